@@ -1,0 +1,296 @@
+use super::{Keyframe, Mesh, Rotation};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Cloth or a soft body.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// A name of its own, used by forces, overrides and outputs. Without one: `body0`, `body1`, …
+    #[serde(default)]
+    pub name: String,
+    /// Cloth (any surface) or soft (a closed surface).
+    #[serde(default)]
+    pub kind: Kind,
+    /// Mass of each node [kg]. Exactly one of the four masses is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node_mass: Option<f64>,
+    /// Mass of the whole body [kg], lumped by a third of each triangle's area.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mass: Option<f64>,
+    /// Mass per area [kg/m²], lumped by a third of each triangle's area.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area_density: Option<f64>,
+    /// Mass per volume [kg/m³] of a soft body, lumped by a third of each triangle's area.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+    /// The shape.
+    pub mesh: Mesh,
+    /// Where it starts.
+    #[serde(default)]
+    pub place: Place,
+    /// Its springs.
+    #[serde(default)]
+    pub springs: Springs,
+    /// Nodes that do not move, or move as told.
+    #[serde(default, rename = "pin", skip_serializing_if = "Vec::is_empty")]
+    pub pins: Vec<Pin>,
+}
+
+/// What a body is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// A sheet, garment, chain or shell.
+    #[default]
+    Cloth,
+    /// A body with an inside.
+    Soft,
+}
+
+/// The one way in which a body's mass is given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mass {
+    /// Of each node [kg].
+    Node(f64),
+    /// Of the whole body [kg].
+    Whole(f64),
+    /// Per area [kg/m²].
+    Area(f64),
+    /// Per volume [kg/m³].
+    Volume(f64),
+}
+
+/// Placement: scale, then rotate, then translate.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Place {
+    /// Shift [m].
+    pub position: [f64; 3],
+    /// Turn about the origin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<Rotation>,
+    /// Factor on all lengths.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
+    /// Instead of `scale`: the largest extent [m] after scaling.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fit: Option<f64>,
+}
+
+/// The springs of a body, by kind.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Springs {
+    /// Grid neighbours; on meshes: the edges.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub structural: Option<Spring>,
+    /// Grid diagonals; grids only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shear: Option<Spring>,
+    /// Grids: two apart; meshes: opposite corners of adjacent triangles; chains: two apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bend: Option<Spring>,
+    /// Struts inside a soft body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub internal: Option<Internal>,
+    /// Dihedral bending.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hinge: Option<Hinge>,
+}
+
+/// Stiffness and damping of one kind of spring.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Spring {
+    /// Stiffness [N/m].
+    pub k: f64,
+    /// Damping along the spring [kg/s].
+    #[serde(default)]
+    pub d: f64,
+}
+
+/// Struts between nodes of a soft body, through its inside: `count` of them at random, or those of a file.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Internal {
+    /// How many.
+    pub count: u32,
+    /// Stiffness [N/m].
+    pub k: f64,
+    /// Damping along the strut [kg/s].
+    pub d: f64,
+    /// Seed of the random choice.
+    pub seed: u64,
+    /// Instead of `count`: a text file with two node indices a line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// The pairs of such a file, or given as data.
+    #[serde(skip)]
+    pub pairs: Option<Vec<[u32; 2]>>,
+}
+
+impl Default for Internal {
+    fn default() -> Self {
+        Self { count: 0, k: 0.0, d: 0.0, seed: 1, file: None, pairs: None }
+    }
+}
+
+/// Dihedral bending at each edge between two triangles: energy ½ k (θ − θ₀)².
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Hinge {
+    /// Stiffness [N·m/rad].
+    pub k: f64,
+    /// Damping [N·m·s/rad].
+    pub d: f64,
+}
+
+/// Nodes that are held.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pin {
+    /// Which nodes.
+    pub select: Select,
+    /// How they move; without keyframes they stay.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub motion: Vec<Keyframe>,
+}
+
+/// A choice of nodes. Where several keys are given, a node must meet them all.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Select {
+    /// Indices in the mesh's own order.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<Vec<u32>>,
+    /// First and last row of a grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rows: Option<[u32; 2]>,
+    /// First and last column of a grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cols: Option<[u32; 2]>,
+    /// A box in the scene's coordinates, at the start.
+    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    pub inside: Option<Bounds>,
+    /// Nodes on an open edge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub boundary: Option<bool>,
+    /// An OBJ group, or a PLY vertex attribute above 0.5.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Bounds {
+    /// Lower corner [m].
+    pub min: [f64; 3],
+    /// Upper corner [m].
+    pub max: [f64; 3],
+}
+
+impl Select {
+    /// Nodes by index.
+    pub fn nodes(nodes: impl Into<Vec<u32>>) -> Self {
+        Self { nodes: Some(nodes.into()), ..Self::default() }
+    }
+
+    /// Rows `first` to `last` of a grid.
+    pub fn rows(first: u32, last: u32) -> Self {
+        Self { rows: Some([first, last]), ..Self::default() }
+    }
+
+    /// Columns `first` to `last` of a grid.
+    pub fn cols(first: u32, last: u32) -> Self {
+        Self { cols: Some([first, last]), ..Self::default() }
+    }
+}
+
+impl Body {
+    /// A cloth. Give it a mass and springs.
+    pub fn cloth(name: impl Into<String>, mesh: Mesh) -> Self {
+        Self {
+            name: name.into(),
+            kind: Kind::Cloth,
+            node_mass: None,
+            mass: None,
+            area_density: None,
+            density: None,
+            mesh,
+            place: Place::default(),
+            springs: Springs::default(),
+            pins: Vec::new(),
+        }
+    }
+
+    /// A soft body: a closed surface. Give it a mass and springs.
+    pub fn soft(name: impl Into<String>, mesh: Mesh) -> Self {
+        Self { kind: Kind::Soft, ..Self::cloth(name, mesh) }
+    }
+
+    /// Sets the mass, in any of the four ways.
+    pub fn with_mass(mut self, mass: Mass) -> Self {
+        (self.node_mass, self.mass, self.area_density, self.density) = (None, None, None, None);
+        match mass {
+            Mass::Node(m) => self.node_mass = Some(m),
+            Mass::Whole(m) => self.mass = Some(m),
+            Mass::Area(m) => self.area_density = Some(m),
+            Mass::Volume(m) => self.density = Some(m),
+        }
+        self
+    }
+
+    /// Sets where it starts [m].
+    pub fn at(mut self, position: [f64; 3]) -> Self {
+        self.place.position = position;
+        self
+    }
+
+    /// Structural springs (edges on meshes): stiffness [N/m] and damping [kg/s].
+    pub fn structural(mut self, k: f64, d: f64) -> Self {
+        self.springs.structural = Some(Spring { k, d });
+        self
+    }
+
+    /// Shear springs of a grid: stiffness [N/m] and damping [kg/s].
+    pub fn shear(mut self, k: f64, d: f64) -> Self {
+        self.springs.shear = Some(Spring { k, d });
+        self
+    }
+
+    /// Bend springs: stiffness [N/m] and damping [kg/s].
+    pub fn bend(mut self, k: f64, d: f64) -> Self {
+        self.springs.bend = Some(Spring { k, d });
+        self
+    }
+
+    /// Dihedral bending: stiffness [N·m/rad] and damping [N·m·s/rad].
+    pub fn hinge(mut self, k: f64, d: f64) -> Self {
+        self.springs.hinge = Some(Hinge { k, d });
+        self
+    }
+
+    /// Holds nodes where they are.
+    pub fn pin(self, select: Select) -> Self {
+        self.pin_moving(select, Vec::new())
+    }
+
+    /// Moves nodes by keyframes.
+    pub fn pin_moving(mut self, select: Select, motion: Vec<Keyframe>) -> Self {
+        self.pins.push(Pin { select, motion });
+        self
+    }
+
+    /// The mass, if it is given in exactly one way.
+    pub fn mass_given(&self) -> Option<Mass> {
+        match (self.node_mass, self.mass, self.area_density, self.density) {
+            (Some(m), None, None, None) => Some(Mass::Node(m)),
+            (None, Some(m), None, None) => Some(Mass::Whole(m)),
+            (None, None, Some(m), None) => Some(Mass::Area(m)),
+            (None, None, None, Some(m)) => Some(Mass::Volume(m)),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,138 @@
+use crate::topology::Surface;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Where a body's shape comes from.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Mesh {
+    /// A rectangle of rows × columns in the xz plane.
+    Grid(Grid),
+    /// A mesh file: OBJ or PLY. The engine reads no files: `taffeta_io::load_scene` does, and puts a `Surface` here.
+    File(String),
+    /// A sphere from a subdivided icosahedron.
+    Icosphere(Icosphere),
+    /// A sphere of rings and segments.
+    UvSphere(UvSphere),
+    /// A torus about the y axis.
+    Torus(Torus),
+    /// A cube of squares, each two triangles.
+    Cube(Cube),
+    /// A capped cylinder about the y axis.
+    Cylinder(Cylinder),
+    /// Nodes in a row along x, joined by links.
+    Chain(Chain),
+    /// A surface given as data.
+    #[serde(skip)]
+    Surface(Arc<Surface>),
+}
+
+/// Nodes in the xz plane, centred; row 0 at −z, column 0 at −x, node = row·cols + column.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// Nodes along z.
+    pub rows: u32,
+    /// Nodes along x.
+    pub cols: u32,
+    /// Extent along x (columns) and z (rows) [m].
+    pub size: [f64; 2],
+}
+
+/// A subdivided icosahedron.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Icosphere {
+    /// Radius [m].
+    pub radius: f64,
+    /// How often each triangle is split in four, 0 to 9.
+    pub subdivisions: u32,
+}
+
+/// A sphere of rings (pole to pole) and segments (around).
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UvSphere {
+    /// Radius [m].
+    pub radius: f64,
+    /// Bands from pole to pole, at least 2.
+    pub rings: u32,
+    /// Sectors around the y axis, at least 3.
+    pub segments: u32,
+}
+
+/// A torus about the y axis.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Torus {
+    /// Distance from the centre to the middle of the tube [m].
+    pub major: f64,
+    /// Radius of the tube [m].
+    pub minor: f64,
+    /// Sectors around the y axis, at least 3.
+    pub rings: u32,
+    /// Sectors around the tube, at least 3.
+    pub segments: u32,
+}
+
+/// A cube of `divisions`² squares a face.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cube {
+    /// Edge [m].
+    pub size: f64,
+    /// Squares along an edge.
+    pub divisions: u32,
+}
+
+/// A capped cylinder about the y axis.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cylinder {
+    /// Radius [m].
+    pub radius: f64,
+    /// Height [m].
+    pub height: f64,
+    /// Sectors around, at least 3.
+    #[serde(default = "default_segments")]
+    pub segments: u32,
+    /// Bands along the height, at least 1.
+    #[serde(default = "default_rings")]
+    pub rings: u32,
+    /// Whether the ends are closed.
+    #[serde(default = "default_capped")]
+    pub capped: bool,
+}
+
+fn default_segments() -> u32 {
+    32
+}
+fn default_rings() -> u32 {
+    8
+}
+fn default_capped() -> bool {
+    true
+}
+
+/// `links` + 1 nodes along x, centred, node 0 at −x.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Chain {
+    /// Number of links; nodes are one more.
+    pub links: u32,
+    /// Length of the whole chain [m].
+    pub length: f64,
+}
+
+impl Mesh {
+    /// A grid of `rows` × `cols` nodes, `size` = extent along x and z [m].
+    pub fn grid(rows: u32, cols: u32, size: [f64; 2]) -> Self {
+        Self::Grid(Grid { rows, cols, size })
+    }
+
+    /// A chain of `links` links, `length` [m] in all.
+    pub fn chain(links: u32, length: f64) -> Self {
+        Self::Chain(Chain { links, length })
+    }
+}

@@ -1,0 +1,80 @@
+//! What the user describes: plain types with sensible defaults, and a check that nothing in them is impossible.
+//!
+//! The same types are built in Rust and read from TOML (by `taffeta-io`); the format is described by their JSON
+//! Schema. SI units, y up, right-handed.
+
+mod body;
+mod collider;
+mod force;
+mod mesh;
+mod motion;
+mod solver;
+mod validate;
+mod world;
+
+pub use body::{Body, Bounds, Hinge, Internal, Kind, Mass, Pin, Place, Select, Spring, Springs};
+pub use collider::{Collider, Plane, Shape, Sphere};
+pub use force::{Force, ScaleKey, Torque};
+pub use mesh::{Chain, Cube, Cylinder, Grid, Icosphere, Mesh, Torus, UvSphere};
+pub use motion::{Keyframe, Rotation};
+pub use solver::{Method, Solver};
+pub use validate::SceneError;
+pub use world::{Time, World};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A whole scene: bodies, colliders, forces, and how to run them.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scene {
+    /// A line for people.
+    pub title: String,
+    /// Frames and steps.
+    pub time: Time,
+    /// Gravity, drag and wind.
+    pub world: World,
+    /// How springs are solved.
+    pub solver: Solver,
+    /// Cloth and soft bodies.
+    #[serde(rename = "body")]
+    pub bodies: Vec<Body>,
+    /// What bodies rest on and are pushed by.
+    #[serde(rename = "collider")]
+    pub colliders: Vec<Collider>,
+    /// Point loads and torques.
+    #[serde(rename = "force")]
+    pub forces: Vec<Force>,
+}
+
+impl Scene {
+    /// An empty scene with earth's gravity, 60 frames a second.
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), ..Self::default() }
+    }
+
+    /// Adds a body.
+    pub fn body(mut self, body: Body) -> Self {
+        self.bodies.push(body);
+        self
+    }
+
+    /// Adds a collider.
+    pub fn collider(mut self, collider: Collider) -> Self {
+        self.colliders.push(collider);
+        self
+    }
+
+    /// Adds a point load or torque.
+    pub fn force(mut self, force: Force) -> Self {
+        self.forces.push(force);
+        self
+    }
+
+    /// Sets the frame length [s] and the longest sub-step [s].
+    pub fn time(mut self, dt: f64, max_step: f64) -> Self {
+        self.time.dt = dt;
+        self.time.max_step = Some(max_step);
+        self
+    }
+}

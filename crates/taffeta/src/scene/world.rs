@@ -1,0 +1,76 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Frames and steps.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Time {
+    /// One frame [s].
+    pub dt: f64,
+    /// Longest sub-step [s]: a frame is ceil(dt/max_step) of them, the last takes the rest. Without it: `dt`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_step: Option<f64>,
+    /// How many frames a run has.
+    pub frames: u32,
+}
+
+impl Default for Time {
+    fn default() -> Self {
+        Self { dt: 1.0 / 60.0, max_step: None, frames: 300 }
+    }
+}
+
+impl Time {
+    /// Number of sub-steps in a frame.
+    pub fn substeps(&self) -> u32 {
+        let max = self.max_step.unwrap_or(self.dt);
+        // A hair of slack: 0.1 s in steps of 0.01 s is ten, not eleven.
+        ((self.dt / max) * (1.0 - 1e-9)).ceil().max(1.0) as u32
+    }
+
+    /// Start within the frame and length of sub-step `index` [s].
+    pub fn substep(&self, index: u32) -> (f64, f64) {
+        let count = self.substeps();
+        if count == 1 {
+            return (0.0, self.dt);
+        }
+        let max = self.max_step.unwrap_or(self.dt);
+        let start = f64::from(index) * max;
+        (start, if index + 1 == count { self.dt - start } else { max })
+    }
+}
+
+/// What acts on every node.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct World {
+    /// Acceleration [m/s²].
+    pub gravity: [f64; 3],
+    /// Linear drag [kg/s]: f = −drag·v on every node.
+    pub drag: f64,
+    /// Force on every node [N] (S2's wind).
+    pub wind_force: [f64; 3],
+}
+
+impl Default for World {
+    fn default() -> Self {
+        Self { gravity: [0.0, -9.81, 0.0], drag: 0.0, wind_force: [0.0; 3] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thirtieth_in_milliseconds_is_33_full_steps_and_a_short_one() {
+        let time = Time { dt: 1.0 / 30.0, max_step: Some(1e-3), frames: 1 };
+        assert_eq!(time.substeps(), 34);
+        assert_eq!(time.substep(32).1, 1e-3);
+        assert!((time.substep(33).1 - (1.0 / 30.0 - 0.033)).abs() < 1e-15);
+        let tenth = Time { dt: 0.1, max_step: Some(0.01), frames: 1 };
+        assert_eq!(tenth.substeps(), 10);
+        assert_eq!(Time { dt: 0.3, max_step: Some(0.1), frames: 1 }.substeps(), 3);
+        assert_eq!(Time { dt: 0.01, max_step: Some(1.0), frames: 1 }.substep(0), (0.0, 0.01));
+    }
+}

@@ -1,0 +1,73 @@
+//! A body's surface as its file gave it (vertices, polygons, texture coordinates, groups) and as it is simulated
+//! (nodes, triangles, links).
+
+/// A surface, checked and ready to be simulated.
+///
+/// `vertices` are what the file has, in the file's order; `nodes` are what is simulated: vertices at one place share
+/// a node. Outputs follow the vertices.
+#[derive(Clone, Debug, Default)]
+pub struct Surface {
+    /// Places of the vertices [m], in the file's order.
+    pub vertices: Vec<[f64; 3]>,
+    /// The file's faces, of any size.
+    pub polygons: Polygons,
+    /// Texture coordinates, if the file has them.
+    pub uvs: Option<Uvs>,
+    /// Named sets of vertices: OBJ groups, PLY vertex attributes above 0.5.
+    pub groups: Vec<(String, Vec<u32>)>,
+    /// Places of the nodes [m].
+    pub nodes: Vec<[f64; 3]>,
+    /// The node of each vertex; `None` where every vertex is its own node. `u32::MAX`: a vertex that no face uses;
+    /// it is kept in outputs where it was, and not simulated.
+    pub node_of_vertex: Option<Vec<u32>>,
+    /// Triangles of nodes, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Pairs of nodes joined without a triangle (chains), in order.
+    pub links: Vec<[u32; 2]>,
+    /// What was mended on the way in, in words for the user.
+    pub repairs: Vec<String>,
+}
+
+/// Faces with any number of corners, one after the other.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Polygons {
+    /// Where each face's corners start in `corners`; one more than there are faces, the first is 0. Empty: no faces.
+    pub offsets: Vec<u32>,
+    /// Vertex indices.
+    pub corners: Vec<u32>,
+}
+
+impl Polygons {
+    /// Adds a face.
+    pub fn push(&mut self, face: &[u32]) {
+        if self.offsets.is_empty() {
+            self.offsets.push(0);
+        }
+        self.corners.extend_from_slice(face);
+        self.offsets.push(self.corners.len() as u32);
+    }
+
+    /// Number of faces.
+    pub fn len(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The faces in order, each a slice of vertex indices.
+    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        self.offsets.windows(2).map(|w| &self.corners[w[0] as usize..w[1] as usize])
+    }
+}
+
+/// Texture coordinates, one index a face corner.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Uvs {
+    /// Coordinates.
+    pub coords: Vec<[f32; 2]>,
+    /// One index into `coords` for each entry of [`Polygons::corners`].
+    pub corners: Vec<u32>,
+}
