@@ -1,1 +1,11 @@
 //! Scenes and meshes in, results out.
+//!
+//! [`load_scene`] reads a TOML scene with its meshes, [`load_mesh`] an OBJ or PLY file. [`output`] holds the streaming
+//! writers. Everything here answers bad input with an error that names the place.
+
+pub mod mesh;
+pub mod output;
+pub mod scene;
+
+pub use mesh::{MeshError, load_mesh, surface_from};
+pub use scene::{LoadError, Loaded, Place, SceneSource, load_scene, parse_scene};

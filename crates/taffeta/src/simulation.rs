@@ -1,8 +1,13 @@
 //! What a program holds: a scene that runs. Build it, step it, read positions, move pins, apply forces.
 
-use crate::diagnostics::FrameReport;
+use crate::assembly::{Assembly, BodyAssembly};
+use crate::cpu::{Backend, CpuBackend, FrameSums, Hand};
+use crate::diagnostics::advice::{StepLimit, runaway};
+use crate::diagnostics::{FrameReport, normals, stability};
 use crate::scene::{Scene, SceneError};
 use crate::topology::Surface;
+use crate::topology::random::SplitMix64;
+use std::hash::Hasher;
 
 /// Arithmetic of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,6 +41,10 @@ pub struct BodyInfo {
     pub triangles: usize,
     /// Springs by kind, with their number: `("structural", 1984)`.
     pub springs: Vec<(&'static str, usize)>,
+    /// Number of hinges.
+    pub hinges: usize,
+    /// Mass [kg], held nodes included.
+    pub mass: f64,
     /// Volume at rest [m³], of a closed body.
     pub rest_volume: Option<f64>,
     /// What was mended in its mesh, in words.
@@ -59,67 +68,302 @@ pub struct Diverged {
 }
 
 /// A scene that runs.
-pub struct Simulation {}
+pub struct Simulation {
+    backend: Box<dyn Backend>,
+    precision: Precision,
+    bodies: Vec<BodyInfo>,
+    start: FrameReport,
+    report: FrameReport,
+    limit: StepLimit,
+    warnings: Vec<String>,
+    hand: Hand,
+    /// Nodes that were moved by hand in the last frame and stand still from now on.
+    moved: Vec<u32>,
+}
 
 impl Simulation {
     /// Checks and builds a scene.
-    pub fn new(_scene: &Scene, _options: &Options) -> Result<Self, SceneError> {
-        todo!()
+    ///
+    /// # Errors
+    /// Names the place in the scene that cannot be simulated, and what would do.
+    pub fn new(scene: &Scene, options: &Options) -> Result<Self, SceneError> {
+        let assembly = Assembly::new(scene)?;
+        let bodies: Vec<BodyInfo> = assembly.bodies.iter().map(info).collect();
+        let (largest, body) = stability::largest_step(&assembly);
+        let limit = StepLimit { step: assembly.time.substep(0).1, largest };
+        let warnings = limit.warning(&bodies[body].name).into_iter().collect();
+        let threads = options.threads.unwrap_or_else(available_threads).max(1);
+        let in_body = |message| SceneError::new("body", message);
+        let backend: Box<dyn Backend> = match options.precision {
+            Precision::F32 => Box::new(CpuBackend::<f32>::new(assembly, threads).map_err(in_body)?),
+            Precision::F64 => Box::new(CpuBackend::<f64>::new(assembly, threads).map_err(in_body)?),
+        };
+        let mut simulation = Self {
+            backend,
+            precision: options.precision,
+            bodies,
+            start: FrameReport::default(),
+            report: FrameReport::default(),
+            limit,
+            warnings,
+            hand: Hand::default(),
+            moved: Vec::new(),
+        };
+        let sums = simulation.backend.measure();
+        simulation.report = simulation.report_of(sums, 0);
+        simulation.start = simulation.report.clone();
+        Ok(simulation)
     }
+
     /// Runs one frame and reports it.
+    ///
+    /// # Errors
+    /// A frame with a number that is not finite, or with a stretch that only a blow-up has, is not shown: the error
+    /// names body, vertex, likely cause and what to change. The simulation cannot go on then.
     pub fn step(&mut self) -> Result<&FrameReport, Diverged> {
-        todo!()
+        let frame = self.report.frame + 1;
+        let start = f64::from(self.report.frame) * self.backend.assembly().time.dt;
+        let hand = std::mem::take(&mut self.hand);
+        for node in std::mem::take(&mut self.moved) {
+            let at = self.backend.position(node as usize);
+            self.backend.set(node as usize, at, [0.0; 3]);
+        }
+        self.moved = hand.moves.iter().map(|&(node, ..)| node).collect();
+        let sums = self.backend.frame(start, hand);
+        let report = self.report_of(sums, frame);
+        if let Some(what) = runaway(&self.start, &self.report, &report) {
+            return Err(self.diverged(frame, what));
+        }
+        self.report = report;
+        Ok(&self.report)
     }
+
+    fn report_of(&self, sums: FrameSums, frame: u32) -> FrameReport {
+        let assembly = self.backend.assembly();
+        let FrameSums { all, hinges, volumes } = sums;
+        let gravity = assembly.world.gravity;
+        FrameReport {
+            frame,
+            time: f64::from(frame) * assembly.time.dt,
+            kinetic: 0.5 * all.m_v2,
+            gravitational: -(0..3).map(|axis| gravity[axis] * all.m_x[axis]).sum::<f64>(),
+            springs: all.springs,
+            hinges,
+            momentum: all.momentum,
+            angular_momentum: all.angular_momentum,
+            max_stretch: if all.max_stretch > 0.0 { all.max_stretch } else { 1.0 },
+            contacts: all.contacts,
+            volumes,
+        }
+    }
+
+    /// The vertex to name: the first that is not finite, else the fastest.
+    fn diverged(&self, frame: u32, what: String) -> Diverged {
+        let mut worst = (-1.0, 0, 0);
+        for (index, body) in self.backend.assembly().bodies.iter().enumerate() {
+            for local in 0..body.nodes {
+                let v = self.backend.velocity(body.first + local);
+                let speed = v.iter().chain(&self.backend.position(body.first + local)).map(|c| c * c).sum::<f64>();
+                let speed = if speed.is_finite() { v.iter().map(|c| c * c).sum() } else { f64::INFINITY };
+                if speed > worst.0 {
+                    worst = (speed, index, local);
+                }
+            }
+        }
+        let body = &self.backend.assembly().bodies[worst.1];
+        Diverged {
+            frame,
+            body: body.name.clone(),
+            vertex: body.vertex_of_solver(worst.2),
+            what,
+            advice: self.limit.after(),
+        }
+    }
+
     /// Report of the last frame; before the first step, of the start.
     pub fn report(&self) -> &FrameReport {
-        todo!()
+        &self.report
     }
+
     /// Number of frames done.
     pub fn frame(&self) -> u32 {
-        todo!()
+        self.report.frame
     }
+
     /// The bodies in the scene's order.
     pub fn bodies(&self) -> &[BodyInfo] {
-        todo!()
+        &self.bodies
     }
-    /// Largest stable step at rest [s]; infinite without springs. Found by power iteration.
+
+    /// Largest stable step at rest [s], found by power iteration; infinite without springs.
     pub fn largest_stable_step(&self) -> f64 {
-        todo!()
+        self.limit.largest
     }
+
+    /// Moves a pinned vertex to a place [m] during the next frame, in a straight line; it stays there. A free vertex
+    /// is pinned from now on.
+    ///
+    /// # Errors
+    /// Where there is no such body or vertex.
+    pub fn move_pin(&mut self, body: &str, vertex: usize, to: [f64; 3]) -> Result<(), SceneError> {
+        let node = self.solver_index(body, vertex)?;
+        if self.backend.is_free(node) {
+            self.backend.hold(node);
+        }
+        let from = self.backend.position(node);
+        let moves = &mut self.hand.moves;
+        moves.retain(|&(other, ..)| other as usize != node);
+        moves.insert(moves.partition_point(|&(other, ..)| (other as usize) < node), (node as u32, from, to));
+        Ok(())
+    }
+
+    /// Applies a force [N] to a vertex during the next frame. Several forces on one vertex add up.
+    ///
+    /// # Errors
+    /// Where there is no such body or vertex.
+    pub fn apply_force(&mut self, body: &str, vertex: usize, force: [f64; 3]) -> Result<(), SceneError> {
+        let node = self.solver_index(body, vertex)?;
+        let forces = &mut self.hand.forces;
+        forces.insert(forces.partition_point(|&(other, _)| (other as usize) <= node), (node as u32, force));
+        Ok(())
+    }
+
+    /// Moves every free node by up to `amplitude` [m] along each axis, at random but the same for the same `seed`.
+    pub fn disturb(&mut self, amplitude: f64, seed: u64) {
+        let mut random = SplitMix64::new(seed);
+        for node in self.user_order() {
+            let shift: [f64; 3] = std::array::from_fn(|_| amplitude * (2.0 * random.unit() - 1.0));
+            if self.backend.is_free(node) {
+                let x = self.backend.position(node);
+                let v = self.backend.velocity(node);
+                self.backend.set(node, std::array::from_fn(|axis| x[axis] + shift[axis]), v);
+            }
+        }
+        let sums = self.backend.measure();
+        self.report = self.report_of(sums, self.report.frame);
+        self.start = self.report.clone();
+    }
+
+    fn solver_index(&self, body: &str, vertex: usize) -> Result<usize, SceneError> {
+        let bodies = &self.backend.assembly().bodies;
+        let names = || bodies.iter().map(|b| b.name.as_str()).collect::<Vec<_>>().join(", ");
+        let found = bodies
+            .iter()
+            .find(|b| b.name == body)
+            .ok_or_else(|| SceneError::new("body", format!("there is no body `{body}`; there are: {}", names())))?;
+        let count = found.vertices();
+        if vertex >= count {
+            let message = format!("body `{body}` has vertices 0 to {}, not {vertex}", count - 1);
+            return Err(SceneError::new("body", message));
+        }
+        let node = found.node_of_vertex(vertex).ok_or_else(|| {
+            SceneError::new("body", format!("vertex {vertex} of body `{body}` is in no face and not simulated"))
+        })?;
+        Ok(found.solver_index(node))
+    }
+
+    /// Solver indices of all nodes in user order.
+    fn user_order(&self) -> Vec<usize> {
+        let bodies = &self.backend.assembly().bodies;
+        bodies.iter().flat_map(|body| (0..body.nodes).map(|node| body.solver_index(node))).collect()
+    }
+
+    fn vertex_positions(&self, mut sink: impl FnMut([f64; 3])) {
+        for body in &self.backend.assembly().bodies {
+            for vertex in 0..body.vertices() {
+                sink(match (body.node_of_vertex(vertex), &body.surface) {
+                    (None, Some(surface)) => body.placement.apply(surface.vertices[vertex]),
+                    (node, _) => self.backend.position(body.solver_index(node.unwrap_or(vertex))),
+                });
+            }
+        }
+    }
+
     /// Positions of all vertices [m], bodies one after the other, in the meshes' own order. `out` is cleared first.
-    pub fn positions_f32(&self, _out: &mut Vec<[f32; 3]>) {
-        todo!()
+    pub fn positions_f32(&self, out: &mut Vec<[f32; 3]>) {
+        out.clear();
+        self.vertex_positions(|x| out.push(x.map(|c| c as f32)));
     }
+
     /// As [`Self::positions_f32`], in 64 bits.
-    pub fn positions_f64(&self, _out: &mut Vec<[f64; 3]>) {
-        todo!()
+    pub fn positions_f64(&self, out: &mut Vec<[f64; 3]>) {
+        out.clear();
+        self.vertex_positions(|x| out.push(x));
     }
+
     /// Unit normals of a body's vertices, area-weighted.
-    pub fn normals(&self, _body: usize) -> Vec<[f32; 3]> {
-        todo!()
+    pub fn normals(&self, body: usize) -> Vec<[f32; 3]> {
+        let body = &self.backend.assembly().bodies[body];
+        let places: Vec<_> = (0..body.nodes).map(|node| self.backend.position(body.solver_index(node))).collect();
+        let of_nodes = normals::normals(&places, &body.user_surface().triangles);
+        let of_vertex = |vertex| body.node_of_vertex(vertex).map_or([0.0, 1.0, 0.0], |node| of_nodes[node]);
+        (0..body.vertices()).map(|vertex| of_vertex(vertex).map(|c| c as f32)).collect()
     }
+
     /// A body's vertices, faces and texture coordinates, as outputs need them.
-    pub fn surface(&self, _body: usize) -> Surface {
-        todo!()
+    pub fn surface(&self, body: usize) -> Surface {
+        self.backend.assembly().bodies[body].user_surface()
     }
-    /// 64-bit hash of little-endian positions then velocities, in user order.
+
+    /// 64-bit hash (XXH64, seed 0) of little-endian positions then velocities of all nodes, in user order.
     pub fn state_hash(&self) -> u64 {
-        todo!()
+        let mut hasher = twox_hash::XxHash64::with_seed(0);
+        let order = self.user_order();
+        let mut bytes = Vec::new();
+        for velocity in [false, true] {
+            for nodes in order.chunks(4096) {
+                bytes.clear();
+                for &node in nodes {
+                    self.backend.bytes(node, velocity, &mut bytes);
+                }
+                hasher.write(&bytes);
+            }
+        }
+        hasher.finish()
     }
+
     /// Precision of the run.
     pub fn precision(&self) -> Precision {
-        todo!()
+        self.precision
     }
+
     /// Worker threads in use.
     pub fn threads(&self) -> usize {
-        todo!()
+        self.backend.threads()
     }
+
     /// The device in words: `cpu, 2 threads, avx512`.
     pub fn device(&self) -> String {
-        todo!()
+        let threads = self.threads();
+        format!("cpu, {threads} thread{}, {}", if threads == 1 { "" } else { "s" }, self.backend.level())
     }
-    /// Advice from building the scene, for the user: a step that is too long, nodes that nothing holds.
+
+    /// Bytes of memory that state and springs take while running.
+    pub fn memory(&self) -> usize {
+        self.backend.memory()
+    }
+
+    /// What the user should know before running: a step that is too long.
     pub fn warnings(&self) -> &[String] {
-        todo!()
+        &self.warnings
+    }
+}
+
+/// Threads of this machine.
+fn available_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+fn info(body: &BodyAssembly) -> BodyInfo {
+    BodyInfo {
+        name: body.name.clone(),
+        vertices: body.vertices(),
+        nodes: body.nodes,
+        triangles: body.triangles(),
+        springs: body.spring_counts(),
+        hinges: body.hinges.len(),
+        mass: body.mass.iter().sum(),
+        rest_volume: body.rest_volume,
+        repairs: body.surface.as_ref().map_or_else(Vec::new, |surface| surface.repairs.clone()),
     }
 }

@@ -26,6 +26,9 @@ pub struct Body {
     pub density: Option<f64>,
     /// The shape.
     pub mesh: Mesh,
+    /// A procedural shape to use where the mesh file is not there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stand_in: Option<Mesh>,
     /// Where it starts.
     #[serde(default)]
     pub place: Place,
@@ -219,6 +222,7 @@ impl Body {
             area_density: None,
             density: None,
             mesh,
+            stand_in: None,
             place: Place::default(),
             springs: Springs::default(),
             pins: Vec::new(),

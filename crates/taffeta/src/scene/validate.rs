@@ -1,5 +1,13 @@
 //! Refuses at the door what cannot be simulated, with the place in the scene and what would do.
 
+mod body;
+mod path;
+#[cfg(test)]
+mod tests;
+
+use super::{Collider, Force, Keyframe, Rotation, Scene, Shape};
+use path::{Checked, Path};
+
 /// What is wrong with a scene, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{path}: {message}")]
@@ -15,4 +23,156 @@ impl SceneError {
     pub fn new(path: impl Into<String>, message: impl Into<String>) -> Self {
         Self { path: path.into(), message: message.into() }
     }
+}
+
+/// Most sub-steps of a frame.
+const MOST_SUBSTEPS: f64 = 1e6;
+
+impl Scene {
+    /// Checks everything that can be told without building meshes. The first thing found is the error.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        self.check_time()?;
+        self.check_world()?;
+        Path::of("body")
+            .demand(!self.bodies.is_empty(), || "the scene has none, one or more would do".into())?;
+        for (i, body) in self.bodies.iter().enumerate() {
+            self.check_name(i)?;
+            body::check(&Path::item("body", i), body)?;
+        }
+        for (i, collider) in self.colliders.iter().enumerate() {
+            check_collider(&Path::item("collider", i), collider)?;
+        }
+        for (i, force) in self.forces.iter().enumerate() {
+            self.check_force(&Path::item("force", i), force)?;
+        }
+        Ok(())
+    }
+
+    /// Name of a body: its own or, without one, `body0`, `body1`, … by its place in the scene.
+    pub fn body_name(&self, index: usize) -> String {
+        match self.bodies.get(index) {
+            Some(body) if !body.name.is_empty() => body.name.clone(),
+            _ => format!("body{index}"),
+        }
+    }
+
+    fn check_time(&self) -> Checked {
+        let path = Path::of("time");
+        path.key("dt").positive(self.time.dt, "s")?;
+        if let Some(max_step) = self.time.max_step {
+            let path = path.key("max_step");
+            path.positive(max_step, "s")?;
+            let steps = self.time.dt / max_step;
+            path.demand(steps <= MOST_SUBSTEPS, || {
+                let least = self.time.dt / MOST_SUBSTEPS;
+                format!("is {max_step} s, {steps:.0} sub-steps a frame; {least} s or more would do")
+            })?;
+        }
+        path.key("frames").demand(self.time.frames >= 1, || "is 0, 1 or more would do".into())
+    }
+
+    fn check_world(&self) -> Checked {
+        let path = Path::of("world");
+        path.key("gravity").finite(&self.world.gravity)?;
+        path.key("drag").not_negative(self.world.drag, "kg/s")?;
+        path.key("wind_force").finite(&self.world.wind_force)
+    }
+
+    /// A name is the body's own, and that of its output files.
+    fn check_name(&self, index: usize) -> Checked {
+        let path = Path::item("body", index).key("name");
+        let name = self.body_name(index);
+        let odd = |c: char| c.is_control() || r#"/\:*?"<>|"#.contains(c);
+        let plain = !name.contains(odd) && !name.starts_with(['.', ' ']) && !name.ends_with(['.', ' ']);
+        path.demand(plain && name.len() <= 100, || {
+            format!("is {name:?}, but names files too; up to 100 letters, digits, `-` and `_` would do")
+        })?;
+        let twin = (0..index).find(|other| self.body_name(*other) == name);
+        path.demand(twin.is_none(), || {
+            format!("is `{name}`, as is that of body[{}]; a name of its own would do", twin.unwrap_or(0))
+        })
+    }
+
+    fn check_force(&self, path: &Path, force: &Force) -> Checked {
+        let mut names = (0..self.bodies.len()).map(|i| self.body_name(i));
+        path.key("body").demand(names.any(|name| name == force.body), || {
+            let all: Vec<_> = (0..self.bodies.len()).map(|i| format!("`{}`", self.body_name(i))).collect();
+            format!("there is no body `{}`; {} would do", force.body, all.join(", "))
+        })?;
+        body::check_select(&path.key("select"), &force.select)?;
+        match (&force.force, &force.torque) {
+            (Some(newtons), None) => path.key("force").finite(newtons)?,
+            (None, Some(torque)) => {
+                let path = path.key("torque");
+                path.key("axis").direction(torque.axis)?;
+                path.key("value").finite(&[torque.value])?;
+                path.key("about").finite(&torque.about)?;
+            }
+            (Some(_), Some(_)) => return path.refuse("has force and torque; one of them would do"),
+            (None, None) => return path.refuse("has neither force nor torque; one of them would do"),
+        }
+        check_times(path, force.motion.iter().map(|key| key.t))?;
+        for (i, key) in force.motion.iter().enumerate() {
+            path.nth("motion", i).key("scale").finite(&[key.scale])?;
+        }
+        Ok(())
+    }
+}
+
+fn check_collider(path: &Path, collider: &Collider) -> Checked {
+    match collider.shape() {
+        Some(Shape::Sphere(ball)) => {
+            let path = path.key("sphere");
+            path.key("center").finite(&ball.center)?;
+            path.key("radius").positive(ball.radius, "m")?;
+        }
+        Some(Shape::Plane(plane)) => {
+            let path = path.key("plane");
+            path.key("point").finite(&plane.point)?;
+            path.key("normal").direction(plane.normal)?;
+        }
+        None => {
+            let have = if collider.sphere.is_some() { "more than one shape" } else { "no shape" };
+            return path.refuse(&format!("has {have}; one of sphere and plane would do"));
+        }
+    }
+    path.key("offset").not_negative(collider.offset, "m")?;
+    path.key("friction").not_negative(collider.friction, "")?;
+    let share = collider.restitution;
+    let met = (0.0..=1.0).contains(&share);
+    path.key("restitution").demand(met, || format!("is {share}, 0 to 1 would do"))?;
+    check_motion(path, &collider.motion)
+}
+
+/// Keyframes of a pin or collider at `path`.
+fn check_motion(path: &Path, motion: &[Keyframe]) -> Checked {
+    check_times(path, motion.iter().map(|key| key.t))?;
+    for (i, key) in motion.iter().enumerate() {
+        let path = path.nth("motion", i);
+        path.key("translate").finite(&key.translate)?;
+        path.key("pivot").finite(&key.pivot)?;
+        if let Some(turn) = &key.rotate {
+            check_rotation(&path.key("rotate"), turn)?;
+        }
+    }
+    Ok(())
+}
+
+fn check_rotation(path: &Path, turn: &Rotation) -> Checked {
+    path.key("axis").direction(turn.axis)?;
+    path.key("degrees").finite(&[turn.degrees])
+}
+
+/// Times of keyframes: finite, none before the start, each after the one before it.
+fn check_times(path: &Path, times: impl Iterator<Item = f64>) -> Checked {
+    let mut before: Option<f64> = None;
+    for (i, t) in times.enumerate() {
+        let path = path.nth("motion", i).key("t");
+        path.not_negative(t, "s")?;
+        if let Some(last) = before {
+            path.demand(t > last, || format!("is {t} s after {last} s; times that ascend would do"))?;
+        }
+        before = Some(t);
+    }
+    Ok(())
 }

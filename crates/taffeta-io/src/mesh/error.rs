@@ -1,0 +1,39 @@
+use std::fmt;
+
+/// Why a mesh was refused.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeshError {
+    /// The file; empty for a mesh given as data.
+    pub file: String,
+    /// Line in the file, from 1, where the mistake has one.
+    pub line: Option<usize>,
+    /// What was found and what would do.
+    pub message: String,
+}
+
+impl MeshError {
+    pub(super) fn new(message: impl Into<String>) -> Self {
+        Self { file: String::new(), line: None, message: message.into() }
+    }
+
+    pub(super) fn at_line(line: usize, message: impl Into<String>) -> Self {
+        Self { line: Some(line), ..Self::new(message) }
+    }
+
+    pub(super) fn in_file(self, file: &str) -> Self {
+        Self { file: file.to_owned(), ..self }
+    }
+}
+
+impl fmt::Display for MeshError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.file.is_empty(), self.line) {
+            (true, None) => f.write_str(&self.message),
+            (true, Some(line)) => write!(f, "line {line}: {}", self.message),
+            (false, None) => write!(f, "{}: {}", self.file, self.message),
+            (false, Some(line)) => write!(f, "{}:{line}: {}", self.file, self.message),
+        }
+    }
+}
+
+impl std::error::Error for MeshError {}

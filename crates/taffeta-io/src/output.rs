@@ -1,0 +1,76 @@
+//! Results: caches of positions (npy, PC2, USD), a table of frames, and final poses (PLY, OBJ).
+//!
+//! Every writer streams into `NAME.part`; `finish` writes the true number of frames into the header, syncs the file
+//! to the disk and gives it its name. A file without `.part` is whole.
+
+mod frames;
+mod names;
+mod npy;
+mod obj;
+mod part;
+mod pc2;
+mod ply;
+mod usd;
+mod usd_mesh;
+
+pub use frames::FrameTable;
+pub use names::{file_stems, usd_identifiers};
+pub use npy::Npy;
+pub use obj::write_obj;
+pub use pc2::Pc2;
+pub use ply::write_ply;
+pub use usd::Usd;
+
+use std::io;
+use std::ops::Range;
+use std::path::PathBuf;
+
+/// Something that frames are written to.
+pub trait FrameSink {
+    /// Adds a frame at `time` [s] with the positions of all vertices of all bodies.
+    fn frame(&mut self, time: f64, positions: &Positions) -> io::Result<()>;
+
+    /// Completes the file and gives it its name, which is returned.
+    fn finish(self: Box<Self>) -> io::Result<PathBuf>;
+}
+
+/// Positions [m] of all vertices of all bodies, one body after the other.
+#[derive(Clone, Copy, Debug)]
+pub enum Positions<'a> {
+    /// In 32 bits.
+    F32(&'a [[f32; 3]]),
+    /// In 64 bits.
+    F64(&'a [[f64; 3]]),
+}
+
+impl<'a> Positions<'a> {
+    /// Number of vertices.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::F32(all) => all.len(),
+            Self::F64(all) => all.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The vertices of `range`, where there are that many.
+    pub fn slice(&self, range: Range<usize>) -> Option<Positions<'a>> {
+        match self {
+            Self::F32(all) => all.get(range).map(Positions::F32),
+            Self::F64(all) => all.get(range).map(Positions::F64),
+        }
+    }
+
+    /// One after the other, rounded to 32 bits.
+    fn iter_f32(&self) -> impl Iterator<Item = [f32; 3]> + use<'a> {
+        let all = *self;
+        (0..all.len()).map(move |i| match all {
+            Self::F32(all) => all[i],
+            Self::F64(all) => all[i].map(|x| x as f32),
+        })
+    }
+}

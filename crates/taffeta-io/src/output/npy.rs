@@ -1,0 +1,70 @@
+//! NumPy's format 1.0: a header of fixed length, then [frames, vertices, 3] numbers, little endian.
+
+use super::part::Part;
+use super::{FrameSink, Positions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use taffeta::Precision;
+
+/// Length of the header with its preamble [byte]: a multiple of 64, with room for any count.
+const HEADER: usize = 128;
+
+/// Writes `positions.npy`.
+pub struct Npy {
+    part: Part,
+    frames: u64,
+    vertices: usize,
+    precision: Precision,
+}
+
+impl Npy {
+    /// Starts the file at `path` for frames of `vertices` vertices.
+    pub fn create(path: &Path, vertices: usize, precision: Precision) -> io::Result<Self> {
+        let mut part = Part::create(path)?;
+        part.write_all(&header(0, vertices, precision))?;
+        Ok(Self { part, frames: 0, vertices, precision })
+    }
+}
+
+impl FrameSink for Npy {
+    fn frame(&mut self, _time: f64, positions: &Positions) -> io::Result<()> {
+        if positions.len() != self.vertices {
+            return Err(self.part.refuse(format!(
+                "{} vertices instead of {}",
+                positions.len(),
+                self.vertices
+            )));
+        }
+        match (positions, self.precision) {
+            (Positions::F32(all), Precision::F32) => {
+                all.as_flattened().iter().try_for_each(|x| self.part.write_all(&x.to_le_bytes()))?;
+            }
+            (Positions::F64(all), Precision::F64) => {
+                all.as_flattened().iter().try_for_each(|x| self.part.write_all(&x.to_le_bytes()))?;
+            }
+            (_, precision) => {
+                return Err(self.part.refuse(format!("positions are not {precision:?} as the file is")));
+            }
+        }
+        self.frames += 1;
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> io::Result<PathBuf> {
+        self.part.patch(0, &header(self.frames, self.vertices, self.precision))?;
+        self.part.finish()
+    }
+}
+
+fn header(frames: u64, vertices: usize, precision: Precision) -> Vec<u8> {
+    let kind = match precision {
+        Precision::F32 => "<f4",
+        Precision::F64 => "<f8",
+    };
+    let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({frames}, {vertices}, 3), }}");
+    let length = HEADER - 10;
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((length as u16).to_le_bytes());
+    bytes.extend(format!("{text:<width$}\n", width = length - 1).bytes());
+    bytes
+}

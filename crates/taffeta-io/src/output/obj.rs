@@ -1,0 +1,52 @@
+//! A pose as Wavefront OBJ, with the file's own faces and texture coordinates.
+
+use super::Positions;
+use super::part::Part;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use taffeta::topology::Surface;
+
+/// Writes a pose of one body. `normals` are unit vectors, one a vertex, or empty.
+pub fn write_obj(
+    path: &Path,
+    surface: &Surface,
+    positions: &Positions,
+    normals: &[[f32; 3]],
+) -> io::Result<PathBuf> {
+    let mut part = Part::create(path)?;
+    let count = surface.vertices.len();
+    if positions.len() != count || !(normals.is_empty() || normals.len() == count) {
+        let (places, normals) = (positions.len(), normals.len());
+        return Err(part.refuse(format!("{places} positions and {normals} normals for {count} vertices")));
+    }
+    match positions {
+        Positions::F32(all) => all.iter().try_for_each(|[x, y, z]| writeln!(part, "v {x} {y} {z}"))?,
+        Positions::F64(all) => all.iter().try_for_each(|[x, y, z]| writeln!(part, "v {x} {y} {z}"))?,
+    }
+    if let Some(uvs) = &surface.uvs {
+        uvs.coords.iter().try_for_each(|[u, v]| writeln!(part, "vt {u} {v}"))?;
+    }
+    normals.iter().try_for_each(|[x, y, z]| writeln!(part, "vn {x} {y} {z}"))?;
+    write_faces(&mut part, surface, !normals.is_empty())?;
+    surface.links.iter().try_for_each(|[a, b]| writeln!(part, "l {} {}", a + 1, b + 1))?;
+    part.finish()
+}
+
+fn write_faces(part: &mut Part, surface: &Surface, normals: bool) -> io::Result<()> {
+    let mut corner = 0;
+    for polygon in surface.polygons.iter() {
+        write!(part, "f")?;
+        for vertex in polygon.iter().map(|vertex| vertex + 1) {
+            let uv = surface.uvs.as_ref().map(|uvs| uvs.corners[corner] + 1);
+            match (uv, normals) {
+                (None, false) => write!(part, " {vertex}")?,
+                (Some(uv), false) => write!(part, " {vertex}/{uv}")?,
+                (None, true) => write!(part, " {vertex}//{vertex}")?,
+                (Some(uv), true) => write!(part, " {vertex}/{uv}/{vertex}")?,
+            }
+            corner += 1;
+        }
+        writeln!(part)?;
+    }
+    Ok(())
+}

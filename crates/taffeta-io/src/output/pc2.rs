@@ -1,0 +1,57 @@
+//! PC2, the point cache of 3ds Max that Blender and Maya read: a header of 32 bytes, then 32-bit floats, frame by
+//! frame, little endian.
+
+use super::part::Part;
+use super::{FrameSink, Positions};
+use std::io::{self, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Byte at which the number of frames is written.
+const COUNT_AT: u64 = 28;
+
+/// Writes the points of one body.
+pub struct Pc2 {
+    part: Part,
+    frames: i32,
+    vertices: Range<usize>,
+}
+
+impl Pc2 {
+    /// Starts the file at `path` for one body, which has `vertices` among those of all bodies.
+    pub fn create(path: &Path, vertices: Range<usize>) -> io::Result<Self> {
+        let mut part = Part::create(path)?;
+        let points = i32::try_from(vertices.len())
+            .map_err(|_| part.refuse(format!("{} vertices are too many for PC2", vertices.len())))?;
+        part.write_all(b"POINTCACHE2\0")?;
+        part.write_all(&1_i32.to_le_bytes())?;
+        part.write_all(&points.to_le_bytes())?;
+        // Start frame and frames a sample.
+        part.write_all(&0_f32.to_le_bytes())?;
+        part.write_all(&1_f32.to_le_bytes())?;
+        part.write_all(&0_i32.to_le_bytes())?;
+        Ok(Self { part, frames: 0, vertices })
+    }
+}
+
+impl FrameSink for Pc2 {
+    fn frame(&mut self, _time: f64, positions: &Positions) -> io::Result<()> {
+        let own = positions.slice(self.vertices.clone()).ok_or_else(|| {
+            self.part.refuse(format!("vertices {:?} of {}", self.vertices, positions.len()))
+        })?;
+        for x in own.iter_f32().flatten() {
+            self.part.write_all(&x.to_le_bytes())?;
+        }
+        self.frames = self
+            .frames
+            .checked_add(1)
+            .ok_or_else(|| self.part.refuse("too many frames for PC2".to_owned()))?;
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> io::Result<PathBuf> {
+        let frames = self.frames;
+        self.part.patch(COUNT_AT, &frames.to_le_bytes())?;
+        self.part.finish()
+    }
+}

@@ -1,0 +1,54 @@
+//! Scenes from TOML: overrides, errors with file, line and column, and the files a scene names.
+
+mod document;
+mod fault;
+mod files;
+mod folders;
+mod overrides;
+mod read;
+mod source;
+mod words;
+
+pub use source::{LoadError, Place, SceneSource};
+
+use serde::Deserialize;
+use std::path::Path;
+use taffeta::scene::Scene;
+
+/// A scene, and where each of its values came from.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The scene; meshes from files are `Mesh::Surface`.
+    pub scene: Scene,
+    /// Finds the line of a value.
+    pub source: SceneSource,
+    /// What the user should know, in words.
+    pub notes: Vec<String>,
+}
+
+/// Reads a scene file, applies `sets` (each `PATH=VALUE`) and loads the files that it names.
+pub fn load_scene(path: &Path, sets: &[String]) -> Result<Loaded, LoadError> {
+    let file = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|e| LoadError::in_file(&file, format!("cannot be read: {e}")))?;
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let good = e.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(&e.as_bytes()[..good]).into_owned();
+        LoadError::in_text(&file, &text, good, "is not UTF-8 from here on; save the file as UTF-8")
+    })?;
+    let mut loaded = parse_scene(&text, &file, sets)?;
+    files::fill(&mut loaded, path)?;
+    Ok(loaded)
+}
+
+/// Reads a scene from `text`, which errors call `file_name`, and applies `sets`. Files that it names are not loaded.
+pub fn parse_scene(text: &str, file_name: &str, sets: &[String]) -> Result<Loaded, LoadError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut source = SceneSource::new(file_name, text, sets);
+    let mut root = document::parse(text).map_err(|fault| source.explain(fault))?;
+    for (index, set) in sets.iter().enumerate() {
+        overrides::apply(&mut root, index, set).map_err(|fault| source.explain(fault))?;
+    }
+    let scene = Scene::deserialize(read::Reader::of(&root)).map_err(|fault| source.explain(fault))?;
+    source.root = root;
+    Ok(Loaded { scene, source, notes: Vec::new() })
+}

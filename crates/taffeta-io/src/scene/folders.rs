@@ -1,0 +1,77 @@
+//! Where the files of a scene may lie: its folder, `models/` folders and `$TAFFETA_MODELS`. Nothing else is read.
+
+use std::path::{Component, Path, PathBuf};
+
+/// The folders that are searched, in order.
+pub(super) struct Folders {
+    folders: Vec<PathBuf>,
+}
+
+/// Why a file cannot be used.
+#[derive(Debug)]
+pub(super) enum Unusable {
+    /// It is in none of the folders; the words say where it was looked for.
+    Missing(String),
+    /// It may not be read.
+    Refused(String),
+}
+
+impl Folders {
+    /// Folders for the scene at `scene`; `models` is the value of `$TAFFETA_MODELS`.
+    pub fn of(scene: &Path, models: Option<PathBuf>) -> Self {
+        let full = scene.canonicalize().unwrap_or_else(|_| scene.to_owned());
+        let own = full.parent().map(Path::to_owned);
+        let current = std::env::current_dir().ok().map(|folder| folder.join("models"));
+        let above = full.ancestors().skip(1).map(|folder| folder.join("models"));
+        let mut folders: Vec<PathBuf> = Vec::new();
+        for folder in own.into_iter().chain(current).chain(above).chain(models) {
+            if let Ok(folder) = folder.canonicalize()
+                && !folders.contains(&folder)
+            {
+                folders.push(folder);
+            }
+        }
+        Self { folders }
+    }
+
+    /// The full path of the file that a scene calls `name`.
+    pub fn find(&self, name: &str) -> Result<PathBuf, Unusable> {
+        if leaves(Path::new(name)) {
+            return Err(Unusable::Refused(format!(
+                "`{name}` is not a path inside the scene's folder, `models/` or `$TAFFETA_MODELS`; put the file \
+                 into one of them and write its path from there"
+            )));
+        }
+        for folder in &self.folders {
+            let Ok(path) = folder.join(name).canonicalize() else { continue };
+            if !self.folders.iter().any(|folder| path.starts_with(folder)) {
+                return Err(Unusable::Refused(format!(
+                    "`{name}` is a link to {}, outside of the scene's folder, `models/` and `$TAFFETA_MODELS`",
+                    path.display()
+                )));
+            }
+            if path.is_file() {
+                return Ok(path);
+            }
+        }
+        let places: Vec<String> = self.folders.iter().map(|folder| folder.display().to_string()).collect();
+        Err(Unusable::Missing(format!(
+            "`{name}` was not found; looked in {}. `cargo xtask models` fetches the real models",
+            places.join(", ")
+        )))
+    }
+}
+
+/// Whether the path is absolute or climbs out of the folder it starts in.
+fn leaves(path: &Path) -> bool {
+    let mut depth = 0_usize;
+    for component in path.components() {
+        match component {
+            Component::Normal(_) => depth += 1,
+            Component::CurDir => {}
+            Component::ParentDir if depth > 0 => depth -= 1,
+            _ => return true,
+        }
+    }
+    depth == 0
+}

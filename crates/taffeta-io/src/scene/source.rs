@@ -1,0 +1,111 @@
+//! From a place in the scene back to the line that wrote it.
+
+use super::document::{Node, Origin, Value};
+use super::fault::Fault;
+use std::fmt;
+use taffeta::scene::SceneError;
+
+/// Why a scene was not loaded.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{place}: {message}")]
+pub struct LoadError {
+    /// Where.
+    pub place: Place,
+    /// What it was and what would do.
+    pub message: String,
+}
+
+/// Where a mistake was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A whole file.
+    File(String),
+    /// A character in a file; line and column count from 1.
+    At {
+        /// The file as the user named it.
+        file: String,
+        /// Line.
+        line: usize,
+        /// Column in characters.
+        column: usize,
+    },
+    /// A `--set`, with its text.
+    Set(String),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::File(file) => f.write_str(file),
+            Place::At { file, line, column } => write!(f, "{file}:{line}:{column}"),
+            Place::Set(text) => write!(f, "--set {text}"),
+        }
+    }
+}
+
+impl LoadError {
+    pub(super) fn in_file(file: &str, message: impl Into<String>) -> Self {
+        Self { place: Place::File(file.to_owned()), message: message.into() }
+    }
+
+    pub(super) fn in_text(file: &str, text: &str, offset: usize, message: impl Into<String>) -> Self {
+        let before = &text.as_bytes()[..offset.min(text.len())];
+        let line_start = before.iter().rposition(|&b| b == b'\n').map_or(0, |newline| newline + 1);
+        // Every byte that does not continue a character starts one.
+        let column = before[line_start..].iter().filter(|&&b| b & 0xC0 != 0x80).count() + 1;
+        let line = before.iter().filter(|&&b| b == b'\n').count() + 1;
+        Self { place: Place::At { file: file.to_owned(), line, column }, message: message.into() }
+    }
+}
+
+/// The text of a scene and of its overrides, to find where a value was written.
+#[derive(Clone, Debug)]
+pub struct SceneSource {
+    file: String,
+    text: String,
+    sets: Vec<String>,
+    pub(super) root: Node,
+}
+
+impl SceneSource {
+    pub(super) fn new(file: &str, text: &str, sets: &[String]) -> Self {
+        let root = Node { origin: Origin::File(0), value: Value::Table(Vec::new()) };
+        Self { file: file.to_owned(), text: text.to_owned(), sets: sets.to_vec(), root }
+    }
+
+    /// The engine's objection at the line, or `--set`, of the value; of the nearest table above it that exists where
+    /// the scene does not give the value.
+    pub fn locate(&self, error: &SceneError) -> LoadError {
+        self.at_path(&error.path, format!("`{}`: {}", error.path, error.message))
+    }
+
+    pub(super) fn at_path(&self, path: &str, message: impl Into<String>) -> LoadError {
+        let mut node = &self.root;
+        for step in path.split(['.', '[']).map(|step| step.trim_end_matches(']')) {
+            let next = match &node.value {
+                Value::Table(entries) => entries.iter().find(|e| e.key == step).map(|e| &e.node),
+                Value::List(items) => step.parse::<usize>().ok().and_then(|index| items.get(index)),
+                _ => None,
+            };
+            match next {
+                Some(next) => node = next,
+                None => break,
+            }
+        }
+        self.error_at(node.origin, message)
+    }
+
+    pub(super) fn explain(&self, fault: Fault) -> LoadError {
+        self.error_at(fault.origin.unwrap_or(Origin::File(0)), fault.to_string())
+    }
+
+    fn error_at(&self, origin: Origin, message: impl Into<String>) -> LoadError {
+        match origin {
+            Origin::File(offset) => LoadError::in_text(&self.file, &self.text, offset, message),
+            Origin::Set(index) => {
+                let text = self.sets.get(index).cloned().unwrap_or_default();
+                LoadError { place: Place::Set(text), message: message.into() }
+            }
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! The words of messages: nearest names, lists of names, expected types, and what is planned but not there yet.
+
+use super::document::Path;
+
+/// What scenes may say one day: its path without indices, and what it is.
+const NOT_YET: &[(&str, &str)] = &[
+    ("solver.method.ice", "the ICE solver"),
+    ("solver.method.acad", "the ACAD solver"),
+    ("solver.ice", "the ICE solver"),
+    ("solver.acad", "the ACAD solver"),
+    ("world.air", "lift and drag of triangles"),
+    ("body.volume", "keeping a body's volume"),
+    ("body.self_collision", "contact of cloth with itself"),
+    ("collider.box", "a box as a collider"),
+    ("collider.capsule", "a capsule as a collider"),
+    ("collider.cylinder", "a cylinder as a collider"),
+    ("collider.mesh", "a mesh as a collider"),
+    ("collider.heightfield", "a height field as a collider"),
+];
+
+/// Message for a key that the table at `path` does not have.
+pub(super) fn unknown_key(key: &str, path: Path, valid: &[&str]) -> String {
+    if let Some(message) = not_yet(path, key) {
+        return message;
+    }
+    let place = match path {
+        Path::Root => String::new(),
+        _ => format!(" in `{path}`"),
+    };
+    format!("unknown key `{key}`{place}{}", nearest_of(key, valid))
+}
+
+/// Message for a word at `path` that is not among the choices.
+pub(super) fn unknown_word(word: &str, path: Path, valid: &[&str]) -> String {
+    not_yet(path, word).unwrap_or_else(|| format!("`{path}` cannot be `{word}`{}", nearest_of(word, valid)))
+}
+
+/// `; did you mean `cols`? Valid here: rows, cols, size`
+pub(super) fn nearest_of(name: &str, valid: &[&str]) -> String {
+    if valid.is_empty() {
+        return "; nothing is valid here".to_owned();
+    }
+    let best = valid
+        .iter()
+        .map(|candidate| (strsim::jaro_winkler(name, candidate), candidate))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|(similarity, _)| *similarity >= 0.8);
+    let list = valid.join(", ");
+    match best {
+        Some((_, nearest)) => format!("; did you mean `{nearest}`? Valid here: {list}"),
+        None => format!(". Valid here: {list}"),
+    }
+}
+
+/// What serde calls a type, in words for the user.
+pub(super) fn expected(serde_words: &str) -> String {
+    match serde_words {
+        "f64" | "f32" => "a number".to_owned(),
+        "u32" => "a whole number from 0 to 4294967295".to_owned(),
+        "u64" | "usize" => "a whole number, 0 or more".to_owned(),
+        "a boolean" => "true or false".to_owned(),
+        "a string" => "text in quotes".to_owned(),
+        "a sequence" => "a list".to_owned(),
+        words if words.starts_with("struct ") || words == "a map" => "a table".to_owned(),
+        words => match words.strip_prefix("an array of length ") {
+            Some(length) => format!("a list of {length} entries"),
+            None => words.to_owned(),
+        },
+    }
+}
+
+fn not_yet(path: Path, key: &str) -> Option<String> {
+    let full = Path::Key(&path, key).to_string();
+    let mut plain = full.clone();
+    while let (Some(open), Some(close)) = (plain.find('['), plain.find(']')) {
+        if open > close {
+            return None;
+        }
+        plain.replace_range(open..=close, "");
+    }
+    let (_, what) = NOT_YET.iter().find(|(path, _)| *path == plain)?;
+    // A method is a value, not a key: `solver.method = "ice"`.
+    let shown = match plain.strip_prefix("solver.method.") {
+        Some(word) => format!("solver.method = \"{word}\""),
+        None => plain,
+    };
+    Some(format!("{what} (`{shown}`) is not yet supported"))
+}

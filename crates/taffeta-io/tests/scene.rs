@@ -1,0 +1,281 @@
+//! Scenes as a user writes them: where errors point, what overrides change, which files are found.
+
+use std::fs;
+use std::path::Path;
+use taffeta::scene::{Mesh, SceneError};
+use taffeta_io::{LoadError, Place, load_scene, parse_scene};
+
+const FLAG: &str = r#"title = "flag"
+
+[time]
+frames = 300
+
+[[body]]
+name = "flag"
+node_mass = 0.1
+[body.mesh.grid]
+rows = 4
+cols = 5
+size = [1.0, 2]
+[body.springs]
+structural = { k = 200.0, d = 0.1 }
+
+[[body]]
+name = "ball"
+mass = 1.0
+mesh = { icosphere = { radius = 0.5, subdivisions = 2 } }
+
+[[collider]]
+plane = { point = [0.0, -1.0, 0.0] }
+"#;
+
+fn sets(texts: &[&str]) -> Vec<String> {
+    texts.iter().map(|text| (*text).to_owned()).collect()
+}
+
+fn refused(text: &str, set: &[&str]) -> String {
+    parse_scene(text, "s.toml", &sets(set)).expect_err("the scene was accepted").to_string()
+}
+
+#[test]
+fn a_scene_is_read_with_defaults() {
+    let scene = parse_scene(FLAG, "s.toml", &[]).unwrap().scene;
+    assert_eq!((scene.title.as_str(), scene.time.frames), ("flag", 300));
+    assert_eq!(scene.bodies[0].springs.structural.unwrap().k, 200.0);
+    let Mesh::Grid(grid) = &scene.bodies[0].mesh else { panic!("not a grid") };
+    assert_eq!(grid.size, [1.0, 2.0]);
+    assert!(matches!(scene.bodies[1].mesh, Mesh::Icosphere(_)));
+    assert_eq!(scene.colliders[0].plane.unwrap().normal, [0.0, 1.0, 0.0]);
+}
+
+#[test]
+fn unknown_keys_point_at_the_key_and_offer_the_nearest() {
+    let error = refused(&FLAG.replace("cols = 5", "  colz = 5"), &[]);
+    assert_eq!(
+        error,
+        "s.toml:11:3: unknown key `colz` in `body[0].mesh.grid`; did you mean `cols`? Valid here: rows, cols, size"
+    );
+    let error = refused(&FLAG.replace("[[collider]]", "[[colider]]"), &[]);
+    assert!(error.starts_with("s.toml:21:3: unknown key `colider`; did you mean `collider`?"), "{error}");
+    let error = refused(&FLAG.replace("icosphere = {", "sphere = {"), &[]);
+    assert!(error.starts_with("s.toml:19:10: unknown key `sphere` in `body[1].mesh`"), "{error}");
+    let error = refused(&FLAG.replace("mass = 1.0", "kind = \"sofd\""), &[]);
+    assert_eq!(
+        error,
+        "s.toml:18:8: `body[1].kind` cannot be `sofd`; did you mean `soft`? Valid here: cloth, soft"
+    );
+}
+
+#[test]
+fn columns_count_characters() {
+    let error = refused("title = \"größe\"\ntime = { \"ö\" = 1, dt = true }", &[]);
+    assert!(error.starts_with("s.toml:2:10: unknown key `ö` in `time`. Valid here: dt"), "{error}");
+}
+
+#[test]
+fn wrong_values_say_what_was_found_and_what_is_expected() {
+    let change = |from: &str, to: &str| refused(&FLAG.replace(from, to), &[]);
+    assert_eq!(
+        change("k = 200.0", "k = \"stiff\""),
+        "s.toml:14:20: `body[0].springs.structural.k` is the text \"stiff\"; expected a number"
+    );
+    assert_eq!(
+        change("rows = 4", "rows = -4"),
+        "s.toml:10:8: `body[0].mesh.grid.rows` is -4; expected a whole number from 0 to 4294967295"
+    );
+    assert!(change("rows = 4", "rows = 4.5").contains("is 4.5; expected a whole number"));
+    let two = "s.toml:12:8: `body[0].mesh.grid.size` has 3 entries; expected a list of 2 entries";
+    assert_eq!(change("[1.0, 2]", "[1.0, 2, 3]"), two);
+    assert_eq!(change("[1.0, 2]", "[1.0]"), two.replace('3', "1"));
+    assert_eq!(change("rows = 4\n", ""), "s.toml:9:1: missing key `rows` in `body[0].mesh.grid`");
+    assert_eq!(
+        change("{ point = [0.0, -1.0, 0.0] }", "[0.0]"),
+        "s.toml:22:9: `collider[0].plane` is a list of 1; expected a table"
+    );
+    assert!(change("cols = 5", "cols = = 5").starts_with("s.toml:11:8: not valid TOML: "));
+    assert!(change("subdivisions = 2 }", "subdivisions = 2 }, cube = { size = 1.0 }").contains("has both"));
+    assert!(change("frames = 300", "frames = 99999999999999999999").contains("does not fit 64 bits"));
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_refused_anywhere() {
+    for number in ["nan", "-inf", "1e999"] {
+        let error = refused(&FLAG.replace("-1.0, 0.0]", &format!("{number}, 0.0]")), &[]);
+        assert_eq!(
+            error,
+            format!("s.toml:22:25: `collider[0].plane.point[1]`: {number} is not a finite number")
+        );
+    }
+    let error = refused(FLAG, &["world.drag=nan"]);
+    assert_eq!(error, "--set world.drag=nan: `world.drag`: nan is not a finite number");
+}
+
+#[test]
+fn what_is_planned_is_said_not_to_be_there_yet() {
+    let cases = [
+        ("[body.volume]\nform = \"corrected\"", "(`body.volume`) is not yet supported"),
+        ("[body.self_collision]", "(`body.self_collision`) is not yet supported"),
+        ("[[collider]]\nbox = 1", "(`collider.box`) is not yet supported"),
+        ("[[collider]]\nmesh = { file = \"x.ply\" }", "(`collider.mesh`) is not yet supported"),
+        ("[world.air]", "(`world.air`) is not yet supported"),
+        ("[solver]\nmethod = \"acad\"", "(`solver.method = \"acad\"`) is not yet supported"),
+        ("[solver.ice]", "(`solver.ice`) is not yet supported"),
+    ];
+    for (text, expected) in cases {
+        let scene = "[[body]]\nmass = 1.0\nmesh = { chain = { links = 1, length = 1.0 } }\n";
+        let error = refused(&format!("{scene}{text}"), &[]);
+        assert!(error.contains(expected) && error.starts_with("s.toml:"), "{error}");
+    }
+}
+
+#[test]
+fn overrides_go_by_name_or_index_and_make_what_is_missing() {
+    let set = sets(&[
+        "body.flag.springs.structural.k=500",
+        "collider.0.friction=0.1",
+        "time.frames=10",
+        "world.gravity=[0.0, -1.62, 0.0]",
+        "world.gravity.1=-2",
+        "body[1].place.position=[0,1,0]",
+        "body.ball.springs.hinge.k=2",
+        "title=on the moon",
+    ]);
+    let scene = parse_scene(FLAG, "s.toml", &set).unwrap().scene;
+    assert_eq!(scene.bodies[0].springs.structural.unwrap().k, 500.0);
+    assert_eq!((scene.colliders[0].friction, scene.time.frames), (0.1, 10));
+    assert_eq!(scene.world.gravity, [0.0, -2.0, 0.0]);
+    assert_eq!(scene.bodies[1].place.position, [0.0, 1.0, 0.0]);
+    assert_eq!((scene.bodies[1].springs.hinge.unwrap().k, scene.title.as_str()), (2.0, "on the moon"));
+}
+
+#[test]
+fn wrong_overrides_are_named_by_their_text() {
+    assert_eq!(
+        refused(FLAG, &["body.flagg.mass=1"]),
+        "--set body.flagg.mass=1: no `body` is called `flagg`; did you mean `flag`? Valid here: flag, ball"
+    );
+    let error = refused(FLAG, &["body.flag.springs.structual.k=5"]);
+    assert!(
+        error.starts_with(
+            "--set body.flag.springs.structual.k=5: unknown key `structual` in `body[0].springs`; did you mean `structural`?"
+        ),
+        "{error}"
+    );
+    let error = refused(FLAG, &["time.frames=ten"]);
+    assert!(error.contains("`time.frames` is the text \"ten\"; expected a whole number"), "{error}");
+    assert!(refused(FLAG, &["collider.3.friction=1"]).contains("has no element 3; it has 1"));
+    assert!(refused(FLAG, &["time.frames.x=1"]).contains("`time.frames` is 300: it has no `x`"));
+    assert!(refused(FLAG, &["time.frames"]).contains("has no `=`"));
+    for path in ["", ".", "a..b", "a.", "a[", "a[]", "\"a", "\"a\"b", "a[0]b", "[[["] {
+        let error = refused(FLAG, &[&format!("{path}=1")]);
+        assert!(error.starts_with(&format!("--set {path}=1: ")), "{error}");
+    }
+}
+
+#[test]
+fn the_engines_objections_are_found_in_the_file_or_override() {
+    let loaded = parse_scene(FLAG, "s.toml", &sets(&["body.ball.mass=-1"])).unwrap();
+    let at = |path: &str| loaded.source.locate(&SceneError::new(path, "will not do")).to_string();
+    assert_eq!(
+        at("body[0].springs.structural.k"),
+        "s.toml:14:20: `body[0].springs.structural.k`: will not do"
+    );
+    assert_eq!(at("body[0].mesh.grid.rows"), "s.toml:10:8: `body[0].mesh.grid.rows`: will not do");
+    assert!(at("body[1]").starts_with("s.toml:16:1: "));
+    assert!(at("body[0].springs.bend.k").starts_with("s.toml:13:1: "));
+    assert_eq!(at("body[1].mass"), "--set body.ball.mass=-1: `body[1].mass`: will not do");
+    for odd in ["", "[", "body[9].x", "a.b.c", "body[0]]]..", "[0][0]"] {
+        at(odd);
+    }
+}
+
+/// A scene in a folder of its own, with a body whose mesh is `mesh`.
+fn scene_with(folder: &Path, mesh: &str) -> Result<taffeta_io::Loaded, LoadError> {
+    let file = folder.join("scene.toml");
+    fs::write(&file, format!("[[body]]\nname = \"b\"\nmass = 1.0\n{mesh}\n")).unwrap();
+    load_scene(&file, &[])
+}
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+#[test]
+fn meshes_are_found_beside_the_scene_and_in_models_above() {
+    let top = tempfile::tempdir().unwrap();
+    let scenes = top.path().join("scenes");
+    fs::create_dir_all(top.path().join("models")).unwrap();
+    fs::create_dir(&scenes).unwrap();
+    fs::write(top.path().join("models/far.obj"), TRIANGLE).unwrap();
+    fs::write(scenes.join("near.obj"), TRIANGLE).unwrap();
+    for name in ["near.obj", "./near.obj", "far.obj"] {
+        let loaded = scene_with(&scenes, &format!("mesh = {{ file = \"{name}\" }}")).unwrap();
+        let Mesh::Surface(surface) = &loaded.scene.bodies[0].mesh else { panic!("not loaded") };
+        assert_eq!(surface.triangles, [[0, 1, 2]]);
+    }
+}
+
+#[test]
+fn no_path_leaves_the_folders() {
+    let top = tempfile::tempdir().unwrap();
+    let scenes = top.path().join("scenes");
+    fs::create_dir(&scenes).unwrap();
+    let secret = top.path().join("secret.obj");
+    fs::write(&secret, TRIANGLE).unwrap();
+    let absolute = secret.display().to_string();
+    let mut names = vec!["../secret.obj", "x/../../secret.obj", absolute.as_str(), ""];
+    if cfg!(unix) {
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(&secret, scenes.join("link.obj")).unwrap();
+        names.push("link.obj");
+    }
+    for name in names {
+        let mesh =
+            format!("mesh = {{ file = {name:?} }}\nstand_in = {{ cube = {{ size = 1.0, divisions = 1 }} }}");
+        let error = scene_with(&scenes, &mesh).expect_err(name);
+        assert!(matches!(error.place, Place::At { line: 4, column: 17, .. }), "{error}");
+        assert!(error.message.contains("TAFFETA_MODELS"), "{error}");
+    }
+}
+
+#[test]
+fn a_missing_mesh_is_refused_or_replaced_by_its_stand_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = "mesh = { file = \"bunny.ply\" }";
+    let error = scene_with(folder.path(), mesh).unwrap_err();
+    assert!(error.message.contains("`bunny.ply` was not found; looked in "), "{error}");
+    assert!(error.message.contains("cargo xtask models"), "{error}");
+    let stand_in = "stand_in = { icosphere = { radius = 0.5, subdivisions = 4 } }";
+    let loaded = scene_with(folder.path(), &format!("{mesh}\n{stand_in}")).unwrap();
+    assert!(matches!(loaded.scene.bodies[0].mesh, Mesh::Icosphere(_)));
+    assert!(loaded.notes[0].starts_with("body `b` uses its stand-in: `bunny.ply` was not found"));
+}
+
+#[test]
+fn a_mesh_error_points_at_the_scene_and_at_the_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("bad.obj"), "v 0 0\n").unwrap();
+    let error = scene_with(folder.path(), "mesh.file = \"bad.obj\"").unwrap_err().to_string();
+    assert!(error.contains("scene.toml:4:13: "), "{error}");
+    assert!(error.ends_with("bad.obj:1: a vertex needs 3 coordinates, found 2"), "{error}");
+}
+
+#[test]
+fn struts_come_from_their_file() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("struts.txt"), "# a\n0 5\n").unwrap();
+    let text =
+        "mesh.cube = { size = 1.0, divisions = 1 }\nsprings.internal = { file = \"struts.txt\", k = 1.0 }";
+    let loaded = scene_with(folder.path(), text).unwrap();
+    assert_eq!(loaded.scene.bodies[0].springs.internal.as_ref().unwrap().pairs, Some(vec![[0, 5]]));
+}
+
+#[test]
+fn a_scene_that_is_not_text_names_the_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.toml");
+    fs::write(&file, b"title = 'a'\n# \xff").unwrap();
+    let error = load_scene(&file, &[]).unwrap_err().to_string();
+    assert!(error.ends_with("s.toml:2:3: is not UTF-8 from here on; save the file as UTF-8"), "{error}");
+    assert!(
+        load_scene(&folder.path().join("none.toml"), &[]).unwrap_err().message.contains("cannot be read")
+    );
+}

@@ -1,0 +1,343 @@
+//! One body by solver index.
+
+use super::{Assembly, MovingPin};
+use crate::integrate::keyframes::Track;
+use crate::scene::{Body, Grid, Hinge, Kind, Mesh, SceneError, Select};
+use crate::topology::{
+    Edges, LANES, Placement, Selectable, SpringList, Surface, mass, measure, order, select, shapes, springs,
+};
+
+/// A body, ready to run. Nodes have three numberings: the user's (`node`), the solver's within the body, and the
+/// solver's in the scene (`first` more).
+pub struct BodyAssembly {
+    /// Its name.
+    pub name: String,
+    /// Solver index of its first node.
+    pub first: usize,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Rows, columns and extent of a grid, whose surface follows from them.
+    pub grid: Option<Grid>,
+    /// The surface of a mesh body, as given, before placement.
+    pub surface: Option<Surface>,
+    /// Where it was put.
+    pub placement: Placement,
+    /// The solver's number of each node, within the body; `None`: the same.
+    pub solver_of_node: Option<Vec<u32>>,
+    /// Places at the start [m], in solver order.
+    pub start: Vec<[f64; 3]>,
+    /// Mass of each node [kg], in solver order.
+    pub mass: Vec<f64>,
+    /// Whether each node is free, in solver order.
+    pub free: Vec<bool>,
+    /// Its springs.
+    pub springs: BodySprings,
+    /// Hinges `[a, b, left, right]` in solver order within the body.
+    pub hinges: Vec<[u32; 4]>,
+    /// Fold angle of each hinge at rest [rad].
+    pub hinge_rest: Vec<f64>,
+    /// Stiffness and damping of the hinges.
+    pub hinge: Hinge,
+    /// Triangles in solver order within the body, of a closed body; else none.
+    pub closed_triangles: Vec<[u32; 3]>,
+    /// Volume at rest [m³], of a closed body.
+    pub rest_volume: Option<f64>,
+    edges: Option<Edges>,
+}
+
+/// Springs of a body.
+pub enum BodySprings {
+    /// By direction of the grid.
+    Grid(GridDirections),
+    /// By lists of node pairs, in solver order within the body.
+    Mesh(Vec<SpringList>),
+}
+
+/// Stiffness [N/m], damping [kg/s], rest length [m] of a grid's springs: along columns by one and two, along rows by
+/// one and two, both diagonals.
+pub type GridDirections = [Option<[f64; 3]>; 6];
+
+impl Assembly {
+    /// Builds a body and adds it.
+    pub(super) fn add_body(&mut self, index: usize, body: &Body) -> Result<(), SceneError> {
+        let path = format!("body[{index}]");
+        let mut built = match &body.mesh {
+            Mesh::Grid(grid) => grid_body(body, *grid),
+            mesh => mesh_body(body, mesh),
+        }
+        .map_err(|e| e.under(&path))?;
+        built.name = if body.name.is_empty() { format!("body{index}") } else { body.name.clone() };
+        built.first = self.places;
+        for (p, pin) in body.pins.iter().enumerate() {
+            let chosen = built.select(&pin.select).map_err(|e| e.under(&format!("{path}.pin[{p}]")))?;
+            let track = Track::new(&pin.motion);
+            for node in chosen {
+                let local = built.solver_local(node as usize);
+                built.free[local] = false;
+                if !track.is_still() {
+                    let at = MovingPin {
+                        node: (built.first + local) as u32,
+                        track: self.tracks.len() as u32,
+                        start: built.start[local],
+                    };
+                    self.moving_pins.push(at);
+                }
+            }
+            self.tracks.push(track);
+        }
+        self.places += built.places();
+        if self.places > i32::MAX as usize {
+            return Err(SceneError::new(path, "the scene has more than 2147483647 nodes; a coarser mesh would do"));
+        }
+        self.bodies.push(built);
+        Ok(())
+    }
+}
+
+impl BodyAssembly {
+    /// Number of places that it takes among the solver's nodes.
+    pub fn places(&self) -> usize {
+        self.nodes.next_multiple_of(LANES)
+    }
+
+    /// The solver's number, within the body, of the user's node.
+    pub fn solver_local(&self, node: usize) -> usize {
+        self.solver_of_node.as_ref().map_or(node, |map| map[node] as usize)
+    }
+
+    /// The solver's number, in the scene, of the user's node.
+    pub fn solver_index(&self, node: usize) -> usize {
+        self.first + self.solver_local(node)
+    }
+
+    /// Number of the file's vertices.
+    pub fn vertices(&self) -> usize {
+        self.surface.as_ref().map_or(self.nodes, |surface| surface.vertices.len())
+    }
+
+    /// The node of a vertex; `None` if no face uses it.
+    pub fn node_of_vertex(&self, vertex: usize) -> Option<usize> {
+        let map = self.surface.as_ref().and_then(|surface| surface.node_of_vertex.as_ref());
+        map.map_or(Some(vertex), |map| (map[vertex] != u32::MAX).then_some(map[vertex] as usize))
+    }
+
+    /// The first vertex of the node with the solver's number `local`.
+    pub fn vertex_of_solver(&self, local: usize) -> usize {
+        let node = match &self.solver_of_node {
+            Some(map) => map.iter().position(|&to| to as usize == local).unwrap_or(local),
+            None => local,
+        };
+        let map = self.surface.as_ref().and_then(|surface| surface.node_of_vertex.as_ref());
+        map.and_then(|map| map.iter().position(|&to| to as usize == node)).unwrap_or(node)
+    }
+
+    /// Number of triangles.
+    pub fn triangles(&self) -> usize {
+        match (&self.grid, &self.surface) {
+            (Some(grid), _) => 2 * (grid.rows as usize - 1) * (grid.cols as usize - 1),
+            (None, Some(surface)) => surface.triangles.len(),
+            (None, None) => 0,
+        }
+    }
+
+    /// The surface as the user knows it; a grid's is made here.
+    pub fn user_surface(&self) -> Surface {
+        match (&self.surface, &self.grid) {
+            (Some(surface), _) => surface.clone(),
+            (None, Some(grid)) => shapes::grid_surface(grid.rows, grid.cols, grid.size),
+            (None, None) => Surface::default(),
+        }
+    }
+
+    /// The user's nodes that a selection means, ascending.
+    pub fn select(&self, choice: &Select) -> Result<Vec<u32>, SceneError> {
+        let placed: Vec<[f64; 3]> = if choice.inside.is_some() {
+            (0..self.nodes).map(|node| self.start[self.solver_local(node)]).collect()
+        } else {
+            Vec::new()
+        };
+        let unplaced = || vec![[0.0; 3]; self.nodes];
+        let nodes = if placed.is_empty() { unplaced() } else { placed };
+        let from = Selectable {
+            nodes: &nodes,
+            vertices: self.vertices(),
+            node_of_vertex: self.surface.as_ref().and_then(|s| s.node_of_vertex.as_deref()),
+            groups: self.surface.as_ref().map_or(&[], |s| &s.groups),
+            grid: self.grid.map(|grid| [grid.rows, grid.cols]),
+            edges: self.edges.as_ref(),
+        };
+        select::select(choice, &from).map_err(|(field, message)| SceneError::new(field, message))
+    }
+
+    /// Number of springs by kind.
+    pub fn spring_counts(&self) -> Vec<(&'static str, usize)> {
+        match (&self.springs, &self.grid) {
+            (BodySprings::Grid(along), Some(grid)) => {
+                let counts = springs::grid_counts(grid.rows, grid.cols);
+                [("structural", counts.structural, 0), ("shear", counts.shear, 4), ("bend", counts.bend, 1)]
+                    .into_iter()
+                    .filter(|&(_, _, direction)| along[direction].is_some())
+                    .map(|(name, count, _)| (name, count as usize))
+                    .collect()
+            }
+            (BodySprings::Mesh(lists), _) => {
+                lists.iter().map(|list| (list.kind.name(), list.pairs.len())).collect()
+            }
+            (BodySprings::Grid(_), None) => Vec::new(),
+        }
+    }
+}
+
+fn at<T>(result: Result<T, (&'static str, String)>) -> Result<T, SceneError> {
+    result.map_err(|(field, message)| SceneError::new(field, message))
+}
+
+fn grid_body(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError> {
+    let (rows, cols) = (grid.rows as usize, grid.cols as usize);
+    let extent = [
+        [-grid.size[0] / 2.0, 0.0, -grid.size[1] / 2.0],
+        [grid.size[0] / 2.0, 0.0, grid.size[1] / 2.0],
+    ];
+    let placement = at(Placement::new(&body.place, &extent))?;
+    let start: Vec<[f64; 3]> =
+        (0..rows * cols).map(|node| placement.apply(grid_node(grid, node / cols, node % cols))).collect();
+    let size = grid.size.map(|s| s * placement.factor);
+    let mass = body.mass_given().ok_or_else(|| SceneError::new("", "has no mass"))?;
+    let mass = mass::grid_lump(grid.rows, grid.cols, size, mass).map_err(|m| SceneError::new("", m))?;
+    let (hinges, edges) = if body.springs.hinge.is_some() {
+        let surface = shapes::grid_surface(grid.rows, grid.cols, grid.size);
+        let edges = Edges::new(surface.nodes.len(), &surface.triangles, &surface.links);
+        (edges.hinges(&surface.triangles), None)
+    } else {
+        (Vec::new(), None)
+    };
+    let mut built = BodyAssembly {
+        name: String::new(),
+        first: 0,
+        nodes: rows * cols,
+        grid: Some(grid),
+        surface: None,
+        placement,
+        solver_of_node: None,
+        free: vec![true; mass.len()],
+        mass,
+        springs: BodySprings::Grid(grid_directions(body, grid, size)?),
+        hinge_rest: Vec::new(),
+        hinges,
+        hinge: body.springs.hinge.unwrap_or_default(),
+        closed_triangles: Vec::new(),
+        rest_volume: None,
+        edges,
+        start,
+    };
+    built.set_hinge_rest();
+    Ok(built)
+}
+
+/// A grid's node before placement [m].
+fn grid_node(grid: Grid, row: usize, col: usize) -> [f64; 3] {
+    let along = |index: usize, count: u32, extent: f64| {
+        if count > 1 { (index as f64 / f64::from(count - 1) - 0.5) * extent } else { 0.0 }
+    };
+    [along(col, grid.cols, grid.size[0]), 0.0, along(row, grid.rows, grid.size[1])]
+}
+
+/// Springs of a grid by direction; rest lengths follow from its spacing.
+fn grid_directions(body: &Body, grid: Grid, size: [f64; 2]) -> Result<GridDirections, SceneError> {
+    if body.springs.internal.as_ref().is_some_and(|i| i.count > 0 || i.pairs.is_some()) {
+        return Err(SceneError::new("springs.internal", "a grid has no inside; struts are for closed meshes"));
+    }
+    let step = |extent: f64, nodes: u32| if nodes > 1 { extent / f64::from(nodes - 1) } else { 0.0 };
+    let (dx, dz) = (step(size[0], grid.cols), step(size[1], grid.rows));
+    let diagonal = dx.hypot(dz);
+    let make = |spring: Option<crate::scene::Spring>, length: f64| spring.map(|s| [s.k, s.d, length]);
+    let s = &body.springs;
+    Ok([
+        make(s.structural, dx),
+        make(s.bend, 2.0 * dx),
+        make(s.structural, dz),
+        make(s.bend, 2.0 * dz),
+        make(s.shear, diagonal),
+        make(s.shear, diagonal),
+    ])
+}
+
+fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
+    let in_mesh = |message: String| SceneError::new("mesh", message);
+    let surface = shapes::surface(mesh).map_err(in_mesh)?;
+    let edges = Edges::new(surface.nodes.len(), &surface.triangles, &surface.links);
+    let placement = at(Placement::new(&body.place, &surface.nodes))?;
+    let mut placed = surface.nodes.clone();
+    placement.apply_all(&mut placed);
+    let closed = !surface.triangles.is_empty() && edges.is_closed();
+    if body.kind == Kind::Soft && !closed {
+        return Err(in_mesh(not_closed(&edges)));
+    }
+    let volume = closed.then(|| measure::volume(&placed, &surface.triangles));
+    let given = body.mass_given().ok_or_else(|| SceneError::new("", "has no mass"))?;
+    let mass = mass::lump(given, body.kind, &placed, &surface.triangles, &surface.links, volume.unwrap_or(0.0))
+        .map_err(|m| SceneError::new("", m))?;
+    let lists = at(springs::mesh_springs(&body.springs, &surface, &edges, placement.factor))?;
+    let hinges = if body.springs.hinge.is_some() { edges.hinges(&surface.triangles) } else { Vec::new() };
+    let order = order::locality_order(&surface.nodes);
+    let mut solver_of_node = vec![0; order.len()];
+    for (new, &old) in order.iter().enumerate() {
+        solver_of_node[old as usize] = new as u32;
+    }
+    let mut built = BodyAssembly {
+        name: String::new(),
+        first: 0,
+        nodes: surface.nodes.len(),
+        grid: None,
+        placement,
+        start: order.iter().map(|&old| placed[old as usize]).collect(),
+        free: vec![true; mass.len()],
+        mass: order.iter().map(|&old| mass[old as usize]).collect(),
+        springs: BodySprings::Mesh(lists.into_iter().map(|list| renumber(list, &solver_of_node)).collect()),
+        hinges: hinges.into_iter().map(|h| h.map(|n| solver_of_node[n as usize])).collect(),
+        hinge_rest: Vec::new(),
+        hinge: body.springs.hinge.unwrap_or_default(),
+        closed_triangles: if closed {
+            surface.triangles.iter().map(|t| t.map(|n| solver_of_node[n as usize])).collect()
+        } else {
+            Vec::new()
+        },
+        rest_volume: volume,
+        solver_of_node: Some(solver_of_node),
+        surface: Some(surface),
+        edges: Some(edges),
+    };
+    built.set_hinge_rest();
+    Ok(built)
+}
+
+fn renumber(mut list: SpringList, solver_of_node: &[u32]) -> SpringList {
+    for pair in &mut list.pairs {
+        *pair = pair.map(|node| solver_of_node[node as usize]);
+    }
+    list
+}
+
+fn not_closed(edges: &Edges) -> String {
+    let (boundary, crowded) = (edges.boundary_edges(), edges.non_manifold_edges());
+    format!(
+        "a soft body needs a closed surface, and this one has {} holes ({boundary} boundary edges), {crowded} edges \
+         with more than two triangles and {} edges where the sides change; close it, or make the body kind = \"cloth\"",
+        edges.holes(),
+        edges.flipped
+    )
+}
+
+impl BodyAssembly {
+    /// The fold angles at the start are at rest.
+    fn set_hinge_rest(&mut self) {
+        self.hinge_rest = self
+            .hinges
+            .iter()
+            .map(|hinge| {
+                let corners = hinge.map(|node| self.start[node as usize]);
+                crate::forces::hinge::angle_and_gradient(corners).0
+            })
+            .collect();
+    }
+}

@@ -1,0 +1,53 @@
+//! Point loads and torques by solver index.
+
+use super::BodyAssembly;
+use crate::scene::{Force, ScaleKey, SceneError};
+
+/// A load on some nodes.
+pub struct Load {
+    /// Solver indices, ascending.
+    pub nodes: Vec<u32>,
+    /// What it is.
+    pub kind: LoadKind,
+    /// Scale over time.
+    pub scale: Vec<ScaleKey>,
+}
+
+/// What a load is.
+#[derive(Clone, Copy, Debug)]
+pub enum LoadKind {
+    /// A force on each node [N].
+    Force([f64; 3]),
+    /// A torque [N·m] about a unit axis through a point, shared by the nodes.
+    Torque {
+        /// Unit axis.
+        axis: [f64; 3],
+        /// Moment [N·m].
+        value: f64,
+        /// Point on the axis [m].
+        about: [f64; 3],
+    },
+}
+
+/// The load of a scene's force; the scene has been validated.
+pub(super) fn load(bodies: &[BodyAssembly], force: &Force) -> Result<Load, SceneError> {
+    let body = bodies
+        .iter()
+        .find(|body| body.name == force.body)
+        .ok_or_else(|| SceneError::new("body", format!("there is no body `{}`", force.body)))?;
+    let mut nodes: Vec<u32> =
+        body.select(&force.select)?.into_iter().map(|node| body.solver_index(node as usize) as u32).collect();
+    nodes.sort_unstable();
+    let kind = match (&force.torque, force.force) {
+        (Some(torque), _) => {
+            let length = torque.axis.iter().map(|c| c * c).sum::<f64>().sqrt();
+            LoadKind::Torque {
+                axis: torque.axis.map(|c| c / length),
+                value: torque.value,
+                about: torque.about,
+            }
+        }
+        (None, force) => LoadKind::Force(force.unwrap_or_default()),
+    };
+    Ok(Load { nodes, kind, scale: force.motion.clone() })
+}

@@ -1,0 +1,84 @@
+//! From a scene to what the backends run: bodies one after the other, nodes in an order of good locality, springs,
+//! masses, pins, colliders and loads by solver index. All in f64; a backend takes it in its own numbers.
+//!
+//! User order stays outside: [`BodyAssembly::solver_of_node`] is the only way in and out.
+
+mod body;
+mod loads;
+
+pub use body::{BodyAssembly, BodySprings};
+pub use loads::{Load, LoadKind};
+
+use crate::collision::shape::MovingCollider;
+use crate::integrate::keyframes::Track;
+use crate::scene::{Scene, SceneError, Time, World};
+
+/// A scene, ready to run.
+pub struct Assembly {
+    /// Bodies in the scene's order.
+    pub bodies: Vec<BodyAssembly>,
+    /// Number of places for nodes: each body starts at a multiple of the vector width.
+    pub places: usize,
+    /// Pins that move, by solver index.
+    pub moving_pins: Vec<MovingPin>,
+    /// The motions that `moving_pins` follow.
+    pub tracks: Vec<Track>,
+    /// Colliders in the scene's order.
+    pub colliders: Vec<MovingCollider>,
+    /// Point loads and torques.
+    pub loads: Vec<Load>,
+    /// Gravity, drag, wind.
+    pub world: World,
+    /// Frames and steps.
+    pub time: Time,
+}
+
+/// A node that follows keyframes.
+#[derive(Clone, Copy, Debug)]
+pub struct MovingPin {
+    /// Solver index.
+    pub node: u32,
+    /// Which of the tracks.
+    pub track: u32,
+    /// Where it starts [m].
+    pub start: [f64; 3],
+}
+
+impl Assembly {
+    /// Checks a scene and builds it.
+    pub fn new(scene: &Scene) -> Result<Self, SceneError> {
+        scene.validate()?;
+        let mut assembly = Self {
+            bodies: Vec::new(),
+            places: 0,
+            moving_pins: Vec::new(),
+            tracks: Vec::new(),
+            colliders: scene.colliders.iter().filter_map(MovingCollider::new).collect(),
+            loads: Vec::new(),
+            world: scene.world.clone(),
+            time: scene.time.clone(),
+        };
+        for (index, body) in scene.bodies.iter().enumerate() {
+            assembly.add_body(index, body)?;
+        }
+        assembly.moving_pins.sort_by_key(|pin| pin.node);
+        for (index, force) in scene.forces.iter().enumerate() {
+            let load = loads::load(&assembly.bodies, force).map_err(|e| e.under(&format!("force[{index}]")))?;
+            assembly.loads.push(load);
+        }
+        Ok(assembly)
+    }
+
+    /// The body that the place `node` belongs to.
+    pub fn body_of(&self, node: usize) -> usize {
+        self.bodies.partition_point(|body| body.first + body.places() <= node)
+    }
+}
+
+impl SceneError {
+    /// The same error, its path taken to be under `parent`.
+    pub(crate) fn under(self, parent: &str) -> Self {
+        let path = if self.path.is_empty() { parent.to_owned() } else { format!("{parent}.{}", self.path) };
+        Self { path, message: self.message }
+    }
+}

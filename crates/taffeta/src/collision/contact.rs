@@ -1,0 +1,76 @@
+//! What a surface does to a node that has come too close.
+//!
+//! The new position is put back onto the surface, the inward normal speed is removed or reflected (restitution e),
+//! and Coulomb friction takes at most μ times the normal impulse from the tangential speed relative to the
+//! collider's own motion. Va, Choi, Hong 2021 (S1), algorithm 4, adds unit vectors to velocities instead, which has
+//! no unit and depends on the step; this is the textbook impulse form (Baraff, Witkin, "Physically Based Modeling",
+//! SIGGRAPH course notes, 2001).
+
+use crate::real::{Real, add, dot, norm, scale, sub};
+
+/// A surface as one node meets it.
+#[derive(Clone, Copy, Debug)]
+pub struct Touch<T> {
+    /// How far the node is inside [m], above 0.
+    pub depth: T,
+    /// Outward unit normal.
+    pub normal: [T; 3],
+    /// Velocity of the surface at the node [m/s].
+    pub surface_velocity: [T; 3],
+    /// Coulomb coefficient.
+    pub friction: T,
+    /// Share of the normal speed given back.
+    pub restitution: T,
+}
+
+/// Position [m] and velocity [m/s] after contact, at the end of a step `h` [s].
+///
+/// Friction also takes back the way that the tangential speed had gone in this step: otherwise a node that sticks
+/// would creep by h² g sin α a step.
+#[inline]
+pub fn respond<T: Real>(x: [T; 3], v: [T; 3], touch: &Touch<T>, h: T) -> ([T; 3], [T; 3]) {
+    let lifted = add(x, scale(touch.normal, touch.depth));
+    let relative = sub(v, touch.surface_velocity);
+    let approach = -dot(relative, touch.normal);
+    if !(approach > T::ZERO) {
+        return (lifted, v);
+    }
+    let impulse = (T::ONE + touch.restitution) * approach;
+    let tangential = add(relative, scale(touch.normal, approach));
+    let (slip, most) = (norm(tangential), touch.friction * impulse);
+    let kept = if slip > most { T::ONE - most / slip } else { T::ZERO };
+    let friction = scale(tangential, kept - T::ONE);
+    let velocity = add(add(v, scale(touch.normal, impulse)), friction);
+    (add(lifted, scale(friction, h)), velocity)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn touch(friction: f64, restitution: f64) -> Touch<f64> {
+        Touch { depth: 0.1, normal: [0.0, 1.0, 0.0], surface_velocity: [1.0, 0.0, 0.0], friction, restitution }
+    }
+
+    #[test]
+    fn a_bounce_gives_back_its_share_and_lifts_to_the_surface() {
+        let (x, v) = respond([0.0, -0.1, 0.0], [1.0, -2.0, 0.0], &touch(0.5, 0.25), 0.01);
+        assert_eq!((x, v), ([0.0, 0.0, 0.0], [1.0, 0.5, 0.0]));
+    }
+
+    #[test]
+    fn friction_takes_at_most_mu_times_the_normal_impulse() {
+        // Relative slip 3 along x, normal impulse 2, μ = 0.5: 1 is taken, 2 remains, plus the surface's own 1.
+        let (x, v) = respond([0.0, -0.1, 0.0], [4.0, -2.0, 0.0], &touch(0.5, 0.0), 0.01);
+        assert_eq!(v, [3.0, 0.0, 0.0]);
+        assert!((x[0] + 0.01).abs() < 1e-15);
+        // μ = 2 sticks to the moving surface.
+        assert_eq!(respond([0.0; 3], [4.0, -2.0, 0.0], &touch(2.0, 0.0), 0.01).1, [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn a_node_that_leaves_is_only_lifted() {
+        let v = [4.0, 2.0, 0.0];
+        assert_eq!(respond([0.0, -0.1, 0.0], v, &touch(2.0, 1.0), 0.01), ([0.0, 0.0, 0.0], v));
+    }
+}

@@ -1,0 +1,307 @@
+//! Memory of the CPU backend, and one frame of it.
+
+use super::column::Column;
+use super::diagnose::{FrameSums, TileSums, VolumeChunk};
+use super::plan;
+use super::shared::Shared;
+use super::simd::SimdLevel;
+use super::team::Team;
+use super::tiles::{self, TilePlan, TiledSprings};
+use super::worker::{Scratch, Worker};
+use crate::assembly::{Assembly, BodySprings};
+use crate::real::Real;
+use crate::step;
+use crate::topology::{Csr, LANES};
+use std::ops::Range;
+use std::sync::Mutex;
+
+/// Position [m] and velocity [m/s] by axis: x, y, z, then their rates.
+pub type Fields<T> = [Column<T>; 6];
+
+/// A node that is moved, or a force that is applied, by the program for one frame.
+#[derive(Clone, Debug, Default)]
+pub struct Hand {
+    /// Pinned nodes that go to a place during the frame: solver index, from, to [m]; ascending.
+    pub moves: Vec<(u32, [f64; 3], [f64; 3])>,
+    /// Forces during the frame [N]: solver index; ascending.
+    pub forces: Vec<(u32, [f64; 3])>,
+}
+
+/// What does not change while a frame runs.
+pub struct Setup<T> {
+    /// The scene.
+    pub assembly: Assembly,
+    /// Springs of each body.
+    pub springs: Vec<TiledSprings<T>>,
+    /// All tiles, in order.
+    pub tiles: Vec<TilePlan>,
+    /// Inverse mass [1/kg]; 0: held, or no node.
+    pub inverse_mass: Column<T>,
+    /// Mass [kg]; 0: no node.
+    pub mass: Column<T>,
+    /// Hinges of all bodies.
+    pub hinges: Hinges<T>,
+    /// Triangles of closed bodies, in chunks.
+    pub volume_chunks: Vec<VolumeChunk>,
+    /// Instructions in use.
+    pub level: SimdLevel,
+    /// What the program does in this frame.
+    pub hand: Hand,
+}
+
+/// Hinges by solver index.
+#[derive(Default)]
+pub struct Hinges<T> {
+    /// Corners `[a, b, left, right]`.
+    pub corners: Vec<[u32; 4]>,
+    /// Fold angle at rest [rad].
+    pub rest: Vec<T>,
+    /// Hinges, stiffness [N·m/rad] and damping [N·m·s/rad] of each body that has some.
+    pub bodies: Vec<(Range<usize>, T, T)>,
+    /// For each place: 4·hinge + corner. No rows where there are no hinges.
+    pub by_node: Csr,
+}
+
+/// The CPU backend in numbers of type `T`.
+pub struct CpuBackend<T> {
+    setup: Setup<T>,
+    team: Team,
+    shares: Vec<Range<usize>>,
+    scratch: Vec<Mutex<Scratch<T>>>,
+    /// The state before and after a sub-step, by turns.
+    fields: [Fields<T>; 2],
+    current: usize,
+    hinge_forces: Vec<[[T; 3]; 4]>,
+    tile_sums: Vec<TileSums>,
+    volumes: Vec<f64>,
+}
+
+impl<T: Real> CpuBackend<T> {
+    /// Takes a scene into memory.
+    pub fn new(mut assembly: Assembly, threads: usize) -> Result<Self, String> {
+        let mut springs = Vec::new();
+        for body in &mut assembly.bodies {
+            springs.push(TiledSprings::new(body)?);
+        }
+        let tiles = tiles::tiles(&assembly);
+        let team = Team::new(threads);
+        let shares = tiles::shares(&tiles, team.threads());
+        let widest = tiles.iter().map(|tile| tile.nodes.len()).max().unwrap_or(0);
+        let cols = assembly.bodies.iter().filter_map(|b| b.grid.map(|g| g.cols as usize)).max().unwrap_or(0);
+        let hinges = Hinges::new(&assembly);
+        let volume_chunks = VolumeChunk::all(&assembly);
+        let [inverse_mass, mass] = masses(&assembly);
+        let fields = start(&assembly);
+        release(&mut assembly);
+        Ok(Self {
+            scratch: shares.iter().map(|_| Mutex::new(Scratch::new(widest, cols))).collect(),
+            fields: [fields.clone(), fields],
+            current: 0,
+            hinge_forces: vec![[[T::ZERO; 3]; 4]; hinges.corners.len()],
+            tile_sums: vec![TileSums::default(); tiles.len()],
+            volumes: vec![0.0; volume_chunks.len()],
+            setup: Setup {
+                assembly,
+                springs,
+                tiles,
+                inverse_mass,
+                mass,
+                hinges,
+                volume_chunks,
+                level: SimdLevel::detect(),
+                hand: Hand::default(),
+            },
+            team,
+            shares,
+        })
+    }
+
+    /// Runs the frame that starts at time `start` [s]; without sub-steps it only measures.
+    fn run(&mut self, substeps: &[plan::Substep<T>]) -> FrameSums {
+        let [a, b] = &mut self.fields;
+        let buffers = [a, b].map(|fields| fields.each_mut().map(|column| Shared::new(column)));
+        let hinge_forces = Shared::new(&mut self.hinge_forces);
+        let tile_sums = Shared::new(&mut self.tile_sums);
+        let volumes = Shared::new(&mut self.volumes);
+        let (setup, shares, scratch, current) = (&self.setup, &self.shares, &self.scratch, self.current);
+        self.team.run(|index, barrier| {
+            let mut scratch = scratch[index].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut worker = Worker {
+                setup,
+                index,
+                workers: shares.len(),
+                share: shares[index].clone(),
+                buffers: &buffers,
+                current,
+                hinge_forces: &hinge_forces,
+                tile_sums: &tile_sums,
+                volumes: &volumes,
+                scratch: &mut scratch,
+                barrier,
+            };
+            step::frame(&mut worker, substeps);
+        });
+        self.current = (self.current + substeps.len()) % 2;
+        let state = self.fields[self.current].each_ref().map(|column| &column[..]);
+        FrameSums::new(&self.setup, state, &self.tile_sums, &self.volumes)
+    }
+}
+
+/// The backend as a simulation drives it, whatever its numbers.
+pub trait Backend: Send {
+    /// Runs the frame that starts at time `start` [s].
+    fn frame(&mut self, start: f64, hand: Hand) -> FrameSums;
+    /// Measures the state as it is.
+    fn measure(&mut self) -> FrameSums;
+    /// The scene.
+    fn assembly(&self) -> &Assembly;
+    /// Position [m] of the node with solver index `node`.
+    fn position(&self, node: usize) -> [f64; 3];
+    /// Velocity [m/s] of the node with solver index `node`.
+    fn velocity(&self, node: usize) -> [f64; 3];
+    /// Sets position [m] and velocity [m/s] of a node.
+    fn set(&mut self, node: usize, position: [f64; 3], velocity: [f64; 3]);
+    /// Holds a node from now on.
+    fn hold(&mut self, node: usize);
+    /// Whether a node is free.
+    fn is_free(&self, node: usize) -> bool;
+    /// Appends the little-endian bytes of a node's position, or of its velocity.
+    fn bytes(&self, node: usize, velocity: bool, sink: &mut Vec<u8>);
+    /// Number of workers.
+    fn threads(&self) -> usize;
+    /// Instructions in use.
+    fn level(&self) -> SimdLevel;
+    /// Bytes of memory that state and springs take.
+    fn memory(&self) -> usize;
+}
+
+impl<T: Real> Backend for CpuBackend<T> {
+    fn frame(&mut self, start: f64, hand: Hand) -> FrameSums {
+        self.setup.hand = hand;
+        let substeps = plan::frame(&self.setup.assembly, start);
+        self.run(&substeps)
+    }
+
+    fn measure(&mut self) -> FrameSums {
+        self.run(&[])
+    }
+
+    fn assembly(&self) -> &Assembly {
+        &self.setup.assembly
+    }
+
+    fn position(&self, node: usize) -> [f64; 3] {
+        std::array::from_fn(|axis| self.fields[self.current][axis][node].to_f64())
+    }
+
+    fn velocity(&self, node: usize) -> [f64; 3] {
+        std::array::from_fn(|axis| self.fields[self.current][3 + axis][node].to_f64())
+    }
+
+    fn set(&mut self, node: usize, position: [f64; 3], velocity: [f64; 3]) {
+        for axis in 0..3 {
+            self.fields[self.current][axis][node] = T::from_f64(position[axis]);
+            self.fields[self.current][3 + axis][node] = T::from_f64(velocity[axis]);
+        }
+    }
+
+    fn hold(&mut self, node: usize) {
+        self.setup.inverse_mass[node] = T::ZERO;
+        let at = self.position(node);
+        self.set(node, at, [0.0; 3]);
+    }
+
+    fn is_free(&self, node: usize) -> bool {
+        self.setup.inverse_mass[node] > T::ZERO
+    }
+
+    fn bytes(&self, node: usize, velocity: bool, sink: &mut Vec<u8>) {
+        let first = if velocity { 3 } else { 0 };
+        for column in &self.fields[self.current][first..first + 3] {
+            column[node].bytes(sink);
+        }
+    }
+
+    fn threads(&self) -> usize {
+        self.team.threads()
+    }
+
+    fn level(&self) -> SimdLevel {
+        self.setup.level
+    }
+
+    fn memory(&self) -> usize {
+        let columns = 14 * self.setup.mass.len() * size_of::<T>();
+        let springs: usize = self.setup.springs.iter().map(TiledSprings::bytes).sum();
+        columns + springs + self.hinge_forces.len() * (size_of::<[[T; 3]; 4]>() + 36)
+    }
+}
+
+/// Places in every column: all nodes, and a margin that vector loads may read past the last row.
+fn padded(assembly: &Assembly) -> usize {
+    assembly.places + 4 * LANES
+}
+
+/// Inverse mass and mass by solver index.
+fn masses<T: Real>(assembly: &Assembly) -> [Column<T>; 2] {
+    let mut columns = [Column::zeros(padded(assembly)), Column::zeros(padded(assembly))];
+    for body in &assembly.bodies {
+        for (local, (&mass, &free)) in body.mass.iter().zip(&body.free).enumerate() {
+            columns[0][body.first + local] = if free { T::from_f64(1.0 / mass) } else { T::ZERO };
+            columns[1][body.first + local] = T::from_f64(mass);
+        }
+    }
+    columns
+}
+
+/// The state at the start: in place, at rest.
+fn start<T: Real>(assembly: &Assembly) -> Fields<T> {
+    let mut fields: Fields<T> = std::array::from_fn(|_| Column::zeros(padded(assembly)));
+    for body in &assembly.bodies {
+        for (local, place) in body.start.iter().enumerate() {
+            for axis in 0..3 {
+                fields[axis][body.first + local] = T::from_f64(place[axis]);
+            }
+        }
+    }
+    fields
+}
+
+/// Gives back what only the building needed: at millions of nodes it is most of the memory.
+fn release(assembly: &mut Assembly) {
+    for body in &mut assembly.bodies {
+        body.start = Vec::new();
+        body.mass = Vec::new();
+        body.free = Vec::new();
+        body.hinges = Vec::new();
+        body.hinge_rest = Vec::new();
+        if let BodySprings::Mesh(lists) = &mut body.springs {
+            for list in lists {
+                list.rest = Vec::new();
+            }
+        }
+    }
+}
+
+impl<T: Real> Hinges<T> {
+    fn new(assembly: &Assembly) -> Self {
+        let mut hinges = Self {
+            corners: Vec::new(),
+            rest: Vec::new(),
+            bodies: Vec::new(),
+            by_node: Csr::default(),
+        };
+        for body in assembly.bodies.iter().filter(|body| !body.hinges.is_empty()) {
+            let from = hinges.corners.len();
+            let first = body.first as u32;
+            hinges.corners.extend(body.hinges.iter().map(|corners| corners.map(|node| node + first)));
+            hinges.rest.extend(body.hinge_rest.iter().map(|&angle| T::from_f64(angle)));
+            let range = from..hinges.corners.len();
+            hinges.bodies.push((range, T::from_f64(body.hinge.k), T::from_f64(body.hinge.d)));
+        }
+        if !hinges.corners.is_empty() {
+            hinges.by_node = Csr::corners(assembly.places, &hinges.corners);
+        }
+        hinges
+    }
+}

@@ -1,0 +1,276 @@
+//! Sums over the state at the end of a frame. Each tile is summed in 16 fixed lanes and f64, tiles in their order,
+//! so that a sum does not depend on the number of workers or the vector width.
+
+use super::backend::Setup;
+use super::mesh::{GatheredSprings, gather};
+use super::simd::Kernel;
+use super::tiles::{TilePlan, TiledSprings};
+use crate::assembly::Assembly;
+use crate::forces::{hinge, spring};
+use crate::real::{Real, cross, dot, norm, sub};
+use crate::topology::LANES;
+use std::ops::Range;
+
+/// Sums of one tile.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TileSums {
+    /// Σ m v² [J], twice the kinetic energy.
+    pub m_v2: f64,
+    /// Σ m x [kg·m].
+    pub m_x: [f64; 3],
+    /// Σ m v [kg·m/s].
+    pub momentum: [f64; 3],
+    /// Σ m x × v [kg·m²/s].
+    pub angular_momentum: [f64; 3],
+    /// Energy of the springs [J].
+    pub springs: f64,
+    /// Largest l/L.
+    pub max_stretch: f64,
+    /// Nodes that touched a collider in the last sub-step.
+    pub contacts: u64,
+}
+
+/// Sums of a frame.
+#[derive(Clone, Debug, Default)]
+pub struct FrameSums {
+    /// Sums of all tiles.
+    pub all: TileSums,
+    /// Energy of the hinges [J].
+    pub hinges: f64,
+    /// Volume of each body [m³], where it is closed.
+    pub volumes: Vec<Option<f64>>,
+}
+
+/// A few triangles of one closed body.
+pub struct VolumeChunk {
+    body: usize,
+    triangles: Range<usize>,
+}
+
+impl VolumeChunk {
+    /// All closed bodies, cut up.
+    pub fn all(assembly: &Assembly) -> Vec<Self> {
+        let cut = |(body, count): (usize, usize)| {
+            (0..count).step_by(4096).map(move |i| Self { body, triangles: i..count.min(i + 4096) })
+        };
+        let counts = assembly.bodies.iter().map(|body| body.closed_triangles.len());
+        counts.enumerate().flat_map(cut).collect()
+    }
+}
+
+/// Volume [m³] under a chunk's triangles: Σ (a−o)·((b−o)×(c−o))/6, where o is a node of the body, so that no digits
+/// are lost far from the origin.
+pub fn chunk_volume<T: Real>(setup: &Setup<T>, chunk: usize, state: [&[T]; 6]) -> f64 {
+    let VolumeChunk { body, triangles } = &setup.volume_chunks[chunk];
+    let body = &setup.assembly.bodies[*body];
+    let place = |node: u32| [0, 1, 2].map(|c| state[c][body.first + node as usize].to_f64());
+    let origin = place(0);
+    let mut six = 0.0;
+    for triangle in &body.closed_triangles[triangles.clone()] {
+        let [a, b, c] = triangle.map(|node| sub(place(node), origin));
+        six += dot(a, cross(b, c));
+    }
+    six / 6.0
+}
+
+impl FrameSums {
+    /// Adds up tiles and chunks in their order.
+    pub fn new<T: Real>(setup: &Setup<T>, state: [&[T]; 6], tiles: &[TileSums], chunks: &[f64]) -> Self {
+        let mut all = TileSums::default();
+        for tile in tiles {
+            all.add(tile);
+        }
+        let closed = setup.assembly.bodies.iter().map(|body| body.rest_volume.map(|_| 0.0));
+        let mut volumes: Vec<Option<f64>> = closed.collect();
+        for (chunk, volume) in setup.volume_chunks.iter().zip(chunks) {
+            *volumes[chunk.body].get_or_insert(0.0) += volume;
+        }
+        Self { all, hinges: hinge_energy(setup, state), volumes }
+    }
+}
+
+impl TileSums {
+    fn add(&mut self, other: &Self) {
+        self.m_v2 += other.m_v2;
+        self.springs += other.springs;
+        self.contacts += other.contacts;
+        self.max_stretch = if other.max_stretch > self.max_stretch { other.max_stretch } else { self.max_stretch };
+        for axis in 0..3 {
+            self.m_x[axis] += other.m_x[axis];
+            self.momentum[axis] += other.momentum[axis];
+            self.angular_momentum[axis] += other.angular_momentum[axis];
+        }
+    }
+}
+
+/// Energy of all hinges [J], in their order.
+fn hinge_energy<T: Real>(setup: &Setup<T>, state: [&[T]; 6]) -> f64 {
+    let hinges = &setup.hinges;
+    let mut sum = 0.0;
+    for (range, k, _) in &hinges.bodies {
+        for i in range.clone() {
+            let corners = hinges.corners[i].map(|n| [0, 1, 2].map(|c| state[c][n as usize]));
+            sum += hinge::energy(corners, *k, hinges.rest[i]).to_f64();
+        }
+    }
+    sum
+}
+
+/// Sums of one tile.
+pub fn tile_sums<T: Real>(setup: &Setup<T>, plan: &TilePlan, state: [&[T]; 6]) -> TileSums {
+    let mut sums = setup.level.run(NodeSums {
+        mass: &setup.mass[plan.nodes.clone()],
+        state: state.map(|column| &column[plan.nodes.clone()]),
+    });
+    let first = setup.assembly.bodies[plan.body].first;
+    let state = state.map(|column| &column[first..]);
+    match &setup.springs[plan.body] {
+        TiledSprings::Grid(grid) => {
+            for row in plan.units.clone() {
+                for direction in 0..6 {
+                    let count = grid.count(direction, row);
+                    if let (Some(along), 1..) = (grid.along[direction], count) {
+                        let (a, b) = grid.ends(direction, row);
+                        setup.level.run(RowStretch { state, a, b, count, along, sums: &mut sums });
+                    }
+                }
+            }
+        }
+        TiledSprings::Mesh(sets) => {
+            for springs in sets {
+                for slice in plan.units.clone() {
+                    setup.level.run(SliceStretch { state, springs, slice, sums: &mut sums });
+                }
+            }
+        }
+    }
+    sums
+}
+
+/// 16 sums side by side, added up in order at the end.
+#[derive(Clone, Copy)]
+struct Lanes([f64; LANES]);
+
+impl Lanes {
+    const ZERO: Self = Self([0.0; LANES]);
+
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        let mut sum = 0.0;
+        for lane in self.0 {
+            sum += lane;
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn largest(&self) -> f64 {
+        let mut largest = 0.0;
+        for lane in self.0 {
+            largest = if lane > largest { lane } else { largest };
+        }
+        largest
+    }
+}
+
+/// Kernel: sums over nodes.
+struct NodeSums<'a, T> {
+    mass: &'a [T],
+    state: [&'a [T]; 6],
+}
+
+impl<T: Real> Kernel for NodeSums<'_, T> {
+    type Output = TileSums;
+    #[inline(always)]
+    fn run(self) -> TileSums {
+        let n = self.mass.len();
+        let mut lanes = [Lanes::ZERO; 10];
+        for start in (0..n).step_by(LANES) {
+            for (lane, i) in (start..n.min(start + LANES)).enumerate() {
+                let m = self.mass[i].to_f64();
+                let [x, y, z, u, v, w] = self.state.map(|column| column[i].to_f64());
+                let (position, p) = ([x, y, z], [m * u, m * v, m * w]);
+                let turning = cross(position, p);
+                lanes[0].0[lane] += dot(p, [u, v, w]);
+                for axis in 0..3 {
+                    lanes[1 + axis].0[lane] += m * position[axis];
+                    lanes[4 + axis].0[lane] += p[axis];
+                    lanes[7 + axis].0[lane] += turning[axis];
+                }
+            }
+        }
+        let three = |first: usize| [0, 1, 2].map(|axis| lanes[first + axis].total());
+        TileSums {
+            m_v2: lanes[0].total(),
+            m_x: three(1),
+            momentum: three(4),
+            angular_momentum: three(7),
+            ..TileSums::default()
+        }
+    }
+}
+
+/// Kernel: energy and stretch of one row's springs in one direction.
+struct RowStretch<'a, T> {
+    state: [&'a [T]; 6],
+    a: usize,
+    b: usize,
+    count: usize,
+    along: super::grid::Direction<T>,
+    sums: &'a mut TileSums,
+}
+
+impl<T: Real> Kernel for RowStretch<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { state, a, b, count, along, sums } = self;
+        let [ax, ay, az] = [0, 1, 2].map(|c| &state[c][a..a + count]);
+        let [bx, by, bz] = [0, 1, 2].map(|c| &state[c][b..b + count]);
+        let (mut energy, mut longest) = (Lanes::ZERO, Lanes::ZERO);
+        for start in (0..count).step_by(LANES) {
+            for (lane, i) in (start..count.min(start + LANES)).enumerate() {
+                let length = norm([bx[i] - ax[i], by[i] - ay[i], bz[i] - az[i]]);
+                energy.0[lane] += spring::energy(length, along.k, along.rest_length).to_f64();
+                let length = length.to_f64();
+                longest.0[lane] = if length > longest.0[lane] { length } else { longest.0[lane] };
+            }
+        }
+        sums.springs += energy.total();
+        let stretch = longest.largest() / along.rest_length.to_f64();
+        sums.max_stretch = if stretch > sums.max_stretch { stretch } else { sums.max_stretch };
+    }
+}
+
+/// Kernel: energy and stretch of one slice's springs. Each is met from both ends: half its energy each time.
+struct SliceStretch<'a, T> {
+    state: [&'a [T]; 6],
+    springs: &'a GatheredSprings<T>,
+    slice: usize,
+    sums: &'a mut TileSums,
+}
+
+impl<T: Real> Kernel for SliceStretch<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { state, springs, slice, sums } = self;
+        let own: [&[T; LANES]; 6] = state.map(|column| &column.as_chunks::<LANES>().0[slice]);
+        let (mut energy, mut longest) = (Lanes::ZERO, Lanes::ZERO);
+        for (neighbours, rest_lengths) in springs.slice(slice) {
+            let other = gather(&state, neighbours);
+            for lane in 0..LANES {
+                let rest = rest_lengths[lane];
+                let d = [0, 1, 2].map(|c| other[c][lane] - own[c][lane]);
+                let length = norm(d);
+                let (length, rest, k) = if rest > T::ZERO { (length, rest, springs.k) } else { (T::ZERO, T::ONE, T::ZERO) };
+                energy.0[lane] += spring::energy(length, k, rest).to_f64() * 0.5;
+                let stretch = (length / rest).to_f64();
+                longest.0[lane] = if stretch > longest.0[lane] { stretch } else { longest.0[lane] };
+            }
+        }
+        sums.springs += energy.total();
+        let stretch = longest.largest();
+        sums.max_stretch = if stretch > sums.max_stretch { stretch } else { sums.max_stretch };
+    }
+}

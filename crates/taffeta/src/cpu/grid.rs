@@ -1,0 +1,221 @@
+//! Springs of a grid, by a sweep over its rows: each spring is computed once and its force used at both ends.
+//!
+//! A row owns six springs per node: to the next and second next in its row, straight down to the next and second
+//! next row, and both diagonals down. Their forces are kept for as many rows as they reach, and a node's force is
+//! the sum of its twelve springs in a fixed order. So a row's result depends on the old state alone, not on where a
+//! worker began.
+
+use super::column::Column;
+use super::simd::{Kernel, SimdLevel};
+use crate::forces::spring;
+use crate::real::Real;
+use crate::topology::{GRID_STEPS as STEPS, LANES};
+
+/// Stiffness [N/m], damping [kg/s] and rest length [m] of the springs in one direction.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Direction<T> {
+    pub k: T,
+    pub damping: T,
+    pub rest_length: T,
+}
+
+impl<T: Real> Direction<T> {
+    /// From stiffness, damping and rest length.
+    pub fn new([k, damping, rest_length]: [f64; 3]) -> Self {
+        Self { k: T::from_f64(k), damping: T::from_f64(damping), rest_length: T::from_f64(rest_length) }
+    }
+}
+
+/// The springs of a grid of `rows` × `cols` nodes, by direction; `None` where there are none.
+#[derive(Clone, Copy, Debug)]
+pub struct GridSprings<T> {
+    pub rows: usize,
+    pub cols: usize,
+    pub along: [Option<Direction<T>>; 6],
+}
+
+/// The first column that owns a spring of a direction. Forces are kept by number of the spring in its row, from 0.
+const fn first_column(direction: usize) -> usize {
+    if STEPS[direction].1 < 0 { 1 } else { 0 }
+}
+
+impl<T: Real> GridSprings<T> {
+    /// How many springs of `direction` a row has, going down from `row`.
+    pub fn count(&self, direction: usize, row: usize) -> usize {
+        let (down, across) = STEPS[direction];
+        let there = self.along[direction].is_some() && row + down < self.rows;
+        if there { self.cols.saturating_sub(across.unsigned_abs()) } else { 0 }
+    }
+
+    /// The two ends, as offsets from the body's first node, of the first spring of `direction` in `row`.
+    pub fn ends(&self, direction: usize, row: usize) -> (usize, usize) {
+        let (down, across) = STEPS[direction];
+        let a = row * self.cols + first_column(direction);
+        (a, ((row + down) * self.cols + first_column(direction)).wrapping_add_signed(across))
+    }
+}
+
+/// A worker's sweep over rows, and the forces it remembers from the rows before.
+///
+/// All lie in one block of lines: [`LANES`] zeros, the columns, at least [`LANES`] zeros. A direction that goes
+/// `down` rows needs `down` + 1 rows of three axes; row r is kept in the (r mod (down + 1))-th.
+pub struct Sweep<T> {
+    forces: Column<T>,
+    line: usize,
+    /// The row that may come next without starting again: (body, row).
+    next: Option<(usize, usize)>,
+}
+
+/// The first line of each direction's rows in a sweep's block.
+const FIRST_LINE: [usize; 6] = [0, 3, 6, 12, 21, 27];
+const LINES: usize = 33;
+
+/// The line where `axis` of `direction` is kept for `row`, which may be before the first.
+#[inline(always)]
+fn line_of(direction: usize, row: isize, axis: usize) -> usize {
+    let kept = STEPS[direction].0 as isize + 1;
+    FIRST_LINE[direction] + 3 * row.rem_euclid(kept) as usize + axis
+}
+
+impl<T: Real> Sweep<T> {
+    /// For grids of up to `cols` columns.
+    pub fn new(cols: usize) -> Self {
+        let line = cols.next_multiple_of(LANES) + 2 * LANES;
+        Self { forces: Column::zeros(line * LINES), line, next: None }
+    }
+
+    /// Forgets the rows before: the state has changed.
+    pub fn restart(&mut self) {
+        self.next = None;
+    }
+
+    /// Adds to `force` [N] the springs of all nodes of `rows`; `old` is the state (position and velocity by axis)
+    /// from the body's first node on.
+    pub fn springs(
+        &mut self,
+        level: SimdLevel,
+        (body, grid): (usize, &GridSprings<T>),
+        rows: std::ops::Range<usize>,
+        old: [&[T]; 6],
+        force: &mut [Column<T>; 3],
+    ) {
+        if self.next != Some((body, rows.start)) {
+            self.forces.fill(T::ZERO);
+            for row in rows.start.saturating_sub(2)..rows.start {
+                level.run(SweepRow { sweep: self, grid, row, old, force: None });
+            }
+        }
+        let cols = grid.cols;
+        for row in rows.clone() {
+            let at = (row - rows.start) * cols..(row - rows.start + 1) * cols;
+            let [x, y, z] = &mut *force;
+            let force = Some([&mut x[at.clone()], &mut y[at.clone()], &mut z[at]]);
+            level.run(SweepRow { sweep: self, grid, row, old, force });
+        }
+        self.next = Some((body, rows.end));
+    }
+}
+
+/// Kernel: the springs that a row owns, then, if asked, the forces on its nodes.
+struct SweepRow<'a, T> {
+    sweep: &'a mut Sweep<T>,
+    grid: &'a GridSprings<T>,
+    row: usize,
+    old: [&'a [T]; 6],
+    force: Option<[&'a mut [T]; 3]>,
+}
+
+impl<T: Real> Kernel for SweepRow<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { sweep, grid, row, old, force } = self;
+        for direction in 0..6 {
+            own_springs(sweep, grid, direction, row, &old);
+        }
+        if let Some([x, y, z]) = force {
+            add_up(sweep, row, 0, x);
+            add_up(sweep, row, 1, y);
+            add_up(sweep, row, 2, z);
+        }
+    }
+}
+
+/// Forces on the first ends of a row's springs in one direction.
+#[inline(always)]
+fn own_springs<T: Real>(
+    sweep: &mut Sweep<T>,
+    grid: &GridSprings<T>,
+    direction: usize,
+    row: usize,
+    old: &[&[T]; 6],
+) {
+    let Some(along) = grid.along[direction] else { return };
+    let count = grid.count(direction, row);
+    // Whole vectors: what lies past the row is computed too, then cleared. The state is padded for that.
+    let padded = count.next_multiple_of(LANES);
+    let line = sweep.line;
+    let start = line_of(direction, row as isize, 0) * line;
+    let (x, rest) = sweep.forces[start..start + 3 * line].split_at_mut(line);
+    let (y, z) = rest.split_at_mut(line);
+    let (x, y, z) = (&mut x[LANES..], &mut y[LANES..], &mut z[LANES..]);
+    if count > 0 {
+        let (a, b) = grid.ends(direction, row);
+        row_springs(old, [a, b], &mut x[..padded], &mut y[..padded], &mut z[..padded], along);
+    }
+    for axis in [x, y, z] {
+        let end = padded.max(grid.cols.next_multiple_of(LANES));
+        axis[count..end].fill(T::ZERO);
+    }
+}
+
+#[inline(always)]
+fn row_springs<T: Real>(
+    old: &[&[T]; 6],
+    [a, b]: [usize; 2],
+    x: &mut [T],
+    y: &mut [T],
+    z: &mut [T],
+    along: Direction<T>,
+) {
+    let n = x.len();
+    let (y, z) = (&mut y[..n], &mut z[..n]);
+    let (ax, ay, az) = (&old[0][a..a + n], &old[1][a..a + n], &old[2][a..a + n]);
+    let (au, av, aw) = (&old[3][a..a + n], &old[4][a..a + n], &old[5][a..a + n]);
+    let (bx, by, bz) = (&old[0][b..b + n], &old[1][b..b + n], &old[2][b..b + n]);
+    let (bu, bv, bw) = (&old[3][b..b + n], &old[4][b..b + n], &old[5][b..b + n]);
+    for i in 0..n {
+        let d = [bx[i] - ax[i], by[i] - ay[i], bz[i] - az[i]];
+        let dv = [bu[i] - au[i], bv[i] - av[i], bw[i] - aw[i]];
+        let factor = spring::factor(d, dv, along.k, along.damping, along.rest_length);
+        x[i] = factor * d[0];
+        y[i] = factor * d[1];
+        z[i] = factor * d[2];
+    }
+}
+
+/// Adds a row's forces along one axis: own springs less those that end here, in the order of the steps.
+#[inline(always)]
+fn add_up<T: Real>(sweep: &Sweep<T>, row: usize, axis: usize, force: &mut [T]) {
+    let n = force.len();
+    let own = |direction| {
+        let from = line_of(direction, row as isize, axis) * sweep.line + LANES - first_column(direction);
+        &sweep.forces[from..from + n]
+    };
+    let ending = |direction: usize| {
+        let (down, across) = STEPS[direction];
+        let line = line_of(direction, row as isize - down as isize, axis);
+        let from = (line * sweep.line + LANES - first_column(direction)).wrapping_add_signed(-across);
+        &sweep.forces[from..from + n]
+    };
+    let (p0, p1, p2, p3, p4, p5) = (own(0), own(1), own(2), own(3), own(4), own(5));
+    let (m0, m1, m2, m3, m4, m5) = (ending(0), ending(1), ending(2), ending(3), ending(4), ending(5));
+    for i in 0..n {
+        force[i] += (p0[i] - m0[i])
+            + (p1[i] - m1[i])
+            + (p2[i] - m2[i])
+            + (p3[i] - m3[i])
+            + (p4[i] - m4[i])
+            + (p5[i] - m5[i]);
+    }
+}

@@ -1,0 +1,142 @@
+//! Springs of a mesh, gathered by node: each node adds up the springs of its row, so that no two workers write one
+//! node. Rows are kept in slices of [`LANES`] nodes (sliced ELL), one node a vector lane.
+
+use super::column::Column;
+use super::simd::{Kernel, SimdLevel};
+use crate::forces::spring;
+use crate::real::Real;
+use crate::topology::{Gather, LANES, SpringKind};
+
+/// The springs of one kind of a mesh body.
+pub struct GatheredSprings<T> {
+    /// What they are for.
+    pub kind: SpringKind,
+    /// Number of springs, each once.
+    pub count: usize,
+    /// Stiffness [N/m].
+    pub k: T,
+    /// Damping [kg/s].
+    pub damping: T,
+    slice_starts: Vec<u32>,
+    /// The other end, counted from the body's first node.
+    neighbour: Vec<u32>,
+    /// Rest length [m]; 0 in padding, whose two ends are one node.
+    rest_length: Vec<T>,
+    nodes: usize,
+}
+
+impl<T: Real> GatheredSprings<T> {
+    /// From a gather table of a body of `nodes` nodes; every neighbour in it is one of them.
+    pub fn new(kind: SpringKind, count: usize, (k, damping): (f64, f64), gather: Gather, nodes: usize) -> Self {
+        assert!(gather.neighbour.iter().all(|&n| (n as usize) < nodes), "gather table within the body");
+        Self {
+            kind,
+            count,
+            k: T::from_f64(k),
+            damping: T::from_f64(damping),
+            slice_starts: gather.slice_starts,
+            neighbour: gather.neighbour,
+            rest_length: gather.rest.into_iter().map(T::from_f64).collect(),
+            nodes,
+        }
+    }
+
+    /// Adds to `force` [N] the springs of the nodes of `slices`; `old` is the state from the body's first node on.
+    pub fn springs(
+        &self,
+        level: SimdLevel,
+        slices: std::ops::Range<usize>,
+        old: [&[T]; 6],
+        force: &mut [Column<T>; 3],
+    ) {
+        // Vector gathers of AVX-512 are slower than AVX2's on the machines measured.
+        level.min(SimdLevel::Avx2).run(GatherForces { springs: self, slices, old, force });
+    }
+
+    /// The table's rows for one slice: for each step, the neighbours and rest lengths of the slice's lanes.
+    #[inline(always)]
+    pub fn slice(&self, slice: usize) -> impl Iterator<Item = (&[u32; LANES], &[T; LANES])> {
+        let range = self.slice_starts[slice] as usize..self.slice_starts[slice + 1] as usize;
+        let neighbours = self.neighbour[range.clone()].as_chunks::<LANES>().0;
+        neighbours.iter().zip(self.rest_length[range].as_chunks::<LANES>().0)
+    }
+
+    /// Bytes that the table takes.
+    pub fn bytes(&self) -> usize {
+        self.neighbour.len() * (4 + size_of::<T>()) + self.slice_starts.len() * 4
+    }
+}
+
+/// Kernel: forces of some slices.
+struct GatherForces<'a, T> {
+    springs: &'a GatheredSprings<T>,
+    slices: std::ops::Range<usize>,
+    old: [&'a [T]; 6],
+    force: &'a mut [Column<T>; 3],
+}
+
+impl<T: Real> Kernel for GatherForces<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { springs, slices, old, force } = self;
+        let old = old.map(|s| &s[..springs.nodes.next_multiple_of(LANES)]);
+        let first = slices.start;
+        for slice in slices {
+            let own: [&[T; LANES]; 6] = old.map(|s| &s.as_chunks::<LANES>().0[slice]);
+            let mut sum = [[T::ZERO; LANES]; 3];
+            for (neighbours, rest_lengths) in springs.slice(slice) {
+                add_springs(springs, &old, own, neighbours, rest_lengths, &mut sum);
+            }
+            for (force, sum) in force.iter_mut().zip(&sum) {
+                let force = &mut force.as_chunks_mut::<LANES>().0[slice - first];
+                for lane in 0..LANES {
+                    force[lane] += sum[lane];
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn add_springs<T: Real>(
+    springs: &GatheredSprings<T>,
+    old: &[&[T]; 6],
+    own: [&[T; LANES]; 6],
+    neighbours: &[u32; LANES],
+    rest_lengths: &[T; LANES],
+    sum: &mut [[T; LANES]; 3],
+) {
+    let other = gather(old, neighbours);
+    for lane in 0..LANES {
+        let d = [
+            other[0][lane] - own[0][lane],
+            other[1][lane] - own[1][lane],
+            other[2][lane] - own[2][lane],
+        ];
+        let dv = [
+            other[3][lane] - own[3][lane],
+            other[4][lane] - own[4][lane],
+            other[5][lane] - own[5][lane],
+        ];
+        let factor = spring::factor(d, dv, springs.k, springs.damping, rest_lengths[lane]);
+        sum[0][lane] += factor * d[0];
+        sum[1][lane] += factor * d[1];
+        sum[2][lane] += factor * d[2];
+    }
+}
+
+/// Position and velocity of each lane's neighbour.
+#[inline(always)]
+pub fn gather<T: Real>(state: &[&[T]; 6], neighbours: &[u32; LANES]) -> [[T; LANES]; 6] {
+    let mut values = [[T::ZERO; LANES]; 6];
+    for lane in 0..LANES {
+        let node = neighbours[lane] as usize;
+        for axis in 0..6 {
+            // SAFETY: `GatheredSprings::new` asserted that neighbours are below the body's node count, and all
+            // callers pass at least that many nodes.
+            values[axis][lane] = unsafe { *state[axis].get_unchecked(node) };
+        }
+    }
+    values
+}

@@ -1,0 +1,18 @@
+//! The backend on the CPU: memory and scheduling. Formulas are in the stages' own folders.
+
+mod backend;
+mod column;
+mod diagnose;
+mod grid;
+mod mesh;
+mod plan;
+mod shared;
+mod simd;
+mod team;
+mod tile;
+mod tiles;
+mod worker;
+
+pub use backend::{Backend, CpuBackend, Hand};
+pub use diagnose::FrameSums;
+pub use simd::SimdLevel;

@@ -1,0 +1,129 @@
+//! A team of threads that runs a whole frame in one go and meets at a spinning barrier between stages.
+//!
+//! A sub-step of a small cloth lasts tens of microseconds: less than it takes to hand out work afresh.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+/// Worker threads, waiting between frames.
+pub struct Team {
+    pool: Option<rayon::ThreadPool>,
+    threads: usize,
+}
+
+impl Team {
+    /// A team of `threads` (at least one). One thread is the caller itself; if the system gives no threads, too.
+    pub fn new(threads: usize) -> Self {
+        let pool = (threads > 1)
+            .then(|| {
+                rayon::ThreadPoolBuilder::new()
+                    .num_threads(threads)
+                    .thread_name(|i| format!("taffeta-{i}"))
+                    .build()
+            })
+            .and_then(Result::ok);
+        Self { threads: if pool.is_some() { threads } else { 1 }, pool }
+    }
+
+    /// Number of workers.
+    pub fn threads(&self) -> usize {
+        self.threads
+    }
+
+    /// Runs `work(worker, barrier)` on every worker at once and waits for all.
+    pub fn run(&self, work: impl Fn(usize, &Barrier) + Sync) {
+        let barrier = Barrier::new(self.threads);
+        match &self.pool {
+            Some(pool) => {
+                pool.broadcast(|context| {
+                    let guard = BreakOnPanic(&barrier);
+                    work(context.index(), &barrier);
+                    drop(guard);
+                });
+            }
+            None => work(0, &barrier),
+        }
+    }
+}
+
+/// Where all workers of a team meet. Spins briefly, then lets other programs run.
+pub struct Barrier {
+    workers: usize,
+    arrived: AtomicUsize,
+    generation: AtomicUsize,
+    broken: AtomicBool,
+}
+
+impl Barrier {
+    fn new(workers: usize) -> Self {
+        Self {
+            workers,
+            arrived: AtomicUsize::new(0),
+            generation: AtomicUsize::new(0),
+            broken: AtomicBool::new(false),
+        }
+    }
+
+    /// Waits until every worker has come. What a worker wrote before is seen by all after.
+    pub fn wait(&self) {
+        if self.workers == 1 {
+            return;
+        }
+        let generation = self.generation.load(Ordering::Acquire);
+        if self.arrived.fetch_add(1, Ordering::AcqRel) + 1 == self.workers {
+            self.arrived.store(0, Ordering::Relaxed);
+            self.generation.store(generation.wrapping_add(1), Ordering::Release);
+            return;
+        }
+        let mut spins = 0_u32;
+        while self.generation.load(Ordering::Acquire) == generation {
+            assert!(!self.broken.load(Ordering::Relaxed), "another worker of the team panicked");
+            spins += 1;
+            if spins < 4096 {
+                std::hint::spin_loop();
+            } else {
+                std::thread::yield_now();
+            }
+        }
+    }
+}
+
+/// Frees the others if a worker panics, so that the panic is reported and nobody waits forever.
+struct BreakOnPanic<'a>(&'a Barrier);
+
+impl Drop for BreakOnPanic<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.broken.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn after_the_barrier_every_worker_sees_all_arrivals() {
+        for threads in [1, 2, 3, 8] {
+            let team = Team::new(threads);
+            let count = AtomicUsize::new(0);
+            team.run(|_, barrier| {
+                for round in 1..=100 {
+                    count.fetch_add(1, Ordering::Relaxed);
+                    barrier.wait();
+                    assert_eq!(count.load(Ordering::Relaxed), round * threads);
+                    barrier.wait();
+                }
+            });
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "panicked")]
+    fn a_panic_in_one_worker_ends_the_frame_for_all() {
+        Team::new(2).run(|worker, barrier| {
+            assert!(worker == 0, "worker 1 panicked on purpose");
+            barrier.wait();
+        });
+    }
+}

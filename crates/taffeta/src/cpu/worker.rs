@@ -1,0 +1,168 @@
+//! One worker's way through a frame.
+
+use super::backend::Setup;
+use super::column::Column;
+use super::diagnose::{TileSums, chunk_volume, tile_sums};
+use super::grid::Sweep;
+use super::plan::Substep;
+use super::shared::Shared;
+use super::team::Barrier;
+use super::tile::CpuTile;
+use crate::assembly::LoadKind;
+use crate::forces::{external, hinge};
+use crate::real::Real;
+use crate::step::Stages;
+use std::ops::Range;
+
+/// What a worker keeps from frame to frame; on cache lines of its own, so that no worker waits for another's.
+#[repr(align(128))]
+pub struct Scratch<T> {
+    /// Forces of one tile's nodes [N].
+    pub force: [Column<T>; 3],
+    /// Forces of a grid's last rows.
+    pub sweep: Sweep<T>,
+    /// Factor of each load that is a torque [N/m].
+    pub torques: Vec<T>,
+}
+
+impl<T: Real> Scratch<T> {
+    /// For tiles of up to `nodes` nodes and grids of up to `cols` columns.
+    pub fn new(nodes: usize, cols: usize) -> Self {
+        Self {
+            force: std::array::from_fn(|_| Column::zeros(nodes)),
+            sweep: Sweep::new(cols),
+            torques: Vec::new(),
+        }
+    }
+}
+
+/// A worker and what it may touch.
+pub struct Worker<'a, T> {
+    /// What does not change.
+    pub setup: &'a Setup<T>,
+    /// Which worker it is.
+    pub index: usize,
+    /// Of how many.
+    pub workers: usize,
+    /// Its tiles.
+    pub share: Range<usize>,
+    /// State before and after a sub-step, by turns.
+    pub buffers: &'a [[Shared<'a, T>; 6]; 2],
+    /// Which buffer holds the state now.
+    pub current: usize,
+    /// Forces on the corners of each hinge [N].
+    pub hinge_forces: &'a Shared<'a, [[T; 3]; 4]>,
+    /// Where each tile's sums go.
+    pub tile_sums: &'a Shared<'a, TileSums>,
+    /// Where each chunk's volume goes [m³].
+    pub volumes: &'a Shared<'a, f64>,
+    /// Room of its own.
+    pub scratch: &'a mut Scratch<T>,
+    /// Where it meets the others.
+    pub barrier: &'a Barrier,
+}
+
+/// An even share of `count` things for worker `index` of `workers`.
+fn even(count: usize, index: usize, workers: usize) -> Range<usize> {
+    count * index / workers..count * (index + 1) / workers
+}
+
+impl<'a, T: Real> Worker<'a, T> {
+    /// The state at the start of the sub-step.
+    fn state(&self) -> [&'a [T]; 6] {
+        // SAFETY: in a sub-step all workers read this buffer and write the other; they swap after a barrier.
+        self.buffers[self.current].each_ref().map(|column| unsafe { column.read() })
+    }
+
+    fn sum_torques(&mut self, substep: &Substep<T>) {
+        let state = self.state();
+        self.scratch.torques.clear();
+        for (load, &scale) in self.setup.assembly.loads.iter().zip(&substep.scales) {
+            self.scratch.torques.push(match load.kind {
+                LoadKind::Force(_) => T::ZERO,
+                LoadKind::Torque { axis, value, about } => {
+                    let (axis, about) = (axis.map(T::from_f64), about.map(T::from_f64));
+                    let place = |&node: &u32| [0, 1, 2].map(|c| state[c][node as usize]);
+                    let levers = load.nodes.iter().map(|node| external::lever(place(node), axis, about));
+                    external::torque_factor(T::from_f64(value) * scale, levers)
+                }
+            });
+        }
+    }
+
+    fn bend_hinges(&mut self) {
+        let (state, hinges) = (self.state(), &self.setup.hinges);
+        let mine = even(hinges.corners.len(), self.index, self.workers);
+        // SAFETY: shares of hinges do not overlap, and forces are read only after the barrier.
+        let out = unsafe { self.hinge_forces.write(mine.clone()) };
+        for (range, k, damping) in &hinges.bodies {
+            for i in range.start.max(mine.start)..range.end.min(mine.end) {
+                let corners = hinges.corners[i].map(|node| node as usize);
+                let x = corners.map(|node| [state[0][node], state[1][node], state[2][node]]);
+                let v = corners.map(|node| [state[3][node], state[4][node], state[5][node]]);
+                out[i - mine.start] = hinge::forces(x, v, *k, *damping, hinges.rest[i]);
+            }
+        }
+        self.barrier.wait();
+    }
+}
+
+impl<T: Real> Stages for Worker<'_, T> {
+    type Substep = Substep<T>;
+    type Tile<'t>
+        = CpuTile<'t, T>
+    where
+        Self: 't;
+
+    fn elements(&mut self, substep: &Substep<T>) {
+        self.sum_torques(substep);
+        if !self.setup.hinges.corners.is_empty() {
+            self.bend_hinges();
+        }
+    }
+
+    fn particles(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
+        let old = self.state();
+        let next = &self.buffers[1 - self.current];
+        // SAFETY: hinge forces were written before the barrier in `elements`, and next are after the one below.
+        let hinge_forces = unsafe { self.hinge_forces.read() };
+        self.scratch.sweep.restart();
+        for index in self.share.clone() {
+            let plan = &self.setup.tiles[index];
+            let mut tile = CpuTile {
+                setup: self.setup,
+                plan,
+                substep,
+                old,
+                // SAFETY: tiles do not overlap, each is in one worker's share, and nobody reads this buffer before
+                // the barrier below.
+                new: next.each_ref().map(|column| unsafe { column.write(plan.nodes.clone()) }),
+                hinge_forces,
+                scratch: self.scratch,
+                contacts: 0,
+            };
+            stages(&mut tile);
+            if substep.last {
+                // SAFETY: one place a tile, read after the frame.
+                let sums = unsafe { self.tile_sums.write(index..index + 1) };
+                sums[0].contacts = tile.contacts;
+            }
+        }
+        self.barrier.wait();
+        self.current = 1 - self.current;
+    }
+
+    fn diagnose(&mut self) {
+        let state = self.state();
+        for index in self.share.clone() {
+            // SAFETY: one place a tile, read after the frame.
+            let sums = &mut unsafe { self.tile_sums.write(index..index + 1) }[0];
+            *sums = TileSums { contacts: sums.contacts, ..tile_sums(self.setup, &self.setup.tiles[index], state) };
+        }
+        for index in even(self.setup.volume_chunks.len(), self.index, self.workers) {
+            // SAFETY: one place a chunk, in one worker's share, read after the frame.
+            let volume = &mut unsafe { self.volumes.write(index..index + 1) }[0];
+            *volume = chunk_volume(self.setup, index, state);
+        }
+    }
+}

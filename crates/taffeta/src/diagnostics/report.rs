@@ -1,0 +1,39 @@
+/// One frame in numbers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameReport {
+    /// Frame number; 0 is the start.
+    pub frame: u32,
+    /// Time [s].
+    pub time: f64,
+    /// ½ Σ m v² [J].
+    pub kinetic: f64,
+    /// −Σ m g·x [J].
+    pub gravitational: f64,
+    /// ½ Σ k (l − L)² over all springs [J].
+    pub springs: f64,
+    /// ½ Σ k (θ − θ₀)² over all hinges [J].
+    pub hinges: f64,
+    /// Σ m v [kg·m/s].
+    pub momentum: [f64; 3],
+    /// Σ m x × v [kg·m²/s], about the origin.
+    pub angular_momentum: [f64; 3],
+    /// Largest l/L over all springs; 1 without springs.
+    pub max_stretch: f64,
+    /// Nodes that touched a collider in the frame's last sub-step.
+    pub contacts: u64,
+    /// Volume of each body [m³], where it is closed.
+    pub volumes: Vec<Option<f64>>,
+}
+
+impl FrameReport {
+    /// Total energy [J].
+    pub fn energy(&self) -> f64 {
+        self.kinetic + self.gravitational + self.springs + self.hinges
+    }
+
+    /// Whether every number is finite; a node that is not shows in the sums.
+    pub fn is_finite(&self) -> bool {
+        let momentum: f64 = self.momentum.iter().sum();
+        self.energy().is_finite() && momentum.is_finite() && self.max_stretch.is_finite()
+    }
+}

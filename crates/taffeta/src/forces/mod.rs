@@ -1,0 +1,5 @@
+//! Forces: each file holds one element's formula as a pure function of values.
+
+pub mod external;
+pub mod hinge;
+pub mod spring;

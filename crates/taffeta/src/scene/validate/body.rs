@@ -1,0 +1,99 @@
+//! What a body may be.
+
+use super::path::{Checked, Path};
+use super::{SceneError, check_motion, check_rotation};
+use crate::scene::{Body, Internal, Kind, Mass, Mesh, Place, Select, Springs};
+use crate::topology::shapes;
+
+pub(super) fn check(path: &Path, body: &Body) -> Checked {
+    check_mass(path, body)?;
+    check_mesh(path, "mesh", &body.mesh)?;
+    if let Some(mesh) = &body.stand_in {
+        check_mesh(path, "stand_in", mesh)?;
+    }
+    check_place(&path.key("place"), &body.place)?;
+    check_springs(&path.key("springs"), &body.springs, body.kind)?;
+    for (i, pin) in body.pins.iter().enumerate() {
+        let path = path.nth("pin", i);
+        check_select(&path.key("select"), &pin.select)?;
+        check_motion(&path, &pin.motion)?;
+    }
+    Ok(())
+}
+
+fn check_mass(path: &Path, body: &Body) -> Checked {
+    let (key, value, unit) = match body.mass_given() {
+        Some(Mass::Node(m)) => ("node_mass", m, "kg"),
+        Some(Mass::Whole(m)) => ("mass", m, "kg"),
+        Some(Mass::Area(m)) => ("area_density", m, "kg/m²"),
+        Some(Mass::Volume(m)) => ("density", m, "kg/m³"),
+        None => {
+            let masses = [body.node_mass, body.mass, body.area_density, body.density];
+            let keys = ["node_mass", "mass", "area_density", "density"];
+            let given: Vec<_> = keys.into_iter().zip(masses).filter_map(|(key, m)| m.map(|_| key)).collect();
+            let have = if given.is_empty() { "no mass".into() } else { given.join(" and ") };
+            return path.refuse(&format!("has {have}; one of {} would do", keys.join(", ")));
+        }
+    };
+    path.key(key).positive(value, unit)?;
+    path.key(key).demand(key != "density" || body.kind == Kind::Soft, || {
+        "is for soft bodies, which have a volume; node_mass, mass or area_density would do".into()
+    })
+}
+
+/// Checks a shape that stands at `key`; its own check says `mesh` there.
+fn check_mesh(path: &Path, key: &str, mesh: &Mesh) -> Checked {
+    shapes::check(mesh).or_else(|(field, message)| path.key(&field.replacen("mesh", key, 1)).refuse(&message))
+}
+
+fn check_place(path: &Path, place: &Place) -> Checked {
+    path.key("position").finite(&place.position)?;
+    if let Some(turn) = &place.rotation {
+        check_rotation(&path.key("rotation"), turn)?;
+    }
+    match (place.scale, place.fit) {
+        (Some(_), Some(_)) => path.refuse("has scale and fit; one of them would do"),
+        (Some(scale), None) => path.key("scale").positive(scale, ""),
+        (None, Some(fit)) => path.key("fit").positive(fit, "m"),
+        (None, None) => Ok(()),
+    }
+}
+
+fn check_springs(path: &Path, springs: &Springs, kind: Kind) -> Result<(), SceneError> {
+    let stiff = |key: &str, k: f64, d: f64, [k_unit, d_unit]: [&str; 2]| {
+        path.key(key).key("k").not_negative(k, k_unit)?;
+        path.key(key).key("d").not_negative(d, d_unit)
+    };
+    let kinds = [("structural", springs.structural), ("shear", springs.shear), ("bend", springs.bend)];
+    for (key, spring) in kinds {
+        spring.map_or(Ok(()), |spring| stiff(key, spring.k, spring.d, ["N/m", "kg/s"]))?;
+    }
+    if let Some(hinge) = springs.hinge {
+        stiff("hinge", hinge.k, hinge.d, ["N·m/rad", "N·m·s/rad"])?;
+    }
+    if let Some(internal) = &springs.internal {
+        stiff("internal", internal.k, internal.d, ["N/m", "kg/s"])?;
+        check_internal(&path.key("internal"), internal, kind)?;
+    }
+    Ok(())
+}
+
+fn check_internal(path: &Path, internal: &Internal, kind: Kind) -> Checked {
+    path.demand(kind == Kind::Soft, || {
+        "a cloth has no inside for struts; kind = \"soft\" and a closed mesh would do".into()
+    })?;
+    let listed = internal.file.is_some() || internal.pairs.is_some();
+    path.demand(internal.count == 0 || !listed, || {
+        format!("has count = {} and a file of its own; one of them would do", internal.count)
+    })
+}
+
+/// Numbers of a selection; a box may reach to infinity.
+pub(super) fn check_select(path: &Path, select: &Select) -> Checked {
+    let Some(bounds) = select.inside else { return Ok(()) };
+    for (key, corner) in [("min", bounds.min), ("max", bounds.max)] {
+        let odd = corner.iter().any(|x| x.is_nan());
+        path.key("box").key(key).demand(!odd, || format!("is {corner:?}, three numbers would do"))?;
+    }
+    Ok(())
+}

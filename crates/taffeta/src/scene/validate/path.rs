@@ -1,0 +1,60 @@
+//! Places in a scene, and what may stand there.
+
+use super::SceneError;
+
+pub(super) type Checked = Result<(), SceneError>;
+
+/// Keys and indices from the scene down: `body[0].pin[1].motion[2].t`.
+pub(super) struct Path(String);
+
+impl Path {
+    pub(super) fn of(key: &str) -> Self {
+        Self(key.into())
+    }
+
+    pub(super) fn item(key: &str, index: usize) -> Self {
+        Self(format!("{key}[{index}]"))
+    }
+
+    pub(super) fn key(&self, key: &str) -> Self {
+        Self(format!("{}.{key}", self.0))
+    }
+
+    pub(super) fn nth(&self, key: &str, index: usize) -> Self {
+        Self(format!("{}.{key}[{index}]", self.0))
+    }
+
+    pub(super) fn refuse(&self, message: &str) -> Checked {
+        Err(SceneError::new(self.0.as_str(), message))
+    }
+
+    pub(super) fn demand(&self, met: bool, message: impl FnOnce() -> String) -> Checked {
+        if met { Ok(()) } else { self.refuse(&message()) }
+    }
+
+    pub(super) fn positive(&self, value: f64, unit: &str) -> Checked {
+        let met = value > 0.0 && value.is_finite();
+        self.demand(met, || format!("is {}, more than 0 would do", quantity(value, unit)))
+    }
+
+    pub(super) fn not_negative(&self, value: f64, unit: &str) -> Checked {
+        let met = value >= 0.0 && value.is_finite();
+        self.demand(met, || format!("is {}, 0 or more would do", quantity(value, unit)))
+    }
+
+    pub(super) fn finite(&self, values: &[f64]) -> Checked {
+        let odd = values.iter().find(|x| !x.is_finite());
+        self.demand(odd.is_none(), || format!("is {values:?}, finite numbers would do"))
+    }
+
+    /// A vector whose length does not matter, but that has one.
+    pub(super) fn direction(&self, axis: [f64; 3]) -> Checked {
+        let squared: f64 = axis.iter().map(|x| x * x).sum();
+        let met = squared.is_normal();
+        self.demand(met, || format!("is {axis:?}, a direction like [0, 1, 0] would do"))
+    }
+}
+
+fn quantity(value: f64, unit: &str) -> String {
+    format!("{value} {unit}").trim_end().into()
+}

@@ -1,0 +1,158 @@
+//! Which springs and elements meet at a node, laid out for kernels that gather.
+
+/// Nodes of a slice of [`Gather`]: one vector of 512 bits in f32.
+pub const LANES: usize = 16;
+
+/// Springs by node, in slices of [`LANES`] nodes (sliced ELLPACK; Monakov, Lokhmotov and Avetisyan 2010).
+///
+/// Entry `k` of node `16·slice + lane` is at `slice_starts[slice] + 16·k + lane`. Each spring is at both of its
+/// ends, each node's entries ascend by neighbour. Each slice is as long as its longest node; what is left is padded
+/// with the node itself (lanes past the end: with the last node) and rest length 0, where the vector between the
+/// ends is zero and so is the force.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Gather {
+    /// Entry offset of each slice; one more than there are slices.
+    pub slice_starts: Vec<u32>,
+    /// The node at the other end of the spring.
+    pub neighbour: Vec<u32>,
+    /// Rest length [m].
+    pub rest: Vec<f64>,
+}
+
+impl Gather {
+    /// Lays out the springs `pairs` with rest lengths `rest` [m] among `nodes` nodes. Refuses what 32-bit offsets
+    /// cannot reach.
+    pub fn new(nodes: usize, pairs: &[[u32; 2]], rest: &[f64]) -> Result<Self, String> {
+        let by_node = Csr::corners(nodes, pairs);
+        let slices = nodes.div_ceil(LANES);
+        let mut gather = Self { slice_starts: vec![0], ..Self::default() };
+        let mut row: Vec<(u32, u32)> = Vec::new();
+        for slice in 0..slices {
+            let rows = slice * LANES..nodes.min((slice + 1) * LANES);
+            let longest = rows.clone().map(|i| by_node.row(i).len()).max().unwrap_or(0);
+            let start = gather.neighbour.len();
+            gather.pad(slice, longest, nodes);
+            for i in rows {
+                row.clear();
+                row.extend(
+                    by_node
+                        .row(i)
+                        .iter()
+                        .map(|end| (pairs[*end as usize / 2][1 - *end as usize % 2], end / 2)),
+                );
+                row.sort_unstable();
+                for (k, &(neighbour, spring)) in row.iter().enumerate() {
+                    let entry = start + k * LANES + i % LANES;
+                    gather.neighbour[entry] = neighbour;
+                    gather.rest[entry] = rest[spring as usize];
+                }
+            }
+            gather.slice_starts.push(u32::try_from(gather.neighbour.len()).map_err(|_| too_many())?);
+        }
+        Ok(gather)
+    }
+
+    /// Adds `longest` empty entries for each lane of a slice.
+    fn pad(&mut self, slice: usize, longest: usize, nodes: usize) {
+        for _ in 0..longest {
+            self.neighbour.extend((0..LANES).map(|lane| (slice * LANES + lane).min(nodes - 1) as u32));
+        }
+        self.rest.resize(self.neighbour.len(), 0.0);
+    }
+}
+
+fn too_many() -> String {
+    "the body has too many springs of one kind: 4294967296 entries are the limit; a coarser mesh would do"
+        .into()
+}
+
+/// Items by row (compressed sparse rows).
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Csr {
+    /// Where each row starts in `items`; one more than there are rows.
+    pub offsets: Vec<u32>,
+    /// Items, row after row, each row in the order in which it was given.
+    pub items: Vec<u32>,
+}
+
+impl Csr {
+    /// Sorts `(row, item)` entries, fewer than 2³², by row; counting, so that the order within a row is kept.
+    pub fn new(rows: usize, entries: impl Iterator<Item = (u32, u32)> + Clone) -> Self {
+        let mut offsets = vec![0u32; rows + 1];
+        for (row, _) in entries.clone() {
+            offsets[row as usize + 1] += 1;
+        }
+        for row in 0..rows {
+            offsets[row + 1] += offsets[row];
+        }
+        let mut next = offsets.clone();
+        let mut items = vec![0; offsets[rows] as usize];
+        for (row, item) in entries {
+            let place = &mut next[row as usize];
+            items[*place as usize] = item;
+            *place += 1;
+        }
+        Self { offsets, items }
+    }
+
+    /// For each node the corners of elements (springs, triangles, hinges) at it: item = N·element + corner.
+    pub fn corners<const N: usize>(nodes: usize, elements: &[[u32; N]]) -> Self {
+        Self::new(nodes, elements.as_flattened().iter().copied().zip(0..))
+    }
+
+    /// Items of a row.
+    pub fn row(&self, row: usize) -> &[u32] {
+        &self.items[self.offsets[row] as usize..self.offsets[row + 1] as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topology::{Edges, measure::length, shapes::grid_surface};
+
+    #[test]
+    fn rows_hold_their_items_in_the_order_given() {
+        let csr = Csr::new(4, [(2, 7), (0, 5), (2, 3), (3, 1)].into_iter());
+        assert_eq!(csr.offsets, [0, 1, 1, 3, 4]);
+        assert_eq!(csr.row(2), [7, 3]);
+        assert!(csr.row(1).is_empty());
+        assert_eq!(Csr::corners(3, &[[0, 1, 2], [2, 1, 0]]).row(2), [2, 3]);
+    }
+
+    #[test]
+    fn gather_reproduces_the_springs_and_pads_with_the_node_itself() {
+        let surface = grid_surface(5, 7, [2.0, 1.0]);
+        let n = surface.nodes.len();
+        let pairs = Edges::new(n, &surface.triangles, &[]).pairs;
+        let rest: Vec<f64> = pairs.iter().map(|p| length(&surface.nodes, *p)).collect();
+        let gather = Gather::new(n, &pairs, &rest).unwrap();
+        assert_eq!(gather.slice_starts.len(), 4);
+        let mut found = Vec::new();
+        for slice in 0..3 {
+            let [start, end] = [0, 1].map(|i| gather.slice_starts[slice + i] as usize);
+            for lane in 0..LANES {
+                let node = slice * LANES + lane;
+                let entries: Vec<usize> = (start + lane..end).step_by(LANES).collect();
+                let used = entries.iter().take_while(|e| gather.rest[**e] != 0.0).count();
+                assert!(entries[..used].windows(2).all(|w| gather.neighbour[w[0]] < gather.neighbour[w[1]]));
+                for &e in &entries[used..] {
+                    assert_eq!((gather.neighbour[e], gather.rest[e]), (node.min(n - 1) as u32, 0.0));
+                }
+                found.extend(
+                    entries[..used].iter().map(|&e| (node as u32, gather.neighbour[e], gather.rest[e])),
+                );
+            }
+        }
+        let mut given: Vec<_> =
+            pairs.iter().zip(&rest).flat_map(|(&[a, b], &l)| [(a, b, l), (b, a, l)]).collect();
+        given.sort_by(|a, b| a.partial_cmp(b).unwrap());
+        assert_eq!(found, given);
+    }
+
+    #[test]
+    fn a_body_without_springs_or_nodes_has_empty_slices() {
+        assert_eq!(Gather::new(17, &[], &[]).unwrap().slice_starts, [0, 0, 0]);
+        assert_eq!(Gather::new(0, &[], &[]).unwrap().slice_starts, [0]);
+    }
+}

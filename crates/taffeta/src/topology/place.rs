@@ -1,0 +1,127 @@
+//! Where a body starts: scale, then rotate, then translate.
+
+use super::measure::{bounds, norm};
+use crate::scene::{Place, Rotation};
+
+/// Scale, then rotate, then translate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Factor on all lengths, rest lengths among them.
+    pub factor: f64,
+    /// Rows of the rotation.
+    pub rotation: [[f64; 3]; 3],
+    /// Shift [m].
+    pub position: [f64; 3],
+}
+
+impl Placement {
+    /// The placement of a body with these nodes [m]; they count where `fit` asks for their largest extent (two
+    /// opposite corners of their box would do). The error is (field, message), the field as keys from the body.
+    pub fn new(place: &Place, nodes: &[[f64; 3]]) -> Result<Self, (&'static str, String)> {
+        let factor = match place.fit {
+            None => place.scale.unwrap_or(1.0),
+            Some(wanted) => wanted / extent(nodes),
+        };
+        if !(factor > 0.0 && factor.is_finite()) {
+            let field = if place.fit.is_some() { "place.fit" } else { "place.scale" };
+            let message = format!(
+                "makes a factor of {factor} from an extent of {} m; more than 0 would do",
+                extent(nodes)
+            );
+            return Err((field, message));
+        }
+        let rotation = rotation_matrix(&place.rotation.unwrap_or_default());
+        Ok(Self { factor, rotation, position: place.position })
+    }
+
+    /// Places one point [m].
+    pub fn apply(&self, point: [f64; 3]) -> [f64; 3] {
+        let p = point.map(|x| x * self.factor);
+        let turned = self.rotation.map(|row| row[0] * p[0] + row[1] * p[1] + row[2] * p[2]);
+        [0, 1, 2].map(|i| turned[i] + self.position[i])
+    }
+
+    /// Places points [m].
+    pub fn apply_all(&self, points: &mut [[f64; 3]]) {
+        points.iter_mut().for_each(|point| *point = self.apply(*point));
+    }
+}
+
+/// Largest extent along an axis [m].
+fn extent(nodes: &[[f64; 3]]) -> f64 {
+    let [lo, hi] = bounds(nodes);
+    (0..3).map(|i| hi[i] - lo[i]).fold(0.0, f64::max)
+}
+
+/// Rows of the matrix of a right-handed turn, R = cos θ I + sin θ [u]× + (1 − cos θ) u uᵀ (Rodrigues 1840);
+/// without an axis the identity.
+pub fn rotation_matrix(rotation: &Rotation) -> [[f64; 3]; 3] {
+    let length = norm(rotation.axis);
+    let u = if length > 0.0 { rotation.axis.map(|x| x / length) } else { [0.0; 3] };
+    let (sin, cos) = if length > 0.0 { sin_cos_degrees(rotation.degrees) } else { (0.0, 1.0) };
+    let skew = [[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]];
+    let entry = |i: usize, j: usize| {
+        let diagonal = if i == j { cos } else { 0.0 };
+        diagonal + sin * skew[i][j] + (1.0 - cos) * u[i] * u[j]
+    };
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(i, j)))
+}
+
+/// Sine and cosine of an angle [°], exact at quarter turns, so that a sheet turned upright is upright; from libm,
+/// the same on all platforms.
+fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
+    let within = degrees.rem_euclid(360.0);
+    match [0.0, 90.0, 180.0, 270.0].iter().position(|quarter| *quarter == within) {
+        Some(quarter) => [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][quarter],
+        None => libm::sincos(within.to_radians()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turn(axis: [f64; 3], degrees: f64) -> Option<Rotation> {
+        Some(Rotation { axis, degrees })
+    }
+
+    #[test]
+    fn scale_comes_first_then_the_turn_then_the_shift() {
+        let place = Place {
+            position: [10.0, 0.0, 0.0],
+            rotation: turn([0.0, 0.0, 3.0], 90.0),
+            scale: Some(2.0),
+            fit: None,
+        };
+        let placement = Placement::new(&place, &[]).unwrap();
+        assert_eq!(placement.factor, 2.0);
+        let mut points = [[1.0, 0.0, 0.0], [0.0, 1.0, 5.0]];
+        placement.apply_all(&mut points);
+        assert_eq!(points, [[10.0, 2.0, 0.0], [8.0, 0.0, 10.0]]);
+    }
+
+    #[test]
+    fn fit_makes_the_largest_extent_what_is_asked() {
+        let place = Place { fit: Some(3.0), ..Place::default() };
+        let placement = Placement::new(&place, &[[1.0, 1.0, 1.0], [2.0, 7.0, 0.0]]).unwrap();
+        assert_eq!(placement.factor, 0.5);
+        let (field, message) = Placement::new(&place, &[[1.0; 3]]).unwrap_err();
+        assert_eq!(field, "place.fit");
+        assert!(message.contains("extent of 0 m"), "{message}");
+    }
+
+    #[test]
+    fn a_turn_about_any_axis_keeps_lengths_and_the_axis() {
+        let m = rotation_matrix(&Rotation { axis: [1.0, 2.0, -2.0], degrees: 77.0 });
+        for i in 0..3 {
+            for j in 0..3 {
+                let dot: f64 = (0..3).map(|k| m[i][k] * m[j][k]).sum();
+                assert!((dot - f64::from(i == j)).abs() < 1e-15);
+            }
+            let kept: f64 = (0..3).map(|k| m[i][k] * [1.0, 2.0, -2.0][k]).sum();
+            assert!((kept - [1.0, 2.0, -2.0][i]).abs() < 1e-15);
+        }
+        assert_eq!(rotation_matrix(&Rotation { axis: [0.0; 3], degrees: 30.0 })[0], [1.0, 0.0, 0.0]);
+        assert_eq!(sin_cos_degrees(-450.0), (-1.0, 0.0));
+    }
+}

@@ -1,0 +1,146 @@
+//! The nodes that a selection means.
+
+use super::Edges;
+use crate::scene::{Bounds, Select};
+
+/// What a selection chooses from: a body at its start.
+#[derive(Clone, Copy, Debug)]
+pub struct Selectable<'a> {
+    /// Places of the nodes in the scene [m].
+    pub nodes: &'a [[f64; 3]],
+    /// Number of vertices in the user's order.
+    pub vertices: usize,
+    /// The node of each vertex, as in [`Surface`](super::Surface).
+    pub node_of_vertex: Option<&'a [u32]>,
+    /// Named sets of vertices.
+    pub groups: &'a [(String, Vec<u32>)],
+    /// Rows and columns, of a grid.
+    pub grid: Option<[u32; 2]>,
+    /// Edges, of a mesh; grids need none.
+    pub edges: Option<&'a Edges>,
+}
+
+/// Where in the scene, as keys from the pin or force, and what is wrong.
+type Refusal = (&'static str, String);
+
+/// The nodes that meet every key of a selection, ascending. The error is (field, message), the field as keys from
+/// the pin or force: `select.rows`.
+pub fn select(select: &Select, body: &Selectable) -> Result<Vec<u32>, Refusal> {
+    let keys = [
+        select.nodes.as_ref().map(|list| body.listed(list)),
+        select.group.as_ref().map(|name| body.group(name)),
+        body.on_grid(select),
+        select.boundary.map(|wanted| body.boundary(wanted)),
+        select.inside.as_ref().map(|bounds| body.inside(bounds)),
+    ];
+    let mut chosen: Option<Vec<u32>> = None;
+    for key in keys.into_iter().flatten() {
+        let key = key?;
+        chosen = Some(match chosen {
+            None => key,
+            Some(so_far) => so_far.into_iter().filter(|node| key.binary_search(node).is_ok()).collect(),
+        });
+    }
+    match chosen {
+        None => Err(("select", "has no key; nodes, rows, cols, box, boundary or group would do".into())),
+        Some(nodes) if nodes.is_empty() => {
+            Err(("select", "selects no node; a node must meet all keys".into()))
+        }
+        Some(nodes) => Ok(nodes),
+    }
+}
+
+impl Selectable<'_> {
+    /// The node of a vertex, if a face uses it.
+    fn node(&self, vertex: u32) -> Option<u32> {
+        let node = self.node_of_vertex.map_or(vertex, |list| list[vertex as usize]);
+        (node != u32::MAX).then_some(node)
+    }
+
+    fn listed(&self, list: &[u32]) -> Result<Vec<u32>, Refusal> {
+        let nodes = list.iter().map(|&vertex| {
+            if vertex as usize >= self.vertices {
+                let last = self.vertices.saturating_sub(1);
+                return Err(("select.nodes", format!("has {vertex}, 0 to {last} would do")));
+            }
+            let unused =
+                || ("select.nodes", format!("has {vertex}, which no face uses; vertices of faces would do"));
+            self.node(vertex).ok_or_else(unused)
+        });
+        Ok(sorted(nodes.collect::<Result<_, _>>()?))
+    }
+
+    fn group(&self, name: &str) -> Result<Vec<u32>, Refusal> {
+        if let Some((_, members)) = self.groups.iter().find(|(group, _)| group == name) {
+            return Ok(sorted(members.iter().filter_map(|vertex| self.node(*vertex)).collect()));
+        }
+        let names: Vec<String> = self.groups.iter().map(|(group, _)| format!("`{group}`")).collect();
+        let have =
+            if names.is_empty() { "it has no groups".into() } else { format!("it has {}", names.join(", ")) };
+        Err(("select.group", format!("the mesh has no group `{name}`; {have}")))
+    }
+
+    /// Nodes in the rows and columns asked for, if either is.
+    fn on_grid(&self, select: &Select) -> Option<Result<Vec<u32>, Refusal>> {
+        let field = if select.rows.is_some() { "select.rows" } else { "select.cols" };
+        if select.rows.is_none() && select.cols.is_none() {
+            return None;
+        }
+        let Some([rows, cols]) = self.grid else {
+            return Some(Err((
+                field,
+                "only grids have rows and columns; nodes, box or group would do".into(),
+            )));
+        };
+        let ranges = range("select.rows", select.rows, rows)
+            .and_then(|rows| Ok((rows, range("select.cols", select.cols, cols)?)));
+        Some(ranges.map(|([top, bottom], [left, right])| {
+            (top..=bottom).flat_map(|r| (left..=right).map(move |c| r * cols + c)).collect()
+        }))
+    }
+
+    fn boundary(&self, wanted: bool) -> Result<Vec<u32>, Refusal> {
+        if !wanted {
+            return Err(("select.boundary", "is false; true would do, or leave it out".into()));
+        }
+        let nodes = match (self.grid, self.edges) {
+            (Some([rows, cols]), _) => {
+                let on_edge = |i: u32, count: u32| i == 0 || i + 1 == count;
+                let open = |node: &u32| on_edge(node / cols, rows) || on_edge(node % cols, cols);
+                (0..rows * cols).filter(open).collect()
+            }
+            (None, Some(edges)) => edges.boundary_nodes(),
+            (None, None) => Vec::new(),
+        };
+        let closed = || ("select.boundary", "the body has no open edge; nodes, box or group would do".into());
+        if nodes.is_empty() { Err(closed()) } else { Ok(nodes) }
+    }
+
+    fn inside(&self, bounds: &Bounds) -> Result<Vec<u32>, Refusal> {
+        let Bounds { min, max } = bounds;
+        if (0..3).any(|i| min[i] > max[i]) {
+            return Err(("select.box", format!("min {min:?} is above max {max:?}; below or equal would do")));
+        }
+        let within = |p: &[f64; 3]| (0..3).all(|i| (min[i]..=max[i]).contains(&p[i]));
+        Ok(self.nodes.iter().zip(0..).filter(|(p, _)| within(p)).map(|(_, node)| node).collect())
+    }
+}
+
+/// First and last of `count`, both included; without a wish all of them.
+fn range(field: &'static str, wish: Option<[u32; 2]>, count: u32) -> Result<[u32; 2], Refusal> {
+    let [first, last] = wish.unwrap_or([0, count - 1]);
+    if first > last || last >= count {
+        let message = format!("is {first} to {last}, ascending within 0 to {} would do", count - 1);
+        return Err((field, message));
+    }
+    Ok([first, last])
+}
+
+fn sorted(mut nodes: Vec<u32>) -> Vec<u32> {
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,210 @@
+//! Springs of a body, by kind.
+
+use super::measure::length;
+use super::struts::{given_struts, struts};
+use super::{Edges, Surface};
+use crate::scene::{Internal, Spring, Springs};
+
+/// What a spring is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SpringKind {
+    /// Grid neighbours; edges of a mesh; links.
+    Structural,
+    /// Grid diagonals.
+    Shear,
+    /// Two apart on grids and chains; opposite corners of adjacent triangles.
+    Bend,
+    /// Struts inside a soft body.
+    Internal,
+}
+
+impl SpringKind {
+    /// Its name in scenes and outputs.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Structural => "structural",
+            Self::Shear => "shear",
+            Self::Bend => "bend",
+            Self::Internal => "internal",
+        }
+    }
+
+    /// Its place in a body.
+    fn field(self) -> &'static str {
+        match self {
+            Self::Structural => "springs.structural",
+            Self::Shear => "springs.shear",
+            Self::Bend => "springs.bend",
+            Self::Internal => "springs.internal",
+        }
+    }
+}
+
+/// The springs of one kind of a body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpringList {
+    /// What they are for.
+    pub kind: SpringKind,
+    /// Nodes at the ends, a < b.
+    pub pairs: Vec<[u32; 2]>,
+    /// Rest lengths [m].
+    pub rest: Vec<f64>,
+    /// Stiffness [N/m].
+    pub k: f64,
+    /// Damping along the spring [kg/s].
+    pub d: f64,
+}
+
+/// Where in the body, as keys, and what is wrong.
+type Refusal = (&'static str, String);
+
+/// The springs of a mesh, at rest as the mesh is times `scale`; kinds that the body lacks are left out. The error
+/// is (field, message), the field as keys from the body: `springs.shear`.
+pub fn mesh_springs(
+    springs: &Springs,
+    surface: &Surface,
+    edges: &Edges,
+    scale: f64,
+) -> Result<Vec<SpringList>, Refusal> {
+    if springs.shear.is_some() {
+        return Err((
+            SpringKind::Shear.field(),
+            "only grids have diagonals; structural and bend would do on a mesh".into(),
+        ));
+    }
+    let mut wanted = Vec::new();
+    if let Some(spring) = springs.structural {
+        wanted.push((SpringKind::Structural, edges.pairs.clone(), spring));
+    }
+    if let Some(spring) = springs.bend {
+        wanted.push((SpringKind::Bend, edges.bend_pairs(&surface.triangles, &surface.links), spring));
+    }
+    if let Some(internal) = &springs.internal {
+        let pairs = internal_pairs(internal, surface, edges);
+        let pairs = pairs.map_err(|message| (SpringKind::Internal.field(), message))?;
+        wanted.push((SpringKind::Internal, pairs, Spring { k: internal.k, d: internal.d }));
+    }
+    let list = |(kind, pairs, Spring { k, d }): (SpringKind, Vec<[u32; 2]>, Spring)| {
+        let rest = rest_lengths(surface, &pairs, scale).map_err(|message| (kind.field(), message))?;
+        Ok(SpringList { kind, pairs, rest, k, d })
+    };
+    wanted.into_iter().map(list).collect()
+}
+
+fn internal_pairs(wish: &Internal, surface: &Surface, edges: &Edges) -> Result<Vec<[u32; 2]>, String> {
+    match (&wish.pairs, &wish.file) {
+        (Some(pairs), _) => given_struts(pairs, surface),
+        (None, Some(file)) => {
+            Err(format!("`{file}` is a file, which the engine does not read; taffeta_io::load_scene does"))
+        }
+        (None, None) => struts(&surface.nodes, &surface.triangles, edges, wish.count, wish.seed),
+    }
+}
+
+/// Lengths at rest [m]; a spring without one has no direction either and is refused.
+fn rest_lengths(surface: &Surface, pairs: &[[u32; 2]], scale: f64) -> Result<Vec<f64>, String> {
+    let rest: Vec<f64> = pairs.iter().map(|pair| scale * length(&surface.nodes, *pair)).collect();
+    match rest.iter().position(|l| !l.is_normal()) {
+        None => Ok(rest),
+        Some(i) => {
+            let [a, b] = pairs[i].map(|node| vertex_of(surface, node));
+            Err(format!("the spring between vertices {a} and {b} has no length; vertices apart would do"))
+        }
+    }
+}
+
+/// The first vertex of a node, for messages.
+fn vertex_of(surface: &Surface, node: u32) -> usize {
+    let list = surface.node_of_vertex.as_ref();
+    list.and_then(|list| list.iter().position(|n| *n == node)).unwrap_or(node as usize)
+}
+
+/// Number of springs of a grid, by kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GridCounts {
+    /// Neighbours: R(C−1) + C(R−1).
+    pub structural: u64,
+    /// Diagonals: 2(R−1)(C−1).
+    pub shear: u64,
+    /// Two apart: R(C−2) + C(R−2).
+    pub bend: u64,
+}
+
+/// Number of springs of a grid of `rows` × `cols` nodes, by kind.
+pub fn grid_counts(rows: u32, cols: u32) -> GridCounts {
+    let [r, c] = [rows, cols].map(u64::from);
+    let less = u64::saturating_sub;
+    GridCounts {
+        structural: r * less(c, 1) + c * less(r, 1),
+        shear: 2 * less(r, 1) * less(c, 1),
+        bend: r * less(c, 2) + c * less(r, 2),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Body, Cube, Mesh};
+    use crate::topology::shapes;
+
+    fn of(mesh: Mesh, springs: &Springs, scale: f64) -> Result<Vec<SpringList>, Refusal> {
+        let surface = shapes::surface(&mesh).unwrap();
+        let edges = Edges::new(surface.nodes.len(), &surface.triangles, &surface.links);
+        mesh_springs(springs, &surface, &edges, scale)
+    }
+
+    #[test]
+    fn grids_have_the_numbers_of_springs_of_the_paper() {
+        let all = |n: GridCounts| n.structural + n.shear + n.bend;
+        assert_eq!(all(grid_counts(32, 32)), 5826);
+        assert_eq!(all(grid_counts(34, 34)), 6598);
+        let without_bend = |n: GridCounts| n.structural + n.shear;
+        assert_eq!(without_bend(grid_counts(38, 38)), 5550);
+        assert_eq!(without_bend(grid_counts(32, 32)), 3906);
+        assert_eq!(grid_counts(1, 5), GridCounts { structural: 4, shear: 0, bend: 3 });
+        assert_eq!(grid_counts(1, 1), GridCounts { structural: 0, shear: 0, bend: 0 });
+    }
+
+    #[test]
+    fn the_cube_of_the_paper_has_1777_springs() {
+        let mut body =
+            Body::soft("cube", Mesh::Cube(Cube { size: 2.0, divisions: 8 })).structural(1000.0, 1.0);
+        body.springs.internal = Some(Internal { count: 625, k: 500.0, d: 2.0, ..Internal::default() });
+        let lists = of(body.mesh, &body.springs, 0.5).unwrap();
+        assert_eq!(lists.iter().map(|list| list.pairs.len()).sum::<usize>(), 1777);
+        assert_eq!(lists.iter().map(|list| list.kind.name()).collect::<Vec<_>>(), ["structural", "internal"]);
+        assert_eq!((lists[1].k, lists[1].d), (500.0, 2.0));
+        let [shortest, longest] =
+            [f64::min, f64::max].map(|f| lists[0].rest.iter().copied().reduce(f).unwrap());
+        assert!((shortest - 0.125).abs() < 1e-15 && (longest - 0.125 * 2f64.sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_chain_has_links_and_bends() {
+        let springs = Body::cloth("c", Mesh::chain(4, 2.0)).structural(1.0, 0.0).bend(1.0, 0.0).springs;
+        let lists = of(Mesh::chain(4, 2.0), &springs, 1.0).unwrap();
+        assert_eq!(lists[0].rest, [0.5; 4]);
+        assert_eq!((lists[1].pairs.len(), lists[1].rest[0]), (3, 1.0));
+    }
+
+    #[test]
+    fn springs_that_cannot_be_are_refused_by_name() {
+        let cube = || Mesh::Cube(Cube { size: 1.0, divisions: 1 });
+        let shear = Springs { shear: Some(Spring::default()), ..Springs::default() };
+        assert_eq!(of(cube(), &shear, 1.0).unwrap_err().0, "springs.shear");
+        let file = Internal { file: Some("s.txt".into()), ..Internal::default() };
+        let file = Springs { internal: Some(file), ..Springs::default() };
+        assert!(of(cube(), &file, 1.0).unwrap_err().1.contains("`s.txt` is a file"));
+        let folded = Surface {
+            nodes: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]],
+            triangles: vec![[0, 1, 2], [1, 0, 3]],
+            node_of_vertex: Some(vec![3, 0, 1, 2]),
+            ..Surface::default()
+        };
+        let edges = Edges::new(4, &folded.triangles, &[]);
+        let bend = Springs { bend: Some(Spring::default()), ..Springs::default() };
+        let (field, message) = mesh_springs(&bend, &folded, &edges, 1.0).unwrap_err();
+        assert_eq!(field, "springs.bend");
+        assert!(message.contains("vertices 3 and 0"), "{message}");
+    }
+}
