@@ -1,2 +1,36 @@
 //! `cargo xtask`: the project's own chores.
-fn main() {}
+//!
+//! `cargo xtask test` (or `ci`) runs every check that needs no special hardware; `cargo xtask models` fetches the
+//! real models that scenes name.
+
+mod mesh;
+mod models;
+mod test;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "usage: cargo xtask test | ci | models
+  test, ci   formatting, lints, tests, and every scene for 10 frames
+  models     fetch the bunny, armadillo, dragon and human into models/";
+
+fn main() -> ExitCode {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    match words[..] {
+        ["test" | "ci"] => test::run(),
+        ["models"] => models::run(),
+        ["help" | "--help" | "-h"] => {
+            println!("{USAGE}");
+            ExitCode::SUCCESS
+        }
+        _ => {
+            eprintln!("{USAGE}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// The repository's root: the folder above this crate.
+fn root() -> std::path::PathBuf {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}

@@ -4,6 +4,7 @@ mod clean;
 mod error;
 mod obj;
 mod obj_face;
+mod obj_groups;
 mod orient;
 mod ply;
 mod ply_body;

@@ -2,8 +2,8 @@
 //! the format means them; materials, normals, lines and points are passed over.
 
 use super::obj_face::Corner;
+use super::obj_groups::Groups;
 use super::{MeshError, RawMesh};
-use std::collections::HashMap;
 use taffeta::topology::{Polygons, Uvs};
 
 #[derive(Default)]
@@ -75,7 +75,11 @@ impl Reader {
                 let [u] = self.numbers::<1>(words.clone().take(1), "a texture coordinate needs a number")?;
                 // `v` may be left out.
                 let v = words.nth(1).map_or(Ok(0.0), |word| self.number(word))?;
-                self.coords.push([u as f32, v as f32]);
+                let uv = [u as f32, v as f32];
+                if !(uv[0].is_finite() && uv[1].is_finite()) {
+                    return Err(self.error(format!("the texture coordinate {u} {v} must be finite")));
+                }
+                self.coords.push(uv);
             }
             Some(b"f") => self.face(words)?,
             Some(b"g") => self.groups.set_groups(words, self.polygons.len()),
@@ -169,72 +173,6 @@ impl Reader {
     }
 }
 
-/// Which faces belong to which `o` and `g` names.
-#[derive(Default)]
-struct Groups {
-    names: Vec<String>,
-    by_name: HashMap<String, usize>,
-    object: Option<usize>,
-    current: Vec<usize>,
-    /// From which face on which names hold.
-    runs: Vec<(usize, Vec<usize>)>,
-}
-
-impl Groups {
-    fn set_groups<'a>(&mut self, names: impl Iterator<Item = &'a [u8]>, face: usize) {
-        self.current = names.map(|name| self.index(String::from_utf8_lossy(name).into_owned())).collect();
-        self.start_run(face);
-    }
-
-    fn set_object(&mut self, name: String, face: usize) {
-        self.object = (!name.is_empty()).then(|| self.index(name));
-        self.start_run(face);
-    }
-
-    fn index(&mut self, name: String) -> usize {
-        *self.by_name.entry(name).or_insert_with_key(|name| {
-            self.names.push(name.clone());
-            self.names.len() - 1
-        })
-    }
-
-    fn start_run(&mut self, face: usize) {
-        let mut active = self.current.clone();
-        active.extend(self.object);
-        active.sort_unstable();
-        active.dedup();
-        if self.runs.last().is_some_and(|(start, _)| *start == face) {
-            self.runs.pop();
-        }
-        self.runs.push((face, active));
-    }
-
-    /// The vertices of each name's faces, in order, each once.
-    fn vertices(self, polygons: &Polygons, count: usize) -> Vec<(String, Vec<u32>)> {
-        let mut spans = vec![Vec::new(); self.names.len()];
-        for (i, (start, active)) in self.runs.iter().enumerate() {
-            let end = self.runs.get(i + 1).map_or(polygons.len(), |(next, _)| *next);
-            active.iter().for_each(|&group| spans[group].push(*start..end));
-        }
-        let mut seen_by = vec![0_usize; count];
-        let mut of_group = |group: usize| {
-            let mut vertices = Vec::new();
-            for span in spans[group].iter().filter(|span| !span.is_empty()) {
-                let corners = polygons.offsets[span.start] as usize..polygons.offsets[span.end] as usize;
-                for &vertex in &polygons.corners[corners] {
-                    if seen_by[vertex as usize] != group + 1 {
-                        seen_by[vertex as usize] = group + 1;
-                        vertices.push(vertex);
-                    }
-                }
-            }
-            vertices.sort_unstable();
-            vertices
-        };
-        self.names.into_iter().enumerate().map(|(group, name)| (name, of_group(group))).collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::parse_obj;
@@ -257,6 +195,7 @@ mod tests {
         let of = |text: &str| parse_obj(text.as_bytes()).unwrap_err().to_string();
         assert_eq!(of("v 0 0\n"), "line 1: a vertex needs 3 coordinates, found 2");
         assert_eq!(of("v 0 0 0\nv 1 0 nan\n"), "line 2: vertex 1 has the coordinate NaN; it must be finite");
+        assert_eq!(of("vt 0.5 inf\n"), "line 1: the texture coordinate 0.5 inf must be finite");
         assert_eq!(of("v 0 zero 0\n"), "line 1: `zero` is not a number");
         let three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
         let zero = of(&format!("{three}f 0 1 2\n"));

@@ -81,7 +81,13 @@ fn read_vertices(
             return Err(body.error(format!("vertex {vertex} has the coordinate {bad}; it must be finite")));
         }
         mesh.vertices.push(place);
-        coords.extend(uv.map(|[u, v]| [values[u] as f32, values[v] as f32]));
+        let own = uv.map(|[u, v]| [values[u] as f32, values[v] as f32]);
+        if let Some(bad) = own.iter().flatten().find(|x| !x.is_finite()) {
+            return Err(
+                body.error(format!("vertex {vertex} has the texture coordinate {bad}; it must be finite"))
+            );
+        }
+        coords.extend(own);
         for (property, members) in &mut groups {
             if values[*property] > 0.5 {
                 members.push(vertex as u32);

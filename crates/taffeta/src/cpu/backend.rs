@@ -86,8 +86,8 @@ impl<T: Real> CpuBackend<T> {
         let tiles = tiles::tiles(&assembly);
         let team = Team::new(threads);
         let shares = tiles::shares(&tiles, team.threads());
-        let widest = tiles.iter().map(|tile| tile.nodes.len()).max().unwrap_or(0);
-        let cols = assembly.bodies.iter().filter_map(|b| b.grid.map(|g| g.cols as usize)).max().unwrap_or(0);
+        let widest = tiles.iter().map(TilePlan::len).max().unwrap_or(0);
+        let cols = tiles.iter().map(|tile| tile.cols.len()).max().unwrap_or(0);
         let hinges = Hinges::new(&assembly);
         let volume_chunks = VolumeChunk::all(&assembly);
         let [inverse_mass, mass] = masses(&assembly);

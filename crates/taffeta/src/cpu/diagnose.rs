@@ -118,19 +118,24 @@ fn hinge_energy<T: Real>(setup: &Setup<T>, state: [&[T]; 6]) -> f64 {
 
 /// Sums of one tile.
 pub fn tile_sums<T: Real>(setup: &Setup<T>, plan: &TilePlan, state: [&[T]; 6]) -> TileSums {
-    let mut sums = setup.level.run(NodeSums {
-        mass: &setup.mass[plan.nodes.clone()],
-        state: state.map(|column| &column[plan.nodes.clone()]),
-    });
+    let mut sums = TileSums::default();
+    for (_, run) in plan.runs() {
+        sums.add(&setup.level.run(NodeSums {
+            mass: &setup.mass[run.clone()],
+            state: state.map(|column| &column[run.clone()]),
+        }));
+    }
     let first = setup.assembly.bodies[plan.body].first;
     let state = state.map(|column| &column[first..]);
     match &setup.springs[plan.body] {
         TiledSprings::Grid(grid) => {
             for row in plan.units.clone() {
                 for direction in 0..6 {
-                    let count = grid.count(direction, row);
+                    let end = grid.count(direction, row).min(plan.cols.end);
+                    let count = end.saturating_sub(plan.cols.start);
                     if let (Some(along), 1..) = (grid.along[direction], count) {
                         let (a, b) = grid.ends(direction, row);
+                        let [a, b] = [a + plan.cols.start, b + plan.cols.start];
                         setup.level.run(RowStretch { state, a, b, count, along, sums: &mut sums });
                     }
                 }

@@ -10,6 +10,7 @@ use super::simd::{Kernel, SimdLevel};
 use crate::forces::spring;
 use crate::real::Real;
 use crate::topology::{GRID_STEPS as STEPS, LANES};
+use std::ops::Range;
 
 /// Stiffness [N/m], damping [kg/s] and rest length [m] of the springs in one direction.
 #[derive(Clone, Copy, Debug, Default)]
@@ -57,13 +58,13 @@ impl<T: Real> GridSprings<T> {
 
 /// A worker's sweep over rows, and the forces it remembers from the rows before.
 ///
-/// All lie in one block of lines: [`LANES`] zeros, the columns, at least [`LANES`] zeros. A direction that goes
+/// All lie in one block of lines: [`LANES`] zeros, the columns (from [`LANES`] before the strip on), zeros. A direction that goes
 /// `down` rows needs `down` + 1 rows of three axes; row r is kept in the (r mod (down + 1))-th.
 pub struct Sweep<T> {
     forces: Column<T>,
     line: usize,
-    /// The row that may come next without starting again: (body, row).
-    next: Option<(usize, usize)>,
+    /// What may come next without starting again: (body, first column, row).
+    next: Option<(usize, usize, usize)>,
 }
 
 /// The first line of each direction's rows in a sweep's block.
@@ -78,9 +79,9 @@ fn line_of(direction: usize, row: isize, axis: usize) -> usize {
 }
 
 impl<T: Real> Sweep<T> {
-    /// For grids of up to `cols` columns.
+    /// For strips of up to `cols` columns.
     pub fn new(cols: usize) -> Self {
-        let line = cols.next_multiple_of(LANES) + 2 * LANES;
+        let line = cols.next_multiple_of(LANES) + 3 * LANES;
         Self { forces: Column::zeros(line * LINES), line, next: None }
     }
 
@@ -89,30 +90,30 @@ impl<T: Real> Sweep<T> {
         self.next = None;
     }
 
-    /// Adds to `force` [N] the springs of all nodes of `rows`; `old` is the state (position and velocity by axis)
-    /// from the body's first node on.
+    /// Adds to `force` [N] the springs of the nodes in `rows` and `cols`; `old` is the state (position and velocity by
+    /// axis) from the body's first node on.
     pub fn springs(
         &mut self,
         level: SimdLevel,
         (body, grid): (usize, &GridSprings<T>),
-        rows: std::ops::Range<usize>,
+        (rows, cols): (Range<usize>, Range<usize>),
         old: [&[T]; 6],
         force: &mut [Column<T>; 3],
     ) {
-        if self.next != Some((body, rows.start)) {
+        if self.next != Some((body, cols.start, rows.start)) {
             self.forces.fill(T::ZERO);
             for row in rows.start.saturating_sub(2)..rows.start {
-                level.run(SweepRow { sweep: self, grid, row, old, force: None });
+                level.run(SweepRow { sweep: self, grid, row, cols: cols.clone(), old, force: None });
             }
         }
-        let cols = grid.cols;
+        let width = cols.len();
         for row in rows.clone() {
-            let at = (row - rows.start) * cols..(row - rows.start + 1) * cols;
+            let at = (row - rows.start) * width..(row - rows.start + 1) * width;
             let [x, y, z] = &mut *force;
             let force = Some([&mut x[at.clone()], &mut y[at.clone()], &mut z[at]]);
-            level.run(SweepRow { sweep: self, grid, row, old, force });
+            level.run(SweepRow { sweep: self, grid, row, cols: cols.clone(), old, force });
         }
-        self.next = Some((body, rows.end));
+        self.next = Some((body, cols.start, rows.end));
     }
 }
 
@@ -121,6 +122,7 @@ struct SweepRow<'a, T> {
     sweep: &'a mut Sweep<T>,
     grid: &'a GridSprings<T>,
     row: usize,
+    cols: Range<usize>,
     old: [&'a [T]; 6],
     force: Option<[&'a mut [T]; 3]>,
 }
@@ -129,29 +131,32 @@ impl<T: Real> Kernel for SweepRow<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { sweep, grid, row, old, force } = self;
+        let Self { sweep, grid, row, cols, old, force } = self;
+        // Springs that begin before the strip may end in it.
+        let before = if cols.start == 0 { 0 } else { LANES };
+        let owned = cols.start - before..cols.end;
         for direction in 0..6 {
-            own_springs(sweep, grid, direction, row, &old);
+            own_springs(sweep, grid, direction, (row, &owned), &old);
         }
         if let Some([x, y, z]) = force {
-            add_up(sweep, row, 0, x);
-            add_up(sweep, row, 1, y);
-            add_up(sweep, row, 2, z);
+            add_up(sweep, (row, before), 0, x);
+            add_up(sweep, (row, before), 1, y);
+            add_up(sweep, (row, before), 2, z);
         }
     }
 }
 
-/// Forces on the first ends of a row's springs in one direction.
+/// Forces on the first ends of those springs of a row in one direction whose numbers are `owned`.
 #[inline(always)]
 fn own_springs<T: Real>(
     sweep: &mut Sweep<T>,
     grid: &GridSprings<T>,
     direction: usize,
-    row: usize,
+    (row, owned): (usize, &Range<usize>),
     old: &[&[T]; 6],
 ) {
     let Some(along) = grid.along[direction] else { return };
-    let count = grid.count(direction, row);
+    let count = grid.count(direction, row).clamp(owned.start, owned.end) - owned.start;
     // Whole vectors: what lies past the row is computed too, then cleared. The state is padded for that.
     let padded = count.next_multiple_of(LANES);
     let line = sweep.line;
@@ -161,11 +166,11 @@ fn own_springs<T: Real>(
     let (x, y, z) = (&mut x[LANES..], &mut y[LANES..], &mut z[LANES..]);
     if count > 0 {
         let (a, b) = grid.ends(direction, row);
-        row_springs(old, [a, b], &mut x[..padded], &mut y[..padded], &mut z[..padded], along);
+        let ends = [a + owned.start, b + owned.start];
+        row_springs(old, ends, &mut x[..padded], &mut y[..padded], &mut z[..padded], along);
     }
     for axis in [x, y, z] {
-        let end = padded.max(grid.cols.next_multiple_of(LANES));
-        axis[count..end].fill(T::ZERO);
+        axis[count..owned.len().next_multiple_of(LANES)].fill(T::ZERO);
     }
 }
 
@@ -196,16 +201,17 @@ fn row_springs<T: Real>(
 
 /// Adds a row's forces along one axis: own springs less those that end here, in the order of the steps.
 #[inline(always)]
-fn add_up<T: Real>(sweep: &Sweep<T>, row: usize, axis: usize, force: &mut [T]) {
+fn add_up<T: Real>(sweep: &Sweep<T>, (row, before): (usize, usize), axis: usize, force: &mut [T]) {
     let n = force.len();
+    let start = LANES + before;
     let own = |direction| {
-        let from = line_of(direction, row as isize, axis) * sweep.line + LANES - first_column(direction);
+        let from = line_of(direction, row as isize, axis) * sweep.line + start - first_column(direction);
         &sweep.forces[from..from + n]
     };
     let ending = |direction: usize| {
         let (down, across) = STEPS[direction];
         let line = line_of(direction, row as isize - down as isize, axis);
-        let from = (line * sweep.line + LANES - first_column(direction)).wrapping_add_signed(-across);
+        let from = (line * sweep.line + start - first_column(direction)).wrapping_add_signed(-across);
         &sweep.forces[from..from + n]
     };
     let (p0, p1, p2, p3, p4, p5) = (own(0), own(1), own(2), own(3), own(4), own(5));

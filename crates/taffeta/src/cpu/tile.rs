@@ -2,6 +2,7 @@
 
 use super::backend::Setup;
 use super::plan::Substep;
+use super::shared::Shared;
 use super::simd::Kernel;
 use super::tiles::{TilePlan, TiledSprings};
 use super::worker::Scratch;
@@ -12,6 +13,7 @@ use crate::forces::external;
 use crate::integrate::euler;
 use crate::real::{Real, add, scale};
 use crate::step::Tile;
+use std::ops::Range;
 
 /// A tile and what its stages read and write.
 pub struct CpuTile<'a, T> {
@@ -23,8 +25,8 @@ pub struct CpuTile<'a, T> {
     pub substep: &'a Substep<T>,
     /// State of all nodes before.
     pub old: [&'a [T]; 6],
-    /// State of the tile's nodes after.
-    pub new: [&'a mut [T]; 6],
+    /// State after; the tile's own nodes are written, nothing is read by others before the next barrier.
+    pub next: &'a [Shared<'a, T>; 6],
     /// Forces on hinges' corners [N].
     pub hinge_forces: &'a [[[T; 3]; 4]],
     /// The worker's room.
@@ -37,24 +39,30 @@ impl<T: Real> Tile for CpuTile<'_, T> {
     fn loads(&mut self) {
         let world = &self.setup.assembly.world;
         for axis in 0..3 {
-            self.setup.level.run(WindAndDrag {
-                force: &mut self.scratch.force[axis][..self.plan.nodes.len()],
-                velocity: &self.old[3 + axis][self.plan.nodes.clone()],
-                wind: T::from_f64(world.wind_force[axis]),
-                drag: T::from_f64(world.drag),
-            });
+            for (at, run) in self.plan.runs() {
+                self.setup.level.run(WindAndDrag {
+                    force: &mut self.scratch.force[axis][at..at + run.len()],
+                    velocity: &self.old[3 + axis][run],
+                    wind: T::from_f64(world.wind_force[axis]),
+                    drag: T::from_f64(world.drag),
+                });
+            }
         }
-        self.add_point_loads();
-        self.add_hinges();
+        for (at, run) in self.plan.runs() {
+            self.add_point_loads(at, &run);
+            self.add_hinges(at, &run);
+        }
     }
 
     fn springs(&mut self) {
-        let TilePlan { body, units, .. } = self.plan;
+        let TilePlan { body, units, cols, .. } = self.plan;
         let first = self.setup.assembly.bodies[*body].first;
         let old = self.old.map(|column| &column[first..]);
         let (level, Scratch { force, sweep, .. }) = (self.setup.level, &mut *self.scratch);
         match &self.setup.springs[*body] {
-            TiledSprings::Grid(grid) => sweep.springs(level, (*body, grid), units.clone(), old, force),
+            TiledSprings::Grid(grid) => {
+                sweep.springs(level, (*body, grid), (units.clone(), cols.clone()), old, force);
+            },
             TiledSprings::Mesh(sets) => {
                 for set in sets {
                     set.springs(level, units.clone(), old, force);
@@ -64,56 +72,63 @@ impl<T: Real> Tile for CpuTile<'_, T> {
     }
 
     fn integrate(&mut self) {
-        let nodes = self.plan.nodes.clone();
-        let [x, y, z, u, v, w] = &mut self.new;
-        for (axis, (position, velocity)) in [(x, u), (y, v), (z, w)].into_iter().enumerate() {
-            self.setup.level.run(Integrate {
-                force: &self.scratch.force[axis],
-                inverse_mass: &self.setup.inverse_mass[nodes.clone()],
-                old_position: &self.old[axis][nodes.clone()],
-                old_velocity: &self.old[3 + axis][nodes.clone()],
-                position,
-                velocity,
-                gravity: T::from_f64(self.setup.assembly.world.gravity[axis]),
-                h: self.substep.h,
-            });
+        for (at, run) in self.plan.runs() {
+            let [x, y, z, u, v, w] = self.after(&run);
+            for (axis, (position, velocity)) in [(x, u), (y, v), (z, w)].into_iter().enumerate() {
+                self.setup.level.run(Integrate {
+                    force: &self.scratch.force[axis][at..at + run.len()],
+                    inverse_mass: &self.setup.inverse_mass[run.clone()],
+                    old_position: &self.old[axis][run.clone()],
+                    old_velocity: &self.old[3 + axis][run.clone()],
+                    position,
+                    velocity,
+                    gravity: T::from_f64(self.setup.assembly.world.gravity[axis]),
+                    h: self.substep.h,
+                });
+            }
         }
     }
 
     fn pins(&mut self) {
-        let nodes = &self.plan.nodes;
-        let moving = &self.setup.assembly.moving_pins;
-        let from = moving.partition_point(|pin| (pin.node as usize) < nodes.start);
-        for pin in moving[from..].iter().take_while(|pin| (pin.node as usize) < nodes.end) {
-            let (before, after) = &self.substep.poses[pin.track as usize];
-            put(&mut self.new, pin.node as usize - nodes.start, before.apply(pin.start), after.apply(pin.start), self.substep);
+        let (moving, moves) = (&self.setup.assembly.moving_pins, &self.setup.hand.moves);
+        if moving.is_empty() && moves.is_empty() {
+            return;
         }
-        let moves = &self.setup.hand.moves;
-        let from = moves.partition_point(|(node, ..)| (*node as usize) < nodes.start);
-        for &(node, start, goal) in moves[from..].iter().take_while(|(node, ..)| (*node as usize) < nodes.end) {
-            let on_the_way = |s: f64| std::array::from_fn(|i| start[i] + s * (goal[i] - start[i]));
-            let (before, after) = self.substep.hand;
-            put(&mut self.new, node as usize - nodes.start, on_the_way(before), on_the_way(after), self.substep);
+        for (_, run) in self.plan.runs() {
+            for pin in within(moving, &run, |pin| pin.node) {
+                let (before, after) = &self.substep.poses[pin.track as usize];
+                self.put(pin.node, before.apply(pin.start), after.apply(pin.start));
+            }
+            for &(node, start, goal) in within(moves, &run, |&(node, ..)| node) {
+                let on_the_way = |s: f64| std::array::from_fn(|i| start[i] + s * (goal[i] - start[i]));
+                let (before, after) = self.substep.hand;
+                self.put(node, on_the_way(before), on_the_way(after));
+            }
         }
     }
 
     fn contact(&mut self) {
-        let [x, y, z, ..] = &self.new;
-        let places: [&[T]; 3] = [x, y, z];
-        let touched = self
-            .substep
-            .colliders
-            .iter()
-            .any(|collider| self.setup.level.run(CountInside { collider, places }) > 0);
-        if !touched {
-            return;
-        }
-        for i in 0..self.plan.nodes.len() {
-            if self.setup.inverse_mass[self.plan.nodes.start + i] > T::ZERO {
-                self.contacts += u64::from(self.contact_of(i));
+        for (_, run) in self.plan.runs() {
+            let [x, y, z, ..] = self.after(&run);
+            let places: [&[T]; 3] = [x, y, z];
+            let count_inside = |collider| self.setup.level.run(CountInside { collider, places });
+            if !self.substep.colliders.iter().any(|collider| count_inside(collider) > 0) {
+                continue;
+            }
+            for node in run {
+                if self.setup.inverse_mass[node] > T::ZERO {
+                    self.contacts += u64::from(self.contact_of(node));
+                }
             }
         }
     }
+}
+
+/// The items of a list that ascends by node, whose nodes are in `run`.
+fn within<'a, I>(items: &'a [I], run: &Range<usize>, node: impl Fn(&I) -> u32) -> &'a [I] {
+    let start = items.partition_point(|item| (node(item) as usize) < run.start);
+    let end = items.partition_point(|item| (node(item) as usize) < run.end);
+    &items[start..end]
 }
 
 /// Moves a node out of all colliders, a few times round: where two press on it, each may push it into the other.
@@ -132,26 +147,29 @@ fn push_out<T: Real>(colliders: &[ColliderNow<T>], mut x: [T; 3]) -> [T; 3] {
     x
 }
 
-/// Moves a pinned node, with the velocity of its way.
-fn put<T: Real>(
-    new: &mut [&mut [T]; 6],
-    at: usize,
-    before: [f64; 3],
-    after: [f64; 3],
-    substep: &Substep<T>,
-) {
-    for axis in 0..3 {
-        new[axis][at] = T::from_f64(after[axis]);
-        new[3 + axis][at] = T::from_f64((after[axis] - before[axis]) / substep.seconds);
-    }
-}
-
 impl<T: Real> CpuTile<'_, T> {
-    fn add_point_loads(&mut self) {
-        let (nodes, assembly) = (&self.plan.nodes, &self.setup.assembly);
-        for (index, load) in assembly.loads.iter().enumerate() {
-            let from = load.nodes.partition_point(|&node| (node as usize) < nodes.start);
-            for &node in load.nodes[from..].iter().take_while(|&&node| (node as usize) < nodes.end) {
+    /// The state after, of some of the tile's nodes.
+    #[expect(clippy::mut_from_ref, reason = "stages of a tile run one after the other and keep nothing")]
+    fn after(&self, run: &Range<usize>) -> [&mut [T]; 6] {
+        debug_assert!(self.plan.runs().any(|(_, own)| own.start <= run.start && run.end <= own.end));
+        // SAFETY: tiles do not overlap, each is in one worker's share, and nobody reads this buffer before the barrier
+        // after the particle stages. Within a stage the parts asked for do not overlap.
+        self.next.each_ref().map(|column| unsafe { column.write(run.clone()) })
+    }
+
+    /// Moves a pinned node, with the velocity of its way.
+    fn put(&self, node: u32, before: [f64; 3], after: [f64; 3]) {
+        let node = node as usize;
+        let state = self.after(&(node..node + 1));
+        for axis in 0..3 {
+            state[axis][0] = T::from_f64(after[axis]);
+            state[3 + axis][0] = T::from_f64((after[axis] - before[axis]) / self.substep.seconds);
+        }
+    }
+
+    fn add_point_loads(&mut self, at: usize, run: &Range<usize>) {
+        for (index, load) in self.setup.assembly.loads.iter().enumerate() {
+            for &node in within(&load.nodes, run, |&node| node) {
                 let force = match load.kind {
                     LoadKind::Force(f) => scale(f.map(T::from_f64), self.substep.scales[index]),
                     LoadKind::Torque { axis, about, .. } => {
@@ -160,34 +178,33 @@ impl<T: Real> CpuTile<'_, T> {
                         external::torque_force(self.scratch.torques[index], lever)
                     }
                 };
-                add_force(self.scratch, node as usize - nodes.start, force);
+                add_force(self.scratch, at + node as usize - run.start, force);
             }
         }
-        let by_hand = &self.setup.hand.forces;
-        let from = by_hand.partition_point(|(node, _)| (*node as usize) < nodes.start);
-        for (node, force) in by_hand[from..].iter().take_while(|(node, _)| (*node as usize) < nodes.end) {
-            add_force(self.scratch, *node as usize - nodes.start, force.map(T::from_f64));
+        for &(node, force) in within(&self.setup.hand.forces, run, |&(node, _)| node) {
+            add_force(self.scratch, at + node as usize - run.start, force.map(T::from_f64));
         }
     }
 
-    fn add_hinges(&mut self) {
+    fn add_hinges(&mut self, at: usize, run: &Range<usize>) {
         if self.setup.hinges.corners.is_empty() {
             return;
         }
-        for node in self.plan.nodes.clone() {
+        for node in run.clone() {
             let mut sum = [T::ZERO; 3];
             for &corner in self.setup.hinges.by_node.row(node) {
                 sum = add(sum, self.hinge_forces[corner as usize / 4][corner as usize % 4]);
             }
-            add_force(self.scratch, node - self.plan.nodes.start, sum);
+            add_force(self.scratch, at + node - run.start, sum);
         }
     }
 
-    /// Keeps node `i` of the tile out of all colliders; whether it touched one. Colliders act in the scene's order;
-    /// a node pressed between several is then only moved, some times over.
-    fn contact_of(&mut self, i: usize) -> bool {
-        let mut x = [0, 1, 2].map(|c| self.new[c][i]);
-        let mut v = [3, 4, 5].map(|c| self.new[c][i]);
+    /// Keeps a node out of all colliders; whether it touched one. Colliders act in the scene's order; a node pressed
+    /// between several is then only moved, some times over.
+    fn contact_of(&self, node: usize) -> bool {
+        let state = self.after(&(node..node + 1));
+        let mut x = [0, 1, 2].map(|c| state[c][0]);
+        let mut v = [3, 4, 5].map(|c| state[c][0]);
         let mut touches = 0;
         for collider in &self.substep.colliders {
             if let Some(touch) = collider.touch(x) {
@@ -195,17 +212,14 @@ impl<T: Real> CpuTile<'_, T> {
                 touches += 1;
             }
         }
-        if touches == 0 {
-            return false;
-        }
-        if self.substep.colliders.len() > 1 {
+        if touches > 0 && self.substep.colliders.len() > 1 {
             x = push_out(&self.substep.colliders, x);
         }
         for axis in 0..3 {
-            self.new[axis][i] = x[axis];
-            self.new[3 + axis][i] = v[axis];
+            state[axis][0] = x[axis];
+            state[3 + axis][0] = v[axis];
         }
-        true
+        touches > 0
     }
 }
 

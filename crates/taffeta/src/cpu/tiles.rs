@@ -10,6 +10,9 @@ use std::ops::Range;
 /// Nodes of a tile: enough to make the cost of a stage's call small, few enough to stay in the first cache.
 const TILE_NODES: usize = 512;
 
+/// Most columns of a grid that are swept together: the forces of their last rows stay in the nearest caches.
+const STRIP: usize = 512;
+
 /// A body's springs in the backend's numbers.
 pub enum TiledSprings<T> {
     /// By rows.
@@ -18,15 +21,48 @@ pub enum TiledSprings<T> {
     Mesh(Vec<GatheredSprings<T>>),
 }
 
-/// Neighbouring nodes of one body.
+/// Neighbouring nodes of one body: slices of a mesh, or a rectangle of a grid.
 #[derive(Clone, Debug)]
 pub struct TilePlan {
     /// The body.
     pub body: usize,
-    /// Its nodes, by solver index.
-    pub nodes: Range<usize>,
     /// Its rows (grids) or slices (meshes).
     pub units: Range<usize>,
+    /// Its columns, of a grid.
+    pub cols: Range<usize>,
+    /// Solver indices of its first run of nodes.
+    run: Range<usize>,
+    /// Number of runs, and the way from one to the next.
+    runs: (usize, usize),
+}
+
+impl TilePlan {
+    /// The runs of nodes with neighbouring solver indices, each with its place among the tile's nodes.
+    pub fn runs(&self) -> impl Iterator<Item = (usize, Range<usize>)> + use<> {
+        let (run, (count, stride)) = (self.run.clone(), self.runs);
+        (0..count).map(move |i| (i * run.len(), run.start + i * stride..run.end + i * stride))
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.run.len() * self.runs.0
+    }
+
+    fn of_mesh(index: usize, body: &BodyAssembly, units: Range<usize>) -> Self {
+        let end = (units.end * LANES).min(body.nodes);
+        let run = body.first + units.start * LANES..body.first + end;
+        Self { body: index, units, cols: 0..0, run, runs: (1, 0) }
+    }
+
+    fn of_grid(index: usize, body: &BodyAssembly, all_cols: usize, rows: Range<usize>, cols: Range<usize>) -> Self {
+        let start = body.first + rows.start * all_cols + cols.start;
+        let (run, runs) = if cols.len() == all_cols {
+            (start..start + rows.len() * all_cols, (1, 0))
+        } else {
+            (start..start + cols.len(), (rows.len(), all_cols))
+        };
+        Self { body: index, units: rows, cols, run, runs }
+    }
 }
 
 impl<T: Real> TiledSprings<T> {
@@ -62,34 +98,45 @@ impl<T: Real> TiledSprings<T> {
     }
 }
 
-/// Cuts all bodies into tiles: whole rows of grids, whole slices of meshes.
+/// Cuts all bodies into tiles: whole slices of meshes; strips of columns of grids, from the top row to the last.
 pub fn tiles(assembly: &Assembly) -> Vec<TilePlan> {
     let mut tiles = Vec::new();
     for (index, body) in assembly.bodies.iter().enumerate() {
-        let (unit, units) = match &body.grid {
-            Some(grid) => (grid.cols as usize, grid.rows as usize),
-            None => (LANES, body.nodes.div_ceil(LANES)),
-        };
-        let together = (TILE_NODES / unit).max(1);
-        for start in (0..units).step_by(together) {
-            let units = start..units.min(start + together);
-            let last = (units.end * unit).min(body.nodes);
-            tiles.push(TilePlan { body: index, nodes: body.first + units.start * unit..body.first + last, units });
+        match &body.grid {
+            Some(grid) => {
+                let (rows, all_cols) = (grid.rows as usize, grid.cols as usize);
+                let strip = all_cols.div_ceil(all_cols.div_ceil(STRIP)).next_multiple_of(LANES);
+                for cols in chunks(all_cols, strip) {
+                    let together = (TILE_NODES / cols.len()).max(1);
+                    tiles.extend(
+                        chunks(rows, together).map(|rows| TilePlan::of_grid(index, body, all_cols, rows, cols.clone())),
+                    );
+                }
+            }
+            None => {
+                let slices = body.nodes.div_ceil(LANES);
+                tiles.extend(chunks(slices, TILE_NODES / LANES).map(|units| TilePlan::of_mesh(index, body, units)));
+            }
         }
     }
     tiles
 }
 
+/// 0 to `count` in pieces of `size`.
+fn chunks(count: usize, size: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..count).step_by(size).map(move |start| start..count.min(start + size))
+}
+
 /// Which tiles each worker takes: neighbouring ones, with about the same number of nodes.
 pub fn shares(tiles: &[TilePlan], workers: usize) -> Vec<Range<usize>> {
-    let total: usize = tiles.iter().map(|tile| tile.nodes.len()).sum();
+    let total: usize = tiles.iter().map(TilePlan::len).sum();
     let mut shares = Vec::with_capacity(workers);
     let (mut start, mut done) = (0, 0);
     for worker in 1..=workers {
         let goal = total * worker / workers;
         let mut end = start;
-        while end < tiles.len() && (worker == workers || done + tiles[end].nodes.len() / 2 < goal) {
-            done += tiles[end].nodes.len();
+        while end < tiles.len() && (worker == workers || done + tiles[end].len() / 2 < goal) {
+            done += tiles[end].len();
             end += 1;
         }
         shares.push(start..end);
@@ -101,17 +148,29 @@ pub fn shares(tiles: &[TilePlan], workers: usize) -> Vec<Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::{Body, Mass, Mesh, Scene};
 
     #[test]
-    fn every_tile_is_given_to_one_worker_and_shares_are_even() {
-        let tiles: Vec<_> =
-            (0..37).map(|i| TilePlan { body: 0, nodes: i * 160..(i + 1) * 160, units: i..i + 1 }).collect();
-        for workers in [1, 2, 3, 8, 50] {
+    fn every_node_is_in_one_tile_and_every_tile_in_one_share() {
+        let heavy = |mesh| Body::cloth("", mesh).with_mass(Mass::Node(1.0));
+        let scene = Scene::new("")
+            .body(heavy(Mesh::grid(37, 2 * STRIP as u32 + 5, [1.0, 1.0])))
+            .body(heavy(Mesh::chain(700, 1.0)))
+            .body(heavy(Mesh::grid(100, 7, [1.0, 1.0])));
+        let assembly = Assembly::new(&scene).unwrap();
+        let tiles = tiles(&assembly);
+        let mut seen = vec![0; assembly.places];
+        for node in tiles.iter().flat_map(|tile| tile.runs().flat_map(|(_, run)| run)) {
+            seen[node] += 1;
+        }
+        for body in &assembly.bodies {
+            assert!(seen[body.first..body.first + body.nodes].iter().all(|&count| count == 1));
+        }
+        for workers in [1, 2, 3, 8, 1000] {
             let shares = shares(&tiles, workers);
             assert_eq!(shares.len(), workers);
             assert!(shares.windows(2).all(|w| w[0].end == w[1].start));
-            assert_eq!((shares[0].start, shares[workers - 1].end), (0, 37));
-            assert!(shares.iter().all(|s| s.len() <= 37_usize.div_ceil(workers) + 1));
+            assert_eq!((shares[0].start, shares[workers - 1].end), (0, tiles.len()));
         }
     }
 }

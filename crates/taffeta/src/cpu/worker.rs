@@ -123,7 +123,6 @@ impl<T: Real> Stages for Worker<'_, T> {
 
     fn particles(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
         let old = self.state();
-        let next = &self.buffers[1 - self.current];
         // SAFETY: hinge forces were written before the barrier in `elements`, and next are after the one below.
         let hinge_forces = unsafe { self.hinge_forces.read() };
         self.scratch.sweep.restart();
@@ -134,9 +133,7 @@ impl<T: Real> Stages for Worker<'_, T> {
                 plan,
                 substep,
                 old,
-                // SAFETY: tiles do not overlap, each is in one worker's share, and nobody reads this buffer before
-                // the barrier below.
-                new: next.each_ref().map(|column| unsafe { column.write(plan.nodes.clone()) }),
+                next: &self.buffers[1 - self.current],
                 hinge_forces,
                 scratch: self.scratch,
                 contacts: 0,

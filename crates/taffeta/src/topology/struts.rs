@@ -27,8 +27,12 @@ pub fn struts(
         return Ok(Vec::new());
     }
     if !edges.is_closed() {
-        let [holes, open] = [edges.holes(), edges.boundary_edges()];
-        return Err(format!("struts need a closed surface; this one has {holes} holes of {open} open edges"));
+        let [open, crowded] = [edges.boundary_edges(), edges.non_manifold_edges()];
+        return Err(format!(
+            "struts need a closed surface; this one has {open} open edges, {crowded} edges of more than two \
+             triangles and {} where it changes sides",
+            edges.flipped
+        ));
     }
     let inside = Inside {
         nodes,

@@ -77,7 +77,7 @@ fn a_reflex_edge_lets_struts_go_inward_only() {
 #[test]
 fn an_open_surface_is_refused() {
     let sheet = crate::topology::shapes::grid_surface(3, 3, [1.0; 2]);
-    assert!(find(&sheet, 1, 1).unwrap_err().contains("1 holes of 8 open edges"));
+    assert!(find(&sheet, 1, 1).unwrap_err().contains("has 8 open edges, 0 edges of more"));
 }
 
 #[test]
