@@ -1,2 +1,48 @@
-//! The program `taffeta`.
-fn main() {}
+//! The program `taffeta`: runs, checks and measures scenes. It converts and calls; there is no physics in it.
+
+mod bench;
+mod check;
+mod console;
+mod failure;
+mod info;
+mod limits;
+mod run;
+mod schema;
+mod summary;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Real-time cloth and soft bodies.
+#[derive(Parser)]
+#[command(name = "taffeta", version, about, max_term_width = 110)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Run(run::Args),
+    Check(check::Args),
+    Bench(bench::Args),
+    Info(info::Args),
+    Schema(schema::Args),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Run(args) => run::run(&args),
+        Command::Check(args) => check::run(&args),
+        Command::Bench(args) => bench::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Schema(args) => schema::run(&args),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            console::complain(&failure.to_string());
+            failure.code()
+        }
+    }
+}

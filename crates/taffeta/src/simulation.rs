@@ -89,9 +89,10 @@ impl Simulation {
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, SceneError> {
         let assembly = Assembly::new(scene)?;
         let bodies: Vec<BodyInfo> = assembly.bodies.iter().map(info).collect();
-        let (largest, body) = stability::largest_step(&assembly);
-        let limit = StepLimit { step: assembly.time.substep(0).1, largest };
-        let warnings = limit.warning(&bodies[body].name).into_iter().collect();
+        let largest = stability::largest_steps(&assembly);
+        let step = assembly.time.substep(0).1;
+        let limit = StepLimit { step, at_rest: largest.at_rest, folded: largest.folded };
+        let warnings = limit.warning(&bodies[largest.body].name).into_iter().collect();
         let threads = options.threads.unwrap_or_else(available_threads).max(1);
         let in_body = |message| SceneError::new("body", message);
         let backend: Box<dyn Backend> = match options.precision {
@@ -124,6 +125,7 @@ impl Simulation {
         let frame = self.report.frame + 1;
         let start = f64::from(self.report.frame) * self.backend.assembly().time.dt;
         let hand = std::mem::take(&mut self.hand);
+        let driven = self.backend.assembly().is_driven() || !hand.forces.is_empty() || !hand.moves.is_empty();
         for node in std::mem::take(&mut self.moved) {
             let at = self.backend.position(node as usize);
             self.backend.set(node as usize, at, [0.0; 3]);
@@ -131,7 +133,7 @@ impl Simulation {
         self.moved = hand.moves.iter().map(|&(node, ..)| node).collect();
         let sums = self.backend.frame(start, hand);
         let report = self.report_of(sums, frame);
-        if let Some(what) = runaway(&self.start, &self.report, &report) {
+        if let Some(what) = runaway(&self.start, &self.report, &report, driven) {
             return Err(self.diverged(frame, what));
         }
         self.report = report;
@@ -197,16 +199,26 @@ impl Simulation {
 
     /// Largest stable step at rest [s], found by power iteration; infinite without springs.
     pub fn largest_stable_step(&self) -> f64 {
-        self.limit.largest
+        self.limit.at_rest
+    }
+
+    /// Largest step [s] that is stable however springs are folded; at most [`Self::largest_stable_step`].
+    pub fn largest_stable_step_folded(&self) -> f64 {
+        self.limit.folded
     }
 
     /// Moves a pinned vertex to a place [m] during the next frame, in a straight line; it stays there. A free vertex
     /// is pinned from now on.
     ///
     /// # Errors
-    /// Where there is no such body or vertex.
+    /// Where there is no such body or vertex, or the vertex follows keyframes of the scene.
     pub fn move_pin(&mut self, body: &str, vertex: usize, to: [f64; 3]) -> Result<(), SceneError> {
         let node = self.solver_index(body, vertex)?;
+        let moving = &self.backend.assembly().moving_pins;
+        if moving.binary_search_by_key(&(node as u32), |pin| pin.node).is_ok() {
+            let message = format!("vertex {vertex} of body `{body}` follows keyframes; a pin without them can be moved");
+            return Err(SceneError::new("body", message));
+        }
         if self.backend.is_free(node) {
             self.backend.hold(node);
         }

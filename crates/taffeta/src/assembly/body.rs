@@ -18,6 +18,8 @@ pub struct BodyAssembly {
     pub nodes: usize,
     /// Rows, columns and extent of a grid, whose surface follows from them.
     pub grid: Option<Grid>,
+    /// Rows and columns in solver order, of a grid: the user's, or exchanged.
+    pub grid_layout: Option<[usize; 2]>,
     /// The surface of a mesh body, as given, before placement.
     pub surface: Option<Surface>,
     /// Where it was put.
@@ -81,6 +83,7 @@ impl Assembly {
                         start: built.start[local],
                     };
                     self.moving_pins.push(at);
+                    built.start[local] = track.pose(0.0).apply(at.start);
                 }
             }
             self.tracks.push(track);
@@ -192,44 +195,58 @@ fn at<T>(result: Result<T, (&'static str, String)>) -> Result<T, SceneError> {
     result.map_err(|(field, message)| SceneError::new(field, message))
 }
 
+/// Columns beyond which a grid is kept with rows and columns exchanged, if that makes its rows shorter: the last rows
+/// of a sweep must stay in the second-level cache.
+const LONG_ROW: usize = 2048;
+
 fn grid_body(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError> {
+    if body.kind == Kind::Soft {
+        return Err(SceneError::new("kind", "a soft body needs a closed surface; a grid is open: kind = \"cloth\""));
+    }
     let (rows, cols) = (grid.rows as usize, grid.cols as usize);
-    let extent = [
-        [-grid.size[0] / 2.0, 0.0, -grid.size[1] / 2.0],
-        [grid.size[0] / 2.0, 0.0, grid.size[1] / 2.0],
-    ];
-    let placement = at(Placement::new(&body.place, &extent))?;
-    let start: Vec<[f64; 3]> =
-        (0..rows * cols).map(|node| placement.apply(grid_node(grid, node / cols, node % cols))).collect();
+    let exchanged = cols > LONG_ROW && rows < cols;
+    let [x, z] = grid.size.map(|s| s / 2.0);
+    let placement = at(Placement::new(&body.place, &[[-x, 0.0, -z], [x, 0.0, z]]))?;
     let size = grid.size.map(|s| s * placement.factor);
     let mass = body.mass_given().ok_or_else(|| SceneError::new("", "has no mass"))?;
-    let mass = mass::grid_lump(grid.rows, grid.cols, size, mass).map_err(|m| SceneError::new("", m))?;
-    let (hinges, edges) = if body.springs.hinge.is_some() {
-        let surface = shapes::grid_surface(grid.rows, grid.cols, grid.size);
-        let edges = Edges::new(surface.nodes.len(), &surface.triangles, &surface.links);
-        (edges.hinges(&surface.triangles), None)
+    let mut mass = mass::grid_lump(grid.rows, grid.cols, size, mass).map_err(|m| SceneError::new("", m))?;
+    let place = |row, col| placement.apply(grid_node(grid, row, col));
+    let nodes = rows * cols;
+    let mut springs = grid_directions(body, grid, size)?;
+    let (start, solver_of_node) = if exchanged {
+        springs.swap(0, 2);
+        springs.swap(1, 3);
+        mass = (0..nodes).map(|n| mass[n % rows * cols + n / rows]).collect();
+        let solver_of_node = (0..nodes).map(|n| (n % cols * rows + n / cols) as u32).collect();
+        ((0..nodes).map(|n| place(n % rows, n / rows)).collect(), Some(solver_of_node))
     } else {
-        (Vec::new(), None)
+        ((0..nodes).map(|n| place(n / cols, n % cols)).collect(), None)
     };
     let mut built = BodyAssembly {
         name: String::new(),
         first: 0,
-        nodes: rows * cols,
+        nodes,
         grid: Some(grid),
+        grid_layout: Some(if exchanged { [cols, rows] } else { [rows, cols] }),
         surface: None,
         placement,
-        solver_of_node: None,
-        free: vec![true; mass.len()],
+        solver_of_node,
+        free: vec![true; nodes],
         mass,
-        springs: BodySprings::Grid(grid_directions(body, grid, size)?),
+        springs: BodySprings::Grid(springs),
         hinge_rest: Vec::new(),
-        hinges,
+        hinges: Vec::new(),
         hinge: body.springs.hinge.unwrap_or_default(),
         closed_triangles: Vec::new(),
         rest_volume: None,
-        edges,
+        edges: None,
         start,
     };
+    if body.springs.hinge.is_some() {
+        let surface = shapes::grid_surface(grid.rows, grid.cols, grid.size);
+        let hinges = Edges::new(surface.nodes.len(), &surface.triangles, &surface.links).hinges(&surface.triangles);
+        built.hinges = hinges.into_iter().map(|h| h.map(|n| built.solver_local(n as usize) as u32)).collect();
+    }
     built.set_hinge_rest();
     Ok(built)
 }
@@ -249,7 +266,7 @@ fn grid_directions(body: &Body, grid: Grid, size: [f64; 2]) -> Result<GridDirect
     }
     let step = |extent: f64, nodes: u32| if nodes > 1 { extent / f64::from(nodes - 1) } else { 0.0 };
     let (dx, dz) = (step(size[0], grid.cols), step(size[1], grid.rows));
-    let diagonal = dx.hypot(dz);
+    let diagonal = (dx * dx + dz * dz).sqrt();
     let make = |spring: Option<crate::scene::Spring>, length: f64| spring.map(|s| [s.k, s.d, length]);
     let s = &body.springs;
     Ok([
@@ -289,6 +306,7 @@ fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
         first: 0,
         nodes: surface.nodes.len(),
         grid: None,
+        grid_layout: None,
         placement,
         start: order.iter().map(|&old| placed[old as usize]).collect(),
         free: vec![true; mass.len()],

@@ -6,7 +6,7 @@
 mod body;
 mod loads;
 
-pub use body::{BodyAssembly, BodySprings};
+pub use body::{BodyAssembly, BodySprings, GridDirections};
 pub use loads::{Load, LoadKind};
 
 use crate::collision::shape::MovingCollider;
@@ -69,9 +69,12 @@ impl Assembly {
         Ok(assembly)
     }
 
-    /// The body that the place `node` belongs to.
-    pub fn body_of(&self, node: usize) -> usize {
-        self.bodies.partition_point(|body| body.first + body.places() <= node)
+    /// Whether more than gravity may add energy: wind, loads, moving pins or moving colliders.
+    pub fn is_driven(&self) -> bool {
+        self.world.wind_force != [0.0; 3]
+            || !self.loads.is_empty()
+            || !self.moving_pins.is_empty()
+            || self.colliders.iter().any(MovingCollider::moves)
     }
 }
 

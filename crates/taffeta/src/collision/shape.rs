@@ -45,6 +45,11 @@ impl MovingCollider {
         })
     }
 
+    /// Whether it has keyframes.
+    pub fn moves(&self) -> bool {
+        !self.track.is_still()
+    }
+
     /// As it is at time `t` + `h` [s], having moved since `t`.
     pub fn at<T: Real>(&self, t: f64, h: f64) -> ColliderNow<T> {
         let (before, after) = (self.track.pose(t), self.track.pose(t + h));

@@ -13,15 +13,24 @@ struct Line<T>([T; LANES]);
 #[derive(Clone)]
 pub struct Column<T> {
     lines: Vec<Line<T>>,
+    /// Lines before the first number.
+    lead: usize,
 }
 
 impl<T: Real> Column<T> {
     /// At least `len` zeros.
     pub fn zeros(len: usize) -> Self {
-        let mut lines = Vec::with_capacity(len.div_ceil(LANES));
+        Self::staggered(len, 0)
+    }
+
+    /// As [`Self::zeros`], with `lead` lines before the first number: large arrays start on page boundaries, and
+    /// those that a kernel walks through together must not fall on the same sets of the cache.
+    pub fn staggered(len: usize, lead: usize) -> Self {
+        let count = len.div_ceil(LANES) + lead;
+        let mut lines = Vec::with_capacity(count);
         prefer_huge_pages(lines.spare_capacity_mut());
-        lines.resize(len.div_ceil(LANES), Line([T::ZERO; LANES]));
-        Self { lines }
+        lines.resize(count, Line([T::ZERO; LANES]));
+        Self { lines, lead }
     }
 }
 
@@ -45,16 +54,20 @@ fn prefer_huge_pages<L>(_memory: &mut [std::mem::MaybeUninit<L>]) {}
 
 impl<T> Deref for Column<T> {
     type Target = [T];
+    #[inline(always)]
     fn deref(&self) -> &[T] {
+        let lines = &self.lines[self.lead..];
         // SAFETY: `Line` is `repr(C)` around `[T; LANES]`; its size is a multiple of 64 for the 4- and 8-byte
         // numbers used here, so lines lie one after the other without padding.
-        unsafe { std::slice::from_raw_parts(self.lines.as_ptr().cast::<T>(), self.lines.len() * LANES) }
+        unsafe { std::slice::from_raw_parts(lines.as_ptr().cast::<T>(), lines.len() * LANES) }
     }
 }
 
 impl<T> DerefMut for Column<T> {
+    #[inline(always)]
     fn deref_mut(&mut self) -> &mut [T] {
+        let lines = &mut self.lines[self.lead..];
         // SAFETY: as in `deref`, and `self` is borrowed mutably.
-        unsafe { std::slice::from_raw_parts_mut(self.lines.as_mut_ptr().cast::<T>(), self.lines.len() * LANES) }
+        unsafe { std::slice::from_raw_parts_mut(lines.as_mut_ptr().cast::<T>(), lines.len() * LANES) }
     }
 }

@@ -67,6 +67,9 @@ pub struct Sweep<T> {
     next: Option<(usize, usize, usize)>,
 }
 
+/// Columns that pass through all six directions together.
+const BLOCK: usize = 512;
+
 /// The first line of each direction's rows in a sweep's block.
 const FIRST_LINE: [usize; 6] = [0, 3, 6, 12, 21, 27];
 const LINES: usize = 33;
@@ -134,14 +137,22 @@ impl<T: Real> Kernel for SweepRow<'_, T> {
         let Self { sweep, grid, row, cols, old, force } = self;
         // Springs that begin before the strip may end in it.
         let before = if cols.start == 0 { 0 } else { LANES };
-        let owned = cols.start - before..cols.end;
-        for direction in 0..6 {
-            own_springs(sweep, grid, direction, (row, &owned), &old);
-        }
-        if let Some([x, y, z]) = force {
-            add_up(sweep, (row, before), 0, x);
-            add_up(sweep, (row, before), 1, y);
-            add_up(sweep, (row, before), 2, z);
+        let first = cols.start - before;
+        let [x, y, z] = force.map_or([None, None, None], |force| force.map(Some));
+        let mut force = [x, y, z];
+        // A node's springs begin at its column or before: block after block, the next one is fetched meanwhile.
+        for start in (first..cols.end).step_by(BLOCK) {
+            let owned = start..cols.end.min(start + BLOCK);
+            for direction in 0..6 {
+                own_springs(sweep, grid, direction, (row, start - first, &owned), &old);
+            }
+            for (axis, force) in force.iter_mut().enumerate() {
+                if let Some(force) = force {
+                    let inside = owned.start.max(cols.start)..owned.end;
+                    let out = &mut force[inside.start - cols.start..inside.end - cols.start];
+                    add_up(sweep, (row, inside.start - first), axis, out);
+                }
+            }
         }
     }
 }
@@ -152,7 +163,7 @@ fn own_springs<T: Real>(
     sweep: &mut Sweep<T>,
     grid: &GridSprings<T>,
     direction: usize,
-    (row, owned): (usize, &Range<usize>),
+    (row, at, owned): (usize, usize, &Range<usize>),
     old: &[&[T]; 6],
 ) {
     let Some(along) = grid.along[direction] else { return };
@@ -163,7 +174,7 @@ fn own_springs<T: Real>(
     let start = line_of(direction, row as isize, 0) * line;
     let (x, rest) = sweep.forces[start..start + 3 * line].split_at_mut(line);
     let (y, z) = rest.split_at_mut(line);
-    let (x, y, z) = (&mut x[LANES..], &mut y[LANES..], &mut z[LANES..]);
+    let (x, y, z) = (&mut x[LANES + at..], &mut y[LANES + at..], &mut z[LANES + at..]);
     if count > 0 {
         let (a, b) = grid.ends(direction, row);
         let ends = [a + owned.start, b + owned.start];
@@ -199,23 +210,41 @@ fn row_springs<T: Real>(
     }
 }
 
+/// Forces of `n` springs of a direction along one axis, kept for `row`, from the `from`-th number of their line on.
+#[inline(always)]
+fn kept<T: Real>(sweep: &Sweep<T>, direction: usize, row: isize, axis: usize, from: usize, n: usize) -> &[T] {
+    let from = line_of(direction, row, axis) * sweep.line + from;
+    &sweep.forces[from..from + n]
+}
+
+/// Forces of the springs of a direction that nodes own, and of those that end at them.
+#[inline(always)]
+fn own_and_ending<T: Real>(
+    sweep: &Sweep<T>,
+    direction: usize,
+    (row, at): (usize, usize),
+    axis: usize,
+    n: usize,
+) -> (&[T], &[T]) {
+    let (down, across) = STEPS[direction];
+    let own = LANES + at - first_column(direction);
+    let row = row as isize;
+    (
+        kept(sweep, direction, row, axis, own, n),
+        kept(sweep, direction, row - down as isize, axis, own.wrapping_add_signed(-across), n),
+    )
+}
+
 /// Adds a row's forces along one axis: own springs less those that end here, in the order of the steps.
 #[inline(always)]
-fn add_up<T: Real>(sweep: &Sweep<T>, (row, before): (usize, usize), axis: usize, force: &mut [T]) {
+fn add_up<T: Real>(sweep: &Sweep<T>, place: (usize, usize), axis: usize, force: &mut [T]) {
     let n = force.len();
-    let start = LANES + before;
-    let own = |direction| {
-        let from = line_of(direction, row as isize, axis) * sweep.line + start - first_column(direction);
-        &sweep.forces[from..from + n]
-    };
-    let ending = |direction: usize| {
-        let (down, across) = STEPS[direction];
-        let line = line_of(direction, row as isize - down as isize, axis);
-        let from = (line * sweep.line + start - first_column(direction)).wrapping_add_signed(-across);
-        &sweep.forces[from..from + n]
-    };
-    let (p0, p1, p2, p3, p4, p5) = (own(0), own(1), own(2), own(3), own(4), own(5));
-    let (m0, m1, m2, m3, m4, m5) = (ending(0), ending(1), ending(2), ending(3), ending(4), ending(5));
+    let (p0, m0) = own_and_ending(sweep, 0, place, axis, n);
+    let (p1, m1) = own_and_ending(sweep, 1, place, axis, n);
+    let (p2, m2) = own_and_ending(sweep, 2, place, axis, n);
+    let (p3, m3) = own_and_ending(sweep, 3, place, axis, n);
+    let (p4, m4) = own_and_ending(sweep, 4, place, axis, n);
+    let (p5, m5) = own_and_ending(sweep, 5, place, axis, n);
     for i in 0..n {
         force[i] += (p0[i] - m0[i])
             + (p1[i] - m1[i])

@@ -5,14 +5,10 @@ use super::column::Column;
 use super::simd::{Kernel, SimdLevel};
 use crate::forces::spring;
 use crate::real::Real;
-use crate::topology::{Gather, LANES, SpringKind};
+use crate::topology::{Gather, LANES};
 
 /// The springs of one kind of a mesh body.
 pub struct GatheredSprings<T> {
-    /// What they are for.
-    pub kind: SpringKind,
-    /// Number of springs, each once.
-    pub count: usize,
     /// Stiffness [N/m].
     pub k: T,
     /// Damping [kg/s].
@@ -27,11 +23,9 @@ pub struct GatheredSprings<T> {
 
 impl<T: Real> GatheredSprings<T> {
     /// From a gather table of a body of `nodes` nodes; every neighbour in it is one of them.
-    pub fn new(kind: SpringKind, count: usize, (k, damping): (f64, f64), gather: Gather, nodes: usize) -> Self {
+    pub fn new((k, damping): (f64, f64), gather: Gather, nodes: usize) -> Self {
         assert!(gather.neighbour.iter().all(|&n| (n as usize) < nodes), "gather table within the body");
         Self {
-            kind,
-            count,
             k: T::from_f64(k),
             damping: T::from_f64(damping),
             slice_starts: gather.slice_starts,

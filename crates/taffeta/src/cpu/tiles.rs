@@ -11,7 +11,7 @@ use std::ops::Range;
 const TILE_NODES: usize = 512;
 
 /// Most columns of a grid that are swept together: the forces of their last rows stay in the nearest caches.
-const STRIP: usize = 512;
+const STRIP: usize = 2048;
 
 /// A body's springs in the backend's numbers.
 pub enum TiledSprings<T> {
@@ -71,10 +71,10 @@ impl<T: Real> TiledSprings<T> {
         let nodes = body.nodes;
         match &mut body.springs {
             BodySprings::Grid(along) => {
-                let grid = body.grid.as_ref().ok_or("a grid's springs without a grid")?;
+                let [rows, cols] = body.grid_layout.ok_or("a grid's springs without a grid")?;
                 Ok(Self::Grid(GridSprings {
-                    rows: grid.rows as usize,
-                    cols: grid.cols as usize,
+                    rows,
+                    cols,
                     along: along.map(|direction| direction.map(super::grid::Direction::new)),
                 }))
             }
@@ -82,7 +82,7 @@ impl<T: Real> TiledSprings<T> {
                 .iter()
                 .map(|list| {
                     let gather = Gather::new(nodes, &list.pairs, &list.rest)?;
-                    Ok(GatheredSprings::new(list.kind, list.pairs.len(), (list.k, list.d), gather, nodes))
+                    Ok(GatheredSprings::new((list.k, list.d), gather, nodes))
                 })
                 .collect::<Result<_, String>>()
                 .map(Self::Mesh),
@@ -102,9 +102,8 @@ impl<T: Real> TiledSprings<T> {
 pub fn tiles(assembly: &Assembly) -> Vec<TilePlan> {
     let mut tiles = Vec::new();
     for (index, body) in assembly.bodies.iter().enumerate() {
-        match &body.grid {
-            Some(grid) => {
-                let (rows, all_cols) = (grid.rows as usize, grid.cols as usize);
+        match body.grid_layout {
+            Some([rows, all_cols]) => {
                 let strip = all_cols.div_ceil(all_cols.div_ceil(STRIP)).next_multiple_of(LANES);
                 for cols in chunks(all_cols, strip) {
                     let together = (TILE_NODES / cols.len()).max(1);

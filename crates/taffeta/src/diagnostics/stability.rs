@@ -1,17 +1,19 @@
 //! The largest stable step of symplectic Euler with damped springs.
 //!
-//! Linearised at the start: M ẍ = −K x − D ẋ, where a spring gives K = k n nᵀ, D = d n nᵀ along its direction n, and
-//! a hinge the same along ∇θ. A mode with κ = uᵀM^-½KM^-½u and δ = uᵀM^-½DM^-½u is stable while h²κ + 2hδ < 4; the
-//! worst mode is found by power iteration on h²K + 2hD. For a flat grid with equal springs of all three kinds it
-//! gives k h² + 2 d h < 4 m/10.125. It holds at rest: slack or folded cloth needs steps up to 1.27 times smaller.
+//! Linearised: M ẍ = −K x − D ẋ, where a spring gives K = k n nᵀ, D = d n nᵀ along its direction n, and a hinge the same
+//! along ∇θ. A mode with κ = uᵀM^-½KM^-½u and δ = uᵀM^-½DM^-½u is stable while h²κ + 2hδ < 4; the worst mode is found by
+//! power iteration on h²K + 2hD. For a flat grid with equal springs of all three kinds it gives
+//! k h² + 2 d h < 4 m/10.125.
+//!
+//! That holds at rest. Folded or slack springs may pull in any direction, but no stiffer than k: with k I in place of
+//! k n nᵀ the same iteration bounds every state (16.3 in place of 10.125, without damping).
 
-use crate::assembly::{Assembly, BodyAssembly, BodySprings};
-use crate::forces::hinge;
-use crate::real::{dot, norm, scale, sub};
+use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections};
+use crate::forces::hinge::angle_and_gradient;
+use crate::real::{add, dot, norm, scale, sub};
+use crate::scene::Hinge;
 use crate::topology::random::SplitMix64;
-
-/// How much smaller steps folded or slack cloth may need than cloth at rest: √(16.3/10.125).
-pub const FOLDED: f64 = 1.27;
+use crate::topology::{Edges, GRID_STEPS, SpringList, shapes};
 
 /// Rows and columns of a grid that are looked at: its corners and edges, and enough of its middle for the shortest
 /// waves, which are the fastest.
@@ -30,93 +32,130 @@ struct Element<const N: usize> {
 struct System {
     springs: Vec<Element<2>>,
     hinges: Vec<Element<4>>,
+    /// 1/√m [kg^-½]; 0 for held nodes.
     root_inverse_mass: Vec<f64>,
 }
 
-/// The largest stable step [s] of a scene, and the body that sets it; infinite if nothing does.
-pub fn largest_step(assembly: &Assembly) -> (f64, usize) {
-    let steps = assembly.bodies.iter().map(|body| system(body).largest_step(assembly.world.drag));
-    steps.enumerate().fold((f64::INFINITY, 0), |best, (index, step)| if step < best.0 { (step, index) } else { best })
+/// The largest stable steps [s] of a scene; infinite if nothing sets one.
+#[derive(Clone, Copy, Debug)]
+pub struct LargestSteps {
+    /// As the scene starts.
+    pub at_rest: f64,
+    /// However its springs are folded.
+    pub folded: f64,
+    /// The body that sets them.
+    pub body: usize,
 }
 
-fn system(body: &BodyAssembly) -> System {
-    let (nodes, mut system) = match (&body.springs, &body.grid) {
-        (BodySprings::Grid(_), Some(_)) => grid_patch(body),
-        _ => mesh(body),
-    };
-    system.root_inverse_mass =
-        nodes.iter().map(|&n| if body.free[n] { (1.0 / body.mass[n]).sqrt() } else { 0.0 }).collect();
-    system
-}
-
-fn spring(body: &BodyAssembly, [a, b]: [usize; 2], at: [u32; 2], k: f64, d: f64) -> Option<Element<2>> {
-    let along = sub(body.start[b], body.start[a]);
-    let length = norm(along);
-    (length > 0.0).then(|| {
-        let n = scale(along, 1.0 / length);
-        Element { nodes: at, directions: [scale(n, -1.0), n], k, d }
+/// Finds the largest stable steps of a scene.
+pub fn largest_steps(assembly: &Assembly) -> LargestSteps {
+    let drag = assembly.world.drag;
+    let none = LargestSteps { at_rest: f64::INFINITY, folded: f64::INFINITY, body: 0 };
+    assembly.bodies.iter().enumerate().fold(none, |least, (body, described)| {
+        let system = System::new(described);
+        let at_rest = system.largest_step(drag, Pull::Along);
+        if at_rest < least.at_rest {
+            LargestSteps { at_rest, folded: system.largest_step(drag, Pull::AnyWay).min(at_rest), body }
+        } else {
+            least
+        }
     })
 }
 
-fn mesh(body: &BodyAssembly) -> (Vec<usize>, System) {
-    let mut system = System::default();
-    if let BodySprings::Mesh(lists) = &body.springs {
-        for list in lists {
-            let element = |&pair: &[u32; 2]| spring(body, pair.map(|n| n as usize), pair, list.k, list.d);
-            system.springs.extend(list.pairs.iter().filter_map(element));
-        }
-    }
-    system.hinges = body.hinges.iter().map(|&nodes| bend(body, nodes.map(|n| n as usize), nodes)).collect();
-    ((0..body.nodes).collect(), system)
+/// The direction in which a spring resists.
+#[derive(Clone, Copy, PartialEq)]
+enum Pull {
+    /// Along itself.
+    Along,
+    /// Any: the bound for all states.
+    AnyWay,
 }
 
-fn bend(body: &BodyAssembly, corners: [usize; 4], at: [u32; 4]) -> Element<4> {
-    let (_, directions) = hinge::angle_and_gradient(corners.map(|n| body.start[n]));
-    Element { nodes: at, directions, k: body.hinge.k, d: body.hinge.d }
+fn spring(places: &[[f64; 3]], nodes: [u32; 2], k: f64, d: f64) -> Option<Element<2>> {
+    let [a, b] = nodes.map(|node| places[node as usize]);
+    let along = sub(b, a);
+    let length = norm(along);
+    (length > 0.0).then(|| {
+        let n = scale(along, 1.0 / length);
+        Element { nodes, directions: [scale(n, -1.0), n], k, d }
+    })
 }
 
-/// The corners of a grid, put together to a small one.
-fn grid_patch(body: &BodyAssembly) -> (Vec<usize>, System) {
-    let mut system = System::default();
-    let (BodySprings::Grid(along), Some(grid)) = (&body.springs, &body.grid) else { return (Vec::new(), system) };
-    let (rows, cols) = (grid.rows as usize, grid.cols as usize);
-    let (small_rows, small_cols) = (rows.min(PATCH), cols.min(PATCH));
-    let real = |i: usize, small: usize, all: usize| if i < small / 2 { i } else { i + all - small };
-    let nodes: Vec<usize> = (0..small_rows * small_cols)
-        .map(|n| real(n / small_cols, small_rows, rows) * cols + real(n % small_cols, small_cols, cols))
-        .collect();
-    for row in 0..small_rows {
-        for col in 0..small_cols {
-            for (&(down, across), spec) in crate::topology::GRID_STEPS.iter().zip(along) {
-                let (Some([k, d, _]), Some(to)) = (spec, col.checked_add_signed(across)) else { continue };
-                if row + down >= small_rows || to >= small_cols {
-                    continue;
-                }
-                // The direction is that of neighbours near the first corner: it is the same all over the grid.
-                let from_col = if across < 0 { 1 } else { 0 };
-                let ends = [from_col, (down * cols + from_col).wrapping_add_signed(across)];
-                let at = [(row * small_cols + col) as u32, ((row + down) * small_cols + to) as u32];
-                system.springs.extend(spring(body, ends, at, *k, *d));
-            }
-        }
-    }
-    if !body.hinges.is_empty() && small_rows == rows && small_cols == cols {
-        system.hinges = body.hinges.iter().map(|&h| bend(body, h.map(|n| n as usize), h)).collect();
-    } else if let Some(&first) = body.hinges.first() {
-        // On a large grid hinges are many and alike: the strongest of the first few rows, on its own nodes.
-        system.hinges.push(bend(body, first.map(|n| n as usize), [0, 1, small_cols as u32, small_cols as u32 + 1]));
-    }
-    (nodes, system)
+fn bend(places: &[[f64; 3]], nodes: [u32; 4], hinge: Hinge) -> Element<4> {
+    let (_, directions) = angle_and_gradient(nodes.map(|node| places[node as usize]));
+    Element { nodes, directions, k: hinge.k, d: hinge.d }
 }
 
 impl System {
-    fn largest_step(&self, drag: f64) -> f64 {
+    fn new(body: &BodyAssembly) -> Self {
+        match (&body.springs, body.grid_layout) {
+            (BodySprings::Grid(along), Some(layout)) => Self::of_grid(body, along, layout),
+            (BodySprings::Mesh(lists), _) => Self::of_mesh(body, lists),
+            (BodySprings::Grid(_), None) => Self::default(),
+        }
+    }
+
+    fn of_mesh(body: &BodyAssembly, lists: &[SpringList]) -> Self {
+        let springs = |list: &SpringList| {
+            let (k, d) = (list.k, list.d);
+            list.pairs.iter().filter_map(|&pair| spring(&body.start, pair, k, d)).collect::<Vec<_>>()
+        };
+        Self {
+            springs: lists.iter().flat_map(springs).collect(),
+            hinges: body.hinges.iter().map(|&nodes| bend(&body.start, nodes, body.hinge)).collect(),
+            root_inverse_mass: (0..body.nodes).map(|node| root_inverse_mass(body, node)).collect(),
+        }
+    }
+
+    /// The corners of a grid put together to a small one: its fastest waves are as short as two nodes.
+    fn of_grid(body: &BodyAssembly, along: &GridDirections, [rows, cols]: [usize; 2]) -> Self {
+        let small = [rows.min(PATCH), cols.min(PATCH)];
+        let real = |i: usize, small: usize, all: usize| if i < small / 2 { i } else { i + all - small };
+        let of_patch = |n: usize| real(n / small[1], small[0], rows) * cols + real(n % small[1], small[1], cols);
+        // A grid starts flat and even, so its first nodes show where all of the patch would be.
+        let step = |node: usize| if node < body.nodes { sub(body.start[node], body.start[0]) } else { [0.0; 3] };
+        let (down, across) = (step(cols), step(if cols > 1 { 1 } else { usize::MAX }));
+        let nodes = small[0] * small[1];
+        let places: Vec<[f64; 3]> =
+            (0..nodes).map(|n| add(scale(down, (n / small[1]) as f64), scale(across, (n % small[1]) as f64))).collect();
+        let mut springs = Vec::new();
+        for n in 0..nodes {
+            for (&(rows_down, cols_across), spec) in GRID_STEPS.iter().zip(along) {
+                let to = ((n / small[1]) + rows_down, (n % small[1]).checked_add_signed(cols_across));
+                if let (Some([k, d, _]), (row, Some(col))) = (spec, to)
+                    && row < small[0]
+                    && col < small[1]
+                {
+                    springs.extend(spring(&places, [n as u32, (row * small[1] + col) as u32], *k, *d));
+                }
+            }
+        }
+        let hinges = if body.hinges.is_empty() { Vec::new() } else { patch_hinges(small) };
+        Self {
+            springs,
+            hinges: hinges.into_iter().map(|nodes| bend(&places, nodes, body.hinge)).collect(),
+            root_inverse_mass: (0..nodes).map(|n| root_inverse_mass(body, of_patch(n))).collect(),
+        }
+    }
+}
+
+fn patch_hinges([rows, cols]: [usize; 2]) -> Vec<[u32; 4]> {
+    let surface = shapes::grid_surface(rows as u32, cols as u32, [1.0, 1.0]);
+    Edges::new(surface.nodes.len(), &surface.triangles, &surface.links).hinges(&surface.triangles)
+}
+
+fn root_inverse_mass(body: &BodyAssembly, node: usize) -> f64 {
+    if body.free[node] { (1.0 / body.mass[node]).sqrt() } else { 0.0 }
+}
+
+impl System {
+    fn largest_step(&self, drag: f64, pull: Pull) -> f64 {
         let n = self.root_inverse_mass.len();
         let mut random = SplitMix64::new(1);
         let mut u: Vec<[f64; 3]> = (0..n).map(|_| [(); 3].map(|()| random.unit() - 0.5)).collect();
         let mut h = 1.0;
         for _ in 0..4 {
-            let (kappa, delta) = self.worst_mode(&mut u, h, drag);
+            let (kappa, delta) = self.worst_mode(&mut u, h, (drag, pull));
             let next = if kappa > 0.0 {
                 ((delta * delta + 4.0 * kappa).sqrt() - delta) / kappa
             } else if delta > 0.0 {
@@ -134,7 +173,7 @@ impl System {
     }
 
     /// Stiffness and damping of the mode with the largest h²κ + 2hδ, by power iteration from `u`.
-    fn worst_mode(&self, u: &mut Vec<[f64; 3]>, h: f64, drag: f64) -> (f64, f64) {
+    fn worst_mode(&self, u: &mut Vec<[f64; 3]>, h: f64, kind: (f64, Pull)) -> (f64, f64) {
         let mut last = 0.0;
         let mut rates = (0.0, 0.0);
         for _ in 0..300 {
@@ -145,7 +184,7 @@ impl System {
             for x in u.iter_mut() {
                 *x = scale(*x, 1.0 / length);
             }
-            let (next, kappa, delta) = self.apply(u, h, drag);
+            let (next, kappa, delta) = self.apply(u, h, kind);
             rates = (kappa, delta);
             *u = next;
             let value = h * h * kappa + 2.0 * h * delta;
@@ -158,43 +197,57 @@ impl System {
     }
 
     /// (h²K + 2hD) u with unit masses, and the shares κ = uᵀKu, δ = uᵀDu.
-    fn apply(&self, u: &[[f64; 3]], h: f64, drag: f64) -> (Vec<[f64; 3]>, f64, f64) {
+    fn apply(&self, u: &[[f64; 3]], h: f64, (drag, pull): (f64, Pull)) -> (Vec<[f64; 3]>, f64, f64) {
         let mut out = vec![[0.0; 3]; u.len()];
-        let (mut kappa, mut delta) = (0.0, 0.0);
         let w = &self.root_inverse_mass;
+        let mut rates = Rates { kappa: 0.0, delta: 0.0 };
         for element in &self.springs {
-            element.apply(u, w, h, &mut out, &mut kappa, &mut delta);
+            match pull {
+                Pull::Along => element.apply(u, w, h, &mut out, &mut rates),
+                Pull::AnyWay => element.apply_any_way(u, w, h, &mut out, &mut rates),
+            }
         }
         for element in &self.hinges {
-            element.apply(u, w, h, &mut out, &mut kappa, &mut delta);
+            element.apply(u, w, h, &mut out, &mut rates);
         }
+        let Rates { kappa, mut delta } = rates;
         for ((out, &x), w) in out.iter_mut().zip(u).zip(w) {
             let rate = drag * w * w;
             delta += rate * dot(x, x);
-            *out = crate::real::add(*out, scale(x, 2.0 * h * rate));
+            *out = add(*out, scale(x, 2.0 * h * rate));
         }
         (out, kappa, delta)
     }
 }
 
+/// uᵀKu and uᵀDu.
+struct Rates {
+    kappa: f64,
+    delta: f64,
+}
+
 impl<const N: usize> Element<N> {
-    fn apply(
-        &self,
-        u: &[[f64; 3]],
-        w: &[f64],
-        h: f64,
-        out: &mut [[f64; 3]],
-        kappa: &mut f64,
-        delta: &mut f64,
-    ) {
+    fn apply(&self, u: &[[f64; 3]], w: &[f64], h: f64, out: &mut [[f64; 3]], rates: &mut Rates) {
         let nodes = self.nodes.map(|node| node as usize);
-        let strain: f64 =
-            nodes.iter().zip(&self.directions).map(|(&node, &n)| w[node] * dot(n, u[node])).sum();
-        *kappa += self.k * strain * strain;
-        *delta += self.d * strain * strain;
+        let strain: f64 = nodes.iter().zip(&self.directions).map(|(&node, &n)| w[node] * dot(n, u[node])).sum();
+        rates.kappa += self.k * strain * strain;
+        rates.delta += self.d * strain * strain;
         let pull = (h * h * self.k + 2.0 * h * self.d) * strain;
         for (&node, &n) in nodes.iter().zip(&self.directions) {
-            out[node] = crate::real::add(out[node], scale(n, pull * w[node]));
+            out[node] = add(out[node], scale(n, pull * w[node]));
         }
+    }
+}
+
+impl Element<2> {
+    /// As if the spring resisted in every direction.
+    fn apply_any_way(&self, u: &[[f64; 3]], w: &[f64], h: f64, out: &mut [[f64; 3]], rates: &mut Rates) {
+        let [a, b] = self.nodes.map(|node| node as usize);
+        let strain = sub(scale(u[b], w[b]), scale(u[a], w[a]));
+        rates.kappa += self.k * dot(strain, strain);
+        rates.delta += self.d * dot(strain, strain);
+        let pull = scale(strain, h * h * self.k + 2.0 * h * self.d);
+        out[a] = sub(out[a], scale(pull, w[a]));
+        out[b] = add(out[b], scale(pull, w[b]));
     }
 }

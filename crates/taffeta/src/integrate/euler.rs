@@ -1,7 +1,7 @@
 //! Symplectic Euler: v += h (w f + g), x += h v.
 //!
-//! Source: Va, Choi, Hong, "Surface-based volume constraints on a mass–spring model" (S3), eqs. 2–3, with the
-//! inverse mass w [1/kg]; w = 0 is a held node, which gravity does not move either.
+//! Source: Va, Choi, Hong, "Real-Time Surface-Based Volume Constraints on Mass-Spring Model in Unity3D", 2023,
+//! eqs. 2–3, with the inverse mass w [1/kg]; w = 0 is a held node, which gravity does not move either.
 
 use crate::real::Real;
 

@@ -1,0 +1,103 @@
+//! `taffeta bench`: how fast the engine is, beside what the machine can do at most.
+
+mod measure;
+mod mesh;
+mod scenes;
+
+use crate::console;
+use crate::failure::Failure;
+use crate::run::{Arithmetic, Backend};
+use clap::ValueEnum;
+use measure::Bench;
+use std::path::PathBuf;
+
+/// Measure the engine's speed
+#[derive(clap::Args)]
+pub struct Args {
+    /// What to measure
+    #[arg(value_enum, default_value_t = What::Grid)]
+    what: What,
+    /// Side of the grid in nodes; for mesh: at least that many springs [default: 160, mesh: 1000000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000_000))]
+    n: Option<u32>,
+    /// Rows of the grid
+    #[arg(long, value_name = "R", requires = "cols", conflicts_with = "n",
+          value_parser = clap::value_parser!(u32).range(2..=65_536))]
+    rows: Option<u32>,
+    /// Columns of the grid
+    #[arg(long, value_name = "C", requires = "rows",
+          value_parser = clap::value_parser!(u32).range(2..=65_536))]
+    cols: Option<u32>,
+    /// Frames to time, after one that is not [default: about three seconds' worth]
+    #[arg(long, value_name = "F", value_parser = clap::value_parser!(u32).range(1..))]
+    frames: Option<u32>,
+    /// Worker threads [default: all]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Where to compute
+    #[arg(long, value_enum, default_value_t = Backend::Cpu)]
+    backend: Backend,
+    /// Arithmetic
+    #[arg(long, value_enum, default_value_t = Arithmetic::F32)]
+    precision: Arithmetic,
+    /// For mesh: an OBJ or PLY file
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    /// Print only the JSON line
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum What {
+    /// A disturbed sheet: structural, shear and bend springs with damping
+    Grid,
+    /// Edges of a triangle mesh, with damping
+    Mesh,
+    /// A sheet falling on a ball
+    Drape,
+    /// Contact (not yet supported)
+    Contact,
+    /// Implicit constraints (not yet supported)
+    Ice,
+    /// Adaptive constraints (not yet supported)
+    Acad,
+    /// Volume (not yet supported)
+    Volume,
+}
+
+/// Runs one bench and prints its line.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.backend == Backend::Gpu {
+        return Err(Failure::not_yet("--backend gpu"));
+    }
+    if args.mesh.is_some() && args.what != What::Mesh {
+        return Err(Failure::Input("--mesh is for `bench mesh`".into()));
+    }
+    let bench = args.bench()?;
+    let result = measure::run(&bench, args)?;
+    if !args.json {
+        console::say(&result.table())?;
+    }
+    let line = serde_json::to_string(&result).map_err(|error| Failure::Work(format!("JSON: {error}")))?;
+    console::say(&line)
+}
+
+impl Args {
+    fn bench(&self) -> Result<Bench, Failure> {
+        let side = self.n.unwrap_or(160);
+        let (rows, cols) = (self.rows.unwrap_or(side), self.cols.unwrap_or(side));
+        match self.what {
+            What::Grid => Ok(scenes::grid(rows, cols)),
+            What::Drape => Ok(scenes::drape(rows, cols)),
+            What::Mesh if self.rows.is_some() => {
+                Err(Failure::Input("--rows and --cols are for grids; `bench mesh` takes --n springs".into()))
+            }
+            What::Mesh => mesh::bench(self.mesh.as_deref(), self.n.unwrap_or(1_000_000) as usize),
+            other => {
+                let name = other.to_possible_value();
+                Err(Failure::not_yet(&format!("bench {}", name.as_ref().map_or("", |name| name.get_name()))))
+            }
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! The bench on a triangle mesh, subdivided until it is large.
+
+use super::measure::Bench;
+use super::scenes::FRAME;
+use crate::failure::Failure;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use taffeta::scene::{Body, Mass, Mesh, Scene, Torus};
+use taffeta::topology::{Polygons, Surface};
+use taffeta::{Options, Simulation};
+
+/// Of each node [kg].
+const NODE_MASS: f64 = 1e-3;
+/// Of each spring [N/m]: well inside the stable step for the valences of meshes.
+const STIFFNESS: f64 = 60.0;
+/// Of each spring [kg/s].
+const DAMPING: f64 = 0.01;
+
+/// Edges of `file`, else of the armadillo where it is there, else of a torus, as springs: at least `springs` of them.
+pub fn bench(file: Option<&Path>, springs: usize) -> Result<Bench, Failure> {
+    let (origin, mut surface) = match file.map(Path::to_owned).or_else(armadillo) {
+        Some(path) => {
+            let surface = taffeta_io::load_mesh(&path).map_err(|error| Failure::Input(error.to_string()))?;
+            (path.display().to_string(), surface)
+        }
+        None => ("a torus (models/armadillo_30k.ply is not there)".to_owned(), torus()?),
+    };
+    if surface.triangles.is_empty() {
+        return Err(Failure::Input(format!("{origin}: has no triangles")));
+    }
+    let mut times = 0;
+    // Three edges for two triangles, where the surface is closed.
+    while surface.triangles.len() / 2 * 3 < springs {
+        surface = subdivided(&surface);
+        times += 1;
+    }
+    let note = format!("mesh: {origin}, each triangle split in four {times} times");
+    let n = vec![surface.nodes.len() as u32];
+    let body = Body::cloth("mesh", Mesh::Surface(Arc::new(surface)))
+        .with_mass(Mass::Node(NODE_MASS))
+        .structural(STIFFNESS, DAMPING);
+    let scene = Scene::new("bench mesh").body(body).time(FRAME.0, FRAME.1);
+    Ok(Bench { name: "mesh", n, scene, disturbance: 0.0, note: Some(note) })
+}
+
+fn armadillo() -> Option<PathBuf> {
+    let folders = [Some(PathBuf::from("models")), std::env::var_os("TAFFETA_MODELS").map(PathBuf::from)];
+    let files = folders.into_iter().flatten().map(|folder| folder.join("armadillo_30k.ply"));
+    files.into_iter().find(|file| file.is_file())
+}
+
+fn torus() -> Result<Surface, Failure> {
+    let torus = Torus { major: 1.0, minor: 0.4, rings: 160, segments: 64 };
+    let body = Body::cloth("torus", Mesh::Torus(torus)).with_mass(Mass::Node(NODE_MASS));
+    let built = Simulation::new(&Scene::new("torus").body(body), &Options::default());
+    built.map(|built| built.surface(0)).map_err(|error| Failure::Work(error.to_string()))
+}
+
+/// Each triangle split in four at the middles of its edges.
+fn subdivided(surface: &Surface) -> Surface {
+    let mut nodes = surface.nodes.clone();
+    let mut middles = HashMap::new();
+    let mut middle = |a: u32, b: u32| {
+        *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+            let (p, q) = (surface.nodes[a as usize], surface.nodes[b as usize]);
+            nodes.push(std::array::from_fn(|axis| 0.5 * (p[axis] + q[axis])));
+            nodes.len() as u32 - 1
+        })
+    };
+    let split = |&[a, b, c]: &[u32; 3]| {
+        let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+        [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+    };
+    let triangles: Vec<[u32; 3]> = surface.triangles.iter().flat_map(split).collect();
+    let mut polygons = Polygons::default();
+    triangles.iter().for_each(|triangle| polygons.push(triangle));
+    Surface { vertices: nodes.clone(), polygons, nodes, triangles, ..Surface::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_split_triangle_is_four_that_share_middles() {
+        let mut one = Surface { triangles: vec![[0, 1, 2]], ..Surface::default() };
+        one.nodes = vec![[0.0; 3], [2.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+        let four = subdivided(&one);
+        assert_eq!((four.nodes.len(), four.triangles.len(), four.polygons.len()), (6, 4, 4));
+        assert_eq!(four.nodes[4], [1.0, 2.0, 0.0]);
+        assert_eq!(subdivided(&four).nodes.len(), 15);
+    }
+}

@@ -1,0 +1,48 @@
+//! Words to the user. Unlike `println!`, these do not panic when the reader has gone away.
+
+use crate::failure::Failure;
+use serde::Serialize;
+use std::io::{self, ErrorKind, Write};
+
+/// Writes `text` and a line end to standard output.
+pub fn say(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::Work(format!("standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes `text` and a line end to standard error.
+pub fn complain(text: &str) {
+    // Where standard error is closed there is nobody left to tell.
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// `value` as JSON, indented.
+pub fn json(value: &impl Serialize) -> Result<String, Failure> {
+    serde_json::to_string_pretty(value).map_err(|error| Failure::Work(format!("JSON: {error}")))
+}
+
+/// `count` with commas between thousands.
+pub fn grouped(count: usize) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn thousands_are_grouped() {
+        assert_eq!([0, 999, 1000, 7_820_856].map(super::grouped), ["0", "999", "1,000", "7,820,856"]);
+    }
+}

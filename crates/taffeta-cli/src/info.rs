@@ -1,0 +1,48 @@
+//! `taffeta info`: what this build and this machine are.
+
+use crate::console;
+use crate::failure::Failure;
+use crate::limits;
+
+/// Say what this build and this machine are
+#[derive(clap::Args)]
+pub struct Args {
+    /// Measure memory bandwidth and arithmetic, with one thread and with all
+    #[arg(long)]
+    limits: bool,
+}
+
+/// Prints it.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let (os, arch) = (std::env::consts::OS, std::env::consts::ARCH);
+    console::say(&format!(
+        "taffeta {}\ncpu: {}, {arch}, {os}\nsimd: {}\nthreads: {threads}\ngpu: no GPU backend in this build",
+        env!("CARGO_PKG_VERSION"),
+        cpu_name(),
+        taffeta::simd_level(),
+    ))?;
+    if !args.limits {
+        return Ok(());
+    }
+    let mut counts = vec![1, threads];
+    counts.dedup();
+    for count in counts {
+        let found = limits::measure(count);
+        console::say(&format!(
+            "limits, {count} thread{}: memory {:.1} GB/s (STREAM triad), arithmetic {:.0} GFLOP/s (f32 FMA)",
+            if count == 1 { "" } else { "s" },
+            found.memory_gb_per_s,
+            found.fma_gflop_per_s
+        ))?;
+    }
+    Ok(())
+}
+
+/// The processor's name, where the system tells.
+fn cpu_name() -> String {
+    let table = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let line = table.lines().find(|line| line.starts_with("model name"));
+    let name = line.and_then(|line| line.split_once(':')).map(|(_, name)| name.trim());
+    name.unwrap_or("unknown processor").to_owned()
+}

@@ -1,0 +1,133 @@
+//! What a run adds up to.
+
+use super::Args;
+use crate::summary::{BodySummary, Energy, SolverSummary, Status, Summary, Volume};
+use taffeta::Simulation;
+use taffeta::diagnostics::FrameReport;
+use taffeta::scene::Time;
+
+/// Extremes and times over the frames.
+pub struct Tally {
+    energy_start: f64,
+    energy_max: f64,
+    max_stretch: f64,
+    contacts_max: u64,
+    /// Rest volume [m³] and largest relative error of each body; `None` where it is not closed.
+    volumes: Vec<Option<(f64, f64)>>,
+    ms: Vec<f64>,
+}
+
+impl Tally {
+    /// The start of a run.
+    pub fn new(simulation: &Simulation) -> Self {
+        let report = simulation.report();
+        let rest = simulation.bodies().iter().map(|body| body.rest_volume.map(|rest| (rest, 0.0)));
+        let mut tally = Self {
+            energy_start: report.energy(),
+            energy_max: report.energy(),
+            max_stretch: 0.0,
+            contacts_max: 0,
+            volumes: rest.collect(),
+            ms: Vec::new(),
+        };
+        tally.take(report);
+        tally
+    }
+
+    /// A frame that took `ms` [ms].
+    pub fn add(&mut self, report: &FrameReport, ms: f64) {
+        self.take(report);
+        self.ms.push(ms);
+    }
+
+    fn take(&mut self, report: &FrameReport) {
+        self.energy_max = self.energy_max.max(report.energy());
+        self.max_stretch = self.max_stretch.max(report.max_stretch);
+        self.contacts_max = self.contacts_max.max(report.contacts);
+        for (tally, volume) in self.volumes.iter_mut().zip(&report.volumes) {
+            if let (Some((rest, error)), Some(volume)) = (tally, volume) {
+                *error = error.max((volume - *rest).abs() / *rest);
+            }
+        }
+    }
+
+    /// The whole run.
+    pub fn summary(&self, args: &Args, time: &Time, simulation: &Simulation, status: Status) -> Summary {
+        let (bodies, last) = (simulation.bodies(), simulation.report());
+        let nodes = bodies.iter().map(|body| body.nodes).sum();
+        let wall_ms_per_frame = median(&self.ms);
+        let substeps = time.substeps();
+        Summary {
+            scene: args.scene.display().to_string(),
+            status,
+            backend: "cpu",
+            device: simulation.device(),
+            precision: args.precision.name(),
+            threads: simulation.threads(),
+            frames: simulation.frame(),
+            substeps,
+            dt: time.dt,
+            largest_stable_step: Some(simulation.largest_stable_step()).filter(|step| step.is_finite()),
+            nodes,
+            vertices: bodies.iter().map(|body| body.vertices).sum(),
+            springs: bodies.iter().flat_map(|body| &body.springs).map(|(_, count)| count).sum(),
+            triangles: bodies.iter().map(|body| body.triangles).sum(),
+            wall_ms_per_frame,
+            particle_substeps_per_s: rate(nodes as f64 * f64::from(substeps), wall_ms_per_frame),
+            energy: Energy { start: self.energy_start, end: last.energy(), max: self.energy_max },
+            momentum: last.momentum,
+            angular_momentum: last.angular_momentum,
+            max_stretch: self.max_stretch,
+            bodies: self.bodies(simulation),
+            contacts: last.contacts,
+            contacts_max: self.contacts_max,
+            solver: SolverSummary::default(),
+            state_hash: format!("{:016x}", simulation.state_hash()),
+        }
+    }
+
+    fn bodies(&self, simulation: &Simulation) -> Vec<BodySummary> {
+        let ends = &simulation.report().volumes;
+        let volume = |index: usize| {
+            let (rest, max_rel_error) = self.volumes[index]?;
+            Some(Volume { rest, end: ends.get(index).copied().flatten()?, max_rel_error })
+        };
+        let summary = |(index, body): (usize, &taffeta::BodyInfo)| BodySummary {
+            name: body.name.clone(),
+            nodes: body.nodes,
+            vertices: body.vertices,
+            triangles: body.triangles,
+            volume: volume(index),
+        };
+        simulation.bodies().iter().enumerate().map(summary).collect()
+    }
+}
+
+/// The middle of `values`, the mean of the two where there are two; 0 without any.
+pub fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    match sorted.len() {
+        0 => 0.0,
+        n if n % 2 == 1 => sorted[n / 2],
+        n => 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]),
+    }
+}
+
+/// `count` things in `ms` [ms] as things a second; 0 where nothing was timed.
+pub fn rate(count: f64, ms: f64) -> f64 {
+    if ms > 0.0 { count / (ms * 1e-3) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{median, rate};
+
+    #[test]
+    fn the_median_is_the_middle() {
+        assert_eq!(median(&[]), 0.0);
+        assert_eq!(median(&[3.0, 1.0, 9.0]), 3.0);
+        assert_eq!(median(&[4.0, 1.0, 9.0, 2.0]), 3.0);
+        assert_eq!((rate(10.0, 5.0), rate(10.0, 0.0)), (2000.0, 0.0));
+    }
+}

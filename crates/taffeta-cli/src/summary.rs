@@ -1,0 +1,120 @@
+//! `summary.json`: a run in numbers. Scripts rely on these names.
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// A run in numbers.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct Summary {
+    /// The scene file, as it was given.
+    pub scene: String,
+    /// How the run ended.
+    pub status: Status,
+    /// `cpu`.
+    pub backend: &'static str,
+    /// The device in words.
+    pub device: String,
+    /// `f32` or `f64`.
+    pub precision: &'static str,
+    /// Worker threads.
+    pub threads: usize,
+    /// Frames done; outputs have one more, the start.
+    pub frames: u32,
+    /// Sub-steps a frame.
+    pub substeps: u32,
+    /// Length of a frame [s].
+    pub dt: f64,
+    /// Largest stable step at rest [s]; null without springs.
+    pub largest_stable_step: Option<f64>,
+    /// Nodes of all bodies: what is simulated.
+    pub nodes: usize,
+    /// Vertices of all bodies: what outputs have.
+    pub vertices: usize,
+    /// Springs of all kinds.
+    pub springs: usize,
+    /// Triangles of all bodies.
+    pub triangles: usize,
+    /// Median time of a frame [ms].
+    pub wall_ms_per_frame: f64,
+    /// Nodes times sub-steps a second, from the median.
+    pub particle_substeps_per_s: f64,
+    /// Total energy [J].
+    pub energy: Energy,
+    /// Linear momentum at the end [kg·m/s].
+    pub momentum: [f64; 3],
+    /// Angular momentum about the origin at the end [kg·m²/s].
+    pub angular_momentum: [f64; 3],
+    /// Largest stretch l/L of any spring in any frame; 1 without springs.
+    pub max_stretch: f64,
+    /// The bodies in the scene's order.
+    pub bodies: Vec<BodySummary>,
+    /// Nodes in contact at the end of the last frame.
+    pub contacts: u64,
+    /// Most nodes in contact at the end of any frame.
+    pub contacts_max: u64,
+    /// The implicit solver.
+    pub solver: SolverSummary,
+    /// 64-bit hash of positions then velocities where the run ended, 16 hexadecimal digits.
+    pub state_hash: String,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// All frames are there.
+    Done,
+    /// A frame failed; those before it are there.
+    Diverged,
+    /// The user stopped it; the frames until then are there.
+    Interrupted,
+}
+
+/// Total energy over a run [J].
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
+pub struct Energy {
+    /// At the start.
+    pub start: f64,
+    /// At the end.
+    pub end: f64,
+    /// The largest of all frames.
+    pub max: f64,
+}
+
+/// One body of a run.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct BodySummary {
+    /// Its name.
+    pub name: String,
+    /// Its nodes.
+    pub nodes: usize,
+    /// Its vertices.
+    pub vertices: usize,
+    /// Its triangles.
+    pub triangles: usize,
+    /// Its volume; null where it is not closed.
+    pub volume: Option<Volume>,
+}
+
+/// Volume of a closed body over a run.
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
+pub struct Volume {
+    /// At rest [m³].
+    pub rest: f64,
+    /// At the end [m³].
+    #[serde(rename = "final")]
+    pub end: f64,
+    /// Largest |V − V_rest| / V_rest of all frames.
+    pub max_rel_error: f64,
+}
+
+/// What the implicit solver did; all zero for explicit springs.
+#[derive(Clone, Copy, Debug, Default, Serialize, JsonSchema)]
+pub struct SolverSummary {
+    /// Mean number of iterations a step.
+    pub iterations: u32,
+    /// Largest relative residual.
+    pub residual: f64,
+    /// Mean share of springs that were constraints.
+    pub active_fraction: f64,
+}

@@ -1,0 +1,198 @@
+//! A second opinion: the equations of motion as the papers have them, in plain loops over lists, in 64 bits.
+
+use super::lists::{angle, angle_gradient, shared_edges};
+use super::{V, add, cross, dot, norm, scale, sub};
+use std::collections::BTreeSet;
+
+/// A damped spring: ends, stiffness [N/m], damping [kg/s], rest length [m].
+pub struct Spring(pub usize, pub usize, pub f64, pub f64, pub f64);
+
+/// A hinge: edge and opposite corners, stiffness, damping, angle at rest.
+pub struct Fold(pub [usize; 4], pub f64, pub f64, pub f64);
+
+/// A load on some nodes, its scale over time.
+pub struct Load {
+    pub nodes: Vec<usize>,
+    pub kind: Kind,
+    pub scale: fn(f64) -> f64,
+}
+
+/// A force [N], or a torque [N·m] about a unit axis through a point.
+pub enum Kind {
+    Force(V),
+    Torque(f64, V, V),
+}
+
+/// A steady motion up to a time: turned by `radians` about a unit axis through `pivot`, shifted by `shift`.
+#[derive(Clone, Copy)]
+pub struct Rigid {
+    pub until: f64,
+    pub shift: V,
+    pub axis: V,
+    pub radians: f64,
+    pub pivot: V,
+}
+
+impl Rigid {
+    pub fn turn(&self, x: V, t: f64) -> V {
+        let (sin, cos) = (self.radians * (t / self.until).min(1.0)).sin_cos();
+        let along = scale(self.axis, dot(self.axis, x) * (1.0 - cos));
+        add(add(scale(x, cos), scale(cross(self.axis, x), sin)), along)
+    }
+
+    pub fn apply(&self, x: V, t: f64) -> V {
+        let shift = scale(self.shift, (t / self.until).min(1.0));
+        add(add(self.turn(sub(x, self.pivot), t), self.pivot), shift)
+    }
+
+    /// Where the material point that is at `x` at time `t` was at time 0.
+    fn undo(&self, x: V, t: f64) -> V {
+        let shift = scale(self.shift, (t / self.until).min(1.0));
+        let back = Self { radians: -self.radians, ..*self };
+        add(back.turn(sub(sub(x, shift), self.pivot), t), self.pivot)
+    }
+}
+
+/// A ball (radius) or a half-space (outward unit normal), offset included.
+pub struct Obstacle {
+    pub at: V,
+    pub ball: Option<f64>,
+    pub normal: V,
+    pub friction: f64,
+    pub restitution: f64,
+    pub motion: Rigid,
+}
+
+#[derive(Default)]
+pub struct Reference {
+    pub x: Vec<V>,
+    pub v: Vec<V>,
+    pub mass: Vec<f64>,
+    pub held: BTreeSet<usize>,
+    pub springs: Vec<Spring>,
+    pub folds: Vec<Fold>,
+    pub gravity: V,
+    pub wind: V,
+    pub drag: f64,
+    pub loads: Vec<Load>,
+    pub pins: Vec<(usize, V, Rigid)>,
+    pub obstacles: Vec<Obstacle>,
+    /// Nodes that met an obstacle in the last step.
+    pub touched: u64,
+    pub time: f64,
+}
+
+impl Reference {
+    pub fn new(x: Vec<V>, mass: Vec<f64>) -> Self {
+        let v = vec![[0.0; 3]; x.len()];
+        Self { x, v, mass, ..Self::default() }
+    }
+
+    /// Adds springs at rest as they are, [k, d].
+    pub fn join(&mut self, pairs: impl IntoIterator<Item = [usize; 2]>, [k, d]: [f64; 2]) {
+        for [a, b] in pairs {
+            self.springs.push(Spring(a, b, k, d, norm(sub(self.x[b], self.x[a]))));
+        }
+    }
+
+    /// Adds hinges at rest as they are, at each edge that two triangles share.
+    pub fn hinge(&mut self, triangles: &[[u32; 3]], [k, d]: [f64; 2]) {
+        for corners in shared_edges(triangles) {
+            self.folds.push(Fold(corners, k, d, angle(corners.map(|n| self.x[n]))));
+        }
+    }
+
+    pub fn forces(&self) -> Vec<V> {
+        let mut f: Vec<V> = self.v.iter().map(|&v| sub(self.wind, scale(v, self.drag))).collect();
+        for &Spring(a, b, k, d, rest) in &self.springs {
+            let (apart, rate) = (sub(self.x[b], self.x[a]), sub(self.v[b], self.v[a]));
+            let n = scale(apart, 1.0 / norm(apart));
+            let pull = scale(n, k * (norm(apart) - rest) + d * dot(rate, n));
+            (f[a], f[b]) = (add(f[a], pull), sub(f[b], pull));
+        }
+        for &Fold(nodes, k, d, rest) in &self.folds {
+            let x = nodes.map(|n| self.x[n]);
+            let gradient = angle_gradient(x);
+            let rate: f64 = (0..4).map(|c| dot(gradient[c], self.v[nodes[c]])).sum();
+            let moment = k * (angle(x) - rest) + d * rate;
+            for c in 0..4 {
+                f[nodes[c]] = sub(f[nodes[c]], scale(gradient[c], moment));
+            }
+        }
+        for Load { nodes, kind, scale: factor } in &self.loads {
+            let lever = |n: usize, axis, about| cross(axis, sub(self.x[n], about));
+            for &n in nodes {
+                let force = match *kind {
+                    Kind::Force(force) => force,
+                    Kind::Torque(value, axis, about) => {
+                        let all: f64 = nodes.iter().map(|&n| lever(n, axis, about)).map(|l| dot(l, l)).sum();
+                        scale(lever(n, axis, about), value / all)
+                    }
+                };
+                f[n] = add(f[n], scale(force, factor(self.time)));
+            }
+        }
+        f
+    }
+
+    /// Symplectic Euler, then pins, then contact.
+    pub fn step(&mut self, h: f64) {
+        for (n, force) in self.forces().into_iter().enumerate() {
+            if !self.held.contains(&n) {
+                self.v[n] = add(self.v[n], scale(add(scale(force, 1.0 / self.mass[n]), self.gravity), h));
+            }
+            self.x[n] = add(self.x[n], scale(self.v[n], h));
+        }
+        for &(n, start, path) in &self.pins {
+            let [from, to] = [self.time, self.time + h].map(|t| path.apply(start, t));
+            (self.x[n], self.v[n]) = (to, scale(sub(to, from), 1.0 / h));
+        }
+        self.touched = 0;
+        for n in (0..self.x.len()).filter(|n| !self.held.contains(n)) {
+            let before = self.x[n];
+            for obstacle in &self.obstacles {
+                (self.x[n], self.v[n]) = obstacle.meet(self.x[n], self.v[n], self.time, h);
+            }
+            self.touched += u64::from(self.x[n] != before);
+        }
+        self.time += h;
+    }
+
+    /// Kinetic, gravitational, spring and hinge energy [J].
+    pub fn energies(&self) -> [f64; 4] {
+        let sum = |of: &dyn Fn(usize) -> f64| (0..self.x.len()).map(of).sum::<f64>();
+        let stretch = |s: &Spring| norm(sub(self.x[s.1], self.x[s.0])) - s.4;
+        let fold = |f: &Fold| angle(f.0.map(|n| self.x[n])) - f.3;
+        [
+            sum(&|n| 0.5 * self.mass[n] * dot(self.v[n], self.v[n])),
+            sum(&|n| -self.mass[n] * dot(self.gravity, self.x[n])),
+            self.springs.iter().map(|s| 0.5 * s.2 * stretch(s) * stretch(s)).sum(),
+            self.folds.iter().map(|f| 0.5 * f.1 * fold(f) * fold(f)).sum(),
+        ]
+    }
+}
+
+impl Obstacle {
+    /// Projection to the surface, restitution, Coulomb friction relative to the surface's own motion.
+    fn meet(&self, x: V, v: V, t: f64, h: f64) -> (V, V) {
+        let from = sub(x, self.motion.apply(self.at, t + h));
+        let (depth, n) = match self.ball {
+            Some(radius) => (radius - norm(from), scale(from, 1.0 / norm(from))),
+            None => (-dot(self.motion.turn(self.normal, t + h), from), self.motion.turn(self.normal, t + h)),
+        };
+        if depth <= 0.0 {
+            return (x, v);
+        }
+        let before = self.motion.apply(self.motion.undo(x, t + h), t);
+        let relative = sub(v, scale(sub(x, before), 1.0 / h));
+        let (out, inward) = (add(x, scale(n, depth)), -dot(relative, n));
+        if inward <= 0.0 {
+            return (out, v);
+        }
+        let slip = add(relative, scale(n, inward));
+        let most = self.friction * (1.0 + self.restitution) * inward;
+        let lost = if norm(slip) > most { scale(slip, most / norm(slip)) } else { slip };
+        let bounced = add(v, scale(n, (1.0 + self.restitution) * inward));
+        (sub(out, scale(lost, h)), sub(bounced, lost))
+    }
+}

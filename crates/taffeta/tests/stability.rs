@@ -1,0 +1,170 @@
+//! The largest stable step is where runs begin to blow up, and a run that does says what and why.
+
+mod common;
+
+use common::{build, build_as, farthest, near, positions, run, weightless};
+use taffeta::scene::{Body, Icosphere, Mass, Mesh, Scene, Select};
+use taffeta::{Precision, Simulation};
+
+fn grid(rows: u32, cols: u32, d: f64) -> Body {
+    let size = [0.1 * f64::from(cols - 1), 0.1 * f64::from(rows - 1)];
+    let body = Body::cloth("grid", Mesh::grid(rows, cols, size)).with_mass(Mass::Node(0.01));
+    body.structural(100.0, d).shear(100.0, d).bend(100.0, d)
+}
+
+fn ball() -> Body {
+    let mesh = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 2 });
+    Body::cloth("ball", mesh).with_mass(Mass::Whole(1.0)).structural(200.0, 0.05).bend(100.0, 0.02)
+}
+
+fn largest(body: Body) -> f64 {
+    build(&weightless("limit", 1.0, 1.0).body(body)).largest_stable_step()
+}
+
+#[test]
+fn equal_springs_on_a_large_grid_have_the_step_of_the_closed_form() {
+    // k h² + 2 d h = 4 m/λ: λ = 10.125 with all three kinds, 8 with structural and shear springs.
+    for d in [0.0, 0.1, 1.0] {
+        let root = |limit: f64| (-2.0 * d + (4.0 * d * d + 4.0 * 100.0 * limit).sqrt()) / 200.0;
+        let all = root(4.0 * 0.01 / 10.125);
+        near("all kinds", largest(grid(60, 70, d)), all, 0.01 * all);
+        let two = Body {
+            springs: taffeta::scene::Springs { bend: None, ..grid(2, 2, d).springs },
+            ..grid(60, 70, d)
+        };
+        let expected = root(4.0 * 0.01 / 8.0);
+        near("without bend", largest(two), expected, 0.01 * expected);
+    }
+}
+
+#[test]
+fn a_single_spring_has_the_step_of_its_two_masses() {
+    // h² k (1/m + 1/m) = 4; with one end held, h² k/m = 4.
+    let pair = || Body::cloth("pair", Mesh::chain(1, 1.0)).with_mass(Mass::Node(0.02)).structural(50.0, 0.0);
+    near("free", largest(pair()), (4.0 * 0.02 / 100.0_f64).sqrt(), 1e-6);
+    near("held", largest(pair().pin(Select::nodes([0]))), (4.0 * 0.02 / 50.0_f64).sqrt(), 1e-6);
+    let loose = Body::cloth("loose", Mesh::grid(3, 3, [1.0, 1.0])).with_mass(Mass::Node(0.1));
+    assert_eq!(largest(loose), f64::INFINITY);
+}
+
+/// How far nodes get from rest after 3,000 steps at `share` of the largest stable step, disturbed by 1e-6 m; infinite
+/// if the run breaks off.
+fn excursion(body: &Body, share: f64) -> f64 {
+    let h = share * largest(body.clone());
+    let mut simulation =
+        build_as(&weightless("excursion", 10.0 * h, h).body(body.clone()), Precision::F64, 2);
+    let rest = positions(&simulation);
+    simulation.disturb(1e-6, 9);
+    let mut worst = 0.0_f64;
+    for _ in 0..300 {
+        if simulation.step().is_err() {
+            return f64::INFINITY;
+        }
+        worst = worst.max(farthest(&positions(&simulation), &rest));
+    }
+    worst
+}
+
+#[track_caller]
+fn holds_below_and_bursts_above(body: Body) {
+    let below = excursion(&body, 0.99);
+    assert!(below < 1e-4, "{}: {below:e} m at 0.99 of the step", body.name);
+    let above = excursion(&body, 1.02);
+    assert!(above > 1e-2, "{}: {above:e} m at 1.02 of the step", body.name);
+}
+
+#[test]
+fn a_grid_holds_just_below_its_largest_step_and_bursts_just_above() {
+    for d in [0.0, 0.1, 1.0] {
+        holds_below_and_bursts_above(grid(14, 11, d));
+    }
+    holds_below_and_bursts_above(grid(60, 52, 0.1).pin(Select::rows(0, 0)));
+    holds_below_and_bursts_above(grid(3, 120, 0.1).with_mass(Mass::Area(1.0)));
+}
+
+#[test]
+fn a_mesh_holds_just_below_its_largest_step_and_bursts_just_above() {
+    holds_below_and_bursts_above(ball());
+}
+
+#[test]
+fn hinges_hold_just_below_their_largest_step_and_burst_just_above() {
+    // Stiff in bending, so that the hinges set the step.
+    holds_below_and_bursts_above(ball().hinge(2.0, 1e-3));
+    holds_below_and_bursts_above(grid(14, 11, 0.01).hinge(1.0, 1e-3));
+}
+
+/// Known defect: of the hinges of a grid beyond 48 rows or columns a single one counts, and the step comes out 2.5
+/// times too long.
+#[test]
+#[should_panic(expected = "inf m at 0.99 of the step")]
+fn hinges_of_a_large_grid_hold_just_below_its_largest_step() {
+    holds_below_and_bursts_above(grid(60, 60, 0.01).hinge(1.0, 1e-3));
+}
+
+#[test]
+fn drag_lowers_the_largest_step_as_its_own_damping() {
+    // The pair's mode has κ = 2 k/m = 5000 1/s² and δ = c/m = 25 1/s.
+    let mut scene = weightless("drag", 1.0, 1.0);
+    scene.world.drag = 0.5;
+    let pair = Body::cloth("pair", Mesh::chain(1, 1.0)).with_mass(Mass::Node(0.02)).structural(50.0, 0.0);
+    let h = build(&scene.body(pair)).largest_stable_step();
+    near("h²κ + 2hδ", h * h * 5000.0 + 2.0 * h * 25.0, 4.0, 1e-3);
+}
+
+#[test]
+fn a_step_that_is_too_long_is_warned_of_and_one_that_is_short_is_not() {
+    let limit = largest(grid(10, 10, 0.1));
+    let warnings =
+        |share: f64| build(&weightless("", 0.05, share * limit).body(grid(10, 10, 0.1))).warnings().join(" ");
+    assert!(warnings(1.2).contains("will blow up") && warnings(1.2).contains("max_step"));
+    assert!(warnings(0.95).contains("folded"));
+    assert_eq!(warnings(0.5), "");
+}
+
+fn burst() -> (Scene, Simulation) {
+    let body = grid(10, 12, 0.1).pin(Select::nodes([0, 11]));
+    let scene = Scene::new("burst").time(1.0 / 60.0, 1.0 / 60.0).body(ball().at([5.0, 5.0, 0.0])).body(body);
+    let simulation = build(&scene);
+    (scene, simulation)
+}
+
+#[test]
+fn a_burst_names_frame_body_vertex_and_the_step_that_would_do() {
+    let (scene, mut simulation) = burst();
+    let mut good = 0;
+    let error = loop {
+        match simulation.step() {
+            Ok(report) => good = report.frame,
+            Err(error) => break error,
+        }
+        assert!(good < 1000, "the step is beyond the largest by far");
+        assert!(positions(&simulation).iter().flatten().all(|c| c.is_finite()), "shown frames are finite");
+    };
+    assert_eq!((error.frame, simulation.frame()), (good + 1, good));
+    assert_eq!(error.body, "grid");
+    assert!(error.vertex < 120);
+    let words = error.to_string();
+    assert!(words.contains("frame") && words.contains("`grid`") && words.contains("vertex"), "{words}");
+    // The advice is taken, and does.
+    let (_, step) = error.advice.split_once("max_step = ").expect("a step to set");
+    let step: f64 = step.split_whitespace().next().expect("a number").parse().expect("a number");
+    let mut mended = build(&scene.time(1.0 / 60.0, step));
+    run(&mut mended, 3 * good.max(60));
+    // Nothing panics after the error.
+    for _ in 0..3 {
+        assert!(simulation.step().is_err());
+    }
+    let _ = (positions(&simulation), simulation.state_hash(), simulation.normals(0), simulation.report());
+}
+
+#[test]
+fn a_number_that_is_not_finite_names_its_own_vertex() {
+    for vertex in [0, 17, 100, 161] {
+        let mut simulation = build(&weightless("", 1e-3, 1e-3).body(grid(3, 3, 0.1)).body(ball()));
+        simulation.apply_force("ball", vertex, [0.0, 1e308, 0.0]).unwrap();
+        simulation.apply_force("ball", vertex, [0.0, 1e308, 0.0]).unwrap();
+        let error = simulation.step().unwrap_err();
+        assert_eq!((error.frame, error.body.as_str(), error.vertex), (1, "ball", vertex), "{error}");
+    }
+}
