@@ -2,7 +2,7 @@
 //! so that a sum does not depend on the number of workers or the vector width.
 
 use super::backend::Setup;
-use super::mesh::{GatheredSprings, gather};
+use super::mesh::{GatheredSprings, gather, lanes_of};
 use super::simd::Kernel;
 use super::tiles::{TilePlan, TiledSprings};
 use crate::assembly::Assembly;
@@ -260,13 +260,14 @@ impl<T: Real> Kernel for SliceStretch<'_, T> {
     #[inline(always)]
     fn run(self) {
         let Self { state, springs, slice, sums } = self;
-        let own: [&[T; LANES]; 6] = state.map(|column| &column.as_chunks::<LANES>().0[slice]);
+        let own = lanes_of(&state, slice);
+        let mut other = [[T::ZERO; LANES]; 6];
         let (mut energy, mut longest) = (Lanes::ZERO, Lanes::ZERO);
         for (neighbours, rest_lengths) in springs.slice(slice) {
-            let other = gather(&state, neighbours);
+            gather(&state, neighbours, &mut other);
             for lane in 0..LANES {
                 let rest = rest_lengths[lane];
-                let d = [0, 1, 2].map(|c| other[c][lane] - own[c][lane]);
+                let d = [other[0][lane] - own[0][lane], other[1][lane] - own[1][lane], other[2][lane] - own[2][lane]];
                 let length = norm(d);
                 let (length, rest, k) = if rest > T::ZERO { (length, rest, springs.k) } else { (T::ZERO, T::ONE, T::ZERO) };
                 energy.0[lane] += spring::energy(length, k, rest).to_f64() * 0.5;

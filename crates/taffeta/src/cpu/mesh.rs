@@ -73,46 +73,54 @@ impl<T: Real> Kernel for GatherForces<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { springs, slices, old, force } = self;
-        let old = old.map(|s| &s[..springs.nodes.next_multiple_of(LANES)]);
-        let first = slices.start;
-        for slice in slices {
-            let own: [&[T; LANES]; 6] = old.map(|s| &s.as_chunks::<LANES>().0[slice]);
+        let Self { springs, slices, old, force: [fx, fy, fz] } = self;
+        let places = springs.nodes.next_multiple_of(LANES);
+        let [x, y, z, u, v, w] = old;
+        let old = [&x[..places], &y[..places], &z[..places], &u[..places], &v[..places], &w[..places]];
+        let mut other = [[T::ZERO; LANES]; 6];
+        for (index, slice) in slices.enumerate() {
             let mut sum = [[T::ZERO; LANES]; 3];
+            let own = lanes_of(&old, slice);
             for (neighbours, rest_lengths) in springs.slice(slice) {
-                add_springs(springs, &old, own, neighbours, rest_lengths, &mut sum);
+                gather(&old, neighbours, &mut other);
+                add_springs(springs, &own, &other, rest_lengths, &mut sum);
             }
-            for (force, sum) in force.iter_mut().zip(&sum) {
-                let force = &mut force.as_chunks_mut::<LANES>().0[slice - first];
-                for lane in 0..LANES {
-                    force[lane] += sum[lane];
-                }
-            }
+            let here = index * LANES..(index + 1) * LANES;
+            add_lanes(&mut fx[here.clone()], &sum[0]);
+            add_lanes(&mut fy[here.clone()], &sum[1]);
+            add_lanes(&mut fz[here], &sum[2]);
         }
+    }
+}
+
+/// State of the nodes of a slice.
+#[inline(always)]
+pub fn lanes_of<T: Real>(state: &[&[T]; 6], slice: usize) -> [[T; LANES]; 6] {
+    let mut lanes = [[T::ZERO; LANES]; 6];
+    for axis in 0..6 {
+        lanes[axis].copy_from_slice(&state[axis][slice * LANES..(slice + 1) * LANES]);
+    }
+    lanes
+}
+
+#[inline(always)]
+fn add_lanes<T: Real>(force: &mut [T], sum: &[T; LANES]) {
+    for (force, &sum) in force.iter_mut().zip(sum) {
+        *force += sum;
     }
 }
 
 #[inline(always)]
 fn add_springs<T: Real>(
     springs: &GatheredSprings<T>,
-    old: &[&[T]; 6],
-    own: [&[T; LANES]; 6],
-    neighbours: &[u32; LANES],
+    own: &[[T; LANES]; 6],
+    other: &[[T; LANES]; 6],
     rest_lengths: &[T; LANES],
     sum: &mut [[T; LANES]; 3],
 ) {
-    let other = gather(old, neighbours);
     for lane in 0..LANES {
-        let d = [
-            other[0][lane] - own[0][lane],
-            other[1][lane] - own[1][lane],
-            other[2][lane] - own[2][lane],
-        ];
-        let dv = [
-            other[3][lane] - own[3][lane],
-            other[4][lane] - own[4][lane],
-            other[5][lane] - own[5][lane],
-        ];
+        let d = [other[0][lane] - own[0][lane], other[1][lane] - own[1][lane], other[2][lane] - own[2][lane]];
+        let dv = [other[3][lane] - own[3][lane], other[4][lane] - own[4][lane], other[5][lane] - own[5][lane]];
         let factor = spring::factor(d, dv, springs.k, springs.damping, rest_lengths[lane]);
         sum[0][lane] += factor * d[0];
         sum[1][lane] += factor * d[1];
@@ -122,15 +130,19 @@ fn add_springs<T: Real>(
 
 /// Position and velocity of each lane's neighbour.
 #[inline(always)]
-pub fn gather<T: Real>(state: &[&[T]; 6], neighbours: &[u32; LANES]) -> [[T; LANES]; 6] {
-    let mut values = [[T::ZERO; LANES]; 6];
+pub fn gather<T: Real>(state: &[&[T]; 6], neighbours: &[u32; LANES], values: &mut [[T; LANES]; 6]) {
+    let [x, y, z, u, v, w] = *state;
     for lane in 0..LANES {
         let node = neighbours[lane] as usize;
-        for axis in 0..6 {
-            // SAFETY: `GatheredSprings::new` asserted that neighbours are below the body's node count, and all
-            // callers pass at least that many nodes.
-            values[axis][lane] = unsafe { *state[axis].get_unchecked(node) };
+        // SAFETY: `GatheredSprings::new` asserted that neighbours are below the body's node count, and callers pass
+        // columns with at least that many nodes.
+        unsafe {
+            values[0][lane] = *x.get_unchecked(node);
+            values[1][lane] = *y.get_unchecked(node);
+            values[2][lane] = *z.get_unchecked(node);
+            values[3][lane] = *u.get_unchecked(node);
+            values[4][lane] = *v.get_unchecked(node);
+            values[5][lane] = *w.get_unchecked(node);
         }
     }
-    values
 }

@@ -19,6 +19,12 @@ use crate::topology::{Edges, GRID_STEPS, SpringList, shapes};
 /// waves, which are the fastest.
 const PATCH: usize = 48;
 
+/// Element visits that a power iteration may take; with millions of springs fewer rounds must do.
+const ENOUGH: usize = 30_000_000;
+
+/// Power iteration comes to the largest eigenvalue from below.
+const SAFETY: f64 = 0.995;
+
 /// Something that pulls on a few nodes along fixed directions.
 struct Element<const N: usize> {
     nodes: [u32; N],
@@ -169,14 +175,14 @@ impl System {
                 break;
             }
         }
-        h
+        SAFETY * h
     }
 
     /// Stiffness and damping of the mode with the largest h²κ + 2hδ, by power iteration from `u`.
     fn worst_mode(&self, u: &mut Vec<[f64; 3]>, h: f64, kind: (f64, Pull)) -> (f64, f64) {
         let mut last = 0.0;
         let mut rates = (0.0, 0.0);
-        for _ in 0..300 {
+        for _ in 0..(ENOUGH / (1 + self.springs.len() + self.hinges.len())).clamp(30, 300) {
             let length = u.iter().map(|&x| dot(x, x)).sum::<f64>().sqrt();
             if !(length > 0.0) {
                 return (0.0, 0.0);
