@@ -28,7 +28,7 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Number of frames, instead of the scene's
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
     /// Where to compute
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
@@ -105,9 +105,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let options = Options { threads: args.threads.map(usize::from), precision: args.precision.precision() };
     let mut simulation =
         Simulation::new(&loaded.scene, &options).map_err(|error| loaded.source.locate(&error))?;
+    let stop = stop_on_ctrl_c()?;
     args.say(&opening(&loaded, &simulation, args.backend))?;
 
-    let stop = stop_on_ctrl_c()?;
     let dir = args.out_dir();
     let mut outputs = Outputs::create(&dir, &args.format, &simulation, loaded.scene.time.dt)?;
     let mut tally = Tally::new(&simulation);

@@ -22,7 +22,8 @@ pub enum Precision {
 /// How to run a scene, apart from what it is.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Worker threads; `None`: all that the machine has.
+    /// Worker threads; `None`: all that the machine has, but one for every 4,096 nodes at most, for less work than
+    /// that is done before the workers have met.
     pub threads: Option<usize>,
     /// Arithmetic.
     pub precision: Precision,
@@ -93,7 +94,7 @@ impl Simulation {
         let step = assembly.time.substep(0).1;
         let limit = StepLimit { step, at_rest: largest.at_rest, folded: largest.folded };
         let warnings = limit.warning(&bodies[largest.body].name).into_iter().collect();
-        let threads = options.threads.unwrap_or_else(available_threads).max(1);
+        let threads = options.threads.unwrap_or_else(|| useful_threads(assembly.places)).max(1);
         let in_body = |message| SceneError::new("body", message);
         let backend: Box<dyn Backend> = match options.precision {
             Precision::F32 => Box::new(CpuBackend::<f32>::new(assembly, threads).map_err(in_body)?),
@@ -361,9 +362,10 @@ impl Simulation {
     }
 }
 
-/// Threads of this machine.
-fn available_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+/// Threads of this machine that gain something for so many nodes.
+fn useful_threads(nodes: usize) -> usize {
+    let all = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    all.min(nodes / 4096)
 }
 
 fn info(body: &BodyAssembly) -> BodyInfo {

@@ -27,19 +27,19 @@ pub struct Touch<T> {
 ///
 /// Friction also takes back the way that the tangential speed had gone in this step: otherwise a node that sticks
 /// would creep by h² g sin α a step.
-#[inline]
+#[inline(always)]
 pub fn respond<T: Real>(x: [T; 3], v: [T; 3], touch: &Touch<T>, h: T) -> ([T; 3], [T; 3]) {
     let lifted = add(x, scale(touch.normal, touch.depth));
     let relative = sub(v, touch.surface_velocity);
     let approach = -dot(relative, touch.normal);
-    if !(approach > T::ZERO) {
-        return (lifted, v);
-    }
+    // A node that leaves already gets no impulse, and hence no friction.
+    let approach = if approach > T::ZERO { approach } else { T::ZERO };
     let impulse = (T::ONE + touch.restitution) * approach;
-    let tangential = add(relative, scale(touch.normal, approach));
+    let tangential = sub(relative, scale(touch.normal, dot(relative, touch.normal)));
     let (slip, most) = (norm(tangential), touch.friction * impulse);
-    let kept = if slip > most { T::ONE - most / slip } else { T::ZERO };
-    let friction = scale(tangential, kept - T::ONE);
+    let lost = if slip > most { most / slip } else { T::ONE };
+    let lost = if impulse > T::ZERO { lost } else { T::ZERO };
+    let friction = scale(tangential, -lost);
     let velocity = add(add(v, scale(touch.normal, impulse)), friction);
     (add(lifted, scale(friction, h)), velocity)
 }

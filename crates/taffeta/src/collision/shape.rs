@@ -18,19 +18,83 @@ pub struct MovingCollider {
 /// A collider at the end of one sub-step, surface offset included.
 #[derive(Clone, Copy, Debug)]
 pub struct ColliderNow<T> {
-    shape: ShapeNow<T>,
+    /// Where its surface is.
+    pub shape: ShapeNow<T>,
+    /// How it touches.
+    pub touching: Touching<T>,
+}
+
+/// What all points of a collider have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct Touching<T> {
     friction: T,
     restitution: T,
     spin: [[T; 3]; 3],
     drift: [T; 3],
 }
 
+/// The shapes.
 #[derive(Clone, Copy, Debug)]
-enum ShapeNow<T> {
-    /// Centre and radius [m].
-    Sphere([T; 3], T),
-    /// Unit normal and its distance from the origin [m].
-    Plane([T; 3], T),
+pub enum ShapeNow<T> {
+    /// A ball.
+    Sphere(SphereNow<T>),
+    /// A half-space.
+    Plane(PlaneNow<T>),
+}
+
+/// A surface, as a function of place.
+pub trait Solid<T: Real>: Copy {
+    /// How far `x` is inside [m], negative outside, and the outward unit normal there.
+    fn depth_and_normal(&self, x: [T; 3]) -> (T, [T; 3]);
+}
+
+/// A ball: centre and radius [m].
+#[derive(Clone, Copy, Debug)]
+pub struct SphereNow<T> {
+    center: [T; 3],
+    radius: T,
+}
+
+/// A half-space: unit normal, and its distance from the origin [m].
+#[derive(Clone, Copy, Debug)]
+pub struct PlaneNow<T> {
+    normal: [T; 3],
+    level: T,
+}
+
+impl<T: Real> Solid<T> for SphereNow<T> {
+    #[inline(always)]
+    fn depth_and_normal(&self, x: [T; 3]) -> (T, [T; 3]) {
+        let d = sub(x, self.center);
+        let distance = norm(d);
+        // At the very centre every way out is as good: up.
+        let far = distance * distance > T::TINY;
+        let inverse = T::ONE / if far { distance } else { T::ONE };
+        let normal = if far { scale(d, inverse) } else { [T::ZERO, T::ONE, T::ZERO] };
+        (self.radius - distance, normal)
+    }
+}
+
+impl<T: Real> Solid<T> for PlaneNow<T> {
+    #[inline(always)]
+    fn depth_and_normal(&self, x: [T; 3]) -> (T, [T; 3]) {
+        (self.level - dot(self.normal, x), self.normal)
+    }
+}
+
+impl<T: Real> Touching<T> {
+    /// The touch of a node at `x`.
+    #[inline(always)]
+    pub fn touch(&self, x: [T; 3], (depth, normal): (T, [T; 3])) -> Touch<T> {
+        let [a, b, c] = self.spin;
+        Touch {
+            depth,
+            normal,
+            surface_velocity: add([dot(a, x), dot(b, x), dot(c, x)], self.drift),
+            friction: self.friction,
+            restitution: self.restitution,
+        }
+    }
 }
 
 impl MovingCollider {
@@ -57,78 +121,38 @@ impl MovingCollider {
             if self.track.is_still() { ([[0.0; 3]; 3], [0.0; 3]) } else { after.velocity_from(&before, h) };
         ColliderNow {
             shape: self.shape_at(&after),
-            friction: T::from_f64(self.friction),
-            restitution: T::from_f64(self.restitution),
-            spin: spin.map(|row| row.map(T::from_f64)),
-            drift: drift.map(T::from_f64),
+            touching: Touching {
+                friction: T::from_f64(self.friction),
+                restitution: T::from_f64(self.restitution),
+                spin: spin.map(|row| row.map(T::from_f64)),
+                drift: drift.map(T::from_f64),
+            },
         }
     }
 
     fn shape_at<T: Real>(&self, pose: &Pose) -> ShapeNow<T> {
         match self.shape {
-            scene::Shape::Sphere(sphere) => ShapeNow::Sphere(
-                pose.apply(sphere.center).map(T::from_f64),
-                T::from_f64(sphere.radius + self.offset),
-            ),
+            scene::Shape::Sphere(sphere) => ShapeNow::Sphere(SphereNow {
+                center: pose.apply(sphere.center).map(T::from_f64),
+                radius: T::from_f64(sphere.radius + self.offset),
+            }),
             scene::Shape::Plane(plane) => {
                 let normal = pose.turn(plane.normal);
                 let normal = scale(normal, 1.0 / norm(normal));
                 let level = dot(normal, pose.apply(plane.point)) + self.offset;
-                ShapeNow::Plane(normal.map(T::from_f64), T::from_f64(level))
+                ShapeNow::Plane(PlaneNow { normal: normal.map(T::from_f64), level: T::from_f64(level) })
             }
         }
     }
 }
 
 impl<T: Real> ColliderNow<T> {
-    /// How many of the nodes at `x` are inside, as a cheap test over many. A NaN is not.
-    #[inline(always)]
-    pub fn count_inside(&self, x: [&[T]; 3]) -> u32 {
-        let [px, py, pz] = x;
-        let n = px.len();
-        let (py, pz) = (&py[..n], &pz[..n]);
-        let mut inside = 0;
+    /// How far `x` is inside [m], negative outside, and the outward unit normal there.
+    pub fn depth_and_normal(&self, x: [T; 3]) -> (T, [T; 3]) {
         match self.shape {
-            ShapeNow::Sphere(center, radius) => {
-                let limit = radius * radius;
-                for i in 0..n {
-                    let d = sub([px[i], py[i], pz[i]], center);
-                    inside += u32::from(dot(d, d) < limit);
-                }
-            }
-            ShapeNow::Plane(normal, level) => {
-                for i in 0..n {
-                    inside += u32::from(dot(normal, [px[i], py[i], pz[i]]) < level);
-                }
-            }
+            ShapeNow::Sphere(sphere) => sphere.depth_and_normal(x),
+            ShapeNow::Plane(plane) => plane.depth_and_normal(x),
         }
-        inside
-    }
-
-    /// The contact of a node at `x`, if it is inside.
-    #[inline]
-    pub fn touch(&self, x: [T; 3]) -> Option<Touch<T>> {
-        let (depth, normal) = match self.shape {
-            ShapeNow::Sphere(center, radius) => {
-                let d = sub(x, center);
-                let distance = norm(d);
-                // At the very centre every way out is as good: up.
-                let normal = if distance * distance > T::TINY {
-                    scale(d, T::ONE / distance)
-                } else {
-                    [T::ZERO, T::ONE, T::ZERO]
-                };
-                (radius - distance, normal)
-            }
-            ShapeNow::Plane(normal, level) => (level - dot(normal, x), normal),
-        };
-        (depth > T::ZERO).then(|| Touch {
-            depth,
-            normal,
-            surface_velocity: add(self.spin.map(|row| dot(row, x)), self.drift),
-            friction: self.friction,
-            restitution: self.restitution,
-        })
     }
 }
 
@@ -140,12 +164,13 @@ mod tests {
     #[test]
     fn depth_and_normal_of_a_sphere_and_a_tilted_plane() {
         let ball = MovingCollider::new(&Collider::sphere([1.0, 0.0, 0.0], 0.5).offset(0.1)).unwrap();
-        let touch = ball.at::<f64>(0.0, 0.1).touch([1.0, 0.4, 0.0]).unwrap();
-        assert!((touch.depth - 0.2).abs() < 1e-15 && touch.normal == [0.0, 1.0, 0.0]);
-        assert!(ball.at::<f64>(0.0, 0.1).touch([1.0, 0.61, 0.0]).is_none());
+        let (depth, normal) = ball.at::<f64>(0.0, 0.1).depth_and_normal([1.0, 0.4, 0.0]);
+        assert!((depth - 0.2).abs() < 1e-15 && normal == [0.0, 1.0, 0.0]);
+        assert!(ball.at::<f64>(0.0, 0.1).depth_and_normal([1.0, 0.61, 0.0]).0 < 0.0);
+        assert_eq!(ball.at::<f64>(0.0, 0.1).depth_and_normal([1.0, 0.0, 0.0]), (0.6, [0.0, 1.0, 0.0]));
         let slope = MovingCollider::new(&Collider::plane([0.0, 1.0, 0.0], [0.0, 2.0, 2.0]).offset(0.0)).unwrap();
-        let touch = slope.at::<f64>(0.0, 0.1).touch([5.0, 0.0, 0.0]).unwrap();
-        assert!((touch.depth - 0.5_f64.sqrt()).abs() < 1e-15);
+        let (depth, _) = slope.at::<f64>(0.0, 0.1).depth_and_normal([5.0, 0.0, 0.0]);
+        assert!((depth - 0.5_f64.sqrt()).abs() < 1e-15);
     }
 
     #[test]
@@ -157,7 +182,8 @@ mod tests {
             [0.0; 3],
         ));
         let now = MovingCollider::new(&table).unwrap().at::<f64>(0.0, 1e-3);
-        let v = now.touch([2.0, 0.0, 0.0]).unwrap().surface_velocity;
+        let x = [2.0, 0.0, 0.0];
+        let v = now.touching.touch(x, now.depth_and_normal(x)).surface_velocity;
         let omega = 1.0_f64.to_radians();
         assert!((v[2] + 2.0 * omega).abs() < 1e-6 && v[1] == 0.0);
     }

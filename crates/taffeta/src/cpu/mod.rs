@@ -2,6 +2,7 @@
 
 mod backend;
 mod column;
+mod contact;
 mod diagnose;
 mod grid;
 mod mesh;

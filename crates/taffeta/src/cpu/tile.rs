@@ -1,14 +1,13 @@
 //! The particle stages on one tile: gather, call the formula, store.
 
 use super::backend::Setup;
+use super::contact::contact;
 use super::plan::Substep;
 use super::shared::Shared;
 use super::simd::Kernel;
 use super::tiles::{TilePlan, TiledSprings};
 use super::worker::Scratch;
 use crate::assembly::LoadKind;
-use crate::collision::contact::respond;
-use crate::collision::shape::ColliderNow;
 use crate::forces::external;
 use crate::integrate::euler;
 use crate::real::{Real, add, scale};
@@ -108,18 +107,15 @@ impl<T: Real> Tile for CpuTile<'_, T> {
     }
 
     fn contact(&mut self) {
-        for (_, run) in self.plan.runs() {
-            let [x, y, z, ..] = self.after(&run);
-            let places: [&[T]; 3] = [x, y, z];
-            let count_inside = |collider| self.setup.level.run(CountInside { collider, places });
-            if !self.substep.colliders.iter().any(|collider| count_inside(collider) > 0) {
-                continue;
-            }
-            for node in run {
-                if self.setup.inverse_mass[node] > T::ZERO {
-                    self.contacts += u64::from(self.contact_of(node));
-                }
-            }
+        let Substep { colliders, h, .. } = self.substep;
+        if colliders.is_empty() {
+            return;
+        }
+        for (at, run) in self.plan.runs() {
+            let mut state = self.after(&run);
+            let last = &mut self.scratch.last_touch[at..at + run.len()];
+            let inverse_mass = &self.setup.inverse_mass[run];
+            self.contacts += contact(self.setup.level, colliders, inverse_mass, &mut state, last, *h);
         }
     }
 }
@@ -131,26 +127,9 @@ fn within<'a, I>(items: &'a [I], run: &Range<usize>, node: impl Fn(&I) -> u32) -
     &items[start..end]
 }
 
-/// Moves a node out of all colliders, a few times round: where two press on it, each may push it into the other.
-fn push_out<T: Real>(colliders: &[ColliderNow<T>], mut x: [T; 3]) -> [T; 3] {
-    for _ in 0..4 {
-        let before = x;
-        for collider in colliders {
-            if let Some(touch) = collider.touch(x) {
-                x = add(x, scale(touch.normal, touch.depth));
-            }
-        }
-        if x == before {
-            break;
-        }
-    }
-    x
-}
-
-impl<T: Real> CpuTile<'_, T> {
-    /// The state after, of some of the tile's nodes.
-    #[expect(clippy::mut_from_ref, reason = "stages of a tile run one after the other and keep nothing")]
-    fn after(&self, run: &Range<usize>) -> [&mut [T]; 6] {
+impl<'a, T: Real> CpuTile<'a, T> {
+    /// The state after, of some of the tile's nodes. Stages run one after the other and keep nothing of it.
+    fn after(&self, run: &Range<usize>) -> [&'a mut [T]; 6] {
         debug_assert!(self.plan.runs().any(|(_, own)| own.start <= run.start && run.end <= own.end));
         // SAFETY: tiles do not overlap, each is in one worker's share, and nobody reads this buffer before the barrier
         // after the particle stages. Within a stage the parts asked for do not overlap.
@@ -197,29 +176,6 @@ impl<T: Real> CpuTile<'_, T> {
             }
             add_force(self.scratch, at + node - run.start, sum);
         }
-    }
-
-    /// Keeps a node out of all colliders; whether it touched one. Colliders act in the scene's order; a node pressed
-    /// between several is then only moved, some times over.
-    fn contact_of(&self, node: usize) -> bool {
-        let state = self.after(&(node..node + 1));
-        let mut x = [0, 1, 2].map(|c| state[c][0]);
-        let mut v = [3, 4, 5].map(|c| state[c][0]);
-        let mut touches = 0;
-        for collider in &self.substep.colliders {
-            if let Some(touch) = collider.touch(x) {
-                (x, v) = respond(x, v, &touch, self.substep.h);
-                touches += 1;
-            }
-        }
-        if touches > 0 && self.substep.colliders.len() > 1 {
-            x = push_out(&self.substep.colliders, x);
-        }
-        for axis in 0..3 {
-            state[axis][0] = x[axis];
-            state[3 + axis][0] = v[axis];
-        }
-        touches > 0
     }
 }
 
@@ -292,19 +248,5 @@ fn integrate<T: Real>(
         let v = euler::velocity(old_velocity[i], force[i], inverse_mass[i], gravity, h);
         velocity[i] = v;
         position[i] = euler::position(old_position[i], v, h);
-    }
-}
-
-/// Kernel: how many nodes are inside a collider.
-struct CountInside<'a, T> {
-    collider: &'a ColliderNow<T>,
-    places: [&'a [T]; 3],
-}
-
-impl<T: Real> Kernel for CountInside<'_, T> {
-    type Output = u32;
-    #[inline(always)]
-    fn run(self) -> u32 {
-        self.collider.count_inside(self.places)
     }
 }

@@ -23,6 +23,8 @@ pub struct Scratch<T> {
     pub sweep: Sweep<T>,
     /// Factor of each load that is a torque [N/m].
     pub torques: Vec<T>,
+    /// For each node of a tile, the collider that it touched last, from 1; 0: none.
+    pub last_touch: Vec<u32>,
 }
 
 impl<T: Real> Scratch<T> {
@@ -32,6 +34,7 @@ impl<T: Real> Scratch<T> {
             force: std::array::from_fn(|_| Column::zeros(nodes)),
             sweep: Sweep::new(cols),
             torques: Vec::new(),
+            last_touch: vec![0; nodes],
         }
     }
 }

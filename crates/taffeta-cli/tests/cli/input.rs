@@ -1,0 +1,140 @@
+//! What the program answers to bad input, and its smaller commands.
+
+use crate::desk::{BALL, Desk, SHEET, ending};
+
+/// Asserts that the words are refused with exit code 2 and a message with all of `parts`.
+fn refused(desk: &Desk, words: &[&str], parts: &[&str]) {
+    let (_, err, code) = ending(desk.taffeta(words));
+    assert_eq!(code, Some(2), "{words:?}: {err}");
+    assert!(err.starts_with("error: "), "{words:?}: {err}");
+    for part in parts {
+        assert!(err.contains(part), "{words:?}: no `{part}` in: {err}");
+    }
+}
+
+#[test]
+fn what_is_not_there_yet_is_refused_by_name() {
+    let desk = Desk::with(SHEET);
+    let cases: [(&[&str], &str); 5] = [
+        (&["--resume", "x.ck"], "--resume is not yet supported"),
+        (&["--checkpoint-every", "5"], "--checkpoint-every is not yet supported"),
+        (&["--format", "npy,vtu"], "--format vtu is not yet supported"),
+        (&["--backend", "gpu"], "--backend gpu is not yet supported"),
+        (&["--format", "gif"], "npy"),
+    ];
+    for (words, part) in cases {
+        refused(&desk, &[&["run", "scene.toml"], words].concat(), &[part]);
+    }
+    refused(&desk, &["check", "bunny.ply"], &["checking meshes is not yet supported"]);
+    refused(&desk, &["check", "scene.toml", "--as", "body"], &["checking meshes is not yet supported"]);
+    refused(&desk, &["bench", "ice"], &["bench ice is not yet supported"]);
+}
+
+#[test]
+fn usage_errors_exit_with_2() {
+    let desk = Desk::with(SHEET);
+    for words in [
+        &["run"][..],
+        &["run", "scene.toml", "--threads", "0"],
+        &["run", "scene.toml", "--frames", "0"],
+        &["walk"],
+        &["schema", "mesh"],
+    ] {
+        refused(&desk, words, &[]);
+    }
+    refused(&desk, &["bench", "grid", "--rows", "8"], &["--cols"]);
+    refused(&desk, &["bench", "grid", "--mesh", "a.ply"], &["bench mesh"]);
+}
+
+#[test]
+fn an_unknown_key_is_named_with_its_place_and_the_nearest_name() {
+    let desk = Desk::with(&SHEET.replace("structural", "strctural"));
+    refused(&desk, &["run", "scene.toml"], &["scene.toml:12:1", "strctural", "structural"]);
+    refused(&desk, &["check", "scene.toml"], &["scene.toml:12:1"]);
+    assert!(!desk.path("out").exists(), "nothing is written for a scene that is refused");
+}
+
+#[test]
+fn an_impossible_value_is_named_with_its_place() {
+    let desk = Desk::with(&SHEET.replace("node_mass = 0.01", "node_mass = -1.0"));
+    refused(&desk, &["run", "scene.toml"], &["scene.toml:9:", "node_mass"]);
+    refused(&Desk::with(SHEET), &["run", "scene.toml", "--set", "body.sheet.node_mass=-1"], &["--set"]);
+    refused(&Desk::with(SHEET), &["run", "scene.toml", "--set", "body.shet.node_mass=1"], &["sheet"]);
+    refused(&Desk::with(SHEET), &["run", "nowhere.toml"], &["nowhere.toml"]);
+    refused(&Desk::with("title = "), &["run", "scene.toml"], &["scene.toml:1:"]);
+    refused(&Desk::with(""), &["run", "scene.toml"], &["body"]);
+}
+
+#[test]
+fn check_counts_and_measures_the_step() {
+    let desk = Desk::with(BALL);
+    let (out, err, code) = ending(desk.taffeta(&["check", "scene.toml"]));
+    assert_eq!(code, Some(0), "{err}");
+    for part in [
+        "162 nodes",
+        "320 triangles",
+        "480 structural",
+        "closed, volume",
+        "sub-steps a frame: 17",
+        "accepted",
+    ] {
+        assert!(out.contains(part), "no `{part}` in: {out}");
+    }
+    assert!(out.contains("folded or slack cloth can need up to 1.27 times smaller"), "{out}");
+    let (out, _, _) = ending(desk.taffeta(&["check", "scene.toml", "--json"]));
+    let report: serde_json::Value = serde_json::from_str(&out).expect("nothing but JSON");
+    assert_eq!(report["bodies"][0]["springs"][0], serde_json::json!({"kind": "structural", "count": 480}));
+    assert!(report["memory_bytes"].as_u64().unwrap() > 162 * 24);
+    assert!(report["largest_stable_step"].as_f64().unwrap() > report["step"].as_f64().unwrap());
+}
+
+#[test]
+fn check_warns_of_a_step_that_is_too_long() {
+    let desk = Desk::with(&SHEET.replace("k = 100.0", "k = 1e6"));
+    let (out, _, code) = ending(desk.taffeta(&["check", "scene.toml"]));
+    assert_eq!(code, Some(0));
+    assert!(out.contains("advice: ") && out.contains("time.max_step"), "{out}");
+}
+
+#[test]
+fn schemas_are_json_and_know_the_contract_s_names() {
+    let desk = Desk::with(SHEET);
+    for (format, key) in [("scene", "body"), ("summary", "state_hash")] {
+        let (out, _, code) = ending(desk.taffeta(&["schema", format]));
+        assert_eq!(code, Some(0));
+        let schema: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+        assert!(schema["properties"][key].is_object(), "{key}");
+    }
+}
+
+#[test]
+fn info_names_the_build() {
+    let (out, _, code) = ending(Desk::with(SHEET).taffeta(&["info"]));
+    assert_eq!(code, Some(0));
+    assert!(out.starts_with("taffeta ") && out.contains("no GPU backend in this build"), "{out}");
+}
+
+#[test]
+fn every_bench_prints_one_line_with_the_contract_s_fields() {
+    let desk = Desk::with(SHEET);
+    let cases: [&[&str]; 3] =
+        [&["grid", "--n", "8"], &["drape", "--rows", "6", "--cols", "9"], &["mesh", "--n", "1000"]];
+    for words in cases {
+        let words = [&["bench"], words, &["--frames", "2", "--threads", "1", "--json"]].concat();
+        let mut command = desk.taffeta(&words);
+        command.env_remove("TAFFETA_MODELS");
+        let (out, err, code) = ending(command);
+        assert_eq!(code, Some(0), "{err}");
+        assert_eq!(out.lines().count(), 1, "{out}");
+        let line: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+        assert_eq!((&line["bench"], &line["backend"]), (&words[1].into(), &"cpu".into()));
+        assert_eq!(line["substeps_per_frame"], 34);
+        for path in ["/nodes", "/springs", "/ms_per_frame/min", "/ms_per_frame/median", "/ms_per_frame/max"] {
+            assert!(line.pointer(path).is_some_and(serde_json::Value::is_number), "{path}");
+        }
+        for path in ["/limits/memory_gb_per_s", "/limits/fma_gflop_per_s", "/limits/memory_fraction"] {
+            assert!(line.pointer(path).is_some_and(serde_json::Value::is_number), "{path}");
+        }
+        assert!(line["particle_substeps_per_s"].is_number() && line["springs_per_s"].is_number());
+    }
+}

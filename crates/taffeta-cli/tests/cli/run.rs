@@ -1,0 +1,190 @@
+//! `taffeta run` as a user: files, numbers, endings.
+
+use crate::desk::{BALL, Desk, SHEET, ending};
+
+#[test]
+fn a_run_leaves_whole_files_with_the_start_as_frame_0() {
+    let desk = Desk::with(SHEET);
+    let (out, err, code) = ending(desk.taffeta(&["run", "scene.toml"]));
+    assert_eq!(code, Some(0), "{err}");
+    assert!(out.starts_with("Small sheet\n  sheet: 35 nodes, 106 springs\n"), "{out}");
+    assert!(out.contains("cpu: this build has no GPU backend yet"), "{out}");
+    assert_eq!(desk.files("out/scene"), ["frames.csv", "positions.npy", "summary.json"]);
+    let (header, bytes) = desk.npy("out/scene/positions.npy");
+    assert!(header.contains("'<f4'") && header.contains("(5, 35, 3)"), "{header}");
+    assert_eq!(bytes, 5 * 35 * 3 * 4);
+    let table = std::fs::read_to_string(desk.path("out/scene/frames.csv")).unwrap();
+    assert_eq!(table.lines().count(), 1 + 5);
+}
+
+#[test]
+fn every_format_writes_its_file() {
+    let desk = Desk::with(BALL);
+    let words =
+        ["run", "scene.toml", "--out", "o", "--frames", "1", "--quiet", "--format", "npy,pc2,usda,ply,obj"];
+    let (out, err, code) = ending(desk.taffeta(&words));
+    assert_eq!((out.as_str(), err.as_str(), code), ("", "", Some(0)));
+    let expected =
+        ["ball.obj", "ball.pc2", "ball.ply", "frames.csv", "positions.npy", "scene.usda", "summary.json"];
+    assert_eq!(desk.files("o"), expected);
+}
+
+#[test]
+fn double_precision_writes_doubles() {
+    let desk = Desk::with(SHEET);
+    let (_, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--out", "o", "--precision", "f64"]));
+    assert_eq!(code, Some(0), "{err}");
+    let (header, bytes) = desk.npy("o/positions.npy");
+    assert!(header.contains("'<f8'"), "{header}");
+    assert_eq!(bytes, 5 * 35 * 3 * 8);
+    assert_eq!(desk.json("o/summary.json")["precision"], "f64");
+}
+
+#[test]
+fn the_summary_has_the_contract_s_fields_and_is_what_json_prints() {
+    let desk = Desk::with(BALL);
+    let (out, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--out", "o", "--json"]));
+    assert_eq!(code, Some(0), "{err}");
+    let printed: serde_json::Value = serde_json::from_str(&out).expect("nothing but JSON");
+    let summary = desk.json("o/summary.json");
+    assert_eq!(printed, summary);
+    for (key, value) in
+        [("scene", "scene.toml"), ("status", "done"), ("backend", "cpu"), ("precision", "f32")]
+    {
+        assert_eq!(summary[key], value);
+    }
+    for (key, value) in
+        [("frames", 12), ("substeps", 17), ("nodes", 162), ("vertices", 162), ("springs", 480)]
+    {
+        assert_eq!(summary[key], value, "{key}");
+    }
+    assert_eq!(summary["triangles"], 320);
+    for key in ["dt", "wall_ms_per_frame", "particle_substeps_per_s", "max_stretch", "largest_stable_step"] {
+        assert!(summary[key].as_f64().is_some_and(|number| number > 0.0), "{key}");
+    }
+    for path in ["/energy/start", "/energy/end", "/energy/max", "/momentum/2", "/angular_momentum/2"] {
+        assert!(summary.pointer(path).is_some_and(serde_json::Value::is_number), "{path}");
+    }
+    for key in ["contacts", "contacts_max", "threads"] {
+        assert!(summary[key].is_u64(), "{key}");
+    }
+    assert_eq!(
+        summary["solver"],
+        serde_json::json!({"iterations": 0, "residual": 0.0, "active_fraction": 0.0})
+    );
+    let volume = &summary["bodies"][0]["volume"];
+    let ball = 4.0 / 3.0 * std::f64::consts::PI * 0.2_f64.powi(3);
+    assert!((volume["rest"].as_f64().unwrap() / ball - 1.0).abs() < 0.05);
+    assert!(volume["final"].is_number() && volume["max_rel_error"].is_number());
+    let hash = summary["state_hash"].as_str().unwrap();
+    assert!(hash.len() == 16 && hash.chars().all(|digit| digit.is_ascii_hexdigit()), "{hash}");
+}
+
+#[test]
+fn an_open_body_has_no_volume() {
+    let desk = Desk::with(SHEET);
+    desk.taffeta(&["run", "scene.toml", "--out", "o", "--frames", "1", "--quiet"]).assert().success();
+    let summary = desk.json("o/summary.json");
+    assert_eq!(summary["bodies"][0]["volume"], serde_json::Value::Null);
+    assert_eq!(summary["frames"], 1);
+    assert!(desk.npy("o/positions.npy").0.contains("(2, 35, 3)"));
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    for scene in [SHEET, BALL] {
+        let desk = Desk::with(scene);
+        let run = |threads: &str| {
+            let out = format!("o{threads}");
+            let words = ["run", "scene.toml", "--out", &out, "--threads", threads, "--quiet"];
+            desk.taffeta(&words).assert().success();
+            let positions = std::fs::read(desk.path(&format!("{out}/positions.npy"))).unwrap();
+            (desk.json(&format!("{out}/summary.json"))["state_hash"].clone(), positions)
+        };
+        let one = run("1");
+        for threads in ["2", "3", "8"] {
+            assert!(run(threads) == one, "{threads} threads differ from one");
+        }
+    }
+}
+
+#[test]
+fn set_changes_a_value_by_the_body_s_name() {
+    let desk = Desk::with(SHEET);
+    let stretch = |out: &str, sets: &[&str]| {
+        let mut command = desk.taffeta(&["run", "scene.toml", "--out", out, "--quiet"]);
+        for set in sets {
+            command.args(["--set", set]);
+        }
+        command.assert().success();
+        desk.json(&format!("{out}/summary.json"))["max_stretch"].as_f64().unwrap()
+    };
+    let stiff = stretch("stiff", &[]);
+    let soft = stretch("soft", &["body.sheet.springs.structural.k=10", "body.sheet.springs.shear.k=5"]);
+    assert!(soft > stiff, "{soft} {stiff}");
+    stretch("short", &["time.frames=2"]);
+    assert_eq!(desk.json("short/summary.json")["frames"], 2);
+}
+
+#[test]
+fn a_divergence_keeps_the_good_frames_and_exits_with_1() {
+    let desk = Desk::with(SHEET);
+    let words = ["run", "scene.toml", "--out", "o", "--frames", "200", "--format", "npy,ply"];
+    let mut command = desk.taffeta(&words);
+    command.args(["--set", "body.sheet.springs.structural.k=1e7"]);
+    let (out, err, code) = ending(command);
+    assert_eq!(code, Some(1), "{err}");
+    assert!(out.contains("warning: "), "{out}");
+    assert!(err.starts_with("error: frame "), "{err}");
+    assert!(err.contains("body `sheet`") && err.contains("time.max_step"), "{err}");
+    assert_eq!(desk.files("o"), ["frames.csv", "positions.npy", "sheet.ply", "summary.json"]);
+    let summary = desk.json("o/summary.json");
+    assert_eq!(summary["status"], "diverged");
+    let rows = summary["frames"].as_u64().unwrap() + 1;
+    assert!((1..200).contains(&rows));
+    let (header, bytes) = desk.npy("o/positions.npy");
+    assert!(header.contains(&format!("({rows}, 35, 3)")), "{header}");
+    let all = std::fs::read(desk.path("o/positions.npy")).unwrap();
+    let finite = |number: &[u8; 4]| f32::from_le_bytes(*number).is_finite();
+    assert!(all[all.len() - bytes..].as_chunks().0.iter().all(finite));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_exits_with_1_and_says_which_file() {
+    let desk = Desk::with(SHEET);
+    std::fs::create_dir(desk.path("o")).unwrap();
+    std::os::unix::fs::symlink("/dev/full", desk.path("o/positions.npy.part")).unwrap();
+    let (_, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--out", "o"]));
+    assert_eq!(code, Some(1), "{err}");
+    assert!(err.starts_with("error: ") && err.contains("positions.npy.part"), "{err}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_the_run_with_whole_files() {
+    use std::io::{BufRead, BufReader, Read};
+    let desk = Desk::with(SHEET);
+    let mut run = std::process::Command::new(assert_cmd::cargo::cargo_bin!("taffeta"))
+        .args(["run", "scene.toml", "--out", "o", "--frames", "100000000", "--format", "pc2"])
+        .current_dir(desk.path(""))
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut title = String::new();
+    BufReader::new(run.stdout.as_mut().unwrap()).read_line(&mut title).unwrap();
+    let kill = std::process::Command::new("kill").args(["-INT", &run.id().to_string()]).status();
+    assert!(kill.unwrap().success());
+    assert_eq!(run.wait().unwrap().code(), Some(130));
+    let mut err = String::new();
+    run.stderr.take().unwrap().read_to_string(&mut err).unwrap();
+    let summary = desk.json("o/summary.json");
+    assert_eq!(summary["status"], "interrupted");
+    let frames = summary["frames"].as_u64().unwrap();
+    assert!(err.starts_with(&format!("interrupted: frames 0 to {frames} are in o")), "{err}");
+    assert_eq!(desk.files("o"), ["frames.csv", "sheet.pc2", "summary.json"]);
+    let cache = std::fs::read(desk.path("o/sheet.pc2")).unwrap();
+    assert_eq!(u64::from(u32::from_le_bytes(cache[28..32].try_into().unwrap())), frames + 1);
+    assert_eq!(cache.len() as u64, 32 + (frames + 1) * 35 * 12);
+}
