@@ -40,6 +40,8 @@ struct Report {
     step: f64,
     /// Null without springs.
     largest_stable_step: Option<f64>,
+    /// Largest step [s] that is stable however springs are folded; none without springs.
+    largest_stable_step_folded: Option<f64>,
     advice: Vec<String>,
 }
 
@@ -88,7 +90,8 @@ impl Report {
             memory_bytes: simulation.memory(),
             substeps: loaded.scene.time.substeps(),
             step: loaded.scene.time.substep(0).1,
-            largest_stable_step: Some(simulation.largest_stable_step()).filter(|step| step.is_finite()),
+            largest_stable_step: finite(simulation.largest_stable_step()),
+            largest_stable_step_folded: finite(simulation.largest_stable_step_folded()),
             advice: loaded.notes.iter().chain(simulation.warnings()).cloned().collect(),
         }
     }
@@ -98,12 +101,11 @@ impl Report {
         self.bodies.iter().for_each(|body| lines.extend(body.words()));
         lines.push(format!("memory: {:.1} MB", self.memory_bytes as f64 * 1e-6));
         lines.push(format!("sub-steps a frame: {}, of {:.3e} s", self.substeps, self.step));
-        lines.push(match self.largest_stable_step {
-            Some(step) => format!(
-                "largest stable step: {step:.3e} s (holds at rest; folded or slack cloth can need up to 1.27 times \
-                 smaller)"
-            ),
-            None => "largest stable step: any, without springs".to_owned(),
+        lines.push(match (self.largest_stable_step, self.largest_stable_step_folded) {
+            (Some(rest), Some(folded)) => {
+                format!("largest stable step: {rest:.3e} s at rest, {folded:.3e} s however the springs are folded")
+            }
+            _ => "largest stable step: any, without springs".to_owned(),
         });
         lines.extend(self.advice.iter().map(|advice| format!("advice: {advice}")));
         lines.push("accepted".to_owned());
@@ -152,4 +154,8 @@ impl BodyReport {
         lines.extend(self.repairs.iter().map(|repair| format!("  mended: {repair}")));
         lines
     }
+}
+
+fn finite(step: f64) -> Option<f64> {
+    Some(step).filter(|step| step.is_finite())
 }

@@ -16,7 +16,7 @@ fn cloth(name: &str, mesh: Mesh) -> Body {
 
 /// A grid of several strips and tiles, with hinges, held at one edge.
 fn wide() -> Scene {
-    let body = cloth("wide", Mesh::grid(13, 1100, [110.0, 1.2])).shear(50.0, 0.02).hinge(2e-3, 1e-5);
+    let body = cloth("wide", Mesh::grid(9, 2300, [230.0, 0.8])).shear(50.0, 0.02).hinge(2e-3, 1e-5);
     let mut scene = Scene::new("wide").body(body.pin(Select::rows(0, 0)));
     scene.world.drag = 0.01;
     scene
