@@ -103,7 +103,9 @@ impl Report {
         lines.push(format!("sub-steps a frame: {}, of {:.3e} s", self.substeps, self.step));
         lines.push(match (self.largest_stable_step, self.largest_stable_step_folded) {
             (Some(rest), Some(folded)) => {
-                format!("largest stable step: {rest:.3e} s at rest, {folded:.3e} s however the springs are folded")
+                format!(
+                    "largest stable step: {rest:.3e} s at rest, {folded:.3e} s however the springs are folded"
+                )
             }
             _ => "largest stable step: any, without springs".to_owned(),
         });

@@ -28,6 +28,8 @@ pub trait Real:
     const ONE: Self;
     /// Smallest squared length that is divided by [m²]: keeps 1/l finite as l → 0.
     const TINY: Self;
+    /// A length beyond all scenes [m].
+    const FAR: Self;
     /// Correctly rounded square root.
     fn sqrt(self) -> Self;
     /// Angle of (x, y), from a software library so that every machine gives the same bits.
@@ -52,6 +54,7 @@ impl Real for f32 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const TINY: Self = 1e-30;
+    const FAR: Self = 1e30;
     #[inline(always)]
     fn sqrt(self) -> Self {
         f32::sqrt(self)
@@ -80,6 +83,7 @@ impl Real for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const TINY: Self = 1e-200;
+    const FAR: Self = 1e200;
     #[inline(always)]
     fn sqrt(self) -> Self {
         f64::sqrt(self)

@@ -127,7 +127,8 @@ impl Simulation {
         let start = f64::from(self.report.frame) * self.backend.assembly().time.dt;
         let hand = std::mem::take(&mut self.hand);
         let driven = self.backend.assembly().is_driven() || !hand.forces.is_empty() || !hand.moves.is_empty();
-        for node in std::mem::take(&mut self.moved) {
+        let goes_on = |node: u32| hand.moves.binary_search_by_key(&node, |&(node, ..)| node).is_ok();
+        for node in std::mem::take(&mut self.moved).into_iter().filter(|&node| !goes_on(node)) {
             let at = self.backend.position(node as usize);
             self.backend.set(node as usize, at, [0.0; 3]);
         }
@@ -166,7 +167,8 @@ impl Simulation {
         for (index, body) in self.backend.assembly().bodies.iter().enumerate() {
             for local in 0..body.nodes {
                 let v = self.backend.velocity(body.first + local);
-                let speed = v.iter().chain(&self.backend.position(body.first + local)).map(|c| c * c).sum::<f64>();
+                let speed =
+                    v.iter().chain(&self.backend.position(body.first + local)).map(|c| c * c).sum::<f64>();
                 let speed = if speed.is_finite() { v.iter().map(|c| c * c).sum() } else { f64::INFINITY };
                 if speed > worst.0 {
                     worst = (speed, index, local);
@@ -217,7 +219,9 @@ impl Simulation {
         let node = self.solver_index(body, vertex)?;
         let moving = &self.backend.assembly().moving_pins;
         if moving.binary_search_by_key(&(node as u32), |pin| pin.node).is_ok() {
-            let message = format!("vertex {vertex} of body `{body}` follows keyframes; a pin without them can be moved");
+            let message = format!(
+                "vertex {vertex} of body `{body}` follows keyframes; a pin without them can be moved"
+            );
             return Err(SceneError::new("body", message));
         }
         if self.backend.is_free(node) {
@@ -260,17 +264,19 @@ impl Simulation {
     fn solver_index(&self, body: &str, vertex: usize) -> Result<usize, SceneError> {
         let bodies = &self.backend.assembly().bodies;
         let names = || bodies.iter().map(|b| b.name.as_str()).collect::<Vec<_>>().join(", ");
-        let found = bodies
-            .iter()
-            .find(|b| b.name == body)
-            .ok_or_else(|| SceneError::new("body", format!("there is no body `{body}`; there are: {}", names())))?;
+        let found = bodies.iter().find(|b| b.name == body).ok_or_else(|| {
+            SceneError::new("body", format!("there is no body `{body}`; there are: {}", names()))
+        })?;
         let count = found.vertices();
         if vertex >= count {
             let message = format!("body `{body}` has vertices 0 to {}, not {vertex}", count - 1);
             return Err(SceneError::new("body", message));
         }
         let node = found.node_of_vertex(vertex).ok_or_else(|| {
-            SceneError::new("body", format!("vertex {vertex} of body `{body}` is in no face and not simulated"))
+            SceneError::new(
+                "body",
+                format!("vertex {vertex} of body `{body}` is in no face and not simulated"),
+            )
         })?;
         Ok(found.solver_index(node))
     }
@@ -307,7 +313,8 @@ impl Simulation {
     /// Unit normals of a body's vertices, area-weighted.
     pub fn normals(&self, body: usize) -> Vec<[f32; 3]> {
         let body = &self.backend.assembly().bodies[body];
-        let places: Vec<_> = (0..body.nodes).map(|node| self.backend.position(body.solver_index(node))).collect();
+        let places: Vec<_> =
+            (0..body.nodes).map(|node| self.backend.position(body.solver_index(node))).collect();
         let of_nodes = normals::normals(&places, &body.user_surface().triangles);
         let of_vertex = |vertex| body.node_of_vertex(vertex).map_or([0.0, 1.0, 0.0], |node| of_nodes[node]);
         (0..body.vertices()).map(|vertex| of_vertex(vertex).map(|c| c as f32)).collect()

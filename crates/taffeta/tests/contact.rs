@@ -115,9 +115,7 @@ fn cloth_blown_into_the_wedge_below_a_sphere_enters_neither() {
     }
 }
 
-/// Known defect: where sphere and floor meet at 26°, a few rounds of pushing out do not end outside of both.
 #[test]
-#[should_panic(expected = "m inside")]
 fn cloth_blown_into_the_wedge_beside_a_sunk_sphere_enters_neither() {
     blown(-0.45, vec![ball(), Collider::plane([0.0, -0.45, 0.0], [0.0, 1.0, 0.0]).offset(0.0)]);
 }

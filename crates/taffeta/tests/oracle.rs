@@ -5,7 +5,7 @@ mod common;
 use common::compare::{cloth, compare, join_grid, reference, scene};
 use common::lists::{edges, lumped, shared_edges};
 use common::reference::{Kind, Load, Obstacle, Rigid};
-use common::{V, add, build, build_as, positions, scale, turned};
+use common::{V, add, build, build_as, norm, positions, run, scale, sub, turned, weightless};
 use taffeta::Precision;
 use taffeta::scene::{Body, Collider, Cube, Force, Icosphere, Internal, Keyframe, Mass, Mesh, ScaleKey};
 use taffeta::scene::{Rotation, Select, Torque};
@@ -35,7 +35,7 @@ fn grids_of_any_shape_move_as_their_lists_of_springs_do() {
 }
 
 #[test]
-fn grids_wider_than_a_strip_or_two_have_no_seam() {
+fn long_and_wide_grids_have_no_seam() {
     for (rows, cols, threads) in [(5, 1100, 1), (3, 513, 3), (7, 2060, 2), (1, 2500, 2), (2, 4103, 8)] {
         let size = [0.1 * f64::from(cols - 1), 0.1 * f64::from(rows - 1)];
         let scene = scene(cloth(rows, cols, size));
@@ -44,6 +44,37 @@ fn grids_wider_than_a_strip_or_two_have_no_seam() {
         let mut reference = reference(&scene, &simulation, vec![0.05; rows * cols]);
         join_grid(&mut reference, rows, cols);
         compare(simulation, reference, 0.02);
+    }
+}
+
+#[test]
+fn a_step_of_a_grid_of_four_million_nodes_has_no_seam() {
+    // Larger than any strip both ways, so that strips meet; each node by itself, from its twelve neighbours.
+    let (n, spacing, mass, h) = (2060_isize, 0.1, 0.05, 1e-3);
+    let extent = spacing * (n - 1) as f64;
+    let body = Body { pins: vec![], ..cloth(n as u32, n as u32, [extent, extent]) };
+    let mut simulation = build_as(&weightless("large", h, h).body(body), Precision::F64, 3);
+    simulation.disturb(0.02, 7);
+    let before = positions(&simulation);
+    run(&mut simulation, 1);
+    let mut kinds = Vec::new();
+    for (down, across, k) in
+        [(0, 1, 80.0), (1, 0, 80.0), (1, 1, 50.0), (1, -1, 50.0), (0, 2, 30.0), (2, 0, 30.0)]
+    {
+        let rest = spacing * f64::hypot(down as f64, across as f64);
+        kinds.extend([(down, across, k, rest), (-down, -across, k, rest)]);
+    }
+    for (node, (&x, got)) in before.iter().zip(positions(&simulation)).enumerate() {
+        let (row, col) = (node as isize / n, node as isize % n);
+        let mut force = [0.0; 3];
+        for &(down, across, k, rest) in &kinds {
+            if (0..n).contains(&(row + down)) && (0..n).contains(&(col + across)) {
+                let apart = sub(before[((row + down) * n + col + across) as usize], x);
+                force = add(force, scale(apart, k * (1.0 - rest / norm(apart))));
+            }
+        }
+        let error = norm(sub(got, add(x, scale(force, h * h / mass))));
+        assert!(error < 1e-12, "row {row}, column {col}: {error:e} m");
     }
 }
 

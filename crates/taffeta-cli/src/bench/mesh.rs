@@ -37,11 +37,12 @@ pub fn bench(file: Option<&Path>, springs: usize) -> Result<Bench, Failure> {
     }
     let note = format!("mesh: {origin}, each triangle split in four {times} times");
     let n = vec![surface.nodes.len() as u32];
+    let disturbance = 0.02 * mean_edge(&surface);
     let body = Body::cloth("mesh", Mesh::Surface(Arc::new(surface)))
         .with_mass(Mass::Node(NODE_MASS))
         .structural(STIFFNESS, DAMPING);
     let scene = Scene::new("bench mesh").body(body).time(FRAME.0, FRAME.1);
-    Ok(Bench { name: "mesh", n, scene, disturbance: 0.0, note: Some(note) })
+    Ok(Bench { name: "mesh", n, scene, disturbance, note: Some(note) })
 }
 
 fn armadillo() -> Option<PathBuf> {
@@ -55,6 +56,15 @@ fn torus() -> Result<Surface, Failure> {
     let body = Body::cloth("torus", Mesh::Torus(torus)).with_mass(Mass::Node(NODE_MASS));
     let built = Simulation::new(&Scene::new("torus").body(body), &Options::default());
     built.map(|built| built.surface(0)).map_err(|error| Failure::Work(error.to_string()))
+}
+
+/// Mean length of the triangles' first edges [m].
+fn mean_edge(surface: &Surface) -> f64 {
+    let length = |&[a, b, _]: &[u32; 3]| {
+        let (p, q) = (surface.nodes[a as usize], surface.nodes[b as usize]);
+        (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum::<f64>().sqrt()
+    };
+    surface.triangles.iter().map(length).sum::<f64>() / surface.triangles.len() as f64
 }
 
 /// Each triangle split in four at the middles of its edges.

@@ -90,7 +90,10 @@ impl Assembly {
         }
         self.places += built.places();
         if self.places > i32::MAX as usize {
-            return Err(SceneError::new(path, "the scene has more than 2147483647 nodes; a coarser mesh would do"));
+            return Err(SceneError::new(
+                path,
+                "the scene has more than 2147483647 nodes; a coarser mesh would do",
+            ));
         }
         self.bodies.push(built);
         Ok(())
@@ -201,7 +204,10 @@ const LONG_ROW: usize = 2048;
 
 fn grid_body(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError> {
     if body.kind == Kind::Soft {
-        return Err(SceneError::new("kind", "a soft body needs a closed surface; a grid is open: kind = \"cloth\""));
+        return Err(SceneError::new(
+            "kind",
+            "a soft body needs a closed surface; a grid is open: kind = \"cloth\"",
+        ));
     }
     let (rows, cols) = (grid.rows as usize, grid.cols as usize);
     let exchanged = cols > LONG_ROW && rows < cols;
@@ -244,7 +250,8 @@ fn grid_body(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError> {
     };
     if body.springs.hinge.is_some() {
         let surface = shapes::grid_surface(grid.rows, grid.cols, grid.size);
-        let hinges = Edges::new(surface.nodes.len(), &surface.triangles, &surface.links).hinges(&surface.triangles);
+        let hinges =
+            Edges::new(surface.nodes.len(), &surface.triangles, &surface.links).hinges(&surface.triangles);
         built.hinges = hinges.into_iter().map(|h| h.map(|n| built.solver_local(n as usize) as u32)).collect();
     }
     built.set_hinge_rest();
@@ -262,7 +269,10 @@ fn grid_node(grid: Grid, row: usize, col: usize) -> [f64; 3] {
 /// Springs of a grid by direction; rest lengths follow from its spacing.
 fn grid_directions(body: &Body, grid: Grid, size: [f64; 2]) -> Result<GridDirections, SceneError> {
     if body.springs.internal.as_ref().is_some_and(|i| i.count > 0 || i.pairs.is_some()) {
-        return Err(SceneError::new("springs.internal", "a grid has no inside; struts are for closed meshes"));
+        return Err(SceneError::new(
+            "springs.internal",
+            "a grid has no inside; struts are for closed meshes",
+        ));
     }
     let step = |extent: f64, nodes: u32| if nodes > 1 { extent / f64::from(nodes - 1) } else { 0.0 };
     let (dx, dz) = (step(size[0], grid.cols), step(size[1], grid.rows));
@@ -292,8 +302,9 @@ fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
     }
     let volume = closed.then(|| measure::volume(&placed, &surface.triangles));
     let given = body.mass_given().ok_or_else(|| SceneError::new("", "has no mass"))?;
-    let mass = mass::lump(given, body.kind, &placed, &surface.triangles, &surface.links, volume.unwrap_or(0.0))
-        .map_err(|m| SceneError::new("", m))?;
+    let mass =
+        mass::lump(given, body.kind, &placed, &surface.triangles, &surface.links, volume.unwrap_or(0.0))
+            .map_err(|m| SceneError::new("", m))?;
     let lists = at(springs::mesh_springs(&body.springs, &surface, &edges, placement.factor))?;
     let hinges = if body.springs.hinge.is_some() { edges.hinges(&surface.triangles) } else { Vec::new() };
     let order = order::locality_order(&surface.nodes);

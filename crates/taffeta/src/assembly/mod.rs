@@ -63,7 +63,8 @@ impl Assembly {
         }
         assembly.moving_pins.sort_by_key(|pin| pin.node);
         for (index, force) in scene.forces.iter().enumerate() {
-            let load = loads::load(&assembly.bodies, force).map_err(|e| e.under(&format!("force[{index}]")))?;
+            let load =
+                loads::load(&assembly.bodies, force).map_err(|e| e.under(&format!("force[{index}]")))?;
             assembly.loads.push(load);
         }
         Ok(assembly)

@@ -44,12 +44,31 @@ pub fn respond<T: Real>(x: [T; 3], v: [T; 3], touch: &Touch<T>, h: T) -> ([T; 3]
     (add(lifted, scale(friction, h)), velocity)
 }
 
+/// The shortest way [m] out of two half-spaces, each given by depth (below 0: outside) and outward unit normal. Where
+/// one of them is enough, or where they face each other, the first alone is left.
+pub fn leave_both<T: Real>((depth, normal): (T, [T; 3]), (other, across): (T, [T; 3])) -> [T; 3] {
+    let alone = scale(normal, depth);
+    let cosine = dot(normal, across);
+    let room = T::ONE - cosine * cosine;
+    if depth * cosine >= other || !(room > T::from_f64(1e-6)) {
+        return alone;
+    }
+    let (a, b) = ((depth - cosine * other) / room, (other - cosine * depth) / room);
+    add(scale(normal, a), scale(across, b))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn touch(friction: f64, restitution: f64) -> Touch<f64> {
-        Touch { depth: 0.1, normal: [0.0, 1.0, 0.0], surface_velocity: [1.0, 0.0, 0.0], friction, restitution }
+        Touch {
+            depth: 0.1,
+            normal: [0.0, 1.0, 0.0],
+            surface_velocity: [1.0, 0.0, 0.0],
+            friction,
+            restitution,
+        }
     }
 
     #[test]
@@ -72,5 +91,15 @@ mod tests {
     fn a_node_that_leaves_is_only_lifted() {
         let v = [4.0, 2.0, 0.0];
         assert_eq!(respond([0.0, -0.1, 0.0], v, &touch(2.0, 1.0), 0.01), ([0.0, 0.0, 0.0], v));
+    }
+
+    #[test]
+    fn the_way_out_of_a_wedge_ends_on_both_faces() {
+        let (n, m) = ([0.0, 1.0, 0.0], [0.8, -0.6, 0.0]);
+        let way: [f64; 3] = leave_both((0.1, n), (0.02, m));
+        assert!((dot(way, n) - 0.1).abs() < 1e-15 && (dot(way, m) - 0.02).abs() < 1e-15);
+        // A face that is left anyway does not matter, nor does one that faces the first.
+        assert_eq!(leave_both((0.1, n), (0.02, [0.6, 0.8, 0.0])), [0.0, 0.1, 0.0]);
+        assert_eq!(leave_both((0.1, n), (0.02, [0.0, -1.0, 0.0])), [0.0, 0.1, 0.0]);
     }
 }

@@ -168,7 +168,8 @@ mod tests {
         assert!((depth - 0.2).abs() < 1e-15 && normal == [0.0, 1.0, 0.0]);
         assert!(ball.at::<f64>(0.0, 0.1).depth_and_normal([1.0, 0.61, 0.0]).0 < 0.0);
         assert_eq!(ball.at::<f64>(0.0, 0.1).depth_and_normal([1.0, 0.0, 0.0]), (0.6, [0.0, 1.0, 0.0]));
-        let slope = MovingCollider::new(&Collider::plane([0.0, 1.0, 0.0], [0.0, 2.0, 2.0]).offset(0.0)).unwrap();
+        let slope =
+            MovingCollider::new(&Collider::plane([0.0, 1.0, 0.0], [0.0, 2.0, 2.0]).offset(0.0)).unwrap();
         let (depth, _) = slope.at::<f64>(0.0, 0.1).depth_and_normal([5.0, 0.0, 0.0]);
         assert!((depth - 0.5_f64.sqrt()).abs() < 1e-15);
     }

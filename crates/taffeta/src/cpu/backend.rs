@@ -291,12 +291,8 @@ fn release(assembly: &mut Assembly) {
 
 impl<T: Real> Hinges<T> {
     fn new(assembly: &Assembly) -> Self {
-        let mut hinges = Self {
-            corners: Vec::new(),
-            rest: Vec::new(),
-            bodies: Vec::new(),
-            by_node: Csr::default(),
-        };
+        let mut hinges =
+            Self { corners: Vec::new(), rest: Vec::new(), bodies: Vec::new(), by_node: Csr::default() };
         for body in assembly.bodies.iter().filter(|body| !body.hinges.is_empty()) {
             let from = hinges.corners.len();
             let first = body.first as u32;

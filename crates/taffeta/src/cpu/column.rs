@@ -46,7 +46,9 @@ fn prefer_huge_pages<L>(memory: &mut [std::mem::MaybeUninit<L>]) {
     let start = memory.as_mut_ptr().cast::<libc::c_void>();
     let lead = start.align_offset(HUGE).min(bytes);
     // SAFETY: the whole large pages within an allocation of our own; the advice changes no content.
-    unsafe { libc::madvise(start.wrapping_byte_add(lead), (bytes - lead) / HUGE * HUGE, libc::MADV_HUGEPAGE) };
+    unsafe {
+        libc::madvise(start.wrapping_byte_add(lead), (bytes - lead) / HUGE * HUGE, libc::MADV_HUGEPAGE)
+    };
 }
 
 #[cfg(not(target_os = "linux"))]

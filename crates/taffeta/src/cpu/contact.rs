@@ -1,15 +1,15 @@
 //! Contact of a run of nodes with all colliders, one collider after the other over the whole run.
 
 use super::simd::{Kernel, SimdLevel};
-use crate::collision::contact::respond;
+use crate::collision::contact::{leave_both, respond};
 use crate::collision::shape::{ColliderNow, ShapeNow, Solid, Touching};
-use crate::real::{Real, add, scale};
+use crate::real::{Real, add};
 
 /// Keeps free nodes out of all colliders and returns how many touched one. `state` is position and velocity by axis;
 /// `last` is room for one number a node.
 ///
-/// Colliders act in the scene's order. A node that one has pushed into another is then moved out of all, some times
-/// round, without a further change of velocity.
+/// Colliders act in the scene's order. A node that one has pushed into another is then moved out of both, without a
+/// further change of velocity.
 pub fn contact<T: Real>(
     level: SimdLevel,
     colliders: &[ColliderNow<T>],
@@ -51,22 +51,29 @@ fn part<T: Real>(level: SimdLevel, colliders: &[ColliderNow<T>], state: &mut [&m
     }
 }
 
-/// Moves a place out of all colliders, a few times round: where two press on it, each may push it into the other.
+/// Moves a place out of all colliders. In a wedge, going out of one collider goes into the other; so the two that
+/// press most are left together.
 fn push_out<T: Real>(colliders: &[ColliderNow<T>], mut x: [T; 3]) -> [T; 3] {
-    for _ in 0..4 {
-        let before = x;
+    for _ in 0..ROUNDS {
+        let mut most = [(-T::FAR, [T::ZERO; 3]); 2];
         for collider in colliders {
-            let (depth, normal) = collider.depth_and_normal(x);
-            if depth > T::ZERO {
-                x = add(x, scale(normal, depth));
+            let pressing = collider.depth_and_normal(x);
+            if pressing.0 > most[0].0 {
+                most = [pressing, most[0]];
+            } else if pressing.0 > most[1].0 {
+                most[1] = pressing;
             }
         }
-        if x == before {
+        if !(most[0].0 > T::ZERO) {
             break;
         }
+        x = add(x, leave_both(most[0], most[1]));
     }
     x
 }
+
+/// Rounds in which a place leaves a wedge between curved colliders: each halves the number of wrong digits.
+const ROUNDS: usize = 12;
 
 /// Kernel: how many nodes are inside a collider; with `last`, only those that touched another one last. A NaN is not.
 struct Inside<'a, T> {
@@ -82,7 +89,9 @@ impl<T: Real> Kernel for Inside<'_, T> {
         match (self.collider.shape, self.last) {
             (ShapeNow::Sphere(sphere), None) => inside(sphere, self.place),
             (ShapeNow::Plane(plane), None) => inside(plane, self.place),
-            (ShapeNow::Sphere(sphere), Some((last, index))) => inside_another(sphere, self.place, last, index),
+            (ShapeNow::Sphere(sphere), Some((last, index))) => {
+                inside_another(sphere, self.place, last, index)
+            }
             (ShapeNow::Plane(plane), Some((last, index))) => inside_another(plane, self.place, last, index),
         }
     }
@@ -128,8 +137,12 @@ impl<T: Real> Kernel for Respond<'_, '_, T> {
         let Self { collider, index, inverse_mass, state: [x, y, z, u, v, w], last, h } = self;
         let (touching, mark) = (&collider.touching, (last, index));
         match collider.shape {
-            ShapeNow::Sphere(sphere) => respond_all(sphere, touching, inverse_mass, (x, y, z), (u, v, w), mark, h),
-            ShapeNow::Plane(plane) => respond_all(plane, touching, inverse_mass, (x, y, z), (u, v, w), mark, h),
+            ShapeNow::Sphere(sphere) => {
+                respond_all(sphere, touching, inverse_mass, (x, y, z), (u, v, w), mark, h)
+            }
+            ShapeNow::Plane(plane) => {
+                respond_all(plane, touching, inverse_mass, (x, y, z), (u, v, w), mark, h)
+            }
         }
     }
 }

@@ -94,7 +94,8 @@ impl TileSums {
         self.m_v2 += other.m_v2;
         self.springs += other.springs;
         self.contacts += other.contacts;
-        self.max_stretch = if other.max_stretch > self.max_stretch { other.max_stretch } else { self.max_stretch };
+        self.max_stretch =
+            if other.max_stretch > self.max_stretch { other.max_stretch } else { self.max_stretch };
         for axis in 0..3 {
             self.m_x[axis] += other.m_x[axis];
             self.momentum[axis] += other.momentum[axis];
@@ -267,9 +268,14 @@ impl<T: Real> Kernel for SliceStretch<'_, T> {
             gather(&state, neighbours, &mut other);
             for lane in 0..LANES {
                 let rest = rest_lengths[lane];
-                let d = [other[0][lane] - own[0][lane], other[1][lane] - own[1][lane], other[2][lane] - own[2][lane]];
+                let d = [
+                    other[0][lane] - own[0][lane],
+                    other[1][lane] - own[1][lane],
+                    other[2][lane] - own[2][lane],
+                ];
                 let length = norm(d);
-                let (length, rest, k) = if rest > T::ZERO { (length, rest, springs.k) } else { (T::ZERO, T::ONE, T::ZERO) };
+                let (length, rest, k) =
+                    if rest > T::ZERO { (length, rest, springs.k) } else { (T::ZERO, T::ONE, T::ZERO) };
                 energy.0[lane] += spring::energy(length, k, rest).to_f64() * 0.5;
                 let stretch = (length / rest).to_f64();
                 longest.0[lane] = if stretch > longest.0[lane] { stretch } else { longest.0[lane] };

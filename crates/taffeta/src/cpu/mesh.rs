@@ -120,7 +120,8 @@ fn add_springs<T: Real>(
 ) {
     for lane in 0..LANES {
         let d = [other[0][lane] - own[0][lane], other[1][lane] - own[1][lane], other[2][lane] - own[2][lane]];
-        let dv = [other[3][lane] - own[3][lane], other[4][lane] - own[4][lane], other[5][lane] - own[5][lane]];
+        let dv =
+            [other[3][lane] - own[3][lane], other[4][lane] - own[4][lane], other[5][lane] - own[5][lane]];
         let factor = spring::factor(d, dv, springs.k, springs.damping, rest_lengths[lane]);
         sum[0][lane] += factor * d[0];
         sum[1][lane] += factor * d[1];

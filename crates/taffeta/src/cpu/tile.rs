@@ -61,7 +61,7 @@ impl<T: Real> Tile for CpuTile<'_, T> {
         match &self.setup.springs[*body] {
             TiledSprings::Grid(grid) => {
                 sweep.springs(level, (*body, grid), (units.clone(), cols.clone()), old, force);
-            },
+            }
             TiledSprings::Mesh(sets) => {
                 for set in sets {
                     set.springs(level, units.clone(), old, force);

@@ -54,7 +54,13 @@ impl TilePlan {
         Self { body: index, units, cols: 0..0, run, runs: (1, 0) }
     }
 
-    fn of_grid(index: usize, body: &BodyAssembly, all_cols: usize, rows: Range<usize>, cols: Range<usize>) -> Self {
+    fn of_grid(
+        index: usize,
+        body: &BodyAssembly,
+        all_cols: usize,
+        rows: Range<usize>,
+        cols: Range<usize>,
+    ) -> Self {
         let start = body.first + rows.start * all_cols + cols.start;
         let (run, runs) = if cols.len() == all_cols {
             (start..start + rows.len() * all_cols, (1, 0))
@@ -108,13 +114,16 @@ pub fn tiles(assembly: &Assembly) -> Vec<TilePlan> {
                 for cols in chunks(all_cols, strip) {
                     let together = (TILE_NODES / cols.len()).max(1);
                     tiles.extend(
-                        chunks(rows, together).map(|rows| TilePlan::of_grid(index, body, all_cols, rows, cols.clone())),
+                        chunks(rows, together)
+                            .map(|rows| TilePlan::of_grid(index, body, all_cols, rows, cols.clone())),
                     );
                 }
             }
             None => {
                 let slices = body.nodes.div_ceil(LANES);
-                tiles.extend(chunks(slices, TILE_NODES / LANES).map(|units| TilePlan::of_mesh(index, body, units)));
+                tiles.extend(
+                    chunks(slices, TILE_NODES / LANES).map(|units| TilePlan::of_mesh(index, body, units)),
+                );
             }
         }
     }

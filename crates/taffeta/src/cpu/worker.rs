@@ -157,7 +157,10 @@ impl<T: Real> Stages for Worker<'_, T> {
         for index in self.share.clone() {
             // SAFETY: one place a tile, read after the frame.
             let sums = &mut unsafe { self.tile_sums.write(index..index + 1) }[0];
-            *sums = TileSums { contacts: sums.contacts, ..tile_sums(self.setup, &self.setup.tiles[index], state) };
+            *sums = TileSums {
+                contacts: sums.contacts,
+                ..tile_sums(self.setup, &self.setup.tiles[index], state)
+            };
         }
         for index in even(self.setup.volume_chunks.len(), self.index, self.workers) {
             // SAFETY: one place a chunk, in one worker's share, read after the frame.

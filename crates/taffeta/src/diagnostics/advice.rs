@@ -39,14 +39,17 @@ impl StepLimit {
         let safe = round_down(self.folded);
         let softer = (safe / self.step).powi(2);
         let heavier = 1.0 / softer;
-        format!("set time.max_step = {safe:e} or less, or multiply k and d by {softer:.1e} or the mass by {heavier:.1e}")
+        format!(
+            "set time.max_step = {safe:e} or less, or multiply k and d by {softer:.1e} or the mass by {heavier:.1e}"
+        )
     }
 
     /// Likely cause and remedy after a run has blown up.
     pub fn after(&self) -> String {
         let Self { step, at_rest, folded } = *self;
         if step > folded {
-            let why = if step > at_rest { "too long even at rest" } else { "too long for folded or slack springs" };
+            let why =
+                if step > at_rest { "too long even at rest" } else { "too long for folded or slack springs" };
             format!(
                 "Likely cause: the step of {step:.3e} s is {why} (largest stable step: {at_rest:.3e} s at rest, \
                  {folded:.3e} s folded); {}",
@@ -68,7 +71,8 @@ fn round_down(value: f64) -> f64 {
         return value;
     }
     let unit = 10_f64.powf(value.log10().floor() - 1.0);
-    let text = format!("{:.1e}", (value / unit).floor() * unit);
+    // A hair of slack: 3.9e-3 has two digits already, though it is stored as a little less.
+    let text = format!("{:.1e}", (value / unit * (1.0 + 1e-12)).floor() * unit);
     text.parse().unwrap_or(value)
 }
 

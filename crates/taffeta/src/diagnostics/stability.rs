@@ -117,13 +117,16 @@ impl System {
     fn of_grid(body: &BodyAssembly, along: &GridDirections, [rows, cols]: [usize; 2]) -> Self {
         let small = [rows.min(PATCH), cols.min(PATCH)];
         let real = |i: usize, small: usize, all: usize| if i < small / 2 { i } else { i + all - small };
-        let of_patch = |n: usize| real(n / small[1], small[0], rows) * cols + real(n % small[1], small[1], cols);
+        let of_patch =
+            |n: usize| real(n / small[1], small[0], rows) * cols + real(n % small[1], small[1], cols);
         // A grid starts flat and even, so its first nodes show where all of the patch would be.
-        let step = |node: usize| if node < body.nodes { sub(body.start[node], body.start[0]) } else { [0.0; 3] };
+        let step =
+            |node: usize| if node < body.nodes { sub(body.start[node], body.start[0]) } else { [0.0; 3] };
         let (down, across) = (step(cols), step(if cols > 1 { 1 } else { usize::MAX }));
         let nodes = small[0] * small[1];
-        let places: Vec<[f64; 3]> =
-            (0..nodes).map(|n| add(scale(down, (n / small[1]) as f64), scale(across, (n % small[1]) as f64))).collect();
+        let places: Vec<[f64; 3]> = (0..nodes)
+            .map(|n| add(scale(down, (n / small[1]) as f64), scale(across, (n % small[1]) as f64)))
+            .collect();
         let mut springs = Vec::new();
         for n in 0..nodes {
             for (&(rows_down, cols_across), spec) in GRID_STEPS.iter().zip(along) {
@@ -235,7 +238,8 @@ struct Rates {
 impl<const N: usize> Element<N> {
     fn apply(&self, u: &[[f64; 3]], w: &[f64], h: f64, out: &mut [[f64; 3]], rates: &mut Rates) {
         let nodes = self.nodes.map(|node| node as usize);
-        let strain: f64 = nodes.iter().zip(&self.directions).map(|(&node, &n)| w[node] * dot(n, u[node])).sum();
+        let strain: f64 =
+            nodes.iter().zip(&self.directions).map(|(&node, &n)| w[node] * dot(n, u[node])).sum();
         rates.kappa += self.k * strain * strain;
         rates.delta += self.d * strain * strain;
         let pull = (h * h * self.k + 2.0 * h * self.d) * strain;

@@ -34,7 +34,8 @@ pub fn angle_and_gradient<T: Real>(x: [[T; 3]; 4]) -> (T, [[T; 3]; 4]) {
 /// Forces [N] on the four corners: −(k (θ − θ₀) + d dθ/dt) ∇θ.
 pub fn forces<T: Real>(x: [[T; 3]; 4], v: [[T; 3]; 4], k: T, damping: T, rest_angle: T) -> [[T; 3]; 4] {
     let (theta, gradient) = angle_and_gradient(x);
-    let rate = dot(gradient[0], v[0]) + dot(gradient[1], v[1]) + dot(gradient[2], v[2]) + dot(gradient[3], v[3]);
+    let rate =
+        dot(gradient[0], v[0]) + dot(gradient[1], v[1]) + dot(gradient[2], v[2]) + dot(gradient[3], v[3]);
     let moment = k * wrap(theta - rest_angle) + damping * rate;
     gradient.map(|g| scale(g, -moment))
 }

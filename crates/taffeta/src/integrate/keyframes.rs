@@ -19,7 +19,8 @@ pub struct Pose {
 
 impl Pose {
     /// No motion.
-    pub const REST: Self = Self { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], shift: [0.0; 3] };
+    pub const REST: Self =
+        Self { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], shift: [0.0; 3] };
 
     /// Image of a point [m].
     pub fn apply(&self, x: [f64; 3]) -> [f64; 3] {
@@ -38,9 +39,8 @@ impl Pose {
         let back: [[f64; 3]; 3] = std::array::from_fn(|i| {
             std::array::from_fn(|j| (0..3).map(|k| before.rotation[i][k] * self.rotation[j][k]).sum())
         });
-        let spin = std::array::from_fn(|i| {
-            std::array::from_fn(|j| (f64::from(u8::from(i == j)) - back[i][j]) / h)
-        });
+        let spin =
+            std::array::from_fn(|i| std::array::from_fn(|j| (f64::from(u8::from(i == j)) - back[i][j]) / h));
         let drift = std::array::from_fn(|i| {
             let carried: f64 = (0..3).map(|j| back[i][j] * self.shift[j]).sum();
             (carried - before.shift[i]) / h
@@ -186,7 +186,8 @@ mod tests {
         let (spin, drift) = after.velocity_from(&before, h);
         let x0 = [0.7, -0.2, 0.9];
         let (x1, x2) = (before.apply(x0), after.apply(x0));
-        let v: [f64; 3] = std::array::from_fn(|i| spin[i].iter().zip(x2).map(|(s, x)| s * x).sum::<f64>() + drift[i]);
+        let v: [f64; 3] =
+            std::array::from_fn(|i| spin[i].iter().zip(x2).map(|(s, x)| s * x).sum::<f64>() + drift[i]);
         assert!(near(v, std::array::from_fn(|i| (x2[i] - x1[i]) / h)));
     }
 

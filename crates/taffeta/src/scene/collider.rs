@@ -25,14 +25,7 @@ pub struct Collider {
 
 impl Default for Collider {
     fn default() -> Self {
-        Self {
-            sphere: None,
-            plane: None,
-            offset: 0.01,
-            friction: 0.3,
-            restitution: 0.0,
-            motion: Vec::new(),
-        }
+        Self { sphere: None, plane: None, offset: 0.01, friction: 0.3, restitution: 0.0, motion: Vec::new() }
     }
 }
 
