@@ -50,7 +50,7 @@ pub fn leave_both<T: Real>((depth, normal): (T, [T; 3]), (other, across): (T, [T
     let alone = scale(normal, depth);
     let cosine = dot(normal, across);
     let room = T::ONE - cosine * cosine;
-    if depth * cosine >= other || !(room > T::from_f64(1e-6)) {
+    if depth * cosine >= other || room <= T::from_f64(1e-6) {
         return alone;
     }
     let (a, b) = ((depth - cosine * other) / room, (other - cosine * depth) / room);

@@ -64,7 +64,7 @@ fn push_out<T: Real>(colliders: &[ColliderNow<T>], mut x: [T; 3]) -> [T; 3] {
                 most[1] = pressing;
             }
         }
-        if !(most[0].0 > T::ZERO) {
+        if most[0].0 <= T::ZERO {
             break;
         }
         x = add(x, leave_both(most[0], most[1]));

@@ -181,8 +181,8 @@ impl<'a, T: Real> CpuTile<'a, T> {
 
 #[inline]
 fn add_force<T: Real>(scratch: &mut Scratch<T>, at: usize, force: [T; 3]) {
-    for axis in 0..3 {
-        scratch.force[axis][at] += force[axis];
+    for (column, force) in scratch.force.iter_mut().zip(force) {
+        column[at] += force;
     }
 }
 

@@ -187,7 +187,7 @@ impl System {
         let mut rates = (0.0, 0.0);
         for _ in 0..(ENOUGH / (1 + self.springs.len() + self.hinges.len())).clamp(30, 300) {
             let length = u.iter().map(|&x| dot(x, x)).sum::<f64>().sqrt();
-            if !(length > 0.0) {
+            if length == 0.0 {
                 return (0.0, 0.0);
             }
             for x in u.iter_mut() {
