@@ -5,13 +5,18 @@
 
 mod mesh;
 mod models;
+mod pictures;
+mod results;
 mod test;
 
 use std::process::ExitCode;
 
-const USAGE: &str = "usage: cargo xtask test | ci | models
+const USAGE: &str =
+    "usage: cargo xtask test | ci | models | pictures [SCENE...] | results [--frames F | --plots-only]
   test, ci   formatting, lints, tests, and every scene for 10 frames
-  models     fetch the bunny, armadillo, dragon and human into models/";
+  models     fetch the bunny, armadillo, dragon and human into models/
+  pictures   run scenes and draw them into docs/pictures/
+  results    measure speed, and write the tables and plots of docs/results/";
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -19,6 +24,8 @@ fn main() -> ExitCode {
     match words[..] {
         ["test" | "ci"] => test::run(),
         ["models"] => models::run(),
+        ["results", ref words @ ..] => results::run(words),
+        ["pictures", ref scenes @ ..] => pictures::run(scenes),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");
             ExitCode::SUCCESS

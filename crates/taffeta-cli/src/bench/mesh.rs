@@ -25,7 +25,7 @@ pub fn bench(file: Option<&Path>, springs: usize) -> Result<Bench, Failure> {
             let surface = taffeta_io::load_mesh(&path).map_err(|error| Failure::Input(error.to_string()))?;
             (path.display().to_string(), surface)
         }
-        None => ("a torus (models/armadillo_30k.ply is not there)".to_owned(), torus()?),
+        None => ("a torus (`cargo xtask models` fetches the armadillo)".to_owned(), torus()?),
     };
     if surface.triangles.is_empty() {
         return Err(Failure::Input(format!("{origin}: has no triangles")));
@@ -46,10 +46,12 @@ pub fn bench(file: Option<&Path>, springs: usize) -> Result<Bench, Failure> {
     Ok(Bench { name: "mesh", n, scene, disturbance, note: Some(note) })
 }
 
+/// The decimated armadillo, or the one that `cargo xtask models` fetches.
 fn armadillo() -> Option<PathBuf> {
     let folders = [Some(PathBuf::from("models")), std::env::var_os("TAFFETA_MODELS").map(PathBuf::from)];
-    let files = folders.into_iter().flatten().map(|folder| folder.join("armadillo_30k.ply"));
-    files.into_iter().find(|file| file.is_file())
+    let folders: Vec<PathBuf> = folders.into_iter().flatten().collect();
+    let file = |name: &str| folders.iter().map(|folder| folder.join(name)).find(|file| file.is_file());
+    file("armadillo_30k.ply").or_else(|| file("armadillo.ply"))
 }
 
 fn torus() -> Result<Surface, Failure> {

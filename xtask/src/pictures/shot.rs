@@ -1,0 +1,208 @@
+//! A scene at one moment, as faces.
+
+use super::Moment;
+use super::shapes::{self, Corner, Face, Material};
+use super::vector::{Vector, along, difference, dot};
+use std::collections::HashSet;
+use std::path::Path;
+use std::sync::Arc;
+use taffeta::scene::{Body, Collider, Kind, Mass, Mesh, Scene, Select, Shape};
+use taffeta::topology::Surface;
+use taffeta::{Options, Simulation};
+
+/// Radius of rods and beads, as a share of the scene's size.
+const ROD: f64 = 0.009;
+/// Radius of a plane's disc, as a multiple of the scene's size.
+const DISC: f64 = 2.2;
+
+/// What to draw.
+pub struct Shot {
+    pub faces: Vec<Face>,
+    /// Places that the picture must show.
+    pub subject: Vec<Vector>,
+    /// The frame it is of.
+    pub frame: u32,
+    /// What the user should know.
+    pub notes: Vec<String>,
+}
+
+/// A scene that runs, with a held rod in each collider that shows how it has moved.
+struct Stage {
+    scene: Scene,
+    simulation: Simulation,
+    /// The scene's own bodies; the rods follow.
+    bodies: usize,
+}
+
+/// Places and normals of all bodies, one after the other.
+struct Instant {
+    frame: u32,
+    places: Vec<Vec<Vector>>,
+    normals: Vec<Vec<Vector>>,
+}
+
+/// Runs a scene to its moment.
+pub fn take(file: &Path, moment: Moment) -> Result<Shot, String> {
+    let loaded = taffeta_io::load_scene(file, &[]).map_err(|error| error.to_string())?;
+    let mut stage = Stage::new(loaded.scene)?;
+    let start = stage.instant();
+    let mut held = Vec::new();
+    let mut taken = None;
+    let mut lowest = f64::INFINITY;
+    let frames = stage.scene.time.frames;
+    for frame in 1..=frames {
+        stage.simulation.step().map_err(|error| error.to_string())?;
+        if frame == 1 {
+            held = stage.held(&start);
+        }
+        let wanted = match moment {
+            Moment::End => frame == frames,
+            Moment::Middle => frame == frames.div_ceil(2),
+            Moment::Deepest => stage.lowest() < lowest,
+        };
+        if wanted {
+            lowest = stage.lowest();
+            taken = Some(stage.instant());
+        }
+    }
+    Ok(stage.shot(&taken.unwrap_or(start), &held, loaded.notes))
+}
+
+impl Stage {
+    fn new(scene: Scene) -> Result<Self, String> {
+        let mut with_rods = scene.clone();
+        for (index, collider) in scene.colliders.iter().enumerate() {
+            with_rods.bodies.extend(collider.shape().map(|shape| rod_in(index, collider, shape)));
+        }
+        let simulation =
+            Simulation::new(&with_rods, &Options::default()).map_err(|error| error.to_string())?;
+        let bodies = scene.bodies.len();
+        Ok(Self { scene, simulation, bodies })
+    }
+
+    fn instant(&self) -> Instant {
+        let mut all = Vec::new();
+        self.simulation.positions_f64(&mut all);
+        let mut rest = all.into_iter();
+        let bodies = self.simulation.bodies();
+        let places = bodies.iter().map(|body| rest.by_ref().take(body.vertices).collect()).collect();
+        let wide = |normals: Vec<[f32; 3]>| normals.into_iter().map(|normal| normal.map(f64::from)).collect();
+        let normals = (0..bodies.len()).map(|body| wide(self.simulation.normals(body))).collect();
+        Instant { frame: self.simulation.frame(), places, normals }
+    }
+
+    fn lowest(&self) -> f64 {
+        let bodies = &self.simulation.bodies()[..self.bodies];
+        let own: usize = bodies.iter().map(|body| body.vertices).sum();
+        let mut all = Vec::new();
+        self.simulation.positions_f64(&mut all);
+        all[..own].iter().map(|place| place[1]).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Vertices of each cloth that are held: those that stay at their height while gravity takes all others down.
+    fn held(&self, start: &Instant) -> Vec<HashSet<u32>> {
+        let now = self.instant();
+        let pulled = self.scene.world.gravity[1] != 0.0;
+        let held_of = |(index, body): (usize, &Body)| {
+            let cloth = body.kind == Kind::Cloth && !body.pins.is_empty() && pulled;
+            let pairs = start.places[index].iter().zip(&now.places[index]).enumerate();
+            pairs
+                .filter(|(_, (before, after))| cloth && before[1] == after[1])
+                .map(|(i, _)| i as u32)
+                .collect()
+        };
+        self.scene.bodies.iter().enumerate().map(held_of).collect()
+    }
+
+    fn shot(&self, instant: &Instant, held: &[HashSet<u32>], notes: Vec<String>) -> Shot {
+        let mut subject: Vec<Vector> = instant.places[..self.bodies].concat();
+        let mut planes = Vec::new();
+        let mut faces = Vec::new();
+        let shapes = self.scene.colliders.iter().filter_map(Collider::shape);
+        for (shape, rod) in shapes.zip(&instant.places[self.bodies..]) {
+            match shape {
+                Shape::Sphere(sphere) => {
+                    subject.extend(corners_around(rod[0], sphere.radius));
+                    faces.extend(shapes::ball(rod[0], sphere.radius, 5, Material::Ball));
+                }
+                Shape::Plane(_) => planes.push([rod[0], difference(rod[1], rod[0])]),
+            }
+        }
+        let (middle, size) = bounds(&subject);
+        for [point, normal] in planes {
+            let above = dot(difference(middle, point), normal);
+            faces.extend(shapes::disc(along(middle, -above, normal), normal, DISC * size));
+        }
+        for index in 0..self.bodies {
+            self.draw(index, instant, held.get(index), size * ROD, &mut faces);
+        }
+        Shot { faces, subject, frame: instant.frame, notes }
+    }
+
+    /// A body's polygons, its links as rods, and what is held of it as rods and beads.
+    fn draw(
+        &self,
+        index: usize,
+        instant: &Instant,
+        held: Option<&HashSet<u32>>,
+        rod: f64,
+        faces: &mut Vec<Face>,
+    ) {
+        let (places, normals) = (&instant.places[index], &instant.normals[index]);
+        let surface = self.simulation.surface(index);
+        let material =
+            if self.scene.bodies[index].kind == Kind::Soft { Material::Soft } else { Material::Cloth };
+        let place = |vertex: u32| places[vertex as usize];
+        let is_held = |vertex: &u32| held.is_some_and(|held| held.contains(vertex));
+        for polygon in surface.polygons.iter() {
+            let corner = |&v: &u32| Corner { place: place(v), normal: normals[v as usize], chart: [0.0; 2] };
+            faces.extend(shapes::polygon(&polygon.iter().map(corner).collect::<Vec<_>>(), material));
+            for (i, &a) in polygon.iter().enumerate() {
+                let b = polygon[(i + 1) % polygon.len()];
+                if is_held(&a) && is_held(&b) {
+                    faces.extend(shapes::rod(place(a), place(b), rod, Material::Held));
+                }
+            }
+        }
+        for &[a, b] in &surface.links {
+            faces.extend(shapes::rod(place(a), place(b), rod, material));
+            faces.extend(shapes::ball(place(b), rod, 2, material));
+        }
+        for vertex in (0..places.len() as u32).filter(is_held) {
+            faces.extend(shapes::ball(place(vertex), rod, 2, Material::Held));
+        }
+    }
+}
+
+/// A held rod that moves with a collider: from a sphere's centre, or from a plane's point along its normal.
+fn rod_in(index: usize, collider: &Collider, shape: Shape) -> Body {
+    let [from, to] = match shape {
+        Shape::Sphere(sphere) => [sphere.center, along(sphere.center, 1.0, [0.0, sphere.radius, 0.0])],
+        Shape::Plane(plane) => [plane.point, along(plane.point, 1.0, super::vector::unit(plane.normal))],
+    };
+    let ends = vec![from, to];
+    let rod = Surface { vertices: ends.clone(), nodes: ends, links: vec![[0, 1]], ..Surface::default() };
+    Body::cloth(format!("rod in collider {index}"), Mesh::Surface(Arc::new(rod)))
+        .with_mass(Mass::Node(1.0))
+        .pin_moving(Select::nodes([0, 1]), collider.motion.clone())
+}
+
+fn corners_around(center: Vector, radius: f64) -> impl Iterator<Item = Vector> {
+    (0..3).flat_map(move |axis| {
+        [-radius, radius].map(|r| {
+            let mut point = center;
+            point[axis] += r;
+            point
+        })
+    })
+}
+
+/// Middle of the points' box, and the length of half its diagonal.
+fn bounds(points: &[Vector]) -> (Vector, f64) {
+    let extreme = |pick: fn(f64, f64) -> f64, from: f64| -> Vector {
+        std::array::from_fn(|axis| points.iter().map(|p| p[axis]).fold(from, pick))
+    };
+    let (low, high) = (extreme(f64::min, f64::INFINITY), extreme(f64::max, f64::NEG_INFINITY));
+    let half: Vector = std::array::from_fn(|axis| (high[axis] - low[axis]) / 2.0);
+    (along(low, 1.0, half), dot(half, half).sqrt())
+}

@@ -1,0 +1,131 @@
+//! Runs the benches, one after the other, and keeps the line of each.
+
+use crate::root;
+use serde_json::Value;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Sides of square grids.
+const SIDES: [u32; 8] = [32, 64, 160, 256, 512, 1024, 2048, 2796];
+/// Sides whose speed is measured with every number of threads.
+const SCALED: [u32; 2] = [512, 2048];
+
+/// Builds the program and measures it; appends each line to the file of this machine.
+pub fn all(folder: &Path, frames: Option<u32>) -> Result<(), String> {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut build = Command::new(cargo);
+    build.args(["build", "--release", "--quiet", "--package", "taffeta-cli"]).current_dir(root());
+    if !build.status().map_err(|error| format!("cargo: {error}"))?.success() {
+        return Err("the program was not built".into());
+    }
+    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let processor = processor();
+    let machine = format!("{processor}, {threads} threads, {}", taffeta::simd_level());
+    let file = folder.join(slug(&machine)).with_extension("jsonl");
+    let commit = commit()?;
+    for mut words in benches(threads) {
+        if let Some(frames) = frames {
+            words.push_str(&format!(" --frames {frames}"));
+        }
+        println!("taffeta {words}");
+        let measured = bench(&words)?;
+        let line = with(
+            measured,
+            [("machine", &machine), ("commit", &commit), ("command", &format!("taffeta {words}"))],
+        );
+        append(&file, &line?).map_err(|error| format!("{}: {error}", file.display()))?;
+    }
+    Ok(())
+}
+
+/// The words after `taffeta` of each bench.
+fn benches(threads: usize) -> Vec<String> {
+    let squares = SIDES.iter().map(|side| format!("bench grid --n {side} --json"));
+    let others = ["bench grid --rows 1368 --cols 5717 --json", "bench mesh --json", "bench drape --json"];
+    let all: Vec<String> = squares.chain(others.map(String::from)).collect();
+    let alone = all.iter().map(|words| format!("{words} --threads 1"));
+    let scaled = SCALED.iter().flat_map(|side| {
+        let threaded = move |count| format!("bench grid --n {side} --json --threads {count}");
+        (2..=threads).map(threaded)
+    });
+    all.iter().cloned().chain(alone).chain(scaled).collect()
+}
+
+/// The line that a bench prints.
+fn bench(words: &str) -> Result<Value, String> {
+    let mut command = Command::new(program());
+    command.args(words.split(' ')).current_dir(root()).stderr(Stdio::inherit());
+    let output = command.output().map_err(|error| format!("{}: {error}", program().display()))?;
+    if !output.status.success() {
+        return Err(format!("taffeta {words}: failed ({})", output.status));
+    }
+    serde_json::from_slice(&output.stdout).map_err(|error| format!("taffeta {words}: {error}"))
+}
+
+/// The built `taffeta`, where cargo puts it.
+fn program() -> PathBuf {
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
+    root().join(target).join("release").join(format!("taffeta{}", std::env::consts::EXE_SUFFIX))
+}
+
+fn with(mut line: Value, more: [(&str, &String); 3]) -> Result<Value, String> {
+    let entries = line.as_object_mut().ok_or("the bench printed no JSON object")?;
+    entries.extend(more.map(|(key, value)| (key.to_owned(), Value::from(value.as_str()))));
+    Ok(line)
+}
+
+fn append(file: &Path, line: &Value) -> std::io::Result<()> {
+    let mut file = std::fs::OpenOptions::new().create(true).append(true).open(file)?;
+    writeln!(file, "{line}")
+}
+
+/// The commit that is measured; `-dirty` where the sources differ from it.
+fn commit() -> Result<String, String> {
+    let git = |words: &[&str]| Command::new("git").args(words).current_dir(root()).output();
+    let head = git(&["rev-parse", "--short", "HEAD"]).map_err(|error| format!("git: {error}"))?;
+    if !head.status.success() {
+        return Err(format!("git: {}", String::from_utf8_lossy(&head.stderr).trim()));
+    }
+    let same = git(&["diff", "--quiet", "HEAD", "--", "crates", "Cargo.toml", "Cargo.lock"]);
+    let dirty = if same.is_ok_and(|same| same.status.success()) { "" } else { "-dirty" };
+    Ok(format!("{}{dirty}", String::from_utf8_lossy(&head.stdout).trim()))
+}
+
+/// The processor's name, as the system tells it.
+fn processor() -> String {
+    let linux = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        Some(line.split_once(':')?.1.trim().to_owned())
+    });
+    let apple = || {
+        let output = Command::new("sysctl").args(["-n", "machdep.cpu.brand_string"]).output().ok()?;
+        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    linux.or_else(apple).unwrap_or_else(|| std::env::consts::ARCH.to_owned())
+}
+
+/// Lower-case letters and numbers, with one hyphen for all else.
+fn slug(words: &str) -> String {
+    let kept = words.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty());
+    kept.map(str::to_lowercase).collect::<Vec<_>>().join("-")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slug_is_letters_numbers_and_hyphens() {
+        assert_eq!(slug("AMD EPYC (tm), 2 threads"), "amd-epyc-tm-2-threads");
+    }
+
+    #[test]
+    fn no_bench_runs_twice() {
+        let mut benches = benches(4);
+        let count = benches.len();
+        benches.sort();
+        benches.dedup();
+        assert_eq!(benches.len(), count);
+    }
+}
