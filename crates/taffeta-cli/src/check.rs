@@ -75,6 +75,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )));
     }
     let loaded = taffeta_io::load_scene(&args.path, &[])?;
+    crate::memory::check(&loaded.scene)?;
     let simulation =
         Simulation::new(&loaded.scene, &Options::default()).map_err(|error| loaded.source.locate(&error))?;
     let report = Report::of(args, &loaded, &simulation);
@@ -153,7 +154,7 @@ impl BodyReport {
         if self.hinges > 0 {
             lines.push(format!("  hinges: {}", grouped(self.hinges)));
         }
-        lines.extend(self.repairs.iter().map(|repair| format!("  mended: {repair}")));
+        lines.extend(self.repairs.iter().map(|repair| format!("  {}", console::mended(repair))));
         lines
     }
 }

@@ -39,6 +39,12 @@ pub fn grouped(count: usize) -> String {
     text
 }
 
+/// What reading a mesh has to say: what was mended, or what could not be.
+pub fn mended(repair: &str) -> String {
+    let label = if repair.starts_with("not ") { "warning" } else { "mended" };
+    format!("{label}: {repair}")
+}
+
 #[cfg(test)]
 mod tests {
     #[test]

@@ -6,6 +6,7 @@ mod console;
 mod failure;
 mod info;
 mod limits;
+mod memory;
 mod run;
 mod schema;
 mod summary;

@@ -6,6 +6,7 @@ mod tally;
 
 use crate::console::{self, grouped};
 use crate::failure::Failure;
+use crate::memory;
 use crate::summary::{Status, Summary};
 use clap::ValueEnum;
 use outputs::{Format, Outputs};
@@ -102,6 +103,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     args.refuse_unsupported()?;
     let mut loaded = taffeta_io::load_scene(&args.scene, &args.sets)?;
     loaded.scene.time.frames = args.frames.unwrap_or(loaded.scene.time.frames);
+    memory::check(&loaded.scene)?;
     let options = Options { threads: args.threads.map(usize::from), precision: args.precision.precision() };
     let mut simulation =
         Simulation::new(&loaded.scene, &options).map_err(|error| loaded.source.locate(&error))?;
@@ -112,8 +114,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut outputs = Outputs::create(&dir, &args.format, &simulation, loaded.scene.time.dt)?;
     let mut tally = Tally::new(&simulation);
     let ending = frames(args, &loaded, &mut simulation, &mut outputs, &mut tally, &stop)?;
-    outputs.finish(&simulation, matches!(ending, Ending::Diverged(_)))?;
-    let summary = tally.summary(args, &loaded.scene.time, &simulation, ending.status());
+    let files = outputs.finish(&simulation, matches!(ending, Ending::Diverged(_)))?;
+    let mut summary = tally.summary(args, &loaded.scene.time, &simulation, ending.status());
+    summary.files = files;
     outputs::write_summary(&dir, &summary)?;
     if args.json {
         console::say(&console::json(&summary)?)?;
@@ -179,8 +182,15 @@ fn frames(
 fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     let seen = Arc::clone(&stop);
-    ctrlc::set_handler(move || seen.store(true, Ordering::Relaxed))
-        .map_err(|error| Failure::Work(format!("cannot listen for Ctrl-C: {error}")))?;
+    let asked = move || {
+        if seen.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        eprintln!(
+            "stopping after this frame; once more to stop at once, which leaves unfinished .part files"
+        );
+    };
+    ctrlc::set_handler(asked).map_err(|error| Failure::Work(format!("cannot listen for Ctrl-C: {error}")))?;
     Ok(stop)
 }
 
@@ -218,7 +228,7 @@ fn opening(loaded: &Loaded, simulation: &Simulation, backend: Backend) -> String
     for body in simulation.bodies() {
         let springs = body.springs.iter().map(|(_, count)| count).sum();
         lines.push(format!("  {}: {} nodes, {} springs", body.name, grouped(body.nodes), grouped(springs)));
-        lines.extend(body.repairs.iter().map(|repair| format!("    mended: {repair}")));
+        lines.extend(body.repairs.iter().map(|repair| format!("    {}", console::mended(repair))));
     }
     lines.extend(loaded.notes.iter().map(|note| format!("note: {note}")));
     lines.extend(simulation.warnings().iter().map(|warning| format!("warning: {warning}")));

@@ -56,6 +56,8 @@ pub struct Summary {
     pub solver: SolverSummary,
     /// 64-bit hash of positions then velocities where the run ended, 16 hexadecimal digits.
     pub state_hash: String,
+    /// Names of the files with the results, beside this one.
+    pub files: Vec<String>,
 }
 
 /// How a run ended.

@@ -7,6 +7,7 @@ mod folders;
 mod overrides;
 mod read;
 mod source;
+mod unused;
 mod words;
 
 pub use source::{LoadError, Place, SceneSource};
@@ -48,7 +49,8 @@ pub fn parse_scene(text: &str, file_name: &str, sets: &[String]) -> Result<Loade
     for (index, set) in sets.iter().enumerate() {
         overrides::apply(&mut root, index, set).map_err(|fault| source.explain(fault))?;
     }
+    let notes = unused::set_aside(&mut root);
     let scene = Scene::deserialize(read::Reader::of(&root)).map_err(|fault| source.explain(fault))?;
     source.root = root;
-    Ok(Loaded { scene, source, notes: Vec::new() })
+    Ok(Loaded { scene, source, notes })
 }

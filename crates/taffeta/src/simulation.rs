@@ -94,7 +94,7 @@ impl Simulation {
         let step = assembly.time.substep(0).1;
         let limit = StepLimit { step, at_rest: largest.at_rest, folded: largest.folded };
         let warnings = limit.warning(&bodies[largest.body].name).into_iter().collect();
-        let threads = options.threads.unwrap_or_else(|| useful_threads(assembly.places)).max(1);
+        let threads = options.threads.unwrap_or_else(|| useful_threads(&assembly)).max(1);
         let in_body = |message| SceneError::new("body", message);
         let backend: Box<dyn Backend> = match options.precision {
             Precision::F32 => Box::new(CpuBackend::<f32>::new(assembly, threads).map_err(in_body)?),
@@ -214,9 +214,10 @@ impl Simulation {
     /// is pinned from now on.
     ///
     /// # Errors
-    /// Where there is no such body or vertex, or the vertex follows keyframes of the scene.
+    /// Where there is no such body or vertex, the vertex follows keyframes of the scene, or `to` is not finite.
     pub fn move_pin(&mut self, body: &str, vertex: usize, to: [f64; 3]) -> Result<(), SceneError> {
         let node = self.solver_index(body, vertex)?;
+        finite(to, "a place")?;
         let moving = &self.backend.assembly().moving_pins;
         if moving.binary_search_by_key(&(node as u32), |pin| pin.node).is_ok() {
             let message = format!(
@@ -237,9 +238,10 @@ impl Simulation {
     /// Applies a force [N] to a vertex during the next frame. Several forces on one vertex add up.
     ///
     /// # Errors
-    /// Where there is no such body or vertex.
+    /// Where there is no such body or vertex, or `force` is not finite.
     pub fn apply_force(&mut self, body: &str, vertex: usize, force: [f64; 3]) -> Result<(), SceneError> {
         let node = self.solver_index(body, vertex)?;
+        finite(force, "a force")?;
         let forces = &mut self.hand.forces;
         forces.insert(forces.partition_point(|&(other, _)| (other as usize) <= node), (node as u32, force));
         Ok(())
@@ -369,10 +371,18 @@ impl Simulation {
     }
 }
 
-/// Threads of this machine that gain something for so many nodes.
-fn useful_threads(nodes: usize) -> usize {
+fn finite(value: [f64; 3], what: &str) -> Result<(), SceneError> {
+    if value.iter().all(|c| c.is_finite()) {
+        return Ok(());
+    }
+    Err(SceneError::new("body", format!("{value:?} is not {what}: three finite numbers would do")))
+}
+
+/// Threads of this machine that gain something for a scene. A hinge costs as much as some nodes with their springs.
+fn useful_threads(assembly: &Assembly) -> usize {
     let all = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    all.min(nodes / 4096)
+    let hinges: usize = assembly.bodies.iter().map(|body| body.hinges.len()).sum();
+    all.min((assembly.places + 8 * hinges) / 4096)
 }
 
 fn info(body: &BodyAssembly) -> BodyInfo {

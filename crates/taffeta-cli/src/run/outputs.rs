@@ -11,7 +11,7 @@ use taffeta::{Precision, Simulation};
 use taffeta_io::output::{FrameSink, FrameTable, Npy, Pc2, Positions, Usd, file_stems, write_obj, write_ply};
 
 /// A format of results.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub enum Format {
     /// All frames as a NumPy array: positions.npy
     Npy,
@@ -39,22 +39,27 @@ pub struct Outputs {
 impl Outputs {
     /// Starts all files in `dir`; `dt` is the length of a frame [s].
     pub fn create(dir: &Path, formats: &[Format], simulation: &Simulation, dt: f64) -> Result<Self, Failure> {
-        let refuse = |error| Failure::Work(format!("{}: {error}", dir.display()));
+        let refuse = |error| {
+            Failure::Input(format!(
+                "--out {}: {error}; a folder that can be written to would do",
+                dir.display()
+            ))
+        };
         std::fs::create_dir_all(dir).map_err(refuse)?;
+        let mut formats = formats.to_vec();
+        formats.sort_unstable();
+        formats.dedup();
         let bodies = simulation.bodies();
         let columns: Vec<_> =
             bodies.iter().map(|body| (body.name.clone(), body.rest_volume.is_some())).collect();
         let mut sinks = Vec::new();
-        for format in formats {
-            sinks.extend(format.sinks(dir, simulation, dt)?);
+        for format in &formats {
+            sinks.extend(format.sinks(dir, simulation, dt).map_err(refuse)?);
         }
-        Ok(Self {
-            dir: dir.to_owned(),
-            formats: formats.to_vec(),
-            sinks,
-            table: FrameTable::create(&dir.join("frames.csv"), &columns)?,
-            positions: Buffer::of(simulation.precision()),
-        })
+        let table = FrameTable::create(&dir.join("frames.csv"), &columns).map_err(refuse)?;
+        remove_earlier(dir).map_err(refuse)?;
+        let positions = Buffer::of(simulation.precision());
+        Ok(Self { dir: dir.to_owned(), formats, sinks, table, positions })
     }
 
     /// Adds the simulation's frame, which took `ms` [ms].
@@ -67,13 +72,14 @@ impl Outputs {
         self.table.row(simulation.report(), ms)
     }
 
-    /// Completes all files with the frames that were added. After a divergence the state is not that of the last
+    /// Completes all files with the frames that were added and returns their names. After a divergence the state is not that of the last
     /// frame, and poses go without normals.
-    pub fn finish(self, simulation: &Simulation, diverged: bool) -> io::Result<()> {
+    pub fn finish(self, simulation: &Simulation, diverged: bool) -> io::Result<Vec<String>> {
+        let mut files = Vec::new();
         for sink in self.sinks {
-            sink.finish()?;
+            files.push(sink.finish()?);
         }
-        self.table.finish()?;
+        files.push(self.table.finish()?);
         let stems = file_stems(&names(simulation));
         let mut first = 0;
         for (index, stem) in stems.iter().enumerate() {
@@ -83,10 +89,13 @@ impl Outputs {
             let normals = if diverged { Vec::new() } else { simulation.normals(index) };
             if let Some(positions) = positions {
                 let path = self.dir.join(stem);
-                self.formats.iter().try_for_each(|f| f.pose(&path, &surface, &positions, &normals))?;
+                for format in &self.formats {
+                    files.extend(format.pose(&path, &surface, &positions, &normals)?);
+                }
             }
         }
-        Ok(())
+        let name = |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
+        Ok(files.iter().filter_map(name).collect())
     }
 }
 
@@ -127,16 +136,16 @@ impl Format {
         surface: &Surface,
         positions: &Positions,
         normals: &[[f32; 3]],
-    ) -> io::Result<()> {
+    ) -> io::Result<Option<PathBuf>> {
         let with = |ending: &str| {
             let mut name = path.as_os_str().to_owned();
             name.push(ending);
             PathBuf::from(name)
         };
         match self {
-            Self::Ply => write_ply(&with(".ply"), surface, positions, normals).map(drop),
-            Self::Obj => write_obj(&with(".obj"), surface, positions, normals).map(drop),
-            Self::Npy | Self::Pc2 | Self::Usda | Self::Vtu => Ok(()),
+            Self::Ply => write_ply(&with(".ply"), surface, positions, normals).map(Some),
+            Self::Obj => write_obj(&with(".obj"), surface, positions, normals).map(Some),
+            Self::Npy | Self::Pc2 | Self::Usda | Self::Vtu => Ok(None),
         }
     }
 }
@@ -172,6 +181,21 @@ impl Buffer {
             Self::F64(all) => Positions::F64(all),
         }
     }
+}
+
+/// Removes what an earlier run wrote here, by its summary: results of two runs must not lie side by side.
+fn remove_earlier(dir: &Path) -> io::Result<()> {
+    let path = dir.join("summary.json");
+    let Ok(text) = std::fs::read_to_string(&path) else { return Ok(()) };
+    let earlier: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    let files = earlier["files"].as_array().into_iter().flatten().filter_map(|file| file.as_str());
+    for file in files.filter(|file| Path::new(file).file_name() == Some(file.as_ref())) {
+        match std::fs::remove_file(dir.join(file)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+    }
+    std::fs::remove_file(path)
 }
 
 /// Writes `summary.json`, which has its name only when it is whole.

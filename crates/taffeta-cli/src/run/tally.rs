@@ -83,6 +83,7 @@ impl Tally {
             contacts_max: self.contacts_max,
             solver: SolverSummary::default(),
             state_hash: format!("{:016x}", simulation.state_hash()),
+            files: Vec::new(),
         }
     }
 

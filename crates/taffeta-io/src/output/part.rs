@@ -1,6 +1,6 @@
 //! A file that has its name only when it is whole.
 
-use std::fs::{File, rename};
+use std::fs::{File, TryLockError, rename};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,13 @@ impl Part {
         let mut name = path.as_os_str().to_owned();
         name.push(".part");
         let part = PathBuf::from(name);
-        let file = File::create(&part).map_err(|error| naming(&part, error))?;
+        let file = File::options().write(true).create(true).truncate(false).open(&part);
+        let file = file.map_err(|error| naming(&part, error))?;
+        if let Err(TryLockError::WouldBlock) = file.try_lock() {
+            let what = "another run is writing here; wait for it or choose another folder";
+            return Err(naming(&part, io::Error::new(io::ErrorKind::ResourceBusy, what)));
+        }
+        file.set_len(0).map_err(|error| naming(&part, error))?;
         Ok(Self { path: path.to_owned(), part, file: BufWriter::with_capacity(1 << 18, file) })
     }
 

@@ -248,7 +248,7 @@ fn grid_body(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError> {
         edges: None,
         start,
     };
-    if body.springs.hinge.is_some() {
+    if bends(body) {
         let surface = shapes::grid_surface(grid.rows, grid.cols, grid.size);
         let hinges =
             Edges::new(surface.nodes.len(), &surface.triangles, &surface.links).hinges(&surface.triangles);
@@ -256,6 +256,11 @@ fn grid_body(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError> {
     }
     built.set_hinge_rest();
     Ok(built)
+}
+
+/// Whether hinges of a body would do anything.
+fn bends(body: &Body) -> bool {
+    body.springs.hinge.is_some_and(|hinge| hinge.k > 0.0 || hinge.d > 0.0)
 }
 
 /// A grid's node before placement [m].
@@ -306,7 +311,7 @@ fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
         mass::lump(given, body.kind, &placed, &surface.triangles, &surface.links, volume.unwrap_or(0.0))
             .map_err(|m| SceneError::new("", m))?;
     let lists = at(springs::mesh_springs(&body.springs, &surface, &edges, placement.factor))?;
-    let hinges = if body.springs.hinge.is_some() { edges.hinges(&surface.triangles) } else { Vec::new() };
+    let hinges = if bends(body) { edges.hinges(&surface.triangles) } else { Vec::new() };
     let order = order::locality_order(&surface.nodes);
     let mut solver_of_node = vec![0; order.len()];
     for (new, &old) in order.iter().enumerate() {

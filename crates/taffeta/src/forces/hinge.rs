@@ -3,7 +3,7 @@
 //! Energy ½ k (θ − θ₀)² [J], with the fold angle θ (0 when flat) between the triangles' normals and k [N·m/rad]:
 //! Grinspun, Hirani, Desbrun, Schröder, "Discrete Shells", 2003, with the gradient of θ as in Bridson, Marino,
 //! Fedkiw, "Simulation of Clothing with Folds and Wrinkles", 2003, sec. 4, and Tamstorf, Grinspun, "Discrete
-//! bending forces and their Jacobians", 2013. Damping [N·m·s/rad] opposes dθ/dt.
+//! bending forces and their Jacobians", 2013. What we changed: slivers are guarded, see below. Damping [N·m·s/rad] opposes dθ/dt.
 
 use crate::real::{Real, add, cross, dot, norm, scale, sub};
 
@@ -20,9 +20,11 @@ pub fn angle_and_gradient<T: Real>(x: [[T; 3]; 4]) -> (T, [[T; 3]; 4]) {
     }
     let sine = dot(cross(left, right), edge) / length;
     let theta = sine.atan2(dot(left, right));
-    // ∇θ at the opposite corners: along the normals, with 1/height.
-    let at_c = scale(left, -(length / area_left));
-    let at_d = scale(right, -(length / area_right));
+    // ∇θ at the opposite corners: along the normals, with 1/height. On slivers it would grow without bound and no step
+    // would be stable, so heights count as at least a twentieth of the edge.
+    let least = T::from_f64(1.0 / 400.0) * (length * length) * (length * length);
+    let at_c = scale(left, -(length / if area_left < least { least } else { area_left }));
+    let at_d = scale(right, -(length / if area_right < least { least } else { area_right }));
     // The rest is shared by the edge's ends so that a rigid motion does not change θ.
     let inverse = T::ONE / (length * length);
     let (along_c, along_d) = (dot(sub(c, a), edge) * inverse, dot(sub(d, a), edge) * inverse);

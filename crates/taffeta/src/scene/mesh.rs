@@ -135,4 +135,22 @@ impl Mesh {
     pub fn chain(links: u32, length: f64) -> Self {
         Self::Chain(Chain { links, length })
     }
+
+    /// Number of nodes, for shapes given by numbers or data; 0 for a file that is not loaded.
+    pub fn nodes(&self) -> u64 {
+        let product = |a: u32, b: u32| u64::from(a) * u64::from(b);
+        match self {
+            Self::Grid(grid) => product(grid.rows, grid.cols),
+            Self::File(_) => 0,
+            Self::Icosphere(ball) => {
+                10_u64.saturating_mul(4_u64.saturating_pow(ball.subdivisions)).saturating_add(2)
+            }
+            Self::UvSphere(ball) => product(ball.rings, ball.segments),
+            Self::Torus(torus) => product(torus.rings, torus.segments),
+            Self::Cube(cube) => product(cube.divisions, cube.divisions).saturating_mul(6) + 2,
+            Self::Cylinder(cylinder) => product(cylinder.segments, cylinder.rings) + 2,
+            Self::Chain(chain) => u64::from(chain.links) + 1,
+            Self::Surface(surface) => surface.nodes.len() as u64,
+        }
+    }
 }

@@ -71,6 +71,11 @@ impl Scene {
         self
     }
 
+    /// Memory [byte] that building the scene takes at its peak, roughly.
+    pub fn memory_needed(&self) -> u64 {
+        self.bodies.iter().map(Body::memory_needed).sum()
+    }
+
     /// Sets the frame length [s] and the longest sub-step [s].
     pub fn time(mut self, dt: f64, max_step: f64) -> Self {
         self.time.dt = dt;

@@ -79,10 +79,11 @@ fn check_springs(path: &Path, springs: &Springs, kind: Kind) -> Result<(), Scene
 }
 
 fn check_internal(path: &Path, internal: &Internal, kind: Kind) -> Checked {
-    path.demand(kind == Kind::Soft, || {
+    let listed = internal.file.is_some() || internal.pairs.is_some();
+    let wanted = internal.count > 0 || listed;
+    path.demand(kind == Kind::Soft || !wanted, || {
         "a cloth has no inside for struts; kind = \"soft\" and a closed mesh would do".into()
     })?;
-    let listed = internal.file.is_some() || internal.pairs.is_some();
     path.demand(internal.count == 0 || !listed, || {
         format!("has count = {} and a file of its own; one of them would do", internal.count)
     })

@@ -1,0 +1,66 @@
+//! Settings that change nothing: those of a solver that is not chosen, and a volume that is not kept.
+
+use super::document::{Entry, Node, Value};
+
+/// Takes them out of a scene and says so.
+pub(super) fn set_aside(root: &mut Node) -> Vec<String> {
+    let mut notes = Vec::new();
+    if let Some(solver) = table(root, "solver") {
+        let method = solver.iter().find(|entry| entry.key == "method").map(|entry| &entry.node.value);
+        if matches!(method, None | Some(Value::Text(_))) && !names_implicit(method) {
+            solver.retain(|entry| {
+                let unused = ["ice", "acad"].contains(&entry.key.as_str());
+                if unused {
+                    notes.push(format!("`solver.{}` is not used by the method \"springs\"", entry.key));
+                }
+                !unused
+            });
+        }
+    }
+    if let Value::Table(entries) = &mut root.value
+        && let Some(Entry { node: Node { value: Value::List(bodies), .. }, .. }) =
+            entries.iter_mut().find(|entry| entry.key == "body")
+    {
+        for body in bodies {
+            if let Value::Table(keys) = &mut body.value {
+                keys.retain(|entry| !(entry.key == "volume" && is_none(&entry.node)));
+            }
+        }
+    }
+    notes
+}
+
+fn names_implicit(method: Option<&Value>) -> bool {
+    matches!(method, Some(Value::Text(name)) if name != "springs")
+}
+
+fn is_none(volume: &Node) -> bool {
+    let Value::Table(keys) = &volume.value else { return false };
+    keys.iter()
+        .any(|entry| entry.key == "form" && matches!(&entry.node.value, Value::Text(form) if form == "none"))
+}
+
+fn table<'a>(root: &'a mut Node, key: &str) -> Option<&'a mut Vec<Entry>> {
+    let Value::Table(entries) = &mut root.value else { return None };
+    match entries.iter_mut().find(|entry| entry.key == key) {
+        Some(Entry { node: Node { value: Value::Table(inner), .. }, .. }) => Some(inner),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::parse_scene;
+
+    #[test]
+    fn settings_of_a_solver_that_is_not_chosen_are_set_aside_and_others_refused() {
+        let ice = "[solver.ice]\ntolerance = 1e-3\n[[body]]\nmass = 1.0\nmesh.chain = { links = 2, length = 1.0 }\n";
+        let loaded = parse_scene(ice, "s.toml", &[]).unwrap();
+        assert!(loaded.notes[0].contains("`solver.ice` is not used"));
+        let chosen = format!("[solver]\nmethod = \"ice\"\n{ice}");
+        assert!(parse_scene(&chosen, "s.toml", &[]).unwrap_err().to_string().contains("not yet supported"));
+        let volume = |form: &str| format!("{ice}[body.volume]\nform = \"{form}\"\n");
+        assert!(parse_scene(&volume("none"), "s.toml", &[]).is_ok());
+        assert!(parse_scene(&volume("corrected"), "s.toml", &[]).is_err());
+    }
+}
