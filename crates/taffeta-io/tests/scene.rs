@@ -119,7 +119,7 @@ fn what_is_planned_is_said_not_to_be_there_yet() {
         ("[[collider]]\nmesh = { file = \"x.ply\" }", "(`collider.mesh`) is not yet supported"),
         ("[world.air]", "(`world.air`) is not yet supported"),
         ("[solver]\nmethod = \"acad\"", "(`solver.method = \"acad\"`) is not yet supported"),
-        ("[solver.ice]", "(`solver.ice`) is not yet supported"),
+        ("[solver]\nmethod = \"ice\"\n[solver.ice]", "(`solver.method = \"ice\"`) is not yet supported"),
     ];
     for (text, expected) in cases {
         let scene = "[[body]]\nmass = 1.0\nmesh = { chain = { links = 1, length = 1.0 } }\n";

@@ -23,7 +23,8 @@ impl Part {
             let what = "another run is writing here; wait for it or choose another folder";
             return Err(naming(&part, io::Error::new(io::ErrorKind::ResourceBusy, what)));
         }
-        file.set_len(0).map_err(|error| naming(&part, error))?;
+        let emptied = file.metadata().and_then(|now| if now.len() > 0 { file.set_len(0) } else { Ok(()) });
+        emptied.map_err(|error| naming(&part, error))?;
         Ok(Self { path: path.to_owned(), part, file: BufWriter::with_capacity(1 << 18, file) })
     }
 

@@ -1,6 +1,7 @@
 //! One body by solver index.
 
 use super::{Assembly, MovingPin};
+use crate::forces::hinge::{Rest, rest};
 use crate::integrate::keyframes::Track;
 use crate::scene::{Body, Grid, Hinge, Kind, Mesh, SceneError, Select};
 use crate::topology::{
@@ -36,8 +37,8 @@ pub struct BodyAssembly {
     pub springs: BodySprings,
     /// Hinges `[a, b, left, right]` in solver order within the body.
     pub hinges: Vec<[u32; 4]>,
-    /// Fold angle of each hinge at rest [rad].
-    pub hinge_rest: Vec<f64>,
+    /// Each hinge at rest.
+    pub hinge_rest: Vec<Rest<f64>>,
     /// Stiffness and damping of the hinges.
     pub hinge: Hinge,
     /// Triangles in solver order within the body, of a closed body; else none.
@@ -370,7 +371,7 @@ impl BodyAssembly {
             .iter()
             .map(|hinge| {
                 let corners = hinge.map(|node| self.start[node as usize]);
-                crate::forces::hinge::angle_and_gradient(corners).0
+                rest(corners)
             })
             .collect();
     }

@@ -9,6 +9,7 @@ use super::team::Team;
 use super::tiles::{self, TilePlan, TiledSprings};
 use super::worker::{Scratch, Worker};
 use crate::assembly::{Assembly, BodySprings};
+use crate::forces::hinge::Rest;
 use crate::real::Real;
 use crate::step;
 use crate::topology::{Csr, LANES};
@@ -58,8 +59,8 @@ pub struct Setup<T> {
 pub struct Hinges<T> {
     /// Corners `[a, b, left, right]`.
     pub corners: Vec<[u32; 4]>,
-    /// Fold angle at rest [rad].
-    pub rest: Vec<T>,
+    /// Each at rest.
+    pub rest: Vec<Rest<T>>,
     /// Hinges, stiffness [N·m/rad] and damping [N·m·s/rad] of each body that has some.
     pub bodies: Vec<(Range<usize>, T, T)>,
     /// For each place: 4·hinge + corner. No rows where there are no hinges.
@@ -297,7 +298,12 @@ impl<T: Real> Hinges<T> {
             let from = hinges.corners.len();
             let first = body.first as u32;
             hinges.corners.extend(body.hinges.iter().map(|corners| corners.map(|node| node + first)));
-            hinges.rest.extend(body.hinge_rest.iter().map(|&angle| T::from_f64(angle)));
+            hinges.rest.extend(
+                body.hinge_rest.iter().map(|rest| Rest {
+                    angle: T::from_f64(rest.angle),
+                    steepness: T::from_f64(rest.steepness),
+                }),
+            );
             let range = from..hinges.corners.len();
             hinges.bodies.push((range, T::from_f64(body.hinge.k), T::from_f64(body.hinge.d)));
         }

@@ -111,7 +111,7 @@ fn hinge_energy<T: Real>(setup: &Setup<T>, state: [&[T]; 6]) -> f64 {
     for (range, k, _) in &hinges.bodies {
         for i in range.clone() {
             let corners = hinges.corners[i].map(|n| [0, 1, 2].map(|c| state[c][n as usize]));
-            sum += hinge::energy(corners, *k, hinges.rest[i]).to_f64();
+            sum += hinge::energy(corners, *k, hinges.rest[i].angle).to_f64();
         }
     }
     sum

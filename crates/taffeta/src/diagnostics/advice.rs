@@ -58,8 +58,8 @@ impl StepLimit {
         } else {
             format!(
                 "The step of {step:.3e} s is stable for these springs ({folded:.3e} s even when folded), so look at \
-                 forces, pins and colliders (one that moves far in a step tears what it holds), at springs too weak for \
-                 their load, and at hinges of triangles that are squashed to slivers"
+                 forces, pins and colliders (one that moves far in a step tears what it holds) and at springs too weak for \
+                 their load"
             )
         }
     }

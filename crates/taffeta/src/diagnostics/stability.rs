@@ -6,10 +6,11 @@
 //! k h² + 2 d h < 4 m/10.125.
 //!
 //! That holds at rest. Folded or slack springs may pull in any direction, but no stiffer than k: with k I in place of
-//! k n nᵀ the same iteration bounds every state (16.3 in place of 10.125, without damping).
+//! k n nᵀ the same iteration bounds every state (16.3 in place of 10.125, without damping). Hinges are taken as stiff as
+//! squashed triangles can make them.
 
 use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections};
-use crate::forces::hinge::angle_and_gradient;
+use crate::forces::hinge::{STIFFEST, angle_and_gradient};
 use crate::real::{add, dot, norm, scale, sub};
 use crate::scene::Hinge;
 use crate::topology::random::SplitMix64;
@@ -26,6 +27,7 @@ const ENOUGH: usize = 30_000_000;
 const SAFETY: f64 = 0.995;
 
 /// Something that pulls on a few nodes along fixed directions.
+#[derive(Clone, Copy)]
 struct Element<const N: usize> {
     nodes: [u32; N],
     directions: [[f64; 3]; N],
@@ -217,7 +219,11 @@ impl System {
             }
         }
         for element in &self.hinges {
-            element.apply(u, w, h, &mut out, &mut rates);
+            let stiffer = match pull {
+                Pull::Along => element.scaled(1.0),
+                Pull::AnyWay => element.scaled(STIFFEST),
+            };
+            stiffer.apply(u, w, h, &mut out, &mut rates);
         }
         let Rates { kappa, mut delta } = rates;
         for ((out, &x), w) in out.iter_mut().zip(u).zip(w) {
@@ -236,6 +242,10 @@ struct Rates {
 }
 
 impl<const N: usize> Element<N> {
+    fn scaled(&self, factor: f64) -> Self {
+        Self { k: factor * self.k, d: factor * self.d, ..*self }
+    }
+
     fn apply(&self, u: &[[f64; 3]], w: &[f64], h: f64, out: &mut [[f64; 3]], rates: &mut Rates) {
         let nodes = self.nodes.map(|node| node as usize);
         let strain: f64 =

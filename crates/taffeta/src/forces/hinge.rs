@@ -3,7 +3,7 @@
 //! Energy ½ k (θ − θ₀)² [J], with the fold angle θ (0 when flat) between the triangles' normals and k [N·m/rad]:
 //! Grinspun, Hirani, Desbrun, Schröder, "Discrete Shells", 2003, with the gradient of θ as in Bridson, Marino,
 //! Fedkiw, "Simulation of Clothing with Folds and Wrinkles", 2003, sec. 4, and Tamstorf, Grinspun, "Discrete
-//! bending forces and their Jacobians", 2013. What we changed: slivers are guarded, see below. Damping [N·m·s/rad] opposes dθ/dt.
+//! bending forces and their Jacobians", 2013. Damping [N·m·s/rad] opposes dθ/dt.
 
 use crate::real::{Real, add, cross, dot, norm, scale, sub};
 
@@ -20,11 +20,9 @@ pub fn angle_and_gradient<T: Real>(x: [[T; 3]; 4]) -> (T, [[T; 3]; 4]) {
     }
     let sine = dot(cross(left, right), edge) / length;
     let theta = sine.atan2(dot(left, right));
-    // ∇θ at the opposite corners: along the normals, with 1/height. On slivers it would grow without bound and no step
-    // would be stable, so heights count as at least a twentieth of the edge.
-    let least = T::from_f64(1.0 / 400.0) * (length * length) * (length * length);
-    let at_c = scale(left, -(length / if area_left < least { least } else { area_left }));
-    let at_d = scale(right, -(length / if area_right < least { least } else { area_right }));
+    // ∇θ at the opposite corners: along the normals, with 1/height.
+    let at_c = scale(left, -(length / area_left));
+    let at_d = scale(right, -(length / area_right));
     // The rest is shared by the edge's ends so that a rigid motion does not change θ.
     let inverse = T::ONE / (length * length);
     let (along_c, along_d) = (dot(sub(c, a), edge) * inverse, dot(sub(d, a), edge) * inverse);
@@ -33,12 +31,40 @@ pub fn angle_and_gradient<T: Real>(x: [[T; 3]; 4]) -> (T, [[T; 3]; 4]) {
     (theta, [at_a, at_b, at_c, at_d])
 }
 
+/// How much stiffer a hinge may become by its triangles' shape than it is at rest.
+pub const STIFFEST: f64 = 16.0;
+
+/// What a hinge is at rest.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Rest<T> {
+    /// Fold angle [rad].
+    pub angle: T,
+    /// Σ|∇θ|² over the corners [rad²/m²]: what k is multiplied by to give a stiffness along the corners' ways.
+    pub steepness: T,
+}
+
+/// The hinge at rest with its corners at `x`.
+pub fn rest<T: Real>(x: [[T; 3]; 4]) -> Rest<T> {
+    let (angle, gradient) = angle_and_gradient(x);
+    Rest { angle, steepness: steepness(&gradient) }
+}
+
+fn steepness<T: Real>(gradient: &[[T; 3]; 4]) -> T {
+    let [a, b, c, d] = gradient;
+    dot(*a, *a) + dot(*b, *b) + dot(*c, *c) + dot(*d, *d)
+}
+
 /// Forces [N] on the four corners: −(k (θ − θ₀) + d dθ/dt) ∇θ.
-pub fn forces<T: Real>(x: [[T; 3]; 4], v: [[T; 3]; 4], k: T, damping: T, rest_angle: T) -> [[T; 3]; 4] {
+///
+/// On triangles that are squashed to slivers |∇θ| grows without bound, and no step would be stable. There the forces
+/// are scaled down so that stiffness and damping along the corners' ways stay within [`STIFFEST`] times those at rest.
+pub fn forces<T: Real>(x: [[T; 3]; 4], v: [[T; 3]; 4], k: T, damping: T, at_rest: Rest<T>) -> [[T; 3]; 4] {
     let (theta, gradient) = angle_and_gradient(x);
     let rate =
         dot(gradient[0], v[0]) + dot(gradient[1], v[1]) + dot(gradient[2], v[2]) + dot(gradient[3], v[3]);
-    let moment = k * wrap(theta - rest_angle) + damping * rate;
+    let moment = k * wrap(theta - at_rest.angle) + damping * rate;
+    let (steep, most) = (steepness(&gradient), T::from_f64(STIFFEST) * at_rest.steepness);
+    let moment = if steep > most { moment * (most / steep) } else { moment };
     gradient.map(|g| scale(g, -moment))
 }
 
@@ -95,7 +121,7 @@ mod tests {
     #[test]
     fn forces_are_minus_the_energys_derivative_and_keep_momentum() {
         let (k, rest) = (0.7, 0.3);
-        let force = forces(X, [[0.0; 3]; 4], k, 0.0, rest);
+        let force = forces(X, [[0.0; 3]; 4], k, 0.0, Rest { angle: rest, ..super::rest(X) });
         let (mut net, mut moment) = ([0.0; 3], [0.0; 3]);
         for corner in 0..4 {
             net = add(net, force[corner]);
@@ -117,7 +143,18 @@ mod tests {
     fn a_triangle_without_area_gives_no_force_and_no_nan() {
         let mut x = X;
         x[2] = x[0];
-        let force = forces(x, X, 1.0, 1.0, 0.3);
+        let force = forces(x, X, 1.0, 1.0, rest(X));
         assert!(force.iter().flatten().all(|&c| c == 0.0));
+    }
+
+    #[test]
+    fn a_squashed_triangle_is_at_most_so_much_stiffer() {
+        let mut x = X;
+        x[2] = add(scale(x[0], 0.499), add(scale(x[1], 0.5), scale(x[2], 0.001)));
+        let at_rest = Rest { angle: angle_and_gradient(x).0 - 0.1, ..rest(X) };
+        let force = forces(x, [[0.0; 3]; 4], 2.0, 0.0, at_rest);
+        let (_, gradient) = angle_and_gradient(x);
+        let stiffness = dot(force[2], force[2]).sqrt() / 0.1 * steepness(&gradient).sqrt();
+        assert!(steepness(&gradient) > 1e5 && stiffness <= 2.0 * STIFFEST * at_rest.steepness * (1.0 + 1e-9));
     }
 }

@@ -87,7 +87,8 @@ fn shapes_and_places_must_make_sense() {
     refused(|s| s.bodies[0].place.scale = Some(-2.0), "body[0].place.scale", "is -2, more");
     let turn = Rotation { axis: [0.0; 3], degrees: 1.0 };
     refused(|s| s.bodies[0].place.rotation = Some(turn), "body[0].place.rotation.axis", "a direction");
-    let struts = |s: &mut Scene| s.bodies[0].springs.internal = Some(Internal { count: 5, ..Internal::default() });
+    let struts =
+        |s: &mut Scene| s.bodies[0].springs.internal = Some(Internal { count: 5, ..Internal::default() });
     refused(struts, "body[0].springs.internal", "no inside");
     let twice = Internal { count: 3, pairs: Some(vec![]), ..Internal::default() };
     let soft = |s: &mut Scene| {
