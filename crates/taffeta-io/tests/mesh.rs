@@ -237,16 +237,17 @@ fn surfaces_given_as_data_are_checked() {
     assert!(surface_from(vec![[f64::NAN; 3]; 3], one(), None, vec![]).is_err());
 }
 
-/// The collection of broken meshes, where it is there.
+/// A collection of broken meshes, where the machine has one; the cases above are those that matter most.
 fn hostile() -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/hostile");
-    let folder = std::env::var_os("TAFFETA_HOSTILE").map_or(beside, PathBuf::from);
-    folder.is_dir().then_some(folder)
+    std::env::var_os("TAFFETA_HOSTILE").map(PathBuf::from).filter(|folder| folder.is_dir())
 }
 
 #[test]
 fn the_collection_of_broken_meshes_gets_its_answers() {
-    let Some(folder) = hostile() else { return };
+    let Some(folder) = hostile() else {
+        eprintln!("skipped: TAFFETA_HOSTILE names no folder");
+        return;
+    };
     let refused = [
         ("empty.obj", "no triangles"),
         ("empty.ply", "no triangles"),
