@@ -158,13 +158,7 @@ impl BodyAssembly {
 
     /// The user's nodes that a selection means, ascending.
     pub fn select(&self, choice: &Select) -> Result<Vec<u32>, SceneError> {
-        let placed: Vec<[f64; 3]> = if choice.inside.is_some() {
-            (0..self.nodes).map(|node| self.start[self.solver_local(node)]).collect()
-        } else {
-            Vec::new()
-        };
-        let unplaced = || vec![[0.0; 3]; self.nodes];
-        let nodes = if placed.is_empty() { unplaced() } else { placed };
+        let nodes: Vec<[f64; 3]> = (0..self.nodes).map(|node| self.start[self.solver_local(node)]).collect();
         let from = Selectable {
             nodes: &nodes,
             vertices: self.vertices(),
