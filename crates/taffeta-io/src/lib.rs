@@ -7,5 +7,5 @@ pub mod mesh;
 pub mod output;
 pub mod scene;
 
-pub use mesh::{MeshError, load_mesh, surface_from};
+pub use mesh::{MeshError, MeshFormat, MeshOptions, load_mesh, parse_mesh, surface_from};
 pub use scene::{LoadError, Loaded, Place, SceneSource, load_scene, parse_scene};

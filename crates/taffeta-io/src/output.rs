@@ -25,13 +25,34 @@ use std::io;
 use std::ops::Range;
 use std::path::PathBuf;
 
+/// Whether files are started, or taken up again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Begin {
+    /// Empty, whatever was there before.
+    New,
+    /// As an earlier run left them, finished or not; [`FrameSink::rewind`] says where to go on.
+    Again,
+}
+
 /// Something that frames are written to.
+///
+/// A frame is on its way to the disk when [`frame`](Self::frame) returns, so that a full disk shows at the frame
+/// that it cuts off, and all sinks can be rewound to the frame before.
 pub trait FrameSink {
     /// Adds a frame at `time` [s] with the positions of all vertices of all bodies.
     fn frame(&mut self, time: f64, positions: &Positions) -> io::Result<()>;
 
-    /// Completes the file and gives it its name, which is returned.
-    fn finish(self: Box<Self>) -> io::Result<PathBuf>;
+    /// Lengths of the files under way [byte]: where the frames so far end. A run that goes on needs them.
+    fn mark(&self) -> Vec<u64>;
+
+    /// Goes back to the end of `frames` frames, where [`mark`](Self::mark) was `mark`.
+    fn rewind(&mut self, frames: u64, mark: &[u64]) -> io::Result<()>;
+
+    /// Puts all frames so far on the disk, with their true number in the header.
+    fn sync(&mut self) -> io::Result<()>;
+
+    /// Completes the files and gives them their names, which are returned.
+    fn finish(self: Box<Self>) -> io::Result<Vec<PathBuf>>;
 }
 
 /// Positions [m] of all vertices of all bodies, one body after the other.

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use taffeta::topology::{Polygons, Surface, Uvs};
-use taffeta_io::{MeshError, load_mesh, surface_from};
+use taffeta_io::{MeshError, MeshOptions, load_mesh, surface_from};
 
 /// A cube of 1 m about the origin; corner index = 4x + 2y + z, faces outward.
 const CUBE_VERTICES: &str = "v -0.5 -0.5 -0.5\nv -0.5 -0.5 0.5\nv -0.5 0.5 -0.5\nv -0.5 0.5 0.5\nv 0.5 -0.5 -0.5\n\
@@ -28,7 +28,7 @@ fn load(text: &str) -> Result<Surface, MeshError> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mesh.obj");
     fs::write(&file, text).unwrap();
-    load_mesh(&file)
+    load_mesh(&file, &MeshOptions::default())
 }
 
 fn cube(turn: impl Fn(usize) -> bool) -> String {
@@ -206,10 +206,13 @@ fn nothing_to_simulate_is_refused() {
     for text in ["", "# nothing\n", "v 0 0 0\n", "v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n"] {
         assert!(load(text).unwrap_err().message.contains("no triangles"));
     }
-    let stl = load_mesh(Path::new("x.stl")).unwrap_err().to_string();
+    let stl = load_mesh(Path::new("x.stl"), &MeshOptions::default()).unwrap_err().to_string();
     assert_eq!(stl, "x.stl: not yet supported: STL; convert to OBJ or PLY");
     assert!(
-        load_mesh(Path::new("none.obj")).unwrap_err().to_string().starts_with("none.obj: cannot be read")
+        load_mesh(Path::new("none.obj"), &MeshOptions::default())
+            .unwrap_err()
+            .to_string()
+            .starts_with("none.obj: cannot be read")
     );
 }
 
@@ -266,7 +269,7 @@ fn the_collection_of_broken_meshes_gets_its_answers() {
     ];
     for (name, expected) in refused {
         let start = Instant::now();
-        let error = load_mesh(&folder.join(name)).expect_err(name).to_string();
+        let error = load_mesh(&folder.join(name), &MeshOptions::default()).expect_err(name).to_string();
         assert!(error.contains(name) && error.contains(expected), "{error}");
         assert!(start.elapsed().as_secs_f64() < 1.0, "{name} took too long");
     }
@@ -285,7 +288,7 @@ fn the_collection_of_broken_meshes_gets_its_answers() {
         "vertex_index_name.ply",
     ];
     for name in cubes {
-        assert_unit_cube(&load_mesh(&folder.join(name)).expect(name));
+        assert_unit_cube(&load_mesh(&folder.join(name), &MeshOptions::default()).expect(name));
     }
     let accepted = [
         ("syntax_variety.obj", true, 1.0 / 6.0),
@@ -296,10 +299,12 @@ fn the_collection_of_broken_meshes_gets_its_answers() {
         ("moebius.obj", false, 0.0),
     ];
     for (name, closed, volume) in accepted {
-        let found = volume_and_closed(&load_mesh(&folder.join(name)).expect(name));
+        let found = volume_and_closed(&load_mesh(&folder.join(name), &MeshOptions::default()).expect(name));
         assert_eq!(found.1, closed, "{name}");
         assert!(!closed || (found.0 / volume - 1.0).abs() < 1e-2, "{name}: {}", found.0);
     }
-    let (volume, closed) = volume_and_closed(&load_mesh(&folder.join("concave_ngon_prism.obj")).unwrap());
+    let (volume, closed) = volume_and_closed(
+        &load_mesh(&folder.join("concave_ngon_prism.obj"), &MeshOptions::default()).unwrap(),
+    );
     assert!(closed && volume > 0.0, "{volume}");
 }

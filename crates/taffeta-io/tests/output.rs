@@ -4,8 +4,8 @@ use std::fs;
 use taffeta::Precision;
 use taffeta::diagnostics::FrameReport;
 use taffeta::topology::{Polygons, Surface, Uvs};
-use taffeta_io::load_mesh;
-use taffeta_io::output::{FrameSink, FrameTable, Npy, Pc2, Positions, Usd, write_obj, write_ply};
+use taffeta_io::output::{Begin, FrameSink, FrameTable, Npy, Pc2, Positions, Usd, write_obj, write_ply};
+use taffeta_io::{MeshOptions, load_mesh};
 
 const FRAMES: [[[f32; 3]; 3]; 2] = [
     [[0.5, 1.0, -2.0], [3.0, 4.0, 5.0], [6.0, 7.0, 8.25]],
@@ -16,7 +16,7 @@ fn write_all(mut sink: Box<dyn FrameSink>) -> Vec<u8> {
     for (frame, positions) in FRAMES.iter().enumerate() {
         sink.frame(frame as f64 / 60.0, &Positions::F32(positions)).unwrap();
     }
-    fs::read(sink.finish().unwrap()).unwrap()
+    fs::read(&sink.finish().unwrap()[0]).unwrap()
 }
 
 fn bytes_of(numbers: impl IntoIterator<Item = f32>) -> Vec<u8> {
@@ -27,7 +27,7 @@ fn bytes_of(numbers: impl IntoIterator<Item = f32>) -> Vec<u8> {
 fn npy_holds_the_true_count_and_the_bits() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("positions.npy");
-    let bytes = write_all(Box::new(Npy::create(&path, 3, Precision::F32).unwrap()));
+    let bytes = write_all(Box::new(Npy::open(&path, 3, Precision::F32, Begin::New).unwrap()));
     assert_eq!(&bytes[..10], b"\x93NUMPY\x01\x00\x76\x00");
     let header = std::str::from_utf8(&bytes[10..128]).unwrap();
     assert!(
@@ -43,30 +43,32 @@ fn npy_holds_the_true_count_and_the_bits() {
 fn npy_in_64_bits_and_what_does_not_fit() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("p.npy");
-    let mut sink = Box::new(Npy::create(&path, 1, Precision::F64).unwrap());
+    let mut sink = Box::new(Npy::open(&path, 1, Precision::F64, Begin::New).unwrap());
     sink.frame(0.0, &Positions::F64(&[[0.1, 0.2, 0.3]])).unwrap();
     assert!(sink.frame(0.0, &Positions::F32(&[[0.0; 3]])).is_err());
     let error = sink.frame(0.0, &Positions::F64(&[[0.0; 3]; 2])).unwrap_err().to_string();
     assert!(error.contains("p.npy: 2 vertices instead of 1"), "{error}");
     assert!(!path.exists(), "a file under way has its final name");
-    let bytes = fs::read(sink.finish().unwrap()).unwrap();
+    let bytes = fs::read(&sink.finish().unwrap()[0]).unwrap();
     assert_eq!(bytes[128..], [0.1_f64, 0.2, 0.3].map(f64::to_le_bytes).concat());
-    let nowhere =
-        Npy::create(&folder.path().join("none/p.npy"), 1, Precision::F32).err().unwrap().to_string();
+    let nowhere = Npy::open(&folder.path().join("none/p.npy"), 1, Precision::F32, Begin::New)
+        .err()
+        .unwrap()
+        .to_string();
     assert!(nowhere.contains("none/p.npy.part"), "{nowhere}");
 }
 
 #[test]
 fn pc2_holds_one_body() {
     let folder = tempfile::tempdir().unwrap();
-    let bytes = write_all(Box::new(Pc2::create(&folder.path().join("b.pc2"), 1..3).unwrap()));
+    let bytes = write_all(Box::new(Pc2::open(&folder.path().join("b.pc2"), 1..3, Begin::New).unwrap()));
     let mut expected = b"POINTCACHE2\0".to_vec();
     expected.extend([1_i32, 2].map(i32::to_le_bytes).concat());
     expected.extend([0_f32, 1.0].map(f32::to_le_bytes).concat());
     expected.extend(2_i32.to_le_bytes());
     expected.extend(bytes_of(FRAMES.iter().flat_map(|frame| frame[1..].iter().flatten().copied())));
     assert_eq!(bytes, expected);
-    let mut beyond = Pc2::create(&folder.path().join("c.pc2"), 2..4).unwrap();
+    let mut beyond = Pc2::open(&folder.path().join("c.pc2"), 2..4, Begin::New).unwrap();
     assert!(beyond.frame(0.0, &Positions::F32(&FRAMES[0])).is_err());
 }
 
@@ -86,13 +88,13 @@ fn usd_has_a_prim_for_each_body() {
     let folder = tempfile::tempdir().unwrap();
     let chain = Surface { vertices: vec![[0.0; 3]; 2], links: vec![[0, 1]], ..Surface::default() };
     let bodies = [("my flag".to_owned(), triangle()), ("my-flag".to_owned(), chain)];
-    let mut usd = Box::new(Usd::create(&folder.path().join("scene.usda"), 0.04, &bodies).unwrap());
+    let mut usd = Box::new(Usd::open(&folder.path().join("scene.usda"), 0.04, &bodies, Begin::New).unwrap());
     for frame in FRAMES {
         let all: Vec<[f32; 3]> = frame.into_iter().chain([[0.0; 3], [1.0, -1.0, 0.0]]).collect();
         usd.frame(0.0, &Positions::F32(&all)).unwrap();
     }
     assert!(usd.frame(0.0, &Positions::F32(&FRAMES[0])).is_err());
-    let text = fs::read_to_string(usd.finish().unwrap()).unwrap();
+    let text = fs::read_to_string(&usd.finish().unwrap()[0]).unwrap();
     for expected in [
         "#usda 1.0\n",
         "endTimeCode = 1\n",
@@ -125,7 +127,7 @@ fn poses_read_back_as_they_were() {
     let write = [write_ply, write_obj];
     for (name, write) in ["a.ply", "a.obj"].into_iter().zip(write) {
         let path = write(&folder.path().join(name), &surface, &Positions::F64(&places), &normals).unwrap();
-        let back = load_mesh(&path).unwrap();
+        let back = load_mesh(&path, &MeshOptions::default()).unwrap();
         assert_eq!((&back.vertices[..], &back.polygons), (&places[..], &surface.polygons));
         let uvs = back.uvs.unwrap();
         let of_corners: Vec<[f32; 2]> = uvs.corners.iter().map(|&i| uvs.coords[i as usize]).collect();
@@ -145,7 +147,7 @@ fn a_seam_is_kept_at_the_corners_of_a_ply() {
     let tail: Vec<u8> = [3_u32, 0, 1, 2, 6].map(u32::to_le_bytes).concat();
     let tail = [tail, bytes_of([1.0, 0.5, 1.0, 0.5, 1.0, 0.5])].concat();
     assert!(bytes.ends_with(&tail));
-    assert_eq!(load_mesh(&path).unwrap().polygons, surface.polygons);
+    assert_eq!(load_mesh(&path, &MeshOptions::default()).unwrap().polygons, surface.polygons);
 }
 
 #[test]
@@ -153,7 +155,7 @@ fn the_table_has_a_row_a_frame_at_any_time() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frames.csv");
     let bodies = [("cloth".to_owned(), false), ("a,b".to_owned(), true)];
-    let mut table = FrameTable::create(&path, &bodies).unwrap();
+    let mut table = FrameTable::open(&path, &bodies, Begin::New).unwrap();
     let report = FrameReport {
         frame: 1,
         time: 0.5,

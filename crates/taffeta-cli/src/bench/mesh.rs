@@ -22,7 +22,8 @@ const DAMPING: f64 = 0.01;
 pub fn bench(file: Option<&Path>, springs: usize) -> Result<Bench, Failure> {
     let (origin, mut surface) = match file.map(Path::to_owned).or_else(armadillo) {
         Some(path) => {
-            let surface = taffeta_io::load_mesh(&path).map_err(|error| Failure::Input(error.to_string()))?;
+            let surface = taffeta_io::load_mesh(&path, &taffeta_io::MeshOptions::default())
+                .map_err(|error| Failure::Input(error.to_string()))?;
             (path.display().to_string(), surface)
         }
         None => ("a torus (`cargo xtask models` fetches the armadillo)".to_owned(), torus()?),

@@ -8,7 +8,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use taffeta::topology::Surface;
 use taffeta::{Precision, Simulation};
-use taffeta_io::output::{FrameSink, FrameTable, Npy, Pc2, Positions, Usd, file_stems, write_obj, write_ply};
+use taffeta_io::output::{
+    Begin, FrameSink, FrameTable, Npy, Pc2, Positions, Usd, file_stems, write_obj, write_ply,
+};
 
 /// A format of results.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
@@ -56,7 +58,7 @@ impl Outputs {
         for format in &formats {
             sinks.extend(format.sinks(dir, simulation, dt).map_err(refuse)?);
         }
-        let table = FrameTable::create(&dir.join("frames.csv"), &columns).map_err(refuse)?;
+        let table = FrameTable::open(&dir.join("frames.csv"), &columns, Begin::New).map_err(refuse)?;
         remove_earlier(dir).map_err(refuse)?;
         let positions = Buffer::of(simulation.precision());
         Ok(Self { dir: dir.to_owned(), formats, sinks, table, positions })
@@ -77,7 +79,7 @@ impl Outputs {
     pub fn finish(self, simulation: &Simulation, diverged: bool) -> io::Result<Vec<String>> {
         let mut files = Vec::new();
         for sink in self.sinks {
-            files.push(sink.finish()?);
+            files.extend(sink.finish()?);
         }
         files.push(self.table.finish()?);
         let stems = file_stems(&names(simulation));
@@ -107,7 +109,7 @@ impl Format {
             Self::Npy => {
                 let vertices = bodies.iter().map(|body| body.vertices).sum();
                 let path = dir.join("positions.npy");
-                vec![Box::new(Npy::create(&path, vertices, simulation.precision())?)]
+                vec![Box::new(Npy::open(&path, vertices, simulation.precision(), Begin::New)?)]
             }
             Self::Pc2 => {
                 let mut sinks: Vec<Box<dyn FrameSink>> = Vec::new();
@@ -115,7 +117,7 @@ impl Format {
                 for (stem, body) in file_stems(&names(simulation)).iter().zip(bodies) {
                     let range = first..first + body.vertices;
                     first = range.end;
-                    sinks.push(Box::new(Pc2::create(&dir.join(format!("{stem}.pc2")), range)?));
+                    sinks.push(Box::new(Pc2::open(&dir.join(format!("{stem}.pc2")), range, Begin::New)?));
                 }
                 sinks
             }
@@ -123,7 +125,7 @@ impl Format {
                 let surfaces = bodies.iter().enumerate();
                 let surfaces: Vec<_> =
                     surfaces.map(|(index, body)| (body.name.clone(), simulation.surface(index))).collect();
-                vec![Box::new(Usd::create(&dir.join("scene.usda"), dt, &surfaces)?)]
+                vec![Box::new(Usd::open(&dir.join("scene.usda"), dt, &surfaces, Begin::New)?)]
             }
             Self::Ply | Self::Obj | Self::Vtu => Vec::new(),
         })

@@ -3,7 +3,7 @@
 use super::clean::{compact, drop_duplicates, drop_flat, weld};
 use super::orient::orient;
 use super::polygon::Triangulator;
-use super::{MeshError, RawMesh};
+use super::{MeshError, MeshOptions, RawMesh};
 use taffeta::topology::{Polygons, Surface, Uvs};
 
 /// Largest extent of a mesh [m].
@@ -24,11 +24,11 @@ pub fn surface_from(
     if let Some((i, place)) = vertices.iter().enumerate().find(|(_, p)| p.iter().any(|x| !x.is_finite())) {
         return Err(MeshError::new(format!("vertex {i} is at {place:?}; coordinates must be finite")));
     }
-    build(RawMesh { vertices, polygons, uvs, groups, repairs: Vec::new() })
+    build(RawMesh { vertices, polygons, uvs, groups, repairs: Vec::new() }, &MeshOptions::default())
 }
 
 /// As [`surface_from`], for a mesh whose indices and coordinates have been checked.
-pub(super) fn build(raw: RawMesh) -> Result<Surface, MeshError> {
+pub(super) fn build(raw: RawMesh, _options: &MeshOptions) -> Result<Surface, MeshError> {
     let RawMesh { mut vertices, polygons, uvs, groups, mut repairs } = raw;
     if polygons.is_empty() {
         return Err(MeshError::new("no triangles: the mesh has no faces"));
@@ -59,6 +59,7 @@ pub(super) fn build(raw: RawMesh) -> Result<Surface, MeshError> {
         node_of_vertex,
         triangles,
         links: Vec::new(),
+        rest: None,
         repairs,
     })
 }

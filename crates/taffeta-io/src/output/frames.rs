@@ -1,5 +1,6 @@
 //! `frames.csv`: a row a frame, complete at any time.
 
+use super::Begin;
 use super::part::Part;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -13,16 +14,20 @@ pub struct FrameTable {
 }
 
 impl FrameTable {
-    /// Starts the file at `path`. `bodies` are names, and whether the body is closed and has a volume.
-    pub fn create(path: &Path, bodies: &[(String, bool)]) -> io::Result<Self> {
-        let mut part = Part::create(path)?;
+    /// Starts the file at `path`, or takes it up. `bodies` are names, and whether the body is closed and has a volume.
+    pub fn open(path: &Path, bodies: &[(String, bool)], begin: Begin) -> io::Result<Self> {
+        let mut part = Part::open(path, begin)?;
+        let closed = bodies.iter().map(|(_, closed)| *closed).collect();
+        if begin == Begin::Again {
+            return Ok(Self { part, closed });
+        }
         write!(part, "frame,time,kinetic,gravitational,springs,hinges,energy,px,py,pz,max_stretch,contacts")?;
         for (name, _) in bodies.iter().filter(|(_, closed)| *closed) {
             write!(part, ",{}", quoted(&format!("volume_{name}")))?;
         }
         writeln!(part, ",ms")?;
         part.flush()?;
-        Ok(Self { part, closed: bodies.iter().map(|(_, closed)| *closed).collect() })
+        Ok(Self { part, closed })
     }
 
     /// Adds a frame that took `ms` [ms].
@@ -50,6 +55,21 @@ impl FrameTable {
         }
         writeln!(self.part, ",{ms}")?;
         self.part.flush()
+    }
+
+    /// Length so far [byte].
+    pub fn mark(&self) -> u64 {
+        self.part.len()
+    }
+
+    /// Goes back to where the length was `mark`.
+    pub fn rewind(&mut self, mark: u64) -> io::Result<()> {
+        self.part.cut(mark)
+    }
+
+    /// Puts all rows so far on the disk.
+    pub fn sync(&mut self) -> io::Result<()> {
+        self.part.sync()
     }
 
     /// Completes the file and gives it its name, which is returned.

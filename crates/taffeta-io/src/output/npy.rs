@@ -1,7 +1,7 @@
 //! NumPy's format 1.0: a header of fixed length, then [frames, vertices, 3] numbers, little endian.
 
 use super::part::Part;
-use super::{FrameSink, Positions};
+use super::{Begin, FrameSink, Positions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use taffeta::Precision;
@@ -18,10 +18,12 @@ pub struct Npy {
 }
 
 impl Npy {
-    /// Starts the file at `path` for frames of `vertices` vertices.
-    pub fn create(path: &Path, vertices: usize, precision: Precision) -> io::Result<Self> {
-        let mut part = Part::create(path)?;
-        part.write_all(&header(0, vertices, precision))?;
+    /// Starts the file at `path` for frames of `vertices` vertices, or takes it up.
+    pub fn open(path: &Path, vertices: usize, precision: Precision, begin: Begin) -> io::Result<Self> {
+        let mut part = Part::open(path, begin)?;
+        if begin == Begin::New {
+            part.write_all(&header(0, vertices, precision))?;
+        }
         Ok(Self { part, frames: 0, vertices, precision })
     }
 }
@@ -46,13 +48,28 @@ impl FrameSink for Npy {
                 return Err(self.part.refuse(format!("positions are not {precision:?} as the file is")));
             }
         }
+        self.part.flush()?;
         self.frames += 1;
         Ok(())
     }
 
-    fn finish(mut self: Box<Self>) -> io::Result<PathBuf> {
+    fn mark(&self) -> Vec<u64> {
+        vec![self.part.len()]
+    }
+
+    fn rewind(&mut self, frames: u64, mark: &[u64]) -> io::Result<()> {
+        self.frames = frames;
+        mark.iter().try_for_each(|&length| self.part.cut(length))
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
         self.part.patch(0, &header(self.frames, self.vertices, self.precision))?;
-        self.part.finish()
+        self.part.sync()
+    }
+
+    fn finish(mut self: Box<Self>) -> io::Result<Vec<PathBuf>> {
+        self.sync()?;
+        Ok(vec![self.part.finish()?])
     }
 }
 

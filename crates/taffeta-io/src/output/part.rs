@@ -1,55 +1,104 @@
 //! A file that has its name only when it is whole.
 
+use super::Begin;
+use std::ffi::OsString;
 use std::fs::{File, TryLockError, rename};
-use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+
+/// Bytes that are gathered before they are written.
+const BUFFER: usize = 1 << 18;
 
 /// A file under way: `NAME.part`.
 pub(super) struct Part {
     path: PathBuf,
     part: PathBuf,
-    file: BufWriter<File>,
+    file: File,
+    /// Bytes that are not yet in the file.
+    buffer: Vec<u8>,
+    /// Bytes in the file.
+    written: u64,
 }
 
 impl Part {
-    /// Starts the file that will be called `path`.
-    pub fn create(path: &Path) -> io::Result<Self> {
-        let mut name = path.as_os_str().to_owned();
-        name.push(".part");
-        let part = PathBuf::from(name);
-        let file = File::options().write(true).create(true).truncate(false).open(&part);
+    /// Starts the file that will be called `path`, or takes it up.
+    pub fn open(path: &Path, begin: Begin) -> io::Result<Self> {
+        let part = with_suffix(path, ".part");
+        if begin == Begin::Again && !part.exists() {
+            // The earlier run had come to an end.
+            rename(path, &part).map_err(|error| naming(path, error))?;
+        }
+        let file = File::options().read(true).write(true).create(true).truncate(false).open(&part);
         let file = file.map_err(|error| naming(&part, error))?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             let what = "another run is writing here; wait for it or choose another folder";
             return Err(naming(&part, io::Error::new(io::ErrorKind::ResourceBusy, what)));
         }
-        let emptied = file.metadata().and_then(|now| if now.len() > 0 { file.set_len(0) } else { Ok(()) });
-        emptied.map_err(|error| naming(&part, error))?;
-        Ok(Self { path: path.to_owned(), part, file: BufWriter::with_capacity(1 << 18, file) })
+        let mut opened = Self { path: path.to_owned(), part, file, buffer: Vec::new(), written: 0 };
+        match begin {
+            Begin::New => opened.cut(0)?,
+            Begin::Again => {
+                let metadata = opened.file.metadata();
+                opened.written = metadata.map_err(|error| naming(&opened.part, error))?.len();
+            }
+        }
+        Ok(opened)
     }
 
-    /// Overwrites what is at `offset` [byte].
+    /// Length so far [byte].
+    pub fn len(&self) -> u64 {
+        self.written + self.buffer.len() as u64
+    }
+
+    /// Forgets what comes after the first `length` bytes.
+    pub fn cut(&mut self, length: u64) -> io::Result<()> {
+        self.buffer.clear();
+        let now = self.file.metadata().map_err(|error| naming(&self.part, error))?.len();
+        if now < length {
+            return Err(self.refuse(format!(
+                "holds {now} bytes and {length} are needed: it is not what the earlier run left"
+            )));
+        }
+        // A file system may object to changing what need not change, such as a pipe.
+        let cut = if now > length { self.file.set_len(length) } else { Ok(()) };
+        cut.and_then(|()| self.file.seek(SeekFrom::Start(length)))
+            .map_err(|error| naming(&self.part, error))?;
+        self.written = length;
+        Ok(())
+    }
+
+    /// Overwrites what is at `offset` [byte], which has been written.
     pub fn patch(&mut self, offset: u64, bytes: &[u8]) -> io::Result<()> {
+        self.flush()?;
         let mut patch = || {
             self.file.seek(SeekFrom::Start(offset))?;
             self.file.write_all(bytes)?;
-            self.file.seek(SeekFrom::End(0))
+            self.file.seek(SeekFrom::Start(self.written))
         };
         patch().map(drop).map_err(|error| naming(&self.part, error))
     }
 
-    /// Appends `text` of another part, and removes that.
-    pub fn take(&mut self, mut other: Self) -> io::Result<()> {
+    /// Appends what is in another part.
+    pub fn copy(&mut self, other: &mut Self) -> io::Result<()> {
         other.flush()?;
-        let mut read = File::open(&other.part).map_err(|error| naming(&other.part, error))?;
-        io::copy(&mut read, self).map_err(|error| naming(&self.part, error))?;
-        std::fs::remove_file(&other.part).map_err(|error| naming(&other.part, error))
+        other.file.rewind().map_err(|error| naming(&other.part, error))?;
+        io::copy(&mut other.file, self).map(drop)
+    }
+
+    /// Removes the file.
+    pub fn remove(self) -> io::Result<()> {
+        std::fs::remove_file(&self.part).map_err(|error| naming(&self.part, error))
+    }
+
+    /// Puts everything so far on the disk.
+    pub fn sync(&mut self) -> io::Result<()> {
+        self.flush()?;
+        self.file.sync_all().map_err(|error| naming(&self.part, error))
     }
 
     /// Syncs the file and gives it its name.
     pub fn finish(mut self) -> io::Result<PathBuf> {
-        self.flush()?;
-        self.file.get_ref().sync_all().map_err(|error| naming(&self.part, error))?;
+        self.sync()?;
         rename(&self.part, &self.path).map_err(|error| naming(&self.path, error))?;
         Ok(self.path)
     }
@@ -62,12 +111,25 @@ impl Part {
 
 impl Write for Part {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.file.write(bytes).map_err(|error| naming(&self.part, error))
+        if self.buffer.len() + bytes.len() > BUFFER {
+            self.flush()?;
+        }
+        self.buffer.extend_from_slice(bytes);
+        Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.file.flush().map_err(|error| naming(&self.part, error))
+        self.file.write_all(&self.buffer).map_err(|error| naming(&self.part, error))?;
+        self.written += self.buffer.len() as u64;
+        self.buffer.clear();
+        Ok(())
     }
+}
+
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name: OsString = path.as_os_str().to_owned();
+    name.push(suffix);
+    PathBuf::from(name)
 }
 
 /// The error with the file that it is about.

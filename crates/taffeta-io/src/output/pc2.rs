@@ -2,7 +2,7 @@
 //! frame, little endian.
 
 use super::part::Part;
-use super::{FrameSink, Positions};
+use super::{Begin, FrameSink, Positions};
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -18,20 +18,28 @@ pub struct Pc2 {
 }
 
 impl Pc2 {
-    /// Starts the file at `path` for one body, which has `vertices` among those of all bodies.
-    pub fn create(path: &Path, vertices: Range<usize>) -> io::Result<Self> {
-        let mut part = Part::create(path)?;
+    /// Starts the file at `path` for one body, which has `vertices` among those of all bodies, or takes it up.
+    pub fn open(path: &Path, vertices: Range<usize>, begin: Begin) -> io::Result<Self> {
+        let mut part = Part::open(path, begin)?;
         let points = i32::try_from(vertices.len())
             .map_err(|_| part.refuse(format!("{} vertices are too many for PC2", vertices.len())))?;
-        part.write_all(b"POINTCACHE2\0")?;
-        part.write_all(&1_i32.to_le_bytes())?;
-        part.write_all(&points.to_le_bytes())?;
-        // Start frame and frames a sample.
-        part.write_all(&0_f32.to_le_bytes())?;
-        part.write_all(&1_f32.to_le_bytes())?;
-        part.write_all(&0_i32.to_le_bytes())?;
+        if begin == Begin::New {
+            part.write_all(&header(points))?;
+        }
         Ok(Self { part, frames: 0, vertices })
     }
+}
+
+/// The header of a file without frames.
+fn header(points: i32) -> Vec<u8> {
+    let mut bytes = b"POINTCACHE2\0".to_vec();
+    bytes.extend(1_i32.to_le_bytes());
+    bytes.extend(points.to_le_bytes());
+    // Start frame and frames a sample.
+    bytes.extend(0_f32.to_le_bytes());
+    bytes.extend(1_f32.to_le_bytes());
+    bytes.extend(0_i32.to_le_bytes());
+    bytes
 }
 
 impl FrameSink for Pc2 {
@@ -42,6 +50,7 @@ impl FrameSink for Pc2 {
         for x in own.iter_f32().flatten() {
             self.part.write_all(&x.to_le_bytes())?;
         }
+        self.part.flush()?;
         self.frames = self
             .frames
             .checked_add(1)
@@ -49,9 +58,23 @@ impl FrameSink for Pc2 {
         Ok(())
     }
 
-    fn finish(mut self: Box<Self>) -> io::Result<PathBuf> {
+    fn mark(&self) -> Vec<u64> {
+        vec![self.part.len()]
+    }
+
+    fn rewind(&mut self, frames: u64, mark: &[u64]) -> io::Result<()> {
+        self.frames = i32::try_from(frames).unwrap_or(i32::MAX);
+        mark.iter().try_for_each(|&length| self.part.cut(length))
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
         let frames = self.frames;
         self.part.patch(COUNT_AT, &frames.to_le_bytes())?;
-        self.part.finish()
+        self.part.sync()
+    }
+
+    fn finish(mut self: Box<Self>) -> io::Result<Vec<PathBuf>> {
+        self.sync()?;
+        Ok(vec![self.part.finish()?])
     }
 }

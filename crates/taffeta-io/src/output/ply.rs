@@ -1,7 +1,7 @@
 //! A pose as binary PLY, little endian, with the file's own faces.
 
-use super::Positions;
 use super::part::Part;
+use super::{Begin, Positions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use taffeta::topology::{Surface, Uvs};
@@ -14,7 +14,7 @@ pub fn write_ply(
     positions: &Positions,
     normals: &[[f32; 3]],
 ) -> io::Result<PathBuf> {
-    let mut part = Part::create(path)?;
+    let mut part = Part::open(path, Begin::New)?;
     let count = surface.vertices.len();
     if positions.len() != count || !(normals.is_empty() || normals.len() == count) {
         let (places, normals) = (positions.len(), normals.len());

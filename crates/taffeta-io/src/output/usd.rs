@@ -1,15 +1,21 @@
 //! USD in its text form: a mesh or curve for each body, with points and extents for each frame.
 //!
-//! A frame adds to all bodies, but the file has one body after the other: each body's points stream into a part of
-//! their own, and `finish` puts the parts together.
+//! A frame adds to all bodies, but the file has one body after the other: each body's points and extents stream into
+//! parts of their own, and `finish` puts the parts together.
 
 use super::part::Part;
 use super::usd_mesh::write_topology;
-use super::{FrameSink, Positions, usd_identifiers};
-use std::io::{self, Write};
+use super::{Begin, FrameSink, Positions, usd_identifiers};
+use std::fs::{File, remove_file};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use taffeta::topology::Surface;
+
+/// Between a body's points and its extents.
+const EXTENTS: &[u8] = b"        float3[] extent.timeSamples = {\n";
+/// After the frames of either.
+const END: &[u8] = b"        }\n";
 
 /// Writes one `.usda` file for all bodies.
 pub struct Usd {
@@ -22,26 +28,30 @@ pub struct Usd {
 }
 
 struct BodyPart {
-    part: Part,
     vertices: Range<usize>,
-    extents: Vec<[[f32; 3]; 2]>,
+    points: Part,
+    extents: Part,
 }
 
 impl Usd {
-    /// Starts the file at `path`; `bodies` are names and surfaces in the order of the positions, `dt` is the length
-    /// of a frame [s].
-    pub fn create(path: &Path, dt: f64, bodies: &[(String, Surface)]) -> io::Result<Self> {
+    /// Starts the file at `path`, or takes it up; `bodies` are names and surfaces in the order of the positions, `dt`
+    /// is the length of a frame [s].
+    pub fn open(path: &Path, dt: f64, bodies: &[(String, Surface)], begin: Begin) -> io::Result<Self> {
+        if begin == Begin::Again && path.exists() {
+            split(path)?;
+        }
         let names: Vec<String> = bodies.iter().map(|(name, _)| name.clone()).collect();
         let mut usd = Self { path: path.to_owned(), dt, frames: 0, vertices: 0, bodies: Vec::new() };
         for (index, (name, (_, surface))) in usd_identifiers(&names).iter().zip(bodies).enumerate() {
-            let mut own = path.as_os_str().to_owned();
-            own.push(format!(".{index}"));
-            let mut part = Part::create(Path::new(&own))?;
-            write_topology(&mut part, name, surface)?;
-            part.write_all(b"        point3f[] points.timeSamples = {\n")?;
+            let [points, extents] = part_paths(path, index);
+            let mut points = Part::open(&points, begin)?;
+            if begin == Begin::New {
+                write_topology(&mut points, name, surface)?;
+                points.write_all(b"        point3f[] points.timeSamples = {\n")?;
+            }
             let vertices = usd.vertices..usd.vertices + surface.vertices.len();
             usd.vertices = vertices.end;
-            usd.bodies.push(BodyPart { part, vertices, extents: Vec::new() });
+            usd.bodies.push(BodyPart { vertices, points, extents: Part::open(&extents, begin)? });
         }
         Ok(usd)
     }
@@ -62,7 +72,7 @@ impl FrameSink for Usd {
         for body in &mut self.bodies {
             let own = positions.slice(body.vertices.clone()).filter(|_| positions.len() == expected);
             let own = own.ok_or_else(|| {
-                body.part.refuse(format!("{} vertices instead of {expected}", positions.len()))
+                body.points.refuse(format!("{} vertices instead of {expected}", positions.len()))
             })?;
             body.frame(frame, &own)?;
         }
@@ -70,39 +80,96 @@ impl FrameSink for Usd {
         Ok(())
     }
 
-    fn finish(self: Box<Self>) -> io::Result<PathBuf> {
-        let mut whole = Part::create(&self.path)?;
+    fn mark(&self) -> Vec<u64> {
+        self.bodies.iter().flat_map(|body| [body.points.len(), body.extents.len()]).collect()
+    }
+
+    fn rewind(&mut self, frames: u64, mark: &[u64]) -> io::Result<()> {
+        self.frames = frames;
+        let parts = self.bodies.iter_mut().flat_map(|body| [&mut body.points, &mut body.extents]);
+        parts.zip(mark).try_for_each(|(part, &length)| part.cut(length))
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
+        let mut parts = self.bodies.iter_mut().flat_map(|body| [&mut body.points, &mut body.extents]);
+        parts.try_for_each(Part::sync)
+    }
+
+    /// The parts are there until the whole is: a run that ends in here can be taken up.
+    fn finish(mut self: Box<Self>) -> io::Result<Vec<PathBuf>> {
+        let mut whole = Part::open(&self.path, Begin::New)?;
         whole.write_all(self.header().as_bytes())?;
-        for body in self.bodies {
-            whole.take(body.close()?)?;
+        for body in &mut self.bodies {
+            whole.copy(&mut body.points)?;
+            whole.write_all(END)?;
+            whole.write_all(EXTENTS)?;
+            whole.copy(&mut body.extents)?;
+            whole.write_all(END)?;
+            whole.write_all(b"    }\n\n")?;
         }
         whole.write_all(b"}\n")?;
-        whole.finish()
+        let path = whole.finish()?;
+        for body in self.bodies {
+            body.points.remove()?;
+            body.extents.remove()?;
+        }
+        Ok(vec![path])
     }
 }
 
 impl BodyPart {
     fn frame(&mut self, frame: u64, positions: &Positions) -> io::Result<()> {
         let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        write!(self.part, "            {frame}: [")?;
+        write!(self.points, "            {frame}: [")?;
         for (i, [x, y, z]) in positions.iter_f32().enumerate() {
             let comma = if i == 0 { "" } else { ", " };
-            write!(self.part, "{comma}({x}, {y}, {z})")?;
+            write!(self.points, "{comma}({x}, {y}, {z})")?;
             for (axis, value) in [x, y, z].into_iter().enumerate() {
                 low[axis] = low[axis].min(value);
                 high[axis] = high[axis].max(value);
             }
         }
-        self.extents.push([low, high]);
-        self.part.write_all(b"],\n")
+        self.points.write_all(b"],\n")?;
+        let ([a, b, c], [x, y, z]) = (low, high);
+        writeln!(self.extents, "            {frame}: [({a}, {b}, {c}), ({x}, {y}, {z})],")?;
+        self.points.flush()?;
+        self.extents.flush()
     }
+}
 
-    fn close(mut self) -> io::Result<Part> {
-        self.part.write_all(b"        }\n        float3[] extent.timeSamples = {\n")?;
-        for (frame, [[a, b, c], [x, y, z]]) in self.extents.iter().enumerate() {
-            writeln!(self.part, "            {frame}: [({a}, {b}, {c}), ({x}, {y}, {z})],")?;
+/// Where the points and the extents of a body are under way.
+fn part_paths(path: &Path, body: usize) -> [PathBuf; 2] {
+    ["points", "extents"].map(|what| {
+        let mut own = path.as_os_str().to_owned();
+        own.push(format!(".{body}.{what}"));
+        PathBuf::from(own)
+    })
+}
+
+/// Takes a whole file apart again, as `finish` put it together.
+fn split(path: &Path) -> io::Result<()> {
+    let mut lines = BufReader::new(File::open(path)?);
+    let mut copy = File::open(path)?;
+    let (mut line, mut at, mut start, mut body) = (Vec::new(), 0_u64, 0, 0);
+    while lines.read_until(b'\n', &mut line)? > 0 {
+        let end = at + line.len() as u64;
+        if line.starts_with(b"    def ") {
+            start = at;
+        } else if line == EXTENTS {
+            copy_range(&mut copy, start..at - END.len() as u64, &part_paths(path, body)[0])?;
+            start = end;
+        } else if line == b"    }\n" {
+            copy_range(&mut copy, start..at - END.len() as u64, &part_paths(path, body)[1])?;
+            body += 1;
         }
-        self.part.write_all(b"        }\n    }\n\n")?;
-        Ok(self.part)
+        (at, _) = (end, line.clear());
     }
+    remove_file(path)
+}
+
+fn copy_range(from: &mut File, range: Range<u64>, to: &Path) -> io::Result<()> {
+    let mut part = Part::open(to, Begin::New)?;
+    from.seek(SeekFrom::Start(range.start))?;
+    io::copy(&mut from.take(range.end.saturating_sub(range.start)), &mut part)?;
+    part.sync()
 }

@@ -2,7 +2,7 @@
 
 use super::folders::{Folders, Unusable};
 use super::{LoadError, Loaded, SceneSource};
-use crate::mesh::load_mesh;
+use crate::mesh::{MeshOptions, load_mesh};
 use std::path::Path;
 use std::sync::Arc;
 use taffeta::scene::{Body, Mesh};
@@ -35,7 +35,8 @@ fn fill_mesh(
     let place = format!("{path}.mesh.file");
     match (folders.find(name), stand_in) {
         (Ok(file), _) => {
-            let surface = load_mesh(&file).map_err(|error| source.at_path(&place, error.to_string()))?;
+            let surface = load_mesh(&file, &MeshOptions::default())
+                .map_err(|error| source.at_path(&place, error.to_string()))?;
             body.mesh = Mesh::Surface(Arc::new(surface));
         }
         (Err(Unusable::Missing(why)), Some(shape)) => {

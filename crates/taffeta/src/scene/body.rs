@@ -26,6 +26,12 @@ pub struct Body {
     pub density: Option<f64>,
     /// The shape.
     pub mesh: Mesh,
+    /// Close the holes of a mesh file whose border passes each of its nodes once. Outputs keep the file's faces.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub fill_holes: bool,
+    /// A second mesh file with the same vertices and faces: the shape in which springs and hinges are at rest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rest_shape: Option<String>,
     /// A procedural shape to use where the mesh file is not there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stand_in: Option<Mesh>,
@@ -222,6 +228,8 @@ impl Body {
             area_density: None,
             density: None,
             mesh,
+            fill_holes: false,
+            rest_shape: None,
             stand_in: None,
             place: Place::default(),
             springs: Springs::default(),
