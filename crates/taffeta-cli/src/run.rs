@@ -1,23 +1,22 @@
 //! `taffeta run`: a scene to files.
 
+mod job;
 mod outputs;
+mod plan;
 mod progress;
 mod tally;
 
 use crate::console::{self, grouped};
 use crate::failure::Failure;
 use crate::memory;
-use crate::summary::{Status, Summary};
+use crate::summary::Summary;
 use clap::ValueEnum;
-use outputs::{Format, Outputs};
-use progress::Progress;
+use job::{Ending, Job, stop_on_ctrl_c};
+use outputs::{Format, Poses};
+use plan::Plan;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
-use taffeta::{Diverged, Options, Precision, Simulation};
+use taffeta::{Options, Precision, Simulation};
 use taffeta_io::Loaded;
-use tally::Tally;
 pub use tally::{median, rate};
 
 /// Run a scene and write its results
@@ -25,7 +24,7 @@ pub use tally::{median, rate};
 pub struct Args {
     /// The scene, a TOML file
     scene: PathBuf,
-    /// Folder for the results [default: out/<name of the scene>]
+    /// Folder for the results [default: out/<name of the scene>, or that of the checkpoint to go on from]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Number of frames, instead of the scene's
@@ -37,19 +36,19 @@ pub struct Args {
     /// Worker threads [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Arithmetic
-    #[arg(long, value_enum, default_value_t = Arithmetic::F32)]
-    precision: Arithmetic,
+    /// Arithmetic [default: f32]
+    #[arg(long, value_enum)]
+    precision: Option<Arithmetic>,
     /// Change a value of the scene: body.flag.springs.structural.k=500
     #[arg(long = "set", value_name = "PATH=VALUE")]
     sets: Vec<String>,
-    /// Formats of the results, with commas between
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "npy")]
-    format: Vec<Format>,
-    /// Write a checkpoint every N frames (not yet supported)
-    #[arg(long, value_name = "N")]
+    /// Formats of the results, with commas between [default: npy]
+    #[arg(long, value_enum, value_delimiter = ',')]
+    format: Option<Vec<Format>>,
+    /// Write a checkpoint every N frames, from which the run can go on whatever happens
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     checkpoint_every: Option<u32>,
-    /// Go on from a checkpoint (not yet supported)
+    /// Go on from a checkpoint of the same scene
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
     /// Print the summary as JSON, and nothing else on standard output
@@ -88,119 +87,77 @@ impl Arithmetic {
             Self::F64 => Precision::F64,
         }
     }
-
-    /// As the user calls it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::F32 => "f32",
-            Self::F64 => "f64",
-        }
-    }
 }
 
 /// Runs a scene.
 pub fn run(args: &Args) -> Result<(), Failure> {
     args.refuse_unsupported()?;
-    let mut loaded = taffeta_io::load_scene(&args.scene, &args.sets)?;
-    loaded.scene.time.frames = args.frames.unwrap_or(loaded.scene.time.frames);
+    let loaded = taffeta_io::load_scene(&args.scene, &args.sets)?;
     memory::check(&loaded.scene)?;
-    let options = Options { threads: args.threads.map(usize::from), precision: args.precision.precision() };
-    let mut simulation =
+    let plan = Plan::new(args, &loaded)?;
+    let options = Options { threads: args.threads.map(usize::from), precision: plan.precision };
+    let simulation =
         Simulation::new(&loaded.scene, &options).map_err(|error| loaded.source.locate(&error))?;
     let stop = stop_on_ctrl_c()?;
-    args.say(&opening(&loaded, &simulation, args.backend))?;
+    args.say(&opening(&loaded, &simulation, args.backend, &plan))?;
 
-    let dir = args.out_dir();
-    let mut outputs = Outputs::create(&dir, &args.format, &simulation, loaded.scene.time.dt)?;
-    let mut tally = Tally::new(&simulation);
-    let ending = frames(args, &loaded, &mut simulation, &mut outputs, &mut tally, &stop)?;
-    let files = outputs.finish(&simulation, matches!(ending, Ending::Diverged(_)))?;
+    let mut job = Job::new(&plan, simulation, loaded.scene.time.dt)?;
+    let ending = job.run(args.quiet, &stop);
+    close(args, &loaded, job, ending)
+}
+
+/// Completes the files, writes the summary and says how it went.
+fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), Failure> {
+    let (path, saved, frames) = (job.path(), job.saved, job.outputs.frames());
+    let Job { plan, simulation, outputs, tally, .. } = job;
+    let poses = match ending {
+        Ending::Done | Ending::Interrupted => Poses::Full,
+        Ending::Diverged(_) => Poses::Bare,
+        Ending::Failed(_) => Poses::None,
+    };
+    let (files, failed) = outputs.finish(&simulation, poses);
+    // What went wrong first is what is said.
+    let ending = match (ending, failed) {
+        (Ending::Done | Ending::Interrupted, Some(error)) => Ending::Failed(error),
+        (ending, _) => ending,
+    };
     let mut summary = tally.summary(args, &loaded.scene.time, &simulation, ending.status());
     summary.files = files;
-    outputs::write_summary(&dir, &summary)?;
+    // The frame that could not be kept does not count.
+    summary.frames = u32::try_from(frames).unwrap_or(u32::MAX).saturating_sub(1);
+    let ending = match (ending, outputs::write_summary(&plan.dir, &summary)) {
+        (Ending::Done | Ending::Interrupted, Err(error)) => Ending::Failed(error),
+        (ending, _) => ending,
+    };
     if args.json {
         console::say(&console::json(&summary)?)?;
     }
-    args.say(&closing(&summary, &dir))?;
-    ending.verdict(&summary, &dir)
-}
-
-/// How the frames ended.
-enum Ending {
-    Done,
-    Diverged(Diverged),
-    Interrupted,
-}
-
-impl Ending {
-    fn status(&self) -> Status {
-        match self {
-            Self::Done => Status::Done,
-            Self::Diverged(_) => Status::Diverged,
-            Self::Interrupted => Status::Interrupted,
-        }
-    }
-
-    fn verdict(self, summary: &Summary, dir: &Path) -> Result<(), Failure> {
-        let kept = format!("frames 0 to {} are in {}", summary.frames, dir.display());
-        match self {
-            Self::Done => Ok(()),
-            Self::Diverged(error) => Err(Failure::Work(format!("{error}\n{kept}"))),
-            Self::Interrupted => Err(Failure::Interrupted(format!("interrupted: {kept}"))),
-        }
-    }
-}
-
-/// Frame 0, then all others, to the outputs.
-fn frames(
-    args: &Args,
-    loaded: &Loaded,
-    simulation: &mut Simulation,
-    outputs: &mut Outputs,
-    tally: &mut Tally,
-    stop: &AtomicBool,
-) -> Result<Ending, Failure> {
-    let count = loaded.scene.time.frames;
-    let progress = Progress::new(count, args.quiet);
-    outputs.frame(simulation, 0.0)?;
-    for _ in 0..count {
-        if stop.load(Ordering::Relaxed) {
-            return Ok(Ending::Interrupted);
-        }
-        let start = Instant::now();
-        if let Err(error) = simulation.step() {
-            return Ok(Ending::Diverged(error));
-        }
-        let ms = start.elapsed().as_secs_f64() * 1e3;
-        tally.add(simulation.report(), ms);
-        outputs.frame(simulation, ms)?;
-        progress.frame(ms);
-    }
-    Ok(Ending::Done)
-}
-
-fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let seen = Arc::clone(&stop);
-    let asked = move || {
-        if seen.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-        eprintln!(
-            "stopping after this frame; once more to stop at once, which leaves unfinished .part files"
-        );
+    let kept = match frames {
+        0 => format!("no frame is in {}", plan.dir.display()),
+        _ => format!("frames 0 to {} are in {}", frames - 1, plan.dir.display()),
     };
-    ctrlc::set_handler(asked).map_err(|error| Failure::Work(format!("cannot listen for Ctrl-C: {error}")))?;
-    Ok(stop)
+    let go_on =
+        saved.map(|frame| format!("\ncheckpoint at frame {frame}; to go on: {}", args.resume_command(&path)));
+    let go_on = go_on.unwrap_or_default();
+    match ending {
+        Ending::Done => {
+            if plan.every.is_none() {
+                // All is done: there is nothing to go on with.
+                let _ = std::fs::remove_file(&path);
+            }
+            args.say(&closing(&summary, &plan.dir))
+        }
+        Ending::Diverged(error) => Err(Failure::Work(format!("{error}\n{kept}{go_on}"))),
+        Ending::Failed(error) => Err(Failure::Work(format!("{error}\n{kept}{go_on}"))),
+        Ending::Interrupted => Err(Failure::Interrupted(format!("interrupted: {kept}{go_on}"))),
+    }
 }
 
 impl Args {
     fn refuse_unsupported(&self) -> Result<(), Failure> {
         let wanted = [
-            (self.checkpoint_every.is_some(), "--checkpoint-every"),
-            (self.resume.is_some(), "--resume"),
             (self.backend == Backend::Gpu, "--backend gpu"),
-            (self.format.contains(&Format::Vtu), "--format vtu"),
+            (self.format.iter().flatten().any(|format| *format == Format::Vtu), "--format vtu"),
         ];
         match wanted.into_iter().find(|(asked, _)| *asked) {
             Some((_, what)) => Err(Failure::not_yet(what)),
@@ -208,9 +165,12 @@ impl Args {
         }
     }
 
-    fn out_dir(&self) -> PathBuf {
-        let stem = self.scene.file_stem().unwrap_or("scene".as_ref());
-        self.out.clone().unwrap_or_else(|| Path::new("out").join(stem))
+    /// The command that goes on from the checkpoint at `path`.
+    fn resume_command(&self, path: &Path) -> String {
+        let mut words = vec!["taffeta run".to_owned(), quoted(&self.scene.to_string_lossy())];
+        words.push(format!("--resume {}", quoted(&path.to_string_lossy())));
+        words.extend(self.sets.iter().map(|set| format!("--set {}", quoted(set))));
+        words.join(" ")
     }
 
     /// To people, where the output is not for a program.
@@ -219,8 +179,17 @@ impl Args {
     }
 }
 
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
 /// What is run, and what is to be known about it.
-fn opening(loaded: &Loaded, simulation: &Simulation, backend: Backend) -> String {
+fn opening(loaded: &Loaded, simulation: &Simulation, backend: Backend, plan: &Plan) -> String {
     let mut lines = vec![match loaded.scene.title.as_str() {
         "" => "untitled scene".to_owned(),
         title => title.to_owned(),
@@ -232,6 +201,7 @@ fn opening(loaded: &Loaded, simulation: &Simulation, backend: Backend) -> String
     }
     lines.extend(loaded.notes.iter().map(|note| format!("note: {note}")));
     lines.extend(simulation.warnings().iter().map(|warning| format!("warning: {warning}")));
+    lines.extend(plan.going_on());
     lines.push(match backend {
         Backend::Auto => format!("{} (cpu: this build has no GPU backend yet)", simulation.device()),
         Backend::Cpu | Backend::Gpu => simulation.device(),

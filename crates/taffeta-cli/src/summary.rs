@@ -15,7 +15,7 @@ pub struct Summary {
     /// The device in words.
     pub device: String,
     /// `f32` or `f64`.
-    pub precision: &'static str,
+    pub precision: String,
     /// Worker threads.
     pub threads: usize,
     /// Frames done; outputs have one more, the start.
@@ -70,6 +70,8 @@ pub enum Status {
     Diverged,
     /// The user stopped it; the frames until then are there.
     Interrupted,
+    /// A file could not be written, for the disk was full or is gone; the frames until then are there.
+    Failed,
 }
 
 /// Total energy over a run [J].

@@ -7,11 +7,13 @@ mod frames;
 mod names;
 mod npy;
 mod obj;
-mod part;
+pub(crate) mod part;
 mod pc2;
 mod ply;
 mod usd;
 mod usd_mesh;
+
+pub(crate) use part::in_file;
 
 pub use frames::FrameTable;
 pub use names::{file_stems, usd_identifiers};

@@ -12,7 +12,7 @@ mod simulation;
 mod step;
 pub mod topology;
 
-pub use simulation::{BodyInfo, Diverged, Options, Precision, Simulation};
+pub use simulation::{BodyInfo, Diverged, Options, Precision, Simulation, Snapshot};
 
 /// The vector instructions that the CPU backend uses on this machine.
 pub fn simd_level() -> String {

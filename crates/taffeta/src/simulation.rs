@@ -1,5 +1,9 @@
 //! What a program holds: a scene that runs. Build it, step it, read positions, move pins, apply forces.
 
+mod snapshot;
+
+pub use snapshot::Snapshot;
+
 use crate::assembly::{Assembly, BodyAssembly};
 use crate::cpu::{Backend, CpuBackend, FrameSums, Hand};
 use crate::diagnostics::advice::{StepLimit, runaway};
@@ -7,10 +11,11 @@ use crate::diagnostics::{FrameReport, normals, stability};
 use crate::scene::{Scene, SceneError};
 use crate::topology::Surface;
 use crate::topology::random::SplitMix64;
+use serde::{Deserialize, Serialize};
 use std::hash::Hasher;
 
 /// Arithmetic of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Precision {
     /// 32 bits: the fast path.
     #[default]
@@ -330,7 +335,12 @@ impl Simulation {
     /// 64-bit hash (XXH64, seed 0) of little-endian positions then velocities of all nodes, in user order.
     pub fn state_hash(&self) -> u64 {
         let mut hasher = twox_hash::XxHash64::with_seed(0);
-        let order = self.user_order();
+        self.state(&self.user_order(), |bytes| hasher.write(bytes));
+        hasher.finish()
+    }
+
+    /// Little-endian positions then velocities of the nodes with solver indices `order`, piece by piece.
+    fn state(&self, order: &[usize], mut sink: impl FnMut(&[u8])) {
         let mut bytes = Vec::new();
         for velocity in [false, true] {
             for nodes in order.chunks(4096) {
@@ -338,10 +348,9 @@ impl Simulation {
                 for &node in nodes {
                     self.backend.bytes(node, velocity, &mut bytes);
                 }
-                hasher.write(&bytes);
+                sink(&bytes);
             }
         }
-        hasher.finish()
     }
 
     /// Precision of the run.

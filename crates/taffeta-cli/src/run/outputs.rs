@@ -1,9 +1,11 @@
 //! The files of a run.
 
+use super::plan::Plan;
 use crate::console;
 use crate::failure::Failure;
 use crate::summary::Summary;
 use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
 use taffeta::topology::Surface;
@@ -12,8 +14,8 @@ use taffeta_io::output::{
     Begin, FrameSink, FrameTable, Npy, Pc2, Positions, Usd, file_stems, write_obj, write_ply,
 };
 
-/// A format of results.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+/// A format of results. A checkpoint keeps its place in this list: new ones come last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
 pub enum Format {
     /// All frames as a NumPy array: positions.npy
     Npy,
@@ -29,103 +31,213 @@ pub enum Format {
     Vtu,
 }
 
+/// Where the files of a run end.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Mark {
+    /// Frames in the caches, the start included.
+    frames: u64,
+    /// Lengths of each cache's files.
+    caches: Vec<Vec<u64>>,
+    /// Length of the table.
+    table: u64,
+}
+
 /// The files of a run, under way.
 pub struct Outputs {
     dir: PathBuf,
     formats: Vec<Format>,
-    sinks: Vec<Box<dyn FrameSink>>,
+    caches: Vec<Box<dyn FrameSink>>,
     table: FrameTable,
     positions: Buffer,
+    /// Where the files end that have the same, whole frames.
+    mark: Mark,
 }
 
 impl Outputs {
-    /// Starts all files in `dir`; `dt` is the length of a frame [s].
-    pub fn create(dir: &Path, formats: &[Format], simulation: &Simulation, dt: f64) -> Result<Self, Failure> {
-        let refuse = |error| {
-            Failure::Input(format!(
-                "--out {}: {error}; a folder that can be written to would do",
-                dir.display()
-            ))
+    /// Starts all files of a run, or takes them up; `dt` is the length of a frame [s].
+    pub fn open(plan: &Plan, simulation: &Simulation, dt: f64) -> Result<Self, Failure> {
+        let (dir, begin) = (&plan.dir, plan.begin());
+        let refuse = |error: io::Error| {
+            let out = format!("--out {}: {error}", dir.display());
+            match error.kind() {
+                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Failure::Work(out),
+                _ if begin == Begin::Again => {
+                    Failure::Input(format!("{out}; the files that the run left are needed to go on"))
+                }
+                _ => Failure::Input(format!("{out}; a folder that can be written to would do")),
+            }
         };
         std::fs::create_dir_all(dir).map_err(refuse)?;
-        let mut formats = formats.to_vec();
-        formats.sort_unstable();
-        formats.dedup();
         let bodies = simulation.bodies();
         let columns: Vec<_> =
             bodies.iter().map(|body| (body.name.clone(), body.rest_volume.is_some())).collect();
-        let mut sinks = Vec::new();
-        for format in &formats {
-            sinks.extend(format.sinks(dir, simulation, dt).map_err(refuse)?);
+        let mut caches = Vec::new();
+        for format in &plan.formats {
+            caches.extend(format.caches(plan, simulation, dt).map_err(refuse)?);
         }
-        let table = FrameTable::open(&dir.join("frames.csv"), &columns, Begin::New).map_err(refuse)?;
-        remove_earlier(dir).map_err(refuse)?;
+        let table = FrameTable::open(&dir.join("frames.csv"), &columns, begin).map_err(refuse)?;
+        remove_earlier(plan).map_err(refuse)?;
         let positions = Buffer::of(simulation.precision());
-        Ok(Self { dir: dir.to_owned(), formats, sinks, table, positions })
+        let mut outputs = Self {
+            dir: dir.clone(),
+            formats: plan.formats.clone(),
+            caches,
+            table,
+            positions,
+            mark: Mark::default(),
+        };
+        outputs.mark = outputs.here(0);
+        Ok(outputs)
     }
 
     /// Adds the simulation's frame, which took `ms` [ms].
     pub fn frame(&mut self, simulation: &Simulation, ms: f64) -> io::Result<()> {
         self.positions.fill(simulation);
         let time = simulation.report().time;
-        for sink in &mut self.sinks {
-            sink.frame(time, &self.positions.view())?;
+        for cache in &mut self.caches {
+            cache.frame(time, &self.positions.view())?;
         }
-        self.table.row(simulation.report(), ms)
+        self.table.row(simulation.report(), ms)?;
+        self.mark = self.here(self.mark.frames + 1);
+        Ok(())
     }
 
-    /// Completes all files with the frames that were added and returns their names. After a divergence the state is not that of the last
-    /// frame, and poses go without normals.
-    pub fn finish(self, simulation: &Simulation, diverged: bool) -> io::Result<Vec<String>> {
-        let mut files = Vec::new();
-        for sink in self.sinks {
-            files.extend(sink.finish()?);
+    /// Where the files end now, with `frames` frames.
+    fn here(&self, frames: u64) -> Mark {
+        Mark {
+            frames,
+            caches: self.caches.iter().map(|cache| cache.mark()).collect(),
+            table: self.table.mark(),
         }
-        files.push(self.table.finish()?);
-        let stems = file_stems(&names(simulation));
-        let mut first = 0;
-        for (index, stem) in stems.iter().enumerate() {
-            let surface = simulation.surface(index);
-            let positions = self.positions.view().slice(first..first + surface.vertices.len());
-            first += surface.vertices.len();
-            let normals = if diverged { Vec::new() } else { simulation.normals(index) };
-            if let Some(positions) = positions {
-                let path = self.dir.join(stem);
-                for format in &self.formats {
-                    files.extend(format.pose(&path, &surface, &positions, &normals)?);
-                }
+    }
+
+    /// Goes back to where a checkpoint says the files ended; the simulation is there already.
+    pub fn rewind(&mut self, mark: &Mark, simulation: &Simulation) -> io::Result<()> {
+        self.positions.fill(simulation);
+        self.mark = mark.clone();
+        for (cache, lengths) in self.caches.iter_mut().zip(&mark.caches) {
+            cache.rewind(mark.frames, lengths)?;
+        }
+        self.table.rewind(mark.table)
+    }
+
+    /// Drops a frame that not all files could take. A file that cannot even be cut stays a `.part`.
+    pub fn go_back(&mut self) {
+        let mark = &self.mark;
+        for (cache, lengths) in self.caches.iter_mut().zip(&mark.caches) {
+            if let Err(error) = cache.rewind(mark.frames, lengths) {
+                console::complain(&format!("error: {error}"));
             }
         }
+        if let Err(error) = self.table.rewind(mark.table) {
+            console::complain(&format!("error: {error}"));
+        }
+    }
+
+    /// Puts all frames so far on the disk, and says where the files end.
+    pub fn sync(&mut self) -> io::Result<Mark> {
+        self.caches.iter_mut().try_for_each(|cache| cache.sync())?;
+        self.table.sync()?;
+        Ok(self.mark.clone())
+    }
+
+    /// Frames in the caches, the start included.
+    pub fn frames(&self) -> u64 {
+        self.mark.frames
+    }
+
+    /// Completes all files with the frames that were added. Returns the names of those that it could, and the first
+    /// thing that went wrong.
+    pub fn finish(self, simulation: &Simulation, poses: Poses) -> (Vec<String>, Option<io::Error>) {
+        let (mut files, mut failed) = (Vec::new(), None);
+        let mut take = |result: io::Result<Vec<PathBuf>>| match result {
+            Ok(done) => files.extend(done),
+            Err(error) => failed = failed.take().or(Some(error)),
+        };
+        for cache in self.caches {
+            take(cache.finish());
+        }
+        take(self.table.finish().map(|path| vec![path]));
+        if poses != Poses::None {
+            take(write_poses(&self.dir, &self.formats, simulation, &self.positions.view(), poses));
+        }
         let name = |path: &PathBuf| path.file_name().map(|name| name.to_string_lossy().into_owned());
-        Ok(files.iter().filter_map(name).collect())
+        (files.iter().filter_map(name).collect(), failed)
     }
 }
 
+/// What poses of the last frame can have.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Poses {
+    /// Positions and normals: the simulation is at that frame.
+    Full,
+    /// Positions alone: it has gone beyond.
+    Bare,
+    /// Nothing: the last frame was not kept.
+    None,
+}
+
+fn write_poses(
+    dir: &Path,
+    formats: &[Format],
+    simulation: &Simulation,
+    positions: &Positions,
+    poses: Poses,
+) -> io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    let mut first = 0;
+    for (index, stem) in file_stems(&names(simulation)).iter().enumerate() {
+        let surface = simulation.surface(index);
+        let own = positions.slice(first..first + surface.vertices.len());
+        first += surface.vertices.len();
+        let normals = if poses == Poses::Full { simulation.normals(index) } else { Vec::new() };
+        if let Some(own) = own {
+            for format in formats {
+                files.extend(format.pose(&dir.join(stem), &surface, &own, &normals)?);
+            }
+        }
+    }
+    Ok(files)
+}
+
 impl Format {
+    /// As the user calls it.
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// Whether it holds all frames.
+    pub fn is_cache(self) -> bool {
+        match self {
+            Self::Npy | Self::Pc2 | Self::Usda | Self::Vtu => true,
+            Self::Ply | Self::Obj => false,
+        }
+    }
+
     /// The files that take all frames.
-    fn sinks(self, dir: &Path, simulation: &Simulation, dt: f64) -> io::Result<Vec<Box<dyn FrameSink>>> {
-        let bodies = simulation.bodies();
+    fn caches(self, plan: &Plan, simulation: &Simulation, dt: f64) -> io::Result<Vec<Box<dyn FrameSink>>> {
+        let (dir, begin, bodies) = (&plan.dir, plan.begin(), simulation.bodies());
         Ok(match self {
             Self::Npy => {
                 let vertices = bodies.iter().map(|body| body.vertices).sum();
                 let path = dir.join("positions.npy");
-                vec![Box::new(Npy::open(&path, vertices, simulation.precision(), Begin::New)?)]
+                vec![Box::new(Npy::open(&path, vertices, plan.cache_precision, begin)?)]
             }
             Self::Pc2 => {
-                let mut sinks: Vec<Box<dyn FrameSink>> = Vec::new();
+                let mut caches: Vec<Box<dyn FrameSink>> = Vec::new();
                 let mut first = 0;
                 for (stem, body) in file_stems(&names(simulation)).iter().zip(bodies) {
                     let range = first..first + body.vertices;
                     first = range.end;
-                    sinks.push(Box::new(Pc2::open(&dir.join(format!("{stem}.pc2")), range, Begin::New)?));
+                    caches.push(Box::new(Pc2::open(&dir.join(format!("{stem}.pc2")), range, begin)?));
                 }
-                sinks
+                caches
             }
             Self::Usda => {
                 let surfaces = bodies.iter().enumerate();
                 let surfaces: Vec<_> =
                     surfaces.map(|(index, body)| (body.name.clone(), simulation.surface(index))).collect();
-                vec![Box::new(Usd::open(&dir.join("scene.usda"), dt, &surfaces, Begin::New)?)]
+                vec![Box::new(Usd::open(&dir.join("scene.usda"), dt, &surfaces, begin)?)]
             }
             Self::Ply | Self::Obj | Self::Vtu => Vec::new(),
         })
@@ -185,26 +297,33 @@ impl Buffer {
     }
 }
 
-/// Removes what an earlier run wrote here, by its summary: results of two runs must not lie side by side.
-fn remove_earlier(dir: &Path) -> io::Result<()> {
-    let path = dir.join("summary.json");
+/// Removes what an earlier run wrote here, by its summary, and what is not to be taken up again: results of two runs,
+/// or of two frames, must not lie side by side.
+fn remove_earlier(plan: &Plan) -> io::Result<()> {
+    let remove = |path: &Path| match std::fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    };
+    if plan.begin() == Begin::New {
+        remove(&plan.checkpoint())?;
+    }
+    let path = plan.dir.join("summary.json");
     let Ok(text) = std::fs::read_to_string(&path) else { return Ok(()) };
     let earlier: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     let files = earlier["files"].as_array().into_iter().flatten().filter_map(|file| file.as_str());
     for file in files.filter(|file| Path::new(file).file_name() == Some(file.as_ref())) {
-        match std::fs::remove_file(dir.join(file)) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-            _ => {}
-        }
+        remove(&plan.dir.join(file))?;
     }
-    std::fs::remove_file(path)
+    remove(&path)
 }
 
 /// Writes `summary.json`, which has its name only when it is whole.
-pub fn write_summary(dir: &Path, summary: &Summary) -> Result<(), Failure> {
+pub fn write_summary(dir: &Path, summary: &Summary) -> io::Result<()> {
     let (path, part) = (dir.join("summary.json"), dir.join("summary.json.part"));
-    let text = console::json(summary)? + "\n";
-    std::fs::write(&part, text)
-        .and_then(|()| std::fs::rename(&part, &path))
-        .map_err(|error| Failure::Work(format!("{}: {error}", path.display())))
+    let text = serde_json::to_string_pretty(summary)? + "\n";
+    std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, &path)).map_err(|error| {
+        // An empty file tells nothing.
+        let _ = std::fs::remove_file(&part);
+        io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+    })
 }

@@ -8,10 +8,10 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// A bar for `frames` frames on standard error, which hides itself where that is not a terminal.
-    pub fn new(frames: u32, quiet: bool) -> Self {
+    /// A bar from frame `start` to frame `end` on standard error, which hides itself where that is not a terminal.
+    pub fn new(start: u32, end: u32, quiet: bool) -> Self {
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-        let bar = ProgressBar::with_draw_target(Some(u64::from(frames)), target);
+        let bar = ProgressBar::with_draw_target(Some(u64::from(end)), target).with_position(u64::from(start));
         let template = "{bar:40} frame {pos}/{len}, {msg}, {eta} left";
         // The template is ours and right; were it not, the plain bar serves.
         bar.set_style(

@@ -2,11 +2,13 @@
 
 use super::Args;
 use crate::summary::{BodySummary, Energy, SolverSummary, Status, Summary, Volume};
+use serde::{Deserialize, Serialize};
 use taffeta::Simulation;
 use taffeta::diagnostics::FrameReport;
 use taffeta::scene::Time;
 
 /// Extremes and times over the frames.
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Tally {
     energy_start: f64,
     energy_max: f64,
@@ -62,7 +64,7 @@ impl Tally {
             status,
             backend: "cpu",
             device: simulation.device(),
-            precision: args.precision.name(),
+            precision: simulation.precision().to_string(),
             threads: simulation.threads(),
             frames: simulation.frame(),
             substeps,

@@ -183,7 +183,7 @@ fn ctrl_c_ends_the_run_with_whole_files() {
     assert_eq!(summary["status"], "interrupted");
     let frames = summary["frames"].as_u64().unwrap();
     assert!(err.contains(&format!("\ninterrupted: frames 0 to {frames} are in o")), "{err}");
-    assert_eq!(desk.files("o"), ["frames.csv", "sheet.pc2", "summary.json"]);
+    assert_eq!(desk.files("o"), ["checkpoint.taffeta", "frames.csv", "sheet.pc2", "summary.json"]);
     let cache = std::fs::read(desk.path("o/sheet.pc2")).unwrap();
     assert_eq!(u64::from(u32::from_le_bytes(cache[28..32].try_into().unwrap())), frames + 1);
     assert_eq!(cache.len() as u64, 32 + (frames + 1) * 35 * 12);

@@ -18,7 +18,8 @@ pub struct Npy {
 }
 
 impl Npy {
-    /// Starts the file at `path` for frames of `vertices` vertices, or takes it up.
+    /// Starts the file at `path` for frames of `vertices` vertices, or takes it up. Positions in another precision are
+    /// converted.
     pub fn open(path: &Path, vertices: usize, precision: Precision, begin: Begin) -> io::Result<Self> {
         let mut part = Part::open(path, begin)?;
         if begin == Begin::New {
@@ -44,8 +45,12 @@ impl FrameSink for Npy {
             (Positions::F64(all), Precision::F64) => {
                 all.as_flattened().iter().try_for_each(|x| self.part.write_all(&x.to_le_bytes()))?;
             }
-            (_, precision) => {
-                return Err(self.part.refuse(format!("positions are not {precision:?} as the file is")));
+            (Positions::F32(all), Precision::F64) => {
+                let mut wide = all.as_flattened().iter().map(|&x| f64::from(x));
+                wide.try_for_each(|x| self.part.write_all(&x.to_le_bytes()))?;
+            }
+            (Positions::F64(_), Precision::F32) => {
+                positions.iter_f32().flatten().try_for_each(|x| self.part.write_all(&x.to_le_bytes()))?;
             }
         }
         self.part.flush()?;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 const BUFFER: usize = 1 << 18;
 
 /// A file under way: `NAME.part`.
-pub(super) struct Part {
+pub(crate) struct Part {
     path: PathBuf,
     part: PathBuf,
     file: File,
@@ -26,20 +26,20 @@ impl Part {
         let part = with_suffix(path, ".part");
         if begin == Begin::Again && !part.exists() {
             // The earlier run had come to an end.
-            rename(path, &part).map_err(|error| naming(path, error))?;
+            rename(path, &part).map_err(|error| in_file(path, error))?;
         }
         let file = File::options().read(true).write(true).create(true).truncate(false).open(&part);
-        let file = file.map_err(|error| naming(&part, error))?;
+        let file = file.map_err(|error| in_file(&part, error))?;
         if let Err(TryLockError::WouldBlock) = file.try_lock() {
             let what = "another run is writing here; wait for it or choose another folder";
-            return Err(naming(&part, io::Error::new(io::ErrorKind::ResourceBusy, what)));
+            return Err(in_file(&part, io::Error::new(io::ErrorKind::ResourceBusy, what)));
         }
         let mut opened = Self { path: path.to_owned(), part, file, buffer: Vec::new(), written: 0 };
         match begin {
             Begin::New => opened.cut(0)?,
             Begin::Again => {
                 let metadata = opened.file.metadata();
-                opened.written = metadata.map_err(|error| naming(&opened.part, error))?.len();
+                opened.written = metadata.map_err(|error| in_file(&opened.part, error))?.len();
             }
         }
         Ok(opened)
@@ -53,7 +53,7 @@ impl Part {
     /// Forgets what comes after the first `length` bytes.
     pub fn cut(&mut self, length: u64) -> io::Result<()> {
         self.buffer.clear();
-        let now = self.file.metadata().map_err(|error| naming(&self.part, error))?.len();
+        let now = self.file.metadata().map_err(|error| in_file(&self.part, error))?.len();
         if now < length {
             return Err(self.refuse(format!(
                 "holds {now} bytes and {length} are needed: it is not what the earlier run left"
@@ -62,7 +62,7 @@ impl Part {
         // A file system may object to changing what need not change, such as a pipe.
         let cut = if now > length { self.file.set_len(length) } else { Ok(()) };
         cut.and_then(|()| self.file.seek(SeekFrom::Start(length)))
-            .map_err(|error| naming(&self.part, error))?;
+            .map_err(|error| in_file(&self.part, error))?;
         self.written = length;
         Ok(())
     }
@@ -75,37 +75,38 @@ impl Part {
             self.file.write_all(bytes)?;
             self.file.seek(SeekFrom::Start(self.written))
         };
-        patch().map(drop).map_err(|error| naming(&self.part, error))
+        patch().map(drop).map_err(|error| in_file(&self.part, error))
     }
 
     /// Appends what is in another part.
     pub fn copy(&mut self, other: &mut Self) -> io::Result<()> {
         other.flush()?;
-        other.file.rewind().map_err(|error| naming(&other.part, error))?;
+        other.file.rewind().map_err(|error| in_file(&other.part, error))?;
         io::copy(&mut other.file, self).map(drop)
     }
 
     /// Removes the file.
     pub fn remove(self) -> io::Result<()> {
-        std::fs::remove_file(&self.part).map_err(|error| naming(&self.part, error))
+        std::fs::remove_file(&self.part).map_err(|error| in_file(&self.part, error))
     }
 
     /// Puts everything so far on the disk.
     pub fn sync(&mut self) -> io::Result<()> {
         self.flush()?;
-        self.file.sync_all().map_err(|error| naming(&self.part, error))
+        self.file.sync_all().map_err(|error| in_file(&self.part, error))
     }
 
     /// Syncs the file and gives it its name.
     pub fn finish(mut self) -> io::Result<PathBuf> {
         self.sync()?;
-        rename(&self.part, &self.path).map_err(|error| naming(&self.path, error))?;
+        rename(&self.part, &self.path).map_err(|error| in_file(&self.path, error))?;
+        sync_folder(&self.path);
         Ok(self.path)
     }
 
     /// An error about what was to be written here.
     pub fn refuse(&self, what: String) -> io::Error {
-        naming(&self.path, io::Error::new(io::ErrorKind::InvalidInput, what))
+        in_file(&self.path, io::Error::new(io::ErrorKind::InvalidInput, what))
     }
 }
 
@@ -114,16 +115,28 @@ impl Write for Part {
         if self.buffer.len() + bytes.len() > BUFFER {
             self.flush()?;
         }
-        self.buffer.extend_from_slice(bytes);
-        Ok(bytes.len())
+        if bytes.len() < BUFFER {
+            self.buffer.extend_from_slice(bytes);
+            return Ok(bytes.len());
+        }
+        let length = self.file.write(bytes).map_err(|error| in_file(&self.part, error))?;
+        self.written += length as u64;
+        Ok(length)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.file.write_all(&self.buffer).map_err(|error| naming(&self.part, error))?;
+        self.file.write_all(&self.buffer).map_err(|error| in_file(&self.part, error))?;
         self.written += self.buffer.len() as u64;
         self.buffer.clear();
         Ok(())
     }
+}
+
+/// Puts a new name on the disk, where folders can be synced. Without it the file is whole, and found under its earlier
+/// name after a power failure.
+fn sync_folder(path: &Path) {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let _ = File::open(folder).and_then(|folder| folder.sync_all());
 }
 
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
@@ -133,6 +146,6 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
 }
 
 /// The error with the file that it is about.
-fn naming(path: &Path, error: io::Error) -> io::Error {
+pub(crate) fn in_file(path: &Path, error: io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }

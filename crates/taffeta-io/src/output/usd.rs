@@ -1,25 +1,25 @@
 //! USD in its text form: a mesh or curve for each body, with points and extents for each frame.
 //!
-//! A frame adds to all bodies, but the file has one body after the other: each body's points and extents stream into
-//! parts of their own, and `finish` puts the parts together.
+//! A frame adds to all bodies, but the file has one body after the other. The first body's points stream into the file
+//! itself; all that comes after them streams into parts of its own, which `finish` appends.
 
-use super::part::Part;
+use super::part::{Part, in_file};
 use super::usd_mesh::write_topology;
 use super::{Begin, FrameSink, Positions, usd_identifiers};
-use std::fs::{File, remove_file};
+use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use taffeta::topology::Surface;
 
 /// Between a body's points and its extents.
-const EXTENTS: &[u8] = b"        float3[] extent.timeSamples = {\n";
-/// After the frames of either.
-const END: &[u8] = b"        }\n";
+const EXTENTS: &[u8] = b"        }\n        float3[] extent.timeSamples = {\n";
+/// Its lines: after the frames of either, before the extents.
+const END: &[u8] = EXTENTS.split_at(10).0;
+const EXTENTS_LINE: &[u8] = EXTENTS.split_at(10).1;
 
 /// Writes one `.usda` file for all bodies.
 pub struct Usd {
-    path: PathBuf,
     /// Length of a frame [s].
     dt: f64,
     frames: u64,
@@ -38,14 +38,17 @@ impl Usd {
     /// is the length of a frame [s].
     pub fn open(path: &Path, dt: f64, bodies: &[(String, Surface)], begin: Begin) -> io::Result<Self> {
         if begin == Begin::Again && path.exists() {
-            split(path)?;
+            split(path).map_err(|error| in_file(path, error))?;
         }
         let names: Vec<String> = bodies.iter().map(|(name, _)| name.clone()).collect();
-        let mut usd = Self { path: path.to_owned(), dt, frames: 0, vertices: 0, bodies: Vec::new() };
+        let mut usd = Self { dt, frames: 0, vertices: 0, bodies: Vec::new() };
         for (index, (name, (_, surface))) in usd_identifiers(&names).iter().zip(bodies).enumerate() {
             let [points, extents] = part_paths(path, index);
             let mut points = Part::open(&points, begin)?;
             if begin == Begin::New {
+                if index == 0 {
+                    points.write_all(usd.header().as_bytes())?;
+                }
                 write_topology(&mut points, name, surface)?;
                 points.write_all(b"        point3f[] points.timeSamples = {\n")?;
             }
@@ -56,13 +59,37 @@ impl Usd {
         Ok(usd)
     }
 
+    /// The header, of the same length for any number of frames.
     fn header(&self) -> String {
         let (rate, end) = (1.0 / self.dt, self.frames.saturating_sub(1));
         format!(
-            "#usda 1.0\n(\n    defaultPrim = \"Scene\"\n    endTimeCode = {end}\n    framesPerSecond = {rate}\n    \
+            "#usda 1.0\n(\n    defaultPrim = \"Scene\"\n    endTimeCode = {end:<20}\n    framesPerSecond = {rate}\n    \
              metersPerUnit = 1\n    startTimeCode = 0\n    timeCodesPerSecond = {rate}\n    upAxis = \"Y\"\n)\n\n\
              def Xform \"Scene\" (\n    kind = \"component\"\n)\n{{\n"
         )
+    }
+
+    fn parts(&mut self) -> impl Iterator<Item = &mut Part> {
+        self.bodies.iter_mut().flat_map(|body| [&mut body.points, &mut body.extents])
+    }
+
+    /// Appends all parts to the first, which is the file.
+    fn append(&mut self) -> io::Result<()> {
+        let header = self.header();
+        let mut parts = self.parts();
+        let Some(whole) = parts.next() else { return Ok(()) };
+        whole.patch(0, header.as_bytes())?;
+        // Extents and points by turns, as the file has them.
+        for (i, part) in parts.enumerate() {
+            if i % 2 == 0 {
+                whole.write_all(EXTENTS)?;
+                whole.copy(part)?;
+                whole.write_all(b"        }\n    }\n\n")?;
+            } else {
+                whole.copy(part)?;
+            }
+        }
+        whole.write_all(b"}\n")
     }
 }
 
@@ -86,34 +113,27 @@ impl FrameSink for Usd {
 
     fn rewind(&mut self, frames: u64, mark: &[u64]) -> io::Result<()> {
         self.frames = frames;
-        let parts = self.bodies.iter_mut().flat_map(|body| [&mut body.points, &mut body.extents]);
-        parts.zip(mark).try_for_each(|(part, &length)| part.cut(length))
+        self.parts().zip(mark).try_for_each(|(part, &length)| part.cut(length))
     }
 
     fn sync(&mut self) -> io::Result<()> {
-        let mut parts = self.bodies.iter_mut().flat_map(|body| [&mut body.points, &mut body.extents]);
-        parts.try_for_each(Part::sync)
+        self.parts().try_for_each(Part::sync)
     }
 
     /// The parts are there until the whole is: a run that ends in here can be taken up.
     fn finish(mut self: Box<Self>) -> io::Result<Vec<PathBuf>> {
-        let mut whole = Part::open(&self.path, Begin::New)?;
-        whole.write_all(self.header().as_bytes())?;
-        for body in &mut self.bodies {
-            whole.copy(&mut body.points)?;
-            whole.write_all(END)?;
-            whole.write_all(EXTENTS)?;
-            whole.copy(&mut body.extents)?;
-            whole.write_all(END)?;
-            whole.write_all(b"    }\n\n")?;
+        let mark = self.mark();
+        if let Err(error) = self.append() {
+            // The space may be wanted elsewhere; the error counts, not whether this works.
+            let _ = self.rewind(self.frames, &mark);
+            return Err(error);
         }
-        whole.write_all(b"}\n")?;
-        let path = whole.finish()?;
-        for body in self.bodies {
-            body.points.remove()?;
-            body.extents.remove()?;
+        let mut parts = self.bodies.into_iter().flat_map(|body| [body.points, body.extents]);
+        let whole = parts.next().map_or(Ok(Vec::new()), |whole| Ok(vec![whole.finish()?]));
+        if whole.is_ok() {
+            parts.try_for_each(Part::remove)?;
         }
-        Ok(vec![path])
+        whole
     }
 }
 
@@ -139,32 +159,38 @@ impl BodyPart {
 
 /// Where the points and the extents of a body are under way.
 fn part_paths(path: &Path, body: usize) -> [PathBuf; 2] {
-    ["points", "extents"].map(|what| {
+    let beside = |what: &str| {
         let mut own = path.as_os_str().to_owned();
         own.push(format!(".{body}.{what}"));
         PathBuf::from(own)
-    })
+    };
+    let points = if body == 0 { path.to_owned() } else { beside("points") };
+    [points, beside("extents")]
 }
 
-/// Takes a whole file apart again, as `finish` put it together.
+/// Copies what `finish` appended into parts again. The file stays whole.
 fn split(path: &Path) -> io::Result<()> {
     let mut lines = BufReader::new(File::open(path)?);
     let mut copy = File::open(path)?;
-    let (mut line, mut at, mut start, mut body) = (Vec::new(), 0_u64, 0, 0);
+    let (mut line, mut at, mut start, mut body) = (Vec::new(), 0, 0, 0);
     while lines.read_until(b'\n', &mut line)? > 0 {
         let end = at + line.len() as u64;
+        let [points, extents] = part_paths(path, body);
         if line.starts_with(b"    def ") {
             start = at;
-        } else if line == EXTENTS {
-            copy_range(&mut copy, start..at - END.len() as u64, &part_paths(path, body)[0])?;
+        } else if line == EXTENTS_LINE {
+            if body > 0 {
+                copy_range(&mut copy, start..at - END.len() as u64, &points)?;
+            }
             start = end;
         } else if line == b"    }\n" {
-            copy_range(&mut copy, start..at - END.len() as u64, &part_paths(path, body)[1])?;
+            copy_range(&mut copy, start..at - END.len() as u64, &extents)?;
             body += 1;
         }
-        (at, _) = (end, line.clear());
+        at = end;
+        line.clear();
     }
-    remove_file(path)
+    Ok(())
 }
 
 fn copy_range(from: &mut File, range: Range<u64>, to: &Path) -> io::Result<()> {

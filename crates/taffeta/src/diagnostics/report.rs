@@ -1,5 +1,7 @@
+use serde::{Deserialize, Serialize};
+
 /// One frame in numbers.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameReport {
     /// Frame number; 0 is the start.
     pub frame: u32,

@@ -1,0 +1,141 @@
+//! The frames of a run, its checkpoints, and the ways in which it ends.
+
+use super::outputs::Outputs;
+use super::plan::Plan;
+use super::progress::Progress;
+use super::tally::Tally;
+use crate::console;
+use crate::failure::Failure;
+use crate::summary::Status;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+use taffeta::{Diverged, Simulation};
+use taffeta_io::Checkpoint;
+
+/// A run under way.
+pub struct Job<'a> {
+    pub plan: &'a Plan,
+    pub simulation: Simulation,
+    pub outputs: Outputs,
+    pub tally: Tally,
+    /// Frame of the last checkpoint.
+    pub saved: Option<u32>,
+}
+
+/// How the frames ended.
+pub enum Ending {
+    Done,
+    Diverged(Diverged),
+    Interrupted,
+    /// A file could not be written.
+    Failed(io::Error),
+}
+
+impl Ending {
+    /// The ending in one word.
+    pub fn status(&self) -> Status {
+        match self {
+            Self::Done => Status::Done,
+            Self::Diverged(_) => Status::Diverged,
+            Self::Interrupted => Status::Interrupted,
+            Self::Failed(_) => Status::Failed,
+        }
+    }
+}
+
+impl<'a> Job<'a> {
+    /// Builds nothing; opens the files, and takes up what the plan says was done before.
+    pub fn new(plan: &'a Plan, mut simulation: Simulation, dt: f64) -> Result<Self, Failure> {
+        let mut tally = Tally::new(&simulation);
+        let mut outputs = Outputs::open(plan, &simulation, dt)?;
+        if let Some(earlier) = &plan.earlier {
+            simulation
+                .restore(&earlier.snapshot)
+                .map_err(|why| Failure::Input(format!("--resume: {why}")))?;
+            tally = earlier.run.tally.clone();
+            outputs.rewind(&earlier.run.mark, &simulation).map_err(|error| {
+                Failure::Input(format!("--resume: {error}; the files that the run left are needed to go on"))
+            })?;
+        }
+        let saved = plan.earlier.as_ref().map(|earlier| earlier.snapshot.report.frame);
+        Ok(Self { plan, simulation, outputs, tally, saved })
+    }
+
+    /// All frames. Where a file cannot be written, all files are as they were after the frame before.
+    pub fn run(&mut self, quiet: bool, stop: &AtomicBool) -> Ending {
+        let ending = match self.frames(quiet, stop) {
+            Ok(ending) => ending,
+            Err(error) => Ending::Failed(error),
+        };
+        match (&ending, self.plan.every) {
+            (Ending::Failed(_), _) => self.outputs.go_back(),
+            (Ending::Interrupted, _) | (Ending::Done, Some(_)) => {
+                if let Err(error) = self.save() {
+                    return Ending::Failed(error);
+                }
+            }
+            _ => {}
+        }
+        ending
+    }
+
+    fn frames(&mut self, quiet: bool, stop: &AtomicBool) -> io::Result<Ending> {
+        let progress = Progress::new(self.simulation.frame(), self.plan.end, quiet);
+        if self.plan.earlier.is_none() {
+            self.outputs.frame(&self.simulation, 0.0)?;
+        }
+        while self.simulation.frame() < self.plan.end {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(Ending::Interrupted);
+            }
+            let start = Instant::now();
+            if let Err(error) = self.simulation.step() {
+                return Ok(Ending::Diverged(error));
+            }
+            let ms = start.elapsed().as_secs_f64() * 1e3;
+            self.outputs.frame(&self.simulation, ms)?;
+            self.tally.add(self.simulation.report(), ms);
+            progress.frame(ms);
+            if self.plan.every.is_some_and(|every| self.simulation.frame().is_multiple_of(every)) {
+                self.save()?;
+            }
+        }
+        Ok(Ending::Done)
+    }
+
+    /// Writes a checkpoint, unless there is one of this frame. The results are on the disk before it says so.
+    fn save(&mut self) -> io::Result<()> {
+        let frame = self.simulation.frame();
+        if self.saved == Some(frame) && self.path().exists() {
+            return Ok(());
+        }
+        let mark = self.outputs.sync()?;
+        let run = self.plan.record(&mark, &self.tally);
+        let snapshot = self.simulation.snapshot();
+        Checkpoint { scene: self.plan.scene.clone(), snapshot, run }.write(&self.path())?;
+        self.saved = Some(frame);
+        Ok(())
+    }
+
+    /// Path of the checkpoint.
+    pub fn path(&self) -> PathBuf {
+        self.plan.checkpoint()
+    }
+}
+
+/// Whether the user wants the run to end, from now on.
+pub fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let seen = Arc::clone(&stop);
+    let asked = move || {
+        if seen.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+        console::complain("stopping after this frame; once more to stop at once, without a checkpoint");
+    };
+    ctrlc::set_handler(asked).map_err(|error| Failure::Work(format!("cannot listen for Ctrl-C: {error}")))?;
+    Ok(stop)
+}

@@ -1,0 +1,158 @@
+//! Checkpoints: all that a run needs to go on, in one file that is whole or not there.
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 8 | `TAFFETA` and a zero |
+//! | 4 | version of this format |
+//! | 8 | length of the whole file |
+//! | 8 | length of the record |
+//! | … | the record: scene, reports, what the program wants to remember (postcard) |
+//! | … | positions, then velocities of all nodes |
+//! | 8 | XXH64 of all bytes before |
+//!
+//! Numbers are little endian.
+
+mod identity;
+
+pub use identity::{difference, identity};
+
+use crate::output::part::Part;
+use crate::output::{Begin, in_file};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::hash::Hasher;
+use std::io::{self, Write};
+use std::path::Path;
+use taffeta::Snapshot;
+use twox_hash::XxHash64;
+
+const MAGIC: &[u8; 8] = b"TAFFETA\0";
+/// Version of the format; one higher whenever the record changes.
+const VERSION: u32 = 1;
+/// Magic, version and both lengths.
+const HEAD: usize = 28;
+/// The hash at the end.
+const TAIL: usize = 8;
+
+/// A run between two frames.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checkpoint<R> {
+    /// The scene, as [`identity`] writes it.
+    pub scene: String,
+    /// The simulation.
+    pub snapshot: Snapshot,
+    /// What the program remembers of the run.
+    pub run: R,
+}
+
+#[derive(Serialize)]
+struct Record<'a, R> {
+    program: &'a str,
+    scene: &'a str,
+    snapshot: &'a Snapshot,
+    run: &'a R,
+}
+
+#[derive(Deserialize)]
+struct OwnedRecord<R> {
+    program: String,
+    scene: String,
+    snapshot: Snapshot,
+    run: R,
+}
+
+impl<R: Serialize> Checkpoint<R> {
+    /// Writes the file at `path`; what was there stays until the new one is whole and on the disk.
+    pub fn write(&self, path: &Path) -> io::Result<()> {
+        let Self { scene, snapshot, run } = self;
+        let record = Record { program: env!("CARGO_PKG_VERSION"), scene, snapshot, run };
+        let record = postcard::to_stdvec(&record).map_err(|error| in_file(path, io::Error::other(error)))?;
+        let length = HEAD + record.len() + snapshot.state.len() + TAIL;
+        let mut head = Vec::from(MAGIC);
+        head.extend(VERSION.to_le_bytes());
+        head.extend((length as u64).to_le_bytes());
+        head.extend((record.len() as u64).to_le_bytes());
+        let mut hasher = XxHash64::with_seed(0);
+        let mut part = Part::open(path, Begin::New)?;
+        let pieces = [&head[..], &record, &snapshot.state];
+        let written = pieces.into_iter().try_for_each(|piece| {
+            hasher.write(piece);
+            part.write_all(piece)
+        });
+        match written.and_then(|()| part.write_all(&hasher.finish().to_le_bytes())).and_then(|()| part.sync())
+        {
+            Ok(()) => part.finish().map(drop),
+            Err(error) => {
+                // A full disk has better uses than half a checkpoint; the error counts, not whether this works.
+                let _ = part.remove();
+                Err(error)
+            }
+        }
+    }
+}
+
+impl<R: DeserializeOwned> Checkpoint<R> {
+    /// Reads the file at `path`. The error says why it cannot be used.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        let in_file = |what: String| format!("{}: {what}", path.display());
+        let bytes = std::fs::read(path).map_err(|error| in_file(format!("cannot be read: {error}")))?;
+        Self::parse(&bytes).map_err(in_file)
+    }
+
+    /// Reads a checkpoint from bytes.
+    ///
+    /// # Errors
+    /// Says whether it is no checkpoint, of another version, or damaged.
+    pub fn parse(bytes: &[u8]) -> Result<Self, String> {
+        let (record, state) = open(bytes)?;
+        let record: OwnedRecord<R> = postcard::from_bytes(record).map_err(|error| {
+            format!("its record is not of this program's kind ({error}); start the run anew")
+        })?;
+        let OwnedRecord { program, scene, mut snapshot, run } = record;
+        if snapshot.state_bytes() != Some(state.len() as u64) {
+            return Err(format!(
+                "written by taffeta {program}, it has {} bytes of state for {} nodes",
+                state.len(),
+                snapshot.nodes
+            ));
+        }
+        snapshot.state = state.to_vec();
+        Ok(Self { scene, snapshot, run })
+    }
+}
+
+/// The record and the state, after magic, version, length and hash were found right.
+fn open(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
+    if !bytes.starts_with(MAGIC) {
+        return Err("not a checkpoint of taffeta: it does not begin like one".to_owned());
+    }
+    let (Some(version), Some(length), Some(record)) = (word(bytes, 8), word(bytes, 12), word(bytes, 20))
+    else {
+        return Err(format!("damaged: {} bytes are too few for a checkpoint", bytes.len()));
+    };
+    // The version has four bytes only.
+    let version = version as u32;
+    if version != VERSION {
+        let age = if version < VERSION { "an older" } else { "a newer" };
+        return Err(format!(
+            "written by {age} program, in version {version} of the format; this one reads version {VERSION}: \
+             go on with that program, or start the run anew"
+        ));
+    }
+    if length != bytes.len() as u64 {
+        return Err(format!("damaged: it has {} bytes and should have {length}", bytes.len()));
+    }
+    let (content, hash) = bytes.split_at(bytes.len().saturating_sub(TAIL));
+    let mut hasher = XxHash64::with_seed(0);
+    hasher.write(content);
+    if hash != hasher.finish().to_le_bytes() {
+        return Err("damaged: its checksum does not fit its content".to_owned());
+    }
+    let body = content.get(HEAD..).and_then(|body| body.split_at_checked(usize::try_from(record).ok()?));
+    body.ok_or_else(|| format!("damaged: a record of {record} bytes does not fit into it"))
+}
+
+/// Eight bytes from `at` on.
+fn word(bytes: &[u8], at: usize) -> Option<u64> {
+    Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
+}

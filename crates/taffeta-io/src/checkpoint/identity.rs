@@ -1,0 +1,100 @@
+//! Whether two scenes are the same, and where they differ.
+
+use serde_json::Value;
+use std::hash::Hasher;
+use taffeta::scene::{Mesh, Scene};
+use taffeta::topology::Surface;
+use twox_hash::XxHash64;
+
+/// A scene as text, the same for scenes that run the same. Surfaces stand as a hash; title and number of frames are
+/// left out, for a run may go on for longer.
+pub fn identity(scene: &Scene) -> String {
+    let mut plain = scene.clone();
+    plain.title = String::new();
+    plain.time.frames = 0;
+    for body in &mut plain.bodies {
+        if let Mesh::Surface(surface) = &body.mesh {
+            body.mesh = Mesh::File(format!("a surface with hash {:016x}", surface_hash(surface)));
+        }
+    }
+    // Numbers, words, lists and tables with words as keys: nothing that JSON refuses.
+    serde_json::to_string(&plain).unwrap_or_default()
+}
+
+/// The first place in which two scenes differ, in words; `None` where they are the same.
+pub fn difference(earlier: &str, now: &str) -> Option<String> {
+    if earlier == now {
+        return None;
+    }
+    let [earlier, now] = [earlier, now].map(|text| serde_json::from_str(text).unwrap_or(Value::Null));
+    let mut path = Vec::new();
+    let words = match first_difference(&earlier, &now, &mut path) {
+        Some((was, is)) => format!("`{}` was {} and is {}", path.concat(), shown(was), shown(is)),
+        None => "it was another scene".to_owned(),
+    };
+    Some(words)
+}
+
+/// Descends to the first pair that differs; `path` is the way there.
+fn first_difference<'a>(
+    was: &'a Value,
+    is: &'a Value,
+    path: &mut Vec<String>,
+) -> Option<(&'a Value, &'a Value)> {
+    const NONE: &Value = &Value::Null;
+    let steps: Vec<(String, &Value, &Value)> = match (was, is) {
+        (Value::Object(a), Value::Object(b)) => {
+            let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
+            let dot = if path.is_empty() { "" } else { "." };
+            keys.map(|key| (format!("{dot}{key}"), a.get(key).unwrap_or(NONE), b.get(key).unwrap_or(NONE)))
+                .collect()
+        }
+        (Value::Array(a), Value::Array(b)) => (0..a.len().max(b.len()))
+            .map(|i| (format!("[{i}]"), a.get(i).unwrap_or(NONE), b.get(i).unwrap_or(NONE)))
+            .collect(),
+        _ => return (was != is).then_some((was, is)),
+    };
+    for (step, was, is) in steps {
+        path.push(step);
+        if let Some(found) = first_difference(was, is, path) {
+            return Some(found);
+        }
+        path.pop();
+    }
+    None
+}
+
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Null => "not given".to_owned(),
+        Value::Object(_) => "given".to_owned(),
+        Value::Array(items) => format!("a list of {}", items.len()),
+        other => other.to_string(),
+    }
+}
+
+/// 64-bit hash of all that a surface holds.
+fn surface_hash(surface: &Surface) -> u64 {
+    let mut hasher = XxHash64::with_seed(0);
+    let mut list = |words: &mut dyn Iterator<Item = u64>| {
+        let mut count = 0_u64;
+        for word in words {
+            hasher.write(&word.to_le_bytes());
+            count += 1;
+        }
+        hasher.write(&count.to_le_bytes());
+    };
+    list(&mut surface.vertices.as_flattened().iter().map(|x| x.to_bits()));
+    list(&mut surface.nodes.as_flattened().iter().map(|x| x.to_bits()));
+    list(&mut surface.triangles.as_flattened().iter().map(|&i| u64::from(i)));
+    list(&mut surface.links.as_flattened().iter().map(|&i| u64::from(i)));
+    list(&mut surface.polygons.offsets.iter().map(|&i| u64::from(i)));
+    list(&mut surface.polygons.corners.iter().map(|&i| u64::from(i)));
+    list(&mut surface.node_of_vertex.iter().flatten().map(|&i| u64::from(i)));
+    list(&mut surface.rest.iter().flatten().flatten().flatten().map(|x| x.to_bits()));
+    for (name, members) in &surface.groups {
+        list(&mut name.bytes().map(u64::from));
+        list(&mut members.iter().map(|&i| u64::from(i)));
+    }
+    hasher.finish()
+}

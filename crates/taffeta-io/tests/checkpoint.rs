@@ -1,0 +1,107 @@
+//! Checkpoints: whole, or refused with the reason.
+
+use taffeta::scene::{Body, Mass, Mesh, Scene};
+use taffeta::{Options, Simulation, Snapshot};
+use taffeta_io::Checkpoint;
+use taffeta_io::checkpoint::{difference, identity};
+
+fn scene() -> Scene {
+    let body = Body::cloth("sheet", Mesh::grid(3, 4, [0.3, 0.2])).with_mass(Mass::Node(0.1));
+    Scene::new("title").time(0.01, 0.002).body(body.structural(40.0, 0.1))
+}
+
+fn checkpoint() -> Checkpoint<Vec<u32>> {
+    let mut simulation = Simulation::new(&scene(), &Options::default()).unwrap();
+    simulation.step().unwrap();
+    Checkpoint { scene: identity(&scene()), snapshot: simulation.snapshot(), run: vec![3, 1, 4] }
+}
+
+fn bytes(checkpoint: &Checkpoint<Vec<u32>>) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("c");
+    checkpoint.write(&path).unwrap();
+    assert_eq!(&Checkpoint::<Vec<u32>>::read(&path).unwrap(), checkpoint);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "a part is left");
+    std::fs::read(&path).unwrap()
+}
+
+#[test]
+fn every_cut_and_every_flipped_bit_is_refused() {
+    let whole = bytes(&checkpoint());
+    for length in 0..whole.len() {
+        assert!(Checkpoint::<Vec<u32>>::parse(&whole[..length]).is_err(), "{length} bytes were accepted");
+    }
+    for bit in 0..8 * whole.len() {
+        let mut bytes = whole.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        assert!(Checkpoint::<Vec<u32>>::parse(&bytes).is_err(), "a flip of bit {bit} was accepted");
+    }
+    assert!(Checkpoint::<Vec<u32>>::parse(&[whole, vec![0]].concat()).is_err(), "a longer file was accepted");
+}
+
+#[test]
+fn a_state_of_another_size_than_its_record_says_is_refused() {
+    let mut torn = checkpoint();
+    torn.snapshot.state.pop();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("c");
+    torn.write(&path).unwrap();
+    let error = Checkpoint::<Vec<u32>>::read(&path).unwrap_err();
+    assert!(error.contains("287 bytes of state for 12 nodes"), "{error}");
+}
+
+#[test]
+fn a_failed_write_leaves_the_earlier_checkpoint() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("none/c");
+    let error = checkpoint().write(&path).unwrap_err().to_string();
+    assert!(error.contains("none/c.part"), "{error}");
+    let path = folder.path().join("c");
+    checkpoint().write(&path).unwrap();
+    // Nothing can be written to a folder of that name.
+    std::fs::create_dir(folder.path().join("c.part")).unwrap();
+    assert!(checkpoint().write(&path).is_err());
+    assert_eq!(Checkpoint::<Vec<u32>>::read(&path).unwrap(), checkpoint());
+}
+
+#[test]
+fn a_scene_is_told_from_another_by_the_first_value_that_differs() {
+    let was = identity(&scene());
+    let said = |change: &dyn Fn(&mut Scene)| {
+        let mut now = scene();
+        change(&mut now);
+        difference(&was, &identity(&now))
+    };
+    assert_eq!(said(&|_| {}), None);
+    assert_eq!(said(&|s| (s.title, s.time.frames) = ("other".into(), 7)), None, "a run may go on for longer");
+    assert_eq!(said(&|s| s.time.dt = 0.02).unwrap(), "`time.dt` was 0.01 and is 0.02");
+    let stiffer = said(&|s| s.bodies[0].springs.structural.as_mut().unwrap().k = 41.0).unwrap();
+    assert_eq!(stiffer, "`body[0].springs.structural.k` was 40.0 and is 41.0");
+    assert_eq!(said(&|s| s.bodies.clear()).unwrap(), "`body[0]` was given and is not given");
+}
+
+#[test]
+fn a_mesh_that_moved_by_a_bit_is_another_scene() {
+    let surface = |x: f64| {
+        let mut polygons = taffeta::topology::Polygons::default();
+        polygons.push(&[0, 1, 2]);
+        let places = vec![[x, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+        taffeta_io::surface_from(places, polygons, None, vec![]).unwrap()
+    };
+    let of = |x: f64| {
+        let mesh = Mesh::Surface(std::sync::Arc::new(surface(x)));
+        identity(&Scene::new("mesh").body(Body::cloth("b", mesh).with_mass(Mass::Node(0.1))))
+    };
+    assert_eq!(difference(&of(0.0), &of(0.0)), None);
+    let said = difference(&of(0.0), &of(f64::EPSILON)).unwrap();
+    assert!(said.starts_with("`body[0].mesh.file` was \"a surface with hash "), "{said}");
+}
+
+#[test]
+fn reports_keep_every_bit() {
+    let mut exact = checkpoint();
+    exact.snapshot.report.kinetic = 0.1 + 0.2;
+    exact.snapshot.report.volumes = vec![None, Some(f64::MIN_POSITIVE), Some(1.0 / 3.0)];
+    let Snapshot { report, .. } = Checkpoint::<Vec<u32>>::parse(&bytes(&exact)).unwrap().snapshot;
+    assert_eq!(report, exact.snapshot.report);
+}

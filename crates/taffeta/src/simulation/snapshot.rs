@@ -1,0 +1,143 @@
+//! All that a simulation remembers from one frame to the next, so that a run can be stopped and taken up.
+
+use super::{Precision, Simulation};
+use crate::diagnostics::FrameReport;
+use serde::{Deserialize, Serialize};
+
+/// A simulation between two frames. A simulation of the same scene that is [restored](Simulation::restore) from it
+/// goes on bit by bit as this one would have.
+///
+/// What [`Simulation::move_pin`] and [`Simulation::apply_force`] asked for the frame to come is not part of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Snapshot {
+    /// Arithmetic, and so the width of the numbers in `state`.
+    pub precision: Precision,
+    /// Number of nodes of all bodies.
+    pub nodes: u64,
+    /// Report of the start.
+    pub start: FrameReport,
+    /// Report of the last frame.
+    pub report: FrameReport,
+    /// Nodes that are held, in user order.
+    pub held: Vec<u32>,
+    /// Nodes that were moved by hand in the last frame, in user order.
+    pub moved: Vec<u32>,
+    /// Positions [m], then velocities [m/s] of all nodes in user order, little endian. Kept apart when serialized.
+    #[serde(skip)]
+    pub state: Vec<u8>,
+}
+
+impl Snapshot {
+    /// Bytes of `state` that `nodes` nodes take.
+    pub fn state_bytes(&self) -> Option<u64> {
+        self.nodes.checked_mul(6 * self.precision.bytes() as u64)
+    }
+
+    /// Number `index` of the state.
+    fn number(&self, index: usize) -> f64 {
+        match self.precision {
+            Precision::F32 => f64::from(f32::from_le_bytes(chunk(&self.state, index))),
+            Precision::F64 => f64::from_le_bytes(chunk(&self.state, index)),
+        }
+    }
+
+    /// Three numbers from `index` on.
+    fn triple(&self, index: usize) -> [f64; 3] {
+        std::array::from_fn(|axis| self.number(index + axis))
+    }
+}
+
+fn chunk<const N: usize>(bytes: &[u8], index: usize) -> [u8; N] {
+    bytes.as_chunks().0[index]
+}
+
+impl Precision {
+    /// Size of a number [byte].
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+}
+
+impl std::fmt::Display for Precision {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+        })
+    }
+}
+
+impl Simulation {
+    /// All that is remembered from the last frame.
+    pub fn snapshot(&self) -> Snapshot {
+        let order = self.user_order();
+        let chosen = |wanted: &dyn Fn(usize) -> bool| {
+            order.iter().zip(0..).filter(|&(&node, _)| wanted(node)).map(|(_, user)| user).collect()
+        };
+        let mut state = Vec::with_capacity(order.len() * 6 * self.precision.bytes());
+        self.state(&order, |bytes| state.extend_from_slice(bytes));
+        Snapshot {
+            precision: self.precision,
+            nodes: order.len() as u64,
+            start: self.start.clone(),
+            report: self.report.clone(),
+            held: chosen(&|node| !self.backend.is_free(node)),
+            moved: chosen(&|node| self.moved.binary_search(&(node as u32)).is_ok()),
+            state,
+        }
+    }
+
+    /// Takes up where a simulation of the same scene was. A snapshot in another precision is converted.
+    ///
+    /// # Errors
+    /// Where the snapshot is not one of a scene with as many nodes and bodies; nothing is changed then.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String> {
+        let order = self.user_order();
+        self.fits(snapshot, &order)?;
+        for &user in &snapshot.held {
+            let node = order[user as usize];
+            if self.backend.is_free(node) {
+                self.backend.hold(node);
+            }
+        }
+        for (user, &node) in order.iter().enumerate() {
+            let [place, velocity] = [3 * user, 3 * (order.len() + user)].map(|at| snapshot.triple(at));
+            self.backend.set(node, place, velocity);
+        }
+        self.moved = snapshot.moved.iter().map(|&user| order[user as usize] as u32).collect();
+        self.moved.sort_unstable();
+        self.start = snapshot.start.clone();
+        self.report = snapshot.report.clone();
+        Ok(())
+    }
+
+    fn fits(&self, snapshot: &Snapshot, order: &[usize]) -> Result<(), String> {
+        let nodes = order.len();
+        if snapshot.nodes != nodes as u64 {
+            return Err(format!("it holds {} nodes, the scene has {nodes}", snapshot.nodes));
+        }
+        if snapshot.state_bytes() != Some(snapshot.state.len() as u64) {
+            return Err(format!("its state of {nodes} nodes has {} bytes", snapshot.state.len()));
+        }
+        let beyond = |user: &&u32| **user as usize >= nodes;
+        if let Some(user) = snapshot.held.iter().chain(&snapshot.moved).find(beyond) {
+            return Err(format!("it holds node {user}, the scene has {nodes}"));
+        }
+        let mut held = snapshot.held.clone();
+        held.sort_unstable();
+        let stuck = |&(user, &node): &(u32, &usize)| {
+            !self.backend.is_free(node) && held.binary_search(&user).is_err()
+        };
+        if let Some((user, _)) = (0..).zip(order).find(stuck) {
+            return Err(format!("node {user} is free in it and held here; a simulation just built would do"));
+        }
+        let numbers = snapshot.state.len() / snapshot.precision.bytes();
+        match (0..numbers).find(|&index| !snapshot.number(index).is_finite()) {
+            Some(index) => Err(format!("its node {} has a number that is not finite", index / 3 % nodes)),
+            None => Ok(()),
+        }
+    }
+}
