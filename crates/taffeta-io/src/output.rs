@@ -1,27 +1,35 @@
-//! Results: caches of positions (npy, PC2, USD), a table of frames, and final poses (PLY, OBJ).
+//! Results: caches of positions (npy, PC2, USD, VTU), a table of frames, and final poses (PLY, OBJ, GLB).
 //!
 //! Every writer streams into `NAME.part`; `finish` writes the true number of frames into the header, syncs the file
 //! to the disk and gives it its name. A file without `.part` is whole.
 
 mod frames;
+mod glb;
+mod glb_buffer;
 mod names;
 mod npy;
 mod obj;
 pub(crate) mod part;
 mod pc2;
 mod ply;
+mod triangles;
 mod usd;
 mod usd_mesh;
+mod uvs;
+mod vtu;
+mod vtu_mesh;
 
 pub(crate) use part::in_file;
 
 pub use frames::FrameTable;
+pub use glb::{GlbBody, write_glb};
 pub use names::{file_stems, usd_identifiers};
 pub use npy::Npy;
 pub use obj::write_obj;
 pub use pc2::Pc2;
 pub use ply::write_ply;
 pub use usd::Usd;
+pub use vtu::Vtu;
 
 use std::io;
 use std::ops::Range;

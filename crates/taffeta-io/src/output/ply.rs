@@ -1,6 +1,7 @@
 //! A pose as binary PLY, little endian, with the file's own faces.
 
 use super::part::Part;
+use super::uvs::uvs_of_vertices;
 use super::{Begin, Positions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -95,16 +96,4 @@ fn write_faces(part: &mut Part, surface: &Surface, corner_uvs: Option<&Uvs>) -> 
 
 fn floats(part: &mut Part, numbers: &[f32]) -> io::Result<()> {
     numbers.iter().try_for_each(|x| part.write_all(&x.to_le_bytes()))
-}
-
-/// One texture coordinate a vertex, if all of its corners agree.
-fn uvs_of_vertices(surface: &Surface, uvs: &Uvs) -> Option<Vec<[f32; 2]>> {
-    let mut of_vertex = vec![None; surface.vertices.len()];
-    for (&vertex, &uv) in surface.polygons.corners.iter().zip(&uvs.corners) {
-        let uv = uvs.coords[uv as usize];
-        if *of_vertex[vertex as usize].get_or_insert(uv) != uv {
-            return None;
-        }
-    }
-    Some(of_vertex.into_iter().map(Option::unwrap_or_default).collect())
 }

@@ -1,0 +1,186 @@
+//! VTK: a `.vtu` file for each body and frame, and a `.pvd` file that gives them their times.
+//!
+//! The `.pvd` grows by the files of a frame when they are whole, and its length is where the frames end.
+
+use super::part::Part;
+use super::vtu_mesh::Grid;
+use super::{Begin, FrameSink, Positions, file_stems};
+use std::fs::{create_dir_all, read_dir, read_to_string, remove_dir, remove_file};
+use std::io::{self, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use taffeta::Precision;
+use taffeta::topology::Surface;
+
+/// The folder of the `.vtu` files, beside the `.pvd`.
+const FOLDER: &str = "vtu";
+const START: &str = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" \
+                     byte_order=\"LittleEndian\">\n<Collection>\n";
+const END: &str = "</Collection>\n</VTKFile>\n";
+
+/// Writes the `.pvd` and the `.vtu` files.
+pub struct Vtu {
+    pvd: Part,
+    /// Length of the `.pvd` without its end [byte].
+    length: u64,
+    folder: PathBuf,
+    frames: u64,
+    vertices: usize,
+    bodies: Vec<Body>,
+}
+
+struct Body {
+    stem: String,
+    vertices: Range<usize>,
+    grid: Grid,
+}
+
+impl Vtu {
+    /// Starts the `.pvd` file at `path`, or takes it up; `bodies` are names and surfaces in the order of the
+    /// positions. The `.vtu` files are in the folder `vtu` beside it, as `BODY_000012.vtu`. What an earlier run left
+    /// there for bodies of these names goes with the first frame, not before.
+    pub fn open(
+        path: &Path,
+        bodies: &[(String, Surface)],
+        precision: Precision,
+        begin: Begin,
+    ) -> io::Result<Self> {
+        let mut pvd = Part::open(path, begin)?;
+        if begin == Begin::New {
+            pvd.write_all(START.as_bytes())?;
+            pvd.flush()?;
+        }
+        let folder = path.with_file_name(FOLDER);
+        create_dir_all(&folder).map_err(|error| naming(&folder, &error))?;
+        let names: Vec<String> = bodies.iter().map(|(name, _)| name.clone()).collect();
+        let length = pvd.len();
+        let mut vtu = Self { pvd, length, folder, frames: 0, vertices: 0, bodies: Vec::new() };
+        for (stem, (_, surface)) in file_stems(&names).into_iter().zip(bodies) {
+            let vertices = vtu.vertices..vtu.vertices + surface.vertices.len();
+            vtu.vertices = vertices.end;
+            let grid = Grid::of(surface, precision)
+                .ok_or_else(|| vtu.pvd.refuse(format!("{stem} is too large for 32-bit indices")))?;
+            vtu.bodies.push(Body { stem, vertices, grid });
+        }
+        Ok(vtu)
+    }
+
+    /// Removes the `.pvd` file at `path` and the `.vtu` files that it names.
+    pub fn remove(path: &Path) -> io::Result<()> {
+        let folder = path.with_file_name(FOLDER);
+        let text = read_to_string(path).map_err(|error| naming(path, &error))?;
+        let names = text.lines().filter_map(|line| line.split_once(" file=\"vtu/")?.1.strip_suffix("\"/>"));
+        // Only files within the folder, whatever the text says.
+        for name in names.filter(|name| Path::new(name).file_name() == Some(name.as_ref())) {
+            remove(&folder.join(name))?;
+        }
+        // A folder with other files in it stays.
+        let _ = remove_dir(&folder);
+        remove(path)
+    }
+
+    /// Gives the `.pvd` the `lines` of a frame, if any, after the first `length` bytes, and an end.
+    fn list(&mut self, length: u64, lines: &str) -> io::Result<()> {
+        self.pvd.cut(length)?;
+        self.pvd.write_all(lines.as_bytes())?;
+        self.length = self.pvd.len();
+        self.pvd.write_all(END.as_bytes())?;
+        self.pvd.flush()
+    }
+
+    /// The bodies' files in the folder with their frames, whole or not.
+    fn files(&self) -> io::Result<Vec<(PathBuf, u64)>> {
+        let mut files = Vec::new();
+        for entry in read_dir(&self.folder).map_err(|error| naming(&self.folder, &error))? {
+            let path = entry.map_err(|error| naming(&self.folder, &error))?.path();
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            if let Some(frame) = self.frame_of(name.strip_suffix(".part").unwrap_or(name)) {
+                files.push((path, frame));
+            }
+        }
+        Ok(files)
+    }
+
+    /// The frame that a file of this name holds, if it is one of ours.
+    fn frame_of(&self, name: &str) -> Option<u64> {
+        let (stem, number) = name.strip_suffix(".vtu")?.rsplit_once('_')?;
+        let frame = number.parse().ok()?;
+        self.bodies.iter().any(|body| body.stem == stem && body.file(frame) == name).then_some(frame)
+    }
+}
+
+impl FrameSink for Vtu {
+    fn frame(&mut self, time: f64, positions: &Positions) -> io::Result<()> {
+        if positions.len() != self.vertices {
+            let what = format!("{} vertices instead of {}", positions.len(), self.vertices);
+            return Err(self.pvd.refuse(what));
+        }
+        if self.frames == 0 {
+            self.files()?.iter().try_for_each(|(path, _)| remove(path))?;
+        }
+        let mut lines = String::new();
+        for (index, body) in self.bodies.iter().enumerate() {
+            let (stem, file) = (&body.stem, body.file(self.frames));
+            let mut part = Part::open(&self.folder.join(&file), Begin::New)?;
+            let own = positions.slice(body.vertices.clone()).unwrap_or(*positions);
+            body.grid.write(&mut part, time, &own)?;
+            part.finish()?;
+            lines += &format!(
+                "<DataSet timestep=\"{time}\" part=\"{index}\" name=\"{stem}\" file=\"{FOLDER}/{file}\"/>\n"
+            );
+        }
+        self.list(self.length, &lines)?;
+        self.frames += 1;
+        Ok(())
+    }
+
+    fn mark(&self) -> Vec<u64> {
+        vec![self.length]
+    }
+
+    fn rewind(&mut self, frames: u64, mark: &[u64]) -> io::Result<()> {
+        let (earlier, later): (Vec<_>, Vec<_>) = self
+            .files()?
+            .into_iter()
+            .partition(|(path, frame)| *frame < frames && path.extension() == Some("vtu".as_ref()));
+        let (there, needed) = (earlier.len() as u64, frames * self.bodies.len() as u64);
+        if there != needed {
+            let what = format!(
+                "{FOLDER} holds {there} files of frames before {frames} and {needed} are needed: it is not what \
+                 the earlier run left"
+            );
+            return Err(self.pvd.refuse(what));
+        }
+        later.iter().try_for_each(|(path, _)| remove(path))?;
+        self.frames = frames;
+        mark.iter().try_for_each(|&length| self.list(length, ""))
+    }
+
+    fn sync(&mut self) -> io::Result<()> {
+        self.pvd.sync()
+    }
+
+    /// Returns the `.pvd` alone, which names the others.
+    fn finish(self: Box<Self>) -> io::Result<Vec<PathBuf>> {
+        Ok(vec![self.pvd.finish()?])
+    }
+}
+
+impl Body {
+    fn file(&self, frame: u64) -> String {
+        format!("{}_{frame:06}.vtu", self.stem)
+    }
+}
+
+/// Removes a file, if it is there.
+fn remove(path: &Path) -> io::Result<()> {
+    match remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(naming(path, &error)),
+        _ => Ok(()),
+    }
+}
+
+/// The error with the file that it is about.
+fn naming(path: &Path, error: &io::Error) -> io::Error {
+    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
+}
