@@ -1,15 +1,19 @@
-//! Meshes from OBJ and PLY files, checked, welded, triangulated and oriented.
+//! Meshes from OBJ, PLY, STL, OFF and glTF files, checked, welded, triangulated and oriented.
 
 mod clean;
 mod error;
+mod gltf;
 mod obj;
 mod obj_face;
 mod obj_groups;
+mod off;
 mod orient;
 mod ply;
 mod ply_body;
 mod ply_header;
 mod polygon;
+mod stl;
+mod stl_ascii;
 mod surface;
 
 pub use error::MeshError;
@@ -36,6 +40,12 @@ pub enum MeshFormat {
     Obj,
     /// PLY, ASCII or binary.
     Ply,
+    /// STL, ASCII or binary.
+    Stl,
+    /// OFF, ASCII.
+    Off,
+    /// glTF 2.0, as JSON or GLB.
+    Gltf,
 }
 
 impl MeshFormat {
@@ -45,11 +55,16 @@ impl MeshFormat {
         match ending.as_str() {
             "obj" => Ok(Self::Obj),
             "ply" => Ok(Self::Ply),
-            "" => Err(MeshError::new("not yet supported: files without an ending; convert to OBJ or PLY")),
-            other => Err(MeshError::new(format!(
-                "not yet supported: {}; convert to OBJ or PLY",
-                other.to_uppercase()
-            ))),
+            "stl" => Ok(Self::Stl),
+            "off" => Ok(Self::Off),
+            "gltf" | "glb" => Ok(Self::Gltf),
+            other => {
+                let found =
+                    if other.is_empty() { "no ending".to_owned() } else { format!("the ending .{other}") };
+                Err(MeshError::new(format!(
+                    "not yet supported: a mesh with {found}; convert to .obj, .ply, .stl, .off, .gltf or .glb"
+                )))
+            }
         }
     }
 }
@@ -60,7 +75,7 @@ pub fn load_mesh(path: &Path, options: &MeshOptions) -> Result<Surface, MeshErro
     let format = MeshFormat::of(path).map_err(in_file)?;
     let bytes =
         std::fs::read(path).map_err(|error| in_file(MeshError::new(format!("cannot be read: {error}"))))?;
-    let raw = parse(&bytes, format).map_err(in_file)?;
+    let raw = parse(&bytes, format, path.parent(), options.within).map_err(in_file)?;
     // The file's bytes are no longer needed, and may be large.
     drop(bytes);
     surface::build(raw, options).map_err(in_file)
@@ -68,13 +83,22 @@ pub fn load_mesh(path: &Path, options: &MeshOptions) -> Result<Surface, MeshErro
 
 /// Reads a mesh from bytes. It may name no other files.
 pub fn parse_mesh(bytes: &[u8], format: MeshFormat, options: &MeshOptions) -> Result<Surface, MeshError> {
-    surface::build(parse(bytes, format)?, options)
+    surface::build(parse(bytes, format, None, &[])?, options)
 }
 
-fn parse(bytes: &[u8], format: MeshFormat) -> Result<RawMesh, MeshError> {
+/// Reads what a file says. A glTF may name buffers in `folder`, its own, and in the folders of `within`.
+fn parse(
+    bytes: &[u8],
+    format: MeshFormat,
+    folder: Option<&Path>,
+    within: &[PathBuf],
+) -> Result<RawMesh, MeshError> {
     match format {
         MeshFormat::Obj => obj::parse_obj(bytes),
         MeshFormat::Ply => ply::parse_ply(bytes),
+        MeshFormat::Stl => stl::parse_stl(bytes),
+        MeshFormat::Off => off::parse_off(bytes),
+        MeshFormat::Gltf => gltf::parse_gltf(bytes, folder, within),
     }
 }
 
