@@ -1,35 +1,15 @@
 //! The files of a run.
 
+use super::format::{Format, Poses, write_poses};
 use super::plan::Plan;
 use crate::console;
 use crate::failure::Failure;
 use crate::summary::Summary;
-use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
-use taffeta::topology::Surface;
 use taffeta::{Precision, Simulation};
-use taffeta_io::output::{
-    Begin, FrameSink, FrameTable, Npy, Pc2, Positions, Usd, file_stems, write_obj, write_ply,
-};
-
-/// A format of results. A checkpoint keeps its place in this list: new ones come last.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
-pub enum Format {
-    /// All frames as a NumPy array: positions.npy
-    Npy,
-    /// All frames as a point cache for Blender, Maya, 3ds Max: BODY.pc2
-    Pc2,
-    /// All frames as USD: scene.usda
-    Usda,
-    /// The last frame: BODY.ply
-    Ply,
-    /// The last frame: BODY.obj
-    Obj,
-    /// For ParaView (not yet supported)
-    Vtu,
-}
+use taffeta_io::output::{Begin, FrameSink, FrameTable, Positions, Vtu};
 
 /// Where the files of a run end.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -166,108 +146,6 @@ impl Outputs {
     }
 }
 
-/// What poses of the last frame can have.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Poses {
-    /// Positions and normals: the simulation is at that frame.
-    Full,
-    /// Positions alone: it has gone beyond.
-    Bare,
-    /// Nothing: the last frame was not kept.
-    None,
-}
-
-fn write_poses(
-    dir: &Path,
-    formats: &[Format],
-    simulation: &Simulation,
-    positions: &Positions,
-    poses: Poses,
-) -> io::Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    let mut first = 0;
-    for (index, stem) in file_stems(&names(simulation)).iter().enumerate() {
-        let surface = simulation.surface(index);
-        let own = positions.slice(first..first + surface.vertices.len());
-        first += surface.vertices.len();
-        let normals = if poses == Poses::Full { simulation.normals(index) } else { Vec::new() };
-        if let Some(own) = own {
-            for format in formats {
-                files.extend(format.pose(&dir.join(stem), &surface, &own, &normals)?);
-            }
-        }
-    }
-    Ok(files)
-}
-
-impl Format {
-    /// As the user calls it.
-    pub fn name(self) -> String {
-        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
-    }
-
-    /// Whether it holds all frames.
-    pub fn is_cache(self) -> bool {
-        match self {
-            Self::Npy | Self::Pc2 | Self::Usda | Self::Vtu => true,
-            Self::Ply | Self::Obj => false,
-        }
-    }
-
-    /// The files that take all frames.
-    fn caches(self, plan: &Plan, simulation: &Simulation, dt: f64) -> io::Result<Vec<Box<dyn FrameSink>>> {
-        let (dir, begin, bodies) = (&plan.dir, plan.begin(), simulation.bodies());
-        Ok(match self {
-            Self::Npy => {
-                let vertices = bodies.iter().map(|body| body.vertices).sum();
-                let path = dir.join("positions.npy");
-                vec![Box::new(Npy::open(&path, vertices, plan.cache_precision, begin)?)]
-            }
-            Self::Pc2 => {
-                let mut caches: Vec<Box<dyn FrameSink>> = Vec::new();
-                let mut first = 0;
-                for (stem, body) in file_stems(&names(simulation)).iter().zip(bodies) {
-                    let range = first..first + body.vertices;
-                    first = range.end;
-                    caches.push(Box::new(Pc2::open(&dir.join(format!("{stem}.pc2")), range, begin)?));
-                }
-                caches
-            }
-            Self::Usda => {
-                let surfaces = bodies.iter().enumerate();
-                let surfaces: Vec<_> =
-                    surfaces.map(|(index, body)| (body.name.clone(), simulation.surface(index))).collect();
-                vec![Box::new(Usd::open(&dir.join("scene.usda"), dt, &surfaces, begin)?)]
-            }
-            Self::Ply | Self::Obj | Self::Vtu => Vec::new(),
-        })
-    }
-
-    /// The file with the last frame of one body; `path` has no ending.
-    fn pose(
-        self,
-        path: &Path,
-        surface: &Surface,
-        positions: &Positions,
-        normals: &[[f32; 3]],
-    ) -> io::Result<Option<PathBuf>> {
-        let with = |ending: &str| {
-            let mut name = path.as_os_str().to_owned();
-            name.push(ending);
-            PathBuf::from(name)
-        };
-        match self {
-            Self::Ply => write_ply(&with(".ply"), surface, positions, normals).map(Some),
-            Self::Obj => write_obj(&with(".obj"), surface, positions, normals).map(Some),
-            Self::Npy | Self::Pc2 | Self::Usda | Self::Vtu => Ok(None),
-        }
-    }
-}
-
-fn names(simulation: &Simulation) -> Vec<String> {
-    simulation.bodies().iter().map(|body| body.name.clone()).collect()
-}
-
 /// Positions of the last good frame, in the run's precision.
 enum Buffer {
     F32(Vec<[f32; 3]>),
@@ -312,7 +190,11 @@ fn remove_earlier(plan: &Plan) -> io::Result<()> {
     let earlier: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     let files = earlier["files"].as_array().into_iter().flatten().filter_map(|file| file.as_str());
     for file in files.filter(|file| Path::new(file).file_name() == Some(file.as_ref())) {
-        remove(&plan.dir.join(file))?;
+        let path = plan.dir.join(file);
+        if path.extension() == Some("pvd".as_ref()) && path.exists() {
+            Vtu::remove(&path)?;
+        }
+        remove(&path)?;
     }
     remove(&path)
 }

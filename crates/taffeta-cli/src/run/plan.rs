@@ -1,6 +1,7 @@
 //! What a run does: what the user asked for, and, of a run that goes on, what it did before.
 
-use super::outputs::{Format, Mark};
+use super::format::Format;
+use super::outputs::Mark;
 use super::tally::Tally;
 use super::{Args, Arithmetic};
 use crate::failure::Failure;

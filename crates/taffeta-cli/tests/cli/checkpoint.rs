@@ -30,7 +30,7 @@ springs.hinge = { k = 0.001 }
 [[collider]]
 plane = { point = [0.0, -0.8, 0.0] }
 "#;
-const ALL: &str = "npy,pc2,usda,ply,obj";
+const ALL: &str = "npy,pc2,usda,ply,obj,vtu,glb";
 
 /// The files of a run without what tells the time.
 fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -38,6 +38,10 @@ fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let timeless = |entry: std::io::Result<std::fs::DirEntry>| {
         let path = entry.expect("an entry").path();
         let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        if path.is_dir() {
+            let within = |(inner, bytes): (String, Vec<u8>)| (format!("{name}/{inner}"), bytes);
+            return results(&path).into_iter().map(within).collect();
+        }
         let bytes = std::fs::read(&path).expect("a file");
         let text = || String::from_utf8_lossy(&bytes);
         let plain = match name.as_str() {
@@ -50,11 +54,11 @@ fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
                 .filter(|line| !line.contains("wall_ms") && !line.contains("substeps_per_s"))
                 .collect::<String>(),
             "checkpoint.taffeta" => String::new(),
-            _ => return (name, bytes),
+            _ => return vec![(name, bytes)],
         };
-        (name, plain.into_bytes())
+        vec![(name, plain.into_bytes())]
     };
-    entries.map(timeless).collect()
+    entries.flat_map(timeless).collect()
 }
 
 fn start(desk: &Desk, words: &[&str]) -> Child {

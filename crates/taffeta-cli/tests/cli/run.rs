@@ -20,13 +20,26 @@ fn a_run_leaves_whole_files_with_the_start_as_frame_0() {
 #[test]
 fn every_format_writes_its_file() {
     let desk = Desk::with(BALL);
-    let words =
-        ["run", "scene.toml", "--out", "o", "--frames", "1", "--quiet", "--format", "npy,pc2,usda,ply,obj"];
+    let words = [
+        "run",
+        "scene.toml",
+        "--out",
+        "o",
+        "--frames",
+        "1",
+        "--quiet",
+        "--format",
+        "npy,pc2,usda,ply,obj,vtu,gltf",
+    ];
     let (out, err, code) = ending(desk.taffeta(&words));
     assert_eq!((out.as_str(), err.as_str(), code), ("", "", Some(0)));
     let expected =
-        ["ball.obj", "ball.pc2", "ball.ply", "frames.csv", "positions.npy", "scene.usda", "summary.json"];
-    assert_eq!(desk.files("o"), expected);
+        "ball.obj ball.pc2 ball.ply frames.csv positions.npy scene.glb scene.pvd scene.usda summary.json vtu";
+    assert_eq!(desk.files("o").join(" "), expected);
+    assert_eq!(desk.files("o/vtu"), ["ball_000000.vtu", "ball_000001.vtu"]);
+    // What the next run does not write goes.
+    desk.taffeta(&["run", "scene.toml", "--out", "o", "--frames", "1", "--quiet"]).assert().success();
+    assert_eq!(desk.files("o"), ["frames.csv", "positions.npy", "summary.json"]);
 }
 
 #[test]
