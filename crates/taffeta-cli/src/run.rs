@@ -50,7 +50,7 @@ pub struct Args {
     /// Write a checkpoint every N frames, from which the run can go on whatever happens
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     checkpoint_every: Option<u32>,
-    /// Go on from a checkpoint of the same scene
+    /// Go on from a checkpoint of the same scene, or from that in a folder of results
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
     /// Print the summary as JSON, and nothing else on standard output

@@ -63,6 +63,7 @@ impl Plan {
             let plan = Self::afresh(args, scene, loaded.scene.time.frames);
             return plan.refuse_to_overwrite(args);
         };
+        let path = if path.is_dir() { &path.join(NAME) } else { path };
         let earlier = Checkpoint::<Record>::read(path).map_err(|why| refused(&why))?;
         if let Some(difference) = difference(&earlier.scene, &scene) {
             let why = format!("{}: it is of another scene: {difference}", path.display());

@@ -174,7 +174,7 @@ fn stopped_at_2() -> Desk {
 #[test]
 fn a_run_that_was_done_goes_on_for_longer() {
     let desk = stopped_at_2();
-    let more = ["run", "scene.toml", "--resume", "o/checkpoint.taffeta", "--frames", "4", "--quiet"];
+    let more = ["run", "scene.toml", "--resume", "o", "--frames", "4", "--quiet"];
     desk.taffeta(&more).assert().success();
     desk.taffeta(&["run", "scene.toml", "--out", "whole", "--quiet"]).assert().success();
     let [mut longer, whole] = ["o", "whole"].map(|folder| results(&desk.path(folder)));

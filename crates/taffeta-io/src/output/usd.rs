@@ -6,7 +6,7 @@
 use super::part::{Part, in_file};
 use super::usd_mesh::write_topology;
 use super::{Begin, FrameSink, Positions, usd_identifiers};
-use std::fs::File;
+use std::fs::{File, remove_file};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -37,8 +37,11 @@ impl Usd {
     /// Starts the file at `path`, or takes it up; `bodies` are names and surfaces in the order of the positions, `dt`
     /// is the length of a frame [s].
     pub fn open(path: &Path, dt: f64, bodies: &[(String, Surface)], begin: Begin) -> io::Result<Self> {
-        if begin == Begin::Again && path.exists() {
-            split(path).map_err(|error| in_file(path, error))?;
+        match begin {
+            Begin::Again if path.exists() => split(path).map_err(|error| in_file(path, error))?,
+            // A whole file beside parts is that of the run that wrote them.
+            Begin::New if path.exists() => remove_file(path).map_err(|error| in_file(path, error))?,
+            _ => {}
         }
         let names: Vec<String> = bodies.iter().map(|(name, _)| name.clone()).collect();
         let mut usd = Self { dt, frames: 0, vertices: 0, bodies: Vec::new() };
