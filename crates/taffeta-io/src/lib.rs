@@ -1,7 +1,7 @@
 //! Scenes and meshes in, results out.
 //!
-//! [`load_scene`] reads a TOML scene with its meshes, [`load_mesh`] an OBJ, PLY, STL, OFF or glTF file. [`output`] holds the streaming
-//! writers. Everything here answers bad input with an error that names the place.
+//! [`load_scene`] reads a TOML scene with its meshes, [`load_mesh`] an OBJ, PLY, STL, OFF or glTF file. [`output`] holds
+//! the streaming writers. Everything here answers bad input with an error that names the place.
 
 pub mod checkpoint;
 pub mod mesh;

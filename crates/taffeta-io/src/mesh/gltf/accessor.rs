@@ -1,6 +1,6 @@
 //! Numbers out of buffers. Every offset, stride and count is checked against the buffer before anything is read.
 
-use super::document::{Accessor, Document};
+use super::document::{Accessor, Document, Sparse};
 use std::borrow::Cow;
 
 /// A document and the data of its buffers.
@@ -54,14 +54,14 @@ impl Component {
     }
 
     /// What normalised integers are divided by (glTF 2.0, 3.6.2.2).
-    fn one(self) -> f64 {
+    fn one(self) -> Option<f64> {
         match self {
-            Self::I8 => f64::from(i8::MAX),
-            Self::U8 => f64::from(u8::MAX),
-            Self::I16 => f64::from(i16::MAX),
-            Self::U16 => f64::from(u16::MAX),
-            Self::U32 => f64::from(u32::MAX),
-            Self::F32 => 1.0,
+            Self::I8 => Some(i8::MAX.into()),
+            Self::U8 => Some(u8::MAX.into()),
+            Self::I16 => Some(i16::MAX.into()),
+            Self::U16 => Some(u16::MAX.into()),
+            Self::U32 => Some(u32::MAX.into()),
+            Self::F32 => None,
         }
     }
 
@@ -85,8 +85,8 @@ struct Elements<'a> {
 }
 
 impl<'a> Elements<'a> {
-    fn iter(&self) -> impl Iterator<Item = &'a [u8]> {
-        let Self { bytes, stride, size, count } = *self;
+    fn each(self) -> impl Iterator<Item = &'a [u8]> {
+        let Self { bytes, stride, size, count } = self;
         (0..count).map(move |i| &bytes[i * stride..i * stride + size])
     }
 }
@@ -112,33 +112,45 @@ impl Data<'_> {
     fn read_numbers<const N: usize>(&self, accessor: &Accessor) -> Result<Vec<[f64; N]>, String> {
         let component = Component::of(accessor.component_type)?;
         expect_kind(accessor, ["", "SCALAR", "VEC2", "VEC3", "VEC4"][N])?;
-        let number = |bytes: &[u8]| match accessor.normalized {
-            true => (component.read(bytes) / component.one()).max(-1.0),
-            false => component.read(bytes),
+        // Of a two's complement, the lowest number goes below −1.
+        let number = |bytes: &[u8]| match component.one().filter(|_| accessor.normalized) {
+            Some(one) => (component.read(bytes) / one).max(-1.0),
+            None => component.read(bytes),
         };
         let element =
             |bytes: &[u8]| -> [f64; N] { std::array::from_fn(|i| number(&bytes[i * component.size()..])) };
         let size = N * component.size();
         let mut values: Vec<[f64; N]> = match accessor.buffer_view {
             Some(view) => {
-                self.elements(view, accessor.byte_offset, accessor.count, size)?.iter().map(element).collect()
+                self.elements(view, accessor.byte_offset, accessor.count, size)?.each().map(element).collect()
             }
             None => vec![[0.0; N]; self.zeros(accessor)?],
         };
-        if let Some(sparse) = &accessor.sparse {
-            let at = Component::of(sparse.indices.component_type)?;
-            let (indices, new) = (&sparse.indices, &sparse.values);
-            let indices = self.elements(indices.buffer_view, indices.byte_offset, sparse.count, at.size())?;
-            let new = self.elements(new.buffer_view, new.byte_offset, sparse.count, size)?;
-            let count = values.len();
-            for (index, bytes) in indices.iter().zip(new.iter()) {
-                let index = at.read(index);
-                let value = values.get_mut(index as usize).filter(|_| index >= 0.0 && index.fract() == 0.0);
-                *value.ok_or_else(|| format!("sparse index {index}; there are {count} elements"))? =
-                    element(bytes);
-            }
+        let Some(sparse) = &accessor.sparse else { return Ok(values) };
+        let count = values.len();
+        let (indices, new) = self.substitutes(sparse, size)?;
+        for (index, new) in indices.zip(new) {
+            let value = values.get_mut(index as usize);
+            *value.ok_or_else(|| format!("sparse index {index}; there are {count} elements"))? = element(new);
         }
         Ok(values)
+    }
+
+    /// Indices and new elements, of `size` bytes, of a sparse accessor.
+    fn substitutes(
+        &self,
+        sparse: &Sparse,
+        size: usize,
+    ) -> Result<(impl Iterator<Item = u32>, impl Iterator<Item = &[u8]>), String> {
+        let (indices, new) = (&sparse.indices, &sparse.values);
+        let component = Component::of(indices.component_type)?;
+        if component.restart().is_none() {
+            return Err("sparse indices must be unsigned integers".to_owned());
+        }
+        let indices =
+            self.elements(indices.buffer_view, indices.byte_offset, sparse.count, component.size())?;
+        let new = self.elements(new.buffer_view, new.byte_offset, sparse.count, size)?;
+        Ok((indices.each().map(move |bytes| component.read(bytes) as u32), new.each()))
     }
 
     /// How many zeros an accessor without a view starts from; not more than the data has bytes.

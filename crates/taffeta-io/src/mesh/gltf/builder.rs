@@ -119,8 +119,8 @@ impl<'a> Builder<'a> {
     }
 
     fn vertices(&mut self, accessor: usize, placement: &Placement) -> Result<Span, String> {
-        self.take_elements(accessor)?;
         let places = self.data.numbers::<3>(accessor)?;
+        self.take(places.len())?;
         let span = Span { start: self.mesh.vertices.len() as u32, count: places.len() };
         self.mesh.vertices.reserve(places.len());
         for (vertex, place) in places.into_iter().enumerate() {
@@ -144,8 +144,8 @@ impl<'a> Builder<'a> {
     }
 
     fn read_coords(&mut self, accessor: usize) -> Result<(u32, usize), String> {
-        self.take_elements(accessor)?;
         let coords = self.data.numbers::<2>(accessor)?;
+        self.take(coords.len())?;
         let start = self.uvs.coords.len() as u32;
         if let Some((vertex, [u, v])) =
             coords.iter().enumerate().find(|(_, uv)| uv.iter().any(|x| !x.is_finite()))
@@ -162,8 +162,8 @@ impl<'a> Builder<'a> {
         if self.data.accessor(accessor)?.kind != "SCALAR" {
             return Ok(());
         }
-        self.take_elements(accessor)?;
         let values = self.data.numbers::<1>(accessor)?;
+        self.take(values.len())?;
         if values.len() != span.count {
             return Err(format!("{} for {}", counted(values.len(), "number"), counted_vertices(span.count)));
         }
@@ -181,7 +181,6 @@ impl<'a> Builder<'a> {
     ) -> Result<(), String> {
         let corners = match primitive.indices {
             Some(accessor) => {
-                self.take_elements(accessor)?;
                 self.data.indices(accessor, span.count).map_err(|what| format!("indices: {what}"))?
             }
             None => (0..span.count as u32).collect(),
@@ -220,17 +219,10 @@ impl<'a> Builder<'a> {
         &mut groups[index].1
     }
 
-    /// Takes room for what an accessor has.
-    fn take_elements(&mut self, accessor: usize) -> Result<(), String> {
-        let count = self.data.accessor(accessor)?.count;
-        self.take(usize::try_from(count).unwrap_or(usize::MAX))
-            .map_err(|what| format!("accessor {accessor}: {what}"))
-    }
-
     fn take(&mut self, count: usize) -> Result<(), String> {
         self.room = self.room.checked_sub(count).ok_or_else(|| {
             format!(
-                "{count} elements are too many for a file of this size, with what it has already repeated"
+                "{count} more numbers or places are too many for a file of this size: it repeats its data too often"
             )
         })?;
         Ok(())
