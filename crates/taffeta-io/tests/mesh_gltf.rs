@@ -187,6 +187,9 @@ fn quantised_interleaved_and_sparse_positions_are_read() {
         "indices": {"bufferView": indices, "componentType": U8}, "values": {"bufferView": values}});
     assert_eq!(gltf.read().unwrap().vertices, [[0.0, 0.0, 5.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0]]);
     let mut beyond = gltf.clone();
+    beyond.json["accessors"][0]["sparse"]["count"] = 4.into();
+    assert!(beyond.refused().contains("accessor 0: 4 sparse elements of 3"), "{}", beyond.refused());
+    let mut beyond = gltf.clone();
     beyond.data[37] = 3;
     assert!(
         beyond.refused().contains("accessor 0: sparse index 3; there are 3 elements"),
@@ -395,7 +398,14 @@ fn a_small_file_cannot_ask_for_much() {
     gltf.json["nodes"] = (0..2_000).map(|_| json!({"mesh": 0})).collect();
     gltf.json["scenes"] = json!([{"nodes": (0..2_000).collect::<Vec<_>>()}]);
     gltf.json["meshes"][0]["primitives"][0]["mode"] = 5.into();
-    assert!(gltf.refused().contains("too many for a file of this size: it repeats"), "{}", gltf.refused());
+    assert!(gltf.refused().contains("repeats its data too often for its size"), "{}", gltf.refused());
+    let mut gltf = Gltf::triangle();
+    let primitive = gltf.primitive().clone();
+    gltf.json["accessors"][0]["count"] = 0.into();
+    gltf.json["meshes"][0]["primitives"] = vec![primitive; 20_000].into();
+    gltf.json["nodes"] = (0..20_000).map(|_| json!({"mesh": 0})).collect();
+    gltf.json["scenes"] = json!([{"nodes": (0..20_000).collect::<Vec<_>>()}]);
+    assert!(gltf.refused().contains("repeats its data too often for its size"), "{}", gltf.refused());
     let mut gltf = Gltf::triangle();
     gltf.json["extras"] = serde_json::from_str(&("[".repeat(100) + &"]".repeat(100))).unwrap();
     assert!(gltf.read().is_ok());

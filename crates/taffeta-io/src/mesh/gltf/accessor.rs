@@ -128,6 +128,9 @@ impl Data<'_> {
         };
         let Some(sparse) = &accessor.sparse else { return Ok(values) };
         let count = values.len();
+        if sparse.count > count as u64 {
+            return Err(format!("{} sparse elements of {count}", sparse.count));
+        }
         let (indices, new) = self.substitutes(sparse, size)?;
         for (index, new) in indices.zip(new) {
             let value = values.get_mut(index as usize);

@@ -11,6 +11,9 @@ use taffeta::topology::{Polygons, Uvs};
 /// A document may ask for this many numbers of each kind without having bytes for them: copies of its meshes.
 const COPIES: usize = 1 << 24;
 
+/// What placing a primitive costs besides, counted in such numbers.
+const PRIMITIVE: usize = 64;
+
 /// Modes of primitives (glTF 2.0, 5.24.4).
 const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
@@ -91,6 +94,7 @@ impl<'a> Builder<'a> {
         placement: &Placement,
         spans: &mut HashMap<usize, Span>,
     ) -> Result<(), String> {
+        self.take(PRIMITIVE)?;
         match primitive.mode {
             TRIANGLES..=FAN => {}
             0..TRIANGLES => {
@@ -220,11 +224,8 @@ impl<'a> Builder<'a> {
     }
 
     fn take(&mut self, count: usize) -> Result<(), String> {
-        self.room = self.room.checked_sub(count).ok_or_else(|| {
-            format!(
-                "{count} more numbers or places are too many for a file of this size: it repeats its data too often"
-            )
-        })?;
+        let left = self.room.checked_sub(count);
+        self.room = left.ok_or("the document repeats its data too often for its size; use fewer copies")?;
         Ok(())
     }
 
