@@ -76,7 +76,7 @@ fn vtu_has_a_file_for_each_body_and_frame_and_the_pvd_their_times() {
     assert!(sink.frame(0.0, &Positions::F32(&frame(0)[1..])).is_err());
     assert!(sink.frame(0.0, &Positions::F64(&[[0.0; 3]; 11])).is_err());
     sink.rewind(2, &sink.mark()).unwrap();
-    assert_eq!(sink.finish().unwrap(), [path.clone()]);
+    assert_eq!(sink.finish().unwrap(), std::slice::from_ref(&path));
     let all = files(folder.path());
     let names: Vec<&str> = all.keys().map(String::as_str).collect();
     assert_eq!(

@@ -1,0 +1,1 @@
+"""The parts of scripts/check_outputs.py: one module a family of formats."""
