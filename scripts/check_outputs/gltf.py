@@ -27,9 +27,9 @@ def check_validator(run):
         raise ImportError("gltf-validator is not installed (npm install --prefix VENV gltf-validator)")
     report = json.loads(done.stdout)
     issues = report["issues"]
-    counts = ", ".join(f"{issues['num' + kind]} {kind.lower()}" for kind in ["Errors", "Warnings", "Infos", "Hints"])
-    messages = sorted({f"{issue['code']}" for issue in issues["messages"]})
-    what = f"GLB: Khronos validator {report['validatorVersion']}: {counts} {' '.join(messages)}".strip()
+    counts = ", ".join(f"{kind.lower()} {issues['num' + kind]}" for kind in ["Errors", "Warnings", "Infos", "Hints"])
+    codes = sorted({issue["code"] for issue in issues["messages"]})
+    what = " ".join([f"GLB: Khronos validator {report['validatorVersion']}: {counts}", *codes])
     run.demand(what, issues["numErrors"] + issues["numWarnings"] == 0, json.dumps(issues["messages"][:5]))
 
 
@@ -50,4 +50,4 @@ def check_trimesh(run):
     for (name, part), (geometry, vertices) in zip(run.bodies, geometries(run)):
         copies = len(vertices) - (part.stop - part.start)
         expected = run.positions[-1, part][vertices].astype(np.float32)
-        run.compare(f"GLB {name} by trimesh, {copies} copies at seams", [(geometry.vertices, expected)], 0.0)
+        run.compare(f"GLB {name} by trimesh, vertices copied at seams: {copies}", [(geometry.vertices, expected)], 0.0)

@@ -6,6 +6,11 @@ import json
 import numpy as np
 
 
+def counted(count, what):
+    """A number and a word, the latter as the former wants it."""
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
 class Run:
     """Positions of a run by frame and body, and how many comparisons there were."""
 
@@ -58,5 +63,4 @@ class Run:
             # Unlike Python's, this maximum keeps a NaN, which is no match.
             error = np.maximum(error, pose)
             excess = np.maximum(excess, pose - tolerance * max(1.0, np.abs(expected).max()))
-        poses = "1 pose" if count == 1 else f"{count} poses"
-        self.demand(f"{what}: {poses}, largest difference {error:.3g} m", excess <= 0.0, "too much")
+        self.demand(f"{what}: {counted(count, 'pose')}, largest difference {error:.3g} m", excess <= 0.0, "too much")

@@ -4,6 +4,8 @@ import xml.etree.ElementTree
 
 import numpy as np
 
+from check_outputs.run import counted
+
 
 def check_pyvista(run):
     import pyvista
@@ -12,7 +14,7 @@ def check_pyvista(run):
     reader = pyvista.get_reader(str(path))
     times = np.array(run.times())
     same = len(reader.time_values) == len(times) and np.abs(reader.time_values - times).max() < 1e-12
-    run.demand(f"PVD: {len(reader.time_values)} times", same, "not those of frames.csv")
+    run.demand(f"PVD: {counted(len(reader.time_values), 'time')}", same, "not those of frames.csv")
     frames = []
     for time in range(reader.number_time_points):
         reader.set_active_time_point(time)
@@ -25,8 +27,8 @@ def check_pyvista(run):
         run.compare(f"VTU {name} by pyvista", poses, 0.0)
         precise = all(grid.points.dtype == run.stored.dtype for grid in grids)
         run.demand(f"VTU {name}: {run.stored.dtype}", precise, f"{grids[0].points.dtype}")
-        stamps = [grid.field_data["TimeValue"][0] for grid in grids]
-        run.demand(f"VTU {name}: times in the files", np.array_equal(stamps, reader.time_values), "not those of the PVD")
+        same = np.array_equal([grid.field_data["TimeValue"][0] for grid in grids], reader.time_values)
+        run.demand(f"VTU {name}: times in the files", same, "not those of the PVD")
         kinds = ", ".join(f"{count} {kind.name}" for kind, count in sorted(kinds_of(pyvista, grids[-1]).items()))
         run.demand(f"VTU {name}: {kinds}", grids[-1].n_cells > 0, "no cells")
 
