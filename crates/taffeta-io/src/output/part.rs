@@ -99,8 +99,15 @@ impl Part {
     /// Syncs the file and gives it its name.
     pub fn finish(mut self) -> io::Result<PathBuf> {
         self.sync()?;
+        let path = self.finish_later()?;
+        sync_folder(&path);
+        Ok(path)
+    }
+
+    /// Gives the file its name and leaves it to the system when it is on the disk.
+    pub fn finish_later(mut self) -> io::Result<PathBuf> {
+        self.flush()?;
         rename(&self.part, &self.path).map_err(|error| in_file(&self.path, error))?;
-        sync_folder(&self.path);
         Ok(self.path)
     }
 

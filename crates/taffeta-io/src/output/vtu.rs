@@ -2,10 +2,10 @@
 //!
 //! The `.pvd` grows by the files of a frame when they are whole, and its length is where the frames end.
 
-use super::part::Part;
+use super::part::{Part, in_file};
 use super::vtu_mesh::Grid;
 use super::{Begin, FrameSink, Positions, file_stems};
-use std::fs::{create_dir_all, read_dir, read_to_string, remove_dir, remove_file};
+use std::fs::{File, create_dir_all, read_dir, read_to_string, remove_dir, remove_file};
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -27,6 +27,8 @@ pub struct Vtu {
     frames: u64,
     vertices: usize,
     bodies: Vec<Body>,
+    /// Files that may not be on the disk yet.
+    unsynced: Vec<PathBuf>,
 }
 
 struct Body {
@@ -51,10 +53,11 @@ impl Vtu {
             pvd.flush()?;
         }
         let folder = path.with_file_name(FOLDER);
-        create_dir_all(&folder).map_err(|error| naming(&folder, &error))?;
+        create_dir_all(&folder).map_err(|error| in_file(&folder, error))?;
         let names: Vec<String> = bodies.iter().map(|(name, _)| name.clone()).collect();
         let length = pvd.len();
-        let mut vtu = Self { pvd, length, folder, frames: 0, vertices: 0, bodies: Vec::new() };
+        let mut vtu =
+            Self { pvd, length, folder, frames: 0, vertices: 0, bodies: Vec::new(), unsynced: Vec::new() };
         for (stem, (_, surface)) in file_stems(&names).into_iter().zip(bodies) {
             let vertices = vtu.vertices..vtu.vertices + surface.vertices.len();
             vtu.vertices = vertices.end;
@@ -68,7 +71,7 @@ impl Vtu {
     /// Removes the `.pvd` file at `path` and the `.vtu` files that it names.
     pub fn remove(path: &Path) -> io::Result<()> {
         let folder = path.with_file_name(FOLDER);
-        let text = read_to_string(path).map_err(|error| naming(path, &error))?;
+        let text = read_to_string(path).map_err(|error| in_file(path, error))?;
         let names = text.lines().filter_map(|line| line.split_once(" file=\"vtu/")?.1.strip_suffix("\"/>"));
         // Only files within the folder, whatever the text says.
         for name in names.filter(|name| Path::new(name).file_name() == Some(name.as_ref())) {
@@ -91,8 +94,8 @@ impl Vtu {
     /// The bodies' files in the folder with their frames, whole or not.
     fn files(&self) -> io::Result<Vec<(PathBuf, u64)>> {
         let mut files = Vec::new();
-        for entry in read_dir(&self.folder).map_err(|error| naming(&self.folder, &error))? {
-            let path = entry.map_err(|error| naming(&self.folder, &error))?.path();
+        for entry in read_dir(&self.folder).map_err(|error| in_file(&self.folder, error))? {
+            let path = entry.map_err(|error| in_file(&self.folder, error))?.path();
             let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
             if let Some(frame) = self.frame_of(name.strip_suffix(".part").unwrap_or(name)) {
                 files.push((path, frame));
@@ -124,7 +127,7 @@ impl FrameSink for Vtu {
             let mut part = Part::open(&self.folder.join(&file), Begin::New)?;
             let own = positions.slice(body.vertices.clone()).unwrap_or(*positions);
             body.grid.write(&mut part, time, &own)?;
-            part.finish()?;
+            self.unsynced.push(part.finish_later()?);
             lines += &format!(
                 "<DataSet timestep=\"{time}\" part=\"{index}\" name=\"{stem}\" file=\"{FOLDER}/{file}\"/>\n"
             );
@@ -152,16 +155,21 @@ impl FrameSink for Vtu {
             return Err(self.pvd.refuse(what));
         }
         later.iter().try_for_each(|(path, _)| remove(path))?;
+        self.unsynced.retain(|path| later.iter().all(|(gone, _)| gone != path));
         self.frames = frames;
         mark.iter().try_for_each(|&length| self.list(length, ""))
     }
 
     fn sync(&mut self) -> io::Result<()> {
+        for path in self.unsynced.drain(..) {
+            File::open(&path).and_then(|file| file.sync_all()).map_err(|error| in_file(&path, error))?;
+        }
         self.pvd.sync()
     }
 
     /// Returns the `.pvd` alone, which names the others.
-    fn finish(self: Box<Self>) -> io::Result<Vec<PathBuf>> {
+    fn finish(mut self: Box<Self>) -> io::Result<Vec<PathBuf>> {
+        self.sync()?;
         Ok(vec![self.pvd.finish()?])
     }
 }
@@ -175,12 +183,7 @@ impl Body {
 /// Removes a file, if it is there.
 fn remove(path: &Path) -> io::Result<()> {
     match remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(naming(path, &error)),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(in_file(path, error)),
         _ => Ok(()),
     }
-}
-
-/// The error with the file that it is about.
-fn naming(path: &Path, error: &io::Error) -> io::Error {
-    io::Error::new(error.kind(), format!("{}: {error}", path.display()))
 }
