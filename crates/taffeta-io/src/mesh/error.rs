@@ -37,3 +37,14 @@ impl fmt::Display for MeshError {
 }
 
 impl std::error::Error for MeshError {}
+
+/// What a file says, as a message can show it.
+pub(super) fn shown(word: &[u8]) -> String {
+    /// Characters of a word that messages show.
+    const SHOWN: usize = 40;
+    let text = String::from_utf8_lossy(&word[..word.len().min(4 * SHOWN)]);
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text.into_owned(),
+    }
+}

@@ -1,6 +1,8 @@
 //! Wavefront OBJ. Continued lines, trailing comments, tabs, negative indices and numbers after a vertex are read as
 //! the format means them; materials, normals, lines and points are passed over.
 
+use super::clean::counted;
+use super::error::shown;
 use super::obj_face::Corner;
 use super::obj_groups::Groups;
 use super::{MeshError, RawMesh};
@@ -46,11 +48,14 @@ pub(super) fn parse_obj(bytes: &[u8]) -> Result<RawMesh, MeshError> {
     reader.finish()
 }
 
-/// Takes a line off `rest`, without its end.
+/// Takes a line off `rest`, without its end: `\n`, `\r\n` or `\r`.
 fn next_line<'a>(rest: &mut &'a [u8]) -> &'a [u8] {
-    let end = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
-    let line = &rest[..end];
-    *rest = &rest[(end + 1).min(rest.len())..];
+    let end = rest.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(rest.len());
+    let (line, after) = rest.split_at(end);
+    *rest = match after {
+        [b'\r', b'\n', after @ ..] | [_, after @ ..] => after,
+        [] => after,
+    };
     line.trim_ascii_end()
 }
 
@@ -82,7 +87,9 @@ impl Reader {
                 self.coords.push(uv);
             }
             Some(b"f") => self.face(words)?,
-            Some(b"g") => self.groups.set_groups(words, self.polygons.len()),
+            Some(b"g") => {
+                self.groups.set_groups(words, self.polygons.len()).map_err(|what| self.error(what))?;
+            }
             Some(b"o") => {
                 let name: Vec<_> = words.map(String::from_utf8_lossy).collect();
                 self.groups.set_object(name.join(" "), self.polygons.len());
@@ -107,7 +114,7 @@ impl Reader {
 
     fn number(&self, word: &[u8]) -> Result<f64, MeshError> {
         let number = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
-        number.ok_or_else(|| self.error(format!("`{}` is not a number", String::from_utf8_lossy(word))))
+        number.ok_or_else(|| self.error(format!("`{}` is not a number", shown(word))))
     }
 
     fn face<'a>(&mut self, words: impl Iterator<Item = &'a [u8]>) -> Result<(), MeshError> {
@@ -124,7 +131,8 @@ impl Reader {
         }
         let corners = self.polygons.corners.len() - first;
         if corners < 3 {
-            return Err(self.error(format!("face {face} has {corners} corners; it needs at least 3")));
+            let corners = counted(corners, "corner");
+            return Err(self.error(format!("face {face} has {corners}; it needs at least 3")));
         }
         let end = u32::try_from(self.polygons.corners.len());
         self.polygons.offsets.push(end.map_err(|_| self.error("more than 4294967295 corners"))?);
@@ -152,7 +160,8 @@ impl Reader {
             if without > 0 {
                 self.uv_corners.iter_mut().filter(|uv| **uv == u32::MAX).for_each(|uv| *uv = coords as u32);
                 self.coords.push([0.0; 2]);
-                repairs.push(format!("{without} face corners without a texture coordinate got (0, 0)"));
+                let corners = counted(without, "face corner");
+                repairs.push(format!("{corners} without a texture coordinate got (0, 0)"));
             }
             Uvs { coords: self.coords, corners: self.uv_corners }
         });
@@ -188,6 +197,31 @@ mod tests {
         assert_eq!((uvs.coords, uvs.corners), (vec![[0.5, 0.0], [0.0; 2]], vec![1, 1, 1, 0, 0, 0]));
         let names: Vec<&str> = mesh.groups.iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(names, ["a", "b", "c"]);
+    }
+
+    #[test]
+    fn lines_end_in_any_way() {
+        let text = "v 0 0 0\nv 1 0 0\n\nv 0 1 0\nf 1 2 \\\n3\nf 1 2 zero\n";
+        for end in ["\n", "\r\n", "\r"] {
+            let error = parse_obj(text.replace('\n', end).as_bytes()).unwrap_err().to_string();
+            assert_eq!(error, "line 7: face 1: `zero` is not the index of a vertex");
+            assert_eq!(
+                parse_obj(text[..text.len() - 11].replace('\n', end).as_bytes()).unwrap().polygons.len(),
+                1
+            );
+        }
+    }
+
+    #[test]
+    fn groups_hold_until_the_next_ones() {
+        let text =
+            "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\ng a b a\nf 1 2 3\no a\ng b\nf 2 3 4\no c\ng\nf 1 2 4\n";
+        let groups = parse_obj(text.as_bytes()).unwrap().groups;
+        let members: Vec<(&str, &[u32])> = groups.iter().map(|(name, all)| (&**name, &**all)).collect();
+        assert_eq!(members, [("a", &[0, 1, 2, 3][..]), ("b", &[0, 1, 2, 3]), ("c", &[0, 1, 3])]);
+        let many: String = (0..33).map(|i| format!(" {i}")).collect();
+        let error = parse_obj(format!("\ng{many}\n").as_bytes()).unwrap_err().to_string();
+        assert_eq!(error, "line 2: more than 32 group names for one face");
     }
 
     #[test]

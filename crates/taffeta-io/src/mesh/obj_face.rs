@@ -1,5 +1,7 @@
 //! One corner of an OBJ face: `v`, `v/t`, `v//n` or `v/t/n`.
 
+use super::error::shown;
+
 /// Indices of a corner, counted from 0.
 pub(super) struct Corner {
     pub vertex: u32,
@@ -22,8 +24,7 @@ impl Corner {
 }
 
 fn index(part: &[u8], count: usize, what: &str) -> Result<u32, String> {
-    let text = String::from_utf8_lossy;
-    let number = number(part).ok_or_else(|| format!("`{}` is not the index of a {what}", text(part)))?;
+    let number = number(part).ok_or_else(|| format!("`{}` is not the index of a {what}", shown(part)))?;
     match number {
         0 => Err(format!("{what} index 0; OBJ counts from 1, valid: 1 to {count}, or -{count} to -1")),
         1.. => Ok(u32::try_from(number - 1).unwrap_or(u32::MAX - 1)),

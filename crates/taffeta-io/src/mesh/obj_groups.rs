@@ -1,72 +1,102 @@
 //! The `o` and `g` names of an OBJ file, as sets of vertices.
 
 use std::collections::HashMap;
+use std::ops::Range;
 use taffeta::topology::Polygons;
+
+/// Most names that a face can be in by one `g`. Each costs memory for every face; files have a handful.
+const MOST_NAMES: usize = 32;
 
 /// Which faces belong to which `o` and `g` names.
 #[derive(Default)]
 pub(super) struct Groups {
-    names: Vec<String>,
+    groups: Vec<Group>,
     by_name: HashMap<String, usize>,
     object: Option<usize>,
     current: Vec<usize>,
-    /// From which face on which names hold.
-    runs: Vec<(usize, Vec<usize>)>,
+}
+
+#[derive(Default)]
+struct Group {
+    name: String,
+    /// Faces of the group.
+    faces: Vec<Range<usize>>,
+    /// From which face on the name holds, and how often it was given: as object and as group.
+    since: usize,
+    holds: usize,
 }
 
 impl Groups {
     /// From face `face` on, the groups are `names`.
-    pub fn set_groups<'a>(&mut self, names: impl Iterator<Item = &'a [u8]>, face: usize) {
-        self.current = names.map(|name| self.index(String::from_utf8_lossy(name).into_owned())).collect();
-        self.start_run(face);
+    pub fn set_groups<'a>(
+        &mut self,
+        names: impl Iterator<Item = &'a [u8]>,
+        face: usize,
+    ) -> Result<(), String> {
+        let mut new: Vec<usize> = names
+            .take(MOST_NAMES + 1)
+            .map(|name| self.index(String::from_utf8_lossy(name).into_owned()))
+            .collect();
+        if new.len() > MOST_NAMES {
+            return Err(format!("more than {MOST_NAMES} group names for one face"));
+        }
+        new.sort_unstable();
+        new.dedup();
+        new.iter().for_each(|&group| self.groups[group].open(face));
+        std::mem::replace(&mut self.current, new).iter().for_each(|&group| self.groups[group].close(face));
+        Ok(())
     }
 
     /// From face `face` on, the object is `name`.
     pub fn set_object(&mut self, name: String, face: usize) {
-        self.object = (!name.is_empty()).then(|| self.index(name));
-        self.start_run(face);
+        let new = (!name.is_empty()).then(|| self.index(name));
+        new.into_iter().for_each(|group| self.groups[group].open(face));
+        std::mem::replace(&mut self.object, new).into_iter().for_each(|group| self.groups[group].close(face));
     }
 
     fn index(&mut self, name: String) -> usize {
         *self.by_name.entry(name).or_insert_with_key(|name| {
-            self.names.push(name.clone());
-            self.names.len() - 1
+            self.groups.push(Group { name: name.clone(), ..Group::default() });
+            self.groups.len() - 1
         })
     }
 
-    fn start_run(&mut self, face: usize) {
-        let mut active = self.current.clone();
-        active.extend(self.object);
-        active.sort_unstable();
-        active.dedup();
-        if self.runs.last().is_some_and(|(start, _)| *start == face) {
-            self.runs.pop();
-        }
-        self.runs.push((face, active));
-    }
-
     /// The vertices of each name's faces, in order, each once.
-    pub fn vertices(self, polygons: &Polygons, count: usize) -> Vec<(String, Vec<u32>)> {
-        let mut spans = vec![Vec::new(); self.names.len()];
-        for (i, (start, active)) in self.runs.iter().enumerate() {
-            let end = self.runs.get(i + 1).map_or(polygons.len(), |(next, _)| *next);
-            active.iter().for_each(|&group| spans[group].push(*start..end));
-        }
+    pub fn vertices(mut self, polygons: &Polygons, count: usize) -> Vec<(String, Vec<u32>)> {
+        let end = polygons.len();
+        let open: Vec<usize> = self.current.drain(..).chain(self.object).collect();
+        open.iter().for_each(|&group| self.groups[group].close(end));
         let mut seen_by = vec![0_usize; count];
-        let mut of_group = |group: usize| {
+        let mut of_group = |(index, group): (usize, Group)| {
             let mut vertices = Vec::new();
-            for span in spans[group].iter().filter(|span| !span.is_empty()) {
+            for span in group.faces {
                 let corners = polygons.offsets[span.start] as usize..polygons.offsets[span.end] as usize;
                 for &vertex in &polygons.corners[corners] {
-                    if seen_by[vertex as usize] != group + 1 {
-                        seen_by[vertex as usize] = group + 1;
+                    if seen_by[vertex as usize] != index + 1 {
+                        seen_by[vertex as usize] = index + 1;
                         vertices.push(vertex);
                     }
                 }
             }
             vertices.sort_unstable();
-            vertices
+            (group.name, vertices)
         };
-        self.names.into_iter().enumerate().map(|(group, name)| (name, of_group(group))).collect()
+        self.groups.into_iter().enumerate().map(&mut of_group).collect()
+    }
+}
+
+impl Group {
+    fn open(&mut self, face: usize) {
+        if self.holds == 0 {
+            self.since = face;
+        }
+        self.holds += 1;
+    }
+
+    fn close(&mut self, face: usize) {
+        self.holds -= 1;
+        if self.holds == 0 && self.since < face {
+            self.faces.push(self.since..face);
+        }
     }
 }

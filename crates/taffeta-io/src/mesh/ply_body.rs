@@ -1,6 +1,7 @@
 //! The numbers after a PLY header, one after the other, in any of the three encodings.
 
 use super::MeshError;
+use super::error::shown;
 use super::ply_header::{Element, Encoding, Number};
 
 /// Reads numbers off the body; knows where it is, for errors.
@@ -61,27 +62,29 @@ impl<'a> Body<'a> {
 
     #[inline]
     fn binary(&mut self, number: Number) -> Result<f64, MeshError> {
-        let size = number.size();
-        let Some(found) = self.bytes.get(self.at..self.at + size) else {
+        Ok(match number {
+            Number::I8 => f64::from(i8::from_le_bytes(self.take()?)),
+            Number::U8 => f64::from(u8::from_le_bytes(self.take()?)),
+            Number::I16 => f64::from(i16::from_le_bytes(self.take()?)),
+            Number::U16 => f64::from(u16::from_le_bytes(self.take()?)),
+            Number::I32 => f64::from(i32::from_le_bytes(self.take()?)),
+            Number::U32 => f64::from(u32::from_le_bytes(self.take()?)),
+            Number::F32 => f64::from(f32::from_le_bytes(self.take()?)),
+            Number::F64 => f64::from_le_bytes(self.take()?),
+        })
+    }
+
+    /// The next bytes of a binary body, the lowest first.
+    #[inline]
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], MeshError> {
+        let Some(&(mut bytes)) = self.bytes.get(self.at..).and_then(|rest| rest.first_chunk()) else {
             return Err(self.error("the file ends within its data"));
         };
-        self.at += size;
-        let mut bytes = [0_u8; 8];
-        bytes[..size].copy_from_slice(found);
+        self.at += N;
         if self.encoding == Encoding::Big {
-            bytes[..size].reverse();
+            bytes.reverse();
         }
-        let low = u64::from_le_bytes(bytes);
-        Ok(match number {
-            Number::I8 => f64::from(low as i8),
-            Number::U8 => f64::from(low as u8),
-            Number::I16 => f64::from(low as i16),
-            Number::U16 => f64::from(low as u16),
-            Number::I32 => f64::from(low as i32),
-            Number::U32 => f64::from(low as u32),
-            Number::F32 => f64::from(f32::from_bits(low as u32)),
-            Number::F64 => f64::from_bits(low),
-        })
+        Ok(bytes)
     }
 
     fn word(&mut self) -> Result<f64, MeshError> {
@@ -91,10 +94,13 @@ impl<'a> Body<'a> {
         let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         self.at += start;
         let word = &rest[..end];
-        let number = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
+        let number = match digits(word) {
+            Some(number) => Some(number),
+            None => std::str::from_utf8(word).ok().and_then(|word| word.parse().ok()),
+        };
         let number = number.ok_or_else(|| match word {
             [] => self.error("the file ends within its data"),
-            _ => self.error(format!("`{}` is not a number", String::from_utf8_lossy(word))),
+            _ => self.error(format!("`{}` is not a number", shown(word))),
         })?;
         self.at += end;
         Ok(number)
@@ -102,12 +108,35 @@ impl<'a> Body<'a> {
 
     /// An error at the current line, or byte of a binary body.
     pub fn error(&self, what: impl Into<String>) -> MeshError {
+        self.error_at(self.at, what)
+    }
+
+    /// An error at the number that has been read last.
+    pub fn error_behind(&self, number: Number, what: impl Into<String>) -> MeshError {
         match self.encoding {
-            Encoding::Ascii => {
-                let line = self.bytes[..self.at].iter().filter(|&&b| b == b'\n').count() + 1;
-                MeshError::at_line(line, what)
-            }
-            _ => MeshError::new(format!("byte {}: {}", self.at, what.into())),
+            Encoding::Ascii => self.error(what),
+            _ => self.error_at(self.at - number.size(), what),
         }
     }
+
+    fn error_at(&self, at: usize, what: impl Into<String>) -> MeshError {
+        match self.encoding {
+            Encoding::Ascii => MeshError::at_line(line_ends(&self.bytes[..at]) + 1, what),
+            _ => MeshError::new(format!("byte {at}: {}", what.into())),
+        }
+    }
+}
+
+/// A number of few digits and nothing else, as most indices are.
+fn digits(word: &[u8]) -> Option<f64> {
+    if word.is_empty() || word.len() > 9 || !word.iter().all(u8::is_ascii_digit) {
+        return None;
+    }
+    Some(f64::from(word.iter().fold(0_u32, |number, &digit| 10 * number + u32::from(digit - b'0'))))
+}
+
+/// Number of line ends: `\n`, `\r\n` or `\r`.
+fn line_ends(text: &[u8]) -> usize {
+    let alone = text.windows(2).filter(|pair| pair[0] == b'\r' && pair[1] != b'\n').count();
+    text.iter().filter(|&&b| b == b'\n').count() + alone
 }

@@ -1,6 +1,7 @@
 //! The header of a PLY file: its encoding, its elements and their properties.
 
 use super::MeshError;
+use super::error::shown;
 
 /// How the body is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,12 +81,14 @@ pub(super) fn parse_header(bytes: &[u8]) -> Result<Header, MeshError> {
     }
     let mut header = Header { encoding: Encoding::Ascii, elements: Vec::new(), body: start };
     let mut encoding = None;
+    let line_end = line_end(&bytes[start..]);
     for line in 1.. {
         let rest = &bytes[header.body..];
-        let Some(end) = rest.iter().position(|&b| b == b'\n') else {
+        if rest.is_empty() {
             return Err(MeshError::at_line(line, "the header has no `end_header`"));
-        };
-        header.body += end + 1;
+        }
+        let end = rest.iter().position(|&b| b == line_end).unwrap_or(rest.len());
+        header.body += (end + 1).min(rest.len());
         let text = String::from_utf8_lossy(&rest[..end]);
         let words: Vec<&str> = text.split_ascii_whitespace().collect();
         let refuse = |what: String| Err(MeshError::at_line(line, what));
@@ -95,25 +98,36 @@ pub(super) fn parse_header(bytes: &[u8]) -> Result<Header, MeshError> {
             [] | ["comment" | "obj_info", ..] => {}
             ["format", word, _version] => match parse_encoding(word) {
                 Some(found) => encoding = Some(found),
-                None => return refuse(format!("unknown format `{word}`")),
+                None => return refuse(format!("unknown format `{}`", shown(word.as_bytes()))),
             },
             ["element", name, count] => match count.parse() {
                 Ok(count) => {
                     header.elements.push(Element { name: (*name).into(), count, properties: Vec::new() });
                 }
-                Err(_) => return refuse(format!("`{count}` is not a number of elements")),
+                Err(_) => {
+                    return refuse(format!("`{}` is not a number of elements", shown(count.as_bytes())));
+                }
             },
             ["property", words @ ..] => match (header.elements.last_mut(), parse_property(words)) {
                 (Some(element), Some(property)) => element.properties.push(property),
                 (None, _) => return refuse("a property before any element".to_owned()),
-                (_, None) => return refuse(format!("cannot read `{}`", text.trim())),
+                (_, None) => return refuse(format!("cannot read `{}`", shown(text.trim().as_bytes()))),
             },
             ["end_header"] => break,
-            _ => return refuse(format!("cannot read `{}` in the header", text.trim())),
+            _ => return refuse(format!("cannot read `{}` in the header", shown(text.trim().as_bytes()))),
         }
     }
     header.encoding = encoding.ok_or_else(|| MeshError::new("the header has no `format` line"))?;
     Ok(header)
+}
+
+/// The byte at which the header's lines end, as the first one does. It must not be guessed anew: the byte after the
+/// header may be any.
+fn line_end(text: &[u8]) -> u8 {
+    match text.iter().position(|b| matches!(b, b'\n' | b'\r')) {
+        Some(end) if text[end] == b'\r' && text.get(end + 1) != Some(&b'\n') => b'\r',
+        _ => b'\n',
+    }
 }
 
 fn parse_encoding(word: &str) -> Option<Encoding> {
