@@ -5,7 +5,8 @@ use crate::forces::hinge::{Rest, rest};
 use crate::integrate::keyframes::Track;
 use crate::scene::{Body, Grid, Hinge, Kind, Mesh, SceneError, Select};
 use crate::topology::{
-    Edges, LANES, Placement, Selectable, SpringList, Surface, mass, measure, order, select, shapes, springs,
+    Edges, LANES, Placement, Selectable, SpringList, Surface, mass, measure, no_inside, order, select,
+    shapes, springs,
 };
 
 /// A body, ready to run. Nodes have three numberings: the user's (`node`), the solver's within the body, and the
@@ -297,8 +298,10 @@ fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
     let mut placed = surface.nodes.clone();
     placement.apply_all(&mut placed);
     let closed = !surface.triangles.is_empty() && edges.is_closed();
-    if body.kind == Kind::Soft && !closed {
-        return Err(in_mesh(not_closed(&edges)));
+    if body.kind == Kind::Soft
+        && let Some(why) = not_closed(&surface, &edges)
+    {
+        return Err(in_mesh(why));
     }
     let volume = closed.then(|| measure::volume(&placed, &surface.triangles));
     let given = body.mass_given().ok_or_else(|| SceneError::new("", "has no mass"))?;
@@ -347,14 +350,11 @@ fn renumber(mut list: SpringList, solver_of_node: &[u32]) -> SpringList {
     list
 }
 
-fn not_closed(edges: &Edges) -> String {
-    let (boundary, crowded) = (edges.boundary_edges(), edges.non_manifold_edges());
-    format!(
-        "a soft body needs a closed surface, and this one has {} holes ({boundary} boundary edges), {crowded} edges \
-         with more than two triangles and {} edges where the sides change; close it, or make the body kind = \"cloth\"",
-        edges.holes(),
-        edges.flipped
-    )
+/// Why a mesh cannot be a soft body, and what would do.
+fn not_closed(surface: &Surface, edges: &Edges) -> Option<String> {
+    let why = no_inside(surface, edges)?;
+    let remedy = if why.fillable { "fill_holes = true closes a mesh file" } else { "mend it" };
+    Some(format!("{why}; {remedy}, or make the body kind = \"cloth\""))
 }
 
 impl BodyAssembly {

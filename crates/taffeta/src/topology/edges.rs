@@ -1,6 +1,6 @@
 //! Edges of a surface, and what lies at either side of them.
 
-use super::Csr;
+use super::{Borders, Csr};
 
 /// No triangle at this side of an edge.
 pub const NONE: u32 = u32::MAX;
@@ -80,18 +80,32 @@ impl Edges {
         nodes
     }
 
-    /// Number of boundary loops, a sheet's outer border among them; loops that share a node count as one.
+    /// The open edges put together to loops, a sheet's outer border among them.
+    pub fn borders(&self) -> Borders {
+        Borders::new(&self.boundary_nodes(), &self.open().collect::<Vec<_>>())
+    }
+
+    /// Number of boundary loops, a sheet's outer border among them.
     pub fn holes(&self) -> usize {
-        let nodes = self.boundary_nodes();
-        let place = |node: u32| nodes.partition_point(|n| *n < node);
-        let mut parent: Vec<usize> = (0..nodes.len()).collect();
-        let mut loops = nodes.len();
-        for [a, b] in self.open() {
-            let [a, b] = [a, b].map(|node| root(&mut parent, place(node)));
-            loops -= usize::from(a != b);
-            parent[a.max(b)] = a.min(b);
-        }
-        loops
+        self.borders().loops.len()
+    }
+
+    /// Edges whose two triangles run along it the same way, in the order of the edges.
+    pub fn flipped_pairs(&self, triangles: &[[u32; 3]]) -> impl Iterator<Item = [u32; 2]> {
+        let runs = |[a, b]: [u32; 2], t: u32| {
+            let corners = triangles[t as usize];
+            (0..3).any(|i| corners[i] == a && corners[(i + 1) % 3] == b)
+        };
+        let inner = self.pairs.iter().zip(&self.triangles).zip(&self.uses).filter(|(_, uses)| **uses == 2);
+        inner
+            .map(|(edge, _)| edge)
+            .filter(move |(pair, [t, u])| runs(**pair, *t) == runs(**pair, *u))
+            .map(|(p, _)| *p)
+    }
+
+    /// Edges with this many triangles, in order.
+    pub fn with_uses(&self, which: impl Fn(u32) -> bool) -> impl Iterator<Item = [u32; 2]> {
+        self.pairs.iter().zip(&self.uses).filter(move |(_, uses)| which(**uses)).map(|(pair, _)| *pair)
     }
 
     /// For each edge between two triangles their other corners, in the order of the edges; along links: the nodes
@@ -116,7 +130,7 @@ impl Edges {
     }
 
     fn open(&self) -> impl Iterator<Item = [u32; 2]> {
-        self.pairs.iter().zip(&self.uses).filter(|(_, uses)| **uses == 1).map(|(pair, _)| *pair)
+        self.with_uses(|uses| uses == 1)
     }
 }
 
@@ -128,15 +142,6 @@ fn run(triangles: &[[u32; 3]], links: &[[u32; 2]], a: u32, half: usize) -> Run {
     };
     let [from, to] = [corners[half % 3], corners[(half + 1) % 3]];
     (from ^ to ^ a, (half / 3) as u32, from != a)
-}
-
-/// Representative of `i`, halving the path to it.
-fn root(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
 }
 
 #[cfg(test)]
@@ -170,6 +175,7 @@ mod tests {
         turned[3] = [1, 3, 2];
         let edges = Edges::new(4, &turned, &[]);
         assert_eq!((edges.flipped, edges.boundary_edges(), edges.is_closed()), (3, 0, false));
+        assert_eq!(edges.flipped_pairs(&turned).collect::<Vec<_>>(), [[1, 2], [1, 3], [2, 3]]);
         let fan = [[0, 1, 2], [0, 1, 3], [1, 0, 4]];
         let edges = Edges::new(5, &fan, &[]);
         assert_eq!((edges.non_manifold_edges(), edges.uses[0], edges.flipped), (1, 3, 0));

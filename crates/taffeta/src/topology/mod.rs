@@ -1,11 +1,17 @@
 //! What follows from meshes alone: shapes, edges, hinges, springs, adjacency, ordering, mass shares.
 
 pub mod adjacency;
+mod borders;
+mod boxes;
 pub mod edges;
+mod inside;
+mod inspect;
+mod intersect;
 pub mod mass;
 pub mod measure;
 pub mod order;
 pub mod place;
+mod predicate;
 pub mod random;
 mod segment;
 pub mod select;
@@ -16,8 +22,13 @@ pub mod struts;
 mod surface;
 
 pub use adjacency::{Csr, Gather, LANES};
+pub use borders::Borders;
 pub use edges::{Edges, NONE};
+pub use inside::{NoInside, named_edges, no_inside};
+pub use inspect::{Inspection, Part};
+pub use intersect::{Intersections, self_intersections};
 pub use place::Placement;
+pub use predicate::{meet_beyond_corner, overlap_beyond_edge, triangles_meet};
 pub use select::Selectable;
 pub use springs::{GridCounts, SpringKind, SpringList};
 pub use stencil::GRID_STEPS;

@@ -1,0 +1,169 @@
+//! Where a surface passes through itself: all pairs of triangles that meet where they should not, found exactly.
+
+use super::boxes::{Aabb, BoxTree};
+use super::predicate::{Point, meet_beyond_corner, overlap_beyond_edge, triangles_meet};
+use rayon::prelude::*;
+
+/// How many pairs are named.
+const NAMED: usize = 8;
+/// How many pairs of triangles are looked at before the count ends. Surfaces have 10 to 20 pairs a triangle; far more
+/// than that is a tangle, whose exact count helps nobody.
+#[derive(Clone, Copy)]
+struct Budget {
+    all: u64,
+    /// For the triangles of one leaf.
+    leaf: u64,
+    /// Leaves between two looks at `all`; the same for any number of threads, as the answer is to be.
+    round: usize,
+}
+
+/// A quarter of a minute on two cores, or two minutes where most determinants vanish.
+const BUDGET: Budget = Budget { all: 1 << 28, leaf: 1 << 18, round: 1024 };
+
+/// Pairs of triangles that meet.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Intersections {
+    /// Pairs without a common node that have a point in common; one that touches counts.
+    pub crossing: u64,
+    /// Pairs with a common node or edge that have a point in common beyond it.
+    pub folded: u64,
+    /// The first of both, by triangle: `[i, j]`, i < j, ascending; at most 8.
+    pub first: Vec<[u32; 2]>,
+    /// Whether all pairs were looked at. If not, there may be more than counted.
+    pub complete: bool,
+}
+
+/// Finds all pairs of triangles that meet; all have an area. Those with the same three nodes count as folded. The same
+/// answer for any number of threads.
+pub fn self_intersections(nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> Intersections {
+    within(BUDGET, nodes, triangles)
+}
+
+fn within(budget: Budget, nodes: &[Point], triangles: &[[u32; 3]]) -> Intersections {
+    let mut all = Intersections { complete: true, ..Intersections::default() };
+    if triangles.is_empty() {
+        return all;
+    }
+    let search = Search { nodes, triangles, tree: BoxTree::new(nodes, triangles), budget };
+    let leaves = search.tree.leaves();
+    let mut tested = 0;
+    for start in (0..leaves).step_by(budget.round) {
+        if tested > budget.all {
+            all.complete = false;
+            break;
+        }
+        let round: Vec<Found> =
+            (start..leaves.min(start + budget.round)).into_par_iter().map(|leaf| search.leaf(leaf)).collect();
+        for found in round {
+            tested += found.tested;
+            all.add(found.pairs);
+        }
+    }
+    all
+}
+
+impl Intersections {
+    fn add(&mut self, found: Intersections) {
+        self.crossing += found.crossing;
+        self.folded += found.folded;
+        self.complete &= found.complete;
+        self.name(&found.first);
+    }
+
+    /// Keeps the first pairs.
+    fn name(&mut self, pairs: &[[u32; 2]]) {
+        if !pairs.is_empty() {
+            self.first.extend_from_slice(pairs);
+            self.first.sort_unstable();
+            self.first.truncate(NAMED);
+        }
+    }
+}
+
+struct Search<'a> {
+    nodes: &'a [Point],
+    triangles: &'a [[u32; 3]],
+    tree: BoxTree,
+    budget: Budget,
+}
+
+/// What a leaf's triangles meet in it and in later leaves.
+struct Found {
+    pairs: Intersections,
+    tested: u64,
+}
+
+/// What two triangles share.
+enum Meeting {
+    Apart,
+    Crossing,
+    Folded,
+}
+
+impl Search<'_> {
+    fn leaf(&self, leaf: usize) -> Found {
+        let mut found = Found { pairs: Intersections { complete: true, ..Default::default() }, tested: 0 };
+        let boxes: Vec<(u32, Aabb)> =
+            self.tree.members(leaf).iter().map(|t| (*t, Aabb::of(&self.corners(*t)))).collect();
+        self.tree.near(leaf, |other| {
+            for (place, u) in self.tree.members(other).iter().enumerate() {
+                let around = Aabb::of(&self.corners(*u));
+                // In the leaf itself each pair once.
+                let end = if other == leaf { place } else { boxes.len() };
+                for (t, _) in boxes[..end].iter().filter(|(_, of)| of.overlaps(&around)) {
+                    found.tested += 1;
+                    found.pair(*t.min(u), *t.max(u), self);
+                }
+            }
+            found.pairs.complete = found.tested < self.budget.leaf;
+            found.pairs.complete
+        });
+        found
+    }
+
+    fn corners(&self, triangle: u32) -> [Point; 3] {
+        self.triangles[triangle as usize].map(|i| self.nodes[i as usize])
+    }
+
+    fn meeting(&self, t: u32, u: u32) -> Meeting {
+        let [a, b] = [t, u].map(|i| self.triangles[i as usize]);
+        let shared = a.map(|node| b.contains(&node));
+        let folded = match shared.iter().filter(|s| **s).count() {
+            0 if triangles_meet(self.corners(t), self.corners(u)) => return Meeting::Crossing,
+            0 => false,
+            1 => meet_beyond_corner(self.shared_first(a, b), self.shared_first(b, a)),
+            2 => {
+                let [p, q, c] = self.own_last(a, b);
+                overlap_beyond_edge([p, q], c, self.own_last(b, a)[2])
+            }
+            _ => true,
+        };
+        if folded { Meeting::Folded } else { Meeting::Apart }
+    }
+
+    /// Corners of `a`, turned so that the one that `b` has too is the first.
+    fn shared_first(&self, a: [u32; 3], b: [u32; 3]) -> [Point; 3] {
+        let first = a.iter().position(|node| b.contains(node)).unwrap_or(0);
+        [0, 1, 2].map(|i| self.nodes[a[(first + i) % 3] as usize])
+    }
+
+    /// Corners of `a`, turned so that the one that `b` does not have is the last.
+    fn own_last(&self, a: [u32; 3], b: [u32; 3]) -> [Point; 3] {
+        let own = a.iter().position(|node| !b.contains(node)).unwrap_or(0);
+        [1, 2, 3].map(|i| self.nodes[a[(own + i) % 3] as usize])
+    }
+}
+
+impl Found {
+    fn pair(&mut self, t: u32, u: u32, search: &Search) {
+        match search.meeting(t, u) {
+            Meeting::Apart => return,
+            Meeting::Crossing => self.pairs.crossing += 1,
+            Meeting::Folded => self.pairs.folded += 1,
+        }
+        self.pairs.name(&[[t, u]]);
+    }
+}
+
+#[cfg(test)]
+mod tests;
