@@ -1,164 +1,54 @@
-//! `taffeta check`: whether a scene can be run, and how well.
+//! `taffeta check`: whether a scene can be run, or a mesh be simulated, and how well.
 
-use crate::console::{self, grouped};
+mod advice;
+mod mesh;
+mod report;
+mod scene;
+mod words;
+
+pub use report::MeshReport;
+
 use crate::failure::Failure;
 use clap::ValueEnum;
-use serde::Serialize;
 use std::path::PathBuf;
-use taffeta::{BodyInfo, Options, Simulation};
-use taffeta_io::Loaded;
 
-/// Say whether a scene can be run: counts, memory, largest stable step, advice
+/// Say whether a scene can be run or a mesh simulated: counts, faults, memory, largest stable step, advice
 #[derive(clap::Args)]
 pub struct Args {
-    /// The scene, a TOML file
+    /// A scene, which ends in .toml, or a mesh
     path: PathBuf,
-    /// What a mesh is to be (checking meshes is not yet supported)
+    /// What the mesh is to be [default: both are said, and the answer is that for a shell]
     #[arg(long = "as", value_enum, value_name = "KIND")]
     kind: Option<MeshKind>,
+    /// Close the holes of the mesh first
+    #[arg(long)]
+    fill_holes: bool,
     /// Print the answer as JSON
     #[arg(long)]
     json: bool,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+/// What a mesh is to be.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum MeshKind {
-    /// Something with an inside
+    /// Something with an inside: kind = "soft"
     Body,
-    /// Something without
+    /// Something without: cloth
     Shell,
 }
 
-/// The answer for a scene.
-#[derive(Serialize)]
-struct Report {
-    scene: String,
-    title: String,
-    bodies: Vec<BodyReport>,
-    memory_bytes: usize,
-    substeps: u32,
-    step: f64,
-    /// Null without springs.
-    largest_stable_step: Option<f64>,
-    /// Largest step [s] that is stable however springs are folded; none without springs.
-    largest_stable_step_folded: Option<f64>,
-    advice: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct BodyReport {
-    name: String,
-    nodes: usize,
-    vertices: usize,
-    triangles: usize,
-    springs: Vec<KindCount>,
-    hinges: usize,
-    mass: f64,
-    closed: bool,
-    volume: Option<f64>,
-    repairs: Vec<String>,
-}
-
-#[derive(Serialize)]
-struct KindCount {
-    kind: &'static str,
-    count: usize,
-}
-
-/// Checks a scene.
+/// Checks a scene or a mesh.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let is_scene = args.path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
-    if args.kind.is_some() || !is_scene {
+    if !is_scene {
+        return mesh::check(args);
+    }
+    if args.kind.is_some() || args.fill_holes {
+        let option = if args.kind.is_some() { "--as" } else { "--fill-holes" };
         return Err(Failure::Input(format!(
-            "{}: checking meshes is not yet supported; a scene ends in .toml",
+            "{option} is for meshes, and {} is a scene, which says so for each body",
             args.path.display()
         )));
     }
-    let loaded = taffeta_io::load_scene(&args.path, &[])?;
-    crate::memory::check(&loaded.scene)?;
-    let simulation =
-        Simulation::new(&loaded.scene, &Options::default()).map_err(|error| loaded.source.locate(&error))?;
-    let report = Report::of(args, &loaded, &simulation);
-    console::say(&if args.json { console::json(&report)? } else { report.words() })
-}
-
-impl Report {
-    fn of(args: &Args, loaded: &Loaded, simulation: &Simulation) -> Self {
-        Self {
-            scene: args.path.display().to_string(),
-            title: loaded.scene.title.clone(),
-            bodies: simulation.bodies().iter().map(BodyReport::of).collect(),
-            memory_bytes: simulation.memory(),
-            substeps: loaded.scene.time.substeps(),
-            step: loaded.scene.time.substep(0).1,
-            largest_stable_step: finite(simulation.largest_stable_step()),
-            largest_stable_step_folded: finite(simulation.largest_stable_step_folded()),
-            advice: loaded.notes.iter().chain(simulation.warnings()).cloned().collect(),
-        }
-    }
-
-    fn words(&self) -> String {
-        let mut lines = vec![format!("{}: {}", self.scene, self.title)];
-        self.bodies.iter().for_each(|body| lines.extend(body.words()));
-        lines.push(format!("memory: {:.1} MB", self.memory_bytes as f64 * 1e-6));
-        lines.push(format!("sub-steps a frame: {}, of {:.3e} s", self.substeps, self.step));
-        lines.push(match (self.largest_stable_step, self.largest_stable_step_folded) {
-            (Some(rest), Some(folded)) => {
-                format!(
-                    "largest stable step: {rest:.3e} s at rest, {folded:.3e} s however the springs are folded"
-                )
-            }
-            _ => "largest stable step: any, without springs".to_owned(),
-        });
-        lines.extend(self.advice.iter().map(|advice| format!("advice: {advice}")));
-        lines.push("accepted".to_owned());
-        lines.join("\n")
-    }
-}
-
-impl BodyReport {
-    fn of(body: &BodyInfo) -> Self {
-        Self {
-            name: body.name.clone(),
-            nodes: body.nodes,
-            vertices: body.vertices,
-            triangles: body.triangles,
-            springs: body.springs.iter().map(|&(kind, count)| KindCount { kind, count }).collect(),
-            hinges: body.hinges,
-            mass: body.mass,
-            closed: body.rest_volume.is_some(),
-            volume: body.rest_volume,
-            repairs: body.repairs.clone(),
-        }
-    }
-
-    fn words(&self) -> Vec<String> {
-        let kinds: Vec<String> =
-            self.springs.iter().map(|of| format!("{} {}", grouped(of.count), of.kind)).collect();
-        let springs = if kinds.is_empty() { "none".to_owned() } else { kinds.join(", ") };
-        let inside = match self.volume {
-            Some(volume) => format!("closed, volume {volume:.4e} m³"),
-            None => "open".to_owned(),
-        };
-        let mut lines = vec![
-            format!(
-                "body `{}`: {} nodes, {} vertices, {} triangles, {:.4} kg, {inside}",
-                self.name,
-                grouped(self.nodes),
-                grouped(self.vertices),
-                grouped(self.triangles),
-                self.mass
-            ),
-            format!("  springs: {springs}"),
-        ];
-        if self.hinges > 0 {
-            lines.push(format!("  hinges: {}", grouped(self.hinges)));
-        }
-        lines.extend(self.repairs.iter().map(|repair| format!("  {}", console::mended(repair))));
-        lines
-    }
-}
-
-fn finite(step: f64) -> Option<f64> {
-    Some(step).filter(|step| step.is_finite())
+    scene::check(&args.path, args.json)
 }

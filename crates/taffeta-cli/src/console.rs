@@ -39,6 +39,17 @@ pub fn grouped(count: usize) -> String {
     text
 }
 
+/// `1 vertex`, `2,000 vertices`.
+pub fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{} {}", grouped(count), if count == 1 { one } else { many })
+}
+
+/// The first few of `count` things, with commas between, and whether there are more.
+pub fn list<T>(first: &[T], count: usize, word: impl Fn(&T) -> String) -> String {
+    let words: Vec<String> = first.iter().map(word).collect();
+    words.join(", ") + if count > first.len() { ", …" } else { "" }
+}
+
 /// What reading a mesh has to say: what was mended, or what could not be.
 pub fn mended(repair: &str) -> String {
     let label = if repair.starts_with("not ") { "warning" } else { "mended" };

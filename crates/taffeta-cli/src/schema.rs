@@ -1,5 +1,6 @@
 //! `taffeta schema`: the formats as JSON Schema.
 
+use crate::check::MeshReport;
 use crate::console;
 use crate::failure::Failure;
 use crate::summary::Summary;
@@ -7,7 +8,7 @@ use clap::ValueEnum;
 use schemars::schema_for;
 use taffeta::scene::Scene;
 
-/// Print the JSON Schema of scenes or of summary.json
+/// Print the JSON Schema of scenes, of summary.json or of the answer to `check MESH --json`
 #[derive(clap::Args)]
 pub struct Args {
     /// Which format
@@ -18,6 +19,7 @@ pub struct Args {
 enum Format {
     Scene,
     Summary,
+    Check,
 }
 
 /// Prints the schema.
@@ -25,6 +27,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let schema = match args.what {
         Format::Scene => schema_for!(Scene),
         Format::Summary => schema_for!(Summary),
+        Format::Check => schema_for!(MeshReport),
     };
     console::say(&console::json(&schema)?)
 }

@@ -1,6 +1,7 @@
 //! A surface in numbers: how it hangs together, how large it is, and what is odd about it.
 
 mod parts;
+mod sets;
 mod sides;
 
 pub use parts::Part;

@@ -1,6 +1,7 @@
 //! What hangs together. The Euler characteristic of a part is counted on the surface cut open at nodes where it only
 //! touches itself, so that it is a manifold with b borders: χ = 2 − 2g − b.
 
+use super::sets::Sets;
 use super::sides::{Sides, next};
 use crate::topology::Edges;
 use crate::topology::measure::{bounds, cross, dot, sub};
@@ -205,70 +206,5 @@ impl Fans {
         for side in open() {
             add(side, -i64::from(self.sets.join(side, next(side), false).joined));
         }
-    }
-}
-
-/// Disjoint sets (Tarjan 1975), each by its smallest member; members may be turned against each other.
-struct Sets {
-    parent: Vec<u32>,
-    /// Whether a member is turned against its parent.
-    turned: Vec<bool>,
-}
-
-/// What joining two members did.
-struct Join {
-    /// Whether they were in different sets.
-    joined: bool,
-    /// Whether they are turned against each other as was asked.
-    agrees: bool,
-}
-
-impl Sets {
-    fn new(count: usize) -> Self {
-        Self { parent: (0..count as u32).collect(), turned: vec![false; count] }
-    }
-
-    /// The set of a member, and whether the member is turned against it; halves the path on the way.
-    fn root(&mut self, mut member: u32) -> (u32, bool) {
-        let mut turned = false;
-        loop {
-            let i = member as usize;
-            let above = self.parent[i] as usize;
-            if above == i {
-                return (member, turned);
-            }
-            if self.parent[above] as usize != above {
-                self.turned[i] ^= self.turned[above];
-                self.parent[i] = self.parent[above];
-            }
-            turned ^= self.turned[i];
-            member = self.parent[i];
-        }
-    }
-
-    /// Puts two members into one set, turned against each other or not.
-    fn join(&mut self, a: u32, b: u32, turned: bool) -> Join {
-        let ((a, of_a), (b, of_b)) = (self.root(a), self.root(b));
-        let turn = of_a ^ of_b ^ turned;
-        if a != b {
-            self.parent[a.max(b) as usize] = a.min(b);
-            self.turned[a.max(b) as usize] = turn;
-        }
-        Join { joined: a != b, agrees: a != b || !turn }
-    }
-
-    /// Numbers the sets in the order of their first member: the number of each member's set, and how many there are.
-    fn numbers(&mut self) -> (Vec<u32>, usize) {
-        let (mut numbers, mut count) = (vec![0; self.parent.len()], 0);
-        for member in 0..self.parent.len() as u32 {
-            let root = self.root(member).0;
-            numbers[member as usize] = if root == member {
-                count += 1;
-                count - 1
-            } else {
-                numbers[root as usize]
-            };
-        }
-        (numbers, count as usize)
     }
 }

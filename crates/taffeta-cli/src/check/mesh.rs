@@ -1,0 +1,129 @@
+//! Measures a mesh and judges it.
+
+use super::report::*;
+use super::{Args, MeshKind, advice, words};
+use crate::console::{self, grouped};
+use crate::failure::Failure;
+use std::sync::Arc;
+use taffeta::scene::{Body, Mesh, Scene};
+use taffeta::topology::{Inspection, Intersections, NoInside, Surface, no_inside, self_intersections};
+use taffeta_io::MeshOptions;
+
+/// How many edges, vertices and pairs are named.
+const NAMED: usize = 8;
+/// How many parts are listed.
+const PARTS: usize = 20;
+/// Triangles from which on the search for those that meet takes more than a moment.
+const MANY: usize = 1_000_000;
+
+/// Checks a mesh. One that is refused is reported all the same.
+pub fn check(args: &Args) -> Result<(), Failure> {
+    let options = MeshOptions { fill_holes: args.fill_holes, ..MeshOptions::default() };
+    let surface = taffeta_io::load_mesh(&args.path, &options).map_err(|e| Failure::Input(e.to_string()))?;
+    if surface.triangles.len() > MANY {
+        let count = grouped(surface.triangles.len());
+        console::complain(&format!(
+            "looking for self-intersections among {count} triangles, which takes a while"
+        ));
+    }
+    let intersections = self_intersections(&surface.nodes, &surface.triangles);
+    let report = report(args, surface, &intersections);
+    console::say(&if args.json { console::json(&report)? } else { words::of(&report, args.kind) })?;
+    if args.kind == Some(MeshKind::Body) && !report.body.accepted {
+        return Err(Failure::Input(format!("{}: refused as a body", report.mesh)));
+    }
+    Ok(())
+}
+
+fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshReport {
+    let found = Inspection::new(&surface);
+    let vertex = surface.vertex_of_node();
+    let corners = |t: usize| surface.triangles[t].map(|node| vertex[node as usize]);
+    let edge = |pair: [u32; 2]| {
+        let [a, b] = pair.map(|node| vertex[node as usize]);
+        [a.min(b), a.max(b)]
+    };
+    let pairs = |which: fn(u32) -> bool| named(found.edges.with_uses(which).map(edge));
+    let [lo, hi] = found.bounds;
+    let extent = [0, 1, 2].map(|i| hi[i] - lo[i]);
+    let mut report = MeshReport {
+        mesh: args.path.display().to_string(),
+        vertices: surface.vertices.len(),
+        faces: surface.polygons.len(),
+        nodes: surface.nodes.len(),
+        triangles: surface.triangles.len(),
+        edges: found.edges.pairs.len(),
+        closed: found.edges.is_closed(),
+        orientable: found.orientable,
+        parts: found.parts.len(),
+        joined_parts: found.joined_parts,
+        largest_parts: largest_parts(&found, |t| corners(t)[0]),
+        euler_characteristic: found.euler,
+        genus: found.genus,
+        holes: found.holes,
+        open_borders: found.open_borders,
+        boundary_edges: pairs(|uses| uses == 1),
+        non_manifold_edges: pairs(|uses| uses > 2),
+        flipped_edges: named(found.edges.flipped_pairs(&surface.triangles).map(edge)),
+        bow_ties: named(found.bow_ties.iter().map(|node| vertex[*node as usize])),
+        self_intersections: IntersectionReport {
+            crossing: intersections.crossing,
+            folded: intersections.folded,
+            complete: intersections.complete,
+            first: intersections.first.iter().map(|pair| pair.map(|t| corners(t as usize))).collect(),
+        },
+        extent,
+        area: found.area,
+        volume: found.volume,
+        shortest_edge: EdgeReport { length: found.shortest.0, vertices: edge(found.shortest.1) },
+        longest_edge: EdgeReport { length: found.longest.0, vertices: edge(found.longest.1) },
+        thinnest_triangle: TriangleReport { aspect: found.thinnest.0, vertices: corners(found.thinnest.1) },
+        memory_bytes: 0,
+        repairs: surface.repairs.clone(),
+        warnings: Vec::new(),
+        unit: advice::unit(extent.into_iter().fold(0.0, f64::max)),
+        body: body_verdict(no_inside(&surface, &found.edges), found.holes, args.fill_holes),
+        shell: Verdict { accepted: true, reason: None, remedy: None },
+        scene: None,
+    };
+    report.warnings = advice::warnings(&report);
+    report.scene = advice::scene(&report, args);
+    report.memory_bytes = memory(surface);
+    report
+}
+
+/// Counts all, names the first.
+fn named<T>(mut all: impl Iterator<Item = T>) -> Named<T> {
+    let first: Vec<T> = all.by_ref().take(NAMED).collect();
+    Named { count: first.len() + all.count(), first }
+}
+
+fn largest_parts(found: &Inspection, vertex: impl Fn(usize) -> u32) -> Vec<PartReport> {
+    let mut parts: Vec<_> = found.parts.iter().collect();
+    parts.sort_by_key(|part| std::cmp::Reverse(part.triangles));
+    let report = |part: &&taffeta::topology::Part| PartReport {
+        triangles: part.triangles,
+        vertex: vertex(part.first),
+        closed: part.closed,
+        volume: part.volume,
+        genus: part.genus,
+    };
+    parts.iter().take(PARTS).map(report).collect()
+}
+
+fn body_verdict(why: Option<NoInside>, holes: usize, filled: bool) -> Verdict {
+    let remedy = why.as_ref().map(|why| match (why.fillable, filled) {
+        (true, false) => {
+            let them = if holes == 1 { "it" } else { "them" };
+            format!("--fill-holes here and fill_holes = true in the scene close {them}")
+        }
+        _ => "mend it in a mesh editor, or use it as a shell: kind = \"cloth\"".to_owned(),
+    });
+    Verdict { accepted: why.is_none(), reason: why.map(|why| why.to_string()), remedy }
+}
+
+/// Memory that building a scene with this mesh takes [byte].
+fn memory(surface: Surface) -> u64 {
+    let mesh = Mesh::Surface(Arc::new(surface));
+    Scene::new("").body(Body::cloth("", mesh)).memory_needed()
+}

@@ -1,0 +1,135 @@
+//! The answer for a scene.
+
+use crate::console::{self, grouped};
+use crate::failure::Failure;
+use serde::Serialize;
+use std::path::Path;
+use taffeta::{BodyInfo, Options, Simulation};
+use taffeta_io::Loaded;
+
+/// The answer for a scene.
+#[derive(Serialize)]
+struct Report {
+    scene: String,
+    title: String,
+    bodies: Vec<BodyReport>,
+    memory_bytes: usize,
+    substeps: u32,
+    step: f64,
+    /// Null without springs.
+    largest_stable_step: Option<f64>,
+    /// Largest step [s] that is stable however springs are folded; none without springs.
+    largest_stable_step_folded: Option<f64>,
+    advice: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct BodyReport {
+    name: String,
+    nodes: usize,
+    vertices: usize,
+    triangles: usize,
+    springs: Vec<KindCount>,
+    hinges: usize,
+    mass: f64,
+    closed: bool,
+    volume: Option<f64>,
+    repairs: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct KindCount {
+    kind: &'static str,
+    count: usize,
+}
+
+/// Checks a scene.
+pub fn check(path: &Path, json: bool) -> Result<(), Failure> {
+    let loaded = taffeta_io::load_scene(path, &[])?;
+    crate::memory::check(&loaded.scene)?;
+    let simulation =
+        Simulation::new(&loaded.scene, &Options::default()).map_err(|error| loaded.source.locate(&error))?;
+    let report = Report::of(path, &loaded, &simulation);
+    console::say(&if json { console::json(&report)? } else { report.words() })
+}
+
+impl Report {
+    fn of(path: &Path, loaded: &Loaded, simulation: &Simulation) -> Self {
+        Self {
+            scene: path.display().to_string(),
+            title: loaded.scene.title.clone(),
+            bodies: simulation.bodies().iter().map(BodyReport::of).collect(),
+            memory_bytes: simulation.memory(),
+            substeps: loaded.scene.time.substeps(),
+            step: loaded.scene.time.substep(0).1,
+            largest_stable_step: finite(simulation.largest_stable_step()),
+            largest_stable_step_folded: finite(simulation.largest_stable_step_folded()),
+            advice: loaded.notes.iter().chain(simulation.warnings()).cloned().collect(),
+        }
+    }
+
+    fn words(&self) -> String {
+        let mut lines = vec![format!("{}: {}", self.scene, self.title)];
+        self.bodies.iter().for_each(|body| lines.extend(body.words()));
+        lines.push(format!("memory: {:.1} MB", self.memory_bytes as f64 * 1e-6));
+        lines.push(format!("sub-steps a frame: {}, of {:.3e} s", self.substeps, self.step));
+        lines.push(match (self.largest_stable_step, self.largest_stable_step_folded) {
+            (Some(rest), Some(folded)) => {
+                format!(
+                    "largest stable step: {rest:.3e} s at rest, {folded:.3e} s however the springs are folded"
+                )
+            }
+            _ => "largest stable step: any, without springs".to_owned(),
+        });
+        lines.extend(self.advice.iter().map(|advice| format!("advice: {advice}")));
+        lines.push("accepted".to_owned());
+        lines.join("\n")
+    }
+}
+
+impl BodyReport {
+    fn of(body: &BodyInfo) -> Self {
+        Self {
+            name: body.name.clone(),
+            nodes: body.nodes,
+            vertices: body.vertices,
+            triangles: body.triangles,
+            springs: body.springs.iter().map(|&(kind, count)| KindCount { kind, count }).collect(),
+            hinges: body.hinges,
+            mass: body.mass,
+            closed: body.rest_volume.is_some(),
+            volume: body.rest_volume,
+            repairs: body.repairs.clone(),
+        }
+    }
+
+    fn words(&self) -> Vec<String> {
+        let kinds: Vec<String> =
+            self.springs.iter().map(|of| format!("{} {}", grouped(of.count), of.kind)).collect();
+        let springs = if kinds.is_empty() { "none".to_owned() } else { kinds.join(", ") };
+        let inside = match self.volume {
+            Some(volume) => format!("closed, volume {volume:.4e} m³"),
+            None => "open".to_owned(),
+        };
+        let mut lines = vec![
+            format!(
+                "body `{}`: {} nodes, {} vertices, {} triangles, {:.4} kg, {inside}",
+                self.name,
+                grouped(self.nodes),
+                grouped(self.vertices),
+                grouped(self.triangles),
+                self.mass
+            ),
+            format!("  springs: {springs}"),
+        ];
+        if self.hinges > 0 {
+            lines.push(format!("  hinges: {}", grouped(self.hinges)));
+        }
+        lines.extend(self.repairs.iter().map(|repair| format!("  {}", console::mended(repair))));
+        lines
+    }
+}
+
+fn finite(step: f64) -> Option<f64> {
+    Some(step).filter(|step| step.is_finite())
+}
