@@ -2,7 +2,7 @@
 
 use super::report::{IntersectionReport, MeshReport, UnitHint};
 use super::{Args, MeshKind};
-use crate::console::{counted, list};
+use crate::console::{counted, grouped, list};
 
 /// Longest edge over height from which on a triangle is thin.
 const THIN: f64 = 100.0;
@@ -19,7 +19,7 @@ pub fn unit(extent: f64) -> Option<UnitHint> {
             ),
             scale: Some(scale),
         }),
-        None if (0.01..=10.0).contains(&extent) => None,
+        None if (0.01..=5.0).contains(&extent) => None,
         None => Some(UnitHint {
             hint: format!(
                 "it is {large} m large; if that is not meant, place.fit = 1.8 makes its largest extent 1.8 m"
@@ -35,8 +35,14 @@ pub fn warnings(report: &MeshReport) -> Vec<String> {
     let crowded = &report.non_manifold_edges;
     if crowded.count > 0 {
         let edges = counted(crowded.count, "edge", "edges");
+        let in_file = report.non_manifold_edges_in_file;
+        let in_file = if in_file > crowded.count {
+            format!(" ({} before faces were dropped)", grouped(in_file))
+        } else {
+            String::new()
+        };
         warnings.push(format!(
-            "not a manifold: {edges} with more than two triangles (vertices {}); nothing bends there",
+            "not a manifold: {edges} with more than two triangles{in_file}, vertices {}; nothing bends there",
             list(&crowded.first, crowded.count, |[a, b]| format!("{a}–{b}"))
         ));
     }
@@ -44,7 +50,7 @@ pub fn warnings(report: &MeshReport) -> Vec<String> {
     if !report.orientable {
         let edges = counted(flipped.count, "edge", "edges");
         warnings.push(format!(
-            "not orientable, like a Möbius strip: its sides change at {edges} (vertices {})",
+            "not orientable, like a Möbius strip: its sides change at {edges}, vertices {}",
             list(&flipped.first, flipped.count, |[a, b]| format!("{a}–{b}"))
         ));
     }
@@ -60,9 +66,9 @@ pub fn warnings(report: &MeshReport) -> Vec<String> {
     let thin = &report.thinnest_triangle;
     if thin.aspect > THIN {
         warnings.push(format!(
-            "thin triangles, the thinnest {:.0} times as long as high ({}); their light corners need short steps",
-            thin.aspect,
-            triangle(&thin.vertices)
+            "thin triangles, the thinnest {} {:.0} times as long as high; their light corners need short steps",
+            triangle(&thin.vertices),
+            thin.aspect
         ));
     }
     warnings
@@ -71,8 +77,11 @@ pub fn warnings(report: &MeshReport) -> Vec<String> {
 /// How many triangles meet where they should not, and the first of them.
 fn intersections(found: &IntersectionReport) -> Option<String> {
     let count = |n: u64, one, many| (n > 0).then(|| counted(n as usize, one, many));
-    let crossing = count(found.crossing, "pair of triangles passes", "pairs of triangles pass");
-    let crossing = crossing.map(|words| format!("{words} through each other or touch"));
+    let crossing = count(
+        found.crossing,
+        "pair of triangles passes through each other or touches",
+        "pairs of triangles pass through each other or touch",
+    );
     let folded = count(found.folded, "pair of neighbours is", "pairs of neighbours are");
     let folded = folded.map(|words| format!("{words} folded onto each other"));
     let all: Vec<String> = crossing.into_iter().chain(folded).collect();
@@ -135,7 +144,7 @@ mod tests {
     #[test]
     fn a_figure_in_centimetres_is_told_from_one_in_metres() {
         let scale = |extent| unit(extent).map(|hint| hint.scale);
-        assert_eq!([0.16, 0.5, 1.8, 3.0, 8.0].map(scale), [None; 5]);
+        assert_eq!([0.16, 0.5, 1.8, 3.0, 4.0].map(scale), [None; 5]);
         assert_eq!(scale(180.0), Some(Some(0.01)));
         assert_eq!(scale(1800.0), Some(Some(0.001)));
         assert_eq!(scale(0.0018), Some(Some(1000.0)));

@@ -64,6 +64,7 @@ fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshR
         open_borders: found.open_borders,
         boundary_edges: pairs(|uses| uses == 1),
         non_manifold_edges: pairs(|uses| uses > 2),
+        non_manifold_edges_in_file: if found.edges.non_manifold_edges() > 0 { crowded(&surface) } else { 0 },
         flipped_edges: named(found.edges.flipped_pairs(&surface.triangles).map(edge)),
         bow_ties: named(found.bow_ties.iter().map(|node| vertex[*node as usize])),
         self_intersections: IntersectionReport {
@@ -96,6 +97,18 @@ fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshR
 fn named<T>(mut all: impl Iterator<Item = T>) -> Named<T> {
     let first: Vec<T> = all.by_ref().take(NAMED).collect();
     Named { count: first.len() + all.count(), first }
+}
+
+/// Edges of the file's faces that more than two faces have.
+fn crowded(surface: &Surface) -> usize {
+    let node = |vertex: u32| surface.node_of_vertex.as_ref().map_or(vertex, |nodes| nodes[vertex as usize]);
+    let sides = surface.polygons.iter().flat_map(|face| {
+        let next = face.iter().cycle().skip(1);
+        face.iter().zip(next).map(|(a, b)| [node(*a), node(*b)]).map(|[a, b]| [a.min(b), a.max(b)])
+    });
+    let mut sides: Vec<[u32; 2]> = sides.filter(|[a, b]| a != b).collect();
+    sides.sort_unstable();
+    sides.chunk_by(|a, b| a == b).filter(|same| same.len() > 2).count()
 }
 
 fn largest_parts(found: &Inspection, vertex: impl Fn(usize) -> u32) -> Vec<PartReport> {

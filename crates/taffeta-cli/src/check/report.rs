@@ -40,6 +40,8 @@ pub struct MeshReport {
     pub boundary_edges: Named<[u32; 2]>,
     /// Edges with more than two triangles.
     pub non_manifold_edges: Named<[u32; 2]>,
+    /// Edges with more than two faces in the file, before faces were dropped; counted only if some are left.
+    pub non_manifold_edges_in_file: usize,
     /// Edges whose two triangles disagree on their sides.
     pub flipped_edges: Named<[u32; 2]>,
     /// Vertices at which parts of the surface only touch.

@@ -17,11 +17,11 @@ pub fn of(report: &MeshReport, kind: Option<MeshKind>) -> String {
             count(report.faces, "face", "faces")
         ),
         format!(
-            "simulated: {}, {}, {}; about {:.1} MB",
+            "simulated: {}, {}, {}; about {} of memory",
             count(report.nodes, "node", "nodes"),
             count(report.triangles, "triangle", "triangles"),
             count(report.edges, "edge", "edges"),
-            report.memory_bytes as f64 * 1e-6
+            memory(report.memory_bytes)
         ),
     ];
     lines.extend(repairs(report));
@@ -153,13 +153,24 @@ fn next(report: &MeshReport) -> Option<String> {
 
 /// A number with four digits.
 pub fn number(x: f64) -> String {
-    let size = x.abs().log10().floor();
+    let rounded = format!("{x:.3e}");
+    let size: i32 = rounded.split_once('e').and_then(|(_, size)| size.parse().ok()).unwrap_or(0);
     if x == 0.0 {
         "0".to_owned()
-    } else if (-4.0..5.0).contains(&size) {
-        format!("{x:.*}", (3.0 - size).max(0.0) as usize)
+    } else if (-4..5).contains(&size) {
+        format!("{x:.*}", (3 - size).max(0) as usize)
     } else {
-        format!("{x:.3e}")
+        rounded
+    }
+}
+
+/// Bytes with their unit.
+fn memory(bytes: u64) -> String {
+    let size = bytes as f64;
+    match bytes {
+        0..1_000_000 => format!("{:.0} kB", size * 1e-3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", size * 1e-6),
+        _ => format!("{:.1} GB", size * 1e-9),
     }
 }
 
@@ -167,7 +178,12 @@ pub fn number(x: f64) -> String {
 mod tests {
     #[test]
     fn numbers_have_four_digits() {
-        let numbers = [0.0, 3.2, -0.18, 0.000_123_456, 1e-7, 12345.6, 1e9].map(super::number);
-        assert_eq!(numbers, ["0", "3.200", "-0.1800", "0.0001235", "1.000e-7", "12346", "1.000e9"]);
+        let numbers =
+            [0.0, 3.2, -0.18, 0.000_123_456, 1e-7, 12345.6, 1e9, 0.000_999_999_9].map(super::number);
+        assert_eq!(
+            numbers,
+            ["0", "3.200", "-0.1800", "0.0001235", "1.000e-7", "12346", "1.000e9", "0.001000"]
+        );
+        assert_eq!([900, 4_500_000, 3_200_000_000].map(super::memory), ["1 kB", "4.5 MB", "3.2 GB"]);
     }
 }

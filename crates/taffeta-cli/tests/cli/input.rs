@@ -20,8 +20,6 @@ fn what_is_not_there_yet_is_refused_by_name() {
     for (words, part) in cases {
         refused(&desk, &[&["run", "scene.toml"], words].concat(), &[part]);
     }
-    refused(&desk, &["check", "bunny.ply"], &["checking meshes is not yet supported"]);
-    refused(&desk, &["check", "scene.toml", "--as", "body"], &["checking meshes is not yet supported"]);
     refused(&desk, &["bench", "ice"], &["bench ice is not yet supported"]);
 }
 

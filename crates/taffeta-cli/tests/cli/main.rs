@@ -1,5 +1,6 @@
 //! The program as a user meets it.
 
+mod check_mesh;
 mod checkpoint;
 mod desk;
 mod input;
