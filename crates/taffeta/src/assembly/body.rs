@@ -299,7 +299,7 @@ fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
     placement.apply_all(&mut placed);
     let closed = !surface.triangles.is_empty() && edges.is_closed();
     if body.kind == Kind::Soft
-        && let Some(why) = not_closed(&surface, &edges)
+        && let Some(why) = not_closed(body, &surface, &edges)
     {
         return Err(in_mesh(why));
     }
@@ -351,9 +351,10 @@ fn renumber(mut list: SpringList, solver_of_node: &[u32]) -> SpringList {
 }
 
 /// Why a mesh cannot be a soft body, and what would do.
-fn not_closed(surface: &Surface, edges: &Edges) -> Option<String> {
+fn not_closed(body: &Body, surface: &Surface, edges: &Edges) -> Option<String> {
     let why = no_inside(surface, edges)?;
-    let remedy = if why.fillable { "fill_holes = true closes a mesh file" } else { "mend it" };
+    let fillable = why.fillable && !body.fill_holes;
+    let remedy = if fillable { "for a mesh file fill_holes = true closes it" } else { "mend it" };
     Some(format!("{why}; {remedy}, or make the body kind = \"cloth\""))
 }
 

@@ -173,3 +173,18 @@ fn a_tangle_is_counted_until_the_budget_is_spent() {
     let of_leaves = short(u64::MAX, 100);
     assert!(!of_leaves.complete && of_leaves.crossing < 120 * n as u64 / 4, "{of_leaves:?}");
 }
+
+#[test]
+fn the_answer_is_the_same_for_any_number_of_threads() {
+    let mut random = SplitMix64::new(3);
+    let nodes: Vec<Point> = (0..3000).map(|_| [0.0; 3].map(|_: f64| random.unit())).collect();
+    let triangles: Vec<[u32; 3]> = (0..1000).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let budget = Budget { all: 10_000, leaf: 700, round: 8 };
+        pool.install(|| [self_intersections(&nodes, &triangles), within(budget, &nodes, &triangles)])
+    };
+    let one = with(1);
+    assert!(one[0].complete && one[0].crossing > 10_000 && !one[1].complete);
+    assert!([2, 3, 8].into_iter().all(|threads| with(threads) == one));
+}
