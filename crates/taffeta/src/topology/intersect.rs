@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 /// How many pairs are named.
 const NAMED: usize = 8;
-/// How many pairs of triangles are looked at before the count ends. Surfaces have 10 to 20 pairs a triangle; far more
+/// How many pairs of triangles are looked at before the count ends. Surfaces have about ten pairs a triangle; far more
 /// than that is a tangle, whose exact count helps nobody.
 #[derive(Clone, Copy)]
 struct Budget {
@@ -17,8 +17,13 @@ struct Budget {
     round: usize,
 }
 
-/// A quarter of a minute on two cores, or two minutes where most determinants vanish.
-const BUDGET: Budget = Budget { all: 1 << 28, leaf: 1 << 18, round: 1024 };
+impl Budget {
+    /// In a tangle a pair takes half a microsecond: a quarter of a minute on two cores, and more only for more
+    /// triangles.
+    fn of(triangles: usize) -> Self {
+        Self { all: (1 << 26) + 32 * triangles as u64, leaf: 1 << 16, round: 1024 }
+    }
+}
 
 /// Pairs of triangles that meet.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -36,7 +41,7 @@ pub struct Intersections {
 /// Finds all pairs of triangles that meet; all have an area. Those with the same three nodes count as folded. The same
 /// answer for any number of threads.
 pub fn self_intersections(nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> Intersections {
-    within(BUDGET, nodes, triangles)
+    within(Budget::of(triangles.len()), nodes, triangles)
 }
 
 fn within(budget: Budget, nodes: &[Point], triangles: &[[u32; 3]]) -> Intersections {
