@@ -44,7 +44,8 @@ fn apart(sides: [i8; 3]) -> bool {
     sides[0] != 0 && sides[0] == sides[1] && sides[1] == sides[2]
 }
 
-/// Whether a segment has a point in common with a triangle; `sides` says at which side of its plane the ends are.
+/// Whether an edge of another triangle has a point in common with a triangle; `sides` says at which side of its plane
+/// the ends are.
 fn crosses([p, q]: [Point; 2], sides: [i8; 2], triangle: [Point; 3]) -> bool {
     match sides {
         [0, 0] => crosses_in_plane([p, q], triangle),
@@ -65,10 +66,9 @@ fn crosses_in_plane([p, q]: [Point; 2], triangle: [Point; 3]) -> bool {
     let [a, b, c] = triangle;
     let edges = [[a, b], [b, c], [c, a]];
     let within = |x| edges.iter().all(|[u, v]| turn(*u, *v, x) != -inside);
-    let on =
-        |x: Point| turn(p, q, x) == 0 && (0..3).all(|i| x[i] >= p[i].min(q[i]) && x[i] <= p[i].max(q[i]));
     let through = |[u, v]: [Point; 2]| turn(p, q, u) * turn(p, q, v) < 0 && turn(u, v, p) * turn(u, v, q) < 0;
-    within(p) || within(q) || triangle.into_iter().any(on) || edges.into_iter().any(through)
+    // A segment that only passes a corner is found from the other triangle, which has the corner within it.
+    within(p) || within(q) || edges.into_iter().any(through)
 }
 
 /// An axis along which a triangle is seen with an area, and the sense in which it is seen; `None` without an area.

@@ -63,3 +63,21 @@ impl Sets {
         (numbers, count as usize)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn members_stay_turned_against_each_other_when_paths_are_halved() {
+        let mut sets = Sets::new(6);
+        for member in [4, 3, 2, 1] {
+            assert!(sets.join(member - 1, member, true).joined);
+        }
+        for _ in 0..3 {
+            assert_eq!([4, 3, 2, 1].map(|m| sets.root(m)), [(0, false), (0, true), (0, false), (0, true)]);
+        }
+        assert!(sets.join(1, 4, true).agrees && !sets.join(1, 4, false).agrees);
+        assert_eq!(sets.numbers(), (vec![0, 0, 0, 0, 0, 1], 2));
+    }
+}
