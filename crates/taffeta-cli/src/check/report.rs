@@ -103,9 +103,9 @@ pub struct PartReport {
 /// Triangles that meet where they should not.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct IntersectionReport {
-    /// Pairs without a common node that have a point in common; one that touches counts.
+    /// Pairs without a common corner that have a point in common; one that touches counts.
     pub crossing: u64,
-    /// Pairs with a common node or edge that have a point in common beyond it.
+    /// Pairs with a common corner or edge that have a point in common beyond it.
     pub folded: u64,
     /// False if the count ended early, for there are too many: these numbers are then the least there are.
     pub complete: bool,

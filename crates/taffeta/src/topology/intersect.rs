@@ -28,9 +28,9 @@ impl Budget {
 /// Pairs of triangles that meet.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Intersections {
-    /// Pairs without a common node that have a point in common; one that touches counts.
+    /// Pairs without a common corner that have a point in common; one that touches counts.
     pub crossing: u64,
-    /// Pairs with a common node or edge that have a point in common beyond it.
+    /// Pairs with a common corner or edge that have a point in common beyond it.
     pub folded: u64,
     /// The first of both, by triangle: `[i, j]`, i < j, ascending; at most 8.
     pub first: Vec<[u32; 2]>,
@@ -38,8 +38,9 @@ pub struct Intersections {
     pub complete: bool,
 }
 
-/// Finds all pairs of triangles that meet; all have an area. Those with the same three nodes count as folded. The same
-/// answer for any number of threads.
+/// Finds all pairs of triangles that meet; all have an area. Corners at exactly one place are common, whether they are
+/// one node or, as where parts only touch, several. Pairs with the same three corners count as folded. The same answer
+/// for any number of threads.
 pub fn self_intersections(nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> Intersections {
     within(Budget::of(triangles.len()), nodes, triangles)
 }
@@ -131,32 +132,31 @@ impl Search<'_> {
     }
 
     fn meeting(&self, t: u32, u: u32) -> Meeting {
-        let [a, b] = [t, u].map(|i| self.triangles[i as usize]);
-        let shared = a.map(|node| b.contains(&node));
-        let folded = match shared.iter().filter(|s| **s).count() {
-            0 if triangles_meet(self.corners(t), self.corners(u)) => return Meeting::Crossing,
+        let [a, b] = [t, u].map(|i| self.corners(i));
+        let folded = match a.iter().filter(|corner| b.contains(corner)).count() {
+            0 if triangles_meet(a, b) => return Meeting::Crossing,
             0 => false,
-            1 => meet_beyond_corner(self.shared_first(a, b), self.shared_first(b, a)),
+            1 => meet_beyond_corner(shared_first(a, b), shared_first(b, a)),
             2 => {
-                let [p, q, c] = self.own_last(a, b);
-                overlap_beyond_edge([p, q], c, self.own_last(b, a)[2])
+                let [p, q, c] = own_last(a, b);
+                overlap_beyond_edge([p, q], c, own_last(b, a)[2])
             }
             _ => true,
         };
         if folded { Meeting::Folded } else { Meeting::Apart }
     }
+}
 
-    /// Corners of `a`, turned so that the one that `b` has too is the first.
-    fn shared_first(&self, a: [u32; 3], b: [u32; 3]) -> [Point; 3] {
-        let first = a.iter().position(|node| b.contains(node)).unwrap_or(0);
-        [0, 1, 2].map(|i| self.nodes[a[(first + i) % 3] as usize])
-    }
+/// Corners of `a`, turned so that the one that `b` has too is the first.
+fn shared_first(a: [Point; 3], b: [Point; 3]) -> [Point; 3] {
+    let first = a.iter().position(|corner| b.contains(corner)).unwrap_or(0);
+    [0, 1, 2].map(|i| a[(first + i) % 3])
+}
 
-    /// Corners of `a`, turned so that the one that `b` does not have is the last.
-    fn own_last(&self, a: [u32; 3], b: [u32; 3]) -> [Point; 3] {
-        let own = a.iter().position(|node| !b.contains(node)).unwrap_or(0);
-        [1, 2, 3].map(|i| self.nodes[a[(own + i) % 3] as usize])
-    }
+/// Corners of `a`, turned so that the one that `b` does not have is the last.
+fn own_last(a: [Point; 3], b: [Point; 3]) -> [Point; 3] {
+    let own = a.iter().position(|corner| !b.contains(corner)).unwrap_or(0);
+    [1, 2, 3].map(|i| a[(own + i) % 3])
 }
 
 impl Found {

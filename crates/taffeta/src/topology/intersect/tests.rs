@@ -112,6 +112,16 @@ fn tetrahedra_that_interpenetrate_touch_or_keep_apart_are_counted() {
 }
 
 #[test]
+fn parts_that_touch_at_a_corner_do_not_cross_there_whether_it_is_one_node_or_two() {
+    let up = [[0.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+    let down = [[-0.0, 0.0, 0.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0]];
+    let nodes = [up, down].concat();
+    let none = Intersections { complete: true, ..Default::default() };
+    assert_eq!(self_intersections(&nodes, &[[0, 1, 2], [3, 4, 5]]), none);
+    assert_eq!(self_intersections(&nodes, &[[0, 1, 2], [0, 4, 5]]), none);
+}
+
+#[test]
 fn sheets_folded_onto_themselves_are_counted() {
     // A strip of four triangles; its last node is laid back onto the first.
     let strip = [[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5]];
