@@ -3,6 +3,7 @@
 mod advice;
 mod mesh;
 mod report;
+mod sample;
 mod scene;
 mod words;
 

@@ -1,7 +1,6 @@
-//! What to make of a mesh: its unit, what may spoil a simulation, and a scene to begin with.
+//! What to make of a mesh: its unit, and what may spoil a simulation.
 
 use super::report::{IntersectionReport, MeshReport, UnitHint};
-use super::{Args, MeshKind};
 use crate::console::{counted, grouped, list};
 
 /// Longest edge over height from which on a triangle is thin.
@@ -95,48 +94,6 @@ pub fn triangle([a, b, c]: &[u32; 3]) -> String {
     format!("({a}, {b}, {c})")
 }
 
-/// A scene with this mesh; `None` for one that is refused as what it is to be.
-pub fn scene(report: &MeshReport, args: &Args) -> Option<String> {
-    let soft = match args.kind {
-        Some(kind) => kind == MeshKind::Body,
-        None => report.body.accepted,
-    };
-    if soft && !report.body.accepted {
-        return None;
-    }
-    let name = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
-    let plain = |c: char| if c.is_alphanumeric() || "-_".contains(c) { c } else { '_' };
-    let body: String = name(args.path.file_stem()).chars().take(40).map(plain).collect();
-    // A string of JSON is one of TOML.
-    let file = serde_json::Value::from(name(args.path.file_name()));
-    let scale = report.unit.as_ref().and_then(|unit| unit.scale);
-    let mass = if soft { 1.0 } else { AREA_DENSITY * report.area * scale.unwrap_or(1.0).powi(2) };
-    let stiffness = stiffness(mass / report.nodes as f64);
-    let mut lines = vec![
-        format!("[time]\nmax_step = {STEP}"),
-        format!("[[body]]\nname = \"{body}\"\nkind = \"{}\"", if soft { "soft" } else { "cloth" }),
-        if soft { format!("mass = {mass:.1}") } else { format!("area_density = {AREA_DENSITY}") },
-        format!("mesh.file = {file}"),
-    ];
-    lines.extend(args.fill_holes.then(|| "fill_holes = true".to_owned()));
-    lines.extend(scale.map(|scale| format!("place.scale = {scale}")));
-    lines.push(format!("springs.structural = {{ k = {stiffness:?}, d = {:?} }}", stiffness * STEP));
-    Some(lines.join("\n") + "\n")
-}
-
-/// Step of the scene [s].
-const STEP: f64 = 0.0005;
-/// Mass per area of the scene's cloth [kg/m²].
-const AREA_DENSITY: f64 = 0.2;
-
-/// A stiffness [N/m] of one digit at which a node of this mass [kg] with some twenty springs is stable at [`STEP`].
-fn stiffness(mass: f64) -> f64 {
-    let limit = 0.05 * mass / (STEP * STEP);
-    let digit = 10_f64.powf(limit.log10().floor());
-    // Through its digits, so that no rounding shows.
-    format!("{:.0e}", (limit / digit).floor() * digit).parse().unwrap_or(limit)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -153,10 +110,5 @@ mod tests {
         assert!(
             hint.contains("if this is a garment or figure it is probably in centimetres: place.scale = 0.01")
         );
-    }
-
-    #[test]
-    fn the_stiffness_has_one_digit() {
-        assert_eq!([5.4e-4, 1e-6, 3.0].map(stiffness), [100.0, 0.2, 600000.0]);
     }
 }

@@ -1,11 +1,11 @@
 //! Measures a mesh and judges it.
 
 use super::report::*;
+use super::sample::Sample;
 use super::{Args, MeshKind, advice, words};
 use crate::console::{self, grouped};
 use crate::failure::Failure;
 use std::sync::Arc;
-use taffeta::scene::{Body, Mesh, Scene};
 use taffeta::topology::{Inspection, Intersections, NoInside, Surface, no_inside, self_intersections};
 use taffeta_io::MeshOptions;
 
@@ -88,8 +88,13 @@ fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshR
         scene: None,
     };
     report.warnings = advice::warnings(&report);
-    report.scene = advice::scene(&report, args);
-    report.memory_bytes = memory(surface);
+    let surface = Arc::new(surface);
+    let mut sample = Sample::new(&report, args.kind);
+    report.memory_bytes = sample.memory(&surface);
+    if args.kind != Some(MeshKind::Body) || report.body.accepted {
+        sample.measure(&surface);
+        report.scene = Some(sample.toml(args));
+    }
     report
 }
 
@@ -133,10 +138,4 @@ fn body_verdict(why: Option<NoInside>, holes: usize, filled: bool) -> Verdict {
         _ => "mend it in a mesh editor, or use it as a shell: kind = \"cloth\"".to_owned(),
     });
     Verdict { accepted: why.is_none(), reason: why.map(|why| why.to_string()), remedy }
-}
-
-/// Memory that building a scene with this mesh takes [byte].
-fn memory(surface: Surface) -> u64 {
-    let mesh = Mesh::Surface(Arc::new(surface));
-    Scene::new("").body(Body::cloth("", mesh)).memory_needed()
 }

@@ -146,7 +146,7 @@ fn next(report: &MeshReport) -> Option<String> {
     let file = Path::new(&report.mesh).with_extension("toml");
     let file = file.display();
     Some(format!(
-        "\nnext: save this as {file}; `taffeta check {file}` measures its step, `taffeta run {file}` simulates it\n\n{}",
+        "\nnext: save this as {file}; `taffeta check {file}` says more, `taffeta run {file}` simulates it\n\n{}",
         scene.trim_end()
     ))
 }

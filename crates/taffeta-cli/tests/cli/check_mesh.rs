@@ -159,6 +159,17 @@ fn a_figure_in_centimetres_gets_a_scale() {
 }
 
 #[test]
+fn a_light_corner_shortens_the_step_that_is_offered() {
+    let sheet = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 -0.0001 0\nf 1 2 3\nf 1 3 4\nf 1 5 2\n";
+    let desk = desk(sheet);
+    let (out, _, _) = check(&desk, &[]);
+    assert!(out.contains("thin triangles, the thinnest (0, 4, 1) 10000 times as long as high"), "{out}");
+    let step = out.lines().find_map(|line| line.strip_prefix("max_step = ")).expect("a step");
+    assert!(step.parse::<f64>().unwrap() < 5e-5, "{step}");
+    runs_as_offered(&desk, &[]);
+}
+
+#[test]
 fn what_cannot_be_read_is_refused_as_anything() {
     let desk = desk("v 0 0 0\nf 1 1 9\n");
     for kind in ["body", "shell"] {
