@@ -1,20 +1,33 @@
 //! Meshes from OBJ, PLY, STL, OFF and glTF files, checked, welded, triangulated and oriented.
 
+mod borders;
+mod bow_tie;
+mod box_tree;
 mod clean;
+mod edges;
 mod error;
+mod extent;
+mod file;
 mod gltf;
+mod holes;
+mod least_area;
+mod nesting;
 mod obj;
 mod obj_face;
 mod obj_groups;
 mod off;
 mod orient;
+mod parts;
 mod ply;
 mod ply_body;
 mod ply_header;
 mod polygon;
+mod rest;
 mod stl;
 mod stl_ascii;
 mod surface;
+mod triangles;
+mod weld;
 
 pub use error::MeshError;
 pub use surface::surface_from;
@@ -71,14 +84,18 @@ impl MeshFormat {
 
 /// Reads a mesh by the ending of its name. Coordinates are metres.
 pub fn load_mesh(path: &Path, options: &MeshOptions) -> Result<Surface, MeshError> {
-    let in_file = |error: MeshError| error.in_file(&path.display().to_string());
-    let format = MeshFormat::of(path).map_err(in_file)?;
-    let bytes =
-        std::fs::read(path).map_err(|error| in_file(MeshError::new(format!("cannot be read: {error}"))))?;
-    let raw = parse(&bytes, format, path.parent(), options.within).map_err(in_file)?;
-    // The file's bytes are no longer needed, and may be large.
-    drop(bytes);
-    surface::build(raw, options).map_err(in_file)
+    let raw = read_mesh(path, options.within)?;
+    surface::build(raw, options).map_err(|error| error.in_file(&path.display().to_string()))
+}
+
+/// What a mesh file says. Its bytes, which may be many, are gone when this returns.
+fn read_mesh(path: &Path, within: &[PathBuf]) -> Result<RawMesh, MeshError> {
+    let read = || {
+        file::check_kind(path)?;
+        let format = MeshFormat::of(path)?;
+        parse(&file::read(path)?, format, path.parent(), within)
+    };
+    read().map_err(|error| error.in_file(&path.display().to_string()))
 }
 
 /// Reads a mesh from bytes. It may name no other files.

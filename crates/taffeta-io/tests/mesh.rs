@@ -1,10 +1,43 @@
 //! Meshes as they come: what is accepted, mended and refused, and what is said about it.
 
+#[path = "mesh/files.rs"]
+mod files;
+#[path = "mesh/holes.rs"]
+mod holes;
+#[path = "mesh/parts.rs"]
+mod parts;
+#[path = "mesh/random.rs"]
+mod random;
+#[path = "mesh/rest.rs"]
+mod rest;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use taffeta::topology::{Polygons, Surface, Uvs};
 use taffeta_io::{MeshError, MeshOptions, load_mesh, surface_from};
+
+/// OBJ text of vertices and faces that count from 0.
+fn obj(vertices: &[[f64; 3]], faces: &[[u32; 3]]) -> String {
+    let vertices = vertices.iter().map(|[x, y, z]| format!("v {x:?} {y:?} {z:?}\n"));
+    let faces = faces.iter().map(|[a, b, c]| format!("f {} {} {}\n", a + 1, b + 1, c + 1));
+    vertices.chain(faces).collect()
+}
+
+/// Cubes, each with its centre, its size and whether it is inside out.
+fn cubes(cubes: &[([f64; 3], f64, bool)]) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
+    let corner = |i: usize| [i / 4, i / 2 % 2, i % 2].map(|bit| bit as f64 - 0.5);
+    let places = cubes.iter().flat_map(|&(centre, size, _)| {
+        (0..8).map(corner).map(move |p| [0, 1, 2].map(|i| centre[i] + size * p[i]))
+    });
+    let faces = cubes.iter().zip((0..).step_by(8)).flat_map(|(&(_, _, inside_out), first)| {
+        CUBE_FACES.map(|face| {
+            let [a, b, c] = face.map(|i| first + i - 1);
+            if inside_out { [a, c, b] } else { [a, b, c] }
+        })
+    });
+    (places.collect(), faces.collect())
+}
 
 /// A cube of 1 m about the origin; corner index = 4x + 2y + z, faces outward.
 const CUBE_VERTICES: &str = "v -0.5 -0.5 -0.5\nv -0.5 -0.5 0.5\nv -0.5 0.5 -0.5\nv -0.5 0.5 0.5\nv 0.5 -0.5 -0.5\n\
@@ -161,7 +194,10 @@ fn open_crowded_and_twisted_surfaces_are_shells_with_a_word() {
     let sheet = load("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 4 3\nf 1 2 3 \n").unwrap();
     assert_eq!(sheet.triangles, [[0, 1, 2], [0, 2, 3]]);
     let fin = load(&(cube(|_| false) + "v 2 2 2\nf 2 4 9\n")).unwrap();
-    assert_eq!(fin.repairs, ["not a manifold: 1 edge with more than two triangles"]);
+    assert_eq!(
+        fin.repairs,
+        ["not a manifold: 1 edge with more than two triangles, between vertices 1 and 3"]
+    );
     let mut strip = String::new();
     for i in 0..8 {
         let angle = f64::from(i) * std::f64::consts::FRAC_PI_4;

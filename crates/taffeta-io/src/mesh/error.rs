@@ -20,8 +20,9 @@ impl MeshError {
         Self { line: Some(line), ..Self::new(message) }
     }
 
+    /// Names the file, unless the error is about another one.
     pub(super) fn in_file(self, file: &str) -> Self {
-        Self { file: file.to_owned(), ..self }
+        if self.file.is_empty() { Self { file: file.to_owned(), ..self } } else { self }
     }
 }
 

@@ -1,141 +1,98 @@
-//! One winding for each connected part, and outward for what is closed.
+//! Closed parts turned outward.
 
 use super::clean::counted;
-use std::collections::VecDeque;
+use super::nesting::{Solid, containers};
+use super::parts::{Part, Parts};
+use super::triangles::Triangles;
 
-/// No neighbour: an open edge, or one with more than two triangles.
-const NONE: u32 = u32::MAX;
-
-/// Turns triangles so that neighbours agree, the majority of each part decides, and the closed parts together hold a
-/// positive volume. Parts inside others keep their sense relative to them.
-pub(super) fn orient(triangles: &mut [[u32; 3]], nodes: &[[f64; 3]], repairs: &mut Vec<String>) {
-    let edges = Edges::of(triangles);
-    if edges.crowded > 0 {
-        repairs
-            .push(format!("not a manifold: {} with more than two triangles", counted(edges.crowded, "edge")));
-    }
-    let mut turn = vec![false; triangles.len()];
-    let mut seen = vec![false; triangles.len()];
-    let (mut closed, mut twisted) = (Vec::new(), 0);
-    for seed in 0..triangles.len() {
-        if seen[seed] {
-            continue;
-        }
-        let part = flood(seed, triangles, &edges, &mut turn, &mut seen);
-        let turned = part.members.iter().filter(|&&t| turn[t as usize]).count();
-        if part.twisted {
-            // No choice is right; the file's own is as good as any.
-            part.members.iter().for_each(|&t| turn[t as usize] = false);
-        } else if 2 * turned > part.members.len() {
-            part.members.iter().for_each(|&t| turn[t as usize] ^= true);
-        }
-        twisted += usize::from(part.twisted);
-        if part.closed && !part.twisted {
-            closed.extend(part.members);
-        }
-    }
-    if twisted > 0 {
-        repairs
-            .push(format!("not orientable: {} with a twist, like a Möbius strip", counted(twisted, "part")));
-    }
-    let inside_out = volume(&closed, &turn, triangles, nodes) < 0.0;
-    if inside_out {
-        closed.iter().for_each(|&t| turn[t as usize] ^= true);
-    }
-    apply(triangles, &turn, inside_out, repairs);
+/// Why triangles were turned, in numbers.
+#[derive(Default)]
+struct Turned {
+    /// Triangles turned for their neighbours' sake.
+    disagreed: usize,
+    /// Triangles turned with their part.
+    inside_out: usize,
+    /// Closed parts turned because they were inside out.
+    parts: usize,
+    /// Closed parts turned with what they lie in.
+    followers: usize,
 }
 
-fn apply(triangles: &mut [[u32; 3]], turn: &[bool], inside_out: bool, repairs: &mut Vec<String>) {
-    let mut turned = 0;
-    for (triangle, _) in triangles.iter_mut().zip(turn).filter(|(_, turn)| **turn) {
-        triangle.swap(1, 2);
-        turned += 1;
-    }
-    if turned > 0 {
-        let why = if inside_out { "the surface was inside out" } else { "neighbours disagreed" };
-        repairs.push(format!("reoriented {}: {why}", counted(turned, "triangle")));
-    }
-}
-
-/// Neighbours across edges.
-struct Edges {
-    /// For each triangle and side (corner i to i + 1), the side `3·triangle + i` across the edge, or [`NONE`].
-    across: Vec<u32>,
-    /// Edges with more than two triangles.
-    crowded: usize,
-}
-
-impl Edges {
-    fn of(triangles: &[[u32; 3]]) -> Self {
-        let mut sides: Vec<u128> = Vec::with_capacity(3 * triangles.len());
-        for (triangle, first) in triangles.iter().zip((0_u32..).step_by(3)) {
-            for (i, side) in (0..3).zip(first..) {
-                let (a, b) = (triangle[i], triangle[(i + 1) % 3]);
-                sides.push(u128::from(a.min(b)) << 64 | u128::from(a.max(b)) << 32 | u128::from(side));
-            }
-        }
-        sides.sort_unstable();
-        let mut edges = Self { across: vec![NONE; sides.len()], crowded: 0 };
-        for edge in sides.chunk_by(|a, b| a >> 32 == b >> 32) {
-            match *edge {
-                [a, b] => {
-                    edges.across[a as u32 as usize] = b as u32;
-                    edges.across[b as u32 as usize] = a as u32;
-                }
-                [_] => {}
-                _ => edges.crowded += 1,
-            }
-        }
-        edges
-    }
-}
-
-/// Triangles joined by edges of two.
-struct Part {
-    members: Vec<u32>,
-    closed: bool,
-    twisted: bool,
-}
-
-fn flood(seed: usize, triangles: &[[u32; 3]], edges: &Edges, turn: &mut [bool], seen: &mut [bool]) -> Part {
-    let mut part = Part { members: Vec::new(), closed: true, twisted: false };
-    let mut queue = VecDeque::from([seed as u32]);
-    seen[seed] = true;
-    while let Some(triangle) = queue.pop_front() {
-        part.members.push(triangle);
-        for side in 3 * triangle..3 * triangle + 3 {
-            let across = edges.across[side as usize];
-            if across == NONE {
-                part.closed = false;
-                continue;
-            }
-            let other = across / 3;
-            // Neighbours that agree run along their edge in opposite directions, so they start at different nodes.
-            let start = |side: u32| triangles[side as usize / 3][side as usize % 3];
-            let must_turn = turn[triangle as usize] ^ (start(side) == start(across));
-            if !seen[other as usize] {
-                seen[other as usize] = true;
-                turn[other as usize] = must_turn;
-                queue.push_back(other);
-            } else if turn[other as usize] != must_turn {
-                part.twisted = true;
+/// Turns parts so that an outermost closed one has a positive volume, and one inside it keeps its sense relative to it:
+/// a cavity stays a cavity. `turned` are the file's triangles that were turned to agree with their neighbours.
+pub(super) fn outward(
+    triangles: &mut Triangles,
+    parts: &Parts,
+    nodes: &[[f64; 3]],
+    turned: &[bool],
+    repairs: &mut Vec<String>,
+) {
+    let closed: Vec<&Part> = parts.list.iter().filter(|part| part.closed).collect();
+    let flips = flips(&closed, parts, &triangles.nodes, nodes);
+    let mut sum = Turned { disagreed: turned.iter().filter(|t| **t).count(), ..Turned::default() };
+    for (part, flip) in closed.iter().zip(flips) {
+        let Some(follows) = flip else { continue };
+        sum.parts += usize::from(!follows);
+        sum.followers += usize::from(follows);
+        for &triangle in parts.members(part) {
+            triangles.turn(triangle as usize);
+            // A triangle that fills a hole is not the file's, and was not turned.
+            match turned.get(triangle as usize) {
+                Some(true) => sum.disagreed -= 1,
+                Some(false) => sum.inside_out += 1,
+                None => {}
             }
         }
     }
-    part
+    report(&sum, parts.list.len(), repairs);
+}
+
+/// For each closed part whether to turn it over, and if so, whether only because it lies in one that is.
+fn flips(closed: &[&Part], parts: &Parts, triangles: &[[u32; 3]], nodes: &[[f64; 3]]) -> Vec<Option<bool>> {
+    let solid = |part: &&Part| {
+        let members = parts.members(part);
+        Solid { members, volume: volume(members, triangles, nodes) }
+    };
+    let solids: Vec<Solid> = closed.iter().map(solid).collect();
+    let around =
+        if solids.len() > 1 { containers(&solids, triangles, nodes) } else { vec![None; solids.len()] };
+    // The largest first, so that what is around a part has been decided.
+    let mut order: Vec<usize> = (0..solids.len()).collect();
+    order.sort_by(|&a, &b| solids[b].volume.abs().total_cmp(&solids[a].volume.abs()));
+    let mut flips = vec![None; solids.len()];
+    for solid in order {
+        flips[solid] = match around[solid] {
+            Some(outer) => flips[outer].map(|_: bool| true),
+            None => (solids[solid].volume < 0.0).then_some(false),
+        };
+    }
+    flips
+}
+
+fn report(turned: &Turned, parts: usize, repairs: &mut Vec<String>) {
+    if turned.disagreed > 0 {
+        repairs.push(format!("reoriented {}: neighbours disagreed", counted(turned.disagreed, "triangle")));
+    }
+    let why = match (turned.parts, turned.followers) {
+        (0, _) => return,
+        (1, 0) if parts == 1 => "the surface was inside out".to_owned(),
+        (1, 0) => "1 closed part was inside out".to_owned(),
+        (1, inner) => format!("1 closed part was inside out, with {inner} inside it"),
+        (outer, 0) => format!("{outer} closed parts were inside out"),
+        (outer, inner) => format!("{outer} closed parts were inside out, with {inner} inside them"),
+    };
+    repairs.push(format!("reoriented {}: {why}", counted(turned.inside_out, "triangle")));
 }
 
 /// Six times the volume [m³] inside `members`: Σ a·(b × c), about a node of theirs.
-fn volume(members: &[u32], turn: &[bool], triangles: &[[u32; 3]], nodes: &[[f64; 3]]) -> f64 {
+fn volume(members: &[u32], triangles: &[[u32; 3]], nodes: &[[f64; 3]]) -> f64 {
     let Some(&first) = members.first() else { return 0.0 };
     let origin = nodes[triangles[first as usize][0] as usize];
-    let mut sum = 0.0;
-    for &member in members {
+    let sixfold = |&member: &u32| {
         let [a, b, c] =
             triangles[member as usize].map(|n| [0, 1, 2].map(|i| nodes[n as usize][i] - origin[i]));
         let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
-        let sixfold = a[0] * cross[0] + a[1] * cross[1] + a[2] * cross[2];
-        sum += if turn[member as usize] { -sixfold } else { sixfold };
-    }
-    sum
+        a[0] * cross[0] + a[1] * cross[1] + a[2] * cross[2]
+    };
+    members.iter().map(sixfold).sum()
 }

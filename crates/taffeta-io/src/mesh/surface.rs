@@ -1,16 +1,18 @@
 //! From the vertices and faces of a file to a surface that can be simulated, with what was mended on the way.
 
-use super::clean::{compact, drop_duplicates, drop_flat, weld};
-use super::orient::orient;
-use super::polygon::Triangulator;
-use super::{MeshError, MeshOptions, RawMesh};
+use super::bow_tie;
+use super::clean::{compact, counted, drop_duplicates, drop_flat};
+use super::edges::Edges;
+use super::extent::{check_counts, recentre};
+use super::holes;
+use super::orient::outward;
+use super::parts::Parts;
+use super::rest;
+use super::triangles::Triangles;
+use super::weld::weld;
+use super::{MeshError, MeshOptions, RawMesh, read_mesh};
+use std::path::{Path, PathBuf};
 use taffeta::topology::{Polygons, Surface, Uvs};
-
-/// Largest extent of a mesh [m].
-const LARGEST: f64 = 1e6;
-/// A mesh this many times its own extent away from the origin is moved there, so that 32 bits can tell its vertices
-/// apart.
-const FAR: f64 = 1e4;
 
 /// Builds a surface from vertices [m] and faces: welds, triangulates, drops what has no area or is there twice,
 /// orients. Says in `repairs` what it did.
@@ -28,27 +30,40 @@ pub fn surface_from(
 }
 
 /// As [`surface_from`], for a mesh whose indices and coordinates have been checked.
-pub(super) fn build(raw: RawMesh, _options: &MeshOptions) -> Result<Surface, MeshError> {
-    let RawMesh { mut vertices, polygons, uvs, groups, mut repairs } = raw;
-    if polygons.is_empty() {
+pub(super) fn build(raw: RawMesh, options: &MeshOptions) -> Result<Surface, MeshError> {
+    if raw.polygons.is_empty() {
         return Err(MeshError::new("no triangles: the mesh has no faces"));
     }
+    check_counts(&raw)?;
+    let at_rest = options.rest.map(|path| rest_places(path, options.within, &raw)).transpose()?;
+    let RawMesh { mut vertices, polygons, uvs, groups, mut repairs } = raw;
     recentre(&mut vertices, &mut repairs)?;
-    let (nodes, node_of_vertex) = weld(&vertices, &mut repairs);
-    let mut triangulator = Triangulator::default();
-    for polygon in polygons.iter() {
-        triangulator.add(polygon, &node_of_vertex, &nodes);
-    }
-    let mut triangles = triangulator.triangles;
-    drop_flat(&mut triangles, &nodes, triangulator.collapsed, &mut repairs);
-    drop_duplicates(&mut triangles, &mut repairs);
-    if triangles.is_empty() {
+    let (mut nodes, mut node_of_vertex) = weld(&vertices, &mut repairs);
+    let (mut triangles, collapsed) = match at_rest {
+        None => Triangles::of_nodes(&polygons, &node_of_vertex, &nodes),
+        Some(_) => Triangles::with_vertices(&polygons, &node_of_vertex, &vertices),
+    };
+    drop_flat(&mut triangles, &nodes, collapsed, &mut repairs);
+    drop_duplicates(&mut triangles, nodes.len(), &mut repairs);
+    if triangles.nodes.is_empty() {
         return Err(MeshError::new(format!(
             "no triangles: none of the {} faces has an area",
             polygons.len()
         )));
     }
-    orient(&mut triangles, &nodes, &mut repairs);
+    let mut edges = Edges::of(nodes.len(), &triangles.nodes);
+    edges.report(&triangles.nodes, &node_of_vertex, &mut repairs);
+    let (mut parts, turned) = agree(&mut triangles, &mut edges, &mut repairs);
+    if options.fill_holes && holes::fill(&mut triangles, &edges, &nodes, &node_of_vertex, &mut repairs) {
+        edges = Edges::of(nodes.len(), &triangles.nodes);
+        parts = Parts::of(&triangles.nodes, &edges);
+    }
+    bow_tie::split(&mut triangles.nodes, &edges, &mut nodes, &mut node_of_vertex, &polygons, &mut repairs);
+    drop(edges);
+    outward(&mut triangles, &parts, &nodes, &turned, &mut repairs);
+    drop(parts);
+    let rest = at_rest.map(|places| rest::of_triangles(&triangles, &places, &polygons)).transpose()?;
+    let mut triangles = triangles.nodes;
     let (nodes, node_of_vertex) = compact(nodes, node_of_vertex, &mut triangles, &mut repairs);
     Ok(Surface {
         vertices,
@@ -59,37 +74,32 @@ pub(super) fn build(raw: RawMesh, _options: &MeshOptions) -> Result<Surface, Mes
         node_of_vertex,
         triangles,
         links: Vec::new(),
-        rest: None,
+        rest,
         repairs,
     })
 }
 
-/// Refuses a mesh too large for metres, and moves one that lies far away to the origin.
-fn recentre(vertices: &mut [[f64; 3]], repairs: &mut Vec<String>) -> Result<(), MeshError> {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for vertex in vertices.iter() {
-        for axis in 0..3 {
-            low[axis] = low[axis].min(vertex[axis]);
-            high[axis] = high[axis].max(vertex[axis]);
-        }
+fn rest_places(path: &Path, within: &[PathBuf], mesh: &RawMesh) -> Result<Vec<[f64; 3]>, MeshError> {
+    let mut places = rest::places(read_mesh(path, within)?, path, mesh)?;
+    // Only differences count, so that it may be anywhere.
+    recentre(&mut places, &mut Vec::new()).map_err(|error| error.in_file(&path.display().to_string()))?;
+    Ok(places)
+}
+
+/// Gives each part one winding. Returns the parts and which triangles were turned.
+fn agree(triangles: &mut Triangles, edges: &mut Edges, repairs: &mut Vec<String>) -> (Parts, Vec<bool>) {
+    let mut parts = Parts::of(&triangles.nodes, edges);
+    let twisted = parts.list.iter().filter(|part| part.twisted).count();
+    if twisted > 0 {
+        repairs
+            .push(format!("not orientable: {} with a twist, like a Möbius strip", counted(twisted, "part")));
     }
-    let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
-    if extent > LARGEST {
-        return Err(MeshError::new(format!(
-            "the mesh is {extent:e} m across; at most {LARGEST:e} m can be simulated: scale its coordinates to metres"
-        )));
+    let turned = std::mem::take(&mut parts.turned);
+    if turned.contains(&true) {
+        (0..turned.len()).filter(|&triangle| turned[triangle]).for_each(|triangle| triangles.turn(triangle));
+        edges.turn(&turned);
     }
-    let centre = [0, 1, 2].map(|axis| low[axis] + 0.5 * (high[axis] - low[axis]));
-    let away = centre.iter().fold(0.0_f64, |away, x| away.max(x.abs()));
-    if away > FAR * extent && extent > 0.0 {
-        vertices.iter_mut().for_each(|vertex| *vertex = [0, 1, 2].map(|axis| vertex[axis] - centre[axis]));
-        let [x, y, z] = centre;
-        repairs.push(format!(
-            "the mesh is {extent:.3e} m across and {away:.3e} m from the origin: moved there by ({:e}, {:e}, {:e}) m",
-            -x, -y, -z
-        ));
-    }
-    Ok(())
+    (parts, turned)
 }
 
 fn check_indices(
