@@ -4,9 +4,13 @@
 //! the ray passes.
 
 use robust::{Coord, Coord3D, orient2d, orient3d};
+use std::cell::Cell;
 
 /// Boxes, or triangles, in a box.
 const FAN: usize = 8;
+/// Boxes of triangles that may be opened in all, so that no file takes longer than some seconds: forty for each of a
+/// million parts.
+pub(super) const BUDGET: u32 = 40_000_000;
 
 type Point = [f64; 3];
 
@@ -20,6 +24,8 @@ pub(super) struct BoxTree<'a> {
     levels: Vec<Vec<Shade>>,
     /// Which axes lie across the ray, and which along it.
     axes: [usize; 3],
+    /// Boxes of triangles that may still be opened.
+    left: Cell<u32>,
 }
 
 /// The points that triangles may lie above.
@@ -48,6 +54,7 @@ impl<'a> BoxTree<'a> {
         nodes: &'a [Point],
         listed: impl Iterator<Item = (u32, u32)> + Clone,
         size: impl Fn(u32) -> f64,
+        budget: u32,
     ) -> Self {
         let corners = |triangle: u32| triangles[triangle as usize].map(|node| nodes[node as usize]);
         let [low, high] = bounds(listed.clone().flat_map(|(triangle, _)| corners(triangle)));
@@ -68,11 +75,12 @@ impl<'a> BoxTree<'a> {
         };
         let first =
             listed.chunks(FAN).filter_map(|some| some.iter().map(shade).reduce(Shade::join)).collect();
-        Self { triangles, nodes, listed, levels: levels(first), axes }
+        Self { triangles, nodes, listed, levels: levels(first), axes, left: Cell::new(budget) }
     }
 
     /// The solids, ascending, that `point` lies in or on, among those larger than `size` that `may` lets through.
-    pub fn around(&self, point: Point, size: f64, may: impl Fn(u32) -> bool) -> Vec<(u32, Where)> {
+    /// `None`: the budget is spent.
+    pub fn around(&self, point: Point, size: f64, may: impl Fn(u32) -> bool) -> Option<Vec<(u32, Where)>> {
         let point = self.axes.map(|axis| point[axis]);
         let mut hits = Vec::new();
         // Boxes of a level whose inner ones are still to be looked at; on level 0 the inner ones are triangles.
@@ -86,6 +94,7 @@ impl<'a> BoxTree<'a> {
                 open.extend(inner.map(|at| (level - 1, at)));
                 continue;
             }
+            self.left.set(self.left.get().checked_sub(1)?);
             let inner = self.listed[inner.start..inner.end.min(self.listed.len())].iter();
             for &(triangle, solid) in inner.filter(|(_, solid)| may(*solid)) {
                 let node = |node: u32| self.axes.map(|axis| self.nodes[node as usize][axis]);
@@ -99,7 +108,7 @@ impl<'a> BoxTree<'a> {
             Some(&(solid, Where::Inside)) if hits.len() % 2 == 1 => Some((solid, Where::Inside)),
             _ => None,
         };
-        hits.chunk_by(|a, b| a.0 == b.0).filter_map(of_solid).collect()
+        Some(hits.chunk_by(|a, b| a.0 == b.0).filter_map(of_solid).collect())
     }
 }
 
@@ -220,8 +229,8 @@ mod tests {
     fn a_point_is_in_on_or_out_even_below_nodes_and_edges() {
         let points = cube();
         let (triangles, listed) = triangles(&points);
-        let tree = BoxTree::new(&triangles, &points, listed.into_iter(), |_| 1.0);
-        let of = |p: Point| tree.around(p, 0.0, |_| true);
+        let tree = BoxTree::new(&triangles, &points, listed.into_iter(), |_| 1.0, 1000);
+        let of = |p: Point| tree.around(p, 0.0, |_| true).unwrap();
         let steps = [-0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5];
         for (x, y, z) in steps.iter().flat_map(|x| steps.map(|y| steps.map(|z| (*x, y, z)))).flatten() {
             let within = [x, y, z].iter().all(|c| (0.0..=2.0).contains(c));
@@ -240,10 +249,21 @@ mod tests {
         let smaller = cube().into_iter().map(|p| p.map(|x| 0.5 + 0.5 * x));
         let points: Vec<Point> = cube().into_iter().chain(smaller).collect();
         let (triangles, listed) = triangles(&points);
-        let tree = BoxTree::new(&triangles, &points, listed.into_iter(), |_| 1.0);
-        assert_eq!(tree.around([1.0; 3], 0.0, |_| true), [(0, Where::Inside), (1, Where::Inside)]);
-        assert_eq!(tree.around([0.25; 3], 0.0, |_| true), [(0, Where::Inside)]);
-        assert_eq!(tree.around([1.0; 3], 0.0, |solid| solid == 1), [(1, Where::Inside)]);
+        let tree = BoxTree::new(&triangles, &points, listed.into_iter(), |_| 1.0, 1000);
+        assert_eq!(tree.around([1.0; 3], 0.0, |_| true).unwrap(), [(0, Where::Inside), (1, Where::Inside)]);
+        assert_eq!(tree.around([0.25; 3], 0.0, |_| true).unwrap(), [(0, Where::Inside)]);
+        assert_eq!(tree.around([1.0; 3], 0.0, |solid| solid == 1).unwrap(), [(1, Where::Inside)]);
+    }
+
+    #[test]
+    fn the_work_is_limited() {
+        let points = cube();
+        let (triangles, listed) = triangles(&points);
+        // Each box of triangles of the cube is below the point or above it.
+        let tree = BoxTree::new(&triangles, &points, listed.into_iter(), |_| 1.0, 4);
+        assert!(tree.around([1.0; 3], 0.0, |_| true).is_some());
+        assert_eq!(tree.around([1.0; 3], 2.0, |_| true), Some(vec![]), "there is none so large, and no work");
+        assert_eq!([0, 1].map(|_| tree.around([1.0; 3], 0.0, |_| true)), [const { None }; 2]);
     }
 
     #[test]
@@ -254,7 +274,7 @@ mod tests {
             points.extend([[0.0, x, 0.3], [2.0, 2.0 - x, 0.3], [2.0, 2.001 - x, 0.3]]);
         }
         let (triangles, listed) = triangles(&points);
-        let tree = BoxTree::new(&triangles, &points, listed.into_iter(), |_| 1.0);
-        assert_eq!(tree.around([1.0; 3], 0.0, |solid| solid == 0), [(0, Where::Inside)]);
+        let tree = BoxTree::new(&triangles, &points, listed.into_iter(), |_| 1.0, 1000);
+        assert_eq!(tree.around([1.0; 3], 0.0, |solid| solid == 0).unwrap(), [(0, Where::Inside)]);
     }
 }

@@ -1,6 +1,6 @@
 //! Which closed parts lie inside which.
 
-use super::box_tree::{BoxTree, Where, bounds};
+use super::box_tree::{BUDGET, BoxTree, Where, bounds};
 
 /// Triangles of a part whose corner and middle are asked where they are.
 const SAMPLES: usize = 4;
@@ -14,12 +14,17 @@ pub(super) struct Solid<'a> {
 }
 
 /// For each solid the largest one around it, if any. A solid is inside another if its box is inside the other's and none
-/// of some points of its surface is outside. Points on the other's surface, where the two touch, do not count.
-pub(super) fn containers(solids: &[Solid], triangles: &[[u32; 3]], nodes: &[[f64; 3]]) -> Vec<Option<usize>> {
+/// of some points of its surface is outside. Points on the other's surface, where the two touch, do not count. `None`: the boxes
+/// overlap too much to find out.
+pub(super) fn containers(
+    solids: &[Solid],
+    triangles: &[[u32; 3]],
+    nodes: &[[f64; 3]],
+) -> Option<Vec<Option<usize>>> {
     let corners = |&triangle: &u32| triangles[triangle as usize].map(|node| nodes[node as usize]);
     let boxes: Vec<_> = solids.iter().map(|solid| bounds(solid.members.iter().flat_map(corners))).collect();
     let listed = solids.iter().zip(0..).flat_map(|(solid, i)| solid.members.iter().map(move |t| (*t, i)));
-    let tree = BoxTree::new(triangles, nodes, listed, |solid| solids[solid as usize].volume.abs());
+    let tree = BoxTree::new(triangles, nodes, listed, |solid| solids[solid as usize].volume.abs(), BUDGET);
     let boxed = |inner: usize, outer: usize| {
         let ([low, high], [from, to]) = (boxes[inner], boxes[outer]);
         (0..3).all(|i| from[i] <= low[i] && high[i] <= to[i])
@@ -27,9 +32,9 @@ pub(super) fn containers(solids: &[Solid], triangles: &[[u32; 3]], nodes: &[[f64
     let container = |inner: usize| {
         let size = solids[inner].volume.abs();
         let may = |outer: u32| solids[outer as usize].volume.abs() > size && boxed(inner, outer as usize);
-        let around = around(&tree, samples(solids[inner].members, corners), size, may);
+        let around = around(&tree, samples(solids[inner].members, corners), size, may)?;
         let volume = |outer: &usize| solids[*outer].volume.abs();
-        around.into_iter().min_by(|a, b| volume(b).total_cmp(&volume(a)))
+        Some(around.into_iter().min_by(|a, b| volume(b).total_cmp(&volume(a))))
     };
     (0..solids.len()).map(container).collect()
 }
@@ -40,10 +45,10 @@ fn around(
     points: impl Iterator<Item = [f64; 3]>,
     size: f64,
     may: impl Fn(u32) -> bool,
-) -> Vec<usize> {
+) -> Option<Vec<usize>> {
     let mut found: Option<Vec<(u32, Where)>> = None;
     for point in points {
-        let here = tree.around(point, size, &may);
+        let here = tree.around(point, size, &may)?;
         let both = |&(solid, place): &(u32, Where)| {
             let at = here.binary_search_by_key(&solid, |found| found.0).ok()?;
             Some((solid, place.min(here[at].1)))
@@ -53,12 +58,12 @@ fn around(
             Some(before) => before.iter().filter_map(both).collect(),
         };
         if left.is_empty() {
-            return Vec::new();
+            return Some(Vec::new());
         }
         found = Some(left);
     }
     let inside = found.into_iter().flatten().filter(|(_, place)| *place == Where::Inside);
-    inside.map(|(solid, _)| solid as usize).collect()
+    Some(inside.map(|(solid, _)| solid as usize).collect())
 }
 
 /// Points spread over a surface: corners and middles of triangles.

@@ -28,7 +28,13 @@ pub(super) fn outward(
     repairs: &mut Vec<String>,
 ) {
     let closed: Vec<&Part> = parts.list.iter().filter(|part| part.closed).collect();
-    let flips = flips(&closed, parts, &triangles.nodes, nodes);
+    let flips = flips(&closed, parts, &triangles.nodes, nodes).unwrap_or_else(|| {
+        let count = closed.len();
+        repairs.push(format!(
+            "{count} closed parts overlap too much to tell their inside: their winding is as found"
+        ));
+        vec![None; count]
+    });
     let mut sum = Turned { disagreed: turned.iter().filter(|t| **t).count(), ..Turned::default() };
     for (part, flip) in closed.iter().zip(flips) {
         let Some(follows) = flip else { continue };
@@ -47,15 +53,21 @@ pub(super) fn outward(
     report(&sum, parts.list.len(), repairs);
 }
 
-/// For each closed part whether to turn it over, and if so, whether only because it lies in one that is.
-fn flips(closed: &[&Part], parts: &Parts, triangles: &[[u32; 3]], nodes: &[[f64; 3]]) -> Vec<Option<bool>> {
+/// For each closed part whether to turn it over, and if so, whether only because it lies in one that is. `None`: they
+/// overlap too much to find out.
+fn flips(
+    closed: &[&Part],
+    parts: &Parts,
+    triangles: &[[u32; 3]],
+    nodes: &[[f64; 3]],
+) -> Option<Vec<Option<bool>>> {
     let solid = |part: &&Part| {
         let members = parts.members(part);
         Solid { members, volume: volume(members, triangles, nodes) }
     };
     let solids: Vec<Solid> = closed.iter().map(solid).collect();
     let around =
-        if solids.len() > 1 { containers(&solids, triangles, nodes) } else { vec![None; solids.len()] };
+        if solids.len() > 1 { containers(&solids, triangles, nodes)? } else { vec![None; solids.len()] };
     // The largest first, so that what is around a part has been decided.
     let mut order: Vec<usize> = (0..solids.len()).collect();
     order.sort_by(|&a, &b| solids[b].volume.abs().total_cmp(&solids[a].volume.abs()));
@@ -66,7 +78,7 @@ fn flips(closed: &[&Part], parts: &Parts, triangles: &[[u32; 3]], nodes: &[[f64;
             None => (solids[solid].volume < 0.0).then_some(false),
         };
     }
-    flips
+    Some(flips)
 }
 
 fn report(turned: &Turned, parts: usize, repairs: &mut Vec<String>) {
