@@ -98,7 +98,12 @@ impl Simulation {
         let largest = stability::largest_steps(&assembly);
         let step = assembly.time.substep(0).1;
         let limit = StepLimit { step, at_rest: largest.at_rest, folded: largest.folded };
-        let warnings = limit.warning(&bodies[largest.body].name).into_iter().collect();
+        let of_body = |body: &BodyAssembly| {
+            body.warnings.iter().map(|warning| format!("body `{}`: {warning}", body.name)).collect::<Vec<_>>()
+        };
+        let warnings =
+            assembly.bodies.iter().flat_map(of_body).chain(limit.warning(&bodies[largest.body].name));
+        let warnings = warnings.collect();
         let threads = options.threads.unwrap_or_else(|| useful_threads(&assembly)).max(1);
         let in_body = |message| SceneError::new("body", message);
         let backend: Box<dyn Backend> = match options.precision {
@@ -221,22 +226,27 @@ impl Simulation {
     /// # Errors
     /// Where there is no such body or vertex, the vertex follows keyframes of the scene, or `to` is not finite.
     pub fn move_pin(&mut self, body: &str, vertex: usize, to: [f64; 3]) -> Result<(), SceneError> {
-        let node = self.solver_index(body, vertex)?;
+        let (found, node) = self.node_of(body, vertex)?;
         finite(to, "a place")?;
+        let nodes: Vec<usize> = found.nodes_at(node).map(|node| found.solver_index(node)).collect();
         let moving = &self.backend.assembly().moving_pins;
-        if moving.binary_search_by_key(&(node as u32), |pin| pin.node).is_ok() {
+        let keyed = |node: &usize| moving.binary_search_by_key(&(*node as u32), |pin| pin.node).is_ok();
+        if nodes.iter().any(keyed) {
             let message = format!(
                 "vertex {vertex} of body `{body}` follows keyframes; a pin without them can be moved"
             );
             return Err(SceneError::new("body", message));
         }
-        if self.backend.is_free(node) {
-            self.backend.hold(node);
+        for node in nodes {
+            if self.backend.is_free(node) {
+                self.backend.hold(node);
+            }
+            let from = self.backend.position(node);
+            let moves = &mut self.hand.moves;
+            moves.retain(|&(other, ..)| other as usize != node);
+            let place = moves.partition_point(|&(other, ..)| (other as usize) < node);
+            moves.insert(place, (node as u32, from, to));
         }
-        let from = self.backend.position(node);
-        let moves = &mut self.hand.moves;
-        moves.retain(|&(other, ..)| other as usize != node);
-        moves.insert(moves.partition_point(|&(other, ..)| (other as usize) < node), (node as u32, from, to));
         Ok(())
     }
 
@@ -245,7 +255,8 @@ impl Simulation {
     /// # Errors
     /// Where there is no such body or vertex, or `force` is not finite.
     pub fn apply_force(&mut self, body: &str, vertex: usize, force: [f64; 3]) -> Result<(), SceneError> {
-        let node = self.solver_index(body, vertex)?;
+        let (found, node) = self.node_of(body, vertex)?;
+        let node = found.solver_index(node);
         finite(force, "a force")?;
         let forces = &mut self.hand.forces;
         forces.insert(forces.partition_point(|&(other, _)| (other as usize) <= node), (node as u32, force));
@@ -268,7 +279,8 @@ impl Simulation {
         self.start = self.report.clone();
     }
 
-    fn solver_index(&self, body: &str, vertex: usize) -> Result<usize, SceneError> {
+    /// The body of that name, and the node of its vertex.
+    fn node_of(&self, body: &str, vertex: usize) -> Result<(&BodyAssembly, usize), SceneError> {
         let bodies = &self.backend.assembly().bodies;
         let names = || bodies.iter().map(|b| b.name.as_str()).collect::<Vec<_>>().join(", ");
         let found = bodies.iter().find(|b| b.name == body).ok_or_else(|| {
@@ -285,7 +297,7 @@ impl Simulation {
                 format!("vertex {vertex} of body `{body}` is in no face and not simulated"),
             )
         })?;
-        Ok(found.solver_index(node))
+        Ok((found, node))
     }
 
     /// Solver indices of all nodes in user order.

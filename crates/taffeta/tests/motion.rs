@@ -3,7 +3,7 @@
 mod common;
 
 use common::{build, build_as, near, positions, run, weightless};
-use taffeta::scene::{Body, Mass, Mesh, Scene, Select};
+use taffeta::scene::{Body, Bounds, Force, Keyframe, Mass, Mesh, Scene, Select};
 use taffeta::{Precision, Simulation};
 
 /// A node of 1 kg on a link of 1 m and `k` = 100 N/m, its other end held at the origin. Released unstretched under
@@ -141,4 +141,21 @@ fn a_frame_takes_its_last_step_short() {
     run(&mut simulation, 2);
     near("drop", positions(&simulation)[0][1], x, 1e-14);
     near("time", simulation.report().time, 2.0 / 30.0, 1e-16);
+}
+
+#[test]
+fn selections_see_a_body_as_placed_whatever_moves_its_pins_at_the_start() {
+    // Row 0 lies at z = −1 and starts 5 m higher; both boxes, and the load's, are about where it was placed.
+    let row = Bounds { min: [-9.0, -0.1, -1.1], max: [9.0, 0.1, -0.9] };
+    let boxed = || Select { inside: Some(row), ..Select::default() };
+    let up = vec![Keyframe::translate(0.0, [0.0, 5.0, 0.0])];
+    let body = Body::cloth("sheet", Mesh::grid(3, 3, [2.0, 2.0]))
+        .with_mass(Mass::Node(0.1))
+        .pin_moving(boxed(), up)
+        .pin_moving(boxed(), vec![Keyframe::translate(0.0, [3.0, 0.0, 0.0])]);
+    let load = Force { body: "sheet".into(), select: boxed(), force: Some([1.0; 3]), ..Force::default() };
+    let simulation = build(&weightless("", 0.01, 0.01).body(body).force(load));
+    let places = positions(&simulation);
+    assert_eq!(places[..3], [[2.0, 0.0, -1.0], [3.0, 0.0, -1.0], [4.0, 0.0, -1.0]], "the last motion counts");
+    assert_eq!(places[3], [-1.0, 0.0, 0.0]);
 }

@@ -1,12 +1,12 @@
 //! One body by solver index.
 
 use super::{Assembly, MovingPin};
-use crate::forces::hinge::{Rest, rest};
+use crate::forces::hinge::{self, Rest};
 use crate::integrate::keyframes::Track;
 use crate::scene::{Body, Grid, Hinge, Kind, Mesh, SceneError, Select};
 use crate::topology::{
-    Edges, LANES, Placement, Selectable, SpringList, Surface, mass, measure, no_inside, order, select,
-    shapes, springs,
+    Edges, LANES, Placement, RestShape, Selectable, SpringList, Surface, mass, measure, no_inside, order,
+    select, shapes, springs,
 };
 
 /// A body, ready to run. Nodes have three numberings: the user's (`node`), the solver's within the body, and the
@@ -46,7 +46,11 @@ pub struct BodyAssembly {
     pub closed_triangles: Vec<[u32; 3]>,
     /// Volume at rest [m³], of a closed body.
     pub rest_volume: Option<f64>,
+    /// What the user should know about its start, in words.
+    pub warnings: Vec<String>,
     edges: Option<Edges>,
+    /// As [`select::split_nodes`] gives them.
+    split: Vec<[u32; 2]>,
 }
 
 /// Springs of a body.
@@ -79,13 +83,11 @@ impl Assembly {
                 let local = built.solver_local(node as usize);
                 built.free[local] = false;
                 if !track.is_still() {
-                    let at = MovingPin {
+                    self.moving_pins.push(MovingPin {
                         node: (built.first + local) as u32,
                         track: self.tracks.len() as u32,
                         start: built.start[local],
-                    };
-                    self.moving_pins.push(at);
-                    built.start[local] = track.pose(0.0).apply(at.start);
+                    });
                 }
             }
             self.tracks.push(track);
@@ -129,14 +131,19 @@ impl BodyAssembly {
         map.map_or(Some(vertex), |map| (map[vertex] != u32::MAX).then_some(map[vertex] as usize))
     }
 
+    /// A vertex's node, and the others that its point was split into.
+    pub fn nodes_at(&self, node: usize) -> impl Iterator<Item = usize> {
+        let split = self.split.iter().filter(move |[_, owner]| *owner as usize == node);
+        std::iter::once(node).chain(split.map(|[node, _]| *node as usize))
+    }
+
     /// The first vertex of the node with the solver's number `local`.
     pub fn vertex_of_solver(&self, local: usize) -> usize {
         let node = match &self.solver_of_node {
             Some(map) => map.iter().position(|&to| to as usize == local).unwrap_or(local),
             None => local,
         };
-        let map = self.surface.as_ref().and_then(|surface| surface.node_of_vertex.as_ref());
-        map.and_then(|map| map.iter().position(|&to| to as usize == node)).unwrap_or(node)
+        self.surface.as_ref().map_or(node, |surface| surface.first_vertex_of(node as u32))
     }
 
     /// Number of triangles.
@@ -164,11 +171,25 @@ impl BodyAssembly {
             nodes: &nodes,
             vertices: self.vertices(),
             node_of_vertex: self.surface.as_ref().and_then(|s| s.node_of_vertex.as_deref()),
+            split: &self.split,
             groups: self.surface.as_ref().map_or(&[], |s| &s.groups),
             grid: self.grid.map(|grid| [grid.rows, grid.cols]),
             edges: self.edges.as_ref(),
         };
         select::select(choice, &from).map_err(|(field, message)| SceneError::new(field, message))
+    }
+
+    /// The nodes of a selection that a load acts on: one for each vertex, also where a vertex has several.
+    pub fn select_loaded(&self, choice: &Select) -> Result<Vec<u32>, SceneError> {
+        let mut nodes = self.select(choice)?;
+        for node in &mut nodes {
+            if let Ok(i) = self.split.binary_search_by_key(node, |[split, _]| *split) {
+                *node = self.split[i][1];
+            }
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+        Ok(nodes)
     }
 
     /// Number of springs by kind.
@@ -241,7 +262,9 @@ fn grid_body(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError> {
         hinge: body.springs.hinge.unwrap_or_default(),
         closed_triangles: Vec::new(),
         rest_volume: None,
+        warnings: Vec::new(),
         edges: None,
+        split: Vec::new(),
         start,
     };
     if bends(body) {
@@ -250,7 +273,7 @@ fn grid_body(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError> {
             Edges::new(surface.nodes.len(), &surface.triangles, &surface.links).hinges(&surface.triangles);
         built.hinges = hinges.into_iter().map(|h| h.map(|n| built.solver_local(n as usize) as u32)).collect();
     }
-    built.set_hinge_rest();
+    built.hinge_rest = built.hinges_at_start();
     Ok(built)
 }
 
@@ -303,13 +326,15 @@ fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
     {
         return Err(in_mesh(why));
     }
-    let volume = closed.then(|| measure::volume(&placed, &surface.triangles));
-    let given = body.mass_given().ok_or_else(|| SceneError::new("", "has no mass"))?;
-    let mass =
-        mass::lump(given, body.kind, &placed, &surface.triangles, &surface.links, volume.unwrap_or(0.0))
-            .map_err(|m| SceneError::new("", m))?;
-    let lists = at(springs::mesh_springs(&body.springs, &surface, &edges, placement.factor))?;
+    let rest = RestShape::of(&surface, placement.factor);
+    let volume = if closed { Some(rest_volume(&rest, &placed, &surface)?) } else { None };
+    let mass = mesh_mass(body, &surface, &placed, &rest, volume)?;
+    let lists = at(springs::mesh_springs(&body.springs, &surface, &edges, &rest))?;
+    let far = if rest.is_given() { springs::start_warning(&lists, &placed) } else { None };
     let hinges = if bends(body) { edges.hinges(&surface.triangles) } else { Vec::new() };
+    let hinges_at_rest =
+        (rest.is_given() && !hinges.is_empty()).then(|| rest.hinges(&edges).map(hinge::rest));
+    let hinges_at_rest: Option<Vec<_>> = hinges_at_rest.map(Iterator::collect);
     let order = order::locality_order(&surface.nodes);
     let mut solver_of_node = vec![0; order.len()];
     for (new, &old) in order.iter().enumerate() {
@@ -335,12 +360,52 @@ fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
             Vec::new()
         },
         rest_volume: volume,
+        warnings: far.into_iter().collect(),
         solver_of_node: Some(solver_of_node),
+        split: select::split_nodes(&surface),
         surface: Some(surface),
         edges: Some(edges),
     };
-    built.set_hinge_rest();
+    built.hinge_rest = hinges_at_rest.unwrap_or_else(|| built.hinges_at_start());
     Ok(built)
+}
+
+/// Volume of a closed body at rest [m³]; that of the start where the shape at rest encloses none.
+fn rest_volume(rest: &RestShape, placed: &[[f64; 3]], surface: &Surface) -> Result<f64, SceneError> {
+    let given = if rest.is_given() { rest.volume() } else { None };
+    match given {
+        Some(volume) if volume < 0.0 => Err(SceneError::new(
+            "rest_shape",
+            format!("encloses {volume} m³: it is the mirror image of the mesh; the same way round would do"),
+        )),
+        Some(volume) if volume > 0.0 => Ok(volume),
+        _ => Ok(measure::volume(placed, &surface.triangles)),
+    }
+}
+
+/// Mass of each node [kg], by areas at rest.
+fn mesh_mass(
+    body: &Body,
+    surface: &Surface,
+    placed: &[[f64; 3]],
+    rest: &RestShape,
+    volume: Option<f64>,
+) -> Result<Vec<f64>, SceneError> {
+    let refuse = |message: String| SceneError::new("", message);
+    let areas = if rest.is_given() {
+        rest.areas()
+    } else {
+        surface.triangles.iter().map(|t| measure::area(placed, *t)).collect()
+    };
+    let lengths: Vec<f64> = surface.links.iter().map(|link| measure::length(placed, *link)).collect();
+    let shares = mass::Shares {
+        nodes: placed.len(),
+        triangles: (&surface.triangles, &areas),
+        links: (&surface.links, &lengths),
+        volume: volume.unwrap_or(0.0),
+    };
+    let mass = body.mass_given().ok_or_else(|| refuse("has no mass".into()))?;
+    mass::lump(mass, body.kind, &shares).map_err(refuse)
 }
 
 fn renumber(mut list: SpringList, solver_of_node: &[u32]) -> SpringList {
@@ -359,15 +424,9 @@ fn not_closed(body: &Body, surface: &Surface, edges: &Edges) -> Option<String> {
 }
 
 impl BodyAssembly {
-    /// The fold angles at the start are at rest.
-    fn set_hinge_rest(&mut self) {
-        self.hinge_rest = self
-            .hinges
-            .iter()
-            .map(|hinge| {
-                let corners = hinge.map(|node| self.start[node as usize]);
-                rest(corners)
-            })
-            .collect();
+    /// Hinges that are at rest as they start.
+    fn hinges_at_start(&self) -> Vec<Rest<f64>> {
+        let corners = |hinge: &[u32; 4]| hinge.map(|node| self.start[node as usize]);
+        self.hinges.iter().map(|hinge| hinge::rest(corners(hinge))).collect()
     }
 }

@@ -35,8 +35,8 @@ pub(super) fn load(bodies: &[BodyAssembly], force: &Force) -> Result<Load, Scene
         .iter()
         .find(|body| body.name == force.body)
         .ok_or_else(|| SceneError::new("body", format!("there is no body `{}`", force.body)))?;
-    let mut nodes: Vec<u32> =
-        body.select(&force.select)?.into_iter().map(|node| body.solver_index(node as usize) as u32).collect();
+    let nodes = body.select_loaded(&force.select)?.into_iter();
+    let mut nodes: Vec<u32> = nodes.map(|node| body.solver_index(node as usize) as u32).collect();
     nodes.sort_unstable();
     let kind = match (&force.torque, force.force) {
         (Some(torque), _) => {

@@ -61,13 +61,26 @@ impl Assembly {
         for (index, body) in scene.bodies.iter().enumerate() {
             assembly.add_body(index, body)?;
         }
-        assembly.moving_pins.sort_by_key(|pin| pin.node);
         for (index, force) in scene.forces.iter().enumerate() {
             let load =
                 loads::load(&assembly.bodies, force).map_err(|e| e.under(&format!("force[{index}]")))?;
             assembly.loads.push(load);
         }
+        assembly.start_pins();
         Ok(assembly)
+    }
+
+    /// Brings moving pins to where their motion starts. All selections have been made by then: they see the bodies as
+    /// placed, whatever moves them. Of several motions of a node the last one counts.
+    fn start_pins(&mut self) {
+        self.moving_pins.sort_by_key(|pin| pin.node);
+        let mut bodies = self.bodies.iter_mut().peekable();
+        for pin in &self.moving_pins {
+            let node = pin.node as usize;
+            while bodies.next_if(|body| body.first + body.nodes <= node).is_some() {}
+            let Some(body) = bodies.peek_mut() else { return };
+            body.start[node - body.first] = self.tracks[pin.track as usize].pose(0.0).apply(pin.start);
+        }
     }
 
     /// Whether more than gravity may add energy: wind, loads, moving pins or moving colliders.

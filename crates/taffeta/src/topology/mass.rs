@@ -1,33 +1,38 @@
 //! Lumped masses: each triangle gives a third of its share to each corner, each link half to each end.
 
-use super::measure::{area, length};
 use crate::scene::{Kind, Mass};
 
-/// Mass of each node [kg] of a mesh. `nodes` as placed [m]; `volume` [m³] is what the surface encloses and counts
-/// for [`Mass::Volume`] alone. A body without triangles is lumped by the lengths of its links.
-pub fn lump(
-    mass: Mass,
-    kind: Kind,
-    nodes: &[[f64; 3]],
-    triangles: &[[u32; 3]],
-    links: &[[u32; 2]],
-    volume: f64,
-) -> Result<Vec<f64>, String> {
+/// What masses are shared out by.
+#[derive(Clone, Copy, Debug)]
+pub struct Shares<'a> {
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Triangles, and the area of each at rest [m²].
+    pub triangles: (&'a [[u32; 3]], &'a [f64]),
+    /// Links, and the length of each [m]; they count where there are no triangles.
+    pub links: (&'a [[u32; 2]], &'a [f64]),
+    /// What the surface encloses at rest [m³]; it counts for [`Mass::Volume`] alone.
+    pub volume: f64,
+}
+
+/// Mass of each node [kg] of a mesh. A body without triangles is lumped by the lengths of its links.
+pub fn lump(mass: Mass, kind: Kind, by: &Shares) -> Result<Vec<f64>, String> {
+    let (triangles, areas) = by.triangles;
     let whole = match mass {
-        Mass::Node(each) => return Ok(vec![each; nodes.len()]),
+        Mass::Node(each) => return Ok(vec![each; by.nodes]),
         Mass::Area(_) if triangles.is_empty() => return Err(no_area()),
-        Mass::Area(per_area) => per_area * triangles.iter().map(|t| area(nodes, *t)).sum::<f64>(),
+        Mass::Area(per_area) => per_area * areas.iter().sum::<f64>(),
         Mass::Whole(whole) => whole,
         Mass::Volume(_) if kind != Kind::Soft => return Err(no_volume()),
-        Mass::Volume(density) if volume > 0.0 => density * volume,
+        Mass::Volume(density) if by.volume > 0.0 => density * by.volume,
         Mass::Volume(_) => {
-            return Err(format!("encloses {volume} m³, more would do for `density`"));
+            return Err(format!("encloses {} m³, more would do for `density`", by.volume));
         }
     };
     let shares = if triangles.is_empty() {
-        shares(nodes.len(), links, |link| length(nodes, link))
+        shares(by.nodes, by.links.0, by.links.1)
     } else {
-        shares(nodes.len(), triangles, |triangle| area(nodes, triangle))
+        shares(by.nodes, triangles, areas)
     };
     let total: f64 = shares.iter().sum();
     match shares.iter().position(|share| !share.is_normal()) {
@@ -39,10 +44,10 @@ pub fn lump(
 }
 
 /// The size of each element, in equal parts to its nodes.
-fn shares<const N: usize>(nodes: usize, elements: &[[u32; N]], size: impl Fn([u32; N]) -> f64) -> Vec<f64> {
+fn shares<const N: usize>(nodes: usize, elements: &[[u32; N]], sizes: &[f64]) -> Vec<f64> {
     let mut shares = vec![0.0; nodes];
-    for element in elements {
-        let part = size(*element) / N as f64;
+    for (element, size) in elements.iter().zip(sizes) {
+        let part = size / N as f64;
         element.iter().for_each(|node| shares[*node as usize] += part);
     }
     shares
@@ -92,8 +97,16 @@ mod tests {
     use crate::topology::{Surface, measure, shapes};
 
     fn of(surface: &Surface, mass: Mass, kind: Kind) -> Result<Vec<f64>, String> {
-        let volume = measure::volume(&surface.nodes, &surface.triangles);
-        lump(mass, kind, &surface.nodes, &surface.triangles, &surface.links, volume)
+        let nodes = &surface.nodes;
+        let areas: Vec<f64> = surface.triangles.iter().map(|t| measure::area(nodes, *t)).collect();
+        let lengths: Vec<f64> = surface.links.iter().map(|l| measure::length(nodes, *l)).collect();
+        let by = Shares {
+            nodes: nodes.len(),
+            triangles: (&surface.triangles, &areas),
+            links: (&surface.links, &lengths),
+            volume: measure::volume(nodes, &surface.triangles),
+        };
+        lump(mass, kind, &by)
     }
 
     #[test]

@@ -29,7 +29,11 @@ pub fn length(nodes: &[[f64; 3]], pair: [u32; 2]) -> f64 {
 
 /// Area of a triangle [m²].
 pub fn area(nodes: &[[f64; 3]], triangle: [u32; 3]) -> f64 {
-    let [a, b, c] = triangle.map(|i| nodes[i as usize]);
+    area_of(triangle.map(|i| nodes[i as usize]))
+}
+
+/// Area between three corners [m²].
+pub fn area_of([a, b, c]: [[f64; 3]; 3]) -> f64 {
     0.5 * norm(cross(sub(b, a), sub(c, a)))
 }
 

@@ -1,7 +1,8 @@
 //! The nodes that a selection means.
 
-use super::Edges;
+use super::{Edges, Surface};
 use crate::scene::{Bounds, Select};
+use std::collections::HashMap;
 
 /// What a selection chooses from: a body at its start.
 #[derive(Clone, Copy, Debug)]
@@ -12,6 +13,8 @@ pub struct Selectable<'a> {
     pub vertices: usize,
     /// The node of each vertex, as in [`Surface`](super::Surface).
     pub node_of_vertex: Option<&'a [u32]>,
+    /// Nodes of vertices that have several, as [`split_nodes`] gives them.
+    pub split: &'a [[u32; 2]],
     /// Named sets of vertices.
     pub groups: &'a [(String, Vec<u32>)],
     /// Rows and columns, of a grid.
@@ -50,7 +53,34 @@ pub fn select(select: &Select, body: &Selectable) -> Result<Vec<u32>, Refusal> {
     }
 }
 
+/// Nodes that no vertex has because its point was split where surfaces touch: each with the node at the same place
+/// that the vertex has, ascending.
+pub fn split_nodes(surface: &Surface) -> Vec<[u32; 2]> {
+    let Some(list) = &surface.node_of_vertex else { return Vec::new() };
+    let mut used = vec![false; surface.nodes.len()];
+    list.iter().filter(|node| **node != u32::MAX).for_each(|node| used[*node as usize] = true);
+    let spare: Vec<u32> = (0..used.len() as u32).filter(|node| !used[*node as usize]).collect();
+    if spare.is_empty() {
+        return Vec::new();
+    }
+    let place = |node: u32| surface.nodes[node as usize].map(f64::to_bits);
+    let mut owners: HashMap<[u64; 3], Option<u32>> = spare.iter().map(|node| (place(*node), None)).collect();
+    for node in list.iter().filter(|node| **node != u32::MAX) {
+        owners.entry(place(*node)).and_modify(|owner| *owner = owner.or(Some(*node)));
+    }
+    spare.into_iter().filter_map(|node| Some([node, (*owners.get(&place(node))?)?])).collect()
+}
+
 impl Selectable<'_> {
+    /// Nodes of vertices, ascending: all of those that have several.
+    fn with_split(&self, nodes: Vec<u32>) -> Vec<u32> {
+        let mut nodes = sorted(nodes);
+        let also = self.split.iter().filter(|[_, owner]| nodes.binary_search(owner).is_ok());
+        let also: Vec<u32> = also.map(|[node, _]| *node).collect();
+        nodes.extend(also);
+        sorted(nodes)
+    }
+
     /// The node of a vertex, if a face uses it.
     fn node(&self, vertex: u32) -> Option<u32> {
         let node = self.node_of_vertex.map_or(vertex, |list| list[vertex as usize]);
@@ -67,12 +97,12 @@ impl Selectable<'_> {
                 || ("select.nodes", format!("has {vertex}, which no face uses; vertices of faces would do"));
             self.node(vertex).ok_or_else(unused)
         });
-        Ok(sorted(nodes.collect::<Result<_, _>>()?))
+        Ok(self.with_split(nodes.collect::<Result<_, _>>()?))
     }
 
     fn group(&self, name: &str) -> Result<Vec<u32>, Refusal> {
         if let Some((_, members)) = self.groups.iter().find(|(group, _)| group == name) {
-            return Ok(sorted(members.iter().filter_map(|vertex| self.node(*vertex)).collect()));
+            return Ok(self.with_split(members.iter().filter_map(|vertex| self.node(*vertex)).collect()));
         }
         let names: Vec<String> = self.groups.iter().map(|(group, _)| format!("`{group}`")).collect();
         let have =

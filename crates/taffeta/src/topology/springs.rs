@@ -1,8 +1,8 @@
 //! Springs of a body, by kind.
 
-use super::measure::length;
+use super::measure::{length, norm, sub};
 use super::struts::{given_struts, struts};
-use super::{Edges, Surface};
+use super::{Edges, RestShape, Surface};
 use crate::scene::{Internal, Spring, Springs};
 
 /// What a spring is for.
@@ -58,13 +58,13 @@ pub struct SpringList {
 /// Where in the body, as keys, and what is wrong.
 type Refusal = (&'static str, String);
 
-/// The springs of a mesh, at rest as the mesh is times `scale`; kinds that the body lacks are left out. The error
-/// is (field, message), the field as keys from the body: `springs.shear`.
+/// The springs of a mesh, at rest as `rest` says; kinds that the body lacks are left out. The error is
+/// (field, message), the field as keys from the body: `springs.shear`.
 pub fn mesh_springs(
     springs: &Springs,
     surface: &Surface,
     edges: &Edges,
-    scale: f64,
+    rest: &RestShape,
 ) -> Result<Vec<SpringList>, Refusal> {
     if springs.shear.is_some() {
         return Err((
@@ -74,49 +74,108 @@ pub fn mesh_springs(
     }
     let mut wanted = Vec::new();
     if let Some(spring) = springs.structural {
-        wanted.push((SpringKind::Structural, edges.pairs.clone(), spring));
+        wanted.push((SpringKind::Structural, (edges.pairs.clone(), rest.edge_lengths(edges)), spring));
     }
     if let Some(spring) = springs.bend {
-        wanted.push((SpringKind::Bend, edges.bend_pairs(&surface.triangles, &surface.links), spring));
+        wanted.push((SpringKind::Bend, bends(surface, edges, rest), spring));
     }
     if let Some(internal) = &springs.internal {
-        let pairs = internal_pairs(internal, surface, edges);
+        let pairs = internal_pairs(internal, surface, edges, rest);
         let pairs = pairs.map_err(|message| (SpringKind::Internal.field(), message))?;
         wanted.push((SpringKind::Internal, pairs, Spring { k: internal.k, d: internal.d }));
     }
-    let list = |(kind, pairs, Spring { k, d }): (SpringKind, Vec<[u32; 2]>, Spring)| {
-        let rest = rest_lengths(surface, &pairs, scale).map_err(|message| (kind.field(), message))?;
+    let list = |(kind, (pairs, rest), Spring { k, d }): (SpringKind, Lengths, Spring)| {
+        check_lengths(surface, &pairs, &rest).map_err(|message| (kind.field(), message))?;
         Ok(SpringList { kind, pairs, rest, k, d })
     };
     wanted.into_iter().map(list).collect()
 }
 
-fn internal_pairs(wish: &Internal, surface: &Surface, edges: &Edges) -> Result<Vec<[u32; 2]>, String> {
-    match (&wish.pairs, &wish.file) {
-        (Some(pairs), _) => given_struts(pairs, surface),
-        (None, Some(file)) => {
-            Err(format!("`{file}` is a file, which the engine does not read; taffeta_io::load_scene does"))
-        }
-        (None, None) => struts(&surface.nodes, &surface.triangles, edges, wish.count, wish.seed),
+/// Pairs of nodes, and the length of each at rest [m].
+type Lengths = (Vec<[u32; 2]>, Vec<f64>);
+
+/// Springs across edges, then those along links.
+fn bends(surface: &Surface, edges: &Edges, rest: &RestShape) -> Lengths {
+    let pairs = edges.bend_pairs(&surface.triangles, &surface.links);
+    if !rest.is_given() {
+        let lengths = pairs.iter().map(|pair| rest.distance(*pair)).collect();
+        return (pairs, lengths);
     }
+    // Triangles back to back have no bend spring; see `Edges::bend_pairs`.
+    let hinges = edges.hinges(&surface.triangles).into_iter().zip(rest.hinges(edges));
+    let across = hinges.filter(|([_, _, left, right], _)| left != right);
+    let mut lengths: Vec<f64> = across.map(|(_, [_, _, left, right])| norm(sub(right, left))).collect();
+    lengths.extend(pairs[lengths.len()..].iter().map(|pair| rest.distance(*pair)));
+    (pairs, lengths)
 }
 
-/// Lengths at rest [m]; a spring without one has no direction either and is refused.
-fn rest_lengths(surface: &Surface, pairs: &[[u32; 2]], scale: f64) -> Result<Vec<f64>, String> {
-    let rest: Vec<f64> = pairs.iter().map(|pair| scale * length(&surface.nodes, *pair)).collect();
+fn internal_pairs(
+    wish: &Internal,
+    surface: &Surface,
+    edges: &Edges,
+    rest: &RestShape,
+) -> Result<Lengths, String> {
+    let places = rest.nodes().ok_or(
+        "struts need one place at rest for each node, and the rest shape has seams: its corners at a node lie \
+         apart; a rest shape without seams would do",
+    )?;
+    let pairs = match (&wish.pairs, &wish.file) {
+        (Some(pairs), _) => given_struts(pairs, surface)?,
+        (None, Some(file)) => {
+            return Err(format!(
+                "`{file}` is a file, which the engine does not read; taffeta_io::load_scene does"
+            ));
+        }
+        (None, None) => struts(&places, &surface.triangles, edges, wish.count, wish.seed)?,
+    };
+    let lengths = pairs.iter().map(|pair| length(&places, *pair)).collect();
+    Ok((pairs, lengths))
+}
+
+/// Refuses a spring without a length at rest: it has no direction either.
+fn check_lengths(surface: &Surface, pairs: &[[u32; 2]], rest: &[f64]) -> Result<(), String> {
     match rest.iter().position(|l| !l.is_normal()) {
-        None => Ok(rest),
+        None => Ok(()),
         Some(i) => {
-            let [a, b] = pairs[i].map(|node| vertex_of(surface, node));
+            let [a, b] = pairs[i].map(|node| surface.first_vertex_of(node));
             Err(format!("the spring between vertices {a} and {b} has no length; vertices apart would do"))
         }
     }
 }
 
-/// The first vertex of a node, for messages.
-fn vertex_of(surface: &Surface, node: u32) -> usize {
-    let list = surface.node_of_vertex.as_ref();
-    list.and_then(|list| list.iter().position(|n| *n == node)).unwrap_or(node as usize)
+/// Share of its rest length beyond which a spring's start is worth a warning; the inverse of it, for edges pressed.
+const FAR: f64 = 2.0;
+
+/// A warning if springs start far from their rest lengths, as where two files differ in their unit. `nodes`: places
+/// at the start [m]. Only edges count as pressed: cloth that starts folded has short bend springs.
+pub fn start_warning(lists: &[SpringList], nodes: &[[f64; 3]]) -> Option<String> {
+    let (mut all, mut stretched, mut pressed) = (0_usize, 0_usize, 0_usize);
+    let (mut longest, mut shortest) = (1.0_f64, 1.0_f64);
+    for list in lists {
+        for (pair, rest) in list.pairs.iter().zip(&list.rest) {
+            let stretch = length(nodes, *pair) / rest;
+            all += 1;
+            stretched += usize::from(stretch > FAR);
+            longest = longest.max(stretch);
+            if list.kind == SpringKind::Structural {
+                pressed += usize::from(stretch < 1.0 / FAR);
+                shortest = shortest.min(stretch);
+            }
+        }
+    }
+    let tell = |count: usize, how: &str, most: f64| {
+        let springs = if count == 1 { "spring starts" } else { "springs start" };
+        let share = 100.0 * count as f64 / all as f64;
+        (count > 0).then(|| {
+            format!(
+                "{count} {springs} ({share:.1} % of {all}) at {how} the rest length, one at {most:.3} times"
+            )
+        })
+    };
+    let tells = [tell(stretched, "more than twice", longest), tell(pressed, "less than half", shortest)];
+    let tells: Vec<String> = tells.into_iter().flatten().collect();
+    let remedy = "a rest shape of the same unit and size as the mesh would start calmer";
+    (!tells.is_empty()).then(|| format!("{}; {remedy}", tells.join("; ")))
 }
 
 /// Number of springs of a grid, by kind.
@@ -150,7 +209,7 @@ mod tests {
     fn of(mesh: Mesh, springs: &Springs, scale: f64) -> Result<Vec<SpringList>, Refusal> {
         let surface = shapes::surface(&mesh).unwrap();
         let edges = Edges::new(surface.nodes.len(), &surface.triangles, &surface.links);
-        mesh_springs(springs, &surface, &edges, scale)
+        mesh_springs(springs, &surface, &edges, &RestShape::of(&surface, scale))
     }
 
     #[test]
@@ -203,7 +262,8 @@ mod tests {
         };
         let edges = Edges::new(4, &folded.triangles, &[]);
         let bend = Springs { bend: Some(Spring::default()), ..Springs::default() };
-        let (field, message) = mesh_springs(&bend, &folded, &edges, 1.0).unwrap_err();
+        let (field, message) =
+            mesh_springs(&bend, &folded, &edges, &RestShape::of(&folded, 1.0)).unwrap_err();
         assert_eq!(field, "springs.bend");
         assert!(message.contains("vertices 3 and 0"), "{message}");
     }

@@ -31,6 +31,16 @@ pub struct Surface {
     pub repairs: Vec<String>,
 }
 
+impl Surface {
+    /// The first vertex at a node, for messages. A node that no vertex has, as where a point was split into several
+    /// nodes, stands at the place of one.
+    pub fn first_vertex_of(&self, node: u32) -> usize {
+        let Some(list) = &self.node_of_vertex else { return node as usize };
+        let here = || self.vertices.iter().position(|place| *place == self.nodes[node as usize]);
+        list.iter().position(|n| *n == node).or_else(here).unwrap_or(0)
+    }
+}
+
 /// Faces with any number of corners, one after the other.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Polygons {

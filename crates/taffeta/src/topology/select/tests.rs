@@ -1,10 +1,11 @@
 use super::*;
 use crate::topology::shapes::grid_surface;
 
-fn grid(surface: &super::super::Surface) -> Selectable<'_> {
+fn grid(surface: &Surface) -> Selectable<'_> {
     let nodes = &surface.nodes;
     let groups = &surface.groups;
-    Selectable { nodes, vertices: nodes.len(), node_of_vertex: None, groups, grid: Some([3, 4]), edges: None }
+    let vertices = nodes.len();
+    Selectable { nodes, vertices, node_of_vertex: None, split: &[], groups, grid: Some([3, 4]), edges: None }
 }
 
 #[track_caller]
@@ -47,6 +48,7 @@ fn vertices_and_groups_become_nodes() {
         nodes: &nodes,
         vertices: 5,
         node_of_vertex: Some(&map),
+        split: &[],
         groups: &groups,
         grid: None,
         edges: None,
@@ -70,4 +72,33 @@ fn selections_that_cannot_be_met_are_refused() {
     let bounds = Bounds { min: [1.0; 3], max: [0.0; 3] };
     refused(Select { inside: Some(bounds), ..Select::default() }, &body, "select.box", "above");
     refused(Select { boundary: Some(false), ..Select::default() }, &body, "select.boundary", "true would do");
+}
+
+#[test]
+fn a_vertex_whose_point_was_split_means_all_of_its_nodes() {
+    // Two triangles touch in vertex 2 alone: nodes 2 and 5 at one place. Vertex 3 is on no face.
+    let touch = [1.0, 0.5, -0.0];
+    let nodes = vec![[0.0; 3], [0.0, 1.0, 0.0], touch, [2.0, 0.0, 0.0], [2.0, 1.0, 0.0], touch, [7.0; 3]];
+    let surface = Surface {
+        vertices: vec![nodes[0], nodes[1], touch, [7.0; 3], nodes[3], nodes[4]],
+        node_of_vertex: Some(vec![0, 1, 2, u32::MAX, 3, 4]),
+        triangles: vec![[0, 2, 1], [5, 3, 4]],
+        groups: vec![("tip".into(), vec![2])],
+        nodes,
+        ..Surface::default()
+    };
+    let split = split_nodes(&surface);
+    assert_eq!(split, [[5, 2]], "node 6 is at the place of no vertex with a node");
+    assert_eq!((surface.first_vertex_of(5), surface.first_vertex_of(3)), (2, 4));
+    let body = Selectable {
+        nodes: &surface.nodes,
+        vertices: 6,
+        node_of_vertex: surface.node_of_vertex.as_deref(),
+        split: &split,
+        groups: &surface.groups,
+        grid: None,
+        edges: None,
+    };
+    assert_eq!(select(&Select::nodes([2, 4]), &body).unwrap(), [2, 3, 5]);
+    assert_eq!(select(&Select { group: Some("tip".into()), ..Select::default() }, &body).unwrap(), [2, 5]);
 }

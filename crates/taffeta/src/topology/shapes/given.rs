@@ -1,7 +1,7 @@
 //! Whether a surface given as data is one.
 
 use super::check::MESH_NODES;
-use crate::topology::measure::area;
+use crate::topology::measure::{area, area_of};
 use crate::topology::{Polygons, Surface};
 
 /// Checks that every index of a surface has something to point at, places are finite and triangles have an area.
@@ -21,8 +21,30 @@ pub(super) fn check_surface(surface: &Surface) -> Result<(), String> {
     if let Some((t, area)) = areas.enumerate().find(|(_, area)| !area.is_normal()) {
         return Err(format!("triangle {t} has an area of {area} m²; three corners apart would do"));
     }
+    check_rest(surface)?;
     check_vertices(surface)?;
     check_faces(&surface.polygons, vertices)
+}
+
+/// Refuses a shape at rest that is not one of these triangles, or has some without an area.
+fn check_rest(surface: &Surface) -> Result<(), String> {
+    let (Some(rest), count) = (&surface.rest, surface.triangles.len()) else { return Ok(()) };
+    if rest.len() != count {
+        let have = rest.len();
+        return Err(format!("has {count} triangles, but rest places for {have}; three for each would do"));
+    }
+    for (t, corners) in rest.iter().enumerate() {
+        if corners.iter().flatten().any(|x| !x.is_finite()) {
+            return Err(format!("triangle {t} is at {corners:?} at rest, finite numbers would do"));
+        }
+        let area = area_of(*corners);
+        if !area.is_normal() {
+            return Err(format!(
+                "triangle {t} has an area of {area} m² at rest; three corners apart would do"
+            ));
+        }
+    }
+    Ok(())
 }
 
 fn finite(what: &str, points: &[[f64; 3]]) -> Result<(), String> {
@@ -88,21 +110,26 @@ mod tests {
     fn a_surface_given_as_data_is_not_trusted() {
         let good = grid_surface(2, 2, [1.0; 2]);
         assert!(check_surface(&good).is_ok());
-        let broken = |change: fn(&mut Surface), words: &str| {
+        let broken = |change: &dyn Fn(&mut Surface), words: &str| {
             let mut surface = good.clone();
             change(&mut surface);
             let message = check_surface(&surface).unwrap_err();
             assert!(message.contains(words), "{message}");
         };
-        broken(|s| s.triangles[1][2] = 4, "triangle 1 has node 4, 0 to 3");
-        broken(|s| s.triangles[0] = [0, 1, 1], "a node twice");
-        broken(|s| s.nodes[3] = s.nodes[1], "triangle 1 has an area of 0 m²");
-        broken(|s| s.nodes[2][1] = f64::INFINITY, "node 2 is at");
-        broken(|s| s.node_of_vertex = Some(vec![0, 1, 9, u32::MAX]), "vertex 2");
-        broken(|s| s.node_of_vertex = Some(vec![0]), "nodes for 1");
-        broken(|s| s.groups.push(("hem".into(), vec![4])), "group `hem` has vertex 4");
-        broken(|s| s.polygons.corners[0] = 7, "vertex 7");
-        broken(|s| s.polygons.offsets[1] = 9, "offsets");
-        broken(|s| s.triangles.clear(), "no triangles");
+        broken(&|s| s.triangles[1][2] = 4, "triangle 1 has node 4, 0 to 3");
+        broken(&|s| s.triangles[0] = [0, 1, 1], "a node twice");
+        broken(&|s| s.nodes[3] = s.nodes[1], "triangle 1 has an area of 0 m²");
+        broken(&|s| s.nodes[2][1] = f64::INFINITY, "node 2 is at");
+        broken(&|s| s.node_of_vertex = Some(vec![0, 1, 9, u32::MAX]), "vertex 2");
+        broken(&|s| s.node_of_vertex = Some(vec![0]), "nodes for 1");
+        broken(&|s| s.groups.push(("hem".into(), vec![4])), "group `hem` has vertex 4");
+        broken(&|s| s.polygons.corners[0] = 7, "vertex 7");
+        broken(&|s| s.polygons.offsets[1] = 9, "offsets");
+        broken(&|s| s.triangles.clear(), "no triangles");
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let rest = |s: &mut Surface, second| s.rest = Some(vec![corners, second]);
+        broken(&|s| s.rest = Some(vec![[[0.0; 3]; 3]]), "rest places for 1; three for each");
+        broken(&move |s| rest(s, [[0.0; 3], [f64::NAN; 3], [1.0; 3]]), "triangle 1 is at");
+        broken(&move |s| rest(s, [[0.0; 3], [1.0; 3], [2.0; 3]]), "triangle 1 has an area of 0 m² at rest");
     }
 }

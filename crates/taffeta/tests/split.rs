@@ -1,0 +1,94 @@
+//! A mesh in which two surfaces touch in one vertex, whose point is two nodes.
+
+mod common;
+
+use common::{V, build, near, norm, positions, run, sub, weightless};
+use std::sync::Arc;
+use taffeta::Simulation;
+use taffeta::scene::{Body, Force, Keyframe, Mass, Mesh, Select};
+use taffeta::topology::{Polygons, Surface};
+
+/// Two triangles that touch in vertex 2: nodes 2 and 5.
+fn bow_tie() -> Body {
+    let vertices: Vec<V> = vec![[0.0; 3], [0.0, 1.0, 0.0], [1.0, 0.5, 0.0], [2.0, 0.0, 0.0], [2.0, 1.0, 0.0]];
+    let mut polygons = Polygons::default();
+    polygons.push(&[0, 2, 1]);
+    polygons.push(&[2, 3, 4]);
+    let mut nodes = vertices.clone();
+    nodes.push(vertices[2]);
+    let node_of_vertex = Some(vec![0, 1, 2, 3, 4]);
+    let triangles = vec![[0, 2, 1], [5, 3, 4]];
+    let surface = Surface { vertices, polygons, nodes, node_of_vertex, triangles, ..Surface::default() };
+    Body::cloth("tie", Mesh::Surface(Arc::new(surface))).with_mass(Mass::Node(0.1)).structural(50.0, 0.1)
+}
+
+fn loose(body: Body) -> Simulation {
+    build(&weightless("tie", 0.01, 1e-3).body(body))
+}
+
+/// Both triangles keep their sides, so that each hangs on the middle.
+fn is_whole(simulation: &Simulation, middle: V) {
+    let places = positions(simulation);
+    for corner in [0, 1, 3, 4] {
+        near("side", norm(sub(places[corner], middle)), 1.25_f64.sqrt(), 1e-3);
+    }
+}
+
+#[test]
+fn a_pin_holds_all_nodes_of_its_vertex() {
+    let mut scene = weightless("tie", 0.01, 1e-3).body(bow_tie().pin(Select::nodes([2])));
+    scene.world.gravity = [0.0, -9.81, 0.0];
+    scene.world.drag = 1.0;
+    let mut simulation = build(&scene);
+    run(&mut simulation, 100);
+    let places = positions(&simulation);
+    for corner in [0, 1, 3, 4] {
+        // Two of 0.1 kg on two springs of 50 N/m: 0.02 m longer at most.
+        near("side", norm(sub(places[corner], places[2])), 1.25_f64.sqrt(), 0.05);
+    }
+}
+
+#[test]
+fn keyframes_and_hands_move_all_nodes_of_a_vertex() {
+    let way = [0.0, 0.0, 0.02];
+    let mut keyed = loose(bow_tie().pin_moving(Select::nodes([2]), vec![Keyframe::translate(0.05, way)]));
+    let mut by_hand = loose(bow_tie());
+    run(&mut keyed, 300);
+    for frame in 1..=300 {
+        by_hand.move_pin("tie", 2, [1.0, 0.5, 0.02 * f64::from(frame.min(5)) / 5.0]).unwrap();
+        run(&mut by_hand, 1);
+    }
+    for simulation in [&keyed, &by_hand] {
+        assert_eq!(positions(simulation)[2], [1.0, 0.5, 0.02]);
+        is_whole(simulation, [1.0, 0.5, 0.02]);
+    }
+    assert!(keyed.move_pin("tie", 2, [0.0; 3]).unwrap_err().message.contains("follows keyframes"));
+    assert_eq!(keyed.normals(0).len(), 5);
+}
+
+#[test]
+fn a_force_on_a_vertex_acts_once() {
+    let force = [0.0, 0.0, 1.0];
+    let loads =
+        Force { body: "tie".into(), select: Select::nodes([2, 3]), force: Some(force), ..Force::default() };
+    let mut simulation = build(&weightless("tie", 0.01, 1e-3).body(bow_tie()).force(loads));
+    run(&mut simulation, 1);
+    near("momentum", simulation.report().momentum[2], 0.02, 1e-15);
+    let mut by_hand = loose(bow_tie());
+    by_hand.apply_force("tie", 2, force).unwrap();
+    run(&mut by_hand, 1);
+    near("momentum", by_hand.report().momentum[2], 0.01, 1e-15);
+}
+
+#[test]
+fn a_blow_up_names_a_vertex_that_the_mesh_has() {
+    let mut simulation = build(&weightless("tie", 0.1, 0.1).body(bow_tie()));
+    simulation.disturb(1e-2, 1);
+    for _ in 0..500 {
+        if let Err(error) = simulation.step() {
+            assert!(error.vertex < 5, "{error}");
+            return;
+        }
+    }
+    panic!("the step is twice the largest stable one");
+}
