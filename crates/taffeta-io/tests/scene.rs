@@ -250,6 +250,56 @@ fn a_missing_mesh_is_refused_or_replaced_by_its_stand_in() {
 }
 
 #[test]
+fn a_rest_shape_is_found_as_meshes_are_and_its_errors_point_at_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    file("start.obj", TRIANGLE);
+    let refused = |rest: &str| {
+        let keys = format!("mesh.file = \"start.obj\"\nrest_shape = {rest:?}");
+        let error = scene_with(folder.path(), &keys).expect_err(rest);
+        assert!(matches!(error.place, Place::At { line: 5, column: 14, .. }), "{error}");
+        error.message
+    };
+    assert!(refused("none.obj").contains("`none.obj` was not found"));
+    assert!(refused("../start.obj").contains("not a path inside"));
+}
+
+#[test]
+fn a_rest_shape_is_read_with_its_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+    file("start.obj", TRIANGLE);
+    file("broken.obj", "v 0 0\n");
+    let keys = "mesh.file = \"start.obj\"\nrest_shape = \"broken.obj\"";
+    let error = scene_with(folder.path(), keys).unwrap_err();
+    assert!(matches!(error.place, Place::At { line: 5, column: 14, .. }), "{error}");
+    assert!(error.message.contains("broken.obj:1: a vertex needs 3 coordinates, found 2"), "{error}");
+    file("wide.obj", &TRIANGLE.replace("v 1 0 0", "v 3 0 0"));
+    let keys = "mesh.file = \"start.obj\"\nrest_shape = \"wide.obj\"\nfill_holes = true";
+    let scene = scene_with(folder.path(), keys).unwrap().scene;
+    let Mesh::Surface(surface) = &scene.bodies[0].mesh else { panic!("not loaded") };
+    assert_eq!(surface.rest, Some(vec![[[0.0; 3], [3.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]));
+    scene.validate().expect("the mesh has what the keys say");
+}
+
+#[test]
+fn a_stand_in_has_no_rest_shape_and_other_shapes_neither() {
+    let folder = tempfile::tempdir().unwrap();
+    let keys =
+        "mesh.file = \"gone.obj\"\nrest_shape = \"wide.obj\"\nstand_in.chain = { links = 1, length = 1.0 }";
+    let loaded = scene_with(folder.path(), keys).unwrap();
+    let said =
+        "body `b` uses its stand-in, and its rest shape `wide.obj` is not used: `gone.obj` was not found";
+    assert!(loaded.notes[0].starts_with(said), "{:?}", loaded.notes);
+    loaded.scene.validate().expect("a stand-in has no rest shape");
+
+    let grid =
+        scene_with(folder.path(), "mesh.chain = { links = 1, length = 1.0 }\nfill_holes = true").unwrap();
+    let error = grid.source.locate(&grid.scene.validate().unwrap_err()).to_string();
+    assert!(error.contains("scene.toml:5:14: `body[0].fill_holes`: is for a mesh from a file"), "{error}");
+}
+
+#[test]
 fn a_mesh_error_points_at_the_scene_and_at_the_mesh() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("bad.obj"), "v 0 0\n").unwrap();

@@ -178,9 +178,11 @@ fn a_soft_body_has_the_volume_and_struts_of_its_shape_at_rest() {
     let internal = |count| Some(Internal { count, k: 5.0, ..Internal::default() });
     let mut double = cube(|p| scale(p, 2.0));
     double.springs.internal = internal(20);
+    double = double.hinge(1.0, 0.0);
     let simulation = at_rest(double);
     let info = &simulation.bodies()[0];
     near("volume", info.rest_volume.unwrap(), 8.0, 1e-14);
+    near("hinges at the same angles in both", simulation.report().hinges, 0.0, 1e-20);
     near("mass", info.mass, 80.0, 1e-12);
     // Every spring, struts among them, starts at half its length.
     near("stretch", simulation.report().max_stretch, 1.0, 0.5);

@@ -3,9 +3,10 @@
 use super::folders::{Folders, Unusable};
 use super::{LoadError, Loaded, SceneSource};
 use crate::mesh::{MeshOptions, load_mesh};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use taffeta::scene::{Body, Mesh};
+use taffeta::topology::Surface;
 
 /// Replaces the files that the scene names by what is in them.
 pub(super) fn fill(loaded: &mut Loaded, scene_file: &Path) -> Result<(), LoadError> {
@@ -35,30 +36,59 @@ fn fill_mesh(
     let place = format!("{path}.mesh.file");
     match (folders.find(name), stand_in) {
         (Ok(file), _) => {
-            let surface = load_mesh(&file, &MeshOptions::default())
-                .map_err(|error| source.at_path(&place, error.to_string()))?;
+            let surface = load(body, &file, path, folders, source)?;
             body.mesh = Mesh::Surface(Arc::new(surface));
         }
         (Err(Unusable::Missing(why)), Some(shape)) => {
             let who = if body.name.is_empty() { path } else { &body.name };
-            notes.push(format!("body `{who}` uses its stand-in: {why}"));
+            let rest = match &body.rest_shape {
+                Some(name) => format!(", and its rest shape `{name}` is not used"),
+                None => String::new(),
+            };
+            notes.push(format!("body `{who}` uses its stand-in{rest}: {why}"));
             body.mesh = shape;
         }
         (Err(Unusable::Missing(why) | Unusable::Refused(why)), _) => {
             return Err(source.at_path(&place, why));
         }
     }
+    // The mesh has them now, or does without.
+    body.fill_holes = false;
+    body.rest_shape = None;
     Ok(())
+}
+
+/// The mesh in `file`, with the body's rest shape.
+fn load(
+    body: &Body,
+    file: &Path,
+    path: &str,
+    folders: &Folders,
+    source: &SceneSource,
+) -> Result<Surface, LoadError> {
+    let rest_key = format!("{path}.rest_shape");
+    let rest = body.rest_shape.as_ref().map(|name| found(folders, name, &rest_key, source)).transpose()?;
+    let options = MeshOptions { fill_holes: body.fill_holes, rest: rest.as_deref(), within: folders.all() };
+    load_mesh(file, &options).map_err(|error| {
+        let in_rest = rest.is_some_and(|rest| error.file == rest.display().to_string());
+        let key = if in_rest { rest_key } else { format!("{path}.mesh.file") };
+        source.at_path(&key, error.to_string())
+    })
+}
+
+/// The file that the scene calls `name` at `key`.
+fn found(folders: &Folders, name: &str, key: &str, source: &SceneSource) -> Result<PathBuf, LoadError> {
+    folders.find(name).map_err(|unusable| {
+        let (Unusable::Missing(why) | Unusable::Refused(why)) = unusable;
+        source.at_path(key, why)
+    })
 }
 
 fn fill_pairs(body: &mut Body, path: &str, folders: &Folders, source: &SceneSource) -> Result<(), LoadError> {
     let Some(internal) = &mut body.springs.internal else { return Ok(()) };
     let Some(name) = &internal.file else { return Ok(()) };
     let place = format!("{path}.springs.internal.file");
-    let file = folders.find(name).map_err(|unusable| {
-        let (Unusable::Missing(why) | Unusable::Refused(why)) = unusable;
-        source.at_path(&place, why)
-    })?;
+    let file = found(folders, name, &place, source)?;
     let text = std::fs::read_to_string(&file)
         .map_err(|error| source.at_path(&place, format!("{}: cannot be read: {error}", file.display())))?;
     internal.pairs = Some(read_pairs(&text, &file.display().to_string())?);

@@ -34,6 +34,11 @@ impl Folders {
         Self { folders }
     }
 
+    /// The folders, in order.
+    pub fn all(&self) -> &[PathBuf] {
+        &self.folders
+    }
+
     /// The full path of the file that a scene calls `name`.
     pub fn find(&self, name: &str) -> Result<PathBuf, Unusable> {
         if leaves(Path::new(name)) {

@@ -11,6 +11,7 @@ pub(super) fn check(path: &Path, body: &Body) -> Checked {
     if let Some(mesh) = &body.stand_in {
         check_mesh(path, "stand_in", mesh)?;
     }
+    check_file_keys(path, body)?;
     check_place(&path.key("place"), &body.place)?;
     check_springs(&path.key("springs"), &body.springs, body.kind)?;
     for (i, pin) in body.pins.iter().enumerate() {
@@ -19,6 +20,19 @@ pub(super) fn check(path: &Path, body: &Body) -> Checked {
         check_motion(&path, &pin.motion)?;
     }
     Ok(())
+}
+
+/// Refuses what belongs to a mesh file where there is none (`taffeta_io::load_scene` takes it into the mesh).
+fn check_file_keys(path: &Path, body: &Body) -> Checked {
+    let file = matches!(body.mesh, Mesh::File(_));
+    path.key("rest_shape").demand(file || body.rest_shape.is_none(), || {
+        "is for a mesh from a file, as a second file of the same vertices and faces; mesh.file (in Rust: Surface::rest) \
+         would do, or leave it out"
+            .into()
+    })?;
+    path.key("fill_holes").demand(file || !body.fill_holes, || {
+        "is for a mesh from a file, and other shapes have no holes to fill; mesh.file would do, or leave it out".into()
+    })
 }
 
 fn check_mass(path: &Path, body: &Body) -> Checked {

@@ -81,6 +81,8 @@ fn shapes_and_places_must_make_sense() {
     refused(|s| s.bodies.clear(), "body", "has none");
     refused(|s| s.bodies[0].mesh = Mesh::grid(0, 2, [1.0; 2]), "body[0].mesh.grid.rows", "is 0, 1 or more");
     refused(|s| s.bodies[0].stand_in = Some(Mesh::chain(0, 1.0)), "body[0].stand_in.chain.links", "is 0");
+    refused(|s| s.bodies[0].rest_shape = Some("flat.obj".into()), "body[0].rest_shape", "mesh.file (in Rust");
+    refused(|s| s.bodies[0].fill_holes = true, "body[0].fill_holes", "mesh.file would do");
     let both = Place { scale: Some(1.0), fit: Some(1.0), ..Place::default() };
     refused(|s| s.bodies[0].place = both, "body[0].place", "scale and fit");
     refused(|s| s.bodies[0].place.fit = Some(0.0), "body[0].place.fit", "is 0 m");
