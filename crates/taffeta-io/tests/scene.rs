@@ -316,6 +316,9 @@ fn struts_come_from_their_file() {
         "mesh.cube = { size = 1.0, divisions = 1 }\nsprings.internal = { file = \"struts.txt\", k = 1.0 }";
     let loaded = scene_with(folder.path(), text).unwrap();
     assert_eq!(loaded.scene.bodies[0].springs.internal.as_ref().unwrap().pairs, Some(vec![[0, 5]]));
+    let at = |path: &str| loaded.source.locate(&SceneError::new(path, "has no length")).to_string();
+    assert!(at("body[0].springs.internal.pairs[0]").ends_with("struts.txt:2:1: has no length"));
+    assert!(at("body[0].springs.internal.pairs[1]").contains("scene.toml:5:"), "there is no such line");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Loads what a scene names: meshes and lists of springs.
 
 use super::folders::{Folders, Unusable};
+use super::source::ListFile;
 use super::{LoadError, Loaded, SceneSource};
 use crate::mesh::{MeshOptions, load_mesh};
 use std::path::{Path, PathBuf};
@@ -84,36 +85,53 @@ fn found(folders: &Folders, name: &str, key: &str, source: &SceneSource) -> Resu
     })
 }
 
-fn fill_pairs(body: &mut Body, path: &str, folders: &Folders, source: &SceneSource) -> Result<(), LoadError> {
+fn fill_pairs(
+    body: &mut Body,
+    path: &str,
+    folders: &Folders,
+    source: &mut SceneSource,
+) -> Result<(), LoadError> {
     let Some(internal) = &mut body.springs.internal else { return Ok(()) };
     let Some(name) = &internal.file else { return Ok(()) };
     let place = format!("{path}.springs.internal.file");
     let file = found(folders, name, &place, source)?;
     let text = std::fs::read_to_string(&file)
         .map_err(|error| source.at_path(&place, format!("{}: cannot be read: {error}", file.display())))?;
-    internal.pairs = Some(read_pairs(&text, &file.display().to_string())?);
+    let (pairs, lines) = read_pairs(&text, &file.display().to_string())?;
+    internal.pairs = Some(pairs);
+    source.lists.push(ListFile {
+        path: format!("{path}.springs.internal.pairs"),
+        file: file.display().to_string(),
+        lines,
+    });
     Ok(())
 }
 
+/// Pairs of indices, and the line of each, from 1.
+type Pairs = (Vec<[u32; 2]>, Vec<u32>);
+
 /// Two node indices a line; `#` starts a comment.
-fn read_pairs(text: &str, file: &str) -> Result<Vec<[u32; 2]>, LoadError> {
-    let mut pairs = Vec::new();
+fn read_pairs(text: &str, file: &str) -> Result<Pairs, LoadError> {
+    let (mut pairs, mut lines) = (Vec::new(), Vec::new());
     let mut offset = 0;
-    for line in text.split_inclusive('\n') {
+    for (line, number) in text.split_inclusive('\n').zip(1..) {
         let words = line.split('#').next().unwrap_or("").trim();
-        let numbers: Vec<Option<u32>> =
-            words.split([' ', '\t', ',']).filter(|w| !w.is_empty()).map(|w| w.parse().ok()).collect();
-        match numbers.as_slice() {
-            [] => {}
-            [Some(a), Some(b)] => pairs.push([*a, *b]),
+        let mut numbers = words.split([' ', '\t', ',']).filter(|w| !w.is_empty()).map(str::parse::<u32>);
+        match [numbers.next(), numbers.next(), numbers.next()] {
+            [None, ..] => {}
+            [Some(Ok(a)), Some(Ok(b)), None] => {
+                pairs.push([a, b]);
+                lines.push(number);
+            }
             _ => {
-                let what = format!("`{words}` is not two node indices, counted from 0, as in `4 17`");
+                let shown: String = words.chars().take(40).collect();
+                let what = format!("`{shown}` is not two node indices, counted from 0, as in `4 17`");
                 return Err(LoadError::in_text(file, text, offset, what));
             }
         }
         offset += line.len();
     }
-    Ok(pairs)
+    Ok((pairs, lines))
 }
 
 #[cfg(test)]
@@ -122,7 +140,8 @@ mod tests {
 
     #[test]
     fn pairs_are_two_indices_a_line_and_errors_name_the_line() {
-        assert_eq!(read_pairs("# struts\n0 5\n\n 7\t2 # last\r\n", "s.txt").unwrap(), [[0, 5], [7, 2]]);
+        let (pairs, lines) = read_pairs("# struts\n0 5\n\n 7\t2 # last\r\n", "s.txt").unwrap();
+        assert_eq!((pairs, lines), (vec![[0, 5], [7, 2]], vec![2, 4]));
         let error = read_pairs("0 1\n2 -3\n", "s.txt").unwrap_err().to_string();
         assert!(error.starts_with("s.txt:2:1: `2 -3` is not two node indices"), "{error}");
         assert!(read_pairs("1 2 3", "s.txt").is_err());

@@ -65,17 +65,41 @@ pub struct SceneSource {
     text: String,
     sets: Vec<String>,
     pub(super) root: Node,
+    pub(super) lists: Vec<ListFile>,
+}
+
+/// A list that the scene takes from a file of its own.
+#[derive(Clone, Debug)]
+pub(super) struct ListFile {
+    /// Its place in the scene: `body[0].springs.internal.pairs`.
+    pub path: String,
+    /// The file.
+    pub file: String,
+    /// The line of each item, from 1.
+    pub lines: Vec<u32>,
+}
+
+impl ListFile {
+    /// Where the item at `path` of the scene was written.
+    fn place(&self, path: &str) -> Option<Place> {
+        let index = path.strip_prefix(&self.path)?.strip_prefix('[')?.strip_suffix(']')?;
+        let line = *self.lines.get(index.parse::<usize>().ok()?)? as usize;
+        Some(Place::At { file: self.file.clone(), line, column: 1 })
+    }
 }
 
 impl SceneSource {
     pub(super) fn new(file: &str, text: &str, sets: &[String]) -> Self {
         let root = Node { origin: Origin::File(0), value: Value::Table(Vec::new()) };
-        Self { file: file.to_owned(), text: text.to_owned(), sets: sets.to_vec(), root }
+        Self { file: file.to_owned(), text: text.to_owned(), sets: sets.to_vec(), root, lists: Vec::new() }
     }
 
     /// The engine's objection at the line, or `--set`, of the value; of the nearest table above it that exists where
-    /// the scene does not give the value.
+    /// the scene does not give the value. For an item of a list from a file of its own, its line there.
     pub fn locate(&self, error: &SceneError) -> LoadError {
+        if let Some(place) = self.lists.iter().find_map(|list| list.place(&error.path)) {
+            return LoadError { place, message: error.message.clone() };
+        }
         self.at_path(&error.path, format!("`{}`: {}", error.path, error.message))
     }
 

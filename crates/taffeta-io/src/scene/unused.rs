@@ -1,8 +1,9 @@
-//! Settings that change nothing: those of a solver that is not chosen, and a volume that is not kept.
+//! Settings that change nothing: those of a solver that is not chosen, a volume that is not kept, and struts without a
+//! number.
 
 use super::document::{Entry, Node, Value};
 
-/// Takes them out of a scene and says so.
+/// Takes them out of a scene, where nothing reads them, and says so.
 pub(super) fn set_aside(root: &mut Node) -> Vec<String> {
     let mut notes = Vec::new();
     if let Some(solver) = table(root, "solver") {
@@ -21,13 +22,25 @@ pub(super) fn set_aside(root: &mut Node) -> Vec<String> {
         && let Some(Entry { node: Node { value: Value::List(bodies), .. }, .. }) =
             entries.iter_mut().find(|entry| entry.key == "body")
     {
-        for body in bodies {
+        for (index, body) in bodies.iter_mut().enumerate() {
             if let Value::Table(keys) = &mut body.value {
                 keys.retain(|entry| !(entry.key == "volume" && is_none(&entry.node)));
+            }
+            if has_uncounted_struts(body) {
+                notes.push(format!(
+                    "`body[{index}].springs.internal` makes no struts: it has neither count nor file"
+                ));
             }
         }
     }
     notes
+}
+
+fn has_uncounted_struts(body: &mut Node) -> bool {
+    let springs =
+        table(body, "springs").and_then(|keys| keys.iter_mut().find(|entry| entry.key == "internal"));
+    let Some(Entry { node: Node { value: Value::Table(keys), .. }, .. }) = springs else { return false };
+    !keys.iter().any(|entry| ["count", "file"].contains(&entry.key.as_str()))
 }
 
 fn names_implicit(method: Option<&Value>) -> bool {
@@ -62,5 +75,20 @@ mod tests {
         let volume = |form: &str| format!("{ice}[body.volume]\nform = \"{form}\"\n");
         assert!(parse_scene(&volume("none"), "s.toml", &[]).is_ok());
         assert!(parse_scene(&volume("corrected"), "s.toml", &[]).is_err());
+    }
+
+    #[test]
+    fn struts_without_a_number_are_said_to_be_none() {
+        let notes = |internal: &str| {
+            let scene =
+                format!("[[body]]\nmass = 1.0\nmesh.cube = {{ size = 1.0, divisions = 1 }}\n{internal}");
+            parse_scene(&scene, "s.toml", &[]).unwrap().notes
+        };
+        assert_eq!(
+            notes("springs.internal = { k = 1.0 }"),
+            ["`body[0].springs.internal` makes no struts: it has neither count nor file"]
+        );
+        assert!(notes("springs.internal = { count = 0, k = 1.0 }").is_empty());
+        assert!(notes("springs.internal = { file = \"s.txt\", k = 1.0 }").is_empty());
     }
 }

@@ -329,7 +329,7 @@ fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
     let rest = RestShape::of(&surface, placement.factor);
     let volume = if closed { Some(rest_volume(&rest, &placed, &surface)?) } else { None };
     let mass = mesh_mass(body, &surface, &placed, &rest, volume)?;
-    let lists = at(springs::mesh_springs(&body.springs, &surface, &edges, &rest))?;
+    let lists = springs::mesh_springs(&body.springs, &surface, &edges, &rest)?;
     let far = if rest.is_given() { springs::start_warning(&lists, &placed) } else { None };
     let hinges = if bends(body) { edges.hinges(&surface.triangles) } else { Vec::new() };
     let hinges_at_rest =

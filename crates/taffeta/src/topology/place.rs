@@ -1,6 +1,7 @@
 //! Where a body starts: scale, then rotate, then translate.
 
 use super::measure::{bounds, norm};
+use super::shapes::LARGEST;
 use crate::scene::{Place, Rotation};
 
 /// Scale, then rotate, then translate.
@@ -22,13 +23,24 @@ impl Placement {
             None => place.scale.unwrap_or(1.0),
             Some(wanted) => wanted / extent(nodes),
         };
+        let field = if place.fit.is_some() { "place.fit" } else { "place.scale" };
+        let from = extent(nodes);
         if !(factor > 0.0 && factor.is_finite()) {
-            let field = if place.fit.is_some() { "place.fit" } else { "place.scale" };
+            return Err((
+                field,
+                format!("makes a factor of {factor} from an extent of {from} m; more than 0 would do"),
+            ));
+        }
+        if factor * from > LARGEST {
             let message = format!(
-                "makes a factor of {factor} from an extent of {} m; more than 0 would do",
-                extent(nodes)
+                "makes an extent of {:e} m from {from} m; at most {LARGEST} m would do",
+                factor * from
             );
             return Err((field, message));
+        }
+        if let Some(far) = place.position.iter().find(|x| x.abs() > LARGEST) {
+            let message = format!("is {far:e} m along an axis; within ±{LARGEST} m would do");
+            return Err(("place.position", message));
         }
         let rotation = rotation_matrix(&place.rotation.unwrap_or_default());
         Ok(Self { factor, rotation, position: place.position })
@@ -108,6 +120,16 @@ mod tests {
         let (field, message) = Placement::new(&place, &[[1.0; 3]]).unwrap_err();
         assert_eq!(field, "place.fit");
         assert!(message.contains("extent of 0 m"), "{message}");
+    }
+
+    #[test]
+    fn what_32_bits_cannot_tell_apart_is_refused() {
+        let refused = |place: Place| Placement::new(&place, &[[0.0; 3], [2.0; 3]]).unwrap_err();
+        let (field, message) = refused(Place { scale: Some(1e7), ..Place::default() });
+        assert_eq!((field, message.contains("extent of 2e7 m from 2 m")), ("place.scale", true), "{message}");
+        assert_eq!(refused(Place { fit: Some(1e7), ..Place::default() }).0, "place.fit");
+        let (field, message) = refused(Place { position: [0.0, -1e9, 0.0], ..Place::default() });
+        assert_eq!((field, message.contains("is -1e9 m")), ("place.position", true), "{message}");
     }
 
     #[test]

@@ -5,7 +5,7 @@ mod flat;
 mod given;
 mod round;
 
-pub use check::check;
+pub use check::{LARGEST, check};
 pub use flat::grid_surface;
 
 use super::{Polygons, Surface};

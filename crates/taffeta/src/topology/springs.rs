@@ -3,7 +3,7 @@
 use super::measure::{length, norm, sub};
 use super::struts::{given_struts, struts};
 use super::{Edges, RestShape, Surface};
-use crate::scene::{Internal, Spring, Springs};
+use crate::scene::{Internal, SceneError, Spring, Springs};
 
 /// What a spring is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -55,21 +55,18 @@ pub struct SpringList {
     pub d: f64,
 }
 
-/// Where in the body, as keys, and what is wrong.
-type Refusal = (&'static str, String);
-
-/// The springs of a mesh, at rest as `rest` says; kinds that the body lacks are left out. The error is
-/// (field, message), the field as keys from the body: `springs.shear`.
+/// The springs of a mesh, at rest as `rest` says; kinds that the body lacks are left out. The error's
+/// path is from the body: `springs.shear`.
 pub fn mesh_springs(
     springs: &Springs,
     surface: &Surface,
     edges: &Edges,
     rest: &RestShape,
-) -> Result<Vec<SpringList>, Refusal> {
+) -> Result<Vec<SpringList>, SceneError> {
     if springs.shear.is_some() {
-        return Err((
+        return Err(SceneError::new(
             SpringKind::Shear.field(),
-            "only grids have diagonals; structural and bend would do on a mesh".into(),
+            "only grids have diagonals; structural and bend would do on a mesh",
         ));
     }
     let mut wanted = Vec::new();
@@ -80,12 +77,11 @@ pub fn mesh_springs(
         wanted.push((SpringKind::Bend, bends(surface, edges, rest), spring));
     }
     if let Some(internal) = &springs.internal {
-        let pairs = internal_pairs(internal, surface, edges, rest);
-        let pairs = pairs.map_err(|message| (SpringKind::Internal.field(), message))?;
+        let pairs = internal_pairs(internal, surface, edges, rest)?;
         wanted.push((SpringKind::Internal, pairs, Spring { k: internal.k, d: internal.d }));
     }
     let list = |(kind, (pairs, rest), Spring { k, d }): (SpringKind, Lengths, Spring)| {
-        check_lengths(surface, &pairs, &rest).map_err(|message| (kind.field(), message))?;
+        check_lengths(surface, &pairs, &rest).map_err(|message| SceneError::new(kind.field(), message))?;
         Ok(SpringList { kind, pairs, rest, k, d })
     };
     wanted.into_iter().map(list).collect()
@@ -114,19 +110,25 @@ fn internal_pairs(
     surface: &Surface,
     edges: &Edges,
     rest: &RestShape,
-) -> Result<Lengths, String> {
-    let places = rest.nodes().ok_or(
-        "struts need one place at rest for each node, and the rest shape has seams: its corners at a node lie \
-         apart; a rest shape without seams would do",
-    )?;
+) -> Result<Lengths, SceneError> {
+    let field = SpringKind::Internal.field();
+    let refuse = |message: String| SceneError::new(field, message);
+    let places = rest.nodes().ok_or_else(|| {
+        refuse(
+            "struts need one place at rest for each node, and the rest shape has seams: its corners at a node lie \
+             apart; a rest shape without seams would do"
+                .into(),
+        )
+    })?;
     let pairs = match (&wish.pairs, &wish.file) {
-        (Some(pairs), _) => given_struts(pairs, surface)?,
+        (Some(pairs), _) => given_struts(pairs, surface)
+            .map_err(|(index, message)| SceneError::new(format!("{field}.pairs[{index}]"), message))?,
         (None, Some(file)) => {
-            return Err(format!(
-                "`{file}` is a file, which the engine does not read; taffeta_io::load_scene does"
-            ));
+            let message =
+                format!("`{file}` is a file, which the engine does not read; taffeta_io::load_scene does");
+            return Err(refuse(message));
         }
-        (None, None) => struts(&places, &surface.triangles, edges, wish.count, wish.seed)?,
+        (None, None) => struts(&places, &surface.triangles, edges, wish.count, wish.seed).map_err(refuse)?,
     };
     let lengths = pairs.iter().map(|pair| length(&places, *pair)).collect();
     Ok((pairs, lengths))
@@ -206,7 +208,7 @@ mod tests {
     use crate::scene::{Body, Cube, Mesh};
     use crate::topology::shapes;
 
-    fn of(mesh: Mesh, springs: &Springs, scale: f64) -> Result<Vec<SpringList>, Refusal> {
+    fn of(mesh: Mesh, springs: &Springs, scale: f64) -> Result<Vec<SpringList>, SceneError> {
         let surface = shapes::surface(&mesh).unwrap();
         let edges = Edges::new(surface.nodes.len(), &surface.triangles, &surface.links);
         mesh_springs(springs, &surface, &edges, &RestShape::of(&surface, scale))
@@ -250,10 +252,10 @@ mod tests {
     fn springs_that_cannot_be_are_refused_by_name() {
         let cube = || Mesh::Cube(Cube { size: 1.0, divisions: 1 });
         let shear = Springs { shear: Some(Spring::default()), ..Springs::default() };
-        assert_eq!(of(cube(), &shear, 1.0).unwrap_err().0, "springs.shear");
+        assert_eq!(of(cube(), &shear, 1.0).unwrap_err().path, "springs.shear");
         let file = Internal { file: Some("s.txt".into()), ..Internal::default() };
         let file = Springs { internal: Some(file), ..Springs::default() };
-        assert!(of(cube(), &file, 1.0).unwrap_err().1.contains("`s.txt` is a file"));
+        assert!(of(cube(), &file, 1.0).unwrap_err().message.contains("`s.txt` is a file"));
         let folded = Surface {
             nodes: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0]],
             triangles: vec![[0, 1, 2], [1, 0, 3]],
@@ -262,9 +264,11 @@ mod tests {
         };
         let edges = Edges::new(4, &folded.triangles, &[]);
         let bend = Springs { bend: Some(Spring::default()), ..Springs::default() };
-        let (field, message) =
-            mesh_springs(&bend, &folded, &edges, &RestShape::of(&folded, 1.0)).unwrap_err();
-        assert_eq!(field, "springs.bend");
-        assert!(message.contains("vertices 3 and 0"), "{message}");
+        let error = mesh_springs(&bend, &folded, &edges, &RestShape::of(&folded, 1.0)).unwrap_err();
+        assert_eq!(error.path, "springs.bend");
+        assert!(error.message.contains("vertices 3 and 0"), "{error}");
+        let pairs = Internal { pairs: Some(vec![[0, 7], [3, 8]]), ..Internal::default() };
+        let pairs = Springs { internal: Some(pairs), ..Springs::default() };
+        assert_eq!(of(cube(), &pairs, 1.0).unwrap_err().path, "springs.internal.pairs[1]");
     }
 }

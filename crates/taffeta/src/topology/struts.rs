@@ -64,29 +64,30 @@ pub fn struts(
     Ok(found.into_iter().collect())
 }
 
-/// Struts from a file, as pairs of the user's vertices, to pairs of nodes `[a, b]`, a < b, in the order given.
-pub fn given_struts(pairs: &[[u32; 2]], surface: &Surface) -> Result<Vec<[u32; 2]>, String> {
+/// Struts from a file, as pairs of the user's vertices, to pairs of nodes `[a, b]`, a < b, in the order given. The
+/// error is (index of the pair, message).
+pub fn given_struts(pairs: &[[u32; 2]], surface: &Surface) -> Result<Vec<[u32; 2]>, (usize, String)> {
     let vertices = surface.vertices.len();
     let mut struts = Vec::with_capacity(pairs.len());
     let mut seen = BTreeSet::new();
     for (i, pair) in pairs.iter().enumerate() {
         if let Some(vertex) = pair.iter().find(|v| **v as usize >= vertices) {
             let last = vertices.saturating_sub(1);
-            return Err(format!("strut {i} has vertex {vertex}, 0 to {last} would do"));
+            return Err((i, format!("strut {i} has vertex {vertex}, 0 to {last} would do")));
         }
         let node = |v: u32| surface.node_of_vertex.as_ref().map_or(v, |list| list[v as usize]);
         let [a, b] = pair.map(node);
         let [a, b] = [a.min(b), a.max(b)];
         if b == u32::MAX {
-            return Err(format!(
-                "strut {i} has a vertex that no face uses: {pair:?}; vertices of faces would do"
-            ));
+            let message =
+                format!("strut {i} has a vertex that no face uses: {pair:?}; vertices of faces would do");
+            return Err((i, message));
         }
         if a == b || surface.nodes[a as usize] == surface.nodes[b as usize] {
-            return Err(format!("strut {i} has no length: {pair:?}; two vertices apart would do"));
+            return Err((i, format!("strut {i} has no length: {pair:?}; two vertices apart would do")));
         }
         if !seen.insert([a, b]) {
-            return Err(format!("strut {i} is given twice: {pair:?}; once would do"));
+            return Err((i, format!("strut {i} is given twice: {pair:?}; once would do")));
         }
         struts.push([a, b]);
     }

@@ -11,6 +11,9 @@ const GRID_NODES: u64 = 1 << 31;
 /// Most nodes of a mesh, and half the most triangles: three corners each must be countable in 32 bits.
 pub(super) const MESH_NODES: u64 = 1 << 29;
 
+/// Largest length of a shape [m], and largest extent of a body as placed.
+pub const LARGEST: f64 = 1e6;
+
 /// Checks the sizes of a mesh, or the indices and places of one given as data. The error is (field, message), the
 /// field as keys from the body: `mesh.torus.minor`.
 pub fn check(mesh: &Mesh) -> Result<(), Refusal> {
@@ -88,7 +91,10 @@ fn demand(met: bool, field: &'static str, message: impl FnOnce() -> String) -> R
 }
 
 fn positive(field: &'static str, value: f64) -> Result<(), Refusal> {
-    demand(value > 0.0 && value.is_finite(), field, || format!("is {value} m, more than 0 would do"))
+    demand(value > 0.0 && value.is_finite(), field, || format!("is {value} m, more than 0 would do"))?;
+    demand(value <= LARGEST, field, || {
+        format!("is {value} m, at most {LARGEST} m would do: in metres, 32 bits tell no finer shape apart")
+    })
 }
 
 fn at_least(field: &'static str, value: u32, least: u32) -> Result<(), Refusal> {
@@ -121,6 +127,7 @@ mod tests {
         refused(Mesh::grid(65536, 65536, [1.0; 2]), "mesh.grid", "4294967296 nodes");
         refused(Mesh::chain(0, 1.0), "mesh.chain.links", "1 or more");
         refused(Mesh::chain(3, f64::NAN), "mesh.chain.length", "NaN m");
+        refused(Mesh::chain(3, 1e7), "mesh.chain.length", "is 10000000 m, at most 1000000 m");
         refused(Mesh::Cube(Cube { size: 1.0, divisions: u32::MAX }), "mesh.cube.divisions", "limit");
         refused(
             Mesh::Icosphere(Icosphere { radius: 1.0, subdivisions: 10 }),

@@ -85,7 +85,7 @@ fn struts_from_a_file_are_checked_and_become_nodes() {
     let mut sheet = crate::topology::shapes::grid_surface(2, 2, [1.0; 2]);
     assert_eq!(given_struts(&[[3, 0], [1, 2]], &sheet).unwrap(), [[0, 3], [1, 2]]);
     let refused = |pairs: &[[u32; 2]], words: &str| {
-        let message = given_struts(pairs, &sheet).unwrap_err();
+        let (_, message) = given_struts(pairs, &sheet).unwrap_err();
         assert!(message.contains(words), "{message}");
     };
     refused(&[[0, 1], [4, 0]], "strut 1 has vertex 4, 0 to 3");
@@ -93,5 +93,6 @@ fn struts_from_a_file_are_checked_and_become_nodes() {
     refused(&[[0, 1], [1, 0]], "strut 1 is given twice");
     sheet.node_of_vertex = Some(vec![3, 2, 1, u32::MAX]);
     assert_eq!(given_struts(&[[0, 2]], &sheet).unwrap(), [[1, 3]]);
-    assert!(given_struts(&[[0, 3]], &sheet).unwrap_err().contains("no face uses"));
+    assert!(given_struts(&[[0, 3]], &sheet).unwrap_err().1.contains("no face uses"));
+    assert_eq!(given_struts(&[[0, 2], [0, 9]], &sheet).unwrap_err().0, 1);
 }
