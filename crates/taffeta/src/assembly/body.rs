@@ -76,30 +76,38 @@ impl Assembly {
         .map_err(|e| e.under(&path))?;
         built.name = if body.name.is_empty() { format!("body{index}") } else { body.name.clone() };
         built.first = self.places;
+        self.add_pins(&path, body, &mut built)?;
+        self.places += built.places();
+        self.bodies.push(built);
+        Ok(())
+    }
+
+    /// Holds the nodes of pins, and notes those that move: of several motions of a node the last one counts.
+    fn add_pins(&mut self, path: &str, body: &Body, built: &mut BodyAssembly) -> Result<(), SceneError> {
+        let mut track_of: Vec<u32> = Vec::new();
         for (p, pin) in body.pins.iter().enumerate() {
             let chosen = built.select(&pin.select).map_err(|e| e.under(&format!("{path}.pin[{p}]")))?;
             let track = Track::new(&pin.motion);
+            if !track.is_still() {
+                track_of.resize(built.nodes, u32::MAX);
+            }
             for node in chosen {
                 let local = built.solver_local(node as usize);
                 built.free[local] = false;
                 if !track.is_still() {
-                    self.moving_pins.push(MovingPin {
-                        node: (built.first + local) as u32,
-                        track: self.tracks.len() as u32,
-                        start: built.start[local],
-                    });
+                    track_of[local] = self.tracks.len() as u32;
                 }
             }
-            self.tracks.push(track);
+            if !track.is_still() {
+                self.tracks.push(track);
+            }
         }
-        self.places += built.places();
-        if self.places > i32::MAX as usize {
-            return Err(SceneError::new(
-                path,
-                "the scene has more than 2147483647 nodes; a coarser mesh would do",
-            ));
-        }
-        self.bodies.push(built);
+        let moving = track_of.iter().enumerate().filter(|(_, track)| **track != u32::MAX);
+        self.moving_pins.extend(moving.map(|(local, &track)| MovingPin {
+            node: (built.first + local) as u32,
+            track,
+            start: built.start[local],
+        }));
         Ok(())
     }
 }
@@ -166,7 +174,9 @@ impl BodyAssembly {
 
     /// The user's nodes that a selection means, ascending.
     pub fn select(&self, choice: &Select) -> Result<Vec<u32>, SceneError> {
-        let nodes: Vec<[f64; 3]> = (0..self.nodes).map(|node| self.start[self.solver_local(node)]).collect();
+        // Only a box asks for places, and a body may have many pins.
+        let asked = if choice.inside.is_some() { self.nodes } else { 0 };
+        let nodes: Vec<[f64; 3]> = (0..asked).map(|node| self.start[self.solver_local(node)]).collect();
         let from = Selectable {
             nodes: &nodes,
             vertices: self.vertices(),

@@ -2,6 +2,7 @@
 
 use super::BodyAssembly;
 use crate::scene::{Force, ScaleKey, SceneError};
+use std::collections::HashMap;
 
 /// A load on some nodes.
 pub struct Load {
@@ -29,12 +30,21 @@ pub enum LoadKind {
     },
 }
 
-/// The load of a scene's force; the scene has been validated.
-pub(super) fn load(bodies: &[BodyAssembly], force: &Force) -> Result<Load, SceneError> {
-    let body = bodies
-        .iter()
-        .find(|body| body.name == force.body)
-        .ok_or_else(|| SceneError::new("body", format!("there is no body `{}`", force.body)))?;
+/// The loads of a scene; it has been validated.
+pub(super) fn loads(bodies: &[BodyAssembly], forces: &[Force]) -> Result<Vec<Load>, SceneError> {
+    let by_name: HashMap<&str, &BodyAssembly> =
+        bodies.iter().map(|body| (body.name.as_str(), body)).collect();
+    let named = |force: &Force| {
+        let there_is_none = || SceneError::new("body", format!("there is no body `{}`", force.body));
+        by_name.get(force.body.as_str()).copied().ok_or_else(there_is_none)
+    };
+    let of = |(index, force)| {
+        named(force).and_then(|body| load(body, force)).map_err(|e| e.under(&format!("force[{index}]")))
+    };
+    forces.iter().enumerate().map(of).collect()
+}
+
+fn load(body: &BodyAssembly, force: &Force) -> Result<Load, SceneError> {
     let nodes = body.select_loaded(&force.select)?.into_iter();
     let mut nodes: Vec<u32> = nodes.map(|node| body.solver_index(node as usize) as u32).collect();
     nodes.sort_unstable();

@@ -19,7 +19,7 @@ pub struct Assembly {
     pub bodies: Vec<BodyAssembly>,
     /// Number of places for nodes: each body starts at a multiple of the vector width.
     pub places: usize,
-    /// Pins that move, by solver index.
+    /// Pins that move, ascending by solver index, each node once.
     pub moving_pins: Vec<MovingPin>,
     /// The motions that `moving_pins` follow.
     pub tracks: Vec<Track>,
@@ -61,19 +61,14 @@ impl Assembly {
         for (index, body) in scene.bodies.iter().enumerate() {
             assembly.add_body(index, body)?;
         }
-        for (index, force) in scene.forces.iter().enumerate() {
-            let load =
-                loads::load(&assembly.bodies, force).map_err(|e| e.under(&format!("force[{index}]")))?;
-            assembly.loads.push(load);
-        }
+        assembly.loads = loads::loads(&assembly.bodies, &scene.forces)?;
         assembly.start_pins();
         Ok(assembly)
     }
 
     /// Brings moving pins to where their motion starts. All selections have been made by then: they see the bodies as
-    /// placed, whatever moves them. Of several motions of a node the last one counts.
+    /// placed, whatever moves them.
     fn start_pins(&mut self) {
-        self.moving_pins.sort_by_key(|pin| pin.node);
         let mut bodies = self.bodies.iter_mut().peekable();
         for pin in &self.moving_pins {
             let node = pin.node as usize;

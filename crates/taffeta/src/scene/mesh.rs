@@ -145,12 +145,39 @@ impl Mesh {
             Self::Icosphere(ball) => {
                 10_u64.saturating_mul(4_u64.saturating_pow(ball.subdivisions)).saturating_add(2)
             }
-            Self::UvSphere(ball) => product(ball.rings, ball.segments),
+            Self::UvSphere(ball) => product(ball.rings.saturating_sub(1), ball.segments) + 2,
             Self::Torus(torus) => product(torus.rings, torus.segments),
             Self::Cube(cube) => product(cube.divisions, cube.divisions).saturating_mul(6) + 2,
-            Self::Cylinder(cylinder) => product(cylinder.segments, cylinder.rings) + 2,
+            Self::Cylinder(cylinder) => {
+                let caps = if cylinder.capped { 2 } else { 0 };
+                product(cylinder.segments, cylinder.rings) + u64::from(cylinder.segments) + caps
+            }
             Self::Chain(chain) => u64::from(chain.links) + 1,
             Self::Surface(surface) => surface.nodes.len() as u64,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::topology::shapes::surface;
+
+    #[test]
+    fn the_number_of_nodes_is_known_before_a_shape_is_made() {
+        let can =
+            |capped| Mesh::Cylinder(Cylinder { radius: 1.0, height: 1.0, segments: 5, rings: 3, capped });
+        for mesh in [
+            Mesh::grid(3, 4, [1.0; 2]),
+            Mesh::chain(7, 1.0),
+            Mesh::Icosphere(Icosphere { radius: 1.0, subdivisions: 2 }),
+            Mesh::UvSphere(UvSphere { radius: 1.0, rings: 4, segments: 7 }),
+            Mesh::Torus(Torus { major: 1.0, minor: 0.5, rings: 4, segments: 7 }),
+            Mesh::Cube(Cube { size: 1.0, divisions: 3 }),
+            can(true),
+            can(false),
+        ] {
+            assert_eq!(mesh.nodes(), surface(&mesh).unwrap().nodes.len() as u64, "{mesh:?}");
         }
     }
 }

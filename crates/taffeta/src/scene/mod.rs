@@ -19,6 +19,7 @@ pub use mesh::{Chain, Cube, Cylinder, Grid, Icosphere, Mesh, Torus, UvSphere};
 pub use motion::{Keyframe, Rotation};
 pub use solver::{Method, Solver};
 pub use validate::SceneError;
+pub(crate) use validate::plain;
 pub use world::{Time, World};
 
 use schemars::JsonSchema;

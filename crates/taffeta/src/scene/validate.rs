@@ -1,12 +1,15 @@
 //! Refuses at the door what cannot be simulated, with the place in the scene and what would do.
 
 mod body;
+mod counts;
 mod path;
 #[cfg(test)]
 mod tests;
 
 use super::{Collider, Force, Keyframe, Rotation, Scene, Shape};
+pub(crate) use path::plain;
 use path::{Checked, Path};
+use std::collections::HashMap;
 
 /// What is wrong with a scene, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -27,6 +30,8 @@ impl SceneError {
 
 /// Most sub-steps of a frame.
 const MOST_SUBSTEPS: f64 = 1e6;
+/// Most names in a message.
+const MOST_NAMES: usize = 20;
 
 impl Scene {
     /// Checks everything that can be told without building meshes. The first thing found is the error.
@@ -35,15 +40,17 @@ impl Scene {
         self.check_world()?;
         Path::of("body")
             .demand(!self.bodies.is_empty(), || "the scene has none, one or more would do".into())?;
+        let mut names = HashMap::new();
         for (i, body) in self.bodies.iter().enumerate() {
-            self.check_name(i)?;
+            self.check_name(i, &mut names)?;
             body::check(&Path::item("body", i), body)?;
         }
+        counts::check(self)?;
         for (i, collider) in self.colliders.iter().enumerate() {
             check_collider(&Path::item("collider", i), collider)?;
         }
         for (i, force) in self.forces.iter().enumerate() {
-            self.check_force(&Path::item("force", i), force)?;
+            self.check_force(&Path::item("force", i), force, &names)?;
         }
         Ok(())
     }
@@ -64,8 +71,8 @@ impl Scene {
             path.positive(max_step, "s")?;
             let steps = self.time.dt / max_step;
             path.demand(steps <= MOST_SUBSTEPS, || {
-                let least = self.time.dt / MOST_SUBSTEPS;
-                format!("is {max_step} s, {steps:.0} sub-steps a frame; {least} s or more would do")
+                let (steps, least) = (plain(steps.ceil()), plain(self.time.dt / MOST_SUBSTEPS));
+                format!("is {} s, {steps} sub-steps a frame; {least} s or more would do", plain(max_step))
             })?;
         }
         path.key("frames").demand(self.time.frames >= 1, || "is 0, 1 or more would do".into())
@@ -78,8 +85,8 @@ impl Scene {
         path.key("wind_force").finite(&self.world.wind_force)
     }
 
-    /// A name is the body's own, and that of its output files.
-    fn check_name(&self, index: usize) -> Checked {
+    /// A name is the body's own, and that of its output files. `names` are those of the bodies before.
+    fn check_name(&self, index: usize, names: &mut HashMap<String, usize>) -> Checked {
         let path = Path::item("body", index).key("name");
         let name = self.body_name(index);
         let odd = |c: char| c.is_control() || r#"/\:*?"<>|"#.contains(c);
@@ -87,16 +94,21 @@ impl Scene {
         path.demand(plain && name.len() <= 100, || {
             format!("is {name:?}, but names files too; up to 100 letters, digits, `-` and `_` would do")
         })?;
-        let twin = (0..index).find(|other| self.body_name(*other) == name);
-        path.demand(twin.is_none(), || {
-            format!("is `{name}`, as is that of body[{}]; a name of its own would do", twin.unwrap_or(0))
-        })
+        if let Some(twin) = names.get(&name) {
+            return path
+                .refuse(&format!("is `{name}`, as is that of body[{twin}]; a name of its own would do"));
+        }
+        names.insert(name, index);
+        Ok(())
     }
 
-    fn check_force(&self, path: &Path, force: &Force) -> Checked {
-        let mut names = (0..self.bodies.len()).map(|i| self.body_name(i));
-        path.key("body").demand(names.any(|name| name == force.body), || {
-            let all: Vec<_> = (0..self.bodies.len()).map(|i| format!("`{}`", self.body_name(i))).collect();
+    fn check_force(&self, path: &Path, force: &Force, names: &HashMap<String, usize>) -> Checked {
+        path.key("body").demand(names.contains_key(&force.body), || {
+            let some = self.bodies.len().min(MOST_NAMES);
+            let mut all: Vec<_> = (0..some).map(|i| format!("`{}`", self.body_name(i))).collect();
+            if some < self.bodies.len() {
+                all.push(format!("{} more", self.bodies.len() - some));
+            }
             format!("there is no body `{}`; {} would do", force.body, all.join(", "))
         })?;
         body::check_select(&path.key("select"), &force.select)?;

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 /// What a selection chooses from: a body at its start.
 #[derive(Clone, Copy, Debug)]
 pub struct Selectable<'a> {
-    /// Places of the nodes in the scene [m].
+    /// Places of the nodes in the scene [m]; for a selection without a box, none will do.
     pub nodes: &'a [[f64; 3]],
     /// Number of vertices in the user's order.
     pub vertices: usize,

@@ -56,5 +56,11 @@ impl Path {
 }
 
 fn quantity(value: f64, unit: &str) -> String {
-    format!("{value} {unit}").trim_end().into()
+    format!("{} {unit}", plain(value)).trim_end().into()
+}
+
+/// A number for people: with an exponent where it would have many zeros.
+pub(crate) fn plain(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-4..1e9).contains(&size) { value.to_string() } else { format!("{value:e}") }
 }

@@ -41,6 +41,11 @@ fn times_must_lead_forwards() {
     refused(|s| s.time.dt = 0.0, "time.dt", "is 0 s, more than 0");
     refused(|s| s.time.max_step = Some(-0.1), "time.max_step", "is -0.1 s");
     refused(|s| s.time.max_step = Some(1e-9), "time.max_step", "16666667 sub-steps a frame");
+    refused(
+        |s| s.time.max_step = Some(1e-300),
+        "time.max_step",
+        "is 1e-300 s, 1.6666666666666665e298 sub-steps",
+    );
     refused(|s| s.time.frames = 0, "time.frames", "1 or more");
     let keys = vec![Keyframe::translate(1.0, [0.0; 3]), Keyframe::translate(1.0, [0.0; 3])];
     refused(
@@ -98,6 +103,32 @@ fn shapes_and_places_must_make_sense() {
         s.bodies[0].springs.internal = Some(twice);
     };
     refused(soft, "body[0].springs.internal", "count = 3 and a file");
+}
+
+#[test]
+fn a_scene_has_no_more_of_anything_than_32_bits_can_number() {
+    let half = |s: &mut Scene| s.bodies[0].mesh = Mesh::grid(32768, 32768, [1.0; 2]);
+    let twice = |s: &mut Scene| {
+        half(s);
+        s.bodies.push(Body { name: "twin".into(), ..s.bodies[0].clone() });
+    };
+    refused(twice, "body[1].mesh", "to 2147483648 nodes, 2147483647 are the limit");
+    let hinged = |s: &mut Scene| {
+        half(s);
+        s.bodies[0].springs.hinge = Some(Hinge::default());
+    };
+    refused(hinged, "body[0].springs.hinge", "about 3221225472 hinges, 1073741824 are the limit");
+    let struts = |s: &mut Scene| {
+        s.bodies[0].kind = Kind::Soft;
+        s.bodies[0].springs.internal = Some(Internal { count: u32::MAX, ..Internal::default() });
+    };
+    refused(struts, "body[0].springs.internal", "count = 4294967295, 268435456 struts");
+    let many = |s: &mut Scene| {
+        let first = s.bodies[0].clone();
+        s.bodies.extend((1..30).map(|i| Body { name: format!("b{i}"), ..first.clone() }));
+        s.forces.push(Force { body: "none".into(), ..load() });
+    };
+    refused(many, "force[0].body", "`b19`, 10 more would do");
 }
 
 #[test]

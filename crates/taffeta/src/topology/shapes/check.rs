@@ -1,7 +1,7 @@
 //! Whether a shape's numbers make sense.
 
 use super::given::check_surface;
-use crate::scene::{Cylinder, Grid, Mesh, Torus};
+use crate::scene::{Cylinder, Grid, Mesh, Torus, plain};
 
 /// Where in the body, as keys, and what is wrong.
 type Refusal = (&'static str, String);
@@ -91,10 +91,10 @@ fn demand(met: bool, field: &'static str, message: impl FnOnce() -> String) -> R
 }
 
 fn positive(field: &'static str, value: f64) -> Result<(), Refusal> {
-    demand(value > 0.0 && value.is_finite(), field, || format!("is {value} m, more than 0 would do"))?;
-    demand(value <= LARGEST, field, || {
-        format!("is {value} m, at most {LARGEST} m would do: in metres, 32 bits tell no finer shape apart")
-    })
+    demand(value > 0.0 && value.is_finite(), field, || {
+        format!("is {} m, more than 0 would do", plain(value))
+    })?;
+    demand(value <= LARGEST, field, || format!("is {} m, at most {LARGEST} m would do", plain(value)))
 }
 
 fn at_least(field: &'static str, value: u32, least: u32) -> Result<(), Refusal> {
