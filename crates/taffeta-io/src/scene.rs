@@ -13,6 +13,7 @@ mod words;
 pub use source::{LoadError, Place, SceneSource};
 
 use serde::Deserialize;
+use std::io::Read;
 use std::path::Path;
 use taffeta::scene::Scene;
 
@@ -27,10 +28,27 @@ pub struct Loaded {
     pub notes: Vec<String>,
 }
 
+/// Longest scene [byte]: as a document it takes up to a hundred times as much memory.
+const LARGEST: usize = 10_000_000;
+
+/// The bytes of a file, up to one more than a scene may have.
+fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(LARGEST as u64 + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
 /// Reads a scene file, applies `sets` (each `PATH=VALUE`) and loads the files that it names.
 pub fn load_scene(path: &Path, sets: &[String]) -> Result<Loaded, LoadError> {
     let file = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|e| LoadError::in_file(&file, format!("cannot be read: {e}")))?;
+    let bytes = read(path).map_err(|e| LoadError::in_file(&file, format!("cannot be read: {e}")))?;
+    if bytes.len() > LARGEST {
+        let message = format!(
+            "has more than {LARGEST} bytes, the most that a scene may have; long lists of nodes are better groups of a \
+             mesh file, and of struts a file of their own"
+        );
+        return Err(LoadError::in_file(&file, message));
+    }
     let text = String::from_utf8(bytes).map_err(|e| {
         let good = e.utf8_error().valid_up_to();
         let text = String::from_utf8_lossy(&e.as_bytes()[..good]).into_owned();

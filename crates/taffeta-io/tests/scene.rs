@@ -322,6 +322,15 @@ fn struts_come_from_their_file() {
 }
 
 #[test]
+fn a_scene_too_long_to_be_read_is_refused_before_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.toml");
+    fs::write(&file, "[".repeat(10_000_001)).unwrap();
+    let error = load_scene(&file, &[]).unwrap_err();
+    assert!(error.message.starts_with("has more than 10000000 bytes"), "{error}");
+}
+
+#[test]
 fn a_scene_that_is_not_text_names_the_place() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("s.toml");

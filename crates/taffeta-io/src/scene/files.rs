@@ -9,6 +9,9 @@ use std::sync::Arc;
 use taffeta::scene::{Body, Mesh};
 use taffeta::topology::Surface;
 
+/// Longest list of struts [byte]: some twenty million.
+const LONGEST_LIST: u64 = 1 << 28;
+
 /// Replaces the files that the scene names by what is in them.
 pub(super) fn fill(loaded: &mut Loaded, scene_file: &Path) -> Result<(), LoadError> {
     let folders = Folders::of(scene_file, std::env::var_os("TAFFETA_MODELS").map(Into::into));
@@ -95,8 +98,15 @@ fn fill_pairs(
     let Some(name) = &internal.file else { return Ok(()) };
     let place = format!("{path}.springs.internal.file");
     let file = found(folders, name, &place, source)?;
-    let text = std::fs::read_to_string(&file)
-        .map_err(|error| source.at_path(&place, format!("{}: cannot be read: {error}", file.display())))?;
+    let refuse = |what: String| source.at_path(&place, format!("{}: {what}", file.display()));
+    let unread = |error: std::io::Error| refuse(format!("cannot be read: {error}"));
+    let bytes = std::fs::metadata(&file).map_err(unread)?.len();
+    if bytes > LONGEST_LIST {
+        return Err(refuse(format!(
+            "has {bytes} bytes, {LONGEST_LIST} are the limit; fewer struts would do"
+        )));
+    }
+    let text = std::fs::read_to_string(&file).map_err(unread)?;
     let (pairs, lines) = read_pairs(&text, &file.display().to_string())?;
     internal.pairs = Some(pairs);
     source.lists.push(ListFile {

@@ -10,6 +10,8 @@ use std::collections::BTreeSet;
 const INWARD: f64 = 1e-3;
 /// Up to this number of nodes every pair is tried before too few struts are found.
 const FEW_NODES: usize = 2048;
+/// Pairs that are tried to tell how many struts there may be.
+const SAMPLE: u32 = 4096;
 /// Tries in a row without a strut after which the search by chance ends.
 const PATIENCE: u32 = 100_000;
 
@@ -41,6 +43,12 @@ pub fn struts(
         corners: Csr::corners(nodes.len(), triangles),
         obstacles: Obstacles::new(nodes, triangles),
     };
+    let most = if nodes.len() > FEW_NODES { inside.about() } else { u64::MAX };
+    if u64::from(count) > most {
+        return Err(format!(
+            "{count} struts are asked for, and no more than about {most} fit inside; fewer would do"
+        ));
+    }
     let mut random = SplitMix64::new(seed);
     let mut found = BTreeSet::new();
     let mut misses = 0;
@@ -131,6 +139,17 @@ impl Inside<'_> {
             nearest.add_sector(d, e, f, n);
         }
         nearest.distance > INWARD && dot(d, nearest.normal) < 0.0
+    }
+
+    /// Above the number of struts that there are, with all but certainty: from the share of a sample (five standard
+    /// deviations more), and at most all pairs but the edges.
+    fn about(&self) -> u64 {
+        let nodes = self.nodes.len() as u64;
+        let pairs = (nodes * nodes.saturating_sub(1) / 2).saturating_sub(self.edges.pairs.len() as u64);
+        let mut random = SplitMix64::new(0);
+        let hits = (0..SAMPLE).filter(|_| self.has(random.pair(self.nodes.len()))).count() as f64;
+        let share = (hits + 5.0 * hits.sqrt() + 25.0) / f64::from(SAMPLE);
+        if share < 1.0 { (share * pairs as f64) as u64 } else { pairs }
     }
 
     /// Adds struts from all that there are, in an order by chance, up to `count`.

@@ -50,6 +50,17 @@ fn the_cube_of_the_paper_gets_its_625_struts_and_none_lies_in_a_face() {
     assert!(found.iter().all(|pair| stays(&cube, *pair, |p| p.iter().all(|x| x.abs() < 1.0))));
 }
 
+#[test]
+fn more_struts_than_a_large_mesh_can_hold_are_refused_by_a_sample() {
+    // 9,602 nodes make 46 million pairs; a sixth of them lie in one face and are no struts.
+    let cube = surface(&Mesh::Cube(Cube { size: 1.0, divisions: 40 })).unwrap();
+    let refused = find(&cube, 46_000_000, 1).unwrap_err();
+    let words = refused.strip_prefix("46000000 struts are asked for, and no more than about ").unwrap();
+    let about: f64 = words.split(' ').next().unwrap().parse().unwrap();
+    assert!(about > 38e6 && about < 42e6, "{about}");
+    assert!(find(&cube, 1000, 1).is_ok());
+}
+
 /// An L: three unit cubes, whose inner edge 3–9 makes the cone at its ends neither convex nor flat.
 #[test]
 fn a_reflex_edge_lets_struts_go_inward_only() {
