@@ -166,6 +166,8 @@ fn wrong_overrides_are_named_by_their_text() {
     assert!(refused(FLAG, &["collider.3.friction=1"]).contains("has no element 3; it has 1"));
     assert!(refused(FLAG, &["time.frames.x=1"]).contains("`time.frames` is 300: it has no `x`"));
     assert!(refused(FLAG, &["time.frames"]).contains("has no `=`"));
+    let deep = refused(FLAG, &[&format!("title{}=1", ".a".repeat(50_000))]);
+    assert!(deep.contains("…: has 50001 steps, 32 are the most") && deep.len() < 500, "{deep}");
     for path in ["", ".", "a..b", "a.", "a[", "a[]", "\"a", "\"a\"b", "a[0]b", "[[["] {
         let error = refused(FLAG, &[&format!("{path}=1")]);
         assert!(error.starts_with(&format!("--set {path}=1: ")), "{error}");

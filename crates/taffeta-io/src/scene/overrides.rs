@@ -4,6 +4,9 @@ use super::document::{Entry, Node, Origin, Value, parse_set_value};
 use super::fault::Fault;
 use super::words::nearest_of;
 
+/// Most steps of a path; deeper ones lead nowhere.
+const DEEPEST: usize = 32;
+
 /// Applies the override number `index`, `body.flag.springs.structural.k=500`.
 pub(super) fn apply(root: &mut Node, index: usize, text: &str) -> Result<(), Fault> {
     let origin = Origin::Set(index);
@@ -15,6 +18,9 @@ pub(super) fn apply(root: &mut Node, index: usize, text: &str) -> Result<(), Fau
     let steps = steps(path).ok_or_else(|| {
         refuse(format!("`{path}` is not a path; write keys, names and indices with dots: body.flag.mass"))
     })?;
+    if steps.len() > DEEPEST {
+        return Err(refuse(format!("has {} steps, {DEEPEST} are the most that a scene has", steps.len())));
+    }
     let mut node = root;
     let mut done = String::new();
     for step in &steps {

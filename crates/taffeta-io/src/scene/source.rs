@@ -38,7 +38,10 @@ impl fmt::Display for Place {
         match self {
             Place::File(file) => f.write_str(file),
             Place::At { file, line, column } => write!(f, "{file}:{line}:{column}"),
-            Place::Set(text) => write!(f, "--set {text}"),
+            Place::Set(text) => match text.char_indices().nth(200) {
+                Some((end, _)) => write!(f, "--set {}…", &text[..end]),
+                None => write!(f, "--set {text}"),
+            },
         }
     }
 }

@@ -305,15 +305,4 @@ impl Body {
             _ => None,
         }
     }
-
-    /// Memory [byte] that building the body takes at its peak, roughly: a grid's springs follow from its size, a mesh's
-    /// springs, edges and tables are kept.
-    pub(super) fn memory_needed(&self) -> u64 {
-        const GRID_NODE: u64 = 180;
-        const MESH_NODE: u64 = 900;
-        const HINGE: u64 = 3 * 200;
-        let hinges = if self.springs.hinge.is_some() { HINGE } else { 0 };
-        let each = if matches!(self.mesh, Mesh::Grid(_)) { GRID_NODE } else { MESH_NODE };
-        self.mesh.nodes().saturating_mul(each + hinges)
-    }
 }

@@ -6,6 +6,7 @@
 mod body;
 mod collider;
 mod force;
+mod memory;
 mod mesh;
 mod motion;
 mod solver;
@@ -15,6 +16,7 @@ mod world;
 pub use body::{Body, Bounds, Hinge, Internal, Kind, Mass, Pin, Place, Select, Spring, Springs};
 pub use collider::{Collider, Plane, Shape, Sphere};
 pub use force::{Force, ScaleKey, Torque};
+pub use memory::MemoryNeeded;
 pub use mesh::{Chain, Cube, Cylinder, Grid, Icosphere, Mesh, Torus, UvSphere};
 pub use motion::{Keyframe, Rotation};
 pub use solver::{Method, Solver};
@@ -70,11 +72,6 @@ impl Scene {
     pub fn force(mut self, force: Force) -> Self {
         self.forces.push(force);
         self
-    }
-
-    /// Memory [byte] that building the scene takes at its peak, roughly.
-    pub fn memory_needed(&self) -> u64 {
-        self.bodies.iter().map(Body::memory_needed).sum()
     }
 
     /// Sets the frame length [s] and the longest sub-step [s].

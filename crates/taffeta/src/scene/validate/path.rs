@@ -2,6 +2,10 @@
 
 use super::SceneError;
 
+/// Largest and smallest size of a number: beyond, 32 bits and squares have no room for it.
+const LARGEST: f64 = 1e15;
+const SMALLEST: f64 = 1e-15;
+
 pub(super) type Checked = Result<(), SceneError>;
 
 /// Keys and indices from the scene down: `body[0].pin[1].motion[2].t`.
@@ -33,18 +37,28 @@ impl Path {
     }
 
     pub(super) fn positive(&self, value: f64, unit: &str) -> Checked {
-        let met = value > 0.0 && value.is_finite();
-        self.demand(met, || format!("is {}, more than 0 would do", quantity(value, unit)))
+        self.demand(value > 0.0 && value.is_finite(), || {
+            format!("is {}, more than 0 would do", quantity(value, unit))
+        })?;
+        let within = format!("{} to {}", plain(SMALLEST), quantity(LARGEST, unit));
+        self.demand((SMALLEST..=LARGEST).contains(&value), || {
+            format!("is {}, {within} would do", quantity(value, unit))
+        })
     }
 
     pub(super) fn not_negative(&self, value: f64, unit: &str) -> Checked {
         let met = value >= 0.0 && value.is_finite();
-        self.demand(met, || format!("is {}, 0 or more would do", quantity(value, unit)))
+        self.demand(met, || format!("is {}, 0 or more would do", quantity(value, unit)))?;
+        self.demand(value <= LARGEST, || {
+            format!("is {}, up to {} would do", quantity(value, unit), quantity(LARGEST, unit))
+        })
     }
 
     pub(super) fn finite(&self, values: &[f64]) -> Checked {
-        let odd = values.iter().find(|x| !x.is_finite());
-        self.demand(odd.is_none(), || format!("is {values:?}, finite numbers would do"))
+        let odd = values.iter().any(|x| !x.is_finite());
+        self.demand(!odd, || format!("is {values:?}, finite numbers would do"))?;
+        let far = values.iter().any(|x| x.abs() > LARGEST);
+        self.demand(!far, || format!("is {values:?}, numbers up to {} would do", plain(LARGEST)))
     }
 
     /// A vector whose length does not matter, but that has one.

@@ -1,0 +1,215 @@
+//! How much memory a scene will take, told before any of it is taken.
+
+use super::{Body, Mesh, Scene, Select};
+use crate::topology::Surface;
+
+/// Memory that building and running a scene takes at its peak, in 64 bits (in 32 bits it is up to a third less),
+/// beyond that of the scene itself. Results that hold faces come on top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MemoryNeeded {
+    /// In all [byte].
+    pub bytes: u64,
+    /// What takes most of it, with its numbers.
+    pub mostly: String,
+    /// What would take less.
+    pub remedy: &'static str,
+}
+
+// Bytes, measured as peaks of resident memory from 10 MB to 2 GB.
+const BODY: u64 = 800;
+const GRID_NODE: u64 = 150;
+const NODE: u64 = 160;
+const TRIANGLE: u64 = 16;
+const EDGE: u64 = 20;
+const SPRING: u64 = 165;
+const GRID_HINGE: u64 = 135;
+const STRUT: u64 = 175;
+const MOVING_PIN: u64 = 40;
+const SUBSTEP: u64 = 60;
+const POSE: u64 = 200;
+const COLLIDER: u64 = 160;
+const LOAD: u64 = 8;
+
+/// A part of the memory, with words that are made only when they are asked for.
+struct Part<'a> {
+    bytes: u64,
+    mostly: Box<dyn Fn() -> String + 'a>,
+    remedy: &'static str,
+}
+
+impl Scene {
+    /// Memory that building and running the scene takes at its peak, within some tens of percent.
+    pub fn memory_needed(&self) -> MemoryNeeded {
+        let parts = self.bodies.iter().enumerate().flat_map(|(index, body)| self.body_parts(index, body));
+        let mut bytes = 0_u64;
+        let mut largest: Option<Part> = None;
+        for part in parts.chain([self.frame_part()]) {
+            bytes = bytes.saturating_add(part.bytes);
+            if largest.as_ref().is_none_or(|so_far| part.bytes > so_far.bytes) {
+                largest = Some(part);
+            }
+        }
+        let (mostly, remedy) = largest.map_or_else(Default::default, |part| ((part.mostly)(), part.remedy));
+        MemoryNeeded { bytes, mostly, remedy }
+    }
+
+    fn body_parts<'a>(&'a self, index: usize, body: &'a Body) -> [Part<'a>; 2] {
+        let count =
+            body.springs.internal.as_ref().map_or(0, |wish| {
+                wish.pairs.as_ref().map_or(u64::from(wish.count), |pairs| pairs.len() as u64)
+            });
+        let nodes = body.mesh.nodes();
+        [
+            Part {
+                bytes: body.mesh_bytes(),
+                mostly: Box::new(move || format!("the {nodes} nodes of body `{}`", self.body_name(index))),
+                remedy: "a coarser mesh would do",
+            },
+            Part {
+                bytes: count.saturating_mul(STRUT),
+                mostly: Box::new(move || format!("the {count} struts of body `{}`", self.body_name(index))),
+                remedy: "fewer struts would do",
+            },
+        ]
+    }
+
+    /// What the sub-steps of a frame are told.
+    fn frame_part(&self) -> Part<'_> {
+        let steps = u64::from(self.time.substeps());
+        let moving =
+            self.bodies.iter().flat_map(|body| &body.pins).filter(|pin| !pin.motion.is_empty()).count();
+        let [poses, colliders, loads] =
+            [moving, self.colliders.len(), self.forces.len()].map(|count| count as u64);
+        let each = SUBSTEP + poses * POSE + colliders * COLLIDER + loads * LOAD;
+        Part {
+            bytes: steps.saturating_mul(each),
+            mostly: Box::new(move || {
+                format!(
+                    "{steps} sub-steps a frame with {poses} moving pins, {colliders} colliders, {loads} forces"
+                )
+            }),
+            remedy: "a shorter time.dt, a longer time.max_step or fewer of these would do",
+        }
+    }
+}
+
+impl Body {
+    /// Of nodes, springs and hinges [byte].
+    fn mesh_bytes(&self) -> u64 {
+        let nodes = self.mesh.nodes();
+        let pins = self.moving_nodes().saturating_mul(MOVING_PIN);
+        let hinged = u64::from(self.springs.hinge.is_some());
+        let mesh = match &self.mesh {
+            Mesh::Grid(_) => nodes.saturating_mul(GRID_NODE + 3 * hinged * GRID_HINGE),
+            mesh => {
+                let [surface, triangles, edges] = extent(mesh);
+                let springs = [self.springs.structural, self.springs.bend].iter().flatten().count() as u64;
+                let edge = EDGE + (springs + hinged) * SPRING;
+                let tables = [nodes.saturating_mul(NODE), triangles.saturating_mul(TRIANGLE)];
+                tables
+                    .iter()
+                    .fold(surface.saturating_add(edges.saturating_mul(edge)), |sum, b| sum.saturating_add(*b))
+            }
+        };
+        mesh.saturating_add(pins).saturating_add(BODY)
+    }
+
+    /// Nodes that follow keyframes, at most.
+    fn moving_nodes(&self) -> u64 {
+        let moving = self.pins.iter().filter(|pin| !pin.motion.is_empty());
+        let nodes = moving.fold(0_u64, |sum, pin| sum.saturating_add(self.most_selected(&pin.select)));
+        nodes.min(self.mesh.nodes())
+    }
+
+    fn most_selected(&self, select: &Select) -> u64 {
+        let within = |[first, last]: [u32; 2]| u64::from(last.saturating_sub(first)) + 1;
+        let listed = select.nodes.as_ref().map(|nodes| nodes.len() as u64);
+        let on_grid = match &self.mesh {
+            Mesh::Grid(grid) if select.rows.is_some() || select.cols.is_some() => {
+                let rows = select.rows.map_or(u64::from(grid.rows), within);
+                Some(rows.saturating_mul(select.cols.map_or(u64::from(grid.cols), within)))
+            }
+            _ => None,
+        };
+        let most = self.mesh.nodes();
+        listed.unwrap_or(most).min(on_grid.unwrap_or(most))
+    }
+}
+
+/// Bytes of a mesh's surface, and its numbers of triangles and edges; by Euler's formula, to within holes and handles.
+fn extent(mesh: &Mesh) -> [u64; 3] {
+    const SHAPE_NODE: u64 = 104;
+    let nodes = mesh.nodes();
+    match mesh {
+        Mesh::Chain(_) => [nodes.saturating_mul(SHAPE_NODE / 2), 0, nodes],
+        Mesh::Surface(surface) => {
+            let triangles = surface.triangles.len() as u64;
+            [bytes_of(surface), triangles, nodes + triangles + surface.links.len() as u64]
+        }
+        _ => [SHAPE_NODE, 2, 3].map(|each| nodes.saturating_mul(each)),
+    }
+}
+
+fn bytes_of(surface: &Surface) -> u64 {
+    let of = |count: usize, each: u64| count as u64 * each;
+    let uvs = surface.uvs.as_ref().map_or(0, |uvs| of(uvs.coords.len(), 8) + of(uvs.corners.len(), 4));
+    of(surface.vertices.len() + surface.nodes.len(), 24)
+        + of(surface.node_of_vertex.as_ref().map_or(0, Vec::len), 4)
+        + of(surface.triangles.len(), 12)
+        + of(surface.polygons.offsets.len() + surface.polygons.corners.len(), 4)
+        + of(surface.rest.as_ref().map_or(0, Vec::len), 72)
+        + of(surface.links.len(), 8)
+        + surface.groups.iter().map(|(_, members)| of(members.len(), 4)).sum::<u64>()
+        + uvs
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Collider, Cube, Internal, Keyframe, Mass};
+    use crate::topology::shapes;
+    use std::sync::Arc;
+
+    fn sheet(side: u32) -> Body {
+        Body::cloth("sheet", Mesh::grid(side, side, [1.0; 2])).with_mass(Mass::Node(1.0)).structural(1.0, 0.0)
+    }
+
+    fn needed(body: Body) -> u64 {
+        Scene::new("").body(body).memory_needed().bytes
+    }
+
+    #[test]
+    fn what_takes_most_is_named_with_its_numbers() {
+        let needed = Scene::new("").body(sheet(2)).body(sheet(1000)).memory_needed();
+        assert_eq!(needed.mostly, "the 1000000 nodes of body `sheet`");
+        let mut cube = Body::soft("cube", Mesh::Cube(Cube { size: 1.0, divisions: 2 }));
+        cube.springs.internal = Some(Internal { count: 1_000_000, ..Internal::default() });
+        let needed = Scene::new("").body(cube).memory_needed();
+        assert_eq!(
+            (needed.mostly.as_str(), needed.remedy),
+            ("the 1000000 struts of body `cube`", "fewer struts would do")
+        );
+        let balls = (0..100).map(|_| Collider::sphere([0.0; 3], 1.0));
+        let mut scene = Scene::new("").body(sheet(2)).time(1.0, 1e-5);
+        scene.colliders.extend(balls);
+        let needed = scene.memory_needed();
+        assert!(needed.mostly.starts_with("100000 sub-steps a frame with 0 moving pins, 100 colliders"));
+        assert!(needed.bytes > 100 * 100_000 * 100);
+    }
+
+    #[test]
+    fn sizes_beyond_counting_do_not_overflow() {
+        let endless = Body { mesh: Mesh::grid(u32::MAX, u32::MAX, [1.0; 2]), ..sheet(2) }.hinge(1.0, 0.0);
+        assert_eq!(needed(endless), u64::MAX);
+        let all = Select { rows: Some([0, u32::MAX]), ..Select::default() };
+        assert!(needed(sheet(2).pin_moving(all, vec![Keyframe::default()])) < 2000);
+    }
+
+    #[test]
+    fn a_shape_and_the_same_as_data_need_about_the_same() {
+        let shape = Mesh::Cube(Cube { size: 1.0, divisions: 50 });
+        let data = Mesh::Surface(Arc::new(shapes::surface(&shape).unwrap()));
+        let [shape, data] = [shape, data].map(|mesh| needed(Body { mesh, ..sheet(2) }) as f64);
+        assert!((data / shape - 1.0).abs() < 0.05, "{data} and {shape}");
+    }
+}
