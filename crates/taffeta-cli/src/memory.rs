@@ -14,14 +14,20 @@ struct Free {
 /// Refuses a scene that needs more memory than is free, with the numbers. What is impossible as a scene passes: the
 /// engine says better what is wrong with it, and where.
 pub fn check(scene: &Scene) -> Result<(), Failure> {
+    check_run(scene, false)
+}
+
+/// As [`check`], for a run whose results hold faces or normals, or do not.
+pub fn check_run(scene: &Scene, faces: bool) -> Result<(), Failure> {
     let Some(free) = available() else { return Ok(()) };
     let needed = scene.memory_needed();
-    if needed.bytes <= free.bytes || scene.validate().is_err() {
+    let bytes = needed.bytes.saturating_add(if faces { needed.faces } else { 0 });
+    if bytes <= free.bytes || scene.validate().is_err() {
         return Ok(());
     }
     Err(Failure::Input(format!(
         "the scene needs about {} of memory, most of it for {}, and {} are free{}; {}",
-        size(needed.bytes),
+        size(bytes),
         needed.mostly,
         size(free.bytes),
         free.limit,

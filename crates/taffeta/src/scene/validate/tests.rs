@@ -41,11 +41,9 @@ fn times_must_lead_forwards() {
     refused(|s| s.time.dt = 0.0, "time.dt", "is 0 s, more than 0");
     refused(|s| s.time.max_step = Some(-0.1), "time.max_step", "is -0.1 s");
     refused(|s| s.time.max_step = Some(1e-9), "time.max_step", "16666667 sub-steps a frame");
-    refused(
-        |s| s.time.max_step = Some(1e-300),
-        "time.max_step",
-        "is 1e-300 s, 1.6666666666666665e298 sub-steps",
-    );
+    let tiny = |step| move |s: &mut Scene| s.time.max_step = Some(step);
+    refused(tiny(1e-14), "time.max_step", "is 1e-14 s, 1.666666666667e12 sub-steps a frame");
+    refused(tiny(1e-300), "time.max_step", "is 1e-300 s, 1e-15 to 1e15 s would do");
     refused(|s| s.time.frames = 0, "time.frames", "1 or more");
     let keys = vec![Keyframe::translate(1.0, [0.0; 3]), Keyframe::translate(1.0, [0.0; 3])];
     refused(
@@ -60,6 +58,8 @@ fn times_must_lead_forwards() {
 #[test]
 fn numbers_must_be_finite_and_not_below_their_floor() {
     refused(|s| s.world.gravity[1] = f64::NAN, "world.gravity", "NaN");
+    refused(|s| s.world.gravity[1] = 1e300, "world.gravity", "numbers up to 1e15");
+    refused(|s| s.world.drag = 1e300, "world.drag", "is 1e300 kg/s, up to 1e15 kg/s");
     refused(|s| s.world.drag = -1.0, "world.drag", "is -1 kg/s, 0 or more");
     refused(|s| s.bodies[0].place.position[2] = f64::INFINITY, "body[0].place.position", "finite");
     let springs = |s: &mut Scene| s.bodies[0].springs.structural = Some(Spring { k: -5.0, d: 0.0 });
