@@ -36,7 +36,6 @@ pub fn check_run(scene: &Scene, faces: bool) -> Result<(), Failure> {
 }
 
 /// A warning if results of `bytes` will not fit onto the disk that holds `dir` (or will, once it exists).
-#[allow(dead_code, reason = "for runs, which know the size of their results")]
 pub fn disk_warning(dir: &Path, bytes: u64) -> Option<String> {
     let free = free_on_disk(dir)?;
     (bytes > free).then(|| {

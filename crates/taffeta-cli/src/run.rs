@@ -95,8 +95,8 @@ impl Arithmetic {
 pub fn run(args: &Args) -> Result<(), Failure> {
     args.refuse_unsupported()?;
     let loaded = taffeta_io::load_scene(&args.scene, &args.sets)?;
-    memory::check(&loaded.scene)?;
     let plan = Plan::new(args, &loaded)?;
+    memory::check_run(&loaded.scene, plan.formats.iter().any(|format| format.has_faces()))?;
     let options = Options { threads: args.threads.map(usize::from), precision: plan.precision };
     let simulation =
         Simulation::new(&loaded.scene, &options).map_err(|error| loaded.source.locate(&error))?;
@@ -195,7 +195,8 @@ fn opening(loaded: &Loaded, simulation: &Simulation, backend: Backend, plan: &Pl
         lines.extend(body.repairs.iter().map(|repair| format!("    {}", console::mended(repair))));
     }
     lines.extend(loaded.notes.iter().map(|note| format!("note: {note}")));
-    lines.extend(simulation.warnings().iter().map(|warning| format!("warning: {warning}")));
+    let disk = memory::disk_warning(&plan.dir, plan.bytes(simulation));
+    lines.extend(simulation.warnings().iter().chain(&disk).map(|warning| format!("warning: {warning}")));
     lines.extend(plan.going_on());
     lines.push(match backend {
         Backend::Auto => format!("{} (cpu: this build has no GPU backend yet)", simulation.device()),

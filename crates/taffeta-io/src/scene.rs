@@ -10,6 +10,7 @@ mod source;
 mod unused;
 mod words;
 
+pub use files::read_pairs;
 pub use source::{LoadError, Place, SceneSource};
 
 use serde::Deserialize;

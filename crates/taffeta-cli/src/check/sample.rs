@@ -47,7 +47,7 @@ impl Sample {
 
     /// Memory that building the scene takes [byte], roughly.
     pub fn memory(&self, surface: &Arc<Surface>) -> u64 {
-        self.scene(surface).memory_needed()
+        self.scene(surface).memory_needed().bytes
     }
 
     /// Shortens the step to one that all nodes stand, of one digit, unless there are very many.

@@ -5,8 +5,8 @@ use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
-use taffeta::Simulation;
 use taffeta::topology::Surface;
+use taffeta::{BodyInfo, Simulation};
 use taffeta_io::output::{
     FrameSink, GlbBody, Npy, Pc2, Positions, Usd, Vtu, file_stems, write_glb, write_obj, write_ply,
 };
@@ -82,7 +82,7 @@ impl Pose<'_> {
 
 fn poses_of<'a>(simulation: &'a Simulation, positions: &Positions<'a>, poses: Poses) -> Vec<Pose<'a>> {
     let mut first = 0;
-    let mut pose = |(index, body): (usize, &'a taffeta::BodyInfo)| {
+    let mut pose = |(index, body): (usize, &'a BodyInfo)| {
         let range = first..first + body.vertices;
         first = range.end;
         Some(Pose {
@@ -107,6 +107,29 @@ impl Format {
             Self::Npy | Self::Pc2 | Self::Usda | Self::Vtu => true,
             Self::Ply | Self::Obj | Self::Glb => false,
         }
+    }
+
+    /// Whether it holds faces or normals, which take memory while it is written.
+    pub fn has_faces(self) -> bool {
+        !matches!(self, Self::Npy | Self::Pc2)
+    }
+
+    /// About how many bytes it takes for `frames` frames, the start included.
+    pub fn bytes(self, simulation: &Simulation, frames: u64) -> u64 {
+        let sum =
+            |count: &dyn Fn(&BodyInfo) -> usize| simulation.bodies().iter().map(count).sum::<usize>() as u64;
+        let (vertices, triangles) = (sum(&|body| body.vertices), sum(&|body| body.triangles));
+        let exact = 3 * simulation.precision().bytes() as u64;
+        let per_frame = match self {
+            Self::Npy => exact * vertices,
+            Self::Pc2 => 12 * vertices,
+            // Three numbers of some ten digits.
+            Self::Usda => 40 * vertices,
+            // Each frame has its faces: indices, an offset and a kind.
+            Self::Vtu => exact * vertices + 17 * triangles,
+            Self::Ply | Self::Obj | Self::Glb => return 60 * vertices + 20 * triangles,
+        };
+        per_frame.saturating_mul(frames)
     }
 
     /// The files that take all frames.

@@ -7,7 +7,7 @@ use super::{Args, Arithmetic};
 use crate::failure::Failure;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use taffeta::Precision;
+use taffeta::{Precision, Simulation};
 use taffeta_io::checkpoint::{Checkpoint, difference, identity};
 use taffeta_io::{Loaded, output::Begin};
 
@@ -143,6 +143,12 @@ impl Plan {
             return Some(went);
         }
         Some(format!("{went}, converted from {was} to {is}: not bit by bit as without the stop"))
+    }
+
+    /// About how many bytes the frames to come will take.
+    pub fn bytes(&self, simulation: &Simulation) -> u64 {
+        let frames = u64::from(self.end - self.frame()) + 1;
+        self.formats.iter().fold(0, |sum: u64, format| sum.saturating_add(format.bytes(simulation, frames)))
     }
 
     /// Whether files are started or taken up.

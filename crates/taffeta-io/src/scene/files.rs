@@ -117,11 +117,11 @@ fn fill_pairs(
     Ok(())
 }
 
-/// Pairs of indices, and the line of each, from 1.
-type Pairs = (Vec<[u32; 2]>, Vec<u32>);
+/// Pairs of node indices, and the line of each, from 1.
+pub type Pairs = (Vec<[u32; 2]>, Vec<u32>);
 
-/// Two node indices a line; `#` starts a comment.
-fn read_pairs(text: &str, file: &str) -> Result<Pairs, LoadError> {
+/// Reads a list of struts: two node indices a line; `#` starts a comment. Errors call it `file`.
+pub fn read_pairs(text: &str, file: &str) -> Result<Pairs, LoadError> {
     let (mut pairs, mut lines) = (Vec::new(), Vec::new());
     let mut offset = 0;
     for (line, number) in text.split_inclusive('\n').zip(1..) {

@@ -8,6 +8,9 @@ const NONE: u32 = u32::MAX;
 /// Lowest and highest coordinates; nothing inside.
 const EMPTY: [f64; 4] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
 
+/// Effort [box] of a corner that touches an ear and does not block it. Only few do unless a polygon crosses itself.
+const TOUCH: u64 = 64;
+
 /// A binary tree over the corners in Morton order (Morton, A Computer Oriented Geodetic Data Base, 1966). The boxes
 /// shrink when corners leave.
 #[derive(Default)]
@@ -60,15 +63,23 @@ impl Blunt {
     }
 
     /// A corner for which `blocks` holds, among those within the triangle. `seed` decides which: where the choice is as
-    /// good as random, the triangle will have to be tried again only a logarithm of times.
-    pub fn find(&self, triangle: [Point; 3], seed: u32, blocks: impl Fn(u32) -> bool) -> Option<u32> {
+    /// good as random, the triangle will have to be tried again only a logarithm of times. Each box that is looked at
+    /// takes one off `effort`; without any, nothing is found.
+    pub fn find(
+        &self,
+        triangle: [Point; 3],
+        seed: u32,
+        effort: &mut u64,
+        blocks: impl Fn(u32) -> bool,
+    ) -> Option<u32> {
         let within = Within::new(triangle);
         let leaves = self.boxes.len() / 2;
         // Two nodes a level at most.
         let mut stack = [0_usize; 64];
         let mut height = usize::from(!self.corners.is_empty());
         stack[0] = 1;
-        while height > 0 {
+        while height > 0 && *effort > 0 {
+            *effort -= 1;
             height -= 1;
             let node = stack[height];
             if within.misses(self.boxes[node]) {
@@ -81,6 +92,8 @@ impl Blunt {
                 height += 2;
             } else if blocks(self.corners[node - leaves]) {
                 return Some(self.corners[node - leaves]);
+            } else {
+                *effort = effort.saturating_sub(TOUCH);
             }
         }
         None

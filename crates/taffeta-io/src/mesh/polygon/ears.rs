@@ -29,6 +29,8 @@ pub(super) struct Ears {
     /// For each blunt corner, its first in `waits`: a corner that waits for it, and the next entry.
     first_wait: Vec<u32>,
     waits: Vec<(u32, u32)>,
+    /// Boxes that may still be looked at. Polygons that cross themselves a thousand times would take them without end.
+    pub effort: u64,
 }
 
 impl Ears {
@@ -60,11 +62,9 @@ impl Ears {
                 self.restart(at, 0.0);
                 ear = self.next_ear();
             }
-            if ear.is_none() {
-                whole = false;
-                if !force {
-                    return false;
-                }
+            whole &= ear.is_some() && self.effort > 0;
+            if !whole && !force {
+                return false;
             }
             let corner = ear.unwrap_or(at);
             triangle(self.corners(corner));
@@ -118,9 +118,10 @@ impl Ears {
                 continue;
             }
             let seed = (corner ^ entry.rotate_left(16)).wrapping_mul(0x9E37_79B9);
-            let Some(blocker) = self.blunt.find(triangle, seed, |blunt| self.blocks(blunt, triangle)) else {
-                return Some(corner);
-            };
+            let mut effort = self.effort;
+            let found = self.blunt.find(triangle, seed, &mut effort, |blunt| self.blocks(blunt, triangle));
+            self.effort = effort;
+            let Some(blocker) = found else { return Some(corner) };
             self.blocker[corner as usize] = blocker;
             self.waits.push((corner, self.first_wait[blocker as usize]));
             self.first_wait[blocker as usize] = self.waits.len() as u32 - 1;
@@ -182,9 +183,9 @@ impl Ears {
     }
 }
 
-/// Whether the path turns back at `b`.
+/// Whether the path turns back at `b`, or stays there.
 fn is_spike([a, b, c]: [Point; 3]) -> bool {
-    turn(a, b, c) == 0.0 && (a[0] - b[0]) * (c[0] - b[0]) + (a[1] - b[1]) * (c[1] - b[1]) > 0.0
+    turn(a, b, c) == 0.0 && (a[0] - b[0]) * (c[0] - b[0]) + (a[1] - b[1]) * (c[1] - b[1]) >= 0.0
 }
 
 /// The corners that are left, once around.

@@ -53,6 +53,38 @@ fn what_crosses_itself_ends_and_is_counted() {
 }
 
 #[test]
+fn a_polygon_of_many_crossings_ends_within_its_effort() {
+    // 100,000 corners at random over 27 nodes: each is passed thousands of times.
+    let nodes: Vec<[f64; 3]> = (0..27).map(|i| [i % 3, i / 3 % 3, i / 9].map(f64::from)).collect();
+    let all: Vec<u32> = (0..27).collect();
+    let mut random = 1_u32;
+    let ring: Vec<u32> = (0..100_000)
+        .map(|_| {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (random >> 8) % 27
+        })
+        .collect();
+    let mut triangulator = Triangulator::default();
+    triangulator.add(&ring, &all, &nodes);
+    assert_eq!((triangulator.crossed, triangulator.ears.effort), (1, 0));
+    assert!(triangulator.triangles.len() > 90_000);
+}
+
+#[test]
+fn what_meets_itself_in_one_corner_is_no_crossing() {
+    let petals: Vec<[f64; 3]> = (0..7)
+        .flat_map(|i| {
+            let at = |part: f64| std::f64::consts::TAU * (f64::from(i) + part) / 7.0;
+            [[0.0; 3], [at(0.2).cos(), at(0.2).sin(), 0.0], [at(0.8).cos(), at(0.8).sin(), 0.0]]
+        })
+        .collect();
+    let places: Vec<u32> = (0..21).map(|i| if i % 3 == 0 { 0 } else { i }).collect();
+    let mut triangulator = Triangulator::default();
+    triangulator.add(&(0..21).collect::<Vec<_>>(), &places, &petals);
+    assert_eq!((triangulator.crossed, triangulator.triangles.len()), (0, 19));
+}
+
+#[test]
 fn a_warped_polygon_that_crosses_itself_from_one_side_is_cut_from_another() {
     // A wall 1 m high along an S that hangs over: seen along its largest area it crosses itself.
     let path = [[0.0, 0.0], [4.0, 0.0], [3.0, 1.0], [6.0, 1.0]];
