@@ -25,8 +25,9 @@ pub fn run(words: &[&str]) -> ExitCode {
 fn parse(words: &[&str]) -> Result<(u64, Vec<String>), String> {
     let (minutes, names) = match words {
         ["--minutes", minutes, names @ ..] => {
-            let parsed = minutes.parse().map_err(|_| format!("`{minutes}` is not a number of minutes"))?;
-            (parsed, names)
+            let refuse = || format!("`{minutes}` minutes; a whole number from 1 on would do");
+            // None would be without end to the fuzzer.
+            (minutes.parse().ok().filter(|&minutes| minutes > 0).ok_or_else(refuse)?, names)
         }
         names => (MINUTES, names),
     };
