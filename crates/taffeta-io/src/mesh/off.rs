@@ -1,6 +1,7 @@
 //! OFF (Geomview's Object File Format), ASCII: one vertex and one face a line. Normals, colours and texture coordinates
 //! are passed over.
 
+use super::error::shown;
 use super::{MeshError, RawMesh};
 use taffeta::topology::Polygons;
 
@@ -22,7 +23,10 @@ pub(super) fn parse_off(bytes: &[u8]) -> Result<RawMesh, MeshError> {
 /// Reads the word that names the kind, which may be left out, and the counts of vertices and faces.
 fn header(lines: &mut Lines) -> Result<(usize, usize), MeshError> {
     let Some(mut line) = lines.next() else { return Err(MeshError::new("no triangles: the file is empty")) };
-    if let Some(kind) = word(line).filter(|word| word.ends_with(b"OFF")) {
+    // Some writers leave out the line's end after the word: `OFF490 518 0`.
+    let glued = line.strip_prefix(b"OFF").is_some_and(|rest| rest.first().is_some_and(u8::is_ascii_digit));
+    let kind = if glued { Some(&line[..3]) } else { word(line).filter(|word| word.ends_with(b"OFF")) };
+    if let Some(kind) = kind {
         check_kind(kind).map_err(|what| lines.error(what))?;
         line = line[kind.len()..].trim_ascii_start();
         if word(line).is_some_and(|word| word.eq_ignore_ascii_case(b"BINARY")) {
@@ -36,7 +40,7 @@ fn header(lines: &mut Lines) -> Result<(usize, usize), MeshError> {
     let mut count = |what: &str| {
         let word = words.next().unwrap_or(b"");
         number::<u64>(word).ok_or_else(|| {
-            let word = String::from_utf8_lossy(word);
+            let word = shown(word);
             lines.error(format!("`{word}` is not a number of {what}; expected `OFF` and the numbers of vertices, faces and edges"))
         })
     };
@@ -51,7 +55,7 @@ fn check_kind(kind: &[u8]) -> Result<(), String> {
     for part in [&b"ST"[..], b"C", b"N"] {
         rest = rest.strip_prefix(part).unwrap_or(rest);
     }
-    let kind = String::from_utf8_lossy(kind);
+    let kind = shown(kind);
     match rest {
         b"" => Ok(()),
         b"4" | b"n" | b"4n" => {
@@ -159,7 +163,7 @@ impl<'a> Lines<'a> {
     }
 
     fn not_a_number(&self, whose: &str, word: &[u8]) -> MeshError {
-        self.error(format!("{whose}: `{}` is not a number", String::from_utf8_lossy(word)))
+        self.error(format!("{whose}: `{}` is not a number", shown(word)))
     }
 
     fn error(&self, message: impl Into<String>) -> MeshError {

@@ -1,5 +1,6 @@
 //! ASCII STL: words in any case, names with spaces, several solids in one file. The names become groups.
 
+use super::error::shown;
 use super::stl::{not_finite, soup};
 use super::{MeshError, RawMesh};
 use std::collections::HashMap;
@@ -60,7 +61,7 @@ fn facet(words: &mut Words, start: usize, vertices: &mut Vec<[f64; 3]>) -> Resul
 }
 
 fn unexpected(word: &[u8], line: usize, expected: &str) -> MeshError {
-    MeshError::at_line(line, format!("`{}` where {expected} is expected", String::from_utf8_lossy(word)))
+    MeshError::at_line(line, format!("`{}` where {expected} is expected", shown(word)))
 }
 
 /// Reads word by word; knows the line.
@@ -99,7 +100,7 @@ impl<'a> Words<'a> {
         };
         let number = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
         number.ok_or_else(|| {
-            let word = String::from_utf8_lossy(word);
+            let word = shown(word);
             MeshError::at_line(line, format!("facet {facet}: `{word}` is not a number"))
         })
     }

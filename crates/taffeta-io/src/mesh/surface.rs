@@ -39,11 +39,21 @@ pub(super) fn build(raw: RawMesh, options: &MeshOptions) -> Result<Surface, Mesh
     let RawMesh { mut vertices, polygons, uvs, groups, mut repairs } = raw;
     recentre(&mut vertices, &mut repairs)?;
     let (mut nodes, mut node_of_vertex) = weld(&vertices, &mut repairs);
-    let (mut triangles, collapsed) = match at_rest {
+    let (mut triangles, faulty) = match at_rest {
         None => Triangles::of_nodes(&polygons, &node_of_vertex, &nodes),
         Some(_) => Triangles::with_vertices(&polygons, &node_of_vertex, &vertices),
     };
-    drop_flat(&mut triangles, &nodes, collapsed, &mut repairs);
+    if faulty.crossed > 0 {
+        repairs.push(format!(
+            "not simple: {} a border that crosses itself",
+            if faulty.crossed == 1 {
+                "1 face has".to_owned()
+            } else {
+                format!("{} faces have", faulty.crossed)
+            }
+        ));
+    }
+    drop_flat(&mut triangles, &nodes, faulty.collapsed, &mut repairs);
     drop_duplicates(&mut triangles, nodes.len(), &mut repairs);
     if triangles.nodes.is_empty() {
         return Err(MeshError::new(format!(

@@ -11,12 +11,21 @@ pub(super) struct Triangles {
     pub vertices: Option<Vec<[u32; 3]>>,
 }
 
+/// Faces that did not become triangles as they should.
+pub(super) struct Faulty {
+    /// Too few corners are left to have one.
+    pub collapsed: usize,
+    /// They cross themselves.
+    pub crossed: usize,
+}
+
 impl Triangles {
-    /// The triangles of faces, and the number of faces with too few corners left to have one.
-    pub fn of_nodes(polygons: &Polygons, node_of_vertex: &[u32], nodes: &[[f64; 3]]) -> (Self, usize) {
+    /// The triangles of faces.
+    pub fn of_nodes(polygons: &Polygons, node_of_vertex: &[u32], nodes: &[[f64; 3]]) -> (Self, Faulty) {
         let mut triangulator = with_room(polygons);
         polygons.iter().for_each(|polygon| triangulator.add(polygon, node_of_vertex, nodes));
-        (Self { nodes: triangulator.triangles, vertices: None }, triangulator.collapsed)
+        let Triangulator { collapsed, crossed, .. } = triangulator;
+        (Self { nodes: triangulator.triangles, vertices: None }, Faulty { collapsed, crossed })
     }
 
     /// As [`Self::of_nodes`], and knows which vertex is at each corner.
@@ -24,7 +33,7 @@ impl Triangles {
         polygons: &Polygons,
         node_of_vertex: &[u32],
         vertices: &[[f64; 3]],
-    ) -> (Self, usize) {
+    ) -> (Self, Faulty) {
         let node = |vertex: u32| node_of_vertex[vertex as usize];
         let themselves: Vec<u32> = (0..vertices.len() as u32).collect();
         let mut triangulator = with_room(polygons);
@@ -39,9 +48,9 @@ impl Triangles {
             }
             triangulator.add(&ring, &themselves, vertices);
         }
-        let vertices = triangulator.triangles;
+        let Triangulator { triangles: vertices, collapsed, crossed, .. } = triangulator;
         let nodes = vertices.iter().map(|triangle| triangle.map(node)).collect();
-        (Self { nodes, vertices: Some(vertices) }, triangulator.collapsed)
+        (Self { nodes, vertices: Some(vertices) }, Faulty { collapsed, crossed })
     }
 
     /// Keeps the triangles that `keep` says, by index and nodes. Returns how many went.
