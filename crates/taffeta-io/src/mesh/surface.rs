@@ -14,7 +14,7 @@ use super::{MeshError, MeshOptions, RawMesh, read_mesh};
 use std::path::{Path, PathBuf};
 use taffeta::topology::{Polygons, Surface, Uvs};
 
-/// Builds a surface from vertices [m] and faces: welds, triangulates, drops what has no area or is there twice,
+/// Builds a surface from vertices [m] and faces: welds, triangulates, drops what has no area or is there twice, splits,
 /// orients. Says in `repairs` what it did.
 pub fn surface_from(
     vertices: Vec<[f64; 3]>,

@@ -74,6 +74,13 @@ fn coincident_and_repeated_vertices_do_no_harm() {
     faces[0] = faces[0].map(|v| if v == 7 { 10_007 } else { v });
     let surface = load(&obj(&vertices, &faces)).unwrap();
     assert_eq!((surface.nodes.len(), surface.triangles.len()), (8, 12));
+    // Zero and minus zero are one place.
+    let (vertices, _) = cubes(&[([0.5; 3], 1.0, false)]);
+    let soup = vertices.iter().map(|p| p.map(|x| if x == 0.0 { -0.0 } else { x }));
+    let faces: Vec<[u32; 3]> =
+        super::CUBE_FACES.iter().enumerate().map(|(i, f)| f.map(|v| v - 1 + i as u32 % 2 * 8)).collect();
+    let soup: Vec<[f64; 3]> = vertices.iter().copied().chain(soup).collect();
+    assert_eq!(load(&obj(&soup, &faces)).unwrap().nodes.len(), 8);
     let repeated = cube(|_| false) + "f 1 1 1\nf 1 2 1\nf 3 3 4 4\nf 1 2 1 2\n";
     let surface = load(&repeated).unwrap();
     assert_eq!(surface.triangles.len(), 12);

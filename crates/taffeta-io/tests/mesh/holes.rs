@@ -85,8 +85,8 @@ fn both_ends_of_a_tube_are_filled() {
 
 #[test]
 fn no_edge_is_used_again() {
-    // A square of two triangles: its border is filled across the other diagonal.
-    let square = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.1], [0.0, 1.0, 0.0]];
+    // A square of two triangles across its shorter diagonal: its border is filled across the longer one.
+    let square = [[0.0; 3], [1.0, 0.0, 0.0], [0.8, 0.8, 0.1], [0.0, 1.0, 0.0]];
     let pillow = filled(&obj(&square, &[[0, 1, 2], [0, 2, 3]]));
     assert!(volume_and_closed(&pillow).1);
     assert_eq!(pillow.triangles.len(), 4);

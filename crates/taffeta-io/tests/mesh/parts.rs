@@ -81,6 +81,19 @@ fn cubes_that_share_an_edge_are_two_solids() {
 }
 
 #[test]
+fn what_is_closed_only_by_others_keeps_its_winding() {
+    // Cubes with a common side, which is there once: three triangles meet at each of its edges.
+    let (vertices, mut faces) = cubes(&[([0.0; 3], 1.0, false), ([1.0, 0.0, 0.0], 1.0, true)]);
+    faces.retain(|face| face[0] < 8 || face.iter().any(|&vertex| vertex >= 12));
+    let surface = load(&obj(&vertices, &faces)).unwrap();
+    assert_eq!((surface.nodes.len(), surface.triangles.len()), (12, 22));
+    let [welded, crowded] = &surface.repairs[..] else { panic!("{:?}", surface.repairs) };
+    assert!(welded.starts_with("welded 16 vertices into 12"));
+    assert!(crowded.starts_with("not a manifold: 4 edges"), "{crowded}");
+    assert!(crowded.ends_with("4 and 5, 4 and 6, 5 and 7, …"), "{crowded}");
+}
+
+#[test]
 fn a_node_where_parts_touch_in_a_point_is_split() {
     let (vertices, faces) = cubes(&[([0.0; 3], 1.0, false), ([1.0; 3], 1.0, false)]);
     let welded = load(&obj(&vertices, &faces)).unwrap();
