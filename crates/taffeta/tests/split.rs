@@ -30,7 +30,7 @@ fn loose(body: Body) -> Simulation {
 fn is_whole(simulation: &Simulation, middle: V) {
     let places = positions(simulation);
     for corner in [0, 1, 3, 4] {
-        near("side", norm(sub(places[corner], middle)), 1.25_f64.sqrt(), 1e-3);
+        near("side", norm(sub(places[corner], middle)), 1.25_f64.sqrt(), 0.01);
     }
 }
 
@@ -50,17 +50,19 @@ fn a_pin_holds_all_nodes_of_its_vertex() {
 
 #[test]
 fn keyframes_and_hands_move_all_nodes_of_a_vertex() {
-    let way = [0.0, 0.0, 0.02];
-    let mut keyed = loose(bow_tie().pin_moving(Select::nodes([2]), vec![Keyframe::translate(0.05, way)]));
+    // Slowly, so that the triangles follow without a swing; one left behind would have sides of 1.16 m, not 1.12 m.
+    let to = |share: f64| [1.0, 0.5, 0.3 * share];
+    let path = vec![Keyframe::translate(3.0, [0.0, 0.0, 0.3])];
+    let mut keyed = loose(bow_tie().pin_moving(Select::nodes([2]), path));
     let mut by_hand = loose(bow_tie());
-    run(&mut keyed, 300);
     for frame in 1..=300 {
-        by_hand.move_pin("tie", 2, [1.0, 0.5, 0.02 * f64::from(frame.min(5)) / 5.0]).unwrap();
+        run(&mut keyed, 1);
+        by_hand.move_pin("tie", 2, to(f64::from(frame) / 300.0)).unwrap();
         run(&mut by_hand, 1);
     }
     for simulation in [&keyed, &by_hand] {
-        assert_eq!(positions(simulation)[2], [1.0, 0.5, 0.02]);
-        is_whole(simulation, [1.0, 0.5, 0.02]);
+        assert!(norm(sub(positions(simulation)[2], to(1.0))) < 1e-12);
+        is_whole(simulation, to(1.0));
     }
     assert!(keyed.move_pin("tie", 2, [0.0; 3]).unwrap_err().message.contains("follows keyframes"));
     assert_eq!(keyed.normals(0).len(), 5);

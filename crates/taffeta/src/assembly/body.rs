@@ -1,8 +1,7 @@
 //! One body by solver index.
 
-use super::{Assembly, MovingPin};
+use super::{Assembly, grid};
 use crate::forces::hinge::{self, Rest};
-use crate::integrate::keyframes::Track;
 use crate::scene::{Body, Grid, Hinge, Kind, Mesh, SceneError, Select};
 use crate::topology::{
     Edges, LANES, Placement, RestShape, Selectable, SpringList, Surface, mass, measure, no_inside, order,
@@ -48,9 +47,9 @@ pub struct BodyAssembly {
     pub rest_volume: Option<f64>,
     /// What the user should know about its start, in words.
     pub warnings: Vec<String>,
-    edges: Option<Edges>,
+    pub(super) edges: Option<Edges>,
     /// As [`select::split_nodes`] gives them.
-    split: Vec<[u32; 2]>,
+    pub(super) split: Vec<[u32; 2]>,
 }
 
 /// Springs of a body.
@@ -70,7 +69,7 @@ impl Assembly {
     pub(super) fn add_body(&mut self, index: usize, body: &Body) -> Result<(), SceneError> {
         let path = format!("body[{index}]");
         let mut built = match &body.mesh {
-            Mesh::Grid(grid) => grid_body(body, *grid),
+            Mesh::Grid(grid) => grid::build(body, *grid),
             mesh => mesh_body(body, mesh),
         }
         .map_err(|e| e.under(&path))?;
@@ -79,35 +78,6 @@ impl Assembly {
         self.add_pins(&path, body, &mut built)?;
         self.places += built.places();
         self.bodies.push(built);
-        Ok(())
-    }
-
-    /// Holds the nodes of pins, and notes those that move: of several motions of a node the last one counts.
-    fn add_pins(&mut self, path: &str, body: &Body, built: &mut BodyAssembly) -> Result<(), SceneError> {
-        let mut track_of: Vec<u32> = Vec::new();
-        for (p, pin) in body.pins.iter().enumerate() {
-            let chosen = built.select(&pin.select).map_err(|e| e.under(&format!("{path}.pin[{p}]")))?;
-            let track = Track::new(&pin.motion);
-            if !track.is_still() {
-                track_of.resize(built.nodes, u32::MAX);
-            }
-            for node in chosen {
-                let local = built.solver_local(node as usize);
-                built.free[local] = false;
-                if !track.is_still() {
-                    track_of[local] = self.tracks.len() as u32;
-                }
-            }
-            if !track.is_still() {
-                self.tracks.push(track);
-            }
-        }
-        let moving = track_of.iter().enumerate().filter(|(_, track)| **track != u32::MAX);
-        self.moving_pins.extend(moving.map(|(local, &track)| MovingPin {
-            node: (built.first + local) as u32,
-            track,
-            start: built.start[local],
-        }));
         Ok(())
     }
 }
@@ -221,106 +191,13 @@ impl BodyAssembly {
     }
 }
 
-fn at<T>(result: Result<T, (&'static str, String)>) -> Result<T, SceneError> {
+pub(super) fn at<T>(result: Result<T, (&'static str, String)>) -> Result<T, SceneError> {
     result.map_err(|(field, message)| SceneError::new(field, message))
 }
 
-/// Columns beyond which a grid is kept with rows and columns exchanged, if that makes its rows shorter: the last rows
-/// of a sweep must stay in the second-level cache.
-const LONG_ROW: usize = 2048;
-
-fn grid_body(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError> {
-    if body.kind == Kind::Soft {
-        return Err(SceneError::new(
-            "kind",
-            "a soft body needs a closed surface; a grid is open: kind = \"cloth\"",
-        ));
-    }
-    let (rows, cols) = (grid.rows as usize, grid.cols as usize);
-    let exchanged = cols > LONG_ROW && rows < cols;
-    let [x, z] = grid.size.map(|s| s / 2.0);
-    let placement = at(Placement::new(&body.place, &[[-x, 0.0, -z], [x, 0.0, z]]))?;
-    let size = grid.size.map(|s| s * placement.factor);
-    let mass = body.mass_given().ok_or_else(|| SceneError::new("", "has no mass"))?;
-    let mut mass = mass::grid_lump(grid.rows, grid.cols, size, mass).map_err(|m| SceneError::new("", m))?;
-    let place = |row, col| placement.apply(grid_node(grid, row, col));
-    let nodes = rows * cols;
-    let mut springs = grid_directions(body, grid, size)?;
-    let (start, solver_of_node) = if exchanged {
-        springs.swap(0, 2);
-        springs.swap(1, 3);
-        mass = (0..nodes).map(|n| mass[n % rows * cols + n / rows]).collect();
-        let solver_of_node = (0..nodes).map(|n| (n % cols * rows + n / cols) as u32).collect();
-        ((0..nodes).map(|n| place(n % rows, n / rows)).collect(), Some(solver_of_node))
-    } else {
-        ((0..nodes).map(|n| place(n / cols, n % cols)).collect(), None)
-    };
-    let mut built = BodyAssembly {
-        name: String::new(),
-        first: 0,
-        nodes,
-        grid: Some(grid),
-        grid_layout: Some(if exchanged { [cols, rows] } else { [rows, cols] }),
-        surface: None,
-        placement,
-        solver_of_node,
-        free: vec![true; nodes],
-        mass,
-        springs: BodySprings::Grid(springs),
-        hinge_rest: Vec::new(),
-        hinges: Vec::new(),
-        hinge: body.springs.hinge.unwrap_or_default(),
-        closed_triangles: Vec::new(),
-        rest_volume: None,
-        warnings: Vec::new(),
-        edges: None,
-        split: Vec::new(),
-        start,
-    };
-    if bends(body) {
-        let surface = shapes::grid_surface(grid.rows, grid.cols, grid.size);
-        let hinges =
-            Edges::new(surface.nodes.len(), &surface.triangles, &surface.links).hinges(&surface.triangles);
-        built.hinges = hinges.into_iter().map(|h| h.map(|n| built.solver_local(n as usize) as u32)).collect();
-    }
-    built.hinge_rest = built.hinges_at_start();
-    Ok(built)
-}
-
 /// Whether hinges of a body would do anything.
-fn bends(body: &Body) -> bool {
+pub(super) fn bends(body: &Body) -> bool {
     body.springs.hinge.is_some_and(|hinge| hinge.k > 0.0 || hinge.d > 0.0)
-}
-
-/// A grid's node before placement [m].
-fn grid_node(grid: Grid, row: usize, col: usize) -> [f64; 3] {
-    let along = |index: usize, count: u32, extent: f64| {
-        if count > 1 { (index as f64 / f64::from(count - 1) - 0.5) * extent } else { 0.0 }
-    };
-    [along(col, grid.cols, grid.size[0]), 0.0, along(row, grid.rows, grid.size[1])]
-}
-
-/// Springs of a grid by direction; rest lengths follow from its spacing.
-fn grid_directions(body: &Body, grid: Grid, size: [f64; 2]) -> Result<GridDirections, SceneError> {
-    if body.springs.internal.as_ref().is_some_and(|i| i.count > 0 || i.pairs.is_some()) {
-        return Err(SceneError::new(
-            "springs.internal",
-            "a grid has no inside; struts are for closed meshes",
-        ));
-    }
-    let step = |extent: f64, nodes: u32| if nodes > 1 { extent / f64::from(nodes - 1) } else { 0.0 };
-    let (dx, dz) = (step(size[0], grid.cols), step(size[1], grid.rows));
-    let diagonal = (dx * dx + dz * dz).sqrt();
-    let make = |spring: Option<crate::scene::Spring>, length: f64| spring.map(|s| [s.k, s.d, length]);
-    let s = &body.springs;
-    Ok([
-        make(s.structural, dx),
-        make(s.bend, 2.0 * dx),
-        make(s.structural, dz),
-        make(s.bend, 2.0 * dz),
-        make(s.shear, diagonal),
-        make(s.shear, diagonal),
-    ])
 }
 
 fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
@@ -435,7 +312,7 @@ fn not_closed(body: &Body, surface: &Surface, edges: &Edges) -> Option<String> {
 
 impl BodyAssembly {
     /// Hinges that are at rest as they start.
-    fn hinges_at_start(&self) -> Vec<Rest<f64>> {
+    pub(super) fn hinges_at_start(&self) -> Vec<Rest<f64>> {
         let corners = |hinge: &[u32; 4]| hinge.map(|node| self.start[node as usize]);
         self.hinges.iter().map(|hinge| hinge::rest(corners(hinge))).collect()
     }

@@ -4,7 +4,9 @@
 //! User order stays outside: [`BodyAssembly::solver_of_node`] is the only way in and out.
 
 mod body;
+mod grid;
 mod loads;
+mod pins;
 
 pub use body::{BodyAssembly, BodySprings, GridDirections};
 pub use loads::{Load, LoadKind};
@@ -64,18 +66,6 @@ impl Assembly {
         assembly.loads = loads::loads(&assembly.bodies, &scene.forces)?;
         assembly.start_pins();
         Ok(assembly)
-    }
-
-    /// Brings moving pins to where their motion starts. All selections have been made by then: they see the bodies as
-    /// placed, whatever moves them.
-    fn start_pins(&mut self) {
-        let mut bodies = self.bodies.iter_mut().peekable();
-        for pin in &self.moving_pins {
-            let node = pin.node as usize;
-            while bodies.next_if(|body| body.first + body.nodes <= node).is_some() {}
-            let Some(body) = bodies.peek_mut() else { return };
-            body.start[node - body.first] = self.tracks[pin.track as usize].pose(0.0).apply(pin.start);
-        }
     }
 
     /// Whether more than gravity may add energy: wind, loads, moving pins or moving colliders.
