@@ -50,15 +50,12 @@ fn fill_mesh(
                 None => String::new(),
             };
             notes.push(format!("body `{who}` uses its stand-in{rest}: {why}"));
-            body.mesh = shape;
+            (body.mesh, body.rest_shape, body.fill_holes) = (shape, None, false);
         }
         (Err(Unusable::Missing(why) | Unusable::Refused(why)), _) => {
             return Err(source.at_path(&place, why));
         }
     }
-    // The mesh has them now, or does without.
-    body.fill_holes = false;
-    body.rest_shape = None;
     Ok(())
 }
 

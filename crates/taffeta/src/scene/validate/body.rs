@@ -22,15 +22,19 @@ pub(super) fn check(path: &Path, body: &Body) -> Checked {
     Ok(())
 }
 
-/// Refuses what belongs to a mesh file where there is none (`taffeta_io::load_scene` takes it into the mesh).
+/// Refuses what belongs to a mesh file where there is none, or where nobody has read it.
 fn check_file_keys(path: &Path, body: &Body) -> Checked {
-    let file = matches!(body.mesh, Mesh::File(_));
-    path.key("rest_shape").demand(file || body.rest_shape.is_none(), || {
+    let (shaped, filled) = match &body.mesh {
+        Mesh::File(_) => (true, true),
+        Mesh::Surface(surface) => (surface.rest.is_some(), true),
+        _ => (false, false),
+    };
+    path.key("rest_shape").demand(shaped || body.rest_shape.is_none(), || {
         "is for a mesh from a file, as a second file of the same vertices and faces; mesh.file (in Rust: Surface::rest) \
          would do, or leave it out"
             .into()
     })?;
-    path.key("fill_holes").demand(file || !body.fill_holes, || {
+    path.key("fill_holes").demand(filled || !body.fill_holes, || {
         "is for a mesh from a file, and other shapes have no holes to fill; mesh.file would do, or leave it out".into()
     })
 }
