@@ -51,6 +51,9 @@ pub fn write_poses(
     poses: Poses,
 ) -> io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
+    if formats.iter().all(|format| format.is_cache()) {
+        return Ok(files);
+    }
     let poses = poses_of(simulation, positions, poses);
     for (stem, pose) in file_stems(&names(simulation)).iter().zip(&poses) {
         let path = dir.join(stem);
