@@ -11,7 +11,7 @@ pub struct Selectable<'a> {
     pub nodes: &'a [[f64; 3]],
     /// Number of vertices in the user's order.
     pub vertices: usize,
-    /// The node of each vertex, as in [`Surface`](super::Surface).
+    /// The node of each vertex, as in [`Surface`].
     pub node_of_vertex: Option<&'a [u32]>,
     /// Nodes of vertices that have several, as [`split_nodes`] gives them.
     pub split: &'a [[u32; 2]],
