@@ -224,3 +224,28 @@ fn springs_far_from_their_rest_length_are_told_with_their_number() {
     assert!(long.contains(&starts) && long.contains("one at 1000.000 times"), "{long}");
     assert!(warnings(0.001).contains("less than half the rest length, one at 0.001 times"));
 }
+
+/// Along the corners' ways a hinge is k Σ|∇θ|², and a gradient is one over a height: at half the size it is four times
+/// as stiff, and half the step is stable.
+#[test]
+fn the_largest_step_of_all_shapes_counts_with_hinges_as_stiff_as_at_rest() {
+    let hinged = |size: f64| body(sheet(|p| scale(p, size))).with_mass(Mass::Node(0.1)).hinge(0.2, 0.0);
+    let [same, doubled] = [1.0, 2.0].map(|size| at_rest(hinged(size)));
+    let folded = doubled.largest_stable_step_folded() / same.largest_stable_step_folded();
+    near("folded, as one to the other", folded, 1.0, 1e-3);
+    let start = doubled.largest_stable_step() / same.largest_stable_step();
+    near("as it starts, as one to the other", start, 2.0, 1e-3);
+}
+
+#[test]
+fn a_spring_that_starts_without_length_counts_for_the_step() {
+    // Opposite corners of two triangles that start folded onto each other.
+    let flat: [V; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.5, 0.0, 1.0], [0.5, 0.0, -1.0]];
+    let nodes = vec![flat[0], flat[1], flat[2], flat[2]];
+    let triangles = vec![[0, 2, 1], [0, 1, 3]];
+    let rest = Some(triangles.iter().map(|t: &[u32; 3]| t.map(|node| flat[node as usize])).collect());
+    let surface = Surface { vertices: nodes.clone(), nodes, triangles, rest, ..Surface::default() };
+    let simulation = at_rest(body(surface).with_mass(Mass::Node(0.1)).bend(50.0, 0.0));
+    // Two masses and a spring: ω² = 2k/m, and h = 2/ω.
+    near("step", simulation.largest_stable_step(), 2.0 / (2.0 * 50.0 / 0.1_f64).sqrt(), 6e-3);
+}

@@ -10,7 +10,7 @@
 //! squashed triangles can make them.
 
 use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections};
-use crate::forces::hinge::{STIFFEST, angle_and_gradient};
+use crate::forces::hinge::{Rest, STIFFEST, angle_and_gradient, rest, steepness};
 use crate::real::{add, dot, norm, scale, sub};
 use crate::scene::Hinge;
 use crate::topology::random::SplitMix64;
@@ -33,6 +33,8 @@ struct Element<const N: usize> {
     directions: [[f64; 3]; N],
     k: f64,
     d: f64,
+    /// How much stiffer it may become.
+    stiffest: f64,
 }
 
 /// A body's elements and inverse masses.
@@ -79,19 +81,23 @@ enum Pull {
     AnyWay,
 }
 
-fn spring(places: &[[f64; 3]], nodes: [u32; 2], k: f64, d: f64) -> Option<Element<2>> {
+fn spring(places: &[[f64; 3]], nodes: [u32; 2], k: f64, d: f64) -> Element<2> {
     let [a, b] = nodes.map(|node| places[node as usize]);
     let along = sub(b, a);
     let length = norm(along);
-    (length > 0.0).then(|| {
-        let n = scale(along, 1.0 / length);
-        Element { nodes, directions: [scale(n, -1.0), n], k, d }
-    })
+    // A spring that starts without length may take any direction.
+    let n = if length > 0.0 { scale(along, 1.0 / length) } else { [1.0, 0.0, 0.0] };
+    Element { nodes, directions: [scale(n, -1.0), n], k, d, stiffest: 1.0 }
 }
 
-fn bend(places: &[[f64; 3]], nodes: [u32; 4], hinge: Hinge) -> Element<4> {
+/// A hinge as it starts, which may be another shape than that at rest.
+fn bend(places: &[[f64; 3]], nodes: [u32; 4], hinge: Hinge, at_rest: Rest<f64>) -> Element<4> {
     let (_, directions) = angle_and_gradient(nodes.map(|node| places[node as usize]));
-    Element { nodes, directions, k: hinge.k, d: hinge.d }
+    let most = STIFFEST * at_rest.steepness / steepness(&directions);
+    // A hinge without height has no way to go, and neither has one without height at rest.
+    let (now, stiffest) =
+        if most > 0.0 && most.is_finite() { (most.min(1.0), most.max(1.0)) } else { (0.0, 1.0) };
+    Element { nodes, directions, k: now * hinge.k, d: now * hinge.d, stiffest }
 }
 
 impl System {
@@ -106,11 +112,16 @@ impl System {
     fn of_mesh(body: &BodyAssembly, lists: &[SpringList]) -> Self {
         let springs = |list: &SpringList| {
             let (k, d) = (list.k, list.d);
-            list.pairs.iter().filter_map(|&pair| spring(&body.start, pair, k, d)).collect::<Vec<_>>()
+            list.pairs.iter().map(|&pair| spring(&body.start, pair, k, d)).collect::<Vec<_>>()
         };
         Self {
             springs: lists.iter().flat_map(springs).collect(),
-            hinges: body.hinges.iter().map(|&nodes| bend(&body.start, nodes, body.hinge)).collect(),
+            hinges: body
+                .hinges
+                .iter()
+                .zip(&body.hinge_rest)
+                .map(|(&nodes, &at_rest)| bend(&body.start, nodes, body.hinge, at_rest))
+                .collect(),
             root_inverse_mass: (0..body.nodes).map(|node| root_inverse_mass(body, node)).collect(),
         }
     }
@@ -137,14 +148,17 @@ impl System {
                     && row < small[0]
                     && col < small[1]
                 {
-                    springs.extend(spring(&places, [n as u32, (row * small[1] + col) as u32], *k, *d));
+                    springs.push(spring(&places, [n as u32, (row * small[1] + col) as u32], *k, *d));
                 }
             }
         }
         let hinges = if body.hinges.is_empty() { Vec::new() } else { patch_hinges(small) };
         Self {
             springs,
-            hinges: hinges.into_iter().map(|nodes| bend(&places, nodes, body.hinge)).collect(),
+            hinges: hinges
+                .into_iter()
+                .map(|nodes| bend(&places, nodes, body.hinge, rest(nodes.map(|node| places[node as usize]))))
+                .collect(),
             root_inverse_mass: (0..nodes).map(|n| root_inverse_mass(body, of_patch(n))).collect(),
         }
     }
@@ -221,7 +235,7 @@ impl System {
         for element in &self.hinges {
             let stiffer = match pull {
                 Pull::Along => element.scaled(1.0),
-                Pull::AnyWay => element.scaled(STIFFEST),
+                Pull::AnyWay => element.scaled(element.stiffest),
             };
             stiffer.apply(u, w, h, &mut out, &mut rates);
         }

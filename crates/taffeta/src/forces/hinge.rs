@@ -49,7 +49,8 @@ pub fn rest<T: Real>(x: [[T; 3]; 4]) -> Rest<T> {
     Rest { angle, steepness: steepness(&gradient) }
 }
 
-fn steepness<T: Real>(gradient: &[[T; 3]; 4]) -> T {
+/// Σ|∇θ|² over the corners [rad²/m²].
+pub fn steepness<T: Real>(gradient: &[[T; 3]; 4]) -> T {
     let [a, b, c, d] = gradient;
     dot(*a, *a) + dot(*b, *b) + dot(*c, *c) + dot(*d, *d)
 }
