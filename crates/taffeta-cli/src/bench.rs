@@ -31,7 +31,7 @@ pub struct Args {
     /// Frames to time, after one that is not [default: about three seconds' worth]
     #[arg(long, value_name = "F", value_parser = clap::value_parser!(u32).range(1..))]
     frames: Option<u32>,
-    /// Worker threads [default: all]
+    /// Worker threads [default: as many as help, at most all]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Where to compute
@@ -40,7 +40,7 @@ pub struct Args {
     /// Arithmetic
     #[arg(long, value_enum, default_value_t = Arithmetic::F32)]
     precision: Arithmetic,
-    /// For mesh: an OBJ or PLY file
+    /// For mesh: an OBJ, PLY, STL, OFF or glTF file
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
     /// Print only the JSON line

@@ -21,7 +21,7 @@ pub struct Args {
     /// What the mesh is to be [default: both are said, and the answer is that for a shell]
     #[arg(long = "as", value_enum, value_name = "KIND")]
     kind: Option<MeshKind>,
-    /// Close the holes of the mesh first
+    /// Close the holes of the mesh first, as fill_holes = true in a scene
     #[arg(long)]
     fill_holes: bool,
     /// Print the answer as JSON
@@ -34,7 +34,7 @@ pub struct Args {
 enum MeshKind {
     /// Something with an inside: kind = "soft"
     Body,
-    /// Something without: cloth
+    /// Something without: kind = "cloth"
     Shell,
 }
 

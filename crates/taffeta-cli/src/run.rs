@@ -26,7 +26,7 @@ pub use tally::{median, rate};
 pub struct Args {
     /// The scene, a TOML file
     scene: PathBuf,
-    /// Folder for the results [default: out/<name of the scene>, or that of the checkpoint to go on from]
+    /// Folder for the results [default: out/SCENE, or that of the checkpoint to go on from]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Number of frames, instead of the scene's
@@ -35,13 +35,13 @@ pub struct Args {
     /// Where to compute
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     backend: Backend,
-    /// Worker threads [default: all]
+    /// Worker threads [default: as many as help, at most all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Arithmetic [default: f32]
     #[arg(long, value_enum)]
     precision: Option<Arithmetic>,
-    /// Change a value of the scene: body.flag.springs.structural.k=500
+    /// Change a value of the scene: body.flag.springs.structural.k=500; may be given several times
     #[arg(long = "set", value_name = "PATH=VALUE")]
     sets: Vec<String>,
     /// Formats of the results, with commas between [default: npy]
@@ -77,7 +77,7 @@ pub enum Backend {
 pub enum Arithmetic {
     /// 32 bits: fast
     F32,
-    /// 64 bits: the oracle
+    /// 64 bits: slower, to compare with
     F64,
 }
 

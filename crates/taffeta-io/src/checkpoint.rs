@@ -34,7 +34,8 @@ const HEAD: usize = 28;
 /// The hash at the end.
 const TAIL: usize = 8;
 
-/// A run between two frames.
+/// A run between two frames. [`difference`] says whether `scene` is that of [`identity`] for the scene to go on with;
+/// then [`taffeta::Simulation::restore`] takes the snapshot. `R` is whatever else your program remembers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint<R> {
     /// The scene, as [`identity`] writes it.

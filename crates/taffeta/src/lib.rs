@@ -1,4 +1,8 @@
 //! The engine: a scene in, positions out. No window, no clock, no file system.
+//!
+//! Build a [`scene::Scene`] from [`scene::Body`] and [`scene::Collider`], make a [`Simulation`] of it, and call
+//! [`Simulation::step`] once a frame. `examples/first_cloth.rs` does that in forty lines. Scenes and meshes from files
+//! are read by the crate `taffeta-io`. Units are SI, y is up; a `[m]` in these pages is a unit.
 
 mod assembly;
 mod collision;

@@ -185,7 +185,7 @@ pub struct Select {
     /// Nodes on an open edge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub boundary: Option<bool>,
-    /// An OBJ group, or a PLY vertex attribute above 0.5.
+    /// An OBJ group or object, an ASCII STL solid, a glTF node or mesh, or a PLY or glTF vertex attribute above 0.5.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 pub enum Mesh {
     /// A rectangle of rows × columns in the xz plane.
     Grid(Grid),
-    /// A mesh file: OBJ or PLY. The engine reads no files: `taffeta_io::load_scene` does, and puts a `Surface` here.
+    /// A mesh file: OBJ, PLY, STL, OFF or glTF. The engine reads no files: `taffeta_io::load_scene` does, and puts a `Surface` here.
     File(String),
     /// A sphere from a subdivided icosahedron.
     Icosphere(Icosphere),
