@@ -25,6 +25,8 @@ class Run:
         for body in summary["bodies"]:
             self.bodies.append((body["name"], slice(first, first + body["vertices"])))
             first += body["vertices"]
+        if not len(self.stored):
+            raise SystemExit("positions.npy has no frames: there is nothing to compare")
         expected = (summary["frames"] + 1, first, 3)
         self.demand(f"npy: shape {self.stored.shape}", self.stored.shape == expected, f"instead of {expected}")
         self.demand("npy: all finite", np.isfinite(self.stored).all(), "not all finite")

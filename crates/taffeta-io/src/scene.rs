@@ -13,9 +13,10 @@ mod words;
 pub use files::read_pairs;
 pub use source::{LoadError, Place, SceneSource};
 
+use crate::mesh::MeshFormat;
 use serde::Deserialize;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use taffeta::scene::Scene;
 
 /// A scene, and where each of its values came from.
@@ -27,6 +28,8 @@ pub struct Loaded {
     pub source: SceneSource,
     /// What the user should know, in words.
     pub notes: Vec<String>,
+    /// Full paths of the files that were read: the scene, meshes, lists of struts.
+    pub files: Vec<PathBuf>,
 }
 
 /// Longest scene [byte]: as a document it takes up to a hundred times as much memory.
@@ -42,6 +45,10 @@ fn read(path: &Path) -> std::io::Result<Vec<u8>> {
 /// Reads a scene file, applies `sets` (each `PATH=VALUE`) and loads the files that it names.
 pub fn load_scene(path: &Path, sets: &[String]) -> Result<Loaded, LoadError> {
     let file = path.display().to_string();
+    if MeshFormat::of(path).is_ok() {
+        let message = format!("is a mesh and not a scene; `taffeta check {file}` prints a scene for it");
+        return Err(LoadError::in_file(&file, message));
+    }
     let bytes = read(path).map_err(|e| LoadError::in_file(&file, format!("cannot be read: {e}")))?;
     if bytes.len() > LARGEST {
         let message = format!(
@@ -71,5 +78,5 @@ pub fn parse_scene(text: &str, file_name: &str, sets: &[String]) -> Result<Loade
     let notes = unused::set_aside(&mut root);
     let scene = Scene::deserialize(read::Reader::of(&root)).map_err(|fault| source.explain(fault))?;
     source.root = root;
-    Ok(Loaded { scene, source, notes })
+    Ok(Loaded { scene, source, notes, files: Vec::new() })
 }

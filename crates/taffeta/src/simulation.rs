@@ -330,6 +330,9 @@ impl Simulation {
     }
 
     /// Unit normals of a body's vertices, area-weighted.
+    ///
+    /// # Panics
+    /// Where there is no body with this index.
     pub fn normals(&self, body: usize) -> Vec<[f32; 3]> {
         let body = &self.backend.assembly().bodies[body];
         let places: Vec<_> =
@@ -340,6 +343,9 @@ impl Simulation {
     }
 
     /// A body's vertices, faces and texture coordinates, as outputs need them.
+    ///
+    /// # Panics
+    /// Where there is no body with this index.
     pub fn surface(&self, body: usize) -> Surface {
         self.backend.assembly().bodies[body].user_surface()
     }

@@ -55,7 +55,7 @@ pub fn write_poses(
         return Ok(files);
     }
     let poses = poses_of(simulation, positions, poses);
-    for (stem, pose) in file_stems(&names(simulation)).iter().zip(&poses) {
+    for (stem, pose) in stems(simulation).iter().zip(&poses) {
         let path = dir.join(stem);
         for format in formats {
             files.extend(format.pose(&path, &pose.surface, &pose.positions, &pose.normals)?);
@@ -112,6 +112,20 @@ impl Format {
         }
     }
 
+    /// Names of its files for bodies called `stems`.
+    pub fn files(self, stems: &[String]) -> Vec<String> {
+        let each = |ending: &str| stems.iter().map(|stem| format!("{stem}{ending}")).collect();
+        match self {
+            Self::Npy => vec!["positions.npy".to_owned()],
+            Self::Pc2 => each(".pc2"),
+            Self::Usda => vec!["scene.usda".to_owned()],
+            Self::Ply => each(".ply"),
+            Self::Obj => each(".obj"),
+            Self::Vtu => vec!["scene.pvd".to_owned()],
+            Self::Glb => vec!["scene.glb".to_owned()],
+        }
+    }
+
     /// Whether it holds faces or normals, which take memory while it is written.
     pub fn has_faces(self) -> bool {
         !matches!(self, Self::Npy | Self::Pc2)
@@ -152,7 +166,7 @@ impl Format {
             Self::Pc2 => {
                 let mut caches: Vec<Box<dyn FrameSink>> = Vec::new();
                 let mut first = 0;
-                for (stem, body) in file_stems(&names(simulation)).iter().zip(bodies) {
+                for (stem, body) in stems(simulation).iter().zip(bodies) {
                     let range = first..first + body.vertices;
                     first = range.end;
                     caches.push(Box::new(Pc2::open(&dir.join(format!("{stem}.pc2")), range, begin)?));
@@ -196,6 +210,8 @@ fn surfaces(simulation: &Simulation) -> Vec<(String, Surface)> {
     bodies.map(|(index, body)| (body.name.clone(), simulation.surface(index))).collect()
 }
 
-fn names(simulation: &Simulation) -> Vec<String> {
-    simulation.bodies().iter().map(|body| body.name.clone()).collect()
+/// What the files of each body are called, without their ending.
+pub fn stems(simulation: &Simulation) -> Vec<String> {
+    let names: Vec<String> = simulation.bodies().iter().map(|body| body.name.clone()).collect();
+    file_stems(&names)
 }

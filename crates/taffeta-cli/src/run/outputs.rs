@@ -1,6 +1,6 @@
 //! The files of a run.
 
-use super::format::{Format, Poses, write_poses};
+use super::format::{Format, Poses, stems, write_poses};
 use super::plan::Plan;
 use crate::console;
 use crate::failure::Failure;
@@ -37,6 +37,7 @@ impl Outputs {
     /// Starts all files of a run, or takes them up; `dt` is the length of a frame [s].
     pub fn open(plan: &Plan, simulation: &Simulation, dt: f64) -> Result<Self, Failure> {
         let (dir, begin) = (&plan.dir, plan.begin());
+        refuse_inputs(plan, simulation)?;
         let refuse = |error: io::Error| {
             let out = format!("--out {}: {error}", dir.display());
             match error.kind() {
@@ -175,6 +176,22 @@ impl Buffer {
     }
 }
 
+/// Refuses to write over what the scene was read from.
+fn refuse_inputs(plan: &Plan, simulation: &Simulation) -> Result<(), Failure> {
+    let stems = stems(simulation);
+    let own = ["frames.csv", "summary.json"].map(str::to_owned);
+    for name in plan.formats.iter().flat_map(|format| format.files(&stems)).chain(own) {
+        let there = plan.dir.join(&name).canonicalize();
+        if there.is_ok_and(|path| plan.inputs.contains(&path)) {
+            return Err(Failure::Input(format!(
+                "--out {}: `{name}` would be written over, and the scene is read from it; another folder would do",
+                plan.dir.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
 /// Removes what an earlier run wrote here, by its summary, and what is not to be taken up again: results of two runs,
 /// or of two frames, must not lie side by side.
 fn remove_earlier(plan: &Plan) -> io::Result<()> {
@@ -191,6 +208,9 @@ fn remove_earlier(plan: &Plan) -> io::Result<()> {
     let files = earlier["files"].as_array().into_iter().flatten().filter_map(|file| file.as_str());
     for file in files.filter(|file| Path::new(file).file_name() == Some(file.as_ref())) {
         let path = plan.dir.join(file);
+        if path.canonicalize().is_ok_and(|path| plan.inputs.contains(&path)) {
+            continue;
+        }
         if path.extension() == Some("pvd".as_ref()) && path.exists() {
             Vtu::remove(&path)?;
         }

@@ -51,6 +51,8 @@ pub struct Plan {
     pub end: u32,
     /// Frames between checkpoints; `None`: a checkpoint only where the user stops the run.
     pub every: Option<u32>,
+    /// Full paths of the files that the scene was read from.
+    pub inputs: Vec<PathBuf>,
     /// Where the run goes on.
     pub earlier: Option<Checkpoint<Record>>,
 }
@@ -60,7 +62,7 @@ impl Plan {
     pub fn new(args: &Args, loaded: &Loaded) -> Result<Self, Failure> {
         let scene = identity(&loaded.scene);
         let Some(path) = &args.resume else {
-            let plan = Self::afresh(args, scene, loaded.scene.time.frames);
+            let plan = Self::afresh(args, scene, loaded);
             return plan.refuse_to_overwrite(args);
         };
         let path = if path.is_dir() { &path.join(NAME) } else { path };
@@ -81,12 +83,13 @@ impl Plan {
             frames,
             end: frames.unwrap_or(loaded.scene.time.frames),
             every: args.checkpoint_every.or(record.every),
+            inputs: loaded.files.clone(),
             earlier: Some(earlier),
         };
         plan.refuse_to_go_back()
     }
 
-    fn afresh(args: &Args, scene: String, frames: u32) -> Self {
+    fn afresh(args: &Args, scene: String, loaded: &Loaded) -> Self {
         let precision = args.precision.unwrap_or(Arithmetic::F32).precision();
         let stem = args.scene.file_stem().unwrap_or("scene".as_ref());
         Self {
@@ -96,8 +99,9 @@ impl Plan {
             formats: sorted(args.format.as_deref().unwrap_or(&[Format::Npy])),
             cache_precision: precision,
             frames: args.frames,
-            end: args.frames.unwrap_or(frames),
+            end: args.frames.unwrap_or(loaded.scene.time.frames),
             every: args.checkpoint_every,
+            inputs: loaded.files.clone(),
             earlier: None,
         }
     }

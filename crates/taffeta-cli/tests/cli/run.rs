@@ -37,6 +37,9 @@ fn every_format_writes_its_file() {
         "ball.obj ball.pc2 ball.ply frames.csv positions.npy scene.glb scene.pvd scene.usda summary.json vtu";
     assert_eq!(desk.files("o").join(" "), expected);
     assert_eq!(desk.files("o/vtu"), ["ball_000000.vtu", "ball_000001.vtu"]);
+    // The next run into the same folder writes all of it again.
+    desk.taffeta(&words).assert().success();
+    assert_eq!(desk.files("o").join(" "), expected);
     // What the next run does not write goes.
     desk.taffeta(&["run", "scene.toml", "--out", "o", "--frames", "1", "--quiet"]).assert().success();
     assert_eq!(desk.files("o"), ["frames.csv", "positions.npy", "summary.json"]);
@@ -200,4 +203,30 @@ fn ctrl_c_ends_the_run_with_whole_files() {
     let cache = std::fs::read(desk.path("o/sheet.pc2")).unwrap();
     assert_eq!(u64::from(u32::from_le_bytes(cache[28..32].try_into().unwrap())), frames + 1);
     assert_eq!(cache.len() as u64, 32 + (frames + 1) * 35 * 12);
+}
+
+#[test]
+fn a_run_does_not_write_over_what_its_scene_is_read_from() {
+    let scene = "[[body]]\nname = \"bunny\"\nmass = 1.0\nmesh.file = \"bunny.obj\"\n";
+    let desk = Desk::with(scene);
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    std::fs::write(desk.path("bunny.obj"), mesh).unwrap();
+    let run = |format: &str| {
+        ending(desk.taffeta(&["run", "scene.toml", "--out", ".", "--frames", "1", "--format", format]))
+    };
+    let (_, err, code) = run("npy,obj");
+    assert_eq!(code, Some(2), "{err}");
+    assert!(
+        err.contains("--out .: `bunny.obj` would be written over, and the scene is read from it"),
+        "{err}"
+    );
+    // A summary may name it, and still it is not removed.
+    std::fs::write(desk.path("summary.json"), "{\"files\": [\"bunny.obj\", \"old.npy\"]}").unwrap();
+    std::fs::write(desk.path("old.npy"), "").unwrap();
+    assert_eq!(run("npy").2, Some(0));
+    assert_eq!(std::fs::read_to_string(desk.path("bunny.obj")).unwrap(), mesh);
+    assert!(!desk.path("old.npy").exists());
+    let (_, err, code) = ending(desk.taffeta(&["run", "bunny.obj"]));
+    assert_eq!(code, Some(2));
+    assert!(err.contains("is a mesh and not a scene; `taffeta check bunny.obj` prints a scene"), "{err}");
 }

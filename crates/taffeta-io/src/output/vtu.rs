@@ -53,7 +53,6 @@ impl Vtu {
             pvd.flush()?;
         }
         let folder = path.with_file_name(FOLDER);
-        create_dir_all(&folder).map_err(|error| in_file(&folder, error))?;
         let names: Vec<String> = bodies.iter().map(|(name, _)| name.clone()).collect();
         let length = pvd.len();
         let mut vtu =
@@ -94,6 +93,9 @@ impl Vtu {
     /// The bodies' files in the folder with their frames, whole or not.
     fn files(&self) -> io::Result<Vec<(PathBuf, u64)>> {
         let mut files = Vec::new();
+        if !self.folder.exists() {
+            return Ok(files);
+        }
         for entry in read_dir(&self.folder).map_err(|error| in_file(&self.folder, error))? {
             let path = entry.map_err(|error| in_file(&self.folder, error))?.path();
             let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
@@ -119,6 +121,7 @@ impl FrameSink for Vtu {
             return Err(self.pvd.refuse(what));
         }
         if self.frames == 0 {
+            create_dir_all(&self.folder).map_err(|error| in_file(&self.folder, error))?;
             self.files()?.iter().try_for_each(|(path, _)| remove(path))?;
         }
         let mut lines = String::new();

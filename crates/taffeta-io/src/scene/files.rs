@@ -15,12 +15,14 @@ const LONGEST_LIST: u64 = 1 << 28;
 /// Replaces the files that the scene names by what is in them.
 pub(super) fn fill(loaded: &mut Loaded, scene_file: &Path) -> Result<(), LoadError> {
     let folders = Folders::of(scene_file, std::env::var_os("TAFFETA_MODELS").map(Into::into));
-    let Loaded { scene, source, notes } = loaded;
+    let Loaded { scene, source, notes, files } = loaded;
     for (index, body) in scene.bodies.iter_mut().enumerate() {
         let path = format!("body[{index}]");
         fill_mesh(body, &path, &folders, source, notes)?;
         fill_pairs(body, &path, &folders, source)?;
     }
+    files.extend(scene_file.canonicalize());
+    files.extend(folders.used());
     Ok(())
 }
 

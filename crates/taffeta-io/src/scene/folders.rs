@@ -1,10 +1,12 @@
 //! Where the files of a scene may lie: its folder, `models/` folders and `$TAFFETA_MODELS`. Nothing else is read.
 
+use std::cell::RefCell;
 use std::path::{Component, Path, PathBuf};
 
 /// The folders that are searched, in order.
 pub(super) struct Folders {
     folders: Vec<PathBuf>,
+    used: RefCell<Vec<PathBuf>>,
 }
 
 /// Why a file cannot be used.
@@ -31,12 +33,17 @@ impl Folders {
                 folders.push(folder);
             }
         }
-        Self { folders }
+        Self { folders, used: RefCell::default() }
     }
 
     /// The folders, in order.
     pub fn all(&self) -> &[PathBuf] {
         &self.folders
+    }
+
+    /// The files that were found so far.
+    pub fn used(self) -> Vec<PathBuf> {
+        self.used.into_inner()
     }
 
     /// The full path of the file that a scene calls `name`.
@@ -56,6 +63,7 @@ impl Folders {
                 )));
             }
             if path.is_file() {
+                self.used.borrow_mut().push(path.clone());
                 return Ok(path);
             }
         }
