@@ -43,6 +43,8 @@ pub struct BodyInfo {
     pub vertices: usize,
     /// Number of nodes: what is simulated.
     pub nodes: usize,
+    /// Number of nodes that pins hold.
+    pub pinned: usize,
     /// Number of triangles.
     pub triangles: usize,
     /// Springs by kind, with their number: `("structural", 1984)`.
@@ -417,6 +419,7 @@ fn info(body: &BodyAssembly) -> BodyInfo {
         name: body.name.clone(),
         vertices: body.vertices(),
         nodes: body.nodes,
+        pinned: body.free.iter().filter(|free| !**free).count(),
         triangles: body.triangles(),
         springs: body.spring_counts(),
         hinges: body.hinges.len(),

@@ -27,6 +27,7 @@ struct Report {
 struct BodyReport {
     name: String,
     nodes: usize,
+    pinned: usize,
     vertices: usize,
     triangles: usize,
     springs: Vec<KindCount>,
@@ -79,7 +80,7 @@ impl Report {
                     "largest stable step: {rest:.3e} s at rest, {folded:.3e} s however the springs are folded"
                 )
             }
-            _ => "largest stable step: any, without springs".to_owned(),
+            _ => "largest stable step: any; no spring pulls on a free node".to_owned(),
         });
         lines.extend(self.advice.iter().map(|advice| format!("advice: {advice}")));
         lines.push("accepted".to_owned());
@@ -92,6 +93,7 @@ impl BodyReport {
         Self {
             name: body.name.clone(),
             nodes: body.nodes,
+            pinned: body.pinned,
             vertices: body.vertices,
             triangles: body.triangles,
             springs: body.springs.iter().map(|&(kind, count)| KindCount { kind, count }).collect(),
@@ -122,6 +124,10 @@ impl BodyReport {
             ),
             format!("  springs: {springs}"),
         ];
+        if self.pinned > 0 {
+            let all = if self.pinned == self.nodes { ", all of them: nothing moves freely" } else { "" };
+            lines.push(format!("  pinned: {}{all}", grouped(self.pinned)));
+        }
         if self.hinges > 0 {
             lines.push(format!("  hinges: {}", grouped(self.hinges)));
         }

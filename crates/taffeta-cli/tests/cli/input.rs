@@ -82,6 +82,16 @@ fn check_counts_and_measures_the_step() {
 }
 
 #[test]
+fn check_says_how_many_nodes_are_held() {
+    let of = |scene: &str| ending(Desk::with(scene).taffeta(&["check", "scene.toml"])).0;
+    assert!(of(SHEET).contains("\n  pinned: 2\n"));
+    assert!(!of(BALL).contains("pinned"));
+    let all = of(&SHEET.replace("nodes = [0, 6]", "rows = [0, 4]"));
+    assert!(all.contains("\n  pinned: 35, all of them: nothing moves freely\n"), "{all}");
+    assert!(all.contains("largest stable step: any; no spring pulls on a free node"), "{all}");
+}
+
+#[test]
 fn check_warns_of_a_step_that_is_too_long() {
     let desk = Desk::with(&SHEET.replace("k = 100.0", "k = 1e6"));
     let (out, _, code) = ending(desk.taffeta(&["check", "scene.toml"]));
