@@ -2,6 +2,7 @@
 
 mod format;
 mod job;
+mod lock;
 mod outputs;
 mod plan;
 mod progress;
@@ -15,6 +16,7 @@ use clap::ValueEnum;
 use format::{Format, Poses};
 use job::{Ending, Job, stop_on_ctrl_c};
 
+use lock::RunLock;
 use plan::Plan;
 use std::path::{Path, PathBuf};
 use taffeta::{Options, Precision, Simulation};
@@ -95,6 +97,8 @@ impl Arithmetic {
 pub fn run(args: &Args) -> Result<(), Failure> {
     args.refuse_unsupported()?;
     let loaded = taffeta_io::load_scene(&args.scene, &args.sets)?;
+    let dir = Plan::dir(args);
+    let _lock = RunLock::take(&dir).map_err(|error| outputs::unwritable(&dir, error))?;
     let plan = Plan::new(args, &loaded)?;
     memory::check_run(&loaded.scene, plan.formats.iter().any(|format| format.has_faces()))?;
     let options = Options { threads: args.threads.map(usize::from), precision: plan.precision };
@@ -162,8 +166,8 @@ impl Args {
 
     /// The command that goes on from the checkpoint at `path`.
     fn resume_command(&self, path: &Path) -> String {
-        let mut words = vec!["taffeta run".to_owned(), quoted(&self.scene.to_string_lossy())];
-        words.push(format!("--resume {}", quoted(&path.to_string_lossy())));
+        let mut words = vec!["taffeta run".to_owned(), path_word(&self.scene)];
+        words.push(format!("--resume {}", path_word(path)));
         words.extend(self.sets.iter().map(|set| format!("--set {}", quoted(set))));
         words.join(" ")
     }
@@ -172,6 +176,12 @@ impl Args {
     fn say(&self, text: &str) -> Result<(), Failure> {
         if self.quiet || self.json { Ok(()) } else { console::say(text) }
     }
+}
+
+/// A path as a shell takes it, and as no option.
+fn path_word(path: &Path) -> String {
+    let text = path.to_string_lossy();
+    quoted(&if text.starts_with('-') { format!("./{text}") } else { text.into_owned() })
 }
 
 /// A word as a shell takes it.
@@ -207,8 +217,8 @@ fn opening(loaded: &Loaded, simulation: &Simulation, backend: Backend, plan: &Pl
 
 fn closing(summary: &Summary, dir: &Path) -> String {
     format!(
-        "{} frames, {:.3} ms a frame, largest stretch {:.3}, state {}\nresults in {}",
-        summary.frames,
+        "{}, {:.3} ms a frame, largest stretch {:.3}, state {}\nresults in {}",
+        console::counted(summary.frames as usize, "frame", "frames"),
         summary.wall_ms_per_frame,
         summary.max_stretch,
         summary.state_hash,

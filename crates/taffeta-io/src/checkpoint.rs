@@ -20,8 +20,9 @@ use crate::output::part::Part;
 use crate::output::{Begin, in_file};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::fs::File;
 use std::hash::Hasher;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 use taffeta::Snapshot;
 use twox_hash::XxHash64;
@@ -95,9 +96,18 @@ impl<R: Serialize> Checkpoint<R> {
 impl<R: DeserializeOwned> Checkpoint<R> {
     /// Reads the file at `path`. The error says why it cannot be used.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let in_file = |what: String| format!("{}: {what}", path.display());
-        let bytes = std::fs::read(path).map_err(|error| in_file(format!("cannot be read: {error}")))?;
-        Self::parse(&bytes).map_err(in_file)
+        let read = || {
+            let unread = |error: io::Error| format!("cannot be read: {error}");
+            let mut file = File::open(path).map_err(unread)?;
+            let length = file.metadata().map_err(unread)?.len();
+            let mut bytes = Vec::new();
+            (&mut file).take(HEAD as u64).read_to_end(&mut bytes).map_err(unread)?;
+            // What is no checkpoint may be of any size.
+            check_head(&bytes, length)?;
+            file.read_to_end(&mut bytes).map_err(unread)?;
+            Self::parse(&bytes)
+        };
+        read().map_err(|what| format!("{}: {what}", path.display()))
     }
 
     /// Reads a checkpoint from bytes.
@@ -124,12 +134,25 @@ impl<R: DeserializeOwned> Checkpoint<R> {
 
 /// The record and the state, after magic, version, length and hash were found right.
 fn open(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
+    let record = check_head(bytes, bytes.len() as u64)?;
+    let (content, hash) = bytes.split_at(bytes.len().saturating_sub(TAIL));
+    let mut hasher = XxHash64::with_seed(0);
+    hasher.write(content);
+    if hash != hasher.finish().to_le_bytes() {
+        return Err("damaged: its checksum does not fit its content".to_owned());
+    }
+    let body = content.get(HEAD..).and_then(|body| body.split_at_checked(usize::try_from(record).ok()?));
+    body.ok_or_else(|| format!("damaged: a record of {record} bytes does not fit into it"))
+}
+
+/// The length of the record [byte] in a file of `size` bytes that begins with `bytes`.
+fn check_head(bytes: &[u8], size: u64) -> Result<u64, String> {
     if !bytes.starts_with(MAGIC) {
         return Err("not a checkpoint of taffeta: it does not begin like one".to_owned());
     }
     let (Some(version), Some(length), Some(record)) = (word(bytes, 8), word(bytes, 12), word(bytes, 20))
     else {
-        return Err(format!("damaged: {} bytes are too few for a checkpoint", bytes.len()));
+        return Err(format!("damaged: {size} bytes are too few for a checkpoint"));
     };
     // The version has four bytes only.
     let version = version as u32;
@@ -140,17 +163,10 @@ fn open(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
              go on with that program, or start the run anew"
         ));
     }
-    if length != bytes.len() as u64 {
-        return Err(format!("damaged: it has {} bytes and should have {length}", bytes.len()));
+    if length != size {
+        return Err(format!("damaged: it has {size} bytes and should have {length}"));
     }
-    let (content, hash) = bytes.split_at(bytes.len().saturating_sub(TAIL));
-    let mut hasher = XxHash64::with_seed(0);
-    hasher.write(content);
-    if hash != hasher.finish().to_le_bytes() {
-        return Err("damaged: its checksum does not fit its content".to_owned());
-    }
-    let body = content.get(HEAD..).and_then(|body| body.split_at_checked(usize::try_from(record).ok()?));
-    body.ok_or_else(|| format!("damaged: a record of {record} bytes does not fit into it"))
+    Ok(record)
 }
 
 /// Eight bytes from `at` on.

@@ -19,6 +19,7 @@ mod uvs;
 mod vtu;
 mod vtu_mesh;
 
+pub use part::check_file;
 pub(crate) use part::in_file;
 
 pub use frames::FrameTable;
@@ -31,9 +32,10 @@ pub use ply::write_ply;
 pub use usd::Usd;
 pub use vtu::Vtu;
 
-use std::io;
+use std::io::{self, Write};
 use std::ops::Range;
 use std::path::PathBuf;
+use taffeta::Precision;
 
 /// Whether files are started, or taken up again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,6 +95,25 @@ impl<'a> Positions<'a> {
         match self {
             Self::F32(all) => all.get(range).map(Positions::F32),
             Self::F64(all) => all.get(range).map(Positions::F64),
+        }
+    }
+
+    /// Writes the numbers in `precision`, little endian; converts them where they are in another.
+    fn write(&self, precision: Precision, out: &mut impl Write) -> io::Result<()> {
+        match (self, precision) {
+            (Self::F32(all), Precision::F32) => {
+                all.as_flattened().iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
+            }
+            (Self::F32(all), Precision::F64) => {
+                let mut wide = all.as_flattened().iter().map(|&x| f64::from(x));
+                wide.try_for_each(|x| out.write_all(&x.to_le_bytes()))
+            }
+            (Self::F64(all), Precision::F64) => {
+                all.as_flattened().iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))
+            }
+            (Self::F64(_), Precision::F32) => {
+                self.iter_f32().flatten().try_for_each(|x| out.write_all(&x.to_le_bytes()))
+            }
         }
     }
 

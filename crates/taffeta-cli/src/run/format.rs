@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use taffeta::topology::Surface;
 use taffeta::{BodyInfo, Simulation};
 use taffeta_io::output::{
-    FrameSink, GlbBody, Npy, Pc2, Positions, Usd, Vtu, file_stems, write_glb, write_obj, write_ply,
+    FrameSink, GlbBody, Npy, Pc2, Positions, Usd, Vtu, check_file, file_stems, write_glb, write_obj,
+    write_ply,
 };
 
 /// A format of results. A checkpoint keeps its place in this list: new ones come last.
@@ -147,6 +148,25 @@ impl Format {
             Self::Ply | Self::Obj | Self::Glb => return 60 * vertices + 20 * triangles,
         };
         per_frame.saturating_mul(frames)
+    }
+
+    /// Whether all is there that an earlier run left in `dir`; `lengths` has the marks of its caches.
+    pub fn check<'a>(
+        self,
+        dir: &Path,
+        stems: &[String],
+        frames: u64,
+        lengths: &mut impl Iterator<Item = &'a Vec<u64>>,
+    ) -> io::Result<()> {
+        let paths: Vec<PathBuf> = self.files(stems).iter().map(|name| dir.join(name)).collect();
+        for (path, mark) in paths.iter().zip(lengths) {
+            match self {
+                Self::Usda => Usd::check(path, mark)?,
+                Self::Vtu => Vtu::check(path, stems, frames, mark)?,
+                _ => mark.iter().try_for_each(|&length| check_file(path, length))?,
+            }
+        }
+        Ok(())
     }
 
     /// The files that take all frames.

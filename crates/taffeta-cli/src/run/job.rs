@@ -1,6 +1,6 @@
 //! The frames of a run, its checkpoints, and the ways in which it ends.
 
-use super::outputs::Outputs;
+use super::outputs::{self, Mark, Outputs};
 use super::plan::Plan;
 use super::progress::Progress;
 use super::tally::Tally;
@@ -47,18 +47,21 @@ impl Ending {
 }
 
 impl<'a> Job<'a> {
-    /// Builds nothing; opens the files, and takes up what the plan says was done before.
+    /// Starts the files, or takes up what the plan says was done before. Nothing is touched before all is found there.
     pub fn new(plan: &'a Plan, mut simulation: Simulation, dt: f64) -> Result<Self, Failure> {
         let mut tally = Tally::new(&simulation);
-        let mut outputs = Outputs::open(plan, &simulation, dt)?;
         if let Some(earlier) = &plan.earlier {
             simulation
                 .restore(&earlier.snapshot)
                 .map_err(|why| Failure::Input(format!("--resume: {why}")))?;
             tally = earlier.run.tally.clone();
-            outputs.rewind(&earlier.run.mark, &simulation).map_err(|error| {
-                Failure::Input(format!("--resume: {error}; the files that the run left are needed to go on"))
-            })?;
+            outputs::check_left(plan, &simulation, &earlier.run.mark)?;
+            // What is asked for now holds from now on, whatever happens; the files are longer than it says.
+            write_checkpoint(plan, &simulation, &earlier.run.mark, &tally)?;
+        }
+        let mut outputs = Outputs::open(plan, &simulation, dt)?;
+        if let Some(earlier) = &plan.earlier {
+            outputs.rewind(&earlier.run.mark, &simulation)?;
         }
         let saved = plan.earlier.as_ref().map(|earlier| earlier.snapshot.report.frame);
         Ok(Self { plan, simulation, outputs, tally, saved })
@@ -113,9 +116,7 @@ impl<'a> Job<'a> {
             return Ok(());
         }
         let mark = self.outputs.sync()?;
-        let run = self.plan.record(&mark, &self.tally);
-        let snapshot = self.simulation.snapshot();
-        Checkpoint { scene: self.plan.scene.clone(), snapshot, run }.write(&self.path())?;
+        write_checkpoint(self.plan, &self.simulation, &mark, &self.tally)?;
         self.saved = Some(frame);
         Ok(())
     }
@@ -124,6 +125,12 @@ impl<'a> Job<'a> {
     pub fn path(&self) -> PathBuf {
         self.plan.checkpoint()
     }
+}
+
+/// Writes the checkpoint of a run whose files end at `mark`.
+fn write_checkpoint(plan: &Plan, simulation: &Simulation, mark: &Mark, tally: &Tally) -> io::Result<()> {
+    let run = plan.record(mark, tally);
+    Checkpoint { scene: plan.scene.clone(), snapshot: simulation.snapshot(), run }.write(&plan.checkpoint())
 }
 
 /// Whether the user wants the run to end, from now on.

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
 use taffeta::{Precision, Simulation};
-use taffeta_io::output::{Begin, FrameSink, FrameTable, Positions, Vtu};
+use taffeta_io::output::{Begin, FrameSink, FrameTable, Positions, Vtu, check_file};
 
 /// Where the files of a run end.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -38,17 +38,7 @@ impl Outputs {
     pub fn open(plan: &Plan, simulation: &Simulation, dt: f64) -> Result<Self, Failure> {
         let (dir, begin) = (&plan.dir, plan.begin());
         refuse_inputs(plan, simulation)?;
-        let refuse = |error: io::Error| {
-            let out = format!("--out {}: {error}", dir.display());
-            match error.kind() {
-                io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => Failure::Work(out),
-                _ if begin == Begin::Again => {
-                    Failure::Input(format!("{out}; the files that the run left are needed to go on"))
-                }
-                _ => Failure::Input(format!("{out}; a folder that can be written to would do")),
-            }
-        };
-        std::fs::create_dir_all(dir).map_err(refuse)?;
+        let refuse = |error| unwritable(dir, error);
         let bodies = simulation.bodies();
         let columns: Vec<_> =
             bodies.iter().map(|body| (body.name.clone(), body.rest_volume.is_some())).collect();
@@ -174,6 +164,38 @@ impl Buffer {
             Self::F64(all) => Positions::F64(all),
         }
     }
+}
+
+/// A folder that results cannot be written to.
+pub fn unwritable(dir: &Path, error: io::Error) -> Failure {
+    use io::ErrorKind as Kind;
+    let out = format!("--out {}: {error}", dir.display());
+    match error.kind() {
+        Kind::PermissionDenied
+        | Kind::ReadOnlyFilesystem
+        | Kind::NotFound
+        | Kind::NotADirectory
+        | Kind::AlreadyExists
+        | Kind::InvalidFilename => Failure::Input(format!("{out}; a folder that can be written to would do")),
+        Kind::IsADirectory | Kind::ResourceBusy | Kind::InvalidInput => Failure::Input(out),
+        // A full or a broken disk.
+        _ => Failure::Work(out),
+    }
+}
+
+/// Refuses to go on with files that are not all there, before any of them is touched.
+pub fn check_left(plan: &Plan, simulation: &Simulation, mark: &Mark) -> Result<(), Failure> {
+    let stems = stems(simulation);
+    let mut lengths = mark.caches.iter();
+    let mut check = || {
+        for format in plan.formats.iter().filter(|format| format.is_cache()) {
+            format.check(&plan.dir, &stems, mark.frames, &mut lengths)?;
+        }
+        check_file(&plan.dir.join("frames.csv"), mark.table)
+    };
+    check().map_err(|error| {
+        Failure::Input(format!("--resume: {error}; the files that the run left are needed to go on"))
+    })
 }
 
 /// Refuses to write over what the scene was read from.

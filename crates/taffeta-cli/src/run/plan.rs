@@ -19,8 +19,10 @@ const NAME: &str = "checkpoint.taffeta";
 pub struct Record {
     /// Formats of its results.
     pub formats: Vec<Format>,
-    /// Precision of the numbers in its caches.
+    /// Arithmetic.
     pub precision: Precision,
+    /// Precision of the numbers in its caches.
+    pub cache_precision: Precision,
     /// Frames asked for on the command line.
     pub frames: Option<u32>,
     /// Frames that it was to do.
@@ -66,20 +68,20 @@ impl Plan {
             return plan.refuse_to_overwrite(args);
         };
         let path = if path.is_dir() { &path.join(NAME) } else { path };
+        let dir = Self::dir(args);
         let earlier = Checkpoint::<Record>::read(path).map_err(|why| refused(&why))?;
         if let Some(difference) = difference(&earlier.scene, &scene) {
             let why = format!("{}: it is of another scene: {difference}", path.display());
             return Err(refused(&why));
         }
-        let beside = path.parent().map(Path::to_owned).unwrap_or_default();
         let record = &earlier.run;
         let frames = args.frames.or(record.frames);
         let plan = Self {
-            dir: args.out.clone().unwrap_or(beside),
+            dir,
             scene,
-            precision: args.precision.map_or(earlier.snapshot.precision, Arithmetic::precision),
+            precision: args.precision.map_or(record.precision, Arithmetic::precision),
             formats: formats(args, record)?,
-            cache_precision: record.precision,
+            cache_precision: record.cache_precision,
             frames,
             end: frames.unwrap_or(loaded.scene.time.frames),
             every: args.checkpoint_every.or(record.every),
@@ -91,9 +93,8 @@ impl Plan {
 
     fn afresh(args: &Args, scene: String, loaded: &Loaded) -> Self {
         let precision = args.precision.unwrap_or(Arithmetic::F32).precision();
-        let stem = args.scene.file_stem().unwrap_or("scene".as_ref());
         Self {
-            dir: args.out.clone().unwrap_or_else(|| Path::new("out").join(stem)),
+            dir: Self::dir(args),
             scene,
             precision,
             formats: sorted(args.format.as_deref().unwrap_or(&[Format::Npy])),
@@ -106,10 +107,28 @@ impl Plan {
         }
     }
 
+    /// Folder of the results: what was asked for, else that of the checkpoint to go on from, else one of the scene's name.
+    pub fn dir(args: &Args) -> PathBuf {
+        let stem = args.scene.file_stem().unwrap_or("scene".as_ref());
+        let dir = match (&args.out, &args.resume) {
+            (Some(dir), _) => dir.clone(),
+            (None, Some(resume)) if resume.is_dir() => resume.clone(),
+            (None, Some(file)) => file.parent().map(Path::to_owned).unwrap_or_default(),
+            (None, None) => Path::new("out").join(stem),
+        };
+        if dir.as_os_str().is_empty() { PathBuf::from(".") } else { dir }
+    }
+
     /// Frames of hours of work must not be lost because `--resume` was forgotten.
     fn refuse_to_overwrite(self, args: &Args) -> Result<Self, Failure> {
         let path = self.checkpoint();
-        let Ok(earlier) = Checkpoint::<Record>::read(&path) else { return Ok(self) };
+        if !path.exists() {
+            return Ok(self);
+        }
+        let earlier = Checkpoint::<Record>::read(&path).map_err(|why| {
+            let what = "it may belong to a run that is to go on; choose another --out, or remove it";
+            Failure::Input(format!("{why}; {what}"))
+        })?;
         let (frame, end) = (earlier.snapshot.report.frame, earlier.run.end);
         if earlier.run.every.is_none() || frame >= end {
             return Ok(self);
@@ -169,7 +188,8 @@ impl Plan {
     pub fn record(&self, mark: &Mark, tally: &Tally) -> Record {
         Record {
             formats: self.formats.clone(),
-            precision: self.cache_precision,
+            precision: self.precision,
+            cache_precision: self.cache_precision,
             frames: self.frames,
             end: self.end,
             every: self.every,

@@ -224,8 +224,79 @@ fn a_checkpoint_that_does_not_fit_is_refused_with_the_reason() {
 }
 
 #[test]
-fn another_precision_is_converted_and_said() {
+fn a_refused_resume_leaves_a_finished_run_as_it_was() {
+    let desk = Desk::with(TWO);
+    let words = ["run", "scene.toml", "--out", "o", "--quiet", "--format", ALL, "--frames", "4"];
+    desk.taffeta(&words).args(["--checkpoint-every", "2"]).assert().success();
+    let whole = results(&desk.path("o"));
+    let caches = ["positions.npy", "sheet.pc2", "ball.pc2", "scene.usda", "scene.pvd", "vtu/ball_000003.vtu"];
+    for name in caches.into_iter().chain(["frames.csv"]) {
+        let kept = std::fs::read(desk.path("o").join(name)).unwrap();
+        std::fs::remove_file(desk.path("o").join(name)).unwrap();
+        let (_, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--resume", "o", "--frames", "6"]));
+        assert_eq!(code, Some(2), "{err}");
+        assert!(err.contains(name) && err.contains("are needed to go on"), "{name}: {err}");
+        std::fs::write(desk.path("o").join(name), kept).unwrap();
+        assert!(results(&desk.path("o")) == whole, "without {name} the others were touched");
+    }
+}
+
+#[test]
+fn what_a_resumed_run_was_asked_for_holds_when_it_is_stopped_at_once() {
     let desk = stopped_at_2();
+    let words = ["run", "scene.toml", "--resume", "o", "--frames", "100000", "--precision", "f64"];
+    let run = start(&desk, &words);
+    // It is at work when it has taken its files up.
+    while !desk.path("o/positions.npy.part").exists() {
+        std::thread::yield_now();
+    }
+    kill_after(run, &desk.path("o"), 0);
+    let (_, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--out", "o"]));
+    assert_eq!(code, Some(2), "{err}");
+    assert!(err.contains("stopped at frame ") && err.contains(" of 100000; to go on: "), "{err}");
+    let (out, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--resume", "o", "--frames", "9"]));
+    assert!(code == Some(0) || err.contains("--frames"), "{out}{err}");
+}
+
+#[test]
+fn a_checkpoint_that_cannot_be_read_keeps_its_folder_from_a_new_run() {
+    let desk = stopped_at_2();
+    let path = desk.path("o/checkpoint.taffeta");
+    let mut bytes = std::fs::read(&path).unwrap();
+    *bytes.last_mut().unwrap() ^= 1;
+    std::fs::write(&path, &bytes).unwrap();
+    let before = results(&desk.path("o"));
+    let (_, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--out", "o"]));
+    assert_eq!(code, Some(2));
+    assert!(err.contains("o/checkpoint.taffeta: damaged") && err.contains("choose another --out"), "{err}");
+    assert!(results(&desk.path("o")) == before);
+}
+
+#[test]
+fn a_folder_is_for_one_run_at_a_time_and_a_refused_run_leaves_none_behind() {
+    let desk = Desk::with(SHEET);
+    let mut run = start(&desk, &["run", "scene.toml", "--out", "o", "--frames", "100000000"]);
+    while !desk.path("o/positions.npy.part").exists() {
+        std::thread::yield_now();
+    }
+    let (_, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--out", "o", "--format", "ply"]));
+    assert_eq!(code, Some(2));
+    assert!(err.contains("--out o: another run is writing here"), "{err}");
+    run.kill().unwrap();
+    run.wait().unwrap();
+    // What the killed one left of its lock is no lock.
+    desk.taffeta(&["run", "scene.toml", "--out", "o", "--quiet"]).assert().success();
+    assert_eq!(desk.files("o"), ["frames.csv", "positions.npy", "summary.json"]);
+    let words = ["run", "scene.toml", "--out", "new", "--set", "body.sheet.node_mass=-1"];
+    assert_eq!(ending(desk.taffeta(&words)).2, Some(2));
+    assert!(!desk.path("new").exists());
+}
+
+#[test]
+fn another_precision_is_converted_and_said() {
+    let desk = Desk::with(SHEET);
+    let words = ["run", "scene.toml", "--out", "o", "--quiet", "--frames", "2", "--format", "npy,vtu"];
+    desk.taffeta(&words).args(["--checkpoint-every", "2"]).assert().success();
     let words =
         ["run", "scene.toml", "--resume", "o/checkpoint.taffeta", "--frames", "4", "--precision", "f64"];
     let (out, err, code) = ending(desk.taffeta(&words));

@@ -27,12 +27,13 @@ pub fn difference(earlier: &str, now: &str) -> Option<String> {
         return None;
     }
     let [earlier, now] = [earlier, now].map(|text| serde_json::from_str(text).unwrap_or(Value::Null));
+    if earlier.is_null() || now.is_null() {
+        return Some("it cannot be read".to_owned());
+    }
     let mut path = Vec::new();
-    let words = match first_difference(&earlier, &now, &mut path) {
-        Some((was, is)) => format!("`{}` was {} and is {}", path.concat(), shown(was), shown(is)),
-        None => "it was another scene".to_owned(),
-    };
-    Some(words)
+    // Texts may differ where values do not: 0.0 and -0.0.
+    let (was, is) = first_difference(&earlier, &now, &mut path)?;
+    Some(format!("`{}` was {} and is {}", path.concat(), shown(was), shown(is)))
 }
 
 /// Descends to the first pair that differs; `path` is the way there.
@@ -92,6 +93,10 @@ fn surface_hash(surface: &Surface) -> u64 {
     list(&mut surface.polygons.corners.iter().map(|&i| u64::from(i)));
     list(&mut surface.node_of_vertex.iter().flatten().map(|&i| u64::from(i)));
     list(&mut surface.rest.iter().flatten().flatten().flatten().map(|x| x.to_bits()));
+    if let Some(uvs) = &surface.uvs {
+        list(&mut uvs.coords.as_flattened().iter().map(|x| x.to_bits().into()));
+        list(&mut uvs.corners.iter().map(|&i| u64::from(i)));
+    }
     for (name, members) in &surface.groups {
         list(&mut name.bytes().map(u64::from));
         list(&mut members.iter().map(|&i| u64::from(i)));

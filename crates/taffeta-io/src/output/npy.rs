@@ -24,6 +24,7 @@ impl Npy {
         let mut part = Part::open(path, begin)?;
         if begin == Begin::New {
             part.write_all(&header(0, vertices, precision))?;
+            part.flush()?;
         }
         Ok(Self { part, frames: 0, vertices, precision })
     }
@@ -38,21 +39,7 @@ impl FrameSink for Npy {
                 self.vertices
             )));
         }
-        match (positions, self.precision) {
-            (Positions::F32(all), Precision::F32) => {
-                all.as_flattened().iter().try_for_each(|x| self.part.write_all(&x.to_le_bytes()))?;
-            }
-            (Positions::F64(all), Precision::F64) => {
-                all.as_flattened().iter().try_for_each(|x| self.part.write_all(&x.to_le_bytes()))?;
-            }
-            (Positions::F32(all), Precision::F64) => {
-                let mut wide = all.as_flattened().iter().map(|&x| f64::from(x));
-                wide.try_for_each(|x| self.part.write_all(&x.to_le_bytes()))?;
-            }
-            (Positions::F64(_), Precision::F32) => {
-                positions.iter_f32().flatten().try_for_each(|x| self.part.write_all(&x.to_le_bytes()))?;
-            }
-        }
+        positions.write(self.precision, &mut self.part)?;
         self.part.flush()?;
         self.frames += 1;
         Ok(())

@@ -141,9 +141,21 @@ impl Write for Part {
 
 /// Puts a new name on the disk, where folders can be synced. Without it the file is whole, and found under its earlier
 /// name after a power failure.
-fn sync_folder(path: &Path) {
+pub(crate) fn sync_folder(path: &Path) {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let _ = File::open(folder).and_then(|folder| folder.sync_all());
+}
+
+/// Refuses a file called `path`, finished or under way, that has less than `length` bytes: a run cannot go on with it.
+pub fn check_file(path: &Path, length: u64) -> io::Result<()> {
+    let part = with_suffix(path, ".part");
+    let there = if part.exists() { &part } else { path };
+    let now = there.metadata().map_err(|error| in_file(there, error))?.len();
+    if now >= length {
+        return Ok(());
+    }
+    let what = format!("holds {now} bytes and {length} are needed: it is not what the earlier run left");
+    Err(in_file(there, io::Error::new(io::ErrorKind::InvalidInput, what)))
 }
 
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {

@@ -25,6 +25,7 @@ impl Pc2 {
             .map_err(|_| part.refuse(format!("{} vertices are too many for PC2", vertices.len())))?;
         if begin == Begin::New {
             part.write_all(&header(points))?;
+            part.flush()?;
         }
         Ok(Self { part, frames: 0, vertices })
     }

@@ -3,7 +3,7 @@
 //! A frame adds to all bodies, but the file has one body after the other. The first body's points stream into the file
 //! itself; all that comes after them streams into parts of its own, which `finish` appends.
 
-use super::part::{Part, in_file};
+use super::part::{Part, check_file, in_file};
 use super::usd_mesh::write_topology;
 use super::{Begin, FrameSink, Positions, usd_identifiers};
 use std::fs::{File, remove_file};
@@ -54,12 +54,22 @@ impl Usd {
                 }
                 write_topology(&mut points, name, surface)?;
                 points.write_all(b"        point3f[] points.timeSamples = {\n")?;
+                points.flush()?;
             }
             let vertices = usd.vertices..usd.vertices + surface.vertices.len();
             usd.vertices = vertices.end;
             usd.bodies.push(BodyPart { vertices, points, extents: Part::open(&extents, begin)? });
         }
         Ok(usd)
+    }
+
+    /// Whether all is there that an earlier run left where its mark was `mark`.
+    pub fn check(path: &Path, mark: &[u64]) -> io::Result<()> {
+        if path.exists() {
+            return check_file(path, mark.iter().sum());
+        }
+        let paths = (0..).flat_map(|body| part_paths(path, body));
+        paths.zip(mark).try_for_each(|(path, &length)| check_file(&path, length))
     }
 
     /// The header, of the same length for any number of frames.

@@ -2,7 +2,7 @@
 //!
 //! The `.pvd` grows by the files of a frame when they are whole, and its length is where the frames end.
 
-use super::part::{Part, in_file};
+use super::part::{Part, check_file, in_file, sync_folder};
 use super::vtu_mesh::Grid;
 use super::{Begin, FrameSink, Positions, file_stems};
 use std::fs::{File, create_dir_all, read_dir, read_to_string, remove_dir, remove_file};
@@ -65,6 +65,14 @@ impl Vtu {
             vtu.bodies.push(Body { stem, vertices, grid });
         }
         Ok(vtu)
+    }
+
+    /// Whether all is there that an earlier run of bodies called `stems` left where its mark was `mark`.
+    pub fn check(path: &Path, stems: &[String], frames: u64, mark: &[u64]) -> io::Result<()> {
+        mark.iter().try_for_each(|&length| check_file(path, length))?;
+        let folder = path.with_file_name(FOLDER);
+        let mut files = (0..frames).flat_map(|frame| stems.iter().map(move |stem| name_of(stem, frame)));
+        files.try_for_each(|name| check_file(&folder.join(name), 1))
     }
 
     /// Removes the `.pvd` file at `path` and the `.vtu` files that it names.
@@ -164,9 +172,10 @@ impl FrameSink for Vtu {
     }
 
     fn sync(&mut self) -> io::Result<()> {
-        for path in self.unsynced.drain(..) {
-            File::open(&path).and_then(|file| file.sync_all()).map_err(|error| in_file(&path, error))?;
+        for path in &self.unsynced {
+            File::open(path).and_then(|file| file.sync_all()).map_err(|error| in_file(path, error))?;
         }
+        self.unsynced.drain(..).take(1).for_each(|path| sync_folder(&path));
         self.pvd.sync()
     }
 
@@ -179,8 +188,12 @@ impl FrameSink for Vtu {
 
 impl Body {
     fn file(&self, frame: u64) -> String {
-        format!("{}_{frame:06}.vtu", self.stem)
+        name_of(&self.stem, frame)
     }
+}
+
+fn name_of(stem: &str, frame: u64) -> String {
+    format!("{stem}_{frame:06}.vtu")
 }
 
 /// Removes a file, if it is there.

@@ -49,20 +49,8 @@ impl Grid {
     /// Writes the file for `time` [s].
     pub fn write(&self, out: &mut impl Write, time: f64, positions: &Positions) -> io::Result<()> {
         write!(out, "{}{time}{}", self.before_time, self.after_time)?;
-        match (positions, self.precision) {
-            (Positions::F32(all), Precision::F32) => {
-                out.write_all(&(size_of_val(*all) as u64).to_le_bytes())?;
-                all.as_flattened().iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))?;
-            }
-            (Positions::F64(all), Precision::F64) => {
-                out.write_all(&(size_of_val(*all) as u64).to_le_bytes())?;
-                all.as_flattened().iter().try_for_each(|x| out.write_all(&x.to_le_bytes()))?;
-            }
-            (_, precision) => {
-                let what = format!("positions are not {precision:?} as the file is");
-                return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
-            }
-        }
+        out.write_all(&((3 * positions.len() * self.precision.bytes()) as u64).to_le_bytes())?;
+        positions.write(self.precision, out)?;
         out.write_all(&self.arrays)?;
         out.write_all(b"\n</AppendedData>\n</VTKFile>\n")
     }

@@ -1,0 +1,45 @@
+//! One run at a time in a folder.
+
+use std::fs::{File, TryLockError, create_dir_all, remove_dir, remove_file};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Keeps other runs out of a folder. What a killed run leaves of it keeps nobody out.
+pub struct RunLock {
+    path: PathBuf,
+    file: File,
+    /// The folder was made for this run.
+    made: bool,
+}
+
+impl RunLock {
+    /// Takes the folder, and makes it if need be.
+    pub fn take(dir: &Path) -> io::Result<Self> {
+        let made = !dir.exists();
+        create_dir_all(dir)?;
+        let path = dir.join("run.lock");
+        let lock = Self { file: File::create(&path)?, path, made };
+        match lock.file.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                // It is another's: its file stays.
+                std::mem::forget(lock);
+                let what = "another run is writing here; wait for it or choose another folder";
+                Err(io::Error::new(io::ErrorKind::ResourceBusy, what))
+            }
+            // A file system without locks cannot keep others out.
+            _ => Ok(lock),
+        }
+    }
+}
+
+impl Drop for RunLock {
+    fn drop(&mut self) {
+        // What cannot be removed does no harm: the lock ends with the program.
+        let _ = remove_file(&self.path);
+        if let Some(folder) = self.path.parent().filter(|_| self.made) {
+            // A run that was refused leaves no folder behind; one with results is not empty.
+            let _ = remove_dir(folder);
+        }
+        let _ = self.file.unlock();
+    }
+}
