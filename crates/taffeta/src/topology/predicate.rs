@@ -2,12 +2,16 @@
 //! arithmetic (Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", 1997).
 //! Coordinates other than 0 must lie between 1e-70 and 1e70 in size.
 
+use super::measure::{cross, sub};
 use robust::{Coord, Coord3D};
 
 pub(super) type Point = [f64; 3];
 
 /// Whether two triangles have a point in common; one that touches counts. Both have an area.
 pub fn triangles_meet(a: [Point; 3], b: [Point; 3]) -> bool {
+    if kept_apart(a, b, 0) {
+        return false;
+    }
     let a_from_b = a.map(|p| side(b, p));
     if apart(a_from_b) {
         return false;
@@ -23,6 +27,9 @@ pub fn triangles_meet(a: [Point; 3], b: [Point; 3]) -> bool {
 /// Whether two triangles whose first corner is the same point meet beyond it. What two such triangles share is a star
 /// around that corner, so it reaches the edge opposite of it in one of the two.
 pub fn meet_beyond_corner(a: [Point; 3], b: [Point; 3]) -> bool {
+    if kept_apart(a, b, 1) {
+        return false;
+    }
     let opposite = |of: [Point; 3], with: [Point; 3]| {
         let ends = [of[1], of[2]];
         crosses(ends, ends.map(|p| side(with, p)), with)
@@ -37,6 +44,34 @@ pub fn overlap_beyond_edge([a, b]: [Point; 2], c: Point, d: Point) -> bool {
         return false;
     }
     flat_axis([a, b, c]).is_some_and(|(axis, turn)| turn_along(axis, a, b, d) == turn)
+}
+
+/// Whether a line along an edge keeps two triangles apart but for their first `shared` corners, none or one, seen along
+/// the axis in which one is widest: an answer for most. Spares triangles of one plane the determinants in space, which
+/// are zero and so take all digits.
+fn kept_apart(a: [Point; 3], b: [Point; 3], shared: usize) -> bool {
+    let axis = widest_axis(a);
+    keeps_out(axis, a, b, shared) || keeps_out(axis, b, a, shared)
+}
+
+/// Whether an edge of a triangle has the own corners of another one beyond it. A shared corner must be on that edge.
+fn keeps_out(axis: usize, [a, b, c]: [Point; 3], other: [Point; 3], shared: usize) -> bool {
+    let inside = turn_along(axis, a, b, c);
+    let beyond =
+        |[u, v]: &[Point; 2]| other[shared..].iter().all(|p| turn_along(axis, *u, *v, *p) == -inside);
+    inside != 0 && [[a, b], [c, a], [b, c]][..3 - shared].iter().any(beyond)
+}
+
+/// The axis along which a triangle has the largest area, or nearly so.
+fn widest_axis([a, b, c]: [Point; 3]) -> usize {
+    let normal = cross(sub(b, a), sub(c, a)).map(f64::abs);
+    if normal[0] >= normal[1] && normal[0] >= normal[2] {
+        0
+    } else if normal[1] >= normal[2] {
+        1
+    } else {
+        2
+    }
 }
 
 /// Whether all three corners are strictly at one side.
