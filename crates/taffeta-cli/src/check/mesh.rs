@@ -6,14 +6,14 @@ use super::{Args, MeshKind, advice, words};
 use crate::console::{self, grouped};
 use crate::failure::Failure;
 use std::sync::Arc;
-use taffeta::topology::{Inspection, Intersections, NoInside, Surface, no_inside, self_intersections};
+use taffeta::topology::{Edges, Inspection, Intersections, NoInside, Surface, no_inside, self_intersections};
 use taffeta_io::MeshOptions;
 
 /// How many edges, vertices and pairs are named.
 const NAMED: usize = 8;
 /// How many parts are listed.
 const PARTS: usize = 20;
-/// Triangles from which on the search for those that meet takes more than a moment.
+/// Triangles from which on the search for those that meet takes more than a moment, and filling holes is not tried.
 const MANY: usize = 1_000_000;
 
 /// Checks a mesh. One that is refused is reported all the same.
@@ -83,7 +83,9 @@ fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshR
         repairs: surface.repairs.clone(),
         warnings: Vec::new(),
         unit: advice::unit(extent.into_iter().fold(0.0, f64::max)),
-        body: body_verdict(no_inside(&surface, &found.edges), found.holes, args.fill_holes),
+        body: body_verdict(no_inside(&surface, &found.edges), found.holes, || {
+            !args.fill_holes && (surface.triangles.len() > MANY || filling_would_do(args))
+        }),
         shell: Verdict { accepted: true, reason: None, remedy: None },
         scene: None,
     };
@@ -129,13 +131,25 @@ fn largest_parts(found: &Inspection, vertex: impl Fn(usize) -> u32) -> Vec<PartR
     parts.iter().take(PARTS).map(report).collect()
 }
 
-fn body_verdict(why: Option<NoInside>, holes: usize, filled: bool) -> Verdict {
-    let remedy = why.as_ref().map(|why| match (why.fillable, filled) {
-        (true, false) => {
+/// `filling` says whether it would make a body of a mesh that has holes and no other fault.
+fn body_verdict(why: Option<NoInside>, holes: usize, filling: impl FnOnce() -> bool) -> Verdict {
+    let remedy = why.as_ref().map(|why| {
+        if why.fillable && filling() {
             let them = if holes == 1 { "it" } else { "them" };
             format!("--fill-holes here and fill_holes = true in the scene close {them}")
+        } else {
+            "mend it in a mesh editor, or use it as a shell: kind = \"cloth\"".to_owned()
         }
-        _ => "mend it in a mesh editor, or use it as a shell: kind = \"cloth\"".to_owned(),
     });
     Verdict { accepted: why.is_none(), reason: why.map(|why| why.to_string()), remedy }
+}
+
+/// Whether the mesh can be a body once its holes are filled. That of a flat sheet leaves no room inside, and a hole
+/// between nodes on one line cannot be filled.
+fn filling_would_do(args: &Args) -> bool {
+    let options = MeshOptions { fill_holes: true, ..MeshOptions::default() };
+    taffeta_io::load_mesh(&args.path, &options).is_ok_and(|filled| {
+        let edges = Edges::new(filled.nodes.len(), &filled.triangles, &filled.links);
+        no_inside(&filled, &edges).is_none()
+    })
 }

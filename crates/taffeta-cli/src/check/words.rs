@@ -39,11 +39,12 @@ pub fn of(report: &MeshReport, kind: Option<MeshKind>) -> String {
     }
     lines.extend(report.warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.extend(report.unit.iter().map(|unit| format!("unit: {}", unit.hint)));
+    let warnings = lines.iter().filter(|line| line.starts_with("warning: ")).count();
     if kind != Some(MeshKind::Body) {
-        lines.push(verdict("shell", &report.shell, report.warnings.len()));
+        lines.push(verdict("shell", &report.shell, warnings));
     }
     if kind != Some(MeshKind::Shell) {
-        lines.push(verdict("body", &report.body, report.warnings.len()));
+        lines.push(verdict("body", &report.body, warnings));
     }
     lines.extend(next(report));
     lines.join("\n")

@@ -76,6 +76,35 @@ fn an_open_body_is_refused_with_its_edges_and_an_offer_to_fill_it() {
 }
 
 #[test]
+fn filling_is_offered_only_where_it_gives_a_body() {
+    let remedy = |mesh: &str| report(mesh)["body"]["remedy"].as_str().expect("a remedy").to_owned();
+    assert!(remedy(&cube(true)).contains("--fill-holes"));
+    let flat = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    assert!(remedy(flat).starts_with("mend it in a mesh editor"), "a sheet, filled, holds no volume");
+    // The edge between vertices 1 and 2 is halved in one face alone.
+    let halved = cube(false).replace("f 2 4 1\n", "f 2 4 9\nf 9 4 1\n") + "v -0.5 -0.5 0\n";
+    assert!(remedy(&halved).starts_with("mend it in a mesh editor"), "a hole between nodes on a line");
+}
+
+#[test]
+fn parts_that_touch_at_a_point_are_named_by_vertices_of_their_own_place() {
+    let mesh = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv -1 0 0\nv -1 -1 0\nf 2 3 4\nf 2 5 6\n";
+    let report = report(mesh);
+    assert_eq!(report["parts"], json!(2));
+    assert_eq!(report["largest_parts"][1]["vertex"], json!(1));
+    assert_eq!(report["boundary_edges"]["first"], json!([[1, 2], [1, 3], [2, 3], [4, 5], [1, 4], [1, 5]]));
+}
+
+#[test]
+fn as_many_warnings_are_counted_as_are_said() {
+    // A corner order that crosses itself is said by the reader, all else by the check.
+    let (out, _, _) = check(&desk("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3 4\n"), &[]);
+    let said = out.lines().filter(|line| line.starts_with("warning: ")).count();
+    assert!(said > 1 && out.contains("warning: not simple"), "{out}");
+    assert!(out.contains(&format!("as a shell: accepted with {said} warnings\n")), "{out}");
+}
+
+#[test]
 fn a_scene_refuses_the_same_mesh_in_the_same_words() {
     let desk = desk(&cube(true));
     let scene = "[[body]]\nname = \"b\"\nkind = \"soft\"\nmass = 1.0\nmesh.file = \"it.obj\"\n";

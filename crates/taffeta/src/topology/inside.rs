@@ -3,6 +3,7 @@
 use super::inspect::{Sides, is_orientable};
 use super::measure::{area, volume};
 use super::{Edges, Surface};
+use std::collections::HashMap;
 use std::fmt;
 
 /// How many edges are named.
@@ -97,13 +98,23 @@ pub fn named_edges(vertex_of_node: &[u32], mut edges: impl Iterator<Item = [u32;
 }
 
 impl Surface {
-    /// The first vertex of each node.
+    /// The first vertex of each node; the first at its place, where a node was split and another one has the vertex.
     pub fn vertex_of_node(&self) -> Vec<u32> {
         let Some(map) = &self.node_of_vertex else { return (0..self.nodes.len() as u32).collect() };
-        let mut vertices = vec![0; self.nodes.len()];
+        let mut vertices = vec![u32::MAX; self.nodes.len()];
         for (vertex, &node) in (0..map.len() as u32).zip(map).rev().filter(|(_, node)| **node != u32::MAX) {
             vertices[node as usize] = vertex;
         }
+        // Adding zero makes −0 the same bits as 0.
+        let key = |place: [f64; 3]| place.map(|x| (x + 0.0).to_bits());
+        let split: Vec<usize> = (0..vertices.len()).filter(|node| vertices[*node] == u32::MAX).collect();
+        let mut first: HashMap<_, u32> = split.iter().map(|node| (key(self.nodes[*node]), 0)).collect();
+        if !split.is_empty() {
+            for (vertex, place) in (0..self.vertices.len() as u32).zip(&self.vertices).rev() {
+                first.entry(key(*place)).and_modify(|first| *first = vertex);
+            }
+        }
+        split.into_iter().for_each(|node| vertices[node] = first[&key(self.nodes[node])]);
         vertices
     }
 }
@@ -142,6 +153,18 @@ mod tests {
         assert_eq!(why(&inside_out).unwrap().faults, ["is inside out: its volume is -1.6667e-1 m³"]);
         assert_eq!(why(&[[0, 1, 2], [0, 2, 1]]).unwrap().faults, ["holds no volume"]);
         assert_eq!(why(&[]).unwrap().faults, ["has no triangles"]);
+    }
+
+    #[test]
+    fn a_split_node_is_called_by_the_vertex_at_its_place() {
+        let place = CORNERS[1];
+        let surface = Surface {
+            vertices: vec![[9.0; 3], CORNERS[2], [1.0, -0.0, 0.0], place, CORNERS[3]],
+            nodes: vec![CORNERS[3], place, CORNERS[2], place],
+            node_of_vertex: Some(vec![u32::MAX, 2, 1, 1, 0]),
+            ..Surface::default()
+        };
+        assert_eq!(surface.vertex_of_node(), [4, 2, 1, 2]);
     }
 
     #[test]
