@@ -8,9 +8,11 @@ mod edges;
 mod error;
 mod extent;
 mod file;
+mod foreign;
 mod gltf;
 mod holes;
 mod least_area;
+mod lines;
 mod nesting;
 mod obj;
 mod obj_face;
@@ -110,12 +112,19 @@ fn parse(
     folder: Option<&Path>,
     within: &[PathBuf],
 ) -> Result<RawMesh, MeshError> {
-    match format {
+    if bytes.is_empty() {
+        return Err(MeshError::new("no triangles: the file is empty"));
+    }
+    let read = match format {
         MeshFormat::Obj => obj::parse_obj(bytes),
         MeshFormat::Ply => ply::parse_ply(bytes),
         MeshFormat::Stl => stl::parse_stl(bytes),
         MeshFormat::Off => off::parse_off(bytes),
         MeshFormat::Gltf => gltf::parse_gltf(bytes, folder, within),
+    };
+    match read {
+        Ok(mesh) if !mesh.polygons.is_empty() => Ok(mesh),
+        read => foreign::foreign(bytes, format).map_or(read, |what| Err(MeshError::new(what))),
     }
 }
 

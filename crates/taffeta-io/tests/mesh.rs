@@ -2,6 +2,8 @@
 
 #[path = "mesh/files.rs"]
 mod files;
+#[path = "mesh/foreign.rs"]
+mod foreign;
 #[path = "mesh/holes.rs"]
 mod holes;
 #[path = "mesh/parts.rs"]

@@ -1,3 +1,4 @@
+use std::borrow::Cow;
 use std::fmt;
 
 /// Why a mesh was refused.
@@ -28,16 +29,26 @@ impl MeshError {
 
 impl fmt::Display for MeshError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let message = printable(&self.message);
         match (self.file.is_empty(), self.line) {
-            (true, None) => f.write_str(&self.message),
-            (true, Some(line)) => write!(f, "line {line}: {}", self.message),
-            (false, None) => write!(f, "{}: {}", self.file, self.message),
-            (false, Some(line)) => write!(f, "{}:{line}: {}", self.file, self.message),
+            (true, None) => f.write_str(&message),
+            (true, Some(line)) => write!(f, "line {line}: {message}"),
+            (false, None) => write!(f, "{}: {message}", self.file),
+            (false, Some(line)) => write!(f, "{}:{line}: {message}", self.file),
         }
     }
 }
 
 impl std::error::Error for MeshError {}
+
+/// With control characters written as escapes: words of a file must not steer the terminal.
+fn printable(message: &str) -> Cow<'_, str> {
+    if !message.contains(char::is_control) {
+        return Cow::Borrowed(message);
+    }
+    let escape = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
+    Cow::Owned(message.chars().map(escape).collect())
+}
 
 /// What a file says, as a message can show it.
 pub(super) fn shown(word: &[u8]) -> String {

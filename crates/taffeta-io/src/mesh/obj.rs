@@ -3,6 +3,7 @@
 
 use super::clean::counted;
 use super::error::shown;
+use super::lines::next_line;
 use super::obj_face::Corner;
 use super::obj_groups::Groups;
 use super::{MeshError, RawMesh};
@@ -46,17 +47,6 @@ pub(super) fn parse_obj(bytes: &[u8]) -> Result<RawMesh, MeshError> {
         }
     }
     reader.finish()
-}
-
-/// Takes a line off `rest`, without its end: `\n`, `\r\n` or `\r`.
-fn next_line<'a>(rest: &mut &'a [u8]) -> &'a [u8] {
-    let end = rest.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(rest.len());
-    let (line, after) = rest.split_at(end);
-    *rest = match after {
-        [b'\r', b'\n', after @ ..] | [_, after @ ..] => after,
-        [] => after,
-    };
-    line.trim_ascii_end()
 }
 
 impl Reader {
@@ -240,6 +230,16 @@ mod tests {
         );
         let back = of(&format!("{three}f 1 2 -4\n"));
         assert_eq!(back, "line 4: face 0: vertex index -4; the lowest valid one is -3");
+        let far = of(&format!("{three}f 1 2 4294967299\n"));
+        assert_eq!(far, "line 4: face 0: vertex index 4294967299; a file has at most 4294967295");
+        assert!(
+            of(&format!("{three}f 1 2 4294967295\n")).contains("vertex index 4294967295; valid: 1 to 3,")
+        );
+        assert_eq!(of("f 0 1 2\n"), "line 1: face 0: vertex index 0; OBJ counts from 1");
+        assert_eq!(
+            of("f -1 1 2\n"),
+            "line 1: face 0: vertex index -1 counts back, but there is no vertex before it"
+        );
         assert_eq!(of(&format!("{three}f 1 2\n")), "line 4: face 0 has 2 corners; it needs at least 3");
         assert!(of(&format!("{three}f 1/7 2/7 3/7\n")).contains("the file has no texture coordinate"));
     }

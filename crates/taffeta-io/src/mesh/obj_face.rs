@@ -2,6 +2,9 @@
 
 use super::error::shown;
 
+/// Most vertices and texture coordinates that a file may number; `u32::MAX` is none.
+const MOST: i64 = u32::MAX as i64;
+
 /// Indices of a corner, counted from 0.
 pub(super) struct Corner {
     pub vertex: u32,
@@ -26,8 +29,13 @@ impl Corner {
 fn index(part: &[u8], count: usize, what: &str) -> Result<u32, String> {
     let number = number(part).ok_or_else(|| format!("`{}` is not the index of a {what}", shown(part)))?;
     match number {
+        0 if count == 0 => Err(format!("{what} index 0; OBJ counts from 1")),
         0 => Err(format!("{what} index 0; OBJ counts from 1, valid: 1 to {count}, or -{count} to -1")),
-        1.. => Ok(u32::try_from(number - 1).unwrap_or(u32::MAX - 1)),
+        1.. if number > MOST => Err(format!("{what} index {number}; a file has at most {MOST}")),
+        1.. => Ok((number - 1) as u32),
+        _ if count == 0 => {
+            Err(format!("{what} index {number} counts back, but there is no {what} before it"))
+        }
         _ => u32::try_from(count as i64 + number)
             .map_err(|_| format!("{what} index {number}; the lowest valid one is -{count}")),
     }

@@ -2,6 +2,7 @@
 //! are passed over.
 
 use super::error::shown;
+use super::lines::next_line;
 use super::{MeshError, RawMesh};
 use taffeta::topology::Polygons;
 
@@ -148,9 +149,7 @@ struct Lines<'a> {
 impl<'a> Lines<'a> {
     fn next(&mut self) -> Option<&'a [u8]> {
         while !self.rest.is_empty() {
-            let end = self.rest.iter().position(|&b| b == b'\n').unwrap_or(self.rest.len());
-            let line = &self.rest[..end];
-            self.rest = &self.rest[(end + 1).min(self.rest.len())..];
+            let line = next_line(&mut self.rest);
             self.end += 1;
             let comment = line.iter().position(|&b| b == b'#').unwrap_or(line.len());
             let line = line[..comment].trim_ascii();
@@ -187,12 +186,18 @@ mod tests {
             "COFF 4 2 5",
             "NOFF\r\n4 2 0\r",
         ] {
-            let mesh = parse_off((head.to_owned() + body).as_bytes()).expect(head);
-            assert_eq!(mesh.vertices, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]]);
-            assert_eq!(
-                (mesh.polygons.offsets, mesh.polygons.corners),
-                (vec![0, 3, 7], vec![0, 1, 2, 0, 1, 2, 3])
-            );
+            for end in ["\n", "\r\n", "\r"] {
+                let text = (head.to_owned() + body).replace('\r', "").replace('\n', end);
+                let mesh = parse_off(text.as_bytes()).expect(head);
+                assert_eq!(
+                    mesh.vertices,
+                    [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]]
+                );
+                assert_eq!(
+                    (mesh.polygons.offsets, mesh.polygons.corners),
+                    (vec![0, 3, 7], vec![0, 1, 2, 0, 1, 2, 3])
+                );
+            }
         }
     }
 

@@ -47,7 +47,9 @@ fn skip(body: &mut Body, element: &Element, count: usize) -> Result<(), MeshErro
 
 fn skip_property(body: &mut Body, property: &Property) -> Result<(), MeshError> {
     let length = match property.list {
-        Some(count) => body.list_length(count, property.number)?,
+        Some(count) => {
+            body.list_length(count, property.number, format_args!("property `{}`", property.name))?
+        }
         None => 1,
     };
     (0..length).try_for_each(|_| body.number(property.number).map(drop))
@@ -119,7 +121,12 @@ mod tests {
         let nothing = "ply\nformat ascii 1.0\nelement mark 18446744073709551615\nend_header\n";
         assert!(parse_ply(nothing.as_bytes()).unwrap().vertices.is_empty());
         let list = "ply\nformat ascii 1.0\nelement face 1\nproperty list uint int vertex_index\nend_header\n4e9 0 1 2";
-        assert!(parse_ply(list.as_bytes()).unwrap_err().to_string().starts_with("line 6: a list of length"));
+        assert!(
+            parse_ply(list.as_bytes())
+                .unwrap_err()
+                .to_string()
+                .starts_with("line 6: face 0: a list of length")
+        );
     }
 
     const TRIANGLE: &str = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n\
@@ -134,6 +141,8 @@ mod tests {
         assert_eq!(file("0 1 0", "3 0 1 3"), "line 13: face 0: vertex index 3; valid: 0 to 2");
         assert_eq!(file("0 1 0", "3 0 1 -1"), "line 13: face 0: vertex index -1; valid: 0 to 2");
         assert_eq!(file("0 1 0", "3 0 1 1.5"), "line 13: face 0: vertex index 1.5; valid: 0 to 2");
+        let negative = "line 13: face 0: a list of length -3; it must be a whole number, not negative";
+        assert_eq!(file("0 1 0", "-3 0 1 2"), negative);
         assert_eq!(file("0 1 0", "1 0"), "line 13: face 0 has 1 corner; it needs at least 3");
         assert!(file("0 nan 0", "3 0 1 2").starts_with("line 12: vertex 2 has the coordinate NaN"));
         assert!(file("0 1 0", "3 0 1 zero").starts_with("line 13: `zero` is not a number"));
@@ -156,6 +165,9 @@ mod tests {
             let bad = text.replace("0 1E0", "0 one").replace('\n', end);
             let error = parse_ply(bad.as_bytes()).unwrap_err().to_string();
             assert!(error.starts_with("line 16: `one`"), "{error}");
+            let bad = text.replace("0 0 +1", "first 0 +1").replace('\n', end);
+            let error = parse_ply(bad.as_bytes()).unwrap_err().to_string();
+            assert!(error.starts_with("line 14: `first`"), "{error}");
         }
         // The first byte of a binary body is no part of the header, even where it could end a line.
         let header = format!("ply\rformat binary_little_endian 1.0\r{}", TRIANGLE.replace('\n', "\r"));

@@ -2,7 +2,9 @@
 
 use super::MeshError;
 use super::error::shown;
+use super::lines::line_ends;
 use super::ply_header::{Element, Encoding, Number};
+use std::fmt;
 
 /// Reads numbers off the body; knows where it is, for errors.
 pub(super) struct Body<'a> {
@@ -31,15 +33,22 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// Refuses a list that the rest of the file is too short for.
-    pub fn list_length(&mut self, count: Number, item: Number) -> Result<usize, MeshError> {
+    /// Reads the length of a list in `place`; refuses one that the rest of the file is too short for.
+    pub fn list_length(
+        &mut self,
+        count: Number,
+        item: Number,
+        place: fmt::Arguments,
+    ) -> Result<usize, MeshError> {
         let length = self.number(count)?;
         let left = (self.bytes.len() - self.at) as u64 + 1;
         if length < 0.0 || length.fract() != 0.0 || !length.is_finite() {
-            return Err(self.error(format!("a list of length {length}")));
+            let what = format!("{place}: a list of length {length}; it must be a whole number, not negative");
+            return Err(self.error_behind(count, what));
         }
         if (length as u64).saturating_mul(self.least_size(item)) > left {
-            return Err(self.error(format!("a list of length {length}, but only {} bytes follow", left - 1)));
+            let what = format!("{place}: a list of length {length}, but only {} bytes follow", left - 1);
+            return Err(self.error_behind(count, what));
         }
         Ok(length as usize)
     }
@@ -133,10 +142,4 @@ fn digits(word: &[u8]) -> Option<f64> {
         return None;
     }
     Some(f64::from(word.iter().fold(0_u32, |number, &digit| 10 * number + u32::from(digit - b'0'))))
-}
-
-/// Number of line ends: `\n`, `\r\n` or `\r`.
-fn line_ends(text: &[u8]) -> usize {
-    let alone = text.windows(2).filter(|pair| pair[0] == b'\r' && pair[1] != b'\n').count();
-    text.iter().filter(|&&b| b == b'\n').count() + alone
 }

@@ -23,8 +23,13 @@ pub(super) fn parse_stl(bytes: &[u8]) -> Result<RawMesh, MeshError> {
     let found = counted(bytes.len(), "byte");
     Err(MeshError::new(match (count, length) {
         (Some(count), Some(length)) => format!(
-            "file size is {found}, not 84 + 50·count = {length} for its {}: the file is truncated or not an STL",
-            counted(count as usize, "facet")
+            "file size is {found}, not 84 + 50·count = {length} for its {}: {}",
+            counted(count as usize, "facet"),
+            if length > bytes.len() as u64 {
+                "the file is truncated or not an STL"
+            } else {
+                "the count is too small, or bytes follow that are no facets"
+            }
         ),
         _ => {
             format!("file size is {found}: too short for a binary STL, and an ASCII one starts with `solid`")
@@ -108,7 +113,9 @@ mod tests {
         );
         assert!(of(&binary(u32::MAX, 1)).contains("not 84 + 50·count = 214748364834"));
         assert!(
-            of(&binary(1, 2)).contains("file size is 184 bytes, not 84 + 50·count = 134 for its 1 facet:")
+            of(&binary(1, 2)).contains(
+                "= 134 for its 1 facet: the count is too small, or bytes follow that are no facets"
+            )
         );
         assert!(of(b"").starts_with("file size is 0 bytes: too short"));
         let whole = binary(2, 2);

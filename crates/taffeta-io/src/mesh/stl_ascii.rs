@@ -1,6 +1,7 @@
 //! ASCII STL: words in any case, names with spaces, several solids in one file. The names become groups.
 
 use super::error::shown;
+use super::lines::{is_end, line_ends};
 use super::stl::{not_finite, soup};
 use super::{MeshError, RawMesh};
 use std::collections::HashMap;
@@ -74,7 +75,7 @@ impl<'a> Words<'a> {
     /// The next word and its line.
     fn next(&mut self) -> Option<(&'a [u8], usize)> {
         let start = self.rest.iter().position(|b| !b.is_ascii_whitespace())?;
-        self.line += self.rest[..start].iter().filter(|&&b| b == b'\n').count();
+        self.line += line_ends(&self.rest[..start]);
         let word = &self.rest[start..];
         let end = word.iter().position(u8::is_ascii_whitespace).unwrap_or(word.len());
         self.rest = &word[end..];
@@ -88,7 +89,7 @@ impl<'a> Words<'a> {
     }
 
     fn rest_of_line(&mut self) -> &'a [u8] {
-        let end = self.rest.iter().position(|&b| b == b'\n').unwrap_or(self.rest.len());
+        let end = self.rest.iter().position(is_end).unwrap_or(self.rest.len());
         let (line, rest) = self.rest.split_at(end);
         self.rest = rest;
         line.trim_ascii()
@@ -150,7 +151,12 @@ mod tests {
             "\u{feff} Solid the left one\n{FACET}endsolid\nsolid\n{0}endsolid x\nSOLID b\n{0}ENDSOLID b\nsolid the left one\n{FACET}",
             FACET.to_uppercase()
         );
-        for text in [text.clone(), text.replace('\n', "\r\n"), text.replace("0 0 1", "nan nan nan")] {
+        for text in [
+            text.clone(),
+            text.replace('\n', "\r\n"),
+            text.replace('\n', "\r"),
+            text.replace("0 0 1", "nan nan nan"),
+        ] {
             let mesh = parse_ascii(text.as_bytes()).unwrap();
             assert_eq!(mesh.vertices, [[[0.0; 3], [1.5, 0.0, 0.0], [0.0, 0.1, 0.0]]; 4].concat());
             assert_eq!(mesh.polygons.corners, (0..12).collect::<Vec<_>>());
@@ -172,6 +178,11 @@ mod tests {
         assert_eq!(nan, "line 13: facet 1, vertex 2 has the coordinate NaN; it must be finite");
         assert_eq!(with("1.5e0", "1,5"), "line 12: facet 1: `1,5` is not a number");
         assert_eq!(with("endfacet", ""), "line 9: facet 1: the file ends within it");
+        let old = |text: String| of(text.replace('\n', "\r"));
+        assert_eq!(
+            old(format!("solid\n{FACET}\ninner")),
+            "line 10: `inner` where `facet`, `endsolid` or `solid` is expected"
+        );
         assert_eq!(with("outer", "inner"), "line 10: `inner` where `vertex` or `endfacet` is expected");
         assert_eq!(
             of("solid\nnothing".into()),

@@ -56,10 +56,10 @@ pub(super) fn build(raw: RawMesh, options: &MeshOptions) -> Result<Surface, Mesh
     drop_flat(&mut triangles, &nodes, faulty.collapsed, &mut repairs);
     drop_duplicates(&mut triangles, nodes.len(), &mut repairs);
     if triangles.nodes.is_empty() {
-        return Err(MeshError::new(format!(
-            "no triangles: none of the {} faces has an area",
-            polygons.len()
-        )));
+        return Err(MeshError::new(match polygons.len() {
+            1 => "no triangles: the only face has no area".to_owned(),
+            count => format!("no triangles: none of the {count} faces has an area"),
+        }));
     }
     let mut edges = Edges::of(nodes.len(), &triangles.nodes);
     edges.report(&triangles.nodes, &node_of_vertex, &mut repairs);

@@ -68,6 +68,8 @@ fn sizes_from_the_smallest_to_the_largest_are_taken_or_said() {
 fn coincident_and_repeated_vertices_do_no_harm() {
     let all_in_one = obj(&[[1.0, 2.0, 3.0]; 3000], &[[0, 1, 2], [5, 2000, 2999]]);
     assert_eq!(load(&all_in_one).unwrap_err().message, "no triangles: none of the 2 faces has an area");
+    let line = obj(&[[0.0; 3], [1.0; 3], [2.0; 3]], &[[0, 1, 2]]);
+    assert_eq!(load(&line).unwrap_err().message, "no triangles: the only face has no area");
     // The cube, with ten thousand vertices more at one of its corners, the last of them used.
     let (mut vertices, mut faces) = cubes(&[([0.0; 3], 1.0, false)]);
     vertices.extend([vertices[7]; 10_000]);

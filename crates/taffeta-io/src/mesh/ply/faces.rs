@@ -35,11 +35,11 @@ impl Faces {
             for (i, property) in element.properties.iter().enumerate() {
                 match property.list {
                     Some(length) if i == indices => {
-                        let length = body.list_length(length, property.number)?;
+                        let length = body.list_length(length, property.number, format_args!("face {row}"))?;
                         self.read_corners(body, property.number, row, length)?;
                     }
                     Some(length) if Some(i) == uv => {
-                        let length = body.list_length(length, property.number)?;
+                        let length = body.list_length(length, property.number, format_args!("face {row}"))?;
                         values.clear();
                         for _ in 0..length {
                             values.push(body.number(property.number)? as f32);
@@ -83,7 +83,8 @@ impl Faces {
             for (i, property) in element.properties.iter().enumerate() {
                 match property.list {
                     Some(length) if i == indices => {
-                        let length = body.list_length(length, property.number)?;
+                        let length =
+                            body.list_length(length, property.number, format_args!("triangle strip {row}"))?;
                         self.read_strip(body, property.number, row, length)?;
                     }
                     _ => skip_property(body, property)?,
