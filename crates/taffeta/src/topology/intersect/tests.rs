@@ -185,6 +185,15 @@ fn a_tangle_is_counted_until_the_budget_is_spent() {
 }
 
 #[test]
+fn a_small_file_cannot_ask_for_much_work() {
+    for triangles in [1, 30_000, 1_000_000] {
+        let Budget { all, leaf, round } = Budget::of(triangles);
+        // The last round may go beyond the budget by all that its leaves may look at.
+        assert!(all + leaf * round as u64 <= (1 << 23) + 32 * triangles as u64);
+    }
+}
+
+#[test]
 fn the_answer_is_the_same_for_any_number_of_threads() {
     let mut random = SplitMix64::new(3);
     let nodes: Vec<Point> = (0..3000).map(|_| [0.0; 3].map(|_: f64| random.unit())).collect();
