@@ -53,14 +53,6 @@ pub fn warnings(report: &MeshReport) -> Vec<String> {
             list(&flipped.first, flipped.count, |[a, b]| format!("{a}–{b}"))
         ));
     }
-    let ties = &report.bow_ties;
-    if ties.count > 0 {
-        let nodes = counted(ties.count, "point", "points");
-        let vertices = list(&ties.first, ties.count, u32::to_string);
-        warnings.push(format!(
-            "{nodes} where parts only touch (vertices {vertices}); they turn there like joints"
-        ));
-    }
     warnings.extend(intersections(&report.self_intersections));
     let thin = &report.thinnest_triangle;
     if thin.aspect > THIN {

@@ -11,8 +11,8 @@ use taffeta_io::MeshOptions;
 
 /// How many edges, vertices and pairs are named.
 const NAMED: usize = 8;
-/// How many parts are listed.
-const PARTS: usize = 20;
+/// How many components are listed.
+const COMPONENTS: usize = 20;
 /// Triangles from which on the search for those that meet takes more than a moment, and filling holes is not tried.
 const MANY: usize = 1_000_000;
 
@@ -37,6 +37,8 @@ pub fn check(args: &Args) -> Result<(), Failure> {
 
 fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshReport {
     let found = Inspection::new(&surface);
+    let unsplit = unsplit(&surface).map(|surface| Inspection::new(&surface));
+    let touching = unsplit.as_ref().unwrap_or(&found);
     let vertex = surface.vertex_of_node();
     let corners = |t: usize| surface.triangles[t].map(|node| vertex[node as usize]);
     let edge = |pair: [u32; 2]| {
@@ -46,6 +48,7 @@ fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshR
     let pairs = |which: fn(u32) -> bool| named(found.edges.with_uses(which).map(edge));
     let [lo, hi] = found.bounds;
     let extent = [0, 1, 2].map(|i| hi[i] - lo[i]);
+    let lowest = lo[1];
     let mut report = MeshReport {
         mesh: args.path.display().to_string(),
         vertices: surface.vertices.len(),
@@ -55,9 +58,9 @@ fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshR
         edges: found.edges.pairs.len(),
         closed: found.edges.is_closed(),
         orientable: found.orientable,
-        parts: found.parts.len(),
-        joined_parts: found.joined_parts,
-        largest_parts: largest_parts(&found, |t| corners(t)[0]),
+        components: found.parts.len(),
+        joined_components: touching.joined_parts,
+        largest_components: largest_components(&found, |t| corners(t)[0]),
         euler_characteristic: found.euler,
         genus: found.genus,
         holes: found.holes,
@@ -66,7 +69,7 @@ fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshR
         non_manifold_edges: pairs(|uses| uses > 2),
         non_manifold_edges_in_file: if found.edges.non_manifold_edges() > 0 { crowded(&surface) } else { 0 },
         flipped_edges: named(found.edges.flipped_pairs(&surface.triangles).map(edge)),
-        bow_ties: named(found.bow_ties.iter().map(|node| vertex[*node as usize])),
+        bow_ties: named(touching.bow_ties.iter().map(|node| vertex[*node as usize])),
         self_intersections: IntersectionReport {
             crossing: intersections.crossing,
             folded: intersections.folded,
@@ -91,13 +94,29 @@ fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshR
     };
     report.warnings = advice::warnings(&report);
     let surface = Arc::new(surface);
-    let mut sample = Sample::new(&report, args.kind);
+    let mut sample = Sample::new(&report, args.kind, lowest);
     report.memory_bytes = sample.memory(&surface);
     if args.kind != Some(MeshKind::Body) || report.body.accepted {
         sample.measure(&surface);
         report.scene = Some(sample.toml(args));
     }
     report
+}
+
+/// The surface as it hangs together where nodes at one place are one; `None` where no two are at one place.
+fn unsplit(surface: &Surface) -> Option<Surface> {
+    // Adding zero makes −0 the same bits as 0.
+    let key = |node: &u32| surface.nodes[*node as usize].map(|x| (x + 0.0).to_bits());
+    let mut order: Vec<u32> = (0..surface.nodes.len() as u32).collect();
+    order.sort_unstable_by_key(|node| (key(node), *node));
+    let mut first: Vec<u32> = (0..surface.nodes.len() as u32).collect();
+    let mut any = false;
+    for same in order.chunk_by(|a, b| key(a) == key(b)).filter(|same| same.len() > 1) {
+        same.iter().for_each(|node| first[*node as usize] = same[0]);
+        any = true;
+    }
+    let triangles = || surface.triangles.iter().map(|t| t.map(|node| first[node as usize])).collect();
+    any.then(|| Surface { nodes: surface.nodes.clone(), triangles: triangles(), ..Surface::default() })
 }
 
 /// Counts all, names the first.
@@ -118,17 +137,17 @@ fn crowded(surface: &Surface) -> usize {
     sides.chunk_by(|a, b| a == b).filter(|same| same.len() > 2).count()
 }
 
-fn largest_parts(found: &Inspection, vertex: impl Fn(usize) -> u32) -> Vec<PartReport> {
+fn largest_components(found: &Inspection, vertex: impl Fn(usize) -> u32) -> Vec<ComponentReport> {
     let mut parts: Vec<_> = found.parts.iter().collect();
     parts.sort_by_key(|part| std::cmp::Reverse(part.triangles));
-    let report = |part: &&taffeta::topology::Part| PartReport {
+    let report = |part: &&taffeta::topology::Part| ComponentReport {
         triangles: part.triangles,
         vertex: vertex(part.first),
         closed: part.closed,
         volume: part.volume,
         genus: part.genus,
     };
-    parts.iter().take(PARTS).map(report).collect()
+    parts.iter().take(COMPONENTS).map(report).collect()
 }
 
 /// `filling` says whether it would make a body of a mesh that has holes and no other fault.

@@ -22,12 +22,12 @@ pub struct MeshReport {
     pub closed: bool,
     /// Whether the triangles can be turned so that all neighbours agree on their sides.
     pub orientable: bool,
-    /// Parts whose triangles hang together by edges.
-    pub parts: usize,
-    /// The same, if parts that touch at a node count as one.
-    pub joined_parts: usize,
-    /// The largest parts, at most 20, by triangles.
-    pub largest_parts: Vec<PartReport>,
+    /// Components: triangles that hang together by edges.
+    pub components: usize,
+    /// The same, if components that touch at a point count as one.
+    pub joined_components: usize,
+    /// The largest components, at most 20, by triangles.
+    pub largest_components: Vec<ComponentReport>,
     /// Nodes − edges + triangles.
     pub euler_characteristic: i64,
     /// Number of handles; null with non-manifold edges or if not orientable.
@@ -44,7 +44,7 @@ pub struct MeshReport {
     pub non_manifold_edges_in_file: usize,
     /// Edges whose two triangles disagree on their sides.
     pub flipped_edges: Named<[u32; 2]>,
-    /// Vertices at which parts of the surface only touch.
+    /// Vertices at which parts of the surface only touch; each part has a node of its own there.
     pub bow_ties: Named<u32>,
     /// Triangles that meet where they should not.
     pub self_intersections: IntersectionReport,
@@ -87,7 +87,7 @@ pub struct Named<T> {
 
 /// Triangles that hang together by edges.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub struct PartReport {
+pub struct ComponentReport {
     /// Number of triangles.
     pub triangles: usize,
     /// A vertex of it.

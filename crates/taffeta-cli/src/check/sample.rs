@@ -1,10 +1,10 @@
-//! A scene to begin with: springs that the average node stands at a usual step, and the step that all nodes stand.
+//! A scene to begin with: a body over a floor, with springs that its nodes stand at a usual step.
 
 use super::report::MeshReport;
 use super::{Args, MeshKind};
 use std::ffi::OsStr;
 use std::sync::Arc;
-use taffeta::scene::{Body, Mass, Mesh, Scene};
+use taffeta::scene::{Body, Internal, Mass, Mesh, Scene};
 use taffeta::topology::Surface;
 use taffeta::{Options, Simulation};
 
@@ -12,35 +12,59 @@ use taffeta::{Options, Simulation};
 const STEP: f64 = 0.0005;
 /// Mass per area of cloth [kg/m²].
 const AREA_DENSITY: f64 = 0.2;
+/// Most struts inside a soft body: one for each node of most meshes.
+const STRUTS: usize = 10_000;
 /// Nodes up to which the step is measured; for more the body is not built.
 const MANY: usize = 200_000;
 
-/// A body with structural springs.
+/// A body: cloth with springs along its edges and for bending, or a soft body with springs along its edges and struts
+/// inside. All nodes have the same mass, so that no light one needs short steps.
 pub struct Sample {
     soft: bool,
-    mass: Mass,
+    node_mass: f64,
     scale: Option<f64>,
     stiffness: f64,
+    struts: usize,
+    /// Height of the floor [m].
+    floor: f64,
     /// Longest step [s].
     pub step: f64,
 }
 
 impl Sample {
-    /// For what the mesh is to be; for what it can be, where that is left open.
-    pub fn new(report: &MeshReport, kind: Option<MeshKind>) -> Self {
+    /// For what the mesh is to be; for what it can be, where that is left open. `lowest` is the least height of its
+    /// nodes [m].
+    pub fn new(report: &MeshReport, kind: Option<MeshKind>, lowest: f64) -> Self {
         let soft = kind.map_or(report.body.accepted, |kind| kind == MeshKind::Body);
         let scale = report.unit.as_ref().and_then(|unit| unit.scale);
-        let area = report.area * scale.unwrap_or(1.0).powi(2);
-        let (mass, whole) =
-            if soft { (Mass::Whole(1.0), 1.0) } else { (Mass::Area(AREA_DENSITY), AREA_DENSITY * area) };
-        Self { soft, mass, scale, stiffness: stiffness(whole / report.nodes as f64), step: STEP }
+        let factor = scale.unwrap_or(1.0);
+        let whole = if soft { 1.0 } else { AREA_DENSITY * report.area * factor * factor };
+        let node_mass = one_digit(whole / report.nodes as f64);
+        let largest = report.extent.into_iter().fold(0.0, f64::max);
+        Self {
+            soft,
+            node_mass,
+            scale,
+            stiffness: stiffness(node_mass),
+            struts: if soft && report.nodes <= MANY { report.nodes.min(STRUTS) } else { 0 },
+            floor: rounded(factor * (lowest - 0.2 * largest), factor * largest),
+            step: STEP,
+        }
     }
 
     /// A scene with this body.
     fn scene(&self, surface: &Arc<Surface>) -> Scene {
         let mesh = Mesh::Surface(Arc::clone(surface));
         let body = if self.soft { Body::soft("", mesh) } else { Body::cloth("", mesh) };
-        let mut body = body.with_mass(self.mass).structural(self.stiffness, self.damping());
+        let (k, d) = (self.stiffness, self.damping());
+        let mut body = body.with_mass(Mass::Node(self.node_mass)).structural(k, d);
+        if self.struts > 0 {
+            let internal = Internal { count: self.struts as u32, k, d, ..Internal::default() };
+            body.springs.internal = Some(internal);
+        }
+        if !self.soft {
+            body = body.bend(0.1 * k, 0.1 * d);
+        }
         body.place.scale = self.scale;
         Scene::new("").body(body)
     }
@@ -50,14 +74,23 @@ impl Sample {
         self.scene(surface).memory_needed().bytes
     }
 
-    /// Shortens the step to one that all nodes stand, of one digit, unless there are very many.
+    /// Leaves out struts that have no room, and shortens the step to one of one digit that all nodes stand; not where there
+    /// are very many.
     pub fn measure(&mut self, surface: &Arc<Surface>) {
         if surface.nodes.len() > MANY {
             return;
         }
         let options = Options { threads: Some(1), ..Options::default() };
-        if let Ok(simulation) = Simulation::new(&self.scene(surface), &options) {
-            self.step = STEP.min(one_digit(simulation.largest_stable_step_folded()));
+        loop {
+            match Simulation::new(&self.scene(surface), &options) {
+                Ok(simulation) => {
+                    self.step = STEP.min(one_digit(simulation.largest_stable_step_folded()));
+                    return;
+                }
+                // There is not room inside for as many.
+                Err(_) if self.struts > 0 => self.struts /= 2,
+                Err(_) => return,
+            }
         }
     }
 
@@ -72,22 +105,24 @@ impl Sample {
         let body: String = name(args.path.file_stem()).chars().take(25).map(plain).collect();
         // A string of JSON is one of TOML.
         let file = serde_json::Value::from(name(args.path.file_name()));
-        let (kind, mass) = if self.soft {
-            ("soft", "mass = 1.0".to_owned())
-        } else {
-            ("cloth", format!("area_density = {AREA_DENSITY}"))
-        };
+        let kind = if self.soft { "soft" } else { "cloth" };
+        let mass = format!("node_mass = {:?}", self.node_mass);
         let mut lines = vec![
             format!("[time]\nmax_step = {:?}", self.step),
             format!("[[body]]\nname = \"{body}\"\nkind = \"{kind}\"\n{mass}\nmesh.file = {file}"),
         ];
         lines.extend(args.fill_holes.then(|| "fill_holes = true".to_owned()));
         lines.extend(self.scale.map(|scale| format!("place.scale = {scale}")));
-        lines.push(format!(
-            "springs.structural = {{ k = {:?}, d = {:?} }}",
-            self.stiffness,
-            one_digit(self.damping())
-        ));
+        let (k, d) = (self.stiffness, one_digit(self.damping()));
+        lines.push(format!("springs.structural = {{ k = {k:?}, d = {d:?} }}"));
+        lines.extend(
+            (self.struts > 0)
+                .then(|| format!("springs.internal = {{ count = {}, k = {k:?}, d = {d:?} }}", self.struts)),
+        );
+        lines.extend((!self.soft).then(|| {
+            format!("springs.bend = {{ k = {:?}, d = {:?} }}", one_digit(0.1 * k), one_digit(0.1 * d))
+        }));
+        lines.push(format!("[[collider]]\nplane = {{ point = [0.0, {:?}, 0.0] }}", self.floor));
         lines.join("\n") + "\n"
     }
 }
@@ -102,6 +137,12 @@ fn one_digit(x: f64) -> f64 {
     let digit = 10_f64.powf(x.log10().floor());
     // Through its digits, so that no rounding shows.
     format!("{:.0e}", (x / digit).floor() * digit).parse().unwrap_or(x)
+}
+
+/// `x` with two digits of `size`.
+fn rounded(x: f64, size: f64) -> f64 {
+    let digit = 10_f64.powf(size.log10().floor() - 1.0);
+    format!("{:.*}", (-digit.log10()).max(0.0) as usize, (x / digit).round() * digit).parse().unwrap_or(x)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::MeshKind;
 use super::advice::triangle;
-use super::report::{MeshReport, PartReport, Verdict};
+use super::report::{ComponentReport, MeshReport, Verdict};
 use crate::console::{self, counted, list};
 use std::path::Path;
 
@@ -27,7 +27,7 @@ pub fn of(report: &MeshReport, kind: Option<MeshKind>) -> String {
     lines.extend(repairs(report));
     lines.push(surface(report));
     lines.extend(borders(report));
-    lines.extend(parts(report));
+    lines.extend(components(report));
     lines.extend(size(report));
     if report.self_intersections.first.is_empty() {
         let all = if report.self_intersections.complete {
@@ -59,8 +59,8 @@ fn repairs(report: &MeshReport) -> impl Iterator<Item = String> {
 fn surface(report: &MeshReport) -> String {
     let genus = report.genus.map(|genus| format!(", genus {genus}")).unwrap_or_default();
     let not = if report.orientable { "" } else { "not " };
-    let touching = if report.joined_parts < report.parts {
-        format!(" ({} if those that touch at a point are one)", console::grouped(report.joined_parts))
+    let touching = if report.joined_components < report.components {
+        format!(" ({} if those that touch at a point are one)", console::grouped(report.joined_components))
     } else {
         String::new()
     };
@@ -68,7 +68,7 @@ fn surface(report: &MeshReport) -> String {
         "surface: {}, {not}orientable, Euler characteristic {}{genus}, {}{touching}",
         if report.closed { "closed" } else { "open" },
         report.euler_characteristic,
-        counted(report.parts, "part", "parts")
+        counted(report.components, "component", "components")
     )
 }
 
@@ -90,12 +90,12 @@ fn borders(report: &MeshReport) -> Option<String> {
     })
 }
 
-/// The largest parts, if there are several.
-fn parts(report: &MeshReport) -> Vec<String> {
-    if report.parts < 2 {
+/// The largest components, if there are several.
+fn components(report: &MeshReport) -> Vec<String> {
+    if report.components < 2 {
         return Vec::new();
     }
-    let line = |part: &PartReport| {
+    let line = |part: &ComponentReport| {
         let inside = match part.volume {
             Some(volume) if volume < 0.0 => format!("a cavity, volume {} m³", number(volume)),
             Some(volume) => format!("closed, volume {} m³", number(volume)),
@@ -103,11 +103,12 @@ fn parts(report: &MeshReport) -> Vec<String> {
         };
         let genus = part.genus.map(|genus| format!(", genus {genus}")).unwrap_or_default();
         let triangles = counted(part.triangles, "triangle", "triangles");
-        format!("  part at vertex {}: {triangles}, {inside}{genus}", part.vertex)
+        format!("  component at vertex {}: {triangles}, {inside}{genus}", part.vertex)
     };
-    let more = report.parts - report.largest_parts.len();
-    let more = (more > 0).then(|| format!("  and {}", counted(more, "smaller part", "smaller parts")));
-    report.largest_parts.iter().map(line).chain(more).collect()
+    let more = report.components - report.largest_components.len();
+    let more =
+        (more > 0).then(|| format!("  and {}", counted(more, "smaller component", "smaller components")));
+    report.largest_components.iter().map(line).chain(more).collect()
 }
 
 fn size(report: &MeshReport) -> Vec<String> {
