@@ -17,7 +17,7 @@ impl RunLock {
     pub fn take(dir: &Path) -> io::Result<Self> {
         let made = !dir.exists();
         create_dir_all(dir)?;
-        let path = dir.join("run.lock");
+        let path = dir.join("lock.part");
         let lock = Self { file: File::create(&path)?, path, made };
         match lock.file.try_lock() {
             Err(TryLockError::WouldBlock) => {

@@ -40,29 +40,79 @@ pub(super) fn is_flat([a, b, c]: [[f64; 3]; 3]) -> bool {
     square(cross).sqrt() <= FLAT * longest
 }
 
-/// Keeps the first of triangles that have the same three nodes, whatever their winding.
+/// Keeps the first of triangles that have the same three nodes, and two back to back where sewn panels end in a corner:
+/// all three corners of either lie on the seam then.
 pub(super) fn drop_duplicates(triangles: &mut Triangles, nodes: usize, repairs: &mut Vec<String>) {
-    let smallest = triangles.nodes.iter().map(|&[a, b, c]| a.min(b).min(c));
-    let by_smallest = Csr::new(nodes, smallest.zip(0..));
     let mut again = vec![false; triangles.nodes.len()];
-    let mut keys = Vec::new();
-    for row in (0..nodes).map(|node| by_smallest.row(node)).filter(|row| row.len() > 1) {
-        keys.clear();
-        keys.extend(row.iter().map(|&index| {
-            let mut corners = triangles.nodes[index as usize];
-            corners.sort_unstable();
-            (corners, index)
-        }));
-        keys.sort_unstable();
-        for pair in keys.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
-            again[pair[1].1 as usize] = true;
+    let mut pairs = Vec::new();
+    for same in alike(&triangles.nodes, nodes) {
+        same[1..].iter().for_each(|&index| again[index as usize] = true);
+        if let [a, b] = same[..]
+            && is_turned(triangles.nodes[a as usize], triangles.nodes[b as usize])
+        {
+            pairs.push([a, b]);
         }
+    }
+    for [_, kept] in sewn_corners(&triangles.nodes, pairs) {
+        again[kept as usize] = false;
     }
     let dropped = triangles.retain(|index, _| !again[index]);
     if dropped > 0 {
         repairs
             .push(format!("dropped {} with the same corners as another one", counted(dropped, "triangle")));
     }
+}
+
+/// Triangles that have their three nodes in common with others, by index, ascending.
+fn alike(triangles: &[[u32; 3]], nodes: usize) -> Vec<Vec<u32>> {
+    let smallest = triangles.iter().map(|&[a, b, c]| a.min(b).min(c));
+    let by_smallest = Csr::new(nodes, smallest.zip(0..));
+    let (mut groups, mut keys) = (Vec::new(), Vec::new());
+    for row in (0..nodes).map(|node| by_smallest.row(node)).filter(|row| row.len() > 1) {
+        keys.clear();
+        keys.extend(row.iter().map(|&index| {
+            let mut corners = triangles[index as usize];
+            corners.sort_unstable();
+            (corners, index)
+        }));
+        keys.sort_unstable();
+        let same = keys.chunk_by(|a, b| a.0 == b.0).filter(|same| same.len() > 1);
+        groups.extend(same.map(|same| same.iter().map(|key| key.1).collect()));
+    }
+    groups
+}
+
+/// Whether two triangles of the same nodes are wound against each other.
+fn is_turned([a, b, c]: [u32; 3], other: [u32; 3]) -> bool {
+    ![[a, b, c], [b, c, a], [c, a, b]].contains(&other)
+}
+
+/// Those of the `pairs` of triangles back to back that end a seam: without one of them an edge would be open, and beyond
+/// another edge the panels part. A face that is given with both its sides has neighbours that are as well.
+fn sewn_corners(triangles: &[[u32; 3]], pairs: Vec<[u32; 2]>) -> Vec<[u32; 2]> {
+    let sides = |index: u32| {
+        let [a, b, c] = triangles[index as usize];
+        [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
+    };
+    let mut paired: Vec<[u32; 2]> = pairs.iter().flatten().flat_map(|&index| sides(index)).collect();
+    paired.sort_unstable();
+    let mut edges = paired.clone();
+    edges.dedup();
+    // How many triangles in all each edge of a pair has.
+    let mut uses = vec![0_usize; edges.len()];
+    if !pairs.is_empty() {
+        for side in (0..triangles.len() as u32).flat_map(sides) {
+            edges.binary_search(&side).into_iter().for_each(|edge| uses[edge] += 1);
+        }
+    }
+    let of_pairs =
+        |edge: &[u32; 2]| paired.partition_point(|e| e <= edge) - paired.partition_point(|e| e < edge);
+    let count = |edge: &[u32; 2]| edges.binary_search(edge).map_or(0, |at| uses[at]);
+    let ends = |&[first, _]: &[u32; 2]| {
+        let sides = sides(first);
+        sides.iter().any(|edge| count(edge) == 2) && sides.iter().any(|edge| count(edge) > of_pairs(edge))
+    };
+    pairs.into_iter().filter(ends).collect()
 }
 
 /// Drops nodes that no triangle uses. Returns the nodes, and the node of each vertex: `u32::MAX` for a dropped one,

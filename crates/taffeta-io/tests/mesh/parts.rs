@@ -159,3 +159,21 @@ fn a_thousand_parts_within_parts_are_told_apart() {
         ["reoriented 24012 triangles: 1 closed part was inside out, with 2000 inside it"]
     );
 }
+
+/// Two panels of 3 × 3 vertices, sewn all around. At two corners a triangle of either has all three corners on the
+/// seam, so that both have the same nodes; they are two pieces of cloth.
+#[test]
+fn panels_sewn_together_keep_both_their_corners() {
+    let panel = |height: f64| -> String {
+        let inner = |x: u32, y: u32| if (x, y) == (1, 1) { height } else { 0.0 };
+        (0..9).map(|i| format!("v {} {} {}\n", i / 3, i % 3, inner(i / 3, i % 3))).collect()
+    };
+    let faces = [[1, 4, 2], [2, 4, 5], [2, 5, 3], [3, 5, 6], [4, 7, 5], [5, 7, 8], [5, 8, 6], [6, 8, 9]];
+    let front: String = faces.iter().map(|[a, b, c]| format!("f {a} {b} {c}\n")).collect();
+    let back: String = faces.iter().map(|[a, b, c]| format!("f {} {} {}\n", a + 9, c + 9, b + 9)).collect();
+    let pillow = load(&(panel(0.3) + &panel(-0.3) + &front + &back)).unwrap();
+    assert_eq!((pillow.nodes.len(), pillow.triangles.len()), (10, 16));
+    // One panel with both its sides is one panel.
+    let sheet = load(&(panel(0.3) + &panel(0.3) + &front + &back)).unwrap();
+    assert_eq!((sheet.nodes.len(), sheet.triangles.len()), (9, 8));
+}
