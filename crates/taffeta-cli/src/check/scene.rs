@@ -1,5 +1,6 @@
 //! The answer for a scene.
 
+use super::words::number;
 use crate::console::{self, grouped};
 use crate::failure::Failure;
 use serde::Serialize;
@@ -110,7 +111,7 @@ impl BodyReport {
             self.springs.iter().map(|of| format!("{} {}", grouped(of.count), of.kind)).collect();
         let springs = if kinds.is_empty() { "none".to_owned() } else { kinds.join(", ") };
         let inside = match self.volume {
-            Some(volume) => format!("closed, volume {volume:.4e} m³"),
+            Some(volume) => format!("closed, volume {} m³", number(volume)),
             None => "open".to_owned(),
         };
         let mut lines = vec![

@@ -48,7 +48,9 @@ pub(super) fn recentre(vertices: &mut [[f64; 3]], repairs: &mut Vec<String>) -> 
         let [x, y, z] = centre;
         repairs.push(format!(
             "the mesh is {extent:.3e} m across and {away:.3e} m from the origin: moved there by ({:e}, {:e}, {:e}) m",
-            -x, -y, -z
+            0.0 - x,
+            0.0 - y,
+            0.0 - z
         ));
     }
     Ok(())

@@ -1,6 +1,7 @@
 //! The numbers after a PLY header, one after the other, in any of the three encodings.
 
 use super::MeshError;
+use super::clean::counted;
 use super::error::shown;
 use super::lines::line_ends;
 use super::ply_header::{Element, Encoding, Number};
@@ -47,7 +48,10 @@ impl<'a> Body<'a> {
             return Err(self.error_behind(count, what));
         }
         if (length as u64).saturating_mul(self.least_size(item)) > left {
-            let what = format!("{place}: a list of length {length}, but only {} bytes follow", left - 1);
+            let what = format!(
+                "{place}: a list of length {length}, but only {} left",
+                counted(left as usize - 1, "byte")
+            );
             return Err(self.error_behind(count, what));
         }
         Ok(length as usize)
