@@ -239,6 +239,14 @@ fn no_path_leaves_the_folders() {
 }
 
 #[test]
+fn a_folder_in_place_of_a_mesh_is_said_to_be_one() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("bunny.ply")).unwrap();
+    let error = scene_with(folder.path(), "mesh = { file = \"bunny.ply\" }").unwrap_err();
+    assert!(error.message.contains("`bunny.ply` is a folder; a file would do"), "{error}");
+}
+
+#[test]
 fn a_missing_mesh_is_refused_or_replaced_by_its_stand_in() {
     let folder = tempfile::tempdir().unwrap();
     let mesh = "mesh = { file = \"bunny.ply\" }";

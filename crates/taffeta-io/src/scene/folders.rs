@@ -54,6 +54,7 @@ impl Folders {
                  into one of them and write its path from there"
             )));
         }
+        let mut odd = None;
         for folder in &self.folders {
             let Ok(path) = folder.join(name).canonicalize() else { continue };
             if !self.folders.iter().any(|folder| path.starts_with(folder)) {
@@ -66,6 +67,11 @@ impl Folders {
                 self.used.borrow_mut().push(path.clone());
                 return Ok(path);
             }
+            odd = Some(path);
+        }
+        if let Some(path) = odd {
+            let what = if path.is_dir() { "a folder" } else { "no regular file" };
+            return Err(Unusable::Refused(format!("`{name}` is {what}; a file would do")));
         }
         let places: Vec<String> = self.folders.iter().map(|folder| folder.display().to_string()).collect();
         Err(Unusable::Missing(format!(
