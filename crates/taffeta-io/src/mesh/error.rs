@@ -41,13 +41,21 @@ impl fmt::Display for MeshError {
 
 impl std::error::Error for MeshError {}
 
-/// With control characters written as escapes: words of a file must not steer the terminal.
+/// With control characters written as escapes, for words of a file must not steer the terminal, and without the middle
+/// where a file's words make it too long to read.
 fn printable(message: &str) -> Cow<'_, str> {
-    if !message.contains(char::is_control) {
+    /// Characters of a message at its beginning and at its end that are always shown.
+    const ENDS: [usize; 2] = [500, 200];
+    if message.len() <= ENDS[0] + ENDS[1] && !message.contains(char::is_control) {
         return Cow::Borrowed(message);
     }
     let escape = |c: char| if c.is_control() { c.escape_default().to_string() } else { c.to_string() };
-    Cow::Owned(message.chars().map(escape).collect())
+    let all: Vec<char> = message.chars().map(escape).collect::<String>().chars().collect();
+    if all.len() <= ENDS[0] + ENDS[1] {
+        return Cow::Owned(all.into_iter().collect());
+    }
+    let ends = all[..ENDS[0]].iter().chain([' ', '…', ' '].iter()).chain(&all[all.len() - ENDS[1]..]);
+    Cow::Owned(ends.collect())
 }
 
 /// What a file says, as a message can show it.
@@ -58,5 +66,19 @@ pub(super) fn shown(word: &[u8]) -> String {
     match text.char_indices().nth(SHOWN) {
         Some((end, _)) => format!("{}…", &text[..end]),
         None => text.into_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::MeshError;
+
+    #[test]
+    fn a_message_keeps_its_ends_and_none_of_a_file_s_control_characters() {
+        let said = |message: String| MeshError::new(message).to_string();
+        assert_eq!(said("`\u{1b}[2J` is no word".to_owned()), "`\\u{1b}[2J` is no word");
+        let long = said(format!("begins{}ends", "\u{7f}".repeat(5000)));
+        assert!(long.starts_with("begins\\u{7f}") && long.contains(" … ") && long.ends_with("\\u{7f}ends"));
+        assert!(long.chars().count() == 703, "{}", long.chars().count());
     }
 }
