@@ -9,7 +9,7 @@ use taffeta_io::{Checkpoint, MeshFormat, MeshOptions, parse_mesh, parse_scene, r
 use twox_hash::XxHash64;
 
 /// Memory [byte] that a scene may say it needs; larger ones are left alone.
-const SMALL: u64 = 64 << 20;
+const SMALL: u64 = 8 << 20;
 /// Longest message [byte]: an error is to be read by people.
 const READABLE: usize = 2000;
 
