@@ -152,7 +152,14 @@ impl Selectable<'_> {
             return Err(("select.box", format!("min {min:?} is above max {max:?}; below or equal would do")));
         }
         let within = |p: &[f64; 3]| (0..3).all(|i| (min[i]..=max[i]).contains(&p[i]));
-        Ok(self.nodes.iter().zip(0..).filter(|(p, _)| within(p)).map(|(_, node)| node).collect())
+        let found: Vec<u32> =
+            self.nodes.iter().zip(0..).filter(|(p, _)| within(p)).map(|(_, node)| node).collect();
+        if found.is_empty() {
+            let [low, high] = super::measure::bounds(self.nodes);
+            let message = format!("holds no node; the body starts between {low:?} and {high:?}");
+            return Err(("select.box", message));
+        }
+        Ok(found)
     }
 }
 
