@@ -71,6 +71,9 @@ fn selections_that_cannot_be_met_are_refused() {
     refused(Select::cols(2, 1), &body, "select.cols", "within 0 to 3");
     let bounds = Bounds { min: [1.0; 3], max: [0.0; 3] };
     refused(Select { inside: Some(bounds), ..Select::default() }, &body, "select.box", "above");
+    let away = Bounds { min: [5.0; 3], max: [9.0; 3] };
+    let where_it_is = "the body starts between [-1.5, 0.0, -1.0] and [1.5, 0.0, 1.0]";
+    refused(Select { inside: Some(away), ..Select::default() }, &body, "select.box", where_it_is);
     refused(Select { boundary: Some(false), ..Select::default() }, &body, "select.boundary", "true would do");
 }
 
