@@ -5,18 +5,20 @@
 //! are read by the crate `taffeta-io`. Units are SI, y is up; a `[m]` in these pages is a unit.
 
 mod assembly;
+mod backend;
 mod collision;
 mod cpu;
 pub mod diagnostics;
 mod forces;
 mod integrate;
+mod plan;
 mod real;
 pub mod scene;
 mod simulation;
 mod step;
 pub mod topology;
 
-pub use simulation::{BodyInfo, Diverged, Options, Precision, Simulation, Snapshot};
+pub use simulation::{BodyInfo, Diverged, Options, Precision, Simulation, Snapshot, StepError};
 
 /// The vector instructions that the CPU backend uses on this machine.
 pub fn simd_level() -> String {

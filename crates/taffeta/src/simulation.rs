@@ -5,9 +5,10 @@ mod snapshot;
 pub use snapshot::Snapshot;
 
 use crate::assembly::{Assembly, BodyAssembly};
-use crate::cpu::{Backend, CpuBackend, FrameSums, Hand};
+use crate::backend::{Backend, Hand, Lost};
+use crate::cpu::CpuBackend;
 use crate::diagnostics::advice::{StepLimit, runaway};
-use crate::diagnostics::{FrameReport, normals, stability};
+use crate::diagnostics::{FrameReport, FrameSums, normals, stability};
 use crate::scene::{Scene, SceneError};
 use crate::topology::Surface;
 use crate::topology::random::SplitMix64;
@@ -75,6 +76,22 @@ pub struct Diverged {
     pub advice: String,
 }
 
+/// Why a frame could not be done.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum StepError {
+    /// The scene cannot go on.
+    #[error(transparent)]
+    Diverged(#[from] Diverged),
+    /// The device that computes does not answer any more.
+    #[error("frame {frame}: {why}")]
+    Lost {
+        /// The frame that failed; the one before it was good.
+        frame: u32,
+        /// What the device said.
+        why: String,
+    },
+}
+
 /// A scene that runs.
 pub struct Simulation {
     backend: Box<dyn Backend>,
@@ -123,9 +140,7 @@ impl Simulation {
             hand: Hand::default(),
             moved: Vec::new(),
         };
-        let sums = simulation.backend.measure();
-        simulation.report = simulation.report_of(sums, 0);
-        simulation.start = simulation.report.clone();
+        simulation.measure().map_err(|Lost(why)| SceneError::new("", why))?;
         Ok(simulation)
     }
 
@@ -133,9 +148,32 @@ impl Simulation {
     ///
     /// # Errors
     /// A frame with a number that is not finite, or with a stretch that only a blow-up has, is not shown: the error
-    /// names body, vertex, likely cause and what to change. The simulation cannot go on then.
-    pub fn step(&mut self) -> Result<&FrameReport, Diverged> {
+    /// names body, vertex, likely cause and what to change. A GPU may be lost. The simulation cannot go on then.
+    pub fn step(&mut self) -> Result<&FrameReport, StepError> {
         let frame = self.report.frame + 1;
+        let lost = |Lost(why)| StepError::Lost { frame, why };
+        let driven = self.start_frame().map_err(lost)?;
+        let sums = self.backend.sums().map_err(lost)?;
+        let report = self.report_of(sums, frame);
+        if let Some(what) = runaway(&self.start, &self.report, &report, driven) {
+            return Err(self.diverged(frame, what).into());
+        }
+        self.report = report;
+        Ok(&self.report)
+    }
+
+    /// Brings the state to where positions are read from, if it is elsewhere. Without it the first read does so, and
+    /// cannot say that it failed.
+    ///
+    /// # Errors
+    /// A GPU may be lost.
+    pub fn fetch(&mut self) -> Result<(), StepError> {
+        let frame = self.report.frame;
+        self.backend.fetch().map_err(|Lost(why)| StepError::Lost { frame, why })
+    }
+
+    /// Gives the backend its next frame; returns whether anything but gravity drives the scene in it.
+    fn start_frame(&mut self) -> Result<bool, Lost> {
         let start = f64::from(self.report.frame) * self.backend.assembly().time.dt;
         let hand = std::mem::take(&mut self.hand);
         let driven = self.backend.assembly().is_driven() || !hand.forces.is_empty() || !hand.moves.is_empty();
@@ -145,13 +183,8 @@ impl Simulation {
             self.backend.set(node as usize, at, [0.0; 3]);
         }
         self.moved = hand.moves.iter().map(|&(node, ..)| node).collect();
-        let sums = self.backend.frame(start, hand);
-        let report = self.report_of(sums, frame);
-        if let Some(what) = runaway(&self.start, &self.report, &report, driven) {
-            return Err(self.diverged(frame, what));
-        }
-        self.report = report;
-        Ok(&self.report)
+        self.backend.frame(start, hand)?;
+        Ok(driven)
     }
 
     fn report_of(&self, sums: FrameSums, frame: u32) -> FrameReport {
@@ -276,9 +309,17 @@ impl Simulation {
                 self.backend.set(node, std::array::from_fn(|axis| x[axis] + shift[axis]), v);
             }
         }
-        let sums = self.backend.measure();
+        // A device that is lost says so in the next step.
+        let _ = self.measure();
+    }
+
+    /// Takes the state as it is for the start.
+    fn measure(&mut self) -> Result<(), Lost> {
+        self.backend.measure()?;
+        let sums = self.backend.sums()?;
         self.report = self.report_of(sums, self.report.frame);
         self.start = self.report.clone();
+        Ok(())
     }
 
     /// The body of that name, and the node of its vertex.
@@ -385,8 +426,12 @@ impl Simulation {
 
     /// The device in words: `cpu, 2 threads, avx512`.
     pub fn device(&self) -> String {
-        let threads = self.threads();
-        format!("cpu, {threads} thread{}, {}", if threads == 1 { "" } else { "s" }, self.backend.level())
+        self.backend.device().name
+    }
+
+    /// `cpu` or `gpu`.
+    pub fn backend(&self) -> &'static str {
+        self.backend.device().backend
     }
 
     /// Bytes of memory that state and springs take while running.

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
-use taffeta::{Diverged, Simulation};
+use taffeta::{Simulation, StepError};
 use taffeta_io::Checkpoint;
 
 /// A run under way.
@@ -28,7 +28,7 @@ pub struct Job<'a> {
 /// How the frames ended.
 pub enum Ending {
     Done,
-    Diverged(Diverged),
+    Diverged(StepError),
     Interrupted,
     /// A file could not be written.
     Failed(io::Error),

@@ -68,6 +68,11 @@ impl Assembly {
         Ok(assembly)
     }
 
+    /// A volume of 0 for each closed body.
+    pub fn no_volumes(&self) -> Vec<Option<f64>> {
+        self.bodies.iter().map(|body| body.rest_volume.map(|_| 0.0)).collect()
+    }
+
     /// Whether more than gravity may add energy: wind, loads, moving pins or moving colliders.
     pub fn is_driven(&self) -> bool {
         self.world.wind_force != [0.0; 3]

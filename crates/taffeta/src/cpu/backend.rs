@@ -1,15 +1,17 @@
 //! Memory of the CPU backend, and one frame of it.
 
 use super::column::Column;
-use super::diagnose::{FrameSums, TileSums, VolumeChunk};
-use super::plan;
+use super::diagnose::{VolumeChunk, frame_sums};
 use super::shared::Shared;
 use super::simd::SimdLevel;
 use super::team::Team;
 use super::tiles::{self, TilePlan, TiledSprings};
 use super::worker::{Scratch, Worker};
 use crate::assembly::{Assembly, BodySprings};
+use crate::backend::{Backend, Device, Hand, Lost};
+use crate::diagnostics::{FrameSums, StateSums};
 use crate::forces::hinge::Rest;
+use crate::plan;
 use crate::real::Real;
 use crate::step;
 use crate::topology::{Csr, LANES};
@@ -22,15 +24,6 @@ const STAGGER: usize = 5;
 
 /// Position [m] and velocity [m/s] by axis: x, y, z, then their rates.
 pub type Fields<T> = [Column<T>; 6];
-
-/// A node that is moved, or a force that is applied, by the program for one frame.
-#[derive(Clone, Debug, Default)]
-pub struct Hand {
-    /// Pinned nodes that go to a place during the frame: solver index, from, to [m]; ascending.
-    pub moves: Vec<(u32, [f64; 3], [f64; 3])>,
-    /// Forces during the frame [N]: solver index; ascending.
-    pub forces: Vec<(u32, [f64; 3])>,
-}
 
 /// What does not change while a frame runs.
 pub struct Setup<T> {
@@ -77,8 +70,9 @@ pub struct CpuBackend<T> {
     fields: [Fields<T>; 2],
     current: usize,
     hinge_forces: Vec<[[T; 3]; 4]>,
-    tile_sums: Vec<TileSums>,
+    tile_sums: Vec<StateSums>,
     volumes: Vec<f64>,
+    sums: FrameSums,
 }
 
 impl<T: Real> CpuBackend<T> {
@@ -103,7 +97,7 @@ impl<T: Real> CpuBackend<T> {
             fields,
             current: 0,
             hinge_forces: vec![[[T::ZERO; 3]; 4]; hinges.corners.len()],
-            tile_sums: vec![TileSums::default(); tiles.len()],
+            tile_sums: vec![StateSums::default(); tiles.len()],
             volumes: vec![0.0; volume_chunks.len()],
             setup: Setup {
                 assembly,
@@ -118,11 +112,12 @@ impl<T: Real> CpuBackend<T> {
             },
             team,
             shares,
+            sums: FrameSums::default(),
         })
     }
 
-    /// Runs the frame that starts at time `start` [s]; without sub-steps it only measures.
-    fn run(&mut self, substeps: &[plan::Substep<T>]) -> FrameSums {
+    /// Runs sub-steps, and measures the state after them.
+    fn run(&mut self, substeps: &[plan::Substep<T>]) {
         let [a, b] = &mut self.fields;
         let buffers = [a, b].map(|fields| fields.each_mut().map(|column| Shared::new(column)));
         let hinge_forces = Shared::new(&mut self.hinge_forces);
@@ -148,47 +143,29 @@ impl<T: Real> CpuBackend<T> {
         });
         self.current = (self.current + substeps.len()) % 2;
         let state = self.fields[self.current].each_ref().map(|column| &column[..]);
-        FrameSums::new(&self.setup, state, &self.tile_sums, &self.volumes)
+        self.sums = frame_sums(&self.setup, state, &self.tile_sums, &self.volumes);
     }
-}
-
-/// The backend as a simulation drives it, whatever its numbers.
-pub trait Backend: Send {
-    /// Runs the frame that starts at time `start` [s].
-    fn frame(&mut self, start: f64, hand: Hand) -> FrameSums;
-    /// Measures the state as it is.
-    fn measure(&mut self) -> FrameSums;
-    /// The scene.
-    fn assembly(&self) -> &Assembly;
-    /// Position [m] of the node with solver index `node`.
-    fn position(&self, node: usize) -> [f64; 3];
-    /// Velocity [m/s] of the node with solver index `node`.
-    fn velocity(&self, node: usize) -> [f64; 3];
-    /// Sets position [m] and velocity [m/s] of a node.
-    fn set(&mut self, node: usize, position: [f64; 3], velocity: [f64; 3]);
-    /// Holds a node from now on.
-    fn hold(&mut self, node: usize);
-    /// Whether a node is free.
-    fn is_free(&self, node: usize) -> bool;
-    /// Appends the little-endian bytes of a node's position, or of its velocity.
-    fn bytes(&self, node: usize, velocity: bool, sink: &mut Vec<u8>);
-    /// Number of workers.
-    fn threads(&self) -> usize;
-    /// Instructions in use.
-    fn level(&self) -> SimdLevel;
-    /// Bytes of memory that state and springs take.
-    fn memory(&self) -> usize;
 }
 
 impl<T: Real> Backend for CpuBackend<T> {
-    fn frame(&mut self, start: f64, hand: Hand) -> FrameSums {
+    fn frame(&mut self, start: f64, hand: Hand) -> Result<(), Lost> {
         self.setup.hand = hand;
         let substeps = plan::frame(&self.setup.assembly, start);
-        self.run(&substeps)
+        self.run(&substeps);
+        Ok(())
     }
 
-    fn measure(&mut self) -> FrameSums {
-        self.run(&[])
+    fn measure(&mut self) -> Result<(), Lost> {
+        self.run(&[]);
+        Ok(())
+    }
+
+    fn sums(&mut self) -> Result<FrameSums, Lost> {
+        Ok(self.sums.clone())
+    }
+
+    fn fetch(&mut self) -> Result<(), Lost> {
+        Ok(())
     }
 
     fn assembly(&self) -> &Assembly {
@@ -231,8 +208,10 @@ impl<T: Real> Backend for CpuBackend<T> {
         self.team.threads()
     }
 
-    fn level(&self) -> SimdLevel {
-        self.setup.level
+    fn device(&self) -> Device {
+        let threads = self.threads();
+        let plural = if threads == 1 { "" } else { "s" };
+        Device { backend: "cpu", name: format!("cpu, {threads} thread{plural}, {}", self.setup.level) }
     }
 
     fn memory(&self) -> usize {

@@ -44,7 +44,16 @@ fn part<T: Real>(level: SimdLevel, colliders: &[ColliderNow<T>], state: &mut [&m
         .zip(colliders)
         .any(|(index, collider)| level.run(Inside { collider, place, last: Some((last, index)) }) > 0);
     if pressed {
-        for node in (0..last.len()).filter(|&node| last[node] > 0) {
+        let inside_another = |node: usize| {
+            let place = [x[node], y[node], z[node]];
+            let other = |&(index, _): &(u32, &ColliderNow<T>)| last[node] > 0 && index != last[node];
+            (1..)
+                .zip(colliders)
+                .filter(other)
+                .any(|(_, collider)| collider.depth_and_normal(place).0 > T::ZERO)
+        };
+        let nodes: Vec<usize> = (0..last.len()).filter(|&node| inside_another(node)).collect();
+        for node in nodes {
             let moved = push_out(colliders, [x[node], y[node], z[node]]);
             [x[node], y[node], z[node]] = moved;
         }

@@ -6,40 +6,11 @@ use super::mesh::{GatheredSprings, gather, lanes_of};
 use super::simd::Kernel;
 use super::tiles::{TilePlan, TiledSprings};
 use crate::assembly::Assembly;
+use crate::diagnostics::{FrameSums, StateSums};
 use crate::forces::{hinge, spring};
 use crate::real::{Real, cross, dot, norm, sub};
 use crate::topology::LANES;
 use std::ops::Range;
-
-/// Sums of one tile.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct TileSums {
-    /// Σ m v² [J], twice the kinetic energy.
-    pub m_v2: f64,
-    /// Σ m x [kg·m].
-    pub m_x: [f64; 3],
-    /// Σ m v [kg·m/s].
-    pub momentum: [f64; 3],
-    /// Σ m x × v [kg·m²/s].
-    pub angular_momentum: [f64; 3],
-    /// Energy of the springs [J].
-    pub springs: f64,
-    /// Largest l/L.
-    pub max_stretch: f64,
-    /// Nodes that touched a collider in the last sub-step.
-    pub contacts: u64,
-}
-
-/// Sums of a frame.
-#[derive(Clone, Debug, Default)]
-pub struct FrameSums {
-    /// Sums of all tiles.
-    pub all: TileSums,
-    /// Energy of the hinges [J].
-    pub hinges: f64,
-    /// Volume of each body [m³], where it is closed.
-    pub volumes: Vec<Option<f64>>,
-}
 
 /// A few triangles of one closed body.
 pub struct VolumeChunk {
@@ -73,35 +44,22 @@ pub fn chunk_volume<T: Real>(setup: &Setup<T>, chunk: usize, state: [&[T]; 6]) -
     six / 6.0
 }
 
-impl FrameSums {
-    /// Adds up tiles and chunks in their order.
-    pub fn new<T: Real>(setup: &Setup<T>, state: [&[T]; 6], tiles: &[TileSums], chunks: &[f64]) -> Self {
-        let mut all = TileSums::default();
-        for tile in tiles {
-            all.add(tile);
-        }
-        let closed = setup.assembly.bodies.iter().map(|body| body.rest_volume.map(|_| 0.0));
-        let mut volumes: Vec<Option<f64>> = closed.collect();
-        for (chunk, volume) in setup.volume_chunks.iter().zip(chunks) {
-            *volumes[chunk.body].get_or_insert(0.0) += volume;
-        }
-        Self { all, hinges: hinge_energy(setup, state), volumes }
+/// Adds up tiles and chunks in their order.
+pub fn frame_sums<T: Real>(
+    setup: &Setup<T>,
+    state: [&[T]; 6],
+    tiles: &[StateSums],
+    chunks: &[f64],
+) -> FrameSums {
+    let mut all = StateSums::default();
+    for tile in tiles {
+        all.add(tile);
     }
-}
-
-impl TileSums {
-    fn add(&mut self, other: &Self) {
-        self.m_v2 += other.m_v2;
-        self.springs += other.springs;
-        self.contacts += other.contacts;
-        self.max_stretch =
-            if other.max_stretch > self.max_stretch { other.max_stretch } else { self.max_stretch };
-        for axis in 0..3 {
-            self.m_x[axis] += other.m_x[axis];
-            self.momentum[axis] += other.momentum[axis];
-            self.angular_momentum[axis] += other.angular_momentum[axis];
-        }
+    let mut volumes = setup.assembly.no_volumes();
+    for (chunk, volume) in setup.volume_chunks.iter().zip(chunks) {
+        *volumes[chunk.body].get_or_insert(0.0) += volume;
     }
+    FrameSums { all, hinges: hinge_energy(setup, state), volumes }
 }
 
 /// Energy of all hinges [J], in their order.
@@ -118,8 +76,8 @@ fn hinge_energy<T: Real>(setup: &Setup<T>, state: [&[T]; 6]) -> f64 {
 }
 
 /// Sums of one tile.
-pub fn tile_sums<T: Real>(setup: &Setup<T>, plan: &TilePlan, state: [&[T]; 6]) -> TileSums {
-    let mut sums = TileSums::default();
+pub fn tile_sums<T: Real>(setup: &Setup<T>, plan: &TilePlan, state: [&[T]; 6]) -> StateSums {
+    let mut sums = StateSums::default();
     for (_, run) in plan.runs() {
         sums.add(&setup.level.run(NodeSums {
             mass: &setup.mass[run.clone()],
@@ -186,9 +144,9 @@ struct NodeSums<'a, T> {
 }
 
 impl<T: Real> Kernel for NodeSums<'_, T> {
-    type Output = TileSums;
+    type Output = StateSums;
     #[inline(always)]
-    fn run(self) -> TileSums {
+    fn run(self) -> StateSums {
         let n = self.mass.len();
         let mut lanes = [Lanes::ZERO; 10];
         for start in (0..n).step_by(LANES) {
@@ -206,12 +164,12 @@ impl<T: Real> Kernel for NodeSums<'_, T> {
             }
         }
         let three = |first: usize| [0, 1, 2].map(|axis| lanes[first + axis].total());
-        TileSums {
+        StateSums {
             m_v2: lanes[0].total(),
             m_x: three(1),
             momentum: three(4),
             angular_momentum: three(7),
-            ..TileSums::default()
+            ..StateSums::default()
         }
     }
 }
@@ -223,7 +181,7 @@ struct RowStretch<'a, T> {
     b: usize,
     count: usize,
     along: super::grid::Direction<T>,
-    sums: &'a mut TileSums,
+    sums: &'a mut StateSums,
 }
 
 impl<T: Real> Kernel for RowStretch<'_, T> {
@@ -253,7 +211,7 @@ struct SliceStretch<'a, T> {
     state: [&'a [T]; 6],
     springs: &'a GatheredSprings<T>,
     slice: usize,
-    sums: &'a mut TileSums,
+    sums: &'a mut StateSums,
 }
 
 impl<T: Real> Kernel for SliceStretch<'_, T> {

@@ -6,7 +6,6 @@ mod contact;
 mod diagnose;
 mod grid;
 mod mesh;
-mod plan;
 mod shared;
 mod simd;
 mod team;
@@ -14,6 +13,5 @@ mod tile;
 mod tiles;
 mod worker;
 
-pub use backend::{Backend, CpuBackend, Hand};
-pub use diagnose::FrameSums;
+pub use backend::CpuBackend;
 pub use simd::SimdLevel;

@@ -2,7 +2,6 @@
 
 use super::backend::Setup;
 use super::contact::contact;
-use super::plan::Substep;
 use super::shared::Shared;
 use super::simd::Kernel;
 use super::tiles::{TilePlan, TiledSprings};
@@ -10,6 +9,7 @@ use super::worker::Scratch;
 use crate::assembly::LoadKind;
 use crate::forces::external;
 use crate::integrate::euler;
+use crate::plan::Substep;
 use crate::real::{Real, add, scale};
 use crate::step::Tile;
 use std::ops::Range;

@@ -2,14 +2,15 @@
 
 use super::backend::Setup;
 use super::column::Column;
-use super::diagnose::{TileSums, chunk_volume, tile_sums};
+use super::diagnose::{chunk_volume, tile_sums};
 use super::grid::Sweep;
-use super::plan::Substep;
 use super::shared::Shared;
 use super::team::Barrier;
 use super::tile::CpuTile;
 use crate::assembly::LoadKind;
+use crate::diagnostics::StateSums;
 use crate::forces::{external, hinge};
+use crate::plan::Substep;
 use crate::real::Real;
 use crate::step::Stages;
 use std::ops::Range;
@@ -56,7 +57,7 @@ pub struct Worker<'a, T> {
     /// Forces on the corners of each hinge [N].
     pub hinge_forces: &'a Shared<'a, [[T; 3]; 4]>,
     /// Where each tile's sums go.
-    pub tile_sums: &'a Shared<'a, TileSums>,
+    pub tile_sums: &'a Shared<'a, StateSums>,
     /// Where each chunk's volume goes [m³].
     pub volumes: &'a Shared<'a, f64>,
     /// Room of its own.
@@ -157,7 +158,7 @@ impl<T: Real> Stages for Worker<'_, T> {
         for index in self.share.clone() {
             // SAFETY: one place a tile, read after the frame.
             let sums = &mut unsafe { self.tile_sums.write(index..index + 1) }[0];
-            *sums = TileSums {
+            *sums = StateSums {
                 contacts: sums.contacts,
                 ..tile_sums(self.setup, &self.setup.tiles[index], state)
             };

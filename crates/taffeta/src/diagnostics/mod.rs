@@ -4,5 +4,7 @@ pub mod advice;
 pub mod normals;
 mod report;
 pub mod stability;
+mod sums;
 
 pub use report::FrameReport;
+pub(crate) use sums::{FrameSums, StateSums};

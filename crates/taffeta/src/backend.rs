@@ -1,0 +1,58 @@
+//! What a simulation asks of a backend, whatever it computes on.
+
+use crate::assembly::Assembly;
+use crate::diagnostics::FrameSums;
+
+/// A node that is moved, or a force that is applied, by the program for one frame.
+#[derive(Clone, Debug, Default)]
+pub struct Hand {
+    /// Pinned nodes that go to a place during the frame: solver index, from, to [m]; ascending.
+    pub moves: Vec<(u32, [f64; 3], [f64; 3])>,
+    /// Forces during the frame [N]: solver index; ascending.
+    pub forces: Vec<(u32, [f64; 3])>,
+}
+
+/// What a backend computes on.
+#[derive(Clone, Debug)]
+pub struct Device {
+    /// `cpu` or `gpu`.
+    pub backend: &'static str,
+    /// In words.
+    pub name: String,
+}
+
+/// A device that does not answer any more: why.
+#[derive(Clone, Debug)]
+pub struct Lost(pub String);
+
+/// A backend in numbers of any type.
+pub trait Backend: Send {
+    /// Runs the frame that starts at time `start` [s]. It may still be under way when this returns.
+    fn frame(&mut self, start: f64, hand: Hand) -> Result<(), Lost>;
+    /// Measures the state as it is.
+    fn measure(&mut self) -> Result<(), Lost>;
+    /// What the last frame, or measurement, has found.
+    fn sums(&mut self) -> Result<FrameSums, Lost>;
+    /// Brings the state to where `position` and `velocity` read it.
+    fn fetch(&mut self) -> Result<(), Lost>;
+    /// The scene.
+    fn assembly(&self) -> &Assembly;
+    /// Position [m] of the node with solver index `node`.
+    fn position(&self, node: usize) -> [f64; 3];
+    /// Velocity [m/s] of the node with solver index `node`.
+    fn velocity(&self, node: usize) -> [f64; 3];
+    /// Sets position [m] and velocity [m/s] of a node.
+    fn set(&mut self, node: usize, position: [f64; 3], velocity: [f64; 3]);
+    /// Holds a node from now on.
+    fn hold(&mut self, node: usize);
+    /// Whether a node is free.
+    fn is_free(&self, node: usize) -> bool;
+    /// Appends the little-endian bytes of a node's position, or of its velocity.
+    fn bytes(&self, node: usize, velocity: bool, sink: &mut Vec<u8>);
+    /// Number of workers on the CPU.
+    fn threads(&self) -> usize;
+    /// What it computes on.
+    fn device(&self) -> Device;
+    /// Bytes of memory that state and springs take.
+    fn memory(&self) -> usize;
+}

@@ -1,0 +1,47 @@
+//! Sums over the state, as backends hand them over.
+
+/// Sums over the state, or over a part of it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct StateSums {
+    /// Σ m v² [J], twice the kinetic energy.
+    pub m_v2: f64,
+    /// Σ m x [kg·m].
+    pub m_x: [f64; 3],
+    /// Σ m v [kg·m/s].
+    pub momentum: [f64; 3],
+    /// Σ m x × v [kg·m²/s].
+    pub angular_momentum: [f64; 3],
+    /// Energy of the springs [J].
+    pub springs: f64,
+    /// Largest l/L.
+    pub max_stretch: f64,
+    /// Nodes that touched a collider in the last sub-step.
+    pub contacts: u64,
+}
+
+/// What a backend measures at the end of a frame.
+#[derive(Clone, Debug, Default)]
+pub struct FrameSums {
+    /// Sums over all nodes and springs.
+    pub all: StateSums,
+    /// Energy of the hinges [J].
+    pub hinges: f64,
+    /// Volume of each body [m³], where it is closed.
+    pub volumes: Vec<Option<f64>>,
+}
+
+impl StateSums {
+    /// Adds the sums of another part.
+    pub fn add(&mut self, other: &Self) {
+        self.m_v2 += other.m_v2;
+        self.springs += other.springs;
+        self.contacts += other.contacts;
+        self.max_stretch =
+            if other.max_stretch > self.max_stretch { other.max_stretch } else { self.max_stretch };
+        for axis in 0..3 {
+            self.m_x[axis] += other.m_x[axis];
+            self.momentum[axis] += other.momentum[axis];
+            self.angular_momentum[axis] += other.angular_momentum[axis];
+        }
+    }
+}
