@@ -1,0 +1,135 @@
+//! Lists of dispatches and copies, recorded once and submitted as often as wanted.
+
+use crate::kernel::Bound;
+use crate::{Buffer, GpuError, ReadBack};
+
+/// Dispatches and copies in the order in which they take effect: each sees what those before it
+/// have written.
+#[derive(Default)]
+pub struct DispatchList {
+    steps: Vec<Step>,
+    stage: &'static str,
+    /// The first dispatch that does not fit the device.
+    misfit: Option<GpuError>,
+}
+
+struct Step {
+    stage: &'static str,
+    work: Work,
+}
+
+enum Work {
+    Dispatch { bound: Bound, offsets: Vec<u32>, groups: [u32; 2] },
+    Copy { from: wgpu::Buffer, to: wgpu::Buffer, bytes: u64 },
+}
+
+impl Work {
+    fn is_dispatch(&self) -> bool {
+        matches!(self, Work::Dispatch { .. })
+    }
+}
+
+impl DispatchList {
+    /// An empty list.
+    pub fn new() -> Self {
+        DispatchList::default()
+    }
+
+    /// What follows belongs to the stage `name`, by which [`Gpu::submit_timed`](crate::Gpu::submit_timed) sums.
+    pub fn stage(&mut self, name: &'static str) {
+        self.stage = name;
+    }
+
+    /// Runs a kernel in `groups` workgroups; nothing where that is 0.
+    ///
+    /// `offsets` choose the records of group 0's uniforms, in the order of their bindings. Where one
+    /// dimension does not hold that many workgroups they are spread over two: the kernel's number of
+    /// a workgroup is then `x + y * counts.x`, and there can be up to a row of them too many, which
+    /// it must let pass.
+    ///
+    /// # Panics
+    /// Where there are more or fewer offsets than uniforms in group 0: a mistake of the caller.
+    pub fn dispatch(&mut self, bound: &Bound, offsets: &[u32], groups: u32) {
+        bound.check_offsets(offsets);
+        match fold(groups, bound.most_groups()) {
+            _ if groups == 0 => {}
+            Some(groups) => {
+                self.push(Work::Dispatch { bound: bound.clone(), offsets: offsets.to_vec(), groups });
+            }
+            None => {
+                let limit = u64::from(bound.most_groups()).pow(2);
+                let label = bound.label().to_owned();
+                self.misfit.get_or_insert(GpuError::TooManyGroups { label, groups, limit });
+            }
+        }
+    }
+
+    /// Copies the first elements, as many as both have, to where the host can read them.
+    pub fn copy<T>(&mut self, from: &Buffer<T>, to: &ReadBack<T>) {
+        self.push_copy::<T>(from.raw(), to.raw(), from.len().min(to.len()));
+    }
+
+    /// Copies the first elements, as many as both have.
+    pub fn copy_buffer<T>(&mut self, from: &Buffer<T>, to: &Buffer<T>) {
+        self.push_copy::<T>(from.raw(), to.raw(), from.len().min(to.len()));
+    }
+
+    fn push_copy<T>(&mut self, from: &wgpu::Buffer, to: &wgpu::Buffer, count: usize) {
+        let bytes = (count * size_of::<T>()) as u64;
+        if bytes > 0 {
+            self.push(Work::Copy { from: from.clone(), to: to.clone(), bytes });
+        }
+    }
+
+    fn push(&mut self, work: Work) {
+        self.steps.push(Step { stage: self.stage, work });
+    }
+
+    pub(crate) fn check(&self) -> Result<(), GpuError> {
+        self.misfit.clone().map_or(Ok(()), Err)
+    }
+
+    /// What goes into one pass each: all dispatches that follow each other, or all of one stage where
+    /// stages are `apart`. A copy stands alone.
+    pub(crate) fn runs(&self, apart: bool) -> impl Iterator<Item = Run<'_>> {
+        let joined = move |a: &Step, b: &Step| {
+            a.work.is_dispatch() && b.work.is_dispatch() && !(apart && a.stage != b.stage)
+        };
+        self.steps.chunk_by(joined).map(Run)
+    }
+}
+
+/// Dispatches of one pass, or one copy.
+pub(crate) struct Run<'a>(&'a [Step]);
+
+impl Run<'_> {
+    /// The stage of its first dispatch; `None` for a copy.
+    pub fn stage(&self) -> Option<&'static str> {
+        self.0.first().filter(|step| step.work.is_dispatch()).map(|step| step.stage)
+    }
+
+    /// Records it; a pass writes its start and end as `times` say.
+    pub fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        times: Option<wgpu::ComputePassTimestampWrites<'_>>,
+    ) {
+        if let [Step { work: Work::Copy { from, to, bytes }, .. }] = self.0 {
+            return encoder.copy_buffer_to_buffer(from, 0, to, 0, *bytes);
+        }
+        let descriptor = wgpu::ComputePassDescriptor { label: self.stage(), timestamp_writes: times };
+        let mut pass = encoder.begin_compute_pass(&descriptor);
+        for step in self.0 {
+            if let Work::Dispatch { bound, offsets, groups: [x, y] } = &step.work {
+                bound.set(&mut pass, offsets);
+                pass.dispatch_workgroups(*x, *y, 1);
+            }
+        }
+    }
+}
+
+/// `groups` in at most two dimensions of at most `most`.
+fn fold(groups: u32, most: u32) -> Option<[u32; 2]> {
+    let rows = groups.div_ceil(most).max(1);
+    (rows <= most).then(|| [groups.div_ceil(rows), rows])
+}

@@ -1,0 +1,181 @@
+//! The device: opened by choice or borrowed, its limits, its health.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::{AdapterInfo, Choice, DispatchList, GpuError, adapter};
+
+/// A GPU that is open. Cheap to clone: the clones are one device.
+#[derive(Clone)]
+pub struct Gpu(Arc<Inner>);
+
+struct Inner {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    info: AdapterInfo,
+    limits: wgpu::Limits,
+    memory: Arc<AtomicU64>,
+    fault: Fault,
+}
+
+/// The first thing that went wrong.
+#[derive(Clone, Default)]
+struct Fault(Arc<Mutex<Option<GpuError>>>);
+
+impl Fault {
+    fn set(&self, error: GpuError) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+
+    fn get(&self) -> Option<GpuError> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+impl Gpu {
+    /// Opens the chosen adapter with all the limits that it has, and timestamps where it has them.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`], [`GpuError::NoSuchAdapter`], or [`GpuError::Failed`] where the driver
+    /// does not open the device.
+    pub fn open(choice: &Choice) -> Result<Gpu, GpuError> {
+        let (_, adapter) = adapter::choose(choice)?;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("taffeta"),
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|error| GpuError::Failed { why: error.to_string() })?;
+        let gpu = Gpu::on(device, queue, adapter.get_info());
+        let fault = gpu.0.fault.clone();
+        gpu.0.device.on_uncaptured_error(Arc::new(move |error| fault.set(told(&error))));
+        let fault = gpu.0.fault.clone();
+        gpu.0.device.set_device_lost_callback(move |reason, why| fault.set(lost(reason, &why)));
+        Ok(gpu)
+    }
+
+    /// A device that somebody else opened. Its error handlers stay as they are.
+    pub fn on(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo) -> Gpu {
+        let limits = device.limits();
+        let memory = Arc::default();
+        Gpu(Arc::new(Inner { device, queue, info: (&info).into(), limits, memory, fault: Fault::default() }))
+    }
+
+    /// Which adapter this is.
+    pub fn info(&self) -> &AdapterInfo {
+        &self.0.info
+    }
+
+    /// What the device allows.
+    pub fn limits(&self) -> &wgpu::Limits {
+        &self.0.limits
+    }
+
+    /// The size of the largest storage buffer that a kernel can see [bytes].
+    pub fn largest_binding(&self) -> u64 {
+        self.0.limits.max_storage_buffer_binding_size.min(self.0.limits.max_buffer_size)
+    }
+
+    /// Whether [`Gpu::submit_timed`] can time stages.
+    pub fn has_timestamps(&self) -> bool {
+        self.0.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
+    }
+
+    /// # Errors
+    /// The first thing that went wrong since the device was opened and that no call has returned:
+    /// lost, out of memory, or a command that the driver refused.
+    pub fn health(&self) -> Result<(), GpuError> {
+        self.0.fault.get().map_or(Ok(()), Err)
+    }
+
+    /// Destroys the device, as a driver's reset would: for tests of what follows.
+    pub fn lose(&self) {
+        self.0.device.destroy();
+        self.0.fault.set(lost(wgpu::DeviceLostReason::Destroyed, "it was given up"));
+    }
+
+    /// The device behind it.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.0.device
+    }
+
+    /// The queue behind it.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.0.queue
+    }
+
+    /// The size of the buffers alive that were made here [bytes].
+    pub fn memory_used(&self) -> u64 {
+        self.0.memory.load(Ordering::Relaxed)
+    }
+
+    /// Hands a list to the device as one command buffer, and does not wait for it.
+    ///
+    /// # Errors
+    /// [`GpuError::TooManyGroups`] of a dispatch in the list, or what [`Gpu::health`] says.
+    pub fn submit(&self, list: &DispatchList) -> Result<(), GpuError> {
+        self.health()?;
+        list.check()?;
+        self.watched(|| {
+            let mut encoder = self.0.device.create_command_encoder(&Default::default());
+            list.runs(false).for_each(|run| run.encode(&mut encoder, None));
+            self.0.queue.submit([encoder.finish()]);
+        });
+        self.health()
+    }
+
+    /// Waits until all that was submitted is done.
+    ///
+    /// # Errors
+    /// What [`Gpu::health`] says then.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        self.health()?;
+        self.poll(wgpu::PollType::wait_indefinitely());
+        self.health()
+    }
+
+    /// Lets callbacks run.
+    pub(crate) fn poll(&self, how: wgpu::PollType) {
+        if let Err(error @ wgpu::PollError::WrongSubmissionIndex(..)) = self.0.device.poll(how) {
+            self.0.fault.set(GpuError::Failed { why: error.to_string() });
+        }
+    }
+
+    pub(crate) fn memory(&self) -> &Arc<AtomicU64> {
+        &self.0.memory
+    }
+
+    /// Runs `work` and returns what went wrong in it.
+    pub(crate) fn scoped<R>(&self, work: impl FnOnce() -> R) -> (R, Option<GpuError>) {
+        use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
+        let device = &self.0.device;
+        let scopes = [OutOfMemory, Internal, Validation].map(|filter| device.push_error_scope(filter));
+        let result = work();
+        // Scopes are a stack: the last is popped first.
+        let errors = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
+        (result, errors.map(|error| told(&error)).next())
+    }
+
+    /// Runs `work` and keeps what went wrong in it for [`Gpu::health`].
+    pub(crate) fn watched<R>(&self, work: impl FnOnce() -> R) -> R {
+        let (result, fault) = self.scoped(work);
+        if let Some(fault) = fault {
+            self.0.fault.set(fault);
+        }
+        result
+    }
+}
+
+fn told(error: &wgpu::Error) -> GpuError {
+    match error {
+        wgpu::Error::OutOfMemory { .. } => GpuError::OutOfMemory { label: "a command".to_owned(), bytes: 0 },
+        other => GpuError::Failed { why: other.to_string() },
+    }
+}
+
+fn lost(reason: wgpu::DeviceLostReason, why: &str) -> GpuError {
+    let why = if why.is_empty() { format!("{reason:?}").to_lowercase() } else { why.to_owned() };
+    GpuError::Lost { why }
+}

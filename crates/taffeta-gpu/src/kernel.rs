@@ -1,0 +1,196 @@
+//! Compute pipelines whose bindings stand in their source alone, and their binding to buffers by name.
+
+use std::num::NonZeroU64;
+use std::sync::Arc;
+
+use crate::reflect::reflect;
+use crate::{Access, Bindable, Binding, Gpu, GpuError};
+
+/// A compute pipeline, and what its source says of it. Cheap to clone.
+#[derive(Clone)]
+pub struct Kernel(Arc<Inner>);
+
+struct Inner {
+    label: String,
+    pipeline: wgpu::ComputePipeline,
+    layouts: Vec<wgpu::BindGroupLayout>,
+    bindings: Vec<Binding>,
+    workgroup_size: [u32; 3],
+}
+
+/// A kernel with the buffers that it works on, which it keeps alive. Cheap to clone.
+#[derive(Clone)]
+pub struct Bound {
+    kernel: Arc<Inner>,
+    groups: Arc<[wgpu::BindGroup]>,
+    most_groups: u32,
+}
+
+impl Gpu {
+    /// Compiles the entry point `entry` of `sources`, whole WGSL texts that are put one behind the
+    /// other, with values for its `override` declarations. Its bindings are read from the source, and
+    /// only those that the entry point uses.
+    ///
+    /// # Errors
+    /// [`GpuError::Shader`] with the label and what the compiler said, or what [`Gpu::health`] says.
+    pub fn kernel(
+        &self,
+        label: &str,
+        sources: &[&str],
+        entry: &str,
+        overrides: &[(&str, f64)],
+    ) -> Result<Kernel, GpuError> {
+        self.health()?;
+        let wrong = |why| GpuError::Shader { label: label.to_owned(), why };
+        let source = sources.join("\n");
+        let read = reflect(&source, entry, overrides).map_err(wrong)?;
+        let ((pipeline, layouts), fault) = self.scoped(|| {
+            let layouts = layouts(self.device(), label, &read.bindings);
+            (pipeline(self.device(), label, source, entry, overrides, &layouts), layouts)
+        });
+        match fault {
+            None => {}
+            Some(GpuError::Failed { why }) => return Err(wrong(why)),
+            Some(other) => return Err(other),
+        }
+        let (bindings, workgroup_size) = (read.bindings, read.workgroup_size);
+        Ok(Kernel(Arc::new(Inner { label: label.to_owned(), pipeline, layouts, bindings, workgroup_size })))
+    }
+}
+
+/// One layout for each group up to the last that is used.
+fn layouts(device: &wgpu::Device, label: &str, bindings: &[Binding]) -> Vec<wgpu::BindGroupLayout> {
+    let count = bindings.last().map_or(0, |last| last.group + 1);
+    let layout = |group| {
+        let entries: Vec<_> = bindings.iter().filter(|one| one.group == group).map(layout_entry).collect();
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(label),
+            entries: &entries,
+        })
+    };
+    (0..count).map(layout).collect()
+}
+
+fn layout_entry(one: &Binding) -> wgpu::BindGroupLayoutEntry {
+    let ty = match one.access {
+        Access::Uniform => wgpu::BufferBindingType::Uniform,
+        Access::Read => wgpu::BufferBindingType::Storage { read_only: true },
+        Access::ReadWrite => wgpu::BufferBindingType::Storage { read_only: false },
+    };
+    let has_dynamic_offset = is_told(one);
+    wgpu::BindGroupLayoutEntry {
+        binding: one.binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: NonZeroU64::new(one.size) },
+        count: None,
+    }
+}
+
+/// Whether each dispatch says by an offset what it sees here.
+fn is_told(one: &Binding) -> bool {
+    one.group == 0 && one.access == Access::Uniform
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    label: &str,
+    source: String,
+    entry: &str,
+    overrides: &[(&str, f64)],
+    layouts: &[wgpu::BindGroupLayout],
+) -> wgpu::ComputePipeline {
+    let source = wgpu::ShaderSource::Wgsl(source.into());
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source });
+    let layouts: Vec<_> = layouts.iter().map(Some).collect();
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(label),
+        bind_group_layouts: &layouts,
+        immediate_size: 0,
+    });
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(label),
+        layout: Some(&layout),
+        module: &module,
+        entry_point: Some(entry),
+        compilation_options: wgpu::PipelineCompilationOptions { constants: overrides, ..Default::default() },
+        cache: None,
+    })
+}
+
+impl Kernel {
+    /// What the entry point uses, by group, then by binding.
+    pub fn bindings(&self) -> &[Binding] {
+        &self.0.bindings
+    }
+
+    /// The number of invocations of a workgroup in each dimension.
+    pub fn workgroup_size(&self) -> [u32; 3] {
+        self.0.workgroup_size
+    }
+
+    /// Binds `buffers` by the names that they have in the source. Names that the kernel does not use
+    /// are let pass, so that one list serves several kernels. A buffer that is too small or of the
+    /// wrong sort is seen in [`Gpu::health`].
+    ///
+    /// # Panics
+    /// Where a name that the kernel uses is missing: a mistake of the caller.
+    pub fn bind(&self, gpu: &Gpu, buffers: &[(&str, &dyn Bindable)]) -> Bound {
+        let groups = (0..).zip(&self.0.layouts).map(|(group, layout)| {
+            let entries: Vec<_> = self
+                .0
+                .bindings
+                .iter()
+                .filter(|one| one.group == group)
+                .map(|one| wgpu::BindGroupEntry {
+                    binding: one.binding,
+                    resource: self.resource(one, buffers),
+                })
+                .collect();
+            let label = Some(self.0.label.as_str());
+            let descriptor = wgpu::BindGroupDescriptor { label, layout, entries: &entries };
+            gpu.watched(|| gpu.device().create_bind_group(&descriptor))
+        });
+        let most_groups = gpu.limits().max_compute_workgroups_per_dimension;
+        Bound { groups: groups.collect(), kernel: self.0.clone(), most_groups }
+    }
+
+    fn resource<'a>(&self, one: &Binding, buffers: &[(&str, &'a dyn Bindable)]) -> wgpu::BindingResource<'a> {
+        let found = buffers.iter().find(|(name, _)| *name == one.name);
+        let (_, buffer) =
+            found.unwrap_or_else(|| panic!("kernel `{}` has no buffer for `{}`", self.0.label, one.name));
+        wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: buffer.buffer(),
+            offset: 0,
+            size: buffer.window(),
+        })
+    }
+}
+
+impl Bound {
+    /// The kernel's label.
+    pub fn label(&self) -> &str {
+        &self.kernel.label
+    }
+
+    /// The most workgroups of one dimension.
+    pub(crate) fn most_groups(&self) -> u32 {
+        self.most_groups
+    }
+
+    pub(crate) fn check_offsets(&self, offsets: &[u32]) {
+        let told = self.kernel.bindings.iter().filter(|one| is_told(one)).count();
+        assert!(
+            offsets.len() == told,
+            "kernel `{}` takes {told} offsets, not {}",
+            self.label(),
+            offsets.len()
+        );
+    }
+
+    pub(crate) fn set(&self, pass: &mut wgpu::ComputePass<'_>, offsets: &[u32]) {
+        pass.set_pipeline(&self.kernel.pipeline);
+        for (number, group) in (0..).zip(&*self.groups) {
+            pass.set_bind_group(number, group, if number == 0 { offsets } else { &[] });
+        }
+    }
+}
