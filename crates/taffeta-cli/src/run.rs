@@ -101,7 +101,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let _lock = RunLock::take(&dir).map_err(|error| outputs::unwritable(&dir, error))?;
     let plan = Plan::new(args, &loaded)?;
     memory::check_run(&loaded.scene, plan.formats.iter().any(|format| format.has_faces()))?;
-    let options = Options { threads: args.threads.map(usize::from), precision: plan.precision };
+    let options =
+        Options { threads: args.threads.map(usize::from), precision: plan.precision, ..Options::default() };
     let simulation =
         Simulation::new(&loaded.scene, &options).map_err(|error| loaded.source.locate(&error))?;
     let stop = stop_on_ctrl_c()?;

@@ -32,6 +32,12 @@ impl Fault {
     }
 }
 
+impl std::fmt::Debug for Gpu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Gpu({})", self.info())
+    }
+}
+
 impl Gpu {
     /// Opens the chosen adapter with all the limits that it has, and timestamps where it has them.
     ///

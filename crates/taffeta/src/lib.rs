@@ -10,6 +10,8 @@ mod collision;
 mod cpu;
 pub mod diagnostics;
 mod forces;
+#[cfg(feature = "gpu")]
+mod gpu;
 mod integrate;
 mod plan;
 mod real;
@@ -18,7 +20,12 @@ mod simulation;
 mod step;
 pub mod topology;
 
+#[cfg(feature = "gpu")]
+pub use gpu::{GpuKernels, GpuOptions};
 pub use simulation::{BodyInfo, Diverged, Options, Precision, Simulation, Snapshot, StepError};
+pub use step::Stage;
+#[cfg(feature = "gpu")]
+pub use taffeta_gpu;
 
 /// The vector instructions that the CPU backend uses on this machine.
 pub fn simd_level() -> String {

@@ -9,6 +9,8 @@ use crate::backend::{Backend, Hand, Lost};
 use crate::cpu::CpuBackend;
 use crate::diagnostics::advice::{StepLimit, runaway};
 use crate::diagnostics::{FrameReport, FrameSums, normals, stability};
+#[cfg(feature = "gpu")]
+use crate::gpu::{GpuBackend, GpuOptions};
 use crate::scene::{Scene, SceneError};
 use crate::topology::Surface;
 use crate::topology::random::SplitMix64;
@@ -31,8 +33,11 @@ pub struct Options {
     /// Worker threads; `None`: all that the machine has, but one for every 4,096 nodes at most, for less work than
     /// that is done before the workers have met.
     pub threads: Option<usize>,
-    /// Arithmetic.
+    /// Arithmetic; a GPU computes in [`Precision::F32`] alone.
     pub precision: Precision,
+    /// The GPU to run on; `None`: the CPU.
+    #[cfg(feature = "gpu")]
+    pub gpu: Option<GpuOptions>,
 }
 
 /// One body of a running scene, for people and outputs.
@@ -124,11 +129,7 @@ impl Simulation {
             assembly.bodies.iter().flat_map(of_body).chain(limit.warning(&bodies[largest.body].name));
         let warnings = warnings.collect();
         let threads = options.threads.unwrap_or_else(|| useful_threads(&assembly)).max(1);
-        let in_body = |message| SceneError::new("body", message);
-        let backend: Box<dyn Backend> = match options.precision {
-            Precision::F32 => Box::new(CpuBackend::<f32>::new(assembly, threads).map_err(in_body)?),
-            Precision::F64 => Box::new(CpuBackend::<f64>::new(assembly, threads).map_err(in_body)?),
-        };
+        let backend = backend(assembly, threads, options).map_err(|why| SceneError::new("body", why))?;
         let mut simulation = Self {
             backend,
             precision: options.precision,
@@ -443,6 +444,22 @@ impl Simulation {
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
+}
+
+fn backend(assembly: Assembly, threads: usize, options: &Options) -> Result<Box<dyn Backend>, String> {
+    #[cfg(feature = "gpu")]
+    if let Some(gpu) = &options.gpu {
+        return match options.precision {
+            Precision::F32 => Ok(Box::new(GpuBackend::new(gpu, assembly)?)),
+            Precision::F64 => {
+                Err("a GPU computes in 32 bits; --precision f32 or the CPU would do".to_owned())
+            }
+        };
+    }
+    Ok(match options.precision {
+        Precision::F32 => Box::new(CpuBackend::<f32>::new(assembly, threads)?),
+        Precision::F64 => Box::new(CpuBackend::<f64>::new(assembly, threads)?),
+    })
 }
 
 fn finite(value: [f64; 3], what: &str) -> Result<(), SceneError> {

@@ -4,6 +4,52 @@
 //! particle stages run one after the other on each tile (some hundred neighbouring nodes), so that what a stage has
 //! just written is still at hand for the next; between `elements` and `particles`, and after them, all workers meet.
 
+/// The stages of a sub-step in their order, and what is measured after the last one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Forces of elements that several nodes share.
+    #[default]
+    Elements,
+    /// Wind, drag, point loads, torques, hinges' forces by node.
+    Loads,
+    /// Forces of springs.
+    Springs,
+    /// New velocity, new position.
+    Integrate,
+    /// Moving pins.
+    Pins,
+    /// Colliders.
+    Contact,
+    /// Sums over the state.
+    Diagnose,
+}
+
+impl Stage {
+    /// All of them, in order.
+    pub const ALL: [Self; 7] = [
+        Self::Elements,
+        Self::Loads,
+        Self::Springs,
+        Self::Integrate,
+        Self::Pins,
+        Self::Contact,
+        Self::Diagnose,
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Elements => "elements",
+            Self::Loads => "loads",
+            Self::Springs => "springs",
+            Self::Integrate => "integrate",
+            Self::Pins => "pins",
+            Self::Contact => "contact",
+            Self::Diagnose => "diagnose",
+        }
+    }
+}
+
 /// What a backend's worker can do.
 pub trait Stages {
     /// What a sub-step is told: its length, and poses, scales and colliders at its end.

@@ -72,7 +72,11 @@ struct Shares {
 /// Runs a bench: one frame to warm up, then the timed ones.
 pub fn run(bench: &Bench, args: &Args) -> Result<Line, Failure> {
     crate::memory::check(&bench.scene)?;
-    let options = Options { threads: args.threads.map(usize::from), precision: args.precision.precision() };
+    let options = Options {
+        threads: args.threads.map(usize::from),
+        precision: args.precision.precision(),
+        ..Options::default()
+    };
     let mut simulation = Simulation::new(&bench.scene, &options)
         .map_err(|error| Failure::Input(format!("bench {}: {error}", bench.name)))?;
     if bench.disturbance > 0.0 {

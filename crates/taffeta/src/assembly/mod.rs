@@ -68,6 +68,22 @@ impl Assembly {
         Ok(assembly)
     }
 
+    /// Gives back what only the building of a backend needed: at millions of nodes it is most of the memory.
+    pub fn release(&mut self) {
+        for body in &mut self.bodies {
+            body.start = Vec::new();
+            body.mass = Vec::new();
+            body.free = Vec::new();
+            body.hinges = Vec::new();
+            body.hinge_rest = Vec::new();
+            if let BodySprings::Mesh(lists) = &mut body.springs {
+                for list in lists {
+                    list.rest = Vec::new();
+                }
+            }
+        }
+    }
+
     /// A volume of 0 for each closed body.
     pub fn no_volumes(&self) -> Vec<Option<f64>> {
         self.bodies.iter().map(|body| body.rest_volume.map(|_| 0.0)).collect()

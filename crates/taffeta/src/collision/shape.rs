@@ -27,10 +27,14 @@ pub struct ColliderNow<T> {
 /// What all points of a collider have in common.
 #[derive(Clone, Copy, Debug)]
 pub struct Touching<T> {
-    friction: T,
-    restitution: T,
-    spin: [[T; 3]; 3],
-    drift: [T; 3],
+    /// Coulomb coefficient.
+    pub friction: T,
+    /// Share of the normal speed given back.
+    pub restitution: T,
+    /// Rows of the matrix S [1/s] in the velocity S x + d of the surface at x.
+    pub spin: [[T; 3]; 3],
+    /// d [m/s].
+    pub drift: [T; 3],
 }
 
 /// The shapes.
@@ -51,15 +55,19 @@ pub trait Solid<T: Real>: Copy {
 /// A ball: centre and radius [m].
 #[derive(Clone, Copy, Debug)]
 pub struct SphereNow<T> {
-    center: [T; 3],
-    radius: T,
+    /// [m]
+    pub center: [T; 3],
+    /// [m]
+    pub radius: T,
 }
 
 /// A half-space: unit normal, and its distance from the origin [m].
 #[derive(Clone, Copy, Debug)]
 pub struct PlaneNow<T> {
-    normal: [T; 3],
-    level: T,
+    /// Outward.
+    pub normal: [T; 3],
+    /// [m]
+    pub level: T,
 }
 
 impl<T: Real> Solid<T> for SphereNow<T> {

@@ -7,7 +7,7 @@ use super::simd::SimdLevel;
 use super::team::Team;
 use super::tiles::{self, TilePlan, TiledSprings};
 use super::worker::{Scratch, Worker};
-use crate::assembly::{Assembly, BodySprings};
+use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, Hand, Lost};
 use crate::diagnostics::{FrameSums, StateSums};
 use crate::forces::hinge::Rest;
@@ -91,7 +91,7 @@ impl<T: Real> CpuBackend<T> {
         let volume_chunks = VolumeChunk::all(&assembly);
         let [inverse_mass, mass] = masses(&assembly);
         let fields = [start(&assembly, 0), start(&assembly, 6 * STAGGER)];
-        release(&mut assembly);
+        assembly.release();
         Ok(Self {
             scratch: shares.iter().map(|_| Mutex::new(Scratch::new(widest, cols))).collect(),
             fields,
@@ -251,22 +251,6 @@ fn start<T: Real>(assembly: &Assembly, lead: usize) -> Fields<T> {
         }
     }
     fields
-}
-
-/// Gives back what only the building needed: at millions of nodes it is most of the memory.
-fn release(assembly: &mut Assembly) {
-    for body in &mut assembly.bodies {
-        body.start = Vec::new();
-        body.mass = Vec::new();
-        body.free = Vec::new();
-        body.hinges = Vec::new();
-        body.hinge_rest = Vec::new();
-        if let BodySprings::Mesh(lists) = &mut body.springs {
-            for list in lists {
-                list.rest = Vec::new();
-            }
-        }
-    }
 }
 
 impl<T: Real> Hinges<T> {

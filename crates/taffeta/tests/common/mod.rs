@@ -53,7 +53,7 @@ pub fn build(scene: &Scene) -> Simulation {
 }
 
 pub fn build_as(scene: &Scene, precision: Precision, threads: usize) -> Simulation {
-    let options = Options { threads: Some(threads), precision };
+    let options = Options { threads: Some(threads), precision, ..Options::default() };
     Simulation::new(scene, &options).unwrap_or_else(|error| panic!("{}: {error}", scene.title))
 }
 

@@ -1,0 +1,285 @@
+//! Memory of the GPU backend, and one frame of it.
+
+use super::kernels::Kernels;
+use super::layout::Four;
+use super::mirror::{Landing, Mirror};
+use super::recorder::Recorder;
+use super::segment::Segment;
+use super::sums;
+use super::tables::{Tables, segments};
+use crate::assembly::Assembly;
+use crate::backend::{Backend, Device, Hand, Lost};
+use crate::diagnostics::FrameSums;
+use crate::plan;
+use crate::step::{self, Stage};
+use std::ops::Range;
+use std::sync::OnceLock;
+use taffeta_gpu::{DispatchList, Gpu, GpuError};
+
+/// Most sub-steps that are handed over at once.
+const SUBSTEPS: usize = 1024;
+
+/// Which kernels move the particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GpuKernels {
+    /// Ours, several sub-steps at once where that pays.
+    #[default]
+    Best,
+    /// Ours, each sub-step on its own.
+    Plain,
+    /// As Va, Choi and Hong 2021 print it: a thread a node of a grid, 32 × 32 a group. To compare with.
+    NodeCentric,
+    /// As Va, Choi and Hong 2023 print it: a thread a spring, forces added by compare and swap. To compare with.
+    SpringCentric,
+}
+
+/// How to run on a GPU.
+#[derive(Clone, Debug)]
+pub struct GpuOptions {
+    /// The device.
+    pub gpu: Gpu,
+    /// The first stage that it does; those before it are done on the CPU, step by step, to find where the two differ.
+    pub from: Stage,
+    /// Kernels.
+    pub kernels: GpuKernels,
+}
+
+impl From<Gpu> for GpuOptions {
+    fn from(gpu: Gpu) -> Self {
+        Self { gpu, from: Stage::default(), kernels: GpuKernels::default() }
+    }
+}
+
+/// The GPU backend.
+pub struct GpuBackend {
+    gpu: Gpu,
+    assembly: Assembly,
+    kernels: Kernels,
+    segments: Vec<Segment>,
+    /// Where the state lands, once it has been asked for.
+    landings: Vec<Landing>,
+    /// Whether the state of now has been sent to `landings`.
+    sent: bool,
+    mirror: OnceLock<Mirror>,
+    /// Places that were changed in the mirror.
+    changed: Range<usize>,
+    free: Vec<bool>,
+}
+
+impl From<GpuError> for Lost {
+    fn from(error: GpuError) -> Self {
+        Self(error.to_string())
+    }
+}
+
+impl GpuBackend {
+    /// Takes a scene to the device. The error says what does not fit.
+    pub fn new(options: &GpuOptions, mut assembly: Assembly) -> Result<Self, String> {
+        let gpu = options.gpu.clone();
+        let words = |error: GpuError| error.to_string();
+        let mut parts = Vec::new();
+        for bodies in segments(&assembly, gpu.largest_binding())? {
+            let tables = Tables::new(&assembly, bodies)?;
+            parts.push(Segment::new(&gpu, tables, false).map_err(words)?);
+        }
+        let mut free = vec![false; assembly.places];
+        for body in &assembly.bodies {
+            free[body.first..body.first + body.nodes].copy_from_slice(&body.free);
+        }
+        assembly.release();
+        let kernels = Kernels::new(gpu.clone());
+        let mut backend = Self {
+            gpu,
+            assembly,
+            kernels,
+            segments: parts,
+            landings: Vec::new(),
+            sent: false,
+            mirror: OnceLock::new(),
+            changed: 0..0,
+            free,
+        };
+        // What the driver refuses is known before the first frame.
+        let substeps = plan::frame(&backend.assembly, 0.0);
+        let few = &substeps[..substeps.len().min(2)];
+        backend.record(few, 1, &Hand::default(), true).map_err(words)?;
+        backend.segments.iter_mut().for_each(|segment| segment.current = 0);
+        Ok(backend)
+    }
+
+    /// Writes down what the sub-steps do.
+    fn record(
+        &mut self,
+        substeps: &[plan::Substep<f32>],
+        left: usize,
+        hand: &Hand,
+        last: bool,
+    ) -> Result<DispatchList, GpuError> {
+        let mut list = DispatchList::new();
+        let numbers: Vec<usize> = (0..substeps.len()).collect();
+        for segment in &mut self.segments {
+            let counts = segment.tell(&self.assembly, substeps, left, hand)?;
+            let mut recorder = Recorder {
+                segment,
+                kernels: &mut self.kernels,
+                list: &mut list,
+                counts,
+                from: Stage::Elements,
+                last,
+                fault: Ok(()),
+            };
+            step::frame(&mut recorder, &numbers);
+            recorder.fault?;
+        }
+        Ok(list)
+    }
+
+    fn run(&mut self, substeps: &[plan::Substep<f32>], hand: &Hand) -> Result<(), GpuError> {
+        self.put_back();
+        let wanted = self.mirror.take().is_some();
+        let mut done = 0;
+        loop {
+            let end = substeps.len().min(done + SUBSTEPS);
+            let last = end == substeps.len();
+            let mut list = self.record(&substeps[done..end], substeps.len() - done, hand, last)?;
+            if last && wanted {
+                self.send(&mut list)?;
+            }
+            self.gpu.submit(&list)?;
+            if last {
+                self.sent = wanted;
+                return Ok(());
+            }
+            done = end;
+        }
+    }
+
+    /// Puts back what was changed on the host.
+    fn put_back(&mut self) {
+        if let Some(mirror) = self.mirror.get().filter(|_| !self.changed.is_empty()) {
+            mirror.put(&self.gpu, &self.segments, &self.changed);
+        }
+        self.changed = 0..0;
+    }
+
+    /// Has the state of now sent to the host with `list`.
+    fn send(&mut self, list: &mut DispatchList) -> Result<(), GpuError> {
+        if self.landings.is_empty() {
+            self.landings =
+                self.segments.iter().map(|s| Landing::new(&self.gpu, s)).collect::<Result<_, _>>()?;
+        }
+        self.landings.iter().zip(&self.segments).for_each(|(landing, segment)| landing.copy(segment, list));
+        Ok(())
+    }
+
+    fn fetched(&self) -> Result<Mirror, GpuError> {
+        if self.sent {
+            return Mirror::take(&self.gpu, &self.landings);
+        }
+        let mut list = DispatchList::new();
+        let landings: Vec<Landing> =
+            self.segments.iter().map(|s| Landing::new(&self.gpu, s)).collect::<Result<_, _>>()?;
+        landings.iter().zip(&self.segments).for_each(|(landing, segment)| landing.copy(segment, &mut list));
+        self.gpu.submit(&list)?;
+        Mirror::take(&self.gpu, &landings)
+    }
+
+    fn mirror(&self) -> &Mirror {
+        self.mirror.get_or_init(|| self.fetched().unwrap_or_else(|_| Mirror::unknown(self.assembly.places)))
+    }
+
+    /// The mirror, in which `node` is about to be changed.
+    fn change(&mut self, node: usize) -> Option<(&mut Four, &mut Four)> {
+        self.mirror();
+        self.changed = if self.changed.is_empty() {
+            node..node + 1
+        } else {
+            self.changed.start.min(node)..self.changed.end.max(node + 1)
+        };
+        let Mirror { position, velocity } = self.mirror.get_mut()?;
+        Some((&mut position[node], &mut velocity[node]))
+    }
+}
+
+fn three([x, y, z, _]: Four) -> [f64; 3] {
+    [x, y, z].map(f64::from)
+}
+
+impl Backend for GpuBackend {
+    fn frame(&mut self, start: f64, hand: Hand) -> Result<(), Lost> {
+        let substeps = plan::frame(&self.assembly, start);
+        Ok(self.run(&substeps, &hand)?)
+    }
+
+    fn measure(&mut self) -> Result<(), Lost> {
+        Ok(self.run(&[], &Hand::default())?)
+    }
+
+    fn sums(&mut self) -> Result<FrameSums, Lost> {
+        let mut sums = FrameSums { volumes: self.assembly.no_volumes(), ..FrameSums::default() };
+        for segment in &self.segments {
+            sums::add(&self.gpu, segment, &mut sums)?;
+        }
+        Ok(sums)
+    }
+
+    fn fetch(&mut self) -> Result<(), Lost> {
+        if self.mirror.get().is_none() {
+            let mirror = self.fetched()?;
+            // It was empty, and nobody else has it.
+            let _ = self.mirror.set(mirror);
+        }
+        Ok(self.gpu.health()?)
+    }
+
+    fn assembly(&self) -> &Assembly {
+        &self.assembly
+    }
+
+    fn position(&self, node: usize) -> [f64; 3] {
+        three(self.mirror().position[node])
+    }
+
+    fn velocity(&self, node: usize) -> [f64; 3] {
+        three(self.mirror().velocity[node])
+    }
+
+    fn set(&mut self, node: usize, position: [f64; 3], velocity: [f64; 3]) {
+        if let Some((x, v)) = self.change(node) {
+            for axis in 0..3 {
+                x[axis] = position[axis] as f32;
+                v[axis] = velocity[axis] as f32;
+            }
+        }
+    }
+
+    fn hold(&mut self, node: usize) {
+        self.free[node] = false;
+        if let Some((x, v)) = self.change(node) {
+            x[3] = 0.0;
+            *v = [0.0, 0.0, 0.0, v[3]];
+        }
+    }
+
+    fn is_free(&self, node: usize) -> bool {
+        self.free[node]
+    }
+
+    fn bytes(&self, node: usize, velocity: bool, sink: &mut Vec<u8>) {
+        let mirror = self.mirror();
+        let four = if velocity { mirror.velocity[node] } else { mirror.position[node] };
+        four[..3].iter().for_each(|number| sink.extend_from_slice(&number.to_le_bytes()));
+    }
+
+    fn threads(&self) -> usize {
+        1
+    }
+
+    fn device(&self) -> Device {
+        Device { backend: "gpu", name: format!("gpu, {}", self.gpu.info()) }
+    }
+
+    fn memory(&self) -> usize {
+        self.gpu.memory_used() as usize
+    }
+}

@@ -1,0 +1,209 @@
+//! Records as the kernels see them: the same fields in the same order, at the offsets that naga reads from the WGSL
+//! (`tests.rs` compares them).
+
+use crate::collision::shape::{ColliderNow, ShapeNow};
+use crate::integrate::keyframes::Pose;
+use bytemuck::{Pod, Zeroable};
+
+/// Position or velocity in the first three; inverse mass [1/kg] or mass [kg] in the last.
+pub type Four = [f32; 4];
+
+/// `Substep` of substep.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Substep {
+    pub gravity: [f32; 3],
+    pub h: f32,
+    pub wind: [f32; 3],
+    pub drag: f32,
+    pub first_collider: u32,
+    pub colliders: u32,
+    pub first_motion: u32,
+    pub first_scale: u32,
+    pub hand_share: f32,
+    pub hand_rate: f32,
+    pub hand_forces: u32,
+    pub pins: u32,
+    pub left: u32,
+    pub padding: [u32; 47],
+}
+
+/// Records of sub-steps that a dispatch sees: its own and those after it.
+pub const SUBSTEPS_SEEN: usize = 64;
+
+/// `Collider` of shape.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Collider {
+    pub place: [f32; 3],
+    pub size: f32,
+    pub spin_x: [f32; 3],
+    pub friction: f32,
+    pub spin_y: [f32; 3],
+    pub restitution: f32,
+    pub spin_z: [f32; 3],
+    pub kind: u32,
+    pub drift: [f32; 3],
+    pub padding: u32,
+}
+
+/// `Motion` of pins.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Motion {
+    pub x: Four,
+    pub y: Four,
+    pub z: Four,
+    pub rate_x: Four,
+    pub rate_y: Four,
+    pub rate_z: Four,
+}
+
+/// `Pin` of pins.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Pin {
+    pub start: [f32; 3],
+    pub node: u32,
+    pub way: [f32; 3],
+    pub track: u32,
+}
+
+/// In [`Pin::track`]: moved by the program.
+pub const BY_HAND: u32 = u32::MAX;
+
+/// `Along` of grid.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct Along {
+    pub k: f32,
+    pub damping: f32,
+    pub rest_length: f32,
+    pub there: u32,
+}
+
+/// `Grid` of grid.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Grid {
+    pub first: u32,
+    pub rows: i32,
+    pub cols: i32,
+    pub along: [Along; 6],
+}
+
+/// `Tile` of grid_stages.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Tile {
+    pub grid: u32,
+    pub row: i32,
+    pub col: i32,
+}
+
+/// `Run` of mesh.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Run {
+    pub start: u32,
+    pub count: u32,
+    pub k: f32,
+    pub damping: f32,
+}
+
+/// In [`Run::count`]: the slice belongs to a grid.
+pub const NOT_A_MESH: u32 = u32::MAX;
+
+/// `Entry` of mesh.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Entry {
+    pub neighbour: u32,
+    pub rest_length: f32,
+}
+
+/// `Hinge` of elements.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Hinge {
+    pub corners: [u32; 4],
+    pub rest_angle: f32,
+    pub rest_steepness: f32,
+    pub k: f32,
+    pub damping: f32,
+}
+
+/// `Load` of elements.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Load {
+    pub vector: [f32; 3],
+    pub kind: u32,
+    pub about: [f32; 3],
+    pub torque: f32,
+    pub first: u32,
+    pub count: u32,
+    pub factor: f32,
+    pub padding: u32,
+}
+
+/// In [`Load::kind`].
+pub const FORCE: u32 = 0;
+/// In [`Load::kind`].
+pub const TORQUE: u32 = 1;
+/// Marks a load among a node's elements.
+pub const IS_LOAD: u32 = 1 << 31;
+
+/// `Chunk` of measure_elements.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Chunk {
+    pub origin: u32,
+    pub first: u32,
+    pub count: u32,
+}
+
+/// Numbers of each workgroup in `node_sums` of measure.wgsl.
+pub const NODE_SUMS: usize = 12;
+/// Invocations of a workgroup.
+pub const GROUP: usize = 256;
+/// Rows and columns of a tile; together [`GROUP`].
+pub const TILE: [usize; 2] = [8, 32];
+
+impl From<&ColliderNow<f32>> for Collider {
+    fn from(now: &ColliderNow<f32>) -> Self {
+        let (kind, place, size) = match now.shape {
+            ShapeNow::Sphere(ball) => (0, ball.center, ball.radius),
+            ShapeNow::Plane(plane) => (1, plane.normal, plane.level),
+        };
+        let touching = &now.touching;
+        let [spin_x, spin_y, spin_z] = touching.spin;
+        Self {
+            place,
+            size,
+            spin_x,
+            friction: touching.friction,
+            spin_y,
+            restitution: touching.restitution,
+            spin_z,
+            kind,
+            drift: touching.drift,
+            padding: 0,
+        }
+    }
+}
+
+impl Motion {
+    /// The motion that ends a step of `seconds` at `after`, having been at `before`.
+    pub fn new(before: &Pose, after: &Pose, seconds: f64) -> Self {
+        let row = |i: usize| -> Four {
+            let [a, b, c] = after.rotation[i];
+            [a, b, c, after.shift[i]].map(|number| number as f32)
+        };
+        let rate = |i: usize| -> Four {
+            let turn = |j: usize| ((after.rotation[i][j] - before.rotation[i][j]) / seconds) as f32;
+            [turn(0), turn(1), turn(2), ((after.shift[i] - before.shift[i]) / seconds) as f32]
+        };
+        Self { x: row(0), y: row(1), z: row(2), rate_x: rate(0), rate_y: rate(1), rate_z: rate(2) }
+    }
+}

@@ -1,0 +1,5 @@
+// Where nothing but wind and drag acts on nodes beside springs.
+
+fn load_on(node: u32, velocity: vec3f, substep: u32) -> vec3f {
+    return wind_and_drag(substeps[substep].wind, substeps[substep].drag, velocity);
+}

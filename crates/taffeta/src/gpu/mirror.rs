@@ -1,0 +1,69 @@
+//! The state on the host: fetched when it is asked for, and put back when it was changed.
+
+use super::layout::Four;
+use super::segment::Segment;
+use std::ops::Range;
+use taffeta_gpu::{Gpu, GpuError, ReadBack};
+
+/// Position and velocity of all places, as the device has them.
+#[derive(Clone, Default)]
+pub struct Mirror {
+    pub position: Vec<Four>,
+    pub velocity: Vec<Four>,
+}
+
+/// Where the state of a segment arrives.
+pub struct Landing {
+    position: ReadBack<Four>,
+    velocity: ReadBack<Four>,
+}
+
+impl Landing {
+    /// Room for a segment's state.
+    pub fn new(gpu: &Gpu, segment: &Segment) -> Result<Self, GpuError> {
+        Ok(Self {
+            position: gpu.read_back("positions", segment.tables.len())?,
+            velocity: gpu.read_back("velocities", segment.tables.len())?,
+        })
+    }
+
+    /// Has the state of now copied here.
+    pub fn copy(&self, segment: &Segment, list: &mut taffeta_gpu::DispatchList) {
+        list.copy(&segment.state().position, &self.position);
+        list.copy(&segment.state().velocity, &self.velocity);
+    }
+}
+
+impl Mirror {
+    /// Takes what has landed, segment after segment; waits for it.
+    pub fn take(gpu: &Gpu, landings: &[Landing]) -> Result<Self, GpuError> {
+        let mut mirror = Self::default();
+        let mut part = Vec::new();
+        for landing in landings {
+            landing.position.take(gpu, &mut part)?;
+            mirror.position.extend_from_slice(&part);
+            landing.velocity.take(gpu, &mut part)?;
+            mirror.velocity.extend_from_slice(&part);
+        }
+        Ok(mirror)
+    }
+
+    /// A state that nobody can take for one.
+    pub fn unknown(places: usize) -> Self {
+        let nowhere = vec![[f32::NAN, f32::NAN, f32::NAN, 0.0]; places];
+        Self { position: nowhere.clone(), velocity: nowhere }
+    }
+
+    /// Puts places back to the device.
+    pub fn put(&self, gpu: &Gpu, segments: &[Segment], changed: &Range<usize>) {
+        for segment in segments {
+            let places = &segment.tables.places;
+            let range = changed.start.max(places.start)..changed.end.min(places.end);
+            if range.start < range.end {
+                let at = range.start - places.start;
+                segment.state().position.write(gpu, at, &self.position[range.clone()]);
+                segment.state().velocity.write(gpu, at, &self.velocity[range]);
+            }
+        }
+    }
+}

@@ -1,0 +1,12 @@
+//! The backend on the GPU: memory and scheduling. Formulas are in the stages' own folders, as `.wgsl` beside the Rust.
+
+mod backend;
+mod kernels;
+mod layout;
+mod mirror;
+mod recorder;
+mod segment;
+mod sums;
+mod tables;
+
+pub use backend::{GpuBackend, GpuKernels, GpuOptions};

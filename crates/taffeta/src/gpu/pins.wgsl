@@ -1,0 +1,27 @@
+// Puts moving pins where their motion says, with the velocity of their way.
+
+@group(0) @binding(4) var<storage, read> pins: array<Pin>;
+/// Motions of all sub-steps of a frame.
+@group(0) @binding(5) var<storage, read> motions: array<Motion>;
+
+@compute @workgroup_size(256)
+fn pins_all(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts) * 256u + lane;
+    if index >= substeps[0].pins {
+        return;
+    }
+    let pin = pins[index];
+    var x = pin.start + substeps[0].hand_share * pin.way;
+    var v = substeps[0].hand_rate * pin.way;
+    if pin.track != BY_HAND {
+        let motion = motions[substeps[0].first_motion + pin.track];
+        x = affine(motion.x, motion.y, motion.z, pin.start);
+        v = affine(motion.rate_x, motion.rate_y, motion.rate_z, pin.start);
+    }
+    new_position[pin.node] = vec4f(x, new_position[pin.node].w);
+    new_velocity[pin.node] = vec4f(v, abs(new_velocity[pin.node].w));
+}

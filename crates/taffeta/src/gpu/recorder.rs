@@ -1,0 +1,151 @@
+//! A frame as a list of dispatches: `step::frame` says in which order.
+
+use super::kernels::{Kernels, Name};
+use super::segment::{Counts, Segment, sum_groups};
+use crate::step::{Stage, Stages, Tile};
+use taffeta_gpu::{DispatchList, GpuError};
+
+/// Writes down what a segment does in a frame.
+pub struct Recorder<'a> {
+    pub segment: &'a mut Segment,
+    pub kernels: &'a mut Kernels,
+    pub list: &'a mut DispatchList,
+    /// What the program does in this frame.
+    pub counts: Counts,
+    /// The first stage that the GPU does; those before it have been done.
+    pub from: Stage,
+    /// Whether the frame ends with these sub-steps, and is measured.
+    pub last: bool,
+    /// What went wrong first.
+    pub fault: Result<(), GpuError>,
+}
+
+/// The particle stages that one kernel does at once, in their order.
+const FUSED: [Stage; 5] = [Stage::Loads, Stage::Springs, Stage::Integrate, Stage::Pins, Stage::Contact];
+
+/// Stages that `step::frame` asks for, as they come.
+#[derive(Default)]
+pub struct Listed(Vec<Stage>);
+
+impl Tile for Listed {
+    fn loads(&mut self) {
+        self.0.push(Stage::Loads);
+    }
+
+    fn springs(&mut self) {
+        self.0.push(Stage::Springs);
+    }
+
+    fn integrate(&mut self) {
+        self.0.push(Stage::Integrate);
+    }
+
+    fn pins(&mut self) {
+        self.0.push(Stage::Pins);
+    }
+
+    fn contact(&mut self) {
+        self.0.push(Stage::Contact);
+    }
+}
+
+impl Stages for Recorder<'_> {
+    /// Its number in the list that the segment was told.
+    type Substep = usize;
+    type Tile<'t>
+        = Listed
+    where
+        Self: 't;
+
+    fn elements(&mut self, &substep: &usize) {
+        if self.from > Stage::Elements {
+            return;
+        }
+        self.list.stage("elements");
+        let (loads, hinges) = (self.segment.tables.loads.len(), self.segment.tables.hinges.len());
+        self.dispatch("scale_loads", substep, loads);
+        self.dispatch("bend_hinges", substep, hinges.div_ceil(256));
+    }
+
+    fn particles(&mut self, &substep: &usize, stages: impl Fn(&mut Listed)) {
+        let mut listed = Listed::default();
+        stages(&mut listed);
+        if listed.0 == FUSED && self.from <= Stage::Loads {
+            self.at_once(substep);
+        } else {
+            let from = self.from;
+            for stage in listed.0.into_iter().filter(|stage| *stage >= from) {
+                self.alone(stage, substep);
+            }
+        }
+        self.segment.current = 1 - self.segment.current;
+    }
+
+    fn diagnose(&mut self) {
+        if self.last {
+            self.measure();
+        }
+    }
+}
+
+impl Recorder<'_> {
+    fn dispatch(&mut self, entry: &'static str, substep: usize, groups: usize) {
+        self.dispatch_kernel(Name::new(entry), substep, groups);
+    }
+
+    fn dispatch_kernel(&mut self, name: Name, substep: usize, groups: usize) {
+        if groups > 0 && self.fault.is_ok() {
+            self.fault = self.segment.dispatch(self.kernels, self.list, name, substep, groups as u32);
+        }
+    }
+
+    /// All particle stages in one kernel; loads that are summed up over elements before it. Pins come after contact here:
+    /// the one moves held nodes only, the other free ones.
+    fn at_once(&mut self, substep: usize) {
+        let loads_given = self.segment.tables.has_elements() || self.counts.hand_forces > 0;
+        if loads_given {
+            self.alone(Stage::Loads, substep);
+        }
+        self.list.stage("particles");
+        let (tiles, meshes) = (self.segment.tables.tiles.len(), self.mesh_groups());
+        self.dispatch_kernel(Name { entry: "grid_particles", loads_given }, substep, tiles);
+        self.dispatch_kernel(Name { entry: "mesh_particles", loads_given }, substep, meshes);
+        self.alone(Stage::Pins, substep);
+    }
+
+    fn mesh_groups(&self) -> usize {
+        if self.segment.tables.kinds > 0 { self.segment.tables.place_groups() } else { 0 }
+    }
+
+    /// One particle stage in kernels of its own.
+    fn alone(&mut self, stage: Stage, substep: usize) {
+        self.list.stage(stage.name());
+        let places = self.segment.tables.place_groups();
+        match stage {
+            Stage::Loads => self.dispatch("loads_all", substep, places),
+            Stage::Springs => {
+                self.dispatch("grid_springs_all", substep, self.segment.tables.tiles.len());
+                self.dispatch("mesh_springs_all", substep, self.mesh_groups());
+            }
+            Stage::Integrate => self.dispatch("integrate_all", substep, places),
+            Stage::Pins => self.dispatch("pins_all", substep, self.counts.pins.div_ceil(256)),
+            Stage::Contact => self.dispatch("contact_all", substep, places),
+            Stage::Elements | Stage::Diagnose => {}
+        }
+    }
+
+    fn measure(&mut self) {
+        self.list.stage("diagnose");
+        let tables = &self.segment.tables;
+        let nodes = sum_groups(tables.len());
+        let tiles = tables.tiles.len().min(1024);
+        let meshes = if tables.kinds > 0 { nodes } else { 0 };
+        let (hinges, chunks) = (sum_groups(tables.hinges.len()), tables.chunks.len());
+        self.dispatch("measure_nodes", 0, nodes);
+        self.dispatch("measure_grid_springs", 0, tiles);
+        self.dispatch("measure_mesh_springs", 0, meshes);
+        self.dispatch("measure_hinges", 0, hinges);
+        self.dispatch("measure_volumes", 0, chunks);
+        self.segment.sums.copy(self.list);
+    }
+}

@@ -1,0 +1,393 @@
+//! A segment on the device: its buffers, its kernels, and what it is told for a frame.
+
+use super::kernels::{Kernels, Name};
+use super::layout::{
+    BY_HAND, Chunk, Collider, Entry, Four, GROUP, Grid, Hinge, Load, Motion, NODE_SUMS, Pin, Run,
+    SUBSTEPS_SEEN, Substep, Tile,
+};
+use super::tables::Tables;
+use crate::assembly::Assembly;
+use crate::backend::Hand;
+use crate::plan;
+use std::collections::HashMap;
+use std::num::NonZeroU64;
+use taffeta_gpu::bytemuck::Pod;
+use taffeta_gpu::{Bindable, Bound, Buffer, DispatchList, Gpu, GpuError, Kernel, ReadBack, Uniforms};
+
+/// Workgroups that share a sum over all nodes, springs or hinges: enough to fill a large GPU.
+const SUM_GROUPS: usize = 1024;
+
+/// Position and velocity.
+pub struct State {
+    pub position: Buffer<Four>,
+    pub velocity: Buffer<Four>,
+}
+
+/// What a frame never changes.
+struct Fixed {
+    grids: Buffer<Grid>,
+    tiles: Buffer<Tile>,
+    runs: Buffer<Run>,
+    entries: Buffer<Entry>,
+    hinges: Buffer<Hinge>,
+    load_nodes: Buffer<u32>,
+    node_starts: Buffer<u32>,
+    node_elements: Buffer<u32>,
+    chunks: Buffer<Chunk>,
+    corners: Buffer<u32>,
+}
+
+/// What lasts for a sub-step.
+struct Scratch {
+    loads: Buffer<Load>,
+    force: Buffer<Four>,
+    hinge_forces: Buffer<Four>,
+}
+
+/// Sums, and where the host reads them.
+pub struct Sums {
+    nodes: Buffer<f32>,
+    grid_springs: Buffer<[f32; 2]>,
+    mesh_springs: Buffer<[f32; 2]>,
+    hinges: Buffer<f32>,
+    volumes: Buffer<f32>,
+    pub read_nodes: ReadBack<f32>,
+    pub read_grid_springs: ReadBack<[f32; 2]>,
+    pub read_mesh_springs: ReadBack<[f32; 2]>,
+    pub read_hinges: ReadBack<f32>,
+    pub read_volumes: ReadBack<f32>,
+}
+
+/// What the sub-steps of a frame are told.
+struct Told {
+    substeps: Uniforms<Substep>,
+    colliders: Buffer<Collider>,
+    motions: Buffer<Motion>,
+    scales: Buffer<f32>,
+    pins: Buffer<Pin>,
+    hand_forces: Buffer<Four>,
+}
+
+/// A kernel bound to the buffers, reading either state.
+struct Ready {
+    bound: [Bound; 2],
+    /// Whether it is told of a sub-step.
+    told: bool,
+}
+
+/// What the program does in a frame, in numbers.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Counts {
+    /// Forces.
+    pub hand_forces: usize,
+    /// Nodes that move, the scene's among them.
+    pub pins: usize,
+}
+
+/// Records of sub-steps as a dispatch sees them: its own and those after it.
+struct Seen<'a>(&'a Uniforms<Substep>);
+
+impl Bindable for Seen<'_> {
+    fn buffer(&self) -> &taffeta_gpu::wgpu::Buffer {
+        self.0.buffer()
+    }
+
+    fn window(&self) -> Option<NonZeroU64> {
+        NonZeroU64::new((SUBSTEPS_SEEN * size_of::<Substep>()) as u64)
+    }
+}
+
+/// Some whole bodies on the device.
+pub struct Segment {
+    gpu: Gpu,
+    pub tables: Tables,
+    /// The state before and after a sub-step, by turns.
+    pub states: [State; 2],
+    /// Which of `states` is that of now.
+    pub current: usize,
+    fixed: Fixed,
+    scratch: Scratch,
+    pub sums: Sums,
+    told: Told,
+    /// Kernels bound to the buffers, reading either state.
+    bound: HashMap<Name, Ready>,
+}
+
+impl Segment {
+    /// Takes tables to the device. With `apart`, there is room for forces between stages.
+    pub fn new(gpu: &Gpu, mut tables: Tables, apart: bool) -> Result<Self, GpuError> {
+        let position = std::mem::take(&mut tables.position);
+        let velocity = std::mem::take(&mut tables.velocity);
+        let state = || -> Result<State, GpuError> {
+            Ok(State {
+                position: gpu.buffer_from("positions", &position)?,
+                velocity: gpu.buffer_from("velocities", &velocity)?,
+            })
+        };
+        let states = [state()?, state()?];
+        let fixed = Fixed::new(gpu, &tables)?;
+        let places = if apart || tables.has_elements() { tables.len() } else { 0 };
+        let scratch = Scratch {
+            loads: gpu.buffer_from("loads", &tables.loads)?,
+            force: gpu.buffer("forces", places)?,
+            hinge_forces: gpu.buffer("forces of hinges", 4 * tables.hinges.len())?,
+        };
+        let sums = Sums::new(gpu, &tables)?;
+        let told = Told::new(gpu, &tables)?;
+        tables.entries = Vec::new();
+        tables.runs = Vec::new();
+        tables.corners = Vec::new();
+        tables.elements.items = Vec::new();
+        Ok(Self {
+            gpu: gpu.clone(),
+            tables,
+            states,
+            current: 0,
+            fixed,
+            scratch,
+            sums,
+            told,
+            bound: HashMap::new(),
+        })
+    }
+
+    /// The state of now.
+    pub fn state(&self) -> &State {
+        &self.states[self.current]
+    }
+
+    /// The program's forces within this segment.
+    fn hand_forces(&self, hand: &Hand) -> Vec<Four> {
+        let first = self.tables.places.start as u32;
+        let inside = hand.forces.iter().filter(|(node, _)| self.tables.places.contains(&(*node as usize)));
+        let four = |&(node, force): &(u32, [f64; 3])| {
+            let [x, y, z] = force.map(|c| c as f32);
+            [x, y, z, f32::from_bits(node - first)]
+        };
+        inside.map(four).collect()
+    }
+
+    /// The scene's moving pins, then those that the program moves.
+    fn pins(&self, hand: &Hand) -> Vec<Pin> {
+        let first = self.tables.places.start as u32;
+        let inside = hand.moves.iter().filter(|(node, ..)| self.tables.places.contains(&(*node as usize)));
+        let moved = inside.map(|&(node, from, to)| Pin {
+            start: from.map(|c| c as f32),
+            node: node - first,
+            way: std::array::from_fn(|axis| (to[axis] - from[axis]) as f32),
+            track: BY_HAND,
+        });
+        self.tables.pins.iter().copied().chain(moved).collect()
+    }
+
+    /// Hands over what the sub-steps of a frame are told. Returns how many forces by the program and how many pins there
+    /// are.
+    pub fn tell(
+        &mut self,
+        assembly: &Assembly,
+        substeps: &[plan::Substep<f32>],
+        all: usize,
+        hand: &Hand,
+    ) -> Result<Counts, GpuError> {
+        let (forces, pins) = (self.hand_forces(hand), self.pins(hand));
+        let still = !assembly.colliders.iter().any(|collider| collider.moves());
+        let with_colliders = if still { &substeps[..substeps.len().min(1)] } else { substeps };
+        let colliders: Vec<Collider> =
+            with_colliders.iter().flat_map(|substep| substep.colliders.iter().map(Collider::from)).collect();
+        let motions: Vec<Motion> = substeps
+            .iter()
+            .flat_map(|s| s.poses.iter().map(|(before, after)| Motion::new(before, after, s.seconds)))
+            .collect();
+        let numbers = &self.tables.load_numbers;
+        let scales: Vec<f32> =
+            substeps.iter().flat_map(|s| numbers.iter().map(|&load| s.scales[load])).collect();
+        let world = &assembly.world;
+        let record = |(index, s): (usize, &plan::Substep<f32>)| Substep {
+            gravity: world.gravity.map(|c| c as f32),
+            h: s.h,
+            wind: world.wind_force.map(|c| c as f32),
+            drag: world.drag as f32,
+            first_collider: if still { 0 } else { (index * s.colliders.len()) as u32 },
+            colliders: s.colliders.len() as u32,
+            first_motion: (index * s.poses.len()) as u32,
+            first_scale: (index * numbers.len()) as u32,
+            hand_share: s.hand.1 as f32,
+            hand_rate: ((s.hand.1 - s.hand.0) / s.seconds) as f32,
+            hand_forces: forces.len() as u32,
+            pins: pins.len() as u32,
+            left: (all - index) as u32,
+            padding: [0; 47],
+        };
+        let records: Vec<Substep> = substeps.iter().enumerate().map(record).collect();
+        let counts = Counts { hand_forces: forces.len(), pins: pins.len() };
+        self.write(&records, &colliders, &motions, &scales, &pins, &forces)?;
+        Ok(counts)
+    }
+
+    fn write(
+        &mut self,
+        substeps: &[Substep],
+        colliders: &[Collider],
+        motions: &[Motion],
+        scales: &[f32],
+        pins: &[Pin],
+        forces: &[Four],
+    ) -> Result<(), GpuError> {
+        let (gpu, told) = (&self.gpu, &mut self.told);
+        let mut new = false;
+        if told.substeps.len() < substeps.len() + SUBSTEPS_SEEN - 1 {
+            told.substeps = gpu.uniforms("sub-steps", substeps.len() + SUBSTEPS_SEEN - 1)?;
+            new = true;
+        }
+        told.substeps.write(gpu, substeps);
+        new |= fill(gpu, "colliders", &mut told.colliders, colliders)?;
+        new |= fill(gpu, "motions", &mut told.motions, motions)?;
+        new |= fill(gpu, "scales of loads", &mut told.scales, scales)?;
+        new |= fill(gpu, "pins", &mut told.pins, pins)?;
+        new |= fill(gpu, "forces by hand", &mut told.hand_forces, forces)?;
+        if !forces.is_empty() && self.scratch.force.len() < self.tables.len() {
+            self.scratch.force = gpu.buffer("forces", self.tables.len())?;
+            new = true;
+        }
+        if new {
+            self.bound.clear();
+        }
+        gpu.health()
+    }
+
+    /// Adds a dispatch of `groups` workgroups that reads the state of now.
+    pub fn dispatch(
+        &mut self,
+        kernels: &mut Kernels,
+        list: &mut DispatchList,
+        name: Name,
+        substep: usize,
+        groups: u32,
+    ) -> Result<(), GpuError> {
+        if !self.bound.contains_key(&name) {
+            let kernel = kernels.get(name, self.tables.kinds.max(1) as u32)?;
+            let bound = [0, 1].map(|from| self.bind(&kernel, from));
+            self.gpu.health()?;
+            let told = kernel.bindings().iter().any(|binding| binding.name == "substeps");
+            self.bound.insert(name, Ready { bound, told });
+        }
+        let ready = &self.bound[&name];
+        let offset = [self.told.substeps.offset(substep)];
+        list.dispatch(&ready.bound[self.current], if ready.told { &offset } else { &[] }, groups);
+        Ok(())
+    }
+
+    /// Binds a kernel to all buffers by their names in the sources, with the state read from `from`.
+    fn bind(&self, kernel: &Kernel, from: usize) -> Bound {
+        let (fixed, scratch, sums, told) = (&self.fixed, &self.scratch, &self.sums, &self.told);
+        let [old, new] = [&self.states[from], &self.states[1 - from]];
+        let seen = Seen(&told.substeps);
+        let buffers: [(&str, &dyn Bindable); 29] = [
+            ("substeps", &seen),
+            ("colliders", &told.colliders),
+            ("motions", &told.motions),
+            ("scales", &told.scales),
+            ("pins", &told.pins),
+            ("hand_forces", &told.hand_forces),
+            ("grids", &fixed.grids),
+            ("tiles", &fixed.tiles),
+            ("runs", &fixed.runs),
+            ("entries", &fixed.entries),
+            ("hinges", &fixed.hinges),
+            ("load_nodes", &fixed.load_nodes),
+            ("node_starts", &fixed.node_starts),
+            ("node_elements", &fixed.node_elements),
+            ("chunks", &fixed.chunks),
+            ("corners", &fixed.corners),
+            ("old_position", &old.position),
+            ("old_velocity", &old.velocity),
+            ("new_position", &new.position),
+            ("new_velocity", &new.velocity),
+            ("loads", &scratch.loads),
+            ("force", &scratch.force),
+            ("load", &scratch.force),
+            ("hinge_forces", &scratch.hinge_forces),
+            ("node_sums", &sums.nodes),
+            ("grid_spring_sums", &sums.grid_springs),
+            ("mesh_spring_sums", &sums.mesh_springs),
+            ("hinge_sums", &sums.hinges),
+            ("volumes", &sums.volumes),
+        ];
+        kernel.bind(&self.gpu, &buffers)
+    }
+}
+
+/// Writes data into a buffer, or makes a larger one; whether it is a new one.
+fn fill<T: Pod>(gpu: &Gpu, label: &str, buffer: &mut Buffer<T>, data: &[T]) -> Result<bool, GpuError> {
+    let new = data.len() > buffer.len();
+    if new {
+        *buffer = gpu.buffer(label, data.len().next_power_of_two())?;
+    }
+    buffer.write(gpu, 0, data);
+    Ok(new)
+}
+
+impl Fixed {
+    fn new(gpu: &Gpu, tables: &Tables) -> Result<Self, GpuError> {
+        Ok(Self {
+            grids: gpu.buffer_from("grids", &tables.grids)?,
+            tiles: gpu.buffer_from("tiles of grids", &tables.tiles)?,
+            runs: gpu.buffer_from("rows of springs", &tables.runs)?,
+            entries: gpu.buffer_from("springs", &tables.entries)?,
+            hinges: gpu.buffer_from("hinges", &tables.hinges)?,
+            load_nodes: gpu.buffer_from("nodes with loads", &tables.load_nodes)?,
+            node_starts: gpu.buffer_from("rows of loads and hinges", &tables.elements.offsets)?,
+            node_elements: gpu.buffer_from("loads and hinges by node", &tables.elements.items)?,
+            chunks: gpu.buffer_from("chunks of triangles", &tables.chunks)?,
+            corners: gpu.buffer_from("triangles", &tables.corners)?,
+        })
+    }
+}
+
+/// Workgroups for a sum over `count` things.
+pub fn sum_groups(count: usize) -> usize {
+    count.div_ceil(GROUP).min(SUM_GROUPS)
+}
+
+impl Sums {
+    fn new(gpu: &Gpu, tables: &Tables) -> Result<Self, GpuError> {
+        let nodes = NODE_SUMS * sum_groups(tables.len());
+        let grid_springs = tables.tiles.len().min(SUM_GROUPS);
+        let mesh_springs = if tables.kinds > 0 { sum_groups(tables.len()) } else { 0 };
+        let (hinges, volumes) = (sum_groups(tables.hinges.len()), tables.chunks.len());
+        Ok(Self {
+            nodes: gpu.buffer("sums over nodes", nodes)?,
+            grid_springs: gpu.buffer("sums over springs of grids", grid_springs)?,
+            mesh_springs: gpu.buffer("sums over springs of meshes", mesh_springs)?,
+            hinges: gpu.buffer("sums over hinges", hinges)?,
+            volumes: gpu.buffer("volumes", volumes)?,
+            read_nodes: gpu.read_back("sums over nodes", nodes)?,
+            read_grid_springs: gpu.read_back("sums over springs of grids", grid_springs)?,
+            read_mesh_springs: gpu.read_back("sums over springs of meshes", mesh_springs)?,
+            read_hinges: gpu.read_back("sums over hinges", hinges)?,
+            read_volumes: gpu.read_back("volumes", volumes)?,
+        })
+    }
+
+    /// Has the sums copied to where the host reads them.
+    pub fn copy(&self, list: &mut DispatchList) {
+        list.copy(&self.nodes, &self.read_nodes);
+        list.copy(&self.grid_springs, &self.read_grid_springs);
+        list.copy(&self.mesh_springs, &self.read_mesh_springs);
+        list.copy(&self.hinges, &self.read_hinges);
+        list.copy(&self.volumes, &self.read_volumes);
+    }
+}
+
+impl Told {
+    fn new(gpu: &Gpu, tables: &Tables) -> Result<Self, GpuError> {
+        Ok(Self {
+            substeps: gpu.uniforms("sub-steps", SUBSTEPS_SEEN)?,
+            colliders: gpu.buffer("colliders", 1)?,
+            motions: gpu.buffer("motions", 1)?,
+            scales: gpu.buffer("scales of loads", 1)?,
+            pins: gpu.buffer("pins", tables.pins.len())?,
+            hand_forces: gpu.buffer("forces by hand", 1)?,
+        })
+    }
+}

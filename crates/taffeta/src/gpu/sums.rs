@@ -1,0 +1,38 @@
+//! Adds up in 64 bits what the workgroups have summed.
+
+use super::layout::NODE_SUMS;
+use super::segment::Segment;
+use crate::diagnostics::FrameSums;
+use taffeta_gpu::{Gpu, GpuError};
+
+/// Adds what a segment has measured; waits for it.
+pub fn add(gpu: &Gpu, segment: &Segment, sums: &mut FrameSums) -> Result<(), GpuError> {
+    let (read, all) = (&segment.sums, &mut sums.all);
+    let mut numbers = Vec::new();
+    read.read_nodes.take(gpu, &mut numbers)?;
+    for row in numbers.chunks_exact(NODE_SUMS) {
+        let row: [f64; NODE_SUMS] = std::array::from_fn(|i| f64::from(row[i]));
+        all.m_v2 += if row[11] > 0.0 { f64::NAN } else { row[0] };
+        for axis in 0..3 {
+            all.m_x[axis] += row[1 + axis];
+            all.momentum[axis] += row[4 + axis];
+            all.angular_momentum[axis] += row[7 + axis];
+        }
+        all.contacts += row[10] as u64;
+    }
+    let mut pairs = Vec::new();
+    for springs in [&read.read_grid_springs, &read.read_mesh_springs] {
+        springs.take(gpu, &mut pairs)?;
+        for [energy, stretch] in pairs.iter().map(|pair| pair.map(f64::from)) {
+            all.springs += energy;
+            all.max_stretch = if stretch > all.max_stretch { stretch } else { all.max_stretch };
+        }
+    }
+    read.read_hinges.take(gpu, &mut numbers)?;
+    sums.hinges += numbers.iter().map(|&energy| f64::from(energy)).sum::<f64>();
+    read.read_volumes.take(gpu, &mut numbers)?;
+    for (&volume, &body) in numbers.iter().zip(&segment.tables.chunk_bodies) {
+        *sums.volumes[body].get_or_insert(0.0) += f64::from(volume);
+    }
+    Ok(())
+}

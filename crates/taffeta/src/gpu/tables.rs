@@ -1,0 +1,268 @@
+//! What a frame never changes, by segment: some whole bodies, as many as one binding can hold.
+
+use super::layout::{
+    Along, Chunk, Entry, FORCE, Four, GROUP, Grid, Hinge, IS_LOAD, Load, NOT_A_MESH, Pin, Run, TILE, TORQUE,
+    Tile,
+};
+use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections, LoadKind};
+use crate::topology::{Csr, Gather, LANES};
+use std::ops::Range;
+
+/// Triangles that one workgroup sums up.
+const CHUNK: usize = 4096;
+
+/// A segment on the host. All indices are counted from its first place.
+#[derive(Default)]
+pub struct Tables {
+    /// Its places among those of the scene.
+    pub places: Range<usize>,
+    pub position: Vec<Four>,
+    pub velocity: Vec<Four>,
+    pub grids: Vec<Grid>,
+    pub tiles: Vec<Tile>,
+    /// Kinds of springs that a slice has at most; 0: no mesh.
+    pub kinds: usize,
+    pub runs: Vec<Run>,
+    pub entries: Vec<Entry>,
+    pub hinges: Vec<Hinge>,
+    pub loads: Vec<Load>,
+    pub load_nodes: Vec<u32>,
+    /// Loads, then hinges' corners of each place; without rows where there are neither.
+    pub elements: Csr,
+    /// Which of the scene's loads `loads` are.
+    pub load_numbers: Vec<usize>,
+    pub pins: Vec<Pin>,
+    pub chunks: Vec<Chunk>,
+    /// The body of each chunk.
+    pub chunk_bodies: Vec<usize>,
+    pub corners: Vec<u32>,
+}
+
+/// Bytes of the largest array that a body needs, and what it holds.
+fn largest_array(body: &BodyAssembly) -> (u64, &'static str) {
+    let springs = match &body.springs {
+        BodySprings::Grid(_) => 0,
+        // Slices are as long as their longest row; a quarter more is what meshes were seen to need.
+        BodySprings::Mesh(lists) => lists.iter().map(|list| list.pairs.len() as u64 * 5 / 2).sum(),
+    };
+    let arrays = [
+        ((body.places() * size_of::<Four>()) as u64, "positions"),
+        (springs * size_of::<Entry>() as u64, "springs"),
+        ((body.hinges.len() * 4 * size_of::<Four>()) as u64, "forces of hinges"),
+        ((body.closed_triangles.len() * 12) as u64, "triangles"),
+    ];
+    arrays.into_iter().max_by_key(|array| array.0).unwrap_or_default()
+}
+
+/// Bodies that go together, so that none of their arrays is larger than `limit` bytes; the error names the body that
+/// does not fit even alone.
+pub fn segments(assembly: &Assembly, limit: u64) -> Result<Vec<Range<usize>>, String> {
+    let mut segments: Vec<Range<usize>> = Vec::new();
+    let mut taken = 0;
+    for (index, body) in assembly.bodies.iter().enumerate() {
+        let (bytes, what) = largest_array(body);
+        if bytes > limit {
+            return Err(format!(
+                "body `{}` needs {bytes} bytes in one piece for its {what}, and the GPU gives a kernel {limit} at most; \
+                 --backend cpu or a coarser mesh would do",
+                body.name
+            ));
+        }
+        match segments.last_mut() {
+            Some(last) if taken + bytes <= limit => {
+                last.end = index + 1;
+                taken += bytes;
+            }
+            _ => {
+                segments.push(index..index + 1);
+                taken = bytes;
+            }
+        }
+    }
+    Ok(segments)
+}
+
+impl Tables {
+    /// The tables of some bodies.
+    pub fn new(assembly: &Assembly, bodies: Range<usize>) -> Result<Self, String> {
+        let chosen = &assembly.bodies[bodies.clone()];
+        let first = chosen.first().map_or(0, |body| body.first);
+        let end = chosen.last().map_or(0, |body| body.first + body.places());
+        let mut tables = Self { places: first..end, ..Self::default() };
+        tables.kinds = chosen.iter().map(kinds).max().unwrap_or(0);
+        for (index, body) in bodies.zip(chosen) {
+            tables.add_nodes(body);
+            match &body.springs {
+                BodySprings::Grid(along) => tables.add_grid(body, along),
+                BodySprings::Mesh(_) => tables.add_mesh(body)?,
+            }
+            tables.add_hinges(body);
+            tables.add_volume(index, body);
+        }
+        tables.add_loads(assembly);
+        tables.add_pins(assembly);
+        tables.list_elements();
+        Ok(tables)
+    }
+
+    /// Number of places.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// A place's number in the segment.
+    fn local(&self, node: usize) -> u32 {
+        (node - self.places.start) as u32
+    }
+
+    fn add_nodes(&mut self, body: &BodyAssembly) {
+        for ((place, &mass), &free) in body.start.iter().zip(&body.mass).zip(&body.free) {
+            let [x, y, z] = place.map(|c| c as f32);
+            self.position.push([x, y, z, if free { (1.0 / mass) as f32 } else { 0.0 }]);
+            self.velocity.push([0.0, 0.0, 0.0, mass as f32]);
+        }
+        let end = self.local(body.first + body.places()) as usize;
+        self.position.resize(end, [0.0; 4]);
+        self.velocity.resize(end, [0.0; 4]);
+    }
+
+    fn add_grid(&mut self, body: &BodyAssembly, along: &GridDirections) {
+        let Some([rows, cols]) = body.grid_layout else { return };
+        let grid = self.grids.len() as u32;
+        let direction = |along: Option<[f64; 3]>| {
+            along.map_or_else(Along::default, |numbers| {
+                let [k, damping, rest_length] = numbers.map(|number| number as f32);
+                Along { k, damping, rest_length, there: 1 }
+            })
+        };
+        self.grids.push(Grid {
+            first: self.local(body.first),
+            rows: rows as i32,
+            cols: cols as i32,
+            along: along.map(direction),
+        });
+        for row in (0..rows).step_by(TILE[0]) {
+            let tile = |col: usize| Tile { grid, row: row as i32, col: col as i32 };
+            self.tiles.extend((0..cols).step_by(TILE[1]).map(tile));
+        }
+        let no_run = Run { start: 0, count: NOT_A_MESH, k: 0.0, damping: 0.0 };
+        self.runs.resize(self.runs.len() + body.places() / LANES * self.kinds, no_run);
+    }
+
+    /// Lays out a mesh's springs, and gives back their lengths in the assembly's lists.
+    fn add_mesh(&mut self, body: &BodyAssembly) -> Result<(), String> {
+        let (first, slices) = (self.local(body.first), body.places() / LANES);
+        let base = self.runs.len();
+        let none = Run { start: 0, count: 0, k: 0.0, damping: 0.0 };
+        self.runs.resize(base + slices * self.kinds, none);
+        let BodySprings::Mesh(lists) = &body.springs else { return Ok(()) };
+        for (kind, list) in lists.iter().enumerate() {
+            let gather = Gather::new(body.nodes, &list.pairs, &list.rest)?;
+            let start =
+                u32::try_from(self.entries.len()).map_err(|_| "too many springs for 32 bits".to_owned())?;
+            for (slice, ends) in gather.slice_starts.windows(2).enumerate() {
+                self.runs[base + slice * self.kinds + kind] = Run {
+                    start: start + ends[0],
+                    count: (ends[1] - ends[0]) / LANES as u32,
+                    k: list.k as f32,
+                    damping: list.d as f32,
+                };
+            }
+            let entry = |(&neighbour, &rest): (&u32, &f64)| Entry {
+                neighbour: first + neighbour,
+                rest_length: rest as f32,
+            };
+            self.entries.extend(gather.neighbour.iter().zip(&gather.rest).map(entry));
+        }
+        Ok(())
+    }
+
+    fn add_hinges(&mut self, body: &BodyAssembly) {
+        let first = self.local(body.first);
+        self.hinges.extend(body.hinges.iter().zip(&body.hinge_rest).map(|(corners, rest)| Hinge {
+            corners: corners.map(|node| node + first),
+            rest_angle: rest.angle as f32,
+            rest_steepness: rest.steepness as f32,
+            k: body.hinge.k as f32,
+            damping: body.hinge.d as f32,
+        }));
+    }
+
+    fn add_volume(&mut self, index: usize, body: &BodyAssembly) {
+        let origin = self.local(body.first);
+        let (first, count) = (self.corners.len() / 3, body.closed_triangles.len());
+        for start in (0..count).step_by(CHUNK) {
+            let count = CHUNK.min(count - start) as u32;
+            self.chunks.push(Chunk { origin, first: (first + start) as u32, count });
+            self.chunk_bodies.push(index);
+        }
+        self.corners.extend(body.closed_triangles.as_flattened().iter().map(|node| node + origin));
+    }
+
+    fn add_loads(&mut self, assembly: &Assembly) {
+        for (number, load) in assembly.loads.iter().enumerate() {
+            // A load is on one body.
+            if !load.nodes.first().is_some_and(|&node| self.places.contains(&(node as usize))) {
+                continue;
+            }
+            let (kind, vector, about, torque) = match load.kind {
+                LoadKind::Force(force) => (FORCE, force, [0.0; 3], 0.0),
+                LoadKind::Torque { axis, value, about } => (TORQUE, axis, about, value),
+            };
+            self.load_numbers.push(number);
+            self.loads.push(Load {
+                vector: vector.map(|c| c as f32),
+                kind,
+                about: about.map(|c| c as f32),
+                torque: torque as f32,
+                first: self.load_nodes.len() as u32,
+                count: load.nodes.len() as u32,
+                factor: 0.0,
+                padding: 0,
+            });
+            let nodes: Vec<u32> = load.nodes.iter().map(|&node| self.local(node as usize)).collect();
+            self.load_nodes.extend(nodes);
+        }
+    }
+
+    fn add_pins(&mut self, assembly: &Assembly) {
+        let inside = assembly.moving_pins.iter().filter(|pin| self.places.contains(&(pin.node as usize)));
+        self.pins = inside
+            .map(|pin| Pin {
+                start: pin.start.map(|c| c as f32),
+                node: self.local(pin.node as usize),
+                way: [0.0; 3],
+                track: pin.track,
+            })
+            .collect();
+    }
+
+    /// Loads come first in a node's row, in the scene's order.
+    fn list_elements(&mut self) {
+        let of_load = |(load, number): (&Load, u32)| {
+            let range = load.first as usize..(load.first + load.count) as usize;
+            self.load_nodes[range].iter().map(move |&node| (node, number | IS_LOAD))
+        };
+        let loads = self.loads.iter().zip(0..).flat_map(of_load);
+        let hinges = self.hinges.iter().flat_map(|hinge| hinge.corners).zip(0..);
+        self.elements = Csr::new(self.len(), loads.chain(hinges));
+    }
+
+    /// Whether anything but wind and drag acts on nodes beside springs.
+    pub fn has_elements(&self) -> bool {
+        !self.loads.is_empty() || !self.hinges.is_empty()
+    }
+
+    /// Workgroups for one invocation a place.
+    pub fn place_groups(&self) -> usize {
+        self.len().div_ceil(GROUP)
+    }
+}
+
+fn kinds(body: &BodyAssembly) -> usize {
+    match &body.springs {
+        BodySprings::Grid(_) => 0,
+        // A mesh without springs still has places: an empty kind.
+        BodySprings::Mesh(lists) => lists.len().max(1),
+    }
+}

@@ -1,0 +1,33 @@
+// Nodes that are moved: by keyframes, or by the program.
+//
+// The host evaluates motions in 64 bits (integrate/keyframes.rs). It hands over, for the end of each sub-step, the pose
+// and the rate at which it was reached, (R₁ − R₀)/h and (s₁ − s₀)/h: the difference of two rounded places over a
+// short step would be mostly noise.
+
+/// A pose x = R x₀ + s by rows (R, s), and its rate.
+struct Motion {
+    x: vec4f,
+    y: vec4f,
+    z: vec4f,
+    /// [1/s], and [m/s] in w.
+    rate_x: vec4f,
+    rate_y: vec4f,
+    rate_z: vec4f,
+}
+
+/// A node that moves.
+struct Pin {
+    /// Where it starts [m].
+    start: vec3f,
+    node: u32,
+    /// The way that the program moves it in this frame [m].
+    way: vec3f,
+    /// The motion that it follows; BY_HAND: the program's.
+    track: u32,
+}
+
+const BY_HAND: u32 = 0xffffffffu;
+
+fn affine(x: vec4f, y: vec4f, z: vec4f, p: vec3f) -> vec3f {
+    return vec3f(dot3(x.xyz, p), dot3(y.xyz, p), dot3(z.xyz, p)) + vec3f(x.w, y.w, z.w);
+}

@@ -1,0 +1,59 @@
+//! Whole scenes on the GPU against the same scenes on the CPU.
+
+mod common;
+
+use common::{build_as, farthest, positions, run};
+use taffeta::scene::{Body, Collider, Icosphere, Mass, Mesh, Scene, Select};
+use taffeta::taffeta_gpu::{Choice, Gpu};
+use taffeta::{Options, Precision, Simulation};
+
+fn gpu() -> Gpu {
+    Gpu::open(&Choice::from_env()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn on_gpu(scene: &Scene) -> Simulation {
+    let options = Options { gpu: Some(gpu().into()), ..Options::default() };
+    Simulation::new(scene, &options).unwrap_or_else(|error| panic!("{}: {error}", scene.title))
+}
+
+fn flag() -> Scene {
+    let sheet = Body::cloth("flag", Mesh::grid(20, 30, [1.5, 1.0]))
+        .with_mass(Mass::Node(0.01))
+        .structural(50.0, 0.02)
+        .shear(20.0, 0.02)
+        .bend(5.0, 0.02)
+        .pin(Select::nodes([0, 29]));
+    Scene::new("flag").body(sheet).time(1.0 / 60.0, 1e-3)
+}
+
+#[test]
+fn a_flag_is_the_same_on_both() {
+    let scene = flag();
+    let (mut a, mut b) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
+    for _ in 0..20 {
+        run(&mut a, 1);
+        run(&mut b, 1);
+    }
+    assert_eq!(farthest(&positions(&a), &positions(&b)), 0.0);
+    assert_eq!(a.state_hash(), b.state_hash());
+}
+
+#[test]
+fn a_ball_on_a_slope_is_the_same_on_both() {
+    let ball = Body::cloth("ball", Mesh::Icosphere(Icosphere { radius: 0.3, subdivisions: 2 }))
+        .with_mass(Mass::Node(0.01))
+        .structural(50.0, 0.02)
+        .hinge(1e-3, 1e-5)
+        .at([0.0, 0.4, 0.0]);
+    let scene = Scene::new("ball")
+        .body(ball)
+        .collider(Collider::plane([0.0; 3], [0.1, 1.0, 0.0]))
+        .collider(Collider::sphere([0.2, 0.0, 0.0], 0.1))
+        .time(1.0 / 60.0, 1e-3);
+    let (mut a, mut b) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
+    for _ in 0..20 {
+        run(&mut a, 1);
+        run(&mut b, 1);
+    }
+    assert!(farthest(&positions(&a), &positions(&b)) < 2e-6);
+}
