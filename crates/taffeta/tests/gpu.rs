@@ -5,7 +5,7 @@ mod common;
 use common::{build_as, farthest, positions, run};
 use taffeta::scene::{Body, Collider, Icosphere, Mass, Mesh, Scene, Select};
 use taffeta::taffeta_gpu::{Choice, Gpu};
-use taffeta::{Options, Precision, Simulation};
+use taffeta::{GpuKernels, GpuOptions, Options, Precision, Simulation};
 
 fn gpu() -> Gpu {
     Gpu::open(&Choice::from_env()).unwrap_or_else(|error| panic!("{error}"))
@@ -56,4 +56,35 @@ fn a_ball_on_a_slope_is_the_same_on_both() {
         run(&mut b, 1);
     }
     assert!(farthest(&positions(&a), &positions(&b)) < 2e-6);
+}
+
+#[test]
+fn several_sub_steps_at_once_are_the_same_as_one_after_the_other() {
+    let ball = Body::cloth("ball", Mesh::Icosphere(Icosphere { radius: 0.2, subdivisions: 2 }))
+        .with_mass(Mass::Node(0.01))
+        .structural(50.0, 0.02)
+        .bend(20.0, 0.02)
+        .at([0.0, 1.0, 0.0]);
+    let sheet = flag().bodies.remove(0);
+    let small = Scene::new("small")
+        .body(Body { mesh: Mesh::grid(13, 17, [1.0, 1.0]), pins: Vec::new(), ..sheet.clone() })
+        .body(ball)
+        .collider(Collider::plane([0.0, -0.05, 0.0], [0.1, 1.0, 0.0]))
+        .time(1.0 / 30.0, 5e-4);
+    let wide = Body { mesh: Mesh::grid(61, 45, [2.0, 1.5]), ..sheet };
+    let wide = Scene::new("wide")
+        .body(wide)
+        .collider(Collider::sphere([0.0, -0.4, 0.0], 0.3))
+        .time(1.0 / 30.0, 1e-3);
+    for (scene, kernels) in [(small, GpuKernels::Best), (wide, GpuKernels::Tiled)] {
+        let options = GpuOptions { kernels, ..gpu().into() };
+        let mut fused =
+            Simulation::new(&scene, &Options { gpu: Some(options), ..Options::default() }).unwrap();
+        let mut plain = build_as(&scene, Precision::F32, 1);
+        run(&mut fused, 10);
+        run(&mut plain, 10);
+        assert!(plain.report().contacts > 0, "{}", scene.title);
+        assert_eq!(fused.report().contacts, plain.report().contacts);
+        assert_eq!(farthest(&positions(&fused), &positions(&plain)), 0.0, "{}", scene.title);
+    }
 }

@@ -27,6 +27,8 @@ pub enum GpuKernels {
     Best,
     /// Ours, each sub-step on its own.
     Plain,
+    /// Ours, two sub-steps at once on tiles of grids in the memory of workgroups.
+    Tiled,
     /// As Va, Choi and Hong 2021 print it: a thread a node of a grid, 32 × 32 a group. To compare with.
     NodeCentric,
     /// As Va, Choi and Hong 2023 print it: a thread a spring, forces added by compare and swap. To compare with.
@@ -80,7 +82,7 @@ impl GpuBackend {
         let mut parts = Vec::new();
         for bodies in segments(&assembly, gpu.largest_binding())? {
             let tables = Tables::new(&assembly, bodies)?;
-            parts.push(Segment::new(&gpu, tables, false).map_err(words)?);
+            parts.push(Segment::new(&gpu, tables, options.kernels, false).map_err(words)?);
         }
         let mut free = vec![false; assembly.places];
         for body in &assembly.bodies {
@@ -126,6 +128,8 @@ impl GpuBackend {
                 counts,
                 from: Stage::Elements,
                 last,
+                ahead: 0,
+                all: substeps.len(),
                 fault: Ok(()),
             };
             step::frame(&mut recorder, &numbers);

@@ -1,5 +1,6 @@
 //! The kernels: which sources each is made of. A source is a whole file; nothing is ever formatted into one.
 
+use super::layout::PATCH_NODE_BYTES;
 use std::collections::HashMap;
 use taffeta_gpu::{Gpu, GpuError, Kernel};
 
@@ -18,9 +19,10 @@ const FORMULAS: &[&str] = &[
     include_str!("node.wgsl"),
 ];
 
-/// The scene in memory, and every kernel that works on it.
+/// The scene in memory, and every kernel that works on it there.
 const STAGES: &[&str] = &[
     include_str!("state.wgsl"),
+    include_str!("reach_memory.wgsl"),
     include_str!("stages.wgsl"),
     include_str!("grid.wgsl"),
     include_str!("grid_stages.wgsl"),
@@ -33,6 +35,16 @@ const STAGES: &[&str] = &[
     include_str!("measure_grid.wgsl"),
     include_str!("measure_mesh.wgsl"),
     include_str!("measure_elements.wgsl"),
+];
+
+/// Parts of the scene in the memory of workgroups, and the kernels that work on them there.
+const PATCHES: &[&str] = &[
+    include_str!("state.wgsl"),
+    include_str!("reach_patch.wgsl"),
+    include_str!("grid.wgsl"),
+    include_str!("grid_patches.wgsl"),
+    include_str!("mesh.wgsl"),
+    include_str!("mesh_patches.wgsl"),
 ];
 
 const LOADS_ALONE: &str = include_str!("loads_alone.wgsl");
@@ -53,18 +65,33 @@ impl Name {
         Self { entry, loads_given: false }
     }
 
+    /// Whether it works in the memory of workgroups.
+    fn is_of_patches(self) -> bool {
+        matches!(self.entry, "grid_patches" | "mesh_patches")
+    }
+
     /// Its sources, one behind the other.
     pub fn sources(self) -> Vec<&'static str> {
         let loads = if self.loads_given { LOADS_GIVEN } else { LOADS_ALONE };
-        [FORMULAS, &[loads], STAGES].concat()
+        [FORMULAS, &[loads], if self.is_of_patches() { PATCHES } else { STAGES }].concat()
     }
+}
+
+/// Numbers that are fixed when a kernel is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Sizes {
+    /// Kinds of springs that a slice has.
+    pub kinds: u32,
+    /// Nodes that a patch has room for.
+    pub room: u32,
+    /// Sub-steps that are taken at once on patches.
+    pub steps: u32,
 }
 
 /// Kernels that were made so far.
 pub struct Kernels {
     gpu: Gpu,
-    /// By name, and by kinds of springs a slice has.
-    made: HashMap<(Name, u32), Kernel>,
+    made: HashMap<(Name, Sizes), Kernel>,
 }
 
 impl Kernels {
@@ -74,13 +101,15 @@ impl Kernels {
     }
 
     /// A kernel, made if it is not there yet.
-    pub fn get(&mut self, name: Name, kinds: u32) -> Result<Kernel, GpuError> {
-        if let Some(kernel) = self.made.get(&(name, kinds)) {
+    pub fn get(&mut self, name: Name, sizes: Sizes) -> Result<Kernel, GpuError> {
+        if let Some(kernel) = self.made.get(&(name, sizes)) {
             return Ok(kernel.clone());
         }
-        let kernel =
-            self.gpu.kernel(name.entry, &name.sources(), name.entry, &[("KINDS", f64::from(kinds))])?;
-        self.made.insert((name, kinds), kernel.clone());
+        let kinds = ("KINDS", f64::from(sizes.kinds));
+        let (room, steps) = (("ROOM", f64::from(sizes.room * PATCH_NODE_BYTES / 4)), ("STEPS", f64::from(sizes.steps)));
+        let overrides = if name.is_of_patches() { &[kinds, room, steps][..] } else { &[kinds] };
+        let kernel = self.gpu.kernel(name.entry, &name.sources(), name.entry, overrides)?;
+        self.made.insert((name, sizes), kernel.clone());
         Ok(kernel)
     }
 }

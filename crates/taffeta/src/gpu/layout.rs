@@ -101,6 +101,33 @@ pub struct Tile {
     pub col: i32,
 }
 
+/// `Part` of grid_patches.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct Part {
+    pub first_row: i32,
+    pub first_col: i32,
+    pub end_row: i32,
+    pub end_col: i32,
+}
+
+/// `Patch` of grid_patches.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Patch {
+    pub grid: u32,
+    pub all: Part,
+    pub inner: Part,
+}
+
+/// `Small` of mesh_patches.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Small {
+    pub first: u32,
+    pub count: u32,
+}
+
 /// `Run` of mesh.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -163,6 +190,10 @@ pub struct Chunk {
     pub count: u32,
 }
 
+/// Bytes of a node in a patch.
+pub const PATCH_NODE_BYTES: u32 = 28;
+/// Nodes that an invocation works on in a patch at most.
+pub const OWN: usize = 4;
 /// Numbers of each workgroup in `node_sums` of measure.wgsl.
 pub const NODE_SUMS: usize = 12;
 /// Invocations of a workgroup.

@@ -4,6 +4,7 @@ mod backend;
 mod kernels;
 mod layout;
 mod mirror;
+mod patches;
 mod recorder;
 mod segment;
 mod sums;

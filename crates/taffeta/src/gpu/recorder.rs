@@ -16,6 +16,10 @@ pub struct Recorder<'a> {
     pub from: Stage,
     /// Whether the frame ends with these sub-steps, and is measured.
     pub last: bool,
+    /// Sub-steps from here on have been done with one before.
+    pub ahead: usize,
+    /// Number of sub-steps.
+    pub all: usize,
     /// What went wrong first.
     pub fault: Result<(), GpuError>,
 }
@@ -70,7 +74,13 @@ impl Stages for Recorder<'_> {
     fn particles(&mut self, &substep: &usize, stages: impl Fn(&mut Listed)) {
         let mut listed = Listed::default();
         stages(&mut listed);
-        if listed.0 == FUSED && self.from <= Stage::Loads {
+        let fused = listed.0 == FUSED && self.from == Stage::Elements;
+        if substep < self.ahead {
+            return;
+        }
+        if fused && self.can_run_ahead() {
+            self.run_ahead(substep);
+        } else if fused {
             self.at_once(substep);
         } else {
             let from = self.from;
@@ -99,10 +109,29 @@ impl Recorder<'_> {
         }
     }
 
+    /// Whether the sub-steps of this frame may be taken several at once: nothing but springs, wind and colliders acts.
+    fn can_run_ahead(&self) -> bool {
+        self.segment.patches.is_some() && !self.loads_given() && self.counts.pins == 0
+    }
+
+    fn loads_given(&self) -> bool {
+        self.segment.tables.has_elements() || self.counts.hand_forces > 0
+    }
+
+    /// Several sub-steps in one kernel, from `substep` on.
+    fn run_ahead(&mut self, substep: usize) {
+        let Some(patches) = &self.segment.patches else { return };
+        let (grids, meshes) = (patches.grids.len(), patches.meshes.len());
+        self.ahead = self.all.min(substep + patches.steps as usize);
+        self.list.stage("particles");
+        self.dispatch("grid_patches", substep, grids);
+        self.dispatch("mesh_patches", substep, meshes);
+    }
+
     /// All particle stages in one kernel; loads that are summed up over elements before it. Pins come after contact here:
     /// the one moves held nodes only, the other free ones.
     fn at_once(&mut self, substep: usize) {
-        let loads_given = self.segment.tables.has_elements() || self.counts.hand_forces > 0;
+        let loads_given = self.loads_given();
         if loads_given {
             self.alone(Stage::Loads, substep);
         }

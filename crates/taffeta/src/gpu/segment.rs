@@ -1,10 +1,12 @@
 //! A segment on the device: its buffers, its kernels, and what it is told for a frame.
 
-use super::kernels::{Kernels, Name};
+use super::backend::GpuKernels;
+use super::kernels::{Kernels, Name, Sizes};
 use super::layout::{
-    BY_HAND, Chunk, Collider, Entry, Four, GROUP, Grid, Hinge, Load, Motion, NODE_SUMS, Pin, Run,
-    SUBSTEPS_SEEN, Substep, Tile,
+    BY_HAND, Chunk, Collider, Entry, Four, GROUP, Grid, Hinge, Load, Motion, NODE_SUMS, Patch, Pin, Run,
+    SUBSTEPS_SEEN, Small, Substep, Tile,
 };
+use super::patches::{self, Patches};
 use super::tables::Tables;
 use crate::assembly::Assembly;
 use crate::backend::Hand;
@@ -27,6 +29,8 @@ pub struct State {
 struct Fixed {
     grids: Buffer<Grid>,
     tiles: Buffer<Tile>,
+    patches: Buffer<Patch>,
+    smalls: Buffer<Small>,
     runs: Buffer<Run>,
     entries: Buffer<Entry>,
     hinges: Buffer<Hinge>,
@@ -105,6 +109,8 @@ pub struct Segment {
     pub states: [State; 2],
     /// Which of `states` is that of now.
     pub current: usize,
+    /// Where several sub-steps are taken at once.
+    pub patches: Option<Patches>,
     fixed: Fixed,
     scratch: Scratch,
     pub sums: Sums,
@@ -115,7 +121,13 @@ pub struct Segment {
 
 impl Segment {
     /// Takes tables to the device. With `apart`, there is room for forces between stages.
-    pub fn new(gpu: &Gpu, mut tables: Tables, apart: bool) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, mut tables: Tables, kernels: GpuKernels, apart: bool) -> Result<Self, GpuError> {
+        let room = patches::room(gpu.limits());
+        let patches = match kernels {
+            GpuKernels::Best => Patches::whole(&tables, room),
+            GpuKernels::Tiled => Patches::rimmed(&tables, room),
+            _ => None,
+        };
         let position = std::mem::take(&mut tables.position);
         let velocity = std::mem::take(&mut tables.velocity);
         let state = || -> Result<State, GpuError> {
@@ -125,7 +137,7 @@ impl Segment {
             })
         };
         let states = [state()?, state()?];
-        let fixed = Fixed::new(gpu, &tables)?;
+        let fixed = Fixed::new(gpu, &tables, patches.as_ref().unwrap_or(&Patches::default()))?;
         let places = if apart || tables.has_elements() { tables.len() } else { 0 };
         let scratch = Scratch {
             loads: gpu.buffer_from("loads", &tables.loads)?,
@@ -143,6 +155,7 @@ impl Segment {
             tables,
             states,
             current: 0,
+            patches,
             fixed,
             scratch,
             sums,
@@ -265,7 +278,7 @@ impl Segment {
         groups: u32,
     ) -> Result<(), GpuError> {
         if !self.bound.contains_key(&name) {
-            let kernel = kernels.get(name, self.tables.kinds.max(1) as u32)?;
+            let kernel = kernels.get(name, self.sizes())?;
             let bound = [0, 1].map(|from| self.bind(&kernel, from));
             self.gpu.health()?;
             let told = kernel.bindings().iter().any(|binding| binding.name == "substeps");
@@ -277,12 +290,20 @@ impl Segment {
         Ok(())
     }
 
+    fn sizes(&self) -> Sizes {
+        Sizes {
+            kinds: self.tables.kinds.max(1) as u32,
+            room: patches::room(self.gpu.limits()),
+            steps: self.patches.as_ref().map_or(1, |patches| patches.steps),
+        }
+    }
+
     /// Binds a kernel to all buffers by their names in the sources, with the state read from `from`.
     fn bind(&self, kernel: &Kernel, from: usize) -> Bound {
         let (fixed, scratch, sums, told) = (&self.fixed, &self.scratch, &self.sums, &self.told);
         let [old, new] = [&self.states[from], &self.states[1 - from]];
         let seen = Seen(&told.substeps);
-        let buffers: [(&str, &dyn Bindable); 29] = [
+        let buffers: [(&str, &dyn Bindable); 31] = [
             ("substeps", &seen),
             ("colliders", &told.colliders),
             ("motions", &told.motions),
@@ -291,6 +312,8 @@ impl Segment {
             ("hand_forces", &told.hand_forces),
             ("grids", &fixed.grids),
             ("tiles", &fixed.tiles),
+            ("patches", &fixed.patches),
+            ("smalls", &fixed.smalls),
             ("runs", &fixed.runs),
             ("entries", &fixed.entries),
             ("hinges", &fixed.hinges),
@@ -328,10 +351,12 @@ fn fill<T: Pod>(gpu: &Gpu, label: &str, buffer: &mut Buffer<T>, data: &[T]) -> R
 }
 
 impl Fixed {
-    fn new(gpu: &Gpu, tables: &Tables) -> Result<Self, GpuError> {
+    fn new(gpu: &Gpu, tables: &Tables, patches: &Patches) -> Result<Self, GpuError> {
         Ok(Self {
             grids: gpu.buffer_from("grids", &tables.grids)?,
             tiles: gpu.buffer_from("tiles of grids", &tables.tiles)?,
+            patches: gpu.buffer_from("patches of grids", &patches.grids)?,
+            smalls: gpu.buffer_from("small meshes", &patches.meshes)?,
             runs: gpu.buffer_from("rows of springs", &tables.runs)?,
             entries: gpu.buffer_from("springs", &tables.entries)?,
             hinges: gpu.buffer_from("hinges", &tables.hinges)?,

@@ -6,11 +6,3 @@
 @group(2) @binding(1) var<storage, read> old_velocity: array<vec4f>;
 @group(2) @binding(2) var<storage, read_write> new_position: array<vec4f>;
 @group(2) @binding(3) var<storage, read_write> new_velocity: array<vec4f>;
-
-fn position_of(node: u32) -> vec3f {
-    return old_position[node].xyz;
-}
-
-fn velocity_of(node: u32) -> vec3f {
-    return old_velocity[node].xyz;
-}

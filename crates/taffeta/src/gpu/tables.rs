@@ -1,8 +1,8 @@
 //! What a frame never changes, by segment: some whole bodies, as many as one binding can hold.
 
 use super::layout::{
-    Along, Chunk, Entry, FORCE, Four, GROUP, Grid, Hinge, IS_LOAD, Load, NOT_A_MESH, Pin, Run, TILE, TORQUE,
-    Tile,
+    Along, Chunk, Entry, FORCE, Four, GROUP, Grid, Hinge, IS_LOAD, Load, NOT_A_MESH, Pin, Run, Small, TILE,
+    TORQUE, Tile,
 };
 use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections, LoadKind};
 use crate::topology::{Csr, Gather, LANES};
@@ -20,6 +20,7 @@ pub struct Tables {
     pub velocity: Vec<Four>,
     pub grids: Vec<Grid>,
     pub tiles: Vec<Tile>,
+    pub meshes: Vec<Small>,
     /// Kinds of springs that a slice has at most; 0: no mesh.
     pub kinds: usize,
     pub runs: Vec<Run>,
@@ -155,6 +156,7 @@ impl Tables {
         let base = self.runs.len();
         let none = Run { start: 0, count: 0, k: 0.0, damping: 0.0 };
         self.runs.resize(base + slices * self.kinds, none);
+        self.meshes.push(Small { first, count: body.places() as u32 });
         let BodySprings::Mesh(lists) = &body.springs else { return Ok(()) };
         for (kind, list) in lists.iter().enumerate() {
             let gather = Gather::new(body.nodes, &list.pairs, &list.rest)?;

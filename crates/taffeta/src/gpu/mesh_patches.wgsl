@@ -1,0 +1,54 @@
+// Several sub-steps at once on small meshes, each whole in the memory of a workgroup.
+
+/// A mesh: its first place, and its number of places.
+struct Small {
+    first: u32,
+    count: u32,
+}
+
+@group(1) @binding(1) var<storage, read> smalls: array<Small>;
+
+@compute @workgroup_size(256)
+fn mesh_patches(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&smalls) {
+        return;
+    }
+    let small = smalls[index];
+    patch_base = small.first;
+    for (var place = lane; place < small.count; place += 256u) {
+        keep(place, old_position[small.first + place], old_velocity[small.first + place].xyz);
+    }
+    var after: array<Node, 4>;
+    let steps = min(STEPS, substeps[0].left);
+    for (var substep = 0u; substep < steps; substep++) {
+        workgroupBarrier();
+        for (var i = 0u; i < OWN; i++) {
+            let place = i * 256u + lane;
+            if place < small.count {
+                let node = kept(place);
+                let load = load_on(0u, node.velocity.xyz, substep);
+                let total =
+                    add_mesh_springs(load, small.first + place, node.position.xyz, node.velocity.xyz);
+                after[i] = touch(integrate(node.position, node.velocity, total, substep), substep);
+            }
+        }
+        workgroupBarrier();
+        for (var i = 0u; i < OWN; i++) {
+            let place = i * 256u + lane;
+            if place < small.count {
+                keep(place, after[i].position, after[i].velocity.xyz);
+            }
+        }
+    }
+    for (var i = 0u; i < OWN; i++) {
+        let place = i * 256u + lane;
+        if place < small.count {
+            release(small.first + place, after[i]);
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! How bodies are cut into patches that fit the memory of a workgroup.
+
+use super::layout::{GROUP, Grid, OWN, PATCH_NODE_BYTES, Part, Patch, SUBSTEPS_SEEN, Small};
+use super::tables::Tables;
+use taffeta_gpu::wgpu::Limits;
+
+/// Side of the square of a grid that a patch with a rim writes [nodes].
+const INNER: i32 = 16;
+/// Sub-steps that a patch with a rim takes at once: with its rim it is 24 × 24.
+const RIMMED_STEPS: u32 = 2;
+
+/// Patches of a segment, and the sub-steps that they take at once.
+#[derive(Default)]
+pub struct Patches {
+    pub grids: Vec<Patch>,
+    pub meshes: Vec<Small>,
+    pub steps: u32,
+}
+
+/// Nodes that a patch has room for on a device.
+pub fn room(limits: &Limits) -> u32 {
+    (limits.max_compute_workgroup_storage_size / PATCH_NODE_BYTES).min((OWN * GROUP) as u32)
+}
+
+impl Patches {
+    /// Each body whole, if all have room; a patch lasts as many sub-steps as there are.
+    pub fn whole(tables: &Tables, room: u32) -> Option<Self> {
+        let nodes = |grid: &Grid| (grid.rows * grid.cols) as u32;
+        let fits = tables.grids.iter().all(|grid| nodes(grid) <= room)
+            && tables.meshes.iter().all(|mesh| mesh.count <= room);
+        let whole = |(grid, shape): (u32, &Grid)| {
+            let all = Part { first_row: 0, first_col: 0, end_row: shape.rows, end_col: shape.cols };
+            Patch { grid, all, inner: all }
+        };
+        fits.then(|| Self {
+            grids: (0..).zip(&tables.grids).map(whole).collect(),
+            meshes: tables.meshes.clone(),
+            steps: SUBSTEPS_SEEN as u32,
+        })
+    }
+
+    /// Squares of grids with a rim, if there are only grids.
+    pub fn rimmed(tables: &Tables, room: u32) -> Option<Self> {
+        let rim = 2 * RIMMED_STEPS as i32;
+        let side = INNER + 2 * rim;
+        let fits = tables.meshes.is_empty() && side * side <= room as i32;
+        let cut = |(grid, shape): (u32, &Grid)| squares(grid, shape.rows, shape.cols, rim);
+        fits.then(|| Self {
+            grids: (0..).zip(&tables.grids).flat_map(cut).collect(),
+            meshes: Vec::new(),
+            steps: RIMMED_STEPS,
+        })
+    }
+}
+
+fn squares(grid: u32, rows: i32, cols: i32, rim: i32) -> Vec<Patch> {
+    let starts = |end: i32| (0..end).step_by(INNER as usize);
+    let square = |row: i32, col: i32| {
+        let (end_row, end_col) = (rows.min(row + INNER), cols.min(col + INNER));
+        let all = Part {
+            first_row: (row - rim).max(0),
+            first_col: (col - rim).max(0),
+            end_row: (end_row + rim).min(rows),
+            end_col: (end_col + rim).min(cols),
+        };
+        Patch { grid, all, inner: Part { first_row: row, first_col: col, end_row, end_col } }
+    };
+    starts(rows).flat_map(|row| starts(cols).map(move |col| square(row, col))).collect()
+}
