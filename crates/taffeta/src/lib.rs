@@ -21,7 +21,7 @@ mod step;
 pub mod topology;
 
 #[cfg(feature = "gpu")]
-pub use gpu::{GpuKernels, GpuOptions};
+pub use gpu::{GpuCost, GpuKernels, GpuOptions};
 pub use simulation::{BodyInfo, Diverged, Options, Precision, Simulation, Snapshot, StepError};
 pub use step::Stage;
 #[cfg(feature = "gpu")]

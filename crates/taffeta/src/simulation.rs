@@ -151,15 +151,28 @@ impl Simulation {
     /// A frame with a number that is not finite, or with a stretch that only a blow-up has, is not shown: the error
     /// names body, vertex, likely cause and what to change. A GPU may be lost. The simulation cannot go on then.
     pub fn step(&mut self) -> Result<&FrameReport, StepError> {
-        let frame = self.report.frame + 1;
+        self.advance(1)
+    }
+
+    /// Runs some frames and reports the last. On a GPU nothing waits between them.
+    ///
+    /// # Errors
+    /// As [`Self::step`]; the frame that is named is the last, also where one before it failed.
+    pub fn advance(&mut self, frames: u32) -> Result<&FrameReport, StepError> {
+        let (done, frame) = (self.report.frame, self.report.frame + frames);
         let lost = |Lost(why)| StepError::Lost { frame, why };
-        let driven = self.start_frame().map_err(lost)?;
-        let sums = self.backend.sums().map_err(lost)?;
-        let report = self.report_of(sums, frame);
-        if let Some(what) = runaway(&self.start, &self.report, &report, driven) {
-            return Err(self.diverged(frame, what).into());
+        let mut driven = false;
+        for before in done..frame {
+            driven |= self.start_frame(before).map_err(lost)?;
         }
-        self.report = report;
+        if frames > 0 {
+            let sums = self.backend.sums().map_err(lost)?;
+            let report = self.report_of(sums, frame);
+            if let Some(what) = runaway(&self.start, &self.report, &report, driven) {
+                return Err(self.diverged(frame, what).into());
+            }
+            self.report = report;
+        }
         Ok(&self.report)
     }
 
@@ -173,9 +186,9 @@ impl Simulation {
         self.backend.fetch().map_err(|Lost(why)| StepError::Lost { frame, why })
     }
 
-    /// Gives the backend its next frame; returns whether anything but gravity drives the scene in it.
-    fn start_frame(&mut self) -> Result<bool, Lost> {
-        let start = f64::from(self.report.frame) * self.backend.assembly().time.dt;
+    /// Gives the backend the frame after `before`; returns whether anything but gravity drives the scene in it.
+    fn start_frame(&mut self, before: u32) -> Result<bool, Lost> {
+        let start = f64::from(before) * self.backend.assembly().time.dt;
         let hand = std::mem::take(&mut self.hand);
         let driven = self.backend.assembly().is_driven() || !hand.forces.is_empty() || !hand.moves.is_empty();
         let goes_on = |node: u32| hand.moves.binary_search_by_key(&node, |&(node, ..)| node).is_ok();

@@ -106,7 +106,8 @@ impl Kernels {
             return Ok(kernel.clone());
         }
         let kinds = ("KINDS", f64::from(sizes.kinds));
-        let (room, steps) = (("ROOM", f64::from(sizes.room * PATCH_NODE_BYTES / 4)), ("STEPS", f64::from(sizes.steps)));
+        let (room, steps) =
+            (("ROOM", f64::from(sizes.room * PATCH_NODE_BYTES / 4)), ("STEPS", f64::from(sizes.steps)));
         let overrides = if name.is_of_patches() { &[kinds, room, steps][..] } else { &[kinds] };
         let kernel = self.gpu.kernel(name.entry, &name.sources(), name.entry, overrides)?;
         self.made.insert((name, sizes), kernel.clone());

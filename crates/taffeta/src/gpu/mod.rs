@@ -1,6 +1,7 @@
 //! The backend on the GPU: memory and scheduling. Formulas are in the stages' own folders, as `.wgsl` beside the Rust.
 
 mod backend;
+mod cost;
 mod kernels;
 mod layout;
 mod mirror;
@@ -11,3 +12,4 @@ mod sums;
 mod tables;
 
 pub use backend::{GpuBackend, GpuKernels, GpuOptions};
+pub use cost::GpuCost;
