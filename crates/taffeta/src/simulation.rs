@@ -10,8 +10,10 @@ use crate::cpu::CpuBackend;
 use crate::diagnostics::advice::{StepLimit, runaway};
 use crate::diagnostics::{FrameReport, FrameSums, normals, stability};
 #[cfg(feature = "gpu")]
-use crate::gpu::{GpuBackend, GpuOptions};
+use crate::gpu::{Boundary, GpuBackend, GpuOptions};
 use crate::scene::{Scene, SceneError};
+#[cfg(feature = "gpu")]
+use crate::step::Stage;
 use crate::topology::Surface;
 use crate::topology::random::SplitMix64;
 use serde::{Deserialize, Serialize};
@@ -129,7 +131,8 @@ impl Simulation {
             assembly.bodies.iter().flat_map(of_body).chain(limit.warning(&bodies[largest.body].name));
         let warnings = warnings.collect();
         let threads = options.threads.unwrap_or_else(|| useful_threads(&assembly)).max(1);
-        let backend = backend(assembly, threads, options).map_err(|why| SceneError::new("body", why))?;
+        let backend =
+            backend(scene, assembly, threads, options).map_err(|why| SceneError::new("body", why))?;
         let mut simulation = Self {
             backend,
             precision: options.precision,
@@ -459,13 +462,22 @@ impl Simulation {
     }
 }
 
-fn backend(assembly: Assembly, threads: usize, options: &Options) -> Result<Box<dyn Backend>, String> {
+fn backend(
+    scene: &Scene,
+    assembly: Assembly,
+    threads: usize,
+    options: &Options,
+) -> Result<Box<dyn Backend>, String> {
     #[cfg(feature = "gpu")]
     if let Some(gpu) = &options.gpu {
-        return match options.precision {
-            Precision::F32 => Ok(Box::new(GpuBackend::new(gpu, assembly)?)),
-            Precision::F64 => {
+        return match (options.precision, gpu.from) {
+            (Precision::F64, _) => {
                 Err("a GPU computes in 32 bits; --precision f32 or the CPU would do".to_owned())
+            }
+            (Precision::F32, Stage::Elements) => Ok(Box::new(GpuBackend::new(gpu, assembly)?)),
+            (Precision::F32, _) => {
+                let again = Assembly::new(scene).map_err(|error| error.to_string())?;
+                Ok(Box::new(Boundary::new(gpu, [assembly, again])?))
             }
         };
     }

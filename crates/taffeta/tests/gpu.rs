@@ -3,9 +3,9 @@
 mod common;
 
 use common::{build_as, farthest, positions, run};
-use taffeta::scene::{Body, Collider, Icosphere, Mass, Mesh, Scene, Select};
+use taffeta::scene::{Body, Collider, Force, Icosphere, Keyframe, Mass, Mesh, Scene, Select, Torque};
 use taffeta::taffeta_gpu::{Choice, Gpu};
-use taffeta::{GpuKernels, GpuOptions, Options, Precision, Simulation};
+use taffeta::{GpuKernels, GpuOptions, Options, Precision, Simulation, Stage};
 
 fn gpu() -> Gpu {
     Gpu::open(&Choice::from_env()).unwrap_or_else(|error| panic!("{error}"))
@@ -86,5 +86,65 @@ fn several_sub_steps_at_once_are_the_same_as_one_after_the_other() {
         assert!(plain.report().contacts > 0, "{}", scene.title);
         assert_eq!(fused.report().contacts, plain.report().contacts);
         assert_eq!(farthest(&positions(&fused), &positions(&plain)), 0.0, "{}", scene.title);
+    }
+}
+
+fn push(body: &str, nodes: Vec<u32>) -> Force {
+    Force {
+        body: body.to_owned(),
+        select: Select::nodes(nodes),
+        force: None,
+        torque: None,
+        motion: Vec::new(),
+    }
+}
+
+/// Every stage has something to do here.
+fn everything() -> Scene {
+    let ball = Body::cloth("ball", Mesh::Icosphere(Icosphere { radius: 0.2, subdivisions: 2 }))
+        .with_mass(Mass::Node(0.01))
+        .structural(50.0, 0.02)
+        .bend(20.0, 0.02)
+        .hinge(1e-3, 1e-5)
+        .at([0.0, 0.3, 0.0]);
+    let mut sheet = flag().bodies.remove(0).at([2.0, 0.05, 0.0]).hinge(1e-4, 1e-6);
+    sheet = sheet.pin_moving(
+        Select::cols(29, 29),
+        vec![Keyframe::rotate(0.5, [1.0, 0.0, 0.0], 40.0, [2.0, 0.0, 0.0])],
+    );
+    let twist = Torque { axis: [0.0, 1.0, 0.0], value: 0.05, about: [0.0; 3] };
+    let slope = Collider::plane([0.0, 0.0, 0.0], [0.05, 1.0, 0.0]).friction(0.4);
+    let rising = Collider::sphere([0.1, -0.1, 0.0], 0.2).keyframe(Keyframe::translate(0.3, [0.0, 0.2, 0.0]));
+    let mut scene = Scene::new("everything")
+        .body(ball)
+        .body(sheet)
+        .force(Force { torque: Some(twist), ..push("ball", [3, 10, 40, 77].into()) })
+        .force(Force { force: Some([0.0, 0.5, 0.1]), ..push("flag", [310, 311].into()) })
+        .collider(slope)
+        .collider(rising)
+        .time(1.0 / 60.0, 1e-3);
+    scene.world.drag = 1e-3;
+    scene.world.wind_force = [0.0, 0.0, 1e-2];
+    scene
+}
+
+#[test]
+fn wherever_the_gpu_takes_over_the_scene_goes_on_as_on_the_cpu() {
+    let scene = everything();
+    let mut cpu = build_as(&scene, Precision::F32, 1);
+    run(&mut cpu, 6);
+    assert!(cpu.report().contacts > 0);
+    for from in Stage::ALL {
+        let options = GpuOptions { from, ..gpu().into() };
+        let mut both =
+            Simulation::new(&scene, &Options { gpu: Some(options), ..Options::default() }).unwrap();
+        run(&mut both, 6);
+        let difference = farthest(&positions(&cpu), &positions(&both));
+        println!("{}: {difference:e}", from.name());
+        assert!(difference < 2e-6, "{}: {difference:e}", from.name());
+        assert_eq!(both.report().contacts, cpu.report().contacts, "{}", from.name());
+        if from > Stage::Pins {
+            assert_eq!(difference, 0.0, "{}", from.name());
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! Memory of the CPU backend, and one frame of it.
 
+use super::begin::{Begin, Begun};
 use super::column::Column;
 use super::diagnose::{VolumeChunk, frame_sums};
 use super::shared::Shared;
@@ -13,7 +14,7 @@ use crate::diagnostics::{FrameSums, StateSums};
 use crate::forces::hinge::Rest;
 use crate::plan;
 use crate::real::Real;
-use crate::step;
+use crate::step::{self, Stage};
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
 use std::sync::Mutex;
@@ -118,6 +119,14 @@ impl<T: Real> CpuBackend<T> {
 
     /// Runs sub-steps, and measures the state after them.
     fn run(&mut self, substeps: &[plan::Substep<T>]) {
+        self.work(|worker| step::frame(worker, substeps));
+        self.current = (self.current + substeps.len()) % 2;
+        let state = self.fields[self.current].each_ref().map(|column| &column[..]);
+        self.sums = frame_sums(&self.setup, state, &self.tile_sums, &self.volumes);
+    }
+
+    /// Runs `job` on every worker at once.
+    fn work(&mut self, job: impl Fn(&mut Worker<'_, T>) + Sync) {
         let [a, b] = &mut self.fields;
         let buffers = [a, b].map(|fields| fields.each_mut().map(|column| Shared::new(column)));
         let hinge_forces = Shared::new(&mut self.hinge_forces);
@@ -126,7 +135,7 @@ impl<T: Real> CpuBackend<T> {
         let (setup, shares, scratch, current) = (&self.setup, &self.shares, &self.scratch, self.current);
         self.team.run(|index, barrier| {
             let mut scratch = scratch[index].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            let mut worker = Worker {
+            job(&mut Worker {
                 setup,
                 index,
                 workers: shares.len(),
@@ -138,12 +147,38 @@ impl<T: Real> CpuBackend<T> {
                 volumes: &volumes,
                 scratch: &mut scratch,
                 barrier,
-            };
-            step::frame(&mut worker, substeps);
+            });
         });
-        self.current = (self.current + substeps.len()) % 2;
-        let state = self.fields[self.current].each_ref().map(|column| &column[..]);
-        self.sums = frame_sums(&self.setup, state, &self.tile_sums, &self.volumes);
+    }
+
+    /// Runs the stages of a sub-step before `until`, and says what they have found; the state stays as it was.
+    pub fn begin(&mut self, substep: &plan::Substep<T>, hand: &Hand, until: Stage) -> Begun<T> {
+        self.setup.hand = hand.clone();
+        let begun = Mutex::new(Begun::new(self.setup.mass.len()));
+        self.work(|worker| step::frame(&mut Begin { worker, until, begun: &begun, substep }, &[()]));
+        let mut begun = begun.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        begun.hinge_forces = self.hinge_forces.clone();
+        begun
+    }
+
+    /// Positions [m] and velocities [m/s] by axis and place: those of now, or those that a sub-step has begun to write.
+    pub fn fields(&self, next: bool) -> &Fields<T> {
+        &self.fields[if next { 1 - self.current } else { self.current }]
+    }
+
+    /// Inverse mass [1/kg] and mass [kg] by place.
+    pub fn masses(&self) -> (&[T], &[T]) {
+        (&self.setup.inverse_mass, &self.setup.mass)
+    }
+
+    /// Ends a sub-step whose state was found elsewhere.
+    pub fn end(&mut self, state: impl Fn(usize, usize) -> T) {
+        self.current = 1 - self.current;
+        for axis in 0..6 {
+            for place in 0..self.setup.assembly.places {
+                self.fields[self.current][axis][place] = state(axis, place);
+            }
+        }
     }
 }
 

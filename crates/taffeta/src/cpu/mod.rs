@@ -1,6 +1,7 @@
 //! The backend on the CPU: memory and scheduling. Formulas are in the stages' own folders.
 
 mod backend;
+mod begin;
 mod column;
 mod contact;
 mod diagnose;
@@ -14,4 +15,5 @@ mod tiles;
 mod worker;
 
 pub use backend::CpuBackend;
+pub use begin::Begun;
 pub use simd::SimdLevel;

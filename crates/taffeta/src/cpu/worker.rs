@@ -109,23 +109,9 @@ impl<'a, T: Real> Worker<'a, T> {
         }
         self.barrier.wait();
     }
-}
 
-impl<T: Real> Stages for Worker<'_, T> {
-    type Substep = Substep<T>;
-    type Tile<'t>
-        = CpuTile<'t, T>
-    where
-        Self: 't;
-
-    fn elements(&mut self, substep: &Substep<T>) {
-        self.sum_torques(substep);
-        if !self.setup.hinges.corners.is_empty() {
-            self.bend_hinges();
-        }
-    }
-
-    fn particles(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
+    /// Runs `stages` on every tile of its share, and meets the others.
+    pub fn tiles(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
         let old = self.state();
         // SAFETY: hinge forces were written before the barrier in `elements`, and next are after the one below.
         let hinge_forces = unsafe { self.hinge_forces.read() };
@@ -151,6 +137,25 @@ impl<T: Real> Stages for Worker<'_, T> {
         }
         self.barrier.wait();
         self.current = 1 - self.current;
+    }
+}
+
+impl<T: Real> Stages for Worker<'_, T> {
+    type Substep = Substep<T>;
+    type Tile<'t>
+        = CpuTile<'t, T>
+    where
+        Self: 't;
+
+    fn elements(&mut self, substep: &Substep<T>) {
+        self.sum_torques(substep);
+        if !self.setup.hinges.corners.is_empty() {
+            self.bend_hinges();
+        }
+    }
+
+    fn particles(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
+        self.tiles(substep, stages);
     }
 
     fn diagnose(&mut self) {

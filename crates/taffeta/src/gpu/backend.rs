@@ -9,6 +9,7 @@ use super::sums;
 use super::tables::{Tables, segments};
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, Hand, Lost};
+use crate::cpu::Begun;
 use crate::diagnostics::FrameSums;
 use crate::plan;
 use crate::step::{self, Stage};
@@ -55,6 +56,7 @@ impl From<Gpu> for GpuOptions {
 /// The GPU backend.
 pub struct GpuBackend {
     gpu: Gpu,
+    from: Stage,
     assembly: Assembly,
     kernels: Kernels,
     segments: Vec<Segment>,
@@ -82,7 +84,9 @@ impl GpuBackend {
         let mut parts = Vec::new();
         for bodies in segments(&assembly, gpu.largest_binding())? {
             let tables = Tables::new(&assembly, bodies)?;
-            parts.push(Segment::new(&gpu, tables, options.kernels, false).map_err(words)?);
+            parts.push(
+                Segment::new(&gpu, tables, options.kernels, options.from > Stage::Elements).map_err(words)?,
+            );
         }
         let mut free = vec![false; assembly.places];
         for body in &assembly.bodies {
@@ -92,6 +96,7 @@ impl GpuBackend {
         let kernels = Kernels::new(gpu.clone());
         let mut backend = Self {
             gpu,
+            from: options.from,
             assembly,
             kernels,
             segments: parts,
@@ -126,7 +131,7 @@ impl GpuBackend {
                 kernels: &mut self.kernels,
                 list: &mut list,
                 counts,
-                from: Stage::Elements,
+                from: self.from,
                 last,
                 ahead: 0,
                 all: substeps.len(),
@@ -156,6 +161,44 @@ impl GpuBackend {
             }
             done = end;
         }
+    }
+
+    /// Does the stages of a sub-step that are the GPU's, and measures.
+    pub fn finish(&mut self, substep: &plan::Substep<f32>, hand: &Hand) -> Result<(), Lost> {
+        let list = self.record(std::slice::from_ref(substep), 1, hand, true)?;
+        Ok(self.gpu.submit(&list)?)
+    }
+
+    /// Position and velocity of all places as they are now.
+    pub fn places(&mut self) -> Result<(Vec<Four>, Vec<Four>), Lost> {
+        self.sent = false;
+        let mirror = self.fetched()?;
+        Ok((mirror.position, mirror.velocity))
+    }
+
+    /// Puts positions and velocities of all places in the state of now, or in that after it.
+    pub fn put_state(&self, next: bool, [position, velocity]: &[Vec<Four>; 2]) {
+        for segment in &self.segments {
+            let state = &segment.states[if next { 1 - segment.current } else { segment.current }];
+            state.position.write(&self.gpu, 0, &position[segment.tables.places.clone()]);
+            state.velocity.write(&self.gpu, 0, &velocity[segment.tables.places.clone()]);
+        }
+    }
+
+    /// Puts the forces that the CPU has found where the GPU's stages look for them.
+    pub fn put_forces(&self, begun: &Begun<f32>, scales: &[f32]) {
+        let mut hinge = 0;
+        for segment in &self.segments {
+            let hinges = hinge..hinge + segment.tables.hinges.len();
+            hinge = hinges.end;
+            let corners = begun.hinge_forces.get(hinges).unwrap_or_default().as_flattened();
+            segment.put_forces(&begun.force, corners, &begun.torques, scales);
+        }
+    }
+
+    /// What went wrong so far.
+    pub fn health(&self) -> Result<(), GpuError> {
+        self.gpu.health()
     }
 
     /// Puts back what was changed on the host.

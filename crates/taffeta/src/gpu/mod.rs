@@ -1,6 +1,7 @@
 //! The backend on the GPU: memory and scheduling. Formulas are in the stages' own folders, as `.wgsl` beside the Rust.
 
 mod backend;
+mod boundary;
 mod cost;
 mod kernels;
 mod layout;
@@ -12,4 +13,5 @@ mod sums;
 mod tables;
 
 pub use backend::{GpuBackend, GpuKernels, GpuOptions};
+pub use boundary::Boundary;
 pub use cost::GpuCost;

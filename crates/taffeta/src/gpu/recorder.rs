@@ -2,7 +2,7 @@
 
 use super::kernels::{Kernels, Name};
 use super::segment::{Counts, Segment, sum_groups};
-use crate::step::{Stage, Stages, Tile};
+use crate::step::{Listed, Stage, Stages};
 use taffeta_gpu::{DispatchList, GpuError};
 
 /// Writes down what a segment does in a frame.
@@ -27,32 +27,6 @@ pub struct Recorder<'a> {
 /// The particle stages that one kernel does at once, in their order.
 const FUSED: [Stage; 5] = [Stage::Loads, Stage::Springs, Stage::Integrate, Stage::Pins, Stage::Contact];
 
-/// Stages that `step::frame` asks for, as they come.
-#[derive(Default)]
-pub struct Listed(Vec<Stage>);
-
-impl Tile for Listed {
-    fn loads(&mut self) {
-        self.0.push(Stage::Loads);
-    }
-
-    fn springs(&mut self) {
-        self.0.push(Stage::Springs);
-    }
-
-    fn integrate(&mut self) {
-        self.0.push(Stage::Integrate);
-    }
-
-    fn pins(&mut self) {
-        self.0.push(Stage::Pins);
-    }
-
-    fn contact(&mut self) {
-        self.0.push(Stage::Contact);
-    }
-}
-
 impl Stages for Recorder<'_> {
     /// Its number in the list that the segment was told.
     type Substep = usize;
@@ -74,7 +48,7 @@ impl Stages for Recorder<'_> {
     fn particles(&mut self, &substep: &usize, stages: impl Fn(&mut Listed)) {
         let mut listed = Listed::default();
         stages(&mut listed);
-        let fused = listed.0 == FUSED && self.from == Stage::Elements;
+        let fused = listed.stages().eq(FUSED) && self.from == Stage::Elements;
         if substep < self.ahead {
             return;
         }
@@ -84,7 +58,7 @@ impl Stages for Recorder<'_> {
             self.at_once(substep);
         } else {
             let from = self.from;
-            for stage in listed.0.into_iter().filter(|stage| *stage >= from) {
+            for stage in listed.stages().filter(|stage| *stage >= from) {
                 self.alone(stage, substep);
             }
         }

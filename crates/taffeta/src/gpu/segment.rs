@@ -4,7 +4,7 @@ use super::backend::GpuKernels;
 use super::kernels::{Kernels, Name, Sizes};
 use super::layout::{
     BY_HAND, Chunk, Collider, Entry, Four, GROUP, Grid, Hinge, Load, Motion, NODE_SUMS, Patch, Pin, Run,
-    SUBSTEPS_SEEN, Small, Substep, Tile,
+    SUBSTEPS_SEEN, Small, Substep, TORQUE, Tile,
 };
 use super::patches::{self, Patches};
 use super::tables::Tables;
@@ -266,6 +266,21 @@ impl Segment {
             self.bound.clear();
         }
         gpu.health()
+    }
+
+    /// Puts forces by place, forces on hinges' corners and factors of torques where later stages look for them.
+    pub fn put_forces(&self, force: &[Vec<f32>; 3], corners: &[[f32; 3]], torques: &[f32], scales: &[f32]) {
+        let [x, y, z] = force;
+        let four = |place: usize| [x[place], y[place], z[place], 0.0];
+        self.scratch.force.write(&self.gpu, 0, &self.tables.places.clone().map(four).collect::<Vec<_>>());
+        let corners: Vec<Four> = corners.iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect();
+        self.scratch.hinge_forces.write(&self.gpu, 0, &corners);
+        let factor = |(load, &number): (&Load, &usize)| {
+            let torque = torques.get(number).copied().unwrap_or(0.0);
+            Load { factor: if load.kind == TORQUE { torque } else { scales[number] }, ..*load }
+        };
+        let loads: Vec<Load> = self.tables.loads.iter().zip(&self.tables.load_numbers).map(factor).collect();
+        self.scratch.loads.write(&self.gpu, 0, &loads);
     }
 
     /// Adds a dispatch of `groups` workgroups that reads the state of now.

@@ -1,0 +1,123 @@
+//! A frame whose first stages run on the CPU and whose others run on the GPU, to find the stage in which the two differ.
+//! Every sub-step crosses over and back: slow, and right.
+
+use super::backend::{GpuBackend, GpuOptions};
+use super::layout::Four;
+use crate::assembly::Assembly;
+use crate::backend::{Backend, Device, Hand, Lost};
+use crate::cpu::{Begun, CpuBackend};
+use crate::diagnostics::FrameSums;
+use crate::plan;
+use crate::step::Stage;
+
+/// Both backends, and where one hands over to the other.
+pub struct Boundary {
+    cpu: CpuBackend<f32>,
+    gpu: GpuBackend,
+    from: Stage,
+}
+
+impl Boundary {
+    /// Takes a scene, built twice, to both.
+    pub fn new(options: &GpuOptions, [a, b]: [Assembly; 2]) -> Result<Self, String> {
+        Ok(Self { cpu: CpuBackend::new(a, 1)?, gpu: GpuBackend::new(options, b)?, from: options.from })
+    }
+
+    fn substep(&mut self, substep: &plan::Substep<f32>, hand: &Hand) -> Result<(), Lost> {
+        let begun = self.cpu.begin(substep, hand, self.from);
+        self.upload(substep, &begun)?;
+        self.gpu.finish(substep, hand)?;
+        let (position, velocity) = self.gpu.places()?;
+        self.cpu.end(|axis, place| if axis < 3 { position[place][axis] } else { velocity[place][axis - 3] });
+        Ok(())
+    }
+
+    /// State and findings of the CPU, as the GPU's stages expect them.
+    fn upload(&mut self, substep: &plan::Substep<f32>, begun: &Begun<f32>) -> Result<(), Lost> {
+        let places = self.cpu.assembly().places;
+        let old = self.fours(places, false, &[]);
+        self.gpu.put_state(false, &old);
+        if self.from > Stage::Integrate {
+            self.gpu.put_state(true, &self.fours(places, true, &begun.touched));
+        }
+        let scales = &substep.scales;
+        self.gpu.put_forces(begun, scales);
+        Ok(self.gpu.health()?)
+    }
+
+    /// Position and velocity of all places with what stands in their last numbers.
+    fn fours(&self, places: usize, next: bool, touched: &[bool]) -> [Vec<Four>; 2] {
+        let fields = self.cpu.fields(next);
+        let (inverse_mass, mass) = self.cpu.masses();
+        let four = |first: usize, place: usize, last: f32| -> Four {
+            [fields[first][place], fields[first + 1][place], fields[first + 2][place], last]
+        };
+        let sign = |place: usize| if touched.get(place).copied().unwrap_or(false) { -1.0 } else { 1.0 };
+        [
+            (0..places).map(|place| four(0, place, inverse_mass[place])).collect(),
+            (0..places).map(|place| four(3, place, sign(place) * mass[place])).collect(),
+        ]
+    }
+}
+
+impl Backend for Boundary {
+    fn frame(&mut self, start: f64, hand: Hand) -> Result<(), Lost> {
+        let substeps = plan::frame(self.cpu.assembly(), start);
+        substeps.iter().try_for_each(|substep| self.substep(substep, &hand))
+    }
+
+    fn measure(&mut self) -> Result<(), Lost> {
+        let state = self.fours(self.cpu.assembly().places, false, &[]);
+        self.gpu.put_state(false, &state);
+        self.gpu.measure()
+    }
+
+    fn sums(&mut self) -> Result<FrameSums, Lost> {
+        self.gpu.sums()
+    }
+
+    fn fetch(&mut self) -> Result<(), Lost> {
+        Ok(())
+    }
+
+    fn assembly(&self) -> &Assembly {
+        self.cpu.assembly()
+    }
+
+    fn position(&self, node: usize) -> [f64; 3] {
+        self.cpu.position(node)
+    }
+
+    fn velocity(&self, node: usize) -> [f64; 3] {
+        self.cpu.velocity(node)
+    }
+
+    fn set(&mut self, node: usize, position: [f64; 3], velocity: [f64; 3]) {
+        self.cpu.set(node, position, velocity);
+    }
+
+    fn hold(&mut self, node: usize) {
+        self.cpu.hold(node);
+    }
+
+    fn is_free(&self, node: usize) -> bool {
+        self.cpu.is_free(node)
+    }
+
+    fn bytes(&self, node: usize, velocity: bool, sink: &mut Vec<u8>) {
+        self.cpu.bytes(node, velocity, sink);
+    }
+
+    fn threads(&self) -> usize {
+        1
+    }
+
+    fn device(&self) -> Device {
+        let name = format!("cpu before {}, then {}", self.from.name(), self.gpu.device().name);
+        Device { backend: "gpu", name }
+    }
+
+    fn memory(&self) -> usize {
+        self.cpu.memory() + self.gpu.memory()
+    }
+}
