@@ -78,8 +78,8 @@ pub enum Choice {
     Best,
     /// The best hardware, or a software driver where there is no hardware.
     BestOrSoftware,
-    /// The adapter of this number among [`adapters`] (counted from 0), or the first whose name has
-    /// this part, in any case.
+    /// The adapter of this number among [`adapters`] (counted from 0), or the first that is listed
+    /// with these words in its name, API or kind, in any case.
     Named(String),
 }
 
@@ -98,24 +98,31 @@ impl Choice {
             let good = |one: &AdapterInfo| *self == Choice::BestOrSoftware || !one.is_software();
             return all.iter().position(good).ok_or_else(|| none_of(all));
         };
-        let number = wanted.parse().ok().filter(|&number: &usize| number < all.len());
+        if all.is_empty() {
+            return Err(none_of(all));
+        }
         let part = wanted.to_lowercase();
-        let named = || all.iter().position(|one| one.to_string().to_lowercase().contains(&part));
-        number
-            .or_else(named)
-            .ok_or_else(|| GpuError::NoSuchAdapter { wanted: wanted.clone(), there: listed(all) })
+        let found = match wanted.parse() {
+            Ok(number) => Some(number).filter(|&number: &usize| number < all.len()),
+            Err(_) => all.iter().position(|one| one.to_string().to_lowercase().contains(&part)),
+        };
+        found.ok_or_else(|| GpuError::NoSuchAdapter { wanted: wanted.clone(), there: listed(all) })
     }
 }
 
 fn none_of(all: &[AdapterInfo]) -> GpuError {
-    let but = all.first().map_or(String::new(), |one| format!(", only {one}"));
-    GpuError::NoAdapter { but }
+    let hint = match all.first() {
+        Some(one) => format!(", only {one}, which runs on the CPU: TAFFETA_ADAPTER=0 asks for it"),
+        None => "; a Vulkan, Metal or DirectX 12 driver would do (on Debian, \
+                 `apt-get install mesa-vulkan-drivers libvulkan1` installs one that runs on the CPU)"
+            .to_owned(),
+    };
+    GpuError::NoAdapter { hint }
 }
 
 fn listed(all: &[AdapterInfo]) -> String {
     let lines: Vec<String> = all.iter().enumerate().map(|(number, one)| format!("{number}: {one}")).collect();
     match lines.len() {
-        0 => "is none".to_owned(),
         1 => format!("is {}", lines[0]),
         _ => format!("are {}", lines.join("; ")),
     }
@@ -126,7 +133,7 @@ pub fn adapters() -> Vec<AdapterInfo> {
     found().into_iter().map(|(info, _)| info).collect()
 }
 
-/// Opens nothing yet: the chosen adapter.
+/// The chosen adapter, not opened yet.
 pub(crate) fn choose(choice: &Choice) -> Result<(AdapterInfo, wgpu::Adapter), GpuError> {
     let mut all = found();
     let infos: Vec<AdapterInfo> = all.iter().map(|(info, _)| info.clone()).collect();
@@ -139,4 +146,64 @@ fn found() -> Vec<(AdapterInfo, wgpu::Adapter)> {
     let mut all: Vec<_> = adapters.into_iter().map(|one| (AdapterInfo::from(&one.get_info()), one)).collect();
     all.sort_by_key(|(info, _)| info.kind);
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(name: &str, kind: Kind, api: &str) -> AdapterInfo {
+        AdapterInfo { name: name.to_owned(), kind, api: api.to_owned(), driver: String::new() }
+    }
+
+    fn several() -> Vec<AdapterInfo> {
+        vec![
+            one("NVIDIA H200", Kind::Discrete, "vulkan"),
+            one("NVIDIA H200", Kind::Discrete, "dx12"),
+            one("Iris 5", Kind::Integrated, "vulkan"),
+            one("llvmpipe", Kind::Software, "vulkan"),
+        ]
+    }
+
+    fn named(name: &str) -> Choice {
+        Choice::Named(name.to_owned())
+    }
+
+    #[test]
+    fn an_adapter_is_named_by_part_of_how_it_is_listed_or_by_its_number() {
+        for (name, number) in [("h200", 0), ("IRIS", 2), ("dx12", 1), ("software", 3), ("2", 2), ("0", 0)] {
+            assert_eq!(named(name).among(&several()), Ok(number), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_number_is_never_part_of_a_name() {
+        let error = named("5").among(&several()[2..]).expect_err("there is no number 5");
+        assert_eq!(
+            error.to_string(),
+            "TAFFETA_ADAPTER=`5` fits no adapter; \
+             there are 0: Iris 5 (vulkan, integrated); 1: llvmpipe (vulkan, software)"
+        );
+    }
+
+    #[test]
+    fn software_is_taken_only_where_it_may_be_and_nothing_else_is_there() {
+        let software = &several()[3..];
+        assert_eq!(Choice::BestOrSoftware.among(&several()), Ok(0));
+        assert_eq!(Choice::BestOrSoftware.among(software), Ok(0));
+        let error = Choice::Best.among(software).expect_err("it is software");
+        assert_eq!(
+            error.to_string(),
+            "no GPU was found, only llvmpipe (vulkan, software), which runs on the CPU: \
+             TAFFETA_ADAPTER=0 asks for it"
+        );
+    }
+
+    #[test]
+    fn without_any_adapter_the_error_says_what_to_install() {
+        for choice in [Choice::Best, Choice::BestOrSoftware, named("h200")] {
+            let error = choice.among(&[]).expect_err("there is none").to_string();
+            assert!(error.contains("apt-get install mesa-vulkan-drivers"), "{error}");
+        }
+    }
 }

@@ -69,6 +69,15 @@ impl Gpu {
     pub fn uniforms<T: Pod>(&self, label: &str, count: usize) -> Result<Uniforms<T>, GpuError> {
         let stride =
             size_of::<T>().next_multiple_of(self.limits().min_uniform_buffer_offset_alignment as usize);
+        let (record, most) = (size_of::<T>() as u64, self.limits().max_uniform_buffer_binding_size);
+        if record > most {
+            return Err(GpuError::TooLarge {
+                what: "uniform record",
+                label: label.into(),
+                bytes: record,
+                limit: most,
+            });
+        }
         let bytes = (stride as u64).saturating_mul(count.max(1) as u64);
         // Offsets are numbers of 32 bits.
         let limit = self.limits().max_buffer_size.min(u32::MAX.into());

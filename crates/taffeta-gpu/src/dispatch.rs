@@ -133,3 +133,24 @@ fn fold(groups: u32, most: u32) -> Option<[u32; 2]> {
     let rows = groups.div_ceil(most).max(1);
     (rows <= most).then(|| [groups.div_ceil(rows), rows])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::fold;
+
+    #[test]
+    fn groups_are_spread_over_two_dimensions_with_less_than_a_row_too_many() {
+        for groups in [1, 64, 65_535, 65_536, 131_071, 1_000_003, 65_535 * 65_535] {
+            let [x, y] = fold(groups, 65_535).expect("it fits");
+            assert!(x <= 65_535 && y <= 65_535, "{groups}");
+            assert!((0..y).contains(&(x * y - groups)), "{groups}: {x} times {y}");
+        }
+    }
+
+    #[test]
+    fn what_two_dimensions_do_not_hold_is_refused() {
+        assert_eq!(fold(9, 3), Some([3, 3]));
+        assert_eq!(fold(10, 3), None);
+        assert_eq!(fold(u32::MAX, 65_535), None);
+    }
+}

@@ -4,13 +4,10 @@
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GpuError {
     /// There is no adapter at all, or none of the kind that was asked for.
-    #[error(
-        "no GPU was found{but}; a Vulkan, Metal or DirectX 12 driver would do \
-         (on Debian, `apt-get install mesa-vulkan-drivers libvulkan1` installs one that runs on the CPU)"
-    )]
+    #[error("no GPU was found{hint}")]
     NoAdapter {
-        /// What there was instead, starting with a comma, or nothing.
-        but: String,
+        /// What was found instead, or what to install, as the end of the sentence.
+        hint: String,
     },
     /// The name or number that was asked for fits no adapter.
     #[error("TAFFETA_ADAPTER=`{wanted}` fits no adapter; there {there}")]
@@ -21,7 +18,7 @@ pub enum GpuError {
         there: String,
     },
     /// A buffer is larger than what a kernel can see of one, or than the device allows.
-    #[error("{what} `{label}` takes {bytes} bytes, and this GPU allows {limit} bytes")]
+    #[error("{what} `{label}` would take {bytes} bytes, and this GPU allows {limit}")]
     TooLarge {
         /// The sort of buffer.
         what: &'static str,

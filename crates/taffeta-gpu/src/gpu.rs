@@ -1,5 +1,6 @@
 //! The device: opened by choice or borrowed, its limits, its health.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -23,8 +24,9 @@ struct Inner {
 struct Fault(Arc<Mutex<Option<GpuError>>>);
 
 impl Fault {
-    fn set(&self, error: GpuError) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    /// Keeps `error` where it is the first, and returns the first.
+    fn set(&self, error: GpuError) -> GpuError {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error).clone()
     }
 
     fn get(&self) -> Option<GpuError> {
@@ -56,13 +58,14 @@ impl Gpu {
             .map_err(|error| GpuError::Failed { why: error.to_string() })?;
         let gpu = Gpu::on(device, queue, adapter.get_info());
         let fault = gpu.0.fault.clone();
-        gpu.0.device.on_uncaptured_error(Arc::new(move |error| fault.set(told(&error))));
+        gpu.0.device.on_uncaptured_error(Arc::new(move |error| drop(fault.set(told(&error)))));
         let fault = gpu.0.fault.clone();
-        gpu.0.device.set_device_lost_callback(move |reason, why| fault.set(lost(reason, &why)));
+        gpu.0.device.set_device_lost_callback(move |reason, why| drop(fault.set(lost(reason, &why))));
         Ok(gpu)
     }
 
-    /// A device that somebody else opened. Its error handlers stay as they are.
+    /// A device that somebody else opened. Its error handlers stay as they are, so its loss is not
+    /// told: it is seen when the next command fails, as [`GpuError::Lost`] or [`GpuError::Failed`].
     pub fn on(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo) -> Gpu {
         let limits = device.limits();
         let memory = Arc::default();
@@ -99,7 +102,7 @@ impl Gpu {
     /// Destroys the device, as a driver's reset would: for tests of what follows.
     pub fn lose(&self) {
         self.0.device.destroy();
-        self.0.fault.set(lost(wgpu::DeviceLostReason::Destroyed, "it was given up"));
+        self.fell("it was given up");
     }
 
     /// The device behind it.
@@ -138,15 +141,28 @@ impl Gpu {
     /// What [`Gpu::health`] says then.
     pub fn wait(&self) -> Result<(), GpuError> {
         self.health()?;
-        self.poll(wgpu::PollType::wait_indefinitely());
+        while !self.poll(wgpu::PollType::wait_indefinitely()) {
+            self.health()?;
+        }
         self.health()
     }
 
-    /// Lets callbacks run.
-    pub(crate) fn poll(&self, how: wgpu::PollType) {
-        if let Err(error @ wgpu::PollError::WrongSubmissionIndex(..)) = self.0.device.poll(how) {
-            self.0.fault.set(GpuError::Failed { why: error.to_string() });
+    /// Lets callbacks run. False where what it waits for took too long, and may yet come.
+    pub(crate) fn poll(&self, how: wgpu::PollType) -> bool {
+        // wgpu panics where a driver reports its loss while it is polled. A driver that is reset is
+        // no broken invariant of ours; no lock is held and nothing is left half done by then.
+        match catch_unwind(AssertUnwindSafe(|| self.0.device.poll(how))) {
+            Ok(Ok(_)) => return true,
+            Ok(Err(wgpu::PollError::Timeout)) => return false,
+            Ok(Err(error)) => drop(self.0.fault.set(GpuError::Failed { why: error.to_string() })),
+            Err(_) => drop(self.fell("the driver gave it up")),
         }
+        true
+    }
+
+    /// Keeps for [`Gpu::health`] that the device is lost, and returns what is known of it.
+    pub(crate) fn fell(&self, why: &str) -> GpuError {
+        self.0.fault.set(GpuError::Lost { why: why.to_owned() })
     }
 
     pub(crate) fn memory(&self) -> &Arc<AtomicU64> {
@@ -154,31 +170,33 @@ impl Gpu {
     }
 
     /// Runs `work` and returns what went wrong in it.
-    pub(crate) fn scoped<R>(&self, work: impl FnOnce() -> R) -> (R, Option<GpuError>) {
+    pub(crate) fn scoped<R>(&self, work: impl FnOnce() -> R) -> (R, Option<wgpu::Error>) {
         use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
         let device = &self.0.device;
         let scopes = [OutOfMemory, Internal, Validation].map(|filter| device.push_error_scope(filter));
         let result = work();
         // Scopes are a stack: the last is popped first.
-        let errors = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
-        (result, errors.map(|error| told(&error)).next())
+        let errors = scopes.into_iter().rev().map(|scope| pollster::block_on(scope.pop()));
+        (result, errors.fold(None, Option::or))
     }
 
     /// Runs `work` and keeps what went wrong in it for [`Gpu::health`].
     pub(crate) fn watched<R>(&self, work: impl FnOnce() -> R) -> R {
-        let (result, fault) = self.scoped(work);
-        if let Some(fault) = fault {
-            self.0.fault.set(fault);
+        let (result, error) = self.scoped(work);
+        if let Some(error) = error {
+            self.0.fault.set(told(&error));
         }
         result
     }
 }
 
-fn told(error: &wgpu::Error) -> GpuError {
-    match error {
-        wgpu::Error::OutOfMemory { .. } => GpuError::OutOfMemory { label: "a command".to_owned(), bytes: 0 },
-        other => GpuError::Failed { why: other.to_string() },
-    }
+/// What wgpu says of a command.
+pub(crate) fn told(error: &wgpu::Error) -> GpuError {
+    let why = match error {
+        wgpu::Error::OutOfMemory { .. } => "it has no memory left for it".to_owned(),
+        other => other.to_string(),
+    };
+    GpuError::Failed { why }
 }
 
 fn lost(reason: wgpu::DeviceLostReason, why: &str) -> GpuError {

@@ -3,7 +3,8 @@
 use std::num::NonZeroU64;
 use std::sync::Arc;
 
-use crate::reflect::reflect;
+use crate::gpu::told;
+use crate::reflect::{Reflection, reflect};
 use crate::{Access, Bindable, Binding, Gpu, GpuError};
 
 /// A compute pipeline, and what its source says of it. Cheap to clone.
@@ -44,18 +45,42 @@ impl Gpu {
         let wrong = |why| GpuError::Shader { label: label.to_owned(), why };
         let source = sources.join("\n");
         let read = reflect(&source, entry, overrides).map_err(wrong)?;
-        let ((pipeline, layouts), fault) = self.scoped(|| {
+        fits(&read, self.limits()).map_err(wrong)?;
+        let ((pipeline, layouts), error) = self.scoped(|| {
             let layouts = layouts(self.device(), label, &read.bindings);
             (pipeline(self.device(), label, source, entry, overrides, &layouts), layouts)
         });
-        match fault {
-            None => {}
-            Some(GpuError::Failed { why }) => return Err(wrong(why)),
-            Some(other) => return Err(other),
+        match error {
+            // A device that is lost tells only its callback.
+            None => self.health()?,
+            Some(error @ wgpu::Error::OutOfMemory { .. }) => return Err(told(&error)),
+            Some(error) => return Err(wrong(error.to_string())),
         }
         let (bindings, workgroup_size) = (read.bindings, read.workgroup_size);
         Ok(Kernel(Arc::new(Inner { label: label.to_owned(), pipeline, layouts, bindings, workgroup_size })))
     }
+}
+
+/// wgpu checks these before `override` declarations have their values.
+fn fits(read: &Reflection, limits: &wgpu::Limits) -> Result<(), String> {
+    let [x, y, z] = read.workgroup_size;
+    let most = limits.max_compute_invocations_per_workgroup;
+    let [mx, my, mz] = [
+        limits.max_compute_workgroup_size_x,
+        limits.max_compute_workgroup_size_y,
+        limits.max_compute_workgroup_size_z,
+    ];
+    let count = [x, y, z].into_iter().map(u64::from).fold(1, u64::saturating_mul);
+    if x > mx || y > my || z > mz || count > most.into() {
+        return Err(format!(
+            "a workgroup of {x} × {y} × {z} invocations; this GPU allows {mx} × {my} × {mz} and {most} in all"
+        ));
+    }
+    let limit = limits.max_compute_workgroup_storage_size;
+    if read.shared > limit.into() {
+        return Err(format!("a workgroup shares {} bytes; this GPU allows {limit}", read.shared));
+    }
+    Ok(())
 }
 
 /// One layout for each group up to the last that is used.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use crate::gpu::told;
 use crate::{Gpu, GpuError};
 
 /// A buffer of the device, counted as long as it is alive.
@@ -33,13 +34,14 @@ impl Gpu {
         }
         let descriptor =
             wgpu::BufferDescriptor { label: Some(label), size: bytes, usage, mapped_at_creation: false };
-        let (buffer, fault) = self.scoped(|| self.device().create_buffer(&descriptor));
-        match fault {
-            None => {}
-            Some(GpuError::OutOfMemory { .. }) => {
+        let (buffer, error) = self.scoped(|| self.device().create_buffer(&descriptor));
+        match error {
+            // A device that is lost tells only its callback.
+            None => self.health()?,
+            Some(wgpu::Error::OutOfMemory { .. }) => {
                 return Err(GpuError::OutOfMemory { label: label.to_owned(), bytes });
             }
-            Some(other) => return Err(other),
+            Some(other) => return Err(told(&other)),
         }
         let used = self.memory().clone();
         used.fetch_add(bytes, Ordering::Relaxed);

@@ -100,10 +100,10 @@ impl<T: Pod> ReadBack<T> {
         while self.state() == State::Pending && gpu.health().is_ok() {
             gpu.poll(wgpu::PollType::wait_indefinitely());
         }
-        if self.state() != State::Mapped {
-            self.set(State::Idle);
-            gpu.health()?;
-            return Err(GpuError::Lost { why: "a read-back never arrived".to_owned() });
+        // Memory of a lost device cannot be looked at, even where it was mapped before.
+        gpu.health()?;
+        if self.state() == State::Failed {
+            return Err(gpu.fell("a read-back never arrived"));
         }
         sink.clear();
         let bytes = self.memory.buffer.get_mapped_range(..);

@@ -1,9 +1,12 @@
 //! What a kernel's source says of itself, read by naga: its bindings and its workgroup's size.
 
-use std::collections::HashMap;
+use std::error::Error;
+
 use wgpu::naga;
 
-use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use naga::back::pipeline_constants::process_overrides;
+use naga::front::wgsl::parse_str;
+use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, ShaderStage, StorageAccess};
 
 /// A buffer that a kernel uses, as its source declares it.
@@ -36,36 +39,51 @@ pub(crate) struct Reflection {
     /// By group, then by binding.
     pub bindings: Vec<Binding>,
     pub workgroup_size: [u32; 3],
+    /// Memory that the invocations of a workgroup share [bytes].
+    pub shared: u64,
 }
 
-/// Reads what `entry` uses of `source`.
+/// Reads what `entry` uses of `source`, where its overrides have these values.
 ///
 /// # Errors
 /// In the compiler's words, with the lines that it speaks of.
 pub(crate) fn reflect(source: &str, entry: &str, overrides: &[(&str, f64)]) -> Result<Reflection, String> {
-    let module = naga::front::wgsl::parse_str(source).map_err(|error| error.emit_to_string(source))?;
+    let module = parse_str(source).map_err(|error| error.emit_to_string(source))?;
     let info = Validator::new(ValidationFlags::all(), Capabilities::all())
         .validate(&module)
         .map_err(|error| error.emit_to_string(source))?;
-    let (index, point) = module
-        .entry_points
-        .iter()
-        .enumerate()
-        .find(|(_, point)| point.name == entry && point.stage == ShaderStage::Compute)
-        .ok_or_else(|| format!("there is no compute entry point `{entry}` in it"))?;
-    let _ = point;
+    let index = point_of(&module, entry)?;
+    let values = overrides.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
+    let point = Some((ShaderStage::Compute, module.entry_points[index].name.as_str()));
+    let (module, info) =
+        process_overrides(&module, &info, point, &values).map_err(|error| in_full(&error))?;
+    let index = point_of(&module, entry)?;
+    let uses = info.get_entry_point(index);
+    let used = || module.global_variables.iter().filter(|(handle, _)| !uses[*handle].is_empty());
+    let mut bindings: Vec<Binding> = used().filter_map(|(_, variable)| declared(&module, variable)).collect();
+    bindings.sort_by_key(|one| (one.group, one.binding));
+    let shared = used().filter(|(_, variable)| variable.space == AddressSpace::WorkGroup);
     Ok(Reflection {
-        bindings: bindings(&module, &info, index),
-        workgroup_size: workgroup_size(&module, &info, entry, overrides)?,
+        bindings,
+        workgroup_size: module.entry_points[index].workgroup_size,
+        shared: shared.map(|(_, variable)| size(&module, variable).next_multiple_of(16)).sum(),
     })
 }
 
-fn bindings(module: &Module, info: &ModuleInfo, entry: usize) -> Vec<Binding> {
-    let uses = info.get_entry_point(entry);
-    let used = module.global_variables.iter().filter(|(handle, _)| !uses[*handle].is_empty());
-    let mut found: Vec<Binding> = used.filter_map(|(_, variable)| declared(module, variable)).collect();
-    found.sort_by_key(|one| (one.group, one.binding));
-    found
+fn point_of(module: &Module, entry: &str) -> Result<usize, String> {
+    let is_it = |point: &naga::EntryPoint| point.name == entry && point.stage == ShaderStage::Compute;
+    let found = module.entry_points.iter().position(is_it);
+    found.ok_or_else(|| format!("there is no compute entry point `{entry}` in it"))
+}
+
+/// An error and what is behind it.
+fn in_full(error: &dyn Error) -> String {
+    let chain = std::iter::successors(Some(error), |&error| error.source());
+    chain.map(ToString::to_string).collect::<Vec<_>>().join(": ")
+}
+
+fn size(module: &Module, variable: &naga::GlobalVariable) -> u64 {
+    module.types[variable.ty].inner.size(module.to_ctx()).into()
 }
 
 fn declared(module: &Module, variable: &naga::GlobalVariable) -> Option<Binding> {
@@ -76,23 +94,6 @@ fn declared(module: &Module, variable: &naga::GlobalVariable) -> Option<Binding>
         AddressSpace::Storage { .. } => Access::Read,
         _ => return None,
     };
-    let size = module.types[variable.ty].inner.size(module.to_ctx()).into();
     let name = variable.name.clone().unwrap_or_default();
-    Some(Binding { name, group: at.group, binding: at.binding, access, size })
-}
-
-fn workgroup_size(
-    module: &Module,
-    info: &ModuleInfo,
-    entry: &str,
-    overrides: &[(&str, f64)],
-) -> Result<[u32; 3], String> {
-    let values: HashMap<String, f64> =
-        overrides.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
-    let values = values.into_iter().collect();
-    let point = Some((ShaderStage::Compute, entry));
-    let (fixed, _) = naga::back::pipeline_constants::process_overrides(module, info, point, &values)
-        .map_err(|error| error.to_string())?;
-    let point = fixed.entry_points.iter().find(|point| point.name == entry);
-    point.map(|point| point.workgroup_size).ok_or_else(|| format!("entry point `{entry}` was lost"))
+    Some(Binding { name, group: at.group, binding: at.binding, access, size: size(module, variable) })
 }
