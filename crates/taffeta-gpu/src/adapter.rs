@@ -177,6 +177,12 @@ mod tests {
     }
 
     #[test]
+    fn what_is_likely_to_be_fast_comes_first() {
+        use Kind::{Discrete, Integrated, Software, Unknown, Virtual};
+        assert!([Discrete, Integrated, Virtual, Unknown, Software].is_sorted());
+    }
+
+    #[test]
     fn a_number_is_never_part_of_a_name() {
         let error = named("5").among(&several()[2..]).expect_err("there is no number 5");
         assert_eq!(

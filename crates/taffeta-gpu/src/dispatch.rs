@@ -40,7 +40,7 @@ impl DispatchList {
         self.stage = name;
     }
 
-    /// Runs a kernel in `groups` workgroups; nothing where that is 0.
+    /// Runs a kernel in `groups` workgroups.
     ///
     /// `offsets` choose the records of group 0's uniforms, in the order of their bindings. Where one
     /// dimension does not hold that many workgroups they are spread over two: the kernel's number of
@@ -52,7 +52,6 @@ impl DispatchList {
     pub fn dispatch(&mut self, bound: &Bound, offsets: &[u32], groups: u32) {
         bound.check_offsets(offsets);
         match fold(groups, bound.most_groups()) {
-            _ if groups == 0 => {}
             Some(groups) => {
                 self.push(Work::Dispatch { bound: bound.clone(), offsets: offsets.to_vec(), groups });
             }
@@ -140,7 +139,7 @@ mod tests {
 
     #[test]
     fn groups_are_spread_over_two_dimensions_with_less_than_a_row_too_many() {
-        for groups in [1, 64, 65_535, 65_536, 131_071, 1_000_003, 65_535 * 65_535] {
+        for groups in [0, 1, 64, 65_535, 65_536, 131_071, 1_000_003, 65_535 * 65_535] {
             let [x, y] = fold(groups, 65_535).expect("it fits");
             assert!(x <= 65_535 && y <= 65_535, "{groups}");
             assert!((0..y).contains(&(x * y - groups)), "{groups}: {x} times {y}");

@@ -82,3 +82,17 @@ fn add(total: &mut Vec<(&'static str, f64)>, stage: &'static str, seconds: f64) 
         None => total.push((stage, seconds)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::add;
+
+    #[test]
+    fn a_stage_that_comes_back_is_added_to_what_it_took_before() {
+        let mut total = Vec::new();
+        for (stage, seconds) in [("one", 1.0), ("two", 2.0), ("one", 4.0)] {
+            add(&mut total, stage, seconds);
+        }
+        assert_eq!(total, [("one", 5.0), ("two", 2.0)]);
+    }
+}

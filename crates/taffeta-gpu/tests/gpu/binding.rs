@@ -52,6 +52,19 @@ fn a_kernel_has_the_bindings_that_its_entry_point_uses() {
 }
 
 #[test]
+fn a_kernel_alone_in_its_source_has_no_binding_that_it_leaves_alone() {
+    let gpu = open();
+    let source = "
+        @group(0) @binding(0) var<storage, read_write> unused: array<u32>;
+        @group(0) @binding(1) var<storage, read_write> values: array<u32>;
+        fn first() -> u32 { return values[0]; }
+        @compute @workgroup_size(1) fn main() { values[1] = first(); }";
+    let kernel = gpu.kernel("alone", &[source], "main", &[]).expect("a kernel");
+    assert_eq!(kernel.bindings().iter().map(|b| &*b.name).collect::<Vec<_>>(), ["values"]);
+    assert_eq!(gpu.health(), Ok(()));
+}
+
+#[test]
 fn each_dispatch_sees_the_record_that_its_offset_chooses() {
     let gpu = open();
     let told = gpu.uniforms("told", 3).expect("uniforms");
