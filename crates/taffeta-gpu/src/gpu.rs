@@ -92,9 +92,12 @@ impl Gpu {
         self.0.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
     }
 
+    /// Whether all is well so far. What went wrong once stays: results after it mean nothing.
+    ///
     /// # Errors
-    /// The first thing that went wrong since the device was opened and that no call has returned:
-    /// lost, out of memory, or a command that the driver refused.
+    /// The first of: [`GpuError::Lost`], and [`GpuError::Failed`] for a command that the device
+    /// refused or had no memory for. What a call that makes something returned as its own error
+    /// ([`GpuError::TooLarge`], [`GpuError::OutOfMemory`], [`GpuError::Shader`]) is not among them.
     pub fn health(&self) -> Result<(), GpuError> {
         self.0.fault.get().map_or(Ok(()), Err)
     }

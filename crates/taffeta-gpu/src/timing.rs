@@ -14,6 +14,7 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::NoTimestamps`] where the device has none, else those of [`Gpu::submit`].
     pub fn submit_timed(&self, list: &DispatchList) -> Result<Vec<(&'static str, f64)>, GpuError> {
+        self.health()?;
         if !self.has_timestamps() {
             return Err(GpuError::NoTimestamps);
         }
