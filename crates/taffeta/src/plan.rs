@@ -2,23 +2,22 @@
 
 use crate::assembly::Assembly;
 use crate::collision::shape::ColliderNow;
-use crate::integrate::keyframes::{Pose, scale_at};
+use crate::integrate::keyframes::{Track, scale_at};
+use crate::integrate::pins::Motion;
 use crate::real::Real;
 
 /// A sub-step.
 pub struct Substep<T> {
     /// Length [s].
     pub h: T,
-    /// Length [s], in f64.
-    pub seconds: f64,
-    /// Poses of each track at its start and at its end.
-    pub poses: Vec<(Pose, Pose)>,
+    /// Motion of each track.
+    pub motions: Vec<Motion<T>>,
     /// Colliders at its end.
     pub colliders: Vec<ColliderNow<T>>,
     /// Scale of each load at its start.
     pub scales: Vec<T>,
-    /// Nodes moved by hand: share of the way, of the frame, before and after.
-    pub hand: (f64, f64),
+    /// Share of the frame that has gone by at its end, and that share's rate [1/s].
+    pub hand: (T, T),
     /// Whether it is the last of its frame, after which contacts are counted.
     pub last: bool,
 }
@@ -33,13 +32,17 @@ pub fn frame<T: Real>(assembly: &Assembly, start: f64) -> Vec<Substep<T>> {
             let t = start + offset;
             Substep {
                 h: T::from_f64(h),
-                seconds: h,
-                poses: assembly.tracks.iter().map(|track| (track.pose(t), track.pose(t + h))).collect(),
+                motions: assembly.tracks.iter().map(|track| motion(track, t, h)).collect(),
                 colliders: assembly.colliders.iter().map(|collider| collider.at(t, h)).collect(),
                 scales: assembly.loads.iter().map(|load| T::from_f64(scale_at(&load.scale, t))).collect(),
-                hand: (offset / time.dt, (offset + h) / time.dt),
+                hand: (T::from_f64((offset + h) / time.dt), T::from_f64(1.0 / time.dt)),
                 last: index + 1 == count,
             }
         })
         .collect()
+}
+
+/// The motion of a track over a sub-step from `t` on, of `h` seconds.
+fn motion<T: Real>(track: &Track, t: f64, h: f64) -> Motion<T> {
+    Motion::new(&track.pose(t), &track.pose(t + h), h)
 }

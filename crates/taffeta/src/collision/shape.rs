@@ -74,9 +74,10 @@ impl<T: Real> Solid<T> for SphereNow<T> {
     #[inline(always)]
     fn depth_and_normal(&self, x: [T; 3]) -> (T, [T; 3]) {
         let d = sub(x, self.center);
-        let distance = norm(d);
+        let squared = dot(d, d);
+        let distance = squared.sqrt();
         // At the very centre every way out is as good: up.
-        let far = distance * distance > T::TINY;
+        let far = squared > T::TINY;
         let inverse = T::ONE / if far { distance } else { T::ONE };
         let normal = if far { scale(d, inverse) } else { [T::ZERO, T::ONE, T::ZERO] };
         (self.radius - distance, normal)

@@ -28,9 +28,10 @@ struct Depth {
 
 fn sphere_depth(center: vec3f, radius: f32, x: vec3f) -> Depth {
     let d = x - center;
-    let distance = norm3(d);
+    let squared = dot3(d, d);
+    let distance = sqrt(squared);
     // At the very centre every way out is as good: up.
-    let far = distance * distance > TINY;
+    let far = squared > TINY;
     let inverse = 1.0 / select(1.0, distance, far);
     return Depth(select(vec3f(0.0, 1.0, 0.0), d * inverse, far), radius - distance);
 }

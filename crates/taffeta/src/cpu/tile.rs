@@ -9,6 +9,7 @@ use super::worker::Scratch;
 use crate::assembly::LoadKind;
 use crate::forces::external;
 use crate::integrate::euler;
+use crate::integrate::pins::on_the_way;
 use crate::plan::Substep;
 use crate::real::{Real, add, scale};
 use crate::step::Tile;
@@ -95,13 +96,12 @@ impl<T: Real> Tile for CpuTile<'_, T> {
         }
         for (_, run) in self.plan.runs() {
             for pin in within(moving, &run, |pin| pin.node) {
-                let (before, after) = &self.substep.poses[pin.track as usize];
-                self.put(pin.node, before.apply(pin.start), after.apply(pin.start));
+                let motion = &self.substep.motions[pin.track as usize];
+                self.put(pin.node, motion.apply(pin.start.map(T::from_f64)));
             }
-            for &(node, start, goal) in within(moves, &run, |&(node, ..)| node) {
-                let on_the_way = |s: f64| std::array::from_fn(|i| start[i] + s * (goal[i] - start[i]));
-                let (before, after) = self.substep.hand;
-                self.put(node, on_the_way(before), on_the_way(after));
+            for &(node, from, to) in within(moves, &run, |&(node, ..)| node) {
+                let ((share, rate), [from, to]) = (self.substep.hand, [from, to].map(|x| x.map(T::from_f64)));
+                self.put(node, on_the_way(from, to, share, rate));
             }
         }
     }
@@ -137,12 +137,12 @@ impl<'a, T: Real> CpuTile<'a, T> {
     }
 
     /// Moves a pinned node, with the velocity of its way.
-    fn put(&self, node: u32, before: [f64; 3], after: [f64; 3]) {
+    fn put(&self, node: u32, (place, velocity): ([T; 3], [T; 3])) {
         let node = node as usize;
         let state = self.after(&(node..node + 1));
         for axis in 0..3 {
-            state[axis][0] = T::from_f64(after[axis]);
-            state[3 + axis][0] = T::from_f64((after[axis] - before[axis]) / self.substep.seconds);
+            state[axis][0] = place[axis];
+            state[3 + axis][0] = velocity[axis];
         }
     }
 

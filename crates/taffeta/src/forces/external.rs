@@ -16,13 +16,25 @@ pub fn lever<T: Real>(x: [T; 3], axis: [T; 3], about: [T; 3]) -> [T; 3] {
 
 /// The factor [N/m] on each lever so that the moments about the axis add up to `torque` [N·m]:
 /// f_i = τ (a × r_i)/Σ|a × r_j|², hence Σ a·(r_i × f_i) = τ. Nodes on the axis alone carry none.
+///
+/// The sum is taken in [`SUM_LANES`] lanes, then by halves, as a workgroup of a GPU does it.
 pub fn torque_factor<T: Real>(torque: T, levers: impl Iterator<Item = [T; 3]>) -> T {
-    let mut sum = T::ZERO;
-    for lever in levers {
-        sum += dot(lever, lever);
+    let mut lanes = [T::ZERO; SUM_LANES];
+    for (index, lever) in levers.enumerate() {
+        lanes[index % SUM_LANES] += dot(lever, lever);
     }
-    if sum > T::TINY { torque / sum } else { T::ZERO }
+    let mut half = SUM_LANES / 2;
+    while half > 0 {
+        for lane in 0..half {
+            lanes[lane] = lanes[lane] + lanes[lane + half];
+        }
+        half /= 2;
+    }
+    if lanes[0] > T::TINY { torque / lanes[0] } else { T::ZERO }
 }
+
+/// Lanes of a sum over the nodes of a torque.
+pub const SUM_LANES: usize = 256;
 
 /// Force of a shared torque on one node [N].
 #[inline(always)]

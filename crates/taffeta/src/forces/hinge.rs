@@ -5,7 +5,7 @@
 //! Fedkiw, "Simulation of Clothing with Folds and Wrinkles", 2003, sec. 4, and Tamstorf, Grinspun, "Discrete
 //! bending forces and their Jacobians", 2013. Damping [N·m·s/rad] opposes dθ/dt.
 
-use crate::real::{Real, add, cross, dot, norm, scale, sub};
+use crate::real::{Real, add, cross, dot, scale, sub};
 
 /// Fold angle [rad] and its gradient [rad/m] at the four corners: edge a, edge b, opposite in the triangle that
 /// runs a→b, opposite in the other. A triangle without area gives no gradient.
@@ -14,17 +14,18 @@ pub fn angle_and_gradient<T: Real>(x: [[T; 3]; 4]) -> (T, [[T; 3]; 4]) {
     let edge = sub(b, a);
     let left = cross(edge, sub(c, a));
     let right = cross(sub(d, a), edge);
-    let (length, area_left, area_right) = (norm(edge), dot(left, left), dot(right, right));
-    if !(length * length > T::TINY && area_left > T::TINY && area_right > T::TINY) {
+    let (squared, area_left, area_right) = (dot(edge, edge), dot(left, left), dot(right, right));
+    if !(squared > T::TINY && area_left > T::TINY && area_right > T::TINY) {
         return (T::ZERO, [[T::ZERO; 3]; 4]);
     }
+    let length = squared.sqrt();
     let sine = dot(cross(left, right), edge) / length;
     let theta = sine.atan2(dot(left, right));
     // ∇θ at the opposite corners: along the normals, with 1/height.
     let at_c = scale(left, -(length / area_left));
     let at_d = scale(right, -(length / area_right));
     // The rest is shared by the edge's ends so that a rigid motion does not change θ.
-    let inverse = T::ONE / (length * length);
+    let inverse = T::ONE / squared;
     let (along_c, along_d) = (dot(sub(c, a), edge) * inverse, dot(sub(d, a), edge) * inverse);
     let at_b = add(scale(at_c, -along_c), scale(at_d, -along_d));
     let at_a = add(scale(at_c, along_c - T::ONE), scale(at_d, along_d - T::ONE));

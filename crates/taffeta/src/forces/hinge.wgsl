@@ -23,19 +23,21 @@ fn fold_of(a: vec3f, b: vec3f, c: vec3f, d: vec3f) -> Fold {
     let edge = b - a;
     let left = cross3(edge, c - a);
     let right = cross3(d - a, edge);
-    let length = norm3(edge);
+    let squared = dot3(edge, edge);
     let area_left = dot3(left, left);
     let area_right = dot3(right, right);
-    if !(length * length > TINY && area_left > TINY && area_right > TINY) {
+    if !(squared > TINY && area_left > TINY && area_right > TINY) {
         return Fold(vec3f(0.0), 0.0, vec3f(0.0), vec3f(0.0), vec3f(0.0));
     }
+    // A compiler may take the square of a root for the number itself: it is not squared again.
+    let length = sqrt(squared);
     let sine = dot3(cross3(left, right), edge) / length;
     let theta = angle_of(sine, dot3(left, right));
     // ∇θ at the opposite corners: along the normals, with 1/height.
     let at_c = left * -(length / area_left);
     let at_d = right * -(length / area_right);
     // The rest is shared by the edge's ends so that a rigid motion does not change θ.
-    let inverse = 1.0 / (length * length);
+    let inverse = 1.0 / squared;
     let along_c = dot3(c - a, edge) * inverse;
     let along_d = dot3(d - a, edge) * inverse;
     let at_b = at_c * -along_c + at_d * -along_d;

@@ -2,7 +2,7 @@
 //! (`tests.rs` compares them).
 
 use crate::collision::shape::{ColliderNow, ShapeNow};
-use crate::integrate::keyframes::Pose;
+use crate::integrate::pins;
 use bytemuck::{Pod, Zeroable};
 
 /// Position or velocity in the first three; inverse mass [1/kg] or mass [kg] in the last.
@@ -65,7 +65,7 @@ pub struct Motion {
 pub struct Pin {
     pub start: [f32; 3],
     pub node: u32,
-    pub way: [f32; 3],
+    pub goal: [f32; 3],
     pub track: u32,
 }
 
@@ -224,17 +224,9 @@ impl From<&ColliderNow<f32>> for Collider {
     }
 }
 
-impl Motion {
-    /// The motion that ends a step of `seconds` at `after`, having been at `before`.
-    pub fn new(before: &Pose, after: &Pose, seconds: f64) -> Self {
-        let row = |i: usize| -> Four {
-            let [a, b, c] = after.rotation[i];
-            [a, b, c, after.shift[i]].map(|number| number as f32)
-        };
-        let rate = |i: usize| -> Four {
-            let turn = |j: usize| ((after.rotation[i][j] - before.rotation[i][j]) / seconds) as f32;
-            [turn(0), turn(1), turn(2), ((after.shift[i] - before.shift[i]) / seconds) as f32]
-        };
-        Self { x: row(0), y: row(1), z: row(2), rate_x: rate(0), rate_y: rate(1), rate_z: rate(2) }
+impl From<&pins::Motion<f32>> for Motion {
+    fn from(motion: &pins::Motion<f32>) -> Self {
+        let ([x, y, z], [rate_x, rate_y, rate_z]) = (motion.place, motion.rate);
+        Self { x, y, z, rate_x, rate_y, rate_z }
     }
 }

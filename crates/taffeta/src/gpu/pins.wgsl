@@ -15,8 +15,8 @@ fn pins_all(
         return;
     }
     let pin = pins[index];
-    var x = pin.start + substeps[0].hand_share * pin.way;
-    var v = substeps[0].hand_rate * pin.way;
+    var x = on_the_way(pin.start, pin.goal, substeps[0].hand_share);
+    var v = (pin.goal - pin.start) * substeps[0].hand_rate;
     if pin.track != BY_HAND {
         let motion = motions[substeps[0].first_motion + pin.track];
         x = affine(motion.x, motion.y, motion.z, pin.start);

@@ -187,7 +187,7 @@ impl Segment {
         let moved = inside.map(|&(node, from, to)| Pin {
             start: from.map(|c| c as f32),
             node: node - first,
-            way: std::array::from_fn(|axis| (to[axis] - from[axis]) as f32),
+            goal: to.map(|c| c as f32),
             track: BY_HAND,
         });
         self.tables.pins.iter().copied().chain(moved).collect()
@@ -207,10 +207,8 @@ impl Segment {
         let with_colliders = if still { &substeps[..substeps.len().min(1)] } else { substeps };
         let colliders: Vec<Collider> =
             with_colliders.iter().flat_map(|substep| substep.colliders.iter().map(Collider::from)).collect();
-        let motions: Vec<Motion> = substeps
-            .iter()
-            .flat_map(|s| s.poses.iter().map(|(before, after)| Motion::new(before, after, s.seconds)))
-            .collect();
+        let motions: Vec<Motion> =
+            substeps.iter().flat_map(|substep| substep.motions.iter().map(Motion::from)).collect();
         let numbers = &self.tables.load_numbers;
         let scales: Vec<f32> =
             substeps.iter().flat_map(|s| numbers.iter().map(|&load| s.scales[load])).collect();
@@ -222,10 +220,10 @@ impl Segment {
             drag: world.drag as f32,
             first_collider: if still { 0 } else { (index * s.colliders.len()) as u32 },
             colliders: s.colliders.len() as u32,
-            first_motion: (index * s.poses.len()) as u32,
+            first_motion: (index * s.motions.len()) as u32,
             first_scale: (index * numbers.len()) as u32,
-            hand_share: s.hand.1 as f32,
-            hand_rate: ((s.hand.1 - s.hand.0) / s.seconds) as f32,
+            hand_share: s.hand.0,
+            hand_rate: s.hand.1,
             hand_forces: forces.len() as u32,
             pins: pins.len() as u32,
             left: (all - index) as u32,

@@ -233,7 +233,7 @@ impl Tables {
             .map(|pin| Pin {
                 start: pin.start.map(|c| c as f32),
                 node: self.local(pin.node as usize),
-                way: [0.0; 3],
+                goal: [0.0; 3],
                 track: pin.track,
             })
             .collect();

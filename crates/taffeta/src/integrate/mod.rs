@@ -2,3 +2,4 @@
 
 pub mod euler;
 pub mod keyframes;
+pub mod pins;

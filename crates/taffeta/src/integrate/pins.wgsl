@@ -1,7 +1,7 @@
 // Nodes that are moved: by keyframes, or by the program.
 //
-// The host evaluates motions in 64 bits (integrate/keyframes.rs). It hands over, for the end of each sub-step, the pose
-// and the rate at which it was reached, (R₁ − R₀)/h and (s₁ − s₀)/h: the difference of two rounded places over a
+// Motions are evaluated in 64 bits on the host (integrate/keyframes.rs). A sub-step is told the pose at its end and the
+// rate at which it was reached, (R₁ − R₀)/h and (s₁ − s₀)/h: in 32 bits, the difference of two rounded places over a
 // short step would be mostly noise.
 
 /// A pose x = R x₀ + s by rows (R, s), and its rate.
@@ -17,11 +17,11 @@ struct Motion {
 
 /// A node that moves.
 struct Pin {
-    /// Where it starts [m].
+    /// Where it starts, or where the program moves it from in this frame [m].
     start: vec3f,
     node: u32,
-    /// The way that the program moves it in this frame [m].
-    way: vec3f,
+    /// Where the program moves it to [m].
+    goal: vec3f,
     /// The motion that it follows; BY_HAND: the program's.
     track: u32,
 }
@@ -30,4 +30,9 @@ const BY_HAND: u32 = 0xffffffffu;
 
 fn affine(x: vec4f, y: vec4f, z: vec4f, p: vec3f) -> vec3f {
     return vec3f(dot3(x.xyz, p), dot3(y.xyz, p), dot3(z.xyz, p)) + vec3f(x.w, y.w, z.w);
+}
+
+/// The place [m] on the straight way from one place to another, when a `share` of the frame has gone by.
+fn on_the_way(start: vec3f, goal: vec3f, share: f32) -> vec3f {
+    return start * (1.0 - share) + goal * share;
 }
