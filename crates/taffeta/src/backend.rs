@@ -49,6 +49,10 @@ pub trait Backend: Send {
     fn is_free(&self, node: usize) -> bool;
     /// Appends the little-endian bytes of a node's position, or of its velocity.
     fn bytes(&self, node: usize, velocity: bool, sink: &mut Vec<u8>);
+    /// Unit normals of a body's nodes in user order, if the backend computes them itself.
+    fn normals(&self, _body: usize) -> Option<Vec<[f32; 3]>> {
+        None
+    }
     /// Number of workers on the CPU.
     fn threads(&self) -> usize;
     /// What it computes on.

@@ -394,12 +394,25 @@ impl Simulation {
     /// # Panics
     /// Where there is no body with this index.
     pub fn normals(&self, body: usize) -> Vec<[f32; 3]> {
+        let of_nodes = self.backend.normals(body).unwrap_or_else(|| self.node_normals(body));
         let body = &self.backend.assembly().bodies[body];
-        let places: Vec<_> =
-            (0..body.nodes).map(|node| self.backend.position(body.solver_index(node))).collect();
-        let of_nodes = normals::normals(&places, &body.user_surface().triangles);
         let of_vertex = |vertex| body.node_of_vertex(vertex).map_or([0.0, 1.0, 0.0], |node| of_nodes[node]);
-        (0..body.vertices()).map(|vertex| of_vertex(vertex).map(|c| c as f32)).collect()
+        (0..body.vertices()).map(of_vertex).collect()
+    }
+
+    fn node_normals(&self, body: usize) -> Vec<[f32; 3]> {
+        let body = &self.backend.assembly().bodies[body];
+        let places = (0..body.nodes).map(|node| self.backend.position(body.solver_index(node)));
+        let triangles = body.user_surface().triangles;
+        match self.precision {
+            Precision::F32 => {
+                normals::normals(&places.map(|x| x.map(|c| c as f32)).collect::<Vec<_>>(), &triangles)
+            }
+            Precision::F64 => {
+                let normals = normals::normals(&places.collect::<Vec<_>>(), &triangles);
+                normals.into_iter().map(|n| n.map(|c| c as f32)).collect()
+            }
+        }
     }
 
     /// A body's vertices, faces and texture coordinates, as outputs need them.

@@ -143,3 +143,18 @@ fn wherever_the_gpu_takes_over_the_scene_goes_on_as_on_the_cpu() {
         assert_eq!(both.report().contacts, cpu.report().contacts, "{}", from.name());
     }
 }
+
+#[test]
+fn normals_are_the_same_on_both_also_after_a_frame_and_a_move() {
+    let scene = everything();
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
+    for simulation in [&mut cpu, &mut on_gpu] {
+        run(simulation, 3);
+        simulation.disturb(1e-2, 7);
+    }
+    assert_eq!(farthest(&positions(&cpu), &positions(&on_gpu)), 0.0);
+    for body in 0..2 {
+        assert!(cpu.normals(body) == on_gpu.normals(body), "body {body}");
+        assert!(cpu.normals(body).iter().any(|normal| normal[0] != 0.0));
+    }
+}

@@ -1,21 +1,30 @@
 //! Vertex normals: node-centric, area-weighted (Va, Choi, Hong 2021, sec. 3.5).
 
-use crate::real::{add, cross, norm, scale, sub};
+use crate::real::{Real, dot, scale, sub};
 use crate::topology::Csr;
+
+/// sum + p × q, the products added one after the other, as some shader compilers order them anyway.
+fn add_cross<T: Real>(sum: [T; 3], p: [T; 3], q: [T; 3]) -> [T; 3] {
+    [
+        (sum[0] + p[1] * q[2]) - p[2] * q[1],
+        (sum[1] + p[2] * q[0]) - p[0] * q[2],
+        (sum[2] + p[0] * q[1]) - p[1] * q[0],
+    ]
+}
 
 /// Unit normals of nodes at `places` [m], each the sum over its triangles of normal times area; +y where a node has
 /// none.
-pub fn normals(places: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<[f64; 3]> {
+pub(crate) fn normals<T: Real>(places: &[[T; 3]], triangles: &[[u32; 3]]) -> Vec<[T; 3]> {
     let by_node = Csr::corners(places.len(), triangles);
     (0..places.len())
         .map(|node| {
             let around = by_node.row(node).iter().map(|corner| triangles[*corner as usize / 3]);
-            let sum = around.fold([0.0; 3], |sum, triangle| {
+            let sum = around.fold([T::ZERO; 3], |sum, triangle| {
                 let [a, b, c] = triangle.map(|corner| places[corner as usize]);
-                add(sum, cross(sub(b, a), sub(c, a)))
+                add_cross(sum, sub(b, a), sub(c, a))
             });
-            let length = norm(sum);
-            if length > 0.0 { scale(sum, 1.0 / length) } else { [0.0, 1.0, 0.0] }
+            let squared = dot(sum, sum);
+            if squared > T::TINY { scale(sum, (T::ONE / squared).sqrt()) } else { [T::ZERO, T::ONE, T::ZERO] }
         })
         .collect()
 }
@@ -30,7 +39,7 @@ mod tests {
         let places = [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [-4.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
         let normal = normals(&places, &[[0, 1, 2], [0, 3, 1]]);
         let expected = scale([1.0, 4.0, 0.0], 1.0 / 17.0_f64.sqrt());
-        assert!(norm(sub(normal[0], expected)) < 1e-15);
+        assert!(crate::real::norm(sub(normal[0], expected)) < 1e-15);
         assert_eq!(normal[2], [0.0, 1.0, 0.0]);
     }
 }

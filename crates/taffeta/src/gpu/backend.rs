@@ -3,6 +3,7 @@
 use super::kernels::Kernels;
 use super::layout::Four;
 use super::mirror::{Landing, Mirror};
+use super::normals::Normals;
 use super::recorder::Recorder;
 use super::segment::Segment;
 use super::sums;
@@ -13,8 +14,9 @@ use crate::cpu::Begun;
 use crate::diagnostics::FrameSums;
 use crate::plan;
 use crate::step::{self, Stage};
+use std::collections::HashMap;
 use std::ops::Range;
-use std::sync::OnceLock;
+use std::sync::{Mutex, OnceLock, PoisonError};
 use taffeta_gpu::{DispatchList, Gpu, GpuError};
 
 /// Most sub-steps that are handed over at once.
@@ -68,6 +70,8 @@ pub struct GpuBackend {
     /// Places that were changed in the mirror.
     changed: Range<usize>,
     free: Vec<bool>,
+    /// Of the bodies whose normals were asked for.
+    normals: Mutex<HashMap<usize, Normals>>,
 }
 
 impl From<GpuError> for Lost {
@@ -105,6 +109,7 @@ impl GpuBackend {
             mirror: OnceLock::new(),
             changed: 0..0,
             free,
+            normals: Mutex::default(),
         };
         // What the driver refuses is known before the first frame.
         let substeps = plan::frame(&backend.assembly, 0.0);
@@ -145,6 +150,7 @@ impl GpuBackend {
 
     fn run(&mut self, substeps: &[plan::Substep<f32>], hand: &Hand) -> Result<(), GpuError> {
         self.put_back();
+        self.changed = 0..0;
         let wanted = self.mirror.take().is_some();
         let mut done = 0;
         loop {
@@ -202,11 +208,10 @@ impl GpuBackend {
     }
 
     /// Puts back what was changed on the host.
-    fn put_back(&mut self) {
+    fn put_back(&self) {
         if let Some(mirror) = self.mirror.get().filter(|_| !self.changed.is_empty()) {
             mirror.put(&self.gpu, &self.segments, &self.changed);
         }
-        self.changed = 0..0;
     }
 
     /// Has the state of now sent to the host with `list`.
@@ -229,6 +234,20 @@ impl GpuBackend {
         landings.iter().zip(&self.segments).for_each(|(landing, segment)| landing.copy(segment, &mut list));
         self.gpu.submit(&list)?;
         Mirror::take(&self.gpu, &landings)
+    }
+
+    fn read_normals(&self, body: usize) -> Result<Vec<[f32; 3]>, GpuError> {
+        self.put_back();
+        let found = &self.assembly.bodies[body];
+        let of_body = |segment: &&Segment| segment.tables.places.contains(&found.first);
+        // A body without nodes is in no segment, and has no normals.
+        let Some(segment) = self.segments.iter().find(of_body) else { return Ok(Vec::new()) };
+        let mut all = self.normals.lock().unwrap_or_else(PoisonError::into_inner);
+        if !all.contains_key(&body) {
+            let mut kernels = Kernels::new(self.gpu.clone());
+            all.insert(body, Normals::new(&self.gpu, &mut kernels, segment, found)?);
+        }
+        all[&body].read(&self.gpu, segment)
     }
 
     fn mirror(&self) -> &Mirror {
@@ -316,6 +335,10 @@ impl Backend for GpuBackend {
         let mirror = self.mirror();
         let four = if velocity { mirror.velocity[node] } else { mirror.position[node] };
         four[..3].iter().for_each(|number| sink.extend_from_slice(&number.to_le_bytes()));
+    }
+
+    fn normals(&self, body: usize) -> Option<Vec<[f32; 3]>> {
+        self.read_normals(body).ok()
     }
 
     fn threads(&self) -> usize {

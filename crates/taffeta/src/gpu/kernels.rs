@@ -50,6 +50,10 @@ const PATCHES: &[&str] = &[
 const LOADS_ALONE: &str = include_str!("loads_alone.wgsl");
 const LOADS_GIVEN: &str = include_str!("loads_given.wgsl");
 
+/// Vertex normals need no more of the scene than positions.
+const NORMALS: &[&str] =
+    &[include_str!("../shared/vector.wgsl"), include_str!("../diagnostics/normals.wgsl")];
+
 /// A kernel: its entry point, and whether loads were summed up beforehand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Name {
@@ -72,6 +76,9 @@ impl Name {
 
     /// Its sources, one behind the other.
     pub fn sources(self) -> Vec<&'static str> {
+        if self.entry == "vertex_normals" {
+            return NORMALS.to_vec();
+        }
         let loads = if self.loads_given { LOADS_GIVEN } else { LOADS_ALONE };
         [FORMULAS, &[loads], if self.is_of_patches() { PATCHES } else { STAGES }].concat()
     }
@@ -108,7 +115,11 @@ impl Kernels {
         let kinds = ("KINDS", f64::from(sizes.kinds));
         let (room, steps) =
             (("ROOM", f64::from(sizes.room * PATCH_NODE_BYTES / 4)), ("STEPS", f64::from(sizes.steps)));
-        let overrides = if name.is_of_patches() { &[kinds, room, steps][..] } else { &[kinds] };
+        let overrides = match name.entry {
+            "vertex_normals" => &[][..],
+            _ if name.is_of_patches() => &[kinds, room, steps],
+            _ => &[kinds],
+        };
         let kernel = self.gpu.kernel(name.entry, &name.sources(), name.entry, overrides)?;
         self.made.insert((name, sizes), kernel.clone());
         Ok(kernel)

@@ -6,6 +6,7 @@ mod cost;
 mod kernels;
 mod layout;
 mod mirror;
+mod normals;
 mod patches;
 mod recorder;
 mod segment;

@@ -1,0 +1,59 @@
+//! Vertex normals on the device, of one body.
+
+use super::kernels::{Kernels, Name, Sizes};
+use super::layout::{Four, GROUP};
+use super::segment::Segment;
+use crate::assembly::BodyAssembly;
+use crate::topology::Csr;
+use taffeta_gpu::{Bound, Buffer, DispatchList, Gpu, GpuError};
+
+/// Buffers of one body, bound to the kernel.
+pub struct Normals {
+    /// Unit normals in the first three, by the user's nodes.
+    out: Buffer<Four>,
+    /// Reading either state.
+    bound: [Bound; 2],
+}
+
+impl Normals {
+    /// For a body of a segment.
+    pub fn new(
+        gpu: &Gpu,
+        kernels: &mut Kernels,
+        segment: &Segment,
+        body: &BodyAssembly,
+    ) -> Result<Self, GpuError> {
+        let triangles = body.user_surface().triangles;
+        let by_node = Csr::corners(body.nodes, &triangles);
+        let place = |&node: &u32| (body.solver_index(node as usize) - segment.tables.places.start) as u32;
+        let places: Vec<u32> = triangles.as_flattened().iter().map(place).collect();
+        let places = gpu.buffer_from("corners of triangles", &places)?;
+        let starts = gpu.buffer_from("rows of corners", &by_node.offsets)?;
+        let corners = gpu.buffer_from("corners by node", &by_node.items)?;
+        let out = gpu.buffer("normals", body.nodes)?;
+        let sizes = Sizes { kinds: 1, room: 1, steps: 1 };
+        let kernel = kernels.get(Name::new("vertex_normals"), sizes)?;
+        let bound = [0, 1].map(|from| {
+            kernel.bind(
+                gpu,
+                &[
+                    ("triangle_places", &places),
+                    ("corner_starts", &starts),
+                    ("node_corners", &corners),
+                    ("old_position", &segment.states[from].position),
+                    ("normals", &out),
+                ],
+            )
+        });
+        Ok(Self { out, bound })
+    }
+
+    /// Computes the normals of now, and reads them.
+    pub fn read(&self, gpu: &Gpu, segment: &Segment) -> Result<Vec<[f32; 3]>, GpuError> {
+        let mut list = DispatchList::new();
+        list.stage("normals");
+        list.dispatch(&self.bound[segment.current], &[], self.out.len().div_ceil(GROUP) as u32);
+        gpu.submit(&list)?;
+        Ok(self.out.read(gpu)?.into_iter().map(|[x, y, z, _]| [x, y, z]).collect())
+    }
+}
