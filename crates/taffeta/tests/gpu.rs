@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{build_as, farthest, positions, run};
+use common::{build_as, farthest, near, positions, run};
 use taffeta::scene::{Body, Collider, Force, Icosphere, Keyframe, Mass, Mesh, Scene, Select, Torque};
-use taffeta::taffeta_gpu::{Choice, Gpu};
-use taffeta::{GpuKernels, GpuOptions, Options, Precision, Simulation, Stage};
+use taffeta::taffeta_gpu::{Choice, Gpu, wgpu};
+use taffeta::{GpuKernels, GpuOptions, Options, Precision, Simulation, Stage, StepError};
 
 fn gpu() -> Gpu {
     Gpu::open(&Choice::from_env()).unwrap_or_else(|error| panic!("{error}"))
@@ -157,4 +157,116 @@ fn normals_are_the_same_on_both_also_after_a_frame_and_a_move() {
         assert!(cpu.normals(body) == on_gpu.normals(body), "body {body}");
         assert!(cpu.normals(body).iter().any(|normal| normal[0] != 0.0));
     }
+}
+
+/// A device whose kernels see no more than `bytes` of a buffer.
+fn small_gpu(bytes: u64) -> Gpu {
+    let whole = gpu();
+    let instance = wgpu::Instance::default();
+    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    let adapter = adapters.into_iter().find(|adapter| adapter.get_info().name == whole.info().name);
+    let adapter = adapter.expect("the adapter that was just opened");
+    let required_limits = wgpu::Limits { max_storage_buffer_binding_size: bytes, ..adapter.limits() };
+    let descriptor = wgpu::DeviceDescriptor { required_limits, ..Default::default() };
+    let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).expect("a device");
+    Gpu::on(device, queue, adapter.get_info())
+}
+
+#[test]
+fn what_one_binding_cannot_hold_is_split_by_bodies_and_goes_on_as_one_scene() {
+    let scene = everything();
+    let (mut cpu, options) = (build_as(&scene, Precision::F32, 1), GpuOptions::from(small_gpu(110_000)));
+    let mut split = Simulation::new(&scene, &Options { gpu: Some(options), ..Options::default() }).unwrap();
+    run(&mut cpu, 6);
+    run(&mut split, 6);
+    assert_eq!(farthest(&positions(&cpu), &positions(&split)), 0.0);
+    assert_eq!(cpu.report().contacts, split.report().contacts);
+    assert!(cpu.normals(1) == split.normals(1));
+    assert_eq!(cpu.snapshot().state, split.snapshot().state);
+}
+
+#[test]
+fn a_body_that_no_binding_holds_is_refused_with_the_numbers() {
+    let options = GpuOptions::from(small_gpu(5_000));
+    let error =
+        Simulation::new(&flag(), &Options { gpu: Some(options), ..Options::default() }).err().unwrap();
+    let words = error.to_string();
+    assert!(words.contains("`flag`") && words.contains("9728 bytes") && words.contains("5000"), "{words}");
+}
+
+#[test]
+fn a_device_that_is_lost_ends_the_run_and_the_last_snapshot_goes_on() {
+    let device = gpu();
+    let on = |gpu: &Gpu| {
+        let options = Options { gpu: Some(gpu.clone().into()), ..Options::default() };
+        Simulation::new(&everything(), &options).unwrap()
+    };
+    let mut simulation = on(&device);
+    run(&mut simulation, 2);
+    let snapshot = simulation.snapshot();
+    device.lose();
+    let error = simulation.step().unwrap_err();
+    assert!(matches!(error, StepError::Lost { frame: 3, .. }), "{error}");
+    assert!(simulation.fetch().is_err() && simulation.step().is_err());
+    let (mut again, mut unbroken) = (on(&gpu()), on(&gpu()));
+    again.restore(&snapshot).unwrap();
+    run(&mut again, 2);
+    run(&mut unbroken, 4);
+    assert_eq!(again.state_hash(), unbroken.state_hash());
+}
+
+#[test]
+fn the_programs_hand_does_the_same_on_both() {
+    let scene = flag();
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
+    for simulation in [&mut cpu, &mut on_gpu] {
+        run(simulation, 2);
+        simulation.move_pin("flag", 0, [-0.7, 0.1, -0.4]).unwrap();
+        simulation.move_pin("flag", 300, [0.0, -0.2, 0.1]).unwrap();
+        simulation.apply_force("flag", 599, [1.0, 2.0, -0.5]).unwrap();
+        simulation.apply_force("flag", 599, [0.5, 0.0, 0.0]).unwrap();
+        run(simulation, 3);
+    }
+    assert_eq!(farthest(&positions(&cpu), &positions(&on_gpu)), 0.0);
+    assert_eq!(cpu.state_hash(), on_gpu.state_hash());
+    assert_eq!(positions(&on_gpu)[300].map(|c| c as f32), [0.0, -0.2, 0.1]);
+}
+
+#[test]
+fn frames_in_one_go_are_the_same_as_one_by_one_and_the_sums_are_those_of_the_cpu() {
+    let scene = everything();
+    let (mut cpu, mut one, mut all) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene), on_gpu(&scene));
+    run(&mut cpu, 7);
+    run(&mut one, 7);
+    all.advance(7).unwrap();
+    assert_eq!(one.state_hash(), all.state_hash());
+    assert_eq!(one.report(), all.report());
+    let (a, b) = (cpu.report(), all.report());
+    let close = |what: &str, x: f64, y: f64, size: f64| near(what, x, y, 2e-6 * size);
+    close("kinetic", a.kinetic, b.kinetic, a.kinetic);
+    close("gravitational", a.gravitational, b.gravitational, 10.0);
+    close("springs", a.springs, b.springs, a.springs);
+    close("hinges", a.hinges, b.hinges, a.hinges);
+    close("stretch", a.max_stretch, b.max_stretch, a.max_stretch);
+    for axis in 0..3 {
+        close("momentum", a.momentum[axis], b.momentum[axis], 10.0);
+        close("angular momentum", a.angular_momentum[axis], b.angular_momentum[axis], 10.0);
+    }
+    assert_eq!((a.contacts, a.volumes.len()), (b.contacts, b.volumes.len()));
+    close("volume", a.volumes[0].unwrap(), b.volumes[0].unwrap(), a.volumes[0].unwrap());
+    assert_eq!(b.volumes[1], None);
+}
+
+#[test]
+fn a_blow_up_on_the_gpu_is_reported_and_not_shown() {
+    let mut scene = flag();
+    let sheet = scene.bodies.remove(0).structural(1e6, 0.0);
+    let mut scene = scene.body(sheet);
+    scene.time.max_step = Some(5e-3);
+    let mut simulation = on_gpu(&scene);
+    simulation.disturb(1e-3, 1);
+    let error = (0..300).find_map(|_| simulation.step().err());
+    let Some(StepError::Diverged(error)) = error else { panic!("{error:?}") };
+    assert_eq!(error.body, "flag");
+    assert!(error.advice.contains("max_step"), "{}", error.advice);
 }
