@@ -63,6 +63,22 @@ impl DispatchList {
         }
     }
 
+    /// Runs a kernel in a plane of workgroups, `groups` along x and y.
+    ///
+    /// # Panics
+    /// As [`DispatchList::dispatch`].
+    pub fn dispatch_plane(&mut self, bound: &Bound, offsets: &[u32], groups: [u32; 2]) {
+        bound.check_offsets(offsets);
+        let most = bound.most_groups();
+        if groups.iter().any(|&side| side > most) {
+            let (label, limit) = (bound.label().to_owned(), u64::from(most).pow(2));
+            let groups = groups[0].saturating_mul(groups[1]);
+            self.misfit.get_or_insert(GpuError::TooManyGroups { label, groups, limit });
+        } else if !groups.contains(&0) {
+            self.push(Work::Dispatch { bound: bound.clone(), offsets: offsets.to_vec(), groups });
+        }
+    }
+
     /// Copies the first elements, as many as both have, to where the host can read them.
     pub fn copy<T>(&mut self, from: &Buffer<T>, to: &ReadBack<T>) {
         self.push_copy::<T>(from.raw(), to.raw(), from.len().min(to.len()));

@@ -4,6 +4,7 @@ use super::kernels::Kernels;
 use super::layout::Four;
 use super::mirror::{Landing, Mirror};
 use super::normals::Normals;
+use super::paper::{self, Paper};
 use super::recorder::Recorder;
 use super::segment::Segment;
 use super::sums;
@@ -85,12 +86,16 @@ impl GpuBackend {
     pub fn new(options: &GpuOptions, mut assembly: Assembly) -> Result<Self, String> {
         let gpu = options.gpu.clone();
         let words = |error: GpuError| error.to_string();
+        paper::check(options, &assembly)?;
         let mut parts = Vec::new();
         for bodies in segments(&assembly, gpu.largest_binding())? {
-            let tables = Tables::new(&assembly, bodies)?;
-            parts.push(
-                Segment::new(&gpu, tables, options.kernels, options.from > Stage::Elements).map_err(words)?,
-            );
+            let tables = Tables::new(&assembly, bodies.clone())?;
+            let paper =
+                Paper::new(&gpu, options.kernels, &assembly.bodies[bodies], &tables).map_err(words)?;
+            let apart = options.from > Stage::Elements;
+            let mut segment = Segment::new(&gpu, tables, options.kernels, apart).map_err(words)?;
+            segment.paper = paper;
+            parts.push(segment);
         }
         let mut free = vec![false; assembly.places];
         for body in &assembly.bodies {

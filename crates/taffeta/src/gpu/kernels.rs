@@ -1,6 +1,7 @@
 //! The kernels: which sources each is made of. A source is a whole file; nothing is ever formatted into one.
 
 use super::layout::PATCH_NODE_BYTES;
+use super::paper;
 use std::collections::HashMap;
 use taffeta_gpu::{Gpu, GpuError, Kernel};
 
@@ -80,7 +81,8 @@ impl Name {
             return NORMALS.to_vec();
         }
         let loads = if self.loads_given { LOADS_GIVEN } else { LOADS_ALONE };
-        [FORMULAS, &[loads], if self.is_of_patches() { PATCHES } else { STAGES }].concat()
+        [FORMULAS, &[loads], if self.is_of_patches() { PATCHES } else { STAGES }, paper::sources(self.entry)]
+            .concat()
     }
 }
 

@@ -7,6 +7,7 @@ mod kernels;
 mod layout;
 mod mirror;
 mod normals;
+mod paper;
 mod patches;
 mod recorder;
 mod segment;

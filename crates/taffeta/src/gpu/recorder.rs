@@ -52,7 +52,9 @@ impl Stages for Recorder<'_> {
         if substep < self.ahead {
             return;
         }
-        if fused && self.can_run_ahead() {
+        if self.segment.paper.is_some() {
+            self.as_printed(substep);
+        } else if fused && self.can_run_ahead() {
             self.run_ahead(substep);
         } else if fused {
             self.at_once(substep);
@@ -77,7 +79,7 @@ impl Recorder<'_> {
         self.dispatch_kernel(Name::new(entry), substep, groups);
     }
 
-    fn dispatch_kernel(&mut self, name: Name, substep: usize, groups: usize) {
+    pub(super) fn dispatch_kernel(&mut self, name: Name, substep: usize, groups: usize) {
         if groups > 0 && self.fault.is_ok() {
             self.fault = self.segment.dispatch(self.kernels, self.list, name, substep, groups as u32);
         }
@@ -88,7 +90,7 @@ impl Recorder<'_> {
         self.segment.patches.is_some() && !self.loads_given() && self.counts.pins == 0
     }
 
-    fn loads_given(&self) -> bool {
+    pub(super) fn loads_given(&self) -> bool {
         self.segment.tables.has_elements() || self.counts.hand_forces > 0
     }
 
@@ -121,7 +123,7 @@ impl Recorder<'_> {
     }
 
     /// One particle stage in kernels of its own.
-    fn alone(&mut self, stage: Stage, substep: usize) {
+    pub(super) fn alone(&mut self, stage: Stage, substep: usize) {
         self.list.stage(stage.name());
         let places = self.segment.tables.place_groups();
         match stage {

@@ -6,6 +6,7 @@ use super::layout::{
     BY_HAND, Chunk, Collider, Entry, Four, GROUP, Grid, Hinge, Load, Motion, NODE_SUMS, Patch, Pin, Run,
     SUBSTEPS_SEEN, Small, Substep, TORQUE, Tile,
 };
+use super::paper::Paper;
 use super::patches::{self, Patches};
 use super::tables::Tables;
 use crate::assembly::Assembly;
@@ -111,6 +112,8 @@ pub struct Segment {
     pub current: usize,
     /// Where several sub-steps are taken at once.
     pub patches: Option<Patches>,
+    /// What a paper's kernels work on, where they are used.
+    pub paper: Option<Paper>,
     fixed: Fixed,
     scratch: Scratch,
     pub sums: Sums,
@@ -156,6 +159,7 @@ impl Segment {
             states,
             current: 0,
             patches,
+            paper: None,
             fixed,
             scratch,
             sums,
@@ -290,6 +294,18 @@ impl Segment {
         substep: usize,
         groups: u32,
     ) -> Result<(), GpuError> {
+        let (bound, offsets) = self.bound(kernels, name, substep)?;
+        list.dispatch(&bound, &offsets, groups);
+        Ok(())
+    }
+
+    /// A kernel that reads the state of now, and the offset by which it is told of a sub-step, if it is.
+    pub fn bound(
+        &mut self,
+        kernels: &mut Kernels,
+        name: Name,
+        substep: usize,
+    ) -> Result<(Bound, Vec<u32>), GpuError> {
         if !self.bound.contains_key(&name) {
             let kernel = kernels.get(name, self.sizes())?;
             let bound = [0, 1].map(|from| self.bind(&kernel, from));
@@ -298,9 +314,8 @@ impl Segment {
             self.bound.insert(name, Ready { bound, told });
         }
         let ready = &self.bound[&name];
-        let offset = [self.told.substeps.offset(substep)];
-        list.dispatch(&ready.bound[self.current], if ready.told { &offset } else { &[] }, groups);
-        Ok(())
+        let offset = ready.told.then(|| self.told.substeps.offset(substep));
+        Ok((ready.bound[self.current].clone(), offset.into_iter().collect()))
     }
 
     fn sizes(&self) -> Sizes {
@@ -349,7 +364,8 @@ impl Segment {
             ("hinge_sums", &sums.hinges),
             ("volumes", &sums.volumes),
         ];
-        kernel.bind(&self.gpu, &buffers)
+        let of_paper = self.paper.as_ref().map_or_else(Vec::new, Paper::buffers);
+        kernel.bind(&self.gpu, &[&buffers[..], &of_paper].concat())
     }
 }
 

@@ -1,0 +1,155 @@
+//! The kernels of the papers as they print them, to compare ours with: same scene, same formulas, their structure.
+
+mod node_centric;
+mod spring_centric;
+#[cfg(test)]
+mod tests;
+
+use super::backend::{GpuKernels, GpuOptions};
+use super::kernels::Name;
+use super::recorder::Recorder;
+use super::tables::Tables;
+use crate::assembly::{Assembly, BodyAssembly, BodySprings};
+use crate::step::Stage;
+use node_centric::{Plane, Sheets};
+use spring_centric::SpringLists;
+use taffeta_gpu::{Bindable, Gpu, GpuError, wgpu};
+
+/// Invocations of each workgroup, in both papers.
+const GROUP: usize = 1024;
+
+/// What the kernels of a paper work on beside the state.
+pub enum Paper {
+    NodeCentric(Sheets),
+    SpringCentric(SpringLists),
+}
+
+/// The file that has an entry point, if it is one of these.
+pub fn sources(entry: &str) -> &'static [&'static str] {
+    match entry {
+        "node_centric_forces" | "node_centric_update" => &[include_str!("node_centric.wgsl")],
+        "spring_centric_forces" | "spring_centric_update" => &[include_str!("spring_centric.wgsl")],
+        _ => &[],
+    }
+}
+
+/// Says why a paper's kernels, if they are asked for, cannot run a scene on a device.
+pub fn check(options: &GpuOptions, assembly: &Assembly) -> Result<(), String> {
+    let which = match options.kernels {
+        GpuKernels::NodeCentric => "the node-centric kernels of 2021",
+        GpuKernels::SpringCentric => "the spring-centric kernels of 2023",
+        _ => return Ok(()),
+    };
+    if options.from != Stage::Elements {
+        return Err(format!(
+            "{which} do whole sub-steps and cannot start at stage `{}`",
+            options.from.name()
+        ));
+    }
+    fits(which, options.gpu.limits())?;
+    let beyond = if options.kernels == GpuKernels::NodeCentric { beyond_grids(assembly) } else { None };
+    beyond.map_or(Ok(()), |what| {
+        Err(format!("{which} are for grids without hinges and loads, and {what}; the plain kernels would do"))
+    })
+}
+
+fn fits(which: &str, limits: &wgpu::Limits) -> Result<(), String> {
+    let most = limits.max_compute_invocations_per_workgroup.min(limits.max_compute_workgroup_size_x);
+    if (most as usize) < GROUP {
+        return Err(format!(
+            "{which} take workgroups of {GROUP} invocations, and this GPU allows {most}; the plain kernels would do"
+        ));
+    }
+    Ok(())
+}
+
+/// What a scene has that the method of 2021 has not.
+fn beyond_grids(assembly: &Assembly) -> Option<String> {
+    let of_body = |body: &BodyAssembly| match &body.springs {
+        BodySprings::Mesh(_) => Some(format!("body `{}` is a mesh", body.name)),
+        BodySprings::Grid(_) if !body.hinges.is_empty() => Some(format!("body `{}` has hinges", body.name)),
+        BodySprings::Grid(_) => None,
+    };
+    let loads = (!assembly.loads.is_empty()).then(|| "the scene has loads".to_owned());
+    assembly.bodies.iter().find_map(of_body).or(loads)
+}
+
+impl Paper {
+    /// What the chosen kernels need for the bodies of a segment; `None` where they are ours.
+    pub fn new(
+        gpu: &Gpu,
+        kernels: GpuKernels,
+        bodies: &[BodyAssembly],
+        tables: &Tables,
+    ) -> Result<Option<Self>, GpuError> {
+        Ok(match kernels {
+            GpuKernels::NodeCentric => Some(Self::NodeCentric(Sheets::new(gpu, tables)?)),
+            GpuKernels::SpringCentric => Some(Self::SpringCentric(SpringLists::new(gpu, bodies, tables)?)),
+            _ => None,
+        })
+    }
+
+    /// Its buffers by their names in the sources.
+    pub fn buffers(&self) -> Vec<(&'static str, &dyn Bindable)> {
+        match self {
+            Self::NodeCentric(sheets) => sheets.buffers(),
+            Self::SpringCentric(lists) => lists.buffers(),
+        }
+    }
+}
+
+impl Recorder<'_> {
+    /// All particle stages by a paper's kernels. Loads that are summed up over elements come before, and moving pins
+    /// after, as with our own.
+    pub fn as_printed(&mut self, substep: usize) {
+        let loads_given = self.loads_given();
+        if loads_given {
+            self.alone(Stage::Loads, substep);
+        }
+        match &self.segment.paper {
+            Some(Paper::NodeCentric(sheets)) => {
+                let planes = sheets.planes.clone();
+                self.node_centric(&planes, substep, loads_given);
+            }
+            Some(Paper::SpringCentric(lists)) => self.spring_centric(lists.count(), substep, loads_given),
+            None => {}
+        }
+        self.alone(Stage::Pins, substep);
+    }
+
+    fn node_centric(&mut self, planes: &[Plane], substep: usize, loads_given: bool) {
+        self.list.stage("springs");
+        self.over_planes(Name::new("node_centric_forces"), planes, substep);
+        self.go_on_in_place();
+        self.over_planes(Name { entry: "node_centric_update", loads_given }, planes, substep);
+    }
+
+    fn spring_centric(&mut self, springs: usize, substep: usize, loads_given: bool) {
+        let nodes = self.segment.tables.len();
+        self.list.stage("springs");
+        self.dispatch_kernel(Name::new("spring_centric_forces"), substep, springs.div_ceil(GROUP));
+        self.go_on_in_place();
+        let update = Name { entry: "spring_centric_update", loads_given };
+        self.dispatch_kernel(update, substep, nodes.div_ceil(GROUP));
+    }
+
+    /// What the next kernels write is the state that those before have read.
+    fn go_on_in_place(&mut self) {
+        self.segment.current = 1 - self.segment.current;
+        self.list.stage("integrate");
+    }
+
+    /// One dispatch for each grid.
+    fn over_planes(&mut self, name: Name, planes: &[Plane], substep: usize) {
+        if self.fault.is_err() {
+            return;
+        }
+        match self.segment.bound(self.kernels, name, substep) {
+            Ok((bound, told)) => planes.iter().for_each(|plane| {
+                let offsets = [&told[..], &[plane.offset]].concat();
+                self.list.dispatch_plane(&bound, &offsets, plane.groups);
+            }),
+            Err(error) => self.fault = Err(error),
+        }
+    }
+}
