@@ -46,36 +46,37 @@ fn sheets() -> Scene {
     scene
 }
 
-/// Fails unless `kernels` give what ours give after 15 frames, but for `rounding` [m]; both after a disturbance that
-/// stretches every spring.
-fn same_as_plain(scene: &Scene, kernels: GpuKernels, rounding: f64) {
+/// What sums in another order may do to a place in 340 sub-steps [m]: an ulp of a force moves a node by some 1e-9 m in
+/// each; 4e-7 was seen, and a spring that is missing gives millimetres. Much later it is more, where rounding decides in
+/// which sub-step a node first touches.
+const ROUNDING: f64 = 2e-6;
+
+/// Fails unless `kernels` give what ours give, but for rounding, after a disturbance that stretches every spring.
+fn same_as_plain(scene: &Scene, kernels: GpuKernels) {
     let [mut plain, mut printed] = [GpuKernels::Plain, kernels].map(|kernels| {
         let mut simulation = built(scene, with(kernels)).unwrap();
         simulation.disturb(2e-3, 5);
         simulation
     });
     let start = positions(&plain);
-    run(&mut plain, 15);
-    run(&mut printed, 15);
+    run(&mut plain, 10);
+    run(&mut printed, 10);
     assert!(plain.report().contacts > 0, "the scene has no contact");
     assert!(farthest(&positions(&plain), &start) > 0.1, "the scene does not move");
     let apart = farthest(&positions(&plain), &positions(&printed));
-    assert!(apart < rounding, "{kernels:?}, {}: {apart:e}", scene.title);
+    assert!(apart < ROUNDING, "{kernels:?}, {}: {apart:e}", scene.title);
 }
-
-// Sums in another order differ by an ulp or so of a force, which moves a node by some 1e-9 m in each of 510 sub-steps;
-// a spring that is missing moves it by millimetres.
 
 #[test]
 fn grids_by_the_kernels_of_2021_are_as_ours() {
-    same_as_plain(&sheets(), GpuKernels::NodeCentric, 1e-5);
+    same_as_plain(&sheets(), GpuKernels::NodeCentric);
 }
 
 #[test]
 fn grids_and_meshes_by_the_kernels_of_2023_are_as_ours() {
     let on_ground = Collider::plane([0.0, -0.3, 0.0], [0.0, 1.0, 0.0]);
     let scene = sheets().body(ball()).collider(on_ground);
-    same_as_plain(&scene, GpuKernels::SpringCentric, 1e-5);
+    same_as_plain(&scene, GpuKernels::SpringCentric);
 }
 
 #[test]
@@ -87,7 +88,7 @@ fn hinges_and_forces_by_hand_act_beside_the_kernels_of_2023() {
         run(&mut simulation, 5);
         positions(&simulation)
     });
-    assert!(farthest(&after[0], &after[1]) < 1e-5);
+    assert!(farthest(&after[0], &after[1]) < ROUNDING);
 }
 
 #[test]
