@@ -3,7 +3,7 @@
 mod common;
 
 use common::{farthest, norm, positions, run, sub, weightless};
-use taffeta::scene::{Body, Collider, Icosphere, Mass, Mesh, Scene, Select};
+use taffeta::scene::{Body, Collider, Force, Icosphere, Mass, Mesh, Scene, Select};
 use taffeta::taffeta_gpu::{Choice, Gpu};
 use taffeta::{GpuKernels, GpuOptions, Options, Simulation, Stage};
 
@@ -118,6 +118,14 @@ fn what_the_papers_methods_cannot_do_is_refused() {
     let bent = Scene::new("bent").body(sheet("bent", 5, 5).hinge(1e-3, 0.0)).time(1.0 / 60.0, 5e-4);
     let said = why(&bent, with(GpuKernels::NodeCentric));
     assert!(said.contains(&format!("{grids_alone} body `bent` has hinges")), "{said}");
+    let push = Force {
+        body: "wide".into(),
+        select: Select::nodes([3]),
+        force: Some([0.1, 0.0, 0.0]),
+        ..Force::default()
+    };
+    let said = why(&sheets().force(push), with(GpuKernels::NodeCentric));
+    assert!(said.contains(&format!("{grids_alone} the scene has loads")), "{said}");
     let late = GpuOptions { from: Stage::Springs, ..with(GpuKernels::SpringCentric) };
     let said = why(&mesh, late);
     assert!(said.contains("the spring-centric kernels of 2023 do whole sub-steps"), "{said}");
