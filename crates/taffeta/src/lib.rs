@@ -22,6 +22,8 @@ pub mod topology;
 
 #[cfg(feature = "gpu")]
 pub use gpu::{GpuCost, GpuKernels, GpuOptions};
+#[doc(hidden)]
+pub use gpu::parity;
 pub use simulation::{BodyInfo, Diverged, Options, Precision, Simulation, Snapshot, StepError};
 pub use step::Stage;
 #[cfg(feature = "gpu")]

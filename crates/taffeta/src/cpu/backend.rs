@@ -1,5 +1,8 @@
 //! Memory of the CPU backend, and one frame of it.
 
+#[cfg(feature = "gpu")]
+mod apart;
+
 use super::begin::{Begin, Begun};
 use super::column::Column;
 use super::diagnose::{VolumeChunk, frame_sums};
@@ -18,6 +21,9 @@ use crate::step::{self, Stage};
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
 use std::sync::Mutex;
+
+#[cfg(feature = "gpu")]
+pub use apart::Between;
 
 /// Cache lines between the starts of the arrays that a kernel walks through together: twelve of them share the 64
 /// sets of a first-level cache evenly.

@@ -14,6 +14,8 @@ mod tile;
 mod tiles;
 mod worker;
 
+#[cfg(feature = "gpu")]
+pub use backend::Between;
 pub use backend::CpuBackend;
 pub use begin::Begun;
 pub use simd::SimdLevel;

@@ -77,7 +77,7 @@ pub fn energy<T: Real>(x: [[T; 3]; 4], k: T, rest_angle: T) -> T {
 }
 
 /// The difference of two angles, by the shorter way round.
-fn wrap<T: Real>(angle: T) -> T {
+pub fn wrap<T: Real>(angle: T) -> T {
     let (pi, turn) = (T::from_f64(std::f64::consts::PI), T::from_f64(std::f64::consts::TAU));
     if angle > pi {
         angle - turn

@@ -9,6 +9,7 @@ mod mirror;
 mod normals;
 mod paper;
 mod patches;
+pub mod parity;
 mod recorder;
 mod segment;
 mod sums;

@@ -1,0 +1,135 @@
+//! Single stages of a sub-step on a state of the caller's choice, to compare another backend with.
+
+use super::{CpuBackend, Fields};
+use crate::assembly::BodyAssembly;
+use crate::backend::{Backend, Hand};
+use crate::cpu::shared::Shared;
+use crate::cpu::tile::CpuTile;
+use crate::cpu::worker::Worker;
+use crate::diagnostics::StateSums;
+use crate::plan::Substep;
+use crate::real::Real;
+use crate::step::Stages;
+use crate::topology::LANES;
+use std::ops::Range;
+use std::sync::PoisonError;
+
+/// What stages hand to each other beside the state, by place. Lanes past a mesh's last node are places too.
+#[derive(Clone, Debug, Default)]
+pub struct Between<T> {
+    /// Force on each place [N]; those of no tile stay.
+    pub force: Vec<[T; 3]>,
+    /// The collider that each place touched last, from 1; 0: none.
+    pub touched: Vec<u32>,
+    /// Factor of each load that is a torque [N/m].
+    pub torques: Vec<T>,
+    /// Forces on the corners of each hinge [N].
+    pub hinge_forces: Vec<[[T; 3]; 4]>,
+}
+
+impl<T: Real> CpuBackend<T> {
+    /// Sets a place in the state after the sub-step, as position [m], then velocity [m/s].
+    pub fn set_after(&mut self, place: usize, state: [T; 6]) {
+        let after = &mut self.fields[1 - self.current];
+        after.iter_mut().zip(state).for_each(|(column, number)| column[place] = number);
+    }
+
+    /// A place in the state after the sub-step.
+    pub fn after(&self, place: usize) -> [T; 6] {
+        self.fields[1 - self.current].each_ref().map(|column| column[place])
+    }
+
+    /// Sums over the bodies that `chosen` says, as last measured.
+    pub fn sums_of(&self, chosen: impl Fn(&BodyAssembly) -> bool) -> StateSums {
+        let mut all = StateSums::default();
+        let bodies = &self.setup.assembly.bodies;
+        let tiles = self.setup.tiles.iter().zip(&self.tile_sums);
+        tiles.filter(|(tile, _)| chosen(&bodies[tile.body])).for_each(|(_, sums)| all.add(sums));
+        all
+    }
+
+    /// Runs the elements of a sub-step, then `stages` on each tile, from the state of now to the one after, which does
+    /// not become that of now. Forces start as `between` has them.
+    pub fn apart(
+        &mut self,
+        substep: &Substep<T>,
+        hand: &Hand,
+        between: &mut Between<T>,
+        stages: impl Fn(&mut CpuTile<'_, T>),
+    ) {
+        self.setup.hand = hand.clone();
+        self.alone(|worker| worker.elements(substep));
+        let [a, b]: &mut [Fields<T>; 2] = &mut self.fields;
+        let (old, next) = if self.current == 0 { (a, b) } else { (b, a) };
+        let old = old.each_ref().map(|column| &column[..]);
+        let next = next.each_mut().map(|column| Shared::new(column));
+        let scratch = self.scratch[0].get_mut().unwrap_or_else(PoisonError::into_inner);
+        scratch.sweep.restart();
+        between.touched = vec![0; between.force.len()];
+        for plan in &self.setup.tiles {
+            let hinge_forces = &self.hinge_forces;
+            let (setup, next) = (&self.setup, &next);
+            let mut tile = CpuTile { setup, plan, substep, old, next, hinge_forces, scratch, contacts: 0 };
+            load(&mut tile, between);
+            stages(&mut tile);
+            store(&tile, between);
+        }
+        between.torques.clone_from(&scratch.torques);
+        between.hinge_forces.clone_from(&self.hinge_forces);
+    }
+
+    /// Lends a worker that has all tiles.
+    fn alone(&mut self, work: impl Fn(&mut Worker<'_, T>) + Sync) {
+        assert_eq!(self.threads(), 1, "stages apart are for one worker");
+        let [a, b]: &mut [Fields<T>; 2] = &mut self.fields;
+        let buffers = [a, b].map(|fields| fields.each_mut().map(|column| Shared::new(column)));
+        let hinge_forces = Shared::new(&mut self.hinge_forces);
+        let tile_sums = Shared::new(&mut self.tile_sums);
+        let volumes = Shared::new(&mut self.volumes);
+        let (setup, scratch, current) = (&self.setup, &self.scratch[0], self.current);
+        self.team.run(|index, barrier| {
+            let mut scratch = scratch.lock().unwrap_or_else(PoisonError::into_inner);
+            work(&mut Worker {
+                setup,
+                index,
+                workers: 1,
+                share: 0..setup.tiles.len(),
+                buffers: &buffers,
+                current,
+                hinge_forces: &hinge_forces,
+                tile_sums: &tile_sums,
+                volumes: &volumes,
+                scratch: &mut scratch,
+                barrier,
+            });
+        });
+    }
+}
+
+/// A tile's runs of places, with the lanes past a mesh's last node.
+fn runs<T>(tile: &CpuTile<'_, T>) -> Vec<(usize, Range<usize>)> {
+    let is_grid = !tile.plan.cols.is_empty();
+    let whole = |end: usize| if is_grid { end } else { end.next_multiple_of(LANES) };
+    tile.plan.runs().map(|(at, run)| (at, run.start..whole(run.end))).collect()
+}
+
+fn load<T: Real>(tile: &mut CpuTile<'_, T>, between: &Between<T>) {
+    tile.scratch.last_touch.fill(0);
+    for (at, run) in runs(tile) {
+        for (i, place) in run.enumerate() {
+            let force = between.force[place];
+            tile.scratch.force.iter_mut().zip(force).for_each(|(column, number)| column[at + i] = number);
+        }
+    }
+}
+
+fn store<T: Real>(tile: &CpuTile<'_, T>, between: &mut Between<T>) {
+    for (at, run) in runs(tile) {
+        for (i, place) in run.enumerate() {
+            between.force[place] = tile.scratch.force.each_ref().map(|column| column[at + i]);
+        }
+    }
+    for (at, run) in tile.plan.runs() {
+        between.touched[run.clone()].copy_from_slice(&tile.scratch.last_touch[at..at + run.len()]);
+    }
+}

@@ -1,0 +1,307 @@
+//! A state by chance, in which no number is zero or one, and some nodes stand on, below and above what kernels branch
+//! on; with it the CPU's backend and the arrays that kernels are bound to.
+
+use super::scene::{CENTER, FLOOR, ON_THE_AXIS, scene};
+use crate::assembly::Assembly;
+use crate::backend::{Backend, Hand};
+use crate::cpu::{Between, CpuBackend};
+use crate::gpu::layout::{BY_HAND, Collider, Four, Motion, Pin, Substep};
+use crate::gpu::tables::Tables;
+use crate::plan;
+use crate::step::Tile;
+use crate::topology::random::SplitMix64;
+use std::collections::BTreeMap;
+use taffeta_gpu::bytemuck::{Pod, cast_slice};
+
+/// The sub-step that rows run: not the first, so that each finds its own records.
+pub const SUBSTEP: usize = 2;
+
+/// Position [m] and inverse mass [1/kg], velocity [m/s] and mass [kg], of all places.
+#[derive(Clone, Default)]
+pub struct State {
+    pub position: Vec<Four>,
+    pub velocity: Vec<Four>,
+}
+
+/// All that a row's twins start from.
+pub struct Fixture {
+    pub cpu: CpuBackend<f32>,
+    pub tables: Tables,
+    pub substeps: Vec<plan::Substep<f32>>,
+    pub hand: Hand,
+    /// The state before the sub-step, and one after it for the stages that work in place.
+    pub old: State,
+    pub new: State,
+    /// Forces so far [N].
+    pub force: Vec<[f32; 3]>,
+    /// Whether a place has a node.
+    pub is_node: Vec<bool>,
+    pins: Vec<Pin>,
+}
+
+/// Numbers of a bound array as words.
+pub type Arrays = BTreeMap<&'static str, Vec<u32>>;
+
+/// Words of any records.
+pub fn words<T: Pod>(records: &[T]) -> Vec<u32> {
+    cast_slice(records).to_vec()
+}
+
+/// Numbers in (-1, 1), none of them small.
+pub struct Chance(SplitMix64);
+
+impl Chance {
+    pub fn new(seed: u64) -> Self {
+        Self(SplitMix64::new(seed))
+    }
+
+    pub fn number(&mut self) -> f32 {
+        let size = 0.01 + 0.98 * self.0.unit();
+        (if self.0.below(2) == 0 { size } else { -size }) as f32
+    }
+
+    pub fn three(&mut self, size: f32) -> [f32; 3] {
+        std::array::from_fn(|_| size * self.number())
+    }
+}
+
+impl Fixture {
+    /// The same for the same seed. On hardware, where sums may be fused, nothing stands exactly on a threshold.
+    pub fn new(seed: u64, drag: f64, exact: bool) -> Result<Self, String> {
+        let mut chance = Chance::new(seed);
+        let mut assembly = Assembly::new(&scene(drag)).map_err(|error| error.to_string())?;
+        for rest in assembly.bodies.iter_mut().flat_map(|body| &mut body.hinge_rest) {
+            // Folds then differ from those at rest by more than half a turn here and there, either way.
+            rest.angle = 3.1 * f64::from(chance.number());
+        }
+        let tables = Tables::new(&assembly, 0..assembly.bodies.len())?;
+        let mut is_node = vec![false; assembly.places];
+        for body in &assembly.bodies {
+            is_node[body.first..body.first + body.nodes].fill(true);
+        }
+        let substeps = plan::frame(&assembly, 0.0);
+        let cpu = CpuBackend::<f32>::new(assembly, 1)?;
+        let old = old_state(&mut chance, &tables, &cpu, exact);
+        let new = new_state(&mut chance, &tables, &cpu, exact);
+        let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
+        let hand = hand(&mut chance);
+        let pins = pins(&tables, &hand);
+        let mut fixture = Self { cpu, tables, substeps, hand, old, new, force, is_node, pins };
+        fixture.put_old();
+        Ok(fixture)
+    }
+
+    /// Hands the state before the sub-step to the CPU.
+    fn put_old(&mut self) {
+        for (place, (x, v)) in self.old.position.iter().zip(&self.old.velocity).enumerate() {
+            let three = |[x, y, z, _]: Four| [x, y, z].map(f64::from);
+            self.cpu.set(place, three(*x), three(*v));
+        }
+    }
+
+    /// The sub-step that rows run.
+    pub fn substep(&self) -> &plan::Substep<f32> {
+        &self.substeps[SUBSTEP]
+    }
+
+    /// Runs `stages` on the CPU after the elements, from the forces and the state after that stand here.
+    pub fn on_cpu(&mut self, stages: impl Fn(&mut dyn Tile) + Sync) -> (Between<f32>, State) {
+        for (place, (x, v)) in self.new.position.iter().zip(&self.new.velocity).enumerate() {
+            self.cpu.set_after(place, [x[0], x[1], x[2], v[0], v[1], v[2]]);
+        }
+        let mut between = Between { force: self.force.clone(), ..Between::default() };
+        self.cpu.apart(&self.substeps[SUBSTEP], &self.hand, &mut between, |tile| stages(tile));
+        let mut after = self.new.clone();
+        for place in (0..self.is_node.len()).filter(|&place| self.is_node[place]) {
+            let [x, y, z, u, v, w] = self.cpu.after(place);
+            let mass = self.old.velocity[place][3].abs();
+            let mass = if between.touched[place] > 0 { -mass } else { mass };
+            after.position[place] = [x, y, z, self.old.position[place][3]];
+            after.velocity[place] = [u, v, w, mass];
+        }
+        (between, after)
+    }
+
+    /// Forces as kernels keep them; the fourth number is none.
+    pub fn force_fours(&self) -> Vec<Four> {
+        self.force.iter().map(|&[x, y, z]| [x, y, z, f32::NAN]).collect()
+    }
+
+    /// Every array by the name that it has in the sources. What kernels write is NaN.
+    pub fn arrays(&self) -> Arrays {
+        let (tables, places) = (&self.tables, self.is_node.len());
+        let poison = |words: usize| vec![f32::NAN.to_bits(); words];
+        let hand_forces: Vec<Four> = self.hand.forces.iter().map(four_by_hand).collect();
+        Arrays::from([
+            ("grids", words(&tables.grids)),
+            ("tiles", words(&tables.tiles)),
+            ("runs", words(&tables.runs)),
+            ("entries", words(&tables.entries)),
+            ("hinges", words(&tables.hinges)),
+            ("load_nodes", words(&tables.load_nodes)),
+            ("node_starts", words(&tables.elements.offsets)),
+            ("node_elements", words(&tables.elements.items)),
+            ("chunks", words(&tables.chunks)),
+            ("corners", words(&tables.corners)),
+            ("colliders", words(&self.colliders())),
+            ("motions", words(&self.motions())),
+            ("scales", words(&self.scales())),
+            ("pins", words(&self.pins)),
+            ("hand_forces", words(&hand_forces)),
+            ("old_position", words(&self.old.position)),
+            ("old_velocity", words(&self.old.velocity)),
+            ("new_position", poison(4 * places)),
+            ("new_velocity", poison(4 * places)),
+            ("loads", words(&tables.loads)),
+            ("load", words(&self.force_fours())),
+            ("force", poison(4 * places)),
+            ("hinge_forces", poison(16 * tables.hinges.len())),
+        ])
+    }
+
+    fn colliders(&self) -> Vec<Collider> {
+        self.substeps.iter().flat_map(|substep| substep.colliders.iter().map(Collider::from)).collect()
+    }
+
+    fn motions(&self) -> Vec<Motion> {
+        let of = |substep: &plan::Substep<f32>| {
+            let poses = substep.poses.iter();
+            poses.map(|(before, after)| Motion::new(before, after, substep.seconds)).collect::<Vec<_>>()
+        };
+        self.substeps.iter().flat_map(of).collect()
+    }
+
+    fn scales(&self) -> Vec<f32> {
+        self.substeps.iter().flat_map(|substep| substep.scales.clone()).collect()
+    }
+
+    /// The records of all sub-steps, each with its own place in the arrays.
+    pub fn records(&self) -> Vec<Substep> {
+        let world = &self.cpu.assembly().world;
+        let sum = |count: &dyn Fn(&plan::Substep<f32>) -> usize, index: usize| -> u32 {
+            self.substeps[..index].iter().map(count).sum::<usize>() as u32
+        };
+        let record = |(index, substep): (usize, &plan::Substep<f32>)| Substep {
+            gravity: world.gravity.map(|c| c as f32),
+            h: substep.h,
+            wind: world.wind_force.map(|c| c as f32),
+            drag: world.drag as f32,
+            first_collider: sum(&|s| s.colliders.len(), index),
+            colliders: substep.colliders.len() as u32,
+            first_motion: sum(&|s| s.poses.len(), index),
+            first_scale: sum(&|s| s.scales.len(), index),
+            hand_share: substep.hand.1 as f32,
+            hand_rate: ((substep.hand.1 - substep.hand.0) / substep.seconds) as f32,
+            hand_forces: self.hand.forces.len() as u32,
+            pins: self.pins.len() as u32,
+            left: (self.substeps.len() - index) as u32,
+            padding: [0; 47],
+        };
+        self.substeps.iter().enumerate().map(record).collect()
+    }
+}
+
+fn four_by_hand(&(node, force): &(u32, [f64; 3])) -> Four {
+    let [x, y, z] = force.map(|c| c as f32);
+    [x, y, z, f32::from_bits(node)]
+}
+
+/// Near the start, with springs stretched by little and by much, and triangles folded over.
+fn old_state(chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>, exact: bool) -> State {
+    let mut state = State::default();
+    for (place, (&[x, y, z, inverse_mass], &[.., mass])) in
+        tables.position.iter().zip(&tables.velocity).enumerate()
+    {
+        let noise = chance.three([0.003, 0.03, 0.2][place % 3]);
+        state.position.push([x + noise[0], y + noise[1], z + noise[2], inverse_mass]);
+        let [u, v, w] = chance.three(2.7);
+        // A node that has touched before.
+        let mass = if place % 5 == 0 { -mass } else { mass };
+        state.velocity.push([u, v, w, mass]);
+    }
+    let first = |body: usize| cpu.assembly().bodies[body].first;
+    let mut put = |place: usize, x: [f32; 3]| state.position[place][..3].copy_from_slice(&x);
+    let (node, axis) = ON_THE_AXIS;
+    put(first(4) + node, axis);
+    if exact {
+        let short = |length: f32| [0.3 * length, -0.7 * length, 0.4 * length];
+        // Springs of no length, of one whose square is no number, of about that which is divided by, and above.
+        for (i, length) in [1e-30, 1e-20, 1.1e-15, 1.3e-15, 1e-13, 1e-9].into_iter().enumerate() {
+            put(first(0) + 80 + 3 * i, short(length));
+            put(first(0) + 81 + 3 * i, [0.0; 3]);
+            put(first(6) + 4 + 3 * i, short(length));
+            put(first(6) + 5 + 3 * i, [0.0; 3]);
+        }
+    }
+    squash(&mut state, tables, exact);
+    state
+}
+
+/// Some hinges with a sliver, a triangle without area, an edge without length.
+fn squash(state: &mut State, tables: &Tables, exact: bool) {
+    let at = |state: &State, node: u32| -> [f32; 3] {
+        let [x, y, z, _] = state.position[node as usize];
+        [x, y, z]
+    };
+    let shares: [[f32; 3]; 5] =
+        [[0.49, 0.48, 0.03], [0.3, 0.69, 0.01], [0.499, 0.5, 0.001], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let used = if exact { &shares[..] } else { &shares[..2] };
+    for (share, hinge) in used.iter().cycle().zip(tables.hinges.iter().step_by(97)) {
+        let [a, b, c, _] = hinge.corners;
+        let [p, q, r] = [a, b, c].map(|node| at(state, node));
+        let mixed: [f32; 3] = std::array::from_fn(|i| share[0] * p[i] + share[1] * q[i] + share[2] * r[i]);
+        state.position[c as usize][..3].copy_from_slice(&mixed);
+    }
+}
+
+/// Around the colliders, and here and there on them.
+fn new_state(chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>, exact: bool) -> State {
+    let mut state = State::default();
+    for (&[.., inverse_mass], &[.., mass]) in tables.position.iter().zip(&tables.velocity) {
+        let ([x, y, z], [u, v, w]) = (chance.three(0.9), chance.three(3.1));
+        state.position.push([x, y, z, inverse_mass]);
+        state.velocity.push([u, v, w, mass]);
+    }
+    let mut place = cpu.assembly().bodies[5].first;
+    let mut put = |x: [f32; 3], v: [f32; 3]| {
+        state.position[place][..3].copy_from_slice(&x);
+        state.velocity[place][..3].copy_from_slice(&v);
+        place += 1;
+    };
+    put(CENTER, [0.3, -0.2, 0.7]);
+    // Far from all but the floor and the wall that faces it: on it, a hair above and below; slipping as fast as
+    // friction can stop, a hair faster and slower; leaving, and neither coming nor leaving.
+    let heights = [FLOOR, FLOOR.next_up(), FLOOR.next_down(), FLOOR - 0.0625, FLOOR + 0.0625];
+    // Impulse (1 + 1/4) · 2 = 5/2, of which friction can take half.
+    let slips = [1.25_f32, 1.25_f32.next_up(), 1.25_f32.next_down(), 3.0, 0.5];
+    let (heights, slips) = if exact { (&heights[..], &slips[..]) } else { (&heights[3..], &slips[3..]) };
+    for &height in heights {
+        put([5.0, height, 7.0], [0.4, -0.9, 0.2]);
+    }
+    for speed in [-2.0, 0.0, 0.5] {
+        for &slip in slips {
+            put([5.0, FLOOR - 0.03125, 7.0], [slip, speed, 0.0]);
+        }
+    }
+    state
+}
+
+/// Nodes moved and pushed by the program; some are pushed twice.
+fn hand(chance: &mut Chance) -> Hand {
+    let mut three = |size: f32| chance.three(size).map(f64::from);
+    Hand {
+        moves: [5_u32, 6, 36].map(|node| (node, three(0.6), three(0.8))).to_vec(),
+        forces: [0_u32, 1, 7, 7, 500, 701, 1000, 1001, 1001, 1400].map(|node| (node, three(0.03))).to_vec(),
+    }
+}
+
+/// The scene's moving pins, then those that the program moves.
+fn pins(tables: &Tables, hand: &Hand) -> Vec<Pin> {
+    let moved = |&(node, from, to): &(u32, [f64; 3], [f64; 3])| Pin {
+        start: from.map(|c| c as f32),
+        node,
+        way: std::array::from_fn(|axis| (to[axis] - from[axis]) as f32),
+        track: BY_HAND,
+    };
+    tables.pins.iter().copied().chain(hand.moves.iter().map(moved)).collect()
+}

@@ -1,0 +1,117 @@
+//! Every kernel beside its twin on the CPU: one state, both run, every output compared.
+//!
+//! The tests go through these rows on a software adapter, and the program does on its users' machines.
+
+mod bench;
+//mod coverage;
+mod elements;
+mod fixture;
+//mod formulas;
+mod measure;
+mod particles;
+mod scene;
+
+use super::kernels::Name;
+use bench::Bench;
+use std::fmt;
+use taffeta_gpu::wgpu::naga;
+use taffeta_gpu::Gpu;
+
+/// A kernel and its twin.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// Its name: the kernel's entry point, and a word more where there are variants.
+    pub name: &'static str,
+    /// The kernel's entry point.
+    pub entry: &'static str,
+    /// How far the twins may be apart.
+    pub tolerance: Tolerance,
+    check: fn(&mut Bench<'_>) -> Result<(), String>,
+}
+
+/// Differences that are allowed, in units in the last place of the largest number of an output.
+#[derive(Clone, Copy, Debug)]
+pub struct Tolerance {
+    /// On adapters that run kernels on the CPU.
+    pub software: f64,
+    /// On others: they may fuse a product and a sum, and take a quotient or root with an error of 2.5 units.
+    pub hardware: f64,
+    /// Why so much.
+    pub why: &'static str,
+}
+
+/// What a row has found.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// The largest difference, in units in the last place of the largest number of that output; infinite where one of
+    /// the two is no number, or where numbers that are only copied differ.
+    pub ulps: f64,
+    /// Where it is, unless all are the same.
+    pub place: Option<Difference>,
+    /// Numbers compared.
+    pub compared: usize,
+}
+
+/// A number on which the twins do not agree.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// The array, or the sum.
+    pub output: String,
+    /// Which of its numbers.
+    pub index: usize,
+    /// What the CPU says.
+    pub cpu: f32,
+    /// What the GPU says.
+    pub gpu: f32,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { output, index, cpu, gpu } = self;
+        write!(f, "{output}[{index}] is {cpu:e} on the CPU and {gpu:e} on the GPU")
+    }
+}
+
+impl Tolerance {
+    const fn new(software: f64, hardware: f64, why: &'static str) -> Self {
+        Self { software, hardware, why }
+    }
+
+    /// That of an adapter.
+    pub fn on(&self, gpu: &Gpu) -> f64 {
+        if gpu.info().is_software() { self.software } else { self.hardware }
+    }
+}
+
+impl Row {
+    /// Runs both twins. The error says what kept the kernel from running.
+    pub fn run(&self, gpu: &Gpu) -> Result<Outcome, String> {
+        self.run_edited(gpu, &|source| source)
+    }
+
+    /// As [`Self::run`], with sources that went through `edit`: to see that a fault in them is found.
+    pub fn run_edited(&self, gpu: &Gpu, edit: &dyn Fn(String) -> String) -> Result<Outcome, String> {
+        let mut bench = Bench { gpu, edit, outcome: Outcome::default() };
+        (self.check)(&mut bench)?;
+        Ok(bench.outcome)
+    }
+}
+
+/// All rows.
+pub fn rows() -> Vec<Row> {
+    [particles::ROWS, elements::ROWS, measure::ROWS].concat()
+}
+
+/// The entry points that naga finds in the sources of the kernels.
+pub fn entry_points() -> Result<Vec<String>, String> {
+    let mut found = Vec::new();
+    for loads_given in [false, true] {
+        let source = Name { entry: "", loads_given }.sources().join("\n");
+        let module =
+            naga::front::wgsl::parse_str(&source).map_err(|error| error.emit_to_string(&source))?;
+        found.extend(module.entry_points.into_iter().map(|point| point.name));
+    }
+    found.sort();
+    found.dedup();
+    Ok(found)
+}

@@ -1,0 +1,279 @@
+//! Rows of the particle stages: each on its own, and all at once.
+
+use super::bench::{Bench, Given};
+use super::fixture::{Arrays, Fixture, words};
+use super::{Row, Tolerance};
+use crate::forces::external;
+use crate::gpu::kernels::Name;
+use crate::gpu::layout::{FORCE, Four, Load};
+use crate::integrate::euler;
+use crate::backend::Backend;
+use taffeta_gpu::Kernel;
+
+const SAME: &str = "sums, products, quotients and roots in the same order; hardware may fuse them";
+const COLLIDED: &str =
+    "as above; on hardware what was fused decides how far a node in a wedge is moved, in twelve rounds";
+
+/// One row for each kernel.
+pub const ROWS: &[Row] = &[
+    row("integrate_all", "integrate_all", Tolerance::new(0.0, 4.0, SAME), integrate),
+    row("contact_all", "contact_all", Tolerance::new(0.0, 512.0, COLLIDED), contact),
+    row("pins_all", "pins_all", Tolerance::new(6.0, 8.0, "the CPU moves pins in 64 bits"), pins),
+    row("loads_all", "loads_all", Tolerance::new(0.0, 16.0, SAME), loads),
+    row("grid_springs_all", "grid_springs_all", Tolerance::new(0.0, 64.0, SAME), grid_springs),
+    row("mesh_springs_all", "mesh_springs_all", Tolerance::new(0.0, 64.0, SAME), mesh_springs),
+    row("grid_particles", "grid_particles", Tolerance::new(0.0, 512.0, COLLIDED), grid_alone),
+    row("grid_particles_given", "grid_particles", Tolerance::new(0.0, 512.0, COLLIDED), grid_given),
+    row("mesh_particles", "mesh_particles", Tolerance::new(0.0, 512.0, COLLIDED), mesh_alone),
+    row("mesh_particles_given", "mesh_particles", Tolerance::new(0.0, 512.0, COLLIDED), mesh_given),
+];
+
+const fn row(
+    name: &'static str,
+    entry: &'static str,
+    tolerance: Tolerance,
+    check: fn(&mut Bench<'_>) -> Result<(), String>,
+) -> Row {
+    Row { name, entry, tolerance, check }
+}
+
+/// Two states: with drag, and without.
+pub fn fixtures(bench: &Bench<'_>) -> Result<[Fixture; 2], String> {
+    Ok([Fixture::new(1, 0.0087, bench.is_exact())?, Fixture::new(2, 0.0, bench.is_exact())?])
+}
+
+/// The kernel, for slices with as many kinds of springs as the fixtures have.
+pub fn kernel_of(bench: &Bench<'_>, name: Name, fixture: &Fixture) -> Result<Kernel, String> {
+    bench.kernel(name, &[], &[("KINDS", fixture.tables.kinds as f64)])
+}
+
+fn integrate(bench: &mut Bench<'_>) -> Result<(), String> {
+    for mut fixture in fixtures(bench)? {
+        let kernel = kernel_of(bench, Name::new("integrate_all"), &fixture)?;
+        let (_, mut after) = fixture.on_cpu(|tile| tile.integrate());
+        let force = fixture.force.clone();
+        for place in (0..force.len()).filter(|&place| !fixture.is_node[place]) {
+            (after.position[place], after.velocity[place]) = drift(&fixture, place, force[place]);
+        }
+        let mut arrays = fixture.arrays();
+        arrays.insert("force", words(&fixture.force_fours()));
+        let (records, groups) = (fixture.records(), fixture.tables.place_groups());
+        bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
+            written.fours("force", &fixture.force_fours());
+            written.fours("new_position", &after.position);
+            written.fours("new_velocity", &after.velocity);
+        })?;
+    }
+    Ok(())
+}
+
+/// A place after the stage `integrate`.
+fn drift(fixture: &Fixture, place: usize, force: [f32; 3]) -> (Four, Four) {
+    let (x, v, h) = (fixture.old.position[place], fixture.old.velocity[place], fixture.substep().h);
+    let gravity = fixture.cpu.assembly().world.gravity.map(|c| c as f32);
+    let [u, w, t] = [0, 1, 2].map(|i| euler::velocity(v[i], force[i], x[3], gravity[i], h));
+    let [a, b, c] = [(0, u), (1, w), (2, t)].map(|(i, v)| euler::position(x[i], v, h));
+    ([a, b, c, x[3]], [u, w, t, v[3].abs()])
+}
+
+fn contact(bench: &mut Bench<'_>) -> Result<(), String> {
+    for mut fixture in fixtures(bench)? {
+        let kernel = kernel_of(bench, Name::new("contact_all"), &fixture)?;
+        for colliders in [usize::MAX, 2, 1, 0] {
+            fixture.substeps.iter_mut().for_each(|substep| substep.colliders.truncate(colliders));
+            let (_, after) = fixture.on_cpu(|tile| tile.contact());
+            let mut arrays = fixture.arrays();
+            arrays.insert("new_position", words(&fixture.new.position));
+            arrays.insert("new_velocity", words(&fixture.new.velocity));
+            if colliders == 0 {
+                // An array cannot be empty.
+                arrays.insert("colliders", vec![f32::NAN.to_bits(); 20]);
+            }
+            let (records, groups) = (fixture.records(), fixture.tables.place_groups());
+            bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
+                written.fours("new_position", &after.position);
+                written.fours("new_velocity", &after.velocity);
+            })?;
+        }
+    }
+    Ok(())
+}
+
+fn pins(bench: &mut Bench<'_>) -> Result<(), String> {
+    for mut fixture in fixtures(bench)? {
+        let kernel = kernel_of(bench, Name::new("pins_all"), &fixture)?;
+        fixture.new.velocity.iter_mut().step_by(3).for_each(|velocity| velocity[3] *= -1.0);
+        let (_, after) = fixture.on_cpu(|tile| tile.pins());
+        let (mut position, mut velocity) = (fixture.new.position.clone(), fixture.new.velocity.clone());
+        let moving = fixture.cpu.assembly().moving_pins.iter().map(|pin| pin.node);
+        for node in moving.chain(fixture.hand.moves.iter().map(|(node, ..)| *node)) {
+            let node = node as usize;
+            (position[node], velocity[node]) = (after.position[node], after.velocity[node]);
+        }
+        let mut arrays = fixture.arrays();
+        arrays.insert("new_position", words(&fixture.new.position));
+        arrays.insert("new_velocity", words(&fixture.new.velocity));
+        let (records, groups) = (fixture.records(), fixture.tables.place_groups());
+        bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
+            written.fours("new_position", &position);
+            written.fours("new_velocity", &velocity);
+        })?;
+    }
+    Ok(())
+}
+
+/// The force of wind and drag alone, on every place.
+fn wind_and_drag(fixture: &Fixture) -> Vec<[f32; 3]> {
+    let world = &fixture.cpu.assembly().world;
+    let (wind, drag) = (world.wind_force.map(|c| c as f32), world.drag as f32);
+    let force = |v: &Four| std::array::from_fn(|i| external::wind_and_drag(wind[i], drag, v[i]));
+    fixture.old.velocity.iter().map(force).collect()
+}
+
+/// A force of three numbers as kernels write it.
+fn written([x, y, z]: [f32; 3]) -> Four {
+    [x, y, z, 0.0]
+}
+
+fn loads(bench: &mut Bench<'_>) -> Result<(), String> {
+    for mut fixture in fixtures(bench)? {
+        let kernel = kernel_of(bench, Name::new("loads_all"), &fixture)?;
+        let (between, _) = fixture.on_cpu(|tile| tile.loads());
+        let mut wanted = wind_and_drag(&fixture);
+        for place in (0..wanted.len()).filter(|&place| fixture.is_node[place]) {
+            wanted[place] = between.force[place];
+        }
+        let wanted: Vec<Four> = wanted.into_iter().map(written).collect();
+        let scaled = scaled_loads(&fixture, &between.torques);
+        let hinge_forces: Vec<Four> = between.hinge_forces.as_flattened().iter().copied().map(written).collect();
+        let mut arrays = fixture.arrays();
+        arrays.insert("loads", words(&scaled));
+        arrays.insert("hinge_forces", words(&hinge_forces));
+        let (records, groups) = (fixture.records(), fixture.tables.place_groups());
+        bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
+            written.fours("force", &wanted);
+            written.fours("hinge_forces", &hinge_forces);
+            let left: Vec<u32> = written.take("loads");
+            let numbers = |words: &[u32]| words.iter().map(|&word| f32::from_bits(word)).collect::<Vec<_>>();
+            written.outcome().copied("loads", &numbers(&words(&scaled)), &numbers(&left));
+        })?;
+    }
+    Ok(())
+}
+
+/// Loads with the factors that the CPU has found.
+pub fn scaled_loads(fixture: &Fixture, torques: &[f32]) -> Vec<Load> {
+    let factors = torques.iter().zip(&fixture.substep().scales);
+    let with = |(load, (&torque, &scale)): (&Load, (&f32, &f32))| Load {
+        factor: if load.kind == FORCE { scale } else { torque },
+        ..*load
+    };
+    fixture.tables.loads.iter().zip(factors).map(with).collect()
+}
+
+/// Whether each place belongs to a grid's node, and whether to a mesh.
+fn sorts(fixture: &Fixture) -> [Vec<bool>; 2] {
+    let mut sorts = [vec![false; fixture.is_node.len()], vec![false; fixture.is_node.len()]];
+    for body in &fixture.cpu.assembly().bodies {
+        let count = if body.grid_layout.is_some() { body.nodes } else { body.places() };
+        sorts[usize::from(body.grid_layout.is_none())][body.first..body.first + count].fill(true);
+    }
+    sorts
+}
+
+fn grid_springs(bench: &mut Bench<'_>) -> Result<(), String> {
+    springs(bench, "grid_springs_all", 0, |fixture| fixture.tables.tiles.len())
+}
+
+fn mesh_springs(bench: &mut Bench<'_>) -> Result<(), String> {
+    springs(bench, "mesh_springs_all", 1, |fixture| fixture.tables.place_groups())
+}
+
+fn springs(
+    bench: &mut Bench<'_>,
+    entry: &'static str,
+    sort: usize,
+    groups: fn(&Fixture) -> usize,
+) -> Result<(), String> {
+    for mut fixture in fixtures(bench)? {
+        let kernel = kernel_of(bench, Name::new(entry), &fixture)?;
+        let (between, _) = fixture.on_cpu(|tile| tile.springs());
+        let mut wanted = fixture.force_fours();
+        for (place, _) in sorts(&fixture)[sort].iter().enumerate().filter(|(_, is)| **is) {
+            wanted[place] = written(between.force[place]);
+        }
+        let mut arrays = fixture.arrays();
+        arrays.insert("force", words(&fixture.force_fours()));
+        let records = fixture.records();
+        let given = Given { arrays: &arrays, records: &records, groups: groups(&fixture) };
+        bench.run(&kernel, &given, |written| written.fours("force", &wanted))?;
+    }
+    Ok(())
+}
+
+fn grid_alone(bench: &mut Bench<'_>) -> Result<(), String> {
+    at_once(bench, Name::new("grid_particles"), 0, |fixture| fixture.tables.tiles.len())
+}
+
+fn grid_given(bench: &mut Bench<'_>) -> Result<(), String> {
+    let name = Name { loads_given: true, ..Name::new("grid_particles") };
+    at_once(bench, name, 0, |fixture| fixture.tables.tiles.len())
+}
+
+fn mesh_alone(bench: &mut Bench<'_>) -> Result<(), String> {
+    at_once(bench, Name::new("mesh_particles"), 1, |fixture| fixture.tables.place_groups())
+}
+
+fn mesh_given(bench: &mut Bench<'_>) -> Result<(), String> {
+    let name = Name { loads_given: true, ..Name::new("mesh_particles") };
+    at_once(bench, name, 1, |fixture| fixture.tables.place_groups())
+}
+
+/// All particle stages but pins in one kernel.
+fn at_once(
+    bench: &mut Bench<'_>,
+    name: Name,
+    sort: usize,
+    groups: fn(&Fixture) -> usize,
+) -> Result<(), String> {
+    for mut fixture in fixtures(bench)? {
+        let kernel = kernel_of(bench, name, &fixture)?;
+        let load = if name.loads_given { fixture.force.clone() } else { wind_and_drag(&fixture) };
+        fixture.force = load;
+        let (between, after) = fixture.on_cpu(|tile| {
+            tile.springs();
+            tile.integrate();
+            tile.contact();
+        });
+        let arrays = fixture.arrays();
+        let [position, velocity] = particles(&fixture, &arrays, &between.force, &sorts(&fixture)[sort], &after);
+        let records = fixture.records();
+        let given = Given { arrays: &arrays, records: &records, groups: groups(&fixture) };
+        bench.run(&kernel, &given, |written| {
+            written.fours("new_position", &position);
+            written.fours("new_velocity", &velocity);
+        })?;
+    }
+    Ok(())
+}
+
+/// What the places of a sort come to; the others stay as they are.
+fn particles(
+    fixture: &Fixture,
+    arrays: &Arrays,
+    force: &[[f32; 3]],
+    sort: &[bool],
+    after: &super::fixture::State,
+) -> [Vec<Four>; 2] {
+    let poison = [f32::from_bits(arrays["new_position"][0]); 4];
+    let mut state = [vec![poison; sort.len()], vec![poison; sort.len()]];
+    for place in (0..sort.len()).filter(|&place| sort[place]) {
+        let (x, v) = if fixture.is_node[place] {
+            (after.position[place], after.velocity[place])
+        } else {
+            drift(fixture, place, force[place])
+        };
+        (state[0][place], state[1][place]) = (x, v);
+    }
+    state
+}
