@@ -12,7 +12,10 @@ fn check(name: &str) {
     let row = rows().into_iter().find(|row| row.name == name).unwrap_or_else(|| panic!("no row `{name}`"));
     let outcome = row.run(&GPU).unwrap_or_else(|why| panic!("{name}: {why}"));
     let allowed = row.tolerance.on(&GPU);
-    println!("{name}: {} ulps of {allowed} in {} numbers, {:?}", outcome.ulps, outcome.compared, outcome.place);
+    println!(
+        "{name}: {} ulps of {allowed} in {} numbers, {:?}",
+        outcome.ulps, outcome.compared, outcome.place
+    );
     assert!(outcome.compared > 0, "{name} compares nothing");
     if let Some(place) = outcome.place.filter(|_| outcome.ulps > allowed) {
         let why = row.tolerance.why;
@@ -32,6 +35,7 @@ named_rows! {
     grid_particles grid_particles_given mesh_particles mesh_particles_given
     bend_hinges scale_loads
     measure_nodes measure_grid_springs measure_mesh_springs measure_hinges measure_volumes
+    angle_of spring_factor fold_of external depth_and_normal respond leave_both euler
 }
 
 #[test]

@@ -49,12 +49,7 @@ impl Bench<'_> {
     }
 
     /// Makes a kernel of whole sources.
-    pub fn kernel(
-        &self,
-        name: Name,
-        more: &[&str],
-        overrides: &[(&str, f64)],
-    ) -> Result<Kernel, String> {
+    pub fn kernel(&self, name: Name, more: &[&str], overrides: &[(&str, f64)]) -> Result<Kernel, String> {
         let source = (self.edit)([&name.sources()[..], more].concat().join("\n"));
         self.gpu.kernel(name.entry, &[&source], name.entry, overrides).map_err(|error| error.to_string())
     }
@@ -108,12 +103,6 @@ impl Written<'_> {
     pub fn take<T: Pod>(&mut self, name: &str) -> Vec<T> {
         let words = self.arrays.remove(name).unwrap_or_default();
         cast_slice(&words).to_vec()
-    }
-
-    /// Compares numbers of one quantity.
-    pub fn numbers(&mut self, name: &str, wanted: &[f32]) {
-        let found = self.take::<f32>(name);
-        self.outcome.compare(name, wanted, &found);
     }
 
     /// Compares vectors, whose fourth number is of another quantity and is only copied.

@@ -58,8 +58,7 @@ fn scales(bench: &mut Bench<'_>) -> Result<(), String> {
                 written.outcome().compare(&name, &[wanted.factor], &[found.factor]);
             }
             let rest: Vec<Load> = found.iter().map(|load| Load { factor: f32::NAN, ..*load }).collect();
-            let numbers =
-                |loads: &[Load]| words(loads).into_iter().map(f32::from_bits).collect::<Vec<_>>();
+            let numbers = |loads: &[Load]| words(loads).into_iter().map(f32::from_bits).collect::<Vec<_>>();
             written.outcome().copied("loads", &numbers(&poisoned), &numbers(&rest));
         })?;
     }

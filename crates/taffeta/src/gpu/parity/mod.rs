@@ -6,7 +6,7 @@ mod bench;
 //mod coverage;
 mod elements;
 mod fixture;
-//mod formulas;
+mod formulas;
 mod measure;
 mod particles;
 mod scene;
@@ -14,8 +14,8 @@ mod scene;
 use super::kernels::Name;
 use bench::Bench;
 use std::fmt;
-use taffeta_gpu::wgpu::naga;
 use taffeta_gpu::Gpu;
+use taffeta_gpu::wgpu::naga;
 
 /// A kernel and its twin.
 #[derive(Clone, Copy, Debug)]
@@ -99,7 +99,7 @@ impl Row {
 
 /// All rows.
 pub fn rows() -> Vec<Row> {
-    [particles::ROWS, elements::ROWS, measure::ROWS].concat()
+    [particles::ROWS, elements::ROWS, measure::ROWS, formulas::ROWS].concat()
 }
 
 /// The entry points that naga finds in the sources of the kernels.
@@ -107,8 +107,7 @@ pub fn entry_points() -> Result<Vec<String>, String> {
     let mut found = Vec::new();
     for loads_given in [false, true] {
         let source = Name { entry: "", loads_given }.sources().join("\n");
-        let module =
-            naga::front::wgsl::parse_str(&source).map_err(|error| error.emit_to_string(&source))?;
+        let module = naga::front::wgsl::parse_str(&source).map_err(|error| error.emit_to_string(&source))?;
         found.extend(module.entry_points.into_iter().map(|point| point.name));
     }
     found.sort();

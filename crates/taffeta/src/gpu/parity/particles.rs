@@ -3,11 +3,11 @@
 use super::bench::{Bench, Given};
 use super::fixture::{Arrays, Fixture, words};
 use super::{Row, Tolerance};
+use crate::backend::Backend;
 use crate::forces::external;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{FORCE, Four, Load};
 use crate::integrate::euler;
-use crate::backend::Backend;
 use taffeta_gpu::Kernel;
 
 const SAME: &str = "sums, products, quotients and roots in the same order; hardware may fuse them";
@@ -18,7 +18,12 @@ const COLLIDED: &str =
 pub const ROWS: &[Row] = &[
     row("integrate_all", "integrate_all", Tolerance::new(0.0, 4.0, SAME), integrate),
     row("contact_all", "contact_all", Tolerance::new(0.0, 512.0, COLLIDED), contact),
-    row("pins_all", "pins_all", Tolerance::new(6.0, 8.0, "the CPU moves pins in 64 bits"), pins),
+    row(
+        "pins_all",
+        "pins_all",
+        Tolerance::new(4.0, 8.0, "the CPU moves pins in 64 bits, the GPU by three products and sums in 32"),
+        pins,
+    ),
     row("loads_all", "loads_all", Tolerance::new(0.0, 16.0, SAME), loads),
     row("grid_springs_all", "grid_springs_all", Tolerance::new(0.0, 64.0, SAME), grid_springs),
     row("mesh_springs_all", "mesh_springs_all", Tolerance::new(0.0, 64.0, SAME), mesh_springs),
@@ -145,7 +150,8 @@ fn loads(bench: &mut Bench<'_>) -> Result<(), String> {
         }
         let wanted: Vec<Four> = wanted.into_iter().map(written).collect();
         let scaled = scaled_loads(&fixture, &between.torques);
-        let hinge_forces: Vec<Four> = between.hinge_forces.as_flattened().iter().copied().map(written).collect();
+        let hinge_forces: Vec<Four> =
+            between.hinge_forces.as_flattened().iter().copied().map(written).collect();
         let mut arrays = fixture.arrays();
         arrays.insert("loads", words(&scaled));
         arrays.insert("hinge_forces", words(&hinge_forces));
@@ -246,7 +252,8 @@ fn at_once(
             tile.contact();
         });
         let arrays = fixture.arrays();
-        let [position, velocity] = particles(&fixture, &arrays, &between.force, &sorts(&fixture)[sort], &after);
+        let [position, velocity] =
+            particles(&fixture, &arrays, &between.force, &sorts(&fixture)[sort], &after);
         let records = fixture.records();
         let given = Given { arrays: &arrays, records: &records, groups: groups(&fixture) };
         bench.run(&kernel, &given, |written| {

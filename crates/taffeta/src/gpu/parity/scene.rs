@@ -2,7 +2,7 @@
 //! of both kinds, still and moving.
 
 use crate::scene::{
-    Body, Collider, Force, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, ScaleKey, Select, Torque,
+    Body, Collider, Force, Icosphere, Internal, Keyframe, Mass, Mesh, ScaleKey, Scene, Select, Torque,
 };
 
 /// The sheet's edge has pins; its corner at the end of the first row is moved by the program.

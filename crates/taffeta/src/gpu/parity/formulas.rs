@@ -1,0 +1,360 @@
+//! Rows of the formulas alone, on values by chance and on awkward ones.
+
+use super::bench::{Bench, Given};
+use super::fixture::{Arrays, Chance, words};
+use super::{Row, Tolerance};
+use crate::collision::contact::{leave_both, respond};
+use crate::collision::shape::{ColliderNow, PlaneNow, ShapeNow, SphereNow, Touching};
+use crate::forces::{external, hinge, spring};
+use crate::gpu::kernels::Name;
+use crate::gpu::layout::{Collider, Four};
+use crate::integrate::euler;
+use crate::real::{Real, dot, norm, scale};
+use taffeta_gpu::bytemuck::{Pod, Zeroable};
+
+/// Compiled behind the sources of all kernels.
+pub const SOURCE: &str = include_str!("formulas.wgsl");
+
+/// `Case` of formulas.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub struct Case {
+    pub a: [f32; 3],
+    pub s: f32,
+    pub b: [f32; 3],
+    pub t: f32,
+    pub c: [f32; 3],
+    pub u: f32,
+    pub d: [f32; 3],
+    pub w: f32,
+    pub collider: Collider,
+}
+
+/// `Answer` of formulas.wgsl.
+type Answer = [Four; 4];
+
+const SAME: &str = "the same operations in the same order; hardware may fuse products and sums";
+const NEAR: &str = "as above; where vectors nearly cancel, what was fused is left";
+
+/// One row for each formula. On hardware awkward values are left out.
+pub const ROWS: &[Row] = &[
+    row("angle_of", Tolerance::new(0.0, 8.0, SAME), |bench| formula(bench, 0, &angles(), angle)),
+    row("spring_factor", Tolerance::new(0.0, 64.0, NEAR), |bench| {
+        let cases = springs(bench.is_exact());
+        formula(bench, 1, &cases, pull)
+    }),
+    row("fold_of", Tolerance::new(0.0, 16384.0, NEAR), |bench| {
+        let cases = folds(bench.is_exact());
+        formula(bench, 2, &cases, fold)
+    }),
+    row("external", Tolerance::new(0.0, 64.0, NEAR), |bench| {
+        let cases = levers(bench.is_exact());
+        formula(bench, 3, &cases, load)
+    }),
+    row("depth_and_normal", Tolerance::new(0.0, 16.0, SAME), |bench| {
+        let cases = places(bench.is_exact());
+        formula(bench, 4, &cases, depth)
+    }),
+    row("respond", Tolerance::new(0.0, 64.0, NEAR), |bench| {
+        let cases = touches(bench.is_exact());
+        formula(bench, 5, &cases, response)
+    }),
+    row("leave_both", Tolerance::new(0.0, 16384.0, NEAR), |bench| {
+        let cases = wedges(bench.is_exact());
+        formula(bench, 6, &cases, way_out)
+    }),
+    row("euler", Tolerance::new(0.0, 8.0, SAME), |bench| {
+        let cases = by_chance(7, 300);
+        formula(bench, 7, &cases, step)
+    }),
+];
+
+const fn row(
+    name: &'static str,
+    tolerance: Tolerance,
+    check: fn(&mut Bench<'_>) -> Result<(), String>,
+) -> Row {
+    Row { name, entry: "formulas", tolerance, check }
+}
+
+fn formula(
+    bench: &mut Bench<'_>,
+    number: u32,
+    cases: &[Case],
+    twin: fn(&Case) -> Answer,
+) -> Result<(), String> {
+    let kernel = bench.kernel(Name::new("formulas"), &[SOURCE], &[("FORMULA", f64::from(number))])?;
+    let answers: Vec<Answer> = cases.iter().map(twin).collect();
+    let poison = vec![f32::NAN.to_bits(); 16 * (cases.len() + 1)];
+    let arrays = Arrays::from([("cases", words(cases)), ("answers", poison)]);
+    let given = Given { arrays: &arrays, records: &[], groups: cases.len().div_ceil(256) };
+    bench.run(&kernel, &given, |written| {
+        let found: Vec<f32> = written.take("answers");
+        let (found, rest) = found.split_at(16 * cases.len());
+        // Sizes differ by many powers of ten from case to case: each number is compared with the largest of its own.
+        for (index, (wanted, found)) in answers.iter().zip(found.chunks_exact(16)).enumerate() {
+            for (name, range) in
+                [("a", 0..3), ("a.w", 3..4), ("b", 4..7), ("b.w", 7..8), ("c", 8..11), ("c.w", 11..12)]
+            {
+                let output = format!("case {index}, {name}");
+                written.outcome().compare(&output, &wanted.as_flattened()[range.clone()], &found[range]);
+            }
+            let output = format!("case {index}, d");
+            written.outcome().compare(&output, &wanted.as_flattened()[12..], &found[12..]);
+        }
+        written.outcome().copied("answers, past their end", &[f32::NAN; 16], rest);
+    })
+}
+
+/// A case of numbers that are neither zero nor one, with a ball.
+fn chance_case(chance: &mut Chance) -> Case {
+    let [x, y, z] = chance.three(0.5);
+    Case {
+        a: chance.three(0.9),
+        s: 0.3 + 0.2 * chance.number(),
+        b: chance.three(0.9),
+        t: 0.4 + 0.3 * chance.number(),
+        c: chance.three(0.9),
+        u: 0.5 + 0.4 * chance.number(),
+        d: chance.three(0.9),
+        w: 0.6 + 0.3 * chance.number(),
+        collider: Collider {
+            place: [x, y, z],
+            size: 1.1 + 0.5 * chance.number(),
+            spin_x: chance.three(2.0),
+            friction: 0.5 + 0.4 * chance.number(),
+            spin_y: chance.three(2.0),
+            restitution: 0.5 + 0.4 * chance.number(),
+            spin_z: chance.three(2.0),
+            kind: 0,
+            drift: chance.three(1.5),
+            padding: 0,
+        },
+    }
+}
+
+fn by_chance(seed: u64, count: usize) -> Vec<Case> {
+    let mut chance = Chance::new(seed);
+    (0..count).map(|_| chance_case(&mut chance)).collect()
+}
+
+/// Awkward cases, which a fused product may send the other way at a branch, behind those by chance.
+fn with_awkward(mut cases: Vec<Case>, exact: bool, awkward: impl IntoIterator<Item = Case>) -> Vec<Case> {
+    cases.extend(awkward.into_iter().filter(|_| exact));
+    cases
+}
+
+fn vector([x, y, z]: [f32; 3], w: f32) -> Four {
+    [x, y, z, w]
+}
+
+/// All octants and sizes, the seams between them, and half a turn and more to wrap.
+fn angles() -> Vec<Case> {
+    use std::f32::consts::PI;
+    let [base] = by_chance(3, 1)[..] else { return Vec::new() };
+    let tan = 0.414_213_57_f32;
+    let sizes =
+        [0.0, 1e-30, 1e-20, 1e-6, 0.1, tan.next_down(), tan, tan.next_up(), 0.7, 1.0, 2.414_2, 50.0, 1e12];
+    let mut cases = Vec::new();
+    for y in sizes.iter().flat_map(|&size| [size, -size]) {
+        cases.extend(sizes.iter().flat_map(|&size| [size, -size]).map(|x| Case { s: y, t: x, ..base }));
+    }
+    for turn in [PI.next_down(), PI, PI.next_up(), 6.2, 6.5] {
+        cases.push(Case { s: turn, t: -turn, ..base });
+    }
+    cases
+}
+
+fn angle(case: &Case) -> Answer {
+    let numbers = [Real::atan2(case.s, case.t), hinge::wrap(case.s), hinge::wrap(case.t)];
+    [vector(numbers, 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
+}
+
+/// Ends at one place, at about the length below which none is told from it, and very far.
+fn springs(exact: bool) -> Vec<Case> {
+    let cases = by_chance(4, 200);
+    let lengths = [0.0, 1e-30, 1e-20, 0.9e-15, 1e-15, 1.1e-15, 1e-14, 1e-10, 1e3, 1e9, 1e15];
+    let bases = cases.clone();
+    let awkward = lengths.into_iter().zip(bases).flat_map(|(length, base)| {
+        let along = Case { a: [length, 0.0, 0.0], ..base };
+        [along, Case { a: scale(base.a, length), ..base }]
+    });
+    with_awkward(cases, exact, awkward)
+}
+
+fn pull(case: &Case) -> Answer {
+    let factor = spring::factor(case.a, case.b, case.s, case.t, case.u);
+    let numbers = [factor, spring::energy(case.w, case.s, case.u), norm(case.a)];
+    [vector(numbers, 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
+}
+
+/// Slivers, triangles without area, an edge without length or of about the least; flat, and folded onto itself.
+fn folds(exact: bool) -> Vec<Case> {
+    let cases = by_chance(5, 300);
+    let mut awkward = Vec::new();
+    for base in &cases[..8] {
+        awkward.extend([
+            Case { c: base.a, ..*base },
+            Case { d: base.b, ..*base },
+            Case { b: base.a, ..*base },
+            Case { d: base.c, ..*base },
+            Case {
+                c: std::array::from_fn(|i| 0.499 * base.a[i] + 0.5 * base.b[i] + 0.001 * base.c[i]),
+                ..*base
+            },
+        ]);
+        for length in [1e-20, 0.9e-15, 1e-15, 1.1e-15, 1e-8, 1e-7, 1e3, 1e6] {
+            let small = |x: [f32; 3]| scale(x, length);
+            awkward.push(Case {
+                a: small(base.a),
+                b: small(base.b),
+                c: small(base.c),
+                d: small(base.d),
+                ..*base
+            });
+        }
+        let flat = |[x, y, _]: [f32; 3]| [x, y, 0.0];
+        awkward.push(Case { a: flat(base.a), b: flat(base.b), c: flat(base.c), d: flat(base.d), ..*base });
+    }
+    with_awkward(cases, exact, awkward)
+}
+
+fn fold(case: &Case) -> Answer {
+    let corners = [case.a, case.b, case.c, case.d];
+    let (theta, gradient) = hinge::angle_and_gradient(corners);
+    let [a, b, c, d] = gradient;
+    let energy = hinge::energy(corners, case.s, case.t);
+    [vector(a, theta), vector(b, energy), vector(c, hinge::steepness(&gradient)), vector(d, 0.0)]
+}
+
+/// Levers of no length and of about the least.
+fn levers(exact: bool) -> Vec<Case> {
+    let cases = by_chance(6, 200);
+    let lengths = [0.0_f32, 1e-20, 0.9e-15, 1e-15, 1.1e-15, 1e-8];
+    let bases = cases.clone();
+    let awkward = lengths.into_iter().zip(bases).map(|(length, base)| {
+        let along = Case { a: [length, 0.0, 0.0], b: [0.0, 0.0, 1.0], c: [0.0; 3], ..base };
+        if length > 0.0 { along } else { Case { c: base.a, ..base } }
+    });
+    with_awkward(cases, exact, awkward)
+}
+
+fn load(case: &Case) -> Answer {
+    let arm = external::lever(case.a, case.b, case.c);
+    let factor = external::torque_factor(case.s, std::iter::once(arm));
+    let load = std::array::from_fn(|i| external::wind_and_drag(case.a[i], case.t, case.b[i]));
+    [vector(arm, factor), vector(load, 0.0), [0.0; 4], [0.0; 4]]
+}
+
+/// The collider of a case, as the CPU has it.
+fn collider(case: &Case) -> ColliderNow<f32> {
+    let Collider { place, size, kind, .. } = case.collider;
+    let shape = if kind == 0 {
+        ShapeNow::Sphere(SphereNow { center: place, radius: size })
+    } else {
+        ShapeNow::Plane(PlaneNow { normal: place, level: size })
+    };
+    let c = case.collider;
+    let touching = Touching {
+        friction: c.friction,
+        restitution: c.restitution,
+        spin: [c.spin_x, c.spin_y, c.spin_z],
+        drift: c.drift,
+    };
+    ColliderNow { shape, touching }
+}
+
+/// Every other case has a half-space.
+fn with_planes(mut cases: Vec<Case>) -> Vec<Case> {
+    for case in cases.iter_mut().step_by(2) {
+        let length = norm(case.c);
+        case.collider.kind = 1;
+        case.collider.place = case.c.map(|c| c / length);
+    }
+    cases
+}
+
+/// At a ball's very centre and about it, on surfaces and a hair beside them.
+fn places(exact: bool) -> Vec<Case> {
+    let cases = with_planes(by_chance(8, 200));
+    let ball = cases[1];
+    let centre = ball.collider.place;
+    let mut awkward = vec![Case { a: centre, ..ball }];
+    for length in [1e-20_f32, 0.9e-15, 1e-15, 1.1e-15, 1e-10] {
+        let mut case = Case { a: [length, 0.0, 0.0], ..ball };
+        case.collider.place = [0.0; 3];
+        awkward.push(case);
+    }
+    for level in [0.5_f32.next_down(), 0.5, 0.5_f32.next_up()] {
+        let mut case = Case { a: [0.3, 0.5, 0.2], ..cases[0] };
+        (case.collider.place, case.collider.size) = ([0.0, 1.0, 0.0], level);
+        awkward.push(case);
+    }
+    with_awkward(cases, exact, awkward)
+}
+
+fn depth(case: &Case) -> Answer {
+    let (depth, normal) = collider(case).depth_and_normal(case.a);
+    [vector(normal, depth), [0.0; 4], [0.0; 4], [0.0; 4]]
+}
+
+/// Coming, leaving and neither; slipping as fast as friction can stop, and a hair faster and slower.
+fn touches(exact: bool) -> Vec<Case> {
+    let cases = with_planes(by_chance(9, 400));
+    let mut still = cases[0];
+    still.collider = Collider {
+        place: [0.0, 1.0, 0.0],
+        size: 0.25,
+        friction: 0.5,
+        restitution: 0.25,
+        spin_x: [0.0; 3],
+        spin_y: [0.0; 3],
+        spin_z: [0.0; 3],
+        drift: [0.0; 3],
+        ..still.collider
+    };
+    // Impulse (1 + 1/4) · 2 = 5/2, of which friction can take half.
+    let slips = [0.0, 1.25_f32.next_down(), 1.25, 1.25_f32.next_up(), 3.0];
+    let mut awkward = Vec::new();
+    for speed in [-2.0, -1e-30, 0.0, 1e-30, 2.0] {
+        awkward.extend(slips.map(|slip| Case { a: [0.1, 0.2, 0.3], b: [slip, speed, 0.0], ..still }));
+    }
+    with_awkward(cases, exact, awkward)
+}
+
+fn response(case: &Case) -> Answer {
+    let collider = collider(case);
+    let touch = collider.touching.touch(case.a, collider.depth_and_normal(case.a));
+    let (x, v) = respond(case.a, case.b, &touch, case.s);
+    [vector(x, 0.0), vector(v, 0.0), [0.0; 4], [0.0; 4]]
+}
+
+/// Faces at all angles: one of which is left with the other, or faces it, and about these.
+fn wedges(exact: bool) -> Vec<Case> {
+    let unit = |x: [f32; 3]| scale(x, 1.0 / norm(x));
+    let cases: Vec<Case> =
+        by_chance(10, 400).iter().map(|c| Case { a: unit(c.a), b: unit(c.b), ..*c }).collect();
+    let mut awkward = Vec::new();
+    for base in &cases[..5] {
+        let limit = base.s * dot(base.a, base.b);
+        awkward.extend([limit.next_down(), limit, limit.next_up()].map(|t| Case { t, ..*base }));
+        awkward.extend([base.a, base.a.map(|c| -c)].map(|b| Case { b, ..*base }));
+        // Rooms about 1e-6, the square of the angle between the faces.
+        for angle in [0.99e-3_f32, 1e-3, 1.01e-3] {
+            awkward.push(Case { a: [1.0, 0.0, 0.0], b: [-1.0, angle, 0.0], ..*base });
+            awkward.push(Case { a: [1.0, 0.0, 0.0], b: unit([-1.0, angle, 0.0]), ..*base });
+        }
+    }
+    with_awkward(cases, exact, awkward)
+}
+
+fn way_out(case: &Case) -> Answer {
+    let way = leave_both((case.s, case.a), (case.t, case.b));
+    [vector(way, 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
+}
+
+fn step(case: &Case) -> Answer {
+    let v = std::array::from_fn(|i| euler::velocity(case.a[i], case.b[i], case.s, case.c[i], case.t));
+    let x = std::array::from_fn(|i| euler::position(case.d[i], v[i], case.t));
+    [vector(v, 0.0), vector(x, 0.0), [0.0; 4], [0.0; 4]]
+}

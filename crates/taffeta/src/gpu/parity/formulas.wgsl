@@ -1,0 +1,89 @@
+// Formulas alone, from numbers to numbers: an invocation takes a case of the formula that the pipeline is made for.
+
+override FORMULA: u32 = 0u;
+
+/// What a formula is given, as far as it takes numbers and vectors.
+struct Case {
+    a: vec3f,
+    s: f32,
+    b: vec3f,
+    t: f32,
+    c: vec3f,
+    u: f32,
+    d: vec3f,
+    w: f32,
+    collider: Collider,
+}
+
+/// What it gives; what is left is 0.
+struct Answer {
+    a: vec4f,
+    b: vec4f,
+    c: vec4f,
+    d: vec4f,
+}
+
+@group(2) @binding(16) var<storage, read> cases: array<Case>;
+@group(3) @binding(16) var<storage, read_write> answers: array<Answer>;
+
+fn one_vector(x: vec3f, s: f32) -> Answer {
+    return Answer(vec4f(x, s), vec4f(0.0), vec4f(0.0), vec4f(0.0));
+}
+
+fn numbers(s: f32, t: f32, u: f32) -> Answer {
+    return one_vector(vec3f(s, t, u), 0.0);
+}
+
+fn answer(case_of: Case) -> Answer {
+    let a = case_of.a;
+    let b = case_of.b;
+    switch FORMULA {
+        case 0u: {
+            return numbers(angle_of(case_of.s, case_of.t), wrap(case_of.s), wrap(case_of.t));
+        }
+        case 1u: {
+            let factor = spring_factor(a, b, case_of.s, case_of.t, case_of.u);
+            return numbers(factor, spring_energy(case_of.w, case_of.s, case_of.u), norm3(a));
+        }
+        case 2u: {
+            let fold = fold_of(a, b, case_of.c, case_of.d);
+            return Answer(
+                vec4f(fold.at_a, fold.theta), vec4f(fold.at_b, hinge_energy(fold, case_of.s, case_of.t)),
+                vec4f(fold.at_c, steepness(fold)), vec4f(fold.at_d, 0.0),
+            );
+        }
+        case 3u: {
+            let arm = lever(a, b, case_of.c);
+            let load = wind_and_drag(a, case_of.t, b);
+            return Answer(vec4f(arm, torque_factor(case_of.s, dot3(arm, arm))), vec4f(load, 0.0), vec4f(0.0), vec4f(0.0));
+        }
+        case 4u: {
+            let touch = depth_and_normal(case_of.collider, a);
+            return one_vector(touch.normal, touch.depth);
+        }
+        case 5u: {
+            let touch = depth_and_normal(case_of.collider, a);
+            let after = respond(Touched(a, 0u, b), case_of.collider, touch, case_of.s);
+            return Answer(vec4f(after.x, 0.0), vec4f(after.v, 0.0), vec4f(0.0), vec4f(0.0));
+        }
+        case 6u: {
+            return one_vector(leave_both(Depth(a, case_of.s), Depth(b, case_of.t)), 0.0);
+        }
+        default: {
+            let v = new_velocity_of(a, b, case_of.s, case_of.c, case_of.t);
+            return Answer(vec4f(v, 0.0), vec4f(new_position_of(case_of.d, v, case_of.t), 0.0), vec4f(0.0), vec4f(0.0));
+        }
+    }
+}
+
+@compute @workgroup_size(256)
+fn formulas(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts) * 256u + lane;
+    if index < arrayLength(&cases) {
+        answers[index] = answer(cases[index]);
+    }
+}
