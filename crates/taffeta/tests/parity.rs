@@ -51,3 +51,72 @@ fn every_entry_point_has_a_row() {
         assert!(rows.iter().any(|row| row.entry == entry), "kernel `{entry}` has no row");
     }
 }
+
+/// Faults in the sources: the row that must find each, what is written, and what is put in its place.
+const FAULTS: &[(&str, &str, &str)] = &[
+    ("grid_springs_all", "return own + ending;", "return own - ending;"),
+    ("grid_springs_all", "col < grids[grid].cols", "col <= grids[grid].cols"),
+    ("grid_particles", "grid, 5u, 1, -1)", "grid, 5u, 1, 1)"),
+    ("grid_particles_given", "return load[node].xyz;", "return load[node].yxz;"),
+    ("mesh_springs_all", "kind < KINDS", "kind + 1u < KINDS"),
+    ("mesh_particles", "i < run.count", "i + 1u < run.count"),
+    ("mesh_particles_given", "runs[node / LANES * KINDS].count != NOT_A_MESH", "true"),
+    ("contact_all", "if touch.depth > 0.0 {", "if touch.depth > 0.001 {"),
+    ("contact_all", "if touch.depth > 0.0 {", "if touch.depth >= 0.0 {"),
+    ("contact_all", "!(node.position.w > 0.0)", "false"),
+    ("contact_all", "i + 1u != node.last && ", ""),
+    ("contact_all", "round < ROUNDS", "round < 2u"),
+    ("contact_all", "-node.velocity.w, after.last > 0u", "-node.velocity.w, after.last > 1u"),
+    (
+        "respond",
+        "let most = collider.friction * impulse;",
+        "let most = 1.00001 * collider.friction * impulse;",
+    ),
+    ("respond", "closing > 0.0)", "true)"),
+    ("depth_and_normal", "distance * distance > TINY", "distance > TINY"),
+    ("leave_both", "room <= 1e-6", "room <= 1.1e-6"),
+    ("leave_both", "first.depth * cosine >= second.depth", "first.depth * cosine > second.depth"),
+    ("angle_of", "angle > PI", "angle >= PI"),
+    ("angle_of", "let is_up = up > across;", "let is_up = up >= across;"),
+    ("spring_factor", "length_squared < TINY);", "length_squared < 2.0 * TINY);"),
+    ("fold_of", "along_d - 1.0", "along_d + 1.0"),
+    ("external", "let some = sum > TINY;", "let some = sum > 0.0;"),
+    ("euler", "inverse_mass > 0.0", "inverse_mass > 0.35"),
+    ("integrate_all", "inverse_mass > 0.0", "inverse_mass >= 0.0"),
+    ("integrate_all", "abs(v.w)", "v.w"),
+    ("pins_all", "index >= substeps[0].pins", "index + 1u >= substeps[0].pins"),
+    ("pins_all", "abs(new_velocity[pin.node].w)", "new_velocity[pin.node].w"),
+    ("loads_all", "&& bitcast<u32>(hand_forces[i].w) == node; i++", "&& i < 1u; i++"),
+    ("loads_all", "bending += hinge_forces", "bending = hinge_forces"),
+    ("scale_loads", "i += 256u", "i += 257u"),
+    ("scale_loads", "scales[substeps[0].first_scale + index]", "scales[index]"),
+    ("bend_hinges", "const STIFFEST: f32 = 16.0;", "const STIFFEST: f32 = 17.0;"),
+    ("bend_hinges", "if angle < -PI {", "if angle < -3.2 {"),
+    ("measure_nodes", "for (var half = 128u;", "for (var half = 64u;"),
+    ("measure_nodes", "signed_mass < 0.0)", "signed_mass <= 0.0)"),
+    ("measure_nodes", "== 0x7f800000u;", "== 0x7f000000u;"),
+    ("measure_grid_springs", "index += counts.x) {", "index += counts.x + 1u) {"),
+    ("measure_grid_springs", "if along.there != 0u && inside(", "if inside("),
+    ("measure_mesh_springs", "0.5 * spring_energy(", "spring_energy("),
+    ("measure_hinges", "0.5 * k * turn * turn", "k * turn * turn"),
+    ("measure_volumes", "position_of(corners[at + 2u]) - origin", "position_of(corners[at + 2u])"),
+];
+
+#[test]
+fn faults_in_the_sources_are_found() {
+    let rows = rows();
+    let mut missed = Vec::new();
+    for (name, written, fault) in FAULTS {
+        let row = rows.iter().find(|row| row.name == *name).expect("a row");
+        let edit = |source: String| {
+            assert!(source.contains(written), "`{written}` is not in the sources of {name}");
+            source.replace(written, fault)
+        };
+        let outcome = row.run_edited(&GPU, &edit).unwrap_or_else(|why| panic!("{name}, `{fault}`: {why}"));
+        let allowed = row.tolerance.on(&GPU);
+        if outcome.ulps <= allowed {
+            missed.push(format!("{name} does not find `{fault}`: {} of {allowed}", outcome.ulps));
+        }
+    }
+    assert!(missed.is_empty(), "{}", missed.join("\n"));
+}

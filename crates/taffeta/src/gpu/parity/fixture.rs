@@ -1,13 +1,14 @@
 //! A state by chance, in which no number is zero or one, and some nodes stand on, below and above what kernels branch
 //! on; with it the CPU's backend and the arrays that kernels are bound to.
 
-use super::scene::{CENTER, FLOOR, ON_THE_AXIS, scene};
+use super::scene::{CEILING, CENTER, FLOOR, MIDDLE, ON_THE_AXIS, scene};
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Hand};
 use crate::cpu::{Between, CpuBackend};
 use crate::gpu::layout::{BY_HAND, Collider, Four, Motion, Pin, Substep};
 use crate::gpu::tables::Tables;
 use crate::plan;
+use crate::real::add;
 use crate::step::Tile;
 use crate::topology::random::SplitMix64;
 use std::collections::BTreeMap;
@@ -257,8 +258,12 @@ fn squash(state: &mut State, tables: &Tables, exact: bool) {
 /// Around the colliders, and here and there on them.
 fn new_state(chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>, exact: bool) -> State {
     let mut state = State::default();
-    for (&[.., inverse_mass], &[.., mass]) in tables.position.iter().zip(&tables.velocity) {
-        let ([x, y, z], [u, v, w]) = (chance.three(0.9), chance.three(3.1));
+    for (place, (&[.., inverse_mass], &[.., mass])) in
+        tables.position.iter().zip(&tables.velocity).enumerate()
+    {
+        // Many are where two balls overlap.
+        let x = if place % 3 == 0 { add(MIDDLE, chance.three(0.25)) } else { chance.three(0.9) };
+        let ([x, y, z], [u, v, w]) = (x, chance.three(3.1));
         state.position.push([x, y, z, inverse_mass]);
         state.velocity.push([u, v, w, mass]);
     }
@@ -269,6 +274,7 @@ fn new_state(chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>, exact:
         place += 1;
     };
     put(CENTER, [0.3, -0.2, 0.7]);
+    put([5.0, CEILING + 0.25, 7.0], [0.3, 0.2, 0.7]);
     // Far from all but the floor and the wall that faces it: on it, a hair above and below; slipping as fast as
     // friction can stop, a hair faster and slower; leaving, and neither coming nor leaving.
     let heights = [FLOOR, FLOOR.next_up(), FLOOR.next_down(), FLOOR - 0.0625, FLOOR + 0.0625];

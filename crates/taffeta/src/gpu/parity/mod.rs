@@ -3,7 +3,8 @@
 //! The tests go through these rows on a software adapter, and the program does on its users' machines.
 
 mod bench;
-//mod coverage;
+#[cfg(test)]
+mod coverage;
 mod elements;
 mod fixture;
 mod formulas;

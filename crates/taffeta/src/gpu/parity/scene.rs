@@ -117,8 +117,13 @@ pub const ON_THE_AXIS: (usize, [f32; 3]) = (4, [-0.25, 0.3125, 0.125]);
 
 /// Height of the still floor [m].
 pub const FLOOR: f32 = -0.25;
+/// Height of the plane that faces it [m].
+pub const CEILING: f32 = 4.5;
 /// Centre of the still ball.
 pub const CENTER: [f32; 3] = [2.0, 0.5, -1.5];
+
+/// Between two balls that overlap [m].
+pub const MIDDLE: [f32; 3] = [0.29, -0.1, -0.07];
 
 /// A floor and a slope make a wedge, two balls overlap; one plane faces the floor.
 fn colliders() -> Vec<Collider> {
@@ -128,11 +133,14 @@ fn colliders() -> Vec<Collider> {
     };
     let floor = [0.0, f64::from(FLOOR), 0.0];
     vec![
-        Collider::sphere([0.21, 0.05, -0.13], 0.27).friction(0.4).restitution(0.3).keyframe(moving.clone()),
+        Collider::sphere([0.21, 0.05, -0.13], 0.37).friction(0.4).restitution(0.3).keyframe(moving.clone()),
         Collider::plane(floor, [0.0, 1.0, 0.0]).friction(0.5).restitution(0.25).offset(0.0),
         Collider::plane([-0.6, 0.0, 0.0], [0.7, 0.45, 0.1]).friction(0.7).restitution(0.1).keyframe(moving),
-        Collider::sphere([0.35, 0.21, -0.02], 0.19).friction(0.9).restitution(0.6),
+        Collider::sphere([0.35, -0.11, -0.02], 0.29).friction(0.9).restitution(0.6),
         Collider::sphere(CENTER.map(f64::from), 0.375).friction(0.2).restitution(0.15).offset(0.0),
-        Collider::plane([0.0, 4.5, 0.0], [0.0, -1.0, 0.0]).friction(0.3).restitution(0.2).offset(0.0),
+        Collider::plane([0.0, f64::from(CEILING), 0.0], [0.0, -1.0, 0.0])
+            .friction(0.3)
+            .restitution(0.2)
+            .offset(0.0),
     ]
 }
