@@ -82,7 +82,7 @@ fn push_out<T: Real>(colliders: &[ColliderNow<T>], mut x: [T; 3]) -> [T; 3] {
 }
 
 /// Rounds in which a place leaves a wedge between curved colliders: each halves the number of wrong digits.
-const ROUNDS: usize = 12;
+pub const ROUNDS: usize = 12;
 
 /// Kernel: how many nodes are inside a collider; with `last`, only those that touched another one last. A NaN is not.
 struct Inside<'a, T> {

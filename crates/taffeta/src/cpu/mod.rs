@@ -18,4 +18,6 @@ mod worker;
 pub use backend::Between;
 pub use backend::CpuBackend;
 pub use begin::Begun;
+#[cfg(all(test, feature = "gpu"))]
+pub use contact::ROUNDS;
 pub use simd::SimdLevel;

@@ -1,5 +1,5 @@
 //! Records as the kernels see them: the same fields in the same order, at the offsets that naga reads from the WGSL
-//! (`tests.rs` compares them).
+//! (`layout_tests` compares them).
 
 use crate::collision::shape::{ColliderNow, ShapeNow};
 use crate::integrate::pins;

@@ -5,6 +5,8 @@ mod boundary;
 mod cost;
 mod kernels;
 mod layout;
+#[cfg(test)]
+mod layout_tests;
 mod mirror;
 mod normals;
 mod paper;

@@ -1,0 +1,83 @@
+//! Numbers that stand on both sides.
+
+use super::{read, sources};
+use crate::collision::shape::{ColliderNow, PlaneNow, ShapeNow, SphereNow, Touching};
+use crate::cpu::ROUNDS;
+use crate::forces::hinge::STIFFEST;
+use crate::gpu::layout::{BY_HAND, Collider, FORCE, GROUP, IS_LOAD, NODE_SUMS, NOT_A_MESH, TILE, TORQUE};
+use crate::real::Real;
+use crate::topology::LANES;
+use std::collections::BTreeMap;
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+use taffeta_gpu::wgpu::naga::{Expression, Literal, Module};
+
+/// Constants that the Rust side has within a function, or not at all.
+const ALONE: &[&str] = &["TAN_EIGHTH"];
+
+/// The numbers of a source's constants.
+fn constants(module: &Module) -> BTreeMap<String, f64> {
+    let number = |init| match module.global_expressions[init] {
+        Expression::Literal(Literal::F32(number)) => f64::from(number),
+        Expression::Literal(Literal::U32(number)) => f64::from(number),
+        Expression::Literal(Literal::I32(number)) => f64::from(number),
+        ref other => panic!("a constant that is no number: {other:?}"),
+    };
+    let all = module.constants.iter();
+    all.filter_map(|(_, one)| Some((one.name.clone()?, number(one.init)))).collect()
+}
+
+/// The kind of a collider's record.
+fn kind(shape: ShapeNow<f32>) -> f64 {
+    let zero = [0.0; 3];
+    let touching = Touching { friction: 0.0, restitution: 0.0, spin: [zero; 3], drift: zero };
+    f64::from(Collider::from(&ColliderNow { shape, touching }).kind)
+}
+
+fn twins() -> BTreeMap<&'static str, f64> {
+    let zero = [0.0; 3];
+    BTreeMap::from([
+        ("TINY", f64::from(<f32 as Real>::TINY)),
+        ("FAR", f64::from(<f32 as Real>::FAR)),
+        ("PI", f64::from(PI)),
+        ("HALF_PI", f64::from(FRAC_PI_2)),
+        ("QUARTER_PI", f64::from(FRAC_PI_4)),
+        ("ROUNDS", ROUNDS as f64),
+        ("STIFFEST", STIFFEST),
+        ("NUMBERS", NODE_SUMS as f64),
+        ("IS_LOAD", f64::from(IS_LOAD)),
+        ("BY_HAND", f64::from(BY_HAND)),
+        ("NOT_A_MESH", f64::from(NOT_A_MESH)),
+        ("LANES", LANES as f64),
+        ("TILE_COLS", TILE[1] as f64),
+        ("FORCE", f64::from(FORCE)),
+        ("TORQUE", f64::from(TORQUE)),
+        ("SPHERE", kind(ShapeNow::Sphere(SphereNow { center: zero, radius: 0.0 }))),
+        ("PLANE", kind(ShapeNow::Plane(PlaneNow { normal: zero, level: 0.0 }))),
+    ])
+}
+
+#[test]
+fn constants_are_the_same_on_both_sides() {
+    let twins = twins();
+    let mut seen = Vec::new();
+    for source in sources() {
+        for (name, number) in constants(&read(&source)) {
+            match twins.get(name.as_str()) {
+                Some(&twin) => assert_eq!(number, twin, "`{name}`"),
+                None => {
+                    assert!(ALONE.contains(&name.as_str()), "`{name}` has no twin here, nor is it in ALONE")
+                }
+            }
+            seen.push(name);
+        }
+    }
+    for name in twins.keys().chain(ALONE) {
+        assert!(seen.iter().any(|one| one == name), "`{name}` is not in the WGSL");
+    }
+}
+
+#[test]
+fn a_tile_is_a_workgroup() {
+    assert_eq!(TILE[0] * TILE[1], GROUP);
+    assert_eq!(GROUP % LANES, 0);
+}

@@ -1,0 +1,176 @@
+//! Records, field by field.
+
+use super::{read, sources, words};
+use crate::gpu::layout::{Along, Chunk, Collider, Entry, Grid, Hinge, Load, Motion, Pin, Run, Substep, Tile};
+use taffeta_gpu::wgpu::naga::{AddressSpace, Handle, Module, Type, TypeInner};
+
+/// A record: its name, its size, and name, offset and type of its fields.
+#[derive(Debug)]
+struct Record {
+    name: String,
+    size: usize,
+    fields: Vec<(String, usize, String)>,
+}
+
+/// A type's name in WGSL.
+trait Named {
+    fn name() -> String;
+}
+
+macro_rules! named {
+    ($($rust:ty: $wgsl:literal),* $(,)?) => {
+        $(impl Named for $rust { fn name() -> String { $wgsl.to_owned() } })*
+    };
+}
+
+named! {
+    f32: "f32", u32: "u32", i32: "i32", [f32; 3]: "vec3<f32>", [f32; 4]: "vec4<f32>", [u32; 4]: "vec4<u32>",
+    [Along; 6]: "array<Along, 6>",
+}
+
+fn name_of<R, T: Named>(_: fn(&R) -> &T) -> String {
+    T::name()
+}
+
+/// A record of layout.rs with all its fields; what follows the semicolon fills it up, and WGSL does not know it.
+macro_rules! record {
+    ($record:ident { $($field:ident),* $(; $padding:ident)? }) => {{
+        // Does not compile where a field is not listed.
+        let _ = |$record { $($field: _,)* $($padding: _)? }: $record| ();
+        let field = |name: &str, offset: usize, ty: String| (name.to_owned(), offset, ty);
+        Record {
+            name: stringify!($record).to_owned(),
+            size: size_of::<$record>(),
+            fields: vec![$(field(
+                stringify!($field),
+                std::mem::offset_of!($record, $field),
+                name_of(|record: &$record| &record.$field),
+            )),*],
+        }
+    }};
+}
+
+fn records() -> Vec<Record> {
+    vec![
+        record!(Substep {
+            gravity, h, wind, drag, first_collider, colliders, first_motion, first_scale, hand_share, hand_rate,
+            hand_forces, pins, left; padding
+        }),
+        record!(Collider {
+            place, size, spin_x, friction, spin_y, restitution, spin_z, kind, drift; padding
+        }),
+        record!(Motion { x, y, z, rate_x, rate_y, rate_z }),
+        record!(Pin { start, node, way, track }),
+        record!(Along { k, damping, rest_length, there }),
+        record!(Grid { first, rows, cols, along }),
+        record!(Tile { grid, row, col }),
+        record!(Run { start, count, k, damping }),
+        record!(Entry { neighbour, rest_length }),
+        record!(Hinge { corners, rest_angle, rest_steepness, k, damping }),
+        record!(Load { vector, kind, about, torque, first, count, factor; padding }),
+        record!(Chunk { origin, first, count }),
+    ]
+}
+
+/// The structs within a type.
+fn structs_in(module: &Module, ty: Handle<Type>, found: &mut Vec<Handle<Type>>) {
+    match &module.types[ty].inner {
+        TypeInner::Array { base, .. } => structs_in(module, *base, found),
+        TypeInner::Struct { members, .. } => {
+            found.push(ty);
+            members.iter().for_each(|member| structs_in(module, member.ty, found));
+        }
+        _ => {}
+    }
+}
+
+/// The structs of which buffers are made.
+fn bound_structs(module: &Module) -> Vec<Record> {
+    let mut found = Vec::new();
+    for (_, variable) in module.global_variables.iter() {
+        if matches!(variable.space, AddressSpace::Uniform | AddressSpace::Storage { .. }) {
+            structs_in(module, variable.ty, &mut found);
+        }
+    }
+    found.sort();
+    found.dedup();
+    let record = |ty: &Handle<Type>| {
+        let ty = &module.types[*ty];
+        let TypeInner::Struct { members, span } = &ty.inner else { unreachable!("only structs were taken") };
+        let field = |member: &taffeta_gpu::wgpu::naga::StructMember| {
+            (member.name.clone().unwrap_or_default(), member.offset as usize, words(module, member.ty))
+        };
+        Record {
+            name: ty.name.clone().unwrap_or_default(),
+            size: *span as usize,
+            fields: members.iter().map(field).collect(),
+        }
+    };
+    found.iter().map(record).collect()
+}
+
+/// What differs between the structs of a source and the records.
+fn differences(source: &str) -> Vec<String> {
+    let (records, mut wrong) = (records(), Vec::new());
+    for one in bound_structs(&read(source)) {
+        match records.iter().find(|record| record.name == one.name) {
+            None => wrong.push(format!("`{}` of the WGSL has no record in layout.rs", one.name)),
+            Some(record) if (record.size, &record.fields) != (one.size, &one.fields) => {
+                wrong.push(format!("layout.rs has {record:?}, the WGSL {one:?}"));
+            }
+            Some(_) => {}
+        }
+    }
+    wrong
+}
+
+#[test]
+fn structs_in_buffers_are_the_records_of_the_rust_side() {
+    for source in sources() {
+        assert!(differences(&source).is_empty(), "{}", differences(&source).join("\n"));
+    }
+}
+
+#[test]
+fn every_record_is_a_struct_in_a_buffer() {
+    let used: Vec<String> =
+        sources().iter().flat_map(|source| bound_structs(&read(source))).map(|record| record.name).collect();
+    for record in records() {
+        assert!(used.contains(&record.name), "no kernel uses `{}` of layout.rs", record.name);
+    }
+}
+
+#[test]
+fn a_field_that_is_moved_renamed_left_out_or_of_another_type_is_found() {
+    let changes = [
+        ("    start: u32,\n    count: u32,", "    count: u32,\n    start: u32,"),
+        ("    neighbour: u32,", "    neighbor: u32,"),
+        ("    rest_steepness: f32,\n", ""),
+        ("    row: i32,\n    col: i32,\n}\n\n@group(1)", "    row: u32,\n    col: i32,\n}\n\n@group(1)"),
+        ("@size(192) left: u32", "left: u32"),
+        ("along: array<Along, 6>", "along: array<Along, 7>"),
+    ];
+    for (written, fault) in changes {
+        // Only the types are read: functions that use a field may not be valid then.
+        let source = declarations(&sources()[0]);
+        assert!(source.contains(written), "`{written}` is not in the sources");
+        let faulty = source.replacen(written, fault, 1);
+        assert!(differences(&source).is_empty());
+        assert!(!differences(&faulty).is_empty(), "`{fault}` in place of `{written}` is not found");
+    }
+}
+
+/// A source without its functions.
+fn declarations(source: &str) -> String {
+    let mut kept = String::new();
+    let mut in_function = false;
+    for line in source.lines() {
+        in_function |= line.starts_with("fn ") || line.starts_with("@compute");
+        if !in_function {
+            kept.push_str(line);
+            kept.push('\n');
+        }
+        in_function &= line != "}";
+    }
+    kept
+}
