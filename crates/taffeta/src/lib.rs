@@ -20,10 +20,10 @@ mod simulation;
 mod step;
 pub mod topology;
 
-#[cfg(feature = "gpu")]
-pub use gpu::{GpuCost, GpuKernels, GpuOptions};
 #[doc(hidden)]
 pub use gpu::parity;
+#[cfg(feature = "gpu")]
+pub use gpu::{GpuCost, GpuKernels, GpuOptions};
 pub use simulation::{BodyInfo, Diverged, Options, Precision, Simulation, Snapshot, StepError};
 pub use step::Stage;
 #[cfg(feature = "gpu")]

@@ -3,7 +3,6 @@
 #[cfg(feature = "gpu")]
 mod apart;
 
-use super::begin::{Begin, Begun};
 use super::column::Column;
 use super::diagnose::{VolumeChunk, frame_sums};
 use super::shared::Shared;
@@ -17,7 +16,7 @@ use crate::diagnostics::{FrameSums, StateSums};
 use crate::forces::hinge::Rest;
 use crate::plan;
 use crate::real::Real;
-use crate::step::{self, Stage};
+use crate::step;
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
 use std::sync::Mutex;
@@ -155,36 +154,6 @@ impl<T: Real> CpuBackend<T> {
                 barrier,
             });
         });
-    }
-
-    /// Runs the stages of a sub-step before `until`, and says what they have found; the state stays as it was.
-    pub fn begin(&mut self, substep: &plan::Substep<T>, hand: &Hand, until: Stage) -> Begun<T> {
-        self.setup.hand = hand.clone();
-        let begun = Mutex::new(Begun::new(self.setup.mass.len()));
-        self.work(|worker| step::frame(&mut Begin { worker, until, begun: &begun, substep }, &[()]));
-        let mut begun = begun.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-        begun.hinge_forces = self.hinge_forces.clone();
-        begun
-    }
-
-    /// Positions [m] and velocities [m/s] by axis and place: those of now, or those that a sub-step has begun to write.
-    pub fn fields(&self, next: bool) -> &Fields<T> {
-        &self.fields[if next { 1 - self.current } else { self.current }]
-    }
-
-    /// Inverse mass [1/kg] and mass [kg] by place.
-    pub fn masses(&self) -> (&[T], &[T]) {
-        (&self.setup.inverse_mass, &self.setup.mass)
-    }
-
-    /// Ends a sub-step whose state was found elsewhere.
-    pub fn end(&mut self, state: impl Fn(usize, usize) -> T) {
-        self.current = 1 - self.current;
-        for axis in 0..6 {
-            for place in 0..self.setup.assembly.places {
-                self.fields[self.current][axis][place] = state(axis, place);
-            }
-        }
     }
 }
 

@@ -1,7 +1,6 @@
 //! The backend on the CPU: memory and scheduling. Formulas are in the stages' own folders.
 
 mod backend;
-mod begin;
 mod column;
 mod contact;
 mod diagnose;
@@ -17,7 +16,6 @@ mod worker;
 #[cfg(feature = "gpu")]
 pub use backend::Between;
 pub use backend::CpuBackend;
-pub use begin::Begun;
 #[cfg(all(test, feature = "gpu"))]
 pub use contact::ROUNDS;
 pub use simd::SimdLevel;

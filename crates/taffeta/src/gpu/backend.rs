@@ -11,7 +11,7 @@ use super::sums;
 use super::tables::{Tables, segments};
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, Hand, Lost};
-use crate::cpu::Begun;
+use crate::cpu::Between;
 use crate::diagnostics::FrameSums;
 use crate::plan;
 use crate::step::{self, Stage};
@@ -197,13 +197,13 @@ impl GpuBackend {
     }
 
     /// Puts the forces that the CPU has found where the GPU's stages look for them.
-    pub fn put_forces(&self, begun: &Begun<f32>, scales: &[f32]) {
+    pub fn put_forces(&self, between: &Between<f32>, scales: &[f32]) {
         let mut hinge = 0;
         for segment in &self.segments {
             let hinges = hinge..hinge + segment.tables.hinges.len();
             hinge = hinges.end;
-            let corners = begun.hinge_forces.get(hinges).unwrap_or_default().as_flattened();
-            segment.put_forces(&begun.force, corners, &begun.torques, scales);
+            let corners = between.hinge_forces.get(hinges).unwrap_or_default().as_flattened();
+            segment.put_forces(&between.force, corners, &between.torques, scales);
         }
     }
 

@@ -5,10 +5,10 @@ use super::backend::{GpuBackend, GpuOptions};
 use super::layout::Four;
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, Hand, Lost};
-use crate::cpu::{Begun, CpuBackend};
+use crate::cpu::{Between, CpuBackend};
 use crate::diagnostics::FrameSums;
 use crate::plan;
-use crate::step::Stage;
+use crate::step::{self, Listed, Stage, Stages, Tile};
 
 /// Both backends, and where one hands over to the other.
 pub struct Boundary {
@@ -24,8 +24,24 @@ impl Boundary {
     }
 
     fn substep(&mut self, substep: &plan::Substep<f32>, hand: &Hand) -> Result<(), Lost> {
-        let begun = self.cpu.begin(substep, hand, self.from);
-        self.upload(substep, &begun)?;
+        let places = self.cpu.assembly().places;
+        let mut between = Between { force: vec![[0.0; 3]; places], ..Between::default() };
+        let mut order = Order::default();
+        step::frame(&mut order, &[()]);
+        let (before, from) = (order.0, self.from);
+        self.cpu.apart(substep, hand, &mut between, |tile| {
+            for stage in before.iter().filter(|stage| **stage < from) {
+                match stage {
+                    Stage::Loads => tile.loads(),
+                    Stage::Springs => tile.springs(),
+                    Stage::Integrate => tile.integrate(),
+                    Stage::Pins => tile.pins(),
+                    Stage::Contact => tile.contact(),
+                    Stage::Elements | Stage::Diagnose => {}
+                }
+            }
+        });
+        self.upload(substep, &between)?;
         self.gpu.finish(substep, hand)?;
         let (position, velocity) = self.gpu.places()?;
         self.cpu.end(|axis, place| if axis < 3 { position[place][axis] } else { velocity[place][axis - 3] });
@@ -33,31 +49,51 @@ impl Boundary {
     }
 
     /// State and findings of the CPU, as the GPU's stages expect them.
-    fn upload(&mut self, substep: &plan::Substep<f32>, begun: &Begun<f32>) -> Result<(), Lost> {
+    fn upload(&mut self, substep: &plan::Substep<f32>, between: &Between<f32>) -> Result<(), Lost> {
         let places = self.cpu.assembly().places;
         let old = self.fours(places, false, &[]);
         self.gpu.put_state(false, &old);
         if self.from > Stage::Integrate {
-            self.gpu.put_state(true, &self.fours(places, true, &begun.touched));
+            let collided = self.from > Stage::Contact && !substep.colliders.is_empty();
+            let touched = if collided { &between.touched[..] } else { &[] };
+            self.gpu.put_state(true, &self.fours(places, true, touched));
         }
-        let scales = &substep.scales;
-        self.gpu.put_forces(begun, scales);
+        self.gpu.put_forces(between, &substep.scales);
         Ok(self.gpu.health()?)
     }
 
     /// Position and velocity of all places with what stands in their last numbers.
-    fn fours(&self, places: usize, next: bool, touched: &[bool]) -> [Vec<Four>; 2] {
+    fn fours(&self, places: usize, next: bool, touched: &[u32]) -> [Vec<Four>; 2] {
         let fields = self.cpu.fields(next);
         let (inverse_mass, mass) = self.cpu.masses();
         let four = |first: usize, place: usize, last: f32| -> Four {
             [fields[first][place], fields[first + 1][place], fields[first + 2][place], last]
         };
-        let sign = |place: usize| if touched.get(place).copied().unwrap_or(false) { -1.0 } else { 1.0 };
+        let sign = |place: usize| if touched.get(place).is_some_and(|&last| last > 0) { -1.0 } else { 1.0 };
         [
             (0..places).map(|place| four(0, place, inverse_mass[place])).collect(),
             (0..places).map(|place| four(3, place, sign(place) * mass[place])).collect(),
         ]
     }
+}
+
+/// The particle stages in the order in which a sub-step asks for them.
+#[derive(Default)]
+struct Order(Vec<Stage>);
+
+impl Stages for Order {
+    type Substep = ();
+    type Tile<'t> = Listed;
+
+    fn elements(&mut self, (): &()) {}
+
+    fn particles(&mut self, (): &(), stages: impl Fn(&mut Listed)) {
+        let mut listed = Listed::default();
+        stages(&mut listed);
+        self.0.extend(listed.stages());
+    }
+
+    fn diagnose(&mut self) {}
 }
 
 impl Backend for Boundary {

@@ -271,12 +271,11 @@ impl Segment {
     }
 
     /// Puts forces by place, forces on hinges' corners and factors of torques where later stages look for them.
-    pub fn put_forces(&self, force: &[Vec<f32>; 3], corners: &[[f32; 3]], torques: &[f32], scales: &[f32]) {
-        let [x, y, z] = force;
-        let four = |place: usize| [x[place], y[place], z[place], 0.0];
-        self.scratch.force.write(&self.gpu, 0, &self.tables.places.clone().map(four).collect::<Vec<_>>());
-        let corners: Vec<Four> = corners.iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect();
-        self.scratch.hinge_forces.write(&self.gpu, 0, &corners);
+    pub fn put_forces(&self, force: &[[f32; 3]], corners: &[[f32; 3]], torques: &[f32], scales: &[f32]) {
+        let fours =
+            |forces: &[[f32; 3]]| forces.iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect::<Vec<Four>>();
+        self.scratch.force.write(&self.gpu, 0, &fours(&force[self.tables.places.clone()]));
+        self.scratch.hinge_forces.write(&self.gpu, 0, &fours(corners));
         let factor = |(load, &number): (&Load, &usize)| {
             let torque = torques.get(number).copied().unwrap_or(0.0);
             Load { factor: if load.kind == TORQUE { torque } else { scales[number] }, ..*load }

@@ -5,7 +5,6 @@ use crate::assembly::BodyAssembly;
 use crate::backend::{Backend, Hand};
 use crate::cpu::shared::Shared;
 use crate::cpu::tile::CpuTile;
-use crate::cpu::worker::Worker;
 use crate::diagnostics::StateSums;
 use crate::plan::Substep;
 use crate::real::Real;
@@ -58,7 +57,8 @@ impl<T: Real> CpuBackend<T> {
         stages: impl Fn(&mut CpuTile<'_, T>),
     ) {
         self.setup.hand = hand.clone();
-        self.alone(|worker| worker.elements(substep));
+        assert_eq!(self.threads(), 1, "stages apart are for one worker");
+        self.work(|worker| worker.elements(substep));
         let [a, b]: &mut [Fields<T>; 2] = &mut self.fields;
         let (old, next) = if self.current == 0 { (a, b) } else { (b, a) };
         let old = old.each_ref().map(|column| &column[..]);
@@ -78,31 +78,24 @@ impl<T: Real> CpuBackend<T> {
         between.hinge_forces.clone_from(&self.hinge_forces);
     }
 
-    /// Lends a worker that has all tiles.
-    fn alone(&mut self, work: impl Fn(&mut Worker<'_, T>) + Sync) {
-        assert_eq!(self.threads(), 1, "stages apart are for one worker");
-        let [a, b]: &mut [Fields<T>; 2] = &mut self.fields;
-        let buffers = [a, b].map(|fields| fields.each_mut().map(|column| Shared::new(column)));
-        let hinge_forces = Shared::new(&mut self.hinge_forces);
-        let tile_sums = Shared::new(&mut self.tile_sums);
-        let volumes = Shared::new(&mut self.volumes);
-        let (setup, scratch, current) = (&self.setup, &self.scratch[0], self.current);
-        self.team.run(|index, barrier| {
-            let mut scratch = scratch.lock().unwrap_or_else(PoisonError::into_inner);
-            work(&mut Worker {
-                setup,
-                index,
-                workers: 1,
-                share: 0..setup.tiles.len(),
-                buffers: &buffers,
-                current,
-                hinge_forces: &hinge_forces,
-                tile_sums: &tile_sums,
-                volumes: &volumes,
-                scratch: &mut scratch,
-                barrier,
-            });
-        });
+    /// Positions [m] and velocities [m/s] by axis and place: those of now, or those that a sub-step has begun to write.
+    pub fn fields(&self, next: bool) -> &Fields<T> {
+        &self.fields[if next { 1 - self.current } else { self.current }]
+    }
+
+    /// Inverse mass [1/kg] and mass [kg] by place.
+    pub fn masses(&self) -> (&[T], &[T]) {
+        (&self.setup.inverse_mass, &self.setup.mass)
+    }
+
+    /// Ends a sub-step whose state was found elsewhere.
+    pub fn end(&mut self, state: impl Fn(usize, usize) -> T) {
+        self.current = 1 - self.current;
+        for axis in 0..6 {
+            for place in 0..self.setup.assembly.places {
+                self.fields[self.current][axis][place] = state(axis, place);
+            }
+        }
     }
 }
 

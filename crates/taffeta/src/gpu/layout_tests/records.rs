@@ -60,7 +60,7 @@ fn records() -> Vec<Record> {
             place, size, spin_x, friction, spin_y, restitution, spin_z, kind, drift; padding
         }),
         record!(Motion { x, y, z, rate_x, rate_y, rate_z }),
-        record!(Pin { start, node, way, track }),
+        record!(Pin { start, node, goal, track }),
         record!(Along { k, damping, rest_length, there }),
         record!(Grid { first, rows, cols, along }),
         record!(Tile { grid, row, col }),

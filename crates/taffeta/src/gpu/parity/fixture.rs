@@ -165,10 +165,7 @@ impl Fixture {
     }
 
     fn motions(&self) -> Vec<Motion> {
-        let of = |substep: &plan::Substep<f32>| {
-            let poses = substep.poses.iter();
-            poses.map(|(before, after)| Motion::new(before, after, substep.seconds)).collect::<Vec<_>>()
-        };
+        let of = |substep: &plan::Substep<f32>| substep.motions.iter().map(Motion::from).collect::<Vec<_>>();
         self.substeps.iter().flat_map(of).collect()
     }
 
@@ -189,10 +186,10 @@ impl Fixture {
             drag: world.drag as f32,
             first_collider: sum(&|s| s.colliders.len(), index),
             colliders: substep.colliders.len() as u32,
-            first_motion: sum(&|s| s.poses.len(), index),
+            first_motion: sum(&|s| s.motions.len(), index),
             first_scale: sum(&|s| s.scales.len(), index),
-            hand_share: substep.hand.1 as f32,
-            hand_rate: ((substep.hand.1 - substep.hand.0) / substep.seconds) as f32,
+            hand_share: substep.hand.0,
+            hand_rate: substep.hand.1,
             hand_forces: self.hand.forces.len() as u32,
             pins: self.pins.len() as u32,
             left: (self.substeps.len() - index) as u32,
@@ -306,7 +303,7 @@ fn pins(tables: &Tables, hand: &Hand) -> Vec<Pin> {
     let moved = |&(node, from, to): &(u32, [f64; 3], [f64; 3])| Pin {
         start: from.map(|c| c as f32),
         node,
-        way: std::array::from_fn(|axis| (to[axis] - from[axis]) as f32),
+        goal: to.map(|c| c as f32),
         track: BY_HAND,
     };
     tables.pins.iter().copied().chain(hand.moves.iter().map(moved)).collect()
