@@ -1,5 +1,6 @@
 //! Every kernel of the GPU's backend against its twin on the CPU.
 
+use std::path::Path;
 use std::sync::LazyLock;
 use taffeta::parity::{entry_points, rows};
 use taffeta::taffeta_gpu::{Choice, Gpu};
@@ -49,6 +50,31 @@ fn every_entry_point_has_a_row() {
     let rows = rows();
     for entry in entry_points().expect("sources that naga reads") {
         assert!(rows.iter().any(|row| row.entry == entry), "kernel `{entry}` has no row");
+    }
+}
+
+/// The names that follow `@compute` in the WGSL under a folder, but for the formulas that only rows run.
+fn compute_functions(folder: &Path) -> Vec<String> {
+    let mut found = Vec::new();
+    for path in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
+        if path.is_dir() && !path.ends_with("parity") {
+            found.extend(compute_functions(&path));
+        } else if path.extension().is_some_and(|extension| extension == "wgsl") {
+            let text = std::fs::read_to_string(&path).expect("a text");
+            let after = text.split("@compute").skip(1).filter_map(|rest| rest.split("fn ").nth(1));
+            found.extend(after.filter_map(|rest| rest.split('(').next()).map(str::to_owned));
+        }
+    }
+    found
+}
+
+#[test]
+fn every_kernel_in_the_folders_is_among_the_entry_points() {
+    let known = entry_points().expect("sources that naga reads");
+    let written = compute_functions(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    assert_eq!(written.len(), known.len());
+    for name in written {
+        assert!(known.contains(&name), "no source of a kernel has `{name}`");
     }
 }
 

@@ -108,10 +108,14 @@ impl Written<'_> {
     /// Compares vectors, whose fourth number is of another quantity and is only copied.
     pub fn fours(&mut self, name: &str, wanted: &[Four]) {
         let found = self.take::<Four>(name);
-        let three = |fours: &[Four]| fours.iter().flat_map(|&[x, y, z, _]| [x, y, z]).collect::<Vec<_>>();
-        let last = |fours: &[Four]| fours.iter().map(|four| four[3]).collect::<Vec<_>>();
-        self.outcome.compare(name, &three(wanted), &three(&found));
-        self.outcome.copied(&format!("{name}.w"), &last(wanted), &last(&found));
+        self.outcome.compare(name, &threes(wanted), &threes(&found));
+        self.outcome.copied(&format!("{name}.w"), &lasts(wanted), &lasts(&found));
+    }
+
+    /// Compares vectors, whose fourth number is of another quantity and was computed too.
+    pub fn compare_fours(&mut self, name: &str, wanted: &[Four], found: &[Four]) {
+        self.outcome.compare(name, &threes(wanted), &threes(found));
+        self.outcome.compare(&format!("{name}.w"), &lasts(wanted), &lasts(found));
     }
 
     /// Where comparisons are noted.
@@ -164,8 +168,16 @@ impl Outcome {
     }
 }
 
-/// The unit in the last place of a number of 32 bits.
+/// The unit in the last place of a number of 32 bits. What is below the least normal number may be taken for zero.
 fn last_place(number: f64) -> f64 {
     let number = (number as f32).max(f32::MIN_POSITIVE);
-    f64::from(number.next_up()) - f64::from(number)
+    (f64::from(number.next_up()) - f64::from(number)).max(f64::from(f32::MIN_POSITIVE))
+}
+
+fn threes(fours: &[Four]) -> Vec<f32> {
+    fours.iter().flat_map(|&[x, y, z, _]| [x, y, z]).collect()
+}
+
+fn lasts(fours: &[Four]) -> Vec<f32> {
+    fours.iter().map(|four| four[3]).collect()
 }

@@ -91,16 +91,10 @@ fn formula(
     bench.run(&kernel, &given, |written| {
         let found: Vec<f32> = written.take("answers");
         let (found, rest) = found.split_at(16 * cases.len());
-        // Sizes differ by many powers of ten from case to case: each number is compared with the largest of its own.
-        for (index, (wanted, found)) in answers.iter().zip(found.chunks_exact(16)).enumerate() {
-            for (name, range) in
-                [("a", 0..3), ("a.w", 3..4), ("b", 4..7), ("b.w", 7..8), ("c", 8..11), ("c.w", 11..12)]
-            {
-                let output = format!("case {index}, {name}");
-                written.outcome().compare(&output, &wanted.as_flattened()[range.clone()], &found[range]);
-            }
-            let output = format!("case {index}, d");
-            written.outcome().compare(&output, &wanted.as_flattened()[12..], &found[12..]);
+        let (wanted, found) = (answers.as_flattened(), found.as_chunks::<4>().0);
+        for (quantity, name) in ["a", "b", "c", "d"].into_iter().enumerate() {
+            let of = |fours: &[Four]| fours.iter().skip(quantity).step_by(4).copied().collect::<Vec<_>>();
+            written.compare_fours(name, &of(wanted), &of(found));
         }
         written.outcome().copied("answers, past their end", &[f32::NAN; 16], rest);
     })
