@@ -99,7 +99,7 @@ const FAULTS: &[(&str, &str, &str)] = &[
         "let most = 1.00001 * collider.friction * impulse;",
     ),
     ("respond", "closing > 0.0)", "true)"),
-    ("depth_and_normal", "squared > TINY", "distance > TINY"),
+    ("depth_and_normal", "let far = squared > TINY", "let far = distance > TINY"),
     ("leave_both", "room <= 1e-6", "room <= 1.1e-6"),
     ("leave_both", "first.depth * cosine >= second.depth", "first.depth * cosine > second.depth"),
     ("angle_of", "angle > PI", "angle >= PI"),
