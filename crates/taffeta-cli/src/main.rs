@@ -4,6 +4,7 @@ mod bench;
 mod check;
 mod console;
 mod failure;
+mod gpu;
 mod info;
 mod limits;
 mod memory;
@@ -32,6 +33,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    gpu::expect_no_desktop();
     let result = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),

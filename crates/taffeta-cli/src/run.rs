@@ -1,5 +1,7 @@
 //! `taffeta run`: a scene to files.
 
+mod choice;
+mod device;
 mod format;
 mod job;
 mod lock;
@@ -13,13 +15,15 @@ use crate::failure::Failure;
 use crate::memory;
 use crate::summary::Summary;
 use clap::ValueEnum;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+pub use choice::GpuCost;
+use device::Device;
 use format::{Format, Poses};
 use job::{Ending, Job, stop_on_ctrl_c};
-
 use lock::RunLock;
 use plan::Plan;
 use std::path::{Path, PathBuf};
-use taffeta::{Options, Precision, Simulation};
+use taffeta::{Precision, Simulation, Stage};
 use taffeta_io::Loaded;
 pub use tally::{median, rate};
 
@@ -55,6 +59,9 @@ pub struct Args {
     /// Go on from a checkpoint of the same scene, or from that in a folder of results
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
+    /// Compute the stages before STAGE on the CPU, to find where CPU and GPU differ
+    #[arg(long, value_name = "STAGE", hide_short_help = true, value_parser = stages())]
+    gpu_from: Option<Stage>,
     /// Print the summary as JSON, and nothing else on standard output
     #[arg(long)]
     json: bool,
@@ -70,7 +77,7 @@ pub enum Backend {
     Auto,
     /// CPU threads
     Cpu,
-    /// A GPU (not yet supported)
+    /// A GPU; TAFFETA_ADAPTER chooses among several
     Gpu,
 }
 
@@ -93,20 +100,24 @@ impl Arithmetic {
     }
 }
 
+/// The names of the stages.
+fn stages() -> impl TypedValueParser<Value = Stage> {
+    PossibleValuesParser::new(Stage::ALL.map(Stage::name))
+        .try_map(|name| Stage::ALL.into_iter().find(|stage| stage.name() == name).ok_or("no stage"))
+}
+
 /// Runs a scene.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    args.refuse_unsupported()?;
+    device::refuse(args)?;
     let loaded = taffeta_io::load_scene(&args.scene, &args.sets)?;
     let dir = Plan::dir(args);
     let _lock = RunLock::take(&dir).map_err(|error| outputs::unwritable(&dir, error))?;
     let plan = Plan::new(args, &loaded)?;
     memory::check_run(&loaded.scene, plan.formats.iter().any(|format| format.has_faces()))?;
-    let options =
-        Options { threads: args.threads.map(usize::from), precision: plan.precision, ..Options::default() };
-    let simulation =
-        Simulation::new(&loaded.scene, &options).map_err(|error| loaded.source.locate(&error))?;
+    let mut device = Device::new(args, &plan, &loaded.scene)?;
+    let simulation = device.build(args, &plan, &loaded)?;
     let stop = stop_on_ctrl_c()?;
-    args.say(&opening(&loaded, &simulation, args.backend, &plan))?;
+    args.say(&opening(&loaded, &simulation, &device, &plan))?;
 
     let mut job = Job::new(&plan, simulation, loaded.scene.time.dt)?;
     let ending = job.run(args.quiet, &stop);
@@ -119,16 +130,18 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
     let Job { plan, simulation, outputs, tally, .. } = job;
     let poses = match ending {
         Ending::Done | Ending::Interrupted => Poses::Full,
-        Ending::Diverged(_) => Poses::Bare,
-        Ending::Failed(_) => Poses::None,
+        // The files have kept the positions of the last good frame.
+        Ending::Diverged(_) | Ending::Lost(_) if frames > 0 => Poses::Bare,
+        _ => Poses::None,
     };
+    let lost = matches!(ending, Ending::Lost(_));
     let (files, failed) = outputs.finish(&simulation, poses);
     // What went wrong first is what is said.
     let ending = match (ending, failed) {
         (Ending::Done | Ending::Interrupted, Some(error)) => Ending::Failed(error),
         (ending, _) => ending,
     };
-    let mut summary = tally.summary(args, &loaded.scene.time, &simulation, ending.status());
+    let mut summary = tally.summary(args, &loaded.scene.time, &simulation, ending.status(), lost);
     summary.files = files;
     // The frame that could not be kept does not count.
     summary.frames = u32::try_from(frames).unwrap_or(u32::MAX).saturating_sub(1);
@@ -154,17 +167,15 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
             }
             args.say(&closing(&summary, &plan.dir))
         }
-        Ending::Diverged(error) => Err(Failure::Work(format!("{error}\n{kept}{go_on}"))),
+        Ending::Diverged(error) | Ending::Lost(error) => {
+            Err(Failure::Work(format!("{error}\n{kept}{go_on}")))
+        }
         Ending::Failed(error) => Err(Failure::Work(format!("{error}\n{kept}{go_on}"))),
         Ending::Interrupted => Err(Failure::Interrupted(format!("interrupted: {kept}{go_on}"))),
     }
 }
 
 impl Args {
-    fn refuse_unsupported(&self) -> Result<(), Failure> {
-        if self.backend == Backend::Gpu { Err(Failure::not_yet("--backend gpu")) } else { Ok(()) }
-    }
-
     /// The command that goes on from the checkpoint at `path`.
     fn resume_command(&self, path: &Path) -> String {
         let mut words = vec!["taffeta run".to_owned(), path_word(&self.scene)];
@@ -195,7 +206,7 @@ fn quoted(word: &str) -> String {
 }
 
 /// What is run, and what is to be known about it.
-fn opening(loaded: &Loaded, simulation: &Simulation, backend: Backend, plan: &Plan) -> String {
+fn opening(loaded: &Loaded, simulation: &Simulation, device: &Device, plan: &Plan) -> String {
     let mut lines = vec![match loaded.scene.title.as_str() {
         "" => "untitled scene".to_owned(),
         title => title.to_owned(),
@@ -205,13 +216,13 @@ fn opening(loaded: &Loaded, simulation: &Simulation, backend: Backend, plan: &Pl
         lines.push(format!("  {}: {} nodes, {} springs", body.name, grouped(body.nodes), grouped(springs)));
         lines.extend(body.repairs.iter().map(|repair| format!("    {}", console::mended(repair))));
     }
-    lines.extend(loaded.notes.iter().map(|note| format!("note: {note}")));
+    lines.extend(loaded.notes.iter().chain(&device.notes()).map(|note| format!("note: {note}")));
     let disk = memory::disk_warning(&plan.dir, plan.bytes(simulation));
     lines.extend(simulation.warnings().iter().chain(&disk).map(|warning| format!("warning: {warning}")));
-    lines.extend(plan.going_on());
-    lines.push(match backend {
-        Backend::Auto => format!("{} (cpu: this build has no GPU backend yet)", simulation.device()),
-        Backend::Cpu | Backend::Gpu => simulation.device(),
+    lines.extend(plan.going_on(simulation));
+    lines.push(match &device.why {
+        Some(why) => format!("{} ({why})", simulation.device()),
+        None => simulation.device(),
     });
     lines.join("\n")
 }
@@ -222,7 +233,7 @@ fn closing(summary: &Summary, dir: &Path) -> String {
         console::counted(summary.frames as usize, "frame", "frames"),
         summary.wall_ms_per_frame,
         summary.max_stretch,
-        summary.state_hash,
+        summary.state_hash.as_deref().unwrap_or("unknown"),
         dir.display()
     )
 }

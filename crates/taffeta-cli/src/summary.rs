@@ -10,13 +10,13 @@ pub struct Summary {
     pub scene: String,
     /// How the run ended.
     pub status: Status,
-    /// `cpu`.
+    /// `cpu` or `gpu`.
     pub backend: &'static str,
     /// The device in words.
     pub device: String,
     /// `f32` or `f64`.
     pub precision: String,
-    /// Worker threads.
+    /// Worker threads of the CPU.
     pub threads: usize,
     /// Frames done; outputs have one more, the start.
     pub frames: u32,
@@ -54,8 +54,9 @@ pub struct Summary {
     pub contacts_max: u64,
     /// The implicit solver.
     pub solver: SolverSummary,
-    /// 64-bit hash of positions then velocities where the run ended, 16 hexadecimal digits.
-    pub state_hash: String,
+    /// 64-bit hash of positions then velocities where the run ended, 16 hexadecimal digits; null where the GPU was lost,
+    /// and the state with it.
+    pub state_hash: Option<String>,
     /// Names of the files with the results, beside this one.
     pub files: Vec<String>,
 }
@@ -70,7 +71,8 @@ pub enum Status {
     Diverged,
     /// The user stopped it; the frames until then are there.
     Interrupted,
-    /// A file could not be written, for the disk was full or is gone; the frames until then are there.
+    /// A file could not be written, for the disk was full or is gone, or the GPU was lost; the frames until then are
+    /// there.
     Failed,
 }
 

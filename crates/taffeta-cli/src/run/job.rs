@@ -32,6 +32,23 @@ pub enum Ending {
     Interrupted,
     /// A file could not be written.
     Failed(io::Error),
+    /// The device does not answer any more, and the state that it had is gone.
+    Lost(StepError),
+}
+
+impl From<io::Error> for Ending {
+    fn from(error: io::Error) -> Self {
+        Self::Failed(error)
+    }
+}
+
+impl From<StepError> for Ending {
+    fn from(error: StepError) -> Self {
+        match error {
+            StepError::Diverged(_) => Self::Diverged(error),
+            StepError::Lost { .. } => Self::Lost(error),
+        }
+    }
 }
 
 impl Ending {
@@ -41,7 +58,7 @@ impl Ending {
             Self::Done => Status::Done,
             Self::Diverged(_) => Status::Diverged,
             Self::Interrupted => Status::Interrupted,
-            Self::Failed(_) => Status::Failed,
+            Self::Failed(_) | Self::Lost(_) => Status::Failed,
         }
     }
 }
@@ -69,10 +86,7 @@ impl<'a> Job<'a> {
 
     /// All frames. Where a file cannot be written, all files are as they were after the frame before.
     pub fn run(&mut self, quiet: bool, stop: &AtomicBool) -> Ending {
-        let ending = match self.frames(quiet, stop) {
-            Ok(ending) => ending,
-            Err(error) => Ending::Failed(error),
-        };
+        let (Ok(ending) | Err(ending)) = self.frames(quiet, stop);
         match (&ending, self.plan.every) {
             (Ending::Failed(_), _) => self.outputs.go_back(),
             (Ending::Interrupted, _) | (Ending::Done, Some(_)) => {
@@ -85,28 +99,34 @@ impl<'a> Job<'a> {
         ending
     }
 
-    fn frames(&mut self, quiet: bool, stop: &AtomicBool) -> io::Result<Ending> {
+    fn frames(&mut self, quiet: bool, stop: &AtomicBool) -> Result<Ending, Ending> {
         let progress = Progress::new(self.simulation.frame(), self.plan.end, quiet);
-        if self.plan.earlier.is_none() {
+        if self.outputs.frames() == 0 {
+            self.simulation.fetch()?;
             self.outputs.frame(&self.simulation, 0.0)?;
         }
         while self.simulation.frame() < self.plan.end {
             if stop.load(Ordering::Relaxed) {
                 return Ok(Ending::Interrupted);
             }
-            let start = Instant::now();
-            if let Err(error) = self.simulation.step() {
-                return Ok(Ending::Diverged(error));
-            }
-            let ms = start.elapsed().as_secs_f64() * 1e3;
-            self.outputs.frame(&self.simulation, ms)?;
-            self.tally.add(self.simulation.report(), ms);
-            progress.frame(ms);
-            if self.plan.every.is_some_and(|every| self.simulation.frame().is_multiple_of(every)) {
-                self.save()?;
-            }
+            progress.frame(self.frame()?);
         }
         Ok(Ending::Done)
+    }
+
+    /// One frame, and a checkpoint where it is time for one; the frame's time [ms].
+    fn frame(&mut self) -> Result<f64, Ending> {
+        let start = Instant::now();
+        self.simulation.step()?;
+        // A device that is lost now must not be seen in the files.
+        self.simulation.fetch()?;
+        let ms = start.elapsed().as_secs_f64() * 1e3;
+        self.outputs.frame(&self.simulation, ms)?;
+        self.tally.add(self.simulation.report(), ms);
+        if self.plan.every.is_some_and(|every| self.simulation.frame().is_multiple_of(every)) {
+            self.save()?;
+        }
+        Ok(ms)
     }
 
     /// Writes a checkpoint, unless there is one of this frame. The results are on the disk before it says so.
@@ -129,7 +149,7 @@ impl<'a> Job<'a> {
 
 /// Writes the checkpoint of a run whose files end at `mark`.
 fn write_checkpoint(plan: &Plan, simulation: &Simulation, mark: &Mark, tally: &Tally) -> io::Result<()> {
-    let run = plan.record(mark, tally);
+    let run = plan.record(simulation, mark, tally);
     Checkpoint { scene: plan.scene.clone(), snapshot: simulation.snapshot(), run }.write(&plan.checkpoint())
 }
 

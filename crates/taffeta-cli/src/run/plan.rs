@@ -33,6 +33,10 @@ pub struct Record {
     pub mark: Mark,
     /// What it adds up to so far.
     pub tally: Tally,
+    /// What it computed on: `cpu` or `gpu`.
+    pub backend: String,
+    /// The device in words.
+    pub device: String,
 }
 
 /// A run's options, all decided.
@@ -157,15 +161,22 @@ impl Plan {
         self.earlier.as_ref().map_or(0, |earlier| earlier.snapshot.report.frame)
     }
 
-    /// That a run goes on, and what changes thereby, in words.
-    pub fn going_on(&self) -> Option<String> {
+    /// That a run goes on with `simulation`, and what changes thereby, in words.
+    pub fn going_on(&self, simulation: &Simulation) -> Option<String> {
         let earlier = self.earlier.as_ref()?;
-        let went = format!("going on from frame {} of {}", self.frame(), self.end);
+        let mut words = vec![format!("going on from frame {} of {}", self.frame(), self.end)];
         let (was, is) = (earlier.snapshot.precision, self.precision);
-        if was == is {
-            return Some(went);
+        if was != is {
+            words.push(format!("converted from {was} to {is}"));
         }
-        Some(format!("{went}, converted from {was} to {is}: not bit by bit as without the stop"))
+        let (was, is) = (earlier.run.backend.as_str(), simulation.backend());
+        if was != is {
+            words.push(format!("from {was} to {is}"));
+        } else if is == "gpu" && earlier.run.device != simulation.device() {
+            words.push(format!("on another device than `{}`", earlier.run.device));
+        }
+        let same = if words.len() > 1 { ": not bit by bit as without the stop" } else { "" };
+        Some(words.join(", ") + same)
     }
 
     /// About how many bytes the frames to come will take.
@@ -185,7 +196,7 @@ impl Plan {
     }
 
     /// What the run remembers where its files end at `mark`.
-    pub fn record(&self, mark: &Mark, tally: &Tally) -> Record {
+    pub fn record(&self, simulation: &Simulation, mark: &Mark, tally: &Tally) -> Record {
         Record {
             formats: self.formats.clone(),
             precision: self.precision,
@@ -195,6 +206,8 @@ impl Plan {
             every: self.every,
             mark: mark.clone(),
             tally: tally.clone(),
+            backend: simulation.backend().to_owned(),
+            device: simulation.device(),
         }
     }
 }

@@ -53,8 +53,15 @@ impl Tally {
         }
     }
 
-    /// The whole run.
-    pub fn summary(&self, args: &Args, time: &Time, simulation: &Simulation, status: Status) -> Summary {
+    /// The whole run. A simulation whose device is `lost` is not asked for its state.
+    pub fn summary(
+        &self,
+        args: &Args,
+        time: &Time,
+        simulation: &Simulation,
+        status: Status,
+        lost: bool,
+    ) -> Summary {
         let (bodies, last) = (simulation.bodies(), simulation.report());
         let nodes = bodies.iter().map(|body| body.nodes).sum();
         let wall_ms_per_frame = median(&self.ms);
@@ -62,7 +69,7 @@ impl Tally {
         Summary {
             scene: args.scene.display().to_string(),
             status,
-            backend: "cpu",
+            backend: simulation.backend(),
             device: simulation.device(),
             precision: simulation.precision().to_string(),
             threads: simulation.threads(),
@@ -84,7 +91,7 @@ impl Tally {
             contacts: last.contacts,
             contacts_max: self.contacts_max,
             solver: SolverSummary::default(),
-            state_hash: format!("{:016x}", simulation.state_hash()),
+            state_hash: (!lost).then(|| format!("{:016x}", simulation.state_hash())),
             files: Vec::new(),
         }
     }
