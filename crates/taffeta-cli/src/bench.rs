@@ -1,15 +1,19 @@
 //! `taffeta bench`: how fast the engine is, beside what the machine can do at most.
 
+mod kernels;
+mod line;
 mod measure;
 mod mesh;
 mod scenes;
 
 use crate::console;
 use crate::failure::Failure;
-use crate::run::{Arithmetic, Backend};
+use crate::run::{Arithmetic, Backend, Device, Work, refuse_precision};
 use clap::ValueEnum;
+use line::Line;
 use measure::Bench;
 use std::path::PathBuf;
+use taffeta::{GpuKernels, GpuOptions};
 
 /// Measure the engine's speed
 #[derive(clap::Args)]
@@ -40,6 +44,9 @@ pub struct Args {
     /// Arithmetic
     #[arg(long, value_enum, default_value_t = Arithmetic::F32)]
     precision: Arithmetic,
+    /// On a GPU: which kernels, a line for each; the last two are those of papers, to compare with [default: best]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = kernels::parser())]
+    kernels: Option<Vec<GpuKernels>>,
     /// For mesh: an OBJ, PLY, STL, OFF or glTF file
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
@@ -66,21 +73,35 @@ enum What {
     Volume,
 }
 
-/// Runs one bench and prints its line.
+/// Runs one bench and prints its line; one for each kind of kernels.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.backend == Backend::Gpu {
-        return Err(Failure::not_yet("--backend gpu"));
-    }
     if args.mesh.is_some() && args.what != What::Mesh {
         return Err(Failure::Input("--mesh is for `bench mesh`".into()));
     }
-    let bench = args.bench()?;
-    let result = measure::run(&bench, args)?;
-    if !args.json {
-        console::say(&result.table())?;
+    let precision = args.precision.precision();
+    if args.backend == Backend::Gpu {
+        refuse_precision(precision)?;
+    } else if args.kernels.is_some() {
+        return Err(Failure::Input("--kernels is for --backend gpu".into()));
     }
-    let line = serde_json::to_string(&result).map_err(|error| Failure::Work(format!("JSON: {error}")))?;
-    console::say(&line)
+    let mut bench = args.bench()?;
+    crate::memory::check(&bench.scene)?;
+    let device = Device::asked(args.backend, || Work::of(&bench.scene, args.threads, precision))?;
+    bench.notes.extend(device.why);
+    let Some(gpu) = &device.gpu else { return print(&measure::run(&bench, args, None)?, args) };
+    for &kernels in args.kernels.as_deref().unwrap_or(&[GpuKernels::Best]) {
+        let options = GpuOptions { kernels, ..gpu.clone() };
+        print(&measure::run(&bench, args, Some(&options))?, args)?;
+    }
+    Ok(())
+}
+
+fn print(line: &Line, args: &Args) -> Result<(), Failure> {
+    if !args.json {
+        console::say(&line.table())?;
+    }
+    let text = serde_json::to_string(line).map_err(|error| Failure::Work(format!("JSON: {error}")))?;
+    console::say(&text)
 }
 
 impl Args {

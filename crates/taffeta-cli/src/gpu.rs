@@ -1,8 +1,8 @@
 //! The GPU of a run: which one, and how fast it is.
 
-mod measure;
+mod copy;
 
-pub use measure::{copy_bandwidth, cost};
+pub use copy::bandwidth;
 
 use taffeta::taffeta_gpu::{AdapterInfo, Choice, Gpu, GpuError};
 

@@ -2,7 +2,9 @@
 
 use crate::console;
 use crate::failure::Failure;
+use crate::gpu;
 use crate::limits;
+use taffeta::taffeta_gpu::{AdapterInfo, adapters};
 
 /// Say what this build and this machine are
 #[derive(clap::Args)]
@@ -17,10 +19,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     let (os, arch) = (std::env::consts::OS, std::env::consts::ARCH);
     console::say(&format!(
-        "taffeta {}\ncpu: {}, {arch}, {os}\nsimd: {}\nthreads: {threads}\ngpu: no GPU backend in this build",
+        "taffeta {}\ncpu: {}, {arch}, {os}\nsimd: {}\nthreads: {threads}\n{}",
         env!("CARGO_PKG_VERSION"),
         cpu_name(),
         taffeta::simd_level(),
+        gpus(),
     ))?;
     if !args.limits {
         return Ok(());
@@ -37,6 +40,25 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ))?;
     }
     Ok(())
+}
+
+/// The adapters, numbered as `TAFFETA_ADAPTER` takes them, and that which would be taken.
+fn gpus() -> String {
+    let all = adapters();
+    let mut lines: Vec<String> = all.iter().enumerate().map(adapter).collect();
+    lines.push(match gpu::open() {
+        Ok(gpu) => {
+            let most = crate::memory::size(gpu.largest_binding());
+            format!("--backend gpu takes {}; its kernels see {most} in one piece at most", gpu.info())
+        }
+        Err(error) => format!("--backend gpu: {error}"),
+    });
+    lines.join("\n")
+}
+
+fn adapter((number, one): (usize, &AdapterInfo)) -> String {
+    let driver = if one.driver.is_empty() { String::new() } else { format!(", driver {}", one.driver) };
+    format!("gpu {number}: {one}{driver}")
 }
 
 /// The processor's name, where the system tells.

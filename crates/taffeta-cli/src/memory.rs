@@ -70,7 +70,7 @@ fn free_on_disk(_dir: &Path) -> Option<u64> {
 }
 
 /// A number of bytes for people.
-fn size(bytes: u64) -> String {
+pub fn size(bytes: u64) -> String {
     let units = ["bytes", "KiB", "MiB", "GiB", "TiB"];
     let unit = (1..units.len()).rev().find(|unit| bytes >> (10 * unit) > 0).unwrap_or(0);
     match unit {

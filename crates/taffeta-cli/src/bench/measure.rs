@@ -1,23 +1,28 @@
 //! Times a scene and sets it beside the machine's limits.
 
 use super::Args;
-use crate::console::grouped;
+use super::kernels;
+use super::line::{Line, Shares, Spread};
 use crate::failure::Failure;
-use crate::limits::{self, Limits};
+use crate::gpu;
+use crate::limits;
 use crate::run::{Arithmetic, median, rate};
-use serde::Serialize;
 use std::time::Instant;
 use taffeta::scene::Scene;
-use taffeta::{Options, Simulation};
+use taffeta::{GpuOptions, Options, Simulation};
 
 /// Numbers of a node that a sub-step must read and write once: position and velocity in and out, the least any
 /// method can move through memory.
 const NUMBERS_A_NODE: usize = 12;
+/// The same on a GPU [byte], where both take four numbers.
+const GPU_BYTES_A_NODE: f64 = 64.0;
 /// Operations of a spring with damping: difference (3), square (5), root and quotient (2), stretch and stiffness (3),
 /// relative speed along it (8), force (4), to both nodes (6).
 const FLOPS_A_SPRING: f64 = 31.0;
-/// Time that a bench takes where `--frames` does not say [s], and the fewest frames that it times then.
+/// Time that a bench takes where `--frames` does not say [s], and the fewest batches of frames that it times then.
 const BUDGET: (f64, u32) = (3.0, 3);
+/// Time between two waits for a GPU, about [ms]: so long that the wait does not count.
+const BATCH: f64 = 50.0;
 
 /// What is timed.
 pub struct Bench {
@@ -30,151 +35,124 @@ pub struct Bench {
     /// How far nodes start from their places [m].
     pub disturbance: f64,
     /// What the user should know.
-    pub note: Option<String>,
+    pub notes: Vec<String>,
 }
 
-/// The line that a bench prints.
-#[derive(Serialize)]
-pub struct Line {
-    bench: &'static str,
-    backend: &'static str,
-    device: String,
-    precision: String,
-    n: Vec<u32>,
-    nodes: usize,
-    springs: usize,
-    substeps_per_frame: u32,
-    frames: usize,
-    ms_per_frame: Spread,
-    particle_substeps_per_s: f64,
-    springs_per_s: f64,
-    limits: Shares,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    note: Option<String>,
+/// Times of frames.
+struct Times {
+    /// Mean time of a frame of each batch [ms].
+    ms: Vec<f64>,
+    frames: u32,
+    /// Frames of a batch at most.
+    batch: u32,
 }
 
-#[derive(Serialize)]
-struct Spread {
-    min: f64,
-    median: f64,
-    max: f64,
-}
-
-/// The machine's limits, and the share of each that the median frame used.
-#[derive(Serialize)]
-struct Shares {
-    #[serde(flatten)]
-    machine: Limits,
-    memory_fraction: f64,
-    fma_fraction: f64,
-}
-
-/// Runs a bench: one frame to warm up, then the timed ones.
-pub fn run(bench: &Bench, args: &Args) -> Result<Line, Failure> {
-    crate::memory::check(&bench.scene)?;
+/// Runs a bench: a warm-up, then the timed frames.
+pub fn run(bench: &Bench, args: &Args, gpu: Option<&GpuOptions>) -> Result<Line, Failure> {
     let options = Options {
         threads: args.threads.map(usize::from),
         precision: args.precision.precision(),
-        ..Options::default()
+        gpu: gpu.cloned(),
     };
     let mut simulation = Simulation::new(&bench.scene, &options)
         .map_err(|error| Failure::Input(format!("bench {}: {error}", bench.name)))?;
     if bench.disturbance > 0.0 {
         simulation.disturb(bench.disturbance, 1);
     }
-    frame(&mut simulation)?;
-    let mut ms = Vec::new();
-    let start = Instant::now();
-    let enough = |done: u32| match args.frames {
-        Some(count) => done >= count,
-        None => done >= BUDGET.1 && start.elapsed().as_secs_f64() >= BUDGET.0,
-    };
-    for done in 0.. {
-        if enough(done) {
-            break;
+    let times = Times::take(&mut simulation, args.frames, gpu.is_some())?;
+    line(bench, args, &simulation, &times, gpu)
+}
+
+impl Times {
+    /// Times `frames` frames, or as many as the budget allows.
+    fn take(simulation: &mut Simulation, frames: Option<u32>, gpu: bool) -> Result<Self, Failure> {
+        advance(simulation, 1)?;
+        let batch = if gpu { batch(simulation)? } else { 1 };
+        let mut times = Self { ms: Vec::new(), frames: 0, batch };
+        let start = Instant::now();
+        loop {
+            let left = match frames {
+                Some(count) => count - times.frames,
+                None if start.elapsed().as_secs_f64() < BUDGET.0 => batch,
+                None => batch * BUDGET.1.saturating_sub(times.ms.len() as u32),
+            };
+            if left == 0 {
+                return Ok(times);
+            }
+            let count = left.min(batch);
+            times.ms.push(advance(simulation, count)?);
+            times.frames += count;
         }
-        ms.push(frame(&mut simulation)?);
     }
-    Ok(line(bench, args, &simulation, &ms))
 }
 
-/// One frame; its time [ms].
-fn frame(simulation: &mut Simulation) -> Result<f64, Failure> {
+/// How many frames a GPU should do without the host.
+fn batch(simulation: &mut Simulation) -> Result<u32, Failure> {
+    Ok(((BATCH / advance(simulation, 1)?) as u32).max(1))
+}
+
+/// Some frames that do not wait for each other; the time of one [ms].
+fn advance(simulation: &mut Simulation, frames: u32) -> Result<f64, Failure> {
     let start = Instant::now();
-    simulation.step().map_err(|error| Failure::Work(error.to_string()))?;
-    Ok(start.elapsed().as_secs_f64() * 1e3)
+    simulation.advance(frames).map_err(|error| Failure::Work(error.to_string()))?;
+    Ok(start.elapsed().as_secs_f64() * 1e3 / f64::from(frames))
 }
 
-fn line(bench: &Bench, args: &Args, simulation: &Simulation, ms: &[f64]) -> Line {
+fn line(
+    bench: &Bench,
+    args: &Args,
+    simulation: &Simulation,
+    times: &Times,
+    gpu: Option<&GpuOptions>,
+) -> Result<Line, Failure> {
     let bodies = simulation.bodies();
     let nodes: usize = bodies.iter().map(|body| body.nodes).sum();
     let springs: usize = bodies.iter().flat_map(|body| &body.springs).map(|(_, count)| count).sum();
     let substeps = bench.scene.time.substeps();
     let spread = Spread {
-        min: ms.iter().copied().fold(f64::INFINITY, f64::min),
-        median: median(ms),
-        max: ms.iter().copied().fold(0.0, f64::max),
+        min: times.ms.iter().copied().fold(f64::INFINITY, f64::min),
+        median: median(&times.ms),
+        max: times.ms.iter().copied().fold(0.0, f64::max),
     };
     let of_each = |count: usize| rate(count as f64 * f64::from(substeps), spread.median);
     let (particles, springs_per_s) = (of_each(nodes), of_each(springs));
-    let number = match args.precision {
-        Arithmetic::F32 => size_of::<f32>(),
-        Arithmetic::F64 => size_of::<f64>(),
+    let limits = match gpu {
+        Some(options) => shares_of_gpu(options, particles)?,
+        None => shares_of_cpu(args.precision, simulation.threads(), particles, springs_per_s),
     };
-    let machine = limits::measure(simulation.threads());
-    let bytes_per_s = particles * (NUMBERS_A_NODE * number) as f64;
-    Line {
+    let software = gpu.and_then(|options| gpu::software_note(options.gpu.info()));
+    let notes: Vec<String> = bench.notes.iter().cloned().chain(software).collect();
+    Ok(Line {
         bench: bench.name,
-        backend: "cpu",
+        backend: simulation.backend(),
         device: simulation.device(),
+        kernels: gpu.map(|options| kernels::name(options.kernels)),
         precision: args.precision.precision().to_string(),
         n: bench.n.clone(),
         nodes,
         springs,
         substeps_per_frame: substeps,
-        frames: ms.len(),
+        frames: times.frames as usize,
+        frames_between_waits: gpu.map(|_| times.batch.min(times.frames)),
         ms_per_frame: spread,
         particle_substeps_per_s: particles,
         springs_per_s,
-        limits: Shares {
-            machine,
-            memory_fraction: bytes_per_s * 1e-9 / machine.memory_gb_per_s,
-            fma_fraction: springs_per_s * FLOPS_A_SPRING * 1e-9 / machine.fma_gflop_per_s,
-        },
-        note: bench.note.clone(),
+        limits,
+        note: (!notes.is_empty()).then(|| notes.join("; ")),
+    })
+}
+
+fn shares_of_cpu(precision: Arithmetic, threads: usize, particles: f64, springs: f64) -> Shares {
+    let machine = limits::measure(threads);
+    let bytes_per_s = particles * (NUMBERS_A_NODE * precision.precision().bytes()) as f64;
+    Shares::Cpu {
+        machine,
+        memory_fraction: bytes_per_s * 1e-9 / machine.memory_gb_per_s,
+        fma_fraction: springs * FLOPS_A_SPRING * 1e-9 / machine.fma_gflop_per_s,
     }
 }
 
-impl Line {
-    /// For people.
-    pub fn table(&self) -> String {
-        let n: Vec<String> = self.n.iter().map(u32::to_string).collect();
-        let limits = &self.limits;
-        let mut lines = vec![
-            format!("{} {} on {}, {}", self.bench, n.join("×"), self.device, self.precision),
-            format!("  {} nodes, {} springs", grouped(self.nodes), grouped(self.springs)),
-            format!(
-                "  {:.3} ms a frame of {} sub-steps (median of {}; {:.3} to {:.3})",
-                self.ms_per_frame.median,
-                self.substeps_per_frame,
-                self.frames,
-                self.ms_per_frame.min,
-                self.ms_per_frame.max
-            ),
-            format!(
-                "  {:.0} M particle-substeps/s, {:.0} M springs/s",
-                self.particle_substeps_per_s * 1e-6,
-                self.springs_per_s * 1e-6
-            ),
-            format!(
-                "  {:.0} % of {:.1} GB/s (state once in, once out), {:.0} % of {:.0} GFLOP/s",
-                limits.memory_fraction * 1e2,
-                limits.machine.memory_gb_per_s,
-                limits.fma_fraction * 1e2,
-                limits.machine.fma_gflop_per_s
-            ),
-        ];
-        lines.extend(self.note.iter().map(|note| format!("  {note}")));
-        lines.join("\n")
-    }
+fn shares_of_gpu(options: &GpuOptions, particles: f64) -> Result<Shares, Failure> {
+    let copied = gpu::bandwidth(&options.gpu).map_err(|error| Failure::Work(error.to_string()))?;
+    Ok(Shares::Gpu { memory_gb_per_s: copied * 1e-9, memory_fraction: particles * GPU_BYTES_A_NODE / copied })
 }

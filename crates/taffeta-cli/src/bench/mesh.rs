@@ -44,7 +44,7 @@ pub fn bench(file: Option<&Path>, springs: usize) -> Result<Bench, Failure> {
         .with_mass(Mass::Node(NODE_MASS))
         .structural(STIFFNESS, DAMPING);
     let scene = Scene::new("bench mesh").body(body).time(FRAME.0, FRAME.1);
-    Ok(Bench { name: "mesh", n, scene, disturbance, note: Some(note) })
+    Ok(Bench { name: "mesh", n, scene, disturbance, notes: vec![note] })
 }
 
 /// The decimated armadillo, or the one that `cargo xtask models` fetches.

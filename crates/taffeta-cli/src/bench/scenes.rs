@@ -31,7 +31,7 @@ pub fn grid(rows: u32, cols: u32) -> Bench {
         n: vec![rows, cols],
         scene: Scene::new("bench grid").body(sheet).time(FRAME.0, FRAME.1),
         disturbance: 0.1 * SPACING,
-        note: None,
+        notes: Vec::new(),
     }
 }
 
@@ -45,6 +45,6 @@ pub fn drape(rows: u32, cols: u32) -> Bench {
         n: vec![rows, cols],
         scene: Scene::new("bench drape").body(sheet).collider(ball).time(FRAME.0, FRAME.1),
         disturbance: 0.0,
-        note: None,
+        notes: Vec::new(),
     }
 }

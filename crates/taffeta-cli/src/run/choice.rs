@@ -1,11 +1,14 @@
 //! Whether a scene gains by a GPU: the decision of `--backend auto`, in numbers.
 
-use taffeta::Precision;
+use taffeta::scene::Scene;
 use taffeta::taffeta_gpu::AdapterInfo;
+use taffeta::{GpuCost, Precision};
 
 /// Nodes a second and thread that the CPU backend moves by a sub-step: cloth with all its springs, on current
 /// processors (docs/results).
 const CPU_NODES: f64 = 280e6;
+/// Nodes for each thread of the CPU at least, where the user does not say.
+const NODES_A_THREAD: u64 = 4096;
 /// The GPU is taken where it is as many times faster: so the choice is the same from run to run.
 const FACTOR: f64 = 2.0;
 /// Least time of a sub-step on any GPU [s].
@@ -28,15 +31,6 @@ pub struct Work {
     pub precision: Precision,
 }
 
-/// How fast a GPU is.
-#[derive(Clone, Copy, Debug)]
-pub struct GpuCost {
-    /// Time of a sub-step, whatever it does [s].
-    pub seconds_per_substep: f64,
-    /// Time of a sub-step for each node [s].
-    pub seconds_per_node: f64,
-}
-
 /// What was decided.
 #[derive(Debug)]
 pub struct Verdict {
@@ -47,6 +41,15 @@ pub struct Verdict {
 }
 
 impl Work {
+    /// What `scene` asks for; `threads` where the user says.
+    pub fn of(scene: &Scene, threads: Option<u16>, precision: Precision) -> Self {
+        let nodes = scene.bodies.iter().fold(0_u64, |sum, body| sum.saturating_add(body.mesh.nodes()));
+        let all = std::thread::available_parallelism().map_or(1, usize::from);
+        let useful = || all.min(usize::try_from(nodes / NODES_A_THREAD).unwrap_or(all)).max(1);
+        let threads = threads.map_or_else(useful, usize::from);
+        Self { nodes, substeps: scene.time.substeps(), threads, precision }
+    }
+
     /// Why no GPU needs to be looked for, if so.
     pub fn needs_no_gpu(&self) -> Option<String> {
         if self.precision == Precision::F64 {
@@ -74,11 +77,7 @@ const LEAST: GpuCost = GpuCost { seconds_per_substep: LEAST_SUBSTEP, seconds_per
 
 /// The GPU or the CPU. `adapter` is the best there is, `cost` measures it; what it says where it cannot is the reason
 /// for the CPU.
-pub fn choose(
-    work: &Work,
-    adapter: &AdapterInfo,
-    cost: impl FnOnce() -> Result<GpuCost, String>,
-) -> Verdict {
+pub fn choose(work: &Work, adapter: &AdapterInfo, cost: impl FnOnce() -> Result<GpuCost, String>) -> Verdict {
     let cpu = |why| Verdict { gpu: false, why };
     if let Some(why) = work.needs_no_gpu() {
         return cpu(why);
@@ -100,7 +99,8 @@ pub fn only_software(adapter: &AdapterInfo) -> String {
 fn compare(work: &Work, adapter: &AdapterInfo, cost: &GpuCost) -> Verdict {
     let (cpu, on_gpu) = (work.on_cpu(), work.on_gpu(cost));
     let gpu = FACTOR * on_gpu <= cpu;
-    let threads = if work.threads > 1 { format!("{} CPU threads", work.threads) } else { "the CPU".to_owned() };
+    let threads =
+        if work.threads > 1 { format!("{} CPU threads", work.threads) } else { "the CPU".to_owned() };
     let times = format!("about {:.2} ms a frame, {:.2} on {threads}", on_gpu * 1e3, cpu * 1e3);
     let why = if gpu { times } else { format!("{} would gain too little: {times}", adapter.name) };
     Verdict { gpu, why }
@@ -148,7 +148,10 @@ mod tests {
             let verdict = choose(&work(nodes), &discrete, fast);
             assert_eq!(verdict.gpu, gpu, "{nodes} nodes: {verdict:?}");
         }
-        assert_eq!(choose(&work(25_600), &discrete, fast).why, "about 0.48 ms a frame, 1.55 on 2 CPU threads");
+        assert_eq!(
+            choose(&work(25_600), &discrete, fast).why,
+            "about 0.48 ms a frame, 1.55 on 2 CPU threads"
+        );
         let verdict = choose(&work(1000), &discrete, unused);
         assert!(!verdict.gpu);
         assert_eq!(verdict.why, "the scene is too small to gain by a GPU");
@@ -179,7 +182,8 @@ mod tests {
         assert_eq!(verdict.why, "only a software adapter (Some GPU) is there");
         let exact = Work { precision: Precision::F64, ..work(1_000_000) };
         assert_eq!(choose(&exact, &adapter(Kind::Discrete), unused).why, "a GPU computes in f32");
-        let verdict = choose(&work(1_000_000), &adapter(Kind::Discrete), || Err("the GPU was lost".to_owned()));
+        let verdict =
+            choose(&work(1_000_000), &adapter(Kind::Discrete), || Err("the GPU was lost".to_owned()));
         assert!(!verdict.gpu);
         assert_eq!(verdict.why, "Some GPU (vulkan, discrete) failed: the GPU was lost");
     }

@@ -7,16 +7,13 @@ use crate::failure::Failure;
 use crate::gpu;
 use taffeta::scene::Scene;
 use taffeta::taffeta_gpu::Gpu;
-use taffeta::{GpuOptions, Options, Precision, Simulation, Stage};
+use taffeta::{GpuCost, GpuOptions, Options, Precision, Simulation, Stage};
 use taffeta_io::Loaded;
-
-/// Nodes for each thread of the CPU at least, where the user does not say.
-const NODES_A_THREAD: u64 = 4096;
 
 /// What a run computes on.
 pub struct Device {
     /// `None`: the CPU.
-    gpu: Option<GpuOptions>,
+    pub gpu: Option<GpuOptions>,
     /// Why, where the program has chosen.
     pub why: Option<String>,
 }
@@ -27,13 +24,14 @@ pub fn refuse(args: &Args) -> Result<(), Failure> {
         return Err(Failure::Input("--gpu-from is for --backend gpu".into()));
     }
     match args.precision {
-        Some(precision) => refuse_precision(args, precision.precision()),
-        None => Ok(()),
+        Some(precision) if args.backend == Backend::Gpu => refuse_precision(precision.precision()),
+        _ => Ok(()),
     }
 }
 
-fn refuse_precision(args: &Args, precision: Precision) -> Result<(), Failure> {
-    if args.backend != Backend::Gpu || precision == Precision::F32 {
+/// Refuses what a GPU cannot compute in.
+pub fn refuse_precision(precision: Precision) -> Result<(), Failure> {
+    if precision == Precision::F32 {
         return Ok(());
     }
     Err(Failure::Input(
@@ -45,18 +43,30 @@ fn refuse_precision(args: &Args, precision: Precision) -> Result<(), Failure> {
 impl Device {
     /// What the user asked for, else what the run that goes on computed on, else what is faster.
     pub fn new(args: &Args, plan: &Plan, scene: &Scene) -> Result<Self, Failure> {
-        // A run that goes on may have been in 64 bits.
-        refuse_precision(args, plan.precision)?;
-        match (args.backend, &plan.earlier) {
-            (Backend::Cpu, _) => Ok(Self { gpu: None, why: None }),
-            (Backend::Gpu, _) => {
-                let gpu = gpu::open().map_err(|error| Failure::Input(format!("--backend gpu: {error}")))?;
-                let from = args.gpu_from.unwrap_or_default();
-                Ok(Self { gpu: Some(GpuOptions { from, ..gpu.into() }), why: None })
-            }
-            (Backend::Auto, Some(earlier)) => Ok(Self::kept(&earlier.run, plan.precision)),
-            (Backend::Auto, None) => Ok(Self::faster(&work(args, plan, scene))),
+        if args.backend == Backend::Gpu {
+            // A run that goes on may have been in 64 bits.
+            refuse_precision(plan.precision)?;
         }
+        if let (Backend::Auto, Some(earlier)) = (args.backend, &plan.earlier) {
+            return Ok(Self::kept(&earlier.run, plan.precision));
+        }
+        let mut device = Self::asked(args.backend, || Work::of(scene, args.threads, plan.precision))?;
+        if let (Some(options), Some(from)) = (&mut device.gpu, args.gpu_from) {
+            options.from = from;
+        }
+        Ok(device)
+    }
+
+    /// What the user asked for, else what is faster for the `work`.
+    pub fn asked(backend: Backend, work: impl FnOnce() -> Work) -> Result<Self, Failure> {
+        let gpu = match backend {
+            Backend::Auto => return Ok(Self::faster(&work())),
+            Backend::Cpu => None,
+            Backend::Gpu => {
+                Some(gpu::open().map_err(|error| Failure::Input(format!("--backend gpu: {error}")))?)
+            }
+        };
+        Ok(Self { gpu: gpu.map(GpuOptions::from), why: None })
     }
 
     fn cpu(why: String) -> Self {
@@ -84,6 +94,7 @@ impl Device {
         }
     }
 
+    /// The GPU where it gains, else the CPU.
     fn faster(work: &Work) -> Self {
         if let Some(why) = work.needs_no_gpu() {
             return Self::cpu(why);
@@ -92,18 +103,14 @@ impl Device {
             Ok(gpu) => gpu,
             Err(error) => return Self::cpu(error.to_string()),
         };
-        let cost = || gpu::cost(&gpu).map_err(|error| error.to_string());
-        let verdict = choice::choose(work, gpu.info(), cost);
+        let verdict = choice::choose(work, gpu.info(), || GpuCost::measure(&gpu));
         if verdict.gpu { Self::on(gpu, &verdict.why) } else { Self::cpu(verdict.why) }
     }
 
     /// The scene on this device. Where the program has chosen a GPU, and the scene does not fit it, on the CPU.
     pub fn build(&mut self, args: &Args, plan: &Plan, loaded: &Loaded) -> Result<Simulation, Failure> {
-        let options = |gpu| Options {
-            threads: args.threads.map(usize::from),
-            precision: plan.precision,
-            gpu,
-        };
+        let options =
+            |gpu| Options { threads: args.threads.map(usize::from), precision: plan.precision, gpu };
         let built = Simulation::new(&loaded.scene, &options(self.gpu.clone()));
         let error = match built {
             Ok(simulation) => return Ok(simulation),
@@ -122,17 +129,5 @@ impl Device {
         let from = (options.from != Stage::default())
             .then(|| format!("stages before {} are done on the CPU, step by step", options.from.name()));
         gpu::software_note(options.gpu.info()).into_iter().chain(from).collect()
-    }
-}
-
-fn work(args: &Args, plan: &Plan, scene: &Scene) -> Work {
-    let nodes = scene.bodies.iter().fold(0_u64, |sum, body| sum.saturating_add(body.mesh.nodes()));
-    let all = std::thread::available_parallelism().map_or(1, usize::from);
-    let useful = || all.min(usize::try_from(nodes / NODES_A_THREAD).unwrap_or(all)).max(1);
-    Work {
-        nodes,
-        substeps: scene.time.substeps(),
-        threads: args.threads.map_or_else(useful, usize::from),
-        precision: plan.precision,
     }
 }

@@ -166,3 +166,6 @@ pub fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
     ctrlc::set_handler(asked).map_err(|error| Failure::Work(format!("cannot listen for Ctrl-C: {error}")))?;
     Ok(stop)
 }
+
+#[cfg(test)]
+mod tests;
