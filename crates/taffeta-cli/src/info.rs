@@ -51,6 +51,7 @@ fn gpus() -> String {
             let most = crate::memory::size(gpu.largest_binding());
             format!("--backend gpu takes {}; its kernels see {most} in one piece at most", gpu.info())
         }
+        Err(error) if all.is_empty() => format!("gpu: {error}"),
         Err(error) => format!("--backend gpu: {error}"),
     });
     lines.join("\n")

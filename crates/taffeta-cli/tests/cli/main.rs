@@ -3,5 +3,6 @@
 mod check_mesh;
 mod checkpoint;
 mod desk;
+mod gpu;
 mod input;
 mod run;

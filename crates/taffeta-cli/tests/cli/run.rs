@@ -8,7 +8,7 @@ fn a_run_leaves_whole_files_with_the_start_as_frame_0() {
     let (out, err, code) = ending(desk.taffeta(&["run", "scene.toml"]));
     assert_eq!(code, Some(0), "{err}");
     assert!(out.starts_with("Small sheet\n  sheet: 35 nodes, 106 springs\n"), "{out}");
-    assert!(out.contains("cpu: this build has no GPU backend yet"), "{out}");
+    assert!(out.contains("(cpu: the scene is too small to gain by a GPU)"), "{out}");
     assert_eq!(desk.files("out/scene"), ["frames.csv", "positions.npy", "summary.json"]);
     let (header, bytes) = desk.npy("out/scene/positions.npy");
     assert!(header.contains("'<f4'") && header.contains("(5, 35, 3)"), "{header}");
