@@ -131,7 +131,7 @@ fn a_run_killed_at_any_moment_goes_on_to_the_same_files() {
 #[test]
 fn ctrl_c_writes_a_checkpoint_and_the_command_it_prints_goes_on() {
     let desk = Desk::with(SHEET);
-    let words = ["run", "scene.toml", "--out", "my out", "--frames", "3000", "--format", "npy,usda,ply"];
+    let words = ["run", "scene.toml", "--out", "my out", "--frames", "20000", "--format", "npy,usda,ply"];
     let set = ["--set", "body.sheet.springs.structural.k=90"];
     let mut run = Command::new(assert_cmd::cargo::cargo_bin!("taffeta"));
     run.args(words).args(set).current_dir(desk.path("")).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -156,7 +156,7 @@ fn ctrl_c_writes_a_checkpoint_and_the_command_it_prints_goes_on() {
     again.args(set);
     let (out, err, code) = ending(again);
     assert_eq!(code, Some(0), "{err}");
-    assert!(out.contains("going on from frame ") && out.contains(" of 3000"), "{out}");
+    assert!(out.contains("going on from frame ") && out.contains(" of 20000"), "{out}");
     assert!(!desk.path("my out/checkpoint.taffeta").exists(), "a run that is done needs no checkpoint");
     let mut whole = desk.taffeta(&words.map(|word| if word == "my out" { "whole" } else { word }));
     whole.args(set).assert().success();
