@@ -3,7 +3,7 @@
 mod common;
 
 use common::{farthest, norm, positions, run, sub, weightless};
-use taffeta::scene::{Body, Collider, Force, Icosphere, Mass, Mesh, Scene, Select};
+use taffeta::scene::{Body, Collider, Force, Icosphere, Keyframe, Mass, Mesh, Scene, Select};
 use taffeta::taffeta_gpu::{Choice, Gpu};
 use taffeta::{GpuKernels, GpuOptions, Options, Simulation, Stage};
 
@@ -34,10 +34,12 @@ fn ball() -> Body {
         .at([0.0, 0.0, 2.0])
 }
 
-/// A hanging sheet and a second one, narrower than a workgroup, that falls on a sphere; wind and drag.
+/// A sheet that hangs from a pin and from one that moves, and a second one, narrower than a workgroup, that falls on a
+/// sphere; wind and drag.
 fn sheets() -> Scene {
+    let way = vec![Keyframe::translate(0.2, [-0.1, 0.05, 0.0])];
     let mut scene = Scene::new("sheets")
-        .body(sheet("wide", 40, 70).pin(Select::nodes([0, 69])))
+        .body(sheet("wide", 40, 70).pin(Select::nodes([0])).pin_moving(Select::nodes([69]), way))
         .body(sheet("small", 17, 13).at([0.0, 0.15, 0.8]))
         .collider(Collider::sphere([0.0, 0.0, 0.8], 0.1))
         .time(1.0 / 60.0, 5e-4);
