@@ -11,6 +11,8 @@ use taffeta_gpu::{Access, Bindable, Buffer, DispatchList, Gpu, GpuError, Kernel,
 /// A kernel on its way through a row.
 pub struct Bench<'a> {
     pub gpu: &'a Gpu,
+    /// Whether kernels round as the CPU does: states then have nodes on what kernels branch on.
+    pub exact: bool,
     /// What is done to the sources before they are compiled.
     pub edit: &'a dyn Fn(String) -> String,
     pub outcome: Outcome,
@@ -43,11 +45,6 @@ pub struct Written<'a> {
 }
 
 impl Bench<'_> {
-    /// Whether kernels run on the CPU, which fuses nothing.
-    pub fn is_exact(&self) -> bool {
-        self.gpu.info().is_software()
-    }
-
     /// Makes a kernel of whole sources.
     pub fn kernel(&self, name: Name, more: &[&str], overrides: &[(&str, f64)]) -> Result<Kernel, String> {
         let source = (self.edit)([&name.sources()[..], more].concat().join("\n"));

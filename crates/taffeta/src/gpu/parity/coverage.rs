@@ -151,3 +151,12 @@ fn springs_and_rows_are_of_all_lengths() {
     }
     count.check();
 }
+
+#[test]
+fn on_hardware_nothing_stands_on_a_threshold() {
+    let fixture = Fixture::new(1, 0.0087, false).expect("a fixture");
+    let near = |x: &&[f32; 4]| (x[1] - FLOOR).abs() < 1e-6;
+    assert_eq!(fixture.new.position.iter().filter(near).count(), 0);
+    let inside = |x: &&[f32; 4]| x[1] < FLOOR;
+    assert!(fixture.new.position.iter().filter(inside).count() > 100);
+}

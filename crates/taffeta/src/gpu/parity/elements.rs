@@ -16,7 +16,7 @@ pub const ROWS: &[Row] = &[
     Row {
         name: "bend_hinges",
         entry: "bend_hinges",
-        tolerance: Tolerance::new(0.0, 16384.0, FOLDED),
+        tolerance: Tolerance::new(0.0, 8192.0, FOLDED),
         check: hinges,
     },
     Row {

@@ -1,7 +1,7 @@
 //! A state by chance, in which no number is zero or one, and some nodes stand on, below and above what kernels branch
 //! on; with it the CPU's backend and the arrays that kernels are bound to.
 
-use super::scene::{CEILING, CENTER, FLOOR, MIDDLE, ON_THE_AXIS, scene};
+use super::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene};
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Hand};
 use crate::cpu::{Between, CpuBackend};
@@ -70,7 +70,7 @@ impl Fixture {
     /// The same for the same seed. On hardware, where sums may be fused, nothing stands exactly on a threshold.
     pub fn new(seed: u64, drag: f64, exact: bool) -> Result<Self, String> {
         let mut chance = Chance::new(seed);
-        let mut assembly = Assembly::new(&scene(drag)).map_err(|error| error.to_string())?;
+        let mut assembly = Assembly::new(&scene(drag, !exact)).map_err(|error| error.to_string())?;
         for rest in assembly.bodies.iter_mut().flat_map(|body| &mut body.hinge_rest) {
             // Folds then differ from those at rest by more than half a turn here and there, either way.
             rest.angle = 3.1 * f64::from(chance.number());
@@ -259,7 +259,7 @@ fn new_state(chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>, exact:
         tables.position.iter().zip(&tables.velocity).enumerate()
     {
         // Many are where two balls overlap.
-        let x = if place % 3 == 0 { add(MIDDLE, chance.three(0.25)) } else { chance.three(0.9) };
+        let x = if place % 3 == 0 { add(middle(!exact), chance.three(0.25)) } else { chance.three(0.9) };
         let ([x, y, z], [u, v, w]) = (x, chance.three(3.1));
         state.position.push([x, y, z, inverse_mass]);
         state.velocity.push([u, v, w, mass]);

@@ -39,7 +39,7 @@ fn answer(case_of: Case) -> Answer {
     let b = case_of.b;
     switch FORMULA {
         case 0u: {
-            return numbers(angle_of(case_of.s, case_of.t), wrap(case_of.s), wrap(case_of.t));
+            return one_vector(vec3f(wrap(case_of.s), wrap(case_of.t), 0.0), angle_of(case_of.s, case_of.t));
         }
         case 1u: {
             let factor = spring_factor(a, b, case_of.s, case_of.t, case_of.u);

@@ -20,7 +20,7 @@ const TREE: Tolerance = Tolerance::new(
 );
 const FOLDED: Tolerance = Tolerance::new(
     16.0,
-    16384.0,
+    1024.0,
     "as a tree in 32 bits, not in order in 64; on hardware a fused product turns the normals of slivers",
 );
 

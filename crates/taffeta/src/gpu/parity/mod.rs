@@ -35,7 +35,8 @@ pub struct Row {
 pub struct Tolerance {
     /// On adapters that run kernels on the CPU.
     pub software: f64,
-    /// On others: they may fuse a product and a sum, and take a quotient or root with an error of 2.5 units.
+    /// On others: they may fuse a product and a sum, and take a quotient or root with an error of 2.5 units. Some
+    /// times what products and roots that are off by a unit were seen to make.
     pub hardware: f64,
     /// Why so much.
     pub why: &'static str,
@@ -87,12 +88,18 @@ impl Tolerance {
 impl Row {
     /// Runs both twins. The error says what kept the kernel from running.
     pub fn run(&self, gpu: &Gpu) -> Result<Outcome, String> {
-        self.run_edited(gpu, &|source| source)
+        self.run_edited(gpu, gpu.info().is_software(), &|source| source)
     }
 
-    /// As [`Self::run`], with sources that went through `edit`: to see that a fault in them is found.
-    pub fn run_edited(&self, gpu: &Gpu, edit: &dyn Fn(String) -> String) -> Result<Outcome, String> {
-        let mut bench = Bench { gpu, edit, outcome: Outcome::default() };
+    /// As [`Self::run`], with sources that went through `edit`: to see that a fault in them is found, and that other
+    /// roundings are not taken for one. States are `exact` where kernels round as the CPU does.
+    pub fn run_edited(
+        &self,
+        gpu: &Gpu,
+        exact: bool,
+        edit: &dyn Fn(String) -> String,
+    ) -> Result<Outcome, String> {
+        let mut bench = Bench { gpu, exact, edit, outcome: Outcome::default() };
         (self.check)(&mut bench)?;
         Ok(bench.outcome)
     }

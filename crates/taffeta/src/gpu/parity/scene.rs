@@ -8,15 +8,16 @@ use crate::scene::{
 /// The sheet's edge has pins; its corner at the end of the first row is moved by the program.
 pub const SHEET: [u32; 2] = [19, 37];
 
-/// Grids of several tiles, of one and of two nodes' width; meshes with one and with three kinds of springs.
-pub fn scene(drag: f64) -> Scene {
+/// Grids of several tiles, of one and of two nodes' width; meshes with one and with three kinds of springs. On hardware
+/// the balls stand `apart`.
+pub fn scene(drag: f64, apart: bool) -> Scene {
     let mut scene = Scene::new("parity").time(0.0173, 0.0041);
     scene.world.gravity = [0.37, -9.63, 0.21];
     scene.world.wind_force = [0.013, 0.0071, -0.0193];
     scene.world.drag = drag;
     scene.bodies = vec![sheet(), ball(), ribbon(), thread(), pole(), blob(), chain()];
     scene.forces = forces();
-    scene.colliders = colliders();
+    scene.colliders = colliders(apart);
     scene
 }
 
@@ -122,21 +123,30 @@ pub const CEILING: f32 = 4.5;
 /// Centre of the still ball.
 pub const CENTER: [f32; 3] = [2.0, 0.5, -1.5];
 
-/// Between two balls that overlap [m].
-pub const MIDDLE: [f32; 3] = [0.29, -0.1, -0.07];
+/// Between two balls that overlap [m], and in one of them where they stand apart.
+pub fn middle(apart: bool) -> [f32; 3] {
+    [0.29, if apart { 0.5 } else { -0.1 }, -0.07]
+}
 
-/// A floor and a slope make a wedge, two balls overlap; one plane faces the floor.
-fn colliders() -> Vec<Collider> {
+/// A floor and a slope make a wedge, two balls overlap; one plane faces the floor. Between a ball and what it is
+/// pressed against, the way out depends on the last digit: where devices may round in their own ways, the balls stand
+/// apart.
+fn colliders(apart: bool) -> Vec<Collider> {
+    let balls = if apart {
+        [[0.21, 0.65, -0.13], [1.25, 0.34, 0.68]]
+    } else {
+        [[0.21, 0.05, -0.13], [0.35, -0.11, -0.02]]
+    };
     let moving = Keyframe {
         translate: [0.2, -0.1, 0.15],
         ..Keyframe::rotate(0.5, [-0.2, 0.7, 0.4], 80.0, [0.31, 0.13, -0.22])
     };
     let floor = [0.0, f64::from(FLOOR), 0.0];
     vec![
-        Collider::sphere([0.21, 0.05, -0.13], 0.37).friction(0.4).restitution(0.3).keyframe(moving.clone()),
+        Collider::sphere(balls[0], 0.37).friction(0.4).restitution(0.3).keyframe(moving.clone()),
         Collider::plane(floor, [0.0, 1.0, 0.0]).friction(0.5).restitution(0.25).offset(0.0),
         Collider::plane([-0.6, 0.0, 0.0], [0.7, 0.45, 0.1]).friction(0.7).restitution(0.1).keyframe(moving),
-        Collider::sphere([0.35, -0.11, -0.02], 0.29).friction(0.9).restitution(0.6),
+        Collider::sphere(balls[1], 0.29).friction(0.9).restitution(0.6),
         Collider::sphere(CENTER.map(f64::from), 0.375).friction(0.2).restitution(0.15).offset(0.0),
         Collider::plane([0.0, f64::from(CEILING), 0.0], [0.0, -1.0, 0.0])
             .friction(0.3)
