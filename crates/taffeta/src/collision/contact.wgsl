@@ -16,6 +16,9 @@ struct Touched {
 
 /// A length beyond all scenes [m].
 const FAR: f32 = 1e30;
+/// Squared sine of the angle below which a wedge counts as two faces that face each other, about 10°: the way out of a
+/// narrower one is so long that a node pinched between a ball and a floor would be thrown across the scene.
+const NARROW: f32 = 0.03;
 /// Rounds in which a place leaves a wedge between curved colliders: each halves the number of wrong digits.
 const ROUNDS: u32 = 12u;
 
@@ -42,7 +45,7 @@ fn respond(node: Touched, collider: Collider, touch: Depth, h: f32) -> Touched {
 fn leave_both(first: Depth, second: Depth) -> vec3f {
     let cosine = dot3(first.normal, second.normal);
     let room = 1.0 - cosine * cosine;
-    if first.depth * cosine >= second.depth || room <= 1e-6 {
+    if first.depth * cosine >= second.depth || room <= NARROW {
         return first.normal * first.depth;
     }
     let a = (first.depth - cosine * second.depth) / room;

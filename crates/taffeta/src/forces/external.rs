@@ -26,7 +26,7 @@ pub fn torque_factor<T: Real>(torque: T, levers: impl Iterator<Item = [T; 3]>) -
     let mut half = SUM_LANES / 2;
     while half > 0 {
         for lane in 0..half {
-            lanes[lane] = lanes[lane] + lanes[lane + half];
+            lanes[lane] += lanes[lane + half];
         }
         half /= 2;
     }

@@ -16,6 +16,7 @@ use crate::diagnostics::FrameSums;
 use crate::plan;
 use crate::step::{self, Stage};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::ops::Range;
 use std::sync::{Mutex, OnceLock, PoisonError};
 use taffeta_gpu::{DispatchList, Gpu, GpuError};
@@ -248,11 +249,14 @@ impl GpuBackend {
         // A body without nodes is in no segment, and has no normals.
         let Some(segment) = self.segments.iter().find(of_body) else { return Ok(Vec::new()) };
         let mut all = self.normals.lock().unwrap_or_else(PoisonError::into_inner);
-        if !all.contains_key(&body) {
-            let mut kernels = Kernels::new(self.gpu.clone());
-            all.insert(body, Normals::new(&self.gpu, &mut kernels, segment, found)?);
-        }
-        all[&body].read(&self.gpu, segment)
+        let normals = match all.entry(body) {
+            Entry::Occupied(there) => there.into_mut(),
+            Entry::Vacant(room) => {
+                let mut kernels = Kernels::new(self.gpu.clone());
+                room.insert(Normals::new(&self.gpu, &mut kernels, segment, found)?)
+            }
+        };
+        normals.read(&self.gpu, segment)
     }
 
     fn mirror(&self) -> &Mirror {

@@ -86,6 +86,12 @@ impl Name {
     }
 }
 
+/// The sources that kernels are made of, each put together in one way; those of the papers' kernels apart.
+pub fn families() -> [Vec<&'static str>; 4] {
+    let given = Name { loads_given: true, ..Name::new("") };
+    [Name::new(""), given, Name::new("grid_patches"), Name::new("vertex_normals")].map(Name::sources)
+}
+
 /// Numbers that are fixed when a kernel is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Sizes {

@@ -44,12 +44,18 @@ impl Patches {
         let rim = 2 * RIMMED_STEPS as i32;
         let side = INNER + 2 * rim;
         let fits = tables.meshes.is_empty() && side * side <= room as i32;
-        let cut = |(grid, shape): (u32, &Grid)| squares(grid, shape.rows, shape.cols, rim);
         fits.then(|| Self {
-            grids: (0..).zip(&tables.grids).flat_map(cut).collect(),
+            grids: Self::squares(&tables.grids, rim),
             meshes: Vec::new(),
             steps: RIMMED_STEPS,
         })
+    }
+}
+
+impl Patches {
+    /// All grids in squares with a rim.
+    pub fn squares(grids: &[Grid], rim: i32) -> Vec<Patch> {
+        (0..).zip(grids).flat_map(|(grid, shape)| squares(grid, shape.rows, shape.cols, rim)).collect()
     }
 }
 

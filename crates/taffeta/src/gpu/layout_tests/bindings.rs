@@ -98,7 +98,10 @@ fn a_dispatch_sees_so_many_records_of_sub_steps() {
     for source in sources() {
         let module = read(&source);
         let named = |one: &&GlobalVariable| one.name.as_deref() == Some("substeps");
-        let (_, variable) = module.global_variables.iter().find(|(_, one)| named(one)).expect("sub-steps");
+        let Some((_, variable)) = module.global_variables.iter().find(|(_, one)| named(one)) else {
+            assert!(source.contains("fn vertex_normals"), "only normals know of no sub-step");
+            continue;
+        };
         let inner = &module.types[variable.ty].inner;
         assert!(matches!(inner, TypeInner::Array { .. }));
         let bytes = inner.size(module.to_ctx()) as usize;

@@ -1,10 +1,13 @@
 //! Numbers that stand on both sides.
 
 use super::{read, sources};
+use crate::collision::contact::NARROW;
 use crate::collision::shape::{ColliderNow, PlaneNow, ShapeNow, SphereNow, Touching};
 use crate::cpu::ROUNDS;
 use crate::forces::hinge::STIFFEST;
-use crate::gpu::layout::{BY_HAND, Collider, FORCE, GROUP, IS_LOAD, NODE_SUMS, NOT_A_MESH, TILE, TORQUE};
+use crate::gpu::layout::{
+    BY_HAND, Collider, FORCE, GROUP, IS_LOAD, NODE_SUMS, NOT_A_MESH, OWN, PATCH_NODE_BYTES, TILE, TORQUE,
+};
 use crate::real::Real;
 use crate::topology::LANES;
 use std::collections::BTreeMap;
@@ -43,11 +46,14 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("QUARTER_PI", f64::from(FRAC_PI_4)),
         ("ROUNDS", ROUNDS as f64),
         ("STIFFEST", STIFFEST),
+        ("NARROW", f64::from(NARROW as f32)),
         ("NUMBERS", NODE_SUMS as f64),
         ("IS_LOAD", f64::from(IS_LOAD)),
         ("BY_HAND", f64::from(BY_HAND)),
         ("NOT_A_MESH", f64::from(NOT_A_MESH)),
         ("LANES", LANES as f64),
+        ("OWN", OWN as f64),
+        ("NUMBERS_A_NODE", f64::from(PATCH_NODE_BYTES / 4)),
         ("TILE_COLS", TILE[1] as f64),
         ("FORCE", f64::from(FORCE)),
         ("TORQUE", f64::from(TORQUE)),

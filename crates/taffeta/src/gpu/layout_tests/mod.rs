@@ -4,7 +4,7 @@ mod bindings;
 mod constants;
 mod records;
 
-use super::kernels::Name;
+use super::kernels::families;
 use taffeta_gpu::wgpu::naga;
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
@@ -12,7 +12,7 @@ use naga::{Handle, Module, Scalar, ScalarKind, Type, TypeInner};
 
 /// The sources of every kernel, whatever it is put together with.
 fn sources() -> Vec<String> {
-    [false, true].map(|loads_given| Name { entry: "", loads_given }.sources().join("\n")).to_vec()
+    families().map(|sources| sources.join("\n")).to_vec()
 }
 
 /// A source as it stands.

@@ -1,7 +1,9 @@
 //! Records, field by field.
 
 use super::{read, sources, words};
-use crate::gpu::layout::{Along, Chunk, Collider, Entry, Grid, Hinge, Load, Motion, Pin, Run, Substep, Tile};
+use crate::gpu::layout::{
+    Along, Chunk, Collider, Entry, Grid, Hinge, Load, Motion, Part, Patch, Pin, Run, Small, Substep, Tile,
+};
 use taffeta_gpu::wgpu::naga::{AddressSpace, Handle, Module, Type, TypeInner};
 
 /// A record: its name, its size, and name, offset and type of its fields.
@@ -25,7 +27,7 @@ macro_rules! named {
 
 named! {
     f32: "f32", u32: "u32", i32: "i32", [f32; 3]: "vec3<f32>", [f32; 4]: "vec4<f32>", [u32; 4]: "vec4<u32>",
-    [Along; 6]: "array<Along, 6>",
+    [Along; 6]: "array<Along, 6>", Part: "Part",
 }
 
 fn name_of<R, T: Named>(_: fn(&R) -> &T) -> String {
@@ -64,6 +66,9 @@ fn records() -> Vec<Record> {
         record!(Along { k, damping, rest_length, there }),
         record!(Grid { first, rows, cols, along }),
         record!(Tile { grid, row, col }),
+        record!(Part { first_row, first_col, end_row, end_col }),
+        record!(Patch { grid, all, inner }),
+        record!(Small { first, count }),
         record!(Run { start, count, k, damping }),
         record!(Entry { neighbour, rest_length }),
         record!(Hinge { corners, rest_angle, rest_steepness, k, damping }),

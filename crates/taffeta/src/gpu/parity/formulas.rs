@@ -3,7 +3,7 @@
 use super::bench::{Bench, Given};
 use super::fixture::{Arrays, Chance, words};
 use super::{Row, Tolerance};
-use crate::collision::contact::{leave_both, respond};
+use crate::collision::contact::{NARROW, leave_both, respond};
 use crate::collision::shape::{ColliderNow, PlaneNow, ShapeNow, SphereNow, Touching};
 use crate::forces::{external, hinge, spring};
 use crate::gpu::kernels::Name;
@@ -333,9 +333,9 @@ fn wedges(exact: bool) -> Vec<Case> {
         let limit = base.s * dot(base.a, base.b);
         awkward.extend([limit.next_down(), limit, limit.next_up()].map(|t| Case { t, ..*base }));
         awkward.extend([base.a, base.a.map(|c| -c)].map(|b| Case { b, ..*base }));
-        // Rooms about 1e-6, the square of the angle between the faces.
-        for angle in (0..20).map(|i| 0.9e-3 + 1e-5 * i as f32) {
-            let b = [0.5 * angle * angle - 1.0, angle, 0.0];
+        // Rooms about the narrowest, the squared sine of the angle between the faces.
+        for sine in (0..20).map(|i| (NARROW as f32).sqrt() * (0.95 + 0.005 * i as f32)) {
+            let b = [-(1.0 - sine * sine).sqrt(), sine, 0.0];
             awkward.push(Case { a: [1.0, 0.0, 0.0], b, ..*base });
         }
     }

@@ -12,7 +12,7 @@ mod measure;
 mod particles;
 mod scene;
 
-use super::kernels::Name;
+use super::kernels::families;
 use bench::Bench;
 use std::fmt;
 use taffeta_gpu::Gpu;
@@ -113,8 +113,8 @@ pub fn rows() -> Vec<Row> {
 /// The entry points that naga finds in the sources of the kernels.
 pub fn entry_points() -> Result<Vec<String>, String> {
     let mut found = Vec::new();
-    for loads_given in [false, true] {
-        let source = Name { entry: "", loads_given }.sources().join("\n");
+    for sources in families() {
+        let source = sources.join("\n");
         let module = naga::front::wgsl::parse_str(&source).map_err(|error| error.emit_to_string(&source))?;
         found.extend(module.entry_points.into_iter().map(|point| point.name));
     }
