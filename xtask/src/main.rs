@@ -4,21 +4,25 @@
 //! real models that scenes name.
 
 mod fuzz;
+mod gpu;
 mod mesh;
 mod models;
 mod pictures;
+mod program;
 mod results;
 mod test;
+mod vulkan;
 
 use std::process::ExitCode;
 
 const USAGE: &str =
     "usage: cargo xtask test | ci | models | pictures [SCENE...] | results [--frames F | --plots-only]
-                   | fuzz [--minutes N] [TARGET...]
-  test, ci   formatting, lints, tests, and every scene for 10 frames
+                   | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
+  test, ci   formatting, lints, tests, and every scene for 10 frames on the CPU and on a GPU, in software if need be
   models     fetch the bunny, armadillo, dragon and human into models/
   pictures   run scenes and draw them into docs/pictures/
   results    measure speed, and write the tables and plots of docs/results/
+  gpu        build what to take to a machine with a GPU, or write the page of what it brought back
   fuzz       feed the parsers hostile input, 60 minutes each; needs a nightly compiler and cargo-fuzz";
 
 fn main() -> ExitCode {
@@ -27,6 +31,7 @@ fn main() -> ExitCode {
     match words[..] {
         ["test" | "ci"] => test::run(),
         ["models"] => models::run(),
+        ["gpu", ref words @ ..] => gpu::run(words),
         ["fuzz", ref words @ ..] => fuzz::run(words),
         ["results", ref words @ ..] => results::run(words),
         ["pictures", ref scenes @ ..] => pictures::run(scenes),

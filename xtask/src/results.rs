@@ -45,27 +45,43 @@ fn results(wanted: Option<&Wanted>) -> Result<(), String> {
     if let Some(wanted) = wanted {
         measure::all(&folder, wanted.frames)?;
     }
-    let mut devices = Vec::new();
-    for file in measured(&folder)? {
-        let slug = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    for file in files(&folder, "jsonl")? {
+        let slug = slug_of(&file);
         let lines = line::latest(&file)?;
         plot::nodes(&folder.join(format!("{slug}-nodes.svg")), &lines)?;
         plot::threads(&folder.join(format!("{slug}-threads.svg")), &lines)?;
-        devices.push((slug, lines));
     }
-    if devices.is_empty() {
+    write_readme(&folder)
+}
+
+/// Writes the page of all devices: processors with their tables, and where the pages of GPUs are.
+pub fn write_readme(folder: &Path) -> Result<(), String> {
+    let mut processors = Vec::new();
+    for file in files(folder, "jsonl")? {
+        processors.push((slug_of(&file), line::latest(&file)?));
+    }
+    let mut gpus = Vec::new();
+    for file in files(folder, "json")? {
+        gpus.push((slug_of(&file), crate::gpu::device_of(&file)?));
+    }
+    if processors.is_empty() && gpus.is_empty() {
         return Err(format!("{}: nothing measured yet; `cargo xtask results` measures", folder.display()));
     }
     let readme = folder.join("README.md");
-    std::fs::write(&readme, table::readme(&devices)).map_err(|error| format!("{}: {error}", readme.display()))
+    std::fs::write(&readme, table::readme(&processors, &gpus))
+        .map_err(|error| format!("{}: {error}", readme.display()))
 }
 
-/// The files of measured lines, one a device.
-fn measured(folder: &Path) -> Result<Vec<PathBuf>, String> {
+fn slug_of(file: &Path) -> String {
+    file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// The files with an ending, one a device.
+fn files(folder: &Path, ending: &str) -> Result<Vec<PathBuf>, String> {
     let entries = std::fs::read_dir(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let paths = entries.filter_map(|entry| entry.ok().map(|entry| entry.path()));
     let mut files: Vec<PathBuf> =
-        paths.filter(|path| path.extension().is_some_and(|ext| ext == "jsonl")).collect();
+        paths.filter(|path| path.extension().is_some_and(|ext| ext == ending)).collect();
     files.sort();
     Ok(files)
 }

@@ -1,7 +1,10 @@
 //! `cargo xtask test`: formatting, lints, tests, and every scene for a few frames, each with its time.
 
-use crate::root;
-use std::path::{Path, PathBuf};
+mod npy;
+mod scenes;
+
+use crate::program::{self, cargo};
+use crate::vulkan;
 use std::process::{Command, ExitCode, Stdio};
 use std::time::Instant;
 
@@ -9,11 +12,12 @@ use std::time::Instant;
 pub fn run() -> ExitCode {
     let start = Instant::now();
     let lints = ["clippy", "--workspace", "--release", "--all-targets", "--", "-D", "warnings"];
-    let result = component("rustfmt", &["fmt", "--all", "--check"])
+    let result = vulkan::provide()
+        .and_then(|()| component("rustfmt", &["fmt", "--all", "--check"]))
         .and_then(|()| component("clippy", &lints))
         .and_then(|()| timed("tests", cargo(&["test", "--release", "--workspace"])))
-        .and_then(|()| timed("build", cargo(&["build", "--release", "--package", "taffeta-cli"])))
-        .and_then(|()| scenes());
+        .and_then(|()| timed("build", program::build()))
+        .and_then(|()| scenes::run());
     match result {
         Ok(()) => {
             println!("xtask: all passed in {:.1} s", start.elapsed().as_secs_f64());
@@ -24,13 +28,6 @@ pub fn run() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-fn cargo(words: &[&str]) -> Command {
-    // Cargo sets CARGO for what it runs; the name alone serves when the binary is started by hand.
-    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.args(words).current_dir(root());
-    command
 }
 
 /// A cargo command that needs a component of the toolchain; where that is missing it is skipped, and said.
@@ -46,49 +43,11 @@ fn component(name: &str, words: &[&str]) -> Result<(), String> {
 fn timed(name: &str, mut command: Command) -> Result<(), String> {
     println!("xtask: {name}");
     let start = Instant::now();
-    let status = command.status().map_err(|error| format!("{name}: cannot start: {error}"))?;
+    let status =
+        vulkan::quiet(&mut command).status().map_err(|error| format!("{name}: cannot start: {error}"))?;
     if !status.success() {
         return Err(format!("{name}: failed ({status})"));
     }
     println!("xtask: {name}: passed in {:.1} s", start.elapsed().as_secs_f64());
     Ok(())
-}
-
-/// Runs every scene for 10 frames with the built program.
-fn scenes() -> Result<(), String> {
-    let out = std::env::temp_dir().join(format!("taffeta-scenes-{}", std::process::id()));
-    let result = scene_files()?.iter().try_for_each(|scene| {
-        let name = scene.file_stem().unwrap_or_default().to_string_lossy();
-        timed(&format!("scene {name}"), run_scene(scene, &out.join(&*name)))
-    });
-    // What is left behind in the temporary folder does no harm; the scenes' verdict counts.
-    let _ = std::fs::remove_dir_all(&out);
-    result
-}
-
-fn run_scene(scene: &Path, out: &Path) -> Command {
-    let mut command = Command::new(program());
-    command.arg("run").arg(scene).arg("--out").arg(out);
-    command.args(["--frames", "10", "--quiet"]).current_dir(root());
-    command
-}
-
-fn scene_files() -> Result<Vec<PathBuf>, String> {
-    let folder = root().join("scenes");
-    let entries = std::fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let mut files: Vec<PathBuf> = entries
-        .filter_map(|entry| entry.ok().map(|entry| entry.path()))
-        .filter(|path| path.extension().is_some_and(|ext| ext == "toml"))
-        .collect();
-    files.sort();
-    if files.is_empty() {
-        return Err(format!("{}: no scenes", folder.display()));
-    }
-    Ok(files)
-}
-
-/// The built `taffeta`, where cargo puts it.
-fn program() -> PathBuf {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
-    root().join(target).join("release").join(format!("taffeta{}", std::env::consts::EXE_SUFFIX))
 }

@@ -1,10 +1,10 @@
 //! `taffeta bench`: how fast the engine is, beside what the machine can do at most.
 
-mod kernels;
+pub mod kernels;
 mod line;
 mod measure;
 mod mesh;
-mod scenes;
+pub mod scenes;
 
 use crate::console;
 use crate::failure::Failure;

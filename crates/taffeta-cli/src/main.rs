@@ -5,6 +5,7 @@ mod check;
 mod console;
 mod failure;
 mod gpu;
+mod gpu_check;
 mod info;
 mod limits;
 mod memory;
@@ -28,6 +29,7 @@ enum Command {
     Run(run::Args),
     Check(check::Args),
     Bench(bench::Args),
+    GpuCheck(gpu_check::Args),
     Info(info::Args),
     Schema(schema::Args),
 }
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Bench(args) => bench::run(&args),
+        Command::GpuCheck(args) => gpu_check::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Schema(args) => schema::run(&args),
     };

@@ -1,9 +1,9 @@
 //! Runs the benches, one after the other, and keeps the line of each.
 
-use crate::root;
+use crate::{program, root};
 use serde_json::Value;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Sides of square grids.
@@ -13,17 +13,14 @@ const SCALED: [u32; 2] = [512, 2048];
 
 /// Builds the program and measures it; appends each line to the file of this machine.
 pub fn all(folder: &Path, frames: Option<u32>) -> Result<(), String> {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let mut build = Command::new(cargo);
-    build.args(["build", "--release", "--quiet", "--package", "taffeta-cli"]).current_dir(root());
-    if !build.status().map_err(|error| format!("cargo: {error}"))?.success() {
+    if !program::build().arg("--quiet").status().map_err(|error| format!("cargo: {error}"))?.success() {
         return Err("the program was not built".into());
     }
     let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let processor = processor();
     let machine = format!("{processor}, {threads} threads, {}", taffeta::simd_level());
-    let file = folder.join(slug(&machine)).with_extension("jsonl");
-    let commit = commit()?;
+    let file = folder.join(program::slug(&machine)).with_extension("jsonl");
+    let commit = program::commit()?;
     for mut words in benches(threads) {
         if let Some(frames) = frames {
             words.push_str(&format!(" --frames {frames}"));
@@ -54,19 +51,13 @@ fn benches(threads: usize) -> Vec<String> {
 
 /// The line that a bench prints.
 fn bench(words: &str) -> Result<Value, String> {
-    let mut command = Command::new(program());
+    let mut command = Command::new(program::path());
     command.args(words.split(' ')).current_dir(root()).stderr(Stdio::inherit());
-    let output = command.output().map_err(|error| format!("{}: {error}", program().display()))?;
+    let output = command.output().map_err(|error| format!("{}: {error}", program::path().display()))?;
     if !output.status.success() {
         return Err(format!("taffeta {words}: failed ({})", output.status));
     }
     serde_json::from_slice(&output.stdout).map_err(|error| format!("taffeta {words}: {error}"))
-}
-
-/// The built `taffeta`, where cargo puts it.
-fn program() -> PathBuf {
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
-    root().join(target).join("release").join(format!("taffeta{}", std::env::consts::EXE_SUFFIX))
 }
 
 fn with(mut line: Value, more: [(&str, &String); 3]) -> Result<Value, String> {
@@ -78,18 +69,6 @@ fn with(mut line: Value, more: [(&str, &String); 3]) -> Result<Value, String> {
 fn append(file: &Path, line: &Value) -> std::io::Result<()> {
     let mut file = std::fs::OpenOptions::new().create(true).append(true).open(file)?;
     writeln!(file, "{line}")
-}
-
-/// The commit that is measured; `-dirty` where the sources differ from it.
-fn commit() -> Result<String, String> {
-    let git = |words: &[&str]| Command::new("git").args(words).current_dir(root()).output();
-    let head = git(&["rev-parse", "--short", "HEAD"]).map_err(|error| format!("git: {error}"))?;
-    if !head.status.success() {
-        return Err(format!("git: {}", String::from_utf8_lossy(&head.stderr).trim()));
-    }
-    let same = git(&["diff", "--quiet", "HEAD", "--", "crates", "Cargo.toml", "Cargo.lock"]);
-    let dirty = if same.is_ok_and(|same| same.status.success()) { "" } else { "-dirty" };
-    Ok(format!("{}{dirty}", String::from_utf8_lossy(&head.stdout).trim()))
 }
 
 /// The processor's name, as the system tells it.
@@ -105,20 +84,9 @@ fn processor() -> String {
     linux.or_else(apple).unwrap_or_else(|| std::env::consts::ARCH.to_owned())
 }
 
-/// Lower-case letters and numbers, with one hyphen for all else.
-fn slug(words: &str) -> String {
-    let kept = words.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty());
-    kept.map(str::to_lowercase).collect::<Vec<_>>().join("-")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_slug_is_letters_numbers_and_hyphens() {
-        assert_eq!(slug("AMD EPYC (tm), 2 threads"), "amd-epyc-tm-2-threads");
-    }
 
     #[test]
     fn no_bench_runs_twice() {

@@ -58,10 +58,14 @@ each node's position and velocity read and written once a sub-step, and of the p
 31 operations a spring.
 ";
 
-/// The page: for each device its targets, plots and measurements.
-pub fn readme(devices: &[(String, Vec<Line>)]) -> String {
+/// The page: where those of GPUs are, then for each processor its targets, plots and measurements.
+pub fn readme(processors: &[(String, Vec<Line>)], gpus: &[(String, String)]) -> String {
     let mut page = HEAD.to_owned();
-    for (slug, lines) in devices {
+    if !gpus.is_empty() {
+        let links: Vec<String> = gpus.iter().map(|(slug, name)| format!("[{name}]({slug}.md)")).collect();
+        let _ = write!(page, "\nGPUs have pages of their own: {}.\n", links.join(", "));
+    }
+    for (slug, lines) in processors {
         let machine = lines.first().map_or(slug, |line| &line.machine);
         // Writing to a string cannot fail.
         let _ = write!(page, "\n## {machine}\n\n{}", targets(lines));

@@ -4,7 +4,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use taffeta::GpuKernels;
 
 /// All of them, ours first.
-const ALL: [GpuKernels; 5] = [
+pub const ALL: [GpuKernels; 5] = [
     GpuKernels::Best,
     GpuKernels::Plain,
     GpuKernels::Tiled,

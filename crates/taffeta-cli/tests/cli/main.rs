@@ -4,5 +4,6 @@ mod check_mesh;
 mod checkpoint;
 mod desk;
 mod gpu;
+mod gpu_check;
 mod input;
 mod run;

@@ -1,0 +1,46 @@
+//! `taffeta gpu-check`: whether a GPU computes what the CPU computes, and how fast, in one call on a bare machine.
+
+mod copy;
+mod device;
+mod jobs;
+mod parity;
+mod readback;
+mod report;
+mod scenes;
+mod session;
+mod speed;
+mod table;
+
+use crate::console;
+use crate::failure::Failure;
+use session::Session;
+use std::path::PathBuf;
+
+/// Compare a GPU with the CPU, and measure it
+#[derive(clap::Args)]
+pub struct Args {
+    /// Write everything to this file, as JSON
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Small scenes and few frames alone, as on software adapters
+    #[arg(long)]
+    quick: bool,
+}
+
+/// Checks and measures the adapter that `TAFFETA_ADAPTER` asks for, else the best one; the table comes last.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let mut session = Session::open(args.out.as_deref(), args.quick)?;
+    session.checks()?;
+    session.measurements()?;
+    let report = session.end()?;
+    console::say(&table::of(&report))?;
+    match report.failed() {
+        0 => Ok(()),
+        count => {
+            let what = console::counted(count, "check", "checks");
+            Err(Failure::Work(format!(
+                "gpu-check: {what} failed; the GPU does not compute what the CPU does"
+            )))
+        }
+    }
+}

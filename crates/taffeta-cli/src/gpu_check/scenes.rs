@@ -1,0 +1,157 @@
+//! Whole scenes on the GPU against the same scenes on the CPU, and against themselves.
+
+use super::session::guarded;
+use crate::bench::kernels;
+use serde::Serialize;
+use taffeta::scene::{Body, Collider, Icosphere, Mass, Mesh, Scene, Select};
+use taffeta::taffeta_gpu::Gpu;
+use taffeta::{GpuKernels, GpuOptions, Options, Simulation};
+
+/// Farthest that a vertex may be from where the CPU has it [m], in scenes of a metre: rounding that a driver does its
+/// own way has grown for some hundred sub-steps by then, a wrong force is seen within a few.
+const BOUND: f64 = 1e-4;
+
+/// A scene on both.
+#[derive(Serialize)]
+pub struct Compared {
+    pub name: String,
+    pub kernels: &'static str,
+    pub frames: u32,
+    /// Largest distance of a vertex from where the CPU has it [m].
+    pub apart: Option<f64>,
+    /// That vertex.
+    pub vertex: Option<usize>,
+    /// The largest distance that is allowed [m].
+    pub allowed: f64,
+    /// Whether a second run ended in the same bits.
+    pub same_twice: bool,
+    pub passed: bool,
+    /// Why it could not be run.
+    pub error: Option<String>,
+}
+
+/// A scene, and which of our kernels run it for how many frames.
+pub struct Check {
+    pub scene: Scene,
+    pub kernels: GpuKernels,
+    frames: u32,
+}
+
+/// All checks: each scene by every choice of our kernels that treats it differently.
+pub fn checks() -> Vec<Check> {
+    let check = |scene: fn() -> Scene, frames| move |kernels| Check { scene: scene(), kernels, frames };
+    let [single, several] = [GpuKernels::Plain, GpuKernels::Best];
+    let flags = [single, several, GpuKernels::Tiled].map(check(flag, 20));
+    let others =
+        [single, several].map(check(drape, 30)).into_iter().chain([single, several].map(check(hinged, 20)));
+    flags.into_iter().chain(others).collect()
+}
+
+fn sheet(rows: u32, cols: u32, size: [f64; 2]) -> Body {
+    Body::cloth("sheet", Mesh::grid(rows, cols, size))
+        .with_mass(Mass::Node(0.01))
+        .structural(50.0, 0.02)
+        .shear(20.0, 0.02)
+        .bend(5.0, 0.02)
+}
+
+fn flag() -> Scene {
+    let mut scene = Scene::new("flag").time(1.0 / 60.0, 1e-3);
+    scene.world.drag = 1e-3;
+    scene.world.wind_force = [2e-2, 0.0, 1e-2];
+    scene.body(sheet(20, 30, [1.5, 1.0]).pin(Select::nodes([0, 29])))
+}
+
+fn drape() -> Scene {
+    let ball = Collider::sphere([0.0; 3], 0.3).friction(0.3);
+    Scene::new("drape on a ball")
+        .body(sheet(40, 40, [1.0, 1.0]).at([0.0, 0.31, 0.0]))
+        .collider(ball)
+        .time(1.0 / 60.0, 1e-3)
+}
+
+fn hinged() -> Scene {
+    let ball = Body::cloth("ball", Mesh::Icosphere(Icosphere { radius: 0.3, subdivisions: 3 }))
+        .with_mass(Mass::Node(0.01))
+        .structural(50.0, 0.02)
+        .hinge(1e-3, 1e-5)
+        .at([0.0, 0.4, 0.0]);
+    let slope = Collider::plane([0.0; 3], [0.1, 1.0, 0.0]);
+    Scene::new("mesh with hinges").body(ball).collider(slope).time(1.0 / 60.0, 1e-3)
+}
+
+/// Runs a scene once on the CPU and twice on the GPU.
+pub fn compare(check: &Check, gpu: &Gpu) -> Compared {
+    let found = guarded(|| both(check, gpu));
+    let mut compared = Compared {
+        name: check.scene.title.clone(),
+        kernels: kernels::name(check.kernels),
+        frames: check.frames,
+        apart: None,
+        vertex: None,
+        allowed: BOUND,
+        same_twice: false,
+        passed: false,
+        error: None,
+    };
+    match found {
+        Ok((vertex, apart, same_twice)) => {
+            compared.apart = Some(apart).filter(|apart| apart.is_finite());
+            compared.vertex = Some(vertex).filter(|_| apart > 0.0);
+            compared.same_twice = same_twice;
+            compared.passed = apart <= BOUND && same_twice;
+        }
+        Err(error) => compared.error = Some(error),
+    }
+    compared
+}
+
+/// The vertex that is farthest from its place on the CPU, how far that is [m], and whether two runs had the same bits.
+fn both(check: &Check, gpu: &Gpu) -> Result<(usize, f64, bool), String> {
+    let options = GpuOptions { kernels: check.kernels, ..gpu.clone().into() };
+    let on_gpu = Options { gpu: Some(options), ..Options::default() };
+    let run = |options| run(&check.scene, check.frames, options);
+    let (cpu, first, second) = (run(&Options::default())?, run(&on_gpu)?, run(&on_gpu)?);
+    let (vertex, apart) = farthest(&cpu.places, &first.places);
+    Ok((vertex, apart, first.hash == second.hash))
+}
+
+struct Ended {
+    places: Vec<[f64; 3]>,
+    hash: u64,
+}
+
+fn run(scene: &Scene, frames: u32, options: &Options) -> Result<Ended, String> {
+    let mut simulation = Simulation::new(scene, options).map_err(|error| error.to_string())?;
+    simulation.advance(frames).map_err(|error| error.to_string())?;
+    simulation.fetch().map_err(|error| error.to_string())?;
+    let mut places = Vec::new();
+    simulation.positions_f64(&mut places);
+    Ok(Ended { places, hash: simulation.state_hash() })
+}
+
+/// The index at which two lists of places are farthest apart, and how far [m]; no number counts as infinitely far.
+fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> (usize, f64) {
+    let distance = |(p, q): (&[f64; 3], &[f64; 3])| {
+        let apart = (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum::<f64>().sqrt();
+        if apart.is_nan() { f64::INFINITY } else { apart }
+    };
+    let distances = a.iter().zip(b).map(distance).enumerate();
+    distances.fold((0, 0.0), |most, one| if one.1 > most.1 { one } else { most })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::farthest;
+
+    #[test]
+    fn what_is_no_number_is_farthest() {
+        let a = [[0.0; 3], [1.0, 2.0, 3.0], [4.0; 3]];
+        let mut b = a;
+        assert_eq!(farthest(&a, &b), (0, 0.0));
+        b[1][2] = 2.5;
+        assert_eq!(farthest(&a, &b), (1, 0.5));
+        b[2][0] = f64::NAN;
+        assert_eq!(farthest(&a, &b), (2, f64::INFINITY));
+    }
+}

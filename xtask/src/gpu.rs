@@ -1,0 +1,146 @@
+//! `cargo xtask gpu`: what to take to a machine with a GPU, and the page of what it brings back.
+
+mod page;
+mod report;
+
+use crate::{program, results, root};
+use report::Report;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Without words: builds what to take along. With `--merge FILE`: writes the page of what was found.
+pub fn run(words: &[&str]) -> ExitCode {
+    let result = match words {
+        [] => prepare(),
+        ["--merge", file] => merge(Path::new(file), &root().join("docs/results")),
+        _ => Err(format!("gpu {}: it takes nothing, or --merge FILE.json", words.join(" "))),
+    };
+    match result {
+        Ok(words) => {
+            println!("{words}");
+            ExitCode::SUCCESS
+        }
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Builds the program and puts it alone into a folder; returns what to do with it.
+fn prepare() -> Result<String, String> {
+    let commit = program::commit()?;
+    let mut build = program::build();
+    build.env("TAFFETA_COMMIT", &commit);
+    if !build.status().map_err(|error| format!("cargo: {error}"))?.success() {
+        return Err("the program was not built".into());
+    }
+    let folder = program::target().join("gpu");
+    // What lies there from an earlier build must not go along.
+    let _ = std::fs::remove_dir_all(&folder);
+    let name = program::path().file_name().map_or_else(|| "taffeta".into(), PathBuf::from);
+    let copy = folder.join(&name);
+    std::fs::create_dir_all(&folder)
+        .and_then(|()| std::fs::copy(program::path(), &copy))
+        .map_err(|error| format!("{}: {error}", copy.display()))?;
+    let program = copy.strip_prefix(root()).unwrap_or(&copy).display();
+    Ok(format!(
+        "{program} is all that is needed (taffeta {commit}). Take it to a machine with a GPU and run there:
+
+    ./{} gpu-check --out gpu-check.json
+
+It takes some minutes: every kernel and some scenes beside their twins on the CPU, then measurements. The machine needs
+the GPU's driver and the Vulkan loader (Debian and Ubuntu: `apt-get install libvulkan1`; with NVIDIA's driver in a
+container also `libegl1 libglvnd0`), a C library no older than this machine's, and nothing else. Exit code 1: something
+differs between GPU and CPU. TAFFETA_ADAPTER chooses among several GPUs; `taffeta info` lists them.
+Bring back gpu-check.json, and then:
+
+    cargo xtask gpu --merge gpu-check.json",
+        name.display()
+    ))
+}
+
+/// The name of the device in a kept file.
+pub fn device_of(file: &Path) -> Result<String, String> {
+    read(file).map(|(report, _)| report.device.name)
+}
+
+fn read(file: &Path) -> Result<(Report, String), String> {
+    let at = |error: &dyn std::fmt::Display| format!("{}: {error}", file.display());
+    let text = std::fs::read_to_string(file).map_err(|error| at(&error))?;
+    let report = serde_json::from_str(&text).map_err(|error| at(&error))?;
+    Ok((report, text))
+}
+
+/// Writes the page of a device beside the results of others, and keeps what it was made of; returns what it wrote.
+fn merge(file: &Path, folder: &Path) -> Result<String, String> {
+    let (report, text) = read(file)?;
+    if report.device.software {
+        return Err(format!(
+            "{}: was measured on {}, a software adapter: it proves results, never speed, and gets no page",
+            file.display(),
+            report.device.name
+        ));
+    }
+    let slug = program::slug(&report.device.name);
+    let write = |ext: &str, text: &str| {
+        let path = folder.join(&slug).with_extension(ext);
+        std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))
+    };
+    write("json", &text)?;
+    write("md", &page::of(&report, &slug))?;
+    results::write_readme(folder)?;
+    Ok(format!("docs/results/{slug}.md and {slug}.json: {}", report.verdict()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("taffeta-merge-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        folder
+    }
+
+    #[test]
+    fn a_gpu_gets_a_page_and_its_file_is_kept() {
+        let folder = folder("hardware");
+        let file = folder.join("brought.txt");
+        std::fs::write(&file, report::EXAMPLE).expect("a file");
+        merge(&file, &folder).expect("merged");
+        let page = std::fs::read_to_string(folder.join("example-gpu-3000.md")).expect("a page");
+        assert!(page.starts_with("# Example GPU 3000\n"), "{page}");
+        assert_eq!(
+            std::fs::read_to_string(folder.join("example-gpu-3000.json")).ok().as_deref(),
+            Some(report::EXAMPLE)
+        );
+        let readme = std::fs::read_to_string(folder.join("README.md")).expect("a list of pages");
+        assert!(readme.contains("[Example GPU 3000](example-gpu-3000.md)"), "{readme}");
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn a_software_adapter_gets_none() {
+        let folder = folder("software");
+        let file = folder.join("brought.json");
+        let text = report::EXAMPLE.replace("\"software\": false", "\"software\": true");
+        std::fs::write(&file, text).expect("a file");
+        let error = merge(&file, &folder).expect_err("refused");
+        assert!(
+            error.contains("Example GPU 3000, a software adapter: it proves results, never speed"),
+            "{error}"
+        );
+        assert!(!folder.join("example-gpu-3000.md").exists() && !folder.join("README.md").exists());
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn what_is_no_report_is_refused_with_its_name() {
+        let folder = folder("other");
+        let file = folder.join("other.json");
+        std::fs::write(&file, "{\"version\": 3}").expect("a file");
+        assert!(merge(&file, &folder).expect_err("refused").contains("other.json: "));
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+}
