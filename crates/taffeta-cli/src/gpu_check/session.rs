@@ -103,8 +103,14 @@ impl Session {
     /// A device that has failed once says so for ever: the next part gets a new one.
     fn end_part(&mut self) -> Result<(), Failure> {
         if let Err(error) = self.gpu.health() {
-            self.report.faults.push(format!("the device was opened again after this: {error}"));
-            self.gpu = Gpu::open(&self.choice).map_err(|error| Failure::Work(error.to_string()))?;
+            let again = match Gpu::open(&self.choice) {
+                Ok(gpu) => {
+                    self.gpu = gpu;
+                    "opened again".to_owned()
+                }
+                Err(why) => format!("not opened again ({why})"),
+            };
+            self.report.faults.push(format!("the device was {again} after this: {error}"));
         }
         self.report.seconds = self.start.elapsed().as_secs_f64();
         self.save()
@@ -114,7 +120,12 @@ impl Session {
     fn save(&self) -> Result<(), Failure> {
         let Some(file) = &self.out else { return Ok(()) };
         let text = console::json(&self.report)? + "\n";
-        std::fs::write(file, text).map_err(|error| Failure::Work(format!("{}: {error}", file.display())))
+        // Put in place when it is whole: a driver may take the program down at any time.
+        let mut part = file.clone().into_os_string();
+        part.push(".part");
+        std::fs::write(&part, text)
+            .and_then(|()| std::fs::rename(&part, file))
+            .map_err(|error| Failure::Work(format!("{}: {error}", file.display())))
     }
 }
 
