@@ -43,7 +43,7 @@ pub fn checks() -> Vec<Check> {
     let [single, several] = [GpuKernels::Plain, GpuKernels::Best];
     let flags = [single, several, GpuKernels::Tiled].map(check(flag, 20));
     let others =
-        [single, several].map(check(drape, 30)).into_iter().chain([single, several].map(check(hinged, 20)));
+        [single, several].map(check(drape, 20)).into_iter().chain([single, several].map(check(hinged, 20)));
     flags.into_iter().chain(others).collect()
 }
 
