@@ -84,8 +84,8 @@ fn every_kernel_in_the_folders_is_among_the_entry_points() {
 /// Faults in the sources: the row that must find each, what is written, and what is put in its place.
 const FAULTS: &[(&str, &str, &str)] = &[
     ("grid_springs_all", "return own + ending;", "return own - ending;"),
-    ("grid_springs_all", "col < grids[grid].cols", "col <= grids[grid].cols"),
-    ("grid_particles", "grid, 5u, 1, -1)", "grid, 5u, 1, 1)"),
+    ("grid_springs_all", "col < this_grid.cols", "col <= this_grid.cols"),
+    ("grid_particles", "v, 5u, 1, -1)", "v, 5u, 1, 1)"),
     ("grid_particles_given", "return load[node].xyz;", "return load[node].yxz;"),
     ("mesh_springs_all", "kind < KINDS", "kind + 1u < KINDS"),
     ("mesh_particles", "i < run.count", "i + 1u < run.count"),

@@ -22,6 +22,9 @@ struct Grid {
 
 @group(1) @binding(0) var<storage, read> grids: array<Grid>;
 
+/// The grid that an invocation works on, read once.
+var<private> this_grid: Grid;
+
 /// Where a node is: its row and column, its place, and the places from one row to the next.
 struct Cell {
     row: i32,
@@ -38,31 +41,31 @@ fn pull(x: vec3f, v: vec3f, there: i32, along: Along) -> vec3f {
 }
 
 /// Whether a row and a column are in the grid.
-fn inside(row: i32, col: i32, grid: u32) -> bool {
-    return row >= 0 && col >= 0 && row < grids[grid].rows && col < grids[grid].cols;
+fn inside(row: i32, col: i32) -> bool {
+    return row >= 0 && col >= 0 && row < this_grid.rows && col < this_grid.cols;
 }
 
 /// Force [N] of the two springs of a direction at a node.
-fn pull_both(cell: Cell, x: vec3f, v: vec3f, grid: u32, direction: u32, down: i32, across: i32) -> vec3f {
-    let along = grids[grid].along[direction];
+fn pull_both(cell: Cell, x: vec3f, v: vec3f, direction: u32, down: i32, across: i32) -> vec3f {
+    let along = this_grid.along[direction];
     let way = down * cell.stride + across;
     var own = vec3f(0.0);
     var ending = vec3f(0.0);
-    if along.there != 0u && inside(cell.row + down, cell.col + across, grid) {
+    if along.there != 0u && inside(cell.row + down, cell.col + across) {
         own = pull(x, v, cell.place + way, along);
     }
-    if along.there != 0u && inside(cell.row - down, cell.col - across, grid) {
+    if along.there != 0u && inside(cell.row - down, cell.col - across) {
         ending = pull(x, v, cell.place - way, along);
     }
     return own + ending;
 }
 
 /// Force [N] of all springs at a node.
-fn grid_springs(cell: Cell, x: vec3f, v: vec3f, grid: u32) -> vec3f {
-    var sum = pull_both(cell, x, v, grid, 0u, 0, 1);
-    sum += pull_both(cell, x, v, grid, 1u, 0, 2);
-    sum += pull_both(cell, x, v, grid, 2u, 1, 0);
-    sum += pull_both(cell, x, v, grid, 3u, 2, 0);
-    sum += pull_both(cell, x, v, grid, 4u, 1, 1);
-    return sum + pull_both(cell, x, v, grid, 5u, 1, -1);
+fn grid_springs(cell: Cell, x: vec3f, v: vec3f) -> vec3f {
+    var sum = pull_both(cell, x, v, 0u, 0, 1);
+    sum += pull_both(cell, x, v, 1u, 0, 2);
+    sum += pull_both(cell, x, v, 2u, 1, 0);
+    sum += pull_both(cell, x, v, 3u, 2, 0);
+    sum += pull_both(cell, x, v, 4u, 1, 1);
+    return sum + pull_both(cell, x, v, 5u, 1, -1);
 }

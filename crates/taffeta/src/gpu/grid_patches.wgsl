@@ -29,12 +29,12 @@ fn is_in(row: i32, col: i32, part: Part) -> bool {
 }
 
 /// The part that is still right one sub-step later: two nodes less where the grid goes on.
-fn shrunk(part: Part, grid: u32) -> Part {
+fn shrunk(part: Part) -> Part {
     return Part(
         select(part.first_row + 2, 0, part.first_row == 0),
         select(part.first_col + 2, 0, part.first_col == 0),
-        select(part.end_row - 2, part.end_row, part.end_row == grids[grid].rows),
-        select(part.end_col - 2, part.end_col, part.end_col == grids[grid].cols),
+        select(part.end_row - 2, part.end_row, part.end_row == this_grid.rows),
+        select(part.end_col - 2, part.end_col, part.end_col == this_grid.cols),
     );
 }
 
@@ -49,19 +49,19 @@ fn grid_patches(
         return;
     }
     let patch_of = patches[index];
-    let grid = patch_of.grid;
+    this_grid = grids[patch_of.grid];
     let width = patch_of.all.end_col - patch_of.all.first_col;
     let count = u32(width * (patch_of.all.end_row - patch_of.all.first_row));
     for (var place = lane; place < count; place += 256u) {
-        let node = grids[grid].first
-            + u32((patch_of.all.first_row + i32(place) / width) * grids[grid].cols + patch_of.all.first_col + i32(place) % width);
+        let node = this_grid.first
+            + u32((patch_of.all.first_row + i32(place) / width) * this_grid.cols + patch_of.all.first_col + i32(place) % width);
         keep(place, old_position[node], old_velocity[node].xyz);
     }
     var right = patch_of.all;
     var after: array<Node, 4>;
     let steps = min(STEPS, substeps[0].left);
     for (var substep = 0u; substep < steps; substep++) {
-        right = shrunk(right, grid);
+        right = shrunk(right);
         workgroupBarrier();
         for (var i = 0u; i < OWN; i++) {
             let place = i32(i * 256u + lane);
@@ -70,7 +70,7 @@ fn grid_patches(
             if u32(place) < count && is_in(row, col, right) {
                 let node = kept(u32(place));
                 let springs =
-                    grid_springs(Cell(row, col, place, width), node.position.xyz, node.velocity.xyz, grid);
+                    grid_springs(Cell(row, col, place, width), node.position.xyz, node.velocity.xyz);
                 let total = load_on(0u, node.velocity.xyz, substep) + springs;
                 after[i] = touch(integrate(node.position, node.velocity, total, substep), substep);
             }
@@ -90,7 +90,7 @@ fn grid_patches(
         let row = patch_of.all.first_row + place / width;
         let col = patch_of.all.first_col + place % width;
         if u32(place) < count && is_in(row, col, patch_of.inner) {
-            release(grids[grid].first + u32(row * grids[grid].cols + col), after[i]);
+            release(this_grid.first + u32(row * this_grid.cols + col), after[i]);
         }
     }
 }

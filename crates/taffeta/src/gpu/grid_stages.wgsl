@@ -11,15 +11,15 @@ struct Tile {
 
 const TILE_COLS: u32 = 32u;
 
-/// The node of an invocation; row -1: none.
+/// The node of an invocation; row -1: none. Reads the tile's grid.
 fn cell_of(tile: Tile, lane: u32) -> Cell {
     let row = tile.row + i32(lane / TILE_COLS);
     let col = tile.col + i32(lane % TILE_COLS);
-    let stride = grids[tile.grid].cols;
-    if !inside(row, col, tile.grid) {
+    this_grid = grids[tile.grid];
+    if !inside(row, col) {
         return Cell(-1, -1, 0, 0);
     }
-    return Cell(row, col, i32(grids[tile.grid].first) + row * stride + col, stride);
+    return Cell(row, col, i32(this_grid.first) + row * this_grid.cols + col, this_grid.cols);
 }
 
 @compute @workgroup_size(256)
@@ -36,7 +36,7 @@ fn grid_springs_all(
     let cell = cell_of(tile, lane);
     if cell.row >= 0 {
         let node = u32(cell.place);
-        let springs = grid_springs(cell, position_of(node), velocity_of(node), tile.grid);
+        let springs = grid_springs(cell, position_of(node), velocity_of(node));
         force[node] = vec4f(force[node].xyz + springs, 0.0);
     }
 }
@@ -57,7 +57,7 @@ fn grid_particles(
         let node = u32(cell.place);
         let x = old_position[node];
         let v = old_velocity[node];
-        let total = load_on(node, v.xyz, 0u) + grid_springs(cell, x.xyz, v.xyz, tile.grid);
+        let total = load_on(node, v.xyz, 0u) + grid_springs(cell, x.xyz, v.xyz);
         let after = touch(integrate(x, v, total, 0u), 0u);
         new_position[node] = after.position;
         new_velocity[node] = after.velocity;

@@ -1,11 +1,11 @@
 /// Energy and stretch of the springs that a grid's nodes own.
-fn own_springs(cell: Cell, grid: u32) -> vec2f {
+fn own_springs(cell: Cell) -> vec2f {
     var steps = array<vec2i, 6>(vec2i(0, 1), vec2i(0, 2), vec2i(1, 0), vec2i(2, 0), vec2i(1, 1), vec2i(1, -1));
     var found = vec2f(0.0);
     for (var direction = 0u; direction < 6u; direction++) {
         let step = steps[direction];
-        let along = grids[grid].along[direction];
-        if along.there != 0u && inside(cell.row + step.x, cell.col + step.y, grid) {
+        let along = this_grid.along[direction];
+        if along.there != 0u && inside(cell.row + step.x, cell.col + step.y) {
             let there = u32(cell.place + step.x * cell.stride + step.y);
             let length = norm3(position_of(there) - position_of(u32(cell.place)));
             let energy = spring_energy(length, along.k, along.rest_length);
@@ -25,7 +25,7 @@ fn measure_grid_springs(
     for (var index = id.x; index < arrayLength(&tiles); index += counts.x) {
         let cell = cell_of(tiles[index], lane);
         if cell.row >= 0 {
-            let own = own_springs(cell, tiles[index].grid);
+            let own = own_springs(cell);
             found = vec2f(found.x + own.x, max(found.y, own.y));
         }
     }

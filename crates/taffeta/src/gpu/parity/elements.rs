@@ -9,7 +9,7 @@ use crate::gpu::layout::{Four, Load};
 
 const FOLDED: &str = "sums, products, quotients and roots in the same order; on hardware a fused product turns the \
                       normals of slivers";
-const SUMMED: &str = "a workgroup adds up the squared levers of 642 nodes as a tree, the CPU one by one";
+const SUMMED: &str = "both add up in lanes and by halves; on hardware fused products add up over 642 nodes";
 
 /// One row for each kernel.
 pub const ROWS: &[Row] = &[
@@ -22,7 +22,7 @@ pub const ROWS: &[Row] = &[
     Row {
         name: "scale_loads",
         entry: "scale_loads",
-        tolerance: Tolerance::new(64.0, 64.0, SUMMED),
+        tolerance: Tolerance::new(0.0, 64.0, SUMMED),
         check: scales,
     },
 ];
