@@ -20,6 +20,7 @@ mod simulation;
 mod step;
 pub mod topology;
 
+#[cfg(feature = "gpu")]
 #[doc(hidden)]
 pub use gpu::parity;
 #[cfg(feature = "gpu")]

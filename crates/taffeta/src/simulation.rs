@@ -475,6 +475,7 @@ impl Simulation {
     }
 }
 
+#[cfg_attr(not(feature = "gpu"), expect(unused_variables, reason = "only a boundary builds a scene twice"))]
 fn backend(
     scene: &Scene,
     assembly: Assembly,

@@ -81,39 +81,6 @@ pub trait Tile {
     fn contact(&mut self);
 }
 
-/// Particle stages as they are asked for, to be run later.
-#[derive(Default)]
-pub struct Listed(Vec<Stage>);
-
-impl Listed {
-    /// The stages in their order.
-    pub fn stages(&self) -> impl Iterator<Item = Stage> + use<'_> {
-        self.0.iter().copied()
-    }
-}
-
-impl Tile for Listed {
-    fn loads(&mut self) {
-        self.0.push(Stage::Loads);
-    }
-
-    fn springs(&mut self) {
-        self.0.push(Stage::Springs);
-    }
-
-    fn integrate(&mut self) {
-        self.0.push(Stage::Integrate);
-    }
-
-    fn pins(&mut self) {
-        self.0.push(Stage::Pins);
-    }
-
-    fn contact(&mut self) {
-        self.0.push(Stage::Contact);
-    }
-}
-
 /// Runs one frame.
 pub fn frame<S: Stages>(worker: &mut S, substeps: &[S::Substep]) {
     for substep in substeps {

@@ -3,12 +3,13 @@
 
 use super::backend::{GpuBackend, GpuOptions};
 use super::layout::Four;
+use super::recorder::Listed;
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, Hand, Lost};
 use crate::cpu::{Between, CpuBackend};
 use crate::diagnostics::FrameSums;
 use crate::plan;
-use crate::step::{self, Listed, Stage, Stages, Tile};
+use crate::step::{self, Stage, Stages, Tile};
 
 /// Both backends, and where one hands over to the other.
 pub struct Boundary {

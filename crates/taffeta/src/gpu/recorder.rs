@@ -1,8 +1,8 @@
 //! A frame as a list of dispatches: `step::frame` says in which order.
 
 use super::kernels::{Kernels, Name};
-use super::segment::{Counts, Segment, sum_groups};
-use crate::step::{Listed, Stage, Stages};
+use super::segment::{Counts, SUM_GROUPS, Segment, sum_groups};
+use crate::step::{Stage, Stages, Tile};
 use taffeta_gpu::{DispatchList, GpuError};
 
 /// Writes down what a segment does in a frame.
@@ -26,6 +26,39 @@ pub struct Recorder<'a> {
 
 /// The particle stages that one kernel does at once, in their order.
 const FUSED: [Stage; 5] = [Stage::Loads, Stage::Springs, Stage::Integrate, Stage::Pins, Stage::Contact];
+
+/// Particle stages as they are asked for, to be run later.
+#[derive(Default)]
+pub struct Listed(Vec<Stage>);
+
+impl Listed {
+    /// The stages in their order.
+    pub fn stages(&self) -> impl Iterator<Item = Stage> + use<'_> {
+        self.0.iter().copied()
+    }
+}
+
+impl Tile for Listed {
+    fn loads(&mut self) {
+        self.0.push(Stage::Loads);
+    }
+
+    fn springs(&mut self) {
+        self.0.push(Stage::Springs);
+    }
+
+    fn integrate(&mut self) {
+        self.0.push(Stage::Integrate);
+    }
+
+    fn pins(&mut self) {
+        self.0.push(Stage::Pins);
+    }
+
+    fn contact(&mut self) {
+        self.0.push(Stage::Contact);
+    }
+}
 
 impl Stages for Recorder<'_> {
     /// Its number in the list that the segment was told.
@@ -143,7 +176,7 @@ impl Recorder<'_> {
         self.list.stage("diagnose");
         let tables = &self.segment.tables;
         let nodes = sum_groups(tables.len());
-        let tiles = tables.tiles.len().min(1024);
+        let tiles = tables.tiles.len().min(SUM_GROUPS);
         let meshes = if tables.kinds > 0 { nodes } else { 0 };
         let (hinges, chunks) = (sum_groups(tables.hinges.len()), tables.chunks.len());
         self.dispatch("measure_nodes", 0, nodes);

@@ -18,7 +18,7 @@ use taffeta_gpu::bytemuck::Pod;
 use taffeta_gpu::{Bindable, Bound, Buffer, DispatchList, Gpu, GpuError, Kernel, ReadBack, Uniforms};
 
 /// Workgroups that share a sum over all nodes, springs or hinges: enough to fill a large GPU.
-const SUM_GROUPS: usize = 1024;
+pub const SUM_GROUPS: usize = 1024;
 
 /// Position and velocity.
 pub struct State {
