@@ -180,6 +180,9 @@ impl Args {
     fn resume_command(&self, path: &Path) -> String {
         let mut words = vec!["taffeta run".to_owned(), path_word(&self.scene)];
         words.push(format!("--resume {}", path_word(path)));
+        if let Some(stage) = self.gpu_from {
+            words.push(format!("--backend gpu --gpu-from {}", stage.name()));
+        }
         words.extend(self.sets.iter().map(|set| format!("--set {}", quoted(set))));
         words.join(" ")
     }

@@ -79,16 +79,17 @@ pub enum Choice {
     /// The best hardware, or a software driver where there is no hardware.
     BestOrSoftware,
     /// The adapter of this number among [`adapters`] (counted from 0), or the first that is listed
-    /// with these words in its name, API or kind, in any case.
+    /// with these words in its name, API, kind or driver, in any case.
     Named(String),
 }
 
 impl Choice {
     /// What the variable `TAFFETA_ADAPTER` asks for; [`Choice::BestOrSoftware`] where it is unset or empty.
     pub fn from_env() -> Choice {
-        match std::env::var("TAFFETA_ADAPTER") {
-            Ok(name) if !name.trim().is_empty() => Choice::Named(name.trim().to_owned()),
-            _ => Choice::BestOrSoftware,
+        let name = std::env::var_os("TAFFETA_ADAPTER").unwrap_or_default();
+        match name.to_string_lossy().trim() {
+            "" => Choice::BestOrSoftware,
+            name => Choice::Named(name.to_owned()),
         }
     }
 
@@ -104,7 +105,9 @@ impl Choice {
         let part = wanted.to_lowercase();
         let found = match wanted.parse() {
             Ok(number) => Some(number).filter(|&number: &usize| number < all.len()),
-            Err(_) => all.iter().position(|one| one.to_string().to_lowercase().contains(&part)),
+            Err(_) => {
+                all.iter().position(|one| format!("{one}, {}", one.driver).to_lowercase().contains(&part))
+            }
         };
         found.ok_or_else(|| GpuError::NoSuchAdapter { wanted: wanted.clone(), there: listed(all) })
     }

@@ -195,6 +195,42 @@ fn a_body_that_no_binding_holds_is_refused_with_the_numbers() {
 }
 
 #[test]
+fn tiles_of_meshes_are_refused() {
+    let options = GpuOptions { kernels: GpuKernels::Tiled, ..gpu().into() };
+    let error = Simulation::new(&everything(), &Options { gpu: Some(options), ..Options::default() }).err();
+    assert!(error.unwrap().to_string().contains("scenes of grids alone"));
+}
+
+/// Many moving colliders: a frame is handed over in pieces whose number of sub-steps is no multiple of anything.
+#[test]
+fn a_frame_in_odd_pieces_is_the_same_as_in_one() {
+    let mut scene = flag().time(0.2, 1e-3);
+    scene.bodies[0].pins.clear();
+    for i in 0..1300 {
+        let place = [0.01 * f64::from(i) - 3.0, -0.3, 0.0];
+        let rising = Keyframe::translate(0.2, [0.0, 0.05, 0.0]);
+        scene = scene.collider(Collider::sphere(place, 0.1).keyframe(rising));
+    }
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 2), on_gpu(&scene));
+    run(&mut cpu, 1);
+    run(&mut on_gpu, 1);
+    assert!(cpu.report().contacts > 0);
+    assert_eq!(cpu.state_hash(), on_gpu.state_hash());
+}
+
+#[test]
+fn sums_beyond_32_bits_are_no_divergence() {
+    let heavy = Body::cloth("heavy", Mesh::grid(4, 5, [1.0, 1.0])).with_mass(Mass::Node(1e12));
+    let mut scene = Scene::new("heavy").body(heavy).time(0.01, 0.01);
+    scene.world.gravity = [0.0, -1e15, 0.0];
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
+    run(&mut cpu, 3);
+    run(&mut on_gpu, 3);
+    assert_eq!(cpu.state_hash(), on_gpu.state_hash());
+    assert!(on_gpu.report().is_finite());
+}
+
+#[test]
 fn a_device_that_is_lost_ends_the_run_and_the_last_snapshot_goes_on() {
     let device = gpu();
     let on = |gpu: &Gpu| {

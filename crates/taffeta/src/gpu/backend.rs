@@ -1,10 +1,11 @@
 //! Memory of the GPU backend, and one frame of it.
 
 use super::kernels::Kernels;
-use super::layout::Four;
+use super::layout::{Collider, Four, Motion};
 use super::mirror::{Landing, Mirror};
 use super::normals::Normals;
 use super::paper::{self, Paper};
+use super::patches;
 use super::recorder::Recorder;
 use super::segment::Segment;
 use super::sums;
@@ -21,8 +22,8 @@ use std::ops::Range;
 use std::sync::{Mutex, OnceLock, PoisonError};
 use taffeta_gpu::{DispatchList, Gpu, GpuError};
 
-/// Most sub-steps that are handed over at once.
-const SUBSTEPS: usize = 1024;
+/// Most sub-steps that are handed over at once, and most bytes that they are told beside their records.
+const AT_ONCE: (usize, usize) = (1024, 16 << 20);
 
 /// Which kernels move the particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -88,15 +89,31 @@ impl GpuBackend {
         let gpu = options.gpu.clone();
         let words = |error: GpuError| error.to_string();
         paper::check(options, &assembly)?;
+        let most = patches::MOST_TURNS / patches::COLLIDER_TURNS;
+        if gpu.info().is_software() && assembly.colliders.len() > most {
+            return Err(format!(
+                "the scene has {} colliders, and a software adapter does not finish loops over more than {most}; \
+                 --backend cpu would do",
+                assembly.colliders.len()
+            ));
+        }
         let mut parts = Vec::new();
         for bodies in segments(&assembly, gpu.largest_binding())? {
             let tables = Tables::new(&assembly, bodies.clone())?;
             let paper =
                 Paper::new(&gpu, options.kernels, &assembly.bodies[bodies], &tables).map_err(words)?;
             let apart = options.from > Stage::Elements;
-            let mut segment = Segment::new(&gpu, tables, options.kernels, apart).map_err(words)?;
+            let mut segment = Segment::new(&gpu, tables, assembly.colliders.len(), options.kernels, apart)
+                .map_err(words)?;
             segment.paper = paper;
             parts.push(segment);
+        }
+        if options.kernels == GpuKernels::Tiled && parts.iter().any(|segment| segment.patches.is_none()) {
+            return Err(format!(
+                "the tiled kernels are for scenes of grids alone, with {} bytes of memory in a workgroup; this GPU has {}",
+                patches::rimmed_bytes(),
+                gpu.limits().max_compute_workgroup_storage_size
+            ));
         }
         let mut free = vec![false; assembly.places];
         for body in &assembly.bodies {
@@ -119,24 +136,33 @@ impl GpuBackend {
         };
         // What the driver refuses is known before the first frame.
         let substeps = plan::frame(&backend.assembly, 0.0);
-        let few = &substeps[..substeps.len().min(2)];
-        backend.record(few, 1, &Hand::default(), true).map_err(words)?;
+        let few = &substeps[..substeps.len().min(backend.at_once())];
+        backend.record(few, &Hand::default(), true).map_err(words)?;
         backend.segments.iter_mut().for_each(|segment| segment.current = 0);
         Ok(backend)
+    }
+
+    /// Sub-steps that are handed over at once.
+    fn at_once(&self) -> usize {
+        let Assembly { colliders, tracks, loads, .. } = &self.assembly;
+        let moving = colliders.iter().any(|collider| collider.moves());
+        let bytes = if moving { colliders.len() * size_of::<Collider>() } else { 0 }
+            + tracks.len() * size_of::<Motion>()
+            + loads.len() * size_of::<f32>();
+        (AT_ONCE.1 / bytes.max(1)).clamp(1, AT_ONCE.0)
     }
 
     /// Writes down what the sub-steps do.
     fn record(
         &mut self,
         substeps: &[plan::Substep<f32>],
-        left: usize,
         hand: &Hand,
         last: bool,
     ) -> Result<DispatchList, GpuError> {
         let mut list = DispatchList::new();
         let numbers: Vec<usize> = (0..substeps.len()).collect();
         for segment in &mut self.segments {
-            let counts = segment.tell(&self.assembly, substeps, left, hand)?;
+            let counts = segment.tell(&self.assembly, substeps, hand)?;
             let mut recorder = Recorder {
                 segment,
                 kernels: &mut self.kernels,
@@ -160,9 +186,9 @@ impl GpuBackend {
         let wanted = self.mirror.take().is_some();
         let mut done = 0;
         loop {
-            let end = substeps.len().min(done + SUBSTEPS);
+            let end = substeps.len().min(done + self.at_once());
             let last = end == substeps.len();
-            let mut list = self.record(&substeps[done..end], substeps.len() - done, hand, last)?;
+            let mut list = self.record(&substeps[done..end], hand, last)?;
             if last && wanted {
                 self.send(&mut list)?;
             }
@@ -177,7 +203,7 @@ impl GpuBackend {
 
     /// Does the stages of a sub-step that are the GPU's, and measures.
     pub fn finish(&mut self, substep: &plan::Substep<f32>, hand: &Hand) -> Result<(), Lost> {
-        let list = self.record(std::slice::from_ref(substep), 1, hand, true)?;
+        let list = self.record(std::slice::from_ref(substep), hand, true)?;
         Ok(self.gpu.submit(&list)?)
     }
 

@@ -1,6 +1,6 @@
 //! How bodies are cut into patches that fit the memory of a workgroup.
 
-use super::layout::{GROUP, Grid, OWN, PATCH_NODE_BYTES, Part, Patch, SUBSTEPS_SEEN, Small};
+use super::layout::{GROUP, Grid, NOT_A_MESH, OWN, PATCH_NODE_BYTES, Part, Patch, Run, SUBSTEPS_SEEN, Small};
 use super::tables::Tables;
 use taffeta_gpu::wgpu::Limits;
 
@@ -22,9 +22,31 @@ pub fn room(limits: &Limits) -> u32 {
     (limits.max_compute_workgroup_storage_size / PATCH_NODE_BYTES).min((OWN * GROUP) as u32)
 }
 
+/// Memory of a workgroup that a square with its rim takes [bytes].
+pub fn rimmed_bytes() -> u32 {
+    let side = INNER as u32 + 4 * RIMMED_STEPS;
+    side * side * PATCH_NODE_BYTES
+}
+
+/// Turns of all its loops that an invocation may take: Mesa's software driver ends it after 65,536, without a word.
+pub const MOST_TURNS: usize = 60_000;
+/// Turns that contact takes for each collider: each is met, each may press, and a wedge is left in twelve rounds.
+pub const COLLIDER_TURNS: usize = 14;
+
+/// Sub-steps that an invocation can take at once.
+fn steps(tables: &Tables, colliders: usize) -> usize {
+    let kinds = tables.kinds.max(1);
+    let row = |runs: &[Run]| {
+        runs.iter().map(|run| if run.count == NOT_A_MESH { 0 } else { run.count as usize }).sum()
+    };
+    let springs: usize = tables.runs.chunks(kinds).map(row).max().unwrap_or(0);
+    let turns = OWN * (COLLIDER_TURNS * colliders + springs + kinds + 2);
+    (MOST_TURNS / turns).min(SUBSTEPS_SEEN)
+}
+
 impl Patches {
-    /// Each body whole, if all have room; a patch lasts as many sub-steps as there are.
-    pub fn whole(tables: &Tables, room: u32) -> Option<Self> {
+    /// Each body whole, if all have room, for as many sub-steps as can be taken at once; `None` where that is one.
+    pub fn whole(tables: &Tables, room: u32, colliders: usize) -> Option<Self> {
         let nodes = |grid: &Grid| (grid.rows * grid.cols) as u32;
         let fits = tables.grids.iter().all(|grid| nodes(grid) <= room)
             && tables.meshes.iter().all(|mesh| mesh.count <= room);
@@ -32,18 +54,18 @@ impl Patches {
             let all = Part { first_row: 0, first_col: 0, end_row: shape.rows, end_col: shape.cols };
             Patch { grid, all, inner: all }
         };
-        fits.then(|| Self {
+        let steps = steps(tables, colliders) as u32;
+        (fits && steps > 1).then(|| Self {
             grids: (0..).zip(&tables.grids).map(whole).collect(),
             meshes: tables.meshes.clone(),
-            steps: SUBSTEPS_SEEN as u32,
+            steps,
         })
     }
 
     /// Squares of grids with a rim, if there are only grids.
     pub fn rimmed(tables: &Tables, room: u32) -> Option<Self> {
         let rim = 2 * RIMMED_STEPS as i32;
-        let side = INNER + 2 * rim;
-        let fits = tables.meshes.is_empty() && side * side <= room as i32;
+        let fits = tables.meshes.is_empty() && rimmed_bytes() <= room * PATCH_NODE_BYTES;
         fits.then(|| Self {
             grids: Self::squares(&tables.grids, rim),
             meshes: Vec::new(),

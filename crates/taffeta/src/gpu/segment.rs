@@ -124,10 +124,16 @@ pub struct Segment {
 
 impl Segment {
     /// Takes tables to the device. With `apart`, there is room for forces between stages.
-    pub fn new(gpu: &Gpu, mut tables: Tables, kernels: GpuKernels, apart: bool) -> Result<Self, GpuError> {
+    pub fn new(
+        gpu: &Gpu,
+        mut tables: Tables,
+        colliders: usize,
+        kernels: GpuKernels,
+        apart: bool,
+    ) -> Result<Self, GpuError> {
         let room = patches::room(gpu.limits());
         let patches = match kernels {
-            GpuKernels::Best => Patches::whole(&tables, room),
+            GpuKernels::Best => Patches::whole(&tables, room, colliders),
             GpuKernels::Tiled => Patches::rimmed(&tables, room),
             _ => None,
         };
@@ -203,7 +209,6 @@ impl Segment {
         &mut self,
         assembly: &Assembly,
         substeps: &[plan::Substep<f32>],
-        all: usize,
         hand: &Hand,
     ) -> Result<Counts, GpuError> {
         let (forces, pins) = (self.hand_forces(hand), self.pins(hand));
@@ -230,7 +235,7 @@ impl Segment {
             hand_rate: s.hand.1,
             hand_forces: forces.len() as u32,
             pins: pins.len() as u32,
-            left: (all - index) as u32,
+            left: (substeps.len() - index) as u32,
             padding: [0; 47],
         };
         let records: Vec<Substep> = substeps.iter().enumerate().map(record).collect();
@@ -372,7 +377,7 @@ impl Segment {
 fn fill<T: Pod>(gpu: &Gpu, label: &str, buffer: &mut Buffer<T>, data: &[T]) -> Result<bool, GpuError> {
     let new = data.len() > buffer.len();
     if new {
-        *buffer = gpu.buffer(label, data.len().next_power_of_two())?;
+        *buffer = gpu.buffer(label, data.len())?;
     }
     buffer.write(gpu, 0, data);
     Ok(new)

@@ -24,7 +24,7 @@ struct Substep {
     hand_forces: u32,
     /// Nodes that move.
     pins: u32,
-    /// Sub-steps of the frame from this one on.
+    /// Sub-steps that were handed over with it, from this one on.
     @size(192) left: u32,
 }
 

@@ -5,13 +5,18 @@ use super::segment::Segment;
 use crate::diagnostics::FrameSums;
 use taffeta_gpu::{Gpu, GpuError};
 
+/// A sum; the largest number where 32 bits were too few for it. Whether the state is finite is counted apart.
+fn capped(sum: f32) -> f64 {
+    f64::from(if sum.is_finite() { sum } else { f32::MAX })
+}
+
 /// Adds what a segment has measured; waits for it.
 pub fn add(gpu: &Gpu, segment: &Segment, sums: &mut FrameSums) -> Result<(), GpuError> {
     let (read, all) = (&segment.sums, &mut sums.all);
     let mut numbers = Vec::new();
     read.read_nodes.take(gpu, &mut numbers)?;
     for row in numbers.chunks_exact(NODE_SUMS) {
-        let row: [f64; NODE_SUMS] = std::array::from_fn(|i| f64::from(row[i]));
+        let row: [f64; NODE_SUMS] = std::array::from_fn(|i| capped(row[i]));
         all.m_v2 += if row[11] > 0.0 { f64::NAN } else { row[0] };
         for axis in 0..3 {
             all.m_x[axis] += row[1 + axis];
@@ -23,13 +28,13 @@ pub fn add(gpu: &Gpu, segment: &Segment, sums: &mut FrameSums) -> Result<(), Gpu
     let mut pairs = Vec::new();
     for springs in [&read.read_grid_springs, &read.read_mesh_springs] {
         springs.take(gpu, &mut pairs)?;
-        for [energy, stretch] in pairs.iter().map(|pair| pair.map(f64::from)) {
+        for [energy, stretch] in pairs.iter().map(|pair| pair.map(capped)) {
             all.springs += energy;
             all.max_stretch = if stretch > all.max_stretch { stretch } else { all.max_stretch };
         }
     }
     read.read_hinges.take(gpu, &mut numbers)?;
-    sums.hinges += numbers.iter().map(|&energy| f64::from(energy)).sum::<f64>();
+    sums.hinges += numbers.iter().map(|&energy| capped(energy)).sum::<f64>();
     read.read_volumes.take(gpu, &mut numbers)?;
     for (&volume, &body) in numbers.iter().zip(&segment.tables.chunk_bodies) {
         *sums.volumes[body].get_or_insert(0.0) += f64::from(volume);
