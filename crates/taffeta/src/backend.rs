@@ -53,6 +53,12 @@ pub trait Backend: Send {
     fn normals(&self, _body: usize) -> Option<Vec<[f32; 3]>> {
         None
     }
+    /// Has the next frame timed by stage, if the device can do that.
+    fn time_stages(&mut self) {}
+    /// Time [s] that each stage took in the frame that was timed, by name; nothing if none was.
+    fn stage_times(&mut self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
     /// Number of workers on the CPU.
     fn threads(&self) -> usize;
     /// What it computes on.

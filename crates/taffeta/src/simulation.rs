@@ -179,6 +179,17 @@ impl Simulation {
         Ok(&self.report)
     }
 
+    /// Runs one frame and says how long [s] each stage took on a GPU that can tell; nothing elsewhere. The stages are
+    /// timed apart, so the frame takes longer than others.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn step_timed(&mut self) -> Result<Vec<(&'static str, f64)>, StepError> {
+        self.backend.time_stages();
+        self.step()?;
+        Ok(self.backend.stage_times())
+    }
+
     /// Brings the state to where positions are read from, if it is elsewhere. Without it the first read does so, and
     /// cannot say that it failed.
     ///

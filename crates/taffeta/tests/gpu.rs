@@ -195,6 +195,19 @@ fn a_body_that_no_binding_holds_is_refused_with_the_numbers() {
 }
 
 #[test]
+fn a_timed_frame_is_a_frame_like_others_and_every_stage_at_work_took_time() {
+    let (mut timed, mut plain) = (on_gpu(&everything()), on_gpu(&everything()));
+    let times = timed.step_timed().unwrap();
+    run(&mut plain, 1);
+    assert_eq!(timed.state_hash(), plain.state_hash());
+    let names: Vec<&str> = times.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, ["elements", "loads", "particles", "pins", "diagnose"]);
+    assert!(times.iter().all(|(_, seconds)| *seconds > 0.0), "{times:?}");
+    run(&mut timed, 1);
+    assert!(build_as(&flag(), Precision::F32, 1).step_timed().unwrap().is_empty());
+}
+
+#[test]
 fn tiles_of_meshes_are_refused() {
     let options = GpuOptions { kernels: GpuKernels::Tiled, ..gpu().into() };
     let error = Simulation::new(&everything(), &Options { gpu: Some(options), ..Options::default() }).err();

@@ -3,6 +3,7 @@
 use crate::console::grouped;
 use crate::limits::Limits;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// The line that a bench prints.
 #[derive(Serialize)]
@@ -26,6 +27,9 @@ pub struct Line {
     pub ms_per_frame: Spread,
     pub particle_substeps_per_s: f64,
     pub springs_per_s: f64,
+    /// Time of each stage of a GPU that tells, in a frame where they are timed apart [ms].
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub ms_by_stage: BTreeMap<&'static str, f64>,
     pub limits: Shares,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
@@ -77,6 +81,11 @@ impl Line {
             ),
             self.limits.words(),
         ];
+        if !self.ms_by_stage.is_empty() {
+            let stages: Vec<String> =
+                self.ms_by_stage.iter().map(|(name, ms)| format!("{name} {ms:.3} ms")).collect();
+            lines.push(format!("  by stage, timed apart: {}", stages.join(", ")));
+        }
         lines.extend(self.note.iter().map(|note| format!("  {note}")));
         lines.join("\n")
     }

@@ -45,6 +45,8 @@ struct Times {
     frames: u32,
     /// Frames of a batch at most.
     batch: u32,
+    /// Time of each stage in a frame of its own [s].
+    stages: Vec<(&'static str, f64)>,
 }
 
 /// Runs a bench: a warm-up, then the timed frames.
@@ -68,7 +70,7 @@ impl Times {
     fn take(simulation: &mut Simulation, frames: Option<u32>, gpu: bool) -> Result<Self, Failure> {
         advance(simulation, 1)?;
         let batch = if gpu { batch(simulation)? } else { 1 };
-        let mut times = Self { ms: Vec::new(), frames: 0, batch };
+        let mut times = Self { ms: Vec::new(), frames: 0, batch, stages: Vec::new() };
         let start = Instant::now();
         loop {
             let left = match frames {
@@ -77,6 +79,7 @@ impl Times {
                 None => batch * BUDGET.1.saturating_sub(times.ms.len() as u32),
             };
             if left == 0 {
+                times.stages = simulation.step_timed().map_err(|error| Failure::Work(error.to_string()))?;
                 return Ok(times);
             }
             let count = left.min(batch);
@@ -137,6 +140,7 @@ fn line(
         ms_per_frame: spread,
         particle_substeps_per_s: particles,
         springs_per_s,
+        ms_by_stage: times.stages.iter().map(|&(name, seconds)| (name, seconds * 1e3)).collect(),
         limits,
         note: (!notes.is_empty()).then(|| notes.join("; ")),
     })

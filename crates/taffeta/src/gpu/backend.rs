@@ -73,6 +73,8 @@ pub struct GpuBackend {
     /// Places that were changed in the mirror.
     changed: Range<usize>,
     free: Vec<bool>,
+    /// Times of the stages in the frame that is timed.
+    times: Option<Vec<(&'static str, f64)>>,
     /// Of the bodies whose normals were asked for.
     normals: Mutex<HashMap<usize, Normals>>,
 }
@@ -83,20 +85,37 @@ impl From<GpuError> for Lost {
     }
 }
 
+/// Refuses more colliders than the loops of a software adapter come to the end of.
+fn refuse_loops(gpu: &Gpu, colliders: usize) -> Result<(), String> {
+    let most = patches::MOST_TURNS / patches::COLLIDER_TURNS;
+    if !gpu.info().is_software() || colliders <= most {
+        return Ok(());
+    }
+    Err(format!(
+        "the scene has {colliders} colliders, and a software adapter does not finish loops over more than {most}; \
+         --backend cpu would do"
+    ))
+}
+
+/// Refuses what the tiled kernels cannot do.
+fn refuse_untiled(gpu: &Gpu, segments: &[Segment]) -> Result<(), String> {
+    if segments.iter().all(|segment| segment.patches.is_some()) {
+        return Ok(());
+    }
+    Err(format!(
+        "the tiled kernels are for scenes of grids alone, with {} bytes of memory in a workgroup; this GPU has {}",
+        patches::rimmed_bytes(),
+        gpu.limits().max_compute_workgroup_storage_size
+    ))
+}
+
 impl GpuBackend {
     /// Takes a scene to the device. The error says what does not fit.
     pub fn new(options: &GpuOptions, mut assembly: Assembly) -> Result<Self, String> {
         let gpu = options.gpu.clone();
         let words = |error: GpuError| error.to_string();
         paper::check(options, &assembly)?;
-        let most = patches::MOST_TURNS / patches::COLLIDER_TURNS;
-        if gpu.info().is_software() && assembly.colliders.len() > most {
-            return Err(format!(
-                "the scene has {} colliders, and a software adapter does not finish loops over more than {most}; \
-                 --backend cpu would do",
-                assembly.colliders.len()
-            ));
-        }
+        refuse_loops(&gpu, assembly.colliders.len())?;
         let mut parts = Vec::new();
         for bodies in segments(&assembly, gpu.largest_binding())? {
             let tables = Tables::new(&assembly, bodies.clone())?;
@@ -108,12 +127,8 @@ impl GpuBackend {
             segment.paper = paper;
             parts.push(segment);
         }
-        if options.kernels == GpuKernels::Tiled && parts.iter().any(|segment| segment.patches.is_none()) {
-            return Err(format!(
-                "the tiled kernels are for scenes of grids alone, with {} bytes of memory in a workgroup; this GPU has {}",
-                patches::rimmed_bytes(),
-                gpu.limits().max_compute_workgroup_storage_size
-            ));
+        if options.kernels == GpuKernels::Tiled {
+            refuse_untiled(&gpu, &parts)?;
         }
         let mut free = vec![false; assembly.places];
         for body in &assembly.bodies {
@@ -132,6 +147,7 @@ impl GpuBackend {
             mirror: OnceLock::new(),
             changed: 0..0,
             free,
+            times: None,
             normals: Mutex::default(),
         };
         // What the driver refuses is known before the first frame.
@@ -192,7 +208,10 @@ impl GpuBackend {
             if last && wanted {
                 self.send(&mut list)?;
             }
-            self.gpu.submit(&list)?;
+            match &mut self.times {
+                Some(times) => times.extend(self.gpu.submit_timed(&list)?),
+                None => self.gpu.submit(&list)?,
+            }
             if last {
                 self.sent = wanted;
                 return Ok(());
@@ -370,6 +389,14 @@ impl Backend for GpuBackend {
         let mirror = self.mirror();
         let four = if velocity { mirror.velocity[node] } else { mirror.position[node] };
         four[..3].iter().for_each(|number| sink.extend_from_slice(&number.to_le_bytes()));
+    }
+
+    fn time_stages(&mut self) {
+        self.times = self.gpu.has_timestamps().then(Vec::new);
+    }
+
+    fn stage_times(&mut self) -> Vec<(&'static str, f64)> {
+        self.times.take().unwrap_or_default()
     }
 
     fn normals(&self, body: usize) -> Option<Vec<[f32; 3]>> {
