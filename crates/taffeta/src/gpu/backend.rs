@@ -4,8 +4,8 @@ use super::kernels::Kernels;
 use super::layout::{Collider, Four, Motion};
 use super::mirror::{Landing, Mirror};
 use super::normals::Normals;
+use super::options::{GpuKernels, GpuOptions, refuse_loops, refuse_untiled};
 use super::paper::{self, Paper};
-use super::patches;
 use super::recorder::Recorder;
 use super::segment::Segment;
 use super::sums;
@@ -24,39 +24,6 @@ use taffeta_gpu::{DispatchList, Gpu, GpuError};
 
 /// Most sub-steps that are handed over at once, and most bytes that they are told beside their records.
 const AT_ONCE: (usize, usize) = (1024, 16 << 20);
-
-/// Which kernels move the particles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum GpuKernels {
-    /// Ours, several sub-steps at once where that pays.
-    #[default]
-    Best,
-    /// Ours, each sub-step on its own.
-    Plain,
-    /// Ours, two sub-steps at once on tiles of grids in the memory of workgroups.
-    Tiled,
-    /// As Va, Choi and Hong 2021 print it: a thread a node of a grid, 32 × 32 a group. To compare with.
-    NodeCentric,
-    /// As Va, Choi and Hong 2023 print it: a thread a spring, forces added by compare and swap. To compare with.
-    SpringCentric,
-}
-
-/// How to run on a GPU.
-#[derive(Clone, Debug)]
-pub struct GpuOptions {
-    /// The device.
-    pub gpu: Gpu,
-    /// The first stage that it does; those before it are done on the CPU, step by step, to find where the two differ.
-    pub from: Stage,
-    /// Kernels.
-    pub kernels: GpuKernels,
-}
-
-impl From<Gpu> for GpuOptions {
-    fn from(gpu: Gpu) -> Self {
-        Self { gpu, from: Stage::default(), kernels: GpuKernels::default() }
-    }
-}
 
 /// The GPU backend.
 pub struct GpuBackend {
@@ -83,30 +50,6 @@ impl From<GpuError> for Lost {
     fn from(error: GpuError) -> Self {
         Self(error.to_string())
     }
-}
-
-/// Refuses more colliders than the loops of a software adapter come to the end of.
-fn refuse_loops(gpu: &Gpu, colliders: usize) -> Result<(), String> {
-    let most = patches::MOST_TURNS / patches::COLLIDER_TURNS;
-    if !gpu.info().is_software() || colliders <= most {
-        return Ok(());
-    }
-    Err(format!(
-        "the scene has {colliders} colliders, and a software adapter does not finish loops over more than {most}; \
-         --backend cpu would do"
-    ))
-}
-
-/// Refuses what the tiled kernels cannot do.
-fn refuse_untiled(gpu: &Gpu, segments: &[Segment]) -> Result<(), String> {
-    if segments.iter().all(|segment| segment.patches.is_some()) {
-        return Ok(());
-    }
-    Err(format!(
-        "the tiled kernels are for scenes of grids alone, with {} bytes of memory in a workgroup; this GPU has {}",
-        patches::rimmed_bytes(),
-        gpu.limits().max_compute_workgroup_storage_size
-    ))
 }
 
 impl GpuBackend {

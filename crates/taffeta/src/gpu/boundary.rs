@@ -1,8 +1,9 @@
 //! A frame whose first stages run on the CPU and whose others run on the GPU, to find the stage in which the two differ.
 //! Every sub-step crosses over and back: slow, and right.
 
-use super::backend::{GpuBackend, GpuOptions};
+use super::backend::GpuBackend;
 use super::layout::Four;
+use super::options::GpuOptions;
 use super::recorder::Listed;
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, Hand, Lost};

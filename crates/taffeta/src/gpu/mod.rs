@@ -2,6 +2,7 @@
 
 mod backend;
 mod boundary;
+mod buffers;
 mod cost;
 mod kernels;
 mod layout;
@@ -9,6 +10,7 @@ mod layout;
 mod layout_tests;
 mod mirror;
 mod normals;
+mod options;
 mod paper;
 pub mod parity;
 mod patches;
@@ -17,6 +19,7 @@ mod segment;
 mod sums;
 mod tables;
 
-pub use backend::{GpuBackend, GpuKernels, GpuOptions};
+pub use backend::GpuBackend;
 pub use boundary::Boundary;
 pub use cost::GpuCost;
+pub use options::{GpuKernels, GpuOptions};

@@ -1,7 +1,8 @@
 //! A frame as a list of dispatches: `step::frame` says in which order.
 
+use super::buffers::{SUM_GROUPS, sum_groups};
 use super::kernels::{Kernels, Name};
-use super::segment::{Counts, SUM_GROUPS, Segment, sum_groups};
+use super::segment::{Counts, Segment};
 use crate::step::{Stage, Stages, Tile};
 use taffeta_gpu::{DispatchList, GpuError};
 

@@ -1,11 +1,9 @@
 //! A segment on the device: its buffers, its kernels, and what it is told for a frame.
 
-use super::backend::GpuKernels;
+use super::buffers::{Fixed, Scratch, Sums, Told, fill};
 use super::kernels::{Kernels, Name, Sizes};
-use super::layout::{
-    BY_HAND, Chunk, Collider, Entry, Four, GROUP, Grid, Hinge, Load, Motion, NODE_SUMS, Patch, Pin, Run,
-    SUBSTEPS_SEEN, Small, Substep, TORQUE, Tile,
-};
+use super::layout::{BY_HAND, Collider, Four, Load, Motion, Pin, SUBSTEPS_SEEN, Substep, TORQUE};
+use super::options::GpuKernels;
 use super::paper::Paper;
 use super::patches::{self, Patches};
 use super::tables::Tables;
@@ -14,63 +12,12 @@ use crate::backend::Hand;
 use crate::plan;
 use std::collections::HashMap;
 use std::num::NonZeroU64;
-use taffeta_gpu::bytemuck::Pod;
-use taffeta_gpu::{Bindable, Bound, Buffer, DispatchList, Gpu, GpuError, Kernel, ReadBack, Uniforms};
-
-/// Workgroups that share a sum over all nodes, springs or hinges: enough to fill a large GPU.
-pub const SUM_GROUPS: usize = 1024;
+use taffeta_gpu::{Bindable, Bound, Buffer, DispatchList, Gpu, GpuError, Kernel, Uniforms};
 
 /// Position and velocity.
 pub struct State {
     pub position: Buffer<Four>,
     pub velocity: Buffer<Four>,
-}
-
-/// What a frame never changes.
-struct Fixed {
-    grids: Buffer<Grid>,
-    tiles: Buffer<Tile>,
-    patches: Buffer<Patch>,
-    smalls: Buffer<Small>,
-    runs: Buffer<Run>,
-    entries: Buffer<Entry>,
-    hinges: Buffer<Hinge>,
-    load_nodes: Buffer<u32>,
-    node_starts: Buffer<u32>,
-    node_elements: Buffer<u32>,
-    chunks: Buffer<Chunk>,
-    corners: Buffer<u32>,
-}
-
-/// What lasts for a sub-step.
-struct Scratch {
-    loads: Buffer<Load>,
-    force: Buffer<Four>,
-    hinge_forces: Buffer<Four>,
-}
-
-/// Sums, and where the host reads them.
-pub struct Sums {
-    nodes: Buffer<f32>,
-    grid_springs: Buffer<[f32; 2]>,
-    mesh_springs: Buffer<[f32; 2]>,
-    hinges: Buffer<f32>,
-    volumes: Buffer<f32>,
-    pub read_nodes: ReadBack<f32>,
-    pub read_grid_springs: ReadBack<[f32; 2]>,
-    pub read_mesh_springs: ReadBack<[f32; 2]>,
-    pub read_hinges: ReadBack<f32>,
-    pub read_volumes: ReadBack<f32>,
-}
-
-/// What the sub-steps of a frame are told.
-struct Told {
-    substeps: Uniforms<Substep>,
-    colliders: Buffer<Collider>,
-    motions: Buffer<Motion>,
-    scales: Buffer<f32>,
-    pins: Buffer<Pin>,
-    hand_forces: Buffer<Four>,
 }
 
 /// A kernel bound to the buffers, reading either state.
@@ -370,82 +317,5 @@ impl Segment {
         ];
         let of_paper = self.paper.as_ref().map_or_else(Vec::new, Paper::buffers);
         kernel.bind(&self.gpu, &[&buffers[..], &of_paper].concat())
-    }
-}
-
-/// Writes data into a buffer, or makes a larger one; whether it is a new one.
-fn fill<T: Pod>(gpu: &Gpu, label: &str, buffer: &mut Buffer<T>, data: &[T]) -> Result<bool, GpuError> {
-    let new = data.len() > buffer.len();
-    if new {
-        *buffer = gpu.buffer(label, data.len())?;
-    }
-    buffer.write(gpu, 0, data);
-    Ok(new)
-}
-
-impl Fixed {
-    fn new(gpu: &Gpu, tables: &Tables, patches: &Patches) -> Result<Self, GpuError> {
-        Ok(Self {
-            grids: gpu.buffer_from("grids", &tables.grids)?,
-            tiles: gpu.buffer_from("tiles of grids", &tables.tiles)?,
-            patches: gpu.buffer_from("patches of grids", &patches.grids)?,
-            smalls: gpu.buffer_from("small meshes", &patches.meshes)?,
-            runs: gpu.buffer_from("rows of springs", &tables.runs)?,
-            entries: gpu.buffer_from("springs", &tables.entries)?,
-            hinges: gpu.buffer_from("hinges", &tables.hinges)?,
-            load_nodes: gpu.buffer_from("nodes with loads", &tables.load_nodes)?,
-            node_starts: gpu.buffer_from("rows of loads and hinges", &tables.elements.offsets)?,
-            node_elements: gpu.buffer_from("loads and hinges by node", &tables.elements.items)?,
-            chunks: gpu.buffer_from("chunks of triangles", &tables.chunks)?,
-            corners: gpu.buffer_from("triangles", &tables.corners)?,
-        })
-    }
-}
-
-/// Workgroups for a sum over `count` things.
-pub fn sum_groups(count: usize) -> usize {
-    count.div_ceil(GROUP).min(SUM_GROUPS)
-}
-
-impl Sums {
-    fn new(gpu: &Gpu, tables: &Tables) -> Result<Self, GpuError> {
-        let nodes = NODE_SUMS * sum_groups(tables.len());
-        let grid_springs = tables.tiles.len().min(SUM_GROUPS);
-        let mesh_springs = if tables.kinds > 0 { sum_groups(tables.len()) } else { 0 };
-        let (hinges, volumes) = (sum_groups(tables.hinges.len()), tables.chunks.len());
-        Ok(Self {
-            nodes: gpu.buffer("sums over nodes", nodes)?,
-            grid_springs: gpu.buffer("sums over springs of grids", grid_springs)?,
-            mesh_springs: gpu.buffer("sums over springs of meshes", mesh_springs)?,
-            hinges: gpu.buffer("sums over hinges", hinges)?,
-            volumes: gpu.buffer("volumes", volumes)?,
-            read_nodes: gpu.read_back("sums over nodes", nodes)?,
-            read_grid_springs: gpu.read_back("sums over springs of grids", grid_springs)?,
-            read_mesh_springs: gpu.read_back("sums over springs of meshes", mesh_springs)?,
-            read_hinges: gpu.read_back("sums over hinges", hinges)?,
-            read_volumes: gpu.read_back("volumes", volumes)?,
-        })
-    }
-
-    /// Has the sums copied to where the host reads them.
-    pub fn copy(&self, list: &mut DispatchList) {
-        list.copy(&self.nodes, &self.read_nodes);
-        list.copy(&self.grid_springs, &self.read_grid_springs);
-        list.copy(&self.mesh_springs, &self.read_mesh_springs);
-        list.copy(&self.hinges, &self.read_hinges);
-        list.copy(&self.volumes, &self.read_volumes);
-    }
-}
-
-impl Told {
-    fn new(gpu: &Gpu, tables: &Tables) -> Result<Self, GpuError> {
-        Ok(Self {
-            substeps: gpu.uniforms("sub-steps", SUBSTEPS_SEEN)?,
-            colliders: gpu.buffer("colliders", 1)?,
-            motions: gpu.buffer("motions", 1)?,
-            scales: gpu.buffer("scales of loads", 1)?,
-            pins: gpu.buffer("pins", tables.pins.len())?,
-            hand_forces: gpu.buffer("forces by hand", 1)?,
-        })
     }
 }

@@ -5,8 +5,8 @@ mod spring_centric;
 #[cfg(test)]
 mod tests;
 
-use super::backend::{GpuKernels, GpuOptions};
 use super::kernels::Name;
+use super::options::{GpuKernels, GpuOptions};
 use super::recorder::Recorder;
 use super::tables::Tables;
 use crate::assembly::{Assembly, BodyAssembly, BodySprings};
