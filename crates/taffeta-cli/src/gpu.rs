@@ -2,7 +2,7 @@
 
 mod copy;
 
-pub use copy::bandwidth;
+pub use copy::Copied;
 
 use taffeta::taffeta_gpu::{AdapterInfo, Choice, Gpu, GpuError};
 

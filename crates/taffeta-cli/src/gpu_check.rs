@@ -1,6 +1,5 @@
 //! `taffeta gpu-check`: whether a GPU computes what the CPU computes, and how fast, in one call on a bare machine.
 
-mod copy;
 mod device;
 mod jobs;
 mod parity;

@@ -4,7 +4,7 @@ use super::Args;
 use super::kernels;
 use super::line::{Line, Shares, Spread};
 use crate::failure::Failure;
-use crate::gpu;
+use crate::gpu::{self, Copied};
 use crate::limits;
 use crate::run::{Arithmetic, median, rate};
 use std::time::Instant;
@@ -157,6 +157,10 @@ fn shares_of_cpu(precision: Arithmetic, threads: usize, particles: f64, springs:
 }
 
 fn shares_of_gpu(options: &GpuOptions, particles: f64) -> Result<Shares, Failure> {
-    let copied = gpu::bandwidth(&options.gpu).map_err(|error| Failure::Work(error.to_string()))?;
-    Ok(Shares::Gpu { memory_gb_per_s: copied * 1e-9, memory_fraction: particles * GPU_BYTES_A_NODE / copied })
+    // Small buffers of a software adapter are as telling, and quicker.
+    let small = options.gpu.info().is_software();
+    let copied = Copied::measure(&options.gpu, small).map_err(|error| Failure::Work(error.to_string()))?;
+    let memory_gb_per_s = copied.best();
+    let memory_fraction = particles * GPU_BYTES_A_NODE * 1e-9 / memory_gb_per_s;
+    Ok(Shares::Gpu { memory_gb_per_s, memory_fraction })
 }

@@ -1,11 +1,11 @@
 //! What a check has found, as its JSON file has it.
 
-use super::copy::Copy;
 use super::device::Device;
 use super::parity::Row;
 use super::readback::ReadBack;
 use super::scenes::Compared;
 use super::speed::Speed;
+use crate::gpu::Copied;
 use serde::Serialize;
 use taffeta::taffeta_gpu::Gpu;
 
@@ -25,7 +25,7 @@ pub struct Report {
     pub device: Device,
     pub parity: Vec<Row>,
     pub scenes: Vec<Compared>,
-    pub copy: Option<Copy>,
+    pub copy: Option<Copied>,
     pub substep: Option<Substep>,
     pub speeds: Vec<Speed>,
     pub read_back: Option<ReadBack>,

@@ -1,10 +1,11 @@
 //! Part after part: what fails is kept and the rest goes on, and the file is whole after each part.
 
 use super::report::{Report, Substep};
-use super::{copy, jobs, parity, readback, scenes, speed};
+use super::{jobs, parity, readback, scenes, speed};
 use crate::bench::kernels;
 use crate::console;
 use crate::failure::Failure;
+use crate::gpu::Copied;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -58,7 +59,9 @@ impl Session {
     /// Measures copies, sub-steps, scenes and read-back.
     pub fn measurements(&mut self) -> Result<(), Failure> {
         let small = self.small;
-        self.report.copy = self.part("copy bandwidth", |gpu, _| copy::measure(gpu, small))?;
+        self.report.copy = self.part("copy bandwidth", |gpu, _| {
+            Copied::measure(gpu, small).map_err(|error| error.to_string())
+        })?;
         self.report.substep = self.part("cost of a sub-step", |gpu, _| substep(gpu))?;
         self.report.read_back = self.part("read-back", |gpu, _| readback::measure(gpu, small))?;
         for job in jobs::all(small) {

@@ -89,12 +89,17 @@ impl Assembly {
         self.bodies.iter().map(|body| body.rest_volume.map(|_| 0.0)).collect()
     }
 
+    /// Whether any collider moves.
+    pub fn colliders_move(&self) -> bool {
+        self.colliders.iter().any(MovingCollider::moves)
+    }
+
     /// Whether more than gravity may add energy: wind, loads, moving pins or moving colliders.
     pub fn is_driven(&self) -> bool {
         self.world.wind_force != [0.0; 3]
             || !self.loads.is_empty()
             || !self.moving_pins.is_empty()
-            || self.colliders.iter().any(MovingCollider::moves)
+            || self.colliders_move()
     }
 }
 

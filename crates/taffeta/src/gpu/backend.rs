@@ -3,7 +3,7 @@
 use super::kernels::Kernels;
 use super::layout::{Collider, Four, Motion};
 use super::mirror::{Landing, Mirror};
-use super::normals::Normals;
+use super::normals::AllNormals;
 use super::options::{GpuKernels, GpuOptions, refuse_loops, refuse_untiled};
 use super::paper::{self, Paper};
 use super::recorder::Recorder;
@@ -16,8 +16,6 @@ use crate::cpu::Between;
 use crate::diagnostics::FrameSums;
 use crate::plan;
 use crate::step::{self, Stage};
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::ops::Range;
 use std::sync::{Mutex, OnceLock, PoisonError};
 use taffeta_gpu::{DispatchList, Gpu, GpuError};
@@ -43,7 +41,7 @@ pub struct GpuBackend {
     /// Times of the stages in the frame that is timed.
     times: Option<Vec<(&'static str, f64)>>,
     /// Of the bodies whose normals were asked for.
-    normals: Mutex<HashMap<usize, Normals>>,
+    normals: Mutex<AllNormals>,
 }
 
 impl From<GpuError> for Lost {
@@ -79,6 +77,7 @@ impl GpuBackend {
         }
         assembly.release();
         let kernels = Kernels::new(gpu.clone());
+        let normals = Mutex::new(AllNormals::new(gpu.clone()));
         let mut backend = Self {
             gpu,
             from: options.from,
@@ -91,7 +90,7 @@ impl GpuBackend {
             changed: 0..0,
             free,
             times: None,
-            normals: Mutex::default(),
+            normals,
         };
         // What the driver refuses is known before the first frame.
         let substeps = plan::frame(&backend.assembly, 0.0);
@@ -104,8 +103,7 @@ impl GpuBackend {
     /// Sub-steps that are handed over at once.
     fn at_once(&self) -> usize {
         let Assembly { colliders, tracks, loads, .. } = &self.assembly;
-        let moving = colliders.iter().any(|collider| collider.moves());
-        let bytes = if moving { colliders.len() * size_of::<Collider>() } else { 0 }
+        let bytes = if self.assembly.colliders_move() { colliders.len() * size_of::<Collider>() } else { 0 }
             + tracks.len() * size_of::<Motion>()
             + loads.len() * size_of::<f32>();
         (AT_ONCE.1 / bytes.max(1)).clamp(1, AT_ONCE.0)
@@ -211,11 +209,14 @@ impl GpuBackend {
     /// Has the state of now sent to the host with `list`.
     fn send(&mut self, list: &mut DispatchList) -> Result<(), GpuError> {
         if self.landings.is_empty() {
-            self.landings =
-                self.segments.iter().map(|s| Landing::new(&self.gpu, s)).collect::<Result<_, _>>()?;
+            self.landings = self.new_landings()?;
         }
         self.landings.iter().zip(&self.segments).for_each(|(landing, segment)| landing.copy(segment, list));
         Ok(())
+    }
+
+    fn new_landings(&self) -> Result<Vec<Landing>, GpuError> {
+        self.segments.iter().map(|segment| Landing::new(&self.gpu, segment)).collect()
     }
 
     fn fetched(&self) -> Result<Mirror, GpuError> {
@@ -223,8 +224,7 @@ impl GpuBackend {
             return Mirror::take(&self.gpu, &self.landings);
         }
         let mut list = DispatchList::new();
-        let landings: Vec<Landing> =
-            self.segments.iter().map(|s| Landing::new(&self.gpu, s)).collect::<Result<_, _>>()?;
+        let landings = self.new_landings()?;
         landings.iter().zip(&self.segments).for_each(|(landing, segment)| landing.copy(segment, &mut list));
         self.gpu.submit(&list)?;
         Mirror::take(&self.gpu, &landings)
@@ -237,14 +237,7 @@ impl GpuBackend {
         // A body without nodes is in no segment, and has no normals.
         let Some(segment) = self.segments.iter().find(of_body) else { return Ok(Vec::new()) };
         let mut all = self.normals.lock().unwrap_or_else(PoisonError::into_inner);
-        let normals = match all.entry(body) {
-            Entry::Occupied(there) => there.into_mut(),
-            Entry::Vacant(room) => {
-                let mut kernels = Kernels::new(self.gpu.clone());
-                room.insert(Normals::new(&self.gpu, &mut kernels, segment, found)?)
-            }
-        };
-        normals.read(&self.gpu, segment)
+        all.of(&self.gpu, segment, (body, found))?.read(&self.gpu, segment)
     }
 
     fn mirror(&self) -> &Mirror {

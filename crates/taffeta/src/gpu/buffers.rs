@@ -10,7 +10,7 @@ use taffeta_gpu::bytemuck::Pod;
 use taffeta_gpu::{Buffer, DispatchList, Gpu, GpuError, ReadBack, Uniforms};
 
 /// Workgroups that share a sum over all nodes, springs or hinges: enough to fill a large GPU.
-pub const SUM_GROUPS: usize = 1024;
+const SUM_GROUPS: usize = 1024;
 
 /// What a frame never changes.
 pub struct Fixed {
@@ -90,7 +90,7 @@ impl Fixed {
 }
 
 /// Workgroups for a sum over `count` things.
-pub fn sum_groups(count: usize) -> usize {
+fn sum_groups(count: usize) -> usize {
     count.div_ceil(GROUP).min(SUM_GROUPS)
 }
 

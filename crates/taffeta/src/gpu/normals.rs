@@ -5,7 +5,35 @@ use super::layout::{Four, GROUP};
 use super::segment::Segment;
 use crate::assembly::BodyAssembly;
 use crate::topology::Csr;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use taffeta_gpu::{Bound, Buffer, DispatchList, Gpu, GpuError};
+
+/// The kernel, and the bodies whose normals were asked for.
+pub struct AllNormals {
+    kernels: Kernels,
+    bodies: HashMap<usize, Normals>,
+}
+
+impl AllNormals {
+    /// None yet.
+    pub fn new(gpu: Gpu) -> Self {
+        Self { kernels: Kernels::new(gpu), bodies: HashMap::new() }
+    }
+
+    /// Those of a body of a segment, made ready if they are not.
+    pub fn of(
+        &mut self,
+        gpu: &Gpu,
+        segment: &Segment,
+        (index, body): (usize, &BodyAssembly),
+    ) -> Result<&Normals, GpuError> {
+        Ok(match self.bodies.entry(index) {
+            Entry::Occupied(there) => there.into_mut(),
+            Entry::Vacant(room) => room.insert(Normals::new(gpu, &mut self.kernels, segment, body)?),
+        })
+    }
+}
 
 /// Buffers of one body, bound to the kernel.
 pub struct Normals {
@@ -16,8 +44,7 @@ pub struct Normals {
 }
 
 impl Normals {
-    /// For a body of a segment.
-    pub fn new(
+    fn new(
         gpu: &Gpu,
         kernels: &mut Kernels,
         segment: &Segment,

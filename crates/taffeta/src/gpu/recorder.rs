@@ -1,7 +1,7 @@
 //! A frame as a list of dispatches: `step::frame` says in which order.
 
-use super::buffers::{SUM_GROUPS, sum_groups};
 use super::kernels::{Kernels, Name};
+use super::layout::{GROUP, NODE_SUMS};
 use super::segment::{Counts, Segment};
 use crate::step::{Stage, Stages, Tile};
 use taffeta_gpu::{DispatchList, GpuError};
@@ -76,7 +76,7 @@ impl Stages for Recorder<'_> {
         self.list.stage("elements");
         let (loads, hinges) = (self.segment.tables.loads.len(), self.segment.tables.hinges.len());
         self.dispatch("scale_loads", substep, loads);
-        self.dispatch("bend_hinges", substep, hinges.div_ceil(256));
+        self.dispatch("bend_hinges", substep, hinges.div_ceil(GROUP));
     }
 
     fn particles(&mut self, &substep: &usize, stages: impl Fn(&mut Listed)) {
@@ -167,7 +167,7 @@ impl Recorder<'_> {
                 self.dispatch("mesh_springs_all", substep, self.mesh_groups());
             }
             Stage::Integrate => self.dispatch("integrate_all", substep, places),
-            Stage::Pins => self.dispatch("pins_all", substep, self.counts.pins.div_ceil(256)),
+            Stage::Pins => self.dispatch("pins_all", substep, self.counts.pins.div_ceil(GROUP)),
             Stage::Contact => self.dispatch("contact_all", substep, places),
             Stage::Elements | Stage::Diagnose => {}
         }
@@ -175,11 +175,11 @@ impl Recorder<'_> {
 
     fn measure(&mut self) {
         self.list.stage("diagnose");
-        let tables = &self.segment.tables;
-        let nodes = sum_groups(tables.len());
-        let tiles = tables.tiles.len().min(SUM_GROUPS);
-        let meshes = if tables.kinds > 0 { nodes } else { 0 };
-        let (hinges, chunks) = (sum_groups(tables.hinges.len()), tables.chunks.len());
+        let sums = &self.segment.sums;
+        // A row for each workgroup.
+        let nodes = sums.nodes.len() / NODE_SUMS;
+        let (tiles, meshes) = (sums.grid_springs.len(), sums.mesh_springs.len());
+        let (hinges, chunks) = (sums.hinges.len(), sums.volumes.len());
         self.dispatch("measure_nodes", 0, nodes);
         self.dispatch("measure_grid_springs", 0, tiles);
         self.dispatch("measure_mesh_springs", 0, meshes);

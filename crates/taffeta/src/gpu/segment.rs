@@ -159,7 +159,7 @@ impl Segment {
         hand: &Hand,
     ) -> Result<Counts, GpuError> {
         let (forces, pins) = (self.hand_forces(hand), self.pins(hand));
-        let still = !assembly.colliders.iter().any(|collider| collider.moves());
+        let still = !assembly.colliders_move();
         let with_colliders = if still { &substeps[..substeps.len().min(1)] } else { substeps };
         let colliders: Vec<Collider> =
             with_colliders.iter().flat_map(|substep| substep.colliders.iter().map(Collider::from)).collect();
