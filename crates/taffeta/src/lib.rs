@@ -7,6 +7,7 @@
 mod assembly;
 mod backend;
 mod collision;
+mod constraints;
 mod cpu;
 pub mod diagnostics;
 mod forces;

@@ -16,10 +16,10 @@ pub struct Substep<T> {
     pub colliders: Vec<ColliderNow<T>>,
     /// Scale of each load at its start.
     pub scales: Vec<T>,
+    /// Volume that each body of [`Assembly::volumes`] is to have at its end [m³], or its pressure [Pa].
+    pub goals: Vec<T>,
     /// Share of the frame that has gone by at its end, and that share's rate [1/s].
     pub hand: (T, T),
-    /// Whether it is the last of its frame, after which contacts are counted.
-    pub last: bool,
 }
 
 /// The sub-steps of the frame that starts at time `start` [s].
@@ -35,8 +35,8 @@ pub fn frame<T: Real>(assembly: &Assembly, start: f64) -> Vec<Substep<T>> {
                 motions: assembly.tracks.iter().map(|track| motion(track, t, h)).collect(),
                 colliders: assembly.colliders.iter().map(|collider| collider.at(t, h)).collect(),
                 scales: assembly.loads.iter().map(|load| T::from_f64(scale_at(&load.scale, t))).collect(),
+                goals: assembly.volumes().map(|(_, kept)| T::from_f64(kept.goal(t + h))).collect(),
                 hand: (T::from_f64((offset + h) / time.dt), T::from_f64(1.0 / time.dt)),
-                last: index + 1 == count,
             }
         })
         .collect()

@@ -30,6 +30,8 @@ pub trait Real:
     const TINY: Self;
     /// A length beyond all scenes [m].
     const FAR: Self;
+    /// Relative error of a volume that is restored by moving nodes.
+    const PROJECTED: Self;
     /// Correctly rounded square root.
     fn sqrt(self) -> Self;
     /// Angle of (x, y), from software so that every machine gives the same bits.
@@ -55,6 +57,7 @@ impl Real for f32 {
     const ONE: Self = 1.0;
     const TINY: Self = 1e-30;
     const FAR: Self = 1e30;
+    const PROJECTED: Self = 1e-6;
     #[inline(always)]
     fn sqrt(self) -> Self {
         f32::sqrt(self)
@@ -84,6 +87,7 @@ impl Real for f64 {
     const ONE: Self = 1.0;
     const TINY: Self = 1e-200;
     const FAR: Self = 1e200;
+    const PROJECTED: Self = 1e-10;
     #[inline(always)]
     fn sqrt(self) -> Self {
         f64::sqrt(self)

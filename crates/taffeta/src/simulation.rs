@@ -219,9 +219,10 @@ impl Simulation {
         let assembly = self.backend.assembly();
         let FrameSums { all, hinges, volumes } = sums;
         let gravity = assembly.world.gravity;
+        let time = f64::from(frame) * assembly.time.dt;
         FrameReport {
             frame,
-            time: f64::from(frame) * assembly.time.dt,
+            time,
             kinetic: 0.5 * all.m_v2,
             gravitational: -(0..3).map(|axis| gravity[axis] * all.m_x[axis]).sum::<f64>(),
             springs: all.springs,
@@ -231,6 +232,7 @@ impl Simulation {
             max_stretch: if all.max_stretch > 0.0 { all.max_stretch } else { 1.0 },
             contacts: all.contacts,
             volumes,
+            volume_targets: assembly.volume_targets(time),
         }
     }
 

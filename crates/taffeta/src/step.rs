@@ -2,7 +2,7 @@
 //!
 //! A backend lends workers that know how to run a stage on their part of the scene; this file says when. The
 //! particle stages run one after the other on each tile (some hundred neighbouring nodes), so that what a stage has
-//! just written is still at hand for the next; between `elements` and `particles`, and after them, all workers meet.
+//! just written is still at hand for the next; where a stage needs what all others have written, all workers meet.
 
 /// The stages of a sub-step in their order, and what is measured after the last one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -14,25 +14,31 @@ pub enum Stage {
     Loads,
     /// Forces of springs.
     Springs,
+    /// Forces that keep volumes.
+    Volumes,
     /// New velocity, new position.
     Integrate,
     /// Moving pins.
     Pins,
     /// Colliders.
     Contact,
+    /// Nodes moved to restore volumes, and colliders again.
+    Project,
     /// Sums over the state.
     Diagnose,
 }
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 9] = [
         Self::Elements,
         Self::Loads,
         Self::Springs,
+        Self::Volumes,
         Self::Integrate,
         Self::Pins,
         Self::Contact,
+        Self::Project,
         Self::Diagnose,
     ];
 
@@ -42,13 +48,18 @@ impl Stage {
             Self::Elements => "elements",
             Self::Loads => "loads",
             Self::Springs => "springs",
+            Self::Volumes => "volumes",
             Self::Integrate => "integrate",
             Self::Pins => "pins",
             Self::Contact => "contact",
+            Self::Project => "project",
             Self::Diagnose => "diagnose",
         }
     }
 }
+
+/// Most times that a sub-step moves nodes to restore volumes.
+pub const PROJECTIONS: usize = 5;
 
 /// What a backend's worker can do.
 pub trait Stages {
@@ -63,6 +74,15 @@ pub trait Stages {
     fn elements(&mut self, substep: &Self::Substep);
     /// Runs `stages` on every tile of the worker's part.
     fn particles(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
+    /// Whether any body keeps its volume.
+    fn keeps_volumes(&self) -> bool;
+    /// Finds the multiplier of each volume, when all have found gradients; then runs `stages` on tiles that keep one.
+    fn volumes(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
+    /// Measures again the volumes that are restored by moving nodes, when all have moved; then runs `stages` on tiles of
+    /// those that are off. Returns whether none is.
+    fn project(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>)) -> bool;
+    /// Ends the sub-step, when all have done their part.
+    fn end(&mut self, substep: &Self::Substep);
     /// Energies, momenta, stretch and volumes at the end of the frame.
     fn diagnose(&mut self);
 }
@@ -73,12 +93,20 @@ pub trait Tile {
     fn loads(&mut self);
     /// Adds the force of the springs.
     fn springs(&mut self);
+    /// Whether its nodes are those of a body that keeps its volume.
+    fn keeps_volume(&self) -> bool;
+    /// Gradients of the volume, and what the multiplier needs of them and of the force.
+    fn gradients(&mut self);
+    /// Adds the force that keeps the volume.
+    fn keep_volume(&mut self);
     /// New velocity, then new position.
     fn integrate(&mut self);
     /// Puts moving pins where their keyframes say.
     fn pins(&mut self);
     /// Keeps nodes out of colliders.
     fn contact(&mut self);
+    /// Moves nodes that touch nothing so that the volume is restored.
+    fn restore_volume(&mut self);
 }
 
 /// Runs one frame.
@@ -88,12 +116,33 @@ pub fn frame<S: Stages>(worker: &mut S, substeps: &[S::Substep]) {
         worker.particles(substep, |tile| {
             tile.loads();
             tile.springs();
-            // Constraints that correct forces (implicit constraint enforcement, volume) come between here and
-            // `integrate`: they need all forces, so they split the particle stages in two passes.
-            tile.integrate();
-            tile.pins();
-            tile.contact();
+            // A multiplier needs all forces on its body: there the way parts.
+            if tile.keeps_volume() { tile.gradients() } else { go_on(tile) }
         });
+        if worker.keeps_volumes() {
+            worker.volumes(substep, |tile| {
+                tile.keep_volume();
+                go_on(tile);
+            });
+            // Contact has changed volumes; what touches nothing gives them back, and may touch something then.
+            for _ in 0..PROJECTIONS {
+                let kept = worker.project(substep, |tile| {
+                    tile.restore_volume();
+                    tile.contact();
+                });
+                if kept {
+                    break;
+                }
+            }
+        }
+        worker.end(substep);
     }
     worker.diagnose();
+}
+
+/// From forces to places.
+fn go_on(tile: &mut impl Tile) {
+    tile.integrate();
+    tile.pins();
+    tile.contact();
 }

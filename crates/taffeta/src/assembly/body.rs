@@ -1,11 +1,12 @@
 //! One body by solver index.
 
+use super::volumes::{self, KeptVolume};
 use super::{Assembly, grid};
 use crate::forces::hinge::{self, Rest};
 use crate::scene::{Body, Grid, Hinge, Kind, Mesh, SceneError, Select};
 use crate::topology::{
-    Edges, LANES, Placement, RestShape, Selectable, SpringList, Surface, mass, measure, no_inside, order,
-    select, shapes, springs,
+    Edges, Gather, LANES, Placement, RestShape, Selectable, SpringKind, SpringList, Surface, mass, measure,
+    no_inside, order, rings, select, shapes, springs,
 };
 
 /// A body, ready to run. Nodes have three numberings: the user's (`node`), the solver's within the body, and the
@@ -45,6 +46,8 @@ pub struct BodyAssembly {
     pub closed_triangles: Vec<[u32; 3]>,
     /// Volume at rest [m³], of a closed body.
     pub rest_volume: Option<f64>,
+    /// What keeps its volume.
+    pub volume: Option<KeptVolume>,
     /// What the user should know about its start, in words.
     pub warnings: Vec<String>,
     pub(super) edges: Option<Edges>,
@@ -76,6 +79,9 @@ impl Assembly {
         built.name = if body.name.is_empty() { format!("body{index}") } else { body.name.clone() };
         built.first = self.places;
         self.add_pins(&path, body, &mut built)?;
+        if let Some(wish) = &body.volume {
+            built.volume = volumes::kept(wish, &mut built).map_err(|e| e.under(&path))?;
+        }
         self.places += built.places();
         self.bodies.push(built);
         Ok(())
@@ -172,6 +178,24 @@ impl BodyAssembly {
         Ok(nodes)
     }
 
+    /// The springs of a mesh by node, each kind with its stiffness [N/m] and damping [kg/s]. Where the body keeps its volume
+    /// the first are those along edges, as [`rings`] has them, whether there are springs or not.
+    pub fn gathered(&self) -> Result<Vec<(f64, f64, Gather)>, String> {
+        let BodySprings::Mesh(lists) = &self.springs else { return Ok(Vec::new()) };
+        let mut gathered = Vec::new();
+        let mut others = &lists[..];
+        if self.volume.is_some() {
+            let along = lists.first().filter(|list| list.kind == SpringKind::Structural);
+            let ring = rings(self.nodes, &self.closed_triangles, along)?;
+            gathered.push((along.map_or(0.0, |list| list.k), along.map_or(0.0, |list| list.d), ring));
+            others = &lists[usize::from(along.is_some())..];
+        }
+        for list in others {
+            gathered.push((list.k, list.d, Gather::new(self.nodes, &list.pairs, &list.rest)?));
+        }
+        Ok(gathered)
+    }
+
     /// Number of springs by kind.
     pub fn spring_counts(&self) -> Vec<(&'static str, usize)> {
         match (&self.springs, &self.grid) {
@@ -247,6 +271,7 @@ fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
             Vec::new()
         },
         rest_volume: volume,
+        volume: None,
         warnings: far.into_iter().collect(),
         solver_of_node: Some(solver_of_node),
         split: select::split_nodes(&surface),

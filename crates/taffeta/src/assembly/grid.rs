@@ -53,6 +53,7 @@ pub(super) fn build(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError>
         hinge: body.springs.hinge.unwrap_or_default(),
         closed_triangles: Vec::new(),
         rest_volume: None,
+        volume: None,
         warnings: Vec::new(),
         edges: None,
         split: Vec::new(),

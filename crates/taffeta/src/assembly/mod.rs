@@ -7,6 +7,7 @@ mod body;
 mod grid;
 mod loads;
 mod pins;
+mod volumes;
 
 pub use body::{BodyAssembly, BodySprings, GridDirections};
 pub use loads::{Load, LoadKind};
@@ -76,6 +77,9 @@ impl Assembly {
             body.free = Vec::new();
             body.hinges = Vec::new();
             body.hinge_rest = Vec::new();
+            if let Some(volume) = &mut body.volume {
+                volume.weights = None;
+            }
             if let BodySprings::Mesh(lists) = &mut body.springs {
                 for list in lists {
                     list.rest = Vec::new();
@@ -94,12 +98,22 @@ impl Assembly {
         self.colliders.iter().any(MovingCollider::moves)
     }
 
-    /// Whether more than gravity may add energy: wind, loads, moving pins or moving colliders.
+    /// The volume that each body is to have at time `t` [s], in m³, where it keeps one.
+    pub fn volume_targets(&self, t: f64) -> Vec<Option<f64>> {
+        self.bodies.iter().map(|body| body.volume.as_ref()?.target(t)).collect()
+    }
+
+    /// Whether more than gravity may add energy: wind, loads, moving pins or colliders, pressure, a growing volume.
     pub fn is_driven(&self) -> bool {
+        let drives = |body: &BodyAssembly| {
+            let volume = body.volume.as_ref();
+            volume.is_some_and(|volume| volume.drives(body.rest_volume.unwrap_or(0.0)))
+        };
         self.world.wind_force != [0.0; 3]
             || !self.loads.is_empty()
             || !self.moving_pins.is_empty()
             || self.colliders_move()
+            || self.bodies.iter().any(drives)
     }
 }
 

@@ -9,6 +9,7 @@ use super::shared::Shared;
 use super::simd::SimdLevel;
 use super::team::Team;
 use super::tiles::{self, TilePlan, TiledSprings};
+use super::volume::{Corrections, VolumeBody};
 use super::worker::{Scratch, Worker};
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, Hand, Lost};
@@ -45,6 +46,10 @@ pub struct Setup<T> {
     pub mass: Column<T>,
     /// Hinges of all bodies.
     pub hinges: Hinges<T>,
+    /// Bodies that keep their volume, or are under a pressure.
+    pub volumes: Vec<VolumeBody<T>>,
+    /// Which of them each body is.
+    pub volume_of_body: Vec<Option<usize>>,
     /// Triangles of closed bodies, in chunks.
     pub volume_chunks: Vec<VolumeChunk>,
     /// Instructions in use.
@@ -76,6 +81,7 @@ pub struct CpuBackend<T> {
     fields: [Fields<T>; 2],
     current: usize,
     hinge_forces: Vec<[[T; 3]; 4]>,
+    corrections: Corrections<T>,
     tile_sums: Vec<StateSums>,
     volumes: Vec<f64>,
     sums: FrameSums,
@@ -85,7 +91,7 @@ impl<T: Real> CpuBackend<T> {
     /// Takes a scene into memory.
     pub fn new(mut assembly: Assembly, threads: usize) -> Result<Self, String> {
         let mut springs = Vec::new();
-        for body in &mut assembly.bodies {
+        for body in &assembly.bodies {
             springs.push(TiledSprings::new(body)?);
         }
         let tiles = tiles::tiles(&assembly);
@@ -96,13 +102,15 @@ impl<T: Real> CpuBackend<T> {
         let hinges = Hinges::new(&assembly);
         let volume_chunks = VolumeChunk::all(&assembly);
         let [inverse_mass, mass] = masses(&assembly);
+        let (volumes, volume_of_body) = VolumeBody::all(&assembly);
         let fields = [start(&assembly, 0), start(&assembly, 6 * STAGGER)];
         assembly.release();
         Ok(Self {
-            scratch: shares.iter().map(|_| Mutex::new(Scratch::new(widest, cols))).collect(),
+            scratch: shares.iter().map(|_| Mutex::new(Scratch::new(widest, cols, volumes.len()))).collect(),
             fields,
             current: 0,
             hinge_forces: vec![[[T::ZERO; 3]; 4]; hinges.corners.len()],
+            corrections: Corrections::new(&volumes),
             tile_sums: vec![StateSums::default(); tiles.len()],
             volumes: vec![0.0; volume_chunks.len()],
             setup: Setup {
@@ -112,6 +120,8 @@ impl<T: Real> CpuBackend<T> {
                 inverse_mass,
                 mass,
                 hinges,
+                volumes,
+                volume_of_body,
                 volume_chunks,
                 level: SimdLevel::detect(),
                 hand: Hand::default(),
@@ -137,6 +147,7 @@ impl<T: Real> CpuBackend<T> {
         let hinge_forces = Shared::new(&mut self.hinge_forces);
         let tile_sums = Shared::new(&mut self.tile_sums);
         let volumes = Shared::new(&mut self.volumes);
+        let corrections = self.corrections.share();
         let (setup, shares, scratch, current) = (&self.setup, &self.shares, &self.scratch, self.current);
         self.team.run(|index, barrier| {
             let mut scratch = scratch[index].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -148,6 +159,7 @@ impl<T: Real> CpuBackend<T> {
                 buffers: &buffers,
                 current,
                 hinge_forces: &hinge_forces,
+                corrections: &corrections,
                 tile_sums: &tile_sums,
                 volumes: &volumes,
                 scratch: &mut scratch,
@@ -227,7 +239,8 @@ impl<T: Real> Backend for CpuBackend<T> {
     fn memory(&self) -> usize {
         let columns = 14 * self.setup.mass.len() * size_of::<T>();
         let springs: usize = self.setup.springs.iter().map(TiledSprings::bytes).sum();
-        columns + springs + self.hinge_forces.len() * (size_of::<[[T; 3]; 4]>() + 36)
+        let hinges = self.hinge_forces.len() * (size_of::<[[T; 3]; 4]>() + 36);
+        columns + springs + hinges + self.corrections.bytes()
     }
 }
 

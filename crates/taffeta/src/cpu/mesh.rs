@@ -55,6 +55,12 @@ impl<T: Real> GatheredSprings<T> {
         neighbours.iter().zip(self.rest_length[range].as_chunks::<LANES>().0)
     }
 
+    /// Number of places that a column of the body must have.
+    #[inline(always)]
+    pub fn places(&self) -> usize {
+        self.nodes.next_multiple_of(LANES)
+    }
+
     /// Bytes that the table takes.
     pub fn bytes(&self) -> usize {
         self.neighbour.len() * (4 + size_of::<T>()) + self.slice_starts.len() * 4
@@ -74,7 +80,7 @@ impl<T: Real> Kernel for GatherForces<'_, T> {
     #[inline(always)]
     fn run(self) {
         let Self { springs, slices, old, force: [fx, fy, fz] } = self;
-        let places = springs.nodes.next_multiple_of(LANES);
+        let places = springs.places();
         let [x, y, z, u, v, w] = old;
         let old = [&x[..places], &y[..places], &z[..places], &u[..places], &v[..places], &w[..places]];
         let mut other = [[T::ZERO; LANES]; 6];
@@ -144,6 +150,21 @@ pub fn gather<T: Real>(state: &[&[T]; 6], neighbours: &[u32; LANES], values: &mu
             values[3][lane] = *u.get_unchecked(node);
             values[4][lane] = *v.get_unchecked(node);
             values[5][lane] = *w.get_unchecked(node);
+        }
+    }
+}
+
+/// Position of each lane's neighbour.
+#[inline(always)]
+pub fn gather_places<T: Real>(places: &[&[T]; 3], neighbours: &[u32; LANES], values: &mut [[T; LANES]; 3]) {
+    let [x, y, z] = *places;
+    for lane in 0..LANES {
+        let node = neighbours[lane] as usize;
+        // SAFETY: as in `gather`.
+        unsafe {
+            values[0][lane] = *x.get_unchecked(node);
+            values[1][lane] = *y.get_unchecked(node);
+            values[2][lane] = *z.get_unchecked(node);
         }
     }
 }

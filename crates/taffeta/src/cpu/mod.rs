@@ -6,11 +6,14 @@ mod contact;
 mod diagnose;
 mod grid;
 mod mesh;
+mod rings;
 mod shared;
 mod simd;
 mod team;
 mod tile;
 mod tiles;
+mod volume;
+mod volume_tile;
 mod worker;
 
 #[cfg(feature = "gpu")]

@@ -5,6 +5,7 @@ use super::contact::contact;
 use super::shared::Shared;
 use super::simd::Kernel;
 use super::tiles::{TilePlan, TiledSprings};
+use super::volume::SharedCorrections;
 use super::worker::Scratch;
 use crate::assembly::LoadKind;
 use crate::forces::external;
@@ -29,6 +30,10 @@ pub struct CpuTile<'a, T> {
     pub next: &'a [Shared<'a, T>; 6],
     /// Forces on hinges' corners [N].
     pub hinge_forces: &'a [[[T; 3]; 4]],
+    /// What volumes need between stages.
+    pub corrections: &'a SharedCorrections<'a, T>,
+    /// Which volume it is a part of.
+    pub volume: Option<usize>,
     /// The worker's room.
     pub scratch: &'a mut Scratch<T>,
     /// Nodes that touched a collider.
@@ -58,16 +63,36 @@ impl<T: Real> Tile for CpuTile<'_, T> {
         let TilePlan { body, units, cols, .. } = self.plan;
         let first = self.setup.assembly.bodies[*body].first;
         let old = self.old.map(|column| &column[first..]);
-        let (level, Scratch { force, sweep, .. }) = (self.setup.level, &mut *self.scratch);
+        let (level, Scratch { force, gradient, sweep, .. }) = (self.setup.level, &mut *self.scratch);
         match &self.setup.springs[*body] {
             TiledSprings::Grid(grid) => {
                 sweep.springs(level, (*body, grid), (units.clone(), cols.clone()), old, force);
             }
             TiledSprings::Mesh(sets) => {
-                for set in sets {
+                let (rings, others) = sets.split_at(usize::from(self.volume.is_some()));
+                for set in rings {
+                    set.springs_and_gradients(level, units.clone(), old, force, gradient);
+                }
+                for set in others {
                     set.springs(level, units.clone(), old, force);
                 }
             }
+        }
+    }
+
+    fn keeps_volume(&self) -> bool {
+        self.volume.is_some()
+    }
+
+    fn gradients(&mut self) {
+        if let Some(volume) = self.volume {
+            self.sum_up(volume);
+        }
+    }
+
+    fn keep_volume(&mut self) {
+        if let Some((volume, push)) = self.pushed() {
+            self.push_forces(volume, &push);
         }
     }
 
@@ -114,8 +139,15 @@ impl<T: Real> Tile for CpuTile<'_, T> {
         for (at, run) in self.plan.runs() {
             let mut state = self.after(&run);
             let last = &mut self.scratch.last_touch[at..at + run.len()];
-            let inverse_mass = &self.setup.inverse_mass[run];
-            self.contacts += contact(self.setup.level, colliders, inverse_mass, &mut state, last, *h);
+            let inverse_mass = &self.setup.inverse_mass[run.clone()];
+            let contacts = contact(self.setup.level, colliders, inverse_mass, &mut state, last, *h);
+            self.contacts += self.volume.map_or(contacts, |volume| self.note_touches(volume, at, &run));
+        }
+    }
+
+    fn restore_volume(&mut self) {
+        if let Some((volume, push)) = self.pushed() {
+            self.push_places(volume, &push);
         }
     }
 }
@@ -129,7 +161,7 @@ fn within<'a, I>(items: &'a [I], run: &Range<usize>, node: impl Fn(&I) -> u32) -
 
 impl<'a, T: Real> CpuTile<'a, T> {
     /// The state after, of some of the tile's nodes. Stages run one after the other and keep nothing of it.
-    fn after(&self, run: &Range<usize>) -> [&'a mut [T]; 6] {
+    pub(super) fn after(&self, run: &Range<usize>) -> [&'a mut [T]; 6] {
         debug_assert!(self.plan.runs().any(|(_, own)| own.start <= run.start && run.end <= own.end));
         // SAFETY: tiles do not overlap, each is in one worker's share, and nobody reads this buffer before the barrier
         // after the particle stages. Within a stage the parts asked for do not overlap.

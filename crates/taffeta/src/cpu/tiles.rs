@@ -4,11 +4,11 @@ use super::grid::GridSprings;
 use super::mesh::GatheredSprings;
 use crate::assembly::{Assembly, BodyAssembly, BodySprings};
 use crate::real::Real;
-use crate::topology::{Gather, LANES};
+use crate::topology::LANES;
 use std::ops::Range;
 
 /// Nodes of a tile: enough to make the cost of a stage's call small, few enough to stay in the first cache.
-const TILE_NODES: usize = 512;
+pub(super) const TILE_NODES: usize = 512;
 
 /// Most columns of a grid that are swept together: the forces of their last rows stay in the nearest caches.
 const STRIP: usize = 2048;
@@ -73,9 +73,9 @@ impl TilePlan {
 
 impl<T: Real> TiledSprings<T> {
     /// Lays out the springs of a body.
-    pub fn new(body: &mut BodyAssembly) -> Result<Self, String> {
+    pub fn new(body: &BodyAssembly) -> Result<Self, String> {
         let nodes = body.nodes;
-        match &mut body.springs {
+        match &body.springs {
             BodySprings::Grid(along) => {
                 let [rows, cols] = body.grid_layout.ok_or("a grid's springs without a grid")?;
                 Ok(Self::Grid(GridSprings {
@@ -84,14 +84,12 @@ impl<T: Real> TiledSprings<T> {
                     along: along.map(|direction| direction.map(super::grid::Direction::new)),
                 }))
             }
-            BodySprings::Mesh(lists) => lists
-                .iter()
-                .map(|list| {
-                    let gather = Gather::new(nodes, &list.pairs, &list.rest)?;
-                    Ok(GatheredSprings::new((list.k, list.d), gather, nodes))
-                })
-                .collect::<Result<_, String>>()
-                .map(Self::Mesh),
+            BodySprings::Mesh(_) => {
+                let gathered = body.gathered()?.into_iter();
+                Ok(Self::Mesh(
+                    gathered.map(|(k, d, gather)| GatheredSprings::new((k, d), gather, nodes)).collect(),
+                ))
+            }
         }
     }
 

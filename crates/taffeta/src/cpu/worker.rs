@@ -7,7 +7,9 @@ use super::grid::Sweep;
 use super::shared::Shared;
 use super::team::Barrier;
 use super::tile::CpuTile;
+use super::volume::SharedCorrections;
 use crate::assembly::LoadKind;
+use crate::constraints::volume::{Push, WEIGHTED_SUMS};
 use crate::diagnostics::StateSums;
 use crate::forces::{external, hinge};
 use crate::plan::Substep;
@@ -20,6 +22,12 @@ use std::ops::Range;
 pub struct Scratch<T> {
     /// Forces of one tile's nodes [N].
     pub force: [Column<T>; 3],
+    /// Gradients of the volume by the places of one tile's nodes [m²].
+    pub gradient: [Column<T>; 3],
+    /// What pushes each volume in this sub-step.
+    pub pushes: Vec<Option<Push<T>>>,
+    /// From where places of each volume's nodes are counted [m].
+    pub origins: Vec<[T; 3]>,
     /// Forces of a grid's last rows.
     pub sweep: Sweep<T>,
     /// Factor of each load that is a torque [N/m].
@@ -29,10 +37,13 @@ pub struct Scratch<T> {
 }
 
 impl<T: Real> Scratch<T> {
-    /// For tiles of up to `nodes` nodes and grids of up to `cols` columns.
-    pub fn new(nodes: usize, cols: usize) -> Self {
+    /// For tiles of up to `nodes` nodes, grids of up to `cols` columns, and some volumes.
+    pub fn new(nodes: usize, cols: usize, volumes: usize) -> Self {
         Self {
             force: std::array::from_fn(|_| Column::zeros(nodes)),
+            gradient: std::array::from_fn(|_| Column::zeros(if volumes > 0 { nodes } else { 0 })),
+            pushes: vec![None; volumes],
+            origins: vec![[T::ZERO; 3]; volumes],
             sweep: Sweep::new(cols),
             torques: Vec::new(),
             last_touch: vec![0; nodes],
@@ -56,6 +67,8 @@ pub struct Worker<'a, T> {
     pub current: usize,
     /// Forces on the corners of each hinge [N].
     pub hinge_forces: &'a Shared<'a, [[T; 3]; 4]>,
+    /// What volumes need between stages.
+    pub corrections: &'a SharedCorrections<'a, T>,
     /// Where each tile's sums go.
     pub tile_sums: &'a Shared<'a, StateSums>,
     /// Where each chunk's volume goes [m³].
@@ -110,33 +123,69 @@ impl<'a, T: Real> Worker<'a, T> {
         self.barrier.wait();
     }
 
-    /// Runs `stages` on every tile of its share, and meets the others.
-    pub fn tiles(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
-        let old = self.state();
-        // SAFETY: hinge forces were written before the barrier in `elements`, and next are after the one below.
-        let hinge_forces = unsafe { self.hinge_forces.read() };
-        self.scratch.sweep.restart();
-        for index in self.share.clone() {
-            let plan = &self.setup.tiles[index];
-            let mut tile = CpuTile {
-                setup: self.setup,
-                plan,
-                substep,
-                old,
-                next: &self.buffers[1 - self.current],
-                hinge_forces,
-                scratch: self.scratch,
-                contacts: 0,
-            };
-            stages(&mut tile);
-            if substep.last {
-                // SAFETY: one place a tile, read after the frame.
-                let sums = unsafe { self.tile_sums.write(index..index + 1) };
-                sums[0].contacts = tile.contacts;
-            }
+    /// A tile of its share.
+    fn tile<'t>(&'t mut self, index: usize, substep: &'t Substep<T>) -> CpuTile<'t, T> {
+        let plan = &self.setup.tiles[index];
+        CpuTile {
+            setup: self.setup,
+            plan,
+            substep,
+            old: self.state(),
+            next: &self.buffers[1 - self.current],
+            // SAFETY: hinge forces were written before the barrier in `elements`, and next are after that of `end`.
+            hinge_forces: unsafe { self.hinge_forces.read() },
+            corrections: self.corrections,
+            volume: self.setup.volume_of_body[plan.body],
+            scratch: self.scratch,
+            contacts: 0,
         }
+    }
+
+    /// Runs `stages` on the tiles of its share whose volume is `chosen`; adds up contacts.
+    fn on_volumes(
+        &mut self,
+        substep: &Substep<T>,
+        chosen: impl Fn(&Self, usize) -> bool,
+        stages: impl Fn(&mut CpuTile<'_, T>),
+    ) {
+        for index in self.share.clone() {
+            let volume = self.setup.volume_of_body[self.setup.tiles[index].body];
+            if !volume.is_some_and(|volume| chosen(self, volume)) {
+                continue;
+            }
+            let mut tile = self.tile(index, substep);
+            stages(&mut tile);
+            let contacts = tile.contacts;
+            self.sums_of(index).contacts += contacts;
+        }
+    }
+
+    /// Where the sums of a tile of its share go.
+    fn sums_of(&mut self, index: usize) -> &mut StateSums {
+        // SAFETY: one place a tile, in one worker's share, read after the frame.
+        let one = unsafe { self.tile_sums.write(index..index + 1) };
+        &mut one[0]
+    }
+
+    /// Solves for the volumes that are `chosen`, once all have written their sums.
+    fn solve(
+        &mut self,
+        chosen: impl Fn(usize) -> bool,
+        solve: impl Fn(usize, &[[T; WEIGHTED_SUMS]]) -> Option<Push<T>>,
+    ) {
         self.barrier.wait();
-        self.current = 1 - self.current;
+        // SAFETY: sums are written before a barrier and read after it.
+        let sums = unsafe { self.corrections.sums.read() };
+        for volume in (0..self.setup.volumes.len()).filter(|volume| chosen(*volume)) {
+            self.scratch.pushes[volume] = solve(volume, sums);
+        }
+    }
+
+    /// Notes from where places are counted in a state.
+    fn note_origins(&mut self, state: [&[T]; 3]) {
+        for (origin, volume) in self.scratch.origins.iter_mut().zip(&self.setup.volumes) {
+            *origin = state.map(|column| column[volume.first]);
+        }
     }
 }
 
@@ -155,7 +204,56 @@ impl<T: Real> Stages for Worker<'_, T> {
     }
 
     fn particles(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
-        self.tiles(substep, stages);
+        self.scratch.sweep.restart();
+        let [x, y, z, ..] = self.state();
+        self.note_origins([x, y, z]);
+        for index in self.share.clone() {
+            let mut tile = self.tile(index, substep);
+            stages(&mut tile);
+            let contacts = tile.contacts;
+            self.sums_of(index).contacts = contacts;
+        }
+    }
+
+    fn keeps_volumes(&self) -> bool {
+        !self.setup.volumes.is_empty()
+    }
+
+    fn volumes(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
+        let setup = self.setup;
+        // Bodies and their tiles are in one order.
+        let mut of_tiles =
+            setup.tiles[self.share.clone()].iter().filter_map(|tile| setup.volume_of_body[tile.body]);
+        let (first, last) = (of_tiles.next(), of_tiles.next_back());
+        let mine = first.map_or(0..0, |first| first..last.unwrap_or(first) + 1);
+        self.solve(
+            |volume| mine.contains(&volume),
+            |volume, sums| Some(setup.volumes[volume].push(sums, substep.goals[volume], substep.h)),
+        );
+        self.on_volumes(substep, |_, _| true, stages);
+    }
+
+    fn project(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) -> bool {
+        let setup = self.setup;
+        let projects = |volume: usize| setup.volumes[volume].projects;
+        if !(0..setup.volumes.len()).any(projects) {
+            return true;
+        }
+        self.barrier.wait();
+        // SAFETY: all have moved their nodes before the barrier, and move them again after the next.
+        let next = [0, 1, 2].map(|axis| unsafe { self.buffers[1 - self.current][axis].read() });
+        self.note_origins(next);
+        self.on_volumes(substep, |_, volume| projects(volume), |tile| tile.measure_volume());
+        self.solve(projects, |volume, sums| setup.volumes[volume].projection(sums, substep.goals[volume]));
+        let off = |worker: &Self, volume: usize| projects(volume) && worker.scratch.pushes[volume].is_some();
+        let done = !(0..setup.volumes.len()).any(|volume| off(self, volume));
+        self.on_volumes(substep, off, stages);
+        done
+    }
+
+    fn end(&mut self, _: &Substep<T>) {
+        self.barrier.wait();
+        self.current = 1 - self.current;
     }
 
     fn diagnose(&mut self) {

@@ -25,6 +25,8 @@ pub struct FrameReport {
     pub contacts: u64,
     /// Volume of each body [m³], where it is closed.
     pub volumes: Vec<Option<f64>>,
+    /// Volume that each body is to have at this time [m³], where it keeps one.
+    pub volume_targets: Vec<Option<f64>>,
 }
 
 impl FrameReport {

@@ -55,6 +55,9 @@ impl GpuBackend {
     pub fn new(options: &GpuOptions, mut assembly: Assembly) -> Result<Self, String> {
         let gpu = options.gpu.clone();
         let words = |error: GpuError| error.to_string();
+        if assembly.volumes().next().is_some() {
+            return Err("the GPU backend does not keep volumes yet; --backend cpu would do".into());
+        }
         paper::check(options, &assembly)?;
         refuse_loops(&gpu, assembly.colliders.len())?;
         let mut parts = Vec::new();

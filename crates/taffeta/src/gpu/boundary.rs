@@ -39,7 +39,7 @@ impl Boundary {
                     Stage::Integrate => tile.integrate(),
                     Stage::Pins => tile.pins(),
                     Stage::Contact => tile.contact(),
-                    Stage::Elements | Stage::Diagnose => {}
+                    Stage::Elements | Stage::Volumes | Stage::Project | Stage::Diagnose => {}
                 }
             }
         });
@@ -94,6 +94,18 @@ impl Stages for Order {
         stages(&mut listed);
         self.0.extend(listed.stages());
     }
+
+    fn keeps_volumes(&self) -> bool {
+        false
+    }
+
+    fn volumes(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
+
+    fn project(&mut self, (): &(), _: impl Fn(&mut Listed)) -> bool {
+        true
+    }
+
+    fn end(&mut self, (): &()) {}
 
     fn diagnose(&mut self) {}
 }

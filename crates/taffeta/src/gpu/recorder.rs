@@ -48,6 +48,16 @@ impl Tile for Listed {
         self.0.push(Stage::Springs);
     }
 
+    fn keeps_volume(&self) -> bool {
+        false
+    }
+
+    fn gradients(&mut self) {}
+
+    fn keep_volume(&mut self) {}
+
+    fn restore_volume(&mut self) {}
+
     fn integrate(&mut self) {
         self.0.push(Stage::Integrate);
     }
@@ -98,7 +108,23 @@ impl Stages for Recorder<'_> {
                 self.alone(stage, substep);
             }
         }
-        self.segment.current = 1 - self.segment.current;
+    }
+
+    fn keeps_volumes(&self) -> bool {
+        false
+    }
+
+    fn volumes(&mut self, _: &usize, _: impl Fn(&mut Listed)) {}
+
+    fn project(&mut self, _: &usize, _: impl Fn(&mut Listed)) -> bool {
+        true
+    }
+
+    fn end(&mut self, &substep: &usize) {
+        // Sub-steps that were taken at once are one.
+        if substep + 1 == self.ahead || substep >= self.ahead {
+            self.segment.current = 1 - self.segment.current;
+        }
     }
 
     fn diagnose(&mut self) {
@@ -169,7 +195,7 @@ impl Recorder<'_> {
             Stage::Integrate => self.dispatch("integrate_all", substep, places),
             Stage::Pins => self.dispatch("pins_all", substep, self.counts.pins.div_ceil(GROUP)),
             Stage::Contact => self.dispatch("contact_all", substep, places),
-            Stage::Elements | Stage::Diagnose => {}
+            Stage::Elements | Stage::Volumes | Stage::Project | Stage::Diagnose => {}
         }
     }
 

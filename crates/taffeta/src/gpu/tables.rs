@@ -5,7 +5,7 @@ use super::layout::{
     TORQUE, Tile,
 };
 use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections, LoadKind};
-use crate::topology::{Csr, Gather, LANES};
+use crate::topology::{Csr, LANES, SpringKind};
 use std::ops::Range;
 
 /// Triangles that one workgroup sums up.
@@ -157,17 +157,15 @@ impl Tables {
         let none = Run { start: 0, count: 0, k: 0.0, damping: 0.0 };
         self.runs.resize(base + slices * self.kinds, none);
         self.meshes.push(Small { first, count: body.places() as u32 });
-        let BodySprings::Mesh(lists) = &body.springs else { return Ok(()) };
-        for (kind, list) in lists.iter().enumerate() {
-            let gather = Gather::new(body.nodes, &list.pairs, &list.rest)?;
+        for (kind, (k, damping, gather)) in body.gathered()?.into_iter().enumerate() {
             let start =
                 u32::try_from(self.entries.len()).map_err(|_| "too many springs for 32 bits".to_owned())?;
             for (slice, ends) in gather.slice_starts.windows(2).enumerate() {
                 self.runs[base + slice * self.kinds + kind] = Run {
                     start: start + ends[0],
                     count: (ends[1] - ends[0]) / LANES as u32,
-                    k: list.k as f32,
-                    damping: list.d as f32,
+                    k: k as f32,
+                    damping: damping as f32,
                 };
             }
             let entry = |(&neighbour, &rest): (&u32, &f64)| Entry {
@@ -265,6 +263,10 @@ fn kinds(body: &BodyAssembly) -> usize {
     match &body.springs {
         BodySprings::Grid(_) => 0,
         // A mesh without springs still has places: an empty kind.
-        BodySprings::Mesh(lists) => lists.len().max(1),
+        BodySprings::Mesh(lists) => {
+            let structural = lists.first().is_some_and(|list| list.kind == SpringKind::Structural);
+            // A volume needs rings, with springs or without.
+            (lists.len() + usize::from(body.volume.is_some() && !structural)).max(1)
+        }
     }
 }

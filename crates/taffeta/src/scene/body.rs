@@ -1,4 +1,4 @@
-use super::{Keyframe, Mesh, Rotation};
+use super::{Keyframe, Mesh, Rotation, Volume, VolumeForm};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +41,9 @@ pub struct Body {
     /// Its springs.
     #[serde(default)]
     pub springs: Springs,
+    /// What keeps the volume of a soft body; without it nothing does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub volume: Option<Volume>,
     /// Nodes that do not move, or move as told.
     #[serde(default, rename = "pin", skip_serializing_if = "Vec::is_empty")]
     pub pins: Vec<Pin>,
@@ -233,6 +236,7 @@ impl Body {
             stand_in: None,
             place: Place::default(),
             springs: Springs::default(),
+            volume: None,
             pins: Vec::new(),
         }
     }
@@ -281,6 +285,12 @@ impl Body {
     /// Dihedral bending: stiffness [N·m/rad] and damping [N·m·s/rad].
     pub fn hinge(mut self, k: f64, d: f64) -> Self {
         self.springs.hinge = Some(Hinge { k, d });
+        self
+    }
+
+    /// Keeps the volume of a soft body at that of rest.
+    pub fn keep_volume(mut self, form: VolumeForm) -> Self {
+        self.volume = Some(Volume { form, ..Volume::default() });
         self
     }
 

@@ -11,6 +11,7 @@ mod mesh;
 mod motion;
 mod solver;
 mod validate;
+mod volume;
 mod world;
 
 pub use body::{Body, Bounds, Hinge, Internal, Kind, Mass, Pin, Place, Select, Spring, Springs};
@@ -22,6 +23,7 @@ pub use motion::{Keyframe, Rotation};
 pub use solver::{Method, Solver};
 pub use validate::SceneError;
 pub(crate) use validate::plain;
+pub use volume::{Volume, VolumeForm, VolumeKey, VolumeWeights};
 pub use world::{Time, World};
 
 use schemars::JsonSchema;

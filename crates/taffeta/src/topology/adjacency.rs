@@ -24,32 +24,40 @@ impl Gather {
     /// cannot reach.
     pub fn new(nodes: usize, pairs: &[[u32; 2]], rest: &[f64]) -> Result<Self, String> {
         let by_node = Csr::corners(nodes, pairs);
-        let slices = nodes.div_ceil(LANES);
+        let row = |node: usize| {
+            let other = |end: &u32| (pairs[*end as usize / 2][1 - *end as usize % 2], end / 2);
+            let mut row: Vec<(u32, u32)> = by_node.row(node).iter().map(other).collect();
+            row.sort_unstable();
+            row.into_iter().map(|(neighbour, spring)| (neighbour, rest[spring as usize])).collect()
+        };
         let mut gather = Self { slice_starts: vec![0], ..Self::default() };
-        let mut row: Vec<(u32, u32)> = Vec::new();
-        for slice in 0..slices {
-            let rows = slice * LANES..nodes.min((slice + 1) * LANES);
-            let longest = rows.clone().map(|i| by_node.row(i).len()).max().unwrap_or(0);
-            let start = gather.neighbour.len();
-            gather.pad(slice, longest, nodes);
-            for i in rows {
-                row.clear();
-                row.extend(
-                    by_node
-                        .row(i)
-                        .iter()
-                        .map(|end| (pairs[*end as usize / 2][1 - *end as usize % 2], end / 2)),
-                );
-                row.sort_unstable();
-                for (k, &(neighbour, spring)) in row.iter().enumerate() {
-                    let entry = start + k * LANES + i % LANES;
-                    gather.neighbour[entry] = neighbour;
-                    gather.rest[entry] = rest[spring as usize];
-                }
-            }
-            gather.slice_starts.push(u32::try_from(gather.neighbour.len()).map_err(|_| too_many())?);
+        for slice in 0..nodes.div_ceil(LANES) {
+            let rows: Vec<Vec<(u32, f64)>> =
+                (slice * LANES..nodes.min((slice + 1) * LANES)).map(row).collect();
+            gather.add_slice(slice, &rows, nodes)?;
         }
         Ok(gather)
+    }
+
+    /// Adds a slice: for each of its nodes, neighbours and rest lengths [m] in their order.
+    pub(super) fn add_slice(
+        &mut self,
+        slice: usize,
+        rows: &[Vec<(u32, f64)>],
+        nodes: usize,
+    ) -> Result<(), String> {
+        let longest = rows.iter().map(Vec::len).max().unwrap_or(0);
+        let start = self.neighbour.len();
+        self.pad(slice, longest, nodes);
+        for (lane, row) in rows.iter().enumerate() {
+            for (k, &(neighbour, rest)) in row.iter().enumerate() {
+                let entry = start + k * LANES + lane;
+                self.neighbour[entry] = neighbour;
+                self.rest[entry] = rest;
+            }
+        }
+        self.slice_starts.push(u32::try_from(self.neighbour.len()).map_err(|_| too_many())?);
+        Ok(())
     }
 
     /// Adds `longest` empty entries for each lane of a slice.

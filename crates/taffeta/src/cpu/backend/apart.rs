@@ -63,13 +63,26 @@ impl<T: Real> CpuBackend<T> {
         let (old, next) = if self.current == 0 { (a, b) } else { (b, a) };
         let old = old.each_ref().map(|column| &column[..]);
         let next = next.each_mut().map(|column| Shared::new(column));
+        let corrections = self.corrections.share();
         let scratch = self.scratch[0].get_mut().unwrap_or_else(PoisonError::into_inner);
         scratch.sweep.restart();
         between.touched = vec![0; between.force.len()];
         for plan in &self.setup.tiles {
             let hinge_forces = &self.hinge_forces;
             let (setup, next) = (&self.setup, &next);
-            let mut tile = CpuTile { setup, plan, substep, old, next, hinge_forces, scratch, contacts: 0 };
+            let corrections = &corrections;
+            let mut tile = CpuTile {
+                setup,
+                plan,
+                substep,
+                old,
+                next,
+                hinge_forces,
+                corrections,
+                volume: setup.volume_of_body[plan.body],
+                scratch,
+                contacts: 0,
+            };
             load(&mut tile, between);
             stages(&mut tile);
             store(&tile, between);

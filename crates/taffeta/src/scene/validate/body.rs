@@ -1,8 +1,8 @@
 //! What a body may be.
 
 use super::path::{Checked, Path};
-use super::{SceneError, check_motion, check_rotation};
-use crate::scene::{Body, Internal, Kind, Mass, Mesh, Place, Select, Springs};
+use super::{SceneError, check_motion, check_rotation, check_times};
+use crate::scene::{Body, Internal, Kind, Mass, Mesh, Place, Select, Springs, Volume, VolumeForm, VolumeKey};
 use crate::topology::shapes;
 
 pub(super) fn check(path: &Path, body: &Body) -> Checked {
@@ -14,6 +14,9 @@ pub(super) fn check(path: &Path, body: &Body) -> Checked {
     check_file_keys(path, body)?;
     check_place(&path.key("place"), &body.place)?;
     check_springs(&path.key("springs"), &body.springs, body.kind)?;
+    if let Some(volume) = &body.volume {
+        check_volume(&path.key("volume"), volume, body.kind)?;
+    }
     for (i, pin) in body.pins.iter().enumerate() {
         let path = path.nth("pin", i);
         check_select(&path.key("select"), &pin.select)?;
@@ -104,6 +107,54 @@ fn check_internal(path: &Path, internal: &Internal, kind: Kind) -> Checked {
     })?;
     path.demand(internal.count == 0 || !listed, || {
         format!("has count = {} and a file of its own; one of them would do", internal.count)
+    })
+}
+
+fn check_volume(path: &Path, volume: &Volume, kind: Kind) -> Checked {
+    path.demand(kind == Kind::Soft, || {
+        "is for soft bodies, and a cloth has no inside; kind = \"soft\" and a closed mesh would do".into()
+    })?;
+    if let Some(target) = volume.target {
+        path.key("target").positive(target, "")?;
+    }
+    if let Some(pressure) = volume.pressure {
+        path.key("pressure").finite(&[pressure])?;
+    }
+    check_times(path, volume.motion.iter().map(|key| key.t))?;
+    for (i, key) in volume.motion.iter().enumerate() {
+        check_volume_key(&path.nth("motion", i), key)?;
+    }
+    check_one_drive(path, volume)?;
+    if let Some(weights) = &volume.weights {
+        let path = path.key("weights");
+        path.key("center").finite(&weights.center)?;
+        path.key("radius").positive(weights.radius, "m")?;
+    }
+    Ok(())
+}
+
+fn check_volume_key(path: &Path, key: &VolumeKey) -> Checked {
+    match (key.target, key.pressure) {
+        (Some(target), None) => path.key("target").positive(target, ""),
+        (None, Some(pressure)) => path.key("pressure").finite(&[pressure]),
+        (Some(_), Some(_)) => path.refuse("has target and pressure; one of them would do"),
+        (None, None) => path.refuse("has neither target nor pressure; one of them would do"),
+    }
+}
+
+/// Either a volume is kept, or a pressure acts.
+fn check_one_drive(path: &Path, volume: &Volume) -> Checked {
+    let kept = volume.target.is_some() || volume.motion.iter().any(|key| key.target.is_some());
+    path.demand(!(kept && volume.is_pressure()), || {
+        "has a target and a pressure; a body either keeps a volume or is under a pressure".into()
+    })?;
+    let only_kept =
+        matches!(volume.form, VolumeForm::Projected | VolumeForm::PaperShader | VolumeForm::Printed);
+    path.key("form").demand(!(only_kept && volume.is_pressure()), || {
+        format!("is {}, but a body under a pressure keeps no volume; leave it out", volume.form.name())
+    })?;
+    path.key("weights").demand(!(volume.weights.is_some() && volume.is_pressure()), || {
+        "say where a body gives way to keep its volume, and under a pressure it keeps none; leave them out".into()
     })
 }
 

@@ -1,0 +1,3 @@
+//! Constraints: what must hold whatever the forces are. They correct forces, or positions.
+
+pub mod volume;

@@ -1,0 +1,292 @@
+//! The stages of volumes on one tile.
+
+use super::simd::Kernel;
+use super::tile::CpuTile;
+use super::tiles::TiledSprings;
+use super::volume::{GROUP, group_sums, groups};
+use crate::constraints::volume::{self, Node, Push, WEIGHTED_SUMS};
+use crate::integrate::euler;
+use crate::real::{Real, scale, sub};
+use crate::topology::LANES;
+use std::ops::Range;
+
+/// The tile's part of the corrections.
+struct Kept<'a, T> {
+    force: [&'a mut [T]; 3],
+    gradient: [&'a mut [T]; 3],
+    touched: &'a mut [bool],
+}
+
+impl<'a, T: Real> CpuTile<'a, T> {
+    /// The places of the tile; those of a mesh are one run.
+    fn run(&self) -> Range<usize> {
+        self.plan.runs().next().map_or(0..0, |(_, run)| run)
+    }
+
+    fn kept(&self, volume: usize) -> Kept<'a, T> {
+        let among = self.setup.volumes[volume].among(&self.run());
+        // SAFETY: tiles do not overlap, each is in one worker's share, and each stage takes its part once.
+        unsafe {
+            Kept {
+                force: self.corrections.force.each_ref().map(|column| column.write(among.clone())),
+                gradient: self.corrections.gradient.each_ref().map(|column| column.write(among.clone())),
+                touched: self.corrections.touched.write(among),
+            }
+        }
+    }
+
+    /// The numbers of the tile's nodes, with their weights.
+    fn nodes(&self, volume: usize) -> Nodes<'a, T> {
+        let (setup, run) = (self.setup, self.run());
+        let body = &setup.volumes[volume];
+        Nodes {
+            origin: self.scratch.origins[volume],
+            inverse_mass: &setup.inverse_mass[run.clone()],
+            mass: &setup.mass[run.clone()],
+            weights: body
+                .weights
+                .as_ref()
+                .map(|weights| &weights[run.start - body.first..run.end - body.first]),
+        }
+    }
+
+    /// Keeps forces and gradients for later, and sums up what the multiplier needs.
+    pub(super) fn sum_up(&mut self, volume: usize) {
+        let (kept, nodes, run) = (self.kept(volume), self.nodes(volume), self.run());
+        let n = run.len();
+        for axis in 0..3 {
+            kept.force[axis].copy_from_slice(&self.scratch.force[axis][..n]);
+            kept.gradient[axis].copy_from_slice(&self.scratch.gradient[axis][..n]);
+        }
+        kept.touched.fill(false);
+        let moving = Moving {
+            place: [0, 1, 2].map(|axis| &self.old[axis][run.clone()]),
+            velocity: [3, 4, 5].map(|axis| &self.old[axis][run.clone()]),
+            force: self.scratch.force.each_ref().map(|column| &column[..n]),
+            gradient: self.scratch.gradient.each_ref().map(|column| &column[..n]),
+            gravity: self.setup.assembly.world.gravity.map(T::from_f64),
+            h: self.substep.h,
+        };
+        for (group, part) in groups(self.plan) {
+            let sums = self.setup.level.run(MovingSums { nodes: &nodes, moving: &moving, part });
+            self.put_sums(volume, group, sums);
+        }
+    }
+
+    fn put_sums(&self, volume: usize, group: usize, sums: [T; WEIGHTED_SUMS]) {
+        let group = self.setup.volumes[volume].groups.start + group;
+        // SAFETY: groups do not straddle tiles; all read them after a barrier.
+        unsafe { self.corrections.sums.write(group..group + 1)[0] = sums };
+    }
+
+    /// Force of the tile's nodes with that of the constraint.
+    pub(super) fn push_forces(&mut self, volume: usize, push: &Push<T>) {
+        let (kept, nodes) = (self.kept(volume), self.nodes(volume));
+        let place = [0, 1, 2].map(|axis| &self.old[axis][self.run()]);
+        let [gx, gy, gz] = kept.gradient;
+        let gradient = [&*gx, &*gy, &*gz];
+        let [fx, fy, fz] = &mut self.scratch.force;
+        let [x, y, z] = [&mut fx[..gx.len()], &mut fy[..gx.len()], &mut fz[..gx.len()]];
+        for (to, from) in [&mut *x, &mut *y, &mut *z].into_iter().zip(kept.force) {
+            to.copy_from_slice(from);
+        }
+        self.setup.level.run(PushForces { push, nodes, place, gradient, to: [x, y, z] });
+    }
+
+    /// Notes which nodes have touched a collider; returns how many had not before.
+    pub(super) fn note_touches(&self, volume: usize, at: usize, run: &Range<usize>) -> u64 {
+        let among = self.setup.volumes[volume].among(run);
+        // SAFETY: as in `kept`.
+        let touched = unsafe { self.corrections.touched.write(among) };
+        let last = &self.scratch.last_touch[at..at + run.len()];
+        let mut new = 0;
+        for (touched, &last) in touched.iter_mut().zip(last) {
+            new += u64::from(last > 0 && !*touched);
+            *touched |= last > 0;
+        }
+        new
+    }
+
+    /// Gradients at the new places, and sums over nodes that may still be moved.
+    pub(super) fn measure_volume(&mut self) {
+        let Some(volume) = self.volume else { return };
+        let body = self.setup.volumes[volume].first;
+        // SAFETY: all have moved their nodes before a barrier, and move them again after the next.
+        let next = [0, 1, 2].map(|axis| unsafe { self.next[axis].read() });
+        let TiledSprings::Mesh(sets) = &self.setup.springs[self.plan.body] else { return };
+        let (places, gradient) = (next.map(|column| &column[body..]), &mut self.scratch.gradient);
+        if let Some(rings) = sets.first() {
+            rings.gradients(self.setup.level, self.plan.units.clone(), places, gradient);
+        }
+        let (kept, nodes, run) = (self.kept(volume), self.nodes(volume), self.run());
+        for (kept, new) in kept.gradient.into_iter().zip(&self.scratch.gradient) {
+            kept.copy_from_slice(&new[..run.len()]);
+        }
+        let place = next.map(|column| &column[run.clone()]);
+        let gradient = self.scratch.gradient.each_ref().map(|column| &column[..run.len()]);
+        for (group, part) in groups(self.plan) {
+            let touched = &*kept.touched;
+            let sums = self.setup.level.run(StillSums { nodes: &nodes, place, gradient, touched, part });
+            self.put_sums(volume, group, sums);
+        }
+    }
+
+    /// Moves nodes that have touched nothing.
+    pub(super) fn push_places(&mut self, volume: usize, push: &Push<T>) {
+        let (kept, nodes) = (self.kept(volume), self.nodes(volume));
+        let [x, y, z, ..] = self.after(&self.run());
+        let [gx, gy, gz] = kept.gradient;
+        let gradient = [&*gx, &*gy, &*gz];
+        self.setup.level.run(PushPlaces { push, nodes, gradient, touched: kept.touched, to: [x, y, z] });
+    }
+
+    /// The push of the tile's volume.
+    pub(super) fn pushed(&self) -> Option<(usize, Push<T>)> {
+        let volume = self.volume?;
+        Some((volume, self.scratch.pushes[volume]?))
+    }
+}
+
+/// What does not change in a frame.
+struct Nodes<'a, T> {
+    origin: [T; 3],
+    inverse_mass: &'a [T],
+    mass: &'a [T],
+    weights: Option<&'a [T]>,
+}
+
+impl<T: Real> Nodes<'_, T> {
+    #[inline(always)]
+    fn weight(&self, i: usize) -> T {
+        self.weights.map_or(T::ONE, |weights| weights[i])
+    }
+
+    /// −u of a node: what λ is multiplied by.
+    #[inline(always)]
+    fn direction(&self, push: &Push<T>, i: usize, x: [T; 3], gradient: [T; 3]) -> [T; 3] {
+        match self.weights {
+            None => scale(gradient, -T::ONE),
+            Some(weights) => {
+                volume::direction(push, (&sub(x, self.origin), &gradient), weights[i], self.mass[i])
+            }
+        }
+    }
+}
+
+/// A tile in a sub-step.
+struct Moving<'a, T> {
+    place: [&'a [T]; 3],
+    velocity: [&'a [T]; 3],
+    force: [&'a [T]; 3],
+    gradient: [&'a [T]; 3],
+    gravity: [T; 3],
+    h: T,
+}
+
+#[inline(always)]
+fn cut<'a, T>(columns: [&'a [T]; 3], part: &Range<usize>) -> [&'a [T]; 3] {
+    columns.map(|column| &column[part.clone()])
+}
+
+/// Kernel: the sums of a group with the velocity that it would have without the constraint.
+struct MovingSums<'a, 'b, T> {
+    nodes: &'a Nodes<'b, T>,
+    moving: &'a Moving<'b, T>,
+    part: Range<usize>,
+}
+
+impl<T: Real> Kernel for MovingSums<'_, '_, T> {
+    type Output = [T; WEIGHTED_SUMS];
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { nodes, moving, part } = self;
+        let (x, v) = (cut(moving.place, &part), cut(moving.velocity, &part));
+        let (f, g) = (cut(moving.force, &part), cut(moving.gradient, &part));
+        let inverse_mass = &nodes.inverse_mass[part.clone()];
+        group_sums(part.len(), nodes.weights.is_some(), |i| {
+            let of = |columns: [&[T]; 3]| [columns[0][i], columns[1][i], columns[2][i]];
+            let (v, f, w) = (of(v), of(f), inverse_mass[i]);
+            let velocity =
+                [0, 1, 2].map(|axis| euler::velocity(v[axis], f[axis], w, moving.gravity[axis], moving.h));
+            let node = Node { place: sub(of(x), nodes.origin), gradient: of(g), velocity, inverse_mass: w };
+            (node, nodes.weight(part.start + i), nodes.mass[part.start + i])
+        })
+    }
+}
+
+/// Kernel: the sums of a group whose nodes may be moved where they have touched nothing.
+struct StillSums<'a, 'b, T> {
+    nodes: &'a Nodes<'b, T>,
+    place: [&'a [T]; 3],
+    gradient: [&'a [T]; 3],
+    touched: &'a [bool],
+    part: Range<usize>,
+}
+
+impl<T: Real> Kernel for StillSums<'_, '_, T> {
+    type Output = [T; WEIGHTED_SUMS];
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { nodes, place, gradient, touched, part } = self;
+        group_sums(part.len(), nodes.weights.is_some(), |i| {
+            let i = part.start + i;
+            let of = |columns: [&[T]; 3]| [columns[0][i], columns[1][i], columns[2][i]];
+            let inverse_mass = if touched[i] { T::ZERO } else { nodes.inverse_mass[i] };
+            let place = sub(of(place), nodes.origin);
+            let node = Node { place, gradient: of(gradient), velocity: [T::ZERO; 3], inverse_mass };
+            (node, nodes.weight(i), nodes.mass[i])
+        })
+    }
+}
+
+/// Kernel: the force of the constraint, added to the others.
+struct PushForces<'a, 'b, T> {
+    push: &'a Push<T>,
+    nodes: Nodes<'b, T>,
+    place: [&'a [T]; 3],
+    gradient: [&'a [T]; 3],
+    to: [&'a mut [T]; 3],
+}
+
+impl<T: Real> Kernel for PushForces<'_, '_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { push, nodes, place, gradient, to: [fx, fy, fz] } = self;
+        for i in 0..fx.len() {
+            let of = |columns: [&[T]; 3]| [columns[0][i], columns[1][i], columns[2][i]];
+            let way = nodes.direction(push, i, of(place), of(gradient));
+            fx[i] += way[0] * push.lambda;
+            fy[i] += way[1] * push.lambda;
+            fz[i] += way[2] * push.lambda;
+        }
+    }
+}
+
+/// Kernel: nodes on their way to the volume that they should enclose.
+struct PushPlaces<'a, 'b, T> {
+    push: &'a Push<T>,
+    nodes: Nodes<'b, T>,
+    gradient: [&'a [T]; 3],
+    touched: &'a [bool],
+    to: [&'a mut [T]; 3],
+}
+
+impl<T: Real> Kernel for PushPlaces<'_, '_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { push, nodes, gradient, touched, to: [x, y, z] } = self;
+        for i in 0..x.len() {
+            let gradient = [gradient[0][i], gradient[1][i], gradient[2][i]];
+            let way = nodes.direction(push, i, [x[i], y[i], z[i]], gradient);
+            let share = if touched[i] { T::ZERO } else { nodes.inverse_mass[i] } * push.lambda;
+            x[i] += way[0] * share;
+            y[i] += way[1] * share;
+            z[i] += way[2] * share;
+        }
+    }
+}
+
+/// Groups are parts of tiles: a tile of a mesh begins at a multiple of its nodes.
+const _: () = assert!(super::tiles::TILE_NODES.is_multiple_of(GROUP) && GROUP.is_multiple_of(LANES));
