@@ -19,7 +19,7 @@ impl<T: Real> GatheredSprings<T> {
         force: &mut [Column<T>; 3],
         gradient: &mut [Column<T>; 3],
     ) {
-        level.min(SimdLevel::Avx2).run(Rings { springs: self, slices, old, force, gradient });
+        level.run(Rings { springs: self, slices, old, force, gradient });
     }
 
     /// Finds the gradient of the volume by each place [m²]; `places` are from the body's first node on.
@@ -30,7 +30,7 @@ impl<T: Real> GatheredSprings<T> {
         places: [&[T]; 3],
         gradient: &mut [Column<T>; 3],
     ) {
-        level.min(SimdLevel::Avx2).run(Gradients { springs: self, slices, places, gradient });
+        level.run(Gradients { springs: self, slices, places, gradient });
     }
 }
 
@@ -52,10 +52,10 @@ impl<T: Real> Way<T> {
     #[inline(always)]
     fn go(&mut self, to: &[[T; LANES]; 3], rest_lengths: &[T; LANES]) {
         self.add(to);
-        for lane in 0..LANES {
-            let there = rest_lengths[lane] != T::ZERO;
-            for (last, to) in self.last.iter_mut().zip(to) {
-                last[lane] = if there { to[lane] } else { last[lane] };
+        // Lane by lane within an axis: as a choice, not as branches.
+        for (last, to) in self.last.iter_mut().zip(to) {
+            for lane in 0..LANES {
+                last[lane] = if rest_lengths[lane] != T::ZERO { to[lane] } else { last[lane] };
             }
         }
     }
@@ -75,10 +75,12 @@ impl<T: Real> Way<T> {
     fn close(mut self, gradient: [&mut [T]; 3]) {
         let first = self.first;
         self.add(&first);
-        for (gradient, sum) in gradient.into_iter().zip(&self.sum) {
-            for (gradient, &sum) in gradient.iter_mut().zip(sum) {
-                *gradient = sum / T::from_f64(6.0);
+        let six = T::from_f64(6.0);
+        for (gradient, mut sum) in gradient.into_iter().zip(self.sum) {
+            for sum in &mut sum {
+                *sum = *sum / six;
             }
+            gradient.copy_from_slice(&sum);
         }
     }
 }
@@ -164,17 +166,23 @@ impl<T: Real> Kernel for Gradients<'_, T> {
         let places = [&x[..all], &y[..all], &z[..all]];
         let mut other = [[T::ZERO; LANES]; 3];
         for (index, slice) in slices.enumerate() {
-            let own = places.map(|column| &column[slice * LANES..(slice + 1) * LANES]);
+            let mut own = [[T::ZERO; LANES]; 3];
+            for (own, column) in own.iter_mut().zip(places) {
+                own.copy_from_slice(&column[slice * LANES..(slice + 1) * LANES]);
+            }
             let mut way = Way::new();
             for (k, (neighbours, rest_lengths)) in springs.slice(slice).enumerate() {
                 gather_places(&places, neighbours, &mut other);
-                for (other, own) in other.iter_mut().zip(own) {
-                    other.iter_mut().zip(own).for_each(|(other, &own)| *other -= own);
+                let mut to = [[T::ZERO; LANES]; 3];
+                for lane in 0..LANES {
+                    to[0][lane] = other[0][lane] - own[0][lane];
+                    to[1][lane] = other[1][lane] - own[1][lane];
+                    to[2][lane] = other[2][lane] - own[2][lane];
                 }
                 if k == 0 {
-                    way.first = other;
+                    way.first = to;
                 }
-                way.go(&other, rest_lengths);
+                way.go(&to, rest_lengths);
             }
             let here = index * LANES..(index + 1) * LANES;
             way.close([&mut gx[here.clone()], &mut gy[here.clone()], &mut gz[here]]);

@@ -125,32 +125,44 @@ fn halves<T: Real>(lanes: &mut [T; GROUP]) -> T {
     lanes[0]
 }
 
-/// Sums of some nodes, `GROUP` at most, of which `node` gives each with its weight and mass.
+/// Nodes that are summed up. A trait, because closures are not always inlined, and a kernel must be.
+pub trait Summed<T>: Sized {
+    /// Some of them; `#[inline(always)]`, as all of these.
+    fn part(&self, part: &Range<usize>) -> Self;
+    /// One of them.
+    fn node(&self, i: usize) -> Node<T>;
+}
+
+/// Sums of a part of a tile, `GROUP` nodes at most.
 #[inline(always)]
-pub fn group_sums<T: Real>(
-    count: usize,
-    weighted: bool,
-    node: impl Fn(usize) -> (Node<T>, T, T),
-) -> [T; WEIGHTED_SUMS] {
-    let mut sums = [T::ZERO; WEIGHTED_SUMS];
-    if weighted {
-        let mut lanes = [[T::ZERO; GROUP]; WEIGHTED_SUMS];
-        for i in 0..count {
-            let (node, weight, mass) = node(i);
-            let terms = volume::weighted_terms(&node, weight, mass);
-            lanes.iter_mut().zip(terms).for_each(|(lanes, term)| lanes[i] = term);
-        }
-        sums.iter_mut().zip(&mut lanes).for_each(|(sum, lanes)| *sum = halves(lanes));
-    } else {
-        let mut lanes = [[T::ZERO; GROUP]; SUMS];
-        let [volumes, fluxes, responses] = &mut lanes;
-        let all = volumes[..count].iter_mut().zip(&mut fluxes[..count]).zip(&mut responses[..count]);
-        for (i, ((volume, flux), response)) in all.enumerate() {
-            [*volume, *flux, *response] = volume::terms(&node(i).0);
-        }
-        sums.iter_mut().zip(&mut lanes).for_each(|(sum, lanes)| *sum = halves(lanes));
+pub fn group_sums<T: Real>(part: &Range<usize>, nodes: &impl Summed<T>) -> [T; WEIGHTED_SUMS] {
+    let [mut volumes, mut fluxes, mut responses] = [[T::ZERO; GROUP]; SUMS];
+    let (n, nodes) = (part.len(), nodes.part(part));
+    let (volume, flux, response) = (&mut volumes[..n], &mut fluxes[..n], &mut responses[..n]);
+    #[expect(clippy::needless_range_loop, reason = "all columns are walked together")]
+    for i in 0..n {
+        [volume[i], flux[i], response[i]] = volume::terms(&nodes.node(i));
     }
+    let mut sums = [T::ZERO; WEIGHTED_SUMS];
+    sums[0] = halves(&mut volumes);
+    sums[1] = halves(&mut fluxes);
+    sums[2] = halves(&mut responses);
     sums
+}
+
+/// The same of nodes with weights and masses [kg].
+pub fn weighted_group_sums<T: Real>(
+    part: &Range<usize>,
+    nodes: &impl Summed<T>,
+    weights: &[T],
+    mass: &[T],
+) -> [T; WEIGHTED_SUMS] {
+    let mut lanes = [[T::ZERO; GROUP]; WEIGHTED_SUMS];
+    for (at, i) in part.clone().enumerate() {
+        let terms = volume::weighted_terms(&nodes.node(i), weights[i], mass[i]);
+        lanes.iter_mut().zip(terms).for_each(|(lanes, term)| lanes[at] = term);
+    }
+    lanes.each_mut().map(halves)
 }
 
 impl<T: Real> Corrections<T> {

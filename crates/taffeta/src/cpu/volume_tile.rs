@@ -3,7 +3,7 @@
 use super::simd::Kernel;
 use super::tile::CpuTile;
 use super::tiles::TiledSprings;
-use super::volume::{GROUP, group_sums, groups};
+use super::volume::{GROUP, Summed, group_sums, groups, weighted_group_sums};
 use crate::constraints::volume::{self, Node, Push, WEIGHTED_SUMS};
 use crate::integrate::euler;
 use crate::real::{Real, scale, sub};
@@ -60,23 +60,26 @@ impl<'a, T: Real> CpuTile<'a, T> {
         }
         kept.touched.fill(false);
         let moving = Moving {
+            origin: nodes.origin,
             place: [0, 1, 2].map(|axis| &self.old[axis][run.clone()]),
             velocity: [3, 4, 5].map(|axis| &self.old[axis][run.clone()]),
             force: self.scratch.force.each_ref().map(|column| &column[..n]),
             gradient: self.scratch.gradient.each_ref().map(|column| &column[..n]),
+            inverse_mass: nodes.inverse_mass,
             gravity: self.setup.assembly.world.gravity.map(T::from_f64),
             h: self.substep.h,
         };
-        for (group, part) in groups(self.plan) {
-            let sums = self.setup.level.run(MovingSums { nodes: &nodes, moving: &moving, part });
-            self.put_sums(volume, group, sums);
-        }
+        self.put_sums(volume, &nodes, &moving);
     }
 
-    fn put_sums(&self, volume: usize, group: usize, sums: [T; WEIGHTED_SUMS]) {
-        let group = self.setup.volumes[volume].groups.start + group;
-        // SAFETY: groups do not straddle tiles; all read them after a barrier.
-        unsafe { self.corrections.sums.write(group..group + 1)[0] = sums };
+    fn put_sums(&self, volume: usize, nodes: &Nodes<'_, T>, summed: &impl Summed<T>) {
+        let first = self.setup.volumes[volume].groups.start;
+        for (group, part) in groups(self.plan) {
+            let group = first + group;
+            // SAFETY: groups do not straddle tiles; all read them after a barrier.
+            let sums = unsafe { self.corrections.sums.write(group..group + 1) };
+            sums[0] = self.setup.level.run(PartSums { nodes, summed, part });
+        }
     }
 
     /// Force of the tile's nodes with that of the constraint.
@@ -124,11 +127,14 @@ impl<'a, T: Real> CpuTile<'a, T> {
         }
         let place = next.map(|column| &column[run.clone()]);
         let gradient = self.scratch.gradient.each_ref().map(|column| &column[..run.len()]);
-        for (group, part) in groups(self.plan) {
-            let touched = &*kept.touched;
-            let sums = self.setup.level.run(StillSums { nodes: &nodes, place, gradient, touched, part });
-            self.put_sums(volume, group, sums);
-        }
+        let still = Still {
+            origin: nodes.origin,
+            place,
+            gradient,
+            inverse_mass: nodes.inverse_mass,
+            touched: kept.touched,
+        };
+        self.put_sums(volume, &nodes, &still);
     }
 
     /// Moves nodes that have touched nothing.
@@ -156,11 +162,6 @@ struct Nodes<'a, T> {
 }
 
 impl<T: Real> Nodes<'_, T> {
-    #[inline(always)]
-    fn weight(&self, i: usize) -> T {
-        self.weights.map_or(T::ONE, |weights| weights[i])
-    }
-
     /// −u of a node: what λ is multiplied by.
     #[inline(always)]
     fn direction(&self, push: &Push<T>, i: usize, x: [T; 3], gradient: [T; 3]) -> [T; 3] {
@@ -173,70 +174,104 @@ impl<T: Real> Nodes<'_, T> {
     }
 }
 
-/// A tile in a sub-step.
+/// Kernel: the sums of a part of a tile.
+struct PartSums<'a, 'b, T, S> {
+    nodes: &'a Nodes<'b, T>,
+    summed: &'a S,
+    part: Range<usize>,
+}
+
+impl<T: Real, S: Summed<T>> Kernel for PartSums<'_, '_, T, S> {
+    type Output = [T; WEIGHTED_SUMS];
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { nodes, summed, part } = self;
+        match nodes.weights {
+            None => group_sums(&part, summed),
+            Some(weights) => weighted_group_sums(&part, summed, weights, nodes.mass),
+        }
+    }
+}
+
+/// Nodes with the velocity that they would have without the constraint.
 struct Moving<'a, T> {
+    origin: [T; 3],
     place: [&'a [T]; 3],
     velocity: [&'a [T]; 3],
     force: [&'a [T]; 3],
     gradient: [&'a [T]; 3],
+    inverse_mass: &'a [T],
     gravity: [T; 3],
     h: T,
 }
 
-#[inline(always)]
-fn cut<'a, T>(columns: [&'a [T]; 3], part: &Range<usize>) -> [&'a [T]; 3] {
-    columns.map(|column| &column[part.clone()])
-}
-
-/// Kernel: the sums of a group with the velocity that it would have without the constraint.
-struct MovingSums<'a, 'b, T> {
-    nodes: &'a Nodes<'b, T>,
-    moving: &'a Moving<'b, T>,
-    part: Range<usize>,
-}
-
-impl<T: Real> Kernel for MovingSums<'_, '_, T> {
-    type Output = [T; WEIGHTED_SUMS];
+impl<T: Real> Summed<T> for Moving<'_, T> {
     #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Self { nodes, moving, part } = self;
-        let (x, v) = (cut(moving.place, &part), cut(moving.velocity, &part));
-        let (f, g) = (cut(moving.force, &part), cut(moving.gradient, &part));
-        let inverse_mass = &nodes.inverse_mass[part.clone()];
-        group_sums(part.len(), nodes.weights.is_some(), |i| {
-            let of = |columns: [&[T]; 3]| [columns[0][i], columns[1][i], columns[2][i]];
-            let (v, f, w) = (of(v), of(f), inverse_mass[i]);
-            let velocity =
-                [0, 1, 2].map(|axis| euler::velocity(v[axis], f[axis], w, moving.gravity[axis], moving.h));
-            let node = Node { place: sub(of(x), nodes.origin), gradient: of(g), velocity, inverse_mass: w };
-            (node, nodes.weight(part.start + i), nodes.mass[part.start + i])
-        })
+    fn part(&self, part: &Range<usize>) -> Self {
+        Self {
+            place: cut(&self.place, part),
+            velocity: cut(&self.velocity, part),
+            force: cut(&self.force, part),
+            gradient: cut(&self.gradient, part),
+            inverse_mass: &self.inverse_mass[part.clone()][..part.len()],
+            ..*self
+        }
+    }
+
+    #[inline(always)]
+    fn node(&self, i: usize) -> Node<T> {
+        let inverse_mass = self.inverse_mass[i];
+        let [u, v, w] = at(&self.velocity, i);
+        let ([fx, fy, fz], [gx, gy, gz]) = (at(&self.force, i), self.gravity);
+        let velocity = [
+            euler::velocity(u, fx, inverse_mass, gx, self.h),
+            euler::velocity(v, fy, inverse_mass, gy, self.h),
+            euler::velocity(w, fz, inverse_mass, gz, self.h),
+        ];
+        let place = sub(at(&self.place, i), self.origin);
+        Node { place, gradient: at(&self.gradient, i), velocity, inverse_mass }
     }
 }
 
-/// Kernel: the sums of a group whose nodes may be moved where they have touched nothing.
-struct StillSums<'a, 'b, T> {
-    nodes: &'a Nodes<'b, T>,
+/// Nodes that may be moved where they have touched nothing.
+struct Still<'a, T> {
+    origin: [T; 3],
     place: [&'a [T]; 3],
     gradient: [&'a [T]; 3],
+    inverse_mass: &'a [T],
     touched: &'a [bool],
-    part: Range<usize>,
 }
 
-impl<T: Real> Kernel for StillSums<'_, '_, T> {
-    type Output = [T; WEIGHTED_SUMS];
+impl<T: Real> Summed<T> for Still<'_, T> {
     #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Self { nodes, place, gradient, touched, part } = self;
-        group_sums(part.len(), nodes.weights.is_some(), |i| {
-            let i = part.start + i;
-            let of = |columns: [&[T]; 3]| [columns[0][i], columns[1][i], columns[2][i]];
-            let inverse_mass = if touched[i] { T::ZERO } else { nodes.inverse_mass[i] };
-            let place = sub(of(place), nodes.origin);
-            let node = Node { place, gradient: of(gradient), velocity: [T::ZERO; 3], inverse_mass };
-            (node, nodes.weight(i), nodes.mass[i])
-        })
+    fn part(&self, part: &Range<usize>) -> Self {
+        Self {
+            place: cut(&self.place, part),
+            gradient: cut(&self.gradient, part),
+            inverse_mass: &self.inverse_mass[part.clone()][..part.len()],
+            touched: &self.touched[part.clone()][..part.len()],
+            ..*self
+        }
     }
+
+    #[inline(always)]
+    fn node(&self, i: usize) -> Node<T> {
+        let inverse_mass = if self.touched[i] { T::ZERO } else { self.inverse_mass[i] };
+        let place = sub(at(&self.place, i), self.origin);
+        Node { place, gradient: at(&self.gradient, i), velocity: [T::ZERO; 3], inverse_mass }
+    }
+}
+
+/// Slices of one length, so that the compiler sees it.
+#[inline(always)]
+fn cut<'a, T>([x, y, z]: &[&'a [T]; 3], part: &Range<usize>) -> [&'a [T]; 3] {
+    let n = part.len();
+    [&x[part.clone()][..n], &y[part.clone()][..n], &z[part.clone()][..n]]
+}
+
+#[inline(always)]
+fn at<T: Real>(columns: &[&[T]; 3], i: usize) -> [T; 3] {
+    [columns[0][i], columns[1][i], columns[2][i]]
 }
 
 /// Kernel: the force of the constraint, added to the others.
@@ -254,8 +289,7 @@ impl<T: Real> Kernel for PushForces<'_, '_, T> {
     fn run(self) {
         let Self { push, nodes, place, gradient, to: [fx, fy, fz] } = self;
         for i in 0..fx.len() {
-            let of = |columns: [&[T]; 3]| [columns[0][i], columns[1][i], columns[2][i]];
-            let way = nodes.direction(push, i, of(place), of(gradient));
+            let way = nodes.direction(push, i, at(&place, i), at(&gradient, i));
             fx[i] += way[0] * push.lambda;
             fy[i] += way[1] * push.lambda;
             fz[i] += way[2] * push.lambda;
@@ -278,8 +312,7 @@ impl<T: Real> Kernel for PushPlaces<'_, '_, T> {
     fn run(self) {
         let Self { push, nodes, gradient, touched, to: [x, y, z] } = self;
         for i in 0..x.len() {
-            let gradient = [gradient[0][i], gradient[1][i], gradient[2][i]];
-            let way = nodes.direction(push, i, [x[i], y[i], z[i]], gradient);
+            let way = nodes.direction(push, i, [x[i], y[i], z[i]], at(&gradient, i));
             let share = if touched[i] { T::ZERO } else { nodes.inverse_mass[i] } * push.lambda;
             x[i] += way[0] * share;
             y[i] += way[1] * share;
