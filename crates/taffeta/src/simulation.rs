@@ -6,6 +6,7 @@ pub use snapshot::Snapshot;
 
 use crate::assembly::{Assembly, BodyAssembly};
 use crate::backend::{Backend, Hand, Lost};
+use crate::constraints::volume::Form;
 use crate::cpu::CpuBackend;
 use crate::diagnostics::advice::{StepLimit, runaway};
 use crate::diagnostics::{FrameReport, FrameSums, normals, stability};
@@ -251,13 +252,17 @@ impl Simulation {
             }
         }
         let body = &self.backend.assembly().bodies[worst.1];
-        Diverged {
-            frame,
-            body: body.name.clone(),
-            vertex: body.vertex_of_solver(worst.2),
-            what,
-            advice: self.limit.after(),
-        }
+        let printed =
+            |body: &BodyAssembly| body.volume.as_ref().is_some_and(|kept| kept.form == Form::Printed);
+        let advice = match self.backend.assembly().bodies.iter().find(|body| printed(body)) {
+            Some(body) => format!(
+                "Likely cause: the volume of body `{}` is kept as printed, where every step makes its error 4/3 times as \
+                 large; volume.form = \"corrected\" would do",
+                body.name
+            ),
+            None => self.limit.after(),
+        };
+        Diverged { frame, body: body.name.clone(), vertex: body.vertex_of_solver(worst.2), what, advice }
     }
 
     /// Report of the last frame; before the first step, of the start.

@@ -139,7 +139,6 @@ pub fn group_sums<T: Real>(part: &Range<usize>, nodes: &impl Summed<T>) -> [T; W
     let [mut volumes, mut fluxes, mut responses] = [[T::ZERO; GROUP]; SUMS];
     let (n, nodes) = (part.len(), nodes.part(part));
     let (volume, flux, response) = (&mut volumes[..n], &mut fluxes[..n], &mut responses[..n]);
-    #[expect(clippy::needless_range_loop, reason = "all columns are walked together")]
     for i in 0..n {
         [volume[i], flux[i], response[i]] = volume::terms(&nodes.node(i));
     }

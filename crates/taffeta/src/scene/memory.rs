@@ -25,6 +25,7 @@ const TRIANGLE: u64 = 16;
 const EDGE: u64 = 20;
 const SPRING: u64 = 165;
 const GRID_HINGE: u64 = 150;
+const VOLUME_NODE: u64 = 60;
 const FACES_OF_NODE: u64 = 250;
 const STRUT: u64 = 175;
 const MOVING_PIN: u64 = 40;
@@ -107,9 +108,13 @@ impl Body {
             Mesh::Grid(_) => nodes.saturating_mul(GRID_NODE + 3 * hinged * GRID_HINGE),
             mesh => {
                 let [surface, triangles, edges] = extent(mesh);
-                let springs = [self.springs.structural, self.springs.bend].iter().flatten().count() as u64;
+                let kept = u64::from(self.volume.is_some());
+                // A volume needs neighbours along edges, with springs or without.
+                let along = kept.max(u64::from(self.springs.structural.is_some()));
+                let springs = along + u64::from(self.springs.bend.is_some());
                 let edge = EDGE + (springs + hinged) * SPRING;
-                let tables = [nodes.saturating_mul(NODE), triangles.saturating_mul(TRIANGLE)];
+                let tables =
+                    [nodes.saturating_mul(NODE + kept * VOLUME_NODE), triangles.saturating_mul(TRIANGLE)];
                 tables
                     .iter()
                     .fold(surface.saturating_add(edges.saturating_mul(edge)), |sum, b| sum.saturating_add(*b))

@@ -1,7 +1,6 @@
 //! The triangles around each node of a closed surface, as the way around it through its neighbours.
 
 use super::{Csr, Gather, LANES, SpringList};
-use std::collections::HashMap;
 
 /// In [`Gather::rest`]: a neighbour on the way around a node, without a spring to it. Padding has 0.
 pub const NO_SPRING: f64 = -1.0;
@@ -14,12 +13,12 @@ pub const NO_SPRING: f64 = -1.0;
 /// along their edges.
 pub fn rings(nodes: usize, triangles: &[[u32; 3]], springs: Option<&SpringList>) -> Result<Gather, String> {
     let corners = Csr::corners(nodes, triangles);
-    let key = |a: u32, b: u32| [a.min(b), a.max(b)];
-    let mut lengths = HashMap::new();
-    if let Some(list) = springs {
-        lengths.extend(list.pairs.iter().zip(&list.rest).map(|(&[a, b], &rest)| (key(a, b), rest)));
-    }
-    let length = |a: u32, b: u32| lengths.get(&key(a, b)).copied().unwrap_or(NO_SPRING);
+    let by_node = springs.map(|list| (list, Csr::corners(nodes, &list.pairs)));
+    let length = |a: u32, b: u32| {
+        let Some((list, by_node)) = &by_node else { return NO_SPRING };
+        let to_b = |end: &&u32| list.pairs[**end as usize / 2][1 - **end as usize % 2] == b;
+        by_node.row(a as usize).iter().find(to_b).map_or(NO_SPRING, |end| list.rest[*end as usize / 2])
+    };
     let row = |node: usize| {
         let fans = fans(corners.row(node), triangles);
         let mut row: Vec<(u32, f64)> = Vec::new();
