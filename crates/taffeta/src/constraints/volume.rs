@@ -119,16 +119,22 @@ pub fn push<T: Real>(form: Form, sums: &[T], goal: T, h: T) -> Push<T> {
     push
 }
 
-/// The push that moves nodes so that the volume is `goal` [m³]; `None` where it is already, to `tolerance`.
+/// The push that moves nodes so that the volume is `goal` [m³]; `None` where it is already, to `tolerance`. In place of
+/// Σ g·v* the sums have D of all nodes, also of those that must not move. Where these are nearly all, the few others
+/// would be thrown across the scene; so they give back a part, and the rest stays as an error.
 pub fn projection<T: Real>(sums: &[T], goal: T, tolerance: T) -> Option<Push<T>> {
     let off = sums[0] / T::from_f64(3.0) - goal;
     if off.abs() <= tolerance * goal {
         return None;
     }
     let mut push = rigid(sums);
-    push.lambda = share(off, response(sums, &push));
+    let (response, least) = (response(sums, &push), T::from_f64(FEW) * sums[1]);
+    push.lambda = share(off, if response > least { response } else { least });
     Some(push)
 }
+
+/// Share of a body's response below which the nodes that may move are few.
+const FEW: f64 = 0.0625;
 
 /// A quotient; 0 where nothing can move.
 fn share<T: Real>(wanted: T, response: T) -> T {

@@ -23,6 +23,8 @@ const PRESSURE: u32 = 3u;
 const VOLUME_SUMS: u32 = 25u;
 /// Determinant below which a tensor of inertia, divided by its trace, is that of a line.
 const FLAT: f32 = 1e-7;
+/// Share of a body's response below which the nodes that may move are few.
+const FEW: f32 = 0.0625;
 
 /// A node as the sums over its body need it.
 struct VolumeNode {
@@ -145,6 +147,18 @@ fn multiplier(form: u32, sums: vec3f, goal: f32, h: f32) -> f32 {
             return volume_share(off / (h * h) + flux, sums.z);
         }
     }
+}
+
+/// λ by which nodes are moved so that the volume is `goal` [m³]; 0 where it is already, to `tolerance`. In place of
+/// Σ g·v* the sums have D of all nodes, also of those that must not move. Where these are nearly all, the few others
+/// would be thrown across the scene; so they give back a part, and the rest stays as an error.
+fn projection(sums: vec3f, goal: f32, tolerance: f32) -> f32 {
+    let off = sums.x / 3.0 - goal;
+    if abs(off) <= tolerance * goal {
+        return 0.0;
+    }
+    let least = FEW * sums.y;
+    return volume_share(off, select(least, sums.z, sums.z > least));
 }
 
 /// −u of a node: what λ is multiplied by.

@@ -132,6 +132,7 @@ impl<'a, T: Real> CpuTile<'a, T> {
             place,
             gradient,
             inverse_mass: nodes.inverse_mass,
+            weights: nodes.weights,
             touched: kept.touched,
         };
         self.put_sums(volume, &nodes, &still);
@@ -239,6 +240,7 @@ struct Still<'a, T> {
     place: [&'a [T]; 3],
     gradient: [&'a [T]; 3],
     inverse_mass: &'a [T],
+    weights: Option<&'a [T]>,
     touched: &'a [bool],
 }
 
@@ -249,6 +251,7 @@ impl<T: Real> Summed<T> for Still<'_, T> {
             place: cut(&self.place, part),
             gradient: cut(&self.gradient, part),
             inverse_mass: &self.inverse_mass[part.clone()][..part.len()],
+            weights: self.weights.map(|weights| &weights[part.clone()][..part.len()]),
             touched: &self.touched[part.clone()][..part.len()],
             ..*self
         }
@@ -256,9 +259,15 @@ impl<T: Real> Summed<T> for Still<'_, T> {
 
     #[inline(always)]
     fn node(&self, i: usize) -> Node<T> {
-        let inverse_mass = if self.touched[i] { T::ZERO } else { self.inverse_mass[i] };
-        let place = sub(at(&self.place, i), self.origin);
-        Node { place, gradient: at(&self.gradient, i), velocity: [T::ZERO; 3], inverse_mass }
+        let (gradient, all) = (at(&self.gradient, i), self.inverse_mass[i]);
+        let weight = self.weights.map_or(T::ONE, |weights| weights[i]);
+        Node {
+            place: sub(at(&self.place, i), self.origin),
+            gradient,
+            // In place of the flux: the response of all nodes.
+            velocity: scale(gradient, all * weight),
+            inverse_mass: if self.touched[i] { T::ZERO } else { all },
+        }
     }
 }
 

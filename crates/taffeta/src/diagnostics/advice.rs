@@ -78,11 +78,15 @@ fn round_down(value: f64) -> f64 {
 
 /// Why a frame cannot be shown to anyone, if so: a number that is not finite, or springs at twenty times their
 /// length with ten times the energy that the start and gravity account for, and growing. Weak springs that are
-/// merely pulled apart gain no energy and pass. In a `driven` scene pins, loads or wind may add energy too: there it
+/// merely pulled apart gain no energy and pass. A volume that is kept is not a hundred times what it should be, and
+/// growing. In a `driven` scene pins, loads or wind may add energy too: there it
 /// must also be four times that of the frame before.
 pub fn runaway(start: &FrameReport, last: &FrameReport, now: &FrameReport, driven: bool) -> Option<String> {
     if !now.is_finite() {
         return Some("a position or velocity is no longer a finite number".into());
+    }
+    if let Some(times) = overblown(last, now) {
+        return Some(format!("a body encloses {times:.0} times the volume that it should"));
     }
     let internal = |report: &FrameReport| report.kinetic + report.springs + report.hinges;
     let accounted = internal(start) + (now.gravitational - start.gravitational).abs();
@@ -96,6 +100,16 @@ pub fn runaway(start: &FrameReport, last: &FrameReport, now: &FrameReport, drive
             internal(now)
         )
     })
+}
+
+/// How many times its volume a body has that keeps one, if that is absurd.
+fn overblown(last: &FrameReport, now: &FrameReport) -> Option<f64> {
+    let volumes = last.volumes.iter().zip(&now.volumes).zip(&now.volume_targets);
+    let times = volumes.filter_map(|((before, volume), target)| {
+        let (before, volume) = ((*before)?.abs(), (*volume)?.abs());
+        (volume > before).then_some(volume / (*target)?)
+    });
+    times.into_iter().find(|times| *times > 100.0)
 }
 
 #[cfg(test)]
@@ -128,5 +142,20 @@ mod tests {
         // Pulled by a pin, energy grows without gravity, but not by bounds.
         assert!(runaway(&start, &at(25.0, 40.0, 5.0), &at(30.0, 60.0, 5.0), true).is_none());
         assert!(runaway(&start, &start, &at(1.0, f64::NAN, 5.0), true).is_some());
+    }
+
+    #[test]
+    fn a_volume_a_hundred_times_what_it_should_be_is_a_runaway() {
+        let with = |volume, target| FrameReport {
+            volumes: vec![None, Some(volume)],
+            volume_targets: vec![None, target],
+            ..FrameReport::default()
+        };
+        let (last, odd) = (with(90.0, Some(1.0)), with(101.0, Some(1.0)));
+        assert!(runaway(&last, &last, &odd, true).is_some_and(|what| what.contains("101 times")));
+        assert!(
+            runaway(&last, &odd, &last, true).is_none()
+                && runaway(&last, &last, &with(101.0, None), true).is_none()
+        );
     }
 }
