@@ -104,12 +104,12 @@ pub fn runaway(start: &FrameReport, last: &FrameReport, now: &FrameReport, drive
 
 /// How many times its volume a body has that keeps one, if that is absurd.
 fn overblown(last: &FrameReport, now: &FrameReport) -> Option<f64> {
-    let volumes = last.volumes.iter().zip(&now.volumes).zip(&now.volume_targets);
-    let times = volumes.filter_map(|((before, volume), target)| {
+    let mut volumes = last.volumes.iter().zip(&now.volumes).zip(&now.volume_targets);
+    volumes.find_map(|((before, volume), target)| {
         let (before, volume) = ((*before)?.abs(), (*volume)?.abs());
-        (volume > before).then_some(volume / (*target)?)
-    });
-    times.into_iter().find(|times| *times > 100.0)
+        let times = volume / (*target)?;
+        (volume > before && times > 100.0).then_some(times)
+    })
 }
 
 #[cfg(test)]
