@@ -202,3 +202,237 @@ const FLAT: f64 = 1e-7;
 pub fn weight(distance: f64, radius: f64) -> f64 {
     if distance < radius { 0.5 * (libm::cos(std::f64::consts::PI * distance / radius) + 1.0) } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type V = [f64; 3];
+
+    /// The corner of a cube of edge 1 m at the origin: V = 1/6 m³, each gradient a third of the face across from it.
+    const CORNER: [V; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    const SLOPES: [V; 4] = {
+        let s = 1.0 / 6.0;
+        [[-s, -s, -s], [s, 0.0, 0.0], [0.0, s, 0.0], [0.0, 0.0, s]]
+    };
+
+    fn volume(x: &[V; 4]) -> f64 {
+        let [a, b, c] = [1, 2, 3].map(|i| sub(x[i], x[0]));
+        dot(a, cross(b, c)) / 6.0
+    }
+
+    /// The corner's nodes with inverse masses.
+    fn nodes(velocity: [V; 4], inverse_mass: [f64; 4]) -> [Node<f64>; 4] {
+        std::array::from_fn(|i| Node {
+            place: CORNER[i],
+            gradient: SLOPES[i],
+            velocity: velocity[i],
+            inverse_mass: inverse_mass[i],
+        })
+    }
+
+    fn add_up<const N: usize>(terms: impl IntoIterator<Item = [f64; N]>) -> [f64; N] {
+        terms.into_iter().fold([0.0; N], |sum, term| std::array::from_fn(|i| sum[i] + term[i]))
+    }
+
+    fn near(got: f64, expected: f64, tolerance: f64) {
+        assert!((got - expected).abs() <= tolerance, "{got}, expected {expected} ± {tolerance:e}");
+    }
+
+    #[test]
+    fn sums_of_a_tetrahedron_are_as_by_hand() {
+        // The corner at (1, 0, 0) leaves at 3 m/s along x; that at the origin is held.
+        let velocity = [[0.0; 3], [3.0, 7.0, 0.0], [0.0; 3], [0.0; 3]];
+        let sums = add_up(nodes(velocity, [0.0, 1.0, 2.0, 0.5]).iter().map(terms));
+        near(sums[0], 3.0 / 6.0, 1e-15);
+        near(sums[1], 3.0 / 6.0, 1e-15);
+        near(sums[2], (1.0 + 2.0 + 0.5) / 36.0, 1e-15);
+        // From wherever places are counted.
+        let shifted = nodes(velocity, [1.0; 4]).map(|n| Node { place: add(n.place, [5.0, -3.0, 2.0]), ..n });
+        near(add_up(shifted.iter().map(terms))[0], 0.5, 1e-14);
+    }
+
+    /// Volume [m³] after a step of `h` [s] of a form that should end at `goal`, to first order and in truth.
+    fn stepped(form: Form, goal: f64, h: f64) -> (f64, f64) {
+        let velocity = [[0.1, 0.0, 0.2], [0.5, -0.3, 0.0], [0.0, 0.4, 0.1], [-0.2, 0.3, 0.6]];
+        let inverse_mass = [0.5, 1.0, 2.0, 4.0];
+        let all = nodes(velocity, inverse_mass);
+        let push = push(form, &add_up(all.iter().map(terms)), goal, h);
+        let moves = all.map(|n| {
+            let force = scale(n.gradient, -push.lambda);
+            scale(add(n.velocity, scale(force, n.inverse_mass * h)), h)
+        });
+        let linear: f64 = moves.iter().zip(&SLOPES).map(|(&m, &g)| dot(m, g)).sum();
+        (1.0 / 6.0 + linear, volume(&std::array::from_fn(|i| add(CORNER[i], moves[i]))))
+    }
+
+    #[test]
+    fn the_volume_kept_is_met_in_one_linear_step_and_to_second_order_in_truth() {
+        for goal in [1.0 / 6.0, 0.2, 0.1] {
+            near(stepped(Form::Kept, goal, 1e-3).0, goal, 1e-15);
+        }
+        let error = |h: f64| (stepped(Form::Kept, 1.0 / 6.0, h).1 - 1.0 / 6.0).abs();
+        near(error(1e-3) / error(5e-4), 4.0, 0.01);
+    }
+
+    #[test]
+    fn the_printed_form_leaves_four_thirds_of_the_error() {
+        let (goal, error) = (0.16, 1.0 / 6.0 - 0.16);
+        for h in [1e-3, 0.1] {
+            near(stepped(Form::Printed, goal, h).0 - goal, 4.0 / 3.0 * error, 1e-14);
+        }
+    }
+
+    #[test]
+    fn the_form_of_the_papers_programs_keeps_the_volume_that_there_is() {
+        let (goal, error) = (0.16, 1.0 / 6.0 - 0.16);
+        for h in [1e-3, 0.1] {
+            near(stepped(Form::PaperShader, goal, h).0 - goal, (1.0 + h * h / 3.0) * error, 1e-14);
+        }
+    }
+
+    #[test]
+    fn eq_10_and_eq_14_give_the_same_multipliers_once_their_gradient_is_written_out() {
+        // Eq. 10a at the corner (1, 0, 0) of the face (1, 2, 3): half of (y₃z₂ − y₂z₃, …), three times −1/6.
+        let [p, q] = [CORNER[2], CORNER[3]];
+        let printed =
+            scale([q[1] * p[2] - p[1] * q[2], p[0] * q[2] - q[0] * p[2], q[0] * p[1] - p[0] * q[1]], 0.5);
+        assert_eq!(printed, [-0.5, 0.0, 0.0]);
+        assert_eq!(scale(SLOPES[1], -3.0), printed);
+        let (h, off, flux, response) = (0.1, 0.02, 0.3, 0.7);
+        let sums = [3.0 * (1.0 + off), flux, response];
+        // Eq. 14 with J = −3 g, then −Jᵀλ = 3 g λ.
+        let by_hand = |phi: f64| -3.0 * (phi - 3.0 * flux / h) / (9.0 * response);
+        near(push(Form::Printed, &sums, 1.0, h).lambda, by_hand(off / (h * h)), 1e-12);
+        near(push(Form::PaperShader, &sums, 1.0, h).lambda, by_hand(off), 1e-12);
+        near(push(Form::Pressure, &sums, 25.0, h).lambda, -25.0, 0.0);
+    }
+
+    #[test]
+    fn moved_nodes_restore_the_volume_and_stay_where_it_is_right() {
+        let all = nodes([[0.0; 3]; 4], [0.0, 1.0, 2.0, 4.0]);
+        let sums = add_up(all.iter().map(terms));
+        let push = projection(&sums, 0.17, 1e-6).unwrap();
+        let moves = all.map(|n| scale(n.gradient, -push.lambda * n.inverse_mass));
+        near(moves.iter().zip(&SLOPES).map(|(&m, &g)| dot(m, g)).sum(), 0.17 - 1.0 / 6.0, 1e-16);
+        assert_eq!(moves[0], [0.0; 3]);
+        assert_eq!(projection(&sums, (1.0 / 6.0) * (1.0 - 0.9e-6), 1e-6), None);
+    }
+
+    #[test]
+    fn where_nothing_can_move_nothing_pushes() {
+        let sums = add_up(nodes([[1.0; 3]; 4], [0.0; 4]).iter().map(terms));
+        assert_eq!(push(Form::Kept, &sums, 0.1, 1e-3).lambda, 0.0);
+        assert_eq!(projection(&sums, 0.1, 1e-6).unwrap().lambda, 0.0);
+        assert_eq!(push(Form::Kept, &sums.map(|s| s as f32), 0.1, 1e-3).lambda, 0.0);
+    }
+
+    /// Seven nodes, whose gradients add up to nothing and turn nothing, as on any closed surface (an octahedron, its
+    /// corners shifted, and one node that no triangle has).
+    fn blob(held: &[usize]) -> ([Node<f64>; 7], [f64; 7], [f64; 7]) {
+        let x = [
+            [1.1, 0.1, 0.0],
+            [-0.9, 0.0, 0.2],
+            [0.1, 1.3, 0.0],
+            [0.0, -1.0, -0.1],
+            [0.2, 0.1, 0.8],
+            [0.0, 0.3, -1.2],
+            [2.0, 2.0, 2.0],
+        ];
+        let mut gradient = [[0.0; 3]; 7];
+        let faces = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+        for [a, b, c] in faces {
+            let area = scale(cross(sub(x[b], x[a]), sub(x[c], x[a])), 1.0 / 6.0);
+            for node in [a, b, c] {
+                gradient[node] = add(gradient[node], area);
+            }
+        }
+        let mass = [1.0, 2.0, 0.5, 1.5, 3.0, 1.0, 0.7];
+        let node = |i: usize| Node {
+            place: x[i],
+            gradient: gradient[i],
+            velocity: [0.1 * i as f64, -0.2, 0.3],
+            inverse_mass: if held.contains(&i) { 0.0 } else { 1.0 / mass[i] },
+        };
+        (std::array::from_fn(node), mass, [1.0, 0.0, 0.3, 0.8, 0.5, 0.0, 0.0])
+    }
+
+    #[test]
+    fn forces_with_weights_neither_shift_nor_turn_a_body() {
+        for held in [&[][..], &[1], &[0, 5]] {
+            let (nodes, mass, weight) = blob(held);
+            let sums = add_up((0..7).map(|i| weighted_terms(&nodes[i], weight[i], mass[i])));
+            let (goal, h) = (0.9 * sums[0] / 3.0, 1e-2);
+            let push = push(Form::Kept, &sums, goal, h);
+            let direction =
+                |i: usize| direction(&push, (&nodes[i].place, &nodes[i].gradient), weight[i], mass[i]);
+            let force = add_up((0..7).map(direction));
+            let torque = add_up((0..7).map(|i| cross(nodes[i].place, direction(i))));
+            assert!(force.iter().chain(&torque).all(|c| c.abs() < 1e-14), "{force:?} {torque:?}");
+            // The rigid motion alone is what a weight of 0 gets.
+            let apart = direction(6);
+            let rigid = scale(add(push.shift, cross(push.spin, sub(nodes[6].place, push.centre))), mass[6]);
+            assert!(apart == rigid && dot(apart, apart) > 1e-4);
+            // What free nodes do with it is what the multiplier is divided by: the volume is met in one linear step.
+            let change: f64 = nodes
+                .iter()
+                .enumerate()
+                .map(|(i, n)| {
+                    let pushed = scale(direction(i), push.lambda * n.inverse_mass * h);
+                    h * dot(add(n.velocity, pushed), n.gradient)
+                })
+                .sum();
+            near(sums[0] / 3.0 + change, goal, 1e-13);
+        }
+    }
+
+    #[test]
+    fn weights_of_one_are_no_weights() {
+        let (nodes, mass, _) = blob(&[]);
+        let weighted = add_up((0..7).map(|i| weighted_terms(&nodes[i], 1.0, mass[i])));
+        let [with, without] =
+            [&weighted[..], &add_up(nodes.iter().map(terms))].map(|sums| push(Form::Kept, sums, 1.0, 0.01));
+        near(with.lambda / without.lambda, 1.0, 1e-12);
+        assert!(dot(with.shift, with.shift) + dot(with.spin, with.spin) < 1e-28);
+    }
+
+    #[test]
+    fn a_symmetric_system_is_solved() {
+        // ((4, 1, −1), (1, 3, 2), (−1, 2, 5)) (1, −2, 3).
+        for size in [1.0, 1e-12, 1e12] {
+            let scaled = |v: V| v.map(|c| c * size);
+            let x = solve(scaled([4.0, 3.0, 5.0]), scaled([1.0, -1.0, 2.0]), scaled([-1.0, 1.0, 10.0]));
+            (0..3).for_each(|i| near(x[i], [1.0, -2.0, 3.0][i], 1e-13));
+        }
+    }
+
+    #[test]
+    fn a_point_a_line_and_nothing_have_no_spin_and_give_no_nan() {
+        assert_eq!(solve([0.0; 3], [0.0; 3], [1.0; 3]), [0.0; 3]);
+        for along in [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 2.0, -2.0]] {
+            let node = |i: i32| Node {
+                place: scale(along, f64::from(i)),
+                gradient: [0.1, 0.2, f64::from(i)],
+                velocity: [0.0; 3],
+                inverse_mass: 1.0,
+            };
+            let sums = add_up((0..4).map(|i| weighted_terms(&node(i), 0.5, 1.0)));
+            for form in [Form::Kept, Form::PaperShader, Form::Printed, Form::Pressure] {
+                let push = push(form, &sums, 1.0, 1e-3);
+                let numbers = [[push.lambda; 3], push.shift, push.spin, push.centre];
+                assert!(numbers.as_flattened().iter().all(|c| c.is_finite()), "{along:?} {push:?}");
+                assert_eq!(push.spin, [0.0; 3]);
+            }
+        }
+        assert_eq!(push(Form::Kept, &[0.0; WEIGHTED_SUMS], 1.0, 1e-3), Push::default());
+    }
+
+    #[test]
+    fn a_weight_falls_from_one_at_the_centre_to_nothing_at_the_radius() {
+        assert_eq!(weight(0.0, 0.3), 1.0);
+        near(weight(0.15, 0.3), 0.5, 1e-15);
+        near(weight(0.1, 0.3), 0.75, 1e-15);
+        assert_eq!([weight(0.3, 0.3), weight(0.6, 0.3), weight(f64::INFINITY, 0.3)], [0.0; 3]);
+        assert!(weight(0.3 * (1.0 - 1e-9), 0.3) < 1e-16);
+    }
+}

@@ -26,11 +26,16 @@ pub fn reference(scene: &Scene, simulation: &Simulation, mass: Vec<f64>) -> Refe
 }
 
 /// Disturbs the engine, takes its places over, and compares twenty frames, sixty steps.
-pub fn compare(mut simulation: Simulation, mut reference: Reference, amplitude: f64) {
+pub fn compare(simulation: Simulation, reference: Reference, amplitude: f64) {
+    compare_for(simulation, reference, amplitude, 20);
+}
+
+/// The same for some `frames`.
+pub fn compare_for(mut simulation: Simulation, mut reference: Reference, amplitude: f64, frames: u32) {
     simulation.disturb(amplitude, 7);
     reference.x = positions(&simulation);
     let mut touched = reference.obstacles.is_empty();
-    for frame in 1..=20 {
+    for frame in 1..=frames {
         run(&mut simulation, 1);
         for h in [STEP, STEP, DT - 2.0 * STEP] {
             reference.step(h);

@@ -63,6 +63,13 @@ pub struct Obstacle {
     pub motion: Rigid,
 }
 
+/// A volume to keep: closed triangles, the volume [m³], and whether nodes are moved to restore it.
+pub struct Inside {
+    pub triangles: Vec<[u32; 3]>,
+    pub volume: f64,
+    pub moves: bool,
+}
+
 #[derive(Default)]
 pub struct Reference {
     pub x: Vec<V>,
@@ -77,6 +84,7 @@ pub struct Reference {
     pub loads: Vec<Load>,
     pub pins: Vec<(usize, V, Rigid)>,
     pub obstacles: Vec<Obstacle>,
+    pub inside: Option<Inside>,
     /// Nodes that met an obstacle in the last step.
     pub touched: u64,
     pub time: f64,
@@ -99,6 +107,82 @@ impl Reference {
     pub fn hinge(&mut self, triangles: &[[u32; 3]], [k, d]: [f64; 2]) {
         for corners in shared_edges(triangles) {
             self.folds.push(Fold(corners, k, d, angle(corners.map(|n| self.x[n]))));
+        }
+    }
+
+    /// Keeps the volume that there is now.
+    pub fn keep_volume(&mut self, triangles: Vec<[u32; 3]>, moves: bool) {
+        let volume = self.volume(&triangles).0;
+        self.inside = Some(Inside { triangles, volume, moves });
+    }
+
+    /// V = Σ a·(b×c)/6 and its derivatives, from the mean of all places.
+    fn volume(&self, triangles: &[[u32; 3]]) -> (f64, Vec<V>) {
+        let middle = scale(self.x.iter().copied().fold([0.0; 3], add), 1.0 / self.x.len() as f64);
+        let (mut volume, mut slopes) = (0.0, vec![[0.0; 3]; self.x.len()]);
+        for triangle in triangles {
+            let [a, b, c] = triangle.map(|n| sub(self.x[n as usize], middle));
+            volume += dot(a, cross(b, c)) / 6.0;
+            for (&n, across) in triangle.iter().zip([cross(b, c), cross(c, a), cross(a, b)]) {
+                slopes[n as usize] = add(slopes[n as usize], scale(across, 1.0 / 6.0));
+            }
+        }
+        (volume, slopes)
+    }
+
+    fn inverse_mass(&self, n: usize) -> f64 {
+        if self.held.contains(&n) { 0.0 } else { 1.0 / self.mass[n] }
+    }
+
+    /// Takes λ times the derivatives from the forces: (Σ w s²) λ = Φ/h² + Σ s·(v/h + w f + g).
+    fn correct(&self, f: &mut [V], h: f64) {
+        let Some(inside) = &self.inside else { return };
+        let (volume, slopes) = self.volume(&inside.triangles);
+        let (mut left, mut right) = (0.0, (volume - inside.volume) / (h * h));
+        for (n, &slope) in slopes.iter().enumerate() {
+            let w = self.inverse_mass(n);
+            let falls = if w > 0.0 { self.gravity } else { [0.0; 3] };
+            left += w * dot(slope, slope);
+            right += dot(slope, add(scale(self.v[n], 1.0 / h), add(scale(f[n], w), falls)));
+        }
+        for (force, slope) in f.iter_mut().zip(slopes) {
+            *force = sub(*force, scale(slope, right / left));
+        }
+    }
+
+    /// Moves nodes that have met nothing, then keeps all out of obstacles, until the volume is right.
+    fn restore(&mut self, met: &mut BTreeSet<usize>, h: f64) {
+        let Some((triangles, goal)) =
+            self.inside.as_ref().filter(|inside| inside.moves).map(|i| (i.triangles.clone(), i.volume))
+        else {
+            return;
+        };
+        for _ in 0..5 {
+            let (volume, slopes) = self.volume(&triangles);
+            if (volume - goal).abs() <= 1e-10 * goal {
+                break;
+            }
+            let w = |n: usize| if met.contains(&n) { 0.0 } else { self.inverse_mass(n) };
+            let all: f64 = slopes.iter().enumerate().map(|(n, &s)| w(n) * dot(s, s)).sum();
+            let moves: Vec<V> =
+                slopes.iter().enumerate().map(|(n, &s)| scale(s, w(n) * (goal - volume) / all)).collect();
+            for (x, by) in self.x.iter_mut().zip(moves) {
+                *x = add(*x, by);
+            }
+            self.meet(met, h);
+        }
+    }
+
+    /// Keeps free nodes out of obstacles; adds those that have met one.
+    fn meet(&mut self, met: &mut BTreeSet<usize>, h: f64) {
+        for n in (0..self.x.len()).filter(|n| !self.held.contains(n)) {
+            let before = self.x[n];
+            for obstacle in &self.obstacles {
+                (self.x[n], self.v[n]) = obstacle.meet(self.x[n], self.v[n], self.time, h);
+            }
+            if self.x[n] != before {
+                met.insert(n);
+            }
         }
     }
 
@@ -135,9 +219,11 @@ impl Reference {
         f
     }
 
-    /// Symplectic Euler, then pins, then contact.
+    /// Symplectic Euler, then pins, then contact and the volume.
     pub fn step(&mut self, h: f64) {
-        for (n, force) in self.forces().into_iter().enumerate() {
+        let mut forces = self.forces();
+        self.correct(&mut forces, h);
+        for (n, force) in forces.into_iter().enumerate() {
             if !self.held.contains(&n) {
                 self.v[n] = add(self.v[n], scale(add(scale(force, 1.0 / self.mass[n]), self.gravity), h));
             }
@@ -147,14 +233,10 @@ impl Reference {
             let [from, to] = [self.time, self.time + h].map(|t| path.apply(start, t));
             (self.x[n], self.v[n]) = (to, scale(sub(to, from), 1.0 / h));
         }
-        self.touched = 0;
-        for n in (0..self.x.len()).filter(|n| !self.held.contains(n)) {
-            let before = self.x[n];
-            for obstacle in &self.obstacles {
-                (self.x[n], self.v[n]) = obstacle.meet(self.x[n], self.v[n], self.time, h);
-            }
-            self.touched += u64::from(self.x[n] != before);
-        }
+        let mut met = BTreeSet::new();
+        self.meet(&mut met, h);
+        self.restore(&mut met, h);
+        self.touched = met.len() as u64;
         self.time += h;
     }
 

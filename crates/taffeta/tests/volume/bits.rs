@@ -1,0 +1,113 @@
+//! The same bits however a scene runs.
+
+use super::common::{build_as, positions, run};
+use super::{ball, ring};
+use std::process::Command;
+use taffeta::scene::{Body, Collider, Scene, Select, Volume, VolumeForm, VolumeWeights};
+use taffeta::{Precision, Simulation};
+
+/// Bodies of one tile and of several on a floor, each with another form.
+fn scene() -> Scene {
+    let mut weighted = Body { name: "weighted".into(), ..ball(2, VolumeForm::Corrected) }.at([6.0, 0.6, 0.0]);
+    let weights = VolumeWeights { center: [6.0, 1.0, 0.0], radius: 0.4 };
+    weighted.volume = Some(Volume { weights: Some(weights), target: Some(1.1), ..Volume::default() });
+    let mut blown = Body { name: "blown".into(), ..ball(3, VolumeForm::None) }.at([8.0, 0.6, 0.0]);
+    blown.volume = Some(Volume { pressure: Some(40.0), ..Volume::default() });
+    let large = Body { name: "large".into(), ..ball(4, VolumeForm::Projected) }.at([4.0, 0.51, 0.0]);
+    Scene::new("volumes")
+        .body(ball(3, VolumeForm::Corrected).at([0.0, 0.55, 0.0]))
+        .body(ring(VolumeForm::Projected).at([2.0, 0.25, 0.0]).pin(Select::nodes([7])))
+        .body(large)
+        .body(weighted)
+        .body(blown)
+        .collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]))
+        .time(0.005, 0.001)
+}
+
+fn start(scene: &Scene, precision: Precision, threads: usize) -> Simulation {
+    let mut simulation = build_as(scene, precision, threads);
+    for body in 0..scene.bodies.len() {
+        let name = scene.bodies[body].name.clone();
+        simulation.apply_force(&name, 5, [3.0, -20.0, 1.0]).unwrap();
+    }
+    simulation
+}
+
+/// Fifteen frames.
+fn ran(precision: Precision, threads: usize) -> Simulation {
+    let mut simulation = start(&scene(), precision, threads);
+    run(&mut simulation, 15);
+    simulation
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits_and_every_time() {
+    for precision in [Precision::F32, Precision::F64] {
+        let one = ran(precision, 1);
+        assert!(one.report().contacts > 0);
+        for threads in [1, 2, 3, 8] {
+            let many = ran(precision, threads);
+            assert_eq!(one.state_hash(), many.state_hash(), "{precision}, {threads} threads");
+            assert_eq!(one.report(), many.report(), "{precision}, {threads} threads");
+        }
+    }
+}
+
+#[test]
+#[ignore = "run by the test of vector instructions, in processes of their own"]
+fn prints_hashes() {
+    for precision in [Precision::F32, Precision::F64] {
+        println!("hash|{precision} {:016x}", ran(precision, 2).state_hash());
+    }
+}
+
+/// The hashes of a process told to use `level`.
+fn hashes_with(level: &str) -> Vec<String> {
+    let output = Command::new(std::env::current_exe().expect("a test is a program"))
+        .args(["--ignored", "--exact", "bits::prints_hashes", "--nocapture"])
+        .env("TAFFETA_SIMD", level)
+        .output()
+        .expect("a test runs as a program");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    text.lines().filter_map(|line| Some(line.split_once("hash|")?.1.to_owned())).collect()
+}
+
+#[test]
+fn any_vector_instructions_give_the_same_bits() {
+    let plain = hashes_with("sse2");
+    assert_eq!(plain.len(), 2, "{plain:?}");
+    for level in ["avx2", "avx512", "best"] {
+        assert_eq!(plain, hashes_with(level), "{level}");
+    }
+}
+
+#[test]
+fn each_body_moves_as_if_it_were_alone_and_in_any_order() {
+    let scene = scene();
+    let places = |bodies: &[Body], threads| {
+        let scene = Scene { bodies: bodies.to_vec(), ..scene.clone() };
+        let mut simulation = start(&scene, Precision::F32, threads);
+        run(&mut simulation, 15);
+        positions(&simulation)
+    };
+    let alone: Vec<_> = scene.bodies.iter().map(|body| places(std::slice::from_ref(body), 1)).collect();
+    assert!(alone.concat() == places(&scene.bodies, 2));
+    let turned: Vec<_> = scene.bodies.iter().rev().cloned().collect();
+    let back: Vec<_> = alone.iter().rev().flatten().copied().collect();
+    assert!(back == places(&turned, 2));
+}
+
+#[test]
+fn a_restored_simulation_goes_on_bit_by_bit() {
+    let scene = scene();
+    for precision in [Precision::F32, Precision::F64] {
+        let mut whole = start(&scene, precision, 1);
+        run(&mut whole, 7);
+        let snapshot = whole.snapshot();
+        run(&mut whole, 8);
+        let mut again = build_as(&scene, precision, 2);
+        again.restore(&snapshot).unwrap();
+        run(&mut again, 8);
+        assert_eq!((again.state_hash(), again.report()), (whole.state_hash(), whole.report()));
+    }
+}
