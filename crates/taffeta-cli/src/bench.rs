@@ -5,6 +5,7 @@ mod line;
 mod measure;
 mod mesh;
 pub mod scenes;
+mod volume;
 
 use crate::console;
 use crate::failure::Failure;
@@ -13,6 +14,7 @@ use clap::ValueEnum;
 use line::Line;
 use measure::Bench;
 use std::path::PathBuf;
+use taffeta::scene::VolumeForm;
 use taffeta::{GpuKernels, GpuOptions};
 
 /// Measure the engine's speed
@@ -21,7 +23,8 @@ pub struct Args {
     /// What to measure
     #[arg(value_enum, default_value_t = What::Grid)]
     what: What,
-    /// Side of the grid in nodes; for mesh: at least that many springs [default: 160, mesh: 1000000]
+    /// Side of the grid in nodes; for mesh: at least that many springs; for volume: triangles of a torus, or at least
+    /// that many of --mesh [default: 160, mesh: 1000000, volume: the dragon, or 20000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000_000))]
     n: Option<u32>,
     /// Rows of the grid
@@ -47,7 +50,10 @@ pub struct Args {
     /// On a GPU: which kernels, a line for each; the last two are those of papers, to compare with [default: best]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = kernels::parser())]
     kernels: Option<Vec<GpuKernels>>,
-    /// For mesh: an OBJ, PLY, STL, OFF or glTF file
+    /// For volume: how it is kept, a line for each [default: corrected]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = volume::parser())]
+    form: Option<Vec<VolumeForm>>,
+    /// For mesh and volume: an OBJ, PLY, STL, OFF or glTF file
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
     /// Print only the JSON line
@@ -69,29 +75,31 @@ enum What {
     Ice,
     /// Adaptive constraints (not yet supported)
     Acad,
-    /// Volume (not yet supported)
+    /// A body that keeps its volume, falling on a floor
     Volume,
 }
 
-/// Runs one bench and prints its line; one for each kind of kernels.
+/// Runs one bench and prints its line; one for each form, and for each kind of kernels.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.mesh.is_some() && args.what != What::Mesh {
-        return Err(Failure::Input("--mesh is for `bench mesh`".into()));
-    }
+    args.refuse()?;
     let precision = args.precision.precision();
-    if args.backend == Backend::Gpu {
-        refuse_precision(precision)?;
-    } else if args.kernels.is_some() {
-        return Err(Failure::Input("--kernels is for --backend gpu".into()));
-    }
     let mut bench = args.bench()?;
     crate::memory::check(&bench.scene)?;
     let device = Device::asked(args.backend, || Work::of(&bench.scene, args.threads, precision))?;
     bench.notes.extend(device.why);
-    let Some(gpu) = &device.gpu else { return print(&measure::run(&bench, args, None)?, args) };
-    for &kernels in args.kernels.as_deref().unwrap_or(&[GpuKernels::Best]) {
-        let options = GpuOptions { kernels, ..gpu.clone() };
-        print(&measure::run(&bench, args, Some(&options))?, args)?;
+    for form in args.forms() {
+        if let Some(form) = form {
+            bench.scene = volume::keeping(&bench, form);
+            bench.form = Some(form);
+        }
+        let Some(gpu) = &device.gpu else {
+            print(&measure::run(&bench, args, None)?, args)?;
+            continue;
+        };
+        for &kernels in args.kernels.as_deref().unwrap_or(&[GpuKernels::Best]) {
+            let options = GpuOptions { kernels, ..gpu.clone() };
+            print(&measure::run(&bench, args, Some(&options))?, args)?;
+        }
     }
     Ok(())
 }
@@ -105,16 +113,41 @@ fn print(line: &Line, args: &Args) -> Result<(), Failure> {
 }
 
 impl Args {
+    /// Refuses what does not go together.
+    fn refuse(&self) -> Result<(), Failure> {
+        let refused = |why: &str| Err(Failure::Input(why.into()));
+        if self.mesh.is_some() && !matches!(self.what, What::Mesh | What::Volume) {
+            return refused("--mesh is for `bench mesh` and `bench volume`");
+        }
+        if self.form.is_some() && self.what != What::Volume {
+            return refused("--form is for `bench volume`");
+        }
+        if self.backend == Backend::Gpu {
+            return refuse_precision(self.precision.precision());
+        }
+        if self.kernels.is_some() { refused("--kernels is for --backend gpu") } else { Ok(()) }
+    }
+
+    /// How the volume is kept, one after the other; nothing to say elsewhere.
+    fn forms(&self) -> Vec<Option<VolumeForm>> {
+        match (&self.form, self.what) {
+            (Some(forms), _) => forms.iter().copied().map(Some).collect(),
+            (None, What::Volume) => vec![Some(VolumeForm::Corrected)],
+            (None, _) => vec![None],
+        }
+    }
+
     fn bench(&self) -> Result<Bench, Failure> {
         let side = self.n.unwrap_or(160);
         let (rows, cols) = (self.rows.unwrap_or(side), self.cols.unwrap_or(side));
         match self.what {
             What::Grid => Ok(scenes::grid(rows, cols)),
             What::Drape => Ok(scenes::drape(rows, cols)),
-            What::Mesh if self.rows.is_some() => {
-                Err(Failure::Input("--rows and --cols are for grids; `bench mesh` takes --n springs".into()))
-            }
+            What::Mesh | What::Volume if self.rows.is_some() => Err(Failure::Input(
+                "--rows and --cols are for grids; `bench mesh` takes --n springs, `bench volume` --n triangles".into(),
+            )),
             What::Mesh => mesh::bench(self.mesh.as_deref(), self.n.unwrap_or(1_000_000) as usize),
+            What::Volume => volume::bench(self.mesh.as_deref(), self.n),
             other => {
                 let name = other.to_possible_value();
                 Err(Failure::not_yet(&format!("bench {}", name.as_ref().map_or("", |name| name.get_name()))))

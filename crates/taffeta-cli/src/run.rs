@@ -9,6 +9,7 @@ mod outputs;
 mod plan;
 mod progress;
 mod tally;
+mod volumes;
 
 use crate::console::{self, grouped};
 use crate::failure::Failure;
@@ -141,7 +142,7 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
         (Ending::Done | Ending::Interrupted, Some(error)) => Ending::Failed(error),
         (ending, _) => ending,
     };
-    let mut summary = tally.summary(args, &loaded.scene.time, &simulation, ending.status(), lost);
+    let mut summary = tally.summary(args, &loaded.scene, &simulation, ending.status(), lost);
     summary.files = files;
     // The frame that could not be kept does not count.
     summary.frames = u32::try_from(frames).unwrap_or(u32::MAX).saturating_sub(1);
@@ -165,7 +166,7 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
                 // All is done: there is nothing to go on with.
                 let _ = std::fs::remove_file(&path);
             }
-            args.say(&closing(&summary, &plan.dir))
+            args.say(&closing(&summary, &tally.warnings(&loaded.scene), &plan.dir))
         }
         Ending::Diverged(error) | Ending::Lost(error) => {
             Err(Failure::Work(format!("{error}\n{kept}{go_on}")))
@@ -230,9 +231,10 @@ fn opening(loaded: &Loaded, simulation: &Simulation, device: &Device, plan: &Pla
     lines.join("\n")
 }
 
-fn closing(summary: &Summary, dir: &Path) -> String {
+fn closing(summary: &Summary, warnings: &[String], dir: &Path) -> String {
+    let warnings: String = warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
     format!(
-        "{}, {:.3} ms a frame, largest stretch {:.3}, state {}\nresults in {}",
+        "{warnings}{}, {:.3} ms a frame, largest stretch {:.3}, state {}\nresults in {}",
         console::counted(summary.frames as usize, "frame", "frames"),
         summary.wall_ms_per_frame,
         summary.max_stretch,

@@ -110,7 +110,12 @@ pub struct Volume {
     /// At the end [m³].
     #[serde(rename = "final")]
     pub end: f64,
-    /// Largest |V − V_rest| / V_rest of all frames.
+    /// How it is kept: `corrected`, `projected`, `paper-shader` or `printed`; null where nothing keeps it.
+    pub form: Option<&'static str>,
+    /// The volume to keep at the end [m³]; null where nothing keeps it.
+    pub target: Option<f64>,
+    /// Largest |V − V₀| / V₀ of all frames after the start: V₀ is the volume to keep at that time, or that at rest where
+    /// nothing keeps it.
     pub max_rel_error: f64,
 }
 

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::Path;
-use taffeta::scene::{Mesh, SceneError};
+use taffeta::scene::{Mesh, SceneError, VolumeForm};
 use taffeta_io::{LoadError, Place, load_scene, parse_scene};
 
 const FLAG: &str = r#"title = "flag"
@@ -113,7 +113,6 @@ fn numbers_that_are_not_finite_are_refused_anywhere() {
 #[test]
 fn what_is_planned_is_said_not_to_be_there_yet() {
     let cases = [
-        ("[body.volume]\nform = \"corrected\"", "(`body.volume`) is not yet supported"),
         ("[body.self_collision]", "(`body.self_collision`) is not yet supported"),
         ("[[collider]]\nbox = 1", "(`collider.box`) is not yet supported"),
         ("[[collider]]\nmesh = { file = \"x.ply\" }", "(`collider.mesh`) is not yet supported"),
@@ -126,6 +125,72 @@ fn what_is_planned_is_said_not_to_be_there_yet() {
         let error = refused(&format!("{scene}{text}"), &[]);
         assert!(error.contains(expected) && error.starts_with("s.toml:"), "{error}");
     }
+}
+
+const BALL: &str = r#"[[body]]
+name = "ball"
+kind = "soft"
+mass = 1.0
+mesh.icosphere = { radius = 0.5, subdivisions = 2 }
+"#;
+
+/// What the engine says of a scene that can be read, at its place.
+fn objection(text: &str) -> String {
+    let loaded = parse_scene(text, "s.toml", &[]).expect("the scene can be read");
+    loaded.source.locate(&loaded.scene.validate().expect_err("the scene was accepted")).to_string()
+}
+
+#[test]
+fn a_volume_is_read_with_all_that_it_may_say() {
+    let table = "[body.volume]\nform = \"projected\"\ntarget = 1.5\nweights = { center = [0, 0.5, 0], radius = 0.4 }\n";
+    let key = "[[body.volume.motion]]\nt = 1.0\ntarget = 2.0\n";
+    let loaded = parse_scene(&format!("{BALL}{table}{key}"), "s.toml", &[]).unwrap();
+    let volume = loaded.scene.bodies[0].volume.as_ref().unwrap();
+    assert_eq!((volume.form, volume.target, volume.pressure), (VolumeForm::Projected, Some(1.5), None));
+    assert_eq!((volume.motion[0].t, volume.motion[0].target), (1.0, Some(2.0)));
+    assert_eq!(volume.weights.unwrap().center, [0.0, 0.5, 0.0]);
+    loaded.scene.validate().expect("all of it goes together");
+    let bare = parse_scene(&format!("{BALL}[body.volume]\n"), "s.toml", &[]).unwrap();
+    assert_eq!(bare.scene.bodies[0].volume.as_ref().unwrap().form, VolumeForm::Corrected);
+    assert_eq!(parse_scene(BALL, "s.toml", &[]).unwrap().scene.bodies[0].volume, None);
+}
+
+#[test]
+fn what_a_volume_cannot_be_is_said_at_its_place() {
+    let with = |lines: &str| format!("{BALL}[body.volume]\n{lines}");
+    assert_eq!(
+        refused(&with("form = \"projectd\"\n"), &[]),
+        "s.toml:7:8: `body[0].volume.form` cannot be `projectd`; did you mean `projected`? Valid here: corrected, \
+         projected, paper-shader, printed, none"
+    );
+    let error = refused(&with("form = \"none\"\npresure = 1.0\n"), &[]);
+    assert!(
+        error.starts_with("s.toml:8:1: unknown key `presure` in `body[0].volume`; did you mean `pressure`?"),
+        "{error}"
+    );
+    let begins = |lines: &str, start: &str| {
+        let error = objection(&with(lines));
+        assert!(error.starts_with(start), "{error}");
+    };
+    begins("target = 1.0\npressure = 5.0\n", "s.toml:6:1: `body[0].volume`: has a target and a pressure");
+    begins("target = -1.0\n", "s.toml:7:10: `body[0].volume.target`: ");
+    begins("[[body.volume.motion]]\nt = 1.0\n", "s.toml:7:1: `body[0].volume.motion[0]`: has neither");
+    begins(
+        "weights = { radius = 0.0, center = [0, 0, 0] }\n",
+        "s.toml:7:22: `body[0].volume.weights.radius`: ",
+    );
+}
+
+#[test]
+fn a_cloth_has_no_volume_to_keep() {
+    let cloth = |form: &str| {
+        format!("{FLAG}[body.volume]\nform = \"{form}\"\n")
+            .replace("[[collider]]\nplane = { point = [0.0, -1.0, 0.0] }\n", "")
+    };
+    let error = objection(&cloth("corrected"));
+    assert!(error.starts_with("s.toml:21:1: `body[1].volume`: is for soft bodies"), "{error}");
+    let kept_by_nothing = parse_scene(&cloth("none"), "s.toml", &[]).unwrap();
+    kept_by_nothing.scene.validate().expect("it asks for nothing");
 }
 
 #[test]

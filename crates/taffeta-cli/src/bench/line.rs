@@ -14,6 +14,9 @@ pub struct Line {
     /// Of a GPU.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kernels: Option<&'static str>,
+    /// How the volume is kept, where that is what is measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub form: Option<&'static str>,
     pub precision: String,
     pub n: Vec<u32>,
     pub nodes: usize,
@@ -25,6 +28,8 @@ pub struct Line {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frames_between_waits: Option<u32>,
     pub ms_per_frame: Spread,
+    /// Sub-steps a second.
+    pub steps_per_s: f64,
     pub particle_substeps_per_s: f64,
     pub springs_per_s: f64,
     /// Time of each stage of a GPU that tells, in a frame where they are timed apart [ms].
@@ -63,8 +68,9 @@ impl Line {
     pub fn table(&self) -> String {
         let n: Vec<String> = self.n.iter().map(u32::to_string).collect();
         let kernels = self.kernels.map_or_else(String::new, |name| format!(", kernels: {name}"));
+        let form = self.form.map_or_else(String::new, |name| format!(", form: {name}"));
         let mut lines = vec![
-            format!("{} {} on {}, {}{kernels}", self.bench, n.join("×"), self.device, self.precision),
+            format!("{} {} on {}, {}{kernels}{form}", self.bench, n.join("×"), self.device, self.precision),
             format!("  {} nodes, {} springs", grouped(self.nodes), grouped(self.springs)),
             format!(
                 "  {:.3} ms a frame of {} sub-steps (median of {}; {:.3} to {:.3})",
@@ -75,7 +81,8 @@ impl Line {
                 self.ms_per_frame.max
             ),
             format!(
-                "  {:.0} M particle-substeps/s, {:.0} M springs/s",
+                "  {:.0} sub-steps/s, {:.0} M particle-substeps/s, {:.0} M springs/s",
+                self.steps_per_s,
                 self.particle_substeps_per_s * 1e-6,
                 self.springs_per_s * 1e-6
             ),

@@ -8,7 +8,7 @@ use crate::gpu::{self, Copied};
 use crate::limits;
 use crate::run::{Arithmetic, median, rate};
 use std::time::Instant;
-use taffeta::scene::Scene;
+use taffeta::scene::{Scene, VolumeForm};
 use taffeta::{GpuOptions, Options, Simulation};
 
 /// Numbers of a node that a sub-step must read and write once: position and velocity in and out, the least any
@@ -32,6 +32,8 @@ pub struct Bench {
     pub n: Vec<u32>,
     /// The scene.
     pub scene: Scene,
+    /// How its volume is kept, where that is what is measured.
+    pub form: Option<VolumeForm>,
     /// How far nodes start from their places [m].
     pub disturbance: f64,
     /// What the user should know.
@@ -118,7 +120,7 @@ fn line(
         max: times.ms.iter().copied().fold(0.0, f64::max),
     };
     let of_each = |count: usize| rate(count as f64 * f64::from(substeps), spread.median);
-    let (particles, springs_per_s) = (of_each(nodes), of_each(springs));
+    let (steps, particles, springs_per_s) = (of_each(1), of_each(nodes), of_each(springs));
     let limits = match gpu {
         Some(options) => shares_of_gpu(options, particles)?,
         None => shares_of_cpu(args.precision, simulation.threads(), particles, springs_per_s),
@@ -130,6 +132,7 @@ fn line(
         backend: simulation.backend(),
         device: simulation.device(),
         kernels: gpu.map(|options| kernels::name(options.kernels)),
+        form: bench.form.map(VolumeForm::name),
         precision: args.precision.precision().to_string(),
         n: bench.n.clone(),
         nodes,
@@ -138,6 +141,7 @@ fn line(
         frames: times.frames as usize,
         frames_between_waits: gpu.map(|_| times.batch.min(times.frames)),
         ms_per_frame: spread,
+        steps_per_s: steps,
         particle_substeps_per_s: particles,
         springs_per_s,
         ms_by_stage: times.stages.iter().map(|&(name, seconds)| (name, seconds * 1e3)).collect(),

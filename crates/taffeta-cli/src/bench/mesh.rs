@@ -16,27 +16,19 @@ const NODE_MASS: f64 = 1e-3;
 const STIFFNESS: f64 = 60.0;
 /// Of each spring [kg/s].
 const DAMPING: f64 = 0.01;
+/// What stands in for the armadillo.
+const TORUS: Torus = Torus { major: 1.0, minor: 0.4, rings: 160, segments: 64 };
 
 /// Edges of `file`, else of the armadillo where it is there, else of a torus, as springs: about `springs` of them.
 /// Splitting ends where one more would be further away from that number, as a ratio.
 pub fn bench(file: Option<&Path>, springs: usize) -> Result<Bench, Failure> {
-    let (origin, mut surface) = match file.map(Path::to_owned).or_else(armadillo) {
-        Some(path) => {
-            let surface = taffeta_io::load_mesh(&path, &taffeta_io::MeshOptions::default())
-                .map_err(|error| Failure::Input(error.to_string()))?;
-            (path.display().to_string(), surface)
-        }
-        None => ("a torus (`cargo xtask models` fetches the armadillo)".to_owned(), torus()?),
+    let armadillo = || model(&["armadillo_30k.ply", "armadillo.ply"]);
+    let (origin, surface) = match file.map(Path::to_owned).or_else(armadillo) {
+        Some(path) => (path.display().to_string(), load(&path)?),
+        None => ("a torus (`cargo xtask models` fetches the armadillo)".to_owned(), torus(&TORUS)?),
     };
-    if surface.triangles.is_empty() {
-        return Err(Failure::Input(format!("{origin}: has no triangles")));
-    }
-    let mut times = 0;
     // Three edges for two triangles, where the surface is closed; a split makes four times as many.
-    while surface.triangles.len() * 3 < springs {
-        surface = subdivided(&surface);
-        times += 1;
-    }
+    let (surface, times) = split(surface, springs.div_ceil(3));
     let note = format!("mesh: {origin}, each triangle split in four {times} times");
     let n = vec![surface.nodes.len() as u32];
     let disturbance = 0.02 * mean_edge(&surface);
@@ -44,22 +36,42 @@ pub fn bench(file: Option<&Path>, springs: usize) -> Result<Bench, Failure> {
         .with_mass(Mass::Node(NODE_MASS))
         .structural(STIFFNESS, DAMPING);
     let scene = Scene::new("bench mesh").body(body).time(FRAME.0, FRAME.1);
-    Ok(Bench { name: "mesh", n, scene, disturbance, notes: vec![note] })
+    Ok(Bench { name: "mesh", n, scene, form: None, disturbance, notes: vec![note] })
 }
 
-/// The decimated armadillo, or the one that `cargo xtask models` fetches.
-fn armadillo() -> Option<PathBuf> {
+/// The first of these files that `cargo xtask models`, or the user, has put where models are.
+pub fn model(names: &[&str]) -> Option<PathBuf> {
     let folders = [Some(PathBuf::from("models")), std::env::var_os("TAFFETA_MODELS").map(PathBuf::from)];
     let folders: Vec<PathBuf> = folders.into_iter().flatten().collect();
-    let file = |name: &str| folders.iter().map(|folder| folder.join(name)).find(|file| file.is_file());
-    file("armadillo_30k.ply").or_else(|| file("armadillo.ply"))
+    let file = |name: &&str| folders.iter().map(|folder| folder.join(name)).find(|file| file.is_file());
+    names.iter().find_map(file)
 }
 
-fn torus() -> Result<Surface, Failure> {
-    let torus = Torus { major: 1.0, minor: 0.4, rings: 160, segments: 64 };
-    let body = Body::cloth("torus", Mesh::Torus(torus)).with_mass(Mass::Node(NODE_MASS));
+/// The surface in a file.
+pub fn load(path: &Path) -> Result<Surface, Failure> {
+    let surface = taffeta_io::load_mesh(path, &taffeta_io::MeshOptions::default())
+        .map_err(|error| Failure::Input(error.to_string()))?;
+    if surface.triangles.is_empty() {
+        return Err(Failure::Input(format!("{}: has no triangles", path.display())));
+    }
+    Ok(surface)
+}
+
+/// A torus as a surface.
+pub fn torus(torus: &Torus) -> Result<Surface, Failure> {
+    let body = Body::cloth("torus", Mesh::Torus(*torus)).with_mass(Mass::Node(NODE_MASS));
     let built = Simulation::new(&Scene::new("torus").body(body), &Options::default());
     built.map(|built| built.surface(0)).map_err(|error| Failure::Work(error.to_string()))
+}
+
+/// The surface with each triangle split in four until there are at least `triangles`, and how many times that was.
+pub fn split(mut surface: Surface, triangles: usize) -> (Surface, u32) {
+    let mut times = 0;
+    while surface.triangles.len() < triangles {
+        surface = subdivided(&surface);
+        times += 1;
+    }
+    (surface, times)
 }
 
 /// Mean length of the triangles' first edges [m].

@@ -30,6 +30,7 @@ pub fn grid(rows: u32, cols: u32) -> Bench {
         name: "grid",
         n: vec![rows, cols],
         scene: Scene::new("bench grid").body(sheet).time(FRAME.0, FRAME.1),
+        form: None,
         disturbance: 0.1 * SPACING,
         notes: Vec::new(),
     }
@@ -44,6 +45,7 @@ pub fn drape(rows: u32, cols: u32) -> Bench {
         name: "drape",
         n: vec![rows, cols],
         scene: Scene::new("bench drape").body(sheet).collider(ball).time(FRAME.0, FRAME.1),
+        form: None,
         disturbance: 0.0,
         notes: Vec::new(),
     }

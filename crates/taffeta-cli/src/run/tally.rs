@@ -1,11 +1,12 @@
 //! What a run adds up to.
 
 use super::Args;
-use crate::summary::{BodySummary, Energy, SolverSummary, Status, Summary, Volume};
+use super::volumes::Volumes;
+use crate::summary::{BodySummary, Energy, SolverSummary, Status, Summary};
 use serde::{Deserialize, Serialize};
 use taffeta::Simulation;
 use taffeta::diagnostics::FrameReport;
-use taffeta::scene::Time;
+use taffeta::scene::Scene;
 
 /// Extremes and times over the frames.
 #[derive(Clone, Serialize, Deserialize)]
@@ -14,8 +15,7 @@ pub struct Tally {
     energy_max: f64,
     max_stretch: f64,
     contacts_max: u64,
-    /// Rest volume [m³] and largest relative error of each body; `None` where it is not closed.
-    volumes: Vec<Option<(f64, f64)>>,
+    volumes: Volumes,
     ms: Vec<f64>,
 }
 
@@ -23,13 +23,12 @@ impl Tally {
     /// The start of a run.
     pub fn new(simulation: &Simulation) -> Self {
         let report = simulation.report();
-        let rest = simulation.bodies().iter().map(|body| body.rest_volume.map(|rest| (rest, 0.0)));
         let mut tally = Self {
             energy_start: report.energy(),
             energy_max: report.energy(),
             max_stretch: 0.0,
             contacts_max: 0,
-            volumes: rest.collect(),
+            volumes: Volumes::new(simulation),
             ms: Vec::new(),
         };
         tally.take(report);
@@ -39,6 +38,7 @@ impl Tally {
     /// A frame that took `ms` [ms].
     pub fn add(&mut self, report: &FrameReport, ms: f64) {
         self.take(report);
+        self.volumes.add(report);
         self.ms.push(ms);
     }
 
@@ -46,18 +46,13 @@ impl Tally {
         self.energy_max = self.energy_max.max(report.energy());
         self.max_stretch = self.max_stretch.max(report.max_stretch);
         self.contacts_max = self.contacts_max.max(report.contacts);
-        for (tally, volume) in self.volumes.iter_mut().zip(&report.volumes) {
-            if let (Some((rest, error)), Some(volume)) = (tally, volume) {
-                *error = error.max((volume - *rest).abs() / *rest);
-            }
-        }
     }
 
     /// The whole run. A simulation whose device is `lost` is not asked for its state.
     pub fn summary(
         &self,
         args: &Args,
-        time: &Time,
+        scene: &Scene,
         simulation: &Simulation,
         status: Status,
         lost: bool,
@@ -65,7 +60,7 @@ impl Tally {
         let (bodies, last) = (simulation.bodies(), simulation.report());
         let nodes = bodies.iter().map(|body| body.nodes).sum();
         let wall_ms_per_frame = median(&self.ms);
-        let substeps = time.substeps();
+        let substeps = scene.time.substeps();
         Summary {
             scene: args.scene.display().to_string(),
             status,
@@ -75,7 +70,7 @@ impl Tally {
             threads: simulation.threads(),
             frames: simulation.frame(),
             substeps,
-            dt: time.dt,
+            dt: scene.time.dt,
             largest_stable_step: Some(simulation.largest_stable_step()).filter(|step| step.is_finite()),
             nodes,
             vertices: bodies.iter().map(|body| body.vertices).sum(),
@@ -87,7 +82,7 @@ impl Tally {
             momentum: last.momentum,
             angular_momentum: last.angular_momentum,
             max_stretch: self.max_stretch,
-            bodies: self.bodies(simulation),
+            bodies: self.bodies(simulation, scene),
             contacts: last.contacts,
             contacts_max: self.contacts_max,
             solver: SolverSummary::default(),
@@ -96,18 +91,18 @@ impl Tally {
         }
     }
 
-    fn bodies(&self, simulation: &Simulation) -> Vec<BodySummary> {
-        let ends = &simulation.report().volumes;
-        let volume = |index: usize| {
-            let (rest, max_rel_error) = self.volumes[index]?;
-            Some(Volume { rest, end: ends.get(index).copied().flatten()?, max_rel_error })
-        };
+    /// What the user should know of the run that is over.
+    pub fn warnings(&self, scene: &Scene) -> Vec<String> {
+        self.volumes.warnings(scene)
+    }
+
+    fn bodies(&self, simulation: &Simulation, scene: &Scene) -> Vec<BodySummary> {
         let summary = |(index, body): (usize, &taffeta::BodyInfo)| BodySummary {
             name: body.name.clone(),
             nodes: body.nodes,
             vertices: body.vertices,
             triangles: body.triangles,
-            volume: volume(index),
+            volume: self.volumes.summary(index, scene, simulation.report()),
         };
         simulation.bodies().iter().enumerate().map(summary).collect()
     }

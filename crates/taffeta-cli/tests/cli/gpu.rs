@@ -53,7 +53,9 @@ fn a_run_on_the_gpu_says_so_and_gives_the_same_bits_twice() {
 fn cpu_and_gpu_agree() {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     let read = |name: &str| std::fs::read_to_string(scenes.join(name)).unwrap();
-    for scene in [SHEET, BALL, &read("flag.toml"), &read("twist.toml")] {
+    // The GPU does not keep volumes yet.
+    let twist = read("twist_pins.toml").replace("\"corrected\"", "\"none\"");
+    for scene in [SHEET, BALL, &read("flag.toml"), &twist] {
         let desk = Desk::with(scene);
         let (_, err, code) = on_gpu(&desk, "gpu", &["--frames", "3", "--quiet"]);
         assert_eq!(code, Some(0), "{err}");
@@ -85,7 +87,7 @@ fn what_cannot_go_together_is_refused_before_anything_is_written() {
     refused(&["bench", "grid", "--backend", "gpu", "--precision", "f64"], &bits);
     refused(&with(&["--gpu-from", "springs"]), &["--gpu-from is for --backend gpu"]);
     refused(&with(&["--gpu-from", "springs", "--backend", "cpu"]), &["--gpu-from is for --backend gpu"]);
-    let stages = "elements, loads, springs, integrate, pins, contact, diagnose";
+    let stages = "elements, loads, springs, volumes, integrate, pins, contact, project, diagnose";
     refused(&with(&["--gpu-from", "spring", "--backend", "gpu"]), &["invalid value 'spring'", stages]);
     refused(&["bench", "grid", "--kernels", "plain"], &["--kernels is for --backend gpu"]);
 }

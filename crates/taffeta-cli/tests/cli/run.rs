@@ -97,6 +97,49 @@ fn the_summary_has_the_contract_s_fields_and_is_what_json_prints() {
 }
 
 #[test]
+fn a_kept_volume_is_told_with_its_form_and_target() {
+    let desk = Desk::with(
+        &format!("{BALL}[body.volume]\n").replace("[[collider]]\nplane = {}\n[body.volume]", "[body.volume]"),
+    );
+    let run = |sets: &[&str]| {
+        let mut command = desk.taffeta(&["run", "scene.toml", "--out", "o", "--backend", "cpu"]);
+        sets.iter().for_each(|set| drop(command.args(["--set", set])));
+        let (out, err, code) = ending(command);
+        assert_eq!(code, Some(0), "{err}");
+        (desk.json("o/summary.json")["bodies"][0]["volume"].clone(), out)
+    };
+    let error = |volume: &serde_json::Value| volume["max_rel_error"].as_f64().unwrap();
+    let (kept, out) = run(&[]);
+    assert_eq!((&kept["form"], &kept["target"]), (&"corrected".into(), &kept["rest"]));
+    assert!(error(&kept) < 1e-3 && !out.contains("warning"), "{kept} {out}");
+    let (grown, _) = run(&["body.ball.volume.target=1.05"]);
+    assert!((grown["target"].as_f64().unwrap() / kept["rest"].as_f64().unwrap() - 1.05).abs() < 1e-9);
+    assert!(error(&grown) < 1e-3, "the error is that to the target: {grown}");
+    let (free, _) = run(&["body.ball.volume.form=none"]);
+    assert_eq!((&free["form"], &free["target"]), (&serde_json::Value::Null, &serde_json::Value::Null));
+    let (pressed, _) = run(&["body.ball.volume.pressure=5"]);
+    assert_eq!((&pressed["form"], &pressed["target"]), (&serde_json::Value::Null, &serde_json::Value::Null));
+    assert!(error(&pressed) > 1e-4, "under a pressure it is that to rest: {pressed}");
+}
+
+#[test]
+fn a_volume_that_could_not_be_kept_is_spoken_of() {
+    let held = "[[body.pin]]\nselect = { box = { min = [-9, -9, -9], max = [9, 9, 9] } }\n[body.volume]\n";
+    let key = "[[body.volume.motion]]\nt = 0.1\ntarget = 1.5\n";
+    let scene = format!("{}{held}{key}", BALL.replace("[[collider]]\nplane = {}\n", ""));
+    let desk = Desk::with(&scene);
+    let (out, err, code) = ending(desk.taffeta(&["run", "scene.toml", "--out", "o", "--backend", "cpu"]));
+    assert_eq!(code, Some(0), "{err}");
+    // One over one and a half is a third less.
+    assert!(
+        out.contains(
+            "warning: body `ball` was off the volume that it keeps by 33.33 % in frame 6: most likely nodes"
+        ),
+        "{out}"
+    );
+}
+
+#[test]
 fn an_open_body_has_no_volume() {
     let desk = Desk::with(SHEET);
     desk.taffeta(&["run", "scene.toml", "--out", "o", "--frames", "1", "--quiet"]).assert().success();

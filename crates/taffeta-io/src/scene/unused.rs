@@ -1,5 +1,4 @@
-//! Settings that change nothing: those of a solver that is not chosen, a volume that is not kept, and struts without a
-//! number.
+//! Settings that change nothing: those of a solver that is not chosen, and struts without a number.
 
 use super::document::{Entry, Node, Value};
 
@@ -23,9 +22,6 @@ pub(super) fn set_aside(root: &mut Node) -> Vec<String> {
             entries.iter_mut().find(|entry| entry.key == "body")
     {
         for (index, body) in bodies.iter_mut().enumerate() {
-            if let Value::Table(keys) = &mut body.value {
-                keys.retain(|entry| !(entry.key == "volume" && is_none(&entry.node)));
-            }
             if has_uncounted_struts(body) {
                 notes.push(format!(
                     "`body[{index}].springs.internal` makes no struts: it has neither count nor file"
@@ -47,12 +43,6 @@ fn names_implicit(method: Option<&Value>) -> bool {
     matches!(method, Some(Value::Text(name)) if name != "springs")
 }
 
-fn is_none(volume: &Node) -> bool {
-    let Value::Table(keys) = &volume.value else { return false };
-    keys.iter()
-        .any(|entry| entry.key == "form" && matches!(&entry.node.value, Value::Text(form) if form == "none"))
-}
-
 fn table<'a>(root: &'a mut Node, key: &str) -> Option<&'a mut Vec<Entry>> {
     let Value::Table(entries) = &mut root.value else { return None };
     match entries.iter_mut().find(|entry| entry.key == key) {
@@ -72,9 +62,6 @@ mod tests {
         assert!(loaded.notes[0].contains("`solver.ice` is not used"));
         let chosen = format!("[solver]\nmethod = \"ice\"\n{ice}");
         assert!(parse_scene(&chosen, "s.toml", &[]).unwrap_err().to_string().contains("not yet supported"));
-        let volume = |form: &str| format!("{ice}[body.volume]\nform = \"{form}\"\n");
-        assert!(parse_scene(&volume("none"), "s.toml", &[]).is_ok());
-        assert!(parse_scene(&volume("corrected"), "s.toml", &[]).is_err());
     }
 
     #[test]

@@ -111,7 +111,7 @@ fn check_internal(path: &Path, internal: &Internal, kind: Kind) -> Checked {
 }
 
 fn check_volume(path: &Path, volume: &Volume, kind: Kind) -> Checked {
-    path.demand(kind == Kind::Soft, || {
+    path.demand(kind == Kind::Soft || volume.form == VolumeForm::None, || {
         "is for soft bodies, and a cloth has no inside; kind = \"soft\" and a closed mesh would do".into()
     })?;
     if let Some(target) = volume.target {
