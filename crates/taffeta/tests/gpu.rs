@@ -3,7 +3,10 @@
 mod common;
 
 use common::{build_as, farthest, near, positions, run};
-use taffeta::scene::{Body, Collider, Force, Icosphere, Keyframe, Mass, Mesh, Scene, Select, Torque};
+use taffeta::scene::{
+    Body, Collider, Force, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, Torque, Volume,
+    VolumeForm, VolumeKey, VolumeWeights,
+};
 use taffeta::taffeta_gpu::{Choice, Gpu, wgpu};
 use taffeta::{GpuKernels, GpuOptions, Options, Precision, Simulation, Stage, StepError};
 
@@ -318,4 +321,78 @@ fn a_blow_up_on_the_gpu_is_reported_and_not_shown() {
     let Some(StepError::Diverged(error)) = error else { panic!("{error:?}") };
     assert_eq!(error.body, "flag");
     assert!(error.advice.contains("max_step"), "{}", error.advice);
+}
+
+fn soft(name: &str, subdivisions: u32, place: [f64; 3]) -> Body {
+    Body::soft(name, Mesh::Icosphere(Icosphere { radius: 0.2, subdivisions }))
+        .with_mass(Mass::Volume(30.0))
+        .structural(40.0, 0.02)
+        .at(place)
+}
+
+fn kept(form: VolumeForm) -> Volume {
+    Volume { form, ..Volume::default() }
+}
+
+fn with(volume: Volume, body: Body) -> Body {
+    Body { volume: Some(volume), ..body }
+}
+
+/// Bodies that keep their volumes in every way, beside a cloth on a grid and one on a mesh: of one group and of several,
+/// with springs of several kinds and with none along edges, with nodes that are held and moved, on a floor, on a slope and
+/// between moving plates.
+fn volumes() -> Scene {
+    let weights = VolumeWeights { center: [4.0, 0.25, 0.3], radius: 0.3 };
+    let weighted = Volume { weights: Some(weights), ..kept(VolumeForm::Projected) };
+    let key = |t, target| VolumeKey { t, target: Some(target), pressure: None };
+    let growing = Volume { motion: vec![key(0.0, 1.0), key(0.1, 1.3)], ..kept(VolumeForm::Projected) };
+    let blown = Volume { pressure: Some(30.0), ..Volume::default() };
+    let lift = vec![Keyframe::translate(0.2, [0.05, 0.1, 0.02])];
+    let held = soft("held", 2, [8.0, 0.25, 0.0])
+        .pin(Select::nodes([3, 40]))
+        .pin_moving(Select::nodes([0, 1, 7]), lift);
+    let mut struts = soft("struts", 1, [3.0, 0.22, 0.0]);
+    struts.springs.internal = Some(Internal { count: 60, k: 30.0, d: 0.01, ..Internal::default() });
+    let mut loose = soft("loose", 1, [7.0, 0.3, 0.0]);
+    loose.springs.structural = None;
+    let mesh = Body::cloth("mesh", Mesh::Icosphere(Icosphere { radius: 0.2, subdivisions: 1 }))
+        .with_mass(Mass::Node(0.01))
+        .structural(50.0, 0.02)
+        .at([2.0, 0.21, 4.0]);
+    let press = Collider::sphere([1.0, 0.76, 0.0], 0.3)
+        .friction(0.3)
+        .keyframe(Keyframe::translate(0.2, [0.0, -0.15, 0.0]));
+    let mut scene = Scene::new("volumes")
+        .body(with(kept(VolumeForm::Corrected), soft("corrected", 3, [0.0, 0.21, 0.0])))
+        .body(flag().bodies.remove(0).at([0.0, 0.8, 4.0]))
+        .body(with(kept(VolumeForm::Projected), soft("projected", 3, [1.0, 0.25, 0.0])))
+        .body(with(kept(VolumeForm::PaperShader), soft("paper", 2, [2.0, 0.21, 0.0])))
+        .body(with(kept(VolumeForm::Corrected), struts))
+        .body(with(weighted, soft("weighted", 3, [4.0, 0.22, 0.0])))
+        .body(with(blown, soft("blown", 2, [5.0, 0.22, 0.0])))
+        .body(mesh)
+        .body(with(growing, soft("grows", 2, [6.0, 0.22, 0.0])))
+        .body(with(kept(VolumeForm::Corrected), loose))
+        .body(with(kept(VolumeForm::Projected), held))
+        .collider(Collider::plane([0.0; 3], [0.05, 1.0, 0.0]).friction(0.4))
+        .collider(press)
+        .time(1.0 / 60.0, 1e-3);
+    scene.world.drag = 1e-3;
+    scene.world.wind_force = [0.0, 0.0, 1e-3];
+    scene
+}
+
+#[test]
+fn bodies_keep_their_volumes_in_every_way_as_on_the_cpu() {
+    let scene = volumes();
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
+    for frame in 1..=12 {
+        run(&mut cpu, 1);
+        run(&mut on_gpu, 1);
+        let (a, b) = (positions(&cpu), positions(&on_gpu));
+        assert_eq!(farthest(&a, &b), 0.0, "frame {frame}");
+        assert_eq!(cpu.state_hash(), on_gpu.state_hash(), "frame {frame}");
+        assert_eq!(cpu.report().contacts, on_gpu.report().contacts, "frame {frame}");
+    }
+    assert!(cpu.report().contacts > 100);
 }

@@ -36,9 +36,10 @@ named_rows! {
     integrate_all contact_all pins_all loads_all grid_springs_all mesh_springs_all
     grid_particles grid_particles_given mesh_particles mesh_particles_given
     grid_patches mesh_patches vertex_normals
+    volume_forces volume_forces_given volume_gradients volume_particles measure_kept_volumes restore_volumes
     bend_hinges scale_loads
     measure_nodes measure_grid_springs measure_mesh_springs measure_hinges measure_volumes
-    angle_of spring_factor fold_of external depth_and_normal respond leave_both euler
+    angle_of spring_factor fold_of external depth_and_normal respond leave_both multiplier solve_symmetric euler
 }
 
 #[test]
@@ -89,7 +90,7 @@ const FAULTS: &[(&str, &str, &str)] = &[
     ("grid_particles_given", "return load[node].xyz;", "return load[node].yxz;"),
     ("mesh_springs_all", "kind < KINDS", "kind + 1u < KINDS"),
     ("mesh_particles", "i < run.count", "i + 1u < run.count"),
-    ("mesh_particles_given", "runs[node / LANES * KINDS].count != NOT_A_MESH", "true"),
+    ("mesh_particles_given", "(runs[node / LANES * KINDS].count & IS_RING) == 0u", "true"),
     ("contact_all", "if touch.depth > 0.0 {", "if touch.depth > 0.001 {"),
     ("contact_all", "if touch.depth > 0.0 {", "if touch.depth >= 0.0 {"),
     ("contact_all", "!(node.position.w > 0.0)", "false"),
@@ -124,6 +125,63 @@ const FAULTS: &[(&str, &str, &str)] = &[
     ("pins_all", "abs(new_velocity[pin.node].w)", "new_velocity[pin.node].w"),
     ("loads_all", "&& bitcast<u32>(hand_forces[i].w) == node; i++", "&& i < 1u; i++"),
     ("loads_all", "bending += hinge_forces", "bending = hinge_forces"),
+    (
+        "volume_forces",
+        "select(0.0, factor, entry.rest_length > 0.0)",
+        "select(0.0, factor, entry.rest_length != 0.0)",
+    ),
+    ("volume_forces", "let is_there = rest_length != 0.0;", "let is_there = rest_length > 0.0;"),
+    ("volume_forces", "let is_there = rest_length != 0.0;", "let is_there = true;"),
+    ("volume_forces", "with_triangle(way, way.first, count > 0u) / 6.0", "way.sum / 6.0"),
+    ("volume_forces", "add_kinds(before + sum, 1u,", "add_kinds(before + sum, 2u,"),
+    ("volume_forces", "group.first_group && lane == 0u", "0u && lane == 0u"),
+    (
+        "volume_forces",
+        "if lane < half {\n            volume_lanes",
+        "if lane + 1u < half {\n            volume_lanes",
+    ),
+    ("volume_forces", "vec4f(terms.moment, terms.mass)", "vec4f(terms.moment, 0.0)"),
+    ("volume_forces", "node.weight * plain.z", "plain.z"),
+    ("volume_forces_given", "add_ring(force[place].xyz", "add_ring(vec3f(0.0)"),
+    ("volume_forces_given", "vec4f(pulled.gradient, weight)", "vec4f(pulled.gradient, 1.0)"),
+    ("volume_forces_given", "if lane < group.count {", "{"),
+    (
+        "volume_gradients",
+        "new_velocity_of(v.xyz, pulled.force, x.w",
+        "new_velocity_of(v.xyz, pulled.force, abs(v.w)",
+    ),
+    ("volume_gradients", "x.xyz - position_of(group.origin)", "x.xyz - position_of(group.first)"),
+    ("volume_gradients", "node.inverse_mass > 0.0)", "true)"),
+    ("volume_particles", "if group.groups == 1u {", "if true {"),
+    ("multiplier", "<= PROJECTED * goal", "< PROJECTED * goal"),
+    ("multiplier", "let some = response > TINY;", "let some = response >= TINY;"),
+    ("solve_symmetric", "const FLAT: f32 = 1e-7;", "const FLAT: f32 = 1.02e-7;"),
+    ("solve_symmetric", "if trace <= 0.0 {", "if trace < 0.0 {"),
+    ("solve_symmetric", "vec3f(c.z, f, g)", "vec3f(c.z, g, f)"),
+    ("volume_particles", "case PAPER_SHADER: {", "case 4u: {"),
+    ("volume_particles", "off / (3.0 * h * h)", "off / (h * h)"),
+    ("volume_particles", "return -goal;", "return goal;"),
+    ("volume_particles", "return -gradient.xyz;", "return -gradient.xyz * gradient.w * 1.00001;"),
+    (
+        "volume_particles",
+        "way_of(group, found.push, lane, x.xyz, abs(v.w))",
+        "way_of(group, found.push, lane, x.xyz, v.w)",
+    ),
+    ("volume_particles", "+ group.first_group].xyz;", "+ group.first_group + 1u].xyz;"),
+    ("volume_particles", "vec4f(velocity, abs(v.w))", "vec4f(velocity, v.w)"),
+    (
+        "measure_kept_volumes",
+        "let inverse_mass = select(x.w, 0.0, signed_mass < 0.0);",
+        "let inverse_mass = x.w;",
+    ),
+    ("measure_kept_volumes", "if !is_flagged(group, RESTORED) {", "if false {"),
+    ("measure_kept_volumes", "abs(signed_mass), vec3f(0.0)", "signed_mass, vec3f(0.0)"),
+    ("restore_volumes", "const PROJECTED: f32 = 1e-6;", "const PROJECTED: f32 = 1.3e-6;"),
+    ("restore_volumes", "const PROJECTED: f32 = 1e-6;", "const PROJECTED: f32 = 0.7e-6;"),
+    ("restore_volumes", "abs(sums.x / 3.0 - goal)", "(sums.x / 3.0 - goal)"),
+    ("restore_volumes", "select(x.w, 0.0, v.w < 0.0) * lambda", "x.w * lambda"),
+    ("restore_volumes", "select(after.velocity.w, -abs(v.w), v.w < 0.0)", "after.velocity.w"),
+    ("restore_volumes", "let some = response > TINY;", "let some = response >= 0.0;"),
     ("scale_loads", "i += 256u", "i += 257u"),
     ("scale_loads", "scales[substeps[0].first_scale + index]", "scales[index]"),
     ("bend_hinges", "const STIFFEST: f32 = 16.0;", "const STIFFEST: f32 = 17.0;"),

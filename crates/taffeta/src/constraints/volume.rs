@@ -12,7 +12,7 @@
 //! With weights W the force is −λ u, u = W g − m (A + Ω × (x − c)): the rigid motion of the whole body by which W g would
 //! change its momenta is taken away, with A = Σ W g/M, Ω = I⁻¹ Σ (x − c) × W g; then D = Σ w g·u.
 
-use crate::real::{Real, add, cross, dot, scale, sub};
+use crate::real::{Real, cross, dot, scale, sub};
 
 /// How the multiplier is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,6 +136,17 @@ pub fn projection<T: Real>(sums: &[T], goal: T, tolerance: T) -> Option<Push<T>>
 /// Share of a body's response below which the nodes that may move are few.
 const FEW: f64 = 0.0625;
 
+/// a + b × c, one product after the other: some compilers of kernels do so whatever the brackets say.
+#[inline(always)]
+fn add_cross<T: Real>(a: [T; 3], b: [T; 3], c: [T; 3]) -> [T; 3] {
+    [a[0] + b[1] * c[2] - b[2] * c[1], a[1] + b[2] * c[0] - b[0] * c[2], a[2] + b[0] * c[1] - b[1] * c[0]]
+}
+
+/// a − b · c, one product after the other.
+fn less_dot<T: Real>(a: T, b: [T; 3], c: [T; 3]) -> T {
+    a - b[0] * c[0] - b[1] * c[1] - b[2] * c[2]
+}
+
 /// A quotient; 0 where nothing can move.
 fn share<T: Real>(wanted: T, response: T) -> T {
     if response > T::TINY { wanted / response } else { T::ZERO }
@@ -145,8 +156,8 @@ fn share<T: Real>(wanted: T, response: T) -> T {
 #[inline(always)]
 pub fn direction<T: Real>(push: &Push<T>, node: (&[T; 3], &[T; 3]), weight: T, mass: T) -> [T; 3] {
     let (place, gradient) = node;
-    let turned = cross(push.spin, sub(*place, push.centre));
-    sub(scale(add(push.shift, turned), mass), scale(*gradient, weight))
+    let turned = add_cross(push.shift, push.spin, sub(*place, push.centre));
+    sub(scale(turned, mass), scale(*gradient, weight))
 }
 
 /// The rigid motion that weights would cause; without weights none.
@@ -161,7 +172,7 @@ fn rigid<T: Real>(sums: &[T]) -> Push<T> {
     let (force, c) = ([px, py, pz], [mx / mass, my / mass, mz / mass]);
     push.centre = c;
     push.shift = [px / mass, py / mass, pz / mass];
-    let torque = sub([tx, ty, tz], cross(c, force));
+    let torque = add_cross([tx, ty, tz], force, c);
     let [xx, yy, zz] = [xx - mx * c[0], yy - my * c[1], zz - mz * c[2]];
     let [xy, xz, yz] = [xy - mx * c[1], xz - mx * c[2], yz - my * c[2]];
     push.spin = solve([yy + zz, xx + zz, xx + yy], [-xy, -xz, -yz], torque);
@@ -172,12 +183,12 @@ fn rigid<T: Real>(sums: &[T]) -> Push<T> {
 fn response<T: Real>(sums: &[T], push: &Push<T>) -> T {
     let &[_, _, plain, .., _, _, gx, gy, gz, tx, ty, tz] = sums else { return sums[2] };
     let (free, turn) = ([gx, gy, gz], [tx, ty, tz]);
-    let turn = sub(turn, cross(push.centre, free));
-    plain - (dot(free, push.shift) + dot(turn, push.spin))
+    let turn = add_cross(turn, free, push.centre);
+    less_dot(less_dot(plain, free, push.shift), turn, push.spin)
 }
 
 /// x of A x = b with A symmetric, by cofactors: `d` its diagonal, `o` = (A₁₂, A₁₃, A₂₃); 0 where A has no inverse.
-fn solve<T: Real>(d: [T; 3], o: [T; 3], b: [T; 3]) -> [T; 3] {
+pub fn solve<T: Real>(d: [T; 3], o: [T; 3], b: [T; 3]) -> [T; 3] {
     let trace = d[0] + d[1] + d[2];
     if trace <= T::ZERO {
         return [T::ZERO; 3];
@@ -195,7 +206,7 @@ fn solve<T: Real>(d: [T; 3], o: [T; 3], b: [T; 3]) -> [T; 3] {
 }
 
 /// Determinant below which a tensor of inertia, divided by its trace, is that of a line.
-const FLAT: f64 = 1e-7;
+pub const FLAT: f64 = 1e-7;
 
 /// Weight of a node at a `distance` [m] from the centre of a ball of `radius` [m]: eq. 15 with the missing π, cut off at
 /// the radius.

@@ -18,13 +18,12 @@ const PAPER_SHADER: u32 = 1u;
 const PRINTED: u32 = 2u;
 const PRESSURE: u32 = 3u;
 
-/// Numbers that all nodes of a body add up: 3 V [m³], Σ g·v* [m³/s], D [m⁴/kg]; with weights in addition M, Σ m r (3),
-/// Σ m r rᵀ (xx, yy, zz, xy, xz, yz), Σ W g (3), Σ r × W g (3), and over free nodes Σ g (3), Σ r × g (3).
-const VOLUME_SUMS: u32 = 25u;
 /// Determinant below which a tensor of inertia, divided by its trace, is that of a line.
 const FLAT: f32 = 1e-7;
 /// Share of a body's response below which the nodes that may move are few.
 const FEW: f32 = 0.0625;
+/// Relative error of a volume that is restored by moving nodes.
+const PROJECTED: f32 = 1e-6;
 
 /// A node as the sums over its body need it.
 struct VolumeNode {
@@ -53,6 +52,28 @@ struct Push {
     centre: vec3f,
 }
 
+/// What all nodes of a body add up; all but `plain` with weights alone.
+struct VolumeSums {
+    /// 3 V [m³], Σ g·v* [m³/s], D [m⁴/kg].
+    plain: vec3f,
+    /// M [kg].
+    mass: f32,
+    /// Σ m r.
+    moment: vec3f,
+    /// Σ m r rᵀ: xx, yy, zz.
+    diagonal: vec3f,
+    /// xy, xz, yz.
+    other: vec3f,
+    /// Σ W g.
+    push: vec3f,
+    /// Σ r × W g.
+    turn: vec3f,
+    /// Σ g over free nodes.
+    free: vec3f,
+    /// Σ r × g over free nodes.
+    free_turn: vec3f,
+}
+
 /// What a node adds to the sums.
 fn volume_terms(node: VolumeNode) -> vec3f {
     let g = node.gradient;
@@ -60,19 +81,27 @@ fn volume_terms(node: VolumeNode) -> vec3f {
 }
 
 /// What a node with a weight adds.
-fn weighted_terms(node: VolumeNode) -> array<f32, VOLUME_SUMS> {
+fn weighted_terms(node: VolumeNode) -> VolumeSums {
     let plain = volume_terms(node);
     let r = node.place;
     let p = node.gradient * node.weight;
     let g = select(vec3f(0.0), node.gradient, node.inverse_mass > 0.0);
     let m = r * node.mass;
-    let t = cross3(r, p);
-    let s = cross3(r, g);
-    return array<f32, VOLUME_SUMS>(
-        plain.x, plain.y, node.weight * plain.z, node.mass, m.x, m.y, m.z,
-        m.x * r.x, m.y * r.y, m.z * r.z, m.x * r.y, m.x * r.z, m.y * r.z,
-        p.x, p.y, p.z, t.x, t.y, t.z, g.x, g.y, g.z, s.x, s.y, s.z,
+    return VolumeSums(
+        vec3f(plain.x, plain.y, node.weight * plain.z), node.mass, m,
+        vec3f(m.x * r.x, m.y * r.y, m.z * r.z), vec3f(m.x * r.y, m.x * r.z, m.y * r.z),
+        p, cross3(r, p), g, cross3(r, g),
     );
+}
+
+/// a + b × c, one product after the other: some compilers do so whatever the brackets say.
+fn add_cross(a: vec3f, b: vec3f, c: vec3f) -> vec3f {
+    return vec3f(a.x + b.y * c.z - b.z * c.y, a.y + b.z * c.x - b.x * c.z, a.z + b.x * c.y - b.y * c.x);
+}
+
+/// a − b · c, one product after the other.
+fn less_dot(a: f32, b: vec3f, c: vec3f) -> f32 {
+    return a - b.x * c.x - b.y * c.y - b.z * c.z;
 }
 
 /// A quotient; 0 where nothing can move.
@@ -103,29 +132,26 @@ fn solve_symmetric(diagonal: vec3f, other: vec3f, right: vec3f) -> vec3f {
     return x / determinant;
 }
 
-/// The rigid motion that weights would cause.
-fn rigid_push(sums: array<f32, VOLUME_SUMS>) -> Push {
-    let mass = sums[3];
-    if mass <= 0.0 {
+/// The rigid motion that weights would cause; λ is 0.
+fn rigid_push(sums: VolumeSums) -> Push {
+    if sums.mass <= 0.0 {
         return Push(vec3f(0.0), 0.0, vec3f(0.0), vec3f(0.0));
     }
-    let m = vec3f(sums[4], sums[5], sums[6]);
-    let c = m / mass;
-    let force = vec3f(sums[13], sums[14], sums[15]);
-    let torque = vec3f(sums[16], sums[17], sums[18]) - cross3(c, force);
-    let xx = sums[7] - m.x * c.x;
-    let yy = sums[8] - m.y * c.y;
-    let zz = sums[9] - m.z * c.z;
-    let other = vec3f(sums[10] - m.x * c.y, sums[11] - m.x * c.z, sums[12] - m.y * c.z);
+    let m = sums.moment;
+    let c = m / sums.mass;
+    let torque = add_cross(sums.turn, sums.push, c);
+    let xx = sums.diagonal.x - m.x * c.x;
+    let yy = sums.diagonal.y - m.y * c.y;
+    let zz = sums.diagonal.z - m.z * c.z;
+    let other = vec3f(sums.other.x - m.x * c.y, sums.other.y - m.x * c.z, sums.other.z - m.y * c.z);
     let spin = solve_symmetric(vec3f(yy + zz, xx + zz, xx + yy), -other, torque);
-    return Push(force / mass, 0.0, spin, c);
+    return Push(sums.push / sums.mass, 0.0, spin, c);
 }
 
 /// D of weighted nodes: what is left of it once the rigid motion is taken away.
-fn weighted_response(sums: array<f32, VOLUME_SUMS>, push: Push) -> f32 {
-    let free = vec3f(sums[19], sums[20], sums[21]);
-    let turn = vec3f(sums[22], sums[23], sums[24]) - cross3(push.centre, free);
-    return sums[2] - (dot3(free, push.shift) + dot3(turn, push.spin));
+fn weighted_response(sums: VolumeSums, push: Push) -> f32 {
+    let turn = add_cross(sums.free_turn, sums.free, push.centre);
+    return less_dot(less_dot(sums.plain.z, sums.free, push.shift), turn, push.spin);
 }
 
 /// λ of a sub-step of `h` [s] that ends at the volume `goal` [m³], or acts with the pressure `goal` [Pa]; `sums` are 3 V,
@@ -149,20 +175,20 @@ fn multiplier(form: u32, sums: vec3f, goal: f32, h: f32) -> f32 {
     }
 }
 
-/// λ by which nodes are moved so that the volume is `goal` [m³]; 0 where it is already, to `tolerance`. In place of
-/// Σ g·v* the sums have D of all nodes, also of those that must not move. Where these are nearly all, the few others
-/// would be thrown across the scene; so they give back a part, and the rest stays as an error.
-fn projection(sums: vec3f, goal: f32, tolerance: f32) -> f32 {
-    let off = sums.x / 3.0 - goal;
-    if abs(off) <= tolerance * goal {
-        return 0.0;
-    }
+/// Whether a volume is as it should be; `sums` as above.
+fn is_restored(sums: vec3f, goal: f32) -> bool {
+    return abs(sums.x / 3.0 - goal) <= PROJECTED * goal;
+}
+
+/// λ that moves nodes so that the volume is `goal` [m³]. In place of Σ g·v* the sums have D of all nodes, also of those
+/// that must not move. Where these are nearly all, the few others would be thrown across the scene; so they give back a
+/// part, and the rest stays as an error.
+fn projection(sums: vec3f, goal: f32) -> f32 {
     let least = FEW * sums.y;
-    return volume_share(off, select(least, sums.z, sums.z > least));
+    return volume_share(sums.x / 3.0 - goal, select(least, sums.z, sums.z > least));
 }
 
 /// −u of a node: what λ is multiplied by.
 fn push_direction(push: Push, place: vec3f, gradient: vec3f, weight: f32, mass: f32) -> vec3f {
-    let turned = cross3(push.spin, place - push.centre);
-    return (push.shift + turned) * mass - gradient * weight;
+    return add_cross(push.shift, push.spin, place - push.centre) * mass - gradient * weight;
 }

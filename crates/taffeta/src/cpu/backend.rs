@@ -23,7 +23,7 @@ use std::ops::Range;
 use std::sync::Mutex;
 
 #[cfg(feature = "gpu")]
-pub use apart::Between;
+pub use apart::{Between, KeptParts};
 
 /// Cache lines between the starts of the arrays that a kernel walks through together: twelve of them share the 64
 /// sets of a first-level cache evenly.

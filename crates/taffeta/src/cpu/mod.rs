@@ -16,9 +16,9 @@ mod volume;
 mod volume_tile;
 mod worker;
 
-#[cfg(feature = "gpu")]
-pub use backend::Between;
 pub use backend::CpuBackend;
+#[cfg(feature = "gpu")]
+pub use backend::{Between, KeptParts};
 #[cfg(all(test, feature = "gpu"))]
 pub use contact::ROUNDS;
 pub use simd::SimdLevel;

@@ -4,7 +4,7 @@ use super::kernels::Kernels;
 use super::layout::{Collider, Four, Motion};
 use super::mirror::{Landing, Mirror};
 use super::normals::AllNormals;
-use super::options::{GpuKernels, GpuOptions, refuse_loops, refuse_untiled};
+use super::options::{GpuKernels, GpuOptions, refuse_late, refuse_loops, refuse_untiled};
 use super::paper::{self, Paper};
 use super::recorder::Recorder;
 use super::segment::Segment;
@@ -55,10 +55,8 @@ impl GpuBackend {
     pub fn new(options: &GpuOptions, mut assembly: Assembly) -> Result<Self, String> {
         let gpu = options.gpu.clone();
         let words = |error: GpuError| error.to_string();
-        if assembly.volumes().next().is_some() {
-            return Err("the GPU backend does not keep volumes yet; --backend cpu would do".into());
-        }
         paper::check(options, &assembly)?;
+        refuse_late(options.from, &assembly)?;
         refuse_loops(&gpu, assembly.colliders.len())?;
         let mut parts = Vec::new();
         for bodies in segments(&assembly, gpu.largest_binding())? {
@@ -108,7 +106,7 @@ impl GpuBackend {
         let Assembly { colliders, tracks, loads, .. } = &self.assembly;
         let bytes = if self.assembly.colliders_move() { colliders.len() * size_of::<Collider>() } else { 0 }
             + tracks.len() * size_of::<Motion>()
-            + loads.len() * size_of::<f32>();
+            + (loads.len() + self.assembly.volumes().count()) * size_of::<f32>();
         (AT_ONCE.1 / bytes.max(1)).clamp(1, AT_ONCE.0)
     }
 

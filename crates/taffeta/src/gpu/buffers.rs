@@ -2,7 +2,7 @@
 
 use super::layout::{
     Chunk, Collider, Entry, Four, GROUP, Grid, Hinge, Load, Motion, NODE_SUMS, Patch, Pin, Run,
-    SUBSTEPS_SEEN, Small, Substep, Tile,
+    SUBSTEPS_SEEN, Small, Substep, Tile, VolumeGroup,
 };
 use super::patches::Patches;
 use super::tables::Tables;
@@ -26,6 +26,7 @@ pub struct Fixed {
     pub node_elements: Buffer<u32>,
     pub chunks: Buffer<Chunk>,
     pub corners: Buffer<u32>,
+    pub volume_groups: Buffer<VolumeGroup>,
 }
 
 /// What lasts for a sub-step.
@@ -33,6 +34,7 @@ pub struct Scratch {
     pub loads: Buffer<Load>,
     pub force: Buffer<Four>,
     pub hinge_forces: Buffer<Four>,
+    pub volume_sums: Buffer<Four>,
 }
 
 /// Sums, and where the host reads them.
@@ -55,6 +57,7 @@ pub struct Told {
     pub colliders: Buffer<Collider>,
     pub motions: Buffer<Motion>,
     pub scales: Buffer<f32>,
+    pub goals: Buffer<f32>,
     pub pins: Buffer<Pin>,
     pub hand_forces: Buffer<Four>,
 }
@@ -85,6 +88,7 @@ impl Fixed {
             node_elements: gpu.buffer_from("loads and hinges by node", &tables.elements.items)?,
             chunks: gpu.buffer_from("chunks of triangles", &tables.chunks)?,
             corners: gpu.buffer_from("triangles", &tables.corners)?,
+            volume_groups: gpu.buffer_from("groups of volumes", &tables.volume_groups)?,
         })
     }
 }
@@ -133,6 +137,7 @@ impl Told {
             colliders: gpu.buffer("colliders", 1)?,
             motions: gpu.buffer("motions", 1)?,
             scales: gpu.buffer("scales of loads", 1)?,
+            goals: gpu.buffer("volumes to keep", 1)?,
             pins: gpu.buffer("pins", tables.pins.len())?,
             hand_forces: gpu.buffer("forces by hand", 1)?,
         })

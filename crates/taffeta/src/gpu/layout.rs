@@ -25,7 +25,8 @@ pub struct Substep {
     pub hand_forces: u32,
     pub pins: u32,
     pub left: u32,
-    pub padding: [u32; 47],
+    pub first_goal: u32,
+    pub padding: [u32; 46],
 }
 
 /// Records of sub-steps that a dispatch sees: its own and those after it.
@@ -141,6 +142,9 @@ pub struct Run {
 /// In [`Run::count`]: the slice belongs to a grid.
 pub const NOT_A_MESH: u32 = u32::MAX;
 
+/// In [`Run::count`]: the entries are a ring of a body that keeps its volume.
+pub const IS_RING: u32 = 1 << 31;
+
 /// `Entry` of mesh.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -189,6 +193,28 @@ pub struct Chunk {
     pub first: u32,
     pub count: u32,
 }
+
+/// `VolumeGroup` of volume.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct VolumeGroup {
+    pub first: u32,
+    pub count: u32,
+    pub gradients: u32,
+    pub origin: u32,
+    pub first_group: u32,
+    pub groups: u32,
+    pub goal: u32,
+    pub form: u32,
+    pub flags: u32,
+}
+
+/// In [`VolumeGroup::flags`]: nodes have weights.
+pub const WEIGHTED: u32 = 1;
+/// In [`VolumeGroup::flags`]: nodes are moved after contact.
+pub const RESTORED: u32 = 2;
+/// Vectors of each group in `volume_sums` of volume.wgsl.
+pub const VOLUME_PARTS: usize = 9;
 
 /// Bytes of a node in a patch.
 pub const PATCH_NODE_BYTES: u32 = 28;

@@ -22,7 +22,7 @@ fn row_springs(node: u32) -> vec2f {
     var found = vec2f(0.0);
     for (var kind = 0u; kind < KINDS; kind++) {
         let run = runs[node / LANES * KINDS + kind];
-        for (var i = 0u; i < run.count; i++) {
+        for (var i = 0u; i < (run.count & ~IS_RING); i++) {
             let entry = entries[run.start + LANES * i + node % LANES];
             if entry.rest_length > 0.0 {
                 let length = norm3(position_of(entry.neighbour) - position_of(node));

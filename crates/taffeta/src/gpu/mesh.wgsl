@@ -27,8 +27,13 @@ override KINDS: u32 = 1u;
 
 /// The force so far [N] and that of all springs at a node.
 fn add_mesh_springs(before: vec3f, node: u32, x: vec3f, v: vec3f) -> vec3f {
+    return add_kinds(before, 0u, node, x, v);
+}
+
+/// The same for the springs of some kinds, from `first` on.
+fn add_kinds(before: vec3f, first: u32, node: u32, x: vec3f, v: vec3f) -> vec3f {
     var total = before;
-    for (var kind = 0u; kind < KINDS; kind++) {
+    for (var kind = first; kind < KINDS; kind++) {
         let run = runs[node / LANES * KINDS + kind];
         var sum = vec3f(0.0);
         for (var i = 0u; i < run.count; i++) {

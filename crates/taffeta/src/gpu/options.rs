@@ -2,6 +2,7 @@
 
 use super::patches;
 use super::segment::Segment;
+use crate::assembly::Assembly;
 use crate::step::Stage;
 use taffeta_gpu::Gpu;
 
@@ -47,6 +48,18 @@ pub fn refuse_loops(gpu: &Gpu, colliders: usize) -> Result<(), String> {
     Err(format!(
         "the scene has {colliders} colliders, and a software adapter does not finish loops over more than {most}; \
          --backend cpu would do"
+    ))
+}
+
+/// Refuses to take over a scene with volumes behind the stage in which bodies are summed up.
+pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), String> {
+    let kept = assembly.volumes().next();
+    let Some((body, _)) = kept.filter(|_| from > Stage::Volumes) else { return Ok(()) };
+    Err(format!(
+        "body `{}` keeps its volume, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
+        body.name,
+        Stage::Volumes.name(),
+        from.name()
     ))
 }
 

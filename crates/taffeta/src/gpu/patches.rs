@@ -45,8 +45,12 @@ fn steps(tables: &Tables, colliders: usize) -> usize {
 }
 
 impl Patches {
-    /// Each body whole, if all have room, for as many sub-steps as can be taken at once; `None` where that is one.
+    /// Each body whole, if all have room, for as many sub-steps as can be taken at once; `None` where that is one,
+    /// or where volumes are kept: sums over a body are no part of a patch.
     pub fn whole(tables: &Tables, room: u32, colliders: usize) -> Option<Self> {
+        if !tables.volume_groups.is_empty() {
+            return None;
+        }
         let nodes = |grid: &Grid| (grid.rows * grid.cols) as u32;
         let fits = tables.grids.iter().all(|grid| nodes(grid) <= room)
             && tables.meshes.iter().all(|mesh| mesh.count <= room);

@@ -1,7 +1,7 @@
 //! A frame as a list of dispatches: `step::frame` says in which order.
 
 use super::kernels::{Kernels, Name};
-use super::layout::{GROUP, NODE_SUMS};
+use super::layout::{GROUP, NODE_SUMS, RESTORED};
 use super::segment::{Counts, Segment};
 use crate::step::{Stage, Stages, Tile};
 use taffeta_gpu::{DispatchList, GpuError};
@@ -30,44 +30,54 @@ const FUSED: [Stage; 5] = [Stage::Loads, Stage::Springs, Stage::Integrate, Stage
 
 /// Particle stages as they are asked for, to be run later.
 #[derive(Default)]
-pub struct Listed(Vec<Stage>);
+pub struct Listed {
+    stages: Vec<Stage>,
+    /// Whether they are those of a body that keeps its volume.
+    keeps_volume: bool,
+}
 
 impl Listed {
     /// The stages in their order.
     pub fn stages(&self) -> impl Iterator<Item = Stage> + use<'_> {
-        self.0.iter().copied()
+        self.stages.iter().copied()
     }
 }
 
 impl Tile for Listed {
     fn loads(&mut self) {
-        self.0.push(Stage::Loads);
+        self.stages.push(Stage::Loads);
     }
 
     fn springs(&mut self) {
-        self.0.push(Stage::Springs);
+        self.stages.push(Stage::Springs);
     }
 
     fn keeps_volume(&self) -> bool {
-        false
+        self.keeps_volume
     }
 
-    fn gradients(&mut self) {}
+    fn gradients(&mut self) {
+        self.stages.push(Stage::Volumes);
+    }
 
-    fn keep_volume(&mut self) {}
+    fn keep_volume(&mut self) {
+        self.stages.push(Stage::Volumes);
+    }
 
-    fn restore_volume(&mut self) {}
+    fn restore_volume(&mut self) {
+        self.stages.push(Stage::Project);
+    }
 
     fn integrate(&mut self) {
-        self.0.push(Stage::Integrate);
+        self.stages.push(Stage::Integrate);
     }
 
     fn pins(&mut self) {
-        self.0.push(Stage::Pins);
+        self.stages.push(Stage::Pins);
     }
 
     fn contact(&mut self) {
-        self.0.push(Stage::Contact);
+        self.stages.push(Stage::Contact);
     }
 }
 
@@ -93,6 +103,7 @@ impl Stages for Recorder<'_> {
         let mut listed = Listed::default();
         stages(&mut listed);
         let fused = listed.stages().eq(FUSED) && self.from == Stage::Elements;
+        let pins_later = self.keeps_volumes();
         if substep < self.ahead {
             return;
         }
@@ -104,20 +115,40 @@ impl Stages for Recorder<'_> {
             self.at_once(substep);
         } else {
             let from = self.from;
-            for stage in listed.stages().filter(|stage| *stage >= from) {
+            let asked = listed.stages().filter(|stage| *stage >= from);
+            for stage in asked.filter(|stage| !(pins_later && *stage == Stage::Pins)) {
                 self.alone(stage, substep);
             }
+        }
+        if pins_later {
+            self.sum_volumes(substep);
         }
     }
 
     fn keeps_volumes(&self) -> bool {
-        false
+        !self.segment.tables.volume_groups.is_empty()
     }
 
-    fn volumes(&mut self, _: &usize, _: impl Fn(&mut Listed)) {}
+    /// One kernel adds the force of the constraint and does what comes after it, but for pins.
+    fn volumes(&mut self, &substep: &usize, _: impl Fn(&mut Listed)) {
+        self.list.stage("volumes");
+        self.dispatch("volume_particles", substep, self.segment.tables.volume_groups.len());
+        self.alone(Stage::Pins, substep);
+    }
 
-    fn project(&mut self, _: &usize, _: impl Fn(&mut Listed)) -> bool {
-        true
+    /// A round. Nothing is read back, so that all rounds are written down; on volumes that are restored they do nothing.
+    fn project(&mut self, &substep: &usize, _: impl Fn(&mut Listed)) -> bool {
+        let groups = &self.segment.tables.volume_groups;
+        let (count, any) = (groups.len(), groups.iter().any(|group| group.flags & RESTORED != 0));
+        if any {
+            self.list.stage("project");
+            // It measures what the others have written.
+            self.segment.current = 1 - self.segment.current;
+            self.dispatch("measure_kept_volumes", substep, count);
+            self.segment.current = 1 - self.segment.current;
+            self.dispatch("restore_volumes", substep, count);
+        }
+        !any
     }
 
     fn end(&mut self, &substep: &usize) {
@@ -175,11 +206,26 @@ impl Recorder<'_> {
         let (tiles, meshes) = (self.segment.tables.tiles.len(), self.mesh_groups());
         self.dispatch_kernel(Name { entry: "grid_particles", loads_given }, substep, tiles);
         self.dispatch_kernel(Name { entry: "mesh_particles", loads_given }, substep, meshes);
-        self.alone(Stage::Pins, substep);
+        if !self.keeps_volumes() {
+            self.alone(Stage::Pins, substep);
+        }
     }
 
+    /// Forces and gradients of bodies that keep their volume, and what the multiplier needs.
+    fn sum_volumes(&mut self, substep: usize) {
+        self.list.stage("volumes");
+        let given = self.from > Stage::Elements || self.loads_given();
+        let entry = match self.from {
+            Stage::Volumes => "volume_gradients",
+            _ if given => "volume_forces_given",
+            _ => "volume_forces",
+        };
+        self.dispatch(entry, substep, self.segment.tables.volume_groups.len());
+    }
+
+    /// Workgroups over places where a mesh keeps no volume.
     fn mesh_groups(&self) -> usize {
-        if self.segment.tables.kinds > 0 { self.segment.tables.place_groups() } else { 0 }
+        if self.segment.tables.meshes.is_empty() { 0 } else { self.segment.tables.place_groups() }
     }
 
     /// One particle stage in kernels of its own.
@@ -212,5 +258,62 @@ impl Recorder<'_> {
         self.dispatch("measure_hinges", 0, hinges);
         self.dispatch("measure_volumes", 0, chunks);
         self.segment.sums.copy(self.list);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step;
+
+    /// What a sub-step asks of bodies that keep their volume.
+    #[derive(Default)]
+    struct Asked(Vec<Vec<Stage>>);
+
+    impl Asked {
+        fn note(&mut self, stages: impl Fn(&mut Listed)) {
+            let mut listed = Listed { keeps_volume: true, ..Listed::default() };
+            stages(&mut listed);
+            self.0.push(listed.stages);
+        }
+    }
+
+    impl Stages for Asked {
+        type Substep = ();
+        type Tile<'t> = Listed;
+
+        fn elements(&mut self, (): &()) {}
+
+        fn particles(&mut self, (): &(), stages: impl Fn(&mut Listed)) {
+            self.note(stages);
+        }
+
+        fn keeps_volumes(&self) -> bool {
+            true
+        }
+
+        fn volumes(&mut self, (): &(), stages: impl Fn(&mut Listed)) {
+            self.note(stages);
+        }
+
+        fn project(&mut self, (): &(), stages: impl Fn(&mut Listed)) -> bool {
+            self.note(stages);
+            false
+        }
+
+        fn end(&mut self, (): &()) {}
+
+        fn diagnose(&mut self) {}
+    }
+
+    #[test]
+    fn the_kernels_of_volumes_do_what_a_sub_step_asks_for() {
+        use Stage::{Contact, Integrate, Loads, Pins, Project, Springs, Volumes};
+        let mut asked = Asked::default();
+        step::frame(&mut asked, &[()]);
+        let forces = vec![Loads, Springs, Volumes];
+        let particles = vec![Volumes, Integrate, Pins, Contact];
+        let rounds = vec![vec![Project, Contact]; step::PROJECTIONS];
+        assert_eq!(asked.0, [vec![forces, particles], rounds].concat());
     }
 }

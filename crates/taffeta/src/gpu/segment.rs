@@ -2,7 +2,9 @@
 
 use super::buffers::{Fixed, Scratch, Sums, Told, fill};
 use super::kernels::{Kernels, Name, Sizes};
-use super::layout::{BY_HAND, Collider, Four, Load, Motion, Pin, SUBSTEPS_SEEN, Substep, TORQUE};
+use super::layout::{
+    BY_HAND, Collider, Four, Load, Motion, Pin, SUBSTEPS_SEEN, Substep, TORQUE, VOLUME_PARTS,
+};
 use super::options::GpuKernels;
 use super::paper::Paper;
 use super::patches::{self, Patches};
@@ -94,10 +96,15 @@ impl Segment {
         };
         let states = [state()?, state()?];
         let fixed = Fixed::new(gpu, &tables, patches.as_ref().unwrap_or(&Patches::default()))?;
-        let places = if apart || tables.has_elements() { tables.len() } else { 0 };
+        let forces = if !tables.weights.is_empty() {
+            gpu.buffer_from("forces and gradients", &tables.forces())?
+        } else {
+            gpu.buffer("forces", if apart || tables.has_elements() { tables.len() } else { 0 })?
+        };
         let scratch = Scratch {
             loads: gpu.buffer_from("loads", &tables.loads)?,
-            force: gpu.buffer("forces", places)?,
+            force: forces,
+            volume_sums: gpu.buffer("sums of volumes", VOLUME_PARTS * tables.volume_groups.len())?,
             hinge_forces: gpu.buffer("forces of hinges", 4 * tables.hinges.len())?,
         };
         let sums = Sums::new(gpu, &tables)?;
@@ -105,6 +112,7 @@ impl Segment {
         tables.entries = Vec::new();
         tables.runs = Vec::new();
         tables.corners = Vec::new();
+        tables.weights = Vec::new();
         tables.elements.items = Vec::new();
         Ok(Self {
             gpu: gpu.clone(),
@@ -168,6 +176,9 @@ impl Segment {
         let numbers = &self.tables.load_numbers;
         let scales: Vec<f32> =
             substeps.iter().flat_map(|s| numbers.iter().map(|&load| s.scales[load])).collect();
+        let kept = &self.tables.volume_numbers;
+        let goals: Vec<f32> =
+            substeps.iter().flat_map(|s| kept.iter().map(|&volume| s.goals[volume])).collect();
         let world = &assembly.world;
         let record = |(index, s): (usize, &plan::Substep<f32>)| Substep {
             gravity: world.gravity.map(|c| c as f32),
@@ -183,11 +194,12 @@ impl Segment {
             hand_forces: forces.len() as u32,
             pins: pins.len() as u32,
             left: (substeps.len() - index) as u32,
-            padding: [0; 47],
+            first_goal: (index * kept.len()) as u32,
+            padding: [0; 46],
         };
         let records: Vec<Substep> = substeps.iter().enumerate().map(record).collect();
         let counts = Counts { hand_forces: forces.len(), pins: pins.len() };
-        self.write(&records, &colliders, &motions, &scales, &pins, &forces)?;
+        self.write(&records, &colliders, &motions, [&scales, &goals], &pins, &forces)?;
         Ok(counts)
     }
 
@@ -196,7 +208,7 @@ impl Segment {
         substeps: &[Substep],
         colliders: &[Collider],
         motions: &[Motion],
-        scales: &[f32],
+        [scales, goals]: [&[f32]; 2],
         pins: &[Pin],
         forces: &[Four],
     ) -> Result<(), GpuError> {
@@ -210,6 +222,7 @@ impl Segment {
         new |= fill(gpu, "colliders", &mut told.colliders, colliders)?;
         new |= fill(gpu, "motions", &mut told.motions, motions)?;
         new |= fill(gpu, "scales of loads", &mut told.scales, scales)?;
+        new |= fill(gpu, "volumes to keep", &mut told.goals, goals)?;
         new |= fill(gpu, "pins", &mut told.pins, pins)?;
         new |= fill(gpu, "forces by hand", &mut told.hand_forces, forces)?;
         if !forces.is_empty() && self.scratch.force.len() < self.tables.len() {
@@ -282,13 +295,14 @@ impl Segment {
         let (fixed, scratch, sums, told) = (&self.fixed, &self.scratch, &self.sums, &self.told);
         let [old, new] = [&self.states[from], &self.states[1 - from]];
         let seen = Seen(&told.substeps);
-        let buffers: [(&str, &dyn Bindable); 31] = [
+        let buffers: [(&str, &dyn Bindable); 34] = [
             ("substeps", &seen),
             ("colliders", &told.colliders),
             ("motions", &told.motions),
             ("scales", &told.scales),
             ("pins", &told.pins),
             ("hand_forces", &told.hand_forces),
+            ("goals", &told.goals),
             ("grids", &fixed.grids),
             ("tiles", &fixed.tiles),
             ("patches", &fixed.patches),
@@ -301,6 +315,7 @@ impl Segment {
             ("node_elements", &fixed.node_elements),
             ("chunks", &fixed.chunks),
             ("corners", &fixed.corners),
+            ("volume_groups", &fixed.volume_groups),
             ("old_position", &old.position),
             ("old_velocity", &old.velocity),
             ("new_position", &new.position),
@@ -309,6 +324,7 @@ impl Segment {
             ("force", &scratch.force),
             ("load", &scratch.force),
             ("hinge_forces", &scratch.hinge_forces),
+            ("volume_sums", &scratch.volume_sums),
             ("node_sums", &sums.nodes),
             ("grid_spring_sums", &sums.grid_springs),
             ("mesh_spring_sums", &sums.mesh_springs),

@@ -25,7 +25,9 @@ struct Substep {
     /// Nodes that move.
     pins: u32,
     /// Sub-steps that were handed over with it, from this one on.
-    @size(192) left: u32,
+    left: u32,
+    /// Volumes to keep, or pressures, at its end, from here on.
+    @size(188) first_goal: u32,
 }
 
 /// The sub-step of this dispatch, and those after it.

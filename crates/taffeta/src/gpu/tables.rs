@@ -1,8 +1,8 @@
 //! What a frame never changes, by segment: some whole bodies, as many as one binding can hold.
 
 use super::layout::{
-    Along, Chunk, Entry, FORCE, Four, GROUP, Grid, Hinge, IS_LOAD, Load, NOT_A_MESH, Pin, Run, Small, TILE,
-    TORQUE, Tile,
+    Along, Chunk, Entry, FORCE, Four, GROUP, Grid, Hinge, IS_LOAD, IS_RING, Load, NOT_A_MESH, Pin, RESTORED,
+    Run, Small, TILE, TORQUE, Tile, VolumeGroup, WEIGHTED,
 };
 use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections, LoadKind};
 use crate::topology::{Csr, LANES, SpringKind};
@@ -20,11 +20,17 @@ pub struct Tables {
     pub velocity: Vec<Four>,
     pub grids: Vec<Grid>,
     pub tiles: Vec<Tile>,
+    /// Meshes that keep no volume.
     pub meshes: Vec<Small>,
     /// Kinds of springs that a slice has at most; 0: no mesh.
     pub kinds: usize,
     pub runs: Vec<Run>,
     pub entries: Vec<Entry>,
+    pub volume_groups: Vec<VolumeGroup>,
+    /// Weight of each place of the bodies that keep a volume, one body after the other.
+    pub weights: Vec<f32>,
+    /// Which of the scene's volumes are theirs.
+    pub volume_numbers: Vec<usize>,
     pub hinges: Vec<Hinge>,
     pub loads: Vec<Load>,
     pub load_nodes: Vec<u32>,
@@ -46,8 +52,10 @@ fn largest_array(body: &BodyAssembly) -> (u64, &'static str) {
         // Slices are as long as their longest row; a quarter more is what meshes were seen to need.
         BodySprings::Mesh(lists) => lists.iter().map(|list| list.pairs.len() as u64 * 5 / 2).sum(),
     };
+    let kept = if body.volume.is_some() { body.places() as u64 } else { 0 };
     let arrays = [
         ((body.places() * size_of::<Four>()) as u64, "positions"),
+        (kept * 2 * size_of::<Four>() as u64, "forces and gradients"),
         (springs * size_of::<Entry>() as u64, "springs"),
         ((body.hinges.len() * 4 * size_of::<Four>()) as u64, "forces of hinges"),
         ((body.closed_triangles.len() * 12) as u64, "triangles"),
@@ -100,6 +108,7 @@ impl Tables {
             tables.add_hinges(body);
             tables.add_volume(index, body);
         }
+        tables.keep_volumes(assembly, chosen);
         tables.add_loads(assembly);
         tables.add_pins(assembly);
         tables.list_elements();
@@ -156,14 +165,18 @@ impl Tables {
         let base = self.runs.len();
         let none = Run { start: 0, count: 0, k: 0.0, damping: 0.0 };
         self.runs.resize(base + slices * self.kinds, none);
-        self.meshes.push(Small { first, count: body.places() as u32 });
+        let is_kept = body.volume.is_some();
+        if !is_kept {
+            self.meshes.push(Small { first, count: body.places() as u32 });
+        }
         for (kind, (k, damping, gather)) in body.gathered()?.into_iter().enumerate() {
             let start =
                 u32::try_from(self.entries.len()).map_err(|_| "too many springs for 32 bits".to_owned())?;
             for (slice, ends) in gather.slice_starts.windows(2).enumerate() {
+                let mark = if is_kept && kind == 0 { IS_RING } else { 0 };
                 self.runs[base + slice * self.kinds + kind] = Run {
                     start: start + ends[0],
-                    count: (ends[1] - ends[0]) / LANES as u32,
+                    count: ((ends[1] - ends[0]) / LANES as u32) | mark,
                     k: k as f32,
                     damping: damping as f32,
                 };
@@ -197,6 +210,39 @@ impl Tables {
             self.chunk_bodies.push(index);
         }
         self.corners.extend(body.closed_triangles.as_flattened().iter().map(|node| node + origin));
+    }
+
+    /// Cuts the bodies that keep a volume into groups, in the order of [`Assembly::volumes`].
+    fn keep_volumes(&mut self, assembly: &Assembly, chosen: &[BodyAssembly]) {
+        let inside = |body: &BodyAssembly| chosen.iter().any(|one| one.first == body.first);
+        let all = assembly.volumes().enumerate().filter(|(_, (body, _))| inside(body));
+        for (goal, (number, (body, kept))) in (0..).zip(all) {
+            let (first, first_group) = (self.local(body.first), self.volume_groups.len() as u32);
+            let gradients = (self.len() + self.weights.len()) as u32;
+            let flag = |is: bool, flag: u32| if is { flag } else { 0 };
+            let flags = flag(kept.weights.is_some(), WEIGHTED) | flag(kept.projects, RESTORED);
+            self.volume_groups.extend((0..body.nodes).step_by(GROUP).map(|start| VolumeGroup {
+                first: first + start as u32,
+                count: GROUP.min(body.nodes - start) as u32,
+                gradients: gradients + start as u32,
+                origin: first,
+                first_group,
+                groups: body.nodes.div_ceil(GROUP) as u32,
+                goal,
+                form: kept.form as u32,
+                flags,
+            }));
+            let weight = |node: usize| kept.weights.as_ref().map_or(1.0, |weights| weights[node] as f32);
+            self.weights.extend((0..body.nodes).map(weight));
+            self.weights.resize(self.weights.len().next_multiple_of(LANES), 0.0);
+            self.volume_numbers.push(number);
+        }
+    }
+
+    /// Room for forces by place and, behind them, gradients with weights.
+    pub fn forces(&self) -> Vec<Four> {
+        let gradients = self.weights.iter().map(|&weight| [0.0, 0.0, 0.0, weight]);
+        std::iter::repeat_n([0.0; 4], self.len()).chain(gradients).collect()
     }
 
     fn add_loads(&mut self, assembly: &Assembly) {

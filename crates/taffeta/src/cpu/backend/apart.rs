@@ -3,8 +3,10 @@
 use super::{CpuBackend, Fields};
 use crate::assembly::BodyAssembly;
 use crate::backend::{Backend, Hand};
+use crate::constraints::volume::WEIGHTED_SUMS;
 use crate::cpu::shared::Shared;
 use crate::cpu::tile::CpuTile;
+use crate::cpu::worker::Worker;
 use crate::diagnostics::StateSums;
 use crate::plan::Substep;
 use crate::real::Real;
@@ -66,6 +68,9 @@ impl<T: Real> CpuBackend<T> {
         let corrections = self.corrections.share();
         let scratch = self.scratch[0].get_mut().unwrap_or_else(PoisonError::into_inner);
         scratch.sweep.restart();
+        for (origin, volume) in scratch.origins.iter_mut().zip(&self.setup.volumes) {
+            *origin = [0, 1, 2].map(|axis| old[axis][volume.first]);
+        }
         between.touched = vec![0; between.force.len()];
         for plan in &self.setup.tiles {
             let hinge_forces = &self.hinge_forces;
@@ -109,6 +114,58 @@ impl<T: Real> CpuBackend<T> {
                 self.fields[self.current][axis][place] = state(axis, place);
             }
         }
+    }
+}
+
+/// What the stages of volumes hand to each other, by place.
+#[derive(Clone, Debug, Default)]
+pub struct KeptParts<T> {
+    /// Force [N] without that of the constraint.
+    pub force: Vec<[T; 3]>,
+    /// Gradient of the volume [m²].
+    pub gradient: Vec<[T; 3]>,
+    /// Whether a place has touched a collider.
+    pub touched: Vec<bool>,
+    /// Sums of each group.
+    pub sums: Vec<[T; WEIGHTED_SUMS]>,
+}
+
+impl<T: Real> CpuBackend<T> {
+    /// Lends the only worker, in a sub-step from the state of now to the one after, which does not become that of now.
+    pub fn lend_worker(&mut self, job: impl Fn(&mut Worker<'_, T>) + Sync) {
+        assert_eq!(self.threads(), 1, "stages apart are for one worker");
+        self.work(job);
+    }
+
+    /// Places of bodies that keep their volume: among those of all such bodies, and among all.
+    fn kept_places(&self) -> impl Iterator<Item = (usize, usize)> + use<T> {
+        let of_body: Vec<_> =
+            self.setup.volumes.iter().map(|body| (body.places.clone(), body.first)).collect();
+        of_body
+            .into_iter()
+            .flat_map(|(places, first)| places.clone().map(move |i| (i, first + i - places.start)))
+    }
+
+    /// Says which places have touched a collider.
+    pub fn set_touched(&mut self, touched: impl Fn(usize) -> bool) {
+        self.kept_places().for_each(|(among, place)| self.corrections.touched[among] = touched(place));
+    }
+
+    /// What the stages of volumes have left.
+    pub fn kept_parts(&self) -> KeptParts<T> {
+        let (places, found) = (self.setup.assembly.places, &self.corrections);
+        let mut kept = KeptParts {
+            force: vec![[T::ZERO; 3]; places],
+            gradient: vec![[T::ZERO; 3]; places],
+            touched: vec![false; places],
+            sums: found.sums.clone(),
+        };
+        for (among, place) in self.kept_places() {
+            kept.force[place] = found.force.each_ref().map(|column| column[among]);
+            kept.gradient[place] = found.gradient.each_ref().map(|column| column[among]);
+            kept.touched[place] = found.touched[among];
+        }
+        kept
     }
 }
 

@@ -3,10 +3,12 @@
 use super::{read, sources};
 use crate::collision::contact::NARROW;
 use crate::collision::shape::{ColliderNow, PlaneNow, ShapeNow, SphereNow, Touching};
+use crate::constraints::volume::{FLAT, Form};
 use crate::cpu::ROUNDS;
 use crate::forces::hinge::STIFFEST;
 use crate::gpu::layout::{
-    BY_HAND, Collider, FORCE, GROUP, IS_LOAD, NODE_SUMS, NOT_A_MESH, OWN, PATCH_NODE_BYTES, TILE, TORQUE,
+    BY_HAND, Collider, FORCE, GROUP, IS_LOAD, IS_RING, NODE_SUMS, NOT_A_MESH, OWN, PATCH_NODE_BYTES,
+    RESTORED, TILE, TORQUE, VOLUME_PARTS, WEIGHTED,
 };
 use crate::real::Real;
 use crate::topology::LANES;
@@ -51,6 +53,16 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("IS_LOAD", f64::from(IS_LOAD)),
         ("BY_HAND", f64::from(BY_HAND)),
         ("NOT_A_MESH", f64::from(NOT_A_MESH)),
+        ("IS_RING", f64::from(IS_RING)),
+        ("WEIGHTED", f64::from(WEIGHTED)),
+        ("RESTORED", f64::from(RESTORED)),
+        ("VOLUME_PARTS", VOLUME_PARTS as f64),
+        ("KEPT", f64::from(Form::Kept as u32)),
+        ("PAPER_SHADER", f64::from(Form::PaperShader as u32)),
+        ("PRINTED", f64::from(Form::Printed as u32)),
+        ("PRESSURE", f64::from(Form::Pressure as u32)),
+        ("FLAT", f64::from(FLAT as f32)),
+        ("PROJECTED", f64::from(<f32 as Real>::PROJECTED)),
         ("LANES", LANES as f64),
         ("OWN", OWN as f64),
         ("NUMBERS_A_NODE", f64::from(PATCH_NODE_BYTES / 4)),

@@ -3,6 +3,7 @@
 use super::{read, sources, words};
 use crate::gpu::layout::{
     Along, Chunk, Collider, Entry, Grid, Hinge, Load, Motion, Part, Patch, Pin, Run, Small, Substep, Tile,
+    VolumeGroup,
 };
 use taffeta_gpu::wgpu::naga::{AddressSpace, Handle, Module, Type, TypeInner};
 
@@ -56,7 +57,7 @@ fn records() -> Vec<Record> {
     vec![
         record!(Substep {
             gravity, h, wind, drag, first_collider, colliders, first_motion, first_scale, hand_share, hand_rate,
-            hand_forces, pins, left; padding
+            hand_forces, pins, left, first_goal; padding
         }),
         record!(Collider {
             place, size, spin_x, friction, spin_y, restitution, spin_z, kind, drift; padding
@@ -73,6 +74,7 @@ fn records() -> Vec<Record> {
         record!(Entry { neighbour, rest_length }),
         record!(Hinge { corners, rest_angle, rest_steepness, k, damping }),
         record!(Load { vector, kind, about, torque, first, count, factor; padding }),
+        record!(VolumeGroup { first, count, gradients, origin, first_group, groups, goal, form, flags }),
         record!(Chunk { origin, first, count }),
     ]
 }
@@ -152,7 +154,7 @@ fn a_field_that_is_moved_renamed_left_out_or_of_another_type_is_found() {
         ("    neighbour: u32,", "    neighbor: u32,"),
         ("    rest_steepness: f32,\n", ""),
         ("    row: i32,\n    col: i32,\n}\n\n@group(1)", "    row: u32,\n    col: i32,\n}\n\n@group(1)"),
-        ("@size(192) left: u32", "left: u32"),
+        ("@size(188) first_goal: u32", "first_goal: u32"),
         ("along: array<Along, 6>", "along: array<Along, 7>"),
     ];
     for (written, fault) in changes {

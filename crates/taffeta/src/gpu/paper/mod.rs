@@ -47,6 +47,12 @@ pub fn check(options: &GpuOptions, assembly: &Assembly) -> Result<(), String> {
         ));
     }
     fits(which, options.gpu.limits())?;
+    if let Some((body, _)) = assembly.volumes().next() {
+        return Err(format!(
+            "{which} keep no volumes, and body `{}` does; the plain kernels would do",
+            body.name
+        ));
+    }
     let beyond = if options.kernels == GpuKernels::NodeCentric { beyond_grids(assembly) } else { None };
     beyond.map_or(Ok(()), |what| {
         Err(format!("{which} are for grids without hinges and loads, and {what}; the plain kernels would do"))

@@ -2,10 +2,11 @@
 //! on; with it the CPU's backend and the arrays that kernels are bound to.
 
 use super::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene};
+use super::volume_scene;
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Hand};
 use crate::cpu::{Between, CpuBackend};
-use crate::gpu::layout::{BY_HAND, Collider, Four, Motion, Pin, Substep};
+use crate::gpu::layout::{BY_HAND, Collider, Four, Motion, Pin, Substep, VOLUME_PARTS};
 use crate::gpu::tables::Tables;
 use crate::plan;
 use crate::real::add;
@@ -92,6 +93,39 @@ impl Fixture {
         Ok(fixture)
     }
 
+    /// Bodies that keep their volumes, stretched and bent; many near what they may touch, and some that have touched.
+    pub fn with_volumes(seed: u64, drag: f64) -> Result<Self, String> {
+        let mut chance = Chance::new(seed);
+        let assembly = volume_scene::assembly(drag)?;
+        let tables = Tables::new(&assembly, 0..assembly.bodies.len())?;
+        let mut is_node = vec![false; assembly.places];
+        for body in &assembly.bodies {
+            is_node[body.first..body.first + body.nodes].fill(true);
+        }
+        let substeps = plan::frame(&assembly, 0.0);
+        let cpu = CpuBackend::<f32>::new(assembly, 1)?;
+        let mut near_start = |speed: f32| {
+            let mut state = State::default();
+            for (place, (&[x, y, z, w], &[.., mass])) in
+                tables.position.iter().zip(&tables.velocity).enumerate()
+            {
+                let noise = chance.three([0.002, 0.01, 0.03][place % 3]);
+                let [u, v, t] = chance.three(speed);
+                let mass = if place % 7 == 3 && w > 0.0 { -mass } else { mass };
+                state.position.push([x + noise[0], y + noise[1], z + noise[2], w]);
+                state.velocity.push([u, v, t, mass]);
+            }
+            state
+        };
+        let (old, new) = (near_start(1.7), near_start(2.3));
+        let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
+        let hand = Hand::default();
+        let pins = pins(&tables, &hand);
+        let mut fixture = Self { cpu, tables, substeps, hand, old, new, force, is_node, pins };
+        fixture.put_old();
+        Ok(fixture)
+    }
+
     /// Hands the state before the sub-step to the CPU.
     fn put_old(&mut self) {
         for (place, (x, v)) in self.old.position.iter().zip(&self.old.velocity).enumerate() {
@@ -147,6 +181,8 @@ impl Fixture {
             ("colliders", words(&self.colliders())),
             ("motions", words(&self.motions())),
             ("scales", words(&self.scales())),
+            ("goals", words(&self.goals())),
+            ("volume_groups", words(&tables.volume_groups)),
             ("pins", words(&self.pins)),
             ("hand_forces", words(&hand_forces)),
             ("old_position", words(&self.old.position)),
@@ -157,6 +193,7 @@ impl Fixture {
             ("load", words(&self.force_fours())),
             ("force", poison(4 * places)),
             ("hinge_forces", poison(16 * tables.hinges.len())),
+            ("volume_sums", poison(4 * VOLUME_PARTS * tables.volume_groups.len())),
         ])
     }
 
@@ -167,6 +204,10 @@ impl Fixture {
     fn motions(&self) -> Vec<Motion> {
         let of = |substep: &plan::Substep<f32>| substep.motions.iter().map(Motion::from).collect::<Vec<_>>();
         self.substeps.iter().flat_map(of).collect()
+    }
+
+    fn goals(&self) -> Vec<f32> {
+        self.substeps.iter().flat_map(|substep| substep.goals.clone()).collect()
     }
 
     fn scales(&self) -> Vec<f32> {
@@ -193,7 +234,8 @@ impl Fixture {
             hand_forces: self.hand.forces.len() as u32,
             pins: self.pins.len() as u32,
             left: (self.substeps.len() - index) as u32,
-            padding: [0; 47],
+            first_goal: sum(&|s| s.goals.len(), index),
+            padding: [0; 46],
         };
         self.substeps.iter().enumerate().map(record).collect()
     }

@@ -69,6 +69,13 @@ fn answer(case_of: Case) -> Answer {
         case 6u: {
             return one_vector(leave_both(Depth(a, case_of.s), Depth(b, case_of.t)), 0.0);
         }
+        case 8u: {
+            let form = case_of.collider.kind;
+            return numbers(multiplier(form, a, case_of.s, case_of.t), projection(a, case_of.s), f32(is_restored(a, case_of.s)));
+        }
+        case 9u: {
+            return one_vector(solve_symmetric(a, b, case_of.c), 0.0);
+        }
         default: {
             let v = new_velocity_of(a, b, case_of.s, case_of.c, case_of.t);
             return Answer(vec4f(v, 0.0), vec4f(new_position_of(case_of.d, v, case_of.t), 0.0), vec4f(0.0), vec4f(0.0));

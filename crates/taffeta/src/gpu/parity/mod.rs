@@ -11,6 +11,8 @@ mod formulas;
 mod measure;
 mod particles;
 mod scene;
+mod volume_scene;
+mod volumes;
 
 use super::kernels::families;
 use bench::Bench;
@@ -107,7 +109,7 @@ impl Row {
 
 /// All rows.
 pub fn rows() -> Vec<Row> {
-    [particles::ROWS, elements::ROWS, measure::ROWS, formulas::ROWS].concat()
+    [particles::ROWS, volumes::ROWS, elements::ROWS, measure::ROWS, formulas::ROWS].concat()
 }
 
 /// The entry points that naga finds in the sources of the kernels.

@@ -1,0 +1,233 @@
+// The stages of bodies that keep their volume. A multiplier needs the forces on all nodes of its body, so the particle
+// stages are two kernels here. The measuring kernels read the state of now: that before the sub-step for forces, and the one
+// after it to restore volumes.
+
+/// A way around a node: Σ rₖ × rₖ₊₁ over its neighbours, where r is the vector to one.
+struct Way {
+    first: vec3f,
+    last: vec3f,
+    sum: vec3f,
+}
+
+/// The sum with one triangle more, if it is there. A choice between two numbers keeps compilers from adding the products
+/// one by one, which rounds otherwise.
+fn with_triangle(way: Way, to: vec3f, is_there: bool) -> vec3f {
+    return way.sum + select(vec3f(0.0), cross3(way.last, to), is_there);
+}
+
+/// The way with one neighbour more; padding, whose rest length is 0, does not count.
+fn with_neighbour(way: Way, i: u32, to: vec3f, rest_length: f32) -> Way {
+    let is_there = rest_length != 0.0;
+    return Way(select(way.first, to, i == 0u), select(way.last, to, is_there), with_triangle(way, to, is_there));
+}
+
+/// Gradient of the volume [m²], at the end of a way past `count` entries.
+fn close(way: Way, count: u32) -> vec3f {
+    return with_triangle(way, way.first, count > 0u) / 6.0;
+}
+
+struct Pulled {
+    force: vec3f,
+    gradient: vec3f,
+}
+
+/// The force so far [N] and that of all springs at a node, and the gradient of the volume. A rest length below 0: a
+/// neighbour without a spring.
+fn add_ring(before: vec3f, node: u32, x: vec3f, v: vec3f) -> Pulled {
+    let ring = runs[node / LANES * KINDS];
+    var way = Way(vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    var sum = vec3f(0.0);
+    let count = ring.count & ~IS_RING;
+    for (var i = 0u; i < count; i++) {
+        let entry = entries[ring.start + LANES * i + node % LANES];
+        let d = position_of(entry.neighbour) - x;
+        let dv = velocity_of(entry.neighbour) - v;
+        let factor = spring_factor(d, dv, ring.k, ring.damping, entry.rest_length);
+        sum += select(0.0, factor, entry.rest_length > 0.0) * d;
+        way = with_neighbour(way, i, d, entry.rest_length);
+    }
+    return Pulled(add_kinds(before + sum, 1u, node, x, v), close(way, count));
+}
+
+/// The gradient alone.
+fn ring_gradient(node: u32, x: vec3f) -> vec3f {
+    let ring = runs[node / LANES * KINDS];
+    var way = Way(vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    let count = ring.count & ~IS_RING;
+    for (var i = 0u; i < count; i++) {
+        let entry = entries[ring.start + LANES * i + node % LANES];
+        way = with_neighbour(way, i, position_of(entry.neighbour) - x, entry.rest_length);
+    }
+    return close(way, count);
+}
+
+/// What a lane without a node adds: nothing.
+fn no_volume_node() -> VolumeNode {
+    return VolumeNode(vec3f(0.0), 0.0, vec3f(0.0), 0.0, vec3f(0.0), 0.0);
+}
+
+/// Keeps the gradient of a group's node for later, and gives the node as the sums need it: with the velocity that it would
+/// have without the constraint.
+fn moving_node(group: VolumeGroup, lane: u32, pulled: Pulled) -> VolumeNode {
+    let x = old_position[group.first + lane];
+    let v = old_velocity[group.first + lane];
+    let weight = force[group.gradients + lane].w;
+    force[group.gradients + lane] = vec4f(pulled.gradient, weight);
+    let velocity = new_velocity_of(v.xyz, pulled.force, x.w, substeps[0].gravity, substeps[0].h);
+    return VolumeNode(x.xyz - position_of(group.origin), x.w, pulled.gradient, abs(v.w), velocity, weight);
+}
+
+/// Wind, drag, springs; gradients and sums.
+@compute @workgroup_size(256)
+fn volume_forces(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&volume_groups) {
+        return;
+    }
+    let group = volume_groups[index];
+    var node = no_volume_node();
+    if lane < group.count {
+        let place = group.first + lane;
+        let v = velocity_of(place);
+        let load = wind_and_drag(substeps[0].wind, substeps[0].drag, v);
+        let pulled = add_ring(load, place, position_of(place), v);
+        force[place] = vec4f(pulled.force, 0.0);
+        node = moving_node(group, lane, pulled);
+    }
+    sum_up(index, group, lane, node);
+}
+
+/// The same where loads were summed up beforehand.
+@compute @workgroup_size(256)
+fn volume_forces_given(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&volume_groups) {
+        return;
+    }
+    let group = volume_groups[index];
+    var node = no_volume_node();
+    if lane < group.count {
+        let place = group.first + lane;
+        let pulled = add_ring(force[place].xyz, place, position_of(place), velocity_of(place));
+        force[place] = vec4f(pulled.force, 0.0);
+        node = moving_node(group, lane, pulled);
+    }
+    sum_up(index, group, lane, node);
+}
+
+/// Gradients and sums where all other forces are there.
+@compute @workgroup_size(256)
+fn volume_gradients(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&volume_groups) {
+        return;
+    }
+    let group = volume_groups[index];
+    var node = no_volume_node();
+    if lane < group.count {
+        let place = group.first + lane;
+        node = moving_node(group, lane, Pulled(force[place].xyz, ring_gradient(place, position_of(place))));
+    }
+    sum_up(index, group, lane, node);
+}
+
+/// The force of the constraint, then the particle stages that are left.
+@compute @workgroup_size(256)
+fn volume_particles(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&volume_groups) {
+        return;
+    }
+    let group = volume_groups[index];
+    let found = find_push(group, lane);
+    let lambda = multiplier(group.form, found.sums, found.goal, substeps[0].h);
+    if lane < group.count {
+        let place = group.first + lane;
+        let x = old_position[place];
+        let v = old_velocity[place];
+        let way = way_of(group, found.push, lane, x.xyz, abs(v.w));
+        let after = touch(integrate(x, v, force[place].xyz + way * lambda, 0u), 0u);
+        new_position[place] = after.position;
+        new_velocity[place] = after.velocity;
+    }
+}
+
+/// Gradients and sums over nodes that may still be moved: those that have touched nothing.
+@compute @workgroup_size(256)
+fn measure_kept_volumes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&volume_groups) {
+        return;
+    }
+    let group = volume_groups[index];
+    if !is_flagged(group, RESTORED) {
+        return;
+    }
+    var node = no_volume_node();
+    if lane < group.count {
+        let place = group.first + lane;
+        let x = old_position[place];
+        let signed_mass = old_velocity[place].w;
+        let gradient = ring_gradient(place, x.xyz);
+        let weight = force[group.gradients + lane].w;
+        force[group.gradients + lane] = vec4f(gradient, weight);
+        let from_origin = x.xyz - position_of(group.origin);
+        let inverse_mass = select(x.w, 0.0, signed_mass < 0.0);
+        // In place of the velocity: what makes the flux the response of all nodes.
+        let all = gradient * (x.w * weight);
+        node = VolumeNode(from_origin, inverse_mass, gradient, abs(signed_mass), all, weight);
+    }
+    sum_up(index, group, lane, node);
+}
+
+/// Moves nodes that have touched nothing so that the volume is restored, and keeps them out of colliders again.
+@compute @workgroup_size(256)
+fn restore_volumes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&volume_groups) {
+        return;
+    }
+    let group = volume_groups[index];
+    if !is_flagged(group, RESTORED) {
+        return;
+    }
+    let found = find_push(group, lane);
+    if lane >= group.count || is_restored(found.sums, found.goal) {
+        return;
+    }
+    let lambda = projection(found.sums, found.goal);
+    let place = group.first + lane;
+    let x = new_position[place];
+    let v = new_velocity[place];
+    let way = way_of(group, found.push, lane, x.xyz, abs(v.w));
+    let share = select(x.w, 0.0, v.w < 0.0) * lambda;
+    let after = touch(Node(vec4f(x.xyz + way * share, x.w), vec4f(v.xyz, abs(v.w))), 0u);
+    // Who has touched stays one who has.
+    let mass = select(after.velocity.w, -abs(v.w), v.w < 0.0);
+    new_position[place] = after.position;
+    new_velocity[place] = vec4f(after.velocity.xyz, mass);
+}
