@@ -4,8 +4,8 @@ mod common;
 
 use common::{build_as, farthest, near, positions, run};
 use taffeta::scene::{
-    Body, Collider, Force, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, Torque, Volume,
-    VolumeForm, VolumeKey, VolumeWeights,
+    Body, Collider, Force, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, Torque, UvSphere,
+    Volume, VolumeForm, VolumeKey, VolumeWeights,
 };
 use taffeta::taffeta_gpu::{Choice, Gpu, wgpu};
 use taffeta::{GpuKernels, GpuOptions, Options, Precision, Simulation, Stage, StepError};
@@ -395,4 +395,91 @@ fn bodies_keep_their_volumes_in_every_way_as_on_the_cpu() {
         assert_eq!(cpu.report().contacts, on_gpu.report().contacts, "frame {frame}");
     }
     assert!(cpu.report().contacts > 100);
+}
+
+#[test]
+fn a_printed_form_diverges_bit_by_bit_as_on_the_cpu() {
+    let scene = Scene::new("printed")
+        .body(with(kept(VolumeForm::Printed), soft("printed", 2, [0.0, 0.3, 0.0])))
+        .collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]))
+        .time(1.0 / 60.0, 1e-3);
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
+    run(&mut cpu, 1);
+    run(&mut on_gpu, 1);
+    assert_eq!(cpu.state_hash(), on_gpu.state_hash());
+    let volume = |simulation: &Simulation| simulation.report().volumes[0].unwrap();
+    assert!(volume(&cpu) != volume(&build_as(&scene, Precision::F32, 1)));
+}
+
+/// More groups than a workgroup has lanes; in two pieces, so that the last lanes have fewer.
+#[test]
+fn a_body_of_many_groups_is_summed_up_as_on_the_cpu() {
+    let ball = Mesh::UvSphere(UvSphere { radius: 0.5, segments: 300, rings: 230 });
+    let ball =
+        Body::soft("ball", ball).with_mass(Mass::Volume(300.0)).structural(5.0, 0.001).at([0.0, 0.5, 0.0]);
+    let scene = Scene::new("large")
+        .body(with(kept(VolumeForm::Projected), ball))
+        .collider(Collider::plane([0.0, 0.001, 0.0], [0.0, 1.0, 0.0]))
+        .time(2e-4, 1e-4);
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 2), on_gpu(&scene));
+    run(&mut cpu, 1);
+    run(&mut on_gpu, 1);
+    assert!(positions(&cpu).len() > 256 * 256);
+    assert_eq!(cpu.state_hash(), on_gpu.state_hash());
+}
+
+#[test]
+fn a_gpu_takes_over_bodies_that_keep_their_volume_before_they_are_summed_up() {
+    let scene = volumes();
+    let start = |from| {
+        let options = GpuOptions { from, ..gpu().into() };
+        Simulation::new(&scene, &Options { gpu: Some(options), ..Options::default() })
+    };
+    let mut cpu = build_as(&scene, Precision::F32, 1);
+    run(&mut cpu, 3);
+    for from in Stage::ALL {
+        if from <= Stage::Volumes {
+            let mut both = start(from).unwrap();
+            run(&mut both, 3);
+            assert_eq!(cpu.state_hash(), both.state_hash(), "{}", from.name());
+        } else {
+            let words = start(from).err().unwrap().to_string();
+            assert!(words.contains("`corrected` keeps its volume") && words.contains(from.name()), "{words}");
+        }
+    }
+}
+
+#[test]
+fn forces_by_hand_and_loads_act_on_bodies_that_keep_their_volume() {
+    let twist = Torque { axis: [0.0, 1.0, 0.0], value: 0.05, about: [1.0, 0.0, 0.0] };
+    let mut scene =
+        volumes().force(Force { torque: Some(twist), ..push("projected", [3, 10, 40, 77].into()) });
+    scene.bodies[0] = scene.bodies[0].clone().hinge(1e-3, 1e-5);
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
+    for simulation in [&mut cpu, &mut on_gpu] {
+        simulation.disturb(1e-3, 5);
+        simulation.apply_force("weighted", 7, [0.5, 0.0, 0.1]).unwrap();
+        simulation.move_pin("grows", 4, [6.0, 0.45, 0.0]).unwrap();
+        run(simulation, 3);
+    }
+    assert_eq!(cpu.state_hash(), on_gpu.state_hash());
+    assert_eq!(cpu.report().contacts, on_gpu.report().contacts);
+}
+
+#[test]
+fn scenes_with_volumes_are_split_by_bodies_too() {
+    let scene = volumes();
+    let (mut cpu, options) = (build_as(&scene, Precision::F32, 1), GpuOptions::from(small_gpu(90_000)));
+    let mut split = Simulation::new(&scene, &Options { gpu: Some(options), ..Options::default() }).unwrap();
+    run(&mut cpu, 3);
+    run(&mut split, 3);
+    assert_eq!(cpu.state_hash(), split.state_hash());
+}
+
+#[test]
+fn a_timed_frame_names_the_stages_of_volumes() {
+    let mut timed = on_gpu(&volumes());
+    let times = timed.step_timed().unwrap();
+    let names: Vec<&str> = times.iter().map(|(name, _)| *name).collect();
+    assert_eq!(names, ["particles", "volumes", "pins", "project", "diagnose"]);
 }

@@ -3,7 +3,9 @@
 use super::session::guarded;
 use crate::bench::kernels;
 use serde::Serialize;
-use taffeta::scene::{Body, Collider, Icosphere, Mass, Mesh, Scene, Select};
+use taffeta::scene::{
+    Body, Collider, Icosphere, Mass, Mesh, Scene, Select, Volume, VolumeForm, VolumeWeights,
+};
 use taffeta::taffeta_gpu::Gpu;
 use taffeta::{GpuKernels, GpuOptions, Options, Simulation};
 
@@ -44,7 +46,8 @@ pub fn checks() -> Vec<Check> {
     let flags = [single, several, GpuKernels::Tiled].map(check(flag, 20));
     let others =
         [single, several].map(check(drape, 20)).into_iter().chain([single, several].map(check(hinged, 20)));
-    flags.into_iter().chain(others).collect()
+    let kept = check(kept, 20)(several);
+    flags.into_iter().chain(others).chain([kept]).collect()
 }
 
 fn sheet(rows: u32, cols: u32, size: [f64; 2]) -> Body {
@@ -78,6 +81,25 @@ fn hinged() -> Scene {
         .at([0.0, 0.4, 0.0]);
     let slope = Collider::plane([0.0; 3], [0.1, 1.0, 0.0]);
     Scene::new("mesh with hinges").body(ball).collider(slope).time(1.0 / 60.0, 1e-3)
+}
+
+/// Soft balls that keep their volume by forces, by moving nodes, and where they give way alone.
+fn kept() -> Scene {
+    let ball = |name: &str, x: f64, volume| {
+        let ball = Body::soft(name, Mesh::Icosphere(Icosphere { radius: 0.2, subdivisions: 3 }))
+            .with_mass(Mass::Volume(30.0))
+            .structural(60.0, 0.05)
+            .at([x, 0.3, 0.0]);
+        Body { volume: Some(volume), ..ball }
+    };
+    let form = |form| Volume { form, ..Volume::default() };
+    let weights = VolumeWeights { center: [2.0, 0.4, 0.0], radius: 0.3 };
+    Scene::new("soft balls")
+        .body(ball("forces", 0.0, form(VolumeForm::Corrected)))
+        .body(ball("projected", 1.0, form(VolumeForm::Projected)))
+        .body(ball("weighted", 2.0, Volume { weights: Some(weights), ..form(VolumeForm::Corrected) }))
+        .collider(Collider::plane([0.0; 3], [0.02, 1.0, 0.0]).friction(0.3))
+        .time(1.0 / 60.0, 1e-3)
 }
 
 /// Runs a scene once on the CPU and twice on the GPU.
