@@ -134,7 +134,7 @@ pub fn projection<T: Real>(sums: &[T], goal: T, tolerance: T) -> Option<Push<T>>
 }
 
 /// Share of a body's response below which the nodes that may move are few.
-const FEW: f64 = 0.0625;
+pub const FEW: f64 = 0.0625;
 
 /// a + b × c, one product after the other: some compilers of kernels do so whatever the brackets say.
 #[inline(always)]

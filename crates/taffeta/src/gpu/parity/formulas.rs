@@ -382,6 +382,8 @@ fn multipliers(exact: bool) -> Vec<Case> {
             ..bases[0]
         }));
     }
+    // Many nodes, few, and hardly any that may be moved.
+    awkward.extend([0.7, 0.063, 0.062, 0.0].map(|free| Case { a: [3.0, 1.0, free], s: 0.7, ..bases[0] }));
     cases = with_awkward(cases, exact, awkward);
     for (case, kind) in cases.iter_mut().zip((0..4).cycle()) {
         case.collider.kind = kind;
@@ -394,7 +396,8 @@ fn lambda(case: &Case) -> Answer {
     let projected = volume::projection(&case.a, case.s, <f32 as Real>::PROJECTED);
     // What is restored is not moved; the kernel asks for both.
     let off = case.a[0] / 3.0 - case.s;
-    let moving = if case.a[2] > <f32 as Real>::TINY { off / case.a[2] } else { 0.0 };
+    let response = case.a[2].max(volume::FEW as f32 * case.a[1]);
+    let moving = if response > <f32 as Real>::TINY { off / response } else { 0.0 };
     let moving = projected.map_or(moving, |push| push.lambda);
     [vector([kept, moving, if projected.is_none() { 1.0 } else { 0.0 }], 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
 }
