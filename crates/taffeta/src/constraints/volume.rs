@@ -217,6 +217,7 @@ pub fn weight(distance: f64, radius: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::real::add;
 
     type V = [f64; 3];
 
