@@ -126,7 +126,8 @@ impl Stages for Recorder<'_> {
     }
 
     fn keeps_volumes(&self) -> bool {
-        !self.segment.tables.volume_groups.is_empty()
+        // A paper's kernels keep them among the other particle stages.
+        !self.segment.tables.volume_groups.is_empty() && self.segment.paper.is_none()
     }
 
     /// One kernel adds the force of the constraint and does what comes after it, but for pins.

@@ -4,6 +4,7 @@ mod node_centric;
 mod spring_centric;
 #[cfg(test)]
 mod tests;
+mod volume;
 
 use super::kernels::Name;
 use super::options::{GpuKernels, GpuOptions};
@@ -21,14 +22,19 @@ const GROUP: usize = 1024;
 /// What the kernels of a paper work on beside the state.
 pub enum Paper {
     NodeCentric(Sheets),
-    SpringCentric(SpringLists),
+    SpringCentric(Box<SpringLists>),
 }
 
 /// The file that has an entry point, if it is one of these.
 pub fn sources(entry: &str) -> &'static [&'static str] {
     match entry {
         "node_centric_forces" | "node_centric_update" => &[include_str!("node_centric.wgsl")],
-        "spring_centric_forces" | "spring_centric_update" => &[include_str!("spring_centric.wgsl")],
+        "spring_centric_forces"
+        | "spring_centric_update"
+        | "compute_volume"
+        | "compute_jacobian"
+        | "build_system"
+        | "accumulate_force" => &[include_str!("spring_centric.wgsl"), include_str!("volume.wgsl")],
         _ => &[],
     }
 }
@@ -47,15 +53,18 @@ pub fn check(options: &GpuOptions, assembly: &Assembly) -> Result<(), String> {
         ));
     }
     fits(which, options.gpu.limits())?;
-    if let Some((body, _)) = assembly.volumes().next() {
-        return Err(format!(
-            "{which} keep no volumes, and body `{}` does; the plain kernels would do",
-            body.name
-        ));
-    }
-    let beyond = if options.kernels == GpuKernels::NodeCentric { beyond_grids(assembly) } else { None };
-    beyond.map_or(Ok(()), |what| {
-        Err(format!("{which} are for grids without hinges and loads, and {what}; the plain kernels would do"))
+    let (most, beyond) = match options.kernels {
+        GpuKernels::NodeCentric => ("are for grids without hinges and loads", beyond_grids(assembly)),
+        _ => ("keep volumes by forces alone, everywhere alike", beyond_forces(assembly)),
+    };
+    beyond.map_or(Ok(()), |what| Err(format!("{which} {most}, and {what}; the plain kernels would do")))
+}
+
+/// What a scene has that the volume constraint of 2023 has not.
+fn beyond_forces(assembly: &Assembly) -> Option<String> {
+    assembly.volumes().find_map(|(body, kept)| match &kept.weights {
+        Some(_) => Some(format!("body `{}` has weights", body.name)),
+        None => kept.projects.then(|| format!("body `{}` is projected", body.name)),
     })
 }
 
@@ -90,7 +99,9 @@ impl Paper {
     ) -> Result<Option<Self>, GpuError> {
         Ok(match kernels {
             GpuKernels::NodeCentric => Some(Self::NodeCentric(Sheets::new(gpu, tables)?)),
-            GpuKernels::SpringCentric => Some(Self::SpringCentric(SpringLists::new(gpu, bodies, tables)?)),
+            GpuKernels::SpringCentric => {
+                Some(Self::SpringCentric(Box::new(SpringLists::new(gpu, bodies, tables)?)))
+            }
             _ => None,
         })
     }
@@ -117,7 +128,7 @@ impl Recorder<'_> {
                 let planes = sheets.planes.clone();
                 self.node_centric(&planes, substep, loads_given);
             }
-            Some(Paper::SpringCentric(lists)) => self.spring_centric(lists.count(), substep, loads_given),
+            Some(Paper::SpringCentric(lists)) => self.spring_centric(lists.counts(), substep, loads_given),
             None => {}
         }
         self.alone(Stage::Pins, substep);
@@ -130,10 +141,18 @@ impl Recorder<'_> {
         self.over_planes(Name { entry: "node_centric_update", loads_given }, planes, substep);
     }
 
-    fn spring_centric(&mut self, springs: usize, substep: usize, loads_given: bool) {
+    fn spring_centric(&mut self, [springs, triangles]: [usize; 2], substep: usize, loads_given: bool) {
         let nodes = self.segment.tables.len();
         self.list.stage("springs");
         self.dispatch_kernel(Name::new("spring_centric_forces"), substep, springs.div_ceil(GROUP));
+        if triangles > 0 {
+            self.list.stage("volumes");
+            self.dispatch_kernel(Name::new("compute_volume"), substep, triangles.div_ceil(GROUP));
+            let build = Name { entry: "build_system", loads_given };
+            for name in [Name::new("compute_jacobian"), build, Name::new("accumulate_force")] {
+                self.dispatch_kernel(name, substep, nodes.div_ceil(GROUP));
+            }
+        }
         self.go_on_in_place();
         let update = Name { entry: "spring_centric_update", loads_given };
         self.dispatch_kernel(update, substep, nodes.div_ceil(GROUP));

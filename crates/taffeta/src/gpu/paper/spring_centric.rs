@@ -1,5 +1,6 @@
 //! What spring_centric.wgsl works on: every spring once.
 
+use super::volume::KeptVolumes;
 use crate::assembly::{BodyAssembly, BodySprings};
 use crate::gpu::tables::Tables;
 use crate::topology::{GRID_STEPS, SpringList};
@@ -30,6 +31,7 @@ pub struct SpringLists {
     kinds: Buffer<[f32; 2]>,
     /// Three numbers a node.
     forces: Buffer<u32>,
+    volumes: KeptVolumes,
 }
 
 impl Listed {
@@ -78,20 +80,23 @@ impl SpringLists {
             springs: gpu.buffer_from("springs with both ends", &listed.springs)?,
             kinds: gpu.buffer_from("kinds of springs", &listed.kinds)?,
             forces: gpu.buffer("forces of springs", 3 * tables.len())?,
+            volumes: KeptVolumes::new(gpu, bodies, tables)?,
         })
     }
 
-    /// Number of springs.
-    pub fn count(&self) -> usize {
-        self.springs.len()
+    /// Numbers of springs, and of triangles of volumes.
+    pub fn counts(&self) -> [usize; 2] {
+        [self.springs.len(), self.volumes.count()]
     }
 
     pub fn buffers(&self) -> Vec<(&'static str, &dyn Bindable)> {
-        vec![
+        let mut buffers: Vec<(&'static str, &dyn Bindable)> = vec![
             ("springs", &self.springs),
             ("spring_kinds", &self.kinds),
             ("force_bits", &self.forces),
             ("force_numbers", &self.forces),
-        ]
+        ];
+        buffers.extend(self.volumes.buffers());
+        buffers
     }
 }

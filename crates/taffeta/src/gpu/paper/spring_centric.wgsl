@@ -89,6 +89,9 @@ fn spring_centric_update(
     force_numbers[at] = 0.0;
     force_numbers[at + 1u] = 0.0;
     force_numbers[at + 2u] = 0.0;
+    if node < arrayLength(&kept_numbers) {
+        kept_numbers[node] = 0.0;
+    }
     let after = touch(integrate(x, v, load_on(node, v.xyz, 0u) + springs_pull, 0u), 0u);
     new_position[node] = after.position;
     new_velocity[node] = after.velocity;

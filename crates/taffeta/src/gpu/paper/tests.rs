@@ -2,6 +2,7 @@
 
 use super::node_centric::Sheet;
 use super::spring_centric::Spring;
+use super::volume::{KeptBody, KeptTriangle};
 use super::{GROUP, fits};
 use crate::gpu::kernels::{Kernels, Name, Sizes};
 use taffeta_gpu::{Choice, Gpu, wgpu};
@@ -12,15 +13,29 @@ const SIZES: Sizes = Sizes { kinds: 1, room: 1, steps: 1 };
 fn records_and_groups_are_as_large_as_the_sources_say() {
     let gpu = Gpu::open(&Choice::from_env()).unwrap_or_else(|error| panic!("{error}"));
     let mut kernels = Kernels::new(gpu);
-    let entries =
-        ["node_centric_forces", "node_centric_update", "spring_centric_forces", "spring_centric_update"];
+    let entries = [
+        "node_centric_forces",
+        "node_centric_update",
+        "spring_centric_forces",
+        "compute_volume",
+        "compute_jacobian",
+        "build_system",
+        "accumulate_force",
+        "spring_centric_update",
+    ];
     let mut sizes = Vec::new();
     for kernel in entries.map(|entry| kernels.get(Name::new(entry), SIZES).unwrap()) {
         assert_eq!(kernel.workgroup_size().iter().product::<u32>() as usize, GROUP);
         sizes.extend(kernel.bindings().iter().map(|binding| (binding.name.clone(), binding.size)));
     }
-    for (name, size) in [("sheet", size_of::<Sheet>()), ("springs", size_of::<Spring>()), ("spring_kinds", 8)]
-    {
+    let records = [
+        ("sheet", size_of::<Sheet>()),
+        ("springs", size_of::<Spring>()),
+        ("spring_kinds", 8),
+        ("kept_triangles", size_of::<KeptTriangle>()),
+        ("kept_bodies", size_of::<KeptBody>()),
+    ];
+    for (name, size) in records {
         let found = sizes.iter().find(|(other, _)| other == name);
         assert_eq!(found, Some(&(name.to_owned(), size as u64)));
     }
