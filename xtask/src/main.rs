@@ -11,17 +11,19 @@ mod pictures;
 mod program;
 mod results;
 mod test;
+mod volume;
 mod vulkan;
 
 use std::process::ExitCode;
 
 const USAGE: &str =
     "usage: cargo xtask test | ci | models | pictures [SCENE...] | results [--frames F | --plots-only]
-                   | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
+                   | volume [NAME... | --plots-only] | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
   test, ci   formatting, lints, tests, and every scene for 10 frames on the CPU and on a GPU, in software if need be
   models     fetch the bunny, armadillo, dragon and human into models/
   pictures   run scenes and draw them into docs/pictures/
   results    measure speed, and write the tables and plots of docs/results/
+  volume     run the experiments on kept volumes, and write their page and plots in docs/results/
   gpu        build what to take to a machine with a GPU, or write the page of what it brought back
   fuzz       feed the parsers hostile input, 60 minutes each; needs a nightly compiler and cargo-fuzz";
 
@@ -33,6 +35,7 @@ fn main() -> ExitCode {
         ["models"] => models::run(),
         ["gpu", ref words @ ..] => gpu::run(words),
         ["fuzz", ref words @ ..] => fuzz::run(words),
+        ["volume", ref words @ ..] => volume::run(words),
         ["results", ref words @ ..] => results::run(words),
         ["pictures", ref scenes @ ..] => pictures::run(scenes),
         ["help" | "--help" | "-h"] => {

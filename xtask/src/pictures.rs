@@ -35,12 +35,13 @@ struct Picture {
 }
 
 /// The pictures that are drawn when none is named.
-const PICTURES: [Picture; 7] = [
+const PICTURES: [Picture; 8] = [
     Picture { scene: "drape", moment: Moment::End, view: [25.0, 24.0] },
     Picture { scene: "flag", moment: Moment::Middle, view: [12.0, 8.0] },
     Picture { scene: "trampoline", moment: Moment::Deepest, view: [30.0, 28.0] },
     Picture { scene: "bunny", moment: Moment::End, view: [15.0, 15.0] },
-    Picture { scene: "twist", moment: Moment::End, view: [25.0, 18.0] },
+    Picture { scene: "press_bunny", moment: Moment::End, view: [15.0, 6.0] },
+    Picture { scene: "poke", moment: Moment::Middle, view: [25.0, 30.0] },
     Picture { scene: "curtain", moment: Moment::Middle, view: [15.0, 8.0] },
     Picture { scene: "hanging", moment: Moment::End, view: [25.0, 10.0] },
 ];

@@ -1,8 +1,8 @@
 //! `cargo xtask results`: measures the program's speed, keeps each line, and writes tables and plots of them.
 
 mod line;
-mod measure;
-mod plot;
+pub mod measure;
+pub mod plot;
 mod table;
 
 use crate::root;
@@ -68,7 +68,7 @@ pub fn write_readme(folder: &Path) -> Result<(), String> {
         return Err(format!("{}: nothing measured yet; `cargo xtask results` measures", folder.display()));
     }
     let readme = folder.join("README.md");
-    std::fs::write(&readme, table::readme(&processors, &gpus))
+    std::fs::write(&readme, table::readme(&processors, &gpus, folder.join("volume.md").is_file()))
         .map_err(|error| format!("{}: {error}", readme.display()))
 }
 

@@ -49,14 +49,19 @@ struct Seen<'a> {
 }
 
 impl<'a> Seen<'a> {
+    /// Nothing where it is behind the camera, or the back of a plane, which would hide what it presses.
     fn new(face: &'a Face, camera: &Camera) -> Option<Self> {
+        let front = is_front(face, camera);
+        if !front && matches!(face.material, Material::Floor { .. }) {
+            return None;
+        }
         let [a, b, c] = face.corners.map(|corner| camera.project(corner.place));
         let [(a, near_a), (b, near_b), (c, near_c)] = [a?, b?, c?];
         let area = twice_area(a, b, c).abs();
         let length = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]).max(1e-9);
         let heights = [length(b, c), length(c, a), length(a, b)].map(|side| area / side);
         let nearness = [near_a, near_b, near_c];
-        Some(Self { face, corners: [a, b, c], nearness, front: is_front(face, camera), heights })
+        Some(Self { face, corners: [a, b, c], nearness, front, heights })
     }
 
     fn color(&self, weights: Vector, near: f64, light: &Light, behind: Vector) -> Vector {

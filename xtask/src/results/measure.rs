@@ -72,7 +72,7 @@ fn append(file: &Path, line: &Value) -> std::io::Result<()> {
 }
 
 /// The processor's name, as the system tells it.
-fn processor() -> String {
+pub fn processor() -> String {
     let linux = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("model name"))?;
         Some(line.split_once(':')?.1.trim().to_owned())

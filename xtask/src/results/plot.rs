@@ -7,15 +7,17 @@ use std::path::Path;
 
 /// Width and height of a plot [pixels].
 const SIZE: (u32, u32) = (720, 440);
-const FONT: &str = "sans-serif";
+pub const FONT: &str = "sans-serif";
 /// Nodes on the plot's axis, from and to.
 const NODES: [f64; 2] = [8e2, 1.2e7];
 /// Colours of lines that stand together in a plot; for people who confuse red and green too (Okabe and Ito 2008).
-const COLORS: [RGBColor; 4] =
+pub const COLORS: [RGBColor; 4] =
     [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115), RGBColor(204, 121, 167)];
 
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn = Result<(), Box<dyn std::error::Error>>;
+/// Where a plot is drawn.
+pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// What drawing returns.
+pub type Drawn = Result<(), Box<dyn std::error::Error>>;
 
 /// Points of a line, with its name.
 struct Series {
@@ -111,7 +113,8 @@ fn scaled(lines: &[Line]) -> Vec<Series> {
     grids.into_iter().map(series).collect()
 }
 
-fn draw(file: &Path, title: &str, content: impl FnOnce(&Area) -> Drawn) -> Result<(), String> {
+/// Draws `content` below a title into an SVG.
+pub fn draw(file: &Path, title: &str, content: impl FnOnce(&Area) -> Drawn) -> Result<(), String> {
     let backend = SVGBackend::new(file, SIZE).into_drawing_area();
     let all = || {
         backend.fill(&WHITE)?;

@@ -58,9 +58,15 @@ each node's position and velocity read and written once a sub-step, and of the p
 31 operations a spring.
 ";
 
-/// The page: where those of GPUs are, then for each processor its targets, plots and measurements.
-pub fn readme(processors: &[(String, Vec<Line>)], gpus: &[(String, String)]) -> String {
+/// Where the page of kept volumes is, if there is one.
+const VOLUMES: &str = "\nHow well soft bodies keep their volume, and at what cost: [volume.md](volume.md).\n";
+
+/// The page: where those of GPUs and of volumes are, then for each processor its targets, plots and measurements.
+pub fn readme(processors: &[(String, Vec<Line>)], gpus: &[(String, String)], volumes: bool) -> String {
     let mut page = HEAD.to_owned();
+    if volumes {
+        page += VOLUMES;
+    }
     if !gpus.is_empty() {
         let links: Vec<String> = gpus.iter().map(|(slug, name)| format!("[{name}]({slug}.md)")).collect();
         let _ = write!(page, "\nGPUs have pages of their own: {}.\n", links.join(", "));

@@ -1,0 +1,85 @@
+//! `cargo xtask volume`: runs the experiments of Va, Choi and Hong 2023 and our own with each form of keeping volumes,
+//! keeps their curves, and writes the page and the plots of docs/results/.
+
+mod curve;
+mod experiment;
+mod page;
+mod plot;
+mod run;
+
+use crate::{program, results, root};
+use curve::Curve;
+use experiment::{ALL, Experiment};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// Runs the named experiments, or all; with `--plots-only` none: it draws what was kept.
+pub fn run(words: &[&str]) -> ExitCode {
+    let (options, names): (Vec<&str>, Vec<&str>) = words.iter().partition(|word| word.starts_with("--"));
+    let result = match options[..] {
+        [] => chosen(&names).and_then(|chosen| measure(&chosen)).and_then(|()| write()),
+        ["--plots-only"] if names.is_empty() => write(),
+        _ => Err(format!("volume {}: it takes names of experiments, or --plots-only alone", words.join(" "))),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn chosen(names: &[&str]) -> Result<Vec<&'static Experiment>, String> {
+    if names.is_empty() {
+        return Ok(ALL.iter().collect());
+    }
+    let find = |name: &&str| {
+        let all = || ALL.iter().map(|experiment| experiment.scene).collect::<Vec<_>>().join(", ");
+        ALL.iter()
+            .find(|experiment| experiment.scene == *name)
+            .ok_or_else(|| format!("there is no experiment `{name}`; there are: {}", all()))
+    };
+    names.iter().map(find).collect()
+}
+
+/// Runs experiments and keeps their curves and lines.
+fn measure(chosen: &[&Experiment]) -> Result<(), String> {
+    let folder = root().join("docs/results/volume");
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let commit = program::commit()?;
+    for experiment in chosen {
+        let (mut curves, mut goals) = (Vec::new(), run::Goals::new());
+        for variant in experiment.variants() {
+            let (curve, run) = run::run(experiment, &variant, &mut goals, &commit)?;
+            println!("{}", run.words());
+            run::keep(&folder, &run)?;
+            if variant.k.is_none() {
+                curves.push(curve);
+            }
+        }
+        curve::write(&csv(&folder, experiment), &curves)?;
+    }
+    Ok(())
+}
+
+/// Draws the curves that were kept, and writes the page, and the link to it.
+fn write() -> Result<(), String> {
+    let results = root().join("docs/results");
+    let folder = results.join("volume");
+    let runs = run::kept(&folder)?;
+    for experiment in &ALL {
+        let file = csv(&folder, experiment);
+        if file.is_file() {
+            let curves: Vec<Curve> = curve::read(&file)?;
+            plot::draw(&file.with_extension("svg"), experiment, &curves)?;
+        }
+    }
+    let page = results.join("volume.md");
+    std::fs::write(&page, page::page(&runs)).map_err(|error| format!("{}: {error}", page.display()))?;
+    results::write_readme(&results)
+}
+
+fn csv(folder: &Path, experiment: &Experiment) -> std::path::PathBuf {
+    folder.join(experiment.scene).with_extension("csv")
+}
