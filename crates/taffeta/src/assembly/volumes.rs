@@ -158,4 +158,30 @@ mod tests {
         let at_once = vec![VolumeKey { t: 0.0, target: Some(1.2), pressure: None }];
         assert_eq!(keys(&Volume { motion: at_once, ..Volume::default() }), [(0.0, 1.2)]);
     }
+
+    #[test]
+    fn only_what_differs_from_rest_drives_a_body() {
+        let kept = |form, goals: &[f64]| KeptVolume {
+            form,
+            projects: false,
+            weights: None,
+            keys: goals.iter().enumerate().map(|(t, &goal)| (t as f64, goal)).collect(),
+        };
+        assert!(!kept(Form::Kept, &[2.0, 2.0]).drives(2.0));
+        assert!(kept(Form::Kept, &[2.0, 2.1]).drives(2.0) && kept(Form::Pressure, &[2.0]).drives(2.0));
+        assert_eq!(kept(Form::Kept, &[2.0]).target(5.0), Some(2.0));
+        assert_eq!(kept(Form::Pressure, &[2.0]).target(5.0), None);
+    }
+
+    #[test]
+    fn a_body_gives_way_where_a_node_is_free_and_has_a_weight() {
+        let weights = Some(&[0.5, 0.0, 0.0][..]);
+        assert_eq!(immovable(Form::Kept, None, &[false, false, true]), None);
+        assert_eq!(immovable(Form::Kept, weights, &[true, false, false]), None);
+        assert_eq!(immovable(Form::Pressure, None, &[false; 3]), None);
+        assert!(immovable(Form::Kept, None, &[false; 3]).is_some_and(|why| why.starts_with("all its nodes")));
+        assert!(
+            immovable(Form::Kept, weights, &[false, true, true]).is_some_and(|why| why.contains("radius"))
+        );
+    }
 }
