@@ -103,7 +103,7 @@ fn a_kept_volume_is_told_with_its_form_and_target() {
     );
     let run = |sets: &[&str]| {
         let mut command = desk.taffeta(&["run", "scene.toml", "--out", "o", "--backend", "cpu"]);
-        sets.iter().for_each(|set| drop(command.args(["--set", set])));
+        command.args(sets.iter().flat_map(|set| ["--set", set]));
         let (out, err, code) = ending(command);
         assert_eq!(code, Some(0), "{err}");
         (desk.json("o/summary.json")["bodies"][0]["volume"].clone(), out)

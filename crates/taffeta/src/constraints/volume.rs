@@ -10,7 +10,8 @@
 //! λ = (Φ/h² + Σ g·v*/h)/D [Pa], and the force of the constraint is −λ g [N].
 //!
 //! With weights W the force is −λ u, u = W g − m (A + Ω × (x − c)): the rigid motion of the whole body by which W g would
-//! change its momenta is taken away, with A = Σ W g/M, Ω = I⁻¹ Σ (x − c) × W g; then D = Σ w g·u.
+//! change its momenta is taken away, with A = Σ W g/M, Ω = I⁻¹ Σ (x − c) × W g. Where nodes are held, what holds them bears
+//! the momenta, and u = W g. D = Σ w g·u = Σ w W |g|²: the gradients of a free body have neither resultant nor moment.
 
 use crate::real::{Real, cross, dot, scale, sub};
 
@@ -43,9 +44,8 @@ pub struct Node<T> {
 
 /// What all nodes of a body add up: 3 V [m³], Σ g·v* [m³/s], D [m⁴/kg].
 pub const SUMS: usize = 3;
-/// With weights in addition: M, Σ m r (3), Σ m r rᵀ (xx, yy, zz, xy, xz, yz), Σ W g (3), Σ r × W g (3), and over free
-/// nodes Σ g (3), Σ r × g (3).
-pub const WEIGHTED_SUMS: usize = SUMS + 22;
+/// With weights in addition: M, Σ m r (3), Σ m r rᵀ (xx, yy, zz, xy, xz, yz), Σ W g (3), Σ r × W g (3), held nodes.
+pub const WEIGHTED_SUMS: usize = SUMS + 17;
 
 /// What a node adds to the sums.
 #[inline(always)]
@@ -59,8 +59,7 @@ pub fn terms<T: Real>(node: &Node<T>) -> [T; SUMS] {
 pub fn weighted_terms<T: Real>(node: &Node<T>, weight: T, mass: T) -> [T; WEIGHTED_SUMS] {
     let ([volume, flux, response], r) = (terms(node), node.place);
     let push = scale(node.gradient, weight);
-    let free = if node.inverse_mass > T::ZERO { node.gradient } else { [T::ZERO; 3] };
-    let (m, turn, free_turn) = (scale(r, mass), cross(r, push), cross(r, free));
+    let (m, turn) = (scale(r, mass), cross(r, push));
     [
         volume,
         flux,
@@ -81,12 +80,7 @@ pub fn weighted_terms<T: Real>(node: &Node<T>, weight: T, mass: T) -> [T; WEIGHT
         turn[0],
         turn[1],
         turn[2],
-        free[0],
-        free[1],
-        free[2],
-        free_turn[0],
-        free_turn[1],
-        free_turn[2],
+        if node.inverse_mass > T::ZERO { T::ZERO } else { T::ONE },
     ]
 }
 
@@ -108,8 +102,7 @@ pub fn push<T: Real>(form: Form, sums: &[T], goal: T, h: T) -> Push<T> {
     let three = T::from_f64(3.0);
     let off = sums[0] / three - goal;
     let flux = sums[1] / h;
-    let mut push = rigid(sums);
-    let response = response(sums, &push);
+    let (mut push, response) = (rigid(sums), sums[2]);
     push.lambda = match form {
         Form::Kept => share(off / (h * h) + flux, response),
         Form::PaperShader => share(flux - off / three, response),
@@ -127,8 +120,7 @@ pub fn projection<T: Real>(sums: &[T], goal: T, tolerance: T) -> Option<Push<T>>
     if off.abs() <= tolerance * goal {
         return None;
     }
-    let mut push = rigid(sums);
-    let (response, least) = (response(sums, &push), T::from_f64(FEW) * sums[1]);
+    let (mut push, response, least) = (rigid(sums), sums[2], T::from_f64(FEW) * sums[1]);
     push.lambda = share(off, if response > least { response } else { least });
     Some(push)
 }
@@ -140,11 +132,6 @@ pub const FEW: f64 = 0.0625;
 #[inline(always)]
 fn add_cross<T: Real>(a: [T; 3], b: [T; 3], c: [T; 3]) -> [T; 3] {
     [a[0] + b[1] * c[2] - b[2] * c[1], a[1] + b[2] * c[0] - b[0] * c[2], a[2] + b[0] * c[1] - b[1] * c[0]]
-}
-
-/// a − b · c, one product after the other.
-fn less_dot<T: Real>(a: T, b: [T; 3], c: [T; 3]) -> T {
-    a - b[0] * c[0] - b[1] * c[1] - b[2] * c[2]
 }
 
 /// A quotient; 0 where nothing can move.
@@ -160,13 +147,13 @@ pub fn direction<T: Real>(push: &Push<T>, node: (&[T; 3], &[T; 3]), weight: T, m
     sub(scale(turned, mass), scale(*gradient, weight))
 }
 
-/// The rigid motion that weights would cause; without weights none.
+/// The rigid motion that weights would cause; none without weights, and where nodes are held.
 fn rigid<T: Real>(sums: &[T]) -> Push<T> {
     let mut push = Push::default();
-    let &[_, _, _, mass, mx, my, mz, xx, yy, zz, xy, xz, yz, px, py, pz, tx, ty, tz, ..] = sums else {
+    let &[_, _, _, mass, mx, my, mz, xx, yy, zz, xy, xz, yz, px, py, pz, tx, ty, tz, held] = sums else {
         return push;
     };
-    if mass <= T::ZERO {
+    if mass <= T::ZERO || held > T::ZERO {
         return push;
     }
     let (force, c) = ([px, py, pz], [mx / mass, my / mass, mz / mass]);
@@ -177,14 +164,6 @@ fn rigid<T: Real>(sums: &[T]) -> Push<T> {
     let [xy, xz, yz] = [xy - mx * c[1], xz - mx * c[2], yz - my * c[2]];
     push.spin = solve([yy + zz, xx + zz, xx + yy], [-xy, -xz, -yz], torque);
     push
-}
-
-/// D: with weights, what is left of it once the rigid motion is taken away.
-fn response<T: Real>(sums: &[T], push: &Push<T>) -> T {
-    let &[_, _, plain, .., _, _, gx, gy, gz, tx, ty, tz] = sums else { return sums[2] };
-    let (free, turn) = ([gx, gy, gz], [tx, ty, tz]);
-    let turn = add_cross(turn, free, push.centre);
-    less_dot(less_dot(plain, free, push.shift), turn, push.spin)
 }
 
 /// x of A x = b with A symmetric, by cofactors: `d` its diagonal, `o` = (A₁₂, A₁₃, A₂₃); 0 where A has no inverse.
@@ -370,21 +349,14 @@ mod tests {
     }
 
     #[test]
-    fn forces_with_weights_neither_shift_nor_turn_a_body() {
-        for held in [&[][..], &[1], &[0, 5]] {
+    fn forces_with_weights_meet_the_volume_and_neither_shift_nor_turn_a_free_body() {
+        for held in [&[][..], &[1], &[0, 5], &[0, 2, 3], &[0, 1, 2, 5]] {
             let (nodes, mass, weight) = blob(held);
             let sums = add_up((0..7).map(|i| weighted_terms(&nodes[i], weight[i], mass[i])));
             let (goal, h) = (0.9 * sums[0] / 3.0, 1e-2);
             let push = push(Form::Kept, &sums, goal, h);
             let direction =
                 |i: usize| direction(&push, (&nodes[i].place, &nodes[i].gradient), weight[i], mass[i]);
-            let force = add_up((0..7).map(direction));
-            let torque = add_up((0..7).map(|i| cross(nodes[i].place, direction(i))));
-            assert!(force.iter().chain(&torque).all(|c| c.abs() < 1e-14), "{force:?} {torque:?}");
-            // The rigid motion alone is what a weight of 0 gets.
-            let apart = direction(6);
-            let rigid = scale(add(push.shift, cross(push.spin, sub(nodes[6].place, push.centre))), mass[6]);
-            assert!(apart == rigid && dot(apart, apart) > 1e-4);
             // What free nodes do with it is what the multiplier is divided by: the volume is met in one linear step.
             let change: f64 = nodes
                 .iter()
@@ -395,7 +367,26 @@ mod tests {
                 })
                 .sum();
             near(sums[0] / 3.0 + change, goal, 1e-13);
+            let apart = direction(6);
+            if !held.is_empty() {
+                assert_eq!(apart, [0.0; 3], "nothing pushes a node beyond the weights");
+                continue;
+            }
+            let force = add_up((0..7).map(direction));
+            let torque = add_up((0..7).map(|i| cross(nodes[i].place, direction(i))));
+            assert!(force.iter().chain(&torque).all(|c| c.abs() < 1e-14), "{force:?} {torque:?}");
+            // The rigid motion alone is what a weight of 0 gets.
+            let rigid = scale(add(push.shift, cross(push.spin, sub(nodes[6].place, push.centre))), mass[6]);
+            assert!(apart == rigid && dot(apart, apart) > 1e-4);
         }
+    }
+
+    #[test]
+    fn weights_on_held_nodes_alone_push_nothing() {
+        let (nodes, mass, weight) = blob(&[0, 2, 3, 4]);
+        let sums = add_up((0..7).map(|i| weighted_terms(&nodes[i], weight[i], mass[i])));
+        assert_eq!(push(Form::Kept, &sums, 1.0, 1e-3), Push::default());
+        assert_eq!(projection(&sums, 1.0, 1e-6), Some(Push::default()));
     }
 
     #[test]

@@ -10,7 +10,8 @@
 // λ = (Φ/h² + Σ g·v*/h)/D [Pa], and the force of the constraint is −λ g [N].
 //
 // With weights W the force is −λ u, u = W g − m (A + Ω × (x − c)): the rigid motion of the whole body by which W g would
-// change its momenta is taken away, with A = Σ W g/M, Ω = I⁻¹ Σ (x − c) × W g; then D = Σ w g·u.
+// change its momenta is taken away, with A = Σ W g/M, Ω = I⁻¹ Σ (x − c) × W g. Where nodes are held, what holds them bears
+// the momenta, and u = W g. D = Σ w g·u = Σ w W |g|²: the gradients of a free body have neither resultant nor moment.
 
 /// How the multiplier is found: from the volume to keep; as the paper's programs do; as the paper prints; a pressure.
 const KEPT: u32 = 0u;
@@ -62,16 +63,14 @@ struct VolumeSums {
     moment: vec3f,
     /// Σ m r rᵀ: xx, yy, zz.
     diagonal: vec3f,
+    /// Held nodes.
+    held: f32,
     /// xy, xz, yz.
     other: vec3f,
     /// Σ W g.
     push: vec3f,
     /// Σ r × W g.
     turn: vec3f,
-    /// Σ g over free nodes.
-    free: vec3f,
-    /// Σ r × g over free nodes.
-    free_turn: vec3f,
 }
 
 /// What a node adds to the sums.
@@ -85,23 +84,18 @@ fn weighted_terms(node: VolumeNode) -> VolumeSums {
     let plain = volume_terms(node);
     let r = node.place;
     let p = node.gradient * node.weight;
-    let g = select(vec3f(0.0), node.gradient, node.inverse_mass > 0.0);
+    let held = select(1.0, 0.0, node.inverse_mass > 0.0);
     let m = r * node.mass;
     return VolumeSums(
         vec3f(plain.x, plain.y, node.weight * plain.z), node.mass, m,
-        vec3f(m.x * r.x, m.y * r.y, m.z * r.z), vec3f(m.x * r.y, m.x * r.z, m.y * r.z),
-        p, cross3(r, p), g, cross3(r, g),
+        vec3f(m.x * r.x, m.y * r.y, m.z * r.z), held, vec3f(m.x * r.y, m.x * r.z, m.y * r.z),
+        p, cross3(r, p),
     );
 }
 
 /// a + b × c, one product after the other: some compilers do so whatever the brackets say.
 fn add_cross(a: vec3f, b: vec3f, c: vec3f) -> vec3f {
     return vec3f(a.x + b.y * c.z - b.z * c.y, a.y + b.z * c.x - b.x * c.z, a.z + b.x * c.y - b.y * c.x);
-}
-
-/// a − b · c, one product after the other.
-fn less_dot(a: f32, b: vec3f, c: vec3f) -> f32 {
-    return a - b.x * c.x - b.y * c.y - b.z * c.z;
 }
 
 /// A quotient; 0 where nothing can move.
@@ -132,9 +126,9 @@ fn solve_symmetric(diagonal: vec3f, other: vec3f, right: vec3f) -> vec3f {
     return x / determinant;
 }
 
-/// The rigid motion that weights would cause; λ is 0.
+/// The rigid motion that weights would cause, none where nodes are held; λ is 0.
 fn rigid_push(sums: VolumeSums) -> Push {
-    if sums.mass <= 0.0 {
+    if sums.mass <= 0.0 || sums.held > 0.0 {
         return Push(vec3f(0.0), 0.0, vec3f(0.0), vec3f(0.0));
     }
     let m = sums.moment;
@@ -146,12 +140,6 @@ fn rigid_push(sums: VolumeSums) -> Push {
     let other = vec3f(sums.other.x - m.x * c.y, sums.other.y - m.x * c.z, sums.other.z - m.y * c.z);
     let spin = solve_symmetric(vec3f(yy + zz, xx + zz, xx + yy), -other, torque);
     return Push(sums.push / sums.mass, 0.0, spin, c);
-}
-
-/// D of weighted nodes: what is left of it once the rigid motion is taken away.
-fn weighted_response(sums: VolumeSums, push: Push) -> f32 {
-    let turn = add_cross(sums.free_turn, sums.free, push.centre);
-    return less_dot(less_dot(sums.plain.z, sums.free, push.shift), turn, push.spin);
 }
 
 /// λ of a sub-step of `h` [s] that ends at the volume `goal` [m³], or acts with the pressure `goal` [Pa]; `sums` are 3 V,

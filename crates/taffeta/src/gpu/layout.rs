@@ -214,7 +214,7 @@ pub const WEIGHTED: u32 = 1;
 /// In [`VolumeGroup::flags`]: nodes are moved after contact.
 pub const RESTORED: u32 = 2;
 /// Vectors of each group in `volume_sums` of volume.wgsl.
-pub const VOLUME_PARTS: usize = 9;
+pub const VOLUME_PARTS: usize = 7;
 
 /// Bytes of a node in a patch.
 pub const PATCH_NODE_BYTES: u32 = 28;

@@ -34,7 +34,7 @@ const RESTORED: u32 = 2u;
 @group(3) @binding(12) var<storage, read_write> volume_sums: array<vec4f>;
 
 /// Parts of `volume_sums`: those of `VolumeSums` in their order, with the origin behind the first.
-const VOLUME_PARTS: u32 = 9u;
+const VOLUME_PARTS: u32 = 7u;
 
 var<workgroup> volume_lanes: array<vec4f, 256>;
 
@@ -66,7 +66,7 @@ fn put_part(part: u32, index: u32, lane: u32, own: vec4f) {
     }
 }
 
-/// Sums up a group; lanes past its nodes bring a node of zeros.
+/// Sums up a group; lanes past its nodes bring a node that adds nothing.
 fn sum_up(index: u32, group: VolumeGroup, lane: u32, node: VolumeNode) {
     let is_first = index == group.first_group && lane == 0u;
     let goal = select(0.0, goals[substeps[0].first_goal + group.goal], is_first);
@@ -77,12 +77,10 @@ fn sum_up(index: u32, group: VolumeGroup, lane: u32, node: VolumeNode) {
     let terms = weighted_terms(node);
     put_part(0u, index, lane, vec4f(terms.plain, goal));
     put_part(2u, index, lane, vec4f(terms.moment, terms.mass));
-    put_part(3u, index, lane, vec4f(terms.diagonal, 0.0));
+    put_part(3u, index, lane, vec4f(terms.diagonal, terms.held));
     put_part(4u, index, lane, vec4f(terms.other, 0.0));
     put_part(5u, index, lane, vec4f(terms.push, 0.0));
     put_part(6u, index, lane, vec4f(terms.turn, 0.0));
-    put_part(7u, index, lane, vec4f(terms.free, 0.0));
-    put_part(8u, index, lane, vec4f(terms.free_turn, 0.0));
     if is_first {
         volume_sums[arrayLength(&volume_groups) + index] = vec4f(position_of(group.origin), 0.0);
     }
@@ -101,7 +99,7 @@ fn part_of_body(part: u32, group: VolumeGroup, lane: u32) -> vec4f {
     return sum_of_lanes(lane, own);
 }
 
-/// What moves a body: its push, its sums with what is left of D, and its goal.
+/// What moves a body: its push, its sums 3 V, Σ g·v* and D, and its goal.
 struct Found {
     push: Push,
     sums: vec3f,
@@ -115,13 +113,12 @@ fn find_push(group: VolumeGroup, lane: u32) -> Found {
         return Found(Push(vec3f(0.0), 0.0, vec3f(0.0), vec3f(0.0)), plain.xyz, plain.w);
     }
     let moment = part_of_body(2u, group, lane);
+    let diagonal = part_of_body(3u, group, lane);
     let sums = VolumeSums(
-        plain.xyz, moment.w, moment.xyz,
-        part_of_body(3u, group, lane).xyz, part_of_body(4u, group, lane).xyz, part_of_body(5u, group, lane).xyz,
-        part_of_body(6u, group, lane).xyz, part_of_body(7u, group, lane).xyz, part_of_body(8u, group, lane).xyz,
+        plain.xyz, moment.w, moment.xyz, diagonal.xyz, diagonal.w,
+        part_of_body(4u, group, lane).xyz, part_of_body(5u, group, lane).xyz, part_of_body(6u, group, lane).xyz,
     );
-    let push = rigid_push(sums);
-    return Found(push, vec3f(plain.xy, weighted_response(sums, push)), plain.w);
+    return Found(rigid_push(sums), plain.xyz, plain.w);
 }
 
 /// −u of a node at `x` with the mass `mass`.

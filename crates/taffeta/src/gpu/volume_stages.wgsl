@@ -61,9 +61,9 @@ fn ring_gradient(node: u32, x: vec3f) -> vec3f {
     return close(way, count);
 }
 
-/// What a lane without a node adds: nothing.
+/// What a lane without a node brings: one that is not held and adds nothing.
 fn no_volume_node() -> VolumeNode {
-    return VolumeNode(vec3f(0.0), 0.0, vec3f(0.0), 0.0, vec3f(0.0), 0.0);
+    return VolumeNode(vec3f(0.0), 1.0, vec3f(0.0), 0.0, vec3f(0.0), 0.0);
 }
 
 /// Keeps the gradient of a group's node for later, and gives the node as the sums need it: with the velocity that it would

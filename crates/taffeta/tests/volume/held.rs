@@ -1,10 +1,10 @@
 //! Nodes that are held.
 
-use super::common::{build, build_as, positions, run, weightless};
+use super::common::{build, build_as, norm, positions, run, sub, weightless};
 use super::{ball, error};
 use taffeta::Precision;
 use taffeta::scene::{
-    Body, Bounds, Cylinder, Keyframe, Mass, Mesh, Select, Volume, VolumeForm, VolumeWeights,
+    Body, Bounds, Cylinder, Keyframe, Mass, Mesh, Select, Volume, VolumeForm, VolumeKey, VolumeWeights,
 };
 
 fn slab(from: f64, to: f64) -> Select {
@@ -75,15 +75,39 @@ fn a_body_all_of_which_is_held_runs_and_warns() {
 }
 
 #[test]
-fn weights_whose_nodes_are_all_held_warn_and_stay_finite() {
+fn weights_whose_nodes_are_all_held_warn_and_push_nothing() {
     let mut body = ball(2, VolumeForm::Corrected).pin(slab(0.3, 9.0));
     let weights = VolumeWeights { center: [0.0, 0.5, 0.0], radius: 0.18 };
     body.volume = Some(Volume { weights: Some(weights), target: Some(1.1), ..Volume::default() });
     let mut simulation = build(&weightless("held", 0.01, 0.001).body(body));
     let warned = simulation.warnings().join("\n");
     assert!(warned.contains("within the radius of its volume.weights are held"), "{warned}");
-    let end = (0..50).try_for_each(|_| simulation.step().map(drop));
-    assert!(positions(&simulation).iter().flatten().all(|c| c.is_finite() && c.abs() < 10.0), "{end:?}");
+    let before = positions(&simulation);
+    run(&mut simulation, 50);
+    let moved = before.iter().zip(positions(&simulation)).map(|(&x, now)| norm(sub(now, x)));
+    assert!(moved.fold(0.0, f64::max) < 1e-14);
+}
+
+#[test]
+fn weights_beside_held_nodes_grow_a_bump_there_and_move_little_else() {
+    // Held below y = 0.1 m; the weights are at the edge of what is held.
+    let mut body = ball(3, VolumeForm::Projected).pin(slab(-9.0, 0.1));
+    let weights = VolumeWeights { center: [0.45, 0.2, 0.0], radius: 0.25 };
+    let motion = vec![VolumeKey { t: 0.1, target: Some(1.002), pressure: None }];
+    body.volume =
+        Some(Volume { form: VolumeForm::Projected, weights: Some(weights), motion, ..Volume::default() });
+    let mut simulation = build(&weightless("beside", 0.01, 0.001).body(body));
+    let before = positions(&simulation);
+    run(&mut simulation, 10);
+    assert!(error(&simulation).abs() < 1e-9, "{:e}", error(&simulation));
+    let most = |near: bool| {
+        let moved = before.iter().zip(positions(&simulation)).filter_map(|(&x, now)| {
+            ((norm(sub(x, weights.center)) < 0.25) == near).then_some(norm(sub(now, x)))
+        });
+        moved.fold(0.0, f64::max)
+    };
+    assert!((0.02..0.1).contains(&most(true)), "{}", most(true));
+    assert!(most(false) < 0.5 * most(true), "{} {}", most(false), most(true));
 }
 
 #[test]

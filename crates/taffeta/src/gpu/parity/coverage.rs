@@ -4,9 +4,11 @@ use super::fixture::{Fixture, SUBSTEP};
 use super::scene::FLOOR;
 use crate::backend::Backend;
 use crate::collision::contact::leave_both;
+use crate::constraints::volume::Form;
 use crate::forces::hinge;
-use crate::gpu::layout::GROUP;
+use crate::gpu::layout::{GROUP, IS_RING, NOT_A_MESH, RESTORED, WEIGHTED};
 use crate::real::{dot, norm, scale, sub};
+use crate::topology::LANES;
 use std::collections::BTreeMap;
 
 /// How often each thing is there.
@@ -159,4 +161,73 @@ fn on_hardware_nothing_stands_on_a_threshold() {
     assert_eq!(fixture.new.position.iter().filter(near).count(), 0);
     let inside = |x: &&[f32; 4]| x[1] < FLOOR;
     assert!(fixture.new.position.iter().filter(inside).count() > 100);
+}
+
+#[test]
+fn bodies_that_keep_their_volume_are_of_all_sorts() {
+    let mut count = Count::default();
+    let fixture = Fixture::with_volumes(11, 0.0087).expect("a fixture");
+    let tables = &fixture.tables;
+    for (index, group) in tables.volume_groups.iter().enumerate() {
+        let is_last = index + 1 == (group.first_group + group.groups) as usize;
+        count.note("a full group", group.count as usize == GROUP);
+        count.note(
+            "the last of several, not full",
+            is_last && group.groups > 1 && (group.count as usize) < GROUP,
+        );
+        count.note("the only group", group.groups == 1);
+        let flag = |flag: u32| group.flags & flag != 0;
+        for (what, is) in [
+            ("kept", group.form == Form::Kept as u32),
+            ("as the programs do", group.form == Form::PaperShader as u32),
+            ("as printed", group.form == Form::Printed as u32),
+            ("a pressure", group.form == Form::Pressure as u32),
+            ("weighted", flag(WEIGHTED)),
+            ("weighted and restored", flag(WEIGHTED) && flag(RESTORED)),
+            ("not a node of which is held or has touched", {
+                let body = fixture.tables.volume_groups[group.first_group as usize].first as usize;
+                flag(WEIGHTED)
+                    && (body..group.first as usize + group.count as usize).all(|place| {
+                        fixture.new.position[place][3] > 0.0 && fixture.new.velocity[place][3] > 0.0
+                    })
+            }),
+            ("restored alone", !flag(WEIGHTED) && flag(RESTORED)),
+            ("neither", group.flags == 0),
+        ] {
+            count.note(what, is);
+        }
+        for lane in 0..group.count as usize {
+            let (place, at) = (group.first as usize + lane, group.gradients as usize + lane - tables.len());
+            let (x, v, weight) =
+                (fixture.new.position[place], fixture.new.velocity[place], tables.weights[at]);
+            count.note("held", x[3] == 0.0);
+            count.note("held, with a weight", x[3] == 0.0 && flag(WEIGHTED) && weight > 0.0);
+            count.note("one that has touched", v[3] < 0.0 && flag(RESTORED));
+            count.note(
+                "one that has touched, with a weight",
+                v[3] < 0.0 && flag(RESTORED) && flag(WEIGHTED) && weight > 0.0,
+            );
+            count.note("beyond the weights", flag(WEIGHTED) && weight == 0.0);
+            let floor = fixture.substep().colliders[0].depth_and_normal([x[0], x[1], x[2]]).0;
+            count.note("in the floor", floor > 0.0 && x[3] > 0.0);
+            count.note("above the floor", floor < 0.0);
+        }
+    }
+    for run in tables
+        .runs
+        .chunks(tables.kinds)
+        .filter(|run| run[0].count & IS_RING != 0 && run[0].count != NOT_A_MESH)
+    {
+        let entries =
+            run[0].start as usize..(run[0].start + LANES as u32 * (run[0].count & !IS_RING)) as usize;
+        for entry in &tables.entries[entries] {
+            count.note("padding", entry.rest_length == 0.0);
+            count.note("a neighbour without a spring", entry.rest_length < 0.0);
+            count.note("a spring", entry.rest_length > 0.0);
+        }
+        count.note("springs of another kind", run[1..].iter().any(|run| run.count > 0));
+    }
+    count.note("a mesh without a volume", !tables.meshes.is_empty());
+    count.note("a grid", !tables.grids.is_empty());
+    count.check();
 }

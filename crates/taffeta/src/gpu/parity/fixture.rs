@@ -102,6 +102,8 @@ impl Fixture {
         for body in &assembly.bodies {
             is_node[body.first..body.first + body.nodes].fill(true);
         }
+        let untouched = assembly.bodies.iter().find(|body| body.name == volume_scene::UNTOUCHED);
+        let untouched = untouched.map_or(0..0, |body| body.first..body.first + body.nodes);
         let substeps = plan::frame(&assembly, 0.0);
         let cpu = CpuBackend::<f32>::new(assembly, 1)?;
         let mut near_start = |speed: f32| {
@@ -111,7 +113,8 @@ impl Fixture {
             {
                 let noise = chance.three([0.002, 0.01, 0.03][place % 3]);
                 let [u, v, t] = chance.three(speed);
-                let mass = if place % 7 == 3 && w > 0.0 { -mass } else { mass };
+                let touches = place % 7 == 3 && w > 0.0 && !untouched.contains(&place);
+                let mass = if touches { -mass } else { mass };
                 state.position.push([x + noise[0], y + noise[1], z + noise[2], w]);
                 state.velocity.push([u, v, t, mass]);
             }

@@ -18,12 +18,12 @@ fn form(form: VolumeForm) -> Volume {
     Volume { form, ..Volume::default() }
 }
 
-/// Weights, and two nodes that are held where they are large.
-fn weighted(name: &str, subdivisions: u32, at: [f64; 3], kind: VolumeForm) -> Body {
+/// The body with weights of which no node has touched.
+pub const UNTOUCHED: &str = "weighted";
+
+fn weighted(name: &str, subdivisions: u32, at: [f64; 3]) -> Body {
     let ball = VolumeWeights { center: [at[0], at[1] + 0.11, at[2] + 0.25], radius: 0.35 };
-    let held = Bounds { min: [-1.0, -1.0, at[2] + 0.29], max: [9.0, 9.0, 9.0] };
-    let volume = Volume { weights: Some(ball), ..form(kind) };
-    soft(name, subdivisions, at, volume).pin(Select { inside: Some(held), ..Select::default() })
+    soft(name, subdivisions, at, Volume { weights: Some(ball), ..form(VolumeForm::Projected) })
 }
 
 /// Of one group and of several, the last of which is not full; in every form, with weights and without, beside bodies
@@ -35,6 +35,8 @@ fn bodies() -> Vec<Body> {
     let blob = Mesh::Icosphere(Icosphere { radius: 0.2, subdivisions: 1 });
     let pressed = Volume { pressure: Some(37.0), ..Volume::default() };
     let projected = |name: &str, x: f64| soft(name, 1, [x, 0.3, -1.1], form(VolumeForm::Projected));
+    // Where weights are large.
+    let front = Bounds { min: [-1.0, -1.0, 1.39], max: [9.0, 9.0, 9.0] };
     let large = soft("corrected", 3, [0.1, 0.29, -0.05], form(VolumeForm::Corrected));
     let mut bodies = vec![
         cloth("sheet", Mesh::grid(7, 11, [0.5, 0.3])).at([0.0, 1.4, 0.0]),
@@ -43,13 +45,14 @@ fn bodies() -> Vec<Body> {
         cloth("blob", blob).at([0.0, 1.9, 0.0]),
         soft("printed", 1, [1.7, 0.3, 0.1], form(VolumeForm::Printed)),
         soft("shader", 2, [2.5, 0.3, 0.1], form(VolumeForm::PaperShader)),
-        weighted("weighted", 3, [3.3, 0.29, 0.1], VolumeForm::Projected),
+        weighted(UNTOUCHED, 3, [3.3, 0.29, 0.1]),
         soft("pressed", 2, [3.9, 0.3, 1.1], pressed),
-        weighted("light", 1, [4.9, 0.3, 1.1], VolumeForm::Corrected),
+        weighted("touched", 2, [4.9, 0.3, 1.1]),
+        weighted("held", 1, [5.7, 0.3, 1.1]).pin(Select { inside: Some(front), ..Select::default() }),
         projected("still", 0.0).pin(Select::nodes((0..42).collect::<Vec<_>>())),
     ];
     // As many as there are volumes to aim at.
-    let names = ["one", "two", "three", "four", "five", "six"];
+    let names = ["one", "two", "three", "four", "five"];
     bodies.extend(names.iter().zip(1..).map(|(name, i)| projected(name, 0.8 * f64::from(i))));
     bodies
 }
