@@ -2,7 +2,7 @@
 
 use super::{Assembly, BodyAssembly};
 use crate::constraints::volume::{Form, weight};
-use crate::scene::{SceneError, Volume, VolumeForm, VolumeWeights};
+use crate::scene::{SceneError, Volume, VolumeForm, VolumeWeights, plain};
 use crate::topology::measure;
 
 /// Share of area × extent / 6 below which a volume is nothing: 32 bits tell it from none by two digits.
@@ -78,29 +78,22 @@ fn keys(wish: &Volume) -> Vec<(f64, f64)> {
     starts.then_some((0.0, first)).into_iter().chain(later).collect()
 }
 
-/// Refuses a surface that is inside out, or that encloses nothing that could be kept.
+/// Refuses a surface that encloses nothing that could be kept.
 fn check_inside(form: Form, rest: f64, body: &BodyAssembly) -> Result<(), SceneError> {
     let triangles = &body.closed_triangles;
     let area: f64 = triangles.iter().map(|t| measure::area(&body.start, *t)).sum();
     let [lo, hi] = measure::bounds(&body.start);
     let extent = (0..3).map(|i| hi[i] - lo[i]).fold(0.0, f64::max);
-    let something = NOTHING * area * extent / 6.0;
-    if rest < -something {
-        return Err(SceneError::new(
-            "volume",
-            format!("the mesh encloses {rest} m³: it is inside out; triangles the other way round would do"),
-        ));
+    if form == Form::Pressure || rest >= NOTHING * area * extent / 6.0 {
+        return Ok(());
     }
-    if rest < something && form != Form::Pressure {
-        return Err(SceneError::new(
-            "volume",
-            format!(
-                "the mesh encloses {rest} m³, next to nothing between {area} m² of surface, and there is no volume to keep; \
-                 a thicker mesh or volume.pressure would do"
-            ),
-        ));
-    }
-    Ok(())
+    Err(SceneError::new(
+        "volume",
+        format!(
+            "the mesh encloses {rest:.3e} m³, next to nothing between {area:.3e} m² of surface, and there is no volume to \
+             keep; a thicker mesh or volume.pressure would do"
+        ),
+    ))
 }
 
 fn weights(ball: VolumeWeights, body: &BodyAssembly) -> Result<Vec<f64>, SceneError> {
@@ -115,9 +108,9 @@ fn weights(ball: VolumeWeights, body: &BodyAssembly) -> Result<Vec<f64>, SceneEr
     Err(SceneError::new(
         "volume.weights",
         format!(
-            "no node is within {} m of {:?}: the nearest, vertex {} at {:?}, is {} m away; a larger radius or a center on \
-             the surface would do",
-            ball.radius,
+            "no node is within {} m of {:?}: the nearest, vertex {} at {:.4?}, is {:.4} m away; a larger radius or a \
+             center on the surface would do",
+            plain(ball.radius),
             ball.center,
             body.vertex_of_solver(nearest),
             body.start[nearest],
