@@ -3,9 +3,11 @@
 
 mod curve;
 mod experiment;
+mod line;
 mod page;
 mod plot;
 mod run;
+mod speed;
 
 use crate::{program, results, root};
 use curve::Curve;
@@ -53,12 +55,17 @@ fn measure(chosen: &[&Experiment]) -> Result<(), String> {
         for variant in experiment.variants() {
             let (curve, run) = run::run(experiment, &variant, &mut goals, &commit)?;
             println!("{}", run.words());
-            run::keep(&folder, &run)?;
+            line::keep(&folder, &run)?;
             if variant.k.is_none() {
                 curves.push(curve);
             }
         }
         curve::write(&csv(&folder, experiment), &curves)?;
+        for threads in [1, all_threads()] {
+            let speed = speed::measure(experiment, threads, &commit)?;
+            println!("{}", speed.words());
+            line::keep(&folder, &speed)?;
+        }
     }
     Ok(())
 }
@@ -67,7 +74,7 @@ fn measure(chosen: &[&Experiment]) -> Result<(), String> {
 fn write() -> Result<(), String> {
     let results = root().join("docs/results");
     let folder = results.join("volume");
-    let runs = run::kept(&folder)?;
+    let (runs, speeds) = (line::kept(&folder)?, line::kept(&folder)?);
     for experiment in &ALL {
         let file = csv(&folder, experiment);
         if file.is_file() {
@@ -76,8 +83,14 @@ fn write() -> Result<(), String> {
         }
     }
     let page = results.join("volume.md");
-    std::fs::write(&page, page::page(&runs)).map_err(|error| format!("{}: {error}", page.display()))?;
+    std::fs::write(&page, page::page(&runs, &speeds))
+        .map_err(|error| format!("{}: {error}", page.display()))?;
     results::write_readme(&results)
+}
+
+/// Those of the machine.
+fn all_threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 fn csv(folder: &Path, experiment: &Experiment) -> std::path::PathBuf {

@@ -1,6 +1,8 @@
 //! What is run: scenes, stiffnesses and forms, and what was published of them.
 
+use crate::root;
 use taffeta::scene::VolumeForm;
+use taffeta_io::Loaded;
 
 /// A scene of `scenes/` that is run with several forms.
 pub struct Experiment {
@@ -85,6 +87,12 @@ pub const ALL: [Experiment; 12] = [
 ];
 
 impl Experiment {
+    /// Its scene.
+    pub fn load(&self) -> Result<Loaded, String> {
+        let file = root().join("scenes").join(self.scene).with_extension("toml");
+        taffeta_io::load_scene(&file, &[]).map_err(|error| error.to_string())
+    }
+
     /// Its runs: first those with the scene's own stiffness.
     pub fn variants(&self) -> Vec<Variant> {
         let mut variants: Vec<Variant> = FORMS.iter().map(|&form| Variant { form, k: None }).collect();

@@ -2,11 +2,9 @@
 
 use super::curve::Curve;
 use super::experiment::{Experiment, Variant};
+use super::line::Line;
 use crate::results::measure;
-use crate::root;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
-use std::time::Instant;
 use taffeta::diagnostics::FrameReport;
 use taffeta::scene::Scene;
 use taffeta::{Options, Simulation};
@@ -21,15 +19,12 @@ pub struct Run {
     pub nodes: usize,
     pub triangles: usize,
     pub springs: usize,
-    pub substeps_per_frame: u32,
     pub frames: u32,
     /// The frame in which it blew up.
     pub diverged: Option<u32>,
     /// Largest and mean |V − V₀|/V₀ over all frames, of the body that is off most: V₀ is the volume to keep.
     pub max_error: f64,
     pub mean_error: f64,
-    /// Median [ms].
-    pub ms_per_frame: f64,
     /// What was not as the scene wants it: a stand-in.
     pub note: Option<String>,
     /// The processor in words.
@@ -49,8 +44,7 @@ pub fn run(
     goals: &mut Goals,
     commit: &str,
 ) -> Result<(Curve, Run), String> {
-    let file = root().join("scenes").join(experiment.scene).with_extension("toml");
-    let mut loaded = taffeta_io::load_scene(&file, &[]).map_err(|error| error.to_string())?;
+    let mut loaded = experiment.load()?;
     let k = alter(&mut loaded.scene, variant);
     let time = loaded.scene.time.clone();
     let mut simulation =
@@ -58,14 +52,12 @@ pub fn run(
     let rest: Vec<f64> =
         simulation.bodies().iter().map(|body| body.rest_volume.unwrap_or(f64::INFINITY)).collect();
     let mut curve = Curve::new(variant.form.name());
-    let (mut ms, mut errors, mut diverged) = (Vec::new(), Vec::new(), None);
+    let (mut errors, mut diverged) = (Vec::new(), None);
     for frame in 0..time.frames {
-        let start = Instant::now();
         if simulation.step().is_err() {
             diverged = Some(frame + 1);
             break;
         }
-        ms.push(start.elapsed().as_secs_f64() * 1e3);
         let report = simulation.report();
         if goals.len() == frame as usize {
             let goal = |(target, rest): (&Option<f64>, &f64)| target.unwrap_or(*rest);
@@ -82,12 +74,10 @@ pub fn run(
         nodes: bodies.iter().map(|body| body.nodes).sum(),
         triangles: bodies.iter().map(|body| body.triangles).sum(),
         springs: bodies.iter().flat_map(|body| &body.springs).map(|(_, count)| count).sum(),
-        substeps_per_frame: time.substeps(),
         frames: time.frames,
         diverged,
         max_error: errors.iter().copied().fold(0.0, f64::max),
         mean_error: sum(&errors) / errors.len().max(1) as f64,
-        ms_per_frame: median(&mut ms),
         note: loaded.notes.first().cloned(),
         machine: measure::processor(),
         device: simulation.device(),
@@ -120,59 +110,18 @@ fn sum<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
     values.into_iter().sum()
 }
 
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
-}
-
 impl Run {
-    /// Sub-steps a second.
-    pub fn steps_per_s(&self) -> f64 {
-        if self.ms_per_frame > 0.0 {
-            f64::from(self.substeps_per_frame) * 1e3 / self.ms_per_frame
-        } else {
-            0.0
-        }
-    }
-
     /// What the run was, and how it went.
     pub fn words(&self) -> String {
-        let Self { scene, form, k, max_error, ms_per_frame, .. } = self;
+        let Self { scene, form, k, max_error, .. } = self;
         let ending = self.diverged.map_or_else(String::new, |frame| format!(", blew up in frame {frame}"));
-        format!(
-            "{scene}, {form}, k = {k}: off by {:.2e} at most, {ms_per_frame:.2} ms a frame{ending}",
-            max_error
-        )
+        format!("{scene}, {form}, k = {k}: off by {max_error:.2e} at most{ending}")
     }
+}
 
+impl Line for Run {
+    const FILE: &str = "runs.jsonl";
     fn same(&self, other: &Self) -> bool {
         self.scene == other.scene && self.form == other.form && self.k == other.k
     }
-}
-
-/// The lines that were kept.
-pub fn kept(folder: &Path) -> Result<Vec<Run>, String> {
-    let file = folder.join("runs.jsonl");
-    let text = std::fs::read_to_string(&file)
-        .map_err(|error| format!("{}: {error}; `cargo xtask volume` measures", file.display()))?;
-    let line = |(index, line): (usize, &str)| {
-        serde_json::from_str(line).map_err(|error| format!("{}:{}: {error}", file.display(), index + 1))
-    };
-    text.lines().enumerate().map(line).collect()
-}
-
-/// Keeps a line, in place of an earlier one of the same run.
-pub fn keep(folder: &Path, run: &Run) -> Result<(), String> {
-    let file = folder.join("runs.jsonl");
-    let mut runs = if file.is_file() { kept(folder)? } else { Vec::new() };
-    match runs.iter_mut().find(|known| known.same(run)) {
-        Some(known) => *known = run.clone(),
-        None => runs.push(run.clone()),
-    }
-    let mut text = String::new();
-    for run in &runs {
-        text += &serde_json::to_string(run).map_err(|error| error.to_string())?;
-        text.push('\n');
-    }
-    std::fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))
 }
