@@ -15,13 +15,20 @@ use experiment::{ALL, Experiment};
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Runs the named experiments, or all; with `--plots-only` none: it draws what was kept.
+/// Runs the named experiments, or all; with `--speed-only` only their timing, with `--plots-only` none: it draws what was
+/// kept.
 pub fn run(words: &[&str]) -> ExitCode {
     let (options, names): (Vec<&str>, Vec<&str>) = words.iter().partition(|word| word.starts_with("--"));
     let result = match options[..] {
-        [] => chosen(&names).and_then(|chosen| measure(&chosen)).and_then(|()| write()),
+        [] => chosen(&names).and_then(|chosen| measure(&chosen, &[losses, speeds])).and_then(|()| write()),
+        ["--speed-only"] => {
+            chosen(&names).and_then(|chosen| measure(&chosen, &[speeds])).and_then(|()| write())
+        }
         ["--plots-only"] if names.is_empty() => write(),
-        _ => Err(format!("volume {}: it takes names of experiments, or --plots-only alone", words.join(" "))),
+        _ => Err(format!(
+            "volume {}: it takes names of experiments and --speed-only, or --plots-only alone",
+            words.join(" ")
+        )),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -45,27 +52,39 @@ fn chosen(names: &[&str]) -> Result<Vec<&'static Experiment>, String> {
     names.iter().map(find).collect()
 }
 
-/// Runs experiments and keeps their curves and lines.
-fn measure(chosen: &[&Experiment]) -> Result<(), String> {
+/// A part of what is measured of an experiment; the folder takes its lines.
+type Part = fn(&Experiment, folder: &Path, commit: &str) -> Result<(), String>;
+
+/// Measures parts of experiments.
+fn measure(chosen: &[&Experiment], parts: &[Part]) -> Result<(), String> {
     let folder = root().join("docs/results/volume");
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let commit = program::commit()?;
-    for experiment in chosen {
-        let (mut curves, mut goals) = (Vec::new(), run::Goals::new());
-        for variant in experiment.variants() {
-            let (curve, run) = run::run(experiment, &variant, &mut goals, &commit)?;
-            println!("{}", run.words());
-            line::keep(&folder, &run)?;
-            if variant.k.is_none() {
-                curves.push(curve);
-            }
+    chosen
+        .iter()
+        .try_for_each(|experiment| parts.iter().try_for_each(|part| part(experiment, &folder, &commit)))
+}
+
+/// Runs an experiment in all its variants, and keeps their curves and lines.
+fn losses(experiment: &Experiment, folder: &Path, commit: &str) -> Result<(), String> {
+    let (mut curves, mut goals) = (Vec::new(), run::Goals::new());
+    for variant in experiment.variants() {
+        let (curve, run) = run::run(experiment, &variant, &mut goals, commit)?;
+        println!("{}", run.words());
+        line::keep(folder, &run)?;
+        if variant.k.is_none() {
+            curves.push(curve);
         }
-        curve::write(&csv(&folder, experiment), &curves)?;
-        for threads in [1, all_threads()] {
-            let speed = speed::measure(experiment, threads, &commit)?;
-            println!("{}", speed.words());
-            line::keep(&folder, &speed)?;
-        }
+    }
+    curve::write(&csv(folder, experiment), &curves)
+}
+
+/// Times the bodies of an experiment on one thread and on all.
+fn speeds(experiment: &Experiment, folder: &Path, commit: &str) -> Result<(), String> {
+    for threads in [1, all_threads()] {
+        let speed = speed::measure(experiment, threads, commit)?;
+        println!("{}", speed.words());
+        line::keep(folder, &speed)?;
     }
     Ok(())
 }

@@ -29,11 +29,10 @@ pub struct VolumeBody<T> {
     pub groups: Range<usize>,
 }
 
-/// What such bodies need between the stages of a sub-step, by place.
+/// What such bodies need between the stages of a sub-step, by place. Forces and gradients of the state before wait in the
+/// buffer of the state after.
 pub struct Corrections<T> {
-    /// Force [N] without that of the constraint.
-    pub force: [Column<T>; 3],
-    /// Gradient of the volume [m²].
+    /// Gradient of the volume [m²] in the state after; nothing where no volume is restored.
     pub gradient: [Column<T>; 3],
     /// Whether a place has touched a collider in this sub-step.
     pub touched: Vec<bool>,
@@ -43,7 +42,6 @@ pub struct Corrections<T> {
 
 /// The same, lent to all workers.
 pub struct SharedCorrections<'a, T> {
-    pub force: [Shared<'a, T>; 3],
     pub gradient: [Shared<'a, T>; 3],
     pub touched: Shared<'a, bool>,
     pub sums: Shared<'a, [T; WEIGHTED_SUMS]>,
@@ -168,10 +166,9 @@ impl<T: Real> Corrections<T> {
     /// Room for some bodies.
     pub fn new(bodies: &[VolumeBody<T>]) -> Self {
         let (places, groups) = bodies.last().map_or((0, 0), |last| (last.places.end, last.groups.end));
-        let columns = || std::array::from_fn(|_| Column::zeros(places));
+        let moved = if bodies.iter().any(|body| body.projects) { places } else { 0 };
         Self {
-            force: columns(),
-            gradient: columns(),
+            gradient: std::array::from_fn(|_| Column::zeros(moved)),
             touched: vec![false; places],
             sums: vec![[T::ZERO; WEIGHTED_SUMS]; groups],
         }
@@ -180,7 +177,6 @@ impl<T: Real> Corrections<T> {
     /// Lends it.
     pub fn share(&mut self) -> SharedCorrections<'_, T> {
         SharedCorrections {
-            force: self.force.each_mut().map(|column| Shared::new(column)),
             gradient: self.gradient.each_mut().map(|column| Shared::new(column)),
             touched: Shared::new(&mut self.touched),
             sums: Shared::new(&mut self.sums),
@@ -189,7 +185,7 @@ impl<T: Real> Corrections<T> {
 
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
-        let numbers = 6 * self.force[0].len() + self.sums.len() * WEIGHTED_SUMS;
+        let numbers = 3 * self.gradient[0].len() + self.sums.len() * WEIGHTED_SUMS;
         numbers * size_of::<T>() + self.touched.len()
     }
 }

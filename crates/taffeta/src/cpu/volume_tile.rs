@@ -4,18 +4,12 @@ use super::simd::Kernel;
 use super::tile::CpuTile;
 use super::tiles::TiledSprings;
 use super::volume::{GROUP, Summed, group_sums, groups, weighted_group_sums};
+use super::worker::Scratch;
 use crate::constraints::volume::{self, Node, Push, WEIGHTED_SUMS};
 use crate::integrate::euler;
 use crate::real::{Real, scale, sub};
 use crate::topology::LANES;
 use std::ops::Range;
-
-/// The tile's part of the corrections.
-struct Kept<'a, T> {
-    force: [&'a mut [T]; 3],
-    gradient: [&'a mut [T]; 3],
-    touched: &'a mut [bool],
-}
 
 impl<'a, T: Real> CpuTile<'a, T> {
     /// The places of the tile; those of a mesh are one run.
@@ -23,16 +17,18 @@ impl<'a, T: Real> CpuTile<'a, T> {
         self.plan.runs().next().map_or(0..0, |(_, run)| run)
     }
 
-    fn kept(&self, volume: usize) -> Kept<'a, T> {
-        let among = self.setup.volumes[volume].among(&self.run());
+    /// The tile's part of what says which places have touched a collider.
+    fn touched(&self, volume: usize, run: &Range<usize>) -> &'a mut [bool] {
+        let among = self.setup.volumes[volume].among(run);
         // SAFETY: tiles do not overlap, each is in one worker's share, and each stage takes its part once.
-        unsafe {
-            Kept {
-                force: self.corrections.force.each_ref().map(|column| column.write(among.clone())),
-                gradient: self.corrections.gradient.each_ref().map(|column| column.write(among.clone())),
-                touched: self.corrections.touched.write(among),
-            }
-        }
+        unsafe { self.corrections.touched.write(among) }
+    }
+
+    /// The tile's part of the gradients in the state after.
+    fn new_gradients(&self, volume: usize) -> [&'a mut [T]; 3] {
+        let among = self.setup.volumes[volume].among(&self.run());
+        // SAFETY: as in `touched`.
+        self.corrections.gradient.each_ref().map(|column| unsafe { column.write(among.clone()) })
     }
 
     /// The numbers of the tile's nodes, with their weights.
@@ -52,13 +48,14 @@ impl<'a, T: Real> CpuTile<'a, T> {
 
     /// Keeps forces and gradients for later, and sums up what the multiplier needs.
     pub(super) fn sum_up(&mut self, volume: usize) {
-        let (kept, nodes, run) = (self.kept(volume), self.nodes(volume), self.run());
+        let (nodes, run) = (self.nodes(volume), self.run());
         let n = run.len();
-        for axis in 0..3 {
-            kept.force[axis].copy_from_slice(&self.scratch.force[axis][..n]);
-            kept.gradient[axis].copy_from_slice(&self.scratch.gradient[axis][..n]);
+        // Until the multiplier is known there is no state after, and its buffer is the nearest room.
+        for (axis, kept) in self.after(&run).into_iter().enumerate() {
+            let Scratch { force, gradient, .. } = &*self.scratch;
+            kept.copy_from_slice(if axis < 3 { &gradient[axis][..n] } else { &force[axis - 3][..n] });
         }
-        kept.touched.fill(false);
+        self.touched(volume, &run).fill(false);
         let moving = Moving {
             origin: nodes.origin,
             place: [0, 1, 2].map(|axis| &self.old[axis][run.clone()]),
@@ -84,13 +81,13 @@ impl<'a, T: Real> CpuTile<'a, T> {
 
     /// Force of the tile's nodes with that of the constraint.
     pub(super) fn push_forces(&mut self, volume: usize, push: &Push<T>) {
-        let (kept, nodes) = (self.kept(volume), self.nodes(volume));
+        let nodes = self.nodes(volume);
         let place = [0, 1, 2].map(|axis| &self.old[axis][self.run()]);
-        let [gx, gy, gz] = kept.gradient;
+        let [gx, gy, gz, force @ ..] = self.after(&self.run());
         let gradient = [&*gx, &*gy, &*gz];
         let [fx, fy, fz] = &mut self.scratch.force;
         let [x, y, z] = [&mut fx[..gx.len()], &mut fy[..gx.len()], &mut fz[..gx.len()]];
-        for (to, from) in [&mut *x, &mut *y, &mut *z].into_iter().zip(kept.force) {
+        for (to, from) in [&mut *x, &mut *y, &mut *z].into_iter().zip(force) {
             to.copy_from_slice(from);
         }
         self.setup.level.run(PushForces { push, nodes, place, gradient, to: [x, y, z] });
@@ -98,9 +95,7 @@ impl<'a, T: Real> CpuTile<'a, T> {
 
     /// Notes which nodes have touched a collider; returns how many had not before.
     pub(super) fn note_touches(&self, volume: usize, at: usize, run: &Range<usize>) -> u64 {
-        let among = self.setup.volumes[volume].among(run);
-        // SAFETY: as in `kept`.
-        let touched = unsafe { self.corrections.touched.write(among) };
+        let touched = self.touched(volume, run);
         let last = &self.scratch.last_touch[at..at + run.len()];
         let mut new = 0;
         for (touched, &last) in touched.iter_mut().zip(last) {
@@ -121,8 +116,8 @@ impl<'a, T: Real> CpuTile<'a, T> {
         if let Some(rings) = sets.first() {
             rings.gradients(self.setup.level, self.plan.units.clone(), places, gradient);
         }
-        let (kept, nodes, run) = (self.kept(volume), self.nodes(volume), self.run());
-        for (kept, new) in kept.gradient.into_iter().zip(&self.scratch.gradient) {
+        let (nodes, run) = (self.nodes(volume), self.run());
+        for (kept, new) in self.new_gradients(volume).into_iter().zip(&self.scratch.gradient) {
             kept.copy_from_slice(&new[..run.len()]);
         }
         let place = next.map(|column| &column[run.clone()]);
@@ -133,18 +128,18 @@ impl<'a, T: Real> CpuTile<'a, T> {
             gradient,
             inverse_mass: nodes.inverse_mass,
             weights: nodes.weights,
-            touched: kept.touched,
+            touched: self.touched(volume, &run),
         };
         self.put_sums(volume, &nodes, &still);
     }
 
     /// Moves nodes that have touched nothing.
     pub(super) fn push_places(&mut self, volume: usize, push: &Push<T>) {
-        let (kept, nodes) = (self.kept(volume), self.nodes(volume));
-        let [x, y, z, ..] = self.after(&self.run());
-        let [gx, gy, gz] = kept.gradient;
-        let gradient = [&*gx, &*gy, &*gz];
-        self.setup.level.run(PushPlaces { push, nodes, gradient, touched: kept.touched, to: [x, y, z] });
+        let (nodes, run) = (self.nodes(volume), self.run());
+        let [x, y, z, ..] = self.after(&run);
+        let [gx, gy, gz] = self.new_gradients(volume);
+        let (gradient, touched) = ([&*gx, &*gy, &*gz], &*self.touched(volume, &run));
+        self.setup.level.run(PushPlaces { push, nodes, gradient, touched, to: [x, y, z] });
     }
 
     /// The push of the tile's volume.

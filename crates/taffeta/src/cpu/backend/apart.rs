@@ -151,8 +151,8 @@ impl<T: Real> CpuBackend<T> {
         self.kept_places().for_each(|(among, place)| self.corrections.touched[among] = touched(place));
     }
 
-    /// What the stages of volumes have left.
-    pub fn kept_parts(&self) -> KeptParts<T> {
+    /// What the stages of volumes have left: of the state before, or once it is there, of that after.
+    pub fn kept_parts(&self, after: bool) -> KeptParts<T> {
         let (places, found) = (self.setup.assembly.places, &self.corrections);
         let mut kept = KeptParts {
             force: vec![[T::ZERO; 3]; places],
@@ -161,8 +161,13 @@ impl<T: Real> CpuBackend<T> {
             sums: found.sums.clone(),
         };
         for (among, place) in self.kept_places() {
-            kept.force[place] = found.force.each_ref().map(|column| column[among]);
-            kept.gradient[place] = found.gradient.each_ref().map(|column| column[among]);
+            let waiting = self.after(place);
+            if after {
+                kept.gradient[place] = found.gradient.each_ref().map(|column| column[among]);
+            } else {
+                kept.gradient[place] = [0, 1, 2].map(|axis| waiting[axis]);
+                kept.force[place] = [3, 4, 5].map(|axis| waiting[axis]);
+            }
             kept.touched[place] = found.touched[among];
         }
         kept

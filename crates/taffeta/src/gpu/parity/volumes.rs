@@ -44,7 +44,7 @@ fn sum_up(fixture: &mut Fixture, stages: impl Fn(&mut dyn Tile) + Sync) -> KeptP
             tile.gradients();
         }
     });
-    fixture.cpu.kept_parts()
+    fixture.cpu.kept_parts(false)
 }
 
 /// The particle stages once all have been summed up.
@@ -80,7 +80,7 @@ fn put_new(fixture: &mut Fixture) {
 
 /// The state that the CPU has come to where bodies have those flags; elsewhere that of the `start`.
 fn after(fixture: &Fixture, [mut position, mut velocity]: [Vec<Four>; 2], flags: u32) -> [Vec<Four>; 2] {
-    let touched = fixture.cpu.kept_parts().touched;
+    let touched = fixture.cpu.kept_parts(true).touched;
     for group in fixture.tables.volume_groups.iter().filter(|group| group.flags & flags == flags) {
         for place in (group.first..group.first + group.count).map(|place| place as usize) {
             let [x, y, z, u, v, w] = fixture.cpu.after(place);
@@ -290,7 +290,7 @@ fn measured(fixture: &mut Fixture) -> KeptParts<f32> {
     put_new(fixture);
     let Fixture { cpu, substeps, .. } = fixture;
     cpu.lend_worker(|worker| measure_again(worker, &substeps[SUBSTEP]));
-    cpu.kept_parts()
+    cpu.kept_parts(true)
 }
 
 /// Volumes to keep that are more or less by these shares than those that are there, body by body.
