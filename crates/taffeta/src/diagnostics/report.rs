@@ -26,6 +26,7 @@ pub struct FrameReport {
     /// Volume of each body [m³], where it is closed.
     pub volumes: Vec<Option<f64>>,
     /// Volume that each body is to have at this time [m³], where it keeps one.
+    #[serde(default)]
     pub volume_targets: Vec<Option<f64>>,
 }
 
