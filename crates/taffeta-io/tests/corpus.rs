@@ -8,6 +8,9 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use taffeta::scene::{Body, Mass, Mesh, Scene};
+use taffeta::{Options, Simulation};
+use taffeta_io::checkpoint::{Checkpoint, identity};
 use taffeta_io::{MeshFormat, MeshOptions, parse_mesh, parse_scene, read_pairs};
 
 /// Counts what is allocated.
@@ -58,9 +61,13 @@ fn assert_frugal(name: &str, bytes: usize, work: impl FnOnce()) {
     assert!(taken <= bound, "{name}: {taken} bytes for {bytes}, at most {bound} would do");
 }
 
+fn corpus() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus")
+}
+
 fn files(target: &str) -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus").join(target);
-    let mut files: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut files: Vec<PathBuf> =
+        fs::read_dir(corpus().join(target)).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
     files
 }
@@ -105,6 +112,35 @@ fn dense_meshes(count: usize) -> Vec<(&'static str, MeshFormat, Vec<u8>)> {
         ("objects", MeshFormat::Obj, (corners + &objects).into_bytes()),
         ("points", MeshFormat::Obj, ("v 0 0 0\n".repeat(count) + "f 1 2 3\n").into_bytes()),
     ]
+}
+
+/// `cargo test -p taffeta-io --test corpus -- --ignored` writes the seeds of checkpoints anew: for a new version of their
+/// format.
+#[test]
+#[ignore = "writes into fuzz/corpus"]
+fn write_the_seeds_of_checkpoints() {
+    let folder = corpus().join("checkpoint");
+    let sheet =
+        Body::cloth("sheet", Mesh::grid(3, 4, [0.3, 0.2])).with_mass(Mass::Node(0.1)).structural(40.0, 0.1);
+    let scene = Scene::new("").time(0.01, 0.002).body(sheet);
+    let mut simulation = Simulation::new(&scene, &Options::default()).unwrap();
+    simulation.step().unwrap();
+    let good =
+        Checkpoint { scene: identity(&scene), snapshot: simulation.snapshot(), run: vec![1_u32, 2, 3] };
+    let good_file = folder.join("good.taffeta");
+    good.write(&good_file).unwrap();
+    let mut nodes = good.clone();
+    nodes.snapshot.nodes = u64::MAX;
+    nodes.write(&folder.join("refused_nodes.taffeta")).unwrap();
+    let bytes = fs::read(&good_file).unwrap();
+    fs::write(folder.join("refused_cut.taffeta"), &bytes[..bytes.len() / 2]).unwrap();
+    let altered = |name: &str, at: usize, value: u32| {
+        let mut bytes = bytes.clone();
+        bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        fs::write(folder.join(name), bytes).unwrap();
+    };
+    altered("refused_older.taffeta", 8, 0);
+    altered("refused_record_length.taffeta", 20, u32::MAX);
 }
 
 // One test for all: what runs beside it would be counted with it.

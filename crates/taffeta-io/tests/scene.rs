@@ -113,7 +113,6 @@ fn numbers_that_are_not_finite_are_refused_anywhere() {
 #[test]
 fn what_is_planned_is_said_not_to_be_there_yet() {
     let cases = [
-        ("[body.self_collision]", "(`body.self_collision`) is not yet supported"),
         ("[[collider]]\nbox = 1", "(`collider.box`) is not yet supported"),
         ("[[collider]]\nmesh = { file = \"x.ply\" }", "(`collider.mesh`) is not yet supported"),
         ("[world.air]", "(`world.air`) is not yet supported"),

@@ -218,7 +218,7 @@ impl Simulation {
 
     fn report_of(&self, sums: FrameSums, frame: u32) -> FrameReport {
         let assembly = self.backend.assembly();
-        let FrameSums { all, hinges, volumes } = sums;
+        let FrameSums { all, hinges, volumes, pairs } = sums;
         let gravity = assembly.world.gravity;
         let time = f64::from(frame) * assembly.time.dt;
         FrameReport {
@@ -234,6 +234,9 @@ impl Simulation {
             contacts: all.contacts,
             volumes,
             volume_targets: assembly.volume_targets(time),
+            pairs: pairs.pairs,
+            nearest_pair: (pairs.pairs > 0).then_some(pairs.nearest),
+            pair_searches: pairs.searches,
         }
     }
 

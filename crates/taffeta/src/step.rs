@@ -22,6 +22,8 @@ pub enum Stage {
     Pins,
     /// Colliders.
     Contact,
+    /// Nodes that touch each other, and colliders again.
+    Pairs,
     /// Nodes moved to restore volumes, and colliders again.
     Project,
     /// Sums over the state.
@@ -30,7 +32,7 @@ pub enum Stage {
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Elements,
         Self::Loads,
         Self::Springs,
@@ -38,6 +40,7 @@ impl Stage {
         Self::Integrate,
         Self::Pins,
         Self::Contact,
+        Self::Pairs,
         Self::Project,
         Self::Diagnose,
     ];
@@ -52,6 +55,7 @@ impl Stage {
             Self::Integrate => "integrate",
             Self::Pins => "pins",
             Self::Contact => "contact",
+            Self::Pairs => "pairs",
             Self::Project => "project",
             Self::Diagnose => "diagnose",
         }
@@ -78,6 +82,11 @@ pub trait Stages {
     fn keeps_volumes(&self) -> bool;
     /// Finds the multiplier of each volume, when all have found gradients; then runs `stages` on tiles that keep one.
     fn volumes(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
+    /// Whether nodes touch each other.
+    fn collides(&self) -> bool;
+    /// Finds the nodes that touch each other and what that does to them, when all have moved; then runs `stages` on their
+    /// tiles.
+    fn pairs(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
     /// Measures again the volumes that are restored by moving nodes, when all have moved; then runs `stages` on tiles of
     /// those that are off. Returns whether none is.
     fn project(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>)) -> bool;
@@ -105,6 +114,8 @@ pub trait Tile {
     fn pins(&mut self);
     /// Keeps nodes out of colliders.
     fn contact(&mut self);
+    /// Gives nodes that touch each other their new velocities and places.
+    fn part(&mut self);
     /// Moves nodes that touch nothing so that the volume is restored.
     fn restore_volume(&mut self);
 }
@@ -124,6 +135,14 @@ pub fn frame<S: Stages>(worker: &mut S, substeps: &[S::Substep]) {
                 tile.keep_volume();
                 go_on(tile);
             });
+        }
+        if worker.collides() {
+            worker.pairs(substep, |tile| {
+                tile.part();
+                tile.contact();
+            });
+        }
+        if worker.keeps_volumes() {
             // Contact has changed volumes; what touches nothing gives them back, and may touch something then.
             for _ in 0..PROJECTIONS {
                 let kept = worker.project(substep, |tile| {

@@ -9,7 +9,6 @@ const NOT_YET: &[(&str, &str)] = &[
     ("solver.ice", "the ICE solver"),
     ("solver.acad", "the ACAD solver"),
     ("world.air", "lift and drag of triangles"),
-    ("body.self_collision", "contact of cloth with itself"),
     ("collider.box", "a box as a collider"),
     ("collider.capsule", "a capsule as a collider"),
     ("collider.cylinder", "a cylinder as a collider"),

@@ -1,5 +1,6 @@
 //! One body by solver index.
 
+use super::pairs::{self, Touching};
 use super::volumes::{self, KeptVolume};
 use super::{Assembly, grid};
 use crate::forces::hinge::{self, Rest};
@@ -48,6 +49,8 @@ pub struct BodyAssembly {
     pub rest_volume: Option<f64>,
     /// What keeps its volume.
     pub volume: Option<KeptVolume>,
+    /// Contact of its nodes with each other.
+    pub touching: Option<Touching>,
     /// What the user should know about its start, in words.
     pub warnings: Vec<String>,
     pub(super) edges: Option<Edges>,
@@ -81,6 +84,9 @@ impl Assembly {
         self.add_pins(&path, body, &mut built)?;
         if let Some(wish) = &body.volume {
             built.volume = volumes::kept(wish, &mut built).map_err(|e| e.under(&path))?;
+        }
+        if let Some(wish) = &body.self_collision {
+            built.touching = Some(pairs::touching(wish, &mut built).map_err(|e| e.under(&path))?);
         }
         self.places += built.places();
         self.bodies.push(built);
@@ -272,6 +278,7 @@ fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
         },
         rest_volume: volume,
         volume: None,
+        touching: None,
         warnings: far.into_iter().collect(),
         solver_of_node: Some(solver_of_node),
         split: select::split_nodes(&surface),

@@ -54,6 +54,7 @@ pub(super) fn build(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError>
         closed_triangles: Vec::new(),
         rest_volume: None,
         volume: None,
+        touching: None,
         warnings: Vec::new(),
         edges: None,
         split: Vec::new(),

@@ -6,11 +6,13 @@
 mod body;
 mod grid;
 mod loads;
+mod pairs;
 mod pins;
 mod volumes;
 
 pub use body::{BodyAssembly, BodySprings, GridDirections};
 pub use loads::{Load, LoadKind};
+pub use pairs::Apart;
 
 use crate::collision::shape::MovingCollider;
 use crate::integrate::keyframes::Track;
@@ -66,6 +68,7 @@ impl Assembly {
         }
         assembly.loads = loads::loads(&assembly.bodies, &scene.forces)?;
         assembly.start_pins();
+        assembly.note_start_contacts();
         Ok(assembly)
     }
 

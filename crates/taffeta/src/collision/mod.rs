@@ -1,4 +1,6 @@
-//! Contact of nodes with colliders: where the surface is, and what it does to a node.
+//! Contact of nodes with colliders, and with each other: where the surface is, and what it does to a node.
 
+pub mod cells;
 pub mod contact;
+pub mod pair;
 pub mod shape;

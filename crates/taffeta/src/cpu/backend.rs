@@ -5,6 +5,7 @@ mod apart;
 
 use super::column::Column;
 use super::diagnose::{VolumeChunk, frame_sums};
+use super::pairs::{Found, PairScratch, PairSetup, PairWork};
 use super::shared::Shared;
 use super::simd::SimdLevel;
 use super::team::Team;
@@ -13,14 +14,14 @@ use super::volume::{Corrections, VolumeBody};
 use super::worker::{Scratch, Worker};
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, Hand, Lost};
-use crate::diagnostics::{FrameSums, StateSums};
+use crate::diagnostics::{FrameSums, PairSums, StateSums};
 use crate::forces::hinge::Rest;
 use crate::plan;
 use crate::real::Real;
 use crate::step;
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 
 #[cfg(feature = "gpu")]
 pub use apart::{Between, KeptParts};
@@ -50,6 +51,8 @@ pub struct Setup<T> {
     pub volumes: Vec<VolumeBody<T>>,
     /// Which of them each body is.
     pub volume_of_body: Vec<Option<usize>>,
+    /// Nodes that touch each other, if any do.
+    pub pairs: Option<PairSetup<T>>,
     /// Triangles of closed bodies, in chunks.
     pub volume_chunks: Vec<VolumeChunk>,
     /// Instructions in use.
@@ -82,6 +85,7 @@ pub struct CpuBackend<T> {
     current: usize,
     hinge_forces: Vec<[[T; 3]; 4]>,
     corrections: Corrections<T>,
+    pairs: PairWork<T>,
     tile_sums: Vec<StateSums>,
     volumes: Vec<f64>,
     sums: FrameSums,
@@ -103,14 +107,22 @@ impl<T: Real> CpuBackend<T> {
         let volume_chunks = VolumeChunk::all(&assembly);
         let [inverse_mass, mass] = masses(&assembly);
         let (volumes, volume_of_body) = VolumeBody::all(&assembly);
+        let pairs = PairSetup::new(&assembly, &tiles);
         let fields = [start(&assembly, 0), start(&assembly, 6 * STAGGER)];
         assembly.release();
         Ok(Self {
-            scratch: shares.iter().map(|_| Mutex::new(Scratch::new(widest, cols, volumes.len()))).collect(),
+            scratch: shares
+                .iter()
+                .map(|share| {
+                    let pairs = pairs.as_ref().map(|_| PairScratch::new(assembly.places, share.len()));
+                    Mutex::new(Scratch::new(widest, cols, volumes.len(), pairs))
+                })
+                .collect(),
             fields,
             current: 0,
             hinge_forces: vec![[[T::ZERO; 3]; 4]; hinges.corners.len()],
             corrections: Corrections::new(&volumes),
+            pairs: PairWork::new(pairs.as_ref(), shares.len()),
             tile_sums: vec![StateSums::default(); tiles.len()],
             volumes: vec![0.0; volume_chunks.len()],
             setup: Setup {
@@ -122,6 +134,7 @@ impl<T: Real> CpuBackend<T> {
                 hinges,
                 volumes,
                 volume_of_body,
+                pairs,
                 volume_chunks,
                 level: SimdLevel::detect(),
                 hand: Hand::default(),
@@ -138,6 +151,15 @@ impl<T: Real> CpuBackend<T> {
         self.current = (self.current + substeps.len()) % 2;
         let state = self.fields[self.current].each_ref().map(|column| &column[..]);
         self.sums = frame_sums(&self.setup, state, &self.tile_sums, &self.volumes);
+        self.sums.pairs = self.pair_sums(substeps.len());
+    }
+
+    /// What was found of nodes in contact in the last of some sub-steps.
+    fn pair_sums(&mut self, substeps: usize) -> PairSums {
+        let found = if substeps > 0 { self.pairs.found() } else { Found::default() };
+        let first = self.scratch.first_mut().map(|one| one.get_mut().unwrap_or_else(PoisonError::into_inner));
+        let searches = first.and_then(|scratch| Some(std::mem::take(&mut scratch.pairs.as_mut()?.searches)));
+        PairSums { pairs: found.ends / 2, nearest: found.nearest, searches: searches.unwrap_or(0) }
     }
 
     /// Runs `job` on every worker at once.
@@ -148,9 +170,10 @@ impl<T: Real> CpuBackend<T> {
         let tile_sums = Shared::new(&mut self.tile_sums);
         let volumes = Shared::new(&mut self.volumes);
         let corrections = self.corrections.share();
+        let pairs = self.pairs.share();
         let (setup, shares, scratch, current) = (&self.setup, &self.shares, &self.scratch, self.current);
         self.team.run(|index, barrier| {
-            let mut scratch = scratch[index].lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut scratch = scratch[index].lock().unwrap_or_else(PoisonError::into_inner);
             job(&mut Worker {
                 setup,
                 index,
@@ -160,6 +183,7 @@ impl<T: Real> CpuBackend<T> {
                 current,
                 hinge_forces: &hinge_forces,
                 corrections: &corrections,
+                pairs: &pairs,
                 tile_sums: &tile_sums,
                 volumes: &volumes,
                 scratch: &mut scratch,
@@ -240,7 +264,7 @@ impl<T: Real> Backend for CpuBackend<T> {
         let columns = 14 * self.setup.mass.len() * size_of::<T>();
         let springs: usize = self.setup.springs.iter().map(TiledSprings::bytes).sum();
         let hinges = self.hinge_forces.len() * (size_of::<[[T; 3]; 4]>() + 36);
-        columns + springs + hinges + self.corrections.bytes()
+        columns + springs + hinges + self.corrections.bytes() + self.pairs.bytes()
     }
 }
 

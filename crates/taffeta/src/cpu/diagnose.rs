@@ -59,7 +59,7 @@ pub fn frame_sums<T: Real>(
     for (chunk, volume) in setup.volume_chunks.iter().zip(chunks) {
         *volumes[chunk.body].get_or_insert(0.0) += volume;
     }
-    FrameSums { all, hinges: hinge_energy(setup, state), volumes }
+    FrameSums { all, hinges: hinge_energy(setup, state), volumes, ..FrameSums::default() }
 }
 
 /// Energy of all hinges [J], in their order.

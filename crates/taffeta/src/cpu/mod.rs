@@ -6,6 +6,7 @@ mod contact;
 mod diagnose;
 mod grid;
 mod mesh;
+mod pairs;
 mod rings;
 mod shared;
 mod simd;

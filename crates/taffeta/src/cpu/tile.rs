@@ -22,6 +22,8 @@ pub struct CpuTile<'a, T> {
     pub setup: &'a Setup<T>,
     /// Which nodes.
     pub plan: &'a TilePlan,
+    /// Which of the worker's tiles it is.
+    pub number: usize,
     /// What the sub-step is told.
     pub substep: &'a Substep<T>,
     /// State of all nodes before.
@@ -142,6 +144,15 @@ impl<T: Real> Tile for CpuTile<'_, T> {
             let inverse_mass = &self.setup.inverse_mass[run.clone()];
             let contacts = contact(self.setup.level, colliders, inverse_mass, &mut state, last, *h);
             self.contacts += self.volume.map_or(contacts, |volume| self.note_touches(volume, at, &run));
+        }
+    }
+
+    fn part(&mut self) {
+        let Some(pairs) = &self.scratch.pairs else { return };
+        for (node, answer) in pairs.answers(self.number) {
+            for (column, &number) in self.after(&(node..node + 1)).into_iter().zip(answer) {
+                column[0] = number;
+            }
         }
     }
 

@@ -4,6 +4,7 @@ use super::backend::Setup;
 use super::column::Column;
 use super::diagnose::{chunk_volume, tile_sums};
 use super::grid::Sweep;
+use super::pairs::{PairScratch, PairWorker, SharedPairs};
 use super::shared::Shared;
 use super::team::Barrier;
 use super::tile::CpuTile;
@@ -34,11 +35,13 @@ pub struct Scratch<T> {
     pub torques: Vec<T>,
     /// For each node of a tile, the collider that it touched last, from 1; 0: none.
     pub last_touch: Vec<u32>,
+    /// Nodes that touch each other, where any do.
+    pub pairs: Option<PairScratch<T>>,
 }
 
 impl<T: Real> Scratch<T> {
     /// For tiles of up to `nodes` nodes, grids of up to `cols` columns, and some volumes.
-    pub fn new(nodes: usize, cols: usize, volumes: usize) -> Self {
+    pub fn new(nodes: usize, cols: usize, volumes: usize, pairs: Option<PairScratch<T>>) -> Self {
         Self {
             force: std::array::from_fn(|_| Column::zeros(nodes)),
             gradient: std::array::from_fn(|_| Column::zeros(if volumes > 0 { nodes } else { 0 })),
@@ -47,6 +50,7 @@ impl<T: Real> Scratch<T> {
             sweep: Sweep::new(cols),
             torques: Vec::new(),
             last_touch: vec![0; nodes],
+            pairs,
         }
     }
 }
@@ -69,6 +73,8 @@ pub struct Worker<'a, T> {
     pub hinge_forces: &'a Shared<'a, [[T; 3]; 4]>,
     /// What volumes need between stages.
     pub corrections: &'a SharedCorrections<'a, T>,
+    /// What nodes that touch each other need between stages.
+    pub pairs: &'a SharedPairs<'a, T>,
     /// Where each tile's sums go.
     pub tile_sums: &'a Shared<'a, StateSums>,
     /// Where each chunk's volume goes [m³].
@@ -129,6 +135,7 @@ impl<'a, T: Real> Worker<'a, T> {
         CpuTile {
             setup: self.setup,
             plan,
+            number: index - self.share.start,
             substep,
             old: self.state(),
             next: &self.buffers[1 - self.current],
@@ -165,6 +172,20 @@ impl<'a, T: Real> Worker<'a, T> {
         // SAFETY: one place a tile, in one worker's share, read after the frame.
         let one = unsafe { self.tile_sums.write(index..index + 1) };
         &mut one[0]
+    }
+
+    /// The worker's part in what all do about nodes that touch each other.
+    fn pair_worker(&mut self) -> Option<PairWorker<'_, T>> {
+        Some(PairWorker {
+            setup: self.setup,
+            pairs: self.setup.pairs.as_ref()?,
+            shared: self.pairs,
+            scratch: self.scratch.pairs.as_mut()?,
+            share: self.share.clone(),
+            index: self.index,
+            workers: self.workers,
+            next: &self.buffers[1 - self.current],
+        })
     }
 
     /// Solves for the volumes that are `chosen`, once all have written their sums.
@@ -231,6 +252,33 @@ impl<T: Real> Stages for Worker<'_, T> {
             |volume, sums| Some(setup.volumes[volume].push(sums, substep.goals[volume], substep.h)),
         );
         self.on_volumes(substep, |_, _| true, stages);
+    }
+
+    fn collides(&self) -> bool {
+        self.setup.pairs.is_some()
+    }
+
+    fn pairs(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
+        let barrier = self.barrier;
+        let Some(mut pairs) = self.pair_worker() else { return };
+        pairs.note_moves();
+        barrier.wait();
+        if pairs.is_stale() {
+            pairs.search(|| barrier.wait());
+        }
+        pairs.find_near();
+        barrier.wait();
+        if !pairs.any() {
+            return;
+        }
+        pairs.answer(substep.h);
+        barrier.wait();
+        for index in self.share.clone() {
+            let touches = |pairs: &PairScratch<T>| pairs.answers(index - self.share.start).len() > 0;
+            if self.scratch.pairs.as_ref().is_some_and(touches) {
+                stages(&mut self.tile(index, substep));
+            }
+        }
     }
 
     fn project(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) -> bool {

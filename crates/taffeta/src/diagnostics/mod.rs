@@ -7,4 +7,4 @@ pub mod stability;
 mod sums;
 
 pub use report::FrameReport;
-pub(crate) use sums::{FrameSums, StateSums};
+pub(crate) use sums::{FrameSums, PairSums, StateSums};

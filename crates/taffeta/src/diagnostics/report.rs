@@ -26,8 +26,13 @@ pub struct FrameReport {
     /// Volume of each body [m³], where it is closed.
     pub volumes: Vec<Option<f64>>,
     /// Volume that each body is to have at this time [m³], where it keeps one.
-    #[serde(default)]
     pub volume_targets: Vec<Option<f64>>,
+    /// Pairs of nodes that were nearer than their thickness in the frame's last sub-step.
+    pub pairs: u64,
+    /// Least distance of such a pair before it was pushed apart, by its thickness.
+    pub nearest_pair: Option<f64>,
+    /// Times that neighbours were searched for in the frame.
+    pub pair_searches: u64,
 }
 
 impl FrameReport {

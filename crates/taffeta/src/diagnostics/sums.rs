@@ -28,6 +28,25 @@ pub struct FrameSums {
     pub hinges: f64,
     /// Volume of each body [m³], where it is closed.
     pub volumes: Vec<Option<f64>>,
+    /// Nodes in contact with each other.
+    pub pairs: PairSums,
+}
+
+/// What was found of nodes in contact with each other.
+#[derive(Clone, Copy, Debug)]
+pub struct PairSums {
+    /// Pairs in the last sub-step.
+    pub pairs: u64,
+    /// Least distance of a pair by its thickness; infinite without pairs.
+    pub nearest: f64,
+    /// Times that neighbours were searched for in the frame.
+    pub searches: u64,
+}
+
+impl Default for PairSums {
+    fn default() -> Self {
+        Self { pairs: 0, nearest: f64::INFINITY, searches: 0 }
+    }
 }
 
 impl StateSums {

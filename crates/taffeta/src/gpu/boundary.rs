@@ -39,7 +39,7 @@ impl Boundary {
                     Stage::Integrate => tile.integrate(),
                     Stage::Pins => tile.pins(),
                     Stage::Contact => tile.contact(),
-                    Stage::Elements | Stage::Volumes | Stage::Project | Stage::Diagnose => {}
+                    Stage::Elements | Stage::Volumes | Stage::Pairs | Stage::Project | Stage::Diagnose => {}
                 }
             }
         });
@@ -100,6 +100,12 @@ impl Stages for Order {
     }
 
     fn volumes(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
+
+    fn collides(&self) -> bool {
+        false
+    }
+
+    fn pairs(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
 
     fn project(&mut self, (): &(), _: impl Fn(&mut Listed)) -> bool {
         true

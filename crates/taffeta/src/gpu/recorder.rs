@@ -64,6 +64,10 @@ impl Tile for Listed {
         self.stages.push(Stage::Volumes);
     }
 
+    fn part(&mut self) {
+        self.stages.push(Stage::Pairs);
+    }
+
     fn restore_volume(&mut self) {
         self.stages.push(Stage::Project);
     }
@@ -136,6 +140,13 @@ impl Stages for Recorder<'_> {
         self.dispatch("volume_particles", substep, self.segment.tables.volume_groups.len());
         self.alone(Stage::Pins, substep);
     }
+
+    /// Scenes in which nodes touch each other are refused.
+    fn collides(&self) -> bool {
+        false
+    }
+
+    fn pairs(&mut self, _: &usize, _: impl Fn(&mut Listed)) {}
 
     /// A round. Nothing is read back, so that all rounds are written down; on volumes that are restored they do nothing.
     fn project(&mut self, &substep: &usize, _: impl Fn(&mut Listed)) -> bool {
@@ -242,7 +253,7 @@ impl Recorder<'_> {
             Stage::Integrate => self.dispatch("integrate_all", substep, places),
             Stage::Pins => self.dispatch("pins_all", substep, self.counts.pins.div_ceil(GROUP)),
             Stage::Contact => self.dispatch("contact_all", substep, places),
-            Stage::Elements | Stage::Volumes | Stage::Project | Stage::Diagnose => {}
+            Stage::Elements | Stage::Volumes | Stage::Pairs | Stage::Project | Stage::Diagnose => {}
         }
     }
 
@@ -296,6 +307,12 @@ mod tests {
         fn volumes(&mut self, (): &(), stages: impl Fn(&mut Listed)) {
             self.note(stages);
         }
+
+        fn collides(&self) -> bool {
+            false
+        }
+
+        fn pairs(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
 
         fn project(&mut self, (): &(), stages: impl Fn(&mut Listed)) -> bool {
             self.note(stages);

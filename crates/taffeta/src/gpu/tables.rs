@@ -66,6 +66,12 @@ fn largest_array(body: &BodyAssembly) -> (u64, &'static str) {
 /// Bodies that go together, so that none of their arrays is larger than `limit` bytes; the error names the body that
 /// does not fit even alone.
 pub fn segments(assembly: &Assembly, limit: u64) -> Result<Vec<Range<usize>>, String> {
+    if let Some((body, _)) = assembly.touching().next() {
+        return Err(format!(
+            "body `{}` has self_collision, which is not yet on GPUs; --backend cpu would do",
+            body.name
+        ));
+    }
     let mut segments: Vec<Range<usize>> = Vec::new();
     let mut taken = 0;
     for (index, body) in assembly.bodies.iter().enumerate() {

@@ -44,9 +44,30 @@ pub struct Body {
     /// What keeps the volume of a soft body; without it nothing does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume: Option<Volume>,
+    /// Contact of its nodes with each other, and with those of other bodies that have this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub self_collision: Option<SelfCollision>,
     /// Nodes that do not move, or move as told.
     #[serde(default, rename = "pin", skip_serializing_if = "Vec::is_empty")]
     pub pins: Vec<Pin>,
+}
+
+/// Contact of nodes with each other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SelfCollision {
+    /// Distance that is kept between nodes [m]; between those of two bodies it is the mean of both.
+    pub thickness: f64,
+    /// Coulomb coefficient; between two bodies the geometric mean.
+    pub friction: f64,
+    /// Share of the normal speed given back; between two bodies the larger one.
+    pub restitution: f64,
+}
+
+impl Default for SelfCollision {
+    fn default() -> Self {
+        Self { thickness: 0.01, friction: 0.2, restitution: 0.0 }
+    }
 }
 
 /// What a body is.
@@ -237,6 +258,7 @@ impl Body {
             place: Place::default(),
             springs: Springs::default(),
             volume: None,
+            self_collision: None,
             pins: Vec::new(),
         }
     }
@@ -291,6 +313,12 @@ impl Body {
     /// Keeps the volume of a soft body at that of rest.
     pub fn keep_volume(mut self, form: VolumeForm) -> Self {
         self.volume = Some(Volume { form, ..Volume::default() });
+        self
+    }
+
+    /// Lets its nodes touch each other, and those of other bodies that do so, at a distance of `thickness` [m].
+    pub fn collide(mut self, thickness: f64) -> Self {
+        self.self_collision = Some(SelfCollision { thickness, ..SelfCollision::default() });
         self
     }
 

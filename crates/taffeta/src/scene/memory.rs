@@ -26,6 +26,7 @@ const EDGE: u64 = 20;
 const SPRING: u64 = 165;
 const GRID_HINGE: u64 = 150;
 const VOLUME_NODE: u64 = 60;
+const TOUCHING_NODE: u64 = 250;
 const FACES_OF_NODE: u64 = 250;
 const STRUT: u64 = 175;
 const MOVING_PIN: u64 = 40;
@@ -120,7 +121,8 @@ impl Body {
                     .fold(surface.saturating_add(edges.saturating_mul(edge)), |sum, b| sum.saturating_add(*b))
             }
         };
-        mesh.saturating_add(pins).saturating_add(BODY)
+        let touching = u64::from(self.self_collision.is_some()) * TOUCHING_NODE;
+        mesh.saturating_add(pins).saturating_add(BODY).saturating_add(nodes.saturating_mul(touching))
     }
 
     /// Nodes that follow keyframes, at most.

@@ -14,7 +14,9 @@ mod validate;
 mod volume;
 mod world;
 
-pub use body::{Body, Bounds, Hinge, Internal, Kind, Mass, Pin, Place, Select, Spring, Springs};
+pub use body::{
+    Body, Bounds, Hinge, Internal, Kind, Mass, Pin, Place, Select, SelfCollision, Spring, Springs,
+};
 pub use collider::{Collider, Plane, Shape, Sphere};
 pub use force::{Force, ScaleKey, Torque};
 pub use memory::MemoryNeeded;

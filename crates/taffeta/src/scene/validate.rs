@@ -150,9 +150,7 @@ fn check_collider(path: &Path, collider: &Collider) -> Checked {
     }
     path.key("offset").not_negative(collider.offset, "m")?;
     path.key("friction").not_negative(collider.friction, "")?;
-    let share = collider.restitution;
-    let met = (0.0..=1.0).contains(&share);
-    path.key("restitution").demand(met, || format!("is {share}, 0 to 1 would do"))?;
+    path.key("restitution").share(collider.restitution)?;
     check_motion(path, &collider.motion)
 }
 

@@ -72,13 +72,14 @@ impl<T: Real> CpuBackend<T> {
             *origin = [0, 1, 2].map(|axis| old[axis][volume.first]);
         }
         between.touched = vec![0; between.force.len()];
-        for plan in &self.setup.tiles {
+        for (number, plan) in self.setup.tiles.iter().enumerate() {
             let hinge_forces = &self.hinge_forces;
             let (setup, next) = (&self.setup, &next);
             let corrections = &corrections;
             let mut tile = CpuTile {
                 setup,
                 plan,
+                number,
                 substep,
                 old,
                 next,

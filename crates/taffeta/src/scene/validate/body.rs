@@ -2,7 +2,9 @@
 
 use super::path::{Checked, Path};
 use super::{SceneError, check_motion, check_rotation, check_times};
-use crate::scene::{Body, Internal, Kind, Mass, Mesh, Place, Select, Springs, Volume, VolumeForm, VolumeKey};
+use crate::scene::{
+    Body, Internal, Kind, Mass, Mesh, Place, Select, SelfCollision, Springs, Volume, VolumeForm, VolumeKey,
+};
 use crate::topology::shapes;
 
 pub(super) fn check(path: &Path, body: &Body) -> Checked {
@@ -16,6 +18,9 @@ pub(super) fn check(path: &Path, body: &Body) -> Checked {
     check_springs(&path.key("springs"), &body.springs, body.kind)?;
     if let Some(volume) = &body.volume {
         check_volume(&path.key("volume"), volume, body.kind)?;
+    }
+    if let Some(collision) = &body.self_collision {
+        check_self_collision(&path.key("self_collision"), collision)?;
     }
     for (i, pin) in body.pins.iter().enumerate() {
         let path = path.nth("pin", i);
@@ -108,6 +113,12 @@ fn check_internal(path: &Path, internal: &Internal, kind: Kind) -> Checked {
     path.demand(internal.count == 0 || !listed, || {
         format!("has count = {} and a file of its own; one of them would do", internal.count)
     })
+}
+
+fn check_self_collision(path: &Path, collision: &SelfCollision) -> Checked {
+    path.key("thickness").positive(collision.thickness, "m")?;
+    path.key("friction").not_negative(collision.friction, "")?;
+    path.key("restitution").share(collision.restitution)
 }
 
 fn check_volume(path: &Path, volume: &Volume, kind: Kind) -> Checked {

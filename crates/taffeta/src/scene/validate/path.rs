@@ -54,6 +54,11 @@ impl Path {
         })
     }
 
+    /// From 0 to 1.
+    pub(super) fn share(&self, value: f64) -> Checked {
+        self.demand((0.0..=1.0).contains(&value), || format!("is {value}, 0 to 1 would do"))
+    }
+
     pub(super) fn finite(&self, values: &[f64]) -> Checked {
         let odd = values.iter().any(|x| !x.is_finite());
         self.demand(!odd, || format!("is {values:?}, finite numbers would do"))?;
