@@ -166,7 +166,7 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
                 // All is done: there is nothing to go on with.
                 let _ = std::fs::remove_file(&path);
             }
-            args.say(&closing(&summary, &tally.warnings(&loaded.scene), &plan.dir))
+            args.say(&closing(&summary, &tally.warnings(&simulation, &loaded.scene), &plan.dir))
         }
         Ending::Diverged(error) | Ending::Lost(error) => {
             Err(Failure::Work(format!("{error}\n{kept}{go_on}")))

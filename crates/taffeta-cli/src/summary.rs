@@ -1,7 +1,7 @@
 //! `summary.json`: a run in numbers. Scripts rely on these names.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A run in numbers.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
@@ -52,6 +52,8 @@ pub struct Summary {
     pub contacts: u64,
     /// Most nodes in contact at the end of any frame.
     pub contacts_max: u64,
+    /// Contact of nodes with each other.
+    pub pairs: PairSummary,
     /// The implicit solver.
     pub solver: SolverSummary,
     /// 64-bit hash of positions then velocities where the run ended, 16 hexadecimal digits; null where the GPU was lost,
@@ -85,6 +87,20 @@ pub struct Energy {
     pub end: f64,
     /// The largest of all frames.
     pub max: f64,
+}
+
+/// Contact of nodes with each other over a run.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct PairSummary {
+    /// Pairs of nodes nearer than their thickness in the last frame's last sub-step.
+    #[serde(rename = "final")]
+    pub end: u64,
+    /// Most of them at the end of any frame.
+    pub max: u64,
+    /// Least distance of one by its thickness, before it was pushed apart; null without pairs.
+    pub nearest: Option<f64>,
+    /// Times that neighbours were searched for.
+    pub searches: u64,
 }
 
 /// One body of a run.

@@ -165,12 +165,16 @@ fn the_table_has_a_row_a_frame_at_any_time() {
         momentum: [0.0, -1.0, 0.0],
         max_stretch: 1.1,
         contacts: 7,
+        pairs: 3,
+        nearest_pair: Some(0.75),
+        pair_searches: 2,
         volumes: vec![None, Some(4.5)],
         ..FrameReport::default()
     };
     table.row(&report, 1.5).unwrap();
     let expected = "frame,time,kinetic,gravitational,springs,hinges,energy,px,py,pz,max_stretch,contacts,\
-                    \"volume_a,b\",ms\n1,0.5,1,2,0.25,0,3.25,0,-1,0,1.1,7,4.5,1.5\n";
+                    pairs,nearest_pair,pair_searches,\"volume_a,b\",ms\n\
+                    1,0.5,1,2,0.25,0,3.25,0,-1,0,1.1,7,3,0.75,2,4.5,1.5\n";
     assert_eq!(fs::read_to_string(folder.path().join("frames.csv.part")).unwrap(), expected);
     assert_eq!(fs::read_to_string(table.finish().unwrap()).unwrap(), expected);
 }

@@ -4,7 +4,7 @@ mod snapshot;
 
 pub use snapshot::Snapshot;
 
-use crate::assembly::{Assembly, BodyAssembly};
+use crate::assembly::{Assembly, BodyAssembly, Touching};
 use crate::backend::{Backend, Hand, Lost};
 use crate::constraints::volume::Form;
 use crate::cpu::CpuBackend;
@@ -64,6 +64,8 @@ pub struct BodyInfo {
     pub mass: f64,
     /// Volume at rest [m³], of a closed body.
     pub rest_volume: Option<f64>,
+    /// Of a body whose nodes touch others: stretch from which on nodes of another layer slip between its own.
+    pub slips_from: Option<f64>,
     /// What was mended in its mesh, in words.
     pub repairs: Vec<String>,
 }
@@ -547,6 +549,7 @@ fn info(body: &BodyAssembly) -> BodyInfo {
         hinges: body.hinges.len(),
         mass: body.mass.iter().sum(),
         rest_volume: body.rest_volume,
+        slips_from: body.touching.as_ref().map(Touching::slips_from),
         repairs: body.surface.as_ref().map_or_else(Vec::new, |surface| surface.repairs.clone()),
     }
 }

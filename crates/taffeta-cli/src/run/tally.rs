@@ -2,7 +2,7 @@
 
 use super::Args;
 use super::volumes::Volumes;
-use crate::summary::{BodySummary, Energy, SolverSummary, Status, Summary};
+use crate::summary::{BodySummary, Energy, PairSummary, SolverSummary, Status, Summary};
 use serde::{Deserialize, Serialize};
 use taffeta::Simulation;
 use taffeta::diagnostics::FrameReport;
@@ -15,6 +15,7 @@ pub struct Tally {
     energy_max: f64,
     max_stretch: f64,
     contacts_max: u64,
+    pairs: PairSummary,
     volumes: Volumes,
     ms: Vec<f64>,
 }
@@ -28,6 +29,7 @@ impl Tally {
             energy_max: report.energy(),
             max_stretch: 0.0,
             contacts_max: 0,
+            pairs: PairSummary::default(),
             volumes: Volumes::new(simulation),
             ms: Vec::new(),
         };
@@ -46,6 +48,7 @@ impl Tally {
         self.energy_max = self.energy_max.max(report.energy());
         self.max_stretch = self.max_stretch.max(report.max_stretch);
         self.contacts_max = self.contacts_max.max(report.contacts);
+        self.pairs.take(report);
     }
 
     /// The whole run. A simulation whose device is `lost` is not asked for its state.
@@ -85,6 +88,7 @@ impl Tally {
             bodies: self.bodies(simulation, scene),
             contacts: last.contacts,
             contacts_max: self.contacts_max,
+            pairs: self.pairs,
             solver: SolverSummary::default(),
             state_hash: (!lost).then(|| format!("{:016x}", simulation.state_hash())),
             files: Vec::new(),
@@ -92,8 +96,22 @@ impl Tally {
     }
 
     /// What the user should know of the run that is over.
-    pub fn warnings(&self, scene: &Scene) -> Vec<String> {
-        self.volumes.warnings(scene)
+    pub fn warnings(&self, simulation: &Simulation, scene: &Scene) -> Vec<String> {
+        let mut warnings = self.volumes.warnings(scene);
+        let slips = |body: &&taffeta::BodyInfo| {
+            // From 1 down the body was warned of before.
+            body.slips_from.is_some_and(|stretch| stretch > 1.0 && self.max_stretch > stretch)
+        };
+        warnings.extend(simulation.bodies().iter().find(slips).map(|body| {
+            format!(
+                "a spring was {:.2} times its rest length; from {:.2} on nodes of another layer slip between those of body \
+                 `{}`: a larger self_collision.thickness, stiffer springs or a finer mesh would do",
+                self.max_stretch,
+                body.slips_from.unwrap_or_default(),
+                body.name
+            )
+        }));
+        warnings
     }
 
     fn bodies(&self, simulation: &Simulation, scene: &Scene) -> Vec<BodySummary> {
@@ -105,6 +123,18 @@ impl Tally {
             volume: self.volumes.summary(index, scene, simulation.report()),
         };
         simulation.bodies().iter().enumerate().map(summary).collect()
+    }
+}
+
+impl PairSummary {
+    fn take(&mut self, report: &FrameReport) {
+        self.end = report.pairs;
+        self.max = self.max.max(report.pairs);
+        self.nearest = match (self.nearest, report.nearest_pair) {
+            (Some(least), Some(now)) => Some(least.min(now)),
+            (least, now) => least.or(now),
+        };
+        self.searches += report.pair_searches;
     }
 }
 

@@ -22,6 +22,7 @@ impl FrameTable {
             return Ok(Self { part, closed });
         }
         write!(part, "frame,time,kinetic,gravitational,springs,hinges,energy,px,py,pz,max_stretch,contacts")?;
+        write!(part, ",pairs,nearest_pair,pair_searches")?;
         for (name, _) in bodies.iter().filter(|(_, closed)| *closed) {
             write!(part, ",{}", quoted(&format!("volume_{name}")))?;
         }
@@ -47,6 +48,8 @@ impl FrameTable {
             r.max_stretch,
             r.contacts
         )?;
+        let nearest = r.nearest_pair.map(|share| share.to_string()).unwrap_or_default();
+        write!(self.part, ",{},{nearest},{}", r.pairs, r.pair_searches)?;
         for (body, _) in self.closed.iter().enumerate().filter(|(_, closed)| **closed) {
             match r.volumes.get(body).copied().flatten() {
                 Some(volume) => write!(self.part, ",{volume}")?,

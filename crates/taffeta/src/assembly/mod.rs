@@ -12,7 +12,7 @@ mod volumes;
 
 pub use body::{BodyAssembly, BodySprings, GridDirections};
 pub use loads::{Load, LoadKind};
-pub use pairs::Apart;
+pub use pairs::{Apart, Touching};
 
 use crate::collision::shape::MovingCollider;
 use crate::integrate::keyframes::Track;

@@ -16,6 +16,8 @@ pub struct Touching {
     pub surface: Meeting<f64>,
     /// Nodes of the same body that do not touch.
     pub apart: Apart,
+    /// The longest edge [m].
+    longest: f64,
 }
 
 /// Nodes that are too near along the surface to touch: those that share a spring, and those nearer than the way around a
@@ -53,7 +55,14 @@ pub(super) fn touching(wish: &SelfCollision, body: &mut BodyAssembly) -> Result<
     }
     let surface =
         Meeting { thickness: wish.thickness, friction: wish.friction, restitution: wish.restitution };
-    Ok(Touching { surface, apart })
+    Ok(Touching { surface, apart, longest })
+}
+
+impl Touching {
+    /// Length by rest length of its longest edge from which on nodes of another layer slip between its own.
+    pub fn slips_from(&self) -> f64 {
+        self.surface.thickness / (GAP * self.longest)
+    }
 }
 
 fn too_thick(thickness: f64) -> SceneError {

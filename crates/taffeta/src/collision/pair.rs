@@ -49,11 +49,13 @@ pub fn exchange<T: Real>(
     let (slip, grip) = (dot(tangential, tangential).sqrt(), meeting.friction * gained);
     let lost = if slip > grip { grip / slip } else { T::ONE };
     let friction = scale(tangential, if gained > T::ZERO { -lost } else { T::ZERO });
-    // Half of what is missing, less what they part by themselves; friction takes its way back, as with colliders.
-    let missing = meeting.thickness - distance;
-    let (wanted, limit) = (missing * T::from_f64(0.5), most * meeting.thickness);
+    // The way that they have come nearer in this sub-step, and gently half of what else is missing, less what they part by
+    // themselves; friction takes its way back, too, as with colliders.
+    let (missing, come) = (meeting.thickness - distance, h * approach);
+    let undone = if come < missing { come } else { missing };
+    let (wanted, limit) = ((missing - undone) * T::from_f64(0.5), most * meeting.thickness);
     let wanted = if wanted < limit { wanted } else { limit };
-    let left = wanted - h * (speed + gained);
+    let left = undone + wanted - h * (speed + gained);
     let push = if left > T::ZERO { left } else { T::ZERO };
     let share = if mobility > T::ZERO { T::ONE / mobility } else { T::ZERO };
     Exchange {
