@@ -1,5 +1,6 @@
 //! `taffeta bench`: how fast the engine is, beside what the machine can do at most.
 
+mod contact;
 pub mod kernels;
 mod line;
 mod measure;
@@ -11,6 +12,7 @@ use crate::console;
 use crate::failure::Failure;
 use crate::run::{Arithmetic, Backend, Device, Work, refuse_precision};
 use clap::ValueEnum;
+use contact::Rung;
 use line::Line;
 use measure::Bench;
 use std::path::PathBuf;
@@ -53,6 +55,9 @@ pub struct Args {
     /// For volume: how it is kept, a line for each [default: corrected]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = volume::parser())]
     form: Option<Vec<VolumeForm>>,
+    /// For contact: how pairs of nodes are found, a line for each [default: binned]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_enum)]
+    rungs: Option<Vec<Rung>>,
     /// For mesh and volume: an OBJ, PLY, STL, OFF or glTF file
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
@@ -69,7 +74,7 @@ enum What {
     Mesh,
     /// A sheet falling on a ball
     Drape,
-    /// Contact (not yet supported)
+    /// A sheet falling on a ball, the floor and itself
     Contact,
     /// Implicit constraints (not yet supported)
     Ice,
@@ -87,6 +92,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     crate::memory::check(&bench.scene)?;
     let device = Device::asked(args.backend, || Work::of(&bench.scene, args.threads, precision))?;
     bench.notes.extend(device.why);
+    if args.climbs(Rung::Serial) {
+        print(&measure::run_serial(&bench, args)?, args)?;
+    }
+    if !args.climbs(Rung::Binned) {
+        return Ok(());
+    }
     for form in args.forms() {
         if let Some(form) = form {
             bench.scene = volume::keeping(&bench, form);
@@ -122,10 +133,18 @@ impl Args {
         if self.form.is_some() && self.what != What::Volume {
             return refused("--form is for `bench volume`");
         }
+        if self.rungs.is_some() && self.what != What::Contact {
+            return refused("--rungs is for `bench contact`");
+        }
         if self.backend == Backend::Gpu {
             return refuse_precision(self.precision.precision());
         }
         if self.kernels.is_some() { refused("--kernels is for --backend gpu") } else { Ok(()) }
+    }
+
+    /// Whether a rung is asked for; ours, if nothing is said.
+    fn climbs(&self, rung: Rung) -> bool {
+        self.rungs.as_ref().map_or(rung == Rung::Binned, |rungs| rungs.contains(&rung))
     }
 
     /// How the volume is kept, one after the other; nothing to say elsewhere.
@@ -143,6 +162,7 @@ impl Args {
         match self.what {
             What::Grid => Ok(scenes::grid(rows, cols)),
             What::Drape => Ok(scenes::drape(rows, cols)),
+            What::Contact => Ok(contact::bench(rows, cols)),
             What::Mesh | What::Volume if self.rows.is_some() => Err(Failure::Input(
                 "--rows and --cols are for grids; `bench mesh` takes --n springs, `bench volume` --n triangles".into(),
             )),

@@ -17,6 +17,9 @@ pub struct Line {
     /// How the volume is kept, where that is what is measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<&'static str>,
+    /// How pairs of nodes are found, where that is what is measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rung: Option<&'static str>,
     pub precision: String,
     pub n: Vec<u32>,
     pub nodes: usize,
@@ -69,8 +72,15 @@ impl Line {
         let n: Vec<String> = self.n.iter().map(u32::to_string).collect();
         let kernels = self.kernels.map_or_else(String::new, |name| format!(", kernels: {name}"));
         let form = self.form.map_or_else(String::new, |name| format!(", form: {name}"));
+        let rung = self.rung.map_or_else(String::new, |name| format!(", rung: {name}"));
         let mut lines = vec![
-            format!("{} {} on {}, {}{kernels}{form}", self.bench, n.join("×"), self.device, self.precision),
+            format!(
+                "{} {} on {}, {}{kernels}{form}{rung}",
+                self.bench,
+                n.join("×"),
+                self.device,
+                self.precision
+            ),
             format!("  {} nodes, {} springs", grouped(self.nodes), grouped(self.springs)),
             format!(
                 "  {:.3} ms a frame of {} sub-steps (median of {}; {:.3} to {:.3})",

@@ -1,6 +1,7 @@
 //! Times a scene and sets it beside the machine's limits.
 
 use super::Args;
+use super::contact::Serial;
 use super::kernels;
 use super::line::{Line, Shares, Spread};
 use crate::failure::Failure;
@@ -9,7 +10,7 @@ use crate::limits;
 use crate::run::{Arithmetic, median, rate};
 use std::time::Instant;
 use taffeta::scene::{Scene, VolumeForm};
-use taffeta::{GpuOptions, Options, Simulation};
+use taffeta::{GpuOptions, Options, Precision, Simulation};
 
 /// Numbers of a node that a sub-step must read and write once: position and velocity in and out, the least any
 /// method can move through memory.
@@ -34,6 +35,8 @@ pub struct Bench {
     pub scene: Scene,
     /// How its volume is kept, where that is what is measured.
     pub form: Option<VolumeForm>,
+    /// Frames before those that are timed.
+    pub settle: u32,
     /// How far nodes start from their places [m].
     pub disturbance: f64,
     /// What the user should know.
@@ -63,8 +66,31 @@ pub fn run(bench: &Bench, args: &Args, gpu: Option<&GpuOptions>) -> Result<Line,
     if bench.disturbance > 0.0 {
         simulation.disturb(bench.disturbance, 1);
     }
+    if bench.settle > 0 {
+        advance(&mut simulation, bench.settle)?;
+    }
     let times = Times::take(&mut simulation, args.frames, gpu.is_some())?;
     line(bench, args, &simulation, &times, gpu)
+}
+
+/// The same by all pairs on one thread, from where the scene has settled.
+pub fn run_serial(bench: &Bench, args: &Args) -> Result<Line, Failure> {
+    let options = Options { threads: Some(1), precision: Precision::F32, ..Options::default() };
+    let mut simulation = Simulation::new(&bench.scene, &options)
+        .map_err(|error| Failure::Input(format!("bench {}: {error}", bench.name)))?;
+    advance(&mut simulation, bench.settle)?;
+    let substeps = bench.scene.time.substeps();
+    let mut serial = Serial::new(bench, &simulation);
+    let (mut ms, start) = (Vec::new(), Instant::now());
+    while ms.is_empty() || (start.elapsed().as_secs_f64() < BUDGET.0 && ms.len() < 30 * substeps as usize) {
+        let clock = Instant::now();
+        serial.step();
+        ms.push(clock.elapsed().as_secs_f64() * 1e3 * f64::from(substeps));
+    }
+    let note = format!("{} sub-steps were timed; a frame has {substeps}", ms.len());
+    let times = Times { frames: (ms.len() as u32).div_ceil(substeps), ms, batch: 1, stages: Vec::new() };
+    let line = line(bench, args, &simulation, &times, None)?;
+    Ok(Line { rung: Some("serial"), note: Some(note), ..line })
 }
 
 impl Times {
@@ -133,6 +159,7 @@ fn line(
         device: simulation.device(),
         kernels: gpu.map(|options| kernels::name(options.kernels)),
         form: bench.form.map(VolumeForm::name),
+        rung: (bench.name == "contact").then_some("binned"),
         precision: args.precision.precision().to_string(),
         n: bench.n.clone(),
         nodes,

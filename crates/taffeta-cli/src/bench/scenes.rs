@@ -31,6 +31,7 @@ pub fn grid(rows: u32, cols: u32) -> Bench {
         n: vec![rows, cols],
         scene: Scene::new("bench grid").body(sheet).time(FRAME.0, FRAME.1),
         form: None,
+        settle: 0,
         disturbance: 0.1 * SPACING,
         notes: Vec::new(),
     }
@@ -46,6 +47,7 @@ pub fn drape(rows: u32, cols: u32) -> Bench {
         n: vec![rows, cols],
         scene: Scene::new("bench drape").body(sheet).collider(ball).time(FRAME.0, FRAME.1),
         form: None,
+        settle: 0,
         disturbance: 0.0,
         notes: Vec::new(),
     }
