@@ -68,8 +68,15 @@ pub fn write_readme(folder: &Path) -> Result<(), String> {
         return Err(format!("{}: nothing measured yet; `cargo xtask results` measures", folder.display()));
     }
     let readme = folder.join("README.md");
-    std::fs::write(&readme, table::readme(&processors, &gpus, folder.join("volume.md").is_file()))
-        .map_err(|error| format!("{}: {error}", readme.display()))
+    std::fs::write(
+        &readme,
+        table::readme(
+            &processors,
+            &gpus,
+            ["volume", "contact"].map(|page| folder.join(page).with_extension("md").is_file()),
+        ),
+    )
+    .map_err(|error| format!("{}: {error}", readme.display()))
 }
 
 fn slug_of(file: &Path) -> String {

@@ -3,13 +3,12 @@
 
 mod curve;
 mod experiment;
-mod line;
 mod page;
 mod plot;
 mod run;
 mod speed;
 
-use crate::{program, results, root};
+use crate::{lines, program, results, root};
 use curve::Curve;
 use experiment::{ALL, Experiment};
 use std::path::Path;
@@ -71,7 +70,7 @@ fn losses(experiment: &Experiment, folder: &Path, commit: &str) -> Result<(), St
     for variant in experiment.variants() {
         let (curve, run) = run::run(experiment, &variant, &mut goals, commit)?;
         println!("{}", run.words());
-        line::keep(folder, &run)?;
+        lines::keep(folder, &run)?;
         if variant.k.is_none() {
             curves.push(curve);
         }
@@ -84,7 +83,7 @@ fn speeds(experiment: &Experiment, folder: &Path, commit: &str) -> Result<(), St
     for threads in [1, all_threads()] {
         let speed = speed::measure(experiment, threads, commit)?;
         println!("{}", speed.words());
-        line::keep(folder, &speed)?;
+        lines::keep(folder, &speed)?;
     }
     Ok(())
 }
@@ -93,7 +92,7 @@ fn speeds(experiment: &Experiment, folder: &Path, commit: &str) -> Result<(), St
 fn write() -> Result<(), String> {
     let results = root().join("docs/results");
     let folder = results.join("volume");
-    let (runs, speeds) = (line::kept(&folder)?, line::kept(&folder)?);
+    let (runs, speeds) = (lines::kept(&folder)?, lines::kept(&folder)?);
     for experiment in &ALL {
         let file = csv(&folder, experiment);
         if file.is_file() {

@@ -50,7 +50,7 @@ fn benches(threads: usize) -> Vec<String> {
 }
 
 /// The line that a bench prints.
-fn bench(words: &str) -> Result<Value, String> {
+pub fn bench(words: &str) -> Result<Value, String> {
     let mut command = Command::new(program::path());
     command.args(words.split(' ')).current_dir(root()).stderr(Stdio::inherit());
     let output = command.output().map_err(|error| format!("{}: {error}", program::path().display()))?;

@@ -58,15 +58,17 @@ each node's position and velocity read and written once a sub-step, and of the p
 31 operations a spring.
 ";
 
-/// Where the page of kept volumes is, if there is one.
-const VOLUMES: &str = "\nHow well soft bodies keep their volume, and at what cost: [volume.md](volume.md).\n";
+/// Where pages of their own are, if they are there: of kept volumes, and of contact of nodes with each other.
+const PAGES: [&str; 2] = [
+    "\nHow well soft bodies keep their volume, and at what cost: [volume.md](volume.md).\n",
+    "\nHow fast nodes find each other, by cells and by all pairs: [contact.md](contact.md).\n",
+];
 
 /// The page: where those of GPUs and of volumes are, then for each processor its targets, plots and measurements.
-pub fn readme(processors: &[(String, Vec<Line>)], gpus: &[(String, String)], volumes: bool) -> String {
+pub fn readme(processors: &[(String, Vec<Line>)], gpus: &[(String, String)], pages: [bool; 2]) -> String {
     let mut page = HEAD.to_owned();
-    if volumes {
-        page += VOLUMES;
-    }
+    let there = PAGES.iter().zip(pages).filter(|(_, is_there)| *is_there);
+    there.for_each(|(words, _)| page += words);
     if !gpus.is_empty() {
         let links: Vec<String> = gpus.iter().map(|(slug, name)| format!("[{name}]({slug}.md)")).collect();
         let _ = write!(page, "\nGPUs have pages of their own: {}.\n", links.join(", "));

@@ -2,7 +2,7 @@
 
 use super::curve::Curve;
 use super::experiment::{Experiment, Variant};
-use super::line::Line;
+use crate::lines::Line;
 use crate::results::measure;
 use serde::{Deserialize, Serialize};
 use taffeta::diagnostics::FrameReport;

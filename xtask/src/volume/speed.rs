@@ -1,7 +1,7 @@
 //! What keeping a volume costs: the same bodies by springs alone and with each form, in turns.
 
 use super::experiment::Experiment;
-use super::line::Line;
+use crate::lines::Line;
 use crate::results::measure;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! What is kept of runs: a line of JSON for each.
+//! What is kept of measurements: a line of JSON for each.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -16,7 +16,7 @@ pub trait Line: Serialize + DeserializeOwned + Clone {
 pub fn kept<L: Line>(folder: &Path) -> Result<Vec<L>, String> {
     let file = folder.join(L::FILE);
     let text = std::fs::read_to_string(&file)
-        .map_err(|error| format!("{}: {error}; `cargo xtask volume` measures", file.display()))?;
+        .map_err(|error| format!("{}: {error}; measure first", file.display()))?;
     let line = |(index, line): (usize, &str)| {
         serde_json::from_str(line).map_err(|error| format!("{}:{}: {error}", file.display(), index + 1))
     };
