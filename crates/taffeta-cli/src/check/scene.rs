@@ -36,6 +36,8 @@ struct BodyReport {
     mass: f64,
     closed: bool,
     volume: Option<f64>,
+    /// Stretch up to which its layers stop each other; null where they do not touch.
+    layers_hold_to: Option<f64>,
     repairs: Vec<String>,
 }
 
@@ -102,6 +104,7 @@ impl BodyReport {
             mass: body.mass,
             closed: body.rest_volume.is_some(),
             volume: body.rest_volume,
+            layers_hold_to: body.slips_from,
             repairs: body.repairs.clone(),
         }
     }
@@ -131,6 +134,9 @@ impl BodyReport {
         }
         if self.hinges > 0 {
             lines.push(format!("  hinges: {}", grouped(self.hinges)));
+        }
+        if let Some(stretch) = self.layers_hold_to {
+            lines.push(format!("  self-collision: layers stop each other up to a stretch of {stretch:.2}"));
         }
         lines.extend(self.repairs.iter().map(|repair| format!("  {}", console::mended(repair))));
         lines
