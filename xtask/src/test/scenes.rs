@@ -39,7 +39,7 @@ fn both(scene: &Path, out: &Path) -> Result<(), String> {
     let dir = |backend: &str| out.join(&*name).join(backend);
     let text = std::fs::read_to_string(scene).map_err(|error| format!("{}: {error}", scene.display()))?;
     // GPUs do not do that yet.
-    let alone = text.contains("[body.self_collision]");
+    let alone = text.contains("self_collision");
     for backend in if alone { &["cpu"][..] } else { &["cpu", "gpu"] } {
         timed(&format!("scene {name} on the {backend}"), command(scene, &dir(backend), backend))?;
     }
