@@ -40,11 +40,14 @@ const GAP: f64 = 0.71;
 /// Contact of the nodes of a body whose springs are there.
 pub(super) fn touching(wish: &SelfCollision, body: &mut BodyAssembly) -> Result<Touching, SceneError> {
     let reach = std::f64::consts::FRAC_PI_2 * wish.thickness;
-    let (apart, longest) = match body.grid_layout {
+    let edges = edges(body);
+    let lengths = || edges.iter().map(|pair| measure::length(&body.start, *pair));
+    let (longest, mean) = (lengths().fold(0.0, f64::max), lengths().sum::<f64>() / edges.len().max(1) as f64);
+    let apart = match body.grid_layout {
         Some(layout) => of_grid(body, layout, reach),
-        None => of_mesh(body, reach),
+        None => of_mesh(body, &edges, reach),
     }
-    .ok_or_else(|| too_thick(wish.thickness))?;
+    .ok_or_else(|| too_thick(wish.thickness, mean))?;
     if wish.thickness < GAP * longest {
         body.warnings.push(format!(
             "self_collision.thickness is {} m, less than 0.71 times its longest edge of {longest:.4} m: nodes of another \
@@ -65,19 +68,34 @@ impl Touching {
     }
 }
 
-fn too_thick(thickness: f64) -> SceneError {
+fn too_thick(thickness: f64, edge: f64) -> SceneError {
     SceneError::new(
         "self_collision.thickness",
         format!(
-            "is {} m, so much more than the distance of neighbouring nodes that a node would have over {MOST_APART} \
-             neighbours within it; a tenth, or a coarser mesh would do",
-            plain(thickness)
+            "is {} m, and nodes are {edge:.2e} m from their neighbours: a node would have over {MOST_APART} neighbours \
+             within the thickness; {:.2e} m, or a coarser mesh would do",
+            plain(thickness),
+            8.0 * edge
         ),
     )
 }
 
-/// With the longest edge [m]; `None`: there are too many.
-fn of_grid(body: &BodyAssembly, [rows, cols]: [usize; 2], reach: f64) -> Option<(Apart, f64)> {
+/// Edges of the surface by the solver's nodes; of a grid one along each side, for all are alike.
+fn edges(body: &BodyAssembly) -> Vec<[u32; 2]> {
+    match (body.grid_layout, &body.edges) {
+        (Some([rows, cols]), _) => {
+            let sides = [(rows, [0, cols as u32]), (cols, [0, 1])];
+            sides.into_iter().filter(|(count, _)| *count > 1).map(|(_, pair)| pair).collect()
+        }
+        (None, Some(edges)) => {
+            edges.pairs.iter().map(|pair| pair.map(|node| body.solver_local(node as usize) as u32)).collect()
+        }
+        (None, None) => Vec::new(),
+    }
+}
+
+/// `None`: there are too many.
+fn of_grid(body: &BodyAssembly, [rows, cols]: [usize; 2], reach: f64) -> Option<Apart> {
     let between = |a: usize, b: usize| norm(sub(body.start[b], body.start[a]));
     let down = if rows > 1 { between(0, cols) } else { 0.0 };
     let across = if cols > 1 { between(0, 1) } else { 0.0 };
@@ -102,14 +120,12 @@ fn of_grid(body: &BodyAssembly, [rows, cols]: [usize; 2], reach: f64) -> Option<
     };
     let ways = (-high..=high).flat_map(|row| (-wide..=wide).map(move |col| [row, col]));
     let ways: Vec<[i32; 2]> = ways.filter(|&way| way != [0, 0] && is_apart(way)).collect();
-    (ways.len() <= MOST_APART).then_some((Apart::Grid(ways), down.max(across)))
+    (ways.len() <= MOST_APART).then_some(Apart::Grid(ways))
 }
 
-fn of_mesh(body: &BodyAssembly, reach: f64) -> Option<(Apart, f64)> {
-    let edges = body.edges.as_ref().map_or(&[][..], |edges| &edges.pairs);
-    let mut pairs: Vec<[u32; 2]> =
-        edges.iter().map(|pair| pair.map(|node| body.solver_local(node as usize) as u32)).collect();
-    let longest = pairs.iter().map(|pair| measure::length(&body.start, *pair)).fold(0.0, f64::max);
+/// The same of a mesh with those edges.
+fn of_mesh(body: &BodyAssembly, edges: &[[u32; 2]], reach: f64) -> Option<Apart> {
+    let mut pairs = edges.to_vec();
     // Several nodes at one place of the surface.
     pairs.extend(body.split.iter().map(|pair| pair.map(|node| body.solver_local(node as usize) as u32)));
     let BodySprings::Mesh(lists) = &body.springs else { return None };
@@ -145,7 +161,7 @@ fn of_mesh(body: &BodyAssembly, reach: f64) -> Option<(Apart, f64)> {
         }
         offsets.push(u32::try_from(items.len()).ok()?);
     }
-    Some((Apart::Mesh(Csr { offsets, items }), longest))
+    Some(Apart::Mesh(Csr { offsets, items }))
 }
 
 /// Ways along edges from one node, after another (Dijkstra 1959).
@@ -312,7 +328,9 @@ mod tests {
         assert_eq!(apart(&thick, 31), [23, 24, 25, 30, 32, 37, 38, 39]);
         let thicker = assembly(grid(), 0.23 / 1.57).unwrap();
         assert_eq!(apart(&thicker, 31).len(), 8 + 4 + 8);
-        assert!(assembly(Mesh::grid(99, 99, [1.0, 1.0]), 0.3).err().unwrap().message.contains("a tenth"));
+        assert!(
+            assembly(Mesh::grid(99, 99, [1.0, 1.0]), 0.3).err().unwrap().message.contains("; 8.16e-2 m, or")
+        );
     }
 
     #[test]
