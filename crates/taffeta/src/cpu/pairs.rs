@@ -606,13 +606,16 @@ impl<'a, T: Real> PairWorker<'a, T> {
                 let (a, b) = (node.min(other), node.max(other));
                 let [xa, xb] = [a, b].map(|at| [0, 1, 2].map(|axis| state[axis][at]));
                 let [va, vb] = [a, b].map(|at| [3, 4, 5].map(|axis| state[axis][at]));
-                let mobility = self.setup.inverse_mass[a] + self.setup.inverse_mass[b];
+                let mobility = pair::mobility(
+                    [a, b].map(|at| self.setup.inverse_mass[at]),
+                    [a, b].map(|at| contacts[at]),
+                );
                 let done =
                     pair::exchange(sub(xa, xb), sub(va, vb), mobility, &self.pairs.meeting(a, b), limits);
-                let share = pair::share(contacts[a].max(contacts[b]), node == a);
+                let sign = if node == a { T::ONE } else { -T::ONE };
                 for axis in 0..3 {
-                    sum[axis] += done.shift[axis] * share;
-                    sum[3 + axis] += done.impulse[axis] * share;
+                    sum[axis] += done.shift[axis] * sign;
+                    sum[3 + axis] += done.impulse[axis] * sign;
                 }
             }
             let w = self.setup.inverse_mass[node];
