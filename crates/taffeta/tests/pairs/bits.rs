@@ -1,0 +1,116 @@
+//! The same bits however a scene runs.
+
+use super::common::{build_as, run, turned};
+use super::sheets::sheet;
+use std::process::Command;
+use taffeta::scene::{Body, Collider, Icosphere, Mass, Mesh, Scene, Select};
+use taffeta::{Precision, Simulation};
+
+/// Sheets of several tiles and a ball that fall on each other.
+fn scene() -> Scene {
+    let mut high = sheet("high", 33, 0.02, 0.018);
+    high.place = turned([0.0, 1.0, 0.0], 30.0, [0.05, 0.14, 0.0]);
+    let ball = Mesh::Icosphere(Icosphere { radius: 0.08, subdivisions: 3 });
+    let ball = Body::soft("ball", ball)
+        .with_mass(Mass::Whole(0.3))
+        .structural(40.0, 0.05)
+        .collide(0.016)
+        .at([0.1, 0.25, 0.1]);
+    Scene::new("heap")
+        .body(sheet("low", 33, 0.02, 0.018).at([0.0, 0.11, 0.0]).pin(Select::nodes([0])))
+        .body(high)
+        .body(ball)
+        .collider(Collider::sphere([0.0, 0.0, 0.0], 0.1).offset(0.0))
+        .time(0.005, 0.001)
+}
+
+fn start(precision: Precision, threads: usize) -> Simulation {
+    let mut simulation = build_as(&scene(), precision, threads);
+    simulation.disturb(1e-3, 4);
+    simulation
+}
+
+fn ran(precision: Precision, threads: usize) -> Simulation {
+    let mut simulation = start(precision, threads);
+    run(&mut simulation, 30);
+    simulation
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits_and_every_time() {
+    for precision in [Precision::F32, Precision::F64] {
+        let one = ran(precision, 1);
+        let report = one.report();
+        assert!(report.pairs > 50 && report.contacts > 0, "{report:?}");
+        for threads in [1, 2, 3, 8] {
+            let many = ran(precision, threads);
+            assert_eq!(one.state_hash(), many.state_hash(), "{precision}, {threads} threads");
+            assert_eq!(one.report(), many.report(), "{precision}, {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn a_restored_simulation_goes_on_bit_by_bit() {
+    for precision in [Precision::F32, Precision::F64] {
+        let mut whole = start(precision, 1);
+        run(&mut whole, 17);
+        let snapshot = whole.snapshot();
+        run(&mut whole, 13);
+        let mut again = build_as(&scene(), precision, 2);
+        again.restore(&snapshot).unwrap();
+        run(&mut again, 13);
+        assert_eq!(again.state_hash(), whole.state_hash());
+        // When neighbours are searched for is not part of the state.
+        assert_eq!(again.report().pairs, whole.report().pairs);
+        assert_eq!(again.report().nearest_pair, whole.report().nearest_pair);
+        assert_eq!(again.report().energy(), whole.report().energy());
+    }
+}
+
+#[test]
+#[ignore = "run by the test of vector instructions, in processes of their own"]
+fn prints_hashes() {
+    for precision in [Precision::F32, Precision::F64] {
+        println!("hash|{precision} {:016x}", ran(precision, 2).state_hash());
+    }
+}
+
+/// The hashes of a process told to use `level`.
+fn hashes_with(level: &str) -> Vec<String> {
+    let output = Command::new(std::env::current_exe().expect("a test is a program"))
+        .args(["--ignored", "--exact", "bits::prints_hashes", "--nocapture"])
+        .env("TAFFETA_SIMD", level)
+        .output()
+        .expect("a test runs as a program");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    text.lines().filter_map(|line| Some(line.split_once("hash|")?.1.to_owned())).collect()
+}
+
+#[test]
+fn any_vector_instructions_give_the_same_bits() {
+    let plain = hashes_with("sse2");
+    assert_eq!(plain.len(), 2, "{plain:?}");
+    for level in ["avx2", "avx512", "best"] {
+        assert_eq!(plain, hashes_with(level), "{level}");
+    }
+}
+
+#[test]
+fn neighbours_on_a_surface_do_not_touch_and_alone_it_moves_as_without_contact() {
+    // Thicker than the nodes are apart, up to those two away, and not folded.
+    let ball = Mesh::Icosphere(Icosphere { radius: 0.1, subdivisions: 3 });
+    let ball = Body::soft("ball", ball).with_mass(Mass::Whole(0.3)).structural(400.0, 0.05);
+    for (body, thickness) in [(sheet("sheet", 25, 0.02, 0.0), 0.03), (ball, 0.025)] {
+        let fall = |thickness: Option<f64>| {
+            let body = Body { self_collision: None, ..body.clone() };
+            let body = thickness.into_iter().fold(body, Body::collide);
+            let mut simulation = build_as(&Scene::new("").body(body).time(0.005, 0.0005), Precision::F64, 1);
+            assert_eq!(simulation.warnings().iter().find(|words| words.contains("pushed apart")), None);
+            simulation.disturb(2e-3, 1);
+            run(&mut simulation, 20);
+            (simulation.state_hash(), simulation.report().pairs)
+        };
+        assert_eq!(fall(Some(thickness)), fall(None), "{}", body.name);
+    }
+}
