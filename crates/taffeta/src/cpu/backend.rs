@@ -107,7 +107,7 @@ impl<T: Real> CpuBackend<T> {
         let volume_chunks = VolumeChunk::all(&assembly);
         let [inverse_mass, mass] = masses(&assembly);
         let (volumes, volume_of_body) = VolumeBody::all(&assembly);
-        let pairs = PairSetup::new(&assembly, &tiles);
+        let pairs = PairSetup::new(&assembly, &tiles, &shares);
         let fields = [start(&assembly, 0), start(&assembly, 6 * STAGGER)];
         assembly.release();
         Ok(Self {

@@ -177,14 +177,14 @@ impl<'a, T: Real> Worker<'a, T> {
     /// The worker's part in what all do about nodes that touch each other.
     fn pair_worker(&mut self) -> Option<PairWorker<'_, T>> {
         Some(PairWorker {
-            setup: self.setup,
             pairs: self.setup.pairs.as_ref()?,
             shared: self.pairs,
             scratch: self.scratch.pairs.as_mut()?,
-            share: self.share.clone(),
+            first_tile: self.share.start,
             index: self.index,
-            workers: self.workers,
             next: &self.buffers[1 - self.current],
+            inverse_mass: &self.setup.inverse_mass,
+            level: self.setup.level,
         })
     }
 

@@ -1,0 +1,472 @@
+//! Nodes that touch each other: who is near whom, and what they do to each other.
+//!
+//! Nodes are looked at in clusters of neighbours. A search finds the pairs of clusters that are near each other; of each it
+//! is known how far its nodes are from touching, and it is looked at again when its clusters may have moved that far
+//! against each other. All other pairs are farther apart than all nodes have moved against each other since the search;
+//! when they are not, there is another search. So nothing depends on when anybody looked.
+
+mod answer;
+mod apart;
+mod clusters;
+mod near;
+#[cfg(test)]
+mod tests;
+mod tree;
+mod watch;
+
+use super::shared::Shared;
+use super::simd::SimdLevel;
+use super::tiles::TilePlan;
+use crate::assembly::{Assembly, BodyAssembly};
+use crate::collision::pair::{self, Meeting};
+use crate::real::{Real, dot, sub};
+use crate::topology::LANES;
+use apart::Masks;
+use clusters::{Bounds, Cluster, NOWHERE, Pack, Packed, clusters, join};
+use near::Near;
+use std::ops::Range;
+use tree::{Boxes, Fill, Query, Tree, squared_distance};
+use watch::{Due, Least, Touching, Watch};
+
+/// How near clusters are that are watched, at first, at least and at most, by the mean diagonal of a cluster.
+const MARGIN: [f64; 3] = [0.6, 0.3, 3.0];
+/// Sub-steps between searches: with fewer the margin grows, with more it shrinks.
+const REST: Range<u32> = 12..48;
+
+/// What does not change.
+pub struct PairSetup<T> {
+    /// Half the thickness [m] by body; 0: it touches no other.
+    radius: Vec<T>,
+    /// Body by place.
+    body: Vec<u32>,
+    /// How the surface of each body meets others.
+    surfaces: Vec<Meeting<T>>,
+    /// Tile by place.
+    tile: Vec<u32>,
+    /// The largest thickness [m].
+    widest: f64,
+    /// Mean diagonal of a cluster at the start [m].
+    diagonal: f64,
+    /// Clusters, worker by worker.
+    clusters: Vec<Cluster>,
+    /// Their nodes, by lane.
+    nodes: Vec<[u32; LANES]>,
+    /// Nodes that do not touch.
+    apart: Masks,
+    /// Boxes about clusters, by worker.
+    trees: Vec<Tree>,
+}
+
+/// What workers find together.
+pub struct PairWork<T> {
+    /// Contacts of each place in this sub-step.
+    contacts: Vec<u32>,
+    /// Where the nodes of each cluster are [m].
+    packed: Vec<Packed<T>>,
+    /// How far each cluster has moved since the last search [m], as [`Pack`] says.
+    moved: Vec<[f64; 4]>,
+    /// By how much nodes of each worker have moved in this sub-step [m].
+    motion: Vec<Bounds>,
+    /// Boxes about clusters.
+    boxes: Vec<Boxes<T>>,
+    /// What each worker has found.
+    found: Vec<Found>,
+    /// Bytes of what does not change.
+    fixed: usize,
+}
+
+/// Contacts that a worker has found in a sub-step.
+#[derive(Clone, Copy, Debug)]
+pub struct Found {
+    /// Pairs, each once for each of its nodes of this worker.
+    pub ends: u64,
+    /// Least distance of a pair, by its thickness.
+    pub nearest: f64,
+}
+
+impl Default for Found {
+    fn default() -> Self {
+        Self { ends: 0, nearest: f64::INFINITY }
+    }
+}
+
+/// The same, lent to all workers.
+pub struct SharedPairs<'a, T> {
+    contacts: Shared<'a, u32>,
+    packed: Shared<'a, Packed<T>>,
+    moved: Shared<'a, [f64; 4]>,
+    motion: Shared<'a, Bounds>,
+    boxes: Shared<'a, Boxes<T>>,
+    found: Shared<'a, Found>,
+}
+
+/// What a worker keeps for itself.
+pub struct PairScratch<T> {
+    /// How near clusters were that are watched [m]; 0: there was no search.
+    margin: f64,
+    /// How far all may have moved against each other since the last search [m].
+    travelled: f64,
+    /// Sub-steps since the last search.
+    rest: u32,
+    /// Searches in this frame.
+    pub searches: u64,
+    /// Pairs of clusters with one of its own.
+    watch: Watch,
+    /// Those that are due, or clusters that are near one.
+    due: Vec<u32>,
+    /// Boxes yet to be looked into.
+    stack: Vec<(usize, usize)>,
+    /// Its nodes in contact.
+    near: Near,
+    /// Place and velocity after contact, for each of them.
+    answers: Vec<[T; 6]>,
+}
+
+impl<T: Real> PairSetup<T> {
+    /// Of a scene whose tiles are shared by workers; `None` where no nodes touch.
+    pub fn new(assembly: &Assembly, tiles: &[TilePlan], shares: &[Range<usize>]) -> Option<Self> {
+        let (mut all, mut ends) = (Vec::new(), vec![0]);
+        for share in shares {
+            all.extend(clusters(assembly, &tiles[share.clone()]));
+            ends.push(all.len());
+        }
+        if all.is_empty() {
+            return None;
+        }
+        let mut tile = vec![0; assembly.places];
+        for (number, plan) in tiles.iter().enumerate() {
+            plan.runs().for_each(|(_, run)| tile[run].fill(number as u32));
+        }
+        let mut body = vec![0; assembly.places];
+        let mut nodes = vec![[0; LANES]; all.len()];
+        for (cluster, nodes) in all.iter().zip(&mut nodes) {
+            for (lane, node) in cluster.nodes().enumerate() {
+                (nodes[lane], body[node]) = (node as u32, cluster.body);
+            }
+        }
+        let mut trees: Vec<Tree> = Vec::new();
+        for worker in ends.windows(2) {
+            let first = trees.last().map_or(0, |last| last.boxes.end);
+            trees.push(Tree::new(worker[0]..worker[1], first));
+        }
+        let surfaces = surfaces::<T>(assembly);
+        Some(Self {
+            radius: surfaces.iter().map(|surface| surface.thickness * T::from_f64(0.5)).collect(),
+            body,
+            widest: surfaces.iter().map(|surface| surface.thickness.to_f64()).fold(0.0, f64::max),
+            diagonal: all.iter().map(|cluster| diagonal(assembly, cluster)).sum::<f64>() / all.len() as f64,
+            apart: Masks::new(assembly, &all),
+            surfaces,
+            tile,
+            clusters: all,
+            nodes,
+            trees,
+        })
+    }
+
+    /// Bytes that it takes.
+    fn bytes(&self) -> usize {
+        let clusters = size_of_val(&self.clusters[..]) + size_of_val(&self.nodes[..]);
+        8 * self.body.len() + clusters + self.apart.bytes()
+    }
+
+    fn meeting(&self, a: usize, b: usize) -> Meeting<T> {
+        let [a, b] = [a, b].map(|place| &self.surfaces[self.body[place] as usize]);
+        pair::meeting(a, b)
+    }
+
+    /// Distance at which nodes of two clusters touch [m].
+    fn reach(&self, clusters: [u32; 2]) -> T {
+        let [a, b] = clusters.map(|cluster| self.radius[self.clusters[cluster as usize].body as usize]);
+        a + b
+    }
+
+    /// How far nodes of two clusters are from touching that are no nearer than a distance [m], with room for rounding.
+    fn gap(&self, clusters: [u32; 2], distance: T) -> f64 {
+        distance.to_f64() * (1.0 - 1e-5) - self.reach(clusters).to_f64()
+    }
+}
+
+/// How the surface of each body meets others; one that touches none has no thickness.
+fn surfaces<T: Real>(assembly: &Assembly) -> Vec<Meeting<T>> {
+    let of_body = |body: &BodyAssembly| {
+        let surface = body.touching.as_ref().map(|touching| touching.surface);
+        let numbers = surface.map_or([0.0; 3], |s| [s.thickness, s.friction, s.restitution]);
+        let [thickness, friction, restitution] = numbers.map(T::from_f64);
+        Meeting { thickness, friction, restitution }
+    };
+    assembly.bodies.iter().map(of_body).collect()
+}
+
+/// Diagonal of the box about a cluster at the start [m].
+fn diagonal(assembly: &Assembly, cluster: &Cluster) -> f64 {
+    let body = &assembly.bodies[cluster.body as usize];
+    let box_of = |node: usize| [body.start[node - body.first]; 2];
+    extent(cluster.nodes().map(box_of).fold(NOWHERE, join))
+}
+
+/// Diagonal of bounds.
+fn extent([least, most]: Bounds) -> f64 {
+    let along = sub(most, least);
+    dot(along, along).sqrt()
+}
+
+impl<T: Real> PairWork<T> {
+    /// Room for the pairs of a scene.
+    pub fn new(setup: Option<&PairSetup<T>>, workers: usize) -> Self {
+        let places = setup.map_or(0, |setup| setup.body.len());
+        let clusters = setup.map_or(0, |setup| setup.clusters.len());
+        let boxes = setup.and_then(|setup| setup.trees.last()).map_or(0, |last| last.boxes.end);
+        Self {
+            contacts: vec![0; places],
+            packed: vec![Packed([[T::ZERO; LANES]; 3]); clusters],
+            moved: vec![[0.0; 4]; clusters],
+            motion: vec![NOWHERE; workers],
+            boxes: vec![Boxes::empty(); boxes],
+            found: vec![Found::default(); workers],
+            fixed: setup.map_or(0, PairSetup::bytes),
+        }
+    }
+
+    /// Lends it.
+    pub fn share(&mut self) -> SharedPairs<'_, T> {
+        SharedPairs {
+            contacts: Shared::new(&mut self.contacts),
+            packed: Shared::new(&mut self.packed),
+            moved: Shared::new(&mut self.moved),
+            motion: Shared::new(&mut self.motion),
+            boxes: Shared::new(&mut self.boxes),
+            found: Shared::new(&mut self.found),
+        }
+    }
+
+    /// What all workers have found in the last sub-step.
+    pub fn found(&self) -> Found {
+        self.found.iter().fold(Found::default(), |all, one| Found {
+            ends: all.ends + one.ends,
+            nearest: all.nearest.min(one.nearest),
+        })
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        let clusters = size_of_val(&self.packed[..]) + size_of_val(&self.moved[..]);
+        self.fixed + 4 * self.contacts.len() + clusters + size_of_val(&self.boxes[..])
+    }
+}
+
+impl<T: Real> PairScratch<T> {
+    /// For a worker with so many tiles.
+    pub fn new(places: usize, tiles: usize) -> Self {
+        Self {
+            margin: 0.0,
+            travelled: 0.0,
+            rest: 0,
+            searches: 0,
+            watch: Watch::default(),
+            due: Vec::new(),
+            stack: Vec::new(),
+            near: Near::new(places, tiles),
+            answers: Vec::new(),
+        }
+    }
+
+    /// Nodes of its tile number `tile` that are in contact, with their place and velocity after it.
+    pub fn answers(&self, tile: usize) -> impl ExactSizeIterator<Item = (usize, &[T; 6])> {
+        let range = self.near.of_tile(tile);
+        let nodes = self.near.owners()[range.clone()].iter().map(|&node| node as usize);
+        nodes.zip(&self.answers[range])
+    }
+}
+
+/// A worker's part in what all do about pairs.
+pub struct PairWorker<'a, T> {
+    pub pairs: &'a PairSetup<T>,
+    pub shared: &'a SharedPairs<'a, T>,
+    pub scratch: &'a mut PairScratch<T>,
+    /// Its first tile, and which worker it is.
+    pub first_tile: usize,
+    pub index: usize,
+    /// State after the sub-step.
+    pub next: &'a [Shared<'a, T>; 6],
+    /// Inverse masses [1/kg].
+    pub inverse_mass: &'a [T],
+    /// Instructions in use.
+    pub level: SimdLevel,
+}
+
+impl<'a, T: Real> PairWorker<'a, T> {
+    /// State after the sub-step, of all nodes.
+    fn state(&self) -> [&'a [T]; 6] {
+        // SAFETY: all have written their nodes before a barrier, and change them again after another.
+        self.next.each_ref().map(|column| unsafe { column.read() })
+    }
+
+    /// Its part of the trees.
+    fn tree(&self) -> &'a Tree {
+        &self.pairs.trees[self.index]
+    }
+
+    /// Where all nodes are, and how far their clusters have moved.
+    fn clusters(&self) -> (&'a [Packed<T>], &'a [[f64; 4]]) {
+        // SAFETY: they are written before the barrier after `note_moves`, or that in a search, and again after the
+        // sub-step's last.
+        unsafe { (self.shared.packed.read(), self.shared.moved.read()) }
+    }
+
+    /// Notes where its nodes are, and by how much they have moved.
+    pub fn note_moves(&mut self) {
+        let own = self.tree().clusters.clone();
+        // SAFETY: these are this worker's own; others read them after the next barrier, until the sub-step's last.
+        let (packed, moved, motion) = unsafe {
+            let motion = self.shared.motion.write(self.index..self.index + 1);
+            (self.shared.packed.write(own.clone()), self.shared.moved.write(own.clone()), motion)
+        };
+        let clusters = &self.pairs.clusters[own];
+        motion[0] = self.level.run(Pack { clusters, state: self.next, packed, moved });
+    }
+
+    /// Whether clusters that are not watched may have come near each other since the last search. Asked once in a
+    /// sub-step, when all have noted their moves.
+    pub fn is_stale(&mut self) -> bool {
+        // SAFETY: written before a barrier, and again after the sub-step's last.
+        let motion = unsafe { self.shared.motion.read() };
+        let scratch = &mut *self.scratch;
+        scratch.travelled += extent(motion.iter().copied().fold(NOWHERE, join));
+        scratch.rest += 1;
+        // Room for rounding; what is no number has gone too far.
+        let is_fresh = scratch.travelled < scratch.margin * 0.999;
+        !is_fresh
+    }
+
+    /// Chooses the margin of a search: wider where searches follow soon upon each other.
+    fn choose_margin(&mut self) {
+        let [first, least, most] = MARGIN.map(|share| share * self.pairs.diagonal.max(self.pairs.widest));
+        let scratch = &mut *self.scratch;
+        scratch.margin = match scratch.margin {
+            margin if margin <= 0.0 => first,
+            margin if scratch.rest < REST.start => (margin * 1.25).min(most),
+            margin if scratch.rest >= REST.end => (margin * 0.8).max(least),
+            margin => margin,
+        };
+        (scratch.travelled, scratch.rest) = (0.0, 0);
+        scratch.searches += 1;
+    }
+
+    /// Finds the pairs of clusters that are near each other; `meet` waits for all workers.
+    pub fn search(&mut self, meet: impl Fn()) {
+        self.choose_margin();
+        let tree = self.tree();
+        // SAFETY: these are this worker's own; others read them after the next barrier.
+        let (moved, boxes) = unsafe {
+            (self.shared.moved.write(tree.clusters.clone()), self.shared.boxes.write(tree.boxes.clone()))
+        };
+        moved.fill([0.0; 4]);
+        let packed = &self.clusters().0[tree.clusters.clone()];
+        self.level.run(Fill { tree, packed, boxes });
+        meet();
+        self.scratch.watch.clear();
+        tree.clusters.clone().for_each(|cluster| self.watch_around(cluster));
+    }
+
+    /// Watches what is near a cluster; of two of its own once.
+    fn watch_around(&mut self, cluster: usize) {
+        // SAFETY: written before the last barrier, and again in another search.
+        let boxes = unsafe { self.shared.boxes.read() };
+        let own = self.tree();
+        let bound = &own.bound(boxes, cluster);
+        let wide = T::from_f64(self.scratch.margin + self.pairs.widest);
+        let PairScratch { watch, due, stack, .. } = &mut *self.scratch;
+        for tree in &self.pairs.trees {
+            due.clear();
+            self.level.run(Query { tree, boxes, bound, squared: wide * wide, stack, found: due });
+            for &other in due.iter() {
+                let at = other as usize;
+                if at < cluster && own.clusters.contains(&at) {
+                    continue;
+                }
+                let pair = [other.min(cluster as u32), other.max(cluster as u32)];
+                let distance = squared_distance(bound, &tree.bound(boxes, at)).sqrt();
+                let gap = self.pairs.gap(pair, distance).max(0.0);
+                watch.add(pair, self.pairs.apart.find(pair[0], pair[1]), gap);
+            }
+        }
+    }
+
+    /// Finds which of its nodes are in contact.
+    pub fn find_near(&mut self) {
+        self.scratch.near.owners().iter().for_each(|&node| self.note_contacts(node, 0));
+        self.scratch.near.clear();
+        let mut due = std::mem::take(&mut self.scratch.due);
+        let travelled = self.scratch.travelled;
+        self.level.run(Due { watch: &self.scratch.watch, travelled, found: &mut due });
+        let mut least = T::FAR;
+        for &pair in &due {
+            let nearest = self.look(pair as usize);
+            least = if nearest < least { nearest } else { least };
+        }
+        self.scratch.due = due;
+        let tile = |node: u32| self.pairs.tile[node as usize] as usize - self.first_tile;
+        self.scratch.near.sort(tile);
+        for (number, &node) in self.scratch.near.owners().iter().enumerate() {
+            self.note_contacts(node, self.scratch.near.others(number).len());
+        }
+        let found = Found { ends: self.scratch.near.ends.len() as u64, nearest: least.to_f64().sqrt() };
+        // SAFETY: each worker has its own; all read after a barrier.
+        let slot = unsafe { self.shared.found.write(self.index..self.index + 1) };
+        slot[0] = found;
+    }
+
+    fn note_contacts(&self, node: u32, count: usize) {
+        // SAFETY: the node is in this worker's share; others read after the next barrier.
+        let contacts = unsafe { self.shared.contacts.write(node as usize..node as usize + 1) };
+        contacts[0] = count as u32;
+    }
+
+    /// Looks at a pair of clusters that is due. Returns the least squared distance of its nodes in contact, by that at
+    /// which they touch.
+    fn look(&mut self, pair: usize) -> T {
+        let (packed, moved) = self.clusters();
+        let PairScratch { watch, travelled, .. } = &mut *self.scratch;
+        let left = watch.left(pair, moved);
+        if left > 0.0 {
+            watch.wait(pair, *travelled, left);
+            return T::FAR;
+        }
+        let (clusters, mask) = (watch.pairs[pair].clusters, self.pairs.apart.mask(watch.pairs[pair].mask));
+        let both = clusters.map(|cluster| &packed[cluster as usize]);
+        let least = self.level.run(Least { packed: both, mask });
+        let gap = self.pairs.gap(clusters, least.sqrt());
+        self.scratch.watch.note(pair, self.scratch.travelled, gap, moved);
+        let reach = self.pairs.reach(clusters);
+        if least < reach * reach {
+            let touching = self.level.run(Touching { packed: both, mask, reach });
+            self.add_ends(clusters, &touching);
+            return least / (reach * reach);
+        }
+        T::FAR
+    }
+
+    /// Adds nodes in contact of two clusters.
+    fn add_ends(&mut self, clusters: [u32; 2], touching: &[u16; LANES]) {
+        let own = clusters.map(|cluster| self.tree().clusters.contains(&(cluster as usize)));
+        let [first, second] = clusters.map(|cluster| &self.pairs.nodes[cluster as usize]);
+        let ends = &mut self.scratch.near.ends;
+        for (&node, &bits) in first.iter().zip(touching) {
+            let mut bits = bits;
+            while bits != 0 {
+                let other = second[bits.trailing_zeros() as usize];
+                bits &= bits - 1;
+                ends.extend(own[0].then_some([node, other]));
+                ends.extend(own[1].then_some([other, node]));
+            }
+        }
+    }
+
+    /// Whether any nodes are in contact.
+    pub fn any(&self) -> bool {
+        // SAFETY: written before the last barrier.
+        let found = unsafe { self.shared.found.read() };
+        found.iter().any(|found| found.ends > 0)
+    }
+}
