@@ -23,6 +23,9 @@ pub struct Cluster {
     cols: u32,
 }
 
+/// Clusters of a group, which come one after the other; each worker has its own.
+pub const GROUP: usize = LANES;
+
 /// Where the nodes of a cluster are [m], by axis; lanes without a node hold what is no number.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
@@ -132,6 +135,8 @@ pub struct Pack<'a, T> {
     pub state: &'a [Shared<'a, T>; 6],
     pub packed: &'a mut [Packed<T>],
     pub moved: &'a mut [[f64; 4]],
+    /// The same of the nodes of each group, in this sub-step alone.
+    pub balls: &'a mut [[f64; 4]],
 }
 
 impl<T: Real> Kernel for Pack<'_, T> {
@@ -139,22 +144,46 @@ impl<T: Real> Kernel for Pack<'_, T> {
     type Output = Bounds;
     #[inline(always)]
     fn run(self) -> Bounds {
-        let (mut least, mut most) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for ((cluster, packed), moved) in self.clusters.iter().zip(self.packed).zip(self.moved) {
-            let now = gather(cluster, self.state);
-            let ([x, y, z], radius) = motion(&now, &packed.0, cluster.len());
-            packed.0 = now;
-            let by = [x, y, z];
-            for axis in 0..3 {
-                moved[axis] += by[axis];
-                let (low, high) = (by[axis] - radius, by[axis] + radius);
-                least[axis] = if low < least[axis] { low } else { least[axis] };
-                most[axis] = if high > most[axis] { high } else { most[axis] };
+        let mut all = NOWHERE;
+        let groups = self.clusters.chunks(GROUP).zip(self.packed.chunks_mut(GROUP));
+        for (((clusters, packed), moved), ball) in groups.zip(self.moved.chunks_mut(GROUP)).zip(self.balls) {
+            let (mut motions, mut least, mut most) = ([[0.0; 4]; GROUP], NOWHERE[0], NOWHERE[1]);
+            let each = clusters.iter().zip(packed).zip(moved).zip(&mut motions);
+            for (((cluster, packed), moved), by) in each {
+                let now = gather(cluster, self.state);
+                *by = motion(&now, &packed.0, cluster.len());
+                packed.0 = now;
+                for axis in 0..4 {
+                    moved[axis] += by[axis];
+                }
+                for axis in 0..3 {
+                    let (low, high) = (by[axis] - by[3], by[axis] + by[3]);
+                    least[axis] = if low < least[axis] { low } else { least[axis] };
+                    most[axis] = if high > most[axis] { high } else { most[axis] };
+                }
             }
-            moved[3] += radius;
+            *ball = about(&motions[..clusters.len()], least, most);
+            for axis in 0..3 {
+                all[0][axis] = if least[axis] < all[0][axis] { least[axis] } else { all[0][axis] };
+                all[1][axis] = if most[axis] > all[1][axis] { most[axis] } else { all[1][axis] };
+            }
         }
-        [least, most]
+        all
     }
+}
+
+/// A ball about balls between some bounds.
+#[inline(always)]
+fn about(balls: &[[f64; 4]], least: [f64; 3], most: [f64; 3]) -> [f64; 4] {
+    let [x, y, z] = [0, 1, 2].map(|axis| (least[axis] + most[axis]) * 0.5);
+    let mut radius = 0.0;
+    for ball in balls {
+        let off = sub([ball[0], ball[1], ball[2]], [x, y, z]);
+        let far = dot(off, off).sqrt() + ball[3];
+        // What is no number stays.
+        radius = if far <= radius { radius } else { far };
+    }
+    if radius < f64::INFINITY { [x, y, z, radius] } else { [0.0, 0.0, 0.0, f64::INFINITY] }
 }
 
 /// Where the nodes of a cluster of this worker are.
@@ -188,7 +217,7 @@ fn gather_rows<T: Real, const N: usize>(cluster: &Cluster, state: &[Shared<'_, T
 
 /// By how much the first `len` lanes have moved, and how far at most from there [m]. What is no number is infinitely far.
 #[inline(always)]
-fn motion<T: Real>(now: &[[T; LANES]; 3], then: &[[T; LANES]; 3], len: usize) -> ([f64; 3], f64) {
+fn motion<T: Real>(now: &[[T; LANES]; 3], then: &[[T; LANES]; 3], len: usize) -> [f64; 4] {
     let mut way = [[T::ZERO; LANES]; 3];
     for axis in 0..3 {
         for lane in 0..LANES {
@@ -210,7 +239,7 @@ fn motion<T: Real>(now: &[[T; LANES]; 3], then: &[[T; LANES]; 3], len: usize) ->
     }
     let by = by.map(T::to_f64);
     if lost {
-        return ([0.0; 3], f64::INFINITY);
+        return [0.0, 0.0, 0.0, f64::INFINITY];
     }
     let mut half = LANES / 2;
     while half > 0 {
@@ -220,5 +249,6 @@ fn motion<T: Real>(now: &[[T; LANES]; 3], then: &[[T; LANES]; 3], len: usize) ->
         half /= 2;
     }
     // With room for what has been rounded.
-    (by, far[0].sqrt().to_f64() * 1.0001 + (by[0].abs() + by[1].abs() + by[2].abs()) * 1e-6)
+    let radius = far[0].sqrt().to_f64() * 1.0001 + (by[0].abs() + by[1].abs() + by[2].abs()) * 1e-6;
+    [by[0], by[1], by[2], radius]
 }

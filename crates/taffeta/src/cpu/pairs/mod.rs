@@ -1,9 +1,10 @@
 //! Nodes that touch each other: who is near whom, and what they do to each other.
 //!
-//! Nodes are looked at in clusters of neighbours. A search finds the pairs of clusters that are near each other; of each it
-//! is known how far its nodes are from touching, and it is looked at again when its clusters may have moved that far
-//! against each other. All other pairs are farther apart than all nodes have moved against each other since the search;
-//! when they are not, there is another search. So nothing depends on when anybody looked.
+//! Nodes are looked at in clusters of neighbours, and clusters in groups. A search finds the pairs of groups that are near
+//! each other. Each lists the pairs of clusters that are near each other, and is listed anew when others may be. Of each of
+//! those it is known how far its nodes are from touching, and it is looked at again when its clusters may have moved that
+//! far against each other. All other groups are farther apart than all nodes have moved against each other since the
+//! search; when they are not, there is another search. So nothing depends on when anybody looked.
 
 mod answer;
 mod apart;
@@ -22,16 +23,18 @@ use crate::collision::pair::{self, Meeting};
 use crate::real::{Real, dot, sub};
 use crate::topology::LANES;
 use apart::Masks;
-use clusters::{Bounds, Cluster, NOWHERE, Pack, Packed, clusters, join};
+use clusters::{Bounds, Cluster, GROUP, NOWHERE, Pack, Packed, clusters, join};
 use near::Near;
 use std::ops::Range;
-use tree::{Boxes, Fill, Query, Tree, squared_distance};
-use watch::{Due, Least, Touching, Watch};
+use tree::{Boxes, Fill, Query, Tree};
+use watch::{Distances, Groups, Least, Touching, Watched, is_over};
 
-/// How near clusters are that are watched, at first, at least and at most, by the mean diagonal of a cluster.
+/// How near groups are that are watched, at first, at least and at most, by the mean diagonal of a group.
 const MARGIN: [f64; 3] = [0.6, 0.3, 3.0];
 /// Sub-steps between searches: with fewer the margin grows, with more it shrinks.
-const REST: Range<u32> = 12..48;
+const REST: Range<u32> = 16..64;
+/// How near clusters are that are listed, by the mean diagonal of a cluster.
+const LISTED: f64 = 0.5;
 
 /// What does not change.
 pub struct PairSetup<T> {
@@ -45,15 +48,19 @@ pub struct PairSetup<T> {
     tile: Vec<u32>,
     /// The largest thickness [m].
     widest: f64,
-    /// Mean diagonal of a cluster at the start [m].
-    diagonal: f64,
+    /// Mean diagonals of a cluster and of a group at the start [m].
+    diagonals: [f64; 2],
     /// Clusters, worker by worker.
     clusters: Vec<Cluster>,
     /// Their nodes, by lane.
     nodes: Vec<[u32; LANES]>,
     /// Nodes that do not touch.
     apart: Masks,
-    /// Boxes about clusters, by worker.
+    /// The clusters of each worker.
+    shares: Vec<Range<usize>>,
+    /// The clusters of each group.
+    groups: Vec<Range<usize>>,
+    /// Boxes about groups, by worker.
     trees: Vec<Tree>,
 }
 
@@ -65,9 +72,11 @@ pub struct PairWork<T> {
     packed: Vec<Packed<T>>,
     /// How far each cluster has moved since the last search [m], as [`Pack`] says.
     moved: Vec<[f64; 4]>,
+    /// By how much the nodes of each group have moved in this sub-step, as [`Pack`] says.
+    balls: Vec<[f64; 4]>,
     /// By how much nodes of each worker have moved in this sub-step [m].
     motion: Vec<Bounds>,
-    /// Boxes about clusters.
+    /// Boxes about groups.
     boxes: Vec<Boxes<T>>,
     /// What each worker has found.
     found: Vec<Found>,
@@ -95,6 +104,7 @@ pub struct SharedPairs<'a, T> {
     contacts: Shared<'a, u32>,
     packed: Shared<'a, Packed<T>>,
     moved: Shared<'a, [f64; 4]>,
+    balls: Shared<'a, [f64; 4]>,
     motion: Shared<'a, Bounds>,
     boxes: Shared<'a, Boxes<T>>,
     found: Shared<'a, Found>,
@@ -102,7 +112,7 @@ pub struct SharedPairs<'a, T> {
 
 /// What a worker keeps for itself.
 pub struct PairScratch<T> {
-    /// How near clusters were that are watched [m]; 0: there was no search.
+    /// How near groups were that are watched [m]; 0: there was no search.
     margin: f64,
     /// How far all may have moved against each other since the last search [m].
     travelled: f64,
@@ -110,12 +120,16 @@ pub struct PairScratch<T> {
     rest: u32,
     /// Searches in this frame.
     pub searches: u64,
-    /// Pairs of clusters with one of its own.
-    watch: Watch,
-    /// Those that are due, or clusters that are near one.
-    due: Vec<u32>,
+    /// Pairs of groups with one of its own.
+    watch: Vec<Groups>,
+    /// Empty lists.
+    spare: Vec<Vec<Watched>>,
+    /// Groups that are near one.
+    around: Vec<u32>,
     /// Boxes yet to be looked into.
     stack: Vec<(usize, usize)>,
+    /// Squared distances of clusters of two groups [m²].
+    squared: [[T; GROUP]; GROUP],
     /// Its nodes in contact.
     near: Near,
     /// Place and velocity after contact, for each of them.
@@ -125,10 +139,16 @@ pub struct PairScratch<T> {
 impl<T: Real> PairSetup<T> {
     /// Of a scene whose tiles are shared by workers; `None` where no nodes touch.
     pub fn new(assembly: &Assembly, tiles: &[TilePlan], shares: &[Range<usize>]) -> Option<Self> {
-        let (mut all, mut ends) = (Vec::new(), vec![0]);
+        let (mut all, mut groups) = (Vec::new(), Vec::new());
+        let (mut owned, mut trees): (Vec<Range<usize>>, Vec<Tree>) = (Vec::new(), Vec::new());
         for share in shares {
+            let (first, first_group) = (all.len(), groups.len());
             all.extend(clusters(assembly, &tiles[share.clone()]));
-            ends.push(all.len());
+            owned.push(first..all.len());
+            let ends = (first..all.len()).step_by(GROUP);
+            groups.extend(ends.map(|start| start..all.len().min(start + GROUP)));
+            let boxes = trees.last().map_or(0, |last| last.boxes.end);
+            trees.push(Tree::new(first_group..groups.len(), boxes));
         }
         if all.is_empty() {
             return None;
@@ -144,22 +164,22 @@ impl<T: Real> PairSetup<T> {
                 (nodes[lane], body[node]) = (node as u32, cluster.body);
             }
         }
-        let mut trees: Vec<Tree> = Vec::new();
-        for worker in ends.windows(2) {
-            let first = trees.last().map_or(0, |last| last.boxes.end);
-            trees.push(Tree::new(worker[0]..worker[1], first));
-        }
+        let of_groups = groups.iter().map(|group| diagonal(assembly, &all[group.clone()])).sum::<f64>();
+        let of_clusters = all.chunks(1).map(|cluster| diagonal(assembly, cluster)).sum::<f64>();
+        let diagonals = [of_clusters / all.len() as f64, of_groups / groups.len() as f64];
         let surfaces = surfaces::<T>(assembly);
         Some(Self {
             radius: surfaces.iter().map(|surface| surface.thickness * T::from_f64(0.5)).collect(),
             body,
             widest: surfaces.iter().map(|surface| surface.thickness.to_f64()).fold(0.0, f64::max),
-            diagonal: all.iter().map(|cluster| diagonal(assembly, cluster)).sum::<f64>() / all.len() as f64,
+            diagonals,
             apart: Masks::new(assembly, &all),
             surfaces,
             tile,
             clusters: all,
             nodes,
+            shares: owned,
+            groups,
             trees,
         })
     }
@@ -198,11 +218,11 @@ fn surfaces<T: Real>(assembly: &Assembly) -> Vec<Meeting<T>> {
     assembly.bodies.iter().map(of_body).collect()
 }
 
-/// Diagonal of the box about a cluster at the start [m].
-fn diagonal(assembly: &Assembly, cluster: &Cluster) -> f64 {
-    let body = &assembly.bodies[cluster.body as usize];
-    let box_of = |node: usize| [body.start[node - body.first]; 2];
-    extent(cluster.nodes().map(box_of).fold(NOWHERE, join))
+/// Diagonal of the box about clusters at the start [m]: of those of one body, where there are several.
+fn diagonal(assembly: &Assembly, clusters: &[Cluster]) -> f64 {
+    let body = &assembly.bodies[clusters[0].body as usize];
+    let nodes = clusters.iter().filter(|one| one.body == clusters[0].body).flat_map(Cluster::nodes);
+    extent(nodes.map(|node| [body.start[node - body.first]; 2]).fold(NOWHERE, join))
 }
 
 /// Diagonal of bounds.
@@ -221,6 +241,7 @@ impl<T: Real> PairWork<T> {
             contacts: vec![0; places],
             packed: vec![Packed([[T::ZERO; LANES]; 3]); clusters],
             moved: vec![[0.0; 4]; clusters],
+            balls: vec![[0.0; 4]; setup.map_or(0, |setup| setup.groups.len())],
             motion: vec![NOWHERE; workers],
             boxes: vec![Boxes::empty(); boxes],
             found: vec![Found::default(); workers],
@@ -234,6 +255,7 @@ impl<T: Real> PairWork<T> {
             contacts: Shared::new(&mut self.contacts),
             packed: Shared::new(&mut self.packed),
             moved: Shared::new(&mut self.moved),
+            balls: Shared::new(&mut self.balls),
             motion: Shared::new(&mut self.motion),
             boxes: Shared::new(&mut self.boxes),
             found: Shared::new(&mut self.found),
@@ -263,9 +285,11 @@ impl<T: Real> PairScratch<T> {
             travelled: 0.0,
             rest: 0,
             searches: 0,
-            watch: Watch::default(),
-            due: Vec::new(),
+            watch: Vec::new(),
+            spare: Vec::new(),
+            around: Vec::new(),
             stack: Vec::new(),
+            squared: [[T::ZERO; GROUP]; GROUP],
             near: Near::new(places, tiles),
             answers: Vec::new(),
         }
@@ -314,19 +338,27 @@ impl<'a, T: Real> PairWorker<'a, T> {
         unsafe { (self.shared.packed.read(), self.shared.moved.read()) }
     }
 
-    /// Notes where its nodes are, and by how much they have moved.
-    pub fn note_moves(&mut self) {
-        let own = self.tree().clusters.clone();
-        // SAFETY: these are this worker's own; others read them after the next barrier, until the sub-step's last.
-        let (packed, moved, motion) = unsafe {
-            let motion = self.shared.motion.write(self.index..self.index + 1);
-            (self.shared.packed.write(own.clone()), self.shared.moved.write(own.clone()), motion)
-        };
-        let clusters = &self.pairs.clusters[own];
-        motion[0] = self.level.run(Pack { clusters, state: self.next, packed, moved });
+    /// Its clusters.
+    fn own(&self) -> Range<usize> {
+        self.pairs.shares[self.index].clone()
     }
 
-    /// Whether clusters that are not watched may have come near each other since the last search. Asked once in a
+    /// Notes where its nodes are, and by how much they have moved.
+    pub fn note_moves(&mut self) {
+        let (own, groups) = (self.own(), self.tree().groups.clone());
+        // SAFETY: these are this worker's own; others read them after the next barrier, until the sub-step's last.
+        let (packed, moved, balls) = unsafe {
+            let balls = self.shared.balls.write(groups);
+            (self.shared.packed.write(own.clone()), self.shared.moved.write(own.clone()), balls)
+        };
+        let clusters = &self.pairs.clusters[own];
+        let bounds = self.level.run(Pack { clusters, state: self.next, packed, moved, balls });
+        // SAFETY: as above.
+        let motion = unsafe { self.shared.motion.write(self.index..self.index + 1) };
+        motion[0] = bounds;
+    }
+
+    /// Whether groups that are not watched may have come near each other since the last search. Asked once in a
     /// sub-step, when all have noted their moves.
     pub fn is_stale(&mut self) -> bool {
         // SAFETY: written before a barrier, and again after the sub-step's last.
@@ -341,7 +373,7 @@ impl<'a, T: Real> PairWorker<'a, T> {
 
     /// Chooses the margin of a search: wider where searches follow soon upon each other.
     fn choose_margin(&mut self) {
-        let [first, least, most] = MARGIN.map(|share| share * self.pairs.diagonal.max(self.pairs.widest));
+        let [first, least, most] = MARGIN.map(|share| share * self.pairs.diagonals[1].max(self.pairs.widest));
         let scratch = &mut *self.scratch;
         scratch.margin = match scratch.margin {
             margin if margin <= 0.0 => first,
@@ -353,59 +385,96 @@ impl<'a, T: Real> PairWorker<'a, T> {
         scratch.searches += 1;
     }
 
-    /// Finds the pairs of clusters that are near each other; `meet` waits for all workers.
+    /// Finds the pairs of groups that are near each other; `meet` waits for all workers.
     pub fn search(&mut self, meet: impl Fn()) {
         self.choose_margin();
-        let tree = self.tree();
+        let (tree, own) = (self.tree(), self.own());
         // SAFETY: these are this worker's own; others read them after the next barrier.
-        let (moved, boxes) = unsafe {
-            (self.shared.moved.write(tree.clusters.clone()), self.shared.boxes.write(tree.boxes.clone()))
-        };
+        let (moved, boxes) =
+            unsafe { (self.shared.moved.write(own.clone()), self.shared.boxes.write(tree.boxes.clone())) };
         moved.fill([0.0; 4]);
-        let packed = &self.clusters().0[tree.clusters.clone()];
-        self.level.run(Fill { tree, packed, boxes });
+        // SAFETY: written before the last barrier.
+        let packed = unsafe { self.shared.packed.read() };
+        self.level.run(Fill { tree, packed: &packed[own], boxes });
         meet();
-        self.scratch.watch.clear();
-        tree.clusters.clone().for_each(|cluster| self.watch_around(cluster));
+        let PairScratch { watch, spare, .. } = &mut *self.scratch;
+        spare.extend(watch.drain(..).map(|mut groups| {
+            groups.pairs.clear();
+            groups.pairs
+        }));
+        tree.groups.clone().for_each(|group| self.watch_around(group));
     }
 
-    /// Watches what is near a cluster; of two of its own once.
-    fn watch_around(&mut self, cluster: usize) {
+    /// Watches what is near a group; of two of its own once.
+    fn watch_around(&mut self, group: usize) {
         // SAFETY: written before the last barrier, and again in another search.
         let boxes = unsafe { self.shared.boxes.read() };
         let own = self.tree();
-        let bound = &own.bound(boxes, cluster);
+        let bound = &own.bound(boxes, group);
         let wide = T::from_f64(self.scratch.margin + self.pairs.widest);
-        let PairScratch { watch, due, stack, .. } = &mut *self.scratch;
+        let PairScratch { watch, spare, around, stack, .. } = &mut *self.scratch;
         for tree in &self.pairs.trees {
-            due.clear();
-            self.level.run(Query { tree, boxes, bound, squared: wide * wide, stack, found: due });
-            for &other in due.iter() {
-                let at = other as usize;
-                if at < cluster && own.clusters.contains(&at) {
+            around.clear();
+            self.level.run(Query { tree, boxes, bound, squared: wide * wide, stack, found: around });
+            for &other in around.iter() {
+                if (other as usize) < group && own.groups.contains(&(other as usize)) {
                     continue;
                 }
-                let pair = [other.min(cluster as u32), other.max(cluster as u32)];
-                let distance = squared_distance(bound, &tree.bound(boxes, at)).sqrt();
-                let gap = self.pairs.gap(pair, distance).max(0.0);
-                watch.add(pair, self.pairs.apart.find(pair[0], pair[1]), gap);
+                let both = [other.min(group as u32), other.max(group as u32)];
+                watch.push(Groups::new(both, spare.pop().unwrap_or_default()));
             }
         }
+    }
+
+    /// Lists anew the clusters of two groups that are near each other.
+    fn list(&mut self, groups: &mut Groups) {
+        let (packed, moved) = self.clusters();
+        let [first, second] = groups.groups.map(|group| self.pairs.groups[group as usize].clone());
+        let squared = &mut self.scratch.squared;
+        let both = [&packed[first.clone()], &packed[second.clone()]];
+        self.level.run(Distances { packed: both, squared });
+        let wide = T::from_f64(self.pairs.widest + LISTED * self.pairs.diagonals[0]);
+        let (near, mut beyond) = (wide * wide, T::FAR);
+        let mut old = self.scratch.spare.pop().unwrap_or_default();
+        std::mem::swap(&mut old, &mut groups.pairs);
+        let mut known = old.iter().peekable();
+        for (a, squared) in first.zip(&self.scratch.squared) {
+            for (b, &squared) in second.clone().zip(squared).filter(|(b, _)| *b >= a) {
+                if squared >= near {
+                    beyond = if squared < beyond { squared } else { beyond };
+                    continue;
+                }
+                let clusters = [a as u32, b as u32];
+                while known.next_if(|pair| pair.clusters < clusters).is_some() {}
+                let pair = known.next_if(|pair| pair.clusters == clusters).copied();
+                groups.pairs.push(pair.unwrap_or_else(|| {
+                    let gap = self.pairs.gap(clusters, squared.sqrt()).max(0.0);
+                    let mask = self.pairs.apart.find(clusters[0], clusters[1]);
+                    Watched::new(clusters, mask, gap, groups.travelled, moved)
+                }));
+            }
+        }
+        old.clear();
+        self.scratch.spare.push(old);
+        let left = beyond.sqrt().to_f64() * (1.0 - 1e-5) - self.pairs.widest;
+        groups.fresh = groups.travelled + left;
     }
 
     /// Finds which of its nodes are in contact.
     pub fn find_near(&mut self) {
         self.scratch.near.owners().iter().for_each(|&node| self.note_contacts(node, 0));
         self.scratch.near.clear();
-        let mut due = std::mem::take(&mut self.scratch.due);
-        let travelled = self.scratch.travelled;
-        self.level.run(Due { watch: &self.scratch.watch, travelled, found: &mut due });
+        // SAFETY: written before a barrier, and again after the sub-step's last.
+        let balls = unsafe { self.shared.balls.read() };
+        let mut watch = std::mem::take(&mut self.scratch.watch);
         let mut least = T::FAR;
-        for &pair in &due {
-            let nearest = self.look(pair as usize);
-            least = if nearest < least { nearest } else { least };
+        for groups in &mut watch {
+            if groups.is_due(balls) {
+                let nearest = self.look_at_groups(groups);
+                least = if nearest < least { nearest } else { least };
+            }
         }
-        self.scratch.due = due;
+        self.scratch.watch = watch;
         let tile = |node: u32| self.pairs.tile[node as usize] as usize - self.first_tile;
         self.scratch.near.sort(tile);
         for (number, &node) in self.scratch.near.owners().iter().enumerate() {
@@ -423,25 +492,40 @@ impl<'a, T: Real> PairWorker<'a, T> {
         contacts[0] = count as u32;
     }
 
-    /// Looks at a pair of clusters that is due. Returns the least squared distance of its nodes in contact, by that at
-    /// which they touch.
-    fn look(&mut self, pair: usize) -> T {
+    /// Looks at what is due of two groups. Returns the least squared distance of nodes in contact, by that at which they
+    /// touch.
+    fn look_at_groups(&mut self, groups: &mut Groups) -> T {
+        if is_over(groups.travelled, groups.fresh) {
+            self.list(groups);
+        }
+        let (travelled, mut least) = (groups.travelled, T::FAR);
+        groups.due = groups.fresh;
+        for pair in &mut groups.pairs {
+            if is_over(travelled, pair.due) {
+                let nearest = self.look(pair, travelled);
+                least = if nearest < least { nearest } else { least };
+            }
+            groups.due = if pair.due < groups.due { pair.due } else { groups.due };
+        }
+        least
+    }
+
+    /// The same of two clusters.
+    fn look(&mut self, pair: &mut Watched, travelled: f64) -> T {
         let (packed, moved) = self.clusters();
-        let PairScratch { watch, travelled, .. } = &mut *self.scratch;
-        let left = watch.left(pair, moved);
+        let left = pair.left(moved);
         if left > 0.0 {
-            watch.wait(pair, *travelled, left);
+            pair.due = travelled + left;
             return T::FAR;
         }
-        let (clusters, mask) = (watch.pairs[pair].clusters, self.pairs.apart.mask(watch.pairs[pair].mask));
-        let both = clusters.map(|cluster| &packed[cluster as usize]);
+        let mask = self.pairs.apart.mask(pair.mask);
+        let both = pair.clusters.map(|cluster| &packed[cluster as usize]);
         let least = self.level.run(Least { packed: both, mask });
-        let gap = self.pairs.gap(clusters, least.sqrt());
-        self.scratch.watch.note(pair, self.scratch.travelled, gap, moved);
-        let reach = self.pairs.reach(clusters);
+        pair.note(self.pairs.gap(pair.clusters, least.sqrt()), travelled, moved);
+        let reach = self.pairs.reach(pair.clusters);
         if least < reach * reach {
             let touching = self.level.run(Touching { packed: both, mask, reach });
-            self.add_ends(clusters, &touching);
+            self.add_ends(pair.clusters, &touching);
             return least / (reach * reach);
         }
         T::FAR
@@ -449,7 +533,7 @@ impl<'a, T: Real> PairWorker<'a, T> {
 
     /// Adds nodes in contact of two clusters.
     fn add_ends(&mut self, clusters: [u32; 2], touching: &[u16; LANES]) {
-        let own = clusters.map(|cluster| self.tree().clusters.contains(&(cluster as usize)));
+        let own = clusters.map(|cluster| self.own().contains(&(cluster as usize)));
         let [first, second] = clusters.map(|cluster| &self.pairs.nodes[cluster as usize]);
         let ends = &mut self.scratch.near.ends;
         for (&node, &bits) in first.iter().zip(touching) {

@@ -108,7 +108,7 @@ fn found<T: Real>(
     let plans = tiles::tiles(assembly);
     let shares = tiles::shares(&plans, threads);
     let mut setup = PairSetup::<T>::new(assembly, &plans, &shares).unwrap();
-    setup.diagonal *= margin;
+    setup.diagonals = setup.diagonals.map(|diagonal| diagonal * margin);
     let mut work = PairWork::new(Some(&setup), threads);
     let scratch: Vec<_> =
         shares.iter().map(|share| Mutex::new(PairScratch::new(assembly.places, share.len()))).collect();

@@ -1,8 +1,8 @@
-//! Boxes about clusters, and boxes about sixteen boxes, and so on: which clusters are near one.
+//! Boxes about groups of clusters, and boxes about sixteen boxes, and so on: which groups are near one.
 //!
-//! Each worker has a tree of its own clusters, whose shape follows from their number.
+//! Each worker has a tree of its own groups, whose shape follows from their number.
 
-use super::clusters::Packed;
+use super::clusters::{GROUP, Packed};
 use crate::cpu::simd::Kernel;
 use crate::real::Real;
 use crate::topology::LANES;
@@ -22,35 +22,35 @@ pub type Bound<T> = [[T; 3]; 2];
 /// Where the boxes of a worker are.
 #[derive(Clone, Debug)]
 pub struct Tree {
-    /// Its clusters.
-    pub clusters: Range<usize>,
-    /// Its boxes by level: of clusters, of their sixteens, up to the last sixteen.
+    /// Its groups.
+    pub groups: Range<usize>,
+    /// Its boxes by level: of groups, of their sixteens, up to the last sixteen.
     levels: Vec<Range<usize>>,
     /// All of them.
     pub boxes: Range<usize>,
 }
 
 impl Tree {
-    /// Of some clusters; boxes begin at `first`.
-    pub fn new(clusters: Range<usize>, first: usize) -> Self {
-        let (mut levels, mut count, mut next) = (Vec::new(), clusters.len(), first);
+    /// Of some groups; boxes begin at `first`.
+    pub fn new(groups: Range<usize>, first: usize) -> Self {
+        let (mut levels, mut count, mut next) = (Vec::new(), groups.len(), first);
         while count > 0 {
             let boxes = count.div_ceil(LANES);
             levels.push(next..next + boxes);
             next += boxes;
             count = if boxes > 1 { boxes } else { 0 };
         }
-        Self { clusters, levels, boxes: first..next }
+        Self { groups, levels, boxes: first..next }
     }
 
     /// Number of boxes at a level.
     fn count(&self, level: usize) -> usize {
-        if level == 0 { self.clusters.len() } else { self.levels[level - 1].len() }
+        if level == 0 { self.groups.len() } else { self.levels[level - 1].len() }
     }
 
-    /// The box of a cluster.
-    pub fn bound<T: Real>(&self, boxes: &[Boxes<T>], cluster: usize) -> Bound<T> {
-        let at = cluster - self.clusters.start;
+    /// The box of a group.
+    pub fn bound<T: Real>(&self, boxes: &[Boxes<T>], group: usize) -> Bound<T> {
+        let at = group - self.groups.start;
         boxes[self.levels[0].start + at / LANES].lane(at % LANES)
     }
 }
@@ -61,7 +61,35 @@ impl<T: Real> Boxes<T> {
         Self { least: [[T::FAR; LANES]; 3], most: [[-T::FAR; LANES]; 3] }
     }
 
-    fn lane(&self, lane: usize) -> Bound<T> {
+    /// Those of up to sixteen clusters.
+    #[inline(always)]
+    pub fn of(clusters: &[Packed<T>]) -> Self {
+        let mut boxes = Self::empty();
+        for (lane, cluster) in clusters.iter().enumerate() {
+            for axis in 0..3 {
+                let (mut least, mut most) = ([T::FAR; LANES], [-T::FAR; LANES]);
+                // By halves, for vectors; what is no number is in no box.
+                let mut half = LANES;
+                for i in 0..LANES {
+                    let x = cluster.0[axis][i];
+                    least[i] = if x < least[i] { x } else { least[i] };
+                    most[i] = if x > most[i] { x } else { most[i] };
+                }
+                while half > 1 {
+                    half /= 2;
+                    for i in 0..half {
+                        least[i] = if least[i + half] < least[i] { least[i + half] } else { least[i] };
+                        most[i] = if most[i + half] > most[i] { most[i + half] } else { most[i] };
+                    }
+                }
+                (boxes.least[axis][lane], boxes.most[axis][lane]) = (least[0], most[0]);
+            }
+        }
+        boxes
+    }
+
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Bound<T> {
         [self.least.map(|axis| axis[lane]), self.most.map(|axis| axis[lane])]
     }
 
@@ -96,7 +124,7 @@ pub fn squared_distance<T: Real>(a: &Bound<T>, b: &Bound<T>) -> T {
 /// Kernel: fills a worker's tree.
 pub struct Fill<'a, T> {
     pub tree: &'a Tree,
-    /// Its clusters.
+    /// Its clusters, group by group.
     pub packed: &'a [Packed<T>],
     /// Its boxes.
     pub boxes: &'a mut [Boxes<T>],
@@ -108,15 +136,8 @@ impl<T: Real> Kernel for Fill<'_, T> {
     fn run(self) {
         let Self { tree, packed, boxes } = self;
         boxes.fill(Boxes::empty());
-        for (at, cluster) in packed.iter().enumerate() {
-            let (mut least, mut most) = ([T::FAR; 3], [-T::FAR; 3]);
-            for axis in 0..3 {
-                for &x in &cluster.0[axis] {
-                    least[axis] = if x < least[axis] { x } else { least[axis] };
-                    most[axis] = if x > most[axis] { x } else { most[axis] };
-                }
-            }
-            boxes[at / LANES].set(at % LANES, [least, most]);
+        for (at, group) in packed.chunks(GROUP).enumerate() {
+            boxes[at / LANES].set(at % LANES, Boxes::of(group).about());
         }
         let first = tree.boxes.start;
         for pair in tree.levels.windows(2) {
@@ -128,7 +149,7 @@ impl<T: Real> Kernel for Fill<'_, T> {
     }
 }
 
-/// Kernel: finds the clusters of a worker whose boxes are nearer to one than a distance.
+/// Kernel: finds the groups of a worker whose boxes are nearer to one than a distance.
 pub struct Query<'a, T> {
     pub tree: &'a Tree,
     /// Those of all workers.
@@ -139,7 +160,7 @@ pub struct Query<'a, T> {
     pub squared: T,
     /// Boxes yet to be looked into, by level and place: empty before and after.
     pub stack: &'a mut Vec<(usize, usize)>,
-    /// Where the clusters found go.
+    /// Where the groups found go.
     pub found: &'a mut Vec<u32>,
 }
 
@@ -164,7 +185,7 @@ impl<T: Real> Kernel for Query<'_, T> {
                 if level > 0 {
                     stack.push((level - 1, child));
                 } else {
-                    found.push((tree.clusters.start + child) as u32);
+                    found.push((tree.groups.start + child) as u32);
                 }
             }
         }

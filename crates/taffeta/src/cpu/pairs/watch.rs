@@ -1,14 +1,29 @@
-//! Pairs of clusters that are near each other, each with how far its nodes are from touching.
+//! Pairs of groups that are near each other, and their pairs of clusters, each with how far its nodes are from touching.
 //!
 //! What two clusters may have moved against each other since they were looked at is known without looking at their nodes;
-//! until that has used up the distance that they had, none of their nodes touch. And no pair can have used up more than
-//! all nodes together: each has a time, in metres of that, before which nobody asks for it.
+//! until that has used up the distance that they had, none of their nodes touch. And no two can have used up more than
+//! their groups together: each has a time, in metres of that, before which nobody asks for it.
 
 use super::apart::Mask;
-use super::clusters::Packed;
+use super::clusters::{GROUP, Packed};
+use super::tree::{Boxes, squared_distance};
 use crate::cpu::simd::Kernel;
 use crate::real::{Real, dot, sub};
 use crate::topology::LANES;
+
+/// Two groups.
+pub struct Groups {
+    /// Which ones, the second not before the first.
+    pub groups: [u32; 2],
+    /// How far their nodes may have moved against each other since the search [m].
+    pub travelled: f64,
+    /// When one of its pairs has to be looked at [m].
+    pub due: f64,
+    /// When those that are not in the list may have come near each other [m].
+    pub fresh: f64,
+    /// Pairs of clusters that are near each other, ascending.
+    pub pairs: Vec<Watched>,
+}
 
 /// Two clusters.
 #[derive(Clone, Copy, Debug)]
@@ -21,79 +36,76 @@ pub struct Watched {
     gap: f64,
     /// What they had moved against each other by then, and off that [m].
     moved: [f64; 4],
+    /// When it has to be looked at [m].
+    pub due: f64,
 }
 
-/// Pairs, and when each is due.
-#[derive(Default)]
-pub struct Watch {
-    pub pairs: Vec<Watched>,
-    due: Vec<f64>,
+impl Groups {
+    /// Of two groups at the time of a search, with an empty list.
+    pub fn new(groups: [u32; 2], pairs: Vec<Watched>) -> Self {
+        Self { groups, travelled: 0.0, due: 0.0, fresh: 0.0, pairs }
+    }
+
+    /// Lets a sub-step go by; whether a pair has to be looked at.
+    #[inline]
+    pub fn is_due(&mut self, balls: &[[f64; 4]]) -> bool {
+        let [a, b] = self.groups.map(|group| &balls[group as usize]);
+        let off = sub([a[0], a[1], a[2]], [b[0], b[1], b[2]]);
+        self.travelled += dot(off, off).sqrt() + a[3] + b[3];
+        is_over(self.travelled, self.due)
+    }
 }
 
-impl Watch {
-    pub fn clear(&mut self) {
-        self.pairs.clear();
-        self.due.clear();
-    }
-
-    /// Adds a pair whose nodes have so far to go [m] before they touch. Nothing has moved yet.
-    pub fn add(&mut self, clusters: [u32; 2], mask: u32, gap: f64) {
-        self.pairs.push(Watched { clusters, mask, gap, moved: [0.0; 4] });
-        self.due.push(gap);
-    }
-
-    /// What is left of a pair's distance [m], when its clusters have moved. What is no number has none left.
-    pub fn left(&self, at: usize, moved: &[[f64; 4]]) -> f64 {
-        let pair = &self.pairs[at];
-        let now = pair.moved_now(moved);
-        let by = [0, 1, 2, 3].map(|i| now[i] - pair.moved[i]);
-        pair.gap - dot([by[0], by[1], by[2]], [by[0], by[1], by[2]]).sqrt() - by[3]
-    }
-
-    /// Asks for a pair again when all have moved by `left` [m].
-    pub fn wait(&mut self, at: usize, travelled: f64, left: f64) {
-        self.due[at] = travelled + left;
-    }
-
-    /// Notes how far the nodes of a pair are from touching [m].
-    pub fn note(&mut self, at: usize, travelled: f64, gap: f64, moved: &[[f64; 4]]) {
-        let pair = &mut self.pairs[at];
-        (pair.gap, pair.moved) = (gap, pair.moved_now(moved));
-        self.wait(at, travelled, gap);
-    }
+/// Whether a time is over; what is no number is.
+#[inline]
+pub fn is_over(now: f64, due: f64) -> bool {
+    let is_later = now < due;
+    !is_later
 }
 
 impl Watched {
+    /// A pair whose nodes have so far to go [m] before they touch.
+    pub fn new(clusters: [u32; 2], mask: u32, gap: f64, travelled: f64, moved: &[[f64; 4]]) -> Self {
+        let mut pair = Self { clusters, mask, gap, moved: [0.0; 4], due: 0.0 };
+        pair.note(gap, travelled, moved);
+        pair
+    }
+
+    /// What is left of its distance [m]; what is no number has none left.
+    #[inline]
+    pub fn left(&self, moved: &[[f64; 4]]) -> f64 {
+        let now = self.moved_now(moved);
+        let by = [now[0] - self.moved[0], now[1] - self.moved[1], now[2] - self.moved[2]];
+        self.gap - dot(by, by).sqrt() - (now[3] - self.moved[3])
+    }
+
+    /// Notes how far its nodes are from touching [m].
+    pub fn note(&mut self, gap: f64, travelled: f64, moved: &[[f64; 4]]) {
+        (self.gap, self.moved, self.due) = (gap, self.moved_now(moved), travelled + gap);
+    }
+
+    #[inline]
     fn moved_now(&self, moved: &[[f64; 4]]) -> [f64; 4] {
         let [a, b] = self.clusters.map(|cluster| &moved[cluster as usize]);
         [a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] + b[3]]
     }
 }
 
-/// Kernel: finds the pairs that are due.
-pub struct Due<'a> {
-    pub watch: &'a Watch,
-    /// How far all have moved against each other [m].
-    pub travelled: f64,
-    /// Where their numbers go.
-    pub found: &'a mut Vec<u32>,
+/// Kernel: squared distances of the boxes of the clusters of two groups [m²].
+pub struct Distances<'a, T> {
+    pub packed: [&'a [Packed<T>]; 2],
+    pub squared: &'a mut [[T; GROUP]; GROUP],
 }
 
-impl Kernel for Due<'_> {
+impl<T: Real> Kernel for Distances<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { watch, travelled, found } = self;
-        found.clear();
-        // What is no number is due.
-        let is_due = |due: f64| {
-            let is_later = travelled < due;
-            !is_later
-        };
-        for (chunk, due) in (0..).step_by(LANES).zip(watch.due.chunks(LANES)) {
-            let any = due.iter().fold(false, |any, &due| any | is_due(due));
-            if any {
-                found.extend((chunk..).zip(due).filter(|(_, due)| is_due(**due)).map(|(at, _)| at));
+        let [first, second] = self.packed.map(Boxes::of);
+        for (row, squared) in self.squared.iter_mut().enumerate() {
+            let bound = first.lane(row);
+            for (lane, squared) in squared.iter_mut().enumerate() {
+                *squared = squared_distance(&bound, &second.lane(lane));
             }
         }
     }
@@ -153,8 +165,10 @@ impl<T: Real> Kernel for Touching<'_, T> {
 #[inline(always)]
 fn squares<T: Real>([a, b]: [&Packed<T>; 2], row: usize) -> [T; LANES] {
     let own = a.0.each_ref().map(|axis| axis[row]);
-    std::array::from_fn(|lane| {
+    let mut squared = [T::ZERO; LANES];
+    for (lane, squared) in squared.iter_mut().enumerate() {
         let d = sub(own, [b.0[0][lane], b.0[1][lane], b.0[2][lane]]);
-        dot(d, d)
-    })
+        *squared = dot(d, d);
+    }
+    squared
 }
