@@ -9,7 +9,9 @@
 mod answer;
 mod apart;
 mod clusters;
+mod look;
 mod near;
+mod search;
 #[cfg(test)]
 mod tests;
 mod tree;
@@ -26,15 +28,8 @@ use apart::Masks;
 use clusters::{Bounds, Cluster, GROUP, NOWHERE, Pack, Packed, clusters, join};
 use near::Near;
 use std::ops::Range;
-use tree::{Boxes, Fill, Query, Tree};
-use watch::{Distances, Groups, Least, Touching, Watched, is_over};
-
-/// How near groups are that are watched, at first, at least and at most, by the mean diagonal of a group.
-const MARGIN: [f64; 3] = [0.6, 0.3, 3.0];
-/// Sub-steps between searches: with fewer the margin grows, with more it shrinks.
-const REST: Range<u32> = 16..64;
-/// How near clusters are that are listed, by the mean diagonal of a cluster.
-const LISTED: f64 = 0.5;
+use tree::{Boxes, Tree};
+use watch::{Groups, Watched};
 
 /// What does not change.
 pub struct PairSetup<T> {
@@ -369,182 +364,6 @@ impl<'a, T: Real> PairWorker<'a, T> {
         // Room for rounding; what is no number has gone too far.
         let is_fresh = scratch.travelled < scratch.margin * 0.999;
         !is_fresh
-    }
-
-    /// Chooses the margin of a search: wider where searches follow soon upon each other.
-    fn choose_margin(&mut self) {
-        let [first, least, most] = MARGIN.map(|share| share * self.pairs.diagonals[1].max(self.pairs.widest));
-        let scratch = &mut *self.scratch;
-        scratch.margin = match scratch.margin {
-            margin if margin <= 0.0 => first,
-            margin if scratch.rest < REST.start => (margin * 1.25).min(most),
-            margin if scratch.rest >= REST.end => (margin * 0.8).max(least),
-            margin => margin,
-        };
-        (scratch.travelled, scratch.rest) = (0.0, 0);
-        scratch.searches += 1;
-    }
-
-    /// Finds the pairs of groups that are near each other; `meet` waits for all workers.
-    pub fn search(&mut self, meet: impl Fn()) {
-        self.choose_margin();
-        let (tree, own) = (self.tree(), self.own());
-        // SAFETY: these are this worker's own; others read them after the next barrier.
-        let (moved, boxes) =
-            unsafe { (self.shared.moved.write(own.clone()), self.shared.boxes.write(tree.boxes.clone())) };
-        moved.fill([0.0; 4]);
-        // SAFETY: written before the last barrier.
-        let packed = unsafe { self.shared.packed.read() };
-        self.level.run(Fill { tree, packed: &packed[own], boxes });
-        meet();
-        let PairScratch { watch, spare, .. } = &mut *self.scratch;
-        spare.extend(watch.drain(..).map(|mut groups| {
-            groups.pairs.clear();
-            groups.pairs
-        }));
-        tree.groups.clone().for_each(|group| self.watch_around(group));
-    }
-
-    /// Watches what is near a group; of two of its own once.
-    fn watch_around(&mut self, group: usize) {
-        // SAFETY: written before the last barrier, and again in another search.
-        let boxes = unsafe { self.shared.boxes.read() };
-        let own = self.tree();
-        let bound = &own.bound(boxes, group);
-        let wide = T::from_f64(self.scratch.margin + self.pairs.widest);
-        let PairScratch { watch, spare, around, stack, .. } = &mut *self.scratch;
-        for tree in &self.pairs.trees {
-            around.clear();
-            self.level.run(Query { tree, boxes, bound, squared: wide * wide, stack, found: around });
-            for &other in around.iter() {
-                if (other as usize) < group && own.groups.contains(&(other as usize)) {
-                    continue;
-                }
-                let both = [other.min(group as u32), other.max(group as u32)];
-                watch.push(Groups::new(both, spare.pop().unwrap_or_default()));
-            }
-        }
-    }
-
-    /// Lists anew the clusters of two groups that are near each other.
-    fn list(&mut self, groups: &mut Groups) {
-        let (packed, moved) = self.clusters();
-        let [first, second] = groups.groups.map(|group| self.pairs.groups[group as usize].clone());
-        let squared = &mut self.scratch.squared;
-        let both = [&packed[first.clone()], &packed[second.clone()]];
-        self.level.run(Distances { packed: both, squared });
-        let wide = T::from_f64(self.pairs.widest + LISTED * self.pairs.diagonals[0]);
-        let (near, mut beyond) = (wide * wide, T::FAR);
-        let mut old = self.scratch.spare.pop().unwrap_or_default();
-        std::mem::swap(&mut old, &mut groups.pairs);
-        let mut known = old.iter().peekable();
-        for (a, squared) in first.zip(&self.scratch.squared) {
-            for (b, &squared) in second.clone().zip(squared).filter(|(b, _)| *b >= a) {
-                if squared >= near {
-                    beyond = if squared < beyond { squared } else { beyond };
-                    continue;
-                }
-                let clusters = [a as u32, b as u32];
-                while known.next_if(|pair| pair.clusters < clusters).is_some() {}
-                let pair = known.next_if(|pair| pair.clusters == clusters).copied();
-                groups.pairs.push(pair.unwrap_or_else(|| {
-                    let gap = self.pairs.gap(clusters, squared.sqrt()).max(0.0);
-                    let mask = self.pairs.apart.find(clusters[0], clusters[1]);
-                    Watched::new(clusters, mask, gap, groups.travelled, moved)
-                }));
-            }
-        }
-        old.clear();
-        self.scratch.spare.push(old);
-        let left = beyond.sqrt().to_f64() * (1.0 - 1e-5) - self.pairs.widest;
-        groups.fresh = groups.travelled + left;
-    }
-
-    /// Finds which of its nodes are in contact.
-    pub fn find_near(&mut self) {
-        self.scratch.near.owners().iter().for_each(|&node| self.note_contacts(node, 0));
-        self.scratch.near.clear();
-        // SAFETY: written before a barrier, and again after the sub-step's last.
-        let balls = unsafe { self.shared.balls.read() };
-        let mut watch = std::mem::take(&mut self.scratch.watch);
-        let mut least = T::FAR;
-        for groups in &mut watch {
-            if groups.is_due(balls) {
-                let nearest = self.look_at_groups(groups);
-                least = if nearest < least { nearest } else { least };
-            }
-        }
-        self.scratch.watch = watch;
-        let tile = |node: u32| self.pairs.tile[node as usize] as usize - self.first_tile;
-        self.scratch.near.sort(tile);
-        for (number, &node) in self.scratch.near.owners().iter().enumerate() {
-            self.note_contacts(node, self.scratch.near.others(number).len());
-        }
-        let found = Found { ends: self.scratch.near.ends.len() as u64, nearest: least.to_f64().sqrt() };
-        // SAFETY: each worker has its own; all read after a barrier.
-        let slot = unsafe { self.shared.found.write(self.index..self.index + 1) };
-        slot[0] = found;
-    }
-
-    fn note_contacts(&self, node: u32, count: usize) {
-        // SAFETY: the node is in this worker's share; others read after the next barrier.
-        let contacts = unsafe { self.shared.contacts.write(node as usize..node as usize + 1) };
-        contacts[0] = count as u32;
-    }
-
-    /// Looks at what is due of two groups. Returns the least squared distance of nodes in contact, by that at which they
-    /// touch.
-    fn look_at_groups(&mut self, groups: &mut Groups) -> T {
-        if is_over(groups.travelled, groups.fresh) {
-            self.list(groups);
-        }
-        let (travelled, mut least) = (groups.travelled, T::FAR);
-        groups.due = groups.fresh;
-        for pair in &mut groups.pairs {
-            if is_over(travelled, pair.due) {
-                let nearest = self.look(pair, travelled);
-                least = if nearest < least { nearest } else { least };
-            }
-            groups.due = if pair.due < groups.due { pair.due } else { groups.due };
-        }
-        least
-    }
-
-    /// The same of two clusters.
-    fn look(&mut self, pair: &mut Watched, travelled: f64) -> T {
-        let (packed, moved) = self.clusters();
-        let left = pair.left(moved);
-        if left > 0.0 {
-            pair.due = travelled + left;
-            return T::FAR;
-        }
-        let mask = self.pairs.apart.mask(pair.mask);
-        let both = pair.clusters.map(|cluster| &packed[cluster as usize]);
-        let least = self.level.run(Least { packed: both, mask });
-        pair.note(self.pairs.gap(pair.clusters, least.sqrt()), travelled, moved);
-        let reach = self.pairs.reach(pair.clusters);
-        if least < reach * reach {
-            let touching = self.level.run(Touching { packed: both, mask, reach });
-            self.add_ends(pair.clusters, &touching);
-            return least / (reach * reach);
-        }
-        T::FAR
-    }
-
-    /// Adds nodes in contact of two clusters.
-    fn add_ends(&mut self, clusters: [u32; 2], touching: &[u16; LANES]) {
-        let own = clusters.map(|cluster| self.own().contains(&(cluster as usize)));
-        let [first, second] = clusters.map(|cluster| &self.pairs.nodes[cluster as usize]);
-        let ends = &mut self.scratch.near.ends;
-        for (&node, &bits) in first.iter().zip(touching) {
-            let mut bits = bits;
-            while bits != 0 {
-                let other = second[bits.trailing_zeros() as usize];
-                bits &= bits - 1;
-                ends.extend(own[0].then_some([node, other]));
-                ends.extend(own[1].then_some([other, node]));
-            }
-        }
     }
 
     /// Whether any nodes are in contact.
