@@ -31,7 +31,7 @@ pub struct FrameReport {
     pub pairs: u64,
     /// Least distance of such a pair before it was pushed apart, by its thickness.
     pub nearest_pair: Option<f64>,
-    /// Times that neighbours were searched for in the frame.
+    /// Times that neighbours were searched for in the frame. It may depend on the number of threads; nothing else does.
     pub pair_searches: u64,
 }
 

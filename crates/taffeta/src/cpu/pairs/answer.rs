@@ -21,13 +21,14 @@ impl<T: Real> PairWorker<'_, T> {
                 let (a, b) = (node.min(other), node.max(other));
                 let [xa, xb] = [a, b].map(|at| [0, 1, 2].map(|axis| state[axis][at]));
                 let [va, vb] = [a, b].map(|at| [3, 4, 5].map(|axis| state[axis][at]));
-                let mobility = self.inverse_mass[a] + self.inverse_mass[b];
+                let mobility =
+                    pair::mobility([self.inverse_mass[a], self.inverse_mass[b]], [contacts[a], contacts[b]]);
                 let done =
                     pair::exchange(sub(xa, xb), sub(va, vb), mobility, &self.pairs.meeting(a, b), limits);
-                let share = pair::share(contacts[a].max(contacts[b]), node == a);
+                let sign = if node == a { T::ONE } else { -T::ONE };
                 for axis in 0..3 {
-                    sum[axis] += done.shift[axis] * share;
-                    sum[3 + axis] += done.impulse[axis] * share;
+                    sum[axis] += done.shift[axis] * sign;
+                    sum[3 + axis] += done.impulse[axis] * sign;
                 }
             }
             let w = self.inverse_mass[node];
