@@ -1,6 +1,8 @@
 //! Whole scenes on the GPU against the same scenes on the CPU.
 
 mod common;
+#[path = "gpu/pairs.rs"]
+mod pairs;
 
 use common::{build_as, farthest, near, positions, run};
 use taffeta::scene::{

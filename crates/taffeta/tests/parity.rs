@@ -37,9 +37,11 @@ named_rows! {
     grid_particles grid_particles_given mesh_particles mesh_particles_given
     grid_patches mesh_patches vertex_normals
     volume_forces volume_forces_given volume_gradients volume_particles measure_kept_volumes restore_volumes
+    clear_cells fill_cells find_pairs part_pairs measure_pairs
     bend_hinges scale_loads
     measure_nodes measure_grid_springs measure_mesh_springs measure_hinges measure_volumes
-    angle_of spring_factor fold_of external depth_and_normal respond leave_both multiplier solve_symmetric euler
+    angle_of spring_factor fold_of external depth_and_normal respond leave_both multiplier solve_symmetric exchange
+    euler
 }
 
 #[test]
@@ -188,6 +190,45 @@ const FAULTS: &[(&str, &str, &str)] = &[
     ("restore_volumes", "select(x.w, 0.0, v.w < 0.0) * lambda", "x.w * lambda"),
     ("restore_volumes", "select(after.velocity.w, -abs(v.w), v.w < 0.0)", "after.velocity.w"),
     ("restore_volumes", "let some = response > TINY;", "let some = response >= 0.0;"),
+    ("clear_cells", "pair_work[bucket] = NONE;", "pair_work[bucket] = 0u;"),
+    ("clear_cells", "return length - 3u", "return length - 2u"),
+    ("fill_cells", "number == NONE || are_odd(x) {", "number == NONE {"),
+    ("fill_cells", "place - surfaces[number].first >= surfaces[number].count", "false"),
+    ("fill_cells", "vec3f(-FARTHEST), vec3f(FARTHEST)", "vec3f(-1e6), vec3f(1e6)"),
+    ("fill_cells", "let next = atomicExchange(&linked[bucket], node);", "let next = NONE;"),
+    ("find_pairs", "dot3(d, d) < reach * reach", "dot3(d, d) <= reach * reach"),
+    ("find_pairs", "row < 9u", "row < 8u"),
+    ("find_pairs", "for (var i = 0u; i < 3u; i++)", "for (var i = 1u; i < 3u; i++)"),
+    ("find_pairs", "other == node || ", ""),
+    ("find_pairs", "its != number || ", ""),
+    ("find_pairs", "apart[lists + low] == b;", "false;"),
+    ("find_pairs", "i32(surface.wide);", "i32(surface.wide) + 1;"),
+    ("find_pairs", "if apart[lists + middle] < b {", "if apart[lists + middle] <= b {"),
+    ("find_pairs", "select(some.high.w + 1u, NONE, some.high.w == NONE)", "NONE"),
+    ("find_pairs", "if any(all.low == vec4u(number)) || any(all.high == vec4u(number)) {", "if false {"),
+    ("find_pairs", "vec4u(all.low.w, all.high.xyz)", "vec4u(0u, all.high.xyz)"),
+    ("find_pairs", "share < nearest)", "share > nearest)"),
+    ("find_pairs", "NONE, number == NONE || are_odd(x)", "NONE, are_odd(x)"),
+    ("part_pairs", "max(contacts, contacts_of(other)), node == a", "max(contacts, contacts_of(other)), true"),
+    ("part_pairs", "max(contacts, contacts_of(other))", "contacts"),
+    ("part_pairs", "substeps[0].most_apart", "1.0"),
+    ("part_pairs", "let a = min(node, other);", "let a = node;"),
+    ("part_pairs", "if contacts == 0u {", "if false {"),
+    ("part_pairs", "let after = touch(moved, 0u);", "let after = moved;"),
+    ("part_pairs", "select(after.velocity.w, -abs(v.w), v.w < 0.0)", "after.velocity.w"),
+    ("exchange", "let is_apart = distance > 0.0;", "let is_apart = distance >= 0.0;"),
+    ("exchange", "half_missing < limit)", "half_missing > limit)"),
+    ("exchange", "select(0.0, -speed, speed < 0.0)", "-speed"),
+    ("exchange", "let lost = select(1.0,", "let lost = select(0.9999,"),
+    ("exchange", "select(0.0, left, left > 0.0)", "left"),
+    ("exchange", "mobility > 0.0), mobility > 0.0)", "true), true)"),
+    ("exchange", "select(b.restitution, a.restitution, a.restitution > b.restitution)", "a.restitution"),
+    ("measure_pairs", "min(pair_lanes[lane].y, other.y)", "other.y"),
+    (
+        "measure_pairs",
+        "node += counts.x * 256u) {\n        found",
+        "node += counts.x * 257u) {\n        found",
+    ),
     ("scale_loads", "i += 256u", "i += 257u"),
     ("scale_loads", "scales[substeps[0].first_scale + index]", "scales[index]"),
     ("bend_hinges", "const STIFFEST: f32 = 16.0;", "const STIFFEST: f32 = 17.0;"),

@@ -29,8 +29,6 @@ pub struct Work {
     pub threads: usize,
     /// Arithmetic.
     pub precision: Precision,
-    /// Whether nodes touch each other.
-    pub collides: bool,
 }
 
 /// What was decided.
@@ -49,17 +47,13 @@ impl Work {
         let all = std::thread::available_parallelism().map_or(1, usize::from);
         let useful = || all.min(usize::try_from(nodes / NODES_A_THREAD).unwrap_or(all)).max(1);
         let threads = threads.map_or_else(useful, usize::from);
-        let collides = scene.bodies.iter().any(|body| body.self_collision.is_some());
-        Self { nodes, substeps: scene.time.substeps(), threads, precision, collides }
+        Self { nodes, substeps: scene.time.substeps(), threads, precision }
     }
 
     /// Why no GPU needs to be looked for, if so.
     pub fn needs_no_gpu(&self) -> Option<String> {
         if self.precision == Precision::F64 {
             return Some("a GPU computes in f32".to_owned());
-        }
-        if self.collides {
-            return Some("self_collision is not yet on GPUs".to_owned());
         }
         let small = self.on_cpu() < FACTOR * self.on_gpu(&LEAST);
         small.then(|| "the scene is too small to gain by a GPU".to_owned())
@@ -123,7 +117,7 @@ mod tests {
     }
 
     fn work(nodes: u64) -> Work {
-        Work { nodes, substeps: 34, threads: 2, precision: Precision::F32, collides: false }
+        Work { nodes, substeps: 34, threads: 2, precision: Precision::F32 }
     }
 
     /// A large GPU: 3 µs a sub-step, 64 bytes a node at 3 TB/s.

@@ -13,7 +13,7 @@ use super::tables::{Tables, segments};
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, Hand, Lost};
 use crate::cpu::Between;
-use crate::diagnostics::FrameSums;
+use crate::diagnostics::{FrameSums, PairSums};
 use crate::plan;
 use crate::step::{self, Stage};
 use std::ops::Range;
@@ -34,6 +34,8 @@ pub struct GpuBackend {
     landings: Vec<Landing>,
     /// Whether the state of now has been sent to `landings`.
     sent: bool,
+    /// Sub-steps of the frame that is measured.
+    substeps: usize,
     mirror: OnceLock<Mirror>,
     /// Places that were changed in the mirror.
     changed: Range<usize>,
@@ -87,6 +89,7 @@ impl GpuBackend {
             segments: parts,
             landings: Vec::new(),
             sent: false,
+            substeps: 0,
             mirror: OnceLock::new(),
             changed: 0..0,
             free,
@@ -141,6 +144,7 @@ impl GpuBackend {
     fn run(&mut self, substeps: &[plan::Substep<f32>], hand: &Hand) -> Result<(), GpuError> {
         self.put_back();
         self.changed = 0..0;
+        self.substeps = substeps.len();
         let wanted = self.mirror.take().is_some();
         let mut done = 0;
         loop {
@@ -164,6 +168,7 @@ impl GpuBackend {
 
     /// Does the stages of a sub-step that are the GPU's, and measures.
     pub fn finish(&mut self, substep: &plan::Substep<f32>, hand: &Hand) -> Result<(), Lost> {
+        self.substeps = 1;
         let list = self.record(std::slice::from_ref(substep), hand, true)?;
         Ok(self.gpu.submit(&list)?)
     }
@@ -277,6 +282,13 @@ impl Backend for GpuBackend {
         for segment in &self.segments {
             sums::add(&self.gpu, segment, &mut sums)?;
         }
+        // Every sub-step searches; one that there was not has found nothing.
+        let searched = self.assembly.touching().next().is_some() && self.substeps > 0;
+        sums.pairs = if searched {
+            PairSums { searches: self.substeps as u64, ..sums.pairs }
+        } else {
+            PairSums::default()
+        };
         Ok(sums)
     }
 

@@ -17,12 +17,15 @@ pub struct Boundary {
     cpu: CpuBackend<f32>,
     gpu: GpuBackend,
     from: Stage,
+    /// Sub-steps of the last frame.
+    substeps: u64,
 }
 
 impl Boundary {
     /// Takes a scene, built twice, to both.
     pub fn new(options: &GpuOptions, [a, b]: [Assembly; 2]) -> Result<Self, String> {
-        Ok(Self { cpu: CpuBackend::new(a, 1)?, gpu: GpuBackend::new(options, b)?, from: options.from })
+        let (cpu, gpu) = (CpuBackend::new(a, 1)?, GpuBackend::new(options, b)?);
+        Ok(Self { cpu, gpu, from: options.from, substeps: 0 })
     }
 
     fn substep(&mut self, substep: &plan::Substep<f32>, hand: &Hand) -> Result<(), Lost> {
@@ -119,6 +122,7 @@ impl Stages for Order {
 impl Backend for Boundary {
     fn frame(&mut self, start: f64, hand: Hand) -> Result<(), Lost> {
         let substeps = plan::frame(self.cpu.assembly(), start);
+        self.substeps = substeps.len() as u64;
         substeps.iter().try_for_each(|substep| self.substep(substep, &hand))
     }
 
@@ -129,7 +133,10 @@ impl Backend for Boundary {
     }
 
     fn sums(&mut self) -> Result<FrameSums, Lost> {
-        self.gpu.sums()
+        let mut sums = self.gpu.sums()?;
+        // It was told of one after the other.
+        sums.pairs.searches *= self.substeps;
+        Ok(sums)
     }
 
     fn fetch(&mut self) -> Result<(), Lost> {

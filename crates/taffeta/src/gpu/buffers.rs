@@ -2,7 +2,7 @@
 
 use super::layout::{
     Chunk, Collider, Entry, Four, GROUP, Grid, Hinge, Load, Motion, NODE_SUMS, Patch, Pin, Run,
-    SUBSTEPS_SEEN, Small, Substep, Tile, VolumeGroup,
+    SUBSTEPS_SEEN, Small, Substep, Surface, Tile, VolumeGroup,
 };
 use super::patches::Patches;
 use super::tables::Tables;
@@ -27,6 +27,8 @@ pub struct Fixed {
     pub chunks: Buffer<Chunk>,
     pub corners: Buffer<u32>,
     pub volume_groups: Buffer<VolumeGroup>,
+    pub surfaces: Buffer<Surface>,
+    pub apart: Buffer<u32>,
 }
 
 /// What lasts for a sub-step.
@@ -35,6 +37,7 @@ pub struct Scratch {
     pub force: Buffer<Four>,
     pub hinge_forces: Buffer<Four>,
     pub volume_sums: Buffer<Four>,
+    pub pair_work: Buffer<u32>,
 }
 
 /// Sums, and where the host reads them.
@@ -44,11 +47,13 @@ pub struct Sums {
     pub mesh_springs: Buffer<[f32; 2]>,
     pub hinges: Buffer<f32>,
     pub volumes: Buffer<f32>,
+    pub pairs: Buffer<[u32; 2]>,
     pub read_nodes: ReadBack<f32>,
     pub read_grid_springs: ReadBack<[f32; 2]>,
     pub read_mesh_springs: ReadBack<[f32; 2]>,
     pub read_hinges: ReadBack<f32>,
     pub read_volumes: ReadBack<f32>,
+    pub read_pairs: ReadBack<[u32; 2]>,
 }
 
 /// What the sub-steps of a frame are told.
@@ -89,6 +94,8 @@ impl Fixed {
             chunks: gpu.buffer_from("chunks of triangles", &tables.chunks)?,
             corners: gpu.buffer_from("triangles", &tables.corners)?,
             volume_groups: gpu.buffer_from("groups of volumes", &tables.volume_groups)?,
+            surfaces: gpu.buffer_from("surfaces", &tables.surfaces)?,
+            apart: gpu.buffer_from("nodes that do not touch", &tables.apart)?,
         })
     }
 }
@@ -105,17 +112,20 @@ impl Sums {
         let grid_springs = tables.tiles.len().min(SUM_GROUPS);
         let mesh_springs = if tables.kinds > 0 { sum_groups(tables.len()) } else { 0 };
         let (hinges, volumes) = (sum_groups(tables.hinges.len()), tables.chunks.len());
+        let pairs = if tables.surfaces.is_empty() { 0 } else { sum_groups(tables.len()) };
         Ok(Self {
             nodes: gpu.buffer("sums over nodes", nodes)?,
             grid_springs: gpu.buffer("sums over springs of grids", grid_springs)?,
             mesh_springs: gpu.buffer("sums over springs of meshes", mesh_springs)?,
             hinges: gpu.buffer("sums over hinges", hinges)?,
             volumes: gpu.buffer("volumes", volumes)?,
+            pairs: gpu.buffer("sums over pairs", pairs)?,
             read_nodes: gpu.read_back("sums over nodes", nodes)?,
             read_grid_springs: gpu.read_back("sums over springs of grids", grid_springs)?,
             read_mesh_springs: gpu.read_back("sums over springs of meshes", mesh_springs)?,
             read_hinges: gpu.read_back("sums over hinges", hinges)?,
             read_volumes: gpu.read_back("volumes", volumes)?,
+            read_pairs: gpu.read_back("sums over pairs", pairs)?,
         })
     }
 
@@ -126,6 +136,7 @@ impl Sums {
         list.copy(&self.mesh_springs, &self.read_mesh_springs);
         list.copy(&self.hinges, &self.read_hinges);
         list.copy(&self.volumes, &self.read_volumes);
+        list.copy(&self.pairs, &self.read_pairs);
     }
 }
 

@@ -18,6 +18,8 @@ const FORMULAS: &[&str] = &[
     include_str!("../collision/shape.wgsl"),
     include_str!("substep.wgsl"),
     include_str!("../collision/contact.wgsl"),
+    include_str!("../collision/pair.wgsl"),
+    include_str!("../collision/cells.wgsl"),
     include_str!("node.wgsl"),
 ];
 
@@ -32,6 +34,8 @@ const STAGES: &[&str] = &[
     include_str!("mesh_stages.wgsl"),
     include_str!("volume.wgsl"),
     include_str!("volume_stages.wgsl"),
+    include_str!("pairs.wgsl"),
+    include_str!("pair_stages.wgsl"),
     include_str!("elements.wgsl"),
     include_str!("loads.wgsl"),
     include_str!("pins.wgsl"),

@@ -26,7 +26,8 @@ pub struct Substep {
     pub pins: u32,
     pub left: u32,
     pub first_goal: u32,
-    pub padding: [u32; 46],
+    pub most_apart: f32,
+    pub padding: [u32; 45],
 }
 
 /// Records of sub-steps that a dispatch sees: its own and those after it.
@@ -215,6 +216,34 @@ pub const WEIGHTED: u32 = 1;
 pub const RESTORED: u32 = 2;
 /// Vectors of each group in `volume_sums` of volume.wgsl.
 pub const VOLUME_PARTS: usize = 7;
+
+/// `Meeting` of pair.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Meeting {
+    pub thickness: f32,
+    pub friction: f32,
+    pub restitution: f32,
+}
+
+/// `Surface` of pairs.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Surface {
+    pub first: u32,
+    pub count: u32,
+    pub cols: u32,
+    pub high: u32,
+    pub wide: u32,
+    pub apart: u32,
+    pub meeting: Meeting,
+    pub cells_a_metre: f32,
+}
+
+/// No node, or no surface.
+pub const NONE: u32 = u32::MAX;
+/// Cells of pairs from the origin to the last layer.
+pub const FARTHEST: f32 = 65_536.0;
 
 /// Bytes of a node in a patch.
 pub const PATCH_NODE_BYTES: u32 = 28;

@@ -18,6 +18,7 @@ mod recorder;
 mod segment;
 mod sums;
 mod tables;
+mod touching;
 
 pub use backend::GpuBackend;
 pub use boundary::Boundary;

@@ -51,8 +51,17 @@ pub fn refuse_loops(gpu: &Gpu, colliders: usize) -> Result<(), String> {
     ))
 }
 
-/// Refuses to take over a scene with volumes behind the stage in which bodies are summed up.
+/// Refuses to take over a scene with volumes behind the stage in which bodies are summed up, and one whose nodes touch each
+/// other behind that in which they are found.
 pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), String> {
+    if let Some((body, _)) = assembly.touching().next().filter(|_| from > Stage::Pairs) {
+        return Err(format!(
+            "body `{}` has self_collision, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
+            body.name,
+            Stage::Pairs.name(),
+            from.name()
+        ));
+    }
     let kept = assembly.volumes().next();
     let Some((body, _)) = kept.filter(|_| from > Stage::Volumes) else { return Ok(()) };
     Err(format!(
@@ -69,7 +78,7 @@ pub fn refuse_untiled(gpu: &Gpu, segments: &[Segment]) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "the tiled kernels are for scenes of grids alone, with {} bytes of memory in a workgroup; this GPU has {}",
+        "the tiled kernels are for scenes of grids alone without self_collision, with {} bytes of memory in a workgroup; this GPU has {}",
         patches::rimmed_bytes(),
         gpu.limits().max_compute_workgroup_storage_size
     ))

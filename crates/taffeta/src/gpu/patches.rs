@@ -46,9 +46,9 @@ fn steps(tables: &Tables, colliders: usize) -> usize {
 
 impl Patches {
     /// Each body whole, if all have room, for as many sub-steps as can be taken at once; `None` where that is one,
-    /// or where volumes are kept: sums over a body are no part of a patch.
+    /// or where volumes are kept or nodes touch each other: sums over a body, and other bodies, are no part of a patch.
     pub fn whole(tables: &Tables, room: u32, colliders: usize) -> Option<Self> {
-        if !tables.volume_groups.is_empty() {
+        if !tables.volume_groups.is_empty() || !tables.surfaces.is_empty() {
             return None;
         }
         let nodes = |grid: &Grid| (grid.rows * grid.cols) as u32;
@@ -66,10 +66,12 @@ impl Patches {
         })
     }
 
-    /// Squares of grids with a rim, if there are only grids.
+    /// Squares of grids with a rim, if there are only grids, and none that touch.
     pub fn rimmed(tables: &Tables, room: u32) -> Option<Self> {
         let rim = 2 * RIMMED_STEPS as i32;
-        let fits = tables.meshes.is_empty() && rimmed_bytes() <= room * PATCH_NODE_BYTES;
+        let fits = tables.meshes.is_empty()
+            && tables.surfaces.is_empty()
+            && rimmed_bytes() <= room * PATCH_NODE_BYTES;
         fits.then(|| Self {
             grids: Self::squares(&tables.grids, rim),
             meshes: Vec::new(),

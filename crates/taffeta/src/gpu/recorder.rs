@@ -141,12 +141,20 @@ impl Stages for Recorder<'_> {
         self.alone(Stage::Pins, substep);
     }
 
-    /// Scenes in which nodes touch each other are refused.
     fn collides(&self) -> bool {
-        false
+        !self.segment.tables.surfaces.is_empty() && self.from <= Stage::Pairs
     }
 
-    fn pairs(&mut self, _: &usize, _: impl Fn(&mut Listed)) {}
+    /// The state after the sub-step is read, and written anew where that before it was.
+    fn pairs(&mut self, &substep: &usize, _: impl Fn(&mut Listed)) {
+        self.list.stage("pairs");
+        self.segment.current = 1 - self.segment.current;
+        let (buckets, places) = (self.segment.tables.buckets(), self.segment.tables.place_groups());
+        self.dispatch("clear_cells", substep, buckets.div_ceil(GROUP));
+        self.dispatch("fill_cells", substep, places);
+        self.dispatch("find_pairs", substep, places);
+        self.dispatch("part_pairs", substep, places);
+    }
 
     /// A round. Nothing is read back, so that all rounds are written down; on volumes that are restored they do nothing.
     fn project(&mut self, &substep: &usize, _: impl Fn(&mut Listed)) -> bool {
@@ -263,12 +271,13 @@ impl Recorder<'_> {
         // A row for each workgroup.
         let nodes = sums.nodes.len() / NODE_SUMS;
         let (tiles, meshes) = (sums.grid_springs.len(), sums.mesh_springs.len());
-        let (hinges, chunks) = (sums.hinges.len(), sums.volumes.len());
+        let (hinges, chunks, pairs) = (sums.hinges.len(), sums.volumes.len(), sums.pairs.len());
         self.dispatch("measure_nodes", 0, nodes);
         self.dispatch("measure_grid_springs", 0, tiles);
         self.dispatch("measure_mesh_springs", 0, meshes);
         self.dispatch("measure_hinges", 0, hinges);
         self.dispatch("measure_volumes", 0, chunks);
+        self.dispatch("measure_pairs", 0, pairs);
         self.segment.sums.copy(self.list);
     }
 }

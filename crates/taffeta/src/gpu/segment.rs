@@ -11,6 +11,7 @@ use super::patches::{self, Patches};
 use super::tables::Tables;
 use crate::assembly::Assembly;
 use crate::backend::Hand;
+use crate::collision::pair;
 use crate::plan;
 use std::collections::HashMap;
 use std::num::NonZeroU64;
@@ -106,6 +107,7 @@ impl Segment {
             force: forces,
             volume_sums: gpu.buffer("sums of volumes", VOLUME_PARTS * tables.volume_groups.len())?,
             hinge_forces: gpu.buffer("forces of hinges", 4 * tables.hinges.len())?,
+            pair_work: gpu.buffer("lists of nodes that touch", tables.pair_words())?,
         };
         let sums = Sums::new(gpu, &tables)?;
         let told = Told::new(gpu, &tables)?;
@@ -113,6 +115,7 @@ impl Segment {
         tables.runs = Vec::new();
         tables.corners = Vec::new();
         tables.weights = Vec::new();
+        tables.apart = Vec::new();
         tables.elements.items = Vec::new();
         Ok(Self {
             gpu: gpu.clone(),
@@ -195,7 +198,8 @@ impl Segment {
             pins: pins.len() as u32,
             left: (substeps.len() - index) as u32,
             first_goal: (index * kept.len()) as u32,
-            padding: [0; 46],
+            most_apart: pair::most_apart(f64::from(s.h)) as f32,
+            padding: [0; 45],
         };
         let records: Vec<Substep> = substeps.iter().enumerate().map(record).collect();
         let counts = Counts { hand_forces: forces.len(), pins: pins.len() };
@@ -295,7 +299,7 @@ impl Segment {
         let (fixed, scratch, sums, told) = (&self.fixed, &self.scratch, &self.sums, &self.told);
         let [old, new] = [&self.states[from], &self.states[1 - from]];
         let seen = Seen(&told.substeps);
-        let buffers: [(&str, &dyn Bindable); 34] = [
+        let buffers: [(&str, &dyn Bindable); 39] = [
             ("substeps", &seen),
             ("colliders", &told.colliders),
             ("motions", &told.motions),
@@ -316,6 +320,8 @@ impl Segment {
             ("chunks", &fixed.chunks),
             ("corners", &fixed.corners),
             ("volume_groups", &fixed.volume_groups),
+            ("surfaces", &fixed.surfaces),
+            ("apart", &fixed.apart),
             ("old_position", &old.position),
             ("old_velocity", &old.velocity),
             ("new_position", &new.position),
@@ -325,11 +331,14 @@ impl Segment {
             ("load", &scratch.force),
             ("hinge_forces", &scratch.hinge_forces),
             ("volume_sums", &scratch.volume_sums),
+            ("linked", &scratch.pair_work),
+            ("pair_work", &scratch.pair_work),
             ("node_sums", &sums.nodes),
             ("grid_spring_sums", &sums.grid_springs),
             ("mesh_spring_sums", &sums.mesh_springs),
             ("hinge_sums", &sums.hinges),
             ("volumes", &sums.volumes),
+            ("pair_sums", &sums.pairs),
         ];
         let of_paper = self.paper.as_ref().map_or_else(Vec::new, Paper::buffers);
         kernel.bind(&self.gpu, &[&buffers[..], &of_paper].concat())

@@ -27,7 +27,9 @@ struct Substep {
     /// Sub-steps that were handed over with it, from this one on.
     left: u32,
     /// Volumes to keep, or pressures, at its end, from here on.
-    @size(188) first_goal: u32,
+    first_goal: u32,
+    /// Longest way apart of nodes that touch each other, by the thickness.
+    @size(184) most_apart: f32,
 }
 
 /// The sub-step of this dispatch, and those after it.

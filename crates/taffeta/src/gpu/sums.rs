@@ -39,5 +39,11 @@ pub fn add(gpu: &Gpu, segment: &Segment, sums: &mut FrameSums) -> Result<(), Gpu
     for (&volume, &body) in numbers.iter().zip(&segment.tables.chunk_bodies) {
         *sums.volumes[body].get_or_insert(0.0) += f64::from(volume);
     }
+    let mut contacts = Vec::new();
+    read.read_pairs.take(gpu, &mut contacts)?;
+    // Both nodes of a pair count it.
+    sums.pairs.pairs += contacts.iter().map(|&[count, _]| u64::from(count)).sum::<u64>() / 2;
+    let nearest = contacts.iter().map(|&[_, share]| f64::from(f32::from_bits(share)).sqrt());
+    sums.pairs.nearest = nearest.fold(sums.pairs.nearest, f64::min);
     Ok(())
 }

@@ -2,8 +2,9 @@
 
 use super::layout::{
     Along, Chunk, Entry, FORCE, Four, GROUP, Grid, Hinge, IS_LOAD, IS_RING, Load, NOT_A_MESH, Pin, RESTORED,
-    Run, Small, TILE, TORQUE, Tile, VolumeGroup, WEIGHTED,
+    Run, Small, Surface, TILE, TORQUE, Tile, VolumeGroup, WEIGHTED,
 };
+use super::touching;
 use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections, LoadKind};
 use crate::topology::{Csr, LANES, SpringKind};
 use std::ops::Range;
@@ -31,6 +32,10 @@ pub struct Tables {
     pub weights: Vec<f32>,
     /// Which of the scene's volumes are theirs.
     pub volume_numbers: Vec<usize>,
+    /// Bodies whose nodes touch others.
+    pub surfaces: Vec<Surface>,
+    /// Which places are theirs, and which of their nodes do not touch.
+    pub apart: Vec<u32>,
     pub hinges: Vec<Hinge>,
     pub loads: Vec<Load>,
     pub load_nodes: Vec<u32>,
@@ -60,18 +65,12 @@ fn largest_array(body: &BodyAssembly) -> (u64, &'static str) {
         ((body.hinges.len() * 4 * size_of::<Four>()) as u64, "forces of hinges"),
         ((body.closed_triangles.len() * 12) as u64, "triangles"),
     ];
-    arrays.into_iter().max_by_key(|array| array.0).unwrap_or_default()
+    arrays.into_iter().chain(touching::arrays(body)).max_by_key(|array| array.0).unwrap_or_default()
 }
 
 /// Bodies that go together, so that none of their arrays is larger than `limit` bytes; the error names the body that
 /// does not fit even alone.
 pub fn segments(assembly: &Assembly, limit: u64) -> Result<Vec<Range<usize>>, String> {
-    if let Some((body, _)) = assembly.touching().next() {
-        return Err(format!(
-            "body `{}` has self_collision, which is not yet on GPUs; --backend cpu would do",
-            body.name
-        ));
-    }
     let mut segments: Vec<Range<usize>> = Vec::new();
     let mut taken = 0;
     for (index, body) in assembly.bodies.iter().enumerate() {
@@ -94,6 +93,7 @@ pub fn segments(assembly: &Assembly, limit: u64) -> Result<Vec<Range<usize>>, St
             }
         }
     }
+    touching::check_together(assembly, &segments, limit)?;
     Ok(segments)
 }
 
@@ -115,6 +115,7 @@ impl Tables {
             tables.add_volume(index, body);
         }
         tables.keep_volumes(assembly, chosen);
+        tables.add_surfaces(chosen)?;
         tables.add_loads(assembly);
         tables.add_pins(assembly);
         tables.list_elements();
@@ -127,7 +128,7 @@ impl Tables {
     }
 
     /// A place's number in the segment.
-    fn local(&self, node: usize) -> u32 {
+    pub(super) fn local(&self, node: usize) -> u32 {
         (node - self.places.start) as u32
     }
 

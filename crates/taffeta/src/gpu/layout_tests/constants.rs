@@ -7,8 +7,8 @@ use crate::constraints::volume::{FEW, FLAT, Form};
 use crate::cpu::ROUNDS;
 use crate::forces::hinge::STIFFEST;
 use crate::gpu::layout::{
-    BY_HAND, Collider, FORCE, GROUP, IS_LOAD, IS_RING, NODE_SUMS, NOT_A_MESH, OWN, PATCH_NODE_BYTES,
-    RESTORED, TILE, TORQUE, VOLUME_PARTS, WEIGHTED,
+    BY_HAND, Collider, FARTHEST, FORCE, GROUP, IS_LOAD, IS_RING, NODE_SUMS, NONE, NOT_A_MESH, OWN,
+    PATCH_NODE_BYTES, RESTORED, TILE, TORQUE, VOLUME_PARTS, WEIGHTED,
 };
 use crate::real::Real;
 use crate::topology::LANES;
@@ -65,6 +65,8 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("FEW", f64::from(FEW as f32)),
         ("PROJECTED", f64::from(<f32 as Real>::PROJECTED)),
         ("LANES", LANES as f64),
+        ("NONE", f64::from(NONE)),
+        ("FARTHEST", f64::from(FARTHEST)),
         ("OWN", OWN as f64),
         ("NUMBERS_A_NODE", f64::from(PATCH_NODE_BYTES / 4)),
         ("TILE_COLS", TILE[1] as f64),

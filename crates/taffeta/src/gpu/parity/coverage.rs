@@ -1,12 +1,13 @@
 //! That the states of the rows have nodes and elements on both sides of what kernels branch on, and on it.
 
 use super::fixture::{Fixture, SUBSTEP};
+use super::pairs::Work;
 use super::scene::FLOOR;
 use crate::backend::Backend;
 use crate::collision::contact::leave_both;
 use crate::constraints::volume::Form;
 use crate::forces::hinge;
-use crate::gpu::layout::{GROUP, IS_RING, NOT_A_MESH, RESTORED, WEIGHTED};
+use crate::gpu::layout::{GROUP, IS_RING, NOT_A_MESH, RESTORED, Surface, WEIGHTED};
 use crate::real::{dot, norm, scale, sub};
 use crate::topology::LANES;
 use std::collections::BTreeMap;
@@ -229,5 +230,41 @@ fn bodies_that_keep_their_volume_are_of_all_sorts() {
     }
     count.note("a mesh without a volume", !tables.meshes.is_empty());
     count.note("a grid", !tables.grids.is_empty());
+    count.check();
+}
+
+#[test]
+fn nodes_touch_each_other_in_all_sorts_of_ways() {
+    let mut count = Count::default();
+    let fixture = Fixture::with_pairs(21, true).expect("a fixture");
+    let work = Work::new(&fixture);
+    let surface = |node: usize| {
+        let is_of = |one: &&Surface| (one.first..one.first + one.count).contains(&(node as u32));
+        fixture.tables.surfaces.iter().find(is_of)
+    };
+    for (node, contacts) in work.contacts.iter().enumerate() {
+        let (x, nearest) = (fixture.new.position[node], work.nearest[node]);
+        let free = x[3] > 0.0;
+        count.note("none", contacts.is_empty() && surface(node).is_some());
+        count.note("one alone", contacts.len() == 1);
+        count.note("exactly eight", contacts.len() == 8);
+        count.note("more than sixteen", contacts.len() > 16);
+        count.note("at one place", nearest == 0.0);
+        count.note("a hair nearer than it is kept", nearest > 0.99999 && nearest < 1.0);
+        count.note("beyond the last layer", x[0] > 4e3 && !contacts.is_empty());
+        count.note("no number", x[..3].iter().any(|x| x.is_nan()) && surface(node).is_some());
+        count.note("a place without a surface", surface(node).is_none() && fixture.is_node[node]);
+        let Some(own) = surface(node) else { continue };
+        for &other in contacts {
+            let is_held = fixture.new.position[other as usize][3] == 0.0;
+            count.note("both held", !free && is_held);
+            count.note("one held", free && is_held);
+            count.note("one of a grid, far along it", own.cols > 0 && surface(other as usize) == Some(own));
+            count.note("one of a mesh, far along it", own.cols == 0 && surface(other as usize) == Some(own));
+            count.note("another body", surface(other as usize) != Some(own));
+        }
+    }
+    let distant = fixture.tables.surfaces.iter().filter(|surface| surface.high > 2 || surface.wide > 2);
+    count.note("wide neighbourhoods", distant.count() > 0);
     count.check();
 }

@@ -2,9 +2,10 @@
 //! on; with it the CPU's backend and the arrays that kernels are bound to.
 
 use super::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene};
-use super::volume_scene;
+use super::{pair_scene, volume_scene};
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Hand};
+use crate::collision::pair;
 use crate::cpu::{Between, CpuBackend};
 use crate::gpu::layout::{BY_HAND, Collider, Four, Motion, Pin, Substep, VOLUME_PARTS};
 use crate::gpu::tables::Tables;
@@ -129,6 +130,36 @@ impl Fixture {
         Ok(fixture)
     }
 
+    /// Bodies that touch each other: crowded, here and there exactly as far apart as they touch, and far out.
+    pub fn with_pairs(seed: u64, exact: bool) -> Result<Self, String> {
+        let mut chance = Chance::new(seed);
+        let assembly = pair_scene::assembly()?;
+        let tables = Tables::new(&assembly, 0..assembly.bodies.len())?;
+        let mut is_node = vec![false; assembly.places];
+        for body in &assembly.bodies {
+            is_node[body.first..body.first + body.nodes].fill(true);
+        }
+        let substeps = plan::frame(&assembly, 0.0);
+        let cpu = CpuBackend::<f32>::new(assembly, 1)?;
+        let state = |chance: &mut Chance| {
+            let mut state = State::default();
+            for (place, (&[.., w], &[.., mass])) in tables.position.iter().zip(&tables.velocity).enumerate() {
+                let ([x, y, z], [u, v, t]) = (chance.three(pair_scene::ROOM), chance.three(1.3));
+                state.position.push([x, y, z, w]);
+                state.velocity.push([u, v, t, if place % 7 == 3 { -mass } else { mass }]);
+            }
+            state
+        };
+        let (old, mut new) = (state(&mut chance), state(&mut chance));
+        pair_scene::put_awkward(&mut new.position, &cpu.assembly().bodies, exact);
+        let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
+        let pins = Vec::new();
+        let mut fixture =
+            Self { cpu, tables, substeps, hand: Hand::default(), old, new, force, is_node, pins };
+        fixture.put_old();
+        Ok(fixture)
+    }
+
     /// Hands the state before the sub-step to the CPU.
     fn put_old(&mut self) {
         for (place, (x, v)) in self.old.position.iter().zip(&self.old.velocity).enumerate() {
@@ -238,7 +269,8 @@ impl Fixture {
             pins: self.pins.len() as u32,
             left: (self.substeps.len() - index) as u32,
             first_goal: sum(&|s| s.goals.len(), index),
-            padding: [0; 46],
+            most_apart: pair::most_apart(f64::from(substep.h)) as f32,
+            padding: [0; 45],
         };
         self.substeps.iter().enumerate().map(record).collect()
     }

@@ -4,6 +4,7 @@ use super::bench::{Bench, Given};
 use super::fixture::{Arrays, Chance, words};
 use super::{Row, Tolerance};
 use crate::collision::contact::{NARROW, leave_both, respond};
+use crate::collision::pair::{self, Meeting};
 use crate::collision::shape::{ColliderNow, PlaneNow, ShapeNow, SphereNow, Touching};
 use crate::constraints::volume::{self, FLAT, Form};
 use crate::forces::{external, hinge, spring};
@@ -71,6 +72,10 @@ pub const ROWS: &[Row] = &[
     row("solve_symmetric", Tolerance::new(0.0, 4096.0, NEAR), |bench| {
         let cases = tensors(bench.exact);
         formula(bench, 9, &cases, solution)
+    }),
+    row("exchange", Tolerance::new(0.0, 64.0, NEAR), |bench| {
+        let cases = exchanges(bench.exact);
+        formula(bench, 10, &cases, exchange)
     }),
     row("euler", Tolerance::new(0.0, 8.0, SAME), |bench| {
         let cases = by_chance(7, 300);
@@ -427,4 +432,28 @@ fn tensors(exact: bool) -> Vec<Case> {
 
 fn solution(case: &Case) -> Answer {
     [vector(volume::solve(case.a, case.b, case.c), 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
+}
+
+/// Coming, leaving and neither; slipping as fast as friction can stop, and a hair faster and slower; at one place, at the
+/// distance that is kept, and parting as fast as that; held on both sides.
+fn exchanges(exact: bool) -> Vec<Case> {
+    let positive = |case: Case| Case { c: case.c.map(f32::abs), d: case.d.map(f32::abs), ..case };
+    let cases: Vec<Case> = by_chance(15, 400).into_iter().map(positive).collect();
+    // Impulse (1 + 1/4) · 2 = 5/2, of which friction can take half.
+    let still = Case { a: [0.0, 0.25, 0.0], c: [0.5, 0.5, 0.25], s: 0.5, t: 0.0625, u: 0.25, ..cases[0] };
+    let slips = [0.0, 1.25_f32.next_down(), 1.25, 1.25_f32.next_up(), 3.0];
+    let mut awkward = vec![Case { a: [0.0; 3], ..still }, Case { s: 0.0, ..still }];
+    for speed in [-2.0, -1e-30, 0.0, 1e-30, 2.0] {
+        awkward.extend(slips.map(|slip| Case { b: [slip, speed, 0.0], ..still }));
+    }
+    awkward.extend([0.5, 0.6, 0.375, 0.374, 1e-15].map(|y| Case { a: [0.0, y, 0.0], ..still }));
+    with_awkward(cases, exact, awkward)
+}
+
+fn exchange(case: &Case) -> Answer {
+    let meeting = |[thickness, friction, restitution]: [f32; 3]| Meeting { thickness, friction, restitution };
+    let done = pair::exchange(case.a, case.b, case.s, &meeting(case.c), (case.t, case.u));
+    let met = pair::meeting(&meeting(case.c), &meeting(case.d));
+    let met = [met.thickness, met.friction, met.restitution];
+    [vector(done.impulse, 0.0), vector(done.shift, 0.0), vector(met, 0.0), [0.0; 4]]
 }

@@ -76,6 +76,15 @@ fn answer(case_of: Case) -> Answer {
         case 9u: {
             return one_vector(solve_symmetric(a, b, case_of.c), 0.0);
         }
+        case 10u: {
+            let meeting = Meeting(case_of.c.x, case_of.c.y, case_of.c.z);
+            let done = exchange(a, b, case_of.s, meeting, case_of.t, case_of.u);
+            let met = meeting_of(meeting, Meeting(case_of.d.x, case_of.d.y, case_of.d.z));
+            return Answer(
+                vec4f(done.impulse, 0.0), vec4f(done.shift, 0.0),
+                vec4f(met.thickness, met.friction, met.restitution, 0.0), vec4f(0.0),
+            );
+        }
         default: {
             let v = new_velocity_of(a, b, case_of.s, case_of.c, case_of.t);
             return Answer(vec4f(v, 0.0), vec4f(new_position_of(case_of.d, v, case_of.t), 0.0), vec4f(0.0), vec4f(0.0));

@@ -9,6 +9,8 @@ mod elements;
 mod fixture;
 mod formulas;
 mod measure;
+mod pair_scene;
+mod pairs;
 mod particles;
 mod scene;
 mod volume_scene;
@@ -109,7 +111,7 @@ impl Row {
 
 /// All rows.
 pub fn rows() -> Vec<Row> {
-    [particles::ROWS, volumes::ROWS, elements::ROWS, measure::ROWS, formulas::ROWS].concat()
+    [particles::ROWS, volumes::ROWS, pairs::ROWS, elements::ROWS, measure::ROWS, formulas::ROWS].concat()
 }
 
 /// The entry points that naga finds in the sources of the kernels.

@@ -1,0 +1,161 @@
+// The kernels of nodes that touch each other. They read the state after the sub-step, and the last one writes it anew.
+
+/// Empties all buckets.
+@compute @workgroup_size(256)
+fn clear_cells(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let bucket = node_of(id, counts, lane);
+    if bucket < buckets_in(arrayLength(&pair_work)) {
+        pair_work[bucket] = NONE;
+    }
+}
+
+/// Links each node into the list of its bucket. One that is no number touches none.
+@compute @workgroup_size(256)
+fn fill_cells(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let node = node_of(id, counts, lane);
+    if node >= arrayLength(&old_position) {
+        return;
+    }
+    let number = surface_number(node);
+    let x = position_of(node);
+    if number == NONE || are_odd(x) {
+        return;
+    }
+    let buckets = buckets_in(arrayLength(&linked));
+    let cell = cell_at(x, surfaces[number].cells_a_metre);
+    let bucket = (row_of_cells(cell.y, cell.z) + bitcast<u32>(cell.x)) & (buckets - 1u);
+    let next = atomicExchange(&linked[bucket], node);
+    atomicStore(&linked[buckets + node], next);
+}
+
+/// Counts the contacts of each place, and finds the nearest.
+@compute @workgroup_size(256)
+fn find_pairs(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let places = arrayLength(&old_position);
+    let node = node_of(id, counts, lane);
+    if node >= places {
+        return;
+    }
+    let number = surface_number(node);
+    let x = position_of(node);
+    var count = 0u;
+    var nearest = FAR;
+    var least = select(0u, NONE, number == NONE || are_odd(x));
+    while least != NONE {
+        let some = contacts_from(node, number, x, least);
+        for (var i = 0u; i < 8u && number_in(some, i) != NONE; i++) {
+            let other = number_in(some, i);
+            let d = x - position_of(other);
+            let reach = reach_of(surfaces[number], surfaces[surface_number(other)]);
+            let share = dot3(d, d) / (reach * reach);
+            nearest = select(nearest, share, share < nearest);
+            count++;
+        }
+        least = select(some.high.w + 1u, NONE, some.high.w == NONE);
+    }
+    let buckets = buckets_in(arrayLength(&pair_work));
+    pair_work[buckets + places + node] = count;
+    pair_work[buckets + 2u * places + node] = bitcast<u32>(nearest);
+}
+
+/// Contacts of a place.
+fn contacts_of(node: u32) -> u32 {
+    let places = arrayLength(&old_position);
+    return pair_work[buckets_in(arrayLength(&pair_work)) + places + node];
+}
+
+/// What a node gets from another that it touches.
+fn part_from(node: u32, number: u32, contacts: u32, other: u32) -> Exchange {
+    let a = min(node, other);
+    let b = max(node, other);
+    let meeting = meeting_of(surfaces[number].meeting, surfaces[surface_number(other)].meeting);
+    let mobility = old_position[a].w + old_position[b].w;
+    let done = exchange(
+        position_of(a) - position_of(b), velocity_of(a) - velocity_of(b), mobility, meeting,
+        substeps[0].h, substeps[0].most_apart,
+    );
+    let share = share_of_pair(max(contacts, contacts_of(other)), node == a);
+    return Exchange(done.impulse * share, done.shift * share);
+}
+
+/// Gives nodes that touch each other their new velocities and places, and keeps them out of colliders again; the others stay
+/// as they are.
+@compute @workgroup_size(256)
+fn part_pairs(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let node = node_of(id, counts, lane);
+    if node >= arrayLength(&old_position) {
+        return;
+    }
+    let x = old_position[node];
+    let v = old_velocity[node];
+    let contacts = contacts_of(node);
+    if contacts == 0u {
+        new_position[node] = x;
+        new_velocity[node] = v;
+        return;
+    }
+    let number = surface_number(node);
+    var sum = Exchange(vec3f(0.0), vec3f(0.0));
+    var least = 0u;
+    while least != NONE {
+        let some = contacts_from(node, number, x.xyz, least);
+        for (var i = 0u; i < 8u && number_in(some, i) != NONE; i++) {
+            let one = part_from(node, number, contacts, number_in(some, i));
+            sum = Exchange(sum.impulse + one.impulse, sum.shift + one.shift);
+        }
+        least = select(some.high.w + 1u, NONE, some.high.w == NONE);
+    }
+    let moved = Node(vec4f(x.xyz + sum.shift * x.w, x.w), vec4f(v.xyz + sum.impulse * x.w, abs(v.w)));
+    let after = touch(moved, 0u);
+    // Who has touched stays one who has.
+    let mass = select(after.velocity.w, -abs(v.w), v.w < 0.0);
+    new_position[node] = after.position;
+    new_velocity[node] = vec4f(after.velocity.xyz, mass);
+}
+
+/// Of each workgroup over nodes: contacts, and the least squared distance by that which is kept, as bits.
+@group(3) @binding(19) var<storage, read_write> pair_sums: array<vec2u>;
+
+var<workgroup> pair_lanes: array<vec2u, 256>;
+
+@compute @workgroup_size(256)
+fn measure_pairs(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let places = arrayLength(&old_position);
+    let first = buckets_in(arrayLength(&pair_work)) + places;
+    // Bits of numbers above 0 are in the order of the numbers.
+    var found = vec2u(0u, bitcast<u32>(FAR));
+    for (var node = id.x * 256u + lane; node < places; node += counts.x * 256u) {
+        found = vec2u(found.x + pair_work[first + node], min(found.y, pair_work[first + places + node]));
+    }
+    pair_lanes[lane] = found;
+    for (var half = 128u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if lane < half {
+            let other = pair_lanes[lane + half];
+            pair_lanes[lane] = vec2u(pair_lanes[lane].x + other.x, min(pair_lanes[lane].y, other.y));
+        }
+    }
+    if lane == 0u {
+        pair_sums[id.x] = pair_lanes[0];
+    }
+}

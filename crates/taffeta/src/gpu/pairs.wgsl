@@ -1,0 +1,134 @@
+// Nodes that touch each other: their surfaces, and who is near whom. A node is linked into the list of its bucket; lists
+// have room for any number, in any order. Contacts of a node are taken in the order of their numbers, eight at a time, so
+// that nothing depends on who was linked first.
+
+/// How the nodes of a body touch others.
+struct Surface {
+    /// Its first node, and how many it has.
+    first: u32,
+    count: u32,
+    /// Columns of a grid; 0: a mesh.
+    cols: u32,
+    /// Rows and columns, at most, from a node of a grid to one that it does not touch.
+    high: u32,
+    wide: u32,
+    /// Where in `apart` it says which of its nodes do not touch: for a grid a bit for each way, row by row; for a mesh where
+    /// the list of each node begins, and the end; then the lists, which ascend.
+    apart: u32,
+    meeting: Meeting,
+    cells_a_metre: f32,
+}
+
+/// No node, no surface.
+const NONE: u32 = 0xffffffffu;
+
+@group(1) @binding(18) var<storage, read> surfaces: array<Surface>;
+/// The surface of each slice of 16 places; then nodes that do not touch.
+@group(1) @binding(19) var<storage, read> apart: array<u32>;
+/// The first node of each bucket, and the next one of each place; behind them what `pair_work` has.
+@group(3) @binding(17) var<storage, read_write> linked: array<atomic<u32>>;
+/// The same; then contacts of each place, and its least squared distance by that which is kept, as bits.
+@group(3) @binding(18) var<storage, read_write> pair_work: array<u32>;
+
+/// The surface of a place.
+fn surface_number(place: u32) -> u32 {
+    let number = apart[place / LANES];
+    if number == NONE || place - surfaces[number].first >= surfaces[number].count {
+        return NONE;
+    }
+    return number;
+}
+
+/// Number of buckets, a power of two, where lists, contacts and distances of all places lie behind them.
+fn buckets_in(length: u32) -> u32 {
+    return length - 3u * arrayLength(&old_position);
+}
+
+/// Whether two nodes of a surface are too near along it to touch.
+fn are_neighbours(surface: Surface, a: u32, b: u32) -> bool {
+    if surface.cols > 0u {
+        let row = i32(b / surface.cols) - i32(a / surface.cols) + i32(surface.high);
+        let col = i32(b % surface.cols) - i32(a % surface.cols) + i32(surface.wide);
+        let rows = 2 * i32(surface.high) + 1;
+        let cols = 2 * i32(surface.wide) + 1;
+        if row < 0 || row >= rows || col < 0 || col >= cols {
+            return false;
+        }
+        let bit = u32(row * cols + col);
+        return ((apart[surface.apart + bit / 32u] >> (bit % 32u)) & 1u) != 0u;
+    }
+    let lists = surface.apart + surface.count + 1u;
+    let end = apart[surface.apart + a + 1u];
+    var low = apart[surface.apart + a];
+    var high = end;
+    while low < high {
+        let middle = (low + high) / 2u;
+        if apart[lists + middle] < b {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    return low < end && apart[lists + low] == b;
+}
+
+/// Distance at which a node of one surface touches one of another [m].
+fn reach_of(a: Surface, b: Surface) -> f32 {
+    return a.meeting.thickness * 0.5 + b.meeting.thickness * 0.5;
+}
+
+/// Whether a node at `x` of surface `number` touches another node.
+fn is_contact(node: u32, number: u32, x: vec3f, other: u32) -> bool {
+    let its = surface_number(other);
+    let d = x - position_of(other);
+    let reach = reach_of(surfaces[number], surfaces[its]);
+    if other == node || !(dot3(d, d) < reach * reach) {
+        return false;
+    }
+    let first = surfaces[number].first;
+    return its != number || !are_neighbours(surfaces[number], node - first, other - first);
+}
+
+/// Some numbers of nodes, ascending; NONE past the last.
+struct Eight {
+    low: vec4u,
+    high: vec4u,
+}
+
+/// Adds a number that is not yet there; the greatest leaves.
+fn insert(all: Eight, number: u32) -> Eight {
+    if any(all.low == vec4u(number)) || any(all.high == vec4u(number)) {
+        return all;
+    }
+    return Eight(
+        max(vec4u(0u, all.low.xyz), min(all.low, vec4u(number))),
+        max(vec4u(all.low.w, all.high.xyz), min(all.high, vec4u(number))),
+    );
+}
+
+fn number_in(all: Eight, i: u32) -> u32 {
+    if i < 4u {
+        return all.low[i];
+    }
+    return all.high[i - 4u];
+}
+
+/// The first eight nodes from `least` on that a node at `x` of surface `number` touches.
+fn contacts_from(node: u32, number: u32, x: vec3f, least: u32) -> Eight {
+    var found = Eight(vec4u(NONE), vec4u(NONE));
+    let buckets = buckets_in(arrayLength(&pair_work));
+    let cell = cell_at(x, surfaces[number].cells_a_metre);
+    for (var row = 0u; row < 9u; row++) {
+        let first = first_around(cell, row);
+        for (var i = 0u; i < 3u; i++) {
+            var other = pair_work[(first + i) & (buckets - 1u)];
+            while other != NONE {
+                if other >= least && is_contact(node, number, x, other) {
+                    found = insert(found, other);
+                }
+                other = pair_work[buckets + other];
+            }
+        }
+    }
+    return found;
+}
