@@ -46,8 +46,8 @@ pub fn checks() -> Vec<Check> {
     let flags = [single, several, GpuKernels::Tiled].map(check(flag, 20));
     let others =
         [single, several].map(check(drape, 20)).into_iter().chain([single, several].map(check(hinged, 20)));
-    let kept = check(kept, 20)(several);
-    flags.into_iter().chain(others).chain([kept]).collect()
+    let (kept, touching) = (check(kept, 20)(several), check(touching, 10)(several));
+    flags.into_iter().chain(others).chain([kept, touching]).collect()
 }
 
 fn sheet(rows: u32, cols: u32, size: [f64; 2]) -> Body {
@@ -99,6 +99,16 @@ fn kept() -> Scene {
         .body(ball("projected", 1.0, form(VolumeForm::Projected)))
         .body(ball("weighted", 2.0, Volume { weights: Some(weights), ..form(VolumeForm::Corrected) }))
         .collider(Collider::plane([0.0; 3], [0.02, 1.0, 0.0]).friction(0.3))
+        .time(1.0 / 60.0, 1e-3)
+}
+
+/// A sheet that falls onto one that is held at its edges.
+fn touching() -> Scene {
+    let low = sheet(24, 24, [0.6, 0.6]).collide(0.03);
+    let high = Body { name: "high".to_owned(), ..sheet(20, 20, [0.45, 0.45]) }.collide(0.025);
+    Scene::new("sheets that touch")
+        .body(low.pin(Select::cols(0, 0)).pin(Select::cols(23, 23)))
+        .body(high.at([0.007, 0.03, 0.011]))
         .time(1.0 / 60.0, 1e-3)
 }
 

@@ -55,7 +55,7 @@ fn find_pairs(
     var least = select(0u, NONE, number == NONE || are_odd(x));
     while least != NONE {
         let some = contacts_from(node, number, x, least);
-        for (var i = 0u; i < 8u && number_in(some, i) != NONE; i++) {
+        for (var i = 0u; i < 16u && number_in(some, i) != NONE; i++) {
             let other = number_in(some, i);
             let d = x - position_of(other);
             let reach = reach_of(surfaces[number], surfaces[surface_number(other)]);
@@ -63,7 +63,7 @@ fn find_pairs(
             nearest = select(nearest, share, share < nearest);
             count++;
         }
-        least = select(some.high.w + 1u, NONE, some.high.w == NONE);
+        least = select(some.d.w + 1u, NONE, some.d.w == NONE);
     }
     let buckets = buckets_in(arrayLength(&pair_work));
     pair_work[buckets + places + node] = count;
@@ -115,11 +115,11 @@ fn part_pairs(
     var least = 0u;
     while least != NONE {
         let some = contacts_from(node, number, x.xyz, least);
-        for (var i = 0u; i < 8u && number_in(some, i) != NONE; i++) {
+        for (var i = 0u; i < 16u && number_in(some, i) != NONE; i++) {
             let one = part_from(node, number, contacts, number_in(some, i));
             sum = Exchange(sum.impulse + one.impulse, sum.shift + one.shift);
         }
-        least = select(some.high.w + 1u, NONE, some.high.w == NONE);
+        least = select(some.d.w + 1u, NONE, some.d.w == NONE);
     }
     let moved = Node(vec4f(x.xyz + sum.shift * x.w, x.w), vec4f(v.xyz + sum.impulse * x.w, abs(v.w)));
     let after = touch(moved, 0u);

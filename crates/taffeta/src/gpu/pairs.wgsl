@@ -1,5 +1,5 @@
 // Nodes that touch each other: their surfaces, and who is near whom. A node is linked into the list of its bucket; lists
-// have room for any number, in any order. Contacts of a node are taken in the order of their numbers, eight at a time, so
+// have room for any number, in any order. Contacts of a node are taken in the order of their numbers, sixteen at a time, so
 // that nothing depends on who was linked first.
 
 /// How the nodes of a body touch others.
@@ -44,6 +44,14 @@ fn buckets_in(length: u32) -> u32 {
     return length - 3u * arrayLength(&old_position);
 }
 
+/// Goes on by `step` in a list that ascends, if all that it passes is below `b`.
+fn past(at: u32, step: u32, end: u32, lists: u32, b: u32) -> u32 {
+    if at + step <= end && apart[lists + at + step - 1u] < b {
+        return at + step;
+    }
+    return at;
+}
+
 /// Whether two nodes of a surface are too near along it to touch.
 fn are_neighbours(surface: Surface, a: u32, b: u32) -> bool {
     if surface.cols > 0u {
@@ -59,17 +67,20 @@ fn are_neighbours(surface: Surface, a: u32, b: u32) -> bool {
     }
     let lists = surface.apart + surface.count + 1u;
     let end = apart[surface.apart + a + 1u];
-    var low = apart[surface.apart + a];
-    var high = end;
-    while low < high {
-        let middle = (low + high) / 2u;
-        if apart[lists + middle] < b {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
-    }
-    return low < end && apart[lists + low] == b;
+    var at = apart[surface.apart + a];
+    // A list has 1,024 nodes at most. A loop would count: a software adapter ends an invocation after 65,536 turns.
+    at = past(at, 1024u, end, lists, b);
+    at = past(at, 512u, end, lists, b);
+    at = past(at, 256u, end, lists, b);
+    at = past(at, 128u, end, lists, b);
+    at = past(at, 64u, end, lists, b);
+    at = past(at, 32u, end, lists, b);
+    at = past(at, 16u, end, lists, b);
+    at = past(at, 8u, end, lists, b);
+    at = past(at, 4u, end, lists, b);
+    at = past(at, 2u, end, lists, b);
+    at = past(at, 1u, end, lists, b);
+    return at < end && apart[lists + at] == b;
 }
 
 /// Distance at which a node of one surface touches one of another [m].
@@ -90,43 +101,69 @@ fn is_contact(node: u32, number: u32, x: vec3f, other: u32) -> bool {
 }
 
 /// Some numbers of nodes, ascending; NONE past the last.
-struct Eight {
-    low: vec4u,
-    high: vec4u,
+struct Sixteen {
+    a: vec4u,
+    b: vec4u,
+    c: vec4u,
+    d: vec4u,
 }
 
 /// Adds a number that is not yet there; the greatest leaves.
-fn insert(all: Eight, number: u32) -> Eight {
-    if any(all.low == vec4u(number)) || any(all.high == vec4u(number)) {
+fn insert(all: Sixteen, number: u32) -> Sixteen {
+    let n = vec4u(number);
+    if any(all.a == n) || any(all.b == n) || any(all.c == n) || any(all.d == n) {
         return all;
     }
-    return Eight(
-        max(vec4u(0u, all.low.xyz), min(all.low, vec4u(number))),
-        max(vec4u(all.low.w, all.high.xyz), min(all.high, vec4u(number))),
+    return Sixteen(
+        max(vec4u(0u, all.a.xyz), min(all.a, n)),
+        max(vec4u(all.a.w, all.b.xyz), min(all.b, n)),
+        max(vec4u(all.b.w, all.c.xyz), min(all.c, n)),
+        max(vec4u(all.c.w, all.d.xyz), min(all.d, n)),
     );
 }
 
-fn number_in(all: Eight, i: u32) -> u32 {
-    if i < 4u {
-        return all.low[i];
-    }
-    return all.high[i - 4u];
+fn number_in(all: Sixteen, i: u32) -> u32 {
+    let low = select(all.a, all.b, i >= 4u);
+    let high = select(all.c, all.d, i >= 12u);
+    let four = select(low, high, i >= 8u);
+    return four[i % 4u];
 }
 
-/// The first eight nodes from `least` on that a node at `x` of surface `number` touches.
-fn contacts_from(node: u32, number: u32, x: vec3f, least: u32) -> Eight {
-    var found = Eight(vec4u(NONE), vec4u(NONE));
+/// The node after one in its list.
+fn next_in_list(node: u32, buckets: u32) -> u32 {
+    if node == NONE {
+        return NONE;
+    }
+    return pair_work[buckets + node];
+}
+
+/// Adds a node from `least` on that a node at `x` of surface `number` touches, unless there are sixteen before it.
+fn with_contact(found: Sixteen, node: u32, number: u32, x: vec3f, least: u32, other: u32) -> Sixteen {
+    if other >= least && other < found.d.w && is_contact(node, number, x, other) {
+        return insert(found, other);
+    }
+    return found;
+}
+
+/// The first sixteen nodes from `least` on that a node at `x` of surface `number` touches.
+fn contacts_from(node: u32, number: u32, x: vec3f, least: u32) -> Sixteen {
+    var found = Sixteen(vec4u(NONE), vec4u(NONE), vec4u(NONE), vec4u(NONE));
     let buckets = buckets_in(arrayLength(&pair_work));
     let cell = cell_at(x, surfaces[number].cells_a_metre);
     for (var row = 0u; row < 9u; row++) {
         let first = first_around(cell, row);
         for (var i = 0u; i < 3u; i++) {
             var other = pair_work[(first + i) & (buckets - 1u)];
+            // Four a turn, for the same reason.
             while other != NONE {
-                if other >= least && is_contact(node, number, x, other) {
-                    found = insert(found, other);
-                }
-                other = pair_work[buckets + other];
+                found = with_contact(found, node, number, x, least, other);
+                other = next_in_list(other, buckets);
+                found = with_contact(found, node, number, x, least, other);
+                other = next_in_list(other, buckets);
+                found = with_contact(found, node, number, x, least, other);
+                other = next_in_list(other, buckets);
+                found = with_contact(found, node, number, x, least, other);
+                other = next_in_list(other, buckets);
             }
         }
     }

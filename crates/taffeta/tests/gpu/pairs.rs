@@ -2,7 +2,9 @@
 
 use super::common::{build_as, farthest, positions, run};
 use super::{gpu, kept, on_gpu, small_gpu, soft, with};
+use std::sync::Arc;
 use taffeta::scene::{Body, Collider, Icosphere, Keyframe, Mass, Mesh, Scene, Select, VolumeForm};
+use taffeta::topology::Surface;
 use taffeta::{GpuKernels, GpuOptions, Options, Precision, Simulation, Stage};
 
 fn cloth(name: &str, mesh: Mesh) -> Body {
@@ -91,6 +93,25 @@ fn colliders_act_again_on_nodes_that_touch_others() {
         assert!(far < 2e-6, "frame {frame}: {far:e} m");
     }
     assert!(cpu.report().pairs > 100 && cpu.report().contacts > 10);
+}
+
+/// A thousand nodes at hardly more than one place: triangles that each are a body's part of its own.
+#[test]
+fn a_heap_in_one_cell_is_slow_and_not_wrong() {
+    let triangles: Vec<[u32; 3]> = (0..340).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    // Places all over a cube, by steps that no edge of it is a multiple of.
+    let place = |i: u32| [0.618, 0.414, 0.732].map(|step| 0.006 * (f64::from(i) * step).fract());
+    let nodes: Vec<[f64; 3]> = (0..1020).map(place).collect();
+    let surface = Surface { vertices: nodes.clone(), nodes, triangles, ..Surface::default() };
+    let scene = Scene::new("heap in a cell")
+        .body(cloth("heap", Mesh::Surface(Arc::new(surface))).collide(0.02))
+        .time(1e-3, 1e-3);
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
+    run(&mut cpu, 1);
+    run(&mut on_gpu, 1);
+    assert_eq!(cpu.report().pairs, 1020 * 1017 / 2);
+    assert_eq!(on_gpu.report().pairs, cpu.report().pairs);
+    assert_eq!(cpu.state_hash(), on_gpu.state_hash());
 }
 
 fn from(scene: &Scene, from: Stage) -> Result<Simulation, String> {

@@ -247,7 +247,7 @@ fn nodes_touch_each_other_in_all_sorts_of_ways() {
         let free = x[3] > 0.0;
         count.note("none", contacts.is_empty() && surface(node).is_some());
         count.note("one alone", contacts.len() == 1);
-        count.note("exactly eight", contacts.len() == 8);
+        count.note("exactly sixteen", contacts.len() == 16);
         count.note("more than sixteen", contacts.len() > 16);
         count.note("at one place", nearest == 0.0);
         count.note("a hair nearer than it is kept", nearest > 0.99999 && nearest < 1.0);
