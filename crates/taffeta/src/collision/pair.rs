@@ -74,7 +74,7 @@ pub fn exchange<T: Real>(
 }
 
 /// Share of what is missing that nodes make up for in a sub-step.
-const FIRM: f64 = 0.2;
+pub const FIRM: f64 = 0.2;
 
 /// Time in which nodes that are at one place part by their thickness, at the soonest [s].
 pub const RELEASE: f64 = 0.02;

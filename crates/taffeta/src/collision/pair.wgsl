@@ -16,30 +16,50 @@ struct Exchange {
     shift: vec3f,
 }
 
+/// Share of what is missing that nodes make up for in a sub-step.
+const FIRM: f32 = 0.2;
+
 /// What a pair does: `d` [m] and `v` [m/s] are place and velocity of the first node less those of the second, `mobility`
-/// [1/kg] the sum of their inverse masses, `h` [s] the sub-step that has just gone by, `most` the longest way apart in one,
-/// by the thickness. Nodes at one place part along y.
+/// [1/kg] as [`mobility_of`] says, `h` [s] the sub-step that has just gone by, `most` the longest way apart in one, by the
+/// thickness. Nodes at one place part along y.
 fn exchange(d: vec3f, v: vec3f, mobility: f32, meeting: Meeting, h: f32, most: f32) -> Exchange {
     let distance = norm3(d);
     let is_apart = distance > 0.0;
     let normal = select(vec3f(0.0, 1.0, 0.0), d / select(1.0, distance, is_apart), is_apart);
     let speed = dot3(v, normal);
-    // Nodes that part already get no impulse, and hence no friction.
+    let missing = meeting.thickness - distance;
+    let limit = most * meeting.thickness;
     let approach = select(0.0, -speed, speed < 0.0);
-    let gained = (1.0 + meeting.restitution) * approach;
+    let bounce = meeting.restitution * approach;
+    let soft = 1.0 - meeting.restitution;
+    // What went missing in this sub-step goes with the approach; what was missing before gives a speed, the more the
+    // faster, paid for by what the impact has lost.
+    let come = h * approach;
+    let fresh = select(missing, come, come < missing);
+    let release = soft * (at_most((missing - fresh) * FIRM, limit) / h);
+    let after = select(release, bounce, bounce > release);
+    // Nodes that part fast enough get no impulse, and hence no friction.
+    let gained = select(0.0, after - speed, after > speed);
     let tangential = v - normal * speed;
     let slip = norm3(tangential);
     let grip = meeting.friction * gained;
     let lost = select(1.0, grip / select(1.0, slip, slip > grip), slip > grip);
     let friction = tangential * select(0.0, -lost, gained > 0.0);
-    // Half of what is missing, less what they part by themselves; friction takes its way back, as with colliders.
-    let half_missing = (meeting.thickness - distance) * 0.5;
-    let limit = most * meeting.thickness;
-    let wanted = select(limit, half_missing, half_missing < limit);
-    let left = wanted - h * (speed + gained);
-    let push = select(0.0, left, left > 0.0);
-    let share = select(0.0, 1.0 / select(1.0, mobility, mobility > 0.0), mobility > 0.0);
-    return Exchange((normal * gained + friction) * share, (normal * push + friction * h) * share);
+    // Friction takes its way back, as with colliders, and so does what stops the approach. Where nothing is lost, nodes
+    // that are too near are put apart: by half of what is missing, less what they part by themselves.
+    let left = meeting.restitution * at_most(missing * 0.5, limit) - h * (speed + gained);
+    let push = soft * fresh + select(0.0, left, left > 0.0);
+    let mass = select(0.0, 1.0 / select(1.0, mobility, mobility > 0.0), mobility > 0.0);
+    return Exchange((normal * gained + friction) * mass, (normal * push + friction * h) * mass);
+}
+
+fn at_most(way: f32, limit: f32) -> f32 {
+    return select(limit, way, way < limit);
+}
+
+/// How easily a pair gives way [1/kg]: inverse masses of its nodes, each of which has so many contacts, and as many shares.
+fn mobility_of(inverse_mass: vec2f, contacts: vec2u) -> f32 {
+    return inverse_mass.x * f32(contacts.x) + inverse_mass.y * f32(contacts.y);
 }
 
 /// How two surfaces meet: at the mean distance, with the geometric mean of their friction and the larger restitution.
@@ -49,11 +69,4 @@ fn meeting_of(a: Meeting, b: Meeting) -> Meeting {
         sqrt(a.friction * b.friction),
         select(b.restitution, a.restitution, a.restitution > b.restitution),
     );
-}
-
-/// Share of a pair's exchange that a node gets of which it is the first, or not, where the one of the two that has most
-/// contacts has so many.
-fn share_of_pair(contacts: u32, is_first: bool) -> f32 {
-    let share = 1.0 / f32(contacts);
-    return select(-share, share, is_first);
 }

@@ -77,17 +77,18 @@ fn contacts_of(node: u32) -> u32 {
 }
 
 /// What a node gets from another that it touches.
-fn part_from(node: u32, number: u32, contacts: u32, other: u32) -> Exchange {
+fn part_from(node: u32, number: u32, other: u32) -> Exchange {
     let a = min(node, other);
     let b = max(node, other);
     let meeting = meeting_of(surfaces[number].meeting, surfaces[surface_number(other)].meeting);
-    let mobility = old_position[a].w + old_position[b].w;
+    let mobility =
+        mobility_of(vec2f(old_position[a].w, old_position[b].w), vec2u(contacts_of(a), contacts_of(b)));
     let done = exchange(
         position_of(a) - position_of(b), velocity_of(a) - velocity_of(b), mobility, meeting,
         substeps[0].h, substeps[0].most_apart,
     );
-    let share = share_of_pair(max(contacts, contacts_of(other)), node == a);
-    return Exchange(done.impulse * share, done.shift * share);
+    let sign = select(-1.0, 1.0, node == a);
+    return Exchange(done.impulse * sign, done.shift * sign);
 }
 
 /// Gives nodes that touch each other their new velocities and places, and keeps them out of colliders again; the others stay
@@ -104,8 +105,7 @@ fn part_pairs(
     }
     let x = old_position[node];
     let v = old_velocity[node];
-    let contacts = contacts_of(node);
-    if contacts == 0u {
+    if contacts_of(node) == 0u {
         new_position[node] = x;
         new_velocity[node] = v;
         return;
@@ -116,7 +116,7 @@ fn part_pairs(
     while least != NONE {
         let some = contacts_from(node, number, x.xyz, least);
         for (var i = 0u; i < 16u && number_in(some, i) != NONE; i++) {
-            let one = part_from(node, number, contacts, number_in(some, i));
+            let one = part_from(node, number, number_in(some, i));
             sum = Exchange(sum.impulse + one.impulse, sum.shift + one.shift);
         }
         least = select(some.d.w + 1u, NONE, some.d.w == NONE);

@@ -2,6 +2,7 @@
 
 use super::{read, sources};
 use crate::collision::contact::NARROW;
+use crate::collision::pair::FIRM;
 use crate::collision::shape::{ColliderNow, PlaneNow, ShapeNow, SphereNow, Touching};
 use crate::constraints::volume::{FEW, FLAT, Form};
 use crate::cpu::ROUNDS;
@@ -62,6 +63,7 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("PRINTED", f64::from(Form::Printed as u32)),
         ("PRESSURE", f64::from(Form::Pressure as u32)),
         ("FLAT", f64::from(FLAT as f32)),
+        ("FIRM", f64::from(FIRM as f32)),
         ("FEW", f64::from(FEW as f32)),
         ("PROJECTED", f64::from(<f32 as Real>::PROJECTED)),
         ("LANES", LANES as f64),

@@ -438,7 +438,11 @@ fn solution(case: &Case) -> Answer {
 /// distance that is kept, and parting as fast as that; held on both sides.
 fn exchanges(exact: bool) -> Vec<Case> {
     let positive = |case: Case| Case { c: case.c.map(f32::abs), d: case.d.map(f32::abs), ..case };
-    let cases: Vec<Case> = by_chance(15, 400).into_iter().map(positive).collect();
+    // Far inside of the distance that is kept, and limited in how far they may go apart.
+    let near =
+        |case: Case| Case { a: scale(case.a, 0.2), t: case.t.abs(), u: 0.3 * case.u.abs(), ..positive(case) };
+    let far = by_chance(15, 400).into_iter().map(positive);
+    let cases: Vec<Case> = far.chain(by_chance(16, 400).into_iter().map(near)).collect();
     // Impulse (1 + 1/4) · 2 = 5/2, of which friction can take half.
     let still = Case { a: [0.0, 0.25, 0.0], c: [0.5, 0.5, 0.25], s: 0.5, t: 0.0625, u: 0.25, ..cases[0] };
     let slips = [0.0, 1.25_f32.next_down(), 1.25, 1.25_f32.next_up(), 3.0];
