@@ -10,6 +10,7 @@ mod volume;
 
 use crate::console;
 use crate::failure::Failure;
+use crate::gpu;
 use crate::run::{Arithmetic, Backend, Device, Work, refuse_precision};
 use clap::ValueEnum;
 use contact::Rung;
@@ -17,7 +18,8 @@ use line::Line;
 use measure::Bench;
 use std::path::PathBuf;
 use taffeta::scene::VolumeForm;
-use taffeta::{GpuKernels, GpuOptions};
+use taffeta::taffeta_gpu::Gpu;
+use taffeta::{GpuKernels, GpuOptions, Precision};
 
 /// Measure the engine's speed
 #[derive(clap::Args)]
@@ -92,8 +94,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     crate::memory::check(&bench.scene)?;
     let device = Device::asked(args.backend, || Work::of(&bench.scene, args.threads, precision))?;
     bench.notes.extend(device.why);
+    let ladder = args.ladder();
+    let gpu = args.gpu_of(&ladder, device.gpu.as_ref())?;
     if args.climbs(Rung::Serial) {
         print(&measure::run_serial(&bench, args)?, args)?;
+    }
+    if let Some(gpu) = gpu {
+        let settled = measure::settled(&bench, args.threads.map(usize::from))?;
+        for rung in ladder {
+            print(&contact::ladder::run(&bench, args, &gpu, rung, &settled)?, args)?;
+        }
     }
     if !args.climbs(Rung::Binned) {
         return Ok(());
@@ -136,6 +146,10 @@ impl Args {
         if self.rungs.is_some() && self.what != What::Contact {
             return refused("--rungs is for `bench contact`");
         }
+        if let (Some(rung), Precision::F64) = (self.ladder().first(), self.precision.precision()) {
+            let name = rung.name();
+            return refused(&format!("--rungs {name} computes in 32 bits; --precision f32 would do"));
+        }
         if self.backend == Backend::Gpu {
             return refuse_precision(self.precision.precision());
         }
@@ -145,6 +159,22 @@ impl Args {
     /// Whether a rung is asked for; ours, if nothing is said.
     fn climbs(&self, rung: Rung) -> bool {
         self.rungs.as_ref().map_or(rung == Rung::Binned, |rungs| rungs.contains(&rung))
+    }
+
+    /// The rungs of S2's ladder that are asked for.
+    fn ladder(&self) -> Vec<Rung> {
+        Rung::LADDER.into_iter().filter(|&rung| self.climbs(rung)).collect()
+    }
+
+    /// The GPU for them: that of the backend, or else the one it would take.
+    fn gpu_of(&self, rungs: &[Rung], taken: Option<&GpuOptions>) -> Result<Option<Gpu>, Failure> {
+        let Some(rung) = rungs.first() else { return Ok(None) };
+        match taken {
+            Some(options) => Ok(Some(options.gpu.clone())),
+            None => gpu::open()
+                .map(Some)
+                .map_err(|error| Failure::Input(format!("--rungs {}: {error}", rung.name()))),
+        }
     }
 
     /// How the volume is kept, one after the other; nothing to say elsewhere.

@@ -1,7 +1,7 @@
 //! Times a scene and sets it beside the machine's limits.
 
 use super::Args;
-use super::contact::Serial;
+use super::contact::{Rung, Serial};
 use super::kernels;
 use super::line::{Line, Shares, Spread};
 use crate::failure::Failure;
@@ -21,7 +21,7 @@ const GPU_BYTES_A_NODE: f64 = 64.0;
 /// relative speed along it (8), force (4), to both nodes (6).
 const FLOPS_A_SPRING: f64 = 31.0;
 /// Time that a bench takes where `--frames` does not say [s], and the fewest batches of frames that it times then.
-const BUDGET: (f64, u32) = (3.0, 3);
+pub const BUDGET: (f64, u32) = (3.0, 3);
 /// Time between two waits for a GPU, about [ms]: so long that the wait does not count.
 const BATCH: f64 = 50.0;
 
@@ -44,14 +44,14 @@ pub struct Bench {
 }
 
 /// Times of frames.
-struct Times {
+pub struct Times {
     /// Mean time of a frame of each batch [ms].
-    ms: Vec<f64>,
-    frames: u32,
+    pub ms: Vec<f64>,
+    pub frames: u32,
     /// Frames of a batch at most.
-    batch: u32,
+    pub batch: u32,
     /// Time of each stage in a frame of its own [s].
-    stages: Vec<(&'static str, f64)>,
+    pub stages: Vec<(&'static str, f64)>,
 }
 
 /// Runs a bench: a warm-up, then the timed frames.
@@ -75,10 +75,7 @@ pub fn run(bench: &Bench, args: &Args, gpu: Option<&GpuOptions>) -> Result<Line,
 
 /// The same by all pairs on one thread, from where the scene has settled.
 pub fn run_serial(bench: &Bench, args: &Args) -> Result<Line, Failure> {
-    let options = Options { threads: Some(1), precision: Precision::F32, ..Options::default() };
-    let mut simulation = Simulation::new(&bench.scene, &options)
-        .map_err(|error| Failure::Input(format!("bench {}: {error}", bench.name)))?;
-    advance(&mut simulation, bench.settle)?;
+    let simulation = settled(bench, Some(1))?;
     let substeps = bench.scene.time.substeps();
     let mut serial = Serial::new(bench, &simulation);
     let (mut ms, start) = (Vec::new(), Instant::now());
@@ -90,14 +87,36 @@ pub fn run_serial(bench: &Bench, args: &Args) -> Result<Line, Failure> {
     let note = format!("{} sub-steps were timed; a frame has {substeps}", ms.len());
     let times = Times { frames: (ms.len() as u32).div_ceil(substeps), ms, batch: 1, stages: Vec::new() };
     let line = line(bench, args, &simulation, &times, None)?;
-    Ok(Line { rung: Some("serial"), note: Some(note), ..line })
+    Ok(Line { rung: Some(Rung::Serial.name()), note: Some(note), ..line })
+}
+
+/// The scene where it has settled, on the CPU in 32 bits.
+pub fn settled(bench: &Bench, threads: Option<usize>) -> Result<Simulation, Failure> {
+    let options = Options { threads, precision: Precision::F32, ..Options::default() };
+    let mut simulation = Simulation::new(&bench.scene, &options)
+        .map_err(|error| Failure::Input(format!("bench {}: {error}", bench.name)))?;
+    advance(&mut simulation, bench.settle)?;
+    Ok(simulation)
 }
 
 impl Times {
-    /// Times `frames` frames, or as many as the budget allows.
+    /// Times `frames` frames, or as many as the budget allows, and the stages of one.
     fn take(simulation: &mut Simulation, frames: Option<u32>, gpu: bool) -> Result<Self, Failure> {
-        advance(simulation, 1)?;
-        let batch = if gpu { batch(simulation)? } else { 1 };
+        let times = Self::of(frames, gpu, |count| advance(simulation, count))?;
+        let stages = simulation.step_timed().map_err(|error| Failure::Work(error.to_string()))?;
+        Ok(Self { stages, ..times })
+    }
+
+    /// Times `frames` frames, or as many as the budget allows, after some that are not. `advance` does a number of frames
+    /// and says the mean time of one [ms].
+    pub fn of<E>(
+        frames: Option<u32>,
+        gpu: bool,
+        mut advance: impl FnMut(u32) -> Result<f64, E>,
+    ) -> Result<Self, E> {
+        advance(1)?;
+        // How many frames a GPU should do without the host.
+        let batch = if gpu { ((BATCH / advance(1)?) as u32).max(1) } else { 1 };
         let mut times = Self { ms: Vec::new(), frames: 0, batch, stages: Vec::new() };
         let start = Instant::now();
         loop {
@@ -107,19 +126,13 @@ impl Times {
                 None => batch * BUDGET.1.saturating_sub(times.ms.len() as u32),
             };
             if left == 0 {
-                times.stages = simulation.step_timed().map_err(|error| Failure::Work(error.to_string()))?;
                 return Ok(times);
             }
             let count = left.min(batch);
-            times.ms.push(advance(simulation, count)?);
+            times.ms.push(advance(count)?);
             times.frames += count;
         }
     }
-}
-
-/// How many frames a GPU should do without the host.
-fn batch(simulation: &mut Simulation) -> Result<u32, Failure> {
-    Ok(((BATCH / advance(simulation, 1)?) as u32).max(1))
 }
 
 /// Some frames that do not wait for each other; the time of one [ms].
@@ -129,7 +142,8 @@ fn advance(simulation: &mut Simulation, frames: u32) -> Result<f64, Failure> {
     Ok(start.elapsed().as_secs_f64() * 1e3 / f64::from(frames))
 }
 
-fn line(
+/// What was measured, for `args`; with the share of the limits of `gpu`, if that is what was timed.
+pub fn line(
     bench: &Bench,
     args: &Args,
     simulation: &Simulation,
@@ -159,7 +173,7 @@ fn line(
         device: simulation.device(),
         kernels: gpu.map(|options| kernels::name(options.kernels)),
         form: bench.form.map(VolumeForm::name),
-        rung: (bench.name == "contact").then_some("binned"),
+        rung: (bench.name == "contact").then_some(Rung::Binned.name()),
         precision: args.precision.precision().to_string(),
         n: bench.n.clone(),
         nodes,

@@ -8,32 +8,32 @@ type V = [f32; 3];
 
 /// A node.
 #[derive(Clone, Copy)]
-struct Particle {
-    x: V,
-    v: V,
+pub struct Particle {
+    pub x: V,
+    pub v: V,
 }
 
 /// A spring at a node: the other end, rest length [m], stiffness [N/m], damping [kg/s].
 #[derive(Clone, Copy)]
-struct Spring {
-    other: u32,
-    rest: f32,
-    k: f32,
-    d: f32,
+pub struct Spring {
+    pub other: u32,
+    pub rest: f32,
+    pub k: f32,
+    pub d: f32,
 }
 
 /// S2's state and its springs by node.
 pub struct Serial {
-    now: Vec<Particle>,
+    pub(super) now: Vec<Particle>,
     next: Vec<Particle>,
     /// Where the springs of each node begin; one more than there are nodes.
-    starts: Vec<u32>,
-    springs: Vec<Spring>,
+    pub(super) starts: Vec<u32>,
+    pub(super) springs: Vec<Spring>,
     /// The first of these are held.
-    held: usize,
-    ball: (V, f32),
-    floor: f32,
-    h: f32,
+    pub(super) held: usize,
+    pub(super) ball: (V, f32),
+    pub(super) floor: f32,
+    pub(super) h: f32,
 }
 
 /// The neighbours of a node: rows, columns, kind of spring.
