@@ -95,7 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let device = Device::asked(args.backend, || Work::of(&bench.scene, args.threads, precision))?;
     bench.notes.extend(device.why);
     let ladder = args.ladder();
-    let gpu = args.gpu_of(&ladder, device.gpu.as_ref())?;
+    let gpu = args.gpu_of(&ladder, &bench, device.gpu.as_ref())?;
     if args.climbs(Rung::Serial) {
         print(&measure::run_serial(&bench, args)?, args)?;
     }
@@ -167,14 +167,17 @@ impl Args {
     }
 
     /// The GPU for them: that of the backend, or else the one it would take.
-    fn gpu_of(&self, rungs: &[Rung], taken: Option<&GpuOptions>) -> Result<Option<Gpu>, Failure> {
-        let Some(rung) = rungs.first() else { return Ok(None) };
-        match taken {
-            Some(options) => Ok(Some(options.gpu.clone())),
-            None => gpu::open()
-                .map(Some)
-                .map_err(|error| Failure::Input(format!("--rungs {}: {error}", rung.name()))),
-        }
+    fn gpu_of(
+        &self,
+        rungs: &[Rung],
+        bench: &Bench,
+        taken: Option<&GpuOptions>,
+    ) -> Result<Option<Gpu>, Failure> {
+        let Some(&rung) = rungs.first() else { return Ok(None) };
+        let failed = |error| Failure::Input(format!("--rungs {}: {error}", rung.name()));
+        let gpu = taken.map_or_else(gpu::open, |options| Ok(options.gpu.clone())).map_err(failed)?;
+        contact::ladder::refuse(bench, &gpu, rung)?;
+        Ok(Some(gpu))
     }
 
     /// How the volume is kept, one after the other; nothing to say elsewhere.

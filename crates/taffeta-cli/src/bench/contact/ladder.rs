@@ -5,7 +5,7 @@ mod bins;
 mod tests;
 mod timing;
 
-pub use timing::run;
+pub use timing::{refuse, run};
 
 use super::serial::{self, Serial};
 use super::{NODE_MASS, Rung, THICKNESS, WIND};

@@ -1,7 +1,7 @@
 //! The rungs beside the serial program, and what bins keep and lose.
 
 use super::super::{Serial, THICKNESS, bench};
-use super::bins::{CAPACITY, Layout};
+use super::bins::{CAPACITY, Layout, Lost};
 use super::{Baseline, Particle, Rung};
 use crate::bench::measure::settled;
 use clap::ValueEnum;
@@ -193,4 +193,15 @@ fn particles_that_find_no_room_in_their_bin_are_counted() {
         }
     };
     assert_eq!(lost_after(Rung::Scanned, crowd), (5, 5));
+}
+
+#[test]
+fn what_bins_have_lost_is_told() {
+    let lost = |rung, left_out, missing| Lost { left_out, missing }.words(rung);
+    assert_eq!(lost(Rung::Scanned, 1, 1), "1 node found no room in a bin, in all frames together");
+    assert_eq!(
+        lost(Rung::Refreshed, 2, 5),
+        "5 nodes are in no bin any more: 2 found no room, 3 crossed a whole bin in a frame"
+    );
+    assert!(lost(Rung::Refreshed, 0, 1).starts_with("1 node is in no bin any more: 0 found"));
 }

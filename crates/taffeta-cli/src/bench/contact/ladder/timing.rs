@@ -16,17 +16,23 @@ const LONGEST: f64 = 1.0;
 /// Turns after which a software adapter leaves a loop: all pairs of more nodes are not looked at.
 const SOFTWARE_TURNS: usize = 65_536;
 
+/// Refuses what the GPU would not do to the end, without a word.
+pub fn refuse(bench: &Bench, gpu: &Gpu, rung: Rung) -> Result<(), Failure> {
+    let count: usize = bench.n.iter().map(|&side| side as usize).product();
+    if !gpu.info().is_software() || count < SOFTWARE_TURNS {
+        return Ok(());
+    }
+    Err(Failure::Input(format!(
+        "--rungs {}: {count} nodes on {}, which leaves a loop after {SOFTWARE_TURNS} turns; a smaller --n would do",
+        rung.name(),
+        gpu.info()
+    )))
+}
+
 /// Times a rung from where the scene has settled.
 pub fn run(bench: &Bench, args: &Args, gpu: &Gpu, rung: Rung, settled: &Simulation) -> Result<Line, Failure> {
     let (name, serial) = (rung.name(), Serial::new(bench, settled));
     let count = serial.now.len();
-    if gpu.info().is_software() && count >= SOFTWARE_TURNS {
-        return Err(Failure::Input(format!(
-            "--rungs {name}: {count} nodes on {}, which leaves a loop after {SOFTWARE_TURNS} turns; a smaller --n \
-             would do",
-            gpu.info()
-        )));
-    }
     let failed = |error: GpuError| Failure::Work(format!("--rungs {name}: {error}"));
     let mut baseline = Baseline::new(gpu, rung, &serial).map_err(failed)?;
     let substeps = bench.scene.time.substeps();
@@ -34,7 +40,7 @@ pub fn run(bench: &Bench, args: &Args, gpu: &Gpu, rung: Rung, settled: &Simulati
     let particles = baseline.particles().map_err(failed)?;
     if !particles.iter().all(|particle| particle.x.iter().all(|x| x.is_finite())) {
         return Err(Failure::Work(format!(
-            "--rungs {name}: nodes are nowhere after it, so its time says nothing"
+            "--rungs {name}: positions are no numbers any more, so its time says nothing"
         )));
     }
     let lost = baseline.bins.as_ref().map(|bins| bins.lost(gpu, count)).transpose().map_err(failed)?;
@@ -54,17 +60,19 @@ pub fn run(bench: &Bench, args: &Args, gpu: &Gpu, rung: Rung, settled: &Simulati
 
 impl Lost {
     /// For people: what the bins of `rung` lack.
-    fn words(&self, rung: Rung) -> String {
-        let nodes = |count| counted(count as usize, "node", "nodes");
+    pub fn words(&self, rung: Rung) -> String {
+        let left_out = counted(self.left_out as usize, "node", "nodes");
         if rung == Rung::Scanned {
-            return format!("bins had no room for {} in all frames together", nodes(self.left_out));
+            return format!("{left_out} found no room in a bin, in all frames together");
         }
+        let (missing, verb) = match self.missing {
+            1 => ("1 node".to_owned(), "is"),
+            count => (counted(count as usize, "node", "nodes"), "are"),
+        };
         let crossed = self.missing.saturating_sub(self.left_out);
         format!(
-            "of {} that are in no bin any more, {} found no room in theirs and {} crossed a whole bin in a frame",
-            nodes(self.missing),
-            self.left_out,
-            crossed
+            "{missing} {verb} in no bin any more: {} found no room, {crossed} crossed a whole bin in a frame",
+            self.left_out
         )
     }
 }
