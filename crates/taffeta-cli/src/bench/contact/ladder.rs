@@ -54,8 +54,7 @@ struct World {
     gravity: f32,
     h: f32,
     held: u32,
-    count: u32,
-    unused: u32,
+    unused: [u32; 2],
 }
 
 /// The bench's sheet on a GPU, by the program of a rung.
@@ -108,7 +107,7 @@ impl Baseline {
         let springs = gpu.buffer_from("springs", &springs)?;
         let world = world(gpu, rung, serial)?;
         let bins = match rung.has_bins() {
-            true => Some(Bins::new(gpu, rung, serial, &*world, &particles)?),
+            true => Some(Bins::new(gpu, rung, serial, &particles)?),
             false => None,
         };
         let overrides = if rung.has_bins() { &bins::overrides()[..] } else { &[] };
@@ -199,8 +198,7 @@ impl World {
             gravity: 9.81,
             h: serial.h,
             held: serial.held as u32,
-            count: serial.now.len() as u32,
-            unused: 0,
+            unused: [0; 2],
         }
     }
 }

@@ -81,7 +81,6 @@ impl Bins {
         gpu: &Gpu,
         rung: Rung,
         serial: &Serial,
-        world: &dyn Bindable,
         particles: &[Buffer<Particle>; 2],
     ) -> Result<Self, GpuError> {
         let (by_neighbours, box_of_all) = (rung == Rung::Refreshed, Layout::around(serial));
@@ -94,8 +93,7 @@ impl Bins {
         let bind = |entry, from: usize, before: usize, to: usize| {
             let sources = [PARTICLE, CONSTANTS, BINS, include_str!("refill.wgsl")];
             let kernel = gpu.kernel(entry, &sources, entry, &overrides())?;
-            let buffers: [Named; 8] = [
-                ("world", world),
+            let buffers: [Named; 7] = [
                 ("bins", &layout),
                 ("input", &particles[from]),
                 ("filled", &tables[before].filled),

@@ -35,7 +35,6 @@ struct World {
     h: f32,
     /// The first of the particles are held, so many.
     held: u32,
-    count: u32,
 }
 
 /// Force of a spring on the particle `p` [N]: Hooke's law, and what damps its length.

@@ -34,7 +34,7 @@ fn scan(
     }
     let bin = bin_of(number);
     var found = 0u;
-    for (var i = 0u; i < world.count; i++) {
+    for (var i = 0u; i < arrayLength(&input); i++) {
         if all(bin_at(input[i].x) == bin) {
             put(number, found, i);
             found++;

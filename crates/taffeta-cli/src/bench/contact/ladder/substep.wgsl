@@ -40,7 +40,7 @@ fn substep(
 ) {
     let i = (group.x + group.y * counts.x) * 64u + local;
     // Both buffers have the held ones from the start.
-    if i < world.held || i >= world.count {
+    if i < world.held || i >= arrayLength(&result) {
         return;
     }
     let own = input[i];
