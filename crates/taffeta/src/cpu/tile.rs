@@ -40,6 +40,8 @@ pub struct CpuTile<'a, T> {
     pub scratch: &'a mut Scratch<T>,
     /// Nodes that touched a collider.
     pub contacts: u64,
+    /// Nodes that others have moved, on which alone colliders act then.
+    pub parted: Vec<usize>,
 }
 
 impl<T: Real> Tile for CpuTile<'_, T> {
@@ -134,16 +136,14 @@ impl<T: Real> Tile for CpuTile<'_, T> {
     }
 
     fn contact(&mut self) {
-        let Substep { colliders, h, .. } = self.substep;
-        if colliders.is_empty() {
+        if self.substep.colliders.is_empty() {
             return;
         }
-        for (at, run) in self.plan.runs() {
-            let mut state = self.after(&run);
-            let last = &mut self.scratch.last_touch[at..at + run.len()];
-            let inverse_mass = &self.setup.inverse_mass[run.clone()];
-            let contacts = contact(self.setup.level, colliders, inverse_mass, &mut state, last, *h);
-            self.contacts += self.volume.map_or(contacts, |volume| self.note_touches(volume, at, &run));
+        if self.parted.is_empty() {
+            self.plan.runs().for_each(|(at, run)| self.collide(at, run));
+        }
+        for node in std::mem::take(&mut self.parted) {
+            self.collide(0, node..node + 1);
         }
     }
 
@@ -153,6 +153,7 @@ impl<T: Real> Tile for CpuTile<'_, T> {
             for (column, &number) in self.after(&(node..node + 1)).into_iter().zip(answer) {
                 column[0] = number;
             }
+            self.parted.push(node);
         }
     }
 
@@ -177,6 +178,16 @@ impl<'a, T: Real> CpuTile<'a, T> {
         // SAFETY: tiles do not overlap, each is in one worker's share, and nobody reads this buffer before the barrier
         // after the particle stages. Within a stage the parts asked for do not overlap.
         self.next.each_ref().map(|column| unsafe { column.write(run.clone()) })
+    }
+
+    /// Keeps a run of nodes out of colliders; `at` is room in the worker's notes.
+    fn collide(&mut self, at: usize, run: Range<usize>) {
+        let Substep { colliders, h, .. } = self.substep;
+        let mut state = self.after(&run);
+        let last = &mut self.scratch.last_touch[at..at + run.len()];
+        let inverse_mass = &self.setup.inverse_mass[run.clone()];
+        let contacts = contact(self.setup.level, colliders, inverse_mass, &mut state, last, *h);
+        self.contacts += self.volume.map_or(contacts, |volume| self.note_touches(volume, at, &run));
     }
 
     /// Moves a pinned node, with the velocity of its way.

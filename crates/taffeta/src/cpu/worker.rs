@@ -145,6 +145,7 @@ impl<'a, T: Real> Worker<'a, T> {
             volume: self.setup.volume_of_body[plan.body],
             scratch: self.scratch,
             contacts: 0,
+            parted: Vec::new(),
         }
     }
 

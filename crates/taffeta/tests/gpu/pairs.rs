@@ -87,10 +87,7 @@ fn colliders_act_again_on_nodes_that_touch_others() {
     for frame in 1..=14 {
         run(&mut cpu, 1);
         run(&mut on_gpu, 1);
-        // On the CPU colliders act again on all nodes of a tile in which some touch: where rounding has left a node inside
-        // by a hair, it is moved by that.
-        let far = farthest(&positions(&cpu), &positions(&on_gpu));
-        assert!(far < 2e-6, "frame {frame}: {far:e} m");
+        assert_eq!(farthest(&positions(&cpu), &positions(&on_gpu)), 0.0, "frame {frame}");
     }
     assert!(cpu.report().pairs > 100 && cpu.report().contacts > 10);
 }
@@ -125,7 +122,7 @@ fn a_gpu_takes_over_nodes_that_touch_before_they_are_found() {
     let scene = heap();
     let mut cpu = build_as(&scene, Precision::F32, 1);
     run(&mut cpu, 5);
-    assert!(cpu.report().pairs > 50);
+    assert!(cpu.report().pairs > 20, "{}", cpu.report().pairs);
     for stage in Stage::ALL {
         if stage <= Stage::Pairs {
             let mut both = from(&scene, stage).unwrap();

@@ -88,6 +88,7 @@ impl<T: Real> CpuBackend<T> {
                 volume: setup.volume_of_body[plan.body],
                 scratch,
                 contacts: 0,
+                parted: Vec::new(),
             };
             load(&mut tile, between);
             stages(&mut tile);
