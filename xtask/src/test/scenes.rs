@@ -37,14 +37,8 @@ pub fn run() -> Result<(), String> {
 fn both(scene: &Path, out: &Path) -> Result<(), String> {
     let name = scene.file_stem().unwrap_or_default().to_string_lossy();
     let dir = |backend: &str| out.join(&*name).join(backend);
-    let text = std::fs::read_to_string(scene).map_err(|error| format!("{}: {error}", scene.display()))?;
-    // GPUs do not do that yet.
-    let alone = text.contains("self_collision");
-    for backend in if alone { &["cpu"][..] } else { &["cpu", "gpu"] } {
+    for backend in ["cpu", "gpu"] {
         timed(&format!("scene {name} on the {backend}"), command(scene, &dir(backend), backend))?;
-    }
-    if alone {
-        return Ok(());
     }
     let apart = compare(&dir("cpu"), &dir("gpu")).map_err(|why| format!("scene {name}: {why}"))?;
     println!("xtask: scene {name}: at most {apart:.1e} m between CPU and GPU");
