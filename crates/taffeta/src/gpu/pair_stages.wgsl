@@ -54,9 +54,12 @@ fn find_pairs(
     var nearest = FAR;
     var least = select(0u, NONE, number == NONE || are_odd(x));
     while least != NONE {
-        let some = contacts_from(node, number, x, least);
+        let some = near_from(node, number, x, least);
         for (var i = 0u; i < 16u && number_in(some, i) != NONE; i++) {
             let other = number_in(some, i);
+            if !may_touch(node, number, other) {
+                continue;
+            }
             let d = x - position_of(other);
             let reach = reach_of(surfaces[number], surfaces[surface_number(other)]);
             let share = dot3(d, d) / (reach * reach);
@@ -114,10 +117,13 @@ fn part_pairs(
     var sum = Exchange(vec3f(0.0), vec3f(0.0));
     var least = 0u;
     while least != NONE {
-        let some = contacts_from(node, number, x.xyz, least);
+        let some = near_from(node, number, x.xyz, least);
         for (var i = 0u; i < 16u && number_in(some, i) != NONE; i++) {
-            let one = part_from(node, number, number_in(some, i));
-            sum = Exchange(sum.impulse + one.impulse, sum.shift + one.shift);
+let other = number_in(some, i);
+            if may_touch(node, number, other) {
+                let one = part_from(node, number, other);
+                sum = Exchange(sum.impulse + one.impulse, sum.shift + one.shift);
+            }
         }
         least = select(some.d.w + 1u, NONE, some.d.w == NONE);
     }

@@ -68,7 +68,7 @@ fn are_neighbours(surface: Surface, a: u32, b: u32) -> bool {
     let lists = surface.apart + surface.count + 1u;
     let end = apart[surface.apart + a + 1u];
     var at = apart[surface.apart + a];
-    // A list has 1,024 nodes at most. A loop would count: a software adapter ends an invocation after 65,536 turns.
+    // A list has 1,024 nodes at most. A loop would count among the turns of a software adapter.
     at = past(at, 1024u, end, lists, b);
     at = past(at, 512u, end, lists, b);
     at = past(at, 256u, end, lists, b);
@@ -88,16 +88,17 @@ fn reach_of(a: Surface, b: Surface) -> f32 {
     return a.meeting.thickness * 0.5 + b.meeting.thickness * 0.5;
 }
 
-/// Whether a node at `x` of surface `number` touches another node.
-fn is_contact(node: u32, number: u32, x: vec3f, other: u32) -> bool {
-    let its = surface_number(other);
+/// Whether a node at `x` of surface `number` is as near to another as those do that touch.
+fn is_near(node: u32, number: u32, x: vec3f, other: u32) -> bool {
     let d = x - position_of(other);
-    let reach = reach_of(surfaces[number], surfaces[its]);
-    if other == node || !(dot3(d, d) < reach * reach) {
-        return false;
-    }
+    let reach = reach_of(surfaces[number], surfaces[surface_number(other)]);
+    return other != node && dot3(d, d) < reach * reach;
+}
+
+/// Whether a node of surface `number` touches another where it is near.
+fn may_touch(node: u32, number: u32, other: u32) -> bool {
     let first = surfaces[number].first;
-    return its != number || !are_neighbours(surfaces[number], node - first, other - first);
+    return surface_number(other) != number || !are_neighbours(surfaces[number], node - first, other - first);
 }
 
 /// Some numbers of nodes, ascending; NONE past the last.
@@ -137,35 +138,32 @@ fn next_in_list(node: u32, buckets: u32) -> u32 {
     return pair_work[buckets + node];
 }
 
-/// Adds a node from `least` on that a node at `x` of surface `number` touches, unless there are sixteen before it.
-fn with_contact(found: Sixteen, node: u32, number: u32, x: vec3f, least: u32, other: u32) -> Sixteen {
-    if other >= least && other < found.d.w && is_contact(node, number, x, other) {
+/// Adds a node from `least` on to which a node at `x` of surface `number` is near, unless there are sixteen before it.
+fn with_near(found: Sixteen, node: u32, number: u32, x: vec3f, least: u32, other: u32) -> Sixteen {
+    if other >= least && other < found.d.w && is_near(node, number, x, other) {
         return insert(found, other);
     }
     return found;
 }
 
-/// The first sixteen nodes from `least` on that a node at `x` of surface `number` touches.
-fn contacts_from(node: u32, number: u32, x: vec3f, least: u32) -> Sixteen {
+/// The first sixteen nodes from `least` on to which a node at `x` of surface `number` is near. One loop goes through all
+/// lists, so that invocations side by side wait for the longest way alone, and not for the longest list in each bucket.
+fn near_from(node: u32, number: u32, x: vec3f, least: u32) -> Sixteen {
     var found = Sixteen(vec4u(NONE), vec4u(NONE), vec4u(NONE), vec4u(NONE));
     let buckets = buckets_in(arrayLength(&pair_work));
     let cell = cell_at(x, surfaces[number].cells_a_metre);
-    for (var row = 0u; row < 9u; row++) {
-        let first = first_around(cell, row);
-        for (var i = 0u; i < 3u; i++) {
-            var other = pair_work[(first + i) & (buckets - 1u)];
-            // Four a turn, for the same reason.
-            while other != NONE {
-                found = with_contact(found, node, number, x, least, other);
-                other = next_in_list(other, buckets);
-                found = with_contact(found, node, number, x, least, other);
-                other = next_in_list(other, buckets);
-                found = with_contact(found, node, number, x, least, other);
-                other = next_in_list(other, buckets);
-                found = with_contact(found, node, number, x, least, other);
-                other = next_in_list(other, buckets);
-            }
+    var bucket = 0u;
+    var other = NONE;
+    while bucket < 27u || other != NONE {
+        if other == NONE {
+            other = pair_work[(first_around(cell, bucket / 3u) + bucket % 3u) & (buckets - 1u)];
+            bucket++;
         }
+        // Two a turn: a software adapter ends an invocation after 65,536 turns.
+        found = with_near(found, node, number, x, least, other);
+        other = next_in_list(other, buckets);
+        found = with_near(found, node, number, x, least, other);
+        other = next_in_list(other, buckets);
     }
     return found;
 }
