@@ -119,7 +119,7 @@ fn part_pairs(
     while least != NONE {
         let some = near_from(node, number, x.xyz, least);
         for (var i = 0u; i < 16u && number_in(some, i) != NONE; i++) {
-let other = number_in(some, i);
+            let other = number_in(some, i);
             if may_touch(node, number, other) {
                 let one = part_from(node, number, other);
                 sum = Exchange(sum.impulse + one.impulse, sum.shift + one.shift);
