@@ -25,7 +25,7 @@ const RUNGS: [(&str, &str, Option<f64>); 8] = [
     ("swapped", "buffers swapped", Some(154.68)),
     ("scanned", "bins, filled from all", Some(156.70)),
     ("refreshed", "bins, filled from neighbours", Some(1635.58)),
-    ("binned", "ours: cells, candidates with a margin", None),
+    ("binned", "ours: clusters of nodes, looked at when they may touch", None),
 ];
 
 /// How a software adapter is listed.

@@ -61,7 +61,7 @@ each node's position and velocity read and written once a sub-step, and of the p
 /// Where pages of their own are, if they are there: of kept volumes, and of contact of nodes with each other.
 const PAGES: [&str; 2] = [
     "\nHow well soft bodies keep their volume, and at what cost: [volume.md](volume.md).\n",
-    "\nHow fast nodes find each other, by cells and by all pairs: [contact.md](contact.md).\n",
+    "\nHow fast nodes find each other, by clusters and by all pairs: [contact.md](contact.md).\n",
 ];
 
 /// The page: where those of GPUs and of volumes are, then for each processor its targets, plots and measurements.

@@ -40,7 +40,7 @@ pub enum Rung {
     Scanned,
     /// Bins, filled once a frame from those around them
     Refreshed,
-    /// By cells, candidates with a margin, and all threads: ours
+    /// By clusters of nodes that are looked at when they may touch, and all threads: ours
     Binned,
 }
 
