@@ -3,6 +3,7 @@
 #[cfg(feature = "gpu")]
 mod apart;
 
+use super::balance::Balance;
 use super::column::Column;
 use super::diagnose::{VolumeChunk, frame_sums};
 use super::pairs::{Found, PairScratch, PairSetup, PairWork};
@@ -22,6 +23,7 @@ use crate::step;
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 #[cfg(feature = "gpu")]
 pub use apart::{Between, KeptParts};
@@ -76,16 +78,17 @@ pub struct Hinges<T> {
 
 /// The CPU backend in numbers of type `T`.
 pub struct CpuBackend<T> {
-    setup: Setup<T>,
+    pub(super) setup: Setup<T>,
     team: Team,
-    shares: Vec<Range<usize>>,
-    scratch: Vec<Mutex<Scratch<T>>>,
+    pub(super) shares: Vec<Range<usize>>,
+    pub(super) scratch: Vec<Mutex<Scratch<T>>>,
     /// The state before and after a sub-step, by turns.
     fields: [Fields<T>; 2],
     current: usize,
     hinge_forces: Vec<[[T; 3]; 4]>,
     corrections: Corrections<T>,
-    pairs: PairWork<T>,
+    pub(super) pairs: PairWork<T>,
+    pub(super) balance: Balance,
     tile_sums: Vec<StateSums>,
     volumes: Vec<f64>,
     sums: FrameSums,
@@ -107,7 +110,9 @@ impl<T: Real> CpuBackend<T> {
         let volume_chunks = VolumeChunk::all(&assembly);
         let [inverse_mass, mass] = masses(&assembly);
         let (volumes, volume_of_body) = VolumeBody::all(&assembly);
+        let clock = Instant::now();
         let pairs = PairSetup::new(&assembly, &tiles, &shares);
+        let balance = Balance::new(shares.len(), clock.elapsed().as_secs_f64());
         let fields = [start(&assembly, 0), start(&assembly, 6 * STAGGER)];
         assembly.release();
         Ok(Self {
@@ -123,6 +128,7 @@ impl<T: Real> CpuBackend<T> {
             hinge_forces: vec![[[T::ZERO; 3]; 4]; hinges.corners.len()],
             corrections: Corrections::new(&volumes),
             pairs: PairWork::new(pairs.as_ref(), shares.len()),
+            balance,
             tile_sums: vec![StateSums::default(); tiles.len()],
             volumes: vec![0.0; volume_chunks.len()],
             setup: Setup {
@@ -147,11 +153,16 @@ impl<T: Real> CpuBackend<T> {
 
     /// Runs sub-steps, and measures the state after them.
     fn run(&mut self, substeps: &[plan::Substep<T>]) {
+        let clock = Instant::now();
         self.work(|worker| step::frame(worker, substeps));
+        let seconds = clock.elapsed().as_secs_f64();
         self.current = (self.current + substeps.len()) % 2;
         let state = self.fields[self.current].each_ref().map(|column| &column[..]);
         self.sums = frame_sums(&self.setup, state, &self.tile_sums, &self.volumes);
         self.sums.pairs = self.pair_sums(substeps.len());
+        if !substeps.is_empty() {
+            self.balance(seconds);
+        }
     }
 
     /// What was found of nodes in contact in the last of some sub-steps.

@@ -1,6 +1,7 @@
 //! The backend on the CPU: memory and scheduling. Formulas are in the stages' own folders.
 
 mod backend;
+mod balance;
 mod column;
 mod contact;
 mod diagnose;

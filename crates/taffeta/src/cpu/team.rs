@@ -3,6 +3,7 @@
 //! A sub-step of a small cloth lasts tens of microseconds: less than it takes to hand out work afresh.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Instant;
 
 /// Worker threads, waiting between frames.
 pub struct Team {
@@ -61,6 +62,13 @@ impl Barrier {
             generation: AtomicUsize::new(0),
             broken: AtomicBool::new(false),
         }
+    }
+
+    /// As [`Self::wait`]; returns how long that took [s].
+    pub fn wait_timed(&self) -> f64 {
+        let start = Instant::now();
+        self.wait();
+        start.elapsed().as_secs_f64()
     }
 
     /// Waits until every worker has come. What a worker wrote before is seen by all after.

@@ -135,14 +135,19 @@ fn chunks(count: usize, size: usize) -> impl Iterator<Item = Range<usize>> {
 
 /// Which tiles each worker takes: neighbouring ones, with about the same number of nodes.
 pub fn shares(tiles: &[TilePlan], workers: usize) -> Vec<Range<usize>> {
-    let total: usize = tiles.iter().map(TilePlan::len).sum();
+    shares_by(&tiles.iter().map(|tile| tile.len() as f64).collect::<Vec<_>>(), workers)
+}
+
+/// Which tiles each worker takes: neighbouring ones, whose `costs` are about the same.
+pub fn shares_by(costs: &[f64], workers: usize) -> Vec<Range<usize>> {
+    let total: f64 = costs.iter().sum();
     let mut shares = Vec::with_capacity(workers);
-    let (mut start, mut done) = (0, 0);
+    let (mut start, mut done) = (0, 0.0);
     for worker in 1..=workers {
-        let goal = total * worker / workers;
+        let goal = total * worker as f64 / workers as f64;
         let mut end = start;
-        while end < tiles.len() && (worker == workers || done + tiles[end].len() / 2 < goal) {
-            done += tiles[end].len();
+        while end < costs.len() && (worker == workers || done + costs[end] / 2.0 < goal) {
+            done += costs[end];
             end += 1;
         }
         shares.push(start..end);

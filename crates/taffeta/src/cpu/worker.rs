@@ -37,6 +37,8 @@ pub struct Scratch<T> {
     pub last_touch: Vec<u32>,
     /// Nodes that touch each other, where any do.
     pub pairs: Option<PairScratch<T>>,
+    /// Time that it has waited for others about them in this frame [s].
+    pub waited: f64,
 }
 
 impl<T: Real> Scratch<T> {
@@ -51,6 +53,7 @@ impl<T: Real> Scratch<T> {
             torques: Vec::new(),
             last_touch: vec![0; nodes],
             pairs,
+            waited: 0.0,
         }
     }
 }
@@ -263,18 +266,19 @@ impl<T: Real> Stages for Worker<'_, T> {
         let barrier = self.barrier;
         let Some(mut pairs) = self.pair_worker() else { return };
         pairs.note_moves();
-        barrier.wait();
+        let mut waited = barrier.wait_timed();
         if pairs.is_stale() {
             pairs.search(|| barrier.wait());
         }
         pairs.find_near();
-        barrier.wait();
-        if !pairs.any() {
-            return;
+        waited += barrier.wait_timed();
+        let any = pairs.any();
+        if any {
+            pairs.answer(substep.h);
+            waited += barrier.wait_timed();
         }
-        pairs.answer(substep.h);
-        barrier.wait();
-        for index in self.share.clone() {
+        self.scratch.waited += waited;
+        for index in self.share.clone().filter(|_| any) {
             let touches = |pairs: &PairScratch<T>| pairs.answers(index - self.share.start).len() > 0;
             if self.scratch.pairs.as_ref().is_some_and(touches) {
                 stages(&mut self.tile(index, substep));

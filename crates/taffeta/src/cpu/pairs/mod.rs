@@ -134,6 +134,20 @@ pub struct PairScratch<T> {
 impl<T: Real> PairSetup<T> {
     /// Of a scene whose tiles are shared by workers; `None` where no nodes touch.
     pub fn new(assembly: &Assembly, tiles: &[TilePlan], shares: &[Range<usize>]) -> Option<Self> {
+        Self::with(assembly, tiles, shares, None)
+    }
+
+    /// The same for other shares, of a scene that may have started.
+    pub fn again(&self, assembly: &Assembly, tiles: &[TilePlan], shares: &[Range<usize>]) -> Option<Self> {
+        Self::with(assembly, tiles, shares, Some(self.diagonals))
+    }
+
+    fn with(
+        assembly: &Assembly,
+        tiles: &[TilePlan],
+        shares: &[Range<usize>],
+        diagonals: Option<[f64; 2]>,
+    ) -> Option<Self> {
         let (mut all, mut groups) = (Vec::new(), Vec::new());
         let (mut owned, mut trees): (Vec<Range<usize>>, Vec<Tree>) = (Vec::new(), Vec::new());
         for share in shares {
@@ -159,9 +173,11 @@ impl<T: Real> PairSetup<T> {
                 (nodes[lane], body[node]) = (node as u32, cluster.body);
             }
         }
-        let of_groups = groups.iter().map(|group| diagonal(assembly, &all[group.clone()])).sum::<f64>();
-        let of_clusters = all.chunks(1).map(|cluster| diagonal(assembly, cluster)).sum::<f64>();
-        let diagonals = [of_clusters / all.len() as f64, of_groups / groups.len() as f64];
+        let diagonals = diagonals.unwrap_or_else(|| {
+            let of_groups = groups.iter().map(|group| diagonal(assembly, &all[group.clone()])).sum::<f64>();
+            let of_clusters = all.chunks(1).map(|cluster| diagonal(assembly, cluster)).sum::<f64>();
+            [of_clusters / all.len() as f64, of_groups / groups.len() as f64]
+        });
         let surfaces = surfaces::<T>(assembly);
         Some(Self {
             radius: surfaces.iter().map(|surface| surface.thickness * T::from_f64(0.5)).collect(),
