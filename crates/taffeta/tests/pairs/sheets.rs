@@ -102,13 +102,6 @@ fn a_sheet_between_closing_walls_keeps_its_folds_apart() {
         }
     }
     let report = simulation.report();
-    println!(
-        "walls: least {} kin {} pairs {} y {:?}",
-        least / THICKNESS,
-        report.kinetic,
-        report.pairs,
-        x.iter().map(|x| x[1]).fold([0.0f64; 2], |s, y| [s[0].min(y), s[1].max(y)])
-    );
     assert!(report.pairs > 0);
     assert!(least > 0.9 * THICKNESS, "{}", least / THICKNESS);
 }
