@@ -2,9 +2,8 @@
 
 mod common;
 
-use common::{build_as, positions, run, turned};
+use common::{build_as, levels, positions, run, turned};
 use std::collections::BTreeMap;
-use std::process::Command;
 use taffeta::Precision;
 use taffeta::scene::{
     Body, Collider, Cube, Force, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, Torque,
@@ -115,16 +114,8 @@ fn prints_hashes() {
 
 /// Hashes by scene and precision of a process told to use `level`, and the levels it says it used.
 fn hashes_with(level: &str) -> (BTreeMap<String, String>, Vec<String>) {
-    let program = std::env::current_exe().expect("a test is a program");
-    let output = Command::new(program)
-        .args(["--ignored", "--exact", "prints_hashes", "--nocapture"])
-        .env("TAFFETA_SIMD", level)
-        .output()
-        .expect("a test runs as a program");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let lines = text.lines().filter_map(|line| line.split_once("hash|"));
-    let fields: Vec<Vec<&str>> = lines.map(|(_, fields)| fields.split('|').collect()).collect();
+    let lines = levels::printed_with(level, "prints_hashes");
+    let fields: Vec<Vec<&str>> = lines.iter().map(|line| line.split('|').collect()).collect();
     let hashes = fields.iter().map(|f| (format!("{} {}", f[0], f[1]), f[2].to_owned())).collect();
     (hashes, fields.iter().map(|f| f[3].to_owned()).collect())
 }
@@ -136,8 +127,7 @@ fn any_vector_instructions_give_the_same_bits() {
     if cfg!(target_arch = "x86_64") {
         assert!(devices.iter().all(|device| device.ends_with("sse2")), "{devices:?}");
     }
-    // A machine without these takes the best that it has.
-    for level in ["avx2", "avx512", "best"] {
+    for level in levels::OTHERS {
         let (hashes, devices) = hashes_with(level);
         assert_eq!(plain, hashes, "{level}: {devices:?}");
     }

@@ -35,7 +35,7 @@ const SPEEDS: &str = "
 Sub-steps a second of the same bodies with the scene's own stiffness in free fall, so that all forms have the same to do; 25
 rounds in which each form has its turn. *Added* is what keeping the volume costs: the median over the rounds, and the
 quartiles. It should be at most 60 % from 20,000 triangles on, and 30 % is the aim. On hardware GPUs
-nothing has been measured yet; there a body of this size costs its two dispatches a sub-step, whatever it keeps.
+nothing has been measured yet.
 
 | bodies of | triangles | springs | threads | springs only | kept | added | projected | added |
 |---|---:|---:|---:|---:|---:|---:|---:|---:|

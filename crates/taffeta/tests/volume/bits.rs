@@ -1,8 +1,7 @@
 //! The same bits however a scene runs.
 
-use super::common::{build_as, positions, run};
+use super::common::{build_as, levels, positions, run};
 use super::{ball, ring};
-use std::process::Command;
 use taffeta::scene::{Body, Collider, Scene, Select, Volume, VolumeForm, VolumeWeights};
 use taffeta::{Precision, Simulation};
 
@@ -61,24 +60,9 @@ fn prints_hashes() {
     }
 }
 
-/// The hashes of a process told to use `level`.
-fn hashes_with(level: &str) -> Vec<String> {
-    let output = Command::new(std::env::current_exe().expect("a test is a program"))
-        .args(["--ignored", "--exact", "bits::prints_hashes", "--nocapture"])
-        .env("TAFFETA_SIMD", level)
-        .output()
-        .expect("a test runs as a program");
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    text.lines().filter_map(|line| Some(line.split_once("hash|")?.1.to_owned())).collect()
-}
-
 #[test]
 fn any_vector_instructions_give_the_same_bits() {
-    let plain = hashes_with("sse2");
-    assert_eq!(plain.len(), 2, "{plain:?}");
-    for level in ["avx2", "avx512", "best"] {
-        assert_eq!(plain, hashes_with(level), "{level}");
-    }
+    levels::assert_same("bits::prints_hashes", 2);
 }
 
 #[test]
