@@ -7,15 +7,20 @@ pub(super) fn set_aside(root: &mut Node) -> Vec<String> {
     let mut notes = Vec::new();
     if let Some(solver) = table(root, "solver") {
         let method = solver.iter().find(|entry| entry.key == "method").map(|entry| &entry.node.value);
-        if matches!(method, None | Some(Value::Text(_))) && !names_implicit(method) {
-            solver.retain(|entry| {
-                let unused = ["ice", "acad"].contains(&entry.key.as_str());
-                if unused {
-                    notes.push(format!("`solver.{}` is not used by the method \"springs\"", entry.key));
-                }
-                !unused
-            });
-        }
+        let unused: &[&str] = match method {
+            None => &["ice", "acad"],
+            Some(Value::Text(name)) if name == "springs" => &["ice", "acad"],
+            Some(Value::Text(name)) if name == "ice" => &["acad"],
+            _ => &[],
+        };
+        let method = if unused.len() == 1 { "ice" } else { "springs" };
+        solver.retain(|entry| {
+            let unused = unused.contains(&entry.key.as_str());
+            if unused {
+                notes.push(format!("`solver.{}` is not used by the method \"{method}\"", entry.key));
+            }
+            !unused
+        });
     }
     if let Value::Table(entries) = &mut root.value
         && let Some(Entry { node: Node { value: Value::List(bodies), .. }, .. }) =
@@ -39,10 +44,6 @@ fn has_uncounted_struts(body: &mut Node) -> bool {
     !keys.iter().any(|entry| ["count", "file"].contains(&entry.key.as_str()))
 }
 
-fn names_implicit(method: Option<&Value>) -> bool {
-    matches!(method, Some(Value::Text(name)) if name != "springs")
-}
-
 fn table<'a>(root: &'a mut Node, key: &str) -> Option<&'a mut Vec<Entry>> {
     let Value::Table(entries) = &mut root.value else { return None };
     match entries.iter_mut().find(|entry| entry.key == key) {
@@ -56,12 +57,19 @@ mod tests {
     use super::super::parse_scene;
 
     #[test]
-    fn settings_of_a_solver_that_is_not_chosen_are_set_aside_and_others_refused() {
+    fn settings_of_a_solver_that_is_not_chosen_are_set_aside() {
         let ice = "[solver.ice]\ntolerance = 1e-3\n[[body]]\nmass = 1.0\nmesh.chain = { links = 2, length = 1.0 }\n";
         let loaded = parse_scene(ice, "s.toml", &[]).unwrap();
         assert!(loaded.notes[0].contains("`solver.ice` is not used"));
-        let chosen = format!("[solver]\nmethod = \"ice\"\n{ice}");
-        assert!(parse_scene(&chosen, "s.toml", &[]).unwrap_err().to_string().contains("not yet supported"));
+        assert_eq!(loaded.scene.solver.ice.tolerance, 1e-3);
+        let chosen =
+            format!("[solver]\nmethod = \"ice\"\nacad.threshold = 0.2\n{ice}").replace("1e-3", "1e-5");
+        let loaded = parse_scene(&chosen, "s.toml", &[]).unwrap();
+        assert_eq!(loaded.notes, ["`solver.acad` is not used by the method \"ice\""]);
+        assert_eq!(loaded.scene.solver.ice.tolerance, 1e-5);
+        let primal = chosen.replace("tolerance = 1e-5", "form = \"primal\"");
+        let refused = parse_scene(&primal, "s.toml", &[]).unwrap_err().to_string();
+        assert!(refused.contains("(`solver.ice.form = \"primal\"`) is not yet supported"), "{refused}");
     }
 
     #[test]

@@ -4,10 +4,7 @@ use super::document::Path;
 
 /// What scenes may say one day: its path without indices, and what it is.
 const NOT_YET: &[(&str, &str)] = &[
-    ("solver.method.ice", "the ICE solver"),
-    ("solver.method.acad", "the ACAD solver"),
-    ("solver.ice", "the ICE solver"),
-    ("solver.acad", "the ACAD solver"),
+    ("solver.ice.form.primal", "the primal form of ICE"),
     ("world.air", "lift and drag of triangles"),
     ("collider.box", "a box as a collider"),
     ("collider.capsule", "a capsule as a collider"),
@@ -77,9 +74,9 @@ fn not_yet(path: Path, key: &str) -> Option<String> {
         plain.replace_range(open..=close, "");
     }
     let (_, what) = NOT_YET.iter().find(|(path, _)| *path == plain)?;
-    // A method is a value, not a key: `solver.method = "ice"`.
-    let shown = match plain.strip_prefix("solver.method.") {
-        Some(word) => format!("solver.method = \"{word}\""),
+    // A form is a value, not a key: `solver.ice.form = "primal"`.
+    let shown = match plain.strip_prefix("solver.ice.form.") {
+        Some(word) => format!("solver.ice.form = \"{word}\""),
         None => plain,
     };
     Some(format!("{what} (`{shown}`) is not yet supported"))

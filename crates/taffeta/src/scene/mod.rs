@@ -22,7 +22,7 @@ pub use force::{Force, ScaleKey, Torque};
 pub use memory::MemoryNeeded;
 pub use mesh::{Chain, Cube, Cylinder, Grid, Icosphere, Mesh, Torus, UvSphere};
 pub use motion::{Keyframe, Rotation};
-pub use solver::{Method, Solver};
+pub use solver::{Acad, ConstraintForm, Ice, Method, Solver};
 pub use validate::SceneError;
 pub(crate) use validate::plain;
 pub use volume::{Volume, VolumeForm, VolumeKey, VolumeWeights};
@@ -75,6 +75,12 @@ impl Scene {
     /// Adds a point load or torque.
     pub fn force(mut self, force: Force) -> Self {
         self.forces.push(force);
+        self
+    }
+
+    /// Sets how springs are solved.
+    pub fn method(mut self, method: Method) -> Self {
+        self.solver.method = method;
         self
     }
 

@@ -2,11 +2,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How springs are solved.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
     /// The method for all springs of the scene.
     pub method: Method,
+    /// Of the method "ice"; tolerance, iterations and warm start also of "acad".
+    pub ice: Ice,
+    /// Of the method "acad".
+    pub acad: Acad,
 }
 
 /// The method for springs.
@@ -16,4 +20,70 @@ pub enum Method {
     /// Explicit springs, symplectic Euler.
     #[default]
     Springs,
+    /// Implicit constraint enforcement: every spring is a constraint, as compliant as it is stiff.
+    Ice,
+    /// Adaptive constraint activation and deactivation: explicit springs, of which those that are too long become
+    /// constraints.
+    Acad,
+}
+
+/// Implicit constraint enforcement.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Ice {
+    /// Which equations.
+    pub form: ConstraintForm,
+    /// Residual at which the solver stops, relative to the right side.
+    pub tolerance: f64,
+    /// Iterations at which it stops however large the residual is.
+    pub max_iterations: u32,
+    /// Compliance beside that of the material, relative to the diagonal of the system.
+    pub epsilon: f64,
+    /// Whether it starts from the pulls of the last sub-step.
+    pub warm_start: bool,
+}
+
+impl Default for Ice {
+    fn default() -> Self {
+        Self {
+            form: ConstraintForm::Compliant,
+            tolerance: 1e-3,
+            max_iterations: 200,
+            epsilon: 0.0,
+            warm_start: true,
+        }
+    }
+}
+
+/// Adaptive constraint activation and deactivation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Acad {
+    /// A spring longer than (1 + threshold) L becomes a constraint.
+    pub threshold: f64,
+    /// A constraint shorter than (1 + release) L becomes a spring again.
+    pub release: f64,
+    /// The length that a constraint aims at is (1 + target) L.
+    pub target: f64,
+    /// Compliance relative to the diagonal of the system.
+    pub epsilon: f64,
+    /// Which equations.
+    pub form: ConstraintForm,
+}
+
+impl Default for Acad {
+    fn default() -> Self {
+        Self { threshold: 0.1, release: 0.0, target: 0.0, epsilon: 0.3, form: ConstraintForm::Compliant }
+    }
+}
+
+/// Equations of constraints.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ConstraintForm {
+    /// C = l − L with compliance.
+    #[default]
+    Compliant,
+    /// As the paper has them: Φ = l² − L², without compliance.
+    Printed,
 }

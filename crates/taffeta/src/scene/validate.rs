@@ -6,7 +6,7 @@ mod path;
 #[cfg(test)]
 mod tests;
 
-use super::{Collider, Force, Keyframe, Rotation, Scene, Shape};
+use super::{Collider, Force, Keyframe, Rotation, Scene, Shape, Solver};
 pub(crate) use path::plain;
 use path::{Checked, Path};
 use std::collections::HashMap;
@@ -38,6 +38,7 @@ impl Scene {
     pub fn validate(&self) -> Result<(), SceneError> {
         self.check_time()?;
         self.check_world()?;
+        self.check_solver()?;
         Path::of("body")
             .demand(!self.bodies.is_empty(), || "the scene has none, one or more would do".into())?;
         let mut names = HashMap::new();
@@ -83,6 +84,27 @@ impl Scene {
         path.key("gravity").finite(&self.world.gravity)?;
         path.key("drag").not_negative(self.world.drag, "kg/s")?;
         path.key("wind_force").finite(&self.world.wind_force)
+    }
+
+    fn check_solver(&self) -> Checked {
+        let Solver { ice, acad, .. } = &self.solver;
+        let path = Path::of("solver.ice");
+        path.key("tolerance").positive(ice.tolerance, "")?;
+        path.key("tolerance").demand(ice.tolerance < 1.0, || {
+            format!("is {}, and the residual is 1 before the first iteration; 0.001 would do", ice.tolerance)
+        })?;
+        path.key("max_iterations")
+            .demand(ice.max_iterations >= 1, || "is 0, 1 or more would do".to_owned())?;
+        path.key("epsilon").not_negative(ice.epsilon, "")?;
+        let path = Path::of("solver.acad");
+        path.key("threshold").positive(acad.threshold, "")?;
+        for (key, share) in [("release", acad.release), ("target", acad.target)] {
+            path.key(key).not_negative(share, "")?;
+            path.key(key).demand(share <= acad.threshold, || {
+                format!("is {share}, more than the threshold of {}; up to that would do", acad.threshold)
+            })?;
+        }
+        path.key("epsilon").not_negative(acad.epsilon, "")
     }
 
     /// A name is the body's own, and that of its output files. `names` are those of the bodies before.
