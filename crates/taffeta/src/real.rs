@@ -28,6 +28,8 @@ pub trait Real:
     const ONE: Self;
     /// Smallest squared length that is divided by [m²]: keeps 1/l finite as l → 0.
     const TINY: Self;
+    /// Distance from 1 to the next number.
+    const EPSILON: Self;
     /// A length beyond all scenes [m].
     const FAR: Self;
     /// Relative error of a volume that is restored by moving nodes.
@@ -56,6 +58,7 @@ impl Real for f32 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const TINY: Self = 1e-30;
+    const EPSILON: Self = f32::EPSILON;
     const FAR: Self = 1e30;
     const PROJECTED: Self = 1e-6;
     #[inline(always)]
@@ -86,6 +89,7 @@ impl Real for f64 {
     const ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const TINY: Self = 1e-200;
+    const EPSILON: Self = f64::EPSILON;
     const FAR: Self = 1e200;
     const PROJECTED: Self = 1e-10;
     #[inline(always)]

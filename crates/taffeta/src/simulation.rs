@@ -12,7 +12,7 @@ use crate::diagnostics::advice::{StepLimit, runaway};
 use crate::diagnostics::{FrameReport, FrameSums, normals, stability};
 #[cfg(feature = "gpu")]
 use crate::gpu::{Boundary, GpuBackend, GpuOptions};
-use crate::scene::{Scene, SceneError};
+use crate::scene::{Method, Scene, SceneError};
 #[cfg(feature = "gpu")]
 use crate::step::Stage;
 use crate::topology::Surface;
@@ -220,7 +220,7 @@ impl Simulation {
 
     fn report_of(&self, sums: FrameSums, frame: u32) -> FrameReport {
         let assembly = self.backend.assembly();
-        let FrameSums { all, hinges, volumes, pairs } = sums;
+        let FrameSums { all, hinges, volumes, pairs, solver } = sums;
         let gravity = assembly.world.gravity;
         let time = f64::from(frame) * assembly.time.dt;
         FrameReport {
@@ -239,6 +239,7 @@ impl Simulation {
             pairs: pairs.pairs,
             nearest_pair: (pairs.pairs > 0).then_some(pairs.nearest),
             pair_searches: pairs.searches,
+            solver,
         }
     }
 
@@ -507,6 +508,11 @@ fn backend(
 ) -> Result<Box<dyn Backend>, String> {
     #[cfg(feature = "gpu")]
     if let Some(gpu) = &options.gpu {
+        if scene.solver.method != Method::Springs {
+            return Err(
+                "its springs are constraints, which only the CPU has; --backend cpu would do".to_owned()
+            );
+        }
         return match (options.precision, gpu.from) {
             (Precision::F64, _) => {
                 Err("a GPU computes in 32 bits; --precision f32 or the CPU would do".to_owned())
@@ -531,11 +537,12 @@ fn finite(value: [f64; 3], what: &str) -> Result<(), SceneError> {
     Err(SceneError::new("body", format!("{value:?} is not {what}: three finite numbers would do")))
 }
 
-/// Threads of this machine that gain something for a scene. A hinge costs as much as some nodes with their springs.
+/// Threads of this machine that gain something for a scene. A hinge costs as much as some nodes with their springs, a
+/// constraint with the iterations about it as much as some more.
 fn useful_threads(assembly: &Assembly) -> usize {
     let all = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let hinges: usize = assembly.bodies.iter().map(|body| body.hinges.len()).sum();
-    all.min((assembly.places + 8 * hinges) / 4096)
+    all.min((assembly.places + 8 * hinges + 4 * assembly.constraints.len()) / 4096)
 }
 
 fn info(body: &BodyAssembly) -> BodyInfo {

@@ -14,6 +14,8 @@ pub enum Stage {
     Loads,
     /// Forces of springs.
     Springs,
+    /// Forces of springs that are constraints.
+    Constraints,
     /// Forces that keep volumes.
     Volumes,
     /// New velocity, new position.
@@ -32,10 +34,11 @@ pub enum Stage {
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Elements,
         Self::Loads,
         Self::Springs,
+        Self::Constraints,
         Self::Volumes,
         Self::Integrate,
         Self::Pins,
@@ -51,6 +54,7 @@ impl Stage {
             Self::Elements => "elements",
             Self::Loads => "loads",
             Self::Springs => "springs",
+            Self::Constraints => "constraints",
             Self::Volumes => "volumes",
             Self::Integrate => "integrate",
             Self::Pins => "pins",
@@ -78,6 +82,10 @@ pub trait Stages {
     fn elements(&mut self, substep: &Self::Substep);
     /// Runs `stages` on every tile of the worker's part.
     fn particles(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
+    /// Whether springs are constraints, or may become some.
+    fn constrains(&self) -> bool;
+    /// Finds the pulls of constraints, when all have found forces; then runs `stages` on tiles that wait for them.
+    fn constraints(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
     /// Whether any body keeps its volume.
     fn keeps_volumes(&self) -> bool;
     /// Finds the multiplier of each volume, when all have found gradients; then runs `stages` on tiles that keep one.
@@ -100,8 +108,14 @@ pub trait Stages {
 pub trait Tile {
     /// Force from wind, drag, point loads, torques and hinges.
     fn loads(&mut self);
-    /// Adds the force of the springs.
+    /// Adds the force of the springs that are no constraints.
     fn springs(&mut self);
+    /// Whether constraints act on its nodes.
+    fn is_constrained(&self) -> bool;
+    /// Keeps forces for later, and the velocity that they alone would give.
+    fn wait_for_constraints(&mut self);
+    /// Takes them up again, and adds the force of constraints.
+    fn constrain(&mut self);
     /// Whether its nodes are those of a body that keeps its volume.
     fn keeps_volume(&self) -> bool;
     /// Gradients of the volume, and what the multiplier needs of them and of the force.
@@ -127,9 +141,15 @@ pub fn frame<S: Stages>(worker: &mut S, substeps: &[S::Substep]) {
         worker.particles(substep, |tile| {
             tile.loads();
             tile.springs();
-            // A multiplier needs all forces on its body: there the way parts.
-            if tile.keeps_volume() { tile.gradients() } else { go_on(tile) }
+            // Pulls need all other forces: there the way parts.
+            if tile.is_constrained() { tile.wait_for_constraints() } else { forces_known(tile) }
         });
+        if worker.constrains() {
+            worker.constraints(substep, |tile| {
+                tile.constrain();
+                forces_known(tile);
+            });
+        }
         if worker.keeps_volumes() {
             worker.volumes(substep, |tile| {
                 tile.keep_volume();
@@ -157,6 +177,11 @@ pub fn frame<S: Stages>(worker: &mut S, substeps: &[S::Substep]) {
         worker.end(substep);
     }
     worker.diagnose();
+}
+
+/// On from forces. A multiplier needs all of them on its body: there the way parts again.
+fn forces_known(tile: &mut impl Tile) {
+    if tile.keeps_volume() { tile.gradients() } else { go_on(tile) }
 }
 
 /// From forces to places.

@@ -4,6 +4,7 @@
 //! User order stays outside: [`BodyAssembly::solver_of_node`] is the only way in and out.
 
 mod body;
+mod constraints;
 mod grid;
 mod loads;
 mod pairs;
@@ -11,12 +12,13 @@ mod pins;
 mod volumes;
 
 pub use body::{BodyAssembly, BodySprings, GridDirections};
+pub use constraints::Constraints;
 pub use loads::{Load, LoadKind};
 pub use pairs::{Apart, Touching};
 
 use crate::collision::shape::MovingCollider;
 use crate::integrate::keyframes::Track;
-use crate::scene::{Scene, SceneError, Time, World};
+use crate::scene::{Scene, SceneError, Solver, Time, World};
 
 /// A scene, ready to run.
 pub struct Assembly {
@@ -32,6 +34,10 @@ pub struct Assembly {
     pub colliders: Vec<MovingCollider>,
     /// Point loads and torques.
     pub loads: Vec<Load>,
+    /// Springs as a list, where the method makes constraints of them.
+    pub constraints: Constraints,
+    /// How springs are solved.
+    pub solver: Solver,
     /// Gravity, drag, wind.
     pub world: World,
     /// Frames and steps.
@@ -60,6 +66,8 @@ impl Assembly {
             tracks: Vec::new(),
             colliders: scene.colliders.iter().filter_map(MovingCollider::new).collect(),
             loads: Vec::new(),
+            constraints: Constraints::default(),
+            solver: scene.solver.clone(),
             world: scene.world.clone(),
             time: scene.time.clone(),
         };
@@ -67,6 +75,7 @@ impl Assembly {
             assembly.add_body(index, body)?;
         }
         assembly.loads = loads::loads(&assembly.bodies, &scene.forces)?;
+        assembly.constraints = Constraints::new(&assembly);
         assembly.start_pins();
         assembly.note_start_contacts();
         Ok(assembly)

@@ -35,13 +35,46 @@ pub fn respond<T: Real>(x: [T; 3], v: [T; 3], touch: &Touch<T>, h: T) -> ([T; 3]
     // A node that leaves already gets no impulse, and hence no friction.
     let approach = if approach > T::ZERO { approach } else { T::ZERO };
     let impulse = (T::ONE + touch.restitution) * approach;
-    let tangential = sub(relative, scale(touch.normal, dot(relative, touch.normal)));
-    let (slip, most) = (norm(tangential), touch.friction * impulse);
-    let lost = if slip > most { most / slip } else { T::ONE };
-    let lost = if impulse > T::ZERO { lost } else { T::ZERO };
-    let friction = scale(tangential, -lost);
+    let friction = rub(relative, touch.normal, touch.friction * impulse);
     let velocity = add(add(v, scale(touch.normal, impulse)), friction);
     (add(lifted, scale(friction, h)), velocity)
+}
+
+/// Change of velocity by friction that takes at most `most` [m/s] from the tangential part of a relative velocity.
+#[inline(always)]
+pub fn rub<T: Real>(relative: [T; 3], normal: [T; 3], most: T) -> [T; 3] {
+    let tangential = sub(relative, scale(normal, dot(relative, normal)));
+    let slip = norm(tangential);
+    let lost = if slip > most { most / slip } else { T::ONE };
+    let lost = if most > T::ZERO { lost } else { T::ZERO };
+    scale(tangential, -lost)
+}
+
+/// Velocity `v` [m/s] of a node that pulls [m/s] press against a surface, or take off it. What they press, the surface
+/// bears, and friction comes with it; what takes the node off lets it go no further than onto the surface, where it gets
+/// with the normal speed `landing`: the next sub-step knows these pulls. `v` is without the pulls.
+#[inline(always)]
+pub fn pressed<T: Real>(
+    v: [T; 3],
+    pulls: [T; 3],
+    (normal, landing): ([T; 3], T),
+    surface_velocity: [T; 3],
+    friction: T,
+) -> [T; 3] {
+    let (free, pulled) = (dot(v, normal), dot(add(v, pulls), normal));
+    let least = if free < landing { free } else { landing };
+    let kept = if pulled < least { least } else { pulled };
+    let kept = if kept > landing { landing } else { kept };
+    let moved = add(add(v, pulls), scale(normal, kept - pulled));
+    let impulse = if kept > pulled { kept - pulled } else { T::ZERO };
+    add(moved, rub(sub(moved, surface_velocity), normal, friction * impulse))
+}
+
+/// A vector with its part along the unit vector `normal` put to `speed`: the velocity of a node that a surface lets go no
+/// further than onto itself.
+#[inline(always)]
+pub fn landing<T: Real>(v: [T; 3], normal: [T; 3], speed: T) -> [T; 3] {
+    add(v, scale(normal, speed - dot(v, normal)))
 }
 
 /// Squared sine of the angle below which a wedge counts as two faces that face each other, about 10°: the way out of a

@@ -1,3 +1,4 @@
 //! Constraints: what must hold whatever the forces are. They correct forces, or positions.
 
+pub mod distance;
 pub mod volume;

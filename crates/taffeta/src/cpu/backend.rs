@@ -9,13 +9,14 @@ use super::diagnose::{VolumeChunk, frame_sums};
 use super::pairs::{Found, PairScratch, PairSetup, PairWork};
 use super::shared::Shared;
 use super::simd::SimdLevel;
+use super::solve::{SolveSetup, SolveWork};
 use super::team::Team;
 use super::tiles::{self, TilePlan, TiledSprings};
 use super::volume::{Corrections, VolumeBody};
 use super::worker::{Scratch, Worker};
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, Hand, Lost};
-use crate::diagnostics::{FrameSums, PairSums, StateSums};
+use crate::diagnostics::{FrameSums, PairSums, SolverReport, StateSums};
 use crate::forces::hinge::Rest;
 use crate::plan;
 use crate::real::Real;
@@ -53,6 +54,8 @@ pub struct Setup<T> {
     pub volumes: Vec<VolumeBody<T>>,
     /// Which of them each body is.
     pub volume_of_body: Vec<Option<usize>>,
+    /// Springs that are, or become, constraints, if any do.
+    pub solve: Option<SolveSetup<T>>,
     /// Nodes that touch each other, if any do.
     pub pairs: Option<PairSetup<T>>,
     /// Triangles of closed bodies, in chunks.
@@ -87,6 +90,7 @@ pub struct CpuBackend<T> {
     current: usize,
     hinge_forces: Vec<[[T; 3]; 4]>,
     corrections: Corrections<T>,
+    solve: SolveWork<T>,
     pub(super) pairs: PairWork<T>,
     pub(super) balance: Balance,
     tile_sums: Vec<StateSums>,
@@ -113,6 +117,8 @@ impl<T: Real> CpuBackend<T> {
         let clock = Instant::now();
         let pairs = PairSetup::new(&assembly, &tiles, &shares);
         let balance = Balance::new(shares.len(), clock.elapsed().as_secs_f64());
+        let solve = SolveSetup::new(&mut assembly, &tiles);
+        let watch = solve.as_ref().and_then(SolveSetup::watched);
         let fields = [start(&assembly, 0), start(&assembly, 6 * STAGGER)];
         assembly.release();
         Ok(Self {
@@ -120,13 +126,14 @@ impl<T: Real> CpuBackend<T> {
                 .iter()
                 .map(|share| {
                     let pairs = pairs.as_ref().map(|_| PairScratch::new(assembly.places, share.len()));
-                    Mutex::new(Scratch::new(widest, cols, volumes.len(), pairs))
+                    Mutex::new(Scratch::new(widest, (cols, watch), volumes.len(), pairs))
                 })
                 .collect(),
             fields,
             current: 0,
             hinge_forces: vec![[[T::ZERO; 3]; 4]; hinges.corners.len()],
             corrections: Corrections::new(&volumes),
+            solve: SolveWork::new(solve.as_ref(), tiles.len()),
             pairs: PairWork::new(pairs.as_ref(), shares.len()),
             balance,
             tile_sums: vec![StateSums::default(); tiles.len()],
@@ -140,6 +147,7 @@ impl<T: Real> CpuBackend<T> {
                 hinges,
                 volumes,
                 volume_of_body,
+                solve,
                 pairs,
                 volume_chunks,
                 level: SimdLevel::detect(),
@@ -160,9 +168,16 @@ impl<T: Real> CpuBackend<T> {
         let state = self.fields[self.current].each_ref().map(|column| &column[..]);
         self.sums = frame_sums(&self.setup, state, &self.tile_sums, &self.volumes);
         self.sums.pairs = self.pair_sums(substeps.len());
+        self.sums.solver = self.solver_report();
         if !substeps.is_empty() {
             self.balance(seconds);
         }
+    }
+
+    /// What the solver did in a frame; all workers know it.
+    fn solver_report(&mut self) -> SolverReport {
+        let first = self.scratch.first_mut().map(|one| one.get_mut().unwrap_or_else(PoisonError::into_inner));
+        first.map(|scratch| std::mem::take(&mut scratch.solve.report)).unwrap_or_default()
     }
 
     /// What was found of nodes in contact in the last of some sub-steps.
@@ -181,6 +196,7 @@ impl<T: Real> CpuBackend<T> {
         let tile_sums = Shared::new(&mut self.tile_sums);
         let volumes = Shared::new(&mut self.volumes);
         let corrections = self.corrections.share();
+        let solve = self.solve.share();
         let pairs = self.pairs.share();
         let (setup, shares, scratch, current) = (&self.setup, &self.shares, &self.scratch, self.current);
         self.team.run(|index, barrier| {
@@ -194,6 +210,7 @@ impl<T: Real> CpuBackend<T> {
                 current,
                 hinge_forces: &hinge_forces,
                 corrections: &corrections,
+                solve: &solve,
                 pairs: &pairs,
                 tile_sums: &tile_sums,
                 volumes: &volumes,
@@ -275,7 +292,7 @@ impl<T: Real> Backend for CpuBackend<T> {
         let columns = 14 * self.setup.mass.len() * size_of::<T>();
         let springs: usize = self.setup.springs.iter().map(TiledSprings::bytes).sum();
         let hinges = self.hinge_forces.len() * (size_of::<[[T; 3]; 4]>() + 36);
-        columns + springs + hinges + self.corrections.bytes() + self.pairs.bytes()
+        columns + springs + hinges + self.corrections.bytes() + self.solve.bytes() + self.pairs.bytes()
     }
 }
 

@@ -8,7 +8,7 @@
 use super::column::Column;
 use super::simd::{Kernel, SimdLevel};
 use crate::forces::spring;
-use crate::real::Real;
+use crate::real::{Real, dot};
 use crate::topology::{GRID_STEPS as STEPS, LANES};
 use std::ops::Range;
 
@@ -63,6 +63,9 @@ impl<T: Real> GridSprings<T> {
 pub struct Sweep<T> {
     forces: Column<T>,
     line: usize,
+    /// Squared stretch to watch for, if any, and which of the last rows own a spring beyond it.
+    watch: Option<T>,
+    beyond: [bool; 3],
     /// What may come next without starting again: (body, first column, row).
     next: Option<(usize, usize, usize)>,
 }
@@ -82,10 +85,11 @@ fn line_of(direction: usize, row: isize, axis: usize) -> usize {
 }
 
 impl<T: Real> Sweep<T> {
-    /// For strips of up to `cols` columns.
-    pub fn new(cols: usize) -> Self {
+    /// For strips of up to `cols` columns; watches for springs longer than a multiple of their rest length.
+    pub fn new(cols: usize, watch: Option<T>) -> Self {
         let line = cols.next_multiple_of(LANES) + 3 * LANES;
-        Self { forces: Column::zeros(line * LINES), line, next: None }
+        let watch = watch.map(|stretch| stretch * stretch);
+        Self { forces: Column::zeros(line * LINES), line, watch, beyond: [false; 3], next: None }
     }
 
     /// Forgets the rows before: the state has changed.
@@ -94,7 +98,7 @@ impl<T: Real> Sweep<T> {
     }
 
     /// Adds to `force` [N] the springs of the nodes in `rows` and `cols`; `old` is the state (position and velocity by
-    /// axis) from the body's first node on.
+    /// axis) from the body's first node on. Returns whether one of these springs, or a neighbour, is longer than watched for.
     pub fn springs(
         &mut self,
         level: SimdLevel,
@@ -102,26 +106,49 @@ impl<T: Real> Sweep<T> {
         (rows, cols): (Range<usize>, Range<usize>),
         old: [&[T]; 6],
         force: &mut [Column<T>; 3],
-    ) {
+    ) -> bool {
         if self.next != Some((body, cols.start, rows.start)) {
             self.forces.fill(T::ZERO);
+            self.beyond = [false; 3];
             for row in rows.start.saturating_sub(2)..rows.start {
-                level.run(SweepRow { sweep: self, grid, row, cols: cols.clone(), old, force: None });
+                self.row(level, grid, row, cols.clone(), old, None);
             }
         }
+        // Springs of the two rows before end in this one.
+        let mut beyond =
+            rows.start > 0 && (self.beyond[(rows.start + 1) % 3] || self.beyond[(rows.start + 2) % 3]);
         let width = cols.len();
         for row in rows.clone() {
             let at = (row - rows.start) * width..(row - rows.start + 1) * width;
             let [x, y, z] = &mut *force;
             let force = Some([&mut x[at.clone()], &mut y[at.clone()], &mut z[at]]);
-            level.run(SweepRow { sweep: self, grid, row, cols: cols.clone(), old, force });
+            self.row(level, grid, row, cols.clone(), old, force);
+            beyond |= self.beyond[row % 3];
         }
         self.next = Some((body, cols.start, rows.end));
+        beyond
+    }
+
+    fn row(
+        &mut self,
+        level: SimdLevel,
+        grid: &GridSprings<T>,
+        row: usize,
+        cols: Range<usize>,
+        old: [&[T]; 6],
+        force: Option<[&mut [T]; 3]>,
+    ) {
+        if self.watch.is_some() {
+            self.beyond[row % 3] = false;
+            level.run(SweepRow::<T, true> { sweep: self, grid, row, cols, old, force });
+        } else {
+            level.run(SweepRow::<T, false> { sweep: self, grid, row, cols, old, force });
+        }
     }
 }
 
 /// Kernel: the springs that a row owns, then, if asked, the forces on its nodes.
-struct SweepRow<'a, T> {
+struct SweepRow<'a, T, const WATCH: bool> {
     sweep: &'a mut Sweep<T>,
     grid: &'a GridSprings<T>,
     row: usize,
@@ -130,7 +157,7 @@ struct SweepRow<'a, T> {
     force: Option<[&'a mut [T]; 3]>,
 }
 
-impl<T: Real> Kernel for SweepRow<'_, T> {
+impl<T: Real, const WATCH: bool> Kernel for SweepRow<'_, T, WATCH> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
@@ -144,7 +171,7 @@ impl<T: Real> Kernel for SweepRow<'_, T> {
         for start in (first..cols.end).step_by(BLOCK) {
             let owned = start..cols.end.min(start + BLOCK);
             for direction in 0..6 {
-                own_springs(sweep, grid, direction, (row, start - first, &owned), &old);
+                own_springs::<T, WATCH>(sweep, grid, direction, (row, start - first, &owned), &old);
             }
             for (axis, force) in force.iter_mut().enumerate() {
                 if let Some(force) = force {
@@ -159,7 +186,7 @@ impl<T: Real> Kernel for SweepRow<'_, T> {
 
 /// Forces on the first ends of those springs of a row in one direction whose numbers are `owned`.
 #[inline(always)]
-fn own_springs<T: Real>(
+fn own_springs<T: Real, const WATCH: bool>(
     sweep: &mut Sweep<T>,
     grid: &GridSprings<T>,
     direction: usize,
@@ -171,6 +198,7 @@ fn own_springs<T: Real>(
     // Whole vectors: what lies past the row is computed too, then cleared. The state is padded for that.
     let padded = count.next_multiple_of(LANES);
     let line = sweep.line;
+    let reach = sweep.watch.map_or(T::FAR, |watch| watch * (along.rest_length * along.rest_length));
     let start = line_of(direction, row as isize, 0) * line;
     let (x, rest) = sweep.forces[start..start + 3 * line].split_at_mut(line);
     let (y, z) = rest.split_at_mut(line);
@@ -178,7 +206,11 @@ fn own_springs<T: Real>(
     if count > 0 {
         let (a, b) = grid.ends(direction, row);
         let ends = [a + owned.start, b + owned.start];
-        row_springs(old, ends, &mut x[..padded], &mut y[..padded], &mut z[..padded], along);
+        let (x, y, z) = (&mut x[..padded], &mut y[..padded], &mut z[..padded]);
+        row_springs(old, ends, x, y, z, along);
+        if WATCH && longest(old, ends, count) > reach {
+            sweep.beyond[row % 3] = true;
+        }
     }
     for axis in [x, y, z] {
         axis[count..owned.len().next_multiple_of(LANES)].fill(T::ZERO);
@@ -208,6 +240,30 @@ fn row_springs<T: Real>(
         y[i] = factor * d[1];
         z[i] = factor * d[2];
     }
+}
+
+/// Squared length [m²] of the longest of `count` springs.
+#[inline(always)]
+fn longest<T: Real>(old: &[&[T]; 6], [a, b]: [usize; 2], count: usize) -> T {
+    let (ax, ay, az) = (&old[0][a..a + count], &old[1][a..a + count], &old[2][a..a + count]);
+    let (bx, by, bz) = (&old[0][b..b + count], &old[1][b..b + count], &old[2][b..b + count]);
+    let mut lanes = [T::ZERO; LANES];
+    let whole = count / LANES * LANES;
+    let squared = |i: usize| {
+        let d = [bx[i] - ax[i], by[i] - ay[i], bz[i] - az[i]];
+        dot(d, d)
+    };
+    for start in (0..whole).step_by(LANES) {
+        for (lane, most) in lanes.iter_mut().enumerate() {
+            let squared = squared(start + lane);
+            *most = if squared > *most { squared } else { *most };
+        }
+    }
+    let mut most = T::ZERO;
+    for squared in lanes.into_iter().chain((whole..count).map(squared)) {
+        most = if squared > most { squared } else { most };
+    }
+    most
 }
 
 /// Forces of `n` springs of a direction along one axis, kept for `row`, from the `from`-th number of their line on.

@@ -4,7 +4,7 @@
 use super::column::Column;
 use super::simd::{Kernel, SimdLevel};
 use crate::forces::spring;
-use crate::real::Real;
+use crate::real::{Real, dot};
 use crate::topology::{Gather, LANES};
 
 /// The springs of one kind of a mesh body.
@@ -35,16 +35,24 @@ impl<T: Real> GatheredSprings<T> {
         }
     }
 
-    /// Adds to `force` [N] the springs of the nodes of `slices`; `old` is the state from the body's first node on.
+    /// Adds to `force` [N] the springs of the nodes of `slices`; `old` is the state from the body's first node on. Returns
+    /// whether one of them is longer than `watch` times its rest length, if that is asked.
     pub fn springs(
         &self,
         level: SimdLevel,
         slices: std::ops::Range<usize>,
         old: [&[T]; 6],
         force: &mut [Column<T>; 3],
-    ) {
+        watch: Option<T>,
+    ) -> bool {
         // Vector gathers of AVX-512 are slower than AVX2's on the machines measured.
-        level.min(SimdLevel::Avx2).run(GatherForces { springs: self, slices, old, force });
+        let level = level.min(SimdLevel::Avx2);
+        match watch {
+            None => level.run(GatherForces::<T, false> { springs: self, slices, old, force, watch: T::FAR }),
+            Some(watch) => {
+                level.run(GatherForces::<T, true> { springs: self, slices, old, force, watch: watch * watch })
+            }
+        }
     }
 
     /// The table's rows for one slice: for each step, the neighbours and rest lengths of the slice's lanes.
@@ -67,19 +75,21 @@ impl<T: Real> GatheredSprings<T> {
     }
 }
 
-/// Kernel: forces of some slices.
-struct GatherForces<'a, T> {
+/// Kernel: forces of some slices; whether a spring's squared stretch is beyond the one watched for.
+struct GatherForces<'a, T, const WATCH: bool> {
     springs: &'a GatheredSprings<T>,
     slices: std::ops::Range<usize>,
     old: [&'a [T]; 6],
     force: &'a mut [Column<T>; 3],
+    watch: T,
 }
 
-impl<T: Real> Kernel for GatherForces<'_, T> {
-    type Output = ();
+impl<T: Real, const WATCH: bool> Kernel for GatherForces<'_, T, WATCH> {
+    type Output = bool;
     #[inline(always)]
-    fn run(self) {
-        let Self { springs, slices, old, force: [fx, fy, fz] } = self;
+    fn run(self) -> bool {
+        let Self { springs, slices, old, force: [fx, fy, fz], watch } = self;
+        let mut over = [T::ZERO; LANES];
         let places = springs.places();
         let [x, y, z, u, v, w] = old;
         let old = [&x[..places], &y[..places], &z[..places], &u[..places], &v[..places], &w[..places]];
@@ -90,12 +100,32 @@ impl<T: Real> Kernel for GatherForces<'_, T> {
             for (neighbours, rest_lengths) in springs.slice(slice) {
                 gather(&old, neighbours, &mut other);
                 add_springs(springs, &own, &other, rest_lengths, &mut sum);
+                if WATCH {
+                    note_longest(&own, &other, rest_lengths, watch, &mut over);
+                }
             }
             let here = index * LANES..(index + 1) * LANES;
             add_lanes(&mut fx[here.clone()], &sum[0]);
             add_lanes(&mut fy[here.clone()], &sum[1]);
             add_lanes(&mut fz[here], &sum[2]);
         }
+        over.into_iter().any(|over| over > T::ZERO)
+    }
+}
+
+/// Notes by how much a squared length is beyond `watch` times that at rest.
+#[inline(always)]
+fn note_longest<T: Real>(
+    own: &[[T; LANES]; 6],
+    other: &[[T; LANES]; 6],
+    rest_lengths: &[T; LANES],
+    watch: T,
+    over: &mut [T; LANES],
+) {
+    for lane in 0..LANES {
+        let d = [other[0][lane] - own[0][lane], other[1][lane] - own[1][lane], other[2][lane] - own[2][lane]];
+        let beyond = dot(d, d) - watch * (rest_lengths[lane] * rest_lengths[lane]);
+        over[lane] = if beyond > over[lane] { beyond } else { over[lane] };
     }
 }
 

@@ -11,6 +11,7 @@ mod pairs;
 mod rings;
 mod shared;
 mod simd;
+mod solve;
 mod team;
 mod tile;
 mod tiles;

@@ -42,4 +42,15 @@ impl<'a, T> Shared<'a, T> {
         // SAFETY: in bounds by the assertion; unique by the caller's promise.
         unsafe { std::slice::from_raw_parts_mut(self.start.add(range.start), range.len()) }
     }
+
+    /// One item, to write.
+    ///
+    /// # Safety
+    /// As of [`Self::write`].
+    #[expect(clippy::mut_from_ref, reason = "as of `write`")]
+    pub unsafe fn item(&self, index: usize) -> &mut T {
+        // SAFETY: promised by the caller.
+        let one = unsafe { self.write(index..index + 1) };
+        &mut one[0]
+    }
 }

@@ -4,6 +4,7 @@ use super::backend::Setup;
 use super::contact::contact;
 use super::shared::Shared;
 use super::simd::Kernel;
+use super::solve::{SharedSolve, SolveSetup};
 use super::tiles::{TilePlan, TiledSprings};
 use super::volume::SharedCorrections;
 use super::worker::Scratch;
@@ -22,7 +23,8 @@ pub struct CpuTile<'a, T> {
     pub setup: &'a Setup<T>,
     /// Which nodes.
     pub plan: &'a TilePlan,
-    /// Which of the worker's tiles it is.
+    /// Which of all tiles, and which of the worker's, it is.
+    pub index: usize,
     pub number: usize,
     /// What the sub-step is told.
     pub substep: &'a Substep<T>,
@@ -34,6 +36,8 @@ pub struct CpuTile<'a, T> {
     pub hinge_forces: &'a [[[T; 3]; 4]],
     /// What volumes need between stages.
     pub corrections: &'a SharedCorrections<'a, T>,
+    /// What constraints need between stages.
+    pub solve: &'a SharedSolve<'a, T>,
     /// Which volume it is a part of.
     pub volume: Option<usize>,
     /// The worker's room.
@@ -64,24 +68,54 @@ impl<T: Real> Tile for CpuTile<'_, T> {
     }
 
     fn springs(&mut self) {
+        if self.is_implicit() {
+            return;
+        }
         let TilePlan { body, units, cols, .. } = self.plan;
         let first = self.setup.assembly.bodies[*body].first;
         let old = self.old.map(|column| &column[first..]);
+        let watch = self.setup.solve.as_ref().and_then(SolveSetup::watched);
         let (level, Scratch { force, gradient, sweep, .. }) = (self.setup.level, &mut *self.scratch);
+        let mut beyond = false;
         match &self.setup.springs[*body] {
             TiledSprings::Grid(grid) => {
-                sweep.springs(level, (*body, grid), (units.clone(), cols.clone()), old, force);
+                beyond |= sweep.springs(level, (*body, grid), (units.clone(), cols.clone()), old, force);
             }
             TiledSprings::Mesh(sets) => {
                 let (rings, others) = sets.split_at(usize::from(self.volume.is_some()));
                 for set in rings {
                     set.springs_and_gradients(level, units.clone(), old, force, gradient);
+                    // Rings are not watched.
+                    beyond = true;
                 }
                 for set in others {
-                    set.springs(level, units.clone(), old, force);
+                    beyond |= set.springs(level, units.clone(), old, force, watch);
                 }
             }
         }
+        self.note_waiting(beyond);
+    }
+
+    fn is_constrained(&self) -> bool {
+        self.waits()
+    }
+
+    fn wait_for_constraints(&mut self) {
+        self.integrate();
+        self.pins();
+        for (at, run) in self.plan.runs() {
+            // The velocity without constraints where places will be, and the force where velocities will be.
+            let [x, y, z, u, v, w] = self.after(&run);
+            for (axis, (velocity, force)) in [(x, u), (y, v), (z, w)].into_iter().enumerate() {
+                velocity.copy_from_slice(force);
+                force.copy_from_slice(&self.scratch.force[axis][at..at + run.len()]);
+            }
+        }
+    }
+
+    fn constrain(&mut self) {
+        self.add_constraints();
+        self.find_gradients();
     }
 
     fn keeps_volume(&self) -> bool {

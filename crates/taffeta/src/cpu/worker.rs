@@ -6,6 +6,7 @@ use super::diagnose::{chunk_volume, tile_sums};
 use super::grid::Sweep;
 use super::pairs::{PairScratch, PairWorker, SharedPairs};
 use super::shared::Shared;
+use super::solve::{SharedSolve, SolveScratch, SolveWorker};
 use super::team::Barrier;
 use super::tile::CpuTile;
 use super::volume::SharedCorrections;
@@ -35,6 +36,8 @@ pub struct Scratch<T> {
     pub torques: Vec<T>,
     /// For each node of a tile, the collider that it touched last, from 1; 0: none.
     pub last_touch: Vec<u32>,
+    /// Springs that are constraints.
+    pub solve: SolveScratch<T>,
     /// Nodes that touch each other, where any do.
     pub pairs: Option<PairScratch<T>>,
     /// Time that it has waited for others about them in this frame [s].
@@ -42,16 +45,22 @@ pub struct Scratch<T> {
 }
 
 impl<T: Real> Scratch<T> {
-    /// For tiles of up to `nodes` nodes, grids of up to `cols` columns, and some volumes.
-    pub fn new(nodes: usize, cols: usize, volumes: usize, pairs: Option<PairScratch<T>>) -> Self {
+    /// For tiles of up to `nodes` nodes, grids of up to `cols` columns, a stretch to watch for, and some volumes.
+    pub fn new(
+        nodes: usize,
+        (cols, watch): (usize, Option<T>),
+        volumes: usize,
+        pairs: Option<PairScratch<T>>,
+    ) -> Self {
         Self {
             force: std::array::from_fn(|_| Column::zeros(nodes)),
             gradient: std::array::from_fn(|_| Column::zeros(if volumes > 0 { nodes } else { 0 })),
             pushes: vec![None; volumes],
             origins: vec![[T::ZERO; 3]; volumes],
-            sweep: Sweep::new(cols),
+            sweep: Sweep::new(cols, watch),
             torques: Vec::new(),
             last_touch: vec![0; nodes],
+            solve: SolveScratch::default(),
             pairs,
             waited: 0.0,
         }
@@ -76,6 +85,8 @@ pub struct Worker<'a, T> {
     pub hinge_forces: &'a Shared<'a, [[T; 3]; 4]>,
     /// What volumes need between stages.
     pub corrections: &'a SharedCorrections<'a, T>,
+    /// What constraints need between stages.
+    pub solve: &'a SharedSolve<'a, T>,
     /// What nodes that touch each other need between stages.
     pub pairs: &'a SharedPairs<'a, T>,
     /// Where each tile's sums go.
@@ -138,6 +149,7 @@ impl<'a, T: Real> Worker<'a, T> {
         CpuTile {
             setup: self.setup,
             plan,
+            index,
             number: index - self.share.start,
             substep,
             old: self.state(),
@@ -145,6 +157,7 @@ impl<'a, T: Real> Worker<'a, T> {
             // SAFETY: hinge forces were written before the barrier in `elements`, and next are after that of `end`.
             hinge_forces: unsafe { self.hinge_forces.read() },
             corrections: self.corrections,
+            solve: self.solve,
             volume: self.setup.volume_of_body[plan.body],
             scratch: self.scratch,
             contacts: 0,
@@ -237,6 +250,44 @@ impl<T: Real> Stages for Worker<'_, T> {
             stages(&mut tile);
             let contacts = tile.contacts;
             self.sums_of(index).contacts = contacts;
+        }
+    }
+
+    fn constrains(&self) -> bool {
+        self.setup.solve.is_some()
+    }
+
+    fn constraints(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
+        let setup = self.setup;
+        let Some(solve) = &setup.solve else { return };
+        self.barrier.wait();
+        // SAFETY: noted before the barrier, and anew after the next.
+        if solve.adaptive && !unsafe { self.solve.waits() }.contains(&true) {
+            return;
+        }
+        let old = self.state();
+        SolveWorker {
+            setup,
+            solve,
+            shared: self.solve,
+            scratch: &mut self.scratch.solve,
+            share: self.share.clone(),
+            index: self.index,
+            workers: self.workers,
+            barrier: self.barrier,
+            old,
+            next: &self.buffers[1 - self.current],
+            h: substep.h,
+            colliders: &substep.colliders,
+        }
+        .solve();
+        for index in self.share.clone() {
+            let mut tile = self.tile(index, substep);
+            if tile.waits() {
+                stages(&mut tile);
+                let contacts = tile.contacts;
+                self.sums_of(index).contacts += contacts;
+            }
         }
     }
 

@@ -6,5 +6,5 @@ mod report;
 pub mod stability;
 mod sums;
 
-pub use report::FrameReport;
+pub use report::{FrameReport, SolverReport};
 pub(crate) use sums::{FrameSums, PairSums, StateSums};

@@ -33,6 +33,21 @@ pub struct FrameReport {
     pub nearest_pair: Option<f64>,
     /// Times that neighbours were searched for in the frame. It may depend on the number of threads; nothing else does.
     pub pair_searches: u64,
+    /// What the solver of constraints did; all zero where there are none.
+    pub solver: SolverReport,
+}
+
+/// What the solver of constraints did in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SolverReport {
+    /// Most iterations of a sub-step.
+    pub iterations: u32,
+    /// Largest residual of a sub-step, relative to the right side.
+    pub residual: f64,
+    /// Largest share of the springs that were constraints in a sub-step.
+    pub active_fraction: f64,
+    /// Sub-steps that ended with a residual beyond the tolerance.
+    pub capped: u32,
 }
 
 impl FrameReport {

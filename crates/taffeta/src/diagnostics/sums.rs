@@ -1,5 +1,7 @@
 //! Sums over the state, as backends hand them over.
 
+use super::SolverReport;
+
 /// Sums over the state, or over a part of it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StateSums {
@@ -30,6 +32,8 @@ pub struct FrameSums {
     pub volumes: Vec<Option<f64>>,
     /// Nodes in contact with each other.
     pub pairs: PairSums,
+    /// What the solver of constraints did.
+    pub solver: SolverReport,
 }
 
 /// What was found of nodes in contact with each other.

@@ -42,7 +42,12 @@ impl Boundary {
                     Stage::Integrate => tile.integrate(),
                     Stage::Pins => tile.pins(),
                     Stage::Contact => tile.contact(),
-                    Stage::Elements | Stage::Volumes | Stage::Pairs | Stage::Project | Stage::Diagnose => {}
+                    Stage::Elements
+                    | Stage::Constraints
+                    | Stage::Volumes
+                    | Stage::Pairs
+                    | Stage::Project
+                    | Stage::Diagnose => {}
                 }
             }
         });
@@ -97,6 +102,12 @@ impl Stages for Order {
         stages(&mut listed);
         self.0.extend(listed.stages());
     }
+
+    fn constrains(&self) -> bool {
+        false
+    }
+
+    fn constraints(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
 
     fn keeps_volumes(&self) -> bool {
         false

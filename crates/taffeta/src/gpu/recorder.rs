@@ -52,6 +52,18 @@ impl Tile for Listed {
         self.stages.push(Stage::Springs);
     }
 
+    fn is_constrained(&self) -> bool {
+        false
+    }
+
+    fn wait_for_constraints(&mut self) {
+        self.stages.push(Stage::Constraints);
+    }
+
+    fn constrain(&mut self) {
+        self.stages.push(Stage::Constraints);
+    }
+
     fn keeps_volume(&self) -> bool {
         self.keeps_volume
     }
@@ -128,6 +140,12 @@ impl Stages for Recorder<'_> {
             self.sum_volumes(substep);
         }
     }
+
+    fn constrains(&self) -> bool {
+        false
+    }
+
+    fn constraints(&mut self, _: &usize, _: impl Fn(&mut Listed)) {}
 
     fn keeps_volumes(&self) -> bool {
         // A paper's kernels keep them among the other particle stages.
@@ -261,7 +279,12 @@ impl Recorder<'_> {
             Stage::Integrate => self.dispatch("integrate_all", substep, places),
             Stage::Pins => self.dispatch("pins_all", substep, self.counts.pins.div_ceil(GROUP)),
             Stage::Contact => self.dispatch("contact_all", substep, places),
-            Stage::Elements | Stage::Volumes | Stage::Pairs | Stage::Project | Stage::Diagnose => {}
+            Stage::Elements
+            | Stage::Constraints
+            | Stage::Volumes
+            | Stage::Pairs
+            | Stage::Project
+            | Stage::Diagnose => {}
         }
     }
 
@@ -308,6 +331,12 @@ mod tests {
         fn particles(&mut self, (): &(), stages: impl Fn(&mut Listed)) {
             self.note(stages);
         }
+
+        fn constrains(&self) -> bool {
+            false
+        }
+
+        fn constraints(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
 
         fn keeps_volumes(&self) -> bool {
             true

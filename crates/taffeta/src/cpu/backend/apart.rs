@@ -66,6 +66,7 @@ impl<T: Real> CpuBackend<T> {
         let old = old.each_ref().map(|column| &column[..]);
         let next = next.each_mut().map(|column| Shared::new(column));
         let corrections = self.corrections.share();
+        let solve = self.solve.share();
         let scratch = self.scratch[0].get_mut().unwrap_or_else(PoisonError::into_inner);
         scratch.sweep.restart();
         for (origin, volume) in scratch.origins.iter_mut().zip(&self.setup.volumes) {
@@ -75,16 +76,18 @@ impl<T: Real> CpuBackend<T> {
         for (number, plan) in self.setup.tiles.iter().enumerate() {
             let hinge_forces = &self.hinge_forces;
             let (setup, next) = (&self.setup, &next);
-            let corrections = &corrections;
+            let (corrections, solve) = (&corrections, &solve);
             let mut tile = CpuTile {
                 setup,
                 plan,
+                index: number,
                 number,
                 substep,
                 old,
                 next,
                 hinge_forces,
                 corrections,
+                solve,
                 volume: setup.volume_of_body[plan.body],
                 scratch,
                 contacts: 0,

@@ -1,0 +1,457 @@
+//! Conjugate gradients on all bodies' systems at once, each with steps of its own. An iteration is a pass over nodes, a pass
+//! over rows, and an update of vectors; all workers meet after each.
+
+use super::kernels::{Advance, Along, Apply, Combine, GatherPulls, SetUpRows};
+use super::layout::Chunk;
+use super::{Quad, SolveWorker};
+use crate::collision::contact::landing;
+use crate::constraints::distance::{Conjugate, Softness};
+use crate::integrate::euler;
+use crate::real::Real;
+use std::ops::Range;
+
+/// How far the system of a body is.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Progress {
+    conjugate: Conjugate,
+    /// Squared residual at which it is done, and that of the right side.
+    limit: f64,
+    right: f64,
+    /// Squared residual.
+    gamma: f64,
+    iterations: u32,
+    done: bool,
+    /// The next step, and the share of the last direction in its own.
+    step: (f64, f64),
+}
+
+/// A vector that the system is applied to.
+#[derive(Clone, Copy)]
+enum Vector {
+    X,
+    R,
+    S,
+}
+
+/// A worker's part of the vectors.
+struct Vectors<'a, T> {
+    rows: &'a mut [Quad<T>],
+    scale: &'a mut [T],
+    offset: &'a mut [T],
+    x: &'a mut [T],
+    right: &'a mut [T],
+    r: &'a mut [T],
+    p: &'a mut [T],
+    s: &'a mut [T],
+    w: &'a mut [T],
+    pulled: &'a mut [Quad<T>],
+}
+
+impl<'w, T: Real> SolveWorker<'w, '_, T> {
+    /// Finds the pulls of all constraints; returns whether there are any.
+    pub fn solve(&mut self) -> bool {
+        if self.solve.adaptive {
+            self.compact();
+        } else {
+            self.cut_all();
+        }
+        let any = self.scratch.layout.count > 0;
+        if any {
+            self.soften();
+            self.scratch.bodies = vec![Progress::default(); self.solve.list.bodies.len()];
+            self.each(self.scratch.layout.rows.len(), Self::set_up_rows);
+            self.meet_surfaces();
+            self.start();
+            if self.solve.solver.ice.warm_start {
+                self.start_warm();
+            }
+            self.iterate();
+            self.keep_pulls();
+        }
+        self.report();
+        any
+    }
+
+    /// Finds the surfaces that nodes will be pressed against.
+    fn meet_surfaces(&mut self) {
+        if self.colliders.is_empty() {
+            return;
+        }
+        self.barrier.wait();
+        self.each(self.scratch.layout.nodes.len(), Self::meet);
+        self.barrier.wait();
+        if self.solve.adaptive {
+            self.each(self.scratch.layout.rows.len(), |worker, chunk| {
+                worker.pull_along(chunk, |_, offset| offset);
+            });
+        }
+    }
+
+    /// What the right side leaves without pulls.
+    fn start(&mut self) {
+        let rows = self.scratch.layout.rows.len();
+        if self.solve.adaptive {
+            self.barrier.wait();
+        }
+        self.each(self.scratch.layout.nodes.len(), Self::free_response);
+        self.barrier.wait();
+        self.each(rows, |worker, chunk| {
+            let part = worker.rows_of(chunk);
+            let Vectors { right, r, p, s, .. } = worker.vectors(&part);
+            r.copy_from_slice(right);
+            p.fill(T::ZERO);
+            s.fill(T::ZERO);
+            worker.apply_to(&part, Vector::S);
+            let Vectors { rows, r, w, pulled, .. } = worker.vectors(&part);
+            let level = worker.setup.level;
+            worker.sums_of(chunk)[0] = level.run(Combine { to: r, factor: T::ONE, other: w });
+            level.run(Along { rows, vector: r, pulled });
+        });
+        self.barrier.wait();
+        let tolerance = self.solve.solver.ice.tolerance;
+        for body in 0..self.scratch.bodies.len() {
+            let [right, noise, _] = self.body_sums(body);
+            let limit = (tolerance * tolerance * right).max(noise);
+            let iterations = self.scratch.bodies[body].iterations;
+            self.scratch.bodies[body] = Progress { limit, right, iterations, ..Progress::default() };
+        }
+    }
+
+    /// What is left of the right side with the pulls known so far.
+    fn start_warm(&mut self) {
+        let rows = self.scratch.layout.rows.len();
+        self.each(rows, |worker, chunk| {
+            let Vectors { rows, x, pulled, .. } = worker.vectors(&worker.rows_of(chunk));
+            worker.setup.level.run(Along { rows, vector: x, pulled });
+        });
+        self.barrier.wait();
+        self.each(self.scratch.layout.nodes.len(), Self::respond);
+        self.barrier.wait();
+        self.each(rows, |worker, chunk| {
+            let part = worker.rows_of(chunk);
+            worker.apply_to(&part, Vector::X);
+            let Vectors { rows, r, w, pulled, .. } = worker.vectors(&part);
+            let level = worker.setup.level;
+            level.run(Combine { to: r, factor: -T::ONE, other: w });
+            level.run(Along { rows, vector: r, pulled });
+        });
+        self.barrier.wait();
+    }
+
+    fn iterate(&mut self) {
+        let (rows, nodes) = (self.scratch.layout.rows.len(), self.scratch.layout.nodes.len());
+        loop {
+            self.each(nodes, Self::respond);
+            self.barrier.wait();
+            self.each(rows, |worker, chunk| {
+                let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
+                if !worker.is_done(body) {
+                    let [gamma, delta] = worker.apply_to(&part, Vector::R);
+                    let sums = worker.sums_of(chunk);
+                    (sums[0], sums[2]) = (gamma, delta);
+                }
+            });
+            self.barrier.wait();
+            if self.judge() {
+                break;
+            }
+            self.each(rows, Self::advance);
+            self.barrier.wait();
+        }
+    }
+
+    /// Finds the next step of each body; returns whether all are done.
+    fn judge(&mut self) -> bool {
+        let most = self.solve.solver.ice.max_iterations;
+        for index in 0..self.scratch.bodies.len() {
+            if self.is_done(index) {
+                continue;
+            }
+            let [gamma, _, delta] = self.body_sums(index);
+            let body = &mut self.scratch.bodies[index];
+            body.gamma = gamma;
+            // A residual that is no number is not worked on either.
+            body.done = !(gamma > body.limit) || body.iterations == most;
+            if !body.done {
+                match body.conjugate.step(gamma, delta) {
+                    Some(step) => (body.step, body.iterations) = (step, body.iterations + 1),
+                    None => body.done = true,
+                }
+            }
+        }
+        self.scratch.bodies.iter().all(|body| body.done)
+    }
+
+    /// Keeps the pulls, and has what they do along each row.
+    fn keep_pulls(&mut self) {
+        let solve = self.solve;
+        for chunk in self.mine(self.scratch.layout.rows.len()) {
+            let part = self.rows_of(chunk);
+            // SAFETY: rows were listed before a barrier; different rows are different constraints.
+            let which = &unsafe { self.shared.which.read() }[part.clone()];
+            let Vectors { rows, scale, offset, x, w, pulled, .. } = self.vectors(&part);
+            for (i, &constraint) in which.iter().enumerate() {
+                let at = constraint as usize;
+                // SAFETY: as above; pulls are read in the next sub-step.
+                *unsafe { self.shared.pull.item(at) } = scale[i] * x[i];
+            }
+            w.copy_from_slice(x);
+            if solve.adaptive {
+                self.setup.level.run(Combine { to: w, factor: -T::ONE, other: offset });
+            }
+            self.setup.level.run(Along { rows, vector: w, pulled });
+        }
+        self.barrier.wait();
+    }
+
+    fn report(&mut self) {
+        let (report, layout) = (&mut self.scratch.report, &self.scratch.layout);
+        let mut capped = false;
+        for body in self.scratch.bodies.iter().take(if layout.count > 0 { usize::MAX } else { 0 }) {
+            let whole = body.right.max(body.limit / self.solve.solver.ice.tolerance.powi(2));
+            let residual = if whole > 0.0 { (body.gamma / whole).sqrt() } else { 0.0 };
+            report.residual = report.residual.max(residual);
+            report.iterations = report.iterations.max(body.iterations);
+            capped |= body.gamma > body.limit;
+        }
+        report.capped += u32::from(capped);
+        let share = layout.count as f64 / self.solve.list.len() as f64;
+        report.active_fraction = report.active_fraction.max(share);
+    }
+
+    /// How each material gives way in this sub-step.
+    fn soften(&mut self) {
+        let Self { solve, scratch, h, .. } = self;
+        let (ice, acad, h) = (&solve.solver.ice, &solve.solver.acad, h.to_f64());
+        scratch.softness.clear();
+        scratch.softness.extend(solve.list.materials.iter().map(|&[k, d]| {
+            if solve.adaptive {
+                Softness::stiff(acad.epsilon, acad.form, h)
+            } else {
+                Softness::spring(k, d, ice.epsilon, ice.form, h)
+            }
+        }));
+    }
+
+    fn set_up_rows(&mut self, chunk: usize) {
+        let part = self.rows_of(chunk);
+        let Vectors { rows, scale, offset, x, right, .. } = self.vectors(&part);
+        let (solve, adaptive) = (self.solve, self.solve.adaptive);
+        let target = T::from_f64(1.0 + solve.solver.acad.target);
+        // SAFETY: listed before a barrier; pulls are those of the last sub-step.
+        let (which, pull) = unsafe { (&self.shared.which.read()[part], self.shared.pull.read()) };
+        let noise = self.setup.level.run(SetUpRows {
+            which,
+            all_ends: &solve.list.ends,
+            rest: &solve.rest,
+            material: &solve.list.material,
+            softness: &self.scratch.softness,
+            inverse_mass: &self.setup.inverse_mass,
+            old: self.old,
+            springs: adaptive.then_some((&solve.list.materials[..], target)),
+            pull: if solve.solver.ice.warm_start { pull } else { &[] },
+            rows,
+            scale,
+            right,
+            x,
+            offset,
+        });
+        self.sums_of(chunk)[1] = noise;
+        if adaptive {
+            self.link(which, chunk);
+        }
+        let meets = !self.colliders.is_empty();
+        self.pull_along(chunk, |x, offset| if meets { x - offset } else { offset });
+    }
+
+    /// Puts pulls from last time's and those of springs that constraints stand in for along each row of a chunk.
+    fn pull_along(&self, chunk: usize, pull: impl Fn(T, T) -> T) {
+        let Vectors { rows, x, offset, w, pulled, .. } = self.vectors(&self.rows_of(chunk));
+        for ((w, &x), &offset) in w.iter_mut().zip(&*x).zip(&*offset) {
+            *w = pull(x, offset);
+        }
+        self.setup.level.run(Along { rows, vector: w, pulled });
+    }
+
+    /// Notes the nodes at the ends of a chunk's rows.
+    fn link(&self, which: &[u32], chunk: usize) {
+        // SAFETY: nodes were listed before a barrier; rows of chunks are different.
+        let node_of = unsafe { self.shared.node_of.read() };
+        let ends = unsafe { self.shared.ends.write(self.rows_of(chunk)) };
+        for (ends, &constraint) in ends.iter_mut().zip(which) {
+            *ends = self.solve.list.ends[constraint as usize].map(|place| node_of[place as usize]);
+        }
+    }
+
+    /// Finds the surface that each node will be pressed against, as far as the pulls of the last sub-step tell.
+    fn meet(&mut self, chunk: usize) {
+        let nodes = self.scratch.layout.nodes[chunk].part.clone();
+        self.gather_pulls(&nodes, false);
+        // SAFETY: listed before a barrier; nodes of chunks are different. What waits was written before a barrier.
+        let places = &unsafe { self.shared.places.read() }[nodes.clone()];
+        let (response, met) =
+            unsafe { (self.shared.response.write(nodes.clone()), self.shared.met.write(nodes.clone())) };
+        let surface = unsafe { self.shared.surface.write(nodes) };
+        for (((response, met), surface), &place) in response.iter().zip(met).zip(surface).zip(places) {
+            let place = place as usize;
+            let free = self.free_velocity(place);
+            let v = [0, 1, 2].map(|axis| free[axis] - self.h * response.0[axis]);
+            *met = Quad::default();
+            if !(self.setup.inverse_mass[place] > T::ZERO) {
+                continue;
+            }
+            let x = [0, 1, 2].map(|axis| euler::position(self.old[axis][place], v[axis], self.h));
+            let mut deepest = T::ZERO;
+            for (collider, index) in self.colliders.iter().zip(0..) {
+                let (depth, _) = collider.depth_and_normal(x);
+                if depth > deepest {
+                    (deepest, *surface) = (depth, index);
+                    let from = [0, 1, 2].map(|axis| self.old[axis][place]);
+                    let (depth, [i, j, k]) = collider.depth_and_normal(from);
+                    *met = Quad([i, j, k, depth / self.h / self.h]);
+                }
+            }
+        }
+    }
+
+    /// The velocity of a place without constraints, which waits where the state after will be.
+    fn free_velocity(&self, place: usize) -> [T; 3] {
+        // SAFETY: written before a barrier, and written over after another.
+        [0, 1, 2].map(|axis| unsafe { self.next[axis].read() }[place])
+    }
+
+    /// By node: the velocity without constraints, by the step; springs for which constraints stand in are taken back.
+    fn free_response(&mut self, chunk: usize) {
+        let nodes = self.scratch.layout.nodes[chunk].part.clone();
+        let adaptive = self.solve.adaptive;
+        if adaptive {
+            self.gather_pulls(&nodes, false);
+        }
+        // SAFETY: as in `meet`.
+        let places = &unsafe { self.shared.places.read() }[nodes.clone()];
+        let (response, met) = unsafe { (self.shared.response.write(nodes.clone()), self.shared.met.read()) };
+        let met = if self.colliders.is_empty() { &[] } else { &met[nodes] };
+        for (response, &place) in response.iter_mut().zip(places) {
+            let free = self.free_velocity(place as usize);
+            for axis in 0..3 {
+                let taken_back = if adaptive { response.0[axis] } else { T::ZERO };
+                response.0[axis] = free[axis] / self.h + taken_back;
+            }
+            response.0[3] = T::ZERO;
+        }
+        for (response, &Quad([i, j, k, speed])) in response.iter_mut().zip(met) {
+            if i != T::ZERO || j != T::ZERO || k != T::ZERO {
+                let [x, y, z, _] = response.0;
+                let [x, y, z] = landing([x, y, z], [i, j, k], speed);
+                *response = Quad([x, y, z, T::ZERO]);
+            }
+        }
+    }
+
+    /// By node: what a vector's pulls do.
+    fn respond(&mut self, chunk: usize) {
+        let Chunk { body, part } = self.scratch.layout.nodes[chunk].clone();
+        if !self.is_done(body) {
+            self.gather_pulls(&part, !self.colliders.is_empty());
+        }
+    }
+
+    /// What pulls do to some nodes; where they meet surfaces not along their normals, if that is asked.
+    fn gather_pulls(&self, nodes: &Range<usize>, meet: bool) {
+        // SAFETY: listed, and found, before a barrier; nodes of chunks are different.
+        let kernel = unsafe {
+            GatherPulls {
+                spans: &self.shared.spans.read()[nodes.clone()],
+                entries: self.shared.entries.read(),
+                pulled: self.shared.pulled.read(),
+                places: &self.shared.places.read()[nodes.clone()],
+                inverse_mass: &self.setup.inverse_mass,
+                met: if meet { &self.shared.met.read()[nodes.clone()] } else { &[] },
+                out: self.shared.response.write(nodes.clone()),
+            }
+        };
+        self.setup.level.run(kernel);
+    }
+
+    /// The system applied to one of the vectors, into `w`.
+    fn apply_to(&self, part: &Range<usize>, vector: Vector) -> [f64; 2] {
+        let Vectors { rows, x, r, s, w, .. } = self.vectors(part);
+        let vector = match vector {
+            Vector::X => x,
+            Vector::R => r,
+            Vector::S => s,
+        };
+        // SAFETY: found before a barrier.
+        let (ends, response) =
+            unsafe { (&self.shared.ends.read()[part.clone()], self.shared.response.read()) };
+        self.setup.level.run(Apply { rows, ends, response, vector, out: w })
+    }
+
+    fn advance(&mut self, chunk: usize) {
+        let Chunk { body, part } = self.scratch.layout.rows[chunk].clone();
+        if self.is_done(body) {
+            return;
+        }
+        let (alpha, beta) = self.scratch.bodies[body].step;
+        let (alpha, beta) = (T::from_f64(alpha), T::from_f64(beta));
+        let Vectors { rows, x, r, p, s, w, pulled, .. } = self.vectors(&part);
+        self.setup.level.run(Advance { alpha, beta, x, r, p, s, w });
+        self.setup.level.run(Along { rows, vector: r, pulled });
+    }
+
+    /// Whether the system of a body needs no more iterations.
+    fn is_done(&self, body: usize) -> bool {
+        self.scratch.bodies.get(body).is_some_and(|body| body.done)
+    }
+
+    /// The sums of a body, its chunks in their order.
+    fn body_sums(&self, body: usize) -> [f64; 3] {
+        // SAFETY: chunks are summed up before a barrier.
+        let sums = &unsafe { self.shared.sums.read() }[self.scratch.layout.of_body[body].clone()];
+        sums.iter().fold([0.0; 3], |[a, b, c], sum| [a + sum[0], b + sum[1], c + sum[2]])
+    }
+
+    /// Where the sums of a chunk of its share go.
+    fn sums_of(&self, chunk: usize) -> &'w mut [f64; 3] {
+        // SAFETY: each chunk is in one worker's share; others read after a barrier.
+        unsafe { self.shared.sums.item(chunk) }
+    }
+
+    /// The rows of a chunk.
+    fn rows_of(&self, chunk: usize) -> Range<usize> {
+        self.scratch.layout.rows[chunk].part.clone()
+    }
+
+    /// Some rows of all vectors; callers take each only once at a time.
+    fn vectors(&self, part: &Range<usize>) -> Vectors<'w, T> {
+        let shared = self.shared;
+        // SAFETY: chunks of rows do not overlap, and each is in one worker's share. Of these others read `pulled` alone,
+        // after a barrier.
+        unsafe {
+            Vectors {
+                rows: shared.rows.write(part.clone()),
+                scale: shared.scale.write(part.clone()),
+                offset: shared.offset.write(part.clone()),
+                x: shared.x.write(part.clone()),
+                right: shared.right.write(part.clone()),
+                r: shared.r.write(part.clone()),
+                p: shared.p.write(part.clone()),
+                s: shared.s.write(part.clone()),
+                w: shared.w.write(part.clone()),
+                pulled: shared.pulled.write(part.clone()),
+            }
+        }
+    }
+
+    /// Its even share of some chunks.
+    fn mine(&self, chunks: usize) -> Range<usize> {
+        chunks * self.index / self.workers..chunks * (self.index + 1) / self.workers
+    }
+
+    /// Does something for each chunk of its share.
+    fn each(&mut self, chunks: usize, work: impl Fn(&mut Self, usize)) {
+        for chunk in self.mine(chunks) {
+            work(self, chunk);
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! What constraints ask of a tile, and what they give it.
+
+use super::Quad;
+use super::kernels::gather;
+use crate::collision::contact::pressed;
+use crate::cpu::tile::CpuTile;
+use crate::cpu::tiles::TiledSprings;
+use crate::real::{Real, scale, sub};
+
+impl<T: Real> CpuTile<'_, T> {
+    /// Whether every spring of the tile's body is a constraint.
+    pub(in crate::cpu) fn is_implicit(&self) -> bool {
+        let solve = self.setup.solve.as_ref();
+        solve.is_some_and(|solve| !solve.adaptive && !solve.list.bodies[self.plan.body].is_empty())
+    }
+
+    /// Notes whether the tile's nodes wait for constraints: because springs are too long, or were in the last sub-step.
+    pub(in crate::cpu) fn note_waiting(&mut self, beyond: bool) {
+        if self.setup.solve.as_ref().is_none_or(|solve| !solve.adaptive) {
+            return;
+        }
+        let tile = self.index;
+        // SAFETY: each tile is in one worker's share; others read after a barrier.
+        unsafe {
+            let before = self.solve.tile_nodes.item(tile)[0] > 0;
+            *self.solve.waits.item(tile) = beyond || before;
+        }
+    }
+
+    /// Whether the tile's nodes wait for constraints.
+    pub(in crate::cpu) fn waits(&self) -> bool {
+        let Some(solve) = &self.setup.solve else { return false };
+        // SAFETY: as above.
+        let noted = || unsafe { *self.solve.waits.item(self.index) };
+        if solve.adaptive { noted() } else { self.is_implicit() }
+    }
+
+    /// Takes up the force that waits, and adds that of constraints.
+    pub(in crate::cpu) fn add_constraints(&mut self) {
+        for (at, run) in self.plan.runs() {
+            let [_, _, _, force @ ..] = self.after(&run);
+            for (to, from) in self.scratch.force.iter_mut().zip(force) {
+                to[at..at + run.len()].copy_from_slice(from);
+            }
+        }
+        let adaptive = self.setup.solve.as_ref().is_some_and(|solve| solve.adaptive);
+        for (at, run) in self.plan.runs() {
+            if !adaptive {
+                run.clone().for_each(|place| self.add_pulls((at + place - run.start, place), place));
+                continue;
+            }
+            let nodes = self.scratch.solve.layout.nodes_of_tile[self.number].clone();
+            // SAFETY: listed before a barrier; the nodes of a tile ascend.
+            let places = &unsafe { self.solve.places.read() }[nodes.clone()];
+            let within = |place: usize| places.partition_point(|&one| (one as usize) < place);
+            for i in within(run.start)..within(run.end) {
+                let place = places[i] as usize;
+                self.add_pulls((at + place - run.start, place), nodes.start + i);
+            }
+        }
+    }
+
+    /// Adds the pulls at a node of the system to the `at`-th force of the tile.
+    fn add_pulls(&mut self, (at, place): (usize, usize), node: usize) {
+        // SAFETY: listed, and found, before a barrier.
+        let (span, entries, pulled) =
+            unsafe { (self.solve.spans.read()[node], self.solve.entries.read(), self.solve.pulled.read()) };
+        let [x, y, z, _] = gather(&entries[span[0] as usize..span[1] as usize], pulled).0;
+        let mut force = [-x, -y, -z];
+        if !self.substep.colliders.is_empty() {
+            force = self.pressed(place, node, force);
+        }
+        for (column, force) in self.scratch.force.iter_mut().zip(force) {
+            column[at] += force;
+        }
+    }
+
+    /// The force of pulls on a node with what a surface does about it.
+    fn pressed(&self, place: usize, node: usize, force: [T; 3]) -> [T; 3] {
+        // SAFETY: found before a barrier.
+        let (Quad([i, j, k, speed]), surface) =
+            unsafe { (self.solve.met.read()[node], self.solve.surface.read()[node]) };
+        let (normal, h) = ([i, j, k], self.substep.h);
+        if normal == [T::ZERO; 3] {
+            return force;
+        }
+        // SAFETY: waits where the state after will be, for this tile alone.
+        let free = [0, 1, 2].map(|axis| unsafe { *self.next[axis].item(place) });
+        let kick = h * self.setup.inverse_mass[place];
+        let x = [0, 1, 2].map(|axis| self.old[axis][place]);
+        let touching = &self.substep.colliders[surface as usize].touching;
+        let surface_velocity = touching.touch(x, (T::ZERO, normal)).surface_velocity;
+        let after =
+            pressed(free, scale(force, kick), (normal, h * speed), surface_velocity, touching.friction);
+        scale(sub(after, free), T::ONE / kick)
+    }
+
+    /// Gradients of the volume in the state before, which springs did not come by.
+    pub(in crate::cpu) fn find_gradients(&mut self) {
+        let first = self.setup.assembly.bodies[self.plan.body].first;
+        if let (Some(_), TiledSprings::Mesh(sets)) = (self.volume, &self.setup.springs[self.plan.body])
+            && let Some(rings) = sets.first()
+        {
+            let places = [0, 1, 2].map(|axis| &self.old[axis][first..]);
+            rings.gradients(self.setup.level, self.plan.units.clone(), places, &mut self.scratch.gradient);
+        }
+    }
+}
