@@ -50,33 +50,6 @@ pub fn rub<T: Real>(relative: [T; 3], normal: [T; 3], most: T) -> [T; 3] {
     scale(tangential, -lost)
 }
 
-/// Velocity `v` [m/s] of a node that pulls [m/s] press against a surface, or take off it. What they press, the surface
-/// bears, and friction comes with it; what takes the node off lets it go no further than onto the surface, where it gets
-/// with the normal speed `landing`: the next sub-step knows these pulls. `v` is without the pulls.
-#[inline(always)]
-pub fn pressed<T: Real>(
-    v: [T; 3],
-    pulls: [T; 3],
-    (normal, landing): ([T; 3], T),
-    surface_velocity: [T; 3],
-    friction: T,
-) -> [T; 3] {
-    let (free, pulled) = (dot(v, normal), dot(add(v, pulls), normal));
-    let least = if free < landing { free } else { landing };
-    let kept = if pulled < least { least } else { pulled };
-    let kept = if kept > landing { landing } else { kept };
-    let moved = add(add(v, pulls), scale(normal, kept - pulled));
-    let impulse = if kept > pulled { kept - pulled } else { T::ZERO };
-    add(moved, rub(sub(moved, surface_velocity), normal, friction * impulse))
-}
-
-/// A vector with its part along the unit vector `normal` put to `speed`: the velocity of a node that a surface lets go no
-/// further than onto itself.
-#[inline(always)]
-pub fn landing<T: Real>(v: [T; 3], normal: [T; 3], speed: T) -> [T; 3] {
-    add(v, scale(normal, speed - dot(v, normal)))
-}
-
 /// Squared sine of the angle below which a wedge counts as two faces that face each other, about 10°: the way out of a
 /// narrower one is so long that a node pinched between a ball and a floor would be thrown across the scene.
 pub const NARROW: f64 = 0.03;

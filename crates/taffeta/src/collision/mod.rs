@@ -3,4 +3,5 @@
 pub mod cells;
 pub mod contact;
 pub mod pair;
+pub mod press;
 pub mod shape;

@@ -278,7 +278,7 @@ impl<T: Real> Stages for Worker<'_, T> {
             old,
             next: &self.buffers[1 - self.current],
             h: substep.h,
-            colliders: &substep.colliders,
+            colliders: solve.colliders(substep),
         }
         .solve();
         for index in self.share.clone() {

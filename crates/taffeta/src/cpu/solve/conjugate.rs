@@ -4,10 +4,9 @@
 use super::kernels::{Advance, Along, Apply, Combine, GatherPulls, SetUpRows};
 use super::layout::Chunk;
 use super::{Quad, SolveWorker};
-use crate::collision::contact::landing;
+use crate::collision::press::{Coming, Press};
 use crate::constraints::distance::{Conjugate, Softness};
-use crate::integrate::euler;
-use crate::real::Real;
+use crate::real::{Real, add, norm, scale};
 use std::ops::Range;
 
 /// How far the system of a body is.
@@ -79,12 +78,6 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
         self.barrier.wait();
         self.each(self.scratch.layout.nodes.len(), Self::meet);
-        self.barrier.wait();
-        if self.solve.adaptive {
-            self.each(self.scratch.layout.rows.len(), |worker, chunk| {
-                worker.pull_along(chunk, |_, offset| offset);
-            });
-        }
     }
 
     /// What the right side leaves without pulls.
@@ -235,7 +228,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
 
     fn set_up_rows(&mut self, chunk: usize) {
         let part = self.rows_of(chunk);
-        let Vectors { rows, scale, offset, x, right, .. } = self.vectors(&part);
+        let Vectors { rows, scale, offset, x, right, pulled, .. } = self.vectors(&part);
         let (solve, adaptive) = (self.solve, self.solve.adaptive);
         let target = T::from_f64(1.0 + solve.solver.acad.target);
         // SAFETY: listed before a barrier; pulls are those of the last sub-step.
@@ -250,27 +243,19 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             old: self.old,
             springs: adaptive.then_some((&solve.list.materials[..], target)),
             pull: if solve.solver.ice.warm_start { pull } else { &[] },
-            rows,
+            rows: &mut *rows,
             scale,
             right,
-            x,
-            offset,
+            x: &mut *x,
+            offset: &mut *offset,
         });
         self.sums_of(chunk)[1] = noise;
         if adaptive {
             self.link(which, chunk);
         }
-        let meets = !self.colliders.is_empty();
-        self.pull_along(chunk, |x, offset| if meets { x - offset } else { offset });
-    }
-
-    /// Puts pulls from last time's and those of springs that constraints stand in for along each row of a chunk.
-    fn pull_along(&self, chunk: usize, pull: impl Fn(T, T) -> T) {
-        let Vectors { rows, x, offset, w, pulled, .. } = self.vectors(&self.rows_of(chunk));
-        for ((w, &x), &offset) in w.iter_mut().zip(&*x).zip(&*offset) {
-            *w = pull(x, offset);
-        }
-        self.setup.level.run(Along { rows, vector: w, pulled });
+        // For what comes next: springs are taken back, or nodes meet surfaces.
+        let vector = if adaptive { offset } else { x };
+        self.setup.level.run(Along { rows, vector, pulled });
     }
 
     /// Notes the nodes at the ends of a chunk's rows.
@@ -283,32 +268,34 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
     }
 
-    /// Finds the surface that each node will be pressed against, as far as the pulls of the last sub-step tell.
+    /// Finds the surface that will hold each node, as far as the pulls of the last sub-step tell.
     fn meet(&mut self, chunk: usize) {
         let nodes = self.scratch.layout.nodes[chunk].part.clone();
         self.gather_pulls(&nodes, false);
+        let (setup, h) = (self.setup, self.h);
+        let fall = norm(setup.assembly.world.gravity) * h.to_f64() * h.to_f64();
         // SAFETY: listed before a barrier; nodes of chunks are different. What waits was written before a barrier.
         let places = &unsafe { self.shared.places.read() }[nodes.clone()];
-        let (response, met) =
-            unsafe { (self.shared.response.write(nodes.clone()), self.shared.met.write(nodes.clone())) };
-        let surface = unsafe { self.shared.surface.write(nodes) };
-        for (((response, met), surface), &place) in response.iter().zip(met).zip(surface).zip(places) {
+        let (response, presses) =
+            unsafe { (self.shared.response.write(nodes.clone()), self.shared.press.write(nodes.clone())) };
+        let surfaces = unsafe { self.shared.surface.write(nodes) };
+        for (((response, press), surface), &place) in response.iter().zip(presses).zip(surfaces).zip(places) {
             let place = place as usize;
-            let free = self.free_velocity(place);
-            let v = [0, 1, 2].map(|axis| free[axis] - self.h * response.0[axis]);
-            *met = Quad::default();
-            if !(self.setup.inverse_mass[place] > T::ZERO) {
-                continue;
-            }
-            let x = [0, 1, 2].map(|axis| euler::position(self.old[axis][place], v[axis], self.h));
+            let [x, y, z, _] = response.0;
+            let coming = Coming {
+                place: [0, 1, 2].map(|axis| self.old[axis][place]),
+                free: self.free_velocity(place),
+                pulls: scale([x, y, z], -h),
+                fall: T::from_f64(fall),
+                h,
+            };
+            *press = Press::FREE;
             let mut deepest = T::ZERO;
             for (collider, index) in self.colliders.iter().zip(0..) {
-                let (depth, _) = collider.depth_and_normal(x);
-                if depth > deepest {
-                    (deepest, *surface) = (depth, index);
-                    let from = [0, 1, 2].map(|axis| self.old[axis][place]);
-                    let (depth, [i, j, k]) = collider.depth_and_normal(from);
-                    *met = Quad([i, j, k, depth / self.h / self.h]);
+                let held =
+                    if setup.inverse_mass[place] > T::ZERO { Press::of(collider, &coming) } else { None };
+                if let Some((inside, new)) = held.filter(|&(inside, _)| inside > deepest) {
+                    (deepest, *press, *surface) = (inside, new, index);
                 }
             }
         }
@@ -329,8 +316,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
         // SAFETY: as in `meet`.
         let places = &unsafe { self.shared.places.read() }[nodes.clone()];
-        let (response, met) = unsafe { (self.shared.response.write(nodes.clone()), self.shared.met.read()) };
-        let met = if self.colliders.is_empty() { &[] } else { &met[nodes] };
+        let (response, press) =
+            unsafe { (self.shared.response.write(nodes.clone()), self.shared.press.read()) };
         for (response, &place) in response.iter_mut().zip(places) {
             let free = self.free_velocity(place as usize);
             for axis in 0..3 {
@@ -339,12 +326,11 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             }
             response.0[3] = T::ZERO;
         }
-        for (response, &Quad([i, j, k, speed])) in response.iter_mut().zip(met) {
-            if i != T::ZERO || j != T::ZERO || k != T::ZERO {
-                let [x, y, z, _] = response.0;
-                let [x, y, z] = landing([x, y, z], [i, j, k], speed);
-                *response = Quad([x, y, z, T::ZERO]);
-            }
+        let press = if self.colliders.is_empty() { &[] } else { &press[nodes] };
+        for (response, press) in response.iter_mut().zip(press) {
+            let [x, y, z, _] = response.0;
+            let [x, y, z] = add(press.yielded([x, y, z]), scale(press.velocity, T::ONE / self.h));
+            *response = Quad([x, y, z, T::ZERO]);
         }
     }
 
@@ -356,8 +342,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
     }
 
-    /// What pulls do to some nodes; where they meet surfaces not along their normals, if that is asked.
-    fn gather_pulls(&self, nodes: &Range<usize>, meet: bool) {
+    /// What pulls do to some nodes, `held` by surfaces or not.
+    fn gather_pulls(&self, nodes: &Range<usize>, held: bool) {
         // SAFETY: listed, and found, before a barrier; nodes of chunks are different.
         let kernel = unsafe {
             GatherPulls {
@@ -366,7 +352,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 pulled: self.shared.pulled.read(),
                 places: &self.shared.places.read()[nodes.clone()],
                 inverse_mass: &self.setup.inverse_mass,
-                met: if meet { &self.shared.met.read()[nodes.clone()] } else { &[] },
+                press: if held { &self.shared.press.read()[nodes.clone()] } else { &[] },
                 out: self.shared.response.write(nodes.clone()),
             }
         };

@@ -1,6 +1,7 @@
 //! Passes over the rows and nodes of a chunk.
 
 use super::Quad;
+use crate::collision::press::Press;
 use crate::constraints::distance::{Row, Softness, noise};
 use crate::cpu::simd::Kernel;
 use crate::forces::spring;
@@ -103,8 +104,8 @@ pub struct GatherPulls<'a, T> {
     /// By node: its place, and by place the inverse mass.
     pub places: &'a [u32],
     pub inverse_mass: &'a [T],
-    /// By node: the normal along which it does not move, 0: none. Empty: of no node.
-    pub met: &'a [Quad<T>],
+    /// By node: how a surface holds it. Empty: nothing holds any.
+    pub press: &'a [Press<T>],
     pub out: &'a mut [Quad<T>],
 }
 
@@ -112,16 +113,15 @@ impl<T: Real> Kernel for GatherPulls<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { spans, entries, pulled, places, inverse_mass, met, out } = self;
+        let Self { spans, entries, pulled, places, inverse_mass, press, out } = self;
         for ((out, span), &place) in out.iter_mut().zip(spans).zip(places) {
             let sum = gather(&entries[span[0] as usize..span[1] as usize], pulled);
             let w = inverse_mass[place as usize];
             *out = Quad(sum.0.map(|number| w * number));
         }
-        for (out, met) in out.iter_mut().zip(met) {
-            let ([x, y, z, _], [i, j, k, _]) = (out.0, met.0);
-            let along = x * i + y * j + z * k;
-            *out = Quad([x - along * i, y - along * j, z - along * k, T::ZERO]);
+        for (out, press) in out.iter_mut().zip(press) {
+            let [x, y, z] = press.yielded([out.0[0], out.0[1], out.0[2]]);
+            *out = Quad([x, y, z, T::ZERO]);
         }
     }
 }

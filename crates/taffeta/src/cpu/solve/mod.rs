@@ -16,9 +16,11 @@ use super::backend::Setup;
 use super::shared::Shared;
 use super::tiles::TilePlan;
 use crate::assembly::{Assembly, Constraints};
+use crate::collision::press::Press;
 use crate::collision::shape::ColliderNow;
 use crate::constraints::distance::Softness;
 use crate::diagnostics::SolverReport;
+use crate::plan::Substep;
 use crate::real::Real;
 use crate::scene::{Method, Solver};
 use crate::topology::Csr;
@@ -84,10 +86,8 @@ pub struct SolveWork<T> {
     pulled: Vec<Quad<T>>,
     /// By node: what pulls do to its velocity, by the step.
     response: Vec<Quad<T>>,
-    /// By node: normal of the surface that it will be pressed against (0: none), and the normal speed with which it gets
-    /// there, by the step.
-    met: Vec<Quad<T>>,
-    /// By node: which collider that is.
+    /// By node: how a surface holds it, and which.
+    press: Vec<Press<T>>,
     surface: Vec<u32>,
     /// By chunk of rows: squared residual (at first, right side), squared noise, and residual times the system times residual.
     sums: Vec<[f64; 3]>,
@@ -118,7 +118,7 @@ pub struct SharedSolve<'a, T> {
     w: Shared<'a, T>,
     pulled: Shared<'a, Quad<T>>,
     response: Shared<'a, Quad<T>>,
-    met: Shared<'a, Quad<T>>,
+    press: Shared<'a, Press<T>>,
     surface: Shared<'a, u32>,
     sums: Shared<'a, [f64; 3]>,
 }
@@ -155,6 +155,12 @@ impl<T: Real> SolveSetup<T> {
             adaptive: assembly.solver.method == Method::Acad,
             list,
         })
+    }
+
+    /// Colliders that hold nodes while pulls are solved for. Where constraints come and go, what the last ones pulled says
+    /// too little of what will be pressed: contact alone is nearer the truth.
+    pub fn colliders<'s>(&self, substep: &'s Substep<T>) -> &'s [ColliderNow<T>] {
+        if self.adaptive { &[] } else { &substep.colliders }
     }
 
     /// Stretch to watch springs for.
@@ -195,7 +201,7 @@ impl<T: Real> SolveWork<T> {
             w: numbers(),
             pulled: quads(count),
             response: quads(places),
-            met: quads(places),
+            press: vec![Press::FREE; places],
             surface: vec![0; places],
             sums: vec![[0.0; 3]; setup.map_or(0, |setup| layout::most_chunks(&setup.list))],
         };
@@ -232,7 +238,7 @@ impl<T: Real> SolveWork<T> {
             w: Shared::new(&mut self.w),
             pulled: Shared::new(&mut self.pulled),
             response: Shared::new(&mut self.response),
-            met: Shared::new(&mut self.met),
+            press: Shared::new(&mut self.press),
             surface: Shared::new(&mut self.surface),
             sums: Shared::new(&mut self.sums),
         }
@@ -241,7 +247,7 @@ impl<T: Real> SolveWork<T> {
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
         let each = size_of::<T>() * 9 + 2 * size_of::<Quad<T>>() + 1 + 4 * 6;
-        self.pull.len() * each + self.places.len() * (2 * size_of::<Quad<T>>() + 20)
+        self.pull.len() * each + self.places.len() * (size_of::<Quad<T>>() + size_of::<Press<T>>() + 20)
     }
 }
 

@@ -1,8 +1,6 @@
 //! What constraints ask of a tile, and what they give it.
 
-use super::Quad;
 use super::kernels::gather;
-use crate::collision::contact::pressed;
 use crate::cpu::tile::CpuTile;
 use crate::cpu::tiles::TiledSprings;
 use crate::real::{Real, scale, sub};
@@ -67,7 +65,8 @@ impl<T: Real> CpuTile<'_, T> {
             unsafe { (self.solve.spans.read()[node], self.solve.entries.read(), self.solve.pulled.read()) };
         let [x, y, z, _] = gather(&entries[span[0] as usize..span[1] as usize], pulled).0;
         let mut force = [-x, -y, -z];
-        if !self.substep.colliders.is_empty() {
+        let solve = self.setup.solve.as_ref();
+        if solve.is_some_and(|solve| !solve.colliders(self.substep).is_empty()) {
             force = self.pressed(place, node, force);
         }
         for (column, force) in self.scratch.force.iter_mut().zip(force) {
@@ -78,20 +77,15 @@ impl<T: Real> CpuTile<'_, T> {
     /// The force of pulls on a node with what a surface does about it.
     fn pressed(&self, place: usize, node: usize, force: [T; 3]) -> [T; 3] {
         // SAFETY: found before a barrier.
-        let (Quad([i, j, k, speed]), surface) =
-            unsafe { (self.solve.met.read()[node], self.solve.surface.read()[node]) };
-        let (normal, h) = ([i, j, k], self.substep.h);
-        if normal == [T::ZERO; 3] {
+        let (press, surface) = unsafe { (self.solve.press.read()[node], self.solve.surface.read()[node]) };
+        if press.normal == [T::ZERO; 3] {
             return force;
         }
         // SAFETY: waits where the state after will be, for this tile alone.
         let free = [0, 1, 2].map(|axis| unsafe { *self.next[axis].item(place) });
-        let kick = h * self.setup.inverse_mass[place];
+        let kick = self.substep.h * self.setup.inverse_mass[place];
         let x = [0, 1, 2].map(|axis| self.old[axis][place]);
-        let touching = &self.substep.colliders[surface as usize].touching;
-        let surface_velocity = touching.touch(x, (T::ZERO, normal)).surface_velocity;
-        let after =
-            pressed(free, scale(force, kick), (normal, h * speed), surface_velocity, touching.friction);
+        let after = press.after(free, scale(force, kick), &self.substep.colliders[surface as usize], x);
         scale(sub(after, free), T::ONE / kick)
     }
 
