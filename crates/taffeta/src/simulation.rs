@@ -9,7 +9,8 @@ use crate::backend::{Backend, Hand, Lost};
 use crate::constraints::volume::Form;
 use crate::cpu::CpuBackend;
 use crate::diagnostics::advice::{StepLimit, runaway};
-use crate::diagnostics::{FrameReport, FrameSums, normals, stability};
+use crate::diagnostics::tension::Tension;
+use crate::diagnostics::{FrameReport, FrameSums, normals};
 #[cfg(feature = "gpu")]
 use crate::gpu::{Boundary, GpuBackend, GpuOptions};
 use crate::scene::{Method, Scene, SceneError};
@@ -124,15 +125,11 @@ impl Simulation {
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, SceneError> {
         let assembly = Assembly::new(scene)?;
         let bodies: Vec<BodyInfo> = assembly.bodies.iter().map(info).collect();
-        let largest = stability::largest_steps(&assembly);
-        let step = assembly.time.substep(0).1;
-        let limit = StepLimit { step, at_rest: largest.at_rest, folded: largest.folded };
+        let limit = StepLimit::new(&assembly, scene.solver.method);
         let of_body = |body: &BodyAssembly| {
             body.warnings.iter().map(|warning| format!("body `{}`: {warning}", body.name)).collect::<Vec<_>>()
         };
-        let warnings =
-            assembly.bodies.iter().flat_map(of_body).chain(limit.warning(&bodies[largest.body].name));
-        let warnings = warnings.collect();
+        let warnings = assembly.bodies.iter().flat_map(of_body).chain(limit.warnings()).collect();
         let threads = options.threads.unwrap_or_else(|| useful_threads(&assembly)).max(1);
         let backend =
             backend(scene, assembly, threads, options).map_err(|why| SceneError::new("body", why))?;
@@ -286,7 +283,8 @@ impl Simulation {
         &self.bodies
     }
 
-    /// Largest stable step at rest [s], found by power iteration; infinite without springs.
+    /// Largest stable step at rest [s] of what is explicit, found by power iteration; infinite without springs. Where all
+    /// springs are implicit it is that of hinges and drag.
     pub fn largest_stable_step(&self) -> f64 {
         self.limit.at_rest
     }
@@ -294,6 +292,12 @@ impl Simulation {
     /// Largest step [s] that is stable however springs are folded; at most [`Self::largest_stable_step`].
     pub fn largest_stable_step_folded(&self) -> f64 {
         self.limit.folded
+    }
+
+    /// Where implicit springs are pulled hardest by what hangs in them, as far as that can be told beforehand; `None` for
+    /// explicit springs, and where nothing hangs from a pin.
+    pub fn hanging(&self) -> Option<&Tension> {
+        self.limit.hanging.as_ref()
     }
 
     /// Moves a pinned vertex to a place [m] during the next frame, in a straight line; it stays there. A free vertex

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{build, build_as, farthest, near, positions, run, weightless};
-use taffeta::scene::{Body, Icosphere, Mass, Mesh, Scene, Select};
+use taffeta::scene::{Body, Icosphere, Mass, Mesh, Method, Scene, Select};
 use taffeta::{Diverged, Precision, Simulation, StepError};
 
 fn grid(rows: u32, cols: u32, d: f64) -> Body {
@@ -124,6 +124,34 @@ fn a_step_that_is_too_long_is_warned_of_and_one_that_is_short_is_not() {
     assert!(warnings(1.2).contains("will blow up") && warnings(1.2).contains("max_step"));
     assert!(warnings(0.95).contains("folded"));
     assert_eq!(warnings(0.5), "");
+}
+
+#[test]
+fn implicit_springs_leave_the_step_to_hinges_and_drag() {
+    let step =
+        |body: Body, method| build(&weightless("", 1.0, 1.0).body(body).method(method)).largest_stable_step();
+    assert_eq!(step(grid(10, 10, 0.1), Method::Ice), f64::INFINITY);
+    assert_eq!(step(grid(10, 10, 0.1), Method::Acad), step(grid(10, 10, 0.1), Method::Springs));
+    let bare = Body { springs: taffeta::scene::Springs::default(), ..grid(10, 10, 0.1) };
+    let hinges = step(bare.hinge(0.1, 1e-3), Method::Springs);
+    assert_eq!(step(grid(10, 10, 0.1).hinge(0.1, 1e-3), Method::Ice), hinges);
+    let mut drag = weightless("", 1.0, 1.0).body(grid(10, 10, 0.1)).method(Method::Ice);
+    drag.world.drag = 0.5;
+    no_longer_and_near("h c/m", build(&drag).largest_stable_step() * 0.5 / 0.01, 2.0);
+}
+
+#[test]
+fn a_step_that_is_too_long_for_implicit_springs_is_warned_of_by_what_is_explicit() {
+    let warned = |body: Body, step, method| {
+        let scene = weightless("", 0.05, step).body(body).method(method);
+        build(&scene).warnings().join("\n")
+    };
+    let limit = largest(grid(10, 10, 0.1));
+    assert_eq!(warned(grid(10, 10, 0.1), 1.2 * limit, Method::Ice), "");
+    let acad = warned(grid(10, 10, 0.1), 1.2 * limit, Method::Acad);
+    assert!(acad.contains("below the threshold stay explicit") && !acad.contains("will blow up"), "{acad}");
+    let hinged = warned(grid(10, 10, 0.1).hinge(1.0, 0.0), 1.2 * limit, Method::Ice);
+    assert!(hinged.contains("of hinges and drag") && hinged.contains("the hinges' k and d"), "{hinged}");
 }
 
 fn burst() -> (Scene, Simulation) {

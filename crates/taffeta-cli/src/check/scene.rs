@@ -5,6 +5,8 @@ use crate::console::{self, grouped};
 use crate::failure::Failure;
 use serde::Serialize;
 use std::path::Path;
+use taffeta::diagnostics::tension::Tension;
+use taffeta::scene::Method;
 use taffeta::{BodyInfo, Options, Simulation};
 use taffeta_io::Loaded;
 
@@ -17,11 +19,29 @@ struct Report {
     memory_bytes: usize,
     substeps: u32,
     step: f64,
-    /// Null without springs.
+    method: Method,
+    /// Of what is explicit [s]: springs, hinges and drag, or with the method "ice" only hinges and drag. Null without any.
     largest_stable_step: Option<f64>,
-    /// Largest step [s] that is stable however springs are folded; none without springs.
+    /// The same however springs are folded [s].
     largest_stable_step_folded: Option<f64>,
+    /// Null with explicit springs, and where nothing hangs.
+    hanging: Option<HangingReport>,
     advice: Vec<String>,
+}
+
+/// Where implicit springs are pulled hardest by the weight that hangs in them.
+#[derive(Serialize)]
+struct HangingReport {
+    body: String,
+    vertex: usize,
+    /// T [N].
+    pull: f64,
+    /// T/(m L) [1/s²].
+    rate: f64,
+    /// h² T/(m L): waves across the pull grow where it is above 1.
+    growth: f64,
+    /// The longest step [s] in which they do not.
+    largest_step: f64,
 }
 
 #[derive(Serialize)]
@@ -59,15 +79,18 @@ pub fn check(path: &Path, json: bool) -> Result<(), Failure> {
 
 impl Report {
     fn of(path: &Path, loaded: &Loaded, simulation: &Simulation) -> Self {
+        let step = loaded.scene.time.substep(0).1;
         Self {
             scene: path.display().to_string(),
             title: loaded.scene.title.clone(),
             bodies: simulation.bodies().iter().map(BodyReport::of).collect(),
             memory_bytes: simulation.memory(),
             substeps: loaded.scene.time.substeps(),
-            step: loaded.scene.time.substep(0).1,
+            step,
+            method: loaded.scene.solver.method,
             largest_stable_step: finite(simulation.largest_stable_step()),
             largest_stable_step_folded: finite(simulation.largest_stable_step_folded()),
+            hanging: simulation.hanging().map(|pulled| HangingReport::of(pulled, step)),
             advice: loaded.notes.iter().chain(simulation.warnings()).cloned().collect(),
         }
     }
@@ -77,17 +100,51 @@ impl Report {
         self.bodies.iter().for_each(|body| lines.extend(body.words()));
         lines.push(format!("memory: {:.1} MB", self.memory_bytes as f64 * 1e-6));
         lines.push(format!("sub-steps a frame: {}, of {:.3e} s", self.substeps, self.step));
-        lines.push(match (self.largest_stable_step, self.largest_stable_step_folded) {
-            (Some(rest), Some(folded)) => {
-                format!(
-                    "largest stable step: {rest:.3e} s at rest, {folded:.3e} s however the springs are folded"
-                )
-            }
-            _ => "largest stable step: any; no spring pulls on a free node".to_owned(),
-        });
+        lines.push(self.stable_step());
+        lines.extend(self.hanging.iter().map(HangingReport::words));
         lines.extend(self.advice.iter().map(|advice| format!("advice: {advice}")));
         lines.push("accepted".to_owned());
         lines.join("\n")
+    }
+
+    fn stable_step(&self) -> String {
+        let (what, none) = match self.method {
+            Method::Springs => ("", "no spring pulls on a free node"),
+            Method::Ice => (" (hinges and drag: springs are implicit)", "springs are implicit"),
+            Method::Acad => (" (springs below the threshold are explicit)", "no spring pulls on a free node"),
+        };
+        match (self.largest_stable_step, self.largest_stable_step_folded) {
+            (Some(rest), Some(folded)) => format!(
+                "largest stable step: {rest:.3e} s at rest, {folded:.3e} s however the springs are folded{what}"
+            ),
+            _ => format!("largest stable step: any; {none}"),
+        }
+    }
+}
+
+impl HangingReport {
+    fn of(pulled: &Tension, step: f64) -> Self {
+        Self {
+            body: pulled.body.clone(),
+            vertex: pulled.vertex,
+            pull: pulled.pull,
+            rate: pulled.rate,
+            growth: pulled.growth(step),
+            largest_step: pulled.largest_step(),
+        }
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "hanging: body `{}` pulls hardest at vertex {}, T = {} N, T/(m L) = {:.3e} 1/s²; h² T/(m L) = {:.2}, implicit \
+             springs hold below 1: steps up to {:.3e} s",
+            self.body,
+            self.vertex,
+            number(self.pull),
+            self.rate,
+            self.growth,
+            self.largest_step
+        )
     }
 }
 

@@ -95,6 +95,55 @@ fn check_warns_of_a_step_that_is_too_long() {
     assert!(out.contains("advice: ") && out.contains("time.max_step"), "{out}");
 }
 
+/// A sheet whose rows hang from the first, in long steps.
+fn curtain(method: &str) -> Desk {
+    let sheet =
+        SHEET.replace("nodes = [0, 6]", "rows = [0, 0]").replace("max_step = 0.002", "max_step = 0.08");
+    let sheet = sheet.replace("dt = 0.01", "dt = 0.08").replace("shear = { k = 50.0, d = 0.05 }", "");
+    Desk::with(&format!("{sheet}[solver]\nmethod = \"{method}\"\n"))
+}
+
+#[test]
+fn check_says_how_hard_implicit_springs_are_pulled_by_what_hangs() {
+    let (out, err, code) = ending(curtain("ice").taffeta(&["check", "scene.toml"]));
+    assert_eq!(code, Some(0), "{err}");
+    assert!(out.contains("largest stable step: any; springs are implicit"), "{out}");
+    // Three rows at 0.1 m hang from the first, which gives (3·3 − 2)/4 g/L.
+    assert!(out.contains("T/(m L) = 1.717e2 1/s²; h² T/(m L) = 1.10"), "{out}");
+    assert!(out.contains("advice: ") && out.contains("max_step = 7.6e-2 or less"), "{out}");
+    let (out, _, _) = ending(curtain("ice").taffeta(&["check", "scene.toml", "--json"]));
+    let report: serde_json::Value = serde_json::from_str(&out).expect("nothing but JSON");
+    assert_eq!(
+        (&report["method"], &report["largest_stable_step"]),
+        (&"ice".into(), &serde_json::Value::Null)
+    );
+    let hanging = &report["hanging"];
+    assert_eq!(hanging["body"], "sheet");
+    for (key, expected) in
+        [("rate", 171.675), ("growth", 1.098_72), ("largest_step", 0.076_321), ("pull", 0.294_3)]
+    {
+        let got = hanging[key].as_f64().expect(key);
+        assert!((got - expected).abs() < 1e-4 * expected, "{key}: {got}, expected {expected}");
+    }
+}
+
+#[test]
+fn check_says_which_springs_stay_explicit() {
+    let (out, _, _) = ending(curtain("acad").taffeta(&["check", "scene.toml"]));
+    assert!(out.contains("(springs below the threshold are explicit)") && out.contains("hanging: "), "{out}");
+    assert!(!out.contains("bend springs"), "acad is not warned for what hangs: {out}");
+    let (out, _, _) = ending(curtain("springs").taffeta(&["check", "scene.toml", "--json"]));
+    let report: serde_json::Value = serde_json::from_str(&out).expect("nothing but JSON");
+    assert_eq!((&report["method"], &report["hanging"]), (&"springs".into(), &serde_json::Value::Null));
+}
+
+#[test]
+fn run_warns_in_one_line_of_a_step_too_long_for_what_hangs() {
+    let (_, err, _) = ending(curtain("ice").taffeta(&["run", "scene.toml", "--frames", "1"]));
+    let warnings: Vec<&str> = err.lines().filter(|line| line.starts_with("warning: ")).collect();
+    assert!(matches!(warnings[..], [one] if one.contains("h² T/(m L) is 1.10")), "{err}");
+}
+
 #[test]
 fn schemas_are_json_and_know_the_contract_s_names() {
     let desk = Desk::with(SHEET);

@@ -1,32 +1,68 @@
 //! Words for the user: before a run that cannot hold, and after one that did not.
 
-use super::FrameReport;
+use super::tension::{Tension, hanging};
+use super::{FrameReport, stability};
+use crate::assembly::Assembly;
+use crate::scene::Method;
 
 /// What the step is measured against.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct StepLimit {
     /// Longest sub-step of the scene [s].
     pub step: f64,
-    /// Largest stable step at rest [s].
+    /// Largest stable step of what is explicit, at rest [s].
     pub at_rest: f64,
     /// Largest step that is stable however springs fold [s].
     pub folded: f64,
+    /// Name of the body that sets them.
+    pub body: String,
+    /// How springs are solved, and so what is explicit.
+    pub method: Method,
+    /// Where implicit springs are pulled hardest, if there are any.
+    pub hanging: Option<Tension>,
 }
 
 impl StepLimit {
-    /// A warning before the run, if the step is too long at rest or may be when cloth folds.
-    pub fn warning(&self, body: &str) -> Option<String> {
-        let Self { step, at_rest, folded } = *self;
+    /// Measures a scene whose springs are solved by `method`.
+    pub fn new(assembly: &Assembly, method: Method) -> Self {
+        let largest = stability::largest_steps(assembly, method);
+        Self {
+            step: assembly.time.substep(0).1,
+            at_rest: largest.at_rest,
+            folded: largest.folded,
+            body: assembly.bodies[largest.body].name.clone(),
+            method,
+            hanging: if method == Method::Springs { None } else { hanging(assembly) },
+        }
+    }
+
+    /// Warnings before the run.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        self.explicit().into_iter().chain(self.too_long_to_hang())
+    }
+
+    /// A warning if the step is too long for what is explicit at rest, or may be when cloth folds.
+    fn explicit(&self) -> Option<String> {
+        let Self { step, at_rest, folded, body, .. } = self;
+        let (which, then, loose) = match self.method {
+            Method::Springs => ("", "this run will blow up", "folded or slack springs"),
+            Method::Ice => (" of hinges and drag", "this run will blow up", "folded hinges"),
+            Method::Acad => (
+                "",
+                "springs below the threshold stay explicit, and gain energy until they are constraints",
+                "folded or slack springs, which stay explicit below the threshold,",
+            ),
+        };
         if step > at_rest {
             Some(format!(
-                "the step of {step:.3e} s is longer than the largest stable step at rest, {at_rest:.3e} s (body \
-                 `{body}`): this run will blow up; {}",
+                "the step of {step:.3e} s is longer than the largest stable step{which} at rest, {at_rest:.3e} s (body \
+                 `{body}`): {then}; {}",
                 self.remedy()
             ))
         } else if step > folded {
             Some(format!(
-                "the step of {step:.3e} s holds at rest (largest: {at_rest:.3e} s, body `{body}`), but folded or slack \
-                 springs can need steps down to {folded:.3e} s; {}",
+                "the step of {step:.3e} s holds at rest (largest{which}: {at_rest:.3e} s, body `{body}`), but {loose} \
+                 can need steps down to {folded:.3e} s; {}",
                 self.remedy()
             ))
         } else {
@@ -34,27 +70,54 @@ impl StepLimit {
         }
     }
 
+    /// A warning if waves grow across the springs in which a body hangs.
+    fn too_long_to_hang(&self) -> Option<String> {
+        let pulled = self.hanging.as_ref().filter(|_| self.method == Method::Ice)?;
+        let growth = pulled.growth(self.step);
+        (growth > 1.0).then(|| {
+            let Tension { body, vertex, pull, .. } = pulled;
+            format!(
+                "the step of {:.3e} s is too long for what hangs in body `{body}`: where its weight pulls hardest for \
+                 its mass, by T = {pull:.2e} N at vertex {vertex}, h² T/(m L) is {growth:.2}, and from 1 on waves grow \
+                 across the pull; {}",
+                self.step,
+                remedy_to_hang(pulled)
+            )
+        })
+    }
+
     /// What to change.
     fn remedy(&self) -> String {
         let safe = round_down(self.folded);
         let softer = (safe / self.step).powi(2);
         let heavier = 1.0 / softer;
+        let what = if self.method == Method::Ice { "drag and the hinges' k and d" } else { "k and d" };
         format!(
-            "set time.max_step = {safe:e} or less, or multiply k and d by {softer:.1e} or the mass by {heavier:.1e}"
+            "set time.max_step = {safe:e} or less, or multiply {what} by {softer:.1e} or the mass by {heavier:.1e}"
         )
     }
 
     /// Likely cause and remedy after a run has blown up.
     pub fn after(&self) -> String {
-        let Self { step, at_rest, folded } = *self;
-        if step > folded {
-            let why =
-                if step > at_rest { "too long even at rest" } else { "too long for folded or slack springs" };
+        let Self { step, at_rest, folded, .. } = self;
+        if let Some(cause) = self.too_long_to_hang() {
+            format!("Likely cause: {cause}")
+        } else if step > folded {
+            let loose = if self.method == Method::Ice { "hinges" } else { "or slack springs" };
+            let why = if step > at_rest {
+                "too long even at rest".to_owned()
+            } else {
+                format!("too long for folded {loose}")
+            };
             format!(
                 "Likely cause: the step of {step:.3e} s is {why} (largest stable step: {at_rest:.3e} s at rest, \
                  {folded:.3e} s folded); {}",
                 self.remedy()
             )
+        } else if self.method == Method::Ice {
+            "Implicit springs hold in any step while their pull stays below m L/h², so look at what pulls harder: forces, \
+             pins and colliders (one that moves far in a step tears what it holds)"
+                .to_owned()
         } else {
             format!(
                 "The step of {step:.3e} s is stable for these springs ({folded:.3e} s even when folded), so look at \
@@ -63,6 +126,15 @@ impl StepLimit {
             )
         }
     }
+}
+
+/// What to change where waves grow across the pull. Mass does not help: the weight grows with it.
+fn remedy_to_hang(pulled: &Tension) -> String {
+    let safe = round_down(pulled.largest_step());
+    format!(
+        "set time.max_step = {safe:e} or less, or add stiff bend springs (on a grid also shear springs), which share the \
+         pull and hold the wave"
+    )
 }
 
 /// Two digits, never above.
@@ -122,10 +194,14 @@ mod tests {
             let safe = round_down(largest);
             assert!(safe <= largest && safe > 0.85 * largest, "{safe} for {largest}");
         }
-        let at = |step| StepLimit { step, at_rest: 0.005, folded: 0.0039 };
-        assert!(at(0.01).warning("flag").unwrap().contains("max_step = 3.9e-3"));
-        assert!(at(0.0045).warning("flag").unwrap().contains("folded"));
-        assert!(at(0.001).warning("flag").is_none());
+        let at = |step| limit(step, Method::Springs).warnings().collect::<Vec<_>>().join("\n");
+        assert!(at(0.01).contains("max_step = 3.9e-3"));
+        assert!(at(0.0045).contains("folded"));
+        assert_eq!(at(0.001), "");
+    }
+
+    fn limit(step: f64, method: Method) -> StepLimit {
+        StepLimit { step, at_rest: 0.005, folded: 0.0039, body: "flag".to_owned(), method, hanging: None }
     }
 
     #[test]

@@ -5,6 +5,7 @@ pub mod normals;
 mod report;
 pub mod stability;
 mod sums;
+pub mod tension;
 
 pub use report::{FrameReport, SolverReport};
 pub(crate) use sums::{FrameSums, PairSums, StateSums};

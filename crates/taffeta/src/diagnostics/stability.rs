@@ -12,7 +12,7 @@
 use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections};
 use crate::forces::hinge::{Rest, STIFFEST, angle_and_gradient, rest, steepness};
 use crate::real::{add, dot, norm, scale, sub};
-use crate::scene::Hinge;
+use crate::scene::{Hinge, Method};
 use crate::topology::random::SplitMix64;
 use crate::topology::{Edges, GRID_STEPS, SpringList, shapes};
 
@@ -46,7 +46,7 @@ struct System {
     root_inverse_mass: Vec<f64>,
 }
 
-/// The largest stable steps [s] of a scene; infinite if nothing sets one.
+/// The largest stable steps [s] of what is explicit in a scene; infinite if nothing sets one.
 #[derive(Clone, Copy, Debug)]
 pub struct LargestSteps {
     /// As the scene starts.
@@ -57,12 +57,16 @@ pub struct LargestSteps {
     pub body: usize,
 }
 
-/// Finds the largest stable steps of a scene.
-pub fn largest_steps(assembly: &Assembly) -> LargestSteps {
+/// Finds the largest stable steps of what is explicit in a scene. With [`Method::Ice`] springs are not, and hinges and drag
+/// are left; with [`Method::Acad`] those below the threshold are.
+pub fn largest_steps(assembly: &Assembly, method: Method) -> LargestSteps {
     let drag = assembly.world.drag;
     let none = LargestSteps { at_rest: f64::INFINITY, folded: f64::INFINITY, body: 0 };
     assembly.bodies.iter().enumerate().fold(none, |least, (body, described)| {
-        let system = System::new(described);
+        let mut system = System::new(described);
+        if method == Method::Ice {
+            system.springs = Vec::new();
+        }
         let at_rest = system.largest_step(drag, Pull::Along);
         if at_rest < least.at_rest {
             LargestSteps { at_rest, folded: system.largest_step(drag, Pull::AnyWay).min(at_rest), body }
