@@ -77,9 +77,8 @@ impl StepLimit {
         (growth > 1.0).then(|| {
             let Tension { body, vertex, pull, .. } = pulled;
             format!(
-                "the step of {:.3e} s is too long for what hangs in body `{body}`: where its weight pulls hardest for \
-                 its mass, by T = {pull:.2e} N at vertex {vertex}, h² T/(m L) is {growth:.2}, and from 1 on waves grow \
-                 across the pull; {}",
+                "the step of {:.3e} s is too long for the weight that hangs in body `{body}`: h² T/(m L) is {growth:.2} \
+                 (T = {pull:.2e} N at vertex {vertex}), and from 1 on waves across the pull grow; {}",
                 self.step,
                 remedy_to_hang(pulled)
             )
@@ -133,7 +132,7 @@ fn remedy_to_hang(pulled: &Tension) -> String {
     let safe = round_down(pulled.largest_step());
     format!(
         "set time.max_step = {safe:e} or less, or add stiff bend springs (on a grid also shear springs), which share the \
-         pull and hold the wave"
+         pull"
     )
 }
 
