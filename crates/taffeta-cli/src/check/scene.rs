@@ -136,13 +136,13 @@ impl HangingReport {
 
     fn words(&self) -> String {
         format!(
-            "hanging: body `{}` pulls hardest at vertex {}, T = {} N, T/(m L) = {:.3e} 1/s²; h² T/(m L) = {:.2}, implicit \
+            "hanging: body `{}` pulls hardest at vertex {}, T = {} N, T/(m L) = {} 1/s²; h² T/(m L) = {}, implicit \
              springs hold below 1: steps up to {:.3e} s",
             self.body,
             self.vertex,
             number(self.pull),
-            self.rate,
-            self.growth,
+            number(self.rate),
+            number(self.growth),
             self.largest_step
         )
     }

@@ -3,7 +3,7 @@
 use super::tension::{Tension, hanging};
 use super::{FrameReport, stability};
 use crate::assembly::Assembly;
-use crate::scene::Method;
+use crate::scene::{ConstraintForm, Method, Solver};
 
 /// What the step is measured against.
 #[derive(Clone, Debug)]
@@ -23,8 +23,11 @@ pub struct StepLimit {
 }
 
 impl StepLimit {
-    /// Measures a scene whose springs are solved by `method`.
-    pub fn new(assembly: &Assembly, method: Method) -> Self {
+    /// Measures a scene.
+    pub fn new(assembly: &Assembly, solver: &Solver) -> Self {
+        let method = solver.method;
+        // Constraints of the method "acad" have no compliance of the material.
+        let compliant = method == Method::Ice && solver.ice.form == ConstraintForm::Compliant;
         let largest = stability::largest_steps(assembly, method);
         Self {
             step: assembly.time.substep(0).1,
@@ -32,7 +35,7 @@ impl StepLimit {
             folded: largest.folded,
             body: assembly.bodies[largest.body].name.clone(),
             method,
-            hanging: if method == Method::Springs { None } else { hanging(assembly) },
+            hanging: if method == Method::Springs { None } else { hanging(assembly, compliant) },
         }
     }
 
@@ -77,9 +80,10 @@ impl StepLimit {
         (growth > 1.0).then(|| {
             let Tension { body, vertex, pull, .. } = pulled;
             format!(
-                "the step of {:.3e} s is too long for the weight that hangs in body `{body}`: h² T/(m L) is {growth:.2} \
+                "the step of {:.3e} s is too long for the weight that hangs in body `{body}`: h² T/(m L) is {} \
                  (T = {pull:.2e} N at vertex {vertex}), and from 1 on waves across the pull grow; {}",
                 self.step,
+                digits(growth),
                 remedy_to_hang(pulled)
             )
         })
@@ -134,6 +138,11 @@ fn remedy_to_hang(pulled: &Tension) -> String {
         "set time.max_step = {safe:e} or less, or add stiff bend springs (on a grid also shear springs), which share the \
          pull"
     )
+}
+
+/// Two decimals, or three digits of a large number.
+fn digits(value: f64) -> String {
+    if value < 1000.0 { format!("{value:.2}") } else { format!("{value:.2e}") }
 }
 
 /// Two digits, never above.

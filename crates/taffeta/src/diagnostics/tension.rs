@@ -8,8 +8,9 @@
 //! The pulls are estimated from how the nodes hang together, not from where they are: the shape in which a body comes to
 //! hang is not that in which it starts. Each node hands its load on to the nodes that are nearer to a pin, along its
 //! springs. Were the body stretched evenly away from the pins, a spring of length L between distances that differ by
-//! c L would be longer by c² L, and c of its pull would carry; so its share is as k c³ L. λmax is bounded by the sums of
-//! rows (Gershgorin).
+//! c L would be longer by c² L, and c of its pull would carry; so its share is as k c³ L. A compliant spring is as long as
+//! its pull makes it, L + T/k, and T/L is less than k however much hangs from it. λmax is bounded by the sums of rows
+//! (Gershgorin).
 //!
 //! For a chain the step is at most a tenth too short. For sheets and meshes that hang from a row, corners or single nodes
 //! λmax was found to be 0.9 to 2.1 times that of the true statics, so the step is 0.7 to 1.05 times the right one. It is too
@@ -47,12 +48,13 @@ impl Tension {
     }
 }
 
-/// Estimates the largest T/(m L) of all bodies; `None` where nothing hangs: there is no weight, or no pin.
-pub fn hanging(assembly: &Assembly) -> Option<Tension> {
+/// Estimates the largest T/(m L) of all bodies, whose springs are `compliant` or as long as at rest; `None` where nothing
+/// hangs: there is no weight, or no pin.
+pub fn hanging(assembly: &Assembly, compliant: bool) -> Option<Tension> {
     let world = &assembly.world;
     let of_body = |body: &BodyAssembly| {
         let load = |mass: f64| norm(add(scale(world.gravity, mass), world.wind_force));
-        let (local, pull, rate) = Hanging::new(body).steepest(load)?;
+        let (local, pull, rate) = Hanging::new(body).steepest(load, compliant)?;
         Some(Tension { body: body.name.clone(), vertex: body.vertex_of_solver(local), pull, rate })
     };
     assembly.bodies.iter().filter_map(of_body).max_by(|a, b| a.rate.total_cmp(&b.rate))
@@ -164,7 +166,7 @@ impl<'a> Hanging<'a> {
     }
 
     /// Hands `load` of each mass on to the pins; returns the node with the largest T/(m L) [1/s²], and its largest pull [N].
-    fn steepest(&self, load: impl Fn(f64) -> f64) -> Option<(usize, f64, f64)> {
+    fn steepest(&self, load: impl Fn(f64) -> f64, compliant: bool) -> Option<(usize, f64, f64)> {
         let Self { body, springs, distance, order } = self;
         let mut carried: Vec<f64> = body.mass.iter().map(|&mass| load(mass)).collect();
         let mut pulls = vec![(0.0_f64, 0.0_f64); body.nodes];
@@ -183,11 +185,13 @@ impl<'a> Hanging<'a> {
                     let flow = load * part / all;
                     carried[spring.to] += flow;
                     let pull = flow / carries;
+                    let longer = if compliant { pull / spring.k } else { 0.0 };
+                    let length = spring.length + longer;
                     // A row's sum has the diagonal, and what stands beside it if the other end is free.
                     let both = if body.free[spring.to] { 2.0 } else { 1.0 };
                     for end in [node, spring.to] {
                         pulls[end].0 = pulls[end].0.max(pull);
-                        pulls[end].1 += both * pull / spring.length;
+                        pulls[end].1 += both * pull / length;
                     }
                 }
             });
