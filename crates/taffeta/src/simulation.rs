@@ -125,7 +125,7 @@ impl Simulation {
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, SceneError> {
         let assembly = Assembly::new(scene)?;
         let bodies: Vec<BodyInfo> = assembly.bodies.iter().map(info).collect();
-        let limit = StepLimit::new(&assembly, &scene.solver);
+        let limit = StepLimit::new(&assembly);
         let of_body = |body: &BodyAssembly| {
             body.warnings.iter().map(|warning| format!("body `{}`: {warning}", body.name)).collect::<Vec<_>>()
         };

@@ -237,3 +237,36 @@ fn the_estimate_for_a_hanging_mesh_is_one_to_two_times_the_truth() {
         between(&format!("{} held", held.len()), ratio, [0.85, 1.2]);
     }
 }
+
+/// Angle [rad] that the links of a hanging chain of ten get to, slightly disturbed, in 600 implicit steps of `share` of
+/// the longest that hold.
+fn swing(share: f64) -> f64 {
+    let (links, zero) = (10, 29.920_697_012_274);
+    let h = share * (4.0 * 0.1 / (zero * G)).sqrt();
+    let mut body = chain(links, 0.02, 1.0).structural(1e6, 0.0);
+    body.place = turned([0.0, 0.0, 1.0], -90.0, [0.0; 3]);
+    let mut scene = Scene::new("swing").time(h, h).body(body).method(Method::Ice);
+    scene.solver.ice.tolerance = 1e-9;
+    scene.solver.ice.max_iterations = 1000;
+    let mut simulation = build(&scene);
+    let [top, bottom] = [positions(&simulation)[0], positions(&simulation)[links as usize]];
+    near("it hangs", top[1] - bottom[1], 1.0, 1e-9);
+    simulation.disturb(1e-6, 3);
+    let mut worst = 0.0_f64;
+    for _ in 0..600 {
+        run(&mut simulation, 1);
+        let x = positions(&simulation);
+        let lean =
+            |pair: &[V]| ((pair[1][0] - pair[0][0]).hypot(pair[1][2] - pair[0][2]) / 0.1).min(1.0).asin();
+        worst = x.windows(2).map(lean).fold(worst, f64::max);
+    }
+    worst
+}
+
+#[test]
+fn a_chain_of_implicit_springs_holds_at_its_longest_step_and_swings_up_just_above() {
+    let below = swing(0.99);
+    assert!(below < 1e-3, "{below:e} rad at 0.99 of the step");
+    let above = swing(1.03);
+    assert!(above > 0.1, "{above:e} rad at 1.03 of the step");
+}

@@ -3,7 +3,7 @@
 use super::tension::{Tension, hanging};
 use super::{FrameReport, stability};
 use crate::assembly::Assembly;
-use crate::scene::{ConstraintForm, Method, Solver};
+use crate::scene::{ConstraintForm, Method};
 
 /// What the step is measured against.
 #[derive(Clone, Debug)]
@@ -24,11 +24,11 @@ pub struct StepLimit {
 
 impl StepLimit {
     /// Measures a scene.
-    pub fn new(assembly: &Assembly, solver: &Solver) -> Self {
-        let method = solver.method;
+    pub fn new(assembly: &Assembly) -> Self {
+        let method = assembly.solver.method;
         // Constraints of the method "acad" have no compliance of the material.
-        let compliant = method == Method::Ice && solver.ice.form == ConstraintForm::Compliant;
-        let largest = stability::largest_steps(assembly, method);
+        let compliant = method == Method::Ice && assembly.solver.ice.form == ConstraintForm::Compliant;
+        let largest = stability::largest_steps(assembly);
         Self {
             step: assembly.time.substep(0).1,
             at_rest: largest.at_rest,

@@ -59,12 +59,12 @@ pub struct LargestSteps {
 
 /// Finds the largest stable steps of what is explicit in a scene. With [`Method::Ice`] springs are not, and hinges and drag
 /// are left; with [`Method::Acad`] those below the threshold are.
-pub fn largest_steps(assembly: &Assembly, method: Method) -> LargestSteps {
+pub fn largest_steps(assembly: &Assembly) -> LargestSteps {
     let drag = assembly.world.drag;
     let none = LargestSteps { at_rest: f64::INFINITY, folded: f64::INFINITY, body: 0 };
     assembly.bodies.iter().enumerate().fold(none, |least, (body, described)| {
         let mut system = System::new(described);
-        if method == Method::Ice {
+        if assembly.solver.method == Method::Ice {
             system.springs = Vec::new();
         }
         let at_rest = system.largest_step(drag, Pull::Along);
