@@ -13,7 +13,7 @@
 //! (Gershgorin).
 //!
 //! For a chain the step is at most a tenth too short. For sheets and meshes that hang from a row, corners or single nodes
-//! λmax was found to be 0.9 to 2.1 times that of the true statics, so the step is 0.7 to 1.05 times the right one. It is too
+//! λmax was found to be 0.85 to 2.1 times that of the true statics, so the step is 0.7 to 1.1 times the right one. It is too
 //! long where the weight hangs from a line that pins hold taut: the straighter it is, the harder it is pulled. What moves
 //! pulls more than what hangs still: three times its weight at the bottom of an arc.
 
