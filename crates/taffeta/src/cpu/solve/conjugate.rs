@@ -83,6 +83,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     /// What the right side leaves without pulls.
     fn start(&mut self) {
         let rows = self.scratch.layout.rows.len();
+        let warm = self.solve.solver.ice.warm_start;
         if self.solve.adaptive {
             self.barrier.wait();
         }
@@ -95,10 +96,10 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             p.fill(T::ZERO);
             s.fill(T::ZERO);
             worker.apply_to(&part, Vector::S);
-            let Vectors { rows, r, w, pulled, .. } = worker.vectors(&part);
+            let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
             let level = worker.setup.level;
             worker.sums_of(chunk)[0] = level.run(Combine { to: r, factor: T::ONE, other: w });
-            level.run(Along { rows, vector: r, pulled });
+            level.run(Along { rows, vector: if warm { x } else { r }, pulled });
         });
         self.barrier.wait();
         let tolerance = self.solve.solver.ice.tolerance;
@@ -110,17 +111,11 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
     }
 
-    /// What is left of the right side with the pulls known so far.
+    /// What is left of the right side with the pulls of the last sub-step.
     fn start_warm(&mut self) {
-        let rows = self.scratch.layout.rows.len();
-        self.each(rows, |worker, chunk| {
-            let Vectors { rows, x, pulled, .. } = worker.vectors(&worker.rows_of(chunk));
-            worker.setup.level.run(Along { rows, vector: x, pulled });
-        });
-        self.barrier.wait();
         self.each(self.scratch.layout.nodes.len(), Self::respond);
         self.barrier.wait();
-        self.each(rows, |worker, chunk| {
+        self.each(self.scratch.layout.rows.len(), |worker, chunk| {
             let part = worker.rows_of(chunk);
             worker.apply_to(&part, Vector::X);
             let Vectors { rows, r, w, pulled, .. } = worker.vectors(&part);
