@@ -13,7 +13,9 @@ use crate::diagnostics::tension::Tension;
 use crate::diagnostics::{FrameReport, FrameSums, normals};
 #[cfg(feature = "gpu")]
 use crate::gpu::{Boundary, GpuBackend, GpuOptions};
-use crate::scene::{Method, Scene, SceneError};
+#[cfg(feature = "gpu")]
+use crate::scene::Method;
+use crate::scene::{Scene, SceneError};
 #[cfg(feature = "gpu")]
 use crate::step::Stage;
 use crate::topology::Surface;

@@ -38,7 +38,7 @@ impl<T: Real> SolveWorker<'_, '_, T> {
         // SAFETY: counted before a barrier, and counted anew after the next.
         let first_rows = prefix(unsafe { self.shared.tile_rows.read() }, |&rows| rows);
         if first_rows.last() == Some(&0) {
-            self.share.clone().for_each(|tile| *self.counts_of(tile) = [0; 2]);
+            self.share.clone().for_each(|tile| self.note_counts(tile, [0; 2]));
             self.scratch.layout = Layout::default();
             return;
         }
@@ -93,13 +93,14 @@ impl<T: Real> SolveWorker<'_, '_, T> {
 
     /// Lists the active constraints of a tile from row `first` on.
     fn list_rows(&self, tile: usize, first: usize) {
-        // SAFETY: decided before a barrier; rows of tiles follow each other; tiles own different constraints.
+        // SAFETY: decided before a barrier, and anew after the next.
         let active = unsafe { self.shared.active.read() };
-        let mut next = first;
-        for constraint in self.solve.of_tile[tile].iter().cloned().flatten().filter(|&one| active[one]) {
-            *unsafe { self.shared.which.item(next) } = constraint as u32;
-            *unsafe { self.shared.row_of.item(constraint) } = next as u32;
-            next += 1;
+        let all = self.solve.of_tile[tile].iter().cloned().flatten();
+        for (row, constraint) in (first..).zip(all.filter(|&constraint| active[constraint])) {
+            // SAFETY: rows of tiles follow each other, tiles own different constraints; others read after a barrier.
+            let (which, row_of) =
+                unsafe { (self.shared.which.item(row), self.shared.row_of.item(constraint)) };
+            (*which, *row_of) = (constraint as u32, row as u32);
         }
     }
 
@@ -119,7 +120,7 @@ impl<T: Real> SolveWorker<'_, '_, T> {
                 counts = [counts[0] + u32::from(here > 0), counts[1] + here];
             }
         }
-        *self.counts_of(tile) = counts;
+        self.note_counts(tile, counts);
     }
 
     /// Lists them and their entries.
@@ -131,9 +132,13 @@ impl<T: Real> SolveWorker<'_, '_, T> {
         }
         let (nodes, ends) = (part(first, count), part(first_end, count_ends));
         // SAFETY: nodes and entries of tiles follow each other, tiles have different places; others read after a barrier.
-        let (places, spans) =
-            unsafe { (self.shared.places.write(nodes.clone()), self.shared.spans.write(nodes.clone())) };
-        let entries = unsafe { self.shared.entries.write(ends.clone()) };
+        let (places, spans, entries) = unsafe {
+            (
+                self.shared.places.write(nodes.clone()),
+                self.shared.spans.write(nodes.clone()),
+                self.shared.entries.write(ends.clone()),
+            )
+        };
         // SAFETY: rows were listed before a barrier.
         let row_of = unsafe { self.shared.row_of.read() };
         let (mut node, mut entry) = (0, 0);
@@ -175,10 +180,10 @@ impl<T: Real> SolveWorker<'_, '_, T> {
         *unsafe { self.shared.waits.item(tile) }
     }
 
-    /// Counts of a tile of its share.
-    fn counts_of(&self, tile: usize) -> &mut [u32; 2] {
+    /// Notes counts of a tile of its share.
+    fn note_counts(&self, tile: usize, counts: [u32; 2]) {
         // SAFETY: as above; others read after a barrier.
-        unsafe { self.shared.tile_nodes.item(tile) }
+        *unsafe { self.shared.tile_nodes.item(tile) } = counts;
     }
 }
 

@@ -159,7 +159,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             let body = &mut self.scratch.bodies[index];
             body.gamma = gamma;
             // A residual that is no number is not worked on either.
-            body.done = !(gamma > body.limit) || body.iterations == most;
+            let solved = gamma <= body.limit || gamma.is_nan();
+            body.done = solved || body.iterations == most;
             if !body.done {
                 match body.conjugate.step(gamma, delta) {
                     Some(step) => (body.step, body.iterations) = (step, body.iterations + 1),
@@ -256,8 +257,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     /// Notes the nodes at the ends of a chunk's rows.
     fn link(&self, which: &[u32], chunk: usize) {
         // SAFETY: nodes were listed before a barrier; rows of chunks are different.
-        let node_of = unsafe { self.shared.node_of.read() };
-        let ends = unsafe { self.shared.ends.write(self.rows_of(chunk)) };
+        let (node_of, ends) =
+            unsafe { (self.shared.node_of.read(), self.shared.ends.write(self.rows_of(chunk))) };
         for (ends, &constraint) in ends.iter_mut().zip(which) {
             *ends = self.solve.list.ends[constraint as usize].map(|place| node_of[place as usize]);
         }
@@ -270,10 +271,14 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let (setup, h) = (self.setup, self.h);
         let fall = norm(setup.assembly.world.gravity) * h.to_f64() * h.to_f64();
         // SAFETY: listed before a barrier; nodes of chunks are different. What waits was written before a barrier.
-        let places = &unsafe { self.shared.places.read() }[nodes.clone()];
-        let (response, presses) =
-            unsafe { (self.shared.response.write(nodes.clone()), self.shared.press.write(nodes.clone())) };
-        let surfaces = unsafe { self.shared.surface.write(nodes) };
+        let (places, response, presses, surfaces) = unsafe {
+            (
+                &self.shared.places.read()[nodes.clone()],
+                self.shared.response.write(nodes.clone()),
+                self.shared.press.write(nodes.clone()),
+                self.shared.surface.write(nodes),
+            )
+        };
         for (((response, press), surface), &place) in response.iter().zip(presses).zip(surfaces).zip(places) {
             let place = place as usize;
             let [x, y, z, _] = response.0;
@@ -310,18 +315,19 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             self.gather_pulls(&nodes, false);
         }
         // SAFETY: as in `meet`.
-        let places = &unsafe { self.shared.places.read() }[nodes.clone()];
-        let (response, press) =
-            unsafe { (self.shared.response.write(nodes.clone()), self.shared.press.read()) };
+        let (places, response, press) = unsafe {
+            (
+                &self.shared.places.read()[nodes.clone()],
+                self.shared.response.write(nodes.clone()),
+                self.shared.press.write(nodes),
+            )
+        };
         for (response, &place) in response.iter_mut().zip(places) {
-            let free = self.free_velocity(place as usize);
-            for axis in 0..3 {
-                let taken_back = if adaptive { response.0[axis] } else { T::ZERO };
-                response.0[axis] = free[axis] / self.h + taken_back;
-            }
-            response.0[3] = T::ZERO;
+            let [x, y, z, _] = if adaptive { response.0 } else { [T::ZERO; 4] };
+            let [u, v, w] = self.free_velocity(place as usize);
+            *response = Quad([u / self.h + x, v / self.h + y, w / self.h + z, T::ZERO]);
         }
-        let press = if self.colliders.is_empty() { &[] } else { &press[nodes] };
+        let press = if self.colliders.is_empty() { &[] } else { &*press };
         for (response, press) in response.iter_mut().zip(press) {
             let [x, y, z, _] = response.0;
             let [x, y, z] = add(press.yielded([x, y, z]), scale(press.velocity, T::ONE / self.h));

@@ -133,8 +133,8 @@ pub fn gather<T: Real>(entries: &[u32], pulled: &[Quad<T>]) -> Quad<T> {
     let mut sum = [T::ZERO; 4];
     for &entry in entries {
         let (pull, sign) = (&pulled[entry as usize / 2], signs[entry as usize % 2]);
-        for axis in 0..4 {
-            sum[axis] += sign * pull.0[axis];
+        for (sum, pull) in sum.iter_mut().zip(pull.0) {
+            *sum += sign * pull;
         }
     }
     Quad(sum)

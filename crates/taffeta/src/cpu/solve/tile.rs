@@ -51,9 +51,10 @@ impl<T: Real> CpuTile<'_, T> {
             // SAFETY: listed before a barrier; the nodes of a tile ascend.
             let places = &unsafe { self.solve.places.read() }[nodes.clone()];
             let within = |place: usize| places.partition_point(|&one| (one as usize) < place);
-            for i in within(run.start)..within(run.end) {
-                let place = places[i] as usize;
-                self.add_pulls((at + place - run.start, place), nodes.start + i);
+            let (from, to) = (within(run.start), within(run.end));
+            for (&place, node) in places[from..to].iter().zip(nodes.start + from..) {
+                let place = place as usize;
+                self.add_pulls((at + place - run.start, place), node);
             }
         }
     }
