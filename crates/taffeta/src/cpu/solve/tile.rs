@@ -47,7 +47,10 @@ impl<T: Real> CpuTile<'_, T> {
                 run.clone().for_each(|place| self.add_pulls((at + place - run.start, place), place));
                 continue;
             }
-            let nodes = self.scratch.solve.layout.nodes_of_tile[self.number].clone();
+            // A tile may wait for constraints of which none has become active, here or anywhere.
+            let Some(nodes) = self.scratch.solve.layout.nodes_of_tile.get(self.number).cloned() else {
+                return;
+            };
             // SAFETY: listed before a barrier; the nodes of a tile ascend.
             let places = &unsafe { self.solve.places.read() }[nodes.clone()];
             let within = |place: usize| places.partition_point(|&one| (one as usize) < place);
