@@ -25,7 +25,7 @@ pub mod topology;
 #[doc(hidden)]
 pub use gpu::parity;
 #[cfg(feature = "gpu")]
-pub use gpu::{GpuCost, GpuKernels, GpuOptions};
+pub use gpu::{ConstraintProduct, GpuCost, GpuKernels, GpuOptions};
 pub use simulation::{BodyInfo, Diverged, Options, Precision, Simulation, Snapshot, StepError};
 pub use step::Stage;
 #[cfg(feature = "gpu")]

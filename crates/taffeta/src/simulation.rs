@@ -12,7 +12,7 @@ use crate::diagnostics::advice::{StepLimit, runaway};
 use crate::diagnostics::tension::Tension;
 use crate::diagnostics::{FrameReport, FrameSums, normals};
 #[cfg(feature = "gpu")]
-use crate::gpu::{Boundary, GpuBackend, GpuOptions};
+use crate::gpu::{Boundary, GpuBackend, GpuKernels, GpuOptions};
 #[cfg(feature = "gpu")]
 use crate::scene::Method;
 use crate::scene::{Scene, SceneError};
@@ -514,7 +514,8 @@ fn backend(
 ) -> Result<Box<dyn Backend>, String> {
     #[cfg(feature = "gpu")]
     if let Some(gpu) = &options.gpu {
-        if scene.solver.method != Method::Springs {
+        let of_2021 = matches!(gpu.kernels, GpuKernels::Constraints(_));
+        if scene.solver.method != Method::Springs && !of_2021 {
             return Err(
                 "its springs are constraints, which only the CPU has; --backend cpu would do".to_owned()
             );

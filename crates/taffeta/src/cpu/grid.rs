@@ -63,8 +63,10 @@ impl<T: Real> GridSprings<T> {
 pub struct Sweep<T> {
     forces: Column<T>,
     line: usize,
-    /// Squared stretch to watch for, if any, and which of the last rows own a spring beyond it.
+    /// Squared stretch to watch for, if any; squared lengths of some springs [m²]; which of the last rows own a spring
+    /// beyond it.
     watch: Option<T>,
+    squares: Column<T>,
     beyond: [bool; 3],
     /// What may come next without starting again: (body, first column, row).
     next: Option<(usize, usize, usize)>,
@@ -89,7 +91,8 @@ impl<T: Real> Sweep<T> {
     pub fn new(cols: usize, watch: Option<T>) -> Self {
         let line = cols.next_multiple_of(LANES) + 3 * LANES;
         let watch = watch.map(|stretch| stretch * stretch);
-        Self { forces: Column::zeros(line * LINES), line, watch, beyond: [false; 3], next: None }
+        let squares = Column::zeros(if watch.is_some() { BLOCK + LANES } else { 0 });
+        Self { forces: Column::zeros(line * LINES), line, watch, squares, beyond: [false; 3], next: None }
     }
 
     /// Forgets the rows before: the state has changed.
@@ -200,6 +203,7 @@ fn own_springs<T: Real, const WATCH: bool>(
     let line = sweep.line;
     let reach = sweep.watch.map_or(T::FAR, |watch| watch * (along.rest_length * along.rest_length));
     let start = line_of(direction, row as isize, 0) * line;
+    let squares = &mut sweep.squares;
     let (x, rest) = sweep.forces[start..start + 3 * line].split_at_mut(line);
     let (y, z) = rest.split_at_mut(line);
     let (x, y, z) = (&mut x[LANES + at..], &mut y[LANES + at..], &mut z[LANES + at..]);
@@ -207,8 +211,8 @@ fn own_springs<T: Real, const WATCH: bool>(
         let (a, b) = grid.ends(direction, row);
         let ends = [a + owned.start, b + owned.start];
         let (x, y, z) = (&mut x[..padded], &mut y[..padded], &mut z[..padded]);
-        row_springs(old, ends, x, y, z, along);
-        if WATCH && longest(old, ends, count) > reach {
+        row_springs::<T, WATCH>(old, ends, x, y, z, squares, along);
+        if WATCH && largest(&squares[..count]) > reach {
             sweep.beyond[row % 3] = true;
         }
     }
@@ -218,16 +222,18 @@ fn own_springs<T: Real, const WATCH: bool>(
 }
 
 #[inline(always)]
-fn row_springs<T: Real>(
+fn row_springs<T: Real, const WATCH: bool>(
     old: &[&[T]; 6],
     [a, b]: [usize; 2],
     x: &mut [T],
     y: &mut [T],
     z: &mut [T],
+    squares: &mut [T],
     along: Direction<T>,
 ) {
     let n = x.len();
     let (y, z) = (&mut y[..n], &mut z[..n]);
+    let squares = &mut squares[..if WATCH { n } else { 0 }];
     let (ax, ay, az) = (&old[0][a..a + n], &old[1][a..a + n], &old[2][a..a + n]);
     let (au, av, aw) = (&old[3][a..a + n], &old[4][a..a + n], &old[5][a..a + n]);
     let (bx, by, bz) = (&old[0][b..b + n], &old[1][b..b + n], &old[2][b..b + n]);
@@ -236,32 +242,28 @@ fn row_springs<T: Real>(
         let d = [bx[i] - ax[i], by[i] - ay[i], bz[i] - az[i]];
         let dv = [bu[i] - au[i], bv[i] - av[i], bw[i] - aw[i]];
         let factor = spring::factor(d, dv, along.k, along.damping, along.rest_length);
+        if WATCH {
+            squares[i] = dot(d, d);
+        }
         x[i] = factor * d[0];
         y[i] = factor * d[1];
         z[i] = factor * d[2];
     }
 }
 
-/// Squared length [m²] of the longest of `count` springs.
+/// The largest of some numbers, 0 if none is more.
 #[inline(always)]
-fn longest<T: Real>(old: &[&[T]; 6], [a, b]: [usize; 2], count: usize) -> T {
-    let (ax, ay, az) = (&old[0][a..a + count], &old[1][a..a + count], &old[2][a..a + count]);
-    let (bx, by, bz) = (&old[0][b..b + count], &old[1][b..b + count], &old[2][b..b + count]);
+fn largest<T: Real>(numbers: &[T]) -> T {
     let mut lanes = [T::ZERO; LANES];
-    let whole = count / LANES * LANES;
-    let squared = |i: usize| {
-        let d = [bx[i] - ax[i], by[i] - ay[i], bz[i] - az[i]];
-        dot(d, d)
-    };
-    for start in (0..whole).step_by(LANES) {
-        for (lane, most) in lanes.iter_mut().enumerate() {
-            let squared = squared(start + lane);
-            *most = if squared > *most { squared } else { *most };
+    let (whole, rest) = numbers.as_chunks::<LANES>();
+    for chunk in whole {
+        for (most, &number) in lanes.iter_mut().zip(chunk) {
+            *most = if number > *most { number } else { *most };
         }
     }
     let mut most = T::ZERO;
-    for squared in lanes.into_iter().chain((whole..count).map(squared)) {
-        most = if squared > most { squared } else { most };
+    for &number in lanes.iter().chain(rest) {
+        most = if number > most { number } else { most };
     }
     most
 }

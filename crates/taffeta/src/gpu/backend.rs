@@ -63,8 +63,7 @@ impl GpuBackend {
         let mut parts = Vec::new();
         for bodies in segments(&assembly, gpu.largest_binding())? {
             let tables = Tables::new(&assembly, bodies.clone())?;
-            let paper =
-                Paper::new(&gpu, options.kernels, &assembly.bodies[bodies], &tables).map_err(words)?;
+            let paper = Paper::new(&gpu, options.kernels, &assembly, bodies, &tables).map_err(words)?;
             let apart = options.from > Stage::Elements;
             let mut segment = Segment::new(&gpu, tables, assembly.colliders.len(), options.kernels, apart)
                 .map_err(words)?;
@@ -281,6 +280,9 @@ impl Backend for GpuBackend {
         let mut sums = FrameSums { volumes: self.assembly.no_volumes(), ..FrameSums::default() };
         for segment in &self.segments {
             sums::add(&self.gpu, segment, &mut sums)?;
+            if let Some(paper) = &segment.paper {
+                paper.report(&self.gpu, &mut sums.solver)?;
+            }
         }
         // Every sub-step searches; one that there was not has found nothing.
         let searched = self.assembly.touching().next().is_some() && self.substeps > 0;

@@ -24,3 +24,4 @@ pub use backend::GpuBackend;
 pub use boundary::Boundary;
 pub use cost::GpuCost;
 pub use options::{GpuKernels, GpuOptions};
+pub use paper::ConstraintProduct;

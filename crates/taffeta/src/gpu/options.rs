@@ -1,5 +1,6 @@
 //! How to run on a GPU, and what is refused there.
 
+use super::paper::ConstraintProduct;
 use super::patches;
 use super::segment::Segment;
 use crate::assembly::Assembly;
@@ -20,6 +21,8 @@ pub enum GpuKernels {
     NodeCentric,
     /// As Va, Choi and Hong 2023 print it: a thread a spring, forces added by compare and swap. To compare with.
     SpringCentric,
+    /// As Va, Choi and Hong 2021 print implicit constraints: eleven kernels, conjugate gradients. To compare with.
+    Constraints(ConstraintProduct),
 }
 
 /// How to run on a GPU.

@@ -1,5 +1,6 @@
 //! The kernels of the papers as they print them, to compare ours with: same scene, same formulas, their structure.
 
+mod constraint;
 mod node_centric;
 mod spring_centric;
 #[cfg(test)]
@@ -11,9 +12,14 @@ use super::options::{GpuKernels, GpuOptions};
 use super::recorder::Recorder;
 use super::tables::Tables;
 use crate::assembly::{Assembly, BodyAssembly, BodySprings};
+use crate::diagnostics::SolverReport;
+use crate::scene::{ConstraintForm, Method};
 use crate::step::Stage;
+pub use constraint::ConstraintProduct;
+use constraint::{Constraints, MOST_PRINTED};
 use node_centric::{Plane, Sheets};
 use spring_centric::SpringLists;
+use std::ops::Range;
 use taffeta_gpu::{Bindable, Gpu, GpuError, wgpu};
 
 /// Invocations of each workgroup, in both papers.
@@ -23,6 +29,7 @@ const GROUP: usize = 1024;
 pub enum Paper {
     NodeCentric(Sheets),
     SpringCentric(Box<SpringLists>),
+    Constraints(Box<Constraints>),
 }
 
 /// The file that has an entry point, if it is one of these.
@@ -35,7 +42,7 @@ pub fn sources(entry: &str) -> &'static [&'static str] {
         | "compute_jacobian"
         | "build_system"
         | "accumulate_force" => &[include_str!("spring_centric.wgsl"), include_str!("volume.wgsl")],
-        _ => &[],
+        _ => constraint::sources(entry),
     }
 }
 
@@ -44,6 +51,7 @@ pub fn check(options: &GpuOptions, assembly: &Assembly) -> Result<(), String> {
     let which = match options.kernels {
         GpuKernels::NodeCentric => "the node-centric kernels of 2021",
         GpuKernels::SpringCentric => "the spring-centric kernels of 2023",
+        GpuKernels::Constraints(_) => "the constraint kernels of 2021",
         _ => return Ok(()),
     };
     if options.from != Stage::Elements {
@@ -55,6 +63,9 @@ pub fn check(options: &GpuOptions, assembly: &Assembly) -> Result<(), String> {
     fits(which, options.gpu.limits())?;
     let (most, beyond) = match options.kernels {
         GpuKernels::NodeCentric => ("are for grids without hinges and loads", beyond_grids(assembly)),
+        GpuKernels::Constraints(product) => {
+            ("have springs alone as constraints", beyond_springs(assembly, product))
+        }
         _ => ("keep volumes by forces alone, everywhere alike", beyond_forces(assembly)),
     };
     beyond.map_or(Ok(()), |what| Err(format!("{which} {most}, and {what}; the plain kernels would do")))
@@ -66,6 +77,27 @@ fn beyond_forces(assembly: &Assembly) -> Option<String> {
         Some(_) => Some(format!("body `{}` has weights", body.name)),
         None => kept.projects.then(|| format!("body `{}` is projected", body.name)),
     })
+}
+
+/// What a scene has that the constraints of 2021 have not.
+fn beyond_springs(assembly: &Assembly, product: ConstraintProduct) -> Option<String> {
+    let kept = assembly.volumes().next().map(|(body, _)| format!("body `{}` keeps its volume", body.name));
+    let count = assembly.constraints.len();
+    let many = product == ConstraintProduct::Printed && count > MOST_PRINTED;
+    let square = || {
+        format!(
+            "the scene has {count} springs: SpMM() starts a thread for each two, {} in each step, and {MOST_PRINTED} \
+             springs ({} threads) are the limit",
+            count * count,
+            MOST_PRINTED * MOST_PRINTED
+        )
+    };
+    let solver = &assembly.solver;
+    let other = solver.method != Method::Ice || solver.ice.form != ConstraintForm::Printed;
+    let other = other.then(|| {
+        "the scene has not `solver.method = \"ice\"` with `solver.ice.form = \"printed\"`".to_owned()
+    });
+    other.or(kept).or_else(|| many.then(square))
 }
 
 fn fits(which: &str, limits: &wgpu::Limits) -> Result<(), String> {
@@ -94,16 +126,29 @@ impl Paper {
     pub fn new(
         gpu: &Gpu,
         kernels: GpuKernels,
-        bodies: &[BodyAssembly],
+        assembly: &Assembly,
+        bodies: Range<usize>,
         tables: &Tables,
     ) -> Result<Option<Self>, GpuError> {
         Ok(match kernels {
             GpuKernels::NodeCentric => Some(Self::NodeCentric(Sheets::new(gpu, tables)?)),
             GpuKernels::SpringCentric => {
-                Some(Self::SpringCentric(Box::new(SpringLists::new(gpu, bodies, tables)?)))
+                Some(Self::SpringCentric(Box::new(SpringLists::new(gpu, &assembly.bodies[bodies], tables)?)))
+            }
+            GpuKernels::Constraints(product) => {
+                let constraints = Constraints::new(gpu, product, assembly, bodies, tables)?;
+                Some(Self::Constraints(Box::new(constraints)))
             }
             _ => None,
         })
+    }
+
+    /// Adds what it found of constraints.
+    pub fn report(&self, gpu: &Gpu, report: &mut SolverReport) -> Result<(), GpuError> {
+        match self {
+            Self::Constraints(constraints) => constraints.report(gpu, report),
+            Self::NodeCentric(_) | Self::SpringCentric(_) => Ok(()),
+        }
     }
 
     /// Its buffers by their names in the sources.
@@ -111,6 +156,7 @@ impl Paper {
         match self {
             Self::NodeCentric(sheets) => sheets.buffers(),
             Self::SpringCentric(lists) => lists.buffers(),
+            Self::Constraints(constraints) => constraints.buffers(),
         }
     }
 }
@@ -129,6 +175,9 @@ impl Recorder<'_> {
                 self.node_centric(&planes, substep, loads_given);
             }
             Some(Paper::SpringCentric(lists)) => self.spring_centric(lists.counts(), substep, loads_given),
+            Some(Paper::Constraints(constraints)) => {
+                self.constraints(constraints.shape(), substep, loads_given)
+            }
             None => {}
         }
         self.alone(Stage::Pins, substep);
@@ -174,6 +223,17 @@ impl Recorder<'_> {
                 let offsets = [&told[..], &[plane.offset]].concat();
                 self.list.dispatch_plane(&bound, &offsets, plane.groups);
             }),
+            Err(error) => self.fault = Err(error),
+        }
+    }
+
+    /// One dispatch of a plane of workgroups.
+    fn over_plane(&mut self, name: Name, groups: [u32; 2], substep: usize) {
+        if self.fault.is_err() {
+            return;
+        }
+        match self.segment.bound(self.kernels, name, substep) {
+            Ok((bound, told)) => self.list.dispatch_plane(&bound, &told, groups),
             Err(error) => self.fault = Err(error),
         }
     }

@@ -76,11 +76,23 @@ impl SpringLists {
         for body in bodies {
             listed.add_body(body, (body.first - tables.places.start) as u32);
         }
+        let volumes = KeptVolumes::new(gpu, bodies, tables)?;
+        Self::of_springs(gpu, &listed.springs, &listed.kinds, volumes, tables)
+    }
+
+    /// Springs that are listed already.
+    pub fn of_springs(
+        gpu: &Gpu,
+        springs: &[Spring],
+        kinds: &[[f32; 2]],
+        volumes: KeptVolumes,
+        tables: &Tables,
+    ) -> Result<Self, GpuError> {
         Ok(Self {
-            springs: gpu.buffer_from("springs with both ends", &listed.springs)?,
-            kinds: gpu.buffer_from("kinds of springs", &listed.kinds)?,
+            springs: gpu.buffer_from("springs with both ends", springs)?,
+            kinds: gpu.buffer_from("kinds of springs", kinds)?,
             forces: gpu.buffer("forces of springs", 3 * tables.len())?,
-            volumes: KeptVolumes::new(gpu, bodies, tables)?,
+            volumes,
         })
     }
 

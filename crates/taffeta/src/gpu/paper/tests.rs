@@ -1,5 +1,6 @@
 //! Records as the sources have them, and what a device must allow.
 
+use super::constraint::Triplet;
 use super::node_centric::Sheet;
 use super::spring_centric::Spring;
 use super::volume::{KeptBody, KeptTriangle};
@@ -22,6 +23,17 @@ fn records_and_groups_are_as_large_as_the_sources_say() {
         "build_system",
         "accumulate_force",
         "spring_centric_update",
+        "compute_phi",
+        "compute_vect",
+        "compute_rhs",
+        "spmm",
+        "initial_step",
+        "spmv",
+        "compute_alpha",
+        "update_lambda",
+        "compute_beta",
+        "update_p",
+        "compute_force",
     ];
     let mut sizes = Vec::new();
     for kernel in entries.map(|entry| kernels.get(Name::new(entry), SIZES).unwrap()) {
@@ -34,6 +46,7 @@ fn records_and_groups_are_as_large_as_the_sources_say() {
         ("spring_kinds", 8),
         ("kept_triangles", size_of::<KeptTriangle>()),
         ("kept_bodies", size_of::<KeptBody>()),
+        ("printed_sys", size_of::<Triplet>()),
     ];
     for (name, size) in records {
         let found = sizes.iter().find(|(other, _)| other == name);

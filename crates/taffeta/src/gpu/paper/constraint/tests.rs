@@ -1,0 +1,244 @@
+//! The system on the device beside one made here in 64 bits.
+
+use super::super::spring_centric::Spring;
+use super::{ConstraintProduct, Constraints, Triplet};
+use crate::assembly::Assembly;
+use crate::backend::Hand;
+use crate::gpu::kernels::Kernels;
+use crate::gpu::layout::Four;
+use crate::gpu::options::GpuKernels;
+use crate::gpu::paper::Paper;
+use crate::gpu::recorder::Recorder;
+use crate::gpu::segment::Segment;
+use crate::gpu::tables::Tables;
+use crate::plan;
+use crate::scene::{Body, Mass, Mesh, Method, Scene, Select};
+use crate::step::Stage;
+use taffeta_gpu::{Choice, DispatchList, Gpu};
+
+const ALL: [ConstraintProduct; 4] = [
+    ConstraintProduct::Printed,
+    ConstraintProduct::Csr,
+    ConstraintProduct::Ell,
+    ConstraintProduct::MatrixFree,
+];
+
+/// Sums of some twenty products in 32 bits, relative to the largest diagonal.
+const ROUNDING: f64 = 1e-6;
+
+/// Two sheets out of shape on the device, of which neighbours are held.
+struct Device {
+    gpu: Gpu,
+    segment: Segment,
+    springs: Vec<Spring>,
+    positions: Vec<Four>,
+}
+
+impl Device {
+    fn new(product: ConstraintProduct) -> Self {
+        let sheet = |name: &str, x| {
+            Body::cloth(name, Mesh::grid(5, 6, [0.5, 0.4]))
+                .structural(50.0, 0.1)
+                .shear(20.0, 0.0)
+                .bend(5.0, 0.0)
+                .at([x, 0.0, 0.0])
+        };
+        let held = sheet("held", 0.0).with_mass(Mass::Node(0.01)).pin(Select::nodes([0, 1, 17]));
+        let scene =
+            Scene::new("two").body(held).body(sheet("free", 1.0).with_mass(Mass::Node(0.3))).time(0.01, 0.01);
+        let mut scene = scene.method(Method::Ice);
+        scene.solver.ice.max_iterations = 3;
+        let assembly = Assembly::new(&scene).unwrap();
+        let gpu = Gpu::open(&Choice::from_env()).unwrap_or_else(|error| panic!("{error}"));
+        let tables = Tables::new(&assembly, 0..2).unwrap();
+        let constraints = Constraints::new(&gpu, product, &assembly, 0..2, &tables).unwrap();
+        let springs = super::springs(&assembly, 0..2, &tables);
+        let kernels = GpuKernels::Constraints(product);
+        let mut segment = Segment::new(&gpu, tables, 0, kernels, false).unwrap();
+        segment.paper = Some(Paper::Constraints(Box::new(constraints)));
+        segment.tell(&assembly, &plan::frame(&assembly, 0.0), &Hand::default()).unwrap();
+        let mut positions = segment.state().position.read(&gpu).unwrap();
+        for (i, place) in positions.iter_mut().enumerate() {
+            (0..3).for_each(|axis| place[axis] += 0.02 * ((i * (3 + 2 * axis)) as f32).sin());
+        }
+        segment.state().position.write(&gpu, 0, &positions);
+        Self { gpu, segment, springs, positions }
+    }
+
+    fn constraints(&self) -> &Constraints {
+        match &self.segment.paper {
+            Some(Paper::Constraints(constraints)) => constraints,
+            _ => panic!("it was put there"),
+        }
+    }
+
+    fn submit(&mut self, record: impl FnOnce(&mut Recorder<'_>)) {
+        let (mut list, mut kernels) = (DispatchList::new(), Kernels::new(self.gpu.clone()));
+        let mut recorder = Recorder {
+            segment: &mut self.segment,
+            kernels: &mut kernels,
+            list: &mut list,
+            counts: Default::default(),
+            from: Stage::Elements,
+            last: false,
+            ahead: 0,
+            all: 1,
+            fault: Ok(()),
+        };
+        record(&mut recorder);
+        recorder.fault.unwrap();
+        self.gpu.submit(&list).unwrap();
+    }
+
+    /// J M⁻¹ Jᵀ, from the state in 64 bits.
+    fn matrix(&self) -> Vec<Vec<f64>> {
+        let rows: Vec<Vec<f64>> = self.springs.iter().map(|spring| self.row(spring)).collect();
+        let entry = |a: &[f64], b: &[f64]| {
+            a.iter().zip(b).enumerate().map(|(at, (a, b))| a * b * f64::from(self.positions[at / 3][3])).sum()
+        };
+        rows.iter().map(|a| rows.iter().map(|b| entry(a, b)).collect()).collect()
+    }
+
+    /// A row of J, all of it.
+    fn row(&self, spring: &Spring) -> Vec<f64> {
+        let mut row = vec![0.0; 3 * self.positions.len()];
+        let [a, b] = [spring.a as usize, spring.b as usize];
+        for axis in 0..3 {
+            let apart = f64::from(self.positions[a][axis]) - f64::from(self.positions[b][axis]);
+            row[3 * a + axis] = 2.0 * apart;
+            row[3 * b + axis] = -2.0 * apart;
+        }
+        row
+    }
+}
+
+fn largest(matrix: &[Vec<f64>]) -> f64 {
+    matrix.iter().enumerate().map(|(i, row)| row[i]).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_matrix_in_coo_is_that_of_the_equation() {
+    let mut device = Device::new(ConstraintProduct::Printed);
+    let shape = device.constraints().shape();
+    // Twice: the counter starts anew.
+    device.submit(|recorder| (0..2).for_each(|_| recorder.build(shape, 0, false)));
+    let constraints = device.constraints();
+    let count = constraints.matrix.counter.read(&device.gpu).unwrap()[0] as usize;
+    assert!(count <= constraints.matrix.system.len(), "{count} entries found no room");
+    let mut entries: Vec<Triplet> = constraints.matrix.system.read(&device.gpu).unwrap();
+    entries.truncate(count);
+    entries.sort_by_key(|entry| (entry.row as usize, entry.column as usize));
+    let places: Vec<(usize, usize)> =
+        entries.iter().map(|entry| (entry.row as usize, entry.column as usize)).collect();
+    assert!(places.windows(2).all(|two| two[0] < two[1]), "an entry is there twice");
+    let matrix = device.matrix();
+    let allowed = ROUNDING * largest(&matrix);
+    let mut next = entries.iter().peekable();
+    for (i, row) in matrix.iter().enumerate() {
+        for (j, expected) in row.iter().enumerate() {
+            let there = next.next_if(|entry| (entry.row as usize, entry.column as usize) == (i, j));
+            let found = there.map_or(0.0, |entry| f64::from(entry.value));
+            assert!((found - expected).abs() < allowed, "{i}, {j}: {found} for {expected}");
+        }
+    }
+    assert!(next.next().is_none());
+    let held = device.springs.iter().position(|spring| (spring.a, spring.b) == (0, 1)).unwrap();
+    assert!(places.iter().all(|&(row, column)| row != held && column != held), "a spring between held nodes");
+}
+
+#[test]
+fn all_products_are_those_of_the_matrix() {
+    for product in ALL {
+        let mut device = Device::new(product);
+        let shape = device.constraints().shape();
+        let p: Vec<f32> = (0..shape.springs).map(|i| (i as f32 * 1.7).sin() + 0.1).collect();
+        device.constraints().vectors[4].write(&device.gpu, 0, &p);
+        device.submit(|recorder| {
+            recorder.build(shape, 0, false);
+            recorder.multiply(shape, 0);
+        });
+        let found = device.constraints().vectors[5].read(&device.gpu).unwrap();
+        let matrix = device.matrix();
+        // Some 23 terms of a row, each at most as large as the largest diagonal.
+        let allowed = 5.0 * ROUNDING * largest(&matrix);
+        for (i, (row, found)) in matrix.iter().zip(found).enumerate() {
+            let expected: f64 = row.iter().zip(&p).map(|(value, p)| value * f64::from(*p)).sum();
+            let apart = (expected - f64::from(found)).abs();
+            assert!(apart < allowed, "{product:?}, row {i}: {found} for {expected}");
+        }
+    }
+}
+
+/// Eqs. 12 to 17: λ and r after some iterations on `matrix` λ = b.
+fn conjugate_gradients(matrix: &[Vec<f64>], b: &[f64], iterations: u32) -> [Vec<f64>; 2] {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (mut lambda, mut r, mut p) = (vec![0.0; b.len()], b.to_vec(), b.to_vec());
+    for _ in 0..iterations {
+        let ap: Vec<f64> = matrix.iter().map(|row| dot(row, &p)).collect();
+        let rr = dot(&r, &r);
+        let alpha = rr / dot(&p, &ap);
+        for i in 0..b.len() {
+            lambda[i] += alpha * p[i];
+            r[i] -= alpha * ap[i];
+        }
+        let beta = dot(&r, &r) / rr;
+        p.iter_mut().zip(&r).for_each(|(p, r)| *p = r + beta * *p);
+    }
+    [lambda, r]
+}
+
+fn norm(vector: &[f64]) -> f64 {
+    vector.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+#[test]
+fn iterations_are_those_of_conjugate_gradients() {
+    for product in ALL {
+        let mut device = Device::new(product);
+        let shape = super::Shape { iterations: 12, ..device.constraints().shape() };
+        device.submit(|recorder| recorder.constraints(shape, 0, false));
+        let constraints = device.constraints();
+        let read = |at: usize| -> Vec<f64> {
+            constraints.vectors[at].read(&device.gpu).unwrap().into_iter().map(f64::from).collect()
+        };
+        let [rhs, lambda, residual] = [1, 2, 3].map(read);
+        let [expected, r] = conjugate_gradients(&device.matrix(), &rhs, 12);
+        let apart =
+            |a: &[f64], b: &[f64]| norm(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>()) / norm(b);
+        // Rounding grows with each iteration, by some units in the last place.
+        let (off, left) = (apart(&lambda, &expected), apart(&residual, &r));
+        assert!(off < 1e-3 && left < 1e-3, "{product:?}: λ {off:e}, r {left:e}");
+        assert!(norm(&r) > 1e-3 * norm(&rhs), "nothing is left to compare");
+        let sums = constraints.sums.read(&device.gpu).unwrap();
+        let told = (f64::from(sums[2]) / f64::from(sums[3])).sqrt() * norm(&rhs) / norm(&residual);
+        assert!((told - 1.0).abs() < 1e-4, "{product:?}: {told}");
+    }
+}
+
+/// Φ/h² + J (v/h + M⁻¹ F) with gravity alone, from the state in 64 bits.
+#[test]
+fn the_right_side_is_that_of_the_equation() {
+    let mut device = Device::new(ConstraintProduct::Printed);
+    let shape = device.constraints().shape();
+    let velocities: Vec<Four> =
+        (0..device.positions.len()).map(|i| [(i as f32).sin(), (i as f32 * 3.0).cos(), 0.3, 1.0]).collect();
+    device.segment.state().velocity.write(&device.gpu, 0, &velocities);
+    device.submit(|recorder| recorder.build(shape, 0, false));
+    let rhs = device.constraints().vectors[1].read(&device.gpu).unwrap();
+    let h = 0.01;
+    let vect = |at: usize| {
+        let (node, axis) = (at / 3, at % 3);
+        let falls = axis == 1 && device.positions[node][3] > 0.0;
+        f64::from(velocities[node][axis]) / h - if falls { 9.81 } else { 0.0 }
+    };
+    for (i, (spring, found)) in device.springs.iter().zip(rhs).enumerate() {
+        let row = device.row(spring);
+        let [a, b] = [spring.a, spring.b].map(|node| device.positions[node as usize]);
+        let moves = a[3] + b[3] > 0.0;
+        let length2: f64 = (0..3).map(|axis| (f64::from(a[axis]) - f64::from(b[axis])).powi(2)).sum();
+        let phi = (length2 - f64::from(spring.rest_length).powi(2)) / (h * h);
+        let expected = phi + row.iter().enumerate().map(|(at, value)| value * vect(at)).sum::<f64>();
+        let expected = if moves { expected } else { 0.0 };
+        assert!((expected - f64::from(found)).abs() < 1e-3, "{i}: {found} for {expected}");
+    }
+}
