@@ -1,6 +1,8 @@
 //! `taffeta bench`: how fast the engine is, beside what the machine can do at most.
 
+mod acad;
 mod contact;
+mod ice;
 pub mod kernels;
 mod line;
 mod measure;
@@ -28,7 +30,7 @@ pub struct Args {
     #[arg(value_enum, default_value_t = What::Grid)]
     what: What,
     /// Side of the grid in nodes; for mesh: at least that many springs; for volume: triangles of a torus, or at least
-    /// that many of --mesh [default: 160, mesh: 1000000, volume: the dragon, or 20000]
+    /// that many of --mesh [default: 160, ice and acad: 34, mesh: 1000000, volume: the dragon, or 20000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000_000))]
     n: Option<u32>,
     /// Rows of the grid
@@ -51,7 +53,8 @@ pub struct Args {
     /// Arithmetic
     #[arg(long, value_enum, default_value_t = Arithmetic::F32)]
     precision: Arithmetic,
-    /// On a GPU: which kernels, a line for each; the last two are those of papers, to compare with [default: best]
+    /// On a GPU: which kernels, a line for each; the last two are those of papers, to compare with [default: best]. For ice,
+    /// on any backend: engine, and on a GPU the solver of 2021: printed, csr, ell, matrix-free [default: engine]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = kernels::parser())]
     kernels: Option<Vec<GpuKernels>>,
     /// For volume: how it is kept, a line for each [default: corrected]
@@ -78,20 +81,29 @@ enum What {
     Drape,
     /// A sheet falling on a ball, the floor and itself
     Contact,
-    /// Implicit constraints (not yet supported)
+    /// S1's drop of a sheet on a ball by implicit constraints
     Ice,
-    /// Adaptive constraints (not yet supported)
+    /// Springs that become constraints where they are too long, beside springs alone
     Acad,
     /// A body that keeps its volume, falling on a floor
     Volume,
 }
 
-/// Runs one bench and prints its line; one for each form, and for each kind of kernels.
+/// Runs one bench and prints its lines.
 pub fn run(args: &Args) -> Result<(), Failure> {
     args.refuse()?;
-    let precision = args.precision.precision();
-    let mut bench = args.bench()?;
+    let bench = args.bench()?;
     crate::memory::check(&bench.scene)?;
+    match args.what {
+        What::Ice => ice::run(args, &bench),
+        What::Acad => acad::run(args, &bench),
+        _ => run_scene(args, bench),
+    }
+}
+
+/// Prints a line for a scene; one for each form, for each rung, and for each kind of kernels.
+fn run_scene(args: &Args, mut bench: Bench) -> Result<(), Failure> {
+    let precision = args.precision.precision();
     let device = Device::asked(args.backend, || Work::of(&bench.scene, args.threads, precision))?;
     bench.notes.extend(device.why);
     let ladder = args.ladder();
@@ -150,10 +162,12 @@ impl Args {
             let name = rung.name();
             return refused(&format!("--rungs {name} computes in 32 bits; --precision f32 would do"));
         }
+        let is_ice = self.what == What::Ice;
+        ice::refuse(self.kernels.as_deref().unwrap_or_default(), is_ice)?;
         if self.backend == Backend::Gpu {
             return refuse_precision(self.precision.precision());
         }
-        if self.kernels.is_some() { refused("--kernels is for --backend gpu") } else { Ok(()) }
+        if self.kernels.is_some() && !is_ice { refused("--kernels is for --backend gpu") } else { Ok(()) }
     }
 
     /// Whether a rung is asked for; ours, if nothing is said.
@@ -190,21 +204,20 @@ impl Args {
     }
 
     fn bench(&self) -> Result<Bench, Failure> {
-        let side = self.n.unwrap_or(160);
+        let usual = if matches!(self.what, What::Ice | What::Acad) { ice::SIDE } else { 160 };
+        let side = self.n.unwrap_or(usual);
         let (rows, cols) = (self.rows.unwrap_or(side), self.cols.unwrap_or(side));
         match self.what {
             What::Grid => Ok(scenes::grid(rows, cols)),
             What::Drape => Ok(scenes::drape(rows, cols)),
             What::Contact => Ok(contact::bench(rows, cols)),
+            What::Ice => Ok(ice::bench([rows, cols])),
+            What::Acad => Ok(acad::bench([rows, cols])),
             What::Mesh | What::Volume if self.rows.is_some() => Err(Failure::Input(
                 "--rows and --cols are for grids; `bench mesh` takes --n springs, `bench volume` --n triangles".into(),
             )),
             What::Mesh => mesh::bench(self.mesh.as_deref(), self.n.unwrap_or(1_000_000) as usize),
             What::Volume => volume::bench(self.mesh.as_deref(), self.n),
-            other => {
-                let name = other.to_possible_value();
-                Err(Failure::not_yet(&format!("bench {}", name.as_ref().map_or("", |name| name.get_name()))))
-            }
         }
     }
 }

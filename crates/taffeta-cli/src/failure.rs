@@ -24,11 +24,6 @@ impl Failure {
             Self::Interrupted(_) => ExitCode::from(130),
         }
     }
-
-    /// An input that a later version will take.
-    pub fn not_yet(what: &str) -> Self {
-        Self::Input(format!("{what} is not yet supported"))
-    }
 }
 
 impl fmt::Display for Failure {

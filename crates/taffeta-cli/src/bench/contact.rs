@@ -78,13 +78,5 @@ pub fn bench(rows: u32, cols: u32) -> Bench {
     let mut scene =
         Scene::new("bench contact").body(sheet).collider(ball).collider(floor).time(FRAME.0, FRAME.1);
     (scene.world.wind_force, scene.world.drag) = WIND;
-    Bench {
-        name: "contact",
-        n: vec![rows, cols],
-        scene,
-        form: None,
-        settle: SETTLE,
-        disturbance: 0.0,
-        notes: Vec::new(),
-    }
+    Bench { settle: SETTLE, ..Bench::new("contact", vec![rows, cols], scene) }
 }

@@ -4,11 +4,15 @@ use crate::console::grouped;
 use crate::limits::Limits;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use taffeta::diagnostics::SolverReport;
 
 /// The line that a bench prints.
 #[derive(Serialize)]
 pub struct Line {
     pub bench: &'static str,
+    /// Which of its scenes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub case: Option<&'static str>,
     pub backend: &'static str,
     pub device: String,
     /// Of a GPU.
@@ -20,6 +24,9 @@ pub struct Line {
     /// How pairs of nodes are found, where that is what is measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rung: Option<&'static str>,
+    /// How springs are solved, where that is what is measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub method: Option<&'static str>,
     pub precision: String,
     pub n: Vec<u32>,
     pub nodes: usize,
@@ -35,6 +42,12 @@ pub struct Line {
     pub steps_per_s: f64,
     pub particle_substeps_per_s: f64,
     pub springs_per_s: f64,
+    /// What the solver for constraints did in the frames that were looked at.
+    #[serde(skip_serializing_if = "Option::is_none", flatten)]
+    pub solved: Option<Solved>,
+    /// Time of a frame by that of springs alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub over_springs: Option<f64>,
     /// Time of each stage of a GPU that tells, in a frame where they are timed apart [ms].
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub ms_by_stage: BTreeMap<&'static str, f64>,
@@ -48,6 +61,19 @@ pub struct Spread {
     pub min: f64,
     pub median: f64,
     pub max: f64,
+}
+
+/// What a solver for constraints did in the frames that were looked at: all on a CPU, on a GPU the last of each batch.
+#[derive(Clone, Copy, Serialize)]
+pub struct Solved {
+    /// Mean over frames of the most iterations in a sub-step.
+    pub iterations: f64,
+    /// Most iterations in a sub-step.
+    pub most_iterations: u32,
+    /// Largest residual, relative to the right side.
+    pub residual: f64,
+    /// Mean share of springs that were constraints.
+    pub active_fraction: f64,
 }
 
 /// The device's limits, and the share of each that the median frame used.
@@ -73,9 +99,11 @@ impl Line {
         let kernels = self.kernels.map_or_else(String::new, |name| format!(", kernels: {name}"));
         let form = self.form.map_or_else(String::new, |name| format!(", form: {name}"));
         let rung = self.rung.map_or_else(String::new, |name| format!(", rung: {name}"));
+        let case = self.case.map_or_else(String::new, |name| format!(" {name}"));
+        let method = self.method.map_or_else(String::new, |name| format!(", method: {name}"));
         let mut lines = vec![
             format!(
-                "{} {} on {}, {}{kernels}{form}{rung}",
+                "{}{case} {} on {}, {}{method}{kernels}{form}{rung}",
                 self.bench,
                 n.join("×"),
                 self.device,
@@ -98,6 +126,12 @@ impl Line {
             ),
             self.limits.words(),
         ];
+        if let Some(solved) = &self.solved {
+            lines.push(solved.words());
+        }
+        if let Some(ratio) = self.over_springs {
+            lines.push(format!("  {:+.1} % over springs alone", (ratio - 1.0) * 1e2));
+        }
         if !self.ms_by_stage.is_empty() {
             let stages: Vec<String> =
                 self.ms_by_stage.iter().map(|(name, ms)| format!("{name} {ms:.3} ms")).collect();
@@ -105,6 +139,30 @@ impl Line {
         }
         lines.extend(self.note.iter().map(|note| format!("  {note}")));
         lines.join("\n")
+    }
+}
+
+impl Solved {
+    /// Of some frames; nothing where there are no constraints.
+    pub fn of(reports: &[SolverReport]) -> Option<Self> {
+        let mean = |of: fn(&SolverReport) -> f64| reports.iter().map(of).sum::<f64>() / reports.len() as f64;
+        let most_iterations = reports.iter().map(|report| report.iterations).max()?;
+        Some(Self {
+            iterations: mean(|report| report.iterations.into()),
+            most_iterations,
+            residual: reports.iter().map(|report| report.residual).fold(0.0, f64::max),
+            active_fraction: mean(|report| report.active_fraction),
+        })
+    }
+
+    fn words(&self) -> String {
+        format!(
+            "  {:.1} iterations a step (at most {}), residual at most {:.1e}, {:.1} % of the springs constraints",
+            self.iterations,
+            self.most_iterations,
+            self.residual,
+            self.active_fraction * 1e2
+        )
     }
 }
 

@@ -3,13 +3,13 @@
 use super::Args;
 use super::contact::{Rung, Serial};
 use super::kernels;
-use super::line::{Line, Shares, Spread};
+use super::line::{Line, Shares, Solved, Spread};
 use crate::failure::Failure;
 use crate::gpu::{self, Copied};
 use crate::limits;
 use crate::run::{Arithmetic, median, rate};
 use std::time::Instant;
-use taffeta::scene::{Scene, VolumeForm};
+use taffeta::scene::{Method, Scene, VolumeForm};
 use taffeta::{GpuOptions, Options, Precision, Simulation};
 
 /// Numbers of a node that a sub-step must read and write once: position and velocity in and out, the least any
@@ -26,21 +26,53 @@ pub const BUDGET: (f64, u32) = (3.0, 3);
 const BATCH: f64 = 50.0;
 
 /// What is timed.
+#[derive(Clone)]
 pub struct Bench {
     /// Its name on the command line.
     pub name: &'static str,
     /// Its size: rows and columns, or nodes.
     pub n: Vec<u32>,
+    /// Which of its scenes, where it has several.
+    pub case: Option<&'static str>,
     /// The scene.
     pub scene: Scene,
     /// How its volume is kept, where that is what is measured.
     pub form: Option<VolumeForm>,
     /// Frames before those that are timed.
     pub settle: u32,
+    /// Frames after which there is no more to time.
+    pub most: u32,
     /// How far nodes start from their places [m].
     pub disturbance: f64,
     /// What the user should know.
     pub notes: Vec<String>,
+}
+
+impl Bench {
+    /// A scene that is timed from its start on.
+    pub fn new(name: &'static str, n: Vec<u32>, scene: Scene) -> Self {
+        Self {
+            name,
+            n,
+            case: None,
+            scene,
+            form: None,
+            settle: 0,
+            most: u32::MAX,
+            disturbance: 0.0,
+            notes: Vec::new(),
+        }
+    }
+
+    /// How springs are solved, where that is what is measured.
+    fn method(&self) -> Option<&'static str> {
+        let name = match self.scene.solver.method {
+            Method::Springs => "springs",
+            Method::Ice => "ice",
+            Method::Acad => "acad",
+        };
+        ["ice", "acad"].contains(&self.name).then_some(name)
+    }
 }
 
 /// Times of frames.
@@ -52,6 +84,8 @@ pub struct Times {
     pub batch: u32,
     /// Time of each stage in a frame of its own [s].
     pub stages: Vec<(&'static str, f64)>,
+    /// What the solver for constraints did.
+    pub solved: Option<Solved>,
 }
 
 /// Runs a bench: a warm-up, then the timed frames.
@@ -69,7 +103,7 @@ pub fn run(bench: &Bench, args: &Args, gpu: Option<&GpuOptions>) -> Result<Line,
     if bench.settle > 0 {
         advance(&mut simulation, bench.settle)?;
     }
-    let times = Times::take(&mut simulation, args.frames, gpu.is_some())?;
+    let times = Times::take(&mut simulation, (args.frames, bench.most), gpu.is_some())?;
     line(bench, args, &simulation, &times, gpu)
 }
 
@@ -85,7 +119,13 @@ pub fn run_serial(bench: &Bench, args: &Args) -> Result<Line, Failure> {
         ms.push(clock.elapsed().as_secs_f64() * 1e3 * f64::from(substeps));
     }
     let note = format!("{} sub-steps were timed; a frame has {substeps}", ms.len());
-    let times = Times { frames: (ms.len() as u32).div_ceil(substeps), ms, batch: 1, stages: Vec::new() };
+    let times = Times {
+        frames: (ms.len() as u32).div_ceil(substeps),
+        ms,
+        batch: 1,
+        stages: Vec::new(),
+        solved: None,
+    };
     let line = line(bench, args, &simulation, &times, None)?;
     Ok(Line { rung: Some(Rung::Serial.name()), note: Some(note), ..line })
 }
@@ -101,28 +141,34 @@ pub fn settled(bench: &Bench, threads: Option<usize>) -> Result<Simulation, Fail
 
 impl Times {
     /// Times `frames` frames, or as many as the budget allows, and the stages of one.
-    fn take(simulation: &mut Simulation, frames: Option<u32>, gpu: bool) -> Result<Self, Failure> {
-        let times = Self::of(frames, gpu, |count| advance(simulation, count))?;
+    fn take(simulation: &mut Simulation, frames: (Option<u32>, u32), gpu: bool) -> Result<Self, Failure> {
+        let mut reports = Vec::new();
+        let times = Self::of(frames, gpu, |count| {
+            let ms = advance(simulation, count)?;
+            reports.push(simulation.report().solver);
+            Ok::<f64, Failure>(ms)
+        })?;
         let stages = simulation.step_timed().map_err(|error| Failure::Work(error.to_string()))?;
-        Ok(Self { stages, ..times })
+        Ok(Self { stages, solved: Solved::of(&reports), ..times })
     }
 
-    /// Times `frames` frames, or as many as the budget allows, after some that are not. `advance` does a number of frames
-    /// and says the mean time of one [ms].
+    /// Times `frames` frames, or as many as the budget allows and up to `most`, after some that are not. `advance` does a
+    /// number of frames and says the mean time of one [ms].
     pub fn of<E>(
-        frames: Option<u32>,
+        (frames, most): (Option<u32>, u32),
         gpu: bool,
         mut advance: impl FnMut(u32) -> Result<f64, E>,
     ) -> Result<Self, E> {
         advance(1)?;
         // How many frames a GPU should do without the host.
         let batch = if gpu { ((BATCH / advance(1)?) as u32).max(1) } else { 1 };
-        let mut times = Self { ms: Vec::new(), frames: 0, batch, stages: Vec::new() };
+        let mut times = Self { ms: Vec::new(), frames: 0, batch, stages: Vec::new(), solved: None };
         let start = Instant::now();
         loop {
             let left = match frames {
                 Some(count) => count - times.frames,
-                None if start.elapsed().as_secs_f64() < BUDGET.0 => batch,
+                None if times.frames >= most => 0,
+                None if start.elapsed().as_secs_f64() < BUDGET.0 => batch.min(most - times.frames),
                 None => batch * BUDGET.1.saturating_sub(times.ms.len() as u32),
             };
             if left == 0 {
@@ -169,11 +215,13 @@ pub fn line(
     let notes: Vec<String> = bench.notes.iter().cloned().chain(software).collect();
     Ok(Line {
         bench: bench.name,
+        case: bench.case,
         backend: simulation.backend(),
         device: simulation.device(),
         kernels: gpu.map(|options| kernels::name(options.kernels)),
         form: bench.form.map(VolumeForm::name),
         rung: (bench.name == "contact").then_some(Rung::Binned.name()),
+        method: bench.method(),
         precision: args.precision.precision().to_string(),
         n: bench.n.clone(),
         nodes,
@@ -185,6 +233,8 @@ pub fn line(
         steps_per_s: steps,
         particle_substeps_per_s: particles,
         springs_per_s,
+        solved: times.solved.filter(|_| bench.scene.solver.method != Method::Springs),
+        over_springs: None,
         ms_by_stage: times.stages.iter().map(|&(name, seconds)| (name, seconds * 1e3)).collect(),
         limits,
         note: (!notes.is_empty()).then(|| notes.join("; ")),

@@ -36,7 +36,7 @@ pub fn bench(file: Option<&Path>, springs: usize) -> Result<Bench, Failure> {
         .with_mass(Mass::Node(NODE_MASS))
         .structural(STIFFNESS, DAMPING);
     let scene = Scene::new("bench mesh").body(body).time(FRAME.0, FRAME.1);
-    Ok(Bench { name: "mesh", n, scene, form: None, settle: 0, disturbance, notes: vec![note] })
+    Ok(Bench { disturbance, notes: vec![note], ..Bench::new("mesh", n, scene) })
 }
 
 /// The first of these files that `cargo xtask models`, or the user, has put where models are.

@@ -26,15 +26,8 @@ fn sheet(rows: u32, cols: u32) -> Body {
 /// A level sheet held at two corners, all nodes out of their places at the start.
 pub fn grid(rows: u32, cols: u32) -> Bench {
     let sheet = sheet(rows, cols).pin(Select::nodes([0, cols - 1]));
-    Bench {
-        name: "grid",
-        n: vec![rows, cols],
-        scene: Scene::new("bench grid").body(sheet).time(FRAME.0, FRAME.1),
-        form: None,
-        settle: 0,
-        disturbance: 0.1 * SPACING,
-        notes: Vec::new(),
-    }
+    let scene = Scene::new("bench grid").body(sheet).time(FRAME.0, FRAME.1);
+    Bench { disturbance: 0.1 * SPACING, ..Bench::new("grid", vec![rows, cols], scene) }
 }
 
 /// A sheet that falls on a ball of a third of its width.
@@ -42,13 +35,6 @@ pub fn drape(rows: u32, cols: u32) -> Bench {
     let radius = f64::from(rows.min(cols)) * SPACING / 3.0;
     let ball = Collider::sphere([0.0; 3], radius).offset(0.5 * SPACING);
     let sheet = sheet(rows, cols).at([0.0, radius + SPACING, 0.0]);
-    Bench {
-        name: "drape",
-        n: vec![rows, cols],
-        scene: Scene::new("bench drape").body(sheet).collider(ball).time(FRAME.0, FRAME.1),
-        form: None,
-        settle: 0,
-        disturbance: 0.0,
-        notes: Vec::new(),
-    }
+    let scene = Scene::new("bench drape").body(sheet).collider(ball).time(FRAME.0, FRAME.1);
+    Bench::new("drape", vec![rows, cols], scene)
 }

@@ -55,15 +55,7 @@ pub fn bench(file: Option<&Path>, triangles: Option<u32>) -> Result<Bench, Failu
         }
     };
     let n = vec![surface.triangles.len() as u32];
-    Ok(Bench {
-        name: "volume",
-        n,
-        scene: scene(surface),
-        form: None,
-        settle: 0,
-        disturbance: 0.0,
-        notes: vec![note],
-    })
+    Ok(Bench { notes: vec![note], ..Bench::new("volume", n, scene(surface)) })
 }
 
 /// A torus of about `triangles` triangles, 5 rings for 2 segments.

@@ -16,7 +16,6 @@ fn refused(desk: &Desk, words: &[&str], parts: &[&str]) {
 fn what_is_not_there_yet_is_refused_by_name() {
     let desk = Desk::with(SHEET);
     refused(&desk, &["run", "scene.toml", "--format", "gif"], &["npy"]);
-    refused(&desk, &["bench", "ice"], &["bench ice is not yet supported"]);
 }
 
 #[test]

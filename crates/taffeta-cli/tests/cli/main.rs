@@ -2,6 +2,7 @@
 
 mod check_mesh;
 mod checkpoint;
+mod constraints;
 mod contact;
 mod desk;
 mod gpu;

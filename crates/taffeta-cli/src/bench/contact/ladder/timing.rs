@@ -88,7 +88,7 @@ impl Baseline {
         if frames.is_none() && refresh + step * f64::from(substeps) > LONGEST {
             return self.by_substeps(refresh, substeps);
         }
-        let mut times = Times::of(frames, true, |count| {
+        let mut times = Times::of((frames, u32::MAX), true, |count| {
             let seconds =
                 self.time(|baseline, list| (0..count).for_each(|_| baseline.frame(list, substeps)))?;
             Ok::<f64, GpuError>(seconds * 1e3 / f64::from(count))
@@ -111,7 +111,13 @@ impl Baseline {
         let filling = if self.bins.is_some() { " and bins filled once" } else { "" };
         let sub_steps = counted(ms.len(), "sub-step", "sub-steps");
         let note = format!("timed: {sub_steps}{filling}; a frame has {substeps}");
-        let times = Times { frames: (ms.len() as u32).div_ceil(substeps), ms, batch: 1, stages: Vec::new() };
+        let times = Times {
+            frames: (ms.len() as u32).div_ceil(substeps),
+            ms,
+            batch: 1,
+            stages: Vec::new(),
+            solved: None,
+        };
         Ok((times, Some(note)))
     }
 

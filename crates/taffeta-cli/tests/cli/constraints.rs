@@ -1,0 +1,84 @@
+//! The benches on constraints; a software adapter serves for the solver of 2021.
+
+use crate::desk::{Desk, SHEET, ending};
+use serde_json::Value;
+
+fn lines(words: &str) -> Vec<Value> {
+    let desk = Desk::with(SHEET);
+    let (out, err, code) = ending(desk.taffeta(&words.split(' ').collect::<Vec<_>>()));
+    assert_eq!(code, Some(0), "{err}");
+    out.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+fn number(line: &Value, path: &str) -> f64 {
+    line.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path}: {line}"))
+}
+
+#[test]
+fn the_solver_of_2021_prints_a_line_for_each_product() {
+    let words = "bench ice --n 12 --frames 30 --json --kernels printed,csr,ell,matrix-free";
+    let lines = lines(words);
+    let kernels: Vec<_> = lines.iter().map(|line| line["kernels"].as_str().unwrap()).collect();
+    assert_eq!(kernels, ["printed", "csr", "ell", "matrix-free"]);
+    for line in &lines {
+        assert_eq!((&line["bench"], &line["backend"]), (&"ice".into(), &"gpu".into()));
+        // 264 along rows and columns, 242 across, 240 two apart.
+        assert_eq!((&line["nodes"], &line["springs"]), (&144.into(), &746.into()));
+        assert_eq!((&line["substeps_per_frame"], &line["method"]), (&1.into(), &"ice".into()));
+        assert!(number(line, "/ms_per_frame/median") > 0.0);
+        // Its iterations are counted beforehand, and the equations have no solution.
+        assert_eq!((number(line, "/iterations"), &line["most_iterations"]), (10.0, &10.into()));
+        assert!(number(line, "/residual") > 0.01);
+    }
+}
+
+#[test]
+fn the_engine_solves_its_constraints_to_the_tolerance() {
+    let lines = lines("bench ice --n 8 --frames 40 --json --precision f64");
+    assert_eq!(lines.len(), 1);
+    let line = &lines[0];
+    assert_eq!((&line["kernels"], &line["backend"]), (&"engine".into(), &"cpu".into()));
+    assert!(number(line, "/iterations") >= 1.0 && number(line, "/residual") <= 1e-3, "{line}");
+    assert_eq!(number(line, "/active_fraction"), 1.0);
+}
+
+#[test]
+fn adaptive_constraints_are_set_beside_springs_by_how_many_are_active() {
+    let lines = lines("bench acad --n 16 --frames 20 --json");
+    let of = |key: &str| lines.iter().map(|line| line[key].as_str().unwrap().to_owned()).collect::<Vec<_>>();
+    assert_eq!(of("method"), ["springs", "acad", "acad", "acad", "acad"]);
+    assert_eq!(of("case"), ["hanging", "hanging", "hanging", "hanging", "drop"]);
+    assert!(lines[0]["active_fraction"].is_null() && lines[0]["over_springs"].is_null());
+    let active: Vec<f64> = lines[1..4].iter().map(|line| number(line, "/active_fraction")).collect();
+    assert!(active[0] == 0.0 && active[1] > 0.0 && active[2] > active[1] && active[2] < 0.2, "{active:?}");
+    lines[1..4].iter().for_each(|line| assert!(number(line, "/over_springs") > 0.0));
+}
+
+#[test]
+fn kernels_that_do_not_fit_a_bench_are_refused() {
+    let desk = Desk::with(SHEET);
+    let refused = |words: &str, parts: &[&str]| {
+        let mut command = desk.taffeta(&words.split(' ').collect::<Vec<_>>());
+        command.env("TAFFETA_ADAPTER", "nonsense");
+        let (_, err, code) = ending(command);
+        assert_eq!(code, Some(2), "{words}: {err}");
+        assert!(parts.iter().all(|part| err.contains(part)), "{words}: {err}");
+    };
+    refused(
+        "bench ice --kernels plain",
+        &["--kernels plain has no constraints", "engine, printed, csr, ell"],
+    );
+    refused("bench grid --backend gpu --kernels csr", &["--kernels csr is for `bench ice`"]);
+    refused("bench acad --kernels printed", &["--kernels printed is for `bench ice`"]);
+    refused("bench ice --kernels ell --precision f64", &["--kernels ell computes in 32 bits"]);
+    refused("bench ice --kernels csr", &["--kernels csr: TAFFETA_ADAPTER=`nonsense` fits no adapter"]);
+}
+
+#[test]
+fn more_springs_than_the_printed_product_takes_are_refused_with_the_numbers() {
+    let desk = Desk::with(SHEET);
+    let words = "bench ice --n 36 --kernels printed";
+    let (_, err, code) = ending(desk.taffeta(&words.split(' ').collect::<Vec<_>>()));
+    assert_eq!(code, Some(2), "{err}");
+    assert!(err.contains("7418 springs") && err.contains("7000 springs (49000000 threads)"), "{err}");
+}
