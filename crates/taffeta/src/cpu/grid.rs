@@ -212,7 +212,7 @@ fn own_springs<T: Real, const WATCH: bool>(
         let ends = [a + owned.start, b + owned.start];
         let (x, y, z) = (&mut x[..padded], &mut y[..padded], &mut z[..padded]);
         row_springs::<T, WATCH>(old, ends, x, y, z, squares, along);
-        if WATCH && largest(&squares[..count]) > reach {
+        if WATCH && any_beyond(&squares[..count], reach) {
             sweep.beyond[row % 3] = true;
         }
     }
@@ -251,21 +251,14 @@ fn row_springs<T: Real, const WATCH: bool>(
     }
 }
 
-/// The largest of some numbers, 0 if none is more.
+/// Whether one of some numbers is more than `reach`. Counting them takes no branch and no order.
 #[inline(always)]
-fn largest<T: Real>(numbers: &[T]) -> T {
-    let mut lanes = [T::ZERO; LANES];
-    let (whole, rest) = numbers.as_chunks::<LANES>();
-    for chunk in whole {
-        for (most, &number) in lanes.iter_mut().zip(chunk) {
-            *most = if number > *most { number } else { *most };
-        }
+fn any_beyond<T: Real>(numbers: &[T], reach: T) -> bool {
+    let mut count = 0;
+    for &number in numbers {
+        count += u32::from(number > reach);
     }
-    let mut most = T::ZERO;
-    for &number in lanes.iter().chain(rest) {
-        most = if number > most { number } else { most };
-    }
-    most
+    count > 0
 }
 
 /// Forces of `n` springs of a direction along one axis, kept for `row`, from the `from`-th number of their line on.
