@@ -22,6 +22,7 @@ pub fn reference(scene: &Scene, simulation: &Simulation, mass: Vec<f64>) -> Refe
     reference.gravity = scene.world.gravity;
     reference.drag = scene.world.drag;
     reference.wind = scene.world.wind_force;
+    reference.solver = scene.solver.clone();
     reference
 }
 

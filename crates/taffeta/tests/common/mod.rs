@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 
 pub mod compare;
+pub mod constraints;
 pub mod levels;
 pub mod lists;
 pub mod reference;

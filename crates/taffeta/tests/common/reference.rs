@@ -3,6 +3,7 @@
 use super::lists::{angle, angle_gradient, shared_edges};
 use super::{V, add, cross, dot, norm, scale, sub};
 use std::collections::BTreeSet;
+use taffeta::scene::Solver;
 
 /// A damped spring: ends, stiffness [N/m], damping [kg/s], rest length [m].
 pub struct Spring(pub usize, pub usize, pub f64, pub f64, pub f64);
@@ -85,6 +86,9 @@ pub struct Reference {
     pub pins: Vec<(usize, V, Rigid)>,
     pub obstacles: Vec<Obstacle>,
     pub inside: Option<Inside>,
+    pub solver: Solver,
+    /// Springs that ACAD has made constraints in the last step.
+    pub active: BTreeSet<usize>,
     /// Nodes that met an obstacle in the last step.
     pub touched: u64,
     pub time: f64,
@@ -130,7 +134,7 @@ impl Reference {
         (volume, slopes)
     }
 
-    fn inverse_mass(&self, n: usize) -> f64 {
+    pub fn inverse_mass(&self, n: usize) -> f64 {
         if self.held.contains(&n) { 0.0 } else { 1.0 / self.mass[n] }
     }
 
@@ -188,7 +192,8 @@ impl Reference {
 
     pub fn forces(&self) -> Vec<V> {
         let mut f: Vec<V> = self.v.iter().map(|&v| sub(self.wind, scale(v, self.drag))).collect();
-        for &Spring(a, b, k, d, rest) in &self.springs {
+        let springs = self.springs.iter().enumerate().filter(|&(index, _)| !self.is_constraint(index));
+        for (_, &Spring(a, b, k, d, rest)) in springs {
             let (apart, rate) = (sub(self.x[b], self.x[a]), sub(self.v[b], self.v[a]));
             let n = scale(apart, 1.0 / norm(apart));
             let pull = scale(n, k * (norm(apart) - rest) + d * dot(rate, n));
@@ -219,9 +224,11 @@ impl Reference {
         f
     }
 
-    /// Symplectic Euler, then pins, then contact and the volume.
+    /// Constraints, symplectic Euler, then pins, then contact and the volume.
     pub fn step(&mut self, h: f64) {
+        self.activate();
         let mut forces = self.forces();
+        self.constrain(&mut forces, h);
         self.correct(&mut forces, h);
         for (n, force) in forces.into_iter().enumerate() {
             if !self.held.contains(&n) {

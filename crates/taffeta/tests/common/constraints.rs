@@ -1,0 +1,197 @@
+//! Springs that are solved at once: every row of the system from a list of springs, the matrix assembled in compressed
+//! rows and factorised, in 64 bits.
+
+use super::reference::{Reference, Spring};
+use super::{V, add, dot, norm, scale, sub};
+use std::collections::BTreeMap;
+use taffeta::scene::{ConstraintForm, Method};
+
+/// One constraint between two nodes.
+pub struct Row {
+    pub ends: [usize; 2],
+    /// Derivative by the place of the second end; that by the first is the opposite.
+    pub slope: V,
+    /// What stands on the diagonal beside inverse masses.
+    pub compliance: f64,
+    /// What stands on the right beside velocities.
+    pub wanted: f64,
+}
+
+/// A symmetric matrix in compressed rows, all entries stored.
+pub struct Csr {
+    starts: Vec<usize>,
+    columns: Vec<usize>,
+    values: Vec<f64>,
+}
+
+impl Csr {
+    /// J W Jᵀ + D for some inverse masses [1/kg].
+    pub fn assemble(rows: &[Row], inverse_mass: &[f64]) -> Self {
+        let mut around = vec![Vec::new(); inverse_mass.len()];
+        for (index, row) in rows.iter().enumerate() {
+            around[row.ends[0]].push((index, -1.0));
+            around[row.ends[1]].push((index, 1.0));
+        }
+        let mut matrix = Self { starts: vec![0], columns: vec![], values: vec![] };
+        for (index, row) in rows.iter().enumerate() {
+            let mut entries = BTreeMap::from([(index, row.compliance)]);
+            for (end, sign) in row.ends.into_iter().zip([-1.0, 1.0]) {
+                for &(other, side) in &around[end] {
+                    let share = inverse_mass[end] * sign * side * dot(row.slope, rows[other].slope);
+                    *entries.entry(other).or_default() += share;
+                }
+            }
+            matrix.columns.extend(entries.keys());
+            matrix.values.extend(entries.values());
+            matrix.starts.push(matrix.columns.len());
+        }
+        matrix
+    }
+
+    fn row(&self, index: usize) -> impl Iterator<Item = (usize, f64)> {
+        let range = self.starts[index]..self.starts[index + 1];
+        self.columns[range.clone()].iter().copied().zip(self.values[range].iter().copied())
+    }
+
+    pub fn times(&self, x: &[f64]) -> Vec<f64> {
+        (0..x.len()).map(|i| self.row(i).map(|(j, value)| value * x[j]).sum()).collect()
+    }
+
+    /// Rows of the Cholesky factor, each from its first entry up to the diagonal: no entry is outside of that envelope.
+    fn factor(&self) -> Vec<(usize, Vec<f64>)> {
+        let mut factor: Vec<(usize, Vec<f64>)> = Vec::new();
+        for i in 0..self.starts.len() - 1 {
+            let first = self.columns[self.starts[i]];
+            let mut row = vec![0.0; i + 1 - first];
+            self.row(i).filter(|&(j, _)| j <= i).for_each(|(j, value)| row[j - first] = value);
+            let diagonal = row[i - first];
+            for j in first..i {
+                let (start, above) = &factor[j];
+                let from = first.max(*start);
+                let known = product(&row[from - first..j - first], &above[from - start..j - start]);
+                row[j - first] = (row[j - first] - known) / above[j - start];
+            }
+            let left = diagonal - product(&row[..i - first], &row[..i - first]);
+            assert!(left > 1e-13 * diagonal, "row {i} depends on those before it");
+            row[i - first] = left.sqrt();
+            factor.push((first, row));
+        }
+        factor
+    }
+
+    /// The solution for a right side, by factors and one correction.
+    pub fn solve(&self, right: &[f64]) -> Vec<f64> {
+        let factor = self.factor();
+        let substitute = |right: Vec<f64>| {
+            let mut x = right;
+            for (i, (first, row)) in factor.iter().enumerate() {
+                let (known, diagonal) = row.split_at(i - first);
+                x[i] = (x[i] - product(known, &x[*first..i])) / diagonal[0];
+            }
+            for (i, (first, row)) in factor.iter().enumerate().rev() {
+                x[i] /= row[i - first];
+                (*first..i).for_each(|j| x[j] -= row[j - first] * x[i]);
+            }
+            x
+        };
+        let rest = |x: &[f64]| right.iter().zip(self.times(x)).map(|(b, ax)| b - ax).collect::<Vec<_>>();
+        let mut x = substitute(right.to_vec());
+        let correction = substitute(rest(&x));
+        x.iter_mut().zip(correction).for_each(|(x, by)| *x += by);
+        let [left, all] = [&rest(&x), right].map(|r| product(r, r).sqrt());
+        assert!(left <= 1e-10 * all, "{left:e} of {all:e} is left");
+        x
+    }
+}
+
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    let (a, b) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a.0.iter().zip(b.0) {
+        (0..4).for_each(|lane| sums[lane] += a[lane] * b[lane]);
+    }
+    sums.iter().sum::<f64>() + a.1.iter().zip(b.1).map(|(a, b)| a * b).sum::<f64>()
+}
+
+impl Reference {
+    /// Whether a spring is a constraint in this step, and not a force.
+    pub fn is_constraint(&self, spring: usize) -> bool {
+        match self.solver.method {
+            Method::Springs => false,
+            Method::Ice => true,
+            Method::Acad => self.active.contains(&spring),
+        }
+    }
+
+    /// Finds the springs that are constraints from now on: those that are too long, and those that were too long and still are
+    /// longer than what releases them.
+    pub fn activate(&mut self) {
+        let acad = &self.solver.acad;
+        let strain = |s: &Spring| norm(sub(self.x[s.1], self.x[s.0])) / s.4 - 1.0;
+        let strains = self.springs.iter().map(strain).enumerate();
+        let stays = |spring: usize, strain: f64| self.active.contains(&spring) && strain > acad.release;
+        self.active =
+            strains.filter(|&(i, e)| e > acad.threshold || stays(i, e)).map(|(spring, _)| spring).collect();
+    }
+
+    /// Constraints with an end that is free, sorted along the mesh.
+    pub fn rows(&self, h: f64) -> Vec<Row> {
+        let springs = (0..self.springs.len()).filter(|&spring| self.is_constraint(spring));
+        let mut rows: Vec<Row> = springs.filter_map(|spring| self.row(&self.springs[spring], h)).collect();
+        rows.sort_by_key(|row| row.ends[0] + row.ends[1]);
+        rows
+    }
+
+    fn row(&self, &Spring(a, b, k, d, rest): &Spring, h: f64) -> Option<Row> {
+        let apart = sub(self.x[b], self.x[a]);
+        let (length, both) = (norm(apart), self.inverse_mass(a) + self.inverse_mass(b));
+        let (form, epsilon, rest) = match self.solver.method {
+            Method::Acad => {
+                let acad = &self.solver.acad;
+                (acad.form, acad.epsilon, (1.0 + acad.target) * rest)
+            }
+            _ => (self.solver.ice.form, self.solver.ice.epsilon, rest),
+        };
+        let (slope, compliance, wanted) = match (form, self.solver.method) {
+            (ConstraintForm::Printed, _) => {
+                (scale(apart, 2.0), 0.0, (length * length - rest * rest) / (h * h))
+            }
+            (ConstraintForm::Compliant, Method::Acad) => {
+                (scale(apart, 1.0 / length), epsilon * both, (length - rest) / (h * h))
+            }
+            (ConstraintForm::Compliant, _) if k + d == 0.0 => return None,
+            (ConstraintForm::Compliant, _) => {
+                let resists = h * (h * k + d);
+                (scale(apart, 1.0 / length), 1.0 / resists + epsilon * both, k * (length - rest) / resists)
+            }
+        };
+        (both > 0.0).then_some(Row { ends: [a, b], slope, compliance, wanted })
+    }
+
+    /// Velocities that forces alone would give, and those of pins [m/s].
+    pub fn free_velocities(&self, f: &[V], h: f64) -> Vec<V> {
+        let mut v = self.v.clone();
+        for n in (0..v.len()).filter(|n| !self.held.contains(n)) {
+            v[n] = add(v[n], scale(add(scale(f[n], self.inverse_mass(n)), self.gravity), h));
+        }
+        for &(n, start, path) in &self.pins {
+            let [from, to] = [self.time, self.time + h].map(|t| path.apply(start, t));
+            v[n] = scale(sub(to, from), 1.0 / h);
+        }
+        v
+    }
+
+    /// Adds the pulls of constraints to forces: (J W Jᵀ + D) λ = c + J v*/h.
+    pub fn constrain(&self, f: &mut [V], h: f64) {
+        let (rows, v) = (self.rows(h), self.free_velocities(f, h));
+        let inverse_mass: Vec<f64> = (0..v.len()).map(|n| self.inverse_mass(n)).collect();
+        let rate = |row: &Row| dot(row.slope, sub(v[row.ends[1]], v[row.ends[0]]));
+        let right: Vec<f64> = rows.iter().map(|row| row.wanted + rate(row) / h).collect();
+        let pulls = Csr::assemble(&rows, &inverse_mass).solve(&right);
+        for (row, pull) in rows.iter().zip(pulls) {
+            let [a, b] = row.ends;
+            f[a] = add(f[a], scale(row.slope, pull));
+            f[b] = sub(f[b], scale(row.slope, pull));
+        }
+    }
+}

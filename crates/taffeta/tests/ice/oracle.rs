@@ -1,0 +1,184 @@
+//! The engine against a system assembled in compressed rows and solved by factors, over sixty steps.
+
+use super::common::compare::{DT, STEP, cloth, compare, compare_for, join_grid, reference, scene};
+use super::common::lists::{edges, lumped, shared_edges};
+use super::common::reference::{Obstacle, Reference, Rigid};
+use super::common::{build, norm, positions, run, scale, sub, turned, weightless};
+use super::{accurate, any, chain, noise, set, state, stiffen, with_acad, with_ice};
+use taffeta::Simulation;
+use taffeta::scene::{
+    Acad, Body, Collider, ConstraintForm, Cube, Ice, Icosphere, Internal, Keyframe, Mass, Mesh,
+};
+use taffeta::scene::{Scene, Select};
+
+/// Methods that a direct solver can follow: what makes constraints compliant makes the system definite.
+fn methods(scene: &Scene) -> Vec<Scene> {
+    let relaxed = Ice { epsilon: 0.1, warm_start: false, ..accurate() };
+    let slow = Acad { threshold: 0.02, release: 0.01, target: 0.015, epsilon: 0.1, ..Acad::default() };
+    vec![
+        with_ice(scene.clone(), accurate()),
+        with_ice(scene.clone(), relaxed),
+        with_acad(scene.clone(), Acad { threshold: 0.02, ..Acad::default() }, accurate()),
+        with_acad(scene.clone(), slow, Ice { warm_start: false, ..accurate() }),
+    ]
+}
+
+/// A grid and its list of springs, `stiffer` times as stiff as the cloth of the other oracles.
+fn grid(scene: &Scene, rows: usize, cols: usize, stiffer: f64) -> (Simulation, Reference) {
+    let simulation = build(scene);
+    let mut reference = reference(scene, &simulation, vec![0.05; rows * cols]);
+    join_grid(&mut reference, rows, cols);
+    reference.springs.iter_mut().for_each(|spring| spring.2 *= stiffer);
+    (simulation, reference)
+}
+
+#[test]
+fn grids_of_any_shape_move_as_their_systems_do() {
+    for (rows, cols) in [(7, 9), (9, 4), (1, 21), (21, 1), (2, 2), (2, 17)] {
+        let size = [0.1 * f64::from(cols - 1), 0.1 * f64::from(rows - 1)];
+        for scene in methods(&scene(cloth(rows, cols, size).pin(Select::nodes([0])))) {
+            let (simulation, mut reference) = grid(&scene, rows as usize, cols as usize, 1.0);
+            reference.held.insert(0);
+            compare(simulation, reference, 0.01);
+        }
+    }
+}
+
+#[test]
+fn stiff_sheets_with_pins_that_turn_and_shift_move_as_their_systems_do() {
+    let axis = scale([1.0, 2.0, -2.0], 1.0 / 3.0);
+    let pivot = [0.2, 0.1, 0.0];
+    let path = Rigid { until: 0.03, shift: [0.02, 0.01, -0.03], axis, radians: 0.3, pivot };
+    let key = Keyframe { translate: path.shift, ..Keyframe::rotate(0.03, axis, 0.3_f64.to_degrees(), pivot) };
+    let pinned = [0, 1, 8, 30];
+    let mut body =
+        cloth(7, 9, [0.8, 0.6]).pin_moving(Select::nodes(pinned), vec![key]).pin(Select::nodes([60, 62]));
+    stiffen(&mut body, 1e4);
+    for ice in [accurate(), Ice { epsilon: 0.01, ..accurate() }] {
+        let scene = with_ice(scene(body.clone()), ice);
+        let (simulation, mut reference) = grid(&scene, 7, 9, 1e4);
+        reference.held.extend([0, 1, 8, 30, 60, 62]);
+        reference.pins = pinned.map(|n| (n as usize, reference.x[n as usize], path)).to_vec();
+        compare(simulation, reference, 5e-4);
+    }
+}
+
+#[test]
+fn sheets_with_hinges_on_a_ball_and_a_slope_move_as_their_systems_do() {
+    let body = cloth(7, 9, [0.8, 0.6]).with_mass(Mass::Area(8.0)).hinge(0.02, 1e-4);
+    let ball = Collider::sphere([0.0, -0.098, 0.0], 0.1).offset(0.0).friction(0.4).restitution(0.3);
+    let slope = Collider::plane([0.3, -0.004, 0.0], [-1.0, 2.0, 0.0]).offset(0.0).friction(0.2);
+    let still = Rigid { until: 1.0, shift: [0.0; 3], axis: [0.0, 1.0, 0.0], radians: 0.0, pivot: [0.0; 3] };
+    for scene in methods(&scene(body).collider(ball).collider(slope)) {
+        let (simulation, mut reference) = grid(&scene, 7, 9, 1.0);
+        let triangles = simulation.surface(0).triangles;
+        reference.mass = lumped(&positions(&simulation), &triangles, 8.0);
+        reference.hinge(&triangles, [0.02, 1e-4]);
+        let obstacle = |at, ball, normal, friction, restitution| Obstacle {
+            at,
+            ball,
+            normal,
+            friction,
+            restitution,
+            motion: still,
+        };
+        let normal = scale([-1.0, 2.0, 0.0], 1.0 / 5_f64.sqrt());
+        reference.obstacles = vec![
+            obstacle([0.0, -0.098, 0.0], Some(0.1), [0.0; 3], 0.4, 0.3),
+            obstacle([0.3, -0.004, 0.0], None, normal, 0.2, 0.0),
+        ];
+        compare(simulation, reference, 0.005);
+    }
+}
+
+#[test]
+fn a_ball_and_a_cube_with_struts_move_as_their_systems_do() {
+    let mesh = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 1 });
+    let mut ball = Body::soft("ball", mesh).structural(6000.0, 0.5).bend(400.0, 0.1);
+    ball.place = turned([0.3, 1.0, -0.2], 71.0, [3.0, -1.0, 0.5]);
+    let cube = Body::soft("cube", Mesh::Cube(Cube { size: 0.5, divisions: 2 })).structural(6000.0, 0.5);
+    let struts = [[0, 25], [3, 20], [7, 18], [25, 1], [12, 13]];
+    for (mut body, bent) in [(ball, true), (cube, false)] {
+        body.springs.internal =
+            Some(Internal { k: 7000.0, d: 0.2, pairs: Some(struts.to_vec()), ..Internal::default() });
+        let body = body.with_mass(Mass::Node(0.1)).pin(Select::nodes([5, 19]));
+        for scene in methods(&scene(body)) {
+            let simulation = build(&scene);
+            let triangles = simulation.surface(0).triangles;
+            let nodes = positions(&simulation).len();
+            let mut reference = reference(&scene, &simulation, vec![0.1; nodes]);
+            reference.join(edges(&triangles), [6000.0, 0.5]);
+            if bent {
+                let opposite = shared_edges(&triangles).into_iter().map(|[_, _, c, d]| [c, d]);
+                reference.join(opposite, [400.0, 0.1]);
+            }
+            reference.join(struts.map(|pair| pair.map(|n| n as usize)), [7000.0, 0.2]);
+            reference.held.extend([5, 19]);
+            compare_for(simulation, reference, 0.01, 10);
+        }
+    }
+}
+
+#[test]
+fn the_printed_forms_of_chains_move_as_their_systems_do() {
+    // Nothing but neighbours: with more constraints than directions the printed system is singular.
+    let body = chain(12, 1.2, 0.05, [80.0, 0.05]).pin(Select::nodes([0]));
+    let printed = ConstraintForm::Printed;
+    let acad = Acad { threshold: 0.02, release: 0.01, target: 0.01, form: printed, ..Acad::default() };
+    for scene in [
+        with_ice(scene(body.clone()), Ice { form: printed, ..accurate() }),
+        with_acad(scene(body.clone()), acad, accurate()),
+    ] {
+        let simulation = build(&scene);
+        let mut reference = reference(&scene, &simulation, vec![0.05; 13]);
+        reference.join((0..12).map(|n| [n, n + 1]), [80.0, 0.05]);
+        reference.held.insert(0);
+        compare(simulation, reference, 0.005);
+    }
+}
+
+#[test]
+fn one_step_of_a_sheet_takes_away_what_factors_say_to_a_millionth() {
+    // Judged by velocities: forces are what matters of multipliers. All three kinds, 1,946 constraints, a step of 16 ms.
+    let (h, stiffer) = (0.016, 1e3);
+    let mut body = cloth(19, 19, [1.8, 1.8]).pin(Select::rows(0, 0));
+    stiffen(&mut body, stiffer);
+    let scene = with_ice(Scene::new("one step").time(h, h).body(body), Ice { tolerance: 1e-9, ..accurate() });
+    let (mut simulation, mut reference) = grid(&scene, 19, 19, stiffer);
+    reference.held.extend(0..19);
+    let mut random = noise(3);
+    for n in 19..361 {
+        reference.v[n] = any(&mut random);
+        reference.x[n] = super::common::add(reference.x[n], scale(any(&mut random), 0.01));
+    }
+    set(&mut simulation, &reference.x, &reference.v);
+    let free = reference.free_velocities(&reference.forces(), h);
+    run(&mut simulation, 1);
+    reference.step(h);
+    let size = |a: &[[f64; 3]], b: &[[f64; 3]]| {
+        a.iter().zip(b).map(|(&a, &b)| norm(sub(a, b)).powi(2)).sum::<f64>().sqrt()
+    };
+    let (error, all) = (size(&state(&simulation).1, &reference.v), size(&free, &reference.v));
+    assert!(all > 1.0 && error < 1e-6 * all, "{:e}", error / all);
+}
+
+#[test]
+fn constraints_between_held_nodes_are_left_out() {
+    // All nodes of a sheet but one are held: what is left are the constraints of that one.
+    let held: Vec<u32> = (0..25).filter(|&n| n != 12).collect();
+    let mut body = cloth(5, 5, [0.4, 0.4]).pin(Select::nodes(held.clone()));
+    stiffen(&mut body, 100.0);
+    for scene in methods(&scene(body)) {
+        let (simulation, mut reference) = grid(&scene, 5, 5, 100.0);
+        reference.held.extend(held.iter().map(|&n| n as usize));
+        assert_eq!(reference.rows(STEP.min(DT)).len(), if reference.is_constraint(0) { 12 } else { 0 });
+        compare(simulation, reference, 0.02);
+    }
+    // Where all are held nothing is left, and nothing fails.
+    let mut still = build(&with_ice(
+        weightless("held", DT, STEP).body(cloth(3, 3, [0.2, 0.2]).pin(Select::rows(0, 2))),
+        accurate(),
+    ));
+    run(&mut still, 3);
+    assert_eq!(still.report().kinetic, 0.0);
+}
