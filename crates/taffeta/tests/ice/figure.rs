@@ -1,7 +1,10 @@
 //! S1, figure 15: a sheet drops on a sphere at a step of 16 ms, at which springs alone blow up.
 
-use super::common::{build, run};
-use super::{with_acad, with_ice};
+use super::common::compare::reference;
+use super::common::lists::grid_pairs;
+use super::common::reference::{Obstacle, Rigid};
+use super::common::{build, farthest, positions, run};
+use super::{accurate, with_acad, with_ice};
 use taffeta::Simulation;
 use taffeta::scene::{Acad, Body, Collider, Ice, Mass, Mesh, Scene};
 
@@ -29,6 +32,31 @@ fn worst(scene: &Scene) -> [f64; 2] {
         gain = gain.max(report.energy() - start);
     }
     [stretch, gain]
+}
+
+#[test]
+fn it_falls_on_the_sphere_as_the_systems_of_its_long_springs_have_it() {
+    let scene = with_acad(scene(200.0, 0.15), Acad::default(), accurate());
+    let mut simulation = build(&scene);
+    let mut reference = reference(&scene, &simulation, vec![0.15; 1024]);
+    for (down, across) in [(0, 1), (1, 0), (1, 1), (0, 2), (2, 0)] {
+        reference.join(grid_pairs(32, 32, down, across), [200.0, 0.1]);
+    }
+    let still = Rigid { until: 1.0, shift: [0.0; 3], axis: [0.0, 1.0, 0.0], radians: 0.0, pivot: [0.0; 3] };
+    let obstacle =
+        |at, ball, normal| Obstacle { at, ball, normal, friction: 0.3, restitution: 0.0, motion: still };
+    let up = [0.0, 1.0, 0.0];
+    reference.obstacles = vec![obstacle([0.0; 3], Some(0.51), up), obstacle([0.0, -0.5, 0.0], None, up)];
+    let mut most = 0;
+    for _ in 0..60 {
+        run(&mut simulation, 1);
+        reference.step(0.016);
+        let share = reference.active.len() as f64 / 5826.0;
+        assert_eq!(simulation.report().solver.active_fraction, share);
+        most = most.max(reference.active.len());
+    }
+    let apart = farthest(&positions(&simulation), &reference.x);
+    assert!(apart < 1e-7 && most > 1000, "{apart:e} m apart, {most} constraints");
 }
 
 #[test]
