@@ -166,10 +166,9 @@ fn one_step_of_a_sheet_takes_away_what_factors_say_to_a_millionth() {
 fn constraints_between_held_nodes_are_left_out() {
     // All nodes of a sheet but one are held: what is left are the constraints of that one.
     let held: Vec<u32> = (0..25).filter(|&n| n != 12).collect();
-    let mut body = cloth(5, 5, [0.4, 0.4]).pin(Select::nodes(held.clone()));
-    stiffen(&mut body, 100.0);
+    let body = cloth(5, 5, [0.4, 0.4]).pin(Select::nodes(held.clone()));
     for scene in methods(&scene(body)) {
-        let (simulation, mut reference) = grid(&scene, 5, 5, 100.0);
+        let (simulation, mut reference) = grid(&scene, 5, 5, 1.0);
         reference.held.extend(held.iter().map(|&n| n as usize));
         assert_eq!(reference.rows(STEP.min(DT)).len(), if reference.is_constraint(0) { 12 } else { 0 });
         compare(simulation, reference, 0.02);

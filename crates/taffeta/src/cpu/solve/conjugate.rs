@@ -1,7 +1,7 @@
 //! Conjugate gradients on all bodies' systems at once, each with steps of its own. An iteration is a pass over nodes, a pass
 //! over rows, and an update of vectors; all workers meet after each.
 
-use super::kernels::{Advance, Along, Apply, Combine, GatherPulls, SetUpRows};
+use super::kernels::{Advance, Along, Apply, Combine, GatherPulls, Multiply, Product, SetUpRows};
 use super::layout::Chunk;
 use super::{Quad, SolveWorker};
 use crate::collision::press::{Coming, Press};
@@ -111,16 +111,31 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
     }
 
-    /// What is left of the right side with the pulls of the last sub-step.
+    /// What is left of the right side with the pulls of the last sub-step, times what brings them nearest to the solution in the
+    /// norm of the system: as they are, pulls of a sub-step that was cut short can be worse than none.
     fn start_warm(&mut self) {
         self.each(self.scratch.layout.nodes.len(), Self::respond);
         self.barrier.wait();
         self.each(self.scratch.layout.rows.len(), |worker, chunk| {
             let part = worker.rows_of(chunk);
-            worker.apply_to(&part, Vector::X);
-            let Vectors { rows, r, w, pulled, .. } = worker.vectors(&part);
-            let level = worker.setup.level;
-            level.run(Combine { to: r, factor: -T::ONE, other: w });
+            let [_, curvature] = worker.apply_to(&part, Vector::X);
+            let Vectors { x, r, .. } = worker.vectors(&part);
+            let sums = worker.sums_of(chunk);
+            (sums[0], sums[2]) = (worker.setup.level.run(Product { a: x, b: r }), curvature);
+        });
+        self.barrier.wait();
+        let useful = |[along, _, curvature]: [f64; 3]| {
+            let helps = along > 0.0 && curvature > 0.0;
+            T::from_f64(if helps { along / curvature } else { 0.0 })
+        };
+        let shares: Vec<T> =
+            (0..self.scratch.bodies.len()).map(|body| useful(self.body_sums(body))).collect();
+        self.each(self.scratch.layout.rows.len(), |worker, chunk| {
+            let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
+            let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
+            let (level, share) = (worker.setup.level, shares[body]);
+            level.run(Multiply { vector: x, factor: share });
+            level.run(Combine { to: r, factor: -share, other: w });
             level.run(Along { rows, vector: r, pulled });
         });
         self.barrier.wait();

@@ -199,6 +199,40 @@ impl<T: Real> Kernel for Combine<'_, T> {
     }
 }
 
+/// Kernel: multiplies a vector.
+pub struct Multiply<'a, T> {
+    pub vector: &'a mut [T],
+    pub factor: T,
+}
+
+impl<T: Real> Kernel for Multiply<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        for number in self.vector {
+            *number = self.factor * *number;
+        }
+    }
+}
+
+/// Kernel: a vector times another.
+pub struct Product<'a, T> {
+    pub a: &'a [T],
+    pub b: &'a [T],
+}
+
+impl<T: Real> Kernel for Product<'_, T> {
+    type Output = f64;
+    #[inline(always)]
+    fn run(self) -> f64 {
+        let mut sum = Sums::<T>::ZERO;
+        for (a, b) in self.a.chunks(LANES).zip(self.b.chunks(LANES)) {
+            sum.add(a, b);
+        }
+        sum.total()
+    }
+}
+
 /// Kernel: a vector's part along each row's direction.
 pub struct Along<'a, T> {
     pub rows: &'a [Quad<T>],
