@@ -1,13 +1,14 @@
 //! Springs that are solved at once: every row of the system from a list of springs, the matrix assembled in compressed
 //! rows and factorised, in 64 bits.
 
-use super::reference::{Reference, Spring};
+use super::reference::{Obstacle, Reference, Spring};
 use super::{V, add, dot, norm, scale, sub};
 use std::collections::BTreeMap;
 use taffeta::scene::{ConstraintForm, Method};
 
 /// One constraint between two nodes.
 pub struct Row {
+    pub spring: usize,
     pub ends: [usize; 2],
     /// Derivative by the place of the second end; that by the first is the opposite.
     pub slope: V,
@@ -15,6 +16,28 @@ pub struct Row {
     pub compliance: f64,
     /// What stands on the right beside velocities.
     pub wanted: f64,
+}
+
+/// How a node follows a force: its inverse mass [1/kg], and the unit normal of a surface along which it does not; zero: none.
+pub struct Mobility {
+    pub inverse_mass: f64,
+    pub normal: V,
+}
+
+impl Mobility {
+    /// What a force along `b` does along `a`.
+    fn along(&self, a: V, b: V) -> f64 {
+        self.inverse_mass * (dot(a, b) - dot(a, self.normal) * dot(b, self.normal))
+    }
+}
+
+/// A surface that a node would be inside of: its outward normal, the normal speed that takes the node onto it [m/s], the
+/// surface's own velocity [m/s], and its friction.
+struct Met {
+    normal: V,
+    landing: f64,
+    velocity: V,
+    friction: f64,
 }
 
 /// A symmetric matrix in compressed rows, all entries stored.
@@ -25,9 +48,9 @@ pub struct Csr {
 }
 
 impl Csr {
-    /// J W Jᵀ + D for some inverse masses [1/kg].
-    pub fn assemble(rows: &[Row], inverse_mass: &[f64]) -> Self {
-        let mut around = vec![Vec::new(); inverse_mass.len()];
+    /// J W Jᵀ + D.
+    pub fn assemble(rows: &[Row], nodes: &[Mobility]) -> Self {
+        let mut around = vec![Vec::new(); nodes.len()];
         for (index, row) in rows.iter().enumerate() {
             around[row.ends[0]].push((index, -1.0));
             around[row.ends[1]].push((index, 1.0));
@@ -37,7 +60,7 @@ impl Csr {
             let mut entries = BTreeMap::from([(index, row.compliance)]);
             for (end, sign) in row.ends.into_iter().zip([-1.0, 1.0]) {
                 for &(other, side) in &around[end] {
-                    let share = inverse_mass[end] * sign * side * dot(row.slope, rows[other].slope);
+                    let share = sign * side * nodes[end].along(row.slope, rows[other].slope);
                     *entries.entry(other).or_default() += share;
                 }
             }
@@ -137,12 +160,13 @@ impl Reference {
     /// Constraints with an end that is free, sorted along the mesh.
     pub fn rows(&self, h: f64) -> Vec<Row> {
         let springs = (0..self.springs.len()).filter(|&spring| self.is_constraint(spring));
-        let mut rows: Vec<Row> = springs.filter_map(|spring| self.row(&self.springs[spring], h)).collect();
+        let mut rows: Vec<Row> = springs.filter_map(|spring| self.row(spring, h)).collect();
         rows.sort_by_key(|row| row.ends[0] + row.ends[1]);
         rows
     }
 
-    fn row(&self, &Spring(a, b, k, d, rest): &Spring, h: f64) -> Option<Row> {
+    fn row(&self, spring: usize, h: f64) -> Option<Row> {
+        let Spring(a, b, k, d, rest) = self.springs[spring];
         let apart = sub(self.x[b], self.x[a]);
         let (length, both) = (norm(apart), self.inverse_mass(a) + self.inverse_mass(b));
         let (form, epsilon, rest) = match self.solver.method {
@@ -165,7 +189,7 @@ impl Reference {
                 (scale(apart, 1.0 / length), 1.0 / resists + epsilon * both, k * (length - rest) / resists)
             }
         };
-        (both > 0.0).then_some(Row { ends: [a, b], slope, compliance, wanted })
+        (both > 0.0).then_some(Row { spring, ends: [a, b], slope, compliance, wanted })
     }
 
     /// Velocities that forces alone would give, and those of pins [m/s].
@@ -181,17 +205,71 @@ impl Reference {
         v
     }
 
-    /// Adds the pulls of constraints to forces: (J W Jᵀ + D) λ = c + J v*/h.
-    pub fn constrain(&self, f: &mut [V], h: f64) {
-        let (rows, v) = (self.rows(h), self.free_velocities(f, h));
-        let inverse_mass: Vec<f64> = (0..v.len()).map(|n| self.inverse_mass(n)).collect();
+    /// The surface that a node gets deepest into with velocity `v`. Its normal is taken where the node is.
+    fn meets(&self, node: usize, v: V, h: f64) -> Option<Met> {
+        let (x, then) = (self.x[node], self.time + h);
+        let depth = |o: &Obstacle| o.depth(add(x, scale(v, h)), then).0;
+        let inside = self.obstacles.iter().filter(|o| depth(o) > 0.0 && !self.held.contains(&node));
+        let deepest = inside.max_by(|a, b| depth(a).total_cmp(&depth(b)))?;
+        let (depth, normal) = deepest.depth(x, then);
+        let velocity = deepest.velocity(x, self.time, h);
+        Some(Met { normal, landing: depth / h, velocity, friction: deepest.friction })
+    }
+
+    /// Velocities of nodes that follow pulls as far as surfaces let them, and what they are pressed by is rubbed.
+    fn press(&self, free: V, pulled: V, met: &Met) -> V {
+        let [before, after] = [free, pulled].map(|v| dot(v, met.normal));
+        let kept = after.clamp(before.min(met.landing), met.landing);
+        let held = add(pulled, scale(met.normal, kept - after));
+        let slip = sub(held, met.velocity);
+        let slip = sub(slip, scale(met.normal, dot(slip, met.normal)));
+        let most = met.friction * (kept - after).max(0.0);
+        let lost = if norm(slip) > most { scale(slip, most / norm(slip)) } else { slip };
+        if most > 0.0 { sub(held, lost) } else { held }
+    }
+
+    /// Velocities after pulls [m/s].
+    fn pulled(&self, free: &[V], rows: &[Row], pulls: &[f64], h: f64) -> Vec<V> {
+        let mut v = free.to_vec();
+        for (row, &pull) in rows.iter().zip(pulls) {
+            for (end, sign) in row.ends.into_iter().zip([1.0, -1.0]) {
+                v[end] = add(v[end], scale(row.slope, sign * h * pull * self.inverse_mass(end)));
+            }
+        }
+        v
+    }
+
+    /// Adds the pulls of constraints to forces: (J W Jᵀ + D) λ = c + J v*/h. Where the pulls of the last step say that a node
+    /// will be inside a surface, it is taken to land on that, and to be moved along it alone.
+    pub fn constrain(&mut self, f: &mut [V], h: f64) {
+        let (rows, free) = (self.rows(h), self.free_velocities(f, h));
+        self.pulls.resize(self.springs.len(), 0.0);
+        let before: Vec<f64> = rows.iter().map(|row| self.pulls[row.spring] / norm(row.slope)).collect();
+        let guess = self.pulled(&free, &rows, &before, h);
+        let met: Vec<Option<Met>> = (0..free.len()).map(|n| self.meets(n, guess[n], h)).collect();
+        let (mut v, mut nodes) = (free.clone(), Vec::new());
+        for (n, met) in met.iter().enumerate() {
+            let mut mobility = Mobility { inverse_mass: self.inverse_mass(n), normal: [0.0; 3] };
+            if let Some(met) = met {
+                mobility.normal = met.normal;
+                v[n] = add(v[n], scale(met.normal, met.landing - dot(v[n], met.normal)));
+            }
+            nodes.push(mobility);
+        }
         let rate = |row: &Row| dot(row.slope, sub(v[row.ends[1]], v[row.ends[0]]));
         let right: Vec<f64> = rows.iter().map(|row| row.wanted + rate(row) / h).collect();
-        let pulls = Csr::assemble(&rows, &inverse_mass).solve(&right);
-        for (row, pull) in rows.iter().zip(pulls) {
-            let [a, b] = row.ends;
-            f[a] = add(f[a], scale(row.slope, pull));
-            f[b] = sub(f[b], scale(row.slope, pull));
+        let pulls = Csr::assemble(&rows, &nodes).solve(&right);
+        for (n, mut after) in self.pulled(&free, &rows, &pulls, h).into_iter().enumerate() {
+            if let Some(met) = &met[n] {
+                after = self.press(free[n], after, met);
+            }
+            if !self.held.contains(&n) {
+                f[n] = add(f[n], scale(sub(after, free[n]), self.mass[n] / h));
+            }
+        }
+        self.pulls.fill(0.0);
+        for (row, pull) in rows.iter().zip(pulls).filter(|_| self.solver.ice.warm_start) {
+            self.pulls[row.spring] = pull * norm(row.slope);
         }
     }
 }

@@ -89,6 +89,8 @@ pub struct Reference {
     pub solver: Solver,
     /// Springs that ACAD has made constraints in the last step.
     pub active: BTreeSet<usize>,
+    /// What each spring pulled with in the last step, where it was a constraint [N].
+    pub pulls: Vec<f64>,
     /// Nodes that met an obstacle in the last step.
     pub touched: u64,
     pub time: f64,
@@ -262,18 +264,28 @@ impl Reference {
 }
 
 impl Obstacle {
+    /// How deep [m] a place is inside, and the outward unit normal there, at a time.
+    pub fn depth(&self, x: V, t: f64) -> (f64, V) {
+        let from = sub(x, self.motion.apply(self.at, t));
+        match self.ball {
+            Some(radius) => (radius - norm(from), scale(from, 1.0 / norm(from))),
+            None => (-dot(self.motion.turn(self.normal, t), from), self.motion.turn(self.normal, t)),
+        }
+    }
+
+    /// Velocity [m/s] in the step from `t` to `t + h` of what is at `x` at its end.
+    pub fn velocity(&self, x: V, t: f64, h: f64) -> V {
+        let before = self.motion.apply(self.motion.undo(x, t + h), t);
+        scale(sub(x, before), 1.0 / h)
+    }
+
     /// Projection to the surface, restitution, Coulomb friction relative to the surface's own motion.
     fn meet(&self, x: V, v: V, t: f64, h: f64) -> (V, V) {
-        let from = sub(x, self.motion.apply(self.at, t + h));
-        let (depth, n) = match self.ball {
-            Some(radius) => (radius - norm(from), scale(from, 1.0 / norm(from))),
-            None => (-dot(self.motion.turn(self.normal, t + h), from), self.motion.turn(self.normal, t + h)),
-        };
+        let (depth, n) = self.depth(x, t + h);
         if depth <= 0.0 {
             return (x, v);
         }
-        let before = self.motion.apply(self.motion.undo(x, t + h), t);
-        let relative = sub(v, scale(sub(x, before), 1.0 / h));
+        let relative = sub(v, self.velocity(x, t, h));
         let (out, inward) = (add(x, scale(n, depth)), -dot(relative, n));
         if inward <= 0.0 {
             return (out, v);

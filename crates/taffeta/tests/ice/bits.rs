@@ -20,7 +20,7 @@ fn bodies() -> Scene {
     ball.springs.internal = Some(Internal { count: 200, k: 60.0, d: 0.05, ..Internal::default() });
     let free = Body { name: "free".into(), ..cloth(5, 130, [12.9, 0.4]) }.hinge(1e-3, 1e-5);
     let mut scene = Scene::new("bits")
-        .time(0.012, 0.005)
+        .time(0.01, 0.005)
         .body(sheet)
         .body(ball.at([5.0, 0.49, 0.0]))
         .body(chain(300, 30.0, 0.02, [90.0, 0.05]).at([0.0, 1.0, 4.0]).pin(Select::nodes([150])))
@@ -32,7 +32,7 @@ fn bodies() -> Scene {
 
 /// Loose and few iterations, so that what they start from shows.
 fn scenes() -> [Scene; 3] {
-    let rough = Ice { tolerance: 1e-3, max_iterations: 8, ..Ice::default() };
+    let rough = Ice { tolerance: 1e-3, max_iterations: 5, ..Ice::default() };
     let mut ice = bodies();
     ice.bodies.iter_mut().for_each(|body| stiffen(body, 100.0));
     let acad = Acad { threshold: 0.01, release: 0.005, target: 0.002, ..Acad::default() };
@@ -52,7 +52,7 @@ fn start(scene: &Scene, precision: Precision, threads: usize) -> Simulation {
 
 fn ran(scene: &Scene, precision: Precision, threads: usize) -> Simulation {
     let mut simulation = start(scene, precision, threads);
-    run(&mut simulation, 6);
+    run(&mut simulation, 4);
     simulation
 }
 
@@ -94,7 +94,7 @@ fn each_body_moves_as_if_it_were_alone_and_in_any_order() {
         let places = |bodies: &[Body], threads| {
             let mut simulation =
                 build_as(&Scene { bodies: bodies.to_vec(), ..scene.clone() }, Precision::F32, threads);
-            run(&mut simulation, 6);
+            run(&mut simulation, 4);
             positions(&simulation)
         };
         let alone: Vec<_> = scene.bodies.iter().map(|body| places(std::slice::from_ref(body), 1)).collect();
@@ -110,14 +110,14 @@ fn a_restored_simulation_goes_on_bit_by_bit() {
     for scene in scenes() {
         for precision in [Precision::F32, Precision::F64] {
             let mut whole = start(&scene, precision, 1);
-            run(&mut whole, 3);
+            run(&mut whole, 2);
             let snapshot = whole.snapshot();
-            run(&mut whole, 3);
+            run(&mut whole, 2);
             for threads in [1, 2] {
                 let mut again = build_as(&scene, precision, threads);
                 again.restore(&snapshot).unwrap();
                 assert_eq!(again.snapshot(), snapshot, "what is restored is what was taken");
-                run(&mut again, 3);
+                run(&mut again, 2);
                 assert_eq!(again.state_hash(), whole.state_hash(), "{:?}, {precision}", scene.solver);
                 assert_eq!(again.report(), whole.report(), "{:?}, {precision}", scene.solver);
             }
@@ -139,10 +139,10 @@ fn from_state_alone(scene: &Scene, of: &Simulation) -> Simulation {
 fn pulls_and_constraints_are_remembered_and_nothing_else() {
     let both = |scene: &Scene| {
         let mut whole = start(scene, Precision::F64, 1);
-        run(&mut whole, 3);
+        run(&mut whole, 2);
         let mut again = from_state_alone(scene, &whole);
         for simulation in [&mut whole, &mut again] {
-            run(simulation, 3);
+            run(simulation, 2);
         }
         whole.state_hash() == again.state_hash()
     };

@@ -45,7 +45,7 @@ fn primal(reference: &Reference) -> Vec<V> {
             matrix[3 * node + axis][n] = reference.mass[node] * free[node][axis];
         }
     }
-    for Row { ends: [a, b], slope, compliance, wanted } in rows {
+    for Row { ends: [a, b], slope, compliance, wanted, .. } in rows {
         // A row says λ = (k C + (h k + d) J v) of itself: 1/compliance is h (h k + d), wanted/compliance is k C.
         let (resists, pull) = (1.0 / compliance, wanted / compliance);
         for (i, (end, sign)) in

@@ -5,6 +5,7 @@ mod common;
 
 mod acad;
 mod bits;
+mod contact;
 mod dual;
 mod figure;
 mod momentum;
