@@ -31,12 +31,13 @@ impl Mobility {
     }
 }
 
-/// A surface that a node would be inside of: its outward normal, the normal speed that takes the node onto it [m/s], the
-/// surface's own velocity [m/s], and its friction.
+/// A surface that holds a node: its outward normal, its own velocity and the one that takes the node onto it [m/s], and
+/// whether the node sticks to it, else it slides with friction.
 struct Met {
     normal: V,
+    own: V,
     landing: f64,
-    velocity: V,
+    sticks: bool,
     friction: f64,
 }
 
@@ -127,6 +128,11 @@ impl Csr {
     }
 }
 
+/// The part of a vector across a unit vector.
+fn across(v: V, normal: V) -> V {
+    sub(v, scale(normal, dot(v, normal)))
+}
+
 fn product(a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (a.as_chunks::<4>(), b.as_chunks::<4>());
     let mut sums = [0.0; 4];
@@ -205,27 +211,34 @@ impl Reference {
         v
     }
 
-    /// The surface that a node gets deepest into with velocity `v`. Its normal is taken where the node is.
-    fn meets(&self, node: usize, v: V, h: f64) -> Option<Met> {
+    /// The surface that a node gets deepest into with the pulls of the last step, if it comes there without them, or lies
+    /// there. `free` and `v` are without and with them. Normals are those at the place of now.
+    fn meets(&self, node: usize, [free, v]: [V; 2], h: f64) -> Option<Met> {
         let (x, then) = (self.x[node], self.time + h);
-        let depth = |o: &Obstacle| o.depth(add(x, scale(v, h)), then).0;
-        let inside = self.obstacles.iter().filter(|o| depth(o) > 0.0 && !self.held.contains(&node));
-        let deepest = inside.max_by(|a, b| depth(a).total_cmp(&depth(b)))?;
-        let (depth, normal) = deepest.depth(x, then);
-        let velocity = deepest.velocity(x, self.time, h);
-        Some(Met { normal, landing: depth / h, velocity, friction: deepest.friction })
+        let inside = |o: &Obstacle| o.depth(add(x, scale(v, h)), then).0;
+        let comes = |o: &Obstacle| {
+            let (depth, normal) = o.depth(x, then);
+            -depth <= (-h * dot(free, normal)).max(0.0) + h * h * norm(self.gravity)
+        };
+        let implicit = self.solver.method == Method::Ice && !self.held.contains(&node);
+        let all = self.obstacles.iter().filter(|o| implicit && inside(o) > 0.0 && comes(o));
+        let obstacle = all.max_by(|a, b| inside(a).total_cmp(&inside(b)))?;
+        let ((depth, normal), own) = (obstacle.depth(x, then), obstacle.velocity(x, self.time, h));
+        let (landing, friction) = (depth / h, obstacle.friction);
+        let sticks = norm(across(sub(v, own), normal)) <= friction * (landing - dot(v, normal));
+        Some(Met { normal, own, landing, sticks, friction })
     }
 
-    /// Velocities of nodes that follow pulls as far as surfaces let them, and what they are pressed by is rubbed.
-    fn press(&self, free: V, pulled: V, met: &Met) -> V {
+    /// Velocity of a node after pulls, of which a surface bears what they press, and rubs as much.
+    fn press(free: V, pulled: V, met: &Met) -> V {
         let [before, after] = [free, pulled].map(|v| dot(v, met.normal));
         let kept = after.clamp(before.min(met.landing), met.landing);
+        if met.sticks {
+            return add(across(met.own, met.normal), scale(met.normal, kept));
+        }
         let held = add(pulled, scale(met.normal, kept - after));
-        let slip = sub(held, met.velocity);
-        let slip = sub(slip, scale(met.normal, dot(slip, met.normal)));
-        let most = met.friction * (kept - after).max(0.0);
-        let lost = if norm(slip) > most { scale(slip, most / norm(slip)) } else { slip };
-        if most > 0.0 { sub(held, lost) } else { held }
+        let (slip, most) = (across(sub(held, met.own), met.normal), met.friction * (kept - after).max(0.0));
+        sub(held, scale(slip, if norm(slip) > most { most / norm(slip) } else { 1.0 }))
     }
 
     /// Velocities after pulls [m/s].
@@ -239,20 +252,21 @@ impl Reference {
         v
     }
 
-    /// Adds the pulls of constraints to forces: (J W Jᵀ + D) λ = c + J v*/h. Where the pulls of the last step say that a node
-    /// will be inside a surface, it is taken to land on that, and to be moved along it alone.
+    /// Adds the pulls of constraints to forces: (J W Jᵀ + D) λ = c + J v*/h. A node that a surface holds is taken to land on it,
+    /// and to be moved along it alone, or not at all.
     pub fn constrain(&mut self, f: &mut [V], h: f64) {
         let (rows, free) = (self.rows(h), self.free_velocities(f, h));
         self.pulls.resize(self.springs.len(), 0.0);
         let before: Vec<f64> = rows.iter().map(|row| self.pulls[row.spring] / norm(row.slope)).collect();
         let guess = self.pulled(&free, &rows, &before, h);
-        let met: Vec<Option<Met>> = (0..free.len()).map(|n| self.meets(n, guess[n], h)).collect();
+        let met: Vec<Option<Met>> = (0..free.len()).map(|n| self.meets(n, [free[n], guess[n]], h)).collect();
         let (mut v, mut nodes) = (free.clone(), Vec::new());
         for (n, met) in met.iter().enumerate() {
             let mut mobility = Mobility { inverse_mass: self.inverse_mass(n), normal: [0.0; 3] };
-            if let Some(met) = met {
-                mobility.normal = met.normal;
-                v[n] = add(v[n], scale(met.normal, met.landing - dot(v[n], met.normal)));
+            if let Some(Met { normal, own, landing, sticks, .. }) = *met {
+                mobility.normal = normal;
+                mobility.inverse_mass *= if sticks { 0.0 } else { 1.0 };
+                v[n] = add(across(if sticks { own } else { v[n] }, normal), scale(normal, landing));
             }
             nodes.push(mobility);
         }
@@ -261,7 +275,7 @@ impl Reference {
         let pulls = Csr::assemble(&rows, &nodes).solve(&right);
         for (n, mut after) in self.pulled(&free, &rows, &pulls, h).into_iter().enumerate() {
             if let Some(met) = &met[n] {
-                after = self.press(free[n], after, met);
+                after = Self::press(free[n], after, met);
             }
             if !self.held.contains(&n) {
                 f[n] = add(f[n], scale(sub(after, free[n]), self.mass[n] / h));

@@ -1,6 +1,6 @@
 //! Constraints and surfaces.
 
-use super::common::{build, dot, near, norm, positions, run, scale, sub, turned};
+use super::common::{build, dot, near, norm, positions, run, sub, turned};
 use super::{accurate, state, with_acad, with_ice};
 use taffeta::scene::{Acad, Body, Collider, Ice, Mass, Mesh, Scene};
 
@@ -18,7 +18,7 @@ fn no_node_is_inside_of_a_ball_or_below_a_floor_after_a_step() {
             .time(0.016, 0.016)
             .body(sheet(20, 1.6, k).at([0.1, 0.55, 0.0]))
             .collider(Collider::sphere([0.0; 3], 0.5).offset(0.01).friction(0.3))
-            .collider(Collider::plane([0.0, -0.5, 0.0], [0.0, 1.0, 0.0]).friction(0.3))
+            .collider(Collider::plane([0.0, -0.5, 0.0], [0.0, 1.0, 0.0]).offset(0.0).friction(0.3))
     };
     for scene in
         [with_ice(scene(2000.0), Ice::default()), with_acad(scene(150.0), Acad::default(), Ice::default())]
@@ -52,7 +52,7 @@ fn slid(friction: f64, ice: Ice) -> [f64; 2] {
     let mean = |along: Vec<f64>| along.iter().sum::<f64>() / along.len() as f64;
     assert!((simulation.report().max_stretch - 1.0).abs() < 1e-6, "nothing stretches it");
     let way = mean(x.iter().zip(&start).map(|(&x, &y)| dot(sub(x, y), down)).collect());
-    [way, mean(v.iter().map(|&v| dot(v, scale(down, 1.0))).collect())]
+    [way, mean(v.iter().map(|&v| dot(v, down)).collect())]
 }
 
 #[test]

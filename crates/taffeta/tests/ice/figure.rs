@@ -17,7 +17,7 @@ fn scene(k: f64, mass: f64) -> Scene {
         .time(0.016, 0.016)
         .body(body)
         .collider(rough(Collider::sphere([0.0; 3], 0.5)).offset(0.01))
-        .collider(rough(Collider::plane([0.0, -0.5, 0.0], [0.0, 1.0, 0.0])))
+        .collider(rough(Collider::plane([0.0, -0.5, 0.0], [0.0, 1.0, 0.0])).offset(0.0))
 }
 
 /// Largest stretch, and largest energy [J] above that of the start, in 10 s.
@@ -74,13 +74,9 @@ fn adaptive_constraints_hold_it_and_never_add_energy() {
 }
 
 #[test]
-fn constraints_on_all_springs_hold_it() {
+fn constraints_on_all_springs_hold_it_and_never_add_energy() {
     let [stretch, gain] = worst(&with_ice(scene(2000.0, 0.15), Ice::default()));
-    // A node that swings goes straight ahead within a step, which stretches what holds it: 13 % of the energy of the start
-    // while the sheet wraps the sphere, and less than nothing at half the step.
-    assert!(stretch < 1.5 && gain < 150.0, "{stretch}, {gain} J");
-    let [stretch, gain] = worst(&with_ice(scene(2000.0, 0.15).time(0.016, 0.008), Ice::default()));
-    assert!(stretch < 1.3 && gain <= 0.0, "at 8 ms: {stretch}, {gain} J");
+    assert!(stretch < 1.5 && gain <= 0.0, "{stretch}, {gain} J");
 }
 
 #[test]

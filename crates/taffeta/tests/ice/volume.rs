@@ -32,15 +32,14 @@ fn worst(scene: &Scene) -> [f64; 2] {
 #[test]
 fn a_ball_of_stiff_constraints_that_lands_keeps_its_volume_and_its_lengths() {
     // Springs alone cannot have these steps.
-    let [coarse, fine] = [0.005, 0.0025].map(|h| {
-        let [off, stretch] = worst(&with_ice(scene(VolumeForm::Corrected, 1e4, h), Ice::default()));
-        assert!(stretch < 1.08, "{h} s: {stretch}");
-        off
-    });
-    // What a step leaves is of second order in it.
-    assert!(coarse < 0.01 && fine < 0.4 * coarse, "{coarse:e} {fine:e}");
-    let [off, stretch] = worst(&with_ice(scene(VolumeForm::Projected, 1e4, 0.005), Ice::default()));
-    assert!(off < 1e-9 && stretch < 1.08, "{off:e}, {stretch}");
+    for (form, h, allowed) in [
+        (VolumeForm::Corrected, 0.005, 5e-3),
+        (VolumeForm::Corrected, 0.0025, 2e-3),
+        (VolumeForm::Projected, 0.005, 1e-9),
+    ] {
+        let [off, stretch] = worst(&with_ice(scene(form, 1e4, h), Ice::default()));
+        assert!(off < allowed && stretch < 1.08, "{form:?}, {h} s: {off:e}, {stretch}");
+    }
 }
 
 #[test]
@@ -50,5 +49,5 @@ fn a_ball_of_soft_springs_keeps_its_volume_and_no_spring_is_far_beyond_the_thres
     let acad = Acad { threshold: 0.05, ..Acad::default() };
     let [off, held] = worst(&with_acad(springs, acad, Ice::default()));
     assert!(off < 1e-3, "{off:e}");
-    assert!(held < 1.1 && free > 1.2, "{held}, without constraints {free}");
+    assert!(held < 1.15 && free > 1.25, "{held}, without constraints {free}");
 }
