@@ -8,7 +8,7 @@ use super::{accurate, any, chain, noise, set, state, stiffen, with_acad, with_ic
 use taffeta::scene::{
     Acad, Body, Collider, ConstraintForm, Cube, Ice, Icosphere, Internal, Keyframe, Mass, Mesh,
 };
-use taffeta::scene::{Method, Scene, Select};
+use taffeta::scene::{Method, Scene, Select, VolumeForm};
 use taffeta::{Precision, Simulation};
 
 /// Methods that a direct solver can follow: what makes constraints compliant makes the system definite.
@@ -149,6 +149,25 @@ fn a_ball_and_a_cube_with_struts_move_as_their_systems_do() {
             reference.held.extend([5, 19]);
             compare_for(simulation, reference, 0.01, 10);
         }
+    }
+}
+
+#[test]
+fn a_ball_that_keeps_its_volume_moves_as_its_system_and_its_volume_have_it() {
+    // Pulls are found without the force that keeps the volume; that one is found with the pulls.
+    let mesh = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 1 });
+    let ball = Body::soft("ball", mesh).with_mass(Mass::Node(0.1)).structural(6000.0, 0.5);
+    let ball = ball.bend(400.0, 0.1).pin(Select::nodes([5])).keep_volume(VolumeForm::Corrected);
+    for scene in methods(&scene(ball)) {
+        let simulation = build(&scene);
+        let triangles = simulation.surface(0).triangles;
+        let mut reference = reference(&scene, &simulation, vec![0.1; 42]);
+        reference.join(edges(&triangles), [6000.0, 0.5]);
+        let opposite = shared_edges(&triangles).into_iter().map(|[_, _, c, d]| [c, d]);
+        reference.join(opposite, [400.0, 0.1]);
+        reference.held.insert(5);
+        reference.keep_volume(triangles, false);
+        compare_for(simulation, reference, 0.01, 10);
     }
 }
 

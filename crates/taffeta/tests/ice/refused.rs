@@ -48,7 +48,7 @@ fn a_system_that_was_not_solved_is_reported() {
         let mut simulation = build(&with_ice(hanging(), ice));
         simulation.disturb(0.001, 3);
         run(&mut simulation, 3);
-        simulation.report().solver.clone()
+        simulation.report().solver
     };
     let ice = Ice { tolerance: 1e-6, max_iterations: 2000, warm_start: false, ..Ice::default() };
     let solved = solver(ice.clone());
