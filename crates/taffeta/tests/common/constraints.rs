@@ -18,7 +18,8 @@ pub struct Row {
     pub wanted: f64,
 }
 
-/// How a node follows a force: its inverse mass [1/kg], and the unit normal of a surface along which it does not; zero: none.
+/// How a node follows a force: its inverse mass [1/kg], and the unit normal of a surface along which it does not;
+/// zero: none.
 pub struct Mobility {
     pub inverse_mass: f64,
     pub normal: V,
@@ -152,8 +153,8 @@ impl Reference {
         }
     }
 
-    /// Finds the springs that are constraints from now on: those that are too long, and those that were too long and still are
-    /// longer than what releases them.
+    /// Finds the springs that are constraints from now on: those that are too long, and those that were too long and
+    /// still are longer than what releases them.
     pub fn activate(&mut self) {
         let acad = &self.solver.acad;
         let strain = |s: &Spring| norm(sub(self.x[s.1], self.x[s.0])) / s.4 - 1.0;
@@ -211,8 +212,8 @@ impl Reference {
         v
     }
 
-    /// The surface that a node gets deepest into with the pulls of the last step, if it comes there without them, or lies
-    /// there. `free` and `v` are without and with them. Normals are those at the place of now.
+    /// The surface that a node gets deepest into with the pulls of the last step, if it comes there without them, or
+    /// lies there. `free` and `v` are without and with them. Normals are those at the place of now.
     fn meets(&self, node: usize, [free, v]: [V; 2], h: f64) -> Option<Met> {
         let (x, then) = (self.x[node], self.time + h);
         let inside = |o: &Obstacle| o.depth(add(x, scale(v, h)), then).0;
@@ -252,8 +253,8 @@ impl Reference {
         v
     }
 
-    /// Adds the pulls of constraints to forces: (J W Jᵀ + D) λ = c + J v*/h. A node that a surface holds is taken to land on it,
-    /// and to be moved along it alone, or not at all.
+    /// Adds the pulls of constraints to forces: (J W Jᵀ + D) λ = c + J v*/h. A node that a surface holds is taken to
+    /// land on it, and to be moved along it alone, or not at all.
     pub fn constrain(&mut self, f: &mut [V], h: f64) {
         let (rows, free) = (self.rows(h), self.free_velocities(f, h));
         self.pulls.resize(self.springs.len(), 0.0);

@@ -15,8 +15,8 @@ fn bodies() -> [Body; 2] {
     [sheet, ball]
 }
 
-/// Off the origin, disturbed, with a push and a twist in the first frame, then left alone for a quarter of a second. Largest change of
-/// linear and angular momentum, each against its own size.
+/// Off the origin, disturbed, with a push and a twist in the first frame, then left alone for a quarter of a second.
+/// Largest change of linear and angular momentum, each against its own size.
 fn drift(scene: &Scene) -> [f64; 2] {
     let mut simulation: Simulation = build(scene);
     simulation.disturb(0.005, 3);

@@ -111,8 +111,9 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
     }
 
-    /// What is left of the right side with the pulls of the last sub-step, times what brings them nearest to the solution in the
-    /// norm of the system: as they are, pulls of a sub-step that was cut short can be worse than none.
+    /// What is left of the right side with the pulls of the last sub-step, times what brings them nearest to the
+    /// solution in the norm of the system: as they are, pulls of a sub-step that was cut short can be worse than
+    /// none.
     fn start_warm(&mut self) {
         self.each(self.scratch.layout.nodes.len(), Self::respond);
         self.barrier.wait();
