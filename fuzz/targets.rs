@@ -146,7 +146,8 @@ pub fn checkpoint(input: &[u8]) -> bool {
     let sealed = seal(input);
     let read = |bytes: &[u8]| match Checkpoint::<Vec<u32>>::parse(bytes) {
         Ok(checkpoint) => {
-            assert!(checkpoint.snapshot.state.len() < bytes.len(), "more state than there is room for");
+            let taken = checkpoint.snapshot.state.len() + checkpoint.snapshot.constraints.len();
+            assert!(taken < bytes.len(), "more state than there is room for");
             true
         }
         Err(error) => refused(&error),

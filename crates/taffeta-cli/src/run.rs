@@ -8,13 +8,14 @@ mod lock;
 mod outputs;
 mod plan;
 mod progress;
+mod solves;
 mod tally;
 mod volumes;
 
 use crate::console::{self, grouped};
 use crate::failure::Failure;
 use crate::memory;
-use crate::summary::Summary;
+use crate::summary::{SolverSummary, Summary};
 pub use choice::Work;
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -233,8 +234,16 @@ fn opening(loaded: &Loaded, simulation: &Simulation, device: &Device, plan: &Pla
 
 fn closing(summary: &Summary, warnings: &[String], dir: &Path) -> String {
     let warnings: String = warnings.iter().map(|warning| format!("warning: {warning}\n")).collect();
+    let SolverSummary { iterations, active_fraction, .. } = summary.solver;
+    let mut solver = String::new();
+    if active_fraction > 0.0 && active_fraction < 1.0 {
+        solver += &format!(", up to {} % of the springs constraints", (1e2 * active_fraction).ceil());
+    }
+    if iterations > 0 {
+        solver += &format!(", up to {}", console::counted(iterations as usize, "iteration", "iterations"));
+    }
     format!(
-        "{warnings}{}, {:.3} ms a frame, largest stretch {:.3}, state {}\nresults in {}",
+        "{warnings}{}, {:.3} ms a frame, largest stretch {:.3}{solver}, state {}\nresults in {}",
         console::counted(summary.frames as usize, "frame", "frames"),
         summary.wall_ms_per_frame,
         summary.max_stretch,

@@ -54,7 +54,7 @@ pub struct Summary {
     pub contacts_max: u64,
     /// Contact of nodes with each other.
     pub pairs: PairSummary,
-    /// The implicit solver.
+    /// The solver of constraints.
     pub solver: SolverSummary,
     /// 64-bit hash of positions then velocities where the run ended, 16 hexadecimal digits; null where the GPU was lost,
     /// and the state with it.
@@ -135,13 +135,19 @@ pub struct Volume {
     pub max_rel_error: f64,
 }
 
-/// What the implicit solver did; all zero for explicit springs.
-#[derive(Clone, Copy, Debug, Default, Serialize, JsonSchema)]
+/// What the solver of constraints did; all zero for explicit springs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct SolverSummary {
-    /// Mean number of iterations a step.
+    /// Most iterations of a sub-step.
     pub iterations: u32,
-    /// Largest relative residual.
+    /// Mean over frames of the most iterations of a sub-step.
+    pub mean_iterations: f64,
+    /// Largest residual of a sub-step, relative to the right side.
     pub residual: f64,
-    /// Mean share of springs that were constraints.
+    /// Largest share of the springs that were constraints in a sub-step.
     pub active_fraction: f64,
+    /// Mean over frames of that largest share.
+    pub mean_active_fraction: f64,
+    /// Sub-steps that ended with a residual beyond the tolerance.
+    pub capped: u64,
 }

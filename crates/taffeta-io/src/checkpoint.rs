@@ -8,6 +8,7 @@
 //! | 8 | length of the record |
 //! | … | the record: scene, reports, what the program wants to remember (postcard) |
 //! | … | positions, then velocities of all nodes |
+//! | … | pulls of constraints, then a bit for each constraint that comes and goes |
 //! | 8 | XXH64 of all bytes before |
 //!
 //! Numbers are little endian.
@@ -29,7 +30,7 @@ use twox_hash::XxHash64;
 
 const MAGIC: &[u8; 8] = b"TAFFETA\0";
 /// Version of the format; one higher whenever the record changes.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// Magic, version and both lengths.
 const HEAD: usize = 28;
 /// The hash at the end.
@@ -69,14 +70,14 @@ impl<R: Serialize> Checkpoint<R> {
         let Self { scene, snapshot, run } = self;
         let record = Record { program: env!("CARGO_PKG_VERSION"), scene, snapshot, run };
         let record = postcard::to_stdvec(&record).map_err(|error| in_file(path, io::Error::other(error)))?;
-        let length = HEAD + record.len() + snapshot.state.len() + TAIL;
+        let length = HEAD + record.len() + snapshot.state.len() + snapshot.constraints.len() + TAIL;
         let mut head = Vec::from(MAGIC);
         head.extend(VERSION.to_le_bytes());
         head.extend((length as u64).to_le_bytes());
         head.extend((record.len() as u64).to_le_bytes());
         let mut hasher = XxHash64::with_seed(0);
         let mut part = Part::open(path, Begin::New)?;
-        let pieces = [&head[..], &record, &snapshot.state];
+        let pieces = [&head[..], &record, &snapshot.state, &snapshot.constraints];
         let written = pieces.into_iter().try_for_each(|piece| {
             hasher.write(piece);
             part.write_all(piece)
@@ -115,24 +116,31 @@ impl<R: DeserializeOwned> Checkpoint<R> {
     /// # Errors
     /// Says whether it is no checkpoint, of another version, or damaged.
     pub fn parse(bytes: &[u8]) -> Result<Self, String> {
-        let (record, state) = open(bytes)?;
+        let (record, data) = open(bytes)?;
         let record: OwnedRecord<R> = postcard::from_bytes(record).map_err(|error| {
             format!("its record is not of this program's kind ({error}); start the run anew")
         })?;
         let OwnedRecord { program, scene, mut snapshot, run } = record;
-        if snapshot.state_bytes() != Some(state.len() as u64) {
+        let Some((state, constraints)) = split(&snapshot, data) else {
             return Err(format!(
-                "written by taffeta {program}, it has {} bytes of state for {} nodes",
-                state.len(),
-                snapshot.nodes
+                "written by taffeta {program}, it has {} bytes of state for {} nodes and {} constraints",
+                data.len(),
+                snapshot.nodes,
+                snapshot.pulls.max(snapshot.adaptive)
             ));
-        }
-        snapshot.state = state.to_vec();
+        };
+        (snapshot.state, snapshot.constraints) = (state.to_vec(), constraints.to_vec());
         Ok(Self { scene, snapshot, run })
     }
 }
 
-/// The record and the state, after magic, version, length and hash were found right.
+/// The bytes of nodes and of constraints, if there are as many as the snapshot says.
+fn split<'a>(snapshot: &Snapshot, data: &'a [u8]) -> Option<(&'a [u8], &'a [u8])> {
+    let parts = data.split_at_checked(usize::try_from(snapshot.state_bytes()?).ok()?)?;
+    (snapshot.constraint_bytes()? == parts.1.len() as u64).then_some(parts)
+}
+
+/// The record and what follows it, after magic, version, length and hash were found right.
 fn open(bytes: &[u8]) -> Result<(&[u8], &[u8]), String> {
     let record = check_head(bytes, bytes.len() as u64)?;
     let (content, hash) = bytes.split_at(bytes.len().saturating_sub(TAIL));

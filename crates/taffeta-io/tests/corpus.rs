@@ -8,7 +8,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use taffeta::scene::{Body, Mass, Mesh, Scene};
+use taffeta::scene::{Body, Mass, Mesh, Method, Scene};
 use taffeta::{Options, Simulation};
 use taffeta_io::checkpoint::{Checkpoint, identity};
 use taffeta_io::{MeshFormat, MeshOptions, parse_mesh, parse_scene, read_pairs};
@@ -122,7 +122,7 @@ fn write_the_seeds_of_checkpoints() {
     let folder = corpus().join("checkpoint");
     let sheet =
         Body::cloth("sheet", Mesh::grid(3, 4, [0.3, 0.2])).with_mass(Mass::Node(0.1)).structural(40.0, 0.1);
-    let scene = Scene::new("").time(0.01, 0.002).body(sheet);
+    let scene = Scene::new("").time(0.01, 0.002).method(Method::Acad).body(sheet);
     let mut simulation = Simulation::new(&scene, &Options::default()).unwrap();
     simulation.step().unwrap();
     let good =
@@ -132,6 +132,12 @@ fn write_the_seeds_of_checkpoints() {
     let mut nodes = good.clone();
     nodes.snapshot.nodes = u64::MAX;
     nodes.write(&folder.join("refused_nodes.taffeta")).unwrap();
+    let mut pulls = good.clone();
+    pulls.snapshot.pulls = u64::MAX / 4;
+    pulls.write(&folder.join("refused_pulls.taffeta")).unwrap();
+    let mut adaptive = good.clone();
+    adaptive.snapshot.adaptive = u64::MAX;
+    adaptive.write(&folder.join("refused_adaptive.taffeta")).unwrap();
     let bytes = fs::read(&good_file).unwrap();
     fs::write(folder.join("refused_cut.taffeta"), &bytes[..bytes.len() / 2]).unwrap();
     let altered = |name: &str, at: usize, value: u32| {

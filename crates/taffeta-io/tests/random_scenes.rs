@@ -76,11 +76,33 @@ fn scene(random: &mut Random) -> String {
     }
     let _ = writeln!(text, "[world]\ngravity = {}\nwind_force = {}", random.vector(20.0), random.vector(1.0));
     let _ = writeln!(text, "drag = {:?}", random.scale(1e-6, 1.0));
+    solver(&mut text, random);
     let bodies = random.whole(1, 3);
     (0..bodies).for_each(|index| body(&mut text, index, random));
     (0..random.whole(0, 2)).for_each(|_| collider(&mut text, random));
     (0..random.whole(0, 2)).for_each(|_| force(&mut text, bodies, random));
     text
+}
+
+/// Any method, with any settings of it.
+fn solver(text: &mut String, random: &mut Random) {
+    let method = ["springs", "ice", "acad"][random.whole(0, 2) as usize];
+    let forms = ["compliant", "printed"];
+    let mut form = || forms[random.whole(0, 1) as usize];
+    let _ = writeln!(
+        text,
+        "[solver]\nmethod = \"{method}\"\nice.form = \"{}\"\nacad.form = \"{}\"",
+        form(),
+        form()
+    );
+    let _ = writeln!(text, "ice.tolerance = {:?}", random.scale(1e-12, 0.9));
+    let _ = writeln!(text, "ice.max_iterations = {}", random.whole(1, 50));
+    let _ = writeln!(text, "ice.epsilon = {:?}", random.unit());
+    let _ = writeln!(text, "ice.warm_start = {}", random.chance(0.5));
+    let threshold = random.scale(1e-6, 10.0);
+    let _ = writeln!(text, "acad.threshold = {threshold:?}\nacad.release = {:?}", threshold * random.unit());
+    let _ =
+        writeln!(text, "acad.target = {:?}\nacad.epsilon = {:?}", threshold * random.unit(), random.unit());
 }
 
 fn mesh(random: &mut Random) -> (String, bool) {
@@ -196,7 +218,9 @@ fn scenes_within_the_limits_run_or_say_where_they_blow_up() {
     assert!(ran > 300, "only {ran} of 1000 ran");
 }
 
-const PLAIN: &str = r#"[time]
+const PLAIN: &str = r#"[solver]
+method = "acad"
+[time]
 dt = 0.01
 frames = 2
 [[body]]
@@ -228,6 +252,16 @@ const BEYOND: &[&str] = &[
     // 2^40 sub-steps.
     "time.max_step=9.09e-15",
     "world.drag=-1.0",
+    "solver.ice.tolerance=0",
+    "solver.ice.tolerance=1",
+    "solver.ice.tolerance=nan",
+    "solver.ice.max_iterations=0",
+    "solver.ice.max_iterations=4294967296",
+    "solver.ice.epsilon=-1",
+    "solver.acad.threshold=0",
+    "solver.acad.release=0.11",
+    "solver.acad.target=-0.1",
+    "solver.acad.epsilon=inf",
     "world.gravity=[0.0, -inf, 0.0]",
     "world.gravity=[0.0, 1.0]",
     "body.a.mass=0.0",

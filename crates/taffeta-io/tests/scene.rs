@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::Path;
-use taffeta::scene::{Mesh, SceneError, VolumeForm};
+use taffeta::scene::{ConstraintForm, Mesh, Method, SceneError, Solver, VolumeForm};
 use taffeta_io::{LoadError, Place, load_scene, parse_scene};
 
 const FLAG: &str = r#"title = "flag"
@@ -116,14 +116,89 @@ fn what_is_planned_is_said_not_to_be_there_yet() {
         ("[[collider]]\nbox = 1", "(`collider.box`) is not yet supported"),
         ("[[collider]]\nmesh = { file = \"x.ply\" }", "(`collider.mesh`) is not yet supported"),
         ("[world.air]", "(`world.air`) is not yet supported"),
-        ("[solver]\nmethod = \"acad\"", "(`solver.method = \"acad\"`) is not yet supported"),
-        ("[solver]\nmethod = \"ice\"\n[solver.ice]", "(`solver.method = \"ice\"`) is not yet supported"),
+        (
+            "[solver]\nmethod = \"ice\"\nice.form = \"primal\"",
+            "s.toml:6:12: the primal form of ICE (`solver.ice.form = \"primal\"`) is not yet supported",
+        ),
     ];
     for (text, expected) in cases {
         let scene = "[[body]]\nmass = 1.0\nmesh = { chain = { links = 1, length = 1.0 } }\n";
         let error = refused(&format!("{scene}{text}"), &[]);
         assert!(error.contains(expected) && error.starts_with("s.toml:"), "{error}");
     }
+}
+
+#[test]
+fn settings_of_a_solver_are_read_with_their_defaults() {
+    let solver = |lines: &str| {
+        let loaded = parse_scene(&format!("{FLAG}[solver]\n{lines}"), "s.toml", &[]).unwrap();
+        loaded.scene.validate().expect("it can be solved");
+        (loaded.scene.solver, loaded.notes)
+    };
+    let (plain, _) = solver("");
+    assert_eq!(plain, Solver::default());
+    assert_eq!((plain.method, plain.ice.tolerance, plain.ice.max_iterations), (Method::Springs, 1e-3, 200));
+    assert_eq!((plain.acad.threshold, plain.acad.epsilon, plain.ice.warm_start), (0.1, 0.3, true));
+    let (ice, _) =
+        solver("method = \"ice\"\nice = { form = \"printed\", tolerance = 1e-6, warm_start = false }\n");
+    assert_eq!((ice.method, ice.ice.form), (Method::Ice, ConstraintForm::Printed));
+    assert_eq!((ice.ice.tolerance, ice.ice.warm_start, ice.ice.max_iterations), (1e-6, false, 200));
+    let (acad, notes) = solver(
+        "method = \"acad\"\n[solver.acad]\ntarget = 0.1\nrelease = 0.1\nepsilon = 0.1\n[solver.ice]\nmax_iterations = 9\n",
+    );
+    assert_eq!((acad.method, acad.acad.target, acad.acad.release), (Method::Acad, 0.1, 0.1));
+    assert_eq!(
+        (acad.acad.epsilon, acad.ice.max_iterations, notes),
+        (0.1, 9, vec![]),
+        "acad uses both tables"
+    );
+}
+
+#[test]
+fn what_a_solver_cannot_be_is_said_at_its_place() {
+    let at =
+        |table: &str, line: &str| format!("{BALL}[solver]\nmethod = \"acad\"\n[solver.{table}]\n{line}\n");
+    let says = |table: &str, line: &str, words: &str| {
+        let error = objection(&at(table, line));
+        let column = line.find('=').unwrap() + 3;
+        assert_eq!(error, format!("s.toml:9:{column}: `solver.{table}.{words}"));
+    };
+    says("acad", "threshold = 0", "threshold`: is 0.0, more than 0 would do");
+    says("acad", "threshold = -0.1", "threshold`: is -0.1, more than 0 would do");
+    says("acad", "release = 0.2", "release`: is 0.2, more than the threshold of 0.1; up to that would do");
+    says("acad", "release = -0.1", "release`: is -0.1, 0 or more would do");
+    says("acad", "target = 0.11", "target`: is 0.11, more than the threshold of 0.1; up to that would do");
+    says("acad", "epsilon = -1e-9", "epsilon`: is -1e-9, 0 or more would do");
+    says("ice", "tolerance = 0", "tolerance`: is 0.0, more than 0 would do");
+    says(
+        "ice",
+        "tolerance = 1.0",
+        "tolerance`: is 1, and the residual is 1 before the first iteration; 0.001 would do",
+    );
+    says("ice", "max_iterations = 0", "max_iterations`: is 0, 1 or more would do");
+    says("ice", "epsilon = -0.5", "epsilon`: is -0.5, 0 or more would do");
+    let refused = |table: &str, line: &str, words: &str| {
+        let error = refused(&at(table, line), &[]);
+        assert!(error.starts_with(&format!("s.toml:9:{words}")), "{error}");
+    };
+    refused(
+        "ice",
+        "form = \"primal\"",
+        "8: the primal form of ICE (`solver.ice.form = \"primal\"`) is not yet",
+    );
+    refused(
+        "acad",
+        "form = \"primal\"",
+        "8: `solver.acad.form` cannot be `primal`. Valid here: compliant, printed",
+    );
+    refused(
+        "acad",
+        "treshold = 0.1",
+        "1: unknown key `treshold` in `solver.acad`; did you mean `threshold`?",
+    );
+    refused("ice", "max_iterations = -1", "18: ");
+    refused("ice", "warm_start = 1", "14: ");
+    refused("acad", "release = nan", "11: `solver.acad.release`: nan is not a finite number");
 }
 
 const BALL: &str = r#"[[body]]

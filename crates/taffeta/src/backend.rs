@@ -12,6 +12,16 @@ pub struct Hand {
     pub forces: Vec<(u32, [f64; 3])>,
 }
 
+/// What constraints know from one sub-step to the next, in the order of [`crate::assembly::Constraints`]: a function of
+/// the scene alone.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Remembered {
+    /// Pull of each constraint [N]; empty where the solver does not start from pulls.
+    pub pulls: Vec<f64>,
+    /// Whether each is active; empty where all always are.
+    pub active: Vec<bool>,
+}
+
 /// What a backend computes on.
 #[derive(Clone, Debug)]
 pub struct Device {
@@ -49,6 +59,12 @@ pub trait Backend: Send {
     fn is_free(&self, node: usize) -> bool;
     /// Appends the little-endian bytes of a node's position, or of its velocity.
     fn bytes(&self, node: usize, velocity: bool, sink: &mut Vec<u8>);
+    /// What constraints remember; nothing where the scene has none.
+    fn remembered(&self) -> Remembered {
+        Remembered::default()
+    }
+    /// Sets what constraints remember: as many numbers as [`Self::remembered`] has.
+    fn remember(&mut self, _from: &Remembered) {}
     /// Unit normals of a body's nodes in user order, if the backend computes them itself.
     fn normals(&self, _body: usize) -> Option<Vec<[f32; 3]>> {
         None

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{add, build_as, positions, run};
-use taffeta::scene::{Body, Collider, Icosphere, Kind, Mass, Mesh, Scene, Select};
+use taffeta::scene::{Body, Collider, Icosphere, Kind, Mass, Mesh, Method, Scene, Select};
 use taffeta::{Precision, Simulation};
 
 /// Cloth with a moving pin and one for the hand, beside a soft ball with hinges that falls onto a plane.
@@ -22,6 +22,11 @@ fn scene() -> Scene {
     let mut scene = Scene::new("stopped").time(0.01, 0.001).body(cloth).body(ball);
     scene.colliders.push(Collider::plane([0.0, -0.12, 0.0], [0.0, 1.0, 0.0]));
     scene
+}
+
+/// The same, with springs that are, or become, constraints.
+fn constrained(method: Method) -> Scene {
+    scene().method(method)
 }
 
 /// Frame by frame the same pulls of the hand.
@@ -57,6 +62,74 @@ fn a_restored_simulation_goes_on_bit_by_bit() {
     }
 }
 
+/// A checkpoint of a simulation whose constraints have something to remember.
+fn taut(method: Method, precision: Precision) -> taffeta::Snapshot {
+    let mut whole = build_as(&constrained(method), precision, 2);
+    pull(&mut whole, 0..9);
+    let snapshot = whole.snapshot();
+    let active = whole.report().solver.active_fraction;
+    // All or some springs: both are to be found again.
+    assert!(if method == Method::Ice { active == 1.0 } else { active > 0.0 && active < 1.0 }, "{active}");
+    assert!(snapshot.constraints.iter().any(|&byte| byte != 0));
+    snapshot
+}
+
+#[test]
+fn constraints_go_on_bit_by_bit_and_would_not_without_what_they_remember() {
+    for (method, precision) in
+        [(Method::Ice, Precision::F32), (Method::Acad, Precision::F32), (Method::Acad, Precision::F64)]
+    {
+        let mut whole = build_as(&constrained(method), precision, 1);
+        pull(&mut whole, 0..20);
+        let snapshot = taut(method, precision);
+        let again = |snapshot: &taffeta::Snapshot, threads| {
+            let mut again = build_as(&constrained(method), precision, threads);
+            // It may have been elsewhere before.
+            pull(&mut again, 0..threads as u32 - 1);
+            again.restore(snapshot).unwrap();
+            assert_eq!(again.snapshot(), *snapshot, "what is restored is what was taken");
+            pull(&mut again, 9..20);
+            (again.state_hash(), again.report().clone())
+        };
+        for threads in [1, 2, 3] {
+            assert_eq!(again(&snapshot, threads), (whole.state_hash(), whole.report().clone()), "{method:?}");
+        }
+        let pulls = snapshot.pulls as usize * precision.bytes();
+        for lost in [0..pulls, pulls..snapshot.constraints.len()].into_iter().filter(|lost| !lost.is_empty())
+        {
+            let mut forgetful = snapshot.clone();
+            forgetful.constraints[lost].fill(0);
+            assert_ne!(again(&forgetful, 1).0, whole.state_hash(), "{method:?}: nothing depends on it");
+        }
+    }
+}
+
+#[test]
+fn what_constraints_remember_takes_little_and_is_rounded_with_the_state() {
+    let fine = taut(Method::Acad, Precision::F64);
+    let springs = build_as(&scene(), Precision::F64, 1)
+        .bodies()
+        .iter()
+        .flat_map(|body| &body.springs)
+        .map(|(_, n)| n)
+        .sum::<usize>();
+    assert_eq!((fine.pulls, fine.adaptive), (springs as u64, springs as u64));
+    assert_eq!(fine.constraints.len(), 8 * springs + springs.div_ceil(8));
+    let mut coarse = build_as(&constrained(Method::Acad), Precision::F32, 1);
+    coarse.restore(&fine).unwrap();
+    let coarse = coarse.snapshot();
+    let [many, few] =
+        [&fine, &coarse].map(|all| all.constraints.split_at(all.pulls as usize * all.precision.bytes()));
+    let rounded: Vec<_> = many.0.as_chunks().0.iter().map(|&pull| f64::from_le_bytes(pull) as f32).collect();
+    let found: Vec<_> = few.0.as_chunks().0.iter().map(|&pull| f32::from_le_bytes(pull)).collect();
+    assert_eq!((found, few.1), (rounded, many.1));
+    // What starts from nothing, or is always there, needs nothing.
+    let mut cold = constrained(Method::Ice);
+    cold.solver.ice.warm_start = false;
+    let cold = build_as(&cold, Precision::F32, 1).snapshot();
+    assert_eq!((cold.pulls, cold.adaptive, cold.constraints), (0, 0, vec![]));
+}
+
 #[test]
 fn a_snapshot_in_64_bits_is_rounded_to_32() {
     let mut fine = build_as(&scene(), Precision::F64, 1);
@@ -86,4 +159,23 @@ fn a_snapshot_of_something_else_is_refused_and_changes_nothing() {
     refused(&|s| s.held.clear(), "node 0 is free in it and held here");
     let nan = f32::NAN.to_le_bytes();
     refused(&|s| s.state[12 * 5..12 * 5 + 4].copy_from_slice(&nan), "node 5 has a number that is not finite");
+    refused(&|s| s.pulls = 3, "it holds 3 pulls of constraints, the scene has 0");
+    let good = taut(Method::Acad, Precision::F32);
+    let count = good.pulls;
+    let mut simulation = build_as(&constrained(Method::Acad), Precision::F32, 1);
+    let before = simulation.snapshot();
+    let mut refused = |change: &dyn Fn(&mut taffeta::Snapshot), words: &str| {
+        let mut snapshot = good.clone();
+        change(&mut snapshot);
+        let error = simulation.restore(&snapshot).unwrap_err();
+        assert!(error.contains(words), "{error}");
+        assert_eq!(simulation.snapshot(), before);
+    };
+    refused(&|s| s.pulls = 3, &format!("it holds 3 pulls of constraints, the scene has {count}"));
+    refused(&|s| s.adaptive = 0, &format!("it holds 0 constraints that come and go, the scene has {count}"));
+    refused(&|s| s.constraints.truncate(9), &format!("what its {count} constraints remember has 9 bytes"));
+    refused(
+        &|s| s.constraints[4 * 6..4 * 7].copy_from_slice(&nan),
+        "constraint 6 has a pull that is not finite",
+    );
 }

@@ -1,8 +1,9 @@
 //! What a run adds up to.
 
 use super::Args;
+use super::solves::Solves;
 use super::volumes::Volumes;
-use crate::summary::{BodySummary, Energy, PairSummary, SolverSummary, Status, Summary};
+use crate::summary::{BodySummary, Energy, PairSummary, Status, Summary};
 use serde::{Deserialize, Serialize};
 use taffeta::Simulation;
 use taffeta::diagnostics::FrameReport;
@@ -16,6 +17,7 @@ pub struct Tally {
     max_stretch: f64,
     contacts_max: u64,
     pairs: PairSummary,
+    solves: Solves,
     volumes: Volumes,
     ms: Vec<f64>,
 }
@@ -30,6 +32,7 @@ impl Tally {
             max_stretch: 0.0,
             contacts_max: 0,
             pairs: PairSummary::default(),
+            solves: Solves::default(),
             volumes: Volumes::new(simulation),
             ms: Vec::new(),
         };
@@ -41,6 +44,7 @@ impl Tally {
     pub fn add(&mut self, report: &FrameReport, ms: f64) {
         self.take(report);
         self.volumes.add(report);
+        self.solves.add(report);
         self.ms.push(ms);
     }
 
@@ -89,7 +93,7 @@ impl Tally {
             contacts: last.contacts,
             contacts_max: self.contacts_max,
             pairs: self.pairs,
-            solver: SolverSummary::default(),
+            solver: self.solves.summary(),
             state_hash: (!lost).then(|| format!("{:016x}", simulation.state_hash())),
             files: Vec::new(),
         }
@@ -98,6 +102,7 @@ impl Tally {
     /// What the user should know of the run that is over.
     pub fn warnings(&self, simulation: &Simulation, scene: &Scene) -> Vec<String> {
         let mut warnings = self.volumes.warnings(scene);
+        warnings.extend(self.solves.warning(scene));
         let slips = |body: &&taffeta::BodyInfo| {
             // From 1 down the body was warned of before.
             body.slips_from.is_some_and(|stretch| stretch > 1.0 && self.max_stretch > stretch)

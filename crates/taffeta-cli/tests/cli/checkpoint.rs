@@ -92,7 +92,22 @@ fn kill_after(mut run: Child, folder: &Path, bytes: u64) {
 
 #[test]
 fn a_run_killed_at_any_moment_goes_on_to_the_same_files() {
-    let desk = Desk::with(TWO);
+    killed_at_any_moment(TWO, 20);
+}
+
+#[test]
+fn constraints_of_a_run_killed_at_any_moment_go_on_to_the_same_files() {
+    for method in ["ice", "acad"] {
+        let desk = killed_at_any_moment(&format!("[solver]\nmethod = \"{method}\"\n{TWO}"), 6);
+        let solver = desk.json("whole/summary.json")["solver"].clone();
+        assert!(solver["active_fraction"].as_f64().is_some_and(|share| share > 0.0), "{method}: {solver}");
+        assert!(solver["iterations"].as_u64().is_some_and(|most| most > 1), "{method}: {solver}");
+    }
+}
+
+/// Kills runs of a scene twice each, and lets them go on.
+fn killed_at_any_moment(scene: &str, moments: u32) -> Desk {
+    let desk = Desk::with(scene);
     let new = |out: &str, every: &str| {
         ["run", "scene.toml", "--quiet", "--out", out, "--format", ALL, "--checkpoint-every", every]
             .map(str::to_owned)
@@ -101,7 +116,7 @@ fn a_run_killed_at_any_moment_goes_on_to_the_same_files() {
     let whole = results(&desk.path("whole"));
     let total = size(&desk.path("whole"));
     let mut random = 88_172_645_463_325_252_u64;
-    for moment in 0..20 {
+    for moment in 0..moments {
         let out = format!("o{moment}");
         // One in two writes a checkpoint every frame, so that most moments are within one.
         let words = new(&out, if moment % 2 == 0 { "7" } else { "1" });
@@ -125,6 +140,7 @@ fn a_run_killed_at_any_moment_goes_on_to_the_same_files() {
         }
         assert_eq!(now.len(), whole.len(), "moment {moment} left {:?}", now.keys());
     }
+    desk
 }
 
 #[cfg(unix)]
@@ -208,7 +224,7 @@ fn a_checkpoint_that_does_not_fit_is_refused_with_the_reason() {
     refused(b"PK\x03\x04 something else entirely, long enough", &[], "not a checkpoint of taffeta");
     let mut older = good.clone();
     older[8..12].copy_from_slice(&0_u32.to_le_bytes());
-    refused(&older, &[], "written by an older program, in version 0 of the format; this one reads version 4");
+    refused(&older, &[], "written by an older program, in version 0 of the format; this one reads version 5");
     older[8] = 99;
     refused(&older, &[], "written by a newer program");
     let stiffer = ["--set", "body.sheet.springs.structural.k=101"];

@@ -86,7 +86,10 @@ fn the_summary_has_the_contract_s_fields_and_is_what_json_prints() {
     }
     assert_eq!(
         summary["solver"],
-        serde_json::json!({"iterations": 0, "residual": 0.0, "active_fraction": 0.0})
+        serde_json::json!({
+            "iterations": 0, "mean_iterations": 0.0, "residual": 0.0, "active_fraction": 0.0,
+            "mean_active_fraction": 0.0, "capped": 0
+        })
     );
     let volume = &summary["bodies"][0]["volume"];
     let ball = 4.0 / 3.0 * std::f64::consts::PI * 0.2_f64.powi(3);

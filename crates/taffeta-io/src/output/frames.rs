@@ -4,7 +4,7 @@ use super::Begin;
 use super::part::Part;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use taffeta::diagnostics::FrameReport;
+use taffeta::diagnostics::{FrameReport, SolverReport};
 
 /// Writes the table of frames.
 pub struct FrameTable {
@@ -22,7 +22,7 @@ impl FrameTable {
             return Ok(Self { part, closed });
         }
         write!(part, "frame,time,kinetic,gravitational,springs,hinges,energy,px,py,pz,max_stretch,contacts")?;
-        write!(part, ",pairs,nearest_pair,pair_searches")?;
+        write!(part, ",pairs,nearest_pair,pair_searches,iterations,residual,active_fraction")?;
         for (name, _) in bodies.iter().filter(|(_, closed)| *closed) {
             write!(part, ",{}", quoted(&format!("volume_{name}")))?;
         }
@@ -50,6 +50,8 @@ impl FrameTable {
         )?;
         let nearest = r.nearest_pair.map(|share| share.to_string()).unwrap_or_default();
         write!(self.part, ",{},{nearest},{}", r.pairs, r.pair_searches)?;
+        let SolverReport { iterations, residual, active_fraction, .. } = r.solver;
+        write!(self.part, ",{iterations},{residual},{active_fraction}")?;
         for (body, _) in self.closed.iter().enumerate().filter(|(_, closed)| **closed) {
             match r.volumes.get(body).copied().flatten() {
                 Some(volume) => write!(self.part, ",{volume}")?,

@@ -15,7 +15,7 @@ use super::tiles::{self, TilePlan, TiledSprings};
 use super::volume::{Corrections, VolumeBody};
 use super::worker::{Scratch, Worker};
 use crate::assembly::Assembly;
-use crate::backend::{Backend, Device, Hand, Lost};
+use crate::backend::{Backend, Device, Hand, Lost, Remembered};
 use crate::diagnostics::{FrameSums, PairSums, SolverReport, StateSums};
 use crate::forces::hinge::Rest;
 use crate::plan;
@@ -275,6 +275,16 @@ impl<T: Real> Backend for CpuBackend<T> {
         let first = if velocity { 3 } else { 0 };
         for column in &self.fields[self.current][first..first + 3] {
             column[node].bytes(sink);
+        }
+    }
+
+    fn remembered(&self) -> Remembered {
+        self.setup.solve.as_ref().map(|setup| self.solve.remembered(setup)).unwrap_or_default()
+    }
+
+    fn remember(&mut self, from: &Remembered) {
+        if let Some(setup) = &self.setup.solve {
+            self.solve.remember(setup, &self.setup.tiles, from);
         }
     }
 

@@ -1,6 +1,7 @@
 //! All that a simulation remembers from one frame to the next, so that a run can be stopped and taken up.
 
 use super::{Precision, Simulation};
+use crate::backend::Remembered;
 use crate::diagnostics::FrameReport;
 use serde::{Deserialize, Serialize};
 
@@ -22,9 +23,17 @@ pub struct Snapshot {
     pub held: Vec<u32>,
     /// Nodes that were moved by hand in the last frame, in user order.
     pub moved: Vec<u32>,
+    /// Number of constraints whose pulls are remembered; 0 where the solver starts from none.
+    pub pulls: u64,
+    /// Number of constraints that come and go; 0 where there are none.
+    pub adaptive: u64,
     /// Positions [m], then velocities [m/s] of all nodes in user order, little endian. Kept apart when serialized.
     #[serde(skip)]
     pub state: Vec<u8>,
+    /// Pulls of constraints [N], little endian, then for each that comes and goes a bit that says whether it is there, the
+    /// lowest of each byte first; both in an order that the scene alone decides. Kept apart when serialized.
+    #[serde(skip)]
+    pub constraints: Vec<u8>,
 }
 
 impl Snapshot {
@@ -33,17 +42,35 @@ impl Snapshot {
         self.nodes.checked_mul(6 * self.precision.bytes() as u64)
     }
 
-    /// Number `index` of the state.
-    fn number(&self, index: usize) -> f64 {
-        match self.precision {
-            Precision::F32 => f64::from(f32::from_le_bytes(chunk(&self.state, index))),
-            Precision::F64 => f64::from_le_bytes(chunk(&self.state, index)),
+    /// Bytes that the pulls and the bits of `constraints` take.
+    pub fn constraint_bytes(&self) -> Option<u64> {
+        self.pulls.checked_mul(self.precision.bytes() as u64)?.checked_add(self.adaptive.div_ceil(8))
+    }
+
+    /// Three numbers of the state from `index` on.
+    fn triple(&self, index: usize) -> [f64; 3] {
+        std::array::from_fn(|axis| self.precision.number(&self.state, index + axis))
+    }
+
+    /// What constraints remember.
+    fn remembered(&self) -> Remembered {
+        let (pulls, adaptive) = (self.pulls as usize, self.adaptive as usize);
+        let bits = &self.constraints[pulls * self.precision.bytes()..];
+        Remembered {
+            pulls: (0..pulls).map(|index| self.precision.number(&self.constraints, index)).collect(),
+            active: (0..adaptive).map(|index| bits[index / 8] >> (index % 8) & 1 == 1).collect(),
         }
     }
 
-    /// Three numbers from `index` on.
-    fn triple(&self, index: usize) -> [f64; 3] {
-        std::array::from_fn(|axis| self.number(index + axis))
+    /// Takes up what constraints remember.
+    fn note(&mut self, remembered: &Remembered) {
+        let Remembered { pulls, active } = remembered;
+        (self.pulls, self.adaptive) = (pulls.len() as u64, active.len() as u64);
+        let mut bytes = Vec::with_capacity(pulls.len() * self.precision.bytes() + active.len().div_ceil(8));
+        pulls.iter().for_each(|&pull| self.precision.append(pull, &mut bytes));
+        let byte = |bits: &[bool]| bits.iter().rev().fold(0, |byte, &bit| byte << 1 | u8::from(bit));
+        bytes.extend(active.chunks(8).map(byte));
+        self.constraints = bytes;
     }
 }
 
@@ -57,6 +84,27 @@ impl Precision {
         match self {
             Self::F32 => 4,
             Self::F64 => 8,
+        }
+    }
+
+    /// Number `index` of `bytes`.
+    fn number(self, bytes: &[u8], index: usize) -> f64 {
+        match self {
+            Self::F32 => f64::from(f32::from_le_bytes(chunk(bytes, index))),
+            Self::F64 => f64::from_le_bytes(chunk(bytes, index)),
+        }
+    }
+
+    /// The first of `count` numbers in `bytes` that is not finite.
+    fn not_finite(self, bytes: &[u8], count: usize) -> Option<usize> {
+        (0..count).find(|&index| !self.number(bytes, index).is_finite())
+    }
+
+    /// Appends a number to `bytes`.
+    fn append(self, number: f64, bytes: &mut Vec<u8>) {
+        match self {
+            Self::F32 => bytes.extend((number as f32).to_le_bytes()),
+            Self::F64 => bytes.extend(number.to_le_bytes()),
         }
     }
 }
@@ -79,21 +127,26 @@ impl Simulation {
         };
         let mut state = Vec::with_capacity(order.len() * 6 * self.precision.bytes());
         self.state(&order, |bytes| state.extend_from_slice(bytes));
-        Snapshot {
+        let mut snapshot = Snapshot {
             precision: self.precision,
             nodes: order.len() as u64,
             start: self.start.clone(),
             report: self.report.clone(),
             held: chosen(&|node| !self.backend.is_free(node)),
             moved: chosen(&|node| self.moved.binary_search(&(node as u32)).is_ok()),
+            pulls: 0,
+            adaptive: 0,
             state,
-        }
+            constraints: Vec::new(),
+        };
+        snapshot.note(&self.backend.remembered());
+        snapshot
     }
 
     /// Takes up where a simulation of the same scene was. A snapshot in another precision is converted.
     ///
     /// # Errors
-    /// Where the snapshot is not one of a scene with as many nodes and bodies; nothing is changed then.
+    /// Where the snapshot is not one of a scene with as many nodes and constraints; nothing is changed then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String> {
         let order = self.user_order();
         self.fits(snapshot, &order)?;
@@ -107,6 +160,7 @@ impl Simulation {
             let [place, velocity] = [3 * user, 3 * (order.len() + user)].map(|at| snapshot.triple(at));
             self.backend.set(node, place, velocity);
         }
+        self.backend.remember(&snapshot.remembered());
         self.moved = snapshot.moved.iter().map(|&user| order[user as usize] as u32).collect();
         self.moved.sort_unstable();
         self.start = snapshot.start.clone();
@@ -122,6 +176,7 @@ impl Simulation {
         if snapshot.state_bytes() != Some(snapshot.state.len() as u64) {
             return Err(format!("its state of {nodes} nodes has {} bytes", snapshot.state.len()));
         }
+        self.remembers(snapshot)?;
         let beyond = |user: &&u32| **user as usize >= nodes;
         if let Some(user) = snapshot.held.iter().chain(&snapshot.moved).find(beyond) {
             return Err(format!("it holds node {user}, the scene has {nodes}"));
@@ -134,9 +189,28 @@ impl Simulation {
         if let Some((user, _)) = (0..).zip(order).find(stuck) {
             return Err(format!("node {user} is free in it and held here; a simulation just built would do"));
         }
-        let numbers = snapshot.state.len() / snapshot.precision.bytes();
-        match (0..numbers).find(|&index| !snapshot.number(index).is_finite()) {
+        match snapshot.precision.not_finite(&snapshot.state, 6 * nodes) {
             Some(index) => Err(format!("its node {} has a number that is not finite", index / 3 % nodes)),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether it has what the constraints of this scene remember.
+    fn remembers(&self, snapshot: &Snapshot) -> Result<(), String> {
+        let Remembered { pulls, active } = self.backend.remembered();
+        let counts = [
+            ("pulls of constraints", snapshot.pulls, pulls.len()),
+            ("constraints that come and go", snapshot.adaptive, active.len()),
+        ];
+        if let Some((what, held, count)) = counts.into_iter().find(|&(_, held, count)| held != count as u64) {
+            return Err(format!("it holds {held} {what}, the scene has {count}"));
+        }
+        if snapshot.constraint_bytes() != Some(snapshot.constraints.len() as u64) {
+            let (bytes, count) = (snapshot.constraints.len(), pulls.len().max(active.len()));
+            return Err(format!("what its {count} constraints remember has {bytes} bytes"));
+        }
+        match snapshot.precision.not_finite(&snapshot.constraints, pulls.len()) {
+            Some(index) => Err(format!("its constraint {index} has a pull that is not finite")),
             None => Ok(()),
         }
     }

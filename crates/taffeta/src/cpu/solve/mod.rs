@@ -8,6 +8,7 @@ mod active;
 mod conjugate;
 mod kernels;
 mod layout;
+mod remember;
 mod tile;
 
 pub use layout::Layout;
