@@ -163,13 +163,13 @@ fn what_a_solver_cannot_be_is_said_at_its_place() {
         let column = line.find('=').unwrap() + 3;
         assert_eq!(error, format!("s.toml:9:{column}: `solver.{table}.{words}"));
     };
-    says("acad", "threshold = 0", "threshold`: is 0.0, more than 0 would do");
+    says("acad", "threshold = 0", "threshold`: is 0, more than 0 would do");
     says("acad", "threshold = -0.1", "threshold`: is -0.1, more than 0 would do");
     says("acad", "release = 0.2", "release`: is 0.2, more than the threshold of 0.1; up to that would do");
     says("acad", "release = -0.1", "release`: is -0.1, 0 or more would do");
     says("acad", "target = 0.11", "target`: is 0.11, more than the threshold of 0.1; up to that would do");
-    says("acad", "epsilon = -1e-9", "epsilon`: is -1e-9, 0 or more would do");
-    says("ice", "tolerance = 0", "tolerance`: is 0.0, more than 0 would do");
+    says("acad", "epsilon = -0.25", "epsilon`: is -0.25, 0 or more would do");
+    says("ice", "tolerance = 0", "tolerance`: is 0, more than 0 would do");
     says(
         "ice",
         "tolerance = 1.0",

@@ -59,7 +59,7 @@ impl Solves {
             ConstraintForm::Printed => format!("{table}.form = \"compliant\""),
         };
         Some(format!(
-            "the solver's residual was beyond the tolerance of {} in {} of {} sub-steps, up to {:.1e}, after up to {} \
+            "the solver's residual was beyond the tolerance of {:?} in {} of {} sub-steps, up to {:.1e}, after up to {} \
              iterations; in [solver], a larger ice.max_iterations or ice.tolerance, {more}, or a smaller time.max_step \
              would do",
             ice.tolerance,

@@ -276,3 +276,51 @@ fn a_run_does_not_write_over_what_its_scene_is_read_from() {
     assert_eq!(code, Some(2));
     assert!(err.contains("is a mesh and not a scene; `taffeta check bunny.obj` prints a scene"), "{err}");
 }
+
+#[test]
+fn what_the_solver_of_constraints_did_is_told_and_an_early_stop_is_warned_of() {
+    let desk = Desk::with(SHEET);
+    let run = |sets: &[&str]| {
+        let mut command = desk.taffeta(&["run", "scene.toml", "--out", "o", "--precision", "f64"]);
+        command.args(sets.iter().flat_map(|set| ["--set", set]));
+        let (out, err, code) = ending(command);
+        assert_eq!(code, Some(0), "{err}");
+        let table = std::fs::read_to_string(desk.path("o/frames.csv")).unwrap();
+        let rows: Vec<Vec<String>> =
+            table.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
+        let column = |name: &str| {
+            let at = rows[0].iter().position(|title| title == name).unwrap();
+            rows[1..].iter().map(|row| row[at].parse().unwrap()).collect::<Vec<f64>>()
+        };
+        let columns = ["iterations", "residual", "active_fraction"].map(column);
+        (desk.json("o/summary.json")["solver"].clone(), out, columns)
+    };
+    let largest = |column: &[f64]| column.iter().copied().fold(0.0, f64::max);
+
+    let (solver, out, [iterations, residual, active]) = run(&["solver.method=ice"]);
+    assert_eq!((&solver["capped"], &solver["active_fraction"]), (&0.into(), &1.0.into()));
+    assert_eq!(solver["iterations"].as_f64(), Some(largest(&iterations)));
+    assert_eq!(solver["mean_iterations"].as_f64(), Some(iterations.iter().sum::<f64>() / 4.0));
+    assert_eq!(solver["residual"].as_f64(), Some(largest(&residual)));
+    assert!(
+        solver["residual"].as_f64().is_some_and(|residual| residual > 0.0 && residual <= 1e-3),
+        "{solver}"
+    );
+    assert_eq!(active, [0.0, 1.0, 1.0, 1.0, 1.0], "the start has no solver");
+    assert!(out.contains(&format!(", up to {} iterations, state ", solver["iterations"])), "{out}");
+    assert!(!out.contains("warning"), "{out}");
+
+    let cut = ["solver.method=ice", "solver.ice.max_iterations=2", "solver.ice.tolerance=1e-9"];
+    let (solver, out, _) = run(&cut);
+    assert_eq!((&solver["capped"], &solver["iterations"]), (&20.into(), &2.into()));
+    let said =
+        "warning: the solver's residual was beyond the tolerance of 1e-9 in 20 of 20 sub-steps, up to ";
+    assert!(out.contains(said), "{out}");
+    assert!(out.contains("after up to 2 iterations; in [solver], a larger ice.max_iterations or "), "{out}");
+
+    let (solver, out, [_, _, active]) = run(&["solver.method=acad", "solver.acad.threshold=1e-3"]);
+    let most = largest(&active);
+    assert!(most > 0.0 && most < 1.0 && solver["active_fraction"].as_f64() == Some(most), "{solver}");
+    assert_eq!(solver["mean_active_fraction"].as_f64(), Some(active.iter().sum::<f64>() / 4.0));
+    assert!(out.contains(&format!("up to {} % of the springs constraints", (1e2 * most).ceil())), "{out}");
+}
