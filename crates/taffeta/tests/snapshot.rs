@@ -151,8 +151,9 @@ fn what_constraints_remember_takes_little_and_is_rounded_with_the_state() {
     // What starts from nothing, or is always there, needs nothing.
     let mut cold = constrained(Method::Ice);
     cold.solver.ice.warm_start = false;
+    cold.colliders.clear();
     let cold = build_as(&cold, Precision::F32, 1).snapshot();
-    assert_eq!((cold.pulls, cold.adaptive, cold.constraints), (0, 0, vec![]));
+    assert_eq!((cold.pulls, cold.adaptive, cold.constraints.len()), (0, 0, 0));
 }
 
 #[test]

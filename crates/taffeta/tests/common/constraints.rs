@@ -283,7 +283,7 @@ impl Reference {
             }
         }
         self.pulls.fill(0.0);
-        for (row, pull) in rows.iter().zip(pulls).filter(|_| self.solver.ice.warm_start) {
+        for (row, pull) in rows.iter().zip(pulls) {
             self.pulls[row.spring] = pull * norm(row.slope);
         }
     }

@@ -98,6 +98,10 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             worker.apply_to(&part, Vector::S);
             let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
             let level = worker.setup.level;
+            if !warm {
+                // They have told which surfaces hold nodes.
+                x.fill(T::ZERO);
+            }
             worker.sums_of(chunk)[0] = level.run(Combine { to: r, factor: T::ONE, other: w });
             level.run(Along { rows, vector: if warm { x } else { r }, pulled });
         });
@@ -254,7 +258,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             inverse_mass: &self.setup.inverse_mass,
             old: self.old,
             springs: adaptive.then_some((&solve.list.materials[..], target)),
-            pull: if solve.solver.ice.warm_start { pull } else { &[] },
+            pull,
             rows: &mut *rows,
             scale,
             right,

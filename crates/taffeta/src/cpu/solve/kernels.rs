@@ -50,7 +50,7 @@ pub struct SetUpRows<'a, T> {
     pub old: [&'a [T]; 6],
     /// Where springs act as well: stiffness and damping of each material, and the stretch that constraints aim at.
     pub springs: Option<(&'a [[f64; 2]], T)>,
-    /// By constraint: the pull to start from; empty: none.
+    /// By constraint: the pull in the last sub-step.
     pub pull: &'a [T],
     pub rows: &'a mut [Quad<T>],
     pub scale: &'a mut [T],
@@ -88,7 +88,7 @@ impl<T: Real> Kernel for SetUpRows<'_, T> {
             self.rows[i] = Quad([x, y, z, compliance]);
             self.scale[i] = row.scale;
             self.right[i] = row.right;
-            self.x[i] = self.pull.get(constraint).map_or(T::ZERO, |&pull| pull * by_scale);
+            self.x[i] = self.pull[constraint] * by_scale;
             self.offset[i] = pull * by_scale;
         }
         sum

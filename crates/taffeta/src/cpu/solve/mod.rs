@@ -46,6 +46,9 @@ pub struct SolveSetup<T> {
     pub solver: Solver,
     /// Whether springs act as well, and constraints only where they are too long.
     pub adaptive: bool,
+    /// Whether surfaces hold nodes while pulls are solved for. Where constraints come and go, what the last ones pulled says
+    /// too little of what will be pressed: contact alone is nearer the truth.
+    surfaces: bool,
 }
 
 /// What changes. Pulls and activity are remembered from one sub-step to the next.
@@ -154,14 +157,14 @@ impl<T: Real> SolveSetup<T> {
             of_tile: tiles.iter().map(|tile| tile.runs().map(|(_, run)| owned(run)).collect()).collect(),
             solver: assembly.solver.clone(),
             adaptive: assembly.solver.method == Method::Acad,
+            surfaces: assembly.solver.method == Method::Ice && !assembly.colliders.is_empty(),
             list,
         })
     }
 
-    /// Colliders that hold nodes while pulls are solved for. Where constraints come and go, what the last ones pulled says
-    /// too little of what will be pressed: contact alone is nearer the truth.
+    /// Colliders that hold nodes while pulls are solved for.
     pub fn colliders<'s>(&self, substep: &'s Substep<T>) -> &'s [ColliderNow<T>] {
-        if self.adaptive { &[] } else { &substep.colliders }
+        if self.surfaces { &substep.colliders } else { &[] }
     }
 
     /// Stretch to watch springs for.

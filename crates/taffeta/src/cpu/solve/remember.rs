@@ -6,11 +6,11 @@ use crate::cpu::tiles::TilePlan;
 use crate::real::Real;
 
 impl<T: Real> SolveWork<T> {
-    /// Pulls, if the solver starts from them, and which constraints are active, if that changes.
+    /// Pulls, if the solver starts from them or surfaces ask for them, and which constraints are active, if that changes.
     pub fn remembered(&self, setup: &SolveSetup<T>) -> Remembered {
-        let warm = setup.solver.ice.warm_start;
+        let asked = setup.solver.ice.warm_start || setup.surfaces;
         Remembered {
-            pulls: if warm { self.pull.iter().map(|pull| pull.to_f64()).collect() } else { Vec::new() },
+            pulls: if asked { self.pull.iter().map(|pull| pull.to_f64()).collect() } else { Vec::new() },
             active: if setup.adaptive { self.active.clone() } else { Vec::new() },
         }
     }
