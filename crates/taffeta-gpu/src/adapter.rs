@@ -144,7 +144,11 @@ pub(crate) fn choose(choice: &Choice) -> Result<(AdapterInfo, wgpu::Adapter), Gp
 }
 
 fn found() -> Vec<(AdapterInfo, wgpu::Adapter)> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+    // wgpu would put a dispatch and two barriers before each one whose workgroups are counted on the device, to check the
+    // counts. `DispatchList::dispatch_counted` says what is asked of them instead.
+    descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+    let instance = wgpu::Instance::new(descriptor);
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
     let mut all: Vec<_> = adapters.into_iter().map(|one| (AdapterInfo::from(&one.get_info()), one)).collect();
     all.sort_by_key(|(info, _)| info.kind);

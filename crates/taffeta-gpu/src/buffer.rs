@@ -38,7 +38,19 @@ pub struct Uniforms<T> {
     records: PhantomData<fn() -> T>,
 }
 
+/// Numbers of workgroups along x, y and z, which a kernel writes and
+/// [`DispatchList::dispatch_counted`] reads.
+pub struct Counts(Buffer<[u32; 3]>);
+
 impl Gpu {
+    /// Room for `count` zeroed numbers of workgroups, which kernels see as three words each.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::buffer`].
+    pub fn counts(&self, label: &str, count: usize) -> Result<Counts, GpuError> {
+        Ok(Counts(self.storage(label, count, BufferUsages::INDIRECT)?))
+    }
+
     /// `count` zeroed elements. Where `count` is 0 there is memory for one, because a kernel cannot
     /// be bound to nothing.
     ///
@@ -46,7 +58,11 @@ impl Gpu {
     /// [`GpuError::TooLarge`] before memory is asked for, [`GpuError::OutOfMemory`], or what
     /// [`Gpu::health`] says.
     pub fn buffer<T: Pod>(&self, label: &str, count: usize) -> Result<Buffer<T>, GpuError> {
-        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        self.storage(label, count, BufferUsages::empty())
+    }
+
+    fn storage<T: Pod>(&self, label: &str, count: usize, more: BufferUsages) -> Result<Buffer<T>, GpuError> {
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST | more;
         let memory = self.allocate(("buffer", label), bytes_of::<T>(count), self.largest_binding(), usage)?;
         Ok(Buffer { memory, len: count, elements: PhantomData })
     }
@@ -142,6 +158,22 @@ impl<T> Buffer<T> {
     /// The buffer behind it.
     pub fn raw(&self) -> &wgpu::Buffer {
         &self.memory.buffer
+    }
+}
+
+impl Counts {
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    pub(crate) fn raw(&self) -> &wgpu::Buffer {
+        self.0.raw()
+    }
+}
+
+impl Bindable for Counts {
+    fn buffer(&self) -> &wgpu::Buffer {
+        self.0.buffer()
     }
 }
 

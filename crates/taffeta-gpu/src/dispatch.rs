@@ -1,7 +1,7 @@
 //! Lists of dispatches and copies, recorded once and submitted as often as wanted.
 
 use crate::kernel::Bound;
-use crate::{Buffer, GpuError, ReadBack};
+use crate::{Buffer, Counts, GpuError, ReadBack};
 
 /// Dispatches and copies in the order in which they take effect: each sees what those before it
 /// have written.
@@ -19,8 +19,15 @@ struct Step {
 }
 
 enum Work {
-    Dispatch { bound: Bound, offsets: Vec<u32>, groups: [u32; 2] },
+    Dispatch { bound: Bound, offsets: Vec<u32>, groups: Groups },
     Copy { from: wgpu::Buffer, to: wgpu::Buffer, bytes: u64 },
+}
+
+/// How many workgroups a dispatch has.
+enum Groups {
+    Told([u32; 2]),
+    /// As a kernel before it has written them, from that byte on.
+    Counted(wgpu::Buffer, u64),
 }
 
 impl Work {
@@ -53,7 +60,7 @@ impl DispatchList {
         bound.check_offsets(offsets);
         match fold(groups, bound.most_groups()) {
             Some(groups) => {
-                self.push(Work::Dispatch { bound: bound.clone(), offsets: offsets.to_vec(), groups });
+                self.push_dispatch(bound, offsets, Groups::Told(groups));
             }
             None => {
                 let limit = u64::from(bound.most_groups()).pow(2);
@@ -75,8 +82,28 @@ impl DispatchList {
             let groups = groups[0].saturating_mul(groups[1]);
             self.misfit.get_or_insert(GpuError::TooManyGroups { label, groups, limit });
         } else if !groups.contains(&0) {
-            self.push(Work::Dispatch { bound: bound.clone(), offsets: offsets.to_vec(), groups });
+            self.push_dispatch(bound, offsets, Groups::Told(groups));
         }
+    }
+
+    /// Runs a kernel in as many workgroups as `counts` has at `index` by then, along x, y and z: what a kernel before it
+    /// has written. Where one of the three is 0 it does nothing.
+    ///
+    /// No count may be larger than the device's limit for a dimension: nothing checks that before the device takes them, as
+    /// a check would be a dispatch of its own. The kernel itself must not write to `counts`; where it does, [`Gpu::health`]
+    /// says so.
+    ///
+    /// # Panics
+    /// As [`DispatchList::dispatch`], where there is no such index, and where the kernel reads `num_workgroups`, which
+    /// DirectX 12 does not tell here: mistakes of the caller.
+    ///
+    /// [`Gpu::health`]: crate::Gpu::health
+    pub fn dispatch_counted(&mut self, bound: &Bound, offsets: &[u32], counts: &Counts, index: usize) {
+        bound.check_offsets(offsets);
+        assert!(index < counts.len(), "counts {index} of {}", counts.len());
+        assert!(!bound.reads_counts(), "kernel `{}` reads num_workgroups, which is not told", bound.label());
+        let groups = Groups::Counted(counts.raw().clone(), (index * size_of::<[u32; 3]>()) as u64);
+        self.push_dispatch(bound, offsets, groups);
     }
 
     /// Copies the first elements, as many as both have, to where the host can read them.
@@ -94,6 +121,10 @@ impl DispatchList {
         if bytes > 0 {
             self.push(Work::Copy { from: from.clone(), to: to.clone(), bytes });
         }
+    }
+
+    fn push_dispatch(&mut self, bound: &Bound, offsets: &[u32], groups: Groups) {
+        self.push(Work::Dispatch { bound: bound.clone(), offsets: offsets.to_vec(), groups });
     }
 
     fn push(&mut self, work: Work) {
@@ -135,9 +166,12 @@ impl Run<'_> {
         let descriptor = wgpu::ComputePassDescriptor { label: self.stage(), timestamp_writes: times };
         let mut pass = encoder.begin_compute_pass(&descriptor);
         for step in self.0 {
-            if let Work::Dispatch { bound, offsets, groups: [x, y] } = &step.work {
+            if let Work::Dispatch { bound, offsets, groups } = &step.work {
                 bound.set(&mut pass, offsets);
-                pass.dispatch_workgroups(*x, *y, 1);
+                match groups {
+                    Groups::Told([x, y]) => pass.dispatch_workgroups(*x, *y, 1),
+                    Groups::Counted(counts, from) => pass.dispatch_workgroups_indirect(counts, *from),
+                }
             }
         }
     }

@@ -17,6 +17,7 @@ struct Inner {
     layouts: Vec<wgpu::BindGroupLayout>,
     bindings: Vec<Binding>,
     workgroup_size: [u32; 3],
+    reads_counts: bool,
 }
 
 /// A kernel with the buffers that it works on, which it keeps alive. Cheap to clone.
@@ -56,8 +57,9 @@ impl Gpu {
             Some(error @ wgpu::Error::OutOfMemory { .. }) => return Err(told(&error)),
             Some(error) => return Err(wrong(error.to_string())),
         }
-        let (bindings, workgroup_size) = (read.bindings, read.workgroup_size);
-        Ok(Kernel(Arc::new(Inner { label: label.to_owned(), pipeline, layouts, bindings, workgroup_size })))
+        let Reflection { bindings, workgroup_size, reads_counts, .. } = read;
+        let label = label.to_owned();
+        Ok(Kernel(Arc::new(Inner { label, pipeline, layouts, bindings, workgroup_size, reads_counts })))
     }
 }
 
@@ -200,6 +202,10 @@ impl Bound {
     /// The most workgroups of one dimension.
     pub(crate) fn most_groups(&self) -> u32 {
         self.most_groups
+    }
+
+    pub(crate) fn reads_counts(&self) -> bool {
+        self.kernel.reads_counts
     }
 
     pub(crate) fn check_offsets(&self, offsets: &[u32]) {

@@ -31,7 +31,7 @@ mod reflect;
 mod timing;
 
 pub use adapter::{AdapterInfo, Choice, Kind, adapters};
-pub use buffer::{Bindable, Buffer, Uniforms};
+pub use buffer::{Bindable, Buffer, Counts, Uniforms};
 pub use bytemuck;
 pub use dispatch::DispatchList;
 pub use error::GpuError;

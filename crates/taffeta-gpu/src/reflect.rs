@@ -41,6 +41,8 @@ pub(crate) struct Reflection {
     pub workgroup_size: [u32; 3],
     /// Memory that the invocations of a workgroup share [bytes].
     pub shared: u64,
+    /// Whether it asks for `num_workgroups`.
+    pub reads_counts: bool,
 }
 
 /// Reads what `entry` uses of `source`, where its overrides have these values.
@@ -62,10 +64,13 @@ pub(crate) fn reflect(source: &str, entry: &str, overrides: &[(&str, f64)]) -> R
     let used = || module.global_variables.iter().filter(|(handle, _)| !uses[*handle].is_empty());
     let mut bindings: Vec<Binding> = used().filter_map(|(_, variable)| declared(&module, variable)).collect();
     bindings.sort_by_key(|one| (one.group, one.binding));
+    let reads_counts =
+        module.entry_points[index].function.arguments.iter().any(|argument| asks(&module, argument));
     let shared = used().filter(|(_, variable)| variable.space == AddressSpace::WorkGroup);
     Ok(Reflection {
         bindings,
         workgroup_size: module.entry_points[index].workgroup_size,
+        reads_counts,
         shared: shared.map(|(_, variable)| size(&module, variable).next_multiple_of(16)).sum(),
     })
 }
@@ -84,6 +89,18 @@ fn in_full(error: &dyn Error) -> String {
 
 fn size(module: &Module, variable: &naga::GlobalVariable) -> u64 {
     module.types[variable.ty].inner.size(module.to_ctx()).into()
+}
+
+/// Whether an argument, or a member of it, is `num_workgroups`.
+fn asks(module: &Module, argument: &naga::FunctionArgument) -> bool {
+    let is_it = |binding: &Option<naga::Binding>| {
+        matches!(binding, Some(naga::Binding::BuiltIn(naga::BuiltIn::NumWorkGroups)))
+    };
+    let members = match &module.types[argument.ty].inner {
+        naga::TypeInner::Struct { members, .. } => &members[..],
+        _ => &[],
+    };
+    is_it(&argument.binding) || members.iter().any(|member| is_it(&member.binding))
 }
 
 fn declared(module: &Module, variable: &naga::GlobalVariable) -> Option<Binding> {

@@ -110,3 +110,64 @@ fn an_offset_for_no_uniform_is_a_mistake_of_ours() {
     let kernel = gpu.kernel("shift", &[SHIFT], "main", &[]).expect("a kernel");
     DispatchList::new().dispatch(&kernel.bind(&gpu, &[("old", &a), ("next", &b)]), &[256], 1);
 }
+
+/// Writes how many workgroups come next.
+const COUNTED: &str = "
+    @group(1) @binding(0) var<storage, read> wanted: array<u32>;
+    @group(2) @binding(0) var<storage, read_write> counts: array<u32>;
+    @compute @workgroup_size(64) fn main(@builtin(local_invocation_index) lane: u32) {
+        if lane < arrayLength(&counts) { counts[lane] = wanted[lane]; }
+    }";
+
+const ADD: &str = "
+    @group(2) @binding(0) var<storage, read_write> values: array<u32>;
+    @compute @workgroup_size(1) fn main(@builtin(workgroup_id) id: vec3u) {
+        values[id.x + 3u * id.y] += 1u;
+    }";
+
+fn counted(wanted: &[u32]) -> Vec<u32> {
+    let gpu = open();
+    let (counts, values) = (gpu.counts("counts", 2).expect("room"), values(&gpu, &[0; 6]));
+    let writes = gpu.kernel("write", &[COUNTED], "main", &[]).expect("a kernel");
+    let adds = gpu.kernel("add", &[ADD], "main", &[]).expect("a kernel");
+    let wanted = crate::values(&gpu, wanted);
+    let mut list = DispatchList::new();
+    list.dispatch(&writes.bind(&gpu, &[("wanted", &wanted), ("counts", &counts)]), &[], 1);
+    let adds = adds.bind(&gpu, &[("values", &values)]);
+    list.dispatch_counted(&adds, &[], &counts, 0);
+    list.dispatch_counted(&adds, &[], &counts, 1);
+    gpu.submit(&list).expect("a submission");
+    values.read(&gpu).expect("values")
+}
+
+#[test]
+fn a_kernel_tells_the_next_one_how_many_workgroups_it_has() {
+    assert_eq!(counted(&[3, 1, 1, 1, 2, 1]), [2, 1, 1, 1, 0, 0]);
+}
+
+#[test]
+fn a_kernel_that_counts_no_workgroups_makes_the_next_one_do_nothing() {
+    assert_eq!(counted(&[0, 1, 1, 0, 1, 1]), [0; 6]);
+    assert_eq!(counted(&[0, 1, 1, 1, 1, 1]), [1, 0, 0, 0, 0, 0], "the second has counts of its own");
+}
+
+#[test]
+fn counts_that_the_kernel_itself_writes_are_refused() {
+    let gpu = open();
+    let counts = gpu.counts("counts", 2).expect("room");
+    let writes = gpu.kernel("write", &[COUNTED], "main", &[]).expect("a kernel");
+    let wanted = values(&gpu, &[1; 6]);
+    let mut list = DispatchList::new();
+    list.dispatch_counted(&writes.bind(&gpu, &[("wanted", &wanted), ("counts", &counts)]), &[], &counts, 0);
+    let error = gpu.submit(&list).expect_err("two usages at once").to_string();
+    assert!(error.contains("counts"), "{error}");
+}
+
+#[test]
+#[should_panic(expected = "kernel `count` reads num_workgroups, which is not told")]
+fn a_kernel_that_asks_for_counts_is_not_run_by_them() {
+    let gpu = open();
+    let (counts, values) = (gpu.counts("counts", 1).expect("room"), values(&gpu, &[0]));
+    let kernel = gpu.kernel("count", &[NUMBER, COUNT], "main", &[]).expect("a kernel");
+    DispatchList::new().dispatch_counted(&kernel.bind(&gpu, &[("values", &values)]), &[], &counts, 0);
+}
