@@ -12,9 +12,7 @@ use crate::diagnostics::advice::{StepLimit, runaway};
 use crate::diagnostics::tension::Tension;
 use crate::diagnostics::{FrameReport, FrameSums, normals};
 #[cfg(feature = "gpu")]
-use crate::gpu::{Boundary, GpuBackend, GpuKernels, GpuOptions};
-#[cfg(feature = "gpu")]
-use crate::scene::Method;
+use crate::gpu::{Boundary, GpuBackend, GpuOptions};
 use crate::scene::{Scene, SceneError};
 #[cfg(feature = "gpu")]
 use crate::step::Stage;
@@ -514,12 +512,6 @@ fn backend(
 ) -> Result<Box<dyn Backend>, String> {
     #[cfg(feature = "gpu")]
     if let Some(gpu) = &options.gpu {
-        let of_2021 = matches!(gpu.kernels, GpuKernels::Constraints(_));
-        if scene.solver.method != Method::Springs && !of_2021 {
-            return Err(
-                "its springs are constraints, which only the CPU has; --backend cpu would do".to_owned()
-            );
-        }
         return match (options.precision, gpu.from) {
             (Precision::F64, _) => {
                 Err("a GPU computes in 32 bits; --precision f32 or the CPU would do".to_owned())

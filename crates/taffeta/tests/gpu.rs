@@ -1,6 +1,8 @@
 //! Whole scenes on the GPU against the same scenes on the CPU.
 
 mod common;
+#[path = "gpu/constraints.rs"]
+mod constraints;
 #[path = "gpu/pairs.rs"]
 mod pairs;
 

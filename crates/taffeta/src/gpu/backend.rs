@@ -4,10 +4,11 @@ use super::kernels::Kernels;
 use super::layout::{Collider, Four, Motion};
 use super::mirror::{Landing, Mirror};
 use super::normals::AllNormals;
-use super::options::{GpuKernels, GpuOptions, refuse_late, refuse_loops, refuse_untiled};
+use super::options::{GpuKernels, GpuOptions, refuse_constraints, refuse_late, refuse_loops, refuse_untiled};
 use super::paper::{self, Paper};
 use super::recorder::Recorder;
 use super::segment::Segment;
+use super::solver::Constrained;
 use super::sums;
 use super::tables::{Tables, segments};
 use crate::assembly::Assembly;
@@ -22,6 +23,9 @@ use taffeta_gpu::{DispatchList, Gpu, GpuError};
 
 /// Most sub-steps that are handed over at once, and most bytes that they are told beside their records.
 const AT_ONCE: (usize, usize) = (1024, 16 << 20);
+
+/// Most dispatches that find pulls of constraints and are handed over at once.
+const MOST_DISPATCHES: usize = 1 << 16;
 
 /// The GPU backend.
 pub struct GpuBackend {
@@ -58,6 +62,7 @@ impl GpuBackend {
         let gpu = options.gpu.clone();
         let words = |error: GpuError| error.to_string();
         paper::check(options, &assembly)?;
+        refuse_constraints(options.kernels, &assembly)?;
         refuse_late(options.from, &assembly)?;
         refuse_loops(&gpu, assembly.colliders.len())?;
         let mut parts = Vec::new();
@@ -65,8 +70,15 @@ impl GpuBackend {
             let tables = Tables::new(&assembly, bodies.clone())?;
             let paper = Paper::new(&gpu, options.kernels, &assembly, bodies, &tables).map_err(words)?;
             let apart = options.from > Stage::Elements;
-            let mut segment = Segment::new(&gpu, tables, assembly.colliders.len(), options.kernels, apart)
-                .map_err(words)?;
+            let mut segment = Segment::new(
+                &gpu,
+                tables,
+                &assembly.solver,
+                assembly.colliders.len(),
+                options.kernels,
+                apart,
+            )
+            .map_err(words)?;
             segment.paper = paper;
             parts.push(segment);
         }
@@ -109,7 +121,9 @@ impl GpuBackend {
         let bytes = if self.assembly.colliders_move() { colliders.len() * size_of::<Collider>() } else { 0 }
             + tracks.len() * size_of::<Motion>()
             + (loads.len() + self.assembly.volumes().count()) * size_of::<f32>();
-        (AT_ONCE.1 / bytes.max(1)).clamp(1, AT_ONCE.0)
+        let dispatches = self.segments.iter().filter_map(|segment| segment.constrained.as_ref());
+        let dispatches: usize = dispatches.map(Constrained::dispatches).sum();
+        (AT_ONCE.1 / bytes.max(1)).min(MOST_DISPATCHES / dispatches.max(1)).clamp(1, AT_ONCE.0)
     }
 
     /// Writes down what the sub-steps do.
@@ -142,6 +156,7 @@ impl GpuBackend {
 
     fn run(&mut self, substeps: &[plan::Substep<f32>], hand: &Hand) -> Result<(), GpuError> {
         self.put_back();
+        self.start_frame();
         self.changed = 0..0;
         self.substeps = substeps.len();
         let wanted = self.mirror.take().is_some();
@@ -163,6 +178,12 @@ impl GpuBackend {
             }
             done = end;
         }
+    }
+
+    /// What is counted over a frame starts again.
+    pub fn start_frame(&self) {
+        let constrained = self.segments.iter().filter_map(|segment| segment.constrained.as_ref());
+        constrained.for_each(|constrained| constrained.start_frame(&self.gpu));
     }
 
     /// Does the stages of a sub-step that are the GPU's, and measures.

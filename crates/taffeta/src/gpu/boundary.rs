@@ -134,6 +134,7 @@ impl Backend for Boundary {
     fn frame(&mut self, start: f64, hand: Hand) -> Result<(), Lost> {
         let substeps = plan::frame(self.cpu.assembly(), start);
         self.substeps = substeps.len() as u64;
+        self.gpu.start_frame();
         substeps.iter().try_for_each(|substep| self.substep(substep, &hand))
     }
 

@@ -24,10 +24,27 @@ pub struct Substep {
     pub hand_rate: f32,
     pub hand_forces: u32,
     pub pins: u32,
+    pub solving: Solving,
     pub left: u32,
     pub first_goal: u32,
     pub most_apart: f32,
-    pub padding: [u32; 45],
+    pub padding: [u32; 33],
+}
+
+/// `Solving` of substep.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct Solving {
+    pub activation: f32,
+    pub release: f32,
+    pub aim: f32,
+    pub epsilon: f32,
+    pub form: u32,
+    pub tolerance_squared: f32,
+    pub most_iterations: u32,
+    pub is_adaptive: u32,
+    pub is_warm: u32,
+    pub padding: [u32; 3],
 }
 
 /// Records of sub-steps that a dispatch sees: its own and those after it.
@@ -238,6 +255,96 @@ pub struct Surface {
     pub apart: u32,
     pub meeting: Meeting,
     pub cells_a_metre: f32,
+}
+
+/// `Link` of solve.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Link {
+    pub a: u32,
+    pub b: u32,
+    pub k: f32,
+    pub damping: f32,
+    pub rest_length: f32,
+    pub is_active: u32,
+}
+
+/// `LinkGroup` of solve.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct LinkGroup {
+    pub first: u32,
+    pub count: u32,
+    pub solve: u32,
+    pub first_group: u32,
+    pub groups: u32,
+}
+
+/// `NodeGroup` of solve.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct NodeGroup {
+    pub first: u32,
+    pub count: u32,
+    pub solve: u32,
+    pub first_group: u32,
+    pub is_first: u32,
+}
+
+/// `Row` of solve.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Row {
+    pub direction: [f32; 3],
+    pub r: f32,
+    pub w: f32,
+    pub s: f32,
+    pub p: f32,
+    pub x: f32,
+}
+
+/// `Met` of solve.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Met {
+    pub normal: [f32; 3],
+    pub speed: f32,
+    pub surface: u32,
+    pub is_pulled: u32,
+    pub padding: [u32; 2],
+}
+
+/// `Progress` of solve.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Progress {
+    pub passes: u32,
+    pub is_done: u32,
+    pub limit: f32,
+    pub right: f32,
+    pub gamma: f32,
+    pub alpha: f32,
+    pub beta: f32,
+}
+
+/// `Solve` of solve.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Solve {
+    pub links: u32,
+    pub active_links: u32,
+    pub kept: Progress,
+    pub next: Progress,
+}
+
+/// `Taken` of solve.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Taken {
+    pub iterations: u32,
+    pub capped: u32,
+    pub active_share: f32,
+    pub residual: f32,
 }
 
 /// No node, or no surface.

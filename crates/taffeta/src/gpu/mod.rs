@@ -8,7 +8,9 @@ mod kernels;
 mod layout;
 #[cfg(test)]
 mod layout_tests;
+mod linked;
 mod mirror;
+mod needed;
 mod normals;
 mod options;
 mod paper;
@@ -16,6 +18,7 @@ pub mod parity;
 mod patches;
 mod recorder;
 mod segment;
+mod solver;
 mod sums;
 mod tables;
 mod touching;

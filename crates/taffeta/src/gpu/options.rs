@@ -4,6 +4,7 @@ use super::paper::ConstraintProduct;
 use super::patches;
 use super::segment::Segment;
 use crate::assembly::Assembly;
+use crate::scene::Method;
 use crate::step::Stage;
 use taffeta_gpu::Gpu;
 
@@ -65,6 +66,14 @@ pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), String> {
             from.name()
         ));
     }
+    if !assembly.constraints.is_empty() && from > Stage::Constraints {
+        return Err(format!(
+            "solver.method is {}, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
+            named(assembly.solver.method),
+            Stage::Constraints.name(),
+            from.name()
+        ));
+    }
     let kept = assembly.volumes().next();
     let Some((body, _)) = kept.filter(|_| from > Stage::Volumes) else { return Ok(()) };
     Err(format!(
@@ -75,13 +84,34 @@ pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), String> {
     ))
 }
 
+/// Refuses constraints for the papers' kernels.
+pub fn refuse_constraints(kernels: GpuKernels, assembly: &Assembly) -> Result<(), String> {
+    let as_printed = matches!(kernels, GpuKernels::NodeCentric | GpuKernels::SpringCentric);
+    if assembly.constraints.is_empty() || !as_printed {
+        return Ok(());
+    }
+    Err(format!(
+        "the papers' kernels are for explicit springs, and solver.method is {}; the plain kernels would do",
+        named(assembly.solver.method)
+    ))
+}
+
+/// A method by its name in scenes.
+fn named(method: Method) -> &'static str {
+    match method {
+        Method::Springs => "\"springs\"",
+        Method::Ice => "\"ice\"",
+        Method::Acad => "\"acad\"",
+    }
+}
+
 /// Refuses what the tiled kernels cannot do.
 pub fn refuse_untiled(gpu: &Gpu, segments: &[Segment]) -> Result<(), String> {
     if segments.iter().all(|segment| segment.patches.is_some()) {
         return Ok(());
     }
     Err(format!(
-        "the tiled kernels are for scenes of grids alone without self_collision, with {} bytes of memory in a workgroup; this GPU has {}",
+        "the tiled kernels are for scenes of grids alone without self_collision, whose springs are no constraints, with {} bytes of memory in a workgroup; this GPU has {}",
         patches::rimmed_bytes(),
         gpu.limits().max_compute_workgroup_storage_size
     ))

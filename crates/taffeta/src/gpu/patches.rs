@@ -46,9 +46,10 @@ fn steps(tables: &Tables, colliders: usize) -> usize {
 
 impl Patches {
     /// Each body whole, if all have room, for as many sub-steps as can be taken at once; `None` where that is one,
-    /// or where volumes are kept or nodes touch each other: sums over a body, and other bodies, are no part of a patch.
+    /// or where volumes are kept, springs are constraints or nodes touch each other: sums over a body, and other bodies, are
+    /// no part of a patch.
     pub fn whole(tables: &Tables, room: u32, colliders: usize) -> Option<Self> {
-        if !tables.volume_groups.is_empty() || !tables.surfaces.is_empty() {
+        if !tables.volume_groups.is_empty() || !tables.surfaces.is_empty() || !tables.linked.is_empty() {
             return None;
         }
         let nodes = |grid: &Grid| (grid.rows * grid.cols) as u32;
@@ -71,6 +72,7 @@ impl Patches {
         let rim = 2 * RIMMED_STEPS as i32;
         let fits = tables.meshes.is_empty()
             && tables.surfaces.is_empty()
+            && tables.linked.is_empty()
             && rimmed_bytes() <= room * PATCH_NODE_BYTES;
         fits.then(|| Self {
             grids: Self::squares(&tables.grids, rim),

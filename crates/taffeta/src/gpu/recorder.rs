@@ -116,6 +116,9 @@ impl Stages for Recorder<'_> {
     }
 
     fn particles(&mut self, &substep: &usize, stages: impl Fn(&mut Listed)) {
+        if self.constrains() {
+            return self.forces_before_constraints(substep);
+        }
         let mut listed = Listed::default();
         stages(&mut listed);
         let fused = listed.stages().eq(FUSED) && self.from == Stage::Elements;
@@ -142,10 +145,23 @@ impl Stages for Recorder<'_> {
     }
 
     fn constrains(&self) -> bool {
-        false
+        self.segment.constrained.is_some()
     }
 
-    fn constraints(&mut self, _: &usize, _: impl Fn(&mut Listed)) {}
+    fn constraints(&mut self, &substep: &usize, stages: impl Fn(&mut Listed)) {
+        let mut listed = Listed::default();
+        stages(&mut listed);
+        for stage in listed.stages() {
+            match stage {
+                Stage::Constraints => self.find_pulls(substep),
+                _ => self.alone(stage, substep),
+            }
+        }
+        if self.keeps_volumes() {
+            self.list.stage("volumes");
+            self.dispatch("volume_gradients", substep, self.segment.tables.volume_groups.len());
+        }
+    }
 
     fn keeps_volumes(&self) -> bool {
         // A paper's kernels keep them among the other particle stages.
@@ -204,7 +220,7 @@ impl Stages for Recorder<'_> {
 }
 
 impl Recorder<'_> {
-    fn dispatch(&mut self, entry: &'static str, substep: usize, groups: usize) {
+    pub(super) fn dispatch(&mut self, entry: &'static str, substep: usize, groups: usize) {
         self.dispatch_kernel(Name::new(entry), substep, groups);
     }
 
@@ -302,6 +318,9 @@ impl Recorder<'_> {
         self.dispatch("measure_volumes", 0, chunks);
         self.dispatch("measure_pairs", 0, pairs);
         self.segment.sums.copy(self.list);
+        if let Some(constrained) = &self.segment.constrained {
+            constrained.copy(self.list);
+        }
     }
 }
 

@@ -3,16 +3,19 @@
 use super::buffers::{Fixed, Scratch, Sums, Told, fill};
 use super::kernels::{Kernels, Name, Sizes};
 use super::layout::{
-    BY_HAND, Collider, Four, Load, Motion, Pin, SUBSTEPS_SEEN, Substep, TORQUE, VOLUME_PARTS,
+    BY_HAND, Collider, Four, Load, Motion, Pin, SUBSTEPS_SEEN, Solving, Substep, TORQUE, VOLUME_PARTS,
 };
+use super::linked::Linked;
 use super::options::GpuKernels;
 use super::paper::Paper;
 use super::patches::{self, Patches};
+use super::solver::Constrained;
 use super::tables::Tables;
 use crate::assembly::Assembly;
 use crate::backend::Hand;
 use crate::collision::pair;
 use crate::plan;
+use crate::scene::Solver;
 use std::collections::HashMap;
 use std::num::NonZeroU64;
 use taffeta_gpu::{Bindable, Bound, Buffer, DispatchList, Gpu, GpuError, Kernel, Uniforms};
@@ -64,6 +67,8 @@ pub struct Segment {
     pub patches: Option<Patches>,
     /// What a paper's kernels work on, where they are used.
     pub paper: Option<Paper>,
+    /// What constraints work on, where there are any.
+    pub constrained: Option<Constrained>,
     fixed: Fixed,
     scratch: Scratch,
     pub sums: Sums,
@@ -77,6 +82,7 @@ impl Segment {
     pub fn new(
         gpu: &Gpu,
         mut tables: Tables,
+        solver: &Solver,
         colliders: usize,
         kernels: GpuKernels,
         apart: bool,
@@ -100,7 +106,8 @@ impl Segment {
         let forces = if !tables.weights.is_empty() {
             gpu.buffer_from("forces and gradients", &tables.forces())?
         } else {
-            gpu.buffer("forces", if apart || tables.has_elements() { tables.len() } else { 0 })?
+            let has_forces = apart || tables.has_elements() || !tables.linked.is_empty();
+            gpu.buffer("forces", if has_forces { tables.len() } else { 0 })?
         };
         let scratch = Scratch {
             loads: gpu.buffer_from("loads", &tables.loads)?,
@@ -111,10 +118,12 @@ impl Segment {
         };
         let sums = Sums::new(gpu, &tables)?;
         let told = Told::new(gpu, &tables)?;
+        let constrained = Constrained::new(gpu, &tables.linked, position.len(), solver)?;
         tables.entries = Vec::new();
         tables.runs = Vec::new();
         tables.corners = Vec::new();
         tables.weights = Vec::new();
+        tables.linked = Linked { numbers: tables.linked.numbers.clone(), ..Linked::default() };
         tables.apart = Vec::new();
         tables.elements.items = Vec::new();
         Ok(Self {
@@ -124,6 +133,7 @@ impl Segment {
             current: 0,
             patches,
             paper: None,
+            constrained,
             fixed,
             scratch,
             sums,
@@ -196,10 +206,11 @@ impl Segment {
             hand_rate: s.hand.1,
             hand_forces: forces.len() as u32,
             pins: pins.len() as u32,
+            solving: Solving::of(&assembly.solver),
             left: (substeps.len() - index) as u32,
             first_goal: (index * kept.len()) as u32,
             most_apart: pair::most_apart(f64::from(s.h)) as f32,
-            padding: [0; 45],
+            padding: [0; 33],
         };
         let records: Vec<Substep> = substeps.iter().enumerate().map(record).collect();
         let counts = Counts { hand_forces: forces.len(), pins: pins.len() };
@@ -341,6 +352,7 @@ impl Segment {
             ("pair_sums", &sums.pairs),
         ];
         let of_paper = self.paper.as_ref().map_or_else(Vec::new, Paper::buffers);
-        kernel.bind(&self.gpu, &[&buffers[..], &of_paper].concat())
+        let of_solver = self.constrained.as_ref().map_or_else(Vec::new, Constrained::buffers);
+        kernel.bind(&self.gpu, &[&buffers[..], &of_paper, &of_solver].concat())
     }
 }

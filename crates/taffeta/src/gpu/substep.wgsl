@@ -1,5 +1,24 @@
 // What a sub-step is told, and which of the workgroups this is.
 
+/// How constraints are solved.
+struct Solving {
+    /// Squared stretch from which on a spring becomes a constraint, and down to which it stays one.
+    activation: f32,
+    release: f32,
+    /// Stretch that constraints aim at.
+    aim: f32,
+    /// Compliance by the diagonal, and which equations.
+    epsilon: f32,
+    form: u32,
+    /// Squared residual, by that of the right side, and iterations at which a system is done.
+    tolerance_squared: f32,
+    most_iterations: u32,
+    /// Whether springs act as well, and constraints only where they are too long.
+    is_adaptive: u32,
+    /// Whether pulls start from those of the last sub-step.
+    @size(16) is_warm: u32,
+}
+
 /// One sub-step. Records lie 256 bytes apart: the largest alignment that a device may ask of a dynamic offset.
 struct Substep {
     /// [m/s²]
@@ -24,12 +43,13 @@ struct Substep {
     hand_forces: u32,
     /// Nodes that move.
     pins: u32,
+    solving: Solving,
     /// Sub-steps that were handed over with it, from this one on.
     left: u32,
     /// Volumes to keep, or pressures, at its end, from here on.
     first_goal: u32,
     /// Longest way apart of nodes that touch each other, by the thickness.
-    @size(184) most_apart: f32,
+    @size(136) most_apart: f32,
 }
 
 /// The sub-step of this dispatch, and those after it.

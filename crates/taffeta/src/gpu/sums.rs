@@ -1,8 +1,8 @@
 //! Adds up in 64 bits what the workgroups have summed.
 
-use super::layout::NODE_SUMS;
+use super::layout::{NODE_SUMS, Taken};
 use super::segment::Segment;
-use crate::diagnostics::FrameSums;
+use crate::diagnostics::{FrameSums, SolverReport};
 use taffeta_gpu::{Gpu, GpuError};
 
 /// A sum; the largest number where 32 bits were too few for it. Whether the state is finite is counted apart.
@@ -45,5 +45,16 @@ pub fn add(gpu: &Gpu, segment: &Segment, sums: &mut FrameSums) -> Result<(), Gpu
     sums.pairs.pairs += contacts.iter().map(|&[count, _]| u64::from(count)).sum::<u64>() / 2;
     let nearest = contacts.iter().map(|&[_, share]| f64::from(f32::from_bits(share)).sqrt());
     sums.pairs.nearest = nearest.fold(sums.pairs.nearest, f64::min);
+    if let Some(constrained) = &segment.constrained {
+        add_taken(&constrained.taken(gpu)?, &mut sums.solver);
+    }
     Ok(())
+}
+
+/// What another segment's solver has taken. Where there are several, sub-steps are counted and shares compared by segment.
+fn add_taken(taken: &Taken, report: &mut SolverReport) {
+    report.iterations = report.iterations.max(taken.iterations);
+    report.residual = report.residual.max(f64::from(taken.residual).sqrt());
+    report.active_fraction = report.active_fraction.max(f64::from(taken.active_share));
+    report.capped = report.capped.max(taken.capped);
 }

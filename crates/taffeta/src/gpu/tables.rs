@@ -4,6 +4,7 @@ use super::layout::{
     Along, Chunk, Entry, FORCE, Four, GROUP, Grid, Hinge, IS_LOAD, IS_RING, Load, NOT_A_MESH, Pin, RESTORED,
     Run, Small, Surface, TILE, TORQUE, Tile, VolumeGroup, WEIGHTED,
 };
+use super::linked::{self, Linked};
 use super::touching;
 use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections, LoadKind};
 use crate::topology::{Csr, LANES, SpringKind};
@@ -36,6 +37,8 @@ pub struct Tables {
     pub surfaces: Vec<Surface>,
     /// Which places are theirs, and which of their nodes do not touch.
     pub apart: Vec<u32>,
+    /// Springs that are constraints, or may become some.
+    pub linked: Linked,
     pub hinges: Vec<Hinge>,
     pub loads: Vec<Load>,
     pub load_nodes: Vec<u32>,
@@ -51,7 +54,7 @@ pub struct Tables {
 }
 
 /// Bytes of the largest array that a body needs, and what it holds.
-fn largest_array(body: &BodyAssembly) -> (u64, &'static str) {
+fn largest_array(body: &BodyAssembly, constraints: usize) -> (u64, &'static str) {
     let springs = match &body.springs {
         BodySprings::Grid(_) => 0,
         // Slices are as long as their longest row; a quarter more is what meshes were seen to need.
@@ -62,6 +65,7 @@ fn largest_array(body: &BodyAssembly) -> (u64, &'static str) {
         ((body.places() * size_of::<Four>()) as u64, "positions"),
         (kept * 2 * size_of::<Four>() as u64, "forces and gradients"),
         (springs * size_of::<Entry>() as u64, "springs"),
+        (constraints as u64 * linked::ROW_BYTES, "constraints"),
         ((body.hinges.len() * 4 * size_of::<Four>()) as u64, "forces of hinges"),
         ((body.closed_triangles.len() * 12) as u64, "triangles"),
     ];
@@ -74,7 +78,8 @@ pub fn segments(assembly: &Assembly, limit: u64) -> Result<Vec<Range<usize>>, St
     let mut segments: Vec<Range<usize>> = Vec::new();
     let mut taken = 0;
     for (index, body) in assembly.bodies.iter().enumerate() {
-        let (bytes, what) = largest_array(body);
+        let constraints = assembly.constraints.bodies.get(index).map_or(0, Range::len);
+        let (bytes, what) = largest_array(body, constraints);
         if bytes > limit {
             return Err(format!(
                 "body `{}` needs {bytes} bytes in one piece for its {what}, and the GPU gives a kernel {limit} at most; \
@@ -105,7 +110,7 @@ impl Tables {
         let end = chosen.last().map_or(0, |body| body.first + body.places());
         let mut tables = Self { places: first..end, ..Self::default() };
         tables.kinds = chosen.iter().map(kinds).max().unwrap_or(0);
-        for (index, body) in bodies.zip(chosen) {
+        for (index, body) in bodies.clone().zip(chosen) {
             tables.add_nodes(body);
             match &body.springs {
                 BodySprings::Grid(along) => tables.add_grid(body, along),
@@ -116,6 +121,7 @@ impl Tables {
         }
         tables.keep_volumes(assembly, chosen);
         tables.add_surfaces(chosen)?;
+        tables.add_constraints(assembly, bodies)?;
         tables.add_loads(assembly);
         tables.add_pins(assembly);
         tables.list_elements();

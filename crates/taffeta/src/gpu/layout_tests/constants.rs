@@ -12,13 +12,14 @@ use crate::gpu::layout::{
     PATCH_NODE_BYTES, RESTORED, TILE, TORQUE, VOLUME_PARTS, WEIGHTED,
 };
 use crate::real::Real;
+use crate::scene::ConstraintForm;
 use crate::topology::LANES;
 use std::collections::BTreeMap;
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use taffeta_gpu::wgpu::naga::{Expression, Literal, Module};
 
 /// Constants that the Rust side has within a function, or not at all.
-const ALONE: &[&str] = &["TAN_EIGHTH"];
+const ALONE: &[&str] = &["TAN_EIGHTH", "COUNTED_ROW"];
 
 /// The numbers of a source's constants.
 fn constants(module: &Module) -> BTreeMap<String, f64> {
@@ -67,6 +68,10 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("FEW", f64::from(FEW as f32)),
         ("PROJECTED", f64::from(<f32 as Real>::PROJECTED)),
         ("LANES", LANES as f64),
+        ("EPSILON", f64::from(<f32 as Real>::EPSILON)),
+        ("LARGEST", f64::from(f32::MAX)),
+        ("COMPLIANT", f64::from(ConstraintForm::Compliant as u32)),
+        ("PRINTED_CONSTRAINT", f64::from(ConstraintForm::Printed as u32)),
         ("NONE", f64::from(NONE)),
         ("FARTHEST", f64::from(FARTHEST)),
         ("OWN", OWN as f64),

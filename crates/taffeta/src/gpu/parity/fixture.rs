@@ -7,10 +7,11 @@ use crate::assembly::Assembly;
 use crate::backend::{Backend, Hand};
 use crate::collision::pair;
 use crate::cpu::{Between, CpuBackend};
-use crate::gpu::layout::{BY_HAND, Collider, Four, Motion, Pin, Substep, VOLUME_PARTS};
+use crate::gpu::layout::{BY_HAND, Collider, Four, Motion, Pin, Solving, Substep, VOLUME_PARTS};
 use crate::gpu::tables::Tables;
 use crate::plan;
 use crate::real::add;
+use crate::scene::{Scene, Solver};
 use crate::step::Tile;
 use crate::topology::random::SplitMix64;
 use std::collections::BTreeMap;
@@ -71,8 +72,17 @@ impl Chance {
 impl Fixture {
     /// The same for the same seed. On hardware, where sums may be fused, nothing stands exactly on a threshold.
     pub fn new(seed: u64, drag: f64, exact: bool) -> Result<Self, String> {
+        Self::of(&scene(drag, !exact), seed, exact)
+    }
+
+    /// The same where springs are constraints.
+    pub fn with_constraints(seed: u64, solver: Solver, exact: bool) -> Result<Self, String> {
+        Self::of(&Scene { solver, ..scene(0.0087, !exact) }, seed, exact)
+    }
+
+    fn of(scene: &Scene, seed: u64, exact: bool) -> Result<Self, String> {
         let mut chance = Chance::new(seed);
-        let mut assembly = Assembly::new(&scene(drag, !exact)).map_err(|error| error.to_string())?;
+        let mut assembly = Assembly::new(scene).map_err(|error| error.to_string())?;
         for rest in assembly.bodies.iter_mut().flat_map(|body| &mut body.hinge_rest) {
             // Folds then differ from those at rest by more than half a turn here and there, either way.
             rest.angle = 3.1 * f64::from(chance.number());
@@ -267,10 +277,11 @@ impl Fixture {
             hand_rate: substep.hand.1,
             hand_forces: self.hand.forces.len() as u32,
             pins: self.pins.len() as u32,
+            solving: Solving::of(&self.cpu.assembly().solver),
             left: (self.substeps.len() - index) as u32,
             first_goal: sum(&|s| s.goals.len(), index),
             most_apart: pair::most_apart(f64::from(substep.h)) as f32,
-            padding: [0; 45],
+            padding: [0; 33],
         };
         self.substeps.iter().enumerate().map(record).collect()
     }

@@ -13,6 +13,8 @@ mod pair_scene;
 mod pairs;
 mod particles;
 mod scene;
+mod solve;
+mod solve_twin;
 mod volume_scene;
 mod volumes;
 
@@ -111,7 +113,8 @@ impl Row {
 
 /// All rows.
 pub fn rows() -> Vec<Row> {
-    [particles::ROWS, volumes::ROWS, pairs::ROWS, elements::ROWS, measure::ROWS, formulas::ROWS].concat()
+    [particles::ROWS, volumes::ROWS, solve::ROWS, pairs::ROWS, elements::ROWS, measure::ROWS, formulas::ROWS]
+        .concat()
 }
 
 /// The entry points that naga finds in the sources of the kernels.

@@ -1,0 +1,366 @@
+//! Constraints on the CPU, kernel by kernel, in the order in which the GPU takes sums.
+
+use super::fixture::Fixture;
+use crate::collision::contact::{landing, pressed};
+use crate::constraints::distance::{Row as SetUp, Softness, noise};
+use crate::forces::spring;
+use crate::gpu::layout::{Four, GROUP, Link, Met, Progress, Row, Solve, Solving, Taken};
+use crate::integrate::euler;
+use crate::real::{add, dot, scale, sub};
+use crate::scene::ConstraintForm;
+
+/// The arrays that kernels of constraints work on.
+#[derive(Clone)]
+pub struct Work {
+    pub links: Vec<Link>,
+    pub rows: Vec<Row>,
+    pub scales: Vec<[f32; 2]>,
+    pub met: Vec<Met>,
+    pub active_links: Vec<u32>,
+    pub active_counts: Vec<u32>,
+    pub solves: Vec<Solve>,
+    pub sums: Vec<[f32; 2]>,
+    pub response: Vec<Four>,
+    pub force: Vec<Four>,
+    pub new_velocity: Vec<Four>,
+    pub taken: Taken,
+}
+
+pub fn three([x, y, z, _]: Four) -> [f32; 3] {
+    [x, y, z]
+}
+
+/// The sum of 256 lanes: the upper half is added to the lower, again and again.
+pub fn by_halves(mut lanes: Vec<[f32; 2]>) -> [f32; 2] {
+    let mut half = GROUP / 2;
+    while half > 0 {
+        for lane in 0..half {
+            lanes[lane] = [0, 1].map(|i| lanes[lane][i] + lanes[lane + half][i]);
+        }
+        half /= 2;
+    }
+    lanes[0]
+}
+
+/// Whether a spring becomes a constraint.
+pub fn becomes_active(link: &Link, position: &[Four], solving: &Solving) -> bool {
+    let [a, b] = [link.a, link.b].map(|end| position[end as usize]);
+    let d = sub(three(b), three(a));
+    let (squared, rest) = (dot(d, d), link.rest_length * link.rest_length);
+    let stays = link.is_active != 0 && squared > solving.release * rest;
+    (a[3] > 0.0 || b[3] > 0.0) && (squared > solving.activation * rest || stays)
+}
+
+/// A fixture's work, as its kernels find it.
+pub struct Twin<'a> {
+    pub fixture: &'a Fixture,
+    pub solving: Solving,
+    pub work: Work,
+}
+
+impl Twin<'_> {
+    fn h(&self) -> f32 {
+        self.fixture.substep().h
+    }
+
+    /// The nodes of the segment with the number of their system.
+    fn nodes(&self) -> Vec<(usize, usize)> {
+        let groups = &self.fixture.tables.linked.node_groups;
+        let nodes = |first: u32, count: u32| first as usize..(first + count) as usize;
+        groups.iter().flat_map(|g| nodes(g.first, g.count).map(|node| (node, g.solve as usize))).collect()
+    }
+
+    /// For each node the constraints at it, with their signs.
+    fn incident(&self) -> Vec<Vec<(usize, f32)>> {
+        let mut all = vec![Vec::new(); self.fixture.tables.len()];
+        for (number, link) in self.work.links.iter().enumerate() {
+            all[link.a as usize].push((number, -1.0));
+            all[link.b as usize].push((number, 1.0));
+        }
+        all
+    }
+
+    pub fn mark(&mut self) {
+        let position = &self.fixture.old.position;
+        for link in &mut self.work.links {
+            link.is_active = becomes_active(link, position, &self.solving).into();
+        }
+        let groups = &self.fixture.tables.linked.link_groups;
+        self.work.active_counts = groups
+            .iter()
+            .map(|g| self.work.links[g.first as usize..(g.first + g.count) as usize].iter())
+            .map(|links| links.map(|link| link.is_active).sum())
+            .collect();
+    }
+
+    pub fn free(&mut self) {
+        let (old, gravity) = (&self.fixture.old, self.fixture.records()[super::fixture::SUBSTEP].gravity);
+        let incident = self.incident();
+        for (node, _) in self.nodes() {
+            let (x, v) = (old.position[node], old.velocity[node]);
+            let active = incident[node].iter().map(|&(number, _)| self.work.links[number]);
+            let active: Vec<Link> = active.filter(|link| link.is_active != 0).collect();
+            let mut force = three(self.work.force[node]);
+            for link in active.iter().filter(|_| self.solving.is_adaptive != 0) {
+                let other = if link.a as usize == node { link.b } else { link.a } as usize;
+                let d = sub(three(old.position[other]), three(x));
+                let dv = sub(three(old.velocity[other]), three(v));
+                let factor = spring::factor(d, dv, link.k, link.damping, link.rest_length);
+                force = sub(force, scale(d, factor));
+            }
+            let u = [0, 1, 2].map(|i| euler::velocity(v[i], force[i], x[3], gravity[i], self.h()));
+            self.work.force[node] = [force[0], force[1], force[2], 0.0];
+            self.work.new_velocity[node] = [u[0], u[1], u[2], v[3].abs()];
+            self.work.met[node] = Met { is_pulled: u32::from(!active.is_empty()), ..Met::default() };
+        }
+    }
+
+    fn softness(&self, link: &Link) -> Softness<f32> {
+        let (Solving { epsilon, form, is_adaptive, .. }, h) = (self.solving, self.h());
+        let printed = form == ConstraintForm::Printed as u32;
+        let form = if printed { ConstraintForm::Printed } else { ConstraintForm::Compliant };
+        if printed || is_adaptive != 0 {
+            let epsilon = if printed { 0.0 } else { epsilon };
+            return Softness { compliance: 0.0, rate: 1.0 / (h * h), epsilon, form };
+        }
+        let compliance = 1.0 / (h * (link.k * h + link.damping));
+        Softness { compliance, rate: link.k * compliance, epsilon, form }
+    }
+
+    pub fn set_up(&mut self) {
+        for number in 0..self.work.links.len() {
+            let link = self.work.links[number];
+            let before = self.work.rows[number].x * self.work.scales[number][0];
+            let pull = if self.solving.is_warm != 0 { before } else { 0.0 };
+            (self.work.rows[number], self.work.scales[number]) = (Row::default(), [0.0; 2]);
+            if link.is_active == 0 {
+                continue;
+            }
+            let [a, b] = [link.a, link.b].map(|end| self.fixture.old.position[end as usize]);
+            let softness = self.softness(&link);
+            let aim = self.solving.aim * link.rest_length;
+            let row = softness.row(sub(three(b), three(a)), a[3] + b[3], aim);
+            let SetUp { direction, compliance, right, scale } = row;
+            let start = if scale > 0.0 { pull / scale } else { 0.0 };
+            let s = noise(&row, softness.rate, three(a));
+            self.work.rows[number] = Row { direction, r: start, w: 0.0, s, p: right, x: start };
+            self.work.scales[number] = [scale, compliance];
+        }
+        for solve in &mut self.work.solves {
+            if solve.links > 0 {
+                (solve.kept, solve.next) = (Progress::default(), Progress::default());
+            }
+        }
+    }
+
+    /// What pulls do to a node at which these constraints are.
+    fn gathered(&self, incident: &[(usize, f32)]) -> [f32; 3] {
+        let mut sum = [0.0_f32; 3];
+        for &(number, sign) in incident {
+            let pull = scale(self.work.rows[number].direction, self.work.rows[number].x);
+            sum = [0, 1, 2].map(|axis| sum[axis] + sign * pull[axis]);
+        }
+        sum
+    }
+
+    /// The surface ahead of a node.
+    fn ahead(&self, x: [f32; 3], v: [f32; 3]) -> Met {
+        let h = self.h();
+        let ahead = [0, 1, 2].map(|axis| euler::position(x[axis], v[axis], h));
+        let (mut found, mut deepest) = (Met { is_pulled: 1, ..Met::default() }, 0.0);
+        for (surface, collider) in (0..).zip(&self.fixture.substep().colliders) {
+            let (depth, _) = collider.depth_and_normal(ahead);
+            if depth > deepest {
+                let (here, normal) = collider.depth_and_normal(x);
+                deepest = depth;
+                found = Met { normal, speed: here / h / h, surface, ..found };
+            }
+        }
+        found
+    }
+
+    pub fn meet(&mut self) {
+        let (incident, h) = (self.incident(), self.h());
+        for (node, _) in self
+            .nodes()
+            .into_iter()
+            .filter(|&(node, _)| self.work.met[node].is_pulled != 0)
+            .collect::<Vec<_>>()
+        {
+            let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
+            let mut rate = free.map(|c| c / h);
+            if x[3] > 0.0 && !self.fixture.substep().colliders.is_empty() {
+                let pulled = scale(scale(self.gathered(&incident[node]), x[3]), h);
+                let found = self.ahead(three(x), sub(free, pulled));
+                self.work.met[node] = found;
+                if found.normal != [0.0; 3] {
+                    rate = landing(rate, found.normal, found.speed);
+                }
+            }
+            self.work.response[node] = [rate[0], rate[1], rate[2], 0.0];
+        }
+    }
+
+    pub fn start(&mut self) {
+        for (link, row) in
+            self.work.links.iter().zip(&mut self.work.rows).filter(|(link, _)| link.is_active != 0)
+        {
+            let [a, b] = [link.a, link.b].map(|end| three(self.work.response[end as usize]));
+            row.p += dot(sub(b, a), row.direction);
+        }
+    }
+
+    fn judged(&self, kept: Progress, sums: [f32; 2]) -> Progress {
+        let [first, second] = sums;
+        let mut next = Progress { alpha: 0.0, beta: 0.0, ..kept };
+        match kept.passes {
+            0 => {}
+            1 => (next.right, next.limit) = (first, (self.solving.tolerance_squared * first).max(second)),
+            passes => {
+                next.gamma = first;
+                let is_first = kept.gamma == 0.0;
+                next.beta = if is_first { 0.0 } else { first / kept.gamma };
+                let curvature = if is_first { second } else { second - next.beta * first / kept.alpha };
+                next.alpha = first / curvature;
+                let is_left = first > next.limit && passes - 2 < self.solving.most_iterations;
+                next.is_done = u32::from(!(is_left && curvature > 0.0 && next.alpha.is_finite()));
+            }
+        }
+        next
+    }
+
+    fn body_sums(&self, solve: usize) -> [f32; 2] {
+        let groups = &self.fixture.tables.linked.link_groups;
+        let Some(first) = groups.iter().position(|g| g.solve as usize == solve) else { return [0.0; 2] };
+        let count = self.work.solves[solve].active_links.div_ceil(GROUP as u32) as usize;
+        let mut lanes = vec![[0.0; 2]; GROUP];
+        for i in 0..count {
+            lanes[i % GROUP] = [0, 1].map(|k| lanes[i % GROUP][k] + self.work.sums[first + i][k]);
+        }
+        by_halves(lanes)
+    }
+
+    fn is_open(&self, solve: usize) -> bool {
+        self.work.solves[solve].active_links > 0 && self.work.solves[solve].kept.is_done == 0
+    }
+
+    pub fn step_nodes(&mut self) {
+        let open: Vec<usize> = (0..self.work.solves.len()).filter(|&solve| self.is_open(solve)).collect();
+        for &solve in &open {
+            self.work.solves[solve].next = self.judged(self.work.solves[solve].kept, self.body_sums(solve));
+        }
+        let incident = self.incident();
+        for (node, solve) in self.nodes() {
+            let next = self.work.solves[solve].next;
+            if !open.contains(&solve) || next.is_done != 0 || self.work.met[node].is_pulled == 0 {
+                continue;
+            }
+            let mut sum = [0.0_f32; 3];
+            for &(number, sign) in &incident[node] {
+                let row = self.work.rows[number];
+                let left = row.r - next.alpha * (row.w + next.beta * row.s);
+                let pull = scale(row.direction, left);
+                sum = [0, 1, 2].map(|axis| sum[axis] + sign * pull[axis]);
+            }
+            let answer = scale(sum, self.fixture.old.position[node][3]);
+            let normal = self.work.met[node].normal;
+            let [x, y, z] = sub(answer, scale(normal, dot(answer, normal)));
+            self.work.response[node] = [x, y, z, 0.0];
+        }
+    }
+
+    pub fn step_rows(&mut self) {
+        let groups = self.fixture.tables.linked.link_groups.clone();
+        for (index, group) in groups.iter().enumerate() {
+            let solve = &mut self.work.solves[group.solve as usize];
+            let next = solve.next;
+            if index == group.first_group as usize {
+                solve.kept = Progress { passes: next.passes + 1, ..next };
+            }
+            let (active, first) = (solve.active_links as usize, GROUP * (index - group.first_group as usize));
+            if next.is_done != 0 || first >= active {
+                continue;
+            }
+            let base = groups[group.first_group as usize].first as usize;
+            let mut lanes = vec![[0.0; 2]; GROUP];
+            for lane in 0..GROUP.min(active - first) {
+                let number = self.work.active_links[base + first + lane] as usize;
+                lanes[lane] = self.advance(number, &next);
+            }
+            self.work.sums[index] = by_halves(lanes);
+        }
+    }
+
+    fn advance(&mut self, number: usize, step: &Progress) -> [f32; 2] {
+        let (before, link) = (self.work.rows[number], self.work.links[number]);
+        let [a, b] = [link.a, link.b].map(|end| three(self.work.response[end as usize]));
+        let mut row = before;
+        let starts = step.passes == 0;
+        row.p = if starts { 0.0 } else { before.r + step.beta * before.p };
+        row.s = if starts { 0.0 } else { before.w + step.beta * before.s };
+        row.x += step.alpha * row.p;
+        row.r -= step.alpha * row.s;
+        let applied = dot(sub(b, a), row.direction) + self.work.scales[number][1] * row.r;
+        row.w = if starts { 0.0 } else { applied };
+        row.r = if starts { before.p - applied } else { row.r };
+        self.work.rows[number] = row;
+        if starts {
+            return [before.p * before.p, before.s * before.s];
+        }
+        [row.r * row.r, row.r * applied]
+    }
+
+    pub fn pull(&mut self) {
+        let incident = self.incident();
+        for (node, _) in self.nodes() {
+            let met = self.work.met[node];
+            if met.is_pulled == 0 {
+                continue;
+            }
+            let mut pull = self.gathered(&incident[node]).map(|c| -c);
+            if met.normal != [0.0; 3] {
+                pull = self.borne(node, &met, pull);
+            }
+            let [x, y, z] = add(three(self.work.force[node]), pull);
+            self.work.force[node] = [x, y, z, 0.0];
+        }
+    }
+
+    /// The force of pulls on a node with what a surface does about it.
+    fn borne(&self, node: usize, met: &Met, pull: [f32; 3]) -> [f32; 3] {
+        let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
+        let kick = self.h() * x[3];
+        let touching = &self.fixture.substep().colliders[met.surface as usize].touching;
+        let surface = touching.touch(three(x), (0.0, met.normal)).surface_velocity;
+        let landing = (met.normal, self.h() * met.speed);
+        let after = pressed(free, scale(pull, kick), landing, surface, touching.friction);
+        scale(sub(after, free), 1.0 / kick)
+    }
+
+    /// Workgroups of the next iterations.
+    pub fn counts(&self) -> Vec<u32> {
+        let any = (0..self.work.solves.len()).any(|solve| self.is_open(solve));
+        let linked = &self.fixture.tables.linked;
+        let of = |groups: usize| if any { [groups as u32, 1, 1] } else { [0, 1, 1] };
+        [of(linked.node_groups.len()), of(linked.link_groups.len())].concat()
+    }
+
+    pub fn note(&mut self) {
+        let solves = self.work.solves.clone();
+        let taken = &mut self.work.taken;
+        let (mut links, mut active, mut capped) = (0, 0, false);
+        for solve in &solves {
+            (links, active) = (links + solve.links, active + solve.active_links);
+            if solve.active_links == 0 {
+                continue;
+            }
+            let done = solve.next;
+            let right = done.right.max(done.limit / self.solving.tolerance_squared);
+            capped |= done.gamma > done.limit;
+            taken.iterations = taken.iterations.max(done.passes.max(2) - 2);
+            taken.residual = taken.residual.max(if right > 0.0 { done.gamma / right } else { 0.0 });
+        }
+        taken.capped += u32::from(capped);
+        taken.active_share = taken.active_share.max(active as f32 / links.max(1) as f32);
+    }
+}

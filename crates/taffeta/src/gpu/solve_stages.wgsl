@@ -1,0 +1,369 @@
+// Implicit constraint enforcement: pulls of springs by conjugate gradients on all bodies' systems at once, each with steps of
+// its own. An iteration is two kernels: `solve_nodes` finds the step from the sums of the rows, and what the residual after
+// that step does to each node; `solve_rows` takes the step, and applies the system to what is left. Nothing is read back: all
+// iterations that a sub-step may need are written down, and `count_solves` keeps workgroups away when all systems are done.
+
+/// Velocities without constraints, and which nodes have any. Springs that are constraints now are taken out of the force.
+@compute @workgroup_size(256)
+fn free_velocities(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&node_groups) || lane >= node_groups[index].count {
+        return;
+    }
+    let node = node_groups[index].first + lane;
+    let x = old_position[node];
+    let v = old_velocity[node];
+    var without = force[node].xyz;
+    var is_active = false;
+    let range = entries_at(node);
+    for (var at = range.x; at < range.y && incident[at] != NONE; at += LANES) {
+        let link = links[incident[at] / 2u];
+        if link.is_active != 0u {
+            is_active = true;
+            if substeps[0].solving.is_adaptive != 0u {
+                let other = select(link.a, link.b, link.a == node);
+                let d = position_of(other) - x.xyz;
+                let dv = velocity_of(other) - v.xyz;
+                without -= spring_factor(d, dv, link.k, link.damping, link.rest_length) * d;
+            }
+        }
+    }
+    force[node] = vec4f(without, 0.0);
+    let velocity = new_velocity_of(v.xyz, without, x.w, substeps[0].gravity, substeps[0].h);
+    new_velocity[node] = vec4f(velocity, abs(v.w));
+    met[node] = Met(vec3f(0.0), 0.0, 0u, select(0u, 1u, is_active));
+}
+
+/// How a spring gives way as a constraint.
+fn softness_of(link: Link) -> Softness {
+    let epsilon = substeps[0].solving.epsilon;
+    let form = substeps[0].solving.form;
+    if substeps[0].solving.is_adaptive != 0u {
+        return stiff_softness(epsilon, form, substeps[0].h);
+    }
+    return spring_softness(link.k, link.damping, epsilon, form, substeps[0].h);
+}
+
+/// A row at the start of a sub-step.
+struct SetUp {
+    row: Row,
+    scale: vec2f,
+}
+
+/// The row of a constraint with the pull of the last sub-step to start from. Of the right side, what places give.
+fn row_of(link: Link, pull: f32) -> SetUp {
+    let a = old_position[link.a];
+    let b = old_position[link.b];
+    let softness = softness_of(link);
+    let row = constraint_row(softness, b.xyz - a.xyz, a.w + b.w, substeps[0].solving.aim * link.rest_length);
+    let start = select(0.0, pull / select(1.0, row.scale, row.scale > 0.0), row.scale > 0.0);
+    let noise = row_noise(row, softness.rate, a.xyz);
+    return SetUp(Row(row.direction, start, 0.0, noise, row.right, start), vec2f(row.scale, row.compliance));
+}
+
+/// Rows of all constraints; of those that are not active, nothing.
+@compute @workgroup_size(256)
+fn set_up_rows(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&link_groups) {
+        return;
+    }
+    let group = link_groups[index];
+    if lane < group.count {
+        let number = group.first + lane;
+        let pull = select(0.0, rows[number].x * row_scales[number].x, substeps[0].solving.is_warm != 0u);
+        var found = SetUp(Row(vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0.0), vec2f(0.0));
+        if links[number].is_active != 0u {
+            found = row_of(links[number], pull);
+        }
+        rows[number] = found.row;
+        row_scales[number] = found.scale;
+    }
+    if lane == 0u && index == group.first_group {
+        let start = Progress(0u, 0u, 0.0, 0.0, 0.0, 0.0, 0.0);
+        solves[group.solve].kept = start;
+        solves[group.solve].next = start;
+    }
+}
+
+/// What pulls do to the velocity of a node, by the step and its inverse mass.
+fn gather_pulls(node: u32) -> vec3f {
+    var sum = vec3f(0.0);
+    let range = entries_at(node);
+    for (var at = range.x; at < range.y && incident[at] != NONE; at += LANES) {
+        let row = rows[incident[at] / 2u];
+        sum += sign_at(incident[at]) * (row.direction * row.x);
+    }
+    return sum;
+}
+
+/// The surface against which a node will be pressed that goes from `x` with the velocity `v`: of the colliders in which it
+/// is then, that in which it is deepest.
+fn surface_ahead(x: vec3f, v: vec3f) -> Met {
+    let h = substeps[0].h;
+    let ahead = new_position_of(x, v, h);
+    var found = Met(vec3f(0.0), 0.0, 0u, 1u);
+    var deepest = 0.0;
+    let first = substeps[0].first_collider;
+    for (var i = 0u; i < substeps[0].colliders; i++) {
+        let depth = depth_and_normal(colliders[first + i], ahead).depth;
+        if depth > deepest {
+            let here = depth_and_normal(colliders[first + i], x);
+            deepest = depth;
+            found = Met(here.normal, here.depth / h / h, i, 1u);
+        }
+    }
+    return found;
+}
+
+fn is_met(node: Met) -> bool {
+    return node.normal.x != 0.0 || node.normal.y != 0.0 || node.normal.z != 0.0;
+}
+
+/// Finds the surface that each node will be pressed against, as far as the pulls to start from tell; then the velocity
+/// without constraints, by the step, as far as surfaces let it be.
+@compute @workgroup_size(256)
+fn meet_surfaces(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&node_groups) || lane >= node_groups[index].count {
+        return;
+    }
+    let node = node_groups[index].first + lane;
+    if met[node].is_pulled == 0u {
+        return;
+    }
+    let x = old_position[node];
+    let h = substeps[0].h;
+    let free = new_velocity[node].xyz;
+    var rate = free / h;
+    if x.w > 0.0 && substeps[0].colliders > 0u {
+        let found = surface_ahead(x.xyz, free - h * (x.w * gather_pulls(node)));
+        met[node] = found;
+        if is_met(found) {
+            rate = landed(rate, found.normal, found.speed);
+        }
+    }
+    response[node] = vec4f(rate, 0.0);
+}
+
+/// Adds to the right side what velocities give.
+@compute @workgroup_size(256)
+fn start_rows(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&link_groups) || lane >= link_groups[index].count {
+        return;
+    }
+    let number = link_groups[index].first + lane;
+    let link = links[number];
+    if link.is_active != 0u {
+        let rate = response[link.b].xyz - response[link.a].xyz;
+        rows[number].p += dot3(rate, rows[number].direction);
+    }
+}
+
+/// Workgroups of the next iterations: none where all systems are done.
+@compute @workgroup_size(256)
+fn count_solves(@builtin(local_invocation_index) lane: u32) {
+    var open = 0u;
+    for (var i = lane; i < arrayLength(&solves); i += 256u) {
+        open += select(0u, 1u, solves[i].active_links > 0u && solves[i].kept.is_done == 0u);
+    }
+    let all = count_of_lanes(lane, open);
+    if lane < 2u {
+        let groups = select(arrayLength(&node_groups), arrayLength(&link_groups), lane == 1u);
+        let across = select(0u, min(groups, COUNTED_ROW), all > 0u);
+        solve_counts[3u * lane] = across;
+        solve_counts[3u * lane + 1u] = (groups + COUNTED_ROW - 1u) / COUNTED_ROW;
+        solve_counts[3u * lane + 2u] = 1u;
+    }
+}
+
+/// How far a system is after a pass over its rows, whose sums these are.
+fn judged(kept: Progress, sums: vec2f) -> Progress {
+    var next = kept;
+    next.alpha = 0.0;
+    next.beta = 0.0;
+    if kept.passes == 1u {
+        next.right = sums.x;
+        next.limit = max(substeps[0].solving.tolerance_squared * sums.x, sums.y);
+    }
+    if kept.passes < 2u {
+        return next;
+    }
+    next.gamma = sums.x;
+    let step = conjugate_step(Conjugate(kept.gamma, kept.alpha), sums.x, sums.y);
+    let is_left = sums.x > next.limit && kept.passes - 2u < substeps[0].solving.most_iterations;
+    // A residual that is no number is not worked on either.
+    next.is_done = select(1u, 0u, is_left && step.is_there);
+    next.alpha = step.alpha;
+    next.beta = step.beta;
+    return next;
+}
+
+/// The step of each system, and what the residual after it does to each node.
+@compute @workgroup_size(256)
+fn solve_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = counted_index(id);
+    if index >= arrayLength(&node_groups) {
+        return;
+    }
+    let group = node_groups[index];
+    let active_count = solves[group.solve].active_links;
+    let kept = solves[group.solve].kept;
+    if active_count == 0u || kept.is_done != 0u {
+        return;
+    }
+    let next = judged(kept, sums_of_body(group.first_group, active_count, lane));
+    if group.is_first != 0u && lane == 0u {
+        solves[group.solve].next = next;
+    }
+    if next.is_done != 0u || lane >= group.count {
+        return;
+    }
+    let node = group.first + lane;
+    if met[node].is_pulled == 0u {
+        return;
+    }
+    var sum = vec3f(0.0);
+    let range = entries_at(node);
+    for (var at = range.x; at < range.y && incident[at] != NONE; at += LANES) {
+        let row = rows[incident[at] / 2u];
+        let left = row.r - next.alpha * (row.w + next.beta * row.s);
+        sum += sign_at(incident[at]) * (row.direction * left);
+    }
+    // A node that is pressed against a surface does not move along its normal.
+    let answer = old_position[node].w * sum;
+    let normal = met[node].normal;
+    response[node] = vec4f(answer - normal * dot3(answer, normal), 0.0);
+}
+
+/// Takes the step, and applies the system to what is left of the right side; at first to the pulls that it starts from.
+@compute @workgroup_size(256)
+fn solve_rows(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = counted_index(id);
+    if index >= arrayLength(&link_groups) {
+        return;
+    }
+    let group = link_groups[index];
+    let active_count = solves[group.solve].active_links;
+    let next = solves[group.solve].next;
+    let is_first = index == group.first_group && lane == 0u;
+    if is_first {
+        solves[group.solve].kept = next;
+        solves[group.solve].kept.passes = next.passes + 1u;
+    }
+    let in_body = 256u * (index - group.first_group) + lane;
+    if active_count == 0u || next.is_done != 0u || in_body - lane >= active_count {
+        return;
+    }
+    var terms = vec2f(0.0);
+    if in_body < active_count {
+        let number = active_links[link_groups[group.first_group].first + in_body];
+        terms = advanced(number, next);
+    }
+    let sum = sum_of_rows(lane, terms);
+    if lane == 0u {
+        row_sums[index] = sum;
+    }
+}
+
+/// A row after the step. Returns what it adds to the sums.
+fn advanced(number: u32, step: Progress) -> vec2f {
+    var row = rows[number];
+    let noise = row.s;
+    let right = row.p;
+    let is_start = step.passes == 0u;
+    row.p = select(row.r + step.beta * row.p, 0.0, is_start);
+    row.s = select(row.w + step.beta * row.s, 0.0, is_start);
+    row.x += step.alpha * row.p;
+    row.r -= step.alpha * row.s;
+    let link = links[number];
+    let apart = response[link.b].xyz - response[link.a].xyz;
+    let applied = dot3(apart, row.direction) + row_scales[number].y * row.r;
+    row.w = select(applied, 0.0, is_start);
+    row.r = select(row.r, right - applied, is_start);
+    rows[number] = row;
+    if is_start {
+        return vec2f(right * right, noise * noise);
+    }
+    return vec2f(row.r * row.r, row.r * applied);
+}
+
+/// The force of pulls on a node with what a surface does about it.
+fn borne(node: u32, found: Met, pull: vec3f) -> vec3f {
+    if !is_met(found) {
+        return pull;
+    }
+    let h = substeps[0].h;
+    let x = old_position[node];
+    let free = new_velocity[node].xyz;
+    let kick = h * x.w;
+    let collider = colliders[substeps[0].first_collider + found.surface];
+    let speed = surface_velocity(collider, x.xyz);
+    let after = pressed(free, pull * kick, found.normal, h * found.speed, speed, collider.friction);
+    return (after - free) * (1.0 / kick);
+}
+
+/// Adds to the force on each node that of all constraints.
+@compute @workgroup_size(256)
+fn pull_nodes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&node_groups) || lane >= node_groups[index].count {
+        return;
+    }
+    let node = node_groups[index].first + lane;
+    if met[node].is_pulled == 0u {
+        return;
+    }
+    let pull = borne(node, met[node], -gather_pulls(node));
+    force[node] = vec4f(force[node].xyz + pull, 0.0);
+}
+
+/// Notes for the frame's report what all systems have taken.
+@compute @workgroup_size(256)
+fn note_solves(@builtin(local_invocation_index) lane: u32) {
+    var all = 0u;
+    var active_count = 0u;
+    var capped = 0u;
+    var most = vec2f(0.0);
+    for (var i = lane; i < arrayLength(&solves); i += 256u) {
+        let solve = solves[i];
+        all += solve.links;
+        active_count += solve.active_links;
+        if solve.active_links > 0u {
+            let done = solve.next;
+            let right = max(done.right, done.limit / substeps[0].solving.tolerance_squared);
+            capped += select(0u, 1u, done.gamma > done.limit);
+            let taken_by = f32(max(done.passes, 2u) - 2u);
+            most = max(most, vec2f(taken_by, select(0.0, done.gamma / right, right > 0.0)));
+        }
+    }
+    let count = vec3u(count_of_lanes(lane, all), count_of_lanes(lane, active_count), count_of_lanes(lane, capped));
+    most = most_of_rows(lane, most);
+    if lane == 0u {
+        taken[0].iterations = max(taken[0].iterations, u32(most.x));
+        taken[0].capped += min(count.z, 1u);
+        taken[0].active_share = max(taken[0].active_share, f32(count.y) / f32(max(count.x, 1u)));
+        taken[0].residual = max(taken[0].residual, most.y);
+    }
+}
