@@ -44,26 +44,6 @@ fn rub(relative: vec3f, normal: vec3f, most: f32) -> vec3f {
     return tangential * -lost;
 }
 
-/// Velocity `v` [m/s] of a node that pulls [m/s] press against a surface, or take off it. What they press, the surface
-/// bears, and friction comes with it; what takes the node off lets it go no further than onto the surface, where it gets
-/// with the normal speed `landing`: the next sub-step knows these pulls. `v` is without the pulls.
-fn pressed(v: vec3f, pulls: vec3f, normal: vec3f, landing: f32, surface: vec3f, friction: f32) -> vec3f {
-    let free = dot3(v, normal);
-    let pulled = dot3(v + pulls, normal);
-    let least = select(landing, free, free < landing);
-    let some = select(pulled, least, pulled < least);
-    let kept = select(some, landing, some > landing);
-    let moved = v + pulls + normal * (kept - pulled);
-    let impulse = select(0.0, kept - pulled, kept > pulled);
-    return moved + rub(moved - surface, normal, friction * impulse);
-}
-
-/// A vector with its part along the unit vector `normal` put to `speed`: the velocity of a node that a surface lets go no
-/// further than onto itself.
-fn landed(v: vec3f, normal: vec3f, speed: f32) -> vec3f {
-    return v + normal * (speed - dot3(v, normal));
-}
-
 /// The shortest way [m] out of two half-spaces. Where one of them is enough, or where they face each other, the first
 /// alone is left.
 fn leave_both(first: Depth, second: Depth) -> vec3f {

@@ -19,6 +19,7 @@ const FORMULAS: &[&str] = &[
     include_str!("../collision/shape.wgsl"),
     include_str!("substep.wgsl"),
     include_str!("../collision/contact.wgsl"),
+    include_str!("../collision/press.wgsl"),
     include_str!("../collision/pair.wgsl"),
     include_str!("../collision/cells.wgsl"),
     include_str!("node.wgsl"),

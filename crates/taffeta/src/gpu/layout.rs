@@ -308,10 +308,11 @@ pub struct Row {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Met {
     pub normal: [f32; 3],
-    pub speed: f32,
+    pub yields: f32,
+    pub velocity: [f32; 3],
     pub surface: u32,
     pub is_pulled: u32,
-    pub padding: [u32; 2],
+    pub padding: [u32; 3],
 }
 
 /// `Progress` of solve.wgsl.

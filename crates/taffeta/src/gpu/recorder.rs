@@ -270,7 +270,7 @@ impl Recorder<'_> {
         self.list.stage("volumes");
         let given = self.from > Stage::Elements || self.loads_given();
         let entry = match self.from {
-            Stage::Volumes => "volume_gradients",
+            Stage::Constraints | Stage::Volumes => "volume_gradients",
             _ if given => "volume_forces_given",
             _ => "volume_forces",
         };

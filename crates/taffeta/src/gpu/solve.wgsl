@@ -49,12 +49,11 @@ struct Row {
     x: f32,
 }
 
-/// A node, as constraints find it.
+/// A node, as constraints find it: how a surface holds it, and which of the colliders.
 struct Met {
-    /// Normal of the surface against which it will be pressed, 0: none; by the step, the normal speed with which it gets
-    /// onto the surface [m/s²]; which of the colliders that is.
     normal: vec3f,
-    speed: f32,
+    yields: f32,
+    velocity: vec3f,
     surface: u32,
     /// Whether any constraint acts on it: 1, else 0.
     is_pulled: u32,
@@ -196,6 +195,11 @@ fn counted_index(id: vec3u) -> u32 {
 fn entries_at(node: u32) -> vec2u {
     let slice = node / 16u;
     return vec2u(incident[slice] + node % 16u, incident[slice + 1u]);
+}
+
+/// How a surface holds a node.
+fn press_at(node: u32) -> Press {
+    return Press(met[node].normal, met[node].yields, met[node].velocity);
 }
 
 /// The sign of a pull at the first or second end.

@@ -35,7 +35,7 @@ fn free_velocities(
     force[node] = vec4f(without, 0.0);
     let velocity = new_velocity_of(v.xyz, without, x.w, substeps[0].gravity, substeps[0].h);
     new_velocity[node] = vec4f(velocity, abs(v.w));
-    met[node] = Met(vec3f(0.0), 0.0, 0u, select(0u, 1u, is_active));
+    met[node] = Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, select(0u, 1u, is_active));
 }
 
 /// How a spring gives way as a constraint.
@@ -105,31 +105,24 @@ fn gather_pulls(node: u32) -> vec3f {
     return sum;
 }
 
-/// The surface against which a node will be pressed that goes from `x` with the velocity `v`: of the colliders in which it
-/// is then, that in which it is deepest.
-fn surface_ahead(x: vec3f, v: vec3f) -> Met {
-    let h = substeps[0].h;
-    let ahead = new_position_of(x, v, h);
-    var found = Met(vec3f(0.0), 0.0, 0u, 1u);
+/// The surface that will hold a node: of several, that in which it would be deepest.
+fn surface_ahead(node: Coming) -> Met {
+    var found = Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, 1u);
     var deepest = 0.0;
     let first = substeps[0].first_collider;
     for (var i = 0u; i < substeps[0].colliders; i++) {
-        let depth = depth_and_normal(colliders[first + i], ahead).depth;
-        if depth > deepest {
-            let here = depth_and_normal(colliders[first + i], x);
-            deepest = depth;
-            found = Met(here.normal, here.depth / h / h, i, 1u);
+        let held = press_of(colliders[first + i], node);
+        if held.inside > deepest {
+            deepest = held.inside;
+            found = Met(held.press.normal, held.press.yields, held.press.velocity, i, 1u);
         }
     }
     return found;
 }
 
-fn is_met(node: Met) -> bool {
-    return node.normal.x != 0.0 || node.normal.y != 0.0 || node.normal.z != 0.0;
-}
-
-/// Finds the surface that each node will be pressed against, as far as the pulls to start from tell; then the velocity
-/// without constraints, by the step, as far as surfaces let it be.
+/// Finds the surface that will hold each node, as far as the pulls of the last sub-step tell; then the velocity without
+/// constraints, by the step, as far as it lets the node. Where constraints come and go, what the last ones pulled says too
+/// little of what will be pressed: contact alone is nearer the truth.
 @compute @workgroup_size(256)
 fn meet_surfaces(
     @builtin(workgroup_id) id: vec3u,
@@ -148,12 +141,13 @@ fn meet_surfaces(
     let h = substeps[0].h;
     let free = new_velocity[node].xyz;
     var rate = free / h;
-    if x.w > 0.0 && substeps[0].colliders > 0u {
-        let found = surface_ahead(x.xyz, free - h * (x.w * gather_pulls(node)));
-        met[node] = found;
-        if is_met(found) {
-            rate = landed(rate, found.normal, found.speed);
+    if substeps[0].colliders > 0u && substeps[0].solving.is_adaptive == 0u {
+        if x.w > 0.0 {
+            let fall = norm3(substeps[0].gravity) * h * h;
+            met[node] = surface_ahead(Coming(x.xyz, fall, free, h, x.w * gather_pulls(node) * -h));
         }
+        let press = press_at(node);
+        rate = yielded(press, rate) + press.velocity * (1.0 / h);
     }
     response[node] = vec4f(rate, 0.0);
 }
@@ -247,10 +241,7 @@ fn solve_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
         let left = row.r - next.alpha * (row.w + next.beta * row.s);
         sum += sign_at(incident[at]) * (row.direction * left);
     }
-    // A node that is pressed against a surface does not move along its normal.
-    let answer = old_position[node].w * sum;
-    let normal = met[node].normal;
-    response[node] = vec4f(answer - normal * dot3(answer, normal), 0.0);
+    response[node] = vec4f(yielded(press_at(node), old_position[node].w * sum), 0.0);
 }
 
 /// Takes the step, and applies the system to what is left of the right side; at first to the pulls that it starts from.
@@ -306,17 +297,16 @@ fn advanced(number: u32, step: Progress) -> vec2f {
 }
 
 /// The force of pulls on a node with what a surface does about it.
-fn borne(node: u32, found: Met, pull: vec3f) -> vec3f {
-    if !is_met(found) {
+fn borne(node: u32, pull: vec3f) -> vec3f {
+    let press = press_at(node);
+    if !is_pressed(press) {
         return pull;
     }
-    let h = substeps[0].h;
     let x = old_position[node];
     let free = new_velocity[node].xyz;
-    let kick = h * x.w;
-    let collider = colliders[substeps[0].first_collider + found.surface];
-    let speed = surface_velocity(collider, x.xyz);
-    let after = pressed(free, pull * kick, found.normal, h * found.speed, speed, collider.friction);
+    let kick = substeps[0].h * x.w;
+    let collider = colliders[substeps[0].first_collider + met[node].surface];
+    let after = after_pulls(press, free, pull * kick, collider, x.xyz);
     return (after - free) * (1.0 / kick);
 }
 
@@ -335,7 +325,7 @@ fn pull_nodes(
     if met[node].is_pulled == 0u {
         return;
     }
-    let pull = borne(node, met[node], -gather_pulls(node));
+    let pull = borne(node, -gather_pulls(node));
     force[node] = vec4f(force[node].xyz + pull, 0.0);
 }
 

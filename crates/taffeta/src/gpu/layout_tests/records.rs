@@ -85,7 +85,7 @@ fn records() -> Vec<Record> {
         record!(LinkGroup { first, count, solve, first_group, groups }),
         record!(NodeGroup { first, count, solve, first_group, is_first }),
         record!(Row { direction, r, w, s, p, x }),
-        record!(Met { normal, speed, surface, is_pulled; padding }),
+        record!(Met { normal, yields, velocity, surface, is_pulled; padding }),
         record!(Progress { passes, is_done, limit, right, gamma, alpha, beta }),
         record!(Solve { links, active_links, kept, next }),
         record!(Taken { iterations, capped, active_share, residual }),

@@ -118,7 +118,7 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
         active_links: vec![POISON; count],
         active_counts: vec![POISON; linked.link_groups.len()],
         solves: linked.solves.clone(),
-        met: vec![Met::default(); places],
+        met: vec![Met { yields: 1.0, ..Met::default() }; places],
         sums: linked.link_groups.iter().map(|_| [chance.number().abs(), chance.number().abs()]).collect(),
         response: vec![[0.0; 4]; places],
         force: fixture.force_fours().iter().map(|&[x, y, z, _]| [x, y, z, 0.0]).collect(),
@@ -146,7 +146,9 @@ fn some_met(chance: &mut Chance, is_free: bool, colliders: usize) -> Met {
     let (direction, is_met) = (chance.three(1.0), chance.number() > 0.0 && is_free);
     let normal = if is_met { scale(direction, 1.0 / norm(direction)) } else { [0.0; 3] };
     let surface = ((chance.number().abs() * colliders as f32) as u32).min(colliders as u32 - 1);
-    Met { normal, speed: 300.0 * chance.number(), surface, is_pulled: 1, padding: [0; 2] }
+    let yields = if chance.number() > 0.0 || !is_met { 1.0 } else { 0.0 };
+    let velocity = if is_met { chance.three(2.0) } else { [0.0; 3] };
+    Met { normal, yields, velocity, surface, is_pulled: 1, padding: [0; 3] }
 }
 
 fn some_row(chance: &mut Chance) -> Row {
@@ -267,8 +269,10 @@ fn mets(written: &mut Written<'_>, wanted: &[Met]) {
     let found: Vec<Met> = written.take("met");
     let normals = |all: &[Met]| all.iter().flat_map(|met| met.normal).collect::<Vec<_>>();
     written.outcome().compare("met.normal", &normals(wanted), &normals(&found));
-    let speeds = |all: &[Met]| all.iter().map(|met| met.speed).collect::<Vec<_>>();
-    written.outcome().compare("met.speed", &speeds(wanted), &speeds(&found));
+    let velocities = |all: &[Met]| all.iter().flat_map(|met| met.velocity).collect::<Vec<_>>();
+    written.outcome().compare("met.velocity", &velocities(wanted), &velocities(&found));
+    let yields = |all: &[Met]| all.iter().map(|met| met.yields).collect::<Vec<_>>();
+    written.outcome().copied("met.yields", &yields(wanted), &yields(&found));
     let counts = |all: &[Met]| {
         all.iter().flat_map(|met| [met.surface, met.is_pulled].map(|n| n as f32)).collect::<Vec<_>>()
     };

@@ -1,12 +1,12 @@
 //! Constraints on the CPU, kernel by kernel, in the order in which the GPU takes sums.
 
-use super::fixture::Fixture;
-use crate::collision::contact::{landing, pressed};
+use super::fixture::{Fixture, SUBSTEP};
+use crate::collision::press::{Coming, Press};
 use crate::constraints::distance::{Row as SetUp, Softness, noise};
 use crate::forces::spring;
 use crate::gpu::layout::{Four, GROUP, Link, Met, Progress, Row, Solve, Solving, Taken};
 use crate::integrate::euler;
-use crate::real::{add, dot, scale, sub};
+use crate::real::{add, dot, norm, scale, sub};
 use crate::scene::ConstraintForm;
 
 /// The arrays that kernels of constraints work on.
@@ -49,6 +49,16 @@ pub fn becomes_active(link: &Link, position: &[Four], solving: &Solving) -> bool
     let (squared, rest) = (dot(d, d), link.rest_length * link.rest_length);
     let stays = link.is_active != 0 && squared > solving.release * rest;
     (a[3] > 0.0 || b[3] > 0.0) && (squared > solving.activation * rest || stays)
+}
+
+/// How a surface holds a node, as kernels keep it.
+fn met_of(press: Press<f32>, surface: u32, is_pulled: bool) -> Met {
+    let Press { normal, yields, velocity } = press;
+    Met { normal, yields, velocity, surface, is_pulled: is_pulled.into(), padding: [0; 3] }
+}
+
+fn press_of(met: &Met) -> Press<f32> {
+    Press { normal: met.normal, yields: met.yields, velocity: met.velocity }
 }
 
 /// A fixture's work, as its kernels find it.
@@ -94,7 +104,7 @@ impl Twin<'_> {
     }
 
     pub fn free(&mut self) {
-        let (old, gravity) = (&self.fixture.old, self.fixture.records()[super::fixture::SUBSTEP].gravity);
+        let (old, gravity) = (&self.fixture.old, self.fixture.records()[SUBSTEP].gravity);
         let incident = self.incident();
         for (node, _) in self.nodes() {
             let (x, v) = (old.position[node], old.velocity[node]);
@@ -111,7 +121,7 @@ impl Twin<'_> {
             let u = [0, 1, 2].map(|i| euler::velocity(v[i], force[i], x[3], gravity[i], self.h()));
             self.work.force[node] = [force[0], force[1], force[2], 0.0];
             self.work.new_velocity[node] = [u[0], u[1], u[2], v[3].abs()];
-            self.work.met[node] = Met { is_pulled: u32::from(!active.is_empty()), ..Met::default() };
+            self.work.met[node] = met_of(Press::FREE, 0, !active.is_empty());
         }
     }
 
@@ -163,17 +173,13 @@ impl Twin<'_> {
         sum
     }
 
-    /// The surface ahead of a node.
-    fn ahead(&self, x: [f32; 3], v: [f32; 3]) -> Met {
-        let h = self.h();
-        let ahead = [0, 1, 2].map(|axis| euler::position(x[axis], v[axis], h));
-        let (mut found, mut deepest) = (Met { is_pulled: 1, ..Met::default() }, 0.0);
+    /// The surface that will hold a node.
+    fn ahead(&self, coming: &Coming<f32>) -> Met {
+        let (mut found, mut deepest) = (met_of(Press::FREE, 0, true), 0.0);
         for (surface, collider) in (0..).zip(&self.fixture.substep().colliders) {
-            let (depth, _) = collider.depth_and_normal(ahead);
-            if depth > deepest {
-                let (here, normal) = collider.depth_and_normal(x);
-                deepest = depth;
-                found = Met { normal, speed: here / h / h, surface, ..found };
+            if let Some((inside, press)) = Press::of(collider, coming).filter(|&(inside, _)| inside > deepest)
+            {
+                (deepest, found) = (inside, met_of(press, surface, true));
             }
         }
         found
@@ -181,21 +187,22 @@ impl Twin<'_> {
 
     pub fn meet(&mut self) {
         let (incident, h) = (self.incident(), self.h());
-        for (node, _) in self
-            .nodes()
-            .into_iter()
-            .filter(|&(node, _)| self.work.met[node].is_pulled != 0)
-            .collect::<Vec<_>>()
-        {
+        let gravity = self.fixture.records()[SUBSTEP].gravity;
+        let held = !self.fixture.substep().colliders.is_empty() && self.solving.is_adaptive == 0;
+        for (node, _) in self.nodes() {
+            if self.work.met[node].is_pulled == 0 {
+                continue;
+            }
             let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
             let mut rate = free.map(|c| c / h);
-            if x[3] > 0.0 && !self.fixture.substep().colliders.is_empty() {
-                let pulled = scale(scale(self.gathered(&incident[node]), x[3]), h);
-                let found = self.ahead(three(x), sub(free, pulled));
-                self.work.met[node] = found;
-                if found.normal != [0.0; 3] {
-                    rate = landing(rate, found.normal, found.speed);
-                }
+            if held && x[3] > 0.0 {
+                let pulls = scale(scale(self.gathered(&incident[node]), x[3]), -h);
+                let fall = norm(gravity) * h * h;
+                self.work.met[node] = self.ahead(&Coming { place: three(x), free, pulls, fall, h });
+            }
+            if held {
+                let press = press_of(&self.work.met[node]);
+                rate = add(press.yielded(rate), scale(press.velocity, 1.0 / h));
             }
             self.work.response[node] = [rate[0], rate[1], rate[2], 0.0];
         }
@@ -263,8 +270,7 @@ impl Twin<'_> {
                 sum = [0, 1, 2].map(|axis| sum[axis] + sign * pull[axis]);
             }
             let answer = scale(sum, self.fixture.old.position[node][3]);
-            let normal = self.work.met[node].normal;
-            let [x, y, z] = sub(answer, scale(normal, dot(answer, normal)));
+            let [x, y, z] = press_of(&self.work.met[node]).yielded(answer);
             self.work.response[node] = [x, y, z, 0.0];
         }
     }
@@ -330,10 +336,8 @@ impl Twin<'_> {
     fn borne(&self, node: usize, met: &Met, pull: [f32; 3]) -> [f32; 3] {
         let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
         let kick = self.h() * x[3];
-        let touching = &self.fixture.substep().colliders[met.surface as usize].touching;
-        let surface = touching.touch(three(x), (0.0, met.normal)).surface_velocity;
-        let landing = (met.normal, self.h() * met.speed);
-        let after = pressed(free, scale(pull, kick), landing, surface, touching.friction);
+        let collider = &self.fixture.substep().colliders[met.surface as usize];
+        let after = press_of(met).after(free, scale(pull, kick), collider, three(x));
         scale(sub(after, free), 1.0 / kick)
     }
 
