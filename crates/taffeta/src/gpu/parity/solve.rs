@@ -169,7 +169,7 @@ fn at_all_cases(linked: &Linked, work: &mut Work, chance: &mut Chance, (solving,
         let twin_sums = sum_of(&groups, work.sums.as_slice(), solve.active_links);
         solve.kept = progress(chance, case, twin_sums, solving.most_iterations);
         solve.next = progress(chance, (case + 4) % CASES, [0.5; 2], solving.most_iterations);
-        solve.next.passes = solve.next.passes.max(2 * u32::from(case % 2 == 0));
+        solve.next.passes = solve.next.passes.max(if case.is_multiple_of(2) { 2 } else { 0 });
         if shift + 1 == CASES {
             // All are done, as well as they can be.
             (solve.kept.is_done, solve.next.gamma, solve.next.limit) = (1, 0.125, 0.125);
@@ -257,6 +257,9 @@ fn records<T: Pod>(written: &mut Written<'_>, name: &str, wanted: &[T]) {
     written.outcome().copied(&format!("{name} (words)"), &[1.0], &[if equal { 1.0 } else { 0.0 }]);
 }
 
+/// Numbers of a record by their name.
+type Column<T> = (&'static str, fn(&T) -> f32);
+
 fn pairs(written: &mut Written<'_>, name: &str, wanted: &[[f32; 2]]) {
     let found: Vec<[f32; 2]> = written.take(name);
     for i in 0..2 {
@@ -283,7 +286,7 @@ fn rows(written: &mut Written<'_>, wanted: &[Row]) {
     let found: Vec<Row> = written.take("rows");
     let directions = |all: &[Row]| all.iter().flat_map(|row| row.direction).collect::<Vec<_>>();
     written.outcome().compare("rows.direction", &directions(wanted), &directions(&found));
-    let columns: [(&str, fn(&Row) -> f32); 5] =
+    let columns: [Column<Row>; 5] =
         [("r", |row| row.r), ("w", |row| row.w), ("s", |row| row.s), ("p", |row| row.p), ("x", |row| row.x)];
     for (name, of) in columns {
         let column = |all: &[Row]| all.iter().map(of).collect::<Vec<_>>();
@@ -301,7 +304,7 @@ fn solves(written: &mut Written<'_>, wanted: &[Solve]) {
         all.iter().flat_map(of).collect()
     };
     written.outcome().copied("solves", &counts(wanted), &counts(&found));
-    let columns: [(&str, fn(&Progress) -> f32); 5] = [
+    let columns: [Column<Progress>; 5] = [
         ("limit", |p| p.limit),
         ("right", |p| p.right),
         ("gamma", |p| p.gamma),

@@ -289,9 +289,9 @@ impl Twin<'_> {
             }
             let base = groups[group.first_group as usize].first as usize;
             let mut lanes = vec![[0.0; 2]; GROUP];
-            for lane in 0..GROUP.min(active - first) {
+            for (lane, terms) in lanes.iter_mut().enumerate().take(active - first) {
                 let number = self.work.active_links[base + first + lane] as usize;
-                lanes[lane] = self.advance(number, &next);
+                *terms = self.advance(number, &next);
             }
             self.work.sums[index] = by_halves(lanes);
         }
