@@ -2,6 +2,7 @@
 //! the same pulls, so that places agree as far as the solver's tolerance goes.
 
 use super::common::{build_as, farthest, positions, run};
+use super::pairs::heap;
 use super::{everything, gpu, on_gpu, small_gpu, volumes};
 use taffeta::scene::{Body, Collider, ConstraintForm, Keyframe, Mass, Mesh, Method, Scene, Select};
 use taffeta::{GpuKernels, GpuOptions, Options, Precision, Simulation, Stage};
@@ -97,6 +98,50 @@ fn volumes_are_kept_beside_constraints() {
         scene.solver.acad.threshold = 0.005;
         compare(&scene, frames, 1e-5);
     }
+}
+
+#[test]
+fn nodes_touch_each_other_beside_constraints() {
+    let scene = precise(heap().method(Method::Ice));
+    let [cpu, gpu] = compare(&scene, 4, 1e-5).map(|simulation| simulation.report().clone());
+    assert!(gpu.pairs > 30, "{}", gpu.pairs);
+    assert_eq!((cpu.pairs, cpu.contacts), (gpu.pairs, gpu.contacts));
+}
+
+/// Sums over more groups than a workgroup has lanes.
+#[test]
+fn a_large_sheet_is_one_system() {
+    let sheet = Body::cloth("sheet", Mesh::grid(220, 210, [2.0, 2.0]))
+        .with_mass(Mass::Node(1e-3))
+        .structural(40.0, 0.01)
+        .shear(20.0, 0.01)
+        .bend(10.0, 0.01)
+        .pin(Select::rows(0, 0));
+    let scene = precise(Scene::new("large").body(sheet).time(4e-3, 2e-3).method(Method::Ice));
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 2), on_gpu(&scene));
+    for simulation in [&mut cpu, &mut on_gpu] {
+        simulation.disturb(1e-3, 7);
+        run(simulation, 2);
+    }
+    let way = farthest(&positions(&cpu), &positions(&on_gpu));
+    let (a, b) = (cpu.report().solver, on_gpu.report().solver);
+    assert!(way < 2e-6 && b.iterations > 3 && b.capped == 0, "{way:e} m, {a:?} {b:?}");
+}
+
+#[test]
+fn the_programs_hand_acts_beside_constraints() {
+    let scene = hung(Method::Ice);
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
+    for simulation in [&mut cpu, &mut on_gpu] {
+        run(simulation, 2);
+        simulation.move_pin("sheet", 0, [-1.1, 0.1, -0.9]).unwrap();
+        simulation.move_pin("sheet", 700, [0.1, 0.2, 0.2]).unwrap();
+        simulation.apply_force("sheet", 1155, [1.0, 2.0, -0.5]).unwrap();
+        run(simulation, 3);
+    }
+    let way = farthest(&positions(&cpu), &positions(&on_gpu));
+    assert!(way < 1e-5, "{way:e} m apart");
+    assert_eq!(positions(&on_gpu)[700].map(|c| c as f32), [0.1, 0.2, 0.2]);
 }
 
 #[test]

@@ -15,7 +15,7 @@ fn cloth(name: &str, mesh: Mesh) -> Body {
 
 /// A sheet that is held, onto which another and a ball fall; a shell that touches none; on a floor the ends of a sheet
 /// that a moving row of pins folds onto itself.
-fn heap() -> Scene {
+pub fn heap() -> Scene {
     let ball = Mesh::Icosphere(Icosphere { radius: 0.05, subdivisions: 2 });
     let sheet = |side| Mesh::grid(17, 19, [side, 0.36]);
     let fold = vec![Keyframe::rotate(0.12, [0.0, 0.0, 1.0], 170.0, [0.6, 0.0, 0.0])];
