@@ -12,10 +12,11 @@ use super::solver::Constrained;
 use super::sums;
 use super::tables::{Tables, segments};
 use crate::assembly::Assembly;
-use crate::backend::{Backend, Device, Hand, Lost};
+use crate::backend::{Backend, Device, Hand, Lost, Remembered};
 use crate::cpu::Between;
 use crate::diagnostics::{FrameSums, PairSums};
 use crate::plan;
+use crate::scene::Method;
 use crate::step::{self, Stage};
 use std::ops::Range;
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -369,6 +370,34 @@ impl Backend for GpuBackend {
 
     fn stage_times(&mut self) -> Vec<(&'static str, f64)> {
         self.times.take().unwrap_or_default()
+    }
+
+    fn remembered(&self) -> Remembered {
+        let mut all = Remembered::default();
+        for constrained in self.segments.iter().filter_map(|segment| segment.constrained.as_ref()) {
+            let unknown = |_| (vec![f64::NAN; constrained.len()], vec![false; constrained.len()]);
+            let (pulls, active) = constrained.remembered(&self.gpu).unwrap_or_else(unknown);
+            all.pulls.extend(pulls);
+            all.active.extend(active);
+        }
+        if !self.assembly.solver.ice.warm_start {
+            all.pulls.clear();
+        }
+        if self.assembly.solver.method != Method::Acad {
+            all.active.clear();
+        }
+        all
+    }
+
+    fn remember(&mut self, from: &Remembered) {
+        for segment in &self.segments {
+            let Some(constrained) = &segment.constrained else { continue };
+            let numbers = segment.tables.linked.numbers.clone();
+            let pulls = from.pulls.get(numbers.clone()).unwrap_or_default();
+            let active = from.active.get(numbers).unwrap_or_default();
+            // A device that is lost says so when the next frame is handed over.
+            let _ = constrained.remember(&self.gpu, pulls, active);
+        }
     }
 
     fn normals(&self, body: usize) -> Option<Vec<[f32; 3]>> {

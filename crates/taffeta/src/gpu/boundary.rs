@@ -6,7 +6,7 @@ use super::layout::Four;
 use super::options::GpuOptions;
 use super::recorder::Listed;
 use crate::assembly::Assembly;
-use crate::backend::{Backend, Device, Hand, Lost};
+use crate::backend::{Backend, Device, Hand, Lost, Remembered};
 use crate::cpu::{Between, CpuBackend};
 use crate::diagnostics::FrameSums;
 use crate::plan;
@@ -181,6 +181,14 @@ impl Backend for Boundary {
 
     fn bytes(&self, node: usize, velocity: bool, sink: &mut Vec<u8>) {
         self.cpu.bytes(node, velocity, sink);
+    }
+
+    fn remembered(&self) -> Remembered {
+        self.gpu.remembered()
+    }
+
+    fn remember(&mut self, from: &Remembered) {
+        self.gpu.remember(from);
     }
 
     fn threads(&self) -> usize {

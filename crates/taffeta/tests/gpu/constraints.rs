@@ -169,6 +169,27 @@ fn the_same_bits_come_out_twice_and_in_one_go() {
 }
 
 #[test]
+fn a_restored_simulation_goes_on_with_the_pulls_that_it_had() {
+    for method in [Method::Ice, Method::Acad] {
+        let scene = hung(method);
+        let (mut whole, mut first, mut again, mut cpu) =
+            (on_gpu(&scene), on_gpu(&scene), on_gpu(&scene), build_as(&scene, Precision::F32, 1));
+        run(&mut whole, 8);
+        run(&mut first, 5);
+        let snapshot = first.snapshot();
+        again.restore(&snapshot).unwrap();
+        assert_eq!(again.snapshot(), snapshot);
+        run(&mut again, 3);
+        assert_eq!(whole.state_hash(), again.state_hash());
+        // The other backend takes it up too.
+        cpu.restore(&snapshot).unwrap();
+        run(&mut cpu, 3);
+        let way = farthest(&positions(&whole), &positions(&cpu));
+        assert!(way < 1e-4, "{way:e} m apart");
+    }
+}
+
+#[test]
 fn iterations_that_are_not_enough_are_counted() {
     let mut scene = drop(Method::Ice).time(0.016, 0.004);
     scene.solver.ice.max_iterations = 2;
