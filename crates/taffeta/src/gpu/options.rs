@@ -26,6 +26,13 @@ pub enum GpuKernels {
     Constraints(ConstraintProduct),
 }
 
+impl GpuKernels {
+    /// Whether they are those of a paper, which do whole sub-steps.
+    pub(super) fn is_of_paper(self) -> bool {
+        matches!(self, Self::NodeCentric | Self::SpringCentric | Self::Constraints(_))
+    }
+}
+
 /// How to run on a GPU.
 #[derive(Clone, Debug)]
 pub struct GpuOptions {

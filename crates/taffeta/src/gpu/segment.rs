@@ -118,7 +118,9 @@ impl Segment {
         };
         let sums = Sums::new(gpu, &tables)?;
         let told = Told::new(gpu, &tables)?;
-        let constrained = Constrained::new(gpu, &tables.linked, position.len(), solver)?;
+        // The papers' kernels keep what they need themselves.
+        let linked = if kernels.is_of_paper() { &Linked::default() } else { &tables.linked };
+        let constrained = Constrained::new(gpu, linked, position.len(), solver)?;
         tables.entries = Vec::new();
         tables.runs = Vec::new();
         tables.corners = Vec::new();
