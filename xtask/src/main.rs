@@ -3,6 +3,7 @@
 //! `cargo xtask test` (or `ci`) runs every check that needs no special hardware; `cargo xtask models` fetches the
 //! real models that scenes name.
 
+mod constraints;
 mod contact;
 mod fuzz;
 mod gpu;
@@ -20,13 +21,16 @@ use std::process::ExitCode;
 
 const USAGE: &str =
     "usage: cargo xtask test | ci | models | pictures [SCENE...] | results [--frames F | --plots-only]
-                   | volume [NAME...] [--speed-only | --plots-only] | contact [--software | --page-only]
+                   | volume [NAME...] [--speed-only | --plots-only] | constraints [NAME...] [--plots-only]
+                   | contact [--software | --page-only]
                    | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
   test, ci   formatting, lints, tests, and every scene for 10 frames on the CPU and on a GPU, in software if need be
   models     fetch the bunny, armadillo, dragon and human into models/
   pictures   run scenes and draw them into docs/pictures/
   results    measure speed, and write the tables and plots of docs/results/
   volume     run the experiments on kept volumes, and write their page and plots in docs/results/
+  constraints
+             run the experiments on springs as constraints, and write their page, plots and pictures in docs/results/
   contact    measure contact of nodes with each other in several sizes, and write its page in docs/results/
   gpu        build what to take to a machine with a GPU, or write the page of what it brought back
   fuzz       feed the parsers hostile input, 60 minutes each; needs a nightly compiler and cargo-fuzz";
@@ -40,6 +44,7 @@ fn main() -> ExitCode {
         ["gpu", ref words @ ..] => gpu::run(words),
         ["fuzz", ref words @ ..] => fuzz::run(words),
         ["volume", ref words @ ..] => volume::run(words),
+        ["constraints", ref words @ ..] => constraints::run(words),
         ["contact", ref words @ ..] => contact::run(words),
         ["results", ref words @ ..] => results::run(words),
         ["pictures", ref scenes @ ..] => pictures::run(scenes),

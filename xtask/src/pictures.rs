@@ -1,13 +1,13 @@
 //! `cargo xtask pictures`: runs scenes and draws one moment of each into docs/pictures/.
 
-mod camera;
-mod light;
+pub mod camera;
+pub mod light;
 mod palette;
 mod raster;
-mod render;
-mod shapes;
+pub mod render;
+pub mod shapes;
 mod shot;
-mod vector;
+pub mod vector;
 
 use crate::root;
 use camera::Camera;
@@ -72,11 +72,11 @@ fn draw(name: &str) -> Result<(), String> {
     let shot = shot::take(&scene, moment)?;
     let camera = Camera::around(&shot.subject, heading, elevation, render::SAMPLES);
     let light = Light::on(&shot.faces, heading);
-    let bytes = render::render(&shot.faces, &camera, &light);
+    let bytes = render::render(&shot.faces, &camera, &light, render::SIZE);
     let folder = root().join("docs/pictures");
     let file = folder.join(name).with_extension("png");
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let size = write(&file, &bytes).map_err(|error| format!("{}: {error}", file.display()))?;
+    let size = write(&file, &bytes, render::SIZE).map_err(|error| format!("{}: {error}", file.display()))?;
     let seconds = clock.elapsed().as_secs_f64();
     println!("docs/pictures/{name}.png: frame {}, {} KB, {seconds:.1} s", shot.frame, size / 1000);
     shot.notes.iter().for_each(|note| println!("    {note}"));
@@ -84,8 +84,8 @@ fn draw(name: &str) -> Result<(), String> {
 }
 
 /// Writes the picture as small as it gets; returns its size in bytes.
-fn write(file: &Path, bytes: &[u8]) -> Result<u64, png::EncodingError> {
-    let [width, height] = render::SIZE.map(|pixels| pixels as u32);
+pub fn write(file: &Path, bytes: &[u8], size: [usize; 2]) -> Result<u64, png::EncodingError> {
+    let [width, height] = size.map(|pixels| pixels as u32);
     let mut encoder = png::Encoder::new(BufWriter::new(File::create(file)?), width, height);
     let indexed = palette::reduce(bytes);
     encoder.set_color(png::ColorType::Indexed);

@@ -9,7 +9,7 @@ use super::vector::{Vector, along, cross, difference, dot, mix, unit};
 /// Width and height of a picture [pixels].
 pub const SIZE: [usize; 2] = [960, 640];
 /// Samples of a pixel along each axis.
-const FINE: usize = 3;
+pub const FINE: usize = 3;
 /// Width and height [samples].
 pub const SAMPLES: [usize; 2] = [SIZE[0] * FINE, SIZE[1] * FINE];
 /// Half the width of an edge [samples].
@@ -19,14 +19,15 @@ const EDGE_SHADE: f64 = 0.22;
 /// Height of a triangle [samples] above which its edges are drawn in full.
 const LARGE: f64 = 40.0;
 
-/// Draws the faces; bytes of red, green and blue by rows.
-pub fn render(faces: &[Face], camera: &Camera, light: &Light) -> Vec<u8> {
-    let background = |index: usize| sky((index / SAMPLES[0]) as f64 / SAMPLES[1] as f64);
-    let mut colors: Vec<Vector> = (0..SAMPLES[0] * SAMPLES[1]).map(background).collect();
+/// Draws the faces in a picture of `size` [pixels]; bytes of red, green and blue by rows.
+pub fn render(faces: &[Face], camera: &Camera, light: &Light, size: [usize; 2]) -> Vec<u8> {
+    let samples = size.map(|pixels| pixels * FINE);
+    let background = |index: usize| sky((index / samples[0]) as f64 / samples[1] as f64);
+    let mut colors: Vec<Vector> = (0..samples[0] * samples[1]).map(background).collect();
     let mut nearness = vec![0.0_f64; colors.len()];
     for face in faces {
         let Some(seen) = Seen::new(face, camera) else { continue };
-        fill(SAMPLES, seen.corners, |index, weights| {
+        fill(samples, seen.corners, |index, weights| {
             let near = dot(weights, seen.nearness);
             if near > nearness[index] {
                 nearness[index] = near;
@@ -34,7 +35,7 @@ pub fn render(faces: &[Face], camera: &Camera, light: &Light) -> Vec<u8> {
             }
         });
     }
-    pixels(&colors)
+    pixels(&colors, size)
 }
 
 /// A face as the camera sees it.
@@ -115,11 +116,11 @@ fn albedo(material: Material, front: bool, chart: Vector) -> Vector {
 }
 
 /// The mean of each pixel's samples, as sRGB.
-fn pixels(colors: &[Vector]) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(3 * SIZE[0] * SIZE[1]);
-    for (y, x) in (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (y, x))) {
+fn pixels(colors: &[Vector], [width, height]: [usize; 2]) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(3 * width * height);
+    for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
         let rows = (0..FINE).flat_map(|row| {
-            let first = (y * FINE + row) * SAMPLES[0] + x * FINE;
+            let first = ((y * FINE + row) * width + x) * FINE;
             &colors[first..first + FINE]
         });
         let sum = rows.fold([0.0; 3], |sum, &color| along(sum, 1.0, color));

@@ -1,0 +1,145 @@
+//! The cloth at some moments side by side, all seen from the same place.
+
+use crate::pictures::camera::Camera;
+use crate::pictures::light::Light;
+use crate::pictures::shapes::{self, Corner, Face, Material};
+use crate::pictures::vector::{Vector, along, difference, dot, unit};
+use crate::pictures::{self, render};
+use std::path::Path;
+use taffeta::Simulation;
+use taffeta::scene::{Collider, Plane, Scene, Shape};
+use taffeta::topology::Surface;
+
+/// Width and height of one moment [pixels].
+const SIZE: [usize; 2] = [320, 208];
+/// Heading and elevation of the camera [°].
+const VIEW: [f64; 2] = [25.0, 14.0];
+/// Radius of a plane's disc, by the size of what is seen.
+const DISC: f64 = 2.2;
+/// How far a plane is drawn below its place, by the same: so cloth that lies on it is on top.
+const BELOW: f64 = 0.004;
+
+/// One cloth and what it falls on, which does not move.
+pub struct Strip {
+    shapes: Vec<Shape>,
+    surface: Surface,
+    /// Places that every moment shows, whatever becomes of the cloth.
+    subject: Vec<Vector>,
+    moments: Vec<Moment>,
+}
+
+/// Places and normals of the cloth at one time.
+pub struct Moment {
+    places: Vec<Vector>,
+    normals: Vec<Vector>,
+}
+
+impl Moment {
+    /// As it is now.
+    pub fn now(simulation: &Simulation) -> Self {
+        let mut places = Vec::new();
+        simulation.positions_f64(&mut places);
+        let normals = simulation.normals(0).into_iter().map(|normal| normal.map(f64::from));
+        Self { places, normals: normals.collect() }
+    }
+}
+
+impl Strip {
+    /// Of a simulation at its start, without moments yet.
+    pub fn new(simulation: &Simulation, scene: &Scene) -> Self {
+        let shapes: Vec<Shape> = scene.colliders.iter().filter_map(Collider::shape).collect();
+        let mut subject = Moment::now(simulation).places;
+        let (middle, _) = extent(&subject);
+        let planes = shapes.iter().filter_map(|shape| match shape {
+            Shape::Plane(plane) => Some(plane),
+            Shape::Sphere(_) => None,
+        });
+        subject.extend(planes.map(|plane| dropped(middle, plane)));
+        Self { shapes, surface: simulation.surface(0), subject, moments: Vec::new() }
+    }
+
+    /// Adds a moment.
+    pub fn push(&mut self, moment: Moment) {
+        self.moments.push(moment);
+    }
+
+    /// Writes the moments from left to right.
+    pub fn draw(&self, file: &Path) -> Result<(), String> {
+        let samples = SIZE.map(|pixels| pixels * render::FINE);
+        let camera = Camera::around(&self.subject, VIEW[0], VIEW[1], samples);
+        let panels: Vec<Vec<u8>> = self.moments.iter().map(|moment| self.panel(moment, &camera)).collect();
+        let width = SIZE[0] * panels.len();
+        pictures::write(file, &beside(&panels, SIZE), [width, SIZE[1]])
+            .map_err(|error| format!("{}: {error}", file.display()))?;
+        Ok(())
+    }
+
+    fn panel(&self, moment: &Moment, camera: &Camera) -> Vec<u8> {
+        let mut faces = self.cloth(moment);
+        let (middle, size) = extent(&self.subject);
+        for shape in &self.shapes {
+            match shape {
+                Shape::Sphere(ball) => {
+                    faces.extend(shapes::ball(ball.center, ball.radius, 5, Material::Ball));
+                }
+                Shape::Plane(plane) => {
+                    let below = along(dropped(middle, plane), -BELOW * size, unit(plane.normal));
+                    faces.extend(shapes::disc(below, plane.normal, DISC * size));
+                }
+            }
+        }
+        render::render(&faces, camera, &Light::on(&faces, VIEW[0]), SIZE)
+    }
+
+    /// Its polygons, but those that are nowhere.
+    fn cloth(&self, moment: &Moment) -> Vec<Face> {
+        let corner = |&vertex: &u32| {
+            let (place, normal) = (moment.places[vertex as usize], moment.normals[vertex as usize]);
+            Corner { place, normal, chart: [0.0; 2] }
+        };
+        let finite = |corner: &Corner| corner.place.iter().chain(&corner.normal).all(|c| c.is_finite());
+        let mut faces = Vec::new();
+        for polygon in self.surface.polygons.iter() {
+            let corners: Vec<Corner> = polygon.iter().map(corner).collect();
+            if corners.iter().all(finite) {
+                faces.extend(shapes::polygon(&corners, Material::Cloth));
+            }
+        }
+        faces
+    }
+}
+
+/// The nearest place on a plane.
+fn dropped(place: Vector, plane: &Plane) -> Vector {
+    let normal = unit(plane.normal);
+    along(place, -dot(difference(place, plane.point), normal), normal)
+}
+
+/// Middle of the places' box, and the length of half its diagonal.
+fn extent(places: &[Vector]) -> (Vector, f64) {
+    let extreme = |pick: fn(f64, f64) -> f64, from: f64| -> Vector {
+        std::array::from_fn(|axis| places.iter().map(|place| place[axis]).fold(from, pick))
+    };
+    let (low, high) = (extreme(f64::min, f64::INFINITY), extreme(f64::max, f64::NEG_INFINITY));
+    let half = difference(high, low).map(|c| c / 2.0);
+    (along(low, 1.0, half), dot(half, half).sqrt())
+}
+
+/// Pictures of one size side by side; bytes of red, green and blue by rows.
+fn beside(panels: &[Vec<u8>], [width, height]: [usize; 2]) -> Vec<u8> {
+    let row = |y: usize| panels.iter().flat_map(move |panel| &panel[3 * width * y..3 * width * (y + 1)]);
+    (0..height).flat_map(row).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_stand_beside_each_other_row_by_row() {
+        let panel = |first: u8| (first..first + 12).collect::<Vec<u8>>();
+        let both = beside(&[panel(0), panel(100)], [2, 2]);
+        assert_eq!(both[..12], [0, 1, 2, 3, 4, 5, 100, 101, 102, 103, 104, 105]);
+        assert_eq!(both[12..15], [6, 7, 8]);
+    }
+}
