@@ -225,7 +225,7 @@ const FAULTS: &[(&str, &str, &str)] = &[
         "length_squared < 2.0 * TINY);\n    let length",
     ),
     ("set_up_rows", "substeps[0].solving.aim * link.rest_length", "link.rest_length"),
-    ("set_up_rows", "substeps[0].solving.is_warm != 0u", "true"),
+    ("start_rows", "substeps[0].solving.is_warm == 0u", "false"),
     ("set_up_rows", "pull / select(1.0, row.scale, row.scale > 0.0)", "pull"),
     ("set_up_rows", "if links[number].is_active != 0u {", "{"),
     ("set_up_rows", "solves[group.solve].next = start;", ""),

@@ -380,7 +380,9 @@ impl Backend for GpuBackend {
             all.pulls.extend(pulls);
             all.active.extend(active);
         }
-        if !self.assembly.solver.ice.warm_start {
+        let solver = &self.assembly.solver;
+        let surfaces = solver.method == Method::Ice && !self.assembly.colliders.is_empty();
+        if !(solver.ice.warm_start || surfaces) {
             all.pulls.clear();
         }
         if self.assembly.solver.method != Method::Acad {

@@ -79,7 +79,7 @@ fn set_up_rows(
     let group = link_groups[index];
     if lane < group.count {
         let number = group.first + lane;
-        let pull = select(0.0, rows[number].x * row_scales[number].x, substeps[0].solving.is_warm != 0u);
+        let pull = rows[number].x * row_scales[number].x;
         var found = SetUp(Row(vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0.0), vec2f(0.0));
         if links[number].is_active != 0u {
             found = row_of(links[number], pull);
@@ -168,6 +168,11 @@ fn start_rows(
     if link.is_active != 0u {
         let rate = response[link.b].xyz - response[link.a].xyz;
         rows[number].p += dot3(rate, rows[number].direction);
+    }
+    if substeps[0].solving.is_warm == 0u {
+        // They have told which surfaces hold nodes.
+        rows[number].x = 0.0;
+        rows[number].r = 0.0;
     }
 }
 

@@ -140,8 +140,7 @@ impl Twin<'_> {
     pub fn set_up(&mut self) {
         for number in 0..self.work.links.len() {
             let link = self.work.links[number];
-            let before = self.work.rows[number].x * self.work.scales[number][0];
-            let pull = if self.solving.is_warm != 0 { before } else { 0.0 };
+            let pull = self.work.rows[number].x * self.work.scales[number][0];
             (self.work.rows[number], self.work.scales[number]) = (Row::default(), [0.0; 2]);
             if link.is_active == 0 {
                 continue;
@@ -214,6 +213,9 @@ impl Twin<'_> {
         {
             let [a, b] = [link.a, link.b].map(|end| three(self.work.response[end as usize]));
             row.p += dot(sub(b, a), row.direction);
+        }
+        if self.solving.is_warm == 0 {
+            self.work.rows.iter_mut().for_each(|row| (row.x, row.r) = (0.0, 0.0));
         }
     }
 
