@@ -71,15 +71,8 @@ impl GpuBackend {
             let tables = Tables::new(&assembly, bodies.clone())?;
             let paper = Paper::new(&gpu, options.kernels, &assembly, bodies, &tables).map_err(words)?;
             let apart = options.from > Stage::Elements;
-            let mut segment = Segment::new(
-                &gpu,
-                tables,
-                &assembly.solver,
-                assembly.colliders.len(),
-                options.kernels,
-                apart,
-            )
-            .map_err(words)?;
+            let mut segment = Segment::new(&gpu, tables, assembly.colliders.len(), options.kernels, apart)
+                .map_err(words)?;
             segment.paper = paper;
             parts.push(segment);
         }

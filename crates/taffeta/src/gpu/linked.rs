@@ -23,6 +23,8 @@ pub struct Linked {
     pub incident: Vec<u32>,
     /// The system of each body.
     pub solves: Vec<Solve>,
+    /// Whether springs act as well, and constraints come and go.
+    pub is_adaptive: bool,
     /// Iterations that they need at most.
     pub iterations: u32,
 }
@@ -126,10 +128,11 @@ impl Tables {
         if linked.numbers.is_empty() {
             return Ok(());
         }
+        linked.is_adaptive = assembly.solver.method == Method::Acad;
         linked.add_links(assembly, self.places.start);
         for body in bodies.clone() {
             let (links, body) = (all.bodies[body].clone(), &assembly.bodies[body]);
-            let always = assembly.solver.method != Method::Acad;
+            let always = !linked.is_adaptive;
             linked.add_groups(links, self.local(body.first), body.nodes, always);
         }
         linked.list_incident(self.len())?;

@@ -15,7 +15,6 @@ use crate::assembly::Assembly;
 use crate::backend::Hand;
 use crate::collision::pair;
 use crate::plan;
-use crate::scene::Solver;
 use std::collections::HashMap;
 use std::num::NonZeroU64;
 use taffeta_gpu::{Bindable, Bound, Buffer, DispatchList, Gpu, GpuError, Kernel, Uniforms};
@@ -82,7 +81,6 @@ impl Segment {
     pub fn new(
         gpu: &Gpu,
         mut tables: Tables,
-        solver: &Solver,
         colliders: usize,
         kernels: GpuKernels,
         apart: bool,
@@ -120,7 +118,7 @@ impl Segment {
         let told = Told::new(gpu, &tables)?;
         // The papers' kernels keep what they need themselves.
         let linked = if kernels.is_of_paper() { &Linked::default() } else { &tables.linked };
-        let constrained = Constrained::new(gpu, linked, position.len(), solver)?;
+        let constrained = Constrained::new(gpu, linked, position.len())?;
         tables.entries = Vec::new();
         tables.runs = Vec::new();
         tables.corners = Vec::new();

@@ -4,7 +4,6 @@ use super::kernels::Name;
 use super::layout::{GROUP, Link, LinkGroup, Met, NodeGroup, Row, Solve, Taken};
 use super::linked::Linked;
 use super::recorder::Recorder;
-use crate::scene::{Method, Solver};
 use crate::step::{Stage, Stages};
 use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack};
 
@@ -40,7 +39,7 @@ pub struct Constrained {
 
 impl Constrained {
     /// Takes tables to the device; `None` where there is no constraint.
-    pub fn new(gpu: &Gpu, linked: &Linked, places: usize, solver: &Solver) -> Result<Option<Self>, GpuError> {
+    pub fn new(gpu: &Gpu, linked: &Linked, places: usize) -> Result<Option<Self>, GpuError> {
         if linked.is_empty() {
             return Ok(None);
         }
@@ -64,7 +63,7 @@ impl Constrained {
             read_taken: gpu.read_back("what constraints take", 1)?,
             groups: [groups, linked.node_groups.len()],
             passes: linked.iterations.saturating_add(MORE_PASSES),
-            is_adaptive: solver.method == Method::Acad,
+            is_adaptive: linked.is_adaptive,
         }))
     }
 
