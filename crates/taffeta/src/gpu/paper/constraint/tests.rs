@@ -54,7 +54,7 @@ impl Device {
         let constraints = Constraints::new(&gpu, product, &assembly, 0..2, &tables).unwrap();
         let springs = super::springs(&assembly, 0..2, &tables);
         let kernels = GpuKernels::Constraints(product);
-        let mut segment = Segment::new(&gpu, tables, &scene.solver, 0, kernels, false).unwrap();
+        let mut segment = Segment::new(&gpu, tables, 0, kernels, false).unwrap();
         segment.paper = Some(Paper::Constraints(Box::new(constraints)));
         segment.tell(&assembly, &plan::frame(&assembly, 0.0), &Hand::default()).unwrap();
         let mut positions = segment.state().position.read(&gpu).unwrap();
