@@ -67,7 +67,8 @@ struct Progress {
     /// Squared residual at which it is done, and that of the right side.
     limit: f32,
     right: f32,
-    /// Of the step: r·r, its length, the share of the last direction.
+    /// Of the step: r·r, its length, the share of the last direction. At first, the length is by how much the pulls to start
+    /// from are multiplied.
     gamma: f32,
     alpha: f32,
     beta: f32,
@@ -107,8 +108,8 @@ struct Taken {
 /// Active constraints of each group.
 @group(3) @binding(24) var<storage, read_write> active_counts: array<u32>;
 @group(3) @binding(25) var<storage, read_write> solves: array<Solve>;
-/// Of each group: r·r and r·A r; at first b·b and the noise.
-@group(3) @binding(26) var<storage, read_write> row_sums: array<vec2f>;
+/// Of each group: r·r and r·A r; at first of the right side b and the pulls x to start from b·b, the noise, x·b and x·A x.
+@group(3) @binding(26) var<storage, read_write> row_sums: array<vec4f>;
 /// What pulls do to each node's velocity, by the step [m/s²]; at first the velocity without them.
 @group(3) @binding(27) var<storage, read_write> response: array<vec4f>;
 /// Workgroups of the next iterations: over groups of nodes, over groups of constraints.
@@ -116,14 +117,14 @@ struct Taken {
 @group(3) @binding(29) var<storage, read_write> taken: array<Taken>;
 @group(3) @binding(30) var<storage, read_write> met: array<Met>;
 
-var<workgroup> row_lanes: array<vec2f, 256>;
+var<workgroup> row_lanes: array<vec4f, 256>;
 var<workgroup> count_lanes: array<u32, 256>;
 
 /// Workgroups along x where they are counted on the device.
 const COUNTED_ROW: u32 = 32768u;
 
 /// The sum over all lanes: the upper half is added to the lower, again and again.
-fn sum_of_rows(lane: u32, own: vec2f) -> vec2f {
+fn sum_of_rows(lane: u32, own: vec4f) -> vec4f {
     row_lanes[lane] = own;
     for (var half = 128u; half > 0u; half /= 2u) {
         workgroupBarrier();
@@ -136,7 +137,7 @@ fn sum_of_rows(lane: u32, own: vec2f) -> vec2f {
 }
 
 /// The larger of all lanes, each number for itself.
-fn most_of_rows(lane: u32, own: vec2f) -> vec2f {
+fn most_of_rows(lane: u32, own: vec4f) -> vec4f {
     row_lanes[lane] = own;
     for (var half = 128u; half > 0u; half /= 2u) {
         workgroupBarrier();
@@ -149,8 +150,8 @@ fn most_of_rows(lane: u32, own: vec2f) -> vec2f {
 }
 
 /// The sums over the rows of a body.
-fn sums_of_body(first_group: u32, active_count: u32, lane: u32) -> vec2f {
-    var own = vec2f(0.0);
+fn sums_of_body(first_group: u32, active_count: u32, lane: u32) -> vec4f {
+    var own = vec4f(0.0);
     for (var i = lane; i * 256u < active_count; i += 256u) {
         own += row_sums[first_group + i];
     }

@@ -194,13 +194,17 @@ fn count_solves(@builtin(local_invocation_index) lane: u32) {
 }
 
 /// How far a system is after a pass over its rows, whose sums these are.
-fn judged(kept: Progress, sums: vec2f) -> Progress {
+fn judged(kept: Progress, sums: vec4f) -> Progress {
     var next = kept;
     next.alpha = 0.0;
     next.beta = 0.0;
     if kept.passes == 1u {
         next.right = sums.x;
         next.limit = max(substeps[0].solving.tolerance_squared * sums.x, sums.y);
+        // What brings the pulls to start from nearest to the solution in the norm of the system: as they are, those of a
+        // sub-step that was cut short can be worse than none.
+        let helps = sums.z > 0.0 && sums.w > 0.0;
+        next.alpha = select(0.0, sums.z / select(1.0, sums.w, helps), helps);
     }
     if kept.passes < 2u {
         return next;
@@ -244,7 +248,8 @@ fn solve_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
     for (var at = range.x; at < range.y && incident[at] != NONE; at += LANES) {
         let row = rows[incident[at] / 2u];
         let left = row.r - next.alpha * (row.w + next.beta * row.s);
-        sum += sign_at(incident[at]) * (row.direction * left);
+        let first = row.p - next.alpha * row.w;
+        sum += sign_at(incident[at]) * (row.direction * select(left, first, kept.passes == 1u));
     }
     response[node] = vec4f(yielded(press_at(node), old_position[node].w * sum), 0.0);
 }
@@ -268,7 +273,7 @@ fn solve_rows(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
     if active_count == 0u || next.is_done != 0u || in_body - lane >= active_count {
         return;
     }
-    var terms = vec2f(0.0);
+    var terms = vec4f(0.0);
     if in_body < active_count {
         let number = active_links[link_groups[group.first_group].first + in_body];
         terms = advanced(number, next);
@@ -280,25 +285,27 @@ fn solve_rows(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
 }
 
 /// A row after the step. Returns what it adds to the sums.
-fn advanced(number: u32, step: Progress) -> vec2f {
+fn advanced(number: u32, step: Progress) -> vec4f {
     var row = rows[number];
-    let noise = row.s;
-    let right = row.p;
-    let is_start = step.passes == 0u;
-    row.p = select(row.r + step.beta * row.p, 0.0, is_start);
-    row.s = select(row.w + step.beta * row.s, 0.0, is_start);
-    row.x += step.alpha * row.p;
-    row.r -= step.alpha * row.s;
+    if step.passes == 1u {
+        row.r = row.p - step.alpha * row.w;
+        row.x *= step.alpha;
+        row.p = 0.0;
+        row.s = 0.0;
+    } else if step.passes > 1u {
+        row.p = row.r + step.beta * row.p;
+        row.s = row.w + step.beta * row.s;
+        row.x += step.alpha * row.p;
+        row.r -= step.alpha * row.s;
+    }
     let link = links[number];
     let apart = response[link.b].xyz - response[link.a].xyz;
-    let applied = dot3(apart, row.direction) + row_scales[number].y * row.r;
-    row.w = select(applied, 0.0, is_start);
-    row.r = select(row.r, right - applied, is_start);
+    row.w = dot3(apart, row.direction) + row_scales[number].y * row.r;
     rows[number] = row;
-    if is_start {
-        return vec2f(right * right, noise * noise);
+    if step.passes == 0u {
+        return vec4f(row.p * row.p, row.s * row.s, row.x * row.p, row.x * row.w);
     }
-    return vec2f(row.r * row.r, row.r * applied);
+    return vec4f(row.r * row.r, row.r * row.w, 0.0, 0.0);
 }
 
 /// The force of pulls on a node with what a surface does about it.
@@ -340,7 +347,7 @@ fn note_solves(@builtin(local_invocation_index) lane: u32) {
     var all = 0u;
     var active_count = 0u;
     var capped = 0u;
-    var most = vec2f(0.0);
+    var most = vec4f(0.0);
     for (var i = lane; i < arrayLength(&solves); i += 256u) {
         let solve = solves[i];
         all += solve.links;
@@ -350,7 +357,7 @@ fn note_solves(@builtin(local_invocation_index) lane: u32) {
             let right = max(done.right, done.limit / substeps[0].solving.tolerance_squared);
             capped += select(0u, 1u, done.gamma > done.limit);
             let taken_by = f32(max(done.passes, 2u) - 2u);
-            most = max(most, vec2f(taken_by, select(0.0, done.gamma / right, right > 0.0)));
+            most = max(most, vec4f(taken_by, select(0.0, done.gamma / right, right > 0.0), 0.0, 0.0));
         }
     }
     let count = vec3u(count_of_lanes(lane, all), count_of_lanes(lane, active_count), count_of_lanes(lane, capped));

@@ -25,7 +25,7 @@ pub struct Constrained {
     active_links: Buffer<u32>,
     active_counts: Buffer<u32>,
     solves: Buffer<Solve>,
-    row_sums: Buffer<[f32; 2]>,
+    row_sums: Buffer<[f32; 4]>,
     response: Buffer<[f32; 4]>,
     counts: Counts,
     taken: Buffer<Taken>,

@@ -68,7 +68,7 @@ fn solvers() -> [Solver; 4] {
 const CASES: usize = 11;
 
 /// The progress of a system of that case, whose sums are `sums`.
-fn progress(chance: &mut Chance, case: usize, sums: [f32; 2], most: u32) -> Progress {
+fn progress(chance: &mut Chance, case: usize, sums: [f32; 4], most: u32) -> Progress {
     let mut number = || chance.number().abs();
     let mut some = Progress {
         passes: 5,
@@ -119,7 +119,7 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
         active_counts: vec![POISON; linked.link_groups.len()],
         solves: linked.solves.clone(),
         met: vec![Met { yields: 1.0, ..Met::default() }; places],
-        sums: linked.link_groups.iter().map(|_| [chance.number().abs(), chance.number().abs()]).collect(),
+        sums: linked.link_groups.iter().map(|_| some_sums(&mut chance)).collect(),
         response: vec![[0.0; 4]; places],
         force: fixture.force_fours().iter().map(|&[x, y, z, _]| [x, y, z, 0.0]).collect(),
         new_velocity: fixture.new.velocity.clone(),
@@ -151,6 +151,12 @@ fn some_met(chance: &mut Chance, is_free: bool, colliders: usize) -> Met {
     Met { normal, yields, velocity, surface, is_pulled: 1, padding: [0; 3] }
 }
 
+/// Of which all but the last are above 0, and that here and there.
+fn some_sums(chance: &mut Chance) -> [f32; 4] {
+    let [a, b, c] = chance.three(0.9).map(f32::abs);
+    [a, b, c, chance.number() + 0.5]
+}
+
 fn some_row(chance: &mut Chance) -> Row {
     let direction = chance.three(0.9);
     let [r, w, s] = chance.three(0.8);
@@ -168,7 +174,7 @@ fn at_all_cases(linked: &Linked, work: &mut Work, chance: &mut Chance, (solving,
         }
         let twin_sums = sum_of(&groups, work.sums.as_slice(), solve.active_links);
         solve.kept = progress(chance, case, twin_sums, solving.most_iterations);
-        solve.next = progress(chance, (case + 4) % CASES, [0.5; 2], solving.most_iterations);
+        solve.next = progress(chance, (case + 4) % CASES, [0.5; 4], solving.most_iterations);
         solve.next.passes = solve.next.passes.max(if case.is_multiple_of(2) { 2 } else { 0 });
         if shift + 1 == CASES {
             // All are done, as well as they can be.
@@ -177,10 +183,10 @@ fn at_all_cases(linked: &Linked, work: &mut Work, chance: &mut Chance, (solving,
     }
 }
 
-fn sum_of(groups: &[usize], sums: &[[f32; 2]], active: u32) -> [f32; 2] {
-    let mut lanes = vec![[0.0; 2]; GROUP];
+fn sum_of(groups: &[usize], sums: &[[f32; 4]], active: u32) -> [f32; 4] {
+    let mut lanes = vec![[0.0; 4]; GROUP];
     for (i, &group) in groups.iter().enumerate().take(active.div_ceil(GROUP as u32) as usize) {
-        lanes[i % GROUP] = [0, 1].map(|k| lanes[i % GROUP][k] + sums[group][k]);
+        lanes[i % GROUP] = [0, 1, 2, 3].map(|k| lanes[i % GROUP][k] + sums[group][k]);
     }
     super::solve_twin::by_halves(lanes)
 }
@@ -235,9 +241,9 @@ fn compare(written: &mut Written<'_>, kernel: &Kernel, wanted: &Work, counts: &[
             "active_counts" => records(written, "active_counts", &wanted.active_counts),
             "solve_counts" => records(written, "solve_counts", counts),
             "rows" => rows(written, &wanted.rows),
-            "row_scales" => pairs(written, "row_scales", &wanted.scales),
+            "row_scales" => columns(written, "row_scales", &wanted.scales),
             "met" => mets(written, &wanted.met),
-            "row_sums" => pairs(written, "row_sums", &wanted.sums),
+            "row_sums" => columns(written, "row_sums", &wanted.sums),
             "solves" => solves(written, &wanted.solves),
             "response" => written.fours("response", &wanted.response),
             "force" => written.fours("force", &wanted.force),
@@ -260,10 +266,13 @@ fn records<T: Pod>(written: &mut Written<'_>, name: &str, wanted: &[T]) {
 /// Numbers of a record by their name.
 type Column<T> = (&'static str, fn(&T) -> f32);
 
-fn pairs(written: &mut Written<'_>, name: &str, wanted: &[[f32; 2]]) {
-    let found: Vec<[f32; 2]> = written.take(name);
-    for i in 0..2 {
-        let column = |all: &[[f32; 2]]| all.iter().map(|pair| pair[i]).collect::<Vec<_>>();
+fn columns<const N: usize>(written: &mut Written<'_>, name: &str, wanted: &[[f32; N]])
+where
+    [f32; N]: Pod,
+{
+    let found: Vec<[f32; N]> = written.take(name);
+    for i in 0..N {
+        let column = |all: &[[f32; N]]| all.iter().map(|pair| pair[i]).collect::<Vec<_>>();
         written.outcome().compare(&format!("{name}[{i}]"), &column(wanted), &column(&found));
     }
 }

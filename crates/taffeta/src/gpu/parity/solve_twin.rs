@@ -19,7 +19,7 @@ pub struct Work {
     pub active_links: Vec<u32>,
     pub active_counts: Vec<u32>,
     pub solves: Vec<Solve>,
-    pub sums: Vec<[f32; 2]>,
+    pub sums: Vec<[f32; 4]>,
     pub response: Vec<Four>,
     pub force: Vec<Four>,
     pub new_velocity: Vec<Four>,
@@ -31,11 +31,11 @@ pub fn three([x, y, z, _]: Four) -> [f32; 3] {
 }
 
 /// The sum of 256 lanes: the upper half is added to the lower, again and again.
-pub fn by_halves(mut lanes: Vec<[f32; 2]>) -> [f32; 2] {
+pub fn by_halves(mut lanes: Vec<[f32; 4]>) -> [f32; 4] {
     let mut half = GROUP / 2;
     while half > 0 {
         for lane in 0..half {
-            lanes[lane] = [0, 1].map(|i| lanes[lane][i] + lanes[lane + half][i]);
+            lanes[lane] = [0, 1, 2, 3].map(|i| lanes[lane][i] + lanes[lane + half][i]);
         }
         half /= 2;
     }
@@ -219,12 +219,15 @@ impl Twin<'_> {
         }
     }
 
-    fn judged(&self, kept: Progress, sums: [f32; 2]) -> Progress {
-        let [first, second] = sums;
+    fn judged(&self, kept: Progress, sums: [f32; 4]) -> Progress {
+        let [first, second, along, curvature] = sums;
         let mut next = Progress { alpha: 0.0, beta: 0.0, ..kept };
         match kept.passes {
             0 => {}
-            1 => (next.right, next.limit) = (first, (self.solving.tolerance_squared * first).max(second)),
+            1 => {
+                (next.right, next.limit) = (first, (self.solving.tolerance_squared * first).max(second));
+                next.alpha = if along > 0.0 && curvature > 0.0 { along / curvature } else { 0.0 };
+            }
             passes => {
                 next.gamma = first;
                 let is_first = kept.gamma == 0.0;
@@ -238,13 +241,13 @@ impl Twin<'_> {
         next
     }
 
-    fn body_sums(&self, solve: usize) -> [f32; 2] {
+    fn body_sums(&self, solve: usize) -> [f32; 4] {
         let groups = &self.fixture.tables.linked.link_groups;
-        let Some(first) = groups.iter().position(|g| g.solve as usize == solve) else { return [0.0; 2] };
+        let Some(first) = groups.iter().position(|g| g.solve as usize == solve) else { return [0.0; 4] };
         let count = self.work.solves[solve].active_links.div_ceil(GROUP as u32) as usize;
-        let mut lanes = vec![[0.0; 2]; GROUP];
+        let mut lanes = vec![[0.0; 4]; GROUP];
         for i in 0..count {
-            lanes[i % GROUP] = [0, 1].map(|k| lanes[i % GROUP][k] + self.work.sums[first + i][k]);
+            lanes[i % GROUP] = [0, 1, 2, 3].map(|k| lanes[i % GROUP][k] + self.work.sums[first + i][k]);
         }
         by_halves(lanes)
     }
@@ -267,7 +270,10 @@ impl Twin<'_> {
             let mut sum = [0.0_f32; 3];
             for &(number, sign) in &incident[node] {
                 let row = self.work.rows[number];
-                let left = row.r - next.alpha * (row.w + next.beta * row.s);
+                let left = match self.work.solves[solve].kept.passes {
+                    1 => row.p - next.alpha * row.w,
+                    _ => row.r - next.alpha * (row.w + next.beta * row.s),
+                };
                 let pull = scale(row.direction, left);
                 sum = [0, 1, 2].map(|axis| sum[axis] + sign * pull[axis]);
             }
@@ -290,7 +296,7 @@ impl Twin<'_> {
                 continue;
             }
             let base = groups[group.first_group as usize].first as usize;
-            let mut lanes = vec![[0.0; 2]; GROUP];
+            let mut lanes = vec![[0.0; 4]; GROUP];
             for (lane, terms) in lanes.iter_mut().enumerate().take(active - first) {
                 let number = self.work.active_links[base + first + lane] as usize;
                 *terms = self.advance(number, &next);
@@ -299,23 +305,24 @@ impl Twin<'_> {
         }
     }
 
-    fn advance(&mut self, number: usize, step: &Progress) -> [f32; 2] {
+    fn advance(&mut self, number: usize, step: &Progress) -> [f32; 4] {
         let (before, link) = (self.work.rows[number], self.work.links[number]);
         let [a, b] = [link.a, link.b].map(|end| three(self.work.response[end as usize]));
-        let mut row = before;
-        let starts = step.passes == 0;
-        row.p = if starts { 0.0 } else { before.r + step.beta * before.p };
-        row.s = if starts { 0.0 } else { before.w + step.beta * before.s };
-        row.x += step.alpha * row.p;
-        row.r -= step.alpha * row.s;
-        let applied = dot(sub(b, a), row.direction) + self.work.scales[number][1] * row.r;
-        row.w = if starts { 0.0 } else { applied };
-        row.r = if starts { before.p - applied } else { row.r };
+        let Row { r, w, s, p, x, .. } = before;
+        let mut row = match step.passes {
+            0 => before,
+            1 => Row { r: p - step.alpha * w, x: x * step.alpha, p: 0.0, s: 0.0, ..before },
+            _ => {
+                let (p, s) = (r + step.beta * p, w + step.beta * s);
+                Row { p, s, x: x + step.alpha * p, r: r - step.alpha * s, ..before }
+            }
+        };
+        row.w = dot(sub(b, a), row.direction) + self.work.scales[number][1] * row.r;
         self.work.rows[number] = row;
-        if starts {
-            return [before.p * before.p, before.s * before.s];
+        match step.passes {
+            0 => [p * p, s * s, x * p, x * row.w],
+            _ => [row.r * row.r, row.r * row.w, 0.0, 0.0],
         }
-        [row.r * row.r, row.r * applied]
     }
 
     pub fn pull(&mut self) {
