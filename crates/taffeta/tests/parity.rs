@@ -215,7 +215,7 @@ const FAULTS: &[(&str, &str, &str)] = &[
         "false {\n                let other",
     ),
     ("free_velocities", "at < range.y && incident[at] != NONE", "incident[at] != NONE"),
-    ("free_velocities", "abs(v.w));\n    response", "v.w);\n    response"),
+    ("free_velocities", "abs(v.w));\n    met", "v.w);\n    met"),
     ("set_up_rows", "if softness.form == PRINTED_CONSTRAINT {", "if false {"),
     ("set_up_rows", "select(0.0, scale, inverse_mass > 0.0)", "scale"),
     ("set_up_rows", "softness.compliance + softness.epsilon", "softness.compliance - softness.epsilon"),

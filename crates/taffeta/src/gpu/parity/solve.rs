@@ -175,7 +175,6 @@ fn at_all_cases(linked: &Linked, work: &mut Work, chance: &mut Chance, (solving,
         let twin_sums = sum_of(&groups, work.sums.as_slice(), solve.active_links);
         solve.kept = progress(chance, case, twin_sums, solving.most_iterations);
         solve.next = progress(chance, (case + 4) % CASES, [0.5; 4], solving.most_iterations);
-        solve.next.passes = solve.next.passes.max(if case.is_multiple_of(2) { 2 } else { 0 });
         if shift + 1 == CASES {
             // All are done, as well as they can be.
             (solve.kept.is_done, solve.next.gamma, solve.next.limit) = (1, 0.125, 0.125);
