@@ -108,7 +108,8 @@ struct Taken {
 /// Active constraints of each group.
 @group(3) @binding(24) var<storage, read_write> active_counts: array<u32>;
 @group(3) @binding(25) var<storage, read_write> solves: array<Solve>;
-/// Of each group: r·r and r·A r; at first of the right side b and the pulls x to start from b·b, the noise, x·b and x·A x.
+/// Of each group: r·r and r·A r; at first, with the right side b and the pulls x to start from, b·b, the noise, x·b
+/// and x·A x.
 @group(3) @binding(26) var<storage, read_write> row_sums: array<vec4f>;
 /// What pulls do to each node's velocity, by the step [m/s²]; at first the velocity without them.
 @group(3) @binding(27) var<storage, read_write> response: array<vec4f>;
