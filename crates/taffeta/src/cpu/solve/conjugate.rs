@@ -57,7 +57,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let any = self.scratch.layout.count > 0;
         if any {
             self.soften();
-            self.scratch.bodies = vec![Progress::default(); self.solve.list.bodies.len()];
+            self.scratch.bodies.clear();
             self.each(self.scratch.layout.rows.len(), Self::set_up_rows);
             self.meet_surfaces();
             self.start();
@@ -107,11 +107,10 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         });
         self.barrier.wait();
         let tolerance = self.solve.solver.ice.tolerance;
-        for body in 0..self.scratch.bodies.len() {
+        for body in 0..self.solve.list.bodies.len() {
             let [right, noise, _] = self.body_sums(body);
             let limit = (tolerance * tolerance * right).max(noise);
-            let iterations = self.scratch.bodies[body].iterations;
-            self.scratch.bodies[body] = Progress { limit, right, iterations, ..Progress::default() };
+            self.scratch.bodies.push(Progress { limit, right, ..Progress::default() });
         }
     }
 
