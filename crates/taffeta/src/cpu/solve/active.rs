@@ -7,13 +7,11 @@ use std::ops::Range;
 impl<T: Real> SolveWork<T> {
     /// The lists of a system of all constraints.
     pub(super) fn lay_out_all(&mut self, setup: &SolveSetup<T>) {
-        for row in 0..setup.list.len() {
-            (self.which[row], self.row_of[row]) = (row as u32, row as u32);
-            self.ends[row] = setup.list.ends[row];
-        }
+        self.which.iter_mut().zip(0..).for_each(|(which, row)| *which = row);
+        self.ends.copy_from_slice(&setup.list.ends);
         self.entries.copy_from_slice(&setup.by_place.items);
         for place in 0..self.places.len() {
-            (self.places[place], self.node_of[place]) = (place as u32, place as u32);
+            self.places[place] = place as u32;
             self.spans[place] = [setup.by_place.offsets[place], setup.by_place.offsets[place + 1]];
         }
     }

@@ -47,15 +47,14 @@ struct Vectors<'a, T> {
 }
 
 impl<'w, T: Real> SolveWorker<'w, '_, T> {
-    /// Finds the pulls of all constraints; returns whether there are any.
-    pub fn solve(&mut self) -> bool {
+    /// Finds the pulls of all constraints.
+    pub fn solve(&mut self) {
         if self.solve.adaptive {
             self.compact();
         } else {
             self.cut_all();
         }
-        let any = self.scratch.layout.count > 0;
-        if any {
+        if self.scratch.layout.count > 0 {
             self.soften();
             self.scratch.bodies.clear();
             self.each(self.scratch.layout.rows.len(), Self::set_up_rows);
@@ -68,7 +67,6 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             self.keep_pulls();
         }
         self.report();
-        any
     }
 
     /// Finds the surfaces that nodes will be pressed against.
@@ -95,6 +93,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             r.copy_from_slice(right);
             p.fill(T::ZERO);
             s.fill(T::ZERO);
+            // A vector of zeros: what velocities alone give.
             worker.apply_to(&part, Vector::S);
             let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
             let level = worker.setup.level;

@@ -179,17 +179,20 @@ impl<T: Real> SolveWork<T> {
         let count = setup.map_or(0, |setup| setup.list.len());
         let tiles = if count > 0 { tiles } else { 0 };
         let places = setup.map_or(0, |setup| setup.by_place.offsets.len() - 1);
+        // What tells where an active constraint is, where they come and go.
+        let [changing, placed] =
+            if setup.is_some_and(|setup| setup.adaptive) { [count, places] } else { [0; 2] };
         let quads = |n| vec![Quad::default(); n];
         let numbers = || vec![T::ZERO; count];
         let mut work = Self {
             pull: numbers(),
-            active: vec![false; count],
+            active: vec![false; changing],
             waits: vec![false; tiles],
             tile_rows: vec![0; tiles],
             tile_nodes: vec![[0; 2]; tiles],
             which: vec![0; count],
-            row_of: vec![0; count],
-            node_of: vec![0; places],
+            row_of: vec![0; changing],
+            node_of: vec![0; placed],
             places: vec![0; places],
             spans: vec![[0; 2]; places],
             entries: vec![0; 2 * count],
@@ -210,7 +213,6 @@ impl<T: Real> SolveWork<T> {
             sums: vec![[0.0; 3]; setup.map_or(0, |setup| layout::most_chunks(&setup.list))],
         };
         if let Some(setup) = setup.filter(|setup| !setup.adaptive) {
-            work.active.fill(true);
             work.lay_out_all(setup);
         }
         work
