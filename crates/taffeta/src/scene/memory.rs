@@ -1,6 +1,6 @@
 //! How much memory a scene will take, told before any of it is taken.
 
-use super::{Body, Mesh, Scene, Select};
+use super::{Body, Mesh, Method, Scene, Select, Spring, Springs};
 use crate::topology::Surface;
 
 /// Memory that building and running a scene takes at its peak, in 64 bits (in 32 bits it is up to 40 % less), beyond
@@ -29,6 +29,7 @@ const VOLUME_NODE: u64 = 60;
 const TOUCHING_NODE: u64 = 250;
 const FACES_OF_NODE: u64 = 250;
 const STRUT: u64 = 175;
+const CONSTRAINT: u64 = 215;
 const MOVING_PIN: u64 = 40;
 const SUBSTEP: u64 = 60;
 const POSE: u64 = 200;
@@ -59,12 +60,17 @@ impl Scene {
         MemoryNeeded { bytes, faces: nodes.saturating_mul(FACES_OF_NODE), mostly, remedy }
     }
 
-    fn body_parts<'a>(&'a self, index: usize, body: &'a Body) -> [Part<'a>; 2] {
+    fn body_parts<'a>(&'a self, index: usize, body: &'a Body) -> [Part<'a>; 3] {
         let count =
             body.springs.internal.as_ref().map_or(0, |wish| {
                 wish.pairs.as_ref().map_or(u64::from(wish.count), |pairs| pairs.len() as u64)
             });
         let nodes = body.mesh.nodes();
+        let constraints = if self.solver.method == Method::Springs {
+            0
+        } else {
+            body.springs_along().saturating_add(count)
+        };
         [
             Part {
                 bytes: body.mesh_bytes(),
@@ -75,6 +81,13 @@ impl Scene {
                 bytes: count.saturating_mul(STRUT),
                 mostly: Box::new(move || format!("the {count} struts of body `{}`", self.body_name(index))),
                 remedy: "fewer struts would do",
+            },
+            Part {
+                bytes: constraints.saturating_mul(CONSTRAINT),
+                mostly: Box::new(move || {
+                    format!("the {constraints} constraints of body `{}`", self.body_name(index))
+                }),
+                remedy: "a coarser mesh, or solver.method = \"springs\", would do",
             },
         ]
     }
@@ -123,6 +136,16 @@ impl Body {
         };
         let touching = u64::from(self.self_collision.is_some()) * TOUCHING_NODE;
         mesh.saturating_add(pins).saturating_add(BODY).saturating_add(nodes.saturating_mul(touching))
+    }
+
+    /// Springs but for struts, about as many as there are.
+    fn springs_along(&self) -> u64 {
+        let kinds = |all: &[Option<Spring>]| all.iter().flatten().count() as u64;
+        let Springs { structural, shear, bend, .. } = &self.springs;
+        match &self.mesh {
+            Mesh::Grid(_) => self.mesh.nodes().saturating_mul(2 * kinds(&[*structural, *shear, *bend])),
+            mesh => extent(mesh)[2].saturating_mul(kinds(&[*structural, *bend])),
+        }
     }
 
     /// Nodes that follow keyframes, at most.
@@ -206,6 +229,17 @@ mod tests {
         let needed = scene.memory_needed();
         assert!(needed.mostly.starts_with("100000 sub-steps a frame with 0 moving pins, 100 colliders"));
         assert!(needed.bytes > 100 * 100_000 * 100);
+    }
+
+    #[test]
+    fn springs_that_are_constraints_take_more() {
+        let scene = |method| Scene::new("").body(sheet(100).shear(1.0, 0.0)).method(method).memory_needed();
+        let [springs, ice, acad] = [Method::Springs, Method::Ice, Method::Acad].map(scene);
+        assert_eq!(ice.bytes - springs.bytes, 4 * 10_000 * CONSTRAINT);
+        assert_eq!((acad.bytes, ice.mostly.as_str()), (ice.bytes, "the 40000 constraints of body `sheet`"));
+        let ball = Body::soft("ball", Mesh::Cube(Cube { size: 1.0, divisions: 20 })).structural(1.0, 0.0);
+        let scene = |method| Scene::new("").body(ball.clone()).method(method).memory_needed().bytes;
+        assert!(scene(Method::Ice) > scene(Method::Springs) + 7000 * CONSTRAINT);
     }
 
     #[test]
