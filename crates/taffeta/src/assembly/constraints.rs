@@ -2,7 +2,7 @@
 
 use super::{Assembly, BodyAssembly, BodySprings};
 use crate::scene::Method;
-use crate::topology::GRID_STEPS;
+use crate::topology::{GRID_STEPS, SpringKind};
 use std::ops::Range;
 
 /// The springs of a scene, one by one: bodies one after the other, in each by first end, second end, kind.
@@ -16,6 +16,8 @@ pub struct Constraints {
     pub material: Vec<u32>,
     /// Stiffness [N/m] and damping [kg/s].
     pub materials: Vec<[f64; 2]>,
+    /// By material: whether the ends of its springs are neighbours.
+    pub near: Vec<bool>,
     /// Those of each body.
     pub bodies: Vec<Range<usize>>,
 }
@@ -50,17 +52,19 @@ impl Constraints {
     }
 
     /// The number of a material that does something.
-    fn add_material(&mut self, k: f64, d: f64) -> Option<u32> {
+    fn add_material(&mut self, [k, d]: [f64; 2], near: bool) -> Option<u32> {
         let acts = k > 0.0 || d > 0.0;
         acts.then(|| {
             self.materials.push([k, d]);
+            self.near.push(near);
             self.materials.len() as u32 - 1
         })
     }
 
     fn add_grid(&mut self, first: usize, along: &super::GridDirections, [rows, cols]: [usize; 2]) {
-        let along = along
-            .map(|direction| direction.and_then(|[k, d, length]| Some((self.add_material(k, d)?, length))));
+        let along = along.map(|direction| {
+            direction.and_then(|[k, d, length]| Some((self.add_material([k, d], true)?, length)))
+        });
         // Each node owns six; by their other ends.
         let order = [0, 1, 5, 2, 4, 3];
         for (row, col) in (0..rows).flat_map(|row| (0..cols).map(move |col| (row, col))) {
@@ -81,7 +85,10 @@ impl Constraints {
         let BodySprings::Mesh(lists) = &body.springs else { return };
         let mut springs = Vec::new();
         for list in lists {
-            let Some(material) = self.add_material(list.k, list.d) else { continue };
+            let Some(material) = self.add_material([list.k, list.d], list.kind == SpringKind::Structural)
+            else {
+                continue;
+            };
             let ends = list.pairs.iter().map(|pair| pair.map(|node| node + body.first as u32));
             springs
                 .extend(ends.zip(&list.rest).map(|([a, b], &rest)| ([a.min(b), a.max(b)], material, rest)));

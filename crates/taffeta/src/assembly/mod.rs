@@ -6,6 +6,7 @@
 mod body;
 mod constraints;
 mod grid;
+mod levels;
 mod loads;
 mod pairs;
 mod pins;
@@ -13,6 +14,7 @@ mod volumes;
 
 pub use body::{BodyAssembly, BodySprings, GridDirections};
 pub use constraints::Constraints;
+pub use levels::Level;
 pub use loads::{Load, LoadKind};
 pub use pairs::{Apart, Touching};
 
@@ -36,6 +38,8 @@ pub struct Assembly {
     pub loads: Vec<Load>,
     /// Springs as a list, where the method makes constraints of them.
     pub constraints: Constraints,
+    /// Coarser levels of them, where the form of the constraints asks for some.
+    pub levels: Vec<Level>,
     /// How springs are solved.
     pub solver: Solver,
     /// Gravity, drag, wind.
@@ -67,6 +71,7 @@ impl Assembly {
             colliders: scene.colliders.iter().filter_map(MovingCollider::new).collect(),
             loads: Vec::new(),
             constraints: Constraints::default(),
+            levels: Vec::new(),
             solver: scene.solver.clone(),
             world: scene.world.clone(),
             time: scene.time.clone(),
@@ -76,6 +81,9 @@ impl Assembly {
         }
         assembly.loads = loads::loads(&assembly.bodies, &scene.forces)?;
         assembly.constraints = Constraints::new(&assembly);
+        if assembly.solver.is_primal() {
+            assembly.levels = Level::all(&assembly);
+        }
         assembly.start_pins();
         assembly.note_start_contacts();
         Ok(assembly)

@@ -46,7 +46,7 @@ impl<T: Real> Softness<T> {
     pub fn spring(k: f64, d: f64, epsilon: f64, form: ConstraintForm, h: f64) -> Self {
         let compliance = 1.0 / (h * (k * h + d));
         match form {
-            ConstraintForm::Compliant => Self {
+            ConstraintForm::Compliant | ConstraintForm::Primal => Self {
                 compliance: T::from_f64(compliance),
                 rate: T::from_f64(k * compliance),
                 epsilon: T::from_f64(epsilon),

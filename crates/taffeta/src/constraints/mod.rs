@@ -1,4 +1,5 @@
 //! Constraints: what must hold whatever the forces are. They correct forces, or positions.
 
 pub mod distance;
+pub mod primal;
 pub mod volume;

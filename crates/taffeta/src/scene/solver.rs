@@ -13,6 +13,13 @@ pub struct Solver {
     pub acad: Acad,
 }
 
+impl Solver {
+    /// Whether springs are solved for by nodes.
+    pub fn is_primal(&self) -> bool {
+        self.method == Method::Ice && self.ice.form == ConstraintForm::Primal
+    }
+}
+
 /// The method for springs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
@@ -41,6 +48,8 @@ pub struct Ice {
     pub epsilon: f64,
     /// Whether it starts from the pulls of the last sub-step.
     pub warm_start: bool,
+    /// Newton steps in a sub-step, of the form "primal".
+    pub newton_steps: u32,
 }
 
 impl Default for Ice {
@@ -51,6 +60,7 @@ impl Default for Ice {
             max_iterations: 200,
             epsilon: 0.0,
             warm_start: true,
+            newton_steps: 1,
         }
     }
 }
@@ -86,4 +96,6 @@ pub enum ConstraintForm {
     Compliant,
     /// As the paper has them: Φ = l² − L², without compliance.
     Printed,
+    /// By nodes: an implicit step of the springs, with their stiffness across; of the method "ice".
+    Primal,
 }

@@ -6,10 +6,13 @@ mod path;
 #[cfg(test)]
 mod tests;
 
-use super::{Collider, Force, Keyframe, Rotation, Scene, Shape, Solver};
+use super::{Collider, ConstraintForm, Force, Keyframe, Rotation, Scene, Shape, Solver};
 pub(crate) use path::plain;
 use path::{Checked, Path};
 use std::collections::HashMap;
+
+/// Newton steps beyond which nothing is gained.
+const MOST_NEWTON_STEPS: u32 = 100;
 
 /// What is wrong with a scene, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -96,6 +99,18 @@ impl Scene {
         path.key("max_iterations")
             .demand(ice.max_iterations >= 1, || "is 0, 1 or more would do".to_owned())?;
         path.key("epsilon").not_negative(ice.epsilon, "")?;
+        path.key("epsilon").demand(ice.epsilon == 0.0 || !self.solver.is_primal(), || {
+            format!("is {}, and the form \"primal\" has no compliance to add to; 0 would do", ice.epsilon)
+        })?;
+        path.key("newton_steps").demand((1..=MOST_NEWTON_STEPS).contains(&ice.newton_steps), || {
+            format!("is {}, 1 to {MOST_NEWTON_STEPS} would do", ice.newton_steps)
+        })?;
+        path.key("newton_steps").demand(ice.newton_steps == 1 || self.solver.is_primal(), || {
+            format!(
+                "is {}, but only form = \"primal\" of the method \"ice\" takes Newton steps",
+                ice.newton_steps
+            )
+        })?;
         let path = Path::of("solver.acad");
         path.key("threshold").positive(acad.threshold, "")?;
         for (key, share) in [("release", acad.release), ("target", acad.target)] {
@@ -104,6 +119,9 @@ impl Scene {
                 format!("is {share}, more than the threshold of {}; up to that would do", acad.threshold)
             })?;
         }
+        path.key("form").demand(acad.form != ConstraintForm::Primal, || {
+            "is \"primal\", a form of the method \"ice\" alone; \"compliant\" would do".to_owned()
+        })?;
         path.key("epsilon").not_negative(acad.epsilon, "")
     }
 

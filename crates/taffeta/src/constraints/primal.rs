@@ -1,0 +1,197 @@
+//! Springs by nodes: one Newton step of implicit Euler.
+//!
+//! Source: Baraff and Witkin, "Large Steps in Cloth Simulation", SIGGRAPH 1998, eq. 16, here for u = v⁺; the stiffness across
+//! a spring by its absolute value after Chen, Liu, Levin, Zheng, Kim, "Stabler Neo-Hookean Simulation: Absolute Eigenvalue
+//! Filtering for Projected Newton", SIGGRAPH 2024.
+//!
+//! With mass M, step h, and the velocity v* that all other forces would give, the velocity u after the step solves
+//!
+//! (M + K') u = M v* + h f,
+//!
+//! where f are springs' forces [N] at places x, and K' is made of one block for each spring,
+//! B = (h² k + h e) n nᵀ + h² g (1 − n nᵀ), g = |k (l − L)|/l: the change of its impulse per change of velocity [kg]. Without g
+//! that is the dual form (`distance.rs`). g keeps taut springs from waving whatever h is; that of compressed springs is taken
+//! as positive, too: B stays positive semi-definite, and where forces balance does not depend on B.
+
+use crate::real::{Real, dot, scale};
+
+/// Share of the diagonal that is added to a diagonal block before it is inverted, in units of the last place.
+const FLOOR: f64 = 16.0;
+
+/// A material over a step h [s].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stiff<T> {
+    /// k [N/m].
+    pub k: T,
+    /// Damping e [kg/s].
+    pub e: T,
+    /// h.
+    pub h: T,
+    /// h².
+    pub hh: T,
+    /// h² k + h e [kg].
+    pub axial: T,
+}
+
+/// What a spring contributes: B u = q (q·u) + across·u.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Link<T> {
+    /// q [kg^½].
+    pub q: [T; 3],
+    /// h² g [kg].
+    pub across: T,
+    /// n/l, and k (l − L)·h [N s], its impulse towards the other end.
+    pub along: [T; 3],
+    pub impulse: T,
+}
+
+impl<T: Real> Stiff<T> {
+    /// Of stiffness `k` [N/m] and damping `e` [kg/s] over a step `h` [s].
+    pub fn new(k: f64, e: f64, h: f64) -> Self {
+        let number = T::from_f64;
+        Self { k: number(k), e: number(e), h: number(h), hh: number(h * h), axial: number(h * (k * h + e)) }
+    }
+
+    /// The spring with `d` from its one end to the other [m].
+    #[inline(always)]
+    pub fn link(&self, d: [T; 3], rest_length: T) -> Link<T> {
+        let squared = dot(d, d);
+        let squared = if squared < T::TINY { T::TINY } else { squared };
+        let length = squared.sqrt();
+        let inverse = T::ONE / length;
+        let pull = self.k * (length - rest_length);
+        let across = pull.abs() * inverse;
+        let across = self.hh * if across > self.k { self.k } else { across };
+        // No less than h e, for the stiffness across is at most k.
+        let left = self.axial - across;
+        let left = if left > T::ZERO { left.sqrt() } else { T::ZERO };
+        let n = scale(d, inverse);
+        Link { q: scale(n, left), across, along: n, impulse: self.h * pull }
+    }
+}
+
+/// A symmetric matrix: xx, yy, zz, xy, xz, yz.
+pub type Symmetric<T> = [T; 6];
+
+/// A matrix times a vector.
+#[inline(always)]
+pub fn times<T: Real>(m: &Symmetric<T>, v: [T; 3]) -> [T; 3] {
+    [
+        m[0] * v[0] + m[3] * v[1] + m[4] * v[2],
+        m[3] * v[0] + m[1] * v[1] + m[5] * v[2],
+        m[4] * v[0] + m[5] * v[1] + m[2] * v[2],
+    ]
+}
+
+/// q qᵀ + across.
+#[inline(always)]
+pub fn block<T: Real>(q: [T; 3], across: T) -> Symmetric<T> {
+    [q[0] * q[0] + across, q[1] * q[1] + across, q[2] * q[2] + across, q[0] * q[1], q[0] * q[2], q[1] * q[2]]
+}
+
+/// The inverse of a diagonal block, for Jacobi's iteration; 0 of 0. What is less than some last digits of the trace is
+/// noise: as much is added first.
+#[inline(always)]
+pub fn inverse<T: Real>(m: &Symmetric<T>) -> Symmetric<T> {
+    let trace = m[0] + m[1] + m[2];
+    let floor = T::from_f64(FLOOR) * T::EPSILON * trace;
+    let unit = T::ONE / if trace > T::ZERO { trace } else { T::ONE };
+    let [a, b, c] = [unit * (m[0] + floor), unit * (m[1] + floor), unit * (m[2] + floor)];
+    let [d, e, f] = [unit * m[3], unit * m[4], unit * m[5]];
+    let minors = [b * c - f * f, a * c - e * e, a * b - d * d, e * f - d * c, d * f - e * b, d * e - a * f];
+    let determinant = a * minors[0] + d * minors[3] + e * minors[4];
+    let by = if determinant > T::ZERO { unit / determinant } else { T::ZERO };
+    minors.map(|minor| minor * by)
+}
+
+/// The inverse of a diagonal block among the directions in which a surface with unit normal `n` lets the node go.
+#[inline(always)]
+pub fn inverse_along<T: Real>(m: &Symmetric<T>, n: [T; 3]) -> Symmetric<T> {
+    // P m P + τ n nᵀ, with P = 1 − n nᵀ: its inverse is that among P's directions, and 1/τ along n.
+    let tau = m[0] + m[1] + m[2];
+    let w = times(m, n);
+    let half = (dot(n, w) + tau) * T::from_f64(0.5);
+    let v = [w[0] - half * n[0], w[1] - half * n[1], w[2] - half * n[2]];
+    let pair = |i: usize, j: usize| n[i] * v[j] + v[i] * n[j];
+    let kept = [
+        m[0] - pair(0, 0),
+        m[1] - pair(1, 1),
+        m[2] - pair(2, 2),
+        m[3] - pair(0, 1),
+        m[4] - pair(0, 2),
+        m[5] - pair(1, 2),
+    ];
+    let by = if tau > T::ZERO { T::ONE / tau } else { T::ZERO };
+    let all = inverse(&kept);
+    let normal = block(n, T::ZERO);
+    [0, 1, 2, 3, 4, 5].map(|i| all[i] - by * normal[i])
+}
+
+/// What holds a node on coarser levels: its diagonal block in the directions in which a surface with unit normal `n` holds it.
+#[inline(always)]
+pub fn held<T: Real>(m: &Symmetric<T>, n: [T; 3]) -> Symmetric<T> {
+    let stiff = dot(n, times(m, n));
+    let normal = block(n, T::ZERO);
+    normal.map(|one| stiff * one)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(a: &[f64], b: &[f64], within: f64) {
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < within), "{a:?} {b:?}");
+    }
+
+    #[test]
+    fn a_link_is_that_by_hand() {
+        // l = 5 along (3, 0, 4), L = 4, k = 10, e = 2, h = 0.5: pull 10, g = 2, h² g = 0.5, h² k + h e = 3.5.
+        let link = Stiff::new(10.0, 2.0, 0.5).link([3.0, 0.0, 4.0], 4.0);
+        let q = f64::sqrt(3.0);
+        close(&link.q, &[0.6 * q, 0.0, 0.8 * q], 1e-14);
+        close(&[link.across, link.impulse], &[0.5, 5.0], 1e-14);
+        // Along n it is h² k + h e, across h² g.
+        let b = block(link.q, link.across);
+        close(&times(&b, [0.6, 0.0, 0.8]), &[2.1, 0.0, 2.8], 1e-14);
+        close(&times(&b, [0.0, 1.0, 0.0]), &[0.0, 0.5, 0.0], 1e-14);
+        // Compressed by as much: the same block but for |l − L|/l.
+        let short = Stiff::new(10.0, 2.0, 0.5).link([3.0, 0.0, 4.0], 6.0);
+        close(&[short.across, short.impulse], &[0.5, -5.0], 1e-14);
+    }
+
+    #[test]
+    fn blocks_stay_positive_where_a_spring_is_crushed_or_nothing() {
+        let stiff = Stiff::<f32>::new(1e6, 0.0, 0.016);
+        let crushed = stiff.link([1e-9, 0.0, 0.0], 0.1);
+        assert!(crushed.q == [0.0; 3] && crushed.across.is_finite() && crushed.across > 0.0);
+        let none = Stiff::<f32>::new(0.0, 0.0, 0.016).link([0.0; 3], 0.0);
+        assert!(none.q == [0.0; 3] && none.across == 0.0 && none.impulse == 0.0);
+    }
+
+    #[test]
+    fn inverses_are_inverses_where_the_node_may_go() {
+        let m = block([1.0, -2.0, 0.5], 0.7);
+        let v = [0.3, 0.2, -0.9];
+        close(&times(&inverse(&m), times(&m, v)), &v, 1e-13);
+        let n = [2.0 / 3.0, 1.0 / 3.0, -2.0 / 3.0];
+        let among = inverse_along(&m, n);
+        close(&times(&among, n), &[0.0; 3], 1e-13);
+        // A tangent t: P m t comes back to t.
+        let t = [1.0, -2.0, 0.0];
+        let mt = times(&m, t);
+        close(&times(&among, mt), &t, 1e-12);
+        assert_eq!(inverse(&[0.0; 6]), [0.0; 6]);
+        close(&held(&m, n), &block(n, 0.0).map(|one| one * dot(n, times(&m, n))), 1e-15);
+    }
+
+    #[test]
+    fn an_inverse_in_32_bits_is_positive_however_stiff_the_block() {
+        let q = [300.0_f32, 200.0, 100.0];
+        let [a, b] = [block(q, 0.0), block([100.0, -310.0, 5.0], 0.0)];
+        let m: [f32; 6] = std::array::from_fn(|i| a[i] + b[i] + if i < 3 { 1e-5 } else { 0.0 });
+        let inverse = inverse(&m);
+        for v in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-0.3, 0.1, 0.9]] {
+            assert!(dot(v, times(&inverse, v)) > 0.0);
+        }
+    }
+}
