@@ -7,6 +7,7 @@ use super::balance::Balance;
 use super::column::Column;
 use super::diagnose::{VolumeChunk, frame_sums};
 use super::pairs::{Found, PairScratch, PairSetup, PairWork};
+use super::primal::{PrimalSetup, PrimalWork};
 use super::shared::Shared;
 use super::simd::SimdLevel;
 use super::solve::{SolveSetup, SolveWork};
@@ -56,6 +57,8 @@ pub struct Setup<T> {
     pub volume_of_body: Vec<Option<usize>>,
     /// Springs that are, or become, constraints, if any do.
     pub solve: Option<SolveSetup<T>>,
+    /// Springs that are solved for by nodes, if that is asked.
+    pub primal: Option<PrimalSetup<T>>,
     /// Nodes that touch each other, if any do.
     pub pairs: Option<PairSetup<T>>,
     /// Triangles of closed bodies, in chunks.
@@ -91,6 +94,7 @@ pub struct CpuBackend<T> {
     hinge_forces: Vec<[[T; 3]; 4]>,
     corrections: Corrections<T>,
     solve: SolveWork<T>,
+    primal: PrimalWork<T>,
     pub(super) pairs: PairWork<T>,
     pub(super) balance: Balance,
     tile_sums: Vec<StateSums>,
@@ -117,6 +121,7 @@ impl<T: Real> CpuBackend<T> {
         let clock = Instant::now();
         let pairs = PairSetup::new(&assembly, &tiles, &shares);
         let balance = Balance::new(shares.len(), clock.elapsed().as_secs_f64());
+        let primal = PrimalSetup::new(&mut assembly);
         let solve = SolveSetup::new(&mut assembly, &tiles);
         let watch = solve.as_ref().and_then(SolveSetup::watched);
         let fields = [start(&assembly, 0), start(&assembly, 6 * STAGGER)];
@@ -134,6 +139,7 @@ impl<T: Real> CpuBackend<T> {
             hinge_forces: vec![[[T::ZERO; 3]; 4]; hinges.corners.len()],
             corrections: Corrections::new(&volumes),
             solve: SolveWork::new(solve.as_ref(), tiles.len()),
+            primal: PrimalWork::new(primal.as_ref()),
             pairs: PairWork::new(pairs.as_ref(), shares.len()),
             balance,
             tile_sums: vec![StateSums::default(); tiles.len()],
@@ -148,6 +154,7 @@ impl<T: Real> CpuBackend<T> {
                 volumes,
                 volume_of_body,
                 solve,
+                primal,
                 pairs,
                 volume_chunks,
                 level: SimdLevel::detect(),
@@ -177,7 +184,11 @@ impl<T: Real> CpuBackend<T> {
     /// What the solver did in a frame; all workers know it.
     fn solver_report(&mut self) -> SolverReport {
         let first = self.scratch.first_mut().map(|one| one.get_mut().unwrap_or_else(PoisonError::into_inner));
-        first.map(|scratch| std::mem::take(&mut scratch.solve.report)).unwrap_or_default()
+        let primal = self.setup.primal.is_some();
+        let report = |scratch: &mut Scratch<T>| {
+            std::mem::take(if primal { &mut scratch.primal.report } else { &mut scratch.solve.report })
+        };
+        first.map(report).unwrap_or_default()
     }
 
     /// What was found of nodes in contact in the last of some sub-steps.
@@ -197,6 +208,7 @@ impl<T: Real> CpuBackend<T> {
         let volumes = Shared::new(&mut self.volumes);
         let corrections = self.corrections.share();
         let solve = self.solve.share();
+        let primal = self.primal.share();
         let pairs = self.pairs.share();
         let (setup, shares, scratch, current) = (&self.setup, &self.shares, &self.scratch, self.current);
         self.team.run(|index, barrier| {
@@ -211,6 +223,7 @@ impl<T: Real> CpuBackend<T> {
                 hinge_forces: &hinge_forces,
                 corrections: &corrections,
                 solve: &solve,
+                primal: &primal,
                 pairs: &pairs,
                 tile_sums: &tile_sums,
                 volumes: &volumes,
@@ -279,10 +292,16 @@ impl<T: Real> Backend for CpuBackend<T> {
     }
 
     fn remembered(&self) -> Remembered {
+        if let Some(setup) = &self.setup.primal {
+            return self.primal.remembered(setup);
+        }
         self.setup.solve.as_ref().map(|setup| self.solve.remembered(setup)).unwrap_or_default()
     }
 
     fn remember(&mut self, from: &Remembered) {
+        if self.setup.primal.is_some() {
+            self.primal.remember(from);
+        }
         if let Some(setup) = &self.setup.solve {
             self.solve.remember(setup, &self.setup.tiles, from);
         }
@@ -302,7 +321,9 @@ impl<T: Real> Backend for CpuBackend<T> {
         let columns = 14 * self.setup.mass.len() * size_of::<T>();
         let springs: usize = self.setup.springs.iter().map(TiledSprings::bytes).sum();
         let hinges = self.hinge_forces.len() * (size_of::<[[T; 3]; 4]>() + 36);
-        columns + springs + hinges + self.corrections.bytes() + self.solve.bytes() + self.pairs.bytes()
+        let tables = self.setup.primal.as_ref().map_or(0, PrimalSetup::bytes);
+        let solved = self.solve.bytes() + self.primal.bytes() + tables;
+        columns + springs + hinges + self.corrections.bytes() + solved + self.pairs.bytes()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::backend::Setup;
 use super::contact::contact;
+use super::primal::SharedPrimal;
 use super::shared::Shared;
 use super::simd::Kernel;
 use super::solve::{SharedSolve, SolveSetup};
@@ -38,6 +39,8 @@ pub struct CpuTile<'a, T> {
     pub corrections: &'a SharedCorrections<'a, T>,
     /// What constraints need between stages.
     pub solve: &'a SharedSolve<'a, T>,
+    /// What springs that are solved for by nodes have given.
+    pub primal: &'a SharedPrimal<'a, T>,
     /// Which volume it is a part of.
     pub volume: Option<usize>,
     /// The worker's room.

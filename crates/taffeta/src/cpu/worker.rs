@@ -5,6 +5,7 @@ use super::column::Column;
 use super::diagnose::{chunk_volume, tile_sums};
 use super::grid::Sweep;
 use super::pairs::{PairScratch, PairWorker, SharedPairs};
+use super::primal::{PrimalScratch, PrimalWorker, SharedPrimal};
 use super::shared::Shared;
 use super::solve::{SharedSolve, SolveScratch, SolveWorker};
 use super::team::Barrier;
@@ -38,6 +39,8 @@ pub struct Scratch<T> {
     pub last_touch: Vec<u32>,
     /// Springs that are constraints.
     pub solve: SolveScratch<T>,
+    /// Springs that are solved for by nodes.
+    pub primal: PrimalScratch<T>,
     /// Nodes that touch each other, where any do.
     pub pairs: Option<PairScratch<T>>,
     /// Time that it has waited for others about them in this frame [s].
@@ -61,6 +64,7 @@ impl<T: Real> Scratch<T> {
             torques: Vec::new(),
             last_touch: vec![0; nodes],
             solve: SolveScratch::default(),
+            primal: PrimalScratch::default(),
             pairs,
             waited: 0.0,
         }
@@ -87,6 +91,8 @@ pub struct Worker<'a, T> {
     pub corrections: &'a SharedCorrections<'a, T>,
     /// What constraints need between stages.
     pub solve: &'a SharedSolve<'a, T>,
+    /// What springs that are solved for by nodes need between stages.
+    pub primal: &'a SharedPrimal<'a, T>,
     /// What nodes that touch each other need between stages.
     pub pairs: &'a SharedPairs<'a, T>,
     /// Where each tile's sums go.
@@ -158,6 +164,7 @@ impl<'a, T: Real> Worker<'a, T> {
             hinge_forces: unsafe { self.hinge_forces.read() },
             corrections: self.corrections,
             solve: self.solve,
+            primal: self.primal,
             volume: self.setup.volume_of_body[plan.body],
             scratch: self.scratch,
             contacts: 0,
@@ -182,6 +189,50 @@ impl<'a, T: Real> Worker<'a, T> {
             let contacts = tile.contacts;
             self.sums_of(index).contacts += contacts;
         }
+    }
+
+    /// Solves for springs that are constraints; returns whether any tile waits for that.
+    fn solve_springs(&mut self, substep: &Substep<T>) -> bool {
+        let (setup, old, next) = (self.setup, self.state(), &self.buffers[1 - self.current]);
+        if let Some(primal) = &setup.primal {
+            PrimalWorker {
+                setup,
+                primal,
+                shared: self.primal,
+                scratch: &mut self.scratch.primal,
+                index: self.index,
+                workers: self.workers,
+                alone: self.workers == 1,
+                barrier: self.barrier,
+                old,
+                next,
+                h: substep.h,
+                colliders: primal.colliders(substep),
+            }
+            .solve();
+            return true;
+        }
+        let Some(solve) = &setup.solve else { return false };
+        // SAFETY: noted before the barrier that was just passed, and anew after the next.
+        if solve.adaptive && !unsafe { self.solve.waits() }.contains(&true) {
+            return false;
+        }
+        SolveWorker {
+            setup,
+            solve,
+            shared: self.solve,
+            scratch: &mut self.scratch.solve,
+            share: self.share.clone(),
+            index: self.index,
+            workers: self.workers,
+            barrier: self.barrier,
+            old,
+            next,
+            h: substep.h,
+            colliders: solve.colliders(substep),
+        }
+        .solve();
+        true
     }
 
     /// Where the sums of a tile of its share go.
@@ -254,33 +305,14 @@ impl<T: Real> Stages for Worker<'_, T> {
     }
 
     fn constrains(&self) -> bool {
-        self.setup.solve.is_some()
+        self.setup.solve.is_some() || self.setup.primal.is_some()
     }
 
     fn constraints(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
-        let setup = self.setup;
-        let Some(solve) = &setup.solve else { return };
         self.barrier.wait();
-        // SAFETY: noted before the barrier, and anew after the next.
-        if solve.adaptive && !unsafe { self.solve.waits() }.contains(&true) {
+        if !self.solve_springs(substep) {
             return;
         }
-        let old = self.state();
-        SolveWorker {
-            setup,
-            solve,
-            shared: self.solve,
-            scratch: &mut self.scratch.solve,
-            share: self.share.clone(),
-            index: self.index,
-            workers: self.workers,
-            barrier: self.barrier,
-            old,
-            next: &self.buffers[1 - self.current],
-            h: substep.h,
-            colliders: solve.colliders(substep),
-        }
-        .solve();
         for index in self.share.clone() {
             let mut tile = self.tile(index, substep);
             if tile.waits() {

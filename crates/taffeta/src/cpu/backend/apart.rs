@@ -67,6 +67,7 @@ impl<T: Real> CpuBackend<T> {
         let next = next.each_mut().map(|column| Shared::new(column));
         let corrections = self.corrections.share();
         let solve = self.solve.share();
+        let primal = self.primal.share();
         let scratch = self.scratch[0].get_mut().unwrap_or_else(PoisonError::into_inner);
         scratch.sweep.restart();
         for (origin, volume) in scratch.origins.iter_mut().zip(&self.setup.volumes) {
@@ -76,7 +77,7 @@ impl<T: Real> CpuBackend<T> {
         for (number, plan) in self.setup.tiles.iter().enumerate() {
             let hinge_forces = &self.hinge_forces;
             let (setup, next) = (&self.setup, &next);
-            let (corrections, solve) = (&corrections, &solve);
+            let (corrections, solve, primal) = (&corrections, &solve, &primal);
             let mut tile = CpuTile {
                 setup,
                 plan,
@@ -88,6 +89,7 @@ impl<T: Real> CpuBackend<T> {
                 hinge_forces,
                 corrections,
                 solve,
+                primal,
                 volume: setup.volume_of_body[plan.body],
                 scratch,
                 contacts: 0,

@@ -4,6 +4,7 @@ use super::Quad;
 use crate::collision::press::Press;
 use crate::constraints::distance::{Row, Softness, noise};
 use crate::cpu::simd::Kernel;
+use crate::cpu::sums::Sums;
 use crate::forces::spring;
 use crate::real::{Real, norm, sub};
 use crate::topology::LANES;
@@ -11,31 +12,6 @@ use crate::topology::LANES;
 /// The sign of a pull at the first and at the second end of a row.
 fn signs<T: Real>() -> [T; 2] {
     [-T::ONE, T::ONE]
-}
-
-/// Sixteen sums side by side.
-#[derive(Clone, Copy)]
-struct Sums<T>([T; LANES]);
-
-impl<T: Real> Sums<T> {
-    const ZERO: Self = Self([T::ZERO; LANES]);
-
-    /// Adds a·b of up to sixteen numbers.
-    #[inline(always)]
-    fn add(&mut self, a: &[T], b: &[T]) {
-        for ((sum, &a), &b) in self.0.iter_mut().zip(a).zip(b) {
-            *sum += a * b;
-        }
-    }
-
-    #[inline(always)]
-    fn total(&self) -> f64 {
-        let mut sum = 0.0;
-        for lane in self.0 {
-            sum += lane.to_f64();
-        }
-        sum
-    }
 }
 
 /// Kernel: what a row of each constraint is.

@@ -8,8 +8,9 @@ use crate::real::{Real, scale, sub};
 impl<T: Real> CpuTile<'_, T> {
     /// Whether every spring of the tile's body is a constraint.
     pub(in crate::cpu) fn is_implicit(&self) -> bool {
-        let solve = self.setup.solve.as_ref();
+        let (solve, primal) = (self.setup.solve.as_ref(), self.setup.primal.as_ref());
         solve.is_some_and(|solve| !solve.adaptive && !solve.list.bodies[self.plan.body].is_empty())
+            || primal.is_some_and(|primal| primal.acts_on(self.plan.body))
     }
 
     /// Notes whether the tile's nodes wait for constraints: because springs are too long, or were in the last sub-step.
@@ -27,10 +28,10 @@ impl<T: Real> CpuTile<'_, T> {
 
     /// Whether the tile's nodes wait for constraints.
     pub(in crate::cpu) fn waits(&self) -> bool {
-        let Some(solve) = &self.setup.solve else { return false };
         // SAFETY: as above.
         let noted = || unsafe { *self.solve.waits.item(self.index) };
-        if solve.adaptive { noted() } else { self.is_implicit() }
+        let adaptive = self.setup.solve.as_ref().is_some_and(|solve| solve.adaptive);
+        if adaptive { noted() } else { self.is_implicit() }
     }
 
     /// Takes up the force that waits, and adds that of constraints.
@@ -43,6 +44,10 @@ impl<T: Real> CpuTile<'_, T> {
         }
         let adaptive = self.setup.solve.as_ref().is_some_and(|solve| solve.adaptive);
         for (at, run) in self.plan.runs() {
+            if self.setup.primal.is_some() {
+                self.add_changes(at, &run);
+                continue;
+            }
             if !adaptive {
                 run.clone().for_each(|place| self.add_pulls((at + place - run.start, place), place));
                 continue;

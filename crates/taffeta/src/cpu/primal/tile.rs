@@ -1,0 +1,40 @@
+//! What springs that are solved for by nodes give a tile.
+
+use crate::cpu::tile::CpuTile;
+use crate::real::{Real, scale, sub};
+use std::ops::Range;
+
+impl<T: Real> CpuTile<'_, T> {
+    /// Adds the force that makes of velocities what was solved for, to the forces of a run of nodes, the first of which is the
+    /// tile's `at`-th.
+    pub(in crate::cpu) fn add_changes(&mut self, at: usize, run: &Range<usize>) {
+        let Some(primal) = &self.setup.primal else { return };
+        let pressed = !primal.colliders(self.substep).is_empty();
+        // SAFETY: found before a barrier.
+        let change = unsafe { self.primal.change.read() };
+        for place in run.clone() {
+            let mut after: [T; 3] = change.at(place);
+            if pressed {
+                after = self.borne(place, after);
+            }
+            let force = scale(after, self.setup.mass[place] / self.substep.h);
+            for (column, force) in self.scratch.force.iter_mut().zip(force) {
+                column[at + place - run.start] += force;
+            }
+        }
+    }
+
+    /// What springs change of a node's velocity, with what a surface does about it.
+    fn borne(&self, place: usize, change: [T; 3]) -> [T; 3] {
+        // SAFETY: found before a barrier.
+        let (press, surface) =
+            unsafe { (self.primal.press.read()[place], self.primal.surface.read()[place]) };
+        if press.normal == [T::ZERO; 3] {
+            return change;
+        }
+        // SAFETY: waits where the state after will be, for this tile alone.
+        let free = [0, 1, 2].map(|axis| unsafe { *self.next[axis].item(place) });
+        let x = [0, 1, 2].map(|axis| self.old[axis][place]);
+        sub(press.after(free, change, &self.substep.colliders[surface as usize], x), free)
+    }
+}
