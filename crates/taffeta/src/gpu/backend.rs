@@ -4,7 +4,9 @@ use super::kernels::Kernels;
 use super::layout::{Collider, Four, Motion};
 use super::mirror::{Landing, Mirror};
 use super::normals::AllNormals;
-use super::options::{GpuKernels, GpuOptions, refuse_constraints, refuse_late, refuse_loops, refuse_untiled};
+use super::options::{
+    GpuKernels, GpuOptions, refuse_constraints, refuse_late, refuse_loops, refuse_primal, refuse_untiled,
+};
 use super::paper::{self, Paper};
 use super::recorder::Recorder;
 use super::segment::Segment;
@@ -64,6 +66,7 @@ impl GpuBackend {
         let words = |error: GpuError| error.to_string();
         paper::check(options, &assembly)?;
         refuse_constraints(options.kernels, &assembly)?;
+        refuse_primal(&assembly)?;
         refuse_late(options.from, &assembly)?;
         refuse_loops(&gpu, assembly.colliders.len())?;
         let mut parts = Vec::new();

@@ -253,6 +253,14 @@ fn the_papers_kernels_are_refused() {
 }
 
 #[test]
+fn springs_by_nodes_are_left_to_the_cpu() {
+    let mut scene = drop(Method::Ice);
+    scene.solver.ice.form = ConstraintForm::Primal;
+    let words = start(&scene, Stage::default(), GpuKernels::Best).err().unwrap();
+    assert!(words.contains("solver.ice.form = \"primal\" runs on the CPU"), "{words}");
+}
+
+#[test]
 fn a_timed_frame_names_the_stage_of_constraints() {
     let mut timed = on_gpu(&drop(Method::Ice));
     let times = timed.step_timed().unwrap();
