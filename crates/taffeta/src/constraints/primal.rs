@@ -6,12 +6,18 @@
 //!
 //! With mass M, step h, and the velocity v* that all other forces would give, the velocity u after the step solves
 //!
-//! (M + K') u = M v* + h f,
+//! M (u − v*) = h f(x + h u, u),
 //!
-//! where f are springs' forces [N] at places x, and K' is made of one block for each spring,
-//! B = (h² k + h e) n nᵀ + h² g (1 − n nᵀ), g = |k (l − L)|/l: the change of its impulse per change of velocity [kg]. Without g
-//! that is the dual form (`distance.rs`). g keeps taut springs from waving whatever h is; that of compressed springs is taken
-//! as positive, too: B stays positive semi-definite, and where forces balance does not depend on B.
+//! where f are the springs' forces [N] at the end of the step. Newton's iteration starts from u = v, the velocity before
+//! (nodes that are held: from theirs after the step), and each of its steps solves
+//!
+//! (M + K') δ = h f(x + h u, u) − M (u − v*),   u ← u + δ.
+//!
+//! K' is made of one block for each spring, at the places x + h u: B = (h² k + h e) n nᵀ + h² g (1 − n nᵀ), with
+//! g = |k (l − L)|/l at most k: the change of its impulse per change of velocity [kg]. Without g, and from u = 0, one step is
+//! the dual form (`distance.rs`). g keeps taut springs from waving whatever h is; that of compressed springs is taken as
+//! positive, too: B stays positive semi-definite, and where forces balance does not depend on B. From u = v, one step follows
+//! turning springs as well as two do from rest.
 
 use crate::real::{Real, dot, scale};
 
