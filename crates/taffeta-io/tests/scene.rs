@@ -116,10 +116,6 @@ fn what_is_planned_is_said_not_to_be_there_yet() {
         ("[[collider]]\nbox = 1", "(`collider.box`) is not yet supported"),
         ("[[collider]]\nmesh = { file = \"x.ply\" }", "(`collider.mesh`) is not yet supported"),
         ("[world.air]", "(`world.air`) is not yet supported"),
-        (
-            "[solver]\nmethod = \"ice\"\nice.form = \"primal\"",
-            "s.toml:6:12: the primal form of ICE (`solver.ice.form = \"primal\"`) is not yet supported",
-        ),
     ];
     for (text, expected) in cases {
         let scene = "[[body]]\nmass = 1.0\nmesh = { chain = { links = 1, length = 1.0 } }\n";
@@ -181,11 +177,6 @@ fn what_a_solver_cannot_be_is_said_at_its_place() {
         let error = refused(&at(table, line), &[]);
         assert!(error.starts_with(&format!("s.toml:9:{words}")), "{error}");
     };
-    refused(
-        "ice",
-        "form = \"primal\"",
-        "8: the primal form of ICE (`solver.ice.form = \"primal\"`) is not yet",
-    );
     refused(
         "acad",
         "form = \"primal\"",

@@ -57,6 +57,7 @@ impl Solves {
         let more = match form {
             ConstraintForm::Compliant => format!("a larger {table}.epsilon"),
             ConstraintForm::Printed => format!("{table}.form = \"compliant\""),
+            ConstraintForm::Primal => "softer springs".to_owned(),
         };
         Some(format!(
             "the solver's residual was beyond the tolerance of {:?} in {} of {} sub-steps, up to {:.1e}, after up to {} \

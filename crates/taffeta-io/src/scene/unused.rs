@@ -67,9 +67,6 @@ mod tests {
         let loaded = parse_scene(&chosen, "s.toml", &[]).unwrap();
         assert_eq!(loaded.notes, ["`solver.acad` is not used by the method \"ice\""]);
         assert_eq!(loaded.scene.solver.ice.tolerance, 1e-5);
-        let primal = chosen.replace("tolerance = 1e-5", "form = \"primal\"");
-        let refused = parse_scene(&primal, "s.toml", &[]).unwrap_err().to_string();
-        assert!(refused.contains("(`solver.ice.form = \"primal\"`) is not yet supported"), "{refused}");
     }
 
     #[test]

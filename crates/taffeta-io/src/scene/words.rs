@@ -4,7 +4,6 @@ use super::document::Path;
 
 /// What scenes may say one day: its path without indices, and what it is.
 const NOT_YET: &[(&str, &str)] = &[
-    ("solver.ice.form.primal", "the primal form of ICE"),
     ("world.air", "lift and drag of triangles"),
     ("collider.box", "a box as a collider"),
     ("collider.capsule", "a capsule as a collider"),
@@ -74,10 +73,5 @@ fn not_yet(path: Path, key: &str) -> Option<String> {
         plain.replace_range(open..=close, "");
     }
     let (_, what) = NOT_YET.iter().find(|(path, _)| *path == plain)?;
-    // A form is a value, not a key: `solver.ice.form = "primal"`.
-    let shown = match plain.strip_prefix("solver.ice.form.") {
-        Some(word) => format!("solver.ice.form = \"{word}\""),
-        None => plain,
-    };
-    Some(format!("{what} (`{shown}`) is not yet supported"))
+    Some(format!("{what} (`{plain}`) is not yet supported"))
 }

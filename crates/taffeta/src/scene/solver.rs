@@ -1,5 +1,5 @@
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// How springs are solved.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -77,7 +77,9 @@ pub struct Acad {
     pub target: f64,
     /// Compliance relative to the diagonal of the system.
     pub epsilon: f64,
-    /// Which equations.
+    /// Which equations: compliant or printed.
+    #[serde(deserialize_with = "acad_form")]
+    #[schemars(with = "AcadForm")]
     pub form: ConstraintForm,
 }
 
@@ -98,4 +100,21 @@ pub enum ConstraintForm {
     Printed,
     /// By nodes: an implicit step of the springs, with their stiffness across; of the method "ice".
     Primal,
+}
+
+/// The forms that "acad" has.
+#[derive(Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+enum AcadForm {
+    /// C = l − L with compliance.
+    Compliant,
+    /// As the paper has them: Φ = l² − L², without compliance.
+    Printed,
+}
+
+fn acad_form<'de, D: Deserializer<'de>>(from: D) -> Result<ConstraintForm, D::Error> {
+    Ok(match AcadForm::deserialize(from)? {
+        AcadForm::Compliant => ConstraintForm::Compliant,
+        AcadForm::Printed => ConstraintForm::Printed,
+    })
 }
