@@ -57,18 +57,26 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
         self.scratch.stiff.extend(materials.iter().map(|&[k, e]| Stiff::new(k, e, h)));
     }
 
-    /// From where the first Newton step starts: nodes go on as they went, pins as they are moved.
+    /// From where the first Newton step starts: nodes go on as they went, or as surfaces that hold them want; pins as they
+    /// are moved.
     fn begin_step(&mut self, chunk: &Chunk) {
         self.meet_surfaces(&chunk.part);
         // SAFETY: only this chunk's places.
         let (total, outer) =
             unsafe { (self.shared.total.write::<3>(&chunk.part), self.shared.outer.item(chunk.number)) };
+        let hold = self.hold(0);
         *outer = 0.0;
         for (at, place) in chunk.part.clone().enumerate() {
-            let (free, moves) = (self.free_velocity(place), self.setup.inverse_mass[place] > T::ZERO);
+            let free = self.free_velocity(place);
+            let before = [0, 1, 2].map(|axis| self.old[3 + axis][place]);
+            let start = match hold.press.get(place) {
+                _ if self.setup.inverse_mass[place] <= T::ZERO => free,
+                Some(press) => add(press.yielded(before), press.velocity),
+                None => before,
+            };
             for axis in 0..3 {
-                let off = if moves { self.old[3 + axis][place] - free[axis] } else { T::ZERO };
-                total[axis][at] = off;
+                total[axis][at] = start[axis] - free[axis];
+                let off = before[axis] - free[axis];
                 *outer += (self.setup.mass[place] * off * off).to_f64();
             }
         }
@@ -160,88 +168,47 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
         [0, 1, 2].map(|axis| unsafe { self.next[axis].read() }[place])
     }
 
-    /// Where the iteration starts. In the first Newton step nodes on surfaces go as these want, and others from what springs
-    /// did in the last sub-step, times what brings it nearest to the solution in the norm of the system.
+    /// Where the iteration starts: in the first Newton step from what springs did in the last sub-step, times what brings it
+    /// nearest to the solution in the norm of the system.
     fn start(&mut self, first: bool) {
-        self.each(0, |worker, chunk| worker.put(&chunk.part, first));
-        let held = first && !self.colliders.is_empty();
-        if held {
-            self.barrier.wait();
-        }
-        self.each(0, |worker, chunk| worker.leave_right(&chunk.part, held.then_some(chunk)));
+        let warm = first && self.primal.ice.warm_start;
+        self.each(0, |worker, chunk| worker.leave_right(&chunk.part, warm));
         self.barrier.wait();
-        if first && self.primal.ice.warm_start {
+        if warm {
             self.start_warm();
         }
     }
 
-    /// What a node starts with: the way onto the surface that holds it; in `t`, as far as it is free, what would do if springs
-    /// did as in the last sub-step.
-    fn put(&self, part: &Range<usize>, first: bool) {
-        let (shared, hold) = (self.shared, self.hold(0));
-        // SAFETY: chunks do not overlap.
-        let (mut x, mut p, mut s, mut t, change, total) = unsafe {
-            (
-                shared.x.write::<3>(part),
-                shared.p.write::<3>(part),
-                shared.s.write::<3>(part),
-                shared.levels[0].t.write::<3>(part),
-                shared.change.read(),
-                shared.total.read(),
-            )
-        };
-        for columns in [&mut x, &mut p, &mut s] {
-            columns.iter_mut().for_each(|column| column.fill(T::ZERO));
-        }
-        if !first {
-            return;
-        }
-        for at in part.clone().step_by(LANES) {
-            let (mut before, off) = (change.lanes(at), total.lanes::<3>(at));
-            for axis in 0..3 {
-                for lane in 0..LANES {
-                    before[axis][lane] -= off[axis][lane];
-                }
+    /// The right side: springs' impulse and inertia. If `warm`, in `t` what would do if springs did as in the last sub-step.
+    fn leave_right(&self, part: &Range<usize>, warm: bool) {
+        let (shared, here, hold) = (self.shared, &self.shared.levels[0], self.hold(0));
+        // SAFETY: only this chunk's places.
+        let (mut r, mut t, right, total, change) = unsafe {
+            for columns in [shared.x.write::<3>(part), shared.p.write(part), shared.s.write(part)] {
+                columns.into_iter().for_each(|column| column.fill(T::ZERO));
             }
-            hold.yielded(at, &mut before);
-            store(&mut t, at - part.start, &before);
-        }
-        for (press, place) in hold.press.get(part.clone()).unwrap_or(&[]).iter().zip(part.clone()) {
-            if press.normal != [T::ZERO; 3] {
-                let velocity = [0, 1, 2].map(|axis| self.old[3 + axis][place]);
-                let held = sub(press.velocity, sub(velocity, press.yielded(velocity)));
-                for axis in 0..3 {
-                    x[axis][place - part.start] = held[axis];
-                }
-            }
-        }
-    }
-
-    /// What is left of the right side, springs' impulse and inertia, with nodes put on surfaces.
-    fn leave_right(&self, part: &Range<usize>, held: Option<&Chunk>) {
-        let (shared, hold) = (self.shared, self.hold(0));
-        if let Some(chunk) = held {
-            self.apply(chunk, &shared.x, &shared.x, &shared.levels[0].z);
-        }
-        // SAFETY: only this chunk's places; `x` was written before a barrier.
-        let (mut r, z, right, total) = unsafe {
-            let here = &shared.levels[0];
-            (here.r.write::<3>(part), here.z.write::<3>(part), shared.right.read(), shared.total.read())
+            let vectors = (here.r.write::<3>(part), here.t.write::<3>(part));
+            (vectors.0, vectors.1, shared.right.read(), shared.total.read(), shared.change.read())
         };
         for first in part.clone().step_by(LANES) {
-            let (at, mut left, off) = (first - part.start, right.lanes(first), total.lanes::<3>(first));
+            let (mut left, off) = (right.lanes(first), total.lanes::<3>(first));
             for axis in 0..3 {
                 for lane in 0..LANES {
                     left[axis][lane] -= self.setup.mass[first + lane] * off[axis][lane];
                 }
             }
             hold.yielded(first, &mut left);
-            for axis in 0..3 {
-                for lane in 0..if held.is_some() { LANES } else { 0 } {
-                    left[axis][lane] -= z[axis][at + lane];
+            store(&mut r, first - part.start, &left);
+            if warm {
+                let mut before = change.lanes(first);
+                for axis in 0..3 {
+                    for lane in 0..LANES {
+                        before[axis][lane] -= off[axis][lane];
+                    }
                 }
+                hold.yielded(first, &mut before);
+                store(&mut t, first - part.start, &before);
             }
-            store(&mut r, at, &left);
         }
         self.begin(0, part);
     }
