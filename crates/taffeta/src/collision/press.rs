@@ -67,6 +67,18 @@ impl<T: Real> Press<T> {
         Some((inside, press))
     }
 
+    /// How the collider in which a node would be deepest will hold it, and which that is.
+    #[inline(always)]
+    pub fn deepest(colliders: &[ColliderNow<T>], node: &Coming<T>) -> (Self, u32) {
+        let (mut deepest, mut found) = (T::ZERO, (Self::FREE, 0));
+        for (collider, index) in colliders.iter().zip(0..) {
+            if let Some((inside, press)) = Self::of(collider, node).filter(|&(inside, _)| inside > deepest) {
+                (deepest, found) = (inside, (press, index));
+            }
+        }
+        found
+    }
+
     /// A change of velocity, as far as the node yields to it.
     #[inline(always)]
     pub fn yielded(&self, v: [T; 3]) -> [T; 3] {

@@ -141,10 +141,6 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
             )
         };
         for ((press, surface), place) in presses.iter_mut().zip(surfaces).zip(part.clone()) {
-            *press = Press::FREE;
-            if setup.inverse_mass[place] <= T::ZERO {
-                continue;
-            }
             let coming = Coming {
                 place: [0, 1, 2].map(|axis| self.old[axis][place]),
                 free: self.free_velocity(place),
@@ -152,13 +148,9 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
                 fall,
                 h,
             };
-            let mut deepest = T::ZERO;
-            for (collider, index) in self.colliders.iter().zip(0..) {
-                let held = Press::of(collider, &coming);
-                if let Some((inside, new)) = held.filter(|&(inside, _)| inside > deepest) {
-                    (deepest, *press, *surface) = (inside, new, index);
-                }
-            }
+            let free = setup.inverse_mass[place] > T::ZERO;
+            (*press, *surface) =
+                if free { Press::deepest(self.colliders, &coming) } else { (Press::FREE, 0) };
         }
     }
 

@@ -1,7 +1,7 @@
 //! What springs that are solved for by nodes give a tile.
 
 use crate::cpu::tile::CpuTile;
-use crate::real::{Real, scale, sub};
+use crate::real::{Real, scale};
 use std::ops::Range;
 
 impl<T: Real> CpuTile<'_, T> {
@@ -15,26 +15,17 @@ impl<T: Real> CpuTile<'_, T> {
         for place in run.clone() {
             let mut after: [T; 3] = change.at(place);
             if pressed {
-                after = self.borne(place, after);
+                // SAFETY: as above.
+                let (press, surface) =
+                    unsafe { (&self.primal.press.read()[place], self.primal.surface.read()[place]) };
+                if press.normal != [T::ZERO; 3] {
+                    after = self.borne(place, (press, surface), after);
+                }
             }
             let force = scale(after, self.setup.mass[place] / self.substep.h);
             for (column, force) in self.scratch.force.iter_mut().zip(force) {
                 column[at + place - run.start] += force;
             }
         }
-    }
-
-    /// What springs change of a node's velocity, with what a surface does about it.
-    fn borne(&self, place: usize, change: [T; 3]) -> [T; 3] {
-        // SAFETY: found before a barrier.
-        let (press, surface) =
-            unsafe { (self.primal.press.read()[place], self.primal.surface.read()[place]) };
-        if press.normal == [T::ZERO; 3] {
-            return change;
-        }
-        // SAFETY: waits where the state after will be, for this tile alone.
-        let free = [0, 1, 2].map(|axis| unsafe { *self.next[axis].item(place) });
-        let x = [0, 1, 2].map(|axis| self.old[axis][place]);
-        sub(press.after(free, change, &self.substep.colliders[surface as usize], x), free)
     }
 }

@@ -307,15 +307,9 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 fall: T::from_f64(fall),
                 h,
             };
-            *press = Press::FREE;
-            let mut deepest = T::ZERO;
-            for (collider, index) in self.colliders.iter().zip(0..) {
-                let held =
-                    if setup.inverse_mass[place] > T::ZERO { Press::of(collider, &coming) } else { None };
-                if let Some((inside, new)) = held.filter(|&(inside, _)| inside > deepest) {
-                    (deepest, *press, *surface) = (inside, new, index);
-                }
-            }
+            let free = setup.inverse_mass[place] > T::ZERO;
+            (*press, *surface) =
+                if free { Press::deepest(self.colliders, &coming) } else { (Press::FREE, 0) };
         }
     }
 

@@ -1,6 +1,7 @@
 //! What constraints ask of a tile, and what they give it.
 
 use super::kernels::gather;
+use crate::collision::press::Press;
 use crate::cpu::tile::CpuTile;
 use crate::cpu::tiles::TiledSprings;
 use crate::real::{Real, scale, sub};
@@ -90,12 +91,21 @@ impl<T: Real> CpuTile<'_, T> {
         if press.normal == [T::ZERO; 3] {
             return force;
         }
+        let kick = self.substep.h * self.setup.inverse_mass[place];
+        scale(self.borne(place, (&press, surface), scale(force, kick)), T::ONE / kick)
+    }
+
+    /// A change of a node's velocity with what the surface that holds it does about it.
+    pub(in crate::cpu) fn borne(
+        &self,
+        place: usize,
+        (press, surface): (&Press<T>, u32),
+        change: [T; 3],
+    ) -> [T; 3] {
         // SAFETY: waits where the state after will be, for this tile alone.
         let free = [0, 1, 2].map(|axis| unsafe { *self.next[axis].item(place) });
-        let kick = self.substep.h * self.setup.inverse_mass[place];
         let x = [0, 1, 2].map(|axis| self.old[axis][place]);
-        let after = press.after(free, scale(force, kick), &self.substep.colliders[surface as usize], x);
-        scale(sub(after, free), T::ONE / kick)
+        sub(press.after(free, change, &self.substep.colliders[surface as usize], x), free)
     }
 
     /// Gradients of the volume in the state before, which springs did not come by.
