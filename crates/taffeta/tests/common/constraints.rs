@@ -187,6 +187,7 @@ impl Reference {
             (ConstraintForm::Printed, _) => {
                 (scale(apart, 2.0), 0.0, (length * length - rest * rest) / (h * h))
             }
+            (ConstraintForm::Primal, _) => unreachable!("the primal form has no rows"),
             (ConstraintForm::Compliant, Method::Acad) => {
                 (scale(apart, 1.0 / length), epsilon * both, (length - rest) / (h * h))
             }
@@ -256,6 +257,9 @@ impl Reference {
     /// Adds the pulls of constraints to forces: (J W Jᵀ + D) λ = c + J v*/h. A node that a surface holds is taken to
     /// land on it, and to be moved along it alone, or not at all.
     pub fn constrain(&mut self, f: &mut [V], h: f64) {
+        if self.solver.method == Method::Ice && self.solver.ice.form == ConstraintForm::Primal {
+            return self.constrain_by_nodes(f, h);
+        }
         let (rows, free) = (self.rows(h), self.free_velocities(f, h));
         self.pulls.resize(self.springs.len(), 0.0);
         let before: Vec<f64> = rows.iter().map(|row| self.pulls[row.spring] / norm(row.slope)).collect();

@@ -5,7 +5,9 @@ pub mod compare;
 pub mod constraints;
 pub mod levels;
 pub mod lists;
+pub mod primal;
 pub mod reference;
+pub mod state;
 
 use taffeta::scene::{Place, Rotation, Scene};
 use taffeta::{Options, Precision, Simulation};

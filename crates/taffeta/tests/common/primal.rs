@@ -1,0 +1,231 @@
+//! Implicit springs by nodes: Newton's steps of backward Euler, every block of the system from a list of springs, the
+//! system factorised, in 64 bits.
+
+use super::reference::{Reference, Spring};
+use super::{V, add, dot, norm, scale, sub};
+
+/// A symmetric matrix of three rows.
+pub type M3 = [V; 3];
+
+pub const ZERO: M3 = [[0.0; 3]; 3];
+
+/// s times the unit matrix.
+pub fn unit(s: f64) -> M3 {
+    [[s, 0.0, 0.0], [0.0, s, 0.0], [0.0, 0.0, s]]
+}
+
+fn plus(a: M3, b: M3) -> M3 {
+    std::array::from_fn(|i| add(a[i], b[i]))
+}
+
+fn times(a: M3, u: V) -> V {
+    std::array::from_fn(|i| dot(a[i], u))
+}
+
+/// a b.
+fn chained(a: M3, b: M3) -> M3 {
+    std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum()))
+}
+
+/// n nᵀ.
+fn along(n: V) -> M3 {
+    n.map(|s| scale(n, s))
+}
+
+/// A spring between two nodes that are `apart` [m]: n, l, and the geometric stiffness |T|/l [N/m], at most k.
+fn geometry(apart: V, &Spring(_, _, k, _, rest): &Spring) -> (V, f64, f64) {
+    let length = norm(apart);
+    (scale(apart, 1.0 / length), length, (k * (length - rest).abs() / length).min(k))
+}
+
+/// Impulse on the first end by the velocity of the second one against it: (h² k + h d) n nᵀ + h² g (1 − n nᵀ) [kg].
+pub fn block(apart: V, spring: &Spring, h: f64) -> M3 {
+    let (n, _, g) = geometry(apart, spring);
+    let stiff = h * h * spring.2 + h * spring.3;
+    plus(unit(h * h * g), along(n).map(|row| scale(row, stiff - h * h * g)))
+}
+
+/// Force on the first end [N]; its rate is what the second one does against it [m/s].
+pub fn pull(apart: V, rate: V, spring: &Spring) -> V {
+    let (n, length, _) = geometry(apart, spring);
+    scale(n, spring.2 * (length - spring.4) + spring.3 * dot(n, rate))
+}
+
+/// A symmetric definite matrix of blocks: for each row those from its first one that is not zero up to the diagonal.
+pub struct Blocks(Vec<Vec<M3>>);
+
+impl Blocks {
+    /// The matrix with these blocks on its diagonal.
+    pub fn diagonal(of: impl IntoIterator<Item = M3>) -> Self {
+        Self(of.into_iter().map(|block| vec![block]).collect())
+    }
+
+    /// Adds to the block of a node and another one: (B u)_i += b u_j, and the same the other way round.
+    fn insert(&mut self, i: usize, j: usize, b: M3) {
+        let (row, column) = (i.max(j), i.min(j));
+        let back = row - column;
+        let entries = &mut self.0[row];
+        while entries.len() <= back {
+            entries.insert(0, ZERO);
+        }
+        let place = entries.len() - 1 - back;
+        entries[place] = plus(entries[place], b);
+    }
+
+    /// Adds what an edge resists: ±b (u_j − u_i).
+    pub fn edge(&mut self, i: usize, j: usize, b: M3) {
+        self.insert(i, i, b);
+        self.insert(j, j, b);
+        self.insert(i, j, b.map(|row| scale(row, -1.0)));
+    }
+
+    pub fn apply(&self, u: &[V]) -> Vec<V> {
+        let mut out = vec![[0.0; 3]; u.len()];
+        for (i, row) in self.0.iter().enumerate() {
+            let first = i + 1 - row.len();
+            for (j, &b) in (first..).zip(row) {
+                out[i] = add(out[i], times(b, u[j]));
+                if i != j {
+                    // All blocks of edges are symmetric.
+                    out[j] = add(out[j], times(b, u[i]));
+                }
+            }
+        }
+        out
+    }
+
+    /// The same where nodes move as their `yields` let them, and what is left of each is its own mass.
+    fn filtered(&self, yields: &[M3], mass: &[f64]) -> Vec<Vec<f64>> {
+        let mut rows = Vec::new();
+        for (i, row) in self.0.iter().enumerate() {
+            let first = i + 1 - row.len();
+            let mut blocks: Vec<M3> =
+                (first..).zip(row).map(|(j, &b)| chained(chained(yields[i], b), yields[j])).collect();
+            let held = plus(unit(mass[i]), yields[i].map(|row| scale(row, -mass[i])));
+            let last = blocks.len() - 1;
+            blocks[last] = plus(blocks[last], held);
+            for axis in 0..3 {
+                let all = blocks.iter().flat_map(|b| b[axis]);
+                rows.push(all.take(3 * (i - first) + axis + 1).collect());
+            }
+        }
+        rows
+    }
+
+    /// The solution where nodes move as their `yields` let them, by Cholesky's factors and one correction.
+    pub fn solve(&self, right: &[V], yields: &[M3], mass: &[f64]) -> Vec<V> {
+        let right: Vec<V> = right.iter().zip(yields).map(|(&b, &y)| times(y, b)).collect();
+        let factor = factors(self.filtered(yields, mass));
+        let left = |x: &[V]| -> Vec<V> {
+            let rest = right.iter().zip(self.apply(x));
+            rest.zip(yields).map(|((&b, ax), &y)| times(y, sub(b, ax))).collect()
+        };
+        let x = substitute(&factor, &right);
+        let x: Vec<V> = x.iter().zip(substitute(&factor, &left(&x))).map(|(&x, by)| add(x, by)).collect();
+        let size = |r: &[V]| r.iter().map(|&r| dot(r, r)).sum::<f64>().sqrt();
+        let (rest, all) = (size(&left(&x)), size(&right));
+        assert!(rest <= 1e-10 * all, "{rest:e} of {all:e} is left");
+        x
+    }
+}
+
+/// Rows of Cholesky's factor, as long as those of the matrix: each from its first entry up to the diagonal.
+fn factors(mut rows: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    for i in 0..rows.len() {
+        let (done, rest) = rows.split_at_mut(i);
+        let row = &mut rest[0];
+        let first = i + 1 - row.len();
+        for j in first..i {
+            let start = j + 1 - done[j].len();
+            let from = first.max(start);
+            let known = product(&row[from - first..j - first], &done[j][from - start..j - start]);
+            row[j - first] = (row[j - first] - known) / done[j][j - start];
+        }
+        let (before, diagonal) = row.split_at_mut(i - first);
+        let left = diagonal[0] - product(before, before);
+        assert!(left > 1e-14 * diagonal[0], "row {i} depends on those before it");
+        diagonal[0] = left.sqrt();
+    }
+    rows
+}
+
+/// Forwards and backwards through the factors.
+fn substitute(factor: &[Vec<f64>], right: &[V]) -> Vec<V> {
+    let mut x = right.as_flattened().to_vec();
+    for (i, row) in factor.iter().enumerate() {
+        let (known, diagonal) = row.split_at(row.len() - 1);
+        x[i] = (x[i] - product(known, &x[i - known.len()..i])) / diagonal[0];
+    }
+    for (i, row) in factor.iter().enumerate().rev() {
+        x[i] /= row[row.len() - 1];
+        let first = i + 1 - row.len();
+        (first..i).for_each(|j| x[j] -= row[j - first] * x[i]);
+    }
+    x.as_chunks().0.to_vec()
+}
+
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// How nodes move in a sub-step.
+pub struct Motion {
+    /// Velocities [m/s], and those that springs would give to nodes that are held as well.
+    pub v: Vec<V>,
+    pub pulled: Vec<V>,
+}
+
+impl Reference {
+    /// Solves for the velocities at the end of a step of `h` [s]. `free` are those without springs [m/s], and where a node
+    /// does not yield, those that it has; `yields` projects onto the directions in which it does.
+    pub fn backward(&self, free: &[V], yields: &[M3], h: f64) -> Motion {
+        let mut u = free.to_vec();
+        let mut pushed = vec![[0.0; 3]; u.len()];
+        for newton in 0..self.solver.ice.newton_steps {
+            // The first step is linearised where nodes are, the others where the last one takes them.
+            let way = if newton == 0 { 0.0 } else { h };
+            let x: Vec<V> = self.x.iter().zip(&u).map(|(&x, &u)| add(x, scale(u, way))).collect();
+            let mut matrix = Blocks::diagonal(self.mass.iter().map(|&m| unit(m)));
+            let mut impulse = vec![[0.0; 3]; u.len()];
+            for spring in &self.springs {
+                let &Spring(a, b, k, d, _) = spring;
+                let (apart, rate) = (sub(x[b], x[a]), sub(u[b], u[a]));
+                let resists = block(apart, spring, h);
+                // Of the velocity that the first step starts with, springs have not yet seen anything.
+                let by = if newton == 0 {
+                    add(scale(pull(apart, [0.0; 3], spring), h), times(resists, rate))
+                } else {
+                    scale(pull(apart, rate, spring), h)
+                };
+                if k + d > 0.0 {
+                    matrix.edge(a, b, resists);
+                    (impulse[a], impulse[b]) = (add(impulse[a], by), sub(impulse[b], by));
+                }
+            }
+            let right: Vec<V> = (0..u.len())
+                .map(|n| add(impulse[n], scale(sub(free[n], u[n]), self.mass[n])))
+                .collect();
+            let change = matrix.solve(&right, yields, &self.mass);
+            let resisted = matrix.apply(&change);
+            for n in 0..u.len() {
+                // All that springs do to a node: what they push, less what the matrix has beside masses.
+                let inertia = scale(change[n], self.mass[n]);
+                pushed[n] = sub(impulse[n], sub(resisted[n], inertia));
+                u[n] = add(u[n], change[n]);
+            }
+        }
+        let by = |n: usize| scale(pushed[n], self.inverse_mass(n));
+        let pulled = (0..u.len()).map(|n| add(free[n], by(n))).collect();
+        Motion { v: u, pulled }
+    }
+
+    /// Adds to forces what springs do in a step of backward Euler.
+    pub fn constrain_by_nodes(&mut self, f: &mut [V], h: f64) {
+        let free = self.free_velocities(f, h);
+        let yields: Vec<M3> = (0..f.len()).map(|n| if self.held.contains(&n) { ZERO } else { unit(1.0) }).collect();
+        let motion = self.backward(&free, &yields, h);
+        for (n, after) in motion.v.into_iter().enumerate() {
+            f[n] = add(f[n], scale(sub(after, free[n]), self.mass[n] / h));
+        }
+    }
+}
