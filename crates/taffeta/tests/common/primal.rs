@@ -2,7 +2,7 @@
 //! system factorised, in 64 bits.
 
 use super::reference::{Reference, Spring};
-use super::{V, add, dot, norm, scale, sub};
+use super::{V, add, cross, dot, norm, scale, sub};
 
 /// A symmetric matrix of three rows.
 pub type M3 = [V; 3];
@@ -94,6 +94,13 @@ impl Blocks {
         out
     }
 
+    /// D⁻¹ r of a node, by Cramer's rule.
+    fn by_diagonal(&self, n: usize, r: V) -> V {
+        let d = self.0[n].last().expect("a row has a diagonal");
+        let determinant = dot(d[0], cross(d[1], d[2]));
+        [cross(d[1], d[2]), cross(d[2], d[0]), cross(d[0], d[1])].map(|across| dot(across, r) / determinant)
+    }
+
     /// The same where nodes move as their `yields` let them, and what is left of each is its own mass.
     fn filtered(&self, yields: &[M3], mass: &[f64]) -> Vec<Vec<f64>> {
         let mut rows = Vec::new();
@@ -175,57 +182,79 @@ pub struct Motion {
     pub pulled: Vec<V>,
 }
 
+/// The system of one Newton step: masses and blocks, and the impulses of springs [kg·m/s].
+pub struct System {
+    pub matrix: Blocks,
+    pub impulses: Vec<V>,
+}
+
 impl Reference {
+    /// Linearised where velocities `u` take nodes in `h` [s]; the first step of Newton starts where they are, and springs
+    /// have not yet felt `u`.
+    pub fn linearised(&self, u: &[V], h: f64, first: bool) -> System {
+        let way = if first { 0.0 } else { h };
+        let x: Vec<V> = self.x.iter().zip(u).map(|(&x, &u)| add(x, scale(u, way))).collect();
+        let mut matrix = Blocks::diagonal(self.mass.iter().map(|&m| unit(m)));
+        let mut impulses = vec![[0.0; 3]; u.len()];
+        for spring in self.springs.iter().filter(|spring| spring.2 + spring.3 > 0.0) {
+            let (a, b) = (spring.0, spring.1);
+            let (apart, rate) = (sub(x[b], x[a]), sub(u[b], u[a]));
+            let resists = block(apart, spring, h);
+            let impulse = if first {
+                add(scale(pull(apart, [0.0; 3], spring), h), times(resists, rate))
+            } else {
+                scale(pull(apart, rate, spring), h)
+            };
+            matrix.edge(a, b, resists);
+            (impulses[a], impulses[b]) = (add(impulses[a], impulse), sub(impulses[b], impulse));
+        }
+        System { matrix, impulses }
+    }
+
     /// Solves for the velocities at the end of a step of `h` [s]. `free` are those without springs [m/s], and where a node
     /// does not yield, those that it has; `yields` projects onto the directions in which it does.
     pub fn backward(&self, free: &[V], yields: &[M3], h: f64) -> Motion {
         let mut u = free.to_vec();
-        let mut pushed = vec![[0.0; 3]; u.len()];
+        let mut pulled = free.to_vec();
         for newton in 0..self.solver.ice.newton_steps {
-            // The first step is linearised where nodes are, the others where the last one takes them.
-            let way = if newton == 0 { 0.0 } else { h };
-            let x: Vec<V> = self.x.iter().zip(&u).map(|(&x, &u)| add(x, scale(u, way))).collect();
-            let mut matrix = Blocks::diagonal(self.mass.iter().map(|&m| unit(m)));
-            let mut impulse = vec![[0.0; 3]; u.len()];
-            for spring in &self.springs {
-                let &Spring(a, b, k, d, _) = spring;
-                let (apart, rate) = (sub(x[b], x[a]), sub(u[b], u[a]));
-                let resists = block(apart, spring, h);
-                // Of the velocity that the first step starts with, springs have not yet seen anything.
-                let by = if newton == 0 {
-                    add(scale(pull(apart, [0.0; 3], spring), h), times(resists, rate))
-                } else {
-                    scale(pull(apart, rate, spring), h)
-                };
-                if k + d > 0.0 {
-                    matrix.edge(a, b, resists);
-                    (impulse[a], impulse[b]) = (add(impulse[a], by), sub(impulse[b], by));
-                }
-            }
-            let right: Vec<V> = (0..u.len())
-                .map(|n| add(impulse[n], scale(sub(free[n], u[n]), self.mass[n])))
-                .collect();
+            let System { matrix, impulses } = self.linearised(&u, h, newton == 0);
+            let lag = |n: usize| scale(sub(free[n], u[n]), self.mass[n]);
+            let right: Vec<V> = (0..u.len()).map(|n| add(impulses[n], lag(n))).collect();
             let change = matrix.solve(&right, yields, &self.mass);
-            let resisted = matrix.apply(&change);
-            for n in 0..u.len() {
-                // All that springs do to a node: what they push, less what the matrix has beside masses.
-                let inertia = scale(change[n], self.mass[n]);
-                pushed[n] = sub(impulse[n], sub(resisted[n], inertia));
+            for (n, resisted) in matrix.apply(&change).into_iter().enumerate() {
+                // What springs push, less what the matrix has beside masses.
+                let pushed = sub(impulses[n], sub(resisted, scale(change[n], self.mass[n])));
+                pulled[n] = add(free[n], scale(pushed, self.inverse_mass(n)));
                 u[n] = add(u[n], change[n]);
             }
         }
-        let by = |n: usize| scale(pushed[n], self.inverse_mass(n));
-        let pulled = (0..u.len()).map(|n| add(free[n], by(n))).collect();
         Motion { v: u, pulled }
+    }
+
+    /// How nodes yield that nothing but pins hold.
+    pub fn loose(&self) -> Vec<M3> {
+        (0..self.x.len()).map(|n| if self.held.contains(&n) { ZERO } else { unit(1.0) }).collect()
     }
 
     /// Adds to forces what springs do in a step of backward Euler.
     pub fn constrain_by_nodes(&mut self, f: &mut [V], h: f64) {
         let free = self.free_velocities(f, h);
-        let yields: Vec<M3> = (0..f.len()).map(|n| if self.held.contains(&n) { ZERO } else { unit(1.0) }).collect();
-        let motion = self.backward(&free, &yields, h);
+        let motion = self.backward(&free, &self.loose(), h);
         for (n, after) in motion.v.into_iter().enumerate() {
             f[n] = add(f[n], scale(sub(after, free[n]), self.mass[n] / h));
         }
+    }
+
+    /// What is left of the right side of the first Newton step's system after velocities have changed to `v`, relative to
+    /// it: by the norm √(r·D⁻¹ r), with D the blocks on the system's diagonal.
+    pub fn residual(&self, free: &[V], v: &[V], h: f64) -> f64 {
+        let System { matrix, impulses } = self.linearised(free, h, true);
+        let change: Vec<V> = v.iter().zip(free).map(|(&v, &free)| sub(v, free)).collect();
+        let left: Vec<V> = impulses.iter().zip(matrix.apply(&change)).map(|(&b, ax)| sub(b, ax)).collect();
+        let size = |r: &[V]| -> f64 {
+            let nodes = (0..r.len()).filter(|n| !self.held.contains(n));
+            nodes.map(|n| dot(r[n], matrix.by_diagonal(n, r[n]))).sum::<f64>().sqrt()
+        };
+        size(&left) / size(&impulses)
     }
 }

@@ -3,8 +3,17 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod bits;
+mod contact;
+mod energy;
+mod explore;
+mod forms;
+mod iterations;
+mod momentum;
 mod oracle;
 mod reference;
+mod rest;
+mod sheet;
 
 use common::state::{any, noise};
 use taffeta::scene::{Body, ConstraintForm, Ice, Mass, Mesh, Method, Scene, Solver};

@@ -77,7 +77,8 @@ fn the_second_step_starts_where_the_first_one_ends() {
     let n = place.map(|c| c / l);
     let force = k * (l - rest) + d * (n[0] * first[0] + n[1] * first[1]);
     let (g, stiff) = (k * (l - rest).abs() / l, h * h * k + h * d);
-    let b = |i: usize, j: usize| (stiff - h * h * g) * n[i] * n[j] + if i == j { h * h * g + 0.5 } else { 0.0 };
+    let b =
+        |i: usize, j: usize| (stiff - h * h * g) * n[i] * n[j] + if i == j { h * h * g + 0.5 } else { 0.0 };
     let right = [0, 1].map(|i| 0.5 * (v[i] - first[i]) - h * force * n[i]);
     let determinant = b(0, 0) * b(1, 1) - b(0, 1) * b(1, 0);
     let change = [
@@ -130,7 +131,7 @@ fn off(before: &Reference, u: &[V], h: f64) -> f64 {
 #[test]
 fn many_steps_end_at_backward_euler_and_few_come_near_it_fast() {
     // Stretched throughout and undamped, all blocks are exact derivatives and Newton doubles the digits.
-    let h = 0.01;
+    let h = 0.05;
     let left = [1, 2, 3, 4, 5].map(|steps| {
         let mut net = net(1.5, steps);
         net.springs.iter_mut().for_each(|spring| spring.3 = 0.0);
@@ -140,8 +141,8 @@ fn many_steps_end_at_backward_euler_and_few_come_near_it_fast() {
         net.step(h);
         off(&before, &net.v, h)
     });
-    assert!(left[0] > 1e-3 && left[4] < 1e-13, "{left:?}");
-    assert!(left[1] < 0.1 * left[0] && left[2] < 0.1 * left[1] * left[1].sqrt(), "{left:?}");
+    assert!(left[0] > 1e-4 && left[1] < left[0].powf(1.8) && left[2] < left[1].powf(1.8), "{left:?}");
+    assert!(left[4] < 1e-13, "{left:?}");
 }
 
 #[test]
@@ -160,9 +161,8 @@ fn damping_and_pressure_change_the_way_and_not_the_end() {
 fn what_does_not_yield_stays_and_what_slides_stays_in_its_plane() {
     let net = net(1.3, 2);
     let normal = scale([1.0, -2.0, 2.0], 1.0 / 3.0);
-    let plane: [V; 3] = std::array::from_fn(|i| {
-        std::array::from_fn(|j| f64::from(u8::from(i == j)) - normal[i] * normal[j])
-    });
+    let plane: [V; 3] =
+        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j)) - normal[i] * normal[j]));
     let mut yields = vec![unit(1.0); 9];
     (yields[0], yields[4], yields[7]) = (ZERO, ZERO, plane);
     let free = net.v.clone();
