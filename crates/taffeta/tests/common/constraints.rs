@@ -34,12 +34,20 @@ impl Mobility {
 
 /// A surface that holds a node: its outward normal, its own velocity and the one that takes the node onto it [m/s], and
 /// whether the node sticks to it, else it slides with friction.
-struct Met {
-    normal: V,
-    own: V,
-    landing: f64,
-    sticks: bool,
-    friction: f64,
+pub struct Met {
+    pub normal: V,
+    pub own: V,
+    pub landing: f64,
+    pub sticks: bool,
+    pub friction: f64,
+}
+
+impl Met {
+    /// The velocity of a node that would have `v` without the surface.
+    pub fn held(&self, v: V) -> V {
+        let along = across(if self.sticks { self.own } else { v }, self.normal);
+        add(along, scale(self.normal, self.landing))
+    }
 }
 
 /// A symmetric matrix in compressed rows, all entries stored.
@@ -215,7 +223,7 @@ impl Reference {
 
     /// The surface that a node gets deepest into with the pulls of the last step, if it comes there without them, or
     /// lies there. `free` and `v` are without and with them. Normals are those at the place of now.
-    fn meets(&self, node: usize, [free, v]: [V; 2], h: f64) -> Option<Met> {
+    pub fn meets(&self, node: usize, [free, v]: [V; 2], h: f64) -> Option<Met> {
         let (x, then) = (self.x[node], self.time + h);
         let inside = |o: &Obstacle| o.depth(add(x, scale(v, h)), then).0;
         let comes = |o: &Obstacle| {
@@ -232,7 +240,7 @@ impl Reference {
     }
 
     /// Velocity of a node after pulls, of which a surface bears what they press, and rubs as much.
-    fn press(free: V, pulled: V, met: &Met) -> V {
+    pub fn press(free: V, pulled: V, met: &Met) -> V {
         let [before, after] = [free, pulled].map(|v| dot(v, met.normal));
         let kept = after.clamp(before.min(met.landing), met.landing);
         if met.sticks {
@@ -268,10 +276,10 @@ impl Reference {
         let (mut v, mut nodes) = (free.clone(), Vec::new());
         for (n, met) in met.iter().enumerate() {
             let mut mobility = Mobility { inverse_mass: self.inverse_mass(n), normal: [0.0; 3] };
-            if let Some(Met { normal, own, landing, sticks, .. }) = *met {
-                mobility.normal = normal;
-                mobility.inverse_mass *= if sticks { 0.0 } else { 1.0 };
-                v[n] = add(across(if sticks { own } else { v[n] }, normal), scale(normal, landing));
+            if let Some(met) = met {
+                mobility.normal = met.normal;
+                mobility.inverse_mass *= if met.sticks { 0.0 } else { 1.0 };
+                v[n] = met.held(v[n]);
             }
             nodes.push(mobility);
         }

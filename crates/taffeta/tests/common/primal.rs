@@ -1,6 +1,7 @@
 //! Implicit springs by nodes: Newton's steps of backward Euler, every block of the system from a list of springs, the
 //! system factorised, in 64 bits.
 
+use super::constraints::Met;
 use super::reference::{Reference, Spring};
 use super::{V, add, cross, dot, norm, scale, sub};
 
@@ -177,9 +178,9 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
 
 /// How nodes move in a sub-step.
 pub struct Motion {
-    /// Velocities [m/s], and those that springs would give to nodes that are held as well.
+    /// Velocities [m/s], and what springs would change of them on nodes that surfaces hold as well.
     pub v: Vec<V>,
-    pub pulled: Vec<V>,
+    pub changes: Vec<V>,
 }
 
 /// The system of one Newton step: masses and blocks, and the impulses of springs [kg·m/s].
@@ -215,7 +216,7 @@ impl Reference {
     /// does not yield, those that it has; `yields` projects onto the directions in which it does.
     pub fn backward(&self, free: &[V], yields: &[M3], h: f64) -> Motion {
         let mut u = free.to_vec();
-        let mut pulled = free.to_vec();
+        let mut changes = vec![[0.0; 3]; u.len()];
         for newton in 0..self.solver.ice.newton_steps {
             let System { matrix, impulses } = self.linearised(&u, h, newton == 0);
             let lag = |n: usize| scale(sub(free[n], u[n]), self.mass[n]);
@@ -224,25 +225,36 @@ impl Reference {
             for (n, resisted) in matrix.apply(&change).into_iter().enumerate() {
                 // What springs push, less what the matrix has beside masses.
                 let pushed = sub(impulses[n], sub(resisted, scale(change[n], self.mass[n])));
-                pulled[n] = add(free[n], scale(pushed, self.inverse_mass(n)));
+                changes[n] = scale(pushed, self.inverse_mass(n));
                 u[n] = add(u[n], change[n]);
             }
         }
-        Motion { v: u, pulled }
+        Motion { v: u, changes }
     }
 
-    /// How nodes yield that nothing but pins hold.
-    pub fn loose(&self) -> Vec<M3> {
-        (0..self.x.len()).map(|n| if self.held.contains(&n) { ZERO } else { unit(1.0) }).collect()
-    }
-
-    /// Adds to forces what springs do in a step of backward Euler.
+    /// Adds to forces what springs do in a step of backward Euler. A node that a surface holds is taken to land on it, and
+    /// to be moved along it alone, or not at all.
     pub fn constrain_by_nodes(&mut self, f: &mut [V], h: f64) {
         let free = self.free_velocities(f, h);
-        let motion = self.backward(&free, &self.loose(), h);
-        for (n, after) in motion.v.into_iter().enumerate() {
+        self.changes.resize(free.len(), [0.0; 3]);
+        let met = |n: usize| self.meets(n, [free[n], add(free[n], self.changes[n])], h);
+        let met: Vec<Option<Met>> = (0..free.len()).map(met).collect();
+        let held = |n: usize| met[n].as_ref().map_or(free[n], |met| met.held(free[n]));
+        let yields = |n: usize| match &met[n] {
+            _ if self.held.contains(&n) => ZERO,
+            Some(met) if met.sticks => ZERO,
+            Some(met) => plus(unit(1.0), along(met.normal).map(|row| scale(row, -1.0))),
+            None => unit(1.0),
+        };
+        let start: Vec<V> = (0..free.len()).map(held).collect();
+        let yields: Vec<M3> = (0..free.len()).map(yields).collect();
+        let changes = self.backward(&start, &yields, h).changes;
+        for (n, &change) in changes.iter().enumerate().filter(|(n, _)| !self.held.contains(n)) {
+            let pulled = add(free[n], change);
+            let after = met[n].as_ref().map_or(pulled, |met| Self::press(free[n], pulled, met));
             f[n] = add(f[n], scale(sub(after, free[n]), self.mass[n] / h));
         }
+        self.changes = changes;
     }
 
     /// What is left of the right side of the first Newton step's system after velocities have changed to `v`, relative to

@@ -91,6 +91,8 @@ pub struct Reference {
     pub active: BTreeSet<usize>,
     /// What each spring pulled with in the last step, where it was a constraint [N].
     pub pulls: Vec<f64>,
+    /// What springs changed of each node's velocity in the last step, where they were solved for by nodes [m/s].
+    pub changes: Vec<V>,
     /// Nodes that met an obstacle in the last step.
     pub touched: u64,
     pub time: f64,

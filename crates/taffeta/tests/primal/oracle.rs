@@ -1,12 +1,14 @@
 //! The engine against a system by blocks, solved by factors, over some tens of steps.
 
-use super::common::compare::{cloth, compare, compare_for, join_grid, reference, scene};
+use super::common::compare::{DT, STEP, cloth, compare, compare_for, join_grid, reference, scene};
 use super::common::lists::{edges, lumped, shared_edges};
-use super::common::reference::{Reference, Rigid};
+use super::common::reference::{Obstacle, Reference, Rigid};
 use super::common::state::stiffen;
 use super::common::{build, build_as, farthest, positions, run, scale, turned};
 use super::{accurate, chain, with};
-use taffeta::scene::{Body, Cube, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, VolumeForm};
+use taffeta::scene::{
+    Body, Collider, Cube, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, VolumeForm,
+};
 use taffeta::{Precision, Simulation};
 
 /// A grid and its list of springs, `stiffer` times as stiff as the cloth of the other oracles.
@@ -81,6 +83,53 @@ fn sheets_with_hinges_and_masses_by_area_move_as_their_systems_do() {
         reference.mass = lumped(&positions(&simulation), &triangles, 8.0);
         reference.hinge(&triangles, [0.02, 1e-4]);
         compare(simulation, reference, 0.005);
+    }
+}
+
+#[test]
+fn sheets_on_a_ball_that_turns_and_a_slope_that_rises_move_as_their_systems_do() {
+    let axis = scale([1.0, 2.0, -2.0], 1.0 / 3.0);
+    let (shift, pivot) = ([0.02, 0.01, -0.03], [0.3, -0.2, 0.1]);
+    let swing = Rigid { until: 0.03, shift, axis, radians: 0.5, pivot };
+    let rise = Rigid { shift: [0.0, 0.01, 0.0], radians: 0.05, ..swing };
+    let key = |path: Rigid| Keyframe {
+        translate: path.shift,
+        ..Keyframe::rotate(path.until, axis, path.radians.to_degrees(), pivot)
+    };
+    let (at, foot, normal) = ([0.0, -0.099, 0.0], [0.35, -0.01, 0.0], scale([-3.0, 4.0, 0.0], 0.2));
+    let ball = Collider::sphere(at, 0.09).offset(0.01).restitution(0.3);
+    let slope = Collider::plane(foot, normal).offset(0.0);
+    let obstacle = |at, ball, friction, restitution, motion| Obstacle {
+        at,
+        ball,
+        normal,
+        friction,
+        restitution,
+        motion,
+    };
+    // Where a node lands on a surface, a rounding decides whether contact acts in this step or in the next.
+    for (stiffer, rub, newton_steps, allowed) in
+        [(1.0, 0.0, 1, 1e-6), (1.0, 1.0, 2, 2e-5), (200.0, 0.0, 2, 1e-6), (200.0, 1.0, 1, 2e-5)]
+    {
+        let mut body = cloth(7, 9, [0.8, 0.6]);
+        stiffen(&mut body, stiffer);
+        let scene = scene(body).collider(ball.clone().friction(0.4 * rub).keyframe(key(swing)));
+        let scene = scene.collider(slope.clone().friction(0.2 * rub).keyframe(key(rise)));
+        let scene = with(scene, accurate(newton_steps));
+        let (mut simulation, mut reference) = grid(&scene, 7, 9, stiffer);
+        reference.obstacles =
+            vec![obstacle(at, Some(0.1), 0.4 * rub, 0.3, swing), obstacle(foot, None, 0.2 * rub, 0.0, rise)];
+        simulation.disturb(0.004, 7);
+        reference.x = positions(&simulation);
+        let mut touched = 0;
+        for frame in 1..=20 {
+            run(&mut simulation, 1);
+            [STEP, STEP, DT - 2.0 * STEP].into_iter().for_each(|h| reference.step(h));
+            let apart = farthest(&positions(&simulation), &reference.x);
+            assert!(apart < allowed, "frame {frame}: {apart:e} m apart, {:?}", scene.solver);
+            touched += reference.touched;
+        }
+        assert!(touched > 5, "{touched}");
     }
 }
 
