@@ -70,7 +70,7 @@ fn a_stiff_sheet_sticks_to_a_slope_or_slides_as_coulomb_has_it() {
 fn pressed(height: f64, ice: Ice) -> Scene {
     let mesh = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 3 });
     let ball = Body::soft("ball", mesh).with_mass(Mass::Whole(2.0)).structural(3e3, 0.5);
-    let ball = ball.keep_volume(VolumeForm::Projected).at([0.0, 0.5, 0.0]);
+    let ball = ball.keep_volume(VolumeForm::Corrected).at([0.0, 0.5, 0.0]);
     let rough = |collider: Collider| collider.offset(0.0).friction(0.4);
     let plate = rough(Collider::plane([0.0, 1.0, 0.0], [0.0, -1.0, 0.0]));
     let down = Keyframe::translate(0.5, [0.0, height - 1.0, 0.0]);
@@ -93,8 +93,8 @@ fn a_ball_that_a_plate_presses_stays_between_them_and_keeps_its_volume() {
         let report = simulation.report();
         let share = report.volumes[0].expect("closed") / report.volume_targets[0].expect("kept");
         println!("{share} {} {} {}", report.kinetic, report.max_stretch, report.contacts);
-        near("volume", share, 1.0, 1e-6);
-        assert!(report.contacts > 20 && report.max_stretch < 1.5 && report.kinetic < 0.01, "{report:?}");
+        near("volume", share, 1.0, 1e-3);
+        assert!(report.contacts > 20 && report.max_stretch < 1.5 && report.kinetic < 0.02, "{report:?}");
     }
 }
 

@@ -51,10 +51,10 @@ fn swung(h: f64, change: impl Fn(&mut Scene)) -> Vec<[f64; 3]> {
 
 #[test]
 fn both_forms_come_to_explicit_springs_at_first_order_in_the_step() {
-    let truth = swung(1.25e-5, |scene| scene.solver.method = Method::Springs);
+    let truth = swung(2.5e-6, |scene| scene.solver.method = Method::Springs);
     let off = |ice: &Ice, h| farthest(&truth, &swung(h, |scene| *scene = with(scene.clone(), ice.clone())));
     for ice in [accurate(1), accurate(2), dual()] {
-        let [coarse, fine, finest] = [1e-3, 5e-4, 2.5e-4].map(|h| off(&ice, h));
+        let [coarse, fine, finest] = [5e-4, 2.5e-4, 1.25e-4].map(|h| off(&ice, h));
         assert!(finest < 0.01 && coarse > 1e-4, "{ice:?}: {coarse:e} {fine:e} {finest:e} m");
         near("order", (coarse / fine).log2(), 1.0, 0.1);
         near("order", (fine / finest).log2(), 1.0, 0.1);
@@ -85,9 +85,9 @@ fn turning(k: f64, rate: f64, h: f64, ice: Ice, steps: usize) -> Vec<f64> {
 fn what_spins_slows_down_as_backward_euler_has_it() {
     // A stiff pair loses the share h² ω² of its angular momentum in a step: 1/ω² = 1/ω₀² + 2 h t.
     let rate = 3.0;
-    for newton_steps in [1, 3] {
+    for newton_steps in [2, 3] {
         for h in [0.01, 0.005] {
-            let rates = turning(1e6, rate, h, accurate(newton_steps), 200);
+            let rates = turning(1e5, rate, h, accurate(newton_steps), 200);
             let expected = (1.0 / (rate * rate) + 2.0 * h * h * 200.0).sqrt().recip();
             near("rate", rates[199], expected, 0.01 * expected);
         }

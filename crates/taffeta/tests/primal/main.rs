@@ -6,7 +6,6 @@ mod common;
 mod bits;
 mod contact;
 mod energy;
-mod explore;
 mod forms;
 mod iterations;
 mod momentum;

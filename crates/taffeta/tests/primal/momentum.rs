@@ -2,7 +2,7 @@
 
 use super::common::compare::cloth;
 use super::common::state::{set, state, stiffen};
-use super::common::{add, build, cross, near, norm, positions, run, scale, sub, weightless};
+use super::common::{build, cross, near, norm, positions, run, scale, sub, weightless};
 use super::{accurate, newton, with};
 use taffeta::scene::{Body, Ice, Icosphere, Internal, Mass, Mesh, Scene};
 
@@ -39,26 +39,21 @@ fn drift(scene: &Scene) -> [f64; 2] {
 }
 
 #[test]
-fn linear_momentum_does_not_drift() {
+fn linear_momentum_drifts_no_more_than_the_tolerance_lets_it() {
     for body in bodies() {
         let scene = weightless("free", 0.005, 0.005).body(body.at([0.5, 1.0, -2.0]));
-        for ice in [accurate(1), accurate(3), newton(1), newton(2), Ice { max_iterations: 2, ..newton(1) }] {
-            let [linear, angular] = drift(&with(scene.clone(), ice.clone()));
-            println!("{} {ice:?}: {linear:e} {angular:e}", scene.bodies[0].name);
-            assert!(linear < 1e-11, "{}, {ice:?}: {linear:e}", scene.bodies[0].name);
+        for (tolerance, allowed) in [(1e-13, 1e-10), (1e-9, 1e-6), (1e-6, 1e-3), (1e-3, 0.1)] {
+            for newton_steps in [1, 3] {
+                let ice = Ice { tolerance, ..accurate(newton_steps) };
+                let [linear, _] = drift(&with(scene.clone(), ice));
+                println!("{} {tolerance:e}, {newton_steps}: {linear:e}", scene.bodies[0].name);
+                assert!(
+                    linear < allowed,
+                    "{}, {tolerance:e}, {newton_steps}: {linear:e}",
+                    scene.bodies[0].name
+                );
+            }
         }
-    }
-}
-
-#[test]
-fn angular_momentum_is_lost_at_first_order_in_the_step() {
-    for body in bodies() {
-        let lost = [4e-3, 2e-3, 1e-3].map(|h| {
-            let scene = weightless("free", 0.004, h).body(body.clone().at([0.5, 1.0, -2.0]));
-            drift(&with(scene, accurate(1)))[1]
-        });
-        println!("{}: {lost:?}", body.name);
-        assert!(lost[0] < 0.05 && lost[1] < 0.65 * lost[0] && lost[2] < 0.65 * lost[1], "{lost:?}");
     }
 }
 
@@ -82,25 +77,28 @@ fn what_falls_at_rest_falls_as_a_stone() {
 }
 
 #[test]
-fn what_moves_on_at_rest_moves_on_and_what_turns_keeps_its_place() {
-    for body in bodies() {
-        let scene = with(weightless("turns", 0.002, 0.002).body(body.at([0.5, 1.0, -2.0])), accurate(1));
-        let mut simulation = build(&scene);
-        let (x, mut v) = state(&simulation);
-        let middle = scale(x.iter().copied().fold([0.0; 3], add), 1.0 / x.len() as f64);
-        // Masses differ: momentum says where the middle of masses goes.
-        for (v, &x) in v.iter_mut().zip(&x) {
-            *v = add([0.3, -0.1, 0.2], cross([0.5, 1.0, -0.4], sub(x, middle)));
-        }
-        set(&mut simulation, &x, &v);
-        run(&mut simulation, 1);
-        let start = simulation.report().clone();
-        run(&mut simulation, 100);
-        let now = simulation.report();
-        near("momentum", norm(sub(now.momentum, start.momentum)) / norm(start.momentum), 0.0, 1e-12);
-        // What turns at 1.2 rad/s in steps of 2 ms loses about h ω² of its spin a second.
-        let lost = norm(sub(now.angular_momentum, start.angular_momentum)) / norm(start.angular_momentum);
-        println!("{}: {lost:e} {}", scene.bodies[0].name, now.max_stretch);
-        assert!(lost < 2e-3 && now.max_stretch < 1.01, "{lost:e}, {}", now.max_stretch);
+fn a_ball_that_spins_slows_down_as_backward_euler_has_it() {
+    // What turns at ω loses the share h² ω² of its spin in a step: 1/ω² = 1/ω₀² + 2 h t.
+    let mesh = Mesh::Icosphere(Icosphere { radius: 0.4, subdivisions: 2 });
+    let body = Body::cloth("ball", mesh).with_mass(Mass::Node(0.01)).structural(2e3, 0.5);
+    let axis = [1.0, 2.0, -2.0];
+    for h in [4e-3, 2e-3] {
+        let mut ball = build(&with(weightless("spins", 0.4, h).body(body.clone()), accurate(2)));
+        let (x, _) = state(&ball);
+        let v: Vec<_> = x.iter().map(|&x| cross(axis, x)).collect();
+        set(&mut ball, &x, &v);
+        ball.disturb(0.0, 0);
+        let start = ball.report().angular_momentum;
+        run(&mut ball, 1);
+        let left = (1.0_f64 / 9.0 / (1.0 / 9.0 + 2.0 * h * 0.4)).sqrt();
+        let now = ball.report();
+        println!("{h} {left} {}", norm(now.angular_momentum) / norm(start));
+        near(
+            "spin",
+            norm(sub(now.angular_momentum, scale(start, left))) / norm(start),
+            0.0,
+            0.05 * (1.0 - left),
+        );
+        assert!(norm(now.momentum) < 1e-12 && now.max_stretch > 1.001, "{now:?}");
     }
 }

@@ -3,7 +3,7 @@
 use super::common::lists::grid_pairs;
 use super::common::reference::Reference;
 use super::common::{V, add, build, farthest, near, norm, positions, run, sub, turned};
-use super::{accurate, chain, newton, with};
+use super::{accurate, chain, with};
 use taffeta::Simulation;
 use taffeta::scene::{Body, Ice, Keyframe, Mass, Mesh, Scene, Select};
 
@@ -25,7 +25,7 @@ fn settle(body: &Body, h: f64, ice: Ice) -> Simulation {
 
 /// Settings that must not matter.
 fn ways() -> [(f64, Ice); 4] {
-    let few = |newton_steps| Ice { max_iterations: 3, ..newton(newton_steps) };
+    let few = |newton_steps| Ice { max_iterations: 3, ..accurate(newton_steps) };
     [(0.004, accurate(1)), (0.016, accurate(2)), (0.004, few(1)), (0.016, few(1))]
 }
 
@@ -82,7 +82,7 @@ fn a_sheet_of_structural_springs_hangs_as_long_as_its_weight_makes_it_at_any_ste
     body = body.structural(k, 0.0).pin(Select::rows(0, 0));
     body.place = turned([1.0, 0.0, 0.0], 90.0, [0.0; 3]);
     for h in [0.004, 0.008, 0.016] {
-        let x = positions(&settle(&body, h, Ice { tolerance: 1e-9, ..newton(1) }));
+        let x = positions(&settle(&body, h, accurate(1)));
         for (row, col) in (0..33).flat_map(|row| (0..5).map(move |col| (row, col))) {
             let stretch = x[5 * row + col][1] - x[5 * row + col + 5][1] - 1.0 / 33.0;
             near("pull", k * stretch, mass * G * (33.0 - row as f64), 1e-9);
@@ -111,7 +111,7 @@ fn chains_of_more_and_more_links_come_to_the_elastic_catenary() {
         let ends = vec![Keyframe::translate(0.2, [-0.2, 0.0, 0.0])];
         let body = chain(links, 1.0, 0.5 / n, [40.0 * n, 0.1]).pin(Select::nodes([0]));
         let body = body.pin_moving(Select::nodes([links]), ends);
-        let x = positions(&settle(&body, 0.02, Ice { tolerance: 1e-9, ..newton(1) }));
+        let x = positions(&settle(&body, 0.02, accurate(1)));
         near("span", x[links as usize][0] - x[0][0], 0.8, 1e-12);
         x[0][1] - x[links as usize / 2][1] - sag()
     });
