@@ -3,7 +3,7 @@
 
 use super::constraints::Met;
 use super::reference::{Reference, Spring};
-use super::{V, add, cross, dot, norm, scale, sub};
+use super::{V, add, dot, norm, scale, sub};
 
 /// A symmetric matrix of three rows.
 pub type M3 = [V; 3];
@@ -95,13 +95,6 @@ impl Blocks {
         out
     }
 
-    /// D⁻¹ r of a node, by Cramer's rule.
-    fn by_diagonal(&self, n: usize, r: V) -> V {
-        let d = self.0[n].last().expect("a row has a diagonal");
-        let determinant = dot(d[0], cross(d[1], d[2]));
-        [cross(d[1], d[2]), cross(d[2], d[0]), cross(d[0], d[1])].map(|across| dot(across, r) / determinant)
-    }
-
     /// The same where nodes move as their `yields` let them, and what is left of each is its own mass.
     fn filtered(&self, yields: &[M3], mass: &[f64]) -> Vec<Vec<f64>> {
         let mut rows = Vec::new();
@@ -189,42 +182,55 @@ pub struct System {
     pub impulses: Vec<V>,
 }
 
+impl System {
+    /// What is left to do for springs and inertia where nodes have velocities `u`, and would have `free` without springs.
+    pub fn right(&self, u: &[V], free: &[V], mass: &[f64]) -> Vec<V> {
+        let lag = |n: usize| scale(sub(free[n], u[n]), mass[n]);
+        (0..u.len()).map(|n| add(self.impulses[n], lag(n))).collect()
+    }
+}
+
 impl Reference {
-    /// Linearised where velocities `u` take nodes in `h` [s]; the first step of Newton starts where they are, and springs
-    /// have not yet felt `u`.
-    pub fn linearised(&self, u: &[V], h: f64, first: bool) -> System {
-        let way = if first { 0.0 } else { h };
-        let x: Vec<V> = self.x.iter().zip(u).map(|(&x, &u)| add(x, scale(u, way))).collect();
+    /// Linearised where velocities `u` take nodes in `h` [s].
+    pub fn linearised(&self, u: &[V], h: f64) -> System {
+        let x: Vec<V> = self.x.iter().zip(u).map(|(&x, &u)| add(x, scale(u, h))).collect();
         let mut matrix = Blocks::diagonal(self.mass.iter().map(|&m| unit(m)));
         let mut impulses = vec![[0.0; 3]; u.len()];
         for spring in self.springs.iter().filter(|spring| spring.2 + spring.3 > 0.0) {
             let (a, b) = (spring.0, spring.1);
-            let (apart, rate) = (sub(x[b], x[a]), sub(u[b], u[a]));
-            let resists = block(apart, spring, h);
-            let impulse = if first {
-                add(scale(pull(apart, [0.0; 3], spring), h), times(resists, rate))
-            } else {
-                scale(pull(apart, rate, spring), h)
-            };
-            matrix.edge(a, b, resists);
+            let apart = sub(x[b], x[a]);
+            matrix.edge(a, b, block(apart, spring, h));
+            let impulse = scale(pull(apart, sub(u[b], u[a]), spring), h);
             (impulses[a], impulses[b]) = (add(impulses[a], impulse), sub(impulses[b], impulse));
         }
         System { matrix, impulses }
     }
 
-    /// Solves for the velocities at the end of a step of `h` [s]. `free` are those without springs [m/s], and where a node
-    /// does not yield, those that it has; `yields` projects onto the directions in which it does.
-    pub fn backward(&self, free: &[V], yields: &[M3], h: f64) -> Motion {
-        let mut u = free.to_vec();
+    /// From where the first Newton step starts: velocities before, and of pins those after the step [m/s].
+    pub fn before(&self, free: &[V]) -> Vec<V> {
+        (0..free.len()).map(|n| if self.held.contains(&n) { free[n] } else { self.v[n] }).collect()
+    }
+
+    /// Solves for the velocities at the end of a step of `h` [s]. `free` are those without springs [m/s]; `yields` projects
+    /// onto the directions in which nodes yield, in others they have velocities `held`.
+    pub fn backward(&self, free: &[V], held: &[V], yields: &[M3], h: f64) -> Motion {
+        let mut u = self.before(free);
         let mut changes = vec![[0.0; 3]; u.len()];
-        for newton in 0..self.solver.ice.newton_steps {
-            let System { matrix, impulses } = self.linearised(&u, h, newton == 0);
-            let lag = |n: usize| scale(sub(free[n], u[n]), self.mass[n]);
-            let right: Vec<V> = (0..u.len()).map(|n| add(impulses[n], lag(n))).collect();
-            let change = matrix.solve(&right, yields, &self.mass);
-            for (n, resisted) in matrix.apply(&change).into_iter().enumerate() {
+        for _ in 0..self.solver.ice.newton_steps {
+            let system = self.linearised(&u, h);
+            let given: Vec<V> = (0..u.len())
+                .map(|n| sub(held[n], u[n]))
+                .zip(yields)
+                .map(|(off, &yields)| sub(off, times(yields, off)))
+                .collect();
+            let resisted = system.matrix.apply(&given);
+            let right = system.right(&u, free, &self.mass);
+            let left: Vec<V> = right.into_iter().zip(resisted).map(|(b, ax)| sub(b, ax)).collect();
+            let found = system.matrix.solve(&left, yields, &self.mass);
+            let change: Vec<V> = given.into_iter().zip(found).map(|(a, b)| add(a, b)).collect();
+            for (n, resisted) in system.matrix.apply(&change).into_iter().enumerate() {
                 // What springs push, less what the matrix has beside masses.
-                let pushed = sub(impulses[n], sub(resisted, scale(change[n], self.mass[n])));
+                let pushed = sub(system.impulses[n], sub(resisted, scale(change[n], self.mass[n])));
                 changes[n] = scale(pushed, self.inverse_mass(n));
                 u[n] = add(u[n], change[n]);
             }
@@ -246,9 +252,9 @@ impl Reference {
             Some(met) => plus(unit(1.0), along(met.normal).map(|row| scale(row, -1.0))),
             None => unit(1.0),
         };
-        let start: Vec<V> = (0..free.len()).map(held).collect();
+        let held: Vec<V> = (0..free.len()).map(held).collect();
         let yields: Vec<M3> = (0..free.len()).map(yields).collect();
-        let changes = self.backward(&start, &yields, h).changes;
+        let changes = self.backward(&free, &held, &yields, h).changes;
         for (n, &change) in changes.iter().enumerate().filter(|(n, _)| !self.held.contains(n)) {
             let pulled = add(free[n], change);
             let after = met[n].as_ref().map_or(pulled, |met| Self::press(free[n], pulled, met));
@@ -257,16 +263,19 @@ impl Reference {
         self.changes = changes;
     }
 
-    /// What is left of the right side of the first Newton step's system after velocities have changed to `v`, relative to
-    /// it: by the norm √(r·D⁻¹ r), with D the blocks on the system's diagonal.
-    pub fn residual(&self, free: &[V], v: &[V], h: f64) -> f64 {
-        let System { matrix, impulses } = self.linearised(free, h, true);
-        let change: Vec<V> = v.iter().zip(free).map(|(&v, &free)| sub(v, free)).collect();
-        let left: Vec<V> = impulses.iter().zip(matrix.apply(&change)).map(|(&b, ax)| sub(b, ax)).collect();
-        let size = |r: &[V]| -> f64 {
-            let nodes = (0..r.len()).filter(|n| !self.held.contains(n));
-            nodes.map(|n| dot(r[n], matrix.by_diagonal(n, r[n]))).sum::<f64>().sqrt()
-        };
-        size(&left) / size(&impulses)
+    /// The error that is left of the first Newton step's system where velocities have become `v`, in the norm of the
+    /// system, √(eᵀ A e): relative to the larger of that before and √(Σ m |v* − v|²).
+    pub fn error(&self, free: &[V], v: &[V], h: f64) -> f64 {
+        let u = self.before(free);
+        let system = self.linearised(&u, h);
+        let yields: Vec<M3> =
+            (0..u.len()).map(|n| if self.held.contains(&n) { ZERO } else { unit(1.0) }).collect();
+        let change: Vec<V> = v.iter().zip(&u).map(|(&v, &u)| sub(v, u)).collect();
+        let exact = system.matrix.solve(&system.right(&u, free, &self.mass), &yields, &self.mass);
+        let size = |e: &[V]| -> f64 { e.iter().zip(system.matrix.apply(e)).map(|(&e, ae)| dot(e, ae)).sum() };
+        let off: Vec<V> = exact.iter().zip(&change).map(|(&a, &b)| sub(a, b)).collect();
+        let outer: f64 =
+            (0..u.len()).map(|n| self.mass[n] * dot(sub(free[n], u[n]), sub(free[n], u[n]))).sum();
+        (size(&off) / outer.max(size(&exact))).sqrt()
     }
 }

@@ -85,9 +85,9 @@ fn turning(k: f64, rate: f64, h: f64, ice: Ice, steps: usize) -> Vec<f64> {
 fn what_spins_slows_down_as_backward_euler_has_it() {
     // A stiff pair loses the share h² ω² of its angular momentum in a step: 1/ω² = 1/ω₀² + 2 h t.
     let rate = 3.0;
-    for newton_steps in [2, 3] {
+    for newton_steps in [1, 2, 3] {
         for h in [0.01, 0.005] {
-            let rates = turning(1e5, rate, h, accurate(newton_steps), 200);
+            let rates = turning(1e6, rate, h, accurate(newton_steps), 200);
             let expected = (1.0 / (rate * rate) + 2.0 * h * h * 200.0).sqrt().recip();
             near("rate", rates[199], expected, 0.01 * expected);
         }
