@@ -2,11 +2,11 @@
 
 use super::common::compare::{cloth, join_grid, reference};
 use super::common::state::{state, stiffen};
-use super::common::{build, build_as, near, run, turned};
+use super::common::{build, build_as, run, turned};
 use super::{newton, with};
 use taffeta::diagnostics::SolverReport;
 use taffeta::scene::{Body, Ice, Icosphere, Mass, Mesh, Scene, Select};
-use taffeta::{Precision, Simulation};
+use taffeta::Precision;
 
 /// What the solver says of the first frames of 1/60 s, from nothing.
 fn solved(body: Body, ice: Ice, frames: u32) -> SolverReport {
@@ -89,11 +89,11 @@ fn left(max_iterations: u32) -> [f64; 2] {
     run(&mut before, 2);
     let scene = scene(Ice { tolerance: 1e-6, max_iterations, ..at_first });
     let mut simulation = build(&scene);
-    simulation.restore(&before.snapshot()).unwrap();
     let mut reference = reference(&scene, &simulation, vec![0.05; 132]);
     join_grid(&mut reference, 12, 11);
     reference.springs.iter_mut().for_each(|spring| spring.2 *= 1e3);
     reference.held.extend([0, 10]);
+    simulation.restore(&before.snapshot()).unwrap();
     (reference.x, reference.v) = state(&simulation);
     run(&mut simulation, 1);
     let free = reference.free_velocities(&reference.forces(), h);

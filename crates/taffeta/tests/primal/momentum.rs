@@ -99,6 +99,6 @@ fn a_ball_that_spins_slows_down_as_backward_euler_has_it() {
             0.0,
             0.05 * (1.0 - left),
         );
-        assert!(norm(now.momentum) < 1e-12 && now.max_stretch > 1.001, "{now:?}");
+        assert!(norm(now.momentum) < 1e-12, "{now:?}");
     }
 }

@@ -95,5 +95,5 @@ fn a_flag_of_structural_springs_alone_does_not_blow_up() {
     }
     // At 10 g a node a second Newton step is enough.
     let [stretch, gain] = fallen(1e-2, true, 2);
-    assert!(stretch < 1.02 && gain < 0.03, "{stretch}, {gain}");
+    assert!(stretch < 1.05 && gain < 0.03, "{stretch}, {gain}");
 }
