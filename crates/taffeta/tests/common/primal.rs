@@ -206,28 +206,14 @@ impl Reference {
         System { matrix, impulses }
     }
 
-    /// From where the first Newton step starts: velocities before, and of pins those after the step [m/s].
-    pub fn before(&self, free: &[V]) -> Vec<V> {
-        (0..free.len()).map(|n| if self.held.contains(&n) { free[n] } else { self.v[n] }).collect()
-    }
-
     /// Solves for the velocities at the end of a step of `h` [s]. `free` are those without springs [m/s]; `yields` projects
     /// onto the directions in which nodes yield, in others they have velocities `held`.
     pub fn backward(&self, free: &[V], held: &[V], yields: &[M3], h: f64) -> Motion {
-        let mut u = self.before(free);
+        let mut u = self.before(held, yields);
         let mut changes = vec![[0.0; 3]; u.len()];
         for _ in 0..self.solver.ice.newton_steps {
             let system = self.linearised(&u, h);
-            let given: Vec<V> = (0..u.len())
-                .map(|n| sub(held[n], u[n]))
-                .zip(yields)
-                .map(|(off, &yields)| sub(off, times(yields, off)))
-                .collect();
-            let resisted = system.matrix.apply(&given);
-            let right = system.right(&u, free, &self.mass);
-            let left: Vec<V> = right.into_iter().zip(resisted).map(|(b, ax)| sub(b, ax)).collect();
-            let found = system.matrix.solve(&left, yields, &self.mass);
-            let change: Vec<V> = given.into_iter().zip(found).map(|(a, b)| add(a, b)).collect();
+            let change = system.matrix.solve(&system.right(&u, free, &self.mass), yields, &self.mass);
             for (n, resisted) in system.matrix.apply(&change).into_iter().enumerate() {
                 // What springs push, less what the matrix has beside masses.
                 let pushed = sub(system.impulses[n], sub(resisted, scale(change[n], self.mass[n])));
@@ -236,6 +222,12 @@ impl Reference {
             }
         }
         Motion { v: u, changes }
+    }
+
+    /// From where the first Newton step starts: velocities before, and where nodes do not yield, those that they have.
+    fn before(&self, held: &[V], yields: &[M3]) -> Vec<V> {
+        let start = |n: usize| add(held[n], times(yields[n], sub(self.v[n], held[n])));
+        (0..held.len()).map(start).collect()
     }
 
     /// Adds to forces what springs do in a step of backward Euler. A node that a surface holds is taken to land on it, and
@@ -266,10 +258,10 @@ impl Reference {
     /// The error that is left of the first Newton step's system where velocities have become `v`, in the norm of the
     /// system, √(eᵀ A e): relative to the larger of that before and √(Σ m |v* − v|²).
     pub fn error(&self, free: &[V], v: &[V], h: f64) -> f64 {
-        let u = self.before(free);
-        let system = self.linearised(&u, h);
         let yields: Vec<M3> =
-            (0..u.len()).map(|n| if self.held.contains(&n) { ZERO } else { unit(1.0) }).collect();
+            (0..v.len()).map(|n| if self.held.contains(&n) { ZERO } else { unit(1.0) }).collect();
+        let u = self.before(free, &yields);
+        let system = self.linearised(&u, h);
         let change: Vec<V> = v.iter().zip(&u).map(|(&v, &u)| sub(v, u)).collect();
         let exact = system.matrix.solve(&system.right(&u, free, &self.mass), &yields, &self.mass);
         let size = |e: &[V]| -> f64 { e.iter().zip(system.matrix.apply(e)).map(|(&e, ae)| dot(e, ae)).sum() };

@@ -4,9 +4,9 @@ use super::common::compare::{cloth, join_grid, reference};
 use super::common::state::{state, stiffen};
 use super::common::{build, build_as, run, turned};
 use super::{newton, with};
+use taffeta::Precision;
 use taffeta::diagnostics::SolverReport;
 use taffeta::scene::{Body, Ice, Icosphere, Mass, Mesh, Scene, Select};
-use taffeta::Precision;
 
 /// What the solver says of the first frames of 1/60 s, from nothing.
 fn solved(body: Body, ice: Ice, frames: u32) -> SolverReport {
