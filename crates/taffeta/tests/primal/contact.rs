@@ -92,7 +92,6 @@ fn a_ball_that_a_plate_presses_stays_between_them_and_keeps_its_volume() {
         }
         let report = simulation.report();
         let share = report.volumes[0].expect("closed") / report.volume_targets[0].expect("kept");
-        println!("{share} {} {} {}", report.kinetic, report.max_stretch, report.contacts);
         near("volume", share, 1.0, 0.03);
         assert!(report.contacts > 20 && report.max_stretch < 1.5 && report.kinetic < 0.02, "{report:?}");
     }
@@ -114,6 +113,5 @@ fn sheets_that_touch_each_other_stay_apart() {
     }
     let x = positions(&simulation);
     let lowest = x[196..].iter().map(|x| x[1]).fold(f64::MAX, f64::min);
-    println!("{pairs} {lowest} {:?}", simulation.report().nearest_pair);
     assert!(pairs > 50 && lowest > 0.03, "{pairs} pairs, {lowest} m");
 }

@@ -42,11 +42,10 @@ fn drift(scene: &Scene) -> [f64; 2] {
 fn linear_momentum_drifts_no_more_than_the_tolerance_lets_it() {
     for body in bodies() {
         let scene = weightless("free", 0.005, 0.005).body(body.at([0.5, 1.0, -2.0]));
-        for (tolerance, allowed) in [(1e-13, 1e-10), (1e-9, 1e-6), (1e-6, 1e-3), (1e-3, 0.1)] {
+        for (tolerance, allowed) in [(1e-13, 1e-11), (1e-9, 1e-7), (1e-6, 1e-4), (1e-3, 0.05)] {
             for newton_steps in [1, 3] {
                 let ice = Ice { tolerance, ..accurate(newton_steps) };
                 let [linear, _] = drift(&with(scene.clone(), ice));
-                println!("{} {tolerance:e}, {newton_steps}: {linear:e}", scene.bodies[0].name);
                 assert!(
                     linear < allowed,
                     "{}, {tolerance:e}, {newton_steps}: {linear:e}",
@@ -92,7 +91,6 @@ fn a_ball_that_spins_slows_down_as_backward_euler_has_it() {
         run(&mut ball, 1);
         let left = (1.0_f64 / 9.0 / (1.0 / 9.0 + 2.0 * h * 0.4)).sqrt();
         let now = ball.report();
-        println!("{h} {left} {}", norm(now.angular_momentum) / norm(start));
         near(
             "spin",
             norm(sub(now.angular_momentum, scale(start, left))) / norm(start),

@@ -2,12 +2,12 @@
 
 use super::common::compare::{DT, STEP, cloth, compare, compare_for, join_grid, reference, scene};
 use super::common::lists::{edges, lumped, shared_edges};
-use super::common::reference::{Obstacle, Reference, Rigid};
+use super::common::reference::{Kind, Load, Obstacle, Reference, Rigid};
 use super::common::state::stiffen;
 use super::common::{build, build_as, farthest, positions, run, scale, turned};
 use super::{accurate, chain, with};
 use taffeta::scene::{
-    Body, Collider, Cube, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, VolumeForm,
+    Body, Collider, Cube, Force, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, Torque, VolumeForm,
 };
 use taffeta::{Precision, Simulation};
 

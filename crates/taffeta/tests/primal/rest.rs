@@ -115,7 +115,6 @@ fn chains_of_more_and_more_links_come_to_the_elastic_catenary() {
         near("span", x[links as usize][0] - x[0][0], 0.8, 1e-12);
         x[0][1] - x[links as usize / 2][1] - sag()
     });
-    println!("{off:?} {}", sag());
     assert!(off[2].abs() < 1e-3, "{off:?}");
     // Masses at nodes are a sum by trapezoids: second order.
     near("order", (off[0] / off[1]).log2(), 2.0, 0.2);

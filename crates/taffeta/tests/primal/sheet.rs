@@ -55,7 +55,6 @@ fn with_structural_springs_alone_it_hangs_still_at_any_step() {
         let at_first = longest(&mut hanging, (0.5 / h) as u32);
         let then = longest(&mut hanging, (1.0 / h) as u32) - 1.0;
         let by_weight = 33.0 * 0.01 * 9.81 / 1e5 * 33.0;
-        println!("{h} {ice:?} {at_first} {then} {by_weight}");
         assert!(at_first < 1.03, "{h} s, {ice:?}: {at_first}");
         near("stretch", then, by_weight, 0.05 * by_weight);
     }
@@ -74,7 +73,6 @@ fn fallen(mass: f64, structural_alone: bool, newton_steps: u32) -> [f64; 2] {
         (least, most) = (least.min(now), most.max(now));
     }
     let gain = (most - start) / (start - least);
-    println!("{mass} {structural_alone} {newton_steps}: {stretch} {gain:e} {:?}", flag.report().solver);
     [stretch, gain]
 }
 
