@@ -68,12 +68,10 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
         *outer = 0.0;
         for (at, place) in chunk.part.clone().enumerate() {
             let free = self.free_velocity(place);
-            let before = [0, 1, 2].map(|axis| self.old[3 + axis][place]);
-            let start = match hold.press.get(place) {
-                _ if self.setup.inverse_mass[place] <= T::ZERO => free,
-                Some(press) => add(press.yielded(before), press.velocity),
-                None => before,
-            };
+            let moves = self.setup.inverse_mass[place] > T::ZERO;
+            let before = if moves { [0, 1, 2].map(|axis| self.old[3 + axis][place]) } else { free };
+            let start =
+                hold.press.get(place).map_or(before, |press| add(press.yielded(before), press.velocity));
             for axis in 0..3 {
                 total[axis][at] = start[axis] - free[axis];
                 let off = before[axis] - free[axis];
