@@ -74,14 +74,28 @@ fn stiff_sheets_with_pins_that_turn_and_shift_move_as_their_systems_do() {
 }
 
 #[test]
-fn sheets_with_hinges_and_masses_by_area_move_as_their_systems_do() {
+fn sheets_with_hinges_loads_and_masses_by_area_move_as_their_systems_do() {
+    let torque = Torque { axis: [0.0, 1.0, 0.0], value: 0.4, about: [0.1, 0.0, -0.1] };
+    let load = |nodes: Vec<u32>, force, torque| Force {
+        body: "cloth".into(),
+        select: Select::nodes(nodes),
+        force,
+        torque,
+        motion: vec![],
+    };
     for newton_steps in [1, 3] {
         let body = cloth(7, 9, [0.8, 0.6]).with_mass(Mass::Area(8.0)).hinge(0.02, 1e-4);
-        let scene = with(scene(body), accurate(newton_steps));
+        let scene = with(scene(body), accurate(newton_steps))
+            .force(load(vec![3, 11, 40], Some([0.5, -1.0, 2.0]), None))
+            .force(load((9..36).collect(), None, Some(torque.clone())));
         let (simulation, mut reference) = grid(&scene, 7, 9, 1.0);
         let triangles = simulation.surface(0).triangles;
         reference.mass = lumped(&positions(&simulation), &triangles, 8.0);
         reference.hinge(&triangles, [0.02, 1e-4]);
+        let force = Kind::Force([0.5, -1.0, 2.0]);
+        reference.loads.push(Load { nodes: vec![3, 11, 40], kind: force, scale: |_| 1.0 });
+        let turn = Kind::Torque(torque.value, torque.axis, torque.about);
+        reference.loads.push(Load { nodes: (9..36).collect(), kind: turn, scale: |_| 1.0 });
         compare(simulation, reference, 0.005);
     }
 }
