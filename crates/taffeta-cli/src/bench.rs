@@ -2,6 +2,7 @@
 
 mod acad;
 mod contact;
+mod form;
 mod ice;
 pub mod kernels;
 mod line;
@@ -16,6 +17,7 @@ use crate::gpu;
 use crate::run::{Arithmetic, Backend, Device, Work, refuse_precision};
 use clap::ValueEnum;
 use contact::Rung;
+use form::Form;
 use line::Line;
 use measure::Bench;
 use std::path::PathBuf;
@@ -30,7 +32,7 @@ pub struct Args {
     #[arg(value_enum, default_value_t = What::Grid)]
     what: What,
     /// Side of the grid in nodes; for mesh: at least that many springs; for volume: triangles of a torus, or at least
-    /// that many of --mesh [default: 160, ice and acad: 34, mesh: 1000000, volume: the dragon, or 20000]
+    /// that many of --mesh [default: 160, ice and acad: 34, flag: 100, mesh: 1000000, volume: the dragon, or 20000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000_000))]
     n: Option<u32>,
     /// Rows of the grid
@@ -57,9 +59,10 @@ pub struct Args {
     /// on any backend: engine, and on a GPU the solver of 2021: printed, csr, ell, matrix-free [default: engine]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = kernels::parser())]
     kernels: Option<Vec<GpuKernels>>,
-    /// For volume: how it is kept, a line for each [default: corrected]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = volume::parser())]
-    form: Option<Vec<VolumeForm>>,
+    /// For volume: how it is kept; for ice and flag: compliant or primal. A line for each [default: corrected, compliant,
+    /// flag: primal]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = form::parser())]
+    form: Option<Vec<Form>>,
     /// For contact: how pairs of nodes are found, a line for each [default: binned]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_enum)]
     rungs: Option<Vec<Rung>>,
@@ -83,6 +86,8 @@ enum What {
     Contact,
     /// S1's drop of a sheet on a ball by implicit constraints
     Ice,
+    /// A stiff sheet that swings from two corners by implicit constraints, at one step a frame
+    Flag,
     /// Springs that become constraints where they are too long, beside springs alone
     Acad,
     /// A body that keeps its volume, falling on a floor
@@ -95,7 +100,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let bench = args.bench()?;
     crate::memory::check(&bench.scene)?;
     match args.what {
-        What::Ice => ice::run(args, &bench),
+        What::Ice | What::Flag => ice::run(args, &bench),
         What::Acad => acad::run(args, &bench),
         _ => run_scene(args, bench),
     }
@@ -123,7 +128,7 @@ fn run_scene(args: &Args, mut bench: Bench) -> Result<(), Failure> {
     for form in args.forms() {
         if let Some(form) = form {
             bench.scene = volume::keeping(&bench, form);
-            bench.form = Some(form);
+            bench.form = Some(Form::Volume(form));
         }
         let Some(gpu) = &device.gpu else {
             print(&measure::run(&bench, args, None)?, args)?;
@@ -152,9 +157,7 @@ impl Args {
         if self.mesh.is_some() && !matches!(self.what, What::Mesh | What::Volume) {
             return refused("--mesh is for `bench mesh` and `bench volume`");
         }
-        if self.form.is_some() && self.what != What::Volume {
-            return refused("--form is for `bench volume`");
-        }
+        self.refuse_forms()?;
         if self.rungs.is_some() && self.what != What::Contact {
             return refused("--rungs is for `bench contact`");
         }
@@ -162,12 +165,30 @@ impl Args {
             let name = rung.name();
             return refused(&format!("--rungs {name} computes in 32 bits; --precision f32 would do"));
         }
-        let is_ice = self.what == What::Ice;
+        let is_ice = matches!(self.what, What::Ice | What::Flag);
         ice::refuse(self.kernels.as_deref().unwrap_or_default(), is_ice)?;
         if self.backend == Backend::Gpu {
             return refuse_precision(self.precision.precision());
         }
         if self.kernels.is_some() && !is_ice { refused("--kernels is for --backend gpu") } else { Ok(()) }
+    }
+
+    /// Refuses forms of something else.
+    fn refuse_forms(&self) -> Result<(), Failure> {
+        let Some(forms) = &self.form else { return Ok(()) };
+        let fits: fn(Form) -> bool = match self.what {
+            What::Volume => |form| matches!(form, Form::Volume(_)),
+            What::Ice | What::Flag => |form| matches!(form, Form::Ice(_)),
+            _ => {
+                return Err(Failure::Input(
+                    "--form is for `bench volume`, `bench ice` and `bench flag`".into(),
+                ));
+            }
+        };
+        forms.iter().find(|&&form| !fits(form)).map_or(Ok(()), |form| {
+            let (name, valid) = (form.name(), Form::names(fits));
+            Err(Failure::Input(format!("--form {name} is not for this bench, which takes {valid}")))
+        })
     }
 
     /// Whether a rung is asked for; ours, if nothing is said.
@@ -197,14 +218,18 @@ impl Args {
     /// How the volume is kept, one after the other; nothing to say elsewhere.
     fn forms(&self) -> Vec<Option<VolumeForm>> {
         match (&self.form, self.what) {
-            (Some(forms), _) => forms.iter().copied().map(Some).collect(),
+            (Some(forms), _) => forms.iter().map(|form| form.of_volume()).collect(),
             (None, What::Volume) => vec![Some(VolumeForm::Corrected)],
             (None, _) => vec![None],
         }
     }
 
     fn bench(&self) -> Result<Bench, Failure> {
-        let usual = if matches!(self.what, What::Ice | What::Acad) { ice::SIDE } else { 160 };
+        let usual = match self.what {
+            What::Ice | What::Acad => ice::SIDE,
+            What::Flag => ice::FLAG_SIDE,
+            _ => 160,
+        };
         let side = self.n.unwrap_or(usual);
         let (rows, cols) = (self.rows.unwrap_or(side), self.cols.unwrap_or(side));
         match self.what {
@@ -212,6 +237,7 @@ impl Args {
             What::Drape => Ok(scenes::drape(rows, cols)),
             What::Contact => Ok(contact::bench(rows, cols)),
             What::Ice => Ok(ice::bench([rows, cols])),
+            What::Flag => Ok(ice::flag([rows, cols])),
             What::Acad => Ok(acad::bench([rows, cols])),
             What::Mesh | What::Volume if self.rows.is_some() => Err(Failure::Input(
                 "--rows and --cols are for grids; `bench mesh` takes --n springs, `bench volume` --n triangles".into(),

@@ -1,6 +1,6 @@
 //! Checkpoints: whole, or refused with the reason.
 
-use taffeta::scene::{Body, Mass, Mesh, Method, Scene};
+use taffeta::scene::{Body, ConstraintForm, Mass, Mesh, Method, Scene, Select};
 use taffeta::{Options, Simulation, Snapshot};
 use taffeta_io::Checkpoint;
 use taffeta_io::checkpoint::{difference, identity};
@@ -23,6 +23,26 @@ fn bytes(checkpoint: &Checkpoint<Vec<u32>>) -> Vec<u8> {
     assert_eq!(&Checkpoint::<Vec<u32>>::read(&path).unwrap(), checkpoint);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "a part is left");
     std::fs::read(&path).unwrap()
+}
+
+#[test]
+fn springs_solved_for_by_nodes_go_on_bit_by_bit() {
+    let mut scene = scene().method(Method::Ice);
+    scene.bodies = scene.bodies.into_iter().map(|body| body.pin(Select::nodes([0]))).collect();
+    scene.solver.ice.form = ConstraintForm::Primal;
+    let run = |simulation: &mut Simulation| {
+        simulation.advance(3).unwrap();
+        (simulation.state_hash(), simulation.report().solver)
+    };
+    let mut whole = Simulation::new(&scene, &Options::default()).unwrap();
+    run(&mut whole);
+    let first = Checkpoint { scene: identity(&scene), snapshot: whole.snapshot(), run: vec![1] };
+    let read = Checkpoint::<Vec<u32>>::parse(&bytes(&first)).unwrap();
+    let mut goes_on = Simulation::new(&scene, &Options::default()).unwrap();
+    goes_on.restore(&read.snapshot).unwrap();
+    let expected = run(&mut whole);
+    assert!(expected.1.iterations > 0);
+    assert_eq!(run(&mut goes_on), expected);
 }
 
 #[test]

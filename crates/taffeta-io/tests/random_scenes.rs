@@ -87,17 +87,18 @@ fn scene(random: &mut Random) -> String {
 /// Any method, with any settings of it.
 fn solver(text: &mut String, random: &mut Random) {
     let method = ["springs", "ice", "acad"][random.whole(0, 2) as usize];
-    let forms = ["compliant", "printed"];
-    let mut form = || forms[random.whole(0, 1) as usize];
-    let _ = writeln!(
-        text,
-        "[solver]\nmethod = \"{method}\"\nice.form = \"{}\"\nacad.form = \"{}\"",
-        form(),
-        form()
-    );
+    let forms = ["compliant", "printed", "primal"];
+    let ice = forms[random.whole(0, 2) as usize];
+    let acad = forms[random.whole(0, 1) as usize];
+    let _ = writeln!(text, "[solver]\nmethod = \"{method}\"\nice.form = \"{ice}\"\nacad.form = \"{acad}\"");
+    let primal = ice == "primal" && method == "ice";
     let _ = writeln!(text, "ice.tolerance = {:?}", random.scale(1e-12, 0.9));
     let _ = writeln!(text, "ice.max_iterations = {}", random.whole(1, 50));
-    let _ = writeln!(text, "ice.epsilon = {:?}", random.unit());
+    if primal {
+        let _ = writeln!(text, "ice.newton_steps = {}", random.whole(1, 3));
+    } else {
+        let _ = writeln!(text, "ice.epsilon = {:?}", random.unit());
+    }
     let _ = writeln!(text, "ice.warm_start = {}", random.chance(0.5));
     let threshold = random.scale(1e-6, 10.0);
     let _ = writeln!(text, "acad.threshold = {threshold:?}\nacad.release = {:?}", threshold * random.unit());
@@ -258,6 +259,12 @@ const BEYOND: &[&str] = &[
     "solver.ice.max_iterations=0",
     "solver.ice.max_iterations=4294967296",
     "solver.ice.epsilon=-1",
+    "solver.ice.newton_steps=0",
+    "solver.ice.newton_steps=2",
+    "solver.ice.newton_steps=4294967296",
+    "solver={ method = \"ice\", ice = { form = \"primal\", epsilon = 0.1 } }",
+    "solver={ method = \"ice\", ice = { form = \"primal\", newton_steps = 4294967295 } }",
+    "solver.acad.form=primal",
     "solver.acad.threshold=0",
     "solver.acad.release=0.11",
     "solver.acad.target=-0.1",

@@ -139,6 +139,9 @@ fn settings_of_a_solver_are_read_with_their_defaults() {
         solver("method = \"ice\"\nice = { form = \"printed\", tolerance = 1e-6, warm_start = false }\n");
     assert_eq!((ice.method, ice.ice.form), (Method::Ice, ConstraintForm::Printed));
     assert_eq!((ice.ice.tolerance, ice.ice.warm_start, ice.ice.max_iterations), (1e-6, false, 200));
+    let (primal, _) = solver("method = \"ice\"\nice = { form = \"primal\", newton_steps = 2 }\n");
+    assert_eq!((primal.ice.form, primal.ice.newton_steps), (ConstraintForm::Primal, 2));
+    assert!(primal.is_primal() && plain.ice.newton_steps == 1 && !plain.is_primal());
     let (acad, notes) = solver(
         "method = \"acad\"\n[solver.acad]\ntarget = 0.1\nrelease = 0.1\nepsilon = 0.1\n[solver.ice]\nmax_iterations = 9\n",
     );
@@ -173,6 +176,25 @@ fn what_a_solver_cannot_be_is_said_at_its_place() {
     );
     says("ice", "max_iterations = 0", "max_iterations`: is 0, 1 or more would do");
     says("ice", "epsilon = -0.5", "epsilon`: is -0.5, 0 or more would do");
+    says("ice", "newton_steps = 0", "newton_steps`: is 0, 1 to 100 would do");
+    says("ice", "newton_steps = 101", "newton_steps`: is 101, 1 to 100 would do");
+    says(
+        "ice",
+        "newton_steps = 2",
+        "newton_steps`: is 2, but only form = \"primal\" of the method \"ice\" takes Newton steps",
+    );
+    let primal = |line: &str| {
+        let scene = format!("{BALL}[solver]\nmethod = \"ice\"\n[solver.ice]\nform = \"primal\"\n{line}\n");
+        objection(&scene)
+    };
+    assert_eq!(
+        primal("epsilon = 0.25"),
+        "s.toml:10:11: `solver.ice.epsilon`: is 0.25, and the form \"primal\" has no compliance to add to; 0 would do"
+    );
+    assert_eq!(
+        primal("newton_steps = 0"),
+        "s.toml:10:16: `solver.ice.newton_steps`: is 0, 1 to 100 would do"
+    );
     let refused = |table: &str, line: &str, words: &str| {
         let error = refused(&at(table, line), &[]);
         assert!(error.starts_with(&format!("s.toml:9:{words}")), "{error}");

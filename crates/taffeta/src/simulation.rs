@@ -59,6 +59,8 @@ pub struct BodyInfo {
     pub triangles: usize,
     /// Springs by kind, with their number: `("structural", 1984)`.
     pub springs: Vec<(&'static str, usize)>,
+    /// Nodes of its coarser levels, the finest first, where its springs are solved for by multigrid.
+    pub levels: Vec<usize>,
     /// Number of hinges.
     pub hinges: usize,
     /// Mass [kg], held nodes included.
@@ -124,7 +126,7 @@ impl Simulation {
     /// Names the place in the scene that cannot be simulated, and what would do.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, SceneError> {
         let assembly = Assembly::new(scene)?;
-        let bodies: Vec<BodyInfo> = assembly.bodies.iter().map(info).collect();
+        let bodies: Vec<BodyInfo> = (0..assembly.bodies.len()).map(|body| info(&assembly, body)).collect();
         let limit = StepLimit::new(&assembly);
         let of_body = |body: &BodyAssembly| {
             body.warnings.iter().map(|warning| format!("body `{}`: {warning}", body.name)).collect::<Vec<_>>()
@@ -295,7 +297,7 @@ impl Simulation {
     }
 
     /// Where implicit springs are pulled hardest by what hangs in them, as far as that can be told beforehand; `None` for
-    /// explicit springs, and where nothing hangs from a pin.
+    /// explicit springs, for those solved for by nodes, and where nothing hangs from a pin.
     pub fn hanging(&self) -> Option<&Tension> {
         self.limit.hanging.as_ref()
     }
@@ -544,7 +546,9 @@ fn useful_threads(assembly: &Assembly) -> usize {
     all.min((assembly.places + 8 * hinges + 4 * assembly.constraints.len()) / 4096)
 }
 
-fn info(body: &BodyAssembly) -> BodyInfo {
+fn info(assembly: &Assembly, index: usize) -> BodyInfo {
+    let body = &assembly.bodies[index];
+    let coarser = assembly.levels.iter().map(|level| level.bodies[index].len());
     BodyInfo {
         name: body.name.clone(),
         vertices: body.vertices(),
@@ -552,6 +556,7 @@ fn info(body: &BodyAssembly) -> BodyInfo {
         pinned: body.free.iter().filter(|free| !**free).count(),
         triangles: body.triangles(),
         springs: body.spring_counts(),
+        levels: coarser.take_while(|&nodes| nodes > 0).collect(),
         hinges: body.hinges.len(),
         mass: body.mass.iter().sum(),
         rest_volume: body.rest_volume,

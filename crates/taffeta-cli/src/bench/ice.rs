@@ -1,11 +1,12 @@
 //! The bench on implicit constraints: S1's drop by our solver, and by its own as printed.
 
+use super::form::Form;
 use super::measure::{self, Bench};
 use super::{Args, kernels, print};
 use crate::failure::Failure;
 use crate::gpu;
 use crate::run::{Device, Work};
-use taffeta::scene::{Body, Collider, ConstraintForm, Mass, Mesh, Method, Scene};
+use taffeta::scene::{Body, Collider, ConstraintForm, Mass, Mesh, Method, Rotation, Scene, Select};
 use taffeta::{GpuKernels, GpuOptions, Precision};
 
 /// Nodes of a side, where nothing is said: S1's 6,598 springs.
@@ -20,6 +21,11 @@ const MATERIAL: (f64, f64) = (0.1, 2e4);
 const DAMPING: f64 = 0.1;
 /// Frames before the sheet lies on the ball, and frames from there on in which it slides over it.
 const DROP: (u32, u32) = (20, 180);
+/// Nodes of a side of the flag, where nothing is said.
+pub const FLAG_SIDE: u32 = 100;
+/// Of the flag: side [m], mass [kg], stiffness of all springs [N/m], step, which is a frame [s], and frames in which it
+/// comes down.
+const FLAG: (f64, f64, f64, f64, u32) = (1.0, 0.2, 1e5, 1.0 / 60.0, 60);
 /// Iterations of the solver as printed, in each step. S1 does not say how many it has. There are more springs than ways to
 /// move, so that no pulls fulfil the equations, and conjugate gradients first approach them and then go away for good: at
 /// 34 × 34 the drop stays below 3 times the lengths at rest with 10 iterations, with 5 or 20 below 5 times, with 50 it
@@ -53,6 +59,22 @@ pub fn bench(sides: [u32; 2]) -> Bench {
     bench
 }
 
+/// A sheet that hangs by two corners of its upper edge, lifted by an eighth of a turn at the start. By nodes, if nothing
+/// else is said.
+pub fn flag([rows, cols]: [u32; 2]) -> Bench {
+    let (side, mass, k, step, most) = FLAG;
+    let mut body = Body::cloth("flag", Mesh::grid(rows, cols, [side; 2]))
+        .with_mass(Mass::Whole(mass))
+        .structural(k, DAMPING)
+        .shear(k, DAMPING)
+        .bend(k, DAMPING)
+        .pin(Select::nodes([0, cols - 1]));
+    body.place.rotation = Some(Rotation { axis: [1.0, 0.0, 0.0], degrees: 45.0 });
+    let mut scene = Scene::new("bench flag").body(body).time(step, step).method(Method::Ice);
+    scene.solver.ice.form = ConstraintForm::Primal;
+    Bench { most, ..Bench::new("flag", vec![rows, cols], scene) }
+}
+
 /// The same with the equations of the solver of 2021.
 fn as_printed(bench: &Bench) -> Bench {
     let mut bench = bench.clone();
@@ -69,12 +91,28 @@ pub fn run(args: &Args, bench: &Bench) -> Result<(), Failure> {
                 measure::run(&as_printed(bench), args, Some(&of_2021(args, kernels)?))?
             }
             _ => {
-                let work = || Work::of(&bench.scene, args.threads, args.precision.precision());
-                let device = Device::asked(args.backend, work)?;
-                let bench = Bench { notes: device.why.into_iter().collect(), ..bench.clone() };
-                measure::run(&bench, args, device.gpu.as_ref())?
+                of_engine(args, bench, kernels)?;
+                continue;
             }
         };
+        line.kernels = Some(kernels::name_for_ice(kernels));
+        print(&line, args)?;
+    }
+    Ok(())
+}
+
+/// Prints a line for each form.
+fn of_engine(args: &Args, bench: &Bench, kernels: GpuKernels) -> Result<(), Failure> {
+    let usual = [Form::Ice(bench.scene.solver.ice.form)];
+    for &form in args.form.as_deref().unwrap_or(&usual) {
+        let mut bench = Bench { form: Some(form), ..bench.clone() };
+        if let Form::Ice(form) = form {
+            bench.scene.solver.ice.form = form;
+        }
+        let work = || Work::of(&bench.scene, args.threads, args.precision.precision());
+        let device = Device::asked(args.backend, work)?;
+        bench.notes = device.why.into_iter().collect();
+        let mut line = measure::run(&bench, args, device.gpu.as_ref())?;
         line.kernels = Some(kernels::name_for_ice(kernels));
         print(&line, args)?;
     }

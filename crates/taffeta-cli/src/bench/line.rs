@@ -18,7 +18,7 @@ pub struct Line {
     /// Of a GPU.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kernels: Option<&'static str>,
-    /// How the volume is kept, where that is what is measured.
+    /// How the volume is kept, or implicit constraints are solved, where that is what is measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<&'static str>,
     /// How pairs of nodes are found, where that is what is measured.

@@ -2,6 +2,7 @@
 
 use super::Args;
 use super::contact::{Rung, Serial};
+use super::form::Form;
 use super::kernels;
 use super::line::{Line, Shares, Solved, Spread};
 use crate::failure::Failure;
@@ -9,7 +10,7 @@ use crate::gpu::{self, Copied};
 use crate::limits;
 use crate::run::{Arithmetic, median, rate};
 use std::time::Instant;
-use taffeta::scene::{Method, Scene, VolumeForm};
+use taffeta::scene::{Method, Scene};
 use taffeta::{GpuOptions, Options, Precision, Simulation};
 
 /// Numbers of a node that a sub-step must read and write once: position and velocity in and out, the least any
@@ -36,8 +37,8 @@ pub struct Bench {
     pub case: Option<&'static str>,
     /// The scene.
     pub scene: Scene,
-    /// How its volume is kept, where that is what is measured.
-    pub form: Option<VolumeForm>,
+    /// Which equations, where that is what is measured.
+    pub form: Option<Form>,
     /// Frames before those that are timed.
     pub settle: u32,
     /// Frames after which there is no more to time.
@@ -71,7 +72,7 @@ impl Bench {
             Method::Ice => "ice",
             Method::Acad => "acad",
         };
-        ["ice", "acad"].contains(&self.name).then_some(name)
+        ["ice", "flag", "acad"].contains(&self.name).then_some(name)
     }
 }
 
@@ -219,7 +220,7 @@ pub fn line(
         backend: simulation.backend(),
         device: simulation.device(),
         kernels: gpu.map(|options| kernels::name(options.kernels)),
-        form: bench.form.map(VolumeForm::name),
+        form: bench.form.map(Form::name),
         rung: (bench.name == "contact").then_some(Rung::Binned.name()),
         method: bench.method(),
         precision: args.precision.precision().to_string(),

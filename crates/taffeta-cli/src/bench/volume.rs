@@ -3,7 +3,6 @@
 use super::measure::Bench;
 use super::mesh;
 use crate::failure::Failure;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::Path;
 use std::sync::Arc;
 use taffeta::scene::{Body, Collider, Mass, Mesh, Scene, Torus, VolumeForm};
@@ -19,21 +18,6 @@ const DROP: f64 = 0.05;
 const MATERIAL: (f64, f64, f64) = (1.0, 1000.0, 200.0);
 /// Triangles of the torus, where nothing says otherwise.
 const TRIANGLES: u32 = 20_000;
-
-/// The forms, ours first.
-const FORMS: [VolumeForm; 5] = [
-    VolumeForm::Corrected,
-    VolumeForm::Projected,
-    VolumeForm::PaperShader,
-    VolumeForm::Printed,
-    VolumeForm::None,
-];
-
-/// Takes the name of a form on the command line.
-pub fn parser() -> impl TypedValueParser<Value = VolumeForm> {
-    PossibleValuesParser::new(FORMS.map(VolumeForm::name))
-        .try_map(|text| FORMS.into_iter().find(|form| form.name() == text).ok_or("no form"))
-}
 
 /// A body that falls on a floor and sags there: that in `file`, split until it has at least `triangles`; else a torus of
 /// about `triangles`, or where they are not given the dragon, if it is there.

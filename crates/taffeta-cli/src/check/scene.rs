@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use serde::Serialize;
 use std::path::Path;
 use taffeta::diagnostics::tension::Tension;
-use taffeta::scene::Method;
+use taffeta::scene::{ConstraintForm, Method, Solver};
 use taffeta::{BodyInfo, Options, Simulation};
 use taffeta_io::Loaded;
 
@@ -20,11 +20,13 @@ struct Report {
     substeps: u32,
     step: f64,
     method: Method,
+    /// With implicit springs: which equations; null with others.
+    form: Option<ConstraintForm>,
     /// Of what is explicit [s]: springs, hinges and drag, or with the method "ice" only hinges and drag. Null without any.
     largest_stable_step: Option<f64>,
     /// The same however springs are folded [s].
     largest_stable_step_folded: Option<f64>,
-    /// Null with explicit springs, and where nothing hangs.
+    /// Null with explicit springs, with the form "primal", and where nothing hangs.
     hanging: Option<HangingReport>,
     advice: Vec<String>,
 }
@@ -52,6 +54,8 @@ struct BodyReport {
     vertices: usize,
     triangles: usize,
     springs: Vec<KindCount>,
+    /// Nodes of coarser levels, where springs are solved for by multigrid.
+    levels: Vec<usize>,
     hinges: usize,
     mass: f64,
     closed: bool,
@@ -88,6 +92,7 @@ impl Report {
             substeps: loaded.scene.time.substeps(),
             step,
             method: loaded.scene.solver.method,
+            form: form(&loaded.scene.solver),
             largest_stable_step: finite(simulation.largest_stable_step()),
             largest_stable_step_folded: finite(simulation.largest_stable_step_folded()),
             hanging: simulation.hanging().map(|pulled| HangingReport::of(pulled, step)),
@@ -108,8 +113,13 @@ impl Report {
     }
 
     fn stable_step(&self) -> String {
+        let by_nodes = self.form == Some(ConstraintForm::Primal);
         let (what, none) = match self.method {
             Method::Springs => ("", "no spring pulls on a free node"),
+            Method::Ice if by_nodes => (
+                " (hinges and drag: springs are implicit, by nodes)",
+                "springs are implicit along and across themselves; how exact they are is of first order in the step",
+            ),
             Method::Ice => (" (hinges and drag: springs are implicit)", "springs are implicit"),
             Method::Acad => (" (springs below the threshold are explicit)", "no spring pulls on a free node"),
         };
@@ -157,6 +167,7 @@ impl BodyReport {
             vertices: body.vertices,
             triangles: body.triangles,
             springs: body.springs.iter().map(|&(kind, count)| KindCount { kind, count }).collect(),
+            levels: body.levels.clone(),
             hinges: body.hinges,
             mass: body.mass,
             closed: body.rest_volume.is_some(),
@@ -185,6 +196,10 @@ impl BodyReport {
             ),
             format!("  springs: {springs}"),
         ];
+        if !self.levels.is_empty() {
+            let coarser: Vec<String> = self.levels.iter().map(|&nodes| grouped(nodes)).collect();
+            lines.push(format!("  coarser levels: {} nodes", coarser.join(", ")));
+        }
         if self.pinned > 0 {
             let all = if self.pinned == self.nodes { ", all of them: nothing moves freely" } else { "" };
             lines.push(format!("  pinned: {}{all}", grouped(self.pinned)));
@@ -197,6 +212,14 @@ impl BodyReport {
         }
         lines.extend(self.repairs.iter().map(|repair| format!("  {}", console::mended(repair))));
         lines
+    }
+}
+
+fn form(solver: &Solver) -> Option<ConstraintForm> {
+    match solver.method {
+        Method::Springs => None,
+        Method::Ice => Some(solver.ice.form),
+        Method::Acad => Some(solver.acad.form),
     }
 }
 

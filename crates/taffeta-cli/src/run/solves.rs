@@ -57,7 +57,8 @@ impl Solves {
         let more = match form {
             ConstraintForm::Compliant => format!("a larger {table}.epsilon"),
             ConstraintForm::Printed => format!("{table}.form = \"compliant\""),
-            ConstraintForm::Primal => "softer springs".to_owned(),
+            // The error of a Newton step is not that of its system.
+            ConstraintForm::Primal => "softer springs (newton_steps does not help)".to_owned(),
         };
         Some(format!(
             "the solver's residual was beyond the tolerance of {:?} in {} of {} sub-steps, up to {:.1e}, after up to {} \
@@ -108,5 +109,9 @@ mod tests {
         scene.solver.acad.form = ConstraintForm::Printed;
         let said = solves.warning(&scene).unwrap();
         assert!(said.contains("acad.form = \"compliant\"") && !said.contains("epsilon"), "{said}");
+        scene.solver.method = Method::Ice;
+        scene.solver.ice.form = ConstraintForm::Primal;
+        let said = solves.warning(&scene).unwrap();
+        assert!(said.contains("softer springs") && !said.contains("epsilon"), "{said}");
     }
 }

@@ -97,8 +97,8 @@ fn a_run_killed_at_any_moment_goes_on_to_the_same_files() {
 
 #[test]
 fn constraints_of_a_run_killed_at_any_moment_go_on_to_the_same_files() {
-    for method in ["ice", "acad"] {
-        let desk = killed_at_any_moment(&format!("[solver]\nmethod = \"{method}\"\n{TWO}"), 6);
+    for method in ["ice\"", "acad\"", "ice\"\nice.form = \"primal\""] {
+        let desk = killed_at_any_moment(&format!("[solver]\nmethod = \"{method}\n{TWO}"), 6);
         let solver = desk.json("whole/summary.json")["solver"].clone();
         assert!(solver["active_fraction"].as_f64().is_some_and(|share| share > 0.0), "{method}: {solver}");
         assert!(solver["iterations"].as_u64().is_some_and(|most| most > 1), "{method}: {solver}");

@@ -43,6 +43,35 @@ fn the_engine_solves_its_constraints_to_the_tolerance() {
 }
 
 #[test]
+fn forms_of_implicit_constraints_print_a_line_each() {
+    let lines = lines("bench ice --n 12 --frames 30 --json --form compliant,primal");
+    let forms: Vec<_> = lines.iter().map(|line| line["form"].as_str().unwrap()).collect();
+    assert_eq!(forms, ["compliant", "primal"]);
+    for line in &lines {
+        assert_eq!(
+            (&line["nodes"], &line["springs"], &line["method"]),
+            (&144.into(), &746.into(), &"ice".into())
+        );
+        assert!(number(line, "/residual") <= 1e-3 && number(line, "/ms_per_frame/median") > 0.0, "{line}");
+    }
+    let [dual, primal] = [0, 1].map(|form| number(&lines[form], "/iterations"));
+    assert!(primal >= 1.0 && primal < 0.5 * dual, "{primal} iterations by nodes, {dual} by springs");
+}
+
+#[test]
+fn a_stiff_flag_is_solved_by_nodes_at_one_step_a_frame() {
+    let lines = lines("bench flag --n 20 --frames 20 --json --precision f64");
+    assert_eq!(lines.len(), 1);
+    let line = &lines[0];
+    assert_eq!(
+        (&line["bench"], &line["form"], &line["nodes"]),
+        (&"flag".into(), &"primal".into(), &400.into())
+    );
+    assert_eq!((&line["method"], &line["substeps_per_frame"]), (&"ice".into(), &1.into()));
+    assert!(number(line, "/iterations") >= 1.0 && number(line, "/residual") <= 1e-3, "{line}");
+}
+
+#[test]
 fn adaptive_constraints_are_set_beside_springs_by_how_many_are_active() {
     let lines = lines("bench acad --n 16 --frames 20 --json");
     let of = |key: &str| lines.iter().map(|line| line[key].as_str().unwrap().to_owned()).collect::<Vec<_>>();
@@ -70,6 +99,15 @@ fn kernels_that_do_not_fit_a_bench_are_refused() {
     );
     refused("bench grid --backend gpu --kernels csr", &["--kernels csr is for `bench ice`"]);
     refused("bench acad --kernels printed", &["--kernels printed is for `bench ice`"]);
+    refused(
+        "bench ice --form corrected",
+        &["--form corrected is not for this bench, which takes compliant, primal"],
+    );
+    refused(
+        "bench volume --form primal",
+        &["--form primal is not for this bench, which takes corrected, projected"],
+    );
+    refused("bench grid --form primal", &["--form is for `bench volume`, `bench ice` and `bench flag`"]);
     refused("bench ice --kernels ell --precision f64", &["--kernels ell computes in 32 bits"]);
     refused("bench ice --kernels csr", &["--kernels csr: TAFFETA_ADAPTER=`nonsense` fits no adapter"]);
 }

@@ -143,6 +143,31 @@ fn check_says_which_springs_stay_explicit() {
 }
 
 #[test]
+fn springs_solved_for_by_nodes_have_no_longest_step_but_levels() {
+    let primal = curtain("ice\"\nice.form = \"primal");
+    let (out, err, code) = ending(primal.taffeta(&["check", "scene.toml"]));
+    assert_eq!(code, Some(0), "{err}");
+    assert!(
+        out.contains("largest stable step: any; springs are implicit along and across themselves"),
+        "{out}"
+    );
+    // 4 × 7 nodes: rows and columns that go in halves.
+    assert!(out.contains("coarser levels: 12 nodes"), "{out}");
+    assert!(!out.contains("hanging") && !out.contains("advice"), "{out}");
+    let (out, _, _) = ending(primal.taffeta(&["check", "scene.toml", "--json"]));
+    let report: serde_json::Value = serde_json::from_str(&out).expect("nothing but JSON");
+    assert_eq!((&report["form"], &report["hanging"]), (&"primal".into(), &serde_json::Value::Null));
+    assert_eq!(report["bodies"][0]["levels"], serde_json::json!([12]));
+    let (out, _, code) = ending(primal.taffeta(&["run", "scene.toml"]));
+    assert!(code == Some(0) && !out.contains("warning"), "{out}");
+    // Both of the others name it.
+    for (method, words) in [("ice", "h² T/(m L)"), ("springs", "will blow up")] {
+        let (out, _, _) = ending(curtain(method).taffeta(&["check", "scene.toml"]));
+        assert!(out.contains(words) && out.contains("ice.form = \"primal\""), "{out}");
+    }
+}
+
+#[test]
 fn run_warns_in_one_line_of_a_step_too_long_for_what_hangs() {
     let (out, _, _) = ending(curtain("ice").taffeta(&["run", "scene.toml", "--frames", "1"]));
     let warnings: Vec<&str> = out.lines().filter(|line| line.starts_with("warning: ")).collect();

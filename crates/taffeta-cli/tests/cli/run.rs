@@ -318,6 +318,16 @@ fn what_the_solver_of_constraints_did_is_told_and_an_early_stop_is_warned_of() {
     assert!(out.contains("warning: the solver's residual was beyond ") && out.contains(&said), "{out}");
     assert!(out.contains("after up to 2 iterations; in [solver], a larger ice.max_iterations or "), "{out}");
 
+    let primal = ["solver.method=ice", "solver.ice.form=primal", "solver.ice.newton_steps=2"];
+    let (solver, out, [iterations, residual, _]) = run(&primal);
+    assert_eq!((&solver["capped"], &solver["iterations"].as_f64()), (&0.into(), &Some(largest(&iterations))));
+    assert!(iterations[1..].iter().all(|&count| count >= 2.0), "one in each Newton step: {iterations:?}");
+    assert!(largest(&residual) > 0.0 && largest(&residual) <= 1e-3, "{residual:?}");
+    assert!(!out.contains("warning"), "{out}");
+    let cut = [&primal[..], &["solver.ice.max_iterations=1", "solver.ice.tolerance=1e-6"]].concat();
+    let (_, out, _) = run(&cut);
+    assert!(out.contains("a larger ice.max_iterations or ice.tolerance, softer springs"), "{out}");
+
     let (solver, out, [_, _, active]) = run(&["solver.method=acad", "solver.acad.threshold=1e-3"]);
     let most = largest(&active);
     assert!(most > 0.0 && most < 1.0 && solver["active_fraction"].as_f64() == Some(most), "{solver}");

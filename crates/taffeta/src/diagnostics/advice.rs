@@ -5,6 +5,10 @@ use super::{FrameReport, stability};
 use crate::assembly::Assembly;
 use crate::scene::{ConstraintForm, Method};
 
+/// What springs that are solved for by nodes do.
+const BY_NODES: &str =
+    "solve springs by nodes (solver.method = \"ice\" with ice.form = \"primal\"), which bears any step";
+
 /// What the step is measured against.
 #[derive(Clone, Debug)]
 pub struct StepLimit {
@@ -18,6 +22,10 @@ pub struct StepLimit {
     pub body: String,
     /// How springs are solved, and so what is explicit.
     pub method: Method,
+    /// Whether springs are solved for by nodes, implicit across themselves as well.
+    pub primal: bool,
+    /// Whether the step would hold if they were.
+    pub holds_by_nodes: bool,
     /// Where implicit springs are pulled hardest, if there are any.
     pub hanging: Option<Tension>,
 }
@@ -28,14 +36,18 @@ impl StepLimit {
         let method = assembly.solver.method;
         // Constraints of the method "acad" have no compliance of the material.
         let compliant = method == Method::Ice && assembly.solver.ice.form == ConstraintForm::Compliant;
-        let largest = stability::largest_steps(assembly);
+        let (primal, step) = (assembly.solver.is_primal(), assembly.time.substep(0).1);
+        let largest = stability::largest_steps(assembly, method != Method::Ice);
+        let by_nodes = || stability::largest_steps(assembly, false).folded >= step;
         Self {
-            step: assembly.time.substep(0).1,
+            step,
             at_rest: largest.at_rest,
             folded: largest.folded,
             body: assembly.bodies[largest.body].name.clone(),
             method,
-            hanging: if method == Method::Springs { None } else { hanging(assembly, compliant) },
+            primal,
+            holds_by_nodes: !primal && (largest.folded >= step || method != Method::Ice && by_nodes()),
+            hanging: if primal || method == Method::Springs { None } else { hanging(assembly, compliant) },
         }
     }
 
@@ -84,7 +96,7 @@ impl StepLimit {
                  (T = {pull:.2e} N at vertex {vertex}), and from 1 on waves across the pull grow; {}",
                 self.step,
                 digits(growth),
-                remedy_to_hang(pulled)
+                self.remedy_to_hang(pulled)
             )
         })
     }
@@ -95,9 +107,25 @@ impl StepLimit {
         let softer = (safe / self.step).powi(2);
         let heavier = 1.0 / softer;
         let what = if self.method == Method::Ice { "drag and the hinges' k and d" } else { "k and d" };
+        let by_nodes = self.or_by_nodes();
         format!(
-            "set time.max_step = {safe:e} or less, or multiply {what} by {softer:.1e} or the mass by {heavier:.1e}"
+            "set time.max_step = {safe:e} or less, or multiply {what} by {softer:.1e} or the mass by \
+             {heavier:.1e}{by_nodes}"
         )
+    }
+
+    /// What to change where waves grow across the pull. Mass does not help: the weight grows with it.
+    fn remedy_to_hang(&self, pulled: &Tension) -> String {
+        let (safe, by_nodes) = (round_down(pulled.largest_step()), self.or_by_nodes());
+        format!(
+            "set time.max_step = {safe:e} or less, or add stiff bend springs (on a grid also shear springs), which share \
+             the pull{by_nodes}"
+        )
+    }
+
+    /// The primal form, where it would do.
+    fn or_by_nodes(&self) -> String {
+        if self.holds_by_nodes { format!(", or {BY_NODES}") } else { String::new() }
     }
 
     /// Likely cause and remedy after a run has blown up.
@@ -117,6 +145,10 @@ impl StepLimit {
                  {folded:.3e} s folded); {}",
                 self.remedy()
             )
+        } else if self.primal {
+            "Springs solved for by nodes hold in any step, so look at forces, pins and colliders (one that moves far in a \
+             step tears what it holds)"
+                .to_owned()
         } else if self.method == Method::Ice {
             "Implicit springs hold in any step while their pull stays below m L/h², so look at what pulls harder: forces, \
              pins and colliders (one that moves far in a step tears what it holds)"
@@ -129,15 +161,6 @@ impl StepLimit {
             )
         }
     }
-}
-
-/// What to change where waves grow across the pull. Mass does not help: the weight grows with it.
-fn remedy_to_hang(pulled: &Tension) -> String {
-    let safe = round_down(pulled.largest_step());
-    format!(
-        "set time.max_step = {safe:e} or less, or add stiff bend springs (on a grid also shear springs), which share the \
-         pull"
-    )
 }
 
 /// Two decimals, or three digits of a large number.
@@ -208,8 +231,29 @@ mod tests {
         assert_eq!(at(0.001), "");
     }
 
+    #[test]
+    fn the_primal_form_is_named_where_it_lifts_the_limit() {
+        let said = |limit: &StepLimit| limit.warnings().collect::<Vec<_>>().join("\n") + &limit.after();
+        let springs = limit(0.01, Method::Springs);
+        assert_eq!(said(&springs).matches("form = \"primal\"").count(), 2);
+        let hinges = StepLimit { holds_by_nodes: false, ..springs };
+        assert!(!said(&hinges).contains("primal"));
+        let primal = StepLimit { primal: true, ..limit(0.001, Method::Ice) };
+        let said = said(&primal);
+        assert!(said.contains("by nodes hold in any step") && !said.contains("h²"), "{said}");
+    }
+
     fn limit(step: f64, method: Method) -> StepLimit {
-        StepLimit { step, at_rest: 0.005, folded: 0.0039, body: "flag".to_owned(), method, hanging: None }
+        StepLimit {
+            step,
+            at_rest: 0.005,
+            folded: 0.0039,
+            body: "flag".to_owned(),
+            method,
+            primal: false,
+            holds_by_nodes: method == Method::Springs,
+            hanging: None,
+        }
     }
 
     #[test]

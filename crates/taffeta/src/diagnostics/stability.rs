@@ -12,7 +12,7 @@
 use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections};
 use crate::forces::hinge::{Rest, STIFFEST, angle_and_gradient, rest, steepness};
 use crate::real::{add, dot, norm, scale, sub};
-use crate::scene::{Hinge, Method};
+use crate::scene::Hinge;
 use crate::topology::random::SplitMix64;
 use crate::topology::{Edges, GRID_STEPS, SpringList, shapes};
 
@@ -57,14 +57,14 @@ pub struct LargestSteps {
     pub body: usize,
 }
 
-/// Finds the largest stable steps of what is explicit in a scene. With [`Method::Ice`] springs are not, and hinges and drag
-/// are left; with [`Method::Acad`] those below the threshold are.
-pub fn largest_steps(assembly: &Assembly) -> LargestSteps {
+/// Finds the largest stable steps of what is explicit in a scene: hinges, drag and, unless all of them are implicit,
+/// `springs`.
+pub fn largest_steps(assembly: &Assembly, springs: bool) -> LargestSteps {
     let drag = assembly.world.drag;
     let none = LargestSteps { at_rest: f64::INFINITY, folded: f64::INFINITY, body: 0 };
     assembly.bodies.iter().enumerate().fold(none, |least, (body, described)| {
         let mut system = System::new(described);
-        if assembly.solver.method == Method::Ice {
+        if !springs {
             system.springs = Vec::new();
         }
         let at_rest = system.largest_step(drag, Pull::Along);

@@ -30,6 +30,8 @@ const TOUCHING_NODE: u64 = 250;
 const FACES_OF_NODE: u64 = 250;
 const STRUT: u64 = 175;
 const CONSTRAINT: u64 = 215;
+const NODE_OF_LEVELS: u64 = 560;
+const SPRING_OF_LEVELS: u64 = 140;
 const MOVING_PIN: u64 = 40;
 const SUBSTEP: u64 = 60;
 const POSE: u64 = 200;
@@ -66,11 +68,6 @@ impl Scene {
                 wish.pairs.as_ref().map_or(u64::from(wish.count), |pairs| pairs.len() as u64)
             });
         let nodes = body.mesh.nodes();
-        let constraints = if self.solver.method == Method::Springs {
-            0
-        } else {
-            body.springs_along().saturating_add(count)
-        };
         [
             Part {
                 bytes: body.mesh_bytes(),
@@ -82,14 +79,32 @@ impl Scene {
                 mostly: Box::new(move || format!("the {count} struts of body `{}`", self.body_name(index))),
                 remedy: "fewer struts would do",
             },
-            Part {
-                bytes: constraints.saturating_mul(CONSTRAINT),
-                mostly: Box::new(move || {
-                    format!("the {constraints} constraints of body `{}`", self.body_name(index))
-                }),
-                remedy: "a coarser mesh, or solver.method = \"springs\", would do",
-            },
+            self.implicit_part(index, nodes, body.springs_along().saturating_add(count)),
         ]
+    }
+
+    /// Of a body's springs, where they are implicit.
+    fn implicit_part(&self, index: usize, nodes: u64, springs: u64) -> Part<'_> {
+        let by_nodes = self.solver.is_primal() && springs > 0;
+        let bytes = match self.solver.method {
+            Method::Springs => 0,
+            _ if by_nodes => {
+                nodes.saturating_mul(NODE_OF_LEVELS).saturating_add(springs.saturating_mul(SPRING_OF_LEVELS))
+            }
+            _ => springs.saturating_mul(CONSTRAINT),
+        };
+        Part {
+            bytes,
+            mostly: Box::new(move || {
+                let name = self.body_name(index);
+                if by_nodes {
+                    format!("the {springs} springs of body `{name}`, solved for by its {nodes} nodes")
+                } else {
+                    format!("the {springs} constraints of body `{name}`")
+                }
+            }),
+            remedy: "a coarser mesh, or solver.method = \"springs\", would do",
+        }
     }
 
     /// What the sub-steps of a frame are told.
@@ -200,7 +215,7 @@ fn bytes_of(surface: &Surface) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Collider, Cube, Internal, Keyframe, Mass};
+    use crate::scene::{Collider, ConstraintForm, Cube, Internal, Keyframe, Mass};
     use crate::topology::shapes;
     use std::sync::Arc;
 
@@ -240,6 +255,26 @@ mod tests {
         let ball = Body::soft("ball", Mesh::Cube(Cube { size: 1.0, divisions: 20 })).structural(1.0, 0.0);
         let scene = |method| Scene::new("").body(ball.clone()).method(method).memory_needed().bytes;
         assert!(scene(Method::Ice) > scene(Method::Springs) + 7000 * CONSTRAINT);
+    }
+
+    #[test]
+    fn springs_that_are_solved_for_by_nodes_take_more_for_each_node() {
+        let scene = |body: Body, form| {
+            let mut scene = Scene::new("").body(body).method(Method::Ice);
+            scene.solver.ice.form = form;
+            scene.memory_needed()
+        };
+        let body = sheet(100).shear(1.0, 0.0);
+        let explicit = needed(body.clone());
+        let of = scene(body, ConstraintForm::Primal);
+        assert_eq!(of.bytes - explicit, 10_000 * NODE_OF_LEVELS + 40_000 * SPRING_OF_LEVELS);
+        assert_eq!(of.mostly, "the 40000 springs of body `sheet`, solved for by its 10000 nodes");
+        // Without springs there is nothing to solve for.
+        let bare = Body { springs: Springs::default(), ..sheet(100) };
+        assert_eq!(
+            scene(bare.clone(), ConstraintForm::Primal).bytes,
+            scene(bare, ConstraintForm::Compliant).bytes
+        );
     }
 
     #[test]
