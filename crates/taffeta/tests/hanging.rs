@@ -90,6 +90,25 @@ fn what_does_not_hang_has_no_such_limit() {
     assert_eq!(pulled(Scene::new("").body(chain(5, 0.1, 1.0).structural(0.0, 0.1))), None);
     let explicit = build(&Scene::new("").body(chain(5, 0.1, 1.0)));
     assert!(explicit.hanging().is_none());
+    let mut by_nodes = Scene::new("").time(0.1, 0.1).body(chain(34, 0.01, 1.0)).method(Method::Ice);
+    by_nodes.solver.ice.form = ConstraintForm::Primal;
+    let by_nodes = build(&by_nodes);
+    assert!(by_nodes.hanging().is_none() && by_nodes.warnings().is_empty());
+    assert_eq!(by_nodes.bodies()[0].levels, [18]);
+}
+
+#[test]
+fn the_primal_form_is_named_as_a_remedy_where_only_springs_set_the_step() {
+    let named = |body: Body, method| {
+        let warnings = build(&Scene::new("").time(0.1, 0.1).body(body).method(method)).warnings().to_vec();
+        assert!(!warnings.is_empty());
+        warnings.iter().all(|warning| warning.contains("ice.form = \"primal\""))
+    };
+    let sheet = || sheet(6, [1e5, 0.0, 0.0]).pin(Select::nodes([0]));
+    for method in [Method::Springs, Method::Ice, Method::Acad] {
+        assert!(named(sheet(), method), "{method:?}");
+        assert!(!named(sheet().hinge(10.0, 0.0), method), "{method:?}: hinges stay explicit");
+    }
 }
 
 #[test]

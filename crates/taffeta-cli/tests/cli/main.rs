@@ -8,4 +8,5 @@ mod desk;
 mod gpu;
 mod gpu_check;
 mod input;
+mod primal;
 mod run;
