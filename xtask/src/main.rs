@@ -9,6 +9,7 @@ mod fuzz;
 mod gpu;
 mod lines;
 mod mesh;
+mod methods;
 mod models;
 mod pictures;
 mod program;
@@ -22,7 +23,7 @@ use std::process::ExitCode;
 const USAGE: &str =
     "usage: cargo xtask test | ci | models | pictures [SCENE...] | results [--frames F | --plots-only]
                    | volume [NAME...] [--speed-only | --plots-only] | constraints [NAME...] [--plots-only]
-                   | contact [--software | --page-only]
+                   | contact [--software | --page-only] | methods [--quick | --plots-only] [SIZE...]
                    | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
   test, ci   formatting, lints, tests, and every scene for 10 frames on the CPU and on a GPU, in software if need be
   models     fetch the bunny, armadillo, dragon and human into models/
@@ -32,6 +33,7 @@ const USAGE: &str =
   constraints
              run the experiments on springs as constraints, and write their page, plots and pictures in docs/results/
   contact    measure contact of nodes with each other in several sizes, and write its page in docs/results/
+  methods    compare explicit and implicit springs at equal error, and write the page and plot in docs/results/
   gpu        build what to take to a machine with a GPU, or write the page of what it brought back
   fuzz       feed the parsers hostile input, 60 minutes each; needs a nightly compiler and cargo-fuzz";
 
@@ -46,6 +48,7 @@ fn main() -> ExitCode {
         ["volume", ref words @ ..] => volume::run(words),
         ["constraints", ref words @ ..] => constraints::run(words),
         ["contact", ref words @ ..] => contact::run(words),
+        ["methods", ref words @ ..] => methods::run(words),
         ["results", ref words @ ..] => results::run(words),
         ["pictures", ref scenes @ ..] => pictures::run(scenes),
         ["help" | "--help" | "-h"] => {

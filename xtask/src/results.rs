@@ -73,7 +73,8 @@ pub fn write_readme(folder: &Path) -> Result<(), String> {
         table::readme(
             &processors,
             &gpus,
-            ["volume", "constraints", "contact"].map(|page| folder.join(page).with_extension("md").is_file()),
+            ["volume", "constraints", "contact", "methods"]
+                .map(|page| folder.join(page).with_extension("md").is_file()),
         ),
     )
     .map_err(|error| format!("{}: {error}", readme.display()))

@@ -58,16 +58,17 @@ each node's position and velocity read and written once a sub-step, and of the p
 31 operations a spring.
 ";
 
-/// Where pages of their own are, if they are there: of kept volumes, of springs as constraints, and of contact of nodes with each
-/// other.
-const PAGES: [&str; 3] = [
+/// Where pages of their own are, if they are there: of kept volumes, of springs as constraints, of contact of nodes with each
+/// other, and of ways of solving springs.
+const PAGES: [&str; 4] = [
     "\nHow well soft bodies keep their volume, and at what cost: [volume.md](volume.md).\n",
     "\nWhat springs as constraints do and cost, beside published figures: [constraints.md](constraints.md).\n",
     "\nHow fast nodes find each other, by clusters and by all pairs: [contact.md](contact.md).\n",
+    "\nWhich way of solving springs is the fastest to a wanted error: [methods.md](methods.md).\n",
 ];
 
 /// The page: where those of GPUs and of volumes are, then for each processor its targets, plots and measurements.
-pub fn readme(processors: &[(String, Vec<Line>)], gpus: &[(String, String)], pages: [bool; 3]) -> String {
+pub fn readme(processors: &[(String, Vec<Line>)], gpus: &[(String, String)], pages: [bool; 4]) -> String {
     let mut page = HEAD.to_owned();
     let there = PAGES.iter().zip(pages).filter(|(_, is_there)| *is_there);
     there.for_each(|(words, _)| page += words);

@@ -1,0 +1,251 @@
+//! The page of ways to solve springs.
+
+use super::cell::FRAME;
+use super::run::{EARLY, Run};
+use super::way::Way;
+use std::fmt::Write;
+
+/// Errors at which ways are compared.
+const WANTED: [f64; 3] = [1e-1, 1e-2, 1e-3];
+
+const HEAD: &str = "# Explicit or implicit springs
+
+Written by `cargo xtask methods`, which runs everything on the CPU in 32 bits and keeps a line of each run in
+[methods/runs.jsonl](methods/runs.jsonl) (`cargo xtask methods 10k` runs one size, `--quick` takes a short look at small ones and
+writes it into the target folder, `--plots-only` writes this page again).
+
+- *springs*: `solver.method = \"springs\"`, explicit, in sub-steps that are just stable (a twentieth to spare), half and a quarter
+  as long; and in one a frame, which is not stable.
+- *dual*: `solver.method = \"ice\"`, `form = \"compliant\"`, as it is by default: to a residual of 1e-3 or for 200 iterations.
+- *dual, solved*: the same, for up to 5,000 iterations.
+PRIMAL
+Which equations these are: [springs.md](../models/springs.md), [ice.md](../models/ice.md).
+
+## What is run
+
+A square sheet of 1 m and 0.2 kg with all three kinds of springs hangs from its upper edge, flat, and swings out at 3 rad/s, 5 %
+faster at one side. It is the same cloth on any grid: springs of k [N/m] make a membrane with C₁₁ = 6 k (4 k of it from bend
+springs), C₁₂ = k, C₆₆ = k, whatever the spacing is. What resists folding, bend springs too, vanishes as the spacing does. There is
+no damping, no drag and no contact. Cloth under pull is chosen because its motion can be told: slack cloth folds at random, and
+there no two runs agree.
+
+*Error* is √(Σ |x − x_ref|²/Σ |x_ref − x_start|²) over all nodes and all frames of 1/60 s: distance from the reference by the way
+that was gone. The *reference* is explicit as well, but in 64 bits, in half the steps that are just stable, and started half a
+step early, which makes it exact to second order. How far off it is in twice these steps stands beside it: its own error is a
+quarter of that while the error is one of steps, and not of folds at random. Larger sheets run for a shorter time, for a
+reference of a million nodes takes minutes for a thirtieth of a second.
+
+*Time* is wall time by simulated time, of frames alone, each with its report: the median of up to five runs, with the least and
+the most. Below 1 s a second it is faster than real time. All three ways are of first order; what the half step between velocity
+and place does to a body that starts from rest, h t g/2 in each of them, does not show here, for the sheet starts in the middle of
+its swing.
+";
+
+/// The page of all runs, which are in order.
+pub fn page(runs: &[Run]) -> String {
+    let mut page = HEAD.replace("PRIMAL\n", "");
+    let mut devices: Vec<String> =
+        runs.iter().map(|run| format!("{}, {}, commit {}", run.machine, run.device, run.commit)).collect();
+    devices.sort();
+    devices.dedup();
+    // Writing to a string cannot fail.
+    let _ = write!(page, "\nMeasured on: {}.\n", devices.join("; "));
+    page += "\n![Error by wall time, for each size and stiffness](methods/error-by-time.svg)\n";
+    page += &wins(runs);
+    page += &one_step(runs);
+    page += &early(runs);
+    sizes(runs).iter().for_each(|of_size| page += &all(of_size));
+    page
+}
+
+/// Runs that follow each other and have the same of something.
+fn groups<K: PartialEq>(runs: &[Run], key: impl Fn(&Run) -> K) -> Vec<&[Run]> {
+    runs.chunk_by(|a, b| key(a) == key(b)).collect()
+}
+
+fn sizes(runs: &[Run]) -> Vec<&[Run]> {
+    groups(runs, |run| run.side)
+}
+
+/// Runs of a size and a stiffness.
+pub fn cells(runs: &[Run]) -> Vec<&[Run]> {
+    groups(runs, |run| (run.side, run.k.to_bits()))
+}
+
+/// The fastest run of a cell with an error of at most so much.
+fn fastest(cell: &[Run], error: f64) -> Option<&Run> {
+    let near = cell.iter().filter(|run| run.error.is_some_and(|off| off <= error));
+    near.min_by(|a, b| a.cost().total_cmp(&b.cost()))
+}
+
+fn wins(runs: &[Run]) -> String {
+    let mut text = "\n## Which one is the fastest\n\nOf all runs of a sheet that are off by so much at most: the fastest, with its \
+                    step and its time [s] by simulated second.\n"
+        .to_owned();
+    for error in WANTED {
+        let _ = write!(text, "\n{}", sentence(runs, error));
+    }
+    text += "\n| nodes | k, N/m | reference, doubled |";
+    WANTED.iter().for_each(|error| text += &format!(" off by {} |", percent(*error)));
+    text += "\n|---|---:|---:|---|---|---|\n";
+    for cell in cells(runs) {
+        let Run { size, k, reference, .. } = &cell[0];
+        let _ = write!(text, "| {size} | {k} | {reference:.0e} |");
+        for error in WANTED {
+            let words = |run: &Run| format!("{}, {}: {}", run.way.label(), step(run), seconds(run.cost()));
+            let _ = write!(text, " {} |", fastest(cell, error).map_or("none".to_owned(), words));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Where each way is the fastest to an error.
+fn sentence(runs: &[Run], error: f64) -> String {
+    let of = |way: Way| {
+        let won = |cell: &&&[Run]| fastest(cell, error).is_some_and(|run| run.way == way);
+        let name = |cell: &[Run]| format!("{} at {} N/m", cell[0].size, cell[0].k);
+        let cells: Vec<String> = cells(runs).iter().filter(won).map(|cell| name(cell)).collect();
+        (!cells.is_empty()).then(|| format!("*{}* ({})", way.label(), cells.join(", ")))
+    };
+    let words: Vec<String> = Way::ALL.into_iter().filter_map(of).collect();
+    let words = if words.is_empty() { "none".to_owned() } else { words.join("; ") };
+    format!("- To {}: {words}.\n", percent(error))
+}
+
+fn one_step(runs: &[Run]) -> String {
+    let mut text = "\n## One step a frame\n\nSteps of 1/60 s, as real-time programs want them. *Energy* is what the sheet has gained by the \
+                    end beyond the reference, by the energy of its motion at the start: less than zero is damping. *Stopped early* are \
+                    steps in which the iterations ran out.\n\n\
+                    | nodes | k, N/m | way | error | largest l/L | energy | iterations: mean, most | stopped early | s a second |\n\
+                    |---|---:|---|---:|---:|---:|---:|---:|---:|\n"
+        .to_owned();
+    for run in runs.iter().filter(|run| run.steps == 1) {
+        let Run { size, k, way, .. } = run;
+        let _ = writeln!(text, "| {size} | {k} | {} | {} |", way.label(), outcome(run));
+    }
+    text
+}
+
+/// What all sizes were run for.
+fn early(runs: &[Run]) -> String {
+    let seconds = f64::from(EARLY) * FRAME;
+    let mut text = format!(
+        "\n## The same time for all sizes\n\nErrors after {seconds:.3} s, by steps in a frame. So early the cloth still bounces in its length, \
+         which long steps cannot follow: errors are larger than later on, by the short way that was gone.\n\n| nodes | k, N/m | way |"
+    );
+    let implicit = |run: &&Run| run.way != Way::Springs;
+    let mut steps: Vec<u32> = runs.iter().filter(implicit).map(|run| run.steps).collect();
+    steps.sort_unstable();
+    steps.dedup();
+    steps.iter().for_each(|steps| text += &format!(" {steps} |"));
+    let _ = writeln!(text, " just stable |\n|---|---:|---|{}", "---:|".repeat(steps.len() + 1));
+    for of_way in groups(runs, |run| (run.side, run.k.to_bits(), run.way)) {
+        let off = |wanted: Option<&Run>| {
+            wanted.and_then(|run| run.early_error).map_or_else(String::new, |error| format!("{error:.1e}"))
+        };
+        let Run { size, k, way, .. } = &of_way[0];
+        let _ = write!(text, "| {size} | {k} | {} |", way.label());
+        for &steps in &steps {
+            let _ = write!(text, " {} |", off(of_way.iter().filter(implicit).find(|run| run.steps == steps)));
+        }
+        let stable = of_way.iter().find(|run| run.way == Way::Springs && run.steps > 1);
+        let _ = writeln!(text, " {} |", off(stable));
+    }
+    text
+}
+
+fn all(of_size: &[Run]) -> String {
+    let Run { size, side, nodes, springs, seconds, threads, .. } = &of_size[0];
+    let plural = if *threads == 1 { "" } else { "s" };
+    let mut text = format!(
+        "\n## All runs of {size}\n\n{side} × {side}: {nodes} nodes, {springs} springs; {seconds:.3} s; explicit springs on {threads} \
+         thread{plural}.\n\n\
+         | k, N/m | way | step | error | largest l/L | energy | iterations: mean, most | stopped early | s a second: median | least, \
+         most (runs) | threads |\n|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n"
+    );
+    for run in of_size {
+        let [least, _, most] = run.wall.map(seconds_of);
+        let spread =
+            if run.diverged.is_some() { " ".to_owned() } else { format!("{least}, {most} ({})", run.runs) };
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {spread} | {} |",
+            run.k,
+            run.way.label(),
+            step(run),
+            outcome(run),
+            run.threads
+        );
+    }
+    text
+}
+
+/// Error, stretch, energy, iterations, early stops and time, as cells of a table.
+fn outcome(run: &Run) -> String {
+    let Run { max_stretch, energy, iterations: (mean, most), capped, .. } = run;
+    let Some(error) = run.error else {
+        let frame = run.diverged.unwrap_or_default();
+        return format!("blows up in frame {frame} | | | | | ");
+    };
+    let iterations = if *most > 0 { format!("{mean:.0}, {most} | {capped}") } else { " | ".to_owned() };
+    format!("{error:.1e} | {max_stretch:.3} | {energy:+.3} | {iterations} | {}", seconds_of(run.cost()))
+}
+
+/// Length of a step, as a fraction of a second.
+fn step(run: &Run) -> String {
+    format!("1/{} s", (1.0 / run.step()).round())
+}
+
+/// Three digits.
+fn seconds(seconds: f64) -> String {
+    format!("{} s", seconds_of(seconds))
+}
+
+/// Three digits, without the unit.
+fn seconds_of(seconds: f64) -> String {
+    let digits = (2.0 - seconds.max(1e-6).log10().floor()).clamp(0.0, 4.0) as usize;
+    format!("{seconds:.digits$}")
+}
+
+fn percent(share: f64) -> String {
+    format!("{} %", share * 100.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(way: Way, steps: u32, error: Option<f64>, cost: f64) -> Run {
+        let diverged = if error.is_none() { Some(3) } else { None };
+        let size = "1k".to_owned();
+        Run {
+            size,
+            side: 32,
+            k: 1e3,
+            way,
+            steps,
+            error,
+            diverged,
+            wall: [cost; 3],
+            runs: 1,
+            ..Run::default()
+        }
+    }
+
+    #[test]
+    fn the_fastest_of_those_that_are_near_enough_wins_and_none_that_blew_up() {
+        let runs = [
+            run(Way::Springs, 1, None, 0.001),
+            run(Way::Springs, 90, Some(1e-4), 0.5),
+            run(Way::Dual, 1, Some(0.05), 0.02),
+            run(Way::Dual, 4, Some(0.008), 0.6),
+        ];
+        let page = page(&runs);
+        let row = "| 1k | 1000 | 0e0 | dual, 1/60 s: 0.0200 s | springs, 1/5400 s: 0.500 s | springs, 1/5400 s: 0.500 s |";
+        assert!(page.contains(row), "{page}");
+        assert!(page.contains("- To 10 %: *dual* (1k at 1000 N/m).\n"), "{page}");
+        assert!(page.contains("- To 1 %: *springs* (1k at 1000 N/m).\n"), "{page}");
+        assert!(page.contains("| 1k | 1000 | springs | blows up in frame 3 | | | | |  |\n"), "{page}");
+    }
+}
