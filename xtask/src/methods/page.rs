@@ -72,15 +72,17 @@ pub fn cells(runs: &[Run]) -> Vec<&[Run]> {
     groups(runs, |run| (run.side, run.k.to_bits()))
 }
 
-/// The fastest run of a cell with an error of at most so much.
+/// The fastest run of a cell that holds, with an error of at most so much.
 fn fastest(cell: &[Run], error: f64) -> Option<&Run> {
-    let near = cell.iter().filter(|run| run.error.is_some_and(|off| off <= error));
+    let near = cell.iter().filter(|run| run.holds() && run.error.is_some_and(|off| off <= error));
     near.min_by(|a, b| a.cost().total_cmp(&b.cost()))
 }
 
 fn wins(runs: &[Run]) -> String {
     let mut text = "\n## Which one is the fastest\n\nOf all runs of a sheet that are off by so much at most: the fastest, with its \
-                    step and its time [s] by simulated second.\n"
+                    step and its time [s] by simulated second. Those do not count in \
+                    which a spring gets longer than in the reference by 5 % of its length: waves of the spacing of nodes, which \
+                    grow where a step is too long for what hangs in a sheet, hardly show in the error.\n"
         .to_owned();
     for error in WANTED {
         let _ = write!(text, "\n{}", sentence(runs, error));
@@ -129,38 +131,37 @@ fn one_step(runs: &[Run]) -> String {
 
 /// What all sizes were run for.
 fn early(runs: &[Run]) -> String {
-    let seconds = f64::from(EARLY) * FRAME;
-    let mut text = format!(
-        "\n## The same time for all sizes\n\nErrors after {seconds:.3} s, by steps in a frame. So early the cloth still bounces in its length, \
-         which long steps cannot follow: errors are larger than later on, by the short way that was gone.\n\n| nodes | k, N/m | way |"
-    );
-    let implicit = |run: &&Run| run.way != Way::Springs;
-    let mut steps: Vec<u32> = runs.iter().filter(implicit).map(|run| run.steps).collect();
+    let mut steps: Vec<u32> =
+        runs.iter().filter(|run| run.way != Way::Springs).map(|run| run.steps).collect();
     steps.sort_unstable();
     steps.dedup();
+    let mut text = format!(
+        "\n## The same time for all sizes\n\nErrors after {:.3} s, by steps in a frame, and of explicit springs that are just stable. \
+         So early the cloth still bounces in its length, which long steps cannot follow: by the short way that was gone errors are \
+         larger than later on.\n\n| nodes | k, N/m | way |",
+        f64::from(EARLY) * FRAME
+    );
     steps.iter().for_each(|steps| text += &format!(" {steps} |"));
-    let _ = writeln!(text, " just stable |\n|---|---:|---|{}", "---:|".repeat(steps.len() + 1));
-    for of_way in groups(runs, |run| (run.side, run.k.to_bits(), run.way)) {
-        let off = |wanted: Option<&Run>| {
-            wanted.and_then(|run| run.early_error).map_or_else(String::new, |error| format!("{error:.1e}"))
-        };
-        let Run { size, k, way, .. } = &of_way[0];
-        let _ = write!(text, "| {size} | {k} | {} |", way.label());
-        for &steps in &steps {
-            let _ = write!(text, " {} |", off(of_way.iter().filter(implicit).find(|run| run.steps == steps)));
+    let _ = writeln!(text, " springs |\n|---|---:|---|{}", "---:|".repeat(steps.len() + 1));
+    let off = |run: Option<&Run>| {
+        run.and_then(|run| run.early_error).map_or_else(String::new, |error| format!("{error:.1e}"))
+    };
+    for cell in cells(runs) {
+        let explicit = off(cell.iter().find(|run| run.way == Way::Springs && run.steps > 1));
+        for of_way in groups(cell, |run| run.way).into_iter().filter(|runs| runs[0].way != Way::Springs) {
+            let Run { size, k, way, .. } = &of_way[0];
+            let cells = steps.iter().map(|&steps| off(of_way.iter().find(|run| run.steps == steps)));
+            let cells: Vec<String> = cells.collect();
+            let _ = writeln!(text, "| {size} | {k} | {} | {} | {explicit} |", way.label(), cells.join(" | "));
         }
-        let stable = of_way.iter().find(|run| run.way == Way::Springs && run.steps > 1);
-        let _ = writeln!(text, " {} |", off(stable));
     }
     text
 }
 
 fn all(of_size: &[Run]) -> String {
-    let Run { size, side, nodes, springs, seconds, threads, .. } = &of_size[0];
-    let plural = if *threads == 1 { "" } else { "s" };
+    let Run { size, side, nodes, springs, seconds, .. } = &of_size[0];
     let mut text = format!(
-        "\n## All runs of {size}\n\n{side} × {side}: {nodes} nodes, {springs} springs; {seconds:.3} s; explicit springs on {threads} \
-         thread{plural}.\n\n\
+        "\n## All runs of {size}\n\n{side} × {side}: {nodes} nodes, {springs} springs; {seconds:.3} s.\n\n\
          | k, N/m | way | step | error | largest l/L | energy | iterations: mean, most | stopped early | s a second: median | least, \
          most (runs) | threads |\n|---:|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n"
     );
@@ -234,12 +235,13 @@ mod tests {
     }
 
     #[test]
-    fn the_fastest_of_those_that_are_near_enough_wins_and_none_that_blew_up() {
+    fn the_fastest_of_those_that_are_near_enough_wins_and_none_that_blew_up_or_crumpled() {
         let runs = [
             run(Way::Springs, 1, None, 0.001),
             run(Way::Springs, 90, Some(1e-4), 0.5),
             run(Way::Dual, 1, Some(0.05), 0.02),
             run(Way::Dual, 4, Some(0.008), 0.6),
+            Run { max_stretch: 1.06, ..run(Way::Dual, 2, Some(0.008), 0.01) },
         ];
         let page = page(&runs);
         let row = "| 1k | 1000 | 0e0 | dual, 1/60 s: 0.0200 s | springs, 1/5400 s: 0.500 s | springs, 1/5400 s: 0.500 s |";

@@ -63,6 +63,8 @@ fn legend(area: &Area) -> Drawn {
     }
     area.draw(&Circle::new((x + 8, 14), 5, BLACK.stroke_width(1)))?;
     area.draw(&Text::new("one step a frame", (x + 20, 8), style.clone()))?;
+    area.draw(&Cross::new((x + 150, 14), 5, BLACK.stroke_width(1)))?;
+    area.draw(&Text::new("crumpled: a spring is 5 % too long", (x + 162, 8), style.clone()))?;
     let below = "error against wall seconds by simulated second; vertical: real time; dashes: the reference in twice its steps";
     area.draw(&Text::new(below, (14, 28), style))?;
     Ok(())
@@ -92,6 +94,8 @@ fn panel(area: &Area, cell: &[Run], runs: &[Run], errors: Range<f64>) -> Drawn {
         let at = |run: &Run| (run.cost(), run.error.unwrap_or(errors.end));
         let line = LineSeries::new(own().map(at), color(way).stroke_width(2)).point_size(3);
         chart.draw_series(line)?;
+        let rough = own().filter(|run| !run.holds());
+        chart.draw_series(rough.map(|run| Cross::new(at(run), 6, color(way).stroke_width(1))))?;
         let single = own().filter(|run| run.steps == 1);
         chart.draw_series(single.map(|run| Circle::new(at(run), 6, color(way).stroke_width(1))))?;
     }

@@ -30,6 +30,8 @@ pub struct Head {
     /// Energy of the motion at the start, and energy won until the end [J].
     pub kinetic: f64,
     pub gained: f64,
+    /// Largest l/L after any frame.
+    pub max_stretch: f64,
     /// How far off a run in twice these steps is: four times the reference's own error, as it is of second order.
     pub doubled: f64,
 }
@@ -98,9 +100,9 @@ pub fn of(cell: &Cell, fewest: u32) -> Result<Reference, String> {
 /// Where it cannot be run.
 pub fn run(cell: &Cell, fewest: u32, scene: String) -> Result<Reference, String> {
     let mut frames = Vec::new();
-    let [kinetic, gained] = follow(cell, 2 * fewest, |places| frames.push(places.clone()))?;
+    let [kinetic, gained, max_stretch] = follow(cell, 2 * fewest, |places| frames.push(places.clone()))?;
     let nodes = frames[0].len();
-    let head = Head { scene, frames: cell.size.frames, nodes, kinetic, gained, doubled: 0.0 };
+    let head = Head { scene, frames: cell.size.frames, nodes, kinetic, gained, max_stretch, doubled: 0.0 };
     let mut reference = Reference { head, frames };
     let mut distance = Distance::new(&reference);
     let mut started = false;
@@ -113,12 +115,13 @@ pub fn run(cell: &Cell, fewest: u32, scene: String) -> Result<Reference, String>
     Ok(reference)
 }
 
-/// Shows the places at the start and after each frame; returns the energy of the motion at the start, and what was won until
-/// the end [J].
-fn follow(cell: &Cell, steps: u32, mut show: impl FnMut(&Places)) -> Result<[f64; 2], String> {
+/// Shows the places at the start and after each frame; returns the energy of the motion at the start, what was won until the
+/// end [J], and the largest l/L.
+fn follow(cell: &Cell, steps: u32, mut show: impl FnMut(&Places)) -> Result<[f64; 3], String> {
     let scene = cloth::scene(cell, Way::Springs, steps);
     let mut simulation = cloth::swinging(&scene, Precision::F64, true)?;
-    let [kinetic, energy] = [simulation.report().kinetic, simulation.report().energy()];
+    let ([kinetic, energy], mut stretch) =
+        ([simulation.report().kinetic, simulation.report().energy()], 1.0_f64);
     let mut places = Vec::new();
     simulation.positions_f64(&mut places);
     show(&places);
@@ -126,10 +129,11 @@ fn follow(cell: &Cell, steps: u32, mut show: impl FnMut(&Places)) -> Result<[f64
         simulation.step().map_err(|error| {
             format!("{} in steps of {:e} s: {error}", cell.size.name, FRAME / f64::from(steps))
         })?;
+        stretch = stretch.max(simulation.report().max_stretch);
         simulation.positions_f64(&mut places);
         show(&places);
     }
-    Ok([kinetic, simulation.report().energy() - energy])
+    Ok([kinetic, simulation.report().energy() - energy, stretch])
 }
 
 fn write(file: &Path, reference: &Reference) -> std::io::Result<()> {
@@ -159,8 +163,15 @@ mod tests {
 
     fn reference(frames: Vec<Places>) -> Reference {
         let (count, nodes) = (frames.len() as u32 - 1, frames[0].len());
-        let head =
-            Head { scene: "{}".into(), frames: count, nodes, kinetic: 2.0, gained: -0.5, doubled: 1e-9 };
+        let head = Head {
+            scene: "{}".into(),
+            frames: count,
+            nodes,
+            kinetic: 2.0,
+            gained: -0.5,
+            max_stretch: 1.5,
+            doubled: 1e-9,
+        };
         Reference { head, frames }
     }
 
