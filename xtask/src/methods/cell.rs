@@ -18,9 +18,9 @@ pub struct Size {
     pub frames: u32,
     /// Sub-steps of explicit springs, in multiples of the fewest that are stable.
     pub explicit: &'static [u32],
-    /// Sub-steps in a frame of implicit springs.
-    pub implicit: &'static [u32],
-    /// The same, where the dual form goes on until it is solved.
+    /// Sub-steps in a frame of the dual form.
+    pub dual: &'static [u32],
+    /// The same, where it goes on until it is solved.
     pub solved: &'static [u32],
 }
 
@@ -31,25 +31,18 @@ pub const SIZES: [Size; 4] = [
         side: 32,
         frames: 30,
         explicit: &[1, 2, 4],
-        implicit: &[1, 2, 4, 8, 16, 32],
+        dual: &[1, 2, 4, 8, 16, 32],
         solved: &[1, 2, 4],
     },
-    Size {
-        name: "10k",
-        side: 100,
-        frames: 30,
-        explicit: &[1, 2, 4],
-        implicit: &[1, 2, 4, 8, 16],
-        solved: &[1, 4],
-    },
-    Size { name: "100k", side: 316, frames: 15, explicit: &[1, 2], implicit: &[1, 2, 4, 8], solved: &[] },
-    Size { name: "1M", side: 1000, frames: 2, explicit: &[1], implicit: &[1, 2, 4], solved: &[] },
+    Size { name: "10k", side: 100, frames: 30, explicit: &[1, 2, 4], dual: &[1, 2, 4, 8], solved: &[1, 4] },
+    Size { name: "100k", side: 316, frames: 15, explicit: &[1, 2], dual: &[1, 4], solved: &[] },
+    Size { name: "1M", side: 1000, frames: 2, explicit: &[1], dual: &[1, 2], solved: &[] },
 ];
 
 /// Sizes of a look that takes two minutes.
 pub const QUICK: [Size; 2] = [
-    Size { frames: 6, explicit: &[1], implicit: &[1, 4], solved: &[1], ..SIZES[0] },
-    Size { frames: 6, explicit: &[1], implicit: &[1, 4], solved: &[], ..SIZES[1] },
+    Size { frames: 6, explicit: &[1], dual: &[1, 4], solved: &[1], ..SIZES[0] },
+    Size { frames: 6, explicit: &[1], dual: &[1, 4], solved: &[], ..SIZES[1] },
 ];
 
 /// A size with a stiffness.
@@ -71,11 +64,19 @@ impl Cell {
     pub fn plan(&self, fewest: u32) -> Vec<(Way, u32)> {
         let explicit = [1].into_iter().chain(self.size.explicit.iter().map(|times| times * fewest));
         let implicit = |way: Way| {
-            let steps = if way == Way::DualSolved { self.size.solved } else { self.size.implicit };
-            steps.iter().filter(|&&steps| steps <= fewest).map(move |&steps| (way, steps))
+            self.implicit(way).iter().filter(|&&steps| steps <= fewest).map(move |&steps| (way, steps))
         };
-        let others = Way::ALL.into_iter().filter(|&way| way != Way::Springs);
-        explicit.map(|steps| (Way::Springs, steps)).chain(others.flat_map(implicit)).collect()
+        let ways = Way::ALL.into_iter().flat_map(implicit);
+        explicit.map(|steps| (Way::Springs, steps)).chain(ways).collect()
+    }
+
+    /// Sub-steps in a frame of implicit springs.
+    fn implicit(&self, way: Way) -> &'static [u32] {
+        match way {
+            Way::Springs => &[],
+            Way::Dual => self.size.dual,
+            Way::DualSolved => self.size.solved,
+        }
     }
 }
 

@@ -19,6 +19,7 @@ writes it into the target folder, `--plots-only` writes this page again).
 - *dual*: `solver.method = \"ice\"`, `form = \"compliant\"`, as it is by default: to a residual of 1e-3 or for 200 iterations.
 - *dual, solved*: the same, for up to 5,000 iterations.
 PRIMAL
+
 Which equations these are: [springs.md](../models/springs.md), [ice.md](../models/ice.md).
 
 ## What is run
