@@ -22,6 +22,8 @@ pub struct Size {
     pub dual: &'static [u32],
     /// The same, where it goes on until it is solved.
     pub solved: &'static [u32],
+    /// Sub-steps in a frame of the primal form.
+    pub primal: &'static [u32],
 }
 
 /// All sizes.
@@ -33,16 +35,41 @@ pub const SIZES: [Size; 4] = [
         explicit: &[1, 2, 4],
         dual: &[1, 2, 4, 8, 16, 32],
         solved: &[1, 2, 4],
+        primal: &[1, 2, 4, 8, 16, 32],
     },
-    Size { name: "10k", side: 100, frames: 30, explicit: &[1, 2, 4], dual: &[1, 2, 4, 8], solved: &[1, 4] },
-    Size { name: "100k", side: 316, frames: 15, explicit: &[1, 2], dual: &[1, 4], solved: &[] },
-    Size { name: "1M", side: 1000, frames: 2, explicit: &[1], dual: &[1, 2], solved: &[] },
+    Size {
+        name: "10k",
+        side: 100,
+        frames: 30,
+        explicit: &[1, 2, 4],
+        dual: &[1, 2, 4, 8],
+        solved: &[1, 4],
+        primal: &[1, 2, 4, 8, 16],
+    },
+    Size {
+        name: "100k",
+        side: 316,
+        frames: 15,
+        explicit: &[1, 2],
+        dual: &[1, 4],
+        solved: &[],
+        primal: &[1, 2, 4, 8],
+    },
+    Size {
+        name: "1M",
+        side: 1000,
+        frames: 2,
+        explicit: &[1],
+        dual: &[1, 2],
+        solved: &[],
+        primal: &[1, 2, 4],
+    },
 ];
 
 /// Sizes of a look that takes two minutes.
 pub const QUICK: [Size; 2] = [
-    Size { frames: 6, explicit: &[1], dual: &[1, 4], solved: &[1], ..SIZES[0] },
-    Size { frames: 6, explicit: &[1], dual: &[1, 4], solved: &[], ..SIZES[1] },
+    Size { frames: 6, explicit: &[1], dual: &[1, 4], solved: &[1], primal: &[1, 4], ..SIZES[0] },
+    Size { frames: 6, explicit: &[1], dual: &[1, 4], solved: &[], primal: &[1, 4], ..SIZES[1] },
 ];
 
 /// A size with a stiffness.
@@ -76,6 +103,7 @@ impl Cell {
             Way::Springs => &[],
             Way::Dual => self.size.dual,
             Way::DualSolved => self.size.solved,
+            Way::Primal => self.size.primal,
         }
     }
 }
@@ -98,5 +126,6 @@ mod tests {
         assert_eq!(steps(Way::Springs), [1, 10, 20, 40]);
         assert_eq!(steps(Way::Dual), [1, 2, 4, 8]);
         assert_eq!(steps(Way::DualSolved), [1, 2, 4]);
+        assert_eq!(steps(Way::Primal), [1, 2, 4, 8]);
     }
 }

@@ -14,6 +14,8 @@ pub enum Way {
     Dual,
     /// Springs as constraints, with as many iterations as the tolerance asks for.
     DualSolved,
+    /// Springs solved for by nodes, by default as well.
+    Primal,
 }
 
 /// Iterations that are as many as are needed.
@@ -21,7 +23,7 @@ const MANY: u32 = 5000;
 
 impl Way {
     /// All, in the order of tables.
-    pub const ALL: [Self; 3] = [Self::Springs, Self::Dual, Self::DualSolved];
+    pub const ALL: [Self; 4] = [Self::Springs, Self::Dual, Self::DualSolved, Self::Primal];
 
     /// In tables and plots.
     pub fn label(self) -> &'static str {
@@ -29,6 +31,7 @@ impl Way {
             Self::Springs => "springs",
             Self::Dual => "dual",
             Self::DualSolved => "dual, solved",
+            Self::Primal => "primal",
         }
     }
 
@@ -40,6 +43,7 @@ impl Way {
             Self::Springs => (Method::Springs, Ice::default()),
             Self::Dual => (Method::Ice, ice(ConstraintForm::Compliant, by_default)),
             Self::DualSolved => (Method::Ice, ice(ConstraintForm::Compliant, MANY)),
+            Self::Primal => (Method::Ice, ice(ConstraintForm::Primal, by_default)),
         };
         Solver { method, ice, ..Solver::default() }
     }
