@@ -23,7 +23,7 @@ use std::process::ExitCode;
 const USAGE: &str =
     "usage: cargo xtask test | ci | models | pictures [SCENE...] | results [--frames F | --plots-only]
                    | volume [NAME...] [--speed-only | --plots-only] | constraints [NAME...] [--plots-only]
-                   | contact [--software | --page-only] | methods [--quick | --plots-only] [SIZE...]
+                   | contact [--software | --page-only] | methods [--quick] [SIZE...] | methods --plots-only
                    | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
   test, ci   formatting, lints, tests, and every scene for 10 frames on the CPU and on a GPU, in software if need be
   models     fetch the bunny, armadillo, dragon and human into models/

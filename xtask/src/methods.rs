@@ -16,8 +16,8 @@ use run::Run;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Runs all sizes or those that are named; with `--quick` small ones for a short time, kept apart; with `--plots-only` nothing: it
-/// draws what was kept.
+/// Runs all sizes or those that are named; with `--quick` small ones for a short time, kept apart; with `--references-only` just
+/// what they are compared with, which a busy machine may do as well; with `--plots-only` nothing: it draws what was kept.
 pub fn run(words: &[&str]) -> ExitCode {
     match wanted(words).and_then(|wanted| methods(&wanted)) {
         Ok(()) => ExitCode::SUCCESS,
@@ -32,22 +32,32 @@ pub fn run(words: &[&str]) -> ExitCode {
 #[derive(Debug, PartialEq)]
 struct Wanted {
     sizes: Vec<Size>,
-    quick: bool,
+    what: What,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum What {
+    All,
+    Quick,
+    References,
 }
 
 fn wanted(words: &[&str]) -> Result<Wanted, String> {
     let (options, names): (Vec<&str>, Vec<&str>) = words.iter().partition(|word| word.starts_with("--"));
-    match options[..] {
-        [] if names.is_empty() => Ok(Wanted { sizes: SIZES.to_vec(), quick: false }),
-        [] => named(&SIZES, &names).map(|sizes| Wanted { sizes, quick: false }),
-        ["--quick"] if names.is_empty() => Ok(Wanted { sizes: QUICK.to_vec(), quick: true }),
-        ["--quick"] => named(&QUICK, &names).map(|sizes| Wanted { sizes, quick: true }),
-        ["--plots-only"] if names.is_empty() => Ok(Wanted { sizes: Vec::new(), quick: false }),
-        _ => Err(format!(
-            "methods {}: it takes sizes, with --quick or without, or --plots-only alone",
-            words.join(" ")
-        )),
-    }
+    let (known, what): (&[Size], What) = match options[..] {
+        [] => (&SIZES, What::All),
+        ["--quick"] => (&QUICK, What::Quick),
+        ["--references-only"] => (&SIZES, What::References),
+        ["--plots-only"] if names.is_empty() => return Ok(Wanted { sizes: Vec::new(), what: What::All }),
+        _ => {
+            return Err(format!(
+                "methods {}: it takes sizes, alone or with --quick or --references-only; or --plots-only alone",
+                words.join(" ")
+            ));
+        }
+    };
+    let sizes = if names.is_empty() { known.to_vec() } else { named(known, &names)? };
+    Ok(Wanted { sizes, what })
 }
 
 fn named(sizes: &[Size], names: &[&str]) -> Result<Vec<Size>, String> {
@@ -59,16 +69,20 @@ fn named(sizes: &[Size], names: &[&str]) -> Result<Vec<Size>, String> {
 }
 
 fn methods(wanted: &Wanted) -> Result<(), String> {
+    let cells = cell::cells(&wanted.sizes);
+    if wanted.what == What::References {
+        let keep = |cell: &Cell| cloth::fewest_steps(cell).and_then(|fewest| reference::of(cell, fewest));
+        return cells.iter().try_for_each(|cell| keep(cell).map(|_| ()));
+    }
+    let quick = wanted.what == What::Quick;
     let results = root().join("docs/results");
-    let page = if wanted.quick { program::target().join("methods/quick") } else { results.clone() };
+    let page = if quick { program::target().join("methods/quick") } else { results.clone() };
     let folder = page.join("methods");
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let commit = program::commit()?;
-    for cell in cell::cells(&wanted.sizes) {
-        measure(&cell, &folder, &commit)?;
-    }
+    cells.iter().try_for_each(|cell| measure(cell, &folder, &commit))?;
     write(&folder, &page.join("methods.md"))?;
-    if wanted.quick { Ok(()) } else { results::write_readme(&results) }
+    if quick { Ok(()) } else { results::write_readme(&results) }
 }
 
 /// Runs a cell in all ways, and keeps a line of each run.
@@ -121,7 +135,9 @@ mod tests {
         assert_eq!(sides(&[]), Ok(vec![32, 100, 316, 1000]));
         assert_eq!(sides(&["1M", "1k"]), Ok(vec![32, 1000]));
         assert_eq!(sides(&["--plots-only"]), Ok(Vec::new()));
-        assert!(wanted(&["--quick"]).is_ok_and(|wanted| wanted.quick && wanted.sizes == QUICK));
+        assert_eq!(wanted(&["--quick"]), Ok(Wanted { sizes: QUICK.to_vec(), what: What::Quick }));
+        let references = wanted(&["100k", "--references-only"]);
+        assert_eq!(references, Ok(Wanted { sizes: vec![SIZES[2]], what: What::References }));
         let error = wanted(&["--quick", "1M"]).err().unwrap_or_default();
         assert_eq!(error, "there is no size `1M`; there are: 1k, 10k");
         assert!(wanted(&["--plots-only", "1k"]).is_err() && wanted(&["--fast"]).is_err());
