@@ -140,7 +140,7 @@ fn pass(simulation: &mut Simulation, frames: u32, mut show: impl FnMut(&Simulati
 /// The numbers of all frames.
 fn summary(reports: &[FrameReport]) -> Run {
     let solvers = || reports.iter().map(|report| report.solver);
-    let sum: f64 = solvers().map(|solver| f64::from(solver.iterations)).sum();
+    let sum = solvers().map(|solver| f64::from(solver.iterations)).fold(0.0, |sum, most| sum + most);
     Run {
         max_stretch: reports.iter().map(|report| report.max_stretch).fold(0.0, f64::max),
         iterations: (
@@ -177,18 +177,15 @@ impl Run {
 
     /// How the run went.
     pub fn words(&self) -> String {
-        let Self { size, k, way, steps, error, energy, max_stretch, .. } = self;
-        let ending = match (self.diverged, error) {
-            (None, Some(error)) => format!("off by {error:.1e}, {:.3} s a second", self.cost()),
-            (frame, _) => format!("blew up in frame {}", frame.unwrap_or_default()),
+        let Self { size, k, way, steps, energy, max_stretch, iterations: (mean, most), capped, .. } = self;
+        let what = format!("{size}, {k} N/m, {}, {steps} a frame", way.label());
+        let Some(error) = self.error else {
+            return format!("{what}: blew up in frame {}", self.diverged.unwrap_or_default());
         };
         format!(
-            "{size}, {k} N/m, {}, {steps} a frame: {ending}, stretch {max_stretch:.3}, energy {energy:+.3}, {:.1} \
-             iterations (at most {}), stopped early: {}",
-            way.label(),
-            self.iterations.0,
-            self.iterations.1,
-            self.capped
+            "{what}: off by {error:.1e}, {:.3} s a second, stretch {max_stretch:.3}, energy {energy:+.3}, {mean:.1} iterations \
+             (at most {most}), stopped early: {capped}",
+            self.cost()
         )
     }
 }
