@@ -38,16 +38,16 @@ fn sheet(n: u32, k: f64) -> Body {
 }
 
 #[test]
-fn a_hundred_times_as_many_nodes_of_a_sheet_take_at_most_three_times_as_many_iterations() {
+fn a_hundred_times_as_many_nodes_of_a_sheet_take_hardly_more_iterations() {
     for k in [1e3, 1e5] {
         let found =
             [32, 100, 316].map(|n| solved(sheet(n, k), fine(), if n > 200 { 2 } else { 5 }).iterations);
-        assert!(found[0] > 0 && found.iter().all(|&n| n <= 3 * found[0] && n < 60), "{k} N/m: {found:?}");
+        assert!(found[0] > 0 && found.iter().all(|&n| 2 * n <= 3 * found[0] && n < 25), "{k} N/m: {found:?}");
     }
 }
 
 #[test]
-fn sixteen_times_as_many_nodes_of_a_ball_take_at_most_three_times_as_many_iterations() {
+fn sixteen_times_as_many_nodes_of_a_ball_take_hardly_more_iterations() {
     for bend in [0.0, 1e4] {
         let found = [4, 6].map(|subdivisions| {
             let ball = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions });
@@ -55,7 +55,7 @@ fn sixteen_times_as_many_nodes_of_a_ball_take_at_most_three_times_as_many_iterat
             let body = if bend > 0.0 { body.bend(bend, 0.0) } else { body };
             solved(body.pin(Select::nodes([0])), fine(), if subdivisions > 5 { 2 } else { 5 }).iterations
         });
-        assert!(found[0] > 0 && found[1] <= 3 * found[0] && found[1] < 100, "bend {bend}: {found:?}");
+        assert!(found[0] > 0 && 2 * found[1] <= 3 * found[0] && found[1] < 80, "bend {bend}: {found:?}");
     }
 }
 
