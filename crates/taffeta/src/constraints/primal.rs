@@ -46,7 +46,7 @@ pub struct Link<T> {
     pub q: [T; 3],
     /// h² g [kg].
     pub across: T,
-    /// n/l, and k (l − L)·h [N s], its impulse towards the other end.
+    /// n, and h k (l − L) [N s], its impulse towards the other end.
     pub along: [T; 3],
     pub impulse: T,
 }

@@ -42,7 +42,8 @@ pub struct FrameReport {
 pub struct SolverReport {
     /// Most iterations of a sub-step.
     pub iterations: u32,
-    /// Largest residual of a sub-step, relative to the right side.
+    /// Largest residual of a sub-step: relative to the right side; of the form "primal", the error in the norm of the energy,
+    /// relative to what the sub-step gives.
     pub residual: f64,
     /// Largest share of the springs that were constraints in a sub-step.
     pub active_fraction: f64,

@@ -107,7 +107,7 @@ impl Scene {
         })?;
         path.key("newton_steps").demand(ice.newton_steps == 1 || self.solver.is_primal(), || {
             format!(
-                "is {}, but only form = \"primal\" of the method \"ice\" takes Newton steps",
+                "is {}, but only form = \"primal\" of the method \"ice\" takes Newton steps; 1 would do",
                 ice.newton_steps
             )
         })?;

@@ -26,6 +26,8 @@ pub struct Progress {
     done: bool,
     /// The next step, and the share of the last direction in its own.
     step: (f64, f64),
+    /// Velocity [m/s] that the whole body still lacks, where nothing holds it.
+    drift: [f64; 3],
 }
 
 impl<T: Real> PrimalWorker<'_, '_, T> {
@@ -44,6 +46,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
             self.coarsen();
             self.start(step == 0);
             self.iterate();
+            self.find_drifts();
             self.each_of_all(0, |worker, chunk| worker.take(chunk, step + 1 == steps));
             self.barrier.wait();
         }
@@ -285,6 +288,40 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
         }
     }
 
+    /// What iterations have left of each body's momentum. Springs answer nothing to a velocity that is the same everywhere, so
+    /// where nothing holds the body that is exactly the rest of the solution in this direction: momentum is kept at any
+    /// tolerance.
+    fn find_drifts(&mut self) {
+        self.each_of_all(0, |worker, chunk| {
+            // SAFETY: only this chunk's places, and its own sums.
+            let (left, sums) =
+                unsafe { (worker.shared.levels[0].r.read(), worker.shared.left.item(chunk.number)) };
+            *sums = [0.0; 5];
+            for place in chunk.part.clone() {
+                let mass = worker.setup.mass[place];
+                let moves = worker.setup.inverse_mass[place] > T::ZERO
+                    && worker.hold(0).press.get(place).is_none_or(|press| press.normal == [T::ZERO; 3]);
+                let [x, y, z] = left.at::<3>(place).map(T::to_f64);
+                let held = f64::from(u8::from(mass > T::ZERO && !moves));
+                for (sum, number) in sums.iter_mut().zip([x, y, z, mass.to_f64(), held]) {
+                    *sum += number;
+                }
+            }
+        });
+        self.barrier.wait();
+        for body in 0..self.scratch.bodies.len() {
+            // SAFETY: written before a barrier, and anew after another.
+            let all = &unsafe { self.shared.left.read() }[self.primal.tables[0].chunks_of[body].clone()];
+            let mut total = [0.0; 5];
+            for sums in all {
+                (0..5).for_each(|one| total[one] += sums[one]);
+            }
+            let [x, y, z, mass, held] = total;
+            let free = held == 0.0 && mass > 0.0;
+            self.scratch.bodies[body].drift = if free { [x / mass, y / mass, z / mass] } else { [0.0; 3] };
+        }
+    }
+
     fn advance(&mut self, chunk: &Chunk) {
         let (shared, part, here) = (self.shared, &chunk.part, &self.shared.levels[0]);
         let (alpha, beta) = self.scratch.bodies[chunk.body].step;
@@ -332,7 +369,10 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
     fn take(&self, chunk: &Chunk, last: bool) {
         let (shared, part) = (self.shared, &chunk.part);
         // SAFETY: `x` was found before a barrier; of the others only this chunk's places.
-        let (total, x) = unsafe { (shared.total.write::<3>(part), shared.x.read()) };
+        let (mut total, x) = unsafe { (shared.total.write::<3>(part), shared.x.read()) };
+        for (column, drift) in total.iter_mut().zip(self.scratch.bodies[chunk.body].drift) {
+            column.iter_mut().for_each(|number| *number += T::from_f64(drift));
+        }
         if last {
             self.note_changes(chunk, &total);
             return;

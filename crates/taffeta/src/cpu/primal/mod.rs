@@ -85,6 +85,8 @@ pub struct PrimalWork<T> {
     /// By chunk: Σ m |v* − v|²; r·z and z·A z.
     outer: Vec<f64>,
     products: Vec<[f64; 2]>,
+    /// By chunk: what is left of momentum, mass, and how many nodes are held.
+    left: Vec<[f64; 5]>,
 }
 
 /// The same, lent to all workers.
@@ -102,6 +104,7 @@ pub struct SharedPrimal<'a, T> {
     surface: Shared<'a, u32>,
     outer: Shared<'a, f64>,
     products: Shared<'a, [f64; 2]>,
+    left: Shared<'a, [f64; 5]>,
 }
 
 /// What a worker keeps.
@@ -212,6 +215,7 @@ impl<T: Real> PrimalWork<T> {
             surface: vec![0; if surfaces { places } else { 0 }],
             outer: vec![0.0; chunks],
             products: vec![[0.0; 2]; chunks],
+            left: vec![[0.0; 5]; chunks],
         }
     }
 
@@ -231,6 +235,7 @@ impl<T: Real> PrimalWork<T> {
             surface: Shared::new(&mut self.surface),
             outer: Shared::new(&mut self.outer),
             products: Shared::new(&mut self.products),
+            left: Shared::new(&mut self.left),
         }
     }
 
