@@ -5,6 +5,8 @@ mod common;
 mod constraints;
 #[path = "gpu/pairs.rs"]
 mod pairs;
+#[path = "gpu/primal.rs"]
+mod primal;
 
 use common::{build_as, farthest, near, positions, run};
 use taffeta::scene::{

@@ -4,13 +4,10 @@ use super::kernels::Kernels;
 use super::layout::{Collider, Four, Motion};
 use super::mirror::{Landing, Mirror};
 use super::normals::AllNormals;
-use super::options::{
-    GpuKernels, GpuOptions, refuse_constraints, refuse_late, refuse_loops, refuse_primal, refuse_untiled,
-};
+use super::options::{GpuKernels, GpuOptions, refuse_constraints, refuse_late, refuse_loops, refuse_untiled};
 use super::paper::{self, Paper};
 use super::recorder::Recorder;
 use super::segment::Segment;
-use super::solver::Constrained;
 use super::sums;
 use super::tables::{Tables, segments};
 use crate::assembly::Assembly;
@@ -66,7 +63,6 @@ impl GpuBackend {
         let words = |error: GpuError| error.to_string();
         paper::check(options, &assembly)?;
         refuse_constraints(options.kernels, &assembly)?;
-        refuse_primal(&assembly)?;
         refuse_late(options.from, &assembly)?;
         refuse_loops(&gpu, assembly.colliders.len())?;
         let mut parts = Vec::new();
@@ -118,8 +114,7 @@ impl GpuBackend {
         let bytes = if self.assembly.colliders_move() { colliders.len() * size_of::<Collider>() } else { 0 }
             + tracks.len() * size_of::<Motion>()
             + (loads.len() + self.assembly.volumes().count()) * size_of::<f32>();
-        let dispatches = self.segments.iter().filter_map(|segment| segment.constrained.as_ref());
-        let dispatches: usize = dispatches.map(Constrained::dispatches).sum();
+        let dispatches: usize = self.segments.iter().map(Segment::solver_dispatches).sum();
         (AT_ONCE.1 / bytes.max(1)).min(MOST_DISPATCHES / dispatches.max(1)).clamp(1, AT_ONCE.0)
     }
 
@@ -181,6 +176,8 @@ impl GpuBackend {
     pub fn start_frame(&self) {
         let constrained = self.segments.iter().filter_map(|segment| segment.constrained.as_ref());
         constrained.for_each(|constrained| constrained.start_frame(&self.gpu));
+        let primal = self.segments.iter().filter_map(|segment| segment.primal.as_ref());
+        primal.for_each(|primal| primal.start_frame(&self.gpu));
     }
 
     /// Does the stages of a sub-step that are the GPU's, and measures.
@@ -376,6 +373,9 @@ impl Backend for GpuBackend {
             all.pulls.extend(pulls);
             all.active.extend(active);
         }
+        if self.segments.iter().any(|segment| segment.primal.is_some()) {
+            all.pulls.extend(self.segments.iter().flat_map(|segment| segment.pulled(&self.gpu)));
+        }
         let solver = &self.assembly.solver;
         let surfaces = solver.method == Method::Ice && !self.assembly.colliders.is_empty();
         if !(solver.ice.warm_start || surfaces) {
@@ -389,6 +389,13 @@ impl Backend for GpuBackend {
 
     fn remember(&mut self, from: &Remembered) {
         for segment in &self.segments {
+            if let Some(primal) = &segment.primal {
+                let places = &segment.tables.places;
+                primal.remember(
+                    &self.gpu,
+                    from.pulls.get(3 * places.start..3 * places.end).unwrap_or_default(),
+                );
+            }
             let Some(constrained) = &segment.constrained else { continue };
             let numbers = segment.tables.linked.numbers.clone();
             let pulls = from.pulls.get(numbers.clone()).unwrap_or_default();

@@ -121,6 +121,9 @@ impl Tables {
         bodies: Range<usize>,
     ) -> Result<(), String> {
         let all = &assembly.constraints;
+        if assembly.solver.is_primal() {
+            return Ok(());
+        }
         let (Some(first), Some(last)) = (all.bodies.get(bodies.start), all.bodies.get(bodies.end - 1)) else {
             return Ok(());
         };

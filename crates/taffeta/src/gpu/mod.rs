@@ -8,6 +8,7 @@ mod kernels;
 mod layout;
 #[cfg(test)]
 mod layout_tests;
+mod levelled;
 mod linked;
 mod mirror;
 mod needed;
@@ -16,6 +17,7 @@ mod options;
 mod paper;
 pub mod parity;
 mod patches;
+mod primal;
 mod recorder;
 mod segment;
 mod solver;

@@ -103,14 +103,6 @@ pub fn refuse_constraints(kernels: GpuKernels, assembly: &Assembly) -> Result<()
     ))
 }
 
-/// Refuses springs that are solved for by nodes.
-pub fn refuse_primal(assembly: &Assembly) -> Result<(), String> {
-    if assembly.constraints.is_empty() || !assembly.solver.is_primal() {
-        return Ok(());
-    }
-    Err("solver.ice.form = \"primal\" runs on the CPU: --backend cpu would do".to_owned())
-}
-
 /// A method by its name in scenes.
 fn named(method: Method) -> &'static str {
     match method {

@@ -145,7 +145,7 @@ impl Stages for Recorder<'_> {
     }
 
     fn constrains(&self) -> bool {
-        self.segment.constrained.is_some()
+        self.segment.constrained.is_some() || self.segment.primal.is_some()
     }
 
     fn constraints(&mut self, &substep: &usize, stages: impl Fn(&mut Listed)) {
@@ -153,6 +153,7 @@ impl Stages for Recorder<'_> {
         stages(&mut listed);
         for stage in listed.stages() {
             match stage {
+                Stage::Constraints if self.segment.primal.is_some() => self.find_changes(substep),
                 Stage::Constraints => self.find_pulls(substep),
                 _ => self.alone(stage, substep),
             }
@@ -320,6 +321,9 @@ impl Recorder<'_> {
         self.segment.sums.copy(self.list);
         if let Some(constrained) = &self.segment.constrained {
             constrained.copy(self.list);
+        }
+        if let Some(primal) = &self.segment.primal {
+            primal.copy(self.list);
         }
     }
 }

@@ -5,10 +5,12 @@ use super::kernels::{Kernels, Name, Sizes};
 use super::layout::{
     BY_HAND, Collider, Four, Load, Motion, Pin, SUBSTEPS_SEEN, Solving, Substep, TORQUE, VOLUME_PARTS,
 };
+use super::levelled::Levelled;
 use super::linked::Linked;
 use super::options::GpuKernels;
 use super::paper::Paper;
 use super::patches::{self, Patches};
+use super::primal::Primal;
 use super::solver::Constrained;
 use super::tables::Tables;
 use crate::assembly::Assembly;
@@ -68,12 +70,14 @@ pub struct Segment {
     pub paper: Option<Paper>,
     /// What constraints work on, where there are any.
     pub constrained: Option<Constrained>,
+    /// What springs that are solved for by nodes work on, where there are any.
+    pub primal: Option<Primal>,
     fixed: Fixed,
     scratch: Scratch,
     pub sums: Sums,
     told: Told,
-    /// Kernels bound to the buffers, reading either state.
-    bound: HashMap<Name, Ready>,
+    /// Kernels bound to the buffers, those of a part of a level among them, reading either state.
+    bound: HashMap<(Name, usize), Ready>,
 }
 
 impl Segment {
@@ -104,7 +108,8 @@ impl Segment {
         let forces = if !tables.weights.is_empty() {
             gpu.buffer_from("forces and gradients", &tables.forces())?
         } else {
-            let has_forces = apart || tables.has_elements() || !tables.linked.is_empty();
+            let has_forces =
+                apart || tables.has_elements() || !tables.linked.is_empty() || !tables.levelled.is_empty();
             gpu.buffer("forces", if has_forces { tables.len() } else { 0 })?
         };
         let scratch = Scratch {
@@ -123,6 +128,8 @@ impl Segment {
         tables.runs = Vec::new();
         tables.corners = Vec::new();
         tables.weights = Vec::new();
+        let primal = Primal::new(gpu, &tables.levelled, position.len())?;
+        tables.levelled = Levelled::default();
         tables.linked = Linked { numbers: tables.linked.numbers.clone(), ..Linked::default() };
         tables.apart = Vec::new();
         tables.elements.items = Vec::new();
@@ -134,6 +141,7 @@ impl Segment {
             patches,
             paper: None,
             constrained,
+            primal,
             fixed,
             scratch,
             sums,
@@ -142,9 +150,21 @@ impl Segment {
         })
     }
 
+    /// Dispatches of a sub-step that find what springs do, where a system is solved for that.
+    pub fn solver_dispatches(&self) -> usize {
+        self.constrained.as_ref().map_or(0, Constrained::dispatches)
+            + self.primal.as_ref().map_or(0, Primal::dispatches)
+    }
+
     /// The state of now.
     pub fn state(&self) -> &State {
         &self.states[self.current]
+    }
+
+    /// What springs that are solved for by nodes changed of each place's velocity [m/s]; 0 where others are not.
+    pub fn pulled(&self, gpu: &Gpu) -> Vec<f64> {
+        let Some(primal) = &self.primal else { return vec![0.0; 3 * self.tables.places.len()] };
+        primal.remembered(gpu).unwrap_or_else(|_| vec![f64::NAN; 3 * self.tables.places.len()])
     }
 
     /// The program's forces within this segment.
@@ -273,21 +293,22 @@ impl Segment {
         substep: usize,
         groups: u32,
     ) -> Result<(), GpuError> {
-        let (bound, offsets) = self.bound(kernels, name, substep)?;
+        let (bound, offsets) = self.bound(kernels, (name, 0), substep)?;
         list.dispatch(&bound, &offsets, groups);
         Ok(())
     }
 
-    /// A kernel that reads the state of now, and the offset by which it is told of a sub-step, if it is.
+    /// A kernel that reads the state of now, on a part of a level where it has some, and the offset by which it is told of a
+    /// sub-step, if it is.
     pub fn bound(
         &mut self,
         kernels: &mut Kernels,
-        name: Name,
+        name: (Name, usize),
         substep: usize,
     ) -> Result<(Bound, Vec<u32>), GpuError> {
         if !self.bound.contains_key(&name) {
-            let kernel = kernels.get(name, self.sizes())?;
-            let bound = [0, 1].map(|from| self.bind(&kernel, from));
+            let kernel = kernels.get(name.0, self.sizes())?;
+            let bound = [0, 1].map(|from| self.bind(&kernel, from, name.1));
             self.gpu.health()?;
             let told = kernel.bindings().iter().any(|binding| binding.name == "substeps");
             self.bound.insert(name, Ready { bound, told });
@@ -305,8 +326,8 @@ impl Segment {
         }
     }
 
-    /// Binds a kernel to all buffers by their names in the sources, with the state read from `from`.
-    fn bind(&self, kernel: &Kernel, from: usize) -> Bound {
+    /// Binds a kernel to all buffers by their names in the sources, with the state read from `from` and a part of a level.
+    fn bind(&self, kernel: &Kernel, from: usize, part: usize) -> Bound {
         let (fixed, scratch, sums, told) = (&self.fixed, &self.scratch, &self.sums, &self.told);
         let [old, new] = [&self.states[from], &self.states[1 - from]];
         let seen = Seen(&told.substeps);
@@ -353,6 +374,7 @@ impl Segment {
         ];
         let of_paper = self.paper.as_ref().map_or_else(Vec::new, Paper::buffers);
         let of_solver = self.constrained.as_ref().map_or_else(Vec::new, Constrained::buffers);
-        kernel.bind(&self.gpu, &[&buffers[..], &of_paper, &of_solver].concat())
+        let of_primal = self.primal.as_ref().map_or_else(Vec::new, |primal| primal.buffers(part));
+        kernel.bind(&self.gpu, &[&buffers[..], &of_paper, &of_solver, &of_primal].concat())
     }
 }

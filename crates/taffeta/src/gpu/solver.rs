@@ -179,7 +179,7 @@ impl Recorder<'_> {
 
     fn dispatch_counted(&mut self, entry: &'static str, substep: usize, which: usize) {
         if self.fault.is_ok() {
-            let bound = self.segment.bound(self.kernels, Name::new(entry), substep);
+            let bound = self.segment.bound(self.kernels, (Name::new(entry), 0), substep);
             self.fault = bound.map(|(bound, offsets)| {
                 if let Some(constrained) = &self.segment.constrained {
                     self.list.dispatch_counted(&bound, &offsets, &constrained.counts, which);

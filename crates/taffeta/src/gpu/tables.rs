@@ -2,8 +2,9 @@
 
 use super::layout::{
     Along, Chunk, Entry, FORCE, Four, GROUP, Grid, Hinge, IS_LOAD, IS_RING, Load, NOT_A_MESH, Pin, RESTORED,
-    Run, Small, Surface, TILE, TORQUE, Tile, VolumeGroup, WEIGHTED,
+    Run, Small, Surface, TILE, TORQUE, Tile, VECTORS, VolumeGroup, WEIGHTED,
 };
+use super::levelled::{self, Levelled};
 use super::linked::{self, Linked};
 use super::touching;
 use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections, LoadKind};
@@ -39,6 +40,8 @@ pub struct Tables {
     pub apart: Vec<u32>,
     /// Springs that are constraints, or may become some.
     pub linked: Linked,
+    /// Springs that are solved for by nodes.
+    pub levelled: Levelled,
     pub hinges: Vec<Hinge>,
     pub loads: Vec<Load>,
     pub load_nodes: Vec<u32>,
@@ -54,14 +57,21 @@ pub struct Tables {
 }
 
 /// Bytes of the largest array that a body needs, and what it holds.
-fn largest_array(body: &BodyAssembly, constraints: usize) -> (u64, &'static str) {
+fn largest_array(body: &BodyAssembly, constraints: usize, levels: Option<usize>) -> (u64, &'static str) {
     let springs = match &body.springs {
         BodySprings::Grid(_) => 0,
         // Slices are as long as their longest row; a quarter more is what meshes were seen to need.
         BodySprings::Mesh(lists) => lists.iter().map(|list| list.pairs.len() as u64 * 5 / 2).sum(),
     };
     let kept = if body.volume.is_some() { body.places() as u64 } else { 0 };
+    let by_nodes = levels.is_some();
+    // Slots of a slice are as many as its longest node has.
+    let blocks = if by_nodes { constraints * size_of::<Four>() * 5 / 2 } else { 0 };
+    let vectors = levels.map_or(0, |coarser| (body.places() + coarser) * VECTORS * size_of::<Four>());
+    let constraints = if by_nodes { 0 } else { constraints };
     let arrays = [
+        (vectors as u64, "vectors of springs"),
+        (blocks as u64, "blocks of springs"),
         ((body.places() * size_of::<Four>()) as u64, "positions"),
         (kept * 2 * size_of::<Four>() as u64, "forces and gradients"),
         (springs * size_of::<Entry>() as u64, "springs"),
@@ -79,7 +89,8 @@ pub fn segments(assembly: &Assembly, limit: u64) -> Result<Vec<Range<usize>>, St
     let mut taken = 0;
     for (index, body) in assembly.bodies.iter().enumerate() {
         let constraints = assembly.constraints.bodies.get(index).map_or(0, Range::len);
-        let (bytes, what) = largest_array(body, constraints);
+        let levels = assembly.solver.is_primal().then(|| levelled::coarser_nodes(assembly, index));
+        let (bytes, what) = largest_array(body, constraints, levels);
         if bytes > limit {
             return Err(format!(
                 "body `{}` needs {bytes} bytes in one piece for its {what}, and the GPU gives a kernel {limit} at most; \
@@ -121,7 +132,8 @@ impl Tables {
         }
         tables.keep_volumes(assembly, chosen);
         tables.add_surfaces(chosen)?;
-        tables.add_constraints(assembly, bodies)?;
+        tables.add_constraints(assembly, bodies.clone())?;
+        tables.add_levels(assembly, bodies)?;
         tables.add_loads(assembly);
         tables.add_pins(assembly);
         tables.list_elements();

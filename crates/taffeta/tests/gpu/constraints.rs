@@ -8,7 +8,7 @@ use taffeta::scene::{Body, Collider, ConstraintForm, Keyframe, Mass, Mesh, Metho
 use taffeta::{GpuKernels, GpuOptions, Options, Precision, Simulation, Stage};
 
 /// A sheet falls on a ball at steps of 16 ms.
-fn drop(method: Method) -> Scene {
+pub fn drop(method: Method) -> Scene {
     let sheet = Body::cloth("sheet", Mesh::grid(34, 34, [2.0, 2.0]))
         .with_mass(Mass::Node(0.15))
         .structural(200.0, 0.1)
@@ -20,13 +20,13 @@ fn drop(method: Method) -> Scene {
 }
 
 /// The same with so small a tolerance that backends agree.
-fn precise(mut scene: Scene) -> Scene {
+pub fn precise(mut scene: Scene) -> Scene {
     scene.solver.ice.tolerance = 1e-6;
     scene
 }
 
 /// Runs both, and compares places after each frame.
-fn compare(scene: &Scene, frames: u32, apart: f64) -> [Simulation; 2] {
+pub fn compare(scene: &Scene, frames: u32, apart: f64) -> [Simulation; 2] {
     let (mut cpu, mut on_gpu) = (build_as(scene, Precision::F32, 1), on_gpu(scene));
     for frame in 1..=frames {
         run(&mut cpu, 1);
@@ -44,7 +44,7 @@ fn compare(scene: &Scene, frames: u32, apart: f64) -> [Simulation; 2] {
 }
 
 /// A sheet that hangs by two corners, one of which moves, and sways in the wind.
-fn hung(method: Method) -> Scene {
+pub fn hung(method: Method) -> Scene {
     let lift = vec![Keyframe::translate(0.4, [0.2, 0.3, -0.1])];
     let sheet = Body::cloth("sheet", Mesh::grid(34, 34, [2.0, 2.0]))
         .with_mass(Mass::Node(0.01))
@@ -250,14 +250,6 @@ fn a_gpu_takes_over_before_pulls_are_found() {
 fn the_papers_kernels_are_refused() {
     let words = start(&drop(Method::Ice), Stage::default(), GpuKernels::NodeCentric).err().unwrap();
     assert!(words.contains("explicit springs, and solver.method is \"ice\""), "{words}");
-}
-
-#[test]
-fn springs_by_nodes_are_left_to_the_cpu() {
-    let mut scene = drop(Method::Ice);
-    scene.solver.ice.form = ConstraintForm::Primal;
-    let words = start(&scene, Stage::default(), GpuKernels::Best).err().unwrap();
-    assert!(words.contains("solver.ice.form = \"primal\" runs on the CPU"), "{words}");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use crate::cpu::ROUNDS;
 use crate::forces::hinge::STIFFEST;
 use crate::gpu::layout::{
     BY_HAND, Collider, FARTHEST, FORCE, GROUP, IS_LOAD, IS_RING, NODE_SUMS, NONE, NOT_A_MESH, OWN,
-    PATCH_NODE_BYTES, RESTORED, TILE, TORQUE, VOLUME_PARTS, WEIGHTED,
+    PATCH_NODE_BYTES, RESTORED, TILE, TORQUE, VECTORS, VOLUME_PARTS, Vector, WEIGHTED,
 };
 use crate::real::Real;
 use crate::scene::ConstraintForm;
@@ -19,7 +19,7 @@ use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use taffeta_gpu::wgpu::naga::{Expression, Literal, Module};
 
 /// Constants that the Rust side has within a function, or not at all.
-const ALONE: &[&str] = &["TAN_EIGHTH", "COUNTED_ROW"];
+const ALONE: &[&str] = &["TAN_EIGHTH", "COUNTED_ROW", "FLOOR", "DAMPING", "SWEEPS"];
 
 /// The numbers of a source's constants.
 fn constants(module: &Module) -> BTreeMap<String, f64> {
@@ -72,6 +72,17 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("LARGEST", f64::from(f32::MAX)),
         ("COMPLIANT", f64::from(ConstraintForm::Compliant as u32)),
         ("PRINTED_CONSTRAINT", f64::from(ConstraintForm::Printed as u32)),
+        ("VECTORS", VECTORS as f64),
+        ("LEFT", f64::from(Vector::Left as u32)),
+        ("CYCLE", f64::from(Vector::Cycle as u32)),
+        ("CYCLED", f64::from(Vector::Cycled as u32)),
+        ("CHANGE", f64::from(Vector::Change as u32)),
+        ("WAY", f64::from(Vector::Way as u32)),
+        ("WAY_PRODUCT", f64::from(Vector::WayProduct as u32)),
+        ("PRODUCT", f64::from(Vector::Product as u32)),
+        ("IMPULSE", f64::from(Vector::Impulse as u32)),
+        ("TOTAL", f64::from(Vector::Total as u32)),
+        ("PULLED", f64::from(Vector::Pulled as u32)),
         ("NONE", f64::from(NONE)),
         ("FARTHEST", f64::from(FARTHEST)),
         ("OWN", OWN as f64),

@@ -2,8 +2,9 @@
 
 use super::{read, sources, words};
 use crate::gpu::layout::{
-    Along, Chunk, Collider, Entry, Grid, Hinge, Link, LinkGroup, Load, Meeting, Met, Motion, NodeGroup, Part,
-    Patch, Pin, Progress, Row, Run, Small, Solve, Solving, Substep, Surface, Taken, Tile, VolumeGroup,
+    Along, Chunk, CoarseEdge, Collider, Descent, Diagonal, Entry, Grid, Hinge, LevelGroup, Link, LinkGroup,
+    Load, Meeting, Met, Motion, NodeGroup, NodeSolve, Parents, Part, Patch, Pin, Progress, Row, Run, Share,
+    SlotSpring, Small, Solve, Solving, Substep, Surface, Symmetric, Taken, Tile, VolumeGroup,
 };
 use taffeta_gpu::wgpu::naga::{AddressSpace, Handle, Module, Type, TypeInner};
 
@@ -28,6 +29,7 @@ macro_rules! named {
 
 named! {
     f32: "f32", u32: "u32", i32: "i32", [f32; 3]: "vec3<f32>", [f32; 4]: "vec4<f32>", [u32; 4]: "vec4<u32>",
+    [u32; 2]: "vec2<u32>", Symmetric: "Symmetric", Descent: "Descent",
     [Along; 6]: "array<Along, 6>", Part: "Part",
     Meeting: "Meeting", Solving: "Solving", Progress: "Progress",
 }
@@ -38,9 +40,9 @@ fn name_of<R, T: Named>(_: fn(&R) -> &T) -> String {
 
 /// A record of layout.rs with all its fields; what follows the semicolon fills it up, and WGSL does not know it.
 macro_rules! record {
-    ($record:ident { $($field:ident),* $(; $padding:ident)? }) => {{
+    ($record:ident { $($field:ident),* $(; $($padding:ident),+)? }) => {{
         // Does not compile where a field is not listed.
-        let _ = |$record { $($field: _,)* $($padding: _)? }: $record| ();
+        let _ = |$record { $($field: _,)* $($($padding: _),+)? }: $record| ();
         let field = |name: &str, offset: usize, ty: String| (name.to_owned(), offset, ty);
         Record {
             name: stringify!($record).to_owned(),
@@ -89,6 +91,15 @@ fn records() -> Vec<Record> {
         record!(Progress { passes, is_done, limit, right, gamma, alpha, beta }),
         record!(Solve { links, active_links, kept, next }),
         record!(Taken { iterations, capped, active_share, residual }),
+        record!(LevelGroup { first, count, solve, first_group, groups }),
+        record!(SlotSpring { k, damping, rest_length }),
+        record!(Parents { nodes, weights }),
+        record!(CoarseEdge { slots, first, count }),
+        record!(Share { at, weight }),
+        record!(Symmetric { diagonal, mixed; gap, padding }),
+        record!(Diagonal { own, inverse }),
+        record!(Descent { passes, is_done, iterations, whole, error, alpha, beta }),
+        record!(NodeSolve { before, kept, next }),
         record!(Surface { first, count, cols, high, wide, apart, meeting, cells_a_metre }),
     ]
 }

@@ -218,7 +218,7 @@ impl Recorder<'_> {
         if self.fault.is_err() {
             return;
         }
-        match self.segment.bound(self.kernels, name, substep) {
+        match self.segment.bound(self.kernels, (name, 0), substep) {
             Ok((bound, told)) => planes.iter().for_each(|plane| {
                 let offsets = [&told[..], &[plane.offset]].concat();
                 self.list.dispatch_plane(&bound, &offsets, plane.groups);
@@ -232,7 +232,7 @@ impl Recorder<'_> {
         if self.fault.is_err() {
             return;
         }
-        match self.segment.bound(self.kernels, name, substep) {
+        match self.segment.bound(self.kernels, (name, 0), substep) {
             Ok((bound, told)) => self.list.dispatch_plane(&bound, &told, groups),
             Err(error) => self.fault = Err(error),
         }

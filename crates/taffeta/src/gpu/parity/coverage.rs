@@ -9,6 +9,7 @@ use crate::constraints::volume::Form;
 use crate::forces::hinge;
 use crate::gpu::layout::{GROUP, IS_RING, NOT_A_MESH, RESTORED, Surface, WEIGHTED};
 use crate::real::{dot, norm, scale, sub};
+use crate::scene::{ConstraintForm, Method, Solver};
 use crate::topology::LANES;
 use std::collections::BTreeMap;
 
@@ -266,5 +267,31 @@ fn nodes_touch_each_other_in_all_sorts_of_ways() {
     }
     let distant = fixture.tables.surfaces.iter().filter(|surface| surface.high > 2 || surface.wide > 2);
     count.note("wide neighbourhoods", distant.count() > 0);
+    count.check();
+}
+
+#[test]
+fn levels_are_of_all_sorts() {
+    let mut count = Count::default();
+    let mut solver = Solver { method: Method::Ice, ..Solver::default() };
+    solver.ice.form = ConstraintForm::Primal;
+    let fixture = Fixture::with_levels(3, solver, true).expect("a fixture");
+    let levelled = &fixture.tables.levelled;
+    for group in &levelled.groups[0] {
+        let tail = levelled.tail.iter().find(|one| one.solve == group.solve);
+        count.note("several groups", group.groups > 1);
+        count.note("a tail of several levels", tail.is_some_and(|tail| tail.groups > 2));
+        count.note("a tail of one level", tail.is_some_and(|tail| tail.groups == 1));
+    }
+    count.note("several groups of a coarser level", levelled.wide[0].iter().any(|group| group.groups > 1));
+    count.note("a third level", levelled.edges.get(1).is_some_and(|edges| edges.len() > GROUP));
+    for parents in &levelled.parents {
+        let all = parents.weights.iter().filter(|weight| **weight > 0.0).count();
+        for (number, what) in ["none", "one", "two", "three", "four"].into_iter().enumerate() {
+            count.note(what, all == number);
+        }
+    }
+    count.note("a slot without a spring", levelled.slot_springs.iter().any(|spring| spring.k == 0.0));
+    count.note("an edge of many", levelled.edges.iter().flatten().any(|edge| edge.count > 4));
     count.check();
 }

@@ -1,7 +1,7 @@
 //! A state by chance, in which no number is zero or one, and some nodes stand on, below and above what kernels branch
 //! on; with it the CPU's backend and the arrays that kernels are bound to.
 
-use super::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene};
+use super::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene, wide_sheet};
 use super::{pair_scene, volume_scene};
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Hand};
@@ -78,6 +78,13 @@ impl Fixture {
     /// The same where springs are constraints.
     pub fn with_constraints(seed: u64, solver: Solver, exact: bool) -> Result<Self, String> {
         Self::of(&Scene { solver, ..scene(0.0087, !exact) }, seed, exact)
+    }
+
+    /// The same where springs are solved for by nodes; with a sheet beside the others that has a large coarser level.
+    pub fn with_levels(seed: u64, solver: Solver, exact: bool) -> Result<Self, String> {
+        let mut scene = Scene { solver, ..scene(0.0087, !exact) };
+        scene.bodies.push(wide_sheet());
+        Self::of(&scene, seed, exact)
     }
 
     fn of(scene: &Scene, seed: u64, exact: bool) -> Result<Self, String> {

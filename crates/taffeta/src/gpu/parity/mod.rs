@@ -12,6 +12,8 @@ mod measure;
 mod pair_scene;
 mod pairs;
 mod particles;
+mod primal;
+mod primal_twin;
 mod scene;
 mod solve;
 mod solve_twin;
@@ -113,8 +115,17 @@ impl Row {
 
 /// All rows.
 pub fn rows() -> Vec<Row> {
-    [particles::ROWS, volumes::ROWS, solve::ROWS, pairs::ROWS, elements::ROWS, measure::ROWS, formulas::ROWS]
-        .concat()
+    [
+        particles::ROWS,
+        volumes::ROWS,
+        solve::ROWS,
+        primal::ROWS,
+        pairs::ROWS,
+        elements::ROWS,
+        measure::ROWS,
+        formulas::ROWS,
+    ]
+    .concat()
 }
 
 /// The entry points that naga finds in the sources of the kernels.

@@ -37,6 +37,17 @@ fn sheet() -> Body {
         .pin_moving(Select::rows(18, 18), vec![motion([-0.2, 0.1, 0.3], -130.0)])
 }
 
+/// A sheet with more nodes on its first coarser level than a workgroup has invocations.
+pub fn wide_sheet() -> Body {
+    Body::cloth("wide sheet", Mesh::grid(41, 43, [0.93, 1.07]))
+        .with_mass(Mass::Node(0.0031))
+        .structural(33.1, 0.013)
+        .shear(11.3, 0.0059)
+        .bend(4.7, 0.0043)
+        .at([-0.1, 0.2, 0.3])
+        .pin(Select::nodes([0, 42, 900]))
+}
+
 fn ball() -> Body {
     let mut ball = Body::soft("ball", Mesh::Icosphere(Icosphere { radius: 0.43, subdivisions: 3 }))
         .with_mass(Mass::Volume(2.3))

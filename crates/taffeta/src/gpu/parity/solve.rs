@@ -142,7 +142,7 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
 }
 
 /// A node that is pressed against a surface, or not.
-fn some_met(chance: &mut Chance, is_free: bool, colliders: usize) -> Met {
+pub fn some_met(chance: &mut Chance, is_free: bool, colliders: usize) -> Met {
     let (direction, is_met) = (chance.three(1.0), chance.number() > 0.0 && is_free);
     let normal = if is_met { scale(direction, 1.0 / norm(direction)) } else { [0.0; 3] };
     let surface = ((chance.number().abs() * colliders as f32) as u32).min(colliders as u32 - 1);
@@ -254,7 +254,7 @@ fn compare(written: &mut Written<'_>, kernel: &Kernel, wanted: &Work, counts: &[
 }
 
 /// Numbers that are copied or counted, word by word.
-fn records<T: Pod>(written: &mut Written<'_>, name: &str, wanted: &[T]) {
+pub fn records<T: Pod>(written: &mut Written<'_>, name: &str, wanted: &[T]) {
     let numbers = |records: &[T]| words(records).into_iter().map(f32::from_bits).collect::<Vec<_>>();
     let found: Vec<T> = written.take(name);
     let equal = words(wanted) == words(&found);
@@ -276,7 +276,7 @@ where
     }
 }
 
-fn mets(written: &mut Written<'_>, wanted: &[Met]) {
+pub fn mets(written: &mut Written<'_>, wanted: &[Met]) {
     let found: Vec<Met> = written.take("met");
     let normals = |all: &[Met]| all.iter().flat_map(|met| met.normal).collect::<Vec<_>>();
     written.outcome().compare("met.normal", &normals(wanted), &normals(&found));
@@ -328,7 +328,7 @@ fn solves(written: &mut Written<'_>, wanted: &[Solve]) {
     }
 }
 
-fn taken(written: &mut Written<'_>, wanted: &Taken) {
+pub fn taken(written: &mut Written<'_>, wanted: &Taken) {
     let found: Vec<Taken> = written.take("taken");
     let found = found.first().copied().unwrap_or_default();
     let counts = |taken: &Taken| [taken.iterations as f32, taken.capped as f32];

@@ -52,12 +52,12 @@ pub fn becomes_active(link: &Link, position: &[Four], solving: &Solving) -> bool
 }
 
 /// How a surface holds a node, as kernels keep it.
-fn met_of(press: Press<f32>, surface: u32, is_pulled: bool) -> Met {
+pub fn met_of(press: Press<f32>, surface: u32, is_pulled: bool) -> Met {
     let Press { normal, yields, velocity } = press;
     Met { normal, yields, velocity, surface, is_pulled: is_pulled.into(), padding: [0; 3] }
 }
 
-fn press_of(met: &Met) -> Press<f32> {
+pub fn press_of(met: &Met) -> Press<f32> {
     Press { normal: met.normal, yields: met.yields, velocity: met.velocity }
 }
 

@@ -1,0 +1,205 @@
+// Springs that are solved for by nodes, on the device: levels of nodes, 256 for each workgroup, and how far each body's system
+// is. Nodes of all levels have numbers of one sort: places first, then those of each coarser level, bodies one after the other.
+// A body's nodes are in groups of their own, so that any number of bodies shares a dispatch. Kernels of a level find its groups
+// alone in `level_groups`.
+
+/// Some nodes of one body on a level, 256 at most.
+struct LevelGroup {
+    first: u32,
+    count: u32,
+    /// Which of the systems is the body's.
+    solve: u32,
+    /// The body's first group here, and how many it has.
+    first_group: u32,
+    groups: u32,
+}
+
+/// The spring of a slot; of one that has none, nothing.
+struct SlotSpring {
+    /// Stiffness [N/m], damping [kg/s], length at rest [m].
+    k: f32,
+    damping: f32,
+    rest_length: f32,
+}
+
+/// The nodes that a node follows on the next coarser level, and how much; of those there are not, weights are 0.
+struct Parents {
+    nodes: vec4u,
+    weights: vec4f,
+}
+
+/// An edge of a coarser level: its slots, counted from the first of all coarser levels, and which of the weights of finer
+/// blocks are its own.
+struct CoarseEdge {
+    slots: vec2u,
+    first: u32,
+    count: u32,
+}
+
+/// A share of what is at that place.
+struct Share {
+    at: u32,
+    weight: f32,
+}
+
+/// The block of a node with itself: what is not of edges, and the inverse of all.
+struct Diagonal {
+    own: Symmetric,
+    inverse: Symmetric,
+}
+
+/// How far a system is.
+struct Descent {
+    /// Times that the system was applied.
+    passes: u32,
+    is_done: u32,
+    /// In this Newton step.
+    iterations: u32,
+    /// What errors are measured by: the larger of Σ m |v* − v|² and the first r·z.
+    whole: f32,
+    /// r·z of the residual r, by the preconditioner z ≈ A⁻¹ r: about eᵀ A e of the error e.
+    error: f32,
+    /// Of the step: its length, the share of the last direction. At first, the length is by how much the changes to start
+    /// from are multiplied.
+    alpha: f32,
+    beta: f32,
+}
+
+/// The system of a body.
+struct NodeSolve {
+    /// Iterations of the Newton steps that are done.
+    before: u32,
+    /// As products left it, and as steps have found it since.
+    kept: Descent,
+    next: Descent,
+}
+
+@group(1) @binding(40) var<storage, read> level_groups: array<LevelGroup>;
+/// Where here the first slot of the coarser levels is; for each slice of 16 nodes where its slots begin, and where the last
+/// one's end; then the node at the other end of each slot, that of entry `i` of a lane at start + 16·i + lane. Slots without
+/// an edge lead to the node itself.
+@group(1) @binding(41) var<storage, read> slots: array<u32>;
+/// By slot of the finest level.
+@group(1) @binding(42) var<storage, read> slot_springs: array<SlotSpring>;
+@group(1) @binding(43) var<storage, read> parents: array<Parents>;
+/// For each node where here its children begin, in `at`, and where the last one's end; then children, nodes of the finer
+/// level.
+@group(1) @binding(44) var<storage, read> children: array<Share>;
+/// Edges of one level.
+@group(1) @binding(45) var<storage, read> coarse_edges: array<CoarseEdge>;
+/// Slots of the finer level, counted from its sort's first.
+@group(1) @binding(46) var<storage, read> edge_shares: array<Share>;
+/// Groups of each level that kernels of the iteration have, those of the tail last.
+@group(1) @binding(47) var<storage, read> level_sizes: array<u32>;
+/// By slot of the finest level: q, and the stiffness across in w.
+@group(3) @binding(40) var<storage, read_write> spring_blocks: array<vec4f>;
+/// By slot of coarser levels.
+@group(3) @binding(41) var<storage, read_write> coarse_blocks: array<Symmetric>;
+@group(3) @binding(42) var<storage, read_write> diagonals: array<Diagonal>;
+/// Vectors by node, one sort behind the other.
+@group(3) @binding(43) var<storage, read_write> vectors: array<vec4f>;
+@group(3) @binding(44) var<storage, read_write> node_solves: array<NodeSolve>;
+/// Of each group: z·r and z·A z; at first, with the changes z to start from, and then Σ m |v* − v|².
+@group(3) @binding(45) var<storage, read_write> product_sums: array<vec4f>;
+/// Workgroups of the next iterations, by level, those of the tail last; three words each.
+@group(3) @binding(46) var<storage, read_write> level_counts: array<u32>;
+
+/// Number of sorts of vectors.
+const VECTORS: u32 = 10u;
+/// What is left of the right side, as far as nodes yield; mass [kg] in w.
+const LEFT: u32 = 0u;
+/// What the cycle makes of it, by turns; at first, the latter is the changes to start from.
+const CYCLE: u32 = 1u;
+const CYCLED: u32 = 2u;
+/// Change of velocity [m/s] in this Newton step.
+const CHANGE: u32 = 3u;
+/// Direction of the step, and the system times it; while the system is set up, place and velocity that it starts from.
+const WAY: u32 = 4u;
+const WAY_PRODUCT: u32 = 5u;
+/// The system times the cycle's answer; at last, springs' impulses [N s].
+const PRODUCT: u32 = 6u;
+/// Impulse of springs where the Newton step starts [N s].
+const IMPULSE: u32 = 7u;
+/// Change of velocity [m/s], from that without springs to that where the Newton step starts; at first with m |v* − v|² in w.
+const TOTAL: u32 = 8u;
+/// What springs changed of the velocity [m/s] in the last sub-step.
+const PULLED: u32 = 9u;
+
+/// Damping of Jacobi's iteration: no eigenvalue of a graph's matrix is beyond 2 by its diagonal.
+const DAMPING: f32 = 0.7;
+/// Steps of Jacobi's iteration on the coarsest level, by two.
+const SWEEPS: u32 = 4u;
+
+/// Where a vector's number of a node is.
+fn vector_at(which: u32, node: u32) -> u32 {
+    return which * (arrayLength(&vectors) / VECTORS) + node;
+}
+
+/// A vector at a node.
+fn vector_of(which: u32, node: u32) -> vec3f {
+    return vectors[vector_at(which, node)].xyz;
+}
+
+fn put_vector(which: u32, node: u32, v: vec3f) {
+    vectors[vector_at(which, node)] = vec4f(v, 0.0);
+}
+
+/// Where the slots of a node begin, and where those of its slice end.
+fn slots_of(node: u32) -> vec2u {
+    let slice = node / 16u;
+    return vec2u(slots[1u + slice] + node % 16u, slots[2u + slice]);
+}
+
+/// Mass of a node on the finest level [kg].
+fn mass_of(node: u32) -> f32 {
+    return vectors[vector_at(LEFT, node)].w;
+}
+
+/// The finest level's system times a vector, at a node; nothing holds it.
+fn springs_times(mass: f32, which: u32, node: u32) -> vec3f {
+    let own = vector_of(which, node);
+    var sum = mass * own;
+    let range = slots_of(node);
+    let first = slots[1];
+    for (var at = range.x; at < range.y; at += LANES) {
+        let link = spring_blocks[at - first];
+        sum = add_link_times(sum, link.xyz, link.w, own - vector_of(which, slots[at]));
+    }
+    return sum;
+}
+
+/// A coarser level's system times a vector, at a node.
+fn level_times(which: u32, node: u32) -> vec3f {
+    let own = vector_of(which, node);
+    var sum = times(diagonals[node].own, own);
+    let range = slots_of(node);
+    let first = slots[0];
+    for (var at = range.x; at < range.y; at += LANES) {
+        sum += times(coarse_blocks[at - first], own - vector_of(which, slots[at]));
+    }
+    return sum;
+}
+
+/// A step of Jacobi's iteration from a vector of which this is left.
+fn jacobi_step(node: u32, left: vec3f) -> vec3f {
+    return times(diagonals[node].inverse, DAMPING * left);
+}
+
+/// What children leave of their right sides.
+fn sum_of_children(node: u32) -> vec3f {
+    let last = children[node + 1u].at;
+    var sum = vec3f(0.0);
+    for (var i = children[node].at; i < last; i++) {
+        sum += children[i].weight * vector_of(CYCLED, children[i].at);
+    }
+    return sum;
+}
+
+/// What a node follows of the coarser level's answer.
+fn sum_of_parents(node: u32) -> vec3f {
+    let above = parents[node];
+    return above.weights.x * vector_of(CYCLED, above.nodes.x)
+        + above.weights.y * vector_of(CYCLED, above.nodes.y)
+        + above.weights.z * vector_of(CYCLED, above.nodes.z)
+        + above.weights.w * vector_of(CYCLED, above.nodes.w);
+}

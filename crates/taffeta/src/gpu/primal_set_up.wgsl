@@ -1,0 +1,226 @@
+// The systems of springs that are solved for by nodes, set up anew in each Newton step: blocks and right side on the finest
+// level, blocks and diagonals of the others by lists.
+
+/// Velocities without springs.
+@compute @workgroup_size(256)
+fn free_nodes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
+        return;
+    }
+    let node = level_groups[index].first + lane;
+    let v = old_velocity[node];
+    let inverse_mass = old_position[node].w;
+    let free = new_velocity_of(v.xyz, force[node].xyz, inverse_mass, substeps[0].gravity, substeps[0].h);
+    new_velocity[node] = vec4f(free, abs(v.w));
+}
+
+/// How a node is held: by a pin, or by the surface that the last sub-step's pulls press it against.
+fn met_ahead(node: u32, x: vec4f, free: vec3f, pulls: vec3f) -> Met {
+    if !(x.w > 0.0) {
+        return Met(vec3f(0.0), 0.0, vec3f(0.0), 0u, 1u);
+    }
+    if substeps[0].colliders == 0u {
+        return Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, 1u);
+    }
+    let h = substeps[0].h;
+    return surface_ahead(Coming(x.xyz, norm3(substeps[0].gravity) * h * h, free, h, pulls));
+}
+
+/// What holds each node, and where the first Newton step starts.
+@compute @workgroup_size(256)
+fn meet_nodes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
+        return;
+    }
+    let node = level_groups[index].first + lane;
+    let x = old_position[node];
+    let v = old_velocity[node];
+    let free = new_velocity[node].xyz;
+    let pulled = vector_of(PULLED, node);
+    let found = met_ahead(node, x, free, pulled);
+    met[node] = found;
+    let press = Press(found.normal, found.yields, found.velocity);
+    // It goes on as it went, or as a surface that holds it wants; pins as they are moved.
+    let total = select(vec3f(0.0), yielded(press, v.xyz) + press.velocity - free, x.w > 0.0);
+    let start = select(vec3f(0.0), yielded(press, pulled - total), substeps[0].solving.is_warm != 0u);
+    let off = select(vec3f(0.0), v.xyz - free, x.w > 0.0);
+    put_vector(CHANGE, node, vec3f(0.0));
+    put_vector(CYCLED, node, start);
+    move_on(node, x.xyz, free, total);
+    vectors[vector_at(LEFT, node)] = vec4f(0.0, 0.0, 0.0, abs(v.w));
+    vectors[vector_at(TOTAL, node)] = vec4f(total, abs(v.w) * dot3(off, off));
+    if lane == 0u && index == level_groups[index].first_group {
+        let none = Descent(0u, 0u, 0u, 0.0, 0.0, 0.0, 0.0);
+        node_solves[level_groups[index].solve] = NodeSolve(0u, none, none);
+    }
+}
+
+/// Place and velocity with a change of the velocity `free`.
+fn move_on(node: u32, x: vec3f, free: vec3f, total: vec3f) {
+    let velocity = free + total;
+    put_vector(TOTAL, node, total);
+    put_vector(WAY, node, new_position_of(x, velocity, substeps[0].h));
+    put_vector(WAY_PRODUCT, node, velocity);
+}
+
+/// Ends a Newton step that another one follows: that starts from where this one leads.
+@compute @workgroup_size(256)
+fn step_on(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
+        return;
+    }
+    let node = level_groups[index].first + lane;
+    let total = vector_of(TOTAL, node) + vector_of(CHANGE, node);
+    put_vector(CHANGE, node, vec3f(0.0));
+    put_vector(CYCLED, node, vec3f(0.0));
+    move_on(node, old_position[node].xyz, new_velocity[node].xyz, total);
+    if lane == 0u && index == level_groups[index].first_group {
+        let before = node_solves[level_groups[index].solve];
+        let again = Descent(0u, 0u, 0u, before.next.whole, 0.0, 0.0, 0.0);
+        node_solves[level_groups[index].solve] = NodeSolve(before.before + before.next.iterations, again, again);
+    }
+}
+
+/// What springs give a node.
+struct Given {
+    impulse: vec3f,
+    diagonal: Symmetric,
+}
+
+/// Blocks of a node's springs, and their sums.
+fn add_up_springs(node: u32) -> Given {
+    let x = vector_of(WAY, node);
+    let v = vector_of(WAY_PRODUCT, node);
+    let h = substeps[0].h;
+    var sum = Given(vec3f(0.0), Symmetric(vec3f(0.0), vec3f(0.0)));
+    let range = slots_of(node);
+    let first = slots[1];
+    for (var at = range.x; at < range.y; at += LANES) {
+        let spring = slot_springs[at - first];
+        let d = vector_of(WAY, slots[at]) - x;
+        let dv = vector_of(WAY_PRODUCT, slots[at]) - v;
+        let link = spring_link(spring.k, spring.damping, h, d, spring.rest_length);
+        spring_blocks[at - first] = vec4f(link.q, link.across);
+        sum.impulse += link.along * (h * (link.pull + spring.damping * dot3(dv, link.along)));
+        sum.diagonal = add_link(sum.diagonal, link.q, link.across);
+    }
+    return sum;
+}
+
+/// The blocks of a node with itself: `all` of its springs, and the mass.
+fn diagonal_of(all: Symmetric, mass: f32, press: Press) -> Diagonal {
+    let own = Symmetric(vec3f(mass), vec3f(0.0));
+    let none = Symmetric(vec3f(0.0), vec3f(0.0));
+    if press.yields == 0.0 {
+        return Diagonal(sum_of(own, all), none);
+    }
+    if is_pressed(press) {
+        return Diagonal(sum_of(own, held_block(all, press.normal)), inverse_along(all, press.normal));
+    }
+    return Diagonal(own, inverse_of(all));
+}
+
+/// Blocks of springs, diagonals and right side: springs' impulse and inertia.
+@compute @workgroup_size(256)
+fn set_up_nodes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
+        return;
+    }
+    let node = level_groups[index].first + lane;
+    let given = add_up_springs(node);
+    let mass = mass_of(node);
+    let press = press_at(node);
+    let all = Symmetric(given.diagonal.diagonal + mass, given.diagonal.mixed);
+    diagonals[node] = diagonal_of(all, mass, press);
+    put_vector(IMPULSE, node, given.impulse);
+    vectors[vector_at(LEFT, node)] = vec4f(given.impulse - mass * vector_of(TOTAL, node), mass);
+}
+
+/// Blocks of the edges of the first coarser level, in the slots at both ends.
+@compute @workgroup_size(256)
+fn coarsen_springs(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts) * 256u + lane;
+    if index >= arrayLength(&coarse_edges) {
+        return;
+    }
+    let edge = coarse_edges[index];
+    var sum = Symmetric(vec3f(0.0), vec3f(0.0));
+    for (var i = edge.first; i < edge.first + edge.count; i++) {
+        let link = spring_blocks[edge_shares[i].at];
+        sum = sum_of(sum, scaled(block_of(link.xyz, link.w), edge_shares[i].weight));
+    }
+    coarse_blocks[edge.slots.x] = sum;
+    coarse_blocks[edge.slots.y] = sum;
+}
+
+/// Blocks of the edges of another level, in the slots at both ends.
+@compute @workgroup_size(256)
+fn coarsen_edges(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts) * 256u + lane;
+    if index >= arrayLength(&coarse_edges) {
+        return;
+    }
+    let edge = coarse_edges[index];
+    var sum = Symmetric(vec3f(0.0), vec3f(0.0));
+    for (var i = edge.first; i < edge.first + edge.count; i++) {
+        sum = sum_of(sum, scaled(coarse_blocks[edge_shares[i].at], edge_shares[i].weight));
+    }
+    coarse_blocks[edge.slots.x] = sum;
+    coarse_blocks[edge.slots.y] = sum;
+}
+
+/// Diagonals of a coarser level.
+@compute @workgroup_size(256)
+fn coarsen_nodes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
+        return;
+    }
+    let node = level_groups[index].first + lane;
+    let none = Symmetric(vec3f(0.0), vec3f(0.0));
+    var own = none;
+    let last = children[node + 1u].at;
+    for (var i = children[node].at; i < last; i++) {
+        own = sum_of(own, scaled(diagonals[children[i].at].own, children[i].weight));
+    }
+    var all = own;
+    let range = slots_of(node);
+    let first = slots[0];
+    for (var at = range.x; at < range.y; at += LANES) {
+        // Those of slots without an edge are 0: nothing writes them.
+        all = sum_of(all, coarse_blocks[at - first]);
+    }
+    diagonals[node] = Diagonal(own, inverse_of(all));
+}

@@ -1,0 +1,260 @@
+// Springs that are solved for by nodes: conjugate gradients on all bodies' systems at once, each with steps of its own,
+// preconditioned by a multigrid cycle. An iteration is a step, the cycle (`level_stages.wgsl`) and a product. Nothing is read
+// back: all iterations that a sub-step may need are written down, and `count_descents` keeps workgroups away when all systems
+// are done.
+
+/// The sums over the nodes of a body.
+fn sums_of_nodes(group: LevelGroup, lane: u32) -> vec4f {
+    var own = vec4f(0.0);
+    for (var i = lane; i < group.groups; i += 256u) {
+        own += product_sums[group.first_group + i];
+    }
+    return sum_of_rows(lane, own);
+}
+
+/// How far a system is after a product, whose sums these are. `before`: iterations of the Newton steps before.
+fn descended(kept: Descent, sums: vec4f, before: u32) -> Descent {
+    var next = kept;
+    next.alpha = 0.0;
+    next.beta = 0.0;
+    if kept.passes < 2u {
+        // What brings the changes to start from nearest to the solution in the norm of the system.
+        let helps = sums.x > 0.0 && sums.y > 0.0;
+        next.alpha = select(0.0, sums.x / select(1.0, sums.y, helps), helps);
+        next.whole = select(sums.z, kept.whole, kept.whole > 0.0);
+        return next;
+    }
+    if before == 0u && kept.iterations == 0u {
+        next.whole = max(sums.x, kept.whole);
+    }
+    next.error = sums.x;
+    let step = conjugate_step(Conjugate(kept.error, kept.alpha), sums.x, sums.y);
+    if !step.is_there {
+        // Nothing is left, or what is left is no number.
+        next.is_done = 1u;
+        return next;
+    }
+    next.iterations += 1u;
+    next.alpha = step.alpha;
+    next.beta = step.beta;
+    // The step that was found with the error is taken all the same.
+    let is_last = is_solved(next) || next.iterations == substeps[0].solving.most_iterations;
+    next.is_done = select(0u, 1u, is_last);
+    return next;
+}
+
+/// Whether the error is small enough.
+fn is_solved(done: Descent) -> bool {
+    return done.error <= substeps[0].solving.tolerance_squared * done.whole || done.error == 0.0;
+}
+
+/// The step of each system, and the first of the cycle after it.
+@compute @workgroup_size(256)
+fn step_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = counted_index(id);
+    if index >= arrayLength(&level_groups) {
+        return;
+    }
+    let group = level_groups[index];
+    let kept = node_solves[group.solve].kept;
+    if kept.is_done != 0u {
+        return;
+    }
+    let next = descended(kept, sums_of_nodes(group, lane), node_solves[group.solve].before);
+    if lane == 0u && index == group.first_group {
+        node_solves[group.solve].next = next;
+    }
+    let is_stuck = next.is_done != 0u && next.iterations == kept.iterations;
+    if is_stuck || lane >= group.count {
+        return;
+    }
+    let node = group.first + lane;
+    let mass = mass_of(node);
+    let left = advanced_node(node, next);
+    vectors[vector_at(LEFT, node)] = vec4f(left, mass);
+    put_vector(CYCLE, node, jacobi_step(node, left));
+}
+
+/// A node's vectors after the step. Returns what is left of the right side.
+fn advanced_node(node: u32, step: Descent) -> vec3f {
+    let left = vector_of(LEFT, node);
+    let product = vector_of(PRODUCT, node);
+    let change = vector_of(CHANGE, node);
+    if step.passes < 2u {
+        put_vector(CHANGE, node, change + step.alpha * vector_of(CYCLED, node));
+        put_vector(WAY, node, vec3f(0.0));
+        put_vector(WAY_PRODUCT, node, vec3f(0.0));
+        return left - step.alpha * product;
+    }
+    let way = vector_of(CYCLED, node) + step.beta * vector_of(WAY, node);
+    let way_product = product + step.beta * vector_of(WAY_PRODUCT, node);
+    put_vector(WAY, node, way);
+    put_vector(WAY_PRODUCT, node, way_product);
+    put_vector(CHANGE, node, change + step.alpha * way);
+    return left - step.alpha * way_product;
+}
+
+/// The right side as far as nodes yield, and the system times the changes to start from.
+@compute @workgroup_size(256)
+fn start_nodes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&level_groups) {
+        return;
+    }
+    let group = level_groups[index];
+    if lane == 0u && index == group.first_group {
+        node_solves[group.solve].kept.passes = 1u;
+    }
+    var terms = vec4f(0.0);
+    if lane < group.count {
+        terms = started(group.first + lane);
+    }
+    let sum = sum_of_rows(lane, terms);
+    if lane == 0u {
+        product_sums[index] = sum;
+    }
+}
+
+/// A node at the start. Returns what it adds to the sums.
+fn started(node: u32) -> vec4f {
+    let press = press_at(node);
+    let mass = mass_of(node);
+    let left = yielded(press, vector_of(LEFT, node));
+    vectors[vector_at(LEFT, node)] = vec4f(left, mass);
+    let product = yielded(press, springs_times(mass, CYCLED, node));
+    put_vector(PRODUCT, node, product);
+    let start = vector_of(CYCLED, node);
+    return vec4f(dot3(start, left), dot3(start, product), vectors[vector_at(TOTAL, node)].w, 0.0);
+}
+
+/// The system times the cycle's answer, and sums of it.
+@compute @workgroup_size(256)
+fn apply_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = counted_index(id);
+    if index >= arrayLength(&level_groups) {
+        return;
+    }
+    let group = level_groups[index];
+    let next = node_solves[group.solve].next;
+    if lane == 0u && index == group.first_group {
+        node_solves[group.solve].kept = next;
+        node_solves[group.solve].kept.passes = next.passes + 1u;
+    }
+    if next.is_done != 0u {
+        return;
+    }
+    var terms = vec4f(0.0);
+    if lane < group.count {
+        terms = applied(group.first + lane);
+    }
+    let sum = sum_of_rows(lane, terms);
+    if lane == 0u {
+        product_sums[index] = sum;
+    }
+}
+
+/// The system times the cycle's answer at a node. Returns what it adds to the sums.
+fn applied(node: u32) -> vec4f {
+    let product = yielded(press_at(node), springs_times(mass_of(node), CYCLED, node));
+    put_vector(PRODUCT, node, product);
+    let answer = vector_of(CYCLED, node);
+    return vec4f(dot3(answer, vector_of(LEFT, node)), dot3(answer, product), 0.0, 0.0);
+}
+
+/// Workgroups of the next iterations: none where all systems are done.
+@compute @workgroup_size(256)
+fn count_descents(@builtin(local_invocation_index) lane: u32) {
+    var open = 0u;
+    for (var i = lane; i < arrayLength(&node_solves); i += 256u) {
+        open += select(0u, 1u, node_solves[i].kept.is_done == 0u);
+    }
+    let all = count_of_lanes(lane, open);
+    for (var level = lane; level < arrayLength(&level_sizes); level += 256u) {
+        let groups = level_sizes[level];
+        level_counts[3u * level] = select(0u, min(groups, COUNTED_ROW), all > 0u);
+        level_counts[3u * level + 1u] = (groups + COUNTED_ROW - 1u) / COUNTED_ROW;
+        level_counts[3u * level + 2u] = 1u;
+    }
+}
+
+/// Impulses of springs [N s] with the changes that were found.
+@compute @workgroup_size(256)
+fn spring_impulses(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
+        return;
+    }
+    let node = level_groups[index].first + lane;
+    put_vector(PRODUCT, node, vector_of(IMPULSE, node) - springs_times(0.0, CHANGE, node));
+}
+
+/// Adds to the force on each node that of all springs.
+@compute @workgroup_size(256)
+fn push_nodes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
+        return;
+    }
+    let node = level_groups[index].first + lane;
+    let inverse_mass = old_position[node].w;
+    if !(inverse_mass > 0.0) {
+        return;
+    }
+    let press = press_at(node);
+    let pulled = pulled_by_springs(node, press, inverse_mass);
+    put_vector(PULLED, node, pulled);
+    var change = pulled;
+    if is_pressed(press) {
+        let free = new_velocity[node].xyz;
+        let collider = colliders[substeps[0].first_collider + met[node].surface];
+        change = after_pulls(press, free, pulled, collider, old_position[node].xyz) - free;
+    }
+    force[node] = vec4f(force[node].xyz + change * (mass_of(node) / substeps[0].h), 0.0);
+}
+
+/// What springs change of a node's velocity [m/s]: what was solved for, and what they press on a surface.
+fn pulled_by_springs(node: u32, press: Press, inverse_mass: f32) -> vec3f {
+    let found = vector_of(TOTAL, node) + vector_of(CHANGE, node);
+    if !is_pressed(press) {
+        return found;
+    }
+    let springs = inverse_mass * vector_of(PRODUCT, node);
+    if press.yields == 0.0 {
+        return springs;
+    }
+    return found + press.normal * dot3(springs - found, press.normal);
+}
+
+/// Notes for the frame's report what all systems have taken.
+@compute @workgroup_size(256)
+fn note_descents(@builtin(local_invocation_index) lane: u32) {
+    var capped = 0u;
+    var most = vec4f(0.0);
+    for (var i = lane; i < arrayLength(&node_solves); i += 256u) {
+        let done = node_solves[i].next;
+        capped += select(1u, 0u, is_solved(done));
+        let all = f32(node_solves[i].before + done.iterations);
+        let share = done.error / select(1.0, done.whole, done.whole > 0.0);
+        most = max(most, vec4f(all, select(0.0, share, done.whole > 0.0), 0.0, 0.0));
+    }
+    let count = count_of_lanes(lane, capped);
+    most = most_of_rows(lane, most);
+    if lane == 0u {
+        taken[0].iterations = max(taken[0].iterations, u32(most.x));
+        taken[0].capped += min(count, 1u);
+        taken[0].active_share = 1.0;
+        taken[0].residual = max(taken[0].residual, most.y);
+    }
+}
