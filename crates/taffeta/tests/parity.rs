@@ -417,7 +417,7 @@ const FAULTS: &[(&str, &str, &str)] = &[
     ("left_of_level", "var sum = times(diagonals[node].own, own);", "var sum = vec3f(0.0);"),
     ("left_of_level", "m.mixed.y * v.x + m.mixed.z * v.y", "m.mixed.z * v.x + m.mixed.y * v.y"),
     ("cycle_tail", "if index != group.first_group ||", "if index == group.first_group ||"),
-    ("cycle_tail", "if is_there && level + 1u < group.groups {", "if is_there {"),
+    ("cycle_tail", "if is_there && level + 1u < group.groups {", "if is_there && level > 0u {"),
     ("cycle_tail", "sweep + 1u < SWEEPS", "true"),
     (
         "cycle_tail",

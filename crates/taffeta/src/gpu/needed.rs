@@ -108,9 +108,10 @@ mod tests {
 
     #[test]
     fn springs_by_nodes_need_as_many_iterations_as_their_stiffest_node_says() {
-        // h² k/m = 100 · 0.01 · 0.5 / 0.5 = 1 of the free end; it has no other: κ ≤ 2 (1 + 1).
+        // h² k = 0.5, and the middle node of 0.5 kg has two: κ ≤ 2 (1 + 2).
         let of = |k| descents(&assembly(k, ConstraintForm::Primal), 0..1);
-        assert_eq!(of(50.0), (1.5 * 0.5 * 2.0 * (2.0 * 2.0 / 1e-3_f64).ln() + 10.0).ceil() as u32);
+        let root = 6.0_f64.sqrt();
+        assert_eq!(of(50.0), (1.5 * 0.5 * root * (2.0 * root / 1e-3).ln() + 10.0).ceil() as u32);
         assert_eq!(of(1e9), 200);
     }
 
