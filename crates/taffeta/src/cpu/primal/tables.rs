@@ -39,7 +39,7 @@ pub struct Table<T> {
     pub sources: Weighted,
     /// By node: nodes of the finer level that follow it.
     pub children: Weighted,
-    /// By node: those of the coarser level that it follows; 0 of the first where there are none.
+    /// By node: those of the coarser level that it follows; with weight 0 where there are fewer.
     pub parents: Vec<([u32; PARENTS], [T; PARENTS])>,
     /// Whether each body has a coarser level.
     pub goes_on: Vec<bool>,
@@ -119,8 +119,11 @@ impl<T: Real> Table<T> {
     fn follow(&mut self, coarser: &Level) {
         self.parents = (0..self.places)
             .map(|place| {
-                let (mut nodes, mut weights) = ([0; PARENTS], [T::ZERO; PARENTS]);
-                for (at, &(node, weight)) in coarser.parents.row(place).iter().enumerate() {
+                let row = coarser.parents.row(place);
+                // What is not there is one of its own body, too: 0 times what has blown up elsewhere is no number.
+                let own = row.first().map_or(0, |parent| parent.0);
+                let (mut nodes, mut weights) = ([own; PARENTS], [T::ZERO; PARENTS]);
+                for (at, &(node, weight)) in row.iter().enumerate() {
                     (nodes[at], weights[at]) = (node, T::from_f64(f64::from(weight)));
                 }
                 (nodes, weights)
