@@ -181,7 +181,7 @@ fn what_a_solver_cannot_be_is_said_at_its_place() {
     says(
         "ice",
         "newton_steps = 2",
-        "newton_steps`: is 2, but only form = \"primal\" of the method \"ice\" takes Newton steps",
+        "newton_steps`: is 2, but only form = \"primal\" of the method \"ice\" takes Newton steps; 1 would do",
     );
     let primal = |line: &str| {
         let scene = format!("{BALL}[solver]\nmethod = \"ice\"\n[solver.ice]\nform = \"primal\"\n{line}\n");

@@ -77,7 +77,7 @@ fn compare(cpu: &Path, gpu: &Path, bound: f64) -> Result<f64, String> {
         serde_json::from_slice(&text).map_err(|error| format!("{}: {error}", file.display()))?;
     let place = place(&summary.bodies, vertex);
     Err(format!(
-        "{place} is {apart:.3e} m from its place on the CPU after {FRAMES} frames on the GPU; {BOUND:e} m are allowed"
+        "{place} is {apart:.3e} m from its place on the CPU after {FRAMES} frames on the GPU; {bound:e} m are allowed"
     ))
 }
 
