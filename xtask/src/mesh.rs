@@ -55,6 +55,32 @@ pub fn from_obj(text: &str) -> Result<Mesh, String> {
     mesh.checked()
 }
 
+/// Reads the faces of a group of an OBJ, `g NAME`, and the vertices that they have, in their order, times `scale`.
+pub fn from_obj_group(text: &str, group: &str, scale: f64) -> Result<Mesh, String> {
+    let mut of_group = String::new();
+    let mut inside = false;
+    for line in text.lines() {
+        match line.split_once(' ') {
+            Some(("g", name)) => inside = name.trim() == group,
+            Some(("f", _)) if !inside => continue,
+            _ => {}
+        }
+        of_group.push_str(line);
+        of_group.push('\n');
+    }
+    let all = from_obj(&of_group)?;
+    let mut used = vec![false; all.vertices.len()];
+    all.faces.iter().flatten().for_each(|&corner| used[corner] = true);
+    let mut mesh = Mesh::default();
+    let mut place = vec![0; used.len()];
+    for (index, vertex) in all.vertices.iter().enumerate().filter(|(index, _)| used[*index]) {
+        place[index] = mesh.vertices.len();
+        mesh.vertices.push(vertex.map(|x| x * scale));
+    }
+    mesh.faces = all.faces.iter().map(|face| face.iter().map(|&corner| place[corner]).collect()).collect();
+    Ok(mesh)
+}
+
 fn obj_corner(word: &str) -> Result<usize, String> {
     let index = word.split('/').next().and_then(|index| index.parse::<usize>().ok());
     index.and_then(|index| index.checked_sub(1)).ok_or_else(|| format!("not a face corner: {word}"))
@@ -114,6 +140,15 @@ mod tests {
         assert!(ply.ends_with("end_header\n0 0 0\n1 0 0\n0 1.5 0\n3 0 1 2\n"));
         assert_eq!(from_obj(obj).unwrap().to_ply("a"), ply);
         assert_eq!(from_off(off).unwrap().to_ply("a"), ply);
+    }
+
+    #[test]
+    fn a_group_has_its_own_vertices_alone() {
+        let obj = "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1.5 0\ng other\nf 1 2 3\ng skirt\nf 2 3 4\n";
+        let skirt = from_obj_group(obj, "skirt", 2.0).unwrap();
+        assert_eq!(skirt.vertices, [[0.0; 3], [2.0, 0.0, 0.0], [0.0, 3.0, 0.0]]);
+        assert_eq!(skirt.faces, [[0, 1, 2]]);
+        assert!(from_obj_group(obj, "tights", 1.0).is_err());
     }
 
     #[test]

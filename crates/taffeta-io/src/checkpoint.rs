@@ -8,7 +8,7 @@
 //! | 8 | length of the record |
 //! | … | the record: scene, reports, what the program wants to remember (postcard) |
 //! | … | positions, then velocities of all nodes |
-//! | … | pulls of constraints, then a bit for each constraint that comes and goes |
+//! | … | pulls of constraints, then a bit for each constraint that comes and goes, then for each joint |
 //! | 8 | XXH64 of all bytes before |
 //!
 //! Numbers are little endian.
@@ -30,7 +30,7 @@ use twox_hash::XxHash64;
 
 const MAGIC: &[u8; 8] = b"TAFFETA\0";
 /// Version of the format; one higher whenever the record changes.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 /// Magic, version and both lengths.
 const HEAD: usize = 28;
 /// The hash at the end.
@@ -126,7 +126,7 @@ impl<R: DeserializeOwned> Checkpoint<R> {
                 "written by taffeta {program}, it has {} bytes of state for {} nodes and {} constraints",
                 data.len(),
                 snapshot.nodes,
-                snapshot.pulls.max(snapshot.adaptive)
+                snapshot.pulls.max(snapshot.adaptive).max(snapshot.joints)
             ));
         };
         (snapshot.state, snapshot.constraints) = (state.to_vec(), constraints.to_vec());

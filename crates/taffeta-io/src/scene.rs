@@ -1,10 +1,12 @@
 //! Scenes from TOML: overrides, errors with file, line and column, and the files a scene names.
 
+mod colliders;
 mod document;
 mod fault;
 mod files;
 mod folders;
 mod overrides;
+mod poses;
 mod read;
 mod source;
 mod unused;

@@ -111,20 +111,6 @@ fn numbers_that_are_not_finite_are_refused_anywhere() {
 }
 
 #[test]
-fn what_is_planned_is_said_not_to_be_there_yet() {
-    let cases = [
-        ("[[collider]]\nbox = 1", "(`collider.box`) is not yet supported"),
-        ("[[collider]]\nmesh = { file = \"x.ply\" }", "(`collider.mesh`) is not yet supported"),
-        ("[world.air]", "(`world.air`) is not yet supported"),
-    ];
-    for (text, expected) in cases {
-        let scene = "[[body]]\nmass = 1.0\nmesh = { chain = { links = 1, length = 1.0 } }\n";
-        let error = refused(&format!("{scene}{text}"), &[]);
-        assert!(error.contains(expected) && error.starts_with("s.toml:"), "{error}");
-    }
-}
-
-#[test]
 fn settings_of_a_solver_are_read_with_their_defaults() {
     let solver = |lines: &str| {
         let loaded = parse_scene(&format!("{FLAG}[solver]\n{lines}"), "s.toml", &[]).unwrap();

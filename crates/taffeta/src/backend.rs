@@ -20,6 +20,8 @@ pub struct Remembered {
     pub pulls: Vec<f64>,
     /// Whether each is active; empty where all always are.
     pub active: Vec<bool>,
+    /// Whether each joint of [`crate::assembly::Attachments`] is there; empty where none can break.
+    pub joints: Vec<bool>,
 }
 
 /// What a backend computes on.

@@ -1,7 +1,8 @@
 //! What each sub-step of a frame is told, in the backend's numbers.
 
 use crate::assembly::Assembly;
-use crate::collision::shape::ColliderNow;
+use crate::collision::moving::ColliderNow;
+use crate::forces::air::AirNow;
 use crate::integrate::keyframes::{Track, scale_at};
 use crate::integrate::pins::Motion;
 use crate::real::Real;
@@ -18,6 +19,10 @@ pub struct Substep<T> {
     pub scales: Vec<T>,
     /// Volume that each body of [`Assembly::volumes`] is to have at its end [m³], or its pressure [Pa].
     pub goals: Vec<T>,
+    /// The air at its start, where there is any.
+    pub air: Option<AirNow<T>>,
+    /// Share of its closing that each law of [`Assembly::attachments`] has behind it at its end.
+    pub closing: Vec<T>,
     /// Share of the frame that has gone by at its end, and that share's rate [1/s].
     pub hand: (T, T),
 }
@@ -33,9 +38,14 @@ pub fn frame<T: Real>(assembly: &Assembly, start: f64) -> Vec<Substep<T>> {
             Substep {
                 h: T::from_f64(h),
                 motions: assembly.tracks.iter().map(|track| motion(track, t, h)).collect(),
-                colliders: assembly.colliders.iter().map(|collider| collider.at(t, h)).collect(),
+                colliders: {
+                    let mut meshes = 0;
+                    assembly.colliders.iter().map(|collider| collider.at(t, h, &mut meshes)).collect()
+                },
                 scales: assembly.loads.iter().map(|load| T::from_f64(scale_at(&load.scale, t))).collect(),
                 goals: assembly.volumes().map(|(_, kept)| T::from_f64(kept.goal(t + h))).collect(),
+                air: assembly.world.air.as_ref().map(|air| AirNow::new(air, t, h)),
+                closing: assembly.attachments.laws.iter().map(|law| T::from_f64(law.share(t + h))).collect(),
                 hand: (T::from_f64((offset + h) / time.dt), T::from_f64(1.0 / time.dt)),
             }
         })

@@ -47,6 +47,11 @@ pub trait Real:
     /// Little-endian bytes, handed to `sink`.
     fn bytes(self, sink: &mut Vec<u8>);
 
+    /// The whole number next to it towards zero, as far as 32 bits reach.
+    fn whole(self) -> i32;
+    /// Nearest value.
+    fn from_whole(value: i32) -> Self;
+
     /// Absolute value.
     #[inline(always)]
     fn abs(self) -> Self {
@@ -80,6 +85,17 @@ impl Real for f32 {
     fn to_f32(self) -> f32 {
         self
     }
+    #[inline(always)]
+    fn whole(self) -> i32 {
+        let inside = if self < 1e9 { self } else { 1e9 };
+        let inside = if inside > -1e9 { inside } else { -1e9 };
+        // SAFETY: inside of what 32 bits reach, and a number: a comparison with what is none takes the other branch.
+        unsafe { inside.to_int_unchecked() }
+    }
+    #[inline(always)]
+    fn from_whole(value: i32) -> Self {
+        value as Self
+    }
     fn bytes(self, sink: &mut Vec<u8>) {
         sink.extend_from_slice(&self.to_le_bytes());
     }
@@ -110,6 +126,17 @@ impl Real for f64 {
     #[inline(always)]
     fn to_f32(self) -> f32 {
         self as f32
+    }
+    #[inline(always)]
+    fn whole(self) -> i32 {
+        let inside = if self < 1e9 { self } else { 1e9 };
+        let inside = if inside > -1e9 { inside } else { -1e9 };
+        // SAFETY: inside of what 32 bits reach, and a number: a comparison with what is none takes the other branch.
+        unsafe { inside.to_int_unchecked() }
+    }
+    #[inline(always)]
+    fn from_whole(value: i32) -> Self {
+        value as Self
     }
     fn bytes(self, sink: &mut Vec<u8>) {
         sink.extend_from_slice(&self.to_le_bytes());

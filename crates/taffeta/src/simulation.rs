@@ -4,7 +4,7 @@ mod snapshot;
 
 pub use snapshot::Snapshot;
 
-use crate::assembly::{Assembly, BodyAssembly, Touching};
+use crate::assembly::{Assembly, BodyAssembly, IS_POINT, Touching};
 use crate::backend::{Backend, Hand, Lost};
 use crate::constraints::volume::Form;
 use crate::cpu::CpuBackend;
@@ -55,6 +55,10 @@ pub struct BodyInfo {
     pub nodes: usize,
     /// Number of nodes that pins hold.
     pub pinned: usize,
+    /// Number of nodes that pins hold until they break.
+    pub breaking: usize,
+    /// Number of tethers.
+    pub tethers: usize,
     /// Number of triangles.
     pub triangles: usize,
     /// Springs by kind, with their number: `("structural", 1984)`.
@@ -219,7 +223,7 @@ impl Simulation {
 
     fn report_of(&self, sums: FrameSums, frame: u32) -> FrameReport {
         let assembly = self.backend.assembly();
-        let FrameSums { all, hinges, volumes, pairs, solver } = sums;
+        let FrameSums { all, hinges, volumes, pairs, solver, broken } = sums;
         let gravity = assembly.world.gravity;
         let time = f64::from(frame) * assembly.time.dt;
         FrameReport {
@@ -239,6 +243,7 @@ impl Simulation {
             nearest_pair: (pairs.pairs > 0).then_some(pairs.nearest),
             pair_searches: pairs.searches,
             solver,
+            broken,
         }
     }
 
@@ -283,6 +288,15 @@ impl Simulation {
     /// The bodies in the scene's order.
     pub fn bodies(&self) -> &[BodyInfo] {
         &self.bodies
+    }
+
+    /// Number of pairs of nodes that each seam sews, in the scene's order.
+    pub fn sewn(&self) -> Vec<usize> {
+        let attached = &self.backend.assembly().attachments;
+        let mut pairs = vec![0; attached.seams];
+        let laws = attached.rows.iter().map(|row| row.law as usize);
+        laws.filter(|&law| law < attached.seams).for_each(|law| pairs[law] += 1);
+        pairs
     }
 
     /// Largest stable step at rest [s] of what is explicit, found by power iteration; infinite without springs. Where all
@@ -548,12 +562,17 @@ fn useful_threads(assembly: &Assembly) -> usize {
 
 fn info(assembly: &Assembly, index: usize) -> BodyInfo {
     let body = &assembly.bodies[index];
+    let nodes = body.first as u32..(body.first + body.nodes) as u32;
+    let attached = &assembly.attachments;
+    let points = attached.rows.iter().filter(|row| row.ends[1] & IS_POINT != 0);
     let coarser = assembly.levels.iter().map(|level| level.bodies[index].len());
     BodyInfo {
         name: body.name.clone(),
         vertices: body.vertices(),
         nodes: body.nodes,
         pinned: body.free.iter().filter(|free| !**free).count(),
+        breaking: points.filter(|row| nodes.contains(&row.ends[0])).count(),
+        tethers: attached.tethers.iter().filter(|tether| nodes.contains(&tether.node)).count(),
         triangles: body.triangles(),
         springs: body.spring_counts(),
         levels: coarser.take_while(|&nodes| nodes > 0).collect(),

@@ -24,6 +24,8 @@ pub enum Stage {
     Pins,
     /// Colliders.
     Contact,
+    /// Seams, pins that break and tethers, and colliders again.
+    Attach,
     /// Nodes that touch each other, and colliders again.
     Pairs,
     /// Nodes moved to restore volumes, and colliders again.
@@ -34,7 +36,7 @@ pub enum Stage {
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Elements,
         Self::Loads,
         Self::Springs,
@@ -43,6 +45,7 @@ impl Stage {
         Self::Integrate,
         Self::Pins,
         Self::Contact,
+        Self::Attach,
         Self::Pairs,
         Self::Project,
         Self::Diagnose,
@@ -59,6 +62,7 @@ impl Stage {
             Self::Integrate => "integrate",
             Self::Pins => "pins",
             Self::Contact => "contact",
+            Self::Attach => "attach",
             Self::Pairs => "pairs",
             Self::Project => "project",
             Self::Diagnose => "diagnose",
@@ -90,6 +94,10 @@ pub trait Stages {
     fn keeps_volumes(&self) -> bool;
     /// Finds the multiplier of each volume, when all have found gradients; then runs `stages` on tiles that keep one.
     fn volumes(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
+    /// Whether nodes are joined to others or to points, or held near others.
+    fn attaches(&self) -> bool;
+    /// Finds what that does to nodes, when all have moved; then runs `stages` on tiles of those that it moves.
+    fn attach(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
     /// Whether nodes touch each other.
     fn collides(&self) -> bool;
     /// Finds the nodes that touch each other and what that does to them, when all have moved; then runs `stages` on their
@@ -128,6 +136,8 @@ pub trait Tile {
     fn pins(&mut self);
     /// Keeps nodes out of colliders.
     fn contact(&mut self);
+    /// Gives nodes that are joined or tethered their new velocities and places.
+    fn attach(&mut self);
     /// Gives nodes that touch each other their new velocities and places.
     fn part(&mut self);
     /// Moves nodes that touch nothing so that the volume is restored.
@@ -154,6 +164,12 @@ pub fn frame<S: Stages>(worker: &mut S, substeps: &[S::Substep]) {
             worker.volumes(substep, |tile| {
                 tile.keep_volume();
                 go_on(tile);
+            });
+        }
+        if worker.attaches() {
+            worker.attach(substep, |tile| {
+                tile.attach();
+                tile.contact();
             });
         }
         if worker.collides() {

@@ -1,5 +1,11 @@
 //! Whole scenes on the GPU against the same scenes on the CPU.
 
+#[path = "gpu/air.rs"]
+mod air;
+#[path = "gpu/attach.rs"]
+mod attach;
+#[path = "gpu/colliders.rs"]
+mod colliders;
 mod common;
 #[path = "gpu/constraints.rs"]
 mod constraints;

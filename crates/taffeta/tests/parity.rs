@@ -33,20 +33,22 @@ macro_rules! named_rows {
 }
 
 named_rows! {
-    integrate_all contact_all pins_all loads_all grid_springs_all mesh_springs_all
+    integrate_all contact_all contact_all_meshes pins_all loads_all grid_springs_all mesh_springs_all
     grid_particles grid_particles_given mesh_particles mesh_particles_given
     grid_patches mesh_patches vertex_normals
     volume_forces volume_forces_given volume_gradients volume_particles measure_kept_volumes restore_volumes
-    mark_active list_active free_velocities set_up_rows meet_surfaces start_rows
+    restore_volumes_meshes
+    mark_active list_active free_velocities set_up_rows meet_surfaces meet_meshes start_rows
     count_solves solve_nodes solve_rows note_solves pull_nodes
-    free_nodes meet_nodes step_on set_up_nodes coarsen_springs coarsen_edges coarsen_nodes
+    free_nodes meet_nodes meet_meshes_by_nodes step_on set_up_nodes coarsen_springs coarsen_edges coarsen_nodes
     start_nodes step_nodes left_of_nodes restrict_level left_of_level cycle_tail follow_level smooth_level smooth_nodes
     apply_nodes count_descents spring_impulses push_nodes note_descents
-    clear_cells fill_cells find_pairs part_pairs measure_pairs
-    bend_hinges scale_loads
+    count_joints pull_joints attach_nodes
+    clear_cells fill_cells find_pairs part_pairs contact_parted measure_pairs
+    bend_hinges blow_on_panels scale_loads
     measure_nodes measure_grid_springs measure_mesh_springs measure_hinges measure_volumes
-    angle_of spring_factor fold_of external depth_and_normal respond leave_both multiplier solve_symmetric exchange
-    euler
+    angle_of spring_factor fold_of external depth_and_normal entry_of respond leave_both multiplier solve_symmetric exchange
+    euler corner_force gust_velocity
 }
 
 #[test]
@@ -111,6 +113,73 @@ const FAULTS: &[(&str, &str, &str)] = &[
     ),
     ("respond", "closing > 0.0)", "true)"),
     ("depth_and_normal", "let far = squared > TINY", "let far = distance > TINY"),
+    ("depth_and_normal", "beyond.x >= beyond.y && beyond.x", "beyond.x > beyond.y && beyond.x"),
+    (
+        "depth_and_normal",
+        "let inside = deepest <= 0.0;\n    let way",
+        "let inside = deepest < 0.0;\n    let way",
+    ),
+    (
+        "depth_and_normal",
+        "select(vec3f(1.0), vec3f(-1.0), x < vec3f(0.0))",
+        "select(vec3f(1.0), vec3f(-1.0), x <= vec3f(0.0))",
+    ),
+    ("depth_and_normal", "select(1.0, some, some < 1.0)", "some"),
+    ("depth_and_normal", "select(0.0, share, share > 0.0)", "share"),
+    ("depth_and_normal", "axis.y * axis.y > 0.5", "axis.y * axis.y > 0.9"),
+    ("depth_and_normal", "let by_end = end >= side;", "let by_end = end > side;"),
+    ("depth_and_normal", "select(outside.y, 1.0 - flat, inside)", "outside.y"),
+    ("entry_of", "if next > 1.0 {", "if next > 0.5 {"),
+    ("entry_of", "const ENTRIES: u32 = 12u;", "const ENTRIES: u32 = 2u;"),
+    ("entry_of", "if !(approach > 0.0) {", "if false {"),
+    ("entry_of", "return least + collider.size;", "return least;"),
+    ("entry_of", "select(collider.w, shorter, shorter < collider.w), collider.kind == BOX", "shorter, true"),
+    ("contact_all", "dot3(way, way) > far * far", "false"),
+    ("contact_all", "dot3(way, way) > far * far", "dot3(way, way) > 1.01 * far * far"),
+    ("contact_all", "carried(collider, origin.x), origin.is_carried", "origin.x, true"),
+    ("contact_all_meshes", "select(1.0, -1.0, mesh.is_solid && within)", "1.0"),
+    ("contact_all_meshes", "hit.inward && leaves", "leaves"),
+    (
+        "contact_all_meshes",
+        "at_end.depth <= 0.0 || dot3(at_end.normal, end - start) > 0.0",
+        "at_end.depth <= 0.0",
+    ),
+    ("contact_all_meshes", "at_end.depth <= 0.0 || dot3(at_end", "dot3(at_end"),
+    ("contact_all_meshes", "const GROOVES: u32 = 4u;", "const GROOVES: u32 = 1u;"),
+    ("contact_all_meshes", "corners_in(at) == corners_in(own)", "triangle == found.triangle"),
+    ("contact_all_meshes", "min(best.squared, most) * LOOSE + mesh.grain", "0.5 * min(best.squared, most)"),
+    ("contact_all_meshes", "+ turned(collider, found.velocity)", ""),
+    (
+        "contact_all_meshes",
+        "corners_of(mesh, triangle, collider.u)",
+        "corners_of(mesh, triangle, collider.v)",
+    ),
+    ("contact_all_meshes", "if triangle >= mesh.count {", "if triangle + 1u >= mesh.count {"),
+    ("contact_all_meshes", "found.share < first.share ||", "found.share > first.share ||"),
+    ("contact_all_meshes", "min(start, end) - reach, max(start, end) + reach", "end - reach, end + reach"),
+    (
+        "contact_all_meshes",
+        "if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {",
+        "if vc <= 0.0 && d1 >= 0.0 && d3 < -0.1 {",
+    ),
+    ("contact_all_meshes", "let side = select(-unit, unit, inward);", "let side = unit;"),
+    (
+        "contact_all_meshes",
+        "let squared = dot3(apart, apart);\n    if squared",
+        "let squared = dot3(apart, apart) * 1.00001;\n    if squared",
+    ),
+    ("contact_all_meshes", "within = select(most * most, FAR, mesh.is_solid)", "within = most * most"),
+    ("contact_parted", "|| contacts_of(node) == 0u", ""),
+    ("contact_parted", "select(after.velocity.w, -abs(v.w), v.w < 0.0)", "after.velocity.w"),
+    ("meet_meshes", "if held.inside > found.inside {", "if held.inside > 0.0 {"),
+    ("meet_meshes", "touch.depth - node.h * dot3", "touch.depth + node.h * dot3"),
+    ("meet_meshes", "|| !(x.w > 0.0)", ""),
+    ("meet_meshes", "|| substeps[0].solving.is_adaptive != 0u", ""),
+    ("meet_meshes", "* gather_pulls(node) * -h", "* gather_pulls(node) * h"),
+    ("meet_meshes_by_nodes", "h, vector_of(PULLED, node))", "h, vec3f(0.0))"),
+    ("meet_meshes_by_nodes", "if x.w > 0.0 {", "{"),
+    ("meet_surfaces", "if before.inside > 0.0 {", "if false {"),
+    ("meet_surfaces", "if before.inside > 0.0 {", "if true {"),
     ("leave_both", "room <= NARROW", "room <= 1.1 * NARROW"),
     ("leave_both", "first.depth * cosine >= second.depth", "first.depth * cosine > second.depth"),
     ("angle_of", "angle > PI", "angle >= PI"),
@@ -131,6 +200,30 @@ const FAULTS: &[(&str, &str, &str)] = &[
     ("pins_all", "index >= substeps[0].pins", "index + 1u >= substeps[0].pins"),
     ("pins_all", "abs(new_velocity[pin.node].w)", "new_velocity[pin.node].w"),
     ("loads_all", "&& bitcast<u32>(hand_forces[i].w) == node; i++", "&& i < 1u; i++"),
+    ("blow_on_panels", "index >= arrayLength(&panels)", "index + 1u >= arrayLength(&panels)"),
+    ("blow_on_panels", "substeps[0].air.first_force + index", "index"),
+    ("blow_on_panels", "cross3(b - a, c - a), flow", "cross3(b - a, c - b) * 1.0000002, flow"),
+    ("blow_on_panels", "velocity_of(panel.c)) * THIRD", "velocity_of(panel.b)) * THIRD"),
+    ("blow_on_panels", "air.velocity + gust_velocity(air.gusts, x)", "air.velocity"),
+    ("corner_force", "area > TINY && speed > TINY;", "area > TINY;"),
+    ("corner_force", "area > TINY && speed > TINY;", "speed > TINY;"),
+    ("corner_force", "area > TINY && speed > TINY;", "area > TINY && speed > 2.0 * TINY;"),
+    ("corner_force", "air.drag * abs(through)", "air.drag * through"),
+    ("corner_force", "air.lift * through", "air.lift * abs(through)"),
+    ("corner_force", "(turn - sine)", "turn"),
+    ("corner_force", "* lift * cosine_squared", "* lift"),
+    ("corner_force", "select(0.0, rest, rest > 0.0)", "rest"),
+    ("corner_force", "d * d + exposure * lift * turn", "d + exposure * lift * turn"),
+    ("gust_velocity", "if start > p {", "if start >= p {"),
+    ("gust_velocity", "if start > p {", "if false {"),
+    ("gust_velocity", "select(FARTHEST_CELL, number, number < FARTHEST_CELL)", "number"),
+    ("gust_velocity", "select(-FARTHEST_CELL, low, low > -FARTHEST_CELL)", "low"),
+    ("gust_velocity", "(bits >> 12u) % VALUES", "bits >> 12u"),
+    ("gust_velocity", "(bits >> 2u) % VALUES", "bits % VALUES"),
+    ("gust_velocity", "a ^ (a >> 15u)", "a ^ (a >> 16u)"),
+    ("gust_velocity", "k * STRIDE_Z", "k * STRIDE_Y"),
+    ("gust_velocity", "select(c.x, c.y, k == 1u)", "c.y"),
+    ("gust_velocity", "sum * (1.0 / sqrt(squares))", "sum"),
     ("loads_all", "bending += hinge_forces", "bending = hinge_forces"),
     (
         "volume_forces",
@@ -292,8 +385,8 @@ const FAULTS: &[(&str, &str, &str)] = &[
     ("pull_nodes", "if press.yields == 0.0 {", "if false {"),
     ("pull_nodes", "substeps[0].first_collider + met[node].surface", "met[node].surface"),
     ("pull_nodes", "if !is_pressed(press) {", "if true {"),
-    ("meet_surfaces", "if held.inside > deepest {", "if held.inside > 0.0 {"),
-    ("meet_surfaces", "node.place + v * h).depth", "node.place).depth"),
+    ("meet_surfaces", "held.inside > deepest || is_first", "held.inside > 0.0"),
+    ("meet_surfaces", "node.place + v * node.h).depth", "node.place).depth"),
     ("meet_surfaces", "touch.depth / h;", "touch.depth;"),
     ("meet_surfaces", "-touch.depth <= reach", "true"),
     ("meet_surfaces", "select(node.fall, way + node.fall, way > 0.0)", "node.fall"),
@@ -317,8 +410,8 @@ const FAULTS: &[(&str, &str, &str)] = &[
     ("free_nodes", "vec4f(free, abs(v.w))", "vec4f(free, v.w)"),
     (
         "meet_nodes",
-        "return Met(vec3f(0.0), 0.0, vec3f(0.0), 0u, 1u);",
-        "return Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, 1u);",
+        "return Met(vec3f(0.0), 0.0, vec3f(0.0), 0u, 1u, 0.0);",
+        "return Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, 1u, 0.0);",
     ),
     ("meet_nodes", "free, h, pulls)", "free, h, vec3f(0.0))"),
     ("meet_nodes", "substeps[0].solving.is_warm != 0u", "true"),
@@ -468,6 +561,36 @@ const FAULTS: &[(&str, &str, &str)] = &[
     ("fill_cells", "place - surfaces[number].first >= surfaces[number].count", "false"),
     ("fill_cells", "vec3f(-FARTHEST), vec3f(FARTHEST)", "vec3f(-1e6), vec3f(1e6)"),
     ("fill_cells", "let next = atomicExchange(&linked[bucket], node);", "let next = NONE;"),
+    ("count_joints", "var at = list + 1u; at < end; at++", "var at = list + 2u; at < end; at++"),
+    ("count_joints", "1u - joint_broken[attached[at] / 2u]", "1u"),
+    ("pull_joints", "let by = -size / distance;", "let by = size / distance;"),
+    ("pull_joints", "if distance > 0.0 && give > 0.0 {", "if give > 0.0 {"),
+    ("pull_joints", "if distance > 0.0 && give > 0.0 {", "if distance > 0.0 {"),
+    ("pull_joints", "/ (give + softness)", "/ give"),
+    ("pull_joints", "(distance - goal)", "distance"),
+    ("pull_joints", "start * (1.0 - share) + end * share", "end"),
+    ("pull_joints", "inverse_mass.y * f32(joints.y)", "inverse_mass.y"),
+    ("pull_joints", "joints_left[select(joint.b, joint.a, joint.b == NONE)]", "1u"),
+    ("pull_joints", "joint_broken[row] != 0u || pull", "pull"),
+    ("pull_joints", "> joint.break_force", "< joint.break_force"),
+    ("pull_joints", "goals[substeps[0].first_goal + joint.closing]", "goals[joint.closing]"),
+    ("pull_joints", "motions[substeps[0].first_motion + joint.track]", "motions[joint.track]"),
+    ("pull_joints", "if joint.track == NONE {", "if true {"),
+    ("pull_joints", "select(vec4f(pull.shift, 1.0), vec4f(0.0), breaks)", "vec4f(pull.shift, 1.0)"),
+    ("attach_nodes", "select(1.0, -1.0, attached[at] % 2u == 1u)", "1.0"),
+    ("attach_nodes", "one.w != 0.0", "true"),
+    ("attach_nodes", "sum * (x.w / substeps[0].h)", "sum * x.w"),
+    ("attach_nodes", "if squared > reach * reach {", "if false {"),
+    ("attach_nodes", "select(0.0, speed, speed > 0.0)", "speed"),
+    ("attach_nodes", "dot3(v - along, outward)", "dot3(v, outward)"),
+    ("attach_nodes", "const TETHER_ROUNDS: u32 = 8u;", "const TETHER_ROUNDS: u32 = 2u;"),
+    ("attach_nodes", "moved = moved || now.moved;", "moved = now.moved;"),
+    (
+        "attach_nodes",
+        "vec4f(now.v, abs(v.w))), Origin(x.xyz, false), 0u);",
+        "vec4f(now.v, abs(v.w))), Origin(x.xyz, false), 1u);",
+    ),
+    ("attach_nodes", "all(now.x == x.xyz) && all(now.v == v.xyz)", "false"),
     ("find_pairs", "dot3(d, d) < reach * reach", "dot3(d, d) <= reach * reach"),
     ("find_pairs", "bucket < 27u", "bucket < 24u"),
     ("find_pairs", "bucket % 3u", "bucket % 2u"),
@@ -495,7 +618,7 @@ const FAULTS: &[(&str, &str, &str)] = &[
     ("part_pairs", "substeps[0].most_apart", "1.0"),
     ("part_pairs", "let a = min(node, other);", "let a = node;"),
     ("part_pairs", "if contacts_of(node) == 0u {", "if false {"),
-    ("part_pairs", "let after = touch(moved, 0u);", "let after = moved;"),
+    ("part_pairs", "let after = touch(moved, Origin(x.xyz, false), 0u);", "let after = moved;"),
     ("part_pairs", "select(after.velocity.w, -abs(v.w), v.w < 0.0)", "after.velocity.w"),
     ("exchange", "let is_apart = distance > 0.0;", "let is_apart = distance >= 0.0;"),
     ("exchange", "select(limit, way, way < limit)", "way"),
@@ -561,6 +684,11 @@ const ROUNDINGS: &[(&str, &str)] = &[
     ("return sqrt(dot3(a, a));", "return 1.0000001 * sqrt(dot3(a, a));"),
     ("let length = sqrt(squared);", "let length = 0.9999999 * sqrt(squared);"),
     ("let inverse = sqrt(inverse_squared);", "let inverse = 1.0000001 * sqrt(inverse_squared);"),
+    (
+        "let size = select(1.0, sqrt(area) * sqrt(speed), is_blown_on);",
+        "let size = select(1.0, 1.0000001 * sqrt(area) * sqrt(speed), is_blown_on);",
+    ),
+    ("return sum * (1.0 / sqrt(squares));", "return sum * (1.0000001 / sqrt(squares));"),
     ("let inverse = 1.0 / squared;", "let inverse = 0.9999999 / squared;"),
     ("return x + h * new_velocity;", "return x + 1.0000001 * h * new_velocity;"),
     ("let t = num / select", "let t = 1.0000001 * num / select"),

@@ -21,7 +21,7 @@ const BELOW: f64 = 0.004;
 
 /// One cloth and what it falls on, which does not move.
 pub struct Strip {
-    shapes: Vec<Shape>,
+    colliders: Vec<Collider>,
     surface: Surface,
     /// Places that every moment shows, whatever becomes of the cloth.
     subject: Vec<Vector>,
@@ -47,15 +47,20 @@ impl Moment {
 impl Strip {
     /// Of a simulation at its start, without moments yet.
     pub fn new(simulation: &Simulation, scene: &Scene) -> Self {
-        let shapes: Vec<Shape> = scene.colliders.iter().filter_map(Collider::shape).collect();
+        let colliders = &scene.colliders;
         let mut subject = Moment::now(simulation).places;
         let (middle, _) = extent(&subject);
-        let planes = shapes.iter().filter_map(|shape| match shape {
+        let planes = colliders.iter().filter_map(|collider| match collider.shape()? {
             Shape::Plane(plane) => Some(plane),
-            Shape::Sphere(_) => None,
+            _ => None,
         });
-        subject.extend(planes.map(|plane| dropped(middle, plane)));
-        Self { shapes, surface: simulation.surface(0), subject, moments: Vec::new() }
+        subject.extend(planes.map(|plane| dropped(middle, &plane)));
+        Self {
+            colliders: scene.colliders.clone(),
+            surface: simulation.surface(0),
+            subject,
+            moments: Vec::new(),
+        }
     }
 
     /// Adds a moment.
@@ -69,7 +74,7 @@ impl Strip {
         let camera = Camera::around(&self.subject, VIEW[0], VIEW[1], samples);
         let panels: Vec<Vec<u8>> = self.moments.iter().map(|moment| self.panel(moment, &camera)).collect();
         let width = SIZE[0] * panels.len();
-        pictures::write(file, &beside(&panels, SIZE), [width, SIZE[1]])
+        pictures::write(file, &pictures::beside(&panels, SIZE), [width, SIZE[1]])
             .map_err(|error| format!("{}: {error}", file.display()))?;
         Ok(())
     }
@@ -77,15 +82,16 @@ impl Strip {
     fn panel(&self, moment: &Moment, camera: &Camera) -> Vec<u8> {
         let mut faces = self.cloth(moment);
         let (middle, size) = extent(&self.subject);
-        for shape in &self.shapes {
+        for shape in self.colliders.iter().filter_map(Collider::shape) {
             match shape {
                 Shape::Sphere(ball) => {
                     faces.extend(shapes::ball(ball.center, ball.radius, 5, Material::Ball));
                 }
                 Shape::Plane(plane) => {
-                    let below = along(dropped(middle, plane), -BELOW * size, unit(plane.normal));
+                    let below = along(dropped(middle, &plane), -BELOW * size, unit(plane.normal));
                     faces.extend(shapes::disc(below, plane.normal, DISC * size));
                 }
+                _ => {}
             }
         }
         render::render(&faces, camera, &Light::on(&faces, VIEW[0]), SIZE)
@@ -123,23 +129,4 @@ fn extent(places: &[Vector]) -> (Vector, f64) {
     let (low, high) = (extreme(f64::min, f64::INFINITY), extreme(f64::max, f64::NEG_INFINITY));
     let half = difference(high, low).map(|c| c / 2.0);
     (along(low, 1.0, half), dot(half, half).sqrt())
-}
-
-/// Pictures of one size side by side; bytes of red, green and blue by rows.
-fn beside(panels: &[Vec<u8>], [width, height]: [usize; 2]) -> Vec<u8> {
-    let row = |y: usize| panels.iter().flat_map(move |panel| &panel[3 * width * y..3 * width * (y + 1)]);
-    (0..height).flat_map(row).copied().collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pictures_stand_beside_each_other_row_by_row() {
-        let panel = |first: u8| (first..first + 12).collect::<Vec<u8>>();
-        let both = beside(&[panel(0), panel(100)], [2, 2]);
-        assert_eq!(both[..12], [0, 1, 2, 3, 4, 5, 100, 101, 102, 103, 104, 105]);
-        assert_eq!(both[12..15], [6, 7, 8]);
-    }
 }

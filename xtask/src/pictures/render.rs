@@ -10,8 +10,6 @@ use super::vector::{Vector, along, cross, difference, dot, mix, unit};
 pub const SIZE: [usize; 2] = [960, 640];
 /// Samples of a pixel along each axis.
 pub const FINE: usize = 3;
-/// Width and height [samples].
-pub const SAMPLES: [usize; 2] = [SIZE[0] * FINE, SIZE[1] * FINE];
 /// Half the width of an edge [samples].
 const EDGE: f64 = 1.5;
 /// How much an edge darkens, where triangles are not small.

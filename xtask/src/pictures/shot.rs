@@ -6,7 +6,7 @@ use super::vector::{Vector, along, difference, dot};
 use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
-use taffeta::scene::{Body, Collider, Kind, Mass, Mesh, Scene, Select, Shape};
+use taffeta::scene::{Body, Bounds, Collider, Kind, Mass, Mesh, Scene, Select, Shape};
 use taffeta::topology::Surface;
 use taffeta::{Options, Simulation};
 
@@ -126,7 +126,13 @@ impl Stage {
                     faces.extend(shapes::ball(rod[0], sphere.radius, 5, Material::Ball));
                 }
                 Shape::Plane(_) => planes.push([rod[0], difference(rod[1], rod[0])]),
+                Shape::Mesh(_) | Shape::Convex(_) => subject.extend(rod),
+                // No picture has one yet.
+                Shape::Box(_) | Shape::Capsule(_) | Shape::Cylinder(_) | Shape::Heightfield(_) => {}
             }
+        }
+        for index in self.bodies..instant.places.len() {
+            self.draw(index, instant, None, 0.0, &mut faces);
         }
         let (middle, size) = bounds(&subject);
         for [point, normal] in planes {
@@ -150,8 +156,13 @@ impl Stage {
     ) {
         let (places, normals) = (&instant.places[index], &instant.normals[index]);
         let surface = self.simulation.surface(index);
-        let material =
-            if self.scene.bodies[index].kind == Kind::Soft { Material::Soft } else { Material::Cloth };
+        let material = match self.scene.bodies.get(index) {
+            None => Material::Ball,
+            Some(body) if body.kind == Kind::Soft => Material::Soft,
+            Some(_) => Material::Cloth,
+        };
+        // What shows how a collider has moved is not drawn.
+        let links: &[[u32; 2]] = if index < self.bodies { &surface.links } else { &[] };
         let place = |vertex: u32| places[vertex as usize];
         let is_held = |vertex: &u32| held.is_some_and(|held| held.contains(vertex));
         for polygon in surface.polygons.iter() {
@@ -164,7 +175,7 @@ impl Stage {
                 }
             }
         }
-        for &[a, b] in &surface.links {
+        for &[a, b] in links {
             faces.extend(shapes::rod(place(a), place(b), rod, material));
             faces.extend(shapes::ball(place(b), rod, 2, material));
         }
@@ -174,11 +185,20 @@ impl Stage {
     }
 }
 
-/// A held rod that moves with a collider: from a sphere's centre, or from a plane's point along its normal.
-fn rod_in(index: usize, collider: &Collider, shape: Shape) -> Body {
+/// What moves with a collider: its mesh, or a held rod from a sphere's centre or from a plane's point along its normal.
+fn rod_in(index: usize, collider: &Collider, shape: Shape<'_>) -> Body {
     let [from, to] = match shape {
         Shape::Sphere(sphere) => [sphere.center, along(sphere.center, 1.0, [0.0, sphere.radius, 0.0])],
         Shape::Plane(plane) => [plane.point, along(plane.point, 1.0, super::vector::unit(plane.normal))],
+        Shape::Mesh(mesh) | Shape::Convex(mesh) => {
+            let everywhere =
+                Select { inside: Some(Bounds { min: [-1e9; 3], max: [1e9; 3] }), ..Select::default() };
+            let body =
+                Body::cloth(format!("mesh of collider {index}"), mesh.clone()).with_mass(Mass::Node(1.0));
+            let placed = Body { place: collider.place.clone(), ..body };
+            return placed.pin_moving(everywhere, collider.motion.clone());
+        }
+        _ => [[0.0; 3], [0.0, 1.0, 0.0]],
     };
     let ends = vec![from, to];
     let rod = Surface { vertices: ends.clone(), nodes: ends, links: vec![[0, 1]], ..Surface::default() };

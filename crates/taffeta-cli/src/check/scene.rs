@@ -6,7 +6,7 @@ use crate::failure::Failure;
 use serde::Serialize;
 use std::path::Path;
 use taffeta::diagnostics::tension::Tension;
-use taffeta::scene::{ConstraintForm, Method, Solver};
+use taffeta::scene::{ConstraintForm, Method, Seam, Solver};
 use taffeta::{BodyInfo, Options, Simulation};
 use taffeta_io::Loaded;
 
@@ -16,6 +16,7 @@ struct Report {
     scene: String,
     title: String,
     bodies: Vec<BodyReport>,
+    seams: Vec<SeamReport>,
     memory_bytes: usize,
     substeps: u32,
     step: f64,
@@ -47,10 +48,21 @@ struct HangingReport {
 }
 
 #[derive(Serialize)]
+struct SeamReport {
+    from: String,
+    to: String,
+    /// Pairs of nodes.
+    pairs: usize,
+}
+
+#[derive(Serialize)]
 struct BodyReport {
     name: String,
     nodes: usize,
     pinned: usize,
+    /// Nodes that pins hold until they break.
+    breaking: usize,
+    tethers: usize,
     vertices: usize,
     triangles: usize,
     springs: Vec<KindCount>,
@@ -88,6 +100,7 @@ impl Report {
             scene: path.display().to_string(),
             title: loaded.scene.title.clone(),
             bodies: simulation.bodies().iter().map(BodyReport::of).collect(),
+            seams: loaded.scene.seams.iter().zip(simulation.sewn()).map(SeamReport::of).collect(),
             memory_bytes: simulation.memory(),
             substeps: loaded.scene.time.substeps(),
             step,
@@ -103,6 +116,7 @@ impl Report {
     fn words(&self) -> String {
         let mut lines = vec![format!("{}: {}", self.scene, self.title)];
         self.bodies.iter().for_each(|body| lines.extend(body.words()));
+        lines.extend(self.seams.iter().map(SeamReport::words));
         lines.push(format!("memory: {:.1} MB", self.memory_bytes as f64 * 1e-6));
         lines.push(format!("sub-steps a frame: {}, of {:.3e} s", self.substeps, self.step));
         lines.push(self.stable_step());
@@ -158,12 +172,25 @@ impl HangingReport {
     }
 }
 
+impl SeamReport {
+    fn of((seam, pairs): (&Seam, usize)) -> Self {
+        Self { from: seam.from.body.clone(), to: seam.to.body.clone(), pairs }
+    }
+
+    fn words(&self) -> String {
+        let plural = if self.pairs == 1 { "" } else { "s" };
+        format!("seam: `{}` to `{}`, {} pair{plural} of nodes", self.from, self.to, grouped(self.pairs))
+    }
+}
+
 impl BodyReport {
     fn of(body: &BodyInfo) -> Self {
         Self {
             name: body.name.clone(),
             nodes: body.nodes,
             pinned: body.pinned,
+            breaking: body.breaking,
+            tethers: body.tethers,
             vertices: body.vertices,
             triangles: body.triangles,
             springs: body.springs.iter().map(|&(kind, count)| KindCount { kind, count }).collect(),
@@ -203,6 +230,12 @@ impl BodyReport {
         if self.pinned > 0 {
             let all = if self.pinned == self.nodes { ", all of them: nothing moves freely" } else { "" };
             lines.push(format!("  pinned: {}{all}", grouped(self.pinned)));
+        }
+        if self.breaking > 0 {
+            lines.push(format!("  pinned until that takes too much: {}", grouped(self.breaking)));
+        }
+        if self.tethers > 0 {
+            lines.push(format!("  tethers: {}", grouped(self.tethers)));
         }
         if self.hinges > 0 {
             lines.push(format!("  hinges: {}", grouped(self.hinges)));

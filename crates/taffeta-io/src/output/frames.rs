@@ -22,7 +22,7 @@ impl FrameTable {
             return Ok(Self { part, closed });
         }
         write!(part, "frame,time,kinetic,gravitational,springs,hinges,energy,px,py,pz,max_stretch,contacts")?;
-        write!(part, ",pairs,nearest_pair,pair_searches,iterations,residual,active_fraction")?;
+        write!(part, ",pairs,nearest_pair,pair_searches,iterations,residual,active_fraction,broken")?;
         for (name, _) in bodies.iter().filter(|(_, closed)| *closed) {
             write!(part, ",{}", quoted(&format!("volume_{name}")))?;
         }
@@ -51,7 +51,7 @@ impl FrameTable {
         let nearest = r.nearest_pair.map(|share| share.to_string()).unwrap_or_default();
         write!(self.part, ",{},{nearest},{}", r.pairs, r.pair_searches)?;
         let SolverReport { iterations, residual, active_fraction, .. } = r.solver;
-        write!(self.part, ",{iterations},{residual},{active_fraction}")?;
+        write!(self.part, ",{iterations},{residual},{active_fraction},{}", r.broken)?;
         for (body, _) in self.closed.iter().enumerate().filter(|(_, closed)| **closed) {
             match r.volumes.get(body).copied().flatten() {
                 Some(volume) => write!(self.part, ",{volume}")?,

@@ -1,5 +1,6 @@
 //! Loads what a scene names: meshes and lists of springs.
 
+use super::colliders;
 use super::folders::{Folders, Unusable};
 use super::source::ListFile;
 use super::{LoadError, Loaded, SceneSource};
@@ -20,6 +21,9 @@ pub(super) fn fill(loaded: &mut Loaded, scene_file: &Path) -> Result<(), LoadErr
         let path = format!("body[{index}]");
         fill_mesh(body, &path, &folders, source, notes)?;
         fill_pairs(body, &path, &folders, source)?;
+    }
+    for (index, collider) in scene.colliders.iter_mut().enumerate() {
+        colliders::fill(collider, &format!("collider[{index}]"), &folders, source, notes)?;
     }
     files.extend(scene_file.canonicalize());
     files.extend(folders.used());
@@ -80,7 +84,12 @@ fn load(
 }
 
 /// The file that the scene calls `name` at `key`.
-fn found(folders: &Folders, name: &str, key: &str, source: &SceneSource) -> Result<PathBuf, LoadError> {
+pub(super) fn found(
+    folders: &Folders,
+    name: &str,
+    key: &str,
+    source: &SceneSource,
+) -> Result<PathBuf, LoadError> {
     folders.find(name).map_err(|unusable| {
         let (Unusable::Missing(why) | Unusable::Refused(why)) = unusable;
         source.at_path(key, why)

@@ -1,22 +1,9 @@
-//! The words of messages: nearest names, lists of names, expected types, and what is planned but not there yet.
+//! The words of messages: nearest names, lists of names, expected types.
 
 use super::document::Path;
 
-/// What scenes may say one day: its path without indices, and what it is.
-const NOT_YET: &[(&str, &str)] = &[
-    ("world.air", "lift and drag of triangles"),
-    ("collider.box", "a box as a collider"),
-    ("collider.capsule", "a capsule as a collider"),
-    ("collider.cylinder", "a cylinder as a collider"),
-    ("collider.mesh", "a mesh as a collider"),
-    ("collider.heightfield", "a height field as a collider"),
-];
-
 /// Message for a key that the table at `path` does not have.
 pub(super) fn unknown_key(key: &str, path: Path, valid: &[&str]) -> String {
-    if let Some(message) = not_yet(path, key) {
-        return message;
-    }
     let place = match path {
         Path::Root => String::new(),
         _ => format!(" in `{path}`"),
@@ -26,7 +13,7 @@ pub(super) fn unknown_key(key: &str, path: Path, valid: &[&str]) -> String {
 
 /// Message for a word at `path` that is not among the choices.
 pub(super) fn unknown_word(word: &str, path: Path, valid: &[&str]) -> String {
-    not_yet(path, word).unwrap_or_else(|| format!("`{path}` cannot be `{word}`{}", nearest_of(word, valid)))
+    format!("`{path}` cannot be `{word}`{}", nearest_of(word, valid))
 }
 
 /// `; did you mean `cols`? Valid here: rows, cols, size`
@@ -61,17 +48,4 @@ pub(super) fn expected(serde_words: &str) -> String {
             None => words.to_owned(),
         },
     }
-}
-
-fn not_yet(path: Path, key: &str) -> Option<String> {
-    let full = Path::Key(&path, key).to_string();
-    let mut plain = full.clone();
-    while let (Some(open), Some(close)) = (plain.find('['), plain.find(']')) {
-        if open > close {
-            return None;
-        }
-        plain.replace_range(open..=close, "");
-    }
-    let (_, what) = NOT_YET.iter().find(|(path, _)| *path == plain)?;
-    Some(format!("{what} (`{plain}`) is not yet supported"))
 }

@@ -4,7 +4,7 @@ use super::pairs::{self, Touching};
 use super::volumes::{self, KeptVolume};
 use super::{Assembly, grid};
 use crate::forces::hinge::{self, Rest};
-use crate::scene::{Body, Grid, Hinge, Kind, Mesh, SceneError, Select};
+use crate::scene::{Body, Grid, Hinge, Kind, Mesh, Scene, SceneError, Select};
 use crate::topology::{
     Edges, Gather, LANES, Placement, RestShape, Selectable, SpringKind, SpringList, Surface, mass, measure,
     no_inside, order, rings, select, shapes, springs,
@@ -72,7 +72,7 @@ pub type GridDirections = [Option<[f64; 3]>; 6];
 
 impl Assembly {
     /// Builds a body and adds it.
-    pub(super) fn add_body(&mut self, index: usize, body: &Body) -> Result<(), SceneError> {
+    pub(super) fn add_body(&mut self, index: usize, body: &Body, scene: &Scene) -> Result<(), SceneError> {
         let path = format!("body[{index}]");
         let mut built = match &body.mesh {
             Mesh::Grid(grid) => grid::build(body, *grid),
@@ -81,7 +81,7 @@ impl Assembly {
         .map_err(|e| e.under(&path))?;
         built.name = if body.name.is_empty() { format!("body{index}") } else { body.name.clone() };
         built.first = self.places;
-        self.add_pins(&path, body, &mut built)?;
+        self.add_pins(&path, body, scene, &mut built)?;
         if let Some(wish) = &body.volume {
             built.volume = volumes::kept(wish, &mut built).map_err(|e| e.under(&path))?;
         }

@@ -3,24 +3,28 @@
 //!
 //! User order stays outside: [`BodyAssembly::solver_of_node`] is the only way in and out.
 
+mod attach;
 mod body;
 mod constraints;
 mod grid;
 mod levels;
 mod loads;
 mod pairs;
+mod panels;
 mod pins;
 mod volumes;
 
+pub use attach::{Attachments, IS_POINT, Law, Point, Row};
 pub use body::{BodyAssembly, BodySprings, GridDirections};
 pub use constraints::Constraints;
 pub use levels::Level;
 pub use loads::{Load, LoadKind};
 pub use pairs::{Apart, Touching};
+pub use panels::Panels;
 
-use crate::collision::shape::MovingCollider;
+use crate::collision::moving::MovingCollider;
 use crate::integrate::keyframes::Track;
-use crate::scene::{Scene, SceneError, Solver, Time, World};
+use crate::scene::{Air, Scene, SceneError, Solver, Time, World};
 
 /// A scene, ready to run.
 pub struct Assembly {
@@ -38,8 +42,12 @@ pub struct Assembly {
     pub loads: Vec<Load>,
     /// Springs as a list, where the method makes constraints of them.
     pub constraints: Constraints,
+    /// Nodes that are joined to others or to points, or held near others.
+    pub attachments: Attachments,
     /// Coarser levels of them, where the form of the constraints asks for some.
     pub levels: Vec<Level>,
+    /// Triangles that air acts on.
+    pub panels: Panels,
     /// How springs are solved.
     pub solver: Solver,
     /// Gravity, drag, wind.
@@ -68,29 +76,36 @@ impl Assembly {
             places: 0,
             moving_pins: Vec::new(),
             tracks: Vec::new(),
-            colliders: scene.colliders.iter().filter_map(MovingCollider::new).collect(),
+            colliders: colliders(scene)?,
             loads: Vec::new(),
             constraints: Constraints::default(),
+            attachments: Attachments::default(),
             levels: Vec::new(),
+            panels: Panels::default(),
             solver: scene.solver.clone(),
             world: scene.world.clone(),
             time: scene.time.clone(),
         };
         for (index, body) in scene.bodies.iter().enumerate() {
-            assembly.add_body(index, body)?;
+            assembly.add_body(index, body, scene)?;
         }
         assembly.loads = loads::loads(&assembly.bodies, &scene.forces)?;
         assembly.constraints = Constraints::new(&assembly);
         if assembly.solver.is_primal() {
             assembly.levels = Level::all(&assembly);
         }
+        assembly.panels = Panels::new(&assembly);
+        assembly.attach(scene)?;
         assembly.start_pins();
+        assembly.start_points();
+        assembly.measure_seams();
         assembly.note_start_contacts();
         Ok(assembly)
     }
 
     /// Gives back what only the building of a backend needed: at millions of nodes it is most of the memory.
     pub fn release(&mut self) {
+        self.panels = Panels::default();
         for body in &mut self.bodies {
             body.start = Vec::new();
             body.mass = Vec::new();
@@ -123,18 +138,27 @@ impl Assembly {
         self.bodies.iter().map(|body| body.volume.as_ref()?.target(t)).collect()
     }
 
-    /// Whether more than gravity may add energy: wind, loads, moving pins or colliders, pressure, a growing volume.
+    /// Whether more than gravity may add energy: wind, moving air, loads, moving pins or colliders, pressure, a growing volume.
     pub fn is_driven(&self) -> bool {
         let drives = |body: &BodyAssembly| {
             let volume = body.volume.as_ref();
             volume.is_some_and(|volume| volume.drives(body.rest_volume.unwrap_or(0.0)))
         };
         self.world.wind_force != [0.0; 3]
+            || self.world.air.as_ref().is_some_and(Air::moves)
             || !self.loads.is_empty()
             || !self.moving_pins.is_empty()
             || self.colliders_move()
+            || self.attachments.drives()
             || self.bodies.iter().any(drives)
     }
+}
+
+fn colliders(scene: &Scene) -> Result<Vec<MovingCollider>, SceneError> {
+    let numbered = scene.colliders.iter().enumerate();
+    numbered
+        .map(|(i, one)| MovingCollider::new(one).map_err(|error| error.under(&format!("collider[{i}]"))))
+        .collect()
 }
 
 impl SceneError {

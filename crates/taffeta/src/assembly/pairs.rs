@@ -281,6 +281,9 @@ impl StartContacts {
             own.apart.each(body, node.1, |other| {
                 near.retain(|&j| nodes[j as usize] != (node.0, other));
             });
+            let index = |j: u32| assembly.bodies[nodes[j as usize].0].first + nodes[j as usize].1;
+            let sewn: Vec<usize> = assembly.attachments.apart(body.first + node.1).collect();
+            near.retain(|&j| sewn.binary_search(&index(j)).is_err());
             for other in near.iter().map(|&j| nodes[j as usize]) {
                 let Some(touching) = &assembly.bodies[other.0].touching else { continue };
                 let thickness = meeting(&own.surface, &touching.surface).thickness;

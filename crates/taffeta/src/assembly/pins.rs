@@ -1,8 +1,9 @@
 //! Nodes that are held or follow keyframes.
 
-use super::{Assembly, BodyAssembly, MovingPin};
+use super::{Assembly, BodyAssembly, Law, MovingPin, Point};
 use crate::integrate::keyframes::Track;
-use crate::scene::{Body, SceneError};
+use crate::scene::{Body, Scene, SceneError};
+use std::collections::BTreeMap;
 
 impl Assembly {
     /// Holds the nodes of pins, and notes those that move: of several motions of a node the last one counts.
@@ -10,20 +11,36 @@ impl Assembly {
         &mut self,
         path: &str,
         body: &Body,
+        scene: &Scene,
         built: &mut BodyAssembly,
     ) -> Result<(), SceneError> {
         let mut track_of: Vec<u32> = Vec::new();
+        let mut breaking: BTreeMap<usize, (u32, Point)> = BTreeMap::new();
         for (p, pin) in body.pins.iter().enumerate() {
             let chosen = built.select(&pin.select).map_err(|e| e.under(&format!("{path}.pin[{p}]")))?;
-            let track = Track::new(&pin.motion);
-            if !track.is_still() {
-                track_of.resize(built.nodes, u32::MAX);
-            }
-            for node in chosen {
-                let local = built.solver_local(node as usize);
-                built.free[local] = false;
+            let carrier = pin.collider.as_ref().and_then(|name| scene.collider_named(name));
+            let track = Track::new(carrier.map_or(&pin.motion, |collider| &collider.motion));
+            let number = if track.is_still() { u32::MAX } else { self.tracks.len() as u32 };
+            let locals: Vec<usize> = chosen.iter().map(|&node| built.solver_local(node as usize)).collect();
+            if let Some(break_force) = pin.break_force {
+                let law = self.attachments.laws.len() as u32;
+                self.attachments.laws.push(Law {
+                    length: 0.0,
+                    close: [0.0; 2],
+                    compliance: 0.0,
+                    break_force,
+                });
+                let point = |local: usize| Point { start: built.start[local], track: number };
+                breaking.extend(locals.into_iter().map(|local| (local, (law, point(local)))));
+            } else {
                 if !track.is_still() {
-                    track_of[local] = self.tracks.len() as u32;
+                    track_of.resize(built.nodes, u32::MAX);
+                }
+                for local in locals {
+                    built.free[local] = false;
+                    if !track.is_still() {
+                        track_of[local] = number;
+                    }
                 }
             }
             if !track.is_still() {
@@ -36,6 +53,10 @@ impl Assembly {
             track,
             start: built.start[local],
         }));
+        // What another pin holds for good stays.
+        for (local, (law, point)) in breaking.into_iter().filter(|(local, _)| built.free[*local]) {
+            self.attachments.hold((built.first + local) as u32, law, point);
+        }
         Ok(())
     }
 

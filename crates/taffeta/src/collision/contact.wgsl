@@ -14,8 +14,6 @@ struct Touched {
     v: vec3f,
 }
 
-/// A length beyond all scenes [m].
-const FAR: f32 = 1e30;
 /// Squared sine of the angle below which a wedge counts as two faces that face each other, about 10°: the way out of a
 /// narrower one is so long that a node pinched between a ball and a floor would be thrown across the scene.
 const NARROW: f32 = 0.03;
@@ -24,8 +22,13 @@ const ROUNDS: u32 = 12u;
 
 /// Position [m] and velocity [m/s] after contact, at the end of a step `h` [s].
 fn respond(node: Touched, collider: Collider, touch: Depth, h: f32) -> Touched {
+    return answer_to(node, collider, touch, surface_velocity(collider, node.x), h);
+}
+
+/// The same where the velocity of the surface at the node [m/s] is known.
+fn answer_to(node: Touched, collider: Collider, touch: Depth, surface: vec3f, h: f32) -> Touched {
     let lifted = node.x + touch.normal * touch.depth;
-    let relative = node.v - surface_velocity(collider, node.x);
+    let relative = node.v - surface;
     // A node that leaves already gets no impulse, and hence no friction.
     let closing = -dot3(relative, touch.normal);
     let approach = select(0.0, closing, closing > 0.0);
@@ -65,7 +68,7 @@ fn push_out(start: vec3f, first: u32, count: u32) -> vec3f {
         var most = Depth(vec3f(0.0), -FAR);
         var next = Depth(vec3f(0.0), -FAR);
         for (var i = 0u; i < count; i++) {
-            let pressing = depth_and_normal(colliders[first + i], x);
+            let pressing = pressing_of(colliders[first + i], x);
             if pressing.depth > most.depth {
                 next = most;
                 most = pressing;
@@ -81,16 +84,59 @@ fn push_out(start: vec3f, first: u32, count: u32) -> vec3f {
     return x;
 }
 
+/// Where a node comes from, and whether colliders have moved since.
+struct Origin {
+    /// [m]
+    x: vec3f,
+    is_carried: bool,
+}
+
+/// Where a node comes from [m], as a collider sees it that has carried its places along.
+fn seen_from(collider: Collider, origin: Origin) -> vec3f {
+    return select(origin.x, carried(collider, origin.x), origin.is_carried);
+}
+
+/// How a collider of any sort presses a place: of a mesh it is known only inside.
+fn pressing_of(collider: Collider, x: vec3f) -> Depth {
+    if collider.kind == MESH {
+        return mesh_pressing(collider, x);
+    }
+    return depth_and_normal(collider, x);
+}
+
+/// One convex collider: first where the way of the node enters it, if it goes through; then the nearest way out.
+fn meet_solid(start: Touched, origin: Origin, collider: Collider, number: u32, h: f32) -> Touched {
+    var node = start;
+    if collider.kind != PLANE {
+        let come = seen_from(collider, origin);
+        let way = node.x - come;
+        let far = deepest_in(collider);
+        if dot3(way, way) > far * far {
+            let entrance = entry_of(collider, come, node.x);
+            if entrance.is_one {
+                node = respond(node, collider, entrance.touch, h);
+                node.last = number;
+            }
+        }
+    }
+    let touch = depth_and_normal(collider, node.x);
+    if touch.depth > 0.0 {
+        node = respond(node, collider, touch, h);
+        node.last = number;
+    }
+    return node;
+}
+
 /// Keeps a free node out of `count` colliders from `first` on. Colliders act in the scene's order. A node that one has
 /// pushed into another is then moved out of both, without a further change of velocity.
-fn contact(start: vec3f, velocity: vec3f, first: u32, count: u32, h: f32) -> Touched {
+fn contact(start: vec3f, velocity: vec3f, origin: Origin, first: u32, count: u32, h: f32) -> Touched {
     var node = Touched(start, 0u, velocity);
     for (var i = 0u; i < count; i++) {
         let collider = colliders[first + i];
-        let touch = depth_and_normal(collider, node.x);
-        if touch.depth > 0.0 {
-            node = respond(node, collider, touch, h);
-            node.last = i + 1u;
+        if collider.kind == MESH {
+            node = meet_mesh(node, origin, collider, i + 1u, h);
+        } else {
+            node = meet_solid(node, origin, collider, i + 1u, h);
         }
     }
     if node.last == 0u || count < 2u {
@@ -98,7 +144,7 @@ fn contact(start: vec3f, velocity: vec3f, first: u32, count: u32, h: f32) -> Tou
     }
     var pressed = false;
     for (var i = 0u; i < count; i++) {
-        pressed = pressed || (i + 1u != node.last && depth_and_normal(colliders[first + i], node.x).depth > 0.0);
+        pressed = pressed || (i + 1u != node.last && pressing_of(colliders[first + i], node.x).depth > 0.0);
     }
     if pressed {
         node.x = push_out(node.x, first, count);

@@ -2,6 +2,11 @@
 
 pub mod cells;
 pub mod contact;
+mod hull;
+pub mod mesh;
+pub mod moving;
 pub mod pair;
 pub mod press;
 pub mod shape;
+pub mod tree;
+pub mod triangle;

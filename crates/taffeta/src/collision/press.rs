@@ -6,7 +6,7 @@
 //! in all directions (after Baraff and Witkin, "Large Steps in Cloth Simulation", SIGGRAPH 1998, section 5).
 
 use super::contact::rub;
-use super::shape::ColliderNow;
+use super::moving::{ColliderNow, Touching};
 use crate::real::{Real, add, dot, norm, scale, sub};
 
 /// How a surface holds a node in a sub-step.
@@ -42,16 +42,34 @@ impl<T: Real> Press<T> {
     /// not take it off. The number is by how much it would be inside [m]; `None`: not held.
     #[inline(always)]
     pub fn of(collider: &ColliderNow<T>, node: &Coming<T>) -> Option<(T, Self)> {
+        let v = add(node.free, node.pulls);
+        let (inside, _) = collider.depth_and_normal(add(node.place, scale(v, node.h)))?;
+        Self::by(&collider.touching, node, inside, collider.depth_and_normal(node.place)?)
+    }
+
+    /// How a surface of triangles will hold a node; it is taken to be as flat as where the node is.
+    #[inline(always)]
+    pub fn of_mesh(touching: &Touching<T>, node: &Coming<T>, touch: (T, [T; 3])) -> Option<(T, Self)> {
+        let inside = touch.0 - node.h * dot(add(node.free, node.pulls), touch.1);
+        Self::by(touching, node, inside, touch)
+    }
+
+    /// How a surface will hold a node that is so deep in it, and would be so far `inside` [m].
+    #[inline(always)]
+    fn by(
+        touching: &Touching<T>,
+        node: &Coming<T>,
+        inside: T,
+        (depth, normal): (T, [T; 3]),
+    ) -> Option<(T, Self)> {
         let h = node.h;
         let v = add(node.free, node.pulls);
-        let (inside, _) = collider.depth_and_normal(add(node.place, scale(v, h)));
-        let (depth, normal) = collider.depth_and_normal(node.place);
         let way = -h * dot(node.free, normal);
         let reach = if way > T::ZERO { way + node.fall } else { node.fall };
         if !(inside > T::ZERO && -depth <= reach) {
             return None;
         }
-        let touch = collider.touching.touch(node.place, (depth, normal));
+        let touch = touching.touch(node.place, (depth, normal));
         let landing = depth / h;
         let relative = sub(v, touch.surface_velocity);
         let impulse = landing - dot(v, normal);
@@ -67,12 +85,16 @@ impl<T: Real> Press<T> {
         Some((inside, press))
     }
 
-    /// How the collider in which a node would be deepest will hold it, and which that is.
+    /// How the collider in which a node would be deepest will hold it, and which that is. `of` is [`Self::of`], or knows of
+    /// meshes.
     #[inline(always)]
-    pub fn deepest(colliders: &[ColliderNow<T>], node: &Coming<T>) -> (Self, u32) {
+    pub fn deepest(
+        colliders: &[ColliderNow<T>],
+        mut of: impl FnMut(&ColliderNow<T>) -> Option<(T, Self)>,
+    ) -> (Self, u32) {
         let (mut deepest, mut found) = (T::ZERO, (Self::FREE, 0));
         for (collider, index) in colliders.iter().zip(0..) {
-            if let Some((inside, press)) = Self::of(collider, node).filter(|&(inside, _)| inside > deepest) {
+            if let Some((inside, press)) = of(collider).filter(|&(inside, _)| inside > deepest) {
                 (deepest, found) = (inside, (press, index));
             }
         }
@@ -113,12 +135,12 @@ impl<T: Real> Press<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::collision::shape::MovingCollider;
+    use crate::collision::moving::MovingCollider;
     use crate::scene::Collider;
 
     fn floor(friction: f64) -> ColliderNow<f64> {
         let floor = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).offset(0.0).friction(friction);
-        MovingCollider::new(&floor).unwrap().at(0.0, 0.01)
+        MovingCollider::new(&floor).unwrap().at(0.0, 0.01, &mut 0)
     }
 
     fn coming(y: f64, pulls: [f64; 3]) -> Coming<f64> {

@@ -43,10 +43,15 @@ fn free_press() -> Press {
 /// How a collider will hold a node: it is on the surface, or gets there without pulls, and those of the last sub-step do
 /// not take it off.
 fn press_of(collider: Collider, node: Coming) -> Held {
+    let v = node.free + node.pulls;
+    let inside = depth_and_normal(collider, node.place + v * node.h).depth;
+    return press_by(collider, node, inside, depth_and_normal(collider, node.place));
+}
+
+/// How a surface will hold a node that is so deep in it, and would be so far `inside` [m].
+fn press_by(collider: Collider, node: Coming, inside: f32, touch: Depth) -> Held {
     let h = node.h;
     let v = node.free + node.pulls;
-    let inside = depth_and_normal(collider, node.place + v * h).depth;
-    let touch = depth_and_normal(collider, node.place);
     let normal = touch.normal;
     let way = -h * dot3(node.free, normal);
     let reach = select(node.fall, way + node.fall, way > 0.0);

@@ -1,5 +1,6 @@
 //! Constraints: what must hold whatever the forces are. They correct forces, or positions.
 
+pub mod attach;
 pub mod distance;
 pub mod primal;
 pub mod volume;

@@ -3,9 +3,12 @@
 #[cfg(feature = "gpu")]
 mod apart;
 
+use super::air::{self, AirPanels};
+use super::attach::{AttachSetup, AttachWork};
 use super::balance::Balance;
 use super::column::Column;
 use super::diagnose::{VolumeChunk, frame_sums};
+use super::near::{Meshes, NearWork};
 use super::pairs::{Found, PairScratch, PairSetup, PairWork};
 use super::primal::{PrimalSetup, PrimalWork};
 use super::shared::Shared;
@@ -51,6 +54,8 @@ pub struct Setup<T> {
     pub mass: Column<T>,
     /// Hinges of all bodies.
     pub hinges: Hinges<T>,
+    /// Triangles that air acts on.
+    pub panels: AirPanels<T>,
     /// Bodies that keep their volume, or are under a pressure.
     pub volumes: Vec<VolumeBody<T>>,
     /// Which of them each body is.
@@ -59,8 +64,12 @@ pub struct Setup<T> {
     pub solve: Option<SolveSetup<T>>,
     /// Springs that are solved for by nodes, if that is asked.
     pub primal: Option<PrimalSetup<T>>,
+    /// Joints and tethers, if there are any.
+    pub attach: Option<AttachSetup<T>>,
     /// Nodes that touch each other, if any do.
     pub pairs: Option<PairSetup<T>>,
+    /// Colliders of triangles.
+    pub meshes: Meshes<T>,
     /// Triangles of closed bodies, in chunks.
     pub volume_chunks: Vec<VolumeChunk>,
     /// Instructions in use.
@@ -92,10 +101,13 @@ pub struct CpuBackend<T> {
     fields: [Fields<T>; 2],
     current: usize,
     hinge_forces: Vec<[[T; 3]; 4]>,
+    panel_forces: [Column<T>; 3],
     corrections: Corrections<T>,
     solve: SolveWork<T>,
     primal: PrimalWork<T>,
+    attach: AttachWork,
     pub(super) pairs: PairWork<T>,
+    near: NearWork<T>,
     pub(super) balance: Balance,
     tile_sums: Vec<StateSums>,
     volumes: Vec<f64>,
@@ -115,14 +127,17 @@ impl<T: Real> CpuBackend<T> {
         let widest = tiles.iter().map(TilePlan::len).max().unwrap_or(0);
         let cols = tiles.iter().map(|tile| tile.cols.len()).max().unwrap_or(0);
         let hinges = Hinges::new(&assembly);
+        let panels = AirPanels::new(&assembly);
         let volume_chunks = VolumeChunk::all(&assembly);
         let [inverse_mass, mass] = masses(&assembly);
         let (volumes, volume_of_body) = VolumeBody::all(&assembly);
+        let meshes = Meshes::new(&assembly);
         let clock = Instant::now();
         let pairs = PairSetup::new(&assembly, &tiles, &shares);
         let balance = Balance::new(shares.len(), clock.elapsed().as_secs_f64());
         let primal = PrimalSetup::new(&mut assembly);
         let solve = SolveSetup::new(&mut assembly, &tiles);
+        let attach = AttachSetup::new(&assembly, &tiles);
         let watch = solve.as_ref().and_then(SolveSetup::watched);
         let fields = [start(&assembly, 0), start(&assembly, 6 * STAGGER)];
         assembly.release();
@@ -137,10 +152,13 @@ impl<T: Real> CpuBackend<T> {
             fields,
             current: 0,
             hinge_forces: vec![[[T::ZERO; 3]; 4]; hinges.corners.len()],
+            panel_forces: air::room(&panels),
             corrections: Corrections::new(&volumes),
             solve: SolveWork::new(solve.as_ref(), tiles.len()),
             primal: PrimalWork::new(primal.as_ref()),
+            attach: AttachWork::new(attach.as_ref()),
             pairs: PairWork::new(pairs.as_ref(), shares.len()),
+            near: NearWork::new(&meshes, padded(&assembly)),
             balance,
             tile_sums: vec![StateSums::default(); tiles.len()],
             volumes: vec![0.0; volume_chunks.len()],
@@ -151,11 +169,14 @@ impl<T: Real> CpuBackend<T> {
                 inverse_mass,
                 mass,
                 hinges,
+                panels,
                 volumes,
                 volume_of_body,
                 solve,
                 primal,
+                attach,
                 pairs,
+                meshes,
                 volume_chunks,
                 level: SimdLevel::detect(),
                 hand: Hand::default(),
@@ -176,6 +197,7 @@ impl<T: Real> CpuBackend<T> {
         self.sums = frame_sums(&self.setup, state, &self.tile_sums, &self.volumes);
         self.sums.pairs = self.pair_sums(substeps.len());
         self.sums.solver = self.solver_report();
+        self.sums.broken = self.attach.broken();
         if !substeps.is_empty() {
             self.balance(seconds);
         }
@@ -204,12 +226,15 @@ impl<T: Real> CpuBackend<T> {
         let [a, b] = &mut self.fields;
         let buffers = [a, b].map(|fields| fields.each_mut().map(|column| Shared::new(column)));
         let hinge_forces = Shared::new(&mut self.hinge_forces);
+        let panel_forces = self.panel_forces.each_mut().map(|column| Shared::new(column));
         let tile_sums = Shared::new(&mut self.tile_sums);
         let volumes = Shared::new(&mut self.volumes);
         let corrections = self.corrections.share();
         let solve = self.solve.share();
         let primal = self.primal.share();
+        let attach = self.attach.share();
         let pairs = self.pairs.share();
+        let near = self.near.share();
         let (setup, shares, scratch, current) = (&self.setup, &self.shares, &self.scratch, self.current);
         self.team.run(|index, barrier| {
             let mut scratch = scratch[index].lock().unwrap_or_else(PoisonError::into_inner);
@@ -221,10 +246,13 @@ impl<T: Real> CpuBackend<T> {
                 buffers: &buffers,
                 current,
                 hinge_forces: &hinge_forces,
+                panel_forces: &panel_forces,
                 corrections: &corrections,
                 solve: &solve,
                 primal: &primal,
+                attach: &attach,
                 pairs: &pairs,
+                near: &near,
                 tile_sums: &tile_sums,
                 volumes: &volumes,
                 scratch: &mut scratch,
@@ -272,6 +300,7 @@ impl<T: Real> Backend for CpuBackend<T> {
             self.fields[self.current][axis][node] = T::from_f64(position[axis]);
             self.fields[self.current][3 + axis][node] = T::from_f64(velocity[axis]);
         }
+        self.near.forget(node);
     }
 
     fn hold(&mut self, node: usize) {
@@ -292,10 +321,13 @@ impl<T: Real> Backend for CpuBackend<T> {
     }
 
     fn remembered(&self) -> Remembered {
-        if let Some(setup) = &self.setup.primal {
-            return self.primal.remembered(setup);
-        }
-        self.setup.solve.as_ref().map(|setup| self.solve.remembered(setup)).unwrap_or_default()
+        let of_springs = match (&self.setup.primal, &self.setup.solve) {
+            (Some(setup), _) => self.primal.remembered(setup),
+            (None, Some(setup)) => self.solve.remembered(setup),
+            (None, None) => Remembered::default(),
+        };
+        let joints = self.setup.attach.as_ref().map(|setup| self.attach.remembered(setup));
+        Remembered { joints: joints.unwrap_or_default(), ..of_springs }
     }
 
     fn remember(&mut self, from: &Remembered) {
@@ -304,6 +336,9 @@ impl<T: Real> Backend for CpuBackend<T> {
         }
         if let Some(setup) = &self.setup.solve {
             self.solve.remember(setup, &self.setup.tiles, from);
+        }
+        if let Some(setup) = &self.setup.attach {
+            self.attach.remember(setup, &from.joints);
         }
     }
 
@@ -321,9 +356,11 @@ impl<T: Real> Backend for CpuBackend<T> {
         let columns = 14 * self.setup.mass.len() * size_of::<T>();
         let springs: usize = self.setup.springs.iter().map(TiledSprings::bytes).sum();
         let hinges = self.hinge_forces.len() * (size_of::<[[T; 3]; 4]>() + 36);
+        let air = self.setup.panels.bytes() + 3 * self.panel_forces[0].len() * size_of::<T>();
         let tables = self.setup.primal.as_ref().map_or(0, PrimalSetup::bytes);
         let solved = self.solve.bytes() + self.primal.bytes() + tables;
-        columns + springs + hinges + self.corrections.bytes() + solved + self.pairs.bytes()
+        let attached = self.setup.attach.as_ref().map_or(0, AttachSetup::bytes);
+        columns + springs + hinges + air + attached + self.corrections.bytes() + solved + self.pairs.bytes()
     }
 }
 

@@ -1,5 +1,7 @@
 //! The backend on the CPU: memory and scheduling. Formulas are in the stages' own folders.
 
+mod air;
+mod attach;
 mod backend;
 mod balance;
 mod column;
@@ -7,6 +9,7 @@ mod contact;
 mod diagnose;
 mod grid;
 mod mesh;
+mod near;
 mod pairs;
 mod primal;
 mod rings;
@@ -25,5 +28,5 @@ pub use backend::CpuBackend;
 #[cfg(feature = "gpu")]
 pub use backend::{Between, KeptParts};
 #[cfg(all(test, feature = "gpu"))]
-pub use contact::ROUNDS;
+pub use contact::{GRAIN, GROOVES, ROUNDS};
 pub use simd::SimdLevel;

@@ -1,7 +1,8 @@
 //! The particle stages on one tile: gather, call the formula, store.
 
 use super::backend::Setup;
-use super::contact::contact;
+use super::contact::Contact;
+use super::near::Near;
 use super::primal::SharedPrimal;
 use super::shared::Shared;
 use super::simd::Kernel;
@@ -14,8 +15,9 @@ use crate::forces::external;
 use crate::integrate::euler;
 use crate::integrate::pins::on_the_way;
 use crate::plan::Substep;
-use crate::real::{Real, add, scale};
+use crate::real::{Real, scale};
 use crate::step::Tile;
+use crate::topology::LANES;
 use std::ops::Range;
 
 /// A tile and what its stages read and write.
@@ -35,6 +37,8 @@ pub struct CpuTile<'a, T> {
     pub next: &'a [Shared<'a, T>; 6],
     /// Forces on hinges' corners [N].
     pub hinge_forces: &'a [[[T; 3]; 4]],
+    /// Force of the air on each corner of each panel [N].
+    pub panel_forces: [&'a [T]; 3],
     /// What volumes need between stages.
     pub corrections: &'a SharedCorrections<'a, T>,
     /// What constraints need between stages.
@@ -47,8 +51,12 @@ pub struct CpuTile<'a, T> {
     pub scratch: &'a mut Scratch<T>,
     /// Nodes that touched a collider.
     pub contacts: u64,
-    /// Nodes that others have moved, on which alone colliders act then.
-    pub parted: Vec<usize>,
+    /// What is known of the triangles of colliders.
+    pub near: Near<'a, T>,
+    /// Nodes that others have moved, on which alone colliders act then, and where from.
+    pub parted: Vec<(usize, [T; 3])>,
+    /// Whether its nodes have been moved since colliders acted, from where the worker's room says.
+    pub restored: bool,
 }
 
 impl<T: Real> Tile for CpuTile<'_, T> {
@@ -66,7 +74,7 @@ impl<T: Real> Tile for CpuTile<'_, T> {
         }
         for (at, run) in self.plan.runs() {
             self.add_point_loads(at, &run);
-            self.add_hinges(at, &run);
+            self.add_elements(at, &run);
         }
     }
 
@@ -177,25 +185,38 @@ impl<T: Real> Tile for CpuTile<'_, T> {
             return;
         }
         if self.parted.is_empty() {
-            self.plan.runs().for_each(|(at, run)| self.collide(at, run));
+            self.plan.runs().for_each(|(at, run)| self.collide(at, run, None));
         }
-        for node in std::mem::take(&mut self.parted) {
-            self.collide(0, node..node + 1);
+        for (node, from) in std::mem::take(&mut self.parted) {
+            self.collide(0, node..node + 1, Some(from));
+        }
+    }
+
+    fn attach(&mut self) {
+        for &(node, answer) in self.scratch.attach.answers(self.number) {
+            let node = node as usize;
+            let state = self.after(&(node..node + 1));
+            self.parted.push((node, [0, 1, 2].map(|axis| state[axis][0])));
+            for (column, number) in state.into_iter().zip(answer) {
+                column[0] = number;
+            }
         }
     }
 
     fn part(&mut self) {
         let Some(pairs) = &self.scratch.pairs else { return };
         for (node, answer) in pairs.answers(self.number) {
-            for (column, &number) in self.after(&(node..node + 1)).into_iter().zip(answer) {
+            let state = self.after(&(node..node + 1));
+            self.parted.push((node, [0, 1, 2].map(|axis| state[axis][0])));
+            for (column, &number) in state.into_iter().zip(answer) {
                 column[0] = number;
             }
-            self.parted.push(node);
         }
     }
 
     fn restore_volume(&mut self) {
         if let Some((volume, push)) = self.pushed() {
+            self.note_places();
             self.push_places(volume, &push);
         }
     }
@@ -217,14 +238,43 @@ impl<'a, T: Real> CpuTile<'a, T> {
         self.next.each_ref().map(|column| unsafe { column.write(run.clone()) })
     }
 
-    /// Keeps a run of nodes out of colliders; `at` is room in the worker's notes.
-    fn collide(&mut self, at: usize, run: Range<usize>) {
-        let Substep { colliders, h, .. } = self.substep;
+    /// Keeps a run of nodes out of colliders; `at` is room in the worker's notes. One that was moved comes `from` there.
+    fn collide(&mut self, at: usize, run: Range<usize>, from: Option<[T; 3]>) {
         let mut state = self.after(&run);
-        let last = &mut self.scratch.last_touch[at..at + run.len()];
-        let inverse_mass = &self.setup.inverse_mass[run.clone()];
-        let contacts = contact(self.setup.level, colliders, inverse_mass, &mut state, last, *h);
+        let (all, Scratch { last_touch, before, .. }) = (at..at + run.len(), &mut *self.scratch);
+        let start = match &from {
+            Some(from) => from.each_ref().map(std::slice::from_ref),
+            None if self.restored => before.each_ref().map(|column| &column[all.clone()]),
+            None => [0, 1, 2].map(|axis| &self.old[axis][run.clone()]),
+        };
+        let contacts = Contact {
+            level: self.setup.level,
+            colliders: &self.substep.colliders,
+            near: self.near,
+            run: run.clone(),
+            inverse_mass: &self.setup.inverse_mass[run.clone()],
+            start,
+            carried: from.is_none() && !self.restored,
+            state: &mut state,
+            last: &mut last_touch[all],
+            h: self.substep.h,
+        }
+        .act();
         self.contacts += self.volume.map_or(contacts, |volume| self.note_touches(volume, at, &run));
+    }
+
+    /// Keeps where its nodes are before they are moved to restore a volume.
+    fn note_places(&mut self) {
+        self.restored = true;
+        if self.substep.colliders.is_empty() {
+            return;
+        }
+        for (at, run) in self.plan.runs() {
+            let state = self.after(&run);
+            for (before, place) in self.scratch.before.iter_mut().zip(state) {
+                before[at..at + run.len()].copy_from_slice(place);
+            }
+        }
     }
 
     /// Moves a pinned node, with the velocity of its way.
@@ -256,16 +306,38 @@ impl<'a, T: Real> CpuTile<'a, T> {
         }
     }
 
-    fn add_hinges(&mut self, at: usize, run: &Range<usize>) {
-        if self.setup.hinges.corners.is_empty() {
+    /// Adds up hinges, then panels, by node; slices of nodes at a time.
+    fn add_elements(&mut self, at: usize, run: &Range<usize>) {
+        let Setup { hinges, panels, level, .. } = self.setup;
+        if hinges.corners.is_empty() && panels.blocks() == 0 {
             return;
         }
-        for node in run.clone() {
-            let mut sum = [T::ZERO; 3];
-            for &corner in self.setup.hinges.by_node.row(node) {
-                sum = add(sum, self.hinge_forces[corner as usize / 4][corner as usize % 4]);
+        let mut start = run.start;
+        while start < run.end {
+            let nodes = start..run.end.min((start / LANES + 1) * LANES);
+            let mut sum = [[T::ZERO; LANES]; 3];
+            if !hinges.corners.is_empty() {
+                self.sum_hinges(nodes.clone(), &mut sum);
             }
-            add_force(self.scratch, at + node - run.start, sum);
+            panels.gather(*level, self.panel_forces, nodes.clone(), &mut sum);
+            let here = at + start - run.start;
+            for (column, sum) in self.scratch.force.iter_mut().zip(&sum) {
+                for (force, &sum) in column[here..here + nodes.len()].iter_mut().zip(sum) {
+                    *force += sum;
+                }
+            }
+            start = nodes.end;
+        }
+    }
+
+    fn sum_hinges(&self, nodes: Range<usize>, sum: &mut [[T; LANES]; 3]) {
+        for (lane, node) in nodes.enumerate() {
+            for &corner in self.setup.hinges.by_node.row(node) {
+                let force = self.hinge_forces[corner as usize / 4][corner as usize % 4];
+                for axis in 0..3 {
+                    sum[axis][lane] += force[axis];
+                }
+            }
         }
     }
 }

@@ -1,9 +1,11 @@
 //! One worker's way through a frame.
 
+use super::attach::{AttachScratch, AttachWorker, SharedAttach};
 use super::backend::Setup;
 use super::column::Column;
 use super::diagnose::{chunk_volume, tile_sums};
 use super::grid::Sweep;
+use super::near::{Near, SharedNear};
 use super::pairs::{PairScratch, PairWorker, SharedPairs};
 use super::primal::{PrimalScratch, PrimalWorker, SharedPrimal};
 use super::shared::Shared;
@@ -14,10 +16,12 @@ use super::volume::SharedCorrections;
 use crate::assembly::LoadKind;
 use crate::constraints::volume::{Push, WEIGHTED_SUMS};
 use crate::diagnostics::StateSums;
+use crate::forces::air::AirNow;
 use crate::forces::{external, hinge};
 use crate::plan::Substep;
 use crate::real::Real;
 use crate::step::Stages;
+use crate::topology::LANES;
 use std::ops::Range;
 
 /// What a worker keeps from frame to frame; on cache lines of its own, so that no worker waits for another's.
@@ -37,10 +41,14 @@ pub struct Scratch<T> {
     pub torques: Vec<T>,
     /// For each node of a tile, the collider that it touched last, from 1; 0: none.
     pub last_touch: Vec<u32>,
+    /// Where the nodes of a tile were before they were moved to restore a volume [m].
+    pub before: [Column<T>; 3],
     /// Springs that are constraints.
     pub solve: SolveScratch<T>,
     /// Springs that are solved for by nodes.
     pub primal: PrimalScratch<T>,
+    /// Joints and tethers.
+    pub attach: AttachScratch<T>,
     /// Nodes that touch each other, where any do.
     pub pairs: Option<PairScratch<T>>,
     /// Time that it has waited for others about them in this frame [s].
@@ -63,8 +71,10 @@ impl<T: Real> Scratch<T> {
             sweep: Sweep::new(cols, watch),
             torques: Vec::new(),
             last_touch: vec![0; nodes],
+            before: std::array::from_fn(|_| Column::zeros(if volumes > 0 { nodes } else { 0 })),
             solve: SolveScratch::default(),
             primal: PrimalScratch::default(),
+            attach: AttachScratch::default(),
             pairs,
             waited: 0.0,
         }
@@ -87,14 +97,20 @@ pub struct Worker<'a, T> {
     pub current: usize,
     /// Forces on the corners of each hinge [N].
     pub hinge_forces: &'a Shared<'a, [[T; 3]; 4]>,
+    /// Force of the air on each corner of each panel [N].
+    pub panel_forces: &'a [Shared<'a, T>; 3],
     /// What volumes need between stages.
     pub corrections: &'a SharedCorrections<'a, T>,
     /// What constraints need between stages.
     pub solve: &'a SharedSolve<'a, T>,
     /// What springs that are solved for by nodes need between stages.
     pub primal: &'a SharedPrimal<'a, T>,
+    /// Which joints are broken.
+    pub attach: &'a SharedAttach<'a>,
     /// What nodes that touch each other need between stages.
     pub pairs: &'a SharedPairs<'a, T>,
+    /// What is known of the triangles of colliders.
+    pub near: &'a SharedNear<'a, T>,
     /// Where each tile's sums go.
     pub tile_sums: &'a Shared<'a, StateSums>,
     /// Where each chunk's volume goes [m³].
@@ -146,7 +162,16 @@ impl<'a, T: Real> Worker<'a, T> {
                 out[i - mine.start] = hinge::forces(x, v, *k, *damping, hinges.rest[i]);
             }
         }
-        self.barrier.wait();
+    }
+
+    /// Finds the forces of its share of the panels.
+    fn blow_on_panels(&mut self, air: &AirNow<T>) {
+        let (setup, state) = (self.setup, self.state());
+        let mine = even(setup.panels.blocks(), self.index, self.workers);
+        let places = mine.start * LANES..mine.end * LANES;
+        // SAFETY: shares of panels do not overlap, and forces are read only after the barrier.
+        let out = self.panel_forces.each_ref().map(|column| unsafe { column.write(places.clone()) });
+        setup.panels.blow(setup.level, air, state, mine, out);
     }
 
     /// A tile of its share.
@@ -162,13 +187,17 @@ impl<'a, T: Real> Worker<'a, T> {
             next: &self.buffers[1 - self.current],
             // SAFETY: hinge forces were written before the barrier in `elements`, and next are after that of `end`.
             hinge_forces: unsafe { self.hinge_forces.read() },
+            // SAFETY: as those of hinges.
+            panel_forces: self.panel_forces.each_ref().map(|column| unsafe { column.read() }),
             corrections: self.corrections,
             solve: self.solve,
             primal: self.primal,
             volume: self.setup.volume_of_body[plan.body],
             scratch: self.scratch,
             contacts: 0,
+            near: Near { meshes: &self.setup.meshes, shared: self.near },
             parted: Vec::new(),
+            restored: false,
         }
     }
 
@@ -208,6 +237,7 @@ impl<'a, T: Real> Worker<'a, T> {
                 next,
                 h: substep.h,
                 colliders: primal.colliders(substep),
+                near: Near { meshes: &setup.meshes, shared: self.near },
             }
             .solve();
             return true;
@@ -230,6 +260,7 @@ impl<'a, T: Real> Worker<'a, T> {
             next,
             h: substep.h,
             colliders: solve.colliders(substep),
+            near: Near { meshes: &setup.meshes, shared: self.near },
         }
         .solve();
         true
@@ -287,8 +318,15 @@ impl<T: Real> Stages for Worker<'_, T> {
 
     fn elements(&mut self, substep: &Substep<T>) {
         self.sum_torques(substep);
-        if !self.setup.hinges.corners.is_empty() {
+        let (bends, blows) = (!self.setup.hinges.corners.is_empty(), self.setup.panels.blocks() > 0);
+        if bends {
             self.bend_hinges();
+        }
+        if let Some(air) = substep.air.as_ref().filter(|_| blows) {
+            self.blow_on_panels(air);
+        }
+        if bends || blows {
+            self.barrier.wait();
         }
     }
 
@@ -339,6 +377,32 @@ impl<T: Real> Stages for Worker<'_, T> {
             |volume, sums| Some(setup.volumes[volume].push(sums, substep.goals[volume], substep.h)),
         );
         self.on_volumes(substep, |_, _| true, stages);
+    }
+
+    fn attaches(&self) -> bool {
+        self.setup.attach.is_some()
+    }
+
+    fn attach(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
+        let Some(setup) = &self.setup.attach else { return };
+        self.barrier.wait();
+        let mut attach = AttachWorker {
+            setup,
+            shared: self.attach,
+            scratch: &mut self.scratch.attach,
+            share: self.share.clone(),
+            next: &self.buffers[1 - self.current],
+            inverse_mass: &self.setup.inverse_mass,
+            substep,
+        };
+        attach.answer();
+        self.barrier.wait();
+        attach.note_broken();
+        for index in self.share.clone() {
+            if !self.scratch.attach.answers(index - self.share.start).is_empty() {
+                stages(&mut self.tile(index, substep));
+            }
+        }
     }
 
     fn collides(&self) -> bool {

@@ -35,6 +35,8 @@ pub struct FrameReport {
     pub pair_searches: u64,
     /// What the solver of constraints did; all zero where there are none.
     pub solver: SolverReport,
+    /// Joints of seams and pins that are broken at the end of the frame.
+    pub broken: u64,
 }
 
 /// What the solver of constraints did in a frame.

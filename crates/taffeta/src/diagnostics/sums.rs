@@ -34,6 +34,8 @@ pub struct FrameSums {
     pub pairs: PairSums,
     /// What the solver of constraints did.
     pub solver: SolverReport,
+    /// Joints that are broken.
+    pub broken: u64,
 }
 
 /// What was found of nodes in contact with each other.

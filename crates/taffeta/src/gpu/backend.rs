@@ -1,10 +1,14 @@
 //! Memory of the GPU backend, and one frame of it.
 
+use super::collider_meshes::{ColliderMeshes, Words};
 use super::kernels::Kernels;
 use super::layout::{Collider, Four, Motion};
 use super::mirror::{Landing, Mirror};
 use super::normals::AllNormals;
-use super::options::{GpuKernels, GpuOptions, refuse_constraints, refuse_late, refuse_loops, refuse_untiled};
+use super::options::{
+    GpuKernels, GpuOptions, refuse_constraints, refuse_large_meshes, refuse_late, refuse_loops,
+    refuse_untiled,
+};
 use super::paper::{self, Paper};
 use super::recorder::Recorder;
 use super::segment::Segment;
@@ -64,14 +68,16 @@ impl GpuBackend {
         paper::check(options, &assembly)?;
         refuse_constraints(options.kernels, &assembly)?;
         refuse_late(options.from, &assembly)?;
-        refuse_loops(&gpu, assembly.colliders.len())?;
+        refuse_loops(&gpu, &assembly)?;
+        let (meshes, mesh_data) = ColliderMeshes::new(&assembly);
+        refuse_large_meshes(&gpu, size_of_val::<[Words]>(&mesh_data))?;
         let mut parts = Vec::new();
         for bodies in segments(&assembly, gpu.largest_binding())? {
             let tables = Tables::new(&assembly, bodies.clone())?;
             let paper = Paper::new(&gpu, options.kernels, &assembly, bodies, &tables).map_err(words)?;
             let apart = options.from > Stage::Elements;
-            let mut segment = Segment::new(&gpu, tables, assembly.colliders.len(), options.kernels, apart)
-                .map_err(words)?;
+            let colliders = (assembly.colliders.len(), &meshes, &mesh_data[..]);
+            let mut segment = Segment::new(&gpu, tables, colliders, options.kernels, apart).map_err(words)?;
             segment.paper = paper;
             parts.push(segment);
         }
@@ -113,7 +119,8 @@ impl GpuBackend {
         let Assembly { colliders, tracks, loads, .. } = &self.assembly;
         let bytes = if self.assembly.colliders_move() { colliders.len() * size_of::<Collider>() } else { 0 }
             + tracks.len() * size_of::<Motion>()
-            + (loads.len() + self.assembly.volumes().count()) * size_of::<f32>();
+            + (loads.len() + self.assembly.volumes().count() + self.assembly.attachments.laws.len())
+                * size_of::<f32>();
         let dispatches: usize = self.segments.iter().map(Segment::solver_dispatches).sum();
         (AT_ONCE.1 / bytes.max(1)).min(MOST_DISPATCHES / dispatches.max(1)).clamp(1, AT_ONCE.0)
     }
@@ -205,12 +212,14 @@ impl GpuBackend {
 
     /// Puts the forces that the CPU has found where the GPU's stages look for them.
     pub fn put_forces(&self, between: &Between<f32>, scales: &[f32]) {
-        let mut hinge = 0;
+        let (mut hinge, mut panel) = (0, 0);
         for segment in &self.segments {
             let hinges = hinge..hinge + segment.tables.hinges.len();
-            hinge = hinges.end;
+            let panels = panel..panel + segment.tables.panels.len();
+            (hinge, panel) = (hinges.end, panels.end);
             let corners = between.hinge_forces.get(hinges).unwrap_or_default().as_flattened();
-            segment.put_forces(&between.force, corners, &between.torques, scales);
+            let elements = [corners, between.panel_forces.get(panels).unwrap_or_default()].concat();
+            segment.put_forces(&between.force, &elements, &between.torques, scales);
         }
     }
 
@@ -384,11 +393,20 @@ impl Backend for GpuBackend {
         if self.assembly.solver.method != Method::Acad {
             all.active.clear();
         }
+        let attached = &self.assembly.attachments;
+        if attached.breaks() {
+            all.joints = vec![true; attached.rows.len()];
+            let attaching = self.segments.iter().filter_map(|segment| segment.attaching.as_ref());
+            attaching.for_each(|attaching| attaching.remembered(&self.gpu, &mut all.joints));
+        }
         all
     }
 
     fn remember(&mut self, from: &Remembered) {
         for segment in &self.segments {
+            if let Some(attaching) = &segment.attaching {
+                attaching.remember(&self.gpu, &from.joints);
+            }
             if let Some(primal) = &segment.primal {
                 let places = &segment.tables.places;
                 primal.remember(

@@ -45,6 +45,7 @@ impl Boundary {
                     Stage::Elements
                     | Stage::Constraints
                     | Stage::Volumes
+                    | Stage::Attach
                     | Stage::Pairs
                     | Stage::Project
                     | Stage::Diagnose => {}
@@ -114,6 +115,12 @@ impl Stages for Order {
     }
 
     fn volumes(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
+
+    fn attaches(&self) -> bool {
+        false
+    }
+
+    fn attach(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
 
     fn collides(&self) -> bool {
         false

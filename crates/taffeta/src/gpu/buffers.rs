@@ -1,7 +1,7 @@
 //! The buffers of a segment, by how long what is in them lasts.
 
 use super::layout::{
-    Chunk, Collider, Entry, Four, GROUP, Grid, Hinge, Load, Motion, NODE_SUMS, Patch, Pin, Run,
+    Chunk, Collider, Entry, Four, GROUP, Grid, Hinge, Load, Motion, NODE_SUMS, Panel, Patch, Pin, Run,
     SUBSTEPS_SEEN, Small, Substep, Surface, Tile, VolumeGroup,
 };
 use super::patches::Patches;
@@ -21,6 +21,7 @@ pub struct Fixed {
     pub runs: Buffer<Run>,
     pub entries: Buffer<Entry>,
     pub hinges: Buffer<Hinge>,
+    pub panels: Buffer<Panel>,
     pub load_nodes: Buffer<u32>,
     pub node_starts: Buffer<u32>,
     pub node_elements: Buffer<u32>,
@@ -88,6 +89,7 @@ impl Fixed {
             runs: gpu.buffer_from("rows of springs", &tables.runs)?,
             entries: gpu.buffer_from("springs", &tables.entries)?,
             hinges: gpu.buffer_from("hinges", &tables.hinges)?,
+            panels: gpu.buffer_from("panels", &tables.panels)?,
             load_nodes: gpu.buffer_from("nodes with loads", &tables.load_nodes)?,
             node_starts: gpu.buffer_from("rows of loads and hinges", &tables.elements.offsets)?,
             node_elements: gpu.buffer_from("loads and hinges by node", &tables.elements.items)?,

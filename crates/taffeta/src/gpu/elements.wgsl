@@ -33,7 +33,7 @@ const TORQUE: u32 = 1u;
 @group(1) @binding(4) var<storage, read> hinges: array<Hinge>;
 @group(1) @binding(5) var<storage, read> load_nodes: array<u32>;
 @group(3) @binding(2) var<storage, read_write> loads: array<Load>;
-/// Force on each corner of each hinge [N], in xyz.
+/// Force on each corner of each hinge [N], in xyz; then on all corners of each panel (air_stages.wgsl).
 @group(3) @binding(3) var<storage, read_write> hinge_forces: array<vec4f>;
 
 var<workgroup> lane_sums: array<f32, 256>;

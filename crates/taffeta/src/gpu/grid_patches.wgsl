@@ -72,7 +72,8 @@ fn grid_patches(
                 let springs =
                     grid_springs(Cell(row, col, place, width), node.position.xyz, node.velocity.xyz);
                 let total = load_on(0u, node.velocity.xyz, substep) + springs;
-                after[i] = touch(integrate(node.position, node.velocity, total, substep), substep);
+                let moved = integrate(node.position, node.velocity, total, substep);
+                after[i] = touch(moved, Origin(node.position.xyz, true), substep);
             }
         }
         workgroupBarrier();

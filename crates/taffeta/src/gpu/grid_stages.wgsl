@@ -58,7 +58,7 @@ fn grid_particles(
         let x = old_position[node];
         let v = old_velocity[node];
         let total = load_on(node, v.xyz, 0u) + grid_springs(cell, x.xyz, v.xyz);
-        let after = touch(integrate(x, v, total, 0u), 0u);
+        let after = touch(integrate(x, v, total, 0u), Origin(x.xyz, true), 0u);
         new_position[node] = after.position;
         new_velocity[node] = after.velocity;
     }

@@ -12,9 +12,12 @@ const FORMULAS: &[&str] = &[
     include_str!("../forces/spring.wgsl"),
     include_str!("../forces/external.wgsl"),
     include_str!("../forces/hinge.wgsl"),
+    include_str!("../forces/gust.wgsl"),
+    include_str!("../forces/air.wgsl"),
     include_str!("../integrate/euler.wgsl"),
     include_str!("../integrate/pins.wgsl"),
     include_str!("../constraints/volume.wgsl"),
+    include_str!("../constraints/attach.wgsl"),
     include_str!("../constraints/distance.wgsl"),
     include_str!("../constraints/primal.wgsl"),
     include_str!("../collision/shape.wgsl"),
@@ -25,6 +28,12 @@ const FORMULAS: &[&str] = &[
     include_str!("../collision/cells.wgsl"),
     include_str!("node.wgsl"),
 ];
+
+const NO_MESH: &str = include_str!("../collision/no_mesh.wgsl");
+const TOUCH: &str = include_str!("touch.wgsl");
+const TOUCH_LATER: &str = include_str!("touch_later.wgsl");
+const MESH: &str =
+    concat!(include_str!("../collision/triangle.wgsl"), include_str!("../collision/mesh.wgsl"));
 
 /// The scene in memory, and every kernel that works on it there.
 const STAGES: &[&str] = &[
@@ -37,8 +46,10 @@ const STAGES: &[&str] = &[
     include_str!("mesh_stages.wgsl"),
     include_str!("volume.wgsl"),
     include_str!("volume_stages.wgsl"),
+    include_str!("restore_stages.wgsl"),
     include_str!("pairs.wgsl"),
     include_str!("pair_stages.wgsl"),
+    include_str!("attach_stages.wgsl"),
     include_str!("solve.wgsl"),
     include_str!("active_stages.wgsl"),
     include_str!("solve_stages.wgsl"),
@@ -47,12 +58,29 @@ const STAGES: &[&str] = &[
     include_str!("primal_stages.wgsl"),
     include_str!("level_stages.wgsl"),
     include_str!("elements.wgsl"),
+    include_str!("air_stages.wgsl"),
     include_str!("loads.wgsl"),
     include_str!("pins.wgsl"),
     include_str!("measure.wgsl"),
     include_str!("measure_grid.wgsl"),
     include_str!("measure_mesh.wgsl"),
     include_str!("measure_elements.wgsl"),
+];
+
+/// Kernels that meet triangles of colliders, and what of the scene they need.
+const MESHES: &[&str] = &[
+    include_str!("state.wgsl"),
+    include_str!("reach_memory.wgsl"),
+    include_str!("stages.wgsl"),
+    include_str!("mesh.wgsl"),
+    include_str!("volume.wgsl"),
+    include_str!("restore_stages.wgsl"),
+    include_str!("pairs.wgsl"),
+    include_str!("solve.wgsl"),
+    include_str!("primal.wgsl"),
+    include_str!("attach_stages.wgsl"),
+    include_str!("pins.wgsl"),
+    include_str!("mesh_contact_stages.wgsl"),
 ];
 
 /// Parts of the scene in the memory of workgroups, and the kernels that work on them there.
@@ -72,19 +100,32 @@ const LOADS_GIVEN: &str = include_str!("loads_given.wgsl");
 const NORMALS: &[&str] =
     &[include_str!("../shared/vector.wgsl"), include_str!("../diagnostics/normals.wgsl")];
 
-/// A kernel: its entry point, and whether loads were summed up beforehand.
+/// What a kernel does about colliders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Contact {
+    /// It keeps nodes out of them; none is a mesh.
+    Solids,
+    /// Nothing: some are meshes, and contact is a kernel of its own.
+    Later,
+    /// It keeps nodes out of meshes, too.
+    Meshes,
+}
+
+/// A kernel: its entry point, and what it is put together with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Name {
     /// Entry point in the source.
     pub entry: &'static str,
     /// Whether it takes loads from the buffer in which they were summed up.
     pub loads_given: bool,
+    /// Colliders.
+    pub contact: Contact,
 }
 
 impl Name {
     /// The kernel with that entry point.
     pub const fn new(entry: &'static str) -> Self {
-        Self { entry, loads_given: false }
+        Self { entry, loads_given: false, contact: Contact::Solids }
     }
 
     /// Whether it works in the memory of workgroups.
@@ -98,15 +139,26 @@ impl Name {
             return NORMALS.to_vec();
         }
         let loads = if self.loads_given { LOADS_GIVEN } else { LOADS_ALONE };
-        [FORMULAS, &[loads], if self.is_of_patches() { PATCHES } else { STAGES }, paper::sources(self.entry)]
-            .concat()
+        let contact = match self.contact {
+            Contact::Solids => [NO_MESH, TOUCH],
+            Contact::Later => [NO_MESH, TOUCH_LATER],
+            Contact::Meshes => [MESH, TOUCH],
+        };
+        let stages = match self.contact {
+            Contact::Meshes => MESHES,
+            _ if self.is_of_patches() => PATCHES,
+            _ => STAGES,
+        };
+        [FORMULAS, &contact, &[loads], stages, paper::sources(self.entry)].concat()
     }
 }
 
 /// The sources that kernels are made of, each put together in one way; those of the papers' kernels apart.
-pub fn families() -> [Vec<&'static str>; 4] {
+pub fn families() -> [Vec<&'static str>; 6] {
     let given = Name { loads_given: true, ..Name::new("") };
-    [Name::new(""), given, Name::new("grid_patches"), Name::new("vertex_normals")].map(Name::sources)
+    let [later, meshes] = [Contact::Later, Contact::Meshes].map(|contact| Name { contact, ..Name::new("") });
+    [Name::new(""), given, Name::new("grid_patches"), Name::new("vertex_normals"), later, meshes]
+        .map(Name::sources)
 }
 
 /// Numbers that are fixed when a kernel is made.

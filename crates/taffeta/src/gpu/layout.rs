@@ -1,7 +1,9 @@
 //! Records as the kernels see them: the same fields in the same order, at the offsets that naga reads from the WGSL
 //! (`layout_tests` compares them).
 
-use crate::collision::shape::{ColliderNow, ShapeNow};
+use crate::collision::moving::ColliderNow;
+use crate::collision::shape::ShapeNow;
+use crate::forces::air::AirNow;
 use crate::integrate::pins;
 use bytemuck::{Pod, Zeroable};
 
@@ -28,7 +30,9 @@ pub struct Substep {
     pub left: u32,
     pub first_goal: u32,
     pub most_apart: f32,
-    pub padding: [u32; 33],
+    pub gap: u32,
+    pub air: Air,
+    pub padding: [u32; 16],
 }
 
 /// `Solving` of substep.wgsl.
@@ -47,6 +51,54 @@ pub struct Solving {
     pub padding: [u32; 3],
 }
 
+/// `Air` of air.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct Air {
+    pub velocity: [f32; 3],
+    pub density: f32,
+    pub exposure: f32,
+    pub drag: f32,
+    pub lift: f32,
+    pub first_force: u32,
+    pub gusts: Gusts,
+}
+
+/// `Gusts` of gust.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct Gusts {
+    pub offset: [f32; 3],
+    pub cells_a_metre: f32,
+    pub keys: [u32; 2],
+    pub weights: [f32; 2],
+}
+
+impl Air {
+    /// That of a sub-step, on panels whose forces begin there among those of elements.
+    pub fn of(air: Option<&AirNow<f32>>, first_force: u32) -> Self {
+        let Some(air) = air else { return Self::default() };
+        let AirNow { velocity, density, exposure, drag, lift, gust } = *air;
+        let gusts = gust.map_or_else(Gusts::default, |gust| Gusts {
+            offset: gust.offset,
+            cells_a_metre: gust.cells_a_metre,
+            keys: gust.keys,
+            weights: gust.weights,
+        });
+        Self { velocity, density, exposure, drag, lift, first_force, gusts }
+    }
+}
+
+/// `Panel` of air_stages.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Panel {
+    pub a: u32,
+    pub b: u32,
+    pub c: u32,
+    pub lightness: f32,
+}
+
 /// Records of sub-steps that a dispatch sees: its own and those after it.
 pub const SUBSTEPS_SEEN: usize = 64;
 
@@ -63,7 +115,16 @@ pub struct Collider {
     pub spin_z: [f32; 3],
     pub kind: u32,
     pub drift: [f32; 3],
-    pub padding: u32,
+    pub mesh: u32,
+    pub axis_u: [f32; 3],
+    pub u: f32,
+    pub axis_v: [f32; 3],
+    pub v: f32,
+    pub axis_w: [f32; 3],
+    pub w: f32,
+    pub carry_x: Four,
+    pub carry_y: Four,
+    pub carry_z: Four,
 }
 
 /// `Motion` of pins.wgsl.
@@ -257,6 +318,22 @@ pub struct Surface {
     pub cells_a_metre: f32,
 }
 
+/// `Joint` of attach_stages.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Joint {
+    pub point: [f32; 3],
+    pub track: u32,
+    pub a: u32,
+    pub b: u32,
+    pub start: f32,
+    pub end: f32,
+    pub compliance: f32,
+    pub break_force: f32,
+    pub closing: u32,
+    pub padding: u32,
+}
+
 /// `Link` of solve.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -312,7 +389,8 @@ pub struct Met {
     pub velocity: [f32; 3],
     pub surface: u32,
     pub is_pulled: u32,
-    pub padding: [u32; 3],
+    pub inside: f32,
+    pub padding: [u32; 2],
 }
 
 /// `Progress` of solve.wgsl.
@@ -469,26 +547,59 @@ pub const TILE: [usize; 2] = [8, 32];
 
 impl From<&ColliderNow<f32>> for Collider {
     fn from(now: &ColliderNow<f32>) -> Self {
-        let (kind, place, size) = match now.shape {
-            ShapeNow::Sphere(ball) => (0, ball.center, ball.radius),
-            ShapeNow::Plane(plane) => (1, plane.normal, plane.level),
-        };
         let touching = &now.touching;
         let [spin_x, spin_y, spin_z] = touching.spin;
-        Self {
-            place,
-            size,
+        let [carry_x, carry_y, carry_z] = [0, 1, 2].map(|i| {
+            let [a, b, c] = touching.carry.rows[i];
+            [a, b, c, touching.carry.shift[i]]
+        });
+        let plain = Self {
             spin_x,
             friction: touching.friction,
             spin_y,
             restitution: touching.restitution,
             spin_z,
-            kind,
             drift: touching.drift,
-            padding: 0,
+            carry_x,
+            carry_y,
+            carry_z,
+            ..Self::zeroed()
+        };
+        plain.shaped(&now.shape)
+    }
+}
+
+impl Collider {
+    /// With a shape; a mesh is still to be told where its triangles are.
+    fn shaped(self, shape: &ShapeNow<f32>) -> Self {
+        match *shape {
+            ShapeNow::Sphere(ball) => Self { kind: 0, place: ball.center, size: ball.radius, ..self },
+            ShapeNow::Plane(plane) => Self { kind: 1, place: plane.normal, size: plane.level, ..self },
+            ShapeNow::Box(cuboid) => {
+                let ([axis_u, axis_v, axis_w], [u, v, w]) = (cuboid.axes, cuboid.half);
+                let (place, size) = (cuboid.center, cuboid.offset);
+                Self { kind: 2, place, size, axis_u, u, axis_v, v, axis_w, w, ..self }
+            }
+            ShapeNow::Capsule(bar) => {
+                let (axis_u, u) = (bar.along, bar.inverse);
+                Self { kind: 3, place: bar.a, size: bar.radius, axis_u, u, ..self }
+            }
+            ShapeNow::Cylinder(bar) => {
+                let (axis_u, u, v) = (bar.axis, bar.half, bar.radius);
+                Self { kind: 4, place: bar.center, size: bar.offset, axis_u, u, v, ..self }
+            }
+            ShapeNow::Mesh(mesh) => {
+                let ([axis_u, axis_v, axis_w], [before, v], w) = (mesh.place.rows, mesh.shares, mesh.rate);
+                let u = if mesh.stride > 0.0 { before } else { v };
+                let (place, size) = (mesh.place.shift, mesh.offset);
+                Self { kind: MESH, place, size, axis_u, u, axis_v, v, axis_w, w, ..self }
+            }
         }
     }
 }
+
+/// In [`Collider::kind`].
+pub const MESH: u32 = 5;
 
 impl From<&pins::Motion<f32>> for Motion {
     fn from(motion: &pins::Motion<f32>) -> Self {

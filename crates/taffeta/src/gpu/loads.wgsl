@@ -1,8 +1,8 @@
-// Wind, drag, point loads, torques and hinges, summed up by node.
+// Wind, drag, point loads, torques, hinges and panels, summed up by node.
 
 /// For each place, where its row in `node_elements` begins; one more than there are places.
 @group(1) @binding(6) var<storage, read> node_starts: array<u32>;
-/// Loads (marked by the highest bit), then corners of hinges: 4·hinge + corner.
+/// Loads (marked by the highest bit), then where forces of elements are: corners of hinges, 4·hinge + corner, then panels.
 @group(1) @binding(7) var<storage, read> node_elements: array<u32>;
 /// Forces by the program [N] in xyz, the node's number in w; nodes ascend.
 @group(0) @binding(3) var<storage, read> hand_forces: array<vec4f>;

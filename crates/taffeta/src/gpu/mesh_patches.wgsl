@@ -34,7 +34,8 @@ fn mesh_patches(
                 let load = load_on(0u, node.velocity.xyz, substep);
                 let total =
                     add_mesh_springs(load, small.first + place, node.position.xyz, node.velocity.xyz);
-                after[i] = touch(integrate(node.position, node.velocity, total, substep), substep);
+                let moved = integrate(node.position, node.velocity, total, substep);
+                after[i] = touch(moved, Origin(node.position.xyz, true), substep);
             }
         }
         workgroupBarrier();

@@ -41,7 +41,7 @@ fn mesh_particles(
         let x = old_position[node];
         let v = old_velocity[node];
         let total = add_mesh_springs(load_on(node, v.xyz, 0u), node, x.xyz, v.xyz);
-        let after = touch(integrate(x, v, total, 0u), 0u);
+        let after = touch(integrate(x, v, total, 0u), Origin(x.xyz, true), 0u);
         new_position[node] = after.position;
         new_velocity[node] = after.velocity;
     }

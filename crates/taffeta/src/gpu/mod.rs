@@ -1,8 +1,10 @@
 //! The backend on the GPU: memory and scheduling. Formulas are in the stages' own folders, as `.wgsl` beside the Rust.
 
+mod attached;
 mod backend;
 mod boundary;
 mod buffers;
+mod collider_meshes;
 mod cost;
 mod kernels;
 mod layout;

@@ -50,15 +50,36 @@ impl From<Gpu> for GpuOptions {
     }
 }
 
-/// Refuses more colliders than the loops of a software adapter come to the end of.
-pub fn refuse_loops(gpu: &Gpu, colliders: usize) -> Result<(), String> {
-    let most = patches::MOST_TURNS / patches::COLLIDER_TURNS;
-    if !gpu.info().is_software() || colliders <= most {
+/// Refuses more colliders, and more triangles of theirs, than the loops of a software adapter come to the end of.
+pub fn refuse_loops(gpu: &Gpu, assembly: &Assembly) -> Result<(), String> {
+    if !gpu.info().is_software() {
+        return Ok(());
+    }
+    let colliders = assembly.colliders.len();
+    let meshes = assembly.colliders.iter().filter_map(|collider| collider.mesh());
+    let triangles: usize = meshes.map(|mesh| mesh.triangles.len()).sum();
+    let turns = patches::collider_turns(colliders, triangles);
+    if turns <= patches::MOST_TURNS {
+        return Ok(());
+    }
+    let collider = if colliders == 1 { "collider" } else { "colliders" };
+    let meshes = if triangles > 0 { format!(" with {triangles} triangles") } else { String::new() };
+    Err(format!(
+        "the scene has {colliders} {collider}{meshes}, and a software adapter ends loops after {} turns where they may take \
+         {turns}; --backend cpu would do",
+        patches::MOST_TURNS
+    ))
+}
+
+/// Refuses meshes of colliders that are more than a kernel can see.
+pub fn refuse_large_meshes(gpu: &Gpu, bytes: usize) -> Result<(), String> {
+    let limit = gpu.largest_binding();
+    if bytes as u64 <= limit {
         return Ok(());
     }
     Err(format!(
-        "the scene has {colliders} colliders, and a software adapter does not finish loops over more than {most}; \
-         --backend cpu would do"
+        "the meshes among the colliders take {bytes} bytes, and the GPU does not give a kernel more than {limit} in one piece; \
+         --backend cpu, coarser meshes or fewer poses would do"
     ))
 }
 
@@ -70,6 +91,14 @@ pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), String> {
             "body `{}` has self_collision, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
             body.name,
             Stage::Pairs.name(),
+            from.name()
+        ));
+    }
+    if !assembly.attachments.is_empty() && from > Stage::Attach {
+        return Err(format!(
+            "nodes are sewn, tethered or held by pins that break, and a GPU takes over such scenes at stage `{}` at the \
+             latest, not at `{}`",
+            Stage::Attach.name(),
             from.name()
         ));
     }
@@ -118,7 +147,7 @@ pub fn refuse_untiled(gpu: &Gpu, segments: &[Segment]) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "the tiled kernels are for scenes of grids alone without self_collision, whose springs are no constraints, with {} bytes of memory in a workgroup; this GPU has {}",
+        "the tiled kernels are for scenes of grids alone without self_collision and without meshes as colliders, whose springs are no constraints, with {} bytes of memory in a workgroup; this GPU has {}",
         patches::rimmed_bytes(),
         gpu.limits().max_compute_workgroup_storage_size
     ))

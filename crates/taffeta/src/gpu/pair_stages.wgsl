@@ -73,12 +73,6 @@ fn find_pairs(
     pair_work[buckets + 2u * places + node] = bitcast<u32>(nearest);
 }
 
-/// Contacts of a place.
-fn contacts_of(node: u32) -> u32 {
-    let places = arrayLength(&old_position);
-    return pair_work[buckets_in(arrayLength(&pair_work)) + places + node];
-}
-
 /// What a node gets from another that it touches.
 fn part_from(node: u32, number: u32, other: u32) -> Exchange {
     let a = min(node, other);
@@ -128,7 +122,7 @@ fn part_pairs(
         least = select(some.d.w + 1u, NONE, some.d.w == NONE);
     }
     let moved = Node(vec4f(x.xyz + sum.shift * x.w, x.w), vec4f(v.xyz + sum.impulse * x.w, abs(v.w)));
-    let after = touch(moved, 0u);
+    let after = touch(moved, Origin(x.xyz, false), 0u);
     // Who has touched stays one who has.
     let mass = select(after.velocity.w, -abs(v.w), v.w < 0.0);
     new_position[node] = after.position;

@@ -167,3 +167,9 @@ fn near_from(node: u32, number: u32, x: vec3f, least: u32) -> Sixteen {
     }
     return found;
 }
+
+/// Contacts of a place.
+fn contacts_of(node: u32) -> u32 {
+    let places = arrayLength(&old_position);
+    return pair_work[buckets_in(arrayLength(&pair_work)) + places + node];
+}

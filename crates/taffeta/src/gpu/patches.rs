@@ -30,8 +30,17 @@ pub fn rimmed_bytes() -> u32 {
 
 /// Turns of all its loops that an invocation may take: Mesa's software driver ends it after 65,536, without a word.
 pub const MOST_TURNS: usize = 60_000;
-/// Turns that contact takes for each collider: each is met, each may press, and a wedge is left in twelve rounds.
-pub const COLLIDER_TURNS: usize = 14;
+/// Turns that contact takes for each collider: each is met, entered in twelve steps, each may press, and a wedge is left in
+/// twelve rounds.
+pub const COLLIDER_TURNS: usize = 26;
+
+/// Turns that contact with colliders takes at most. A walk through a tree looks at each triangle, at half as many boxes, and a
+/// few more. A mesh is met five times by three walks, and asked about the start by two; where there are others, it may press by two more,
+/// and twelve times again.
+pub fn collider_turns(colliders: usize, triangles: usize) -> usize {
+    let walks = if colliders > 1 { 5 * 3 + 2 + 2 + 12 * 2 } else { 5 * 3 + 2 };
+    COLLIDER_TURNS * colliders + walks * (triangles + triangles.div_ceil(2) + 40 * usize::from(triangles > 0))
+}
 
 /// Sub-steps that an invocation can take at once.
 fn steps(tables: &Tables, colliders: usize) -> usize {
@@ -50,6 +59,9 @@ impl Patches {
     /// no part of a patch.
     pub fn whole(tables: &Tables, room: u32, colliders: usize) -> Option<Self> {
         if !tables.volume_groups.is_empty() || !tables.surfaces.is_empty() || !tables.linked.is_empty() {
+            return None;
+        }
+        if !tables.attached.lists.is_empty() {
             return None;
         }
         let nodes = |grid: &Grid| (grid.rows * grid.cols) as u32;
@@ -73,6 +85,7 @@ impl Patches {
         let fits = tables.meshes.is_empty()
             && tables.surfaces.is_empty()
             && tables.linked.is_empty()
+            && tables.attached.lists.is_empty()
             && rimmed_bytes() <= room * PATCH_NODE_BYTES;
         fits.then(|| Self {
             grids: Self::squares(&tables.grids, rim),

@@ -188,6 +188,9 @@ impl Recorder<'_> {
         self.list.stage("constraints");
         self.dispatch("free_nodes", substep, nodes);
         self.dispatch("pins_all", substep, self.counts.pins.div_ceil(GROUP));
+        if self.meets_meshes() {
+            self.dispatch_on_meshes("meet_meshes_by_nodes", substep, nodes);
+        }
         self.dispatch("meet_nodes", substep, nodes);
         for newton in 0..newton_steps {
             if newton > 0 {

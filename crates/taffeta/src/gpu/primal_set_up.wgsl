@@ -22,13 +22,13 @@ fn free_nodes(
 /// How a node is held: by a pin, or by the surface that the last sub-step's pulls press it against.
 fn met_ahead(node: u32, x: vec4f, free: vec3f, pulls: vec3f) -> Met {
     if !(x.w > 0.0) {
-        return Met(vec3f(0.0), 0.0, vec3f(0.0), 0u, 1u);
+        return Met(vec3f(0.0), 0.0, vec3f(0.0), 0u, 1u, 0.0);
     }
     if substeps[0].colliders == 0u {
-        return Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, 1u);
+        return Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, 1u, 0.0);
     }
     let h = substeps[0].h;
-    return surface_ahead(Coming(x.xyz, norm3(substeps[0].gravity) * h * h, free, h, pulls));
+    return surface_ahead(Coming(x.xyz, norm3(substeps[0].gravity) * h * h, free, h, pulls), met[node]);
 }
 
 /// What holds each node, and where the first Newton step starts.

@@ -1,6 +1,6 @@
 //! A frame as a list of dispatches: `step::frame` says in which order.
 
-use super::kernels::{Kernels, Name};
+use super::kernels::{Contact, Kernels, Name};
 use super::layout::{GROUP, NODE_SUMS, RESTORED};
 use super::segment::{Counts, Segment};
 use crate::step::{Stage, Stages, Tile};
@@ -76,6 +76,10 @@ impl Tile for Listed {
         self.stages.push(Stage::Volumes);
     }
 
+    fn attach(&mut self) {
+        self.stages.push(Stage::Attach);
+    }
+
     fn part(&mut self) {
         self.stages.push(Stage::Pairs);
     }
@@ -113,6 +117,7 @@ impl Stages for Recorder<'_> {
         let (loads, hinges) = (self.segment.tables.loads.len(), self.segment.tables.hinges.len());
         self.dispatch("scale_loads", substep, loads);
         self.dispatch("bend_hinges", substep, hinges.div_ceil(GROUP));
+        self.dispatch("blow_on_panels", substep, self.segment.tables.panels.len().div_ceil(GROUP));
     }
 
     fn particles(&mut self, &substep: &usize, stages: impl Fn(&mut Listed)) {
@@ -134,8 +139,10 @@ impl Stages for Recorder<'_> {
             self.at_once(substep);
         } else {
             let from = self.from;
-            let asked = listed.stages().filter(|stage| *stage >= from);
-            for stage in asked.filter(|stage| !(pins_later && *stage == Stage::Pins)) {
+            let contact_later = self.meets_meshes() && pins_later;
+            let later =
+                |stage| (pins_later && stage == Stage::Pins) || (contact_later && stage == Stage::Contact);
+            for stage in listed.stages().filter(|stage| *stage >= from && !later(*stage)) {
                 self.alone(stage, substep);
             }
         }
@@ -155,6 +162,7 @@ impl Stages for Recorder<'_> {
             match stage {
                 Stage::Constraints if self.segment.primal.is_some() => self.find_changes(substep),
                 Stage::Constraints => self.find_pulls(substep),
+                Stage::Contact if self.meets_meshes() && self.keeps_volumes() => {}
                 _ => self.alone(stage, substep),
             }
         }
@@ -172,8 +180,18 @@ impl Stages for Recorder<'_> {
     /// One kernel adds the force of the constraint and does what comes after it, but for pins.
     fn volumes(&mut self, &substep: &usize, _: impl Fn(&mut Listed)) {
         self.list.stage("volumes");
-        self.dispatch("volume_particles", substep, self.segment.tables.volume_groups.len());
+        let name = Name { contact: self.fused_contact(), ..Name::new("volume_particles") };
+        self.dispatch_kernel(name, substep, self.segment.tables.volume_groups.len());
         self.alone(Stage::Pins, substep);
+        self.contact_apart(substep);
+    }
+
+    fn attaches(&self) -> bool {
+        self.segment.attaching.is_some() && self.from <= Stage::Attach
+    }
+
+    fn attach(&mut self, &substep: &usize, _: impl Fn(&mut Listed)) {
+        self.attach_all(substep);
     }
 
     fn collides(&self) -> bool {
@@ -188,7 +206,11 @@ impl Stages for Recorder<'_> {
         self.dispatch("clear_cells", substep, buckets.div_ceil(GROUP));
         self.dispatch("fill_cells", substep, places);
         self.dispatch("find_pairs", substep, places);
-        self.dispatch("part_pairs", substep, places);
+        let name = Name { contact: self.fused_contact(), ..Name::new("part_pairs") };
+        self.dispatch_kernel(name, substep, places);
+        if self.meets_meshes() {
+            self.dispatch_on_meshes("contact_parted", substep, places);
+        }
     }
 
     /// A round. Nothing is read back, so that all rounds are written down; on volumes that are restored they do nothing.
@@ -201,7 +223,8 @@ impl Stages for Recorder<'_> {
             self.segment.current = 1 - self.segment.current;
             self.dispatch("measure_kept_volumes", substep, count);
             self.segment.current = 1 - self.segment.current;
-            self.dispatch("restore_volumes", substep, count);
+            let name = Name { contact: self.whole_contact(), ..Name::new("restore_volumes") };
+            self.dispatch_kernel(name, substep, count);
         }
         !any
     }
@@ -228,6 +251,33 @@ impl Recorder<'_> {
     pub(super) fn dispatch_kernel(&mut self, name: Name, substep: usize, groups: usize) {
         if groups > 0 && self.fault.is_ok() {
             self.fault = self.segment.dispatch(self.kernels, self.list, name, substep, groups as u32);
+        }
+    }
+
+    /// A kernel that meets triangles of colliders.
+    pub(super) fn dispatch_on_meshes(&mut self, entry: &'static str, substep: usize, groups: usize) {
+        self.dispatch_kernel(Name { contact: Contact::Meshes, ..Name::new(entry) }, substep, groups);
+    }
+
+    /// Whether colliders are meshes: contact is a kernel of its own then.
+    pub(super) fn meets_meshes(&self) -> bool {
+        self.segment.meshes.any()
+    }
+
+    /// What kernels do about colliders that have no room for triangles.
+    fn fused_contact(&self) -> Contact {
+        if self.meets_meshes() { Contact::Later } else { Contact::Solids }
+    }
+
+    /// What those do that have.
+    pub(super) fn whole_contact(&self) -> Contact {
+        if self.meets_meshes() { Contact::Meshes } else { Contact::Solids }
+    }
+
+    /// Contact of all nodes, where it is a kernel of its own.
+    fn contact_apart(&mut self, substep: usize) {
+        if self.meets_meshes() {
+            self.alone(Stage::Contact, substep);
         }
     }
 
@@ -259,10 +309,13 @@ impl Recorder<'_> {
         }
         self.list.stage("particles");
         let (tiles, meshes) = (self.segment.tables.tiles.len(), self.mesh_groups());
-        self.dispatch_kernel(Name { entry: "grid_particles", loads_given }, substep, tiles);
-        self.dispatch_kernel(Name { entry: "mesh_particles", loads_given }, substep, meshes);
+        let contact = self.fused_contact();
+        let name = |entry| Name { loads_given, contact, ..Name::new(entry) };
+        self.dispatch_kernel(name("grid_particles"), substep, tiles);
+        self.dispatch_kernel(name("mesh_particles"), substep, meshes);
         if !self.keeps_volumes() {
             self.alone(Stage::Pins, substep);
+            self.contact_apart(substep);
         }
     }
 
@@ -295,10 +348,14 @@ impl Recorder<'_> {
             }
             Stage::Integrate => self.dispatch("integrate_all", substep, places),
             Stage::Pins => self.dispatch("pins_all", substep, self.counts.pins.div_ceil(GROUP)),
-            Stage::Contact => self.dispatch("contact_all", substep, places),
+            Stage::Contact => {
+                let name = Name { contact: self.whole_contact(), ..Name::new("contact_all") };
+                self.dispatch_kernel(name, substep, places);
+            }
             Stage::Elements
             | Stage::Constraints
             | Stage::Volumes
+            | Stage::Attach
             | Stage::Pairs
             | Stage::Project
             | Stage::Diagnose => {}
@@ -324,6 +381,9 @@ impl Recorder<'_> {
         }
         if let Some(primal) = &self.segment.primal {
             primal.copy(self.list);
+        }
+        if let Some(attaching) = &self.segment.attaching {
+            attaching.copy(self.list);
         }
     }
 }
@@ -368,6 +428,12 @@ mod tests {
         fn volumes(&mut self, (): &(), stages: impl Fn(&mut Listed)) {
             self.note(stages);
         }
+
+        fn attaches(&self) -> bool {
+            false
+        }
+
+        fn attach(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
 
         fn collides(&self) -> bool {
             false

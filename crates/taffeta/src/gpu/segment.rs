@@ -1,9 +1,11 @@
 //! A segment on the device: its buffers, its kernels, and what it is told for a frame.
 
+use super::attached::{Attached, Attaching};
 use super::buffers::{Fixed, Scratch, Sums, Told, fill};
+use super::collider_meshes::{ColliderMeshes, Words};
 use super::kernels::{Kernels, Name, Sizes};
 use super::layout::{
-    BY_HAND, Collider, Four, Load, Motion, Pin, SUBSTEPS_SEEN, Solving, Substep, TORQUE, VOLUME_PARTS,
+    Air, BY_HAND, Collider, Four, Load, Motion, Pin, SUBSTEPS_SEEN, Solving, Substep, TORQUE, VOLUME_PARTS,
 };
 use super::levelled::Levelled;
 use super::linked::Linked;
@@ -72,10 +74,15 @@ pub struct Segment {
     pub constrained: Option<Constrained>,
     /// What springs that are solved for by nodes work on, where there are any.
     pub primal: Option<Primal>,
+    /// What joints and tethers work on, where there are any.
+    pub attaching: Option<Attaching>,
     fixed: Fixed,
     scratch: Scratch,
     pub sums: Sums,
     told: Told,
+    /// Colliders that are meshes.
+    pub meshes: ColliderMeshes,
+    mesh_data: Buffer<Words>,
     /// Kernels bound to the buffers, those of a part of a level among them, reading either state.
     bound: HashMap<(Name, usize), Ready>,
 }
@@ -85,12 +92,14 @@ impl Segment {
     pub fn new(
         gpu: &Gpu,
         mut tables: Tables,
-        colliders: usize,
+        colliders: (usize, &ColliderMeshes, &[Words]),
         kernels: GpuKernels,
         apart: bool,
     ) -> Result<Self, GpuError> {
         let room = patches::room(gpu.limits());
+        let (colliders, meshes, mesh_data) = colliders;
         let patches = match kernels {
+            _ if meshes.any() => None,
             GpuKernels::Best => Patches::whole(&tables, room, colliders),
             GpuKernels::Tiled => Patches::rimmed(&tables, room),
             _ => None,
@@ -116,7 +125,8 @@ impl Segment {
             loads: gpu.buffer_from("loads", &tables.loads)?,
             force: forces,
             volume_sums: gpu.buffer("sums of volumes", VOLUME_PARTS * tables.volume_groups.len())?,
-            hinge_forces: gpu.buffer("forces of hinges", 4 * tables.hinges.len())?,
+            hinge_forces: gpu
+                .buffer("forces of hinges and panels", tables.first_panel_force() + tables.panels.len())?,
             pair_work: gpu.buffer("lists of nodes that touch", tables.pair_words())?,
         };
         let sums = Sums::new(gpu, &tables)?;
@@ -132,6 +142,8 @@ impl Segment {
         tables.levelled = Levelled::default();
         tables.linked = Linked { numbers: tables.linked.numbers.clone(), ..Linked::default() };
         tables.apart = Vec::new();
+        let attaching = Attaching::new(gpu, &tables.attached, position.len())?;
+        tables.attached = Attached::default();
         tables.elements.items = Vec::new();
         Ok(Self {
             gpu: gpu.clone(),
@@ -142,10 +154,13 @@ impl Segment {
             paper: None,
             constrained,
             primal,
+            attaching,
             fixed,
             scratch,
             sums,
             told,
+            meshes: meshes.clone(),
+            mesh_data: gpu.buffer_from("meshes of colliders", mesh_data)?,
             bound: HashMap::new(),
         })
     }
@@ -202,16 +217,21 @@ impl Segment {
         let (forces, pins) = (self.hand_forces(hand), self.pins(hand));
         let still = !assembly.colliders_move();
         let with_colliders = if still { &substeps[..substeps.len().min(1)] } else { substeps };
-        let colliders: Vec<Collider> =
-            with_colliders.iter().flat_map(|substep| substep.colliders.iter().map(Collider::from)).collect();
+        let colliders: Vec<Collider> = with_colliders
+            .iter()
+            .flat_map(|substep| &substep.colliders)
+            .map(|now| self.meshes.told(now))
+            .collect();
         let motions: Vec<Motion> =
             substeps.iter().flat_map(|substep| substep.motions.iter().map(Motion::from)).collect();
         let numbers = &self.tables.load_numbers;
         let scales: Vec<f32> =
             substeps.iter().flat_map(|s| numbers.iter().map(|&load| s.scales[load])).collect();
         let kept = &self.tables.volume_numbers;
-        let goals: Vec<f32> =
-            substeps.iter().flat_map(|s| kept.iter().map(|&volume| s.goals[volume])).collect();
+        let of_substep = |s: &plan::Substep<f32>| {
+            kept.iter().map(|&volume| s.goals[volume]).chain(s.closing.clone()).collect::<Vec<_>>()
+        };
+        let goals: Vec<f32> = substeps.iter().flat_map(of_substep).collect();
         let world = &assembly.world;
         let record = |(index, s): (usize, &plan::Substep<f32>)| Substep {
             gravity: world.gravity.map(|c| c as f32),
@@ -228,9 +248,11 @@ impl Segment {
             pins: pins.len() as u32,
             solving: Solving::of(&assembly.solver),
             left: (substeps.len() - index) as u32,
-            first_goal: (index * kept.len()) as u32,
+            first_goal: (index * (kept.len() + s.closing.len())) as u32,
             most_apart: pair::most_apart(f64::from(s.h)) as f32,
-            padding: [0; 33],
+            gap: 0,
+            air: Air::of(s.air.as_ref(), self.tables.first_panel_force() as u32),
+            padding: [0; 16],
         };
         let records: Vec<Substep> = substeps.iter().enumerate().map(record).collect();
         let counts = Counts { hand_forces: forces.len(), pins: pins.len() };
@@ -270,12 +292,13 @@ impl Segment {
         gpu.health()
     }
 
-    /// Puts forces by place, forces on hinges' corners and factors of torques where later stages look for them.
-    pub fn put_forces(&self, force: &[[f32; 3]], corners: &[[f32; 3]], torques: &[f32], scales: &[f32]) {
+    /// Puts forces by place, forces on hinges' corners, then on panels, and factors of torques where later stages look for
+    /// them.
+    pub fn put_forces(&self, force: &[[f32; 3]], elements: &[[f32; 3]], torques: &[f32], scales: &[f32]) {
         let fours =
             |forces: &[[f32; 3]]| forces.iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect::<Vec<Four>>();
         self.scratch.force.write(&self.gpu, 0, &fours(&force[self.tables.places.clone()]));
-        self.scratch.hinge_forces.write(&self.gpu, 0, &fours(corners));
+        self.scratch.hinge_forces.write(&self.gpu, 0, &fours(elements));
         let factor = |(load, &number): (&Load, &usize)| {
             let torque = torques.get(number).copied().unwrap_or(0.0);
             Load { factor: if load.kind == TORQUE { torque } else { scales[number] }, ..*load }
@@ -331,7 +354,7 @@ impl Segment {
         let (fixed, scratch, sums, told) = (&self.fixed, &self.scratch, &self.sums, &self.told);
         let [old, new] = [&self.states[from], &self.states[1 - from]];
         let seen = Seen(&told.substeps);
-        let buffers: [(&str, &dyn Bindable); 39] = [
+        let buffers: [(&str, &dyn Bindable); 41] = [
             ("substeps", &seen),
             ("colliders", &told.colliders),
             ("motions", &told.motions),
@@ -346,6 +369,7 @@ impl Segment {
             ("runs", &fixed.runs),
             ("entries", &fixed.entries),
             ("hinges", &fixed.hinges),
+            ("panels", &fixed.panels),
             ("load_nodes", &fixed.load_nodes),
             ("node_starts", &fixed.node_starts),
             ("node_elements", &fixed.node_elements),
@@ -354,6 +378,7 @@ impl Segment {
             ("volume_groups", &fixed.volume_groups),
             ("surfaces", &fixed.surfaces),
             ("apart", &fixed.apart),
+            ("mesh_data", &self.mesh_data),
             ("old_position", &old.position),
             ("old_velocity", &old.velocity),
             ("new_position", &new.position),
@@ -375,6 +400,7 @@ impl Segment {
         let of_paper = self.paper.as_ref().map_or_else(Vec::new, Paper::buffers);
         let of_solver = self.constrained.as_ref().map_or_else(Vec::new, Constrained::buffers);
         let of_primal = self.primal.as_ref().map_or_else(Vec::new, |primal| primal.buffers(part));
-        kernel.bind(&self.gpu, &[&buffers[..], &of_paper, &of_solver, &of_primal].concat())
+        let of_attached = self.attaching.as_ref().map_or_else(Vec::new, Attaching::buffers);
+        kernel.bind(&self.gpu, &[&buffers[..], &of_paper, &of_solver, &of_primal, &of_attached].concat())
     }
 }

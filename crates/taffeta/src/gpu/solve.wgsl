@@ -57,6 +57,8 @@ struct Met {
     surface: u32,
     /// Whether any constraint acts on it: 1, else 0.
     is_pulled: u32,
+    /// By how much it would be inside, if the surface is that of a mesh; else 0 [m].
+    @size(12) inside: f32,
 }
 
 /// How far a system is.
@@ -207,4 +209,15 @@ fn press_at(node: u32) -> Press {
 /// The sign of a pull at the first or second end.
 fn sign_at(entry: u32) -> f32 {
     return select(-1.0, 1.0, entry % 2u == 1u);
+}
+
+/// What pulls do to the velocity of a node, by the step and its inverse mass.
+fn gather_pulls(node: u32) -> vec3f {
+    var sum = vec3f(0.0);
+    let range = entries_at(node);
+    for (var at = range.x; at < range.y && incident[at] != NONE; at += LANES) {
+        let row = rows[incident[at] / 2u];
+        sum += sign_at(incident[at]) * (row.direction * row.x);
+    }
+    return sum;
 }

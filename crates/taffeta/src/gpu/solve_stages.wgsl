@@ -35,7 +35,7 @@ fn free_velocities(
     force[node] = vec4f(without, 0.0);
     let velocity = new_velocity_of(v.xyz, without, x.w, substeps[0].gravity, substeps[0].h);
     new_velocity[node] = vec4f(velocity, abs(v.w));
-    met[node] = Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, select(0u, 1u, is_active));
+    met[node] = Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, select(0u, 1u, is_active), 0.0);
 }
 
 /// How a spring gives way as a constraint.
@@ -94,27 +94,26 @@ fn set_up_rows(
     }
 }
 
-/// What pulls do to the velocity of a node, by the step and its inverse mass.
-fn gather_pulls(node: u32) -> vec3f {
-    var sum = vec3f(0.0);
-    let range = entries_at(node);
-    for (var at = range.x; at < range.y && incident[at] != NONE; at += LANES) {
-        let row = rows[incident[at] / 2u];
-        sum += sign_at(incident[at]) * (row.direction * row.x);
-    }
-    return sum;
-}
-
-/// The surface that will hold a node: of several, that in which it would be deepest.
-fn surface_ahead(node: Coming) -> Met {
-    var found = Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, 1u);
+/// The surface that will hold a node: of several, that in which it would be deepest. Of meshes, `before` says it.
+fn surface_ahead(node: Coming, before: Met) -> Met {
+    var found = Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, 1u, 0.0);
     var deepest = 0.0;
+    if before.inside > 0.0 {
+        found = before;
+        deepest = before.inside;
+    }
     let first = substeps[0].first_collider;
     for (var i = 0u; i < substeps[0].colliders; i++) {
-        let held = press_of(colliders[first + i], node);
-        if held.inside > deepest {
+        let collider = colliders[first + i];
+        if collider.kind == MESH {
+            continue;
+        }
+        let held = press_of(collider, node);
+        // Of two that are as deep, the first.
+        let is_first = held.inside == deepest && deepest > 0.0 && i < found.surface;
+        if held.inside > deepest || is_first {
             deepest = held.inside;
-            found = Met(held.press.normal, held.press.yields, held.press.velocity, i, 1u);
+            found = Met(held.press.normal, held.press.yields, held.press.velocity, i, 1u, 0.0);
         }
     }
     return found;
@@ -144,7 +143,7 @@ fn meet_surfaces(
     if substeps[0].colliders > 0u && substeps[0].solving.is_adaptive == 0u {
         if x.w > 0.0 {
             let fall = norm3(substeps[0].gravity) * h * h;
-            met[node] = surface_ahead(Coming(x.xyz, fall, free, h, x.w * gather_pulls(node) * -h));
+            met[node] = surface_ahead(Coming(x.xyz, fall, free, h, x.w * gather_pulls(node) * -h), met[node]);
         }
         let press = press_at(node);
         rate = yielded(press, rate) + press.velocity * (1.0 / h);

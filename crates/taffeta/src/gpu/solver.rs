@@ -164,6 +164,9 @@ impl Recorder<'_> {
         self.dispatch("free_velocities", substep, nodes);
         self.dispatch("pins_all", substep, self.counts.pins.div_ceil(GROUP));
         self.dispatch("set_up_rows", substep, links);
+        if self.meets_meshes() {
+            self.dispatch_on_meshes("meet_meshes", substep, nodes);
+        }
         self.dispatch("meet_surfaces", substep, nodes);
         self.dispatch("start_rows", substep, links);
         for pass in 0..passes {

@@ -49,7 +49,9 @@ struct Substep {
     /// Volumes to keep, or pressures, at its end, from here on.
     first_goal: u32,
     /// Longest way apart of nodes that touch each other, by the thickness.
-    @size(136) most_apart: f32,
+    most_apart: f32,
+    /// What is on its way around panels.
+    @size(128) air: Air,
 }
 
 /// The sub-step of this dispatch, and those after it.

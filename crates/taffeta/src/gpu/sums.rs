@@ -48,6 +48,9 @@ pub fn add(gpu: &Gpu, segment: &Segment, sums: &mut FrameSums) -> Result<(), Gpu
     if let Some(constrained) = &segment.constrained {
         add_taken(&constrained.taken(gpu)?, &mut sums.solver);
     }
+    if let Some(attaching) = &segment.attaching {
+        sums.broken += attaching.broken(gpu)?;
+    }
     if let Some(primal) = &segment.primal {
         add_taken(&primal.taken(gpu)?, &mut sums.solver);
     }

@@ -1,8 +1,9 @@
 //! What a frame never changes, by segment: some whole bodies, as many as one binding can hold.
 
+use super::attached::{self, Attached};
 use super::layout::{
-    Along, Chunk, Entry, FORCE, Four, GROUP, Grid, Hinge, IS_LOAD, IS_RING, Load, NOT_A_MESH, Pin, RESTORED,
-    Run, Small, Surface, TILE, TORQUE, Tile, VECTORS, VolumeGroup, WEIGHTED,
+    Along, Chunk, Entry, FORCE, Four, GROUP, Grid, Hinge, IS_LOAD, IS_RING, Load, NOT_A_MESH, Panel, Pin,
+    RESTORED, Run, Small, Surface, TILE, TORQUE, Tile, VECTORS, VolumeGroup, WEIGHTED,
 };
 use super::levelled::{self, Levelled};
 use super::linked::{self, Linked};
@@ -43,13 +44,17 @@ pub struct Tables {
     /// Springs that are solved for by nodes.
     pub levelled: Levelled,
     pub hinges: Vec<Hinge>,
+    /// Triangles that air acts on.
+    pub panels: Vec<Panel>,
     pub loads: Vec<Load>,
     pub load_nodes: Vec<u32>,
-    /// Loads, then hinges' corners of each place; without rows where there are neither.
+    /// Loads, then hinges' corners, then panels of each place; without rows where there are neither.
     pub elements: Csr,
     /// Which of the scene's loads `loads` are.
     pub load_numbers: Vec<usize>,
     pub pins: Vec<Pin>,
+    /// Joints and tethers.
+    pub attached: Attached,
     pub chunks: Vec<Chunk>,
     /// The body of each chunk.
     pub chunk_bodies: Vec<usize>,
@@ -57,7 +62,12 @@ pub struct Tables {
 }
 
 /// Bytes of the largest array that a body needs, and what it holds.
-fn largest_array(body: &BodyAssembly, constraints: usize, levels: Option<usize>) -> (u64, &'static str) {
+fn largest_array(
+    body: &BodyAssembly,
+    constraints: usize,
+    levels: Option<usize>,
+    panels: usize,
+) -> (u64, &'static str) {
     let springs = match &body.springs {
         BodySprings::Grid(_) => 0,
         // Slices are as long as their longest row; a quarter more is what meshes were seen to need.
@@ -76,7 +86,7 @@ fn largest_array(body: &BodyAssembly, constraints: usize, levels: Option<usize>)
         (kept * 2 * size_of::<Four>() as u64, "forces and gradients"),
         (springs * size_of::<Entry>() as u64, "springs"),
         (constraints as u64 * linked::ROW_BYTES, "constraints"),
-        ((body.hinges.len() * 4 * size_of::<Four>()) as u64, "forces of hinges"),
+        (((body.hinges.len() * 4 + panels) * size_of::<Four>()) as u64, "forces of hinges and panels"),
         ((body.closed_triangles.len() * 12) as u64, "triangles"),
     ];
     arrays.into_iter().chain(touching::arrays(body)).max_by_key(|array| array.0).unwrap_or_default()
@@ -90,7 +100,8 @@ pub fn segments(assembly: &Assembly, limit: u64) -> Result<Vec<Range<usize>>, St
     for (index, body) in assembly.bodies.iter().enumerate() {
         let constraints = assembly.constraints.bodies.get(index).map_or(0, Range::len);
         let levels = assembly.solver.is_primal().then(|| levelled::coarser_nodes(assembly, index));
-        let (bytes, what) = largest_array(body, constraints, levels);
+        let panels = if assembly.panels.len() > 0 { body.triangles() } else { 0 };
+        let (bytes, what) = largest_array(body, constraints, levels, panels);
         if bytes > limit {
             return Err(format!(
                 "body `{}` needs {bytes} bytes in one piece for its {what}, and the GPU gives a kernel {limit} at most; \
@@ -110,6 +121,7 @@ pub fn segments(assembly: &Assembly, limit: u64) -> Result<Vec<Range<usize>>, St
         }
     }
     touching::check_together(assembly, &segments, limit)?;
+    attached::check_together(assembly, &segments, limit)?;
     Ok(segments)
 }
 
@@ -134,8 +146,10 @@ impl Tables {
         tables.add_surfaces(chosen)?;
         tables.add_constraints(assembly, bodies.clone())?;
         tables.add_levels(assembly, bodies)?;
+        tables.add_panels(assembly);
         tables.add_loads(assembly);
         tables.add_pins(assembly);
+        tables.add_attached(assembly);
         tables.list_elements();
         Ok(tables)
     }
@@ -224,6 +238,21 @@ impl Tables {
             k: body.hinge.k as f32,
             damping: body.hinge.d as f32,
         }));
+    }
+
+    fn add_panels(&mut self, assembly: &Assembly) {
+        let all = assembly.panels.corners.iter().zip(&assembly.panels.lightness);
+        let inside = all.filter(|(corners, _)| self.places.contains(&(corners[0] as usize)));
+        let panel = |(corners, &lightness): (&[u32; 3], &f64)| {
+            let [a, b, c] = corners.map(|node| self.local(node as usize));
+            Panel { a, b, c, lightness: lightness as f32 }
+        };
+        self.panels = inside.map(panel).collect();
+    }
+
+    /// Where the forces of panels begin among those of elements.
+    pub fn first_panel_force(&self) -> usize {
+        4 * self.hinges.len()
     }
 
     fn add_volume(&mut self, index: usize, body: &BodyAssembly) {
@@ -316,12 +345,15 @@ impl Tables {
         };
         let loads = self.loads.iter().zip(0..).flat_map(of_load);
         let hinges = self.hinges.iter().flat_map(|hinge| hinge.corners).zip(0..);
-        self.elements = Csr::new(self.len(), loads.chain(hinges));
+        let first = self.first_panel_force() as u32;
+        let of_panel = |(panel, force): (&Panel, u32)| [panel.a, panel.b, panel.c].map(|node| (node, force));
+        let panels = self.panels.iter().zip(first..).flat_map(of_panel);
+        self.elements = Csr::new(self.len(), loads.chain(hinges).chain(panels));
     }
 
     /// Whether anything but wind and drag acts on nodes beside springs.
     pub fn has_elements(&self) -> bool {
-        !self.loads.is_empty() || !self.hinges.is_empty()
+        !self.loads.is_empty() || !self.hinges.is_empty() || !self.panels.is_empty()
     }
 
     /// Workgroups for one invocation a place.

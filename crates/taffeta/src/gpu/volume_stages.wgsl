@@ -162,7 +162,7 @@ fn volume_particles(
         let x = old_position[place];
         let v = old_velocity[place];
         let way = way_of(group, found.push, lane, x.xyz, abs(v.w));
-        let after = touch(integrate(x, v, force[place].xyz + way * lambda, 0u), 0u);
+        let after = touch(integrate(x, v, force[place].xyz + way * lambda, 0u), Origin(x.xyz, true), 0u);
         new_position[place] = after.position;
         new_velocity[place] = after.velocity;
     }
@@ -198,36 +198,4 @@ fn measure_kept_volumes(
         node = VolumeNode(from_origin, inverse_mass, gradient, abs(signed_mass), all, weight);
     }
     sum_up(index, group, lane, node);
-}
-
-/// Moves nodes that have touched nothing so that the volume is restored, and keeps them out of colliders again.
-@compute @workgroup_size(256)
-fn restore_volumes(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
-    if index >= arrayLength(&volume_groups) {
-        return;
-    }
-    let group = volume_groups[index];
-    if !is_flagged(group, RESTORED) {
-        return;
-    }
-    let found = find_push(group, lane);
-    if lane >= group.count || is_restored(found.sums, found.goal) {
-        return;
-    }
-    let lambda = projection(found.sums, found.goal);
-    let place = group.first + lane;
-    let x = new_position[place];
-    let v = new_velocity[place];
-    let way = way_of(group, found.push, lane, x.xyz, abs(v.w));
-    let share = select(x.w, 0.0, v.w < 0.0) * lambda;
-    let after = touch(Node(vec4f(x.xyz + way * share, x.w), vec4f(v.xyz, abs(v.w))), 0u);
-    // Who has touched stays one who has.
-    let mass = select(after.velocity.w, -abs(v.w), v.w < 0.0);
-    new_position[place] = after.position;
-    new_velocity[place] = vec4f(after.velocity.xyz, mass);
 }

@@ -33,6 +33,18 @@ impl Pose {
         self.rotation.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
     }
 
+    /// The motion from `before` to `self`: what carries a place from where it was to where it is.
+    pub fn since(&self, before: &Self) -> Self {
+        let rotation: [[f64; 3]; 3] = std::array::from_fn(|i| {
+            std::array::from_fn(|j| (0..3).map(|k| self.rotation[i][k] * before.rotation[j][k]).sum())
+        });
+        let shift = std::array::from_fn(|i| {
+            let carried: f64 = (0..3).map(|j| rotation[i][j] * before.shift[j]).sum();
+            self.shift[i] - carried
+        });
+        Self { rotation, shift }
+    }
+
     /// Velocity field of the motion from `before` to `self` in `h` seconds, as seen at the end:
     /// v(x) = spin · x + drift, where x moved from `before`(`self`⁻¹(x)).
     pub fn velocity_from(&self, before: &Self, h: f64) -> ([[f64; 3]; 3], [f64; 3]) {

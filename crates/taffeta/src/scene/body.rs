@@ -1,4 +1,4 @@
-use super::{Keyframe, Mesh, Rotation, Volume, VolumeForm};
+use super::{Keyframe, Mesh, Rotation, Tethers, Volume, VolumeForm};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -50,6 +50,9 @@ pub struct Body {
     /// Nodes that do not move, or move as told.
     #[serde(default, rename = "pin", skip_serializing_if = "Vec::is_empty")]
     pub pins: Vec<Pin>,
+    /// Keeps free nodes near held ones, however far the springs give way.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tethers: Option<Tethers>,
 }
 
 /// Contact of nodes with each other.
@@ -188,6 +191,19 @@ pub struct Pin {
     /// How they move; without keyframes they stay.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub motion: Vec<Keyframe>,
+    /// Name of the collider that carries them instead, as if they were fixed to it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub collider: Option<String>,
+    /// Force at which the pin lets go of a node for good [N]; without it, never.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub break_force: Option<f64>,
+}
+
+impl Pin {
+    /// Whether its nodes may move: by keyframes, or with a collider.
+    pub(super) fn may_move(&self) -> bool {
+        !self.motion.is_empty() || self.collider.is_some()
+    }
 }
 
 /// A choice of nodes. Where several keys are given, a node must meet them all.
@@ -260,6 +276,7 @@ impl Body {
             volume: None,
             self_collision: None,
             pins: Vec::new(),
+            tethers: None,
         }
     }
 
@@ -329,7 +346,25 @@ impl Body {
 
     /// Moves nodes by keyframes.
     pub fn pin_moving(mut self, select: Select, motion: Vec<Keyframe>) -> Self {
-        self.pins.push(Pin { select, motion });
+        self.pins.push(Pin { select, motion, ..Pin::default() });
+        self
+    }
+
+    /// Fixes nodes to a collider, which carries them from where they are.
+    pub fn pin_to(mut self, select: Select, collider: impl Into<String>) -> Self {
+        self.pins.push(Pin { select, collider: Some(collider.into()), ..Pin::default() });
+        self
+    }
+
+    /// Holds nodes where they are, each until that takes more than a force [N].
+    pub fn pin_breaking(mut self, select: Select, break_force: f64) -> Self {
+        self.pins.push(Pin { select, break_force: Some(break_force), ..Pin::default() });
+        self
+    }
+
+    /// Keeps free nodes as near to held ones as the way along the surface is long, and a share `slack` of it more.
+    pub fn tether(mut self, slack: f64) -> Self {
+        self.tethers = Some(Tethers { slack });
         self
     }
 

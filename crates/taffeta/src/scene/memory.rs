@@ -1,6 +1,6 @@
 //! How much memory a scene will take, told before any of it is taken.
 
-use super::{Body, Mesh, Method, Scene, Select, Spring, Springs};
+use super::{Body, Mesh, Method, Scene, Seam, Select, Spring, Springs};
 use crate::topology::Surface;
 
 /// Memory that building and running a scene takes at its peak, in 64 bits (in 32 bits it is up to 40 % less), beyond
@@ -29,14 +29,17 @@ const VOLUME_NODE: u64 = 60;
 const TOUCHING_NODE: u64 = 250;
 const FACES_OF_NODE: u64 = 250;
 const STRUT: u64 = 175;
+const PANEL: u64 = 100;
 const CONSTRAINT: u64 = 215;
 const NODE_OF_LEVELS: u64 = 560;
 const SPRING_OF_LEVELS: u64 = 140;
 const MOVING_PIN: u64 = 40;
 const SUBSTEP: u64 = 60;
 const POSE: u64 = 200;
-const COLLIDER: u64 = 160;
+const COLLIDER: u64 = 272;
 const LOAD: u64 = 8;
+const SEWN_PAIR: u64 = 170;
+const TETHERED_NODE: u64 = 330;
 
 /// A part of the memory, with words that are made only when they are asked for.
 struct Part<'a> {
@@ -51,7 +54,7 @@ impl Scene {
         let parts = self.bodies.iter().enumerate().flat_map(|(index, body)| self.body_parts(index, body));
         let mut bytes = 0_u64;
         let mut largest: Option<Part> = None;
-        for part in parts.chain([self.frame_part()]) {
+        for part in parts.chain([self.frame_part(), self.seam_part()]) {
             bytes = bytes.saturating_add(part.bytes);
             if largest.as_ref().is_none_or(|so_far| part.bytes > so_far.bytes) {
                 largest = Some(part);
@@ -62,7 +65,7 @@ impl Scene {
         MemoryNeeded { bytes, faces: nodes.saturating_mul(FACES_OF_NODE), mostly, remedy }
     }
 
-    fn body_parts<'a>(&'a self, index: usize, body: &'a Body) -> [Part<'a>; 3] {
+    fn body_parts<'a>(&'a self, index: usize, body: &'a Body) -> [Part<'a>; 4] {
         let count =
             body.springs.internal.as_ref().map_or(0, |wish| {
                 wish.pairs.as_ref().map_or(u64::from(wish.count), |pairs| pairs.len() as u64)
@@ -80,7 +83,20 @@ impl Scene {
                 remedy: "fewer struts would do",
             },
             self.implicit_part(index, nodes, body.springs_along().saturating_add(count)),
+            self.air_part(index, body),
         ]
+    }
+
+    /// Of a body's triangles, where there is air.
+    fn air_part<'a>(&'a self, index: usize, body: &Body) -> Part<'a> {
+        let triangles = if self.world.air.is_some() { triangles(&body.mesh) } else { 0 };
+        Part {
+            bytes: triangles.saturating_mul(PANEL),
+            mostly: Box::new(move || {
+                format!("{triangles} triangles of body `{}` in the air", self.body_name(index))
+            }),
+            remedy: "a coarser mesh, or world.wind_force in place of world.air, would do",
+        }
     }
 
     /// Of a body's springs, where they are implicit.
@@ -107,11 +123,32 @@ impl Scene {
         }
     }
 
+    /// Of seams, and of nodes that pins hold until they break, at most.
+    fn seam_part(&self) -> Part<'_> {
+        let of_seam = |seam: &Seam| match (&seam.pairs, &seam.from.select) {
+            (Some(pairs), _) => pairs.len() as u64,
+            (None, select) => {
+                let body = self.bodies.iter().zip(0..).find(|(_, i)| self.body_name(*i) == seam.from.body);
+                let all = |body: &Body| body.mesh.nodes();
+                body.map_or(0, |(body, _)| select.as_ref().map_or(all(body), |one| body.most_selected(one)))
+            }
+        };
+        let breaking = self.bodies.iter().flat_map(|body| {
+            let pins = body.pins.iter().filter(|pin| pin.break_force.is_some());
+            pins.map(|pin| body.most_selected(&pin.select))
+        });
+        let pairs = self.seams.iter().map(of_seam).chain(breaking).fold(0_u64, u64::saturating_add);
+        Part {
+            bytes: pairs.saturating_mul(SEWN_PAIR),
+            mostly: Box::new(move || format!("the {pairs} joints of seams and of pins that break")),
+            remedy: "selections of fewer nodes would do",
+        }
+    }
+
     /// What the sub-steps of a frame are told.
     fn frame_part(&self) -> Part<'_> {
         let steps = u64::from(self.time.substeps());
-        let moving =
-            self.bodies.iter().flat_map(|body| &body.pins).filter(|pin| !pin.motion.is_empty()).count();
+        let moving = self.bodies.iter().flat_map(|body| &body.pins).filter(|pin| pin.may_move()).count();
         let [poses, colliders, loads] =
             [moving, self.colliders.len(), self.forces.len()].map(|count| count as u64);
         let each = SUBSTEP + poses * POSE + colliders * COLLIDER + loads * LOAD;
@@ -149,7 +186,8 @@ impl Body {
                     .fold(surface.saturating_add(edges.saturating_mul(edge)), |sum, b| sum.saturating_add(*b))
             }
         };
-        let touching = u64::from(self.self_collision.is_some()) * TOUCHING_NODE;
+        let touching = u64::from(self.self_collision.is_some()) * TOUCHING_NODE
+            + u64::from(self.tethers.is_some()) * TETHERED_NODE;
         mesh.saturating_add(pins).saturating_add(BODY).saturating_add(nodes.saturating_mul(touching))
     }
 
@@ -165,7 +203,7 @@ impl Body {
 
     /// Nodes that follow keyframes, at most.
     fn moving_nodes(&self) -> u64 {
-        let moving = self.pins.iter().filter(|pin| !pin.motion.is_empty());
+        let moving = self.pins.iter().filter(|pin| pin.may_move());
         let nodes = moving.fold(0_u64, |sum, pin| sum.saturating_add(self.most_selected(&pin.select)));
         nodes.min(self.mesh.nodes())
     }
@@ -199,6 +237,16 @@ fn extent(mesh: &Mesh) -> [u64; 3] {
     }
 }
 
+/// Number of a mesh's triangles.
+fn triangles(mesh: &Mesh) -> u64 {
+    match mesh {
+        Mesh::Grid(grid) => 2_u64
+            .saturating_mul(u64::from(grid.rows.max(1) - 1))
+            .saturating_mul(u64::from(grid.cols.max(1) - 1)),
+        mesh => extent(mesh)[1],
+    }
+}
+
 fn bytes_of(surface: &Surface) -> u64 {
     let of = |count: usize, each: u64| count as u64 * each;
     let uvs = surface.uvs.as_ref().map_or(0, |uvs| of(uvs.coords.len(), 8) + of(uvs.corners.len(), 4));
@@ -215,7 +263,7 @@ fn bytes_of(surface: &Surface) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Collider, ConstraintForm, Cube, Internal, Keyframe, Mass};
+    use crate::scene::{Air, Collider, ConstraintForm, Cube, Internal, Keyframe, Mass, SeamSide};
     use crate::topology::shapes;
     use std::sync::Arc;
 
@@ -275,6 +323,34 @@ mod tests {
             scene(bare.clone(), ConstraintForm::Primal).bytes,
             scene(bare, ConstraintForm::Compliant).bytes
         );
+    }
+
+    #[test]
+    fn triangles_in_the_air_take_more() {
+        let scene = |body: Body, air: Option<Air>| {
+            let mut scene = Scene::new("").body(body);
+            scene.world.air = air;
+            scene.memory_needed().bytes
+        };
+        let more = |body: Body| scene(body.clone(), Some(Air::default())) - scene(body, None);
+        assert_eq!(more(sheet(100)), 2 * 99 * 99 * PANEL);
+        assert_eq!(
+            more(Body { mesh: Mesh::Cube(Cube { size: 1.0, divisions: 10 }), ..sheet(2) }),
+            2 * 602 * PANEL
+        );
+        assert_eq!(more(sheet(1)), 0);
+        let endless = Mesh::grid(u32::MAX, u32::MAX, [1.0; 2]);
+        assert_eq!(scene(Body { mesh: endless, ..sheet(2) }, Some(Air::default())), u64::MAX);
+    }
+
+    #[test]
+    fn joints_and_tethers_take_more() {
+        let body = sheet(100).pin(Select::rows(0, 0));
+        assert_eq!(needed(body.clone().tether(0.0)) - needed(body.clone()), 10_000 * TETHERED_NODE);
+        let side = || SeamSide::new("sheet", Select::cols(3, 4));
+        let plain = Scene::new("").body(body);
+        let sewn = plain.clone().seam(Seam::new(side(), side())).memory_needed();
+        assert_eq!(sewn.bytes - plain.memory_needed().bytes, 200 * SEWN_PAIR);
     }
 
     #[test]

@@ -3,6 +3,8 @@
 //! The same types are built in Rust and read from TOML (by `taffeta-io`); the format is described by their JSON
 //! Schema. SI units, y up, right-handed.
 
+mod air;
+mod attach;
 mod body;
 mod collider;
 mod force;
@@ -14,10 +16,12 @@ mod validate;
 mod volume;
 mod world;
 
+pub use air::{Air, Gust};
+pub use attach::{Closing, Seam, SeamSide, Tethers};
 pub use body::{
     Body, Bounds, Hinge, Internal, Kind, Mass, Pin, Place, Select, SelfCollision, Spring, Springs,
 };
-pub use collider::{Collider, Plane, Shape, Sphere};
+pub use collider::{Bar, Collider, Cuboid, Heightfield, Plane, Poses, Shape, Sphere};
 pub use force::{Force, ScaleKey, Torque};
 pub use memory::MemoryNeeded;
 pub use mesh::{Chain, Cube, Cylinder, Grid, Icosphere, Mesh, Torus, UvSphere};
@@ -52,6 +56,9 @@ pub struct Scene {
     /// Point loads and torques.
     #[serde(rename = "force")]
     pub forces: Vec<Force>,
+    /// Nodes sewn to nodes.
+    #[serde(rename = "seam", skip_serializing_if = "Vec::is_empty")]
+    pub seams: Vec<Seam>,
 }
 
 impl Scene {
@@ -75,6 +82,12 @@ impl Scene {
     /// Adds a point load or torque.
     pub fn force(mut self, force: Force) -> Self {
         self.forces.push(force);
+        self
+    }
+
+    /// Adds a seam.
+    pub fn seam(mut self, seam: Seam) -> Self {
+        self.seams.push(seam);
         self
     }
 

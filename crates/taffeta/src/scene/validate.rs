@@ -1,12 +1,15 @@
 //! Refuses at the door what cannot be simulated, with the place in the scene and what would do.
 
+mod air;
+mod attach;
 mod body;
+mod collider;
 mod counts;
 mod path;
 #[cfg(test)]
 mod tests;
 
-use super::{Collider, ConstraintForm, Force, Keyframe, Rotation, Scene, Shape, Solver};
+use super::{Collider, ConstraintForm, Force, Keyframe, Rotation, Scene, Solver};
 pub(crate) use path::plain;
 use path::{Checked, Path};
 use std::collections::HashMap;
@@ -51,10 +54,14 @@ impl Scene {
         }
         counts::check(self)?;
         for (i, collider) in self.colliders.iter().enumerate() {
-            check_collider(&Path::item("collider", i), collider)?;
+            collider::check(&Path::item("collider", i), collider)?;
         }
+        attach::check_carried(self)?;
         for (i, force) in self.forces.iter().enumerate() {
             self.check_force(&Path::item("force", i), force, &names)?;
+        }
+        for (i, seam) in self.seams.iter().enumerate() {
+            attach::check_seam(self, &Path::item("seam", i), seam, &names)?;
         }
         Ok(())
     }
@@ -65,6 +72,19 @@ impl Scene {
             Some(body) if !body.name.is_empty() => body.name.clone(),
             _ => format!("body{index}"),
         }
+    }
+
+    /// Name of a collider: its own or, without one, `collider0`, `collider1`, … by its place in the scene.
+    pub fn collider_name(&self, index: usize) -> String {
+        match self.colliders.get(index) {
+            Some(collider) if !collider.name.is_empty() => collider.name.clone(),
+            _ => format!("collider{index}"),
+        }
+    }
+
+    /// The collider of that name.
+    pub fn collider_named(&self, name: &str) -> Option<&Collider> {
+        (0..self.colliders.len()).find(|&i| self.collider_name(i) == name).map(|i| &self.colliders[i])
     }
 
     fn check_time(&self) -> Checked {
@@ -86,7 +106,8 @@ impl Scene {
         let path = Path::of("world");
         path.key("gravity").finite(&self.world.gravity)?;
         path.key("drag").not_negative(self.world.drag, "kg/s")?;
-        path.key("wind_force").finite(&self.world.wind_force)
+        path.key("wind_force").finite(&self.world.wind_force)?;
+        self.world.air.as_ref().map_or(Ok(()), |air| air::check(&path.key("air"), air))
     }
 
     fn check_solver(&self) -> Checked {
@@ -142,14 +163,19 @@ impl Scene {
         Ok(())
     }
 
+    /// Names of bodies, in words.
+    fn some_names(&self) -> String {
+        let some = self.bodies.len().min(MOST_NAMES);
+        let mut all: Vec<_> = (0..some).map(|i| format!("`{}`", self.body_name(i))).collect();
+        if some < self.bodies.len() {
+            all.push(format!("{} more", self.bodies.len() - some));
+        }
+        all.join(", ")
+    }
+
     fn check_force(&self, path: &Path, force: &Force, names: &HashMap<String, usize>) -> Checked {
         path.key("body").demand(names.contains_key(&force.body), || {
-            let some = self.bodies.len().min(MOST_NAMES);
-            let mut all: Vec<_> = (0..some).map(|i| format!("`{}`", self.body_name(i))).collect();
-            if some < self.bodies.len() {
-                all.push(format!("{} more", self.bodies.len() - some));
-            }
-            format!("there is no body `{}`; {} would do", force.body, all.join(", "))
+            format!("there is no body `{}`; {} would do", force.body, self.some_names())
         })?;
         body::check_select(&path.key("select"), &force.select)?;
         match (&force.force, &force.torque) {
@@ -169,29 +195,6 @@ impl Scene {
         }
         Ok(())
     }
-}
-
-fn check_collider(path: &Path, collider: &Collider) -> Checked {
-    match collider.shape() {
-        Some(Shape::Sphere(ball)) => {
-            let path = path.key("sphere");
-            path.key("center").finite(&ball.center)?;
-            path.key("radius").positive(ball.radius, "m")?;
-        }
-        Some(Shape::Plane(plane)) => {
-            let path = path.key("plane");
-            path.key("point").finite(&plane.point)?;
-            path.key("normal").direction(plane.normal)?;
-        }
-        None => {
-            let have = if collider.sphere.is_some() { "more than one shape" } else { "no shape" };
-            return path.refuse(&format!("has {have}; one of sphere and plane would do"));
-        }
-    }
-    path.key("offset").not_negative(collider.offset, "m")?;
-    path.key("friction").not_negative(collider.friction, "")?;
-    path.key("restitution").share(collider.restitution)?;
-    check_motion(path, &collider.motion)
 }
 
 /// Keyframes of a pin or collider at `path`.

@@ -1,3 +1,4 @@
+use super::Air;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -50,11 +51,14 @@ pub struct World {
     pub drag: f64,
     /// Force on every node [N] (S2's wind).
     pub wind_force: [f64; 3],
+    /// Air that flows around triangles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub air: Option<Air>,
 }
 
 impl Default for World {
     fn default() -> Self {
-        Self { gravity: [0.0, -9.81, 0.0], drag: 0.0, wind_force: [0.0; 3] }
+        Self { gravity: [0.0, -9.81, 0.0], drag: 0.0, wind_force: [0.0; 3], air: None }
     }
 }
 

@@ -27,11 +27,14 @@ pub struct Snapshot {
     pub pulls: u64,
     /// Number of constraints that come and go; 0 where there are none.
     pub adaptive: u64,
+    /// Number of joints, of which some may break; 0 where none can.
+    pub joints: u64,
     /// Positions [m], then velocities [m/s] of all nodes in user order, little endian. Kept apart when serialized.
     #[serde(skip)]
     pub state: Vec<u8>,
     /// Pulls of constraints [N], little endian, then for each that comes and goes a bit that says whether it is there, the
-    /// lowest of each byte first; both in an order that the scene alone decides. Kept apart when serialized.
+    /// lowest of each byte first, then the same for each joint; all in an order that the scene alone decides. Kept apart
+    /// when serialized.
     #[serde(skip)]
     pub constraints: Vec<u8>,
 }
@@ -44,7 +47,8 @@ impl Snapshot {
 
     /// Bytes that the pulls and the bits of `constraints` take.
     pub fn constraint_bytes(&self) -> Option<u64> {
-        self.pulls.checked_mul(self.precision.bytes() as u64)?.checked_add(self.adaptive.div_ceil(8))
+        let bits = self.adaptive.div_ceil(8).checked_add(self.joints.div_ceil(8))?;
+        self.pulls.checked_mul(self.precision.bytes() as u64)?.checked_add(bits)
     }
 
     /// Three numbers of the state from `index` on.
@@ -54,22 +58,26 @@ impl Snapshot {
 
     /// What constraints remember.
     fn remembered(&self) -> Remembered {
-        let (pulls, adaptive) = (self.pulls as usize, self.adaptive as usize);
-        let bits = &self.constraints[pulls * self.precision.bytes()..];
+        let [pulls, adaptive, joints] = [self.pulls, self.adaptive, self.joints].map(|count| count as usize);
+        let (active, there) =
+            self.constraints[pulls * self.precision.bytes()..].split_at(adaptive.div_ceil(8));
+        let bit = |bits: &[u8], index: usize| bits[index / 8] >> (index % 8) & 1 == 1;
         Remembered {
             pulls: (0..pulls).map(|index| self.precision.number(&self.constraints, index)).collect(),
-            active: (0..adaptive).map(|index| bits[index / 8] >> (index % 8) & 1 == 1).collect(),
+            active: (0..adaptive).map(|index| bit(active, index)).collect(),
+            joints: (0..joints).map(|index| bit(there, index)).collect(),
         }
     }
 
     /// Takes up what constraints remember.
     fn note(&mut self, remembered: &Remembered) {
-        let Remembered { pulls, active } = remembered;
-        (self.pulls, self.adaptive) = (pulls.len() as u64, active.len() as u64);
+        let Remembered { pulls, active, joints } = remembered;
+        [self.pulls, self.adaptive, self.joints] =
+            [pulls.len(), active.len(), joints.len()].map(|count| count as u64);
         let mut bytes = Vec::with_capacity(pulls.len() * self.precision.bytes() + active.len().div_ceil(8));
         pulls.iter().for_each(|&pull| self.precision.append(pull, &mut bytes));
         let byte = |bits: &[bool]| bits.iter().rev().fold(0, |byte, &bit| byte << 1 | u8::from(bit));
-        bytes.extend(active.chunks(8).map(byte));
+        bytes.extend(active.chunks(8).chain(joints.chunks(8)).map(byte));
         self.constraints = bytes;
     }
 }
@@ -136,6 +144,7 @@ impl Simulation {
             moved: chosen(&|node| self.moved.binary_search(&(node as u32)).is_ok()),
             pulls: 0,
             adaptive: 0,
+            joints: 0,
             state,
             constraints: Vec::new(),
         };
@@ -197,16 +206,18 @@ impl Simulation {
 
     /// Whether it has what the constraints of this scene remember.
     fn remembers(&self, snapshot: &Snapshot) -> Result<(), String> {
-        let Remembered { pulls, active } = self.backend.remembered();
+        let Remembered { pulls, active, joints } = self.backend.remembered();
         let counts = [
             ("pulls of constraints", snapshot.pulls, pulls.len()),
             ("constraints that come and go", snapshot.adaptive, active.len()),
+            ("joints", snapshot.joints, joints.len()),
         ];
         if let Some((what, held, count)) = counts.into_iter().find(|&(_, held, count)| held != count as u64) {
             return Err(format!("it holds {held} {what}, the scene has {count}"));
         }
         if snapshot.constraint_bytes() != Some(snapshot.constraints.len() as u64) {
-            let (bytes, count) = (snapshot.constraints.len(), pulls.len().max(active.len()));
+            let (bytes, count) =
+                (snapshot.constraints.len(), pulls.len().max(active.len()).max(joints.len()));
             return Err(format!("what its {count} constraints remember has {bytes} bytes"));
         }
         match snapshot.precision.not_finite(&snapshot.constraints, pulls.len()) {

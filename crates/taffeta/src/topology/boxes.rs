@@ -6,7 +6,7 @@ use super::order::locality_order;
 use super::predicate::Point;
 
 /// Triangles of a leaf.
-const LEAF: usize = 4;
+pub const LEAF: usize = 4;
 
 /// An axis-aligned box [m].
 #[derive(Clone, Copy)]
@@ -44,12 +44,17 @@ pub(super) struct BoxTree {
     width: usize,
 }
 
+/// Triangles in the order of leaves.
+pub fn leaf_order(nodes: &[Point], triangles: &[[u32; 3]]) -> Vec<u32> {
+    let threefold = |[a, b, c]: [Point; 3]| add_scaled(add_scaled(a, 1.0, b), 1.0, c);
+    let centres: Vec<Point> = triangles.iter().map(|t| threefold(t.map(|i| nodes[i as usize]))).collect();
+    locality_order(&centres)
+}
+
 impl BoxTree {
     pub(super) fn new(nodes: &[Point], triangles: &[[u32; 3]]) -> Self {
         let corners = |t: &[u32; 3]| t.map(|i| nodes[i as usize]);
-        let threefold = |[a, b, c]: [Point; 3]| add_scaled(add_scaled(a, 1.0, b), 1.0, c);
-        let centres: Vec<Point> = triangles.iter().map(|t| threefold(corners(t))).collect();
-        let order = locality_order(&centres);
+        let order = leaf_order(nodes, triangles);
         let width = order.len().div_ceil(LEAF).next_power_of_two();
         let mut boxes = vec![Aabb::EMPTY; 2 * width];
         for (leaf, members) in boxes[width..].iter_mut().zip(order.chunks(LEAF)) {

@@ -2,9 +2,10 @@
 
 pub mod adjacency;
 mod borders;
-mod boxes;
+pub mod boxes;
 pub mod coarse;
 pub mod edges;
+mod ground;
 mod inside;
 mod inspect;
 mod intersect;
@@ -24,11 +25,13 @@ pub mod springs;
 mod stencil;
 pub mod struts;
 mod surface;
+pub mod tethers;
 
 pub use adjacency::{Csr, Gather, LANES};
 pub use borders::Borders;
 pub use coarse::{Coarser, Graph, Weighted};
 pub use edges::{Edges, NONE};
+pub use ground::ground;
 pub use inside::{NoInside, named_edges, no_inside};
 pub use inspect::{Inspection, Part};
 pub use intersect::{Intersections, self_intersections};

@@ -1,12 +1,14 @@
 //! What the tests share: vectors, runs in 64 bits, and a reference to compare with.
 #![allow(dead_code, reason = "each test file uses a part")]
 
+pub mod alike;
 pub mod compare;
 pub mod constraints;
 pub mod levels;
 pub mod lists;
 pub mod primal;
 pub mod reference;
+pub mod settled;
 pub mod state;
 
 use taffeta::scene::{Place, Rotation, Scene};

@@ -14,8 +14,9 @@ mod reference;
 mod rest;
 mod sheet;
 
+use common::alike::{chain, with_ice as with};
 use common::state::{any, noise};
-use taffeta::scene::{Body, ConstraintForm, Ice, Mass, Mesh, Method, Scene, Solver};
+use taffeta::scene::{ConstraintForm, Ice};
 
 /// Settings of the primal form with a number of Newton steps.
 fn newton(newton_steps: u32) -> Ice {
@@ -25,15 +26,4 @@ fn newton(newton_steps: u32) -> Ice {
 /// Iterates until nothing is left but roundings.
 fn accurate(newton_steps: u32) -> Ice {
     Ice { tolerance: 1e-13, max_iterations: 20_000, ..newton(newton_steps) }
-}
-
-/// The same scene with all springs solved at once.
-fn with(mut scene: Scene, ice: Ice) -> Scene {
-    scene.solver = Solver { method: Method::Ice, ice, ..Solver::default() };
-    scene
-}
-
-/// Nodes in a row with springs between neighbours.
-fn chain(links: u32, length: f64, mass: f64, [k, d]: [f64; 2]) -> Body {
-    Body::cloth("chain", Mesh::chain(links, length)).with_mass(Mass::Node(mass)).structural(k, d)
 }

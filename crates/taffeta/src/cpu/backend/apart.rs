@@ -4,6 +4,7 @@ use super::{CpuBackend, Fields};
 use crate::assembly::BodyAssembly;
 use crate::backend::{Backend, Hand};
 use crate::constraints::volume::WEIGHTED_SUMS;
+use crate::cpu::near::Near;
 use crate::cpu::shared::Shared;
 use crate::cpu::tile::CpuTile;
 use crate::cpu::worker::Worker;
@@ -26,6 +27,8 @@ pub struct Between<T> {
     pub torques: Vec<T>,
     /// Forces on the corners of each hinge [N].
     pub hinge_forces: Vec<[[T; 3]; 4]>,
+    /// Force of the air on each corner of each panel [N].
+    pub panel_forces: Vec<[T; 3]>,
 }
 
 impl<T: Real> CpuBackend<T> {
@@ -68,6 +71,7 @@ impl<T: Real> CpuBackend<T> {
         let corrections = self.corrections.share();
         let solve = self.solve.share();
         let primal = self.primal.share();
+        let near = self.near.share();
         let scratch = self.scratch[0].get_mut().unwrap_or_else(PoisonError::into_inner);
         scratch.sweep.restart();
         for (origin, volume) in scratch.origins.iter_mut().zip(&self.setup.volumes) {
@@ -76,6 +80,7 @@ impl<T: Real> CpuBackend<T> {
         between.touched = vec![0; between.force.len()];
         for (number, plan) in self.setup.tiles.iter().enumerate() {
             let hinge_forces = &self.hinge_forces;
+            let panel_forces = self.panel_forces.each_ref().map(|column| &column[..]);
             let (setup, next) = (&self.setup, &next);
             let (corrections, solve, primal) = (&corrections, &solve, &primal);
             let mut tile = CpuTile {
@@ -87,13 +92,16 @@ impl<T: Real> CpuBackend<T> {
                 old,
                 next,
                 hinge_forces,
+                panel_forces,
                 corrections,
                 solve,
                 primal,
                 volume: setup.volume_of_body[plan.body],
                 scratch,
                 contacts: 0,
+                near: Near { meshes: &setup.meshes, shared: &near },
                 parted: Vec::new(),
+                restored: false,
             };
             load(&mut tile, between);
             stages(&mut tile);
@@ -101,6 +109,8 @@ impl<T: Real> CpuBackend<T> {
         }
         between.torques.clone_from(&scratch.torques);
         between.hinge_forces.clone_from(&self.hinge_forces);
+        let panel = |number: usize| self.panel_forces.each_ref().map(|column| column[number]);
+        between.panel_forces = (0..self.panel_forces[0].len()).map(panel).collect();
     }
 
     /// Positions [m] and velocities [m/s] by axis and place: those of now, or those that a sub-step has begun to write.

@@ -34,12 +34,14 @@ impl Masks {
             for (lane, node) in cluster.nodes().enumerate() {
                 let Some(touching) = &body.touching else { continue };
                 let apart: &Apart = &touching.apart;
-                apart.each(body, node - body.first, |other| {
-                    let slot = slot_of[body.first + other];
+                let mut note = |other: usize| {
+                    let slot = slot_of[other];
                     if slot / LANES >= index {
                         slots.push((slot, lane));
                     }
-                });
+                };
+                apart.each(body, node - body.first, |other| note(body.first + other));
+                assembly.attachments.apart(node).for_each(note);
             }
             all.push_row(&mut slots);
         }

@@ -119,7 +119,6 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
                 right: shared.right.write(&part),
                 inverse: here.inverse.write(&part),
                 own: here.own.write(&part),
-                free: shared.free.write(&part),
                 blocks: here.blocks.write(slots_of(table, &part, FINE)),
             };
             self.setup.level.run(kernel);
@@ -151,7 +150,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
             };
             let free = setup.inverse_mass[place] > T::ZERO;
             (*press, *surface) =
-                if free { Press::deepest(self.colliders, &coming) } else { (Press::FREE, 0) };
+                if free { self.near.press(self.colliders, place, &coming) } else { (Press::FREE, 0) };
         }
     }
 
@@ -296,11 +295,12 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
             // SAFETY: only this chunk's places, and its own sums.
             let (left, sums) =
                 unsafe { (worker.shared.levels[0].r.read(), worker.shared.left.item(chunk.number)) };
+            let hold = worker.hold(0);
             *sums = [0.0; 5];
             for place in chunk.part.clone() {
                 let mass = worker.setup.mass[place];
-                let moves = worker.setup.inverse_mass[place] > T::ZERO
-                    && worker.hold(0).press.get(place).is_none_or(|press| press.normal == [T::ZERO; 3]);
+                let moves = hold.inverse_mass[place] > T::ZERO
+                    && hold.press.get(place).is_none_or(|press| press.normal == [T::ZERO; 3]);
                 let [x, y, z] = left.at::<3>(place).map(T::to_f64);
                 let held = f64::from(u8::from(mass > T::ZERO && !moves));
                 for (sum, number) in sums.iter_mut().zip([x, y, z, mass.to_f64(), held]) {

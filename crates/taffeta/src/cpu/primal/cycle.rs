@@ -206,13 +206,11 @@ impl<'w, 'a, T: Real> PrimalWorker<'w, 'a, T> {
     /// What holds the nodes of a level.
     pub fn hold(&self, level: usize) -> Hold<'_, T> {
         if level > 0 {
-            return Hold { free: None, press: &[] };
+            return Hold { inverse_mass: &[], press: &[] };
         }
         // SAFETY: found before a barrier.
-        unsafe {
-            let press = if self.colliders.is_empty() { &[] } else { self.shared.press.read() };
-            Hold { free: Some(self.shared.free.read()), press }
-        }
+        let press = if self.colliders.is_empty() { &[] } else { unsafe { self.shared.press.read() } };
+        Hold { inverse_mass: &self.setup.inverse_mass, press }
     }
 
     /// Meets the others, if it does not go on alone.

@@ -129,8 +129,8 @@ fn add_product<T: Real>(m: &[[T; LANES]; 6], v: &Lanes<T>, sum: &mut Lanes<T>) {
 /// Which directions nodes are free in, on the finest level.
 #[derive(Clone, Copy)]
 pub struct Hold<'a, T> {
-    /// 1, or 0 where a node is held. `None`: all are free.
-    pub free: Option<View<'a, T>>,
+    /// By place the inverse mass [1/kg]; 0: held. Empty: all are free.
+    pub inverse_mass: &'a [T],
     /// By place: how a surface holds it. Empty: nothing does.
     pub press: &'a [Press<T>],
 }
@@ -139,11 +139,10 @@ impl<T: Real> Hold<'_, T> {
     /// A vector on a slice, as far as nodes yield to it.
     #[inline(always)]
     pub fn yielded(&self, first: usize, vector: &mut Lanes<T>) {
-        if let Some(free) = &self.free {
-            let [free] = free.lanes::<1>(first);
+        if let Some(inverse_mass) = self.inverse_mass.get(first..first + LANES) {
             for axis in vector.iter_mut() {
-                for lane in 0..LANES {
-                    axis[lane] = free[lane] * axis[lane];
+                for (number, &inverse_mass) in axis.iter_mut().zip(inverse_mass) {
+                    *number = if inverse_mass > T::ZERO { *number } else { T::ZERO };
                 }
             }
         }

@@ -17,9 +17,10 @@ use super::shared::Shared;
 use super::team::Barrier;
 use crate::assembly::Assembly;
 use crate::backend::Remembered;
+use crate::collision::moving::ColliderNow;
 use crate::collision::press::Press;
-use crate::collision::shape::ColliderNow;
 use crate::constraints::primal::Stiff;
+use crate::cpu::near::Near;
 use crate::diagnostics::SolverReport;
 use crate::plan::Substep;
 use crate::real::Real;
@@ -75,8 +76,6 @@ pub struct PrimalWork<T> {
     s: Columns<T>,
     /// Springs' impulse where a Newton step starts [N s].
     right: Columns<T>,
-    /// 1 where a node is free.
-    free: Columns<T>,
     /// Places and velocities that a Newton step starts from.
     moved: Columns<T>,
     /// By place: how a surface holds it, and which. Empty where there are none.
@@ -98,7 +97,6 @@ pub struct SharedPrimal<'a, T> {
     p: SharedColumns<'a, T>,
     s: SharedColumns<'a, T>,
     right: SharedColumns<'a, T>,
-    free: SharedColumns<'a, T>,
     moved: SharedColumns<'a, T>,
     press: Shared<'a, Press<T>>,
     surface: Shared<'a, u32>,
@@ -209,7 +207,6 @@ impl<T: Real> PrimalWork<T> {
             p: columns(3),
             s: columns(3),
             right: columns(3),
-            free: columns(1),
             moved: Columns::new(6, places, 0),
             press: vec![Press::FREE; if surfaces { places } else { 0 }],
             surface: vec![0; if surfaces { places } else { 0 }],
@@ -229,7 +226,6 @@ impl<T: Real> PrimalWork<T> {
             p: self.p.share(),
             s: self.s.share(),
             right: self.right.share(),
-            free: self.free.share(),
             moved: self.moved.share(),
             press: Shared::new(&mut self.press),
             surface: Shared::new(&mut self.surface),
@@ -247,7 +243,7 @@ impl<T: Real> PrimalWork<T> {
         for place in 0..places {
             pulls.extend((0..3).map(|axis| self.change.get(axis, place).to_f64()));
         }
-        Remembered { pulls, active: Vec::new() }
+        Remembered { pulls, ..Remembered::default() }
     }
 
     /// Takes back what [`Self::remembered`] gave.
@@ -261,8 +257,7 @@ impl<T: Real> PrimalWork<T> {
 
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
-        let columns =
-            [&self.change, &self.total, &self.x, &self.p, &self.s, &self.right, &self.free, &self.moved];
+        let columns = [&self.change, &self.total, &self.x, &self.p, &self.s, &self.right, &self.moved];
         self.levels.iter().map(LevelWork::bytes).sum::<usize>()
             + columns.into_iter().map(Columns::bytes).sum::<usize>()
             + self.press.len() * (size_of::<Press<T>>() + 4)
@@ -287,4 +282,5 @@ pub struct PrimalWorker<'w, 'a, T> {
     /// Step [s].
     pub h: T,
     pub colliders: &'w [ColliderNow<T>],
+    pub near: Near<'w, T>,
 }

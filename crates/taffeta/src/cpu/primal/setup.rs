@@ -24,12 +24,11 @@ pub struct SetUp<'a, T> {
     pub mass: &'a [T],
     pub inverse_mass: &'a [T],
     pub press: &'a [Press<T>],
-    /// Springs' impulse [N s]; inverse diagonal; mass and what holds a node, for coarser levels; 1 where a node is free; blocks of the
-    /// chunk's slots.
+    /// Springs' impulse [N s]; inverse diagonal; mass and what holds a node, for coarser levels; blocks of the chunk's
+    /// slots.
     pub right: [&'a mut [T]; 3],
     pub inverse: [&'a mut [T]; 6],
     pub own: [&'a mut [T]; 6],
-    pub free: [&'a mut [T]; 1],
     pub blocks: &'a mut [T],
 }
 
@@ -128,7 +127,6 @@ impl<T: Real> SetUp<'_, T> {
                 self.inverse[one][at + lane] = inverse[one];
                 self.own[one][at + lane] = held[one] + if one < 3 { mass } else { T::ZERO };
             }
-            self.free[0][at + lane] = if free { T::ONE } else { T::ZERO };
         }
     }
 }

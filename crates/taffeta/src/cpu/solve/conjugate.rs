@@ -309,7 +309,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             };
             let free = setup.inverse_mass[place] > T::ZERO;
             (*press, *surface) =
-                if free { Press::deepest(self.colliders, &coming) } else { (Press::FREE, 0) };
+                if free { self.near.press(self.colliders, place, &coming) } else { (Press::FREE, 0) };
         }
     }
 

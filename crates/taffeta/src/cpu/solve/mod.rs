@@ -17,9 +17,10 @@ use super::backend::Setup;
 use super::shared::Shared;
 use super::tiles::TilePlan;
 use crate::assembly::{Assembly, Constraints};
+use crate::collision::moving::ColliderNow;
 use crate::collision::press::Press;
-use crate::collision::shape::ColliderNow;
 use crate::constraints::distance::Softness;
+use crate::cpu::near::Near;
 use crate::diagnostics::SolverReport;
 use crate::plan::Substep;
 use crate::real::Real;
@@ -287,4 +288,5 @@ pub struct SolveWorker<'w, 'a, T> {
     /// Step [s].
     pub h: T,
     pub colliders: &'w [ColliderNow<T>],
+    pub near: Near<'w, T>,
 }

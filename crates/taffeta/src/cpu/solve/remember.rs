@@ -12,6 +12,7 @@ impl<T: Real> SolveWork<T> {
         Remembered {
             pulls: if asked { self.pull.iter().map(|pull| pull.to_f64()).collect() } else { Vec::new() },
             active: if setup.adaptive { self.active.clone() } else { Vec::new() },
+            joints: Vec::new(),
         }
     }
 

@@ -2,13 +2,17 @@
 
 use super::{read, sources};
 use crate::collision::contact::NARROW;
+use crate::collision::moving::{ColliderNow, Rigid, Touching};
 use crate::collision::pair::FIRM;
-use crate::collision::shape::{ColliderNow, PlaneNow, ShapeNow, SphereNow, Touching};
+use crate::collision::shape::{BoxNow, CapsuleNow, CylinderNow, ENTRIES, PlaneNow, ShapeNow, SphereNow};
+use crate::collision::{tree, triangle};
+use crate::constraints::attach::ROUNDS as TETHER_ROUNDS;
 use crate::constraints::volume::{FEW, FLAT, Form};
-use crate::cpu::ROUNDS;
+use crate::cpu::{GRAIN, GROOVES, ROUNDS};
+use crate::forces::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::forces::hinge::STIFFEST;
 use crate::gpu::layout::{
-    BY_HAND, Collider, FARTHEST, FORCE, GROUP, IS_LOAD, IS_RING, NODE_SUMS, NONE, NOT_A_MESH, OWN,
+    BY_HAND, Collider, FARTHEST, FORCE, GROUP, IS_LOAD, IS_RING, MESH, NODE_SUMS, NONE, NOT_A_MESH, OWN,
     PATCH_NODE_BYTES, RESTORED, TILE, TORQUE, VECTORS, VOLUME_PARTS, Vector, WEIGHTED,
 };
 use crate::real::Real;
@@ -36,7 +40,8 @@ fn constants(module: &Module) -> BTreeMap<String, f64> {
 /// The kind of a collider's record.
 fn kind(shape: ShapeNow<f32>) -> f64 {
     let zero = [0.0; 3];
-    let touching = Touching { friction: 0.0, restitution: 0.0, spin: [zero; 3], drift: zero };
+    let touching =
+        Touching { friction: 0.0, restitution: 0.0, spin: [zero; 3], drift: zero, carry: Rigid::rest() };
     f64::from(Collider::from(&ColliderNow { shape, touching }).kind)
 }
 
@@ -50,6 +55,13 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("QUARTER_PI", f64::from(FRAC_PI_4)),
         ("ROUNDS", ROUNDS as f64),
         ("STIFFEST", STIFFEST),
+        ("STRIDE_X", f64::from(STRIDES[0])),
+        ("STRIDE_Y", f64::from(STRIDES[1])),
+        ("STRIDE_Z", f64::from(STRIDES[2])),
+        ("VALUES", f64::from(VALUES)),
+        ("MIDDLE", MIDDLE),
+        ("FARTHEST_CELL", FARTHEST_CELL),
+        ("THIRD", f64::from((1.0 / 3.0) as f32)),
         ("NARROW", f64::from(NARROW as f32)),
         ("NUMBERS", NODE_SUMS as f64),
         ("IS_LOAD", f64::from(IS_LOAD)),
@@ -84,6 +96,7 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("TOTAL", f64::from(Vector::Total as u32)),
         ("PULLED", f64::from(Vector::Pulled as u32)),
         ("NONE", f64::from(NONE)),
+        ("TETHER_ROUNDS", TETHER_ROUNDS as f64),
         ("FARTHEST", f64::from(FARTHEST)),
         ("OWN", OWN as f64),
         ("NUMBERS_A_NODE", f64::from(PATCH_NODE_BYTES / 4)),
@@ -92,6 +105,25 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("TORQUE", f64::from(TORQUE)),
         ("SPHERE", kind(ShapeNow::Sphere(SphereNow { center: zero, radius: 0.0 }))),
         ("PLANE", kind(ShapeNow::Plane(PlaneNow { normal: zero, level: 0.0 }))),
+        ("BOX", kind(ShapeNow::Box(BoxNow { center: zero, axes: [zero; 3], half: zero, offset: 0.0 }))),
+        ("CAPSULE", kind(ShapeNow::Capsule(CapsuleNow { a: zero, along: zero, inverse: 0.0, radius: 0.0 }))),
+        (
+            "CYLINDER",
+            kind(ShapeNow::Cylinder(CylinderNow {
+                center: zero,
+                axis: zero,
+                half: 0.0,
+                radius: 0.0,
+                offset: 0.0,
+            })),
+        ),
+        ("MESH", f64::from(MESH)),
+        ("ENTRIES", ENTRIES as f64),
+        ("NO_TRIANGLE", f64::from(NONE)),
+        ("PASSED", f64::from(triangle::SLACK as f32)),
+        ("LOOSE", f64::from((1.0 + tree::SLACK) as f32)),
+        ("GROOVES", GROOVES as f64),
+        ("GRAIN", f64::from(GRAIN as f32)),
     ])
 }
 

@@ -2,9 +2,10 @@
 
 use super::{read, sources, words};
 use crate::gpu::layout::{
-    Along, Chunk, CoarseEdge, Collider, Descent, Diagonal, Entry, Grid, Hinge, LevelGroup, Link, LinkGroup,
-    Load, Meeting, Met, Motion, NodeGroup, NodeSolve, Parents, Part, Patch, Pin, Progress, Row, Run, Share,
-    SlotSpring, Small, Solve, Solving, Substep, Surface, Symmetric, Taken, Tile, VolumeGroup,
+    Air, Along, Chunk, CoarseEdge, Collider, Descent, Diagonal, Entry, Grid, Gusts, Hinge, Joint, LevelGroup,
+    Link, LinkGroup, Load, Meeting, Met, Motion, NodeGroup, NodeSolve, Panel, Parents, Part, Patch, Pin,
+    Progress, Row, Run, Share, SlotSpring, Small, Solve, Solving, Substep, Surface, Symmetric, Taken, Tile,
+    VolumeGroup,
 };
 use taffeta_gpu::wgpu::naga::{AddressSpace, Handle, Module, Type, TypeInner};
 
@@ -29,7 +30,7 @@ macro_rules! named {
 
 named! {
     f32: "f32", u32: "u32", i32: "i32", [f32; 3]: "vec3<f32>", [f32; 4]: "vec4<f32>", [u32; 4]: "vec4<u32>",
-    [u32; 2]: "vec2<u32>", Symmetric: "Symmetric", Descent: "Descent",
+    [u32; 2]: "vec2<u32>", [f32; 2]: "vec2<f32>", Air: "Air", Gusts: "Gusts", Symmetric: "Symmetric", Descent: "Descent",
     [Along; 6]: "array<Along, 6>", Part: "Part",
     Meeting: "Meeting", Solving: "Solving", Progress: "Progress",
 }
@@ -60,14 +61,35 @@ fn records() -> Vec<Record> {
     vec![
         record!(Substep {
             gravity, h, wind, drag, first_collider, colliders, first_motion, first_scale, hand_share, hand_rate,
-            hand_forces, pins, solving, left, first_goal, most_apart; padding
+            hand_forces, pins, solving, left, first_goal, most_apart, air; gap, padding
         }),
         record!(Solving {
             activation, release, aim, epsilon, form, tolerance_squared, most_iterations, is_adaptive, is_warm; padding
         }),
         record!(Collider {
-            place, size, spin_x, friction, spin_y, restitution, spin_z, kind, drift; padding
+            place,
+            size,
+            spin_x,
+            friction,
+            spin_y,
+            restitution,
+            spin_z,
+            kind,
+            drift,
+            mesh,
+            axis_u,
+            u,
+            axis_v,
+            v,
+            axis_w,
+            w,
+            carry_x,
+            carry_y,
+            carry_z
         }),
+        record!(Air { velocity, density, exposure, drag, lift, first_force, gusts }),
+        record!(Gusts { offset, cells_a_metre, keys, weights }),
+        record!(Panel { a, b, c, lightness }),
         record!(Motion { x, y, z, rate_x, rate_y, rate_z }),
         record!(Pin { start, node, goal, track }),
         record!(Along { k, damping, rest_length, there }),
@@ -83,11 +105,12 @@ fn records() -> Vec<Record> {
         record!(VolumeGroup { first, count, gradients, origin, first_group, groups, goal, form, flags }),
         record!(Chunk { origin, first, count }),
         record!(Meeting { thickness, friction, restitution }),
+        record!(Joint { point, track, a, b, start, end, compliance, break_force, closing; padding }),
         record!(Link { a, b, k, damping, rest_length, is_active }),
         record!(LinkGroup { first, count, solve, first_group, groups }),
         record!(NodeGroup { first, count, solve, first_group, is_first }),
         record!(Row { direction, r, w, s, p, x }),
-        record!(Met { normal, yields, velocity, surface, is_pulled; padding }),
+        record!(Met { normal, yields, velocity, surface, is_pulled, inside; padding }),
         record!(Progress { passes, is_done, limit, right, gamma, alpha, beta }),
         record!(Solve { links, active_links, kept, next }),
         record!(Taken { iterations, capped, active_share, residual }),
@@ -179,7 +202,8 @@ fn a_field_that_is_moved_renamed_left_out_or_of_another_type_is_found() {
         ("    neighbour: u32,", "    neighbor: u32,"),
         ("    rest_steepness: f32,\n", ""),
         ("    row: i32,\n    col: i32,\n}\n\n@group(1)", "    row: u32,\n    col: i32,\n}\n\n@group(1)"),
-        ("@size(136) most_apart: f32", "most_apart: f32"),
+        ("@size(128) air: Air", "air: Air"),
+        ("    exposure: f32,\n    /// Coefficients.\n    drag: f32,", "    drag: f32,\n    exposure: f32,"),
         ("    meeting: Meeting,\n    cells_a_metre: f32,", "    cells_a_metre: f32,\n    meeting: Meeting,"),
         ("along: array<Along, 6>", "along: array<Along, 7>"),
     ];

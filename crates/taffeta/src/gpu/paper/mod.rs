@@ -68,7 +68,13 @@ pub fn check(options: &GpuOptions, assembly: &Assembly) -> Result<(), String> {
         }
         _ => ("keep volumes by forces alone, everywhere alike", beyond_forces(assembly)),
     };
-    beyond.map_or(Ok(()), |what| Err(format!("{which} {most}, and {what}; the plain kernels would do")))
+    let of_mesh = || {
+        let index = assembly.colliders.iter().position(|collider| collider.mesh().is_some())?;
+        Some(format!("collider[{index}] is a mesh"))
+    };
+    beyond
+        .or_else(of_mesh)
+        .map_or(Ok(()), |what| Err(format!("{which} {most}, and {what}; the plain kernels would do")))
 }
 
 /// What a scene has that the volume constraint of 2023 has not.
@@ -118,7 +124,12 @@ fn beyond_grids(assembly: &Assembly) -> Option<String> {
         BodySprings::Grid(_) => None,
     };
     let loads = (!assembly.loads.is_empty()).then(|| "the scene has loads".to_owned());
-    assembly.bodies.iter().find_map(of_body).or(loads)
+    assembly.bodies.iter().find_map(of_body).or(loads).or_else(|| beyond_still(assembly))
+}
+
+/// Air, which none of the papers has.
+fn beyond_still(assembly: &Assembly) -> Option<String> {
+    (assembly.panels.len() > 0).then(|| "the scene has air".to_owned())
 }
 
 impl Paper {
@@ -187,7 +198,7 @@ impl Recorder<'_> {
         self.list.stage("springs");
         self.over_planes(Name::new("node_centric_forces"), planes, substep);
         self.go_on_in_place();
-        self.over_planes(Name { entry: "node_centric_update", loads_given }, planes, substep);
+        self.over_planes(Name { loads_given, ..Name::new("node_centric_update") }, planes, substep);
     }
 
     fn spring_centric(&mut self, [springs, triangles]: [usize; 2], substep: usize, loads_given: bool) {
@@ -197,13 +208,13 @@ impl Recorder<'_> {
         if triangles > 0 {
             self.list.stage("volumes");
             self.dispatch_kernel(Name::new("compute_volume"), substep, triangles.div_ceil(GROUP));
-            let build = Name { entry: "build_system", loads_given };
+            let build = Name { loads_given, ..Name::new("build_system") };
             for name in [Name::new("compute_jacobian"), build, Name::new("accumulate_force")] {
                 self.dispatch_kernel(name, substep, nodes.div_ceil(GROUP));
             }
         }
         self.go_on_in_place();
-        let update = Name { entry: "spring_centric_update", loads_given };
+        let update = Name { loads_given, ..Name::new("spring_centric_update") };
         self.dispatch_kernel(update, substep, nodes.div_ceil(GROUP));
     }
 

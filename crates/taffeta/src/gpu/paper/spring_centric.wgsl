@@ -92,7 +92,8 @@ fn spring_centric_update(
     if node < arrayLength(&kept_numbers) {
         kept_numbers[node] = 0.0;
     }
-    let after = touch(integrate(x, v, load_on(node, v.xyz, 0u) + springs_pull, 0u), 0u);
+    let moved = integrate(x, v, load_on(node, v.xyz, 0u) + springs_pull, 0u);
+    let after = touch(moved, Origin(x.xyz, true), 0u);
     new_position[node] = after.position;
     new_velocity[node] = after.velocity;
 }

@@ -1,4 +1,4 @@
-//! Rows of the elements that several nodes share: hinges and torques.
+//! Rows of the elements that several nodes share: hinges, panels and torques.
 
 use super::bench::{Bench, Given};
 use super::fixture::words;
@@ -11,6 +11,9 @@ const FOLDED: &str = "sums, products, quotients and roots in the same order; on 
                       normals of slivers";
 const SUMMED: &str = "both add up in lanes and by halves; on hardware fused products add up over 642 nodes";
 
+const BLOWN: &str = "sums, products, quotients and roots in the same order; on hardware a fused product turns the \
+                     normals of small triangles";
+
 /// One row for each kernel.
 pub const ROWS: &[Row] = &[
     Row {
@@ -20,6 +23,12 @@ pub const ROWS: &[Row] = &[
         check: hinges,
     },
     Row {
+        name: "blow_on_panels",
+        entry: "blow_on_panels",
+        tolerance: Tolerance::new(0.0, 64.0, BLOWN),
+        check: panels,
+    },
+    Row {
         name: "scale_loads",
         entry: "scale_loads",
         tolerance: Tolerance::new(0.0, 64.0, SUMMED),
@@ -27,13 +36,35 @@ pub const ROWS: &[Row] = &[
     },
 ];
 
+/// On grids and meshes, with gusts.
+fn panels(bench: &mut Bench<'_>) -> Result<(), String> {
+    let fixtures = fixtures(bench)?;
+    let kernel = kernel_of(bench, Name::new("blow_on_panels"), &fixtures[0])?;
+    for mut fixture in fixtures {
+        let (between, _) = fixture.on_cpu(|_| {});
+        let (first, count) = (fixture.tables.first_panel_force(), fixture.tables.panels.len());
+        let mut wanted = vec![[f32::NAN; 4]; first];
+        wanted.extend(between.panel_forces[..count].iter().map(|&[x, y, z]| [x, y, z, 0.0]));
+        let (arrays, records) = (fixture.arrays(), fixture.records());
+        bench.run(
+            &kernel,
+            &Given { arrays: &arrays, records: &records, groups: count.div_ceil(256) },
+            |written| {
+                written.fours("hinge_forces", &wanted);
+            },
+        )?;
+    }
+    Ok(())
+}
+
 fn hinges(bench: &mut Bench<'_>) -> Result<(), String> {
     let fixtures = fixtures(bench)?;
     let kernel = kernel_of(bench, Name::new("bend_hinges"), &fixtures[0])?;
     for mut fixture in fixtures {
         let (between, _) = fixture.on_cpu(|_| {});
-        let wanted: Vec<Four> =
+        let mut wanted: Vec<Four> =
             between.hinge_forces.as_flattened().iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect();
+        wanted.resize(wanted.len() + fixture.tables.panels.len(), [f32::NAN; 4]);
         let (arrays, records) = (fixture.arrays(), fixture.records());
         let groups = fixture.tables.hinges.len().div_ceil(256);
         bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {

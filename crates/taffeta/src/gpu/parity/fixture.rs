@@ -2,12 +2,14 @@
 //! on; with it the CPU's backend and the arrays that kernels are bound to.
 
 use super::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene, wide_sheet};
-use super::{pair_scene, volume_scene};
+use super::{mesh_scene, pair_scene, volume_scene};
 use crate::assembly::Assembly;
 use crate::backend::{Backend, Hand};
+use crate::collision::mesh::MeshSurface;
 use crate::collision::pair;
 use crate::cpu::{Between, CpuBackend};
-use crate::gpu::layout::{BY_HAND, Collider, Four, Motion, Pin, Solving, Substep, VOLUME_PARTS};
+use crate::gpu::collider_meshes::{ColliderMeshes, Words};
+use crate::gpu::layout::{Air, BY_HAND, Collider, Four, Motion, Pin, Solving, Substep, VOLUME_PARTS};
 use crate::gpu::tables::Tables;
 use crate::plan;
 use crate::real::add;
@@ -15,10 +17,22 @@ use crate::scene::{Scene, Solver};
 use crate::step::Tile;
 use crate::topology::random::SplitMix64;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use taffeta_gpu::bytemuck::{Pod, cast_slice};
 
 /// The sub-step that rows run: not the first, so that each finds its own records.
 pub const SUBSTEP: usize = 2;
+
+/// Makes a state where springs are constraints, from a seed.
+pub type Maker = fn(u64, Solver, bool) -> Result<Fixture, String>;
+
+/// Colliders that are meshes, as kernels and as the CPU see them.
+type Meshes = ((ColliderMeshes, Vec<Words>), Vec<MeshSurface<f32>>);
+
+fn meshes_of(assembly: &Assembly) -> Meshes {
+    let meshes = assembly.colliders.iter().filter_map(|collider| collider.mesh());
+    (ColliderMeshes::new(assembly), meshes.map(|mesh| mesh.surface()).collect())
+}
 
 /// Position [m] and inverse mass [1/kg], velocity [m/s] and mass [kg], of all places.
 #[derive(Clone, Default)]
@@ -40,6 +54,9 @@ pub struct Fixture {
     pub force: Vec<[f32; 3]>,
     /// Whether a place has a node.
     pub is_node: Vec<bool>,
+    /// Colliders that are meshes.
+    meshes: (ColliderMeshes, Vec<Words>),
+    pub surfaces: Vec<MeshSurface<f32>>,
     pins: Vec<Pin>,
 }
 
@@ -87,7 +104,38 @@ impl Fixture {
         Self::of(&scene, seed, exact)
     }
 
-    fn of(scene: &Scene, seed: u64, exact: bool) -> Result<Self, String> {
+    /// With meshes among the colliders.
+    pub fn with_meshes(seed: u64, exact: bool) -> Result<Self, String> {
+        let mut fixture = Self::of(&among_meshes(scene(0.0087, !exact)), seed, exact)?;
+        if exact {
+            let from = fixture.cpu.assembly().bodies[1].first;
+            mesh_scene::put_awkward(&mut fixture.old, &mut fixture.new, from);
+            fixture.put_old();
+        }
+        Ok(fixture)
+    }
+
+    /// The same where springs are constraints. On hardware there are no meshes: what is near one is held by other roundings
+    /// otherwise.
+    pub fn with_meshes_and_constraints(seed: u64, solver: Solver, exact: bool) -> Result<Self, String> {
+        let scene = Scene { solver, ..scene(0.0087, !exact) };
+        Self::of(&if exact { among_meshes(scene) } else { scene }, seed, exact)
+    }
+
+    /// One mesh alone, near whose surface no way begins or ends: there the direction away from it is what rounding leaves.
+    pub fn with_mesh_apart(number: usize) -> Result<Self, String> {
+        let mut fixture = Self::of(&among_meshes(scene(0.0087, true)), 40 + number as u64, false)?;
+        for substep in &mut fixture.substeps {
+            let meshes = substep.colliders.iter().filter(|collider| collider.shape.mesh().is_some());
+            substep.colliders = meshes.copied().skip(number).take(1).collect();
+        }
+        fixture.leave_surfaces();
+        fixture.put_old();
+        Ok(fixture)
+    }
+
+    /// The same of any scene.
+    pub fn of(scene: &Scene, seed: u64, exact: bool) -> Result<Self, String> {
         let mut chance = Chance::new(seed);
         let mut assembly = Assembly::new(scene).map_err(|error| error.to_string())?;
         for rest in assembly.bodies.iter_mut().flat_map(|body| &mut body.hinge_rest) {
@@ -95,27 +143,36 @@ impl Fixture {
             rest.angle = 3.1 * f64::from(chance.number());
         }
         let tables = Tables::new(&assembly, 0..assembly.bodies.len())?;
+        let (meshes, surfaces) = meshes_of(&assembly);
         let mut is_node = vec![false; assembly.places];
         for body in &assembly.bodies {
             is_node[body.first..body.first + body.nodes].fill(true);
         }
         let substeps = plan::frame(&assembly, 0.0);
         let cpu = CpuBackend::<f32>::new(assembly, 1)?;
-        let old = old_state(&mut chance, &tables, &cpu, exact);
-        let new = new_state(&mut chance, &tables, &cpu, exact);
+        let mut old = old_state(&mut chance, &tables, &cpu, exact);
+        let (new, awkward) = new_state(&mut chance, &tables, &cpu, exact);
+        for place in awkward {
+            // They come from near by: on a longer way they would meet something else.
+            let [x, y, z, _] = new.position[place];
+            let start = add([x, y + 0.25, z], chance.three(0.05));
+            old.position[place][..3].copy_from_slice(&start);
+        }
         let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
         let hand = hand(&mut chance);
         let pins = pins(&tables, &hand);
-        let mut fixture = Self { cpu, tables, substeps, hand, old, new, force, is_node, pins };
+        let mut fixture =
+            Self { cpu, tables, substeps, hand, old, new, force, is_node, meshes, surfaces, pins };
         fixture.put_old();
         Ok(fixture)
     }
 
     /// Bodies that keep their volumes, stretched and bent; many near what they may touch, and some that have touched.
-    pub fn with_volumes(seed: u64, drag: f64) -> Result<Self, String> {
+    pub fn with_volumes(seed: u64, drag: f64, meshes: bool) -> Result<Self, String> {
         let mut chance = Chance::new(seed);
-        let assembly = volume_scene::assembly(drag)?;
+        let assembly = volume_scene::assembly(drag, meshes)?;
         let tables = Tables::new(&assembly, 0..assembly.bodies.len())?;
+        let (meshes, surfaces) = meshes_of(&assembly);
         let mut is_node = vec![false; assembly.places];
         for body in &assembly.bodies {
             is_node[body.first..body.first + body.nodes].fill(true);
@@ -142,16 +199,18 @@ impl Fixture {
         let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
         let hand = Hand::default();
         let pins = pins(&tables, &hand);
-        let mut fixture = Self { cpu, tables, substeps, hand, old, new, force, is_node, pins };
+        let mut fixture =
+            Self { cpu, tables, substeps, hand, old, new, force, is_node, meshes, surfaces, pins };
         fixture.put_old();
         Ok(fixture)
     }
 
     /// Bodies that touch each other: crowded, here and there exactly as far apart as they touch, and far out.
-    pub fn with_pairs(seed: u64, exact: bool) -> Result<Self, String> {
+    pub fn with_pairs(seed: u64, exact: bool, meshes: bool) -> Result<Self, String> {
         let mut chance = Chance::new(seed);
-        let assembly = pair_scene::assembly()?;
+        let assembly = pair_scene::assembly(meshes)?;
         let tables = Tables::new(&assembly, 0..assembly.bodies.len())?;
+        let (meshes, surfaces) = meshes_of(&assembly);
         let mut is_node = vec![false; assembly.places];
         for body in &assembly.bodies {
             is_node[body.first..body.first + body.nodes].fill(true);
@@ -171,14 +230,25 @@ impl Fixture {
         pair_scene::put_awkward(&mut new.position, &cpu.assembly().bodies, exact);
         let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
         let pins = Vec::new();
-        let mut fixture =
-            Self { cpu, tables, substeps, hand: Hand::default(), old, new, force, is_node, pins };
+        let mut fixture = Self {
+            cpu,
+            tables,
+            substeps,
+            hand: Hand::default(),
+            old,
+            new,
+            force,
+            is_node,
+            meshes,
+            surfaces,
+            pins,
+        };
         fixture.put_old();
         Ok(fixture)
     }
 
     /// Hands the state before the sub-step to the CPU.
-    fn put_old(&mut self) {
+    pub fn put_old(&mut self) {
         for (place, (x, v)) in self.old.position.iter().zip(&self.old.velocity).enumerate() {
             let three = |[x, y, z, _]: Four| [x, y, z].map(f64::from);
             self.cpu.set(place, three(*x), three(*v));
@@ -230,6 +300,8 @@ impl Fixture {
             ("chunks", words(&tables.chunks)),
             ("corners", words(&tables.corners)),
             ("colliders", words(&self.colliders())),
+            // An array cannot be empty.
+            ("mesh_data", if self.meshes.1.is_empty() { vec![0; 4] } else { words(&self.meshes.1) }),
             ("motions", words(&self.motions())),
             ("scales", words(&self.scales())),
             ("goals", words(&self.goals())),
@@ -243,13 +315,18 @@ impl Fixture {
             ("loads", words(&tables.loads)),
             ("load", words(&self.force_fours())),
             ("force", poison(4 * places)),
-            ("hinge_forces", poison(16 * tables.hinges.len())),
+            ("panels", words(&tables.panels)),
+            ("hinge_forces", poison(4 * (tables.first_panel_force() + tables.panels.len()))),
             ("volume_sums", poison(4 * VOLUME_PARTS * tables.volume_groups.len())),
         ])
     }
 
     fn colliders(&self) -> Vec<Collider> {
-        self.substeps.iter().flat_map(|substep| substep.colliders.iter().map(Collider::from)).collect()
+        self.substeps
+            .iter()
+            .flat_map(|substep| &substep.colliders)
+            .map(|now| self.meshes.0.told(now))
+            .collect()
     }
 
     fn motions(&self) -> Vec<Motion> {
@@ -258,7 +335,8 @@ impl Fixture {
     }
 
     fn goals(&self) -> Vec<f32> {
-        self.substeps.iter().flat_map(|substep| substep.goals.clone()).collect()
+        let both = |substep: &plan::Substep<f32>| [&substep.goals[..], &substep.closing].concat();
+        self.substeps.iter().flat_map(both).collect()
     }
 
     fn scales(&self) -> Vec<f32> {
@@ -286,12 +364,19 @@ impl Fixture {
             pins: self.pins.len() as u32,
             solving: Solving::of(&self.cpu.assembly().solver),
             left: (self.substeps.len() - index) as u32,
-            first_goal: sum(&|s| s.goals.len(), index),
+            first_goal: sum(&|s| s.goals.len() + s.closing.len(), index),
             most_apart: pair::most_apart(f64::from(substep.h)) as f32,
-            padding: [0; 33],
+            gap: 0,
+            air: Air::of(substep.air.as_ref(), self.tables.first_panel_force() as u32),
+            padding: [0; 16],
         };
         self.substeps.iter().enumerate().map(record).collect()
     }
+}
+
+fn among_meshes(mut scene: Scene) -> Scene {
+    scene.colliders.extend(mesh_scene::colliders());
+    scene
 }
 
 fn four_by_hand(&(node, force): &(u32, [f64; 3])) -> Four {
@@ -348,7 +433,12 @@ fn squash(state: &mut State, tables: &Tables, exact: bool) {
 }
 
 /// Around the colliders, and here and there on them.
-fn new_state(chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>, exact: bool) -> State {
+fn new_state(
+    chance: &mut Chance,
+    tables: &Tables,
+    cpu: &CpuBackend<f32>,
+    exact: bool,
+) -> (State, Range<usize>) {
     let mut state = State::default();
     for (place, (&[.., inverse_mass], &[.., mass])) in
         tables.position.iter().zip(&tables.velocity).enumerate()
@@ -359,7 +449,7 @@ fn new_state(chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>, exact:
         state.position.push([x, y, z, inverse_mass]);
         state.velocity.push([u, v, w, mass]);
     }
-    let mut place = cpu.assembly().bodies[5].first;
+    let mut place = cpu.assembly().bodies[3].first;
     let mut put = |x: [f32; 3], v: [f32; 3]| {
         state.position[place][..3].copy_from_slice(&x);
         state.velocity[place][..3].copy_from_slice(&v);
@@ -381,7 +471,9 @@ fn new_state(chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>, exact:
             put([5.0, FLOOR - 0.03125, 7.0], [slip, speed, 0.0]);
         }
     }
-    state
+    let first = cpu.assembly().bodies[3].first;
+    let awkward = first..place;
+    (state, awkward)
 }
 
 /// Nodes moved and pushed by the program; some are pushed twice.

@@ -4,14 +4,19 @@ use super::bench::{Bench, Given};
 use super::fixture::{Arrays, Chance, words};
 use super::{Row, Tolerance};
 use crate::collision::contact::{NARROW, leave_both, respond};
+use crate::collision::moving::{ColliderNow, Rigid, Touching};
 use crate::collision::pair::{self, Meeting};
-use crate::collision::shape::{ColliderNow, PlaneNow, ShapeNow, SphereNow, Touching};
+use crate::collision::shape::{
+    BoxNow, CapsuleNow, CylinderNow, OnSolid, PlaneNow, ShapeNow, Solid, SphereNow, entry,
+};
 use crate::constraints::volume::{self, FLAT, Form};
+use crate::forces::air::AirNow;
+use crate::forces::gust::GustNow;
 use crate::forces::{external, hinge, spring};
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Collider, Four};
 use crate::integrate::euler;
-use crate::real::{Real, dot, norm, scale};
+use crate::real::{Real, add, cross, dot, norm, scale};
 use taffeta_gpu::bytemuck::{Pod, Zeroable};
 
 /// Compiled behind the sources of all kernels.
@@ -53,9 +58,13 @@ pub const ROWS: &[Row] = &[
         let cases = levers(bench.exact);
         formula(bench, 3, &cases, load)
     }),
-    row("depth_and_normal", Tolerance::new(0.0, 16.0, SAME), |bench| {
+    row("depth_and_normal", Tolerance::new(0.0, 64.0, SAME), |bench| {
         let cases = places(bench.exact);
         formula(bench, 4, &cases, depth)
+    }),
+    row("entry_of", Tolerance::new(0.0, 4096.0, NEAR), |bench| {
+        let cases = ways(bench.exact);
+        formula(bench, 13, &cases, entrance)
     }),
     row("respond", Tolerance::new(0.0, 32.0, NEAR), |bench| {
         let cases = touches(bench.exact);
@@ -80,6 +89,14 @@ pub const ROWS: &[Row] = &[
     row("euler", Tolerance::new(0.0, 8.0, SAME), |bench| {
         let cases = by_chance(7, 300);
         formula(bench, 7, &cases, step)
+    }),
+    row("corner_force", Tolerance::new(0.0, 64.0, NEAR), |bench| {
+        let cases = blown(bench.exact);
+        formula(bench, 11, &cases, push)
+    }),
+    row("gust_velocity", Tolerance::new(0.0, 64.0, NEAR), |bench| {
+        let cases = gusts(bench.exact);
+        formula(bench, 12, &cases, gust)
     }),
 ];
 
@@ -136,7 +153,7 @@ fn chance_case(chance: &mut Chance) -> Case {
             spin_z: chance.three(2.0),
             kind: 0,
             drift: chance.three(1.5),
-            padding: 0,
+            ..Collider::zeroed()
         },
     }
 }
@@ -176,6 +193,53 @@ fn angles() -> Vec<Case> {
 fn angle(case: &Case) -> Answer {
     let wrapped = [hinge::wrap(case.s), hinge::wrap(case.t), 0.0];
     [vector(wrapped, Real::atan2(case.s, case.t)), [0.0; 4], [0.0; 4], [0.0; 4]]
+}
+
+/// Panels and flows of about the least size that counts; along each other, and across.
+fn blown(exact: bool) -> Vec<Case> {
+    let cases = by_chance(12, 300);
+    let sizes = [0.0, 1e-20, 0.9e-15, 1e-15, 1.1e-15, 1e-10, 1e3, 1e9];
+    let bases = cases.clone();
+    let awkward = sizes.into_iter().zip(bases).flat_map(|(size, base)| {
+        let along = [size, 0.0, 0.0];
+        [
+            Case { a: along, ..base },
+            Case { b: along, ..base },
+            Case { a: along, b: along, ..base },
+            Case { a: along, b: [0.0, 2.0, 0.0], ..base },
+            Case { a: base.b, b: scale(base.b, size), ..base },
+        ]
+    });
+    with_awkward(cases, exact, awkward)
+}
+
+fn push(case: &Case) -> Answer {
+    let air = AirNow { density: case.s, exposure: case.t, drag: case.u, lift: case.w, ..AirNow::default() };
+    [vector(air.corner_force(case.a, case.b, case.c[0]), 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
+}
+
+/// Places some cells around, on lattice points and between them, and where cells are no longer told apart.
+fn gusts(exact: bool) -> Vec<Case> {
+    let around = |case: Case| Case { a: scale(case.a, 20.0), s: 1.7 * case.s, ..case };
+    let cases: Vec<Case> = by_chance(13, 300).into_iter().map(around).collect();
+    let places = [0.0, -0.0, 1.0, -1.0, 1.5, -7.0, -1e-8, 1.0 - 1e-7, 16_777_215.0, 9.9e8, 1e9, 1.1e9, -3e20];
+    let bases = cases.clone();
+    let awkward = places.into_iter().zip(bases).flat_map(|(place, base)| {
+        let on = Case { b: [0.0; 3], s: 1.0, ..base };
+        [Case { a: [place; 3], ..on }, Case { a: [place, 0.3, -place], ..on }]
+    });
+    with_awkward(cases, exact, awkward)
+}
+
+fn gust(case: &Case) -> Answer {
+    let gust = GustNow {
+        cells_a_metre: case.s,
+        offset: case.b,
+        keys: [case.c[0].to_bits(), case.c[1].to_bits()],
+        weights: [case.t, case.u],
+    };
+    let [[x], [y], [z]] = gust.velocities(&case.a.map(|c| [c]));
+    [vector([x, y, z], 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
 }
 
 /// Ends at one place, at about the length below which none is told from it, and very far.
@@ -256,18 +320,32 @@ fn load(case: &Case) -> Answer {
 
 /// The collider of a case, as the CPU has it.
 fn collider(case: &Case) -> ColliderNow<f32> {
-    let Collider { place, size, kind, .. } = case.collider;
-    let shape = if kind == 0 {
-        ShapeNow::Sphere(SphereNow { center: place, radius: size })
-    } else {
-        ShapeNow::Plane(PlaneNow { normal: place, level: size })
-    };
     let c = case.collider;
+    let (place, size) = (c.place, c.size);
+    let shape = match c.kind {
+        0 => ShapeNow::Sphere(SphereNow { center: place, radius: size }),
+        2 => ShapeNow::Box(BoxNow {
+            center: place,
+            axes: [c.axis_u, c.axis_v, c.axis_w],
+            half: [c.u, c.v, c.w],
+            offset: size,
+        }),
+        3 => ShapeNow::Capsule(CapsuleNow { a: place, along: c.axis_u, inverse: c.u, radius: size }),
+        4 => ShapeNow::Cylinder(CylinderNow {
+            center: place,
+            axis: c.axis_u,
+            half: c.u,
+            radius: c.v,
+            offset: size,
+        }),
+        _ => ShapeNow::Plane(PlaneNow { normal: place, level: size }),
+    };
     let touching = Touching {
         friction: c.friction,
         restitution: c.restitution,
         spin: [c.spin_x, c.spin_y, c.spin_z],
         drift: c.drift,
+        carry: Rigid::rest(),
     };
     ColliderNow { shape, touching }
 }
@@ -282,9 +360,49 @@ fn with_planes(mut cases: Vec<Case>) -> Vec<Case> {
     cases
 }
 
+/// The case with a box (2), a capsule (3) or a cylinder (4), its axes by chance.
+fn with_shape(case: &Case, kind: u32) -> Case {
+    let unit = |x: [f32; 3]| scale(x, 1.0 / norm(x));
+    let u = unit(case.c);
+    let v = unit(cross(u, case.d));
+    let (w, half) = (cross(u, v), case.b.map(|x| 0.1 + 0.6 * x.abs()));
+    let shaped = Collider { kind, size: 0.05 * case.collider.size, ..case.collider };
+    let collider = match kind {
+        2 => Collider { axis_u: u, u: half[0], axis_v: v, v: half[1], axis_w: w, w: half[2], ..shaped },
+        3 => Collider { axis_u: case.c, u: 1.0 / dot(case.c, case.c), size: half[0], ..shaped },
+        _ => Collider { axis_u: u, u: half[0], v: half[1], ..shaped },
+    };
+    Case { collider, ..*case }
+}
+
+/// Boxes and bars at rest at the origin: places at their very middle, on and beside faces, edges and ends, and where two
+/// faces are equally near.
+fn about_edges(base: &Case) -> Vec<Case> {
+    let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let still = Collider { place: [0.0; 3], size: 0.125, ..base.collider };
+    let shapes = [
+        Collider { kind: 2, axis_u: x, u: 0.5, axis_v: y, v: 0.5, axis_w: z, w: 0.75, ..still },
+        Collider { kind: 3, axis_u: x, u: 1.0, ..still },
+        Collider { kind: 3, axis_u: [0.0; 3], u: 0.0, ..still },
+        Collider { kind: 4, axis_u: y, u: 0.5, v: 0.5, ..still },
+        Collider { kind: 4, axis_u: z, u: 0.75, v: 0.5, ..still },
+        Collider { kind: 4, axis_u: x, u: 0.5, v: 0.25, ..still },
+        Collider { kind: 4, axis_u: [0.6, 0.8, 0.0], u: 0.75, v: 0.5, ..still },
+    ];
+    let near = [0.0_f32, 0.5_f32.next_down(), 0.5, 0.5_f32.next_up(), -0.5, 0.75, 1.0, 1e-20, 1.1e-15];
+    let places: Vec<[f32; 3]> = near
+        .iter()
+        .flat_map(|&a| near.iter().flat_map(move |&b| [[a, b, 0.25], [b, 0.25, a], [a, 0.0, 0.0]]))
+        .collect();
+    let at = |collider: Collider| places.iter().map(move |&a| Case { a, collider, ..*base });
+    shapes.into_iter().flat_map(at).collect()
+}
+
 /// At a ball's very centre and about it, on surfaces and a hair beside them.
 fn places(exact: bool) -> Vec<Case> {
-    let cases = with_planes(by_chance(8, 200));
+    let mut cases = with_planes(by_chance(8, 200));
+    let shapes = by_chance(17, 300);
+    cases.extend(shapes.iter().zip([2, 3, 4].into_iter().cycle()).map(|(case, kind)| with_shape(case, kind)));
     let ball = cases[1];
     let centre = ball.collider.place;
     let mut awkward = vec![Case { a: centre, ..ball }];
@@ -298,11 +416,78 @@ fn places(exact: bool) -> Vec<Case> {
         (case.collider.place, case.collider.size) = ([0.0, 1.0, 0.0], level);
         awkward.push(case);
     }
+    awkward.extend(about_edges(&ball));
     with_awkward(cases, exact, awkward)
 }
 
+/// Ways through solids of all shapes and past them, from outside and inside; some that end where they enter, and some that
+/// only touch.
+fn ways(exact: bool) -> Vec<Case> {
+    let across = |case: &Case, kind: u32| {
+        let way = Case {
+            a: add(case.collider.place, scale(case.a, 3.0)),
+            d: add(case.collider.place, scale(add(scale(case.a, -1.0), scale(case.d, 0.3)), 3.0)),
+            ..*case
+        };
+        let mut shaped = if kind == 0 { way } else { Case { d: way.d, ..with_shape(&way, kind) } };
+        shaped.collider.size *= if kind == 0 { 0.3 } else { 1.0 };
+        shaped
+    };
+    let cases: Vec<Case> = by_chance(18, 400)
+        .iter()
+        .zip([0, 2, 3, 4].into_iter().cycle())
+        .flat_map(|(case, kind)| {
+            let way = across(case, kind);
+            [way, Case { d: way.a, a: way.d, ..way }, Case { d: scale(way.d, 0.2), ..way }]
+        })
+        .collect();
+    let still = Collider { kind: 2, place: [0.0; 3], size: 0.0, ..cases[1].collider };
+    let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let cube = Collider { axis_u: x, u: 0.5, axis_v: y, v: 0.5, axis_w: z, w: 0.5, ..still };
+    let way = |a: [f32; 3], d: [f32; 3]| Case { a, d, collider: cube, ..cases[0] };
+    let awkward = [
+        way([0.25, 2.0, 0.25], [0.25, -2.0, 0.25]),
+        way([0.25, 2.0, 0.25], [0.25, 0.5, 0.25]),
+        way([0.5, 2.0, 0.25], [0.5, -2.0, 0.25]),
+        way([2.0, 2.0, 0.0], [-1.0, -1.0, 0.0]),
+        way([0.25, 0.5, 0.25], [0.25, -2.0, 0.25]),
+        way([0.25, 0.125, 0.25], [0.25, -2.0, 0.25]),
+        way([0.25, 2.0, 0.25], [0.25, 2.0, 0.25]),
+    ];
+    with_awkward(cases, exact, awkward)
+}
+
+/// Where a way enters a solid.
+struct Enter([[f32; 3]; 2]);
+
+impl OnSolid<f32> for Enter {
+    type Output = Option<(f32, [f32; 3])>;
+    fn run<S: Solid<f32>>(self, solid: S) -> Self::Output {
+        entry(solid, self.0[0], self.0[1])
+    }
+}
+
+/// The deepest place of a solid.
+struct Deepest;
+
+impl OnSolid<f32> for Deepest {
+    type Output = f32;
+    fn run<S: Solid<f32>>(self, solid: S) -> f32 {
+        solid.deepest()
+    }
+}
+
+fn entrance(case: &Case) -> Answer {
+    let shape = collider(case).shape;
+    let found = shape.convex(Enter([case.a, case.d])).flatten();
+    let (depth, normal) = found.unwrap_or((0.0, [0.0; 3]));
+    let is_one = if found.is_some() { 1.0 } else { 0.0 };
+    let deepest = shape.convex(Deepest).unwrap_or(0.0);
+    [vector(normal, depth), vector([is_one, deepest, 0.0], 0.0), [0.0; 4], [0.0; 4]]
+}
+
 fn depth(case: &Case) -> Answer {
-    let (depth, normal) = collider(case).depth_and_normal(case.a);
+    let (depth, normal) = collider(case).depth_and_normal(case.a).unwrap();
     [vector(normal, depth), [0.0; 4], [0.0; 4], [0.0; 4]]
 }
 
@@ -332,7 +517,7 @@ fn touches(exact: bool) -> Vec<Case> {
 
 fn response(case: &Case) -> Answer {
     let collider = collider(case);
-    let touch = collider.touching.touch(case.a, collider.depth_and_normal(case.a));
+    let touch = collider.touching.touch(case.a, collider.depth_and_normal(case.a).unwrap());
     let (x, v) = respond(case.a, case.b, &touch, case.s);
     [vector(x, 0.0), vector(v, 0.0), [0.0; 4], [0.0; 4]]
 }

@@ -85,6 +85,21 @@ fn answer(case_of: Case) -> Answer {
                 vec4f(met.thickness, met.friction, met.restitution, 0.0), vec4f(0.0),
             );
         }
+        case 11u: {
+            let none = Gusts(vec3f(0.0), 0.0, vec2u(0u), vec2f(0.0));
+            let air = Air(vec3f(0.0), case_of.s, case_of.t, case_of.u, case_of.w, 0u, none);
+            return one_vector(corner_force(air, a, b, case_of.c.x), 0.0);
+        }
+        case 12u: {
+            let keys = vec2u(bitcast<u32>(case_of.c.x), bitcast<u32>(case_of.c.y));
+            let gusts = Gusts(b, case_of.s, keys, vec2f(case_of.t, case_of.u));
+            return one_vector(gust_velocity(gusts, a), 0.0);
+        }
+        case 13u: {
+            let found = entry_of(case_of.collider, a, case_of.d);
+            let more = vec4f(f32(found.is_one), deepest_in(case_of.collider), 0.0, 0.0);
+            return Answer(vec4f(found.touch.normal, found.touch.depth), more, vec4f(0.0), vec4f(0.0));
+        }
         default: {
             let v = new_velocity_of(a, b, case_of.s, case_of.c, case_of.t);
             return Answer(vec4f(v, 0.0), vec4f(new_position_of(case_of.d, v, case_of.t), 0.0), vec4f(0.0), vec4f(0.0));

@@ -2,6 +2,7 @@
 //!
 //! The tests go through these rows on a software adapter, and the program does on its users' machines.
 
+mod attached;
 mod bench;
 #[cfg(test)]
 mod coverage;
@@ -9,6 +10,7 @@ mod elements;
 mod fixture;
 mod formulas;
 mod measure;
+mod mesh_scene;
 mod pair_scene;
 mod pairs;
 mod particles;
@@ -120,6 +122,7 @@ pub fn rows() -> Vec<Row> {
         volumes::ROWS,
         solve::ROWS,
         primal::ROWS,
+        attached::ROWS,
         pairs::ROWS,
         elements::ROWS,
         measure::ROWS,

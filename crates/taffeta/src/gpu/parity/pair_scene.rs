@@ -1,5 +1,6 @@
 //! The scene that rows of nodes that touch each other are run on.
 
+use super::mesh_scene;
 use crate::assembly::{Assembly, BodyAssembly};
 use crate::gpu::layout::Four;
 use crate::scene::{Body, Collider, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision};
@@ -33,13 +34,16 @@ fn bodies() -> Vec<Body> {
     ]
 }
 
-/// The bodies above, where a ball turns and a floor slopes.
-pub fn assembly() -> Result<Assembly, String> {
+/// The bodies above, where a ball turns and a floor slopes; with `meshes`, among some of these too.
+pub fn assembly(meshes: bool) -> Result<Assembly, String> {
     let rising = Keyframe::translate(0.5, [0.1, 0.2, -0.1]);
     let mut scene = Scene::new("pairs")
         .collider(Collider::plane([0.0, -0.13, 0.0], [0.03, 1.0, 0.02]).friction(0.4).restitution(0.2))
         .collider(Collider::sphere([0.2, 0.15, 0.1], 0.11).friction(0.3).keyframe(rising))
         .time(0.0173, 0.0041);
+    if meshes {
+        scene.colliders.extend(mesh_scene::colliders());
+    }
     scene.bodies = bodies();
     Assembly::new(&scene).map_err(|error| error.to_string())
 }

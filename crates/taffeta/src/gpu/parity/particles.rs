@@ -6,30 +6,32 @@ use super::{Row, Tolerance};
 use crate::backend::Backend;
 use crate::diagnostics::normals::normals;
 use crate::forces::external;
-use crate::gpu::kernels::Name;
-use crate::gpu::layout::{FORCE, Four, GROUP, Load, PATCH_NODE_BYTES, Small};
+use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::layout::{Collider, FORCE, Four, GROUP, Load, PATCH_NODE_BYTES, Small};
 use crate::gpu::patches::Patches;
 use crate::integrate::euler;
 use crate::topology::Csr;
 use taffeta_gpu::Kernel;
 
 const SAME: &str = "sums, products, quotients and roots in the same order; hardware may fuse them";
-const COLLIDED: &str = "as above; the way out of a wedge multiplies what hardware rounds otherwise";
+const COLLIDED: &str = "as above; ways out of wedges and into solids multiply what hardware rounds otherwise";
+const TURNED: &str = "as above; directions away from triangles are what is left of differences of places";
 
 /// One row for each kernel.
 pub const ROWS: &[Row] = &[
     row("integrate_all", "integrate_all", Tolerance::new(0.0, 8.0, SAME), integrate),
-    row("contact_all", "contact_all", Tolerance::new(0.0, 128.0, COLLIDED), contact),
+    row("contact_all", "contact_all", Tolerance::new(0.0, 512.0, COLLIDED), contact),
+    row("contact_all_meshes", "contact_all", Tolerance::new(0.0, 262_144.0, TURNED), contact_on_meshes),
     row("pins_all", "pins_all", Tolerance::new(0.0, 8.0, SAME), pins),
     row("loads_all", "loads_all", Tolerance::new(0.0, 16.0, SAME), loads),
     row("grid_springs_all", "grid_springs_all", Tolerance::new(0.0, 32.0, SAME), grid_springs),
     row("mesh_springs_all", "mesh_springs_all", Tolerance::new(0.0, 32.0, SAME), mesh_springs),
-    row("grid_particles", "grid_particles", Tolerance::new(0.0, 128.0, COLLIDED), grid_alone),
-    row("grid_particles_given", "grid_particles", Tolerance::new(0.0, 128.0, COLLIDED), grid_given),
-    row("mesh_particles", "mesh_particles", Tolerance::new(0.0, 128.0, COLLIDED), mesh_alone),
-    row("mesh_particles_given", "mesh_particles", Tolerance::new(0.0, 128.0, COLLIDED), mesh_given),
-    row("grid_patches", "grid_patches", Tolerance::new(0.0, 128.0, COLLIDED), grid_patches),
-    row("mesh_patches", "mesh_patches", Tolerance::new(0.0, 128.0, COLLIDED), mesh_patches),
+    row("grid_particles", "grid_particles", Tolerance::new(0.0, 512.0, COLLIDED), grid_alone),
+    row("grid_particles_given", "grid_particles", Tolerance::new(0.0, 512.0, COLLIDED), grid_given),
+    row("mesh_particles", "mesh_particles", Tolerance::new(0.0, 512.0, COLLIDED), mesh_alone),
+    row("mesh_particles_given", "mesh_particles", Tolerance::new(0.0, 512.0, COLLIDED), mesh_given),
+    row("grid_patches", "grid_patches", Tolerance::new(0.0, 512.0, COLLIDED), grid_patches),
+    row("mesh_patches", "mesh_patches", Tolerance::new(0.0, 512.0, COLLIDED), mesh_patches),
     row("vertex_normals", "vertex_normals", Tolerance::new(0.0, 64.0, SAME), vertex_normals),
 ];
 
@@ -84,9 +86,34 @@ fn drift(fixture: &Fixture, place: usize, force: [f32; 3]) -> (Four, Four) {
 
 fn contact(bench: &mut Bench<'_>) -> Result<(), String> {
     let fixtures = fixtures(bench)?;
-    let kernel = kernel_of(bench, Name::new("contact_all"), &fixtures[0])?;
+    contact_with(bench, Name::new("contact_all"), fixtures, &[usize::MAX, 2, 1, 0])
+}
+
+fn contact_on_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
+    let name = Name { contact: Contact::Meshes, ..Name::new("contact_all") };
+    if !bench.exact {
+        return (0..4).try_for_each(|mesh| {
+            contact_with(bench, name, [Fixture::with_mesh_apart(mesh)?], &[usize::MAX])
+        });
+    }
+    let mut meshes_alone = Fixture::with_meshes(32, bench.exact)?;
+    for substep in &mut meshes_alone.substeps {
+        substep.colliders.retain(|collider| collider.shape.mesh().is_some());
+    }
+    let fixtures = [Fixture::with_meshes(31, bench.exact)?, meshes_alone];
+    contact_with(bench, name, fixtures, &[usize::MAX, 2])
+}
+
+/// With all colliders, and with so many of them.
+fn contact_with<const N: usize>(
+    bench: &mut Bench<'_>,
+    name: Name,
+    fixtures: [Fixture; N],
+    numbers: &[usize],
+) -> Result<(), String> {
+    let kernel = kernel_of(bench, name, &fixtures[0])?;
     for mut fixture in fixtures {
-        for colliders in [usize::MAX, 2, 1, 0] {
+        for &colliders in numbers {
             fixture.substeps.iter_mut().for_each(|substep| substep.colliders.truncate(colliders));
             let (_, after) = fixture.on_cpu(|tile| tile.contact());
             let mut arrays = fixture.arrays();
@@ -94,7 +121,7 @@ fn contact(bench: &mut Bench<'_>) -> Result<(), String> {
             arrays.insert("new_velocity", words(&fixture.new.velocity));
             if colliders == 0 {
                 // An array cannot be empty.
-                arrays.insert("colliders", vec![f32::NAN.to_bits(); 20]);
+                arrays.insert("colliders", vec![f32::NAN.to_bits(); size_of::<Collider>() / 4]);
             }
             let (records, groups) = (fixture.records(), fixture.tables.place_groups());
             bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
@@ -154,8 +181,9 @@ fn loads(bench: &mut Bench<'_>) -> Result<(), String> {
         }
         let wanted: Vec<Four> = wanted.into_iter().map(written).collect();
         let scaled = scaled_loads(&fixture, &between.torques);
-        let hinge_forces: Vec<Four> =
-            between.hinge_forces.as_flattened().iter().copied().map(written).collect();
+        let of_panels = &between.panel_forces[..fixture.tables.panels.len()];
+        let of_elements = between.hinge_forces.as_flattened().iter().chain(of_panels);
+        let hinge_forces: Vec<Four> = of_elements.copied().map(written).collect();
         let mut arrays = fixture.arrays();
         arrays.insert("loads", words(&scaled));
         arrays.insert("hinge_forces", words(&hinge_forces));

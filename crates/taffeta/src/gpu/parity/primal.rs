@@ -1,12 +1,12 @@
 //! Rows of springs that are solved for by nodes.
 
 use super::bench::{Bench, Given, Written};
-use super::fixture::{Arrays, Chance, Fixture, words};
+use super::fixture::{Arrays, Chance, Fixture, Maker, words};
 use super::particles::kernel_of;
 use super::primal_twin::{Twin, Work};
 use super::solve::{records, some_met, taken};
 use super::{Row, Tolerance};
-use crate::gpu::kernels::Name;
+use crate::gpu::kernels::{Contact, Name};
 use crate::gpu::layout::{
     CoarseEdge, Descent, Diagonal, Four, LevelGroup, Met, NodeSolve, Solving, Symmetric, Taken, Vector,
 };
@@ -28,6 +28,7 @@ const BORNE: &str = "the same operations in the same order; hardware may fuse pr
 pub const ROWS: &[Row] = &[
     row("free_nodes", Tolerance::new(0.0, 64.0, SAME), free),
     row("meet_nodes", Tolerance::new(0.0, 128.0, SAME), meet),
+    row("meet_meshes_by_nodes", Tolerance::new(0.0, 512.0, SAME), meet_meshes),
     row("step_on", Tolerance::new(0.0, 64.0, SAME), step_on),
     row("set_up_nodes", Tolerance::new(0.0, 512.0, INVERTED), set_up),
     row("coarsen_springs", Tolerance::new(0.0, 64.0, SAME), coarsen_springs),
@@ -305,9 +306,19 @@ fn twins(
     part: Part,
     run: impl Fn(&mut Twin<'_>, &[LevelGroup]),
 ) -> Result<(), String> {
+    twins_on(bench, (Name::new(entry), Fixture::with_levels), part, run)
+}
+
+/// The same for a kernel by its whole name, in a scene.
+fn twins_on(
+    bench: &mut Bench<'_>,
+    (name, scene): (Name, Maker),
+    part: Part,
+    run: impl Fn(&mut Twin<'_>, &[LevelGroup]),
+) -> Result<(), String> {
     for (seed, solver) in (1..).zip(solvers()) {
-        let fixture = Fixture::with_levels(seed, solver.clone(), bench.exact)?;
-        let kernel = kernel_of(bench, Name::new(entry), &fixture)?;
+        let fixture = scene(seed, solver.clone(), bench.exact)?;
+        let kernel = kernel_of(bench, name, &fixture)?;
         let (levelled, solving) = (&fixture.tables.levelled, Solving::of(&solver));
         let (groups, edges) = match part {
             Part::Groups(level) => (&levelled.groups[level][..], &[][..]),
@@ -322,7 +333,7 @@ fn twins(
             _ => groups.len(),
         };
         if count == 0 {
-            return Err(format!("the scene has no such part for `{entry}`"));
+            return Err(format!("the scene has no such part for `{}`", name.entry));
         }
         for shift in 0..CASES {
             let start = work(&fixture, &solving, shift);
@@ -348,6 +359,12 @@ fn free(bench: &mut Bench<'_>) -> Result<(), String> {
 
 fn meet(bench: &mut Bench<'_>) -> Result<(), String> {
     twins(bench, "meet_nodes", Part::Groups(0), |twin, _| twin.meet())
+}
+
+fn meet_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
+    let name = Name { contact: Contact::Meshes, ..Name::new("meet_meshes_by_nodes") };
+    let scene = Fixture::with_meshes_and_constraints;
+    twins_on(bench, (name, scene), Part::Groups(0), |twin, _| twin.meet_meshes())
 }
 
 fn step_on(bench: &mut Bench<'_>) -> Result<(), String> {

@@ -1,7 +1,7 @@
 //! Springs by nodes on the CPU, kernel by kernel, in the order in which the GPU takes sums.
 
 use super::fixture::{Fixture, SUBSTEP};
-use super::solve_twin::{by_halves, met_of, press_of, three};
+use super::solve_twin::{by_halves, met_of, press_of, surface_ahead, three};
 use crate::collision::press::{Coming, Press};
 use crate::constraints::primal::{self, Stiff};
 use crate::gpu::layout::{
@@ -127,26 +127,28 @@ impl Twin<'_> {
         }
     }
 
-    fn ahead(&self, coming: &Coming<f32>) -> Met {
-        let (mut found, mut deepest) = (met_of(Press::FREE, 0, true), 0.0);
-        for (surface, collider) in (0..).zip(&self.fixture.substep().colliders) {
-            if let Some((inside, press)) = Press::of(collider, coming).filter(|&(inside, _)| inside > deepest)
-            {
-                (deepest, found) = (inside, met_of(press, surface, true));
+    /// A node as it comes to surfaces.
+    fn coming(&self, node: usize) -> Coming<f32> {
+        let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
+        let (gravity, h) = (self.fixture.records()[SUBSTEP].gravity, self.h());
+        let pulls = self.get(Vector::Pulled, node);
+        Coming { place: three(x), free, pulls, fall: norm(gravity) * h * h, h }
+    }
+
+    pub fn meet_meshes(&mut self) {
+        for (node, _) in self.finest() {
+            if self.fixture.old.position[node][3] > 0.0 {
+                self.work.met[node] = self.fixture.mesh_ahead(&self.coming(node));
             }
         }
-        found
     }
 
     pub fn meet(&mut self) {
-        let gravity = self.fixture.records()[SUBSTEP].gravity;
-        let h = self.h();
         for (node, _) in self.finest() {
-            let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
-            let pulls = self.get(Vector::Pulled, node);
-            let coming = Coming { place: three(x), free, pulls, fall: norm(gravity) * h * h, h };
+            let (x, coming) = (self.fixture.old.position[node], self.coming(node));
+            let (free, pulls) = (coming.free, coming.pulls);
             self.work.met[node] = if x[3] > 0.0 {
-                self.ahead(&coming)
+                surface_ahead(&self.fixture.substep().colliders, &coming, &self.work.met[node])
             } else {
                 met_of(Press { yields: 0.0, ..Press::FREE }, 0, true)
             };

@@ -1,8 +1,9 @@
 //! The scene that rows are run on: bodies of every sort at odd sizes, everything that acts on them, and colliders
-//! of both kinds, still and moving.
+//! of all convex kinds, still and moving.
 
 use crate::scene::{
-    Body, Collider, Force, Icosphere, Internal, Keyframe, Mass, Mesh, ScaleKey, Scene, Select, Torque,
+    Air, Body, Collider, Force, Gust, Icosphere, Internal, Keyframe, Mass, Mesh, ScaleKey, Scene, Select,
+    Torque,
 };
 
 /// The sheet's edge has pins; its corner at the end of the first row is moved by the program.
@@ -15,10 +16,17 @@ pub fn scene(drag: f64, apart: bool) -> Scene {
     scene.world.gravity = [0.37, -9.63, 0.21];
     scene.world.wind_force = [0.013, 0.0071, -0.0193];
     scene.world.drag = drag;
+    scene.world.air = Some(air());
     scene.bodies = vec![sheet(), ball(), ribbon(), thread(), pole(), blob(), chain()];
     scene.forces = forces();
     scene.colliders = colliders(apart);
     scene
+}
+
+/// Gusts smaller than bodies.
+fn air() -> Air {
+    let gust = Gust { speed: 2.3, length: 0.19, period: 0.041, seed: 5 };
+    Air { velocity: [1.7, -0.6, 0.9], density: 1.31, drag: 1.07, lift: 0.83, gust: Some(gust) }
 }
 
 fn sheet() -> Body {
@@ -152,6 +160,10 @@ fn colliders(apart: bool) -> Vec<Collider> {
         translate: [0.2, -0.1, 0.15],
         ..Keyframe::rotate(0.5, [-0.2, 0.7, 0.4], 80.0, [0.31, 0.13, -0.22])
     };
+    let slow = Keyframe {
+        translate: [-0.1, 0.15, 0.1],
+        ..Keyframe::rotate(0.5, [0.4, 0.3, -0.6], -60.0, [-0.2, 0.3, 0.1])
+    };
     let floor = [0.0, f64::from(FLOOR), 0.0];
     vec![
         Collider::sphere(balls[0], 0.37).friction(0.4).restitution(0.3).keyframe(moving.clone()),
@@ -159,6 +171,12 @@ fn colliders(apart: bool) -> Vec<Collider> {
         Collider::plane([-0.6, 0.0, 0.0], [0.7, 0.45, 0.1]).friction(0.7).restitution(0.1).keyframe(moving),
         Collider::sphere(balls[1], 0.29).friction(0.9).restitution(0.6),
         Collider::sphere(CENTER.map(f64::from), 0.375).friction(0.2).restitution(0.15).offset(0.0),
+        Collider::cuboid([-0.45, 0.6, 0.4], [0.27, 0.13, 0.21])
+            .friction(0.35)
+            .restitution(0.2)
+            .keyframe(slow.clone()),
+        Collider::capsule([0.5, 0.3, 0.4], [0.8, 0.7, 0.2], 0.11).friction(0.6).restitution(0.35),
+        Collider::cylinder([-0.1, 0.4, -0.7], [-0.5, 0.8, -0.5], 0.17).friction(0.45).keyframe(slow),
         Collider::plane([0.0, f64::from(CEILING), 0.0], [0.0, -1.0, 0.0])
             .friction(0.3)
             .restitution(0.2)

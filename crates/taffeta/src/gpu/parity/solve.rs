@@ -1,11 +1,11 @@
 //! Rows of springs that are constraints.
 
 use super::bench::{Bench, Given, Written};
-use super::fixture::{Arrays, Chance, Fixture, words};
+use super::fixture::{Arrays, Chance, Fixture, Maker, words};
 use super::particles::kernel_of;
 use super::solve_twin::{Twin, Work, becomes_active};
 use super::{Row as ParityRow, Tolerance};
-use crate::gpu::kernels::Name;
+use crate::gpu::kernels::{Contact, Name};
 use crate::gpu::layout::{
     Four, GROUP, Link, LinkGroup, Met, NONE, Progress, Row, SUBSTEPS_SEEN, Solve, Solving, Substep, Taken,
 };
@@ -27,6 +27,7 @@ pub const ROWS: &[ParityRow] = &[
     row("free_velocities", Tolerance::new(0.0, 64.0, SAME), free),
     row("set_up_rows", Tolerance::new(0.0, 128.0, SAME), set_up),
     row("meet_surfaces", Tolerance::new(0.0, 128.0, SAME), meet),
+    row("meet_meshes", Tolerance::new(0.0, 512.0, SAME), meet_meshes),
     row("start_rows", Tolerance::new(0.0, 64.0, SAME), start),
     row("count_solves", Tolerance::new(0.0, 0.0, COUNTED), count),
     row("solve_nodes", Tolerance::new(0.0, 64.0, SUMMED), step_nodes),
@@ -148,7 +149,9 @@ pub fn some_met(chance: &mut Chance, is_free: bool, colliders: usize) -> Met {
     let surface = ((chance.number().abs() * colliders as f32) as u32).min(colliders as u32 - 1);
     let yields = if chance.number() > 0.0 || !is_met { 1.0 } else { 0.0 };
     let velocity = if is_met { chance.three(2.0) } else { [0.0; 3] };
-    Met { normal, yields, velocity, surface, is_pulled: 1, padding: [0; 3] }
+    // What a mesh has found before, here and there.
+    let inside = if normal[0] > 0.2 { 0.07 * normal[1].abs() } else { 0.0 };
+    Met { normal, yields, velocity, surface, is_pulled: 1, inside, ..Met::default() }
 }
 
 /// Of which all but the last are above 0, and that here and there.
@@ -282,6 +285,8 @@ pub fn mets(written: &mut Written<'_>, wanted: &[Met]) {
     written.outcome().compare("met.normal", &normals(wanted), &normals(&found));
     let velocities = |all: &[Met]| all.iter().flat_map(|met| met.velocity).collect::<Vec<_>>();
     written.outcome().compare("met.velocity", &velocities(wanted), &velocities(&found));
+    let insides = |all: &[Met]| all.iter().map(|met| met.inside).collect::<Vec<_>>();
+    written.outcome().compare("met.inside", &insides(wanted), &insides(&found));
     let yields = |all: &[Met]| all.iter().map(|met| met.yields).collect::<Vec<_>>();
     written.outcome().copied("met.yields", &yields(wanted), &yields(&found));
     let counts = |all: &[Met]| {
@@ -351,9 +356,19 @@ fn twins(
     groups: Groups,
     run: impl Fn(&mut Twin<'_>),
 ) -> Result<(), String> {
+    twins_on(bench, (Name::new(entry), Fixture::with_constraints), groups, run)
+}
+
+/// The same for a kernel by its whole name, in a scene.
+fn twins_on(
+    bench: &mut Bench<'_>,
+    (name, scene): (Name, Maker),
+    groups: Groups,
+    run: impl Fn(&mut Twin<'_>),
+) -> Result<(), String> {
     for (seed, solver) in (1..).zip(solvers()) {
-        let fixture = Fixture::with_constraints(seed, solver.clone(), bench.exact)?;
-        let kernel = kernel_of(bench, Name::new(entry), &fixture)?;
+        let fixture = scene(seed, solver.clone(), bench.exact)?;
+        let kernel = kernel_of(bench, name, &fixture)?;
         let solving = Solving::of(&solver);
         for shift in 0..CASES {
             let start = work(&fixture, &solving, shift);
@@ -384,6 +399,12 @@ fn set_up(bench: &mut Bench<'_>) -> Result<(), String> {
 
 fn meet(bench: &mut Bench<'_>) -> Result<(), String> {
     twins(bench, "meet_surfaces", Groups::Nodes, |twin| twin.meet())
+}
+
+fn meet_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
+    let name = Name { contact: Contact::Meshes, ..Name::new("meet_meshes") };
+    let scene = Fixture::with_meshes_and_constraints;
+    twins_on(bench, (name, scene), Groups::Nodes, |twin| twin.meet_meshes())
 }
 
 fn start(bench: &mut Bench<'_>) -> Result<(), String> {

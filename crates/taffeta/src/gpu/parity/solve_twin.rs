@@ -1,6 +1,7 @@
 //! Constraints on the CPU, kernel by kernel, in the order in which the GPU takes sums.
 
 use super::fixture::{Fixture, SUBSTEP};
+use crate::collision::moving::ColliderNow;
 use crate::collision::press::{Coming, Press};
 use crate::constraints::distance::{Row as SetUp, Softness, noise};
 use crate::forces::spring;
@@ -54,7 +55,22 @@ pub fn becomes_active(link: &Link, position: &[Four], solving: &Solving) -> bool
 /// How a surface holds a node, as kernels keep it.
 pub fn met_of(press: Press<f32>, surface: u32, is_pulled: bool) -> Met {
     let Press { normal, yields, velocity } = press;
-    Met { normal, yields, velocity, surface, is_pulled: is_pulled.into(), padding: [0; 3] }
+    Met { normal, yields, velocity, surface, is_pulled: is_pulled.into(), ..Met::default() }
+}
+
+/// The surface that will hold a node, where `before` is what meshes have found.
+pub fn surface_ahead(colliders: &[ColliderNow<f32>], coming: &Coming<f32>, before: &Met) -> Met {
+    let free = met_of(Press::FREE, 0, true);
+    let mut found = if before.inside > 0.0 { *before } else { free };
+    let mut deepest = found.inside;
+    for (surface, collider) in (0..).zip(colliders) {
+        let Some((inside, press)) = Press::of(collider, coming) else { continue };
+        let is_first = inside == deepest && deepest > 0.0 && surface < found.surface;
+        if inside > deepest || is_first {
+            (deepest, found) = (inside, met_of(press, surface, true));
+        }
+    }
+    found
 }
 
 pub fn press_of(met: &Met) -> Press<f32> {
@@ -173,20 +189,31 @@ impl Twin<'_> {
     }
 
     /// The surface that will hold a node.
-    fn ahead(&self, coming: &Coming<f32>) -> Met {
-        let (mut found, mut deepest) = (met_of(Press::FREE, 0, true), 0.0);
-        for (surface, collider) in (0..).zip(&self.fixture.substep().colliders) {
-            if let Some((inside, press)) = Press::of(collider, coming).filter(|&(inside, _)| inside > deepest)
-            {
-                (deepest, found) = (inside, met_of(press, surface, true));
+    fn ahead(&self, coming: &Coming<f32>, before: &Met) -> Met {
+        surface_ahead(&self.fixture.substep().colliders, coming, before)
+    }
+
+    /// A node as it comes to surfaces.
+    fn coming(&self, node: usize, incident: &[(usize, f32)]) -> Coming<f32> {
+        let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
+        let h = self.h();
+        let pulls = scale(scale(self.gathered(incident), x[3]), -h);
+        let fall = norm(self.fixture.records()[SUBSTEP].gravity) * h * h;
+        Coming { place: three(x), free, pulls, fall, h }
+    }
+
+    pub fn meet_meshes(&mut self) {
+        let incident = self.incident();
+        for (node, _) in self.nodes() {
+            let is_free = self.fixture.old.position[node][3] > 0.0;
+            if self.work.met[node].is_pulled != 0 && is_free && self.solving.is_adaptive == 0 {
+                self.work.met[node] = self.fixture.mesh_ahead(&self.coming(node, &incident[node]));
             }
         }
-        found
     }
 
     pub fn meet(&mut self) {
         let (incident, h) = (self.incident(), self.h());
-        let gravity = self.fixture.records()[SUBSTEP].gravity;
         let held = !self.fixture.substep().colliders.is_empty() && self.solving.is_adaptive == 0;
         for (node, _) in self.nodes() {
             if self.work.met[node].is_pulled == 0 {
@@ -195,9 +222,8 @@ impl Twin<'_> {
             let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
             let mut rate = free.map(|c| c / h);
             if held && x[3] > 0.0 {
-                let pulls = scale(scale(self.gathered(&incident[node]), x[3]), -h);
-                let fall = norm(gravity) * h * h;
-                self.work.met[node] = self.ahead(&Coming { place: three(x), free, pulls, fall, h });
+                let coming = self.coming(node, &incident[node]);
+                self.work.met[node] = self.ahead(&coming, &self.work.met[node]);
             }
             if held {
                 let press = press_of(&self.work.met[node]);

@@ -1,5 +1,6 @@
 //! The scene that rows of volumes are run on.
 
+use super::mesh_scene;
 use crate::assembly::{Assembly, BodyAssembly, BodySprings};
 use crate::scene::{
     Body, Bounds, Collider, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, Volume, VolumeForm,
@@ -66,13 +67,16 @@ fn thin_out(body: &mut BodyAssembly) {
     list.rest = (0..list.rest.len()).filter(keep).map(|i| list.rest[i]).collect();
 }
 
-/// The bodies above a sloping floor and about a ball that rises.
-pub fn assembly(drag: f64) -> Result<Assembly, String> {
+/// The bodies above a sloping floor and about a ball that rises; with `meshes`, about some of these too.
+pub fn assembly(drag: f64, meshes: bool) -> Result<Assembly, String> {
     let rising = Keyframe::translate(0.5, [0.1, 0.2, -0.1]);
     let mut scene = Scene::new("volumes")
         .collider(Collider::plane([0.0, 0.02, 0.0], [0.03, 1.0, 0.02]).friction(0.4).restitution(0.2))
         .collider(Collider::sphere([0.9, 0.65, 0.1], 0.11).friction(0.3).keyframe(rising))
         .time(0.0173, 0.0041);
+    if meshes {
+        scene.colliders.extend(mesh_scene::colliders());
+    }
     scene.bodies = bodies();
     scene.world.gravity = [0.37, -9.63, 0.21];
     scene.world.wind_force = [0.013, 0.0071, -0.0193];

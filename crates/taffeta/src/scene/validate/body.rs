@@ -1,5 +1,6 @@
 //! What a body may be.
 
+use super::attach;
 use super::path::{Checked, Path};
 use super::{SceneError, check_motion, check_rotation, check_times};
 use crate::scene::{
@@ -26,8 +27,9 @@ pub(super) fn check(path: &Path, body: &Body) -> Checked {
         let path = path.nth("pin", i);
         check_select(&path.key("select"), &pin.select)?;
         check_motion(&path, &pin.motion)?;
+        attach::check_pin(&path, pin)?;
     }
-    Ok(())
+    attach::check_tethers(path, body)
 }
 
 /// Refuses what belongs to a mesh file where there is none, or where nobody has read it.
@@ -68,11 +70,11 @@ fn check_mass(path: &Path, body: &Body) -> Checked {
 }
 
 /// Checks a shape that stands at `key`; its own check says `mesh` there.
-fn check_mesh(path: &Path, key: &str, mesh: &Mesh) -> Checked {
+pub(super) fn check_mesh(path: &Path, key: &str, mesh: &Mesh) -> Checked {
     shapes::check(mesh).or_else(|(field, message)| path.key(&field.replacen("mesh", key, 1)).refuse(&message))
 }
 
-fn check_place(path: &Path, place: &Place) -> Checked {
+pub(super) fn check_place(path: &Path, place: &Place) -> Checked {
     path.key("position").finite(&place.position)?;
     if let Some(turn) = &place.rotation {
         check_rotation(&path.key("rotation"), turn)?;

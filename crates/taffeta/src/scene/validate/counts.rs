@@ -6,6 +6,8 @@ use crate::topology::LANES;
 
 /// Most nodes of all bodies, each body's rounded up to whole vectors: an index is a signed 32-bit number.
 const NODES: u64 = i32::MAX as u64;
+/// Most nodes of one mesh that bodies collide with.
+pub(super) const MOST_NODES: u64 = 1 << 26;
 /// Most hinges of all bodies: four corners each.
 const HINGES: u64 = 1 << 30;
 /// Most struts of a body: both ends, and what pads them.

@@ -17,7 +17,7 @@ fn refused(change: impl FnOnce(&mut Scene), path: &str, words: &str) {
 }
 
 fn pin(motion: Vec<Keyframe>) -> Pin {
-    Pin { select: Select::nodes([0]), motion }
+    Pin { select: Select::nodes([0]), motion, ..Pin::default() }
 }
 
 fn load() -> Force {
@@ -68,7 +68,7 @@ fn numbers_must_be_finite_and_not_below_their_floor() {
     refused(hinge, "body[0].springs.hinge.d", "is NaN N·m·s/rad");
     let nowhere = Bounds { min: [f64::NAN; 3], max: [0.0; 3] };
     let select = Select { inside: Some(nowhere), ..Select::default() };
-    let pinned = |s: &mut Scene| s.bodies[0].pins = vec![Pin { select, motion: vec![] }];
+    let pinned = |s: &mut Scene| s.bodies[0].pins = vec![Pin { select, ..Pin::default() }];
     refused(pinned, "body[0].pin[0].select.box.min", "NaN");
 }
 

@@ -269,14 +269,14 @@ impl Recorder<'_> {
         self.list.stage("force");
         self.over(("compute_force", GROUP), substep, shape.springs);
         self.go_on_in_place();
-        let update = Name { entry: "spring_centric_update", loads_given };
+        let update = Name { loads_given, ..Name::new("spring_centric_update") };
         self.dispatch_kernel(update, substep, shape.nodes.div_ceil(GROUP));
     }
 
     /// ConstructingSys.
     fn build(&mut self, shape: Shape, substep: usize, loads_given: bool) {
         self.over(("compute_phi", GROUP), substep, shape.springs);
-        let vect = Name { entry: "compute_vect", loads_given };
+        let vect = Name { loads_given, ..Name::new("compute_vect") };
         self.dispatch_kernel(vect, substep, shape.nodes.div_ceil(GROUP));
         self.over(("compute_rhs", GROUP), substep, shape.springs);
         match shape.product {

@@ -4,6 +4,7 @@ use super::super::spring_centric::Spring;
 use super::{ConstraintProduct, Constraints, Triplet};
 use crate::assembly::Assembly;
 use crate::backend::Hand;
+use crate::gpu::collider_meshes::ColliderMeshes;
 use crate::gpu::kernels::Kernels;
 use crate::gpu::layout::Four;
 use crate::gpu::options::GpuKernels;
@@ -54,7 +55,8 @@ impl Device {
         let constraints = Constraints::new(&gpu, product, &assembly, 0..2, &tables).unwrap();
         let springs = super::springs(&assembly, 0..2, &tables);
         let kernels = GpuKernels::Constraints(product);
-        let mut segment = Segment::new(&gpu, tables, 0, kernels, false).unwrap();
+        let mut segment =
+            Segment::new(&gpu, tables, (0, &ColliderMeshes::default(), &[]), kernels, false).unwrap();
         segment.paper = Some(Paper::Constraints(Box::new(constraints)));
         segment.tell(&assembly, &plan::frame(&assembly, 0.0), &Hand::default()).unwrap();
         let mut positions = segment.state().position.read(&gpu).unwrap();

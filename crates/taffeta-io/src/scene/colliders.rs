@@ -1,0 +1,103 @@
+//! Meshes and poses of colliders.
+
+use super::files::found;
+use super::folders::{Folders, Unusable};
+use super::{LoadError, SceneSource, poses};
+use crate::mesh::{MeshOptions, load_mesh};
+use std::path::Path;
+use std::sync::Arc;
+use taffeta::scene::{Collider, Mesh};
+use taffeta::topology::Surface;
+
+/// Replaces the files that a collider names by what is in them.
+pub(super) fn fill(
+    collider: &mut Collider,
+    path: &str,
+    folders: &Folders,
+    source: &SceneSource,
+    notes: &mut Vec<String>,
+) -> Result<(), LoadError> {
+    let stand_in = collider.stand_in.take();
+    if let Some(Mesh::File(_)) = stand_in {
+        let message = "a stand-in must be there without a file: a cube, icosphere, torus, …";
+        return Err(source.at_path(&format!("{path}.stand_in"), message));
+    }
+    let (fill_holes, who) = (collider.fill_holes, name(collider, path));
+    for (key, mesh) in [("mesh", &mut collider.mesh), ("convex", &mut collider.convex)] {
+        let Some(Mesh::File(name)) = mesh else { continue };
+        let place = format!("{path}.{key}.file");
+        match (folders.find(name), &stand_in) {
+            (Ok(file), _) => {
+                let surface =
+                    load(&file, fill_holes, folders).map_err(|error| source.at_path(&place, error))?;
+                *mesh = Some(Mesh::Surface(Arc::new(surface)));
+            }
+            (Err(Unusable::Missing(why)), Some(shape)) => {
+                notes.push(format!("collider `{who}` uses its stand-in: {why}"));
+                *mesh = Some(shape.clone());
+                // They are those of the mesh that is not there.
+                collider.poses = None;
+            }
+            (Err(Unusable::Missing(why) | Unusable::Refused(why)), _) => {
+                return Err(source.at_path(&place, why));
+            }
+        }
+    }
+    fill_poses(collider, path, folders, source)
+}
+
+/// Its own name or, without one, its place in the scene.
+fn name(collider: &Collider, path: &str) -> String {
+    if collider.name.is_empty() { path.to_owned() } else { collider.name.clone() }
+}
+
+fn load(file: &Path, fill_holes: bool, folders: &Folders) -> Result<Surface, String> {
+    let options = MeshOptions { fill_holes, rest: None, within: folders.all() };
+    load_mesh(file, &options).map_err(|error| error.to_string())
+}
+
+fn fill_poses(
+    collider: &mut Collider,
+    path: &str,
+    folders: &Folders,
+    source: &SceneSource,
+) -> Result<(), LoadError> {
+    let (Some(poses), Some(Mesh::Surface(surface))) = (&mut collider.poses, &collider.mesh) else {
+        return Ok(());
+    };
+    let mut all = Vec::new();
+    if let Some(name) = &poses.file {
+        let place = format!("{path}.poses.file");
+        let file = found(folders, name, &place, source)?;
+        all = poses::read(&file, surface.vertices.len()).map_err(|what| source.at_path(&place, what))?;
+    }
+    for (index, name) in poses.files.iter().enumerate() {
+        let place = format!("{path}.poses.files[{index}]");
+        let file = found(folders, name, &place, source)?;
+        let pose = load(&file, false, folders).map_err(|what| source.at_path(&place, what))?;
+        let [have, want] = [&pose, surface].map(|one| one.vertices.len());
+        if have != want {
+            let what = format!("{}: has {have} vertices, the mesh {want}; as many would do", file.display());
+            return Err(source.at_path(&place, what));
+        }
+        all.push(pose.vertices);
+    }
+    let vertices = first_vertices(surface);
+    let by_node =
+        |pose: Vec<[f64; 3]>| Arc::new(vertices.iter().map(|&vertex| pose[vertex]).collect::<Vec<_>>());
+    poses.nodes.extend(all.into_iter().map(by_node));
+    Ok(())
+}
+
+/// A vertex at each node.
+fn first_vertices(surface: &Surface) -> Vec<usize> {
+    let Some(nodes) = &surface.node_of_vertex else { return (0..surface.nodes.len()).collect() };
+    let mut first = vec![None; surface.nodes.len()];
+    for (vertex, &node) in nodes.iter().enumerate().rev().filter(|(_, node)| **node != u32::MAX) {
+        first[node as usize] = Some(vertex);
+    }
+    let of = |(node, vertex): (usize, Option<usize>)| {
+        vertex.unwrap_or_else(|| surface.first_vertex_of(node as u32))
+    };
+    first.into_iter().enumerate().map(of).collect()
+}

@@ -1,0 +1,74 @@
+//! Poses from a PC2 file, the point cache of 3ds Max that Blender and Maya write: a header of 32 bytes, then 32-bit floats,
+//! sample by sample, little endian.
+
+use std::path::Path;
+
+const HEADER: usize = 32;
+/// Most bytes of a file.
+const LONGEST: u64 = 4 << 30;
+
+/// The samples of a file, each with a place [m] for each of so many `vertices`.
+pub(super) fn read(path: &Path, vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> {
+    let named = |what: String| format!("{}: {what}", path.display());
+    let unread = |error: std::io::Error| named(format!("cannot be read: {error}"));
+    let length = std::fs::metadata(path).map_err(unread)?.len();
+    if length > LONGEST {
+        return Err(named(format!("has {length} bytes, {LONGEST} are the limit; fewer samples would do")));
+    }
+    samples(&std::fs::read(path).map_err(unread)?, vertices).map_err(named)
+}
+
+fn samples(bytes: &[u8], vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> {
+    if !bytes.starts_with(b"POINTCACHE2\0") || bytes.len() < HEADER {
+        return Err("is no PC2 file: it does not begin with POINTCACHE2".to_owned());
+    }
+    let number = |at: usize| i32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
+    let (version, points, count) = (number(12), number(16), number(28));
+    if version != 1 {
+        return Err(format!("is of version {version}; 1 would do"));
+    }
+    if usize::try_from(points) != Ok(vertices) {
+        return Err(format!("has {points} points, the mesh {vertices} vertices; as many would do"));
+    }
+    let count = usize::try_from(count).unwrap_or(0);
+    let [have, need] = [bytes.len() - HEADER, count.saturating_mul(12 * vertices)];
+    if count == 0 || have < need {
+        return Err(format!("says {count} samples, {need} bytes, and has {have}; a whole file would do"));
+    }
+    let float = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let place = |b: &[u8]| [float(b), float(&b[4..]), float(&b[8..])];
+    let sample = |b: &[u8]| b.chunks_exact(12).map(place).collect();
+    Ok(bytes[HEADER..HEADER + need].chunks_exact(12 * vertices).map(sample).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::samples;
+
+    fn file(points: i32, count: i32, numbers: &[f32]) -> Vec<u8> {
+        let mut bytes = b"POINTCACHE2\0".to_vec();
+        for word in [1, points, 0, 1.0_f32.to_bits() as i32, count] {
+            bytes.extend(word.to_le_bytes());
+        }
+        numbers.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+        bytes
+    }
+
+    #[test]
+    fn samples_are_places_of_all_points() {
+        let numbers: Vec<f32> = (0..12).map(|i| i as f32 / 4.0).collect();
+        let poses = samples(&file(2, 2, &numbers), 2).unwrap();
+        assert_eq!(poses[1], [[1.5, 1.75, 2.0], [2.25, 2.5, 2.75]]);
+    }
+
+    #[test]
+    fn a_file_that_is_cut_off_or_of_another_mesh_is_refused() {
+        let numbers = [0.0; 12];
+        let refused = |bytes: &[u8], vertices| samples(bytes, vertices).unwrap_err();
+        assert!(refused(&file(2, 3, &numbers), 2).contains("says 3 samples, 72 bytes, and has 48"));
+        assert!(refused(&file(2, 2, &numbers), 3).contains("has 2 points, the mesh 3 vertices"));
+        assert!(refused(&file(2, -1, &numbers), 2).contains("says 0 samples"));
+        assert!(refused(b"POINTCACHE2\0", 2).contains("no PC2 file"));
+        assert!(refused(b"", 2).contains("no PC2 file"));
+    }
+}

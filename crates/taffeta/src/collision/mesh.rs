@@ -1,0 +1,425 @@
+//! Surfaces of triangles as colliders.
+//!
+//! A closed surface is solid: a place inside is pushed out by the nearest way, the side being that of the angle-weighted
+//! pseudonormal (Bærentzen, Aanæs, "Signed Distance Computation Using the Angle Weighted Pseudonormal", 2005). An open one is
+//! a sheet with two sides: a node is pushed away from it, on the side on which it was. A node whose way goes through a
+//! triangle is put back onto the plane in which it went in. The vertices of a mesh that changes its shape go straight from
+//! pose to pose.
+
+use super::hull::hull;
+use super::moving::Rigid;
+use super::shape::ShapeNow;
+use super::tree::Tree;
+use super::triangle::{Corners, Crossing, Nearest, between, crossing, mix, nearest, normal_of, pseudonormal};
+use crate::real::{Real, add, dot, norm, scale, sub};
+use crate::scene::{Collider, Heightfield, Mesh, Poses, SceneError, Shape};
+use crate::topology::{Edges, Placement, Surface, ground, measure, shapes};
+
+/// A mesh over time, placed.
+#[derive(Clone, Debug)]
+pub struct MeshShape {
+    /// Nodes [m] in each pose; one pose if it keeps its shape.
+    pub poses: Vec<Vec<[f64; 3]>>,
+    /// Triangles in the order of the tree.
+    pub triangles: Vec<[u32; 3]>,
+    /// Boxes of the tree in each interval between poses and the one before; one set if there is one pose.
+    pub boxes: Vec<Vec<[[f64; 3]; 2]>>,
+    /// Whether it has an inside.
+    pub solid: bool,
+    /// Time between poses, and when it is in the first [s].
+    interval: f64,
+    start: f64,
+    /// The longest way of a node up to each pose [m].
+    travel: Vec<f64>,
+}
+
+/// A mesh at the end of a sub-step.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshNow<T> {
+    /// Which of the scene's meshes.
+    pub index: u32,
+    /// Where it is.
+    pub place: Rigid<T>,
+    /// The pose that it comes from, and the share of the way to the next at both ends of the sub-step. Below 0: that much
+    /// before it, on the way from the one before.
+    pub pose: u32,
+    pub shares: [T; 2],
+    /// How fast that changes [1/s].
+    pub rate: T,
+    /// Distance kept to nodes [m].
+    pub offset: T,
+    /// No node has gone farther from the first pose on, and in the sub-step [m].
+    pub travel: T,
+    pub stride: T,
+}
+
+/// A mesh in a backend's numbers.
+#[derive(Clone, Debug)]
+pub struct MeshSurface<T> {
+    /// Corners of each triangle [m] in each pose.
+    pub poses: Vec<Vec<Corners<T>>>,
+    pub triangles: Vec<[u32; 3]>,
+    pub trees: Vec<Tree<T>>,
+    pub solid: bool,
+}
+
+/// How a mesh touches a node, in the mesh's own frame.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshTouch<T> {
+    /// How far inside [m].
+    pub depth: T,
+    /// Outward.
+    pub normal: [T; 3],
+    /// Velocity by the change of shape [m/s].
+    pub velocity: [T; 3],
+    /// Whether its way goes through the mesh.
+    pub passed: bool,
+}
+
+/// Triangles with a point nearest to a place, or more than those.
+pub trait Candidates<T> {
+    /// Hands out triangles by index until `far` says that no nearer one is wanted than so many metres.
+    fn visit(&self, job: impl FnMut(u32) -> T);
+}
+
+impl MeshShape {
+    /// Whether it changes its shape.
+    pub fn deforms(&self) -> bool {
+        self.poses.len() > 1
+    }
+
+    /// Where it is at time `t` + `h` [s], having moved since `t`.
+    pub fn at<T: Real>(&self, index: u32, place: Rigid<T>, offset: f64, (t, h): (f64, f64)) -> MeshNow<T> {
+        let time = |t: f64| ((t - self.start) / self.interval).clamp(0.0, self.poses.len() as f64 - 1.0);
+        let (before, after) = (time(t), time(t + h));
+        let pose = (after.ceil() as usize).saturating_sub(1);
+        // A sub-step longer than the way between two poses is taken to come from the pose before.
+        let share = |time: f64| (time - pose as f64).max(-1.0);
+        let (way, travel) = (self.travel(before), self.travel(after));
+        MeshNow {
+            index,
+            place,
+            pose: pose as u32,
+            shares: [share(before), share(after)].map(T::from_f64),
+            rate: T::from_f64((after - before) / h),
+            offset: T::from_f64(offset),
+            travel: T::from_f64(travel),
+            stride: T::from_f64(travel - way),
+        }
+    }
+
+    /// The longest way of a node up to a time, counted in poses [m].
+    fn travel(&self, time: f64) -> f64 {
+        let pose = (time.floor() as usize).min(self.travel.len() - 1);
+        let next = (pose + 1).min(self.travel.len() - 1);
+        self.travel[pose] + (self.travel[next] - self.travel[pose]) * (time - pose as f64)
+    }
+
+    /// In a backend's numbers.
+    pub fn surface<T: Real>(&self) -> MeshSurface<T> {
+        let corners = |pose: &[[f64; 3]], triangle: &[u32; 3]| {
+            triangle.map(|node| pose[node as usize].map(T::from_f64))
+        };
+        MeshSurface {
+            poses: self
+                .poses
+                .iter()
+                .map(|pose| self.triangles.iter().map(|t| corners(pose, t)).collect())
+                .collect(),
+            triangles: self.triangles.clone(),
+            trees: self.boxes.iter().map(|boxes| Tree::of(boxes, self.triangles.len())).collect(),
+            solid: self.solid,
+        }
+    }
+}
+
+/// The triangles of a collider that has some.
+pub fn mesh_shape(collider: &Collider, shape: Shape<'_>) -> Result<Option<MeshShape>, SceneError> {
+    let at = |key: &'static str| move |message: String| SceneError::new(key, message);
+    let (mut surface, key) = match shape {
+        Shape::Mesh(mesh) => (shapes::surface(mesh).map_err(at("mesh"))?, "mesh"),
+        Shape::Convex(mesh) => (hull_of(mesh).map_err(at("convex"))?, "convex"),
+        Shape::Heightfield(field) => (ground_of(field).map_err(at("heightfield"))?, "heightfield"),
+        _ => return Ok(None),
+    };
+    if surface.triangles.is_empty() {
+        return Err(SceneError::new(key, "has no triangles; a surface would do"));
+    }
+    let edges = Edges::new(surface.nodes.len(), &surface.triangles, &[]);
+    let solid = edges.is_closed();
+    if !solid && collider.offset <= 0.0 {
+        let message = "is 0 m, and the mesh is not closed: it has two sides; more would do";
+        return Err(SceneError::new("offset", message));
+    }
+    if solid && measure::volume(&surface.nodes, &surface.triangles) < 0.0 {
+        surface.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    }
+    let placement = Placement::new(&collider.place, &surface.nodes)
+        .map_err(|(field, message)| SceneError::new(field, message))?;
+    let poses = posed(collider.poses.as_ref(), &surface, key)?;
+    Ok(Some(MeshShape::new(poses, &surface.triangles, &placement, (solid, collider.poses.as_ref()))))
+}
+
+fn hull_of(mesh: &Mesh) -> Result<Surface, String> {
+    hull(&shapes::surface(mesh)?.nodes)
+}
+
+fn ground_of(field: &Heightfield) -> Result<Surface, String> {
+    ground(field)
+}
+
+/// The nodes in each pose.
+fn posed(poses: Option<&Poses>, surface: &Surface, key: &str) -> Result<Vec<Vec<[f64; 3]>>, SceneError> {
+    let Some(poses) = poses else { return Ok(vec![surface.nodes.clone()]) };
+    if key != "mesh" {
+        return Err(SceneError::new("poses", format!("are those of a mesh, and this is a {key}")));
+    }
+    for (i, pose) in poses.nodes.iter().enumerate() {
+        if pose.len() != surface.nodes.len() {
+            let (have, want) = (pose.len(), surface.nodes.len());
+            let message = format!("pose {i} has {have} nodes, the mesh {want}; as many would do");
+            return Err(SceneError::new("poses", message));
+        }
+        if let Some(node) = pose.iter().position(|x| x.iter().any(|x| !x.is_finite())) {
+            let message = format!("node {node} of pose {i} is at {:?}; finite numbers would do", pose[node]);
+            return Err(SceneError::new("poses", message));
+        }
+    }
+    let nodes: Vec<_> = poses.nodes.iter().map(|pose| pose.to_vec()).collect();
+    if nodes.is_empty() { Err(SceneError::new("poses", "has none; one or more would do")) } else { Ok(nodes) }
+}
+
+impl MeshShape {
+    fn new(
+        mut poses: Vec<Vec<[f64; 3]>>,
+        triangles: &[[u32; 3]],
+        placement: &Placement,
+        (solid, timing): (bool, Option<&Poses>),
+    ) -> Self {
+        poses.iter_mut().for_each(|pose| placement.apply_all(pose));
+        let (triangles, boxes) = Tree::<f64>::boxes(&poses, triangles);
+        let way = |pair: &[Vec<[f64; 3]>]| {
+            pair[0].iter().zip(&pair[1]).map(|(a, b)| norm(sub(*b, *a))).fold(0.0, f64::max)
+        };
+        let mut travel = vec![0.0];
+        for pair in poses.windows(2) {
+            travel.push(travel[travel.len() - 1] + way(pair));
+        }
+        let (interval, start) = timing.map_or((1.0, 0.0), |poses| (poses.interval, poses.start));
+        Self { poses, triangles, boxes, solid, interval, start, travel }
+    }
+}
+
+impl<T: Real> MeshNow<T> {
+    /// As it is for nodes that start where it has arrived.
+    pub fn arrived(&self) -> Self {
+        Self { shares: [self.shares[1]; 2], stride: T::ZERO, ..*self }
+    }
+
+    /// A place in the mesh's frame [m].
+    #[inline(always)]
+    pub fn local(&self, x: [T; 3]) -> [T; 3] {
+        self.place.back(x)
+    }
+}
+
+impl<T: Real> MeshSurface<T> {
+    /// Corners of a triangle [m], at a share of the way to the next pose.
+    #[inline(always)]
+    pub fn corners(&self, now: &MeshNow<T>, triangle: u32, share: T) -> Corners<T> {
+        let triangle = triangle as usize;
+        if let [only] = self.poses.as_slice() {
+            return only[triangle];
+        }
+        let earlier = share < T::ZERO;
+        let pose = if earlier { now.pose as usize - 1 } else { now.pose as usize };
+        let share = if earlier { share + T::ONE } else { share };
+        let (from, to) = (&self.poses[pose][triangle], &self.poses[pose + 1][triangle]);
+        [0, 1, 2].map(|i| between(from[i], to[i], share))
+    }
+
+    /// Velocity of a point of a triangle [m/s] as the shape changes.
+    fn velocity(&self, now: &MeshNow<T>, triangle: u32, shares: [T; 3]) -> [T; 3] {
+        if self.poses.len() < 2 {
+            return [T::ZERO; 3];
+        }
+        let (pose, triangle) = (now.pose as usize, triangle as usize);
+        let (from, to) = (&self.poses[pose][triangle], &self.poses[pose + 1][triangle]);
+        mix(&[0, 1, 2].map(|i| scale(sub(to[i], from[i]), now.rate)), shares)
+    }
+
+    /// The tree of the way that it is on.
+    pub fn tree(&self, now: &MeshNow<T>) -> &Tree<T> {
+        &self.trees[(now.pose as usize).min(self.trees.len() - 1)]
+    }
+
+    /// The nearest point at the end of the sub-step, of the first among triangles that are equally near.
+    pub fn nearest(
+        &self,
+        now: &MeshNow<T>,
+        x: [T; 3],
+        among: &impl Candidates<T>,
+    ) -> Option<(u32, Nearest<T>)> {
+        let mut best: Option<(u32, Nearest<T>)> = None;
+        among.visit(|triangle| {
+            let found = nearest(x, &self.corners(now, triangle, now.shares[1]));
+            let better = best.as_ref().is_none_or(|(which, best)| {
+                found.squared < best.squared || (found.squared == best.squared && triangle < *which)
+            });
+            if better {
+                best = Some((triangle, found));
+            }
+            best.as_ref().map_or(T::FAR, |(_, best)| best.squared)
+        });
+        best
+    }
+
+    /// The first triangle that a way passes through while the mesh moves, and where.
+    pub fn first_crossing(
+        &self,
+        now: &MeshNow<T>,
+        way: [[T; 3]; 2],
+        among: &impl Candidates<T>,
+    ) -> Option<(u32, Crossing<T>)> {
+        let mut first: Option<(u32, Crossing<T>)> = None;
+        among.visit(|triangle| {
+            let [before, after] = now.shares.map(|share| self.corners(now, triangle, share));
+            if let Some(found) = crossing(way, &before, &after) {
+                let sooner = first.as_ref().is_none_or(|(which, first)| {
+                    found.share < first.share || (found.share == first.share && triangle < *which)
+                });
+                if sooner {
+                    first = Some((triangle, found));
+                }
+            }
+            T::FAR
+        });
+        first
+    }
+
+    /// Which way leads out of a solid at the nearest point, of any length.
+    fn outward(
+        &self,
+        now: &MeshNow<T>,
+        (triangle, at): &(u32, Nearest<T>),
+        among: &impl Candidates<T>,
+    ) -> [T; 3] {
+        let share = now.shares[1];
+        let own = at.shares.map(|share| share != T::ZERO);
+        if own == [true; 3] {
+            normal_of(&self.corners(now, *triangle, share))
+        } else {
+            self.pseudonormal(now, (*triangle, own), among)
+        }
+    }
+
+    /// Sum over the triangles that share the corner or edge `own` of a triangle.
+    fn pseudonormal(
+        &self,
+        now: &MeshNow<T>,
+        (triangle, own): (u32, [bool; 3]),
+        among: &impl Candidates<T>,
+    ) -> [T; 3] {
+        let nodes = self.triangles[triangle as usize];
+        let feature = |node: u32| (0..3).any(|i| own[i] && nodes[i] == node);
+        let wanted = own.iter().filter(|&&own| own).count();
+        let mut sum = [T::ZERO; 3];
+        among.visit(|other| {
+            let at = self.triangles[other as usize].map(feature);
+            if at.iter().filter(|&&at| at).count() == wanted {
+                sum = add(sum, pseudonormal(&self.corners(now, other, now.shares[1]), at));
+            }
+            T::FAR
+        });
+        sum
+    }
+
+    /// How the mesh touches a node that goes straight from `start` to `end`, both in its frame. `around` are at least the
+    /// triangles nearest to `end`, none if that is far off; `across` those that the way may pass through.
+    pub fn touch(
+        &self,
+        now: &MeshNow<T>,
+        way: [[T; 3]; 2],
+        around: Option<&impl Candidates<T>>,
+        across: Option<&impl Candidates<T>>,
+    ) -> Option<MeshTouch<T>> {
+        let at_end = around.and_then(|around| {
+            self.nearest(now, way[1], around).map(|found| self.resting(now, way[1], &found, around))
+        });
+        if let Some((triangle, hit)) = across.and_then(|across| self.first_crossing(now, way, across))
+            && self.has_passed(at_end.as_ref(), &hit, way)
+        {
+            let [_, after] = now.shares.map(|share| self.corners(now, triangle, share));
+            let plane = mix(&after, hit.shares);
+            return Some(MeshTouch {
+                depth: now.offset - dot(sub(way[1], plane), hit.normal),
+                normal: hit.normal,
+                velocity: self.velocity(now, triangle, hit.shares),
+                passed: true,
+            });
+        }
+        at_end.filter(|at_end| at_end.depth > T::ZERO)
+    }
+
+    /// Whether a node that went through a triangle is on the wrong side, so that the way to the nearest point does not lead
+    /// back. On which side of a sheet it was is not known where it was as near as numbers tell.
+    fn has_passed(
+        &self,
+        at_end: Option<&MeshTouch<T>>,
+        hit: &Crossing<T>,
+        [start, end]: [[T; 3]; 2],
+    ) -> bool {
+        let leaves =
+            |at_end: &MeshTouch<T>| at_end.depth <= T::ZERO || dot(at_end.normal, sub(end, start)) > T::ZERO;
+        if self.solid { hit.inward && at_end.is_none_or(leaves) } else { hit.from > grain(start) }
+    }
+
+    /// Depth and normal at `x` by the nearest point.
+    pub fn resting(
+        &self,
+        now: &MeshNow<T>,
+        x: [T; 3],
+        found: &(u32, Nearest<T>),
+        around: &impl Candidates<T>,
+    ) -> MeshTouch<T> {
+        let (triangle, at) = found;
+        let distance = at.squared.sqrt();
+        let corners = self.corners(now, *triangle, now.shares[1]);
+        let outward = if self.solid { self.outward(now, found, around) } else { normal_of(&corners) };
+        // Of a sheet, the side that a way through its plane has as well.
+        let from = if self.solid { at.apart } else { sub(x, corners[0]) };
+        let within = dot(from, outward) < T::ZERO;
+        let side = if self.solid && within { -T::ONE } else { T::ONE };
+        // As near as numbers tell, the way to the nearest point has no direction.
+        let far = at.squared > grain(x);
+        let normal = if far {
+            scale(at.apart, side / distance)
+        } else {
+            let length = norm(outward);
+            let inverse = T::ONE / if length > T::ZERO { length } else { T::ONE };
+            scale(outward, if within && !self.solid { -inverse } else { inverse })
+        };
+        MeshTouch {
+            depth: now.offset - distance * side,
+            normal,
+            velocity: self.velocity(now, *triangle, at.shares),
+            passed: false,
+        }
+    }
+}
+
+/// Square of what rounding may hide of a place [m²].
+fn grain<T: Real>(x: [T; 3]) -> T {
+    let lost = T::EPSILON * T::from_f64(8.0);
+    lost * lost * dot(x, x) + T::TINY
+}
+
+impl<T: Real> ShapeNow<T> {
+    /// The mesh, if it is one.
+    pub fn mesh(&self) -> Option<&MeshNow<T>> {
+        match self {
+            Self::Mesh(mesh) => Some(mesh),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,412 @@
+// Surfaces of triangles as colliders, by way of their trees of boxes. Source and proofs: mesh.rs, tree.rs. What was near a
+// node in the last sub-step is not remembered here: each asks the tree anew.
+
+/// All meshes, in fours. Of each interval between poses: where its triangles are, its nodes at both ends, and its boxes; then
+/// the number of triangles, that of leaves (a power of two), whether it is solid, and the squared length that rounding may hide
+/// [m²]; then where the nodes of the pose before are. Triangles are corners in xyz, nodes are places [m], boxes are lower and
+/// upper corners [m]: box 1 is the root, 2i and 2i + 1 are the halves of box i.
+@group(1) @binding(30) var<storage, read> mesh_data: array<vec4u>;
+
+/// One collider's part of that.
+struct MeshPart {
+    triangles: u32,
+    start: u32,
+    end: u32,
+    boxes: u32,
+    count: u32,
+    width: u32,
+    is_solid: bool,
+    grain: f32,
+    before: u32,
+}
+
+/// How a mesh touches a node, in the mesh's own frame.
+struct MeshTouch {
+    normal: vec3f,
+    /// How far inside [m]; −FAR: too far off to be known.
+    depth: f32,
+    /// Velocity by the change of shape [m/s].
+    velocity: vec3f,
+    /// Whether its way goes through the mesh.
+    passed: bool,
+}
+
+/// The nearest point of a mesh.
+struct Nearest {
+    /// Shares of the corners.
+    shares: vec3f,
+    triangle: u32,
+    /// From the point to the place that was asked about [m].
+    apart: vec3f,
+    /// Squared length of that [m²].
+    squared: f32,
+}
+
+/// Squared distances are looked at that are this much more than what is wanted: boxes must not hide what rounding brings near.
+const LOOSE: f32 = 1.001;
+/// Times that a mesh acts on a node, where its triangles meet in a groove.
+const GROOVES: u32 = 4u;
+/// Depth after a push that counts as none, relative to the place and to the distance of two neighbouring numbers.
+const GRAIN: f32 = 4.0;
+
+fn part_of_mesh(collider: Collider) -> MeshPart {
+    let places = mesh_data[collider.mesh];
+    let numbers = mesh_data[collider.mesh + 1u];
+    return MeshPart(
+        places.x, places.y, places.z, places.w, numbers.x, numbers.y, numbers.z != 0u, bitcast<f32>(numbers.w),
+        mesh_data[collider.mesh + 2u].x,
+    );
+}
+
+/// A place in the mesh's frame [m].
+fn local_of(collider: Collider, x: vec3f) -> vec3f {
+    let d = x - collider.place;
+    return collider.axis_u * d.x + collider.axis_v * d.y + collider.axis_w * d.z;
+}
+
+/// A direction of the mesh's frame in the scene's.
+fn turned(collider: Collider, d: vec3f) -> vec3f {
+    return vec3f(dot3(collider.axis_u, d), dot3(collider.axis_v, d), dot3(collider.axis_w, d));
+}
+
+fn data_at(index: u32) -> vec3f {
+    return bitcast<vec3f>(mesh_data[index].xyz);
+}
+
+fn corners_at(nodes: u32, triangle: vec3u) -> Corners {
+    return Corners(data_at(nodes + triangle.x), data_at(nodes + triangle.y), data_at(nodes + triangle.z));
+}
+
+/// Corners of a triangle [m], at a share of the way to the next pose; below 0, from the one before.
+fn corners_of(mesh: MeshPart, triangle: u32, share: f32) -> Corners {
+    let nodes = mesh_data[mesh.triangles + triangle].xyz;
+    let start = corners_at(mesh.start, nodes);
+    if mesh.start == mesh.end {
+        return start;
+    }
+    if share < 0.0 {
+        return corners_between(corners_at(mesh.before, nodes), start, share + 1.0);
+    }
+    return corners_between(start, corners_at(mesh.end, nodes), share);
+}
+
+/// Velocity of a point of a triangle [m/s] as the shape changes.
+fn changing(mesh: MeshPart, triangle: u32, shares: vec3f, rate: f32) -> vec3f {
+    if mesh.start == mesh.end {
+        return vec3f(0.0);
+    }
+    let nodes = mesh_data[mesh.triangles + triangle].xyz;
+    let start = corners_at(mesh.start, nodes);
+    let end = corners_at(mesh.end, nodes);
+    let moved = Corners((end.a - start.a) * rate, (end.b - start.b) * rate, (end.c - start.c) * rate);
+    return mix_of(moved, shares);
+}
+
+/// Squared distance of a place from a box [m²].
+fn box_squared(mesh: MeshPart, index: u32, x: vec3f) -> f32 {
+    let lo = data_at(mesh.boxes + 2u * index);
+    let hi = data_at(mesh.boxes + 2u * index + 1u);
+    let below = lo - x;
+    let above = x - hi;
+    let beyond = positive(select(above, below, below > above));
+    return dot3(beyond, beyond);
+}
+
+/// Whether a box and that between two corners meet.
+fn boxes_meet(mesh: MeshPart, index: u32, lo: vec3f, hi: vec3f) -> bool {
+    return all(data_at(mesh.boxes + 2u * index) <= hi) && all(lo <= data_at(mesh.boxes + 2u * index + 1u));
+}
+
+/// What is lost of distances by rounding, at most [m].
+fn lost_in(mesh: MeshPart) -> f32 {
+    return sqrt(mesh.grain);
+}
+
+/// Square of what rounding may hide of a place [m²].
+fn grain_at(x: vec3f) -> f32 {
+    let lost = EPSILON * 8.0;
+    return lost * lost * dot3(x, x) + TINY;
+}
+
+/// Whether a place is one: what has blown up touches nothing.
+fn is_somewhere(x: vec3f) -> bool {
+    return dot3(x, x) < FAR;
+}
+
+/// A nearer point of a mesh, if a triangle has one; none past the last.
+fn nearer(best: Nearest, collider: Collider, mesh: MeshPart, x: vec3f, triangle: u32) -> Nearest {
+    if triangle >= mesh.count {
+        return best;
+    }
+    let corners = corners_of(mesh, triangle, collider.v);
+    let shares = shares_of_nearest(x, corners);
+    let apart = x - mix_of(corners, shares);
+    let squared = dot3(apart, apart);
+    if squared < best.squared || (squared == best.squared && triangle < best.triangle) {
+        return Nearest(shares, triangle, apart, squared);
+    }
+    return best;
+}
+
+/// The nearest point at the end of the sub-step, of the first among triangles that are equally near, if boxes within `most`
+/// [m²] have one. Triangles are taken for boxes two levels below the leaves, so that a walk has one loop.
+fn nearest_of(collider: Collider, mesh: MeshPart, x: vec3f, most: f32) -> Nearest {
+    var best = Nearest(vec3f(0.0), NO_TRIANGLE, vec3f(0.0), FAR);
+    // A box a level waits, and the tree has less than 32 levels; then four triangles.
+    var stack: array<u32, 40>;
+    stack[0] = 1u;
+    var waiting = 1u;
+    while waiting > 0u {
+        waiting--;
+        let index = stack[waiting];
+        if index >= 4u * mesh.width {
+            best = nearer(best, collider, mesh, x, index - 4u * mesh.width);
+            continue;
+        }
+        if box_squared(mesh, index, x) > min(best.squared, most) * LOOSE + mesh.grain {
+            continue;
+        }
+        if index >= mesh.width {
+            stack[waiting] = 4u * index + 3u;
+            stack[waiting + 1u] = 4u * index + 2u;
+            stack[waiting + 2u] = 4u * index + 1u;
+            stack[waiting + 3u] = 4u * index;
+            waiting += 4u;
+            continue;
+        }
+        let right_first = box_squared(mesh, 2u * index + 1u, x) < box_squared(mesh, 2u * index, x);
+        stack[waiting] = 2u * index + select(1u, 0u, right_first);
+        stack[waiting + 1u] = 2u * index + select(0u, 1u, right_first);
+        waiting += 2u;
+    }
+    return best;
+}
+
+/// The sooner of two ways through; of equally soon ones, the first.
+fn sooner(first: Crossing, found: Crossing) -> bool {
+    if found.triangle == NO_TRIANGLE {
+        return false;
+    }
+    let equal = found.share == first.share && found.triangle < first.triangle;
+    return first.triangle == NO_TRIANGLE || found.share < first.share || equal;
+}
+
+/// The first triangle that a way passes through while the mesh moves, and where.
+fn first_crossing(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) -> Crossing {
+    let lo = select(end, start, start < end);
+    let hi = select(start, end, start < end);
+    var first = no_crossing();
+    var stack: array<u32, 40>;
+    stack[0] = 1u;
+    var waiting = 1u;
+    while waiting > 0u {
+        waiting--;
+        let index = stack[waiting];
+        if index >= 4u * mesh.width {
+            let triangle = index - 4u * mesh.width;
+            if triangle < mesh.count {
+                let before = corners_of(mesh, triangle, collider.u);
+                let found = crossing_of(start, end, before, corners_of(mesh, triangle, collider.v), triangle);
+                if sooner(first, found) {
+                    first = found;
+                }
+            }
+            continue;
+        }
+        if !boxes_meet(mesh, index, lo, hi) {
+            continue;
+        }
+        if index >= mesh.width {
+            stack[waiting] = 4u * index + 3u;
+            stack[waiting + 1u] = 4u * index + 2u;
+            stack[waiting + 2u] = 4u * index + 1u;
+            stack[waiting + 3u] = 4u * index;
+            waiting += 4u;
+            continue;
+        }
+        stack[waiting] = 2u * index + 1u;
+        stack[waiting + 1u] = 2u * index;
+        waiting += 2u;
+    }
+    return first;
+}
+
+/// Which corners of a triangle are on an edge or a corner, given by its nodes; those that are none are NO_TRIANGLE.
+fn corners_on(nodes: vec3u, wanted: vec3u) -> vec3<bool> {
+    return vec3<bool>(any(wanted == vec3u(nodes.x)), any(wanted == vec3u(nodes.y)), any(wanted == vec3u(nodes.z)));
+}
+
+/// Sum over the triangles that share the corner or edge on which the nearest point is: they are no farther than it is.
+fn pseudonormal_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> vec3f {
+    let own = found.shares != vec3f(0.0);
+    let wanted = select(vec3u(NO_TRIANGLE), mesh_data[mesh.triangles + found.triangle].xyz, own);
+    var sum = vec3f(0.0);
+    var stack: array<u32, 40>;
+    stack[0] = 1u;
+    var waiting = 1u;
+    while waiting > 0u {
+        waiting--;
+        let index = stack[waiting];
+        if index >= 4u * mesh.width {
+            let triangle = index - 4u * mesh.width;
+            if triangle < mesh.count {
+                let at = corners_on(mesh_data[mesh.triangles + triangle].xyz, wanted);
+                if corners_in(at) == corners_in(own) {
+                    sum += pseudonormal(corners_of(mesh, triangle, collider.v), at);
+                }
+            }
+            continue;
+        }
+        if box_squared(mesh, index, x) > found.squared * LOOSE + mesh.grain {
+            continue;
+        }
+        if index >= mesh.width {
+            stack[waiting] = 4u * index + 3u;
+            stack[waiting + 1u] = 4u * index + 2u;
+            stack[waiting + 2u] = 4u * index + 1u;
+            stack[waiting + 3u] = 4u * index;
+            waiting += 4u;
+            continue;
+        }
+        stack[waiting] = 2u * index + 1u;
+        stack[waiting + 1u] = 2u * index;
+        waiting += 2u;
+    }
+    return sum;
+}
+
+/// Which way leads out of a solid at the nearest point, of any length.
+fn outward_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> vec3f {
+    if all(found.shares != vec3f(0.0)) {
+        return normal_of(corners_of(mesh, found.triangle, collider.v));
+    }
+    return pseudonormal_at(collider, mesh, x, found);
+}
+
+/// Depth and normal of a place by the nearest point.
+fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> MeshTouch {
+    if found.triangle == NO_TRIANGLE {
+        return MeshTouch(vec3f(0.0), -FAR, vec3f(0.0), false);
+    }
+    let distance = sqrt(found.squared);
+    let corners = corners_of(mesh, found.triangle, collider.v);
+    var outward = normal_of(corners);
+    // Of a sheet, the side that a way through its plane has as well.
+    var away = x - corners.a;
+    if mesh.is_solid {
+        outward = outward_at(collider, mesh, x, found);
+        away = found.apart;
+    }
+    let within = dot3(away, outward) < 0.0;
+    let side = select(1.0, -1.0, mesh.is_solid && within);
+    var normal = found.apart * (side / distance);
+    // As near as numbers tell, the way to the nearest point has no direction.
+    if !(found.squared > grain_at(x)) {
+        let length = norm3(outward);
+        let inverse = 1.0 / select(1.0, length, length > 0.0);
+        normal = outward * select(inverse, -inverse, within && !mesh.is_solid);
+    }
+    let velocity = changing(mesh, found.triangle, found.shares, collider.w);
+    return MeshTouch(normal, collider.size - distance * side, velocity, false);
+}
+
+/// How the mesh touches a place that is no farther off than `most` [m]: depth and normal in the mesh's frame. A solid is
+/// searched from anywhere inside.
+fn touch_near(collider: Collider, mesh: MeshPart, x: vec3f, most: f32) -> MeshTouch {
+    let within = select(most * most, FAR, mesh.is_solid);
+    return resting(collider, mesh, x, nearest_of(collider, mesh, x, within));
+}
+
+/// How the mesh touches a node that goes straight from `start` to `end`, both in its frame.
+fn touch_on_way(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) -> MeshTouch {
+    let none = MeshTouch(vec3f(0.0), -FAR, vec3f(0.0), false);
+    let reach = vec3f(collider.size + lost_in(mesh));
+    if !is_somewhere(end) || !boxes_meet(mesh, 1u, min(start, end) - reach, max(start, end) + reach) {
+        return none;
+    }
+    let at_end = touch_near(collider, mesh, end, collider.size);
+    let hit = first_crossing(collider, mesh, start, end);
+    if hit.triangle != NO_TRIANGLE {
+        // Whether it is on the wrong side, so that the way to the nearest point does not lead back. On which side of a sheet it
+        // was is not known where it was as near as numbers tell.
+        let leaves = at_end.depth <= 0.0 || dot3(at_end.normal, end - start) > 0.0;
+        if select(hit.height > grain_at(start), hit.inward && leaves, mesh.is_solid) {
+            let plane = mix_of(corners_of(mesh, hit.triangle, collider.v), hit.shares);
+            let depth = collider.size - dot3(end - plane, hit.normal);
+            return MeshTouch(hit.normal, depth, changing(mesh, hit.triangle, hit.shares, collider.w), true);
+        }
+    }
+    return MeshTouch(at_end.normal, select(-FAR, at_end.depth, at_end.depth > 0.0), at_end.velocity, false);
+}
+
+/// How deep a place is in a mesh, and which way leads out; −FAR if it is farther off than `most` [m].
+fn mesh_depth(collider: Collider, x: vec3f, most: f32) -> Depth {
+    let mesh = part_of_mesh(collider);
+    let place = local_of(collider, x);
+    let reach = vec3f(most + lost_in(mesh));
+    if !is_somewhere(place) || !boxes_meet(mesh, 1u, place - reach, place + reach) {
+        return Depth(vec3f(0.0), -FAR);
+    }
+    let found = touch_near(collider, mesh, place, most);
+    return Depth(turned(collider, found.normal), found.depth);
+}
+
+/// How a mesh presses a place, if the place is inside.
+fn mesh_pressing(collider: Collider, x: vec3f) -> Depth {
+    let found = mesh_depth(collider, x, collider.size);
+    if found.depth > 0.0 {
+        return found;
+    }
+    return Depth(vec3f(0.0), -FAR);
+}
+
+/// As it is for nodes that start where it has arrived.
+fn arrived(collider: Collider) -> Collider {
+    var now = collider;
+    now.u = now.v;
+    return now;
+}
+
+/// Whether a node was less deep in a mesh at its start, by more than rounding, and not on its surface.
+fn was_better(collider: Collider, start: vec3f, depth: f32) -> bool {
+    let lengths = abs(start.x) + abs(start.y) + abs(start.z);
+    let slack = collider.size * 1e-3 + EPSILON * 64.0 * lengths;
+    let was = mesh_depth(collider, start, collider.size).depth;
+    return depth > slack && was + slack < depth && (was <= 0.0 || was + slack < collider.size);
+}
+
+/// One mesh. In a groove a node goes out of a triangle along the one that it went out of before; where that does not end, it
+/// stays where it was.
+fn meet_mesh(start: Touched, origin: Origin, told: Collider, number: u32, h: f32) -> Touched {
+    var collider = told;
+    if !origin.is_carried {
+        collider = arrived(told);
+    }
+    let mesh = part_of_mesh(collider);
+    let place = seen_from(collider, origin);
+    let come = local_of(collider, place);
+    var node = start;
+    var before = vec3f(0.0);
+    for (var round = 0u; round <= GROOVES; round++) {
+        let found = touch_on_way(collider, mesh, come, local_of(collider, node.x));
+        // What rounding leaves of the last push is none.
+        let grain = EPSILON * GRAIN * (abs(node.x.x) + abs(node.x.y) + abs(node.x.z));
+        let is_left = round > 0u && !found.passed && found.depth <= grain;
+        if found.depth == -FAR || is_left {
+            break;
+        }
+        if round == GROOVES {
+            if collider.u == collider.v && was_better(collider, place, found.depth) {
+                node.x = place;
+            }
+            break;
+        }
+        let touch = Depth(turned(collider, found.normal), found.depth);
+        let surface = surface_velocity(collider, node.x) + turned(collider, found.velocity);
+        node = answer_to(node, collider, touch, surface, h);
+        node.x = node.x + (leave_both(touch, Depth(before, 0.0)) - touch.normal * touch.depth);
+        before = touch.normal;
+        node.last = number;
+    }
+    return node;
+}

@@ -1,0 +1,224 @@
+//! One triangle and a node: the nearest point (Ericson, "Real-Time Collision Detection", 2005, section 5.1.5), and where a
+//! way goes through.
+
+use crate::real::{Real, cross, dot, sub};
+
+/// Corners [m].
+pub type Corners<T> = [[T; 3]; 3];
+
+/// The nearest point of a triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Nearest<T> {
+    /// Share of each corner; 0 exactly where the point lies on an edge or corner without it.
+    pub shares: [T; 3],
+    /// From the point to the place that was asked about [m].
+    pub apart: [T; 3],
+    /// Squared length of that [m²].
+    pub squared: T,
+}
+
+/// The point of a triangle nearest to `x`.
+pub fn nearest<T: Real>(x: [T; 3], corners: &Corners<T>) -> Nearest<T> {
+    let shares = shares_of_nearest(x, corners);
+    let apart = sub(x, mix(corners, shares));
+    Nearest { shares, apart, squared: dot(apart, apart) }
+}
+
+/// Σ share · corner.
+#[inline(always)]
+pub fn mix<T: Real>([a, b, c]: &Corners<T>, [u, v, w]: [T; 3]) -> [T; 3] {
+    let along = |i: usize| a[i] * u + b[i] * v + c[i] * w;
+    [along(0), along(1), along(2)]
+}
+
+fn shares_of_nearest<T: Real>(x: [T; 3], &[a, b, c]: &Corners<T>) -> [T; 3] {
+    let (zero, one) = (T::ZERO, T::ONE);
+    let (ab, ac) = (sub(b, a), sub(c, a));
+    let from_a = sub(x, a);
+    let (d1, d2) = (dot(ab, from_a), dot(ac, from_a));
+    if d1 <= zero && d2 <= zero {
+        return [one, zero, zero];
+    }
+    let from_b = sub(x, b);
+    let (d3, d4) = (dot(ab, from_b), dot(ac, from_b));
+    if d3 >= zero && d4 <= d3 {
+        return [zero, one, zero];
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= zero && d1 >= zero && d3 <= zero {
+        let v = part(d1, d1 - d3);
+        return [one - v, v, zero];
+    }
+    let from_c = sub(x, c);
+    let (d5, d6) = (dot(ab, from_c), dot(ac, from_c));
+    if d6 >= zero && d5 <= d6 {
+        return [zero, zero, one];
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= zero && d2 >= zero && d6 <= zero {
+        let w = part(d2, d2 - d6);
+        return [one - w, zero, w];
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= zero && d4 >= d3 && d5 >= d6 {
+        let w = part(d4 - d3, (d4 - d3) + (d5 - d6));
+        return [zero, one - w, w];
+    }
+    let inverse = one / (va + vb + vc);
+    let (v, w) = (vb * inverse, vc * inverse);
+    [one - v - w, v, w]
+}
+
+/// A share of an edge; 0 where the edge has no length.
+fn part<T: Real>(some: T, all: T) -> T {
+    if all > T::ZERO { some / all } else { T::ZERO }
+}
+
+/// Where a way goes through a triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct Crossing<T> {
+    /// Share of the way before it.
+    pub share: T,
+    /// Shares of the corners.
+    pub shares: [T; 3],
+    /// Unit normal of the triangle there, toward the start of the way.
+    pub normal: [T; 3],
+    /// Whether the way goes in: from the side that the triangle's own normal points to.
+    pub inward: bool,
+    /// Squared distance of its start from the triangle's plane then [m²].
+    pub from: T,
+}
+
+/// Where a node that goes straight from `start` to `end`, while a triangle goes from `before` to `after`, passes through it:
+/// distances from its plane are taken to change evenly.
+pub fn crossing<T: Real>(
+    [start, end]: [[T; 3]; 2],
+    before: &Corners<T>,
+    after: &Corners<T>,
+) -> Option<Crossing<T>> {
+    let (first, last) = (normal_of(before), normal_of(after));
+    let (above, below) = (dot(sub(start, before[0]), first), dot(sub(end, after[0]), last));
+    let inward = above >= T::ZERO;
+    if inward == (below >= T::ZERO) {
+        return None;
+    }
+    let share = above / (above - below);
+    let place = between(start, end, share);
+    let corners = [0, 1, 2].map(|i| between(before[i], after[i], share));
+    let normal = normal_of(&corners);
+    let squared = dot(normal, normal);
+    if squared <= T::TINY {
+        return None;
+    }
+    // A hair wider than the triangle: ways must not slip through between two.
+    let least = squared * -T::from_f64(SLACK);
+    let [a, b, c] = corners;
+    let part = |p: [T; 3], q: [T; 3]| dot(cross(sub(q, p), sub(place, p)), normal);
+    let parts = [part(b, c), part(c, a), part(a, b)];
+    if parts.iter().any(|&part| part < least) {
+        return None;
+    }
+    let inverse = T::ONE / squared;
+    let unit = T::ONE / squared.sqrt();
+    let side = if inward { unit } else { -unit };
+    Some(Crossing {
+        share,
+        shares: parts.map(|part| part * inverse),
+        normal: normal.map(|n| n * side),
+        inward,
+        from: above * above / (dot(first, first) + T::TINY),
+    })
+}
+
+/// Twice the area of a triangle [m²] times its unit normal.
+pub fn normal_of<T: Real>(&[a, b, c]: &Corners<T>) -> [T; 3] {
+    cross(sub(b, a), sub(c, a))
+}
+
+/// A share of the way from one place to another.
+#[inline(always)]
+pub fn between<T: Real>(from: [T; 3], to: [T; 3], share: T) -> [T; 3] {
+    let along = |i: usize| from[i] + (to[i] - from[i]) * share;
+    [along(0), along(1), along(2)]
+}
+
+/// What a corner or an edge has of a triangle's unit normal: its angle there, π for an edge (Bærentzen and Aanæs, "Signed
+/// Distance Computation Using the Angle Weighted Pseudonormal", 2005). `at` are the corners that the feature has.
+pub fn pseudonormal<T: Real>(corners: &Corners<T>, at: [bool; 3]) -> [T; 3] {
+    let normal = normal_of(corners);
+    let squared = dot(normal, normal);
+    if squared <= T::TINY {
+        return [T::ZERO; 3];
+    }
+    let corner = at.iter().position(|&at| at).unwrap_or(0);
+    let weight = if at.iter().filter(|&&at| at).count() > 1 { T::ONE } else { angle_at(corners, corner) };
+    let inverse = weight / squared.sqrt();
+    normal.map(|n| n * inverse)
+}
+
+/// The angle at a corner [rad].
+fn angle_at<T: Real>(corners: &Corners<T>, corner: usize) -> T {
+    let [p, q, r] = [0, 1, 2].map(|i| corners[(corner + i) % 3]);
+    let (a, b) = (sub(q, p), sub(r, p));
+    let sine = cross(a, b);
+    dot(sine, sine).sqrt().atan2(dot(a, b))
+}
+
+/// By how much more than its area, relative to it, a triangle can be passed through.
+pub const SLACK: f64 = 1e-4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::real::add;
+
+    const FLAT: Corners<f64> = [[0.0, 0.0, 0.0], [0.0, 0.0, 2.0], [3.0, 0.0, 0.0]];
+
+    #[test]
+    fn the_nearest_point_is_in_a_face_on_an_edge_or_at_a_corner() {
+        let at = |x| {
+            let found = nearest(x, &FLAT);
+            (mix(&FLAT, found.shares), found.squared)
+        };
+        assert_eq!(at([0.5, 2.0, 0.5]), ([0.5, 0.0, 0.5], 4.0));
+        assert_eq!(at([1.5, 0.0, -1.0]), ([1.5, 0.0, 0.0], 1.0));
+        assert_eq!(at([-1.0, 0.0, 1.0]), ([0.0, 0.0, 1.0], 1.0));
+        assert_eq!(at([4.0, 0.0, -1.0]).0, [3.0, 0.0, 0.0]);
+        assert_eq!(at([-1.0, 1.0, -1.0]), ([0.0; 3], 3.0));
+        let slanted = nearest([3.0, 0.0, 2.0], &FLAT);
+        assert_eq!(slanted.shares[0], 0.0);
+        assert!((slanted.squared - 36.0 / 13.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_way_goes_through_once_and_from_a_side() {
+        let through = |from: [f64; 3], to| crossing([from, to], &FLAT, &FLAT);
+        let down = through([0.5, 3.0, 0.5], [0.5, -1.0, 0.5]).unwrap();
+        assert_eq!((down.share, down.normal, down.inward), (0.75, [0.0, 1.0, 0.0], true));
+        assert_eq!(mix(&FLAT, down.shares), [0.5, 0.0, 0.5]);
+        let up = through([0.5, -1.0, 0.5], [0.5, 3.0, 0.5]).unwrap();
+        assert_eq!((up.share, up.normal, up.inward), (0.25, [0.0, -1.0, 0.0], false));
+        assert!(through([0.5, 3.0, 0.5], [0.5, 1.0, 0.5]).is_none());
+        assert!(through([3.0, 3.0, 2.0], [3.0, -1.0, 2.0]).is_none());
+    }
+
+    #[test]
+    fn a_triangle_that_moves_is_met_where_it_is_then() {
+        let lifted = FLAT.map(|[x, _, z]| [x, 2.0, z]);
+        let met = crossing([[0.5, 1.0, 0.5], [0.5, 1.0, 0.5]], &FLAT, &lifted).unwrap();
+        assert_eq!((met.share, met.normal, met.inward), (0.5, [0.0, 1.0, 0.0], true));
+    }
+
+    #[test]
+    fn the_corner_of_a_cube_has_its_diagonal_as_pseudonormal() {
+        let one = |a: [f64; 3], b| pseudonormal(&[[0.0; 3], a, b], [true, false, false]);
+        let faces = [
+            one([1.0, 0.0, 0.0], [1.0, 1.0, 0.0]),
+            one([1.0, 1.0, 0.0], [0.0, 1.0, 0.0]),
+            one([0.0, 1.0, 0.0], [0.0, 0.0, 1.0]),
+            one([0.0, 0.0, 1.0], [1.0, 0.0, 0.0]),
+        ];
+        let sum = faces.into_iter().fold([0.0; 3], add);
+        assert!((sum[0] - sum[1]).abs() < 1e-6 && (sum[1] - sum[2]).abs() < 1e-6, "{sum:?}");
+    }
+}

@@ -1,0 +1,167 @@
+// One triangle and a node: the nearest point, and where a way goes through. Source: triangle.rs.
+
+/// Corners [m].
+struct Corners {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f,
+}
+
+/// Where a way goes through a triangle, if it does.
+struct Crossing {
+    /// Shares of the corners.
+    shares: vec3f,
+    /// Share of the way before it.
+    share: f32,
+    /// Unit normal of the triangle there, toward the start of the way.
+    normal: vec3f,
+    /// Which triangle; NO_TRIANGLE: none.
+    triangle: u32,
+    /// Squared distance of its start from the triangle's plane then [m²].
+    height: f32,
+    /// Whether the way goes in: from the side that the triangle's own normal points to.
+    inward: bool,
+}
+
+const NO_TRIANGLE: u32 = 0xffffffffu;
+/// By how much more than its area, relative to it, a triangle can be passed through.
+const PASSED: f32 = 1e-4;
+
+/// Σ share · corner.
+fn mix_of(corners: Corners, shares: vec3f) -> vec3f {
+    return corners.a * shares.x + corners.b * shares.y + corners.c * shares.z;
+}
+
+/// A share of an edge; 0 where the edge has no length.
+fn share_of_edge(some: f32, all: f32) -> f32 {
+    return select(0.0, some / select(1.0, all, all > 0.0), all > 0.0);
+}
+
+/// Shares of the corners in the point of a triangle nearest to `x`; 0 exactly where the point lies on an edge or corner
+/// without one.
+fn shares_of_nearest(x: vec3f, corners: Corners) -> vec3f {
+    let ab = corners.b - corners.a;
+    let ac = corners.c - corners.a;
+    let from_a = x - corners.a;
+    let d1 = dot3(ab, from_a);
+    let d2 = dot3(ac, from_a);
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return vec3f(1.0, 0.0, 0.0);
+    }
+    let from_b = x - corners.b;
+    let d3 = dot3(ab, from_b);
+    let d4 = dot3(ac, from_b);
+    if d3 >= 0.0 && d4 <= d3 {
+        return vec3f(0.0, 1.0, 0.0);
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let v = share_of_edge(d1, d1 - d3);
+        return vec3f(1.0 - v, v, 0.0);
+    }
+    let from_c = x - corners.c;
+    let d5 = dot3(ab, from_c);
+    let d6 = dot3(ac, from_c);
+    if d6 >= 0.0 && d5 <= d6 {
+        return vec3f(0.0, 0.0, 1.0);
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let w = share_of_edge(d2, d2 - d6);
+        return vec3f(1.0 - w, 0.0, w);
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        let w = share_of_edge(d4 - d3, (d4 - d3) + (d5 - d6));
+        return vec3f(0.0, 1.0 - w, w);
+    }
+    let inverse = 1.0 / (va + vb + vc);
+    let v = vb * inverse;
+    let w = vc * inverse;
+    return vec3f(1.0 - v - w, v, w);
+}
+
+/// Twice the area of a triangle [m²] times its unit normal.
+fn normal_of(corners: Corners) -> vec3f {
+    return cross3(corners.b - corners.a, corners.c - corners.a);
+}
+
+/// A share of the way from one triangle to another.
+fn corners_between(start: Corners, end: Corners, share: f32) -> Corners {
+    return Corners(
+        start.a + (end.a - start.a) * share,
+        start.b + (end.b - start.b) * share,
+        start.c + (end.c - start.c) * share,
+    );
+}
+
+fn no_crossing() -> Crossing {
+    return Crossing(vec3f(0.0), 0.0, vec3f(0.0), NO_TRIANGLE, 0.0, false);
+}
+
+/// Where a node that goes straight from `start` to `end`, while a triangle goes from `before` to `after`, passes through it:
+/// distances from its plane are taken to change evenly.
+fn crossing_of(start: vec3f, end: vec3f, before: Corners, after: Corners, triangle: u32) -> Crossing {
+    let first = normal_of(before);
+    let above = dot3(start - before.a, first);
+    let below = dot3(end - after.a, normal_of(after));
+    let inward = above >= 0.0;
+    if inward == (below >= 0.0) {
+        return no_crossing();
+    }
+    let share = above / (above - below);
+    let place = start + (end - start) * share;
+    let corners = corners_between(before, after, share);
+    let normal = normal_of(corners);
+    let squared = dot3(normal, normal);
+    if squared <= TINY {
+        return no_crossing();
+    }
+    // A hair wider than the triangle: ways must not slip through between two.
+    let least = squared * -PASSED;
+    let a = dot3(cross3(corners.c - corners.b, place - corners.b), normal);
+    let b = dot3(cross3(corners.a - corners.c, place - corners.c), normal);
+    let c = dot3(cross3(corners.b - corners.a, place - corners.a), normal);
+    if a < least || b < least || c < least {
+        return no_crossing();
+    }
+    let inverse = 1.0 / squared;
+    let unit = 1.0 / sqrt(squared);
+    let side = select(-unit, unit, inward);
+    let height = above * above / (dot3(first, first) + TINY);
+    return Crossing(vec3f(a, b, c) * inverse, share, normal * side, triangle, height, inward);
+}
+
+/// The angle at the corner `p` [rad].
+fn angle_at(p: vec3f, q: vec3f, r: vec3f) -> f32 {
+    let a = q - p;
+    let b = r - p;
+    let sine = cross3(a, b);
+    return angle_of(sqrt(dot3(sine, sine)), dot3(a, b));
+}
+
+/// What a corner or an edge has of a triangle's unit normal: its angle there, π for an edge. `at` are the corners that the
+/// feature has.
+fn pseudonormal(corners: Corners, at: vec3<bool>) -> vec3f {
+    let normal = normal_of(corners);
+    let squared = dot3(normal, normal);
+    if squared <= TINY {
+        return vec3f(0.0);
+    }
+    var weight = 1.0;
+    if corners_in(at) < 2u {
+        if at.y {
+            weight = angle_at(corners.b, corners.c, corners.a);
+        } else if at.z {
+            weight = angle_at(corners.c, corners.a, corners.b);
+        } else {
+            weight = angle_at(corners.a, corners.b, corners.c);
+        }
+    }
+    return normal * (weight / sqrt(squared));
+}
+
+/// How many corners a feature has.
+fn corners_in(at: vec3<bool>) -> u32 {
+    return u32(at.x) + u32(at.y) + u32(at.z);
+}

@@ -1,0 +1,138 @@
+//! What holds two nodes together, a node to a point, and a node near another one.
+//!
+//! Sources: a joint of stiffness k is taken implicitly, as XPBD does (Macklin, Müller, Chentanez, "XPBD: Position-Based
+//! Simulation of Compliant Constrained Dynamics", MIG 2016, eq. 18) with one iteration a sub-step (Macklin et al., "Small
+//! Steps in Physics Simulation", SCA 2019): p = (l − L)/(w₁ + w₂ + 1/(k h²)). A node of several joints takes part in each
+//! with its share of its mass (Tonge, Benevolenski, Voroshilov, "Mass Splitting for Jitter-Free Parallel Rigid Body
+//! Simulation", 2012), so that no order matters. A tether: Kim, Chentanez, Müller-Fischer, "Long Range Attachments – A Method
+//! to Simulate Inextensible Clothing in Computer Games", SCA 2012.
+
+use crate::real::{Real, add, dot, scale, sub};
+
+/// What a joint does to its first node; to its second the opposite.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pull<T> {
+    /// Change of place times mass [kg·m]; by the sub-step, change of momentum.
+    pub shift: [T; 3],
+    /// Its length [kg·m]; by the square of the sub-step, the force.
+    pub size: T,
+}
+
+/// A joint of two ends that are `d` [m] apart, first less second, and should be `length` [m]. `give` [1/kg] says how easily
+/// its ends give way, as [`give`] has it, and `softness` [1/kg] how easily it does, 1/(k h²). Where its ends are at one place
+/// nothing happens.
+#[inline(always)]
+pub fn pull<T: Real>(d: [T; 3], length: T, give: T, softness: T) -> Pull<T> {
+    let distance = dot(d, d).sqrt();
+    if distance > T::ZERO && give > T::ZERO {
+        let size = (distance - length) / (give + softness);
+        let by = -size / distance;
+        Pull { shift: scale(d, by), size: if size > T::ZERO { size } else { -size } }
+    } else {
+        Pull { shift: [T::ZERO; 3], size: T::ZERO }
+    }
+}
+
+/// How easily two ends give way [1/kg]: their inverse masses, each of which has so many joints, and as many shares.
+#[inline(always)]
+pub fn give<T: Real>(inverse_mass: [T; 2], joints: [u32; 2]) -> T {
+    let count = |joints: u32| T::from_f64(f64::from(joints));
+    inverse_mass[0] * count(joints[0]) + inverse_mass[1] * count(joints[1])
+}
+
+/// Distance [m] of a joint's ends when a `share` of its closing has gone by: it goes from `start` [m] to `end` [m].
+#[inline(always)]
+pub fn length<T: Real>(start: T, end: T, share: T) -> T {
+    start * (T::ONE - share) + end * share
+}
+
+/// Place [m] and velocity [m/s].
+pub type PointState<T> = ([T; 3], [T; 3]);
+
+/// Keeps a node within `length` [m] of an anchor: it is put back on the sphere, and loses the speed at which it leaves it.
+/// `None` where it is inside.
+#[inline(always)]
+pub fn tether<T: Real>((x, v): PointState<T>, (at, with): PointState<T>, length: T) -> Option<PointState<T>> {
+    let d = sub(x, at);
+    let squared = dot(d, d);
+    if squared > length * length {
+        let distance = squared.sqrt();
+        let outward = [d[0] / distance, d[1] / distance, d[2] / distance];
+        let speed = dot(sub(v, with), outward);
+        let lost = if speed > T::ZERO { speed } else { T::ZERO };
+        Some((add(at, scale(outward, length)), sub(v, scale(outward, lost))))
+    } else {
+        None
+    }
+}
+
+/// Times that the tethers of a node are looked at in a sub-step, at most: one may lead out of reach of another.
+pub const ROUNDS: usize = 8;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::real::norm;
+
+    #[test]
+    fn a_stiff_joint_closes_its_gap_and_shares_it_by_mass() {
+        // 0.3 m too long; 1 kg and 2 kg.
+        let done = pull([0.5, 0.0, 0.0], 0.2, give([1.0, 0.5], [1, 1]), 0.0);
+        assert!((done.size - 0.2).abs() < 1e-15 && (done.shift[0] + 0.2).abs() < 1e-15, "{done:?}");
+        assert_eq!(&done.shift[1..], [0.0; 2]);
+        // Too short: it pushes.
+        let done = pull([0.1, 0.0, 0.0], 0.2, 1.0, 0.0);
+        assert!((done.size - 0.1).abs() < 1e-15 && (done.shift[0] - 0.1).abs() < 1e-15, "{done:?}");
+    }
+
+    #[test]
+    fn a_soft_joint_at_rest_pulls_by_its_stiffness() {
+        // At rest gravity adds g h² to the gap and the joint takes it off: what is left is m g/k.
+        let (mass, k, h, g) = (0.3_f64, 50.0, 0.01, 9.81);
+        let gap = mass * g / k;
+        let done = pull([0.0, gap + g * h * h, 0.0], 0.0, 1.0 / mass, 1.0 / (k * h * h));
+        assert!((done.size / (h * h) - mass * g).abs() < 1e-12, "{}", done.size / (h * h));
+    }
+
+    #[test]
+    fn shares_of_a_node_add_up_to_the_whole() {
+        // Four joints hold one node at four points at one place: together they close the gap.
+        let done = pull([0.1, 0.0, 0.0], 0.0, give([2.0, 0.0], [4, 1]), 0.0);
+        assert!((4.0 * 2.0 * done.shift[0] + 0.1).abs() < 1e-15);
+    }
+
+    #[test]
+    fn what_is_done_to_one_is_done_to_the_other_the_opposite_way() {
+        for n in 0..1000 {
+            let some =
+                |k: u32| f64::from((7 * n + k).wrapping_mul(2_654_435_761)) / f64::from(1_u32 << 31) - 1.0;
+            let d = [some(0), some(1), some(2)];
+            let (there, back) = (pull(d, 0.4, 1.7, 0.3), pull(scale(d, -1.0), 0.4, 1.7, 0.3));
+            assert_eq!((there.shift, there.size), (scale(back.shift, -1.0), back.size));
+        }
+    }
+
+    #[test]
+    fn ends_at_one_place_and_held_ends_stay() {
+        assert_eq!(pull([0.0; 3], 0.5, 1.0, 0.0), Pull::default());
+        assert_eq!(pull([1.0; 3], 0.5, give([0.0; 2], [3; 2]), 0.0), Pull::default());
+    }
+
+    #[test]
+    fn a_length_begins_and_ends_exactly_where_it_should() {
+        assert_eq!([0.0, 1.0, 0.5].map(|share| length(0.7_f32, 0.1, share)), [0.7, 0.1, 0.4]);
+    }
+
+    #[test]
+    fn a_tether_takes_the_speed_away_from_its_anchor_alone() {
+        let anchor = ([1.0, 0.0, 0.0], [0.0, 5.0, 0.0]);
+        let (x, v) = tether(([1.0, 3.0, 0.0], [2.0, 6.0, -1.0]), anchor, 2.0).unwrap();
+        assert_eq!((x, v), ([1.0, 2.0, 0.0], [2.0, 5.0, -1.0]));
+        // Coming back already: the velocity stays.
+        let (x, v) = tether(([1.0, 3.0, 0.0], [2.0, 4.0, -1.0]), anchor, 2.0).unwrap();
+        assert_eq!((x, v), ([1.0, 2.0, 0.0], [2.0, 4.0, -1.0]));
+        assert_eq!(tether(([1.0, 2.0, 0.0], [0.0, 9.0, 0.0]), anchor, 2.0), None);
+        let far = tether(([3.0, 4.0, -7.0], [0.0; 3]), anchor, 0.5).unwrap().0;
+        assert!((norm(sub(far, anchor.0)) - 0.5_f64).abs() < 1e-15);
+    }
+}

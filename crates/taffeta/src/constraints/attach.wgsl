@@ -1,0 +1,55 @@
+// What holds two nodes together, a node to a point, and a node near another one. Sources and equations: attach.rs.
+
+/// What a joint does to its first node; to its second the opposite.
+struct Pull {
+    /// Change of place times mass [kg·m]; by the sub-step, change of momentum.
+    shift: vec3f,
+    /// Its length [kg·m]; by the square of the sub-step, the force.
+    size: f32,
+}
+
+/// A joint of two ends that are `d` [m] apart, first less second, and should be `goal` [m]. `give` [1/kg] says how easily its
+/// ends give way, and `softness` [1/kg] how easily it does.
+fn pull_of(d: vec3f, goal: f32, give: f32, softness: f32) -> Pull {
+    let distance = sqrt(dot3(d, d));
+    if distance > 0.0 && give > 0.0 {
+        let size = (distance - goal) / (give + softness);
+        let by = -size / distance;
+        return Pull(d * by, select(-size, size, size > 0.0));
+    }
+    return Pull(vec3f(0.0), 0.0);
+}
+
+/// How easily two ends give way [1/kg]: their inverse masses, each of which has so many joints, and as many shares.
+fn give_of(inverse_mass: vec2f, joints: vec2u) -> f32 {
+    return inverse_mass.x * f32(joints.x) + inverse_mass.y * f32(joints.y);
+}
+
+/// Distance [m] of a joint's ends when a `share` of its closing has gone by.
+fn joint_length(start: f32, end: f32, share: f32) -> f32 {
+    return start * (1.0 - share) + end * share;
+}
+
+/// A node after a tether, and whether that has moved it.
+struct Tethered {
+    x: vec3f,
+    v: vec3f,
+    moved: bool,
+}
+
+/// Keeps a node within `reach` [m] of an anchor at `at` [m], which moves at `along` [m/s].
+fn tethered(x: vec3f, v: vec3f, at: vec3f, along: vec3f, reach: f32) -> Tethered {
+    let d = x - at;
+    let squared = dot3(d, d);
+    if squared > reach * reach {
+        let distance = sqrt(squared);
+        let outward = d / distance;
+        let speed = dot3(v - along, outward);
+        let lost = select(0.0, speed, speed > 0.0);
+        return Tethered(at + outward * reach, v - outward * lost, true);
+    }
+    return Tethered(x, v, false);
+}
+
+/// Times that the tethers of a node are looked at in a sub-step, at most.
+const TETHER_ROUNDS: u32 = 8u;

@@ -1,0 +1,52 @@
+// Lift and drag of a panel: a triangle in a flow of air (see air.rs for source and derivation).
+//
+//   f = ½ ρ A |w|² (C_D |s| ŵ + C_L s (n − s ŵ))  [N],  s = n·ŵ,
+//
+// with the panel's own flow w at the end of the step, |w|, n and the direction of lift held.
+
+/// Air in one sub-step.
+struct Air {
+    /// Velocity [m/s].
+    velocity: vec3f,
+    /// ρ/12 [kg/m³].
+    density: f32,
+    /// h ρ/4 [kg·s/m³].
+    exposure: f32,
+    /// Coefficients.
+    drag: f32,
+    lift: f32,
+    /// Where the forces of panels begin among those of elements.
+    first_force: u32,
+    gusts: Gusts,
+}
+
+/// Velocity [m/s] at `x` [m], with gusts where there are any.
+fn air_velocity(air: Air, x: vec3f) -> vec3f {
+    if air.gusts.cells_a_metre > 0.0 {
+        return air.velocity + gust_velocity(air.gusts, x);
+    }
+    return air.velocity;
+}
+
+/// Force on each corner [N] of a panel with the normal `twice`, twice its area long [m²], in the flow `w` [m/s].
+/// `lightness` is 1/M [1/kg]. Without area or flow there is none.
+fn corner_force(air: Air, twice: vec3f, w: vec3f, lightness: f32) -> vec3f {
+    let area = dot3(twice, twice);
+    let speed = dot3(w, w);
+    let through = dot3(twice, w);
+    let is_blown_on = area > TINY && speed > TINY;
+    let size = select(1.0, sqrt(area) * sqrt(speed), is_blown_on);
+    let sine = through / size;
+    let rest = 1.0 - sine * sine;
+    let cosine_squared = select(0.0, rest, rest > 0.0);
+    let drag = air.drag * abs(through);
+    let lift = air.lift * through;
+    let exposure = air.exposure * lightness;
+    let d = 1.0 + exposure * drag;
+    let turn = exposure * lift * cosine_squared;
+    let left = d * d + exposure * lift * turn;
+    let along = drag * d + lift * (turn - sine);
+    let across = lift * (speed / size);
+    let factor = select(0.0, air.density / left, is_blown_on);
+    return (w * along + twice * across) * factor;
+}

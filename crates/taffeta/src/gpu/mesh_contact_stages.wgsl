@@ -1,0 +1,90 @@
+// What meshes among the colliders need beside contact_all and restore_volumes: kernels of their own, since others have no
+// buffer left for triangles.
+
+/// Keeps nodes that touch each other out of colliders again, after part_pairs.
+@compute @workgroup_size(256)
+fn contact_parted(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let node = node_of(id, counts, lane);
+    if node >= arrayLength(&old_position) || contacts_of(node) == 0u {
+        return;
+    }
+    let v = new_velocity[node];
+    let moved = Node(new_position[node], vec4f(v.xyz, abs(v.w)));
+    let after = touch(moved, Origin(old_position[node].xyz, false), 0u);
+    // Who has touched stays one who has.
+    let mass = select(after.velocity.w, -abs(v.w), v.w < 0.0);
+    new_position[node] = after.position;
+    new_velocity[node] = vec4f(after.velocity.xyz, mass);
+}
+
+/// How a mesh will hold a node; it is taken to be as flat as where the node is.
+fn press_of_mesh(collider: Collider, node: Coming) -> Held {
+    let touch = mesh_depth(collider, node.place, collider.size + node.h * norm3(node.free) + node.fall);
+    if touch.depth == -FAR {
+        return Held(free_press(), 0.0);
+    }
+    let inside = touch.depth - node.h * dot3(node.free + node.pulls, touch.normal);
+    return press_by(collider, node, inside, touch);
+}
+
+/// The mesh that will hold a node, if any does: of several, that in which it would be deepest.
+fn mesh_ahead(node: Coming) -> Met {
+    var found = Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, 1u, 0.0);
+    let first = substeps[0].first_collider;
+    for (var i = 0u; i < substeps[0].colliders; i++) {
+        let collider = colliders[first + i];
+        if collider.kind == MESH {
+            let held = press_of_mesh(collider, node);
+            if held.inside > found.inside {
+                found = Met(held.press.normal, held.press.yields, held.press.velocity, i, 1u, held.inside);
+            }
+        }
+    }
+    return found;
+}
+
+/// Finds the mesh that will hold each node, before meet_surfaces.
+@compute @workgroup_size(256)
+fn meet_meshes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&node_groups) || lane >= node_groups[index].count {
+        return;
+    }
+    let node = node_groups[index].first + lane;
+    let x = old_position[node];
+    if met[node].is_pulled == 0u || !(x.w > 0.0) || substeps[0].solving.is_adaptive != 0u {
+        return;
+    }
+    let h = substeps[0].h;
+    let fall = norm3(substeps[0].gravity) * h * h;
+    let pulls = x.w * gather_pulls(node) * -h;
+    met[node] = mesh_ahead(Coming(x.xyz, fall, new_velocity[node].xyz, h, pulls));
+}
+
+/// The same where springs are solved for by nodes, before meet_nodes.
+@compute @workgroup_size(256)
+fn meet_meshes_by_nodes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
+        return;
+    }
+    let node = level_groups[index].first + lane;
+    let x = old_position[node];
+    if x.w > 0.0 {
+        let h = substeps[0].h;
+        let fall = norm3(substeps[0].gravity) * h * h;
+        met[node] = mesh_ahead(Coming(x.xyz, fall, new_velocity[node].xyz, h, vector_of(PULLED, node)));
+    }
+}

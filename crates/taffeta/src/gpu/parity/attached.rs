@@ -1,0 +1,251 @@
+//! Rows of joints and tethers.
+
+use super::bench::{Bench, Given, Written};
+use super::fixture::{Chance, Fixture, SUBSTEP, words};
+use super::particles::kernel_of;
+use super::scene::scene;
+use super::{Row, Tolerance};
+use crate::backend::{Backend, Remembered};
+use crate::constraints::attach::{self, Pull};
+use crate::gpu::kernels::Name;
+use crate::gpu::layout::{Four, GROUP, Joint, NONE};
+use crate::integrate::pins::Motion;
+use crate::real::sub;
+use crate::scene::{Keyframe, Pin, Scene, Seam, SeamSide, Select};
+use crate::step::{Stages, Tile};
+
+const COUNTED: &str = "numbers alone";
+const FOUND: &str = "sums of products, a root and quotients; hardware rounds them otherwise";
+const MOVED: &str = "as above; contact multiplies what hardware rounds otherwise";
+
+/// One row for each kernel.
+pub const ROWS: &[Row] = &[
+    row("count_joints", Tolerance::new(0.0, 0.0, COUNTED), count),
+    row("pull_joints", Tolerance::new(0.0, 64.0, FOUND), pull),
+    row("attach_nodes", Tolerance::new(0.0, 256.0, MOVED), attach),
+];
+
+const fn row(
+    name: &'static str,
+    tolerance: Tolerance,
+    check: fn(&mut Bench<'_>) -> Result<(), String>,
+) -> Row {
+    Row { name, entry: name, tolerance, check }
+}
+
+const POISON: u32 = 0x7fff_fff1;
+
+/// The scene of the other rows, sewn: seams within a body, between bodies, to held nodes, of several joints a node, rigid and
+/// soft, that break and do not; pins that break, still and moving; tethers.
+fn sewn(apart: bool) -> Scene {
+    let mut all = scene(0.0087, apart);
+    // Joints move nodes far here, and what is behind a half-space is inside it whichever way it came.
+    all.colliders.retain(|collider| collider.plane.is_some());
+    let side = |name: &str, nodes: std::ops::Range<u32>| {
+        SeamSide::new(name, Select::nodes(nodes.collect::<Vec<_>>()))
+    };
+    let seam = |from, to, k, break_force, length| Seam {
+        k,
+        break_force,
+        ..Seam::new(from, to).closing(0.002, 0.021, length)
+    };
+    all = all
+        .seam(seam(side("sheet", 0..60), side("ball", 100..160), None, Some(900.0), 0.13))
+        .seam(seam(side("ball", 120..200), side("sheet", 200..280), Some(310.0), Some(70.0), 0.0))
+        .seam(seam(side("sheet", 300..340), side("sheet", 500..540), Some(2.7), None, 0.21))
+        .seam(seam(side("chain", 0..38), side("blob", 20..58), None, None, 0.0));
+    let motion = vec![Keyframe::rotate(0.3, [0.3, 0.8, -0.2], 50.0, [0.1, 0.2, -0.3])];
+    let breaking = |nodes: std::ops::Range<u32>, motion, force| Pin {
+        select: Select::nodes(nodes.collect::<Vec<_>>()),
+        motion,
+        break_force: Some(force),
+        ..Pin::default()
+    };
+    all.bodies[1].pins.push(breaking(180..230, motion, 800.0));
+    all.bodies[5].pins.push(breaking(30..50, Vec::new(), 1700.0));
+    all.bodies[0] = all.bodies[0].clone().tether(0.03);
+    all.bodies[1] = all.bodies[1].clone().tether(0.4);
+    all
+}
+
+/// A state, and which joints are broken before the sub-step.
+pub struct Work {
+    pub fixture: Fixture,
+    pub broken: Vec<u32>,
+    pub left: Vec<u32>,
+}
+
+impl Work {
+    pub fn new(seed: u64, exact: bool) -> Result<Self, String> {
+        let mut fixture = Fixture::of(&sewn(!exact), seed, exact)?;
+        let mut chance = Chance::new(seed + 77);
+        let broken: Vec<u32> =
+            fixture.tables.attached.joints.iter().map(|_| u32::from(chance.number() > 0.6)).collect();
+        let at_one_place: Vec<Joint> = fixture.tables.attached.joints.iter().step_by(29).copied().collect();
+        for joint in at_one_place.iter().filter(|joint| exact && joint.b != NONE) {
+            let place = fixture.new.position[joint.a as usize];
+            fixture.new.position[joint.b as usize][..3].copy_from_slice(&place[..3]);
+        }
+        let mut work = Self { left: vec![POISON; fixture.tables.len()], fixture, broken };
+        for (place, rows) in work.rows() {
+            work.left[place] = rows.iter().map(|&row| 1 - work.broken[row as usize / 2]).sum();
+        }
+        Ok(work)
+    }
+
+    /// The joints of each place that has a list, as the list has them.
+    fn rows(&self) -> Vec<(usize, Vec<u32>)> {
+        let lists = &self.fixture.tables.attached.lists;
+        let with = (0..self.fixture.tables.len()).filter(|&place| lists[place] != NONE);
+        with.map(|place| {
+            let first = lists[place] as usize;
+            (place, lists[first + 1..first + 1 + lists[first] as usize].to_vec())
+        })
+        .collect()
+    }
+
+    /// What a joint does by the formulas, and whether it breaks now.
+    pub fn pull(&self, joint: &Joint) -> (Pull<f32>, bool) {
+        let (substep, state) = (self.fixture.substep(), &self.fixture.new.position);
+        let end = |node: u32| {
+            let [x, y, z, w] = state[node as usize];
+            ([x, y, z], w)
+        };
+        let (x, w) = end(joint.a);
+        let motion: Option<&Motion<f32>> = substep.motions.get(joint.track as usize);
+        let point = motion.map_or(joint.point, |motion| motion.apply(joint.point).0);
+        let (y, v) = if joint.b == NONE { (point, 0.0) } else { end(joint.b) };
+        let other = if joint.b == NONE { joint.a } else { joint.b };
+        let left = [joint.a, other].map(|node| self.left[node as usize]);
+        let share = substep.closing[joint.closing as usize - self.fixture.tables.volume_numbers.len()];
+        let length = attach::length(joint.start, joint.end, share);
+        let softness = joint.compliance / (substep.h * substep.h);
+        let pull = attach::pull(sub(x, y), length, attach::give([w, v], left), softness);
+        (pull, pull.size / (substep.h * substep.h) > joint.break_force)
+    }
+
+    /// As `pulls` and `joint_broken` have it afterwards.
+    fn pulls(&self) -> (Vec<Four>, Vec<u32>) {
+        let joints = self.fixture.tables.attached.joints.iter().zip(&self.broken);
+        joints
+            .map(|(joint, &broken)| {
+                let (pull, breaks) = self.pull(joint);
+                let [x, y, z] = pull.shift;
+                if breaks || broken != 0 { ([0.0; 4], 1) } else { ([x, y, z, 1.0], 0) }
+            })
+            .unzip()
+    }
+
+    fn run(
+        &self,
+        bench: &mut Bench<'_>,
+        entry: &'static str,
+        pulls: Vec<u32>,
+        groups: usize,
+        compare: impl FnOnce(&mut Written<'_>),
+    ) -> Result<(), String> {
+        let fixture = &self.fixture;
+        let kernel = kernel_of(bench, Name::new(entry), fixture)?;
+        let mut arrays = fixture.arrays();
+        arrays.insert("old_position", words(&fixture.new.position));
+        arrays.insert("old_velocity", words(&fixture.new.velocity));
+        arrays.insert("joints", words(&fixture.tables.attached.joints));
+        arrays.insert("attached", fixture.tables.attached.lists.clone());
+        arrays.insert("joint_broken", self.broken.clone());
+        let start = if entry == "count_joints" { vec![POISON; self.left.len()] } else { self.left.clone() };
+        arrays.insert("joints_left", start);
+        arrays.insert("pulls", pulls);
+        bench.run(&kernel, &Given { arrays: &arrays, records: &fixture.records(), groups }, compare)
+    }
+}
+
+fn both(bench: &Bench<'_>) -> Result<[Work; 2], String> {
+    Ok([Work::new(31, bench.exact)?, Work::new(32, bench.exact)?])
+}
+
+fn same(written: &mut Written<'_>, name: &str, wanted: &[u32]) {
+    let halves = |words: &[u32]| -> Vec<f32> {
+        words.iter().flat_map(|word| [(word >> 16) as f32, (word & 0xffff) as f32]).collect()
+    };
+    let found: Vec<u32> = written.take(name);
+    written.outcome().copied(name, &halves(wanted), &halves(&found));
+}
+
+fn count(bench: &mut Bench<'_>) -> Result<(), String> {
+    for work in both(bench)? {
+        let groups = work.fixture.tables.place_groups();
+        work.run(bench, "count_joints", Vec::new(), groups, |written| {
+            same(written, "joints_left", &work.left);
+            same(written, "joint_broken", &work.broken);
+        })?;
+    }
+    Ok(())
+}
+
+fn pull(bench: &mut Bench<'_>) -> Result<(), String> {
+    for work in both(bench)? {
+        let (pulls, broken) = work.pulls();
+        let count = pulls.len();
+        let poison = vec![f32::NAN.to_bits(); 4 * count];
+        work.run(bench, "pull_joints", poison, count.div_ceil(GROUP), |written| {
+            written.fours("pulls", &pulls);
+            same(written, "joint_broken", &broken);
+            same(written, "joints_left", &work.left);
+        })?;
+    }
+    Ok(())
+}
+
+/// Joints and tethers on the CPU, and colliders again or not.
+fn attach_once<S: Stages>(worker: &mut S, substep: &S::Substep, contact: bool) {
+    worker.attach(substep, |tile| {
+        tile.attach();
+        if contact {
+            tile.contact();
+        }
+    });
+}
+
+/// The state that the CPU comes to.
+fn on_cpu(work: &mut Work, contact: bool) -> Vec<[f32; 6]> {
+    let Work { fixture, broken, .. } = work;
+    let joints = broken.iter().map(|&broken| broken == 0).collect();
+    fixture.cpu.remember(&Remembered { joints, ..Remembered::default() });
+    let Fixture { cpu, substeps, new, .. } = fixture;
+    for (place, (x, v)) in new.position.iter().zip(&new.velocity).enumerate() {
+        cpu.set_after(place, [x[0], x[1], x[2], v[0], v[1], v[2]]);
+    }
+    cpu.lend_worker(|worker| attach_once(worker, &substeps[SUBSTEP], contact));
+    (0..new.position.len()).map(|place| cpu.after(place)).collect()
+}
+
+/// The same with inverse masses, and masses that say who has touched a collider: colliders have moved it.
+fn attached(work: &mut Work) -> [Vec<Four>; 2] {
+    let (without, with) = (on_cpu(work, false), on_cpu(work, true));
+    let [mut position, mut velocity] =
+        [&work.fixture.new.position, &work.fixture.new.velocity].map(Vec::clone);
+    for (place, (after, before)) in with.iter().zip(&without).enumerate() {
+        position[place][..3].copy_from_slice(&after[..3]);
+        velocity[place][..3].copy_from_slice(&after[3..]);
+        if after != before {
+            velocity[place][3] = -velocity[place][3].abs();
+        }
+    }
+    [position, velocity]
+}
+
+fn attach(bench: &mut Bench<'_>) -> Result<(), String> {
+    for mut work in both(bench)? {
+        let [position, velocity] = attached(&mut work);
+        // What a broken one has is not looked at.
+        let given = |[x, y, z, w]: Four| if w == 0.0 { [7.0, -5.0, 3.0, 0.0] } else { [x, y, z, w] };
+        let pulls = words(&work.pulls().0.into_iter().map(given).collect::<Vec<Four>>());
+        let groups = work.fixture.tables.place_groups();
+        work.run(bench, "attach_nodes", pulls.clone(), groups, |written| {
+            written.fours("new_position", &position);
+            written.fours("new_velocity", &velocity);
+            same(written, "pulls", &pulls);
+        })?;
+    }
+    Ok(())
+}

@@ -1,0 +1,120 @@
+//! Colliders that are meshes, for rows of kernels that meet triangles.
+
+use super::fixture::{Fixture, SUBSTEP, State};
+use crate::collision::moving::ColliderNow;
+use crate::collision::press::{Coming, Press};
+use crate::collision::shape::ShapeNow;
+use crate::gpu::layout::Met;
+use crate::scene::{Collider, Icosphere, Keyframe, Mesh, Place, Rotation};
+
+/// Height of the still sheet, its side, and the distance that it keeps [m]: powers of two.
+pub const SHEET: [f32; 3] = [0.5, 0.75, 0.03125];
+
+fn place(axis: [f64; 3], degrees: f64, position: [f64; 3]) -> Place {
+    Place { position, rotation: Some(Rotation { axis, degrees }), ..Place::default() }
+}
+
+/// A sheet at rest, a ball that turns, waves that are carried along, and ground of furrows.
+pub fn colliders() -> Vec<Collider> {
+    let turn = Keyframe {
+        translate: [0.15, -0.1, 0.2],
+        ..Keyframe::rotate(0.5, [0.3, -0.5, 0.4], 110.0, [0.1, 0.2, -0.1])
+    };
+    let ball = Mesh::Icosphere(Icosphere { radius: 0.47, subdivisions: 2 });
+    let [height, side, offset] = SHEET.map(f64::from);
+    let sheet = Place { position: [0.0, height, 0.0], ..Place::default() };
+    let furrows = (0..6).map(|row| (0..5).map(|col| 0.13 * f64::from((row + col) % 2)).collect()).collect();
+    vec![
+        Collider::mesh(Mesh::grid(4, 4, [side, side]))
+            .placed(sheet)
+            .friction(0.3)
+            .restitution(0.2)
+            .offset(offset),
+        Collider::mesh(ball)
+            .placed(place([0.2, 0.3, 0.9], 33.0, [0.21, 0.17, -0.13]))
+            .friction(0.4)
+            .keyframe(turn.clone()),
+        waves().placed(place([0.6, 0.1, 0.2], 75.0, [-0.4, 0.1, 0.3])).friction(0.6).keyframe(turn),
+        Collider::heightfield([1.3, 1.1], furrows)
+            .placed(place([0.0, 1.0, 0.0], 20.0, [0.1, -0.4, 0.1]))
+            .friction(0.2),
+    ]
+}
+
+/// A sheet that goes from pose to pose, about one in a sub-step.
+fn waves() -> Collider {
+    let (rows, cols) = (5_u32, 6_u32);
+    let pose = |high: f64| -> Vec<[f64; 3]> {
+        let node = |row, col| {
+            let (x, z) = (0.21 * f64::from(col) - 0.5, 0.23 * f64::from(row) - 0.45);
+            [x, high * (2.7 * x + z).cos(), z]
+        };
+        (0..rows).flat_map(|row| (0..cols).map(move |col| node(row, col))).collect()
+    };
+    Collider::mesh(Mesh::grid(rows, cols, [1.0, 1.0]))
+        .posed(0.0039, [0.07, 0.13, -0.05, 0.1, 0.3, 0.2].map(pose).to_vec())
+}
+
+/// Puts some nodes on nodes, edges and faces of the still sheet, a hair beside what it keeps, and on its other side; they
+/// come from there, from the other side, or from where they are.
+pub fn put_awkward(old: &mut State, new: &mut State, from: usize) {
+    let [height, side, offset] = SHEET;
+    let along = [0.0, 0.5, 0.25, 0.125, -0.5].map(|share| share * side);
+    let heights = [0.0, offset, offset.next_up(), offset.next_down(), 0.5 * offset, -0.5 * offset, -offset];
+    let mut at = from;
+    for (i, x) in along.into_iter().enumerate() {
+        for (j, y) in heights.into_iter().enumerate() {
+            let start = [0.25, -0.25, y][(i + j) % 3];
+            new.position[at][..3].copy_from_slice(&[x, height + y, along[(i + 2 * j) % 5]]);
+            old.position[at][..3].copy_from_slice(&[x, height + start, along[(i + 2 * j) % 5]]);
+            at += 1;
+        }
+    }
+}
+
+/// Distance from a surface within which other roundings turn the normal by too much [m].
+const NEAR: f32 = 0.05;
+
+impl Fixture {
+    /// Takes nodes away that come from near the surface of a mesh, or get there.
+    pub fn leave_surfaces(&mut self) {
+        for collider in &self.substeps[SUBSTEP].colliders {
+            let ShapeNow::Mesh(now) = &collider.shape else { continue };
+            let surface = &self.surfaces[now.index as usize];
+            let is_near = |x: [f32; 3]| {
+                let (place, tree) = (now.local(x), surface.tree(now));
+                let found = surface.nearest(now, place, &tree.around(place));
+                found.is_some_and(|(_, nearest)| nearest.squared < NEAR * NEAR)
+            };
+            for (old, new) in self.old.position.iter_mut().zip(&mut self.new.position) {
+                let [start, end] = [[old[0], old[1], old[2]], [new[0], new[1], new[2]]];
+                if is_near(collider.touching.carry.apply(start)) || is_near(end) {
+                    old[0] += 20.0;
+                    new[0] += 20.0;
+                }
+            }
+        }
+    }
+
+    /// The mesh that will hold a node, as kernels keep it.
+    pub fn mesh_ahead(&self, coming: &Coming<f32>) -> Met {
+        let mut found = Met { yields: 1.0, is_pulled: 1, ..Met::default() };
+        for (surface, collider) in (0..).zip(&self.substeps[SUBSTEP].colliders) {
+            let Some((inside, press)) = self.press_of_mesh(collider, coming) else { continue };
+            if inside > found.inside {
+                let Press { normal, yields, velocity } = press;
+                found = Met { normal, yields, velocity, surface, inside, ..found };
+            }
+        }
+        found
+    }
+
+    fn press_of_mesh(&self, collider: &ColliderNow<f32>, coming: &Coming<f32>) -> Option<(f32, Press<f32>)> {
+        let ShapeNow::Mesh(now) = &collider.shape else { return None };
+        let surface = &self.surfaces[now.index as usize];
+        let (place, tree) = (now.local(coming.place), surface.tree(now));
+        let around = tree.around(place);
+        let touch = surface.resting(now, place, &surface.nearest(now, place, &around)?, &around);
+        Press::of_mesh(&collider.touching, coming, (touch.depth, now.place.turn(touch.normal)))
+    }
+}

@@ -1,0 +1,34 @@
+// The kernel that restores volumes after contact.
+
+/// Moves nodes that have touched nothing so that the volume is restored, and keeps them out of colliders again.
+@compute @workgroup_size(256)
+fn restore_volumes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&volume_groups) {
+        return;
+    }
+    let group = volume_groups[index];
+    if !is_flagged(group, RESTORED) {
+        return;
+    }
+    let found = find_push(group, lane);
+    if lane >= group.count || is_restored(found.sums, found.goal) {
+        return;
+    }
+    let lambda = projection(found.sums, found.goal);
+    let place = group.first + lane;
+    let x = new_position[place];
+    let v = new_velocity[place];
+    let way = way_of(group, found.push, lane, x.xyz, abs(v.w));
+    let share = select(x.w, 0.0, v.w < 0.0) * lambda;
+    let moved = Node(vec4f(x.xyz + way * share, x.w), vec4f(v.xyz, abs(v.w)));
+    let after = touch(moved, Origin(x.xyz, false), 0u);
+    // Who has touched stays one who has.
+    let mass = select(after.velocity.w, -abs(v.w), v.w < 0.0);
+    new_position[place] = after.position;
+    new_velocity[place] = vec4f(after.velocity.xyz, mass);
+}

@@ -1,0 +1,13 @@
+// Contact of a node with all colliders.
+
+/// Keeps a node that comes from `origin` out of colliders. Held nodes are not kept out.
+fn touch(node: Node, origin: Origin, substep: u32) -> Node {
+    let count = substeps[substep].colliders;
+    if count == 0u || !(node.position.w > 0.0) {
+        return node;
+    }
+    let first = substeps[substep].first_collider;
+    let after = contact(node.position.xyz, node.velocity.xyz, origin, first, count, substeps[substep].h);
+    let mass = select(node.velocity.w, -node.velocity.w, after.last > 0u);
+    return Node(vec4f(after.x, node.position.w), vec4f(after.v, mass));
+}

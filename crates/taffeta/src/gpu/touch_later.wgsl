@@ -1,0 +1,5 @@
+// Where a collider is a mesh, contact is a kernel of its own, and this takes the place of touch.wgsl in the others.
+
+fn touch(node: Node, origin: Origin, substep: u32) -> Node {
+    return node;
+}

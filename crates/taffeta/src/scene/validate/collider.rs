@@ -1,0 +1,91 @@
+//! Colliders: one shape, of a size, that moves in order.
+
+use super::body::{check_mesh, check_place};
+use super::path::{Checked, Path};
+use super::{check_motion, counts};
+use crate::scene::{Bar, Collider, Heightfield, Mesh, Poses, Shape};
+
+pub(super) fn check(path: &Path, collider: &Collider) -> Checked {
+    let shapes = collider.shapes();
+    let &[shape] = shapes.as_slice() else {
+        let have = if shapes.is_empty() { "no shape" } else { "more than one shape" };
+        return path.refuse(&format!("has {have}; one of {} would do", Collider::SHAPES.join(", ")));
+    };
+    check_shape(path, shape)?;
+    check_place(&path.key("place"), &collider.place)?;
+    let is_mesh = matches!(shape, Shape::Mesh(_) | Shape::Convex(_) | Shape::Heightfield(_));
+    path.key("place").key("fit").demand(is_mesh || collider.place.fit.is_none(), || {
+        "is for meshes, and this shape has a size; scale would do".to_owned()
+    })?;
+    if let Some(poses) = &collider.poses {
+        path.key("poses").demand(matches!(shape, Shape::Mesh(_)), || {
+            "is for a collider that is a mesh; motion moves all others".to_owned()
+        })?;
+        check_poses(&path.key("poses"), poses)?;
+    }
+    path.key("offset").not_negative(collider.offset, "m")?;
+    path.key("friction").not_negative(collider.friction, "")?;
+    path.key("restitution").share(collider.restitution)?;
+    check_motion(path, &collider.motion)
+}
+
+fn check_shape(path: &Path, shape: Shape<'_>) -> Checked {
+    match shape {
+        Shape::Sphere(ball) => {
+            let path = path.key("sphere");
+            path.key("center").finite(&ball.center)?;
+            path.key("radius").positive(ball.radius, "m")
+        }
+        Shape::Plane(plane) => {
+            let path = path.key("plane");
+            path.key("point").finite(&plane.point)?;
+            path.key("normal").direction(plane.normal)
+        }
+        Shape::Box(cuboid) => {
+            let path = path.key("box");
+            path.key("center").finite(&cuboid.center)?;
+            cuboid.half.iter().try_for_each(|&half| path.key("half").positive(half, "m"))
+        }
+        Shape::Capsule(bar) => check_bar(&path.key("capsule"), &bar),
+        Shape::Cylinder(bar) => {
+            let path = path.key("cylinder");
+            check_bar(&path, &bar)?;
+            path.key("b").demand(bar.a != bar.b, || {
+                format!("is {:?}, as is a; two ends that are apart would do", bar.b)
+            })
+        }
+        Shape::Mesh(mesh) => check_surface(path, "mesh", mesh),
+        Shape::Convex(mesh) => check_surface(path, "convex", mesh),
+        Shape::Heightfield(field) => check_heightfield(&path.key("heightfield"), field),
+    }
+}
+
+fn check_bar(path: &Path, bar: &Bar) -> Checked {
+    path.key("a").finite(&bar.a)?;
+    path.key("b").finite(&bar.b)?;
+    path.key("radius").positive(bar.radius, "m")
+}
+
+fn check_surface(path: &Path, key: &str, mesh: &Mesh) -> Checked {
+    let flat = matches!(mesh, Mesh::Chain(_));
+    path.key(key)
+        .demand(!flat, || "is a chain, which has no surface; a mesh of triangles would do".to_owned())?;
+    check_mesh(path, key, mesh)?;
+    path.key(key).demand(mesh.nodes() <= counts::MOST_NODES, || {
+        format!("makes {} nodes; up to {} would do", mesh.nodes(), counts::MOST_NODES)
+    })
+}
+
+fn check_heightfield(path: &Path, field: &Heightfield) -> Checked {
+    field.size.iter().try_for_each(|&size| path.key("size").positive(size, "m"))?;
+    path.key("depth").positive(field.depth, "m")?;
+    let heights = field.heights.iter().flatten();
+    heights.copied().try_for_each(|height| path.key("heights").finite(&[height]))
+}
+
+fn check_poses(path: &Path, poses: &Poses) -> Checked {
+    path.key("interval").positive(poses.interval, "s")?;
+    path.key("start").not_negative(poses.start, "s")?;
+    let both = poses.file.is_some() && !poses.files.is_empty();
+    path.demand(!both, || "has file and files; one of them would do".to_owned())
+}

@@ -1,0 +1,17 @@
+//! Colliders of every shape: what stays outside, and what does not pass.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod depth;
+mod energy;
+mod fast;
+mod hostile;
+mod known;
+mod outside;
+mod plates;
+mod reference;
+mod refused;
+mod ring;
+mod sheets;
+mod slopes;
