@@ -10,7 +10,7 @@ use super::hull::hull;
 use super::moving::Rigid;
 use super::shape::ShapeNow;
 use super::tree::Tree;
-use super::triangle::{Corners, Crossing, Nearest, between, crossing, mix, nearest, normal_of, pseudonormal};
+use super::triangle::{Corners, Crossing, Nearest, between, crossing, mix, normal_of, pseudonormal};
 use crate::real::{Real, add, dot, norm, scale, sub};
 use crate::scene::{Collider, Heightfield, Mesh, Poses, SceneError, Shape};
 use crate::topology::{Edges, Placement, Surface, ground, measure, shapes};
@@ -76,10 +76,17 @@ pub struct MeshTouch<T> {
     pub passed: bool,
 }
 
-/// Triangles with a point nearest to a place, or more than those.
+/// Some of a mesh's triangles.
 pub trait Candidates<T> {
-    /// Hands out triangles by index until `far` says that no nearer one is wanted than so many metres.
-    fn visit(&self, job: impl FnMut(u32) -> T);
+    /// Hands them out by index.
+    fn visit(&self, job: impl FnMut(u32));
+}
+
+/// The triangle nearest to a place: of those that are equally near, the first.
+#[derive(Clone, Copy, Debug)]
+pub struct Found<T> {
+    pub triangle: u32,
+    pub at: Nearest<T>,
 }
 
 impl MeshShape {
@@ -253,27 +260,6 @@ impl<T: Real> MeshSurface<T> {
         &self.trees[(now.pose as usize).min(self.trees.len() - 1)]
     }
 
-    /// The nearest point at the end of the sub-step, of the first among triangles that are equally near.
-    pub fn nearest(
-        &self,
-        now: &MeshNow<T>,
-        x: [T; 3],
-        among: &impl Candidates<T>,
-    ) -> Option<(u32, Nearest<T>)> {
-        let mut best: Option<(u32, Nearest<T>)> = None;
-        among.visit(|triangle| {
-            let found = nearest(x, &self.corners(now, triangle, now.shares[1]));
-            let better = best.as_ref().is_none_or(|(which, best)| {
-                found.squared < best.squared || (found.squared == best.squared && triangle < *which)
-            });
-            if better {
-                best = Some((triangle, found));
-            }
-            best.as_ref().map_or(T::FAR, |(_, best)| best.squared)
-        });
-        best
-    }
-
     /// The first triangle that a way passes through while the mesh moves, and where.
     pub fn first_crossing(
         &self,
@@ -292,7 +278,6 @@ impl<T: Real> MeshSurface<T> {
                     first = Some((triangle, found));
                 }
             }
-            T::FAR
         });
         first
     }
@@ -301,7 +286,7 @@ impl<T: Real> MeshSurface<T> {
     fn outward(
         &self,
         now: &MeshNow<T>,
-        (triangle, at): &(u32, Nearest<T>),
+        Found { triangle, at }: &Found<T>,
         among: &impl Candidates<T>,
     ) -> [T; 3] {
         let share = now.shares[1];
@@ -329,24 +314,20 @@ impl<T: Real> MeshSurface<T> {
             if at.iter().filter(|&&at| at).count() == wanted {
                 sum = add(sum, pseudonormal(&self.corners(now, other, now.shares[1]), at));
             }
-            T::FAR
         });
         sum
     }
 
-    /// How the mesh touches a node that goes straight from `start` to `end`, both in its frame. `around` are at least the
-    /// triangles nearest to `end`, none if that is far off; `across` those that the way may pass through.
+    /// How the mesh touches a node that goes straight from `start` to `end`, both in its frame. `at_end` is what the nearest
+    /// point says, nothing if that is far off; `across` are triangles that the way may pass through.
     pub fn touch(
         &self,
         now: &MeshNow<T>,
         way: [[T; 3]; 2],
-        around: Option<&impl Candidates<T>>,
-        across: Option<&impl Candidates<T>>,
+        at_end: Option<MeshTouch<T>>,
+        across: &impl Candidates<T>,
     ) -> Option<MeshTouch<T>> {
-        let at_end = around.and_then(|around| {
-            self.nearest(now, way[1], around).map(|found| self.resting(now, way[1], &found, around))
-        });
-        if let Some((triangle, hit)) = across.and_then(|across| self.first_crossing(now, way, across))
+        if let Some((triangle, hit)) = self.first_crossing(now, way, across)
             && self.has_passed(at_end.as_ref(), &hit, way)
         {
             let [_, after] = now.shares.map(|share| self.corners(now, triangle, share));
@@ -379,10 +360,10 @@ impl<T: Real> MeshSurface<T> {
         &self,
         now: &MeshNow<T>,
         x: [T; 3],
-        found: &(u32, Nearest<T>),
+        found: &Found<T>,
         around: &impl Candidates<T>,
     ) -> MeshTouch<T> {
-        let (triangle, at) = found;
+        let Found { triangle, at } = found;
         let distance = at.squared.sqrt();
         let corners = self.corners(now, *triangle, now.shares[1]);
         let outward = if self.solid { self.outward(now, found, around) } else { normal_of(&corners) };

@@ -200,7 +200,7 @@ fn beyond<T: Real>(x: T, half: T) -> (T, T) {
 }
 
 #[inline(always)]
-fn positive<T: Real>(x: T) -> T {
+pub fn positive<T: Real>(x: T) -> T {
     if x > T::ZERO { x } else { T::ZERO }
 }
 

@@ -4,6 +4,7 @@
 use super::mesh::Candidates;
 use crate::real::{Real, dot, sub};
 use crate::topology::boxes::{LEAF, leaf_order};
+use std::ops::Range;
 
 /// The lower and the upper corner of a box [m].
 type Bounds<T> = [[T; 3]; 2];
@@ -68,14 +69,16 @@ impl<T: Real> Tree<T> {
         dot(beyond, beyond)
     }
 
-    fn leaf(&self, index: usize) -> std::ops::Range<u32> {
-        let first = ((index - self.width()) * LEAF) as u32;
-        first..self.triangles.min(first + LEAF as u32)
+    /// Triangles of a box of the last two levels: of one leaf or two.
+    fn members(&self, index: usize) -> Range<u32> {
+        let leaves = if index < self.width() { 2 } else { 1 };
+        let first = ((index * leaves - self.width()) * LEAF) as u32;
+        self.triangles.min(first)..self.triangles.min(first + (leaves * LEAF) as u32)
     }
 
     /// What is lost of distances by rounding, at most [m].
     pub fn lost(&self) -> T {
-        self.grain.sqrt()
+        (self.grain * T::from_f64(SLACK)).sqrt()
     }
 
     /// Distance of a place from all triangles [m], at least, if that is more than they are across: no need to look at them.
@@ -86,17 +89,53 @@ impl<T: Real> Tree<T> {
         (squared > dot(across, across)).then(|| squared.sqrt() - self.lost())
     }
 
-    /// Triangles around a place, nearer boxes first.
-    pub fn around(&self, x: [T; 3]) -> Around<'_, T> {
-        Around { tree: self, x }
+    /// Hands out triangles around a place, eight at most, those in nearer boxes first, to a job that says how near others must
+    /// be to be wanted. One is known to be no farther off than `within`; returns how far those left out are off, at least [m²].
+    pub fn visit_around(&self, x: [T; 3], within: T, mut job: impl FnMut(Range<u32>) -> T) -> T {
+        let slack = T::from_f64(1.0 + SLACK);
+        let (mut bound, mut left_out) = (within, T::FAR);
+        // One box a level waits, and the tree has less than 32 levels.
+        let mut stack = [(0_usize, T::ZERO); 40];
+        let mut waiting = 1;
+        stack[0] = (1, self.squared(1, x));
+        while waiting > 0 {
+            waiting -= 1;
+            let (index, squared) = stack[waiting];
+            if squared > bound * slack + self.grain {
+                left_out = if squared < left_out { squared } else { left_out };
+                continue;
+            }
+            if 2 * index >= self.width() {
+                let wanted = job(self.members(index));
+                bound = if wanted < bound { wanted } else { bound };
+                continue;
+            }
+            let left = (2 * index, self.squared(2 * index, x));
+            let right = (2 * index + 1, self.squared(2 * index + 1, x));
+            let (near, far) = if right.1 < left.1 { (right, left) } else { (left, right) };
+            stack[waiting] = far;
+            stack[waiting + 1] = near;
+            waiting += 2;
+        }
+        left_out
+    }
+
+    /// Triangles of which a point is no farther off than `within` [m²], and more.
+    pub fn around(&self, x: [T; 3], within: T) -> Around<'_, T> {
+        Around { tree: self, x, within }
     }
 
     /// Triangles whose boxes a way may meet.
-    pub fn along(&self, way: [[T; 3]; 2]) -> Along<'_, T> {
-        let [a, b] = way;
-        let less = |i: usize| if a[i] < b[i] { a[i] } else { b[i] };
-        let more = |i: usize| if a[i] < b[i] { b[i] } else { a[i] };
-        Along { tree: self, bounds: [[0, 1, 2].map(less), [0, 1, 2].map(more)] }
+    pub fn along(&self, [start, end]: [[T; 3]; 2]) -> Along<'_, T> {
+        let half = T::from_f64(0.5);
+        let middle = |i: usize| (start[i] + end[i]) * half;
+        let reach = |i: usize| (end[i] - start[i]) * half;
+        Along {
+            tree: self,
+            middle: [middle(0), middle(1), middle(2)],
+            half: [reach(0), reach(1), reach(2)],
+            lost: self.lost(),
+        }
     }
 }
 
@@ -125,60 +164,57 @@ fn around(poses: &[Vec<[f64; 3]>], ordered: &[[u32; 3]]) -> Vec<Bounds<f64>> {
 pub struct Around<'a, T> {
     tree: &'a Tree<T>,
     x: [T; 3],
+    within: T,
 }
 
 impl<T: Real> Candidates<T> for Around<'_, T> {
-    fn visit(&self, mut job: impl FnMut(u32) -> T) {
-        let (tree, slack) = (self.tree, T::from_f64(1.0 + SLACK));
-        let mut bound = T::FAR;
-        // One box a level waits, and the tree has less than 32 levels.
-        let mut stack = [(0_usize, T::ZERO); 40];
-        let mut waiting = 1;
-        stack[0] = (1, tree.squared(1, self.x));
-        while waiting > 0 {
-            waiting -= 1;
-            let (index, squared) = stack[waiting];
-            if squared > bound * slack + tree.grain {
-                continue;
-            }
-            if index >= tree.width() {
-                for triangle in tree.leaf(index) {
-                    bound = job(triangle);
-                }
-                continue;
-            }
-            let [left, right] = [2 * index, 2 * index + 1].map(|child| (child, tree.squared(child, self.x)));
-            let (near, far) = if right.1 < left.1 { (right, left) } else { (left, right) };
-            stack[waiting] = far;
-            stack[waiting + 1] = near;
-            waiting += 2;
-        }
+    fn visit(&self, mut job: impl FnMut(u32)) {
+        self.tree.visit_around(self.x, self.within, |triangles| {
+            triangles.for_each(&mut job);
+            self.within
+        });
     }
 }
 
 /// See [`Tree::along`].
 pub struct Along<'a, T> {
     tree: &'a Tree<T>,
-    bounds: Bounds<T>,
+    middle: [T; 3],
+    /// Half the way.
+    half: [T; 3],
+    lost: T,
+}
+
+impl<T: Real> Along<'_, T> {
+    /// Whether the way may meet a box: no axis and no cross product of an axis with it parts the two (Ericson, "Real-Time
+    /// Collision Detection", 2005, section 5.3.3).
+    #[inline(always)]
+    fn meets(&self, [lo, hi]: &Bounds<T>) -> bool {
+        let (half, wide) = (T::from_f64(0.5), T::from_f64(0.5 * (1.0 + SLACK)));
+        let d = self.half;
+        let c = |i: usize| self.middle[i] - (lo[i] + hi[i]) * half;
+        let e = |i: usize| (hi[i] - lo[i]) * wide + self.lost;
+        // An empty box, which is made of infinities, meets nothing.
+        let along = |i: usize| c(i).abs() <= e(i) + d[i].abs();
+        let across =
+            |i: usize, j: usize| (c(i) * d[j] - c(j) * d[i]).abs() <= e(i) * d[j].abs() + e(j) * d[i].abs();
+        along(0) & along(1) & along(2) && across(1, 2) & across(2, 0) & across(0, 1)
+    }
 }
 
 impl<T: Real> Candidates<T> for Along<'_, T> {
-    fn visit(&self, mut job: impl FnMut(u32) -> T) {
+    fn visit(&self, mut job: impl FnMut(u32)) {
         let tree = self.tree;
-        let [lo, hi] = self.bounds;
-        let meets = |[from, to]: &Bounds<T>| (0..3).all(|i| from[i] <= hi[i] && lo[i] <= to[i]);
         let mut stack = [1_usize; 40];
         let mut waiting = 1;
         while waiting > 0 {
             waiting -= 1;
             let index = stack[waiting];
-            if !meets(&tree.boxes[index]) {
+            if !self.meets(&tree.boxes[index]) {
                 continue;
             }
             if index >= tree.width() {
-                tree.leaf(index).for_each(|triangle| {
-                    job(triangle);
-                });
+                tree.members(index).for_each(&mut job);
                 continue;
             }
             stack[waiting] = 2 * index + 1;

@@ -18,6 +18,7 @@ pub struct Nearest<T> {
 }
 
 /// The point of a triangle nearest to `x`.
+#[inline(always)]
 pub fn nearest<T: Real>(x: [T; 3], corners: &Corners<T>) -> Nearest<T> {
     let shares = shares_of_nearest(x, corners);
     let apart = sub(x, mix(corners, shares));
@@ -31,45 +32,39 @@ pub fn mix<T: Real>([a, b, c]: &Corners<T>, [u, v, w]: [T; 3]) -> [T; 3] {
     [along(0), along(1), along(2)]
 }
 
+/// Which of seven parts of space `x` is in is asked without a branch, so that triangles can stand side by side.
+#[inline(always)]
 fn shares_of_nearest<T: Real>(x: [T; 3], &[a, b, c]: &Corners<T>) -> [T; 3] {
     let (zero, one) = (T::ZERO, T::ONE);
     let (ab, ac) = (sub(b, a), sub(c, a));
-    let from_a = sub(x, a);
+    let (from_a, from_b, from_c) = (sub(x, a), sub(x, b), sub(x, c));
     let (d1, d2) = (dot(ab, from_a), dot(ac, from_a));
-    if d1 <= zero && d2 <= zero {
-        return [one, zero, zero];
-    }
-    let from_b = sub(x, b);
     let (d3, d4) = (dot(ab, from_b), dot(ac, from_b));
-    if d3 >= zero && d4 <= d3 {
-        return [zero, one, zero];
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= zero && d1 >= zero && d3 <= zero {
-        let v = part(d1, d1 - d3);
-        return [one - v, v, zero];
-    }
-    let from_c = sub(x, c);
     let (d5, d6) = (dot(ab, from_c), dot(ac, from_c));
-    if d6 >= zero && d5 <= d6 {
-        return [zero, zero, one];
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= zero && d2 >= zero && d6 <= zero {
-        let w = part(d2, d2 - d6);
-        return [one - w, zero, w];
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= zero && d4 >= d3 && d5 >= d6 {
-        let w = part(d4 - d3, (d4 - d3) + (d5 - d6));
-        return [zero, one - w, w];
-    }
+    let (va, vb, vc) = (d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2);
     let inverse = one / (va + vb + vc);
     let (v, w) = (vb * inverse, vc * inverse);
-    [one - v - w, v, w]
+    let on_ab = part(d1, d1 - d3);
+    let on_ac = part(d2, d2 - d6);
+    let on_bc = part(d4 - d3, (d4 - d3) + (d5 - d6));
+    let pick = |is_in: bool, some: [T; 3], other: [T; 3]| {
+        [
+            if is_in { some[0] } else { other[0] },
+            if is_in { some[1] } else { other[1] },
+            if is_in { some[2] } else { other[2] },
+        ]
+    };
+    let shares = [one - v - w, v, w];
+    let shares = pick((va <= zero) & (d4 >= d3) & (d5 >= d6), [zero, one - on_bc, on_bc], shares);
+    let shares = pick((vb <= zero) & (d2 >= zero) & (d6 <= zero), [one - on_ac, zero, on_ac], shares);
+    let shares = pick((d6 >= zero) & (d5 <= d6), [zero, zero, one], shares);
+    let shares = pick((vc <= zero) & (d1 >= zero) & (d3 <= zero), [one - on_ab, on_ab, zero], shares);
+    let shares = pick((d3 >= zero) & (d4 <= d3), [zero, one, zero], shares);
+    pick((d1 <= zero) & (d2 <= zero), [one, zero, zero], shares)
 }
 
 /// A share of an edge; 0 where the edge has no length.
+#[inline(always)]
 fn part<T: Real>(some: T, all: T) -> T {
     if all > T::ZERO { some / all } else { T::ZERO }
 }

@@ -131,7 +131,8 @@ impl<T: Real> CpuBackend<T> {
         let volume_chunks = VolumeChunk::all(&assembly);
         let [inverse_mass, mass] = masses(&assembly);
         let (volumes, volume_of_body) = VolumeBody::all(&assembly);
-        let meshes = Meshes::new(&assembly);
+        let level = SimdLevel::detect();
+        let meshes = Meshes::new(&assembly, level);
         let clock = Instant::now();
         let pairs = PairSetup::new(&assembly, &tiles, &shares);
         let balance = Balance::new(shares.len(), clock.elapsed().as_secs_f64());
@@ -178,7 +179,7 @@ impl<T: Real> CpuBackend<T> {
                 pairs,
                 meshes,
                 volume_chunks,
-                level: SimdLevel::detect(),
+                level,
                 hand: Hand::default(),
             },
             team,

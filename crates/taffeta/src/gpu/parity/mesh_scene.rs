@@ -1,10 +1,13 @@
 //! Colliders that are meshes, for rows of kernels that meet triangles.
 
 use super::fixture::{Fixture, SUBSTEP, State};
+use crate::collision::mesh::{Found, MeshNow, MeshSurface};
 use crate::collision::moving::ColliderNow;
 use crate::collision::press::{Coming, Press};
 use crate::collision::shape::ShapeNow;
+use crate::collision::triangle::nearest;
 use crate::gpu::layout::Met;
+use crate::real::Real;
 use crate::scene::{Collider, Icosphere, Keyframe, Mesh, Place, Rotation};
 
 /// Height of the still sheet, its side, and the distance that it keeps [m]: powers of two.
@@ -82,9 +85,9 @@ impl Fixture {
             let ShapeNow::Mesh(now) = &collider.shape else { continue };
             let surface = &self.surfaces[now.index as usize];
             let is_near = |x: [f32; 3]| {
-                let (place, tree) = (now.local(x), surface.tree(now));
-                let found = surface.nearest(now, place, &tree.around(place));
-                found.is_some_and(|(_, nearest)| nearest.squared < NEAR * NEAR)
+                let place = now.local(x);
+                let found = nearest_of(surface, now, place);
+                found.is_some_and(|found| found.at.squared < NEAR * NEAR)
             };
             for (old, new) in self.old.position.iter_mut().zip(&mut self.new.position) {
                 let [start, end] = [[old[0], old[1], old[2]], [new[0], new[1], new[2]]];
@@ -112,9 +115,19 @@ impl Fixture {
     fn press_of_mesh(&self, collider: &ColliderNow<f32>, coming: &Coming<f32>) -> Option<(f32, Press<f32>)> {
         let ShapeNow::Mesh(now) = &collider.shape else { return None };
         let surface = &self.surfaces[now.index as usize];
-        let (place, tree) = (now.local(coming.place), surface.tree(now));
-        let around = tree.around(place);
-        let touch = surface.resting(now, place, &surface.nearest(now, place, &around)?, &around);
+        let place = now.local(coming.place);
+        let around = surface.tree(now).around(place, f32::FAR);
+        let touch = surface.resting(now, place, &nearest_of(surface, now, place)?, &around);
         Press::of_mesh(&collider.touching, coming, (touch.depth, now.place.turn(touch.normal)))
     }
+}
+
+/// The triangle nearest to `x`, of all.
+fn nearest_of(surface: &MeshSurface<f32>, now: &MeshNow<f32>, x: [f32; 3]) -> Option<Found<f32>> {
+    let all = (0..).take(surface.triangles.len());
+    let found = all.map(|triangle| {
+        let at = nearest(x, &surface.corners(now, triangle, now.shares[1]));
+        Found { triangle, at }
+    });
+    found.min_by(|a, b| a.at.squared.total_cmp(&b.at.squared))
 }
