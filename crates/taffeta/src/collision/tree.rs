@@ -95,12 +95,12 @@ impl<T: Real> Tree<T> {
         let slack = T::from_f64(1.0 + SLACK);
         let (mut bound, mut left_out) = (within, T::FAR);
         // One box a level waits, and the tree has less than 32 levels.
-        let mut stack = [(0_usize, T::ZERO); 40];
+        let mut stack = [(0_u32, T::ZERO); 40];
         let mut waiting = 1;
         stack[0] = (1, self.squared(1, x));
         while waiting > 0 {
             waiting -= 1;
-            let (index, squared) = stack[waiting];
+            let (index, squared) = (stack[waiting].0 as usize, stack[waiting].1);
             if squared > bound * slack + self.grain {
                 left_out = if squared < left_out { squared } else { left_out };
                 continue;
@@ -110,8 +110,8 @@ impl<T: Real> Tree<T> {
                 bound = if wanted < bound { wanted } else { bound };
                 continue;
             }
-            let left = (2 * index, self.squared(2 * index, x));
-            let right = (2 * index + 1, self.squared(2 * index + 1, x));
+            let child = |index: usize| (index as u32, self.squared(index, x));
+            let (left, right) = (child(2 * index), child(2 * index + 1));
             let (near, far) = if right.1 < left.1 { (right, left) } else { (left, right) };
             stack[waiting] = far;
             stack[waiting + 1] = near;
