@@ -1,6 +1,7 @@
 //! `taffeta bench`: how fast the engine is, beside what the machine can do at most.
 
 mod acad;
+mod collider;
 mod contact;
 mod form;
 mod ice;
@@ -32,7 +33,7 @@ pub struct Args {
     #[arg(value_enum, default_value_t = What::Grid)]
     what: What,
     /// Side of the grid in nodes; for mesh: at least that many springs; for volume: triangles of a torus, or at least
-    /// that many of --mesh [default: 160, ice and acad: 34, flag: 100, mesh: 1000000, volume: the dragon, or 20000]
+    /// that many of --mesh [default: 160, ice and acad: 34, flag and collider: 100, mesh: 1000000, volume: the dragon, or 20000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000_000))]
     n: Option<u32>,
     /// Rows of the grid
@@ -90,6 +91,8 @@ enum What {
     Flag,
     /// Springs that become constraints where they are too long, beside springs alone
     Acad,
+    /// A sheet on a ball of triangles beside the same on a sphere, and a skirt on a human
+    Collider,
     /// A body that keeps its volume, falling on a floor
     Volume,
 }
@@ -102,6 +105,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     match args.what {
         What::Ice | What::Flag => ice::run(args, &bench),
         What::Acad => acad::run(args, &bench),
+        What::Collider => collider::run(args, &bench),
         _ => run_scene(args, bench),
     }
 }
@@ -228,6 +232,7 @@ impl Args {
         let usual = match self.what {
             What::Ice | What::Acad => ice::SIDE,
             What::Flag => ice::FLAG_SIDE,
+            What::Collider => collider::SIDE,
             _ => 160,
         };
         let side = self.n.unwrap_or(usual);
@@ -239,6 +244,7 @@ impl Args {
             What::Ice => Ok(ice::bench([rows, cols])),
             What::Flag => Ok(ice::flag([rows, cols])),
             What::Acad => Ok(acad::bench([rows, cols])),
+            What::Collider => Ok(collider::bench([rows, cols])),
             What::Mesh | What::Volume if self.rows.is_some() => Err(Failure::Input(
                 "--rows and --cols are for grids; `bench mesh` takes --n springs, `bench volume` --n triangles".into(),
             )),

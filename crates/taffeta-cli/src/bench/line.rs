@@ -48,6 +48,9 @@ pub struct Line {
     /// Time of a frame by that of springs alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub over_springs: Option<f64>,
+    /// Time of a frame by that with a sphere for the mesh.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub over_sphere: Option<f64>,
     /// Time of each stage of a GPU that tells, in a frame where they are timed apart [ms].
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub ms_by_stage: BTreeMap<&'static str, f64>,
@@ -131,6 +134,9 @@ impl Line {
         }
         if let Some(ratio) = self.over_springs {
             lines.push(format!("  {:+.1} % over springs alone", (ratio - 1.0) * 1e2));
+        }
+        if let Some(ratio) = self.over_sphere {
+            lines.push(format!("  {ratio:.2} times the same with a sphere"));
         }
         if !self.ms_by_stage.is_empty() {
             let stages: Vec<String> =

@@ -72,7 +72,7 @@ impl Bench {
             Method::Ice => "ice",
             Method::Acad => "acad",
         };
-        ["ice", "flag", "acad"].contains(&self.name).then_some(name)
+        ["ice", "flag", "acad", "collider"].contains(&self.name).then_some(name)
     }
 }
 
@@ -236,6 +236,7 @@ pub fn line(
         springs_per_s,
         solved: times.solved.filter(|_| bench.scene.solver.method != Method::Springs),
         over_springs: None,
+        over_sphere: None,
         ms_by_stage: times.stages.iter().map(|&(name, seconds)| (name, seconds * 1e3)).collect(),
         limits,
         note: (!notes.is_empty()).then(|| notes.join("; ")),

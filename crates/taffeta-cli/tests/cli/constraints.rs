@@ -84,6 +84,19 @@ fn adaptive_constraints_are_set_beside_springs_by_how_many_are_active() {
 }
 
 #[test]
+fn a_ball_of_triangles_is_set_beside_a_sphere() {
+    let lines = lines("bench collider --n 12 --frames 2 --json");
+    let of = |key: &str| lines.iter().map(|line| line[key].as_str().unwrap().to_owned()).collect::<Vec<_>>();
+    assert_eq!(of("case")[..4], ["sphere", "mesh", "sphere", "mesh"]);
+    assert_eq!(of("method")[..4], ["springs", "springs", "ice", "ice"]);
+    for pair in lines[..4].chunks(2) {
+        let [sphere, mesh] = [0, 1].map(|i| number(&pair[i], "/ms_per_frame/median"));
+        assert!(pair[0]["over_sphere"].is_null());
+        assert!((number(&pair[1], "/over_sphere") / (mesh / sphere) - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
 fn kernels_that_do_not_fit_a_bench_are_refused() {
     let desk = Desk::with(SHEET);
     let refused = |words: &str, parts: &[&str]| {
