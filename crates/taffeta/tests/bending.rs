@@ -54,7 +54,7 @@ fn leaf(fold: f64) -> Body {
     let nodes =
         vec![[0.0, 0.0, 0.0], [0.0, 0.0, 0.5], [-0.2, 0.0, 0.2], [0.2 * fold.cos(), 0.2 * fold.sin(), 0.3]];
     let triangles = vec![[0, 1, 2], [1, 0, 3]];
-    let surface = Surface { vertices: nodes.clone(), nodes, triangles, ..Surface::default() };
+    let surface = Surface::of_triangles(nodes, triangles);
     let body = Body::cloth("leaf", Mesh::Surface(Arc::new(surface))).with_mass(Mass::Node(0.05));
     body.structural(500.0, 0.0).pin(Select::nodes([0, 1, 2]))
 }

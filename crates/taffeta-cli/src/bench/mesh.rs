@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use taffeta::scene::{Body, Mass, Mesh, Scene, Torus};
-use taffeta::topology::{Polygons, Surface};
+use taffeta::topology::Surface;
 use taffeta::{Options, Simulation};
 
 /// Of each node [kg].
@@ -99,9 +99,7 @@ fn subdivided(surface: &Surface) -> Surface {
         [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
     };
     let triangles: Vec<[u32; 3]> = surface.triangles.iter().flat_map(split).collect();
-    let mut polygons = Polygons::default();
-    triangles.iter().for_each(|triangle| polygons.push(triangle));
-    Surface { vertices: nodes.clone(), polygons, nodes, triangles, ..Surface::default() }
+    Surface::of_triangles(nodes, triangles)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Convex hulls, by parry3d (Quickhull: Barber, Dobkin, Huhdanpaa 1996).
 
-use crate::topology::{Polygons, Surface};
+use crate::topology::Surface;
 use parry3d_f64::math::Vector;
 use parry3d_f64::transformation::try_convex_hull;
 
@@ -14,20 +14,7 @@ pub fn hull(points: &[[f64; 3]]) -> Result<Surface, String> {
     let evened: Vec<Vector> = points.iter().map(|x| Vector::from_array(even.to(*x))).collect();
     let (corners, triangles) = try_convex_hull(&evened).map_err(|_| flat)?;
     let nodes: Vec<[f64; 3]> = corners.iter().map(|y| even.from([y.x, y.y, y.z])).collect();
-    let mut polygons = Polygons::default();
-    triangles.iter().for_each(|triangle: &[u32; 3]| polygons.push(triangle));
-    Ok(Surface {
-        vertices: nodes.clone(),
-        polygons,
-        uvs: None,
-        groups: Vec::new(),
-        nodes,
-        node_of_vertex: None,
-        triangles,
-        links: Vec::new(),
-        rest: None,
-        repairs: Vec::new(),
-    })
+    Ok(Surface::of_triangles(nodes, triangles))
 }
 
 /// An affine map that gives points the same spread in all directions: hulls go along with it, and thin plates are not

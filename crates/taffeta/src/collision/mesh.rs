@@ -12,7 +12,7 @@ use super::shape::ShapeNow;
 use super::tree::Tree;
 use super::triangle::{Corners, Crossing, Nearest, between, crossing, mix, normal_of, pseudonormal};
 use crate::real::{Real, add, dot, norm, scale, sub};
-use crate::scene::{Collider, Heightfield, Mesh, Poses, SceneError, Shape};
+use crate::scene::{Collider, Mesh, Poses, SceneError, Shape};
 use crate::topology::{Edges, Placement, Surface, ground, measure, shapes};
 
 /// A mesh over time, placed.
@@ -146,7 +146,7 @@ pub fn mesh_shape(collider: &Collider, shape: Shape<'_>) -> Result<Option<MeshSh
     let (mut surface, key) = match shape {
         Shape::Mesh(mesh) => (shapes::surface(mesh).map_err(at("mesh"))?, "mesh"),
         Shape::Convex(mesh) => (hull_of(mesh).map_err(at("convex"))?, "convex"),
-        Shape::Heightfield(field) => (ground_of(field).map_err(at("heightfield"))?, "heightfield"),
+        Shape::Heightfield(field) => (ground(field).map_err(at("heightfield"))?, "heightfield"),
         _ => return Ok(None),
     };
     if surface.triangles.is_empty() {
@@ -169,10 +169,6 @@ pub fn mesh_shape(collider: &Collider, shape: Shape<'_>) -> Result<Option<MeshSh
 
 fn hull_of(mesh: &Mesh) -> Result<Surface, String> {
     hull(&shapes::surface(mesh)?.nodes)
-}
-
-fn ground_of(field: &Heightfield) -> Result<Surface, String> {
-    ground(field)
 }
 
 /// The nodes in each pose.

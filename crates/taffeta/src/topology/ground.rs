@@ -1,6 +1,6 @@
 //! A height field as a closed block.
 
-use super::{Polygons, Surface};
+use super::Surface;
 use crate::scene::Heightfield;
 
 /// Most heights: as many as nodes of one mesh.
@@ -60,20 +60,7 @@ pub fn ground(field: &Heightfield) -> Result<Surface, String> {
         let (next, below, after) = (border[j], first + i as u32, first + j as u32);
         triangles.extend([[top, below, next], [next, below, after], [middle, after, below]]);
     }
-    let mut polygons = Polygons::default();
-    triangles.iter().for_each(|triangle: &[u32; 3]| polygons.push(triangle));
-    Ok(Surface {
-        vertices: nodes.clone(),
-        polygons,
-        uvs: None,
-        groups: Vec::new(),
-        nodes,
-        node_of_vertex: None,
-        triangles,
-        links: Vec::new(),
-        rest: None,
-        repairs: Vec::new(),
-    })
+    Ok(Surface::of_triangles(nodes, triangles))
 }
 
 #[cfg(test)]

@@ -32,6 +32,13 @@ pub struct Surface {
 }
 
 impl Surface {
+    /// A surface of triangles alone: nodes [m] are its vertices, triangles its faces, counter-clockwise from outside.
+    pub fn of_triangles(nodes: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Self {
+        let mut polygons = Polygons::default();
+        triangles.iter().for_each(|triangle| polygons.push(triangle));
+        Self { vertices: nodes.clone(), polygons, nodes, triangles, ..Self::default() }
+    }
+
     /// The first vertex at a node, for messages. A node that no vertex has, as where a point was split into several
     /// nodes, stands at the place of one.
     pub fn first_vertex_of(&self, node: u32) -> usize {

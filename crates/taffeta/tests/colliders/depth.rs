@@ -35,7 +35,7 @@ pub fn pushed(collider: Collider, x: &[V], precision: Precision) -> Vec<V> {
 
 /// A surface given as data.
 pub fn data(nodes: Vec<V>, triangles: Vec<[u32; 3]>) -> Mesh {
-    Mesh::Surface(Arc::new(Surface { vertices: nodes.clone(), nodes, triangles, ..Surface::default() }))
+    Mesh::Surface(Arc::new(Surface::of_triangles(nodes, triangles)))
 }
 
 pub fn shapes() -> Vec<(&'static str, Collider)> {

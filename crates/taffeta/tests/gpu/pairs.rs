@@ -99,7 +99,7 @@ fn a_heap_in_one_cell_is_slow_and_not_wrong() {
     // Places all over a cube, by steps that no edge of it is a multiple of.
     let place = |i: u32| [0.618, 0.414, 0.732].map(|step| 0.006 * (f64::from(i) * step).fract());
     let nodes: Vec<[f64; 3]> = (0..1020).map(place).collect();
-    let surface = Surface { vertices: nodes.clone(), nodes, triangles, ..Surface::default() };
+    let surface = Surface::of_triangles(nodes, triangles);
     let scene = Scene::new("heap in a cell")
         .body(cloth("heap", Mesh::Surface(Arc::new(surface))).collide(0.02))
         .time(1e-3, 1e-3);

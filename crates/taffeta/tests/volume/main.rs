@@ -37,7 +37,7 @@ fn error(simulation: &Simulation) -> f64 {
 
 /// A surface given as data.
 fn surface(nodes: Vec<V>, triangles: Vec<[u32; 3]>) -> Mesh {
-    Mesh::Surface(Arc::new(Surface { vertices: nodes.clone(), nodes, triangles, ..Surface::default() }))
+    Mesh::Surface(Arc::new(Surface::of_triangles(nodes, triangles)))
 }
 
 /// V = Σ a·(b×c)/6 [m³], from their mean.

@@ -13,7 +13,7 @@ pub(super) fn icosphere(ball: Icosphere) -> Surface {
         triangles = split(&mut nodes, &triangles);
     }
     let nodes = nodes.into_iter().map(|p| p.map(|x| x * ball.radius)).collect();
-    from_faces(nodes, triangles.into_iter().map(|t| t.to_vec()))
+    Surface::of_triangles(nodes, triangles)
 }
 
 fn icosahedron() -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
