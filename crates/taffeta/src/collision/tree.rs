@@ -3,7 +3,7 @@
 
 use super::mesh::Candidates;
 use crate::real::{Real, dot, sub};
-use crate::topology::boxes::{LEAF, leaf_order};
+use crate::topology::boxes::{self, LEAF, leaf_order, tree_boxes};
 use std::ops::Range;
 
 /// The lower and the upper corner of a box [m].
@@ -47,7 +47,8 @@ impl<T: Real> Tree<T> {
         } else {
             (1..poses.len()).map(|i| &poses[i.max(2) - 2..=i]).collect()
         };
-        let boxes = intervals.into_iter().map(|ends| around(ends, &ordered)).collect();
+        let boxes =
+            intervals.into_iter().map(|ends| tree_boxes(ordered.iter().map(|t| swept(ends, t)))).collect();
         (ordered, boxes)
     }
 
@@ -139,25 +140,9 @@ impl<T: Real> Tree<T> {
     }
 }
 
-/// The boxes of triangles in their order, at all of some poses.
-fn around(poses: &[Vec<[f64; 3]>], ordered: &[[u32; 3]]) -> Vec<Bounds<f64>> {
-    const EMPTY: Bounds<f64> = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-    let join = |a: Bounds<f64>, b: &Bounds<f64>| {
-        [[0, 1, 2].map(|i| a[0][i].min(b[0][i])), [0, 1, 2].map(|i| a[1][i].max(b[1][i]))]
-    };
-    let width = ordered.len().div_ceil(LEAF).next_power_of_two();
-    let mut boxes = vec![EMPTY; 2 * width];
-    for (leaf, members) in boxes[width..].iter_mut().zip(ordered.chunks(LEAF)) {
-        for node in members.iter().flatten() {
-            for pose in poses {
-                *leaf = join(*leaf, &[pose[*node as usize]; 2]);
-            }
-        }
-    }
-    for i in (1..width).rev() {
-        boxes[i] = join(boxes[2 * i], &boxes[2 * i + 1]);
-    }
-    boxes
+/// The box around a triangle at all of some poses.
+fn swept(poses: &[Vec<[f64; 3]>], triangle: &[u32; 3]) -> Bounds<f64> {
+    boxes::around(poses.iter().flat_map(|pose| triangle.map(|node| pose[node as usize])))
 }
 
 /// See [`Tree::around`].

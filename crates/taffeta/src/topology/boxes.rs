@@ -8,38 +8,48 @@ use super::predicate::Point;
 /// Triangles of a leaf.
 pub const LEAF: usize = 4;
 
-/// An axis-aligned box [m].
-#[derive(Clone, Copy)]
-pub(super) struct Aabb {
-    lo: Point,
-    hi: Point,
+/// The lower and the upper corner of a box [m].
+pub type Bounds = [Point; 2];
+
+/// No box yet.
+pub const NOWHERE: Bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+
+/// The box around two others.
+pub fn join(a: Bounds, b: Bounds) -> Bounds {
+    [[0, 1, 2].map(|i| a[0][i].min(b[0][i])), [0, 1, 2].map(|i| a[1][i].max(b[1][i]))]
 }
 
-impl Aabb {
-    const EMPTY: Self = Self { lo: [f64::INFINITY; 3], hi: [f64::NEG_INFINITY; 3] };
-
-    pub(super) fn of(points: &[Point]) -> Self {
-        points.iter().fold(Self::EMPTY, |b, p| b.with(&Self { lo: *p, hi: *p }))
-    }
-
-    fn with(&self, other: &Self) -> Self {
-        Self {
-            lo: [0, 1, 2].map(|i| self.lo[i].min(other.lo[i])),
-            hi: [0, 1, 2].map(|i| self.hi[i].max(other.hi[i])),
-        }
-    }
-
-    /// Whether two boxes have a point in common.
-    pub(super) fn overlaps(&self, other: &Self) -> bool {
-        (0..3).all(|i| self.lo[i] <= other.hi[i] && other.lo[i] <= self.hi[i])
-    }
+/// The box around some points.
+pub fn around(points: impl IntoIterator<Item = Point>) -> Bounds {
+    points.into_iter().fold(NOWHERE, |all, point| join(all, [point; 2]))
 }
 
-/// The tree. Box 1 is the root, 2i and 2i + 1 are the halves of box i, the leaves come last.
+/// Whether two boxes have a point in common.
+pub(super) fn overlap(a: &Bounds, b: &Bounds) -> bool {
+    (0..3).all(|i| a[0][i] <= b[1][i] && b[0][i] <= a[1][i])
+}
+
+/// The boxes of a tree over triangles, whose own are given in the order of leaves: box 1 is the root, 2i and 2i + 1 are the
+/// halves of box i, the leaves come last, a power of two of them. Box 0 and empty leaves are nowhere.
+pub fn tree_boxes(triangles: impl ExactSizeIterator<Item = Bounds>) -> Vec<Bounds> {
+    let width = triangles.len().div_ceil(LEAF).next_power_of_two();
+    let mut boxes = vec![NOWHERE; 2 * width];
+    for (place, triangle) in triangles.enumerate() {
+        let leaf = &mut boxes[width + place / LEAF];
+        *leaf = join(*leaf, triangle);
+    }
+    for i in (1..width).rev() {
+        boxes[i] = join(boxes[2 * i], boxes[2 * i + 1]);
+    }
+    boxes
+}
+
+/// The tree.
 pub(super) struct BoxTree {
     /// Triangles, leaf after leaf.
     order: Vec<u32>,
-    boxes: Vec<Aabb>,
+    /// See [`tree_boxes`].
+    boxes: Vec<Bounds>,
     /// Number of leaves, empty ones included: a power of two.
     width: usize,
 }
@@ -53,17 +63,10 @@ pub fn leaf_order(nodes: &[Point], triangles: &[[u32; 3]]) -> Vec<u32> {
 
 impl BoxTree {
     pub(super) fn new(nodes: &[Point], triangles: &[[u32; 3]]) -> Self {
-        let corners = |t: &[u32; 3]| t.map(|i| nodes[i as usize]);
         let order = leaf_order(nodes, triangles);
-        let width = order.len().div_ceil(LEAF).next_power_of_two();
-        let mut boxes = vec![Aabb::EMPTY; 2 * width];
-        for (leaf, members) in boxes[width..].iter_mut().zip(order.chunks(LEAF)) {
-            let around = |b: Aabb, t: &u32| b.with(&Aabb::of(&corners(&triangles[*t as usize])));
-            *leaf = members.iter().fold(Aabb::EMPTY, around);
-        }
-        for i in (1..width).rev() {
-            boxes[i] = boxes[2 * i].with(&boxes[2 * i + 1]);
-        }
+        let corners = |t: &u32| triangles[*t as usize].map(|node| nodes[node as usize]);
+        let boxes = tree_boxes(order.iter().map(|t| around(corners(t))));
+        let width = boxes.len() / 2;
         Self { order, boxes, width }
     }
 
@@ -83,7 +86,7 @@ impl BoxTree {
         let mut stack = vec![1_usize];
         while let Some(i) = stack.pop() {
             let last = ((i + 1) << (self.width.ilog2() - i.ilog2())) - 1 - self.width;
-            if last < leaf || !around.overlaps(&self.boxes[i]) {
+            if last < leaf || !overlap(&around, &self.boxes[i]) {
                 continue;
             }
             if i < self.width {
@@ -113,8 +116,8 @@ mod tests {
                 found.push(other);
                 true
             });
-            let overlap = |other: &usize| tree.boxes[64 + leaf].overlaps(&tree.boxes[64 + other]);
-            assert_eq!(found, (leaf..52).filter(overlap).collect::<Vec<_>>());
+            let meets = |other: &usize| overlap(&tree.boxes[64 + leaf], &tree.boxes[64 + other]);
+            assert_eq!(found, (leaf..52).filter(meets).collect::<Vec<_>>());
         }
     }
 

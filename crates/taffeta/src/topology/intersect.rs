@@ -1,6 +1,6 @@
 //! Where a surface passes through itself: all pairs of triangles that meet where they should not, found exactly.
 
-use super::boxes::{Aabb, BoxTree};
+use super::boxes::{Bounds, BoxTree, around, overlap};
 use super::predicate::{Point, meet_beyond_corner, overlap_beyond_edge, triangles_meet};
 use rayon::prelude::*;
 
@@ -109,14 +109,14 @@ enum Meeting {
 impl Search<'_> {
     fn leaf(&self, leaf: usize) -> Found {
         let mut found = Found { pairs: Intersections { complete: true, ..Default::default() }, tested: 0 };
-        let boxes: Vec<(u32, Aabb)> =
-            self.tree.members(leaf).iter().map(|t| (*t, Aabb::of(&self.corners(*t)))).collect();
+        let boxes: Vec<(u32, Bounds)> =
+            self.tree.members(leaf).iter().map(|t| (*t, around(self.corners(*t)))).collect();
         self.tree.near(leaf, |other| {
             for (place, u) in self.tree.members(other).iter().enumerate() {
-                let around = Aabb::of(&self.corners(*u));
+                let own = around(self.corners(*u));
                 // In the leaf itself each pair once.
                 let end = if other == leaf { place } else { boxes.len() };
-                for (t, _) in boxes[..end].iter().filter(|(_, of)| of.overlaps(&around)) {
+                for (t, _) in boxes[..end].iter().filter(|(_, of)| overlap(of, &own)) {
                     found.tested += 1;
                     found.pair(*t.min(u), *t.max(u), self);
                 }

@@ -8,6 +8,7 @@ use crate::cpu::simd::Kernel;
 use crate::cpu::tiles::TilePlan;
 use crate::real::{Real, dot, sub};
 use crate::topology::LANES;
+use crate::topology::boxes::{Bounds, NOWHERE};
 use std::ops::Range;
 
 /// Neighbouring nodes of one body and one worker: some columns of some rows of a grid, or a run of a mesh.
@@ -30,18 +31,6 @@ pub const GROUP: usize = LANES;
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub struct Packed<T>(pub [[T; LANES]; 3]);
-
-/// Least and most of some numbers by axis.
-pub type Bounds = [[f64; 3]; 2];
-
-/// Nothing yet.
-pub const NOWHERE: Bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
-
-/// Adds up bounds.
-pub fn join(a: Bounds, b: Bounds) -> Bounds {
-    let axes = [0, 1, 2];
-    [axes.map(|axis| a[0][axis].min(b[0][axis])), axes.map(|axis| a[1][axis].max(b[1][axis]))]
-}
 
 impl Cluster {
     /// Number of nodes.
