@@ -130,9 +130,5 @@ fn attach_nodes(
     if all(now.x == x.xyz) && all(now.v == v.xyz) {
         return;
     }
-    let after = touch(Node(vec4f(now.x, x.w), vec4f(now.v, abs(v.w))), Origin(x.xyz, false), 0u);
-    // Who has touched stays one who has.
-    let mass = select(after.velocity.w, -abs(v.w), v.w < 0.0);
-    new_position[node] = after.position;
-    new_velocity[node] = vec4f(after.velocity.xyz, mass);
+    touch_again(node, x, v, now.x, now.v);
 }

@@ -13,12 +13,7 @@ fn contact_parted(
         return;
     }
     let v = new_velocity[node];
-    let moved = Node(new_position[node], vec4f(v.xyz, abs(v.w)));
-    let after = touch(moved, Origin(old_position[node].xyz, false), 0u);
-    // Who has touched stays one who has.
-    let mass = select(after.velocity.w, -abs(v.w), v.w < 0.0);
-    new_position[node] = after.position;
-    new_velocity[node] = vec4f(after.velocity.xyz, mass);
+    touch_again(node, old_position[node], v, new_position[node].xyz, v.xyz);
 }
 
 /// How a mesh will hold a node; it is taken to be as flat as where the node is.

@@ -121,12 +121,7 @@ fn part_pairs(
         }
         least = select(some.d.w + 1u, NONE, some.d.w == NONE);
     }
-    let moved = Node(vec4f(x.xyz + sum.shift * x.w, x.w), vec4f(v.xyz + sum.impulse * x.w, abs(v.w)));
-    let after = touch(moved, Origin(x.xyz, false), 0u);
-    // Who has touched stays one who has.
-    let mass = select(after.velocity.w, -abs(v.w), v.w < 0.0);
-    new_position[node] = after.position;
-    new_velocity[node] = vec4f(after.velocity.xyz, mass);
+    touch_again(node, x, v, x.xyz + sum.shift * x.w, v.xyz + sum.impulse * x.w);
 }
 
 /// Of each workgroup over nodes: contacts, and the least squared distance by that which is kept, as bits.

@@ -25,10 +25,5 @@ fn restore_volumes(
     let v = new_velocity[place];
     let way = way_of(group, found.push, lane, x.xyz, abs(v.w));
     let share = select(x.w, 0.0, v.w < 0.0) * lambda;
-    let moved = Node(vec4f(x.xyz + way * share, x.w), vec4f(v.xyz, abs(v.w)));
-    let after = touch(moved, Origin(x.xyz, false), 0u);
-    // Who has touched stays one who has.
-    let mass = select(after.velocity.w, -abs(v.w), v.w < 0.0);
-    new_position[place] = after.position;
-    new_velocity[place] = vec4f(after.velocity.xyz, mass);
+    touch_again(place, x, v, x.xyz + way * share, v.xyz);
 }

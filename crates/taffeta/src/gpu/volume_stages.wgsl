@@ -77,6 +77,14 @@ fn moving_node(group: VolumeGroup, lane: u32, pulled: Pulled) -> VolumeNode {
     return VolumeNode(x.xyz - position_of(group.origin), x.w, pulled.gradient, abs(v.w), velocity, weight);
 }
 
+/// Adds springs to the load on a group's node, and keeps both as its force.
+fn pulled_node(group: VolumeGroup, lane: u32, load: vec3f) -> VolumeNode {
+    let place = group.first + lane;
+    let pulled = add_ring(load, place, position_of(place), velocity_of(place));
+    force[place] = vec4f(pulled.force, 0.0);
+    return moving_node(group, lane, pulled);
+}
+
 /// Wind, drag, springs; gradients and sums.
 @compute @workgroup_size(256)
 fn volume_forces(
@@ -92,11 +100,7 @@ fn volume_forces(
     var node = no_volume_node();
     if lane < group.count {
         let place = group.first + lane;
-        let v = velocity_of(place);
-        let load = wind_and_drag(substeps[0].wind, substeps[0].drag, v);
-        let pulled = add_ring(load, place, position_of(place), v);
-        force[place] = vec4f(pulled.force, 0.0);
-        node = moving_node(group, lane, pulled);
+        node = pulled_node(group, lane, wind_and_drag(substeps[0].wind, substeps[0].drag, velocity_of(place)));
     }
     sum_up(index, group, lane, node);
 }
@@ -116,9 +120,7 @@ fn volume_forces_given(
     var node = no_volume_node();
     if lane < group.count {
         let place = group.first + lane;
-        let pulled = add_ring(force[place].xyz, place, position_of(place), velocity_of(place));
-        force[place] = vec4f(pulled.force, 0.0);
-        node = moving_node(group, lane, pulled);
+        node = pulled_node(group, lane, force[place].xyz);
     }
     sum_up(index, group, lane, node);
 }
