@@ -224,7 +224,7 @@ const FAULTS: &[(&str, &str, &str)] = &[
     ("gust_velocity", "k * STRIDE_Z", "k * STRIDE_Y"),
     ("gust_velocity", "select(c.x, c.y, k == 1u)", "c.y"),
     ("gust_velocity", "sum * (1.0 / sqrt(squares))", "sum"),
-    ("loads_all", "bending += hinge_forces", "bending = hinge_forces"),
+    ("loads_all", "of_elements += element_forces", "of_elements = element_forces"),
     (
         "volume_forces",
         "select(0.0, factor, entry.rest_length > 0.0)",

@@ -29,5 +29,5 @@ fn blow_on_panels(
     let velocity = (velocity_of(panel.a) + velocity_of(panel.b) + velocity_of(panel.c)) * THIRD;
     let flow = air_velocity(substeps[0].air, (a + b + c) * THIRD) - velocity;
     let force = corner_force(substeps[0].air, cross3(b - a, c - a), flow, panel.lightness);
-    hinge_forces[substeps[0].air.first_force + index] = vec4f(force, 0.0);
+    element_forces[substeps[0].air.first_force + index] = vec4f(force, 0.0);
 }

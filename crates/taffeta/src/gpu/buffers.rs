@@ -36,7 +36,7 @@ pub struct Fixed {
 pub struct Scratch {
     pub loads: Buffer<Load>,
     pub force: Buffer<Four>,
-    pub hinge_forces: Buffer<Four>,
+    pub element_forces: Buffer<Four>,
     pub volume_sums: Buffer<Four>,
     pub pair_work: Buffer<u32>,
 }

@@ -34,7 +34,7 @@ const TORQUE: u32 = 1u;
 @group(1) @binding(5) var<storage, read> load_nodes: array<u32>;
 @group(3) @binding(2) var<storage, read_write> loads: array<Load>;
 /// Force on each corner of each hinge [N], in xyz; then on all corners of each panel (air_stages.wgsl).
-@group(3) @binding(3) var<storage, read_write> hinge_forces: array<vec4f>;
+@group(3) @binding(3) var<storage, read_write> element_forces: array<vec4f>;
 
 var<workgroup> lane_sums: array<f32, 256>;
 
@@ -57,10 +57,10 @@ fn bend_hinges(
     let rate = dot3(fold.at_a, velocity_of(hinge.corners.x)) + dot3(fold.at_b, velocity_of(hinge.corners.y))
         + dot3(fold.at_c, velocity_of(hinge.corners.z)) + dot3(fold.at_d, velocity_of(hinge.corners.w));
     let moment = hinge_moment(fold, rate, hinge.k, hinge.damping, hinge.rest_angle, hinge.rest_steepness);
-    hinge_forces[4u * index] = vec4f(fold.at_a * -moment, 0.0);
-    hinge_forces[4u * index + 1u] = vec4f(fold.at_b * -moment, 0.0);
-    hinge_forces[4u * index + 2u] = vec4f(fold.at_c * -moment, 0.0);
-    hinge_forces[4u * index + 3u] = vec4f(fold.at_d * -moment, 0.0);
+    element_forces[4u * index] = vec4f(fold.at_a * -moment, 0.0);
+    element_forces[4u * index + 1u] = vec4f(fold.at_b * -moment, 0.0);
+    element_forces[4u * index + 2u] = vec4f(fold.at_c * -moment, 0.0);
+    element_forces[4u * index + 3u] = vec4f(fold.at_d * -moment, 0.0);
 }
 
 /// A workgroup for each load: what its vector or its levers are multiplied by.

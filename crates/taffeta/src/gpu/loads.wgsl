@@ -53,9 +53,9 @@ fn loads_all(
     for (var i = first_by_hand(node, by_hand); i < by_hand && bitcast<u32>(hand_forces[i].w) == node; i++) {
         total += hand_forces[i].xyz;
     }
-    var bending = vec3f(0.0);
+    var of_elements = vec3f(0.0);
     for (; at < end; at++) {
-        bending += hinge_forces[node_elements[at]].xyz;
+        of_elements += element_forces[node_elements[at]].xyz;
     }
-    force[node] = vec4f(total + bending, 0.0);
+    force[node] = vec4f(total + of_elements, 0.0);
 }

@@ -125,7 +125,7 @@ impl Segment {
             loads: gpu.buffer_from("loads", &tables.loads)?,
             force: forces,
             volume_sums: gpu.buffer("sums of volumes", VOLUME_PARTS * tables.volume_groups.len())?,
-            hinge_forces: gpu
+            element_forces: gpu
                 .buffer("forces of hinges and panels", tables.first_panel_force() + tables.panels.len())?,
             pair_work: gpu.buffer("lists of nodes that touch", tables.pair_words())?,
         };
@@ -298,7 +298,7 @@ impl Segment {
         let fours =
             |forces: &[[f32; 3]]| forces.iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect::<Vec<Four>>();
         self.scratch.force.write(&self.gpu, 0, &fours(&force[self.tables.places.clone()]));
-        self.scratch.hinge_forces.write(&self.gpu, 0, &fours(elements));
+        self.scratch.element_forces.write(&self.gpu, 0, &fours(elements));
         let factor = |(load, &number): (&Load, &usize)| {
             let torque = torques.get(number).copied().unwrap_or(0.0);
             Load { factor: if load.kind == TORQUE { torque } else { scales[number] }, ..*load }
@@ -386,7 +386,7 @@ impl Segment {
             ("loads", &scratch.loads),
             ("force", &scratch.force),
             ("load", &scratch.force),
-            ("hinge_forces", &scratch.hinge_forces),
+            ("element_forces", &scratch.element_forces),
             ("volume_sums", &scratch.volume_sums),
             ("linked", &scratch.pair_work),
             ("pair_work", &scratch.pair_work),

@@ -50,7 +50,7 @@ fn panels(bench: &mut Bench<'_>) -> Result<(), String> {
             &kernel,
             &Given { arrays: &arrays, records: &records, groups: count.div_ceil(256) },
             |written| {
-                written.fours("hinge_forces", &wanted);
+                written.fours("element_forces", &wanted);
             },
         )?;
     }
@@ -68,7 +68,7 @@ fn hinges(bench: &mut Bench<'_>) -> Result<(), String> {
         let (arrays, records) = (fixture.arrays(), fixture.records());
         let groups = fixture.tables.hinges.len().div_ceil(256);
         bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
-            written.fours("hinge_forces", &wanted);
+            written.fours("element_forces", &wanted);
         })?;
     }
     Ok(())

@@ -316,7 +316,7 @@ impl Fixture {
             ("load", words(&self.force_fours())),
             ("force", poison(4 * places)),
             ("panels", words(&tables.panels)),
-            ("hinge_forces", poison(4 * (tables.first_panel_force() + tables.panels.len()))),
+            ("element_forces", poison(4 * (tables.first_panel_force() + tables.panels.len()))),
             ("volume_sums", poison(4 * VOLUME_PARTS * tables.volume_groups.len())),
         ])
     }

@@ -183,14 +183,14 @@ fn loads(bench: &mut Bench<'_>) -> Result<(), String> {
         let scaled = scaled_loads(&fixture, &between.torques);
         let of_panels = &between.panel_forces[..fixture.tables.panels.len()];
         let of_elements = between.hinge_forces.as_flattened().iter().chain(of_panels);
-        let hinge_forces: Vec<Four> = of_elements.copied().map(written).collect();
+        let element_forces: Vec<Four> = of_elements.copied().map(written).collect();
         let mut arrays = fixture.arrays();
         arrays.insert("loads", words(&scaled));
-        arrays.insert("hinge_forces", words(&hinge_forces));
+        arrays.insert("element_forces", words(&element_forces));
         let (records, groups) = (fixture.records(), fixture.tables.place_groups());
         bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
             written.fours("force", &wanted);
-            written.fours("hinge_forces", &hinge_forces);
+            written.fours("element_forces", &element_forces);
             let left: Vec<u32> = written.take("loads");
             let numbers = |words: &[u32]| words.iter().map(|&word| f32::from_bits(word)).collect::<Vec<_>>();
             written.outcome().copied("loads", &numbers(&words(&scaled)), &numbers(&left));
