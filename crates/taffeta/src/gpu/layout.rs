@@ -1,11 +1,20 @@
 //! Records as the kernels see them: the same fields in the same order, at the offsets that naga reads from the WGSL
 //! (`layout_tests` compares them).
 
-use crate::collision::moving::ColliderNow;
-use crate::collision::shape::ShapeNow;
+pub mod collider;
+mod primal;
+mod solve;
+
 use crate::forces::air::AirNow;
 use crate::integrate::pins;
 use bytemuck::{Pod, Zeroable};
+
+pub use collider::Collider;
+pub use primal::{
+    CoarseEdge, Descent, Diagonal, LevelGroup, NodeSolve, Parents, Share, SlotSpring, Symmetric, VECTORS,
+    Vector,
+};
+pub use solve::{Link, LinkGroup, Met, NodeGroup, Progress, Row, Solve, Taken};
 
 /// Position or velocity in the first three; inverse mass [1/kg] or mass [kg] in the last.
 pub type Four = [f32; 4];
@@ -101,31 +110,6 @@ pub struct Panel {
 
 /// Records of sub-steps that a dispatch sees: its own and those after it.
 pub const SUBSTEPS_SEEN: usize = 64;
-
-/// `Collider` of shape.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Collider {
-    pub place: [f32; 3],
-    pub size: f32,
-    pub spin_x: [f32; 3],
-    pub friction: f32,
-    pub spin_y: [f32; 3],
-    pub restitution: f32,
-    pub spin_z: [f32; 3],
-    pub kind: u32,
-    pub drift: [f32; 3],
-    pub mesh: u32,
-    pub axis_u: [f32; 3],
-    pub u: f32,
-    pub axis_v: [f32; 3],
-    pub v: f32,
-    pub axis_w: [f32; 3],
-    pub w: f32,
-    pub carry_x: Four,
-    pub carry_y: Four,
-    pub carry_z: Four,
-}
 
 /// `Motion` of pins.wgsl.
 #[repr(C)]
@@ -334,201 +318,6 @@ pub struct Joint {
     pub padding: u32,
 }
 
-/// `Link` of solve.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Link {
-    pub a: u32,
-    pub b: u32,
-    pub k: f32,
-    pub damping: f32,
-    pub rest_length: f32,
-    pub is_active: u32,
-}
-
-/// `LinkGroup` of solve.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct LinkGroup {
-    pub first: u32,
-    pub count: u32,
-    pub solve: u32,
-    pub first_group: u32,
-    pub groups: u32,
-}
-
-/// `NodeGroup` of solve.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct NodeGroup {
-    pub first: u32,
-    pub count: u32,
-    pub solve: u32,
-    pub first_group: u32,
-    pub is_first: u32,
-}
-
-/// `Row` of solve.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Row {
-    pub direction: [f32; 3],
-    pub r: f32,
-    pub w: f32,
-    pub s: f32,
-    pub p: f32,
-    pub x: f32,
-}
-
-/// `Met` of solve.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Met {
-    pub normal: [f32; 3],
-    pub yields: f32,
-    pub velocity: [f32; 3],
-    pub surface: u32,
-    pub is_pulled: u32,
-    pub inside: f32,
-    pub padding: [u32; 2],
-}
-
-/// `Progress` of solve.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Progress {
-    pub passes: u32,
-    pub is_done: u32,
-    pub limit: f32,
-    pub right: f32,
-    pub gamma: f32,
-    pub alpha: f32,
-    pub beta: f32,
-}
-
-/// `Solve` of solve.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Solve {
-    pub links: u32,
-    pub active_links: u32,
-    pub kept: Progress,
-    pub next: Progress,
-}
-
-/// `Taken` of solve.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Taken {
-    pub iterations: u32,
-    pub capped: u32,
-    pub active_share: f32,
-    pub residual: f32,
-}
-
-/// `LevelGroup` of primal.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct LevelGroup {
-    pub first: u32,
-    pub count: u32,
-    pub solve: u32,
-    pub first_group: u32,
-    pub groups: u32,
-}
-
-/// `SlotSpring` of primal.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct SlotSpring {
-    pub k: f32,
-    pub damping: f32,
-    pub rest_length: f32,
-}
-
-/// `Parents` of primal.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Parents {
-    pub nodes: [u32; 4],
-    pub weights: [f32; 4],
-}
-
-/// `CoarseEdge` of primal.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct CoarseEdge {
-    pub slots: [u32; 2],
-    pub first: u32,
-    pub count: u32,
-}
-
-/// `Share` of primal.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Share {
-    pub at: u32,
-    pub weight: f32,
-}
-
-/// `Symmetric` of constraints/primal.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Symmetric {
-    pub diagonal: [f32; 3],
-    pub gap: u32,
-    pub mixed: [f32; 3],
-    pub padding: u32,
-}
-
-/// `Diagonal` of primal.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Diagonal {
-    pub own: Symmetric,
-    pub inverse: Symmetric,
-}
-
-/// `Descent` of primal.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Descent {
-    pub passes: u32,
-    pub is_done: u32,
-    pub iterations: u32,
-    pub whole: f32,
-    pub error: f32,
-    pub alpha: f32,
-    pub beta: f32,
-}
-
-/// `NodeSolve` of primal.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct NodeSolve {
-    pub before: u32,
-    pub kept: Descent,
-    pub next: Descent,
-}
-
-/// Sorts of vectors by node in `vectors` of primal.wgsl, in their order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Vector {
-    Left,
-    Cycle,
-    Cycled,
-    Change,
-    Way,
-    WayProduct,
-    Product,
-    Impulse,
-    Total,
-    Pulled,
-}
-
-/// How many there are.
-pub const VECTORS: usize = Vector::Pulled as usize + 1;
-
 /// No node, or no surface.
 pub const NONE: u32 = u32::MAX;
 /// Cells of pairs from the origin to the last layer.
@@ -544,62 +333,6 @@ pub const NODE_SUMS: usize = 12;
 pub const GROUP: usize = 256;
 /// Rows and columns of a tile; together [`GROUP`].
 pub const TILE: [usize; 2] = [8, 32];
-
-impl From<&ColliderNow<f32>> for Collider {
-    fn from(now: &ColliderNow<f32>) -> Self {
-        let touching = &now.touching;
-        let [spin_x, spin_y, spin_z] = touching.spin;
-        let [carry_x, carry_y, carry_z] = [0, 1, 2].map(|i| {
-            let [a, b, c] = touching.carry.rows[i];
-            [a, b, c, touching.carry.shift[i]]
-        });
-        let plain = Self {
-            spin_x,
-            friction: touching.friction,
-            spin_y,
-            restitution: touching.restitution,
-            spin_z,
-            drift: touching.drift,
-            carry_x,
-            carry_y,
-            carry_z,
-            ..Self::zeroed()
-        };
-        plain.shaped(&now.shape)
-    }
-}
-
-impl Collider {
-    /// With a shape; a mesh is still to be told where its triangles are.
-    fn shaped(self, shape: &ShapeNow<f32>) -> Self {
-        match *shape {
-            ShapeNow::Sphere(ball) => Self { kind: 0, place: ball.center, size: ball.radius, ..self },
-            ShapeNow::Plane(plane) => Self { kind: 1, place: plane.normal, size: plane.level, ..self },
-            ShapeNow::Box(cuboid) => {
-                let ([axis_u, axis_v, axis_w], [u, v, w]) = (cuboid.axes, cuboid.half);
-                let (place, size) = (cuboid.center, cuboid.offset);
-                Self { kind: 2, place, size, axis_u, u, axis_v, v, axis_w, w, ..self }
-            }
-            ShapeNow::Capsule(bar) => {
-                let (axis_u, u) = (bar.along, bar.inverse);
-                Self { kind: 3, place: bar.a, size: bar.radius, axis_u, u, ..self }
-            }
-            ShapeNow::Cylinder(bar) => {
-                let (axis_u, u, v) = (bar.axis, bar.half, bar.radius);
-                Self { kind: 4, place: bar.center, size: bar.offset, axis_u, u, v, ..self }
-            }
-            ShapeNow::Mesh(mesh) => {
-                let ([axis_u, axis_v, axis_w], [before, v], w) = (mesh.place.rows, mesh.shares, mesh.rate);
-                let u = if mesh.stride > 0.0 { before } else { v };
-                let (place, size) = (mesh.place.shift, mesh.offset);
-                Self { kind: MESH, place, size, axis_u, u, axis_v, v, axis_w, w, ..self }
-            }
-        }
-    }
-}
-
-/// In [`Collider::kind`].
-pub const MESH: u32 = 5;
 
 impl From<&pins::Motion<f32>> for Motion {
     fn from(motion: &pins::Motion<f32>) -> Self {

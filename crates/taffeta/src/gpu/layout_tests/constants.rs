@@ -11,8 +11,9 @@ use crate::constraints::volume::{FEW, FLAT, Form};
 use crate::cpu::{GRAIN, GROOVES, ROUNDS};
 use crate::forces::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::forces::hinge::STIFFEST;
+use crate::gpu::layout::collider::MESH;
 use crate::gpu::layout::{
-    BY_HAND, Collider, FARTHEST, FORCE, GROUP, IS_LOAD, IS_RING, MESH, NODE_SUMS, NONE, NOT_A_MESH, OWN,
+    BY_HAND, Collider, FARTHEST, FORCE, GROUP, IS_LOAD, IS_RING, NODE_SUMS, NONE, NOT_A_MESH, OWN,
     PATCH_NODE_BYTES, RESTORED, TILE, TORQUE, VECTORS, VOLUME_PARTS, Vector, WEIGHTED,
 };
 use crate::real::Real;

@@ -1,0 +1,106 @@
+//! Springs by nodes.
+
+use bytemuck::{Pod, Zeroable};
+
+/// `LevelGroup` of primal.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct LevelGroup {
+    pub first: u32,
+    pub count: u32,
+    pub solve: u32,
+    pub first_group: u32,
+    pub groups: u32,
+}
+
+/// `SlotSpring` of primal.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct SlotSpring {
+    pub k: f32,
+    pub damping: f32,
+    pub rest_length: f32,
+}
+
+/// `Parents` of primal.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Parents {
+    pub nodes: [u32; 4],
+    pub weights: [f32; 4],
+}
+
+/// `CoarseEdge` of primal.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct CoarseEdge {
+    pub slots: [u32; 2],
+    pub first: u32,
+    pub count: u32,
+}
+
+/// `Share` of primal.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Share {
+    pub at: u32,
+    pub weight: f32,
+}
+
+/// `Symmetric` of constraints/primal.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Symmetric {
+    pub diagonal: [f32; 3],
+    pub gap: u32,
+    pub mixed: [f32; 3],
+    pub padding: u32,
+}
+
+/// `Diagonal` of primal.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Diagonal {
+    pub own: Symmetric,
+    pub inverse: Symmetric,
+}
+
+/// `Descent` of primal.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Descent {
+    pub passes: u32,
+    pub is_done: u32,
+    pub iterations: u32,
+    pub whole: f32,
+    pub error: f32,
+    pub alpha: f32,
+    pub beta: f32,
+}
+
+/// `NodeSolve` of primal.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct NodeSolve {
+    pub before: u32,
+    pub kept: Descent,
+    pub next: Descent,
+}
+
+/// Sorts of vectors by node in `vectors` of primal.wgsl, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Vector {
+    Left,
+    Cycle,
+    Cycled,
+    Change,
+    Way,
+    WayProduct,
+    Product,
+    Impulse,
+    Total,
+    Pulled,
+}
+
+/// How many there are.
+pub const VECTORS: usize = Vector::Pulled as usize + 1;
