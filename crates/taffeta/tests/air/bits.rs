@@ -1,11 +1,12 @@
 //! A flag in gusts: the same bits however it runs.
 
 use super::GUSTY;
-use super::common::{build_as, levels, run};
+use super::common::alike::Trial;
+use super::common::{build_as, levels};
 use std::sync::Arc;
+use taffeta::Precision;
 use taffeta::scene::{Body, Icosphere, Mass, Mesh, Scene, Select};
 use taffeta::topology::shapes::grid_surface;
-use taffeta::{Precision, Simulation};
 
 /// A flag of several tiles, the same as a mesh, and a ball with hinges.
 fn scene() -> Scene {
@@ -28,36 +29,24 @@ fn scene() -> Scene {
     scene
 }
 
-fn ran(precision: Precision, threads: usize) -> Simulation {
-    let mut simulation = build_as(&scene(), precision, threads);
-    run(&mut simulation, 6);
-    simulation
-}
+const TRIAL: Trial = Trial { start: build_as, frames: 6 };
 
 #[test]
 fn any_number_of_threads_gives_the_same_bits_and_every_time() {
-    for precision in [Precision::F32, Precision::F64] {
-        let one = ran(precision, 1);
-        for threads in [1, 2, 3, 8] {
-            let many = ran(precision, threads);
-            assert_eq!(one.state_hash(), many.state_hash(), "{precision}, {threads} threads");
-            assert_eq!(one.report(), many.report(), "{precision}, {threads} threads");
-        }
-    }
+    TRIAL.with_any_threads(&[scene()], |_| true);
 }
 
 #[test]
 fn a_flag_in_gusts_has_known_bits() {
     // They change with the formula or the order of its operations: then so do the results of all scenes with air.
-    assert_eq!(format!("{:016x}", ran(Precision::F32, 2).state_hash()), "2f1e1b95935f11d5");
+    let hash = TRIAL.ran(&scene(), Precision::F32, 2).state_hash();
+    assert_eq!(format!("{hash:016x}"), "2f1e1b95935f11d5");
 }
 
 #[test]
 #[ignore = "run by the test of vector instructions, in processes of their own"]
 fn prints_hashes() {
-    for precision in [Precision::F32, Precision::F64] {
-        println!("hash|{precision} {:016x}", ran(precision, 2).state_hash());
-    }
+    TRIAL.print_hashes(&[scene()]);
 }
 
 #[test]
@@ -67,14 +56,5 @@ fn any_vector_instructions_give_the_same_bits() {
 
 #[test]
 fn a_restored_simulation_meets_the_same_gusts_bit_by_bit() {
-    for precision in [Precision::F32, Precision::F64] {
-        let mut whole = build_as(&scene(), precision, 1);
-        run(&mut whole, 3);
-        let snapshot = whole.snapshot();
-        run(&mut whole, 3);
-        let mut again = build_as(&scene(), precision, 2);
-        again.restore(&snapshot).unwrap();
-        run(&mut again, 3);
-        assert_eq!((again.state_hash(), again.report()), (whole.state_hash(), whole.report()));
-    }
+    TRIAL.restored(&[scene()]);
 }

@@ -1,6 +1,7 @@
 //! The same bits however a scene runs.
 
-use super::common::{build_as, levels, run};
+use super::common::alike::Trial;
+use super::common::{build_as, levels};
 use super::panel;
 use taffeta::scene::{Collider, Keyframe, Pin, Scene, Seam, SeamSide, Select};
 use taffeta::{Precision, Simulation};
@@ -27,47 +28,28 @@ fn scene() -> Scene {
         .time(0.005, 0.0005)
 }
 
-fn ran(precision: Precision, threads: usize) -> Simulation {
-    let mut simulation = build_as(&scene(), precision, threads);
+fn start(scene: &Scene, precision: Precision, threads: usize) -> Simulation {
+    let mut simulation = build_as(scene, precision, threads);
     simulation.disturb(1e-4, 4);
-    run(&mut simulation, 60);
     simulation
 }
 
+const TRIAL: Trial = Trial { start, frames: 60 };
+
 #[test]
 fn any_number_of_threads_gives_the_same_bits_and_every_time() {
-    for precision in [Precision::F32, Precision::F64] {
-        let one = ran(precision, 1);
-        let broken = one.report().broken;
-        assert!(broken > 3 && broken < 132, "{:?}", one.report());
-        for threads in [1, 2, 3, 8] {
-            let many = ran(precision, threads);
-            assert_eq!(one.state_hash(), many.state_hash(), "{precision}, {threads} threads");
-            assert_eq!(many.report().broken, broken);
-        }
-    }
+    TRIAL.with_any_threads(&[scene()], |report| report.broken > 3 && report.broken < 132);
 }
 
 #[test]
 fn a_restored_simulation_goes_on_bit_by_bit() {
-    for precision in [Precision::F32, Precision::F64] {
-        let mut whole = build_as(&scene(), precision, 1);
-        run(&mut whole, 37);
-        let snapshot = whole.snapshot();
-        run(&mut whole, 13);
-        let mut again = build_as(&scene(), precision, 2);
-        again.restore(&snapshot).unwrap();
-        run(&mut again, 13);
-        assert_eq!((again.state_hash(), again.report().broken), (whole.state_hash(), whole.report().broken));
-    }
+    TRIAL.restored(&[scene()]);
 }
 
 #[test]
 #[ignore = "run by the test of vector instructions, in processes of their own"]
 fn prints_hashes() {
-    for precision in [Precision::F32, Precision::F64] {
-        println!("hash|{precision} {:016x}", ran(precision, 2).state_hash());
-    }
+    TRIAL.print_hashes(&[scene()]);
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! The same bits however a scene runs.
 
+use super::common::alike::Trial;
 use super::common::{build_as, levels, run, turned};
 use super::sheets::sheet;
-use taffeta::diagnostics::FrameReport;
 use taffeta::scene::{Body, Collider, Icosphere, Mass, Mesh, Scene, Select};
 use taffeta::{Precision, Simulation};
 
@@ -24,58 +24,28 @@ fn scene() -> Scene {
         .time(0.005, 0.001)
 }
 
-fn start(precision: Precision, threads: usize) -> Simulation {
-    let mut simulation = build_as(&scene(), precision, threads);
+fn start(scene: &Scene, precision: Precision, threads: usize) -> Simulation {
+    let mut simulation = build_as(scene, precision, threads);
     simulation.disturb(1e-3, 4);
     simulation
 }
 
-fn ran(precision: Precision, threads: usize) -> Simulation {
-    let mut simulation = start(precision, threads);
-    run(&mut simulation, 30);
-    simulation
-}
+const TRIAL: Trial = Trial { start, frames: 30 };
 
 #[test]
 fn any_number_of_threads_gives_the_same_bits_and_every_time() {
-    for precision in [Precision::F32, Precision::F64] {
-        let one = ran(precision, 1);
-        let report = one.report();
-        assert!(report.pairs > 50 && report.contacts > 0, "{report:?}");
-        for threads in [1, 2, 3, 8] {
-            let many = ran(precision, threads);
-            assert_eq!(one.state_hash(), many.state_hash(), "{precision}, {threads} threads");
-            // When neighbours are searched for is all that threads change.
-            let many = FrameReport { pair_searches: one.report().pair_searches, ..many.report().clone() };
-            assert_eq!(*one.report(), many, "{precision}, {threads} threads");
-        }
-    }
+    TRIAL.with_any_threads(&[scene()], |report| report.pairs > 50 && report.contacts > 0);
 }
 
 #[test]
 fn a_restored_simulation_goes_on_bit_by_bit() {
-    for precision in [Precision::F32, Precision::F64] {
-        let mut whole = start(precision, 1);
-        run(&mut whole, 17);
-        let snapshot = whole.snapshot();
-        run(&mut whole, 13);
-        let mut again = build_as(&scene(), precision, 2);
-        again.restore(&snapshot).unwrap();
-        run(&mut again, 13);
-        assert_eq!(again.state_hash(), whole.state_hash());
-        // When neighbours are searched for is not part of the state.
-        assert_eq!(again.report().pairs, whole.report().pairs);
-        assert_eq!(again.report().nearest_pair, whole.report().nearest_pair);
-        assert_eq!(again.report().energy(), whole.report().energy());
-    }
+    TRIAL.restored(&[scene()]);
 }
 
 #[test]
 #[ignore = "run by the test of vector instructions, in processes of their own"]
 fn prints_hashes() {
-    for precision in [Precision::F32, Precision::F64] {
-        println!("hash|{precision} {:016x}", ran(precision, 2).state_hash());
-    }
+    TRIAL.print_hashes(&[scene()]);
 }
 
 #[test]

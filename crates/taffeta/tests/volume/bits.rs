@@ -1,6 +1,7 @@
 //! The same bits however a scene runs.
 
-use super::common::{build_as, levels, positions, run};
+use super::common::alike::Trial;
+use super::common::{build_as, levels};
 use super::{ball, ring};
 use taffeta::scene::{Body, Collider, Scene, Select, Volume, VolumeForm, VolumeWeights};
 use taffeta::{Precision, Simulation};
@@ -23,6 +24,7 @@ fn scene() -> Scene {
         .time(0.005, 0.001)
 }
 
+/// Each body is pushed at one node.
 fn start(scene: &Scene, precision: Precision, threads: usize) -> Simulation {
     let mut simulation = build_as(scene, precision, threads);
     for body in 0..scene.bodies.len() {
@@ -32,32 +34,17 @@ fn start(scene: &Scene, precision: Precision, threads: usize) -> Simulation {
     simulation
 }
 
-/// Fifteen frames.
-fn ran(precision: Precision, threads: usize) -> Simulation {
-    let mut simulation = start(&scene(), precision, threads);
-    run(&mut simulation, 15);
-    simulation
-}
+const TRIAL: Trial = Trial { start, frames: 15 };
 
 #[test]
 fn any_number_of_threads_gives_the_same_bits_and_every_time() {
-    for precision in [Precision::F32, Precision::F64] {
-        let one = ran(precision, 1);
-        assert!(one.report().contacts > 0);
-        for threads in [1, 2, 3, 8] {
-            let many = ran(precision, threads);
-            assert_eq!(one.state_hash(), many.state_hash(), "{precision}, {threads} threads");
-            assert_eq!(one.report(), many.report(), "{precision}, {threads} threads");
-        }
-    }
+    TRIAL.with_any_threads(&[scene()], |report| report.contacts > 0);
 }
 
 #[test]
 #[ignore = "run by the test of vector instructions, in processes of their own"]
 fn prints_hashes() {
-    for precision in [Precision::F32, Precision::F64] {
-        println!("hash|{precision} {:016x}", ran(precision, 2).state_hash());
-    }
+    TRIAL.print_hashes(&[scene()]);
 }
 
 #[test]
@@ -67,31 +54,10 @@ fn any_vector_instructions_give_the_same_bits() {
 
 #[test]
 fn each_body_moves_as_if_it_were_alone_and_in_any_order() {
-    let scene = scene();
-    let places = |bodies: &[Body], threads| {
-        let scene = Scene { bodies: bodies.to_vec(), ..scene.clone() };
-        let mut simulation = start(&scene, Precision::F32, threads);
-        run(&mut simulation, 15);
-        positions(&simulation)
-    };
-    let alone: Vec<_> = scene.bodies.iter().map(|body| places(std::slice::from_ref(body), 1)).collect();
-    assert!(alone.concat() == places(&scene.bodies, 2));
-    let turned: Vec<_> = scene.bodies.iter().rev().cloned().collect();
-    let back: Vec<_> = alone.iter().rev().flatten().copied().collect();
-    assert!(back == places(&turned, 2));
+    TRIAL.alone_and_in_any_order(&[scene()]);
 }
 
 #[test]
 fn a_restored_simulation_goes_on_bit_by_bit() {
-    let scene = scene();
-    for precision in [Precision::F32, Precision::F64] {
-        let mut whole = start(&scene, precision, 1);
-        run(&mut whole, 7);
-        let snapshot = whole.snapshot();
-        run(&mut whole, 8);
-        let mut again = build_as(&scene, precision, 2);
-        again.restore(&snapshot).unwrap();
-        run(&mut again, 8);
-        assert_eq!((again.state_hash(), again.report()), (whole.state_hash(), whole.report()));
-    }
+    TRIAL.restored(&[scene()]);
 }
