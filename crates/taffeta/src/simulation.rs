@@ -310,6 +310,11 @@ impl Simulation {
         self.limit.folded
     }
 
+    /// The same in any flow of air [s]; `None` where air does not act on the body that sets the largest steps.
+    pub fn largest_stable_step_in_air(&self) -> Option<f64> {
+        self.limit.in_air
+    }
+
     /// Where implicit springs are pulled hardest by what hangs in them, as far as that can be told beforehand; `None` for
     /// explicit springs, for those solved for by nodes, and where nothing hangs from a pin.
     pub fn hanging(&self) -> Option<&Tension> {

@@ -27,6 +27,8 @@ struct Report {
     largest_stable_step: Option<f64>,
     /// The same however springs are folded [s].
     largest_stable_step_folded: Option<f64>,
+    /// The same in any flow of air [s]. Null where air does not act on the body that sets it.
+    largest_stable_step_in_air: Option<f64>,
     /// Null with explicit springs, with the form "primal", and where nothing hangs.
     hanging: Option<HangingReport>,
     advice: Vec<String>,
@@ -108,6 +110,7 @@ impl Report {
             form: form(&loaded.scene.solver),
             largest_stable_step: finite(simulation.largest_stable_step()),
             largest_stable_step_folded: finite(simulation.largest_stable_step_folded()),
+            largest_stable_step_in_air: simulation.largest_stable_step_in_air().and_then(finite),
             hanging: simulation.hanging().map(|pulled| HangingReport::of(pulled, step)),
             advice: loaded.notes.iter().chain(simulation.warnings()).cloned().collect(),
         }
@@ -137,9 +140,11 @@ impl Report {
             Method::Ice => (" (hinges and drag: springs are implicit)", "springs are implicit"),
             Method::Acad => (" (springs below the threshold are explicit)", "no spring pulls on a free node"),
         };
+        let air = self.largest_stable_step_in_air;
+        let air = air.map_or_else(String::new, |step| format!(", {step:.3e} s in any air"));
         match (self.largest_stable_step, self.largest_stable_step_folded) {
             (Some(rest), Some(folded)) => format!(
-                "largest stable step: {rest:.3e} s at rest, {folded:.3e} s however the springs are folded{what}"
+                "largest stable step: {rest:.3e} s at rest, {folded:.3e} s however the springs are folded{air}{what}"
             ),
             _ => format!("largest stable step: any; {none}"),
         }

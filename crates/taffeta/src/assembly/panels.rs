@@ -42,6 +42,12 @@ impl Panels {
         }
     }
 
+    /// Whether some are a body's.
+    pub fn are_of(&self, body: &BodyAssembly) -> bool {
+        let own = body.first as u32..(body.first + body.nodes) as u32;
+        self.corners.iter().any(|corners| own.contains(&corners[0]))
+    }
+
     /// Number of panels.
     pub fn len(&self) -> usize {
         self.corners.len()

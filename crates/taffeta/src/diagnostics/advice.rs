@@ -18,6 +18,8 @@ pub struct StepLimit {
     pub at_rest: f64,
     /// Largest step that is stable however springs fold [s].
     pub folded: f64,
+    /// The same in any flow of air, where air acts on the body.
+    pub in_air: Option<f64>,
     /// Name of the body that sets them.
     pub body: String,
     /// How springs are solved, and so what is explicit.
@@ -43,6 +45,7 @@ impl StepLimit {
             step,
             at_rest: largest.at_rest,
             folded: largest.folded,
+            in_air: assembly.panels.are_of(&assembly.bodies[largest.body]).then_some(largest.in_air),
             body: assembly.bodies[largest.body].name.clone(),
             method,
             primal,
@@ -77,7 +80,8 @@ impl StepLimit {
         } else if step > folded {
             Some(format!(
                 "the step of {step:.3e} s holds at rest (largest{which}: {at_rest:.3e} s, body `{body}`), but {loose} \
-                 can need steps down to {folded:.3e} s; {}",
+                 can need steps down to {folded:.3e} s{}; {}",
+                self.words_on_air(),
                 self.remedy()
             ))
         } else {
@@ -101,9 +105,20 @@ impl StepLimit {
         })
     }
 
+    /// The longest step [s] that holds whatever springs and air do.
+    fn longest(&self) -> f64 {
+        self.in_air.unwrap_or(self.folded)
+    }
+
+    /// What air takes off the step.
+    fn words_on_air(&self) -> String {
+        self.in_air
+            .map_or_else(String::new, |step| format!(", in a gale {step:.3e} s, for air damps as well"))
+    }
+
     /// What to change.
     fn remedy(&self) -> String {
-        let safe = round_down(self.folded);
+        let safe = round_down(self.longest());
         let softer = (safe / self.step).powi(2);
         let heavier = 1.0 / softer;
         let what = if self.method == Method::Ice { "drag and the hinges' k and d" } else { "k and d" };
@@ -133,16 +148,19 @@ impl StepLimit {
         let Self { step, at_rest, folded, .. } = self;
         if let Some(cause) = self.too_long_to_hang() {
             format!("Likely cause: {cause}")
-        } else if step > folded {
+        } else if *step > self.longest() {
             let loose = if self.method == Method::Ice { "hinges" } else { "or slack springs" };
             let why = if step > at_rest {
                 "too long even at rest".to_owned()
-            } else {
+            } else if step > folded {
                 format!("too long for folded {loose}")
+            } else {
+                "too long for a gale".to_owned()
             };
             format!(
                 "Likely cause: the step of {step:.3e} s is {why} (largest stable step: {at_rest:.3e} s at rest, \
-                 {folded:.3e} s folded); {}",
+                 {folded:.3e} s folded{}); {}",
+                self.words_on_air(),
                 self.remedy()
             )
         } else if self.primal {
@@ -243,11 +261,24 @@ mod tests {
         assert!(said.contains("by nodes hold in any step") && !said.contains("h²"), "{said}");
     }
 
+    #[test]
+    fn in_air_advice_goes_by_what_air_takes_of_the_step() {
+        let still = limit(0.003, Method::Springs);
+        let windy = StepLimit { in_air: Some(0.00276), ..still.clone() };
+        assert_eq!(windy.warnings().collect::<Vec<_>>(), Vec::<String>::new(), "few gales are so strong");
+        assert!(still.after().contains("is stable"));
+        assert!(windy.after().contains("too long for a gale") && windy.after().contains("max_step = 2.7e-3"));
+        let folds = StepLimit { step: 0.0045, ..windy };
+        let said = folds.warnings().collect::<Vec<_>>().join("\n");
+        assert!(said.contains("in a gale 2.760e-3 s") && said.contains("max_step = 2.7e-3"), "{said}");
+    }
+
     fn limit(step: f64, method: Method) -> StepLimit {
         StepLimit {
             step,
             at_rest: 0.005,
             folded: 0.0039,
+            in_air: None,
             body: "flag".to_owned(),
             method,
             primal: false,

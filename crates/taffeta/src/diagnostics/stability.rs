@@ -23,6 +23,11 @@ const PATCH: usize = 48;
 /// Element visits that a power iteration may take; with millions of springs fewer rounds must do.
 const ENOUGH: usize = 30_000_000;
 
+/// What h²κ + 2hδ must stay below.
+const ROOM: f64 = 4.0;
+/// The same in air, which in a step may take all of a velocity (forces/air.rs): 2hδ of its own is 2 at most.
+const ROOM_IN_AIR: f64 = 2.0;
+
 /// Power iteration comes to the largest eigenvalue from below.
 const SAFETY: f64 = 0.995;
 
@@ -53,6 +58,8 @@ pub struct LargestSteps {
     pub at_rest: f64,
     /// However its springs are folded.
     pub folded: f64,
+    /// The same in any flow of air, if air acts on the body.
+    pub in_air: f64,
     /// The body that sets them.
     pub body: usize,
 }
@@ -61,15 +68,17 @@ pub struct LargestSteps {
 /// `springs`.
 pub fn largest_steps(assembly: &Assembly, springs: bool) -> LargestSteps {
     let drag = assembly.world.drag;
-    let none = LargestSteps { at_rest: f64::INFINITY, folded: f64::INFINITY, body: 0 };
+    let any = f64::INFINITY;
+    let none = LargestSteps { at_rest: any, folded: any, in_air: any, body: 0 };
     assembly.bodies.iter().enumerate().fold(none, |least, (body, described)| {
         let mut system = System::new(described);
         if !springs {
             system.springs = Vec::new();
         }
-        let at_rest = system.largest_step(drag, Pull::Along);
+        let [at_rest, blown_on] = system.largest_step(drag, Pull::Along);
         if at_rest < least.at_rest {
-            LargestSteps { at_rest, folded: system.largest_step(drag, Pull::AnyWay).min(at_rest), body }
+            let [folded, in_air] = system.largest_step(drag, Pull::AnyWay);
+            LargestSteps { at_rest, folded: folded.min(at_rest), in_air: in_air.min(blown_on), body }
         } else {
             least
         }
@@ -178,27 +187,22 @@ fn root_inverse_mass(body: &BodyAssembly, node: usize) -> f64 {
 }
 
 impl System {
-    fn largest_step(&self, drag: f64, pull: Pull) -> f64 {
+    /// The largest step [s], and that in any flow of air, by the same mode.
+    fn largest_step(&self, drag: f64, pull: Pull) -> [f64; 2] {
         let n = self.root_inverse_mass.len();
         let mut random = SplitMix64::new(1);
         let mut u: Vec<[f64; 3]> = (0..n).map(|_| [(); 3].map(|()| random.unit() - 0.5)).collect();
-        let mut h = 1.0;
+        let mut steps = [1.0; 2];
         for _ in 0..4 {
-            let (kappa, delta) = self.worst_mode(&mut u, h, (drag, pull));
-            let next = if kappa > 0.0 {
-                ((delta * delta + 4.0 * kappa).sqrt() - delta) / kappa
-            } else if delta > 0.0 {
-                2.0 / delta
-            } else {
-                return f64::INFINITY;
-            };
-            let settled = (next - h).abs() < 1e-4 * next;
-            h = next;
+            let mode = self.worst_mode(&mut u, steps[0], (drag, pull));
+            let next = [ROOM, ROOM_IN_AIR].map(|room| step_within(room, mode));
+            let settled = next[0].is_infinite() || (next[0] - steps[0]).abs() < 1e-4 * next[0];
+            steps = next;
             if settled {
                 break;
             }
         }
-        SAFETY * h
+        steps.map(|step| SAFETY * step)
     }
 
     /// Stiffness and damping of the mode with the largest h²κ + 2hδ, by power iteration from `u`.
@@ -250,6 +254,17 @@ impl System {
             *out = add(*out, scale(x, 2.0 * h * rate));
         }
         (out, kappa, delta)
+    }
+}
+
+/// The step [s] at which h²κ + 2hδ comes to `room`; infinite if neither is there.
+fn step_within(room: f64, (kappa, delta): (f64, f64)) -> f64 {
+    if kappa > 0.0 {
+        ((delta * delta + room * kappa).sqrt() - delta) / kappa
+    } else if delta > 0.0 {
+        room / (2.0 * delta)
+    } else {
+        f64::INFINITY
     }
 }
 

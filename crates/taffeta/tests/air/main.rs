@@ -8,6 +8,7 @@ mod energy;
 mod frame;
 mod oracle;
 mod panel;
+mod step;
 
 use common::weightless;
 use taffeta::scene::{Air, Body, Gust, Mass, Mesh, Scene};
