@@ -7,6 +7,7 @@ mod raster;
 pub mod render;
 pub mod shapes;
 mod shot;
+mod solid;
 pub mod vector;
 
 use crate::root;

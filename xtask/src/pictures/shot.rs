@@ -2,18 +2,22 @@
 
 use super::Moment;
 use super::shapes::{self, Corner, Face, Material};
-use super::vector::{Vector, along, difference, dot};
+use super::solid;
+use super::vector::{Vector, along, cross, difference, dot, unit};
 use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 use taffeta::scene::{Body, Bounds, Collider, Kind, Mass, Mesh, Scene, Select, Shape};
-use taffeta::topology::Surface;
+use taffeta::topology::{Surface, ground};
 use taffeta::{Options, Simulation};
 
 /// Radius of rods and beads, as a share of the scene's size.
 const ROD: f64 = 0.009;
 /// Radius of a plane's disc, as a multiple of the scene's size.
 const DISC: f64 = 2.2;
+
+/// Cosine of the angle between a face and what is around it from which on an edge is sharp.
+const SMOOTH: f64 = 0.8;
 
 /// What to draw.
 pub struct Shot {
@@ -26,11 +30,11 @@ pub struct Shot {
     pub notes: Vec<String>,
 }
 
-/// A scene that runs, with a held rod in each collider that shows how it has moved.
+/// A scene that runs, with a held body for each collider that shows how it has moved.
 struct Stage {
     scene: Scene,
     simulation: Simulation,
-    /// The scene's own bodies; the rods follow.
+    /// The scene's own bodies; the others follow.
     bodies: usize,
 }
 
@@ -70,12 +74,14 @@ pub fn take(file: &Path, moment: Moment) -> Result<Shot, String> {
 
 impl Stage {
     fn new(scene: Scene) -> Result<Self, String> {
-        let mut with_rods = scene.clone();
+        let mut with_shapes = scene.clone();
         for (index, collider) in scene.colliders.iter().enumerate() {
-            with_rods.bodies.extend(collider.shape().map(|shape| rod_in(index, collider, shape)));
+            if let Some(shape) = collider.shape() {
+                with_shapes.bodies.push(shown(index, collider, shape)?);
+            }
         }
         let simulation =
-            Simulation::new(&with_rods, &Options::default()).map_err(|error| error.to_string())?;
+            Simulation::new(&with_shapes, &Options::default()).map_err(|error| error.to_string())?;
         let bodies = scene.bodies.len();
         Ok(Self { scene, simulation, bodies })
     }
@@ -119,16 +125,15 @@ impl Stage {
         let mut planes = Vec::new();
         let mut faces = Vec::new();
         let shapes = self.scene.colliders.iter().filter_map(Collider::shape);
-        for (shape, rod) in shapes.zip(&instant.places[self.bodies..]) {
+        for (shape, shown) in shapes.zip(&instant.places[self.bodies..]) {
             match shape {
-                Shape::Sphere(sphere) => {
-                    subject.extend(corners_around(rod[0], sphere.radius));
-                    faces.extend(shapes::ball(rod[0], sphere.radius, 5, Material::Ball));
+                Shape::Sphere(_) => {
+                    let radius = length(difference(shown[1], shown[0]));
+                    subject.extend(corners_around(shown[0], radius));
+                    faces.extend(shapes::ball(shown[0], radius, 5, Material::Ball));
                 }
-                Shape::Plane(_) => planes.push([rod[0], difference(rod[1], rod[0])]),
-                Shape::Mesh(_) | Shape::Convex(_) => subject.extend(rod),
-                // No picture has one yet.
-                Shape::Box(_) | Shape::Capsule(_) | Shape::Cylinder(_) | Shape::Heightfield(_) => {}
+                Shape::Plane(_) => planes.push([shown[0], unit(difference(shown[1], shown[0]))]),
+                _ => subject.extend(shown),
             }
         }
         for index in self.bodies..instant.places.len() {
@@ -161,12 +166,20 @@ impl Stage {
             Some(body) if body.kind == Kind::Soft => Material::Soft,
             Some(_) => Material::Cloth,
         };
+        let collider =
+            index.checked_sub(self.bodies).and_then(|collider| self.scene.colliders[collider].shape());
+        let has_edges = matches!(collider, Some(Shape::Box(_) | Shape::Cylinder(_) | Shape::Heightfield(_)));
         // What shows how a collider has moved is not drawn.
         let links: &[[u32; 2]] = if index < self.bodies { &surface.links } else { &[] };
         let place = |vertex: u32| places[vertex as usize];
         let is_held = |vertex: &u32| held.is_some_and(|held| held.contains(vertex));
         for polygon in surface.polygons.iter() {
-            let corner = |&v: &u32| Corner { place: place(v), normal: normals[v as usize], chart: [0.0; 2] };
+            let flat = has_edges.then(|| face_normal([0, 1, 2].map(|i| place(polygon[i]))));
+            let corner = |&v: &u32| {
+                let smooth = normals[v as usize];
+                let sharp = flat.filter(|flat| dot(smooth, *flat) < SMOOTH);
+                Corner { place: place(v), normal: sharp.unwrap_or(smooth), chart: [0.0; 2] }
+            };
             faces.extend(shapes::polygon(&polygon.iter().map(corner).collect::<Vec<_>>(), material));
             for (i, &a) in polygon.iter().enumerate() {
                 let b = polygon[(i + 1) % polygon.len()];
@@ -185,26 +198,40 @@ impl Stage {
     }
 }
 
-/// What moves with a collider: its mesh, or a held rod from a sphere's centre or from a plane's point along its normal.
-fn rod_in(index: usize, collider: &Collider, shape: Shape<'_>) -> Body {
-    let [from, to] = match shape {
-        Shape::Sphere(sphere) => [sphere.center, along(sphere.center, 1.0, [0.0, sphere.radius, 0.0])],
-        Shape::Plane(plane) => [plane.point, along(plane.point, 1.0, super::vector::unit(plane.normal))],
-        Shape::Mesh(mesh) | Shape::Convex(mesh) => {
-            let everywhere =
-                Select { inside: Some(Bounds { min: [-1e9; 3], max: [1e9; 3] }), ..Select::default() };
-            let body =
-                Body::cloth(format!("mesh of collider {index}"), mesh.clone()).with_mass(Mass::Node(1.0));
-            let placed = Body { place: collider.place.clone(), ..body };
-            return placed.pin_moving(everywhere, collider.motion.clone());
-        }
-        _ => [[0.0; 3], [0.0, 1.0, 0.0]],
+/// What moves with a collider and shows it: its surface, or a held rod from a sphere's centre to its top or from a plane's
+/// point along its normal.
+fn shown(index: usize, collider: &Collider, shape: Shape<'_>) -> Result<Body, String> {
+    let mesh = match shape {
+        Shape::Sphere(sphere) => rod(sphere.center, [0.0, sphere.radius, 0.0]),
+        Shape::Plane(plane) => rod(plane.point, unit(plane.normal)),
+        Shape::Mesh(mesh) | Shape::Convex(mesh) => mesh.clone(),
+        Shape::Box(cuboid) => given(solid::cuboid(cuboid)?),
+        Shape::Capsule(bar) => given(solid::capsule(bar)?),
+        Shape::Cylinder(bar) => given(solid::cylinder(bar)?),
+        Shape::Heightfield(field) => given(ground(field)?),
     };
-    let ends = vec![from, to];
-    let rod = Surface { vertices: ends.clone(), nodes: ends, links: vec![[0, 1]], ..Surface::default() };
-    Body::cloth(format!("rod in collider {index}"), Mesh::Surface(Arc::new(rod)))
-        .with_mass(Mass::Node(1.0))
-        .pin_moving(Select::nodes([0, 1]), collider.motion.clone())
+    let everywhere = Select { inside: Some(Bounds { min: [-1e9; 3], max: [1e9; 3] }), ..Select::default() };
+    let body = Body::cloth(format!("shape of collider {index}"), mesh).with_mass(Mass::Node(1.0));
+    let placed = Body { place: collider.place.clone(), ..body };
+    Ok(placed.pin_moving(everywhere, collider.motion.clone()))
+}
+
+fn rod(from: Vector, way: Vector) -> Mesh {
+    let ends = vec![from, along(from, 1.0, way)];
+    given(Surface { vertices: ends.clone(), nodes: ends, links: vec![[0, 1]], ..Surface::default() })
+}
+
+fn given(surface: Surface) -> Mesh {
+    Mesh::Surface(Arc::new(surface))
+}
+
+/// The unit normal of a face with these corners.
+fn face_normal([a, b, c]: [Vector; 3]) -> Vector {
+    unit(cross(difference(b, a), difference(c, a)))
+}
+
+fn length(way: Vector) -> f64 {
+    dot(way, way).sqrt()
 }
 
 fn corners_around(center: Vector, radius: f64) -> impl Iterator<Item = Vector> {
