@@ -81,6 +81,10 @@ pub trait Backend: Send {
     fn threads(&self) -> usize;
     /// What it computes on.
     fn device(&self) -> Device;
+    /// What of the device, rather than of the scene, may have ended a run, in words.
+    fn doubt(&self) -> Option<String> {
+        None
+    }
     /// Bytes of memory that state and springs take.
     fn memory(&self) -> usize;
 }

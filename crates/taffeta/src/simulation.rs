@@ -272,6 +272,8 @@ impl Simulation {
             ),
             None => self.limit.after(),
         };
+        let advice =
+            [Some(advice), self.backend.doubt()].into_iter().flatten().collect::<Vec<_>>().join(". ");
         Diverged { frame, body: body.name.clone(), vertex: body.vertex_of_solver(worst.2), what, advice }
     }
 

@@ -46,6 +46,10 @@ struct Nearest {
 const LOOSE: f32 = 1.001;
 /// Times that a mesh acts on a node, where its triangles meet in a groove.
 const GROOVES: u32 = 4u;
+/// Boxes and triangles that walks for a node may look at in all: software drivers end loops without a word.
+override TURNS: u32 = 0xffffffffu;
+/// Those that they have looked at.
+var<private> turns: u32;
 /// Depth after a push that counts as none, relative to the place and to the distance of two neighbouring numbers.
 const GRAIN: f32 = 4.0;
 
@@ -133,6 +137,21 @@ fn is_somewhere(x: vec3f) -> bool {
     return dot3(x, x) < FAR;
 }
 
+/// Whether a walk may go on.
+fn may_turn() -> bool {
+    turns++;
+    return turns <= TURNS;
+}
+
+/// What is told of a node whose walks have come to no end: no number, so that the frame fails.
+fn told_of(found: MeshTouch) -> MeshTouch {
+    if turns <= TURNS {
+        return found;
+    }
+    let none = f32(turns) * FAR * FAR;
+    return MeshTouch(vec3f(none), none, vec3f(none), true);
+}
+
 /// A nearer point of a mesh, if a triangle has one; none past the last.
 fn nearer(best: Nearest, collider: Collider, mesh: MeshPart, x: vec3f, triangle: u32) -> Nearest {
     if triangle >= mesh.count {
@@ -156,7 +175,7 @@ fn nearest_of(collider: Collider, mesh: MeshPart, x: vec3f, most: f32) -> Neares
     var stack: array<u32, 40>;
     stack[0] = 1u;
     var waiting = 1u;
-    while waiting > 0u {
+    while waiting > 0u && may_turn() {
         waiting--;
         let index = stack[waiting];
         if index >= 4u * mesh.width {
@@ -199,7 +218,7 @@ fn first_crossing(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) 
     var stack: array<u32, 40>;
     stack[0] = 1u;
     var waiting = 1u;
-    while waiting > 0u {
+    while waiting > 0u && may_turn() {
         waiting--;
         let index = stack[waiting];
         if index >= 4u * mesh.width {
@@ -244,7 +263,7 @@ fn pseudonormal_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest)
     var stack: array<u32, 40>;
     stack[0] = 1u;
     var waiting = 1u;
-    while waiting > 0u {
+    while waiting > 0u && may_turn() {
         waiting--;
         let index = stack[waiting];
         if index >= 4u * mesh.width {
@@ -314,7 +333,7 @@ fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> Mesh
 /// searched from anywhere inside.
 fn touch_near(collider: Collider, mesh: MeshPart, x: vec3f, most: f32) -> MeshTouch {
     let within = select(most * most, FAR, mesh.is_solid);
-    return resting(collider, mesh, x, nearest_of(collider, mesh, x, within));
+    return told_of(resting(collider, mesh, x, nearest_of(collider, mesh, x, within)));
 }
 
 /// How the mesh touches a node that goes straight from `start` to `end`, both in its frame.
@@ -326,6 +345,9 @@ fn touch_on_way(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) ->
     }
     let at_end = touch_near(collider, mesh, end, collider.size);
     let hit = first_crossing(collider, mesh, start, end);
+    if turns > TURNS {
+        return told_of(at_end);
+    }
     if hit.triangle != NO_TRIANGLE {
         // Whether it is on the wrong side, so that the way to the nearest point does not lead back. On which side of a sheet it
         // was is not known where it was as near as numbers tell.

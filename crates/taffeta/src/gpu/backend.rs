@@ -6,7 +6,7 @@ use super::layout::{Collider, Four, Motion};
 use super::mirror::{Landing, Mirror};
 use super::normals::AllNormals;
 use super::options::{
-    GpuKernels, GpuOptions, refuse_constraints, refuse_large_meshes, refuse_late, refuse_loops,
+    GpuKernels, GpuOptions, doubt, refuse_constraints, refuse_large_meshes, refuse_late, refuse_loops,
     refuse_untiled,
 };
 use super::paper::{self, Paper};
@@ -433,6 +433,10 @@ impl Backend for GpuBackend {
 
     fn device(&self) -> Device {
         Device { backend: "gpu", name: format!("gpu, {}", self.gpu.info()) }
+    }
+
+    fn doubt(&self) -> Option<String> {
+        doubt(&self.gpu, &self.assembly)
     }
 
     fn memory(&self) -> usize {

@@ -2,6 +2,7 @@
 
 use super::layout::PATCH_NODE_BYTES;
 use super::paper;
+use super::patches::WALK_TURNS;
 use std::collections::HashMap;
 use taffeta_gpu::{Gpu, GpuError, Kernel};
 
@@ -194,9 +195,11 @@ impl Kernels {
         let kinds = ("KINDS", f64::from(sizes.kinds));
         let (room, steps) =
             (("ROOM", f64::from(sizes.room * PATCH_NODE_BYTES / 4)), ("STEPS", f64::from(sizes.steps)));
+        let turns = ("TURNS", f64::from(WALK_TURNS));
         let overrides = match name.entry {
             "vertex_normals" => &[][..],
             _ if name.is_of_patches() => &[kinds, room, steps],
+            _ if name.contact == Contact::Meshes && self.gpu.info().is_software() => &[kinds, turns],
             _ => &[kinds],
         };
         let kernel = self.gpu.kernel(name.entry, &name.sources(), name.entry, overrides)?;

@@ -4,8 +4,10 @@ use super::paper::ConstraintProduct;
 use super::patches;
 use super::segment::Segment;
 use crate::assembly::Assembly;
+use crate::collision::mesh::MeshShape;
 use crate::scene::Method;
 use crate::step::Stage;
+use std::sync::Arc;
 use taffeta_gpu::Gpu;
 
 /// Which kernels move the particles.
@@ -50,25 +52,34 @@ impl From<Gpu> for GpuOptions {
     }
 }
 
-/// Refuses more colliders, and more triangles of theirs, than the loops of a software adapter come to the end of.
+/// Refuses more colliders than the loops of a software adapter come to the end of.
 pub fn refuse_loops(gpu: &Gpu, assembly: &Assembly) -> Result<(), String> {
-    if !gpu.info().is_software() {
-        return Ok(());
-    }
     let colliders = assembly.colliders.len();
-    let meshes = assembly.colliders.iter().filter_map(|collider| collider.mesh());
-    let triangles: usize = meshes.map(|mesh| mesh.triangles.len()).sum();
-    let turns = patches::collider_turns(colliders, triangles);
-    if turns <= patches::MOST_TURNS {
+    let turns = patches::collider_turns(colliders, meshes(assembly).count());
+    if !gpu.info().is_software() || turns <= patches::MOST_TURNS {
         return Ok(());
     }
-    let collider = if colliders == 1 { "collider" } else { "colliders" };
-    let meshes = if triangles > 0 { format!(" with {triangles} triangles") } else { String::new() };
     Err(format!(
-        "the scene has {colliders} {collider}{meshes}, and a software adapter ends loops after {} turns where they may take \
-         {turns}; --backend cpu would do",
+        "the scene has {colliders} colliders, and a software adapter ends loops after {} turns where they may take {turns}; \
+         --backend cpu would do",
         patches::MOST_TURNS
     ))
+}
+
+/// What may have ended a run, other than the scene: loops of a software adapter through the triangles of colliders.
+pub fn doubt(gpu: &Gpu, assembly: &Assembly) -> Option<String> {
+    let triangles: usize = meshes(assembly).map(|mesh| mesh.triangles.len()).sum();
+    (triangles > 0 && gpu.info().is_software()).then(|| {
+        format!(
+            "Or a node was near so many of the colliders' {triangles} triangles that it took more than the {} turns that a \
+             software adapter has for it; --backend cpu would tell",
+            patches::WALK_TURNS
+        )
+    })
+}
+
+fn meshes(assembly: &Assembly) -> impl Iterator<Item = &MeshShape> {
+    assembly.colliders.iter().filter_map(|collider| collider.mesh()).map(Arc::as_ref)
 }
 
 /// Refuses meshes of colliders that are more than a kernel can see.

@@ -34,12 +34,14 @@ pub const MOST_TURNS: usize = 60_000;
 /// twelve rounds.
 pub const COLLIDER_TURNS: usize = 26;
 
-/// Turns that contact with colliders takes at most. A walk through a tree looks at each triangle, at half as many boxes, and a
-/// few more. A mesh is met five times by three walks, and asked about the start by two; where there are others, it may press by two more,
-/// and twelve times again.
-pub fn collider_turns(colliders: usize, triangles: usize) -> usize {
-    let walks = if colliders > 1 { 5 * 3 + 2 + 2 + 12 * 2 } else { 5 * 3 + 2 };
-    COLLIDER_TURNS * colliders + walks * (triangles + triangles.div_ceil(2) + 40 * usize::from(triangles > 0))
+/// Turns that walks through the triangles of colliders may take for a node on a software adapter, which does eight nodes side by
+/// side and as many turns as all of them at most: [`MOST_TURNS`] are left for all else then.
+pub const WALK_TURNS: u32 = 6_000;
+
+/// Turns that contact with colliders takes at most, walks through the triangles of meshes included. Each mesh acts in five
+/// rounds, too.
+pub fn collider_turns(colliders: usize, meshes: usize) -> usize {
+    COLLIDER_TURNS * colliders + 5 * meshes + 8 * WALK_TURNS as usize * meshes.min(1)
 }
 
 /// Sub-steps that an invocation can take at once.

@@ -49,6 +49,28 @@ fn same(scene: &Scene, frames: u32) -> u64 {
     most
 }
 
+#[test]
+fn a_ball_of_twenty_thousand_triangles_is_as_on_the_cpu() {
+    assert!(same(&falling("fine ball", Collider::mesh(ball(0.3, 5)).offset(0.01)), 12) > 20);
+}
+
+#[test]
+fn a_software_adapter_says_so_where_its_loops_are_too_short() {
+    let node = Body::cloth("speck", Mesh::grid(2, 2, [1e-3, 1e-3])).with_mass(Mass::Node(0.01));
+    let scene = Scene::new("in the middle")
+        .body(node.structural(1.0, 0.0))
+        .collider(Collider::mesh(ball(0.3, 5)).offset(0.01))
+        .time(1.0 / 60.0, 1e-3);
+    let ended = on_gpu(&scene).step().map(|report| report.frame);
+    if !gpu().info().is_software() {
+        assert_eq!(ended.unwrap(), 1);
+        return;
+    }
+    let why = ended.unwrap_err().to_string();
+    assert!(why.contains("so many of the colliders' 20480 triangles"), "{why}");
+    assert!(why.contains("--backend cpu would tell"), "{why}");
+}
+
 /// A sheet whose middle rises and sinks, as nodes of a grid.
 fn waving() -> Collider {
     let (rows, cols, side) = (8_u32, 9_u32, 1.3);
@@ -222,18 +244,25 @@ fn scenes_with_meshes_are_split_by_bodies_too() {
 
 #[test]
 fn what_a_device_cannot_do_with_meshes_is_refused() {
-    let refused = |collider: Collider, options: GpuOptions| {
+    let built = |scene: &Scene, options: GpuOptions| {
         let options = Options { gpu: Some(options), ..Options::default() };
-        let words =
-            Simulation::new(&falling("refused", collider), &options).err().map(|error| error.to_string());
-        words.expect("a refusal")
+        Simulation::new(scene, &options).err().map(|error| error.to_string())
+    };
+    let refused = |collider: Collider, options: GpuOptions| {
+        built(&falling("refused", collider), options).expect("a refusal")
     };
     let words = refused(Collider::mesh(ball(0.3, 2)), small_gpu(9_000).into());
     assert!(words.contains("meshes among the colliders take") && words.contains("9000"), "{words}");
     let tiled = GpuOptions { kernels: GpuKernels::Tiled, ..gpu().into() };
     assert!(refused(Collider::mesh(ball(0.3, 1)), tiled).contains("without meshes as colliders"));
     if gpu().info().is_software() {
-        let words = refused(Collider::mesh(ball(0.3, 5)), gpu().into());
-        assert!(words.contains("1 collider with 20480 triangles"), "{words}");
+        let crowd = |colliders: usize| {
+            let mut scene = falling("crowd", Collider::mesh(ball(0.3, 1)));
+            let far = |_| Collider::sphere([0.0, -9.0, 0.0], 0.1);
+            scene.colliders.extend((1..colliders).map(far));
+            built(&scene, gpu().into())
+        };
+        assert_eq!(crowd(461), None);
+        assert!(crowd(462).unwrap().contains("the scene has 462 colliders"));
     }
 }
