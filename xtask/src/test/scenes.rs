@@ -1,4 +1,5 @@
-//! Every scene for a few frames on the CPU and on the GPU, and the distance of the two.
+//! Every scene for a few frames on the CPU and on the GPU, and the distance of the two. Scenes are run as copies in a folder
+//! without models, with their stand-ins: garments that start half inside a body depend on the last digit.
 
 use super::npy::Poses;
 use super::timed;
@@ -29,7 +30,7 @@ struct Summary {
 /// Runs every scene with the built program.
 pub fn run() -> Result<(), String> {
     let out = std::env::temp_dir().join(format!("taffeta-scenes-{}", std::process::id()));
-    let result = files()?.iter().try_for_each(|scene| both(scene, &out));
+    let result = copies(&out).and_then(|scenes| scenes.iter().try_for_each(|scene| both(scene, &out)));
     // What is left behind in the temporary folder does no harm; the scenes' verdict counts.
     let _ = std::fs::remove_dir_all(&out);
     result
@@ -56,12 +57,18 @@ fn is_primal(scene: &Path) -> bool {
 fn command(scene: &Path, out: &Path, backend: &str) -> Command {
     let mut command = Command::new(program::path());
     command.arg("run").arg(scene).arg("--out").arg(out).args(["--backend", backend]);
-    command.args(["--frames", &FRAMES.to_string(), "--quiet"]).current_dir(root());
+    command.args(["--frames", &FRAMES.to_string(), "--quiet"]).current_dir(folder_of(scene));
+    command.env_remove("TAFFETA_MODELS");
     if is_primal(scene) {
         // Solutions are compared, not how far each backend's are from them.
         command.args(["--set", "solver.ice.tolerance=1e-6"]);
     }
     command
+}
+
+/// The folder of a scene.
+fn folder_of(scene: &Path) -> &Path {
+    scene.parent().unwrap_or(Path::new("."))
 }
 
 /// The largest distance of the last poses in two folders of results [m]; the error names the vertex that is too far off.
@@ -107,6 +114,19 @@ fn place(bodies: &[Body], vertex: usize) -> String {
         left -= body.vertices;
     }
     format!("vertex {vertex}")
+}
+
+/// Copies of all scenes.
+fn copies(out: &Path) -> Result<Vec<PathBuf>, String> {
+    let folder = out.join("scenes");
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    std::fs::create_dir_all(&folder).map_err(failed)?;
+    let copy = |file: PathBuf| {
+        let copy = folder.join(file.file_name().unwrap_or_default());
+        std::fs::copy(&file, &copy).map_err(failed)?;
+        Ok(copy)
+    };
+    files()?.into_iter().map(copy).collect()
 }
 
 fn files() -> Result<Vec<PathBuf>, String> {

@@ -148,7 +148,7 @@ impl<'a, T: Real> Near<'a, T> {
         let (view, reach) = self.view(now, way[1]);
         let from = one.least(now, way[0]);
         let at_end = one.resting(&view, reach);
-        let touch = if !may_cross(now, way, from, at_end.as_ref()) {
+        let touch = if keeps_off(now, way, from, at_end.as_ref()) {
             at_end.filter(|at_end| at_end.depth > T::ZERO)
         } else if one.is_whole(now, way) {
             view.surface.touch(now, way, at_end, &one.list())
@@ -212,9 +212,9 @@ impl<'a, T: Real> Near<'a, T> {
     }
 }
 
-/// Whether a way may pass through a triangle, when none is nearer to its start than `from` [m]: each of its points is nearer
-/// to one of its ends than the mesh is.
-fn may_cross<T: Real>(
+/// Whether a way passes through no triangle, since none is nearer to its start than `from` [m]: each of its points is nearer to
+/// one of its ends than the mesh is.
+fn keeps_off<T: Real>(
     now: &MeshNow<T>,
     [start, end]: [[T; 3]; 2],
     from: T,
@@ -223,7 +223,7 @@ fn may_cross<T: Real>(
     let to = at_end.map_or(T::ZERO, |at_end| (now.offset - at_end.depth).abs() - now.stride);
     let way = sub(end, start);
     let off = positive(from) + positive(to);
-    !(dot(way, way) < off * off)
+    dot(way, way) < off * off
 }
 
 /// Whether a place is one: what has blown up touches nothing.
