@@ -85,6 +85,18 @@ impl<T: Real> Closest<T> {
         }
     }
 
+    /// Looks at all that may be nearer.
+    pub fn look_around(&mut self, view: &View<'_, T>) {
+        let tree = view.surface.tree(view.now);
+        let left_out = tree.visit_around(view.x, self.squared, |triangles| {
+            for (triangle, squared) in triangles.clone().zip(view.squared(triangles)) {
+                self.consider(triangle, squared);
+            }
+            self.squared
+        });
+        self.leave(left_out);
+    }
+
     /// All that were not looked at are no nearer than this [m²].
     pub fn leave(&mut self, squared: T) {
         self.others = if squared < self.others { squared } else { self.others };

@@ -3,6 +3,7 @@
 use super::MOST;
 use super::lanes::{Closest, LANES, View};
 use crate::collision::mesh::{Candidates, Found, MeshNow, MeshTouch};
+use crate::collision::triangle::Nearest;
 use crate::real::{Real, dot, sub};
 
 /// What one node remembers of a mesh, beside the anchor: where it was searched.
@@ -121,55 +122,61 @@ impl<T: Real> Node<'_, T> {
     /// How the mesh touches a place by its nearest point; `None` if it is far off. Lists reach about as far as `reach` [m].
     pub fn resting(&mut self, view: &View<'_, T>, reach: T) -> Option<MeshTouch<T>> {
         let (x, now) = (view.x, view.now);
-        let last = self.memory.nearest;
-        let at = view.nearest(last);
-        let others = self.memory.others - now.travel - self.since_seen(x);
-        let is_within = at.shares[0] != T::ZERO && at.shares[1] != T::ZERO && at.shares[2] != T::ZERO;
-        if is_within && others > T::ZERO && at.squared < others * others {
-            let found = Found { triangle: last, at };
-            return Some(view.surface.resting(now, x, &found, &List(&[])));
+        let last = Found { triangle: self.memory.nearest, at: view.nearest(self.memory.nearest) };
+        if self.is_still_nearest(now, x, &last.at) {
+            return Some(view.surface.resting(now, x, &last, &List(&[])));
         }
         let tree = view.surface.tree(now);
-        let was_whole = self.is_whole(now, [x; 2]);
-        if was_whole {
-            self.follow(view);
+        let is_anew = if self.is_whole(now, [x; 2]) {
+            self.follow(view)
         } else if let Some(far) = tree.far_from(x) {
             self.start(now, x);
             *self.clear = far - now.offset + self.memory.since;
             return None;
         } else if self.is_slow(now, x, reach) {
             self.search(view);
-        }
-        let mut closest = Closest::new(last, at.squared);
+            true
+        } else {
+            self.start(now, x);
+            true
+        };
+        let mut closest = Closest::new(last.triangle, last.at.squared);
         let is_whole = self.is_whole(now, [x; 2]);
         if is_whole {
             self.look_at_list(view, &mut closest);
         } else {
-            self.start(now, x);
-            let left_out = tree.visit_around(x, at.squared, |triangles| {
-                for (triangle, squared) in triangles.clone().zip(view.squared(triangles)) {
-                    closest.consider(triangle, squared);
-                }
-                closest.squared
-            });
-            closest.leave(left_out);
+            closest.look_around(view);
         }
-        let triangle = closest.triangle;
-        let found = Found { triangle, at: if triangle == last { at } else { view.nearest(triangle) } };
+        let is_last = closest.triangle == last.triangle;
+        let at = if is_last { last.at } else { view.nearest(closest.triangle) };
+        let found = Found { triangle: closest.triangle, at };
         let touch = if is_whole {
             view.surface.resting(now, x, &found, &self.list())
         } else {
-            view.surface.resting(now, x, &found, &tree.around(x, found.at.squared))
+            view.surface.resting(now, x, &found, &tree.around(x, at.squared))
         };
         let lost = tree.lost();
-        if !was_whole {
+        if is_anew {
             *self.clear = self.memory.since - touch.depth - lost - lost;
         }
-        let memory = &mut *self.memory;
-        (memory.seen, memory.nearest) = (x, triangle);
-        memory.off = closest.squared.sqrt() - lost + now.travel;
-        memory.others = closest.others.sqrt() - lost + now.travel;
+        self.note(view, &closest, lost);
         Some(touch)
+    }
+
+    /// Whether a triangle that was the nearest is it at `x`, in its midst, at `at`.
+    fn is_still_nearest(&self, now: &MeshNow<T>, x: [T; 3], at: &Nearest<T>) -> bool {
+        let others = self.memory.others - now.travel - self.since_seen(x);
+        let [u, v, w] = at.shares;
+        let is_within = u != T::ZERO && v != T::ZERO && w != T::ZERO;
+        is_within && others > T::ZERO && at.squared < others * others
+    }
+
+    /// Remembers the nearest triangle.
+    fn note(&mut self, view: &View<'_, T>, closest: &Closest<T>, lost: T) {
+        let (memory, travel) = (&mut *self.memory, view.now.travel);
+        (memory.seen, memory.nearest) = (view.x, closest.triangle);
+        memory.off = closest.squared.sqrt() - lost + travel;
+        memory.others = closest.others.sqrt() - lost + travel;
     }
 
     /// Whether a list is of use to a node at `x`: it has not gone farther than one reaches, nor is it farther off.
@@ -242,19 +249,21 @@ impl<T: Real> Node<'_, T> {
         memory.whole = whole + memory.since;
     }
 
-    /// Sorts the list anew as seen from the view, if the node has gone far enough that too many triangles seem to be near.
-    fn follow(&mut self, view: &View<'_, T>) {
+    /// Sorts the list anew as seen from the view, if the node has gone far enough that too many triangles seem to be near;
+    /// returns whether it did.
+    fn follow(&mut self, view: &View<'_, T>) -> bool {
         let (now, x) = (view.now, view.x);
         let (two, four) = (T::ONE + T::ONE, T::from_f64(4.0));
         let way = self.way_to(x);
         let (moved, left) = (dot(way, way).sqrt(), self.memory.whole - now.travel);
         if moved * four < left || self.memory.count < MOST as u32 {
-            return;
+            return false;
         }
         let left = left - moved - view.surface.tree(now).lost();
         let distances = &self.memory.distances;
         if left * four < (distances[MOST - 1] - distances[0]) / two {
-            return self.search(view);
+            self.search(view);
+            return true;
         }
         let list = self.memory.list;
         self.start(now, x);
@@ -265,6 +274,7 @@ impl<T: Real> Node<'_, T> {
         }
         self.memory.take_roots();
         self.memory.whole = left + self.memory.since;
+        true
     }
 }
 
