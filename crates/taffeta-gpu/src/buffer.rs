@@ -17,7 +17,12 @@ pub trait Bindable: Send + Sync {
     /// The buffer.
     fn buffer(&self) -> &wgpu::Buffer;
 
-    /// How much of it a kernel sees [bytes]; all of it where this is `None`.
+    /// From where on a kernel sees it [bytes]: a multiple of the device's alignment.
+    fn offset(&self) -> u64 {
+        0
+    }
+
+    /// How much of it a kernel sees [bytes]; all of it from there on where this is `None`.
     fn window(&self) -> Option<NonZeroU64> {
         None
     }

@@ -16,6 +16,7 @@ struct Inner {
     info: AdapterInfo,
     limits: wgpu::Limits,
     memory: Arc<AtomicU64>,
+    reads: Arc<AtomicU64>,
     fault: Fault,
 }
 
@@ -68,8 +69,8 @@ impl Gpu {
     /// told: it is seen when the next command fails, as [`GpuError::Lost`] or [`GpuError::Failed`].
     pub fn on(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo) -> Gpu {
         let limits = device.limits();
-        let memory = Arc::default();
-        Gpu(Arc::new(Inner { device, queue, info: (&info).into(), limits, memory, fault: Fault::default() }))
+        let (info, memory, reads, fault) = ((&info).into(), Arc::default(), Arc::default(), Fault::default());
+        Gpu(Arc::new(Inner { device, queue, info, limits, memory, reads, fault }))
     }
 
     /// Which adapter this is.
@@ -121,6 +122,15 @@ impl Gpu {
     /// The size of the buffers alive that were made here [bytes].
     pub fn memory_used(&self) -> u64 {
         self.0.memory.load(Ordering::Relaxed)
+    }
+
+    /// How many times memory was mapped for the host to read, so far.
+    pub fn reads(&self) -> u64 {
+        self.0.reads.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn read_count(&self) -> &Arc<AtomicU64> {
+        &self.0.reads
     }
 
     /// Hands a list to the device as one command buffer, and does not wait for it.

@@ -187,7 +187,7 @@ impl Kernel {
             found.unwrap_or_else(|| panic!("kernel `{}` has no buffer for `{}`", self.0.label, one.name));
         wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: buffer.buffer(),
-            offset: 0,
+            offset: buffer.offset(),
             size: buffer.window(),
         })
     }

@@ -1,6 +1,7 @@
 //! What the host reads: copies of buffers in memory that it can map, without waiting for them.
 
 use std::marker::PhantomData;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use bytemuck::Pod;
@@ -18,6 +19,8 @@ pub struct ReadBack<T> {
     memory: Allocation,
     len: usize,
     state: Arc<Mutex<State>>,
+    /// Counts mappings of all of the device's.
+    reads: Arc<AtomicU64>,
     elements: PhantomData<fn() -> T>,
 }
 
@@ -39,7 +42,8 @@ impl Gpu {
         let limit = self.limits().max_buffer_size;
         let memory = self.allocate(("read-back", label), bytes_of::<T>(count), limit, usage)?;
         let state = Arc::new(Mutex::new(State::Idle));
-        Ok(ReadBack { memory, len: count, state, elements: PhantomData })
+        let reads = self.read_count().clone();
+        Ok(ReadBack { memory, len: count, state, reads, elements: PhantomData })
     }
 }
 
@@ -73,6 +77,7 @@ impl<T> ReadBack<T> {
             return;
         }
         self.set(State::Pending);
+        self.reads.fetch_add(1, Ordering::Relaxed);
         let state = self.state.clone();
         self.memory.buffer.map_async(wgpu::MapMode::Read, .., move |result| {
             let reached = if result.is_ok() { State::Mapped } else { State::Failed };

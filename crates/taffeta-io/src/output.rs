@@ -3,6 +3,7 @@
 //! Every writer streams into `NAME.part`; `finish` writes the true number of frames into the header, syncs the file
 //! to the disk and gives it its name. A file without `.part` is whole.
 
+mod drawn;
 mod frames;
 mod glb;
 mod glb_buffer;
@@ -22,6 +23,7 @@ mod vtu_mesh;
 pub use part::check_file;
 pub(crate) use part::in_file;
 
+pub use drawn::Drawn;
 pub use frames::FrameTable;
 pub use glb::{GlbBody, write_glb};
 pub use names::{file_stems, usd_identifiers};

@@ -65,8 +65,13 @@ pub fn load_scene(path: &Path, sets: &[String]) -> Result<Loaded, LoadError> {
         LoadError::in_text(&file, &text, good, "is not UTF-8 from here on; save the file as UTF-8")
     })?;
     let mut loaded = parse_scene(&text, &file, sets)?;
-    files::fill(&mut loaded, path)?;
+    load_files(&mut loaded, path)?;
     Ok(loaded)
+}
+
+/// Loads the files that a scene names; `path` is where the scene itself is, or would be.
+pub fn load_files(loaded: &mut Loaded, path: &Path) -> Result<(), LoadError> {
+    files::fill(loaded, path)
 }
 
 /// Reads a scene from `text`, which errors call `file_name`, and applies `sets`. Files that it names are not loaded.

@@ -2,6 +2,8 @@
 
 use crate::assembly::Assembly;
 use crate::diagnostics::FrameSums;
+#[cfg(feature = "gpu")]
+use crate::gpu::{VertexTarget, View};
 
 /// A node that is moved, or a force that is applied, by the program for one frame.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +40,7 @@ pub struct Device {
 pub struct Lost(pub String);
 
 /// A backend in numbers of any type.
-pub trait Backend: Send {
+pub trait Backend: Send + Sync {
     /// Runs the frame that starts at time `start` [s]. It may still be under way when this returns.
     fn frame(&mut self, start: f64, hand: Hand) -> Result<(), Lost>;
     /// Measures the state as it is.
@@ -49,6 +51,8 @@ pub trait Backend: Send {
     fn fetch(&mut self) -> Result<(), Lost>;
     /// The scene.
     fn assembly(&self) -> &Assembly;
+    /// Changes what of the scene may change while it runs: its world, and motions.
+    fn alter(&mut self, how: &mut dyn FnMut(&mut Assembly));
     /// Position [m] of the node with solver index `node`.
     fn position(&self, node: usize) -> [f64; 3];
     /// Velocity [m/s] of the node with solver index `node`.
@@ -70,6 +74,17 @@ pub trait Backend: Send {
     /// Unit normals of a body's nodes in user order, if the backend computes them itself.
     fn normals(&self, _body: usize) -> Option<Vec<[f32; 3]>> {
         None
+    }
+    /// Has vertices at the nodes `nodes` of a body made ready to be drawn, `u32::MAX` where one has none; false where the
+    /// backend has no device that could draw.
+    #[cfg(feature = "gpu")]
+    fn make_drawn(&mut self, _body: usize, _nodes: &[u32]) -> Result<bool, Lost> {
+        Ok(false)
+    }
+    /// Draws the vertices of a body that was made ready.
+    #[cfg(feature = "gpu")]
+    fn draw(&mut self, _body: usize, _target: &VertexTarget, _view: &View) -> Result<(), Lost> {
+        Ok(())
     }
     /// Has the next frame timed by stage, if the device can do that.
     fn time_stages(&mut self) {}

@@ -25,8 +25,8 @@ pub mod topology;
 #[doc(hidden)]
 pub use gpu::parity;
 #[cfg(feature = "gpu")]
-pub use gpu::{ConstraintProduct, GpuCost, GpuKernels, GpuOptions};
-pub use simulation::{BodyInfo, Diverged, Options, Precision, Simulation, Snapshot, StepError};
+pub use gpu::{ConstraintProduct, GpuCost, GpuKernels, GpuOptions, VertexTarget, View};
+pub use simulation::{BodyInfo, Diverged, Options, Pose, Precision, Simulation, Snapshot, StepError};
 pub use step::Stage;
 #[cfg(feature = "gpu")]
 pub use taffeta_gpu;

@@ -1,7 +1,9 @@
 //! What a program holds: a scene that runs. Build it, step it, read positions, move pins, apply forces.
 
+mod live;
 mod snapshot;
 
+pub use live::Pose;
 pub use snapshot::Snapshot;
 
 use crate::assembly::{Assembly, BodyAssembly, IS_POINT, Touching};
@@ -121,6 +123,8 @@ pub struct Simulation {
     hand: Hand,
     /// Nodes that were moved by hand in the last frame and stand still from now on.
     moved: Vec<u32>,
+    /// Frames that were launched and not collected yet, and whether more than gravity drives the scene in them.
+    launched: (u32, bool),
 }
 
 impl Simulation {
@@ -149,6 +153,7 @@ impl Simulation {
             warnings,
             hand: Hand::default(),
             moved: Vec::new(),
+            launched: (0, false),
         };
         simulation.measure().map_err(|Lost(why)| SceneError::new("", why))?;
         Ok(simulation)
@@ -168,14 +173,32 @@ impl Simulation {
     /// # Errors
     /// As [`Self::step`]; the frame that is named is the last, also where one before it failed.
     pub fn advance(&mut self, frames: u32) -> Result<&FrameReport, StepError> {
-        let (done, frame) = (self.report.frame, self.report.frame + frames);
-        let lost = |Lost(why)| StepError::Lost { frame, why };
-        let mut driven = false;
-        for before in done..frame {
-            driven |= self.start_frame(before).map_err(lost)?;
+        self.launch(frames)?;
+        self.collect()
+    }
+
+    /// Has some frames run, and does not ask what became of them. On a GPU nothing waits, and nothing is read back.
+    ///
+    /// # Errors
+    /// A GPU may be lost.
+    pub fn launch(&mut self, frames: u32) -> Result<(), StepError> {
+        for before in self.frame()..self.frame() + frames {
+            let lost = |Lost(why)| StepError::Lost { frame: before + 1, why };
+            let driven = self.start_frame(before).map_err(lost)?;
+            self.launched = (self.launched.0 + 1, self.launched.1 | driven);
         }
+        Ok(())
+    }
+
+    /// Waits for the frames that were launched, and reports the last.
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn collect(&mut self) -> Result<&FrameReport, StepError> {
+        let (frames, driven) = std::mem::take(&mut self.launched);
         if frames > 0 {
-            let sums = self.backend.sums().map_err(lost)?;
+            let frame = self.report.frame + frames;
+            let sums = self.backend.sums().map_err(|Lost(why)| StepError::Lost { frame, why })?;
             let report = self.report_of(sums, frame);
             if let Some(what) = runaway(&self.start, &self.report, &report, driven) {
                 return Err(self.diverged(frame, what).into());
@@ -202,7 +225,7 @@ impl Simulation {
     /// # Errors
     /// A GPU may be lost.
     pub fn fetch(&mut self) -> Result<(), StepError> {
-        let frame = self.report.frame;
+        let frame = self.frame();
         self.backend.fetch().map_err(|Lost(why)| StepError::Lost { frame, why })
     }
 
@@ -282,9 +305,9 @@ impl Simulation {
         &self.report
     }
 
-    /// Number of frames done.
+    /// Number of frames done, those among them that were launched and may still be under way.
     pub fn frame(&self) -> u32 {
-        self.report.frame
+        self.report.frame + self.launched.0
     }
 
     /// The bodies in the scene's order.
@@ -385,7 +408,8 @@ impl Simulation {
     fn measure(&mut self) -> Result<(), Lost> {
         self.backend.measure()?;
         let sums = self.backend.sums()?;
-        self.report = self.report_of(sums, self.report.frame);
+        self.report = self.report_of(sums, self.frame());
+        self.launched = (0, false);
         self.start = self.report.clone();
         Ok(())
     }

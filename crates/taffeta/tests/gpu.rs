@@ -9,6 +9,8 @@ mod colliders;
 mod common;
 #[path = "gpu/constraints.rs"]
 mod constraints;
+#[path = "gpu/drawn.rs"]
+mod drawn;
 #[path = "gpu/pairs.rs"]
 mod pairs;
 #[path = "gpu/primal.rs"]

@@ -25,6 +25,7 @@ pub use panels::Panels;
 use crate::collision::moving::MovingCollider;
 use crate::integrate::keyframes::Track;
 use crate::scene::{Air, Scene, SceneError, Solver, Time, World};
+use std::collections::BTreeMap;
 
 /// A scene, ready to run.
 pub struct Assembly {
@@ -36,6 +37,8 @@ pub struct Assembly {
     pub moving_pins: Vec<MovingPin>,
     /// The motions that `moving_pins` follow.
     pub tracks: Vec<Track>,
+    /// Which of the tracks a pin follows, by body and pin.
+    pub track_of_pin: BTreeMap<(usize, usize), usize>,
     /// Colliders in the scene's order.
     pub colliders: Vec<MovingCollider>,
     /// Point loads and torques.
@@ -76,6 +79,7 @@ impl Assembly {
             places: 0,
             moving_pins: Vec::new(),
             tracks: Vec::new(),
+            track_of_pin: BTreeMap::new(),
             colliders: colliders(scene)?,
             loads: Vec::new(),
             constraints: Constraints::default(),

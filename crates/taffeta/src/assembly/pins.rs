@@ -44,6 +44,7 @@ impl Assembly {
                 }
             }
             if !track.is_still() {
+                self.track_of_pin.insert((self.bodies.len(), p), self.tracks.len());
                 self.tracks.push(track);
             }
         }

@@ -140,6 +140,11 @@ impl MovingCollider {
         &self.track
     }
 
+    /// Its rigid motion, to be changed.
+    pub fn track_mut(&mut self) -> &mut Track {
+        &mut self.track
+    }
+
     /// As it is at time `t` + `h` [s], having moved since `t`. Meshes are counted in `meshes`.
     pub fn at<T: Real>(&self, t: f64, h: f64, meshes: &mut u32) -> ColliderNow<T> {
         let (before, after) = (self.track.pose(t), self.track.pose(t + h));

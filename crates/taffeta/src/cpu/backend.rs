@@ -288,6 +288,10 @@ impl<T: Real> Backend for CpuBackend<T> {
         &self.setup.assembly
     }
 
+    fn alter(&mut self, how: &mut dyn FnMut(&mut Assembly)) {
+        how(&mut self.setup.assembly);
+    }
+
     fn position(&self, node: usize) -> [f64; 3] {
         std::array::from_fn(|axis| self.fields[self.current][axis][node].to_f64())
     }

@@ -15,18 +15,26 @@ fn add_cross<T: Real>(sum: [T; 3], p: [T; 3], q: [T; 3]) -> [T; 3] {
 /// Unit normals of nodes at `places` [m], each the sum over its triangles of normal times area; +y where a node has
 /// none.
 pub(crate) fn normals<T: Real>(places: &[[T; 3]], triangles: &[[u32; 3]]) -> Vec<[T; 3]> {
+    sums(places, triangles).into_iter().map(unit_or_up).collect()
+}
+
+/// Twice the sum over each node's triangles of normal times area [m²].
+pub(crate) fn sums<T: Real>(places: &[[T; 3]], triangles: &[[u32; 3]]) -> Vec<[T; 3]> {
     let by_node = Csr::corners(places.len(), triangles);
-    (0..places.len())
-        .map(|node| {
-            let around = by_node.row(node).iter().map(|corner| triangles[*corner as usize / 3]);
-            let sum = around.fold([T::ZERO; 3], |sum, triangle| {
-                let [a, b, c] = triangle.map(|corner| places[corner as usize]);
-                add_cross(sum, sub(b, a), sub(c, a))
-            });
-            let squared = dot(sum, sum);
-            if squared > T::TINY { scale(sum, (T::ONE / squared).sqrt()) } else { [T::ZERO, T::ONE, T::ZERO] }
+    let sum_of = |node| {
+        let around = by_node.row(node).iter().map(|corner| triangles[*corner as usize / 3]);
+        around.fold([T::ZERO; 3], |sum, triangle| {
+            let [a, b, c] = triangle.map(|corner| places[corner as usize]);
+            add_cross(sum, sub(b, a), sub(c, a))
         })
-        .collect()
+    };
+    (0..places.len()).map(sum_of).collect()
+}
+
+/// The unit vector along `sum`; +y where that has no length.
+pub(crate) fn unit_or_up<T: Real>(sum: [T; 3]) -> [T; 3] {
+    let squared = dot(sum, sum);
+    if squared > T::TINY { scale(sum, (T::ONE / squared).sqrt()) } else { [T::ZERO, T::ONE, T::ZERO] }
 }
 
 #[cfg(test)]

@@ -26,13 +26,7 @@ fn vertex_normals(
         let a = old_position[triangle_places[first]].xyz;
         let b = old_position[triangle_places[first + 1u]].xyz;
         let c = old_position[triangle_places[first + 2u]].xyz;
-        let p = b - a;
-        let q = c - a;
-        // One product after the other, as some compilers order them anyway.
-        sum = (sum + p.yzx * q.zxy) - p.zxy * q.yzx;
+        sum = add_normal(sum, a, b, c);
     }
-    let squared = dot3(sum, sum);
-    let some = squared > TINY;
-    let normal = select(vec3f(0.0, 1.0, 0.0), sum * sqrt(1.0 / select(1.0, squared, some)), some);
-    normals[node] = vec4f(normal, 0.0);
+    normals[node] = vec4f(unit_or_up(sum), 0.0);
 }

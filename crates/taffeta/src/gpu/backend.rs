@@ -1,6 +1,7 @@
 //! Memory of the GPU backend, and one frame of it.
 
 use super::collider_meshes::{ColliderMeshes, Words};
+use super::drawn::{Drawn, VertexTarget, View};
 use super::kernels::Kernels;
 use super::layout::{Collider, Four, Motion};
 use super::mirror::{Landing, Mirror};
@@ -14,16 +15,17 @@ use super::recorder::Recorder;
 use super::segment::Segment;
 use super::sums;
 use super::tables::{Tables, segments};
-use crate::assembly::Assembly;
+use crate::assembly::{Assembly, BodyAssembly};
 use crate::backend::{Backend, Device, Hand, Lost, Remembered};
 use crate::cpu::Between;
 use crate::diagnostics::{FrameSums, PairSums};
 use crate::plan;
 use crate::scene::Method;
 use crate::step::{self, Stage};
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::{Mutex, OnceLock, PoisonError};
-use taffeta_gpu::{DispatchList, Gpu, GpuError};
+use taffeta_gpu::{Buffer, DispatchList, Gpu, GpuError};
 
 /// Most sub-steps that are handed over at once, and most bytes that they are told beside their records.
 const AT_ONCE: (usize, usize) = (1024, 16 << 20);
@@ -52,6 +54,10 @@ pub struct GpuBackend {
     times: Option<Vec<(&'static str, f64)>>,
     /// Of the bodies whose normals were asked for.
     normals: Mutex<AllNormals>,
+    /// Vertices that a renderer draws, by body.
+    drawn: HashMap<usize, Drawn>,
+    /// Positions of each segment before the last frame, where something of it is drawn.
+    before: Vec<Option<Buffer<Four>>>,
 }
 
 impl From<GpuError> for Lost {
@@ -91,6 +97,7 @@ impl GpuBackend {
         assembly.release();
         let kernels = Kernels::new(gpu.clone());
         let normals = Mutex::new(AllNormals::new(gpu.clone()));
+        let before = parts.iter().map(|_| None).collect();
         let mut backend = Self {
             gpu,
             from: options.from,
@@ -105,11 +112,13 @@ impl GpuBackend {
             free,
             times: None,
             normals,
+            drawn: HashMap::new(),
+            before,
         };
         // What the driver refuses is known before the first frame.
         let substeps = plan::frame(&backend.assembly, 0.0);
         let few = &substeps[..substeps.len().min(backend.at_once())];
-        backend.record(few, &Hand::default(), true).map_err(words)?;
+        backend.record(&mut DispatchList::new(), few, &Hand::default(), true).map_err(words)?;
         backend.segments.iter_mut().for_each(|segment| segment.current = 0);
         Ok(backend)
     }
@@ -128,18 +137,18 @@ impl GpuBackend {
     /// Writes down what the sub-steps do.
     fn record(
         &mut self,
+        list: &mut DispatchList,
         substeps: &[plan::Substep<f32>],
         hand: &Hand,
         last: bool,
-    ) -> Result<DispatchList, GpuError> {
-        let mut list = DispatchList::new();
+    ) -> Result<(), GpuError> {
         let numbers: Vec<usize> = (0..substeps.len()).collect();
         for segment in &mut self.segments {
             let counts = segment.tell(&self.assembly, substeps, hand)?;
             let mut recorder = Recorder {
                 segment,
                 kernels: &mut self.kernels,
-                list: &mut list,
+                list,
                 counts,
                 from: self.from,
                 last,
@@ -150,7 +159,38 @@ impl GpuBackend {
             step::frame(&mut recorder, &numbers);
             recorder.fault?;
         }
-        Ok(list)
+        Ok(())
+    }
+
+    /// Keeps the positions of now for what is drawn after the next frame.
+    fn remember_places(&self) -> DispatchList {
+        let mut list = DispatchList::new();
+        for (segment, before) in self.segments.iter().zip(&self.before) {
+            if let Some(before) = before {
+                list.copy_buffer(&segment.state().position, before);
+            }
+        }
+        list
+    }
+
+    /// The number of the segment that a body is in; none has a body without nodes.
+    fn segment_of(&self, body: &BodyAssembly) -> Option<usize> {
+        self.segments.iter().position(|segment| segment.tables.places.contains(&body.first))
+    }
+
+    fn new_drawn(&mut self, body: usize, nodes: &[u32]) -> Result<bool, GpuError> {
+        let found = &self.assembly.bodies[body];
+        let Some(index) = self.segment_of(found) else { return Ok(false) };
+        let segment = &self.segments[index];
+        let drawn = Drawn::new(&self.gpu, &mut self.kernels, segment, found, nodes)?;
+        self.drawn.insert(body, drawn);
+        if self.before[index].is_none() {
+            self.put_back();
+            self.changed = 0..0;
+            self.before[index] = Some(self.gpu.buffer("positions before", self.segments[index].tables.len())?);
+            self.gpu.submit(&self.remember_places())?;
+        }
+        Ok(true)
     }
 
     fn run(&mut self, substeps: &[plan::Substep<f32>], hand: &Hand) -> Result<(), GpuError> {
@@ -160,10 +200,12 @@ impl GpuBackend {
         self.substeps = substeps.len();
         let wanted = self.mirror.take().is_some();
         let mut done = 0;
+        let mut before = self.remember_places();
         loop {
             let end = substeps.len().min(done + self.at_once());
             let last = end == substeps.len();
-            let mut list = self.record(&substeps[done..end], hand, last)?;
+            let mut list = std::mem::take(&mut before);
+            self.record(&mut list, &substeps[done..end], hand, last)?;
             if last && wanted {
                 self.send(&mut list)?;
             }
@@ -190,7 +232,8 @@ impl GpuBackend {
     /// Does the stages of a sub-step that are the GPU's, and measures.
     pub fn finish(&mut self, substep: &plan::Substep<f32>, hand: &Hand) -> Result<(), Lost> {
         self.substeps = 1;
-        let list = self.record(std::slice::from_ref(substep), hand, true)?;
+        let mut list = DispatchList::new();
+        self.record(&mut list, std::slice::from_ref(substep), hand, true)?;
         Ok(self.gpu.submit(&list)?)
     }
 
@@ -262,9 +305,10 @@ impl GpuBackend {
     fn read_normals(&self, body: usize) -> Result<Vec<[f32; 3]>, GpuError> {
         self.put_back();
         let found = &self.assembly.bodies[body];
-        let of_body = |segment: &&Segment| segment.tables.places.contains(&found.first);
-        // A body without nodes is in no segment, and has no normals.
-        let Some(segment) = self.segments.iter().find(of_body) else { return Ok(Vec::new()) };
+        // A body without nodes has no normals.
+        let Some(segment) = self.segment_of(found).map(|index| &self.segments[index]) else {
+            return Ok(Vec::new());
+        };
         let mut all = self.normals.lock().unwrap_or_else(PoisonError::into_inner);
         all.of(&self.gpu, segment, (body, found))?.read(&self.gpu, segment)
     }
@@ -329,6 +373,10 @@ impl Backend for GpuBackend {
 
     fn assembly(&self) -> &Assembly {
         &self.assembly
+    }
+
+    fn alter(&mut self, how: &mut dyn FnMut(&mut Assembly)) {
+        how(&mut self.assembly);
     }
 
     fn position(&self, node: usize) -> [f64; 3] {
@@ -425,6 +473,20 @@ impl Backend for GpuBackend {
 
     fn normals(&self, body: usize) -> Option<Vec<[f32; 3]>> {
         self.read_normals(body).ok()
+    }
+
+    fn make_drawn(&mut self, body: usize, nodes: &[u32]) -> Result<bool, Lost> {
+        Ok(self.new_drawn(body, nodes)?)
+    }
+
+    fn draw(&mut self, body: usize, target: &VertexTarget, view: &View) -> Result<(), Lost> {
+        let Some(index) = self.segment_of(&self.assembly.bodies[body]) else { return Ok(()) };
+        self.put_back();
+        self.changed = 0..0;
+        if let (Some(drawn), Some(before)) = (self.drawn.get_mut(&body), &self.before[index]) {
+            drawn.draw(&self.gpu, &self.segments[index], before, target, view)?;
+        }
+        Ok(())
     }
 
     fn threads(&self) -> usize {

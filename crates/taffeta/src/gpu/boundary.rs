@@ -166,6 +166,11 @@ impl Backend for Boundary {
         self.cpu.assembly()
     }
 
+    fn alter(&mut self, how: &mut dyn FnMut(&mut Assembly)) {
+        self.cpu.alter(how);
+        self.gpu.alter(how);
+    }
+
     fn position(&self, node: usize) -> [f64; 3] {
         self.cpu.position(node)
     }

@@ -100,8 +100,18 @@ const LOADS_ALONE: &str = include_str!("loads_alone.wgsl");
 const LOADS_GIVEN: &str = include_str!("loads_given.wgsl");
 
 /// Vertex normals need no more of the scene than positions.
-const NORMALS: &[&str] =
-    &[include_str!("../shared/vector.wgsl"), include_str!("../diagnostics/normals.wgsl")];
+const NORMALS: &[&str] = &[
+    include_str!("../shared/vector.wgsl"),
+    include_str!("../shared/normal.wgsl"),
+    include_str!("../diagnostics/normals.wgsl"),
+];
+
+/// Vertices of a renderer need those of two states.
+const DRAWN: &[&str] = &[
+    include_str!("../shared/vector.wgsl"),
+    include_str!("../shared/normal.wgsl"),
+    include_str!("../diagnostics/drawn.wgsl"),
+];
 
 /// What a kernel does about colliders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -138,8 +148,10 @@ impl Name {
 
     /// Its sources, one behind the other.
     pub fn sources(self) -> Vec<&'static str> {
-        if self.entry == "vertex_normals" {
-            return NORMALS.to_vec();
+        match self.entry {
+            "vertex_normals" => return NORMALS.to_vec(),
+            "draw_vertices" => return DRAWN.to_vec(),
+            _ => {}
         }
         let loads = if self.loads_given { LOADS_GIVEN } else { LOADS_ALONE };
         let contact = match self.contact {
@@ -157,11 +169,11 @@ impl Name {
 }
 
 /// The sources that kernels are made of, each put together in one way; those of the papers' kernels apart.
-pub fn families() -> [Vec<&'static str>; 6] {
+pub fn families() -> [Vec<&'static str>; 7] {
     let given = Name { loads_given: true, ..Name::new("") };
     let [later, meshes] = [Contact::Later, Contact::Meshes].map(|contact| Name { contact, ..Name::new("") });
-    [Name::new(""), given, Name::new("grid_patches"), Name::new("vertex_normals"), later, meshes]
-        .map(Name::sources)
+    let [normals, drawn] = ["vertex_normals", "draw_vertices"].map(Name::new);
+    [Name::new(""), given, Name::new("grid_patches"), normals, drawn, later, meshes].map(Name::sources)
 }
 
 /// Numbers that are fixed when a kernel is made.
@@ -197,7 +209,7 @@ impl Kernels {
             (("ROOM", f64::from(sizes.room * PATCH_NODE_BYTES / 4)), ("STEPS", f64::from(sizes.steps)));
         let turns = ("TURNS", f64::from(WALK_TURNS));
         let overrides = match name.entry {
-            "vertex_normals" => &[][..],
+            "vertex_normals" | "draw_vertices" => &[][..],
             _ if name.is_of_patches() => &[kinds, room, steps],
             _ if name.contact == Contact::Meshes && self.gpu.info().is_software() => &[kinds, turns],
             _ => &[kinds],

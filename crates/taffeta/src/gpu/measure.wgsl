@@ -14,15 +14,6 @@ const NUMBERS: u32 = 12u;
 var<workgroup> many: array<array<f32, 12>, 256>;
 var<workgroup> few: array<vec2f, 256>;
 
-/// Whether a number is infinite or none. Comparisons may be taken to be of finite numbers; bits are not.
-fn is_odd(x: f32) -> bool {
-    return (bitcast<u32>(x) & 0x7f800000u) == 0x7f800000u;
-}
-
-fn are_odd(x: vec3f) -> bool {
-    return is_odd(x.x) || is_odd(x.y) || is_odd(x.z);
-}
-
 @compute @workgroup_size(256)
 fn measure_nodes(
     @builtin(workgroup_id) id: vec3u,

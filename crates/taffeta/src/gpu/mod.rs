@@ -6,6 +6,7 @@ mod boundary;
 mod buffers;
 mod collider_meshes;
 mod cost;
+mod drawn;
 mod kernels;
 mod layout;
 #[cfg(test)]
@@ -30,5 +31,6 @@ mod touching;
 pub use backend::GpuBackend;
 pub use boundary::Boundary;
 pub use cost::GpuCost;
+pub use drawn::{VertexTarget, View};
 pub use options::{GpuKernels, GpuOptions};
 pub use paper::ConstraintProduct;

@@ -6,6 +6,8 @@ use crate::scene::{Keyframe, Rotation, ScaleKey};
 #[derive(Clone, Debug, Default)]
 pub struct Track {
     keys: Vec<Keyframe>,
+    /// Whether the program moves it, from frame to frame.
+    by_hand: bool,
 }
 
 /// Where a rigid motion has brought things: x = rotation · (x₀ − pivot) + pivot + translate.
@@ -70,7 +72,20 @@ impl Track {
             let rotate = first.rotate.map(|r| Rotation { degrees: 0.0, ..r });
             all.insert(0, Keyframe { t: 0.0, translate: [0.0; 3], rotate, pivot: first.pivot });
         }
-        Self { keys: all }
+        Self { keys: all, by_hand: false }
+    }
+
+    /// Whether keyframes say what comes after time `t` [s].
+    pub fn goes_on_after(&self, t: f64) -> bool {
+        !self.by_hand && self.keys.last().is_some_and(|last| last.t > t)
+    }
+
+    /// Goes from where it is at time `t` [s] to `to`, and stays there. Of several such wishes for one time the last counts.
+    pub fn go_to(&mut self, t: f64, to: Keyframe) {
+        let wished = self.by_hand && self.keys.len() > 1 && self.keys.last().is_some_and(|last| last.t > t);
+        let from = if wished { self.keys.first() } else { self.keys.last() };
+        let from = from.cloned().unwrap_or(Keyframe { rotate: to.rotate.map(still), ..Keyframe::default() });
+        *self = Self { keys: vec![Keyframe { t, ..from }, to], by_hand: true };
     }
 
     /// Whether nothing moves.
@@ -102,11 +117,10 @@ fn pose_of(a: &Keyframe, b: &Keyframe, s: f64) -> Pose {
 
 /// About one axis angles are mixed (so a full turn is a full turn); between axes, quaternions the short way.
 fn turn_between(a: Option<Rotation>, b: Option<Rotation>, s: f64) -> [[f64; 3]; 3] {
-    let still = |axis| Rotation { axis, degrees: 0.0 };
     let (a, b) = match (a, b) {
         (None, None) => return Pose::REST.rotation,
-        (Some(a), None) => (a, still(a.axis)),
-        (None, Some(b)) => (still(b.axis), b),
+        (Some(a), None) => (a, still(a)),
+        (None, Some(b)) => (still(b), b),
         (Some(a), Some(b)) => (a, b),
     };
     let (u, v) = (unit(a.axis), unit(b.axis));
@@ -116,6 +130,11 @@ fn turn_between(a: Option<Rotation>, b: Option<Rotation>, s: f64) -> [[f64; 3]; 
         return matrix(quaternion(v, from + s * (b.degrees - from)));
     }
     matrix(slerp(quaternion(u, a.degrees), quaternion(v, b.degrees), s))
+}
+
+/// No turn about the same axis.
+fn still(rotation: Rotation) -> Rotation {
+    Rotation { degrees: 0.0, ..rotation }
 }
 
 fn unit(a: [f64; 3]) -> [f64; 3] {
@@ -201,6 +220,18 @@ mod tests {
         let v: [f64; 3] =
             std::array::from_fn(|i| spin[i].iter().zip(x2).map(|(s, x)| s * x).sum::<f64>() + drift[i]);
         assert!(near(v, std::array::from_fn(|i| (x2[i] - x1[i]) / h)));
+    }
+
+    #[test]
+    fn what_a_program_moves_goes_straight_on_from_where_it_was() {
+        let at = |t, x| Keyframe::translate(t, [x, 0.0, 0.0]);
+        let mut track = Track::default();
+        track.go_to(1.0, at(1.5, 9.0));
+        track.go_to(1.0, at(1.5, 2.0));
+        assert_eq!([1.0, 1.25, 7.0].map(|t| track.pose(t).shift[0]), [0.0, 1.0, 2.0]);
+        track.go_to(1.5, at(2.0, 4.0));
+        assert_eq!([1.5, 1.75, 2.0].map(|t| track.pose(t).shift[0]), [2.0, 3.0, 4.0]);
+        assert!(!track.goes_on_after(1.5) && Track::new(&[at(3.0, 1.0)]).goes_on_after(1.5));
     }
 
     #[test]

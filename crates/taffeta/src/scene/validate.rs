@@ -9,7 +9,7 @@ mod path;
 #[cfg(test)]
 mod tests;
 
-use super::{Collider, ConstraintForm, Force, Keyframe, Rotation, Scene, Solver};
+use super::{Collider, ConstraintForm, Force, Keyframe, Rotation, Scene, Solver, World};
 pub(crate) use path::plain;
 use path::{Checked, Path};
 use std::collections::HashMap;
@@ -43,7 +43,7 @@ impl Scene {
     /// Checks everything that can be told without building meshes. The first thing found is the error.
     pub fn validate(&self) -> Result<(), SceneError> {
         self.check_time()?;
-        self.check_world()?;
+        self.world.check()?;
         self.check_solver()?;
         Path::of("body")
             .demand(!self.bodies.is_empty(), || "the scene has none, one or more would do".into())?;
@@ -102,13 +102,6 @@ impl Scene {
         path.key("frames").demand(self.time.frames >= 1, || "is 0, 1 or more would do".into())
     }
 
-    fn check_world(&self) -> Checked {
-        let path = Path::of("world");
-        path.key("gravity").finite(&self.world.gravity)?;
-        path.key("drag").not_negative(self.world.drag, "kg/s")?;
-        path.key("wind_force").finite(&self.world.wind_force)?;
-        self.world.air.as_ref().map_or(Ok(()), |air| air::check(&path.key("air"), air))
-    }
 
     fn check_solver(&self) -> Checked {
         let Solver { ice, acad, .. } = &self.solver;
@@ -198,6 +191,17 @@ impl Scene {
 }
 
 /// Keyframes of a pin or collider at `path`.
+impl World {
+    /// Refuses what is impossible.
+    pub(crate) fn check(&self) -> Checked {
+        let path = Path::of("world");
+        path.key("gravity").finite(&self.gravity)?;
+        path.key("drag").not_negative(self.drag, "kg/s")?;
+        path.key("wind_force").finite(&self.wind_force)?;
+        self.air.as_ref().map_or(Ok(()), |air| air::check(&path.key("air"), air))
+    }
+}
+
 fn check_motion(path: &Path, motion: &[Keyframe]) -> Checked {
     check_times(path, motion.iter().map(|key| key.t))?;
     for (i, key) in motion.iter().enumerate() {

@@ -14,3 +14,12 @@ fn cross3(a: vec3f, b: vec3f) -> vec3f {
 fn norm3(a: vec3f) -> f32 {
     return sqrt(dot3(a, a));
 }
+
+/// Whether a number is infinite or none. Comparisons may be taken to be of finite numbers; bits are not.
+fn is_odd(x: f32) -> bool {
+    return (bitcast<u32>(x) & 0x7f800000u) == 0x7f800000u;
+}
+
+fn are_odd(x: vec3f) -> bool {
+    return is_odd(x.x) || is_odd(x.y) || is_odd(x.z);
+}

@@ -139,7 +139,7 @@ impl Simulation {
             precision: self.precision,
             nodes: order.len() as u64,
             start: self.start.clone(),
-            report: self.report.clone(),
+            report: FrameReport { frame: self.frame(), ..self.report.clone() },
             held: chosen(&|node| !self.backend.is_free(node)),
             moved: chosen(&|node| self.moved.binary_search(&(node as u32)).is_ok()),
             pulls: 0,

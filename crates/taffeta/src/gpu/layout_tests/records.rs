@@ -2,7 +2,7 @@
 
 use super::{read, sources, words};
 use crate::gpu::layout::{
-    Air, Along, Chunk, CoarseEdge, Collider, Descent, Diagonal, Entry, Grid, Gusts, Hinge, Joint, LevelGroup,
+    Air, Along, Chunk, CoarseEdge, Collider, Descent, Diagonal, Drawing, Entry, Grid, Gusts, Hinge, Joint, LevelGroup,
     Link, LinkGroup, Load, Meeting, Met, Motion, NodeGroup, NodeSolve, Panel, Parents, Part, Patch, Pin,
     Progress, Row, Run, Share, SlotSpring, Small, Solve, Solving, Substep, Surface, Symmetric, Taken, Tile,
     VolumeGroup,
@@ -98,6 +98,9 @@ fn records() -> Vec<Record> {
         record!(Part { first_row, first_col, end_row, end_col }),
         record!(Patch { grid, all, inner }),
         record!(Small { first, count }),
+        record!(Drawing {
+            place_x, place_y, place_z, normal_x, normal_y, normal_z, share, first, stride, normal
+        }),
         record!(Run { start, count, k, damping }),
         record!(Entry { neighbour, rest_length }),
         record!(Hinge { corners, rest_angle, rest_steepness, k, damping }),

@@ -6,6 +6,7 @@ mod attached;
 mod bench;
 #[cfg(test)]
 mod coverage;
+mod drawn;
 mod elements;
 mod fixture;
 mod formulas;
@@ -119,6 +120,7 @@ impl Row {
 pub fn rows() -> Vec<Row> {
     [
         particles::ROWS,
+        drawn::ROWS,
         volumes::ROWS,
         solve::ROWS,
         primal::ROWS,

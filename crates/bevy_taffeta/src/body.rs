@@ -1,0 +1,168 @@
+//! Bodies: what they are, what they are made of, and what holds them.
+
+use bevy::camera::visibility::NoFrustumCulling;
+use bevy::prelude::*;
+use taffeta::scene::{
+    Body, Grid, Hinge, Mass, Mesh, Pin, Place, Select, SelfCollision, Spring, Springs, Tethers, Volume,
+    VolumeForm,
+};
+
+/// Cloth: a sheet, garment, chain or shell of this shape. It starts where its transform is.
+#[derive(Component, Clone, Debug)]
+#[require(SoftMaterial, Pins, Transform, Visibility, NoFrustumCulling)]
+pub struct Cloth(pub Mesh);
+
+impl Cloth {
+    /// A rectangle in the xz plane about the origin: `rows` of nodes along z, `cols` along x, and its size along x and z
+    /// [m]. Node `row · cols + col`, the first at −x and −z.
+    pub fn grid(rows: u32, cols: u32, size: Vec2) -> Self {
+        Self(Mesh::Grid(Grid { rows, cols, size: [f64::from(size.x), f64::from(size.y)] }))
+    }
+}
+
+/// A soft body: a closed surface of this shape. It starts where its transform is.
+#[derive(Component, Clone, Debug)]
+#[require(SoftMaterial, Pins, Transform, Visibility, NoFrustumCulling)]
+pub struct SoftBody(pub Mesh);
+
+impl SoftBody {
+    /// A ball about the origin: an icosahedron whose triangles are cut in four `subdivisions` times.
+    pub fn ball(radius: f32, subdivisions: u32) -> Self {
+        Self(Mesh::Icosphere(taffeta::scene::Icosphere { radius: radius.into(), subdivisions }))
+    }
+}
+
+/// What a body is made of.
+#[derive(Component, Clone, Debug)]
+pub struct SoftMaterial {
+    /// Its mass.
+    pub mass: Mass,
+    /// Its springs.
+    pub springs: Springs,
+    /// What keeps the volume of a soft body.
+    pub volume: Option<Volume>,
+    /// Contact of its nodes with each other and with those of other bodies that have this.
+    pub self_collision: Option<SelfCollision>,
+    /// What keeps free nodes near held ones.
+    pub tethers: Option<Tethers>,
+}
+
+impl Default for SoftMaterial {
+    /// Light and loose: nodes of ten grams, edges of 50 N/m.
+    fn default() -> Self {
+        Self::new(Mass::Node(0.01)).structural(50.0, 0.02).bend(5.0, 0.02)
+    }
+}
+
+impl SoftMaterial {
+    /// A mass without springs.
+    pub fn new(mass: Mass) -> Self {
+        Self { mass, springs: Springs::default(), volume: None, self_collision: None, tethers: None }
+    }
+
+    /// Structural springs (edges on meshes): stiffness [N/m] and damping [kg/s].
+    pub fn structural(mut self, k: f64, d: f64) -> Self {
+        self.springs.structural = Some(Spring { k, d });
+        self
+    }
+
+    /// Shear springs of a grid: stiffness [N/m] and damping [kg/s].
+    pub fn shear(mut self, k: f64, d: f64) -> Self {
+        self.springs.shear = Some(Spring { k, d });
+        self
+    }
+
+    /// Bend springs: stiffness [N/m] and damping [kg/s].
+    pub fn bend(mut self, k: f64, d: f64) -> Self {
+        self.springs.bend = Some(Spring { k, d });
+        self
+    }
+
+    /// Dihedral bending: stiffness [N·m/rad] and damping [N·m·s/rad].
+    pub fn hinge(mut self, k: f64, d: f64) -> Self {
+        self.springs.hinge = Some(Hinge { k, d });
+        self
+    }
+
+    /// Keeps the volume of a soft body at that of rest.
+    pub fn keep_volume(self, form: VolumeForm) -> Self {
+        self.volume(Volume { form, ..Volume::default() })
+    }
+
+    /// Keeps the volume of a soft body, or its pressure.
+    pub fn volume(mut self, volume: Volume) -> Self {
+        self.volume = Some(volume);
+        self
+    }
+
+    /// Lets nodes touch each other, and those of other bodies that do so, at a distance of `thickness` [m].
+    pub fn collide(mut self, thickness: f64) -> Self {
+        self.self_collision = Some(SelfCollision { thickness, ..SelfCollision::default() });
+        self
+    }
+}
+
+/// The nodes of a body that are held.
+#[derive(Component, Clone, Debug, Default)]
+pub struct Pins(pub Vec<Pinned>);
+
+/// Nodes that are held: by a pin of the scene format, and by an entity where there is one.
+#[derive(Clone, Debug)]
+pub struct Pinned {
+    /// Which nodes, and how they move by themselves.
+    pub pin: Pin,
+    /// The entity whose transform carries them, from where they start.
+    pub by: Option<Entity>,
+}
+
+impl Pins {
+    /// Nodes that stay where they start.
+    pub fn hold(select: Select) -> Self {
+        Self::default().and_hold(select)
+    }
+
+    /// Nodes that an entity carries.
+    pub fn carry(select: Select, by: Entity) -> Self {
+        Self::default().and_carry(select, by)
+    }
+
+    /// More nodes that stay where they start.
+    pub fn and_hold(mut self, select: Select) -> Self {
+        self.0.push(Pinned { pin: Pin { select, ..Pin::default() }, by: None });
+        self
+    }
+
+    /// More nodes that an entity carries.
+    pub fn and_carry(mut self, select: Select, by: Entity) -> Self {
+        self.0.push(Pinned { pin: Pin { select, ..Pin::default() }, by: Some(by) });
+        self
+    }
+}
+
+/// Where a body starts in the coordinates of its transform, as a scene file has it, in 64 bits.
+#[derive(Component, Clone, Debug, Default)]
+pub struct BodyPlace(pub Place);
+
+impl SoftMaterial {
+    /// What a body of a scene is made of; `None` where its mass is not given in one way.
+    pub fn of(body: &Body) -> Option<Self> {
+        Some(Self {
+            mass: body.mass_given()?,
+            springs: body.springs.clone(),
+            volume: body.volume.clone(),
+            self_collision: body.self_collision,
+            tethers: body.tethers,
+        })
+    }
+
+    /// Puts it into a body of a scene.
+    pub(crate) fn put(&self, body: Body) -> Body {
+        Body {
+            springs: self.springs.clone(),
+            volume: self.volume.clone(),
+            self_collision: self.self_collision,
+            tethers: self.tethers,
+            ..body.with_mass(self.mass)
+        }
+    }
+}

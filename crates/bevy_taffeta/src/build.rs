@@ -1,0 +1,316 @@
+//! Entities become a simulation, and their changes are taken up.
+
+use crate::body::{BodyPlace, Cloth, Pins, SoftBody, SoftMaterial};
+use crate::collider::SoftCollider;
+use crate::device::Device;
+use crate::drawn::{BodyMesh, all_places, drawn_of, mesh_of, view_into, viewed};
+use crate::pose::{Rigid, place_in_world};
+use crate::running::{Carried, Running, RunningBody, RunningCollider};
+use crate::scene::FromScene;
+use crate::step::Refused;
+use crate::world::{DefaultWorld, DeviceChoice, DrawMethod, Environment, RunOn, SoftWorld};
+use bevy::ecs::query::QueryData;
+use bevy::platform::collections::{HashMap, HashSet};
+use bevy::prelude::*;
+use taffeta::scene::{self, Body, Place, Scene, SceneError};
+use taffeta::taffeta_gpu::Gpu;
+use taffeta::{Options, Simulation};
+
+/// What makes an entity a body.
+#[derive(QueryData)]
+pub struct BodyData {
+    entity: Entity,
+    cloth: Option<Ref<'static, Cloth>>,
+    soft: Option<Ref<'static, SoftBody>>,
+    material: Ref<'static, SoftMaterial>,
+    pins: Ref<'static, Pins>,
+    place: Option<&'static BodyPlace>,
+    name: Option<&'static Name>,
+    from: Option<&'static FromScene>,
+    transform: &'static GlobalTransform,
+}
+
+/// What makes an entity a collider.
+#[derive(QueryData)]
+pub struct ColliderData {
+    entity: Entity,
+    collider: Ref<'static, SoftCollider>,
+    name: Option<&'static Name>,
+    from: Option<&'static FromScene>,
+    transform: &'static GlobalTransform,
+}
+
+/// A world and what it has so far.
+#[derive(QueryData)]
+#[query_data(mutable)]
+pub struct WorldData {
+    entity: Entity,
+    world: Ref<'static, SoftWorld>,
+    environment: Ref<'static, Environment>,
+    on: Ref<'static, RunOn>,
+    running: Option<&'static mut Running>,
+}
+
+type Bodies<'w, 's> = Query<'w, 's, BodyData, Or<(With<Cloth>, With<SoftBody>)>>;
+type Colliders<'w, 's> = Query<'w, 's, ColliderData>;
+
+/// The bodies and colliders of a world, in order.
+#[derive(Default)]
+struct Members {
+    bodies: Vec<Entity>,
+    colliders: Vec<Entity>,
+}
+
+/// Builds the simulations of worlds that have changed.
+pub fn build(
+    mut commands: Commands,
+    mut worlds: Query<WorldData>,
+    default_world: Query<Entity, With<DefaultWorld>>,
+    parents: Query<&ChildOf>,
+    (bodies, colliders): (Bodies, Colliders),
+    transforms: Query<&'static GlobalTransform>,
+    mut meshes: Option<ResMut<Assets<Mesh>>>,
+    mut device: Device,
+    mut refused: (Local<HashSet<Entity>>, MessageWriter<Refused>),
+) {
+    let all: HashSet<Entity> = worlds.iter().map(|world| world.entity).collect();
+    let world_of = |entity: Entity| {
+        let mut above = std::iter::once(entity).chain(parents.iter_ancestors(entity));
+        above.find(|one| all.contains(one)).or_else(|| default_world.iter().next())
+    };
+    let mut members = members(&bodies, &colliders, world_of);
+    for mut world in &mut worlds {
+        let members = members.remove(&world.entity).unwrap_or_default();
+        let changed = world.world.is_changed() || world.on.is_changed() || members.changed(&bodies, &colliders);
+        let stopped = refused.0.contains(&world.entity) && !changed;
+        if members.bodies.is_empty() {
+            if world.running.is_some() {
+                commands.entity(world.entity).remove::<Running>();
+            }
+            continue;
+        }
+        let stale = world.running.as_ref().is_none_or(|running| !members.are_those_of(running));
+        let world_changed = world.environment.is_changed();
+        let blows = |running: &mut Mut<Running>| running.simulation.set_world(&world.environment).is_err();
+        let air = world_changed && world.running.as_mut().is_some_and(blows);
+        if stopped && !world_changed || !(stale || changed || air) {
+            continue;
+        }
+        let plan = Plan { world: &world, members: &members, bodies: &bodies, colliders: &colliders, transforms: &transforms };
+        match plan.run(&mut device, meshes.as_deref_mut()) {
+            Ok(running) => {
+                refused.0.remove(&world.entity);
+                for body in &running.bodies {
+                    commands.entity(body.entity).insert(Mesh3d(body.mesh.handle.clone()));
+                }
+                commands.entity(world.entity).insert(running);
+            }
+            Err(error) => {
+                error!("taffeta: {error}");
+                refused.0.insert(world.entity);
+                refused.1.write(Refused { world: world.entity, error });
+            }
+        }
+    }
+}
+
+/// Those of each world: in the order of their scene, then of their spawning.
+fn members(
+    bodies: &Bodies,
+    colliders: &Colliders,
+    world_of: impl Fn(Entity) -> Option<Entity>,
+) -> HashMap<Entity, Members> {
+    let mut found: HashMap<Entity, Members> = HashMap::default();
+    let rank = |from: Option<&FromScene>, entity| (from.map_or(usize::MAX, |from| from.0), entity);
+    let mut ranked: Vec<_> = bodies.iter().map(|body| rank(body.from, body.entity)).collect();
+    ranked.sort_unstable();
+    for (_, entity) in ranked {
+        if let Some(world) = world_of(entity) {
+            found.entry(world).or_default().bodies.push(entity);
+        }
+    }
+    let mut ranked: Vec<_> = colliders.iter().map(|one| rank(one.from, one.entity)).collect();
+    ranked.sort_unstable();
+    for (_, entity) in ranked {
+        if let Some(world) = world_of(entity) {
+            found.entry(world).or_default().colliders.push(entity);
+        }
+    }
+    found
+}
+
+impl Members {
+    fn changed(&self, bodies: &Bodies, colliders: &Colliders) -> bool {
+        let body = |body: BodyDataItem| {
+            body.cloth.is_some_and(|cloth| cloth.is_changed())
+                || body.soft.is_some_and(|soft| soft.is_changed())
+                || body.material.is_changed()
+                || body.pins.is_changed()
+        };
+        bodies.iter_many(&self.bodies).any(body)
+            || colliders.iter_many(&self.colliders).any(|one| one.collider.is_changed())
+    }
+
+    fn are_those_of(&self, running: &Running) -> bool {
+        running.bodies.iter().map(|body| body.entity).eq(self.bodies.iter().copied())
+            && running.colliders.iter().map(|one| one.entity).eq(self.colliders.iter().copied())
+    }
+}
+
+/// A simulation that is to be built.
+struct Plan<'a, 'w, 's> {
+    world: &'a WorldDataItem<'w, 's>,
+    members: &'a Members,
+    bodies: &'a Bodies<'w, 's>,
+    colliders: &'a Colliders<'w, 's>,
+    transforms: &'a Query<'w, 's, &'static GlobalTransform>,
+}
+
+impl Plan<'_, '_, '_> {
+    fn run(&self, device: &mut Device, meshes: Option<&mut Assets<Mesh>>) -> Result<Running, SceneError> {
+        let old = self.world.running.as_deref();
+        let mut bodies = Vec::new();
+        let SoftWorld { time, solver, forces, seams } = &*self.world.world;
+        let mut scene = Scene {
+            time: time.clone(),
+            world: self.world.environment.0.clone(),
+            solver: solver.clone(),
+            forces: forces.clone(),
+            seams: seams.clone(),
+            ..Scene::default()
+        };
+        for body in self.bodies.iter_many(&self.members.bodies) {
+            let (described, running) = self.describe(&body, old);
+            scene.bodies.push(described);
+            bodies.push(running);
+        }
+        rename(scene.bodies.iter_mut().zip(&self.members.bodies).map(|(body, entity)| (&mut body.name, *entity)));
+        let mut colliders = Vec::new();
+        for one in self.colliders.iter_many(&self.members.colliders) {
+            let mut collider = one.collider.0.clone();
+            collider.place = place_in_world(one.transform, &collider.place);
+            if let Some(name) = one.name {
+                collider.name = name.to_string();
+            }
+            let keyed = !collider.motion.is_empty();
+            let start = Rigid::of(one.transform);
+            scene.colliders.push(collider);
+            colliders.push(RunningCollider { entity: one.entity, start, last: start, keyed });
+        }
+        let mut simulation = self.simulation(&scene, device)?;
+        if let Some(old) = old {
+            simulation.take_over(&old.simulation);
+        }
+        for warning in simulation.warnings().iter().filter(|_| old.is_none()) {
+            warn!("taffeta: {warning}");
+        }
+        let mut running = Running {
+            shared: simulation.backend() == "gpu" && self.world.on.draw == DrawMethod::Shared && meshes.is_some(),
+            copied: [all_places(&simulation), all_places(&simulation)],
+            simulation,
+            bodies,
+            colliders,
+            left: old.map_or(0.0, |old| old.left),
+            share: 1.0,
+            unreported: 0,
+            halted: false,
+        };
+        running.make_meshes(&scene, old, meshes)?;
+        Ok(running)
+    }
+
+    /// A body as the engine takes it, and what is known of it besides.
+    fn describe(&self, body: &BodyDataItem, old: Option<&Running>) -> (Body, RunningBody) {
+        let before = old.and_then(|old| old.bodies.iter().find(|one| one.entity == body.entity));
+        let start = before.map_or(*body.transform, |before| before.start);
+        let described = match (&body.cloth, &body.soft) {
+            (Some(cloth), _) => Body::cloth("", cloth.0.clone()),
+            (None, Some(soft)) => Body::soft("", soft.0.clone()),
+            (None, None) => Body::cloth("", scene::Mesh::chain(2, 1.0)),
+        };
+        let mut described = body.material.put(described);
+        described.name = body.name.map_or_else(|| format!("body {}", body.entity), Name::to_string);
+        described.place = place_in_world(&start, &body.place.map_or_else(Place::default, |place| place.0.clone()));
+        let mut carried = Vec::new();
+        for (index, pinned) in body.pins.0.iter().enumerate() {
+            let mut pin = pinned.pin.clone();
+            let by = pinned.by.and_then(|by| Some((by, Rigid::of(self.transforms.get(by).ok()?))));
+            if let Some((by, now)) = by {
+                let same = |one: &&Carried| one.pin == index && one.by == by;
+                let start = before.and_then(|before| before.carried.iter().find(same)).map_or(now, |one| one.start);
+                pin.motion = vec![now.since(&start).keyframe()];
+                carried.push(Carried { pin: index, by, start, last: now });
+            }
+            described.pins.push(pin);
+        }
+        let view = view_into(body.transform, 1.0);
+        let mesh = BodyMesh::default();
+        (described, RunningBody { entity: body.entity, start, mesh, first_vertex: 0, view, carried })
+    }
+
+    /// On the device that is asked for.
+    fn simulation(&self, scene: &Scene, device: &mut Device) -> Result<Simulation, SceneError> {
+        let RunOn { device: choice, threads, .. } = *self.world.on;
+        let cpu = Options { threads, ..Options::default() };
+        let on = |gpu: Gpu| Simulation::new(scene, &Options { gpu: Some(gpu.into()), ..Options::default() });
+        match (choice, device.gpu()) {
+            (DeviceChoice::Gpu, None) => {
+                Err(SceneError::new("", "is to run on a GPU, and Bevy has opened none; RunOn::device Auto or Cpu would do"))
+            }
+            (DeviceChoice::Gpu, Some(gpu)) => on(gpu),
+            (DeviceChoice::Auto, Some(gpu)) if !gpu.info().is_software() => on(gpu).or_else(|error| {
+                let simulation = Simulation::new(scene, &cpu)?;
+                warn!("taffeta: the CPU simulates, for {error}");
+                Ok(simulation)
+            }),
+            _ => Simulation::new(scene, &cpu),
+        }
+    }
+}
+
+/// Gives bodies of one name names of their own.
+fn rename<'a>(names: impl Iterator<Item = (&'a mut String, Entity)>) {
+    let mut seen = HashSet::new();
+    for (name, entity) in names {
+        if !seen.insert(name.clone()) {
+            *name = format!("{name} {entity}");
+            seen.insert(name.clone());
+        }
+    }
+}
+
+impl Running {
+    /// Gives each body a mesh, the one that it had where that still fits.
+    fn make_meshes(
+        &mut self,
+        scene: &Scene,
+        old: Option<&Running>,
+        mut meshes: Option<&mut Assets<Mesh>>,
+    ) -> Result<(), SceneError> {
+        let lost = |error: taffeta::StepError| SceneError::new("", error.to_string());
+        let mut first = 0;
+        for (index, body) in self.bodies.iter_mut().enumerate() {
+            let drawn = drawn_of(&self.simulation.surface(index), &scene.bodies[index].mesh);
+            body.first_vertex = first;
+            first += self.simulation.bodies()[index].vertices;
+            if self.shared {
+                self.simulation.make_drawn(index, &drawn.nodes).map_err(lost)?;
+            }
+            let before = old.filter(|old| old.shared == self.shared);
+            let before = before.and_then(|old| old.bodies.iter().find(|one| one.entity == body.entity));
+            body.mesh = match before.filter(|before| before.mesh.drawn == drawn) {
+                Some(before) => before.mesh.clone(),
+                None => {
+                    let place = |vertex: usize| self.copied[1][body.first_vertex + vertex];
+                    let (places, normals) = viewed(&drawn, &body.view, place);
+                    let mesh = mesh_of(&drawn, places, normals, self.shared);
+                    BodyMesh { handle: meshes.as_mut().map(|all| all.add(mesh)).unwrap_or_default(), drawn }
+                }
+            };
+        }
+        if self.shared {
+            self.copied = [Vec::new(), Vec::new()];
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,106 @@
+//! Cloth and soft bodies for Bevy, simulated by taffeta. On a GPU they are simulated on Bevy's own device, and what is drawn
+//! is written there by a compute shader: the mesh never leaves it.
+//!
+//! ```no_run
+//! use bevy::prelude::*;
+//! use bevy_taffeta::prelude::*;
+//!
+//! fn main() {
+//!     App::new().add_plugins((DefaultPlugins, TaffetaPlugin)).add_systems(Startup, flag).run();
+//! }
+//!
+//! fn flag(mut commands: Commands, mut materials: ResMut<Assets<StandardMaterial>>) {
+//!     commands.spawn((
+//!         Cloth::grid(20, 30, Vec2::new(1.5, 1.0)),
+//!         SoftMaterial::new(Mass::Node(0.01)).structural(50.0, 0.02).shear(20.0, 0.02).bend(5.0, 0.02),
+//!         Pins::hold(Select::nodes([0, 29])),
+//!         MeshMaterial3d(materials.add(StandardMaterial { double_sided: true, cull_mode: None, ..default() })),
+//!     ));
+//!     commands.spawn((SoftCollider::sphere(0.3), Transform::from_xyz(0.0, -0.5, 0.0)));
+//! }
+//! ```
+//!
+//! Bodies and colliders under an entity with a [`SoftWorld`] are one simulation and can touch each other; all others belong
+//! to the one that the plugin spawns ([`DefaultWorld`]). A world has its own gravity and air ([`Environment`]), pause and
+//! speed ([`Playback`]) and device ([`RunOn`]). Bodies start where their transform is and move in the world from then on;
+//! colliders, and pins that are carried by an entity, follow its transform.
+//!
+//! A component that changes is taken up while the world runs: gravity and wind at once, all else by building the simulation
+//! anew and going on from where bodies are. An entity that is despawned, or spawned, leaves or joins it likewise. Removing
+//! [`Running`] starts a world again.
+//!
+//! A world takes steps of [`SoftWorld::time`], whatever Bevy's frames last, and bodies are drawn between the last two.
+//! `Time<Virtual>` pauses and slows all worlds together. What goes wrong is told by the messages [`Diverged`] and
+//! [`Refused`], in the engine's words.
+
+mod body;
+mod build;
+mod collider;
+mod copied;
+mod device;
+mod drawn;
+mod pose;
+mod running;
+mod scene;
+mod shared;
+mod step;
+mod world;
+
+pub use body::{BodyPlace, Cloth, Pinned, Pins, SoftBody, SoftMaterial};
+pub use collider::{SoftCollider, collider_mesh};
+pub use device::SharedGpu;
+pub use running::Running;
+pub use scene::{FromScene, SceneLoadError, SceneLoader, SceneMaterials, SoftScene, SoftSceneRoot, spawn_scene};
+pub use step::{Diverged, Refused};
+pub use taffeta;
+pub use taffeta_io;
+pub use world::{DefaultWorld, DeviceChoice, DrawMethod, Environment, Playback, RunOn, SoftWorld};
+
+use bevy::prelude::*;
+
+/// What most programs need.
+pub mod prelude {
+    pub use crate::{
+        Cloth, Diverged, Environment, Pins, Playback, Refused, RunOn, SoftBody, SoftCollider, SoftMaterial, SoftScene,
+        SoftSceneRoot, SoftWorld, TaffetaPlugin, TaffetaSystems,
+    };
+    pub use taffeta::scene::{Air, Mass, Select, Volume, VolumeForm};
+}
+
+/// Cloth and soft bodies. Needs Bevy's assets, meshes and transforms; without its renderer bodies run on the CPU.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TaffetaPlugin;
+
+/// What the plugin does in each frame, in this order: scenes are spawned in [`PreUpdate`], all else follows the
+/// propagation of transforms in [`PostUpdate`].
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TaffetaSystems {
+    /// Scenes that were loaded become entities.
+    Spawn,
+    /// What was spawned, changed or despawned is taken up.
+    Build,
+    /// Colliders and pins are moved, and steps taken. Before it, forces may be applied by [`Running::simulation_mut`].
+    Step,
+    /// Bodies are drawn as they are now; on a shared device that happens when Bevy extracts what it renders.
+    Draw,
+}
+
+impl Plugin for TaffetaPlugin {
+    fn build(&self, app: &mut App) {
+        use TaffetaSystems::{Build, Draw, Spawn, Step};
+        app.init_asset::<SoftScene>()
+            .add_message::<Diverged>()
+            .add_message::<Refused>()
+            .configure_sets(PostUpdate, (Build, Step, Draw).chain().after(TransformSystems::Propagate))
+            .add_systems(PreUpdate, scene::spawn_loaded.in_set(Spawn))
+            .add_systems(PostUpdate, build::build.in_set(Build))
+            .add_systems(PostUpdate, (step::step, step::show_colliders).chain().in_set(Step))
+            .add_systems(PostUpdate, (drawn::aim, copied::draw).chain().in_set(Draw));
+        app.register_asset_loader(SceneLoader::of(app));
+        app.world_mut().spawn((Name::new("soft world"), DefaultWorld, SoftWorld::default()));
+    }
+
+    fn finish(&self, app: &mut App) {
+        shared::share_device(app);
+    }
+}

@@ -1,0 +1,146 @@
+//! Time goes by: colliders and pins are moved, steps are taken, and what goes wrong is told.
+
+use crate::pose::Rigid;
+use crate::running::Running;
+use crate::world::{Playback, RunOn};
+use bevy::prelude::*;
+use taffeta::StepError;
+use taffeta::scene::SceneError;
+
+/// A world cannot go on, for a body has diverged or the device is lost. What was drawn last stays. To start again, remove
+/// [`Running`].
+#[derive(Message, Clone, Debug)]
+pub struct Diverged {
+    /// The world.
+    pub world: Entity,
+    /// The body that the error names.
+    pub body: Option<Entity>,
+    /// What was seen, the likely cause, and what to change.
+    pub error: StepError,
+}
+
+/// A world cannot be simulated as it is. If it ran before, it runs on as it was.
+#[derive(Message, Clone, Debug)]
+pub struct Refused {
+    /// The world.
+    pub world: Entity,
+    /// What cannot be, by its place in the scene that the entities make up, and what would do.
+    pub error: SceneError,
+}
+
+/// A clock may be as much early, as a share of a frame: durations are rounded.
+const EARLY: f64 = 1e-3;
+
+/// Takes as many frames as time has gone by.
+pub fn step(
+    time: Res<Time>,
+    mut worlds: Query<(Entity, &mut Playback, &RunOn, &mut Running)>,
+    transforms: Query<&GlobalTransform>,
+    mut diverged: MessageWriter<Diverged>,
+) {
+    for (world, mut playback, on, mut running) in &mut worlds {
+        if running.halted {
+            continue;
+        }
+        let frames = running.due(&mut playback, time.delta_secs_f64());
+        if let Err(error) = running.take(frames, on, &transforms) {
+            error!("taffeta: {error}");
+            running.halted = true;
+            let body = running.named_in(&error);
+            diverged.write(Diverged { world, body, error });
+        }
+    }
+}
+
+impl Running {
+    /// The number of frames that are due after `seconds` of Bevy's clock.
+    fn due(&mut self, playback: &mut Playback, seconds: f64) -> u32 {
+        if playback.paused {
+            let frames = playback.single_frames.min(playback.most_frames.max(1));
+            if frames > 0 {
+                playback.single_frames -= frames;
+                // A single frame is to be seen whole.
+                (self.left, self.share) = (0.0, 1.0);
+            }
+            return frames;
+        }
+        let dt = self.simulation.dt();
+        self.left += seconds * playback.speed.max(0.0);
+        let due = (self.left / dt + EARLY).floor();
+        let frames = due.min(f64::from(playback.most_frames));
+        self.left = if frames < due { 0.0 } else { self.left - due * dt };
+        self.share = (self.left / dt).clamp(0.0, 1.0) as f32;
+        frames as u32
+    }
+
+    /// Takes some frames, through which colliders and pins go evenly to where their entities are.
+    fn take(&mut self, frames: u32, on: &RunOn, transforms: &Query<&GlobalTransform>) -> Result<(), StepError> {
+        for frame in 0..frames {
+            self.follow(1.0 / f64::from(frames - frame), transforms);
+            self.simulation.launch(1)?;
+            self.unreported += 1;
+            if !self.shared || self.unreported >= on.report_every {
+                self.simulation.collect()?;
+                self.unreported = 0;
+            }
+            if !self.shared && frame + 2 >= frames {
+                self.simulation.fetch()?;
+                self.copied.swap(0, 1);
+                self.simulation.positions_f32(&mut self.copied[1]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends colliders and pins a share of the way that is left to their entities.
+    fn follow(&mut self, share: f64, transforms: &Query<&GlobalTransform>) {
+        let refused = |error: SceneError| warn_once!("taffeta: {error}");
+        for (index, one) in self.colliders.iter_mut().enumerate().filter(|(_, one)| !one.keyed) {
+            let Ok(now) = transforms.get(one.entity).map(Rigid::of) else { continue };
+            if now != one.last {
+                one.last = if share < 1.0 { one.last.toward(&now, share) } else { now };
+                let pose = one.last.since(&one.start).pose();
+                self.simulation.move_collider(index, pose).unwrap_or_else(refused);
+            }
+        }
+        for (body, running) in self.bodies.iter_mut().enumerate() {
+            for one in &mut running.carried {
+                let Ok(now) = transforms.get(one.by).map(Rigid::of) else { continue };
+                if now != one.last {
+                    one.last = if share < 1.0 { one.last.toward(&now, share) } else { now };
+                    let pose = one.last.since(&one.start).pose();
+                    self.simulation.move_pins(body, one.pin, pose).unwrap_or_else(refused);
+                }
+            }
+        }
+    }
+
+    /// The body that an error names.
+    fn named_in(&self, error: &StepError) -> Option<Entity> {
+        let StepError::Diverged(diverged) = error else { return None };
+        let index = self.simulation.bodies().iter().position(|body| body.name == diverged.body)?;
+        Some(self.bodies[index].entity)
+    }
+}
+
+/// Brings the entities of colliders that the scene moves to where these are drawn now.
+pub fn show_colliders(
+    worlds: Query<&Running>,
+    mut transforms: Query<(&mut Transform, &mut GlobalTransform, Option<&ChildOf>)>,
+) {
+    for running in &worlds {
+        for (index, one) in running.colliders.iter().enumerate().filter(|(_, one)| one.keyed) {
+            let pose = running.simulation.collider_pose(index, f64::from(running.share));
+            let Some(pose) = pose.map(Rigid::from_rows) else { continue };
+            let parent = transforms.get(one.entity).ok().and_then(|(.., parent)| parent.map(ChildOf::parent));
+            let parent = parent.and_then(|parent| transforms.get(parent).ok().map(|(_, global, _)| *global));
+            let Ok((mut local, mut global, _)) = transforms.get_mut(one.entity) else { continue };
+            let moved = pose.after(&one.start).transform(global.to_scale_rotation_translation().0);
+            let now = GlobalTransform::from(moved);
+            if *global != now {
+                *global = now;
+                *local = parent.map_or(moved, |parent| now.reparented_to(&parent));
+            }
+        }
+    }
+}

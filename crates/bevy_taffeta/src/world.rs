@@ -1,0 +1,98 @@
+//! A simulation's settings: what acts in it, how it is solved, when it runs and on what.
+
+use bevy::prelude::*;
+use taffeta::scene::{Force, Seam, Solver, Time};
+
+/// A simulation of its own: the bodies and colliders below this entity. How long its steps are and how they are solved.
+#[derive(Component, Clone, Debug)]
+#[require(Environment, Playback, RunOn, Transform, Visibility)]
+pub struct SoftWorld {
+    /// Steps: `dt` [s] is a frame of the simulation, in sub-steps of at most `max_step` [s].
+    pub time: Time,
+    /// How springs are solved.
+    pub solver: Solver,
+    /// Point loads and torques, on bodies by name.
+    pub forces: Vec<Force>,
+    /// Nodes sewn to nodes, of bodies by name.
+    pub seams: Vec<Seam>,
+}
+
+impl Default for SoftWorld {
+    /// Sixty frames a second, in sub-steps of a millisecond.
+    fn default() -> Self {
+        let time = Time { max_step: Some(1e-3), ..Time::default() };
+        Self { time, solver: Solver::default(), forces: Vec::new(), seams: Vec::new() }
+    }
+}
+
+/// The world of all bodies and colliders that are below no other.
+#[derive(Component, Clone, Copy, Debug)]
+pub struct DefaultWorld;
+
+/// Gravity, drag, wind and air of a [`SoftWorld`].
+#[derive(Component, Clone, Debug, Default, Deref, DerefMut)]
+pub struct Environment(pub taffeta::scene::World);
+
+/// When a [`SoftWorld`] runs.
+#[derive(Component, Clone, Copy, Debug, PartialEq)]
+pub struct Playback {
+    /// Whether time stands still.
+    pub paused: bool,
+    /// Seconds that go by in it for each of Bevy's; less than 1 is slow motion.
+    pub speed: f64,
+    /// Frames that are still to be taken though it is paused; counts down.
+    pub single_frames: u32,
+    /// Most frames that are taken at once. What Bevy's clock asks for beyond is left out: the world is then slower than
+    /// the clock.
+    pub most_frames: u32,
+}
+
+impl Default for Playback {
+    fn default() -> Self {
+        Self { paused: false, speed: 1.0, single_frames: 0, most_frames: 4 }
+    }
+}
+
+/// What a [`SoftWorld`] computes on, and how its bodies come to be drawn.
+#[derive(Component, Clone, Copy, Debug, PartialEq)]
+pub struct RunOn {
+    /// The device.
+    pub device: DeviceChoice,
+    /// The way to the screen.
+    pub draw: DrawMethod,
+    /// Threads on the CPU; `None`: as many as gain something.
+    pub threads: Option<usize>,
+    /// Frames from one report to the next where the device is shared. A report is read back, and the program waits for it;
+    /// what is not finite is never drawn, whenever it is reported.
+    pub report_every: u32,
+}
+
+impl Default for RunOn {
+    /// A report every 120 frames: two seconds at sixty frames a second.
+    fn default() -> Self {
+        Self { device: DeviceChoice::default(), draw: DrawMethod::default(), threads: None, report_every: 120 }
+    }
+}
+
+/// What to compute on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// Bevy's GPU where it is hardware and the scene fits it, else the CPU.
+    #[default]
+    Auto,
+    /// The CPU.
+    Cpu,
+    /// Bevy's GPU, in software too.
+    Gpu,
+}
+
+/// How bodies come to be drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum DrawMethod {
+    /// Where the simulation runs on Bevy's GPU, a compute shader writes places and normals to the buffer that Bevy draws.
+    /// From the CPU they are copied.
+    #[default]
+    Shared,
+    /// The mesh asset is changed in every frame.
+    Copied,
+}

@@ -1,0 +1,264 @@
+//! Bodies and colliders that come, go, move and change while their world runs.
+
+mod common;
+
+use bevy::prelude::*;
+use bevy_taffeta::prelude::*;
+use bevy_taffeta::taffeta::scene::{Keyframe, World};
+use bevy_taffeta::{Running, SceneMaterials, taffeta, taffeta_io};
+use common::{FRAME, plain, positions, ready, run, running, set, sheet};
+use std::path::Path;
+
+/// An app with a sheet, and that.
+fn with_sheet() -> (App, Entity) {
+    let mut app = plain();
+    app.add_plugins(TaffetaPlugin);
+    let sheet = app.world_mut().spawn(sheet()).id();
+    ready(&mut app);
+    (app, sheet)
+}
+
+fn messages<M: Message>(app: &App) -> Vec<&M> {
+    app.world().resource::<Messages<M>>().iter_current_update_messages().collect()
+}
+
+#[test]
+fn a_sheet_hangs_in_its_corners_and_starts_where_its_transform_is() {
+    let mut app = plain();
+    app.add_plugins(TaffetaPlugin);
+    let turn = Quat::from_rotation_x(0.5);
+    let at = Transform { translation: Vec3::new(1.0, 2.0, 3.0), rotation: turn, scale: Vec3::splat(2.0) };
+    let entity = app.world_mut().spawn((sheet(), at)).id();
+    ready(&mut app);
+    let start = positions(&mut app);
+    assert!(start[0].abs_diff_eq(at.transform_point(Vec3::new(-0.3, 0.0, -0.25)), 1e-6));
+    run(&mut app, 30);
+    let now = positions(&mut app);
+    assert_eq!((now[0], now[6]), (start[0], start[6]));
+    assert!(now[38].y < start[38].y - 0.3);
+    // The mesh is drawn in the entity's own coordinates, its last frame half a frame ago or less.
+    let mesh = app.world().get::<Mesh3d>(entity).expect("a mesh").0.clone();
+    let mesh = app.world().resource::<Assets<Mesh>>().get(&mesh).expect("an asset");
+    let places = mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|places| places.as_float3()).expect("places");
+    assert!(at.transform_point(places[0].into()).abs_diff_eq(start[0], 1e-5));
+    assert!(at.transform_point(places[38].into()).abs_diff_eq(now[38], 0.05));
+}
+
+#[test]
+fn a_world_stands_still_goes_slowly_and_goes_by_single_frames() {
+    let (mut app, _) = with_sheet();
+    run(&mut app, 10);
+    assert_eq!(running(&mut app).simulation().frame(), 10);
+    set(&mut app, Playback { paused: true, single_frames: 3, ..default() });
+    run(&mut app, 10);
+    assert_eq!(running(&mut app).simulation().frame(), 13);
+    set(&mut app, Playback { speed: 0.25, ..default() });
+    run(&mut app, 40);
+    assert_eq!(running(&mut app).simulation().frame(), 23);
+    app.world_mut().resource_mut::<Time<Virtual>>().pause();
+    run(&mut app, 5);
+    assert_eq!(running(&mut app).simulation().frame(), 23);
+}
+
+#[test]
+fn a_slow_program_takes_several_frames_at_once_but_no_more_than_it_may() {
+    let (mut app, _) = with_sheet();
+    app.insert_resource(bevy::time::TimeUpdateStrategy::ManualDuration(std::time::Duration::from_secs_f64(2.5 * FRAME)));
+    run(&mut app, 2);
+    assert_eq!(running(&mut app).simulation().frame(), 5);
+    set(&mut app, Playback { speed: 100.0, ..default() });
+    run(&mut app, 1);
+    assert_eq!(running(&mut app).simulation().frame(), 9);
+}
+
+#[test]
+fn a_body_that_comes_or_goes_does_not_disturb_the_others() {
+    let (mut alone, _) = with_sheet();
+    let (mut app, _) = with_sheet();
+    run(&mut alone, 5);
+    run(&mut app, 5);
+    let other = app.world_mut().spawn((sheet(), Transform::from_xyz(3.0, 0.0, 0.0))).id();
+    run(&mut alone, 5);
+    run(&mut app, 5);
+    let (both, one) = (positions(&mut app), positions(&mut alone));
+    assert_eq!((both.len(), &both[..42]), (84, &one[..]));
+    assert!(both[84 - 1].y < -0.03);
+    app.world_mut().despawn(other);
+    run(&mut alone, 5);
+    run(&mut app, 5);
+    assert_eq!(positions(&mut app), positions(&mut alone));
+    assert_eq!(running(&mut app).simulation().frame(), 15);
+}
+
+#[test]
+fn the_last_body_takes_the_simulation_with_it_and_a_new_one_starts_at_once() {
+    let (mut app, entity) = with_sheet();
+    run(&mut app, 5);
+    app.world_mut().despawn(entity);
+    run(&mut app, 2);
+    assert_eq!(app.world_mut().query::<&Running>().iter(app.world()).count(), 0);
+    app.world_mut().spawn(sheet());
+    run(&mut app, 2);
+    assert_eq!(running(&mut app).simulation().frame(), 2);
+}
+
+#[test]
+fn a_world_starts_again_where_running_is_removed() {
+    let (mut app, _) = with_sheet();
+    let start = positions(&mut app);
+    run(&mut app, 5);
+    let mut query = app.world_mut().query_filtered::<Entity, With<Running>>();
+    let world = query.single(app.world()).expect("a world");
+    app.world_mut().entity_mut(world).remove::<Running>();
+    set(&mut app, Playback { paused: true, ..default() });
+    run(&mut app, 1);
+    assert_eq!(positions(&mut app), start);
+}
+
+#[test]
+fn colliders_and_carried_pins_follow_transforms() {
+    let mut app = plain();
+    app.add_plugins(TaffetaPlugin);
+    let floor = app.world_mut().spawn((SoftCollider::ground().offset(0.01), Transform::from_xyz(0.0, -0.2, 0.0))).id();
+    let hand = app.world_mut().spawn(Transform::from_xyz(0.3, 0.0, 0.0)).id();
+    app.world_mut().spawn((sheet(), Pins::carry(Select::nodes([0, 6]), hand)));
+    ready(&mut app);
+    run(&mut app, 30);
+    let lowest = |places: &[Vec3]| places.iter().map(|x| x.y).fold(f32::INFINITY, f32::min);
+    assert!((lowest(&positions(&mut app)) + 0.19).abs() < 1e-4);
+    let corners = |app: &mut App| [0, 6].map(|node| positions(app)[node]);
+    let [a, b] = corners(&mut app);
+    for _ in 0..15 {
+        app.world_mut().get_mut::<Transform>(floor).expect("it").translation.y += 0.01;
+        app.world_mut().get_mut::<Transform>(hand).expect("it").rotate_y(0.1);
+        app.update();
+    }
+    assert!(lowest(&positions(&mut app)) > -0.05 + 0.01 - 1e-4);
+    let hand = Vec3::new(0.3, 0.0, 0.0);
+    let turn = Quat::from_rotation_y(1.5);
+    let [c, d] = corners(&mut app);
+    assert!(c.abs_diff_eq(hand + turn * (a - hand), 1e-4) && d.abs_diff_eq(hand + turn * (b - hand), 1e-4));
+}
+
+#[test]
+fn parameters_may_change_while_a_world_runs() {
+    let (mut app, entity) = with_sheet();
+    run(&mut app, 60);
+    let soft = running(&mut app).simulation().report().max_stretch;
+    let mut material = app.world_mut().get_mut::<SoftMaterial>(entity).expect("it");
+    *material = material.clone().structural(200.0, 0.02);
+    run(&mut app, 60);
+    assert_eq!(running(&mut app).simulation().frame(), 120);
+    assert!(running(&mut app).simulation().report().max_stretch - 1.0 < 0.5 * (soft - 1.0));
+    set(&mut app, Environment(World { gravity: [0.0, 9.81, 0.0], ..World::default() }));
+    run(&mut app, 60);
+    assert!(positions(&mut app)[38].y > 0.1);
+    // Air comes to a world that was built without: it is built anew, and goes on.
+    set(&mut app, Environment(World { air: Some(default()), ..World::default() }));
+    run(&mut app, 1);
+    assert_eq!(running(&mut app).simulation().frame(), 181);
+}
+
+#[test]
+fn a_world_that_diverges_says_so_in_the_engines_words_and_is_not_drawn_any_more() {
+    let mut app = plain();
+    app.add_plugins(TaffetaPlugin);
+    let stiff = SoftMaterial::new(Mass::Node(1e-4)).structural(1e5, 0.0);
+    let entity = app.world_mut().spawn((sheet(), stiff, Name::new("tin"))).id();
+    ready(&mut app);
+    running(&mut app).simulation_mut().disturb(1e-3, 1);
+    for _ in 0..60 {
+        app.update();
+        if let [diverged] = messages::<Diverged>(&app)[..] {
+            let said = diverged.error.to_string();
+            assert!(said.contains("body `tin`") && said.contains("max_step"), "{said}");
+            assert_eq!(diverged.body, Some(entity));
+            assert!(running(&mut app).is_halted());
+            let places = app.world().resource::<Assets<Mesh>>().iter().next().expect("a mesh").1;
+            let places = places.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|all| all.as_float3()).expect("places");
+            assert!(places.as_flattened().iter().all(|x| x.is_finite()));
+            return;
+        }
+    }
+    panic!("it held");
+}
+
+#[test]
+fn what_cannot_be_is_refused_by_name_and_the_world_runs_on_as_it_was() {
+    let (mut app, entity) = with_sheet();
+    run(&mut app, 3);
+    let good = app.world().get::<SoftMaterial>(entity).expect("it").clone();
+    app.world_mut().entity_mut(entity).insert(SoftMaterial { mass: Mass::Node(-1.0), ..good.clone() });
+    run(&mut app, 1);
+    let [refused] = messages::<Refused>(&app)[..] else { panic!("no message") };
+    assert!(refused.error.to_string().contains("body[0].node_mass"), "{}", refused.error);
+    run(&mut app, 3);
+    assert_eq!(running(&mut app).simulation().frame(), 7);
+    app.world_mut().entity_mut(entity).insert(good);
+    run(&mut app, 1);
+    assert!(messages::<Refused>(&app).is_empty());
+}
+
+#[test]
+fn worlds_are_apart() {
+    let mut app = plain();
+    app.add_plugins(TaffetaPlugin);
+    let weightless = Environment(World { gravity: [0.0; 3], ..World::default() });
+    let world = app.world_mut().spawn((SoftWorld::default(), weightless)).id();
+    let [heavy, light] = [None, Some(world)].map(|parent| {
+        let sheet = app.world_mut().spawn(sheet()).id();
+        parent.map(|parent| app.world_mut().entity_mut(sheet).insert(ChildOf(parent)));
+        sheet
+    });
+    ready(&mut app);
+    run(&mut app, 10);
+    let lowest = |app: &mut App, body: Entity| {
+        let mut query = app.world_mut().query::<&Running>();
+        let running = query.iter(app.world()).find(|one| one.body_of(body).is_some()).expect("its world");
+        let mut places = Vec::new();
+        running.simulation().positions_f32(&mut places);
+        places.iter().map(|x| x[1]).fold(0.0, f32::min)
+    };
+    assert!(lowest(&mut app, heavy) < -0.05);
+    assert_eq!(lowest(&mut app, light), 0.0);
+}
+
+#[test]
+fn a_collider_with_keyframes_takes_its_entity_along() {
+    let (mut app, _) = with_sheet();
+    let lifted = Keyframe::translate(0.5, [0.0, 1.0, 0.0]);
+    let below = taffeta::scene::Collider::sphere([0.0, -5.0, 0.0], 0.1).keyframe(lifted);
+    let ball = app.world_mut().spawn(SoftCollider(below)).id();
+    run(&mut app, 60);
+    assert!(app.world().get::<Transform>(ball).expect("it").translation.abs_diff_eq(Vec3::Y, 1e-6));
+}
+
+#[test]
+fn a_scene_file_runs_as_the_engine_runs_it() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let scene = taffeta_io::load_scene(&folder.join("flag.toml"), &[]).expect("a scene").scene;
+    let mut simulation = taffeta::Simulation::new(&scene, &default()).expect("a simulation");
+    let mut app = App::new();
+    let assets = AssetPlugin { file_path: folder.display().to_string(), ..default() };
+    app.add_plugins((MinimalPlugins, TransformPlugin, assets, bevy::mesh::MeshPlugin, TaffetaPlugin));
+    app.init_asset::<StandardMaterial>();
+    let mut app = common::clocked(app);
+    let handle = app.world().resource::<AssetServer>().load::<SoftScene>("flag.toml");
+    let root = app.world_mut().spawn((SoftSceneRoot(handle), SceneMaterials::default())).id();
+    app.insert_resource(bevy::time::TimeUpdateStrategy::ManualDuration(std::time::Duration::from_secs_f64(scene.time.dt)));
+    ready(&mut app);
+    for _ in 0..10_000 {
+        app.update();
+        if app.world().get::<Running>(root).is_some() {
+            break;
+        }
+        std::thread::yield_now();
+    }
+    run(&mut app, 5);
+    let ours = app.world().get::<Running>(root).expect("it was loaded").simulation();
+    simulation.advance(ours.frame()).expect("it holds");
+    assert!(ours.frame() >= 5);
+    assert_eq!(ours.state_hash(), simulation.state_hash());
+    let mut drawn = app.world_mut().query::<(&Cloth, &Mesh3d, &MeshMaterial3d<StandardMaterial>)>();
+    assert_eq!(drawn.iter(app.world()).count(), 1);
+}

@@ -1,0 +1,159 @@
+//! Vertices of a body for a renderer on the same device: they go from the state to what it draws, and never to the host.
+
+use super::kernels::{Kernels, Name, Sizes};
+use super::layout::{Drawing, Four, GROUP, NONE};
+use super::segment::Segment;
+use crate::assembly::BodyAssembly;
+use crate::topology::Csr;
+use std::num::NonZeroU64;
+use taffeta_gpu::wgpu;
+use taffeta_gpu::{Bindable, Bound, Buffer, DispatchList, Gpu, GpuError, Kernel};
+
+/// Where a renderer keeps the vertices of a body.
+#[derive(Clone, Debug)]
+pub struct VertexTarget {
+    /// A buffer of the device that simulates, which kernels may write to as storage.
+    pub buffer: wgpu::Buffer,
+    /// Where the first vertex begins, and its place with it [byte].
+    pub first: u64,
+    /// From a vertex to the next [byte].
+    pub stride: u64,
+    /// From a vertex's place to its normal [byte].
+    pub normal: u64,
+}
+
+/// What of a moving body is drawn, and in which coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Share of the way from the state before the last frame, 0, to that after it, 1.
+    pub share: f32,
+    /// Rows of the map of places into the renderer's coordinates; the last number of each is the shift [m].
+    pub places: [[f32; 4]; 3],
+    /// Rows of the map of normals, whose lengths do not matter.
+    pub normals: [[f32; 3]; 3],
+}
+
+/// What a target's kernel sees: from a multiple of the device's alignment on.
+#[derive(Clone, PartialEq)]
+struct Seen {
+    buffer: wgpu::Buffer,
+    offset: u64,
+    bytes: u64,
+}
+
+impl Bindable for Seen {
+    fn buffer(&self) -> &wgpu::Buffer {
+        &self.buffer
+    }
+
+    fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    fn window(&self) -> Option<NonZeroU64> {
+        NonZeroU64::new(self.bytes)
+    }
+}
+
+/// Buffers of one body, bound to the kernel.
+pub struct Drawn {
+    kernel: Kernel,
+    places: Buffer<u32>,
+    starts: Buffer<u32>,
+    corners: Buffer<u32>,
+    nodes: Buffer<[u32; 2]>,
+    told: Buffer<Drawing>,
+    /// The target that was drawn to last, bound to read either state.
+    bound: Option<(Seen, [Bound; 2])>,
+}
+
+impl Drawn {
+    /// For vertices at the nodes `nodes` of a body, [`NONE`] for one that no node carries.
+    pub fn new(
+        gpu: &Gpu,
+        kernels: &mut Kernels,
+        segment: &Segment,
+        body: &BodyAssembly,
+        nodes: &[u32],
+    ) -> Result<Self, GpuError> {
+        let triangles = body.user_surface().triangles;
+        let by_node = Csr::corners(body.nodes, &triangles);
+        let place = |node: u32| (body.solver_index(node as usize) - segment.tables.places.start) as u32;
+        let places: Vec<u32> = triangles.as_flattened().iter().map(|&node| place(node)).collect();
+        let drawn = |&node: &u32| if node == NONE { [NONE; 2] } else { [place(node), node] };
+        let nodes: Vec<[u32; 2]> = nodes.iter().map(drawn).collect();
+        Ok(Self {
+            kernel: kernels.get(Name::new("draw_vertices"), Sizes { kinds: 1, room: 1, steps: 1 })?,
+            places: gpu.buffer_from("corners of drawn triangles", &places)?,
+            starts: gpu.buffer_from("rows of drawn corners", &by_node.offsets)?,
+            corners: gpu.buffer_from("drawn corners by node", &by_node.items)?,
+            nodes: gpu.buffer_from("nodes of drawn vertices", &nodes)?,
+            told: gpu.buffer("what is drawn", 1)?,
+            bound: None,
+        })
+    }
+
+    /// Writes the vertices to `target`; `before` has the state before the last frame.
+    pub fn draw(
+        &mut self,
+        gpu: &Gpu,
+        segment: &Segment,
+        before: &Buffer<Four>,
+        target: &VertexTarget,
+        view: &View,
+    ) -> Result<(), GpuError> {
+        let seen = self.seen(gpu, target)?;
+        let bound = match self.bound.take().filter(|(last, _)| *last == seen) {
+            Some((_, bound)) => bound,
+            None => [0, 1].map(|now| self.bind(gpu, segment, before, &seen, now)),
+        };
+        let [place_x, place_y, place_z] = view.places;
+        let [normal_x, normal_y, normal_z] = view.normals.map(|[x, y, z]| [x, y, z, 0.0]);
+        let words = |bytes: u64| (bytes / 4) as u32;
+        let told = Drawing {
+            place_x,
+            place_y,
+            place_z,
+            normal_x,
+            normal_y,
+            normal_z,
+            share: view.share,
+            first: words(target.first - seen.offset),
+            stride: words(target.stride),
+            normal: words(target.normal),
+        };
+        self.told.write(gpu, 0, &[told]);
+        let mut list = DispatchList::new();
+        list.stage("draw");
+        list.dispatch(&bound[segment.current], &[], self.nodes.len().div_ceil(GROUP) as u32);
+        self.bound = Some((seen, bound));
+        gpu.submit(&list)
+    }
+
+    fn seen(&self, gpu: &Gpu, target: &VertexTarget) -> Result<Seen, GpuError> {
+        let alignment = u64::from(gpu.limits().min_storage_buffer_offset_alignment);
+        let offset = target.first / alignment * alignment;
+        let bytes = target.first - offset + target.stride * self.nodes.len() as u64;
+        if bytes > gpu.largest_binding() {
+            let label = "vertices to draw".to_owned();
+            return Err(GpuError::TooLarge { what: "buffer", label, bytes, limit: gpu.largest_binding() });
+        }
+        Ok(Seen { buffer: target.buffer.clone(), offset, bytes })
+    }
+
+    fn bind(&self, gpu: &Gpu, segment: &Segment, before: &Buffer<Four>, target: &Seen, now: usize) -> Bound {
+        self.kernel.bind(
+            gpu,
+            &[
+                ("drawing", &self.told),
+                ("triangle_places", &self.places),
+                ("corner_starts", &self.starts),
+                ("node_corners", &self.corners),
+                ("drawn_nodes", &self.nodes),
+                ("old_position", before),
+                ("new_position", &segment.states[now].position),
+                ("vertices", target),
+            ],
+        )
+    }
+}
