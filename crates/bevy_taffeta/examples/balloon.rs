@@ -31,9 +31,11 @@ fn spawn(
     let motion = vec![VolumeKey { t: BLOWN, pressure: Some(PRESSURE), ..default() }];
     commands.spawn((
         SoftBody::ball(0.15, 3),
-        SoftMaterial::new(Mass::Node(0.001))
-            .structural(RUBBER, 0.02)
-            .volume(Volume { pressure: Some(0.0), motion, ..default() }),
+        SoftMaterial::new(Mass::Node(0.001)).structural(RUBBER, 0.02).volume(Volume {
+            pressure: Some(0.0),
+            motion,
+            ..default()
+        }),
         MeshMaterial3d(materials.add(StandardMaterial {
             base_color: Color::srgb(0.8, 0.3, 0.5),
             perceptual_roughness: 0.2,

@@ -21,8 +21,10 @@ fn spawn(
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    let rubber =
-        SoftMaterial::new(Mass::Node(0.002)).structural(40.0, 0.02).keep_volume(VolumeForm::Corrected).collide(THICKNESS);
+    let rubber = SoftMaterial::new(Mass::Node(0.002))
+        .structural(40.0, 0.02)
+        .keep_volume(VolumeForm::Corrected)
+        .collide(THICKNESS);
     // Two layers, the upper one in the hollows of the lower.
     for (layer, side) in [(0, 3), (1, 2)] {
         for number in 0..side * side {

@@ -32,7 +32,8 @@ fn spawn(
 ) {
     let skin = materials.add(Color::srgb(0.7, 0.6, 0.5));
     let mut part = |down: f32, radius: f32| {
-        let mesh = Capsule3d::new(radius, down).mesh().build().translated_by(Vec3::new(0.0, -down / 2.0, 0.0));
+        let mesh =
+            Capsule3d::new(radius, down).mesh().build().translated_by(Vec3::new(0.0, -down / 2.0, 0.0));
         let collider = SoftCollider::capsule(Vec3::ZERO, Vec3::new(0.0, -down, 0.0), radius).offset(OFFSET);
         (collider, Mesh3d(meshes.add(mesh)), MeshMaterial3d(skin.clone()))
     };
@@ -67,7 +68,8 @@ fn walk(
     mut legs: Query<(&Swings, &mut Transform)>,
 ) {
     let phase = 5.0 * time.elapsed_secs();
-    character.translation = Vec3::new(0.0, 1.4 + 0.02 * (2.0 * phase).sin(), -0.1 * (1.0 - (0.4 * phase).cos()));
+    character.translation =
+        Vec3::new(0.0, 1.4 + 0.02 * (2.0 * phase).sin(), -0.1 * (1.0 - (0.4 * phase).cos()));
     character.rotation = Quat::from_rotation_y(0.2 * phase.sin());
     for (swings, mut leg) in &mut legs {
         leg.rotation = Quat::from_rotation_x(swings.0 * phase.sin());

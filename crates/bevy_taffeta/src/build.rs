@@ -71,18 +71,20 @@ pub fn build(
     transforms: Query<&'static GlobalTransform>,
     mut meshes: Option<ResMut<Assets<Mesh>>>,
     mut device: Device,
-    mut refused: (Local<HashSet<Entity>>, MessageWriter<Refused>),
+    (mut refused, mut messages): (Local<HashSet<Entity>>, MessageWriter<Refused>),
+    mut arrivals: Local<[Arrivals; 2]>,
 ) {
     let all: HashSet<Entity> = worlds.iter().map(|world| world.entity).collect();
     let world_of = |entity: Entity| {
         let mut above = std::iter::once(entity).chain(parents.iter_ancestors(entity));
         above.find(|one| all.contains(one)).or_else(|| default_world.iter().next())
     };
-    let mut members = members(&bodies, &colliders, world_of);
+    let mut members = members(&bodies, &colliders, &mut arrivals, world_of);
     for mut world in &mut worlds {
         let members = members.remove(&world.entity).unwrap_or_default();
-        let changed = world.world.is_changed() || world.on.is_changed() || members.changed(&bodies, &colliders);
-        let stopped = refused.0.contains(&world.entity) && !changed;
+        let changed =
+            world.world.is_changed() || world.on.is_changed() || members.changed(&bodies, &colliders);
+        let stopped = refused.contains(&world.entity) && !changed;
         if members.bodies.is_empty() {
             if world.running.is_some() {
                 commands.entity(world.entity).remove::<Running>();
@@ -96,10 +98,16 @@ pub fn build(
         if stopped && !world_changed || !(stale || changed || air) {
             continue;
         }
-        let plan = Plan { world: &world, members: &members, bodies: &bodies, colliders: &colliders, transforms: &transforms };
+        let plan = Plan {
+            world: &world,
+            members: &members,
+            bodies: &bodies,
+            colliders: &colliders,
+            transforms: &transforms,
+        };
         match plan.run(&mut device, meshes.as_deref_mut()) {
             Ok(running) => {
-                refused.0.remove(&world.entity);
+                refused.remove(&world.entity);
                 for body in &running.bodies {
                     commands.entity(body.entity).insert(Mesh3d(body.mesh.handle.clone()));
                 }
@@ -107,31 +115,51 @@ pub fn build(
             }
             Err(error) => {
                 error!("taffeta: {error}");
-                refused.0.insert(world.entity);
-                refused.1.write(Refused { world: world.entity, error });
+                refused.insert(world.entity);
+                messages.write(Refused { world: world.entity, error });
             }
         }
     }
 }
 
-/// Those of each world: in the order of their scene, then of their spawning.
+/// When entities were first seen, in numbers.
+#[derive(Default)]
+pub struct Arrivals {
+    number: HashMap<Entity, u64>,
+    next: u64,
+}
+
+impl Arrivals {
+    /// Entities in the order of their scene, then of their arrival; of those that arrive together, of their indices.
+    fn order(&mut self, all: impl Iterator<Item = (Option<FromScene>, Entity)>) -> Vec<Entity> {
+        let mut all: Vec<_> = all.collect();
+        all.sort_unstable_by_key(|(_, entity)| entity.index_u32());
+        let before = std::mem::take(&mut self.number);
+        for &(_, entity) in &all {
+            let number = before.get(&entity).copied().unwrap_or(self.next);
+            self.next = self.next.max(number + 1);
+            self.number.insert(entity, number);
+        }
+        all.sort_by_key(|(from, entity)| (from.map_or(usize::MAX, |from| from.0), self.number[entity]));
+        all.into_iter().map(|(_, entity)| entity).collect()
+    }
+}
+
+/// Those of each world, in order.
 fn members(
     bodies: &Bodies,
     colliders: &Colliders,
+    arrivals: &mut [Arrivals; 2],
     world_of: impl Fn(Entity) -> Option<Entity>,
 ) -> HashMap<Entity, Members> {
     let mut found: HashMap<Entity, Members> = HashMap::default();
-    let rank = |from: Option<&FromScene>, entity| (from.map_or(usize::MAX, |from| from.0), entity);
-    let mut ranked: Vec<_> = bodies.iter().map(|body| rank(body.from, body.entity)).collect();
-    ranked.sort_unstable();
-    for (_, entity) in ranked {
+    let [of_bodies, of_colliders] = arrivals;
+    for entity in of_bodies.order(bodies.iter().map(|body| (body.from.copied(), body.entity))) {
         if let Some(world) = world_of(entity) {
             found.entry(world).or_default().bodies.push(entity);
         }
     }
-    let mut ranked: Vec<_> = colliders.iter().map(|one| rank(one.from, one.entity)).collect();
-    ranked.sort_unstable();
-    for (_, entity) in ranked {
+    for entity in of_colliders.order(colliders.iter().map(|one| (one.from.copied(), one.entity))) {
         if let Some(world) = world_of(entity) {
             found.entry(world).or_default().colliders.push(entity);
         }
@@ -184,7 +212,9 @@ impl Plan<'_, '_, '_> {
             scene.bodies.push(described);
             bodies.push(running);
         }
-        rename(scene.bodies.iter_mut().zip(&self.members.bodies).map(|(body, entity)| (&mut body.name, *entity)));
+        rename(
+            scene.bodies.iter_mut().zip(&self.members.bodies).map(|(body, entity)| (&mut body.name, *entity)),
+        );
         let mut colliders = Vec::new();
         for one in self.colliders.iter_many(&self.members.colliders) {
             let mut collider = one.collider.0.clone();
@@ -205,7 +235,9 @@ impl Plan<'_, '_, '_> {
             warn!("taffeta: {warning}");
         }
         let mut running = Running {
-            shared: simulation.backend() == "gpu" && self.world.on.draw == DrawMethod::Shared && meshes.is_some(),
+            shared: simulation.backend() == "gpu"
+                && self.world.on.draw == DrawMethod::Shared
+                && meshes.is_some(),
             copied: [all_places(&simulation), all_places(&simulation)],
             simulation,
             bodies,
@@ -230,14 +262,16 @@ impl Plan<'_, '_, '_> {
         };
         let mut described = body.material.put(described);
         described.name = body.name.map_or_else(|| format!("body {}", body.entity), Name::to_string);
-        described.place = place_in_world(&start, &body.place.map_or_else(Place::default, |place| place.0.clone()));
+        described.place =
+            place_in_world(&start, &body.place.map_or_else(Place::default, |place| place.0.clone()));
         let mut carried = Vec::new();
         for (index, pinned) in body.pins.0.iter().enumerate() {
             let mut pin = pinned.pin.clone();
             let by = pinned.by.and_then(|by| Some((by, Rigid::of(self.transforms.get(by).ok()?))));
             if let Some((by, now)) = by {
                 let same = |one: &&Carried| one.pin == index && one.by == by;
-                let start = before.and_then(|before| before.carried.iter().find(same)).map_or(now, |one| one.start);
+                let start =
+                    before.and_then(|before| before.carried.iter().find(same)).map_or(now, |one| one.start);
                 pin.motion = vec![now.since(&start).keyframe()];
                 carried.push(Carried { pin: index, by, start, last: now });
             }
@@ -254,9 +288,10 @@ impl Plan<'_, '_, '_> {
         let cpu = Options { threads, ..Options::default() };
         let on = |gpu: Gpu| Simulation::new(scene, &Options { gpu: Some(gpu.into()), ..Options::default() });
         match (choice, device.gpu()) {
-            (DeviceChoice::Gpu, None) => {
-                Err(SceneError::new("", "is to run on a GPU, and Bevy has opened none; RunOn::device Auto or Cpu would do"))
-            }
+            (DeviceChoice::Gpu, None) => Err(SceneError::new(
+                "",
+                "is to run on a GPU, and Bevy has opened none; RunOn::device Auto or Cpu would do",
+            )),
             (DeviceChoice::Gpu, Some(gpu)) => on(gpu),
             (DeviceChoice::Auto, Some(gpu)) if !gpu.info().is_software() => on(gpu).or_else(|error| {
                 let simulation = Simulation::new(scene, &cpu)?;

@@ -66,7 +66,8 @@ const PLANE: f32 = 10.0;
 /// A mesh that shows a collider in the coordinates of its entity: a square of a plane, the points of a convex hull by the
 /// mesh that they are of. `None` where it has not exactly one shape, or its mesh cannot be made.
 pub fn collider_mesh(collider: &Collider) -> Option<Mesh> {
-    let placed = |mesh: Mesh, place: Transform| mesh.transformed_by(place).transformed_by(transform_of(collider, &[]));
+    let placed =
+        |mesh: Mesh, place: Transform| mesh.transformed_by(place).transformed_by(transform_of(collider, &[]));
     Some(match collider.shape()? {
         Shape::Sphere(ball) => {
             placed(Sphere::new(ball.radius as f32).mesh().ico(5).ok()?, shift(ball.center))
@@ -122,7 +123,8 @@ fn transform_of(collider: &Collider, nodes: &[[f64; 3]]) -> Transform {
 fn surface_mesh(collider: &Collider, surface: &Surface) -> Mesh {
     let places = surface.nodes.iter().map(|place| place.map(|x| x as f32)).collect::<Vec<_>>();
     let (count, nodes) = (places.len(), (0..places.len() as u32).collect::<Vec<_>>());
-    let drawn = Drawn { vertices: nodes.clone(), nodes, triangles: surface.triangles.clone(), ..Drawn::default() };
+    let drawn =
+        Drawn { vertices: nodes.clone(), nodes, triangles: surface.triangles.clone(), ..Drawn::default() };
     mesh_of(&drawn, places, vec![[0.0, 1.0, 0.0]; count], false)
         .with_computed_normals()
         .transformed_by(transform_of(collider, &surface.nodes))

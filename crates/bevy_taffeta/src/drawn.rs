@@ -30,8 +30,11 @@ pub fn drawn_of(surface: &Surface, shape: &scene::Mesh) -> Drawn {
 
 /// A mesh of vertices at `places` [m]. One that is `shared` is given away to the renderer.
 pub fn mesh_of(drawn: &Drawn, places: Vec<[f32; 3]>, normals: Vec<[f32; 3]>, shared: bool) -> Mesh {
-    let usages =
-        if shared { RenderAssetUsages::RENDER_WORLD } else { RenderAssetUsages::RENDER_WORLD | RenderAssetUsages::MAIN_WORLD };
+    let usages = if shared {
+        RenderAssetUsages::RENDER_WORLD
+    } else {
+        RenderAssetUsages::RENDER_WORLD | RenderAssetUsages::MAIN_WORLD
+    };
     let (topology, indices) = if drawn.triangles.is_empty() {
         (PrimitiveTopology::LineList, drawn.links.as_flattened())
     } else {
@@ -60,7 +63,8 @@ pub fn viewed(
     let places: Vec<Vec3> =
         drawn.vertices.iter().map(|&vertex| local(place(vertex as usize).into())).collect();
     // Vertices at a seam of the texture share a node, and its normal.
-    let nodes = drawn.nodes.iter().filter(|&&node| node != u32::MAX).max().map_or(0, |&node| node as usize + 1);
+    let nodes =
+        drawn.nodes.iter().filter(|&&node| node != u32::MAX).max().map_or(0, |&node| node as usize + 1);
     let mut sums = vec![Vec3::ZERO; nodes];
     for triangle in &drawn.triangles {
         let [a, b, c] = triangle.map(|vertex| places[vertex as usize]);
@@ -80,7 +84,11 @@ pub fn view_into(transform: &GlobalTransform, share: f32) -> View {
     let Affine3A { matrix3, .. } = transform.affine();
     let inverse = transform.affine().inverse();
     let rows = inverse.matrix3.transpose();
-    let places = [(rows.x_axis, inverse.translation.x), (rows.y_axis, inverse.translation.y), (rows.z_axis, inverse.translation.z)];
+    let places = [
+        (rows.x_axis, inverse.translation.x),
+        (rows.y_axis, inverse.translation.y),
+        (rows.z_axis, inverse.translation.z),
+    ];
     let normals = [matrix3.x_axis, matrix3.y_axis, matrix3.z_axis];
     View {
         share,
@@ -119,8 +127,12 @@ mod tests {
         let drawn = drawn_of(&surface, &Shape::grid(2, 2, [2.0, 2.0]));
         assert_eq!(drawn.uvs.as_deref().unwrap()[1], [1.0, 0.0]);
         let turn = Quat::from_rotation_x(0.7);
-        let transform: GlobalTransform =
-            Transform { translation: Vec3::new(1.0, 2.0, 3.0), rotation: turn, scale: Vec3::new(2.0, 3.0, 0.5) }.into();
+        let transform: GlobalTransform = Transform {
+            translation: Vec3::new(1.0, 2.0, 3.0),
+            rotation: turn,
+            scale: Vec3::new(2.0, 3.0, 0.5),
+        }
+        .into();
         let places = |vertex: usize| surface.vertices[vertex].map(|x| x as f32);
         let (seen, normals) = viewed(&drawn, &view_into(&transform, 1.0), places);
         for (vertex, place) in seen.iter().enumerate() {

@@ -50,7 +50,9 @@ pub use body::{BodyPlace, Cloth, Pinned, Pins, SoftBody, SoftMaterial};
 pub use collider::{SoftCollider, collider_mesh};
 pub use device::SharedGpu;
 pub use running::Running;
-pub use scene::{FromScene, SceneLoadError, SceneLoader, SceneMaterials, SoftScene, SoftSceneRoot, spawn_scene};
+pub use scene::{
+    FromScene, SceneLoadError, SceneLoader, SceneMaterials, SoftScene, SoftSceneRoot, spawn_scene,
+};
 pub use step::{Diverged, Refused};
 pub use taffeta;
 pub use taffeta_io;
@@ -61,8 +63,8 @@ use bevy::prelude::*;
 /// What most programs need.
 pub mod prelude {
     pub use crate::{
-        Cloth, Diverged, Environment, Pins, Playback, Refused, RunOn, SoftBody, SoftCollider, SoftMaterial, SoftScene,
-        SoftSceneRoot, SoftWorld, TaffetaPlugin, TaffetaSystems,
+        Cloth, Diverged, Environment, Pins, Playback, Refused, RunOn, SoftBody, SoftCollider, SoftMaterial,
+        SoftScene, SoftSceneRoot, SoftWorld, TaffetaPlugin, TaffetaSystems,
     };
     pub use taffeta::scene::{Air, Mass, Select, Volume, VolumeForm};
 }

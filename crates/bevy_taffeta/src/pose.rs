@@ -74,7 +74,8 @@ pub fn place_in_world(transform: &GlobalTransform, place: &Place) -> Place {
     let (scale, ..) = transform.to_scale_rotation_translation();
     let scale = f64::from(scale.element_sum()) / 3.0;
     let rigid = Rigid::of(transform);
-    let Rotation { axis, degrees } = place.rotation.unwrap_or(Rotation { axis: [0.0, 1.0, 0.0], degrees: 0.0 });
+    let Rotation { axis, degrees } =
+        place.rotation.unwrap_or(Rotation { axis: [0.0, 1.0, 0.0], degrees: 0.0 });
     let axis = DVec3::from(axis).try_normalize().unwrap_or(DVec3::Y);
     let turn = DQuat::from_axis_angle(axis, degrees.to_radians());
     let whole = Rigid { turn: rigid.turn * turn, shift: rigid.shift };
@@ -93,7 +94,8 @@ mod tests {
     #[test]
     fn a_place_below_a_transform_is_turned_scaled_and_shifted_by_it() {
         let turn = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
-        let above = Transform { translation: Vec3::new(0.0, 1.0, 0.0), rotation: turn, scale: Vec3::splat(2.0) };
+        let above =
+            Transform { translation: Vec3::new(0.0, 1.0, 0.0), rotation: turn, scale: Vec3::splat(2.0) };
         let place = Place { position: [1.0, 0.0, 0.0], scale: Some(3.0), ..Place::default() };
         let found = place_in_world(&above.into(), &place);
         assert!(DVec3::from(found.position).distance(DVec3::new(0.0, 1.0, -2.0)) < 1e-6);

@@ -115,7 +115,11 @@ impl SceneMaterials {
             materials.add(material)
         };
         Self {
-            bodies: if self.bodies.is_empty() { COLOURS.map(&mut coloured).to_vec() } else { self.bodies.clone() },
+            bodies: if self.bodies.is_empty() {
+                COLOURS.map(&mut coloured).to_vec()
+            } else {
+                self.bodies.clone()
+            },
             collider: Some(self.collider.clone().unwrap_or_else(|| coloured(Color::srgb(0.55, 0.55, 0.58)))),
         }
     }
@@ -158,8 +162,7 @@ pub fn spawn_scene(
         }
     }
     for (index, collider) in colliders.iter().enumerate() {
-        let name =
-            if collider.name.is_empty() { format!("collider{index}") } else { collider.name.clone() };
+        let name = if collider.name.is_empty() { format!("collider{index}") } else { collider.name.clone() };
         let mut entity = commands.spawn((
             ChildOf(root),
             FromScene(index),
@@ -185,7 +188,9 @@ pub fn spawn_loaded(
     let changed: Vec<_> = events.read().filter_map(loaded).collect();
     for (root, scene, given, children) in &roots {
         let id = scene.0.id();
-        let (true, Some(found)) = (scene.is_changed() || changed.contains(&id), scenes.get(id)) else { continue };
+        let (true, Some(found)) = (scene.is_changed() || changed.contains(&id), scenes.get(id)) else {
+            continue;
+        };
         for child in children.into_iter().flatten().filter(|child| spawned.contains(**child)) {
             commands.entity(*child).despawn();
         }

@@ -74,7 +74,12 @@ impl Running {
     }
 
     /// Takes some frames, through which colliders and pins go evenly to where their entities are.
-    fn take(&mut self, frames: u32, on: &RunOn, transforms: &Query<&GlobalTransform>) -> Result<(), StepError> {
+    fn take(
+        &mut self,
+        frames: u32,
+        on: &RunOn,
+        transforms: &Query<&GlobalTransform>,
+    ) -> Result<(), StepError> {
         for frame in 0..frames {
             self.follow(1.0 / f64::from(frames - frame), transforms);
             self.simulation.launch(1)?;

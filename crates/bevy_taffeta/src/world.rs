@@ -70,7 +70,12 @@ pub struct RunOn {
 impl Default for RunOn {
     /// A report every 120 frames: two seconds at sixty frames a second.
     fn default() -> Self {
-        Self { device: DeviceChoice::default(), draw: DrawMethod::default(), threads: None, report_every: 120 }
+        Self {
+            device: DeviceChoice::default(),
+            draw: DrawMethod::default(),
+            threads: None,
+            report_every: 120,
+        }
     }
 }
 

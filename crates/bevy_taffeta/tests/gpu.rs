@@ -6,6 +6,7 @@ mod picture;
 
 use bevy::prelude::*;
 use bevy_taffeta::prelude::*;
+use bevy_taffeta::taffeta::scene;
 use bevy_taffeta::{DeviceChoice, DrawMethod, SharedGpu};
 use common::{running, set, sheet};
 use picture::{cloth_material, difference, rendering, start};
@@ -25,7 +26,7 @@ fn counts(app: &App) -> (u64, usize) {
 #[test]
 fn a_hundred_thousand_vertices_never_leave_the_gpu() {
     let mut app = rendering(Vec3::new(0.0, 1.0, 2.5));
-    set(&mut app, SoftWorld { time: bevy_taffeta::taffeta::scene::Time { max_step: None, ..default() }, ..default() });
+    set(&mut app, SoftWorld { time: scene::Time { max_step: None, ..default() }, ..default() });
     set(&mut app, SHARED);
     let material = cloth_material(&mut app);
     app.world_mut().spawn((
@@ -95,7 +96,7 @@ fn a_shared_body_that_diverges_is_told_of_with_the_next_report() {
     set(&mut app, RunOn { report_every: 16, ..SHARED });
     let material = cloth_material(&mut app);
     let stiff = SoftMaterial::new(Mass::Node(1e-4)).structural(1e5, 0.0);
-    app.world_mut().spawn((sheet(), stiff, material));
+    app.world_mut().spawn((sheet(), material)).insert(stiff);
     start(&mut app);
     running(&mut app).simulation_mut().disturb(1e-3, 1);
     let mut said = Vec::new();

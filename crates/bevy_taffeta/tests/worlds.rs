@@ -32,16 +32,19 @@ fn a_sheet_hangs_in_its_corners_and_starts_where_its_transform_is() {
     ready(&mut app);
     let start = positions(&mut app);
     assert!(start[0].abs_diff_eq(at.transform_point(Vec3::new(-0.3, 0.0, -0.25)), 1e-6));
-    run(&mut app, 30);
+    run(&mut app, 29);
+    let before = positions(&mut app);
+    run(&mut app, 1);
     let now = positions(&mut app);
     assert_eq!((now[0], now[6]), (start[0], start[6]));
     assert!(now[38].y < start[38].y - 0.3);
-    // The mesh is drawn in the entity's own coordinates, its last frame half a frame ago or less.
+    // The mesh is drawn in the entity's own coordinates, as all was at the start of the last frame.
     let mesh = app.world().get::<Mesh3d>(entity).expect("a mesh").0.clone();
     let mesh = app.world().resource::<Assets<Mesh>>().get(&mesh).expect("an asset");
-    let places = mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|places| places.as_float3()).expect("places");
+    let places =
+        mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|places| places.as_float3()).expect("places");
     assert!(at.transform_point(places[0].into()).abs_diff_eq(start[0], 1e-5));
-    assert!(at.transform_point(places[38].into()).abs_diff_eq(now[38], 0.05));
+    assert!(at.transform_point(places[38].into()).abs_diff_eq(before[38], 1e-5));
 }
 
 #[test]
@@ -63,7 +66,9 @@ fn a_world_stands_still_goes_slowly_and_goes_by_single_frames() {
 #[test]
 fn a_slow_program_takes_several_frames_at_once_but_no_more_than_it_may() {
     let (mut app, _) = with_sheet();
-    app.insert_resource(bevy::time::TimeUpdateStrategy::ManualDuration(std::time::Duration::from_secs_f64(2.5 * FRAME)));
+    app.insert_resource(bevy::time::TimeUpdateStrategy::ManualDuration(std::time::Duration::from_secs_f64(
+        2.5 * FRAME,
+    )));
     run(&mut app, 2);
     assert_eq!(running(&mut app).simulation().frame(), 5);
     set(&mut app, Playback { speed: 100.0, ..default() });
@@ -119,9 +124,12 @@ fn a_world_starts_again_where_running_is_removed() {
 fn colliders_and_carried_pins_follow_transforms() {
     let mut app = plain();
     app.add_plugins(TaffetaPlugin);
-    let floor = app.world_mut().spawn((SoftCollider::ground().offset(0.01), Transform::from_xyz(0.0, -0.2, 0.0))).id();
+    let floor = app
+        .world_mut()
+        .spawn((SoftCollider::ground().offset(0.01), Transform::from_xyz(0.0, -0.2, 0.0)))
+        .id();
     let hand = app.world_mut().spawn(Transform::from_xyz(0.3, 0.0, 0.0)).id();
-    app.world_mut().spawn((sheet(), Pins::carry(Select::nodes([0, 6]), hand)));
+    app.world_mut().spawn(sheet()).insert(Pins::carry(Select::nodes([0, 6]), hand));
     ready(&mut app);
     run(&mut app, 30);
     let lowest = |places: &[Vec3]| places.iter().map(|x| x.y).fold(f32::INFINITY, f32::min);
@@ -151,12 +159,16 @@ fn parameters_may_change_while_a_world_runs() {
     assert_eq!(running(&mut app).simulation().frame(), 120);
     assert!(running(&mut app).simulation().report().max_stretch - 1.0 < 0.5 * (soft - 1.0));
     set(&mut app, Environment(World { gravity: [0.0, 9.81, 0.0], ..World::default() }));
-    run(&mut app, 60);
-    assert!(positions(&mut app)[38].y > 0.1);
+    let frames = (0..60).take_while(|_| {
+        app.update();
+        positions(&mut app)[38].y < 0.1
+    });
+    let frames = frames.count() as u32;
+    assert!(frames < 60, "it falls upwards");
     // Air comes to a world that was built without: it is built anew, and goes on.
     set(&mut app, Environment(World { air: Some(default()), ..World::default() }));
     run(&mut app, 1);
-    assert_eq!(running(&mut app).simulation().frame(), 181);
+    assert_eq!(running(&mut app).simulation().frame(), 122 + frames);
 }
 
 #[test]
@@ -164,7 +176,7 @@ fn a_world_that_diverges_says_so_in_the_engines_words_and_is_not_drawn_any_more(
     let mut app = plain();
     app.add_plugins(TaffetaPlugin);
     let stiff = SoftMaterial::new(Mass::Node(1e-4)).structural(1e5, 0.0);
-    let entity = app.world_mut().spawn((sheet(), stiff, Name::new("tin"))).id();
+    let entity = app.world_mut().spawn((sheet(), Name::new("tin"))).insert(stiff).id();
     ready(&mut app);
     running(&mut app).simulation_mut().disturb(1e-3, 1);
     for _ in 0..60 {
@@ -175,7 +187,8 @@ fn a_world_that_diverges_says_so_in_the_engines_words_and_is_not_drawn_any_more(
             assert_eq!(diverged.body, Some(entity));
             assert!(running(&mut app).is_halted());
             let places = app.world().resource::<Assets<Mesh>>().iter().next().expect("a mesh").1;
-            let places = places.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|all| all.as_float3()).expect("places");
+            let places =
+                places.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|all| all.as_float3()).expect("places");
             assert!(places.as_flattened().iter().all(|x| x.is_finite()));
             return;
         }
@@ -207,7 +220,9 @@ fn worlds_are_apart() {
     let world = app.world_mut().spawn((SoftWorld::default(), weightless)).id();
     let [heavy, light] = [None, Some(world)].map(|parent| {
         let sheet = app.world_mut().spawn(sheet()).id();
-        parent.map(|parent| app.world_mut().entity_mut(sheet).insert(ChildOf(parent)));
+        if let Some(parent) = parent {
+            app.world_mut().entity_mut(sheet).insert(ChildOf(parent));
+        }
         sheet
     });
     ready(&mut app);
@@ -245,7 +260,9 @@ fn a_scene_file_runs_as_the_engine_runs_it() {
     let mut app = common::clocked(app);
     let handle = app.world().resource::<AssetServer>().load::<SoftScene>("flag.toml");
     let root = app.world_mut().spawn((SoftSceneRoot(handle), SceneMaterials::default())).id();
-    app.insert_resource(bevy::time::TimeUpdateStrategy::ManualDuration(std::time::Duration::from_secs_f64(scene.time.dt)));
+    app.insert_resource(bevy::time::TimeUpdateStrategy::ManualDuration(std::time::Duration::from_secs_f64(
+        scene.time.dt,
+    )));
     ready(&mut app);
     for _ in 0..10_000 {
         app.update();

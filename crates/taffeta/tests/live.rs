@@ -56,7 +56,8 @@ fn a_collider_and_pins_moved_from_frame_to_frame_do_what_keyframes_do() {
 
 #[test]
 fn what_cannot_be_moved_is_refused_by_name() {
-    let keyed = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).keyframe(Keyframe::translate(9.0, [0.0, 1.0, 0.0]));
+    let keyed =
+        Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).keyframe(Keyframe::translate(9.0, [0.0, 1.0, 0.0]));
     let mut simulation =
         build(&Scene::new("refused").body(sheet(50.0).pin(Select::nodes([0]))).collider(keyed));
     let said = |error: taffeta::scene::SceneError| error.to_string();

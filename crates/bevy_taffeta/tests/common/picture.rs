@@ -1,7 +1,7 @@
 //! Apps that render into a picture, without a window.
 #![allow(dead_code, reason = "each test file uses a part")]
 
-use super::{clocked, ready};
+use crate::common::{clocked, ready};
 use bevy::camera::RenderTarget;
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::log::LogPlugin;
@@ -66,7 +66,9 @@ pub fn picture(app: &mut App) -> Vec<u8> {
         // The first pictures may be empty: pipelines are made meanwhile.
         if update % 4 == 3 {
             app.world_mut().spawn(Screenshot::image(canvas.clone())).observe(
-                |captured: On<ScreenshotCaptured>, mut taken: ResMut<Taken>| taken.0 = Some(captured.image.clone()),
+                |captured: On<ScreenshotCaptured>, mut taken: ResMut<Taken>| {
+                    taken.0 = Some(captured.image.clone())
+                },
             );
         }
         app.update();
@@ -87,7 +89,7 @@ pub fn difference(a: &[u8], b: &[u8]) -> f64 {
     count as f64 / f64::from(SIDE * SIDE)
 }
 
-/// As [`super::ready`], with a renderer.
+/// As [`ready`], with a renderer.
 pub fn start(app: &mut App) {
     ready(app);
 }

@@ -187,7 +187,8 @@ impl GpuBackend {
         if self.before[index].is_none() {
             self.put_back();
             self.changed = 0..0;
-            self.before[index] = Some(self.gpu.buffer("positions before", self.segments[index].tables.len())?);
+            self.before[index] =
+                Some(self.gpu.buffer("positions before", self.segments[index].tables.len())?);
             self.gpu.submit(&self.remember_places())?;
         }
         Ok(true)

@@ -102,7 +102,6 @@ impl Scene {
         path.key("frames").demand(self.time.frames >= 1, || "is 0, 1 or more would do".into())
     }
 
-
     fn check_solver(&self) -> Checked {
         let Solver { ice, acad, .. } = &self.solver;
         let path = Path::of("solver.ice");

@@ -56,7 +56,10 @@ impl Simulation {
         let what = format!("body[{body}].pin[{pin}]");
         let to = to.checked(&what)?;
         let Some(&track) = self.backend.assembly().track_of_pin.get(&(body, pin)) else {
-            return Err(SceneError::new(what, "is not there or never moves; a keyframe at t = 0 makes a pin movable"));
+            return Err(SceneError::new(
+                what,
+                "is not there or never moves; a keyframe at t = 0 makes a pin movable",
+            ));
         };
         self.go_to(&what, to, |assembly| &mut assembly.tracks[track])
     }
@@ -104,7 +107,10 @@ impl Simulation {
     pub fn set_world(&mut self, world: &World) -> Result<(), SceneError> {
         world.check()?;
         if world.air.is_some() && self.backend.assembly().world.air.is_none() {
-            return Err(SceneError::new("world.air", "comes to a scene without air; it must be built with some"));
+            return Err(SceneError::new(
+                "world.air",
+                "comes to a scene without air; it must be built with some",
+            ));
         }
         self.backend.alter(&mut |assembly| assembly.world = world.clone());
         Ok(())
@@ -161,7 +167,8 @@ impl Simulation {
             }
         }
         let (mine, theirs) = (self.backend.remembered(), from.backend.remembered());
-        let lengths = |all: &crate::backend::Remembered| (all.pulls.len(), all.active.len(), all.joints.len());
+        let lengths =
+            |all: &crate::backend::Remembered| (all.pulls.len(), all.active.len(), all.joints.len());
         if lengths(&mine) == lengths(&theirs) {
             self.backend.remember(&theirs);
         }

@@ -80,7 +80,8 @@ fn drawn_normals_are_those_of_the_shape_that_is_drawn() {
 #[test]
 fn what_is_not_finite_is_not_drawn() {
     let gpu = gpu();
-    let sheet = Body::cloth("sheet", Mesh::grid(5, 5, [1.0, 1.0])).with_mass(Mass::Node(0.01)).structural(1e5, 0.0);
+    let sheet =
+        Body::cloth("sheet", Mesh::grid(5, 5, [1.0, 1.0])).with_mass(Mass::Node(0.01)).structural(1e5, 0.0);
     let scene = Scene::new("bursts").body(sheet).time(0.1, 0.1);
     let options = Options { gpu: Some(gpu.clone().into()), ..Options::default() };
     let mut simulation = Simulation::new(&scene, &options).unwrap();

@@ -100,7 +100,10 @@ fn a_dispatch_sees_so_many_records_of_sub_steps() {
         let named = |one: &&GlobalVariable| one.name.as_deref() == Some("substeps");
         let Some((_, variable)) = module.global_variables.iter().find(|(_, one)| named(one)) else {
             let of_surfaces = ["fn vertex_normals", "fn draw_vertices"];
-            assert!(of_surfaces.iter().any(|kernel| source.contains(kernel)), "only surfaces know of no sub-step");
+            assert!(
+                of_surfaces.iter().any(|kernel| source.contains(kernel)),
+                "only surfaces know of no sub-step"
+            );
             continue;
         };
         let inner = &module.types[variable.ty].inner;

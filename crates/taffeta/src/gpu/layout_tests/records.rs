@@ -2,10 +2,10 @@
 
 use super::{read, sources, words};
 use crate::gpu::layout::{
-    Air, Along, Chunk, CoarseEdge, Collider, Descent, Diagonal, Drawing, Entry, Grid, Gusts, Hinge, Joint, LevelGroup,
-    Link, LinkGroup, Load, Meeting, Met, Motion, NodeGroup, NodeSolve, Panel, Parents, Part, Patch, Pin,
-    Progress, Row, Run, Share, SlotSpring, Small, Solve, Solving, Substep, Surface, Symmetric, Taken, Tile,
-    VolumeGroup,
+    Air, Along, Chunk, CoarseEdge, Collider, Descent, Diagonal, Drawing, Entry, Grid, Gusts, Hinge, Joint,
+    LevelGroup, Link, LinkGroup, Load, Meeting, Met, Motion, NodeGroup, NodeSolve, Panel, Parents, Part,
+    Patch, Pin, Progress, Row, Run, Share, SlotSpring, Small, Solve, Solving, Substep, Surface, Symmetric,
+    Taken, Tile, VolumeGroup,
 };
 use taffeta_gpu::wgpu::naga::{AddressSpace, Handle, Module, Type, TypeInner};
 
@@ -99,7 +99,16 @@ fn records() -> Vec<Record> {
         record!(Patch { grid, all, inner }),
         record!(Small { first, count }),
         record!(Drawing {
-            place_x, place_y, place_z, normal_x, normal_y, normal_z, share, first, stride, normal
+            place_x,
+            place_y,
+            place_z,
+            normal_x,
+            normal_y,
+            normal_z,
+            share,
+            first,
+            stride,
+            normal
         }),
         record!(Run { start, count, k, damping }),
         record!(Entry { neighbour, rest_length }),

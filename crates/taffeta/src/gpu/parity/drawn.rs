@@ -61,7 +61,8 @@ fn draw_vertices(bench: &mut Bench<'_>) -> Result<(), String> {
         nodes.extend([NONE; 2]);
         let mut arrays = fixture.arrays();
         arrays.insert("drawing", cast_slice(&[told]).to_vec());
-        arrays.insert("triangle_places", triangles.as_flattened().iter().map(|&n| place(n as usize)).collect());
+        arrays
+            .insert("triangle_places", triangles.as_flattened().iter().map(|&n| place(n as usize)).collect());
         arrays.insert("corner_starts", by_node.offsets);
         arrays.insert("node_corners", by_node.items);
         arrays.insert("drawn_nodes", nodes);
