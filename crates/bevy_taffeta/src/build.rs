@@ -331,17 +331,26 @@ impl Running {
             if self.shared {
                 self.simulation.make_drawn(index, &drawn.nodes).map_err(lost)?;
             }
-            let before = old.filter(|old| old.shared == self.shared);
-            let before = before.and_then(|old| old.bodies.iter().find(|one| one.entity == body.entity));
-            body.mesh = match before.filter(|before| before.mesh.drawn == drawn) {
-                Some(before) => before.mesh.clone(),
-                None => {
-                    let place = |vertex: usize| self.copied[1][body.first_vertex + vertex];
-                    let (places, normals) = viewed(&drawn, &body.view, place);
-                    let mesh = mesh_of(&drawn, places, normals, self.shared);
-                    BodyMesh { handle: meshes.as_mut().map(|all| all.add(mesh)).unwrap_or_default(), drawn }
+            let before = old.and_then(|old| old.bodies.iter().find(|one| one.entity == body.entity));
+            let same_way = old.is_some_and(|old| old.shared == self.shared);
+            let handle = before.map(|before| before.mesh.handle.clone());
+            if let Some(before) = before.filter(|before| same_way && before.mesh.drawn == drawn) {
+                body.mesh = before.mesh.clone();
+                continue;
+            }
+            let place = |vertex: usize| self.copied[1][body.first_vertex + vertex];
+            let (places, normals) = viewed(&drawn, &body.view, place);
+            let mesh = mesh_of(&drawn, places, normals, self.shared);
+            let handle = match (&mut meshes, handle) {
+                (Some(all), Some(handle)) => {
+                    // A handle keeps its place in the assets, so there is one.
+                    let _ = all.insert(handle.id(), mesh);
+                    handle
                 }
+                (Some(all), None) => all.add(mesh),
+                (None, _) => Handle::default(),
             };
+            body.mesh = BodyMesh { handle, drawn };
         }
         if self.shared {
             self.copied = [Vec::new(), Vec::new()];

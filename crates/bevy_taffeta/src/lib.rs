@@ -58,6 +58,7 @@ pub use taffeta;
 pub use taffeta_io;
 pub use world::{DefaultWorld, DeviceChoice, DrawMethod, Environment, Playback, RunOn, SoftWorld};
 
+use bevy::asset::AssetEventSystems;
 use bevy::prelude::*;
 
 /// What most programs need.
@@ -93,7 +94,11 @@ impl Plugin for TaffetaPlugin {
         app.init_asset::<SoftScene>()
             .add_message::<Diverged>()
             .add_message::<Refused>()
-            .configure_sets(PostUpdate, (Build, Step, Draw).chain().after(TransformSystems::Propagate))
+            .configure_sets(
+                PostUpdate,
+                // A mesh that is given to the renderer must be told of before it takes it.
+                (Build, Step, Draw).chain().after(TransformSystems::Propagate).before(AssetEventSystems),
+            )
             .add_systems(PreUpdate, scene::spawn_loaded.in_set(Spawn))
             .add_systems(PostUpdate, build::build.in_set(Build))
             .add_systems(PostUpdate, (step::step, step::show_colliders).chain().in_set(Step))

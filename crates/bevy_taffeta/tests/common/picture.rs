@@ -89,7 +89,7 @@ pub fn difference(a: &[u8], b: &[u8]) -> f64 {
     count as f64 / f64::from(SIDE * SIDE)
 }
 
-/// As [`ready`], with a renderer.
+/// Ready to be updated, as [`ready`].
 pub fn start(app: &mut App) {
     ready(app);
 }
