@@ -10,6 +10,7 @@ use crate::scene::FromScene;
 use crate::step::Refused;
 use crate::world::{DefaultWorld, DeviceChoice, DrawMethod, Environment, RunOn, SoftWorld};
 use bevy::ecs::query::QueryData;
+use bevy::ecs::system::SystemParam;
 use bevy::platform::collections::{HashMap, HashSet};
 use bevy::prelude::*;
 use taffeta::scene::{self, Body, Place, Scene, SceneError};
@@ -52,7 +53,26 @@ pub struct WorldData {
 }
 
 type Bodies<'w, 's> = Query<'w, 's, BodyData, Or<(With<Cloth>, With<SoftBody>)>>;
-type Colliders<'w, 's> = Query<'w, 's, ColliderData>;
+
+/// All that may be a part of a simulation.
+#[derive(SystemParam)]
+pub struct Entities<'w, 's> {
+    bodies: Bodies<'w, 's>,
+    colliders: Query<'w, 's, ColliderData>,
+    transforms: Query<'w, 's, &'static GlobalTransform>,
+    parents: Query<'w, 's, &'static ChildOf>,
+    default_world: Query<'w, 's, Entity, With<DefaultWorld>>,
+}
+
+/// What it takes to build simulations, and what is remembered of it.
+#[derive(SystemParam)]
+pub struct Building<'w, 's> {
+    device: Device<'w>,
+    meshes: Option<ResMut<'w, Assets<Mesh>>>,
+    arrivals: Local<'s, [Arrivals; 2]>,
+    /// Worlds that could not be built as they are.
+    refused: Local<'s, HashSet<Entity>>,
+}
 
 /// The bodies and colliders of a world, in order.
 #[derive(Default)]
@@ -65,60 +85,50 @@ struct Members {
 pub fn build(
     mut commands: Commands,
     mut worlds: Query<WorldData>,
-    default_world: Query<Entity, With<DefaultWorld>>,
-    parents: Query<&ChildOf>,
-    (bodies, colliders): (Bodies, Colliders),
-    transforms: Query<&'static GlobalTransform>,
-    mut meshes: Option<ResMut<Assets<Mesh>>>,
-    mut device: Device,
-    (mut refused, mut messages): (Local<HashSet<Entity>>, MessageWriter<Refused>),
-    mut arrivals: Local<[Arrivals; 2]>,
+    entities: Entities,
+    mut building: Building,
+    mut refused: MessageWriter<Refused>,
 ) {
-    let all: HashSet<Entity> = worlds.iter().map(|world| world.entity).collect();
-    let world_of = |entity: Entity| {
-        let mut above = std::iter::once(entity).chain(parents.iter_ancestors(entity));
-        above.find(|one| all.contains(one)).or_else(|| default_world.iter().next())
-    };
-    let mut members = members(&bodies, &colliders, &mut arrivals, world_of);
+    let all = worlds.iter().map(|world| world.entity).collect();
+    let mut members = entities.members(&all, &mut building.arrivals);
     for mut world in &mut worlds {
         let members = members.remove(&world.entity).unwrap_or_default();
-        let changed =
-            world.world.is_changed() || world.on.is_changed() || members.changed(&bodies, &colliders);
-        let stopped = refused.contains(&world.entity) && !changed;
         if members.bodies.is_empty() {
+            building.refused.remove(&world.entity);
             if world.running.is_some() {
                 commands.entity(world.entity).remove::<Running>();
             }
-            continue;
-        }
-        let stale = world.running.as_ref().is_none_or(|running| !members.are_those_of(running));
-        let world_changed = world.environment.is_changed();
-        let blows = |running: &mut Mut<Running>| running.simulation.set_world(&world.environment).is_err();
-        let air = world_changed && world.running.as_mut().is_some_and(blows);
-        if stopped && !world_changed || !(stale || changed || air) {
-            continue;
-        }
-        let plan = Plan {
-            world: &world,
-            members: &members,
-            bodies: &bodies,
-            colliders: &colliders,
-            transforms: &transforms,
-        };
-        match plan.run(&mut device, meshes.as_deref_mut()) {
-            Ok(running) => {
-                refused.remove(&world.entity);
-                for body in &running.bodies {
-                    commands.entity(body.entity).insert(Mesh3d(body.mesh.handle.clone()));
+        } else if world.is_due(&members, &entities, building.refused.contains(&world.entity)) {
+            let plan = Plan { world: &world, members: &members, entities: &entities };
+            match plan.run(&mut building) {
+                Ok(running) => {
+                    building.refused.remove(&world.entity);
+                    for body in &running.bodies {
+                        commands.entity(body.entity).insert(Mesh3d(body.mesh.handle.clone()));
+                    }
+                    commands.entity(world.entity).insert(running);
                 }
-                commands.entity(world.entity).insert(running);
-            }
-            Err(error) => {
-                error!("taffeta: {error}");
-                refused.insert(world.entity);
-                messages.write(Refused { world: world.entity, error });
+                Err(error) => {
+                    error!("taffeta: {error}");
+                    building.refused.insert(world.entity);
+                    refused.write(Refused { world: world.entity, error });
+                }
             }
         }
+    }
+}
+
+impl WorldDataItem<'_, '_> {
+    /// Whether it is to be built anew. What can change while it runs is changed.
+    fn is_due(&mut self, members: &Members, entities: &Entities, refused: bool) -> bool {
+        let changed = self.world.is_changed() || self.on.is_changed() || members.changed(entities);
+        let weather = self.environment.is_changed();
+        let environment = &self.environment;
+        // A world that was built without air takes none up.
+        let lacks_air = |running: &mut Mut<Running>| running.simulation.set_world(environment).is_err();
+        let lacks = weather && !changed && self.running.as_mut().is_some_and(lacks_air);
+        let stale = self.running.as_ref().is_none_or(|running| !members.are_those_of(running));
+        if refused { changed || weather } else { changed || lacks || stale }
     }
 }
 
@@ -145,38 +155,39 @@ impl Arrivals {
     }
 }
 
-/// Those of each world, in order.
-fn members(
-    bodies: &Bodies,
-    colliders: &Colliders,
-    arrivals: &mut [Arrivals; 2],
-    world_of: impl Fn(Entity) -> Option<Entity>,
-) -> HashMap<Entity, Members> {
-    let mut found: HashMap<Entity, Members> = HashMap::default();
-    let [of_bodies, of_colliders] = arrivals;
-    for entity in of_bodies.order(bodies.iter().map(|body| (body.from.copied(), body.entity))) {
-        if let Some(world) = world_of(entity) {
-            found.entry(world).or_default().bodies.push(entity);
+impl Entities<'_, '_> {
+    /// Those of each world, in order.
+    fn members(&self, worlds: &HashSet<Entity>, arrivals: &mut [Arrivals; 2]) -> HashMap<Entity, Members> {
+        let world_of = |entity: Entity| {
+            let mut above = std::iter::once(entity).chain(self.parents.iter_ancestors(entity));
+            above.find(|one| worlds.contains(one)).or_else(|| self.default_world.iter().next())
+        };
+        let mut found: HashMap<Entity, Members> = HashMap::default();
+        let [of_bodies, of_colliders] = arrivals;
+        for entity in of_bodies.order(self.bodies.iter().map(|body| (body.from.copied(), body.entity))) {
+            if let Some(world) = world_of(entity) {
+                found.entry(world).or_default().bodies.push(entity);
+            }
         }
-    }
-    for entity in of_colliders.order(colliders.iter().map(|one| (one.from.copied(), one.entity))) {
-        if let Some(world) = world_of(entity) {
-            found.entry(world).or_default().colliders.push(entity);
+        for entity in of_colliders.order(self.colliders.iter().map(|one| (one.from.copied(), one.entity))) {
+            if let Some(world) = world_of(entity) {
+                found.entry(world).or_default().colliders.push(entity);
+            }
         }
+        found
     }
-    found
 }
 
 impl Members {
-    fn changed(&self, bodies: &Bodies, colliders: &Colliders) -> bool {
+    fn changed(&self, entities: &Entities) -> bool {
         let body = |body: BodyDataItem| {
             body.cloth.is_some_and(|cloth| cloth.is_changed())
                 || body.soft.is_some_and(|soft| soft.is_changed())
                 || body.material.is_changed()
                 || body.pins.is_changed()
         };
-        bodies.iter_many(&self.bodies).any(body)
-            || colliders.iter_many(&self.colliders).any(|one| one.collider.is_changed())
+        entities.bodies.iter_many(&self.bodies).any(body)
+            || entities.colliders.iter_many(&self.colliders).any(|one| one.collider.is_changed())
     }
 
     fn are_those_of(&self, running: &Running) -> bool {
@@ -189,55 +200,30 @@ impl Members {
 struct Plan<'a, 'w, 's> {
     world: &'a WorldDataItem<'w, 's>,
     members: &'a Members,
-    bodies: &'a Bodies<'w, 's>,
-    colliders: &'a Colliders<'w, 's>,
-    transforms: &'a Query<'w, 's, &'static GlobalTransform>,
+    entities: &'a Entities<'w, 's>,
 }
 
 impl Plan<'_, '_, '_> {
-    fn run(&self, device: &mut Device, meshes: Option<&mut Assets<Mesh>>) -> Result<Running, SceneError> {
+    fn run(&self, building: &mut Building) -> Result<Running, SceneError> {
         let old = self.world.running.as_deref();
-        let mut bodies = Vec::new();
-        let SoftWorld { time, solver, forces, seams } = &*self.world.world;
-        let mut scene = Scene {
-            time: time.clone(),
-            world: self.world.environment.0.clone(),
-            solver: solver.clone(),
-            forces: forces.clone(),
-            seams: seams.clone(),
-            ..Scene::default()
-        };
-        for body in self.bodies.iter_many(&self.members.bodies) {
+        let (mut scene, mut bodies) = (self.settings(), Vec::new());
+        for body in self.entities.bodies.iter_many(&self.members.bodies) {
             let (described, running) = self.describe(&body, old);
             scene.bodies.push(described);
             bodies.push(running);
         }
-        rename(
-            scene.bodies.iter_mut().zip(&self.members.bodies).map(|(body, entity)| (&mut body.name, *entity)),
-        );
-        let mut colliders = Vec::new();
-        for one in self.colliders.iter_many(&self.members.colliders) {
-            let mut collider = one.collider.0.clone();
-            collider.place = place_in_world(one.transform, &collider.place);
-            if let Some(name) = one.name {
-                collider.name = name.to_string();
-            }
-            let keyed = !collider.motion.is_empty();
-            let start = Rigid::of(one.transform);
-            scene.colliders.push(collider);
-            colliders.push(RunningCollider { entity: one.entity, start, last: start, keyed });
+        let names = scene.bodies.iter_mut().map(|body| &mut body.name);
+        rename(names.zip(self.members.bodies.iter().copied()));
+        let colliders = self.colliders(&mut scene);
+        let mut simulation = self.simulation(&scene, &mut building.device)?;
+        // From a state that diverged nothing goes on.
+        match old.filter(|old| !old.halted) {
+            Some(old) => simulation.take_over(&old.simulation),
+            None => simulation.warnings().iter().for_each(|warning| warn!("taffeta: {warning}")),
         }
-        let mut simulation = self.simulation(&scene, device)?;
-        if let Some(old) = old {
-            simulation.take_over(&old.simulation);
-        }
-        for warning in simulation.warnings().iter().filter(|_| old.is_none()) {
-            warn!("taffeta: {warning}");
-        }
+        let is_gpu = simulation.backend() == "gpu";
         let mut running = Running {
-            shared: simulation.backend() == "gpu"
-                && self.world.on.draw == DrawMethod::Shared
-                && meshes.is_some(),
+            shared: is_gpu && self.world.on.draw == DrawMethod::Shared && building.meshes.is_some(),
             copied: [all_places(&simulation), all_places(&simulation)],
             simulation,
             bodies,
@@ -247,8 +233,29 @@ impl Plan<'_, '_, '_> {
             unreported: 0,
             halted: false,
         };
-        running.make_meshes(&scene, old, meshes)?;
+        running.make_meshes(&scene, old, building.meshes.as_deref_mut())?;
         Ok(running)
+    }
+
+    /// The scene without bodies and colliders.
+    fn settings(&self) -> Scene {
+        let SoftWorld { time, solver, forces, seams } = SoftWorld::clone(&self.world.world);
+        Scene { time, world: self.world.environment.0.clone(), solver, forces, seams, ..Scene::default() }
+    }
+
+    /// Adds colliders to the scene.
+    fn colliders(&self, scene: &mut Scene) -> Vec<RunningCollider> {
+        let add = |one: ColliderDataItem| {
+            let mut collider = one.collider.0.clone();
+            collider.place = place_in_world(one.transform, &collider.place);
+            if let Some(name) = one.name {
+                collider.name = name.to_string();
+            }
+            let (start, keyed) = (Rigid::of(one.transform), !collider.motion.is_empty());
+            scene.colliders.push(collider);
+            RunningCollider { entity: one.entity, start, last: start, keyed }
+        };
+        self.entities.colliders.iter_many(&self.members.colliders).map(add).collect()
     }
 
     /// A body as the engine takes it, and what is known of it besides.
@@ -267,7 +274,7 @@ impl Plan<'_, '_, '_> {
         let mut carried = Vec::new();
         for (index, pinned) in body.pins.0.iter().enumerate() {
             let mut pin = pinned.pin.clone();
-            let by = pinned.by.and_then(|by| Some((by, Rigid::of(self.transforms.get(by).ok()?))));
+            let by = pinned.by.and_then(|by| Some((by, Rigid::of(self.entities.transforms.get(by).ok()?))));
             if let Some((by, now)) = by {
                 let same = |one: &&Carried| one.pin == index && one.by == by;
                 let start =

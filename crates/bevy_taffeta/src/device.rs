@@ -20,14 +20,16 @@ impl SharedGpu {
 #[derive(SystemParam)]
 pub struct Device<'w> {
     shared: ResMut<'w, SharedGpu>,
-    parts: (Option<Res<'w, RenderDevice>>, Option<Res<'w, RenderQueue>>, Option<Res<'w, RenderAdapterInfo>>),
+    device: Option<Res<'w, RenderDevice>>,
+    queue: Option<Res<'w, RenderQueue>>,
+    info: Option<Res<'w, RenderAdapterInfo>>,
 }
 
 impl Device<'_> {
     /// The device, where Bevy has one.
     pub fn gpu(&mut self) -> Option<Gpu> {
         if self.shared.0.is_none()
-            && let (Some(device), Some(queue), Some(info)) = &self.parts
+            && let (Some(device), Some(queue), Some(info)) = (&self.device, &self.queue, &self.info)
         {
             let (device, queue) = (device.wgpu_device().clone(), (**queue.0).clone());
             self.shared.0 = Some(Gpu::on(device, queue, (*info.0).clone()));

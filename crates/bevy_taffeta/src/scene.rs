@@ -182,9 +182,10 @@ pub fn spawn_loaded(
     roots: Query<(Entity, Ref<SoftSceneRoot>, &SceneMaterials, Option<&Children>)>,
     spawned: Query<(), With<FromScene>>,
     scenes: Res<Assets<SoftScene>>,
-    assets: (Option<ResMut<Assets<Mesh>>>, Option<ResMut<Assets<StandardMaterial>>>),
+    meshes: Option<ResMut<Assets<Mesh>>>,
+    mut materials: Option<ResMut<Assets<StandardMaterial>>>,
 ) {
-    let (Some(mut meshes), mut materials) = assets else { return };
+    let Some(mut meshes) = meshes else { return };
     let changed: Vec<_> = events.read().filter_map(loaded).collect();
     for (root, scene, given, children) in &roots {
         let id = scene.0.id();

@@ -39,12 +39,9 @@ fn a_sheet_hangs_in_its_corners_and_starts_where_its_transform_is() {
     assert_eq!((now[0], now[6]), (start[0], start[6]));
     assert!(now[38].y < start[38].y - 0.3);
     // The mesh is drawn in the entity's own coordinates, as all was at the start of the last frame.
-    let mesh = app.world().get::<Mesh3d>(entity).expect("a mesh").0.clone();
-    let mesh = app.world().resource::<Assets<Mesh>>().get(&mesh).expect("an asset");
-    let places =
-        mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|places| places.as_float3()).expect("places");
-    assert!(at.transform_point(places[0].into()).abs_diff_eq(start[0], 1e-5));
-    assert!(at.transform_point(places[38].into()).abs_diff_eq(before[38], 1e-5));
+    let places = drawn(&app, entity);
+    assert!(at.transform_point(places[0]).abs_diff_eq(start[0], 1e-5));
+    assert!(at.transform_point(places[38]).abs_diff_eq(before[38], 1e-5));
 }
 
 #[test]
@@ -74,6 +71,28 @@ fn a_slow_program_takes_several_frames_at_once_but_no_more_than_it_may() {
     set(&mut app, Playback { speed: 100.0, ..default() });
     run(&mut app, 1);
     assert_eq!(running(&mut app).simulation().frame(), 9);
+}
+
+#[test]
+fn bodies_are_drawn_between_their_last_two_states() {
+    let (mut app, entity) = with_sheet();
+    run(&mut app, 10);
+    let before = positions(&mut app);
+    let clock = std::time::Duration::from_secs_f64(1.25 * FRAME);
+    app.insert_resource(bevy::time::TimeUpdateStrategy::ManualDuration(clock));
+    run(&mut app, 1);
+    let now = positions(&mut app);
+    let (drawn, between) = (drawn(&app, entity)[38], before[38].lerp(now[38], 0.25));
+    assert!(before[38].distance(now[38]) > 1e-3);
+    assert!(drawn.abs_diff_eq(between, 1e-6), "{drawn}, not {between}");
+}
+
+/// Places of a body's mesh.
+fn drawn(app: &App, body: Entity) -> Vec<Vec3> {
+    let mesh = app.world().get::<Mesh3d>(body).expect("a mesh").0.clone();
+    let mesh = app.world().resource::<Assets<Mesh>>().get(&mesh).expect("an asset");
+    let places = mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|places| places.as_float3());
+    places.expect("places").iter().map(|place| Vec3::from(*place)).collect()
 }
 
 #[test]
@@ -186,10 +205,11 @@ fn a_world_that_diverges_says_so_in_the_engines_words_and_is_not_drawn_any_more(
             assert!(said.contains("body `tin`") && said.contains("max_step"), "{said}");
             assert_eq!(diverged.body, Some(entity));
             assert!(running(&mut app).is_halted());
-            let places = app.world().resource::<Assets<Mesh>>().iter().next().expect("a mesh").1;
-            let places =
-                places.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|all| all.as_float3()).expect("places");
-            assert!(places.as_flattened().iter().all(|x| x.is_finite()));
+            assert!(drawn(&app, entity).iter().all(|place| place.is_finite()));
+            // With other springs it starts again.
+            app.world_mut().entity_mut(entity).insert(SoftMaterial::default());
+            run(&mut app, 3);
+            assert_eq!(running(&mut app).simulation().frame(), 3);
             return;
         }
     }
