@@ -2,10 +2,8 @@
 //!
 //! `cargo run --release -p bevy_taffeta --example costs -- [ROWS] [COLS] [FRAMES]`
 
-#[allow(dead_code, reason = "tests share it")]
 #[path = "../tests/common/mod.rs"]
 mod common;
-#[allow(dead_code, reason = "tests share it")]
 #[path = "../tests/common/picture.rs"]
 mod picture;
 
