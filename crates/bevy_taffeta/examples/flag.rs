@@ -22,7 +22,7 @@ fn spawn(
     world.air = Some(Air { velocity: [5.0, 0.0, 2.0], ..default() });
     commands.spawn((
         Cloth::grid(20, 30, Vec2::new(1.5, 1.0)),
-        SoftMaterial::new(Mass::Area(0.2)).structural(100.0, 0.02).shear(30.0, 0.02).bend(2.0, 0.02),
+        SoftMaterial::new(Mass::Area(0.2)).structural(60.0, 0.02).shear(20.0, 0.02).bend(1.0, 0.02),
         Pins::hold(Select::cols(0, 0)),
         Transform::from_rotation(Quat::from_rotation_x(FRAC_PI_2)),
         MeshMaterial3d(materials.add(StandardMaterial {

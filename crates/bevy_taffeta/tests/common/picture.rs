@@ -2,10 +2,12 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use crate::common::{clocked, ready};
+use bevy::app::PluginGroupBuilder;
 use bevy::camera::RenderTarget;
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
+use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_resource::TextureFormat;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::window::ExitCondition;
@@ -24,10 +26,15 @@ struct Taken(Option<Image>);
 
 /// An app with the renderer, a camera that looks at the origin from `eye`, and a light.
 pub fn rendering(eye: Vec3) -> App {
+    rendering_with(eye, |plugins| plugins.disable::<PipelinedRenderingPlugin>())
+}
+
+/// As [`rendering`], with plugins chosen.
+pub fn rendering_with(eye: Vec3, choose: impl Fn(PluginGroupBuilder) -> PluginGroupBuilder) -> App {
     let mut app = App::new();
     let window = WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() };
     let plugins = DefaultPlugins.build().set(window).disable::<LogPlugin>();
-    let plugins = plugins.disable::<bevy::render::pipelined_rendering::PipelinedRenderingPlugin>();
+    let plugins = choose(plugins);
     #[cfg(feature = "window")]
     let plugins = plugins.disable::<bevy::winit::WinitPlugin>();
     app.add_plugins((plugins, TaffetaPlugin));
