@@ -286,7 +286,10 @@ impl Plan<'_, '_, '_> {
         }
         let view = view_into(body.transform, 1.0);
         let mesh = BodyMesh::default();
-        (described, RunningBody { entity: body.entity, start, mesh, first_vertex: 0, view, carried })
+        (
+            described,
+            RunningBody { entity: body.entity, start, mesh, first_vertex: 0, view, copied: None, carried },
+        )
     }
 
     /// On the device that is asked for.

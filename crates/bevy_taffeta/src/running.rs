@@ -36,6 +36,8 @@ pub struct RunningBody {
     pub first_vertex: usize,
     /// How it is drawn now.
     pub view: View,
+    /// The frame, and how it was drawn, that its mesh was copied for last.
+    pub copied: Option<(u32, View)>,
     pub carried: Vec<Carried>,
 }
 

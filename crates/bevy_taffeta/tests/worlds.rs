@@ -2,10 +2,11 @@
 
 mod common;
 
+use bevy::ecs::system::RunSystemOnce;
 use bevy::prelude::*;
 use bevy_taffeta::prelude::*;
 use bevy_taffeta::taffeta::scene::{Keyframe, World};
-use bevy_taffeta::{Running, SceneMaterials, taffeta, taffeta_io};
+use bevy_taffeta::{Running, SceneMaterials, spawn_scene, taffeta, taffeta_io};
 use common::{FRAME, plain, positions, ready, run, running, set, sheet};
 use std::path::Path;
 
@@ -58,6 +59,19 @@ fn a_world_stands_still_goes_slowly_and_goes_by_single_frames() {
     app.world_mut().resource_mut::<Time<Virtual>>().pause();
     run(&mut app, 5);
     assert_eq!(running(&mut app).simulation().frame(), 23);
+}
+
+#[test]
+fn nothing_is_copied_while_time_stands_still() {
+    let (mut app, _) = with_sheet();
+    set(&mut app, Playback { paused: true, ..default() });
+    run(&mut app, 2);
+    app.world_mut().resource_mut::<Messages<AssetEvent<Mesh>>>().clear();
+    run(&mut app, 3);
+    assert_eq!(app.world().resource::<Messages<AssetEvent<Mesh>>>().len(), 0);
+    set(&mut app, Playback::default());
+    run(&mut app, 1);
+    assert_eq!(app.world().resource::<Messages<AssetEvent<Mesh>>>().len(), 1);
 }
 
 #[test]
@@ -298,4 +312,29 @@ fn a_scene_file_runs_as_the_engine_runs_it() {
     assert_eq!(ours.state_hash(), simulation.state_hash());
     let mut drawn = app.world_mut().query::<(&Cloth, &Mesh3d, &MeshMaterial3d<StandardMaterial>)>();
     assert_eq!(drawn.iter(app.world()).count(), 1);
+}
+
+#[test]
+fn every_body_and_collider_of_every_scene_is_an_entity_that_can_be_seen() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let mut count = 0;
+    for file in std::fs::read_dir(folder).expect("scenes").map(|file| file.expect("a file").path()) {
+        let scene = taffeta_io::load_scene(&file, &[]).expect("a scene").scene;
+        let mut app = plain();
+        let root = app.world_mut().spawn_empty().id();
+        let (bodies, colliders) = (scene.bodies.len(), scene.colliders.len());
+        let spawn =
+            move |mut commands: Commands,
+                  mut all: (ResMut<Assets<Mesh>>, ResMut<Assets<StandardMaterial>>)| {
+                let materials = SceneMaterials::default().filled(&mut all.1);
+                spawn_scene(&mut commands, root, &scene, &materials, &mut all.0);
+            };
+        app.world_mut().run_system_once(spawn).expect("it runs");
+        let mut seen = app.world_mut().query::<(&SoftCollider, &Mesh3d, &MeshMaterial3d<StandardMaterial>)>();
+        assert_eq!(seen.iter(app.world()).count(), colliders, "{}", file.display());
+        let mut seen = app.world_mut().query::<(&Pins, &SoftMaterial, &MeshMaterial3d<StandardMaterial>)>();
+        assert_eq!(seen.iter(app.world()).count(), bodies, "{}", file.display());
+        count += 1;
+    }
+    assert!(count > 20, "{count} scenes");
 }
