@@ -1,5 +1,6 @@
 //! What a program holds: a scene that runs. Build it, step it, read positions, move pins, apply forces.
 
+mod frames;
 mod live;
 mod snapshot;
 
@@ -10,7 +11,7 @@ use crate::assembly::{Assembly, BodyAssembly, IS_POINT, Touching};
 use crate::backend::{Backend, Hand, Lost};
 use crate::constraints::volume::Form;
 use crate::cpu::CpuBackend;
-use crate::diagnostics::advice::{StepLimit, runaway};
+use crate::diagnostics::advice::StepLimit;
 use crate::diagnostics::tension::Tension;
 use crate::diagnostics::{FrameReport, FrameSums, normals};
 #[cfg(feature = "gpu")]
@@ -177,37 +178,6 @@ impl Simulation {
         self.collect()
     }
 
-    /// Has some frames run, and does not ask what became of them. On a GPU nothing waits, and nothing is read back.
-    ///
-    /// # Errors
-    /// A GPU may be lost.
-    pub fn launch(&mut self, frames: u32) -> Result<(), StepError> {
-        for before in self.frame()..self.frame() + frames {
-            let lost = |Lost(why)| StepError::Lost { frame: before + 1, why };
-            let driven = self.start_frame(before).map_err(lost)?;
-            self.launched = (self.launched.0 + 1, self.launched.1 | driven);
-        }
-        Ok(())
-    }
-
-    /// Waits for the frames that were launched, and reports the last.
-    ///
-    /// # Errors
-    /// As [`Self::advance`].
-    pub fn collect(&mut self) -> Result<&FrameReport, StepError> {
-        let (frames, driven) = std::mem::take(&mut self.launched);
-        if frames > 0 {
-            let frame = self.report.frame + frames;
-            let sums = self.backend.sums().map_err(|Lost(why)| StepError::Lost { frame, why })?;
-            let report = self.report_of(sums, frame);
-            if let Some(what) = runaway(&self.start, &self.report, &report, driven) {
-                return Err(self.diverged(frame, what).into());
-            }
-            self.report = report;
-        }
-        Ok(&self.report)
-    }
-
     /// Runs one frame and says how long [s] each stage took on a GPU that can tell; nothing elsewhere. The stages are
     /// timed apart, so the frame takes longer than others.
     ///
@@ -227,21 +197,6 @@ impl Simulation {
     pub fn fetch(&mut self) -> Result<(), StepError> {
         let frame = self.frame();
         self.backend.fetch().map_err(|Lost(why)| StepError::Lost { frame, why })
-    }
-
-    /// Gives the backend the frame after `before`; returns whether anything but gravity drives the scene in it.
-    fn start_frame(&mut self, before: u32) -> Result<bool, Lost> {
-        let start = f64::from(before) * self.backend.assembly().time.dt;
-        let hand = std::mem::take(&mut self.hand);
-        let driven = self.backend.assembly().is_driven() || !hand.forces.is_empty() || !hand.moves.is_empty();
-        let goes_on = |node: u32| hand.moves.binary_search_by_key(&node, |&(node, ..)| node).is_ok();
-        for node in std::mem::take(&mut self.moved).into_iter().filter(|&node| !goes_on(node)) {
-            let at = self.backend.position(node as usize);
-            self.backend.set(node as usize, at, [0.0; 3]);
-        }
-        self.moved = hand.moves.iter().map(|&(node, ..)| node).collect();
-        self.backend.frame(start, hand)?;
-        Ok(driven)
     }
 
     fn report_of(&self, sums: FrameSums, frame: u32) -> FrameReport {

@@ -1,13 +1,30 @@
 //! Vertices of a body for a renderer on the same device: they go from the state to what it draws, and never to the host.
 
 use super::kernels::{Kernels, Name, Sizes};
-use super::layout::{Drawing, Four, GROUP, NONE};
+use super::layout::{Four, GROUP, NONE};
 use super::segment::Segment;
 use crate::assembly::BodyAssembly;
 use crate::topology::Csr;
 use std::num::NonZeroU64;
+use taffeta_gpu::bytemuck::{Pod, Zeroable};
 use taffeta_gpu::wgpu;
 use taffeta_gpu::{Bindable, Bound, Buffer, DispatchList, Gpu, GpuError, Kernel};
+
+/// `Drawing` of drawn.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Drawing {
+    pub place_x: Four,
+    pub place_y: Four,
+    pub place_z: Four,
+    pub normal_x: Four,
+    pub normal_y: Four,
+    pub normal_z: Four,
+    pub share: f32,
+    pub first: u32,
+    pub stride: u32,
+    pub normal: u32,
+}
 
 /// Where a renderer keeps the vertices of a body.
 #[derive(Clone, Debug)]

@@ -146,22 +146,6 @@ pub struct Along {
     pub there: u32,
 }
 
-/// `Drawing` of drawn.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Drawing {
-    pub place_x: Four,
-    pub place_y: Four,
-    pub place_z: Four,
-    pub normal_x: Four,
-    pub normal_y: Four,
-    pub normal_z: Four,
-    pub share: f32,
-    pub first: u32,
-    pub stride: u32,
-    pub normal: u32,
-}
-
 /// `Grid` of grid.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

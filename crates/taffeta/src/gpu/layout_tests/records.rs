@@ -1,11 +1,12 @@
 //! Records, field by field.
 
 use super::{read, sources, words};
+use crate::gpu::drawn::Drawing;
 use crate::gpu::layout::{
-    Air, Along, Chunk, CoarseEdge, Collider, Descent, Diagonal, Drawing, Entry, Grid, Gusts, Hinge, Joint,
-    LevelGroup, Link, LinkGroup, Load, Meeting, Met, Motion, NodeGroup, NodeSolve, Panel, Parents, Part,
-    Patch, Pin, Progress, Row, Run, Share, SlotSpring, Small, Solve, Solving, Substep, Surface, Symmetric,
-    Taken, Tile, VolumeGroup,
+    Air, Along, Chunk, CoarseEdge, Collider, Descent, Diagonal, Entry, Grid, Gusts, Hinge, Joint, LevelGroup,
+    Link, LinkGroup, Load, Meeting, Met, Motion, NodeGroup, NodeSolve, Panel, Parents, Part, Patch, Pin,
+    Progress, Row, Run, Share, SlotSpring, Small, Solve, Solving, Substep, Surface, Symmetric, Taken, Tile,
+    VolumeGroup,
 };
 use taffeta_gpu::wgpu::naga::{AddressSpace, Handle, Module, Type, TypeInner};
 

@@ -1,0 +1,54 @@
+//! Frames of a simulation: launched, and then collected.
+
+use super::{Simulation, StepError};
+use crate::backend::Lost;
+use crate::diagnostics::FrameReport;
+use crate::diagnostics::advice::runaway;
+
+impl Simulation {
+    /// Has some frames run, and does not ask what became of them. On a GPU nothing waits, and nothing is read back.
+    ///
+    /// # Errors
+    /// A GPU may be lost.
+    pub fn launch(&mut self, frames: u32) -> Result<(), StepError> {
+        for before in self.frame()..self.frame() + frames {
+            let lost = |Lost(why)| StepError::Lost { frame: before + 1, why };
+            let driven = self.start_frame(before).map_err(lost)?;
+            self.launched = (self.launched.0 + 1, self.launched.1 | driven);
+        }
+        Ok(())
+    }
+
+    /// Waits for the frames that were launched, and reports the last.
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn collect(&mut self) -> Result<&FrameReport, StepError> {
+        let (frames, driven) = std::mem::take(&mut self.launched);
+        if frames > 0 {
+            let frame = self.report.frame + frames;
+            let sums = self.backend.sums().map_err(|Lost(why)| StepError::Lost { frame, why })?;
+            let report = self.report_of(sums, frame);
+            if let Some(what) = runaway(&self.start, &self.report, &report, driven) {
+                return Err(self.diverged(frame, what).into());
+            }
+            self.report = report;
+        }
+        Ok(&self.report)
+    }
+
+    /// Gives the backend the frame after `before`; returns whether anything but gravity drives the scene in it.
+    fn start_frame(&mut self, before: u32) -> Result<bool, Lost> {
+        let start = f64::from(before) * self.backend.assembly().time.dt;
+        let hand = std::mem::take(&mut self.hand);
+        let driven = self.backend.assembly().is_driven() || !hand.forces.is_empty() || !hand.moves.is_empty();
+        let goes_on = |node: u32| hand.moves.binary_search_by_key(&node, |&(node, ..)| node).is_ok();
+        for node in std::mem::take(&mut self.moved).into_iter().filter(|&node| !goes_on(node)) {
+            let at = self.backend.position(node as usize);
+            self.backend.set(node as usize, at, [0.0; 3]);
+        }
+        self.moved = hand.moves.iter().map(|&(node, ..)| node).collect();
+        self.backend.frame(start, hand)?;
+        Ok(driven)
+    }
+}
