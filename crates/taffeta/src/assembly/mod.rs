@@ -7,6 +7,7 @@ mod attach;
 mod body;
 mod constraints;
 mod grid;
+mod inside;
 mod levels;
 mod loads;
 mod pairs;
@@ -104,6 +105,7 @@ impl Assembly {
         assembly.start_points();
         assembly.measure_seams();
         assembly.note_start_contacts();
+        assembly.note_starts_inside(scene);
         Ok(assembly)
     }
 

@@ -31,6 +31,8 @@ pub struct MeshShape {
     start: f64,
     /// The longest way of a node up to each pose [m].
     travel: Vec<f64>,
+    /// Largest coordinate of a node [m].
+    extent: f64,
 }
 
 /// A mesh at the end of a sub-step.
@@ -89,6 +91,10 @@ pub struct Found<T> {
     pub at: Nearest<T>,
 }
 
+/// Least distance kept to nodes, relative to places and to the distance of two neighbouring numbers: a node that lies on a face
+/// must not be behind it by rounding, or its next way in would be none.
+const LEAST_OFFSET: f64 = 16.0;
+
 impl MeshShape {
     /// Whether it changes its shape.
     pub fn deforms(&self) -> bool {
@@ -103,13 +109,15 @@ impl MeshShape {
         // A sub-step longer than the way between two poses is taken to come from the pose before.
         let share = |time: f64| (time - pose as f64).max(-1.0);
         let (way, travel) = (self.travel(before), self.travel(after));
+        let extent = place.shift.iter().fold(self.extent, |most, x| most.max(x.to_f64().abs()));
+        let least = LEAST_OFFSET * T::EPSILON.to_f64() * extent;
         MeshNow {
             index,
             place,
             pose: pose as u32,
             shares: [share(before), share(after)].map(T::from_f64),
             rate: T::from_f64((after - before) / h),
-            offset: T::from_f64(offset),
+            offset: T::from_f64(offset.max(least)),
             travel: T::from_f64(travel),
             stride: T::from_f64(travel - way),
         }
@@ -208,8 +216,9 @@ impl MeshShape {
         for pair in poses.windows(2) {
             travel.push(travel[travel.len() - 1] + way(pair));
         }
+        let extent = poses.iter().flatten().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
         let (interval, start) = timing.map_or((1.0, 0.0), |poses| (poses.interval, poses.start));
-        Self { poses, triangles, boxes, solid, interval, start, travel }
+        Self { poses, triangles, boxes, solid, interval, start, travel, extent }
     }
 }
 

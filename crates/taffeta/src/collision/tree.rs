@@ -90,6 +90,11 @@ impl<T: Real> Tree<T> {
         (squared > dot(across, across)).then(|| squared.sqrt() - self.lost())
     }
 
+    /// Whether a place is out of the box around all triangles.
+    pub fn is_outside(&self, x: [T; 3]) -> bool {
+        self.squared(1, x) > T::ZERO
+    }
+
     /// Hands out triangles around a place, eight at most, those in nearer boxes first, to a job that says how near others must
     /// be to be wanted. One is known to be no farther off than `within`; returns how far those left out are off, at least [m²].
     pub fn visit_around(&self, x: [T; 3], within: T, mut job: impl FnMut(Range<u32>) -> T) -> T {

@@ -92,3 +92,25 @@ fn a_sheet_that_goes_from_pose_to_pose_at_50_metres_a_second_takes_nodes_along()
         }
     }
 }
+
+#[test]
+fn cloth_that_lies_on_a_thin_plate_without_an_offset_stays_on_it() {
+    let can = Mesh::Cylinder(Cylinder { radius: 0.5, height: 1e-4, segments: 24, rings: 1, capped: true });
+    let mut ground = Collider::heightfield([0.8, 0.8], vec![vec![5e-5; 2]; 2]);
+    ground.heightfield.iter_mut().for_each(|field| field.depth = 1e-4);
+    let sheet = Body::cloth("sheet", Mesh::grid(14, 14, [0.6, 0.6]))
+        .with_mass(Mass::Area(0.2))
+        .structural(100.0, 0.02)
+        .shear(50.0, 0.02)
+        .at([0.0, 0.05, 0.0]);
+    for (name, plate) in
+        [("ground", ground), ("mesh", Collider::mesh(can.clone())), ("hull", Collider::convex(can))]
+    {
+        for precision in [Precision::F32, Precision::F64] {
+            let scene = Scene::new("thin").time(1.0 / 60.0, 7e-4).body(sheet.clone()).collider(plate.clone());
+            for [x, y, z] in heights(&scene, precision, 40) {
+                assert!(y > 4e-5, "{name}, {precision}: {x} {y} {z}");
+            }
+        }
+    }
+}
