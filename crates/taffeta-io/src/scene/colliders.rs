@@ -62,8 +62,14 @@ fn fill_poses(
     folders: &Folders,
     source: &SceneSource,
 ) -> Result<(), LoadError> {
-    let (Some(poses), Some(Mesh::Surface(surface))) = (&mut collider.poses, &collider.mesh) else {
-        return Ok(());
+    let Some(poses) = &mut collider.poses else { return Ok(()) };
+    let surface = match &collider.mesh {
+        Some(Mesh::Surface(surface)) => surface,
+        Some(_) => {
+            let what = "`poses` are those of a mesh from a file, and this mesh is from none; mesh.file would do";
+            return Err(source.at_path(&format!("{path}.poses"), what));
+        }
+        None => return Ok(()),
     };
     let mut all = Vec::new();
     if let Some(name) = &poses.file {
