@@ -66,7 +66,8 @@ fn fill_poses(
     let surface = match &collider.mesh {
         Some(Mesh::Surface(surface)) => surface,
         Some(_) => {
-            let what = "`poses` are those of a mesh from a file, and this mesh is from none; mesh.file would do";
+            let what =
+                "`poses` are those of a mesh from a file, and this mesh is from none; mesh.file would do";
             return Err(source.at_path(&format!("{path}.poses"), what));
         }
         None => return Ok(()),
