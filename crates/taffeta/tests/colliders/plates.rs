@@ -2,7 +2,7 @@
 
 use crate::common::{V, build_as, weightless};
 use taffeta::Precision;
-use taffeta::scene::{Body, Collider, Cylinder, Keyframe, Mass, Mesh, Place, Rotation, Scene};
+use taffeta::scene::{Body, Collider, Cylinder, Icosphere, Keyframe, Mass, Mesh, Place, Rotation, Scene};
 
 /// Plates of a millimetre or none, 2 m wide, in the xz plane.
 fn plates() -> Vec<(&'static str, Collider)> {
@@ -112,5 +112,17 @@ fn cloth_that_lies_on_a_thin_plate_without_an_offset_stays_on_it() {
                 assert!(y > 4e-5, "{name}, {precision}: {x} {y} {z}");
             }
         }
+    }
+}
+
+#[test]
+fn an_offset_much_larger_than_the_mesh_is_kept() {
+    let speck = Mesh::Icosphere(Icosphere { radius: 0.02, subdivisions: 1 });
+    let scene = weightless("speck", 1.0 / 60.0, 1.0 / 60.0)
+        .body(nodes(0.3))
+        .collider(Collider::mesh(speck).offset(0.45));
+    for [x, y, z] in heights(&scene, Precision::F64, 1) {
+        let off = (x * x + y * y + z * z).sqrt();
+        assert!(off > 0.46, "{x} {y} {z}: {off}");
     }
 }

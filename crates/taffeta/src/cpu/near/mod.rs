@@ -147,7 +147,7 @@ impl<'a, T: Real> Near<'a, T> {
         }
         let (view, reach) = self.view(now, way[1]);
         let from = one.least(now, way[0]);
-        let at_end = one.resting(&view, reach);
+        let at_end = one.resting(&view, T::ZERO, reach);
         let touch = if keeps_off(now, way, from, at_end.as_ref()) {
             at_end.filter(|at_end| at_end.depth > T::ZERO)
         } else if one.is_whole(now, way) {
@@ -174,7 +174,7 @@ impl<'a, T: Real> Near<'a, T> {
             return None;
         }
         let (view, reach) = self.view(now, place);
-        let touch = one.resting(&view, reach)?;
+        let touch = one.resting(&view, most, reach)?;
         Some((touch.depth, now.place.turn(touch.normal)))
     }
 

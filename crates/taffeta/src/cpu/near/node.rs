@@ -119,8 +119,9 @@ impl<T: Real> Node<'_, T> {
         dot(d, d).sqrt()
     }
 
-    /// How the mesh touches a place by its nearest point; `None` if it is far off. Lists reach about as far as `reach` [m].
-    pub fn resting(&mut self, view: &View<'_, T>, reach: T) -> Option<MeshTouch<T>> {
+    /// How the mesh touches a place by its nearest point; `None` only if it is farther off than its offset and `most` [m]. Lists
+    /// reach about as far as `reach` [m].
+    pub fn resting(&mut self, view: &View<'_, T>, most: T, reach: T) -> Option<MeshTouch<T>> {
         let (x, now) = (view.x, view.now);
         let last = Found { triangle: self.memory.nearest, at: view.nearest(self.memory.nearest) };
         if self.is_still_nearest(now, x, &last.at) {
@@ -129,7 +130,9 @@ impl<T: Real> Node<'_, T> {
         let tree = view.surface.tree(now);
         let is_anew = if self.is_whole(now, [x; 2]) {
             self.follow(view)
-        } else if let Some(far) = tree.far_from(x) {
+        } else if let Some(far) = tree.far_from(x)
+            && far > now.offset + most
+        {
             self.start(now, x);
             *self.clear = far - now.offset + self.memory.since;
             return None;
