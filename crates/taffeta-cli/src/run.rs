@@ -221,6 +221,10 @@ fn opening(loaded: &Loaded, simulation: &Simulation, device: &Device, plan: &Pla
         lines.push(format!("  {}: {} nodes, {} springs", body.name, grouped(body.nodes), grouped(springs)));
         lines.extend(body.repairs.iter().map(|repair| format!("    {}", console::mended(repair))));
     }
+    for collider in simulation.colliders().iter().filter(|collider| !collider.repairs.is_empty()) {
+        lines.push(format!("  collider {}: {}", collider.name, collider.shape));
+        lines.extend(collider.repairs.iter().map(|repair| format!("    {}", console::mended(repair))));
+    }
     lines.extend(loaded.notes.iter().chain(&device.notes()).map(|note| format!("note: {note}")));
     let disk = memory::disk_warning(&plan.dir, plan.bytes(simulation));
     lines.extend(simulation.warnings().iter().chain(&disk).map(|warning| format!("warning: {warning}")));

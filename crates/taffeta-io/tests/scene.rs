@@ -392,9 +392,29 @@ fn a_missing_mesh_is_refused_or_replaced_by_its_stand_in() {
     assert!(error.message.contains("`bunny.ply` was not found; looked in "), "{error}");
     assert!(error.message.contains("cargo xtask models"), "{error}");
     let stand_in = "stand_in = { icosphere = { radius = 0.5, subdivisions = 4 } }";
+    let error = scene_with(
+        folder.path(),
+        &format!("mesh.grid = {{ rows = 2, cols = 2, size = [1, 1] }}\n{stand_in}"),
+    );
+    assert!(error.unwrap_err().message.contains("stands in for a mesh file that is not there"));
     let loaded = scene_with(folder.path(), &format!("{mesh}\n{stand_in}")).unwrap();
     assert!(matches!(loaded.scene.bodies[0].mesh, Mesh::Icosphere(_)));
     assert!(loaded.notes[0].starts_with("body `b` uses its stand-in: `bunny.ply` was not found"));
+}
+
+#[test]
+fn a_file_that_may_be_meant_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("people")).unwrap();
+    fs::write(folder.path().join("people/human.ply"), "").unwrap();
+    let message =
+        |name: &str| scene_with(folder.path(), &format!("mesh.file = {name:?}")).unwrap_err().message;
+    let near = message("people/humen.ply");
+    assert!(
+        near.starts_with("`people/humen.ply` was not found; did you mean `people/human.ply`? Looked in "),
+        "{near}"
+    );
+    assert!(message("people/teapot.obj").starts_with("`people/teapot.obj` was not found; looked in "));
 }
 
 #[test]

@@ -26,7 +26,9 @@ pub mod topology;
 pub use gpu::parity;
 #[cfg(feature = "gpu")]
 pub use gpu::{ConstraintProduct, GpuCost, GpuKernels, GpuOptions, VertexTarget, View};
-pub use simulation::{BodyInfo, Diverged, Options, Pose, Precision, Simulation, Snapshot, StepError};
+pub use simulation::{
+    BodyInfo, ColliderInfo, Diverged, Options, Pose, Precision, Simulation, Snapshot, StepError,
+};
 pub use step::Stage;
 #[cfg(feature = "gpu")]
 pub use taffeta_gpu;

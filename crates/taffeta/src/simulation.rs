@@ -1,9 +1,11 @@
 //! What a program holds: a scene that runs. Build it, step it, read positions, move pins, apply forces.
 
 mod frames;
+mod info;
 mod live;
 mod snapshot;
 
+pub use info::{BodyInfo, ColliderInfo};
 pub use live::Pose;
 pub use snapshot::Snapshot;
 
@@ -12,6 +14,7 @@ use crate::backend::{Backend, Hand, Lost};
 use crate::constraints::volume::Form;
 use crate::cpu::CpuBackend;
 use crate::diagnostics::advice::StepLimit;
+use crate::diagnostics::digits::too_coarse;
 use crate::diagnostics::tension::Tension;
 use crate::diagnostics::{FrameReport, FrameSums, normals};
 #[cfg(feature = "gpu")]
@@ -45,39 +48,6 @@ pub struct Options {
     /// The GPU to run on; `None`: the CPU.
     #[cfg(feature = "gpu")]
     pub gpu: Option<GpuOptions>,
-}
-
-/// One body of a running scene, for people and outputs.
-#[derive(Clone, Debug)]
-pub struct BodyInfo {
-    /// Its name.
-    pub name: String,
-    /// Number of vertices: what outputs have.
-    pub vertices: usize,
-    /// Number of nodes: what is simulated.
-    pub nodes: usize,
-    /// Number of nodes that pins hold.
-    pub pinned: usize,
-    /// Number of nodes that pins hold until they break.
-    pub breaking: usize,
-    /// Number of tethers.
-    pub tethers: usize,
-    /// Number of triangles.
-    pub triangles: usize,
-    /// Springs by kind, with their number: `("structural", 1984)`.
-    pub springs: Vec<(&'static str, usize)>,
-    /// Nodes of its coarser levels, the finest first, where its springs are solved for by multigrid.
-    pub levels: Vec<usize>,
-    /// Number of hinges.
-    pub hinges: usize,
-    /// Mass [kg], held nodes included.
-    pub mass: f64,
-    /// Volume at rest [m³], of a closed body.
-    pub rest_volume: Option<f64>,
-    /// Of a body whose nodes touch others: stretch from which on nodes of another layer slip between its own.
-    pub slips_from: Option<f64>,
-    /// What was mended in its mesh, in words.
-    pub repairs: Vec<String>,
 }
 
 /// A run that cannot go on.
@@ -117,6 +87,7 @@ pub struct Simulation {
     backend: Box<dyn Backend>,
     precision: Precision,
     bodies: Vec<BodyInfo>,
+    colliders: Vec<ColliderInfo>,
     start: FrameReport,
     report: FrameReport,
     limit: StepLimit,
@@ -135,12 +106,19 @@ impl Simulation {
     /// Names the place in the scene that cannot be simulated, and what would do.
     pub fn new(scene: &Scene, options: &Options) -> Result<Self, SceneError> {
         let assembly = Assembly::new(scene)?;
-        let bodies: Vec<BodyInfo> = (0..assembly.bodies.len()).map(|body| info(&assembly, body)).collect();
+        let bodies: Vec<BodyInfo> =
+            (0..assembly.bodies.len()).map(|body| BodyInfo::of(&assembly, body)).collect();
+        let colliders =
+            (0..assembly.colliders.len()).map(|i| ColliderInfo::of(scene, &assembly, i)).collect();
         let limit = StepLimit::new(&assembly);
         let of_body = |body: &BodyAssembly| {
             body.warnings.iter().map(|warning| format!("body `{}`: {warning}", body.name)).collect::<Vec<_>>()
         };
-        let warnings = assembly.bodies.iter().flat_map(of_body).chain(limit.warnings()).collect();
+        let mut warnings: Vec<String> =
+            assembly.bodies.iter().flat_map(of_body).chain(limit.warnings()).collect();
+        if options.precision == Precision::F32 {
+            warnings.extend(assembly.bodies.iter().filter_map(too_coarse));
+        }
         let threads = options.threads.unwrap_or_else(|| useful_threads(&assembly)).max(1);
         let backend =
             backend(scene, assembly, threads, options).map_err(|why| SceneError::new("body", why))?;
@@ -148,6 +126,7 @@ impl Simulation {
             backend,
             precision: options.precision,
             bodies,
+            colliders,
             start: FrameReport::default(),
             report: FrameReport::default(),
             limit,
@@ -268,6 +247,11 @@ impl Simulation {
     /// The bodies in the scene's order.
     pub fn bodies(&self) -> &[BodyInfo] {
         &self.bodies
+    }
+
+    /// The colliders in the scene's order, as they were when it was built.
+    pub fn colliders(&self) -> &[ColliderInfo] {
+        &self.colliders
     }
 
     /// Number of pairs of nodes that each seam sews, in the scene's order.
@@ -544,28 +528,4 @@ fn useful_threads(assembly: &Assembly) -> usize {
     let all = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let hinges: usize = assembly.bodies.iter().map(|body| body.hinges.len()).sum();
     all.min((assembly.places + 8 * hinges + 4 * assembly.constraints.len()) / 4096)
-}
-
-fn info(assembly: &Assembly, index: usize) -> BodyInfo {
-    let body = &assembly.bodies[index];
-    let nodes = body.first as u32..(body.first + body.nodes) as u32;
-    let attached = &assembly.attachments;
-    let points = attached.rows.iter().filter(|row| row.ends[1] & IS_POINT != 0);
-    let coarser = assembly.levels.iter().map(|level| level.bodies[index].len());
-    BodyInfo {
-        name: body.name.clone(),
-        vertices: body.vertices(),
-        nodes: body.nodes,
-        pinned: body.free.iter().filter(|free| !**free).count(),
-        breaking: points.filter(|row| nodes.contains(&row.ends[0])).count(),
-        tethers: attached.tethers.iter().filter(|tether| nodes.contains(&tether.node)).count(),
-        triangles: body.triangles(),
-        springs: body.spring_counts(),
-        levels: coarser.take_while(|&nodes| nodes > 0).collect(),
-        hinges: body.hinges.len(),
-        mass: body.mass.iter().sum(),
-        rest_volume: body.rest_volume,
-        slips_from: body.touching.as_ref().map(Touching::slips_from),
-        repairs: body.surface.as_ref().map_or_else(Vec::new, |surface| surface.repairs.clone()),
-    }
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::path::Path;
 use taffeta::diagnostics::tension::Tension;
 use taffeta::scene::{ConstraintForm, Method, Seam, Solver};
-use taffeta::{BodyInfo, Options, Simulation};
+use taffeta::{BodyInfo, ColliderInfo, Options, Simulation};
 use taffeta_io::Loaded;
 
 /// The answer for a scene.
@@ -16,6 +16,7 @@ struct Report {
     scene: String,
     title: String,
     bodies: Vec<BodyReport>,
+    colliders: Vec<ColliderReport>,
     seams: Vec<SeamReport>,
     memory_bytes: usize,
     substeps: u32,
@@ -80,6 +81,20 @@ struct BodyReport {
 }
 
 #[derive(Serialize)]
+struct ColliderReport {
+    name: String,
+    /// The key of its shape.
+    shape: &'static str,
+    /// Null where it is no surface of triangles.
+    triangles: Option<usize>,
+    /// Whether they close around an inside; null where it is no surface of triangles.
+    closed: Option<bool>,
+    keyframes: usize,
+    poses: usize,
+    repairs: Vec<String>,
+}
+
+#[derive(Serialize)]
 struct KindCount {
     kind: &'static str,
     count: usize,
@@ -102,6 +117,7 @@ impl Report {
             scene: path.display().to_string(),
             title: loaded.scene.title.clone(),
             bodies: simulation.bodies().iter().map(BodyReport::of).collect(),
+            colliders: simulation.colliders().iter().map(ColliderReport::of).collect(),
             seams: loaded.scene.seams.iter().zip(simulation.sewn()).map(SeamReport::of).collect(),
             memory_bytes: simulation.memory(),
             substeps: loaded.scene.time.substeps(),
@@ -119,6 +135,7 @@ impl Report {
     fn words(&self) -> String {
         let mut lines = vec![format!("{}: {}", self.scene, self.title)];
         self.bodies.iter().for_each(|body| lines.extend(body.words()));
+        self.colliders.iter().for_each(|collider| lines.extend(collider.words()));
         lines.extend(self.seams.iter().map(SeamReport::words));
         lines.push(format!("memory: {:.1} MB", self.memory_bytes as f64 * 1e-6));
         lines.push(format!("sub-steps a frame: {}, of {:.3e} s", self.substeps, self.step));
@@ -250,6 +267,35 @@ impl BodyReport {
         }
         lines.extend(self.repairs.iter().map(|repair| format!("  {}", console::mended(repair))));
         lines
+    }
+}
+
+impl ColliderReport {
+    fn of(collider: &ColliderInfo) -> Self {
+        Self {
+            name: collider.name.clone(),
+            shape: collider.shape,
+            triangles: collider.surface.map(|(triangles, _)| triangles),
+            closed: collider.surface.map(|(_, closed)| closed),
+            keyframes: collider.keyframes,
+            poses: collider.poses,
+            repairs: collider.repairs.clone(),
+        }
+    }
+
+    fn words(&self) -> Vec<String> {
+        let mut words = format!("collider `{}`: {}", self.name, self.shape);
+        if let (Some(triangles), Some(closed)) = (self.triangles, self.closed) {
+            let what = if closed { "closed: solid" } else { "open: a sheet with two sides" };
+            words += &format!(", {} triangles, {what}", grouped(triangles));
+        }
+        for (number, what) in [(self.keyframes, "keyframe"), (self.poses, "pose")] {
+            if number > 0 {
+                words += &format!(", {} {what}{}", grouped(number), if number == 1 { "" } else { "s" });
+            }
+        }
+        let repairs = self.repairs.iter().map(|repair| format!("  {}", console::mended(repair)));
+        std::iter::once(words).chain(repairs).collect()
     }
 }
 

@@ -77,6 +77,48 @@ fn check_counts_and_measures_the_step() {
 }
 
 #[test]
+fn check_describes_colliders_and_what_was_mended_in_them() {
+    // A tetrahedron whose faces have vertices of their own, and without its last face.
+    let faces = ["1 2 3", "1 4 2", "2 4 3", "3 4 1"];
+    let corners = ["v 0 0 0", "v 0.1 0 0", "v 0 0 0.1", "v 0 0.1 0"];
+    let soup = |faces: &[&str]| {
+        let lines = faces.iter().enumerate().map(|(i, face)| {
+            let vertices = face.split(' ').map(|vertex| corners[vertex.parse::<usize>().unwrap() - 1]);
+            format!(
+                "{}\nf {} {} {}\n",
+                vertices.collect::<Vec<_>>().join("\n"),
+                3 * i + 1,
+                3 * i + 2,
+                3 * i + 3
+            )
+        });
+        lines.collect::<String>()
+    };
+    let scene = format!(
+        "{SHEET}[[collider]]\nname = \"stone\"\nmesh.file = \"stone.obj\"\nplace.position = [0, -2, 0]\n\
+         motion = [{{ t = 1.0, translate = [0, 1, 0] }}]\n[[collider]]\nsphere.radius = 0.1\nplace.position = [0, -9, 0]\n"
+    );
+    let desk = Desk::with(&scene);
+    let check = |faces: &[&str]| {
+        std::fs::write(desk.path("stone.obj"), soup(faces)).unwrap();
+        ending(desk.taffeta(&["check", "scene.toml"])).0
+    };
+    let whole = check(&faces);
+    let said = "\ncollider `stone`: mesh, 4 triangles, closed: solid, 1 keyframe\n  mended: welded 12 vertices into 4";
+    assert!(whole.contains(said) && whole.contains("\ncollider `collider1`: sphere\n"), "{whole}");
+    let open = check(&faces[..3]);
+    assert!(
+        open.contains("\ncollider `stone`: mesh, 3 triangles, open: a sheet with two sides, 1 keyframe\n"),
+        "{open}"
+    );
+    let (out, _, code) = ending(desk.taffeta(&["run", "scene.toml", "--frames", "1", "--out", "out"]));
+    assert!(
+        code == Some(0) && out.contains("  collider stone: mesh\n    mended: welded 9 vertices"),
+        "{out}"
+    );
+}
+
+#[test]
 fn check_says_how_many_nodes_are_held() {
     let of = |scene: &str| ending(Desk::with(scene).taffeta(&["check", "scene.toml"])).0;
     assert!(of(SHEET).contains("\n  pinned: 2\n"));

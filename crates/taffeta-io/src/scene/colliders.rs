@@ -1,6 +1,6 @@
 //! Meshes and poses of colliders.
 
-use super::files::found;
+use super::files::{NOT_STOOD_IN_FOR, found};
 use super::folders::{Folders, Unusable};
 use super::{LoadError, SceneSource, poses};
 use crate::mesh::{MeshOptions, load_mesh};
@@ -22,6 +22,10 @@ pub(super) fn fill(
         let message = "a stand-in must be there without a file: a cube, icosphere, torus, …";
         return Err(source.at_path(&format!("{path}.stand_in"), message));
     }
+    let meshes = [&collider.mesh, &collider.convex];
+    if stand_in.is_some() && !meshes.into_iter().flatten().any(|mesh| matches!(mesh, Mesh::File(_))) {
+        return Err(source.at_path(&format!("{path}.stand_in"), NOT_STOOD_IN_FOR));
+    }
     let (fill_holes, who) = (collider.fill_holes, name(collider, path));
     for (key, mesh) in [("mesh", &mut collider.mesh), ("convex", &mut collider.convex)] {
         let Some(Mesh::File(name)) = mesh else { continue };
@@ -36,7 +40,7 @@ pub(super) fn fill(
                 notes.push(format!("collider `{who}` uses its stand-in: {why}"));
                 *mesh = Some(shape.clone());
                 // They are those of the mesh that is not there.
-                collider.poses = None;
+                (collider.poses, collider.fill_holes) = (None, false);
             }
             (Err(Unusable::Missing(why) | Unusable::Refused(why)), _) => {
                 return Err(source.at_path(&place, why));

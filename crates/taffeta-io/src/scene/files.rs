@@ -13,6 +13,10 @@ use taffeta::topology::Surface;
 /// Longest list of struts [byte]: some twenty million.
 const LONGEST_LIST: u64 = 1 << 28;
 
+/// What is wrong with a stand-in where no mesh file is named.
+pub(super) const NOT_STOOD_IN_FOR: &str =
+    "stands in for a mesh file that is not there, and no file is named; mesh.file would do, or leave it out";
+
 /// Replaces the files that the scene names by what is in them.
 pub(super) fn fill(loaded: &mut Loaded, scene_file: &Path) -> Result<(), LoadError> {
     let folders = Folders::of(scene_file, std::env::var_os("TAFFETA_MODELS").map(Into::into));
@@ -42,7 +46,10 @@ fn fill_mesh(
         let message = "a stand-in must be there without a file: a grid, icosphere, torus, …";
         return Err(source.at_path(&format!("{path}.stand_in"), message));
     }
-    let Mesh::File(name) = &body.mesh else { return Ok(()) };
+    let Mesh::File(name) = &body.mesh else {
+        let needless = stand_in.map(|_| source.at_path(&format!("{path}.stand_in"), NOT_STOOD_IN_FOR));
+        return needless.map_or(Ok(()), Err);
+    };
     let place = format!("{path}.mesh.file");
     match (folders.find(name), stand_in) {
         (Ok(file), _) => {

@@ -1,7 +1,11 @@
 //! Where the files of a scene may lie: its folder, `models/` folders and `$TAFFETA_MODELS`. Nothing else is read.
 
+use super::words::nearest;
 use std::cell::RefCell;
 use std::path::{Component, Path, PathBuf};
+
+/// Entries of a folder that are looked through for a name that was meant.
+const MOST_ENTRIES: usize = 10_000;
 
 /// The folders that are searched, in order.
 pub(super) struct Folders {
@@ -74,10 +78,28 @@ impl Folders {
             return Err(Unusable::Refused(format!("`{name}` is {what}; a file would do")));
         }
         let places: Vec<String> = self.folders.iter().map(|folder| folder.display().to_string()).collect();
+        let like =
+            self.like(name).map_or_else(|| "; l".to_owned(), |like| format!("; did you mean `{like}`? L"));
         Err(Unusable::Missing(format!(
-            "`{name}` was not found; looked in {}. `cargo xtask models` fetches the real models",
+            "`{name}` was not found{like}ooked in {}. `cargo xtask models` fetches the real models",
             places.join(", ")
         )))
+    }
+
+    /// A file whose name is like this one.
+    fn like(&self, name: &str) -> Option<String> {
+        let (parent, last) = match name.rsplit_once('/') {
+            Some((parent, last)) => (format!("{parent}/"), last),
+            None => (String::new(), name),
+        };
+        let mut names: Vec<String> = Vec::new();
+        for folder in &self.folders {
+            let entries = std::fs::read_dir(folder.join(&parent)).into_iter().flatten().flatten();
+            let files = entries.take(MOST_ENTRIES).filter(|entry| entry.path().is_file());
+            names.extend(files.filter_map(|entry| entry.file_name().into_string().ok()));
+        }
+        names.sort();
+        nearest(last, &names).map(|like| format!("{parent}{like}"))
     }
 }
 

@@ -20,7 +20,7 @@ pub(super) fn read(path: &Path, vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, S
 
 fn samples(bytes: &[u8], vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> {
     if !bytes.starts_with(b"POINTCACHE2\0") || bytes.len() < HEADER {
-        return Err("is no PC2 file: it does not begin with POINTCACHE2".to_owned());
+        return Err("is no PC2 file: it does not begin with POINTCACHE2; poses.files = [\"a.obj\", …] would take a mesh a pose".to_owned());
     }
     let number = |at: usize| i32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
     let (version, points, count) = (number(12), number(16), number(28));
@@ -30,9 +30,11 @@ fn samples(bytes: &[u8], vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> 
     if usize::try_from(points) != Ok(vertices) {
         return Err(format!("has {points} points, the mesh {vertices} vertices; as many would do"));
     }
-    let count = usize::try_from(count).unwrap_or(0);
+    let Some(count) = usize::try_from(count).ok().filter(|&count| count > 0) else {
+        return Err(format!("says {count} samples; a file with one or more would do"));
+    };
     let [have, need] = [bytes.len() - HEADER, count.saturating_mul(12 * vertices)];
-    if count == 0 || have < need {
+    if have < need {
         return Err(format!("says {count} samples, {need} bytes, and has {have}; a whole file would do"));
     }
     let float = |b: &[u8]| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]));
@@ -67,7 +69,7 @@ mod tests {
         let refused = |bytes: &[u8], vertices| samples(bytes, vertices).unwrap_err();
         assert!(refused(&file(2, 3, &numbers), 2).contains("says 3 samples, 72 bytes, and has 48"));
         assert!(refused(&file(2, 2, &numbers), 3).contains("has 2 points, the mesh 3 vertices"));
-        assert!(refused(&file(2, -1, &numbers), 2).contains("says 0 samples"));
+        assert!(refused(&file(2, -1, &numbers), 2).contains("says -1 samples; a file with one or more"));
         assert!(refused(b"POINTCACHE2\0", 2).contains("no PC2 file"));
         assert!(refused(b"", 2).contains("no PC2 file"));
     }

@@ -21,16 +21,18 @@ pub(super) fn nearest_of(name: &str, valid: &[&str]) -> String {
     if valid.is_empty() {
         return "; nothing is valid here".to_owned();
     }
-    let best = valid
-        .iter()
-        .map(|candidate| (strsim::jaro_winkler(name, candidate), candidate))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .filter(|(similarity, _)| *similarity >= 0.8);
     let list = valid.join(", ");
-    match best {
-        Some((_, nearest)) => format!("; did you mean `{nearest}`? Valid here: {list}"),
+    match nearest(name, valid) {
+        Some(nearest) => format!("; did you mean `{nearest}`? Valid here: {list}"),
         None => format!(". Valid here: {list}"),
     }
+}
+
+/// The candidate that is most likely meant by `name`, if one is like it.
+pub(super) fn nearest<'a, S: AsRef<str>>(name: &str, candidates: &'a [S]) -> Option<&'a str> {
+    let alike = |candidate: &'a S| (strsim::jaro_winkler(name, candidate.as_ref()), candidate.as_ref());
+    let best = candidates.iter().map(alike).max_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|(similarity, _)| *similarity >= 0.8).map(|(_, nearest)| nearest)
 }
 
 /// What serde calls a type, in words for the user.

@@ -1,6 +1,7 @@
 //! What a frame was like, whether a step can be stable, and what to say when it was not.
 
 pub mod advice;
+pub(crate) mod digits;
 pub mod normals;
 mod report;
 pub mod stability;

@@ -195,6 +195,23 @@ pub enum Shape<'a> {
     Heightfield(&'a Heightfield),
 }
 
+impl Shape<'_> {
+    /// Its key in a scene, one of [`Collider::SHAPES`].
+    pub fn key(&self) -> &'static str {
+        let number = match self {
+            Self::Sphere(_) => 0,
+            Self::Plane(_) => 1,
+            Self::Box(_) => 2,
+            Self::Capsule(_) => 3,
+            Self::Cylinder(_) => 4,
+            Self::Mesh(_) => 5,
+            Self::Convex(_) => 6,
+            Self::Heightfield(_) => 7,
+        };
+        Collider::SHAPES[number]
+    }
+}
+
 impl Collider {
     /// The keys of shapes.
     pub const SHAPES: [&'static str; 8] =

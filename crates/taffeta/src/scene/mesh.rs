@@ -136,6 +136,11 @@ impl Mesh {
         Self::Chain(Chain { links, length })
     }
 
+    /// Whether it is a file, or what was in one.
+    pub(crate) fn is_from_file(&self) -> bool {
+        matches!(self, Self::File(_) | Self::Surface(_))
+    }
+
     /// Number of nodes, for shapes given by numbers or data; 0 for a file that is not loaded.
     pub fn nodes(&self) -> u64 {
         let product = |a: u32, b: u32| u64::from(a) * u64::from(b);

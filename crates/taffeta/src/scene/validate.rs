@@ -189,7 +189,6 @@ impl Scene {
     }
 }
 
-/// Keyframes of a pin or collider at `path`.
 impl World {
     /// Refuses what is impossible.
     pub(crate) fn check(&self) -> Checked {
@@ -201,6 +200,7 @@ impl World {
     }
 }
 
+/// Keyframes of a pin or collider at `path`.
 fn check_motion(path: &Path, motion: &[Keyframe]) -> Checked {
     check_times(path, motion.iter().map(|key| key.t))?;
     for (i, key) in motion.iter().enumerate() {

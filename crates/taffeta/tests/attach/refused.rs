@@ -55,6 +55,11 @@ fn numbers_of_seams_are_those_of_things() {
         "seam[0].close.end",
         "later than that",
     );
+    refused(
+        Seam { close: Closing { start: 0.0, end: 1e-9 }, ..good() },
+        "seam[0].close.end",
+        "is 1e-9 s after the start, less than a sub-step of",
+    );
     refused(Seam { close: Closing { start: -1.0, end: 1.0 }, ..good() }, "seam[0].close.start", "is -1 s");
 }
 

@@ -2,7 +2,7 @@
 
 use super::MOST_NAMES;
 use super::body::check_select;
-use super::path::{Checked, Path};
+use super::path::{Checked, Path, plain};
 use crate::scene::{Body, Pin, Scene, Seam, SeamSide};
 use std::collections::HashMap;
 
@@ -24,6 +24,14 @@ pub(super) fn check_seam(scene: &Scene, path: &Path, seam: &Seam, names: &HashMa
     close.key("end").not_negative(seam.close.end, "s")?;
     close.key("end").demand(seam.close.end > seam.close.start, || {
         format!("is {} s, and it starts at {} s; later than that would do", seam.close.end, seam.close.start)
+    })?;
+    let (way, step) = (seam.close.end - seam.close.start, scene.time.substep(0).1);
+    close.key("end").demand(way >= step, || {
+        format!(
+            "is {} s after the start, less than a sub-step of {} s: its nodes would jump; that or more would do",
+            plain(way),
+            plain(step)
+        )
     })?;
     seam.k.map_or(Ok(()), |k| path.key("k").positive(k, "N/m"))?;
     check_break(path, seam.break_force)
@@ -56,11 +64,15 @@ fn check_break(path: &Path, force: Option<f64>) -> Checked {
     force.map_or(Ok(()), |force| path.key("break_force").positive(force, "N"))
 }
 
-/// Names of colliders are their own, and pins on colliders name one of them.
+/// Names of colliders fit into a line and are their own, and pins on colliders name one of them.
 pub(super) fn check_carried(scene: &Scene) -> Checked {
     let names: Vec<String> = (0..scene.colliders.len()).map(|i| scene.collider_name(i)).collect();
     let mut seen = HashMap::new();
     for (i, name) in names.iter().enumerate() {
+        let short = name.len() <= 100 && !name.contains(char::is_control);
+        Path::item("collider", i)
+            .key("name")
+            .demand(short, || format!("is {name:?}; up to 100 letters in a line would do"))?;
         if let Some(twin) = seen.insert(name, i) {
             return Path::item("collider", i)
                 .key("name")

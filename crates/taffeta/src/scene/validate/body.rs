@@ -32,21 +32,22 @@ pub(super) fn check(path: &Path, body: &Body) -> Checked {
     attach::check_tethers(path, body)
 }
 
+pub(super) const NO_HOLES: &str =
+    "is for a mesh from a file, and other shapes have no holes to fill; mesh.file would do, or leave it out";
+
 /// Refuses what belongs to a mesh file where there is none, or where nobody has read it.
 fn check_file_keys(path: &Path, body: &Body) -> Checked {
-    let (shaped, filled) = match &body.mesh {
-        Mesh::File(_) => (true, true),
-        Mesh::Surface(surface) => (surface.rest.is_some(), true),
-        _ => (false, false),
+    let shaped = match &body.mesh {
+        Mesh::File(_) => true,
+        Mesh::Surface(surface) => surface.rest.is_some(),
+        _ => false,
     };
     path.key("rest_shape").demand(shaped || body.rest_shape.is_none(), || {
         "is for a mesh from a file, as a second file of the same vertices and faces; mesh.file (in Rust: Surface::rest) \
          would do, or leave it out"
             .into()
     })?;
-    path.key("fill_holes").demand(filled || !body.fill_holes, || {
-        "is for a mesh from a file, and other shapes have no holes to fill; mesh.file would do, or leave it out".into()
-    })
+    path.key("fill_holes").demand(body.mesh.is_from_file() || !body.fill_holes, || NO_HOLES.to_owned())
 }
 
 fn check_mass(path: &Path, body: &Body) -> Checked {

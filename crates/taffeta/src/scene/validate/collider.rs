@@ -1,6 +1,6 @@
 //! Colliders: one shape, of a size, that moves in order.
 
-use super::body::{check_mesh, check_place};
+use super::body::{NO_HOLES, check_mesh, check_place};
 use super::path::{Checked, Path};
 use super::{check_motion, counts};
 use crate::scene::{Bar, Collider, Heightfield, Mesh, Poses, Shape};
@@ -12,11 +12,7 @@ pub(super) fn check(path: &Path, collider: &Collider) -> Checked {
         return path.refuse(&format!("has {have}; one of {} would do", Collider::SHAPES.join(", ")));
     };
     check_shape(path, shape)?;
-    check_place(&path.key("place"), &collider.place)?;
-    let is_mesh = matches!(shape, Shape::Mesh(_) | Shape::Convex(_) | Shape::Heightfield(_));
-    path.key("place").key("fit").demand(is_mesh || collider.place.fit.is_none(), || {
-        "is for meshes, and this shape has a size; scale would do".to_owned()
-    })?;
+    check_size(path, collider, shape)?;
     if let Some(poses) = &collider.poses {
         path.key("poses").demand(matches!(shape, Shape::Mesh(_)), || {
             "is for a collider that is a mesh; motion moves all others".to_owned()
@@ -27,6 +23,20 @@ pub(super) fn check(path: &Path, collider: &Collider) -> Checked {
     path.key("friction").not_negative(collider.friction, "")?;
     path.key("restitution").share(collider.restitution)?;
     check_motion(path, &collider.motion)
+}
+
+/// Where it is, how large, and that what belongs to a mesh is said of one.
+fn check_size(path: &Path, collider: &Collider, shape: Shape<'_>) -> Checked {
+    let place = path.key("place");
+    check_place(&place, &collider.place)?;
+    let is_mesh = matches!(shape, Shape::Mesh(_) | Shape::Convex(_) | Shape::Heightfield(_));
+    place.key("fit").demand(is_mesh || collider.place.fit.is_none(), || {
+        "is for meshes, and this shape has a size; scale would do".to_owned()
+    })?;
+    let endless = matches!(shape, Shape::Plane(_)) && collider.place.scale.is_some();
+    place.key("scale").demand(!endless, || "is of a plane, which has no size; leave it out".to_owned())?;
+    let from_file = matches!(shape, Shape::Mesh(mesh) | Shape::Convex(mesh) if mesh.is_from_file());
+    path.key("fill_holes").demand(from_file || !collider.fill_holes, || NO_HOLES.to_owned())
 }
 
 fn check_shape(path: &Path, shape: Shape<'_>) -> Checked {
@@ -44,7 +54,7 @@ fn check_shape(path: &Path, shape: Shape<'_>) -> Checked {
         Shape::Box(cuboid) => {
             let path = path.key("box");
             path.key("center").finite(&cuboid.center)?;
-            cuboid.half.iter().try_for_each(|&half| path.key("half").positive(half, "m"))
+            cuboid.half.iter().enumerate().try_for_each(|(i, &half)| path.nth("half", i).positive(half, "m"))
         }
         Shape::Capsule(bar) => check_bar(&path.key("capsule"), &bar),
         Shape::Cylinder(bar) => {
@@ -77,7 +87,7 @@ fn check_surface(path: &Path, key: &str, mesh: &Mesh) -> Checked {
 }
 
 fn check_heightfield(path: &Path, field: &Heightfield) -> Checked {
-    field.size.iter().try_for_each(|&size| path.key("size").positive(size, "m"))?;
+    field.size.iter().enumerate().try_for_each(|(i, &size)| path.nth("size", i).positive(size, "m"))?;
     path.key("depth").positive(field.depth, "m")?;
     let heights = field.heights.iter().flatten();
     heights.copied().try_for_each(|height| path.key("heights").finite(&[height]))

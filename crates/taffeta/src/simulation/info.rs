@@ -1,0 +1,100 @@
+//! What a running scene is made of, for people and outputs.
+
+use crate::assembly::{Assembly, IS_POINT, Touching};
+use crate::scene::{Mesh, Scene, Shape};
+
+/// One body of a running scene.
+#[derive(Clone, Debug)]
+pub struct BodyInfo {
+    /// Its name.
+    pub name: String,
+    /// Number of vertices: what outputs have.
+    pub vertices: usize,
+    /// Number of nodes: what is simulated.
+    pub nodes: usize,
+    /// Number of nodes that pins hold.
+    pub pinned: usize,
+    /// Number of nodes that pins hold until they break.
+    pub breaking: usize,
+    /// Number of tethers.
+    pub tethers: usize,
+    /// Number of triangles.
+    pub triangles: usize,
+    /// Springs by kind, with their number: `("structural", 1984)`.
+    pub springs: Vec<(&'static str, usize)>,
+    /// Nodes of its coarser levels, the finest first, where its springs are solved for by multigrid.
+    pub levels: Vec<usize>,
+    /// Number of hinges.
+    pub hinges: usize,
+    /// Mass [kg], held nodes included.
+    pub mass: f64,
+    /// Volume at rest [m³], of a closed body.
+    pub rest_volume: Option<f64>,
+    /// Of a body whose nodes touch others: stretch from which on nodes of another layer slip between its own.
+    pub slips_from: Option<f64>,
+    /// What was mended in its mesh, in words.
+    pub repairs: Vec<String>,
+}
+
+/// One collider of a running scene.
+#[derive(Clone, Debug)]
+pub struct ColliderInfo {
+    /// Its name.
+    pub name: String,
+    /// The key of its shape: `"sphere"`, `"mesh"`, …
+    pub shape: &'static str,
+    /// Of triangles: how many there are, and whether they close around an inside; an open surface is a sheet.
+    pub surface: Option<(usize, bool)>,
+    /// Number of keyframes of its rigid motion.
+    pub keyframes: usize,
+    /// Number of poses of its nodes.
+    pub poses: usize,
+    /// What was mended in its mesh, in words.
+    pub repairs: Vec<String>,
+}
+
+impl BodyInfo {
+    pub(super) fn of(assembly: &Assembly, index: usize) -> Self {
+        let body = &assembly.bodies[index];
+        let nodes = body.first as u32..(body.first + body.nodes) as u32;
+        let attached = &assembly.attachments;
+        let points = attached.rows.iter().filter(|row| row.ends[1] & IS_POINT != 0);
+        let coarser = assembly.levels.iter().map(|level| level.bodies[index].len());
+        Self {
+            name: body.name.clone(),
+            vertices: body.vertices(),
+            nodes: body.nodes,
+            pinned: body.free.iter().filter(|free| !**free).count(),
+            breaking: points.filter(|row| nodes.contains(&row.ends[0])).count(),
+            tethers: attached.tethers.iter().filter(|tether| nodes.contains(&tether.node)).count(),
+            triangles: body.triangles(),
+            springs: body.spring_counts(),
+            levels: coarser.take_while(|&nodes| nodes > 0).collect(),
+            hinges: body.hinges.len(),
+            mass: body.mass.iter().sum(),
+            rest_volume: body.rest_volume,
+            slips_from: body.touching.as_ref().map(Touching::slips_from),
+            repairs: body.surface.as_ref().map_or_else(Vec::new, |surface| surface.repairs.clone()),
+        }
+    }
+}
+
+impl ColliderInfo {
+    pub(super) fn of(scene: &Scene, assembly: &Assembly, index: usize) -> Self {
+        let described = &scene.colliders[index];
+        let repairs = match described.shape() {
+            Some(Shape::Mesh(Mesh::Surface(surface)) | Shape::Convex(Mesh::Surface(surface))) => {
+                surface.repairs.clone()
+            }
+            _ => Vec::new(),
+        };
+        Self {
+            name: scene.collider_name(index),
+            shape: described.shape().map_or("", |shape| shape.key()),
+            surface: assembly.colliders[index].mesh().map(|mesh| (mesh.triangles.len(), mesh.solid)),
+            keyframes: described.motion.len(),
+            poses: described.poses.as_ref().map_or(0, |poses| poses.nodes.len()),
+            repairs,
+        }
+    }
+}
