@@ -33,8 +33,6 @@ fn check_size(path: &Path, collider: &Collider, shape: Shape<'_>) -> Checked {
     place.key("fit").demand(is_mesh || collider.place.fit.is_none(), || {
         "is for meshes, and this shape has a size; scale would do".to_owned()
     })?;
-    let endless = matches!(shape, Shape::Plane(_)) && collider.place.scale.is_some();
-    place.key("scale").demand(!endless, || "is of a plane, which has no size; leave it out".to_owned())?;
     let from_file = matches!(shape, Shape::Mesh(mesh) | Shape::Convex(mesh) if mesh.is_from_file());
     path.key("fill_holes").demand(from_file || !collider.fill_holes, || NO_HOLES.to_owned())
 }

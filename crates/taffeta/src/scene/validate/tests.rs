@@ -157,9 +157,6 @@ fn colliders_have_one_shape_and_coefficients_in_range() {
     refused(move |s| s.colliders[0] = flat, "collider[0].box.half[1]", "is 0 m, more than 0");
     refused(|s| s.colliders[0].name = "two\nlines".into(), "collider[0].name", "letters in a line");
     refused(|s| s.colliders[0].fill_holes = true, "collider[0].fill_holes", "is for a mesh from a file");
-    let floor =
-        Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).placed(Place { scale: Some(2.0), ..Place::default() });
-    refused(move |s| s.colliders[0] = floor, "collider[0].place.scale", "a plane, which has no size");
     refused(|s| s.colliders[0].friction = -0.1, "collider[0].friction", "is -0.1, 0 or more");
     refused(|s| s.colliders[0].restitution = 1.5, "collider[0].restitution", "is 1.5, 0 to 1");
     refused(|s| s.colliders[0].offset = -1.0, "collider[0].offset", "is -1 m");
