@@ -9,7 +9,7 @@ pub use info::{BodyInfo, ColliderInfo};
 pub use live::Pose;
 pub use snapshot::Snapshot;
 
-use crate::assembly::{Assembly, BodyAssembly, IS_POINT, Touching};
+use crate::assembly::{Assembly, BodyAssembly};
 use crate::backend::{Backend, Hand, Lost};
 use crate::constraints::volume::Form;
 use crate::cpu::CpuBackend;
