@@ -54,7 +54,10 @@ fn shares_of_nearest(x: vec3f, corners: Corners) -> vec3f {
     if d3 >= 0.0 && d4 <= d3 {
         return vec3f(0.0, 1.0, 0.0);
     }
-    let vc = d1 * d4 - d3 * d2;
+    // Areas against the normal, and not differences of products of d1 to d6: those cancel where a triangle is narrow.
+    let normal = cross3(ab, ac);
+    let all = dot3(normal, normal);
+    let vc = dot3(cross3(ab, from_a), normal);
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
         let v = share_of_edge(d1, d1 - d3);
         return vec3f(1.0 - v, v, 0.0);
@@ -65,17 +68,17 @@ fn shares_of_nearest(x: vec3f, corners: Corners) -> vec3f {
     if d6 >= 0.0 && d5 <= d6 {
         return vec3f(0.0, 0.0, 1.0);
     }
-    let vb = d5 * d2 - d1 * d6;
+    let vb = dot3(cross3(from_a, ac), normal);
     if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
         let w = share_of_edge(d2, d2 - d6);
         return vec3f(1.0 - w, 0.0, w);
     }
-    let va = d3 * d6 - d5 * d4;
+    let va = all - vb - vc;
     if va <= 0.0 && d4 >= d3 && d5 >= d6 {
         let w = share_of_edge(d4 - d3, (d4 - d3) + (d5 - d6));
         return vec3f(0.0, 1.0 - w, w);
     }
-    let inverse = 1.0 / (va + vb + vc);
+    let inverse = 1.0 / all;
     let v = vb * inverse;
     let w = vc * inverse;
     return vec3f(1.0 - v - w, v, w);

@@ -1,6 +1,7 @@
 //! Nothing passes a thin plate at 50 m/s, whoever moves.
 
-use crate::common::{V, build_as, weightless};
+use crate::common::{V, build_as, norm, sub, weightless};
+use crate::depth::{data, pushed};
 use taffeta::Precision;
 use taffeta::scene::{Body, Collider, Cylinder, Icosphere, Keyframe, Mass, Mesh, Place, Rotation, Scene};
 
@@ -124,5 +125,34 @@ fn an_offset_much_larger_than_the_mesh_is_kept() {
     for [x, y, z] in heights(&scene, Precision::F64, 1) {
         let off = (x * x + y * y + z * z).sqrt();
         assert!(off > 0.46, "{x} {y} {z}: {off}");
+    }
+}
+
+#[test]
+fn a_plate_of_a_tenth_of_a_millimetre_leaves_nodes_alone_that_are_off_it() {
+    let (half, thin) = (0.4, 5e-5);
+    let corner = |i: u32| [(1, half), (2, thin), (4, half)].map(|(bit, x)| if i & bit == 0 { -x } else { x });
+    let quads = [[0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    let plate = Collider::mesh(data((0..8).map(corner).collect(), triangles)).offset(0.01);
+    // Around a corner and along two edges, above, below and beside.
+    let mut places = Vec::new();
+    for (i, y) in [-0.3, -0.2, -0.02, 0.0, 0.02, 0.2].into_iter().enumerate() {
+        for (x, z) in (0..60).flat_map(|x| (0..60).map(move |z| (x, z))) {
+            let aside = |n: i32| 2e-3 * (f64::from(n) - 29.7) / 29.7 + 1e-5 * i as f64;
+            places.push([half + aside(x), y, half + aside(z)]);
+            places.push([half + aside(x), y, -half + 0.0133 * f64::from(z)]);
+            places.push([-half + 0.0133 * f64::from(x), y, -half + aside(z)]);
+        }
+    }
+    let off = |[x, y, z]: V| {
+        norm([(x.abs() - half).max(0.0), (y.abs() - thin).max(0.0), (z.abs() - half).max(0.0)]) > 0.0101
+    };
+    places.retain(|&x| off(x));
+    for precision in [Precision::F32, Precision::F64] {
+        let after = pushed(plate.clone(), &places, precision);
+        for (before, after) in places.iter().zip(after) {
+            assert!(norm(sub(after, *before)) < 1e-6, "{precision:?}: {before:?} went to {after:?}");
+        }
     }
 }
