@@ -10,7 +10,7 @@ use super::hull::hull;
 use super::moving::Rigid;
 use super::shape::ShapeNow;
 use super::tree::Tree;
-use super::triangle::{Corners, Crossing, Nearest, between, crossing, mix, normal_of, pseudonormal};
+use super::triangle::{Corners, Crossing, Nearest, between, crossing, mix, nearest, normal_of, pseudonormal};
 use crate::real::{Real, add, dot, norm, scale, sub};
 use crate::scene::{Collider, Mesh, Poses, SceneError, Shape};
 use crate::topology::{Edges, Placement, Surface, ground, measure, shapes};
@@ -94,6 +94,9 @@ pub struct Found<T> {
 /// Least distance kept to nodes, relative to places and to the distance of two neighbouring numbers: a node that lies on a face
 /// must not be behind it by rounding, or its next way in would be none.
 const LEAST_OFFSET: f64 = 16.0;
+
+/// Square of the cosine below which a surface is seen so much aslant that another may be nearer.
+pub(crate) const ASLANT: f64 = 1.0 / 64.0;
 
 impl MeshShape {
     /// Whether it changes its shape.
@@ -288,19 +291,43 @@ impl<T: Real> MeshSurface<T> {
     }
 
     /// Which way leads out of a solid at the nearest point, of any length.
-    fn outward(
-        &self,
-        now: &MeshNow<T>,
-        Found { triangle, at }: &Found<T>,
-        among: &impl Candidates<T>,
-    ) -> [T; 3] {
-        let share = now.shares[1];
+    fn outward(&self, now: &MeshNow<T>, x: [T; 3], found: &Found<T>, among: &impl Candidates<T>) -> [T; 3] {
+        let Found { triangle, at } = found;
         let own = at.shares.map(|share| share != T::ZERO);
-        if own == [true; 3] {
-            normal_of(&self.corners(now, *triangle, share))
+        let way = if own == [true; 3] {
+            normal_of(&self.corners(now, *triangle, now.shares[1]))
         } else {
             self.pseudonormal(now, (*triangle, own), among)
+        };
+        let is_seen_aslant = facing(at, way) < T::from_f64(ASLANT);
+        if is_seen_aslant && at.squared > grain(x) {
+            self.most_facing(now, x, found, way, among)
+        } else {
+            way
         }
+    }
+
+    /// Of the way out at the nearest point, and the normals of triangles that are as near as numbers tell, the one that faces
+    /// the place most: a triangle seen aslant may seem the nearest by rounding, and has nothing to say then.
+    fn most_facing(
+        &self,
+        now: &MeshNow<T>,
+        x: [T; 3],
+        found: &Found<T>,
+        way: [T; 3],
+        among: &impl Candidates<T>,
+    ) -> [T; 3] {
+        let bound = found.at.squared * (T::ONE + T::EPSILON * T::from_f64(16.0));
+        let mut best = (facing(&found.at, way), way);
+        among.visit(|other| {
+            let corners = self.corners(now, other, now.shares[1]);
+            let (at, normal) = (nearest(x, &corners), normal_of(&corners));
+            let faces = facing(&at, normal);
+            if at.squared <= bound && faces > best.0 {
+                best = (faces, normal);
+            }
+        });
+        best.1
     }
 
     /// Sum over the triangles that share the corner or edge `own` of a triangle.
@@ -371,7 +398,7 @@ impl<T: Real> MeshSurface<T> {
         let Found { triangle, at } = found;
         let distance = at.squared.sqrt();
         let corners = self.corners(now, *triangle, now.shares[1]);
-        let outward = if self.solid { self.outward(now, found, around) } else { normal_of(&corners) };
+        let outward = if self.solid { self.outward(now, x, found, around) } else { normal_of(&corners) };
         // Of a sheet, the side that a way through its plane has as well.
         let from = if self.solid { at.apart } else { sub(x, corners[0]) };
         let within = dot(from, outward) < T::ZERO;
@@ -392,6 +419,12 @@ impl<T: Real> MeshSurface<T> {
             passed: false,
         }
     }
+}
+
+/// Square of the cosine between the way from the nearest point and another.
+fn facing<T: Real>(at: &Nearest<T>, way: [T; 3]) -> T {
+    let along = dot(at.apart, way);
+    along * along / (at.squared * dot(way, way) + T::TINY)
 }
 
 /// Square of what rounding may hide of a place [m²].

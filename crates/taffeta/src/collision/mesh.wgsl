@@ -44,6 +44,8 @@ struct Nearest {
 
 /// Squared distances are looked at that are this much more than what is wanted: boxes must not hide what rounding brings near.
 const LOOSE: f32 = 1.001;
+/// Square of the cosine below which a surface is seen so much aslant that another may be nearer.
+const ASLANT: f32 = 0.015625;
 /// Times that a mesh acts on a node, where its triangles meet in a groove.
 const GROOVES: u32 = 4u;
 /// Boxes and triangles that walks for a node may look at in all: software drivers end loops without a word.
@@ -294,12 +296,67 @@ fn pseudonormal_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest)
     return sum;
 }
 
+/// Square of the cosine between the way from the nearest point and another.
+fn facing(apart: vec3f, squared: f32, way: vec3f) -> f32 {
+    let along = dot3(apart, way);
+    return along * along / (squared * dot3(way, way) + TINY);
+}
+
+/// Of the way out at the nearest point, and the normals of triangles that are as near as numbers tell, the one that faces
+/// the place most: a triangle seen aslant may seem the nearest by rounding, and has nothing to say then.
+fn most_facing(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, way: vec3f) -> vec3f {
+    let bound = found.squared * (1.0 + EPSILON * 16.0);
+    var best = way;
+    var most = facing(found.apart, found.squared, way);
+    var stack: array<u32, 40>;
+    stack[0] = 1u;
+    var waiting = 1u;
+    while waiting > 0u && may_turn() {
+        waiting--;
+        let index = stack[waiting];
+        if index >= 4u * mesh.width {
+            let triangle = index - 4u * mesh.width;
+            if triangle < mesh.count {
+                let corners = corners_of(mesh, triangle, collider.v);
+                let apart = x - mix_of(corners, shares_of_nearest(x, corners));
+                let squared = dot3(apart, apart);
+                let normal = normal_of(corners);
+                let faces = facing(apart, squared, normal);
+                if squared <= bound && faces > most {
+                    most = faces;
+                    best = normal;
+                }
+            }
+            continue;
+        }
+        if box_squared(mesh, index, x) > bound * LOOSE + mesh.grain {
+            continue;
+        }
+        if index >= mesh.width {
+            stack[waiting] = 4u * index + 3u;
+            stack[waiting + 1u] = 4u * index + 2u;
+            stack[waiting + 2u] = 4u * index + 1u;
+            stack[waiting + 3u] = 4u * index;
+            waiting += 4u;
+            continue;
+        }
+        stack[waiting] = 2u * index + 1u;
+        stack[waiting + 1u] = 2u * index;
+        waiting += 2u;
+    }
+    return best;
+}
+
 /// Which way leads out of a solid at the nearest point, of any length.
 fn outward_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> vec3f {
-    if all(found.shares != vec3f(0.0)) {
-        return normal_of(corners_of(mesh, found.triangle, collider.v));
+    var way = normal_of(corners_of(mesh, found.triangle, collider.v));
+    if any(found.shares == vec3f(0.0)) {
+        way = pseudonormal_at(collider, mesh, x, found);
     }
-    return pseudonormal_at(collider, mesh, x, found);
+    if facing(found.apart, found.squared, way) < ASLANT && found.squared > grain_at(x) {
+        return most_facing(collider, mesh, x, found, way);
+    }
+    return way;
 }
 
 /// Depth and normal of a place by the nearest point.

@@ -5,7 +5,7 @@ use crate::collision::contact::NARROW;
 use crate::collision::moving::{ColliderNow, Rigid, Touching};
 use crate::collision::pair::FIRM;
 use crate::collision::shape::{BoxNow, CapsuleNow, CylinderNow, ENTRIES, PlaneNow, ShapeNow, SphereNow};
-use crate::collision::{tree, triangle};
+use crate::collision::{mesh, tree, triangle};
 use crate::constraints::attach::ROUNDS as TETHER_ROUNDS;
 use crate::constraints::volume::{FEW, FLAT, Form};
 use crate::cpu::{GRAIN, GROOVES, ROUNDS};
@@ -122,6 +122,7 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("ENTRIES", ENTRIES as f64),
         ("NO_TRIANGLE", f64::from(NONE)),
         ("PASSED", f64::from(triangle::SLACK as f32)),
+        ("ASLANT", mesh::ASLANT),
         ("LOOSE", f64::from((1.0 + tree::SLACK) as f32)),
         ("GROOVES", GROOVES as f64),
         ("GRAIN", f64::from(GRAIN as f32)),
