@@ -46,6 +46,13 @@ pub struct Args {
     pub at: Option<Vec3>,
 }
 
+impl Args {
+    /// Whether no window opens.
+    pub fn is_windowless(&self) -> bool {
+        self.record.is_some() || self.picture.is_some()
+    }
+}
+
 /// Where to compute.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Backend {

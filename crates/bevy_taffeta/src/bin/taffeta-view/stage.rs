@@ -15,6 +15,7 @@ use bevy_taffeta::taffeta::taffeta_gpu::{Choice, Gpu};
 use bevy_taffeta::taffeta::{Options, Simulation};
 use bevy_taffeta::taffeta_io::{Loaded, load_scene};
 use bevy_taffeta::{Playback, RunOn, TaffetaPlugin, spawn_scene};
+use std::f32::consts::TAU;
 
 /// A scene that was read and found right.
 pub struct Opened {
@@ -85,7 +86,7 @@ pub struct StageRoot;
 #[derive(Component)]
 pub struct StageCamera;
 
-/// The light that casts shadows.
+/// A light that casts shadows.
 #[derive(Component)]
 struct Sun;
 
@@ -148,14 +149,17 @@ fn set_up(
     ));
 }
 
-/// Side of the shadow map [pixel].
+/// Side of a shadow map [pixel].
 const SHADOW: usize = 2048;
 /// Light from everywhere [cd/m²].
-const AMBIENT: f32 = 330.0;
+const AMBIENT: f32 = 480.0;
 const SKY: Color = Color::srgb(0.93, 0.96, 1.0);
 /// Light of the sun, and of what lightens its shadows [lux].
-const SUN: f32 = 2100.0;
+const SUN: f32 = 2700.0;
 const FILL: f32 = 500.0;
+/// The sun is so many lights in a ring of this angle [rad]: shadows get softer away from what casts them.
+const SUNS: u8 = 4;
+const SUN_RADIUS: f32 = 0.018;
 /// How far from the scene's middle shadows are drawn, by its radius.
 const SHADOWED: f32 = 1.6;
 
@@ -169,28 +173,36 @@ fn light(mut commands: Commands, stage: Res<OnStage>) {
             .looking_at(Vec3::ZERO, Vec3::Y)
     };
     let sun = DirectionalLight {
-        illuminance: SUN,
+        illuminance: SUN / f32::from(SUNS),
         color: Color::srgb(1.0, 0.97, 0.93),
         shadow_maps_enabled: true,
         ..default()
     };
-    commands.spawn((Sun, sun, from(-0.55, 0.9, 0.5)));
+    let middle = from(-0.55, 0.9, 0.5);
+    for number in 0..SUNS {
+        let angle = TAU * (f32::from(number) + 0.25) / f32::from(SUNS);
+        let aside = SUN_RADIUS * Vec2::from_angle(angle);
+        let turn = Quat::from_rotation_y(aside.x) * Quat::from_rotation_x(aside.y);
+        commands.spawn((Sun, sun, Transform::from_rotation(middle.rotation * turn)));
+    }
     let fill = DirectionalLight { illuminance: FILL, color: SKY, ..default() };
     commands.spawn((fill, from(0.9, 0.35, 0.6)));
 }
 
-/// Spends the shadow map on the scene, from wherever it is seen.
+/// Spends the shadow maps on the scene, from wherever it is seen.
 fn fit_shadows(
     camera: Single<&Transform, With<StageCamera>>,
-    mut sun: Single<&mut CascadeShadowConfig, With<Sun>>,
+    mut suns: Query<&mut CascadeShadowConfig, With<Sun>>,
     extent: Res<Extent>,
 ) {
     let (distance, reach) = (camera.translation.distance(extent.middle), SHADOWED * extent.radius);
-    **sun = CascadeShadowConfigBuilder {
-        num_cascades: 1,
-        minimum_distance: (distance - reach).max(0.01 * extent.radius),
-        maximum_distance: distance + reach,
-        ..default()
+    for mut sun in &mut suns {
+        *sun = CascadeShadowConfigBuilder {
+            num_cascades: 1,
+            minimum_distance: (distance - reach).max(0.01 * extent.radius),
+            maximum_distance: distance + reach,
+            ..default()
+        }
+        .build();
     }
-    .build();
 }
