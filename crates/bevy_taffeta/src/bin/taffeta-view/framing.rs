@@ -13,8 +13,8 @@ const FILL: f32 = 0.86;
 /// Where the camera is seen from the scene, if nobody says so: angle about the vertical from +z, and above the horizon [rad].
 const HEADING: f32 = 0.42;
 const ELEVATION: f32 = 0.33;
-/// How far a held body may swing down, as a share of its diagonal across.
-const SWING: f32 = 0.7;
+/// How far a held body may swing down, as shares of its diagonal across and of its height.
+const SWING: [f32; 2] = [0.7, -0.4];
 /// What a body is lowered by towards a floor at most, as a multiple of its diagonal.
 const FALL: f32 = 1.0;
 
@@ -110,7 +110,7 @@ fn drop_of(scene: &Scene, body: &[Vec3], held: bool) -> Vec3 {
     }
     let size = high - low;
     if held {
-        let swing = SWING * Vec2::new(size.x, size.z).length() - size.y;
+        let swing = SWING[0] * Vec2::new(size.x, size.z).length() + SWING[1] * size.y;
         return Vec3::NEG_Y * swing.max(0.0);
     }
     let floors = scene.colliders.iter().filter_map(|collider| match collider.shape() {

@@ -4,7 +4,7 @@ use bevy::asset::RenderAssetUsages;
 use bevy::light::NotShadowCaster;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
-use bevy_taffeta::taffeta::scene::{Plane, Shape};
+use bevy_taffeta::taffeta::scene::{Kind, Plane, Scene, Shape};
 use bevy_taffeta::{SceneMaterials, SoftCollider};
 
 use crate::framing::Extent;
@@ -13,25 +13,32 @@ use crate::framing::Extent;
 pub const BACKGROUND: Color = Color::srgb(0.89, 0.91, 0.94);
 /// Colours of bodies, by turns.
 const BODIES: [Color; 4] = [
-    Color::srgb(0.76, 0.23, 0.21),
-    Color::srgb(0.16, 0.47, 0.66),
-    Color::srgb(0.86, 0.62, 0.20),
-    Color::srgb(0.28, 0.56, 0.40),
+    Color::srgb(0.78, 0.23, 0.21),
+    Color::srgb(0.17, 0.52, 0.70),
+    Color::srgb(0.90, 0.66, 0.22),
+    Color::srgb(0.30, 0.60, 0.44),
 ];
 const COLLIDER: Color = Color::srgb(0.72, 0.72, 0.74);
 /// The two shades of a floor.
 const SQUARES: [Color; 2] = [Color::srgb(0.86, 0.87, 0.89), Color::srgb(0.79, 0.80, 0.83)];
 /// Share of light that a plate lets through, which presses from above.
-const PLATE: Color = Color::srgba(0.45, 0.52, 0.60, 0.28);
+const PLATE: Color = Color::srgba(0.45, 0.52, 0.60, 0.2);
 /// Radius up to which a floor is drawn in full, and at which it has faded away; that of a plate; by the scene's.
 const FULL: f32 = 2.0;
 const GONE: f32 = 7.0;
 const PLATE_RADIUS: f32 = 1.1;
+/// How far below its surface a plane is drawn, by the scene's radius.
+const SUNK: f32 = 0.003;
 /// A floor's squares are about this share of the scene's radius.
 const SQUARE: f32 = 0.25;
 
-/// What bodies and colliders of a scene are drawn with: both sides of all.
-pub fn materials(materials: &mut Assets<StandardMaterial>) -> SceneMaterials {
+/// What bodies and colliders of a scene are drawn with: both sides of all. Where the first body is soft, the second colour
+/// is first.
+pub fn materials(scene: &Scene, materials: &mut Assets<StandardMaterial>) -> SceneMaterials {
+    let mut colours = BODIES;
+    if scene.bodies.first().is_some_and(|body| body.kind == Kind::Soft) {
+        colours.rotate_left(1);
+    }
     let mut of = |base_color: Color, roughness| {
         materials.add(StandardMaterial {
             base_color,
@@ -43,7 +50,7 @@ pub fn materials(materials: &mut Assets<StandardMaterial>) -> SceneMaterials {
         })
     };
     SceneMaterials {
-        bodies: BODIES.map(|colour| of(colour, 0.75)).to_vec(),
+        bodies: colours.map(|colour| of(colour, 0.75)).to_vec(),
         collider: Some(of(COLLIDER, 0.6)),
     }
 }
@@ -73,7 +80,9 @@ pub fn lay_floors(
 fn beneath(extent: &Extent, plane: Plane) -> Option<Transform> {
     let [normal, point] = [plane.normal, plane.point].map(|v| Vec3::from(v.map(|x| x as f32)));
     let normal = normal.try_normalize()?;
-    let translation = extent.middle - normal * normal.dot(extent.middle - point);
+    // What lies on it without an offset is seen, and not cut by it.
+    let depth = normal.dot(extent.middle - point) + SUNK * extent.radius;
+    let translation = extent.middle - normal * depth;
     Some(Transform { translation, rotation: Quat::from_rotation_arc(Vec3::Y, normal), scale: Vec3::ONE })
 }
 

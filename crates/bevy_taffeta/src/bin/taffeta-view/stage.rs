@@ -130,7 +130,8 @@ fn set_up(
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
     let root = commands.spawn((Name::new("scene"), StageRoot)).id();
-    spawn_scene(&mut commands, root, &stage.scene, &scenery::materials(&mut materials), &mut meshes);
+    let drawn = scenery::materials(&stage.scene, &mut materials);
+    spawn_scene(&mut commands, root, &stage.scene, &drawn, &mut meshes);
     commands.entity(root).insert((stage.on, stage.playback));
     let far = stage.camera.translation.distance(extent.middle) + 20.0 * extent.radius;
     commands.spawn((
