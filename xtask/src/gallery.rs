@@ -7,7 +7,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 
-/// A picture of some moments, side by side.
+/// A picture of some moments, two in a row.
 struct Picture {
     name: &'static str,
     shots: &'static [Shot],
@@ -35,18 +35,25 @@ impl Shot {
     }
 }
 
-/// Sizes of a picture, and of one of two.
+/// Sizes of a picture, of one of two, and of one of four.
 const WHOLE: [usize; 2] = [480, 320];
 const HALF: [usize; 2] = [240, 320];
+const QUARTER: [usize; 2] = [240, 160];
 
 const PICTURES: [Picture; 6] = [
-    Picture { name: "flag", shots: &[Shot::of("flag", 150)], size: WHOLE, eye: "1.2,1.9,3.9", at: "0,1.4,0" },
+    Picture {
+        name: "flag",
+        shots: &[Shot::of("flag_gusts", 220)],
+        size: WHOLE,
+        eye: "0.5,1.35,2.7",
+        at: "0,1.47,0",
+    },
     Picture {
         name: "drape",
         shots: &[Shot::of("drape", 240)],
         size: WHOLE,
-        eye: "1,1.25,2.2",
-        at: "0,0.18,0",
+        eye: "0.8,1.05,1.8",
+        at: "0,0.2,0",
     },
     Picture {
         name: "skirt",
@@ -58,25 +65,27 @@ const PICTURES: [Picture; 6] = [
     Picture {
         name: "press",
         shots: &[
-            Shot::of("press_bunny", 600).with("body.bunny.volume.form=paper-shader"),
-            Shot::of("press_bunny", 600),
+            Shot::of("press_bunny", 80),
+            Shot::of("press_bunny", 300).with("body.bunny.volume.form=none"),
+            Shot::of("press_bunny", 300).with("body.bunny.volume.form=paper-shader"),
+            Shot::of("press_bunny", 300),
         ],
-        size: HALF,
-        eye: "1.2,1.0,4.4",
-        at: "0,0.45,0",
+        size: QUARTER,
+        eye: "1.2,1.2,4.7",
+        at: "-0.05,0.9,0",
     },
     Picture {
         name: "twist",
         shots: &[Shot::of("twist_pins", 0), Shot::of("twist_pins", 60)],
         size: HALF,
-        eye: "2.4,2,5.4",
+        eye: "3.2,2.6,7",
         at: "0,0,0",
     },
     Picture {
         name: "acad",
         shots: &[Shot::of("s1_fig11", 150), Shot::of("s1_fig13", 150)],
         size: HALF,
-        eye: "2,1.8,4.2",
+        eye: "1.9,1.7,4",
         at: "0,0,0",
     },
 ];
@@ -116,11 +125,11 @@ impl Picture {
     fn make(&self) -> Result<(), String> {
         let panels = self.shots.iter().map(|shot| self.shoot(shot)).collect::<Result<Vec<_>, _>>()?;
         let [width, height] = self.size;
-        let bytes = pictures::beside(&panels, self.size);
+        let rows: Vec<Vec<u8>> = panels.chunks(2).map(|row| pictures::beside(row, self.size)).collect();
         let file = root().join("docs/pictures/gallery").join(self.name).with_extension("png");
         let folder = file.parent().map_or(Ok(()), std::fs::create_dir_all);
         folder.map_err(|error| format!("{}: {error}", file.display()))?;
-        let size = pictures::write(&file, &bytes, [width * panels.len(), height])
+        let size = pictures::write(&file, &rows.concat(), [width * panels.len().min(2), height * rows.len()])
             .map_err(|error| format!("{}: {error}", file.display()))?;
         println!("docs/pictures/gallery/{}.png: {} KB", self.name, size / 1000);
         Ok(())
