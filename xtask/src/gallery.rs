@@ -45,7 +45,7 @@ const PICTURES: [Picture; 6] = [
         name: "flag",
         shots: &[Shot::of("flag_gusts", 220)],
         size: WHOLE,
-        eye: "0.5,1.35,2.7",
+        eye: "1.5,1.3,2.35",
         at: "0,1.47,0",
     },
     Picture {

@@ -156,7 +156,7 @@ const SHADOW: usize = 2048;
 const AMBIENT: f32 = 480.0;
 const SKY: Color = Color::srgb(0.93, 0.96, 1.0);
 /// Light of the sun, and of what lightens its shadows [lux].
-const SUN: f32 = 2700.0;
+const SUN: f32 = 3000.0;
 const FILL: f32 = 500.0;
 /// The sun is so many lights in a ring of this angle [rad]: shadows get softer away from what casts them.
 const SUNS: u8 = 4;
@@ -179,7 +179,7 @@ fn light(mut commands: Commands, stage: Res<OnStage>) {
         shadow_maps_enabled: true,
         ..default()
     };
-    let middle = from(-0.55, 0.9, 0.5);
+    let middle = from(-0.6, 0.8, 0.7);
     for number in 0..SUNS {
         let angle = TAU * (f32::from(number) + 0.25) / f32::from(SUNS);
         let aside = SUN_RADIUS * Vec2::from_angle(angle);
