@@ -35,28 +35,26 @@ pub fn film(args: &Args, opened: &Opened, path: &Path) -> Result<(), Failure> {
     let clock = Instant::now();
     let (ending, kept) = shoot(&mut studio, &mut film, count, &stop);
     let seconds = clock.elapsed().as_secs_f64();
-    let (ending, place) = match (ending, film.finish()) {
-        (ending, Ok(place)) => (ending, place.display().to_string()),
-        (Ending::Unwritten(error), Err(_)) | (_, Err(error)) => {
-            (Ending::Unwritten(error), path.display().to_string())
-        }
+    let finished = film.finish();
+    let kept = match (&finished, kept) {
+        (Ok(_), 0) | (Err(_), _) => "nothing is kept".to_owned(),
+        (Ok(place), 1) => format!("1 picture is in {}", place.display()),
+        (Ok(place), _) => format!("{kept} pictures are in {}", place.display()),
     };
-    let kept = match kept {
-        0 => "no picture was made".to_owned(),
-        1 => format!("1 picture is in {place}"),
-        _ => format!("{kept} pictures are in {place}"),
+    let ending = match (ending, finished) {
+        // What went wrong first is what is said.
+        (Ending::Done | Ending::Interrupted, Err(error)) => Ending::Unwritten(error),
+        (ending, _) => ending,
     };
     match ending {
         Ending::Done => {
-            say(&format!(
-                "{kept}: {:.1} s at {rate:.4} a second, made in {seconds:.1} s",
-                f64::from(count) / rate
-            ));
+            let long = f64::from(count) / rate;
+            say(&format!("{kept}: {long:.1} s at {rate:.4} a second, made in {seconds:.1} s"));
             Ok(())
         }
         Ending::Interrupted => Err(Failure::Interrupted(format!("interrupted: {kept}"))),
         Ending::Halted(why) => Err(Failure::Work(format!("{why}\n{kept}"))),
-        Ending::Unwritten(error) => Err(Failure::Work(format!("{place}: {error}"))),
+        Ending::Unwritten(error) => Err(Failure::Work(format!("{}: {error}\n{kept}", path.display()))),
     }
 }
 

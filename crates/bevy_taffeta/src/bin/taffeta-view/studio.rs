@@ -45,7 +45,7 @@ impl Studio {
         let window =
             WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() };
         // What is logged of a simulation is said in our own words; which adapter it is, too.
-        let filter = "warn,bevy_taffeta=off,bevy_render::renderer=error".into();
+        let filter = "warn,bevy_taffeta=off,bevy_render::renderer=error,bevy_render::view::window=off".into();
         let log = LogPlugin { filter, ..default() };
         let plugins = DefaultPlugins.set(window).set(log).set(stage::renderer()?);
         app.add_plugins(
