@@ -6,6 +6,7 @@
 mod constraints;
 mod contact;
 mod fuzz;
+mod gallery;
 mod gpu;
 mod lines;
 mod mesh;
@@ -21,13 +22,15 @@ mod vulkan;
 use std::process::ExitCode;
 
 const USAGE: &str =
-    "usage: cargo xtask test | ci | models | pictures [SCENE...] | results [--frames F | --plots-only]
+    "usage: cargo xtask test | ci | models | pictures [SCENE...] | gallery [NAME...]
+                   | results [--frames F | --plots-only]
                    | volume [NAME...] [--speed-only | --plots-only] | constraints [NAME...] [--plots-only]
                    | contact [--software | --page-only] | methods [--quick] [SIZE...] | methods --plots-only
                    | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
   test, ci   formatting, lints, tests, and every scene for 10 frames on the CPU and on a GPU, in software if need be
   models     fetch the bunny, armadillo, dragon and human into models/
   pictures   run scenes and draw them into docs/pictures/
+  gallery    draw the pictures at the top of the README with taffeta-view, for which Bevy is built
   results    measure speed, and write the tables and plots of docs/results/
   volume     run the experiments on kept volumes, and write their page and plots in docs/results/
   constraints
@@ -50,6 +53,7 @@ fn main() -> ExitCode {
         ["contact", ref words @ ..] => contact::run(words),
         ["methods", ref words @ ..] => methods::run(words),
         ["results", ref words @ ..] => results::run(words),
+        ["gallery", ref names @ ..] => gallery::run(names),
         ["pictures", ref scenes @ ..] => pictures::run(scenes),
         ["help" | "--help" | "-h"] => {
             println!("{USAGE}");

@@ -125,8 +125,9 @@ fn surface_mesh(collider: &Collider, surface: &Surface) -> Mesh {
     let (count, nodes) = (places.len(), (0..places.len() as u32).collect::<Vec<_>>());
     let drawn =
         Drawn { vertices: nodes.clone(), nodes, triangles: surface.triangles.clone(), ..Drawn::default() };
+    // By area, for Bevy's other way gives corners of edges shorter than 2 cm no weight.
     mesh_of(&drawn, places, vec![[0.0, 1.0, 0.0]; count], false)
-        .with_computed_normals()
+        .with_computed_area_weighted_normals()
         .transformed_by(transform_of(collider, &surface.nodes))
 }
 
@@ -166,5 +167,13 @@ mod tests {
         let mesh = Collider::mesh(Shape::grid(3, 3, [1.0, 1.0])).placed(place);
         assert!(farthest(&mesh, |x| x.x - 1.0) < 1e-5);
         assert!(collider_mesh(&Collider::default().keyframe(Keyframe::default())).is_none());
+    }
+
+    #[test]
+    fn a_collider_of_small_triangles_has_normals() {
+        let mesh = collider_mesh(&Collider::mesh(Shape::grid(9, 9, [0.01, 0.01]))).unwrap();
+        let normals =
+            mesh.attribute(Mesh::ATTRIBUTE_NORMAL).and_then(VertexAttributeValues::as_float3).unwrap();
+        assert!(normals.iter().all(|normal| Vec3::from(*normal).abs().abs_diff_eq(Vec3::Y, 1e-5)));
     }
 }

@@ -1,0 +1,220 @@
+//! `cargo xtask gallery`: the pictures at the top of the README, made by `taffeta-view`.
+
+use crate::program::cargo;
+use crate::{pictures, program, root, vulkan};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+
+/// A picture of some moments, two in a row.
+struct Picture {
+    name: &'static str,
+    shots: &'static [Shot],
+    /// Width and height of each shot [pixel].
+    size: [usize; 2],
+    /// Where the camera is, and what it looks at, as `taffeta-view` takes them.
+    eye: &'static str,
+    at: &'static str,
+}
+
+/// A moment of a scene.
+struct Shot {
+    scene: &'static str,
+    set: Option<&'static str>,
+    frame: u32,
+}
+
+impl Shot {
+    const fn of(scene: &'static str, frame: u32) -> Self {
+        Self { scene, set: None, frame }
+    }
+
+    const fn with(self, set: &'static str) -> Self {
+        Self { set: Some(set), ..self }
+    }
+}
+
+/// Sizes of a picture, of one of two, and of one of four.
+const WHOLE: [usize; 2] = [480, 320];
+const HALF: [usize; 2] = [240, 320];
+const QUARTER: [usize; 2] = [240, 160];
+
+const PICTURES: [Picture; 6] = [
+    Picture {
+        name: "flag",
+        shots: &[Shot::of("flag_gusts", 220)],
+        size: WHOLE,
+        eye: "1.5,1.3,2.35",
+        at: "0,1.47,0",
+    },
+    Picture {
+        name: "drape",
+        shots: &[Shot::of("drape", 240)],
+        size: WHOLE,
+        eye: "0.8,1.05,1.8",
+        at: "0,0.2,0",
+    },
+    Picture {
+        name: "skirt",
+        shots: &[Shot::of("skirt", 240), Shot::of("skirt", 400)],
+        size: HALF,
+        eye: "1,0.6,3",
+        at: "0,0,0",
+    },
+    Picture {
+        name: "press",
+        shots: &[
+            Shot::of("press_bunny", 80),
+            Shot::of("press_bunny", 300).with("body.bunny.volume.form=none"),
+            Shot::of("press_bunny", 300).with("body.bunny.volume.form=paper-shader"),
+            Shot::of("press_bunny", 300),
+        ],
+        size: QUARTER,
+        eye: "1.2,1.2,4.7",
+        at: "-0.05,0.9,0",
+    },
+    Picture {
+        name: "twist",
+        shots: &[Shot::of("twist_pins", 0), Shot::of("twist_pins", 60)],
+        size: HALF,
+        eye: "3.2,2.6,7",
+        at: "0,0,0",
+    },
+    Picture {
+        name: "acad",
+        shots: &[Shot::of("s1_fig11", 150), Shot::of("s1_fig13", 150)],
+        size: HALF,
+        eye: "1.9,1.7,4",
+        at: "0,0,0",
+    },
+];
+
+/// Pictures are rendered so many times as wide and high, and brought down.
+const FINE: usize = 2;
+
+/// Makes the named pictures; without names, all.
+pub fn run(names: &[&str]) -> ExitCode {
+    match all(names) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: gallery: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn all(names: &[&str]) -> Result<(), String> {
+    if let Some(name) = names.iter().find(|name| !PICTURES.iter().any(|picture| picture.name == **name)) {
+        let known = PICTURES.map(|picture| picture.name).join(", ");
+        return Err(format!("there is no picture {name}; there are {known}"));
+    }
+    vulkan::provide()?;
+    let build = ["build", "--profile", "bevy", "-p", "bevy_taffeta", "--bin", "taffeta-view"];
+    let built = cargo(&build).status().map_err(|error| format!("cargo: {error}"))?;
+    if !built.success() {
+        return Err(format!("cargo {} failed", build.join(" ")));
+    }
+    for picture in PICTURES.iter().filter(|picture| names.is_empty() || names.contains(&picture.name)) {
+        picture.make().map_err(|error| format!("{}: {error}", picture.name))?;
+    }
+    Ok(())
+}
+
+impl Picture {
+    fn make(&self) -> Result<(), String> {
+        let panels = self.shots.iter().map(|shot| self.shoot(shot)).collect::<Result<Vec<_>, _>>()?;
+        let [width, height] = self.size;
+        let rows: Vec<Vec<u8>> = panels.chunks(2).map(|row| pictures::beside(row, self.size)).collect();
+        let file = root().join("docs/pictures/gallery").join(self.name).with_extension("png");
+        let folder = file.parent().map_or(Ok(()), std::fs::create_dir_all);
+        folder.map_err(|error| format!("{}: {error}", file.display()))?;
+        let size = pictures::write(&file, &rows.concat(), [width * panels.len().min(2), height * rows.len()])
+            .map_err(|error| format!("{}: {error}", file.display()))?;
+        println!("docs/pictures/gallery/{}.png: {} KB", self.name, size / 1000);
+        Ok(())
+    }
+
+    /// A moment as rows of red, green and blue.
+    fn shoot(&self, shot: &Shot) -> Result<Vec<u8>, String> {
+        let file = std::env::temp_dir().join(format!("taffeta-gallery-{}.png", std::process::id()));
+        let output = self.command(shot, &file).output().map_err(|error| format!("taffeta-view: {error}"))?;
+        let said = String::from_utf8_lossy(&output.stdout);
+        if !output.status.success() {
+            return Err(String::from_utf8_lossy(&output.stderr).trim().to_owned());
+        }
+        if let Some(note) = said.lines().find(|line| line.contains("stand-in")) {
+            return Err(format!("{note}; `cargo xtask models` fetches it"));
+        }
+        let picture = read(&file);
+        // What is left behind in the temporary folder does no harm.
+        let _ = std::fs::remove_file(&file);
+        picture.map(|fine| brought_down(&fine, self.size))
+    }
+
+    fn command(&self, shot: &Shot, file: &Path) -> Command {
+        let mut command = Command::new(view());
+        command.arg(root().join("scenes").join(shot.scene).with_extension("toml")).arg("--picture").arg(file);
+        command.args(["--at-frame", &shot.frame.to_string(), "--backend", "cpu"]);
+        let [width, height] = self.size.map(|side| FINE * side);
+        command.args(["--size", &format!("{width}x{height}"), "--eye", self.eye, "--at", self.at]);
+        command.args(shot.set.iter().flat_map(|set| ["--set", set])).stdin(Stdio::null());
+        command
+    }
+}
+
+/// The built `taffeta-view`, where cargo puts it.
+fn view() -> PathBuf {
+    program::target().join("bevy").join(format!("taffeta-view{}", std::env::consts::EXE_SUFFIX))
+}
+
+/// The bytes of a PNG file of red, green and blue.
+fn read(file: &Path) -> Result<Vec<u8>, String> {
+    let wrong = |error: &dyn std::fmt::Display| format!("{}: {error}", file.display());
+    let opened = File::open(file).map_err(|error| wrong(&error))?;
+    let mut reader = png::Decoder::new(BufReader::new(opened)).read_info().map_err(|error| wrong(&error))?;
+    let size = reader.output_buffer_size().ok_or_else(|| wrong(&"is too large"))?;
+    let mut bytes = vec![0; size];
+    reader.next_frame(&mut bytes).map_err(|error| wrong(&error))?;
+    Ok(bytes)
+}
+
+/// A picture by the means of squares of its pixels.
+fn brought_down(fine: &[u8], [width, height]: [usize; 2]) -> Vec<u8> {
+    let mut small = Vec::with_capacity(3 * width * height);
+    for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+        for channel in 0..3 {
+            let of = |dy: usize, dx: usize| {
+                usize::from(fine[3 * (FINE * width * (FINE * y + dy) + FINE * x + dx) + channel])
+            };
+            let sum: usize =
+                (0..FINE).flat_map(|dy| (0..FINE).map(move |dx| (dy, dx))).map(|(dy, dx)| of(dy, dx)).sum();
+            small.push(((sum + FINE * FINE / 2) / (FINE * FINE)) as u8);
+        }
+    }
+    small
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_is_brought_down_by_squares() {
+        // Two squares of four pixels beside each other: 0, 1, 2, 3 by rows of each, and 100 more.
+        let rows = [[0_u8, 1, 100, 101], [2, 3, 102, 103]];
+        let fine: Vec<u8> = rows.iter().flatten().flat_map(|value| [*value, 10, 20]).collect();
+        assert_eq!(brought_down(&fine, [2, 1]), [2, 10, 20, 102, 10, 20]);
+    }
+
+    #[test]
+    fn every_scene_of_the_gallery_is_there() {
+        for shot in PICTURES.iter().flat_map(|picture| picture.shots) {
+            assert!(
+                root().join("scenes").join(shot.scene).with_extension("toml").is_file(),
+                "{}",
+                shot.scene
+            );
+        }
+    }
+}
