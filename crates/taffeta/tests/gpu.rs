@@ -296,6 +296,12 @@ fn the_programs_hand_does_the_same_on_both() {
     assert_eq!(farthest(&positions(&cpu), &positions(&on_gpu)), 0.0);
     assert_eq!(cpu.state_hash(), on_gpu.state_hash());
     assert_eq!(positions(&on_gpu)[300].map(|c| c as f32), [0.0, -0.2, 0.1]);
+    for simulation in [&mut cpu, &mut on_gpu] {
+        simulation.let_go("flag", 300).unwrap();
+        run(simulation, 3);
+    }
+    assert_eq!(cpu.state_hash(), on_gpu.state_hash());
+    assert!(positions(&on_gpu)[300][1] < -0.2001);
 }
 
 #[test]

@@ -314,6 +314,11 @@ impl<T: Real> Backend for CpuBackend<T> {
         self.set(node, at, [0.0; 3]);
     }
 
+    fn let_go(&mut self, node: usize) {
+        self.setup.inverse_mass[node] = T::ONE / self.setup.mass[node];
+        self.near.forget(node);
+    }
+
     fn is_free(&self, node: usize) -> bool {
         self.setup.inverse_mass[node] > T::ZERO
     }
