@@ -187,8 +187,8 @@ impl Simulation {
         self.collect()
     }
 
-    /// Runs one frame and says how long [s] each stage took on a GPU that can tell; nothing elsewhere. The stages are
-    /// timed apart, so the frame takes longer than others.
+    /// Runs one frame and says how long [s] each stage took: of the first worker on the CPU, or on a GPU that can tell, where
+    /// stages are timed apart. The frame takes longer than others.
     ///
     /// # Errors
     /// As [`Self::step`].

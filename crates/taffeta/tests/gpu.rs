@@ -221,7 +221,6 @@ fn a_timed_frame_is_a_frame_like_others_and_every_stage_at_work_took_time() {
     assert_eq!(names, ["elements", "loads", "particles", "pins", "diagnose"]);
     assert!(times.iter().all(|(_, seconds)| *seconds > 0.0), "{times:?}");
     run(&mut timed, 1);
-    assert!(build_as(&flag(), Precision::F32, 1).step_timed().unwrap().is_empty());
 }
 
 #[test]

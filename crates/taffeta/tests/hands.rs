@@ -191,6 +191,25 @@ fn vertices_keep_the_meshs_own_order_whatever_order_the_solver_has() {
 }
 
 #[test]
+fn a_frame_that_is_timed_is_the_same_and_its_stages_take_no_longer_than_all_of_it() {
+    let scene = Scene::new("").time(DT, 0.001).body(grid(Select::nodes([0])).collide(0.02));
+    for threads in [1, 2] {
+        let [mut timed, mut other] = [0; 2].map(|_| common::build_as(&scene, taffeta::Precision::F32, threads));
+        let clock = std::time::Instant::now();
+        let times = timed.step_timed().unwrap();
+        let whole = clock.elapsed().as_secs_f64();
+        run(&mut other, 1);
+        assert_eq!(timed.state_hash(), other.state_hash());
+        for stage in ["loads", "springs", "integrate", "pairs", "between"] {
+            assert!(times.iter().any(|(name, time)| *name == stage && *time > 0.0), "{stage}: {times:?}");
+        }
+        assert!(times.iter().map(|(_, time)| time).sum::<f64>() <= whole);
+        // The next frame is not timed.
+        run(&mut timed, 1);
+    }
+}
+
+#[test]
 fn what_is_not_there_is_refused_by_name() {
     let mut simulation = loose(grid(Select::nodes([0])));
     let error = simulation.move_pin("sheet", 0, [0.0; 3]).unwrap_err().to_string();
