@@ -54,9 +54,7 @@ pub struct TimedTile<'a> {
 macro_rules! on_tiles {
     ($self:ident, $stage:expr, $method:ident, $substep:ident, $stages:ident) => {{
         let clock = $self.clock;
-        clock.time($stage, || {
-            $self.worker.$method($substep, |tile| $stages(&mut TimedTile { tile, clock }))
-        })
+        clock.time($stage, || $self.worker.$method($substep, |tile| $stages(&mut TimedTile { tile, clock })))
     }};
 }
 
@@ -70,34 +68,34 @@ impl<S: Stages> Stages for Timed<'_, S> {
     fn elements(&mut self, substep: &S::Substep) {
         self.clock.time(Stage::Elements as usize, || self.worker.elements(substep));
     }
-    fn particles(&mut self, substep: &S::Substep, stages: impl Fn(&mut Self::Tile<'_>)) {
+    fn particles(&mut self, substep: &S::Substep, stages: impl Fn(&mut TimedTile<'_>)) {
         on_tiles!(self, BETWEEN, particles, substep, stages);
     }
     fn constrains(&self) -> bool {
         self.worker.constrains()
     }
-    fn constraints(&mut self, substep: &S::Substep, stages: impl Fn(&mut Self::Tile<'_>)) {
+    fn constraints(&mut self, substep: &S::Substep, stages: impl Fn(&mut TimedTile<'_>)) {
         on_tiles!(self, Stage::Constraints as usize, constraints, substep, stages);
     }
     fn keeps_volumes(&self) -> bool {
         self.worker.keeps_volumes()
     }
-    fn volumes(&mut self, substep: &S::Substep, stages: impl Fn(&mut Self::Tile<'_>)) {
+    fn volumes(&mut self, substep: &S::Substep, stages: impl Fn(&mut TimedTile<'_>)) {
         on_tiles!(self, Stage::Volumes as usize, volumes, substep, stages);
     }
     fn attaches(&self) -> bool {
         self.worker.attaches()
     }
-    fn attach(&mut self, substep: &S::Substep, stages: impl Fn(&mut Self::Tile<'_>)) {
+    fn attach(&mut self, substep: &S::Substep, stages: impl Fn(&mut TimedTile<'_>)) {
         on_tiles!(self, Stage::Attach as usize, attach, substep, stages);
     }
     fn collides(&self) -> bool {
         self.worker.collides()
     }
-    fn pairs(&mut self, substep: &S::Substep, stages: impl Fn(&mut Self::Tile<'_>)) {
+    fn pairs(&mut self, substep: &S::Substep, stages: impl Fn(&mut TimedTile<'_>)) {
         on_tiles!(self, Stage::Pairs as usize, pairs, substep, stages);
     }
-    fn project(&mut self, substep: &S::Substep, stages: impl Fn(&mut Self::Tile<'_>)) -> bool {
+    fn project(&mut self, substep: &S::Substep, stages: impl Fn(&mut TimedTile<'_>)) -> bool {
         on_tiles!(self, Stage::Project as usize, project, substep, stages)
     }
     fn end(&mut self, substep: &S::Substep) {
