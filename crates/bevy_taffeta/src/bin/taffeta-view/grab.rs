@@ -86,7 +86,7 @@ fn take(
     buttons: Res<ButtonInput<MouseButton>>,
     busy: Res<Busy>,
     camera: Query<(&Camera, &GlobalTransform), With<StageCamera>>,
-    colliders: Query<(&Mesh3d, &GlobalTransform, &InheritedVisibility), With<SoftCollider>>,
+    colliders: Query<(&Mesh3d, &GlobalTransform, &Visibility), With<SoftCollider>>,
     meshes: Res<Assets<Mesh>>,
     mut worlds: Query<&mut Running, With<StageRoot>>,
     mut grab: ResMut<Grab>,
@@ -103,7 +103,7 @@ fn take(
         && !busy.pointer
         && let (Some(ray), Ok((camera, transform))) = (grab.ray, camera.single())
     {
-        let shown = colliders.iter().filter(|(.., visible)| visible.get());
+        let shown = colliders.iter().filter(|(.., visibility)| **visibility != Visibility::Hidden);
         let walls = shown.filter_map(|(mesh, place, _)| wall(meshes.get(&mesh.0)?, place, ray));
         let nearest_wall = walls.fold(f32::INFINITY, f32::min);
         let seen = |point: Vec3| camera.world_to_viewport(transform, point).ok();
@@ -274,12 +274,7 @@ fn make_marker(
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
 ) {
-    let material = StandardMaterial {
-        base_color: Color::srgb(1.0, 0.75, 0.0),
-        unlit: true,
-        depth_bias: 1e4,
-        ..default()
-    };
+    let material = StandardMaterial { base_color: Color::srgb(1.0, 0.75, 0.0), unlit: true, ..default() };
     commands.spawn((
         Marker,
         Mesh3d(meshes.add(Sphere::new(1.0))),

@@ -50,7 +50,7 @@ pub fn panel(app: &mut App) {
         .add_systems(Update, keys)
         .add_systems(
             EguiPrimaryContextPass,
-            (begin, top::show, messages::show, numbers::show, side::show, end).chain(),
+            (begin, top::show, messages::show, side::show, numbers::show, side::show_legend, end).chain(),
         );
 }
 

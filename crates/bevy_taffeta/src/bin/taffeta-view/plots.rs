@@ -2,11 +2,11 @@
 
 use crate::stage::StageRoot;
 use bevy::prelude::*;
-use bevy_egui::egui::{Color32, Ui};
+use bevy_egui::egui::{Color32, RichText, Ui};
 use bevy_taffeta::Running;
 use bevy_taffeta::prelude::*;
 use bevy_taffeta::taffeta::diagnostics::FrameReport;
-use egui_plot::{Corner, Legend, Line, Plot, PlotPoints};
+use egui_plot::{Line, Plot, PlotPoints, uniform_grid_spacer};
 use std::collections::VecDeque;
 
 /// Seconds of the scene that are shown.
@@ -73,6 +73,13 @@ const ENERGIES: [Curve; 5] = [
 ];
 const STRETCH: [Curve; 1] = [("l/L", [200, 40, 60], |report| report.max_stretch)];
 
+/// The names of energies in their colours.
+pub fn names(ui: &mut Ui) {
+    for (name, [r, g, b], _) in ENERGIES {
+        ui.label(RichText::new(name).small().color(Color32::from_rgb(r, g, b)));
+    }
+}
+
 /// Energies [J].
 pub fn energy(ui: &mut Ui, history: &History, size: [f32; 2]) {
     plot(ui, "energy", &ENERGIES, history, size);
@@ -84,7 +91,7 @@ pub fn stretch(ui: &mut Ui, history: &History, size: [f32; 2]) {
 }
 
 fn plot(ui: &mut Ui, name: &str, curves: &[Curve], history: &History, [width, height]: [f32; 2]) {
-    let mut plot = Plot::new(name.to_owned())
+    let plot = Plot::new(name.to_owned())
         .width(width)
         .height(height)
         .allow_scroll(false)
@@ -92,11 +99,9 @@ fn plot(ui: &mut Ui, name: &str, curves: &[Curve], history: &History, [width, he
         .allow_zoom(false)
         .allow_boxed_zoom(false)
         .show_x(false)
-        .y_axis_min_width(44.0)
+        .y_axis_min_width(40.0)
+        .x_grid_spacer(uniform_grid_spacer(|_| [10.0, 5.0, 1.0]))
         .set_margin_fraction([0.0, 0.08].into());
-    if curves.len() > 1 {
-        plot = plot.legend(Legend::default().position(Corner::LeftTop).background_alpha(0.6));
-    }
     let end = history.last().map_or(0.0, |last| last.time);
     plot.include_x(end.max(SHOWN)).include_x((end - SHOWN).max(0.0)).show(ui, |plot| {
         for (name, [r, g, b], of) in curves {

@@ -2,7 +2,7 @@
 
 use crate::listed::Listed;
 use crate::looks::{Lines, Looks};
-use crate::stage::StageRoot;
+use crate::stage::{StageCamera, StageRoot};
 use bevy::asset::{AssetEventSystems, RenderAssetUsages};
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::light::{NotShadowCaster, NotShadowReceiver};
@@ -11,8 +11,8 @@ use bevy::prelude::*;
 use bevy_taffeta::Running;
 use bevy_taffeta::prelude::*;
 
-/// Lines are drawn as if they were nearer by this, so that the surface that they lie on does not hide them.
-const NEARER: f32 = 400.0;
+/// Lines are drawn at this share of their distance from the camera, so that the surface that they lie on does not hide them.
+const NEARER: f32 = 0.997;
 
 /// Lines of a body.
 #[derive(Component)]
@@ -59,12 +59,7 @@ fn spawn(
             if ends.is_empty() {
                 continue;
             }
-            let material = StandardMaterial {
-                base_color: Color::srgb_u8(r, g, b),
-                unlit: true,
-                depth_bias: NEARER,
-                ..default()
-            };
+            let material = StandardMaterial { base_color: Color::srgb_u8(r, g, b), unlit: true, ..default() };
             commands.spawn((
                 Wire { body, lines, built: running.built() },
                 Mesh3d(meshes.add(mesh(ends))),
@@ -106,20 +101,26 @@ fn mesh(ends: Vec<u32>) -> Mesh {
 /// Brings lines to where bodies are drawn.
 fn follow(
     worlds: Query<&Running, With<StageRoot>>,
-    wires: Query<(&Wire, &Mesh3d)>,
+    camera: Query<&GlobalTransform, (With<StageCamera>, Without<Wire>)>,
+    mut wires: Query<(&Wire, &Mesh3d, &mut Transform, &mut GlobalTransform)>,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    let Ok(running) = worlds.single() else { return };
+    let (Ok(running), Ok(camera)) = (worlds.single(), camera.single()) else { return };
     if wires.is_empty() {
         return;
     }
     let mut places = Vec::new();
     running.places(&mut places);
-    for (wire, handle) in wires.iter().filter(|(wire, _)| wire.built == running.built()) {
-        let Some(mut mesh) = meshes.get_mut(&handle.0) else { continue };
+    let eye = camera.translation();
+    for (wire, handle, mut transform, mut global) in &mut wires {
+        let (true, Some(mut mesh)) = (wire.built == running.built(), meshes.get_mut(&handle.0)) else {
+            continue;
+        };
         let first = running.first_vertex(wire.body);
         let count = running.simulation().bodies()[wire.body].vertices;
         let own: Vec<[f32; 3]> = places[first..first + count].iter().map(Vec3::to_array).collect();
         mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, own);
+        *transform = Transform { translation: (1.0 - NEARER) * eye, scale: Vec3::splat(NEARER), ..default() };
+        *global = (*transform).into();
     }
 }

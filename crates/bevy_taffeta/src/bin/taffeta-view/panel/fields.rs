@@ -103,6 +103,11 @@ fn three(ui: &mut Ui, value: &mut [f64; 3], speed: f64, unit: &str) -> bool {
 
 /// A number with four digits, in powers of ten where it is small or large.
 pub fn number(value: f64) -> String {
+    rounded(value, 4)
+}
+
+/// A number with some digits, in powers of ten where it is small or large.
+pub fn rounded(value: f64, digits: i32) -> String {
     let size = value.abs();
     if size == 0.0 {
         "0".to_owned()
@@ -111,7 +116,7 @@ pub fn number(value: f64) -> String {
         let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
         format!("{}e{power}", digits.trim_end_matches('0').trim_end_matches('.'))
     } else {
-        let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
+        let decimals = (digits - 1 - size.log10().floor() as i32).max(0) as usize;
         let text = format!("{value:.decimals$}");
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
     }

