@@ -126,6 +126,9 @@ fn wall(mesh: &Mesh, place: &GlobalTransform, ray: Ray3d) -> Option<f32> {
     hits.min_by(f32::total_cmp)
 }
 
+/// Triangles are wider by this share, so that no ray goes through between two of them.
+const SEAM: f32 = 1e-5;
+
 /// How far a ray goes until it meets a triangle from either side [m] (Möller and Trumbore, "Fast, minimum storage
 /// ray-triangle intersection", 1997).
 pub fn meet(ray: Ray3d, [a, b, c]: [Vec3; 3]) -> Option<f32> {
@@ -140,7 +143,7 @@ pub fn meet(ray: Ray3d, [a, b, c]: [Vec3; 3]) -> Option<f32> {
     let q = from.cross(along);
     let v = way.dot(q) / volume;
     let far = across.dot(q) / volume;
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && far > 0.0).then_some(far)
+    (u >= -SEAM && v >= -SEAM && u + v <= 1.0 + SEAM && far > 0.0).then_some(far)
 }
 
 /// A vertex: its body, its number there and among all, and where it is [m].

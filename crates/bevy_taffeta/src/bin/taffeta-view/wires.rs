@@ -59,7 +59,13 @@ fn spawn(
             if ends.is_empty() {
                 continue;
             }
-            let material = StandardMaterial { base_color: Color::srgb_u8(r, g, b), unlit: true, ..default() };
+            let strong = if lines == Lines::Edges { 0.35 } else { 0.8 };
+            let material = StandardMaterial {
+                base_color: Color::srgb_u8(r, g, b).with_alpha(strong),
+                alpha_mode: AlphaMode::Blend,
+                unlit: true,
+                ..default()
+            };
             commands.spawn((
                 Wire { body, lines, built: running.built() },
                 Mesh3d(meshes.add(mesh(ends))),

@@ -120,7 +120,7 @@ fn the_vertex_under_the_mouse_is_taken_follows_it_and_is_let_go() {
     let mut app = viewer(&scene());
     run(&mut app, 5);
     let before = places(&mut app);
-    look_at(&mut app, before[38].lerp(before[31], 0.1));
+    look_at(&mut app, before[38].lerp(before[31], 0.1).lerp(before[39], 0.05));
     mouse(&mut app, ButtonState::Pressed);
     app.update();
     assert_eq!(app.world().resource::<Grab>().held().map(|held| held.vertex), Some(38));
