@@ -74,9 +74,11 @@ fn numbers(ui: &mut Ui, running: &Running, history: &History) {
         lines.push(("broken joints", report.broken.to_string()));
     }
     let bodies = running.simulation().bodies();
+    let closed = report.volumes.iter().flatten().count();
     for (body, volume) in bodies.iter().zip(&report.volumes) {
         if let (Some(volume), Some(rest)) = (volume, body.rest_volume) {
-            lines.push(("volume", format!("{} {:.2} %", body.name, 100.0 * volume / rest)));
+            let key = if closed > 1 { &body.name[..] } else { "volume" };
+            lines.push((key, format!("{:.2} %", 100.0 * volume / rest)));
         }
     }
     lines.push(("vertices", bodies.iter().map(|body| body.vertices).sum::<usize>().to_string()));
@@ -90,7 +92,8 @@ fn times(ui: &mut Ui, running: &Running) {
     let mut lines = vec![("one frame", milliseconds(timing.frame))];
     lines.extend(timing.stages.iter().map(|&(stage, seconds)| (stage, milliseconds(seconds))));
     table(ui, "times", &lines);
-    ui.weak(running.simulation().device());
+    let device = running.simulation().device();
+    ui.add(egui::Label::new(RichText::new(&device).weak()).truncate()).on_hover_text(device);
 }
 
 fn table(ui: &mut Ui, name: &str, lines: &[(&str, String)]) {
