@@ -13,6 +13,8 @@ const TIMED: u32 = 30;
 /// Widths of numbers and of times [point].
 const NUMBERS: f32 = 158.0;
 const TIMES: f32 = 158.0;
+/// Width of a title with the names of all energies [point].
+const NAMED: f32 = 225.0;
 
 /// Shows the panel.
 pub fn show(
@@ -32,7 +34,13 @@ pub fn show(
             let height = ui.available_height() - 24.0;
             let rest = (ui.available_width() - NUMBERS - TIMES - 44.0).max(120.0);
             let (wide, narrow) = (0.58 * rest, 0.42 * rest);
-            column(ui, "energy [J]", wide, plots::names, |ui| plots::energy(ui, &history, [wide, height]));
+            // Names go beside the title where they have room.
+            let names = |ui: &mut Ui| {
+                if wide > NAMED {
+                    plots::names(ui)
+                }
+            };
+            column(ui, "energy [J]", wide, names, |ui| plots::energy(ui, &history, [wide, height]));
             let stretch = |ui: &mut Ui| plots::stretch(ui, &history, [narrow, height]);
             column(ui, "largest stretch l/L", narrow, |_| (), stretch);
             ui.separator();
