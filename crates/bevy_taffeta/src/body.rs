@@ -155,8 +155,8 @@ impl SoftMaterial {
         })
     }
 
-    /// Puts it into a body of a scene.
-    pub(crate) fn put(&self, body: Body) -> Body {
+    /// A body of a scene that is made of it.
+    pub fn put(&self, body: Body) -> Body {
         Body {
             springs: self.springs.clone(),
             volume: self.volume.clone(),

@@ -214,7 +214,7 @@ impl Plan<'_, '_, '_> {
         }
         let names = scene.bodies.iter_mut().map(|body| &mut body.name);
         rename(names.zip(self.members.bodies.iter().copied()));
-        let colliders = self.colliders(&mut scene);
+        let colliders = self.colliders(&mut scene, old);
         let mut simulation = self.simulation(&scene, &mut building.device)?;
         // From a state that diverged nothing goes on.
         match old.filter(|old| !old.halted) {
@@ -226,14 +226,17 @@ impl Plan<'_, '_, '_> {
             shared: is_gpu && self.world.on.draw == DrawMethod::Shared && building.meshes.is_some(),
             copied: [all_places(&simulation), all_places(&simulation)],
             simulation,
+            built: old.map_or(0, |old| old.built) + 1,
+            timing: old.map(|old| old.timing.clone()).unwrap_or_default(),
             bodies,
             colliders,
             left: old.map_or(0.0, |old| old.left),
             share: 1.0,
             unreported: 0,
             halted: false,
+            scene,
         };
-        running.make_meshes(&scene, old, building.meshes.as_deref_mut())?;
+        running.make_meshes(old, building.meshes.as_deref_mut())?;
         Ok(running)
     }
 
@@ -243,15 +246,22 @@ impl Plan<'_, '_, '_> {
         Scene { time, world: self.world.environment.0.clone(), solver, forces, seams, ..Scene::default() }
     }
 
-    /// Adds colliders to the scene.
-    fn colliders(&self, scene: &mut Scene) -> Vec<RunningCollider> {
+    /// Adds colliders to the scene. One that follows keyframes has left the place that these count from.
+    fn colliders(&self, scene: &mut Scene, old: Option<&Running>) -> Vec<RunningCollider> {
+        let before = old.map_or(&[][..], |old| &old.colliders);
         let add = |one: ColliderDataItem| {
             let mut collider = one.collider.0.clone();
-            collider.place = place_in_world(one.transform, &collider.place);
+            let keyed = !collider.motion.is_empty();
+            let was = before.iter().find(|was| keyed && was.keyed && was.entity == one.entity);
+            let start = was.map_or(Rigid::of(one.transform), |was| was.start);
+            let from = was.map_or(*one.transform, |was| {
+                let (scale, ..) = one.transform.to_scale_rotation_translation();
+                was.start.transform(scale).into()
+            });
+            collider.place = place_in_world(&from, &collider.place);
             if let Some(name) = one.name {
                 collider.name = name.to_string();
             }
-            let (start, keyed) = (Rigid::of(one.transform), !collider.motion.is_empty());
             scene.colliders.push(collider);
             RunningCollider { entity: one.entity, start, last: start, keyed }
         };
@@ -328,14 +338,13 @@ impl Running {
     /// Gives each body a mesh, the one that it had where that still fits.
     fn make_meshes(
         &mut self,
-        scene: &Scene,
         old: Option<&Running>,
         mut meshes: Option<&mut Assets<Mesh>>,
     ) -> Result<(), SceneError> {
         let lost = |error: taffeta::StepError| SceneError::new("", error.to_string());
         let mut first = 0;
         for (index, body) in self.bodies.iter_mut().enumerate() {
-            let drawn = drawn_of(&self.simulation.surface(index), &scene.bodies[index].mesh);
+            let drawn = drawn_of(&self.simulation.surface(index), &self.scene.bodies[index].mesh);
             body.first_vertex = first;
             first += self.simulation.bodies()[index].vertices;
             if self.shared {

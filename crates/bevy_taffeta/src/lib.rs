@@ -49,7 +49,7 @@ mod world;
 pub use body::{BodyPlace, Cloth, Pinned, Pins, SoftBody, SoftMaterial};
 pub use collider::{SoftCollider, collider_mesh};
 pub use device::SharedGpu;
-pub use running::Running;
+pub use running::{Running, Timing};
 pub use scene::{
     FromScene, SceneLoadError, SceneLoader, SceneMaterials, SoftScene, SoftSceneRoot, spawn_scene,
 };

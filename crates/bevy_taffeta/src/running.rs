@@ -3,13 +3,19 @@
 use crate::drawn::BodyMesh;
 use crate::pose::Rigid;
 use bevy::prelude::*;
-use taffeta::Simulation;
-use taffeta::View;
+use taffeta::scene::Scene;
+use taffeta::{Simulation, View};
+use taffeta_io::output::Drawn;
 
 /// The simulation of a [`SoftWorld`](crate::SoftWorld). Remove it to start again from where bodies and colliders are.
 #[derive(Component)]
 pub struct Running {
     pub(crate) simulation: Simulation,
+    /// What it is of.
+    pub(crate) scene: Scene,
+    /// How often it was built.
+    pub(crate) built: u64,
+    pub(crate) timing: Timing,
     pub(crate) bodies: Vec<RunningBody>,
     pub(crate) colliders: Vec<RunningCollider>,
     /// Time that has gone by and was not simulated yet [s].
@@ -24,6 +30,18 @@ pub struct Running {
     pub(crate) shared: bool,
     /// Where vertices were before the last frame and are now, where they are copied [m].
     pub(crate) copied: [Vec<[f32; 3]>; 2],
+}
+
+/// How long frames of a simulation take.
+#[derive(Clone, Debug, Default)]
+pub struct Timing {
+    /// One frame, as the program waited for it [s]. Where the device is shared only frames with a report are waited for.
+    pub frame: f64,
+    /// The stages of the last frame that was [timed](Running::time_stages) by name [s]; nothing where none was, or where the
+    /// device cannot tell.
+    pub stages: Vec<(&'static str, f64)>,
+    /// One frame in so many is timed by stages; 0: none.
+    pub(crate) every: u32,
 }
 
 /// A body of it.
@@ -79,6 +97,65 @@ impl Running {
     /// Number of an entity's body in the simulation.
     pub fn body_of(&self, entity: Entity) -> Option<usize> {
         self.bodies.iter().position(|body| body.entity == entity)
+    }
+
+    /// The entity that is a body of the simulation.
+    ///
+    /// # Panics
+    /// Where there is no body with this index.
+    pub fn entity(&self, body: usize) -> Entity {
+        self.bodies[body].entity
+    }
+
+    /// The scene that the entities made up when it was built.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// How often it was built: once, and again for every change that needs it.
+    pub fn built(&self) -> u64 {
+        self.built
+    }
+
+    /// Which vertices of a body's mesh in the simulation are the vertices of the mesh that is drawn.
+    ///
+    /// # Panics
+    /// Where there is no body with this index.
+    pub fn drawn(&self, body: usize) -> &Drawn {
+        &self.bodies[body].mesh.drawn
+    }
+
+    /// Number of a body's first vertex among those of all bodies.
+    ///
+    /// # Panics
+    /// Where there is no body with this index.
+    pub fn first_vertex(&self, body: usize) -> usize {
+        self.bodies[body].first_vertex
+    }
+
+    /// Where the vertices of all bodies are drawn in the world [m]. Where the device is shared it is where they are after the
+    /// last frame, and is read back.
+    pub fn places(&self, out: &mut Vec<Vec3>) {
+        out.clear();
+        let [before, now] = &self.copied;
+        if self.shared {
+            let mut places = Vec::new();
+            self.simulation.positions_f32(&mut places);
+            out.extend(places.into_iter().map(Vec3::from));
+        } else {
+            let between = |(a, b): (&[f32; 3], &[f32; 3])| Vec3::from(*a).lerp(Vec3::from(*b), self.share);
+            out.extend(before.iter().zip(now).map(between));
+        }
+    }
+
+    /// How long frames take.
+    pub fn timing(&self) -> &Timing {
+        &self.timing
+    }
+
+    /// Times the stages of one frame in so many; 0 ends it. Such a frame takes longer, and is waited for.
+    pub fn time_stages(&mut self, every: u32) {
+        self.timing.every = every;
     }
 
     /// Whether it cannot go on: it has diverged, or the device is lost.

@@ -4,6 +4,7 @@ use crate::pose::Rigid;
 use crate::running::Running;
 use crate::world::{Playback, RunOn};
 use bevy::prelude::*;
+use std::time::Instant;
 use taffeta::StepError;
 use taffeta::scene::SceneError;
 
@@ -82,17 +83,31 @@ impl Running {
     ) -> Result<(), StepError> {
         for frame in 0..frames {
             self.follow(1.0 / f64::from(frames - frame), transforms);
-            self.simulation.launch(1)?;
-            self.unreported += 1;
-            if !self.shared || self.unreported >= on.report_every {
-                self.simulation.collect()?;
-                self.unreported = 0;
-            }
+            self.one_frame(on)?;
             if !self.shared && frame + 2 >= frames {
                 self.simulation.fetch()?;
                 self.copied.swap(0, 1);
                 self.simulation.positions_f32(&mut self.copied[1]);
             }
+        }
+        Ok(())
+    }
+
+    /// Takes a frame, and asks what became of it where that is due.
+    fn one_frame(&mut self, on: &RunOn) -> Result<(), StepError> {
+        let clock = Instant::now();
+        let is_timed = self.timing.every > 0 && self.simulation.frame().is_multiple_of(self.timing.every);
+        if is_timed {
+            self.timing.stages = self.simulation.step_timed()?;
+            self.unreported = 0;
+            return Ok(());
+        }
+        self.simulation.launch(1)?;
+        self.unreported += 1;
+        if !self.shared || self.unreported >= on.report_every {
+            self.simulation.collect()?;
+            self.timing.frame = clock.elapsed().as_secs_f64() / f64::from(self.unreported);
+            self.unreported = 0;
         }
         Ok(())
     }

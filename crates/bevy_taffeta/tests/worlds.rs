@@ -110,6 +110,23 @@ fn drawn(app: &App, body: Entity) -> Vec<Vec3> {
 }
 
 #[test]
+fn a_collider_on_keyframes_stays_on_them_when_its_world_is_built_anew() {
+    let heights = [false, true].map(|anew| {
+        let (mut app, _) = with_sheet();
+        let ball = SoftCollider::sphere(0.1).0.keyframe(Keyframe::translate(0.5, [0.0, 0.4, 0.0]));
+        let ball = app.world_mut().spawn((SoftCollider(ball), Transform::from_xyz(0.0, -2.0, 0.0))).id();
+        run(&mut app, 15);
+        if anew {
+            set(&mut app, SoftWorld::default());
+        }
+        run(&mut app, 10);
+        app.world().get::<Transform>(ball).expect("a place").translation.y
+    });
+    assert_eq!(heights[0], heights[1]);
+    assert!(heights[0] > -1.75 && heights[0] < -1.6, "{heights:?}");
+}
+
+#[test]
 fn a_body_that_comes_or_goes_does_not_disturb_the_others() {
     let (mut alone, _) = with_sheet();
     let (mut app, _) = with_sheet();

@@ -61,6 +61,8 @@ pub trait Backend: Send + Sync {
     fn set(&mut self, node: usize, position: [f64; 3], velocity: [f64; 3]);
     /// Holds a node from now on.
     fn hold(&mut self, node: usize);
+    /// Lets go of a node that was free before it was held; it keeps its velocity.
+    fn let_go(&mut self, node: usize);
     /// Whether a node is free.
     fn is_free(&self, node: usize) -> bool;
     /// Appends the little-endian bytes of a node's position, or of its velocity.

@@ -21,6 +21,7 @@ mod simulation;
 mod step;
 pub mod topology;
 
+pub use assembly::springs_of;
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
 pub use gpu::parity;

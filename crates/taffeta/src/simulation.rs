@@ -3,6 +3,7 @@
 mod frames;
 mod info;
 mod live;
+mod seen;
 mod snapshot;
 
 pub use info::{BodyInfo, ColliderInfo};
@@ -11,6 +12,7 @@ pub use snapshot::Snapshot;
 
 use crate::assembly::{Assembly, BodyAssembly};
 use crate::backend::{Backend, Hand, Lost};
+use crate::collision::mesh::MeshSurface;
 use crate::constraints::volume::Form;
 use crate::cpu::CpuBackend;
 use crate::diagnostics::advice::StepLimit;
@@ -26,6 +28,7 @@ use crate::topology::Surface;
 use crate::topology::random::SplitMix64;
 use serde::{Deserialize, Serialize};
 use std::hash::Hasher;
+use std::sync::OnceLock;
 
 /// Arithmetic of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -95,6 +98,10 @@ pub struct Simulation {
     hand: Hand,
     /// Nodes that were moved by hand in the last frame and stand still from now on.
     moved: Vec<u32>,
+    /// Nodes that were free and are held by hand.
+    taken: Vec<u32>,
+    /// Triangles of colliders, once somebody asks how far nodes are from them.
+    surfaces: OnceLock<Vec<MeshSurface<f64>>>,
     /// Frames that were launched and not collected yet, and whether more than gravity drives the scene in them.
     launched: (u32, bool),
 }
@@ -133,6 +140,8 @@ impl Simulation {
             warnings,
             hand: Hand::default(),
             moved: Vec::new(),
+            taken: Vec::new(),
+            surfaces: OnceLock::new(),
             launched: (0, false),
         };
         simulation.measure().map_err(|Lost(why)| SceneError::new("", why))?;
@@ -157,8 +166,8 @@ impl Simulation {
         self.collect()
     }
 
-    /// Runs one frame and says how long [s] each stage took on a GPU that can tell; nothing elsewhere. The stages are
-    /// timed apart, so the frame takes longer than others.
+    /// Runs one frame and says how long [s] each stage took: of the first worker on the CPU, or on a GPU that can tell, where
+    /// stages are timed apart. The frame takes longer than others.
     ///
     /// # Errors
     /// As [`Self::step`].
@@ -286,7 +295,7 @@ impl Simulation {
     }
 
     /// Moves a pinned vertex to a place [m] during the next frame, in a straight line; it stays there. A free vertex
-    /// is pinned from now on.
+    /// is pinned from now on, until [`Self::let_go`].
     ///
     /// # Errors
     /// Where there is no such body or vertex, the vertex follows keyframes of the scene, or `to` is not finite.
@@ -305,6 +314,7 @@ impl Simulation {
         for node in nodes {
             if self.backend.is_free(node) {
                 self.backend.hold(node);
+                self.taken.push(node as u32);
             }
             let from = self.backend.position(node);
             let moves = &mut self.hand.moves;

@@ -2,9 +2,9 @@
 
 mod common;
 
-use common::{add, build, near, norm, positions, run, scale, sub, weightless};
+use common::{add, build, near, norm, positions, run, scale, sub, turned, weightless};
 use taffeta::Simulation;
-use taffeta::scene::{Body, Icosphere, Keyframe, Mass, Mesh, Scene, Select};
+use taffeta::scene::{Body, Collider, Icosphere, Keyframe, Mass, Mesh, Scene, Select};
 
 const DT: f64 = 0.01;
 
@@ -86,6 +86,71 @@ fn a_free_vertex_that_is_moved_is_pinned_from_then_on() {
 }
 
 #[test]
+fn a_vertex_that_is_let_go_flies_on_and_falls_while_pins_of_the_scene_hold() {
+    let body = Body::cloth("cloth", Mesh::grid(2, 2, [1.0, 1.0])).with_mass(Mass::Node(0.1));
+    let mut simulation = build(&Scene::new("").time(DT, DT).body(body.pin(Select::nodes([3]))));
+    let start = positions(&simulation);
+    let way = [0.02, 0.0, -0.01];
+    for vertex in [1, 3] {
+        simulation.move_pin("cloth", vertex, add(start[vertex], way)).unwrap();
+    }
+    run(&mut simulation, 1);
+    for vertex in [1, 3] {
+        simulation.let_go("cloth", vertex).unwrap();
+    }
+    run(&mut simulation, 4);
+    // h² g (1 + 2 + 3 + 4), and four times the way of the hand.
+    let fallen = [0.1, -9.81 * DT * DT * 10.0, -0.05];
+    near("flight", norm(sub(sub(positions(&simulation)[1], start[1]), fallen)), 0.0, 1e-14);
+    assert_eq!(positions(&simulation)[3], add(start[3], way));
+    assert!(simulation.let_go("sheet", 0).is_err() && simulation.let_go("cloth", 4).is_err());
+    // One that nobody has taken is as it was.
+    simulation.let_go("cloth", 0).unwrap();
+    run(&mut simulation, 1);
+}
+
+#[test]
+fn velocities_are_those_of_the_vertices_in_the_meshs_own_order() {
+    let body = Body::cloth("ball", Mesh::Icosphere(Icosphere { radius: 1.0, subdivisions: 1 }));
+    let mut simulation = loose(body.with_mass(Mass::Node(0.2)));
+    simulation.apply_force("ball", 17, [2.0, -4.0, 6.0]).unwrap();
+    run(&mut simulation, 1);
+    let mut velocities = Vec::new();
+    simulation.velocities_f32(&mut velocities);
+    for (vertex, v) in velocities.iter().enumerate() {
+        let expected = if vertex == 17 { [0.1, -0.2, 0.3] } else { [0.0; 3] };
+        near("velocity", norm(sub(v.map(f64::from), expected)), 0.0, 1e-7);
+    }
+}
+
+#[test]
+fn gaps_are_distances_from_where_colliders_hold_nodes_back() {
+    let ball = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 5 });
+    let sheet = Mesh::grid(2, 2, [4.0, 4.0]);
+    for (collider, tolerance) in [
+        (Collider::sphere([0.0, -1.0, 0.0], 0.5), 1e-6),
+        (Collider::mesh(ball).placed(turned([0.0, 1.0, 0.0], 0.0, [0.0, -1.0, 0.0])), 2e-3),
+        (Collider::mesh(sheet).placed(turned([0.0, 1.0, 0.0], 0.0, [0.0, -0.5, 0.0])), 1e-6),
+    ] {
+        let sphere = collider.sphere.is_some() || tolerance > 1e-4;
+        let chain = Body::cloth("chain", Mesh::chain(2, 2.0)).with_mass(Mass::Node(0.1));
+        let lifted = collider.offset(0.1).keyframe(Keyframe::translate(DT, [0.0, 0.3, 0.0]));
+        let mut simulation = build(&weightless("gaps", DT, DT).body(chain).collider(lifted));
+        run(&mut simulation, 1);
+        let mut gaps = Vec::new();
+        simulation.gaps(0.7, &mut gaps);
+        // The ball's centre is 0.7 m below the middle now, the sheet 0.2 m.
+        let aside = if sphere { 1.49_f64.sqrt() - 0.6 } else { 0.1 };
+        let middle = 0.1;
+        for (gap, expected) in gaps.iter().zip([aside, middle, aside]) {
+            near("gap", f64::from(*gap), expected, tolerance);
+        }
+        simulation.gaps(0.05, &mut gaps);
+        assert_eq!(gaps, [0.05; 3]);
+    }
+}
+
+#[test]
 fn a_force_for_a_frame_changes_momentum_by_force_times_time() {
     let mut simulation = loose(grid(Select::nodes([0])));
     let mut free = loose(Body { pins: vec![], ..grid(Select::nodes([0])) });
@@ -122,6 +187,28 @@ fn vertices_keep_the_meshs_own_order_whatever_order_the_solver_has() {
     for (normal, x) in simulation.normals(0).iter().zip(&start) {
         let off = norm(sub(normal.map(f64::from), *x));
         assert!(off < 0.03, "a sphere's normal points away from its centre: {off}");
+    }
+}
+
+#[test]
+fn a_frame_that_is_timed_is_the_same_and_its_stages_take_no_longer_than_all_of_it() {
+    let scene = Scene::new("").time(DT, 0.001).body(grid(Select::nodes([0])).collide(0.02));
+    for threads in [1, 2] {
+        let [mut timed, mut other] =
+            [0; 2].map(|_| common::build_as(&scene, taffeta::Precision::F32, threads));
+        let clock = std::time::Instant::now();
+        let times = timed.step_timed().unwrap();
+        let whole = clock.elapsed().as_secs_f64();
+        run(&mut other, 1);
+        assert_eq!(timed.state_hash(), other.state_hash());
+        // Of two threads the first may have no nodes.
+        let stages = ["loads", "springs", "integrate", "pairs", "between"];
+        for stage in stages.into_iter().filter(|_| threads == 1) {
+            assert!(times.iter().any(|(name, time)| *name == stage && *time > 0.0), "{stage}: {times:?}");
+        }
+        assert!(times.iter().map(|(_, time)| time).sum::<f64>() <= whole);
+        // The next frame is not timed.
+        run(&mut timed, 1);
     }
 }
 

@@ -230,7 +230,7 @@ pub(super) fn bends(body: &Body) -> bool {
     body.springs.hinge.is_some_and(|hinge| hinge.k > 0.0 || hinge.d > 0.0)
 }
 
-fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
+pub(super) fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
     let in_mesh = |message: String| SceneError::new("mesh", message);
     let surface = shapes::surface(mesh).map_err(in_mesh)?;
     let edges = Edges::new(surface.nodes.len(), &surface.triangles, &surface.links);

@@ -16,6 +16,7 @@ use super::simd::SimdLevel;
 use super::solve::{SolveSetup, SolveWork};
 use super::team::Team;
 use super::tiles::{self, TilePlan, TiledSprings};
+use super::timed::{Clock, Timed};
 use super::volume::{Corrections, VolumeBody};
 use super::worker::{Scratch, Worker};
 use crate::assembly::Assembly;
@@ -112,6 +113,9 @@ pub struct CpuBackend<T> {
     tile_sums: Vec<StateSums>,
     volumes: Vec<f64>,
     sums: FrameSums,
+    /// Whether the next frame is timed by stages, and the times [s] of the last one that was.
+    is_timed: bool,
+    times: Vec<(&'static str, f64)>,
 }
 
 impl<T: Real> CpuBackend<T> {
@@ -185,13 +189,15 @@ impl<T: Real> CpuBackend<T> {
             team,
             shares,
             sums: FrameSums::default(),
+            is_timed: false,
+            times: Vec::new(),
         })
     }
 
     /// Runs sub-steps, and measures the state after them.
     fn run(&mut self, substeps: &[plan::Substep<T>]) {
         let clock = Instant::now();
-        self.work(|worker| step::frame(worker, substeps));
+        self.work_on_frame(substeps);
         let seconds = clock.elapsed().as_secs_f64();
         self.current = (self.current + substeps.len()) % 2;
         let state = self.fields[self.current].each_ref().map(|column| &column[..]);
@@ -202,6 +208,23 @@ impl<T: Real> CpuBackend<T> {
         if !substeps.is_empty() {
             self.balance(seconds);
         }
+    }
+
+    /// Has all workers do a frame; the first one has a clock, if that was asked for.
+    fn work_on_frame(&mut self, substeps: &[plan::Substep<T>]) {
+        if substeps.is_empty() || !std::mem::take(&mut self.is_timed) {
+            return self.work(|worker| step::frame(worker, substeps));
+        }
+        let times = Mutex::new(Vec::new());
+        self.work(|worker| {
+            if worker.index > 0 {
+                return step::frame(worker, substeps);
+            }
+            let clock = Clock::default();
+            step::frame(&mut Timed { worker, clock: &clock }, substeps);
+            *times.lock().unwrap_or_else(PoisonError::into_inner) = clock.by_name();
+        });
+        self.times = times.into_inner().unwrap_or_else(PoisonError::into_inner);
     }
 
     /// What the solver did in a frame; all workers know it.
@@ -314,6 +337,11 @@ impl<T: Real> Backend for CpuBackend<T> {
         self.set(node, at, [0.0; 3]);
     }
 
+    fn let_go(&mut self, node: usize) {
+        self.setup.inverse_mass[node] = T::ONE / self.setup.mass[node];
+        self.near.forget(node);
+    }
+
     fn is_free(&self, node: usize) -> bool {
         self.setup.inverse_mass[node] > T::ZERO
     }
@@ -345,6 +373,14 @@ impl<T: Real> Backend for CpuBackend<T> {
         if let Some(setup) = &self.setup.attach {
             self.attach.remember(setup, &from.joints);
         }
+    }
+
+    fn time_stages(&mut self) {
+        self.is_timed = true;
+    }
+
+    fn stage_times(&mut self) -> Vec<(&'static str, f64)> {
+        std::mem::take(&mut self.times)
     }
 
     fn threads(&self) -> usize {

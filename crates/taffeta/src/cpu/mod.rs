@@ -20,6 +20,7 @@ mod sums;
 mod team;
 mod tile;
 mod tiles;
+mod timed;
 mod volume;
 mod volume_tile;
 mod worker;

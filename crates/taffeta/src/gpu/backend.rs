@@ -405,6 +405,13 @@ impl Backend for GpuBackend {
         }
     }
 
+    fn let_go(&mut self, node: usize) {
+        self.free[node] = true;
+        if let Some((x, v)) = self.change(node) {
+            x[3] = 1.0 / v[3];
+        }
+    }
+
     fn is_free(&self, node: usize) -> bool {
         self.free[node]
     }

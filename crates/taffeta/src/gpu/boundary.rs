@@ -187,6 +187,10 @@ impl Backend for Boundary {
         self.cpu.hold(node);
     }
 
+    fn let_go(&mut self, node: usize) {
+        self.cpu.let_go(node);
+    }
+
     fn is_free(&self, node: usize) -> bool {
         self.cpu.is_free(node)
     }

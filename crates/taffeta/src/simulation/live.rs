@@ -87,6 +87,24 @@ impl Simulation {
         Ok(())
     }
 
+    /// Lets go of a vertex that [`Self::move_pin`] has taken: it is free again, with the velocity that it was moved with in
+    /// the last frame. What a pin of the scene holds stays held. Which vertices were taken is no part of a snapshot.
+    ///
+    /// # Errors
+    /// Where there is no such body or vertex.
+    pub fn let_go(&mut self, body: &str, vertex: usize) -> Result<(), SceneError> {
+        let (found, node) = self.node_of(body, vertex)?;
+        let nodes: Vec<u32> = found.nodes_at(node).map(|node| found.solver_index(node) as u32).collect();
+        let taken = |node: &u32| self.taken.contains(node);
+        for node in nodes.into_iter().filter(taken).collect::<Vec<_>>() {
+            self.taken.retain(|&other| other != node);
+            self.moved.retain(|&other| other != node);
+            self.hand.moves.retain(|&(other, ..)| other != node);
+            self.backend.let_go(node as usize);
+        }
+        Ok(())
+    }
+
     /// Where keyframes, or the program, have brought a collider when a `share` of the last frame has gone by: rows of the
     /// rotation from its start, and the shift after it [m]. `None` where there is no such collider.
     pub fn collider_pose(&self, collider: usize, share: f64) -> Option<([[f64; 3]; 3], [f64; 3])> {

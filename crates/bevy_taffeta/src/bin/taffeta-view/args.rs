@@ -35,6 +35,12 @@ pub struct Args {
     /// Which frame it is of; 0 is the start [default: the scene's last]
     #[arg(long, value_name = "N", requires = "picture")]
     pub at_frame: Option<u32>,
+    /// Close the window after so many updates
+    #[arg(long, value_name = "N", conflicts_with_all = ["record", "picture"], value_parser = clap::value_parser!(u32).range(1..))]
+    pub exit_after: Option<u32>,
+    /// Save then what the window shows, panels and all: FILE.png
+    #[arg(long, value_name = "FILE", requires = "exit_after")]
+    pub window_picture: Option<PathBuf>,
     /// Size of the picture in pixels
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     pub size: [u32; 2],

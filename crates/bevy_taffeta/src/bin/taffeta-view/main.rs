@@ -1,14 +1,24 @@
 //! The program `taffeta-view`: shows scenes in a window, or makes films of them without one.
 
 mod args;
+mod colours;
 mod failure;
 mod film;
 mod framing;
+mod grab;
+mod listed;
+mod looks;
+mod orbit;
+mod panel;
+mod play;
+mod plots;
 mod record;
+mod save;
 mod scenery;
 mod stage;
 mod studio;
 mod window;
+mod wires;
 
 use clap::Parser;
 use std::io::Write;

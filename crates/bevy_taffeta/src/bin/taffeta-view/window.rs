@@ -1,11 +1,19 @@
-//! A window that shows a scene.
+//! A window that shows a scene: what can be seen, and what can be done with mouse and keys.
 
 use crate::args::Args;
 use crate::failure::Failure;
+use crate::plots::history;
+use crate::save::{Source, saved};
 use crate::stage::{self, Opened, StagePlugin};
+use crate::{colours, grab, looks, orbit, panel, play, save, wires};
 use bevy::camera::RenderTarget;
 use bevy::prelude::*;
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
 use bevy::window::WindowResolution;
+use std::path::PathBuf;
+
+/// Frames from one report of a simulation on a shared device to the next: plots need some.
+const REPORTS: u32 = 6;
 
 /// Opens a window on a scene.
 pub fn run(args: &Args, opened: Opened) -> Result<(), Failure> {
@@ -16,9 +24,73 @@ pub fn run(args: &Args, opened: Opened) -> Result<(), Failure> {
         ..default()
     };
     let window = WindowPlugin { primary_window: Some(window), ..default() };
-    let stage = StagePlugin::new(args, &opened, RenderTarget::default());
-    match App::new().add_plugins((DefaultPlugins.set(window).set(stage::renderer()?), stage)).run() {
+    let mut stage = StagePlugin::new(args, &opened, RenderTarget::default());
+    stage.on.report_every = REPORTS;
+    let source = Source::read(&args.scene, &args.sets).map_err(Failure::Input)?;
+    let mut app = App::new();
+    app.add_plugins((DefaultPlugins.set(window).set(stage::renderer()?), stage, hands, panel::panel))
+        .insert_resource(source);
+    if let Some(updates) = args.exit_after {
+        app.insert_resource(Ending { updates, picture: args.window_picture.clone(), seen: 0 })
+            .add_systems(Last, end);
+    }
+    match app.run() {
         AppExit::Success => Ok(()),
-        AppExit::Error(code) => Err(Failure::Work(format!("the window closed with code {code}"))),
+        AppExit::Error(_) => Err(Failure::Work("the window could not do what was asked".to_owned())),
     }
 }
+
+/// All that needs no panel.
+pub fn hands(app: &mut App) {
+    app.init_resource::<panel::Busy>();
+    app.add_plugins((
+        looks::looks,
+        play::play,
+        history,
+        orbit::orbit,
+        grab::grab,
+        colours::colours,
+        wires::wires,
+        save::save,
+    ));
+}
+
+/// When the window closes by itself, and what is kept of it.
+#[derive(Resource)]
+struct Ending {
+    updates: u32,
+    picture: Option<PathBuf>,
+    seen: u32,
+}
+
+/// Closes the window when it is time, with a picture of it, if that is wanted.
+fn end(mut commands: Commands, mut ending: ResMut<Ending>, mut exit: MessageWriter<AppExit>) {
+    ending.seen += 1;
+    if ending.seen != ending.updates {
+        return;
+    }
+    let Some(path) = ending.picture.clone() else {
+        exit.write(AppExit::Success);
+        return;
+    };
+    // What is there from before does not count.
+    let _ = std::fs::remove_file(&path);
+    commands.spawn(Screenshot::primary_window()).observe(
+        move |captured: On<ScreenshotCaptured>, mut exit: MessageWriter<AppExit>| {
+            save_to_disk(&path)(captured);
+            match saved(&path) {
+                Ok(words) => {
+                    crate::say(&words);
+                    exit.write(AppExit::Success);
+                }
+                Err(words) => {
+                    error!("{words}");
+                    exit.write(AppExit::error());
+                }
+            }
+        },
+    );
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,70 @@
+//! What a program may show of vertices beside where they are: velocities, and how far they are from colliders.
+
+use super::Simulation;
+use crate::assembly::BodyAssembly;
+use crate::collision::mesh::{Found, MeshNow, MeshSurface};
+use crate::collision::moving::ColliderNow;
+use crate::collision::shape::ShapeNow;
+use crate::collision::triangle::nearest;
+
+impl Simulation {
+    /// Velocities of all vertices [m/s], bodies one after the other, in the meshes' own order; none has what no face uses.
+    /// `out` is cleared first.
+    pub fn velocities_f32(&self, out: &mut Vec<[f32; 3]>) {
+        out.clear();
+        let velocity = |node: usize| self.backend.velocity(node).map(|c| c as f32);
+        self.each_vertex(|node| out.push(node.map_or([0.0; 3], velocity)));
+    }
+
+    /// How far all vertices are from colliders [m], where these are at the end of the last frame, less the distance that they
+    /// keep: 0 where one touches, below 0 inside, `reach` where nothing is nearer. Vertices come as in
+    /// [`Self::positions_f32`]. `out` is cleared first.
+    pub fn gaps(&self, reach: f64, out: &mut Vec<f32>) {
+        out.clear();
+        let assembly = self.backend.assembly();
+        let surfaces = self.surfaces.get_or_init(|| {
+            assembly.colliders.iter().filter_map(|one| one.mesh()).map(|mesh| mesh.surface()).collect()
+        });
+        let (now, dt, mut meshes) = (f64::from(self.frame()) * self.dt(), self.dt(), 0);
+        let at_end = |one: &crate::collision::moving::MovingCollider| one.at(now - dt, dt, &mut meshes);
+        let colliders: Vec<ColliderNow<f64>> = assembly.colliders.iter().map(at_end).collect();
+        let gap = |x: [f64; 3]| {
+            let gaps = colliders.iter().map(|collider| gap_of(collider, surfaces, x, reach));
+            gaps.fold(reach, f64::min) as f32
+        };
+        self.each_vertex(|node| out.push(node.map_or(reach as f32, |node| gap(self.backend.position(node)))));
+    }
+
+    /// Hands out the node of each vertex, by solver index; `None` for one that no face uses.
+    fn each_vertex(&self, mut sink: impl FnMut(Option<usize>)) {
+        for body in &self.backend.assembly().bodies {
+            let node = |body: &BodyAssembly, vertex| Some(body.solver_index(body.node_of_vertex(vertex)?));
+            (0..body.vertices()).for_each(|vertex| sink(node(body, vertex)));
+        }
+    }
+}
+
+/// How far a place is from where a collider, with its offset, would hold a node back [m].
+fn gap_of(collider: &ColliderNow<f64>, surfaces: &[MeshSurface<f64>], x: [f64; 3], reach: f64) -> f64 {
+    match &collider.shape {
+        ShapeNow::Mesh(mesh) => gap_of_mesh(&surfaces[mesh.index as usize], mesh, mesh.local(x), reach),
+        _ => collider.depth_and_normal(x).map_or(reach, |(depth, _)| -depth),
+    }
+}
+
+fn gap_of_mesh(surface: &MeshSurface<f64>, mesh: &MeshNow<f64>, x: [f64; 3], reach: f64) -> f64 {
+    let (tree, within) = (surface.tree(mesh), reach + mesh.offset);
+    let mut best: Option<Found<f64>> = None;
+    let nearest_so_far =
+        |best: &Option<Found<f64>>| best.as_ref().map_or(within * within, |best| best.at.squared);
+    tree.visit_around(x, within * within, |triangles| {
+        for triangle in triangles {
+            let at = nearest(x, &surface.corners(mesh, triangle, mesh.shares[1]));
+            if at.squared < nearest_so_far(&best) {
+                best = Some(Found { triangle, at });
+            }
+        }
+        nearest_so_far(&best)
+    });
+    best.map_or(reach, |found| -surface.resting(mesh, x, &found, &tree.around(x, found.at.squared)).depth)
+}
