@@ -3,8 +3,10 @@
 //! `cargo xtask test` (or `ci`) runs every check that needs no special hardware; `cargo xtask models` fetches the
 //! real models that scenes name.
 
+mod apt;
 mod constraints;
 mod contact;
+mod display;
 mod fuzz;
 mod gallery;
 mod gpu;

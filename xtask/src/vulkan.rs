@@ -1,5 +1,6 @@
 //! Whether tests can have a Vulkan adapter, and a software one where there is none.
 
+use crate::apt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -27,7 +28,7 @@ pub fn provide() -> Result<(), String> {
         return Err(format!("{variable} names no driver's manifest; unset it, or name one"));
     }
     let packages = PACKAGES.join(" ");
-    if !has_apt() || !is_root() {
+    if !apt::is_ours() {
         return Err(format!(
             "there is no Vulkan {}; tests need one, and a software driver will do: on Debian and Ubuntu `sudo apt-get \
              install {packages}`, on Fedora `dnf install mesa-vulkan-drivers vulkan-loader`, on Arch `pacman -S \
@@ -36,7 +37,7 @@ pub fn provide() -> Result<(), String> {
         ));
     }
     println!("xtask: installs {packages}: there is no Vulkan {}", missing.words());
-    install()?;
+    apt::install(&PACKAGES)?;
     match self::missing(&environment) {
         None => Ok(()),
         Some(still) => {
@@ -83,16 +84,21 @@ fn missing(env: &dyn Fn(&str) -> Option<String>) -> Option<Missing> {
 
 /// Whether the system's linker knows a loader, or one lies in a usual place.
 fn has_loader(env: &dyn Fn(&str) -> Option<String>) -> bool {
-    let known = ["ldconfig", "/sbin/ldconfig"].iter().any(|program| {
-        let output = Command::new(program).arg("-p").stderr(Stdio::null()).output();
-        output.is_ok_and(|output| lists_loader(&String::from_utf8_lossy(&output.stdout)))
-    });
     let named = paths(env("LD_LIBRARY_PATH"));
-    known || named.into_iter().chain(LIBRARIES.map(PathBuf::from)).any(|folder| folder.join(LOADER).exists())
+    linker_knows(LOADER)
+        || named.into_iter().chain(LIBRARIES.map(PathBuf::from)).any(|folder| folder.join(LOADER).exists())
 }
 
-fn lists_loader(table: &str) -> bool {
-    table.lines().any(|line| line.split_whitespace().next() == Some(LOADER))
+/// Whether a library is in the linker's table.
+pub fn linker_knows(library: &str) -> bool {
+    ["ldconfig", "/sbin/ldconfig"].iter().any(|program| {
+        let output = Command::new(program).arg("-p").stderr(Stdio::null()).output();
+        output.is_ok_and(|output| lists(&String::from_utf8_lossy(&output.stdout), library))
+    })
+}
+
+fn lists(table: &str, library: &str) -> bool {
+    table.lines().any(|line| line.split_whitespace().next() == Some(library))
 }
 
 /// The manifests that the environment allows alone, with the variable: the loader then looks nowhere else.
@@ -132,33 +138,6 @@ fn is_manifest(path: &Path) -> bool {
     is_json(path) || inside()
 }
 
-fn has_apt() -> bool {
-    let probe = Command::new("apt-get").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
-    probe.is_ok_and(|status| status.success())
-}
-
-fn is_root() -> bool {
-    let id = Command::new("id").arg("-u").output();
-    id.is_ok_and(|output| output.stdout.trim_ascii() == b"0")
-}
-
-/// Installs from the lists that are there; where those are missing or old, from new ones.
-fn install() -> Result<(), String> {
-    let words = [&["install", "-y", "-qq", "--no-install-recommends"][..], &PACKAGES].concat();
-    apt(&words).or_else(|_| apt(&["update", "-qq"]).and_then(|()| apt(&words)))
-}
-
-fn apt(words: &[&str]) -> Result<(), String> {
-    let mut command = Command::new("apt-get");
-    command.args(words).env("DEBIAN_FRONTEND", "noninteractive").stdin(Stdio::null());
-    let failed = |why: String| format!("`apt-get {}`: {why}", words.join(" "));
-    let output = command.output().map_err(|error| failed(error.to_string()))?;
-    if output.status.success() {
-        return Ok(());
-    }
-    Err(failed(String::from_utf8_lossy(&output.stderr).trim().to_owned()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -169,8 +148,8 @@ mod tests {
 
     #[test]
     fn the_loader_is_found_in_the_linkers_table() {
-        assert!(lists_loader("3 libs found\n\tlibvulkan.so.1 (libc6,x86-64) => /lib/libvulkan.so.1\n"));
-        assert!(!lists_loader("\tlibvulkan_lvp.so (libc6,x86-64) => /lib/libvulkan_lvp.so\n"));
+        assert!(lists("3 libs found\n\tlibvulkan.so.1 (libc6,x86-64) => /lib/libvulkan.so.1\n", LOADER));
+        assert!(!lists("\tlibvulkan_lvp.so (libc6,x86-64) => /lib/libvulkan_lvp.so\n", LOADER));
     }
 
     #[test]
