@@ -5,6 +5,7 @@ use crate::listed::{Listed, Springs};
 use crate::looks::Looks;
 use crate::stage::StageRoot;
 use bevy::asset::AssetEventSystems;
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_taffeta::Running;
 use bevy_taffeta::prelude::*;
@@ -142,6 +143,13 @@ fn choose_materials(mut commands: Commands, looks: Res<Looks>, white: Res<White>
     }
 }
 
+/// The meshes of bodies.
+#[derive(SystemParam)]
+struct Painted<'w, 's> {
+    bodies: Query<'w, 's, &'static Mesh3d>,
+    meshes: ResMut<'w, Assets<Mesh>>,
+}
+
 /// Gives the vertices of all bodies their colours.
 fn paint(
     looks: Res<Looks>,
@@ -149,8 +157,7 @@ fn paint(
     mut range: ResMut<Range>,
     mut listed: ResMut<Listed>,
     worlds: Query<&Running, With<StageRoot>>,
-    bodies: Query<&Mesh3d>,
-    mut meshes: ResMut<Assets<Mesh>>,
+    Painted { bodies, mut meshes }: Painted,
     mut painted: Local<Option<(u32, u64, Colouring)>>,
 ) {
     let Ok(running) = worlds.single() else { return };

@@ -4,6 +4,7 @@ use crate::framing::{Extent, FIELD};
 use crate::grab::Grab;
 use crate::panel::Busy;
 use crate::stage::StageCamera;
+use bevy::ecs::system::SystemParam;
 use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseScrollUnit};
 use bevy::prelude::*;
 
@@ -86,18 +87,25 @@ fn take_camera(
     }
 }
 
+/// What the mouse does.
+#[derive(SystemParam)]
+struct Mouse<'w> {
+    buttons: Res<'w, ButtonInput<MouseButton>>,
+    motion: Res<'w, AccumulatedMouseMotion>,
+    scroll: Res<'w, AccumulatedMouseScroll>,
+}
+
 /// Left or right drag goes round, with shift, or with the middle button, it shifts; the wheel comes nearer.
 fn lead(
-    buttons: Res<ButtonInput<MouseButton>>,
+    mouse: Mouse,
     keys: Res<ButtonInput<KeyCode>>,
-    motion: Res<AccumulatedMouseMotion>,
-    scroll: Res<AccumulatedMouseScroll>,
     busy: Res<Busy>,
     grab: Res<Grab>,
     extent: Res<Extent>,
     mut dragged: Local<bool>,
     mut cameras: Query<(&mut Orbit, &mut Transform, &Camera)>,
 ) {
+    let Mouse { buttons, motion, scroll } = mouse;
     let all = [MouseButton::Left, MouseButton::Right, MouseButton::Middle];
     if buttons.any_just_pressed(all) {
         *dragged = !busy.pointer;
