@@ -164,17 +164,17 @@ impl StepLimit {
                 self.remedy()
             )
         } else if self.primal {
-            "Springs solved for by nodes hold in any step, so look at forces, pins and colliders (one that moves far in a \
+            "Springs solved for by nodes hold in any step, so look at forces, wind, pins and colliders (one that moves far in a \
              step tears what it holds)"
                 .to_owned()
         } else if self.method == Method::Ice {
-            "Implicit springs hold in any step while their pull stays below m L/h², so look at what pulls harder: forces, \
+            "Implicit springs hold in any step while their pull stays below m L/h², so look at what pulls harder: forces, wind, \
              pins and colliders (one that moves far in a step tears what it holds)"
                 .to_owned()
         } else {
             format!(
                 "The step of {step:.3e} s is stable for these springs ({folded:.3e} s even when folded), so look at \
-                 forces, pins and colliders (one that moves far in a step tears what it holds) and at springs too weak for \
+                 forces, wind, pins and colliders (one that moves far in a step tears what it holds) and at springs too weak for \
                  their load"
             )
         }

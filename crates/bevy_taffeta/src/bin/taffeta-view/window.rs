@@ -36,9 +36,15 @@ pub fn run(args: &Args, opened: Opened) -> Result<(), Failure> {
     }
     match app.run() {
         AppExit::Success => Ok(()),
+        AppExit::Error(code) if code.get() == INTERRUPTED => {
+            Err(Failure::Interrupted("interrupted".to_owned()))
+        }
         AppExit::Error(_) => Err(Failure::Work("the window could not do what was asked".to_owned())),
     }
 }
+
+/// With this Bevy ends an app on Ctrl-C.
+const INTERRUPTED: u8 = 130;
 
 /// All that needs no panel.
 pub fn hands(app: &mut App) {
