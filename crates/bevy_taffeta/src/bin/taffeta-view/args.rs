@@ -35,7 +35,7 @@ pub struct Args {
     /// Which frame it is of; 0 is the start [default: the scene's last]
     #[arg(long, value_name = "N", requires = "picture")]
     pub at_frame: Option<u32>,
-    /// Close the window after so many updates
+    /// Close the window after so many updates, counted from the first that shows everything
     #[arg(long, value_name = "N", conflicts_with_all = ["record", "picture"], value_parser = clap::value_parser!(u32).range(1..))]
     pub exit_after: Option<u32>,
     /// Save then what the window shows, panels and all: FILE.png

@@ -15,6 +15,7 @@ mod plots;
 mod record;
 mod save;
 mod scenery;
+mod settled;
 mod stage;
 mod studio;
 mod window;

@@ -2,13 +2,13 @@
 
 use crate::args::Args;
 use crate::failure::Failure;
+use crate::settled::{Settled, settled};
 use crate::stage::{self, Opened, StageCamera, StagePlugin, StageRoot};
 use bevy::app::{PluginsState, TerminalCtrlCHandlerPlugin};
 use bevy::log::LogPlugin;
 use bevy::prelude::*;
-use bevy::render::RenderApp;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
-use bevy::render::render_resource::{CachedPipelineState, PipelineCache, TextureFormat};
+use bevy::render::render_resource::TextureFormat;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
@@ -16,8 +16,6 @@ use bevy_taffeta::Running;
 use bevy_taffeta::prelude::*;
 use std::collections::BTreeMap;
 
-/// Updates in a row in which no pipeline is made or waited for: all that is drawn can be drawn.
-const SETTLED: usize = 4;
 /// Updates after which what has not come will not come.
 const PATIENCE: usize = 5000;
 
@@ -61,7 +59,10 @@ impl Studio {
         stage.playback.paused = true;
         // Every frame is looked at: what goes wrong is found before its picture is kept.
         stage.on.report_every = 1;
-        app.add_plugins(stage).init_resource::<Taken>().init_resource::<Halted>().add_systems(Last, listen);
+        app.add_plugins((stage, settled))
+            .init_resource::<Taken>()
+            .init_resource::<Halted>()
+            .add_systems(Last, listen);
         while app.plugins_state() == PluginsState::Adding {
             bevy::tasks::tick_global_task_pools_on_main_thread();
         }
@@ -74,22 +75,10 @@ impl Studio {
 
     /// Lets time stand still until all pipelines are made.
     fn settle(&mut self) -> Result<(), Failure> {
-        let (mut calm, mut known) = (0, 0);
         for _ in 0..PATIENCE {
             self.update().map_err(Failure::Input)?;
-            let pipelines = self.app.sub_app(RenderApp).world().resource::<PipelineCache>();
-            let count = pipelines.pipelines().count();
-            let waits = pipelines.waiting_pipelines().next().is_some();
-            calm = if waits || count != known { 0 } else { calm + 1 };
-            known = count;
-            if calm >= SETTLED {
-                let failed = pipelines.pipelines().find_map(|pipeline| match &pipeline.state {
-                    CachedPipelineState::Err(error) => Some(error.to_string()),
-                    _ => None,
-                });
-                return failed.map_or(Ok(()), |error| {
-                    Err(Failure::Work(format!("the GPU cannot draw the scene: {error}")))
-                });
+            if self.app.world().resource::<Settled>().is_reached().map_err(Failure::Work)? {
+                return Ok(());
             }
         }
         Err(Failure::Work("the GPU does not come to draw the scene".into()))

@@ -4,6 +4,7 @@ use crate::args::Args;
 use crate::failure::Failure;
 use crate::plots::history;
 use crate::save::{Source, saved};
+use crate::settled::{Settled, settled};
 use crate::stage::{self, Opened, StagePlugin};
 use crate::{colours, grab, looks, orbit, panel, play, save, wires};
 use bevy::camera::RenderTarget;
@@ -28,8 +29,14 @@ pub fn run(args: &Args, opened: Opened) -> Result<(), Failure> {
     stage.on.report_every = REPORTS;
     let source = Source::read(&args.scene, &args.sets).map_err(Failure::Input)?;
     let mut app = App::new();
-    app.add_plugins((DefaultPlugins.set(window).set(stage::renderer()?), stage, hands, panel::panel))
-        .insert_resource(source);
+    app.add_plugins((
+        DefaultPlugins.set(window).set(stage::renderer()?),
+        stage,
+        settled,
+        hands,
+        panel::panel,
+    ))
+    .insert_resource(source);
     if let Some(updates) = args.exit_after {
         app.insert_resource(Ending { updates, picture: args.window_picture.clone(), seen: 0 })
             .add_systems(Last, end);
@@ -70,8 +77,22 @@ struct Ending {
 }
 
 /// Closes the window when it is time, with a picture of it, if that is wanted.
-fn end(mut commands: Commands, mut ending: ResMut<Ending>, mut exit: MessageWriter<AppExit>) {
-    ending.seen += 1;
+fn end(
+    mut commands: Commands,
+    mut ending: ResMut<Ending>,
+    settled: Res<Settled>,
+    mut exit: MessageWriter<AppExit>,
+) {
+    match settled.is_reached() {
+        // What cannot be drawn yet is no update that anybody saw.
+        Ok(false) if ending.seen == 0 => return,
+        Ok(_) => ending.seen += 1,
+        Err(why) => {
+            error!("{why}");
+            exit.write(AppExit::error());
+            return;
+        }
+    }
     if ending.seen != ending.updates {
         return;
     }
