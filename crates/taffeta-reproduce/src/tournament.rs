@@ -1,0 +1,1 @@
+//! Which way of solving springs is the fastest to a wanted error, on three scenes.
