@@ -4,7 +4,6 @@
 mod curve;
 mod experiment;
 mod page;
-mod picture;
 mod plot;
 mod run;
 mod speed;
@@ -75,7 +74,9 @@ fn measure(wanted: &Wanted) -> Result<(), String> {
             println!("{}", done.run.words());
             curve::write(&file(&folder, experiment, variant, "csv"), &done.curve)?;
             if let Some(strip) = &done.strip {
-                strip.draw(&file(&folder, experiment, variant, "png"))?;
+                let file = file(&folder, experiment, variant, "png");
+                std::fs::write(&file, strip.png()?)
+                    .map_err(|error| format!("{}: {error}", file.display()))?;
             }
             lines::keep(&folder, &done.run)?;
         }

@@ -1,11 +1,12 @@
 //! `cargo xtask gallery`: the pictures at the top of the README, made by `taffeta-view`.
 
 use crate::program::cargo;
-use crate::{pictures, program, root, vulkan};
+use crate::{program, root, vulkan};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
+use taffeta_reproduce::draw;
 
 /// A picture of some moments, two in a row.
 struct Picture {
@@ -125,13 +126,14 @@ impl Picture {
     fn make(&self) -> Result<(), String> {
         let panels = self.shots.iter().map(|shot| self.shoot(shot)).collect::<Result<Vec<_>, _>>()?;
         let [width, height] = self.size;
-        let rows: Vec<Vec<u8>> = panels.chunks(2).map(|row| pictures::beside(row, self.size)).collect();
+        let rows: Vec<Vec<u8>> = panels.chunks(2).map(|row| draw::beside(row, self.size)).collect();
         let file = root().join("docs/pictures/gallery").join(self.name).with_extension("png");
         let folder = file.parent().map_or(Ok(()), std::fs::create_dir_all);
         folder.map_err(|error| format!("{}: {error}", file.display()))?;
-        let size = pictures::write(&file, &rows.concat(), [width * panels.len().min(2), height * rows.len()])
+        let bytes = draw::png(&rows.concat(), [width * panels.len().min(2), height * rows.len()])
             .map_err(|error| format!("{}: {error}", file.display()))?;
-        println!("docs/pictures/gallery/{}.png: {} KB", self.name, size / 1000);
+        std::fs::write(&file, &bytes).map_err(|error| format!("{}: {error}", file.display()))?;
+        println!("docs/pictures/gallery/{}.png: {} KB", self.name, bytes.len() / 1000);
         Ok(())
     }
 

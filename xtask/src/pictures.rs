@@ -1,23 +1,13 @@
 //! `cargo xtask pictures`: runs scenes and draws one moment of each into docs/pictures/.
 
-pub mod camera;
-pub mod light;
-mod palette;
-mod raster;
-pub mod render;
-pub mod shapes;
 mod shot;
-mod solid;
-pub mod vector;
 
 use crate::root;
-use camera::Camera;
-use light::Light;
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
+use taffeta_reproduce::draw::camera::Camera;
+use taffeta_reproduce::draw::light::Light;
+use taffeta_reproduce::draw::{beside, png, render};
 
 /// Which frame of a scene shows best what it is about.
 #[derive(Clone, Copy)]
@@ -94,45 +84,10 @@ fn draw(name: &str) -> Result<(), String> {
     let folder = root().join("docs/pictures");
     let file = folder.join(name).with_extension("png");
     std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    let size = write(&file, &bytes, whole).map_err(|error| format!("{}: {error}", file.display()))?;
+    let bytes = png(&bytes, whole).map_err(|error| format!("{}: {error}", file.display()))?;
+    std::fs::write(&file, &bytes).map_err(|error| format!("{}: {error}", file.display()))?;
     let seconds = clock.elapsed().as_secs_f64();
-    println!("docs/pictures/{name}.png: frame {}, {} KB, {seconds:.1} s", shot.frame, size / 1000);
+    println!("docs/pictures/{name}.png: frame {}, {} KB, {seconds:.1} s", shot.frame, bytes.len() / 1000);
     shot.notes.iter().for_each(|note| println!("    {note}"));
     Ok(())
-}
-
-/// Pictures of one size side by side; bytes of red, green and blue by rows.
-pub fn beside(panels: &[Vec<u8>], [width, height]: [usize; 2]) -> Vec<u8> {
-    let row = |y: usize| panels.iter().flat_map(move |panel| &panel[3 * width * y..3 * width * (y + 1)]);
-    (0..height).flat_map(row).copied().collect()
-}
-
-/// Writes the picture as small as it gets; returns its size in bytes.
-pub fn write(file: &Path, bytes: &[u8], size: [usize; 2]) -> Result<u64, png::EncodingError> {
-    let [width, height] = size.map(|pixels| pixels as u32);
-    let mut encoder = png::Encoder::new(BufWriter::new(File::create(file)?), width, height);
-    let indexed = palette::reduce(bytes);
-    encoder.set_color(png::ColorType::Indexed);
-    encoder.set_palette(indexed.palette);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::High);
-    // Neighbouring numbers in a palette mean nothing, so that differences between them gain nothing.
-    encoder.set_filter(png::Filter::NoFilter);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&indexed.pixels)?;
-    writer.finish()?;
-    Ok(std::fs::metadata(file)?.len())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pictures_stand_beside_each_other_row_by_row() {
-        let panel = |first: u8| (first..first + 12).collect::<Vec<u8>>();
-        let both = beside(&[panel(0), panel(100)], [2, 2]);
-        assert_eq!(both[..12], [0, 1, 2, 3, 4, 5, 100, 101, 102, 103, 104, 105]);
-        assert_eq!(both[12..15], [6, 7, 8]);
-    }
 }

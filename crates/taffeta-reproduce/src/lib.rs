@@ -6,8 +6,10 @@
 //!
 //! Every number of ours is read from what a run of the program left, and the report has that, too.
 
+pub mod draw;
 pub mod errata;
 pub mod page;
 pub mod store;
+pub mod strip;
 pub mod table;
 pub mod tournament;

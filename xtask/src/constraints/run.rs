@@ -2,12 +2,12 @@
 
 use super::curve::Curve;
 use super::experiment::{Experiment, Variant, command};
-use super::picture::{Moment, Strip};
 use crate::lines::Line;
 use crate::results::measure;
 use serde::{Deserialize, Serialize};
 use taffeta::diagnostics::FrameReport;
 use taffeta::{Options, Simulation};
+use taffeta_reproduce::strip::{Moment, Strip};
 
 /// A run in numbers: a line of `runs.jsonl`.
 #[derive(Clone, Default, Serialize, Deserialize)]

@@ -1,11 +1,10 @@
 //! The cloth at some moments side by side, all seen from the same place.
 
-use crate::pictures::camera::Camera;
-use crate::pictures::light::Light;
-use crate::pictures::shapes::{self, Corner, Face, Material};
-use crate::pictures::vector::{Vector, along, difference, dot, unit};
-use crate::pictures::{self, render};
-use std::path::Path;
+use crate::draw::camera::Camera;
+use crate::draw::light::Light;
+use crate::draw::shapes::{self, Corner, Face, Material};
+use crate::draw::vector::{Vector, along, difference, dot, unit};
+use crate::draw::{self, render};
 use taffeta::Simulation;
 use taffeta::scene::{Collider, Plane, Scene, Shape};
 use taffeta::topology::Surface;
@@ -68,15 +67,16 @@ impl Strip {
         self.moments.push(moment);
     }
 
-    /// Writes the moments from left to right.
-    pub fn draw(&self, file: &Path) -> Result<(), String> {
+    /// The moments from left to right, as a PNG.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn png(&self) -> Result<Vec<u8>, String> {
         let samples = SIZE.map(|pixels| pixels * render::FINE);
         let camera = Camera::around(&self.subject, VIEW[0], VIEW[1], samples);
         let panels: Vec<Vec<u8>> = self.moments.iter().map(|moment| self.panel(moment, &camera)).collect();
         let width = SIZE[0] * panels.len();
-        pictures::write(file, &pictures::beside(&panels, SIZE), [width, SIZE[1]])
-            .map_err(|error| format!("{}: {error}", file.display()))?;
-        Ok(())
+        draw::png(&draw::beside(&panels, SIZE), [width, SIZE[1]]).map_err(|error| error.to_string())
     }
 
     fn panel(&self, moment: &Moment, camera: &Camera) -> Vec<u8> {

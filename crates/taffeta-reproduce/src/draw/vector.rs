@@ -18,10 +18,12 @@ pub fn mix(a: Vector, b: Vector, s: f64) -> Vector {
     along(a, s, difference(b, a))
 }
 
+/// a·b
 pub fn dot(a: Vector, b: Vector) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// a × b
 pub fn cross(a: Vector, b: Vector) -> Vector {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

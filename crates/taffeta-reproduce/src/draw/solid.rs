@@ -9,11 +9,19 @@ const SEGMENTS: u32 = 64;
 /// Bands of its round ends: an odd number, so that no ring of nodes is between the two and they can be drawn apart.
 const RINGS: u32 = 31;
 
+/// A box.
+///
+/// # Errors
+/// Where it has no size.
 pub fn cuboid(Cuboid { center, half }: Cuboid) -> Result<Surface, String> {
     let cube = shapes::surface(&Mesh::Cube(Cube { size: 2.0, divisions: 1 }))?;
     Ok(moved(cube, |x| std::array::from_fn(|axis| center[axis] + half[axis] * x[axis])))
 }
 
+/// A bar with flat ends.
+///
+/// # Errors
+/// Where it has no size.
 pub fn cylinder(bar: Bar) -> Result<Surface, String> {
     let way = difference(bar.b, bar.a);
     let height = dot(way, way).sqrt();

@@ -22,22 +22,30 @@ pub enum Material {
     /// What is held.
     Held,
     /// A plane: `chart` counts chequers, and from `rim` of them on it fades into the background.
-    Floor { rim: f64 },
+    Floor {
+        /// Where it begins to fade.
+        rim: f64,
+    },
 }
 
 /// A corner of a triangle.
 #[derive(Clone, Copy)]
 pub struct Corner {
+    /// Where it is [m].
     pub place: Vector,
+    /// The surface's normal there, of length 1.
     pub normal: Vector,
+    /// Place on the pattern of the material.
     pub chart: [f64; 2],
 }
 
 /// A triangle.
 pub struct Face {
+    /// Its corners.
     pub corners: [Corner; 3],
     /// Whether the edge opposite each corner is one of the mesh.
     pub edges: [bool; 3],
+    /// What it is made of.
     pub material: Material,
 }
 
