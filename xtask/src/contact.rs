@@ -7,6 +7,7 @@ use crate::{program, results, root};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::process::{Command, ExitCode};
+use taffeta_reproduce::machine::processor;
 
 /// Sides of the sheets that S2 has, and of larger ones, which only cells can do.
 const SIDES: [u32; 7] = [5, 10, 20, 40, 80, 120, 160];
@@ -116,7 +117,7 @@ fn measure(software: bool) -> Result<(), String> {
             rung: rung.to_owned(),
             ms_per_frame: line["ms_per_frame"]["median"].as_f64().ok_or("the bench gave no time")?,
             note: text("note"),
-            machine: measure::processor(),
+            machine: processor(),
             device: text("device").unwrap_or_default(),
             commit: commit.clone(),
         };

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::gpu;
 use crate::limits;
 use taffeta::taffeta_gpu::{AdapterInfo, adapters};
+use taffeta_reproduce::machine::processor;
 
 /// Say what this build and this machine are
 #[derive(clap::Args)]
@@ -21,7 +22,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     console::say(&format!(
         "taffeta {}\ncpu: {}, {arch}, {os}\nsimd: {}\nthreads: {threads}\n{}",
         env!("CARGO_PKG_VERSION"),
-        cpu_name(),
+        processor(),
         taffeta::simd_level(),
         gpus(),
     ))?;
@@ -60,12 +61,4 @@ fn gpus() -> String {
 fn adapter((number, one): (usize, &AdapterInfo)) -> String {
     let driver = if one.driver.is_empty() { String::new() } else { format!(", driver {}", one.driver) };
     format!("gpu {number}: {one}{driver}")
-}
-
-/// The processor's name, where the system tells.
-fn cpu_name() -> String {
-    let table = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let line = table.lines().find(|line| line.starts_with("model name"));
-    let name = line.and_then(|line| line.split_once(':')).map(|(_, name)| name.trim());
-    name.unwrap_or("unknown processor").to_owned()
 }

@@ -9,6 +9,7 @@ mod gpu_check;
 mod info;
 mod limits;
 mod memory;
+mod reproduce;
 mod run;
 mod schema;
 mod summary;
@@ -30,6 +31,7 @@ enum Command {
     Check(check::Args),
     Bench(bench::Args),
     GpuCheck(gpu_check::Args),
+    Reproduce(reproduce::Args),
     Info(info::Args),
     Schema(schema::Args),
 }
@@ -41,6 +43,7 @@ fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Bench(args) => bench::run(&args),
         Command::GpuCheck(args) => gpu_check::run(&args),
+        Command::Reproduce(args) => reproduce::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Schema(args) => schema::run(&args),
     };

@@ -3,10 +3,10 @@
 use super::curve::Curve;
 use super::experiment::{Experiment, Variant, command};
 use crate::lines::Line;
-use crate::results::measure;
 use serde::{Deserialize, Serialize};
 use taffeta::diagnostics::FrameReport;
 use taffeta::{Options, Simulation};
+use taffeta_reproduce::machine::processor;
 use taffeta_reproduce::strip::{Moment, Strip};
 
 /// A run in numbers: a line of `runs.jsonl`.
@@ -83,7 +83,7 @@ pub fn run(experiment: &Experiment, variant: &Variant, commit: &str) -> Result<D
         frames: time.frames,
         dt: time.dt,
         diverged,
-        machine: measure::processor(),
+        machine: processor(),
         device: simulation.device(),
         commit: commit.to_owned(),
         ..summary(&reports)

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
 use taffeta::{Options, Simulation};
+use taffeta_reproduce::machine::processor;
 
 /// A scene whose steps are timed while the cloth touches something.
 pub struct Timing {
@@ -157,7 +158,7 @@ fn once(timing: &Timing, threads: usize, commit: &str) -> Result<Speed, String> 
         active: solved.iter().map(|report| report.active_fraction).sum::<f64>() / steps,
         max_stretch,
         energy_gain,
-        machine: measure::processor(),
+        machine: processor(),
         device: simulation.device(),
         commit: commit.to_owned(),
     })
@@ -214,7 +215,7 @@ pub fn sizes(folder: &Path, commit: &str) -> Result<(), String> {
             ms_per_step: 1e3 / number("steps_per_s")?,
             iterations: number("iterations")?,
             residual: number("residual")?,
-            machine: measure::processor(),
+            machine: processor(),
             device: line["device"].as_str().unwrap_or_default().to_owned(),
             commit: commit.to_owned(),
         };

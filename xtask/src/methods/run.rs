@@ -5,11 +5,11 @@ use super::cloth;
 use super::reference::{Distance, Reference};
 use super::way::Way;
 use crate::lines::Line;
-use crate::results::measure;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use taffeta::diagnostics::FrameReport;
 use taffeta::{Precision, Simulation};
+use taffeta_reproduce::machine::processor;
 
 /// Times that a short run is run, at most.
 const REPEATS: usize = 5;
@@ -113,7 +113,7 @@ pub fn run(cell: &Cell, way: Way, steps: u32, reference: &Reference, commit: &st
         nodes: bodies.iter().map(|body| body.nodes).sum(),
         springs: bodies.iter().flat_map(|body| &body.springs).map(|(_, count)| count).sum(),
         threads: simulation.threads(),
-        machine: measure::processor(),
+        machine: processor(),
         device: simulation.device(),
         commit: commit.to_owned(),
         ..summary(&first.reports)

@@ -5,6 +5,7 @@ use serde_json::Value;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use taffeta_reproduce::machine::processor;
 
 /// Sides of square grids.
 const SIDES: [u32; 8] = [32, 64, 160, 256, 512, 1024, 2048, 2796];
@@ -69,19 +70,6 @@ fn with(mut line: Value, more: [(&str, &String); 3]) -> Result<Value, String> {
 fn append(file: &Path, line: &Value) -> std::io::Result<()> {
     let mut file = std::fs::OpenOptions::new().create(true).append(true).open(file)?;
     writeln!(file, "{line}")
-}
-
-/// The processor's name, as the system tells it.
-pub fn processor() -> String {
-    let linux = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("model name"))?;
-        Some(line.split_once(':')?.1.trim().to_owned())
-    });
-    let apple = || {
-        let output = Command::new("sysctl").args(["-n", "machdep.cpu.brand_string"]).output().ok()?;
-        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
-    };
-    linux.or_else(apple).unwrap_or_else(|| std::env::consts::ARCH.to_owned())
 }
 
 #[cfg(test)]

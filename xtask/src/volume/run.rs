@@ -3,11 +3,11 @@
 use super::curve::Curve;
 use super::experiment::{Experiment, Variant};
 use crate::lines::Line;
-use crate::results::measure;
 use serde::{Deserialize, Serialize};
 use taffeta::diagnostics::FrameReport;
 use taffeta::scene::Scene;
 use taffeta::{Options, Simulation};
+use taffeta_reproduce::machine::processor;
 
 /// A run in numbers: a line of `runs.jsonl`.
 #[derive(Clone, Serialize, Deserialize)]
@@ -79,7 +79,7 @@ pub fn run(
         max_error: errors.iter().copied().fold(0.0, f64::max),
         mean_error: sum(&errors) / errors.len().max(1) as f64,
         note: loaded.notes.first().cloned(),
-        machine: measure::processor(),
+        machine: processor(),
         device: simulation.device(),
         commit: commit.to_owned(),
     };

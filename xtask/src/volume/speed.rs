@@ -2,11 +2,11 @@
 
 use super::experiment::Experiment;
 use crate::lines::Line;
-use crate::results::measure;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use taffeta::scene::VolumeForm;
 use taffeta::{Options, Simulation};
+use taffeta_reproduce::machine::processor;
 
 /// The forms that are compared, that without a volume first.
 const FORMS: [VolumeForm; 3] = [VolumeForm::None, VolumeForm::Corrected, VolumeForm::Projected];
@@ -77,7 +77,7 @@ pub fn measure(experiment: &Experiment, threads: usize, commit: &str) -> Result<
         springs: bodies.iter().flat_map(|body| &body.springs).map(|(_, count)| count).sum(),
         steps_per_s: seconds.each_ref().map(|seconds| substeps / quantile(seconds, 0.5)),
         ratio: [ratio(1), ratio(2)],
-        machine: measure::processor(),
+        machine: processor(),
         device: simulations[0].device(),
         commit: commit.to_owned(),
     })

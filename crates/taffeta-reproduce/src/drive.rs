@@ -1,0 +1,270 @@
+//! Runs what is wanted, one after the other, and writes the report.
+
+use crate::job::{Job, Place, Quick};
+use crate::look::Look;
+use crate::page::Section;
+use crate::report::{self, Head};
+use crate::store::{Kept, Store};
+use crate::{errata, limits, machine, s1, s2, s3, tournament};
+use std::collections::BTreeMap;
+use std::fs;
+use std::hash::Hasher;
+use std::path::{Path, PathBuf};
+use twox_hash::XxHash64;
+
+/// A paper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Paper {
+    /// Va, Choi, Hong 2021: cloth.
+    S1,
+    /// "CUDA Cloth Simulation": cloth that touches itself.
+    S2,
+    /// Va, Choi, Hong 2023: bodies that keep their volume.
+    S3,
+}
+
+impl Paper {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::S1, Self::S2, Self::S3];
+}
+
+/// What is to be reproduced.
+pub struct Wanted {
+    /// Of which papers; of all, errata, the tournament and the table of limits come with them.
+    pub papers: Vec<Paper>,
+    /// Where the report goes, and what is kept of runs.
+    pub out: PathBuf,
+    /// Whether a short look is enough.
+    pub quick: bool,
+    /// What another machine kept, for rows that cannot be measured here.
+    pub merge: Option<PathBuf>,
+    /// The program `taffeta`.
+    pub program: PathBuf,
+    /// Whether a hardware GPU is there.
+    pub gpu: bool,
+}
+
+/// Who looks on.
+pub trait Watch {
+    /// A run begins: its number, how many there are, and its command.
+    fn begins(&self, number: usize, count: usize, command: &str);
+    /// Something that the user should know.
+    fn says(&self, words: &str);
+    /// Whether it is to end.
+    fn is_stopped(&self) -> bool;
+}
+
+/// How it ended.
+#[derive(Debug)]
+pub struct Done {
+    /// The report.
+    pub report: PathBuf,
+    /// Runs that were made now, and that were there already.
+    pub runs: [usize; 2],
+    /// Runs that failed, with the reason.
+    pub failed: Vec<(String, String)>,
+}
+
+/// Why there is no report.
+#[derive(Debug)]
+pub enum Trouble {
+    /// What was asked for cannot be had.
+    Input(String),
+    /// A file cannot be written.
+    Work(String),
+    /// The user stopped it; what was run is kept.
+    Stopped,
+}
+
+/// Runs what is wanted and writes the report. What an earlier call in the same folder ran with the same program is not
+/// run again.
+///
+/// # Errors
+/// See [`Trouble`].
+pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
+    let work = |what: &Path| {
+        let what = what.display().to_string();
+        move |error: std::io::Error| Trouble::Work(format!("{what}: {error}"))
+    };
+    let cache = wanted.out.join("references");
+    fs::create_dir_all(&cache).map_err(work(&wanted.out))?;
+    let mut store = Store::open(&wanted.out).map_err(work(&wanted.out))?;
+    let brought = wanted.merge.as_deref().map_or(Ok(BTreeMap::new()), brought)?;
+    let program = hash(&wanted.program).map_err(work(&wanted.program))?;
+    let stopped = || watch.is_stopped();
+    let place = Place { program: &wanted.program, cache: &cache, stopped: &stopped };
+    let jobs = jobs(wanted);
+    let (mut missing, mut failed, mut runs) = (BTreeMap::new(), Vec::new(), [0, 0]);
+    for (index, job) in jobs.iter().enumerate() {
+        let known = store.get(&job.name).filter(|kept| kept.program == program);
+        if known.is_some_and(|kept| kept.quick == wanted.quick || !kept.quick) {
+            runs[1] += 1;
+            continue;
+        }
+        if let Some(why) = left_out(job, wanted) {
+            match brought.get(&job.name).or_else(|| store.get(&job.name).filter(|_| job.gpu)) {
+                Some(kept) => store.keep(kept.clone()).map_err(work(&wanted.out))?,
+                None => drop(missing.insert(job.name.clone(), why)),
+            }
+            continue;
+        }
+        watch.begins(index + 1, jobs.len(), &job.command(wanted.quick));
+        let result = job.run(wanted.quick, &place);
+        if watch.is_stopped() {
+            return Err(Trouble::Stopped);
+        }
+        match result {
+            Ok(result) => {
+                let (name, command) = (job.name.clone(), job.command(wanted.quick));
+                let (machine, program) = (machine::processor(), program.clone());
+                let kept = Kept { name, command, machine, program, quick: wanted.quick, result };
+                store.keep(kept).map_err(work(&wanted.out))?;
+                runs[0] += 1;
+            }
+            Err(why) => {
+                watch.says(&format!("{}: {why}", job.name));
+                missing.insert(job.name.clone(), why.clone());
+                failed.push((job.name.clone(), why));
+            }
+        }
+    }
+    let sections = sections(wanted, &Look::new(&store, &missing));
+    report::write(&wanted.out, &head(wanted), &sections, &store).map_err(Trouble::Work)?;
+    Ok(Done { report: wanted.out.join("report.html"), runs, failed })
+}
+
+/// Why a run is not made here.
+fn left_out(job: &Job, wanted: &Wanted) -> Option<String> {
+    if job.gpu && !wanted.gpu {
+        return Some(
+            "needs a hardware GPU: run it on a machine with one, and bring its raw.jsonl with --merge"
+                .to_owned(),
+        );
+    }
+    (job.quick == Quick::Out && wanted.quick).then(|| "--quick leaves it out".to_owned())
+}
+
+fn is_all(wanted: &Wanted) -> bool {
+    Paper::ALL.iter().all(|paper| wanted.papers.contains(paper))
+}
+
+fn jobs(wanted: &Wanted) -> Vec<Job> {
+    let of = |paper: &Paper| match paper {
+        Paper::S1 => s1::jobs(),
+        Paper::S2 => s2::jobs(),
+        Paper::S3 => s3::jobs(),
+    };
+    let mut jobs: Vec<Job> = wanted.papers.iter().flat_map(of).collect();
+    if is_all(wanted) {
+        jobs.extend(tournament::jobs(wanted.quick));
+    }
+    jobs
+}
+
+fn sections(wanted: &Wanted, look: &Look) -> Vec<Section> {
+    let of = |paper: &Paper| match paper {
+        Paper::S1 => s1::sections(look),
+        Paper::S2 => s2::sections(look),
+        Paper::S3 => s3::sections(look),
+    };
+    let mut sections: Vec<Section> = wanted.papers.iter().flat_map(of).collect();
+    if is_all(wanted) {
+        sections.push(tournament::section(look));
+        sections.push(limits::section());
+        sections.push(errata::section());
+    }
+    sections
+}
+
+fn head(wanted: &Wanted) -> Head {
+    let cut = if wanted.quick {
+        "\n\n**This is a quick look**: runs are cut short or left out, and their numbers are not for quoting."
+    } else {
+        ""
+    };
+    let words = format!(
+        "What three papers on real-time cloth and soft bodies print, beside what taffeta {} does.\n\n\
+         - S1: Va, Choi, Hong, *Real-Time Cloth Simulation Using Compute Shader in Unity3D for AR/VR Contents*, Applied Sciences \
+         11, 8255, 2021.\n\
+         - S2: the article *CUDA Cloth Simulation*.\n\
+         - S3: Va, Choi, Hong, *Real-Time Surface-Based Volume Constraints on Mass-Spring Model in Unity3D*, 2023.\n\n\
+         Every number of ours is a link to the run that it comes from: its command, its machine and all that it left, at the \
+         end of this page. Numbers that are printed in a paper are brown. *Open* is what cannot be measured on this \
+         machine; its tooltip says what would. A software adapter is never a row of speed.\n\n\
+         Measured on {}.{cut}",
+        env!("CARGO_PKG_VERSION"),
+        machine::processor(),
+    );
+    Head { title: "Three papers, reproduced".to_owned(), words }
+}
+
+/// What another machine kept.
+fn brought(file: &Path) -> Result<BTreeMap<String, Kept>, Trouble> {
+    let at = |error: &dyn std::fmt::Display| Trouble::Input(format!("--merge {}: {error}", file.display()));
+    let text = fs::read_to_string(file).map_err(|error| at(&error))?;
+    let line = |(index, line): (usize, &str)| {
+        let kept: Kept =
+            serde_json::from_str(line).map_err(|error| at(&format!("line {}: {error}", index + 1)))?;
+        Ok((kept.name.clone(), kept))
+    };
+    text.lines().enumerate().map(line).collect()
+}
+
+/// Of the program's bytes: what was run by another is run again.
+fn hash(program: &Path) -> std::io::Result<String> {
+    let mut hasher = XxHash64::with_seed(0);
+    hasher.write(&fs::read(program)?);
+    Ok(format!("{:016x}", hasher.finish()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    fn wanted(out: &Path) -> Wanted {
+        let [out, program] = [out.to_owned(), std::env::current_exe().unwrap()];
+        Wanted { papers: Paper::ALL.to_vec(), out, quick: true, merge: None, program, gpu: false }
+    }
+
+    #[test]
+    fn names_of_runs_are_their_own_and_fit_into_an_address() {
+        let mut names = HashSet::new();
+        for job in jobs(&wanted(Path::new("out"))) {
+            let fits = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+            assert!(job.name.chars().all(fits), "{}", job.name);
+            assert!(names.insert(job.name.clone()), "{} twice", job.name);
+        }
+    }
+
+    #[test]
+    fn without_any_run_every_table_is_there_and_open() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::open(folder.path()).unwrap();
+        let sections = sections(&wanted(folder.path()), &Look::new(&store, &BTreeMap::new()));
+        report::write(folder.path(), &head(&wanted(folder.path())), &sections, &store).unwrap();
+        let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
+        for table in [
+            "s1-springs",
+            "s1-sheets",
+            "s1-methods",
+            "s1-fig15",
+            "s2-ladder",
+            "s3-loss",
+            "s3-press",
+            "limits",
+        ] {
+            assert!(page.contains(&format!("<table id=\"{table}\">")), "{table}");
+        }
+        assert!(page.contains("title=\"was not run\">open<") && !page.contains("href=\"#run-"));
+    }
+
+    #[test]
+    fn what_needs_a_gpu_says_so_where_there_is_none() {
+        let folder = Path::new("out");
+        let jobs = jobs(&wanted(folder));
+        let gpu = jobs.iter().find(|job| job.gpu).unwrap();
+        assert!(left_out(gpu, &wanted(folder)).is_some_and(|why| why.contains("--merge")));
+        assert!(left_out(gpu, &Wanted { gpu: true, ..wanted(folder) }).is_none());
+    }
+}

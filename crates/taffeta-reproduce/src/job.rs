@@ -1,0 +1,152 @@
+//! What is run: benches of the program, and scenes.
+
+use crate::behaviour::{self, Scene};
+use crate::scenes;
+use serde_json::{Map, Value, json};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use taffeta::{Options, Simulation};
+
+/// A run whose result is kept.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// What it is called: letters, numbers and hyphens.
+    pub name: String,
+    /// What is run.
+    pub what: What,
+    /// Whether only a hardware GPU can do it.
+    pub gpu: bool,
+    /// What a quick look makes of it.
+    pub quick: Quick,
+}
+
+/// What is run.
+#[derive(Clone, Debug)]
+pub enum What {
+    /// The program with these words, which prints a line of JSON.
+    Bench(String),
+    /// A scene.
+    Scene(Scene),
+    /// The springs of a scene are counted.
+    Counts(Scene),
+}
+
+/// What a quick look makes of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quick {
+    /// The same.
+    Whole,
+    /// Only so many frames.
+    Frames(u32),
+    /// Nothing.
+    Out,
+}
+
+/// What runs need beside themselves.
+pub struct Place<'a> {
+    /// The program.
+    pub program: &'a Path,
+    /// Where what takes long to compute may be left for a later run.
+    pub cache: &'a Path,
+    /// Whether the user wants it to end.
+    pub stopped: &'a dyn Fn() -> bool,
+}
+
+impl Job {
+    /// A bench.
+    pub fn bench(name: impl Into<String>, words: impl Into<String>, quick: Quick) -> Self {
+        Self { name: name.into(), what: What::Bench(words.into()), gpu: false, quick }
+    }
+
+    /// A scene with values set.
+    pub fn scene(name: impl Into<String>, scene: &'static str, sets: &[String], quick: Quick) -> Self {
+        let scene = Scene { name: scene, sets: sets.to_vec(), threads: None, pictured: false };
+        Self { name: name.into(), what: What::Scene(scene), gpu: false, quick }
+    }
+
+    /// The same where only a hardware GPU can do it.
+    pub fn on_gpu(self) -> Self {
+        Self { gpu: true, ..self }
+    }
+
+    /// The same with pictures of the cloth.
+    pub fn pictured(mut self) -> Self {
+        if let What::Scene(scene) = &mut self.what {
+            scene.pictured = true;
+        }
+        self
+    }
+
+    /// The same on so many threads.
+    pub fn threads(mut self, threads: usize) -> Self {
+        if let What::Scene(scene) = &mut self.what {
+            scene.threads = Some(threads);
+        }
+        self
+    }
+
+    /// The command that does the same.
+    pub fn command(&self, quick: bool) -> String {
+        let frames = self.frames(quick).map_or_else(String::new, |frames| format!(" --frames {frames}"));
+        match &self.what {
+            What::Bench(words) => format!("taffeta {words}{frames}"),
+            What::Scene(scene) => {
+                let threads =
+                    scene.threads.map_or_else(String::new, |threads| format!(" --threads {threads}"));
+                format!("{} --backend cpu{threads}{frames}", scenes::command(scene.name, &scene.sets))
+            }
+            What::Counts(scene) => {
+                // `check` takes no values; `run` says the same counts.
+                format!("{} --frames 1 --json", scenes::command(scene.name, &scene.sets))
+            }
+        }
+    }
+
+    fn frames(&self, quick: bool) -> Option<u32> {
+        match self.quick {
+            Quick::Frames(frames) if quick => Some(frames),
+            _ => None,
+        }
+    }
+
+    /// Runs it.
+    ///
+    /// # Errors
+    /// What went wrong, in words.
+    pub fn run(&self, quick: bool, place: &Place) -> Result<Value, String> {
+        let frames = self.frames(quick);
+        let json = |error: serde_json::Error| error.to_string();
+        match &self.what {
+            What::Bench(words) => bench(place.program, words, frames),
+            What::Scene(scene) => behaviour::run(scene, frames, place.stopped)
+                .and_then(|done| serde_json::to_value(done).map_err(json)),
+            What::Counts(scene) => counts(scene),
+        }
+    }
+}
+
+/// The line that a bench prints.
+fn bench(program: &Path, words: &str, frames: Option<u32>) -> Result<Value, String> {
+    let mut command = Command::new(program);
+    command.args(words.split(' ')).stdin(Stdio::null());
+    if let Some(frames) = frames {
+        command.args(["--frames", &frames.to_string()]);
+    }
+    let output = command.output().map_err(|error| format!("{}: {error}", program.display()))?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    if !output.status.success() {
+        return Err(format!("taffeta {words}: {}", said.trim()));
+    }
+    serde_json::from_slice(&output.stdout).map_err(|error| format!("taffeta {words}: {error}"))
+}
+
+/// How many springs of each kind a scene has.
+fn counts(scene: &Scene) -> Result<Value, String> {
+    let loaded = scenes::load(scene.name, &scene.sets)?;
+    let simulation =
+        Simulation::new(&loaded.scene, &Options::default()).map_err(|error| error.to_string())?;
+    let body = simulation.bodies().first().ok_or("the scene has no body")?;
+    let kinds = body.springs.iter().map(|(kind, count)| (kind.to_string(), Value::from(*count)));
+    let sum: usize = body.springs.iter().map(|(_, count)| count).sum();
+    Ok(json!({"nodes": body.nodes, "springs": sum, "kinds": kinds.collect::<Map<_, _>>()}))
+}

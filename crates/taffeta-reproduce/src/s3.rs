@@ -1,0 +1,284 @@
+//! S3: bodies of surface springs that keep their volume.
+
+use crate::behaviour::Behaviour;
+use crate::curve;
+use crate::job::{Job, Quick};
+use crate::look::{Look, speed, speeds};
+use crate::page::Section;
+use crate::table::{Cell, Table};
+
+/// How the volume is kept: as the program calls it, and as the tables do.
+const FORMS: [(&str, &str); 4] = [
+    ("none", "springs only"),
+    ("paper-shader", "as S3's program"),
+    ("corrected", "mended"),
+    ("projected", "mended and projected"),
+];
+
+/// A scene with the name of its body, and what S3 prints of it.
+struct Scene {
+    name: &'static str,
+    body: &'static str,
+    label: &'static str,
+    /// Its own stiffness, and further ones [N/m].
+    stiffnesses: &'static [f64],
+    /// Frames that a quick look takes, where it takes it.
+    quick: Quick,
+}
+
+const fn scene(
+    name: &'static str,
+    body: &'static str,
+    label: &'static str,
+    stiffnesses: &'static [f64],
+    quick: Quick,
+) -> Scene {
+    Scene { name, body, label, stiffnesses, quick }
+}
+
+const FALLS: [Scene; 5] = [
+    scene("fall_sphere", "sphere", "sphere", &[1000.0, 100.0, 5000.0], Quick::Frames(60)),
+    scene("fall_torus", "torus", "torus", &[1000.0, 100.0, 5000.0], Quick::Frames(60)),
+    scene("fall_bunny", "bunny", "bunny", &[1000.0, 5000.0], Quick::Out),
+    scene("fall_armadillo", "armadillo", "armadillo", &[1000.0, 5000.0], Quick::Out),
+    scene("fall_dragon", "dragon", "dragon", &[1000.0, 5000.0], Quick::Out),
+];
+const OTHERS: [Scene; 4] = [
+    scene("press_bunny", "bunny", "bunny, pressed (fig. 10)", &[1000.0], Quick::Out),
+    scene("press_armadillo", "armadillo", "armadillo, pressed (fig. 10)", &[1000.0], Quick::Out),
+    scene("twist_torque", "cube", "cube, twisted by a torque (fig. 11)", &[1000.0], Quick::Frames(60)),
+    scene("twist_pins", "cube", "cube, turned by 90°", &[1000.0], Quick::Frames(60)),
+];
+
+/// Frames a second that S3 prints of the falls with its constraint: on its CPU, on its GPU.
+const FALL_FPS: [(&str, Option<f64>, Option<f64>); 3] = [
+    ("bunny", Some(44.23), None),
+    ("armadillo", Some(28.19), Some(54.5)),
+    ("dragon", Some(9.42), Some(39.39)),
+];
+/// Largest losses that S3 prints of the others [%]: springs only, with its constraint; and frames a second.
+const OTHER_LOSS: [(&str, [f64; 2], &str); 3] = [
+    ("press_bunny", [79.84, 0.33], "37.31"),
+    ("press_armadillo", [80.35, 0.97], "18.59"),
+    ("twist_torque", [20.37, 0.02], "125.17 springs, 123.69 kept"),
+];
+/// Largest losses that S3 prints by stiffness [%].
+const STIFF_LOSS: [(&str, [(f64, f64); 3]); 2] = [
+    ("sphere", [(100.0, 3.67), (1000.0, 2.69), (5000.0, 1.56)]),
+    ("torus", [(100.0, 11.71), (1000.0, 9.51), (5000.0, 7.12)]),
+];
+
+fn job_name(scene: &Scene, form: &str, k: f64) -> String {
+    format!("s3-{}-{form}-{k}", scene.name.replace('_', "-"))
+}
+
+/// All runs.
+pub fn jobs() -> Vec<Job> {
+    let mut jobs = Vec::new();
+    for scene in FALLS.iter().chain(&OTHERS) {
+        for &k in scene.stiffnesses {
+            for (form, _) in FORMS {
+                // Its own stiffness has all forms.
+                if form == "projected" && k != scene.stiffnesses[0] {
+                    continue;
+                }
+                let mut sets = vec![format!("body.{}.volume.form={form}", scene.body)];
+                if k != scene.stiffnesses[0] {
+                    sets.push(format!("body.{}.springs.structural.k={k}", scene.body));
+                }
+                jobs.push(Job::scene(job_name(scene, form, k), scene.name, &sets, scene.quick));
+            }
+        }
+    }
+    let printed = ["body.sphere.volume.form=printed".to_owned()];
+    jobs.push(Job::scene(PRINTED, "fall_sphere", &printed, Quick::Frames(60)));
+    for (form, _) in FORMS {
+        let cpu = format!("bench volume --n 20000 --form {form} --json");
+        jobs.push(Job::bench(format!("s3-bench-{form}-1t"), format!("{cpu} --threads 1"), Quick::Frames(3)));
+        jobs.push(Job::bench(format!("s3-bench-{form}"), cpu.clone(), Quick::Frames(3)));
+        jobs.push(
+            Job::bench(format!("s3-bench-{form}-gpu"), format!("{cpu} --backend gpu"), Quick::Whole).on_gpu(),
+        );
+    }
+    jobs
+}
+
+/// The fall by the equations as they are printed.
+const PRINTED: &str = "s3-fall-sphere-printed";
+
+/// What came out.
+pub fn sections(look: &Look) -> Vec<Section> {
+    vec![fall_speeds(look), bench_speeds(look), losses(look), pressed(look), stiffness(look), curves(look)]
+}
+
+fn fall_speeds(look: &Look) -> Section {
+    let mut table = speeds(
+        "s3-speed",
+        "Figures 5 and 6: the falls, all frames in which the body touches the floor, on as many threads as help. A frame of \
+         ours is 1/60 s in 34 sub-steps; S3 prints frames a second with drawing (GTX 1070, i7-7700), \
+         of models with other numbers of triangles, and does not say how many steps a frame has.",
+        "S3, frames/s: CPU; GPU",
+    );
+    for scene in &FALLS {
+        let fps = FALL_FPS.iter().find(|(label, ..)| *label == scene.label);
+        let fps = fps.map_or((None, None), |(_, cpu, gpu)| (*cpu, *gpu));
+        for (form, what) in FORMS {
+            let number = |fps: Option<f64>| fps.map_or_else(|| "–".to_owned(), |fps| format!("{fps:.2}"));
+            let published = match (form, fps) {
+                ("corrected" | "paper-shader", (Some(_), _) | (_, Some(_))) => {
+                    Cell::Theirs(format!("{}; {}", number(fps.0), number(fps.1)))
+                }
+                _ => Cell::none(),
+            };
+            let job = job_name(scene, form, scene.stiffnesses[0]);
+            let label = format!("{}, {what}", scene.label);
+            table.row(speed(look, &label, &job, published, "no: steps a frame unknown, theirs draws"));
+        }
+    }
+    Section::new("S3: speed of the falls").table(table)
+}
+
+fn bench_speeds(look: &Look) -> Section {
+    let mut table = speeds(
+        "s3-forms",
+        "What keeping the volume costs: the same body of some 20,000 triangles, or the dragon where the program finds it, \
+         by each form. S3 prints of its GPU over its CPU: 4.27 times for springs, 2.54 times with the constraint.",
+        "S3",
+    );
+    for (form, what) in FORMS {
+        for (device, ending) in [("1 thread", "-1t"), ("all threads", ""), ("GPU", "-gpu")] {
+            let job = format!("s3-bench-{form}{ending}");
+            let label = format!("{what}, {device}");
+            table.row(speed(look, &label, &job, Cell::none(), "ours beside ours"));
+        }
+    }
+    Section::new("S3: what it costs to keep a volume").table(table)
+}
+
+/// Largest and mean loss of a run [%].
+fn loss(look: &Look, job: &str) -> [Cell; 2] {
+    ["max_loss", "mean_loss"].map(|key| look.cell(job, move |value| Some(percent(value[key].as_f64()?))))
+}
+
+fn percent(share: f64) -> String {
+    let percent = share * 1e2;
+    if percent >= 0.01 { format!("{percent:.2}") } else { format!("{percent:.1e}") }
+}
+
+fn losses(look: &Look) -> Section {
+    let mut head = vec!["model".to_owned(), "k, N/m".to_owned()];
+    head.extend(FORMS.iter().flat_map(|(_, what)| [format!("{what}: largest"), "mean".to_owned()]));
+    let mut table = Table {
+        name: "s3-loss",
+        caption: "Figures 7 and 8: the largest and the mean |V − V₀|/V₀ over the frames of the falls [%]. S3 prints of its \
+                  largest, as means over its models with 5,000 N/m, 95.35 for springs only and 5.61 with its constraint. More \
+                  than 100 is a body turned inside out."
+            .to_owned(),
+        columns: head,
+        rows: Vec::new(),
+    };
+    for scene in &FALLS {
+        for &k in scene.stiffnesses.iter().filter(|&&k| k != 100.0) {
+            let mut row = vec![Cell::words(scene.label), Cell::words(format!("{k}"))];
+            for (form, _) in FORMS {
+                let only_own = form == "projected" && k != scene.stiffnesses[0];
+                let none = || [Cell::none(), Cell::none()];
+                row.extend(if only_own { none() } else { loss(look, &job_name(scene, form, k)) });
+            }
+            table.row(row);
+        }
+    }
+    let printed = look.cell(PRINTED, |value| {
+        let frame = value["diverged"].as_u64();
+        Some(frame.map_or_else(|| "holds".to_owned(), |frame| format!("blows up in frame {frame}")))
+    });
+    let mut form = Table::new(
+        "s3-printed",
+        "Equations 10 and 14 exactly as they are printed; the errata say why.",
+        &["model", "k, N/m", "as printed"],
+    );
+    form.row(vec![Cell::words("sphere"), Cell::words("1000"), printed]);
+    Section::new("S3: volume lost in the falls").table(table).table(form)
+}
+
+fn pressed(look: &Look) -> Section {
+    let mut head = vec!["scene", "S3: springs only", "S3: kept", "S3, frames/s"];
+    head.extend(FORMS.iter().map(|(_, what)| *what));
+    head.push("ms a frame, mended");
+    let mut table = Table::new(
+        "s3-press",
+        "Figures 10 and 11: the largest loss [%]. The pressing is without weight here, for springs of 1,000 N/m do not carry \
+         1 kg a node; S3 names neither masses nor the torque.",
+        &head,
+    );
+    for scene in &OTHERS {
+        let published = OTHER_LOSS.iter().find(|(name, ..)| *name == scene.name);
+        let mut row = vec![Cell::words(scene.label)];
+        row.extend([0, 1].map(|index| Cell::theirs(published.map(|(_, losses, _)| losses[index]), 2)));
+        row.push(published.map_or_else(Cell::none, |(.., fps)| Cell::Theirs((*fps).to_owned())));
+        let job = |form| job_name(scene, form, scene.stiffnesses[0]);
+        for (form, _) in FORMS {
+            let [largest, _] = loss(look, &job(form));
+            row.push(largest);
+        }
+        row.push(look.cell(&job("corrected"), |value| {
+            Some(crate::look::short(value["ms_per_frame"]["median"].as_f64()?))
+        }));
+        table.row(row);
+    }
+    Section::new("S3: pressed and twisted").table(table)
+}
+
+fn stiffness(look: &Look) -> Section {
+    let mut table = Table::new(
+        "s3-stiffness",
+        "The largest loss of falls by stiffness [%].",
+        &["model", "k, N/m", "S3: kept", "as S3's program", "mended", "springs only"],
+    );
+    for (label, printed) in STIFF_LOSS {
+        let Some(scene) = FALLS.iter().find(|scene| scene.label == label) else { continue };
+        for (k, published) in printed {
+            let [shader, mended, none] = ["paper-shader", "corrected", "none"].map(|form| {
+                let [largest, _] = loss(look, &job_name(scene, form, k));
+                largest
+            });
+            let published = Cell::theirs(Some(published), 2);
+            table.row(vec![Cell::words(label), Cell::words(format!("{k}")), published, shader, mended, none]);
+        }
+    }
+    Section::new("S3: loss by stiffness").table(table)
+}
+
+fn curves(look: &Look) -> Section {
+    let mut section = Section::new("S3: volume over time");
+    for scene in FALLS.iter().chain(&OTHERS) {
+        let curve = |(form, what): (&str, &'static str)| {
+            let done: Behaviour = look.of(&job_name(scene, form, scene.stiffnesses[0]))?;
+            Some((what, done.curve))
+        };
+        let curves: Vec<_> = FORMS.into_iter().filter_map(curve).collect();
+        if !curves.is_empty() {
+            let name = format!("s3-{}", scene.name.replace('_', "-"));
+            section = section.plot(curve::volume(&name, scene.label, &curves));
+        }
+    }
+    section
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::What;
+    use crate::scenes;
+
+    #[test]
+    fn every_scene_takes_what_is_set_if_its_mesh_is_there() {
+        for job in jobs() {
+            if let What::Scene(scene) = &job.what {
+                let loaded = scenes::load(scene.name, &scene.sets);
+                let missing = |error: &String| error.contains("cargo xtask models");
+                assert!(loaded.as_ref().err().is_none_or(missing), "{}: {:?}", job.name, loaded.err());
+            }
+        }
+    }
+}
