@@ -79,6 +79,12 @@ pub fn speeds(name: &'static str, caption: &str, published: &str) -> Table {
 
 /// A row of a table of speeds: what a run measured, what is published, and what differs.
 pub fn speed(look: &Look, what: &str, job: &str, published: Cell, alike: &str) -> Vec<Cell> {
+    if let Err(why) = look.at(job) {
+        let mut row = vec![Cell::words(what), Cell::Open(why.clone())];
+        row.resize(9, Cell::none());
+        row.extend([published, Cell::words(format!("open: {why}"))]);
+        return row;
+    }
     let words = |key: &'static str| look.cell(job, move |value| value[key].as_str().map(str::to_owned));
     vec![
         Cell::words(what),
@@ -100,8 +106,7 @@ pub fn speed(look: &Look, what: &str, job: &str, published: Cell, alike: &str) -
 
 /// The shares of the machine's limits that a run used.
 fn roofline(look: &Look, job: &str) -> Cell {
-    let Ok(kept) = look.at(job) else { return look.count(job, "limits") };
-    if kept.result["limits"].is_null() {
+    if look.at(job).is_ok_and(|kept| kept.result["limits"].is_null()) {
         return Cell::words("in caches");
     }
     look.cell(job, |value| {

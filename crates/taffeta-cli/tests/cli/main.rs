@@ -9,4 +9,5 @@ mod gpu;
 mod gpu_check;
 mod input;
 mod primal;
+mod reproduce;
 mod run;
