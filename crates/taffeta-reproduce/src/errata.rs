@@ -1,8 +1,283 @@
 //! What is wrong in the papers, each with a small experiment that shows it.
+//!
+//! An experiment computes the same number twice in 64 bits, as the paper prints it and as mended, beside what is right.
+//! [`page`] is `docs/errata.md`; [`section`] is the same for a report.
+
+mod dense;
+mod finding;
+mod s1;
+mod s1_constraints;
+mod s2;
+mod s3;
+mod s3_volume;
+mod vector;
+
+pub use finding::Finding;
 
 use crate::page::Section;
+use crate::table::{Cell, Table};
 
-/// All of them.
+/// One of the three papers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Paper {
+    /// Cloth by compute shaders, 2021.
+    S1,
+    /// Cloth by CUDA.
+    S2,
+    /// Volume constraints, 2023.
+    S3,
+}
+
+/// A place where a paper says what it cannot mean.
+pub struct Erratum {
+    /// By which it is cited; of its heading, its table, its link.
+    pub id: &'static str,
+    /// Where it is found.
+    pub paper: Paper,
+    /// Where in the paper.
+    pub place: &'static str,
+    /// What stands there; formulas in the paper's symbols.
+    pub printed: &'static str,
+    /// What should stand there.
+    pub mended: &'static str,
+    /// How one knows.
+    pub why: &'static str,
+    /// What the experiment does.
+    pub setting: &'static str,
+    /// The page of the model that has it mended, and what is mended there.
+    pub model: &'static str,
+    /// Computes it.
+    pub experiment: fn() -> Vec<Finding>,
+}
+
+impl Paper {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::S1, Self::S2, Self::S3];
+
+    /// By which it is named here.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::S1 => "S1",
+            Self::S2 => "S2",
+            Self::S3 => "S3",
+        }
+    }
+
+    /// In full.
+    pub fn citation(self) -> &'static str {
+        match self {
+            Self::S1 => {
+                "Hongly Va, Min-Hyung Choi, Min Hong, \"Real-Time Cloth Simulation Using Compute Shader in Unity3D for AR/VR \
+                 Contents\", Applied Sciences 11 (17), 8255, 2021, <https://doi.org/10.3390/app11178255>"
+            }
+            Self::S2 => {
+                "\"CUDA Cloth Simulation\", an article on the web about the repository `CUDA-Cloth-Simulation`"
+            }
+            Self::S3 => {
+                "Hongly Va, Min-Hyung Choi, Min Hong, \"Real-Time Surface-Based Volume Constraints on Mass-Spring Model in \
+                 Unity3D\", IEEE Access 11, 2023"
+            }
+        }
+    }
+}
+
+/// All errata, by paper.
+pub fn all() -> Vec<Erratum> {
+    [s1::errata(), s1_constraints::errata(), s2::errata(), s3_volume::errata(), s3::errata()]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+const INTRODUCTION: &str = "\
+Three papers are what taffeta is made after. They are useful papers: their methods work, once some formulas, algorithms and \
+counts are mended. Nobody seems to have listed these places, and who implements a paper from its text trips over each of them \
+anew. So here they are, each with what is printed, what it should say, and a small experiment whose numbers anybody can check. \
+Where a sentence can be read in more than one way, that is said. Corrections of this list are as welcome as the list is meant to be.";
+
+const NUMBERS: &str = "\
+The numbers are computed by `crates/taffeta-reproduce/src/errata/`, a function each; a test compares this page with them. *Exact* is \
+what is known without either formula: a derivative by differences, a law of conservation, a count. A value below 1e-9 stands as 0. \
+What taffeta does in these places is told by [its models](models/README.md).";
+
+const CITING: &str = "\
+Name the paper, the place and the erratum. An example: *eq. 10 of Va, Choi and Hong (2023) as mended by taffeta, docs/errata.md, \
+`s3-eq10`*. An identifier keeps its meaning; new errata get new ones.";
+
+/// All errata as a part of a report.
 pub fn section() -> Section {
-    Section::new("Errata")
+    let mut list =
+        Table::new("errata", "Errata of the three papers.", &["erratum", "place", "printed", "mended"]);
+    let all = all();
+    for erratum in &all {
+        let place = format!("{}, {}", erratum.paper.name(), erratum.place);
+        let [printed, mended] = [erratum.printed, erratum.mended].map(in_table);
+        list.row([format!("`{}`", erratum.id), place, printed, mended].map(Cell::words).into());
+    }
+    let start = Section::new("Errata").words(INTRODUCTION).table(list);
+    all.iter().fold(start, |section, erratum| section.table(erratum.table()))
+}
+
+impl Erratum {
+    /// What its experiment finds.
+    fn table(&self) -> Table {
+        let caption = format!("`{}`: {}, {}. {}", self.id, self.paper.name(), self.place, self.setting);
+        let mut table = Table::new(self.id, &caption, &["what", "printed", "mended", "exact"]);
+        for finding in (self.experiment)() {
+            table.row(finding.cells().map(Cell::words).into());
+        }
+        table
+    }
+
+    /// Its part of the page.
+    fn words(&self) -> String {
+        let rows: String = (self.experiment)()
+            .iter()
+            .map(|finding| format!("| {} |\n", finding.cells().join(" | ")))
+            .collect();
+        let Self { id, place, printed, mended, why, setting, model, .. } = self;
+        let paper = self.paper.name();
+        let [printed, mended] = [("Printed", printed), ("Mended", mended)]
+            .map(|(name, text)| wrapped(&format!("- *{name}:* {text}"), "  "));
+        let [why, setting, model] =
+            [(*why).to_owned(), format!("*Experiment.* {setting}"), format!("In taffeta: {model}.")]
+                .map(|text| wrapped(&text, ""));
+        format!(
+            "### {id}\n\n**{paper}, {place}**\n\n{printed}\n{mended}\n\n{why}\n\n{setting}\n\n\
+             | | printed | mended | exact |\n|---|---:|---:|---:|\n{rows}\n{model}\n\n"
+        )
+    }
+}
+
+/// Markdown as a cell of a table may have it.
+fn in_table(words: &str) -> String {
+    words.replace('|', "\\|")
+}
+
+/// Words in lines of at most 120 characters, where they may break; from the second on with an indent.
+fn wrapped(words: &str, indent: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in words.split(' ') {
+        let line = lines.last_mut().expect("there is one from the start");
+        let long = line.chars().count() + 1 + word.chars().count() > 120;
+        if long && !begins_block(word) {
+            lines.push(format!("{indent}{word}"));
+        } else {
+            let space = if line.is_empty() { "" } else { " " };
+            *line += &format!("{space}{word}");
+        }
+    }
+    lines.join("\n")
+}
+
+/// Whether Markdown takes a line that begins with this word for more than text.
+fn begins_block(word: &str) -> bool {
+    let number = word.trim_end_matches(['.', ')']);
+    let is_count = number.len() < word.len() && number.chars().all(|c| c.is_ascii_digit());
+    is_count || ["+", "-", "*"].contains(&word) || word.starts_with(['#', '>', '|', '='])
+}
+
+/// The page `docs/errata.md`.
+pub fn page() -> String {
+    let all = all();
+    let mut text = format!("# Errata of three papers\n\n{}\n\n", wrapped(INTRODUCTION, ""));
+    for paper in Paper::ALL {
+        text += &wrapped(&format!("- **{}**: {}.", paper.name(), paper.citation()), "  ");
+        text.push('\n');
+    }
+    text += &format!("\n{}\n\n## How to cite\n\n{}\n\n", wrapped(NUMBERS, ""), wrapped(CITING, ""));
+    text += "## Contents\n\n| Erratum | Place | Mended |\n|---|---|---|\n";
+    for Erratum { id, paper, place, mended, .. } in &all {
+        text += &format!("| [{id}](#{id}) | {}, {place} | {} |\n", paper.name(), in_table(mended));
+    }
+    for paper in Paper::ALL {
+        text += &format!("\n## {}\n\n", paper.name());
+        let own: String = all.iter().filter(|one| one.paper == paper).map(Erratum::words).collect();
+        text += own.trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    /// With `TAFFETA_WRITE=1` the page is written anew.
+    #[test]
+    fn the_page_is_what_the_experiments_find() {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/errata.md");
+        if std::env::var_os("TAFFETA_WRITE").is_some() {
+            std::fs::write(&file, page()).expect("docs can be written");
+        }
+        let text = std::fs::read_to_string(&file).unwrap_or_default();
+        let again = "TAFFETA_WRITE=1 cargo test --release -p taffeta-reproduce errata writes it anew";
+        let [text, page] = [text, page()];
+        let differs = text.lines().zip(page.lines()).find(|(old, new)| old != new);
+        assert!(text == page, "docs/errata.md is not what the experiments find, first {differs:?}: {again}");
+    }
+
+    #[test]
+    fn identifiers_are_words_of_their_own_that_begin_with_the_paper() {
+        let all = all();
+        let ids: BTreeSet<&str> = all.iter().map(|erratum| erratum.id).collect();
+        assert_eq!(ids.len(), all.len());
+        for erratum in &all {
+            assert!(erratum.id.starts_with(&erratum.paper.name().to_lowercase()), "{}", erratum.id);
+            let is_plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+            assert!(erratum.id.chars().all(is_plain), "{}", erratum.id);
+        }
+    }
+
+    #[test]
+    fn every_experiment_has_a_number_that_is_printed_wrong_and_one_that_is_mended() {
+        for erratum in all() {
+            let differs = |f: &Finding| f.printed.map(f64::to_bits) != f.mended.map(f64::to_bits);
+            let found = (erratum.experiment)();
+            assert!(found.iter().any(differs), "{}", erratum.id);
+            for Finding { what, mended, exact, .. } in &found {
+                let [Some(mended), Some(exact)] = [mended, exact] else { continue };
+                let off = (mended - exact).abs();
+                assert!(off <= 1e-4 * exact.abs().max(1e-2), "{}, {what}: {mended}, {exact}", erratum.id);
+            }
+        }
+    }
+
+    /// As GitHub makes an anchor of a heading.
+    fn anchor(heading: &str) -> String {
+        let kept = heading
+            .chars()
+            .filter(|c| c.is_alphabetic() || c.is_ascii_digit() || [' ', '-', '_'].contains(c));
+        kept.collect::<String>().to_lowercase().replace(' ', "-")
+    }
+
+    #[test]
+    fn links_lead_to_headings_that_exist() {
+        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+        let page = page();
+        let words = page.replace('\n', " ");
+        for link in words.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+            let read =
+                || std::fs::read_to_string(docs.join(file)).unwrap_or_else(|why| panic!("{link}: {why}"));
+            let text = if file.is_empty() { page.clone() } else { read() };
+            let headings = text.lines().filter(|line| line.starts_with('#'));
+            let mut anchors = headings.map(|line| anchor(line.trim_start_matches('#').trim()));
+            assert!(heading.is_empty() || anchors.any(|one| one == heading), "{link}");
+        }
+    }
+
+    #[test]
+    fn lines_break_where_they_stay_text() {
+        let words = "a ".repeat(59) + "b + 12. #c d";
+        assert_eq!(wrapped(&words, "  "), "a ".repeat(59) + "b + 12. #c\n  d");
+    }
+
+    #[test]
+    fn a_report_has_a_table_for_each() {
+        let section = section();
+        assert_eq!(section.blocks.len(), all().len() + 2);
+    }
 }
