@@ -1,1 +1,68 @@
 //! Which way of solving springs is the fastest to a wanted error, on three scenes.
+
+mod method;
+mod reference;
+mod rk4;
+mod run;
+mod scenes;
+
+pub use method::Method;
+pub use run::Run;
+
+use scenes::{CASES, Case};
+use serde_json::Value;
+use std::path::Path;
+
+/// What is run: a scene by a method, with so many sub-steps in a frame.
+#[derive(Clone, Copy)]
+struct Entry {
+    case: &'static Case,
+    method: Method,
+    steps: u32,
+}
+
+impl Entry {
+    fn name(&self) -> String {
+        format!("tournament-{}-{}-{}", self.case.name, self.method.name(), self.steps)
+    }
+}
+
+/// All runs, in the order of tables; of a quick look a few.
+fn entries(quick: bool) -> Vec<Entry> {
+    let of = |case: &'static Case| {
+        Method::ALL.into_iter().flat_map(move |method| {
+            plan(case, method).into_iter().map(move |steps| Entry { case, method, steps })
+        })
+    };
+    let _ = quick;
+    CASES.iter().flat_map(of).collect()
+}
+
+/// Sub-steps in a frame that a method is run with.
+fn plan(case: &Case, method: Method) -> Vec<u32> {
+    let times = |fewest: u32, times: &[u32]| times.iter().map(|times| times * fewest / 2).collect();
+    let [springs, rk4] = case.fewest;
+    match method {
+        Method::Springs => times(springs, &[1, 2, 4, 8, 16]),
+        Method::Acad => times(springs, &[1, 2, 4, 8, 16]),
+        Method::Dual | Method::Primal => vec![1, 2, 4, 8, 16, 32, 64],
+        Method::Rk4 | Method::Rk4Wide => times(rk4, &[1, 2, 4, 8]),
+    }
+}
+
+/// Names of all runs, in the order of tables; of a quick look those of a few.
+pub fn names(quick: bool) -> Vec<String> {
+    entries(quick).iter().map(Entry::name).collect()
+}
+
+/// Runs what has that name. What it is compared with is kept in `folder`, and taken from there if it is there.
+///
+/// # Errors
+/// Where there is no run of that name, or it cannot be made. A run that blows up is a result.
+pub fn run(name: &str, folder: &Path) -> Result<Value, String> {
+    let entry = entries(false).into_iter().find(|entry| entry.name() == name);
+    let entry = entry.ok_or_else(|| format!("there is no run `{name}`; `tournament::names` has them all"))?;
+    let reference = reference::of(entry.case, folder)?;
+    let run = run::run(&entry, &reference)?;
+    serde_json::to_value(run).map_err(|error| error.to_string())
+}
