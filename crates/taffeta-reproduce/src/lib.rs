@@ -8,6 +8,7 @@
 
 pub mod errata;
 pub mod page;
+pub mod plot;
 pub mod store;
 pub mod table;
 pub mod tournament;

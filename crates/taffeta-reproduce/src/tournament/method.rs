@@ -19,13 +19,12 @@ pub enum Method {
     /// The classical method of Runge and Kutta in 32 bits; not of the engine.
     Rk4,
     /// The same in 64 bits.
-    Rk4Wide,
+    Rk4F64,
 }
 
 impl Method {
     /// All, in the order of tables.
-    pub const ALL: [Self; 6] =
-        [Self::Springs, Self::Dual, Self::Primal, Self::Acad, Self::Rk4, Self::Rk4Wide];
+    pub const ALL: [Self; 6] = [Self::Springs, Self::Dual, Self::Primal, Self::Acad, Self::Rk4, Self::Rk4F64];
 
     /// In names of runs.
     pub fn name(self) -> &'static str {
@@ -35,7 +34,7 @@ impl Method {
             Self::Primal => "primal",
             Self::Acad => "acad",
             Self::Rk4 => "rk4",
-            Self::Rk4Wide => "rk4-wide",
+            Self::Rk4F64 => "rk4-f64",
         }
     }
 
@@ -43,14 +42,14 @@ impl Method {
     pub fn label(self) -> &'static str {
         match self {
             Self::Rk4 => "RK4",
-            Self::Rk4Wide => "RK4, 64 bits",
+            Self::Rk4F64 => "RK4, 64 bits",
             engine => engine.name(),
         }
     }
 
     /// Whether the engine has it.
     pub fn of_engine(self) -> bool {
-        !matches!(self, Self::Rk4 | Self::Rk4Wide)
+        !matches!(self, Self::Rk4 | Self::Rk4F64)
     }
 
     /// The settings of a scene.

@@ -158,9 +158,10 @@ impl<T: Number> System<T> {
         for spring in &self.springs {
             let [a, b] = [spring.ends[0] as usize, spring.ends[1] as usize];
             let (d, dv) = (minus(x[b], x[a]), minus(v[b], v[a]));
-            let squared = dot(d, d);
-            let length = squared.root();
-            let pull = spring.k * (length - spring.rest) / length + spring.d * dot(dv, d) / squared;
+            let length = dot(d, d).root();
+            let inverse = T::of(1.0) / length;
+            let damping = spring.d * (dot(dv, d) * inverse);
+            let pull = (spring.k * (length - spring.rest) + damping) * inverse;
             out[a] = along(out[a], pull, d);
             out[b] = along(out[b], T::of(0.0) - pull, d);
         }

@@ -171,7 +171,7 @@ const SWING_FASTER: f64 = 0.05;
 const DRUM_STRETCH: f64 = 1.05;
 const DRUM_DAMPING: f64 = 2e-5;
 /// Height and radius of the bump [m].
-const BUMP_HEIGHT: f64 = 0.1;
+const BUMP_HEIGHT: f64 = 0.05;
 const BUMP_RADIUS: f64 = 0.35;
 /// The chain: links, length [m], mass of a node [kg].
 const CHAIN_LINKS: u32 = 100;

@@ -1,0 +1,144 @@
+//! Lines in a drawing, as SVG.
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use std::ops::Range;
+
+/// Width and height of a drawing, and width of the names of its lines at the right [pixels].
+const SIZE: (u32, u32) = (760, 440);
+const NAMES: u32 = 130;
+const FONT: &str = "sans-serif";
+/// Colours of lines in their order; for people who confuse red and green too (Okabe and Ito 2008).
+pub const COLORS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(0, 0, 0),
+];
+
+/// A line through points, in their order.
+pub struct Series {
+    /// What it is called at the right.
+    pub name: String,
+    /// Its points. Those that a logarithm does not take are left out; a line without any keeps its colour.
+    pub points: Vec<Point>,
+}
+
+/// A point of a line.
+pub struct Point {
+    /// Along and up.
+    pub at: (f64, f64),
+    /// What stands beside it, or nothing.
+    pub label: String,
+}
+
+impl Series {
+    /// A line without points yet.
+    pub fn new(name: impl Into<String>) -> Self {
+        Self { name: name.into(), points: Vec::new() }
+    }
+
+    /// With another point.
+    pub fn point(mut self, at: (f64, f64), label: impl Into<String>) -> Self {
+        self.points.push(Point { at, label: label.into() });
+        self
+    }
+
+    fn drawn(&self) -> impl Iterator<Item = &Point> {
+        let fits = |number: f64| number.is_finite() && number > 0.0;
+        self.points.iter().filter(move |point| fits(point.at.0) && fits(point.at.1))
+    }
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Drawn = Result<(), Box<dyn std::error::Error>>;
+
+/// Draws lines on two logarithmic axes.
+pub fn log_log(title: &str, x: &str, y: &str, series: &[Series]) -> String {
+    let mut svg = String::new();
+    let drawn = draw(&mut svg, title, [x, y], series);
+    // Text takes all that is written to it, and axes that span decades above zero can always be drawn.
+    drawn.expect("a drawing in memory does not fail");
+    svg
+}
+
+fn draw(svg: &mut String, title: &str, [x, y]: [&str; 2], series: &[Series]) -> Drawn {
+    let whole = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    whole.fill(&WHITE)?;
+    let (left, right) = whole.titled(title, (FONT, 18))?.split_horizontally(SIZE.0 - NAMES);
+    let points = || series.iter().flat_map(Series::drawn).map(|point| point.at);
+    let (across, up) = (decades(points().map(|at| at.0)), decades(points().map(|at| at.1)));
+    let mut chart = ChartBuilder::on(&left);
+    chart.margin(10).x_label_area_size(44).y_label_area_size(64);
+    let mut chart = chart.build_cartesian_2d(across.log_scale(), up.log_scale())?;
+    let mut mesh = chart.configure_mesh();
+    mesh.x_desc(x).y_desc(y).light_line_style(WHITE).label_style((FONT, 14));
+    mesh.x_labels(8).y_labels(10).x_label_formatter(&power).y_label_formatter(&power).draw()?;
+    for (series, color) in series.iter().zip(COLORS.into_iter().cycle()) {
+        let line = LineSeries::new(series.drawn().map(|point| point.at), color.stroke_width(2));
+        chart.draw_series(line.point_size(3))?;
+        let style = (FONT, 12).into_font().color(&color);
+        let label = |point: &Point| {
+            EmptyElement::at(point.at) + Text::new(point.label.clone(), (6, -12), style.clone())
+        };
+        chart.draw_series(series.drawn().filter(|point| !point.label.is_empty()).map(label))?;
+    }
+    names(&right, series)?;
+    whole.present()?;
+    Ok(())
+}
+
+/// Which line is which, for those that have points.
+fn names(area: &Area, series: &[Series]) -> Drawn {
+    let style = (FONT, 14).into_font().color(&BLACK);
+    let drawn =
+        series.iter().zip(COLORS.into_iter().cycle()).filter(|(series, _)| series.drawn().count() > 0);
+    for ((series, color), y) in drawn.zip((24..).step_by(22)) {
+        area.draw(&PathElement::new([(0, y), (22, y)], color.stroke_width(2)))?;
+        area.draw(&Text::new(series.name.clone(), (28, y - 7), style.clone()))?;
+    }
+    Ok(())
+}
+
+/// The powers of ten around some numbers.
+fn decades(numbers: impl Iterator<Item = f64>) -> Range<f64> {
+    let (low, high) = numbers.fold((f64::MAX, f64::MIN), |(low, high), n| (low.min(n), high.max(n)));
+    if low > high {
+        return 0.1..1.0;
+    }
+    10_f64.powf(low.log10().floor())..10_f64.powf(high.log10().floor() + 1.0)
+}
+
+/// 0.01, 1, 100; small and large ones as powers.
+fn power(number: &f64) -> String {
+    if (1e-2..1e5).contains(number) { format!("{number}") } else { format!("{number:.0e}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_end_at_powers_of_ten_around_all_points() {
+        let range = decades([0.3, 2e-4].into_iter());
+        assert!((range.start / 1e-4 - 1.0).abs() < 1e-12 && (range.end - 1.0).abs() < 1e-12, "{range:?}");
+        assert_eq!(decades(std::iter::empty()), 0.1..1.0);
+    }
+
+    #[test]
+    fn lines_keep_their_colours_and_what_has_no_logarithm_is_left_out() {
+        let lines = [
+            Series::new("none").point((0.0, 1.0), "zero").point((1.0, f64::NAN), "nan"),
+            Series::new("some").point((1.0, 0.1), "first").point((10.0, 0.01), ""),
+        ];
+        let svg = log_log("Title & more", "x", "y", &lines);
+        assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
+        assert!(svg.contains("Title &amp; more") && svg.contains("some") && svg.contains("first"));
+        assert!(!svg.contains("none<") && !svg.contains("zero") && !svg.contains("NaN"));
+        assert!(svg.contains("#D55E00") && !svg.contains("#0072B2"), "{svg}");
+        assert!(log_log("", "", "", &[]).contains("</svg>"));
+    }
+}
