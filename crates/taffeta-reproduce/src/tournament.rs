@@ -54,7 +54,7 @@ fn plan(case: &Case, method: Method, quick: bool) -> Vec<u32> {
             halves(if method.of_engine() { springs } else { rk4 }, &[2])
         }
         Method::Springs => halves(springs, &[1, 2, 4, 8, 16]),
-        Method::Acad => halves(springs, &[1, 2, 4, 8]),
+        Method::Acad => halves(springs, &[1, 2, 4]),
         Method::Rk4 => halves(rk4, &[1, 2, 4]),
         Method::Rk4F64 => halves(rk4, &[2, 4, 8]),
     }

@@ -106,11 +106,7 @@ trait Runner {
 /// Where the scene cannot be built. A run that blows up is a result.
 pub fn run(entry: &Entry, reference: &Reference) -> Result<Run, String> {
     let Entry { case, method, steps } = *entry;
-    let mut runner: Box<dyn Runner> = match method {
-        Method::Rk4 => Box::new(Plain::<f32>::new(case, steps)?),
-        Method::Rk4F64 => Box::new(Plain::<f64>::new(case, steps)?),
-        _ => Box::new(Engine::new(case.simulation(method, steps, Precision::F32)?)),
-    };
+    let mut runner = runner(entry)?;
     let (device, springs) = runner.described();
     let mut run = Run {
         scene: case.name.to_owned(),
@@ -133,6 +129,15 @@ pub fn run(entry: &Entry, reference: &Reference) -> Result<Run, String> {
         time(&mut *runner, &mut run)?;
     }
     Ok(run)
+}
+
+fn runner(entry: &Entry) -> Result<Box<dyn Runner>, String> {
+    let Entry { case, method, steps } = *entry;
+    Ok(match method {
+        Method::Rk4 => Box::new(Plain::<f32>::new(case, steps)?),
+        Method::Rk4F64 => Box::new(Plain::<f64>::new(case, steps)?),
+        _ => Box::new(Engine::new(case.simulation(method, steps, Precision::F32)?)),
+    })
 }
 
 /// Everything but times.
@@ -258,5 +263,58 @@ impl<T: Number> Runner for Plain<T> {
     }
     fn described(&self) -> (String, usize) {
         ("cpu, 1 thread, plain".to_owned(), self.system.springs())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tournament::reference;
+    use crate::tournament::scenes::CASES;
+
+    #[test]
+    fn explicit_methods_hold_in_the_fewest_steps_and_in_half_of_them_they_do_not() {
+        for case in &CASES {
+            for (method, fewest) in [Method::Springs, Method::Rk4F64].into_iter().zip(case.fewest) {
+                let holds = |steps| {
+                    let mut runner = runner(&Entry { case, method, steps }).unwrap();
+                    (0..FRAMES / 2).all(|_| runner.frame())
+                };
+                assert!(holds(fewest) && !holds(fewest / 2), "{} {method:?}", case.name);
+            }
+        }
+    }
+
+    #[test]
+    fn errors_shrink_with_the_step_as_each_method_promises() {
+        let folder = tempfile::tempdir().unwrap();
+        let case = Case::named("chain-soft").unwrap();
+        let reference = reference::of(case, folder.path()).unwrap();
+        let error = |method, steps| run(&Entry { case, method, steps }, &reference).unwrap().error.unwrap();
+        for (method, steps, ratio) in [
+            (Method::Springs, 25, 2.0),
+            (Method::Dual, 16, 2.0),
+            (Method::Primal, 16, 2.0),
+            (Method::Acad, 25, 2.0),
+            (Method::Rk4F64, 18, 16.0),
+        ] {
+            let [coarse, fine] = [steps, 2 * steps].map(|steps| error(method, steps));
+            assert!((coarse / fine / ratio - 1.0).abs() < 0.1, "{method:?}: {coarse:e}, {fine:e}");
+        }
+    }
+
+    #[test]
+    fn the_engine_starts_where_the_plain_method_does() {
+        for case in &CASES {
+            let of = |method| runner(&Entry { case, method, steps: 100 }).unwrap();
+            let [engine, plain] = [Method::Springs, Method::Rk4F64].map(of);
+            let distance = |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).abs()).sum::<f64>();
+            let off = engine.places().iter().zip(&plain.places()).map(distance).fold(0.0, f64::max);
+            assert!(off < 1e-6, "{}: {off:e}", case.name);
+            let scale = plain.energy().abs() + 0.1;
+            assert!((engine.energy() - plain.energy()).abs() < 1e-4 * scale, "{}", case.name);
+            assert!((engine.max_stretch() - plain.max_stretch()).abs() < 1e-4, "{}", case.name);
+            assert_eq!(engine.described().1, plain.described().1, "{}", case.name);
+        }
     }
 }

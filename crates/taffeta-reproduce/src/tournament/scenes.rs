@@ -100,7 +100,7 @@ impl Case {
             }
             Shape::Drum => {
                 let [x, z] = [x, z].map(|at| at * DRUM_STRETCH);
-                let away = ((x - 0.1).hypot(z - 0.05) / BUMP_RADIUS).min(1.0);
+                let away = ((x - 0.05).hypot(z - 0.03) / BUMP_RADIUS).min(1.0);
                 ([x, 0.5 * BUMP_HEIGHT * (1.0 + (PI * away).cos()), z], [0.0; 3])
             }
             Shape::Chain => ([x, y, z], [0.0; 3]),
@@ -172,7 +172,7 @@ const DRUM_STRETCH: f64 = 1.05;
 const DRUM_DAMPING: f64 = 2e-5;
 /// Height and radius of the bump [m].
 const BUMP_HEIGHT: f64 = 0.05;
-const BUMP_RADIUS: f64 = 0.35;
+const BUMP_RADIUS: f64 = 0.45;
 /// The chain: links, length [m], mass of a node [kg].
 const CHAIN_LINKS: u32 = 100;
 const CHAIN_LENGTH: f64 = 2.0;
