@@ -77,7 +77,9 @@ fn draw(svg: &mut String, title: &str, [x, y]: [&str; 2], series: &[Series]) -> 
     let mut mesh = chart.configure_mesh();
     mesh.x_desc(x).y_desc(y).light_line_style(WHITE).label_style((FONT, 14));
     mesh.x_labels(8).y_labels(10).x_label_formatter(&power).y_label_formatter(&power).draw()?;
-    for (series, color) in series.iter().zip(COLORS.into_iter().cycle()) {
+    // The first on top.
+    let colored: Vec<(&Series, RGBColor)> = series.iter().zip(COLORS.into_iter().cycle()).collect();
+    for &(series, color) in colored.iter().rev() {
         let line = LineSeries::new(series.drawn().map(|point| point.at), color.stroke_width(2));
         chart.draw_series(line.point_size(3))?;
         let style = (FONT, 12).into_font().color(&color);
@@ -86,16 +88,15 @@ fn draw(svg: &mut String, title: &str, [x, y]: [&str; 2], series: &[Series]) -> 
         };
         chart.draw_series(series.drawn().filter(|point| !point.label.is_empty()).map(label))?;
     }
-    names(&right, series)?;
+    names(&right, &colored)?;
     whole.present()?;
     Ok(())
 }
 
 /// Which line is which, for those that have points.
-fn names(area: &Area, series: &[Series]) -> Drawn {
+fn names(area: &Area, colored: &[(&Series, RGBColor)]) -> Drawn {
     let style = (FONT, 14).into_font().color(&BLACK);
-    let drawn =
-        series.iter().zip(COLORS.into_iter().cycle()).filter(|(series, _)| series.drawn().count() > 0);
+    let drawn = colored.iter().filter(|(series, _)| series.drawn().count() > 0);
     for ((series, color), y) in drawn.zip((24..).step_by(22)) {
         area.draw(&PathElement::new([(0, y), (22, y)], color.stroke_width(2)))?;
         area.draw(&Text::new(series.name.clone(), (28, y - 7), style.clone()))?;
