@@ -113,9 +113,10 @@ fn decades(numbers: impl Iterator<Item = f64>) -> Range<f64> {
     10_f64.powf(low.log10().floor())..10_f64.powf(high.log10().floor() + 1.0)
 }
 
-/// 0.01, 1, 100; small and large ones as powers.
+/// 0.01, 1, 100; small and large ones as powers. A tick may be a digit off its power of ten.
 fn power(number: &f64) -> String {
-    if (1e-2..1e5).contains(number) { format!("{number}") } else { format!("{number:.0e}") }
+    let number = format!("{number:.2e}").parse().unwrap_or(*number);
+    if (1e-2..1e5).contains(&number) { format!("{number}") } else { format!("{number:e}") }
 }
 
 #[cfg(test)]
@@ -127,6 +128,12 @@ mod tests {
         let range = decades([0.3, 2e-4].into_iter());
         assert!((range.start / 1e-4 - 1.0).abs() < 1e-12 && (range.end - 1.0).abs() < 1e-12, "{range:?}");
         assert_eq!(decades(std::iter::empty()), 0.1..1.0);
+    }
+
+    #[test]
+    fn ticks_are_short() {
+        let ticks = [0.09999999999999998, 1.0000000000000002e-7, 99.99999999999999, 1e5, 0.02];
+        assert_eq!(ticks.map(|tick| power(&tick)), ["0.1", "1e-7", "100", "1e5", "0.02"]);
     }
 
     #[test]

@@ -67,7 +67,7 @@ Each is run soft and stiff, for {FRAMES} frames of 1/60 s, with:
 All of the engine's runs are in 32 bits, and all runs on one thread. *Error* is √(Σ |x − x_ref|²/Σ |x_ref − x_start|²) over all \
          nodes and frames: distance from the reference by the way that was gone. The reference is RK4 in 64 bits, in a 16th of the \
          longest steps that it takes here; how far a run in steps twice as long is from it stands beside every run, and its own error is \
-         about a fifteenth of that. *Time* is wall time of frames alone, by simulated second: the median of three to seven runs. \
+         less than a tenth of that. *Time* is wall time of frames alone, by simulated second: the median of three to seven runs. \
          Below 1000 ms a second it is faster than real time."
     )
 }
