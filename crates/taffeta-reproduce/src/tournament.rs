@@ -85,3 +85,30 @@ pub fn run(name: &str, folder: &Path) -> Result<Value, String> {
     let run = run::run(&entry, &reference)?;
     serde_json::to_value(run).map_err(|error| error.to_string())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn each_run_has_a_name_of_its_own_and_a_quick_look_takes_some_of_them() {
+        let [all, some] = [false, true].map(|quick| names(quick).into_iter().collect::<BTreeSet<_>>());
+        assert_eq!((all.len(), some.len()), (names(false).len(), names(true).len()));
+        assert!(some.is_subset(&all) && some.len() * 4 < all.len());
+        assert!(all.iter().all(|name| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-')));
+    }
+
+    #[test]
+    fn a_run_is_made_by_its_name_and_one_that_blows_up_is_a_result() {
+        let folder = tempfile::tempdir().unwrap();
+        let made = |name: &str| run(name, folder.path()).map(|value| Run::read(&value).unwrap());
+        let held = made("tournament-chain-soft-springs-25").unwrap();
+        assert!(held.holds() && held.runs >= 3 && held.wall_ms.is_some_and(|wall| wall.is_sorted()));
+        assert!(held.error.is_some_and(|error| error > 1e4 * held.reference), "{held:?}");
+        let lost = made("tournament-chain-soft-springs-12").unwrap();
+        assert!(lost.diverged == Some(1) && !lost.holds() && lost.cost().is_none());
+        let error = made("tournament-chain-soft-springs-1").unwrap_err();
+        assert!(error.contains("there is no run `tournament-chain-soft-springs-1`"), "{error}");
+    }
+}

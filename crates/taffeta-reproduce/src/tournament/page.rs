@@ -75,8 +75,9 @@ All of the engine's runs are in 32 bits, and all runs on one thread. *Error* is 
 const LIMITS: &str = "What these scenes do not tell:
 
 - They are taut. Slack cloth folds at random, and there no two runs agree for long.
-- acad makes constraints of springs that are longer by 10 %; these are stiffer than the springs are. Where there are some, it runs \
-another material, and no step brings its error to zero. Where there are none it is *springs*, to the bit.
+- *acad* makes a constraint of a spring that is longer by 10 %, and that wants the length at rest back, whatever the stiffness is. \
+Where there are some, as in the drum, it runs another material, and no step brings its error to zero. Where there are none it is \
+*springs*, to the bit.
 - In 32 bits rounding ends what shorter steps bring: a stiff spring feels the last digit of a place. Compare both of RK4.
 - *dual* and *primal* end their iterations at a residual of 1e-3, or after 200.
 - Nothing here has more than 1,024 nodes. On larger sheets explicit steps get shorter, and *primal* gains.
