@@ -3,6 +3,7 @@
 use crate::job::{Job, Place, Quick};
 use crate::look::Look;
 use crate::page::Section;
+use crate::paper::Paper;
 use crate::report::{self, Head};
 use crate::store::{Kept, Store};
 use crate::{errata, limits, machine, s1, s2, s3, tournament};
@@ -11,22 +12,6 @@ use std::fs;
 use std::hash::Hasher;
 use std::path::{Path, PathBuf};
 use twox_hash::XxHash64;
-
-/// A paper.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Paper {
-    /// Va, Choi, Hong 2021: cloth.
-    S1,
-    /// "CUDA Cloth Simulation": cloth that touches itself.
-    S2,
-    /// Va, Choi, Hong 2023: bodies that keep their volume.
-    S3,
-}
-
-impl Paper {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::S1, Self::S2, Self::S3];
-}
 
 /// What is to be reproduced.
 pub struct Wanted {
@@ -156,7 +141,12 @@ fn jobs(wanted: &Wanted) -> Vec<Job> {
     };
     let mut jobs: Vec<Job> = wanted.papers.iter().flat_map(of).collect();
     if is_all(wanted) {
-        jobs.extend(tournament::jobs(wanted.quick));
+        let quick = tournament::names(true);
+        jobs.extend(tournament::names(false).into_iter().map(|name| {
+            let kind = if quick.contains(&name) { Quick::Whole } else { Quick::Out };
+            Job::bout(name, kind)
+        }));
+        jobs.push(Job::errata());
     }
     jobs
 }
@@ -169,9 +159,9 @@ fn sections(wanted: &Wanted, look: &Look) -> Vec<Section> {
     };
     let mut sections: Vec<Section> = wanted.papers.iter().flat_map(of).collect();
     if is_all(wanted) {
-        sections.push(tournament::section(look));
+        sections.push(tournament::section(|name| look.at(name).ok()));
         sections.push(limits::section());
-        sections.push(errata::section());
+        sections.push(errata::section(look));
     }
     sections
 }
@@ -182,20 +172,18 @@ fn head(wanted: &Wanted) -> Head {
     } else {
         ""
     };
+    let papers: String =
+        wanted.papers.iter().map(|paper| format!("- {}: {}.\n", paper.name(), paper.citation())).collect();
     let words = format!(
-        "What three papers on real-time cloth and soft bodies print, beside what taffeta {} does.\n\n\
-         - S1: Va, Choi, Hong, *Real-Time Cloth Simulation Using Compute Shader in Unity3D for AR/VR Contents*, Applied Sciences \
-         11, 8255, 2021.\n\
-         - S2: the article *CUDA Cloth Simulation*.\n\
-         - S3: Va, Choi, Hong, *Real-Time Surface-Based Volume Constraints on Mass-Spring Model in Unity3D*, 2023.\n\n\
+        "What papers on real-time cloth and soft bodies print, beside what taffeta {} does.\n\n{papers}\n\
          Every number of ours is a link to the run that it comes from: its command, its machine and all that it left, at the \
-         end of this page. Numbers that are printed in a paper are brown. *Open* is what cannot be measured on this \
-         machine; its tooltip says what would. A software adapter is never a row of speed.\n\n\
+         end of this page. Numbers that are printed in a paper are brown. *Open* is what was not measured; its row or its \
+         tooltip says what would fill it. A software adapter is never a row of speed.\n\n\
          Measured on {}.{cut}",
         env!("CARGO_PKG_VERSION"),
         machine::processor(),
     );
-    Head { title: "Three papers, reproduced".to_owned(), words }
+    Head { title: "Papers on cloth and soft bodies, reproduced".to_owned(), words }
 }
 
 /// What another machine kept.

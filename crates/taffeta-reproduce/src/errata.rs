@@ -14,19 +14,11 @@ mod vector;
 
 pub use finding::Finding;
 
+use crate::look::Look;
 use crate::page::Section;
+use crate::paper::Paper;
 use crate::table::{Cell, Table};
-
-/// One of the three papers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Paper {
-    /// Cloth by compute shaders, 2021.
-    S1,
-    /// Cloth by CUDA.
-    S2,
-    /// Volume constraints, 2023.
-    S3,
-}
+use serde_json::{Map, Value, json};
 
 /// A place where a paper says what it cannot mean.
 pub struct Erratum {
@@ -48,37 +40,6 @@ pub struct Erratum {
     pub model: &'static str,
     /// Computes it.
     pub experiment: fn() -> Vec<Finding>,
-}
-
-impl Paper {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::S1, Self::S2, Self::S3];
-
-    /// By which it is named here.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::S1 => "S1",
-            Self::S2 => "S2",
-            Self::S3 => "S3",
-        }
-    }
-
-    /// In full.
-    pub fn citation(self) -> &'static str {
-        match self {
-            Self::S1 => {
-                "Hongly Va, Min-Hyung Choi, Min Hong, \"Real-Time Cloth Simulation Using Compute Shader in Unity3D for AR/VR \
-                 Contents\", Applied Sciences 11 (17), 8255, 2021, <https://doi.org/10.3390/app11178255>"
-            }
-            Self::S2 => {
-                "\"CUDA Cloth Simulation\", an article on the web about the repository `CUDA-Cloth-Simulation`"
-            }
-            Self::S3 => {
-                "Hongly Va, Min-Hyung Choi, Min Hong, \"Real-Time Surface-Based Volume Constraints on Mass-Spring Model in \
-                 Unity3D\", IEEE Access 11, 2023"
-            }
-        }
-    }
 }
 
 /// All errata, by paper.
@@ -104,8 +65,17 @@ const CITING: &str = "\
 Name the paper, the place and the erratum. An example: *eq. 10 of Va, Choi and Hong (2023) as mended by taffeta, docs/errata.md, \
 `s3-eq10`*. An identifier keeps its meaning; new errata get new ones.";
 
+/// The name under which what the experiments find is kept.
+pub const RUN: &str = "errata";
+
+/// What all experiments find: of each erratum, by its id, rows of four cells.
+pub fn findings() -> Value {
+    let rows = |erratum: &Erratum| (erratum.experiment)().iter().map(Finding::cells).collect::<Vec<_>>();
+    all().iter().map(|erratum| (erratum.id.to_owned(), json!(rows(erratum)))).collect::<Map<_, _>>().into()
+}
+
 /// All errata as a part of a report.
-pub fn section() -> Section {
+pub fn section(look: &Look) -> Section {
     let mut list =
         Table::new("errata", "Errata of the three papers.", &["erratum", "place", "printed", "mended"]);
     let all = all();
@@ -115,16 +85,22 @@ pub fn section() -> Section {
         list.row([format!("`{}`", erratum.id), place, printed, mended].map(Cell::words).into());
     }
     let start = Section::new("Errata").words(INTRODUCTION).table(list);
-    all.iter().fold(start, |section, erratum| section.table(erratum.table()))
+    all.iter().fold(start, |section, erratum| section.table(erratum.table(look)))
 }
 
 impl Erratum {
-    /// What its experiment finds.
-    fn table(&self) -> Table {
+    /// What its experiment found.
+    fn table(&self, look: &Look) -> Table {
         let caption = format!("`{}`: {}, {}. {}", self.id, self.paper.name(), self.place, self.setting);
         let mut table = Table::new(self.id, &caption, &["what", "printed", "mended", "exact"]);
-        for finding in (self.experiment)() {
-            table.row(finding.cells().map(Cell::words).into());
+        let kept = look.at(RUN);
+        let count = kept.as_ref().ok().and_then(|kept| kept.result[self.id].as_array()).map_or(0, Vec::len);
+        for row in 0..count {
+            let cell = |column: usize| {
+                look.cell(RUN, |value| value[self.id][row][column].as_str().map(str::to_owned))
+            };
+            let what = kept.as_ref().ok().and_then(|kept| kept.result[self.id][row][0].as_str());
+            table.row(vec![Cell::words(what.unwrap_or_default()), cell(1), cell(2), cell(3)]);
         }
         table
     }
@@ -202,6 +178,8 @@ pub fn page() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::page::Block;
+    use crate::store::{Kept, Store};
     use std::collections::BTreeSet;
     use std::path::Path;
 
@@ -277,7 +255,14 @@ mod tests {
 
     #[test]
     fn a_report_has_a_table_for_each() {
-        let section = section();
+        let folder = tempfile::tempdir().unwrap();
+        let mut store = Store::open(folder.path()).unwrap();
+        let [command, machine, program] = [(); 3].map(|()| String::new());
+        let kept = Kept { name: RUN.to_owned(), command, machine, program, quick: false, result: findings() };
+        store.keep(kept).unwrap();
+        let section = section(&Look::new(&store, &Default::default()));
         assert_eq!(section.blocks.len(), all().len() + 2);
+        let rows = |block: &Block| if let Block::Table(table) = block { table.rows.len() } else { 1 };
+        assert!(section.blocks.iter().map(rows).all(|count| count > 0));
     }
 }

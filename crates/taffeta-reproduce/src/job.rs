@@ -1,7 +1,7 @@
 //! What is run: benches of the program, and scenes.
 
 use crate::behaviour::{self, Scene};
-use crate::scenes;
+use crate::{errata, scenes, tournament};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -29,6 +29,10 @@ pub enum What {
     Scene(Scene),
     /// The springs of a scene are counted.
     Counts(Scene),
+    /// A run of the tournament, by its name.
+    Bout,
+    /// The experiments of the errata.
+    Errata,
 }
 
 /// What a quick look makes of a run.
@@ -62,6 +66,16 @@ impl Job {
     pub fn scene(name: impl Into<String>, scene: &'static str, sets: &[String], quick: Quick) -> Self {
         let scene = Scene { name: scene, sets: sets.to_vec(), threads: None, pictured: false };
         Self { name: name.into(), what: What::Scene(scene), gpu: false, quick }
+    }
+
+    /// A run of the tournament.
+    pub fn bout(name: String, quick: Quick) -> Self {
+        Self { name, what: What::Bout, gpu: false, quick }
+    }
+
+    /// The experiments of the errata.
+    pub fn errata() -> Self {
+        Self { name: errata::RUN.to_owned(), what: What::Errata, gpu: false, quick: Quick::Whole }
     }
 
     /// The same where only a hardware GPU can do it.
@@ -99,6 +113,7 @@ impl Job {
                 // `check` takes no values; `run` says the same counts.
                 format!("{} --frames 1 --json", scenes::command(scene.name, &scene.sets))
             }
+            What::Bout | What::Errata => format!("taffeta reproduce all, {}", self.name),
         }
     }
 
@@ -121,6 +136,8 @@ impl Job {
             What::Scene(scene) => behaviour::run(scene, frames, place.stopped)
                 .and_then(|done| serde_json::to_value(done).map_err(json)),
             What::Counts(scene) => counts(scene),
+            What::Bout => tournament::run(&self.name, place.cache),
+            What::Errata => Ok(errata::findings()),
         }
     }
 }

@@ -17,6 +17,8 @@ mod limits;
 pub mod look;
 pub mod machine;
 pub mod page;
+mod paper;
+pub mod plot;
 mod report;
 mod s1;
 mod s2;
@@ -27,4 +29,5 @@ pub mod strip;
 pub mod table;
 pub mod tournament;
 
-pub use drive::{Done, Paper, Trouble, Wanted, Watch, reproduce};
+pub use drive::{Done, Trouble, Wanted, Watch, reproduce};
+pub use paper::Paper;

@@ -1,10 +1,11 @@
 //! S1: cloth by springs, by implicit constraints (ICE), and by springs that become constraints (ACAD).
 
 use crate::behaviour::{Behaviour, Scene};
-use crate::curve::{self, Axes, Series};
+use crate::curve;
 use crate::job::{Job, Quick, What};
 use crate::look::{Look, short, speed, speeds};
-use crate::page::{Picture, Section};
+use crate::page::{Picture, Plot, Section};
+use crate::plot::{Series, log_log};
 use crate::table::{Cell, Table};
 
 /// Sheets of figures 7 and 8: rows and columns.
@@ -296,8 +297,6 @@ fn counts(look: &Look) -> Section {
     Section::new("S1: numbers of springs").table(table)
 }
 
-const SPEEDS: Axes =
-    Axes { name: "s1-sheets", caption: "Steps a second by the number of nodes", x: "nodes", y: "steps/s" };
 const NOT_ALIKE: &str = "no: theirs draws, one step a frame, another machine";
 
 fn sheets(look: &Look) -> Section {
@@ -327,11 +326,17 @@ fn sheets(look: &Look) -> Section {
             table.row(row);
         }
     }
-    Section::new("S1: mass–spring cloth by size").table(table).plot(curve::log_log(&SPEEDS, &points(look)))
+    let caption = "Steps a second by the number of nodes".to_owned();
+    let plot = Plot {
+        name: "s1-sheets".to_owned(),
+        svg: log_log(&caption, "nodes", "steps/s", &points(look)),
+        caption,
+    };
+    Section::new("S1: mass–spring cloth by size").table(table).plot(plot)
 }
 
 /// Nodes and steps a second of each device.
-fn points(look: &Look) -> Vec<Series<'static>> {
+fn points(look: &Look) -> Vec<Series> {
     let of = |ending: &str| {
         let point = |sheet: &[u32; 2]| {
             let kept = look.at(&format!("{}{ending}", sheet_name(*sheet))).ok()?;
@@ -343,12 +348,12 @@ fn points(look: &Look) -> Vec<Series<'static>> {
         PUBLISHED.iter().filter_map(|(nodes, fps)| Some((f64::from(*nodes), fps[index]?))).collect::<Vec<_>>()
     };
     vec![
-        ("CPU, 1 thread", of("-1t")),
-        ("CPU, all threads", of("")),
-        ("GPU", of("-gpu")),
-        ("S1: GTX 1070, drawn", published(0)),
-        ("S1: i7-7700, drawn", published(1)),
-        ("S1: Unity's cloth, drawn", published(2)),
+        Series::of("CPU, 1 thread", of("-1t")),
+        Series::of("CPU, all threads", of("")),
+        Series::of("GPU", of("-gpu")),
+        Series::of("S1: GTX 1070", published(0)),
+        Series::of("S1: i7-7700", published(1)),
+        Series::of("S1: Unity", published(2)),
     ]
 }
 

@@ -1,9 +1,9 @@
 //! S2: cloth that touches itself.
 
-use crate::curve::{self, Axes, Series};
 use crate::job::{Job, Quick};
 use crate::look::{Look, speed, speeds};
-use crate::page::Section;
+use crate::page::{Plot, Section};
+use crate::plot::{Series, log_log};
 use crate::table::{Cell, Table};
 
 /// Sides of the sheets that S2 has, and of larger ones.
@@ -130,17 +130,17 @@ fn times(look: &Look) -> Section {
             "written again from its text",
         ));
     }
-    let axes = Axes {
-        name: "s2-times",
-        caption: "Time of a frame by the number of nodes",
-        x: "nodes",
-        y: "ms a frame",
+    let caption = "Time of a frame by the number of nodes".to_owned();
+    let plot = Plot {
+        name: "s2-times".to_owned(),
+        svg: log_log(&caption, "nodes", "ms a frame", &points(look)),
+        caption,
     };
-    Section::new("S2: time of a frame").table(table).plot(curve::log_log(&axes, &points(look)))
+    Section::new("S2: time of a frame").table(table).plot(plot)
 }
 
 /// Nodes and milliseconds of each rung.
-fn points(look: &Look) -> Vec<Series<'static>> {
+fn points(look: &Look) -> Vec<Series> {
     let of = |rung: &str| {
         let point = |side: u32| {
             let kept = look.at(&name(rung, side)).ok()?;
@@ -148,5 +148,5 @@ fn points(look: &Look) -> Vec<Series<'static>> {
         };
         SIDES.into_iter().chain(LARGER).filter_map(point).collect::<Vec<_>>()
     };
-    RUNGS.iter().map(|(rung, ..)| (*rung, of(rung))).collect()
+    RUNGS.iter().map(|(rung, ..)| Series::of(*rung, of(rung))).collect()
 }

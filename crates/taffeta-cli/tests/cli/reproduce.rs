@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use std::fs;
 
 /// Every table of the whole report.
-const TABLES: [&str; 17] = [
+const TABLES: [&str; 22] = [
     "s1-springs",
     "s1-sheets",
     "s1-methods",
@@ -24,6 +24,11 @@ const TABLES: [&str; 17] = [
     "s3-printed",
     "s3-press",
     "s3-stiffness",
+    "tournament-fastest",
+    "tournament-runs",
+    "limits",
+    "errata",
+    "s3-eq10",
 ];
 
 /// What follows `start` in a text, up to `end`, wherever it is.
@@ -44,7 +49,7 @@ fn a_quick_report_has_every_table_and_every_number_of_ours_its_run() {
     desk.taffeta(&words).assert().success();
     let page = fs::read_to_string(desk.path("out/report.html")).expect("the report");
     let tables: HashSet<&str> = all(&page, "<table id=\"", '"').collect();
-    for table in TABLES.into_iter().chain(["limits"]) {
+    for table in TABLES {
         assert!(tables.contains(table), "{table} of {tables:?}");
         assert!(desk.path(&format!("out/tables/{table}.csv")).is_file(), "{table}.csv");
     }
@@ -94,10 +99,7 @@ fn what_a_machine_with_a_gpu_brought_fills_its_rows() {
         }
     });
     fs::write(desk.path("gpu.jsonl"), format!("{line}\n")).expect("a file");
-    desk.taffeta()
-        .args(["reproduce", "s2", "--quick", "--out", "out", "--merge", "gpu.jsonl"])
-        .assert()
-        .success();
+    desk.taffeta(&["reproduce", "s2", "--quick", "--out", "out", "--merge", "gpu.jsonl"]).assert().success();
     let page = fs::read_to_string(desk.path("out/report.html")).expect("the report");
     assert!(page.contains("<a href=\"#run-s2-binned-gpu-160\">gpu, H9 (vulkan, discrete)</a>"));
     assert!(page.contains("<a href=\"#run-s2-binned-gpu-160\">25 %</a>"));

@@ -1,10 +1,11 @@
 //! Errata of S1 but for its constraints: threads, springs, contact, normals, counts.
 
+use super::Erratum;
 use super::finding::{Finding, NONE, found};
 use super::vector::{
     Chance, STEPS, Vector, add, cross, dot, norm, normalize, scale, sheet_springs, sub, sum,
 };
-use super::{Erratum, Paper};
+use crate::paper::Paper;
 use std::collections::BTreeSet;
 use taffeta::topology::shapes::grid_surface;
 use taffeta::topology::springs::{GridCounts, grid_counts};

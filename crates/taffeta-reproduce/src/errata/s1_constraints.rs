@@ -5,7 +5,8 @@ use super::dense::{
 };
 use super::finding::{Finding, NONE, found};
 use super::vector::{Chance, STEPS, Vector, add, scale, sheet_springs, sub};
-use super::{Erratum, Paper, vector};
+use super::{Erratum, vector};
+use crate::paper::Paper;
 use std::collections::BTreeSet;
 
 pub fn errata() -> Vec<Erratum> {

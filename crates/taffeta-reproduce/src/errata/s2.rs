@@ -1,8 +1,9 @@
 //! Errata of S2.
 
+use super::Erratum;
 use super::finding::{Finding, NONE, found};
 use super::vector::{Vector, cross, dot, norm, scale, sum};
-use super::{Erratum, Paper};
+use crate::paper::Paper;
 use std::collections::BTreeSet;
 
 pub fn errata() -> Vec<Erratum> {

@@ -1,8 +1,9 @@
 //! Errata of S3 but for its volume: time, sums, sizes.
 
+use super::Erratum;
 use super::finding::{Finding, NONE, found};
 use super::vector::ball;
-use super::{Erratum, Paper};
+use crate::paper::Paper;
 use taffeta::topology::Edges;
 
 pub fn errata() -> Vec<Erratum> {

@@ -1,8 +1,9 @@
 //! Errata of S3's volume, its gradient, its multiplier and its weights.
 
+use super::Erratum;
 use super::finding::{Finding, NONE, found};
 use super::vector::{Vector, add, ball, cross, dot, norm, scale, sub, sum};
-use super::{Erratum, Paper};
+use crate::paper::Paper;
 use std::f64::consts::PI;
 use taffeta::topology::Surface;
 use taffeta::topology::measure::volume;
