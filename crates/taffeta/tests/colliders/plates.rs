@@ -1,7 +1,8 @@
 //! Nothing passes a thin plate at 50 m/s, whoever moves.
 
-use crate::common::plates::{HEIGHTS, beside_the_upper, thin_plates};
-use crate::common::{V, build_as, norm, sub, weightless};
+use crate::common::plates::{HEIGHTS, ON_THE_UPPER, beside_the_upper, falling_short, thin_plates};
+use crate::common::state::put;
+use crate::common::{V, build_as, norm, positions, run, sub, weightless};
 use crate::depth::pushed;
 use taffeta::Precision;
 use taffeta::scene::{Body, Collider, Cylinder, Icosphere, Keyframe, Mass, Mesh, Place, Rotation, Scene};
@@ -136,6 +137,19 @@ fn thin_plates_leave_nodes_alone_that_are_off_them() {
         let after = pushed(thin_plates(&HEIGHTS), &places, precision);
         for (before, after) in places.iter().zip(after) {
             assert!(norm(sub(after, *before)) < 1e-6, "{precision:?}: {before:?} went to {after:?}");
+        }
+    }
+}
+
+#[test]
+fn a_way_through_a_plate_that_ends_short_of_another_is_stopped_by_the_first() {
+    let (scene, places) = falling_short();
+    for precision in [Precision::F32, Precision::F64] {
+        let mut simulation = build_as(&scene, precision, 1);
+        put(&mut simulation, &places);
+        run(&mut simulation, 1);
+        for ([_, start, _], [x, y, z]) in places.iter().zip(positions(&simulation)) {
+            assert!((y - ON_THE_UPPER).abs() < 1e-6, "{precision:?}: from {start} to {x} {y} {z}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Colliders of every shape on the GPU against the same on the CPU.
 
-use super::common::plates::{beside_the_upper, loose};
+use super::common::plates::{ON_THE_UPPER, beside_the_upper, falling_short, loose};
 use super::common::state::put;
 use super::common::{V, build_as, farthest, norm, positions, run, sub, turned, weightless};
 use super::constraints::{compare, drop};
@@ -249,6 +249,14 @@ fn thin_plates_leave_nodes_alone_that_are_off_them() {
     let places = beside_the_upper();
     for (before, after) in places.iter().zip(put_on_both(&loose(places.len()), &places, 1)) {
         assert!(norm(sub(after, *before)) < 1e-6, "{before:?} went to {after:?}");
+    }
+}
+
+#[test]
+fn a_way_through_a_plate_that_ends_short_of_another_is_stopped_by_the_first() {
+    let (scene, places) = falling_short();
+    for ([_, start, _], [x, y, z]) in places.iter().zip(put_on_both(&scene, &places, 1)) {
+        assert!((y - ON_THE_UPPER).abs() < 1e-6, "from {start} to {x} {y} {z}");
     }
 }
 

@@ -96,14 +96,16 @@ pub fn put_awkward(old: &mut State, new: &mut State, from: usize) -> usize {
     at
 }
 
-/// Puts some nodes under a corner of the upper plate, where one of its narrow sides seems the nearest by rounding.
+/// Puts some nodes under a corner of the upper plate, where one of its narrow sides seems the nearest by rounding, and some
+/// above the lower one, to where they come through the upper one.
 pub fn put_at_plates(old: &mut State, new: &mut State, from: usize) {
     let aside = |power: i32| 1e-7 * 1.4_f64.powi(power) - 0.4;
     let under = (1..13).flat_map(|i| [[aside(21), -0.25, aside(i)], [aside(i), -0.02, aside(11)]]);
-    for (at, x) in (from..).zip(under) {
-        let x = add(x, PLATES_AT).map(|c| c as f32);
-        old.position[at][..3].copy_from_slice(&x);
-        new.position[at][..3].copy_from_slice(&x);
+    let through = (0..12).map(|i| 0.04 * f64::from(i)).map(|x| ([x, 0.25 + x, -x], [x, x - 0.98, -x]));
+    for (at, (start, end)) in (from..).zip(under.map(|x| (x, x)).chain(through)) {
+        let [start, end] = [start, end].map(|x| add(x, PLATES_AT).map(|c| c as f32));
+        old.position[at][..3].copy_from_slice(&start);
+        new.position[at][..3].copy_from_slice(&end);
     }
 }
 

@@ -54,6 +54,7 @@ pub const FAULTS: &[Fault] = &[
         "at_end.depth <= 0.0 || dot3(at_end.normal, end - start) > 0.0",
         "at_end.depth <= 0.0",
     ),
+    ("contact_all_meshes", "at_end.depth <= 0.0 || dot3(at_end", "dot3(at_end"),
     ("contact_all_meshes", "way) < ASLANT &&", "way) < 0.0 &&"),
     ("contact_all_meshes", "&& faces > best.faces", ""),
     ("contact_all_meshes", "const GROOVES: u32 = 4u;", "const GROOVES: u32 = 1u;"),
