@@ -1,10 +1,9 @@
 //! Nodes that start inside colliders.
 
 use super::Assembly;
-use crate::collision::mesh::{Found, MeshNow, MeshSurface};
+use crate::collision::mesh::MeshSurface;
 use crate::collision::moving::ColliderNow;
 use crate::collision::shape::ShapeNow;
-use crate::collision::triangle::nearest;
 use crate::real::Real;
 use crate::scene::Scene;
 
@@ -52,32 +51,15 @@ impl Start {
     fn depth(&self, x: [f64; 3]) -> f64 {
         let depth = match (&self.now.shape, &self.surface) {
             (ShapeNow::Mesh(mesh), Some(surface)) => {
-                deepest_of(surface, mesh, mesh.local(x)).map(|depth| depth - mesh.offset)
+                let place = mesh.local(x);
+                let is_within = surface.solid && !surface.tree(mesh).is_outside(place);
+                let depth = if is_within { surface.depth(mesh, place, f64::FAR) } else { None };
+                depth.map(|depth| depth - mesh.offset)
             }
             _ => self.now.depth_and_normal(x).map(|(depth, _)| depth - self.offset),
         };
         depth.unwrap_or(0.0)
     }
-}
-
-/// Depth of a place in a solid with its offset [m]; nothing where it is surely outside.
-fn deepest_of(surface: &MeshSurface<f64>, mesh: &MeshNow<f64>, x: [f64; 3]) -> Option<f64> {
-    let tree = surface.tree(mesh);
-    if !surface.solid || tree.is_outside(x) {
-        return None;
-    }
-    let mut best: Option<Found<f64>> = None;
-    tree.visit_around(x, f64::FAR, |triangles| {
-        for triangle in triangles {
-            let at = nearest(x, &surface.corners(mesh, triangle, mesh.shares[1]));
-            if best.as_ref().is_none_or(|best| at.squared < best.at.squared) {
-                best = Some(Found { triangle, at });
-            }
-        }
-        best.as_ref().map_or(f64::FAR, |best| best.at.squared)
-    });
-    let found = best?;
-    Some(surface.resting(mesh, x, &found, &tree.around(x, found.at.squared)).depth)
 }
 
 #[cfg(test)]

@@ -268,6 +268,30 @@ impl<T: Real> MeshSurface<T> {
         &self.trees[(now.pose as usize).min(self.trees.len() - 1)]
     }
 
+    /// How deep a place is, offset included [m]; nothing where no triangle is nearer than the root of `most` [m²].
+    pub fn depth(&self, now: &MeshNow<T>, x: [T; 3], most: T) -> Option<T> {
+        let found = self.nearest_of(now, x, most)?;
+        Some(self.resting(now, x, &found, &self.tree(now).around(x, found.at.squared)).depth)
+    }
+
+    /// The nearest point, if it is nearer than the root of `most` [m²].
+    fn nearest_of(&self, now: &MeshNow<T>, x: [T; 3], most: T) -> Option<Found<T>> {
+        let mut best: Option<Found<T>> = None;
+        let bound = |best: Option<Found<T>>| best.map_or(most, |best| best.at.squared);
+        self.tree(now).visit_around(x, most, |triangles| {
+            for triangle in triangles {
+                let at = nearest(x, &self.corners(now, triangle, now.shares[1]));
+                let is_first =
+                    best.is_some_and(|best| at.squared == best.at.squared && triangle < best.triangle);
+                if at.squared < bound(best) || is_first {
+                    best = Some(Found { triangle, at });
+                }
+            }
+            bound(best)
+        });
+        best
+    }
+
     /// The first triangle that a way passes through while the mesh moves, and where.
     pub fn first_crossing(
         &self,

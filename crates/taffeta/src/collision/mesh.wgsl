@@ -257,41 +257,20 @@ fn corners_on(nodes: vec3u, wanted: vec3u) -> vec3<bool> {
     return vec3<bool>(any(wanted == vec3u(nodes.x)), any(wanted == vec3u(nodes.y)), any(wanted == vec3u(nodes.z)));
 }
 
-/// Sum over the triangles that share the corner or edge on which the nearest point is: they are no farther than it is.
-fn pseudonormal_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> vec3f {
+/// Which way leads out, as far as triangles around the nearest point have told.
+struct Outward {
+    way: vec3f,
+    /// Square of the cosine between it and the way from the nearest point; 0 of a sum.
+    faces: f32,
+}
+
+/// Adds the pseudonormal of a triangle, if it shares the corner or edge on which the nearest point is.
+fn with_pseudonormal(sum: Outward, collider: Collider, mesh: MeshPart, found: Nearest, triangle: u32) -> Outward {
     let own = found.shares != vec3f(0.0);
     let wanted = select(vec3u(NO_TRIANGLE), mesh_data[mesh.triangles + found.triangle].xyz, own);
-    var sum = vec3f(0.0);
-    var stack: array<u32, 40>;
-    stack[0] = 1u;
-    var waiting = 1u;
-    while waiting > 0u && may_turn() {
-        waiting--;
-        let index = stack[waiting];
-        if index >= 4u * mesh.width {
-            let triangle = index - 4u * mesh.width;
-            if triangle < mesh.count {
-                let at = corners_on(mesh_data[mesh.triangles + triangle].xyz, wanted);
-                if corners_in(at) == corners_in(own) {
-                    sum += pseudonormal(corners_of(mesh, triangle, collider.v), at);
-                }
-            }
-            continue;
-        }
-        if box_squared(mesh, index, x) > found.squared * LOOSE + mesh.grain {
-            continue;
-        }
-        if index >= mesh.width {
-            stack[waiting] = 4u * index + 3u;
-            stack[waiting + 1u] = 4u * index + 2u;
-            stack[waiting + 2u] = 4u * index + 1u;
-            stack[waiting + 3u] = 4u * index;
-            waiting += 4u;
-            continue;
-        }
-        stack[waiting] = 2u * index + 1u;
-        stack[waiting + 1u] = 2u * index;
-        waiting += 2u;
+    let at = corners_on(mesh_data[mesh.triangles + triangle].xyz, wanted);
+    if corners_in(at) == corners_in(own) {
+        return Outward(sum.way + pseudonormal(corners_of(mesh, triangle, collider.v), at), 0.0);
     }
     return sum;
 }
@@ -302,12 +281,25 @@ fn facing(apart: vec3f, squared: f32, way: vec3f) -> f32 {
     return along * along / (squared * dot3(way, way) + TINY);
 }
 
-/// Of the way out at the nearest point, and the normals of triangles that are as near as numbers tell, the one that faces
-/// the place most: a triangle seen aslant may seem the nearest by rounding, and has nothing to say then.
-fn most_facing(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, way: vec3f) -> vec3f {
-    let bound = found.squared * (1.0 + EPSILON * 16.0);
-    var best = way;
-    var most = facing(found.apart, found.squared, way);
+/// The normal of a triangle, if that is no farther than `bound` [m²] and faces the place more.
+fn more_facing(best: Outward, collider: Collider, mesh: MeshPart, x: vec3f, bound: f32, triangle: u32) -> Outward {
+    let corners = corners_of(mesh, triangle, collider.v);
+    let apart = x - mix_of(corners, shares_of_nearest(x, corners));
+    let squared = dot3(apart, apart);
+    let normal = normal_of(corners);
+    let faces = facing(apart, squared, normal);
+    if squared <= bound && faces > best.faces {
+        return Outward(normal, faces);
+    }
+    return best;
+}
+
+/// Asks all triangles that may be no farther than `bound` [m²]: for the one that faces the place most, or for the sum of their
+/// pseudonormals.
+fn asked_around(
+    start: Outward, collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, bound: f32, is_aslant: bool,
+) -> Outward {
+    var outward = start;
     var stack: array<u32, 40>;
     stack[0] = 1u;
     var waiting = 1u;
@@ -316,16 +308,10 @@ fn most_facing(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, way
         let index = stack[waiting];
         if index >= 4u * mesh.width {
             let triangle = index - 4u * mesh.width;
-            if triangle < mesh.count {
-                let corners = corners_of(mesh, triangle, collider.v);
-                let apart = x - mix_of(corners, shares_of_nearest(x, corners));
-                let squared = dot3(apart, apart);
-                let normal = normal_of(corners);
-                let faces = facing(apart, squared, normal);
-                if squared <= bound && faces > most {
-                    most = faces;
-                    best = normal;
-                }
+            if triangle < mesh.count && is_aslant {
+                outward = more_facing(outward, collider, mesh, x, bound, triangle);
+            } else if triangle < mesh.count {
+                outward = with_pseudonormal(outward, collider, mesh, found, triangle);
             }
             continue;
         }
@@ -344,7 +330,21 @@ fn most_facing(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, way
         stack[waiting + 1u] = 2u * index;
         waiting += 2u;
     }
-    return best;
+    return outward;
+}
+
+/// Sum over the triangles that share the corner or edge on which the nearest point is: they are no farther than it is.
+fn pseudonormal_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> vec3f {
+    let none = Outward(vec3f(0.0), 0.0);
+    return asked_around(none, collider, mesh, x, found, found.squared, false).way;
+}
+
+/// Of the way out at the nearest point, and the normals of triangles that are as near as numbers tell, the one that faces
+/// the place most: a triangle seen aslant may seem the nearest by rounding, and has nothing to say then.
+fn most_facing(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, way: vec3f) -> vec3f {
+    let bound = found.squared * (1.0 + EPSILON * 16.0);
+    let start = Outward(way, facing(found.apart, found.squared, way));
+    return asked_around(start, collider, mesh, x, found, bound, true).way;
 }
 
 /// Which way leads out of a solid at the nearest point, of any length.

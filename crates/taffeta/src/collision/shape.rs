@@ -1,6 +1,6 @@
 //! Solid shapes: how deep a place is inside, and which way leads out. All of them but meshes are convex.
 
-use crate::real::{Real, dot, norm, scale, sub};
+use crate::real::{Real, add, dot, norm, scale, sub};
 
 /// The shapes, where they are at the end of a sub-step, surface offset included.
 #[derive(Clone, Copy, Debug)]
@@ -115,7 +115,8 @@ impl<T: Real> Solid<T> for BoxNow<T> {
         let [u, v, w] = self.axes;
         let from = sub(x, self.center);
         let place = [dot(u, from), dot(v, from), dot(w, from)];
-        let [a, b, c] = [0, 1, 2].map(|i| beyond(place[i], self.half[i]));
+        let [p, q, r] = place;
+        let (a, b, c) = (beyond(p, self.half[0]), beyond(q, self.half[1]), beyond(r, self.half[2]));
         let outside = [positive(a.0), positive(b.0), positive(c.0)];
         let (distance, direction) = length_and_direction(outside, [T::ZERO; 3]);
         // Inside, the nearest face is the way out.
@@ -127,7 +128,8 @@ impl<T: Real> Solid<T> for BoxNow<T> {
         let inside = deepest <= T::ZERO;
         let pick = |i: usize| if inside { face[i] } else { direction[i] };
         let [p, q, r] = [pick(0) * a.1, pick(1) * b.1, pick(2) * c.1];
-        let normal = [0, 1, 2].map(|i| u[i] * p + v[i] * q + w[i] * r);
+        let along = |i: usize| u[i] * p + v[i] * q + w[i] * r;
+        let normal = [along(0), along(1), along(2)];
         (self.offset - if inside { deepest } else { distance }, normal)
     }
 
@@ -178,7 +180,7 @@ impl<T: Real> Solid<T> for CylinderNow<T> {
         let flat = if by_end { T::ONE } else { T::ZERO };
         let p = if inside { flat } else { direction[0] } * end.1;
         let q = if inside { T::ONE - flat } else { direction[1] };
-        let normal = [0, 1, 2].map(|i| self.axis[i] * p + outward[i] * q);
+        let normal = add(scale(self.axis, p), scale(outward, q));
         (self.offset - if inside { deepest } else { distance }, normal)
     }
 
@@ -212,7 +214,8 @@ fn length_and_direction<T: Real>(d: [T; 3], other: [T; 3]) -> (T, [T; 3]) {
     let far = squared > T::TINY;
     let inverse = T::ONE / if far { length } else { T::ONE };
     let along = scale(d, inverse);
-    (length, [0, 1, 2].map(|i| if far { along[i] } else { other[i] }))
+    let pick = |i: usize| if far { along[i] } else { other[i] };
+    (length, [pick(0), pick(1), pick(2)])
 }
 
 /// A unit vector across another: any would do, this one is the same everywhere.
@@ -261,7 +264,7 @@ pub fn entry<T: Real>(solid: impl Solid<T>, start: [T; 3], end: [T; 3]) -> Optio
     }
     let mut share = T::ZERO;
     for _ in 0..ENTRIES {
-        let place = [0, 1, 2].map(|i| start[i] + way[i] * share);
+        let place = add(start, scale(way, share));
         let (depth, normal) = solid.depth_and_normal(place);
         let approach = -dot(normal, way);
         let comes = approach > T::ZERO;
@@ -278,7 +281,7 @@ pub fn entry<T: Real>(solid: impl Solid<T>, start: [T; 3], end: [T; 3]) -> Optio
         }
         share = next;
     }
-    let place = [0, 1, 2].map(|i| start[i] + way[i] * share);
+    let place = add(start, scale(way, share));
     let (depth, normal) = solid.depth_and_normal(place);
     Some((depth - dot(normal, way) * (T::ONE - share), normal))
 }

@@ -2,10 +2,9 @@
 
 use super::Simulation;
 use crate::assembly::BodyAssembly;
-use crate::collision::mesh::{Found, MeshNow, MeshSurface};
+use crate::collision::mesh::MeshSurface;
 use crate::collision::moving::ColliderNow;
 use crate::collision::shape::ShapeNow;
-use crate::collision::triangle::nearest;
 
 impl Simulation {
     /// Velocities of all vertices [m/s], bodies one after the other, in the meshes' own order; none has what no face uses.
@@ -47,24 +46,11 @@ impl Simulation {
 /// How far a place is from where a collider, with its offset, would hold a node back [m].
 fn gap_of(collider: &ColliderNow<f64>, surfaces: &[MeshSurface<f64>], x: [f64; 3], reach: f64) -> f64 {
     match &collider.shape {
-        ShapeNow::Mesh(mesh) => gap_of_mesh(&surfaces[mesh.index as usize], mesh, mesh.local(x), reach),
+        ShapeNow::Mesh(mesh) => {
+            let within = reach + mesh.offset;
+            let depth = surfaces[mesh.index as usize].depth(mesh, mesh.local(x), within * within);
+            depth.map_or(reach, |depth| -depth)
+        }
         _ => collider.depth_and_normal(x).map_or(reach, |(depth, _)| -depth),
     }
-}
-
-fn gap_of_mesh(surface: &MeshSurface<f64>, mesh: &MeshNow<f64>, x: [f64; 3], reach: f64) -> f64 {
-    let (tree, within) = (surface.tree(mesh), reach + mesh.offset);
-    let mut best: Option<Found<f64>> = None;
-    let nearest_so_far =
-        |best: &Option<Found<f64>>| best.as_ref().map_or(within * within, |best| best.at.squared);
-    tree.visit_around(x, within * within, |triangles| {
-        for triangle in triangles {
-            let at = nearest(x, &surface.corners(mesh, triangle, mesh.shares[1]));
-            if at.squared < nearest_so_far(&best) {
-                best = Some(Found { triangle, at });
-            }
-        }
-        nearest_so_far(&best)
-    });
-    best.map_or(reach, |found| -surface.resting(mesh, x, &found, &tree.around(x, found.at.squared)).depth)
 }

@@ -1,25 +1,12 @@
 //! Where a surface is, and which way leads out of it, at many places: against formulas of its own.
 
 use super::reference::{Faces, Form, turn};
-use crate::common::state::{any, noise};
+use crate::common::state::{any, noise, put};
 use crate::common::{V, add, build_as, norm, positions, run, scale, sub, weightless};
 use std::sync::Arc;
+use taffeta::Precision;
 use taffeta::scene::{Body, Collider, Cube, Cylinder, Icosphere, Mass, Mesh, Place, Rotation, Torus};
 use taffeta::topology::Surface;
-use taffeta::{Precision, Simulation};
-
-/// Puts nodes at places, at rest.
-pub fn put(simulation: &mut Simulation, x: &[V]) {
-    let mut snapshot = simulation.snapshot();
-    snapshot.precision = Precision::F64;
-    snapshot.state = x
-        .iter()
-        .flatten()
-        .chain([0.0; 3].iter().cycle().take(3 * x.len()))
-        .flat_map(|c| c.to_le_bytes())
-        .collect();
-    simulation.restore(&snapshot).expect("it fits");
-}
 
 /// Where a collider moves nodes that are put at places.
 pub fn pushed(collider: Collider, x: &[V], precision: Precision) -> Vec<V> {

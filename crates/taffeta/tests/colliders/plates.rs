@@ -1,7 +1,9 @@
 //! Nothing passes a thin plate at 50 m/s, whoever moves.
 
-use crate::common::{V, build_as, norm, sub, weightless};
-use crate::depth::{data, pushed};
+use crate::common::plates::{HEIGHTS, ON_THE_UPPER, beside_the_upper, falling_short, thin_plates};
+use crate::common::state::put;
+use crate::common::{V, build_as, norm, positions, run, sub, weightless};
+use crate::depth::pushed;
 use taffeta::Precision;
 use taffeta::scene::{Body, Collider, Cylinder, Icosphere, Keyframe, Mass, Mesh, Place, Rotation, Scene};
 
@@ -128,40 +130,26 @@ fn an_offset_much_larger_than_the_mesh_is_kept() {
     }
 }
 
-/// Level plates of 0.8 m and a tenth of a millimetre, in 12 triangles each, at these heights [m].
-fn thin_plates(heights: &[f64]) -> Collider {
-    let corner = |i: u32, y: f64| {
-        [(1, 0.4, 0.0), (2, 5e-5, y), (4, 0.4, 0.0)]
-            .map(|(bit, x, at)| at + if i & bit == 0 { -x } else { x })
-    };
-    let quads = [[0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
-    let of = |plate: u32| triangles.clone().map(move |corners| corners.map(|corner: u32| corner + 8 * plate));
-    let nodes = heights.iter().flat_map(|&y| (0..8).map(move |i| corner(i, y))).collect();
-    Collider::mesh(data(nodes, (0..heights.len() as u32).flat_map(of).collect())).offset(0.01)
+#[test]
+fn thin_plates_leave_nodes_alone_that_are_off_them() {
+    let places = beside_the_upper();
+    for precision in [Precision::F32, Precision::F64] {
+        let after = pushed(thin_plates(&HEIGHTS), &places, precision);
+        for (before, after) in places.iter().zip(after) {
+            assert!(norm(sub(after, *before)) < 1e-6, "{precision:?}: {before:?} went to {after:?}");
+        }
+    }
 }
 
 #[test]
-fn thin_plates_leave_nodes_alone_that_are_off_them() {
-    // Around a corner and along two edges of the upper one, above, below and beside.
-    let aside = |n: i32| f64::from((n - 30).signum()) * 1e-7 * 1.4_f64.powi((n - 30).abs());
-    let mut places = Vec::new();
-    for (y, (i, j)) in [-0.3, -0.2158796, -0.02, 0.0, 0.02, 0.2]
-        .into_iter()
-        .flat_map(|y| (0..61).flat_map(move |i| (0..61).map(move |j| (y, (i, j)))))
-    {
-        places.push([0.4 + aside(i), y, 0.4 + aside(j)]);
-        places.push([-0.4 + aside(i), y, -0.4 + aside(j)]);
-        places.push([0.4 + aside(i), y, -0.4 + 0.0133 * f64::from(j)]);
-        places.push([-0.4 + 0.0133 * f64::from(i), y, -0.4 + aside(j)]);
-    }
-    places.retain(|[x, y, z]| {
-        norm([(x.abs() - 0.4).max(0.0), (y.abs() - 5e-5).max(0.0), (z.abs() - 0.4).max(0.0)]) > 0.0101
-    });
+fn a_way_through_a_plate_that_ends_short_of_another_is_stopped_by_the_first() {
+    let (scene, places) = falling_short();
     for precision in [Precision::F32, Precision::F64] {
-        let after = pushed(thin_plates(&[0.0, -1.0]), &places, precision);
-        for (before, after) in places.iter().zip(after) {
-            assert!(norm(sub(after, *before)) < 1e-6, "{precision:?}: {before:?} went to {after:?}");
+        let mut simulation = build_as(&scene, precision, 1);
+        put(&mut simulation, &places);
+        run(&mut simulation, 1);
+        for ([_, start, _], [x, y, z]) in places.iter().zip(positions(&simulation)) {
+            assert!((y - ON_THE_UPPER).abs() < 1e-6, "{precision:?}: from {start} to {x} {y} {z}");
         }
     }
 }

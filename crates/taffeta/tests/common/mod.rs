@@ -6,6 +6,7 @@ pub mod compare;
 pub mod constraints;
 pub mod levels;
 pub mod lists;
+pub mod plates;
 pub mod primal;
 pub mod reference;
 pub mod settled;

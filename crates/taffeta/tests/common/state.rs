@@ -29,6 +29,19 @@ pub fn set(simulation: &mut Simulation, x: &[V], v: &[V]) {
     simulation.restore(&snapshot).expect("it fits");
 }
 
+/// Puts nodes at places, at rest.
+pub fn put(simulation: &mut Simulation, x: &[V]) {
+    let mut snapshot = simulation.snapshot();
+    snapshot.precision = Precision::F64;
+    snapshot.state = x
+        .iter()
+        .flatten()
+        .chain([0.0; 3].iter().cycle().take(3 * x.len()))
+        .flat_map(|c| c.to_le_bytes())
+        .collect();
+    simulation.restore(&snapshot).expect("it fits");
+}
+
 /// Numbers from -1 to 1, the same ones every time.
 pub fn noise(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;

@@ -1,6 +1,8 @@
 //! Colliders of every shape on the GPU against the same on the CPU.
 
-use super::common::{build_as, farthest, positions, run, turned, weightless};
+use super::common::plates::{ON_THE_UPPER, beside_the_upper, falling_short, loose};
+use super::common::state::put;
+use super::common::{V, build_as, farthest, norm, positions, run, sub, turned, weightless};
 use super::constraints::{compare, drop};
 use super::pairs::heap;
 use super::{gpu, kept, on_gpu, small_gpu, soft, with};
@@ -228,6 +230,33 @@ fn nothing_passes_a_thin_plate_at_50_metres_a_second() {
                 assert!(y > least, "{name}: {x} {y} {z}");
             }
         }
+    }
+}
+
+/// Where nodes go that are put at places: the same on both.
+fn put_on_both(scene: &Scene, places: &[V], frames: u32) -> Vec<V> {
+    let (mut cpu, mut on_gpu) = (build_as(scene, Precision::F32, 1), on_gpu(scene));
+    for simulation in [&mut cpu, &mut on_gpu] {
+        put(simulation, places);
+        run(simulation, frames);
+    }
+    assert_eq!(farthest(&positions(&cpu), &positions(&on_gpu)), 0.0);
+    positions(&on_gpu)
+}
+
+#[test]
+fn thin_plates_leave_nodes_alone_that_are_off_them() {
+    let places = beside_the_upper();
+    for (before, after) in places.iter().zip(put_on_both(&loose(places.len()), &places, 1)) {
+        assert!(norm(sub(after, *before)) < 1e-6, "{before:?} went to {after:?}");
+    }
+}
+
+#[test]
+fn a_way_through_a_plate_that_ends_short_of_another_is_stopped_by_the_first() {
+    let (scene, places) = falling_short();
+    for ([_, start, _], [x, y, z]) in places.iter().zip(put_on_both(&scene, &places, 1)) {
+        assert!((y - ON_THE_UPPER).abs() < 1e-6, "from {start} to {x} {y} {z}");
     }
 }
 

@@ -106,10 +106,13 @@ impl Fixture {
 
     /// With meshes among the colliders.
     pub fn with_meshes(seed: u64, exact: bool) -> Result<Self, String> {
-        let mut fixture = Self::of(&among_meshes(scene(0.0087, !exact)), seed, exact)?;
+        let mut scene = among_meshes(scene(0.0087, !exact));
+        scene.colliders.push(mesh_scene::plates());
+        let mut fixture = Self::of(&scene, seed, exact)?;
         if exact {
             let from = fixture.cpu.assembly().bodies[1].first;
-            mesh_scene::put_awkward(&mut fixture.old, &mut fixture.new, from);
+            let from = mesh_scene::put_awkward(&mut fixture.old, &mut fixture.new, from);
+            mesh_scene::put_at_plates(&mut fixture.old, &mut fixture.new, from);
             fixture.put_old();
         }
         Ok(fixture)

@@ -7,11 +7,16 @@ use crate::collision::press::{Coming, Press};
 use crate::collision::shape::ShapeNow;
 use crate::collision::triangle::nearest;
 use crate::gpu::layout::Met;
-use crate::real::Real;
+use crate::real::{Real, add};
 use crate::scene::{Collider, Icosphere, Keyframe, Mesh, Place, Rotation};
+use crate::topology::Surface;
+use std::sync::Arc;
 
 /// Height of the still sheet, its side, and the distance that it keeps [m]: powers of two.
 pub const SHEET: [f32; 3] = [0.5, 0.75, 0.03125];
+
+/// Where the middle of the upper plate is [m].
+const PLATES_AT: [f64; 3] = [6.0, 2.5, 3.0];
 
 fn place(axis: [f64; 3], degrees: f64, position: [f64; 3]) -> Place {
     Place { position, rotation: Some(Rotation { axis, degrees }), ..Place::default() }
@@ -44,6 +49,21 @@ pub fn colliders() -> Vec<Collider> {
     ]
 }
 
+/// Two level plates of 0.8 m and a tenth of a millimetre in one mesh, a metre apart, far from all else.
+pub fn plates() -> Collider {
+    let corner = |i: u32, y: f64| {
+        [(1, 0.4, 0.0), (2, 5e-5, y), (4, 0.4, 0.0)]
+            .map(|(bit, x, at)| at + if i & bit == 0 { -x } else { x })
+    };
+    let quads = [[0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = quads.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    let of = |plate: u32| triangles.clone().map(move |corners| corners.map(|corner: u32| corner + 8 * plate));
+    let nodes = [0.0, -1.0].into_iter().flat_map(|y| (0..8).map(move |i| corner(i, y))).collect();
+    let surface = Surface::of_triangles(nodes, (0..2).flat_map(of).collect());
+    let place = Place { position: PLATES_AT, ..Place::default() };
+    Collider::mesh(Mesh::Surface(Arc::new(surface))).placed(place).offset(0.01)
+}
+
 /// A sheet that goes from pose to pose, about one in a sub-step.
 fn waves() -> Collider {
     let (rows, cols) = (5_u32, 6_u32);
@@ -59,8 +79,8 @@ fn waves() -> Collider {
 }
 
 /// Puts some nodes on nodes, edges and faces of the still sheet, a hair beside what it keeps, and on its other side; they
-/// come from there, from the other side, or from where they are.
-pub fn put_awkward(old: &mut State, new: &mut State, from: usize) {
+/// come from there, from the other side, or from where they are. Returns the first node that is left.
+pub fn put_awkward(old: &mut State, new: &mut State, from: usize) -> usize {
     let [height, side, offset] = SHEET;
     let along = [0.0, 0.5, 0.25, 0.125, -0.5].map(|share| share * side);
     let heights = [0.0, offset, offset.next_up(), offset.next_down(), 0.5 * offset, -0.5 * offset, -offset];
@@ -72,6 +92,20 @@ pub fn put_awkward(old: &mut State, new: &mut State, from: usize) {
             old.position[at][..3].copy_from_slice(&[x, height + start, along[(i + 2 * j) % 5]]);
             at += 1;
         }
+    }
+    at
+}
+
+/// Puts some nodes under a corner of the upper plate, where one of its narrow sides seems the nearest by rounding, and some
+/// above the lower one, to where they come through the upper one.
+pub fn put_at_plates(old: &mut State, new: &mut State, from: usize) {
+    let aside = |power: i32| 1e-7 * 1.4_f64.powi(power) - 0.4;
+    let under = (1..13).flat_map(|i| [[aside(21), -0.25, aside(i)], [aside(i), -0.02, aside(11)]]);
+    let through = (0..12).map(|i| 0.04 * f64::from(i)).map(|x| ([x, 0.25 + x, -x], [x, x - 0.98, -x]));
+    for (at, (start, end)) in (from..).zip(under.map(|x| (x, x)).chain(through)) {
+        let [start, end] = [start, end].map(|x| add(x, PLATES_AT).map(|c| c as f32));
+        old.position[at][..3].copy_from_slice(&start);
+        new.position[at][..3].copy_from_slice(&end);
     }
 }
 

@@ -54,6 +54,8 @@ pub const FAULTS: &[Fault] = &[
         "at_end.depth <= 0.0 || dot3(at_end.normal, end - start) > 0.0",
         "at_end.depth <= 0.0",
     ),
+    ("contact_all_meshes", "at_end.depth <= 0.0 || dot3(at_end", "dot3(at_end"),
+    ("contact_all_meshes", "way) < ASLANT &&", "way) < 0.0 &&"),
     ("contact_all_meshes", "const GROOVES: u32 = 4u;", "const GROOVES: u32 = 1u;"),
     ("contact_all_meshes", "corners_in(at) == corners_in(own)", "triangle == found.triangle"),
     ("contact_all_meshes", "min(best.squared, most) * LOOSE + mesh.grain", "0.5 * min(best.squared, most)"),
