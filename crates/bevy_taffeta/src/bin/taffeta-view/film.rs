@@ -1,6 +1,6 @@
 //! Where the pictures of a film go: into an MP4 by ffmpeg, or into PNG files.
 
-use crate::failure::Failure;
+use bevy_taffeta::taffeta_io::program::Failure;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};

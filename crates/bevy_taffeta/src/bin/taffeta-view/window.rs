@@ -1,7 +1,6 @@
 //! A window that shows a scene: what can be seen, and what can be done with mouse and keys.
 
 use crate::args::Args;
-use crate::failure::Failure;
 use crate::plots::history;
 use crate::save::{Source, saved};
 use crate::settled::{Settled, settled};
@@ -11,6 +10,7 @@ use bevy::camera::RenderTarget;
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
 use bevy::window::WindowResolution;
+use bevy_taffeta::taffeta_io::program::Failure;
 use std::path::PathBuf;
 
 /// Frames from one report of a simulation on a shared device to the next: plots need some.
