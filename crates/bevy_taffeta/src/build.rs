@@ -263,7 +263,7 @@ impl Plan<'_, '_, '_> {
                 collider.name = name.to_string();
             }
             scene.colliders.push(collider);
-            RunningCollider { entity: one.entity, start, last: start, keyed }
+            RunningCollider { entity: one.entity, start, last: start, keyed, shown: None }
         };
         self.entities.colliders.iter_many(&self.members.colliders).map(add).collect()
     }

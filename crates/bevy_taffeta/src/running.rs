@@ -80,6 +80,8 @@ pub struct RunningCollider {
     pub last: Rigid,
     /// Whether the scene moves it, and the entity follows.
     pub keyed: bool,
+    /// The frame, and the share of it, that its mesh was brought to last, where poses change its shape.
+    pub shown: Option<(u32, f32)>,
 }
 
 impl Running {
