@@ -37,6 +37,8 @@ pub struct Running {
 pub struct Timing {
     /// One frame, as the program waited for it [s]. Where the device is shared only frames with a report are waited for.
     pub frame: f64,
+    /// Building the simulation as it is [s].
+    pub build: f64,
     /// The stages of the last frame that was [timed](Running::time_stages) by name [s]; nothing where none was, or where the
     /// device cannot tell.
     pub stages: Vec<(&'static str, f64)>,

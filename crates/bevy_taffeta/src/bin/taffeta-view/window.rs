@@ -5,7 +5,7 @@ use crate::plots::history;
 use crate::save::{Source, saved};
 use crate::settled::{Settled, settled};
 use crate::stage::{self, Opened, StagePlugin};
-use crate::{colours, grab, looks, orbit, panel, play, save, wires};
+use crate::{changes, colours, grab, looks, orbit, panel, play, save, wires};
 use bevy::camera::RenderTarget;
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
@@ -59,6 +59,7 @@ pub fn hands(app: &mut App) {
     app.add_plugins((
         looks::looks,
         play::play,
+        changes::changes,
         history,
         orbit::orbit,
         grab::grab,
