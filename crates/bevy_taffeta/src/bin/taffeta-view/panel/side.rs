@@ -41,10 +41,10 @@ pub fn show(
                     ui.add_space(4.0);
                     drawing(ui, &mut looks);
                     let waiting = &mut changes.bypass_change_detection().waiting;
-                    if let Ok((root, mut world, environment, running)) = worlds.single_mut() {
-                        if settings(ui, world.bypass_change_detection(), environment, running) {
-                            waiting.insert(root);
-                        }
+                    if let Ok((root, mut world, environment, running)) = worlds.single_mut()
+                        && settings(ui, world.bypass_change_detection(), environment, running)
+                    {
+                        waiting.insert(root);
                     }
                     materials(ui, &mut bodies, waiting);
                     feel(ui, &mut colliders, waiting);
