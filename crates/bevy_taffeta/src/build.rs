@@ -13,6 +13,7 @@ use bevy::ecs::query::QueryData;
 use bevy::ecs::system::SystemParam;
 use bevy::platform::collections::{HashMap, HashSet};
 use bevy::prelude::*;
+use std::time::Instant;
 use taffeta::scene::{self, Body, Place, Scene, SceneError};
 use taffeta::taffeta_gpu::Gpu;
 use taffeta::{Options, Simulation};
@@ -100,8 +101,10 @@ pub fn build(
             }
         } else if world.is_due(&members, &entities, building.refused.contains(&world.entity)) {
             let plan = Plan { world: &world, members: &members, entities: &entities };
+            let clock = Instant::now();
             match plan.run(&mut building) {
-                Ok(running) => {
+                Ok(mut running) => {
+                    running.timing.build = clock.elapsed().as_secs_f64();
                     building.refused.remove(&world.entity);
                     for body in &running.bodies {
                         commands.entity(body.entity).insert(Mesh3d(body.mesh.handle.clone()));
@@ -263,7 +266,7 @@ impl Plan<'_, '_, '_> {
                 collider.name = name.to_string();
             }
             scene.colliders.push(collider);
-            RunningCollider { entity: one.entity, start, last: start, keyed }
+            RunningCollider { entity: one.entity, start, last: start, keyed, shown: None }
         };
         self.entities.colliders.iter_many(&self.members.colliders).map(add).collect()
     }

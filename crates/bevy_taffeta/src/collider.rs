@@ -1,15 +1,17 @@
 //! Colliders that follow transforms, and meshes to draw them.
 
 use crate::drawn::mesh_of;
+use crate::running::Running;
 use bevy::math::primitives::{Capsule3d, Cuboid, Cylinder, Plane3d, Sphere};
-use bevy::mesh::{MeshBuilder, Meshable};
+use bevy::mesh::{MeshBuilder, Meshable, PrimitiveTopology};
 use bevy::prelude::*;
 use taffeta::scene::{Bar, Collider, Shape};
 use taffeta::topology::{Placement, Surface, ground, shapes};
 use taffeta_io::output::Drawn;
 
 /// What bodies of its world cannot enter: a shape in the coordinates of its transform, which it follows. With keyframes of
-/// its own the transform follows them instead.
+/// its own the transform follows them instead. Where poses change the shape of its mesh, the mesh that [`collider_mesh`] makes
+/// changes with it.
 #[derive(Component, Clone, Debug)]
 #[require(Transform, Visibility)]
 pub struct SoftCollider(pub Collider);
@@ -129,6 +131,45 @@ fn surface_mesh(collider: &Collider, surface: &Surface) -> Mesh {
     mesh_of(&drawn, places, vec![[0.0, 1.0, 0.0]; count], false)
         .with_computed_area_weighted_normals()
         .transformed_by(transform_of(collider, &surface.nodes))
+}
+
+/// Brings the meshes of colliders whose shape changes to where these are drawn now.
+pub fn show_shapes(
+    mut worlds: Query<&mut Running>,
+    drawn: Query<(&Mesh3d, &GlobalTransform)>,
+    meshes: Option<ResMut<Assets<Mesh>>>,
+) {
+    let Some(mut meshes) = meshes else { return };
+    for mut running in &mut worlds {
+        let now = (running.simulation.frame(), running.share);
+        let Running { simulation, colliders, .. } = &mut *running;
+        for (index, one) in colliders.iter_mut().enumerate().filter(|(_, one)| one.shown != Some(now)) {
+            let (Some(nodes), Ok((mesh, transform))) =
+                (simulation.collider_nodes(index, f64::from(now.1)), drawn.get(one.entity))
+            else {
+                continue;
+            };
+            // Another mesh that is drawn instead is not ours to change.
+            if !meshes.get(&mesh.0).is_some_and(|mesh| shows(mesh, nodes.len())) {
+                continue;
+            }
+            let Some(mut mesh) = meshes.get_mut(&mesh.0) else { continue };
+            one.shown = Some(now);
+            // The engine's nodes are in the world, where the entity was when the simulation was built.
+            let (scale, ..) = transform.to_scale_rotation_translation();
+            let back = one.start.transform(scale).compute_affine().inverse();
+            let local = |node: &[f64; 3]| back.transform_point3(vec3(*node)).to_array();
+            mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, nodes.iter().map(local).collect::<Vec<_>>());
+            mesh.compute_area_weighted_normals();
+        }
+    }
+}
+
+/// Whether it is a surface with this number of vertices that the renderer has not taken away.
+fn shows(mesh: &Mesh, vertices: usize) -> bool {
+    mesh.primitive_topology() == PrimitiveTopology::TriangleList
+        && mesh.try_indices().is_ok()
+        && mesh.try_attribute(Mesh::ATTRIBUTE_POSITION).is_ok_and(|places| places.len() == vertices)
 }
 
 #[cfg(test)]

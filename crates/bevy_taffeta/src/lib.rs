@@ -102,7 +102,7 @@ impl Plugin for TaffetaPlugin {
             .add_systems(PreUpdate, scene::spawn_loaded.in_set(Spawn))
             .add_systems(PostUpdate, build::build.in_set(Build))
             .add_systems(PostUpdate, (step::step, step::show_colliders).chain().in_set(Step))
-            .add_systems(PostUpdate, (drawn::aim, copied::draw).chain().in_set(Draw));
+            .add_systems(PostUpdate, (drawn::aim, copied::draw, collider::show_shapes).chain().in_set(Draw));
         app.register_asset_loader(SceneLoader::of(app));
         app.world_mut().spawn((Name::new("soft world"), DefaultWorld, SoftWorld::default()));
     }

@@ -37,6 +37,8 @@ pub struct Running {
 pub struct Timing {
     /// One frame, as the program waited for it [s]. Where the device is shared only frames with a report are waited for.
     pub frame: f64,
+    /// Building the simulation as it is [s].
+    pub build: f64,
     /// The stages of the last frame that was [timed](Running::time_stages) by name [s]; nothing where none was, or where the
     /// device cannot tell.
     pub stages: Vec<(&'static str, f64)>,
@@ -80,6 +82,8 @@ pub struct RunningCollider {
     pub last: Rigid,
     /// Whether the scene moves it, and the entity follows.
     pub keyed: bool,
+    /// The frame, and the share of it, that its mesh was brought to last, where poses change its shape.
+    pub shown: Option<(u32, f32)>,
 }
 
 impl Running {

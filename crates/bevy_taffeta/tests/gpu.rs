@@ -111,5 +111,6 @@ fn a_shared_body_that_diverges_is_told_of_with_the_next_report() {
         said.extend(messages.iter_current_update_messages().map(|one| one.error.to_string()));
     }
     assert_eq!(said.len(), 1);
+    assert!(said[0].starts_with("by frame 16 (frame 0 was good): "), "{}", said[0]);
     assert!(said[0].contains("max_step"), "{}", said[0]);
 }

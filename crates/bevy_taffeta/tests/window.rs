@@ -83,5 +83,8 @@ fn where_there_is_no_display_that_is_said() {
         .env_remove("WAYLAND_DISPLAY")
         .output()
         .expect("the program starts");
-    assert!(!output.status.success());
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{words}");
+    assert!(words.contains("no window can be opened") && words.contains("--picture"), "{words}");
+    assert!(!words.contains("panicked"), "{words}");
 }

@@ -6,7 +6,7 @@ use bevy::ecs::system::RunSystemOnce;
 use bevy::prelude::*;
 use bevy_taffeta::prelude::*;
 use bevy_taffeta::taffeta::scene::{Keyframe, World};
-use bevy_taffeta::{Running, SceneMaterials, spawn_scene, taffeta, taffeta_io};
+use bevy_taffeta::{Running, SceneMaterials, collider_mesh, spawn_scene, taffeta, taffeta_io};
 use common::{FRAME, plain, positions, ready, run, running, set, sheet};
 use std::path::Path;
 
@@ -107,6 +107,39 @@ fn drawn(app: &App, body: Entity) -> Vec<Vec3> {
     let mesh = app.world().resource::<Assets<Mesh>>().get(&mesh).expect("an asset");
     let places = mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|places| places.as_float3());
     places.expect("places").iter().map(|place| Vec3::from(*place)).collect()
+}
+
+#[test]
+fn a_collider_that_changes_its_shape_is_drawn_in_the_pose_of_the_simulations_time() {
+    let (mut app, _) = with_sheet();
+    let shape = taffeta::scene::Mesh::grid(2, 3, [0.4, 0.4]);
+    let flat = taffeta::topology::shapes::surface(&shape).unwrap().nodes;
+    // In a quarter of a second it tilts by atan 2 about z, then it stays.
+    let tilted = |slope: f64| flat.iter().map(|&[x, _, z]| [x, slope * x, z]).collect::<Vec<_>>();
+    let shape =
+        taffeta::scene::Collider::mesh(shape).offset(0.01).posed(0.25, vec![tilted(0.0), tilted(2.0)]);
+    let at = Transform {
+        translation: Vec3::new(1.0, -2.0, 0.5),
+        rotation: Quat::from_rotation_y(0.6),
+        scale: Vec3::splat(2.0),
+    };
+    let mesh = collider_mesh(&shape).unwrap();
+    let mesh = app.world_mut().resource_mut::<Assets<Mesh>>().add(mesh);
+    let collider = app.world_mut().spawn((SoftCollider(shape), Mesh3d(mesh), at)).id();
+    for frames in [6, 6, 10] {
+        run(&mut app, frames);
+        // The start of the last frame is drawn.
+        let time = f64::from(running(&mut app).simulation().frame() - 1) * FRAME;
+        let expected = tilted(2.0 * (time / 0.25).min(1.0));
+        for (place, node) in drawn(&app, collider).iter().zip(&expected) {
+            assert!(place.abs_diff_eq(Vec3::from(node.map(|x| x as f32)), 1e-5), "{place}, not {node:?}");
+        }
+        let mesh = app.world().get::<Mesh3d>(collider).unwrap().0.clone();
+        let mesh = app.world().resource::<Assets<Mesh>>().get(&mesh).unwrap();
+        let normal = mesh.attribute(Mesh::ATTRIBUTE_NORMAL).and_then(|all| all.as_float3()).unwrap()[0];
+        let across = Vec3::new(-2.0 * (time / 0.25).min(1.0) as f32, 1.0, 0.0).normalize();
+        assert!(Vec3::from(normal).abs_diff_eq(across, 1e-5), "{normal:?}, not {across}");
+    }
 }
 
 #[test]

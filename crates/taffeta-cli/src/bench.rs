@@ -13,7 +13,6 @@ pub mod scenes;
 mod volume;
 
 use crate::console;
-use crate::failure::Failure;
 use crate::gpu;
 use crate::run::{Arithmetic, Backend, Device, Work, refuse_precision};
 use clap::ValueEnum;
@@ -25,6 +24,7 @@ use std::path::PathBuf;
 use taffeta::scene::VolumeForm;
 use taffeta::taffeta_gpu::Gpu;
 use taffeta::{GpuKernels, GpuOptions, Precision};
+use taffeta_io::program::Failure;
 
 /// Measure the engine's speed
 #[derive(clap::Args)]

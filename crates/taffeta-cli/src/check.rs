@@ -9,9 +9,9 @@ mod words;
 
 pub use report::MeshReport;
 
-use crate::failure::Failure;
 use clap::ValueEnum;
 use std::path::PathBuf;
+use taffeta_io::program::Failure;
 
 /// Say whether a scene can be run or a mesh simulated: counts, faults, memory, largest stable step, advice
 #[derive(clap::Args)]

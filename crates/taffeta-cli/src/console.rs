@@ -1,8 +1,8 @@
-//! Words to the user. Unlike `println!`, these do not panic when the reader has gone away.
+//! Words to the user. Unlike `println!`, `say` does not panic when the reader has gone away.
 
-use crate::failure::Failure;
 use serde::Serialize;
 use std::io::{self, ErrorKind, Write};
+use taffeta_io::program::Failure;
 
 /// Writes `text` and a line end to standard output.
 pub fn say(text: &str) -> Result<(), Failure> {
@@ -13,12 +13,6 @@ pub fn say(text: &str) -> Result<(), Failure> {
         }
         _ => Ok(()),
     }
-}
-
-/// Writes `text` and a line end to standard error.
-pub fn complain(text: &str) {
-    // Where standard error is closed there is nobody left to tell.
-    let _ = writeln!(io::stderr(), "{text}");
 }
 
 /// `value` as JSON, indented.

@@ -11,9 +11,9 @@ mod speed;
 mod table;
 
 use crate::console;
-use crate::failure::Failure;
 use session::Session;
 use std::path::PathBuf;
+use taffeta_io::program::Failure;
 
 /// Compare a GPU with the CPU, and measure it
 #[derive(clap::Args)]

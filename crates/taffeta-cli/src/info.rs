@@ -1,10 +1,10 @@
 //! `taffeta info`: what this build and this machine are.
 
 use crate::console;
-use crate::failure::Failure;
 use crate::gpu;
 use crate::limits;
 use taffeta::taffeta_gpu::{AdapterInfo, adapters};
+use taffeta_io::program::Failure;
 use taffeta_reproduce::machine::processor;
 
 /// Say what this build and this machine are

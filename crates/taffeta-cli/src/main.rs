@@ -3,7 +3,6 @@
 mod bench;
 mod check;
 mod console;
-mod failure;
 mod gpu;
 mod gpu_check;
 mod info;
@@ -16,6 +15,7 @@ mod summary;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
+use taffeta_io::program;
 
 /// Real-time cloth and soft bodies.
 #[derive(Parser)]
@@ -37,8 +37,9 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    gpu::expect_no_desktop();
-    let result = match Cli::parse().command {
+    // SAFETY: the program has started no thread yet.
+    unsafe { program::expect_no_desktop() };
+    program::end(match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Bench(args) => bench::run(&args),
@@ -46,12 +47,5 @@ fn main() -> ExitCode {
         Command::Reproduce(args) => reproduce::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Schema(args) => schema::run(&args),
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            console::complain(&failure.to_string());
-            failure.code()
-        }
-    }
+    })
 }

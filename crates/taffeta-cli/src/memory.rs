@@ -1,8 +1,8 @@
 //! Whether a scene fits into memory, before anything is built, and its results onto the disk.
 
-use crate::failure::Failure;
 use std::path::Path;
 use taffeta::scene::Scene;
+use taffeta_io::program::Failure;
 
 /// Memory that may still be taken, and what sets the limit.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,12 +1,12 @@
 //! `taffeta reproduce`: what three papers print, beside what comes out here.
 
-use crate::failure::Failure;
 use crate::{console, gpu};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use taffeta_io::program::{Failure, complain};
 use taffeta_reproduce::{Done, Paper, Trouble, Wanted, Watch, reproduce};
 
 /// Run the experiments of three papers, and write a report of theirs beside ours
@@ -111,12 +111,12 @@ impl Watch for Bar {
         self.bar.set_position(number as u64);
         self.bar.set_message(command.to_owned());
         if self.bar.is_hidden() {
-            console::complain(&format!("{number} of {count}: {command}"));
+            complain(&format!("{number} of {count}: {command}"));
         }
     }
 
     fn says(&self, words: &str) {
-        self.bar.suspend(|| console::complain(words));
+        self.bar.suspend(|| complain(words));
     }
 
     fn is_stopped(&self) -> bool {

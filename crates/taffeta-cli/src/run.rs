@@ -13,7 +13,6 @@ mod tally;
 mod volumes;
 
 use crate::console::{self, grouped};
-use crate::failure::Failure;
 use crate::memory;
 use crate::summary::{SolverSummary, Summary};
 pub use choice::Work;
@@ -27,6 +26,7 @@ use plan::Plan;
 use std::path::{Path, PathBuf};
 use taffeta::{Precision, Simulation, Stage};
 use taffeta_io::Loaded;
+use taffeta_io::program::Failure;
 pub use tally::{median, rate};
 
 /// Run a scene and write its results

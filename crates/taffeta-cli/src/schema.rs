@@ -2,11 +2,11 @@
 
 use crate::check::MeshReport;
 use crate::console;
-use crate::failure::Failure;
 use crate::summary::Summary;
 use clap::ValueEnum;
 use schemars::schema_for;
 use taffeta::scene::Scene;
+use taffeta_io::program::Failure;
 
 /// Print the JSON Schema of scenes, of summary.json or of the answer to `check MESH --json`
 #[derive(clap::Args)]

@@ -28,6 +28,7 @@
 pub mod checkpoint;
 pub mod mesh;
 pub mod output;
+pub mod program;
 pub mod scene;
 
 pub use checkpoint::Checkpoint;

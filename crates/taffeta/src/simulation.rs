@@ -55,9 +55,11 @@ pub struct Options {
 
 /// A run that cannot go on.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("frame {frame}: body `{body}`, vertex {vertex}: {what}. {advice}")]
+#[error("{}: body `{body}`, vertex {vertex}: {what}. {advice}", named(.first, .frame))]
 pub struct Diverged {
-    /// The frame that failed; the one before it was good.
+    /// The first frame that may have failed; the one before it was good.
+    pub first: u32,
+    /// The frame after which that was seen. Later than `first` where several were launched before one was looked at.
     pub frame: u32,
     /// Name of the body.
     pub body: String,
@@ -67,6 +69,15 @@ pub struct Diverged {
     pub what: String,
     /// Likely cause, and what to change.
     pub advice: String,
+}
+
+/// Frames in words.
+fn named(first: &u32, last: &u32) -> String {
+    if first == last {
+        format!("frame {last}")
+    } else {
+        format!("by frame {last} (frame {} was good)", first - 1)
+    }
 }
 
 /// Why a frame could not be done.
@@ -160,7 +171,7 @@ impl Simulation {
     /// Runs some frames and reports the last. On a GPU nothing waits between them.
     ///
     /// # Errors
-    /// As [`Self::step`]; the frame that is named is the last, also where one before it failed.
+    /// As [`Self::step`]; only the last frame is looked at, so the error says by which frame it was.
     pub fn advance(&mut self, frames: u32) -> Result<&FrameReport, StepError> {
         self.launch(frames)?;
         self.collect()
@@ -214,7 +225,7 @@ impl Simulation {
     }
 
     /// The vertex to name: the first that is not finite, else the fastest.
-    fn diverged(&self, frame: u32, what: String) -> Diverged {
+    fn diverged(&self, [first, frame]: [u32; 2], what: String) -> Diverged {
         let mut worst = (-1.0, 0, 0);
         for (index, body) in self.backend.assembly().bodies.iter().enumerate() {
             for local in 0..body.nodes {
@@ -240,7 +251,8 @@ impl Simulation {
         };
         let advice =
             [Some(advice), self.backend.doubt()].into_iter().flatten().collect::<Vec<_>>().join(". ");
-        Diverged { frame, body: body.name.clone(), vertex: body.vertex_of_solver(worst.2), what, advice }
+        let (body, vertex) = (body.name.clone(), body.vertex_of_solver(worst.2));
+        Diverged { first, frame, body, vertex, what, advice }
     }
 
     /// Report of the last frame; before the first step, of the start.

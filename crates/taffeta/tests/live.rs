@@ -3,7 +3,7 @@
 mod common;
 
 use common::{build, build_as, farthest, near, positions, run};
-use taffeta::scene::{Air, Body, Collider, Keyframe, Mass, Mesh, Rotation, Scene, Select, World};
+use taffeta::scene::{Air, Body, Collider, Keyframe, Mass, Mesh, Place, Rotation, Scene, Select, World};
 use taffeta::{Pose, Precision, Simulation};
 
 const DT: f64 = 0.01;
@@ -52,6 +52,26 @@ fn a_collider_and_pins_moved_from_frame_to_frame_do_what_keyframes_do() {
     let (rows, shift) = by_hand.collider_pose(0, 1.0).unwrap();
     near("shift", shift[1], 0.03, 1e-15);
     near("turn", rows[0][2], 4.0_f64.to_radians().sin(), 1e-12);
+}
+
+#[test]
+fn a_collider_that_changes_its_shape_tells_where_its_nodes_are() {
+    let flat = taffeta::topology::shapes::surface(&Mesh::grid(2, 2, [1.0, 1.0])).unwrap().nodes;
+    let raised = flat.iter().map(|&[x, y, z]| [x, y + 0.3, z]).collect();
+    // From a pose to the other in three frames; a bar keeps its shape.
+    let posed = Collider::mesh(Mesh::grid(2, 2, [1.0, 1.0])).offset(0.01).posed(3.0 * DT, vec![flat, raised]);
+    let bar = Collider::capsule([0.0, -9.0, 0.0], [1.0, -9.0, 0.0], 0.1);
+    let at = Place { position: [0.0, -2.0, 0.0], ..Place::default() };
+    let scene = Scene::new("posed").time(DT, DT).body(sheet(50.0)).collider(posed.placed(at)).collider(bar);
+    let mut simulation = build(&scene);
+    let height = |simulation: &Simulation, share| simulation.collider_nodes(0, share).unwrap()[3][1];
+    near("at the start", height(&simulation, 1.0), -2.0, 1e-15);
+    for (frame, share, expected) in [(1, 0.5, -1.95), (2, 1.0, -1.8), (3, 0.0, -1.8), (4, 1.0, -1.7)] {
+        run(&mut simulation, 1);
+        assert_eq!(simulation.frame(), frame);
+        near("height", height(&simulation, share), expected, 1e-12);
+    }
+    assert!(simulation.collider_nodes(1, 1.0).is_none() && simulation.collider_nodes(2, 1.0).is_none());
 }
 
 #[test]

@@ -180,7 +180,7 @@ fn a_burst_names_frame_body_vertex_and_the_step_that_would_do() {
         assert!(good < 1000, "the step is beyond the largest by far");
         assert!(positions(&simulation).iter().flatten().all(|c| c.is_finite()), "shown frames are finite");
     };
-    assert_eq!((error.frame, simulation.frame()), (good + 1, good));
+    assert_eq!((error.first, error.frame, simulation.frame()), (good + 1, good + 1, good));
     assert_eq!(error.body, "grid");
     assert!(error.vertex < 120);
     let words = error.to_string();
@@ -195,6 +195,24 @@ fn a_burst_names_frame_body_vertex_and_the_step_that_would_do() {
         assert!(simulation.step().is_err());
     }
     let _ = (positions(&simulation), simulation.state_hash(), simulation.normals(0), simulation.report());
+}
+
+#[test]
+fn frames_that_are_not_looked_at_one_by_one_say_by_which_it_burst() {
+    let (_, mut simulation) = burst();
+    let alone = loop {
+        if let Err(error) = simulation.step() {
+            break diverged(error).frame;
+        }
+    };
+    let (_, mut simulation) = burst();
+    simulation.advance(2).unwrap();
+    let error = diverged(simulation.advance(alone + 7).unwrap_err());
+    assert_eq!((error.first, error.frame), (3, alone + 9));
+    assert!(
+        error.to_string().starts_with(&format!("by frame {} (frame 2 was good): body", alone + 9)),
+        "{error}"
+    );
 }
 
 #[test]

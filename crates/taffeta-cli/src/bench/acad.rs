@@ -3,9 +3,9 @@
 use super::ice::{STEP, drop, sheet};
 use super::measure::{self, Bench};
 use super::{Args, print};
-use crate::failure::Failure;
 use crate::run::{Device, Work};
 use taffeta::scene::{Method, Rotation, Scene, Select};
+use taffeta_io::program::Failure;
 
 /// Of each node [kg], and of all springs [N/m], as in S1's figure 15.
 const MATERIAL: (f64, f64) = (0.15, 200.0);

@@ -2,10 +2,10 @@
 
 use super::measure::{self, Bench};
 use super::{Args, mesh, print};
-use crate::failure::Failure;
 use crate::run::{Device, Work};
 use std::sync::Arc;
 use taffeta::scene::{Body, Collider, ConstraintForm, Icosphere, Mass, Mesh, Method, Scene};
+use taffeta_io::program::Failure;
 
 /// Nodes of a side, where nothing is said.
 pub const SIDE: u32 = 100;

@@ -3,11 +3,11 @@
 use super::form::Form;
 use super::measure::{self, Bench};
 use super::{Args, kernels, print};
-use crate::failure::Failure;
 use crate::gpu;
 use crate::run::{Device, Work};
 use taffeta::scene::{Body, Collider, ConstraintForm, Mass, Mesh, Method, Rotation, Scene, Select};
 use taffeta::{GpuKernels, GpuOptions, Precision};
+use taffeta_io::program::Failure;
 
 /// Nodes of a side, where nothing is said: S1's 6,598 springs.
 pub const SIDE: u32 = 34;

@@ -5,13 +5,13 @@ use super::contact::{Rung, Serial};
 use super::form::Form;
 use super::kernels;
 use super::line::{Line, Shares, Solved, Spread};
-use crate::failure::Failure;
 use crate::gpu::{self, Copied};
 use crate::limits;
 use crate::run::{Arithmetic, median, rate};
 use std::time::Instant;
 use taffeta::scene::{Method, Scene};
 use taffeta::{GpuOptions, Options, Precision, Simulation};
+use taffeta_io::program::Failure;
 
 /// Numbers of a node that a sub-step must read and write once: position and velocity in and out, the least any
 /// method can move through memory.

@@ -2,13 +2,13 @@
 
 use super::measure::Bench;
 use super::scenes::FRAME;
-use crate::failure::Failure;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use taffeta::scene::{Body, Mass, Mesh, Scene, Torus};
 use taffeta::topology::Surface;
 use taffeta::{Options, Simulation};
+use taffeta_io::program::Failure;
 
 /// Of each node [kg].
 const NODE_MASS: f64 = 1e-3;

@@ -2,11 +2,11 @@
 
 use super::measure::Bench;
 use super::mesh;
-use crate::failure::Failure;
 use std::path::Path;
 use std::sync::Arc;
 use taffeta::scene::{Body, Collider, Mass, Mesh, Scene, Torus, VolumeForm};
 use taffeta::topology::Surface;
+use taffeta_io::program::Failure;
 
 /// A frame [s] and its longest sub-step [s]: 34 sub-steps.
 const FRAME: (f64, f64) = (1.0 / 60.0, 5e-4);

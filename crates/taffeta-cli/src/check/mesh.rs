@@ -4,10 +4,10 @@ use super::report::*;
 use super::sample::Sample;
 use super::{Args, MeshKind, advice, words};
 use crate::console::{self, grouped};
-use crate::failure::Failure;
 use std::sync::Arc;
 use taffeta::topology::{Edges, Inspection, Intersections, NoInside, Surface, no_inside, self_intersections};
 use taffeta_io::MeshOptions;
+use taffeta_io::program::{Failure, complain};
 
 /// How many edges, vertices and pairs are named.
 const NAMED: usize = 8;
@@ -22,9 +22,7 @@ pub fn check(args: &Args) -> Result<(), Failure> {
     let surface = taffeta_io::load_mesh(&args.path, &options).map_err(|e| Failure::Input(e.to_string()))?;
     if surface.triangles.len() > MANY {
         let count = grouped(surface.triangles.len());
-        console::complain(&format!(
-            "looking for self-intersections among {count} triangles, which takes a while"
-        ));
+        complain(&format!("looking for self-intersections among {count} triangles, which takes a while"));
     }
     let intersections = self_intersections(&surface.nodes, &surface.triangles);
     let report = report(args, surface, &intersections);

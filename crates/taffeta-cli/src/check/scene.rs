@@ -2,13 +2,13 @@
 
 use super::words::number;
 use crate::console::{self, grouped};
-use crate::failure::Failure;
 use serde::Serialize;
 use std::path::Path;
 use taffeta::diagnostics::tension::Tension;
 use taffeta::scene::{ConstraintForm, Method, Seam, Solver};
 use taffeta::{BodyInfo, ColliderInfo, Options, Simulation};
 use taffeta_io::Loaded;
+use taffeta_io::program::Failure;
 
 /// The answer for a scene.
 #[derive(Serialize)]

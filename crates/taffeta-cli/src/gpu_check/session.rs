@@ -4,13 +4,13 @@ use super::report::{Report, Substep};
 use super::{jobs, parity, readback, scenes, speed};
 use crate::bench::kernels;
 use crate::console;
-use crate::failure::Failure;
 use crate::gpu::Copied;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use taffeta::GpuCost;
 use taffeta::taffeta_gpu::{Choice, Gpu};
+use taffeta_io::program::{Failure, complain};
 
 /// After this time no further speed is measured, so that a slow device ends too [s].
 const LONGEST: Duration = Duration::from_secs(420);
@@ -34,7 +34,7 @@ impl Session {
         let small = quick || report.device.software;
         let out = out.map(Path::to_owned);
         let session = Self { gpu, choice, small, out, start: Instant::now(), report };
-        console::complain(&format!("gpu-check: {}", session.gpu.info()));
+        complain(&format!("gpu-check: {}", session.gpu.info()));
         session.save()?;
         Ok(session)
     }
@@ -100,7 +100,7 @@ impl Session {
     }
 
     fn begin(&self, name: &str) {
-        console::complain(&format!("gpu-check: {:5.1} s: {name}", self.start.elapsed().as_secs_f64()));
+        complain(&format!("gpu-check: {:5.1} s: {name}", self.start.elapsed().as_secs_f64()));
     }
 
     /// A device that has failed once says so for ever: the next part gets a new one.

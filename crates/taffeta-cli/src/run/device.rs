@@ -3,12 +3,12 @@
 use super::choice::{self, Work};
 use super::plan::{Plan, Record};
 use super::{Args, Backend};
-use crate::failure::Failure;
 use crate::gpu;
 use taffeta::scene::Scene;
 use taffeta::taffeta_gpu::Gpu;
 use taffeta::{GpuCost, GpuOptions, Options, Precision, Simulation, Stage};
 use taffeta_io::Loaded;
+use taffeta_io::program::Failure;
 
 /// What a run computes on.
 pub struct Device {

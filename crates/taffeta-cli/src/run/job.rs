@@ -4,8 +4,6 @@ use super::outputs::{self, Mark, Outputs};
 use super::plan::Plan;
 use super::progress::Progress;
 use super::tally::Tally;
-use crate::console;
-use crate::failure::Failure;
 use crate::summary::Status;
 use std::io;
 use std::path::PathBuf;
@@ -14,6 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use taffeta::{Simulation, StepError};
 use taffeta_io::Checkpoint;
+use taffeta_io::program::{Failure, complain};
 
 /// A run under way.
 pub struct Job<'a> {
@@ -161,7 +160,7 @@ pub fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
         if seen.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        console::complain("stopping after this frame; once more to stop at once, without a checkpoint");
+        complain("stopping after this frame; once more to stop at once, without a checkpoint");
     };
     ctrlc::set_handler(asked).map_err(|error| Failure::Work(format!("cannot listen for Ctrl-C: {error}")))?;
     Ok(stop)

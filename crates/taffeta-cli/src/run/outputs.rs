@@ -2,14 +2,13 @@
 
 use super::format::{Format, Poses, stems, write_poses};
 use super::plan::Plan;
-use crate::console;
-use crate::failure::Failure;
 use crate::summary::Summary;
 use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
 use taffeta::{Precision, Simulation};
 use taffeta_io::output::{Begin, FrameSink, FrameTable, Positions, Vtu, check_file};
+use taffeta_io::program::{Failure, complain};
 
 /// Where the files of a run end.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -97,11 +96,11 @@ impl Outputs {
         let mark = &self.mark;
         for (cache, lengths) in self.caches.iter_mut().zip(&mark.caches) {
             if let Err(error) = cache.rewind(mark.frames, lengths) {
-                console::complain(&format!("error: {error}"));
+                complain(&format!("error: {error}"));
             }
         }
         if let Err(error) = self.table.rewind(mark.table) {
-            console::complain(&format!("error: {error}"));
+            complain(&format!("error: {error}"));
         }
     }
 

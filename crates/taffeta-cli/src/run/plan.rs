@@ -4,11 +4,11 @@ use super::format::Format;
 use super::outputs::Mark;
 use super::tally::Tally;
 use super::{Args, Arithmetic};
-use crate::failure::Failure;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use taffeta::{Precision, Simulation};
 use taffeta_io::checkpoint::{Checkpoint, difference, identity};
+use taffeta_io::program::Failure;
 use taffeta_io::{Loaded, output::Begin};
 
 /// Name of a run's checkpoint, in its folder.

@@ -20,7 +20,9 @@ pub(super) fn read(path: &Path, vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, S
 
 fn samples(bytes: &[u8], vertices: usize) -> Result<Vec<Vec<[f64; 3]>>, String> {
     if !bytes.starts_with(b"POINTCACHE2\0") || bytes.len() < HEADER {
-        return Err("is no PC2 file: it does not begin with POINTCACHE2; poses.files = [\"a.obj\", …] would take a mesh a pose".to_owned());
+        let message = "is no PC2 file: it does not begin with POINTCACHE2; poses.files = [\"a.obj\", …] would take a mesh a \
+                       pose";
+        return Err(message.to_owned());
     }
     let number = |at: usize| i32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]);
     let (version, points, count) = (number(12), number(16), number(28));

@@ -106,8 +106,7 @@ impl MeshShape {
 
     /// Where it is at time `t` + `h` [s], having moved since `t`.
     pub fn at<T: Real>(&self, index: u32, place: Rigid<T>, offset: f64, (t, h): (f64, f64)) -> MeshNow<T> {
-        let time = |t: f64| ((t - self.start) / self.interval).clamp(0.0, self.poses.len() as f64 - 1.0);
-        let (before, after) = (time(t), time(t + h));
+        let (before, after) = (self.in_poses(t), self.in_poses(t + h));
         let pose = (after.ceil() as usize).saturating_sub(1);
         // A sub-step longer than the way between two poses is taken to come from the pose before.
         let share = |time: f64| (time - pose as f64).max(-1.0);
@@ -124,6 +123,20 @@ impl MeshShape {
             travel: T::from_f64(travel),
             stride: T::from_f64(travel - way),
         }
+    }
+
+    /// A time [s] counted in poses.
+    fn in_poses(&self, t: f64) -> f64 {
+        ((t - self.start) / self.interval).clamp(0.0, self.poses.len() as f64 - 1.0)
+    }
+
+    /// Nodes at time `t` [s], before its rigid motion [m].
+    pub fn nodes(&self, t: f64) -> Vec<[f64; 3]> {
+        let time = self.in_poses(t);
+        let pose = time.floor() as usize;
+        let next = (pose + 1).min(self.poses.len() - 1);
+        let pairs = self.poses[pose].iter().zip(&self.poses[next]);
+        pairs.map(|(from, to)| between(*from, *to, time - pose as f64)).collect()
     }
 
     /// The longest way of a node up to a time, counted in poses [m].

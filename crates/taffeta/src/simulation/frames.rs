@@ -30,7 +30,7 @@ impl Simulation {
             let sums = self.backend.sums().map_err(|Lost(why)| StepError::Lost { frame, why })?;
             let report = self.report_of(sums, frame);
             if let Some(what) = runaway(&self.start, &self.report, &report, driven) {
-                return Err(self.diverged(frame, what).into());
+                return Err(self.diverged([self.report.frame + 1, frame], what).into());
             }
             self.report = report;
         }

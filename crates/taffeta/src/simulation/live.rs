@@ -108,9 +108,20 @@ impl Simulation {
     /// Where keyframes, or the program, have brought a collider when a `share` of the last frame has gone by: rows of the
     /// rotation from its start, and the shift after it [m]. `None` where there is no such collider.
     pub fn collider_pose(&self, collider: usize, share: f64) -> Option<([[f64; 3]; 3], [f64; 3])> {
-        let time = (f64::from(self.frame()) - 1.0 + share).max(0.0) * self.dt();
-        let pose = self.backend.assembly().colliders.get(collider)?.track().pose(time);
+        let pose = self.backend.assembly().colliders.get(collider)?.track().pose(self.time_at(share));
         Some((pose.rotation, pose.shift))
+    }
+
+    /// Nodes of a collider's mesh [m] where poses have brought them when a `share` of the last frame has gone by, before
+    /// [`Self::collider_pose`] moves them all. `None` where there is no such collider, or it keeps its shape.
+    pub fn collider_nodes(&self, collider: usize, share: f64) -> Option<Vec<[f64; 3]>> {
+        let mesh = self.backend.assembly().colliders.get(collider)?.mesh()?;
+        mesh.deforms().then(|| mesh.nodes(self.time_at(share)))
+    }
+
+    /// When a `share` of the last frame has gone by [s].
+    fn time_at(&self, share: f64) -> f64 {
+        (f64::from(self.frame()) - 1.0 + share).max(0.0) * self.dt()
     }
 
     /// Length of a frame [s].

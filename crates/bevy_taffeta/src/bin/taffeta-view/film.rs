@@ -1,8 +1,8 @@
 //! Where the pictures of a film go: into an MP4 by ffmpeg, or into PNG files.
 
-use crate::failure::Failure;
+use bevy_taffeta::taffeta_io::program::Failure;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
@@ -195,7 +195,9 @@ impl Encoder {
             // What cannot be read is not told.
             let _ = pipe.read_to_end(&mut words);
         }
-        format!("ffmpeg failed: {}", String::from_utf8_lossy(&words).trim())
+        let words = String::from_utf8_lossy(&words);
+        let words = if words.trim().is_empty() { "what it wrote is not whole" } else { words.trim() };
+        format!("ffmpeg failed: {words}")
     }
 
     fn finish(mut self) -> io::Result<PathBuf> {
@@ -204,7 +206,8 @@ impl Encoder {
         let words = self.last_words();
         let done = self.child.wait()?;
         if self.count > 0 {
-            if !done.success() {
+            // Some do not fail where the disk is full for their last words.
+            if !done.success() || !is_whole(&self.part)? {
                 return Err(io::Error::other(words));
             }
             fs::rename(&self.part, &self.path)?;
@@ -219,5 +222,55 @@ impl Drop for Encoder {
         let _ = self.child.kill();
         let _ = self.child.wait();
         let _ = fs::remove_file(&self.part);
+    }
+}
+
+/// Whether an MP4 has its index, and ends where its boxes say (ISO/IEC 14496-12, 4.2).
+fn is_whole(path: &Path) -> io::Result<bool> {
+    let mut file = File::open(path)?;
+    let end = file.metadata()?.len();
+    let (mut at, mut has_index) = (0, false);
+    while at < end {
+        let mut head = Vec::new();
+        file.seek(SeekFrom::Start(at))?;
+        Read::take(&file, 16).read_to_end(&mut head)?;
+        head.resize(16, 0);
+        let (short, kind, long) = (&head[..4], &head[4..8], &head[8..]);
+        let number = |bytes: &[u8]| bytes.iter().fold(0, |sum, &byte| sum << 8 | u64::from(byte));
+        let size = match number(short) {
+            0 => end - at,
+            1 => number(long),
+            size => size,
+        };
+        if size < 8 || size > end - at {
+            return Ok(false);
+        }
+        has_index |= kind == b"moov";
+        at += size;
+    }
+    Ok(has_index)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_film_that_ends_too_early_is_not_whole() {
+        let small =
+            |kind: &[u8], bytes: usize| [&(8 + bytes as u32).to_be_bytes(), kind, &vec![7; bytes]].concat();
+        let large = [&1_u32.to_be_bytes()[..], b"mdat", &26_u64.to_be_bytes(), &[7; 10]].concat();
+        let film = [small(b"ftyp", 24), small(b"moov", 100), large].concat();
+        let path = std::env::temp_dir().join(format!("taffeta-view-whole-{}.mp4", std::process::id()));
+        let whole = |bytes: &[u8]| {
+            fs::write(&path, bytes).unwrap();
+            is_whole(&path).unwrap()
+        };
+        assert!(whole(&film));
+        for end in [0, 5, 32, 60, 139, 150, film.len() - 1] {
+            assert!(!whole(&film[..end]), "{end} bytes");
+        }
+        assert!(!whole(&small(b"mdat", 9)), "no index");
+        fs::remove_file(&path).unwrap();
     }
 }

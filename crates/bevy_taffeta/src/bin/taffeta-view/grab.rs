@@ -25,6 +25,8 @@ pub struct Grab {
     pub ray: Option<Ray3d>,
     /// Why a vertex does not follow.
     pub refused: Option<String>,
+    /// Whether it follows only when time goes on.
+    pub waits: bool,
 }
 
 /// A vertex that is held.
@@ -256,10 +258,11 @@ fn share(from: Vec3, way: Vec3, reach: f32) -> f32 {
 /// Leads the vertex that is held through the next frame.
 fn lead(mut worlds: Query<(&mut Running, &Playback), With<StageRoot>>, mut grab: ResMut<Grab>) {
     let Ok((mut running, playback)) = worlds.single_mut() else { return };
-    let Grab { held: Some(held), ray: Some(ray), refused } = &mut *grab else { return };
-    if playback.paused && playback.single_frames == 0 {
+    grab.waits = grab.holds() && playback.paused && playback.single_frames == 0;
+    if grab.waits {
         return;
     }
+    let Grab { held: Some(held), ray: Some(ray), refused, .. } = &mut *grab else { return };
     let mut places = Vec::new();
     running.simulation().positions_f32(&mut places);
     if held.all >= places.len() {

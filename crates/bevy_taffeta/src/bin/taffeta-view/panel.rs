@@ -24,6 +24,8 @@ pub struct Busy {
     pub pointer: bool,
     /// Something is typed.
     pub keys: bool,
+    /// A value is on its way to another: a slider is dragged, or something is typed.
+    pub edits: bool,
 }
 
 /// Which panels there are.
@@ -50,7 +52,17 @@ pub fn panel(app: &mut App) {
         .add_systems(Update, keys)
         .add_systems(
             EguiPrimaryContextPass,
-            (begin, top::show, messages::show, side::show, numbers::show, side::show_legend, end).chain(),
+            (
+                begin,
+                top::show,
+                messages::show,
+                side::show,
+                numbers::show,
+                side::show_legend,
+                side::show_waiting,
+                end,
+            )
+                .chain(),
         );
 }
 
@@ -136,10 +148,8 @@ fn end(
         let above = context.layer_id_at(at).is_some_and(|layer| layer.order != egui::Order::Background);
         above || free.is_some_and(|free| !free.contains(at))
     };
-    *busy = Busy {
-        pointer: context.egui_is_using_pointer() || at.is_some_and(over),
-        keys: context.text_edit_focused(),
-    };
+    let (drags, keys) = (context.egui_is_using_pointer(), context.text_edit_focused());
+    *busy = Busy { pointer: drags || at.is_some_and(over), keys, edits: drags || keys };
     let viewport = free.and_then(|free| viewport(free, &window));
     let same = match (&camera.viewport, &viewport) {
         (Some(a), Some(b)) => {

@@ -1,11 +1,11 @@
 //! Films and pictures without a window: one frame of the simulation a picture.
 
 use crate::args::Args;
-use crate::failure::Failure;
 use crate::film::{self, Film};
 use crate::say;
 use crate::stage::Opened;
 use crate::studio::Studio;
+use bevy_taffeta::taffeta_io::program::{Failure, complain};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io;
 use std::path::Path;
@@ -137,7 +137,7 @@ fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
         if seen.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
-        eprintln!("stopping after this frame; once more to stop at once");
+        complain("stopping after this frame; once more to stop at once");
     };
     ctrlc::set_handler(asked).map_err(|error| Failure::Work(format!("cannot listen for Ctrl-C: {error}")))?;
     Ok(stop)

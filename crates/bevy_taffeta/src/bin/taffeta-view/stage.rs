@@ -1,7 +1,6 @@
 //! A scene on stage: what both a window and a film show.
 
 use crate::args::Args;
-use crate::failure::Failure;
 use crate::framing::{Extent, FIELD};
 use crate::{say, scenery};
 use bevy::camera::{PerspectiveProjection, RenderTarget};
@@ -13,6 +12,7 @@ use bevy::render::settings::WgpuSettings;
 use bevy_taffeta::taffeta::scene::Scene;
 use bevy_taffeta::taffeta::taffeta_gpu::{Choice, Gpu};
 use bevy_taffeta::taffeta::{Options, Simulation};
+use bevy_taffeta::taffeta_io::program::Failure;
 use bevy_taffeta::taffeta_io::{Loaded, load_scene};
 use bevy_taffeta::{Playback, RunOn, TaffetaPlugin, spawn_scene};
 use std::f32::consts::TAU;

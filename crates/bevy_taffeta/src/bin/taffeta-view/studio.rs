@@ -1,7 +1,6 @@
 //! An app that renders a scene into pictures, without a window and without a clock.
 
 use crate::args::Args;
-use crate::failure::Failure;
 use crate::settled::{Settled, settled};
 use crate::stage::{self, Opened, StageCamera, StagePlugin, StageRoot};
 use bevy::app::{PluginsState, TerminalCtrlCHandlerPlugin};
@@ -14,6 +13,7 @@ use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_taffeta::Running;
 use bevy_taffeta::prelude::*;
+use bevy_taffeta::taffeta_io::program::Failure;
 use std::collections::BTreeMap;
 
 /// Updates after which what has not come will not come.

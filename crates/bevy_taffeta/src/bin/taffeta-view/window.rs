@@ -1,16 +1,17 @@
 //! A window that shows a scene: what can be seen, and what can be done with mouse and keys.
 
 use crate::args::Args;
-use crate::failure::Failure;
 use crate::plots::history;
 use crate::save::{Source, saved};
 use crate::settled::{Settled, settled};
 use crate::stage::{self, Opened, StagePlugin};
-use crate::{colours, grab, looks, orbit, panel, play, save, wires};
+use crate::{changes, colours, grab, looks, orbit, panel, play, save, wires};
 use bevy::camera::RenderTarget;
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
 use bevy::window::WindowResolution;
+use bevy_taffeta::taffeta_io::program::Failure;
+use std::panic::{self, AssertUnwindSafe};
 use std::path::PathBuf;
 
 /// Frames from one report of a simulation on a shared device to the next: plots need some.
@@ -29,14 +30,9 @@ pub fn run(args: &Args, opened: Opened) -> Result<(), Failure> {
     stage.on.report_every = REPORTS;
     let source = Source::read(&args.scene, &args.sets).map_err(Failure::Input)?;
     let mut app = App::new();
-    app.add_plugins((
-        DefaultPlugins.set(window).set(stage::renderer()?),
-        stage,
-        settled,
-        hands,
-        panel::panel,
-    ))
-    .insert_resource(source);
+    let plugins = DefaultPlugins.set(window).set(stage::renderer()?);
+    unless_it_panics(|| _ = app.add_plugins((plugins, stage, settled, hands, panel::panel)))?;
+    app.insert_resource(source);
     if let Some(updates) = args.exit_after {
         app.insert_resource(Ending { updates, picture: args.window_picture.clone(), seen: 0 })
             .add_systems(Last, end);
@@ -50,6 +46,19 @@ pub fn run(args: &Args, opened: Opened) -> Result<(), Failure> {
     }
 }
 
+/// Where there is no display Bevy panics while the app is put together.
+fn unless_it_panics(job: impl FnOnce()) -> Result<(), Failure> {
+    let hook = panic::take_hook();
+    panic::set_hook(Box::new(|_| ()));
+    let result = panic::catch_unwind(AssertUnwindSafe(job));
+    panic::set_hook(hook);
+    result.map_err(|payload| {
+        let why = payload.downcast_ref::<String>().map_or("Bevy does not say why", |why| why);
+        let would_do = "a display would do, or --record and --picture, which need none";
+        Failure::Input(format!("no window can be opened: {why}; {would_do}"))
+    })
+}
+
 /// With this Bevy ends an app on Ctrl-C.
 const INTERRUPTED: u8 = 130;
 
@@ -59,6 +68,7 @@ pub fn hands(app: &mut App) {
     app.add_plugins((
         looks::looks,
         play::play,
+        changes::changes,
         history,
         orbit::orbit,
         grab::grab,

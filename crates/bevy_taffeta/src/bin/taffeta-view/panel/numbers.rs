@@ -13,6 +13,9 @@ const TIMED: u32 = 30;
 /// Widths of numbers and of times [point].
 const NUMBERS: f32 = 158.0;
 const TIMES: f32 = 158.0;
+/// Between columns, and the least that both plots need [point].
+const BETWEEN: f32 = 44.0;
+const PLOTS: f32 = 260.0;
 /// Width of a title with the names of all energies [point].
 const NAMED: f32 = 225.0;
 
@@ -32,7 +35,11 @@ pub fn show(
         ui.add_space(4.0);
         ui.horizontal_top(|ui| {
             let height = ui.available_height() - 24.0;
-            let rest = (ui.available_width() - NUMBERS - TIMES - 44.0).max(120.0);
+            // What has no room in a small window is left out.
+            let room = ui.available_width() - PLOTS - BETWEEN;
+            let (has_numbers, has_times) = (room > NUMBERS, room > NUMBERS + TIMES);
+            let taken = if has_numbers { NUMBERS } else { 0.0 } + if has_times { TIMES } else { 0.0 };
+            let rest = (ui.available_width() - taken - BETWEEN).max(0.0);
             let (wide, narrow) = (0.58 * rest, 0.42 * rest);
             // Names go beside the title where they have room.
             let names = |ui: &mut Ui| {
@@ -43,10 +50,14 @@ pub fn show(
             column(ui, "energy [J]", wide, names, |ui| plots::energy(ui, &history, [wide, height]));
             let stretch = |ui: &mut Ui| plots::stretch(ui, &history, [narrow, height]);
             column(ui, "largest stretch l/L", narrow, |_| (), stretch);
-            ui.separator();
-            column(ui, "this frame", NUMBERS, |_| (), |ui| numbers(ui, &running, &history));
-            ui.separator();
-            column(ui, "time of a frame", TIMES, |_| (), |ui| times(ui, &running));
+            if has_numbers {
+                ui.separator();
+                column(ui, "this frame", NUMBERS, |_| (), |ui| numbers(ui, &running, &history));
+            }
+            if has_times {
+                ui.separator();
+                column(ui, "time of a frame", TIMES, |_| (), |ui| times(ui, &running));
+            }
         });
     });
 }

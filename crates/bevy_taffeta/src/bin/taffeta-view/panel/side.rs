@@ -1,28 +1,34 @@
 //! At the right of the picture: how it is drawn, and all values of the scene.
 
 use super::{Left, Shown, values};
+use crate::changes::Changes;
 use crate::colours::{Colouring, Range, shade, viridis};
+use crate::grab::Grab;
 use crate::looks::{Lines, Looks};
 use crate::stage::StageRoot;
+use bevy::platform::collections::HashSet;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, CollapsingHeader, Color32, Panel, RichText, ScrollArea, Ui};
 use bevy_taffeta::prelude::*;
+use bevy_taffeta::taffeta::scene::Time;
 use bevy_taffeta::{FromScene, Running};
 
 type Worlds<'w, 's> = Query<
     'w,
     's,
-    (&'static mut SoftWorld, &'static mut Environment, Option<&'static Running>),
+    (Entity, &'static mut SoftWorld, &'static mut Environment, Option<&'static Running>),
     With<StageRoot>,
 >;
-type Bodies<'w, 's> = Query<'w, 's, (&'static FromScene, &'static Name, &'static mut SoftMaterial)>;
-type Colliders<'w, 's> = Query<'w, 's, (&'static FromScene, &'static Name, &'static mut SoftCollider)>;
+type Bodies<'w, 's> = Query<'w, 's, (Entity, &'static FromScene, &'static Name, &'static mut SoftMaterial)>;
+type Colliders<'w, 's> =
+    Query<'w, 's, (Entity, &'static FromScene, &'static Name, &'static mut SoftCollider)>;
 
 /// Shows the panel.
 pub fn show(
     mut left: ResMut<Left>,
     shown: Res<Shown>,
     mut looks: ResMut<Looks>,
+    mut changes: ResMut<Changes>,
     mut worlds: Worlds,
     mut bodies: Bodies,
     mut colliders: Colliders,
@@ -34,11 +40,14 @@ pub fn show(
                 ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
                     ui.add_space(4.0);
                     drawing(ui, &mut looks);
-                    if let Ok((world, environment, running)) = worlds.single_mut() {
-                        settings(ui, world, environment, running);
+                    let waiting = &mut changes.bypass_change_detection().waiting;
+                    if let Ok((root, mut world, environment, running)) = worlds.single_mut()
+                        && settings(ui, world.bypass_change_detection(), environment, running)
+                    {
+                        waiting.insert(root);
                     }
-                    materials(ui, &mut bodies);
-                    feel(ui, &mut colliders);
+                    materials(ui, &mut bodies, waiting);
+                    feel(ui, &mut colliders, waiting);
                 });
             },
         );
@@ -55,9 +64,13 @@ pub fn show_legend(left: Res<Left>, looks: Res<Looks>, range: Res<Range>) {
 }
 
 /// Shows a copy of a value, and puts back what was changed: what is only looked at does not count as changed.
-fn edit<T: Clone>(ui: &mut Ui, value: &mut T, job: impl FnOnce(&mut Ui, &mut T) -> bool) -> Option<T> {
+fn edit<T: Clone>(ui: &mut Ui, value: &mut T, job: impl FnOnce(&mut Ui, &mut T) -> bool) -> bool {
     let mut copy = value.clone();
-    job(ui, &mut copy).then_some(copy)
+    let changed = job(ui, &mut copy);
+    if changed {
+        *value = copy;
+    }
+    changed
 }
 
 fn section(ui: &mut Ui, title: &str, open: bool, job: impl FnOnce(&mut Ui)) {
@@ -91,31 +104,32 @@ fn drawing(ui: &mut Ui, looks: &mut ResMut<Looks>) {
     }
 }
 
-/// Solver, time, world.
+/// Solver, time, world; returns whether the simulation is to be built anew.
 fn settings(
     ui: &mut Ui,
-    mut world: Mut<SoftWorld>,
+    world: &mut SoftWorld,
     mut environment: Mut<Environment>,
     running: Option<&Running>,
-) {
-    section(ui, "solver", true, |ui| {
-        if let Some(solver) = edit(ui, &mut world.bypass_change_detection().solver, values::solver) {
-            world.solver = solver;
-        }
-    });
+) -> bool {
+    let mut changed = false;
+    section(ui, "solver", true, |ui| changed |= edit(ui, &mut world.solver, values::solver));
     section(ui, "time", false, |ui| {
-        if let Some(time) = edit(ui, &mut world.bypass_change_detection().time, values::time) {
-            world.time = time;
-        }
+        let steps = |time: &Time| (time.dt, time.max_step);
+        let before = steps(&world.time);
+        edit(ui, &mut world.time, values::time);
+        // How many frames a film has is no matter of the simulation.
+        changed |= steps(&world.time) != before;
         if let Some(running) = running {
             limits(ui, running);
         }
     });
     section(ui, "world", false, |ui| {
-        if let Some(changed) = edit(ui, &mut environment.bypass_change_detection().0, values::world) {
-            environment.0 = changed;
+        if edit(ui, &mut environment.bypass_change_detection().0, values::world) {
+            // The engine takes these up while it runs.
+            environment.set_changed();
         }
     });
+    changed
 }
 
 /// The step that the scene can stand.
@@ -129,15 +143,15 @@ fn limits(ui: &mut Ui, running: &Running) {
 }
 
 /// What bodies are made of.
-fn materials(ui: &mut Ui, bodies: &mut Bodies) {
+fn materials(ui: &mut Ui, bodies: &mut Bodies, waiting: &mut HashSet<Entity>) {
     let mut all: Vec<_> = bodies.iter_mut().collect();
-    all.sort_by_key(|(from, ..)| from.0);
+    all.sort_by_key(|(_, from, ..)| from.0);
     let single = all.len() == 1;
-    for (from, name, material) in &mut all {
+    for (body, from, name, material) in &mut all {
         ui.push_id(("body", from.0), |ui| {
             section(ui, &format!("body {name}"), single, |ui| {
-                if let Some(changed) = edit(ui, material.bypass_change_detection(), values::material) {
-                    **material = changed;
+                if edit(ui, material.bypass_change_detection(), values::material) {
+                    waiting.insert(*body);
                 }
             });
         });
@@ -145,18 +159,32 @@ fn materials(ui: &mut Ui, bodies: &mut Bodies) {
 }
 
 /// How colliders feel.
-fn feel(ui: &mut Ui, colliders: &mut Colliders) {
+fn feel(ui: &mut Ui, colliders: &mut Colliders, waiting: &mut HashSet<Entity>) {
     let mut all: Vec<_> = colliders.iter_mut().collect();
-    all.sort_by_key(|(from, ..)| from.0);
-    for (from, name, collider) in &mut all {
+    all.sort_by_key(|(_, from, ..)| from.0);
+    for (entity, from, name, collider) in &mut all {
         ui.push_id(("collider", from.0), |ui| {
             section(ui, &format!("collider {name}"), false, |ui| {
-                if let Some(changed) = edit(ui, &mut collider.bypass_change_detection().0, values::collider) {
-                    collider.0 = changed;
+                if edit(ui, &mut collider.bypass_change_detection().0, values::collider) {
+                    waiting.insert(*entity);
                 }
             });
         });
     }
+}
+
+/// Says, in the picture, that a vertex in the hand waits for time to go on.
+pub fn show_waiting(left: Res<Left>, grab: Res<Grab>) {
+    let (true, Some(ui)) = (grab.waits, &left.0) else { return };
+    let free = ui.available_rect_before_wrap();
+    let painter = ui.ctx().layer_painter(egui::LayerId::new(egui::Order::Middle, "waiting".into()));
+    let (ink, font) = (Color32::from_rgb(40, 44, 52), egui::FontId::proportional(14.0));
+    let words = "paused: what is held follows when time goes on (space), or by a frame ( . or N )";
+    let words = painter.layout(words.to_owned(), font, ink, (free.width() - 48.0).max(80.0));
+    let at = egui::pos2(free.center().x - 0.5 * words.size().x, free.top() + 14.0);
+    let back = egui::Rect::from_min_size(at, words.size()).expand2(egui::vec2(10.0, 6.0));
+    painter.rect_filled(back, 4.0, Color32::from_white_alpha(215));
+    painter.galley(at, words, ink);
 }
 
 /// Which colour is which value.

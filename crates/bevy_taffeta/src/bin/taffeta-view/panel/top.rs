@@ -13,6 +13,9 @@ use bevy_taffeta::prelude::*;
 /// Slowest and fastest, by the clock.
 const SPEEDS: std::ops::RangeInclusive<f64> = 0.01..=4.0;
 
+/// Width of the buttons at the right [point].
+const BUTTONS: f32 = 290.0;
+
 /// Shows the bar.
 pub fn show(
     mut left: ResMut<Left>,
@@ -81,7 +84,10 @@ fn numbers(ui: &mut Ui, running: &Running, history: &History) {
     let simulation = running.simulation();
     let frame = simulation.frame();
     let shown = |ui: &mut Ui, words: String, width: f32| {
-        ui.add_sized([width, 20.0], egui::Label::new(egui::RichText::new(words).monospace()));
+        // What has no room in a small window is left out.
+        if ui.available_width() > width + BUTTONS {
+            ui.add_sized([width, 20.0], egui::Label::new(egui::RichText::new(words).monospace()));
+        }
     };
     shown(ui, format!("frame {frame}"), 84.0);
     shown(ui, format!("{:.2} s", f64::from(frame) * simulation.dt()), 62.0);

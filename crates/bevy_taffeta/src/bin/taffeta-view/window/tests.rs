@@ -1,10 +1,12 @@
 //! What mouse, keys and sliders do, without a window.
 
 use super::hands;
+use crate::changes::Changes;
 use crate::colours::Colouring;
 use crate::framing::Extent;
 use crate::grab::Grab;
 use crate::looks::Looks;
+use crate::panel::Busy;
 use crate::play::{AsRead, Restart, Told};
 use crate::save::{Source, edited, write};
 use crate::stage::{StageCamera, StagePlugin, StageRoot};
@@ -142,6 +144,30 @@ fn the_vertex_under_the_mouse_is_taken_follows_it_and_is_let_go() {
 }
 
 #[test]
+fn while_time_stands_still_what_is_held_waits_and_says_so() {
+    let mut app = viewer(&scene());
+    run(&mut app, 5);
+    press(&mut app, KeyCode::Space);
+    app.update();
+    let before = places(&mut app);
+    let mut seen = Vec::new();
+    running(&mut app).places(&mut seen);
+    look_at(&mut app, seen[38]);
+    mouse(&mut app, ButtonState::Pressed);
+    app.update();
+    let ray = look_at(&mut app, seen[38] + Vec3::new(0.02, 0.01, 0.0));
+    run(&mut app, 3);
+    assert!(app.world().resource::<Grab>().waits);
+    assert_eq!(places(&mut app), before);
+    press(&mut app, KeyCode::Period);
+    let off = (places(&mut app)[38] - ray.origin).cross(*ray.direction).length();
+    assert!(off < 1e-4, "a frame brings it to the hand, {off} m off the ray");
+    mouse(&mut app, ButtonState::Released);
+    app.update();
+    assert!(!app.world().resource::<Grab>().waits);
+}
+
+#[test]
 fn a_collider_hides_what_is_behind_it() {
     let simulation = Simulation::new(&scene(), &Options::default()).unwrap();
     let camera = Extent::of(&scene(), &simulation).camera(1.5, None, None).translation;
@@ -177,6 +203,26 @@ fn a_changed_value_reaches_the_simulation_which_goes_on_where_it_was() {
     press(&mut app, KeyCode::Period);
     app.update();
     assert!(places(&mut app) != before && running(&mut app).simulation().frame() > 25);
+}
+
+#[test]
+fn where_building_takes_long_only_the_last_value_of_a_slider_is_taken_up() {
+    for (at_once, builds) in [(0.0, 1), (f64::INFINITY, 3)] {
+        let mut app = viewer(&scene());
+        app.world_mut().resource_mut::<Changes>().at_once = at_once;
+        let before = running(&mut app).built();
+        for (k, edits) in [(60.0, true), (70.0, true), (80.0, false)] {
+            app.world_mut().resource_mut::<Busy>().edits = edits;
+            let mut bodies = app.world_mut().query::<(Entity, &mut SoftMaterial)>();
+            let (body, mut material) = bodies.single_mut(app.world_mut()).expect("a body");
+            material.bypass_change_detection().springs.structural.as_mut().expect("springs").k = k;
+            app.world_mut().resource_mut::<Changes>().waiting.insert(body);
+            app.update();
+        }
+        run(&mut app, 3);
+        assert_eq!(running(&mut app).built() - before, builds);
+        assert_eq!(running(&mut app).scene().bodies[0].springs.structural.unwrap().k, 80.0);
+    }
 }
 
 #[test]

@@ -6,10 +6,10 @@ use crate::bench::Args;
 use crate::bench::line::Line;
 use crate::bench::measure::{self, BUDGET, Bench, Times};
 use crate::console::counted;
-use crate::failure::Failure;
 use std::time::Instant;
 use taffeta::taffeta_gpu::{DispatchList, Gpu, GpuError};
 use taffeta::{GpuOptions, Simulation};
+use taffeta_io::program::Failure;
 
 /// Frames that take longer are timed by their sub-steps [s]: drivers give up what takes too long.
 const LONGEST: f64 = 1.0;

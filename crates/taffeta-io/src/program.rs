@@ -1,0 +1,93 @@
+//! How the programs of this workspace end, and what they complain of.
+
+use crate::LoadError;
+use std::fmt;
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+/// Why a program does not end well.
+#[derive(Debug)]
+pub enum Failure {
+    /// Bad input or usage.
+    Input(String),
+    /// The work failed: diverged, disk full.
+    Work(String),
+    /// The user stopped it.
+    Interrupted(String),
+}
+
+impl Failure {
+    /// The exit code, as scripts rely on it.
+    pub fn code(&self) -> u8 {
+        match self {
+            Self::Work(_) => 1,
+            Self::Input(_) => 2,
+            Self::Interrupted(_) => 130,
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Input(message) | Self::Work(message) => write!(f, "error: {message}"),
+            Self::Interrupted(message) => f.write_str(message),
+        }
+    }
+}
+
+impl From<LoadError> for Failure {
+    fn from(error: LoadError) -> Self {
+        Self::Input(error.to_string())
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::Work(error.to_string())
+    }
+}
+
+/// The one place that turns endings into exit codes.
+pub fn end(result: Result<(), Failure>) -> ExitCode {
+    let Err(failure) = result else { return ExitCode::SUCCESS };
+    complain(&failure.to_string());
+    failure.code().into()
+}
+
+/// Writes `text` and a line end to standard error. Unlike `eprintln!`, this does not panic when the reader has gone away.
+pub fn complain(text: &str) {
+    // Where standard error is closed there is nobody left to tell.
+    let _ = writeln!(io::stderr(), "{text}");
+}
+
+/// Keeps Vulkan's device selection from complaining on a machine without a desktop: it looks for one in the folder that
+/// `XDG_RUNTIME_DIR` names. What it gets is a path with nothing at it, where nobody else can put something. Nothing complains
+/// on other systems than Linux.
+///
+/// # Safety
+/// No other thread may be running.
+pub unsafe fn expect_no_desktop() {
+    let name = "XDG_RUNTIME_DIR";
+    if cfg!(target_os = "linux") && std::env::var_os(name).is_none_or(|value| value.is_empty()) {
+        // SAFETY: the caller says that this is the only thread.
+        unsafe { std::env::set_var(name, "/nonexistent") };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn endings_have_the_codes_and_words_that_scripts_rely_on() {
+        let words = || "why".to_owned();
+        let endings =
+            [Failure::Work(words()), Failure::Input(words()), Failure::Interrupted(words())].map(|failure| {
+                let said = failure.to_string();
+                (failure.code(), said)
+            });
+        assert_eq!(endings, [(1, "error: why".into()), (2, "error: why".into()), (130, "why".into())]);
+        assert!(matches!(Failure::from(io::Error::other("disk")), Failure::Work(said) if said == "disk"));
+    }
+}
