@@ -94,6 +94,7 @@ fn measured(entry: &Entry, side: usize) -> Result<Value, String> {
     let run = Run::of(engine.as_mut())?;
     let program = format!("{} {}", entry.package, version(entry.package));
     eprintln!("{program}, {side} × {side}: {run}");
+    run.last.lies()?;
     let mut spent: Vec<f64> = run.spent.iter().map(|(time, _)| time.as_secs_f64()).collect();
     let seconds: f64 = spent.iter().sum();
     spent.sort_by(f64::total_cmp);

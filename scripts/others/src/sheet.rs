@@ -50,6 +50,20 @@ pub struct Look {
     pub stretch: f32,
 }
 
+impl Look {
+    /// Whether it is on the ball and on the floor, and not in them: else its times say nothing.
+    pub fn lies(&self) -> Result<(), String> {
+        let [low, high] = self.heights;
+        if self.touching == 0 || high < RADIUS {
+            return Err("it fell off the ball".to_owned());
+        }
+        if self.ball_gap < -OFFSET || low < FLOOR - OFFSET {
+            return Err("it is inside the ball or the floor".to_owned());
+        }
+        Ok(())
+    }
+}
+
 /// Looks at a cloth, or says that it has blown up.
 pub fn look(positions: &[[f32; 3]], springs: &[Spring]) -> Result<Look, String> {
     if positions.iter().flatten().any(|x| !x.is_finite()) {
