@@ -1,6 +1,6 @@
 //! Runs what is wanted, one after the other, and writes the report.
 
-use crate::job::{Job, Place, Quick};
+use crate::job::{Job, Place, Quick, What};
 use crate::look::Look;
 use crate::page::Section;
 use crate::paper::Paper;
@@ -87,8 +87,11 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
             continue;
         }
         if let Some(why) = left_out(job, wanted) {
-            match brought.get(&job.name).or_else(|| store.get(&job.name).filter(|_| job.gpu)) {
+            // What was brought earlier is there still.
+            let earlier = || store.get(&job.name).filter(|kept| kept.program != program && is_brought(job));
+            match brought.get(&job.name) {
                 Some(kept) => store.keep(kept.clone()).map_err(work(&wanted.out))?,
+                None if earlier().is_some() => {}
                 None => drop(missing.insert(job.name.clone(), why)),
             }
             continue;
@@ -120,6 +123,9 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
 
 /// Why a run is not made here.
 fn left_out(job: &Job, wanted: &Wanted) -> Option<String> {
+    if let What::Elsewhere(command) = job.what {
+        return Some(format!("`{command}` writes a file for --merge"));
+    }
     if job.gpu && !wanted.gpu {
         return Some(
             "needs a hardware GPU: run it on a machine with one, and bring its raw.jsonl with --merge"
@@ -127,6 +133,11 @@ fn left_out(job: &Job, wanted: &Wanted) -> Option<String> {
         );
     }
     (job.quick == Quick::Out && wanted.quick).then(|| "--quick leaves it out".to_owned())
+}
+
+/// Whether another machine or program may have left it.
+fn is_brought(job: &Job) -> bool {
+    job.gpu || matches!(job.what, What::Elsewhere(_))
 }
 
 fn is_all(wanted: &Wanted) -> bool {

@@ -33,6 +33,8 @@ pub enum What {
     Bout,
     /// The experiments of the errata.
     Errata,
+    /// Another program, which leaves lines for `--merge`: how it is run.
+    Elsewhere(&'static str),
 }
 
 /// What a quick look makes of a run.
@@ -114,6 +116,7 @@ impl Job {
                 format!("{} --frames 1 --json", scenes::command(scene.name, &scene.sets))
             }
             What::Bout | What::Errata => format!("taffeta reproduce all, {}", self.name),
+            What::Elsewhere(command) => (*command).to_owned(),
         }
     }
 
@@ -138,6 +141,7 @@ impl Job {
             What::Counts(scene) => counts(scene),
             What::Bout => tournament::run(&self.name, place.cache),
             What::Errata => Ok(errata::findings()),
+            What::Elsewhere(command) => Err(format!("is run by `{command}`")),
         }
     }
 }

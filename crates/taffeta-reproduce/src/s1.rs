@@ -1,5 +1,7 @@
 //! S1: cloth by springs, by implicit constraints (ICE), and by springs that become constraints (ACAD).
 
+mod others;
+
 use crate::behaviour::{Behaviour, Scene};
 use crate::curve;
 use crate::job::{Job, Quick, What};
@@ -255,6 +257,7 @@ pub fn jobs() -> Vec<Job> {
         jobs.push(job(on_threads(timing.job, true)).threads(1));
         jobs.push(job(timing.job.to_owned()));
     }
+    jobs.extend(others::jobs());
     let gpu = |n, words: &str| format!("bench {n} --n 34 --json --backend gpu{words}");
     jobs.push(Job::bench("s1-ice-gpu", gpu("ice", ""), Quick::Whole).on_gpu());
     jobs.push(Job::bench("s1-ice-gpu-printed", gpu("ice", " --kernels printed"), Quick::Whole).on_gpu());
@@ -266,7 +269,7 @@ pub fn jobs() -> Vec<Job> {
 
 /// What came out.
 pub fn sections(look: &Look) -> Vec<Section> {
-    let mut sections = vec![counts(look), sheets(look), costs(look)];
+    let mut sections = vec![counts(look), sheets(look), others::section(look), costs(look)];
     sections.extend(figures().iter().map(|figure| behaviour(look, figure)));
     sections
 }
@@ -322,7 +325,7 @@ fn sheets(look: &Look) -> Section {
         if unity != Cell::none() {
             let mut row = vec![Cell::words(label("Unity's cloth")), Cell::Theirs("65,536".to_owned())];
             row.resize(9, Cell::none());
-            row.extend([unity, Cell::words("a closed program; other engines on the same scene are below")]);
+            row.extend([unity, Cell::words("no: a closed program; others are below")]);
             table.row(row);
         }
     }
