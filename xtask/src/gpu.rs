@@ -47,7 +47,7 @@ fn prepare() -> Result<String, String> {
     Ok(format!(
         "{program} is all that is needed (taffeta {commit}). Take it to a machine with a GPU and run there:
 
-    ./{} gpu-check --out gpu-check.json
+    ./{0} gpu-check --out gpu-check.json
 
 It takes some minutes: every kernel and some scenes beside their twins on the CPU, then measurements. The machine needs
 the GPU's driver and the Vulkan loader (Debian and Ubuntu: `apt-get install libvulkan1`; with NVIDIA's driver in a
@@ -55,7 +55,15 @@ container also `libegl1 libglvnd0`), a C library no older than this machine's, a
 differs between GPU and CPU. TAFFETA_ADAPTER chooses among several GPUs; `taffeta info` lists them.
 Bring back gpu-check.json, and then:
 
-    cargo xtask gpu --merge gpu-check.json",
+    cargo xtask gpu --merge gpu-check.json
+
+For the report on the papers, run there too
+
+    ./{0} reproduce all --out reproduce
+
+(some 15 minutes), bring back reproduce/raw.jsonl, and add its rows of the GPU to a report that was made here:
+
+    taffeta reproduce all --out REPORT --merge raw.jsonl",
         name.display()
     ))
 }

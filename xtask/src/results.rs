@@ -73,8 +73,7 @@ pub fn write_readme(folder: &Path) -> Result<(), String> {
         table::readme(
             &processors,
             &gpus,
-            ["volume", "constraints", "contact", "methods"]
-                .map(|page| folder.join(page).with_extension("md").is_file()),
+            &table::PAGES.into_iter().filter(|(file, _)| folder.join(file).is_file()).collect::<Vec<_>>(),
         ),
     )
     .map_err(|error| format!("{}: {error}", readme.display()))

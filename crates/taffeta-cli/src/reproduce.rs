@@ -11,7 +11,7 @@ use taffeta_reproduce::{Done, Paper, Trouble, Wanted, Watch, reproduce};
 
 /// Run the experiments of three papers, and write a report of theirs beside ours
 ///
-/// Into the folder go report.html, which needs nothing else, tables as CSV, plots as SVG, pictures, and raw.jsonl, what
+/// Into the folder go report.html, which needs nothing else, the same as Markdown, tables as CSV, plots as SVG, pictures, and raw.jsonl, what
 /// every run left. Stopped with Ctrl-C, the same command goes on where it was.
 #[derive(clap::Args)]
 pub struct Args {
@@ -27,6 +27,9 @@ pub struct Args {
     /// What a machine with a GPU has brought: its raw.jsonl, for rows that cannot be measured here
     #[arg(long, value_name = "FILE")]
     merge: Option<PathBuf>,
+    /// Run nothing: write the report of what is in the folder
+    #[arg(long)]
+    only_report: bool,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -55,6 +58,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         out: args.out.clone(),
         quick: args.quick,
         merge: args.merge.clone(),
+        only_report: args.only_report,
         program,
         gpu: gpu::open().is_ok_and(|gpu| !gpu.info().is_software()),
     };

@@ -23,6 +23,8 @@ pub struct Wanted {
     pub quick: bool,
     /// What another machine kept, for rows that cannot be measured here.
     pub merge: Option<PathBuf>,
+    /// Whether nothing is run: the report is of what is there, whichever program left it.
+    pub only_report: bool,
     /// The program `taffeta`.
     pub program: PathBuf,
     /// Whether a hardware GPU is there.
@@ -81,7 +83,7 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
     let jobs = jobs(wanted);
     let (mut missing, mut failed, mut runs) = (BTreeMap::new(), Vec::new(), [0, 0]);
     for (index, job) in jobs.iter().enumerate() {
-        let known = store.get(&job.name).filter(|kept| kept.program == program);
+        let known = store.get(&job.name).filter(|kept| kept.program == program || wanted.only_report);
         if known.is_some_and(|kept| kept.quick == wanted.quick || !kept.quick) {
             runs[1] += 1;
             continue;
@@ -127,10 +129,10 @@ fn left_out(job: &Job, wanted: &Wanted) -> Option<String> {
         return Some(format!("`{command}` writes a file for --merge"));
     }
     if job.gpu && !wanted.gpu {
-        return Some(
-            "needs a hardware GPU: run it on a machine with one, and bring its raw.jsonl with --merge"
-                .to_owned(),
-        );
+        return Some("a hardware GPU and --merge".to_owned());
+    }
+    if wanted.only_report {
+        return Some("was not run".to_owned());
     }
     (job.quick == Quick::Out && wanted.quick).then(|| "--quick leaves it out".to_owned())
 }
@@ -189,7 +191,8 @@ fn head(wanted: &Wanted) -> Head {
         "What papers on real-time cloth and soft bodies print, beside what taffeta {} does.\n\n{papers}\n\
          Every number of ours is a link to the run that it comes from: its command, its machine and all that it left, at the \
          end of this page. Numbers that are printed in a paper are brown. *Open* is what was not measured; its row or its \
-         tooltip says what would fill it. A software adapter is never a row of speed.\n\n\
+         tooltip says what would fill it: where that is a hardware GPU, run the same command on a machine with one, and bring its \
+         raw.jsonl here with --merge. A software adapter is never a row of speed.\n\n\
          Measured on {}.{cut}",
         env!("CARGO_PKG_VERSION"),
         machine::processor(),
@@ -223,7 +226,15 @@ mod tests {
 
     fn wanted(out: &Path) -> Wanted {
         let [out, program] = [out.to_owned(), std::env::current_exe().unwrap()];
-        Wanted { papers: Paper::ALL.to_vec(), out, quick: true, merge: None, program, gpu: false }
+        Wanted {
+            papers: Paper::ALL.to_vec(),
+            out,
+            quick: true,
+            merge: None,
+            only_report: false,
+            program,
+            gpu: false,
+        }
     }
 
     #[test]

@@ -6,8 +6,8 @@ use plotters::prelude::*;
 use std::ops::Range;
 
 /// Width and height of a drawing, and width of the names of its lines at the right [pixels].
-const SIZE: (u32, u32) = (760, 440);
-const NAMES: u32 = 130;
+const SIZE: (u32, u32) = (820, 440);
+const NAMES: u32 = 190;
 const FONT: &str = "sans-serif";
 /// Colours of lines in their order; for people who confuse red and green too (Okabe and Ito 2008).
 pub const COLORS: [RGBColor; 7] = [

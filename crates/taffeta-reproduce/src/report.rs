@@ -1,6 +1,6 @@
 //! The report: one file that needs nothing else, with the raw numbers in it.
 
-use crate::page::{Block, Section};
+use crate::page::{Block, Picture, Section};
 use crate::store::{Kept, Store};
 use crate::table::Cell;
 use base64::Engine;
@@ -28,7 +28,7 @@ td.open{color:#777;font-style:italic}td.theirs{color:#8a4b00}a{color:#00588f}fig
 figure svg,figure img{max-width:100%;height:auto}figcaption{font-size:14px;color:#444}\
 pre{background:#f6f6f6;padding:.7rem;overflow:auto;max-height:24rem;font-size:12px}details{margin:.2rem 0}summary{cursor:pointer;font-size:14px}";
 
-/// Writes `report.html`, and each table as CSV, each plot and picture into folders of their own.
+/// Writes `report.html` and `report.md`, and each table as CSV, each plot and picture into folders of their own.
 ///
 /// # Errors
 /// Where a number of ours has no run behind it, which would be a mistake of this program; and where a file cannot be written.
@@ -56,6 +56,7 @@ pub fn write(folder: &Path, head: &Head, sections: &[Section], store: &Store) ->
             }
         }
     }
+    put(&folder.join("report.md"), plain(head, sections).as_bytes())?;
     put(&folder.join("report.html"), text.as_bytes())
 }
 
@@ -103,6 +104,25 @@ fn text(head: &Head, sections: &[Section], runs: &BTreeMap<String, &Kept>) -> St
     page += "<h2 id=\"runs\">The runs behind the numbers</h2>\n";
     runs.values().for_each(|kept| page += &run(kept));
     page + "</body></html>\n"
+}
+
+/// As Markdown, with drawings beside it.
+fn plain(head: &Head, sections: &[Section]) -> String {
+    let block = |block: &Block| match block {
+        Block::Words(words) => format!("{words}\n\n"),
+        Block::Table(table) => format!("{}\n", table.markdown()),
+        Block::Plot(plot) => format!("![{}](plots/{}.svg)\n\n", plot.caption, plot.name),
+        Block::Picture(picture) => {
+            let Picture { caption, name, .. } = picture;
+            format!("{caption}:\n\n![{caption}](pictures/{name}.png)\n\n")
+        }
+    };
+    let section = |section: &Section| {
+        format!("## {}\n\n{}", section.title, section.blocks.iter().map(block).collect::<String>())
+    };
+    let runs = format!("The runs behind the numbers are lines of [{0}]({0}).", Store::FILE);
+    let parts: String = sections.iter().map(section).collect();
+    format!("# {}\n\n{}\n\n{runs}\n\n{parts}", head.title, head.words)
 }
 
 fn html_of(block: &Block) -> String {

@@ -92,10 +92,9 @@ impl Table {
         self.rows.push(cells);
     }
 
-    /// As Markdown; where numbers of ours link to what they come from, by `#` and its name, if that is wanted.
-    pub fn markdown(&self, linked: bool) -> String {
-        let cells =
-            |row: &[Cell]| row.iter().map(|cell| cell.markdown(linked)).collect::<Vec<_>>().join(" | ");
+    /// As Markdown.
+    pub fn markdown(&self) -> String {
+        let cells = |row: &[Cell]| row.iter().map(|cell| cell.markdown()).collect::<Vec<_>>().join(" | ");
         let rules: Vec<&str> = (0..self.columns.len()).map(|column| self.rule(column)).collect();
         let rows: String = self.rows.iter().map(|row| format!("| {} |\n", cells(row))).collect();
         format!("{}\n\n| {} |\n|{}|\n{rows}", self.caption, self.columns.join(" | "), rules.join("|"))
@@ -117,10 +116,9 @@ impl Table {
 }
 
 impl Cell {
-    fn markdown(&self, linked: bool) -> String {
+    fn markdown(&self) -> String {
         match self {
             Self::Words(text) | Self::Theirs(text) => text.clone(),
-            Self::Ours(ours) if linked => format!("[{}](#{})", ours.text, ours.source),
             Self::Ours(ours) => ours.text.clone(),
             Self::Open(_) => "open".to_owned(),
         }
@@ -170,12 +168,8 @@ mod tests {
             Cell::theirs(None, 1),
             Cell::ours(Err("a GPU".to_owned()), read),
         ]);
-        let text = table.markdown(true);
-        assert!(
-            text.contains("|---|---:|---:|\n| grid | 2.0 | [1.50](#grid-32) |\n| a, b |  | open |"),
-            "{text}"
-        );
-        assert!(table.markdown(false).contains("| grid | 2.0 | 1.50 |"));
+        let text = table.markdown();
+        assert!(text.contains("|---|---:|---:|\n| grid | 2.0 | 1.50 |\n| a, b |  | open |"), "{text}");
         assert_eq!(table.csv(), "what,S1,ours\ngrid,2.0,1.50\n\"a, b\",,\n");
         assert_eq!(Cell::ours(Ok(&kept), |value| value["s"].as_str().map(str::to_owned)).plain(), "");
     }

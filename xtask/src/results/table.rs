@@ -58,20 +58,24 @@ each node's position and velocity read and written once a sub-step, and of the p
 31 operations a spring.
 ";
 
-/// Where pages of their own are, if they are there: of kept volumes, of springs as constraints, of contact of nodes with each
-/// other, and of ways of solving springs.
-const PAGES: [&str; 4] = [
-    "\nHow well soft bodies keep their volume, and at what cost: [volume.md](volume.md).\n",
-    "\nWhat springs as constraints do and cost, beside published figures: [constraints.md](constraints.md).\n",
-    "\nHow fast nodes find each other, by clusters and by all pairs: [contact.md](contact.md).\n",
-    "\nWhich way of solving springs is the fastest to a wanted error: [methods.md](methods.md).\n",
+/// Pages of their own, and what they are about.
+pub const PAGES: [(&str, &str); 6] = [
+    ("papers/report.md", "What three papers print beside what comes out here"),
+    ("volume.md", "How well soft bodies keep their volume, and at what cost"),
+    ("constraints.md", "What springs as constraints do and cost, beside published figures"),
+    ("contact.md", "How fast nodes find each other, by clusters and by all pairs"),
+    ("methods.md", "Which way of solving springs is the fastest to a wanted error"),
+    ("colliders.md", "What meshes as colliders cost, and garments on a human"),
 ];
 
-/// The page: where those of GPUs and of volumes are, then for each processor its targets, plots and measurements.
-pub fn readme(processors: &[(String, Vec<Line>)], gpus: &[(String, String)], pages: [bool; 4]) -> String {
+/// The page: where `pages` of their own and those of GPUs are, then for each processor its targets, plots and measurements.
+pub fn readme(
+    processors: &[(String, Vec<Line>)],
+    gpus: &[(String, String)],
+    pages: &[(&str, &str)],
+) -> String {
     let mut page = HEAD.to_owned();
-    let there = PAGES.iter().zip(pages).filter(|(_, is_there)| *is_there);
-    there.for_each(|(words, _)| page += words);
+    pages.iter().for_each(|(file, about)| page += &format!("\n{about}: [{file}]({file}).\n"));
     if !gpus.is_empty() {
         let links: Vec<String> = gpus.iter().map(|(slug, name)| format!("[{name}]({slug}.md)")).collect();
         let _ = write!(page, "\nGPUs have pages of their own: {}.\n", links.join(", "));

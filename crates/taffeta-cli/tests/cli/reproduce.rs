@@ -71,7 +71,19 @@ fn a_quick_report_has_every_table_and_every_number_of_ours_its_run() {
     // What was run is not run again.
     let again = desk.taffeta(&words).assert().success();
     let said = String::from_utf8_lossy(&again.get_output().stdout).into_owned();
+    assert_markdown(&desk);
     assert!(said.starts_with("0 runs, ") && again.get_output().stderr.is_empty(), "{said}");
+}
+
+/// The report as Markdown has the same parts, and leads to files that are there.
+fn assert_markdown(desk: &Desk) {
+    let text = fs::read_to_string(desk.path("out/report.md")).expect("the report as Markdown");
+    let files: Vec<&str> = all(&text, "](", ')').filter(|link| !link.contains(':')).collect();
+    assert!(
+        files.len() > 20 && files.iter().all(|file| desk.path(&format!("out/{file}")).is_file()),
+        "{files:?}"
+    );
+    assert!(text.contains("\n## S1: numbers of springs\n") && text.contains("| 32 × 32 | 1,024 |"));
 }
 
 /// Counts of springs are the published ones, springs of figure 15 blow up where ACAD does not, and a kept volume is kept.
@@ -104,6 +116,11 @@ fn what_a_machine_with_a_gpu_brought_fills_its_rows() {
     let page = fs::read_to_string(desk.path("out/report.html")).expect("the report");
     assert!(page.contains("<a href=\"#run-s2-binned-gpu-160\">gpu, H9 (vulkan, discrete)</a>"));
     assert!(page.contains("<a href=\"#run-s2-binned-gpu-160\">25 %</a>"));
+    // What was brought stays when the report is written again.
+    fs::remove_file(desk.path("out/report.html")).expect("the report");
+    desk.taffeta(&["reproduce", "s2", "--out", "out", "--only-report"]).assert().success();
+    let again = fs::read_to_string(desk.path("out/report.html")).expect("the report");
+    assert!(again.contains("run-s2-binned-gpu-160") && again.contains("run-s2-serial-10"));
     fs::write(desk.path("gpu.jsonl"), "{\"name\": 1}\n").expect("a file");
     let wrong = ["reproduce", "s2", "--quick", "--out", "out", "--merge", "gpu.jsonl"];
     let said = desk.taffeta(&wrong).assert().code(2);
