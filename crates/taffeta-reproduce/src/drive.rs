@@ -82,9 +82,13 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
     let place = Place { program: &wanted.program, cache: &cache, stopped: &stopped };
     let jobs = jobs(wanted);
     let (mut missing, mut failed, mut runs) = (BTreeMap::new(), Vec::new(), [0, 0]);
+    // Whether a run was cut short.
+    let mut cut = wanted.quick;
     for (index, job) in jobs.iter().enumerate() {
-        let known = store.get(&job.name).filter(|kept| kept.program == program || wanted.only_report);
-        if known.is_some_and(|kept| kept.quick == wanted.quick || !kept.quick) {
+        let serves = |kept: &&Kept| kept.program == program && (wanted.quick || !kept.quick);
+        let known = store.get(&job.name).filter(|kept| wanted.only_report || serves(kept));
+        if let Some(known) = known {
+            cut |= known.quick;
             runs[1] += 1;
             continue;
         }
@@ -119,7 +123,7 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
         }
     }
     let sections = sections(wanted, &Look::new(&store, &missing));
-    report::write(&wanted.out, &head(wanted), &sections, &store).map_err(Trouble::Work)?;
+    report::write(&wanted.out, &head(wanted, cut), &sections, &store).map_err(Trouble::Work)?;
     Ok(Done { report: wanted.out.join("report.html"), runs, failed })
 }
 
@@ -179,8 +183,8 @@ fn sections(wanted: &Wanted, look: &Look) -> Vec<Section> {
     sections
 }
 
-fn head(wanted: &Wanted) -> Head {
-    let cut = if wanted.quick {
+fn head(wanted: &Wanted, cut: bool) -> Head {
+    let cut = if cut {
         "\n\n**This is a quick look**: runs are cut short or left out, and their numbers are not for quoting."
     } else {
         ""
@@ -252,7 +256,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
         let sections = sections(&wanted(folder.path()), &Look::new(&store, &BTreeMap::new()));
-        report::write(folder.path(), &head(&wanted(folder.path())), &sections, &store).unwrap();
+        report::write(folder.path(), &head(&wanted(folder.path()), true), &sections, &store).unwrap();
         let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
         for table in [
             "s1-springs",
