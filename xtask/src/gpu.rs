@@ -6,14 +6,18 @@ mod report;
 use crate::{program, results, root};
 use report::Report;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 /// Without words: builds what to take along. With `--merge FILE`: writes the page of what was found.
 pub fn run(words: &[&str]) -> ExitCode {
     let result = match words {
         [] => prepare(),
+        ["--merge", file] if file.ends_with(".jsonl") => merge_rows(Path::new(file)),
         ["--merge", file] => merge(Path::new(file), &root().join("docs/results")),
-        _ => Err(format!("gpu {}: it takes nothing, or --merge FILE.json", words.join(" "))),
+        _ => Err(format!(
+            "gpu {}: it takes nothing, or --merge with FILE.json of gpu-check or raw.jsonl of reproduce",
+            words.join(" ")
+        )),
     };
     match result {
         Ok(words) => {
@@ -61,9 +65,9 @@ For the report on the papers, run there too
 
     ./{0} reproduce all --out reproduce
 
-(some 15 minutes), bring back reproduce/raw.jsonl, and add its rows of the GPU to a report that was made here:
+(some ten minutes), bring back reproduce/raw.jsonl, and then:
 
-    taffeta reproduce all --out REPORT --merge raw.jsonl",
+    cargo xtask gpu --merge raw.jsonl",
         name.display()
     ))
 }
@@ -78,6 +82,21 @@ fn read(file: &Path) -> Result<(Report, String), String> {
     let text = std::fs::read_to_string(file).map_err(|error| at(&error))?;
     let report = serde_json::from_str(&text).map_err(|error| at(&error))?;
     Ok((report, text))
+}
+
+/// Adds the rows that only a GPU can have to the report on the papers in docs/results/papers.
+fn merge_rows(file: &Path) -> Result<String, String> {
+    if !program::build().arg("--quiet").status().map_err(|error| format!("cargo: {error}"))?.success() {
+        return Err("the program was not built".into());
+    }
+    let out = root().join("docs/results/papers");
+    let mut command = Command::new(program::path());
+    command.args(["reproduce", "all", "--only-report", "--merge"]).arg(file).arg("--out").arg(&out);
+    let status = command.status().map_err(|error| format!("{}: {error}", program::path().display()))?;
+    if !status.success() {
+        return Err(format!("taffeta reproduce: {status}"));
+    }
+    Ok(format!("{} has the rows of {}", out.join("report.md").display(), file.display()))
 }
 
 /// Writes the page of a device beside the results of others, and keeps what it was made of; returns what it wrote.

@@ -147,7 +147,8 @@ pub fn run(scene: &Scene, frames: Option<u32>, stopped: &dyn Fn() -> bool) -> Re
         frames: reports.len() as u32 - 1,
         diverged,
         ms_per_frame: spread,
-        steps_per_s: f64::from(time.substeps()) * 1e3 / spread.median,
+        // A scene that blows up at once has no time.
+        steps_per_s: if spread.median > 0.0 { f64::from(time.substeps()) * 1e3 / spread.median } else { 0.0 },
         picture: strip.map(|strip| strip.png()).transpose()?.map(|png| STANDARD.encode(png)),
         ..summary(&reports, &rest)
     })

@@ -5,9 +5,10 @@ use crate::look::Look;
 use crate::page::Section;
 use crate::paper::Paper;
 use crate::report::{self, Head};
-use crate::store::{Kept, Store};
+use crate::store::{self, Kept, Store};
 use crate::{errata, limits, machine, s1, s2, s3, tournament};
-use std::collections::BTreeMap;
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::hash::Hasher;
 use std::path::{Path, PathBuf};
@@ -86,7 +87,8 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
     let mut cut = wanted.quick;
     for (index, job) in jobs.iter().enumerate() {
         let serves = |kept: &&Kept| kept.program == program && (wanted.quick || !kept.quick);
-        let known = store.get(&job.name).filter(|kept| wanted.only_report || serves(kept));
+        let replaced = is_brought(job) && brought.contains_key(&job.name);
+        let known = store.get(&job.name).filter(|kept| serves(kept) || wanted.only_report && !replaced);
         if let Some(known) = known {
             cut |= known.quick;
             runs[1] += 1;
@@ -95,7 +97,7 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
         if let Some(why) = left_out(job, wanted) {
             // What was brought earlier is there still.
             let earlier = || store.get(&job.name).filter(|kept| kept.program != program && is_brought(job));
-            match brought.get(&job.name) {
+            match brought.get(&job.name).filter(|_| is_brought(job)) {
                 Some(kept) => store.keep(kept.clone()).map_err(work(&wanted.out))?,
                 None if earlier().is_some() => {}
                 None => drop(missing.insert(job.name.clone(), why)),
@@ -123,7 +125,11 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
         }
     }
     let sections = sections(wanted, &Look::new(&store, &missing));
-    report::write(&wanted.out, &head(wanted, cut), &sections, &store).map_err(Trouble::Work)?;
+    let shown = jobs.iter().filter(|job| !missing.contains_key(&job.name));
+    let machines: BTreeSet<&str> =
+        shown.filter_map(|job| store.get(&job.name)).map(|kept| kept.machine.as_str()).collect();
+    report::write(&wanted.out, &head(wanted, cut, &machines, &store), &sections, &store)
+        .map_err(Trouble::Work)?;
     Ok(Done { report: wanted.out.join("report.html"), runs, failed })
 }
 
@@ -183,7 +189,13 @@ fn sections(wanted: &Wanted, look: &Look) -> Vec<Section> {
     sections
 }
 
-fn head(wanted: &Wanted, cut: bool) -> Head {
+fn head(wanted: &Wanted, cut: bool, machines: &BTreeSet<&str>, store: &Store) -> Head {
+    let limits = store.get(s1::LIMITS).and_then(|kept| {
+        let limits = &kept.result["limits"];
+        let [gflops, bytes] = [&limits["fma_gflop_per_s"], &limits["memory_gb_per_s"]].map(Value::as_f64);
+        Some(format!(", of which one thread reaches {:.0} GFLOP/s and {:.0} GB/s", gflops?, bytes?))
+    });
+    let limits = limits.unwrap_or_default();
     let cut = if cut {
         "\n\n**This is a quick look**: runs are cut short or left out, and their numbers are not for quoting."
     } else {
@@ -193,13 +205,9 @@ fn head(wanted: &Wanted, cut: bool) -> Head {
         wanted.papers.iter().map(|paper| format!("- {}: {}.\n", paper.name(), paper.citation())).collect();
     let words = format!(
         "What papers on real-time cloth and soft bodies print, beside what taffeta {} does.\n\n{papers}\n\
-         Every number of ours is a link to the run that it comes from: its command, its machine and all that it left, at the \
-         end of this page. Numbers that are printed in a paper are brown. *Open* is what was not measured; its row or its \
-         tooltip says what would fill it: where that is a hardware GPU, run the same command on a machine with one, and bring its \
-         raw.jsonl here with --merge. A software adapter is never a row of speed.\n\n\
-         Measured on {}.{cut}",
+         The runs are of: {}{limits}.{cut}",
         env!("CARGO_PKG_VERSION"),
-        machine::processor(),
+        machines.iter().copied().collect::<Vec<_>>().join(", "),
     );
     Head { title: "Papers on cloth and soft bodies, reproduced".to_owned(), words }
 }
@@ -208,12 +216,7 @@ fn head(wanted: &Wanted, cut: bool) -> Head {
 fn brought(file: &Path) -> Result<BTreeMap<String, Kept>, Trouble> {
     let at = |error: &dyn std::fmt::Display| Trouble::Input(format!("--merge {}: {error}", file.display()));
     let text = fs::read_to_string(file).map_err(|error| at(&error))?;
-    let line = |(index, line): (usize, &str)| {
-        let kept: Kept =
-            serde_json::from_str(line).map_err(|error| at(&format!("line {}: {error}", index + 1)))?;
-        Ok((kept.name.clone(), kept))
-    };
-    text.lines().enumerate().map(line).collect()
+    store::lines(&text).map_err(|error| at(&error))
 }
 
 /// Of the program's bytes: what was run by another is run again.
@@ -256,7 +259,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
         let sections = sections(&wanted(folder.path()), &Look::new(&store, &BTreeMap::new()));
-        report::write(folder.path(), &head(&wanted(folder.path()), true), &sections, &store).unwrap();
+        report::write(
+            folder.path(),
+            &head(&wanted(folder.path()), true, &BTreeSet::new(), &store),
+            &sections,
+            &store,
+        )
+        .unwrap();
         let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
         for table in [
             "s1-springs",

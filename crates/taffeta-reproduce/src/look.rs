@@ -107,7 +107,7 @@ pub fn speed(look: &Look, what: &str, job: &str, published: Cell, alike: &str) -
 /// The shares of the machine's limits that a run used.
 fn roofline(look: &Look, job: &str) -> Cell {
     if look.at(job).is_ok_and(|kept| kept.result["limits"].is_null()) {
-        return Cell::words("in caches");
+        return Cell::words("not measured");
     }
     look.cell(job, |value| {
         let memory = value["limits"]["memory_fraction"].as_f64()? * 1e2;

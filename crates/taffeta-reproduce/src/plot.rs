@@ -10,7 +10,7 @@ const SIZE: (u32, u32) = (820, 440);
 const NAMES: u32 = 190;
 const FONT: &str = "sans-serif";
 /// Colours of lines in their order; for people who confuse red and green too (Okabe and Ito 2008).
-pub const COLORS: [RGBColor; 7] = [
+pub const COLORS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -18,6 +18,7 @@ pub const COLORS: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
     RGBColor(0, 0, 0),
+    RGBColor(130, 130, 130),
 ];
 
 /// A line through points, in their order.

@@ -20,11 +20,20 @@ pub struct Head {
     pub words: String,
 }
 
+/// How to read the page, and the Markdown of it.
+const LEGEND: &str = "Every number of ours is a link to the run that it comes from: its command, its machine and all that it left, at the \
+    end of this page. Numbers that are printed in a paper are brown. *Open* is what was not measured; its row or its tooltip says what \
+    would fill it: where that is a hardware GPU, run the same command on a machine with one, and bring its raw.jsonl here with --merge. \
+    A software adapter is never a row of speed.";
+const PLAIN_LEGEND: &str = "Every number of ours comes from a run: its command, its machine and all that it left are a line of \
+    [raw.jsonl](raw.jsonl), and in report.html each number is a link to it. *Open* is what was not measured; report.html says what would \
+    fill it.";
+
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:1180px;margin:2rem auto;padding:0 1rem;color:#1c1c1c;background:#fff}\
 h1,h2{line-height:1.2}h2{margin-top:2.5rem;border-bottom:1px solid #ccc}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-size:14px;margin:.7rem 0 1.2rem}\
 th,td{padding:.22rem .6rem;border-bottom:1px solid #ddd;vertical-align:top}th{text-align:left;background:#f3f3f3}\
-td.open{color:#777;font-style:italic}td.theirs{color:#8a4b00}a{color:#00588f}figure{margin:1rem 0}\
+td.open{color:#777;font-style:italic}td.theirs{color:#8a4b00}td a{white-space:nowrap}a{color:#00588f}figure{margin:1rem 0}\
 figure svg,figure img{max-width:100%;height:auto}figcaption{font-size:14px;color:#444}\
 pre{background:#f6f6f6;padding:.7rem;overflow:auto;max-height:24rem;font-size:12px}details{margin:.2rem 0}summary{cursor:pointer;font-size:14px}";
 
@@ -90,7 +99,7 @@ fn text(head: &Head, sections: &[Section], runs: &BTreeMap<String, &Kept>) -> St
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title>\
          <meta name=\"viewport\" content=\"width=device-width\"><style>{STYLE}</style></head><body>\n<h1>{0}</h1>\n{1}<ul>\n",
         escaped(&head.title),
-        markdown(&head.words)
+        markdown(&format!("{}\n\n{LEGEND}", head.words))
     );
     // Writing to a string cannot fail.
     for (index, section) in sections.iter().enumerate() {
@@ -120,9 +129,8 @@ fn plain(head: &Head, sections: &[Section]) -> String {
     let section = |section: &Section| {
         format!("## {}\n\n{}", section.title, section.blocks.iter().map(block).collect::<String>())
     };
-    let runs = format!("The runs behind the numbers are lines of [{0}]({0}).", Store::FILE);
     let parts: String = sections.iter().map(section).collect();
-    format!("# {}\n\n{}\n\n{runs}\n\n{parts}", head.title, head.words)
+    format!("# {}\n\n{}\n\n{PLAIN_LEGEND}\n\n{parts}", head.title, head.words)
 }
 
 fn html_of(block: &Block) -> String {
@@ -180,7 +188,7 @@ fn run(kept: &Kept) -> String {
         kept.name,
         escaped(&kept.command),
         escaped(&kept.machine),
-        kept.program,
+        escaped(&kept.program),
         escaped(&result.to_string())
     )
 }
@@ -239,7 +247,7 @@ mod tests {
             assert!(page.contains(part), "{part}\n{page}");
         }
         let csv = fs::read_to_string(folder.path().join("tables/times.csv")).unwrap();
-        assert_eq!(csv, "what,S1,ours\na < b,3,2.0\nopen,,\n");
+        assert_eq!(csv, "what,S1,ours\na < b,3,2.0\nopen,,open\n");
     }
 
     #[test]

@@ -34,15 +34,14 @@ impl Store {
     /// The name of the file.
     pub const FILE: &str = "raw.jsonl";
 
-    /// What a folder has; a last line that was not written whole does not count.
+    /// What a folder has.
     ///
     /// # Errors
-    /// Where its file cannot be read or written.
+    /// Where its file cannot be read or written, or is none of these.
     pub fn open(folder: &Path) -> io::Result<Self> {
         let file = folder.join(Self::FILE);
         let text = if file.is_file() { fs::read_to_string(&file)? } else { String::new() };
-        let lines = text.lines().filter_map(|line| serde_json::from_str::<Kept>(line).ok());
-        let kept: BTreeMap<String, Kept> = lines.map(|kept| (kept.name.clone(), kept)).collect();
+        let kept = lines(&text).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))?;
         let store = Self { file, kept };
         store.write()?;
         Ok(store)
@@ -74,5 +73,50 @@ impl Store {
         let part = self.file.with_extension("part");
         fs::write(&part, text)?;
         fs::rename(&part, &self.file)
+    }
+}
+
+/// What lines have, by name; a last line that was not written whole does not count.
+///
+/// # Errors
+/// Which line is none, and why.
+pub fn lines(text: &str) -> Result<BTreeMap<String, Kept>, String> {
+    let mut kept = BTreeMap::new();
+    let count = text.lines().count();
+    for (index, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+        match serde_json::from_str::<Kept>(line) {
+            Ok(one) => drop(kept.insert(one.name.clone(), one)),
+            Err(_) if index + 1 == count && !text.ends_with('\n') => {}
+            Err(error) => return Err(format!("line {}: {error}", index + 1)),
+        }
+    }
+    Ok(kept)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_that_was_not_written_whole_does_not_count_and_another_is_never_lost() {
+        let line = |name: &str| {
+            let [name, command, machine, program] = [name, "", "", ""].map(str::to_owned);
+            let kept = Kept { name, command, machine, program, quick: false, result: Value::Null };
+            serde_json::to_string(&kept).unwrap()
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join(Store::FILE);
+        fs::write(&file, format!("{}\n\n{}\n{{\"name\":", line("b"), line("a"))).unwrap();
+        assert!(
+            Store::open(folder.path())
+                .is_ok_and(|store| store.get("a").is_some() && store.get("b").is_some())
+        );
+        assert_eq!(fs::read_to_string(&file).unwrap(), format!("{}\n{}\n", line("a"), line("b")));
+        let foreign = format!("{}\n[1]\n{}\n", line("b"), line("a"));
+        fs::write(&file, &foreign).unwrap();
+        assert!(
+            Store::open(folder.path()).err().is_some_and(|error| error.to_string().starts_with("line 2: "))
+        );
+        assert_eq!(fs::read_to_string(&file).unwrap(), foreign);
     }
 }

@@ -94,7 +94,7 @@ impl Table {
 
     /// As Markdown.
     pub fn markdown(&self) -> String {
-        let cells = |row: &[Cell]| row.iter().map(|cell| cell.markdown()).collect::<Vec<_>>().join(" | ");
+        let cells = |row: &[Cell]| row.iter().map(|cell| cell.text()).collect::<Vec<_>>().join(" | ");
         let rules: Vec<&str> = (0..self.columns.len()).map(|column| self.rule(column)).collect();
         let rows: String = self.rows.iter().map(|row| format!("| {} |\n", cells(row))).collect();
         format!("{}\n\n| {} |\n|{}|\n{rows}", self.caption, self.columns.join(" | "), rules.join("|"))
@@ -110,25 +110,18 @@ impl Table {
     pub fn csv(&self) -> String {
         let line =
             |texts: Vec<String>| texts.iter().map(|text| field(text)).collect::<Vec<_>>().join(",") + "\n";
-        let rows = self.rows.iter().map(|row| line(row.iter().map(Cell::plain).collect()));
+        let rows = self.rows.iter().map(|row| line(row.iter().map(Cell::text).collect()));
         line(self.columns.clone()) + &rows.collect::<String>()
     }
 }
 
 impl Cell {
-    fn markdown(&self) -> String {
+    /// In writing.
+    fn text(&self) -> String {
         match self {
             Self::Words(text) | Self::Theirs(text) => text.clone(),
             Self::Ours(ours) => ours.text.clone(),
             Self::Open(_) => "open".to_owned(),
-        }
-    }
-
-    fn plain(&self) -> String {
-        match self {
-            Self::Words(text) | Self::Theirs(text) => text.clone(),
-            Self::Ours(ours) => ours.text.clone(),
-            Self::Open(_) => String::new(),
         }
     }
 }
@@ -170,7 +163,7 @@ mod tests {
         ]);
         let text = table.markdown();
         assert!(text.contains("|---|---:|---:|\n| grid | 2.0 | 1.50 |\n| a, b |  | open |"), "{text}");
-        assert_eq!(table.csv(), "what,S1,ours\ngrid,2.0,1.50\n\"a, b\",,\n");
-        assert_eq!(Cell::ours(Ok(&kept), |value| value["s"].as_str().map(str::to_owned)).plain(), "");
+        assert_eq!(table.csv(), "what,S1,ours\ngrid,2.0,1.50\n\"a, b\",,open\n");
+        assert_eq!(Cell::ours(Ok(&kept), |value| value["s"].as_str().map(str::to_owned)).text(), "open");
     }
 }
