@@ -6,7 +6,7 @@ use super::raster::{fill, twice_area};
 use super::shapes::{Corner, Face, Material};
 use super::vector::{Vector, along, cross, difference, dot, mix, unit};
 
-/// Width and height of a picture [pixels].
+/// Width and height of a picture in pixels.
 pub const SIZE: [usize; 2] = [960, 640];
 /// Samples of a pixel along each axis.
 pub const FINE: usize = 3;
@@ -17,7 +17,7 @@ const EDGE_SHADE: f64 = 0.22;
 /// Height of a triangle [samples] above which its edges are drawn in full.
 const LARGE: f64 = 40.0;
 
-/// Draws the faces in a picture of `size` [pixels]; bytes of red, green and blue by rows.
+/// Draws the faces in a picture of `size` in pixels; bytes of red, green and blue by rows.
 pub fn render(faces: &[Face], camera: &Camera, light: &Light, size: [usize; 2]) -> Vec<u8> {
     let samples = size.map(|pixels| pixels * FINE);
     let background = |index: usize| sky((index / samples[0]) as f64 / samples[1] as f64);
