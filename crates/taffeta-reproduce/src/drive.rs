@@ -11,6 +11,7 @@ use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::hash::Hasher;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use twox_hash::XxHash64;
 
@@ -74,9 +75,19 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
         let what = what.display().to_string();
         move |error: std::io::Error| Trouble::Work(format!("{what}: {error}"))
     };
+    let out = wanted.out.display();
+    if wanted.out.exists() && !wanted.out.is_dir() {
+        return Err(Trouble::Input(format!("--out {out}: is a file; a folder would do")));
+    }
     let cache = wanted.out.join("references");
     fs::create_dir_all(&cache).map_err(work(&wanted.out))?;
-    let mut store = Store::open(&wanted.out).map_err(work(&wanted.out))?;
+    let mut store = Store::open(&wanted.out).map_err(|error| match error.kind() {
+        ErrorKind::InvalidData => Trouble::Input(format!(
+            "{out}/{}: {error}; it is not of this program, and stays as it is: another folder would do",
+            Store::FILE
+        )),
+        _ => work(&wanted.out)(error),
+    })?;
     let brought = wanted.merge.as_deref().map_or(Ok(BTreeMap::new()), brought)?;
     let program = hash(&wanted.program).map_err(work(&wanted.program))?;
     let stopped = || watch.is_stopped();

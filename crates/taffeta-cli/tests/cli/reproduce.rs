@@ -129,6 +129,21 @@ fn what_a_machine_with_a_gpu_brought_fills_its_rows() {
     assert!(said.contains("--merge gpu.jsonl: line 1: "), "{said}");
 }
 
+#[test]
+fn a_folder_that_cannot_be_one_is_refused_and_what_is_in_it_stays() {
+    let desk = Desk::with(SHEET);
+    let refused = |out: &str| {
+        let said = desk.taffeta(&["reproduce", "s1", "--only-report", "--out", out]).assert().code(2);
+        String::from_utf8_lossy(&said.get_output().stderr).into_owned()
+    };
+    assert!(refused("scene.toml").contains("--out scene.toml: is a file; a folder would do"));
+    fs::create_dir(desk.path("other")).expect("a folder");
+    fs::write(desk.path("other/raw.jsonl"), "[1]\n").expect("a file");
+    let said = refused("other");
+    assert!(said.contains("other/raw.jsonl: line 1: ") && said.contains("another folder would do"), "{said}");
+    assert_eq!(fs::read_to_string(desk.path("other/raw.jsonl")).ok().as_deref(), Some("[1]\n"));
+}
+
 /// A Ctrl-C during the first long run: what was run before is kept.
 #[cfg(unix)]
 #[test]
