@@ -155,6 +155,9 @@ fn left_out(job: &Job, wanted: &Wanted) -> Option<String> {
     if wanted.only_report {
         return Some("was not run".to_owned());
     }
+    if let Some(mesh) = job.mesh().filter(|mesh| !Path::new(mesh).is_file()) {
+        return Some(format!("there is no {mesh}; `cargo xtask models` fetches it"));
+    }
     (job.quick == Quick::Out && wanted.quick).then(|| "--quick leaves it out".to_owned())
 }
 
@@ -299,6 +302,9 @@ mod tests {
         let jobs = jobs(&wanted(folder));
         let gpu = jobs.iter().find(|job| job.gpu).unwrap();
         assert!(left_out(gpu, &wanted(folder)).is_some_and(|why| why.contains("--merge")));
-        assert!(left_out(gpu, &Wanted { gpu: true, ..wanted(folder) }).is_none());
+        let there = Wanted { gpu: true, ..wanted(folder) };
+        assert!(left_out(gpu, &there).is_none());
+        let meshed = jobs.iter().find(|job| job.mesh().is_some()).unwrap();
+        assert!(left_out(meshed, &there).is_some_and(|why| why.contains("there is no models/bunny.ply")));
     }
 }

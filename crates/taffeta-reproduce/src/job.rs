@@ -101,6 +101,14 @@ impl Job {
         self
     }
 
+    /// The file of the mesh that a bench is asked for.
+    pub fn mesh(&self) -> Option<&str> {
+        match &self.what {
+            What::Bench(words) => words.split(' ').skip_while(|word| *word != "--mesh").nth(1),
+            _ => None,
+        }
+    }
+
     /// The command that does the same.
     pub fn command(&self, quick: bool) -> String {
         let frames = self.frames(quick).map_or_else(String::new, |frames| format!(" --frames {frames}"));

@@ -77,6 +77,13 @@ fn job_name(scene: &Scene, form: &str, k: f64) -> String {
     format!("s3-{}-{form}-{k}", scene.name.replace('_', "-"))
 }
 
+/// Of these each model has a row on a GPU.
+const GPU_FORMS: [(&str, &str); 2] = [FORMS[0], FORMS[2]];
+
+fn gpu_name(model: &str, form: &str) -> String {
+    format!("s3-gpu-{model}-{form}")
+}
+
 /// All runs.
 pub fn jobs() -> Vec<Job> {
     let mut jobs = Vec::new();
@@ -93,6 +100,12 @@ pub fn jobs() -> Vec<Job> {
                 }
                 jobs.push(Job::scene(job_name(scene, form, k), scene.name, &sets, scene.quick));
             }
+        }
+    }
+    for (model, ..) in FALL_FPS {
+        for (form, _) in GPU_FORMS {
+            let words = format!("bench volume --mesh models/{model}.ply --form {form} --json --backend gpu");
+            jobs.push(Job::bench(gpu_name(model, form), words, Quick::Whole).on_gpu());
         }
     }
     let printed = ["body.sphere.volume.form=printed".to_owned()];
@@ -143,6 +156,20 @@ fn fall_speeds(look: &Look) -> Section {
                 &job,
                 published,
                 "no: other meshes and machine, its CPU has one thread, steps a frame unknown, theirs draws",
+            ));
+        }
+    }
+    for (model, _, fps) in FALL_FPS {
+        for (form, what) in GPU_FORMS {
+            let published = if form == "none" { None } else { fps };
+            let published = published.map_or_else(Cell::none, |fps| Cell::Theirs(format!("–; {fps:.2}")));
+            let alike = "no: other meshes, another GPU, steps a frame unknown, theirs draws";
+            table.row(speed(
+                look,
+                &format!("{model}, {what}, GPU"),
+                &gpu_name(model, form),
+                published,
+                alike,
             ));
         }
     }
