@@ -81,7 +81,7 @@ pub fn section(look: &Look) -> Section {
     let all = all();
     for erratum in &all {
         let place = format!("{}, {}", erratum.paper.name(), erratum.place);
-        let [printed, mended] = [erratum.printed, erratum.mended].map(in_table);
+        let [printed, mended] = [erratum.printed, erratum.mended].map(str::to_owned);
         list.row([format!("`{}`", erratum.id), place, printed, mended].map(Cell::words).into());
     }
     let start = Section::new("Errata").words(INTRODUCTION).table(list);

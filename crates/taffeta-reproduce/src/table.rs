@@ -94,7 +94,10 @@ impl Table {
 
     /// As Markdown.
     pub fn markdown(&self) -> String {
-        let cells = |row: &[Cell]| row.iter().map(|cell| cell.text()).collect::<Vec<_>>().join(" | ");
+        // A bar would end a cell.
+        let written = |text: &str| text.replace('|', "\\|");
+        let cells =
+            |row: &[Cell]| row.iter().map(|cell| written(&cell.text())).collect::<Vec<_>>().join(" | ");
         let rules: Vec<&str> = (0..self.columns.len()).map(|column| self.rule(column)).collect();
         let rows: String = self.rows.iter().map(|row| format!("| {} |\n", cells(row))).collect();
         format!("{}\n\n| {} |\n|{}|\n{rows}", self.caption, self.columns.join(" | "), rules.join("|"))
@@ -157,13 +160,13 @@ mod tests {
         let mut table = Table::new("times", "Times.", &["what", "S1", "ours"]);
         table.row(vec![Cell::words("grid"), Cell::theirs(Some(2.0), 1), Cell::ours(Ok(&kept), read)]);
         table.row(vec![
-            Cell::words("a, b"),
+            Cell::words("|a, b|"),
             Cell::theirs(None, 1),
             Cell::ours(Err("a GPU".to_owned()), read),
         ]);
         let text = table.markdown();
-        assert!(text.contains("|---|---:|---:|\n| grid | 2.0 | 1.50 |\n| a, b |  | open |"), "{text}");
-        assert_eq!(table.csv(), "what,S1,ours\ngrid,2.0,1.50\n\"a, b\",,open\n");
+        assert!(text.contains("|---|---:|---:|\n| grid | 2.0 | 1.50 |\n| \\|a, b\\| |  | open |"), "{text}");
+        assert_eq!(table.csv(), "what,S1,ours\ngrid,2.0,1.50\n\"|a, b|\",,open\n");
         assert_eq!(Cell::ours(Ok(&kept), |value| value["s"].as_str().map(str::to_owned)).text(), "open");
     }
 }
