@@ -5,7 +5,7 @@ use crate::store::{Kept, Store};
 use crate::table::Cell;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use pulldown_cmark::{Options, Parser, html};
+use pulldown_cmark::{Event, Options, Parser, html};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -195,7 +195,12 @@ fn run(kept: &Kept) -> String {
 
 fn markdown(words: &str) -> String {
     let mut page = String::new();
-    html::push_html(&mut page, Parser::new_ext(words, Options::ENABLE_TABLES));
+    // Tags are words: what was brought from elsewhere cannot add any.
+    let plain = Parser::new_ext(words, Options::ENABLE_TABLES).map(|event| match event {
+        Event::Html(tag) | Event::InlineHtml(tag) => Event::Text(tag),
+        other => other,
+    });
+    html::push_html(&mut page, plain);
     page
 }
 
@@ -248,6 +253,12 @@ mod tests {
         }
         let csv = fs::read_to_string(folder.path().join("tables/times.csv")).unwrap();
         assert_eq!(csv, "what,S1,ours\na < b,3,2.0\nopen,,open\n");
+    }
+
+    #[test]
+    fn tags_in_words_are_words() {
+        assert_eq!(inline("a <script>b</script>"), "a &lt;script&gt;b&lt;/script&gt;");
+        assert!(!markdown("<script>b</script>").contains("<script>"));
     }
 
     #[test]
