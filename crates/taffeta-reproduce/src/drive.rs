@@ -71,51 +71,29 @@ pub enum Trouble {
 /// # Errors
 /// See [`Trouble`].
 pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
-    let work = |what: &Path| {
-        let what = what.display().to_string();
-        move |error: std::io::Error| Trouble::Work(format!("{what}: {error}"))
-    };
-    let out = wanted.out.display();
-    if wanted.out.exists() && !wanted.out.is_dir() {
-        return Err(Trouble::Input(format!("--out {out}: is a file; a folder would do")));
-    }
-    let cache = wanted.out.join("references");
-    fs::create_dir_all(&cache).map_err(work(&wanted.out))?;
-    let mut store = Store::open(&wanted.out).map_err(|error| match error.kind() {
-        ErrorKind::InvalidData => Trouble::Input(format!(
-            "{out}/{}: {error}; it is not of this program, and stays as it is: another folder would do",
-            Store::FILE
-        )),
-        _ => work(&wanted.out)(error),
-    })?;
     let brought = wanted.merge.as_deref().map_or(Ok(BTreeMap::new()), brought)?;
-    let program = hash(&wanted.program).map_err(work(&wanted.program))?;
+    let program = hash(&wanted.program).map_err(at(&wanted.program))?;
+    let mut store = opened(&wanted.out)?;
+    let cache = wanted.out.join("references");
     let stopped = || watch.is_stopped();
     let place = Place { program: &wanted.program, cache: &cache, stopped: &stopped };
     let jobs = jobs(wanted);
-    let (mut missing, mut failed, mut runs) = (BTreeMap::new(), Vec::new(), [0, 0]);
-    // Whether a run was cut short.
-    let mut cut = wanted.quick;
-    for (index, job) in jobs.iter().enumerate() {
-        let serves = |kept: &&Kept| kept.program == program && (wanted.quick || !kept.quick);
-        let replaced = is_brought(job) && brought.contains_key(&job.name);
-        let known = store.get(&job.name).filter(|kept| serves(kept) || wanted.only_report && !replaced);
-        if let Some(known) = known {
-            cut |= known.quick;
-            runs[1] += 1;
-            continue;
+    let (mut missing, mut todo, mut known) = (BTreeMap::new(), Vec::new(), 0);
+    for job in &jobs {
+        match fate(job, wanted, &store, &brought, &program) {
+            Fate::Known => known += 1,
+            Fate::Brought(kept) => store.keep(kept.clone()).map_err(at(&wanted.out))?,
+            Fate::Missing(why) => drop(missing.insert(job.name.clone(), why)),
+            Fate::Run => todo.push(job),
         }
-        if let Some(why) = left_out(job, wanted) {
-            // What was brought earlier is there still.
-            let earlier = || store.get(&job.name).filter(|kept| kept.program != program && is_brought(job));
-            match brought.get(&job.name).filter(|_| is_brought(job)) {
-                Some(kept) => store.keep(kept.clone()).map_err(work(&wanted.out))?,
-                None if earlier().is_some() => {}
-                None => drop(missing.insert(job.name.clone(), why)),
-            }
-            continue;
-        }
-        watch.begins(index + 1, jobs.len(), &job.command(wanted.quick));
+    }
+    if wanted.only_report && missing.len() == jobs.len() {
+        let out = wanted.out.display();
+        return Err(Trouble::Input(format!("--only-report: {out} has no runs; without it they are made")));
+    }
+    let mut failed = Vec::new();
+    for (number, job) in (1..).zip(&todo) {
+        watch.begins(number, todo.len(), &job.command(wanted.quick));
         let result = job.run(wanted.quick, &place);
         if watch.is_stopped() {
             return Err(Trouble::Stopped);
@@ -125,8 +103,7 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
                 let (name, command) = (job.name.clone(), job.command(wanted.quick));
                 let (machine, program) = (machine::processor(), program.clone());
                 let kept = Kept { name, command, machine, program, quick: wanted.quick, result };
-                store.keep(kept).map_err(work(&wanted.out))?;
-                runs[0] += 1;
+                store.keep(kept).map_err(at(&wanted.out))?;
             }
             Err(why) => {
                 watch.says(&format!("{}: {why}", job.name));
@@ -135,13 +112,65 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
             }
         }
     }
-    let sections = sections(wanted, &Look::new(&store, &missing));
     let shown = jobs.iter().filter(|job| !missing.contains_key(&job.name));
-    let machines: BTreeSet<&str> =
-        shown.filter_map(|job| store.get(&job.name)).map(|kept| kept.machine.as_str()).collect();
-    report::write(&wanted.out, &head(wanted, cut, &machines, &store), &sections, &store)
-        .map_err(Trouble::Work)?;
+    let shown: Vec<&Kept> = shown.filter_map(|job| store.get(&job.name)).collect();
+    let sections = sections(wanted, &Look::new(&store, &missing));
+    report::write(&wanted.out, &head(wanted, &shown), &sections, &store).map_err(Trouble::Work)?;
+    let runs = [todo.len() - failed.len(), known];
     Ok(Done { report: wanted.out.join("report.html"), runs, failed })
+}
+
+/// What of a file went wrong.
+fn at(what: &Path) -> impl Fn(std::io::Error) -> Trouble {
+    move |error| Trouble::Work(format!("{}: {error}", what.display()))
+}
+
+/// What is kept in a folder, which is made if it is not there.
+fn opened(out: &Path) -> Result<Store, Trouble> {
+    if out.exists() && !out.is_dir() {
+        return Err(Trouble::Input(format!("--out {}: is a file; a folder would do", out.display())));
+    }
+    fs::create_dir_all(out.join("references")).map_err(at(out))?;
+    Store::open(out).map_err(|error| match error.kind() {
+        ErrorKind::InvalidData => Trouble::Input(format!(
+            "{}: {error}; it is not of this program, and stays as it is: another folder would do",
+            out.join(Store::FILE).display()
+        )),
+        _ => at(out)(error),
+    })
+}
+
+/// What becomes of a run.
+enum Fate<'a> {
+    /// What it left is there.
+    Known,
+    /// Another machine or program has left something.
+    Brought(&'a Kept),
+    /// It is not made, for a reason.
+    Missing(String),
+    /// It is made.
+    Run,
+}
+
+fn fate<'a>(
+    job: &Job,
+    wanted: &Wanted,
+    store: &Store,
+    brought: &'a BTreeMap<String, Kept>,
+    program: &str,
+) -> Fate<'a> {
+    let brought = brought.get(&job.name).filter(|_| is_brought(job));
+    let serves = |kept: &&Kept| kept.program == program && (wanted.quick || !kept.quick);
+    let known = store.get(&job.name);
+    let is_known = known.as_ref().is_some_and(serves) || wanted.only_report && known.is_some();
+    match (left_out(job, wanted), brought) {
+        (Some(_), Some(kept)) => Fate::Brought(kept),
+        _ if is_known => Fate::Known,
+        // What was brought earlier is there still.
+        (Some(_), None) if is_brought(job) && known.is_some() => Fate::Known,
+        (Some(why), None) => Fate::Missing(why),
+        (None, _) => Fate::Run,
+    }
 }
 
 /// Why a run is not made here.
@@ -203,14 +232,15 @@ fn sections(wanted: &Wanted, look: &Look) -> Vec<Section> {
     sections
 }
 
-fn head(wanted: &Wanted, cut: bool, machines: &BTreeSet<&str>, store: &Store) -> Head {
-    let limits = store.get(s1::LIMITS).and_then(|kept| {
+fn head(wanted: &Wanted, shown: &[&Kept]) -> Head {
+    let limits = shown.iter().find(|kept| kept.name == s1::LIMITS).and_then(|kept| {
         let limits = &kept.result["limits"];
         let [gflops, bytes] = [&limits["fma_gflop_per_s"], &limits["memory_gb_per_s"]].map(Value::as_f64);
         Some(format!(", of which one thread reaches {:.0} GFLOP/s and {:.0} GB/s", gflops?, bytes?))
     });
+    let machines: BTreeSet<&str> = shown.iter().map(|kept| kept.machine.as_str()).collect();
     let limits = limits.unwrap_or_default();
-    let cut = if cut {
+    let cut = if shown.iter().any(|kept| kept.quick) {
         "\n\n**This is a quick look**: runs are cut short or left out, and their numbers are not for quoting."
     } else {
         ""
@@ -221,16 +251,19 @@ fn head(wanted: &Wanted, cut: bool, machines: &BTreeSet<&str>, store: &Store) ->
         "What papers on real-time cloth and soft bodies print, beside what taffeta {} does.\n\n{papers}\n\
          The runs are of: {}{limits}.{cut}",
         env!("CARGO_PKG_VERSION"),
-        machines.iter().copied().collect::<Vec<_>>().join(", "),
+        machines.into_iter().collect::<Vec<_>>().join(", "),
     );
     Head { title: "Papers on cloth and soft bodies, reproduced".to_owned(), words }
 }
 
 /// What another machine kept.
 fn brought(file: &Path) -> Result<BTreeMap<String, Kept>, Trouble> {
-    let at = |error: &dyn std::fmt::Display| Trouble::Input(format!("--merge {}: {error}", file.display()));
+    let at = |error: &dyn std::fmt::Display| {
+        Trouble::Input(format!("--merge {}: {error}; a raw.jsonl of `reproduce` would do", file.display()))
+    };
     let text = fs::read_to_string(file).map_err(|error| at(&error))?;
-    store::lines(&text).map_err(|error| at(&error))
+    let kept = store::lines(&text).map_err(|error| at(&error))?;
+    if kept.is_empty() { Err(at(&"has no runs")) } else { Ok(kept) }
 }
 
 /// Of the program's bytes: what was run by another is run again.
@@ -273,13 +306,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
         let sections = sections(&wanted(folder.path()), &Look::new(&store, &BTreeMap::new()));
-        report::write(
-            folder.path(),
-            &head(&wanted(folder.path()), true, &BTreeSet::new(), &store),
-            &sections,
-            &store,
-        )
-        .unwrap();
+        report::write(folder.path(), &head(&wanted(folder.path()), &[]), &sections, &store).unwrap();
         let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
         for table in [
             "s1-springs",

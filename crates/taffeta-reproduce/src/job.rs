@@ -123,7 +123,7 @@ impl Job {
                 // `check` takes no values; `run` says the same counts.
                 format!("{} --frames 1 --json", scenes::command(scene.name, &scene.sets))
             }
-            What::Bout | What::Errata => format!("taffeta reproduce all, {}", self.name),
+            What::Bout | What::Errata => format!("taffeta reproduce all # {}", self.name),
             What::Elsewhere(command) => (*command).to_owned(),
         }
     }

@@ -127,13 +127,22 @@ fn what_a_machine_with_a_gpu_brought_fills_its_rows() {
     let said = desk.taffeta(&wrong).assert().code(2);
     let said = String::from_utf8_lossy(&said.get_output().stderr).into_owned();
     assert!(said.contains("--merge gpu.jsonl: line 1: "), "{said}");
+    // What is refused leaves nothing behind.
+    for (file, out, options) in [("gpu.jsonl", "new", &["--quick"][..]), ("scene.toml", "new", &[])] {
+        let words = [&["reproduce", "s2", "--out", out, "--merge", file], options].concat();
+        desk.taffeta(&words).assert().code(2);
+        assert!(!desk.path(out).exists());
+    }
+    let said = desk.taffeta(&["reproduce", "s2", "--out", "new", "--only-report"]).assert().code(2);
+    let said = String::from_utf8_lossy(&said.get_output().stderr).into_owned();
+    assert!(said.contains("new has no runs"), "{said}");
 }
 
 #[test]
 fn a_folder_that_cannot_be_one_is_refused_and_what_is_in_it_stays() {
     let desk = Desk::with(SHEET);
     let refused = |out: &str| {
-        let said = desk.taffeta(&["reproduce", "s1", "--only-report", "--out", out]).assert().code(2);
+        let said = desk.taffeta(&["reproduce", "s1", "--quick", "--out", out]).assert().code(2);
         String::from_utf8_lossy(&said.get_output().stderr).into_owned()
     };
     assert!(refused("scene.toml").contains("--out scene.toml: is a file; a folder would do"));

@@ -1,5 +1,7 @@
 //! A number of an experiment.
 
+use crate::look::grouped;
+
 /// One number, as printed, as mended and as it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
@@ -53,15 +55,6 @@ fn written(number: Option<f64>) -> String {
         format!("{sign}{}", text.trim_end_matches('0').trim_end_matches('.'))
     } else {
         format!("{sign}{size:.2e}")
-    }
-}
-
-/// Thousands apart.
-fn grouped(number: u64) -> String {
-    if number < 1000 {
-        number.to_string()
-    } else {
-        format!("{},{:03}", grouped(number / 1000), number % 1000)
     }
 }
 
