@@ -12,10 +12,9 @@ pub fn cargo(words: &[&str]) -> Command {
     command
 }
 
-/// What builds `taffeta`: with the features that the whole workspace gives its dependencies, as tests do, so that these
-/// are not compiled once more.
+/// What builds `taffeta`, as all of the workspace but what needs Bevy is built.
 pub fn build() -> Command {
-    cargo(&["build", "--release", "--workspace", "--bin", "taffeta"])
+    cargo(&["build", "--release", "--bin", "taffeta"])
 }
 
 /// The built `taffeta`, where cargo puts it.

@@ -91,6 +91,15 @@ pub struct Found<T> {
     pub at: Nearest<T>,
 }
 
+/// What a way passes through.
+struct Passage<T> {
+    /// The first triangle, and where it is passed.
+    triangle: u32,
+    hit: Crossing<T>,
+    /// Whether any triangle is passed outward.
+    comes_out: bool,
+}
+
 /// Least distance kept to nodes, relative to places and to the distance of two neighbouring numbers: a node that lies on a face
 /// must not be behind it by rounding, or its next way in would be none.
 const LEAST_OFFSET: f64 = 16.0;
@@ -305,17 +314,14 @@ impl<T: Real> MeshSurface<T> {
         best
     }
 
-    /// The first triangle that a way passes through while the mesh moves, and where.
-    pub fn first_crossing(
-        &self,
-        now: &MeshNow<T>,
-        way: [[T; 3]; 2],
-        among: &impl Candidates<T>,
-    ) -> Option<(u32, Crossing<T>)> {
+    /// What a way passes through while the mesh moves.
+    fn passage(&self, now: &MeshNow<T>, way: [[T; 3]; 2], among: &impl Candidates<T>) -> Option<Passage<T>> {
         let mut first: Option<(u32, Crossing<T>)> = None;
+        let mut comes_out = false;
         among.visit(|triangle| {
             let [before, after] = now.shares.map(|share| self.corners(now, triangle, share));
             if let Some(found) = crossing(way, &before, &after) {
+                comes_out |= !found.inward;
                 let sooner = first.as_ref().is_none_or(|(which, first)| {
                     found.share < first.share || (found.share == first.share && triangle < *which)
                 });
@@ -324,7 +330,7 @@ impl<T: Real> MeshSurface<T> {
                 }
             }
         });
-        first
+        first.map(|(triangle, hit)| Passage { triangle, hit, comes_out })
     }
 
     /// Which way leads out of a solid at the nearest point, of any length.
@@ -396,9 +402,10 @@ impl<T: Real> MeshSurface<T> {
         at_end: Option<MeshTouch<T>>,
         across: &impl Candidates<T>,
     ) -> Option<MeshTouch<T>> {
-        if let Some((triangle, hit)) = self.first_crossing(now, way, across)
-            && self.has_passed(at_end.as_ref(), &hit, way)
+        if let Some(passage) = self.passage(now, way, across)
+            && self.has_passed(at_end.as_ref(), &passage, way)
         {
+            let Passage { triangle, hit, .. } = passage;
             let [_, after] = now.shares.map(|share| self.corners(now, triangle, share));
             let plane = mix(&after, hit.shares);
             return Some(MeshTouch {
@@ -412,16 +419,22 @@ impl<T: Real> MeshSurface<T> {
     }
 
     /// Whether a node that went through a triangle is on the wrong side, so that the way to the nearest point does not lead
-    /// back. On which side of a sheet it was is not known where it was as near as numbers tell.
+    /// back: that leads on, or the node has come out again, be it to enter another part of the mesh. On which side of a sheet it
+    /// was is not known where it was as near as numbers tell.
     fn has_passed(
         &self,
         at_end: Option<&MeshTouch<T>>,
-        hit: &Crossing<T>,
+        passage: &Passage<T>,
         [start, end]: [[T; 3]; 2],
     ) -> bool {
-        let leaves =
+        let leads_on =
             |at_end: &MeshTouch<T>| at_end.depth <= T::ZERO || dot(at_end.normal, sub(end, start)) > T::ZERO;
-        if self.solid { hit.inward && at_end.is_none_or(leaves) } else { hit.from > grain(start) }
+        let Passage { hit, comes_out, .. } = passage;
+        if self.solid {
+            hit.inward && (*comes_out || at_end.is_none_or(leads_on))
+        } else {
+            hit.from > grain(start)
+        }
     }
 
     /// Depth and normal at `x` by the nearest point.

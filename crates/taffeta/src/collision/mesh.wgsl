@@ -212,11 +212,19 @@ fn sooner(first: Crossing, found: Crossing) -> bool {
     return first.triangle == NO_TRIANGLE || found.share < first.share || equal;
 }
 
-/// The first triangle that a way passes through while the mesh moves, and where.
-fn first_crossing(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) -> Crossing {
+/// What a way passes through.
+struct Passage {
+    /// The first triangle, and where it is passed.
+    hit: Crossing,
+    /// Whether any triangle is passed outward.
+    comes_out: bool,
+}
+
+/// What a way passes through while the mesh moves.
+fn passage_of(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) -> Passage {
     let lo = select(end, start, start < end);
     let hi = select(start, end, start < end);
-    var first = no_crossing();
+    var passage = Passage(no_crossing(), false);
     var stack: array<u32, 40>;
     stack[0] = 1u;
     var waiting = 1u;
@@ -228,8 +236,9 @@ fn first_crossing(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) 
             if triangle < mesh.count {
                 let before = corners_of(mesh, triangle, collider.u);
                 let found = crossing_of(start, end, before, corners_of(mesh, triangle, collider.v), triangle);
-                if sooner(first, found) {
-                    first = found;
+                passage.comes_out |= found.triangle != NO_TRIANGLE && !found.inward;
+                if sooner(passage.hit, found) {
+                    passage.hit = found;
                 }
             }
             continue;
@@ -249,7 +258,7 @@ fn first_crossing(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) 
         stack[waiting + 1u] = 2u * index;
         waiting += 2u;
     }
-    return first;
+    return passage;
 }
 
 /// Which corners of a triangle are on an edge or a corner, given by its nodes; those that are none are NO_TRIANGLE.
@@ -401,15 +410,18 @@ fn touch_on_way(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) ->
         return none;
     }
     let at_end = touch_near(collider, mesh, end, collider.size);
-    let hit = first_crossing(collider, mesh, start, end);
+    let passage = passage_of(collider, mesh, start, end);
+    let hit = passage.hit;
     if turns > TURNS {
         return told_of(at_end);
     }
     if hit.triangle != NO_TRIANGLE {
-        // Whether it is on the wrong side, so that the way to the nearest point does not lead back. On which side of a sheet it
-        // was is not known where it was as near as numbers tell.
-        let leaves = at_end.depth <= 0.0 || dot3(at_end.normal, end - start) > 0.0;
-        if select(hit.height > grain_at(start), hit.inward && leaves, mesh.is_solid) {
+        // Whether it is on the wrong side, so that the way to the nearest point does not lead back: that leads on, or the node
+        // has come out again, be it to enter another part of the mesh. On which side of a sheet it was is not known where it was
+        // as near as numbers tell.
+        let leads_on = at_end.depth <= 0.0 || dot3(at_end.normal, end - start) > 0.0;
+        let has_passed = hit.inward && (passage.comes_out || leads_on);
+        if select(hit.height > grain_at(start), has_passed, mesh.is_solid) {
             let plane = mix_of(corners_of(mesh, hit.triangle, collider.v), hit.shares);
             let depth = collider.size - dot3(end - plane, hit.normal);
             return MeshTouch(hit.normal, depth, changing(mesh, hit.triangle, hit.shares, collider.w), true);
