@@ -89,15 +89,13 @@ pub struct Times {
     pub frames: usize,
 }
 
-/// A frame of a curve.
+/// A frame of a curve, to five digits: more than a plot shows.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Point {
     /// Time [s].
     pub time: f64,
     /// Largest l/L.
     pub stretch: f64,
-    /// Energy beyond that of the start [J].
-    pub gain: f64,
     /// Share of its volume that the first body has.
     pub volume: Option<f64>,
 }
@@ -174,17 +172,11 @@ fn summary(reports: &[FrameReport], rest: &[f64]) -> Behaviour {
     let most = |of: &dyn Fn(&FrameReport) -> f64| later.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
     let closed = rest.iter().any(|volume| volume.is_finite());
     let loss = |report: &FrameReport| loss(report, rest);
+    let volume = |report: &FrameReport| report.volumes.first().copied().flatten().map(|v| v / rest[0]);
     let point = |report: &FrameReport| Point {
-        time: report.time,
-        stretch: report.max_stretch,
-        gain: report.energy() - start,
-        volume: report
-            .volumes
-            .first()
-            .copied()
-            .flatten()
-            .map(|volume| volume / rest[0])
-            .filter(|v| v.is_finite()),
+        time: five_digits(report.time),
+        stretch: five_digits(report.max_stretch),
+        volume: volume(report).filter(|v| v.is_finite()).map(five_digits),
     };
     Behaviour {
         max_stretch: most(&|report| report.max_stretch),
@@ -210,6 +202,10 @@ fn loss(report: &FrameReport, rest: &[f64]) -> f64 {
         .zip(goals)
         .filter_map(|(volume, goal)| Some((volume.as_ref()? / goal - 1.0).abs()));
     off.fold(0.0, f64::max)
+}
+
+fn five_digits(x: f64) -> f64 {
+    format!("{x:.4e}").parse().unwrap_or(x)
 }
 
 /// So many of them that a curve looks the same; the last is among them.
