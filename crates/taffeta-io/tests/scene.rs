@@ -407,6 +407,7 @@ fn a_file_that_may_be_meant_is_named() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("people")).unwrap();
     fs::write(folder.path().join("people/human.ply"), "").unwrap();
+    fs::write(folder.path().join("people/teapot.toml"), "").unwrap();
     let message =
         |name: &str| scene_with(folder.path(), &format!("mesh.file = {name:?}")).unwrap_err().message;
     let near = message("people/humen.ply");

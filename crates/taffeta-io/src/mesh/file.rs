@@ -2,7 +2,7 @@
 
 use super::MeshError;
 use std::fs::File;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 /// What a mesh takes in memory while it is built, in lengths of its file.
@@ -21,7 +21,12 @@ pub(super) fn check_kind(path: &Path) -> Result<(), MeshError> {
 /// The bytes of a regular file. Refuses one that would not fit into memory.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, MeshError> {
     let unreadable = |error| MeshError::new(format!("cannot be read: {error}"));
-    let file = File::open(path).map_err(unreadable)?;
+    let file = File::open(path).map_err(|error| match error.kind() {
+        ErrorKind::NotFound if in_models(path) => {
+            MeshError::new("is not there; `cargo xtask models` fetches the real models")
+        }
+        _ => unreadable(error),
+    })?;
     let length = file.metadata().map_err(unreadable)?.len();
     let limit = free_memory().map_or(u64::MAX, |free| free / TIMES);
     if length > limit {
@@ -35,6 +40,11 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, MeshError> {
     let mut bytes = Vec::with_capacity(length as usize);
     file.take(limit).read_to_end(&mut bytes).map_err(unreadable)?;
     Ok(bytes)
+}
+
+/// Whether a path leads into the folder of models.
+fn in_models(path: &Path) -> bool {
+    path.parent().and_then(Path::file_name).is_some_and(|folder| folder == "models")
 }
 
 /// Memory that is free [byte]; `None` where the system does not say.

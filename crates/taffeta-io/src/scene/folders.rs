@@ -104,9 +104,10 @@ impl Folders {
     }
 }
 
-/// Whether two names have an ending or all before it in common.
-fn is_kin(one: &Path, other: &Path) -> bool {
-    one.extension() == other.extension() || one.file_stem() == other.file_stem()
+/// Whether a file may be meant by another name: they have an ending or all before it in common, and it is no scene.
+fn is_kin(found: &Path, name: &Path) -> bool {
+    let is_scene = found.extension().is_some_and(|ending| ending == "toml");
+    !is_scene && (found.extension() == name.extension() || found.file_stem() == name.file_stem())
 }
 
 /// Whether the path is absolute or climbs out of the folder it starts in.
