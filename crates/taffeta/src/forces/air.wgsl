@@ -2,7 +2,7 @@
 //
 //   f = ½ ρ A |w|² (C_D |s| ŵ + C_L s (n − s ŵ))  [N],  s = n·ŵ,
 //
-// with the panel's own flow w at the end of the step, |w|, n and the direction of lift held.
+// with some of the panel's own flow w at the end of the step where that matters, |w|, n and the direction of lift held.
 
 /// Air in one sub-step.
 struct Air {
@@ -28,6 +28,18 @@ fn air_velocity(air: Air, x: vec3f) -> vec3f {
     return air.velocity;
 }
 
+/// β, how much of the flow that counts is that at the end of the step, for d and l².
+fn at_end(d: f32, l_squared: f32) -> f32 {
+    let squared = d * d + l_squared;
+    let root = sqrt(squared);
+    let size = select(0.5, root, root > 0.5);
+    let enough = 2.0 - 1.0 / size;
+    // What is added across a velocity makes it longer: lift alone needs half at any step.
+    let least = 0.5 - d / select(TINY, squared, squared > TINY);
+    let share = select(least, enough, enough > least);
+    return select(1.0, share, share < 1.0);
+}
+
 /// Force on each corner [N] of a panel with the normal `twice`, twice its area long [m²], in the flow `w` [m/s].
 /// `lightness` is 1/M [1/kg]. Without area or flow there is none.
 fn corner_force(air: Air, twice: vec3f, w: vec3f, lightness: f32) -> vec3f {
@@ -41,7 +53,8 @@ fn corner_force(air: Air, twice: vec3f, w: vec3f, lightness: f32) -> vec3f {
     let cosine_squared = select(0.0, rest, rest > 0.0);
     let drag = air.drag * abs(through);
     let lift = air.lift * through;
-    let exposure = air.exposure * lightness;
+    let whole = air.exposure * lightness;
+    let exposure = whole * at_end(whole * drag, whole * whole * lift * lift * cosine_squared);
     let d = 1.0 + exposure * drag;
     let turn = exposure * lift * cosine_squared;
     let left = d * d + exposure * lift * turn;

@@ -20,11 +20,15 @@ fn impulse([a, b, c]: [V; 3], w: V, mass: f64, h: f64) -> V {
     let up = scale(up, 1.0 / norm(up));
     let rate = h * 0.5 * 1.3 * area * speed / mass;
     let (d, l) = (rate * 1.1 * attack.sin(), rate * 0.9 * attack.sin() * attack.cos());
-    // [1 + d, -l; l, 1 + d] · (forward, aside) = (speed, 0), by Cramer's rule.
+    // Up to a half the flow is as it is, from one on as it will be.
+    let share = (2.0 - 1.0 / d.hypot(l)).clamp(0.0, 1.0);
+    // [1 + βd, -βl; βl, 1 + βd] · (forward, aside) = (speed, 0), by Cramer's rule, is the flow that counts.
+    let (d, l) = (share * d, share * l);
     let determinant = (1.0 + d) * (1.0 + d) + l * l;
     let (forward, aside) = (speed * (1.0 + d) / determinant, -speed * l / determinant);
-    let left = add(scale(along, forward), scale(up, aside));
-    scale(sub(w, left), mass)
+    let (drag, lift) = (rate * 1.1 * attack.sin(), rate * 0.9 * attack.sin() * attack.cos());
+    let forced = add(scale(along, drag * forward - lift * aside), scale(up, drag * aside + lift * forward));
+    scale(forced, mass)
 }
 
 fn check(surface: &Surface, mesh: Mesh, h: f64) {
