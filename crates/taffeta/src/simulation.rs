@@ -18,6 +18,7 @@ use crate::cpu::CpuBackend;
 use crate::diagnostics::advice::StepLimit;
 use crate::diagnostics::digits::too_coarse;
 use crate::diagnostics::tension::Tension;
+use crate::diagnostics::wind::weakened;
 use crate::diagnostics::{FrameReport, FrameSums, normals};
 #[cfg(feature = "gpu")]
 use crate::gpu::{Boundary, GpuBackend, GpuOptions};
@@ -132,8 +133,13 @@ impl Simulation {
         let of_body = |body: &BodyAssembly| {
             body.warnings.iter().map(|warning| format!("body `{}`: {warning}", body.name)).collect::<Vec<_>>()
         };
-        let mut warnings: Vec<String> =
-            assembly.bodies.iter().flat_map(of_body).chain(limit.warnings()).collect();
+        let mut warnings: Vec<String> = assembly
+            .bodies
+            .iter()
+            .flat_map(of_body)
+            .chain(limit.warnings())
+            .chain(weakened(&assembly))
+            .collect();
         if options.precision == Precision::F32 {
             warnings.extend(assembly.bodies.iter().filter_map(too_coarse));
         }

@@ -35,7 +35,7 @@ struct Report {
     advice: Vec<String>,
 }
 
-/// Where implicit springs are pulled hardest by the weight that hangs in them.
+/// Where implicit springs are pulled hardest by what hangs in them.
 #[derive(Serialize)]
 struct HangingReport {
     body: String,

@@ -2,6 +2,7 @@
 
 use super::{Assembly, BodyAssembly};
 use crate::real::{cross, norm, sub};
+use crate::topology::RestShape;
 
 /// Panels of some bodies, in the order in which nodes add up their forces.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -10,6 +11,8 @@ pub struct Panels {
     pub corners: Vec<[u32; 3]>,
     /// 1/M of each [1/kg], where M is the mass that moves with it.
     pub lightness: Vec<f64>,
+    /// Area of each at rest [m²].
+    pub areas: Vec<f64>,
 }
 
 impl Panels {
@@ -22,23 +25,23 @@ impl Panels {
         panels
     }
 
-    /// Adds the triangles of a body that have an area at the start.
+    /// Adds the triangles of a body that have an area at rest.
     ///
     /// M is three times the least share of a corner's mass, shares being by area: then no node has more shares than mass,
     /// whatever the masses, and what slows every panel down by no more than its flow does so to the body. With one mass a
     /// square metre M is the panel's own mass.
     fn add(&mut self, body: &BodyAssembly) {
         let triangles = triangles(body);
-        let areas: Vec<f64> = triangles.iter().map(|corners| area(&body.start, *corners)).collect();
         let mut around = vec![0.0; body.nodes];
-        for (corners, area) in triangles.iter().zip(&areas) {
+        for (corners, area) in &triangles {
             corners.iter().for_each(|&corner| around[corner as usize] += area);
         }
-        for (corners, &area) in triangles.iter().zip(&areas).filter(|(_, area)| **area > 0.0) {
+        for (corners, area) in triangles.into_iter().filter(|(_, area)| *area > 0.0) {
             let share = |&corner: &u32| body.mass[corner as usize] * area / around[corner as usize];
             let mass = 3.0 * corners.iter().map(share).fold(f64::INFINITY, f64::min);
             self.corners.push(corners.map(|corner| corner + body.first as u32));
             self.lightness.push(1.0 / mass);
+            self.areas.push(area);
         }
     }
 
@@ -54,19 +57,27 @@ impl Panels {
     }
 }
 
-/// A body's triangles in solver order within it. Neighbours follow each other, on grids so that their corners do too.
-fn triangles(body: &BodyAssembly) -> Vec<[u32; 3]> {
+/// A body's triangles in solver order within it, and their areas at rest [m²]. Neighbours follow each other, on grids so that
+/// their corners do too.
+fn triangles(body: &BodyAssembly) -> Vec<([u32; 3], f64)> {
     if let Some([rows, cols]) = body.grid_layout {
         let (rows, cols) = (rows as u32, cols as u32);
         let upper = move |i: u32| [i, i + cols, i + 1];
         let lower = move |i: u32| [i + 1, i + cols, i + cols + 1];
         let row = |r: u32| r * cols..(r + 1) * cols - 1;
-        return (0..rows.max(1) - 1).flat_map(|r| row(r).map(upper).chain(row(r).map(lower))).collect();
+        let corners = (0..rows.max(1) - 1).flat_map(|r| row(r).map(upper).chain(row(r).map(lower)));
+        return corners.map(|corners| (corners, area(&body.start, corners))).collect();
     }
     let Some(surface) = &body.surface else { return Vec::new() };
     let solver = |node: u32| body.solver_local(node as usize) as u32;
-    let mut triangles: Vec<[u32; 3]> = surface.triangles.iter().map(|corners| corners.map(solver)).collect();
-    triangles.sort_by_key(|corners| {
+    let corners = surface.triangles.iter().map(|corners| corners.map(solver));
+    let rest = RestShape::of(surface, body.placement.factor);
+    let mut triangles: Vec<([u32; 3], f64)> = if rest.is_given() {
+        corners.zip(rest.areas()).collect()
+    } else {
+        corners.map(|corners| (corners, area(&body.start, corners))).collect()
+    };
+    triangles.sort_by_key(|(corners, _)| {
         let mut sorted = *corners;
         sorted.sort_unstable();
         sorted

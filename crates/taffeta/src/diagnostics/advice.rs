@@ -96,7 +96,7 @@ impl StepLimit {
         (growth > 1.0).then(|| {
             let Tension { body, vertex, pull, .. } = pulled;
             format!(
-                "the step of {:.3e} s is too long for the weight that hangs in body `{body}`: h² T/(m L) is {} \
+                "the step of {:.3e} s is too long for the load that hangs in body `{body}`: h² T/(m L) is {} \
                  (T = {pull:.2e} N at vertex {vertex}), and from 1 on waves across the pull grow; {}",
                 self.step,
                 digits(growth),
@@ -129,7 +129,7 @@ impl StepLimit {
         )
     }
 
-    /// What to change where waves grow across the pull. Mass does not help: the weight grows with it.
+    /// What to change where waves grow across the pull. Mass does not help, unless the load is wind: the weight grows with it.
     fn remedy_to_hang(&self, pulled: &Tension) -> String {
         let (safe, by_nodes) = (round_down(pulled.largest_step()), self.or_by_nodes());
         format!(

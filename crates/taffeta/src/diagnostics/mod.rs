@@ -7,6 +7,7 @@ mod report;
 pub mod stability;
 mod sums;
 pub mod tension;
+pub(crate) mod wind;
 
 pub use report::{FrameReport, SolverReport};
 pub(crate) use sums::{FrameSums, PairSums, StateSums};

@@ -12,18 +12,22 @@
 //! its pull makes it, L + T/k, and T/L is less than k however much hangs from it. λmax is bounded by the sums of rows
 //! (Gershgorin).
 //!
+//! Air loads a node with all that it can do to the panels there, as if they stood across it: cloth that streams along it is
+//! pulled less.
+//!
 //! For a chain the step is at most a tenth too short. For sheets and meshes that hang from a row, corners or single nodes
 //! λmax was found to be 0.85 to 2.1 times that of the true statics, so the step is 0.7 to 1.1 times the right one. It is too
 //! long where the weight hangs from a line that pins hold taut: the straighter it is, the harder it is pulled. What moves
 //! pulls more than what hangs still: three times its weight at the bottom of an arc.
 
+use super::wind;
 use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections};
 use crate::real::{add, norm, scale};
 use crate::topology::{Csr, GRID_STEPS};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Where the weight of hanging bodies pulls hardest for the masses there.
+/// Where the weight of hanging bodies, and air, pull hardest for the masses there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tension {
     /// Name of the body.
@@ -49,12 +53,15 @@ impl Tension {
 }
 
 /// Estimates the largest T/(m L) of all bodies, whose springs are `compliant` or as long as at rest; `None` where nothing
-/// hangs: there is no weight, or no pin.
+/// hangs: there is no load, or no pin.
 pub fn hanging(assembly: &Assembly, compliant: bool) -> Option<Tension> {
     let world = &assembly.world;
+    let pushes = wind::pushes(assembly);
     let of_body = |body: &BodyAssembly| {
-        let load = |mass: f64| norm(add(scale(world.gravity, mass), world.wind_force));
-        let (local, pull, rate) = Hanging::new(body).steepest(load, compliant)?;
+        let push = |node: usize| pushes.get(body.first + node).copied().unwrap_or(0.0);
+        let weight = |mass: f64| norm(add(scale(world.gravity, mass), world.wind_force));
+        let loads = body.mass.iter().enumerate().map(|(node, &mass)| weight(mass) + push(node));
+        let (local, pull, rate) = Hanging::new(body).steepest(loads.collect(), compliant)?;
         Some(Tension { body: body.name.clone(), vertex: body.vertex_of_solver(local), pull, rate })
     };
     assembly.bodies.iter().filter_map(of_body).max_by(|a, b| a.rate.total_cmp(&b.rate))
@@ -165,10 +172,9 @@ impl<'a> Hanging<'a> {
         Self { body, springs, distance, order }
     }
 
-    /// Hands `load` of each mass on to the pins; returns the node with the largest T/(m L) [1/s²], and its largest pull [N].
-    fn steepest(&self, load: impl Fn(f64) -> f64, compliant: bool) -> Option<(usize, f64, f64)> {
+    /// Hands the load of each node on to the pins; returns the node with the largest T/(m L) [1/s²], and its largest pull [N].
+    fn steepest(&self, mut carried: Vec<f64>, compliant: bool) -> Option<(usize, f64, f64)> {
         let Self { body, springs, distance, order } = self;
-        let mut carried: Vec<f64> = body.mass.iter().map(|&mass| load(mass)).collect();
         let mut pulls = vec![(0.0_f64, 0.0_f64); body.nodes];
         for node in order.iter().rev().map(|&node| node as usize).filter(|&node| body.free[node]) {
             // Share of the load that a spring takes, by k c³ L, and how much of its pull carries.

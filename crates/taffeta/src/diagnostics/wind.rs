@@ -1,0 +1,49 @@
+//! What wind can do to bodies, and whether the step lets it.
+
+use crate::assembly::Assembly;
+use crate::real::norm;
+use crate::scene::Air;
+
+/// Fastest wind that is usual [m/s]: with gusts as strong as their mean square.
+fn speed(air: &Air) -> f64 {
+    norm(air.velocity) + air.gust.map_or(0.0, |gust| gust.speed)
+}
+
+/// The most that wind does to each node [N], by solver index, for a panel at any angle; nothing without air.
+///
+/// |f| = ½ ρ A w² s √(C_D² + C_L² (1 − s²)) is at most ½ ρ A w² √(C_D² + C_L²/4).
+pub fn pushes(assembly: &Assembly) -> Vec<f64> {
+    let Some(air) = &assembly.world.air else { return Vec::new() };
+    let pressure = 0.5 * air.density * speed(air).powi(2) * air.drag.hypot(0.5 * air.lift);
+    let mut pushes = vec![0.0; assembly.places];
+    for (corners, area) in assembly.panels.corners.iter().zip(&assembly.panels.areas) {
+        corners.iter().for_each(|&corner| pushes[corner as usize] += pressure * area / 3.0);
+    }
+    pushes
+}
+
+/// A warning where cloth that is held back feels less of a wind across it than there is: the step is too long for so light a
+/// panel ([`crate::forces::air`]).
+pub fn weakened(assembly: &Assembly) -> Option<String> {
+    let air = assembly.world.air.as_ref()?;
+    let panels = &assembly.panels;
+    let step = assembly.time.substep(0).1;
+    let lightness = panels.lightness.iter().zip(&panels.areas).map(|(lightness, area)| lightness * area);
+    let (panel, lightest) = lightness.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let node = panels.corners[panel][0] as usize;
+    let body = assembly.bodies.iter().rfind(|body| body.first <= node)?;
+    // d of a panel across the wind, in a second.
+    let rate = 0.5 * air.density * air.drag * speed(air) * lightest;
+    let d = step * rate;
+    (d > 0.5).then(|| {
+        let felt = 100.0 / (1.0 + d * (2.0 - 1.0 / d).min(1.0));
+        format!(
+            "a wind of {:.3} m/s across body `{}` presses with {felt:.0} % of its force where something holds the body back: the \
+             step of {step:.3e} s is too long for cloth of {:.2e} kg/m²; set time.max_step = {:.1e} or less where that matters",
+            speed(air),
+            body.name,
+            1.0 / lightest,
+            0.495 / rate,
+        )
+    })
+}
