@@ -431,15 +431,21 @@ fn touch_on_way(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) ->
 }
 
 /// How deep a place is in a mesh, and which way leads out; −FAR if it is farther off than `most` [m].
-fn mesh_depth(collider: Collider, x: vec3f, most: f32) -> Depth {
+fn mesh_touch(collider: Collider, x: vec3f, most: f32) -> MeshTouch {
     let mesh = part_of_mesh(collider);
     let place = local_of(collider, x);
     let reach = vec3f(most + lost_in(mesh));
     if !is_somewhere(place) || !boxes_meet(mesh, 1u, place - reach, place + reach) {
-        return Depth(vec3f(0.0), -FAR);
+        return MeshTouch(vec3f(0.0), -FAR, vec3f(0.0), false);
     }
     let found = touch_near(collider, mesh, place, most);
-    return Depth(turned(collider, found.normal), found.depth);
+    return MeshTouch(turned(collider, found.normal), found.depth, turned(collider, found.velocity), false);
+}
+
+/// The same, without what a change of shape does.
+fn mesh_depth(collider: Collider, x: vec3f, most: f32) -> Depth {
+    let found = mesh_touch(collider, x, most);
+    return Depth(found.normal, found.depth);
 }
 
 /// How a mesh presses a place, if the place is inside.

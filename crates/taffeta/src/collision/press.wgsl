@@ -3,7 +3,13 @@
 // Contact comes after forces: a solver that does not know of it lets nodes on a surface go where they are pulled, finds
 // their pulls relaxed, and contact puts the nodes back under full tension. That is work from nowhere. So nodes that will
 // be pressed against a surface are held by it while pulls are solved for: along its normal, or, where friction is enough,
-// in all directions (after Baraff and Witkin, "Large Steps in Cloth Simulation", SIGGRAPH 1998, section 5).
+// in all directions (after Baraff and Witkin, "Large Steps in Cloth Simulation", SIGGRAPH 1998, section 5); where it is not, it
+// is a force like others (see press.rs).
+
+/// Share of the friction that a surface can bear up to which a node is held.
+const STICKS: f32 = 0.95;
+/// Share of the speed at which a node comes to a surface that contact takes from it.
+const LEFT_TO_CONTACT: f32 = 0.0625;
 
 /// How a surface holds a node in a sub-step.
 struct Press {
@@ -11,8 +17,10 @@ struct Press {
     normal: vec3f,
     /// Share of what is left in which it yields: 1; 0 where it sticks.
     yields: f32,
-    /// Velocity [m/s] of the directions in which it does not: onto the surface, and with it.
+    /// Velocity [m/s]: onto the surface; along it that of the surface where the node sticks, and else the change by friction.
     velocity: vec3f,
+    /// Velocity of the surface [m/s] in the direction in which a node slides.
+    surface: f32,
 }
 
 /// A node as it comes to a surface.
@@ -37,7 +45,7 @@ struct Held {
 
 /// Of a node that nothing holds.
 fn free_press() -> Press {
-    return Press(vec3f(0.0), 1.0, vec3f(0.0));
+    return Press(vec3f(0.0), 1.0, vec3f(0.0), 0.0);
 }
 
 /// How a collider will hold a node: it is on the surface, or gets there without pulls, and those of the last sub-step do
@@ -45,11 +53,12 @@ fn free_press() -> Press {
 fn press_of(collider: Collider, node: Coming) -> Held {
     let v = node.free + node.pulls;
     let inside = depth_and_normal(collider, node.place + v * node.h).depth;
-    return press_by(collider, node, inside, depth_and_normal(collider, node.place));
+    return press_by(collider, node, inside, depth_and_normal(collider, node.place), vec3f(0.0));
 }
 
-/// How a surface will hold a node that is so deep in it, and would be so far `inside` [m].
-fn press_by(collider: Collider, node: Coming, inside: f32, touch: Depth) -> Held {
+/// How a surface will hold a node that is so deep in it, and would be so far `inside` [m]; `changing` is the velocity by a change
+/// of shape [m/s].
+fn press_by(collider: Collider, node: Coming, inside: f32, touch: Depth, changing: vec3f) -> Held {
     let h = node.h;
     let v = node.free + node.pulls;
     let normal = touch.normal;
@@ -58,17 +67,22 @@ fn press_by(collider: Collider, node: Coming, inside: f32, touch: Depth) -> Held
     if !(inside > 0.0 && -touch.depth <= reach) {
         return Held(free_press(), 0.0);
     }
-    let surface = surface_velocity(collider, node.place);
-    let landing = touch.depth / h;
+    let surface = surface_velocity(collider, node.place) + changing;
+    // What is inside already is put out by contact, and gets no speed by it.
+    let onto = touch.depth / h;
+    let out = dot3(surface, normal);
+    let landing = select(out, onto, onto < out);
     let relative = v - surface;
     let impulse = landing - dot3(v, normal);
-    let slip = norm3(relative - normal * dot3(relative, normal));
-    let along = surface - normal * dot3(surface, normal);
-    let onto = normal * landing;
-    if slip <= collider.friction * impulse {
-        return Held(Press(normal, 0.0, onto + along), inside);
+    let rubs = collider.friction * select(0.0, impulse, impulse > 0.0);
+    let slip = relative - normal * dot3(relative, normal);
+    let speed = norm3(slip);
+    if speed <= rubs * STICKS && rubs > 0.0 {
+        let along = surface - normal * dot3(surface, normal);
+        return Held(Press(normal, 0.0, normal * landing + along, 0.0), inside);
     }
-    return Held(Press(normal, 1.0, onto), inside);
+    let direction = slip * (1.0 / select(1.0, speed, speed > 0.0));
+    return Held(Press(normal, 1.0, normal * landing - direction * rubs, dot3(surface, direction)), inside);
 }
 
 /// A change of velocity, as far as the node yields to it.
@@ -81,21 +95,37 @@ fn is_pressed(press: Press) -> bool {
     return press.normal.x != 0.0 || press.normal.y != 0.0 || press.normal.z != 0.0;
 }
 
-/// Velocity [m/s] of a node that is held after `pulls`; `free` is without them. What they press, the surface bears, and
-/// friction comes with it: where it was enough, the node stays. What takes the node off lets it go no further than onto the
-/// surface: the next sub-step knows these pulls.
-fn after_pulls(press: Press, free: vec3f, pulls: vec3f, collider: Collider, place: vec3f) -> vec3f {
+/// The change of velocity [m/s] by friction of a node that slides.
+fn rubbed_by(press: Press) -> vec3f {
+    return (press.velocity - press.normal * dot3(press.velocity, press.normal)) * press.yields;
+}
+
+/// Velocity [m/s] of a node that is held after `pulls`; `free` is without them. What they press, the surface bears. What takes
+/// the node off lets it go no further than onto the surface: the next sub-step knows these pulls. Where it would bounce, contact
+/// comes after. Friction stops a node that slides, and does not turn it back; as much of it as contact will take is left to that.
+fn after_pulls(press: Press, free: vec3f, pulls: vec3f, collider: Collider) -> vec3f {
     let normal = press.normal;
     let landing = dot3(press.velocity, normal);
     let inward = dot3(free, normal);
     let pulled = dot3(free + pulls, normal);
     let least = select(landing, inward, inward < landing);
     let some = select(pulled, least, pulled < least);
-    let kept = select(some, landing, some > landing);
+    let bouncing = select(some, landing, some > landing);
+    let kept = select(bouncing, landing - (landing - least) * LEFT_TO_CONTACT, collider.restitution == 0.0);
     if press.yields == 0.0 {
         return press.velocity + normal * (kept - landing);
     }
     let moved = free + pulls + normal * (kept - pulled);
-    let impulse = select(0.0, kept - pulled, kept > pulled);
-    return moved + rub(moved - surface_velocity(collider, place), normal, collider.friction * impulse);
+    let rubbed = rubbed_by(press);
+    let rubs = norm3(rubbed);
+    if rubs == 0.0 {
+        return moved;
+    }
+    // Against the slip.
+    let against = rubbed * (1.0 / rubs);
+    let slip = -press.surface - dot3(moved, against);
+    let most = select(rubs, slip, slip < rubs);
+    let taken = select(0.0, most, most > 0.0);
+    let later = collider.friction * (landing - kept);
+    return moved + against * (taken - select(taken, later, later < taken));
 }

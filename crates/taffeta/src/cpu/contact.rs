@@ -142,7 +142,7 @@ impl<T: Real> Contact<'_, '_, T> {
     fn was_better(&self, mesh: &MeshNow<T>, item: usize, (start, depth): ([T; 3], T)) -> bool {
         let [x, y, z] = start.map(T::abs);
         let slack = mesh.offset * T::from_f64(1e-3) + T::EPSILON * T::from_f64(64.0) * (x + y + z);
-        let was = self.near.depth_and_normal(mesh, item, start, T::ZERO).map_or(-T::FAR, |(depth, _)| depth);
+        let was = self.near.depth(mesh, item, start, T::ZERO).map_or(-T::FAR, |was| was.depth);
         depth > slack && was + slack < depth && (was <= T::ZERO || was + slack < mesh.offset)
     }
 
@@ -212,8 +212,8 @@ impl<T: Real> Contact<'_, '_, T> {
         let far = (-T::FAR, [T::ZERO; 3]);
         match &collider.shape {
             ShapeNow::Mesh(mesh) => {
-                let found = self.near.depth_and_normal(mesh, self.run.start + node, x, T::ZERO);
-                found.filter(|(depth, _)| *depth > T::ZERO).unwrap_or(far)
+                let found = self.near.depth(mesh, self.run.start + node, x, T::ZERO);
+                found.map(|of| (of.depth, of.normal)).filter(|(depth, _)| *depth > T::ZERO).unwrap_or(far)
             }
             _ => collider.depth_and_normal(x).unwrap_or(far),
         }

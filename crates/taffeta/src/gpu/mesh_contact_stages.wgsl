@@ -18,24 +18,24 @@ fn contact_parted(
 
 /// How a mesh will hold a node; it is taken to be as flat as where the node is.
 fn press_of_mesh(collider: Collider, node: Coming) -> Held {
-    let touch = mesh_depth(collider, node.place, collider.size + node.h * norm3(node.free) + node.fall);
+    let touch = mesh_touch(collider, node.place, collider.size + node.h * norm3(node.free) + node.fall);
     if touch.depth == -FAR {
         return Held(free_press(), 0.0);
     }
     let inside = touch.depth - node.h * dot3(node.free + node.pulls, touch.normal);
-    return press_by(collider, node, inside, touch);
+    return press_by(collider, node, inside, Depth(touch.normal, touch.depth), touch.velocity);
 }
 
 /// The mesh that will hold a node, if any does: of several, that in which it would be deepest.
 fn mesh_ahead(node: Coming) -> Met {
-    var found = Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, 1u, 0.0);
+    var found = met_of(free_press(), 0u, 0.0);
     let first = substeps[0].first_collider;
     for (var i = 0u; i < substeps[0].colliders; i++) {
         let collider = colliders[first + i];
         if collider.kind == MESH {
             let held = press_of_mesh(collider, node);
             if held.inside > found.inside {
-                found = Met(held.press.normal, held.press.yields, held.press.velocity, i, 1u, held.inside);
+                found = met_of(held.press, i, held.inside);
             }
         }
     }

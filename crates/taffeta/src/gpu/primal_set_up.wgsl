@@ -22,10 +22,10 @@ fn free_nodes(
 /// How a node is held: by a pin, or by the surface that the last sub-step's pulls press it against.
 fn met_ahead(node: u32, x: vec4f, free: vec3f, pulls: vec3f) -> Met {
     if !(x.w > 0.0) {
-        return Met(vec3f(0.0), 0.0, vec3f(0.0), 0u, 1u, 0.0);
+        return met_of(Press(vec3f(0.0), 0.0, vec3f(0.0), 0.0), 0u, 0.0);
     }
     if substeps[0].colliders == 0u {
-        return Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, 1u, 0.0);
+        return met_of(free_press(), 0u, 0.0);
     }
     let h = substeps[0].h;
     return surface_ahead(Coming(x.xyz, norm3(substeps[0].gravity) * h * h, free, h, pulls), met[node]);
@@ -49,10 +49,11 @@ fn meet_nodes(
     let pulled = vector_of(PULLED, node);
     let found = met_ahead(node, x, free, pulled);
     met[node] = found;
-    let press = Press(found.normal, found.yields, found.velocity);
+    let press = press_in(found);
+    let rubbed = rubbed_by(press);
     // It goes on as it went, or as a surface that holds it wants; pins as they are moved.
-    let total = select(vec3f(0.0), yielded(press, v.xyz) + press.velocity - free, x.w > 0.0);
-    let start = select(vec3f(0.0), yielded(press, pulled - total), substeps[0].solving.is_warm != 0u);
+    let total = select(vec3f(0.0), yielded(press, v.xyz) + (press.velocity - rubbed) - free, x.w > 0.0);
+    let start = select(vec3f(0.0), yielded(press, pulled - (total - rubbed)), substeps[0].solving.is_warm != 0u);
     let off = select(vec3f(0.0), v.xyz - free, x.w > 0.0);
     put_vector(CHANGE, node, vec3f(0.0));
     put_vector(CYCLED, node, start);
@@ -153,7 +154,7 @@ fn set_up_nodes(
     let all = Symmetric(given.diagonal.diagonal + mass, given.diagonal.mixed);
     diagonals[node] = diagonal_of(all, mass, press);
     put_vector(IMPULSE, node, given.impulse);
-    vectors[vector_at(LEFT, node)] = vec4f(given.impulse - mass * vector_of(TOTAL, node), mass);
+    vectors[vector_at(LEFT, node)] = vec4f(given.impulse - mass * (vector_of(TOTAL, node) - rubbed_by(press)), mass);
 }
 
 /// Blocks of the edges of the first coarser level, in the slots at both ends.

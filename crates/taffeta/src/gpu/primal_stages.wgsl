@@ -219,7 +219,7 @@ fn push_nodes(
     if is_pressed(press) {
         let free = new_velocity[node].xyz;
         let collider = colliders[substeps[0].first_collider + met[node].surface];
-        change = after_pulls(press, free, pulled, collider, old_position[node].xyz) - free;
+        change = after_pulls(press, free, pulled, collider) - free;
     }
     force[node] = vec4f(force[node].xyz + change * (mass_of(node) / substeps[0].h), 0.0);
 }
@@ -234,7 +234,8 @@ fn pulled_by_springs(node: u32, press: Press, inverse_mass: f32) -> vec3f {
     if press.yields == 0.0 {
         return springs;
     }
-    return found + press.normal * dot3(springs - found, press.normal);
+    let along = found - rubbed_by(press);
+    return along + press.normal * dot3(springs - along, press.normal);
 }
 
 /// Notes for the frame's report what all systems have taken.

@@ -58,7 +58,9 @@ struct Met {
     /// Whether any constraint acts on it: 1, else 0.
     is_pulled: u32,
     /// By how much it would be inside, if the surface is that of a mesh; else 0 [m].
-    @size(12) inside: f32,
+    inside: f32,
+    /// Velocity of the surface [m/s] in the direction in which the node slides.
+    @size(8) along: f32,
 }
 
 /// How far a system is.
@@ -201,9 +203,18 @@ fn entries_at(node: u32) -> vec2u {
     return vec2u(incident[slice] + node % 16u, incident[slice + 1u]);
 }
 
+fn press_in(met: Met) -> Press {
+    return Press(met.normal, met.yields, met.velocity, met.along);
+}
+
+/// What is kept of a press by one of the colliders, on a node that constraints act on.
+fn met_of(press: Press, surface: u32, inside: f32) -> Met {
+    return Met(press.normal, press.yields, press.velocity, surface, 1u, inside, press.surface);
+}
+
 /// How a surface holds a node.
 fn press_at(node: u32) -> Press {
-    return Press(met[node].normal, met[node].yields, met[node].velocity);
+    return press_in(met[node]);
 }
 
 /// The sign of a pull at the first or second end.

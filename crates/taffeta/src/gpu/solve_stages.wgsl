@@ -35,7 +35,8 @@ fn free_velocities(
     force[node] = vec4f(without, 0.0);
     let velocity = new_velocity_of(v.xyz, without, x.w, substeps[0].gravity, substeps[0].h);
     new_velocity[node] = vec4f(velocity, abs(v.w));
-    met[node] = Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, select(0u, 1u, is_active), 0.0);
+    met[node] = met_of(free_press(), 0u, 0.0);
+    met[node].is_pulled = select(0u, 1u, is_active);
 }
 
 /// How a spring gives way as a constraint.
@@ -96,7 +97,7 @@ fn set_up_rows(
 
 /// The surface that will hold a node: of several, that in which it would be deepest. Of meshes, `before` says it.
 fn surface_ahead(node: Coming, before: Met) -> Met {
-    var found = Met(vec3f(0.0), 1.0, vec3f(0.0), 0u, 1u, 0.0);
+    var found = met_of(free_press(), 0u, 0.0);
     var deepest = 0.0;
     if before.inside > 0.0 {
         found = before;
@@ -113,7 +114,7 @@ fn surface_ahead(node: Coming, before: Met) -> Met {
         let is_first = held.inside == deepest && deepest > 0.0 && i < found.surface;
         if held.inside > deepest || is_first {
             deepest = held.inside;
-            found = Met(held.press.normal, held.press.yields, held.press.velocity, i, 1u, 0.0);
+            found = met_of(held.press, i, 0.0);
         }
     }
     return found;
@@ -317,7 +318,7 @@ fn borne(node: u32, pull: vec3f) -> vec3f {
     let free = new_velocity[node].xyz;
     let kick = substeps[0].h * x.w;
     let collider = colliders[substeps[0].first_collider + met[node].surface];
-    let after = after_pulls(press, free, pull * kick, collider, x.xyz);
+    let after = after_pulls(press, free, pull * kick, collider);
     return (after - free) * (1.0 / kick);
 }
 

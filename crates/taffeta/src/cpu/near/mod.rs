@@ -15,7 +15,7 @@ use super::simd::{Kernel, SimdLevel};
 use crate::assembly::Assembly;
 use crate::collision::mesh::{MeshNow, MeshShape, MeshSurface, MeshTouch};
 use crate::collision::moving::{ColliderNow, Rigid};
-use crate::collision::press::{Coming, Press};
+use crate::collision::press::{Coming, Depth, Press};
 use crate::collision::shape::{ShapeNow, positive};
 use crate::real::{Real, dot, norm, sub};
 use crate::topology::measure;
@@ -164,7 +164,7 @@ impl<'a, T: Real> Near<'a, T> {
     }
 
     /// How deep a node at `x` [m] is in the mesh, and which way leads out; `None` only if it is farther off than `most` [m].
-    pub fn depth_and_normal(&self, now: &MeshNow<T>, node: usize, x: [T; 3], most: T) -> Option<(T, [T; 3])> {
+    pub fn depth(&self, now: &MeshNow<T>, node: usize, x: [T; 3], most: T) -> Option<Depth<T>> {
         let place = now.local(x);
         if !is_somewhere(place) {
             return None;
@@ -174,8 +174,8 @@ impl<'a, T: Real> Near<'a, T> {
             return None;
         }
         let (view, reach) = self.view(now, place);
-        let touch = one.resting(&view, most, reach)?;
-        Some((touch.depth, now.place.turn(touch.normal)))
+        let MeshTouch { depth, normal, velocity, .. } = one.resting(&view, most, reach)?;
+        Some(Depth { depth, normal: now.place.turn(normal), velocity: now.place.turn(velocity) })
     }
 
     /// A mesh as seen from `x` [m], and how far a list of it reaches [m].
@@ -191,7 +191,7 @@ impl<'a, T: Real> Near<'a, T> {
             ShapeNow::Mesh(mesh) => {
                 // From farther off it does not get there.
                 let most = coming.h * norm(coming.free) + coming.fall;
-                let touch = self.depth_and_normal(mesh, node, coming.place, most)?;
+                let touch = self.depth(mesh, node, coming.place, most)?;
                 Press::of_mesh(&collider.touching, coming, touch)
             }
             _ => Press::of(collider, coming),

@@ -73,8 +73,10 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
             let free = self.free_velocity(place);
             let moves = self.setup.inverse_mass[place] > T::ZERO;
             let before = if moves { [0, 1, 2].map(|axis| self.old[3 + axis][place]) } else { free };
-            let start =
-                hold.press.get(place).map_or(before, |press| add(press.yielded(before), press.velocity));
+            let start = hold
+                .press
+                .get(place)
+                .map_or(before, |press| add(press.yielded(before), sub(press.velocity, press.rubbed())));
             for axis in 0..3 {
                 total[axis][at] = start[axis] - free[axis];
                 let off = before[axis] - free[axis];
@@ -183,7 +185,11 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
             (vectors.0, vectors.1, shared.right.read(), shared.total.read(), shared.change.read())
         };
         for first in part.clone().step_by(LANES) {
-            let (mut left, off) = (right.lanes(first), total.lanes::<3>(first));
+            let (mut left, mut off) = (right.lanes(first), total.lanes::<3>(first));
+            for (lane, press) in hold.press.get(first..first + LANES).unwrap_or(&[]).iter().enumerate() {
+                let rubbed = press.rubbed();
+                (0..3).for_each(|axis| off[axis][lane] -= rubbed[axis]);
+            }
             for axis in 0..3 {
                 for lane in 0..LANES {
                     left[axis][lane] -= self.setup.mass[first + lane] * off[axis][lane];
@@ -416,6 +422,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
                     after = if press.yields == T::ZERO {
                         springs
                     } else {
+                        let after = sub(after, press.rubbed());
                         add(after, along(sub(springs, after), press.normal))
                     };
                 }

@@ -104,8 +104,7 @@ impl<T: Real> CpuTile<'_, T> {
     ) -> [T; 3] {
         // SAFETY: waits where the state after will be, for this tile alone.
         let free = [0, 1, 2].map(|axis| unsafe { *self.next[axis].item(place) });
-        let x = [0, 1, 2].map(|axis| self.old[axis][place]);
-        sub(press.after(free, change, &self.substep.colliders[surface as usize], x), free)
+        sub(press.after(free, change, &self.substep.colliders[surface as usize].touching), free)
     }
 
     /// Gradients of the volume in the state before, which springs did not come by.

@@ -58,7 +58,8 @@ pub struct Met {
     pub surface: u32,
     pub is_pulled: u32,
     pub inside: f32,
-    pub padding: [u32; 2],
+    pub along: f32,
+    pub padding: u32,
 }
 
 /// `Progress` of solve.wgsl.

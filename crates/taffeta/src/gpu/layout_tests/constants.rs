@@ -4,6 +4,7 @@ use super::{read, sources};
 use crate::collision::contact::NARROW;
 use crate::collision::moving::{ColliderNow, Rigid, Touching};
 use crate::collision::pair::FIRM;
+use crate::collision::press::{LEFT_TO_CONTACT, STICKS};
 use crate::collision::shape::{BoxNow, CapsuleNow, CylinderNow, ENTRIES, PlaneNow, ShapeNow, SphereNow};
 use crate::collision::{mesh, tree, triangle};
 use crate::constraints::attach::ROUNDS as TETHER_ROUNDS;
@@ -125,6 +126,8 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("ASLANT", mesh::ASLANT),
         ("LOOSE", f64::from((1.0 + tree::SLACK) as f32)),
         ("GROOVES", GROOVES as f64),
+        ("STICKS", f64::from(STICKS as f32)),
+        ("LEFT_TO_CONTACT", f64::from(LEFT_TO_CONTACT as f32)),
         ("GRAIN", f64::from(GRAIN as f32)),
     ])
 }

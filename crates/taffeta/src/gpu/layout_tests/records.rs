@@ -123,7 +123,7 @@ fn records() -> Vec<Record> {
         record!(LinkGroup { first, count, solve, first_group, groups }),
         record!(NodeGroup { first, count, solve, first_group, is_first }),
         record!(Row { direction, r, w, s, p, x }),
-        record!(Met { normal, yields, velocity, surface, is_pulled, inside; padding }),
+        record!(Met { normal, yields, velocity, surface, is_pulled, inside, along; padding }),
         record!(Progress { passes, is_done, limit, right, gamma, alpha, beta }),
         record!(Solve { links, active_links, kept, next }),
         record!(Taken { iterations, capped, active_share, residual }),

@@ -1,9 +1,10 @@
 //! Colliders that are meshes, for rows of kernels that meet triangles.
 
 use super::fixture::{Fixture, SUBSTEP, State};
+use super::solve_twin::met_of;
 use crate::collision::mesh::{Found, MeshNow, MeshSurface};
 use crate::collision::moving::ColliderNow;
-use crate::collision::press::{Coming, Press};
+use crate::collision::press::{Coming, Depth, Press};
 use crate::collision::shape::ShapeNow;
 use crate::collision::triangle::nearest;
 use crate::gpu::layout::Met;
@@ -139,8 +140,7 @@ impl Fixture {
         for (surface, collider) in (0..).zip(&self.substeps[SUBSTEP].colliders) {
             let Some((inside, press)) = self.press_of_mesh(collider, coming) else { continue };
             if inside > found.inside {
-                let Press { normal, yields, velocity } = press;
-                found = Met { normal, yields, velocity, surface, inside, ..found };
+                found = Met { inside, ..met_of(press, surface, true) };
             }
         }
         found
@@ -152,7 +152,8 @@ impl Fixture {
         let place = now.local(coming.place);
         let around = surface.tree(now).around(place, f32::FAR);
         let touch = surface.resting(now, place, &nearest_of(surface, now, place)?, &around);
-        Press::of_mesh(&collider.touching, coming, (touch.depth, now.place.turn(touch.normal)))
+        let [normal, velocity] = [touch.normal, touch.velocity].map(|way| now.place.turn(way));
+        Press::of_mesh(&collider.touching, coming, Depth { depth: touch.depth, normal, velocity })
     }
 }
 

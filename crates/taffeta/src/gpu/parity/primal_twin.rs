@@ -153,10 +153,10 @@ impl Twin<'_> {
                 met_of(Press { yields: 0.0, ..Press::FREE }, 0, true)
             };
             let (press, v) = (self.press(node), three(self.fixture.old.velocity[node]));
-            let wanted = add(press.yielded(v), press.velocity);
+            let wanted = add(press.yielded(v), sub(press.velocity, press.rubbed()));
             let total = if x[3] > 0.0 { sub(wanted, free) } else { [0.0; 3] };
             let warm = self.solving.is_warm != 0;
-            let start = if warm { press.yielded(sub(pulls, total)) } else { [0.0; 3] };
+            let start = if warm { press.yielded(sub(pulls, sub(total, press.rubbed()))) } else { [0.0; 3] };
             self.put(Vector::Change, node, [0.0; 3]);
             self.put(Vector::Cycled, node, start);
             self.move_on(node, total);
@@ -209,7 +209,8 @@ impl Twin<'_> {
             };
             self.work.diagonals[node] = Diagonal { own: record(own), inverse: record(inverse) };
             self.put(Vector::Impulse, node, impulse);
-            let right = sub(impulse, scale(self.get(Vector::Total, node), mass));
+            let off = sub(self.get(Vector::Total, node), press.rubbed());
+            let right = sub(impulse, scale(off, mass));
             let [x, y, z] = right;
             let at = self.at(Vector::Left, node);
             self.work.vectors[at] = [x, y, z, mass];
@@ -540,11 +541,12 @@ impl Twin<'_> {
                 pulled = if press.yields == 0.0 {
                     springs
                 } else {
+                    let pulled = sub(pulled, press.rubbed());
                     add(pulled, scale(press.normal, dot(sub(springs, pulled), press.normal)))
                 };
                 let free = three(self.work.new_velocity[node]);
                 let collider = &self.fixture.substep().colliders[met.surface as usize];
-                change = sub(press.after(free, pulled, collider, three(x)), free);
+                change = sub(press.after(free, pulled, &collider.touching), free);
             }
             self.put(Vector::Pulled, node, pulled);
             let force = scale(change, self.mass(node) / self.h());

@@ -151,7 +151,8 @@ pub fn some_met(chance: &mut Chance, is_free: bool, colliders: usize) -> Met {
     let velocity = if is_met { chance.three(2.0) } else { [0.0; 3] };
     // What a mesh has found before, here and there.
     let inside = if normal[0] > 0.2 { 0.07 * normal[1].abs() } else { 0.0 };
-    Met { normal, yields, velocity, surface, is_pulled: 1, inside, ..Met::default() }
+    let along = if is_met { chance.number() } else { 0.0 };
+    Met { normal, yields, velocity, surface, is_pulled: 1, inside, along, ..Met::default() }
 }
 
 /// Of which all but the last are above 0, and that here and there.

@@ -54,8 +54,8 @@ pub fn becomes_active(link: &Link, position: &[Four], solving: &Solving) -> bool
 
 /// How a surface holds a node, as kernels keep it.
 pub fn met_of(press: Press<f32>, surface: u32, is_pulled: bool) -> Met {
-    let Press { normal, yields, velocity } = press;
-    Met { normal, yields, velocity, surface, is_pulled: is_pulled.into(), ..Met::default() }
+    let Press { normal, yields, velocity, surface: along } = press;
+    Met { normal, yields, velocity, surface, is_pulled: is_pulled.into(), along, ..Met::default() }
 }
 
 /// The surface that will hold a node, where `before` is what meshes have found.
@@ -74,7 +74,7 @@ pub fn surface_ahead(colliders: &[ColliderNow<f32>], coming: &Coming<f32>, befor
 }
 
 pub fn press_of(met: &Met) -> Press<f32> {
-    Press { normal: met.normal, yields: met.yields, velocity: met.velocity }
+    Press { normal: met.normal, yields: met.yields, velocity: met.velocity, surface: met.along }
 }
 
 /// A fixture's work, as its kernels find it.
@@ -372,7 +372,7 @@ impl Twin<'_> {
         let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
         let kick = self.h() * x[3];
         let collider = &self.fixture.substep().colliders[met.surface as usize];
-        let after = press_of(met).after(free, scale(pull, kick), collider, three(x));
+        let after = press_of(met).after(free, scale(pull, kick), &collider.touching);
         scale(sub(after, free), 1.0 / kick)
     }
 
