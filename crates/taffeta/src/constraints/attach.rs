@@ -49,21 +49,41 @@ pub fn length<T: Real>(start: T, end: T, share: T) -> T {
 /// Place [m] and velocity [m/s].
 pub type PointState<T> = ([T; 3], [T; 3]);
 
-/// Keeps a node within `length` [m] of an anchor: it is put back on the sphere, and loses the speed at which it leaves it.
-/// `None` where it is inside.
+/// Where a node at `x` [m] comes that may not be farther than `length` [m] from an anchor at `at` [m], on the sphere, and the
+/// way there. `None` where it is inside.
 #[inline(always)]
-pub fn tether<T: Real>((x, v): PointState<T>, (at, with): PointState<T>, length: T) -> Option<PointState<T>> {
+pub fn put_back<T: Real>(x: [T; 3], at: [T; 3], length: T) -> Option<PointState<T>> {
     let d = sub(x, at);
     let squared = dot(d, d);
     if squared > length * length {
         let distance = squared.sqrt();
         let outward = [d[0] / distance, d[1] / distance, d[2] / distance];
-        let speed = dot(sub(v, with), outward);
-        let lost = if speed > T::ZERO { speed } else { T::ZERO };
-        Some((add(at, scale(outward, length)), sub(v, scale(outward, lost))))
+        // As a sum of these it has the digits that a difference of places has lost.
+        Some((add(at, scale(outward, length)), scale(outward, length - distance)))
     } else {
         None
     }
+}
+
+/// The velocity [m/s] of a node that tethers have moved by `shift` [m] in a sub-step of `h` [s]: it loses that with which it
+/// did not get anywhere, as far as it leads away from where the tethers pull, seen from their anchors, which go `with` [m/s].
+#[inline(always)]
+pub fn undone<T: Real>(v: [T; 3], shift: [T; 3], with: [T; 3], h: T) -> [T; 3] {
+    let (against, squared) = (dot(shift, sub(with, v)), dot(shift, shift));
+    if against > T::ZERO && squared > T::ZERO {
+        let (whole, all) = (against / squared, T::ONE / h);
+        add(v, scale(shift, if whole < all { whole } else { all }))
+    } else {
+        v
+    }
+}
+
+/// The velocity [m/s] of a node whose tether is taut, `d` [m] from its anchor, which goes `with` [m/s]: it loses the speed at
+/// which it leaves it.
+#[inline(always)]
+pub fn taut<T: Real>(v: [T; 3], d: [T; 3], with: [T; 3]) -> [T; 3] {
+    let (speed, squared) = (dot(sub(v, with), d), dot(d, d));
+    if speed > T::ZERO && squared > T::ZERO { sub(v, scale(d, speed / squared)) } else { v }
 }
 
 /// Times that the tethers of a node are looked at in a sub-step, at most: one may lead out of reach of another.
@@ -124,15 +144,33 @@ mod tests {
     }
 
     #[test]
-    fn a_tether_takes_the_speed_away_from_its_anchor_alone() {
-        let anchor = ([1.0, 0.0, 0.0], [0.0, 5.0, 0.0]);
-        let (x, v) = tether(([1.0, 3.0, 0.0], [2.0, 6.0, -1.0]), anchor, 2.0).unwrap();
-        assert_eq!((x, v), ([1.0, 2.0, 0.0], [2.0, 5.0, -1.0]));
+    fn a_node_is_put_back_on_its_sphere() {
+        let at = [1.0, 0.0, 0.0];
+        assert_eq!(put_back([1.0, 3.0, 0.0], at, 2.0), Some(([1.0, 2.0, 0.0], [0.0, -1.0, 0.0])));
+        assert_eq!(put_back([1.0, 2.0, 0.0], at, 2.0), None);
+        let (far, shift) = put_back([3.0, 4.0, -7.0], at, 0.5).unwrap();
+        assert!((norm(sub(far, at)) - 0.5_f64).abs() < 1e-15);
+        assert!(norm(sub(add([3.0, 4.0, -7.0], shift), far)) < 1e-14);
+    }
+
+    #[test]
+    fn a_taut_tether_takes_the_speed_away_from_its_anchor_alone() {
+        let (d, with) = ([0.0, 2.0, 0.0], [0.0, 5.0, 0.0]);
+        assert_eq!(taut([2.0, 6.0, -1.0], d, with), [2.0, 5.0, -1.0]);
         // Coming back already: the velocity stays.
-        let (x, v) = tether(([1.0, 3.0, 0.0], [2.0, 4.0, -1.0]), anchor, 2.0).unwrap();
-        assert_eq!((x, v), ([1.0, 2.0, 0.0], [2.0, 4.0, -1.0]));
-        assert_eq!(tether(([1.0, 2.0, 0.0], [0.0, 9.0, 0.0]), anchor, 2.0), None);
-        let far = tether(([3.0, 4.0, -7.0], [0.0; 3]), anchor, 0.5).unwrap().0;
-        assert!((norm(sub(far, anchor.0)) - 0.5_f64).abs() < 1e-15);
+        assert_eq!(taut([2.0, 4.0, -1.0], d, with), [2.0, 4.0, -1.0]);
+        assert_eq!(taut([1.0; 3], [0.0; 3], with), [1.0; 3]);
+    }
+
+    #[test]
+    fn what_tethers_undo_is_no_speed() {
+        let shift = [0.0, 0.02, 0.0];
+        // All of it, a part of it, and no more than it has, seen from anchors at rest and from moving ones.
+        assert_eq!(undone([3.0, -2.0, 0.0], shift, [0.0; 3], 0.01), [3.0, 0.0, 0.0]);
+        assert_eq!(undone([3.0, -5.0, 0.0], shift, [0.0; 3], 0.01), [3.0, -3.0, 0.0]);
+        assert_eq!(undone([3.0, -1.0, 0.0], shift, [0.0; 3], 0.01), [3.0, 0.0, 0.0]);
+        assert_eq!(undone([3.0, -1.0, 0.0], shift, [7.0, -1.5, 0.0], 0.01), [3.0, -1.0, 0.0]);
+        assert_eq!(undone([3.0, 1.0, 0.0], shift, [0.0; 3], 0.01), [3.0, 1.0, 0.0]);
+        assert_eq!(undone([1.0; 3], [0.0; 3], [2.0; 3], 0.01), [1.0; 3]);
     }
 }

@@ -10,6 +10,7 @@ use crate::constraints::attach::{self, PointState, Pull, ROUNDS};
 use crate::plan::Substep;
 use crate::real::{Real, add, scale, sub};
 use crate::topology::Csr;
+use crate::topology::tethers::MOST;
 use std::ops::Range;
 
 /// What does not change.
@@ -277,22 +278,31 @@ impl<'a, T: Real> AttachWorker<'a, T> {
     /// A node after its tethers. What they lead to is held, and stays where it is.
     fn held_near(&self, number: u32, from: PointState<T>, found: &Found<'_, T>) -> PointState<T> {
         let tethers = self.setup.tethers_of.row(number as usize);
-        let mut after = from;
-        if self.inverse_mass[self.setup.nodes[number as usize] as usize] > T::ZERO {
-            for _ in 0..ROUNDS {
-                let mut moved = false;
-                for &tether in tethers {
-                    let (anchor, length) = self.setup.tethers[tether as usize];
-                    if let Some(back) = attach::tether(after, found.node(anchor), length) {
-                        (after, moved) = (back, true);
-                    }
-                }
-                if !moved || tethers.len() == 1 {
-                    break;
+        if self.inverse_mass[self.setup.nodes[number as usize] as usize] <= T::ZERO {
+            return from;
+        }
+        let (mut x, mut shift, mut taut) = (from.0, [T::ZERO; 3], [false; MOST]);
+        for _ in 0..ROUNDS {
+            let mut moved = false;
+            for (taut, &tether) in taut.iter_mut().zip(tethers) {
+                let (anchor, length) = self.setup.tethers[tether as usize];
+                if let Some((back, way)) = attach::put_back(x, found.node(anchor).0, length) {
+                    (x, shift, moved, *taut) = (back, add(shift, way), true, true);
                 }
             }
+            if !moved || tethers.len() == 1 {
+                break;
+            }
         }
-        after
+        let taut = || tethers.iter().zip(taut).filter(|(_, taut)| *taut);
+        let anchors = || taut().map(|(&tether, _)| found.node(self.setup.tethers[tether as usize].0));
+        let count = T::from_f64(anchors().count() as f64);
+        if count <= T::ZERO {
+            return from;
+        }
+        let with = anchors().fold([T::ZERO; 3], |sum, (_, v)| add(sum, v)).map(|sum| sum / count);
+        let v = attach::undone(from.1, shift, with, self.substep.h);
+        (x, anchors().fold(v, |v, (at, with)| attach::taut(v, sub(x, at), with)))
     }
 
     /// Notes what has broken, when all have found that.

@@ -88,6 +88,42 @@ fn pull_joints(
     pulls[row] = select(vec4f(pull.shift, 1.0), vec4f(0.0), breaks);
 }
 
+/// A node after its tethers, whose list begins at `list`. What they lead to is held, and stays where it is.
+fn held_near(x: vec3f, v: vec3f, list: u32) -> Tethered {
+    var at = x;
+    var shift = vec3f(0.0);
+    var taut = 0u;
+    let tethers = attached[list];
+    for (var round = 0u; round < TETHER_ROUNDS; round++) {
+        var moved = false;
+        for (var i = 0u; i < tethers; i++) {
+            let anchor = attached[list + 1u + 2u * i];
+            let back = put_back(at, old_position[anchor].xyz, bitcast<f32>(attached[list + 2u + 2u * i]));
+            at = back.x;
+            shift = select(shift, shift + back.way, back.moved);
+            taut = select(taut, taut | (1u << i), back.moved);
+            moved = moved || back.moved;
+        }
+        if !moved || tethers == 1u {
+            break;
+        }
+    }
+    if taut == 0u {
+        return Tethered(x, v);
+    }
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < tethers; i++) {
+        sum = select(sum, sum + old_velocity[attached[list + 1u + 2u * i]].xyz, ((taut >> i) & 1u) != 0u);
+    }
+    var speed = undone(v, shift, sum / f32(countOneBits(taut)), substeps[0].h);
+    for (var i = 0u; i < tethers; i++) {
+        let anchor = attached[list + 1u + 2u * i];
+        let kept = kept_taut(speed, at - old_position[anchor].xyz, old_velocity[anchor].xyz);
+        speed = select(speed, kept, ((taut >> i) & 1u) != 0u);
+    }
+    return Tethered(at, speed);
+}
+
 /// Gives nodes that are joined or tethered their new velocities and places, and keeps those that it moves out of colliders
 /// again; the others stay as they are.
 @compute @workgroup_size(256)
@@ -115,17 +151,9 @@ fn attach_nodes(
         let one = pulls[attached[at] / 2u];
         sum = select(sum, sum + one.xyz * select(1.0, -1.0, attached[at] % 2u == 1u), one.w != 0.0);
     }
-    var now = Tethered(x.xyz + sum * x.w, v.xyz + sum * (x.w / substeps[0].h), x.w > 0.0);
-    let tethers = attached[end];
-    for (var round = 0u; round < TETHER_ROUNDS && now.moved; round++) {
-        var moved = false;
-        for (var i = 0u; i < tethers; i++) {
-            let anchor = attached[end + 1u + 2u * i];
-            let reach = bitcast<f32>(attached[end + 2u + 2u * i]);
-            now = tethered(now.x, now.v, old_position[anchor].xyz, old_velocity[anchor].xyz, reach);
-            moved = moved || now.moved;
-        }
-        now.moved = moved && tethers > 1u;
+    var now = Tethered(x.xyz + sum * x.w, v.xyz + sum * (x.w / substeps[0].h));
+    if x.w > 0.0 {
+        now = held_near(now.x, now.v, end);
     }
     if all(now.x == x.xyz) && all(now.v == v.xyz) {
         return;
