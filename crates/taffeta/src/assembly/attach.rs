@@ -28,6 +28,8 @@ pub struct Attachments {
     pub rows_of: Csr,
     /// Tethers of each of `nodes`.
     pub tethers_of: Csr,
+    /// Rows of each group of two or more that share free nodes, ascending.
+    pub groups: Csr,
     /// Nodes that do not touch each other because a seam makes them neighbours, from both sides, ascending.
     apart: Vec<[u32; 2]>,
 }
@@ -120,8 +122,8 @@ impl Attachments {
         self.rows.push(Row { ends: [node, end], start: 0.0, law });
     }
 
-    /// Lists rows and tethers by node.
-    fn list(&mut self) {
+    /// Lists rows and tethers by node, and the groups of rows.
+    fn list(&mut self, is_free: impl Fn(u32) -> bool) {
         let ends = self.rows.iter().flat_map(|row| row.ends).filter(|end| end & IS_POINT == 0);
         self.nodes = ends.chain(self.tethers.iter().map(|tether| tether.node)).collect();
         self.nodes.sort_unstable();
@@ -137,6 +139,37 @@ impl Attachments {
             self.tethers.iter().map(|tether| number(tether.node)).zip(0..).collect();
         self.rows_of = Csr::new(self.nodes.len(), rows.into_iter());
         self.tethers_of = Csr::new(self.nodes.len(), tethers.into_iter());
+        self.group(is_free);
+    }
+
+    /// Finds rows that share free nodes. What is held moves for none of its rows, so it does not join them.
+    fn group(&mut self, is_free: impl Fn(u32) -> bool) {
+        let mut first: Vec<u32> = (0..self.rows.len() as u32).collect();
+        let root = |first: &[u32], mut row: u32| {
+            while first[row as usize] != row {
+                row = first[row as usize];
+            }
+            row
+        };
+        let free = (0..).zip(&self.nodes).filter(|(_, node)| is_free(**node));
+        for (number, _) in free {
+            for pair in self.rows_of.row(number).windows(2) {
+                let [a, b] = [pair[0], pair[1]].map(|row| root(&first, row));
+                first[a.max(b) as usize] = a.min(b);
+            }
+        }
+        let roots: Vec<u32> = (0..first.len() as u32).map(|row| root(&first, row)).collect();
+        let mut size = vec![0; roots.len()];
+        roots.iter().for_each(|&root| size[root as usize] += 1);
+        let mut number = vec![0; roots.len()];
+        let mut count = 0;
+        for row in 0..roots.len() {
+            number[row] = count;
+            count += u32::from(size[row] > 1);
+        }
+        let grouped = roots.iter().zip(0..).filter(|(root, _)| size[**root as usize] > 1);
+        let entries: Vec<(u32, u32)> = grouped.map(|(&root, row)| (number[root as usize], row)).collect();
+        self.groups = Csr::new(count as usize, entries.into_iter());
     }
 }
 
@@ -166,7 +199,10 @@ impl Assembly {
             let found = tethers_of(body, built).map_err(|e| e.under(&format!("body[{index}]")))?;
             all.tethers.extend(found);
         }
-        all.list();
+        all.list(|node| {
+            let body = &self.bodies[self.bodies.partition_point(|body| body.first <= node as usize) - 1];
+            body.free[node as usize - body.first]
+        });
         all.apart = self.sewn_apart(&all);
         self.attachments = all;
         Ok(())

@@ -2,9 +2,8 @@
 //!
 //! Sources: a joint of stiffness k is taken implicitly, as XPBD does (Macklin, Müller, Chentanez, "XPBD: Position-Based
 //! Simulation of Compliant Constrained Dynamics", MIG 2016, eq. 18) with one iteration a sub-step (Macklin et al., "Small
-//! Steps in Physics Simulation", SCA 2019): p = (l − L)/(w₁ + w₂ + 1/(k h²)). A node of several joints takes part in each
-//! with its share of its mass (Tonge, Benevolenski, Voroshilov, "Mass Splitting for Jitter-Free Parallel Rigid Body
-//! Simulation", 2012), so that no order matters. A tether: Kim, Chentanez, Müller-Fischer, "Long Range Attachments – A Method
+//! Steps in Physics Simulation", SCA 2019): p = (l − L)/(w₁ + w₂ + 1/(k h²)). Joints that share
+//! nodes are found together: joints.rs. A tether: Kim, Chentanez, Müller-Fischer, "Long Range Attachments – A Method
 //! to Simulate Inextensible Clothing in Computer Games", SCA 2012.
 
 use crate::real::{Real, add, dot, scale, sub};
@@ -18,8 +17,8 @@ pub struct Pull<T> {
     pub size: T,
 }
 
-/// A joint of two ends that are `d` [m] apart, first less second, and should be `length` [m]. `give` [1/kg] says how easily
-/// its ends give way, as [`give`] has it, and `softness` [1/kg] how easily it does, 1/(k h²). Where its ends are at one place
+/// A joint of two ends that are `d` [m] apart, first less second, and should be `length` [m]. `give` [1/kg] is the sum of
+/// their inverse masses, and `softness` [1/kg] how easily it gives way itself, 1/(k h²). Where its ends are at one place
 /// nothing happens.
 #[inline(always)]
 pub fn pull<T: Real>(d: [T; 3], length: T, give: T, softness: T) -> Pull<T> {
@@ -31,13 +30,6 @@ pub fn pull<T: Real>(d: [T; 3], length: T, give: T, softness: T) -> Pull<T> {
     } else {
         Pull { shift: [T::ZERO; 3], size: T::ZERO }
     }
-}
-
-/// How easily two ends give way [1/kg]: their inverse masses, each of which has so many joints, and as many shares.
-#[inline(always)]
-pub fn give<T: Real>(inverse_mass: [T; 2], joints: [u32; 2]) -> T {
-    let count = |joints: u32| T::from_f64(f64::from(joints));
-    inverse_mass[0] * count(joints[0]) + inverse_mass[1] * count(joints[1])
 }
 
 /// Distance [m] of a joint's ends when a `share` of its closing has gone by: it goes from `start` [m] to `end` [m].
@@ -97,7 +89,7 @@ mod tests {
     #[test]
     fn a_stiff_joint_closes_its_gap_and_shares_it_by_mass() {
         // 0.3 m too long; 1 kg and 2 kg.
-        let done = pull([0.5, 0.0, 0.0], 0.2, give([1.0, 0.5], [1, 1]), 0.0);
+        let done = pull([0.5, 0.0, 0.0], 0.2, 1.5, 0.0);
         assert!((done.size - 0.2).abs() < 1e-15 && (done.shift[0] + 0.2).abs() < 1e-15, "{done:?}");
         assert_eq!(&done.shift[1..], [0.0; 2]);
         // Too short: it pushes.
@@ -115,13 +107,6 @@ mod tests {
     }
 
     #[test]
-    fn shares_of_a_node_add_up_to_the_whole() {
-        // Four joints hold one node at four points at one place: together they close the gap.
-        let done = pull([0.1, 0.0, 0.0], 0.0, give([2.0, 0.0], [4, 1]), 0.0);
-        assert!((4.0 * 2.0 * done.shift[0] + 0.1).abs() < 1e-15);
-    }
-
-    #[test]
     fn what_is_done_to_one_is_done_to_the_other_the_opposite_way() {
         for n in 0..1000 {
             let some =
@@ -135,7 +120,7 @@ mod tests {
     #[test]
     fn ends_at_one_place_and_held_ends_stay() {
         assert_eq!(pull([0.0; 3], 0.5, 1.0, 0.0), Pull::default());
-        assert_eq!(pull([1.0; 3], 0.5, give([0.0; 2], [3; 2]), 0.0), Pull::default());
+        assert_eq!(pull([1.0; 3], 0.5, 0.0, 0.0), Pull::default());
     }
 
     #[test]

@@ -8,8 +8,8 @@ struct Pull {
     size: f32,
 }
 
-/// A joint of two ends that are `d` [m] apart, first less second, and should be `goal` [m]. `give` [1/kg] says how easily its
-/// ends give way, and `softness` [1/kg] how easily it does.
+/// A joint of two ends that are `d` [m] apart, first less second, and should be `goal` [m]. `give` [1/kg] is the sum of their
+/// inverse masses, and `softness` [1/kg] how easily it gives way itself.
 fn pull_of(d: vec3f, goal: f32, give: f32, softness: f32) -> Pull {
     let distance = sqrt(dot3(d, d));
     if distance > 0.0 && give > 0.0 {
@@ -18,11 +18,6 @@ fn pull_of(d: vec3f, goal: f32, give: f32, softness: f32) -> Pull {
         return Pull(d * by, select(-size, size, size > 0.0));
     }
     return Pull(vec3f(0.0), 0.0);
-}
-
-/// How easily two ends give way [1/kg]: their inverse masses, each of which has so many joints, and as many shares.
-fn give_of(inverse_mass: vec2f, joints: vec2u) -> f32 {
-    return inverse_mass.x * f32(joints.x) + inverse_mass.y * f32(joints.y);
 }
 
 /// Distance [m] of a joint's ends when a `share` of its closing has gone by.
