@@ -65,6 +65,8 @@ pub struct Point {
     pub start: [f64; 3],
     /// Which of the scene's tracks it follows; `u32::MAX`: none.
     pub track: u32,
+    /// Whether a collider carries it: colliders leave its node alone until it breaks.
+    pub carried: bool,
 }
 
 /// A node that may not go far from another, held one.
@@ -95,6 +97,12 @@ impl Attachments {
     /// Whether any row may break.
     pub fn breaks(&self) -> bool {
         self.laws.iter().any(|law| law.break_force < f64::INFINITY)
+    }
+
+    /// Whether a row holds a node at a point that a collider carries.
+    pub fn is_carried(&self, row: &Row) -> bool {
+        let end = row.ends[1];
+        end & IS_POINT != 0 && self.points[(end ^ IS_POINT) as usize].carried
     }
 
     /// Whether they may add energy: seams that close, points that move.

@@ -5,7 +5,7 @@
 
 use super::shared::Shared;
 use super::tiles::TilePlan;
-use crate::assembly::{Assembly, IS_POINT, Row};
+use crate::assembly::{Assembly, Attachments, IS_POINT, Row};
 use crate::constraints::attach::{self, PointState, Pull, ROUNDS};
 use crate::constraints::joints::{self, Link};
 use crate::plan::Substep;
@@ -32,6 +32,8 @@ pub struct AttachSetup<T> {
     tethers: Vec<(u32, T)>,
     /// Joints of each group that shares nodes.
     groups: Csr,
+    /// Nodes that colliders carry until a joint breaks, and that joint; ascending.
+    carried: Vec<[u32; 2]>,
     /// Whether any joint may break.
     breaks: bool,
 }
@@ -130,11 +132,19 @@ impl<T: Real> AttachSetup<T> {
             points: all.points.iter().map(|point| (point.start.map(T::from_f64), point.track)).collect(),
             tethers: all.tethers.iter().map(|one| (one.anchor, T::from_f64(one.length))).collect(),
             groups: all.groups.clone(),
+            carried: carried(all),
             breaks: all.breaks(),
             rows_of: all.rows_of.clone(),
             tethers_of: all.tethers_of.clone(),
             nodes,
         })
+    }
+
+    /// Nodes among `run` that colliders carry until a joint breaks, and that joint.
+    pub fn carried(&self, run: &Range<usize>) -> &[[u32; 2]] {
+        let [start, end] =
+            [run.start, run.end].map(|at| self.carried.partition_point(|&[node, _]| (node as usize) < at));
+        &self.carried[start..end]
     }
 
     /// Bytes that it takes.
@@ -143,6 +153,25 @@ impl<T: Real> AttachSetup<T> {
         let words: usize = lists.iter().map(|list| list.offsets.len() + list.items.len()).sum();
         let joints = size_of_val(&self.joints[..]) + size_of_val(&self.tethers[..]);
         4 * (words + self.nodes.len()) + joints + size_of_val(&self.points[..])
+    }
+}
+
+/// As of [`AttachSetup::carried`].
+fn carried(all: &Attachments) -> Vec<[u32; 2]> {
+    let rows = (0..).zip(&all.rows).filter(|(_, row)| all.is_carried(row));
+    let mut carried: Vec<[u32; 2]> = rows.map(|(number, row)| [row.ends[0], number]).collect();
+    carried.sort_unstable();
+    carried
+}
+
+impl SharedAttach<'_> {
+    /// Whether a joint of a node is broken.
+    ///
+    /// # Safety
+    /// The node is in the worker's share, and its first end.
+    pub unsafe fn is_broken(&self, row: u32) -> bool {
+        // SAFETY: by the caller's promise nobody else writes it, and it is not being written.
+        unsafe { *self.broken.item(row as usize) }
     }
 }
 

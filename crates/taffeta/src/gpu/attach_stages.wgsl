@@ -222,7 +222,7 @@ fn solve_group(first: u32, end: u32) {
         put_joint_field(row, JOINT_OF_SEARCH, joint_field(row, JOINT_OF_LEFT));
     }
     var slope = joint_product(first, end, JOINT_LEFT, JOINT_OF_LEFT);
-    let enough = slope * (1.1920929e-7 * 1.1920929e-7);
+    let enough = slope * (EPSILON * EPSILON);
     for (var round = 0u; round < GROUP_ROUNDS; round++) {
         let squared = joint_product(first, end, JOINT_OF_SEARCH, JOINT_OF_SEARCH);
         if slope <= enough || squared <= 0.0 {

@@ -23,10 +23,16 @@ pub struct Attached {
     pub numbers: Vec<usize>,
 }
 
-/// Refuses nodes that are joined in several segments, and sewn bodies that touch each other.
+/// Refuses nodes that are joined in several segments, sewn bodies that touch each other, and pins that break on colliders.
 pub fn check_together(assembly: &Assembly, segments: &[Range<usize>], limit: u64) -> Result<(), String> {
     let all = &assembly.attachments;
     let body = |node: u32| assembly.bodies.partition_point(|body| body.first <= node as usize) - 1;
+    if let Some(row) = all.rows.iter().find(|row| all.is_carried(row)) {
+        return Err(format!(
+            "body `{}` has a pin with collider and break_force, which does not run on a GPU yet; --backend cpu would do",
+            assembly.bodies[body(row.ends[0])].name
+        ));
+    }
     let segment = |body: usize| segments.iter().position(|segment| segment.contains(&body));
     for [a, b] in all.joined().map(|ends| ends.map(body)) {
         let [first, second] = [a, b].map(|index| &assembly.bodies[index]);
