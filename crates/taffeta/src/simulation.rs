@@ -132,8 +132,9 @@ impl Simulation {
         let of_body = |body: &BodyAssembly| {
             body.warnings.iter().map(|warning| format!("body `{}`: {warning}", body.name)).collect::<Vec<_>>()
         };
+        let of_seams = assembly.attachments.warnings();
         let mut warnings: Vec<String> =
-            assembly.bodies.iter().flat_map(of_body).chain(limit.warnings()).collect();
+            assembly.bodies.iter().flat_map(of_body).chain(of_seams).chain(limit.warnings()).collect();
         if options.precision == Precision::F32 {
             warnings.extend(assembly.bodies.iter().filter_map(too_coarse));
         }

@@ -4,7 +4,7 @@ use super::{Assembly, BodyAssembly};
 use crate::integrate::keyframes::Track;
 use crate::scene::{Body, Scene, SceneError, Seam, SeamSide};
 use crate::topology::{Csr, RestShape, measure, tethers};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// The second end of a row is a point, its number in the other bits.
 pub const IS_POINT: u32 = 1 << 31;
@@ -18,6 +18,8 @@ pub struct Attachments {
     pub laws: Vec<Law>,
     /// Number of seams.
     pub seams: usize,
+    /// Pairs of each seam that are left out, as both nodes are held for good.
+    pub held: Vec<usize>,
     /// Where pins that break hold nodes.
     pub points: Vec<Point>,
     /// Tethers, ascending by node, the shortest of a node first.
@@ -111,6 +113,19 @@ impl Attachments {
             || self.points.iter().any(|point| point.track != u32::MAX)
     }
 
+    /// What the user should know of seams that can not close.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        let sewn = |seam: usize| self.rows.iter().filter(|row| row.law as usize == seam).count();
+        let held = self.held.iter().enumerate().filter(|(_, held)| **held > 0);
+        held.map(move |(seam, &held)| {
+            format!(
+                "seam[{seam}]: pins hold both nodes of {held} of its {} pairs, which it can not close; leave them out, or let \
+                 one side go",
+                held + sewn(seam)
+            )
+        })
+    }
+
     /// The other node of a row, if it joins two.
     pub fn joined(&self) -> impl Iterator<Item = [u32; 2]> {
         self.rows.iter().map(|row| row.ends).filter(|ends| ends[1] & IS_POINT == 0)
@@ -185,10 +200,16 @@ impl Assembly {
     /// Adds seams and tethers, when all bodies are there and none of their pins has moved.
     pub(super) fn attach(&mut self, scene: &Scene) -> Result<(), SceneError> {
         let pins = std::mem::take(&mut self.attachments);
-        let mut all = Attachments::default();
+        let (mut all, mut sewn) = (Attachments::default(), HashMap::new());
         for (index, seam) in scene.seams.iter().enumerate() {
             let law = all.laws.len() as u32;
-            let pairs = self.sewn(seam).map_err(|e| e.under(&format!("seam[{index}]")))?;
+            let path = format!("seam[{index}]");
+            let pairs = self.sewn(seam).map_err(|e| e.under(&path))?;
+            for &[a, b] in &pairs {
+                if let Some(before) = sewn.insert([a.min(b), a.max(b)], index) {
+                    return Err(SceneError::new(path, self.sewn_twice([a, b], (before, index))));
+                }
+            }
             all.laws.push(Law {
                 length: seam.length,
                 close: [seam.close.start, seam.close.end],
@@ -202,24 +223,53 @@ impl Assembly {
         let seams = all.seams as u32;
         all.laws.extend(pins.laws);
         all.points = pins.points;
+        all.apart = self.sewn_apart(&all);
+        all.held = self.leave_out_held(&mut all.rows, all.seams);
         all.rows.extend(pins.rows.into_iter().map(|row| Row { law: row.law + seams, ..row }));
         for (index, (body, built)) in scene.bodies.iter().zip(&self.bodies).enumerate() {
             let found = tethers_of(body, built).map_err(|e| e.under(&format!("body[{index}]")))?;
             all.tethers.extend(found);
         }
-        all.list(|node| {
-            let body = &self.bodies[self.bodies.partition_point(|body| body.first <= node as usize) - 1];
-            body.free[node as usize - body.first]
-        });
-        all.apart = self.sewn_apart(&all);
+        all.list(|node| self.is_free(node));
         self.attachments = all;
         Ok(())
     }
 
+    /// Says that two nodes are sewn to each other more than once.
+    fn sewn_twice(&self, pair: [u32; 2], (before, index): (usize, usize)) -> String {
+        let [a, b] = pair.map(|node| {
+            let body = self.body_of(node);
+            format!("vertex {} of body `{}`", body.vertex_of_solver(node as usize - body.first), body.name)
+        });
+        let where_else = if before == index { "twice".to_owned() } else { format!("as seam[{before}] does") };
+        format!("sews {a} to {b} {where_else}; once would do, or twice the k and break_force")
+    }
+
+    /// Takes out rows of nodes that are both held for good, which nothing can join; how many each seam had.
+    fn leave_out_held(&self, rows: &mut Vec<Row>, seams: usize) -> Vec<usize> {
+        let mut held = vec![0; seams];
+        rows.retain(|row| {
+            let moves = row.ends.iter().any(|&node| self.is_free(node));
+            held[row.law as usize] += usize::from(!moves);
+            moves
+        });
+        held
+    }
+
+    /// The body of a node, given by its solver index.
+    fn body_of(&self, node: u32) -> &BodyAssembly {
+        &self.bodies[self.bodies.partition_point(|body| body.first <= node as usize) - 1]
+    }
+
+    /// Whether no pin holds a node for good.
+    fn is_free(&self, node: u32) -> bool {
+        let body = self.body_of(node);
+        body.free[node as usize - body.first]
+    }
+
     /// Sewn nodes, and each with the neighbours of the other, where both touch others.
     fn sewn_apart(&self, all: &Attachments) -> Vec<[u32; 2]> {
-        let body =
-            |node: u32| &self.bodies[self.bodies.partition_point(|body| body.first <= node as usize) - 1];
+        let body = |node: u32| self.body_of(node);
         let mut apart = Vec::new();
         for [a, b] in all.joined() {
             let (Some(of_a), Some(of_b)) = (&body(a).touching, &body(b).touching) else { continue };
@@ -346,17 +396,29 @@ fn nearest(
     let place = |body: &BodyAssembly, node: u32| body.start[node as usize - body.first];
     let targets: Vec<[f64; 3]> = others.iter().map(|&node| place(to, node)).collect();
     let near = tethers::Near::new(&targets, reach);
+    // Within a body every node is near its neighbours.
+    let joined: HashSet<[u32; 2]> = if from.first == to.first {
+        let all = from.surface_pieces().into_iter();
+        all.map(|([a, b], _)| [a.min(b), a.max(b)].map(|node| node + from.first as u32)).collect()
+    } else {
+        HashSet::new()
+    };
     let (mut pairs, mut seen) = (Vec::new(), HashSet::new());
     for node in nodes {
-        let found = near.nearest(place(from, node), |other| others[other] != node);
+        let found = near.nearest(place(from, node), |other| {
+            let other = others[other];
+            other != node && !joined.contains(&[node.min(other), node.max(other)])
+        });
         let pair = found.map(|other| [node, others[other]]);
         // Two nodes of one body that are each other's nearest are one pair.
         pairs.extend(pair.filter(|&[a, b]| seen.insert([a.min(b), a.max(b)])));
     }
     if pairs.is_empty() {
         let message = format!(
-            "is {reach} m, and no node of `{}` is so near to one of `{}`; more would do",
-            from.name, to.name
+            "is {reach} m, and no node of `{}` is so near to one of `{}`{}; more would do",
+            from.name,
+            to.name,
+            if joined.is_empty() { "" } else { " that is not its neighbour" }
         );
         return Err(SceneError::new("reach", message));
     }

@@ -218,6 +218,14 @@ fn what_is_within_reach_is_sewn_and_a_body_to_itself() {
     let x = positions(&simulation);
     let sewn = (0..9).filter(|row| norm(sub(x[row * 9 + 8], x[81 + row * 9])) < 1e-9).count();
     assert_eq!(sewn, 5);
+    // Of one body, neighbours are none, be they across a square: what is left is a fold.
+    let body =
+        |reach| Seam { reach: Some(reach), ..Seam::new(SeamSide::body("left"), SeamSide::body("left")) };
+    let spacing = 0.5 / 8.0;
+    let flat = |seam| Simulation::new(&panels(0.1).seam(seam), &taffeta::Options::default());
+    let refused = flat(body(1.5 * spacing)).err().expect("it is refused");
+    assert!(refused.message.contains("is so near to one of `left` that is not its neighbour"), "{refused}");
+    assert_eq!(flat(body(2.1 * spacing)).map(|built| built.sewn()[0] > 40), Ok(true));
     // A tube: the left edge of a panel to its right one.
     let edge = |col| SeamSide::new("left", Select::cols(col, col));
     let seam = Seam { close: Closing { start: 0.0, end: 0.8 }, ..Seam::new(edge(0), edge(8)) };
