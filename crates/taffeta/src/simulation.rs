@@ -133,13 +133,10 @@ impl Simulation {
         let of_body = |body: &BodyAssembly| {
             body.warnings.iter().map(|warning| format!("body `{}`: {warning}", body.name)).collect::<Vec<_>>()
         };
-        let mut warnings: Vec<String> = assembly
-            .bodies
-            .iter()
-            .flat_map(of_body)
-            .chain(limit.warnings())
-            .chain(weakened(&assembly))
-            .collect();
+        let mut warnings: Vec<String> = assembly.bodies.iter().flat_map(of_body).collect();
+        warnings.extend(assembly.attachments.warnings());
+        warnings.extend(limit.warnings());
+        warnings.extend(weakened(&assembly));
         if options.precision == Precision::F32 {
             warnings.extend(assembly.bodies.iter().filter_map(too_coarse));
         }

@@ -4,7 +4,7 @@ use super::{Assembly, BodyAssembly};
 use crate::integrate::keyframes::Track;
 use crate::scene::{Body, Scene, SceneError, Seam, SeamSide};
 use crate::topology::{Csr, RestShape, measure, tethers};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// The second end of a row is a point, its number in the other bits.
 pub const IS_POINT: u32 = 1 << 31;
@@ -18,6 +18,8 @@ pub struct Attachments {
     pub laws: Vec<Law>,
     /// Number of seams.
     pub seams: usize,
+    /// Pairs of each seam that are left out, as both nodes are held for good.
+    pub held: Vec<usize>,
     /// Where pins that break hold nodes.
     pub points: Vec<Point>,
     /// Tethers, ascending by node, the shortest of a node first.
@@ -28,6 +30,8 @@ pub struct Attachments {
     pub rows_of: Csr,
     /// Tethers of each of `nodes`.
     pub tethers_of: Csr,
+    /// Rows of each group of two or more that share free nodes, ascending.
+    pub groups: Csr,
     /// Nodes that do not touch each other because a seam makes them neighbours, from both sides, ascending.
     apart: Vec<[u32; 2]>,
 }
@@ -63,6 +67,8 @@ pub struct Point {
     pub start: [f64; 3],
     /// Which of the scene's tracks it follows; `u32::MAX`: none.
     pub track: u32,
+    /// Whether a collider carries it: colliders leave its node alone until it breaks.
+    pub carried: bool,
 }
 
 /// A node that may not go far from another, held one.
@@ -95,10 +101,29 @@ impl Attachments {
         self.laws.iter().any(|law| law.break_force < f64::INFINITY)
     }
 
+    /// Whether a row holds a node at a point that a collider carries.
+    pub fn is_carried(&self, row: &Row) -> bool {
+        let end = row.ends[1];
+        end & IS_POINT != 0 && self.points[(end ^ IS_POINT) as usize].carried
+    }
+
     /// Whether they may add energy: seams that close, points that move.
     pub fn drives(&self) -> bool {
         self.laws.iter().any(|law| law.close[1] > law.close[0])
             || self.points.iter().any(|point| point.track != u32::MAX)
+    }
+
+    /// What the user should know of seams that can not close.
+    pub fn warnings(&self) -> impl Iterator<Item = String> {
+        let sewn = |seam: usize| self.rows.iter().filter(|row| row.law as usize == seam).count();
+        let held = self.held.iter().enumerate().filter(|(_, held)| **held > 0);
+        held.map(move |(seam, &held)| {
+            format!(
+                "seam[{seam}]: pins hold both nodes of {held} of its {} pairs, which it can not close; leave them out, or let \
+                 one side go",
+                held + sewn(seam)
+            )
+        })
     }
 
     /// The other node of a row, if it joins two.
@@ -120,8 +145,8 @@ impl Attachments {
         self.rows.push(Row { ends: [node, end], start: 0.0, law });
     }
 
-    /// Lists rows and tethers by node.
-    fn list(&mut self) {
+    /// Lists rows and tethers by node, and the groups of rows.
+    fn list(&mut self, is_free: impl Fn(u32) -> bool) {
         let ends = self.rows.iter().flat_map(|row| row.ends).filter(|end| end & IS_POINT == 0);
         self.nodes = ends.chain(self.tethers.iter().map(|tether| tether.node)).collect();
         self.nodes.sort_unstable();
@@ -137,6 +162,37 @@ impl Attachments {
             self.tethers.iter().map(|tether| number(tether.node)).zip(0..).collect();
         self.rows_of = Csr::new(self.nodes.len(), rows.into_iter());
         self.tethers_of = Csr::new(self.nodes.len(), tethers.into_iter());
+        self.group(is_free);
+    }
+
+    /// Finds rows that share free nodes. What is held moves for none of its rows, so it does not join them.
+    fn group(&mut self, is_free: impl Fn(u32) -> bool) {
+        let mut first: Vec<u32> = (0..self.rows.len() as u32).collect();
+        let root = |first: &[u32], mut row: u32| {
+            while first[row as usize] != row {
+                row = first[row as usize];
+            }
+            row
+        };
+        let free = (0..).zip(&self.nodes).filter(|(_, node)| is_free(**node));
+        for (number, _) in free {
+            for pair in self.rows_of.row(number).windows(2) {
+                let [a, b] = [pair[0], pair[1]].map(|row| root(&first, row));
+                first[a.max(b) as usize] = a.min(b);
+            }
+        }
+        let roots: Vec<u32> = (0..first.len() as u32).map(|row| root(&first, row)).collect();
+        let mut size = vec![0; roots.len()];
+        roots.iter().for_each(|&root| size[root as usize] += 1);
+        let mut number = vec![0; roots.len()];
+        let mut count = 0;
+        for row in 0..roots.len() {
+            number[row] = count;
+            count += u32::from(size[row] > 1);
+        }
+        let grouped = roots.iter().zip(0..).filter(|(root, _)| size[**root as usize] > 1);
+        let entries: Vec<(u32, u32)> = grouped.map(|(&root, row)| (number[root as usize], row)).collect();
+        self.groups = Csr::new(count as usize, entries.into_iter());
     }
 }
 
@@ -144,10 +200,16 @@ impl Assembly {
     /// Adds seams and tethers, when all bodies are there and none of their pins has moved.
     pub(super) fn attach(&mut self, scene: &Scene) -> Result<(), SceneError> {
         let pins = std::mem::take(&mut self.attachments);
-        let mut all = Attachments::default();
+        let (mut all, mut sewn) = (Attachments::default(), HashMap::new());
         for (index, seam) in scene.seams.iter().enumerate() {
             let law = all.laws.len() as u32;
-            let pairs = self.sewn(seam).map_err(|e| e.under(&format!("seam[{index}]")))?;
+            let path = format!("seam[{index}]");
+            let pairs = self.sewn(seam).map_err(|e| e.under(&path))?;
+            for &[a, b] in &pairs {
+                if let Some(before) = sewn.insert([a.min(b), a.max(b)], index) {
+                    return Err(SceneError::new(path, self.sewn_twice([a, b], (before, index))));
+                }
+            }
             all.laws.push(Law {
                 length: seam.length,
                 close: [seam.close.start, seam.close.end],
@@ -161,21 +223,53 @@ impl Assembly {
         let seams = all.seams as u32;
         all.laws.extend(pins.laws);
         all.points = pins.points;
+        all.apart = self.sewn_apart(&all);
+        all.held = self.leave_out_held(&mut all.rows, all.seams);
         all.rows.extend(pins.rows.into_iter().map(|row| Row { law: row.law + seams, ..row }));
         for (index, (body, built)) in scene.bodies.iter().zip(&self.bodies).enumerate() {
             let found = tethers_of(body, built).map_err(|e| e.under(&format!("body[{index}]")))?;
             all.tethers.extend(found);
         }
-        all.list();
-        all.apart = self.sewn_apart(&all);
+        all.list(|node| self.is_free(node));
         self.attachments = all;
         Ok(())
     }
 
+    /// Says that two nodes are sewn to each other more than once.
+    fn sewn_twice(&self, pair: [u32; 2], (before, index): (usize, usize)) -> String {
+        let [a, b] = pair.map(|node| {
+            let body = self.body_of(node);
+            format!("vertex {} of body `{}`", body.vertex_of_solver(node as usize - body.first), body.name)
+        });
+        let where_else = if before == index { "twice".to_owned() } else { format!("as seam[{before}] does") };
+        format!("sews {a} to {b} {where_else}; once would do, or twice the k and break_force")
+    }
+
+    /// Takes out rows of nodes that are both held for good, which nothing can join; how many each seam had.
+    fn leave_out_held(&self, rows: &mut Vec<Row>, seams: usize) -> Vec<usize> {
+        let mut held = vec![0; seams];
+        rows.retain(|row| {
+            let moves = row.ends.iter().any(|&node| self.is_free(node));
+            held[row.law as usize] += usize::from(!moves);
+            moves
+        });
+        held
+    }
+
+    /// The body of a node, given by its solver index.
+    fn body_of(&self, node: u32) -> &BodyAssembly {
+        &self.bodies[self.bodies.partition_point(|body| body.first <= node as usize) - 1]
+    }
+
+    /// Whether no pin holds a node for good.
+    fn is_free(&self, node: u32) -> bool {
+        let body = self.body_of(node);
+        body.free[node as usize - body.first]
+    }
+
     /// Sewn nodes, and each with the neighbours of the other, where both touch others.
     fn sewn_apart(&self, all: &Attachments) -> Vec<[u32; 2]> {
-        let body =
-            |node: u32| &self.bodies[self.bodies.partition_point(|body| body.first <= node as usize) - 1];
+        let body = |node: u32| self.body_of(node);
         let mut apart = Vec::new();
         for [a, b] in all.joined() {
             let (Some(of_a), Some(of_b)) = (&body(a).touching, &body(b).touching) else { continue };
@@ -302,17 +396,29 @@ fn nearest(
     let place = |body: &BodyAssembly, node: u32| body.start[node as usize - body.first];
     let targets: Vec<[f64; 3]> = others.iter().map(|&node| place(to, node)).collect();
     let near = tethers::Near::new(&targets, reach);
+    // Within a body every node is near its neighbours.
+    let joined: HashSet<[u32; 2]> = if from.first == to.first {
+        let all = from.surface_pieces().into_iter();
+        all.map(|([a, b], _)| [a.min(b), a.max(b)].map(|node| node + from.first as u32)).collect()
+    } else {
+        HashSet::new()
+    };
     let (mut pairs, mut seen) = (Vec::new(), HashSet::new());
     for node in nodes {
-        let found = near.nearest(place(from, node), |other| others[other] != node);
+        let found = near.nearest(place(from, node), |other| {
+            let other = others[other];
+            other != node && !joined.contains(&[node.min(other), node.max(other)])
+        });
         let pair = found.map(|other| [node, others[other]]);
         // Two nodes of one body that are each other's nearest are one pair.
         pairs.extend(pair.filter(|&[a, b]| seen.insert([a.min(b), a.max(b)])));
     }
     if pairs.is_empty() {
         let message = format!(
-            "is {reach} m, and no node of `{}` is so near to one of `{}`; more would do",
-            from.name, to.name
+            "is {reach} m, and no node of `{}` is so near to one of `{}`{}; more would do",
+            from.name,
+            to.name,
+            if joined.is_empty() { "" } else { " that is not its neighbour" }
         );
         return Err(SceneError::new("reach", message));
     }

@@ -6,6 +6,7 @@ use crate::collision::moving::ColliderNow;
 use crate::collision::shape::ShapeNow;
 use crate::real::Real;
 use crate::scene::Scene;
+use std::collections::HashSet;
 
 /// Deeper than this a node is inside [m]: less is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -19,15 +20,21 @@ struct Start {
 }
 
 impl Assembly {
-    /// Warns of free nodes that start inside colliders: they are put on the surface at once, whatever that stretches.
+    /// Warns of free nodes that start inside colliders: they are put on the surface at once, whatever that stretches. What a
+    /// collider carries is left alone.
     pub(super) fn note_starts_inside(&mut self, scene: &Scene) {
         let mut meshes = 0;
+        let attached = &self.attachments;
+        let rows = attached.rows.iter().filter(|row| attached.is_carried(row));
+        let carried: HashSet<usize> = rows.map(|row| row.ends[0] as usize).collect();
         for (index, (collider, described)) in self.colliders.iter().zip(&scene.colliders).enumerate() {
             let surface = collider.mesh().map(|mesh| mesh.surface());
             let start = Start { now: collider.at(-1.0, 1.0, &mut meshes), surface, offset: described.offset };
             for body in &mut self.bodies {
-                let depth =
-                    |local: usize| if body.free[local] { start.depth(body.start[local]) } else { 0.0 };
+                let depth = |local: usize| {
+                    let meets = body.free[local] && !carried.contains(&(body.first + local));
+                    if meets { start.depth(body.start[local]) } else { 0.0 }
+                };
                 let deep = (0..body.nodes).map(|local| (local, depth(local)));
                 let inside: Vec<(usize, f64)> = deep.filter(|&(_, depth)| depth > ROUNDING).collect();
                 let Some(worst) = inside.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else { continue };

@@ -30,7 +30,11 @@ impl Assembly {
                     compliance: 0.0,
                     break_force,
                 });
-                let point = |local: usize| Point { start: built.start[local], track: number };
+                let point = |local: usize| Point {
+                    start: built.start[local],
+                    track: number,
+                    carried: carrier.is_some(),
+                };
                 breaking.extend(locals.into_iter().map(|local| (local, (law, point(local)))));
             } else {
                 if !track.is_still() {

@@ -2,9 +2,8 @@
 //!
 //! Sources: a joint of stiffness k is taken implicitly, as XPBD does (Macklin, Müller, Chentanez, "XPBD: Position-Based
 //! Simulation of Compliant Constrained Dynamics", MIG 2016, eq. 18) with one iteration a sub-step (Macklin et al., "Small
-//! Steps in Physics Simulation", SCA 2019): p = (l − L)/(w₁ + w₂ + 1/(k h²)). A node of several joints takes part in each
-//! with its share of its mass (Tonge, Benevolenski, Voroshilov, "Mass Splitting for Jitter-Free Parallel Rigid Body
-//! Simulation", 2012), so that no order matters. A tether: Kim, Chentanez, Müller-Fischer, "Long Range Attachments – A Method
+//! Steps in Physics Simulation", SCA 2019): p = (l − L)/(w₁ + w₂ + 1/(k h²)). Joints that share
+//! nodes are found together: joints.rs. A tether: Kim, Chentanez, Müller-Fischer, "Long Range Attachments – A Method
 //! to Simulate Inextensible Clothing in Computer Games", SCA 2012.
 
 use crate::real::{Real, add, dot, scale, sub};
@@ -18,8 +17,8 @@ pub struct Pull<T> {
     pub size: T,
 }
 
-/// A joint of two ends that are `d` [m] apart, first less second, and should be `length` [m]. `give` [1/kg] says how easily
-/// its ends give way, as [`give`] has it, and `softness` [1/kg] how easily it does, 1/(k h²). Where its ends are at one place
+/// A joint of two ends that are `d` [m] apart, first less second, and should be `length` [m]. `give` [1/kg] is the sum of
+/// their inverse masses, and `softness` [1/kg] how easily it gives way itself, 1/(k h²). Where its ends are at one place
 /// nothing happens.
 #[inline(always)]
 pub fn pull<T: Real>(d: [T; 3], length: T, give: T, softness: T) -> Pull<T> {
@@ -33,13 +32,6 @@ pub fn pull<T: Real>(d: [T; 3], length: T, give: T, softness: T) -> Pull<T> {
     }
 }
 
-/// How easily two ends give way [1/kg]: their inverse masses, each of which has so many joints, and as many shares.
-#[inline(always)]
-pub fn give<T: Real>(inverse_mass: [T; 2], joints: [u32; 2]) -> T {
-    let count = |joints: u32| T::from_f64(f64::from(joints));
-    inverse_mass[0] * count(joints[0]) + inverse_mass[1] * count(joints[1])
-}
-
 /// Distance [m] of a joint's ends when a `share` of its closing has gone by: it goes from `start` [m] to `end` [m].
 #[inline(always)]
 pub fn length<T: Real>(start: T, end: T, share: T) -> T {
@@ -49,21 +41,41 @@ pub fn length<T: Real>(start: T, end: T, share: T) -> T {
 /// Place [m] and velocity [m/s].
 pub type PointState<T> = ([T; 3], [T; 3]);
 
-/// Keeps a node within `length` [m] of an anchor: it is put back on the sphere, and loses the speed at which it leaves it.
-/// `None` where it is inside.
+/// Where a node at `x` [m] comes that may not be farther than `length` [m] from an anchor at `at` [m], on the sphere, and the
+/// way there. `None` where it is inside.
 #[inline(always)]
-pub fn tether<T: Real>((x, v): PointState<T>, (at, with): PointState<T>, length: T) -> Option<PointState<T>> {
+pub fn put_back<T: Real>(x: [T; 3], at: [T; 3], length: T) -> Option<PointState<T>> {
     let d = sub(x, at);
     let squared = dot(d, d);
     if squared > length * length {
         let distance = squared.sqrt();
         let outward = [d[0] / distance, d[1] / distance, d[2] / distance];
-        let speed = dot(sub(v, with), outward);
-        let lost = if speed > T::ZERO { speed } else { T::ZERO };
-        Some((add(at, scale(outward, length)), sub(v, scale(outward, lost))))
+        // As a sum of these it has the digits that a difference of places has lost.
+        Some((add(at, scale(outward, length)), scale(outward, length - distance)))
     } else {
         None
     }
+}
+
+/// The velocity [m/s] of a node that tethers have moved by `shift` [m] in a sub-step of `h` [s]: it loses that with which it
+/// did not get anywhere, as far as it leads away from where the tethers pull, seen from their anchors, which go `with` [m/s].
+#[inline(always)]
+pub fn undone<T: Real>(v: [T; 3], shift: [T; 3], with: [T; 3], h: T) -> [T; 3] {
+    let (against, squared) = (dot(shift, sub(with, v)), dot(shift, shift));
+    if against > T::ZERO && squared > T::ZERO {
+        let (whole, all) = (against / squared, T::ONE / h);
+        add(v, scale(shift, if whole < all { whole } else { all }))
+    } else {
+        v
+    }
+}
+
+/// The velocity [m/s] of a node whose tether is taut, `d` [m] from its anchor, which goes `with` [m/s]: it loses the speed at
+/// which it leaves it.
+#[inline(always)]
+pub fn taut<T: Real>(v: [T; 3], d: [T; 3], with: [T; 3]) -> [T; 3] {
+    let (speed, squared) = (dot(sub(v, with), d), dot(d, d));
+    if speed > T::ZERO && squared > T::ZERO { sub(v, scale(d, speed / squared)) } else { v }
 }
 
 /// Times that the tethers of a node are looked at in a sub-step, at most: one may lead out of reach of another.
@@ -77,7 +89,7 @@ mod tests {
     #[test]
     fn a_stiff_joint_closes_its_gap_and_shares_it_by_mass() {
         // 0.3 m too long; 1 kg and 2 kg.
-        let done = pull([0.5, 0.0, 0.0], 0.2, give([1.0, 0.5], [1, 1]), 0.0);
+        let done = pull([0.5, 0.0, 0.0], 0.2, 1.5, 0.0);
         assert!((done.size - 0.2).abs() < 1e-15 && (done.shift[0] + 0.2).abs() < 1e-15, "{done:?}");
         assert_eq!(&done.shift[1..], [0.0; 2]);
         // Too short: it pushes.
@@ -95,13 +107,6 @@ mod tests {
     }
 
     #[test]
-    fn shares_of_a_node_add_up_to_the_whole() {
-        // Four joints hold one node at four points at one place: together they close the gap.
-        let done = pull([0.1, 0.0, 0.0], 0.0, give([2.0, 0.0], [4, 1]), 0.0);
-        assert!((4.0 * 2.0 * done.shift[0] + 0.1).abs() < 1e-15);
-    }
-
-    #[test]
     fn what_is_done_to_one_is_done_to_the_other_the_opposite_way() {
         for n in 0..1000 {
             let some =
@@ -115,7 +120,7 @@ mod tests {
     #[test]
     fn ends_at_one_place_and_held_ends_stay() {
         assert_eq!(pull([0.0; 3], 0.5, 1.0, 0.0), Pull::default());
-        assert_eq!(pull([1.0; 3], 0.5, give([0.0; 2], [3; 2]), 0.0), Pull::default());
+        assert_eq!(pull([1.0; 3], 0.5, 0.0, 0.0), Pull::default());
     }
 
     #[test]
@@ -124,15 +129,33 @@ mod tests {
     }
 
     #[test]
-    fn a_tether_takes_the_speed_away_from_its_anchor_alone() {
-        let anchor = ([1.0, 0.0, 0.0], [0.0, 5.0, 0.0]);
-        let (x, v) = tether(([1.0, 3.0, 0.0], [2.0, 6.0, -1.0]), anchor, 2.0).unwrap();
-        assert_eq!((x, v), ([1.0, 2.0, 0.0], [2.0, 5.0, -1.0]));
+    fn a_node_is_put_back_on_its_sphere() {
+        let at = [1.0, 0.0, 0.0];
+        assert_eq!(put_back([1.0, 3.0, 0.0], at, 2.0), Some(([1.0, 2.0, 0.0], [0.0, -1.0, 0.0])));
+        assert_eq!(put_back([1.0, 2.0, 0.0], at, 2.0), None);
+        let (far, shift) = put_back([3.0, 4.0, -7.0], at, 0.5).unwrap();
+        assert!((norm(sub(far, at)) - 0.5_f64).abs() < 1e-15);
+        assert!(norm(sub(add([3.0, 4.0, -7.0], shift), far)) < 1e-14);
+    }
+
+    #[test]
+    fn a_taut_tether_takes_the_speed_away_from_its_anchor_alone() {
+        let (d, with) = ([0.0, 2.0, 0.0], [0.0, 5.0, 0.0]);
+        assert_eq!(taut([2.0, 6.0, -1.0], d, with), [2.0, 5.0, -1.0]);
         // Coming back already: the velocity stays.
-        let (x, v) = tether(([1.0, 3.0, 0.0], [2.0, 4.0, -1.0]), anchor, 2.0).unwrap();
-        assert_eq!((x, v), ([1.0, 2.0, 0.0], [2.0, 4.0, -1.0]));
-        assert_eq!(tether(([1.0, 2.0, 0.0], [0.0, 9.0, 0.0]), anchor, 2.0), None);
-        let far = tether(([3.0, 4.0, -7.0], [0.0; 3]), anchor, 0.5).unwrap().0;
-        assert!((norm(sub(far, anchor.0)) - 0.5_f64).abs() < 1e-15);
+        assert_eq!(taut([2.0, 4.0, -1.0], d, with), [2.0, 4.0, -1.0]);
+        assert_eq!(taut([1.0; 3], [0.0; 3], with), [1.0; 3]);
+    }
+
+    #[test]
+    fn what_tethers_undo_is_no_speed() {
+        let shift = [0.0, 0.02, 0.0];
+        // All of it, a part of it, and no more than it has, seen from anchors at rest and from moving ones.
+        assert_eq!(undone([3.0, -2.0, 0.0], shift, [0.0; 3], 0.01), [3.0, 0.0, 0.0]);
+        assert_eq!(undone([3.0, -5.0, 0.0], shift, [0.0; 3], 0.01), [3.0, -3.0, 0.0]);
+        assert_eq!(undone([3.0, -1.0, 0.0], shift, [0.0; 3], 0.01), [3.0, 0.0, 0.0]);
+        assert_eq!(undone([3.0, -1.0, 0.0], shift, [7.0, -1.5, 0.0], 0.01), [3.0, -1.0, 0.0]);
+        assert_eq!(undone([3.0, 1.0, 0.0], shift, [0.0; 3], 0.01), [3.0, 1.0, 0.0]);
+        assert_eq!(undone([1.0; 3], [0.0; 3], [2.0; 3], 0.01), [1.0; 3]);
     }
 }

@@ -8,8 +8,8 @@ struct Pull {
     size: f32,
 }
 
-/// A joint of two ends that are `d` [m] apart, first less second, and should be `goal` [m]. `give` [1/kg] says how easily its
-/// ends give way, and `softness` [1/kg] how easily it does.
+/// A joint of two ends that are `d` [m] apart, first less second, and should be `goal` [m]. `give` [1/kg] is the sum of their
+/// inverse masses, and `softness` [1/kg] how easily it gives way itself.
 fn pull_of(d: vec3f, goal: f32, give: f32, softness: f32) -> Pull {
     let distance = sqrt(dot3(d, d));
     if distance > 0.0 && give > 0.0 {
@@ -20,35 +20,58 @@ fn pull_of(d: vec3f, goal: f32, give: f32, softness: f32) -> Pull {
     return Pull(vec3f(0.0), 0.0);
 }
 
-/// How easily two ends give way [1/kg]: their inverse masses, each of which has so many joints, and as many shares.
-fn give_of(inverse_mass: vec2f, joints: vec2u) -> f32 {
-    return inverse_mass.x * f32(joints.x) + inverse_mass.y * f32(joints.y);
-}
-
 /// Distance [m] of a joint's ends when a `share` of its closing has gone by.
 fn joint_length(start: f32, end: f32, share: f32) -> f32 {
     return start * (1.0 - share) + end * share;
 }
 
-/// A node after a tether, and whether that has moved it.
-struct Tethered {
+/// Where a node comes after a tether [m], the way there, and whether it has moved.
+struct PutBack {
     x: vec3f,
-    v: vec3f,
+    way: vec3f,
     moved: bool,
 }
 
-/// Keeps a node within `reach` [m] of an anchor at `at` [m], which moves at `along` [m/s].
-fn tethered(x: vec3f, v: vec3f, at: vec3f, along: vec3f, reach: f32) -> Tethered {
+/// Puts a node that is farther than `reach` [m] from an anchor at `at` [m] on the sphere.
+fn put_back(x: vec3f, at: vec3f, reach: f32) -> PutBack {
     let d = x - at;
     let squared = dot3(d, d);
     if squared > reach * reach {
         let distance = sqrt(squared);
         let outward = d / distance;
-        let speed = dot3(v - along, outward);
-        let lost = select(0.0, speed, speed > 0.0);
-        return Tethered(at + outward * reach, v - outward * lost, true);
+        return PutBack(at + outward * reach, outward * (reach - distance), true);
     }
-    return Tethered(x, v, false);
+    return PutBack(x, vec3f(0.0), false);
+}
+
+/// The velocity [m/s] of a node that tethers, whose anchors go `along` [m/s], have moved by `shift` [m] in a sub-step of
+/// `h` [s]: it loses that with which it did not get anywhere.
+fn undone(v: vec3f, shift: vec3f, along: vec3f, h: f32) -> vec3f {
+    let against = dot3(shift, along - v);
+    let squared = dot3(shift, shift);
+    if against > 0.0 && squared > 0.0 {
+        let whole = against / squared;
+        let all = 1.0 / h;
+        return v + shift * select(all, whole, whole < all);
+    }
+    return v;
+}
+
+/// The velocity [m/s] of a node whose tether is taut, `d` [m] from its anchor, which goes `along` [m/s]: it loses the speed at
+/// which it leaves it.
+fn kept_taut(v: vec3f, d: vec3f, along: vec3f) -> vec3f {
+    let speed = dot3(v - along, d);
+    let squared = dot3(d, d);
+    if speed > 0.0 && squared > 0.0 {
+        return v - d * (speed / squared);
+    }
+    return v;
+}
+
+/// A node after its tethers.
+struct Tethered {
+    x: vec3f,
+    v: vec3f,
 }
 
 /// Times that the tethers of a node are looked at in a sub-step, at most.

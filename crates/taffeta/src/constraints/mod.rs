@@ -2,5 +2,6 @@
 
 pub mod attach;
 pub mod distance;
+pub mod joints;
 pub mod primal;
 pub mod volume;

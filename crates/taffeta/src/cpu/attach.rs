@@ -5,11 +5,13 @@
 
 use super::shared::Shared;
 use super::tiles::TilePlan;
-use crate::assembly::{Assembly, IS_POINT, Row};
+use crate::assembly::{Assembly, Attachments, IS_POINT, Row};
 use crate::constraints::attach::{self, PointState, Pull, ROUNDS};
+use crate::constraints::joints::{self, Link};
 use crate::plan::Substep;
 use crate::real::{Real, add, scale, sub};
 use crate::topology::Csr;
+use crate::topology::tethers::MOST;
 use std::ops::Range;
 
 /// What does not change.
@@ -28,6 +30,10 @@ pub struct AttachSetup<T> {
     points: Vec<([T; 3], u32)>,
     /// Anchors, and how far nodes may be from them [m].
     tethers: Vec<(u32, T)>,
+    /// Joints of each group that shares nodes.
+    groups: Csr,
+    /// Nodes that colliders carry until a joint breaks, and that joint; ascending.
+    carried: Vec<[u32; 2]>,
     /// Whether any joint may break.
     breaks: bool,
 }
@@ -38,6 +44,8 @@ struct Joint<T> {
     ends: [u32; 2],
     /// Their numbers among the nodes with joints; a point has that of the node.
     numbers: [u32; 2],
+    /// The group that it belongs to, if any.
+    group: Option<u32>,
     start: T,
     law: u32,
 }
@@ -54,14 +62,11 @@ struct Law<T> {
 pub struct AttachWork {
     /// Whether each joint is broken.
     broken: Vec<bool>,
-    /// Joints of each node that are not.
-    joints: Vec<u32>,
 }
 
 /// The same, lent to all workers.
 pub struct SharedAttach<'a> {
     broken: Shared<'a, bool>,
-    joints: Shared<'a, u32>,
 }
 
 /// What a worker keeps for itself.
@@ -73,8 +78,13 @@ pub struct AttachScratch<T> {
     ends: Vec<usize>,
     /// Joints that break, each once.
     broken: Vec<u32>,
-    /// Nodes that lose joints, and how many.
-    fewer: Vec<(u32, u32)>,
+    /// Which groups have been solved, and what each joint of them does.
+    solved: Vec<bool>,
+    pulls: Vec<Pull<T>>,
+    /// Room to solve them: the joints of one, which they are, and sums by node.
+    links: Vec<Link<T>>,
+    linked: Vec<u32>,
+    sums: Vec<[T; 3]>,
 }
 
 impl<T: Real> AttachSetup<T> {
@@ -98,15 +108,20 @@ impl<T: Real> AttachSetup<T> {
             let node = if end & IS_POINT == 0 { end } else { other };
             nodes.binary_search(&node).unwrap_or_default() as u32
         };
-        let joint = |&Row { ends: [a, b], start, law }: &Row| Joint {
+        let mut group_of = vec![None; all.rows.len()];
+        for group in 0..all.groups.rows() {
+            all.groups.row(group).iter().for_each(|&row| group_of[row as usize] = Some(group as u32));
+        }
+        let joint = |(&Row { ends: [a, b], start, law }, &group): (&Row, &Option<u32>)| Joint {
             ends: [a, b],
             numbers: [number(a, a), number(b, a)],
+            group,
             start: T::from_f64(start),
             law,
         };
         Some(Self {
             of_tile: Csr::new(tiles.len(), of_tile.into_iter()),
-            joints: all.rows.iter().map(joint).collect(),
+            joints: all.rows.iter().zip(&group_of).map(joint).collect(),
             laws: (all.laws.iter())
                 .map(|law| Law {
                     length: T::from_f64(law.length),
@@ -116,6 +131,8 @@ impl<T: Real> AttachSetup<T> {
                 .collect(),
             points: all.points.iter().map(|point| (point.start.map(T::from_f64), point.track)).collect(),
             tethers: all.tethers.iter().map(|one| (one.anchor, T::from_f64(one.length))).collect(),
+            groups: all.groups.clone(),
+            carried: carried(all),
             breaks: all.breaks(),
             rows_of: all.rows_of.clone(),
             tethers_of: all.tethers_of.clone(),
@@ -123,12 +140,38 @@ impl<T: Real> AttachSetup<T> {
         })
     }
 
+    /// Nodes among `run` that colliders carry until a joint breaks, and that joint.
+    pub fn carried(&self, run: &Range<usize>) -> &[[u32; 2]] {
+        let [start, end] =
+            [run.start, run.end].map(|at| self.carried.partition_point(|&[node, _]| (node as usize) < at));
+        &self.carried[start..end]
+    }
+
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
-        let lists = [&self.rows_of, &self.tethers_of, &self.of_tile];
+        let lists = [&self.rows_of, &self.tethers_of, &self.of_tile, &self.groups];
         let words: usize = lists.iter().map(|list| list.offsets.len() + list.items.len()).sum();
         let joints = size_of_val(&self.joints[..]) + size_of_val(&self.tethers[..]);
         4 * (words + self.nodes.len()) + joints + size_of_val(&self.points[..])
+    }
+}
+
+/// As of [`AttachSetup::carried`].
+fn carried(all: &Attachments) -> Vec<[u32; 2]> {
+    let rows = (0..).zip(&all.rows).filter(|(_, row)| all.is_carried(row));
+    let mut carried: Vec<[u32; 2]> = rows.map(|(number, row)| [row.ends[0], number]).collect();
+    carried.sort_unstable();
+    carried
+}
+
+impl SharedAttach<'_> {
+    /// Whether a joint of a node is broken.
+    ///
+    /// # Safety
+    /// The node is in the worker's share, and its first end.
+    pub unsafe fn is_broken(&self, row: u32) -> bool {
+        // SAFETY: by the caller's promise nobody else writes it, and it is not being written.
+        unsafe { *self.broken.item(row as usize) }
     }
 }
 
@@ -150,11 +193,6 @@ impl AttachWork {
     /// Takes back what [`Self::remembered`] gave.
     pub fn remember<T>(&mut self, setup: &AttachSetup<T>, there: &[bool]) {
         self.broken = (0..setup.joints.len()).map(|row| there.get(row) == Some(&false)).collect();
-        let left = |number: usize| {
-            let rows = setup.rows_of.row(number).iter();
-            rows.filter(|&&row| !self.broken[row as usize]).count() as u32
-        };
-        self.joints = (0..setup.nodes.len()).map(left).collect();
     }
 
     /// Number of broken joints.
@@ -164,7 +202,7 @@ impl AttachWork {
 
     /// Lends it.
     pub fn share(&mut self) -> SharedAttach<'_> {
-        SharedAttach { broken: Shared::new(&mut self.broken), joints: Shared::new(&mut self.joints) }
+        SharedAttach { broken: Shared::new(&mut self.broken) }
     }
 }
 
@@ -194,7 +232,6 @@ pub struct AttachWorker<'a, T> {
 struct Found<'a, T> {
     state: [&'a [T]; 6],
     broken: &'a [bool],
-    joints: &'a [u32],
 }
 
 impl<T: Real> Found<'_, T> {
@@ -210,13 +247,18 @@ impl<'a, T: Real> AttachWorker<'a, T> {
         // SAFETY: all have written their nodes, and what is broken, before a barrier, and change them after another.
         let found = unsafe {
             let state = self.next.each_ref().map(|column| column.read());
-            Found { state, broken: self.shared.broken.read(), joints: self.shared.joints.read() }
+            Found { state, broken: self.shared.broken.read() }
         };
-        let AttachScratch { answers, ends, broken, fewer } = &mut *self.scratch;
+        let AttachScratch { answers, ends, broken, solved, pulls, sums, .. } = &mut *self.scratch;
         answers.clear();
         ends.clear();
         broken.clear();
-        fewer.clear();
+        solved.clear();
+        solved.resize(self.setup.groups.rows(), false);
+        if !solved.is_empty() {
+            pulls.resize(self.setup.joints.len(), Pull::default());
+            sums.resize(self.setup.nodes.len(), [T::ZERO; 3]);
+        }
         for tile in self.share.clone() {
             for &number in self.setup.of_tile.row(tile) {
                 let before = found.node(self.setup.nodes[number as usize]);
@@ -235,37 +277,71 @@ impl<'a, T: Real> AttachWorker<'a, T> {
     fn joined(&mut self, number: u32, found: &Found<'_, T>) -> PointState<T> {
         let (setup, h) = (self.setup, self.substep.h);
         let node = setup.nodes[number as usize];
-        let (mut sum, mut lost) = ([T::ZERO; 3], 0);
+        let mut sum = [T::ZERO; 3];
         let rows = setup.rows_of.row(number as usize);
         for &row in rows.iter().filter(|&&row| !found.broken[row as usize]) {
             let joint = &setup.joints[row as usize];
-            let pull = self.pull(joint, found);
+            let pull = match joint.group {
+                Some(group) => {
+                    self.solve(group as usize, found);
+                    self.scratch.pulls[row as usize]
+                }
+                None => self.pull(joint, found),
+            };
             let first = joint.ends[0] == node;
             if pull.size / (h * h) > setup.laws[joint.law as usize].break_force {
-                lost += 1;
                 self.scratch.broken.extend(first.then_some(row));
             } else {
                 sum = add(sum, scale(pull.shift, if first { T::ONE } else { -T::ONE }));
             }
         }
-        self.scratch.fewer.extend((lost > 0).then_some((number, lost)));
         let w = self.inverse_mass[node as usize];
         let (x, v) = found.node(node);
         (add(x, scale(sum, w)), add(v, scale(sum, w / h)))
     }
 
     fn pull(&self, joint: &Joint<T>, found: &Found<'_, T>) -> Pull<T> {
+        let (d, [v, w], length, softness) = self.gap(joint, found);
+        attach::pull(d, length, v + w, softness)
+    }
+
+    /// How far apart the ends of a joint are, their inverse masses, its length now, and its softness.
+    fn gap(&self, joint: &Joint<T>, found: &Found<'_, T>) -> ([T; 3], [T; 2], T, T) {
         let (law, h) = (&self.setup.laws[joint.law as usize], self.substep.h);
         let [a, b] = joint.ends;
-        let joints = joint.numbers.map(|number| found.joints[number as usize]);
         let (x, w) = if b & IS_POINT == 0 {
             (found.node(b).0, self.inverse_mass[b as usize])
         } else {
             (self.point(b ^ IS_POINT), T::ZERO)
         };
-        let give = attach::give([self.inverse_mass[a as usize], w], joints);
         let length = attach::length(joint.start, law.length, self.substep.closing[joint.law as usize]);
-        attach::pull(sub(found.node(a).0, x), length, give, law.compliance / (h * h))
+        let d = sub(found.node(a).0, x);
+        (d, [self.inverse_mass[a as usize], w], length, law.compliance / (h * h))
+    }
+
+    /// Finds what the joints of a group do, if that is not known yet. Every worker with a node of it finds the same.
+    fn solve(&mut self, group: usize, found: &Found<'_, T>) {
+        if std::mem::replace(&mut self.scratch.solved[group], true) {
+            return;
+        }
+        self.scratch.links.clear();
+        self.scratch.linked.clear();
+        let rows = self.setup.groups.row(group).iter();
+        for &row in rows.filter(|&&row| !found.broken[row as usize]) {
+            let joint = &self.setup.joints[row as usize];
+            let (d, masses, length, softness) = self.gap(joint, found);
+            self.scratch.pulls[row as usize] = Pull::default();
+            let numbers = joint.numbers.map(|number| number as usize);
+            if let Some(link) = Link::new(numbers, masses, d, length, softness) {
+                self.scratch.links.push(link);
+                self.scratch.linked.push(row);
+            }
+        }
+        let AttachScratch { links, linked, sums, pulls, .. } = &mut *self.scratch;
+        joints::solve(links, sums);
+        for (link, &row) in links.iter().zip(&*linked) {
+            pulls[row as usize] = link.pull();
+        }
     }
 
     /// Where a point is at the end of the sub-step.
@@ -277,35 +353,39 @@ impl<'a, T: Real> AttachWorker<'a, T> {
     /// A node after its tethers. What they lead to is held, and stays where it is.
     fn held_near(&self, number: u32, from: PointState<T>, found: &Found<'_, T>) -> PointState<T> {
         let tethers = self.setup.tethers_of.row(number as usize);
-        let mut after = from;
-        if self.inverse_mass[self.setup.nodes[number as usize] as usize] > T::ZERO {
-            for _ in 0..ROUNDS {
-                let mut moved = false;
-                for &tether in tethers {
-                    let (anchor, length) = self.setup.tethers[tether as usize];
-                    if let Some(back) = attach::tether(after, found.node(anchor), length) {
-                        (after, moved) = (back, true);
-                    }
-                }
-                if !moved || tethers.len() == 1 {
-                    break;
+        if self.inverse_mass[self.setup.nodes[number as usize] as usize] <= T::ZERO {
+            return from;
+        }
+        let (mut x, mut shift, mut taut) = (from.0, [T::ZERO; 3], [false; MOST]);
+        for _ in 0..ROUNDS {
+            let mut moved = false;
+            for (taut, &tether) in taut.iter_mut().zip(tethers) {
+                let (anchor, length) = self.setup.tethers[tether as usize];
+                if let Some((back, way)) = attach::put_back(x, found.node(anchor).0, length) {
+                    (x, shift, moved, *taut) = (back, add(shift, way), true, true);
                 }
             }
+            if !moved || tethers.len() == 1 {
+                break;
+            }
         }
-        after
+        let taut = || tethers.iter().zip(taut).filter(|(_, taut)| *taut);
+        let anchors = || taut().map(|(&tether, _)| found.node(self.setup.tethers[tether as usize].0));
+        let count = T::from_f64(anchors().count() as f64);
+        if count <= T::ZERO {
+            return from;
+        }
+        let with = anchors().fold([T::ZERO; 3], |sum, (_, v)| add(sum, v)).map(|sum| sum / count);
+        let v = attach::undone(from.1, shift, with, self.substep.h);
+        (x, anchors().fold(v, |v, (at, with)| attach::taut(v, sub(x, at), with)))
     }
 
     /// Notes what has broken, when all have found that.
     pub fn note_broken(&mut self) {
-        let AttachScratch { broken, fewer, .. } = &*self.scratch;
-        for &row in broken {
+        for &row in &self.scratch.broken {
             // SAFETY: only the worker of the first end notes this; all read it before the last barrier, and again after
             // the sub-step's last.
             unsafe { *self.shared.broken.item(row as usize) = true };
-        }
-        for &(number, lost) in fewer {
-            // SAFETY: the node is in one worker's share; read as above.
-            unsafe { *self.shared.joints.item(number as usize) -= lost };
         }
     }
 }

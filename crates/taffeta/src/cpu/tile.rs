@@ -1,5 +1,6 @@
 //! The particle stages on one tile: gather, call the formula, store.
 
+use super::attach::SharedAttach;
 use super::backend::Setup;
 use super::contact::Contact;
 use super::near::Near;
@@ -45,6 +46,8 @@ pub struct CpuTile<'a, T> {
     pub solve: &'a SharedSolve<'a, T>,
     /// What springs that are solved for by nodes have given.
     pub primal: &'a SharedPrimal<'a, T>,
+    /// Which joints are broken.
+    pub attach: &'a SharedAttach<'a>,
     /// Which volume it is a part of.
     pub volume: Option<usize>,
     /// The worker's room.
@@ -241,18 +244,31 @@ impl<'a, T: Real> CpuTile<'a, T> {
     /// Keeps a run of nodes out of colliders; `at` is room in the worker's notes. One that was moved comes `from` there.
     fn collide(&mut self, at: usize, run: Range<usize>, from: Option<[T; 3]>) {
         let mut state = self.after(&run);
-        let (all, Scratch { last_touch, before, .. }) = (at..at + run.len(), &mut *self.scratch);
+        let (all, Scratch { last_touch, before, alone, .. }) = (at..at + run.len(), &mut *self.scratch);
         let start = match &from {
             Some(from) => from.each_ref().map(std::slice::from_ref),
             None if self.restored => before.each_ref().map(|column| &column[all.clone()]),
             None => [0, 1, 2].map(|axis| &self.old[axis][run.clone()]),
         };
+        let mut inverse_mass = &self.setup.inverse_mass[run.clone()];
+        let carried = self.setup.attach.as_ref().map_or(&[][..], |attach| attach.carried(&run));
+        if !carried.is_empty() {
+            alone.clear();
+            alone.extend_from_slice(inverse_mass);
+            for &[node, joint] in carried {
+                // SAFETY: tiles are in one worker's share, and the node is the only end of its joint.
+                if !unsafe { self.attach.is_broken(joint) } {
+                    alone[node as usize - run.start] = T::ZERO;
+                }
+            }
+            inverse_mass = alone;
+        }
         let contacts = Contact {
             level: self.setup.level,
             colliders: &self.substep.colliders,
             near: self.near,
             run: run.clone(),
-            inverse_mass: &self.setup.inverse_mass[run.clone()],
+            inverse_mass,
             start,
             carried: from.is_none() && !self.restored,
             state: &mut state,

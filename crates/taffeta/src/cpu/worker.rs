@@ -49,6 +49,8 @@ pub struct Scratch<T> {
     pub primal: PrimalScratch<T>,
     /// Joints and tethers.
     pub attach: AttachScratch<T>,
+    /// Inverse masses of nodes, 0 for those that colliders leave alone as they carry them [1/kg].
+    pub alone: Vec<T>,
     /// Nodes that touch each other, where any do.
     pub pairs: Option<PairScratch<T>>,
     /// Time that it has waited for others about them in this frame [s].
@@ -75,6 +77,7 @@ impl<T: Real> Scratch<T> {
             solve: SolveScratch::default(),
             primal: PrimalScratch::default(),
             attach: AttachScratch::default(),
+            alone: Vec::new(),
             pairs,
             waited: 0.0,
         }
@@ -192,6 +195,7 @@ impl<'a, T: Real> Worker<'a, T> {
             corrections: self.corrections,
             solve: self.solve,
             primal: self.primal,
+            attach: self.attach,
             volume: self.setup.volume_of_body[plan.body],
             scratch: self.scratch,
             contacts: 0,

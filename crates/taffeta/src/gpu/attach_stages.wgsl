@@ -16,42 +16,23 @@ struct Joint {
     /// [N]
     break_force: f32,
     /// Where in the goals of a sub-step the share is of its closing that has gone by.
-    @size(8) closing: u32,
+    closing: u32,
+    /// Whether it shares free nodes with others.
+    grouped: u32,
 }
 
 @group(1) @binding(60) var<storage, read> joints: array<Joint>;
 /// Where the list of each place begins, or NONE. A list: how many joints; twice the number of each, one more at its second
 /// node; how many tethers; the anchor of each, and its length [m] as bits.
 @group(1) @binding(61) var<storage, read> attached: array<u32>;
+/// Groups of joints that share free nodes: how many; where the list of each begins, and where the last one ends; their joints.
+@group(1) @binding(62) var<storage, read> joint_groups: array<u32>;
 /// Of each joint, whether it is broken.
 @group(3) @binding(60) var<storage, read_write> joint_broken: array<u32>;
-/// Joints that each place has left.
-@group(3) @binding(61) var<storage, read_write> joints_left: array<u32>;
 /// What each joint does to its first node, as `Pull`; in w whether it does anything.
 @group(3) @binding(62) var<storage, read_write> pulls: array<vec4f>;
-
-/// Counts the joints that each place has left.
-@compute @workgroup_size(256)
-fn count_joints(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = node_of(id, counts, lane);
-    if node >= arrayLength(&joints_left) {
-        return;
-    }
-    let list = attached[node];
-    if list == NONE {
-        return;
-    }
-    let end = list + 1u + attached[list];
-    var left = 0u;
-    for (var at = list + 1u; at < end; at++) {
-        left += 1u - joint_broken[attached[at] / 2u];
-    }
-    joints_left[node] = left;
-}
+/// What a group is solved with: five fields of each joint, as joints.rs has them; behind them a sum for each place.
+@group(3) @binding(61) var<storage, read_write> joint_work: array<vec4f>;
 
 /// Where a joint's second end is [m], with its inverse mass [1/kg].
 fn second_end(joint: Joint) -> vec4f {
@@ -65,7 +46,20 @@ fn second_end(joint: Joint) -> vec4f {
     return vec4f(affine(motion.x, motion.y, motion.z, joint.point), 0.0);
 }
 
-/// Finds what each joint does, and which of them break.
+/// Length of a joint now [m].
+fn goal_of(joint: Joint) -> f32 {
+    return joint_length(joint.start, joint.end, goals[substeps[0].first_goal + joint.closing]);
+}
+
+/// Notes what a joint does, and whether it breaks.
+fn note_pull(row: u32, pull: Pull) {
+    let h = substeps[0].h;
+    let breaks = joint_broken[row] != 0u || pull.size / (h * h) > joints[row].break_force;
+    joint_broken[row] = select(0u, 1u, breaks);
+    pulls[row] = select(vec4f(pull.shift, 1.0), vec4f(0.0), breaks);
+}
+
+/// Finds what each joint does that shares no free node, and which of them break.
 @compute @workgroup_size(256)
 fn pull_joints(
     @builtin(workgroup_id) id: vec3u,
@@ -77,15 +71,219 @@ fn pull_joints(
         return;
     }
     let joint = joints[row];
+    if joint.grouped != 0u {
+        return;
+    }
     let a = old_position[joint.a];
     let b = second_end(joint);
-    let left = vec2u(joints_left[joint.a], joints_left[select(joint.b, joint.a, joint.b == NONE)]);
     let h = substeps[0].h;
-    let goal = joint_length(joint.start, joint.end, goals[substeps[0].first_goal + joint.closing]);
-    let pull = pull_of(a.xyz - b.xyz, goal, give_of(vec2f(a.w, b.w), left), joint.compliance / (h * h));
-    let breaks = joint_broken[row] != 0u || pull.size / (h * h) > joint.break_force;
-    joint_broken[row] = select(0u, 1u, breaks);
-    pulls[row] = select(vec4f(pull.shift, 1.0), vec4f(0.0), breaks);
+    note_pull(row, pull_of(a.xyz - b.xyz, goal_of(joint), a.w + b.w, joint.compliance / (h * h)));
+}
+
+/// Fields of a joint in a group: what is left of its gap, and the direction of the search; what the rows make of each; its
+/// line, and in w its softness, or that it does nothing.
+const JOINT_LEFT: u32 = 0u;
+const JOINT_SEARCH: u32 = 1u;
+const JOINT_OF_LEFT: u32 = 2u;
+const JOINT_OF_SEARCH: u32 = 3u;
+const JOINT_LINE: u32 = 4u;
+const JOINT_FIELDS: u32 = 5u;
+
+fn joint_field(row: u32, which: u32) -> vec3f {
+    return joint_work[JOINT_FIELDS * row + which].xyz;
+}
+
+fn put_joint_field(row: u32, which: u32, value: vec3f) {
+    joint_work[JOINT_FIELDS * row + which] = vec4f(value, 0.0);
+}
+
+fn is_linked(row: u32) -> bool {
+    return joint_work[JOINT_FIELDS * row + JOINT_LINE].w >= 0.0;
+}
+
+/// Where the sum of a joint's end stands, or NONE if that is held, or a point.
+fn joint_sum_of(end: u32) -> u32 {
+    if end == NONE || old_position[end].w <= 0.0 {
+        return NONE;
+    }
+    return JOINT_FIELDS * arrayLength(&joints) + end;
+}
+
+/// Begins a joint of a group.
+fn begin_link(row: u32) {
+    let joint = joints[row];
+    let a = old_position[joint.a];
+    let b = second_end(joint);
+    let d = a.xyz - b.xyz;
+    let distance = sqrt(dot3(d, d));
+    let goal = goal_of(joint);
+    let any_line = goal <= 0.0;
+    let h = substeps[0].h;
+    let links = joint_broken[row] == 0u && a.w + b.w > 0.0 && (any_line || distance > 0.0);
+    let line = d / distance;
+    let softness = select(-1.0, joint.compliance / (h * h), links);
+    joint_work[JOINT_FIELDS * row + JOINT_LINE] = vec4f(select(line, vec3f(0.0), any_line || !links), softness);
+    put_joint_field(row, JOINT_LEFT, select(line * (goal - distance), -d, any_line));
+    pulls[row] = vec4f(0.0);
+}
+
+/// What the rows of a group make of one of its fields.
+fn times_rows(first: u32, end: u32, given: u32, made: u32) {
+    for (var at = first; at < end; at++) {
+        let joint = joints[joint_groups[at]];
+        let sums = vec2u(joint_sum_of(joint.a), joint_sum_of(joint.b));
+        if sums.x != NONE {
+            joint_work[sums.x] = vec4f(0.0);
+        }
+        if sums.y != NONE {
+            joint_work[sums.y] = vec4f(0.0);
+        }
+    }
+    for (var at = first; at < end; at++) {
+        let row = joint_groups[at];
+        if !is_linked(row) {
+            continue;
+        }
+        let value = vec4f(joint_field(row, given), 0.0);
+        let sums = vec2u(joint_sum_of(joints[row].a), joint_sum_of(joints[row].b));
+        if sums.x != NONE {
+            joint_work[sums.x] += value;
+        }
+        if sums.y != NONE {
+            joint_work[sums.y] -= value;
+        }
+    }
+    for (var at = first; at < end; at++) {
+        let row = joint_groups[at];
+        if !is_linked(row) {
+            continue;
+        }
+        let both = moved_by_joints(joints[row].a) - moved_by_joints(joints[row].b);
+        let line = joint_work[JOINT_FIELDS * row + JOINT_LINE];
+        let kept = select(both, line.xyz * dot3(line.xyz, both), dot3(line.xyz, line.xyz) > 0.0);
+        put_joint_field(row, made, kept + joint_field(row, given) * line.w);
+    }
+}
+
+/// How a joint's end moves by its sum.
+fn moved_by_joints(end: u32) -> vec3f {
+    let sum = joint_sum_of(end);
+    if sum == NONE {
+        return vec3f(0.0);
+    }
+    return joint_work[sum].xyz * old_position[end].w;
+}
+
+/// Sum of the products of two fields of a group, in the order of its joints.
+fn joint_product(first: u32, end: u32, a: u32, b: u32) -> f32 {
+    var sum = 0.0;
+    for (var at = first; at < end; at++) {
+        let row = joint_groups[at];
+        if is_linked(row) {
+            sum += dot3(joint_field(row, a), joint_field(row, b));
+        }
+    }
+    return sum;
+}
+
+/// Rounds in which a group is solved, at most.
+const GROUP_ROUNDS: u32 = 64u;
+
+/// Finds what the joints of each group do together, and which of them break.
+@compute @workgroup_size(256)
+fn pull_groups(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let group = node_of(id, counts, lane);
+    if group >= joint_groups[0] {
+        return;
+    }
+    let first = joint_groups[1u + group];
+    let end = joint_groups[2u + group];
+    for (var at = first; at < end; at++) {
+        begin_link(joint_groups[at]);
+    }
+    solve_group(first, end);
+    for (var at = first; at < end; at++) {
+        let row = joint_groups[at];
+        let shift = pulls[row].xyz;
+        note_pull(row, Pull(shift, sqrt(dot3(shift, shift))));
+    }
+}
+
+/// Conjugate residuals, as joints.rs has them.
+fn solve_group(first: u32, end: u32) {
+    times_rows(first, end, JOINT_LEFT, JOINT_OF_LEFT);
+    for (var at = first; at < end; at++) {
+        let row = joint_groups[at];
+        put_joint_field(row, JOINT_SEARCH, joint_field(row, JOINT_LEFT));
+        put_joint_field(row, JOINT_OF_SEARCH, joint_field(row, JOINT_OF_LEFT));
+    }
+    var slope = joint_product(first, end, JOINT_LEFT, JOINT_OF_LEFT);
+    let enough = slope * (EPSILON * EPSILON);
+    for (var round = 0u; round < GROUP_ROUNDS; round++) {
+        let squared = joint_product(first, end, JOINT_OF_SEARCH, JOINT_OF_SEARCH);
+        if slope <= enough || squared <= 0.0 {
+            break;
+        }
+        let far = slope / squared;
+        for (var at = first; at < end; at++) {
+            let row = joint_groups[at];
+            if is_linked(row) {
+                pulls[row] += vec4f(joint_field(row, JOINT_SEARCH) * far, 0.0);
+                put_joint_field(row, JOINT_LEFT, joint_field(row, JOINT_LEFT) - joint_field(row, JOINT_OF_SEARCH) * far);
+            }
+        }
+        times_rows(first, end, JOINT_LEFT, JOINT_OF_LEFT);
+        let next = joint_product(first, end, JOINT_LEFT, JOINT_OF_LEFT);
+        let turn = next / slope;
+        slope = next;
+        for (var at = first; at < end; at++) {
+            let row = joint_groups[at];
+            if is_linked(row) {
+                put_joint_field(row, JOINT_SEARCH, joint_field(row, JOINT_LEFT) + joint_field(row, JOINT_SEARCH) * turn);
+                put_joint_field(row, JOINT_OF_SEARCH, joint_field(row, JOINT_OF_LEFT) + joint_field(row, JOINT_OF_SEARCH) * turn);
+            }
+        }
+    }
+}
+
+/// A node after its tethers, whose list begins at `list`. What they lead to is held, and stays where it is.
+fn held_near(x: vec3f, v: vec3f, list: u32) -> Tethered {
+    var at = x;
+    var shift = vec3f(0.0);
+    var taut = 0u;
+    let tethers = attached[list];
+    for (var round = 0u; round < TETHER_ROUNDS; round++) {
+        var moved = false;
+        for (var i = 0u; i < tethers; i++) {
+            let anchor = attached[list + 1u + 2u * i];
+            let back = put_back(at, old_position[anchor].xyz, bitcast<f32>(attached[list + 2u + 2u * i]));
+            at = back.x;
+            shift = select(shift, shift + back.way, back.moved);
+            taut = select(taut, taut | (1u << i), back.moved);
+            moved = moved || back.moved;
+        }
+        if !moved || tethers == 1u {
+            break;
+        }
+    }
+    if taut == 0u {
+        return Tethered(x, v);
+    }
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < tethers; i++) {
+        sum = select(sum, sum + old_velocity[attached[list + 1u + 2u * i]].xyz, ((taut >> i) & 1u) != 0u);
+    }
+    var speed = undone(v, shift, sum / f32(countOneBits(taut)), substeps[0].h);
+    for (var i = 0u; i < tethers; i++) {
+        let anchor = attached[list + 1u + 2u * i];
+        let kept = kept_taut(speed, at - old_position[anchor].xyz, old_velocity[anchor].xyz);
+        speed = select(speed, kept, ((taut >> i) & 1u) != 0u);
+    }
+    return Tethered(at, speed);
 }
 
 /// Gives nodes that are joined or tethered their new velocities and places, and keeps those that it moves out of colliders
@@ -115,17 +313,9 @@ fn attach_nodes(
         let one = pulls[attached[at] / 2u];
         sum = select(sum, sum + one.xyz * select(1.0, -1.0, attached[at] % 2u == 1u), one.w != 0.0);
     }
-    var now = Tethered(x.xyz + sum * x.w, v.xyz + sum * (x.w / substeps[0].h), x.w > 0.0);
-    let tethers = attached[end];
-    for (var round = 0u; round < TETHER_ROUNDS && now.moved; round++) {
-        var moved = false;
-        for (var i = 0u; i < tethers; i++) {
-            let anchor = attached[end + 1u + 2u * i];
-            let reach = bitcast<f32>(attached[end + 2u + 2u * i]);
-            now = tethered(now.x, now.v, old_position[anchor].xyz, old_velocity[anchor].xyz, reach);
-            moved = moved || now.moved;
-        }
-        now.moved = moved && tethers > 1u;
+    var now = Tethered(x.xyz + sum * x.w, v.xyz + sum * (x.w / substeps[0].h));
+    if x.w > 0.0 {
+        now = held_near(now.x, now.v, end);
     }
     if all(now.x == x.xyz) && all(now.v == v.xyz) {
         return;

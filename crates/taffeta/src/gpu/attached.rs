@@ -4,9 +4,12 @@ use super::kernels::Name;
 use super::layout::{Four, GROUP, Joint, NONE};
 use super::recorder::Recorder;
 use super::tables::Tables;
-use crate::assembly::{Assembly, IS_POINT, Row};
+use crate::assembly::{Assembly, Attachments, IS_POINT, Row};
 use std::ops::Range;
 use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack};
+
+/// Fields of a joint in `joint_work` of attach_stages.wgsl.
+pub const FIELDS: usize = 5;
 
 /// The tables of a segment.
 #[derive(Default)]
@@ -14,14 +17,22 @@ pub struct Attached {
     pub joints: Vec<Joint>,
     /// As `attached` of attach_stages.wgsl; empty where the segment has neither joints nor tethers.
     pub lists: Vec<u32>,
+    /// As `joint_groups` there.
+    pub groups: Vec<u32>,
     /// Which of the scene's joints `joints` are.
     pub numbers: Vec<usize>,
 }
 
-/// Refuses nodes that are joined in several segments, and sewn bodies that touch each other.
+/// Refuses nodes that are joined in several segments, sewn bodies that touch each other, and pins that break on colliders.
 pub fn check_together(assembly: &Assembly, segments: &[Range<usize>], limit: u64) -> Result<(), String> {
     let all = &assembly.attachments;
     let body = |node: u32| assembly.bodies.partition_point(|body| body.first <= node as usize) - 1;
+    if let Some(row) = all.rows.iter().find(|row| all.is_carried(row)) {
+        return Err(format!(
+            "body `{}` has a pin with collider and break_force, which does not run on a GPU yet; --backend cpu would do",
+            assembly.bodies[body(row.ends[0])].name
+        ));
+    }
     let segment = |body: usize| segments.iter().position(|segment| segment.contains(&body));
     for [a, b] in all.joined().map(|ends| ends.map(body)) {
         let [first, second] = [a, b].map(|index| &assembly.bodies[index]);
@@ -56,6 +67,7 @@ impl Tables {
             joints.push(self.joint(assembly, row));
             numbers.push(number);
         }
+        let groups = groups_here(all, &number_of, &mut joints);
         let mut lists = vec![NONE; self.len()];
         for (number, &node) in all.nodes.iter().enumerate().filter(|(_, node)| here(**node)) {
             lists[self.local(node as usize) as usize] = lists.len() as u32;
@@ -71,7 +83,7 @@ impl Tables {
             }));
         }
         if lists.len() > self.len() {
-            self.attached = Attached { joints, lists, numbers };
+            self.attached = Attached { joints, lists, groups, numbers };
         }
     }
 
@@ -90,9 +102,28 @@ impl Tables {
             // Infinity is no number to a shader.
             break_force: law.break_force.min(f64::from(f32::MAX)) as f32,
             closing: self.volume_numbers.len() as u32 + number,
-            padding: 0,
+            grouped: 0,
         }
     }
+}
+
+/// The groups of joints of a segment, of which `number_of` has the numbers. Notes which joints are in one.
+fn groups_here(all: &Attachments, number_of: &[u32], joints: &mut [Joint]) -> Vec<u32> {
+    let rows = |group: usize| all.groups.row(group).iter().map(|&row| number_of[row as usize]);
+    let here: Vec<usize> =
+        (0..all.groups.rows()).filter(|&group| rows(group).all(|row| row != NONE)).collect();
+    let mut groups = vec![here.len() as u32];
+    let mut end = here.len() as u32 + 2;
+    groups.push(end);
+    for &group in &here {
+        end += rows(group).count() as u32;
+        groups.push(end);
+    }
+    for row in here.into_iter().flat_map(rows) {
+        groups.push(row);
+        joints[row as usize].grouped = 1;
+    }
+    groups
 }
 
 /// Joints and tethers on the device.
@@ -100,9 +131,12 @@ pub struct Attaching {
     joints: Buffer<Joint>,
     lists: Buffer<u32>,
     broken: Buffer<u32>,
-    left: Buffer<u32>,
+    groups: Buffer<u32>,
+    work: Buffer<Four>,
     pulls: Buffer<Four>,
     read_broken: ReadBack<u32>,
+    /// How many groups there are.
+    grouped: usize,
     numbers: Vec<usize>,
 }
 
@@ -117,9 +151,14 @@ impl Attaching {
             joints: gpu.buffer_from("joints", &attached.joints)?,
             lists: gpu.buffer_from("joints and tethers by node", &attached.lists)?,
             broken: gpu.buffer_from("broken joints", &vec![0; count])?,
-            left: gpu.buffer_from("joints left", &vec![0; places])?,
+            groups: gpu.buffer_from("groups of joints", &attached.groups)?,
+            work: gpu.buffer(
+                "groups of joints at work",
+                if attached.groups[0] > 0 { FIELDS * count + places } else { 0 },
+            )?,
             pulls: gpu.buffer("pulls of joints", count)?,
             read_broken: gpu.read_back("broken joints", count)?,
+            grouped: attached.groups[0] as usize,
             numbers: attached.numbers.clone(),
         }))
     }
@@ -130,7 +169,8 @@ impl Attaching {
             ("joints", &self.joints),
             ("attached", &self.lists),
             ("joint_broken", &self.broken),
-            ("joints_left", &self.left),
+            ("joint_groups", &self.groups),
+            ("joint_work", &self.work),
             ("pulls", &self.pulls),
         ]
     }
@@ -165,12 +205,12 @@ impl Recorder<'_> {
     /// Joints and tethers, and colliders again.
     pub(super) fn attach_all(&mut self, substep: usize) {
         let Some(attaching) = &self.segment.attaching else { return };
-        let joints = attaching.joints.len().div_ceil(GROUP);
+        let [joints, groups] = [attaching.joints.len(), attaching.grouped].map(|all| all.div_ceil(GROUP));
         self.list.stage("attach");
         self.segment.current = 1 - self.segment.current;
         let places = self.segment.tables.place_groups();
-        self.dispatch("count_joints", substep, if joints > 0 { places } else { 0 });
         self.dispatch("pull_joints", substep, joints);
+        self.dispatch("pull_groups", substep, groups);
         let name = Name { contact: self.whole_contact(), ..Name::new("attach_nodes") };
         self.dispatch_kernel(name, substep, places);
     }

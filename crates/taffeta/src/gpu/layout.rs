@@ -315,7 +315,7 @@ pub struct Joint {
     pub compliance: f32,
     pub break_force: f32,
     pub closing: u32,
-    pub padding: u32,
+    pub grouped: u32,
 }
 
 /// No node, or no surface.

@@ -108,6 +108,11 @@ impl Csr {
         Self::new(nodes, elements.as_flattened().iter().copied().zip(0..))
     }
 
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
     /// Items of a row.
     pub fn row(&self, row: usize) -> &[u32] {
         &self.items[self.offsets[row] as usize..self.offsets[row + 1] as usize]

@@ -34,6 +34,27 @@ fn a_seam_holds_what_is_just_below_its_force_and_nothing_above() {
 }
 
 #[test]
+fn of_joints_in_a_chain_each_bears_what_hangs_on_it() {
+    // Two bobs on a nail: the upper joint holds both, the lower one holds the second.
+    let with = |break_force: [f64; 2]| {
+        let seam = |from: &str, to: &str, force: f64| Seam {
+            break_force: Some(force * WEIGHT),
+            ..Seam::pairs(from, to, [[0, 0]])
+        };
+        let scene = Scene::new("chain")
+            .body(fixed("nail", [0.0; 3]))
+            .body(bob("first", [0.0; 3], 0.2))
+            .body(bob("second", [0.0; 3], 0.2))
+            .seam(seam("nail", "first", break_force[0]))
+            .seam(seam("first", "second", break_force[1]));
+        let mut simulation = build(&scene.time(0.01, 0.001));
+        run(&mut simulation, 100);
+        simulation.report().broken
+    };
+    assert_eq!([[2.0001, 1.0001], [1.9999, 9.0], [9.0, 0.9999]].map(with), [0, 1, 1]);
+}
+
+#[test]
 fn what_is_torn_off_falls_freely() {
     let mut simulation = build(&hanging(0.5 * WEIGHT, None));
     run(&mut simulation, 50);

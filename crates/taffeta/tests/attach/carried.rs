@@ -72,6 +72,36 @@ fn nodes_go_the_way_of_the_points_of_a_turning_collider() {
 }
 
 #[test]
+fn what_a_collider_carries_it_leaves_alone_until_the_pin_breaks() {
+    // A row 5 mm deep in an arm with an offset of 10 mm; the seven nodes of the row bear 0.49 N.
+    let arm =
+        Collider { name: "arm".to_owned(), ..Collider::capsule([-0.5, 0.0, 0.0], [0.5, 0.0, 0.0], 0.05) };
+    let with = |break_force: f64| {
+        let mut sheet = panel("sheet", 7, [0.0, 0.045, 0.25]);
+        sheet.pins.push(Pin {
+            select: Select::rows(0, 0),
+            collider: Some("arm".into()),
+            break_force: Some(break_force),
+            ..Pin::default()
+        });
+        let mut scene = Scene::new("arm").body(sheet).collider(arm.clone()).time(1.0 / 60.0, 0.001);
+        scene.world.drag = 0.005;
+        let mut simulation = build(&scene);
+        assert!(!simulation.warnings().join(" ").contains("inside collider"), "{:?}", simulation.warnings());
+        let start = positions(&simulation);
+        run(&mut simulation, 240);
+        (simulation.report().broken, start, positions(&simulation))
+    };
+    let (broken, start, x) = with(0.5);
+    assert_eq!(broken, 0);
+    (0..7).for_each(|node| near("held", norm(sub(x[node], start[node])), 0.0, 1e-12));
+    let (broken, _, x) = with(0.05);
+    assert_eq!(broken, 7);
+    // What has broken is kept out of the arm, and slides off it.
+    assert!(x.iter().all(|x| x[1].hypot(x[2]) > 0.06 - 1e-9 || x[0].abs() > 0.5), "{x:?}");
+}
+
+#[test]
 fn a_pin_on_a_collider_is_one_with_its_keyframes() {
     let by_name = scene(|body| body.pin_to(Select::cols(0, 0), "drum"));
     let by_keys = scene(|body| body.pin_moving(Select::cols(0, 0), drum().motion));

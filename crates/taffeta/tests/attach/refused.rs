@@ -27,11 +27,36 @@ fn seams_join_bodies_that_exist_by_nodes_that_exist() {
     );
     refused(Seam::pairs("a", "a", [[3, 7], [2, 2]]), "seam[0]", "sews vertex 2 of body `a` to itself");
     refused(Seam::pairs("a", "b", []), "seam[0].pairs", "is empty");
+    let twice = "sews vertex 3 of body `a` to vertex 1 of body `b` twice; once would do";
+    refused(Seam::pairs("a", "b", [[3, 1], [4, 0], [3, 1]]), "seam[0]", twice);
+    let reversed = "sews vertex 7 of body `a` to vertex 3 of body `a` twice";
+    refused(Seam::pairs("a", "a", [[3, 7], [7, 3]]), "seam[0]", reversed);
     let side = |name: &str, select| SeamSide::new(name, select);
     let unequal = Seam::new(side("a", Select::cols(0, 0)), side("b", Select::cols(0, 0)));
     refused(unequal, "seam[0].to.select", "selects 4 nodes, and from.select 5; as many on both sides");
     let beyond = Seam::new(side("a", Select::cols(5, 5)), side("b", Select::cols(0, 0)));
     refused(beyond, "seam[0].from.select.cols", "");
+}
+
+#[test]
+fn a_pair_belongs_to_one_seam_and_pairs_that_are_held_are_told() {
+    let scene = |pairs: [[u32; 2]; 2]| {
+        let held = |name, z| panel(name, 5, [0.0, 0.0, z]).pin(Select::nodes([0, 1]));
+        let [first, second] = pairs.map(|pair| Seam::pairs("a", "b", [[4, 4], pair]));
+        let second = Seam { pairs: Some(vec![pairs[1]]), ..second };
+        Scene::new("").body(held("a", 0.0)).body(held("b", 0.1)).seam(first).seam(second)
+    };
+    let built = |pairs| Simulation::new(&scene(pairs), &Options::default());
+    let error = built([[3, 3], [4, 4]]).err().expect("it is refused");
+    assert_eq!(error.path, "seam[1]");
+    assert!(error.message.contains("to vertex 4 of body `b` as seam[0] does"), "{error}");
+    let simulation = built([[0, 1], [0, 3]]).expect("it is built");
+    assert_eq!(simulation.sewn(), [1, 1]);
+    let told = simulation.warnings().join("\n");
+    assert!(
+        told.contains("seam[0]: pins hold both nodes of 1 of its 2 pairs") && !told.contains("seam[1]"),
+        "{told}"
+    );
 }
 
 #[test]
@@ -59,6 +84,12 @@ fn numbers_of_seams_are_those_of_things() {
         Seam { close: Closing { start: 0.0, end: 1e-9 }, ..good() },
         "seam[0].close.end",
         "is 1e-9 s after the start, less than a sub-step of",
+    );
+    let late = Seam { close: Closing { start: 0.7, ..Closing::default() }, ..good() };
+    refused(
+        late,
+        "seam[0].close.start",
+        "is 0.7 s, and the seam is closed at 0.5 s where close.end does not",
     );
     refused(Seam { close: Closing { start: -1.0, end: 1.0 }, ..good() }, "seam[0].close.start", "is -1 s");
 }

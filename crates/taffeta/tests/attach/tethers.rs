@@ -1,6 +1,6 @@
 //! Nodes that may not go far from held ones.
 
-use super::common::{V, build, build_as, near, norm, positions, run, sub, turned, weightless};
+use super::common::{V, build, build_as, dot, near, norm, positions, run, sub, turned, weightless};
 use super::panel;
 use taffeta::scene::{Body, ConstraintForm, Mesh, Method, Scene, Select};
 use taffeta::{Precision, Simulation};
@@ -147,5 +147,71 @@ fn a_tether_follows_its_pin() {
     for _ in 0..60 {
         run(&mut simulation, 1);
         near("reach", farthest(&positions(&simulation), &top).max(1.0), 1.0, 1e-9);
+    }
+}
+
+/// Runs frames of one sub-step of `dt` [s]. Fails where nodes of `mass` [kg] have more kinetic energy than the way that they
+/// have gone tells: only what moves them is a speed. Returns the most that they had [J].
+#[track_caller]
+fn as_fast_as_it_moves(simulation: &mut Simulation, frames: u32, mass: f64, dt: f64) -> f64 {
+    let (mut most, mut before): (f64, _) = (0.0, positions(simulation));
+    for frame in 0..frames {
+        run(simulation, 1);
+        let (after, kinetic) = (positions(simulation), simulation.report().kinetic);
+        let way: f64 = before.iter().zip(&after).map(|(&a, &b)| dot(sub(b, a), sub(b, a))).sum();
+        let of_way = 0.5 * mass * way / (dt * dt);
+        assert!(kinetic < (1.0 + 1e-9) * of_way + 1e-15, "{frame}: {kinetic} {of_way}");
+        (most, before) = (most.max(kinetic), after);
+    }
+    most
+}
+
+/// Ways of solving, and their steps [s].
+const WAYS: [(Method, f64); 3] =
+    [(Method::Springs, 0.001), (Method::Springs, 0.00025), (Method::Ice, 1.0 / 60.0)];
+
+fn drawn(body: Body, (method, step): (Method, f64)) -> Simulation {
+    let mut scene = Scene::new("drawn").body(body).time(step, step).method(method);
+    scene.solver.ice.form = ConstraintForm::Primal;
+    scene.world.drag = 0.0005;
+    build(&scene)
+}
+
+#[test]
+fn cloth_that_hangs_still_in_four_tethers_has_no_speed() {
+    for way in WAYS {
+        let last = (SIDE * SIDE) as u32 - 1;
+        let corners = Select::nodes([0, SIDE as u32 - 1, last + 1 - SIDE as u32, last]);
+        let body = panel("sheet", SIDE as u32, [0.0; 3]).pin(corners).tether(0.0);
+        let mut simulation = drawn(body, way);
+        as_fast_as_it_moves(&mut simulation, (6.0 / way.1) as u32, 0.001, way.1);
+        let most = as_fast_as_it_moves(&mut simulation, 60, 0.001, way.1);
+        // Explicit springs leave them trembling with less than gravity gives in a sub-step.
+        let fallen = 0.5 * 0.001 * f64::from(last) * (9.81 * way.1).powi(2);
+        assert!(most < if way.0 == Method::Springs { fallen } else { 1e-18 }, "{way:?}: {most} {fallen}");
+    }
+}
+
+#[test]
+fn what_two_pins_have_drawn_apart_stores_no_speed() {
+    for way in WAYS {
+        for apart in [0.005, 0.05] {
+            let [tethered, free] = [true, false].map(|tethered| {
+                let mut body = curtain(Select::nodes([0]), 100.0);
+                let keys = |at: f64| taffeta::scene::Keyframe::translate(at, [apart * 0.5, 0.0, 0.0]);
+                let home = taffeta::scene::Keyframe::translate(2.2, [0.0; 3]);
+                body = body.pin_moving(Select::nodes([SIDE as u32 - 1]), vec![keys(0.5), keys(2.0), home]);
+                let mut simulation = drawn(if tethered { body.tether(0.0) } else { body }, way);
+                let frames = |time: f64| (time / way.1).round() as u32;
+                run(&mut simulation, frames(0.5) + 2);
+                as_fast_as_it_moves(&mut simulation, frames(1.0), 0.001, way.1);
+                let held = as_fast_as_it_moves(&mut simulation, frames(0.5) - 2, 0.001, way.1);
+                run(&mut simulation, frames(0.2) + 1);
+                let back = as_fast_as_it_moves(&mut simulation, frames(1.0), 0.001, way.1);
+                [held, back]
+            });
+            let less = (0..2).all(|when| tethered[when] < free[when]);
+            assert!(less, "{apart} m, {way:?}: held apart and let go {tethered:?}, without tethers {free:?}");
+        }
     }
 }

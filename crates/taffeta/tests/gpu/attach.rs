@@ -132,6 +132,12 @@ fn what_a_gpu_does_not_do_is_refused_with_words() {
     let scene = Scene::new("").body(touching("a")).body(touching("b")).seam(Seam::pairs("a", "b", [[0, 0]]));
     let refused = from(&scene, Stage::Elements).err().expect("it is refused");
     assert!(refused.contains("bodies `a` and `b` are sewn together and have self_collision"), "{refused}");
+    let mut carried = panel("sheet", 5);
+    let collider = Some("collider0".to_owned());
+    carried.pins.push(Pin { select: Select::cols(0, 0), break_force: Some(1.0), collider, ..Pin::default() });
+    let scene = Scene::new("").body(carried).collider(Collider::sphere([0.0; 3], 0.1));
+    let refused = from(&scene, Stage::Elements).err().expect("it is refused");
+    assert!(refused.contains("body `sheet` has a pin with collider and break_force"), "{refused}");
     let options = GpuOptions { kernels: GpuKernels::Tiled, ..gpu().into() };
     let options = Options { gpu: Some(options), ..Options::default() };
     assert!(Simulation::new(&sewn(), &options).is_err());

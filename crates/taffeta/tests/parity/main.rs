@@ -45,7 +45,7 @@ named_rows! {
     free_nodes meet_nodes meet_meshes_by_nodes step_on set_up_nodes coarsen_springs coarsen_edges coarsen_nodes
     start_nodes step_nodes left_of_nodes restrict_level left_of_level cycle_tail follow_level smooth_level smooth_nodes
     apply_nodes count_descents spring_impulses push_nodes note_descents
-    count_joints pull_joints attach_nodes
+    pull_joints pull_groups attach_nodes
     clear_cells fill_cells find_pairs part_pairs contact_parted measure_pairs
     bend_hinges blow_on_panels scale_loads
     measure_nodes measure_grid_springs measure_mesh_springs measure_hinges measure_volumes

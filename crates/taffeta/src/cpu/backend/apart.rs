@@ -71,6 +71,7 @@ impl<T: Real> CpuBackend<T> {
         let corrections = self.corrections.share();
         let solve = self.solve.share();
         let primal = self.primal.share();
+        let attach = self.attach.share();
         let near = self.near.share();
         let scratch = self.scratch[0].get_mut().unwrap_or_else(PoisonError::into_inner);
         scratch.sweep.restart();
@@ -82,7 +83,7 @@ impl<T: Real> CpuBackend<T> {
             let hinge_forces = &self.hinge_forces;
             let panel_forces = self.panel_forces.each_ref().map(|column| &column[..]);
             let (setup, next) = (&self.setup, &next);
-            let (corrections, solve, primal) = (&corrections, &solve, &primal);
+            let (corrections, solve, primal, attach) = (&corrections, &solve, &primal, &attach);
             let mut tile = CpuTile {
                 setup,
                 plan,
@@ -96,6 +97,7 @@ impl<T: Real> CpuBackend<T> {
                 corrections,
                 solve,
                 primal,
+                attach,
                 volume: setup.volume_of_body[plan.body],
                 scratch,
                 contacts: 0,

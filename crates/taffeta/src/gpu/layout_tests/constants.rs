@@ -8,10 +8,12 @@ use crate::collision::press::{LEFT_TO_CONTACT, STICKS};
 use crate::collision::shape::{BoxNow, CapsuleNow, CylinderNow, ENTRIES, PlaneNow, ShapeNow, SphereNow};
 use crate::collision::{mesh, tree, triangle};
 use crate::constraints::attach::ROUNDS as TETHER_ROUNDS;
+use crate::constraints::joints::ROUNDS as GROUP_ROUNDS;
 use crate::constraints::volume::{FEW, FLAT, Form};
 use crate::cpu::{GRAIN, GROOVES, ROUNDS};
 use crate::forces::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::forces::hinge::STIFFEST;
+use crate::gpu::attached::FIELDS;
 use crate::gpu::layout::collider::MESH;
 use crate::gpu::layout::{
     BY_HAND, Collider, FARTHEST, FORCE, GROUP, IS_LOAD, IS_RING, NODE_SUMS, NONE, NOT_A_MESH, OWN,
@@ -25,7 +27,18 @@ use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use taffeta_gpu::wgpu::naga::{Expression, Literal, Module};
 
 /// Constants that the Rust side has within a function, or not at all.
-const ALONE: &[&str] = &["TAN_EIGHTH", "COUNTED_ROW", "FLOOR", "DAMPING", "SWEEPS"];
+const ALONE: &[&str] = &[
+    "TAN_EIGHTH",
+    "COUNTED_ROW",
+    "FLOOR",
+    "DAMPING",
+    "SWEEPS",
+    "JOINT_LEFT",
+    "JOINT_SEARCH",
+    "JOINT_OF_LEFT",
+    "JOINT_OF_SEARCH",
+    "JOINT_LINE",
+];
 
 /// The numbers of a source's constants.
 fn constants(module: &Module) -> BTreeMap<String, f64> {
@@ -98,6 +111,8 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("TOTAL", f64::from(Vector::Total as u32)),
         ("PULLED", f64::from(Vector::Pulled as u32)),
         ("NONE", f64::from(NONE)),
+        ("GROUP_ROUNDS", GROUP_ROUNDS as f64),
+        ("JOINT_FIELDS", FIELDS as f64),
         ("TETHER_ROUNDS", TETHER_ROUNDS as f64),
         ("FARTHEST", f64::from(FARTHEST)),
         ("OWN", OWN as f64),

@@ -118,7 +118,7 @@ fn records() -> Vec<Record> {
         record!(VolumeGroup { first, count, gradients, origin, first_group, groups, goal, form, flags }),
         record!(Chunk { origin, first, count }),
         record!(Meeting { thickness, friction, restitution }),
-        record!(Joint { point, track, a, b, start, end, compliance, break_force, closing; padding }),
+        record!(Joint { point, track, a, b, start, end, compliance, break_force, closing, grouped }),
         record!(Link { a, b, k, damping, rest_length, is_active }),
         record!(LinkGroup { first, count, solve, first_group, groups }),
         record!(NodeGroup { first, count, solve, first_group, is_first }),

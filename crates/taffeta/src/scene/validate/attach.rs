@@ -3,7 +3,7 @@
 use super::MOST_NAMES;
 use super::body::check_select;
 use super::path::{Checked, Path, plain};
-use crate::scene::{Body, Pin, Scene, Seam, SeamSide};
+use crate::scene::{Body, Closing, Pin, Scene, Seam, SeamSide};
 use std::collections::HashMap;
 
 /// `names` are those of the bodies.
@@ -22,6 +22,13 @@ pub(super) fn check_seam(scene: &Scene, path: &Path, seam: &Seam, names: &HashMa
     let close = path.key("close");
     close.key("start").not_negative(seam.close.start, "s")?;
     close.key("end").not_negative(seam.close.end, "s")?;
+    let closed = Closing::default().end;
+    close.key("start").demand(seam.close.start < closed || seam.close.end != closed, || {
+        format!(
+            "is {} s, and the seam is closed at {closed} s where close.end does not say otherwise; a later close.end would do",
+            seam.close.start
+        )
+    })?;
     close.key("end").demand(seam.close.end > seam.close.start, || {
         format!("is {} s, and it starts at {} s; later than that would do", seam.close.end, seam.close.start)
     })?;
