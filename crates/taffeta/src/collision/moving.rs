@@ -111,10 +111,16 @@ impl<T: Real> Touching<T> {
 }
 
 impl MovingCollider {
-    /// From the scene; it must have exactly one shape, and its meshes must be surfaces.
+    /// As [`Self::in_steps`], of any length.
+    #[cfg(test)]
     pub fn new(collider: &Collider) -> Result<Self, SceneError> {
+        Self::in_steps(collider, 0.0)
+    }
+
+    /// From the scene, for sub-steps of at most `step` [s]; it must have exactly one shape, and its meshes must be surfaces.
+    pub fn in_steps(collider: &Collider, step: f64) -> Result<Self, SceneError> {
         Ok(Self {
-            form: Form::new(collider)?,
+            form: Form::new(collider, step)?,
             offset: collider.offset,
             friction: collider.friction,
             restitution: collider.restitution,
@@ -216,11 +222,11 @@ impl MovingCollider {
 }
 
 impl Form {
-    fn new(collider: &Collider) -> Result<Self, SceneError> {
+    fn new(collider: &Collider, step: f64) -> Result<Self, SceneError> {
         let Some(shape) = collider.shape() else {
             return Err(SceneError::new("", "has not exactly one shape"));
         };
-        if let Some(mesh) = mesh_shape(collider, shape)? {
+        if let Some(mesh) = mesh_shape(collider, shape, step)? {
             return Ok(Self::Mesh(Arc::new(mesh)));
         }
         let placed = Placement::new(&collider.place, &[])

@@ -39,6 +39,11 @@ impl Time {
         let start = f64::from(index) * max;
         (start, if index + 1 == count { self.dt - start } else { max })
     }
+
+    /// Length of the longest sub-step [s].
+    pub fn longest_step(&self) -> f64 {
+        self.substep(0).1.max(self.substep(self.substeps() - 1).1)
+    }
 }
 
 /// The share of a sub-step that is not worth one: below, the numbers were meant to divide, as 1/60 s in seven digits and in
@@ -97,6 +102,7 @@ mod tests {
             let (start, last) = time.substep(count - 1);
             assert!((start + last - dt).abs() < 1e-15, "{start} {last}");
             assert!((1e-3 * max_step..=1.001 * max_step).contains(&last), "{last} of {max_step}");
+            assert!(time.longest_step() == last || last < max_step && time.longest_step() == max_step);
         }
     }
 }
