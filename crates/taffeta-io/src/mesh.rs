@@ -31,6 +31,7 @@ mod surface;
 mod triangles;
 mod weld;
 
+pub(crate) use clean::UNUSED;
 pub use error::MeshError;
 pub(crate) use extent::take_off;
 pub use surface::surface_from;

@@ -3,7 +3,7 @@
 use super::files::{NOT_STOOD_IN_FOR, found};
 use super::folders::{Folders, Unusable};
 use super::{LoadError, SceneSource, poses};
-use crate::mesh::{MeshOptions, load_moved, load_pose, take_off};
+use crate::mesh::{MeshOptions, UNUSED, load_moved, load_pose, take_off};
 use std::sync::Arc;
 use taffeta::scene::{Collider, Mesh};
 use taffeta::topology::Surface;
@@ -33,8 +33,11 @@ pub(super) fn fill(
         match (folders.find(name), &stand_in) {
             (Ok(file), _) => {
                 let options = MeshOptions { fill_holes, rest: None, within: folders.all() };
-                let (surface, shift) =
+                let (mut surface, shift) =
                     load_moved(&file, &options).map_err(|error| source.at_path(&place, error.to_string()))?;
+                if key == "convex" {
+                    surface.repairs.retain(|said| !said.ends_with(UNUSED));
+                }
                 (*mesh, moved) = (Some(Mesh::Surface(Arc::new(surface))), shift);
             }
             (Err(Unusable::Missing(why)), Some(shape)) => {

@@ -191,7 +191,7 @@ pub fn mesh_shape(collider: &Collider, shape: Shape<'_>, step: f64) -> Result<Op
         Some(_) if key != "mesh" => {
             return Err(at("poses")(format!("are those of a mesh, and this is a {key}")));
         }
-        Some(given) => poses::given(given, &surface)?,
+        Some(given) => poses::given(given, &surface, solid)?,
     };
     poses.iter_mut().for_each(|pose| placement.apply_all(pose));
     let extent = poses.iter().flatten().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
@@ -202,8 +202,13 @@ pub fn mesh_shape(collider: &Collider, shape: Shape<'_>, step: f64) -> Result<Op
     Ok(Some(MeshShape::new((poses, timing), &surface.triangles, solid, extent)))
 }
 
+/// Vertices of no face count too.
 fn hull_of(mesh: &Mesh) -> Result<Surface, String> {
-    hull(&shapes::surface(mesh)?.nodes)
+    let Surface { mut nodes, vertices, node_of_vertex, .. } = shapes::surface(mesh)?;
+    let nodes_of = node_of_vertex.unwrap_or_default();
+    let loose = nodes_of.iter().zip(&vertices).filter(|(node, _)| **node == u32::MAX);
+    nodes.extend(loose.map(|(_, place)| place));
+    hull(&nodes)
 }
 
 impl MeshShape {

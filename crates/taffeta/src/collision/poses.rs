@@ -2,7 +2,8 @@
 
 use super::triangle::between;
 use crate::scene::{Poses, SceneError};
-use crate::topology::Surface;
+use crate::topology::shapes::LARGEST;
+use crate::topology::{Surface, measure};
 
 /// Places of all nodes [m].
 type Pose = Vec<[f64; 3]>;
@@ -65,9 +66,16 @@ fn mixed(from: &Pose, to: &Pose, share: f64) -> Pose {
     from.iter().zip(to).map(|(from, to)| between(*from, *to, share)).collect()
 }
 
-/// The nodes in each pose that the scene gives.
-pub fn given(poses: &Poses, surface: &Surface) -> Result<Vec<Pose>, SceneError> {
+/// Share of the mesh's volume that a pose may have turned over: a mesh may be laid flat.
+const FLAT: f64 = 1e-3;
+
+/// The nodes in each pose that the scene gives of a mesh, which has an inside or not.
+pub fn given(poses: &Poses, surface: &Surface, solid: bool) -> Result<Vec<Pose>, SceneError> {
     let refuse = |message: String| Err(SceneError::new("poses", message));
+    if poses.nodes.is_empty() {
+        return refuse("has none; one or more would do".to_owned());
+    }
+    let volume = measure::volume(&surface.nodes, &surface.triangles);
     for (i, pose) in poses.nodes.iter().enumerate() {
         if pose.len() != surface.nodes.len() {
             let (have, want) = (pose.len(), surface.nodes.len());
@@ -79,9 +87,17 @@ pub fn given(poses: &Poses, surface: &Surface) -> Result<Vec<Pose>, SceneError> 
                 pose[node]
             ));
         }
-    }
-    if poses.nodes.is_empty() {
-        return refuse("has none; one or more would do".to_owned());
+        if let Some(node) = pose.iter().position(|x| x.iter().any(|x| x.abs() > LARGEST)) {
+            let x = pose[node];
+            return refuse(format!("node {node} of pose {i} is at {x:?} m; within ±{LARGEST} m would do"));
+        }
+        let turned = measure::volume(pose, &surface.triangles);
+        if solid && turned < -FLAT * volume {
+            return refuse(format!(
+                "pose {i} turns the mesh inside out: it has a volume of {turned:e} m³, the mesh of {volume:e} m³; one with its \
+                 faces outward would do"
+            ));
+        }
     }
     Ok(poses.nodes.iter().map(|pose| pose.to_vec()).collect())
 }
