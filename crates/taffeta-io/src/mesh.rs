@@ -31,7 +31,9 @@ mod surface;
 mod triangles;
 mod weld;
 
+pub(crate) use clean::UNUSED;
 pub use error::MeshError;
+pub(crate) use extent::take_off;
 pub use surface::surface_from;
 
 use std::path::{Path, PathBuf};
@@ -88,6 +90,17 @@ impl MeshFormat {
 pub fn load_mesh(path: &Path, options: &MeshOptions) -> Result<Surface, MeshError> {
     let raw = read_mesh(path, options.within)?;
     surface::build(raw, options).map_err(|error| error.in_file(&path.display().to_string()))
+}
+
+/// As [`load_mesh`], and what was taken off all places of a mesh that lay far away [m].
+pub(crate) fn load_moved(path: &Path, options: &MeshOptions) -> Result<(Surface, [f64; 3]), MeshError> {
+    let raw = read_mesh(path, options.within)?;
+    surface::build_moved(raw, options).map_err(|error| error.in_file(&path.display().to_string()))
+}
+
+/// Places of the vertices of `mesh` [m] in another file with its vertices and faces, as they are there.
+pub(crate) fn load_pose(path: &Path, within: &[PathBuf], mesh: &Surface) -> Result<Vec<[f64; 3]>, MeshError> {
+    rest::places(read_mesh(path, within)?, ("pose", path), mesh.vertices.len(), &mesh.polygons)
 }
 
 /// What a mesh file says. Its bytes, which may be many, are gone when this returns.

@@ -115,6 +115,9 @@ fn sewn_corners(triangles: &[[u32; 3]], pairs: Vec<[u32; 2]>) -> Vec<[u32; 2]> {
     pairs.into_iter().filter(ends).collect()
 }
 
+/// What is said of vertices that no face uses, but not of a hull, where they count.
+pub(crate) const UNUSED: &str = ": kept in outputs, not simulated";
+
 /// Drops nodes that no triangle uses. Returns the nodes, and the node of each vertex: `u32::MAX` for a dropped one,
 /// `None` where the vertices are the nodes.
 pub(super) fn compact(
@@ -139,7 +142,7 @@ pub(super) fn compact(
     let unused = node_of_vertex.iter().filter(|&&node| node == u32::MAX).count();
     if unused > 0 {
         let vertices = if unused == 1 { "1 vertex".to_owned() } else { format!("{unused} vertices") };
-        repairs.push(format!("{vertices} of no triangle: kept in outputs, not simulated"));
+        repairs.push(format!("{vertices} of no triangle{UNUSED}"));
     }
     let same =
         kept == node_of_vertex.len() && node_of_vertex.iter().zip(0..).all(|(&node, vertex)| node == vertex);

@@ -27,8 +27,9 @@ pub(super) fn check_counts(raw: &RawMesh) -> Result<(), MeshError> {
     Ok(())
 }
 
-/// Refuses a mesh too large or too small for metres, and moves one that lies far away to the origin.
-pub(super) fn recentre(vertices: &mut [[f64; 3]], repairs: &mut Vec<String>) -> Result<(), MeshError> {
+/// Refuses a mesh too large or too small for metres, and moves one that lies far away to the origin. Returns what is taken off
+/// all places [m].
+pub(super) fn recentre(vertices: &mut [[f64; 3]], repairs: &mut Vec<String>) -> Result<[f64; 3], MeshError> {
     let [low, high] = bounds(vertices.iter().copied());
     let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
     if extent > LARGEST {
@@ -43,15 +44,21 @@ pub(super) fn recentre(vertices: &mut [[f64; 3]], repairs: &mut Vec<String>) -> 
     }
     let centre = [0, 1, 2].map(|axis| low[axis] + 0.5 * (high[axis] - low[axis]));
     let away = centre.iter().fold(0.0_f64, |away, x| away.max(x.abs()));
-    if away > FAR * extent && extent > 0.0 {
-        vertices.iter_mut().for_each(|vertex| *vertex = [0, 1, 2].map(|axis| vertex[axis] - centre[axis]));
-        let [x, y, z] = centre;
-        repairs.push(format!(
-            "the mesh is {extent:.3e} m across and {away:.3e} m from the origin: moved there by ({:e}, {:e}, {:e}) m",
-            0.0 - x,
-            0.0 - y,
-            0.0 - z
-        ));
+    if away <= FAR * extent || extent == 0.0 {
+        return Ok([0.0; 3]);
     }
-    Ok(())
+    take_off(vertices, centre);
+    let [x, y, z] = centre;
+    repairs.push(format!(
+        "the mesh is {extent:.3e} m across and {away:.3e} m from the origin: moved there by ({:e}, {:e}, {:e}) m",
+        0.0 - x,
+        0.0 - y,
+        0.0 - z
+    ));
+    Ok(centre)
+}
+
+/// Takes a shift off places [m].
+pub(crate) fn take_off(places: &mut [[f64; 3]], shift: [f64; 3]) {
+    places.iter_mut().for_each(|place| *place = [0, 1, 2].map(|axis| place[axis] - shift[axis]));
 }

@@ -1,4 +1,4 @@
-//! A mesh's shape at rest, from a second file.
+//! Another shape of a mesh, as that at rest, from a second file.
 
 use super::clean::is_flat;
 use super::triangles::Triangles;
@@ -6,20 +6,24 @@ use super::{MeshError, RawMesh};
 use std::path::Path;
 use taffeta::topology::Polygons;
 
-/// Places of the vertices at rest [m] from what the file `path` says, which must have the mesh's vertices and faces.
-pub(super) fn places(rest: RawMesh, path: &Path, mesh: &RawMesh) -> Result<Vec<[f64; 3]>, MeshError> {
+/// Places of the vertices [m] in another shape from what its file says, which must have the mesh's `vertices` and faces. `what` it
+/// is to the mesh is a word for messages.
+pub(super) fn places(
+    shape: RawMesh,
+    (what, path): (&str, &Path),
+    vertices: usize,
+    faces: &Polygons,
+) -> Result<Vec<[f64; 3]>, MeshError> {
     let path = path.display();
-    let [here, there] = [mesh.vertices.len(), rest.vertices.len()];
-    if here != there {
+    let there = shape.vertices.len();
+    if vertices != there {
         return Err(MeshError::new(format!(
-            "the mesh has {here} vertices and its rest shape {path} has {there}; the same number would do"
+            "the mesh has {vertices} vertices and its {what} {path} has {there}; the same number would do"
         )));
     }
-    match difference(&mesh.polygons, &rest.polygons) {
-        Some(what) => {
-            Err(MeshError::new(format!("{what} there, in the rest shape {path}; the same would do")))
-        }
-        None => Ok(rest.vertices),
+    match difference(faces, &shape.polygons) {
+        Some(face) => Err(MeshError::new(format!("{face} there, in the {what} {path}; the same would do"))),
+        None => Ok(shape.vertices),
     }
 }
 

@@ -31,13 +31,18 @@ pub fn surface_from(
 
 /// As [`surface_from`], for a mesh whose indices and coordinates have been checked.
 pub(super) fn build(raw: RawMesh, options: &MeshOptions) -> Result<Surface, MeshError> {
+    build_moved(raw, options).map(|(surface, _)| surface)
+}
+
+/// As [`build`], and what was taken off all places [m].
+pub(super) fn build_moved(raw: RawMesh, options: &MeshOptions) -> Result<(Surface, [f64; 3]), MeshError> {
     if raw.polygons.is_empty() {
         return Err(MeshError::new("no triangles: the mesh has no faces"));
     }
     check_counts(&raw)?;
     let at_rest = options.rest.map(|path| rest_places(path, options.within, &raw)).transpose()?;
     let RawMesh { mut vertices, polygons, uvs, groups, mut repairs } = raw;
-    recentre(&mut vertices, &mut repairs)?;
+    let shift = recentre(&mut vertices, &mut repairs)?;
     let (mut nodes, mut node_of_vertex) = weld(&vertices, &mut repairs);
     let (mut triangles, faulty) = match at_rest {
         None => Triangles::of_nodes(&polygons, &node_of_vertex, &nodes),
@@ -75,22 +80,15 @@ pub(super) fn build(raw: RawMesh, options: &MeshOptions) -> Result<Surface, Mesh
     let rest = at_rest.map(|places| rest::of_triangles(&triangles, &places, &polygons)).transpose()?;
     let mut triangles = triangles.nodes;
     let (nodes, node_of_vertex) = compact(nodes, node_of_vertex, &mut triangles, &mut repairs);
-    Ok(Surface {
-        vertices,
-        polygons,
-        uvs,
-        groups,
-        nodes,
-        node_of_vertex,
-        triangles,
-        links: Vec::new(),
-        rest,
-        repairs,
-    })
+    let links = Vec::new();
+    let surface =
+        Surface { vertices, polygons, uvs, groups, nodes, node_of_vertex, triangles, links, rest, repairs };
+    Ok((surface, shift))
 }
 
 fn rest_places(path: &Path, within: &[PathBuf], mesh: &RawMesh) -> Result<Vec<[f64; 3]>, MeshError> {
-    let mut places = rest::places(read_mesh(path, within)?, path, mesh)?;
+    let rest = read_mesh(path, within)?;
+    let mut places = rest::places(rest, ("rest shape", path), mesh.vertices.len(), &mesh.polygons)?;
     // Only differences count, so that it may be anywhere.
     recentre(&mut places, &mut Vec::new()).map_err(|error| error.in_file(&path.display().to_string()))?;
     Ok(places)

@@ -3,8 +3,7 @@
 use super::files::{NOT_STOOD_IN_FOR, found};
 use super::folders::{Folders, Unusable};
 use super::{LoadError, SceneSource, poses};
-use crate::mesh::{MeshOptions, load_mesh};
-use std::path::Path;
+use crate::mesh::{MeshOptions, UNUSED, load_moved, load_pose, take_off};
 use std::sync::Arc;
 use taffeta::scene::{Collider, Mesh};
 use taffeta::topology::Surface;
@@ -27,14 +26,19 @@ pub(super) fn fill(
         return Err(source.at_path(&format!("{path}.stand_in"), NOT_STOOD_IN_FOR));
     }
     let (fill_holes, who) = (collider.fill_holes, name(collider, path));
+    let mut moved = [0.0; 3];
     for (key, mesh) in [("mesh", &mut collider.mesh), ("convex", &mut collider.convex)] {
         let Some(Mesh::File(name)) = mesh else { continue };
         let place = format!("{path}.{key}.file");
         match (folders.find(name), &stand_in) {
             (Ok(file), _) => {
-                let surface =
-                    load(&file, fill_holes, folders).map_err(|error| source.at_path(&place, error))?;
-                *mesh = Some(Mesh::Surface(Arc::new(surface)));
+                let options = MeshOptions { fill_holes, rest: None, within: folders.all() };
+                let (mut surface, shift) =
+                    load_moved(&file, &options).map_err(|error| source.at_path(&place, error.to_string()))?;
+                if key == "convex" {
+                    surface.repairs.retain(|said| !said.ends_with(UNUSED));
+                }
+                (*mesh, moved) = (Some(Mesh::Surface(Arc::new(surface))), shift);
             }
             (Err(Unusable::Missing(why)), Some(shape)) => {
                 notes.push(format!("collider `{who}` uses its stand-in: {why}"));
@@ -47,7 +51,7 @@ pub(super) fn fill(
             }
         }
     }
-    fill_poses(collider, path, folders, source)
+    fill_poses(collider, moved, path, folders, source)
 }
 
 /// Its own name or, without one, its place in the scene.
@@ -55,13 +59,10 @@ fn name(collider: &Collider, path: &str) -> String {
     if collider.name.is_empty() { path.to_owned() } else { collider.name.clone() }
 }
 
-fn load(file: &Path, fill_holes: bool, folders: &Folders) -> Result<Surface, String> {
-    let options = MeshOptions { fill_holes, rest: None, within: folders.all() };
-    load_mesh(file, &options).map_err(|error| error.to_string())
-}
-
+/// Reads the poses of a mesh, which all move as it was `moved` to the origin [m].
 fn fill_poses(
     collider: &mut Collider,
+    moved: [f64; 3],
     path: &str,
     folders: &Folders,
     source: &SceneSource,
@@ -85,14 +86,11 @@ fn fill_poses(
     for (index, name) in poses.files.iter().enumerate() {
         let place = format!("{path}.poses.files[{index}]");
         let file = found(folders, name, &place, source)?;
-        let pose = load(&file, false, folders).map_err(|what| source.at_path(&place, what))?;
-        let [have, want] = [&pose, surface].map(|one| one.vertices.len());
-        if have != want {
-            let what = format!("{}: has {have} vertices, the mesh {want}; as many would do", file.display());
-            return Err(source.at_path(&place, what));
-        }
-        all.push(pose.vertices);
+        let pose = load_pose(&file, folders.all(), surface)
+            .map_err(|error| source.at_path(&place, error.to_string()))?;
+        all.push(pose);
     }
+    all.iter_mut().for_each(|pose| take_off(pose, moved));
     let vertices = first_vertices(surface);
     let by_node =
         |pose: Vec<[f64; 3]>| Arc::new(vertices.iter().map(|&vertex| pose[vertex]).collect::<Vec<_>>());

@@ -163,10 +163,10 @@ impl Assembly {
 }
 
 fn colliders(scene: &Scene) -> Result<Vec<MovingCollider>, SceneError> {
+    let step = scene.time.longest_step();
+    let at = |i: usize| move |error: SceneError| error.under(&format!("collider[{i}]"));
     let numbered = scene.colliders.iter().enumerate();
-    numbered
-        .map(|(i, one)| MovingCollider::new(one).map_err(|error| error.under(&format!("collider[{i}]"))))
-        .collect()
+    numbered.map(|(i, one)| MovingCollider::in_steps(one, step).map_err(at(i))).collect()
 }
 
 impl SceneError {

@@ -8,11 +8,12 @@
 
 use super::hull::hull;
 use super::moving::Rigid;
+use super::poses::{self, Timing};
 use super::shape::ShapeNow;
 use super::tree::Tree;
 use super::triangle::{Corners, Crossing, Nearest, between, crossing, mix, nearest, normal_of, pseudonormal};
 use crate::real::{Real, add, dot, norm, scale, sub};
-use crate::scene::{Collider, Mesh, Poses, SceneError, Shape};
+use crate::scene::{Collider, Mesh, SceneError, Shape};
 use crate::topology::{Edges, Placement, Surface, ground, measure, shapes};
 
 /// A mesh over time, placed.
@@ -26,9 +27,7 @@ pub struct MeshShape {
     pub boxes: Vec<Vec<[[f64; 3]; 2]>>,
     /// Whether it has an inside.
     pub solid: bool,
-    /// Time between poses, and when it is in the first [s].
-    interval: f64,
-    start: f64,
+    timing: Timing,
     /// The longest way of a node up to each pose [m].
     travel: Vec<f64>,
     /// Largest coordinate of a node [m].
@@ -115,9 +114,9 @@ impl MeshShape {
 
     /// Where it is at time `t` + `h` [s], having moved since `t`.
     pub fn at<T: Real>(&self, index: u32, place: Rigid<T>, offset: f64, (t, h): (f64, f64)) -> MeshNow<T> {
-        let (before, after) = (self.in_poses(t), self.in_poses(t + h));
+        let (before, after) = (self.timing.in_poses(t), self.timing.in_poses(t + h));
         let pose = (after.ceil() as usize).saturating_sub(1);
-        // A sub-step longer than the way between two poses is taken to come from the pose before.
+        // No sub-step is longer than the time between two poses, but for rounding.
         let share = |time: f64| (time - pose as f64).max(-1.0);
         let (way, travel) = (self.travel(before), self.travel(after));
         let extent = place.shift.iter().fold(self.extent, |most, x| most.max(x.to_f64().abs()));
@@ -134,18 +133,9 @@ impl MeshShape {
         }
     }
 
-    /// A time [s] counted in poses.
-    fn in_poses(&self, t: f64) -> f64 {
-        ((t - self.start) / self.interval).clamp(0.0, self.poses.len() as f64 - 1.0)
-    }
-
     /// Nodes at time `t` [s], before its rigid motion [m].
     pub fn nodes(&self, t: f64) -> Vec<[f64; 3]> {
-        let time = self.in_poses(t);
-        let pose = time.floor() as usize;
-        let next = (pose + 1).min(self.poses.len() - 1);
-        let pairs = self.poses[pose].iter().zip(&self.poses[next]);
-        pairs.map(|(from, to)| between(*from, *to, time - pose as f64)).collect()
+        poses::at(&self.poses, self.timing.in_poses(t))
     }
 
     /// The longest way of a node up to a time, counted in poses [m].
@@ -173,8 +163,8 @@ impl MeshShape {
     }
 }
 
-/// The triangles of a collider that has some.
-pub fn mesh_shape(collider: &Collider, shape: Shape<'_>) -> Result<Option<MeshShape>, SceneError> {
+/// The triangles of a collider that has some, for sub-steps of at most `step` [s].
+pub fn mesh_shape(collider: &Collider, shape: Shape<'_>, step: f64) -> Result<Option<MeshShape>, SceneError> {
     let at = |key: &'static str| move |message: String| SceneError::new(key, message);
     let (mut surface, key) = match shape {
         Shape::Mesh(mesh) => (shapes::surface(mesh).map_err(at("mesh"))?, "mesh"),
@@ -196,43 +186,38 @@ pub fn mesh_shape(collider: &Collider, shape: Shape<'_>) -> Result<Option<MeshSh
     }
     let placement = Placement::new(&collider.place, &surface.nodes)
         .map_err(|(field, message)| SceneError::new(field, message))?;
-    let poses = posed(collider.poses.as_ref(), &surface, key)?;
-    Ok(Some(MeshShape::new(poses, &surface.triangles, &placement, (solid, collider.poses.as_ref()))))
+    let mut poses = match &collider.poses {
+        None => vec![surface.nodes.clone()],
+        Some(_) if key != "mesh" => {
+            return Err(at("poses")(format!("are those of a mesh, and this is a {key}")));
+        }
+        Some(given) => poses::given(given, &surface, solid)?,
+    };
+    poses.iter_mut().for_each(|pose| placement.apply_all(pose));
+    let extent = poses.iter().flatten().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let (poses, timing) = match &collider.poses {
+        None => (poses, Timing::STILL),
+        Some(given) => Timing::fit(poses, given, step),
+    };
+    Ok(Some(MeshShape::new((poses, timing), &surface.triangles, solid, extent)))
 }
 
+/// Vertices of no face count too.
 fn hull_of(mesh: &Mesh) -> Result<Surface, String> {
-    hull(&shapes::surface(mesh)?.nodes)
-}
-
-/// The nodes in each pose.
-fn posed(poses: Option<&Poses>, surface: &Surface, key: &str) -> Result<Vec<Vec<[f64; 3]>>, SceneError> {
-    let Some(poses) = poses else { return Ok(vec![surface.nodes.clone()]) };
-    if key != "mesh" {
-        return Err(SceneError::new("poses", format!("are those of a mesh, and this is a {key}")));
-    }
-    for (i, pose) in poses.nodes.iter().enumerate() {
-        if pose.len() != surface.nodes.len() {
-            let (have, want) = (pose.len(), surface.nodes.len());
-            let message = format!("pose {i} has {have} nodes, the mesh {want}; as many would do");
-            return Err(SceneError::new("poses", message));
-        }
-        if let Some(node) = pose.iter().position(|x| x.iter().any(|x| !x.is_finite())) {
-            let message = format!("node {node} of pose {i} is at {:?}; finite numbers would do", pose[node]);
-            return Err(SceneError::new("poses", message));
-        }
-    }
-    let nodes: Vec<_> = poses.nodes.iter().map(|pose| pose.to_vec()).collect();
-    if nodes.is_empty() { Err(SceneError::new("poses", "has none; one or more would do")) } else { Ok(nodes) }
+    let Surface { mut nodes, vertices, node_of_vertex, .. } = shapes::surface(mesh)?;
+    let nodes_of = node_of_vertex.unwrap_or_default();
+    let loose = nodes_of.iter().zip(&vertices).filter(|(node, _)| **node == u32::MAX);
+    nodes.extend(loose.map(|(_, place)| place));
+    hull(&nodes)
 }
 
 impl MeshShape {
     fn new(
-        mut poses: Vec<Vec<[f64; 3]>>,
+        (poses, timing): (Vec<Vec<[f64; 3]>>, Timing),
         triangles: &[[u32; 3]],
-        placement: &Placement,
-        (solid, timing): (bool, Option<&Poses>),
+        solid: bool,
+        extent: f64,
     ) -> Self {
-        poses.iter_mut().for_each(|pose| placement.apply_all(pose));
         let (triangles, boxes) = Tree::<f64>::boxes(&poses, triangles);
         let way = |pair: &[Vec<[f64; 3]>]| {
             pair[0].iter().zip(&pair[1]).map(|(a, b)| norm(sub(*b, *a))).fold(0.0, f64::max)
@@ -241,9 +226,7 @@ impl MeshShape {
         for pair in poses.windows(2) {
             travel.push(travel[travel.len() - 1] + way(pair));
         }
-        let extent = poses.iter().flatten().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let (interval, start) = timing.map_or((1.0, 0.0), |poses| (poses.interval, poses.start));
-        Self { poses, triangles, boxes, solid, interval, start, travel, extent }
+        Self { poses, triangles, boxes, solid, timing, travel, extent }
     }
 }
 

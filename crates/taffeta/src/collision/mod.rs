@@ -6,6 +6,7 @@ mod hull;
 pub mod mesh;
 pub mod moving;
 pub mod pair;
+mod poses;
 pub mod press;
 pub mod shape;
 pub mod tree;

@@ -9,6 +9,9 @@ use crate::scene::{self, Collider, SceneError, Shape};
 use crate::topology::Placement;
 use std::sync::Arc;
 
+/// A bar whose ends are nearer than this is a ball [m].
+const SMALLEST: f64 = 1e-15;
+
 /// A collider over time.
 #[derive(Clone, Debug)]
 pub struct MovingCollider {
@@ -111,10 +114,16 @@ impl<T: Real> Touching<T> {
 }
 
 impl MovingCollider {
-    /// From the scene; it must have exactly one shape, and its meshes must be surfaces.
+    /// As [`Self::in_steps`], of any length.
+    #[cfg(test)]
     pub fn new(collider: &Collider) -> Result<Self, SceneError> {
+        Self::in_steps(collider, 0.0)
+    }
+
+    /// From the scene, for sub-steps of at most `step` [s]; it must have exactly one shape, and its meshes must be surfaces.
+    pub fn in_steps(collider: &Collider, step: f64) -> Result<Self, SceneError> {
         Ok(Self {
-            form: Form::new(collider)?,
+            form: Form::new(collider, step)?,
             offset: collider.offset,
             friction: collider.friction,
             restitution: collider.restitution,
@@ -187,7 +196,7 @@ impl MovingCollider {
                 let (a, b) = (pose.apply(bar.a), pose.apply(bar.b));
                 let along = sub(b, a);
                 let squared = dot(along, along);
-                let inverse = if squared > 0.0 { 1.0 / squared } else { 0.0 };
+                let inverse = if squared > SMALLEST * SMALLEST { 1.0 / squared } else { 0.0 };
                 ShapeNow::Capsule(CapsuleNow {
                     a: a.map(number),
                     along: along.map(number),
@@ -216,14 +225,15 @@ impl MovingCollider {
 }
 
 impl Form {
-    fn new(collider: &Collider) -> Result<Self, SceneError> {
+    fn new(collider: &Collider, step: f64) -> Result<Self, SceneError> {
         let Some(shape) = collider.shape() else {
             return Err(SceneError::new("", "has not exactly one shape"));
         };
-        if let Some(mesh) = mesh_shape(collider, shape)? {
+        if let Some(mesh) = mesh_shape(collider, shape, step)? {
             return Ok(Self::Mesh(Arc::new(mesh)));
         }
-        let placed = Placement::new(&collider.place, &[])
+        let across = if collider.place.scale.is_some() { corners(shape) } else { [[0.0; 3]; 2] };
+        let placed = Placement::new(&collider.place, &across)
             .map_err(|(field, message)| SceneError::new(field, message))?;
         let at = |x: [f64; 3]| placed.apply(x);
         let bar =
@@ -247,6 +257,20 @@ impl Form {
                 return Err(SceneError::new("", "has a mesh without triangles"));
             }
         })
+    }
+}
+
+/// Two corners of a box that has a shape's lengths [m].
+fn corners(shape: Shape<'_>) -> [[f64; 3]; 2] {
+    let ball = |center: [f64; 3], r: f64| [center.map(|x| x - r), center.map(|x| x + r)];
+    match shape {
+        Shape::Sphere(one) => ball(one.center, one.radius),
+        Shape::Box(one) => [sub(one.center, one.half), add(one.center, one.half)],
+        Shape::Capsule(bar) | Shape::Cylinder(bar) => {
+            let reach = bar.radius + norm(sub(bar.b, bar.a)) / 2.0;
+            ball(scale(add(bar.a, bar.b), 0.5), reach)
+        }
+        _ => [[0.0; 3]; 2],
     }
 }
 

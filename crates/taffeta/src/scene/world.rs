@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 pub struct Time {
     /// One frame [s].
     pub dt: f64,
-    /// Longest sub-step [s]: a frame is ceil(dt/max_step) of them, the last takes the rest. Without it: `dt`.
+    /// Longest sub-step [s]: a frame is ceil(dt/max_step) of them, the last takes the rest, and a rest below a thousandth
+    /// of `max_step` as well. Without it: `dt`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_step: Option<f64>,
     /// How many frames a run has.
@@ -25,8 +26,7 @@ impl Time {
     /// Number of sub-steps in a frame.
     pub fn substeps(&self) -> u32 {
         let max = self.max_step.unwrap_or(self.dt);
-        // A hair of slack: 0.1 s in steps of 0.01 s is ten, not eleven.
-        ((self.dt / max) * (1.0 - 1e-9)).ceil().max(1.0) as u32
+        (self.dt / max - SLIVER).ceil().max(1.0) as u32
     }
 
     /// Start within the frame and length of sub-step `index` [s].
@@ -39,7 +39,16 @@ impl Time {
         let start = f64::from(index) * max;
         (start, if index + 1 == count { self.dt - start } else { max })
     }
+
+    /// Length of the longest sub-step [s].
+    pub fn longest_step(&self) -> f64 {
+        self.substep(0).1.max(self.substep(self.substeps() - 1).1)
+    }
 }
+
+/// The share of a sub-step that is not worth one: below, the numbers were meant to divide, as 1/60 s in seven digits and in
+/// fifteen are.
+const SLIVER: f64 = 1e-3;
 
 /// What acts on every node.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -76,5 +85,24 @@ mod tests {
         assert_eq!(tenth.substeps(), 10);
         assert_eq!(Time { dt: 0.3, max_step: Some(0.1), frames: 1 }.substeps(), 3);
         assert_eq!(Time { dt: 0.01, max_step: Some(1.0), frames: 1 }.substep(0), (0.0, 0.01));
+    }
+
+    #[test]
+    fn digits_that_are_left_out_make_no_sub_step() {
+        for (dt, max_step, count) in [
+            (0.0166666667, 1.0 / 60.0, 1),
+            (0.016667, 1.0 / 60.0, 1),
+            (0.0333333334, 1.0 / 120.0, 4),
+            (1.0 / 60.0, 0.00833333, 2),
+            (1.0 / 60.0, 1.66666e-8, 1_000_004),
+            (0.01, 0.00999, 2),
+        ] {
+            let time = Time { dt, max_step: Some(max_step), frames: 1 };
+            assert_eq!(time.substeps(), count, "{dt} s in steps of {max_step} s");
+            let (start, last) = time.substep(count - 1);
+            assert!((start + last - dt).abs() < 1e-15, "{start} {last}");
+            assert!((1e-3 * max_step..=1.001 * max_step).contains(&last), "{last} of {max_step}");
+            assert!(time.longest_step() == last || last < max_step && time.longest_step() == max_step);
+        }
     }
 }

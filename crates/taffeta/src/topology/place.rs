@@ -17,7 +17,8 @@ pub struct Placement {
 
 impl Placement {
     /// The placement of a body with these nodes [m]; they count where `fit` asks for their largest extent (two
-    /// opposite corners of their box would do). The error is (field, message), the field as keys from the body.
+    /// opposite corners of their box would do). The error is (field, message), the field as keys from the body; none where it is
+    /// as large as it says.
     pub fn new(place: &Place, nodes: &[[f64; 3]]) -> Result<Self, (&'static str, String)> {
         let factor = match place.fit {
             None => place.scale.unwrap_or(1.0),
@@ -30,6 +31,9 @@ impl Placement {
                 field,
                 format!("makes a factor of {factor} from an extent of {from} m; more than 0 would do"),
             ));
+        }
+        if factor * from > LARGEST && place.fit.is_none() && place.scale.is_none() {
+            return Err(("", format!("has an extent of {from:e} m; at most {LARGEST} m would do")));
         }
         if factor * from > LARGEST {
             let message = format!(
@@ -128,6 +132,8 @@ mod tests {
         let (field, message) = refused(Place { scale: Some(1e7), ..Place::default() });
         assert_eq!((field, message.contains("extent of 2e7 m from 2 m")), ("place.scale", true), "{message}");
         assert_eq!(refused(Place { fit: Some(1e7), ..Place::default() }).0, "place.fit");
+        let (field, message) = Placement::new(&Place::default(), &[[0.0; 3], [2e6; 3]]).unwrap_err();
+        assert_eq!((field, message.contains("has an extent of 2e6 m")), ("", true), "{message}");
         let (field, message) = refused(Place { position: [0.0, -1e9, 0.0], ..Place::default() });
         assert_eq!((field, message.contains("is -1e9 m")), ("place.position", true), "{message}");
     }

@@ -2,7 +2,7 @@
 
 use super::depth::data;
 use super::reference::{Faces, turn};
-use crate::common::{V, add, build_as, positions, run, sub, turned, weightless};
+use crate::common::{V, add, build_as, norm, positions, run, sub, turned, weightless};
 use taffeta::Precision;
 use taffeta::scene::{
     Acad, Body, Collider, ConstraintForm, Cylinder, Ice, Keyframe, Mass, Mesh, Method, Scene, Solver,
@@ -102,6 +102,65 @@ fn sheets_that_poses_move_take_nodes_along() {
             let scene = weightless("poses", h, h).body(nodes([0.01, 0.7, 0.02])).collider(sheet);
             let own = |x: V, t: f64| sub(x, [0.0, 50.0 * t - 0.11, 0.0]);
             stay_above(&format!("poses of {interval} s, {h} s"), &scene, precision, 0.15, own);
+        }
+    }
+}
+
+#[test]
+fn poses_that_come_faster_than_sub_steps_take_nodes_along() {
+    let faces = Faces::of(&Mesh::grid(8, 11, [2.0, 2.0]));
+    let h = 1.0 / 60.0;
+    // The last three take a whole number of sub-steps, one to rounding, and less than one.
+    let films =
+        [(77.0, 40), (240.0, 120), (333.3, 160), (1000.0, 500), (120.0, 61), (119.999999, 61), (1000.0, 17)];
+    for (rate, count) in films {
+        for (speed, precision) in [1.0, 7.0, 50.0].into_iter().flat_map(|v| PRECISIONS.map(|p| (v, p))) {
+            let at = |i: i32| {
+                faces.nodes.iter().map(|x| add(*x, [0.0, speed / rate * f64::from(i), 0.0])).collect()
+            };
+            let poses: Vec<Vec<V>> = (0..count).map(at).collect();
+            let end = f64::from(count - 1) / rate;
+            let sheet = Collider::mesh(data(faces.nodes.clone(), faces.triangles.clone()));
+            let sheet = sheet.posed(1.0 / rate, poses).offset(OFFSET).friction(0.0);
+            let scene =
+                weightless("dense", h, h).body(nodes([0.01, 0.1 * speed * end, 0.02])).collider(sheet);
+            let mut simulation = build_as(&scene, precision, 1);
+            let what = format!("{count} poses, {rate} a second, {speed} m/s, {precision}");
+            let mut contacts = 0;
+            while simulation.report().time < end + h {
+                run(&mut simulation, 1);
+                contacts = contacts.max(simulation.report().contacts);
+                for share in [0.3, 0.7, 1.0] {
+                    let t = simulation.report().time + (share - 1.0) * h;
+                    let level = speed * t.min(end);
+                    let own = simulation.collider_nodes(0, share).unwrap();
+                    assert!(own.iter().all(|x| (x[1] - level).abs() < 1e-6), "{what}, {t} s: {:?}", own[0]);
+                }
+                let level = speed * simulation.report().time.min(end);
+                for x in positions(&simulation) {
+                    assert!(x[1] > level, "{what}, {} s: {x:?}", simulation.report().time);
+                }
+            }
+            assert_eq!(contacts, 49, "{what}");
+        }
+    }
+}
+
+#[test]
+fn of_dense_poses_sub_steps_that_are_a_whole_number_of_them_see_what_the_file_has() {
+    let faces = Faces::of(&Mesh::grid(3, 3, [1.0, 1.0]));
+    let turned = |i: i32| faces.nodes.iter().map(|&x| turn([0.0, 0.0, 1.0], 3.0 * f64::from(i), x)).collect();
+    let poses: Vec<Vec<V>> = (0..103).map(turned).collect();
+    let sheet = Collider::mesh(data(faces.nodes.clone(), faces.triangles.clone()));
+    let scene = weightless("whole", 0.02, 0.02)
+        .body(nodes([9.0, 9.0, 9.0]))
+        .collider(sheet.posed(0.005, poses.clone()).offset(OFFSET));
+    let mut simulation = build_as(&scene, Precision::F64, 1);
+    for frame in 1..30_usize {
+        run(&mut simulation, 1);
+        let own = simulation.collider_nodes(0, 1.0).unwrap();
+        for (x, given) in own.iter().zip(&poses[(4 * frame).min(102)]) {
+            assert!(norm(sub(*x, *given)) < 1e-12, "frame {frame}: {x:?}, not {given:?}");
         }
     }
 }

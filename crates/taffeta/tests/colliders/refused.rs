@@ -2,10 +2,14 @@
 
 use super::depth::data;
 use super::reference::Faces;
+use crate::common::{build_as, run};
+use std::sync::Arc;
 use taffeta::scene::{
-    Bar, Body, Collider, Cuboid, Cylinder, Heightfield, Keyframe, Mass, Mesh, Place, Poses, Scene, Sphere,
+    Bar, Body, Collider, Cube, Cuboid, Cylinder, Heightfield, Keyframe, Mass, Mesh, Place, Poses, Scene,
+    Sphere,
 };
-use taffeta::{Options, Simulation};
+use taffeta::topology::shapes::surface;
+use taffeta::{Options, Precision, Simulation};
 
 /// The message about the second of two colliders.
 fn refused(collider: Collider) -> String {
@@ -70,6 +74,56 @@ fn sizes_are_above_zero() {
 }
 
 #[test]
+fn lengths_and_places_are_within_a_thousand_kilometres() {
+    let at = |path: &str, collider| says(collider, &format!("collider[1].{path}"), "000 m would do");
+    at("sphere.radius", Collider::sphere([0.0; 3], 1e9));
+    at("sphere.center", Collider::sphere([0.0, 2e6, 0.0], 1.0));
+    at("offset", Collider::sphere([0.0; 3], 1.0).offset(1e9));
+    at("motion[0].translate", Collider::mesh(grid()).keyframe(Keyframe::translate(1.0, [1e14, 0.0, 0.0])));
+    at("plane.point", Collider::plane([0.0, -1e7, 0.0], [0.0, 1.0, 0.0]));
+    at("box.half[1]", Collider::cuboid([0.0; 3], [1.0, 1e7, 1.0]));
+    at("cylinder.b", Collider::cylinder([0.0; 3], [1e7, 0.0, 0.0], 1.0));
+    at("capsule.radius", Collider::capsule([0.0; 3], [1.0, 0.0, 0.0], 1e7));
+    at("heightfield.heights", Collider::heightfield([1.0; 2], vec![vec![0.0, 1e9], vec![0.0, 1.0]]));
+    let large = Place { scale: Some(1e7), ..Place::default() };
+    at("place.scale", Collider::sphere([0.0; 3], 1.0).placed(large));
+    let block = Collider::heightfield([1.0; 2], vec![vec![-8e5, 8e5], vec![0.0, 1.0]]);
+    says(block, "collider[1]: has an extent of 1.600001e6 m", "1000000 m would do");
+}
+
+#[test]
+fn bars_with_ends_at_one_place_to_rounding_have_numbers() {
+    let bar = |length| Collider::cylinder([0.0; 3], [length, 0.0, 0.0], 0.6);
+    says(bar(1e-300), "collider[1].cylinder.b", "apart");
+    says(bar(1e-20), "collider[1].cylinder.b", "is 1e-20 m from a; 1e-15 m or more would do");
+    let ball = |length| (Collider::capsule([0.0; 3], [length, 0.0, 0.0], 0.6), 5);
+    let shapes = [1e-300, 1e-160, 1e-20, 1e-15, 1e-10].map(ball).into_iter();
+    for (collider, touched) in shapes.chain([1e-15, 1e-10].map(|length| (bar(length), 3))) {
+        for precision in [Precision::F32, Precision::F64] {
+            let body = Body::cloth("cloth", grid()).with_mass(Mass::Node(0.01));
+            let scene = Scene::new("short").body(body).collider(collider.clone());
+            let mut simulation = build_as(&scene, precision, 1);
+            run(&mut simulation, 1);
+            assert_eq!(simulation.report().contacts, touched, "{collider:?}, {precision}");
+        }
+    }
+}
+
+#[test]
+fn vertices_of_no_face_belong_to_a_hull() {
+    let mut cube = surface(&Mesh::Cube(Cube { size: 1.0, divisions: 1 })).unwrap();
+    cube.vertices.push([0.0, 4.0, 0.0]);
+    let nodes = (0..cube.nodes.len() as u32).chain([u32::MAX]).collect();
+    cube.node_of_vertex = Some(nodes);
+    let hull = Collider::convex(Mesh::Surface(Arc::new(cube))).offset(0.0);
+    let body =
+        Body::cloth("cloth", Mesh::grid(3, 3, [0.01, 0.01])).with_mass(Mass::Node(0.01)).at([0.0, 3.0, 0.0]);
+    let mut simulation = build_as(&Scene::new("hull").body(body).collider(hull), Precision::F64, 1);
+    run(&mut simulation, 1);
+    assert_eq!(simulation.report().contacts, 9);
+}
+
+#[test]
 fn meshes_are_surfaces() {
     says(Collider::mesh(Mesh::chain(3, 1.0)), "collider[1].mesh", "chain");
     says(Collider::convex(Mesh::chain(3, 1.0)), "collider[1].convex", "chain");
@@ -94,6 +148,21 @@ fn poses_fit_their_mesh() {
     let mut lost = nodes.clone();
     lost[4][2] = f64::NAN;
     says(posed(vec![nodes.clone(), lost]), "collider[1].poses", "node 4 of pose 1");
+    let mut far = nodes.clone();
+    far[4][2] = 1e30;
+    says(
+        posed(vec![nodes.clone(), far]),
+        "collider[1].poses",
+        "node 4 of pose 1 is at [0.0, 0.0, 1e30] m; within ±1000000 m",
+    );
+    let cube = Faces::of(&Mesh::Cube(Cube { size: 1.0, divisions: 1 }));
+    let scaled = |s: f64| cube.nodes.iter().map(|x| [s * x[0], x[1], x[2]]).collect::<Vec<_>>();
+    let solid = |s: f64| {
+        let mesh = Collider::mesh(data(cube.nodes.clone(), cube.triangles.clone()));
+        mesh.posed(0.1, vec![scaled(1.0), scaled(s)])
+    };
+    says(solid(-1.0), "collider[1].poses", "pose 1 turns the mesh inside out");
+    assert_eq!(refused(solid(0.0)), "");
     for interval in [0.0, -1.0, f64::NAN] {
         let poses = vec![nodes.clone(); 2];
         says(Collider::mesh(grid()).posed(interval, poses), "collider[1].poses.interval", "");

@@ -1,8 +1,9 @@
 //! Colliders: one shape, of a size, that moves in order.
 
 use super::body::{NO_HOLES, check_mesh, check_place};
-use super::path::{Checked, Path};
+use super::path::{Checked, Path, SMALLEST, plain};
 use super::{check_motion, counts};
+use crate::real::{norm, sub};
 use crate::scene::{Bar, Collider, Heightfield, Mesh, Poses, Shape};
 
 pub(super) fn check(path: &Path, collider: &Collider) -> Checked {
@@ -20,9 +21,15 @@ pub(super) fn check(path: &Path, collider: &Collider) -> Checked {
         check_poses(&path.key("poses"), poses)?;
     }
     path.key("offset").not_negative(collider.offset, "m")?;
+    path.key("offset").short(collider.offset)?;
     path.key("friction").not_negative(collider.friction, "")?;
     path.key("restitution").share(collider.restitution)?;
-    check_motion(path, &collider.motion)
+    check_motion(path, &collider.motion)?;
+    collider.motion.iter().enumerate().try_for_each(|(i, key)| {
+        let path = path.nth("motion", i);
+        path.key("translate").within(&key.translate)?;
+        path.key("pivot").within(&key.pivot)
+    })
 }
 
 /// Where it is, how large, and that what belongs to a mesh is said of one.
@@ -41,25 +48,29 @@ fn check_shape(path: &Path, shape: Shape<'_>) -> Checked {
     match shape {
         Shape::Sphere(ball) => {
             let path = path.key("sphere");
-            path.key("center").finite(&ball.center)?;
-            path.key("radius").positive(ball.radius, "m")
+            path.key("center").within(&ball.center)?;
+            path.key("radius").length(ball.radius)
         }
         Shape::Plane(plane) => {
             let path = path.key("plane");
-            path.key("point").finite(&plane.point)?;
+            path.key("point").within(&plane.point)?;
             path.key("normal").direction(plane.normal)
         }
         Shape::Box(cuboid) => {
             let path = path.key("box");
-            path.key("center").finite(&cuboid.center)?;
-            cuboid.half.iter().enumerate().try_for_each(|(i, &half)| path.nth("half", i).positive(half, "m"))
+            path.key("center").within(&cuboid.center)?;
+            cuboid.half.iter().enumerate().try_for_each(|(i, &half)| path.nth("half", i).length(half))
         }
         Shape::Capsule(bar) => check_bar(&path.key("capsule"), &bar),
         Shape::Cylinder(bar) => {
             let path = path.key("cylinder");
             check_bar(&path, &bar)?;
-            path.key("b").demand(bar.a != bar.b, || {
+            let apart = norm(sub(bar.b, bar.a));
+            path.key("b").demand(apart > 0.0, || {
                 format!("is {:?}, as is a; two ends that are apart would do", bar.b)
+            })?;
+            path.key("b").demand(apart >= SMALLEST, || {
+                format!("is {} m from a; {} m or more would do", plain(apart), plain(SMALLEST))
             })
         }
         Shape::Mesh(mesh) => check_surface(path, "mesh", mesh),
@@ -69,9 +80,9 @@ fn check_shape(path: &Path, shape: Shape<'_>) -> Checked {
 }
 
 fn check_bar(path: &Path, bar: &Bar) -> Checked {
-    path.key("a").finite(&bar.a)?;
-    path.key("b").finite(&bar.b)?;
-    path.key("radius").positive(bar.radius, "m")
+    path.key("a").within(&bar.a)?;
+    path.key("b").within(&bar.b)?;
+    path.key("radius").length(bar.radius)
 }
 
 fn check_surface(path: &Path, key: &str, mesh: &Mesh) -> Checked {
@@ -85,10 +96,10 @@ fn check_surface(path: &Path, key: &str, mesh: &Mesh) -> Checked {
 }
 
 fn check_heightfield(path: &Path, field: &Heightfield) -> Checked {
-    field.size.iter().enumerate().try_for_each(|(i, &size)| path.nth("size", i).positive(size, "m"))?;
-    path.key("depth").positive(field.depth, "m")?;
+    field.size.iter().enumerate().try_for_each(|(i, &size)| path.nth("size", i).length(size))?;
+    path.key("depth").length(field.depth)?;
     let heights = field.heights.iter().flatten();
-    heights.copied().try_for_each(|height| path.key("heights").finite(&[height]))
+    heights.copied().try_for_each(|height| path.key("heights").within(&[height]))
 }
 
 fn check_poses(path: &Path, poses: &Poses) -> Checked {

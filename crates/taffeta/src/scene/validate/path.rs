@@ -1,10 +1,11 @@
 //! Places in a scene, and what may stand there.
 
 use super::SceneError;
+use crate::topology::shapes::LARGEST as LARGEST_LENGTH;
 
 /// Largest and smallest size of a number: beyond, 32 bits and squares have no room for it.
 const LARGEST: f64 = 1e15;
-const SMALLEST: f64 = 1e-15;
+pub(super) const SMALLEST: f64 = 1e-15;
 
 pub(super) type Checked = Result<(), SceneError>;
 
@@ -52,6 +53,26 @@ impl Path {
         self.demand(value <= LARGEST, || {
             format!("is {}, up to {} would do", quantity(value, unit), quantity(LARGEST, unit))
         })
+    }
+
+    /// A length that a shape may have [m].
+    pub(super) fn length(&self, value: f64) -> Checked {
+        self.positive(value, "m")?;
+        self.short(value)
+    }
+
+    /// No longer than a shape may be [m].
+    pub(super) fn short(&self, value: f64) -> Checked {
+        self.demand(value <= LARGEST_LENGTH, || {
+            format!("is {} m, at most {LARGEST_LENGTH} m would do", plain(value))
+        })
+    }
+
+    /// A place that a shape may have, or a way that it may go [m].
+    pub(super) fn within(&self, place: &[f64]) -> Checked {
+        self.finite(place)?;
+        let far = place.iter().any(|x| x.abs() > LARGEST_LENGTH);
+        self.demand(!far, || format!("is {place:?} m, within ±{LARGEST_LENGTH} m would do"))
     }
 
     /// From 0 to 1.
