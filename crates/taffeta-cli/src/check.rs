@@ -24,6 +24,9 @@ pub struct Args {
     /// Close the holes of the mesh first, as fill_holes = true in a scene
     #[arg(long)]
     fill_holes: bool,
+    /// Change a value of the scene: body.flag.springs.structural.k=500; may be given several times
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    sets: Vec<String>,
     /// Print the answer as JSON
     #[arg(long)]
     json: bool,
@@ -42,6 +45,12 @@ enum MeshKind {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let is_scene = args.path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
     if !is_scene {
+        if !args.sets.is_empty() {
+            let path = args.path.display();
+            return Err(Failure::Input(format!(
+                "--set is for scenes, which end in .toml, and {path} does not"
+            )));
+        }
         return mesh::check(args);
     }
     if args.kind.is_some() || args.fill_holes {
@@ -51,5 +60,5 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             args.path.display()
         )));
     }
-    scene::check(&args.path, args.json)
+    scene::check(args)
 }

@@ -1,9 +1,11 @@
 //! `taffeta reproduce`: what three papers print, beside what comes out here.
 
-use crate::{console, gpu};
+use crate::console::{self, counted};
+use crate::gpu;
+use crate::run::{RunLock, unwritable};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use taffeta_io::program::{Failure, complain};
@@ -52,6 +54,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         What::S3 => vec![Paper::S3],
         What::All => Paper::ALL.to_vec(),
     };
+    let _lock = lock(&args.out)?;
     let program = std::env::current_exe().map_err(|error| Failure::Work(format!("this program: {error}")))?;
     let wanted = Wanted {
         papers,
@@ -76,15 +79,26 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
+/// Keeps other runs out of the folder.
+fn lock(out: &Path) -> Result<RunLock, Failure> {
+    if out.exists() && !out.is_dir() {
+        return Err(Failure::Input(format!("--out {}: is a file; a folder would do", out.display())));
+    }
+    RunLock::take(out).map_err(|error| unwritable(out, error))
+}
+
 fn tell(done: &Done) -> Result<(), Failure> {
     let [now, before] = done.runs;
-    let kept = if before == 0 { String::new() } else { format!(", {before} were there") };
-    console::say(&format!("{now} runs{kept}: {}", done.report.display()))?;
+    let kept =
+        if before == 0 { String::new() } else { format!(", {}", counted(before, "was there", "were there")) };
+    console::say(&format!("{}{kept}: {}", counted(now, "run", "runs"), done.report.display()))?;
     if done.failed.is_empty() {
         return Ok(());
     }
     let words: Vec<String> = done.failed.iter().map(|(name, why)| format!("  {name}: {why}")).collect();
-    Err(Failure::Work(format!("{} runs failed; their numbers are open:\n{}", words.len(), words.join("\n"))))
+    let failed =
+        counted(words.len(), "run failed; its numbers are open", "runs failed; their numbers are open");
+    Err(Failure::Work(format!("{failed}:\n{}", words.join("\n"))))
 }
 
 /// Progress on a terminal; elsewhere a line each run.

@@ -21,7 +21,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 pub use device::{Device, refuse_precision};
 use format::{Format, Poses};
 use job::{Ending, Job, stop_on_ctrl_c};
-use lock::RunLock;
+pub use lock::RunLock;
+pub use outputs::unwritable;
 use plan::Plan;
 use std::path::{Path, PathBuf};
 use taffeta::{Precision, Simulation, Stage};
@@ -113,7 +114,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     device::refuse(args)?;
     let loaded = taffeta_io::load_scene(&args.scene, &args.sets)?;
     let dir = Plan::dir(args);
-    let _lock = RunLock::take(&dir).map_err(|error| outputs::unwritable(&dir, error))?;
+    let _lock = RunLock::take(&dir).map_err(|error| unwritable(&dir, error))?;
     let plan = Plan::new(args, &loaded)?;
     memory::check_run(&loaded.scene, plan.formats.iter().any(|format| format.has_faces()))?;
     let mut device = Device::new(args, &plan, &loaded.scene)?;

@@ -127,13 +127,10 @@ fn at(what: &Path) -> impl Fn(std::io::Error) -> Trouble {
 
 /// What is kept in a folder, which is made if it is not there.
 fn opened(out: &Path) -> Result<Store, Trouble> {
-    if out.exists() && !out.is_dir() {
-        return Err(Trouble::Input(format!("--out {}: is a file; a folder would do", out.display())));
-    }
     fs::create_dir_all(out.join("references")).map_err(at(out))?;
     Store::open(out).map_err(|error| match error.kind() {
         ErrorKind::InvalidData => Trouble::Input(format!(
-            "{}: {error}; it is not of this program, and stays as it is: another folder would do",
+            "{}: {error}; the file stays as it is: remove that line, and the run that it should be of is made again",
             out.join(Store::FILE).display()
         )),
         _ => at(out)(error),
@@ -261,7 +258,7 @@ fn brought(file: &Path) -> Result<BTreeMap<String, Kept>, Trouble> {
     let at = |error: &dyn std::fmt::Display| {
         Trouble::Input(format!("--merge {}: {error}; a raw.jsonl of `reproduce` would do", file.display()))
     };
-    let text = fs::read_to_string(file).map_err(|error| at(&error))?;
+    let text = fs::read(file).map_err(|error| at(&error))?;
     let kept = store::lines(&text).map_err(|error| at(&error))?;
     if kept.is_empty() { Err(at(&"has no runs")) } else { Ok(kept) }
 }

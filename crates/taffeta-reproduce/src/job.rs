@@ -117,11 +117,10 @@ impl Job {
             What::Scene(scene) => {
                 let threads =
                     scene.threads.map_or_else(String::new, |threads| format!(" --threads {threads}"));
-                format!("{} --backend cpu{threads}{frames}", scenes::command(scene.name, &scene.sets))
+                format!("{} --backend cpu{threads}{frames}", scenes::command("run", scene.name, &scene.sets))
             }
             What::Counts(scene) => {
-                // `check` takes no values; `run` says the same counts.
-                format!("{} --frames 1 --json", scenes::command(scene.name, &scene.sets))
+                format!("{} --json", scenes::command("check", scene.name, &scene.sets))
             }
             What::Bout | What::Errata => format!("taffeta reproduce all # {}", self.name),
             What::Elsewhere(command) => (*command).to_owned(),

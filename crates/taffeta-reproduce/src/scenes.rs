@@ -39,10 +39,10 @@ pub fn load(name: &str, sets: &[String]) -> Result<Loaded, String> {
     }
 }
 
-/// The command that runs it.
-pub fn command(name: &str, sets: &[String]) -> String {
+/// The command that runs or checks it.
+pub fn command(verb: &str, name: &str, sets: &[String]) -> String {
     let sets: String = sets.iter().map(|set| format!(" --set '{set}'")).collect();
-    format!("taffeta run scenes/{name}.toml{sets}")
+    format!("taffeta {verb} scenes/{name}.toml{sets}")
 }
 
 #[cfg(test)]

@@ -40,7 +40,7 @@ impl Store {
     /// Where its file cannot be read or written, or is none of these.
     pub fn open(folder: &Path) -> io::Result<Self> {
         let file = folder.join(Self::FILE);
-        let text = if file.is_file() { fs::read_to_string(&file)? } else { String::new() };
+        let text = if file.is_file() { fs::read(&file)? } else { Vec::new() };
         let kept = lines(&text).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error))?;
         let store = Self { file, kept };
         store.write()?;
@@ -76,34 +76,51 @@ impl Store {
     }
 }
 
-/// What lines have, by name; a last line that was not written whole does not count.
+/// What lines have, by name; a last line that was not written whole does not count, nor one with nothing for a result.
 ///
 /// # Errors
 /// Which line is none, and why.
-pub fn lines(text: &str) -> Result<BTreeMap<String, Kept>, String> {
+pub fn lines(text: &[u8]) -> Result<BTreeMap<String, Kept>, String> {
     let mut kept = BTreeMap::new();
-    let count = text.lines().count();
-    for (index, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
-        match serde_json::from_str::<Kept>(line) {
+    // After the last line's end comes nothing, or what was not written whole.
+    let count = text.split(|&byte| byte == b'\n').count();
+    let lines = text.split(|&byte| byte == b'\n').zip(1..);
+    for (line, number) in lines.filter(|(line, _)| !line.trim_ascii().is_empty()) {
+        match serde_json::from_slice::<Kept>(line) {
+            Ok(one) if one.result.is_null() => {}
             Ok(one) => drop(kept.insert(one.name.clone(), one)),
-            Err(_) if index + 1 == count && !text.ends_with('\n') => {}
-            Err(error) => return Err(format!("line {}: {error}", index + 1)),
+            Err(_) if number == count => {}
+            Err(error) => return Err(format!("line {number}: {}", fault(&error))),
         }
     }
     Ok(kept)
+}
+
+/// What is wrong in a line. The error counts lines too, from that one on.
+fn fault(error: &serde_json::Error) -> String {
+    let words = error.to_string();
+    match words.split_once(" at line ") {
+        Some((what, _)) => format!("{what} at column {}", error.column()),
+        None => words,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn line_of(name: &str, result: Value) -> String {
+        let [name, command, machine, program] = [name, "", "", ""].map(str::to_owned);
+        let kept = Kept { name, command, machine, program, quick: false, result };
+        serde_json::to_string(&kept).unwrap()
+    }
+
+    fn line(name: &str) -> String {
+        line_of(name, Value::from(1))
+    }
+
     #[test]
     fn a_line_that_was_not_written_whole_does_not_count_and_another_is_never_lost() {
-        let line = |name: &str| {
-            let [name, command, machine, program] = [name, "", "", ""].map(str::to_owned);
-            let kept = Kept { name, command, machine, program, quick: false, result: Value::Null };
-            serde_json::to_string(&kept).unwrap()
-        };
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join(Store::FILE);
         fs::write(&file, format!("{}\n\n{}\n{{\"name\":", line("b"), line("a"))).unwrap();
@@ -118,5 +135,19 @@ mod tests {
             Store::open(folder.path()).err().is_some_and(|error| error.to_string().starts_with("line 2: "))
         );
         assert_eq!(fs::read_to_string(&file).unwrap(), foreign);
+    }
+
+    #[test]
+    fn a_bad_line_is_told_with_its_place() {
+        let told = |bad: &[u8]| lines(&[line("a").as_bytes(), b"\n", bad, b"\n"].concat()).unwrap_err();
+        assert_eq!(told(b"{\"name\":"), "line 2: EOF while parsing a value at column 8");
+        assert!(told(b"{\"name\":\"\xff\"}").starts_with("line 2: invalid unicode code point at column "));
+        assert!(told(b"{}").starts_with("line 2: missing field `name` at column "));
+    }
+
+    #[test]
+    fn a_run_that_left_nothing_is_not_kept() {
+        let text = format!("{}\n{}\n", line_of("a", Value::Null), line("b"));
+        assert_eq!(lines(text.as_bytes()).unwrap().into_keys().collect::<Vec<_>>(), ["b"]);
     }
 }

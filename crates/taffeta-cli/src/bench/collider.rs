@@ -54,7 +54,7 @@ fn by_nodes(mut bench: Bench) -> Bench {
     bench
 }
 
-/// A skirt on a human, as in `scenes/skirt.toml`; nothing where there are no models of them.
+/// The skirt and the human of `scenes/skirt.toml`, at one step a frame and 3 mm; nothing where there are no models of them.
 fn skirt() -> Result<Option<Bench>, Failure> {
     let (Some(human), Some(skirt)) = (mesh::model(&HUMAN), mesh::model(&SKIRT)) else { return Ok(None) };
     let [human, skirt] = [mesh::load(&human)?, mesh::load(&skirt)?];

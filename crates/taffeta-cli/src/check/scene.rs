@@ -1,6 +1,7 @@
 //! The answer for a scene.
 
-use super::words::number;
+use super::Args;
+use super::words::{memory, number};
 use crate::console::{self, grouped};
 use serde::Serialize;
 use std::path::Path;
@@ -101,13 +102,13 @@ struct KindCount {
 }
 
 /// Checks a scene.
-pub fn check(path: &Path, json: bool) -> Result<(), Failure> {
-    let loaded = taffeta_io::load_scene(path, &[])?;
+pub fn check(args: &Args) -> Result<(), Failure> {
+    let loaded = taffeta_io::load_scene(&args.path, &args.sets)?;
     crate::memory::check(&loaded.scene)?;
     let simulation =
         Simulation::new(&loaded.scene, &Options::default()).map_err(|error| loaded.source.locate(&error))?;
-    let report = Report::of(path, &loaded, &simulation);
-    console::say(&if json { console::json(&report)? } else { report.words() })
+    let report = Report::of(&args.path, &loaded, &simulation);
+    console::say(&if args.json { console::json(&report)? } else { report.words() })
 }
 
 impl Report {
@@ -133,11 +134,12 @@ impl Report {
     }
 
     fn words(&self) -> String {
-        let mut lines = vec![format!("{}: {}", self.scene, self.title)];
+        let title = if self.title.is_empty() { "untitled scene" } else { &self.title };
+        let mut lines = vec![format!("{}: {title}", self.scene)];
         self.bodies.iter().for_each(|body| lines.extend(body.words()));
         self.colliders.iter().for_each(|collider| lines.extend(collider.words()));
         lines.extend(self.seams.iter().map(SeamReport::words));
-        lines.push(format!("memory: {:.1} MB", self.memory_bytes as f64 * 1e-6));
+        lines.push(format!("memory: {}", memory(self.memory_bytes as u64)));
         lines.push(format!("sub-steps a frame: {}, of {:.3e} s", self.substeps, self.step));
         lines.push(self.stable_step());
         lines.extend(self.hanging.iter().map(HangingReport::words));

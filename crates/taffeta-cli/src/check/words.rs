@@ -167,7 +167,7 @@ pub fn number(x: f64) -> String {
 }
 
 /// Bytes with their unit.
-fn memory(bytes: u64) -> String {
+pub fn memory(bytes: u64) -> String {
     let size = bytes as f64;
     match bytes {
         0..1_000_000 => format!("{:.0} kB", size * 1e-3),

@@ -4,7 +4,7 @@ use std::fs::{File, TryLockError, create_dir_all, remove_dir, remove_file};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Keeps other runs out of a folder. What a killed run leaves of it keeps nobody out.
+/// Keeps other runs and reports out of a folder. What a killed run leaves of it keeps nobody out.
 pub struct RunLock {
     path: PathBuf,
     file: File,

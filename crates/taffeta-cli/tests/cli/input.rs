@@ -77,6 +77,20 @@ fn check_counts_and_measures_the_step() {
 }
 
 #[test]
+fn check_takes_values_as_run_does() {
+    let desk = Desk::with(&BALL.replace("title = \"Ball\"\n", ""));
+    let fewer = "body.ball.mesh.icosphere.subdivisions=1";
+    let (out, err, code) = ending(desk.taffeta(&["check", "scene.toml", "--set", fewer]));
+    assert_eq!(code, Some(0), "{err}");
+    assert!(out.starts_with("scene.toml: untitled scene\n") && out.contains("42 nodes"), "{out}");
+    assert!(out.contains(" kB\n") && !out.contains("0.0 MB"), "{out}");
+    let (out, _, _) = ending(desk.taffeta(&["check", "scene.toml", "--set", "title=Small", "--set", fewer]));
+    assert!(out.starts_with("scene.toml: Small\n") && out.contains("42 nodes"), "{out}");
+    refused(&desk, &["check", "scene.toml", "--set", "body.bal.mass=1"], &["--set", "`ball`"]);
+    refused(&desk, &["check", "ball.ply", "--set", "title=Small"], &["--set is for scenes", "ball.ply"]);
+}
+
+#[test]
 fn check_describes_colliders_and_what_was_mended_in_them() {
     // A tetrahedron whose faces have vertices of their own, and without its last face.
     let faces = ["1 2 3", "1 4 2", "2 4 3", "3 4 1"];

@@ -9,5 +9,6 @@ mod gpu;
 mod gpu_check;
 mod input;
 mod primal;
+mod readme;
 mod reproduce;
 mod run;

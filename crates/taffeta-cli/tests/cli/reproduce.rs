@@ -149,8 +149,14 @@ fn a_folder_that_cannot_be_one_is_refused_and_what_is_in_it_stays() {
     fs::create_dir(desk.path("other")).expect("a folder");
     fs::write(desk.path("other/raw.jsonl"), "[1]\n").expect("a file");
     let said = refused("other");
-    assert!(said.contains("other/raw.jsonl: line 1: ") && said.contains("another folder would do"), "{said}");
+    assert!(said.contains("other/raw.jsonl: line 1: ") && said.contains("remove that line"), "{said}");
     assert_eq!(fs::read_to_string(desk.path("other/raw.jsonl")).ok().as_deref(), Some("[1]\n"));
+    fs::create_dir(desk.path("busy")).expect("a folder");
+    let lock = fs::File::create(desk.path("busy/lock.part")).expect("a file");
+    lock.try_lock().expect("nobody else has it");
+    let said = refused("busy");
+    assert!(said.contains("--out busy: another run is writing here"), "{said}");
+    assert_eq!(desk.files("busy"), ["lock.part"]);
 }
 
 /// A Ctrl-C during the first long run: what was run before is kept.
