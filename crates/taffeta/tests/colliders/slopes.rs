@@ -4,7 +4,10 @@ use super::depth::data;
 use super::reference::{Faces, turn};
 use crate::common::{V, add, build, build_as, farthest, near, norm, positions, run, scale, sub, turned};
 use taffeta::Precision;
-use taffeta::scene::{Body, Collider, Cube, Keyframe, Mass, Mesh, Place, Scene};
+use taffeta::scene::{
+    Body, Collider, ConstraintForm, Cube, Force, Ice, Keyframe, Mass, Mesh, Method, Place, Scene, Select,
+    Solver,
+};
 
 const G: f64 = 9.81;
 const OFFSET: f64 = 0.01;
@@ -134,4 +137,69 @@ fn a_belt_may_move_by_poses() {
     });
     let belt = Collider::mesh(data(faces.nodes.clone(), faces.triangles.clone()));
     rides("poses", belt.posed(0.3007, poses.collect()).offset(OFFSET).friction(0.5));
+}
+
+/// Methods that solve for springs, in both forms.
+fn implicit() -> [Solver; 2] {
+    [ConstraintForm::Compliant, ConstraintForm::Primal].map(|form| Solver {
+        method: Method::Ice,
+        ice: Ice { form, ..Ice::default() },
+        ..Solver::default()
+    })
+}
+
+#[test]
+fn stiff_cloth_that_is_drawn_at_its_edge_slides_whatever_the_step() {
+    let (node, rows, pull) = (3e-4, 8_u32, 0.2);
+    let mass = node * f64::from(rows * rows);
+    let cloth = Body::cloth("cloth", Mesh::grid(rows, rows, [0.3, 0.3]))
+        .with_mass(Mass::Node(node))
+        .structural(300.0, 0.02)
+        .shear(150.0, 0.02)
+        .at([0.0, OFFSET, 0.0]);
+    let edge: Vec<u32> = (0..rows).map(|row| row * rows + rows - 1).collect();
+    let draws = Force {
+        body: "cloth".into(),
+        select: Select::nodes(edge),
+        force: Some([pull / f64::from(rows), 0.0, 0.0]),
+        ..Force::default()
+    };
+    // Friction bears 0.056 N of the 0.2 N; of a quarter of that, all.
+    let a = pull / mass - 0.3 * G;
+    for solver in implicit() {
+        for h in [1.0 / 60.0, 1.0 / 240.0, 1e-3] {
+            let floor = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).offset(OFFSET).friction(0.3);
+            let scene = Scene { solver, ..Scene::new("drawn").time(h, h) };
+            let scene = scene.body(cloth.clone()).collider(floor);
+            let way = |draws: Force| {
+                let mut simulation = build(&scene.clone().force(draws));
+                let start = mean(&simulation);
+                run(&mut simulation, (1.0 / h) as u32);
+                mean(&simulation) - start
+            };
+            near(&format!("{:?}, {h} s", solver.ice.form), way(draws.clone()), 0.5 * a, 0.07 * a);
+            let little = draws.force.map(|force| scale(force, 0.25 * 0.056 / pull));
+            let crept = way(Force { force: little, ..draws.clone() });
+            assert!(crept < 2e-3, "{:?}, {h} s: {crept} m", solver.ice.form);
+        }
+    }
+}
+
+#[test]
+fn a_belt_that_moves_by_poses_takes_along_cloth_whose_springs_are_solved_for() {
+    let faces = Faces::of(&Mesh::grid(9, 12, [6.0, 6.0]));
+    let at = |i: i32| faces.nodes.iter().map(|x| add(*x, [0.3 * f64::from(i), 0.0, 0.0])).collect();
+    let belt = Collider::mesh(data(faces.nodes.clone(), faces.triangles.clone()));
+    let belt = belt.posed(0.3, (0..8).map(at).collect()).offset(OFFSET).friction(0.5);
+    for solver in implicit() {
+        for h in [1.0 / 60.0, 1e-3] {
+            let patch = patch(Place { position: [-1.0, OFFSET, 0.0], ..Place::default() });
+            let scene = Scene { solver, ..Scene::new("belt").time(h, h) };
+            let mut simulation = build(&scene.body(patch).collider(belt.clone()));
+            run(&mut simulation, (1.0 / h) as u32);
+            // 1 m/s, less the way in which it came to that.
+            let wanted = 1.0 - 1.0 / (2.0 * 0.5 * G);
+            near(&format!("{:?}, {h} s", solver.ice.form), mean(&simulation) + 1.0, wanted, 0.01);
+        }
+    }
 }
