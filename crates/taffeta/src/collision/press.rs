@@ -172,9 +172,8 @@ impl<T: Real> Press<T> {
         // Against the slip.
         let against = scale(rubbed, T::ONE / rubs);
         let slip = -self.surface - dot(moved, against);
-        let taken = positive(if slip < rubs { slip } else { rubs });
-        let later = touching.friction * (landing - kept);
-        add(moved, scale(against, taken - if later < taken { later } else { taken }))
+        let taken = if slip < rubs { slip } else { rubs };
+        add(moved, scale(against, positive(taken - touching.friction * (landing - kept))))
     }
 }
 

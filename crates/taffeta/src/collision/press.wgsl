@@ -124,8 +124,7 @@ fn after_pulls(press: Press, free: vec3f, pulls: vec3f, collider: Collider) -> v
     // Against the slip.
     let against = rubbed * (1.0 / rubs);
     let slip = -press.surface - dot3(moved, against);
-    let most = select(rubs, slip, slip < rubs);
-    let taken = select(0.0, most, most > 0.0);
-    let later = collider.friction * (landing - kept);
-    return moved + against * (taken - select(taken, later, later < taken));
+    let taken = select(rubs, slip, slip < rubs);
+    let now = taken - collider.friction * (landing - kept);
+    return moved + against * select(0.0, now, now > 0.0);
 }

@@ -33,20 +33,22 @@ impl Mobility {
 }
 
 /// A surface that holds a node: its outward normal, its own velocity and the one that takes the node onto it [m/s], and
-/// whether the node sticks to it, else it slides with friction.
+/// whether the node sticks to it, else it slides, and the change of velocity by friction.
 pub struct Met {
     pub normal: V,
     pub own: V,
     pub landing: f64,
     pub sticks: bool,
+    pub rubbed: V,
     pub friction: f64,
+    pub restitution: f64,
 }
 
 impl Met {
     /// The velocity of a node that would have `v` without the surface.
     pub fn held(&self, v: V) -> V {
         let along = across(if self.sticks { self.own } else { v }, self.normal);
-        add(along, scale(self.normal, self.landing))
+        add(add(along, self.rubbed), scale(self.normal, self.landing))
     }
 }
 
@@ -234,21 +236,35 @@ impl Reference {
         let all = self.obstacles.iter().filter(|o| implicit && inside(o) > 0.0 && comes(o));
         let obstacle = all.max_by(|a, b| inside(a).total_cmp(&inside(b)))?;
         let ((depth, normal), own) = (obstacle.depth(x, then), obstacle.velocity(x, self.time, h));
-        let (landing, friction) = (depth / h, obstacle.friction);
-        let sticks = norm(across(sub(v, own), normal)) <= friction * (landing - dot(v, normal));
-        Some(Met { normal, own, landing, sticks, friction })
+        let (landing, friction) = ((depth / h).min(dot(own, normal)), obstacle.friction);
+        let (slip, most) = (across(sub(v, own), normal), friction * (landing - dot(v, normal)).max(0.0));
+        let sticks = norm(slip) <= 0.95 * most && most > 0.0;
+        let rubbed = scale(slip, if sticks || most == 0.0 { 0.0 } else { -most / norm(slip) });
+        Some(Met { normal, own, landing, sticks, rubbed, friction, restitution: obstacle.restitution })
     }
 
-    /// Velocity of a node after pulls, of which a surface bears what they press, and rubs as much.
+    /// Velocity of a node after pulls, of which a surface bears what they press, and rubs: until the node stops, and less what
+    /// contact rubs later.
     pub fn press(free: V, pulled: V, met: &Met) -> V {
         let [before, after] = [free, pulled].map(|v| dot(v, met.normal));
-        let kept = after.clamp(before.min(met.landing), met.landing);
+        let least = before.min(met.landing);
+        let kept = if met.restitution > 0.0 {
+            after.clamp(least, met.landing)
+        } else {
+            met.landing - (met.landing - least) / 16.0
+        };
         if met.sticks {
             return add(across(met.own, met.normal), scale(met.normal, kept));
         }
         let held = add(pulled, scale(met.normal, kept - after));
-        let (slip, most) = (across(sub(held, met.own), met.normal), met.friction * (kept - after).max(0.0));
-        sub(held, scale(slip, if norm(slip) > most { most / norm(slip) } else { 1.0 }))
+        let most = norm(met.rubbed);
+        if most == 0.0 {
+            return held;
+        }
+        let forward = scale(met.rubbed, -1.0 / most);
+        let stopped = dot(sub(held, met.own), forward).clamp(0.0, most);
+        let later = (met.friction * (met.landing - kept)).min(stopped);
+        sub(held, scale(forward, stopped - later))
     }
 
     /// Velocities after pulls [m/s].

@@ -246,7 +246,9 @@ impl Reference {
         };
         let held: Vec<V> = (0..free.len()).map(held).collect();
         let yields: Vec<M3> = (0..free.len()).map(yields).collect();
-        let changes = self.backward(&free, &held, &yields, h).changes;
+        let rubbed = |n: usize| met[n].as_ref().map_or(free[n], |met| add(free[n], met.rubbed));
+        let rubbed: Vec<V> = (0..free.len()).map(rubbed).collect();
+        let changes = self.backward(&rubbed, &held, &yields, h).changes;
         for (n, &change) in changes.iter().enumerate().filter(|(n, _)| !self.held.contains(n)) {
             let pulled = add(free[n], change);
             let after = met[n].as_ref().map_or(pulled, |met| Self::press(free[n], pulled, met));

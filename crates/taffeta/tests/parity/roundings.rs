@@ -40,7 +40,8 @@ fn what_hardware_may_round_otherwise_is_allowed_there() {
         let outcome = row.run_edited(&GPU, false, &edit).unwrap_or_else(|why| panic!("{}: {why}", row.name));
         let allowed = row.tolerance.hardware;
         println!("{}: {} ulps of {allowed}", row.name, outcome.ulps);
-        assert!(outcome.ulps <= allowed, "{}: {} ulps, {allowed} allowed", row.name, outcome.ulps);
+        let place = outcome.place;
+        assert!(outcome.ulps <= allowed, "{}: {} ulps, {allowed} allowed: {place:?}", row.name, outcome.ulps);
     }
     for (written, _) in ROUNDINGS {
         assert!(seen.borrow().contains(written), "`{written}` is not in the sources");

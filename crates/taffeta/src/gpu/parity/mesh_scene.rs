@@ -76,7 +76,7 @@ fn waves() -> Collider {
         (0..rows).flat_map(|row| (0..cols).map(move |col| node(row, col))).collect()
     };
     Collider::mesh(Mesh::grid(rows, cols, [1.0, 1.0]))
-        .posed(0.0039, [0.07, 0.13, -0.05, 0.1, 0.3, 0.2].map(pose).to_vec())
+        .posed(0.0047, [0.07, 0.13, -0.05, 0.1, 0.3, 0.2].map(pose).to_vec())
 }
 
 /// Puts some nodes on nodes, edges and faces of the still sheet, a hair beside what it keeps, and on its other side; they

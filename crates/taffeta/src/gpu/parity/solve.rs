@@ -26,7 +26,7 @@ pub const ROWS: &[ParityRow] = &[
     row("list_active", Tolerance::new(0.0, 0.0, COUNTED), list),
     row("free_velocities", Tolerance::new(0.0, 64.0, SAME), free),
     row("set_up_rows", Tolerance::new(0.0, 128.0, SAME), set_up),
-    row("meet_surfaces", Tolerance::new(0.0, 128.0, SAME), meet),
+    row("meet_surfaces", Tolerance::new(0.0, 512.0, SAME), meet),
     row("meet_meshes", Tolerance::new(0.0, 512.0, SAME), meet_meshes),
     row("start_rows", Tolerance::new(0.0, 64.0, SAME), start),
     row("count_solves", Tolerance::new(0.0, 0.0, COUNTED), count),
@@ -288,6 +288,8 @@ pub fn mets(written: &mut Written<'_>, wanted: &[Met]) {
     written.outcome().compare("met.velocity", &velocities(wanted), &velocities(&found));
     let insides = |all: &[Met]| all.iter().map(|met| met.inside).collect::<Vec<_>>();
     written.outcome().compare("met.inside", &insides(wanted), &insides(&found));
+    let alongs = |all: &[Met]| all.iter().map(|met| met.along).collect::<Vec<_>>();
+    written.outcome().compare("met.along", &alongs(wanted), &alongs(&found));
     let yields = |all: &[Met]| all.iter().map(|met| met.yields).collect::<Vec<_>>();
     written.outcome().copied("met.yields", &yields(wanted), &yields(&found));
     let counts = |all: &[Met]| {
