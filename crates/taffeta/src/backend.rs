@@ -1,6 +1,6 @@
 //! What a simulation asks of a backend, whatever it computes on.
 
-use crate::assembly::Assembly;
+use crate::build::Assembly;
 use crate::diagnostics::FrameSums;
 #[cfg(feature = "gpu")]
 use crate::gpu::{VertexTarget, View};
@@ -14,7 +14,7 @@ pub struct Hand {
     pub forces: Vec<(u32, [f64; 3])>,
 }
 
-/// What constraints know from one sub-step to the next, in the order of [`crate::assembly::Constraints`]: a function of
+/// What constraints know from one sub-step to the next, in the order of [`crate::solvers::constraints::Constraints`]: a function of
 /// the scene alone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Remembered {
@@ -22,7 +22,7 @@ pub struct Remembered {
     pub pulls: Vec<f64>,
     /// Whether each is active; empty where all always are.
     pub active: Vec<bool>,
-    /// Whether each joint of [`crate::assembly::Attachments`] is there; empty where none can break.
+    /// Whether each joint of [`crate::attachments::build::Attachments`] is there; empty where none can break.
     pub joints: Vec<bool>,
 }
 

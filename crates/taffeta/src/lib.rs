@@ -4,24 +4,27 @@
 //! [`Simulation::step`] once a frame. `examples/first_cloth.rs` does that in forty lines. Scenes and meshes from files
 //! are read by the crate `taffeta-io`. Units are SI, y is up; a `[m]` in these pages is a unit.
 
-mod assembly;
+mod attachments;
 mod backend;
-mod collision;
-mod constraints;
+mod build;
+mod contact;
 mod cpu;
 pub mod diagnostics;
-mod forces;
+mod elements;
 #[cfg(feature = "gpu")]
 mod gpu;
-mod integrate;
+mod motion;
 mod plan;
 mod real;
 pub mod scene;
 mod simulation;
+mod solvers;
 mod step;
 pub mod topology;
+mod volume;
 
-pub use assembly::springs_of;
+pub use elements::spring::listed::springs_of;
+pub use elements::spring::lists as springs;
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
 pub use gpu::parity;

@@ -1,10 +1,10 @@
 //! What each sub-step of a frame is told, in the backend's numbers.
 
-use crate::assembly::Assembly;
-use crate::collision::moving::ColliderNow;
-use crate::forces::air::AirNow;
-use crate::integrate::keyframes::{Track, scale_at};
-use crate::integrate::pins::Motion;
+use crate::build::Assembly;
+use crate::contact::colliders::moving::ColliderNow;
+use crate::elements::aero::aero::AirNow;
+use crate::motion::keyframes::{Track, scale_at};
+use crate::motion::pins::Motion;
 use crate::real::Real;
 
 /// A sub-step.

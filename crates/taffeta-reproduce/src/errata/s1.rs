@@ -7,8 +7,8 @@ use super::vector::{
 };
 use crate::paper::Paper;
 use std::collections::BTreeSet;
+use taffeta::springs::{GridCounts, grid_counts};
 use taffeta::topology::shapes::grid_surface;
-use taffeta::topology::springs::{GridCounts, grid_counts};
 
 pub fn errata() -> Vec<Erratum> {
     vec![

@@ -11,7 +11,7 @@
 //! Source: Kutta, "Beitrag zur näherungsweisen Integration totaler Differentialgleichungen", 1901; springs are those of S1 eq. 1.
 
 use std::ops::{Add, Div, Mul, Sub};
-use taffeta::topology::SpringList;
+use taffeta::springs::SpringList;
 
 /// A number with 32 bits or 64.
 pub trait Number:
@@ -227,7 +227,7 @@ impl<T: Number> System<T> {
 mod tests {
     use super::*;
     use taffeta::scene::{Body, Mass, Mesh, Scene, Select};
-    use taffeta::topology::SpringKind;
+    use taffeta::springs::SpringKind;
     use taffeta::{Options, Precision, Simulation, springs_of};
 
     /// A mass on a spring of k = 100 N/m and d = 2 kg/s along x, 0.1 m too long.

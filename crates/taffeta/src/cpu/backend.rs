@@ -3,30 +3,30 @@
 #[cfg(feature = "gpu")]
 mod apart;
 
-use super::air::{self, AirPanels};
-use super::attach::{AttachSetup, AttachWork};
-use super::balance::Balance;
-use super::column::Column;
-use super::diagnose::{VolumeChunk, frame_sums};
-use super::near::{Meshes, NearWork};
-use super::pairs::{Found, PairScratch, PairSetup, PairWork};
-use super::primal::{PrimalSetup, PrimalWork};
-use super::shared::Shared;
-use super::simd::SimdLevel;
-use super::solve::{SolveSetup, SolveWork};
-use super::team::Team;
-use super::tiles::{self, TilePlan, TiledSprings};
-use super::timed::{Clock, Timed};
-use super::volume::{Corrections, VolumeBody};
-use super::worker::{Scratch, Worker};
-use crate::assembly::Assembly;
+use crate::attachments::cpu::{AttachSetup, AttachWork};
 use crate::backend::{Backend, Device, Hand, Lost, Remembered};
+use crate::build::Assembly;
+use crate::contact::collider_mesh::cache::{Meshes, NearWork};
+use crate::contact::nodes::cpu::{Found, PairScratch, PairSetup, PairWork};
+use crate::cpu::balance::Balance;
+use crate::cpu::column::Column;
+use crate::cpu::shared::Shared;
+use crate::cpu::simd::SimdLevel;
+use crate::cpu::team::Team;
+use crate::cpu::tiles::{self, TilePlan, TiledSprings};
+use crate::cpu::timed::{Clock, Timed};
+use crate::cpu::worker::{Scratch, Worker};
+use crate::diagnostics::cpu::{VolumeChunk, frame_sums};
 use crate::diagnostics::{FrameSums, PairSums, SolverReport, StateSums};
-use crate::forces::hinge::Rest;
+use crate::elements::aero::cpu::{self as air, AirPanels};
+use crate::elements::hinge::hinge::Rest;
 use crate::plan;
 use crate::real::Real;
+use crate::solvers::dual::cpu::{SolveSetup, SolveWork};
+use crate::solvers::implicit::cpu::{PrimalSetup, PrimalWork};
 use crate::step;
 use crate::topology::{Csr, LANES};
+use crate::volume::cpu::{Corrections, VolumeBody};
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -94,10 +94,10 @@ pub struct Hinges<T> {
 
 /// The CPU backend in numbers of type `T`.
 pub struct CpuBackend<T> {
-    pub(super) setup: Setup<T>,
+    pub(crate) setup: Setup<T>,
     team: Team,
-    pub(super) shares: Vec<Range<usize>>,
-    pub(super) scratch: Vec<Mutex<Scratch<T>>>,
+    pub(crate) shares: Vec<Range<usize>>,
+    pub(crate) scratch: Vec<Mutex<Scratch<T>>>,
     /// The state before and after a sub-step, by turns.
     fields: [Fields<T>; 2],
     current: usize,
@@ -107,9 +107,9 @@ pub struct CpuBackend<T> {
     solve: SolveWork<T>,
     primal: PrimalWork<T>,
     attach: AttachWork,
-    pub(super) pairs: PairWork<T>,
+    pub(crate) pairs: PairWork<T>,
     near: NearWork<T>,
-    pub(super) balance: Balance,
+    pub(crate) balance: Balance,
     tile_sums: Vec<StateSums>,
     volumes: Vec<f64>,
     sums: FrameSums,

@@ -1,8 +1,8 @@
 //! Even shares for workers where nodes touch each other: contact is where it is, and not where the nodes are.
 
-use super::backend::CpuBackend;
-use super::pairs::{PairScratch, PairWork};
-use super::tiles::{TilePlan, shares_by};
+use crate::contact::nodes::cpu::{PairScratch, PairWork};
+use crate::cpu::backend::CpuBackend;
+use crate::cpu::tiles::{TilePlan, shares_by};
 use crate::real::Real;
 use std::sync::PoisonError;
 use std::time::Instant;
@@ -47,7 +47,7 @@ impl Balance {
 impl<T: Real> CpuBackend<T> {
     /// Notes how long workers were busy in a frame of `seconds`, and now and then shares tiles anew. No result depends on
     /// who computes it.
-    pub(super) fn balance(&mut self, seconds: f64) {
+    pub(crate) fn balance(&mut self, seconds: f64) {
         if self.setup.pairs.is_none() || self.shares.len() == 1 {
             return;
         }

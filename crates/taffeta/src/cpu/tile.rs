@@ -1,24 +1,24 @@
 //! The particle stages on one tile: gather, call the formula, store.
 
-use super::attach::SharedAttach;
-use super::backend::Setup;
-use super::contact::Contact;
-use super::near::Near;
-use super::primal::SharedPrimal;
-use super::shared::Shared;
-use super::simd::Kernel;
-use super::solve::{SharedSolve, SolveSetup};
-use super::tiles::{TilePlan, TiledSprings};
-use super::volume::SharedCorrections;
-use super::worker::Scratch;
-use crate::assembly::LoadKind;
-use crate::forces::external;
-use crate::integrate::euler;
-use crate::integrate::pins::on_the_way;
+use crate::attachments::cpu::SharedAttach;
+use crate::contact::collider_mesh::cache::Near;
+use crate::contact::colliders::cpu::Contact;
+use crate::cpu::backend::Setup;
+use crate::cpu::shared::Shared;
+use crate::cpu::simd::Kernel;
+use crate::cpu::tiles::{TilePlan, TiledSprings};
+use crate::cpu::worker::Scratch;
+use crate::elements::load::build::LoadKind;
+use crate::elements::load::load as external;
+use crate::motion::pins::on_the_way;
 use crate::plan::Substep;
 use crate::real::{Real, scale};
+use crate::solvers::dual::cpu::{SharedSolve, SolveSetup};
+use crate::solvers::explicit::euler;
+use crate::solvers::implicit::cpu::SharedPrimal;
 use crate::step::Tile;
 use crate::topology::LANES;
+use crate::volume::cpu::SharedCorrections;
 use std::ops::Range;
 
 /// A tile and what its stages read and write.
@@ -234,7 +234,7 @@ fn within<'a, I>(items: &'a [I], run: &Range<usize>, node: impl Fn(&I) -> u32) -
 
 impl<'a, T: Real> CpuTile<'a, T> {
     /// The state after, of some of the tile's nodes. Stages run one after the other and keep nothing of it.
-    pub(super) fn after(&self, run: &Range<usize>) -> [&'a mut [T]; 6] {
+    pub(crate) fn after(&self, run: &Range<usize>) -> [&'a mut [T]; 6] {
         debug_assert!(self.plan.runs().any(|(_, own)| own.start <= run.start && run.end <= own.end));
         // SAFETY: tiles do not overlap, each is in one worker's share, and nobody reads this buffer before the barrier
         // after the particle stages. Within a stage the parts asked for do not overlap.

@@ -1,14 +1,15 @@
 //! How the nodes are cut into tiles, and tiles shared among workers.
 
-use super::grid::GridSprings;
-use super::mesh::GatheredSprings;
-use crate::assembly::{Assembly, BodyAssembly, BodySprings};
+use crate::build::Assembly;
+use crate::build::body::{BodyAssembly, BodySprings};
+use crate::elements::spring::cpu_grid::GridSprings;
+use crate::elements::spring::cpu_mesh::GatheredSprings;
 use crate::real::Real;
 use crate::topology::LANES;
 use std::ops::Range;
 
 /// Nodes of a tile: enough to make the cost of a stage's call small, few enough to stay in the first cache.
-pub(super) const TILE_NODES: usize = 512;
+pub(crate) const TILE_NODES: usize = 512;
 
 /// Most columns of a grid that are swept together: the forces of their last rows stay in the nearest caches.
 const STRIP: usize = 2048;
@@ -81,7 +82,8 @@ impl<T: Real> TiledSprings<T> {
                 Ok(Self::Grid(GridSprings {
                     rows,
                     cols,
-                    along: along.map(|direction| direction.map(super::grid::Direction::new)),
+                    along: along
+                        .map(|direction| direction.map(crate::elements::spring::cpu_grid::Direction::new)),
                 }))
             }
             BodySprings::Mesh(_) => {

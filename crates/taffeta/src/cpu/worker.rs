@@ -1,27 +1,28 @@
 //! One worker's way through a frame.
 
-use super::attach::{AttachScratch, AttachWorker, SharedAttach};
-use super::backend::Setup;
-use super::column::Column;
-use super::diagnose::{chunk_volume, tile_sums};
-use super::grid::Sweep;
-use super::near::{Near, SharedNear};
-use super::pairs::{PairScratch, PairWorker, SharedPairs};
-use super::primal::{PrimalScratch, PrimalWorker, SharedPrimal};
-use super::shared::Shared;
-use super::solve::{SharedSolve, SolveScratch, SolveWorker};
-use super::team::Barrier;
-use super::tile::CpuTile;
-use super::volume::SharedCorrections;
-use crate::assembly::LoadKind;
-use crate::constraints::volume::{Push, WEIGHTED_SUMS};
+use crate::attachments::cpu::{AttachScratch, AttachWorker, SharedAttach};
+use crate::contact::collider_mesh::cache::{Near, SharedNear};
+use crate::contact::nodes::cpu::{PairScratch, PairWorker, SharedPairs};
+use crate::cpu::backend::Setup;
+use crate::cpu::column::Column;
+use crate::cpu::shared::Shared;
+use crate::cpu::team::Barrier;
+use crate::cpu::tile::CpuTile;
 use crate::diagnostics::StateSums;
-use crate::forces::air::AirNow;
-use crate::forces::{external, hinge};
+use crate::diagnostics::cpu::{chunk_volume, tile_sums};
+use crate::elements::aero::aero::AirNow;
+use crate::elements::hinge::hinge;
+use crate::elements::load::build::LoadKind;
+use crate::elements::load::load as external;
+use crate::elements::spring::cpu_grid::Sweep;
 use crate::plan::Substep;
 use crate::real::Real;
+use crate::solvers::dual::cpu::{SharedSolve, SolveScratch, SolveWorker};
+use crate::solvers::implicit::cpu::{PrimalScratch, PrimalWorker, SharedPrimal};
 use crate::step::Stages;
 use crate::topology::LANES;
+use crate::volume::cpu::SharedCorrections;
+use crate::volume::volume::{Push, WEIGHTED_SUMS};
 use std::ops::Range;
 
 /// What a worker keeps from frame to frame; on cache lines of its own, so that no worker waits for another's.

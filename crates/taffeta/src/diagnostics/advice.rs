@@ -1,8 +1,8 @@
 //! Words for the user: before a run that cannot hold, and after one that did not.
 
-use super::tension::{Tension, hanging};
-use super::{FrameReport, stability};
-use crate::assembly::Assembly;
+use crate::build::Assembly;
+use crate::diagnostics::tension::{Tension, hanging};
+use crate::diagnostics::{FrameReport, stability};
 use crate::scene::{ConstraintForm, Method};
 
 /// What springs that are solved for by nodes do.

@@ -1,6 +1,6 @@
 //! What 32 bits tell apart where a body is.
 
-use crate::assembly::{BodyAssembly, BodySprings};
+use crate::build::body::{BodyAssembly, BodySprings};
 
 /// Share of the shortest spring by which places may be rounded: more is felt as a strain.
 const FELT: f64 = 0.01;
@@ -33,7 +33,7 @@ fn shortest_spring(springs: &BodySprings) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assembly::Assembly;
+    use crate::build::Assembly;
     use crate::scene::{Body, Icosphere, Mass, Mesh, Scene};
 
     #[test]

@@ -1,8 +1,11 @@
 //! What a frame was like, whether a step can be stable, and what to say when it was not.
 
 pub mod advice;
+pub(crate) mod cpu;
 pub(crate) mod digits;
 pub mod normals;
+#[cfg(feature = "gpu")]
+pub(crate) mod parity;
 mod report;
 pub mod stability;
 mod sums;

@@ -9,12 +9,15 @@
 //! k n nᵀ the same iteration bounds every state (16.3 in place of 10.125, without damping). Hinges are taken as stiff as
 //! squashed triangles can make them.
 
-use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections};
-use crate::forces::hinge::{Rest, STIFFEST, angle_and_gradient, rest, steepness};
+use crate::build::Assembly;
+use crate::build::body::{BodyAssembly, BodySprings, GridDirections};
+use crate::elements::hinge::hinge::{Rest, STIFFEST, angle_and_gradient, rest, steepness};
+use crate::elements::spring::lists::SpringList;
+use crate::elements::spring::stencil::GRID_STEPS;
 use crate::real::{add, dot, norm, scale, sub};
 use crate::scene::Hinge;
 use crate::topology::random::SplitMix64;
-use crate::topology::{Edges, GRID_STEPS, SpringList, shapes};
+use crate::topology::{Edges, shapes};
 
 /// Rows and columns of a grid that are looked at: its corners and edges, and enough of its middle for the shortest
 /// waves, which are the fastest.

@@ -20,10 +20,12 @@
 //! long where the weight hangs from a line that pins hold taut: the straighter it is, the harder it is pulled. What moves
 //! pulls more than what hangs still: three times its weight at the bottom of an arc.
 
-use super::wind;
-use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections};
+use crate::build::Assembly;
+use crate::build::body::{BodyAssembly, BodySprings, GridDirections};
+use crate::diagnostics::wind;
+use crate::elements::spring::stencil::GRID_STEPS;
 use crate::real::{add, norm, scale};
-use crate::topology::{Csr, GRID_STEPS};
+use crate::topology::Csr;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 

@@ -1,6 +1,6 @@
 //! What wind can do to bodies, and whether the step lets it.
 
-use crate::assembly::Assembly;
+use crate::build::Assembly;
 use crate::real::norm;
 use crate::scene::Air;
 
@@ -23,7 +23,7 @@ pub fn pushes(assembly: &Assembly) -> Vec<f64> {
 }
 
 /// A warning where cloth that is held back feels less of a wind across it than there is: the step is too long for so light a
-/// panel ([`crate::forces::air`]).
+/// panel ([`crate::elements::aero::aero`]).
 pub fn weakened(assembly: &Assembly) -> Option<String> {
     let air = assembly.world.air.as_ref()?;
     let panels = &assembly.panels;

@@ -1,24 +1,26 @@
 //! Memory of the GPU backend, and one frame of it.
 
-use super::collider_meshes::{ColliderMeshes, Words};
-use super::drawn::{Drawn, VertexTarget, View};
-use super::kernels::Kernels;
-use super::layout::{Collider, Four, Motion};
-use super::mirror::{Landing, Mirror};
-use super::normals::AllNormals;
-use super::options::{
+use crate::backend::{Backend, Device, Hand, Lost, Remembered};
+use crate::build::Assembly;
+use crate::build::body::BodyAssembly;
+use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
+use crate::contact::colliders::gpu_layout::Collider;
+use crate::cpu::backend::Between;
+use crate::diagnostics::{FrameSums, PairSums};
+use crate::gpu::drawn::{Drawn, VertexTarget, View};
+use crate::gpu::kernels::Kernels;
+use crate::gpu::layout::{Four, Motion};
+use crate::gpu::mirror::{Landing, Mirror};
+use crate::gpu::normals::AllNormals;
+use crate::gpu::options::{
     GpuKernels, GpuOptions, doubt, refuse_constraints, refuse_large_meshes, refuse_late, refuse_loops,
     refuse_untiled,
 };
-use super::paper::{self, Paper};
-use super::recorder::Recorder;
-use super::segment::Segment;
-use super::sums;
-use super::tables::{Tables, segments};
-use crate::assembly::{Assembly, BodyAssembly};
-use crate::backend::{Backend, Device, Hand, Lost, Remembered};
-use crate::cpu::Between;
-use crate::diagnostics::{FrameSums, PairSums};
+use crate::gpu::paper::{self, Paper};
+use crate::gpu::recorder::Recorder;
+use crate::gpu::segment::Segment;
+use crate::gpu::sums;
+use crate::gpu::tables::{Tables, segments};
 use crate::plan;
 use crate::scene::Method;
 use crate::step::{self, Stage};

@@ -1,14 +1,15 @@
 //! A frame whose first stages run on the CPU and whose others run on the GPU, to find the stage in which the two differ.
 //! Every sub-step crosses over and back: slow, and right.
 
-use super::backend::GpuBackend;
-use super::layout::Four;
-use super::options::GpuOptions;
-use super::recorder::Listed;
-use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, Hand, Lost, Remembered};
-use crate::cpu::{Between, CpuBackend};
+use crate::build::Assembly;
+use crate::cpu::CpuBackend;
+use crate::cpu::backend::Between;
 use crate::diagnostics::FrameSums;
+use crate::gpu::backend::GpuBackend;
+use crate::gpu::layout::Four;
+use crate::gpu::options::GpuOptions;
+use crate::gpu::recorder::Listed;
 use crate::plan;
 use crate::step::{self, Stage, Stages, Tile};
 

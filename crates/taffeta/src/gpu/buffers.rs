@@ -1,11 +1,12 @@
 //! The buffers of a segment, by how long what is in them lasts.
 
-use super::layout::{
-    Chunk, Collider, Entry, Four, GROUP, Grid, Hinge, Load, Motion, NODE_SUMS, Panel, Patch, Pin, Run,
-    SUBSTEPS_SEEN, Small, Substep, Surface, Tile, VolumeGroup,
+use crate::contact::colliders::gpu_layout::Collider;
+use crate::gpu::layout::{
+    Chunk, Entry, Four, GROUP, Grid, Hinge, Load, Motion, NODE_SUMS, Panel, Patch, Pin, Run, SUBSTEPS_SEEN,
+    Small, Substep, Surface, Tile, VolumeGroup,
 };
-use super::patches::Patches;
-use super::tables::Tables;
+use crate::gpu::tables::Tables;
+use crate::solvers::explicit::patches::Patches;
 use taffeta_gpu::bytemuck::Pod;
 use taffeta_gpu::{Buffer, DispatchList, Gpu, GpuError, ReadBack, Uniforms};
 

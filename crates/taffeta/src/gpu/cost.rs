@@ -1,6 +1,6 @@
 //! What a sub-step costs on a GPU, found by running some.
 
-use super::{GpuKernels, GpuOptions};
+use crate::gpu::{GpuKernels, GpuOptions};
 use crate::scene::{Body, Mass, Mesh, Scene};
 use crate::simulation::{Options, Simulation};
 use std::time::Instant;

@@ -1,9 +1,9 @@
 //! Vertices of a body for a renderer on the same device: they go from the state to what it draws, and never to the host.
 
-use super::kernels::{Kernels, Name, Sizes};
-use super::layout::{Four, GROUP, NONE};
-use super::segment::Segment;
-use crate::assembly::BodyAssembly;
+use crate::build::body::BodyAssembly;
+use crate::gpu::kernels::{Kernels, Name, Sizes};
+use crate::gpu::layout::{Four, GROUP, NONE};
+use crate::gpu::segment::Segment;
 use crate::topology::Csr;
 use std::num::NonZeroU64;
 use taffeta_gpu::bytemuck::{Pod, Zeroable};

@@ -1,115 +1,117 @@
 //! The kernels: which sources each is made of. A source is a whole file; nothing is ever formatted into one.
 
-use super::layout::PATCH_NODE_BYTES;
-use super::paper;
-use super::patches::WALK_TURNS;
+use crate::gpu::layout::PATCH_NODE_BYTES;
+use crate::gpu::paper;
+use crate::solvers::explicit::patches::WALK_TURNS;
 use std::collections::HashMap;
 use taffeta_gpu::{Gpu, GpuError, Kernel};
 
 /// Formulas, and what every kernel is told.
 const FORMULAS: &[&str] = &[
-    include_str!("../shared/vector.wgsl"),
-    include_str!("../shared/angle.wgsl"),
-    include_str!("../forces/spring.wgsl"),
-    include_str!("../forces/external.wgsl"),
-    include_str!("../forces/hinge.wgsl"),
-    include_str!("../forces/gust.wgsl"),
-    include_str!("../forces/air.wgsl"),
-    include_str!("../integrate/euler.wgsl"),
-    include_str!("../integrate/pins.wgsl"),
-    include_str!("../constraints/volume.wgsl"),
-    include_str!("../constraints/attach.wgsl"),
-    include_str!("../constraints/distance.wgsl"),
-    include_str!("../constraints/primal.wgsl"),
-    include_str!("../collision/shape.wgsl"),
-    include_str!("substep.wgsl"),
-    include_str!("../collision/contact.wgsl"),
-    include_str!("../collision/press.wgsl"),
-    include_str!("../collision/pair.wgsl"),
-    include_str!("../collision/cells.wgsl"),
-    include_str!("node.wgsl"),
+    include_str!("wgsl/vector.wgsl"),
+    include_str!("wgsl/angle.wgsl"),
+    include_str!("../elements/spring/spring.wgsl"),
+    include_str!("../elements/load/load.wgsl"),
+    include_str!("../elements/hinge/hinge.wgsl"),
+    include_str!("../elements/aero/gust.wgsl"),
+    include_str!("../elements/aero/aero.wgsl"),
+    include_str!("../solvers/explicit/euler.wgsl"),
+    include_str!("../motion/pins.wgsl"),
+    include_str!("../volume/volume.wgsl"),
+    include_str!("../attachments/attach.wgsl"),
+    include_str!("../solvers/dual/distance.wgsl"),
+    include_str!("../solvers/implicit/implicit.wgsl"),
+    include_str!("../contact/colliders/shape.wgsl"),
+    include_str!("wgsl/substep.wgsl"),
+    include_str!("../contact/colliders/response.wgsl"),
+    include_str!("../contact/colliders/press.wgsl"),
+    include_str!("../contact/nodes/pair.wgsl"),
+    include_str!("../contact/nodes/cells.wgsl"),
+    include_str!("../solvers/explicit/node.wgsl"),
 ];
 
-const NO_MESH: &str = include_str!("../collision/no_mesh.wgsl");
-const TOUCH: &str = include_str!("touch.wgsl");
-const TOUCH_LATER: &str = include_str!("touch_later.wgsl");
-const MESH: &str =
-    concat!(include_str!("../collision/triangle.wgsl"), include_str!("../collision/mesh.wgsl"));
+const NO_MESH: &str = include_str!("../contact/collider_mesh/no_mesh.wgsl");
+const TOUCH: &str = include_str!("../contact/colliders/touch.wgsl");
+const TOUCH_LATER: &str = include_str!("../contact/colliders/touch_later.wgsl");
+const MESH: &str = concat!(
+    include_str!("../contact/collider_mesh/triangle.wgsl"),
+    include_str!("../contact/collider_mesh/surface.wgsl")
+);
 
 /// The scene in memory, and every kernel that works on it there.
 const STAGES: &[&str] = &[
-    include_str!("state.wgsl"),
-    include_str!("reach_memory.wgsl"),
-    include_str!("stages.wgsl"),
-    include_str!("touch_again.wgsl"),
-    include_str!("grid.wgsl"),
-    include_str!("grid_stages.wgsl"),
-    include_str!("mesh.wgsl"),
-    include_str!("mesh_stages.wgsl"),
-    include_str!("volume.wgsl"),
-    include_str!("volume_stages.wgsl"),
-    include_str!("restore_stages.wgsl"),
-    include_str!("pairs.wgsl"),
-    include_str!("pair_stages.wgsl"),
-    include_str!("attach_stages.wgsl"),
-    include_str!("solve.wgsl"),
-    include_str!("active_stages.wgsl"),
-    include_str!("solve_stages.wgsl"),
-    include_str!("primal.wgsl"),
-    include_str!("primal_set_up.wgsl"),
-    include_str!("primal_stages.wgsl"),
-    include_str!("level_stages.wgsl"),
-    include_str!("elements.wgsl"),
-    include_str!("air_stages.wgsl"),
-    include_str!("loads.wgsl"),
-    include_str!("pins.wgsl"),
-    include_str!("measure.wgsl"),
-    include_str!("measure_grid.wgsl"),
-    include_str!("measure_mesh.wgsl"),
-    include_str!("measure_elements.wgsl"),
+    include_str!("wgsl/state.wgsl"),
+    include_str!("wgsl/reach_memory.wgsl"),
+    include_str!("../solvers/explicit/stages.wgsl"),
+    include_str!("../contact/colliders/touch_again.wgsl"),
+    include_str!("../elements/spring/grid.wgsl"),
+    include_str!("../solvers/explicit/grid_stages.wgsl"),
+    include_str!("../elements/spring/mesh.wgsl"),
+    include_str!("../solvers/explicit/mesh_stages.wgsl"),
+    include_str!("../volume/groups.wgsl"),
+    include_str!("../volume/stages.wgsl"),
+    include_str!("../volume/restore_stages.wgsl"),
+    include_str!("../contact/nodes/pairs.wgsl"),
+    include_str!("../contact/nodes/stages.wgsl"),
+    include_str!("../attachments/stages.wgsl"),
+    include_str!("../solvers/dual/solve.wgsl"),
+    include_str!("../solvers/dual/active_stages.wgsl"),
+    include_str!("../solvers/dual/stages.wgsl"),
+    include_str!("../solvers/implicit/levels.wgsl"),
+    include_str!("../solvers/implicit/set_up.wgsl"),
+    include_str!("../solvers/implicit/stages.wgsl"),
+    include_str!("../solvers/implicit/level_stages.wgsl"),
+    include_str!("../elements/load/elements.wgsl"),
+    include_str!("../elements/aero/stages.wgsl"),
+    include_str!("../elements/load/stages.wgsl"),
+    include_str!("../motion/stages.wgsl"),
+    include_str!("../diagnostics/measure.wgsl"),
+    include_str!("../diagnostics/measure_grid.wgsl"),
+    include_str!("../diagnostics/measure_mesh.wgsl"),
+    include_str!("../diagnostics/measure_elements.wgsl"),
 ];
 
 /// Kernels that meet triangles of colliders, and what of the scene they need.
 const MESHES: &[&str] = &[
-    include_str!("state.wgsl"),
-    include_str!("reach_memory.wgsl"),
-    include_str!("stages.wgsl"),
-    include_str!("touch_again.wgsl"),
-    include_str!("mesh.wgsl"),
-    include_str!("volume.wgsl"),
-    include_str!("restore_stages.wgsl"),
-    include_str!("pairs.wgsl"),
-    include_str!("solve.wgsl"),
-    include_str!("primal.wgsl"),
-    include_str!("attach_stages.wgsl"),
-    include_str!("pins.wgsl"),
-    include_str!("mesh_contact_stages.wgsl"),
+    include_str!("wgsl/state.wgsl"),
+    include_str!("wgsl/reach_memory.wgsl"),
+    include_str!("../solvers/explicit/stages.wgsl"),
+    include_str!("../contact/colliders/touch_again.wgsl"),
+    include_str!("../elements/spring/mesh.wgsl"),
+    include_str!("../volume/groups.wgsl"),
+    include_str!("../volume/restore_stages.wgsl"),
+    include_str!("../contact/nodes/pairs.wgsl"),
+    include_str!("../solvers/dual/solve.wgsl"),
+    include_str!("../solvers/implicit/levels.wgsl"),
+    include_str!("../attachments/stages.wgsl"),
+    include_str!("../motion/stages.wgsl"),
+    include_str!("../contact/collider_mesh/stages.wgsl"),
 ];
 
 /// Parts of the scene in the memory of workgroups, and the kernels that work on them there.
 const PATCHES: &[&str] = &[
-    include_str!("state.wgsl"),
-    include_str!("reach_patch.wgsl"),
-    include_str!("grid.wgsl"),
-    include_str!("grid_patches.wgsl"),
-    include_str!("mesh.wgsl"),
-    include_str!("mesh_patches.wgsl"),
+    include_str!("wgsl/state.wgsl"),
+    include_str!("../solvers/explicit/reach_patch.wgsl"),
+    include_str!("../elements/spring/grid.wgsl"),
+    include_str!("../solvers/explicit/grid_patches.wgsl"),
+    include_str!("../elements/spring/mesh.wgsl"),
+    include_str!("../solvers/explicit/mesh_patches.wgsl"),
 ];
 
-const LOADS_ALONE: &str = include_str!("loads_alone.wgsl");
-const LOADS_GIVEN: &str = include_str!("loads_given.wgsl");
+const LOADS_ALONE: &str = include_str!("../elements/load/alone.wgsl");
+const LOADS_GIVEN: &str = include_str!("../elements/load/given.wgsl");
 
 /// Vertex normals need no more of the scene than positions.
 const NORMALS: &[&str] = &[
-    include_str!("../shared/vector.wgsl"),
-    include_str!("../shared/normal.wgsl"),
+    include_str!("wgsl/vector.wgsl"),
+    include_str!("wgsl/normal.wgsl"),
     include_str!("../diagnostics/normals.wgsl"),
 ];
 
 /// Vertices of a renderer need those of two states.
 const DRAWN: &[&str] = &[
-    include_str!("../shared/vector.wgsl"),
-    include_str!("../shared/normal.wgsl"),
+    include_str!("wgsl/vector.wgsl"),
+    include_str!("wgsl/normal.wgsl"),
     include_str!("../diagnostics/drawn.wgsl"),
 ];
 

@@ -1,20 +1,9 @@
 //! Records as the kernels see them: the same fields in the same order, at the offsets that naga reads from the WGSL
 //! (`layout_tests` compares them).
 
-pub mod collider;
-mod primal;
-mod solve;
-
-use crate::forces::air::AirNow;
-use crate::integrate::pins;
+use crate::elements::aero::aero::AirNow;
+use crate::motion::pins;
 use bytemuck::{Pod, Zeroable};
-
-pub use collider::Collider;
-pub use primal::{
-    CoarseEdge, Descent, Diagonal, LevelGroup, NodeSolve, Parents, Share, SlotSpring, Symmetric, VECTORS,
-    Vector,
-};
-pub use solve::{Link, LinkGroup, Met, NodeGroup, Progress, Row, Solve, Taken};
 
 /// Position or velocity in the first three; inverse mass [1/kg] or mass [kg] in the last.
 pub type Four = [f32; 4];

@@ -1,7 +1,7 @@
 //! The state on the host: fetched when it is asked for, and put back when it was changed.
 
-use super::layout::Four;
-use super::segment::Segment;
+use crate::gpu::layout::Four;
+use crate::gpu::segment::Segment;
 use std::ops::Range;
 use taffeta_gpu::{Gpu, GpuError, ReadBack};
 

@@ -1,32 +1,23 @@
 //! The backend on the GPU: memory and scheduling. Formulas are in the stages' own folders, as `.wgsl` beside the Rust.
 
-mod attached;
-mod backend;
-mod boundary;
-mod buffers;
-mod collider_meshes;
-mod cost;
-mod drawn;
-mod kernels;
-mod layout;
+pub mod backend;
+pub mod boundary;
+pub mod buffers;
+pub mod cost;
+pub mod drawn;
+pub mod kernels;
+pub mod layout;
 #[cfg(test)]
-mod layout_tests;
-mod levelled;
-mod linked;
-mod mirror;
-mod needed;
-mod normals;
-mod options;
-mod paper;
+pub mod layout_tests;
+pub mod mirror;
+pub mod normals;
+pub mod options;
+pub mod paper;
 pub mod parity;
-mod patches;
-mod primal;
-mod recorder;
-mod segment;
-mod solver;
-mod sums;
-mod tables;
-mod touching;
+pub mod recorder;
+pub mod segment;
+pub mod sums;
+pub mod tables;
 
 pub use backend::GpuBackend;
 pub use boundary::Boundary;

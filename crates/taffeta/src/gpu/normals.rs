@@ -1,9 +1,9 @@
 //! Vertex normals on the device, of one body.
 
-use super::kernels::{Kernels, Name, Sizes};
-use super::layout::{Four, GROUP};
-use super::segment::Segment;
-use crate::assembly::BodyAssembly;
+use crate::build::body::BodyAssembly;
+use crate::gpu::kernels::{Kernels, Name, Sizes};
+use crate::gpu::layout::{Four, GROUP};
+use crate::gpu::segment::Segment;
 use crate::topology::Csr;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;

@@ -1,11 +1,11 @@
 //! How to run on a GPU, and what is refused there.
 
-use super::paper::ConstraintProduct;
-use super::patches;
-use super::segment::Segment;
-use crate::assembly::Assembly;
-use crate::collision::mesh::MeshShape;
+use crate::build::Assembly;
+use crate::contact::collider_mesh::surface::MeshShape;
+use crate::gpu::paper::ConstraintProduct;
+use crate::gpu::segment::Segment;
 use crate::scene::Method;
+use crate::solvers::explicit::patches;
 use crate::step::Stage;
 use std::sync::Arc;
 use taffeta_gpu::Gpu;
@@ -30,7 +30,7 @@ pub enum GpuKernels {
 
 impl GpuKernels {
     /// Whether they are those of a paper, which do whole sub-steps.
-    pub(super) fn is_of_paper(self) -> bool {
+    pub(crate) fn is_of_paper(self) -> bool {
         matches!(self, Self::NodeCentric | Self::SpringCentric | Self::Constraints(_))
     }
 }

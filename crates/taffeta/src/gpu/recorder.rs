@@ -1,8 +1,8 @@
 //! A frame as a list of dispatches: `step::frame` says in which order.
 
-use super::kernels::{Contact, Kernels, Name};
-use super::layout::{GROUP, NODE_SUMS, RESTORED};
-use super::segment::{Counts, Segment};
+use crate::gpu::kernels::{Contact, Kernels, Name};
+use crate::gpu::layout::{GROUP, NODE_SUMS, RESTORED};
+use crate::gpu::segment::{Counts, Segment};
 use crate::step::{Stage, Stages, Tile};
 use taffeta_gpu::{DispatchList, GpuError};
 
@@ -244,23 +244,23 @@ impl Stages for Recorder<'_> {
 }
 
 impl Recorder<'_> {
-    pub(super) fn dispatch(&mut self, entry: &'static str, substep: usize, groups: usize) {
+    pub(crate) fn dispatch(&mut self, entry: &'static str, substep: usize, groups: usize) {
         self.dispatch_kernel(Name::new(entry), substep, groups);
     }
 
-    pub(super) fn dispatch_kernel(&mut self, name: Name, substep: usize, groups: usize) {
+    pub(crate) fn dispatch_kernel(&mut self, name: Name, substep: usize, groups: usize) {
         if groups > 0 && self.fault.is_ok() {
             self.fault = self.segment.dispatch(self.kernels, self.list, name, substep, groups as u32);
         }
     }
 
     /// A kernel that meets triangles of colliders.
-    pub(super) fn dispatch_on_meshes(&mut self, entry: &'static str, substep: usize, groups: usize) {
+    pub(crate) fn dispatch_on_meshes(&mut self, entry: &'static str, substep: usize, groups: usize) {
         self.dispatch_kernel(Name { contact: Contact::Meshes, ..Name::new(entry) }, substep, groups);
     }
 
     /// Whether colliders are meshes: contact is a kernel of its own then.
-    pub(super) fn meets_meshes(&self) -> bool {
+    pub(crate) fn meets_meshes(&self) -> bool {
         self.segment.meshes.any()
     }
 
@@ -270,7 +270,7 @@ impl Recorder<'_> {
     }
 
     /// What those do that have.
-    pub(super) fn whole_contact(&self) -> Contact {
+    pub(crate) fn whole_contact(&self) -> Contact {
         if self.meets_meshes() { Contact::Meshes } else { Contact::Solids }
     }
 
@@ -286,7 +286,7 @@ impl Recorder<'_> {
         self.segment.patches.is_some() && !self.loads_given() && self.counts.pins == 0
     }
 
-    pub(super) fn loads_given(&self) -> bool {
+    pub(crate) fn loads_given(&self) -> bool {
         self.segment.tables.has_elements() || self.counts.hand_forces > 0
     }
 
@@ -337,7 +337,7 @@ impl Recorder<'_> {
     }
 
     /// One particle stage in kernels of its own.
-    pub(super) fn alone(&mut self, stage: Stage, substep: usize) {
+    pub(crate) fn alone(&mut self, stage: Stage, substep: usize) {
         self.list.stage(stage.name());
         let places = self.segment.tables.place_groups();
         match stage {

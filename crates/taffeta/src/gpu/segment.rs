@@ -1,24 +1,25 @@
 //! A segment on the device: its buffers, its kernels, and what it is told for a frame.
 
-use super::attached::{Attached, Attaching};
-use super::buffers::{Fixed, Scratch, Sums, Told, fill};
-use super::collider_meshes::{ColliderMeshes, Words};
-use super::kernels::{Kernels, Name, Sizes};
-use super::layout::{
-    Air, BY_HAND, Collider, Four, Load, Motion, Pin, SUBSTEPS_SEEN, Solving, Substep, TORQUE, VOLUME_PARTS,
-};
-use super::levelled::Levelled;
-use super::linked::Linked;
-use super::options::GpuKernels;
-use super::paper::Paper;
-use super::patches::{self, Patches};
-use super::primal::Primal;
-use super::solver::Constrained;
-use super::tables::Tables;
-use crate::assembly::Assembly;
+use crate::attachments::gpu::{Attached, Attaching};
 use crate::backend::Hand;
-use crate::collision::pair;
+use crate::build::Assembly;
+use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
+use crate::contact::colliders::gpu_layout::Collider;
+use crate::contact::nodes::pair;
+use crate::gpu::buffers::{Fixed, Scratch, Sums, Told, fill};
+use crate::gpu::kernels::{Kernels, Name, Sizes};
+use crate::gpu::layout::{
+    Air, BY_HAND, Four, Load, Motion, Pin, SUBSTEPS_SEEN, Solving, Substep, TORQUE, VOLUME_PARTS,
+};
+use crate::gpu::options::GpuKernels;
+use crate::gpu::paper::Paper;
+use crate::gpu::tables::Tables;
 use crate::plan;
+use crate::solvers::dual::gpu::Constrained;
+use crate::solvers::dual::gpu_tables::Linked;
+use crate::solvers::explicit::patches::{self, Patches};
+use crate::solvers::implicit::gpu::Primal;
+use crate::solvers::implicit::gpu_tables::Levelled;
 use std::collections::HashMap;
 use std::num::NonZeroU64;
 use taffeta_gpu::{Bindable, Bound, Buffer, DispatchList, Gpu, GpuError, Kernel, Uniforms};

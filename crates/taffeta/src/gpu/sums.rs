@@ -1,8 +1,9 @@
 //! Adds up in 64 bits what the workgroups have summed.
 
-use super::layout::{NODE_SUMS, Taken};
-use super::segment::Segment;
 use crate::diagnostics::{FrameSums, SolverReport};
+use crate::gpu::layout::NODE_SUMS;
+use crate::gpu::segment::Segment;
+use crate::solvers::dual::gpu_layout::Taken;
 use taffeta_gpu::{Gpu, GpuError};
 
 /// A sum; the largest number where 32 bits were too few for it. Whether the state is finite is counted apart.

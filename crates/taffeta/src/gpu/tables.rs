@@ -1,15 +1,19 @@
 //! What a frame never changes, by segment: some whole bodies, as many as one binding can hold.
 
-use super::attached::{self, Attached};
-use super::layout::{
+use crate::attachments::gpu::{self as attached, Attached};
+use crate::build::Assembly;
+use crate::build::body::{BodyAssembly, BodySprings, GridDirections};
+use crate::contact::nodes::gpu as touching;
+use crate::elements::load::build::LoadKind;
+use crate::elements::spring::lists::SpringKind;
+use crate::gpu::layout::{
     Along, Chunk, Entry, FORCE, Four, GROUP, Grid, Hinge, IS_LOAD, IS_RING, Load, NOT_A_MESH, Panel, Pin,
-    RESTORED, Run, Small, Surface, TILE, TORQUE, Tile, VECTORS, VolumeGroup, WEIGHTED,
+    RESTORED, Run, Small, Surface, TILE, TORQUE, Tile, VolumeGroup, WEIGHTED,
 };
-use super::levelled::{self, Levelled};
-use super::linked::{self, Linked};
-use super::touching;
-use crate::assembly::{Assembly, BodyAssembly, BodySprings, GridDirections, LoadKind};
-use crate::topology::{Csr, LANES, SpringKind};
+use crate::solvers::dual::gpu_tables::{self as linked, Linked};
+use crate::solvers::implicit::gpu_layout::VECTORS;
+use crate::solvers::implicit::gpu_tables::{self as levelled, Levelled};
+use crate::topology::{Csr, LANES};
 use std::ops::Range;
 
 /// Triangles that one workgroup sums up.
@@ -160,7 +164,7 @@ impl Tables {
     }
 
     /// A place's number in the segment.
-    pub(super) fn local(&self, node: usize) -> u32 {
+    pub(crate) fn local(&self, node: usize) -> u32 {
         (node - self.places.start) as u32
     }
 

@@ -1,4 +1,4 @@
-use super::{Keyframe, Mesh, Rotation, Tethers, Volume, VolumeForm};
+use crate::scene::{Keyframe, Mesh, Rotation, Tethers, Volume, VolumeForm};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -201,7 +201,7 @@ pub struct Pin {
 
 impl Pin {
     /// Whether its nodes may move: by keyframes, or with a collider.
-    pub(super) fn may_move(&self) -> bool {
+    pub(crate) fn may_move(&self) -> bool {
         !self.motion.is_empty() || self.collider.is_some()
     }
 }

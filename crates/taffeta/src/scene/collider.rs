@@ -1,4 +1,4 @@
-use super::{Keyframe, Mesh, Place};
+use crate::scene::{Keyframe, Mesh, Place};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-use super::Select;
+use crate::scene::Select;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,6 @@
 //! How much memory a scene will take, told before any of it is taken.
 
-use super::{Body, Mesh, Method, Scene, Seam, Select, Spring, Springs};
+use crate::scene::{Body, Mesh, Method, Scene, Seam, Select, Spring, Springs};
 use crate::topology::Surface;
 
 /// Memory that building and running a scene takes at its peak, in 64 bits (in 32 bits it is up to 40 % less), beyond

@@ -9,7 +9,7 @@ mod path;
 #[cfg(test)]
 mod tests;
 
-use super::{Collider, ConstraintForm, Force, Keyframe, Rotation, Scene, Solver, World};
+use crate::scene::{Collider, ConstraintForm, Force, Keyframe, Rotation, Scene, Solver, World};
 pub(crate) use path::plain;
 use path::{Checked, Path};
 use std::collections::HashMap;

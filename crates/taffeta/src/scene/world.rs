@@ -1,4 +1,4 @@
-use super::Air;
+use crate::scene::Air;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -1,9 +1,9 @@
 //! Frames of a simulation: launched, and then collected.
 
-use super::{Simulation, StepError};
 use crate::backend::Lost;
 use crate::diagnostics::FrameReport;
 use crate::diagnostics::advice::runaway;
+use crate::simulation::{Simulation, StepError};
 
 impl Simulation {
     /// Has some frames run, and does not ask what became of them. On a GPU nothing waits, and nothing is read back.

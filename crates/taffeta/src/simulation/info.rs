@@ -1,6 +1,8 @@
 //! What a running scene is made of, for people and outputs.
 
-use crate::assembly::{Assembly, IS_POINT, Touching};
+use crate::attachments::build::IS_POINT;
+use crate::build::Assembly;
+use crate::contact::nodes::build::Touching;
 use crate::scene::{Mesh, Scene, Shape};
 
 /// One body of a running scene.
@@ -54,7 +56,7 @@ pub struct ColliderInfo {
 }
 
 impl BodyInfo {
-    pub(super) fn of(assembly: &Assembly, index: usize) -> Self {
+    pub(crate) fn of(assembly: &Assembly, index: usize) -> Self {
         let body = &assembly.bodies[index];
         let nodes = body.first as u32..(body.first + body.nodes) as u32;
         let attached = &assembly.attachments;
@@ -80,7 +82,7 @@ impl BodyInfo {
 }
 
 impl ColliderInfo {
-    pub(super) fn of(scene: &Scene, assembly: &Assembly, index: usize) -> Self {
+    pub(crate) fn of(scene: &Scene, assembly: &Assembly, index: usize) -> Self {
         let described = &scene.colliders[index];
         let repairs = match described.shape() {
             Some(Shape::Mesh(Mesh::Surface(surface)) | Shape::Convex(Mesh::Surface(surface))) => {

@@ -1,14 +1,14 @@
 //! What a program changes while a scene runs: where colliders and pins go, the world, the scene itself.
 
-use super::Simulation;
-#[cfg(feature = "gpu")]
-use super::StepError;
 #[cfg(feature = "gpu")]
 use crate::backend::Lost;
 #[cfg(feature = "gpu")]
 use crate::gpu::{VertexTarget, View};
-use crate::integrate::keyframes::Track;
+use crate::motion::keyframes::Track;
 use crate::scene::{Keyframe, Rotation, SceneError, World};
+use crate::simulation::Simulation;
+#[cfg(feature = "gpu")]
+use crate::simulation::StepError;
 
 /// A rigid motion from the start: first the turn about the origin, then the shift.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -68,7 +68,7 @@ impl Simulation {
         &mut self,
         what: &str,
         to: Pose,
-        track: impl Fn(&mut crate::assembly::Assembly) -> &mut Track,
+        track: impl Fn(&mut crate::build::Assembly) -> &mut Track,
     ) -> Result<(), SceneError> {
         let dt = self.dt();
         let now = f64::from(self.frame()) * dt;

@@ -1,10 +1,10 @@
 //! What a program may show of vertices beside where they are: velocities, and how far they are from colliders.
 
-use super::Simulation;
-use crate::assembly::BodyAssembly;
-use crate::collision::mesh::MeshSurface;
-use crate::collision::moving::ColliderNow;
-use crate::collision::shape::ShapeNow;
+use crate::build::body::BodyAssembly;
+use crate::contact::collider_mesh::surface::MeshSurface;
+use crate::contact::colliders::moving::ColliderNow;
+use crate::contact::colliders::shape::ShapeNow;
+use crate::simulation::Simulation;
 
 impl Simulation {
     /// Velocities of all vertices [m/s], bodies one after the other, in the meshes' own order; none has what no face uses.
@@ -25,7 +25,8 @@ impl Simulation {
             assembly.colliders.iter().filter_map(|one| one.mesh()).map(|mesh| mesh.surface()).collect()
         });
         let (now, dt, mut meshes) = (f64::from(self.frame()) * self.dt(), self.dt(), 0);
-        let at_end = |one: &crate::collision::moving::MovingCollider| one.at(now - dt, dt, &mut meshes);
+        let at_end =
+            |one: &crate::contact::colliders::moving::MovingCollider| one.at(now - dt, dt, &mut meshes);
         let colliders: Vec<ColliderNow<f64>> = assembly.colliders.iter().map(at_end).collect();
         let gap = |x: [f64; 3]| {
             let gaps = colliders.iter().map(|collider| gap_of(collider, surfaces, x, reach));

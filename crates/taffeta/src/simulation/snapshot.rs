@@ -1,8 +1,8 @@
 //! All that a simulation remembers from one frame to the next, so that a run can be stopped and taken up.
 
-use super::{Precision, Simulation};
 use crate::backend::Remembered;
 use crate::diagnostics::FrameReport;
+use crate::simulation::{Precision, Simulation};
 use serde::{Deserialize, Serialize};
 
 /// A simulation between two frames. A simulation of the same scene that is [restored](Simulation::restore) from it

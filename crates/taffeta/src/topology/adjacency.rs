@@ -40,7 +40,7 @@ impl Gather {
     }
 
     /// Adds a slice: for each of its nodes, neighbours and rest lengths [m] in their order.
-    pub(super) fn add_slice(
+    pub(crate) fn add_slice(
         &mut self,
         slice: usize,
         rows: &[Vec<(u32, f64)>],

@@ -1,6 +1,6 @@
 //! The open edges of a surface, put together to loops.
 
-use super::Csr;
+use crate::topology::Csr;
 
 /// What open edges make together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -14,7 +14,7 @@ pub struct Borders {
 
 impl Borders {
     /// Puts `open` edges together, whose nodes are all in `nodes`, ascending.
-    pub(super) fn new(nodes: &[u32], open: &[[u32; 2]]) -> Self {
+    pub(crate) fn new(nodes: &[u32], open: &[[u32; 2]]) -> Self {
         let place = |node: u32| nodes.partition_point(|n| *n < node) as u32;
         let edges: Vec<[u32; 2]> = open.iter().map(|edge| edge.map(place)).collect();
         let at = Csr::corners(nodes.len(), &edges);

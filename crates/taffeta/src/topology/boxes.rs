@@ -1,9 +1,9 @@
 //! A tree of boxes over triangles, to find those that are near: leaves along a Hilbert curve, a complete binary tree
 //! above them (after Lauterbach et al., "Fast BVH construction on GPUs", 2009, with equal leaves instead of splits).
 
-use super::measure::add_scaled;
-use super::order::locality_order;
-use super::predicate::Point;
+use crate::topology::measure::add_scaled;
+use crate::topology::order::locality_order;
+use crate::topology::predicate::Point;
 
 /// Triangles of a leaf.
 pub const LEAF: usize = 4;
@@ -25,7 +25,7 @@ pub fn around(points: impl IntoIterator<Item = Point>) -> Bounds {
 }
 
 /// Whether two boxes have a point in common.
-pub(super) fn overlap(a: &Bounds, b: &Bounds) -> bool {
+pub(crate) fn overlap(a: &Bounds, b: &Bounds) -> bool {
     (0..3).all(|i| a[0][i] <= b[1][i] && b[0][i] <= a[1][i])
 }
 
@@ -45,7 +45,7 @@ pub fn tree_boxes(triangles: impl ExactSizeIterator<Item = Bounds>) -> Vec<Bound
 }
 
 /// The tree.
-pub(super) struct BoxTree {
+pub(crate) struct BoxTree {
     /// Triangles, leaf after leaf.
     order: Vec<u32>,
     /// See [`tree_boxes`].
@@ -62,7 +62,7 @@ pub fn leaf_order(nodes: &[Point], triangles: &[[u32; 3]]) -> Vec<u32> {
 }
 
 impl BoxTree {
-    pub(super) fn new(nodes: &[Point], triangles: &[[u32; 3]]) -> Self {
+    pub(crate) fn new(nodes: &[Point], triangles: &[[u32; 3]]) -> Self {
         let order = leaf_order(nodes, triangles);
         let corners = |t: &u32| triangles[*t as usize].map(|node| nodes[node as usize]);
         let boxes = tree_boxes(order.iter().map(|t| around(corners(t))));
@@ -71,17 +71,17 @@ impl BoxTree {
     }
 
     /// Number of leaves that hold triangles.
-    pub(super) fn leaves(&self) -> usize {
+    pub(crate) fn leaves(&self) -> usize {
         self.order.len().div_ceil(LEAF)
     }
 
     /// Triangles of a leaf.
-    pub(super) fn members(&self, leaf: usize) -> &[u32] {
+    pub(crate) fn members(&self, leaf: usize) -> &[u32] {
         &self.order[leaf * LEAF..self.order.len().min((leaf + 1) * LEAF)]
     }
 
     /// Leaves from `leaf` on whose box overlaps its box, itself first, until `visit` says that it is enough.
-    pub(super) fn near(&self, leaf: usize, mut visit: impl FnMut(usize) -> bool) {
+    pub(crate) fn near(&self, leaf: usize, mut visit: impl FnMut(usize) -> bool) {
         let around = self.boxes[self.width + leaf];
         let mut stack = vec![1_usize];
         while let Some(i) = stack.pop() {

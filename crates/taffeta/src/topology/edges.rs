@@ -1,6 +1,6 @@
 //! Edges of a surface, and what lies at either side of them.
 
-use super::{Borders, Csr};
+use crate::topology::{Borders, Csr};
 
 /// No triangle at this side of an edge.
 pub const NONE: u32 = u32::MAX;

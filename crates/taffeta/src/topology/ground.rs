@@ -1,7 +1,7 @@
 //! A height field as a closed block.
 
-use super::Surface;
 use crate::scene::Heightfield;
+use crate::topology::Surface;
 
 /// Most heights: as many as nodes of one mesh.
 const MOST: usize = 1 << 26;

@@ -1,8 +1,8 @@
 //! Whether a surface has an inside, and why not, in words that checks and runs share.
 
-use super::inspect::{Sides, is_orientable};
-use super::measure::{area, volume};
-use super::{Edges, Surface};
+use crate::topology::inspect::{Sides, is_orientable};
+use crate::topology::measure::{area, volume};
+use crate::topology::{Edges, Surface};
 use std::collections::HashMap;
 use std::fmt;
 

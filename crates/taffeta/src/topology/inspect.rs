@@ -5,11 +5,11 @@ mod sets;
 mod sides;
 
 pub use parts::Part;
-pub(super) use parts::is_orientable;
-pub(super) use sides::Sides;
+pub(crate) use parts::is_orientable;
+pub(crate) use sides::Sides;
 
-use super::measure::{area, bounds, length, volume};
-use super::{Edges, Surface};
+use crate::topology::measure::{area, bounds, length, volume};
+use crate::topology::{Edges, Surface};
 
 /// A surface in numbers.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! Where a surface passes through itself: all pairs of triangles that meet where they should not, found exactly.
 
-use super::boxes::{Bounds, BoxTree, around, overlap};
-use super::predicate::{Point, meet_beyond_corner, overlap_beyond_edge, triangles_meet};
+use crate::topology::boxes::{Bounds, BoxTree, around, overlap};
+use crate::topology::predicate::{Point, meet_beyond_corner, overlap_beyond_edge, triangles_meet};
 use rayon::prelude::*;
 
 /// How many pairs are named.

@@ -1,7 +1,7 @@
 //! Order in memory: nodes that are near in space are near in memory, so that a gather finds its neighbours in
 //! the cache.
 
-use super::measure::bounds;
+use crate::topology::measure::bounds;
 
 /// Bits of an axis; three of them fill a 63-bit key.
 const BITS: u32 = 21;

@@ -1,8 +1,8 @@
 //! Where a body starts: scale, then rotate, then translate.
 
-use super::measure::{bounds, norm};
-use super::shapes::LARGEST;
 use crate::scene::{Place, Rotation};
+use crate::topology::measure::{bounds, norm};
+use crate::topology::shapes::LARGEST;
 
 /// Scale, then rotate, then translate.
 #[derive(Clone, Copy, Debug, PartialEq)]

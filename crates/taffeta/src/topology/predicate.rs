@@ -2,10 +2,10 @@
 //! arithmetic (Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", 1997).
 //! Coordinates other than 0 must lie between 1e-70 and 1e70 in size.
 
-use super::measure::{cross, sub};
+use crate::topology::measure::{cross, sub};
 use robust::{Coord, Coord3D};
 
-pub(super) type Point = [f64; 3];
+pub(crate) type Point = [f64; 3];
 
 /// Whether two triangles have a point in common; one that touches counts. Both have an area.
 pub fn triangles_meet(a: [Point; 3], b: [Point; 3]) -> bool {

@@ -1,7 +1,7 @@
 //! The shape in which a mesh is at rest: that of its nodes, or another one given for the corners of its triangles.
 
-use super::measure::{area_of, bounds, cross, dot, length, norm, sub, volume};
-use super::{Edges, Surface};
+use crate::topology::measure::{area_of, bounds, cross, dot, length, norm, sub, volume};
+use crate::topology::{Edges, Surface};
 
 /// Share of a length within which places at rest count as one: what is written to seven digits still meets.
 const SAME: f64 = 1e-6;

@@ -1,6 +1,6 @@
 //! Whether a segment meets any triangle of a surface: a tree of boxes over the triangles.
 
-use super::measure::{add_scaled, bounds, cross, dot, norm, sub};
+use crate::topology::measure::{add_scaled, bounds, cross, dot, norm, sub};
 
 /// Most triangles of a leaf.
 const LEAF: usize = 4;
@@ -8,7 +8,7 @@ const LEAF: usize = 4;
 type Point = [f64; 3];
 
 /// Triangles of a surface, ready to be asked.
-pub(super) struct Obstacles<'a> {
+pub(crate) struct Obstacles<'a> {
     nodes: &'a [Point],
     triangles: &'a [[u32; 3]],
     /// Triangles by leaf.
@@ -29,7 +29,7 @@ struct Node {
 }
 
 impl<'a> Obstacles<'a> {
-    pub(super) fn new(nodes: &'a [Point], triangles: &'a [[u32; 3]]) -> Self {
+    pub(crate) fn new(nodes: &'a [Point], triangles: &'a [[u32; 3]]) -> Self {
         let [lo, hi] = bounds(nodes);
         let reach = 1e-9 * norm(sub(hi, lo));
         let order = (0..triangles.len() as u32).collect();
@@ -76,7 +76,7 @@ impl<'a> Obstacles<'a> {
     }
 
     /// Whether the segment between two nodes meets a triangle that has neither of them.
-    pub(super) fn block(&self, ends: [u32; 2]) -> bool {
+    pub(crate) fn block(&self, ends: [u32; 2]) -> bool {
         let [p, q] = ends.map(|i| self.nodes[i as usize]);
         let inverse = sub(q, p).map(|x| 1.0 / x);
         let mut stack = vec![0];

@@ -1,7 +1,7 @@
 //! The nodes that a selection means.
 
-use super::{Edges, Surface};
 use crate::scene::{Bounds, Select};
+use crate::topology::{Edges, Surface};
 use std::collections::HashMap;
 
 /// What a selection chooses from: a body at its start.
@@ -155,7 +155,7 @@ impl Selectable<'_> {
         let found: Vec<u32> =
             self.nodes.iter().zip(0..).filter(|(p, _)| within(p)).map(|(_, node)| node).collect();
         if found.is_empty() {
-            let [low, high] = super::measure::bounds(self.nodes);
+            let [low, high] = crate::topology::measure::bounds(self.nodes);
             let message = format!("holds no node; the body starts between {low:?} and {high:?}");
             return Err(("select.box", message));
         }

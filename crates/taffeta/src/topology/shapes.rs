@@ -8,8 +8,8 @@ mod round;
 pub use check::{LARGEST, check};
 pub use flat::grid_surface;
 
-use super::{Polygons, Surface};
 use crate::scene::Mesh;
+use crate::topology::{Polygons, Surface};
 
 /// The surface of a mesh, its sizes checked.
 pub fn surface(mesh: &Mesh) -> Result<Surface, String> {

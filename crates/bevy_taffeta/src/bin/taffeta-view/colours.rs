@@ -9,7 +9,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_taffeta::Running;
 use bevy_taffeta::prelude::*;
-use bevy_taffeta::taffeta::topology::SpringKind;
+use bevy_taffeta::taffeta::springs::SpringKind;
 
 /// What the colours of bodies say.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

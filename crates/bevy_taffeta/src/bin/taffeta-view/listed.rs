@@ -2,8 +2,8 @@
 
 use bevy::prelude::*;
 use bevy_taffeta::Running;
+use bevy_taffeta::taffeta::springs::SpringKind;
 use bevy_taffeta::taffeta::springs_of;
-use bevy_taffeta::taffeta::topology::SpringKind;
 
 /// The springs of each body, made when they are first asked for.
 #[derive(Resource, Default)]

@@ -5,7 +5,7 @@ use crate::panel::Busy;
 use crate::stage::StageRoot;
 use bevy::prelude::*;
 use bevy_taffeta::prelude::*;
-use bevy_taffeta::taffeta::topology::SpringKind;
+use bevy_taffeta::taffeta::springs::SpringKind;
 use bevy_taffeta::{DrawMethod, Running};
 
 /// How the scene is drawn.

@@ -1,10 +1,9 @@
 //! Single stages of a sub-step on a state of the caller's choice, to compare another backend with.
 
-use super::{CpuBackend, Fields};
-use crate::assembly::BodyAssembly;
 use crate::backend::{Backend, Hand};
-use crate::constraints::volume::WEIGHTED_SUMS;
-use crate::cpu::near::Near;
+use crate::build::body::BodyAssembly;
+use crate::contact::collider_mesh::cache::Near;
+use crate::cpu::backend::{CpuBackend, Fields};
 use crate::cpu::shared::Shared;
 use crate::cpu::tile::CpuTile;
 use crate::cpu::worker::Worker;
@@ -13,6 +12,7 @@ use crate::plan::Substep;
 use crate::real::Real;
 use crate::step::Stages;
 use crate::topology::LANES;
+use crate::volume::volume::WEIGHTED_SUMS;
 use std::ops::Range;
 use std::sync::PoisonError;
 

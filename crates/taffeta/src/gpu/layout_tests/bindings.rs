@@ -1,7 +1,7 @@
 //! What a kernel may bind, and how large its workgroups are.
 
-use super::{fixed, read, sources};
 use crate::gpu::layout::{GROUP, SUBSTEPS_SEEN};
+use crate::gpu::layout_tests::{fixed, read, sources};
 use std::collections::BTreeMap;
 use taffeta_gpu::wgpu::naga::valid::ModuleInfo;
 use taffeta_gpu::wgpu::naga::{

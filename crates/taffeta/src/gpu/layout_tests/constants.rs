@@ -1,27 +1,31 @@
 //! Numbers that stand on both sides.
 
-use super::{read, sources};
-use crate::collision::contact::NARROW;
-use crate::collision::moving::{ColliderNow, Rigid, Touching};
-use crate::collision::pair::FIRM;
-use crate::collision::press::{LEFT_TO_CONTACT, STICKS};
-use crate::collision::shape::{BoxNow, CapsuleNow, CylinderNow, ENTRIES, PlaneNow, ShapeNow, SphereNow};
-use crate::collision::{mesh, tree, triangle};
-use crate::constraints::attach::ROUNDS as TETHER_ROUNDS;
-use crate::constraints::joints::ROUNDS as GROUP_ROUNDS;
-use crate::constraints::volume::{FEW, FLAT, Form};
-use crate::cpu::{GRAIN, GROOVES, ROUNDS};
-use crate::forces::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
-use crate::forces::hinge::STIFFEST;
-use crate::gpu::attached::FIELDS;
-use crate::gpu::layout::collider::MESH;
-use crate::gpu::layout::{
-    BY_HAND, Collider, FARTHEST, FORCE, GROUP, IS_LOAD, IS_RING, NODE_SUMS, NONE, NOT_A_MESH, OWN,
-    PATCH_NODE_BYTES, RESTORED, TILE, TORQUE, VECTORS, VOLUME_PARTS, Vector, WEIGHTED,
+use crate::attachments::attach::ROUNDS as TETHER_ROUNDS;
+use crate::attachments::gpu::FIELDS;
+use crate::attachments::joints::ROUNDS as GROUP_ROUNDS;
+use crate::contact::collider_mesh::{surface as mesh, tree, triangle};
+use crate::contact::colliders::gpu_layout::Collider;
+use crate::contact::colliders::gpu_layout::MESH;
+use crate::contact::colliders::moving::{ColliderNow, Rigid, Touching};
+use crate::contact::colliders::press::{LEFT_TO_CONTACT, STICKS};
+use crate::contact::colliders::response::NARROW;
+use crate::contact::colliders::shape::{
+    BoxNow, CapsuleNow, CylinderNow, ENTRIES, PlaneNow, ShapeNow, SphereNow,
 };
+use crate::contact::nodes::pair::FIRM;
+use crate::cpu::{GRAIN, GROOVES, ROUNDS};
+use crate::elements::aero::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
+use crate::elements::hinge::hinge::STIFFEST;
+use crate::gpu::layout::{
+    BY_HAND, FARTHEST, FORCE, GROUP, IS_LOAD, IS_RING, NODE_SUMS, NONE, NOT_A_MESH, OWN, PATCH_NODE_BYTES,
+    RESTORED, TILE, TORQUE, VOLUME_PARTS, WEIGHTED,
+};
+use crate::gpu::layout_tests::{read, sources};
 use crate::real::Real;
 use crate::scene::ConstraintForm;
+use crate::solvers::implicit::gpu_layout::{VECTORS, Vector};
 use crate::topology::LANES;
+use crate::volume::volume::{FEW, FLAT, Form};
 use std::collections::BTreeMap;
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use taffeta_gpu::wgpu::naga::{Expression, Literal, Module};

@@ -4,7 +4,7 @@ mod bindings;
 mod constants;
 mod records;
 
-use super::kernels::families;
+use crate::gpu::kernels::families;
 use taffeta_gpu::wgpu::naga;
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};

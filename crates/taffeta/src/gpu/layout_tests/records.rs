@@ -1,12 +1,15 @@
 //! Records, field by field.
 
-use super::{read, sources, words};
+use crate::contact::colliders::gpu_layout::Collider;
 use crate::gpu::drawn::Drawing;
 use crate::gpu::layout::{
-    Air, Along, Chunk, CoarseEdge, Collider, Descent, Diagonal, Entry, Grid, Gusts, Hinge, Joint, LevelGroup,
-    Link, LinkGroup, Load, Meeting, Met, Motion, NodeGroup, NodeSolve, Panel, Parents, Part, Patch, Pin,
-    Progress, Row, Run, Share, SlotSpring, Small, Solve, Solving, Substep, Surface, Symmetric, Taken, Tile,
-    VolumeGroup,
+    Air, Along, Chunk, Entry, Grid, Gusts, Hinge, Joint, Load, Meeting, Motion, Panel, Part, Patch, Pin, Run,
+    Small, Solving, Substep, Surface, Tile, VolumeGroup,
+};
+use crate::gpu::layout_tests::{read, sources, words};
+use crate::solvers::dual::gpu_layout::{Link, LinkGroup, Met, NodeGroup, Progress, Row, Solve, Taken};
+use crate::solvers::implicit::gpu_layout::{
+    CoarseEdge, Descent, Diagonal, LevelGroup, NodeSolve, Parents, Share, SlotSpring, Symmetric,
 };
 use taffeta_gpu::wgpu::naga::{AddressSpace, Handle, Module, Type, TypeInner};
 

@@ -7,12 +7,13 @@ mod spring_centric;
 mod tests;
 mod volume;
 
-use super::kernels::Name;
-use super::options::{GpuKernels, GpuOptions};
-use super::recorder::Recorder;
-use super::tables::Tables;
-use crate::assembly::{Assembly, BodyAssembly, BodySprings};
+use crate::build::Assembly;
+use crate::build::body::{BodyAssembly, BodySprings};
 use crate::diagnostics::SolverReport;
+use crate::gpu::kernels::Name;
+use crate::gpu::options::{GpuKernels, GpuOptions};
+use crate::gpu::recorder::Recorder;
+use crate::gpu::tables::Tables;
 use crate::scene::{ConstraintForm, Method};
 use crate::step::Stage;
 pub use constraint::ConstraintProduct;

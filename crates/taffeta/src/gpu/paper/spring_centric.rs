@@ -1,9 +1,10 @@
 //! What spring_centric.wgsl works on: every spring once.
 
-use super::volume::KeptVolumes;
-use crate::assembly::{BodyAssembly, BodySprings};
+use crate::build::body::{BodyAssembly, BodySprings};
+use crate::elements::spring::lists::SpringList;
+use crate::elements::spring::stencil::GRID_STEPS;
+use crate::gpu::paper::volume::KeptVolumes;
 use crate::gpu::tables::Tables;
-use crate::topology::{GRID_STEPS, SpringList};
 use bytemuck::{Pod, Zeroable};
 use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError};
 

@@ -1,11 +1,11 @@
 //! Records as the sources have them, and what a device must allow.
 
-use super::constraint::Triplet;
-use super::node_centric::Sheet;
-use super::spring_centric::Spring;
-use super::volume::{KeptBody, KeptTriangle};
-use super::{GROUP, fits};
 use crate::gpu::kernels::{Kernels, Name, Sizes};
+use crate::gpu::paper::constraint::Triplet;
+use crate::gpu::paper::node_centric::Sheet;
+use crate::gpu::paper::spring_centric::Spring;
+use crate::gpu::paper::volume::{KeptBody, KeptTriangle};
+use crate::gpu::paper::{GROUP, fits};
 use taffeta_gpu::{Choice, Gpu, wgpu};
 
 const SIZES: Sizes = Sizes { kinds: 1, room: 1, steps: 1 };

@@ -1,6 +1,6 @@
 //! What volume.wgsl works on: triangles, and sums of each body.
 
-use crate::assembly::BodyAssembly;
+use crate::build::body::BodyAssembly;
 use crate::gpu::tables::Tables;
 use crate::topology::Csr;
 use bytemuck::{Pod, Zeroable};

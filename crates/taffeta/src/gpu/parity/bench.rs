@@ -1,9 +1,9 @@
 //! Runs one kernel on arrays of words, and compares what it has written.
 
-use super::fixture::{Arrays, SUBSTEP};
-use super::{Difference, Outcome};
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, SUBSTEPS_SEEN, Substep};
+use crate::gpu::parity::fixture::{Arrays, SUBSTEP};
+use crate::gpu::parity::{Difference, Outcome};
 use std::num::NonZeroU64;
 use taffeta_gpu::bytemuck::{Pod, cast_slice};
 use taffeta_gpu::{Access, Bindable, Buffer, DispatchList, Gpu, GpuError, Kernel, Uniforms};

@@ -1,16 +1,16 @@
 //! That the states of the rows have nodes and elements on both sides of what kernels branch on, and on it.
 
-use super::fixture::{Fixture, SUBSTEP};
-use super::pairs::Work;
-use super::scene::FLOOR;
 use crate::backend::Backend;
-use crate::collision::contact::leave_both;
-use crate::constraints::volume::Form;
-use crate::forces::hinge;
+use crate::contact::colliders::response::leave_both;
+use crate::contact::nodes::parity::Work;
+use crate::elements::hinge::hinge;
 use crate::gpu::layout::{GROUP, IS_RING, NOT_A_MESH, RESTORED, Surface, WEIGHTED};
+use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
+use crate::gpu::parity::scene::FLOOR;
 use crate::real::{dot, norm, scale, sub};
 use crate::scene::{ConstraintForm, Method, Solver};
 use crate::topology::LANES;
+use crate::volume::volume::Form;
 use std::collections::BTreeMap;
 
 /// How often each thing is there.

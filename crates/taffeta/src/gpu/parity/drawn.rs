@@ -1,14 +1,14 @@
 //! The row of vertices that a renderer draws.
 
-use super::bench::{Bench, Given};
-use super::particles::fixtures;
-use super::{Row, Tolerance};
 use crate::backend::Backend;
 use crate::diagnostics::normals::{sums, unit_or_up};
 use crate::gpu::drawn::Drawing;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, NONE};
+use crate::gpu::parity::bench::{Bench, Given};
+use crate::gpu::parity::{Row, Tolerance};
 use crate::real::dot;
+use crate::solvers::explicit::parity::fixtures;
 use crate::topology::Csr;
 use taffeta_gpu::bytemuck::cast_slice;
 

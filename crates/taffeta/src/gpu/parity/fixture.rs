@@ -1,15 +1,17 @@
 //! A state by chance, in which no number is zero or one, and some nodes stand on, below and above what kernels branch
 //! on; with it the CPU's backend and the arrays that kernels are bound to.
 
-use super::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene, wide_sheet};
-use super::{mesh_scene, pair_scene, volume_scene};
-use crate::assembly::Assembly;
 use crate::backend::{Backend, Hand};
-use crate::collision::mesh::MeshSurface;
-use crate::collision::pair;
-use crate::cpu::{Between, CpuBackend};
-use crate::gpu::collider_meshes::{ColliderMeshes, Words};
-use crate::gpu::layout::{Air, BY_HAND, Collider, Four, Motion, Pin, Solving, Substep, VOLUME_PARTS};
+use crate::build::Assembly;
+use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
+use crate::contact::collider_mesh::surface::MeshSurface;
+use crate::contact::colliders::gpu_layout::Collider;
+use crate::contact::nodes::pair;
+use crate::cpu::CpuBackend;
+use crate::cpu::backend::Between;
+use crate::gpu::layout::{Air, BY_HAND, Four, Motion, Pin, Solving, Substep, VOLUME_PARTS};
+use crate::gpu::parity::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene, wide_sheet};
+use crate::gpu::parity::{mesh_scene, pair_scene, volume_scene};
 use crate::gpu::tables::Tables;
 use crate::plan;
 use crate::real::add;

@@ -4,11 +4,12 @@ mod contact;
 mod forces;
 mod volume;
 
-use super::bench::{Bench, Given};
-use super::fixture::{Arrays, Chance, words};
-use super::{Row, Tolerance};
+use crate::contact::colliders::gpu_layout::Collider;
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::{Collider, Four};
+use crate::gpu::layout::Four;
+use crate::gpu::parity::bench::{Bench, Given};
+use crate::gpu::parity::fixture::{Arrays, Chance, words};
+use crate::gpu::parity::{Row, Tolerance};
 use taffeta_gpu::bytemuck::{Pod, Zeroable};
 
 /// Compiled behind the sources of all kernels.

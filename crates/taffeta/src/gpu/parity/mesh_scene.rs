@@ -1,15 +1,15 @@
 //! Colliders that are meshes, for rows of kernels that meet triangles.
 
-use super::fixture::{Fixture, SUBSTEP, State};
-use super::solve_twin::met_of;
-use crate::collision::mesh::{Found, MeshNow, MeshSurface};
-use crate::collision::moving::ColliderNow;
-use crate::collision::press::{Coming, Depth, Press};
-use crate::collision::shape::ShapeNow;
-use crate::collision::triangle::nearest;
-use crate::gpu::layout::Met;
+use crate::contact::collider_mesh::surface::{Found, MeshNow, MeshSurface};
+use crate::contact::collider_mesh::triangle::nearest;
+use crate::contact::colliders::moving::ColliderNow;
+use crate::contact::colliders::press::{Coming, Depth, Press};
+use crate::contact::colliders::shape::ShapeNow;
+use crate::gpu::parity::fixture::{Fixture, SUBSTEP, State};
 use crate::real::{Real, add};
 use crate::scene::{Collider, Icosphere, Keyframe, Mesh, Place, Rotation};
+use crate::solvers::dual::gpu_layout::Met;
+use crate::solvers::dual::twin::met_of;
 use crate::topology::Surface;
 use std::sync::Arc;
 

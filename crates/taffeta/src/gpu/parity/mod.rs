@@ -2,28 +2,18 @@
 //!
 //! The tests go through these rows on a software adapter, and the program does on its users' machines.
 
-mod attached;
-mod bench;
+pub(crate) mod bench;
 #[cfg(test)]
-mod coverage;
-mod drawn;
-mod elements;
-mod fixture;
-mod formulas;
-mod measure;
-mod mesh_scene;
-mod pair_scene;
-mod pairs;
-mod particles;
-mod primal;
-mod primal_twin;
-mod scene;
-mod solve;
-mod solve_twin;
-mod volume_scene;
-mod volumes;
+pub(crate) mod coverage;
+pub(crate) mod drawn;
+pub(crate) mod fixture;
+pub(crate) mod formulas;
+pub(crate) mod mesh_scene;
+pub(crate) mod pair_scene;
+pub(crate) mod scene;
+pub(crate) mod volume_scene;
 
-use super::kernels::families;
+use crate::gpu::kernels::families;
 use bench::Bench;
 use std::fmt;
 use taffeta_gpu::Gpu;
@@ -38,7 +28,7 @@ pub struct Row {
     pub entry: &'static str,
     /// How far the twins may be apart.
     pub tolerance: Tolerance,
-    check: fn(&mut Bench<'_>) -> Result<(), String>,
+    pub(crate) check: fn(&mut Bench<'_>) -> Result<(), String>,
 }
 
 /// Differences that are allowed, in units in the last place of the largest number of an output.
@@ -86,7 +76,7 @@ impl fmt::Display for Difference {
 }
 
 impl Tolerance {
-    const fn new(software: f64, hardware: f64, why: &'static str) -> Self {
+    pub(crate) const fn new(software: f64, hardware: f64, why: &'static str) -> Self {
         Self { software, hardware, why }
     }
 
@@ -119,15 +109,15 @@ impl Row {
 /// All rows.
 pub fn rows() -> Vec<Row> {
     [
-        particles::ROWS,
+        crate::solvers::explicit::parity::ROWS,
         drawn::ROWS,
-        volumes::ROWS,
-        solve::ROWS,
-        primal::ROWS,
-        attached::ROWS,
-        pairs::ROWS,
-        elements::ROWS,
-        measure::ROWS,
+        crate::volume::parity::ROWS,
+        crate::solvers::dual::parity::ROWS,
+        crate::solvers::implicit::parity::ROWS,
+        crate::attachments::parity::ROWS,
+        crate::contact::nodes::parity::ROWS,
+        crate::elements::parity::ROWS,
+        crate::diagnostics::parity::ROWS,
         formulas::ROWS,
     ]
     .concat()

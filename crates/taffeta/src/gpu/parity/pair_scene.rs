@@ -1,8 +1,9 @@
 //! The scene that rows of nodes that touch each other are run on.
 
-use super::mesh_scene;
-use crate::assembly::{Assembly, BodyAssembly};
+use crate::build::Assembly;
+use crate::build::body::BodyAssembly;
 use crate::gpu::layout::Four;
+use crate::gpu::parity::mesh_scene;
 use crate::scene::{Body, Collider, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision};
 
 /// Nodes are within a cube of twice this edge [m].

@@ -1,7 +1,8 @@
 //! The scene that rows of volumes are run on.
 
-use super::mesh_scene;
-use crate::assembly::{Assembly, BodyAssembly, BodySprings};
+use crate::build::Assembly;
+use crate::build::body::{BodyAssembly, BodySprings};
+use crate::gpu::parity::mesh_scene;
 use crate::scene::{
     Body, Bounds, Collider, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, Volume, VolumeForm,
     VolumeWeights,

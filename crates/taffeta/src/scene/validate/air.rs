@@ -1,9 +1,9 @@
 //! What air can be.
 
-use super::path::{Checked, Path};
 use crate::scene::Air;
+use crate::scene::validate::path::{Checked, Path};
 
-pub(super) fn check(path: &Path, air: &Air) -> Checked {
+pub(crate) fn check(path: &Path, air: &Air) -> Checked {
     path.key("velocity").finite(&air.velocity)?;
     path.key("density").not_negative(air.density, "kg/m³")?;
     path.key("drag").not_negative(air.drag, "")?;

@@ -1,13 +1,13 @@
 //! What seams, pins that break and tethers may be.
 
-use super::MOST_NAMES;
-use super::body::check_select;
-use super::path::{Checked, Path, plain};
+use crate::scene::validate::MOST_NAMES;
+use crate::scene::validate::body::check_select;
+use crate::scene::validate::path::{Checked, Path, plain};
 use crate::scene::{Body, Closing, Pin, Scene, Seam, SeamSide};
 use std::collections::HashMap;
 
 /// `names` are those of the bodies.
-pub(super) fn check_seam(scene: &Scene, path: &Path, seam: &Seam, names: &HashMap<String, usize>) -> Checked {
+pub(crate) fn check_seam(scene: &Scene, path: &Path, seam: &Seam, names: &HashMap<String, usize>) -> Checked {
     for (key, side) in [("from", &seam.from), ("to", &seam.to)] {
         let path = path.key(key);
         path.key("body").demand(names.contains_key(&side.body), || {
@@ -72,7 +72,7 @@ fn check_break(path: &Path, force: Option<f64>) -> Checked {
 }
 
 /// Names of colliders fit into a line and are their own, and pins on colliders name one of them.
-pub(super) fn check_carried(scene: &Scene) -> Checked {
+pub(crate) fn check_carried(scene: &Scene) -> Checked {
     let names: Vec<String> = (0..scene.colliders.len()).map(|i| scene.collider_name(i)).collect();
     let mut seen = HashMap::new();
     for (i, name) in names.iter().enumerate() {
@@ -118,11 +118,11 @@ fn some_of(names: &[String]) -> String {
 }
 
 /// What a pin has beside nodes and motion.
-pub(super) fn check_pin(path: &Path, pin: &Pin) -> Checked {
+pub(crate) fn check_pin(path: &Path, pin: &Pin) -> Checked {
     check_break(path, pin.break_force)
 }
 
-pub(super) fn check_tethers(path: &Path, body: &Body) -> Checked {
+pub(crate) fn check_tethers(path: &Path, body: &Body) -> Checked {
     let Some(tethers) = &body.tethers else { return Ok(()) };
     let path = path.key("tethers");
     path.key("slack").not_negative(tethers.slack, "")?;

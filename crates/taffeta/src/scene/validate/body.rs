@@ -1,14 +1,14 @@
 //! What a body may be.
 
-use super::attach;
-use super::path::{Checked, Path};
-use super::{SceneError, check_motion, check_rotation, check_times};
+use crate::scene::validate::attach;
+use crate::scene::validate::path::{Checked, Path};
+use crate::scene::validate::{SceneError, check_motion, check_rotation, check_times};
 use crate::scene::{
     Body, Internal, Kind, Mass, Mesh, Place, Select, SelfCollision, Springs, Volume, VolumeForm, VolumeKey,
 };
 use crate::topology::shapes;
 
-pub(super) fn check(path: &Path, body: &Body) -> Checked {
+pub(crate) fn check(path: &Path, body: &Body) -> Checked {
     check_mass(path, body)?;
     check_mesh(path, "mesh", &body.mesh)?;
     if let Some(mesh) = &body.stand_in {
@@ -32,7 +32,7 @@ pub(super) fn check(path: &Path, body: &Body) -> Checked {
     attach::check_tethers(path, body)
 }
 
-pub(super) const NO_HOLES: &str =
+pub(crate) const NO_HOLES: &str =
     "is for a mesh from a file, and other shapes have no holes to fill; mesh.file would do, or leave it out";
 
 /// Refuses what belongs to a mesh file where there is none, or where nobody has read it.
@@ -71,11 +71,11 @@ fn check_mass(path: &Path, body: &Body) -> Checked {
 }
 
 /// Checks a shape that stands at `key`; its own check says `mesh` there.
-pub(super) fn check_mesh(path: &Path, key: &str, mesh: &Mesh) -> Checked {
+pub(crate) fn check_mesh(path: &Path, key: &str, mesh: &Mesh) -> Checked {
     shapes::check(mesh).or_else(|(field, message)| path.key(&field.replacen("mesh", key, 1)).refuse(&message))
 }
 
-pub(super) fn check_place(path: &Path, place: &Place) -> Checked {
+pub(crate) fn check_place(path: &Path, place: &Place) -> Checked {
     path.key("position").finite(&place.position)?;
     if let Some(turn) = &place.rotation {
         check_rotation(&path.key("rotation"), turn)?;
@@ -173,7 +173,7 @@ fn check_one_drive(path: &Path, volume: &Volume) -> Checked {
 }
 
 /// Numbers of a selection; a box may reach to infinity.
-pub(super) fn check_select(path: &Path, select: &Select) -> Checked {
+pub(crate) fn check_select(path: &Path, select: &Select) -> Checked {
     let Some(bounds) = select.inside else { return Ok(()) };
     for (key, corner) in [("min", bounds.min), ("max", bounds.max)] {
         let odd = corner.iter().any(|x| x.is_nan());

@@ -1,12 +1,12 @@
 //! Colliders: one shape, of a size, that moves in order.
 
-use super::body::{NO_HOLES, check_mesh, check_place};
-use super::path::{Checked, Path, SMALLEST, plain};
-use super::{check_motion, counts};
 use crate::real::{norm, sub};
+use crate::scene::validate::body::{NO_HOLES, check_mesh, check_place};
+use crate::scene::validate::path::{Checked, Path, SMALLEST, plain};
+use crate::scene::validate::{check_motion, counts};
 use crate::scene::{Bar, Collider, Heightfield, Mesh, Poses, Shape};
 
-pub(super) fn check(path: &Path, collider: &Collider) -> Checked {
+pub(crate) fn check(path: &Path, collider: &Collider) -> Checked {
     let shapes = collider.shapes();
     let &[shape] = shapes.as_slice() else {
         let have = if shapes.is_empty() { "no shape" } else { "more than one shape" };

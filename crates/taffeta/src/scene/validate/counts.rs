@@ -1,20 +1,20 @@
 //! What 32 bits must count, over the whole scene.
 
-use super::path::{Checked, Path};
+use crate::scene::validate::path::{Checked, Path};
 use crate::scene::{Body, Mesh, Scene};
 use crate::topology::LANES;
 
 /// Most nodes of all bodies, each body's rounded up to whole vectors: an index is a signed 32-bit number.
 const NODES: u64 = i32::MAX as u64;
 /// Most nodes of one mesh that bodies collide with.
-pub(super) const MOST_NODES: u64 = 1 << 26;
+pub(crate) const MOST_NODES: u64 = 1 << 26;
 /// Most hinges of all bodies: four corners each.
 const HINGES: u64 = 1 << 30;
 /// Most struts of a body: both ends, and what pads them.
 const STRUTS: u64 = 1 << 28;
 
 /// Refuses a scene with more of anything than can be numbered.
-pub(super) fn check(scene: &Scene) -> Checked {
+pub(crate) fn check(scene: &Scene) -> Checked {
     let (mut nodes, mut hinges) = (0_u64, 0_u64);
     for (index, body) in scene.bodies.iter().enumerate() {
         let path = Path::item("body", index);

@@ -1,43 +1,43 @@
 //! Places in a scene, and what may stand there.
 
-use super::SceneError;
+use crate::scene::validate::SceneError;
 use crate::topology::shapes::LARGEST as LARGEST_LENGTH;
 
 /// Largest and smallest size of a number: beyond, 32 bits and squares have no room for it.
 const LARGEST: f64 = 1e15;
-pub(super) const SMALLEST: f64 = 1e-15;
+pub(crate) const SMALLEST: f64 = 1e-15;
 
-pub(super) type Checked = Result<(), SceneError>;
+pub(crate) type Checked = Result<(), SceneError>;
 
 /// Keys and indices from the scene down: `body[0].pin[1].motion[2].t`.
-pub(super) struct Path(String);
+pub(crate) struct Path(String);
 
 impl Path {
-    pub(super) fn of(key: &str) -> Self {
+    pub(crate) fn of(key: &str) -> Self {
         Self(key.into())
     }
 
-    pub(super) fn item(key: &str, index: usize) -> Self {
+    pub(crate) fn item(key: &str, index: usize) -> Self {
         Self(format!("{key}[{index}]"))
     }
 
-    pub(super) fn key(&self, key: &str) -> Self {
+    pub(crate) fn key(&self, key: &str) -> Self {
         Self(format!("{}.{key}", self.0))
     }
 
-    pub(super) fn nth(&self, key: &str, index: usize) -> Self {
+    pub(crate) fn nth(&self, key: &str, index: usize) -> Self {
         Self(format!("{}.{key}[{index}]", self.0))
     }
 
-    pub(super) fn refuse(&self, message: &str) -> Checked {
+    pub(crate) fn refuse(&self, message: &str) -> Checked {
         Err(SceneError::new(self.0.as_str(), message))
     }
 
-    pub(super) fn demand(&self, met: bool, message: impl FnOnce() -> String) -> Checked {
+    pub(crate) fn demand(&self, met: bool, message: impl FnOnce() -> String) -> Checked {
         if met { Ok(()) } else { self.refuse(&message()) }
     }
 
-    pub(super) fn positive(&self, value: f64, unit: &str) -> Checked {
+    pub(crate) fn positive(&self, value: f64, unit: &str) -> Checked {
         self.demand(value > 0.0 && value.is_finite(), || {
             format!("is {}, more than 0 would do", quantity(value, unit))
         })?;
@@ -47,7 +47,7 @@ impl Path {
         })
     }
 
-    pub(super) fn not_negative(&self, value: f64, unit: &str) -> Checked {
+    pub(crate) fn not_negative(&self, value: f64, unit: &str) -> Checked {
         let met = value >= 0.0 && value.is_finite();
         self.demand(met, || format!("is {}, 0 or more would do", quantity(value, unit)))?;
         self.demand(value <= LARGEST, || {
@@ -56,31 +56,31 @@ impl Path {
     }
 
     /// A length that a shape may have [m].
-    pub(super) fn length(&self, value: f64) -> Checked {
+    pub(crate) fn length(&self, value: f64) -> Checked {
         self.positive(value, "m")?;
         self.short(value)
     }
 
     /// No longer than a shape may be [m].
-    pub(super) fn short(&self, value: f64) -> Checked {
+    pub(crate) fn short(&self, value: f64) -> Checked {
         self.demand(value <= LARGEST_LENGTH, || {
             format!("is {} m, at most {LARGEST_LENGTH} m would do", plain(value))
         })
     }
 
     /// A place that a shape may have, or a way that it may go [m].
-    pub(super) fn within(&self, place: &[f64]) -> Checked {
+    pub(crate) fn within(&self, place: &[f64]) -> Checked {
         self.finite(place)?;
         let far = place.iter().any(|x| x.abs() > LARGEST_LENGTH);
         self.demand(!far, || format!("is {place:?} m, within ±{LARGEST_LENGTH} m would do"))
     }
 
     /// From 0 to 1.
-    pub(super) fn share(&self, value: f64) -> Checked {
+    pub(crate) fn share(&self, value: f64) -> Checked {
         self.demand((0.0..=1.0).contains(&value), || format!("is {value}, 0 to 1 would do"))
     }
 
-    pub(super) fn finite(&self, values: &[f64]) -> Checked {
+    pub(crate) fn finite(&self, values: &[f64]) -> Checked {
         let odd = values.iter().any(|x| !x.is_finite());
         self.demand(!odd, || format!("is {values:?}, finite numbers would do"))?;
         let far = values.iter().any(|x| x.abs() > LARGEST);
@@ -88,7 +88,7 @@ impl Path {
     }
 
     /// A vector whose length does not matter, but that has one.
-    pub(super) fn direction(&self, axis: [f64; 3]) -> Checked {
+    pub(crate) fn direction(&self, axis: [f64; 3]) -> Checked {
         let squared: f64 = axis.iter().map(|x| x * x).sum();
         let met = squared.is_normal();
         self.demand(met, || format!("is {axis:?}, a direction like [0, 1, 0] would do"))

@@ -1,9 +1,9 @@
 //! What hangs together. The Euler characteristic of a part is counted on the surface cut open at nodes where it only
 //! touches itself, so that it is a manifold with b borders: χ = 2 − 2g − b.
 
-use super::sets::Sets;
-use super::sides::{Sides, next};
 use crate::topology::Edges;
+use crate::topology::inspect::sets::Sets;
+use crate::topology::inspect::sides::{Sides, next};
 use crate::topology::measure::{bounds, cross, dot, sub};
 
 /// Triangles that hang together by edges.
@@ -24,7 +24,7 @@ pub struct Part {
 }
 
 /// The parts of a surface.
-pub(super) struct Found {
+pub(crate) struct Found {
     pub parts: Vec<Part>,
     /// Number of parts, if those that touch at a node count as one.
     pub joined: usize,
@@ -65,7 +65,7 @@ fn twists(triangles: &[[u32; 3]], edges: &Edges, sides: &Sides) -> Vec<bool> {
     twisted
 }
 
-pub(super) fn find(nodes: &[[f64; 3]], triangles: &[[u32; 3]], edges: &Edges, sides: &Sides) -> Found {
+pub(crate) fn find(nodes: &[[f64; 3]], triangles: &[[u32; 3]], edges: &Edges, sides: &Sides) -> Found {
     let mut sets = Sets::new(triangles.len());
     for (a, b, _) in sides.neighbours(edges) {
         sets.join(a / 3, b / 3, false);

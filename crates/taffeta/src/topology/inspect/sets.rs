@@ -1,5 +1,5 @@
 /// Disjoint sets (Tarjan 1975), each by its smallest member; members may be turned against each other.
-pub(super) struct Sets {
+pub(crate) struct Sets {
     /// A member nearer to the first of its set, which is its own.
     pub parent: Vec<u32>,
     /// Whether a member is turned against its parent.
@@ -7,7 +7,7 @@ pub(super) struct Sets {
 }
 
 /// What joining two members did.
-pub(super) struct Join {
+pub(crate) struct Join {
     /// Whether they were in different sets.
     pub joined: bool,
     /// Whether they are turned against each other as was asked.

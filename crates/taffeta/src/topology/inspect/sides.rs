@@ -1,7 +1,7 @@
 use crate::topology::Edges;
 
 /// The sides of triangles, side 3t + i from corner i of triangle t to the next, and the edges they lie on.
-pub(in crate::topology) struct Sides {
+pub(crate) struct Sides {
     /// Edge of each side.
     pub edge: Vec<u32>,
     /// First side of each edge.
@@ -39,6 +39,6 @@ impl Sides {
 }
 
 /// Number of the corner after `corner`, both 3·triangle + i.
-pub(super) fn next(corner: u32) -> u32 {
+pub(crate) fn next(corner: u32) -> u32 {
     corner - corner % 3 + (corner + 1) % 3
 }

@@ -1,5 +1,5 @@
-use super::*;
 use crate::scene::{Cube, Cylinder, Mesh, Torus};
+use crate::topology::inspect::*;
 use crate::topology::shapes::{self, grid_surface};
 
 fn of(nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> Inspection {

@@ -1,6 +1,6 @@
 //! The count against all pairs, by another method: on whole coordinates, separating axes in integers.
 
-use super::*;
+use crate::topology::intersect::*;
 use crate::topology::random::SplitMix64;
 
 type Whole = [i128; 3];

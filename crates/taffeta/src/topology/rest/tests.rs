@@ -1,4 +1,4 @@
-use super::*;
+use crate::topology::rest::*;
 
 /// Two right triangles at the edge 1–2 of a unit square, at rest as `rest` says.
 fn square(rest: Option<[[[f64; 3]; 3]; 2]>) -> (Surface, Edges) {

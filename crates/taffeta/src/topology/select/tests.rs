@@ -1,4 +1,4 @@
-use super::*;
+use crate::topology::select::*;
 use crate::topology::shapes::grid_surface;
 
 fn grid(surface: &Surface) -> Selectable<'_> {

@@ -1,7 +1,7 @@
 //! Whether a shape's numbers make sense.
 
-use super::given::check_surface;
 use crate::scene::{Cylinder, Grid, Mesh, Torus, plain};
+use crate::topology::shapes::given::check_surface;
 
 /// Where in the body, as keys, and what is wrong.
 type Refusal = (&'static str, String);
@@ -9,7 +9,7 @@ type Refusal = (&'static str, String);
 /// Most nodes of a grid, which the engine does not write out.
 const GRID_NODES: u64 = 1 << 31;
 /// Most nodes of a mesh, and half the most triangles: three corners each must be countable in 32 bits.
-pub(super) const MESH_NODES: u64 = 1 << 29;
+pub(crate) const MESH_NODES: u64 = 1 << 29;
 
 /// Largest length of a shape [m], and largest extent of a body as placed.
 pub const LARGEST: f64 = 1e6;

@@ -1,8 +1,8 @@
 //! Grids, cubes and chains.
 
-use super::{from_chain, from_faces};
 use crate::scene::{Chain, Cube};
 use crate::topology::Surface;
+use crate::topology::shapes::{from_chain, from_faces};
 
 /// A grid as the engine sees it, written out: node r·cols + c at x = (c/(cols−1) − ½)·size₀,
 /// z = (r/(rows−1) − ½)·size₁ [m], y = 0; a single row or column lies at 0 and is a chain. Each square is a quad
@@ -22,14 +22,14 @@ pub fn grid_surface(rows: u32, cols: u32, size: [f64; 2]) -> Surface {
 }
 
 /// Nodes in a row along x, centred.
-pub(super) fn chain(chain: Chain) -> Surface {
+pub(crate) fn chain(chain: Chain) -> Surface {
     let links = f64::from(chain.links);
     from_chain((0..=chain.links).map(|i| [(f64::from(i) / links - 0.5) * chain.length, 0.0, 0.0]).collect())
 }
 
 /// A cube of divisions² squares a face: nodes are the points of the lattice (divisions + 1)³ that lie on the
 /// surface, by x, then y, then z.
-pub(super) fn cube(cube: Cube) -> Surface {
+pub(crate) fn cube(cube: Cube) -> Surface {
     let n = cube.divisions;
     let numbers = LatticeShell { n };
     let place = |i: u32| (f64::from(i) / f64::from(n) - 0.5) * cube.size;

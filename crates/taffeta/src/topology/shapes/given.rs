@@ -1,11 +1,11 @@
 //! Whether a surface given as data is one.
 
-use super::check::MESH_NODES;
 use crate::topology::measure::{area, area_of};
+use crate::topology::shapes::check::MESH_NODES;
 use crate::topology::{Polygons, Surface};
 
 /// Checks that every index of a surface has something to point at, places are finite and triangles have an area.
-pub(super) fn check_surface(surface: &Surface) -> Result<(), String> {
+pub(crate) fn check_surface(surface: &Surface) -> Result<(), String> {
     let [vertices, nodes] = [surface.vertices.len(), surface.nodes.len()];
     if nodes == 0 || surface.triangles.is_empty() && surface.links.is_empty() {
         return Err("has no triangles and no links; one or more would do".into());

@@ -1,13 +1,13 @@
 //! Spheres, tori and cylinders.
 
-use super::from_faces;
 use crate::scene::{Cylinder, Icosphere, Torus, UvSphere};
 use crate::topology::measure::norm;
+use crate::topology::shapes::from_faces;
 use crate::topology::{Edges, Surface};
 use std::f64::consts::{PI, TAU};
 
 /// An icosahedron, each triangle split in four at the middles of its edges, which are moved out to the sphere.
-pub(super) fn icosphere(ball: Icosphere) -> Surface {
+pub(crate) fn icosphere(ball: Icosphere) -> Surface {
     let (mut nodes, mut triangles) = icosahedron();
     for _ in 0..ball.subdivisions {
         triangles = split(&mut nodes, &triangles);
@@ -86,7 +86,7 @@ fn fan(start: u32, tip: u32, count: u32, up: bool) -> impl Iterator<Item = Vec<u
 }
 
 /// Nodes: the pole at −y, the rings upwards, the pole at +y. Bands are squares, the polar ones triangles.
-pub(super) fn uv_sphere(ball: UvSphere) -> Surface {
+pub(crate) fn uv_sphere(ball: UvSphere) -> Surface {
     let UvSphere { radius, rings, segments } = ball;
     let middle = (1..rings).flat_map(|r| {
         let (sin, cos) = libm::sincos(PI * f64::from(r) / f64::from(rings));
@@ -99,7 +99,7 @@ pub(super) fn uv_sphere(ball: UvSphere) -> Surface {
 }
 
 /// Nodes by ring around the y axis, then around the tube, from its outside upwards.
-pub(super) fn torus(torus: Torus) -> Surface {
+pub(crate) fn torus(torus: Torus) -> Surface {
     let Torus { major, minor, rings, segments } = torus;
     let node = move |r: u32, s: u32| {
         let ((cos_r, sin_r), (cos_s, sin_s)) = (turn(r, rings), turn(s, segments));
@@ -118,7 +118,7 @@ pub(super) fn torus(torus: Torus) -> Surface {
 }
 
 /// Nodes: rings upwards, then, if capped, the middles of the lower and the upper cap.
-pub(super) fn cylinder(cylinder: Cylinder) -> Surface {
+pub(crate) fn cylinder(cylinder: Cylinder) -> Surface {
     let Cylinder { radius, height, segments, rings, capped } = cylinder;
     let y = |r: u32| (f64::from(r) / f64::from(rings) - 0.5) * height;
     let mut nodes: Vec<_> = (0..=rings).flat_map(|r| ring(radius, y(r), segments)).collect();

@@ -4,12 +4,12 @@ mod pattern;
 #[cfg(test)]
 mod tests;
 
-use super::GROUP;
-use super::spring_centric::{Spring, SpringLists};
-use super::volume::KeptVolumes;
-use crate::assembly::Assembly;
+use crate::build::Assembly;
 use crate::diagnostics::SolverReport;
 use crate::gpu::kernels::Name;
+use crate::gpu::paper::GROUP;
+use crate::gpu::paper::spring_centric::{Spring, SpringLists};
+use crate::gpu::paper::volume::KeptVolumes;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::tables::Tables;
 use crate::topology::Csr;

@@ -1,14 +1,14 @@
 //! The system on the device beside one made here in 64 bits.
 
-use super::super::spring_centric::Spring;
-use super::{ConstraintProduct, Constraints, Triplet};
-use crate::assembly::Assembly;
 use crate::backend::Hand;
-use crate::gpu::collider_meshes::ColliderMeshes;
+use crate::build::Assembly;
+use crate::contact::collider_mesh::gpu::ColliderMeshes;
 use crate::gpu::kernels::Kernels;
 use crate::gpu::layout::Four;
 use crate::gpu::options::GpuKernels;
 use crate::gpu::paper::Paper;
+use crate::gpu::paper::constraint::{ConstraintProduct, Constraints, Triplet};
+use crate::gpu::paper::spring_centric::Spring;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::segment::Segment;
 use crate::gpu::tables::Tables;
@@ -53,7 +53,7 @@ impl Device {
         let gpu = Gpu::open(&Choice::from_env()).unwrap_or_else(|error| panic!("{error}"));
         let tables = Tables::new(&assembly, 0..2).unwrap();
         let constraints = Constraints::new(&gpu, product, &assembly, 0..2, &tables).unwrap();
-        let springs = super::springs(&assembly, 0..2, &tables);
+        let springs = crate::gpu::paper::constraint::springs(&assembly, 0..2, &tables);
         let kernels = GpuKernels::Constraints(product);
         let mut segment =
             Segment::new(&gpu, tables, (0, &ColliderMeshes::default(), &[]), kernels, false).unwrap();
@@ -197,7 +197,7 @@ fn norm(vector: &[f64]) -> f64 {
 fn iterations_are_those_of_conjugate_gradients() {
     for product in ALL {
         let mut device = Device::new(product);
-        let shape = super::Shape { iterations: 12, ..device.constraints().shape() };
+        let shape = crate::gpu::paper::constraint::Shape { iterations: 12, ..device.constraints().shape() };
         device.submit(|recorder| recorder.constraints(shape, 0, false));
         let constraints = device.constraints();
         let read = |at: usize| -> Vec<f64> {

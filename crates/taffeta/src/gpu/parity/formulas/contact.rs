@@ -1,13 +1,13 @@
 //! Contact with colliders, and of nodes with each other.
 
-use super::{Answer, Case, by_chance, vector, with_awkward};
-use crate::collision::contact::{NARROW, leave_both, respond};
-use crate::collision::moving::{ColliderNow, Rigid, Touching};
-use crate::collision::pair::{self, Meeting};
-use crate::collision::shape::{
+use crate::contact::colliders::gpu_layout::Collider;
+use crate::contact::colliders::moving::{ColliderNow, Rigid, Touching};
+use crate::contact::colliders::response::{NARROW, leave_both, respond};
+use crate::contact::colliders::shape::{
     BoxNow, CapsuleNow, CylinderNow, OnSolid, PlaneNow, ShapeNow, Solid, SphereNow, entry,
 };
-use crate::gpu::layout::Collider;
+use crate::contact::nodes::pair::{self, Meeting};
+use crate::gpu::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
 use crate::real::{add, cross, dot, norm, scale};
 
 /// The collider of a case, as the CPU has it.

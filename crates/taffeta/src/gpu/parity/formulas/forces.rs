@@ -1,11 +1,13 @@
 //! Forces, and the step that they make.
 
-use super::{Answer, Case, by_chance, vector, with_awkward};
-use crate::forces::air::AirNow;
-use crate::forces::gust::GustNow;
-use crate::forces::{external, hinge, spring};
-use crate::integrate::euler;
+use crate::elements::aero::aero::AirNow;
+use crate::elements::aero::gust::GustNow;
+use crate::elements::hinge::hinge;
+use crate::elements::load::load as external;
+use crate::elements::spring::spring;
+use crate::gpu::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
 use crate::real::{Real, norm, scale};
+use crate::solvers::explicit::euler;
 
 /// All octants and sizes, the seams between them, and half a turn and more to wrap.
 pub fn angles() -> Vec<Case> {

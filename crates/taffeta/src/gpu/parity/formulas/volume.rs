@@ -1,8 +1,8 @@
 //! Volumes that are kept, and the tensors that weights need.
 
-use super::{Answer, Case, by_chance, vector, with_awkward};
-use crate::constraints::volume::{self, FLAT, Form};
+use crate::gpu::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
 use crate::real::{Real, scale};
+use crate::volume::volume::{self, FLAT, Form};
 
 const FORMS: [Form; 4] = [Form::Kept, Form::PaperShader, Form::Printed, Form::Pressure];
 

@@ -1,0 +1,392 @@
+//! Joints and tethers: which node has which, what they do to it, and which are broken.
+//!
+//! Each node gathers its own: both ends of a joint find the same pull from the same numbers, and the same answer to the
+//! question whether it breaks.
+
+use crate::attachments::attach::{self, PointState, Pull, ROUNDS};
+use crate::attachments::build::{Attachments, IS_POINT, Row};
+use crate::attachments::joints::{self, Link};
+use crate::attachments::tethers::MOST;
+use crate::build::Assembly;
+use crate::cpu::shared::Shared;
+use crate::cpu::tiles::TilePlan;
+use crate::plan::Substep;
+use crate::real::{Real, add, scale, sub};
+use crate::topology::Csr;
+use std::ops::Range;
+
+/// What does not change.
+pub struct AttachSetup<T> {
+    /// Nodes with joints or tethers, ascending; their numbers are those of the lists below.
+    nodes: Vec<u32>,
+    /// Joints of each of them, ascending.
+    rows_of: Csr,
+    /// Tethers of each of them.
+    tethers_of: Csr,
+    /// Those of them in each tile.
+    of_tile: Csr,
+    joints: Vec<Joint<T>>,
+    laws: Vec<Law<T>>,
+    /// Where points start [m], and the track that they follow, if any.
+    points: Vec<([T; 3], u32)>,
+    /// Anchors, and how far nodes may be from them [m].
+    tethers: Vec<(u32, T)>,
+    /// Joints of each group that shares nodes.
+    groups: Csr,
+    /// Nodes that colliders carry until a joint breaks, and that joint; ascending.
+    carried: Vec<[u32; 2]>,
+    /// Whether any joint may break.
+    breaks: bool,
+}
+
+/// A joint in the backend's numbers.
+struct Joint<T> {
+    /// As of [`Row`].
+    ends: [u32; 2],
+    /// Their numbers among the nodes with joints; a point has that of the node.
+    numbers: [u32; 2],
+    /// The group that it belongs to, if any.
+    group: Option<u32>,
+    start: T,
+    law: u32,
+}
+
+/// How joints hold: length once closed [m], compliance [m/N], force at which they break [N].
+struct Law<T> {
+    length: T,
+    compliance: T,
+    break_force: T,
+}
+
+/// What is known from one sub-step to the next.
+#[derive(Default)]
+pub struct AttachWork {
+    /// Whether each joint is broken.
+    broken: Vec<bool>,
+}
+
+/// The same, lent to all workers.
+pub struct SharedAttach<'a> {
+    broken: Shared<'a, bool>,
+}
+
+/// What a worker keeps for itself.
+#[derive(Default)]
+pub struct AttachScratch<T> {
+    /// Nodes that are moved, tile by tile, with place and velocity after it.
+    answers: Vec<(u32, [T; 6])>,
+    /// Where the answers of each tile end.
+    ends: Vec<usize>,
+    /// Joints that break, each once.
+    broken: Vec<u32>,
+    /// Which groups have been solved, and what each joint of them does.
+    solved: Vec<bool>,
+    pulls: Vec<Pull<T>>,
+    /// Room to solve them: the joints of one, which they are, and sums by node.
+    links: Vec<Link<T>>,
+    linked: Vec<u32>,
+    sums: Vec<[T; 3]>,
+}
+
+impl<T: Real> AttachSetup<T> {
+    /// The joints and tethers of a scene, if it has any.
+    pub fn new(assembly: &Assembly, tiles: &[TilePlan]) -> Option<Self> {
+        let all = &assembly.attachments;
+        if all.is_empty() {
+            return None;
+        }
+        let nodes = all.nodes.clone();
+        let within = |run: Range<usize>| {
+            let [start, end] = [run.start, run.end].map(|at| nodes.partition_point(|&n| (n as usize) < at));
+            start as u32..end as u32
+        };
+        let of_tile: Vec<(u32, u32)> = (0..)
+            .zip(tiles)
+            .flat_map(|(tile, plan)| plan.runs().map(move |(_, run)| (tile, run)))
+            .flat_map(|(tile, run)| within(run).map(move |number| (tile, number)))
+            .collect();
+        let number = |end: u32, other: u32| {
+            let node = if end & IS_POINT == 0 { end } else { other };
+            nodes.binary_search(&node).unwrap_or_default() as u32
+        };
+        let mut group_of = vec![None; all.rows.len()];
+        for group in 0..all.groups.rows() {
+            all.groups.row(group).iter().for_each(|&row| group_of[row as usize] = Some(group as u32));
+        }
+        let joint = |(&Row { ends: [a, b], start, law }, &group): (&Row, &Option<u32>)| Joint {
+            ends: [a, b],
+            numbers: [number(a, a), number(b, a)],
+            group,
+            start: T::from_f64(start),
+            law,
+        };
+        Some(Self {
+            of_tile: Csr::new(tiles.len(), of_tile.into_iter()),
+            joints: all.rows.iter().zip(&group_of).map(joint).collect(),
+            laws: (all.laws.iter())
+                .map(|law| Law {
+                    length: T::from_f64(law.length),
+                    compliance: T::from_f64(law.compliance),
+                    break_force: T::from_f64(law.break_force),
+                })
+                .collect(),
+            points: all.points.iter().map(|point| (point.start.map(T::from_f64), point.track)).collect(),
+            tethers: all.tethers.iter().map(|one| (one.anchor, T::from_f64(one.length))).collect(),
+            groups: all.groups.clone(),
+            carried: carried(all),
+            breaks: all.breaks(),
+            rows_of: all.rows_of.clone(),
+            tethers_of: all.tethers_of.clone(),
+            nodes,
+        })
+    }
+
+    /// Nodes among `run` that colliders carry until a joint breaks, and that joint.
+    pub fn carried(&self, run: &Range<usize>) -> &[[u32; 2]] {
+        let [start, end] =
+            [run.start, run.end].map(|at| self.carried.partition_point(|&[node, _]| (node as usize) < at));
+        &self.carried[start..end]
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        let lists = [&self.rows_of, &self.tethers_of, &self.of_tile, &self.groups];
+        let words: usize = lists.iter().map(|list| list.offsets.len() + list.items.len()).sum();
+        let joints = size_of_val(&self.joints[..]) + size_of_val(&self.tethers[..]);
+        4 * (words + self.nodes.len()) + joints + size_of_val(&self.points[..])
+    }
+}
+
+/// As of [`AttachSetup::carried`].
+fn carried(all: &Attachments) -> Vec<[u32; 2]> {
+    let rows = (0..).zip(&all.rows).filter(|(_, row)| all.is_carried(row));
+    let mut carried: Vec<[u32; 2]> = rows.map(|(number, row)| [row.ends[0], number]).collect();
+    carried.sort_unstable();
+    carried
+}
+
+impl SharedAttach<'_> {
+    /// Whether a joint of a node is broken.
+    ///
+    /// # Safety
+    /// The node is in the worker's share, and its first end.
+    pub unsafe fn is_broken(&self, row: u32) -> bool {
+        // SAFETY: by the caller's promise nobody else writes it, and it is not being written.
+        unsafe { *self.broken.item(row as usize) }
+    }
+}
+
+impl AttachWork {
+    /// At the start nothing is broken.
+    pub fn new<T>(setup: Option<&AttachSetup<T>>) -> Self {
+        let mut work = Self::default();
+        if let Some(setup) = setup {
+            work.remember(setup, &[]);
+        }
+        work
+    }
+
+    /// Whether each joint is there; empty where none can break.
+    pub fn remembered<T>(&self, setup: &AttachSetup<T>) -> Vec<bool> {
+        if setup.breaks { self.broken.iter().map(|broken| !broken).collect() } else { Vec::new() }
+    }
+
+    /// Takes back what [`Self::remembered`] gave.
+    pub fn remember<T>(&mut self, setup: &AttachSetup<T>, there: &[bool]) {
+        self.broken = (0..setup.joints.len()).map(|row| there.get(row) == Some(&false)).collect();
+    }
+
+    /// Number of broken joints.
+    pub fn broken(&self) -> u64 {
+        self.broken.iter().map(|&broken| u64::from(broken)).sum()
+    }
+
+    /// Lends it.
+    pub fn share(&mut self) -> SharedAttach<'_> {
+        SharedAttach { broken: Shared::new(&mut self.broken) }
+    }
+}
+
+impl<T: Real> AttachScratch<T> {
+    /// Nodes of its tile number `tile` that are moved, with their place and velocity after it.
+    pub fn answers(&self, tile: usize) -> &[(u32, [T; 6])] {
+        let start = tile.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.answers[start..self.ends[tile]]
+    }
+}
+
+/// A worker's part in what all do about joints and tethers.
+pub struct AttachWorker<'a, T> {
+    pub setup: &'a AttachSetup<T>,
+    pub shared: &'a SharedAttach<'a>,
+    pub scratch: &'a mut AttachScratch<T>,
+    /// Its tiles.
+    pub share: Range<usize>,
+    /// State after the sub-step.
+    pub next: &'a [Shared<'a, T>; 6],
+    /// Inverse masses [1/kg].
+    pub inverse_mass: &'a [T],
+    pub substep: &'a Substep<T>,
+}
+
+/// What its nodes are found from, until the next barrier.
+struct Found<'a, T> {
+    state: [&'a [T]; 6],
+    broken: &'a [bool],
+}
+
+impl<T: Real> Found<'_, T> {
+    fn node(&self, node: u32) -> PointState<T> {
+        let at = |axes: [usize; 3]| axes.map(|axis| self.state[axis][node as usize]);
+        (at([0, 1, 2]), at([3, 4, 5]))
+    }
+}
+
+impl<'a, T: Real> AttachWorker<'a, T> {
+    /// Finds what becomes of its nodes.
+    pub fn answer(&mut self) {
+        // SAFETY: all have written their nodes, and what is broken, before a barrier, and change them after another.
+        let found = unsafe {
+            let state = self.next.each_ref().map(|column| column.read());
+            Found { state, broken: self.shared.broken.read() }
+        };
+        let AttachScratch { answers, ends, broken, solved, pulls, sums, .. } = &mut *self.scratch;
+        answers.clear();
+        ends.clear();
+        broken.clear();
+        solved.clear();
+        solved.resize(self.setup.groups.rows(), false);
+        if !solved.is_empty() {
+            pulls.resize(self.setup.joints.len(), Pull::default());
+            sums.resize(self.setup.nodes.len(), [T::ZERO; 3]);
+        }
+        for tile in self.share.clone() {
+            for &number in self.setup.of_tile.row(tile) {
+                let before = found.node(self.setup.nodes[number as usize]);
+                let joined = self.joined(number, &found);
+                let after = self.held_near(number, joined, &found);
+                if after != before {
+                    let ([x, y, z], [u, v, w]) = after;
+                    self.scratch.answers.push((self.setup.nodes[number as usize], [x, y, z, u, v, w]));
+                }
+            }
+            self.scratch.ends.push(self.scratch.answers.len());
+        }
+    }
+
+    /// A node after its joints.
+    fn joined(&mut self, number: u32, found: &Found<'_, T>) -> PointState<T> {
+        let (setup, h) = (self.setup, self.substep.h);
+        let node = setup.nodes[number as usize];
+        let mut sum = [T::ZERO; 3];
+        let rows = setup.rows_of.row(number as usize);
+        for &row in rows.iter().filter(|&&row| !found.broken[row as usize]) {
+            let joint = &setup.joints[row as usize];
+            let pull = match joint.group {
+                Some(group) => {
+                    self.solve(group as usize, found);
+                    self.scratch.pulls[row as usize]
+                }
+                None => self.pull(joint, found),
+            };
+            let first = joint.ends[0] == node;
+            if pull.size / (h * h) > setup.laws[joint.law as usize].break_force {
+                self.scratch.broken.extend(first.then_some(row));
+            } else {
+                sum = add(sum, scale(pull.shift, if first { T::ONE } else { -T::ONE }));
+            }
+        }
+        let w = self.inverse_mass[node as usize];
+        let (x, v) = found.node(node);
+        (add(x, scale(sum, w)), add(v, scale(sum, w / h)))
+    }
+
+    fn pull(&self, joint: &Joint<T>, found: &Found<'_, T>) -> Pull<T> {
+        let (d, [v, w], length, softness) = self.gap(joint, found);
+        attach::pull(d, length, v + w, softness)
+    }
+
+    /// How far apart the ends of a joint are, their inverse masses, its length now, and its softness.
+    fn gap(&self, joint: &Joint<T>, found: &Found<'_, T>) -> ([T; 3], [T; 2], T, T) {
+        let (law, h) = (&self.setup.laws[joint.law as usize], self.substep.h);
+        let [a, b] = joint.ends;
+        let (x, w) = if b & IS_POINT == 0 {
+            (found.node(b).0, self.inverse_mass[b as usize])
+        } else {
+            (self.point(b ^ IS_POINT), T::ZERO)
+        };
+        let length = attach::length(joint.start, law.length, self.substep.closing[joint.law as usize]);
+        let d = sub(found.node(a).0, x);
+        (d, [self.inverse_mass[a as usize], w], length, law.compliance / (h * h))
+    }
+
+    /// Finds what the joints of a group do, if that is not known yet. Every worker with a node of it finds the same.
+    fn solve(&mut self, group: usize, found: &Found<'_, T>) {
+        if std::mem::replace(&mut self.scratch.solved[group], true) {
+            return;
+        }
+        self.scratch.links.clear();
+        self.scratch.linked.clear();
+        let rows = self.setup.groups.row(group).iter();
+        for &row in rows.filter(|&&row| !found.broken[row as usize]) {
+            let joint = &self.setup.joints[row as usize];
+            let (d, masses, length, softness) = self.gap(joint, found);
+            self.scratch.pulls[row as usize] = Pull::default();
+            let numbers = joint.numbers.map(|number| number as usize);
+            if let Some(link) = Link::new(numbers, masses, d, length, softness) {
+                self.scratch.links.push(link);
+                self.scratch.linked.push(row);
+            }
+        }
+        let AttachScratch { links, linked, sums, pulls, .. } = &mut *self.scratch;
+        joints::solve(links, sums);
+        for (link, &row) in links.iter().zip(&*linked) {
+            pulls[row as usize] = link.pull();
+        }
+    }
+
+    /// Where a point is at the end of the sub-step.
+    fn point(&self, point: u32) -> [T; 3] {
+        let (start, track) = self.setup.points[point as usize];
+        self.substep.motions.get(track as usize).map_or(start, |motion| motion.apply(start).0)
+    }
+
+    /// A node after its tethers. What they lead to is held, and stays where it is.
+    fn held_near(&self, number: u32, from: PointState<T>, found: &Found<'_, T>) -> PointState<T> {
+        let tethers = self.setup.tethers_of.row(number as usize);
+        if self.inverse_mass[self.setup.nodes[number as usize] as usize] <= T::ZERO {
+            return from;
+        }
+        let (mut x, mut shift, mut taut) = (from.0, [T::ZERO; 3], [false; MOST]);
+        for _ in 0..ROUNDS {
+            let mut moved = false;
+            for (taut, &tether) in taut.iter_mut().zip(tethers) {
+                let (anchor, length) = self.setup.tethers[tether as usize];
+                if let Some((back, way)) = attach::put_back(x, found.node(anchor).0, length) {
+                    (x, shift, moved, *taut) = (back, add(shift, way), true, true);
+                }
+            }
+            if !moved || tethers.len() == 1 {
+                break;
+            }
+        }
+        let taut = || tethers.iter().zip(taut).filter(|(_, taut)| *taut);
+        let anchors = || taut().map(|(&tether, _)| found.node(self.setup.tethers[tether as usize].0));
+        let count = T::from_f64(anchors().count() as f64);
+        if count <= T::ZERO {
+            return from;
+        }
+        let with = anchors().fold([T::ZERO; 3], |sum, (_, v)| add(sum, v)).map(|sum| sum / count);
+        let v = attach::undone(from.1, shift, with, self.substep.h);
+        (x, anchors().fold(v, |v, (at, with)| attach::taut(v, sub(x, at), with)))
+    }
+
+    /// Notes what has broken, when all have found that.
+    pub fn note_broken(&mut self) {
+        for &row in &self.scratch.broken {
+            // SAFETY: only the worker of the first end notes this; all read it before the last barrier, and again after
+            // the sub-step's last.
+            unsafe { *self.shared.broken.item(row as usize) = true };
+        }
+    }
+}

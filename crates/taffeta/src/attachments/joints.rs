@@ -1,0 +1,185 @@
+//! Joints that share nodes: what they do together, so that none opens what another closes.
+//!
+//! With d the gaps of all of them, J what a gap changes by when nodes move, W the inverse masses and D the compliances by
+//! the square of the sub-step, their shifts f solve (J W Jᵀ + D) f = −d, each row in all directions where its ends should
+//! be at one place, else along the line between them. Held nodes may make rows contradict each other, so the system is
+//! solved by conjugate residuals (Stiefel, "Relaxationsmethoden bester Strategie zur Lösung linearer Gleichungssysteme",
+//! Comment. Math. Helv. 29, 1955): what remains is then least, and in as many rounds as there are joints it is done.
+
+use crate::attachments::attach::Pull;
+use crate::real::{Real, add, dot, scale, sub};
+
+/// A joint among those of a group.
+#[derive(Clone, Copy, Debug)]
+pub struct Link<T> {
+    /// Numbers of its nodes; a point, and what is held, has none.
+    nodes: [Option<usize>; 2],
+    /// Inverse masses of them [1/kg].
+    inverse_mass: [T; 2],
+    /// The line on which its ends move [1], or zero: any.
+    along: [T; 3],
+    /// Compliance by the square of the sub-step [1/kg].
+    softness: T,
+    /// Change of place of its first end times mass [kg·m].
+    shift: [T; 3],
+    /// What is left of its gap [m], and the direction of the search [kg·m]; what the rows make of each.
+    left: [T; 3],
+    search: [T; 3],
+    of_left: [T; 3],
+    of_search: [T; 3],
+}
+
+/// A field of the links.
+type Field<T> = fn(&mut Link<T>) -> &mut [T; 3];
+
+/// Rounds in which a group is solved, at most.
+pub const ROUNDS: usize = 64;
+
+impl<T: Real> Link<T> {
+    /// A joint of two nodes that are `d` [m] apart, first less second, and should be `length` [m]. Without ends that give way,
+    /// or a line to move on, there is none.
+    pub fn new(nodes: [usize; 2], inverse_mass: [T; 2], d: [T; 3], length: T, softness: T) -> Option<Self> {
+        let distance = dot(d, d).sqrt();
+        let any = length <= T::ZERO;
+        if inverse_mass[0] + inverse_mass[1] <= T::ZERO || !(any || distance > T::ZERO) {
+            return None;
+        }
+        let line = [d[0] / distance, d[1] / distance, d[2] / distance];
+        let zero = [T::ZERO; 3];
+        let node = |end: usize| (inverse_mass[end] > T::ZERO).then_some(nodes[end]);
+        Some(Self {
+            nodes: [node(0), node(1)],
+            inverse_mass,
+            along: if any { zero } else { line },
+            softness,
+            shift: zero,
+            left: if any { scale(d, -T::ONE) } else { scale(line, length - distance) },
+            search: zero,
+            of_left: zero,
+            of_search: zero,
+        })
+    }
+
+    /// What it does.
+    pub fn pull(&self) -> Pull<T> {
+        Pull { shift: self.shift, size: dot(self.shift, self.shift).sqrt() }
+    }
+}
+
+/// Finds the shifts of the links of a group. `sums` has room for one of each node.
+pub fn solve<T: Real>(links: &mut [Link<T>], sums: &mut [[T; 3]]) {
+    times(links, sums, |link| &mut link.left, |link| &mut link.of_left);
+    for link in &mut *links {
+        (link.search, link.of_search) = (link.left, link.of_left);
+    }
+    let mut slope = inner(links, |link| (link.left, link.of_left));
+    let enough = slope * (T::EPSILON * T::EPSILON);
+    for _ in 0..ROUNDS {
+        let squared = inner(links, |link| (link.of_search, link.of_search));
+        if slope <= enough || squared <= T::ZERO {
+            break;
+        }
+        let far = slope / squared;
+        for link in &mut *links {
+            link.shift = add(link.shift, scale(link.search, far));
+            link.left = sub(link.left, scale(link.of_search, far));
+        }
+        times(links, sums, |link| &mut link.left, |link| &mut link.of_left);
+        let next = inner(links, |link| (link.left, link.of_left));
+        let turn = next / slope;
+        slope = next;
+        for link in &mut *links {
+            link.search = add(link.left, scale(link.search, turn));
+            link.of_search = add(link.of_left, scale(link.of_search, turn));
+        }
+    }
+}
+
+/// Σ a·b, in the order of the links.
+fn inner<T: Real>(links: &[Link<T>], of: impl Fn(&Link<T>) -> ([T; 3], [T; 3])) -> T {
+    links.iter().map(of).fold(T::ZERO, |sum, (a, b)| sum + dot(a, b))
+}
+
+/// (J W Jᵀ + D) times a field.
+fn times<T: Real>(links: &mut [Link<T>], sums: &mut [[T; 3]], from: Field<T>, to: Field<T>) {
+    for node in links.iter().flat_map(|link| link.nodes).flatten() {
+        sums[node] = [T::ZERO; 3];
+    }
+    for link in &mut *links {
+        let (given, [a, b]) = (*from(link), link.nodes);
+        a.into_iter().for_each(|a| sums[a] = add(sums[a], given));
+        b.into_iter().for_each(|b| sums[b] = sub(sums[b], given));
+    }
+    for link in &mut *links {
+        let moved = |end: usize| {
+            link.nodes[end].map_or([T::ZERO; 3], |node| scale(sums[node], link.inverse_mass[end]))
+        };
+        let both = sub(moved(0), moved(1));
+        let line = link.along;
+        let kept = if dot(line, line) > T::ZERO { scale(line, dot(line, both)) } else { both };
+        *to(link) = add(kept, scale(*from(link), link.softness));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::real::norm;
+
+    /// Nodes at `x` of inverse masses `w`, joined in pairs, with the same length and softness; where they come.
+    fn joined(x: &[[f64; 3]], w: &[f64], pairs: &[[usize; 2]], length: f64, softness: f64) -> Vec<[f64; 3]> {
+        let link = |&[a, b]: &[usize; 2]| Link::new([a, b], [w[a], w[b]], sub(x[a], x[b]), length, softness);
+        let mut links: Vec<Link<f64>> = pairs.iter().filter_map(link).collect();
+        solve(&mut links, &mut vec![[f64::NAN; 3]; x.len()]);
+        let mut after = x.to_vec();
+        for (link, [a, b]) in links.iter().zip(pairs) {
+            after[*a] = add(after[*a], scale(link.pull().shift, w[*a]));
+            after[*b] = sub(after[*b], scale(link.pull().shift, w[*b]));
+        }
+        after
+    }
+
+    const X: [[f64; 3]; 4] = [[0.0; 3], [0.1, 0.02, 0.0], [0.05, -0.1, 0.3], [-0.2, 0.1, 0.1]];
+
+    #[test]
+    fn what_is_joined_meets_in_its_centre_of_mass() {
+        let w = [1.0, 1000.0, 0.5, 20.0];
+        let mass = w.iter().map(|w| 1.0 / w).sum::<f64>();
+        let centre = X.iter().zip(w).fold([0.0; 3], |sum, (&x, w)| add(sum, scale(x, 1.0 / (w * mass))));
+        let chain: &[[usize; 2]] = &[[0, 1], [1, 2], [2, 3]];
+        let ring: &[[usize; 2]] = &[[0, 1], [1, 2], [2, 3], [3, 0], [0, 2], [0, 2]];
+        for pairs in [chain, ring, &[[0, 1], [0, 2], [0, 3]]] {
+            for x in joined(&X, &w, pairs, 0.0, 0.0) {
+                assert!(norm(sub(x, centre)) < 1e-12, "{x:?} {centre:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_two_held_nodes_draw_at_comes_between_them_and_a_chain_to_what_is_held() {
+        let between = joined(&X, &[0.0, 3.0, 0.0, 2.0], &[[0, 1], [1, 2]], 0.0, 0.0)[1];
+        assert!(norm(sub(between, scale(X[2], 0.5))) < 1e-15, "{between:?}");
+        let held = joined(&X, &[0.0, 3.0, 0.2, 2.0], &[[0, 1], [1, 2], [2, 3]], 0.0, 0.0);
+        assert!(held.iter().all(|&x| norm(x) < 1e-15), "{held:?}");
+    }
+
+    #[test]
+    fn joints_of_a_length_keep_to_their_lines() {
+        let x = [[0.0; 3], [0.3, 0.0, 0.0], [0.3, 0.25, 0.0]];
+        let after = joined(&x, &[1.0, 2.0, 3.0], &[[0, 1], [1, 2]], 0.2, 0.0);
+        // To first order: they move each other's ends sideways.
+        let [a, b] = [sub(after[0], after[1]), sub(after[1], after[2])];
+        assert!((a[0].abs() - 0.2).abs() < 1e-15 && (b[1].abs() - 0.2).abs() < 1e-15, "{after:?}");
+    }
+
+    #[test]
+    fn soft_joints_share_a_load() {
+        // Two springs one after the other: each is open by what both of its ends give way less.
+        let x = [[0.0; 3], [0.0; 3], [0.0, -0.1, 0.0]];
+        let after = joined(&x, &[0.0, 1e9, 1.0], &[[0, 1], [1, 2]], 0.0, 2.0);
+        assert!(
+            (after[2][1] + 0.1 * 4.0 / 5.0).abs() < 1e-9 && (after[1][1] + 0.04).abs() < 1e-9,
+            "{after:?}"
+        );
+    }
+}

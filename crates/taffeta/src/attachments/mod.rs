@@ -1,0 +1,11 @@
+//! Seams, pins that break, and tethers.
+
+pub mod attach;
+pub mod build;
+pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod joints;
+#[cfg(feature = "gpu")]
+pub mod parity;
+pub mod tethers;

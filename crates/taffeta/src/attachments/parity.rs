@@ -1,0 +1,279 @@
+//! Rows of joints and tethers.
+
+use crate::attachments::attach::{self, Pull};
+use crate::attachments::gpu::FIELDS;
+use crate::attachments::joints::{self, Link};
+use crate::backend::{Backend, Remembered};
+use crate::gpu::kernels::Name;
+use crate::gpu::layout::{Four, GROUP, Joint, NONE};
+use crate::gpu::parity::bench::{Bench, Given, Written};
+use crate::gpu::parity::fixture::{Chance, Fixture, SUBSTEP, words};
+use crate::gpu::parity::scene::scene;
+use crate::gpu::parity::{Row, Tolerance};
+use crate::motion::pins::Motion;
+use crate::real::sub;
+use crate::scene::{Keyframe, Pin, Scene, Seam, SeamSide, Select};
+use crate::solvers::explicit::parity::kernel_of;
+use crate::step::{Stages, Tile};
+
+const FOUND: &str = "sums of products, a root and quotients; hardware rounds them otherwise";
+const SOLVED: &str = "some rounds of conjugate residuals, of which hardware may need one more";
+const MOVED: &str = "as above; contact multiplies what hardware rounds otherwise";
+
+/// One row for each kernel.
+pub const ROWS: &[Row] = &[
+    row("pull_joints", Tolerance::new(0.0, 64.0, FOUND), pull),
+    row("pull_groups", Tolerance::new(0.0, 65_536.0, SOLVED), group),
+    row("attach_nodes", Tolerance::new(0.0, 256.0, MOVED), attach),
+];
+
+const fn row(
+    name: &'static str,
+    tolerance: Tolerance,
+    check: fn(&mut Bench<'_>) -> Result<(), String>,
+) -> Row {
+    Row { name, entry: name, tolerance, check }
+}
+
+/// The scene of the other rows, sewn: seams within a body, between bodies, to held nodes, of several joints a node, rigid and
+/// soft, that break and do not; pins that break, still and moving; tethers.
+fn sewn(apart: bool) -> Scene {
+    let mut all = scene(0.0087, apart);
+    // Joints move nodes far here, and what is behind a half-space is inside it whichever way it came.
+    all.colliders.retain(|collider| collider.plane.is_some());
+    let side = |name: &str, nodes: std::ops::Range<u32>| {
+        SeamSide::new(name, Select::nodes(nodes.collect::<Vec<_>>()))
+    };
+    let seam = |from, to, k, break_force, length| Seam {
+        k,
+        break_force,
+        ..Seam::new(from, to).closing(0.002, 0.021, length)
+    };
+    all = all
+        .seam(seam(side("sheet", 0..60), side("ball", 100..160), None, Some(900.0), 0.13))
+        .seam(seam(side("ball", 120..200), side("sheet", 200..280), Some(310.0), Some(70.0), 0.0))
+        .seam(seam(side("sheet", 300..340), side("sheet", 500..540), Some(2.7), None, 0.21))
+        .seam(seam(side("chain", 0..38), side("blob", 20..58), None, None, 0.0));
+    let motion = vec![Keyframe::rotate(0.3, [0.3, 0.8, -0.2], 50.0, [0.1, 0.2, -0.3])];
+    let breaking = |nodes: std::ops::Range<u32>, motion, force| Pin {
+        select: Select::nodes(nodes.collect::<Vec<_>>()),
+        motion,
+        break_force: Some(force),
+        ..Pin::default()
+    };
+    all.bodies[1].pins.push(breaking(180..230, motion, 800.0));
+    all.bodies[5].pins.push(breaking(30..50, Vec::new(), 1700.0));
+    all.bodies[0] = all.bodies[0].clone().tether(0.03);
+    all.bodies[1] = all.bodies[1].clone().tether(0.4);
+    all
+}
+
+/// A state, and which joints are broken before the sub-step.
+pub struct Work {
+    pub fixture: Fixture,
+    pub broken: Vec<u32>,
+}
+
+impl Work {
+    pub fn new(seed: u64, exact: bool) -> Result<Self, String> {
+        let mut fixture = Fixture::of(&sewn(!exact), seed, exact)?;
+        let mut chance = Chance::new(seed + 77);
+        let broken: Vec<u32> =
+            fixture.tables.attached.joints.iter().map(|_| u32::from(chance.number() > 0.6)).collect();
+        let at_one_place: Vec<Joint> = fixture.tables.attached.joints.iter().step_by(29).copied().collect();
+        for joint in at_one_place.iter().filter(|joint| exact && joint.b != NONE) {
+            let place = fixture.new.position[joint.a as usize];
+            fixture.new.position[joint.b as usize][..3].copy_from_slice(&place[..3]);
+        }
+        Ok(Self { fixture, broken })
+    }
+
+    /// How far apart the ends of a joint are, their inverse masses, its length and its softness.
+    fn gap(&self, joint: &Joint) -> ([f32; 3], [f32; 2], f32, f32) {
+        let (substep, state) = (self.fixture.substep(), &self.fixture.new.position);
+        let end = |node: u32| {
+            let [x, y, z, w] = state[node as usize];
+            ([x, y, z], w)
+        };
+        let (x, w) = end(joint.a);
+        let motion: Option<&Motion<f32>> = substep.motions.get(joint.track as usize);
+        let point = motion.map_or(joint.point, |motion| motion.apply(joint.point).0);
+        let (y, v) = if joint.b == NONE { (point, 0.0) } else { end(joint.b) };
+        let share = substep.closing[joint.closing as usize - self.fixture.tables.volume_numbers.len()];
+        let length = attach::length(joint.start, joint.end, share);
+        (sub(x, y), [w, v], length, joint.compliance / (substep.h * substep.h))
+    }
+
+    /// What each joint does by the formulas.
+    fn shifts(&self) -> Vec<Pull<f32>> {
+        let attached = &self.fixture.tables.attached;
+        let alone = |joint: &Joint| {
+            let (d, [v, w], length, softness) = self.gap(joint);
+            attach::pull(d, length, v + w, softness)
+        };
+        let mut pulls: Vec<Pull<f32>> = attached.joints.iter().map(alone).collect();
+        let mut sums = vec![[f32::NAN; 3]; self.fixture.tables.len()];
+        for bounds in attached.groups[1..attached.groups[0] as usize + 2].windows(2) {
+            let rows = &attached.groups[bounds[0] as usize..bounds[1] as usize];
+            let link = |&row: &u32| {
+                let joint = &attached.joints[row as usize];
+                let (d, masses, length, softness) = self.gap(joint);
+                let whole = self.broken[row as usize] == 0;
+                let ends = [joint.a, joint.b].map(|node| node as usize);
+                whole.then(|| Link::new(ends, masses, d, length, softness)).flatten()
+            };
+            let all: Vec<Option<Link<f32>>> = rows.iter().map(link).collect();
+            let mut links: Vec<Link<f32>> = all.iter().copied().flatten().collect();
+            joints::solve(&mut links, &mut sums);
+            let mut links = links.iter();
+            for (&row, linked) in rows.iter().zip(&all) {
+                let link = linked.and_then(|_| links.next());
+                pulls[row as usize] = link.map_or(Pull::default(), Link::pull);
+            }
+        }
+        pulls
+    }
+
+    /// As `pulls` and `joint_broken` have it afterwards.
+    fn pulls(&self) -> (Vec<Four>, Vec<u32>) {
+        let h = self.fixture.substep().h;
+        let joints = self.fixture.tables.attached.joints.iter().zip(&self.broken);
+        joints
+            .zip(self.shifts())
+            .map(|((joint, &broken), pull)| {
+                let [x, y, z] = pull.shift;
+                let breaks = broken != 0 || pull.size / (h * h) > joint.break_force;
+                if breaks { ([0.0; 4], 1) } else { ([x, y, z, 1.0], 0) }
+            })
+            .unzip()
+    }
+
+    /// The same after a kernel that does those in groups, or the others; the rest is as it was, `pulls` at `before`.
+    fn pulls_of(&self, grouped: bool, before: f32) -> (Vec<Four>, Vec<u32>) {
+        let (mut pulls, mut broken) = self.pulls();
+        for (row, joint) in self.fixture.tables.attached.joints.iter().enumerate() {
+            if (joint.grouped != 0) != grouped {
+                (pulls[row], broken[row]) = ([before; 4], self.broken[row]);
+            }
+        }
+        (pulls, broken)
+    }
+
+    fn run(
+        &self,
+        bench: &mut Bench<'_>,
+        entry: &'static str,
+        pulls: Vec<u32>,
+        groups: usize,
+        compare: impl FnOnce(&mut Written<'_>),
+    ) -> Result<(), String> {
+        let fixture = &self.fixture;
+        let kernel = kernel_of(bench, Name::new(entry), fixture)?;
+        let mut arrays = fixture.arrays();
+        arrays.insert("old_position", words(&fixture.new.position));
+        arrays.insert("old_velocity", words(&fixture.new.velocity));
+        arrays.insert("joints", words(&fixture.tables.attached.joints));
+        arrays.insert("attached", fixture.tables.attached.lists.clone());
+        arrays.insert("joint_broken", self.broken.clone());
+        let attached = &fixture.tables.attached;
+        arrays.insert("joint_groups", attached.groups.clone());
+        let work = 4 * (FIELDS * attached.joints.len() + fixture.tables.len());
+        arrays.insert("joint_work", vec![f32::NAN.to_bits(); work]);
+        arrays.insert("pulls", pulls);
+        bench.run(&kernel, &Given { arrays: &arrays, records: &fixture.records(), groups }, compare)
+    }
+}
+
+fn both(bench: &Bench<'_>) -> Result<[Work; 2], String> {
+    Ok([Work::new(31, bench.exact)?, Work::new(32, bench.exact)?])
+}
+
+fn same(written: &mut Written<'_>, name: &str, wanted: &[u32]) {
+    let halves = |words: &[u32]| -> Vec<f32> {
+        words.iter().flat_map(|word| [(word >> 16) as f32, (word & 0xffff) as f32]).collect()
+    };
+    let found: Vec<u32> = written.take(name);
+    written.outcome().copied(name, &halves(wanted), &halves(&found));
+}
+
+fn pull(bench: &mut Bench<'_>) -> Result<(), String> {
+    pull_with(bench, "pull_joints", false, |work| work.fixture.tables.attached.joints.len())
+}
+
+fn group(bench: &mut Bench<'_>) -> Result<(), String> {
+    pull_with(bench, "pull_groups", true, |work| work.fixture.tables.attached.groups[0] as usize)
+}
+
+fn pull_with(
+    bench: &mut Bench<'_>,
+    entry: &'static str,
+    grouped: bool,
+    count: impl Fn(&Work) -> usize,
+) -> Result<(), String> {
+    for work in both(bench)? {
+        const BEFORE: f32 = 7.5;
+        let (pulls, broken) = work.pulls_of(grouped, BEFORE);
+        let before = vec![BEFORE.to_bits(); 4 * pulls.len()];
+        work.run(bench, entry, before, count(&work).div_ceil(GROUP), |written| {
+            written.fours("pulls", &pulls);
+            same(written, "joint_broken", &broken);
+            // What it was solved with is looked at by what comes of it.
+            let _: Vec<f32> = written.take("joint_work");
+        })?;
+    }
+    Ok(())
+}
+
+/// Joints and tethers on the CPU, and colliders again or not.
+fn attach_once<S: Stages>(worker: &mut S, substep: &S::Substep, contact: bool) {
+    worker.attach(substep, |tile| {
+        tile.attach();
+        if contact {
+            tile.contact();
+        }
+    });
+}
+
+/// The state that the CPU comes to.
+fn on_cpu(work: &mut Work, contact: bool) -> Vec<[f32; 6]> {
+    let Work { fixture, broken, .. } = work;
+    let joints = broken.iter().map(|&broken| broken == 0).collect();
+    fixture.cpu.remember(&Remembered { joints, ..Remembered::default() });
+    let Fixture { cpu, substeps, new, .. } = fixture;
+    for (place, (x, v)) in new.position.iter().zip(&new.velocity).enumerate() {
+        cpu.set_after(place, [x[0], x[1], x[2], v[0], v[1], v[2]]);
+    }
+    cpu.lend_worker(|worker| attach_once(worker, &substeps[SUBSTEP], contact));
+    (0..new.position.len()).map(|place| cpu.after(place)).collect()
+}
+
+/// The same with inverse masses, and masses that say who has touched a collider: colliders have moved it.
+fn attached(work: &mut Work) -> [Vec<Four>; 2] {
+    let (without, with) = (on_cpu(work, false), on_cpu(work, true));
+    let [mut position, mut velocity] =
+        [&work.fixture.new.position, &work.fixture.new.velocity].map(Vec::clone);
+    for (place, (after, before)) in with.iter().zip(&without).enumerate() {
+        position[place][..3].copy_from_slice(&after[..3]);
+        velocity[place][..3].copy_from_slice(&after[3..]);
+        if after != before {
+            velocity[place][3] = -velocity[place][3].abs();
+        }
+    }
+    [position, velocity]
+}
+
+fn attach(bench: &mut Bench<'_>) -> Result<(), String> {
+    for mut work in both(bench)? {
+        let [position, velocity] = attached(&mut work);
+        // What a broken one has is not looked at.
+        let given = |[x, y, z, w]: Four| if w == 0.0 { [7.0, -5.0, 3.0, 0.0] } else { [x, y, z, w] };
+        let pulls = words(&work.pulls().0.into_iter().map(given).collect::<Vec<Four>>());
+        let groups = work.fixture.tables.place_groups();
+        work.run(bench, "attach_nodes", pulls.clone(), groups, |written| {
+            written.fours("new_position", &position);
+            written.fours("new_velocity", &velocity);
+            same(written, "pulls", &pulls);
+        })?;
+    }
+    Ok(())
+}

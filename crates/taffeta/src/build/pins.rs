@@ -1,0 +1,81 @@
+//! Nodes that are held or follow keyframes.
+
+use crate::attachments::build::{Law, Point};
+use crate::build::body::BodyAssembly;
+use crate::build::{Assembly, MovingPin};
+use crate::motion::keyframes::Track;
+use crate::scene::{Body, Scene, SceneError};
+use std::collections::BTreeMap;
+
+impl Assembly {
+    /// Holds the nodes of pins, and notes those that move: of several motions of a node the last one counts.
+    pub(crate) fn add_pins(
+        &mut self,
+        path: &str,
+        body: &Body,
+        scene: &Scene,
+        built: &mut BodyAssembly,
+    ) -> Result<(), SceneError> {
+        let mut track_of: Vec<u32> = Vec::new();
+        let mut breaking: BTreeMap<usize, (u32, Point)> = BTreeMap::new();
+        for (p, pin) in body.pins.iter().enumerate() {
+            let chosen = built.select(&pin.select).map_err(|e| e.under(&format!("{path}.pin[{p}]")))?;
+            let carrier = pin.collider.as_ref().and_then(|name| scene.collider_named(name));
+            let track = Track::new(carrier.map_or(&pin.motion, |collider| &collider.motion));
+            let number = if track.is_still() { u32::MAX } else { self.tracks.len() as u32 };
+            let locals: Vec<usize> = chosen.iter().map(|&node| built.solver_local(node as usize)).collect();
+            if let Some(break_force) = pin.break_force {
+                let law = self.attachments.laws.len() as u32;
+                self.attachments.laws.push(Law {
+                    length: 0.0,
+                    close: [0.0; 2],
+                    compliance: 0.0,
+                    break_force,
+                });
+                let point = |local: usize| Point {
+                    start: built.start[local],
+                    track: number,
+                    carried: carrier.is_some(),
+                };
+                breaking.extend(locals.into_iter().map(|local| (local, (law, point(local)))));
+            } else {
+                if !track.is_still() {
+                    track_of.resize(built.nodes, u32::MAX);
+                }
+                for local in locals {
+                    built.free[local] = false;
+                    if !track.is_still() {
+                        track_of[local] = number;
+                    }
+                }
+            }
+            if !track.is_still() {
+                self.track_of_pin.insert((self.bodies.len(), p), self.tracks.len());
+                self.tracks.push(track);
+            }
+        }
+        let moving = track_of.iter().enumerate().filter(|(_, track)| **track != u32::MAX);
+        self.moving_pins.extend(moving.map(|(local, &track)| MovingPin {
+            node: (built.first + local) as u32,
+            track,
+            start: built.start[local],
+        }));
+        // What another pin holds for good stays.
+        for (local, (law, point)) in breaking.into_iter().filter(|(local, _)| built.free[*local]) {
+            self.attachments.hold((built.first + local) as u32, law, point);
+        }
+        Ok(())
+    }
+
+    /// Brings moving pins to where their motion starts. All selections have been made by then: they see the bodies as
+    /// placed, whatever moves them.
+    pub(crate) fn start_pins(&mut self) {
+        let mut bodies = self.bodies.iter_mut().peekable();
+        for pin in &self.moving_pins {
+            let node = pin.node as usize;
+            while bodies.next_if(|body| body.first + body.nodes <= node).is_some() {}
+            let Some(body) = bodies.peek_mut() else { return };
+            body.start[node - body.first] = self.tracks[pin.track as usize].pose(0.0).apply(pin.start);
+        }
+    }
+}

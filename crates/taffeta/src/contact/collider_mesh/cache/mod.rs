@@ -1,0 +1,263 @@
+//! What is known of the triangles around each node, so that few are looked at in a sub-step.
+//!
+//! Around a place at which the triangles near a node were last searched for, two distances hold: within one, the node touches
+//! nothing; within the other, the triangles that were found are all that matter. The second is what a list of the nearest
+//! ones leaves; a node that goes farther than that between two sub-steps has none. And as long as a node has gone less than
+//! the second nearest triangle is farther off than the nearest, that is the nearest. Contacts do not depend on what is known,
+//! only the time to find them: it is no part of a snapshot.
+
+mod lanes;
+mod node;
+
+use crate::build::Assembly;
+use crate::contact::collider_mesh::surface::{MeshNow, MeshShape, MeshSurface, MeshTouch};
+use crate::contact::colliders::moving::{ColliderNow, Rigid};
+use crate::contact::colliders::press::{Coming, Depth, Press};
+use crate::contact::colliders::shape::{ShapeNow, positive};
+use crate::cpu::column::Column;
+use crate::cpu::shared::Shared;
+use crate::cpu::simd::{Kernel, SimdLevel};
+use crate::real::{Real, dot, norm, sub};
+use crate::topology::measure;
+use lanes::View;
+use node::{Memory, Node};
+use std::f64::consts::PI;
+use std::ops::Range;
+
+/// Most triangles in a list: two rings around a node of a regular mesh, and some more.
+const MOST: usize = 20;
+
+/// All meshes of a scene.
+pub struct Meshes<T> {
+    surfaces: Vec<MeshSurface<T>>,
+    /// How far a list reaches on a flat part of each [m], about.
+    reaches: Vec<T>,
+    level: SimdLevel,
+}
+
+/// What is known of the triangles of each mesh.
+pub struct NearWork<T> {
+    meshes: Vec<Known<T>>,
+}
+
+/// By node, of one mesh.
+struct Known<T> {
+    /// Where it was searched [m], in the mesh's frame.
+    anchor: [Column<T>; 3],
+    /// Within this distance of it, less the mesh's own travel, nothing is touched [m].
+    clear: Column<T>,
+    memories: Vec<Memory<T>>,
+}
+
+/// What workers share.
+pub struct SharedNear<'a, T> {
+    meshes: Vec<SharedKnown<'a, T>>,
+}
+
+struct SharedKnown<'a, T> {
+    anchor: [Shared<'a, T>; 3],
+    clear: Shared<'a, T>,
+    memories: Shared<'a, Memory<T>>,
+}
+
+impl<T: Real> Meshes<T> {
+    /// Those of a scene.
+    pub fn new(assembly: &Assembly, level: SimdLevel) -> Self {
+        let meshes = assembly.colliders.iter().filter_map(|collider| collider.mesh());
+        let (surfaces, reaches) = meshes.map(|mesh| (mesh.surface(), T::from_f64(reach(mesh)))).unzip();
+        Self { surfaces, reaches, level }
+    }
+}
+
+/// Radius of a disc as large as the triangles of a list [m].
+fn reach(mesh: &MeshShape) -> f64 {
+    let area: f64 = mesh.triangles.iter().map(|&triangle| measure::area(&mesh.poses[0], triangle)).sum();
+    (MOST as f64 * area / (PI * mesh.triangles.len() as f64)).sqrt()
+}
+
+impl<T: Real> NearWork<T> {
+    /// Nothing is known yet, of a scene with so many `places`.
+    pub fn new(meshes: &Meshes<T>, places: usize) -> Self {
+        let known = |_: &MeshSurface<T>| Known {
+            anchor: std::array::from_fn(|_| Column::zeros(places)),
+            clear: Column::zeros(places),
+            memories: vec![Memory::nothing(); places],
+        };
+        Self { meshes: meshes.surfaces.iter().map(known).collect() }
+    }
+
+    /// Forgets what is known of a node. Time may go back then.
+    pub fn forget(&mut self, node: usize) {
+        for mesh in &mut self.meshes {
+            mesh.clear[node] = T::ZERO;
+            mesh.memories[node] = Memory::nothing();
+        }
+    }
+
+    /// Lends it to workers.
+    pub fn share(&mut self) -> SharedNear<'_, T> {
+        SharedNear { meshes: self.meshes.iter_mut().map(Known::share).collect() }
+    }
+}
+
+impl<T: Real> Known<T> {
+    fn share(&mut self) -> SharedKnown<'_, T> {
+        SharedKnown {
+            anchor: self.anchor.each_mut().map(|column| Shared::new(column)),
+            clear: Shared::new(&mut self.clear),
+            memories: Shared::new(&mut self.memories),
+        }
+    }
+}
+
+/// A way of looking at the meshes around nodes. Each node is looked after by one worker at a time.
+#[derive(Clone, Copy)]
+pub struct Near<'a, T> {
+    pub meshes: &'a Meshes<T>,
+    pub shared: &'a SharedNear<'a, T>,
+}
+
+impl<'a, T: Real> Near<'a, T> {
+    /// How many of a run of nodes may touch a mesh. Places at the start of the sub-step are carried along by `carry`.
+    pub fn stirred(
+        &self,
+        level: SimdLevel,
+        now: &MeshNow<T>,
+        run: &Range<usize>,
+        (start, end): ([&[T]; 3], [&[T]; 3]),
+        carry: &Rigid<T>,
+    ) -> u32 {
+        let known = &self.shared.meshes[now.index as usize];
+        // SAFETY: a run is that of a tile, which one worker looks after until the next barrier.
+        let (anchor, clear) = unsafe {
+            (known.anchor.each_ref().map(|c| &*c.write(run.clone())), &*known.clear.write(run.clone()))
+        };
+        level.run(Stirred { now, start, end, carry, anchor, clear })
+    }
+
+    /// How a mesh touches a node that goes from `start` to `end` [m].
+    pub fn touch(&self, now: &MeshNow<T>, node: usize, start: [T; 3], end: [T; 3]) -> Option<MeshTouch<T>> {
+        let way = [now.local(start), now.local(end)];
+        if !is_somewhere(way[1]) {
+            return None;
+        }
+        let mut one = self.node(now.index, node);
+        if one.is_clear(now, way) {
+            return None;
+        }
+        let (view, reach) = self.view(now, way[1]);
+        let from = one.least(now, way[0]);
+        let at_end = one.resting(&view, T::ZERO, reach);
+        let touch = if keeps_off(now, way, from, at_end.as_ref()) {
+            at_end.filter(|at_end| at_end.depth > T::ZERO)
+        } else if one.is_whole(now, way) {
+            view.surface.touch(now, way, at_end, &one.list())
+        } else {
+            // A long way: what it may go through is not in the list.
+            view.surface.touch(now, way, at_end, &view.surface.tree(now).along(way))
+        }?;
+        Some(MeshTouch {
+            normal: now.place.turn(touch.normal),
+            velocity: now.place.turn(touch.velocity),
+            ..touch
+        })
+    }
+
+    /// How deep a node at `x` [m] is in the mesh, and which way leads out; `None` only if it is farther off than `most` [m].
+    pub fn depth(&self, now: &MeshNow<T>, node: usize, x: [T; 3], most: T) -> Option<Depth<T>> {
+        let place = now.local(x);
+        if !is_somewhere(place) {
+            return None;
+        }
+        let mut one = self.node(now.index, node);
+        if one.is_off(now, place, most) {
+            return None;
+        }
+        let (view, reach) = self.view(now, place);
+        let MeshTouch { depth, normal, velocity, .. } = one.resting(&view, most, reach)?;
+        Some(Depth { depth, normal: now.place.turn(normal), velocity: now.place.turn(velocity) })
+    }
+
+    /// A mesh as seen from `x` [m], and how far a list of it reaches [m].
+    fn view<'b>(&'b self, now: &'b MeshNow<T>, x: [T; 3]) -> (View<'b, T>, T) {
+        let Meshes { surfaces, reaches, level } = self.meshes;
+        let index = now.index as usize;
+        (View { level: *level, surface: &surfaces[index], now, x }, reaches[index])
+    }
+
+    /// How the collider in which a node would be deepest will hold it, and which that is.
+    pub fn press(&self, colliders: &[ColliderNow<T>], node: usize, coming: &Coming<T>) -> (Press<T>, u32) {
+        Press::deepest(colliders, |collider| match &collider.shape {
+            ShapeNow::Mesh(mesh) => {
+                // From farther off it does not get there.
+                let most = coming.h * norm(coming.free) + coming.fall;
+                let touch = self.depth(mesh, node, coming.place, most)?;
+                Press::of_mesh(&collider.touching, coming, touch)
+            }
+            _ => Press::of(collider, coming),
+        })
+    }
+
+    #[inline(always)]
+    fn node(&self, mesh: u32, node: usize) -> Node<'a, T> {
+        let known = &self.shared.meshes[mesh as usize];
+        // SAFETY: a node is looked after by one worker until the next barrier, which holds this for one call.
+        unsafe {
+            Node {
+                anchor: known.anchor.each_ref().map(|column| column.item(node)),
+                clear: known.clear.item(node),
+                memory: known.memories.item(node),
+            }
+        }
+    }
+}
+
+/// Whether a way passes through no triangle, since none is nearer to its start than `from` [m]: each of its points is nearer to
+/// one of its ends than the mesh is.
+fn keeps_off<T: Real>(
+    now: &MeshNow<T>,
+    [start, end]: [[T; 3]; 2],
+    from: T,
+    at_end: Option<&MeshTouch<T>>,
+) -> bool {
+    let to = at_end.map_or(T::ZERO, |at_end| (now.offset - at_end.depth).abs() - now.stride);
+    let way = sub(end, start);
+    let off = positive(from) + positive(to);
+    dot(way, way) < off * off
+}
+
+/// Whether a place is one: what has blown up touches nothing.
+fn is_somewhere<T: Real>(x: [T; 3]) -> bool {
+    dot(x, x) < T::FAR
+}
+
+/// Kernel: how many nodes do not stay where nothing is touched.
+struct Stirred<'a, T> {
+    now: &'a MeshNow<T>,
+    start: [&'a [T]; 3],
+    end: [&'a [T]; 3],
+    carry: &'a Rigid<T>,
+    anchor: [&'a [T]; 3],
+    clear: &'a [T],
+}
+
+impl<T: Real> Kernel for Stirred<'_, T> {
+    type Output = u32;
+    #[inline(always)]
+    fn run(self) -> u32 {
+        let Self { now, start: [a, b, c], end: [x, y, z], carry, anchor: [p, q, r], clear } = self;
+        let n = x.len();
+        let (a, b, c, y, z) = (&a[..n], &b[..n], &c[..n], &y[..n], &z[..n]);
+        let (p, q, r, clear) = (&p[..n], &q[..n], &r[..n], &clear[..n]);
+        let mut count = 0;
+        for i in 0..n {
+            let anchor = [p[i], q[i], r[i]];
+            let most = clear[i] - now.travel;
+            let from = sub(now.local(carry.apply([a[i], b[i], c[i]])), anchor);
+            let to = sub(now.local([x[i], y[i], z[i]]), anchor);
+            let (far, limit) = (most > T::ZERO, most * most);
+            count += u32::from(!(far & (dot(from, from) < limit) & (dot(to, to) < limit)));
+        }
+        count
+    }
+}

@@ -1,0 +1,76 @@
+//! Colliders that are meshes, in one array of fours (collision/mesh.wgsl): triangles, nodes of each pose and boxes, as the
+//! CPU has them.
+
+use crate::build::Assembly;
+use crate::contact::collider_mesh::surface::MeshShape;
+use crate::contact::colliders::gpu_layout::Collider;
+use crate::contact::colliders::moving::ColliderNow;
+use std::sync::Arc;
+
+/// Four words.
+pub type Words = [u32; 4];
+
+/// Corner of a box that holds nothing [m]: a number whose square is one.
+const NOWHERE: f32 = 1e18;
+
+/// Where the meshes of a scene are in the array.
+#[derive(Clone, Debug, Default)]
+pub struct ColliderMeshes {
+    /// By mesh, by interval between poses: where it says what it has.
+    parts: Arc<Vec<Vec<u32>>>,
+}
+
+impl ColliderMeshes {
+    /// The meshes of a scene, and the array.
+    pub fn new(assembly: &Assembly) -> (Self, Vec<Words>) {
+        let mut data = Vec::new();
+        let meshes = assembly.colliders.iter().filter_map(|collider| collider.mesh());
+        let parts = meshes.map(|mesh| add(&mut data, mesh)).collect();
+        (Self { parts: Arc::new(parts) }, data)
+    }
+
+    /// Whether there are any.
+    pub fn any(&self) -> bool {
+        !self.parts.is_empty()
+    }
+
+    /// A collider as kernels see it.
+    pub fn told(&self, now: &ColliderNow<f32>) -> Collider {
+        let mut told = Collider::from(now);
+        if let Some(mesh) = now.shape.mesh() {
+            let parts = &self.parts[mesh.index as usize];
+            told.mesh = parts[(mesh.pose as usize).min(parts.len() - 1)];
+        }
+        told
+    }
+}
+
+/// Adds a mesh; returns where each interval says what it has.
+fn add(data: &mut Vec<Words>, mesh: &MeshShape) -> Vec<u32> {
+    let surface = mesh.surface::<f32>();
+    let place = |[x, y, z]: [f32; 3]| [x, y, z, 0.0].map(f32::to_bits);
+    let corner = |x: [f32; 3]| place(x.map(|c| c.clamp(-NOWHERE, NOWHERE)));
+    let triangles = data.len() as u32;
+    data.extend(surface.triangles.iter().map(|&[a, b, c]| [a, b, c, 0]));
+    let poses: Vec<u32> = mesh
+        .poses
+        .iter()
+        .map(|pose| {
+            let start = data.len() as u32;
+            data.extend(pose.iter().map(|x| place(x.map(|c| c as f32))));
+            start
+        })
+        .collect();
+    let mut parts = Vec::new();
+    for (interval, tree) in surface.trees.iter().enumerate() {
+        let (start, end) = (poses[interval], poses[(interval + 1).min(poses.len() - 1)]);
+        let boxes = data.len() as u32;
+        data.extend(tree.boxes.iter().flat_map(|&[lo, hi]| [corner(lo), corner(hi)]));
+        parts.push(data.len() as u32);
+        data.push([triangles, start, end, boxes]);
+        let (count, width) = (surface.triangles.len() as u32, tree.boxes.len() as u32 / 2);
+        data.push([count, width, surface.solid.into(), tree.grain.to_bits()]);
+        data.push([poses[interval.saturating_sub(1)], 0, 0, 0]);
+    }
+    parts
+}

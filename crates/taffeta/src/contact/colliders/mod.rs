@@ -1,0 +1,10 @@
+//! Contact of nodes with colliders.
+
+pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu_layout;
+pub mod moving;
+pub mod press;
+pub mod response;
+pub mod shape;
+pub mod start;

@@ -1,0 +1,297 @@
+//! Colliders over time: a shape, where it starts, and how it moves.
+
+use crate::contact::collider_mesh::surface::{MeshShape, mesh_shape};
+use crate::contact::colliders::response::Touch;
+use crate::contact::colliders::shape::{
+    BoxNow, CapsuleNow, CylinderNow, OnSolid, PlaneNow, ShapeNow, Solid, SphereNow,
+};
+use crate::motion::keyframes::{Pose, Track};
+use crate::real::{Real, add, dot, norm, scale, sub};
+use crate::scene::{self, Collider, SceneError, Shape};
+use crate::topology::Placement;
+use std::sync::Arc;
+
+/// A bar whose ends are nearer than this is a ball [m].
+const SMALLEST: f64 = 1e-15;
+
+/// A collider over time.
+#[derive(Clone, Debug)]
+pub struct MovingCollider {
+    form: Form,
+    offset: f64,
+    friction: f64,
+    restitution: f64,
+    track: Track,
+}
+
+/// A shape where it starts [m].
+#[derive(Clone, Debug)]
+enum Form {
+    Sphere(scene::Sphere),
+    Plane(scene::Plane),
+    Box { center: [f64; 3], axes: [[f64; 3]; 3], half: [f64; 3] },
+    Capsule(scene::Bar),
+    Cylinder(scene::Bar),
+    Mesh(Arc<MeshShape>),
+}
+
+/// A collider at the end of one sub-step, surface offset included.
+#[derive(Clone, Copy, Debug)]
+pub struct ColliderNow<T> {
+    /// Where its surface is.
+    pub shape: ShapeNow<T>,
+    /// How it touches.
+    pub touching: Touching<T>,
+}
+
+/// What all points of a collider have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct Touching<T> {
+    /// Coulomb coefficient.
+    pub friction: T,
+    /// Share of the normal speed given back.
+    pub restitution: T,
+    /// Rows of the matrix S [1/s] in the velocity S x + d of the surface at x.
+    pub spin: [[T; 3]; 3],
+    /// d [m/s].
+    pub drift: [T; 3],
+    /// Rows and shift [m] of the motion in the sub-step: where a place of the collider was, and where it is now.
+    pub carry: Rigid<T>,
+}
+
+/// A rigid motion: rows of the rotation, and the image of the origin [m].
+#[derive(Clone, Copy, Debug)]
+pub struct Rigid<T> {
+    pub rows: [[T; 3]; 3],
+    pub shift: [T; 3],
+}
+
+impl<T: Real> Rigid<T> {
+    fn of(pose: &Pose) -> Self {
+        Self { rows: pose.rotation.map(|row| row.map(T::from_f64)), shift: pose.shift.map(T::from_f64) }
+    }
+
+    /// None.
+    pub fn rest() -> Self {
+        Self::of(&Pose::REST)
+    }
+
+    /// Image of a place [m].
+    #[inline(always)]
+    pub fn apply(&self, x: [T; 3]) -> [T; 3] {
+        let [a, b, c] = self.rows;
+        add([dot(a, x), dot(b, x), dot(c, x)], self.shift)
+    }
+
+    /// The place whose image this is [m].
+    #[inline(always)]
+    pub fn back(&self, x: [T; 3]) -> [T; 3] {
+        let d = sub(x, self.shift);
+        let [a, b, c] = self.rows;
+        let along = |i: usize| a[i] * d[0] + b[i] * d[1] + c[i] * d[2];
+        [along(0), along(1), along(2)]
+    }
+
+    /// Image of a direction.
+    #[inline(always)]
+    pub fn turn(&self, x: [T; 3]) -> [T; 3] {
+        let [a, b, c] = self.rows;
+        [dot(a, x), dot(b, x), dot(c, x)]
+    }
+}
+
+impl<T: Real> Touching<T> {
+    /// The touch of a node at `x`.
+    #[inline(always)]
+    pub fn touch(&self, x: [T; 3], (depth, normal): (T, [T; 3])) -> Touch<T> {
+        let [a, b, c] = self.spin;
+        Touch {
+            depth,
+            normal,
+            surface_velocity: add([dot(a, x), dot(b, x), dot(c, x)], self.drift),
+            friction: self.friction,
+            restitution: self.restitution,
+        }
+    }
+}
+
+impl MovingCollider {
+    /// As [`Self::in_steps`], of any length.
+    #[cfg(test)]
+    pub fn new(collider: &Collider) -> Result<Self, SceneError> {
+        Self::in_steps(collider, 0.0)
+    }
+
+    /// From the scene, for sub-steps of at most `step` [s]; it must have exactly one shape, and its meshes must be surfaces.
+    pub fn in_steps(collider: &Collider, step: f64) -> Result<Self, SceneError> {
+        Ok(Self {
+            form: Form::new(collider, step)?,
+            offset: collider.offset,
+            friction: collider.friction,
+            restitution: collider.restitution,
+            track: Track::new(&collider.motion),
+        })
+    }
+
+    /// Whether it has keyframes, or poses.
+    pub fn moves(&self) -> bool {
+        !self.track.is_still() || self.mesh().is_some_and(|mesh| mesh.deforms())
+    }
+
+    /// Its triangles, if it is a mesh.
+    pub fn mesh(&self) -> Option<&Arc<MeshShape>> {
+        match &self.form {
+            Form::Mesh(mesh) => Some(mesh),
+            _ => None,
+        }
+    }
+
+    /// Its rigid motion.
+    pub fn track(&self) -> &Track {
+        &self.track
+    }
+
+    /// Its rigid motion, to be changed.
+    pub fn track_mut(&mut self) -> &mut Track {
+        &mut self.track
+    }
+
+    /// As it is at time `t` + `h` [s], having moved since `t`. Meshes are counted in `meshes`.
+    pub fn at<T: Real>(&self, t: f64, h: f64, meshes: &mut u32) -> ColliderNow<T> {
+        let (before, after) = (self.track.pose(t), self.track.pose(t + h));
+        let still = self.track.is_still();
+        let (spin, drift) = if still { ([[0.0; 3]; 3], [0.0; 3]) } else { after.velocity_from(&before, h) };
+        let carry = if still { Pose::REST } else { after.since(&before) };
+        ColliderNow {
+            shape: self.shape_at(&after, (t, h), meshes),
+            touching: Touching {
+                friction: T::from_f64(self.friction),
+                restitution: T::from_f64(self.restitution),
+                spin: spin.map(|row| row.map(T::from_f64)),
+                drift: drift.map(T::from_f64),
+                carry: Rigid::of(&carry),
+            },
+        }
+    }
+
+    fn shape_at<T: Real>(&self, pose: &Pose, (t, h): (f64, f64), meshes: &mut u32) -> ShapeNow<T> {
+        let place = |x: [f64; 3]| pose.apply(x).map(T::from_f64);
+        let (number, offset) = (T::from_f64, T::from_f64(self.offset));
+        match &self.form {
+            Form::Sphere(sphere) => ShapeNow::Sphere(SphereNow {
+                center: place(sphere.center),
+                radius: number(sphere.radius + self.offset),
+            }),
+            Form::Plane(plane) => {
+                let normal = pose.turn(plane.normal);
+                let normal = scale(normal, 1.0 / norm(normal));
+                let level = dot(normal, pose.apply(plane.point)) + self.offset;
+                ShapeNow::Plane(PlaneNow { normal: normal.map(number), level: number(level) })
+            }
+            Form::Box { center, axes, half } => ShapeNow::Box(BoxNow {
+                center: place(*center),
+                axes: axes.map(|axis| pose.turn(axis).map(number)),
+                half: half.map(number),
+                offset,
+            }),
+            Form::Capsule(bar) => {
+                let (a, b) = (pose.apply(bar.a), pose.apply(bar.b));
+                let along = sub(b, a);
+                let squared = dot(along, along);
+                let inverse = if squared > SMALLEST * SMALLEST { 1.0 / squared } else { 0.0 };
+                ShapeNow::Capsule(CapsuleNow {
+                    a: a.map(number),
+                    along: along.map(number),
+                    inverse: number(inverse),
+                    radius: number(bar.radius + self.offset),
+                })
+            }
+            Form::Cylinder(bar) => {
+                let axis = pose.turn(sub(bar.b, bar.a));
+                let length = norm(axis);
+                ShapeNow::Cylinder(CylinderNow {
+                    center: place(scale(add(bar.a, bar.b), 0.5)),
+                    axis: scale(axis, 1.0 / length).map(number),
+                    half: number(length / 2.0),
+                    radius: number(bar.radius),
+                    offset,
+                })
+            }
+            Form::Mesh(mesh) => {
+                let index = *meshes;
+                *meshes += 1;
+                ShapeNow::Mesh(mesh.at(index, Rigid::of(pose), self.offset, (t, h)))
+            }
+        }
+    }
+}
+
+impl Form {
+    fn new(collider: &Collider, step: f64) -> Result<Self, SceneError> {
+        let Some(shape) = collider.shape() else {
+            return Err(SceneError::new("", "has not exactly one shape"));
+        };
+        if let Some(mesh) = mesh_shape(collider, shape, step)? {
+            return Ok(Self::Mesh(Arc::new(mesh)));
+        }
+        let across = if collider.place.scale.is_some() { corners(shape) } else { [[0.0; 3]; 2] };
+        let placed = Placement::new(&collider.place, &across)
+            .map_err(|(field, message)| SceneError::new(field, message))?;
+        let at = |x: [f64; 3]| placed.apply(x);
+        let bar =
+            |bar: scene::Bar| scene::Bar { a: at(bar.a), b: at(bar.b), radius: bar.radius * placed.factor };
+        let turn = |x: [f64; 3]| placed.rotation.map(|row| dot(row, x));
+        Ok(match shape {
+            Shape::Sphere(ball) => {
+                Self::Sphere(scene::Sphere { center: at(ball.center), radius: ball.radius * placed.factor })
+            }
+            Shape::Plane(plane) => {
+                Self::Plane(scene::Plane { point: at(plane.point), normal: turn(plane.normal) })
+            }
+            Shape::Box(cuboid) => Self::Box {
+                center: at(cuboid.center),
+                axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(turn),
+                half: scale(cuboid.half, placed.factor),
+            },
+            Shape::Capsule(ends) => Self::Capsule(bar(ends)),
+            Shape::Cylinder(ends) => Self::Cylinder(bar(ends)),
+            Shape::Mesh(_) | Shape::Convex(_) | Shape::Heightfield(_) => {
+                return Err(SceneError::new("", "has a mesh without triangles"));
+            }
+        })
+    }
+}
+
+/// Two corners of a box that has a shape's lengths [m].
+fn corners(shape: Shape<'_>) -> [[f64; 3]; 2] {
+    let ball = |center: [f64; 3], r: f64| [center.map(|x| x - r), center.map(|x| x + r)];
+    match shape {
+        Shape::Sphere(one) => ball(one.center, one.radius),
+        Shape::Box(one) => [sub(one.center, one.half), add(one.center, one.half)],
+        Shape::Capsule(bar) | Shape::Cylinder(bar) => {
+            let reach = bar.radius + norm(sub(bar.b, bar.a)) / 2.0;
+            ball(scale(add(bar.a, bar.b), 0.5), reach)
+        }
+        _ => [[0.0; 3]; 2],
+    }
+}
+
+/// Depth and normal at a place.
+struct DepthAt<T>([T; 3]);
+
+impl<T: Real> OnSolid<T> for DepthAt<T> {
+    type Output = (T, [T; 3]);
+    #[inline(always)]
+    fn run<S: Solid<T>>(self, solid: S) -> Self::Output {
+        solid.depth_and_normal(self.0)
+    }
+}
+
+impl<T: Real> ColliderNow<T> {
+    /// How far `x` is inside a convex shape [m], negative outside, and the outward unit normal there; `None` for a mesh,
+    /// which is asked by way of its triangles.
+    #[inline(always)]
+    pub fn depth_and_normal(&self, x: [T; 3]) -> Option<(T, [T; 3])> {
+        self.shape.convex(DepthAt(x))
+    }
+}

@@ -1,0 +1,250 @@
+//! Surfaces that bear what constraints press against them.
+//!
+//! Contact comes after forces: a solver that does not know of it lets nodes on a surface go where they are pulled, finds
+//! their pulls relaxed, and contact puts the nodes back under full tension. That is work from nowhere. So nodes that will
+//! be pressed against a surface are held by it while pulls are solved for: along its normal, or, where friction is enough,
+//! in all directions (after Baraff and Witkin, "Large Steps in Cloth Simulation", SIGGRAPH 1998, section 5). Where it is not, it is
+//! a force like others while pulls are solved for: taken off what they have made of a velocity, it would hold cloth that is
+//! pulled from far away, since stiff pulls make little velocity where neighbours lag behind.
+
+use crate::contact::colliders::moving::{ColliderNow, Touching};
+use crate::contact::colliders::shape::positive;
+use crate::real::{Real, add, dot, norm, scale, sub};
+
+/// How a surface holds a node in a sub-step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Press<T> {
+    /// Unit normal along which the node does not yield; 0: free.
+    pub normal: [T; 3],
+    /// Share of what is left in which it yields: 1; 0 where it sticks.
+    pub yields: T,
+    /// Velocity [m/s]: onto the surface; along it that of the surface where the node sticks, and else the change by friction.
+    pub velocity: [T; 3],
+    /// Velocity of the surface [m/s] in the direction in which a node slides.
+    pub surface: T,
+}
+
+/// How a place is in a collider.
+#[derive(Clone, Copy, Debug)]
+pub struct Depth<T> {
+    /// How deep [m].
+    pub depth: T,
+    /// Outward.
+    pub normal: [T; 3],
+    /// Velocity by a change of shape [m/s].
+    pub velocity: [T; 3],
+}
+
+/// A node as it comes to a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Coming<T> {
+    /// Place at the start of the sub-step [m].
+    pub place: [T; 3],
+    /// Velocity [m/s] without pulls, and change of it by those of the last sub-step.
+    pub free: [T; 3],
+    pub pulls: [T; 3],
+    /// Way that gravity goes in a sub-step [m].
+    pub fall: T,
+    /// Sub-step [s].
+    pub h: T,
+}
+
+/// Share of the friction that a surface can bear up to which a node is held. Each node of cloth that is drawn along is drawn by
+/// about as much as rubs: were some of them held in each sub-step, none would get anywhere.
+pub const STICKS: f64 = 0.95;
+/// Share of the speed at which a node comes to a surface that contact takes from it, to see it: were it all, nodes that one
+/// sub-step holds and the next does not would tremble.
+pub const LEFT_TO_CONTACT: f64 = 0.0625;
+
+impl<T: Real> Press<T> {
+    /// Of a node that nothing holds.
+    pub const FREE: Self =
+        Self { normal: [T::ZERO; 3], yields: T::ONE, velocity: [T::ZERO; 3], surface: T::ZERO };
+
+    /// How a collider will hold a node: it is on the surface, or gets there without pulls, and those of the last sub-step do
+    /// not take it off. The number is by how much it would be inside [m]; `None`: not held.
+    #[inline(always)]
+    pub fn of(collider: &ColliderNow<T>, node: &Coming<T>) -> Option<(T, Self)> {
+        let v = add(node.free, node.pulls);
+        let (inside, _) = collider.depth_and_normal(add(node.place, scale(v, node.h)))?;
+        let (depth, normal) = collider.depth_and_normal(node.place)?;
+        Self::by(&collider.touching, node, inside, Depth { depth, normal, velocity: [T::ZERO; 3] })
+    }
+
+    /// How a surface of triangles will hold a node; it is taken to be as flat as where the node is.
+    #[inline(always)]
+    pub fn of_mesh(touching: &Touching<T>, node: &Coming<T>, touch: Depth<T>) -> Option<(T, Self)> {
+        let inside = touch.depth - node.h * dot(add(node.free, node.pulls), touch.normal);
+        Self::by(touching, node, inside, touch)
+    }
+
+    /// How a surface will hold a node that is so deep in it, and would be so far `inside` [m].
+    #[inline(always)]
+    fn by(
+        touching: &Touching<T>,
+        node: &Coming<T>,
+        inside: T,
+        Depth { depth, normal, velocity }: Depth<T>,
+    ) -> Option<(T, Self)> {
+        let h = node.h;
+        let v = add(node.free, node.pulls);
+        let way = -h * dot(node.free, normal);
+        let reach = if way > T::ZERO { way + node.fall } else { node.fall };
+        if !(inside > T::ZERO && -depth <= reach) {
+            return None;
+        }
+        let touch = touching.touch(node.place, (depth, normal));
+        let surface = add(touch.surface_velocity, velocity);
+        // What is inside already is put out by contact, and gets no speed by it.
+        let (onto, out) = (depth / h, dot(surface, normal));
+        let landing = if onto < out { onto } else { out };
+        let relative = sub(v, surface);
+        let rubs = touch.friction * positive(landing - dot(v, normal));
+        let slip = sub(relative, scale(normal, dot(relative, normal)));
+        let speed = norm(slip);
+        let press = if speed <= rubs * T::from_f64(STICKS) && rubs > T::ZERO {
+            let along = sub(surface, scale(normal, dot(surface, normal)));
+            Self { normal, yields: T::ZERO, velocity: add(scale(normal, landing), along), surface: T::ZERO }
+        } else {
+            let direction = scale(slip, T::ONE / if speed > T::ZERO { speed } else { T::ONE });
+            let velocity = sub(scale(normal, landing), scale(direction, rubs));
+            Self { normal, yields: T::ONE, velocity, surface: dot(surface, direction) }
+        };
+        Some((inside, press))
+    }
+
+    /// How the collider in which a node would be deepest will hold it, and which that is. `of` is [`Self::of`], or knows of
+    /// meshes.
+    #[inline(always)]
+    pub fn deepest(
+        colliders: &[ColliderNow<T>],
+        mut of: impl FnMut(&ColliderNow<T>) -> Option<(T, Self)>,
+    ) -> (Self, u32) {
+        let (mut deepest, mut found) = (T::ZERO, (Self::FREE, 0));
+        for (collider, index) in colliders.iter().zip(0..) {
+            if let Some((inside, press)) = of(collider).filter(|&(inside, _)| inside > deepest) {
+                (deepest, found) = (inside, (press, index));
+            }
+        }
+        found
+    }
+
+    /// A change of velocity, as far as the node yields to it.
+    #[inline(always)]
+    pub fn yielded(&self, v: [T; 3]) -> [T; 3] {
+        scale(sub(v, scale(self.normal, dot(v, self.normal))), self.yields)
+    }
+
+    /// The change of velocity [m/s] by friction of a node that slides.
+    #[inline(always)]
+    pub fn rubbed(&self) -> [T; 3] {
+        scale(sub(self.velocity, scale(self.normal, dot(self.velocity, self.normal))), self.yields)
+    }
+
+    /// Velocity [m/s] of the node after `pulls`; `free` is without them. What they press, the surface bears. What takes the node
+    /// off lets it go no further than onto the surface: the next sub-step knows these pulls. Where it would bounce, contact comes
+    /// after. Friction stops a node that slides, and does not turn it back; as much of it as contact will take is left to that.
+    #[inline(always)]
+    pub fn after(&self, free: [T; 3], pulls: [T; 3], touching: &Touching<T>) -> [T; 3] {
+        if self.normal == [T::ZERO; 3] {
+            return add(free, pulls);
+        }
+        let normal = self.normal;
+        let landing = dot(self.velocity, normal);
+        let (inward, pulled) = (dot(free, normal), dot(add(free, pulls), normal));
+        let least = if inward < landing { inward } else { landing };
+        let kept = if pulled < least { least } else { pulled };
+        let kept = if kept > landing { landing } else { kept };
+        let kept = if touching.restitution == T::ZERO {
+            landing - (landing - least) * T::from_f64(LEFT_TO_CONTACT)
+        } else {
+            kept
+        };
+        if self.yields == T::ZERO {
+            return add(self.velocity, scale(normal, kept - landing));
+        }
+        let moved = add(add(free, pulls), scale(normal, kept - pulled));
+        let rubbed = self.rubbed();
+        let rubs = norm(rubbed);
+        if rubs == T::ZERO {
+            return moved;
+        }
+        // Against the slip.
+        let against = scale(rubbed, T::ONE / rubs);
+        let slip = -self.surface - dot(moved, against);
+        let taken = if slip < rubs { slip } else { rubs };
+        add(moved, scale(against, positive(taken - touching.friction * (landing - kept))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::colliders::moving::MovingCollider;
+    use crate::scene::Collider;
+
+    fn floor(friction: f64) -> ColliderNow<f64> {
+        let floor = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).offset(0.0).friction(friction);
+        MovingCollider::new(&floor).unwrap().at(0.0, 0.01, &mut 0)
+    }
+
+    fn coming(y: f64, pulls: [f64; 3]) -> Coming<f64> {
+        Coming { place: [0.0, y, 0.0], free: [0.0, -0.1, 0.0], pulls, fall: 1e-3, h: 0.01 }
+    }
+
+    #[test]
+    fn a_node_is_held_where_it_lies_and_is_not_taken_off() {
+        let press = |y, pulls| Press::of(&floor(0.5), &coming(y, pulls));
+        assert!(press(0.0, [0.0; 3]).is_some());
+        // Pulls that lift it, and pulls that would fetch it from afar.
+        assert!(press(0.0, [0.0, 0.2, 0.0]).is_none());
+        assert!(press(0.1, [0.0, -50.0, 0.0]).is_none());
+        // 0.1 m/s press, half of it is friction, nearly all of which holds.
+        assert_eq!(press(0.0, [0.047, 0.0, 0.0]).unwrap().1.yields, 0.0);
+        assert_eq!(press(0.0, [0.048, 0.0, 0.0]).unwrap().1.yields, 1.0);
+        assert_eq!(press(0.0, [0.06, 0.0, 0.0]).unwrap().1.yields, 1.0);
+        // It lands: half a millimetre in 0.01 s.
+        assert!((press(0.0005, [0.0; 3]).unwrap().1.velocity[1] + 0.05).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_surface_bears_pulls_and_rubs_as_much() {
+        let node = coming(0.0, [0.5, -0.4, 0.0]);
+        let (_, press) = Press::of(&floor(0.5), &node).unwrap();
+        let after = |pulls| press.after(node.free, pulls, &floor(0.5).touching);
+        let (left, rubs) = (0.1 * LEFT_TO_CONTACT, 0.05 * LEFT_TO_CONTACT);
+        // Half of 0.5 m/s is rubbed off, some of it by contact.
+        assert!(norm(sub(press.rubbed(), [-0.25, 0.0, 0.0])) < 1e-15);
+        assert!(norm(sub(after([0.5, -0.4, 0.0]), [0.25 + rubs, -left, 0.0])) < 1e-15);
+        // What would take it off leaves it on the surface.
+        assert!(norm(sub(after([0.5, 0.7, 0.0]), [0.25 + rubs, -left, 0.0])) < 1e-15);
+        // It stops, and does not turn back.
+        assert!(norm(sub(after([0.1, -0.4, 0.0]), [rubs, -left, 0.0])) < 1e-15);
+        // Where it bounces 0.1 m/s are left to contact, and what that rubs.
+        let bouncing = Touching { restitution: 0.5, ..floor(0.5).touching };
+        let left = press.after(node.free, [0.5, -0.4, 0.0], &bouncing);
+        assert!(norm(sub(left, [0.3, -0.1, 0.0])) < 1e-15);
+    }
+
+    #[test]
+    fn a_surface_that_moves_takes_a_node_along() {
+        let floor = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).offset(0.0).friction(0.5);
+        let belt = MovingCollider::new(&floor).unwrap().at::<f64>(0.0, 0.01, &mut 0);
+        let node = coming(0.0, [0.0; 3]);
+        let by = |speed| {
+            let touch = Depth { depth: 0.0, normal: [0.0, 1.0, 0.0], velocity: [speed, 0.0, 0.0] };
+            Press::of_mesh(&belt.touching, &node, touch).unwrap().1
+        };
+        assert_eq!((by(0.03).yields, by(0.03).velocity), (0.0, [0.03, 0.0, 0.0]));
+        // Drawn along by half of what presses, less what contact does.
+        let by_press = [0.05 * (1.0 - LEFT_TO_CONTACT), -0.1 * LEFT_TO_CONTACT, 0.0];
+        assert!(norm(sub(by(2.0).after(node.free, node.pulls, &belt.touching), by_press)) < 1e-15);
+    }
+
+    #[test]
+    fn a_node_yields_along_the_surface_alone() {
+        let (_, press) = Press::of(&floor(0.0), &coming(0.0, [1.0, 0.0, 0.0])).unwrap();
+        assert_eq!(press.yielded([1.0, 2.0, 3.0]), [1.0, 0.0, 3.0]);
+        assert_eq!(Press::FREE.yielded([1.0, 2.0, 3.0]), [1.0, 2.0, 3.0]);
+    }
+}

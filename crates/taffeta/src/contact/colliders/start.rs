@@ -1,0 +1,174 @@
+//! Nodes that start inside colliders.
+
+use crate::build::Assembly;
+use crate::contact::collider_mesh::surface::MeshSurface;
+use crate::contact::colliders::moving::ColliderNow;
+use crate::contact::colliders::shape::ShapeNow;
+use crate::real::Real;
+use crate::scene::{Scene, plain};
+use std::collections::HashSet;
+
+/// Deeper than this a node is inside [m]: less is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// A collider at the start.
+struct Start {
+    now: ColliderNow<f64>,
+    /// Its triangles, if it has some.
+    surface: Option<MeshSurface<f64>>,
+    offset: f64,
+}
+
+impl Assembly {
+    /// Warns of free nodes that start inside colliders, or nearer than their offsets: they are put out at once, whatever that
+    /// stretches. What a collider carries is left alone.
+    pub(crate) fn note_starts_inside(&mut self, scene: &Scene) {
+        let mut meshes = 0;
+        let attached = &self.attachments;
+        let rows = attached.rows.iter().filter(|row| attached.is_carried(row));
+        let carried: HashSet<usize> = rows.map(|row| row.ends[0] as usize).collect();
+        for (index, (collider, described)) in self.colliders.iter().zip(&scene.colliders).enumerate() {
+            let surface = collider.mesh().map(|mesh| mesh.surface());
+            let start = Start { now: collider.at(-1.0, 1.0, &mut meshes), surface, offset: described.offset };
+            let name = scene.collider_name(index);
+            for body in &mut self.bodies {
+                let depth = |local: usize| {
+                    let meets = body.free[local] && !carried.contains(&(body.first + local));
+                    if meets { start.depth(body.start[local]) } else { f64::NEG_INFINITY }
+                };
+                let (mut inside, mut near) = (Deep::default(), Deep::default());
+                for (local, depth) in (0..body.nodes).map(|local| (local, depth(local))) {
+                    if depth > ROUNDING {
+                        inside.add(local, depth);
+                    } else if depth + start.offset > ROUNDING {
+                        near.add(local, depth + start.offset);
+                    }
+                }
+                let said = [
+                    inside.said("inside", &name, |worst| body.vertex_of_solver(worst)).map(|words| {
+                        words + " deep; what starts inside is put on the surface at once, and springs that are stretched by it \
+                                 throw the body: another place would do"
+                    }),
+                    near.said("within the offset of", &name, |worst| body.vertex_of_solver(worst)).map(|words| {
+                        words + &format!(
+                            " deep in its {} m; what starts there is put that far out at once: another place, or a smaller \
+                             offset, would do",
+                            plain(start.offset)
+                        )
+                    }),
+                ];
+                body.warnings.extend(said.into_iter().flatten());
+            }
+        }
+    }
+}
+
+/// Nodes of a body that start too deep.
+#[derive(Default)]
+struct Deep {
+    count: usize,
+    worst: usize,
+    /// That of the worst [m].
+    depth: f64,
+}
+
+impl Deep {
+    fn add(&mut self, node: usize, depth: f64) {
+        self.count += 1;
+        if depth > self.depth {
+            (self.worst, self.depth) = (node, depth);
+        }
+    }
+
+    /// How many there are and how deep the worst is, by its vertex.
+    fn said(&self, place: &str, collider: &str, vertex: impl Fn(usize) -> usize) -> Option<String> {
+        let nodes = if self.count == 1 { "node starts" } else { "nodes start" };
+        (self.count > 0).then(|| {
+            format!(
+                "{} {nodes} {place} collider `{collider}`, worst of all vertex {}, {:.3e} m",
+                self.count,
+                vertex(self.worst),
+                self.depth
+            )
+        })
+    }
+}
+
+impl Start {
+    /// How deep a place is behind the surface itself [m]; below 0 in front of it, and nothing is behind a sheet. Beyond the
+    /// offset any number below that.
+    fn depth(&self, x: [f64; 3]) -> f64 {
+        let depth = match (&self.now.shape, &self.surface) {
+            (ShapeNow::Mesh(mesh), Some(surface)) => {
+                let place = mesh.local(x);
+                let is_within = surface.solid && !surface.tree(mesh).is_outside(place);
+                let most = if is_within { f64::FAR } else { self.offset * self.offset };
+                surface.depth(mesh, place, most).map(|depth| depth - mesh.offset)
+            }
+            _ => self.now.depth_and_normal(x).map(|(depth, _)| depth - self.offset),
+        };
+        depth.unwrap_or(f64::NEG_INFINITY)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Body, Collider, Icosphere, Mass, Mesh};
+
+    /// What a level sheet of 3 × 3 nodes and 1 m is told on a collider.
+    fn told(y: f64, collider: Collider) -> String {
+        let sheet = Body::cloth("sheet", Mesh::grid(3, 3, [1.0, 1.0])).with_mass(Mass::Node(0.1));
+        let scene =
+            Scene::new("inside").body(sheet.structural(1.0, 0.0).at([0.0, y, 0.0])).collider(collider);
+        Assembly::new(&scene).unwrap().bodies[0].warnings.join("\n")
+    }
+
+    #[test]
+    fn nodes_that_start_inside_are_counted_and_the_deepest_is_named() {
+        let icosphere = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 3 });
+        let shapes = [
+            Collider::sphere([0.0; 3], 0.5),
+            Collider::mesh(icosphere.clone()).named("ball"),
+            Collider::convex(icosphere),
+        ];
+        for collider in shapes {
+            let name = if collider.name.is_empty() { "collider0" } else { "ball" };
+            let words = told(0.3, collider.clone().offset(0.01));
+            let start = format!("1 node starts inside collider `{name}`, worst of all vertex 4, ");
+            let depth = words.strip_prefix(&start).and_then(|rest| rest.split(' ').next()).unwrap();
+            assert!((depth.parse::<f64>().unwrap() - 0.2).abs() < 5e-3, "{words}");
+            let (clear, near) =
+                (told(0.512, collider.clone().offset(0.01)), told(0.504, collider.offset(0.01)));
+            assert_eq!(clear, "");
+            let start =
+                format!("1 node starts within the offset of collider `{name}`, worst of all vertex 4, ");
+            let depth = near.strip_prefix(&start).and_then(|rest| rest.split(' ').next()).unwrap();
+            assert!((depth.parse::<f64>().unwrap() - 0.006).abs() < 1e-3, "{near}");
+            assert!(near.contains(" m deep in its 0.01 m; "), "{near}");
+        }
+        let floor = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).offset(0.01);
+        assert_eq!(told(0.01, floor.clone()), "");
+        assert!(
+            told(0.0, floor.clone())
+                .starts_with("9 nodes start within the offset of collider `collider0`, worst")
+        );
+        assert!(told(-0.25, floor).starts_with("9 nodes start inside collider `collider0`, worst"));
+    }
+
+    #[test]
+    fn nothing_is_inside_a_sheet_and_held_nodes_may_be_anywhere() {
+        for (y, words) in
+            [(-0.06, "9 nodes start within"), (-0.11, ""), (0.04, "9 nodes start within"), (0.11, "")]
+        {
+            let said = told(y, Collider::mesh(Mesh::grid(2, 2, [2.0, 2.0])).offset(0.1));
+            assert!(said.starts_with(words) && said.is_empty() == words.is_empty(), "{y}: {said}");
+        }
+        let held = Body::cloth("sheet", Mesh::grid(2, 2, [0.1, 0.1]))
+            .with_mass(Mass::Node(0.1))
+            .structural(1.0, 0.0)
+            .pin(crate::scene::Select::nodes([0, 1, 2, 3]));
+        let scene = Scene::new("held").body(held).collider(Collider::sphere([0.0; 3], 0.5));
+        assert!(Assembly::new(&scene).unwrap().bodies[0].warnings.is_empty());
+    }
+}

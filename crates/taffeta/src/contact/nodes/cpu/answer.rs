@@ -1,0 +1,39 @@
+//! What contact does to nodes.
+
+use crate::contact::nodes::cpu::PairWorker;
+use crate::contact::nodes::pair;
+use crate::real::{Real, sub};
+
+impl<T: Real> PairWorker<'_, T> {
+    /// Finds what contact does to each of its nodes, after a sub-step of `h` [s].
+    pub fn answer(&mut self, h: T) {
+        let limits = (h, T::from_f64(pair::most_apart(h.to_f64())));
+        // SAFETY: written before the last barrier.
+        let contacts = unsafe { self.shared.contacts.read() };
+        let state = self.state();
+        let mut answers = std::mem::take(&mut self.scratch.answers);
+        answers.clear();
+        for (number, &node) in self.scratch.near.owners().iter().enumerate() {
+            let node = node as usize;
+            let mut sum = [T::ZERO; 6];
+            for &other in self.scratch.near.others(number) {
+                let other = other as usize;
+                let (a, b) = (node.min(other), node.max(other));
+                let [xa, xb] = [a, b].map(|at| [0, 1, 2].map(|axis| state[axis][at]));
+                let [va, vb] = [a, b].map(|at| [3, 4, 5].map(|axis| state[axis][at]));
+                let mobility =
+                    pair::mobility([self.inverse_mass[a], self.inverse_mass[b]], [contacts[a], contacts[b]]);
+                let done =
+                    pair::exchange(sub(xa, xb), sub(va, vb), mobility, &self.pairs.meeting(a, b), limits);
+                let sign = if node == a { T::ONE } else { -T::ONE };
+                for axis in 0..3 {
+                    sum[axis] += done.shift[axis] * sign;
+                    sum[3 + axis] += done.impulse[axis] * sign;
+                }
+            }
+            let w = self.inverse_mass[node];
+            answers.push(std::array::from_fn(|axis| state[axis][node] + sum[axis] * w));
+        }
+        self.scratch.answers = answers;
+    }
+}

@@ -1,0 +1,393 @@
+//! Nodes that touch each other: who is near whom, and what they do to each other.
+//!
+//! Nodes are looked at in clusters of neighbours, and clusters in groups. A search finds the pairs of groups that are near
+//! each other. Each lists the pairs of clusters that are near each other, and is listed anew when others may be. Of each of
+//! those it is known how far its nodes are from touching, and it is looked at again when its clusters may have moved that
+//! far against each other. All other groups are farther apart than all nodes have moved against each other since the
+//! search; when they are not, there is another search. So nothing depends on when anybody looked.
+
+mod answer;
+mod apart;
+mod clusters;
+mod look;
+mod near;
+mod search;
+#[cfg(test)]
+mod tests;
+mod tree;
+mod watch;
+
+use crate::build::Assembly;
+use crate::build::body::BodyAssembly;
+use crate::contact::nodes::pair::{self, Meeting};
+use crate::cpu::shared::Shared;
+use crate::cpu::simd::SimdLevel;
+use crate::cpu::tiles::TilePlan;
+use crate::real::{Real, dot, sub};
+use crate::topology::LANES;
+use crate::topology::boxes::{Bounds, NOWHERE, join};
+use apart::Masks;
+use clusters::{Cluster, GROUP, Pack, Packed, clusters};
+use near::Near;
+use std::ops::Range;
+use tree::{Boxes, Tree};
+use watch::{Groups, Watched};
+
+/// What does not change.
+pub struct PairSetup<T> {
+    /// Half the thickness [m] by body; 0: it touches no other.
+    radius: Vec<T>,
+    /// Body by place.
+    body: Vec<u32>,
+    /// How the surface of each body meets others.
+    surfaces: Vec<Meeting<T>>,
+    /// Tile by place.
+    tile: Vec<u32>,
+    /// The largest thickness [m].
+    widest: f64,
+    /// Mean diagonals of a cluster and of a group at the start [m].
+    diagonals: [f64; 2],
+    /// Clusters, worker by worker.
+    clusters: Vec<Cluster>,
+    /// Their nodes, by lane.
+    nodes: Vec<[u32; LANES]>,
+    /// Nodes that do not touch.
+    apart: Masks,
+    /// The clusters of each worker.
+    shares: Vec<Range<usize>>,
+    /// The clusters of each group.
+    groups: Vec<Range<usize>>,
+    /// Boxes about groups, by worker.
+    trees: Vec<Tree>,
+}
+
+/// What workers find together.
+pub struct PairWork<T> {
+    /// Contacts of each place in this sub-step.
+    contacts: Vec<u32>,
+    /// Where the nodes of each cluster are [m].
+    packed: Vec<Packed<T>>,
+    /// How far each cluster has moved since the last search [m], as [`Pack`] says.
+    moved: Vec<[f64; 4]>,
+    /// By how much the nodes of each group have moved in this sub-step, as [`Pack`] says.
+    balls: Vec<[f64; 4]>,
+    /// By how much nodes of each worker have moved in this sub-step [m].
+    motion: Vec<Bounds>,
+    /// Boxes about groups.
+    boxes: Vec<Boxes<T>>,
+    /// What each worker has found.
+    found: Vec<Found>,
+    /// Bytes of what does not change.
+    fixed: usize,
+}
+
+/// Contacts that a worker has found in a sub-step.
+#[derive(Clone, Copy, Debug)]
+pub struct Found {
+    /// Pairs, each once for each of its nodes of this worker.
+    pub ends: u64,
+    /// Least distance of a pair, by its thickness.
+    pub nearest: f64,
+}
+
+impl Default for Found {
+    fn default() -> Self {
+        Self { ends: 0, nearest: f64::INFINITY }
+    }
+}
+
+/// The same, lent to all workers.
+pub struct SharedPairs<'a, T> {
+    contacts: Shared<'a, u32>,
+    packed: Shared<'a, Packed<T>>,
+    moved: Shared<'a, [f64; 4]>,
+    balls: Shared<'a, [f64; 4]>,
+    motion: Shared<'a, Bounds>,
+    boxes: Shared<'a, Boxes<T>>,
+    found: Shared<'a, Found>,
+}
+
+/// What a worker keeps for itself.
+pub struct PairScratch<T> {
+    /// How near groups were that are watched [m]; 0: there was no search.
+    margin: f64,
+    /// How far all may have moved against each other since the last search [m].
+    travelled: f64,
+    /// Sub-steps since the last search.
+    rest: u32,
+    /// Searches in this frame.
+    pub searches: u64,
+    /// Pairs of groups with one of its own.
+    watch: Vec<Groups>,
+    /// Empty lists.
+    spare: Vec<Vec<Watched>>,
+    /// Groups that are near one.
+    around: Vec<u32>,
+    /// Boxes yet to be looked into.
+    stack: Vec<(usize, usize)>,
+    /// Squared distances of clusters of two groups [m²].
+    squared: [[T; GROUP]; GROUP],
+    /// Its nodes in contact.
+    near: Near,
+    /// Place and velocity after contact, for each of them.
+    answers: Vec<[T; 6]>,
+}
+
+impl<T: Real> PairSetup<T> {
+    /// Of a scene whose tiles are shared by workers; `None` where no nodes touch.
+    pub fn new(assembly: &Assembly, tiles: &[TilePlan], shares: &[Range<usize>]) -> Option<Self> {
+        Self::with(assembly, tiles, shares, None)
+    }
+
+    /// The same for other shares, of a scene that may have started.
+    pub fn again(&self, assembly: &Assembly, tiles: &[TilePlan], shares: &[Range<usize>]) -> Option<Self> {
+        Self::with(assembly, tiles, shares, Some(self.diagonals))
+    }
+
+    fn with(
+        assembly: &Assembly,
+        tiles: &[TilePlan],
+        shares: &[Range<usize>],
+        diagonals: Option<[f64; 2]>,
+    ) -> Option<Self> {
+        let (mut all, mut groups) = (Vec::new(), Vec::new());
+        let (mut owned, mut trees): (Vec<Range<usize>>, Vec<Tree>) = (Vec::new(), Vec::new());
+        for share in shares {
+            let (first, first_group) = (all.len(), groups.len());
+            all.extend(clusters(assembly, &tiles[share.clone()]));
+            owned.push(first..all.len());
+            let ends = (first..all.len()).step_by(GROUP);
+            groups.extend(ends.map(|start| start..all.len().min(start + GROUP)));
+            let boxes = trees.last().map_or(0, |last| last.boxes.end);
+            trees.push(Tree::new(first_group..groups.len(), boxes));
+        }
+        if all.is_empty() {
+            return None;
+        }
+        let mut tile = vec![0; assembly.places];
+        for (number, plan) in tiles.iter().enumerate() {
+            plan.runs().for_each(|(_, run)| tile[run].fill(number as u32));
+        }
+        let mut body = vec![0; assembly.places];
+        let mut nodes = vec![[0; LANES]; all.len()];
+        for (cluster, nodes) in all.iter().zip(&mut nodes) {
+            for (lane, node) in cluster.nodes().enumerate() {
+                (nodes[lane], body[node]) = (node as u32, cluster.body);
+            }
+        }
+        let diagonals = diagonals.unwrap_or_else(|| {
+            let of_groups = groups.iter().map(|group| diagonal(assembly, &all[group.clone()])).sum::<f64>();
+            let of_clusters = all.chunks(1).map(|cluster| diagonal(assembly, cluster)).sum::<f64>();
+            [of_clusters / all.len() as f64, of_groups / groups.len() as f64]
+        });
+        let surfaces = surfaces::<T>(assembly);
+        Some(Self {
+            radius: surfaces.iter().map(|surface| surface.thickness * T::from_f64(0.5)).collect(),
+            body,
+            widest: surfaces.iter().map(|surface| surface.thickness.to_f64()).fold(0.0, f64::max),
+            diagonals,
+            apart: Masks::new(assembly, &all),
+            surfaces,
+            tile,
+            clusters: all,
+            nodes,
+            shares: owned,
+            groups,
+            trees,
+        })
+    }
+
+    /// Bytes that it takes.
+    fn bytes(&self) -> usize {
+        let clusters = size_of_val(&self.clusters[..]) + size_of_val(&self.nodes[..]);
+        8 * self.body.len() + clusters + self.apart.bytes()
+    }
+
+    fn meeting(&self, a: usize, b: usize) -> Meeting<T> {
+        let [a, b] = [a, b].map(|place| &self.surfaces[self.body[place] as usize]);
+        pair::meeting(a, b)
+    }
+
+    /// Distance at which nodes of two clusters touch [m].
+    fn reach(&self, clusters: [u32; 2]) -> T {
+        let [a, b] = clusters.map(|cluster| self.radius[self.clusters[cluster as usize].body as usize]);
+        a + b
+    }
+
+    /// How far nodes of two clusters are from touching that are no nearer than a distance [m], with room for rounding.
+    fn gap(&self, clusters: [u32; 2], distance: T) -> f64 {
+        distance.to_f64() * (1.0 - 1e-5) - self.reach(clusters).to_f64()
+    }
+}
+
+/// How the surface of each body meets others; one that touches none has no thickness.
+fn surfaces<T: Real>(assembly: &Assembly) -> Vec<Meeting<T>> {
+    let of_body = |body: &BodyAssembly| {
+        let surface = body.touching.as_ref().map(|touching| touching.surface);
+        let numbers = surface.map_or([0.0; 3], |s| [s.thickness, s.friction, s.restitution]);
+        let [thickness, friction, restitution] = numbers.map(T::from_f64);
+        Meeting { thickness, friction, restitution }
+    };
+    assembly.bodies.iter().map(of_body).collect()
+}
+
+/// Diagonal of the box about clusters at the start [m]: of those of one body, where there are several.
+fn diagonal(assembly: &Assembly, clusters: &[Cluster]) -> f64 {
+    let body = &assembly.bodies[clusters[0].body as usize];
+    let nodes = clusters.iter().filter(|one| one.body == clusters[0].body).flat_map(Cluster::nodes);
+    extent(nodes.map(|node| [body.start[node - body.first]; 2]).fold(NOWHERE, join))
+}
+
+/// Diagonal of bounds.
+fn extent([least, most]: Bounds) -> f64 {
+    let along = sub(most, least);
+    dot(along, along).sqrt()
+}
+
+impl<T: Real> PairWork<T> {
+    /// Room for the pairs of a scene.
+    pub fn new(setup: Option<&PairSetup<T>>, workers: usize) -> Self {
+        let places = setup.map_or(0, |setup| setup.body.len());
+        let clusters = setup.map_or(0, |setup| setup.clusters.len());
+        let boxes = setup.and_then(|setup| setup.trees.last()).map_or(0, |last| last.boxes.end);
+        Self {
+            contacts: vec![0; places],
+            packed: vec![Packed([[T::ZERO; LANES]; 3]); clusters],
+            moved: vec![[0.0; 4]; clusters],
+            balls: vec![[0.0; 4]; setup.map_or(0, |setup| setup.groups.len())],
+            motion: vec![NOWHERE; workers],
+            boxes: vec![Boxes::empty(); boxes],
+            found: vec![Found::default(); workers],
+            fixed: setup.map_or(0, PairSetup::bytes),
+        }
+    }
+
+    /// Lends it.
+    pub fn share(&mut self) -> SharedPairs<'_, T> {
+        SharedPairs {
+            contacts: Shared::new(&mut self.contacts),
+            packed: Shared::new(&mut self.packed),
+            moved: Shared::new(&mut self.moved),
+            balls: Shared::new(&mut self.balls),
+            motion: Shared::new(&mut self.motion),
+            boxes: Shared::new(&mut self.boxes),
+            found: Shared::new(&mut self.found),
+        }
+    }
+
+    /// What all workers have found in the last sub-step.
+    pub fn found(&self) -> Found {
+        self.found.iter().fold(Found::default(), |all, one| Found {
+            ends: all.ends + one.ends,
+            nearest: all.nearest.min(one.nearest),
+        })
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        let clusters = size_of_val(&self.packed[..]) + size_of_val(&self.moved[..]);
+        self.fixed + 4 * self.contacts.len() + clusters + size_of_val(&self.boxes[..])
+    }
+}
+
+impl<T: Real> PairScratch<T> {
+    /// For a worker with so many tiles.
+    pub fn new(places: usize, tiles: usize) -> Self {
+        Self {
+            margin: 0.0,
+            travelled: 0.0,
+            rest: 0,
+            searches: 0,
+            watch: Vec::new(),
+            spare: Vec::new(),
+            around: Vec::new(),
+            stack: Vec::new(),
+            squared: [[T::ZERO; GROUP]; GROUP],
+            near: Near::new(places, tiles),
+            answers: Vec::new(),
+        }
+    }
+
+    /// Nodes of its tile number `tile` that are in contact, with their place and velocity after it.
+    pub fn answers(&self, tile: usize) -> impl ExactSizeIterator<Item = (usize, &[T; 6])> {
+        let range = self.near.of_tile(tile);
+        let nodes = self.near.owners()[range.clone()].iter().map(|&node| node as usize);
+        nodes.zip(&self.answers[range])
+    }
+}
+
+/// A worker's part in what all do about pairs.
+pub struct PairWorker<'a, T> {
+    pub pairs: &'a PairSetup<T>,
+    pub shared: &'a SharedPairs<'a, T>,
+    pub scratch: &'a mut PairScratch<T>,
+    /// Its first tile, and which worker it is.
+    pub first_tile: usize,
+    pub index: usize,
+    /// State after the sub-step.
+    pub next: &'a [Shared<'a, T>; 6],
+    /// Inverse masses [1/kg].
+    pub inverse_mass: &'a [T],
+    /// Instructions in use.
+    pub level: SimdLevel,
+}
+
+impl<'a, T: Real> PairWorker<'a, T> {
+    /// State after the sub-step, of all nodes.
+    fn state(&self) -> [&'a [T]; 6] {
+        // SAFETY: all have written their nodes before a barrier, and change them again after another.
+        self.next.each_ref().map(|column| unsafe { column.read() })
+    }
+
+    /// Its part of the trees.
+    fn tree(&self) -> &'a Tree {
+        &self.pairs.trees[self.index]
+    }
+
+    /// Where all nodes are, and how far their clusters have moved.
+    fn clusters(&self) -> (&'a [Packed<T>], &'a [[f64; 4]]) {
+        // SAFETY: they are written before the barrier after `note_moves`, or that in a search, and again after the
+        // sub-step's last.
+        unsafe { (self.shared.packed.read(), self.shared.moved.read()) }
+    }
+
+    /// Its clusters.
+    fn own(&self) -> Range<usize> {
+        self.pairs.shares[self.index].clone()
+    }
+
+    /// Notes where its nodes are, and by how much they have moved.
+    pub fn note_moves(&mut self) {
+        let (own, groups) = (self.own(), self.tree().groups.clone());
+        // SAFETY: these are this worker's own; others read them after the next barrier, until the sub-step's last.
+        let (packed, moved, balls) = unsafe {
+            let balls = self.shared.balls.write(groups);
+            (self.shared.packed.write(own.clone()), self.shared.moved.write(own.clone()), balls)
+        };
+        let clusters = &self.pairs.clusters[own];
+        let bounds = self.level.run(Pack { clusters, state: self.next, packed, moved, balls });
+        // SAFETY: as above.
+        let motion = unsafe { self.shared.motion.write(self.index..self.index + 1) };
+        motion[0] = bounds;
+    }
+
+    /// Whether groups that are not watched may have come near each other since the last search. Asked once in a
+    /// sub-step, when all have noted their moves.
+    pub fn is_stale(&mut self) -> bool {
+        // SAFETY: written before a barrier, and again after the sub-step's last.
+        let motion = unsafe { self.shared.motion.read() };
+        let scratch = &mut *self.scratch;
+        scratch.travelled += extent(motion.iter().copied().fold(NOWHERE, join));
+        scratch.rest += 1;
+        // Room for rounding; what is no number has gone too far.
+        let is_fresh = scratch.travelled < scratch.margin * 0.999;
+        !is_fresh
+    }
+
+    /// Whether any nodes are in contact.
+    pub fn any(&self) -> bool {
+        // SAFETY: written before the last barrier.
+        let found = unsafe { self.shared.found.read() };
+        found.iter().any(|found| found.ends > 0)
+    }
+}

@@ -1,0 +1,105 @@
+//! Which groups are near each other, and which clusters of two groups.
+
+use crate::contact::nodes::cpu::tree::{Fill, Query};
+use crate::contact::nodes::cpu::watch::{Distances, Groups, Watched};
+use crate::contact::nodes::cpu::{PairScratch, PairWorker};
+use crate::real::Real;
+use std::ops::Range;
+
+/// How near groups are that are watched, at first, at least and at most, by the mean diagonal of a group.
+const MARGIN: [f64; 3] = [0.6, 0.3, 3.0];
+/// Sub-steps between searches: with fewer the margin grows, with more it shrinks.
+const REST: Range<u32> = 16..64;
+/// How near clusters are that are listed, by the mean diagonal of a cluster.
+const LISTED: f64 = 0.5;
+
+impl<T: Real> PairWorker<'_, T> {
+    /// Chooses the margin of a search: wider where searches follow soon upon each other.
+    fn choose_margin(&mut self) {
+        let [first, least, most] = MARGIN.map(|share| share * self.pairs.diagonals[1].max(self.pairs.widest));
+        let scratch = &mut *self.scratch;
+        scratch.margin = match scratch.margin {
+            margin if margin <= 0.0 => first,
+            margin if scratch.rest < REST.start => (margin * 1.25).min(most),
+            margin if scratch.rest >= REST.end => (margin * 0.8).max(least),
+            margin => margin,
+        };
+        (scratch.travelled, scratch.rest) = (0.0, 0);
+        scratch.searches += 1;
+    }
+
+    /// Finds the pairs of groups that are near each other; `meet` waits for all workers.
+    pub fn search(&mut self, meet: impl Fn()) {
+        self.choose_margin();
+        let (tree, own) = (self.tree(), self.own());
+        // SAFETY: these are this worker's own; others read them after the next barrier.
+        let (moved, boxes) =
+            unsafe { (self.shared.moved.write(own.clone()), self.shared.boxes.write(tree.boxes.clone())) };
+        moved.fill([0.0; 4]);
+        // SAFETY: written before the last barrier.
+        let packed = unsafe { self.shared.packed.read() };
+        self.level.run(Fill { tree, packed: &packed[own], boxes });
+        meet();
+        let PairScratch { watch, spare, .. } = &mut *self.scratch;
+        spare.extend(watch.drain(..).map(|mut groups| {
+            groups.pairs.clear();
+            groups.pairs
+        }));
+        tree.groups.clone().for_each(|group| self.watch_around(group));
+    }
+
+    /// Watches what is near a group; of two of its own once.
+    fn watch_around(&mut self, group: usize) {
+        // SAFETY: written before the last barrier, and again in another search.
+        let boxes = unsafe { self.shared.boxes.read() };
+        let own = self.tree();
+        let bound = &own.bound(boxes, group);
+        let wide = T::from_f64(self.scratch.margin + self.pairs.widest);
+        let PairScratch { watch, spare, around, stack, .. } = &mut *self.scratch;
+        for tree in &self.pairs.trees {
+            around.clear();
+            self.level.run(Query { tree, boxes, bound, squared: wide * wide, stack, found: around });
+            for &other in around.iter() {
+                if (other as usize) < group && own.groups.contains(&(other as usize)) {
+                    continue;
+                }
+                let both = [other.min(group as u32), other.max(group as u32)];
+                watch.push(Groups::new(both, spare.pop().unwrap_or_default()));
+            }
+        }
+    }
+
+    /// Lists anew the clusters of two groups that are near each other.
+    pub(crate) fn list(&mut self, groups: &mut Groups) {
+        let (packed, moved) = self.clusters();
+        let [first, second] = groups.groups.map(|group| self.pairs.groups[group as usize].clone());
+        let squared = &mut self.scratch.squared;
+        let both = [&packed[first.clone()], &packed[second.clone()]];
+        self.level.run(Distances { packed: both, squared });
+        let wide = T::from_f64(self.pairs.widest + LISTED * self.pairs.diagonals[0]);
+        let (near, mut beyond) = (wide * wide, T::FAR);
+        let mut old = self.scratch.spare.pop().unwrap_or_default();
+        std::mem::swap(&mut old, &mut groups.pairs);
+        let mut known = old.iter().peekable();
+        for (a, squared) in first.zip(&self.scratch.squared) {
+            for (b, &squared) in second.clone().zip(squared).filter(|(b, _)| *b >= a) {
+                if squared >= near {
+                    beyond = if squared < beyond { squared } else { beyond };
+                    continue;
+                }
+                let clusters = [a as u32, b as u32];
+                while known.next_if(|pair| pair.clusters < clusters).is_some() {}
+                let pair = known.next_if(|pair| pair.clusters == clusters).copied();
+                groups.pairs.push(pair.unwrap_or_else(|| {
+                    let gap = self.pairs.gap(clusters, squared.sqrt()).max(0.0);
+                    let mask = self.pairs.apart.find(clusters[0], clusters[1]);
+                    Watched::new(clusters, mask, gap, groups.travelled, moved)
+                }));
+            }
+        }
+        old.clear();
+        self.scratch.spare.push(old);
+        let left = beyond.sqrt().to_f64() * (1.0 - 1e-5) - self.pairs.widest;
+        groups.fresh = groups.travelled + left;
+    }
+}

@@ -1,0 +1,174 @@
+//! Pairs of groups that are near each other, and their pairs of clusters, each with how far its nodes are from touching.
+//!
+//! What two clusters may have moved against each other since they were looked at is known without looking at their nodes;
+//! until that has used up the distance that they had, none of their nodes touch. And no two can have used up more than
+//! their groups together: each has a time, in metres of that, before which nobody asks for it.
+
+use crate::contact::nodes::cpu::apart::Mask;
+use crate::contact::nodes::cpu::clusters::{GROUP, Packed};
+use crate::contact::nodes::cpu::tree::{Boxes, squared_distance};
+use crate::cpu::simd::Kernel;
+use crate::real::{Real, dot, sub};
+use crate::topology::LANES;
+
+/// Two groups.
+pub struct Groups {
+    /// Which ones, the second not before the first.
+    pub groups: [u32; 2],
+    /// How far their nodes may have moved against each other since the search [m].
+    pub travelled: f64,
+    /// When one of its pairs has to be looked at [m].
+    pub due: f64,
+    /// When those that are not in the list may have come near each other [m].
+    pub fresh: f64,
+    /// Pairs of clusters that are near each other, ascending.
+    pub pairs: Vec<Watched>,
+}
+
+/// Two clusters.
+#[derive(Clone, Copy, Debug)]
+pub struct Watched {
+    /// Which ones, the second not before the first.
+    pub clusters: [u32; 2],
+    /// Number of the mask of nodes that do not touch.
+    pub mask: u32,
+    /// Distance of their nodes when they were looked at, less that at which they touch [m].
+    gap: f64,
+    /// What they had moved against each other by then, and off that [m].
+    moved: [f64; 4],
+    /// When it has to be looked at [m].
+    pub due: f64,
+}
+
+impl Groups {
+    /// Of two groups at the time of a search, with an empty list.
+    pub fn new(groups: [u32; 2], pairs: Vec<Watched>) -> Self {
+        Self { groups, travelled: 0.0, due: 0.0, fresh: 0.0, pairs }
+    }
+
+    /// Lets a sub-step go by; whether a pair has to be looked at.
+    #[inline]
+    pub fn is_due(&mut self, balls: &[[f64; 4]]) -> bool {
+        let [a, b] = self.groups.map(|group| &balls[group as usize]);
+        let off = sub([a[0], a[1], a[2]], [b[0], b[1], b[2]]);
+        self.travelled += dot(off, off).sqrt() + a[3] + b[3];
+        is_over(self.travelled, self.due)
+    }
+}
+
+/// Whether a time is over; what is no number is.
+#[inline]
+pub fn is_over(now: f64, due: f64) -> bool {
+    let is_later = now < due;
+    !is_later
+}
+
+impl Watched {
+    /// A pair whose nodes have so far to go [m] before they touch.
+    pub fn new(clusters: [u32; 2], mask: u32, gap: f64, travelled: f64, moved: &[[f64; 4]]) -> Self {
+        let mut pair = Self { clusters, mask, gap, moved: [0.0; 4], due: 0.0 };
+        pair.note(gap, travelled, moved);
+        pair
+    }
+
+    /// What is left of its distance [m]; what is no number has none left.
+    #[inline]
+    pub fn left(&self, moved: &[[f64; 4]]) -> f64 {
+        let now = self.moved_now(moved);
+        let by = [now[0] - self.moved[0], now[1] - self.moved[1], now[2] - self.moved[2]];
+        self.gap - dot(by, by).sqrt() - (now[3] - self.moved[3])
+    }
+
+    /// Notes how far its nodes are from touching [m].
+    pub fn note(&mut self, gap: f64, travelled: f64, moved: &[[f64; 4]]) {
+        (self.gap, self.moved, self.due) = (gap, self.moved_now(moved), travelled + gap);
+    }
+
+    #[inline]
+    fn moved_now(&self, moved: &[[f64; 4]]) -> [f64; 4] {
+        let [a, b] = self.clusters.map(|cluster| &moved[cluster as usize]);
+        [a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] + b[3]]
+    }
+}
+
+/// Kernel: squared distances of the boxes of the clusters of two groups [m²].
+pub struct Distances<'a, T> {
+    pub packed: [&'a [Packed<T>]; 2],
+    pub squared: &'a mut [[T; GROUP]; GROUP],
+}
+
+impl<T: Real> Kernel for Distances<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let [first, second] = self.packed.map(Boxes::of);
+        for (row, squared) in self.squared.iter_mut().enumerate() {
+            let bound = first.lane(row);
+            for (lane, squared) in squared.iter_mut().enumerate() {
+                *squared = squared_distance(&bound, &second.lane(lane));
+            }
+        }
+    }
+}
+
+/// Kernel: least squared distance of nodes of two clusters that may touch [m²].
+pub struct Least<'a, T> {
+    pub packed: [&'a Packed<T>; 2],
+    pub mask: &'a Mask,
+}
+
+impl<T: Real> Kernel for Least<'_, T> {
+    type Output = T;
+    #[inline(always)]
+    fn run(self) -> T {
+        let mask = self.mask.map(u32::from);
+        let mut least = [T::FAR; LANES];
+        for row in 0..LANES {
+            let squared = squares(self.packed, row);
+            for lane in 0..LANES {
+                let nearer = squared[lane] < least[lane] && mask[lane] & (1 << row) == 0;
+                least[lane] = if nearer { squared[lane] } else { least[lane] };
+            }
+        }
+        least.into_iter().fold(T::FAR, |all, one| if one < all { one } else { all })
+    }
+}
+
+/// Kernel: which nodes of two clusters are nearer than `reach` [m].
+pub struct Touching<'a, T> {
+    pub packed: [&'a Packed<T>; 2],
+    pub mask: &'a Mask,
+    pub reach: T,
+}
+
+impl<T: Real> Kernel for Touching<'_, T> {
+    /// By lane of the first, one bit for each lane of the second.
+    type Output = [u16; LANES];
+    #[inline(always)]
+    fn run(self) -> [u16; LANES] {
+        let (mask, reach) = (self.mask.map(u32::from), self.reach * self.reach);
+        let mut touching = [0_u16; LANES];
+        for (row, touching) in touching.iter_mut().enumerate() {
+            let squared = squares(self.packed, row);
+            let mut bits = 0_u32;
+            for lane in 0..LANES {
+                let near = squared[lane] < reach && mask[lane] & (1 << row) == 0;
+                bits |= u32::from(near) << lane;
+            }
+            *touching = bits as u16;
+        }
+        touching
+    }
+}
+
+/// Squared distances of a node of the first cluster from those of the second [m²].
+#[inline(always)]
+fn squares<T: Real>([a, b]: [&Packed<T>; 2], row: usize) -> [T; LANES] {
+    let own = a.0.each_ref().map(|axis| axis[row]);
+    let mut squared = [T::ZERO; LANES];
+    for (lane, squared) in squared.iter_mut().enumerate() {
+        let d = sub(own, [b.0[0][lane], b.0[1][lane], b.0[2][lane]]);
+        *squared = dot(d, d);
+    }
+    squared
+}

@@ -1,0 +1,219 @@
+//! Air on panels: forces by panel, then gathered by node. A panel pushes its three corners alike, so one vector is kept.
+
+use crate::build::Assembly;
+use crate::cpu::column::Column;
+use crate::cpu::simd::{Kernel, SimdLevel};
+use crate::elements::aero::aero::AirNow;
+use crate::real::{Real, cross, sub};
+use crate::topology::{Csr, LANES};
+use std::ops::Range;
+
+/// One number for each node of a slice, or panel of a block.
+type Lanes<T> = [T; LANES];
+
+/// Panels, [`LANES`] a block; the last block is filled up with its last panel.
+#[derive(Default)]
+pub struct AirPanels<T> {
+    /// Corners by solver index.
+    corners: [Vec<u32>; 3],
+    /// 1/M [1/kg].
+    lightness: Vec<T>,
+    /// Whether the corners of a block follow each other, as along the row of a grid.
+    in_row: Vec<bool>,
+    /// The panels of each place. No rows where there are no panels.
+    by_node: Csr,
+    /// For each slice of places, whether all have as many panels and those of neighbours follow each other.
+    side_by_side: Vec<bool>,
+}
+
+impl<T: Real> AirPanels<T> {
+    /// Those of a scene.
+    pub fn new(assembly: &Assembly) -> Self {
+        let panels = &assembly.panels;
+        let Some(last) = panels.len().checked_sub(1) else { return Self::default() };
+        let by_corner = Csr::corners(assembly.places, &panels.corners);
+        let items = by_corner.items.iter().map(|corner| corner / 3).collect();
+        let by_node = Csr { items, ..by_corner };
+        let padded = || (0..panels.len().next_multiple_of(LANES)).map(|panel| panel.min(last));
+        let corners = [0, 1, 2].map(|k| padded().map(|panel| panels.corners[panel][k]).collect::<Vec<_>>());
+        let block =
+            |block: usize| corners.iter().all(|all| ascends(&all[block * LANES..(block + 1) * LANES]));
+        Self {
+            in_row: (0..corners[0].len() / LANES).map(block).collect(),
+            lightness: padded().map(|panel| T::from_f64(panels.lightness[panel])).collect(),
+            side_by_side: (0..assembly.places / LANES).map(|slice| side_by_side(&by_node, slice)).collect(),
+            corners,
+            by_node,
+        }
+    }
+
+    /// Number of blocks.
+    pub fn blocks(&self) -> usize {
+        self.in_row.len()
+    }
+
+    /// Bytes that the tables take.
+    pub fn bytes(&self) -> usize {
+        self.lightness.len() * (12 + size_of::<T>())
+            + 4 * (self.by_node.items.len() + self.by_node.offsets.len())
+            + self.in_row.len()
+            + self.side_by_side.len()
+    }
+
+    /// Writes the force on each corner [N] of the panels of some blocks, in the state of all nodes.
+    pub fn blow(
+        &self,
+        level: SimdLevel,
+        air: &AirNow<T>,
+        state: [&[T]; 6],
+        blocks: Range<usize>,
+        force: [&mut [T]; 3],
+    ) {
+        level.run(Blow { panels: self, air, state, blocks, force });
+    }
+
+    /// Adds to the sums of up to [`LANES`] nodes the forces [N] of the panels around them, in order.
+    pub fn gather(&self, level: SimdLevel, force: [&[T]; 3], nodes: Range<usize>, sum: &mut [Lanes<T>; 3]) {
+        if self.by_node.items.is_empty() {
+            return;
+        }
+        let whole = nodes.start.is_multiple_of(LANES) && nodes.len() == LANES;
+        if whole && self.side_by_side[nodes.start / LANES] {
+            return level.run(GatherRows { panels: self.by_node.row(nodes.start), force, sum });
+        }
+        for (lane, node) in nodes.enumerate() {
+            for &panel in self.by_node.row(node) {
+                for axis in 0..3 {
+                    sum[axis][lane] += force[axis][panel as usize];
+                }
+            }
+        }
+    }
+}
+
+/// Whether each number is one more than that before it.
+fn ascends(numbers: &[u32]) -> bool {
+    numbers.windows(2).all(|pair| pair[0].checked_add(1) == Some(pair[1]))
+}
+
+fn side_by_side(by_node: &Csr, slice: usize) -> bool {
+    let first = by_node.row(slice * LANES);
+    (1..LANES).all(|lane| {
+        let row = by_node.row(slice * LANES + lane);
+        row.len() == first.len() && row.iter().zip(first).all(|(&own, &first)| own == first + lane as u32)
+    })
+}
+
+/// Kernel: forces of blocks of panels.
+struct Blow<'a, T> {
+    panels: &'a AirPanels<T>,
+    air: &'a AirNow<T>,
+    state: [&'a [T]; 6],
+    blocks: Range<usize>,
+    force: [&'a mut [T]; 3],
+}
+
+impl<T: Real> Kernel for Blow<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { panels, air, state, blocks, force: [fx, fy, fz] } = self;
+        let mut corners = [[[T::ZERO; LANES]; 6]; 3];
+        let mut flow = [[T::ZERO; LANES]; 3];
+        for (index, block) in blocks.enumerate() {
+            let range = block * LANES..(block + 1) * LANES;
+            for (corner, numbers) in corners.iter_mut().zip(&panels.corners) {
+                fetch(state, &numbers[range.clone()], panels.in_row[block], corner);
+            }
+            find_flow(air, &corners, &mut flow);
+            let lightness = &panels.lightness[range];
+            let here = index * LANES..(index + 1) * LANES;
+            let out = [&mut fx[here.clone()], &mut fy[here.clone()], &mut fz[here]];
+            press(air, &corners, &flow, lightness, out);
+        }
+    }
+}
+
+/// State of a corner of each panel of a block.
+#[inline(always)]
+fn fetch<T: Real>(state: [&[T]; 6], nodes: &[u32], in_row: bool, corner: &mut [Lanes<T>; 6]) {
+    let first = nodes[0] as usize;
+    for (lanes, column) in corner.iter_mut().zip(state) {
+        if in_row {
+            lanes.copy_from_slice(&column[first..first + LANES]);
+        } else {
+            for (lane, &node) in lanes.iter_mut().zip(nodes) {
+                *lane = column[node as usize];
+            }
+        }
+    }
+}
+
+/// The air's velocity less the mean of the corners', at the panels' centroids.
+#[inline(always)]
+fn find_flow<T: Real>(air: &AirNow<T>, corners: &[[Lanes<T>; 6]; 3], flow: &mut [Lanes<T>; 3]) {
+    let third = T::from_f64(1.0 / 3.0);
+    let [a, b, c] = corners;
+    let mut mean = [[T::ZERO; LANES]; 6];
+    for axis in 0..6 {
+        for lane in 0..LANES {
+            mean[axis][lane] = (a[axis][lane] + b[axis][lane] + c[axis][lane]) * third;
+        }
+    }
+    let [x, y, z, velocity @ ..] = mean;
+    let blown = air.velocities(&[x, y, z]);
+    for axis in 0..3 {
+        for lane in 0..LANES {
+            flow[axis][lane] = blown[axis][lane] - velocity[axis][lane];
+        }
+    }
+}
+
+/// The force on each corner of the panels of a block.
+#[inline(always)]
+fn press<T: Real>(
+    air: &AirNow<T>,
+    corners: &[[Lanes<T>; 6]; 3],
+    flow: &[Lanes<T>; 3],
+    lightness: &[T],
+    [fx, fy, fz]: [&mut [T]; 3],
+) {
+    let (fx, fy, fz) = (&mut fx[..LANES], &mut fy[..LANES], &mut fz[..LANES]);
+    let lightness = &lightness[..LANES];
+    for lane in 0..LANES {
+        let place = |corner: &[Lanes<T>; 6]| [corner[0][lane], corner[1][lane], corner[2][lane]];
+        let [a, b, c] = [place(&corners[0]), place(&corners[1]), place(&corners[2])];
+        let twice = cross(sub(b, a), sub(c, a));
+        let flow = [flow[0][lane], flow[1][lane], flow[2][lane]];
+        [fx[lane], fy[lane], fz[lane]] = air.corner_force(twice, flow, lightness[lane]);
+    }
+}
+
+/// Kernel: sums over panels that lie side by side, as their nodes do.
+struct GatherRows<'a, T> {
+    /// Those of the first node.
+    panels: &'a [u32],
+    force: [&'a [T]; 3],
+    sum: &'a mut [Lanes<T>; 3],
+}
+
+impl<T: Real> Kernel for GatherRows<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        for (sum, force) in self.sum.iter_mut().zip(self.force) {
+            let mut total = *sum;
+            for &panel in self.panels {
+                for (total, &force) in total.iter_mut().zip(&force[panel as usize..panel as usize + LANES]) {
+                    *total += force;
+                }
+            }
+            *sum = total;
+        }
+    }
+}
+
+/// Room for the forces of all panels, by axis.
+pub fn room<T: Real>(panels: &AirPanels<T>) -> [Column<T>; 3] {
+    std::array::from_fn(|_| Column::zeros(panels.blocks() * LANES))
+}

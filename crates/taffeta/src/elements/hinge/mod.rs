@@ -1,0 +1,3 @@
+//! Bending between two triangles that share an edge.
+
+pub mod hinge;

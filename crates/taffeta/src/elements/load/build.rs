@@ -1,0 +1,63 @@
+//! Point loads and torques by solver index.
+
+use crate::build::body::BodyAssembly;
+use crate::scene::{Force, ScaleKey, SceneError};
+use std::collections::HashMap;
+
+/// A load on some nodes.
+pub struct Load {
+    /// Solver indices, ascending.
+    pub nodes: Vec<u32>,
+    /// What it is.
+    pub kind: LoadKind,
+    /// Scale over time.
+    pub scale: Vec<ScaleKey>,
+}
+
+/// What a load is.
+#[derive(Clone, Copy, Debug)]
+pub enum LoadKind {
+    /// A force on each node [N].
+    Force([f64; 3]),
+    /// A torque [N·m] about a unit axis through a point, shared by the nodes.
+    Torque {
+        /// Unit axis.
+        axis: [f64; 3],
+        /// Moment [N·m].
+        value: f64,
+        /// Point on the axis [m].
+        about: [f64; 3],
+    },
+}
+
+/// The loads of a scene; it has been validated.
+pub(crate) fn loads(bodies: &[BodyAssembly], forces: &[Force]) -> Result<Vec<Load>, SceneError> {
+    let by_name: HashMap<&str, &BodyAssembly> =
+        bodies.iter().map(|body| (body.name.as_str(), body)).collect();
+    let named = |force: &Force| {
+        let there_is_none = || SceneError::new("body", format!("there is no body `{}`", force.body));
+        by_name.get(force.body.as_str()).copied().ok_or_else(there_is_none)
+    };
+    let of = |(index, force)| {
+        named(force).and_then(|body| load(body, force)).map_err(|e| e.under(&format!("force[{index}]")))
+    };
+    forces.iter().enumerate().map(of).collect()
+}
+
+fn load(body: &BodyAssembly, force: &Force) -> Result<Load, SceneError> {
+    let nodes = body.select_loaded(&force.select)?.into_iter();
+    let mut nodes: Vec<u32> = nodes.map(|node| body.solver_index(node as usize) as u32).collect();
+    nodes.sort_unstable();
+    let kind = match (&force.torque, force.force) {
+        (Some(torque), _) => {
+            let length = torque.axis.iter().map(|c| c * c).sum::<f64>().sqrt();
+            LoadKind::Torque {
+                axis: torque.axis.map(|c| c / length),
+                value: torque.value,
+                about: torque.about,
+            }
+        }
+        (None, force) => LoadKind::Force(force.unwrap_or_default()),
+    };
+    Ok(Load { nodes, kind, scale: force.motion.clone() })
+}

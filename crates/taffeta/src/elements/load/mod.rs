@@ -1,0 +1,4 @@
+//! Forces on single nodes: wind, drag, point loads, torques.
+
+pub mod build;
+pub mod load;

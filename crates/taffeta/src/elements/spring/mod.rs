@@ -1,0 +1,9 @@
+//! Springs between two nodes, of grids and of meshes.
+
+pub mod cpu_grid;
+pub mod cpu_mesh;
+pub mod listed;
+pub mod lists;
+pub mod spring;
+pub mod stencil;
+pub mod struts;

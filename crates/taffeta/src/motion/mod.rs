@@ -1,0 +1,4 @@
+//! Motion that is given: keyframes, and the nodes that follow them.
+
+pub mod keyframes;
+pub mod pins;

@@ -1,0 +1,201 @@
+//! Which springs are constraints now: stream compaction of them and of their nodes, tile by tile, in ascending order.
+
+use crate::real::{Real, dot};
+use crate::solvers::dual::cpu::{Layout, SolveSetup, SolveWork, SolveWorker};
+use std::ops::Range;
+
+impl<T: Real> SolveWork<T> {
+    /// The lists of a system of all constraints.
+    pub(crate) fn lay_out_all(&mut self, setup: &SolveSetup<T>) {
+        self.which.iter_mut().zip(0..).for_each(|(which, row)| *which = row);
+        self.ends.copy_from_slice(&setup.list.ends);
+        self.entries.copy_from_slice(&setup.by_place.items);
+        for place in 0..self.places.len() {
+            self.places[place] = place as u32;
+            self.spans[place] = [setup.by_place.offsets[place], setup.by_place.offsets[place + 1]];
+        }
+    }
+}
+
+impl<T: Real> SolveWorker<'_, '_, T> {
+    /// The chunks of a system of all constraints.
+    pub(crate) fn cut_all(&mut self) {
+        if self.scratch.layout.count > 0 {
+            return;
+        }
+        let bodies = self.setup.assembly.bodies.iter().zip(&self.solve.list.bodies);
+        self.scratch
+            .layout
+            .cut(bodies.map(|(body, rows)| (rows.clone(), body.first..body.first + body.nodes)));
+    }
+
+    /// Finds the active constraints and their nodes, after all have computed forces.
+    pub(crate) fn compact(&mut self) {
+        self.share.clone().for_each(|tile| self.activate(tile));
+        self.barrier.wait();
+        // SAFETY: counted before a barrier, and counted anew after the next.
+        let first_rows = prefix(unsafe { self.shared.tile_rows.read() }, |&rows| rows);
+        if first_rows.last() == Some(&0) {
+            self.share.clone().for_each(|tile| self.note_counts(tile, [0; 2]));
+            self.scratch.layout = Layout::default();
+            return;
+        }
+        for tile in self.share.clone() {
+            self.list_rows(tile, first_rows[tile] as usize);
+            self.count_nodes(tile);
+        }
+        self.barrier.wait();
+        // SAFETY: as above.
+        let counts = unsafe { self.shared.tile_nodes.read() };
+        let [first_nodes, first_ends] = [0, 1].map(|which| prefix(counts, |count| count[which]));
+        for tile in self.share.clone() {
+            self.list_nodes(tile, first_nodes[tile], first_ends[tile]);
+        }
+        self.cut(&first_rows, &first_nodes);
+        self.barrier.wait();
+    }
+
+    /// Decides which constraints of a tile are active, and counts them.
+    fn activate(&self, tile: usize) {
+        let mut count = 0;
+        if self.waits(tile) {
+            for range in &self.solve.of_tile[tile] {
+                count += self.activate_some(range);
+            }
+        }
+        // SAFETY: each tile is in one worker's share; others read after a barrier.
+        *unsafe { self.shared.tile_rows.item(tile) } = count;
+    }
+
+    fn activate_some(&self, range: &Range<usize>) -> u32 {
+        let acad = &self.solve.solver.acad;
+        let [on, off] = [acad.threshold, acad.release].map(|share| T::from_f64(1.0 + share));
+        let (on, off) = (on * on, off * off);
+        // SAFETY: tiles own different constraints, each tile is in one worker's share, and others read after a barrier.
+        let (active, pull) =
+            unsafe { (self.shared.active.write(range.clone()), self.shared.pull.write(range.clone())) };
+        let mut count = 0;
+        for ((active, pull), row) in active.iter_mut().zip(pull).zip(range.clone()) {
+            let ends = self.solve.list.ends[row].map(|end| end as usize);
+            let d = [0, 1, 2].map(|axis| self.old[axis][ends[1]] - self.old[axis][ends[0]]);
+            let (squared, rest) = (dot(d, d), self.solve.rest[row] * self.solve.rest[row]);
+            let free = ends.iter().any(|&end| self.setup.inverse_mass[end] > T::ZERO);
+            *active = free && (squared > on * rest || (*active && squared > off * rest));
+            count += u32::from(*active);
+            if !*active {
+                *pull = T::ZERO;
+            }
+        }
+        count
+    }
+
+    /// Lists the active constraints of a tile from row `first` on.
+    fn list_rows(&self, tile: usize, first: usize) {
+        // SAFETY: decided before a barrier, and anew after the next.
+        let active = unsafe { self.shared.active.read() };
+        let all = self.solve.of_tile[tile].iter().cloned().flatten();
+        for (row, constraint) in (first..).zip(all.filter(|&constraint| active[constraint])) {
+            // SAFETY: rows of tiles follow each other, tiles own different constraints; others read after a barrier.
+            let (which, row_of) =
+                unsafe { (self.shared.which.item(row), self.shared.row_of.item(constraint)) };
+            (*which, *row_of) = (constraint as u32, row as u32);
+        }
+    }
+
+    /// The active entries of a place.
+    fn entries(&self, place: usize) -> impl Iterator<Item = u32> + use<'_, T> {
+        // SAFETY: all have decided before a barrier, and decide again after the next.
+        let active = unsafe { self.shared.active.read() };
+        self.solve.by_place.row(place).iter().copied().filter(|&end| active[end as usize / 2])
+    }
+
+    /// Counts the nodes of a tile that have active constraints.
+    fn count_nodes(&self, tile: usize) {
+        let mut counts = [0; 2];
+        if self.waits(tile) {
+            for place in self.setup.tiles[tile].runs().flat_map(|(_, run)| run) {
+                let here = self.entries(place).count() as u32;
+                counts = [counts[0] + u32::from(here > 0), counts[1] + here];
+            }
+        }
+        self.note_counts(tile, counts);
+    }
+
+    /// Lists them and their entries.
+    fn list_nodes(&self, tile: usize, first: u32, first_end: u32) {
+        // SAFETY: counted before a barrier.
+        let [count, count_ends] = unsafe { self.shared.tile_nodes.read() }[tile];
+        if count == 0 {
+            return;
+        }
+        let (nodes, ends) = (part(first, count), part(first_end, count_ends));
+        // SAFETY: nodes and entries of tiles follow each other, tiles have different places; others read after a barrier.
+        let (places, spans, entries) = unsafe {
+            (
+                self.shared.places.write(nodes.clone()),
+                self.shared.spans.write(nodes.clone()),
+                self.shared.entries.write(ends.clone()),
+            )
+        };
+        // SAFETY: rows were listed before a barrier.
+        let row_of = unsafe { self.shared.row_of.read() };
+        let (mut node, mut entry) = (0, 0);
+        for place in self.setup.tiles[tile].runs().flat_map(|(_, run)| run) {
+            let from = entry;
+            for end in self.entries(place) {
+                entries[entry] = 2 * row_of[end as usize / 2] + end % 2;
+                entry += 1;
+            }
+            if entry > from {
+                places[node] = place as u32;
+                spans[node] = [from, entry].map(|at| (ends.start + at) as u32);
+                // SAFETY: as above.
+                *unsafe { self.shared.node_of.item(place) } = (nodes.start + node) as u32;
+                node += 1;
+            }
+        }
+    }
+
+    /// Cuts the active system into chunks.
+    fn cut(&mut self, first_rows: &[u32], first_nodes: &[u32]) {
+        let tiles = &self.setup.tiles;
+        let bodies = (0..self.setup.assembly.bodies.len()).map(|body| {
+            let from = tiles.partition_point(|tile| tile.body < body);
+            let to = tiles.partition_point(|tile| tile.body <= body);
+            let between = |first: &[u32]| first[from] as usize..first[to] as usize;
+            (between(first_rows), between(first_nodes))
+        });
+        let layout = &mut self.scratch.layout;
+        layout.cut(bodies);
+        let mine = first_nodes[self.share.start..=self.share.end].windows(2);
+        layout.nodes_of_tile.clear();
+        layout.nodes_of_tile.extend(mine.map(|pair| pair[0] as usize..pair[1] as usize));
+    }
+
+    /// Whether the nodes of a tile of its share wait.
+    fn waits(&self, tile: usize) -> bool {
+        // SAFETY: tiles are noted by the worker whose share they are in.
+        *unsafe { self.shared.waits.item(tile) }
+    }
+
+    /// Notes counts of a tile of its share.
+    fn note_counts(&self, tile: usize, counts: [u32; 2]) {
+        // SAFETY: as above; others read after a barrier.
+        *unsafe { self.shared.tile_nodes.item(tile) } = counts;
+    }
+}
+
+/// Sums of the counts before each item, then of all.
+fn prefix<C>(counts: &[C], count: impl Fn(&C) -> u32) -> Vec<u32> {
+    let mut before = vec![0];
+    let mut sum = 0;
+    before.extend(counts.iter().map(|one| {
+        sum += count(one);
+        sum
+    }));
+    before
+}
+
+fn part(first: u32, count: u32) -> Range<usize> {
+    first as usize..(first + count) as usize
+}

@@ -1,0 +1,458 @@
+//! Conjugate gradients on all bodies' systems at once, each with steps of its own. An iteration is a pass over nodes, a pass
+//! over rows, and an update of vectors; all workers meet after each.
+
+use crate::contact::colliders::press::{Coming, Press};
+use crate::real::{Real, add, norm, scale};
+use crate::solvers::dual::cpu::kernels::{
+    Advance, Along, Apply, Combine, GatherPulls, Multiply, Product, SetUpRows,
+};
+use crate::solvers::dual::cpu::layout::Chunk;
+use crate::solvers::dual::cpu::{Quad, SolveWorker};
+use crate::solvers::dual::distance::{Conjugate, Softness};
+use std::ops::Range;
+
+/// How far the system of a body is.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Progress {
+    conjugate: Conjugate,
+    /// Squared residual at which it is done, and that of the right side.
+    limit: f64,
+    right: f64,
+    /// Squared residual.
+    gamma: f64,
+    iterations: u32,
+    done: bool,
+    /// The next step, and the share of the last direction in its own.
+    step: (f64, f64),
+}
+
+/// A vector that the system is applied to.
+#[derive(Clone, Copy)]
+enum Vector {
+    X,
+    R,
+    S,
+}
+
+/// A worker's part of the vectors.
+struct Vectors<'a, T> {
+    rows: &'a mut [Quad<T>],
+    scale: &'a mut [T],
+    offset: &'a mut [T],
+    x: &'a mut [T],
+    right: &'a mut [T],
+    r: &'a mut [T],
+    p: &'a mut [T],
+    s: &'a mut [T],
+    w: &'a mut [T],
+    pulled: &'a mut [Quad<T>],
+}
+
+impl<'w, T: Real> SolveWorker<'w, '_, T> {
+    /// Finds the pulls of all constraints.
+    pub fn solve(&mut self) {
+        if self.solve.adaptive {
+            self.compact();
+        } else {
+            self.cut_all();
+        }
+        if self.scratch.layout.count > 0 {
+            self.soften();
+            self.scratch.bodies.clear();
+            self.each(self.scratch.layout.rows.len(), Self::set_up_rows);
+            self.meet_surfaces();
+            self.start();
+            if self.solve.solver.ice.warm_start {
+                self.start_warm();
+            }
+            self.iterate();
+            self.keep_pulls();
+        }
+        self.report();
+    }
+
+    /// Finds the surfaces that nodes will be pressed against.
+    fn meet_surfaces(&mut self) {
+        if self.colliders.is_empty() {
+            return;
+        }
+        self.barrier.wait();
+        self.each(self.scratch.layout.nodes.len(), Self::meet);
+    }
+
+    /// What the right side leaves without pulls.
+    fn start(&mut self) {
+        let rows = self.scratch.layout.rows.len();
+        let warm = self.solve.solver.ice.warm_start;
+        if self.solve.adaptive {
+            self.barrier.wait();
+        }
+        self.each(self.scratch.layout.nodes.len(), Self::free_response);
+        self.barrier.wait();
+        self.each(rows, |worker, chunk| {
+            let part = worker.rows_of(chunk);
+            let Vectors { right, r, p, s, .. } = worker.vectors(&part);
+            r.copy_from_slice(right);
+            p.fill(T::ZERO);
+            s.fill(T::ZERO);
+            // A vector of zeros: what velocities alone give.
+            worker.apply_to(&part, Vector::S);
+            let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
+            let level = worker.setup.level;
+            if !warm {
+                // They have told which surfaces hold nodes.
+                x.fill(T::ZERO);
+            }
+            worker.sums_of(chunk)[0] = level.run(Combine { to: r, factor: T::ONE, other: w });
+            level.run(Along { rows, vector: if warm { x } else { r }, pulled });
+        });
+        self.barrier.wait();
+        let tolerance = self.solve.solver.ice.tolerance;
+        for body in 0..self.solve.list.bodies.len() {
+            let [right, noise, _] = self.body_sums(body);
+            let limit = (tolerance * tolerance * right).max(noise);
+            self.scratch.bodies.push(Progress { limit, right, ..Progress::default() });
+        }
+    }
+
+    /// What is left of the right side with the pulls of the last sub-step, times what brings them nearest to the
+    /// solution in the norm of the system: as they are, pulls of a sub-step that was cut short can be worse than
+    /// none.
+    fn start_warm(&mut self) {
+        self.each(self.scratch.layout.nodes.len(), Self::respond);
+        self.barrier.wait();
+        self.each(self.scratch.layout.rows.len(), |worker, chunk| {
+            let part = worker.rows_of(chunk);
+            let [_, curvature] = worker.apply_to(&part, Vector::X);
+            let Vectors { x, r, .. } = worker.vectors(&part);
+            let sums = worker.sums_of(chunk);
+            (sums[0], sums[2]) = (worker.setup.level.run(Product { a: x, b: r }), curvature);
+        });
+        self.barrier.wait();
+        let useful = |[along, _, curvature]: [f64; 3]| {
+            let helps = along > 0.0 && curvature > 0.0;
+            T::from_f64(if helps { along / curvature } else { 0.0 })
+        };
+        let shares: Vec<T> =
+            (0..self.scratch.bodies.len()).map(|body| useful(self.body_sums(body))).collect();
+        self.each(self.scratch.layout.rows.len(), |worker, chunk| {
+            let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
+            let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
+            let (level, share) = (worker.setup.level, shares[body]);
+            level.run(Multiply { vector: x, factor: share });
+            level.run(Combine { to: r, factor: -share, other: w });
+            level.run(Along { rows, vector: r, pulled });
+        });
+        self.barrier.wait();
+    }
+
+    fn iterate(&mut self) {
+        let (rows, nodes) = (self.scratch.layout.rows.len(), self.scratch.layout.nodes.len());
+        loop {
+            self.each(nodes, Self::respond);
+            self.barrier.wait();
+            self.each(rows, |worker, chunk| {
+                let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
+                if !worker.is_done(body) {
+                    let [gamma, delta] = worker.apply_to(&part, Vector::R);
+                    let sums = worker.sums_of(chunk);
+                    (sums[0], sums[2]) = (gamma, delta);
+                }
+            });
+            self.barrier.wait();
+            if self.judge() {
+                break;
+            }
+            self.each(rows, Self::advance);
+            self.barrier.wait();
+        }
+    }
+
+    /// Finds the next step of each body; returns whether all are done.
+    fn judge(&mut self) -> bool {
+        let most = self.solve.solver.ice.max_iterations;
+        for index in 0..self.scratch.bodies.len() {
+            if self.is_done(index) {
+                continue;
+            }
+            let [gamma, _, delta] = self.body_sums(index);
+            let body = &mut self.scratch.bodies[index];
+            body.gamma = gamma;
+            // A residual that is no number is not worked on either.
+            let solved = gamma <= body.limit || gamma.is_nan();
+            body.done = solved || body.iterations == most;
+            if !body.done {
+                match body.conjugate.step(gamma, delta) {
+                    Some(step) => (body.step, body.iterations) = (step, body.iterations + 1),
+                    None => body.done = true,
+                }
+            }
+        }
+        self.scratch.bodies.iter().all(|body| body.done)
+    }
+
+    /// Keeps the pulls, and has what they do along each row.
+    fn keep_pulls(&mut self) {
+        let solve = self.solve;
+        for chunk in self.mine(self.scratch.layout.rows.len()) {
+            let part = self.rows_of(chunk);
+            // SAFETY: rows were listed before a barrier; different rows are different constraints.
+            let which = &unsafe { self.shared.which.read() }[part.clone()];
+            let Vectors { rows, scale, offset, x, w, pulled, .. } = self.vectors(&part);
+            for (i, &constraint) in which.iter().enumerate() {
+                let at = constraint as usize;
+                // SAFETY: as above; pulls are read in the next sub-step.
+                *unsafe { self.shared.pull.item(at) } = scale[i] * x[i];
+            }
+            w.copy_from_slice(x);
+            if solve.adaptive {
+                self.setup.level.run(Combine { to: w, factor: -T::ONE, other: offset });
+            }
+            self.setup.level.run(Along { rows, vector: w, pulled });
+        }
+        self.barrier.wait();
+    }
+
+    fn report(&mut self) {
+        let (report, layout) = (&mut self.scratch.report, &self.scratch.layout);
+        let mut capped = false;
+        for body in self.scratch.bodies.iter().take(if layout.count > 0 { usize::MAX } else { 0 }) {
+            let whole = body.right.max(body.limit / self.solve.solver.ice.tolerance.powi(2));
+            let residual = if whole > 0.0 { (body.gamma / whole).sqrt() } else { 0.0 };
+            report.residual = report.residual.max(residual);
+            report.iterations = report.iterations.max(body.iterations);
+            capped |= body.gamma > body.limit;
+        }
+        report.capped += u32::from(capped);
+        let share = layout.count as f64 / self.solve.list.len() as f64;
+        report.active_fraction = report.active_fraction.max(share);
+    }
+
+    /// How each material gives way in this sub-step.
+    fn soften(&mut self) {
+        let Self { solve, scratch, h, .. } = self;
+        let (ice, acad, h) = (&solve.solver.ice, &solve.solver.acad, h.to_f64());
+        scratch.softness.clear();
+        scratch.softness.extend(solve.list.materials.iter().map(|&[k, d]| {
+            if solve.adaptive {
+                Softness::stiff(acad.epsilon, acad.form, h)
+            } else {
+                Softness::spring(k, d, ice.epsilon, ice.form, h)
+            }
+        }));
+    }
+
+    fn set_up_rows(&mut self, chunk: usize) {
+        let part = self.rows_of(chunk);
+        let Vectors { rows, scale, offset, x, right, pulled, .. } = self.vectors(&part);
+        let (solve, adaptive) = (self.solve, self.solve.adaptive);
+        let target = T::from_f64(1.0 + solve.solver.acad.target);
+        // SAFETY: listed before a barrier; pulls are those of the last sub-step.
+        let (which, pull) = unsafe { (&self.shared.which.read()[part], self.shared.pull.read()) };
+        let noise = self.setup.level.run(SetUpRows {
+            which,
+            all_ends: &solve.list.ends,
+            rest: &solve.rest,
+            material: &solve.list.material,
+            softness: &self.scratch.softness,
+            inverse_mass: &self.setup.inverse_mass,
+            old: self.old,
+            springs: adaptive.then_some((&solve.list.materials[..], target)),
+            pull,
+            rows: &mut *rows,
+            scale,
+            right,
+            x: &mut *x,
+            offset: &mut *offset,
+        });
+        self.sums_of(chunk)[1] = noise;
+        if adaptive {
+            self.link(which, chunk);
+        }
+        // For what comes next: springs are taken back, or nodes meet surfaces.
+        let vector = if adaptive { offset } else { x };
+        self.setup.level.run(Along { rows, vector, pulled });
+    }
+
+    /// Notes the nodes at the ends of a chunk's rows.
+    fn link(&self, which: &[u32], chunk: usize) {
+        // SAFETY: nodes were listed before a barrier; rows of chunks are different.
+        let (node_of, ends) =
+            unsafe { (self.shared.node_of.read(), self.shared.ends.write(self.rows_of(chunk))) };
+        for (ends, &constraint) in ends.iter_mut().zip(which) {
+            *ends = self.solve.list.ends[constraint as usize].map(|place| node_of[place as usize]);
+        }
+    }
+
+    /// Finds the surface that will hold each node, as far as the pulls of the last sub-step tell.
+    fn meet(&mut self, chunk: usize) {
+        let nodes = self.scratch.layout.nodes[chunk].part.clone();
+        self.gather_pulls(&nodes, false);
+        let (setup, h) = (self.setup, self.h);
+        let fall = norm(setup.assembly.world.gravity) * h.to_f64() * h.to_f64();
+        // SAFETY: listed before a barrier; nodes of chunks are different. What waits was written before a barrier.
+        let (places, response, presses, surfaces) = unsafe {
+            (
+                &self.shared.places.read()[nodes.clone()],
+                self.shared.response.write(nodes.clone()),
+                self.shared.press.write(nodes.clone()),
+                self.shared.surface.write(nodes),
+            )
+        };
+        for (((response, press), surface), &place) in response.iter().zip(presses).zip(surfaces).zip(places) {
+            let place = place as usize;
+            let [x, y, z, _] = response.0;
+            let coming = Coming {
+                place: [0, 1, 2].map(|axis| self.old[axis][place]),
+                free: self.free_velocity(place),
+                pulls: scale([x, y, z], -h),
+                fall: T::from_f64(fall),
+                h,
+            };
+            let free = setup.inverse_mass[place] > T::ZERO;
+            (*press, *surface) =
+                if free { self.near.press(self.colliders, place, &coming) } else { (Press::FREE, 0) };
+        }
+    }
+
+    /// The velocity of a place without constraints, which waits where the state after will be.
+    fn free_velocity(&self, place: usize) -> [T; 3] {
+        // SAFETY: written before a barrier, and written over after another.
+        [0, 1, 2].map(|axis| unsafe { self.next[axis].read() }[place])
+    }
+
+    /// By node: the velocity without constraints, by the step; springs for which constraints stand in are taken back.
+    fn free_response(&mut self, chunk: usize) {
+        let nodes = self.scratch.layout.nodes[chunk].part.clone();
+        let adaptive = self.solve.adaptive;
+        if adaptive {
+            self.gather_pulls(&nodes, false);
+        }
+        // SAFETY: as in `meet`.
+        let (places, response, press) = unsafe {
+            (
+                &self.shared.places.read()[nodes.clone()],
+                self.shared.response.write(nodes.clone()),
+                self.shared.press.write(nodes),
+            )
+        };
+        for (response, &place) in response.iter_mut().zip(places) {
+            let [x, y, z, _] = if adaptive { response.0 } else { [T::ZERO; 4] };
+            let [u, v, w] = self.free_velocity(place as usize);
+            *response = Quad([u / self.h + x, v / self.h + y, w / self.h + z, T::ZERO]);
+        }
+        let press = if self.colliders.is_empty() { &[] } else { &*press };
+        for (response, press) in response.iter_mut().zip(press) {
+            let [x, y, z, _] = response.0;
+            let [x, y, z] = add(press.yielded([x, y, z]), scale(press.velocity, T::ONE / self.h));
+            *response = Quad([x, y, z, T::ZERO]);
+        }
+    }
+
+    /// By node: what a vector's pulls do.
+    fn respond(&mut self, chunk: usize) {
+        let Chunk { body, part } = self.scratch.layout.nodes[chunk].clone();
+        if !self.is_done(body) {
+            self.gather_pulls(&part, !self.colliders.is_empty());
+        }
+    }
+
+    /// What pulls do to some nodes, `held` by surfaces or not.
+    fn gather_pulls(&self, nodes: &Range<usize>, held: bool) {
+        // SAFETY: listed, and found, before a barrier; nodes of chunks are different.
+        let kernel = unsafe {
+            GatherPulls {
+                spans: &self.shared.spans.read()[nodes.clone()],
+                entries: self.shared.entries.read(),
+                pulled: self.shared.pulled.read(),
+                places: &self.shared.places.read()[nodes.clone()],
+                inverse_mass: &self.setup.inverse_mass,
+                press: if held { &self.shared.press.read()[nodes.clone()] } else { &[] },
+                out: self.shared.response.write(nodes.clone()),
+            }
+        };
+        self.setup.level.run(kernel);
+    }
+
+    /// The system applied to one of the vectors, into `w`.
+    fn apply_to(&self, part: &Range<usize>, vector: Vector) -> [f64; 2] {
+        let Vectors { rows, x, r, s, w, .. } = self.vectors(part);
+        let vector = match vector {
+            Vector::X => x,
+            Vector::R => r,
+            Vector::S => s,
+        };
+        // SAFETY: found before a barrier.
+        let (ends, response) =
+            unsafe { (&self.shared.ends.read()[part.clone()], self.shared.response.read()) };
+        self.setup.level.run(Apply { rows, ends, response, vector, out: w })
+    }
+
+    fn advance(&mut self, chunk: usize) {
+        let Chunk { body, part } = self.scratch.layout.rows[chunk].clone();
+        if self.is_done(body) {
+            return;
+        }
+        let (alpha, beta) = self.scratch.bodies[body].step;
+        let (alpha, beta) = (T::from_f64(alpha), T::from_f64(beta));
+        let Vectors { rows, x, r, p, s, w, pulled, .. } = self.vectors(&part);
+        self.setup.level.run(Advance { alpha, beta, x, r, p, s, w });
+        self.setup.level.run(Along { rows, vector: r, pulled });
+    }
+
+    /// Whether the system of a body needs no more iterations.
+    fn is_done(&self, body: usize) -> bool {
+        self.scratch.bodies.get(body).is_some_and(|body| body.done)
+    }
+
+    /// The sums of a body, its chunks in their order.
+    fn body_sums(&self, body: usize) -> [f64; 3] {
+        // SAFETY: chunks are summed up before a barrier.
+        let sums = &unsafe { self.shared.sums.read() }[self.scratch.layout.of_body[body].clone()];
+        sums.iter().fold([0.0; 3], |[a, b, c], sum| [a + sum[0], b + sum[1], c + sum[2]])
+    }
+
+    /// Where the sums of a chunk of its share go.
+    fn sums_of(&self, chunk: usize) -> &'w mut [f64; 3] {
+        // SAFETY: each chunk is in one worker's share; others read after a barrier.
+        unsafe { self.shared.sums.item(chunk) }
+    }
+
+    /// The rows of a chunk.
+    fn rows_of(&self, chunk: usize) -> Range<usize> {
+        self.scratch.layout.rows[chunk].part.clone()
+    }
+
+    /// Some rows of all vectors; callers take each only once at a time.
+    fn vectors(&self, part: &Range<usize>) -> Vectors<'w, T> {
+        let shared = self.shared;
+        // SAFETY: chunks of rows do not overlap, and each is in one worker's share. Of these others read `pulled` alone,
+        // after a barrier.
+        unsafe {
+            Vectors {
+                rows: shared.rows.write(part.clone()),
+                scale: shared.scale.write(part.clone()),
+                offset: shared.offset.write(part.clone()),
+                x: shared.x.write(part.clone()),
+                right: shared.right.write(part.clone()),
+                r: shared.r.write(part.clone()),
+                p: shared.p.write(part.clone()),
+                s: shared.s.write(part.clone()),
+                w: shared.w.write(part.clone()),
+                pulled: shared.pulled.write(part.clone()),
+            }
+        }
+    }
+
+    /// Its even share of some chunks.
+    fn mine(&self, chunks: usize) -> Range<usize> {
+        chunks * self.index / self.workers..chunks * (self.index + 1) / self.workers
+    }
+
+    /// Does something for each chunk of its share.
+    fn each(&mut self, chunks: usize, work: impl Fn(&mut Self, usize)) {
+        for chunk in self.mine(chunks) {
+            work(self, chunk);
+        }
+    }
+}

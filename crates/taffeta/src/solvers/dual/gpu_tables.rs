@@ -1,0 +1,147 @@
+//! Tables of springs that are constraints, always or where they are too long.
+
+use crate::build::Assembly;
+use crate::gpu::layout::{GROUP, NONE, Solving};
+use crate::gpu::tables::Tables;
+use crate::scene::{Method, Solver};
+use crate::solvers::dual::gpu_layout::{Link, LinkGroup, NodeGroup, Solve};
+use crate::solvers::iterations as needed;
+use crate::topology::{Csr, LANES};
+use std::ops::Range;
+
+/// Bytes of a row of a system, the largest array that a constraint is in.
+pub const ROW_BYTES: u64 = size_of::<crate::solvers::dual::gpu_layout::Row>() as u64;
+
+/// The constraints of a segment; none where its springs are none.
+#[derive(Default)]
+pub struct Linked {
+    /// Which of the scene's constraints they are.
+    pub numbers: Range<usize>,
+    pub links: Vec<Link>,
+    pub link_groups: Vec<LinkGroup>,
+    pub node_groups: Vec<NodeGroup>,
+    /// For each slice of places where its entries begin, then those.
+    pub incident: Vec<u32>,
+    /// The system of each body.
+    pub solves: Vec<Solve>,
+    /// Whether springs act as well, and constraints come and go.
+    pub is_adaptive: bool,
+    /// Iterations that they need at most.
+    pub iterations: u32,
+}
+
+impl Solving {
+    /// Of a scene.
+    pub fn of(solver: &Solver) -> Self {
+        let (ice, acad) = (&solver.ice, &solver.acad);
+        let is_adaptive = solver.method == Method::Acad;
+        let squared = |share: f64| {
+            let stretch = (1.0 + share) as f32;
+            stretch * stretch
+        };
+        let (epsilon, form) = if is_adaptive { (acad.epsilon, acad.form) } else { (ice.epsilon, ice.form) };
+        Self {
+            activation: squared(acad.threshold),
+            release: squared(acad.release),
+            aim: if is_adaptive { (1.0 + acad.target) as f32 } else { 1.0 },
+            epsilon: epsilon as f32,
+            form: form as u32,
+            tolerance_squared: (ice.tolerance * ice.tolerance) as f32,
+            most_iterations: ice.max_iterations,
+            is_adaptive: is_adaptive.into(),
+            is_warm: ice.warm_start.into(),
+            padding: [0; 3],
+        }
+    }
+}
+
+impl Linked {
+    /// Whether there is no constraint.
+    pub fn is_empty(&self) -> bool {
+        self.links.is_empty()
+    }
+
+    fn add_links(&mut self, assembly: &Assembly, first_place: usize) {
+        let (all, active) = (&assembly.constraints, assembly.solver.method != Method::Acad);
+        let local = |node: u32| node - first_place as u32;
+        self.links.extend(self.numbers.clone().map(|number| {
+            let [k, damping] = all.materials[all.material[number] as usize].map(|c| c as f32);
+            let [a, b] = all.ends[number].map(local);
+            Link { a, b, k, damping, rest_length: all.rest[number] as f32, is_active: active.into() }
+        }));
+    }
+
+    /// Cuts a body's constraints and nodes into groups.
+    pub(crate) fn add_groups(&mut self, links: Range<usize>, first_node: u32, nodes: usize, always: bool) {
+        let (solve, first_group) = (self.solves.len() as u32, self.link_groups.len() as u32);
+        let (first, count) = ((links.start - self.numbers.start) as u32, links.len());
+        let part = |all: usize, start: usize| GROUP.min(all - start) as u32;
+        self.link_groups.extend((0..count).step_by(GROUP).map(|start| LinkGroup {
+            first: first + start as u32,
+            count: part(count, start),
+            solve,
+            first_group,
+            groups: count.div_ceil(GROUP) as u32,
+        }));
+        self.node_groups.extend((0..nodes).step_by(GROUP).map(|start| NodeGroup {
+            first: first_node + start as u32,
+            count: part(nodes, start),
+            solve,
+            first_group,
+            is_first: (start == 0).into(),
+        }));
+        let active_links = if always { count as u32 } else { 0 };
+        self.solves.push(Solve { links: count as u32, active_links, ..Solve::default() });
+    }
+
+    /// Entries by node, sixteen nodes side by side.
+    fn list_incident(&mut self, places: usize) -> Result<(), String> {
+        let ends: Vec<[u32; 2]> = self.links.iter().map(|link| [link.a, link.b]).collect();
+        let by_place = Csr::corners(places, &ends);
+        let slices = places / LANES;
+        self.incident = vec![0; slices + 1];
+        for slice in 0..slices {
+            let rows = (0..LANES).map(|lane| by_place.row(LANES * slice + lane));
+            let longest = rows.clone().map(<[u32]>::len).max().unwrap_or(0);
+            self.incident[slice] = self.incident.len() as u32;
+            for i in 0..longest {
+                self.incident.extend(rows.clone().map(|row| row.get(i).copied().unwrap_or(NONE)));
+            }
+        }
+        let end = u32::try_from(self.incident.len());
+        self.incident[slices] = end.map_err(|_| "too many springs for 32 bits".to_owned())?;
+        Ok(())
+    }
+}
+
+impl Tables {
+    /// Adds the constraints of some bodies.
+    pub(crate) fn add_constraints(
+        &mut self,
+        assembly: &Assembly,
+        bodies: Range<usize>,
+    ) -> Result<(), String> {
+        let all = &assembly.constraints;
+        if assembly.solver.is_primal() {
+            return Ok(());
+        }
+        let (Some(first), Some(last)) = (all.bodies.get(bodies.start), all.bodies.get(bodies.end - 1)) else {
+            return Ok(());
+        };
+        let mut linked = Linked { numbers: first.start..last.end, ..Linked::default() };
+        if linked.numbers.is_empty() {
+            return Ok(());
+        }
+        linked.is_adaptive = assembly.solver.method == Method::Acad;
+        linked.add_links(assembly, self.places.start);
+        for body in bodies.clone() {
+            let (links, body) = (all.bodies[body].clone(), &assembly.bodies[body]);
+            let always = !linked.is_adaptive;
+            linked.add_groups(links, self.local(body.first), body.nodes, always);
+        }
+        linked.list_incident(self.len())?;
+        linked.iterations = needed::iterations(assembly, bodies);
+        self.linked = linked;
+        Ok(())
+    }
+}

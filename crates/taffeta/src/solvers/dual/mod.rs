@@ -1,0 +1,14 @@
+//! Springs as constraints whose forces are the unknowns (ICE, ACAD).
+
+pub mod cpu;
+pub mod distance;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+#[cfg(feature = "gpu")]
+pub mod gpu_layout;
+#[cfg(feature = "gpu")]
+pub mod gpu_tables;
+#[cfg(feature = "gpu")]
+pub mod parity;
+#[cfg(feature = "gpu")]
+pub mod twin;

@@ -1,0 +1,7 @@
+//! Symplectic Euler.
+
+pub mod euler;
+#[cfg(feature = "gpu")]
+pub mod parity;
+#[cfg(feature = "gpu")]
+pub mod patches;

@@ -1,0 +1,483 @@
+//! Newton steps, and conjugate gradients on all bodies' systems at once, each with steps of its own.
+
+use crate::contact::colliders::press::{Coming, Press};
+use crate::real::{Real, add, norm, scale, sub};
+use crate::solvers::dual::distance::Conjugate;
+use crate::solvers::implicit::cpu::PrimalWorker;
+use crate::solvers::implicit::cpu::cycle::slots_of;
+use crate::solvers::implicit::cpu::kernels::{Advance, Apply, FINE, Operator, Own, along, store};
+use crate::solvers::implicit::cpu::setup::SetUp;
+use crate::solvers::implicit::cpu::tables::Chunk;
+use crate::solvers::implicit::implicit::Stiff;
+use crate::topology::LANES;
+use std::ops::Range;
+
+/// How far the system of a body is.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Progress {
+    conjugate: Conjugate,
+    /// What errors are measured by: the larger of Σ m |v* − v|² and the first r·z.
+    whole: f64,
+    /// r·z of the residual r, by the preconditioner z ≈ A⁻¹ r: about eᵀ A e of the error e.
+    error: f64,
+    /// In this Newton step, and in all.
+    iterations: u32,
+    all: u32,
+    done: bool,
+    /// The next step, and the share of the last direction in its own.
+    step: (f64, f64),
+    /// Velocity [m/s] that the whole body still lacks, where nothing holds it.
+    drift: [f64; 3],
+}
+
+impl<T: Real> PrimalWorker<'_, '_, T> {
+    /// Finds what springs change of velocities.
+    pub fn solve(&mut self) {
+        let steps = self.primal.ice.newton_steps;
+        self.scratch.bodies.clear();
+        self.scratch.bodies.resize(self.primal.tables[0].bodies.len(), Progress::default());
+        self.soften();
+        self.each(0, Self::begin_step);
+        self.barrier.wait();
+        for step in 0..steps {
+            self.scratch.bodies.iter_mut().for_each(|body| *body = body.again());
+            self.each(0, Self::set_up);
+            self.barrier.wait();
+            self.coarsen();
+            self.start(step == 0);
+            self.iterate();
+            self.find_drifts();
+            self.each_of_all(0, |worker, chunk| worker.take(chunk, step + 1 == steps));
+            self.barrier.wait();
+        }
+        self.report();
+    }
+
+    /// Materials over this sub-step.
+    fn soften(&mut self) {
+        let (materials, h) = (&self.primal.materials, self.h.to_f64());
+        self.scratch.stiff.clear();
+        self.scratch.stiff.extend(materials.iter().map(|&[k, e]| Stiff::new(k, e, h)));
+    }
+
+    /// From where the first Newton step starts: nodes go on as they went, or as surfaces that hold them want; pins as they
+    /// are moved.
+    fn begin_step(&mut self, chunk: &Chunk) {
+        self.meet_surfaces(&chunk.part);
+        // SAFETY: only this chunk's places.
+        let (total, outer) =
+            unsafe { (self.shared.total.write::<3>(&chunk.part), self.shared.outer.item(chunk.number)) };
+        let hold = self.hold(0);
+        *outer = 0.0;
+        for (at, place) in chunk.part.clone().enumerate() {
+            let free = self.free_velocity(place);
+            let moves = self.setup.inverse_mass[place] > T::ZERO;
+            let before = if moves { [0, 1, 2].map(|axis| self.old[3 + axis][place]) } else { free };
+            let start = hold
+                .press
+                .get(place)
+                .map_or(before, |press| add(press.yielded(before), sub(press.velocity, press.rubbed())));
+            for axis in 0..3 {
+                total[axis][at] = start[axis] - free[axis];
+                let off = before[axis] - free[axis];
+                *outer += (self.setup.mass[place] * off * off).to_f64();
+            }
+        }
+        self.move_on(chunk, &total);
+    }
+
+    /// Places and velocities with the changes of velocity so far.
+    fn move_on(&self, chunk: &Chunk, total: &[&mut [T]; 3]) {
+        // SAFETY: only this chunk's places; others read after a barrier.
+        let moved = unsafe { self.shared.moved.write::<6>(&chunk.part) };
+        for (at, place) in chunk.part.clone().enumerate() {
+            let free = self.free_velocity(place);
+            for axis in 0..3 {
+                let velocity = free[axis] + total[axis][at];
+                moved[axis][at] = self.old[axis][place] + self.h * velocity;
+                moved[3 + axis][at] = velocity;
+            }
+        }
+    }
+
+    /// Blocks, diagonals and springs' impulses of a chunk.
+    fn set_up(&mut self, chunk: &Chunk) {
+        let (shared, table, part) = (self.shared, &self.primal.tables[0], chunk.part.clone());
+        let here = &shared.levels[0];
+        // SAFETY: what was moved was written before a barrier; chunks do not overlap.
+        unsafe {
+            let moved = shared.moved.read();
+            let kernel = SetUp {
+                part: part.clone(),
+                table,
+                rest: &self.primal.rest,
+                material: &self.primal.material,
+                stiff: &self.scratch.stiff,
+                places: [0, 1, 2].map(|axis| moved.column(axis)),
+                velocities: [3, 4, 5].map(|axis| moved.column(axis)),
+                mass: &self.setup.mass,
+                inverse_mass: &self.setup.inverse_mass,
+                press: if self.colliders.is_empty() { &[] } else { shared.press.read() },
+                right: shared.right.write(&part),
+                inverse: here.inverse.write(&part),
+                own: here.own.write(&part),
+                blocks: here.blocks.write(slots_of(table, &part, FINE)),
+            };
+            self.setup.level.run(kernel);
+        }
+    }
+
+    /// Finds the surface that will hold each node, as far as what springs did in the last sub-step tells.
+    fn meet_surfaces(&self, part: &Range<usize>) {
+        if self.colliders.is_empty() {
+            return;
+        }
+        let (setup, h) = (self.setup, self.h);
+        let fall = T::from_f64(norm(setup.assembly.world.gravity) * h.to_f64() * h.to_f64());
+        // SAFETY: chunks do not overlap; what is remembered is written after a barrier.
+        let (change, presses, surfaces) = unsafe {
+            (
+                self.shared.change.read(),
+                self.shared.press.write(part.clone()),
+                self.shared.surface.write(part.clone()),
+            )
+        };
+        for ((press, surface), place) in presses.iter_mut().zip(surfaces).zip(part.clone()) {
+            let coming = Coming {
+                place: [0, 1, 2].map(|axis| self.old[axis][place]),
+                free: self.free_velocity(place),
+                pulls: change.at(place),
+                fall,
+                h,
+            };
+            let free = setup.inverse_mass[place] > T::ZERO;
+            (*press, *surface) =
+                if free { self.near.press(self.colliders, place, &coming) } else { (Press::FREE, 0) };
+        }
+    }
+
+    /// The velocity of a place without springs, which waits where the state after will be.
+    fn free_velocity(&self, place: usize) -> [T; 3] {
+        // SAFETY: written before a barrier, and written over after another.
+        [0, 1, 2].map(|axis| unsafe { self.next[axis].read() }[place])
+    }
+
+    /// Where the iteration starts: in the first Newton step from what springs did in the last sub-step, times what brings it
+    /// nearest to the solution in the norm of the system.
+    fn start(&mut self, first: bool) {
+        let warm = first && self.primal.ice.warm_start;
+        self.each(0, |worker, chunk| worker.leave_right(&chunk.part, warm));
+        self.barrier.wait();
+        if warm {
+            self.start_warm();
+        }
+    }
+
+    /// The right side: springs' impulse and inertia. If `warm`, in `t` what would do if springs did as in the last sub-step.
+    fn leave_right(&self, part: &Range<usize>, warm: bool) {
+        let (shared, here, hold) = (self.shared, &self.shared.levels[0], self.hold(0));
+        // SAFETY: only this chunk's places.
+        let (mut r, mut t, right, total, change) = unsafe {
+            for columns in [shared.x.write::<3>(part), shared.p.write(part), shared.s.write(part)] {
+                columns.into_iter().for_each(|column| column.fill(T::ZERO));
+            }
+            let vectors = (here.r.write::<3>(part), here.t.write::<3>(part));
+            (vectors.0, vectors.1, shared.right.read(), shared.total.read(), shared.change.read())
+        };
+        for first in part.clone().step_by(LANES) {
+            let (mut left, mut off) = (right.lanes(first), total.lanes::<3>(first));
+            for (lane, press) in hold.press.get(first..first + LANES).unwrap_or(&[]).iter().enumerate() {
+                let rubbed = press.rubbed();
+                (0..3).for_each(|axis| off[axis][lane] -= rubbed[axis]);
+            }
+            for axis in 0..3 {
+                for lane in 0..LANES {
+                    left[axis][lane] -= self.setup.mass[first + lane] * off[axis][lane];
+                }
+            }
+            hold.yielded(first, &mut left);
+            store(&mut r, first - part.start, &left);
+            if warm {
+                let mut before = change.lanes(first);
+                for axis in 0..3 {
+                    for lane in 0..LANES {
+                        before[axis][lane] -= off[axis][lane];
+                    }
+                }
+                hold.yielded(first, &mut before);
+                store(&mut t, first - part.start, &before);
+            }
+        }
+        self.begin(0, part);
+    }
+
+    /// From what springs did in the last sub-step, in `t`.
+    fn start_warm(&mut self) {
+        self.each(0, |worker, chunk| {
+            let here = &worker.shared.levels[0];
+            // What is left is needed: its product goes to `z`, which is found anew.
+            *worker.product_of(chunk) = worker.apply(chunk, &here.t, &here.r, &here.z);
+        });
+        self.barrier.wait();
+        let useful = |[along, curvature]: [f64; 2]| {
+            T::from_f64(if along > 0.0 && curvature > 0.0 { along / curvature } else { 0.0 })
+        };
+        let shares: Vec<T> =
+            (0..self.scratch.bodies.len()).map(|body| useful(self.product_sums(body))).collect();
+        self.each(0, |worker, chunk| {
+            let (here, part) = (&worker.shared.levels[0], &chunk.part);
+            // SAFETY: only this chunk's places.
+            let (x, r, t, z) = unsafe {
+                (
+                    worker.shared.x.write::<3>(part),
+                    here.r.write::<3>(part),
+                    here.t.write::<3>(part),
+                    here.z.write::<3>(part),
+                )
+            };
+            let share = shares[chunk.body];
+            for axis in 0..3 {
+                for i in 0..part.len() {
+                    x[axis][i] += share * t[axis][i];
+                    r[axis][i] -= share * z[axis][i];
+                }
+            }
+            worker.begin(0, part);
+        });
+        self.barrier.wait();
+    }
+
+    fn iterate(&mut self) {
+        while self.scratch.bodies.iter().any(|body| !body.done) {
+            self.cycle(0);
+            self.each(0, |worker, chunk| {
+                let here = &worker.shared.levels[0];
+                *worker.product_of(chunk) = worker.apply(chunk, &here.t, &here.r, &here.z);
+            });
+            self.barrier.wait();
+            self.find_steps();
+            self.each(0, Self::advance);
+            self.barrier.wait();
+            self.judge();
+        }
+    }
+
+    /// The next step of each body.
+    fn find_steps(&mut self) {
+        for index in 0..self.scratch.bodies.len() {
+            if self.is_done(index) {
+                continue;
+            }
+            let [gamma, delta] = self.product_sums(index);
+            let outer = self.outer_sum(index);
+            let body = &mut self.scratch.bodies[index];
+            if body.all == 0 {
+                body.whole = gamma.max(outer);
+            }
+            body.error = gamma;
+            match body.conjugate.step(gamma, delta) {
+                Some(step) => {
+                    (body.step, body.iterations, body.all) = (step, body.iterations + 1, body.all + 1);
+                }
+                // Nothing is left, or what is left is no number.
+                None => body.done = true,
+            }
+        }
+    }
+
+    /// Which bodies are done. The step that was found with the error is taken all the same.
+    fn judge(&mut self) {
+        let ice = &self.primal.ice;
+        for body in &mut self.scratch.bodies {
+            body.done |= body.is_solved(ice.tolerance) || body.iterations == ice.max_iterations;
+        }
+    }
+
+    /// What iterations have left of each body's momentum. Springs answer nothing to a velocity that is the same everywhere, so
+    /// where nothing holds the body that is exactly the rest of the solution in this direction: momentum is kept at any
+    /// tolerance.
+    fn find_drifts(&mut self) {
+        self.each_of_all(0, |worker, chunk| {
+            // SAFETY: only this chunk's places, and its own sums.
+            let (left, sums) =
+                unsafe { (worker.shared.levels[0].r.read(), worker.shared.left.item(chunk.number)) };
+            let hold = worker.hold(0);
+            *sums = [0.0; 5];
+            for place in chunk.part.clone() {
+                let mass = worker.setup.mass[place];
+                let moves = hold.inverse_mass[place] > T::ZERO
+                    && hold.press.get(place).is_none_or(|press| press.normal == [T::ZERO; 3]);
+                let [x, y, z] = left.at::<3>(place).map(T::to_f64);
+                let held = f64::from(u8::from(mass > T::ZERO && !moves));
+                for (sum, number) in sums.iter_mut().zip([x, y, z, mass.to_f64(), held]) {
+                    *sum += number;
+                }
+            }
+        });
+        self.barrier.wait();
+        for body in 0..self.scratch.bodies.len() {
+            // SAFETY: written before a barrier, and anew after another.
+            let all = &unsafe { self.shared.left.read() }[self.primal.tables[0].chunks_of[body].clone()];
+            let mut total = [0.0; 5];
+            for sums in all {
+                (0..5).for_each(|one| total[one] += sums[one]);
+            }
+            let [x, y, z, mass, held] = total;
+            let free = held == 0.0 && mass > 0.0;
+            self.scratch.bodies[body].drift = if free { [x / mass, y / mass, z / mass] } else { [0.0; 3] };
+        }
+    }
+
+    fn advance(&mut self, chunk: &Chunk) {
+        let (shared, part, here) = (self.shared, &chunk.part, &self.shared.levels[0]);
+        let (alpha, beta) = self.scratch.bodies[chunk.body].step;
+        // SAFETY: only this chunk's places.
+        let kernel = unsafe {
+            Advance {
+                alpha: T::from_f64(alpha),
+                beta: T::from_f64(beta),
+                x: shared.x.write(part),
+                r: here.r.write(part),
+                p: shared.p.write(part),
+                s: shared.s.write(part),
+                z: here.t.write(part).map(|column| &*column),
+                w: here.z.write(part).map(|column| &*column),
+            }
+        };
+        self.setup.level.run(kernel);
+        self.begin(0, part);
+    }
+
+    /// The system times a vector, into `out`; returns the vector times `other`, and times the product.
+    fn apply(
+        &self,
+        chunk: &Chunk,
+        vector: &crate::solvers::implicit::cpu::SharedColumns<'_, T>,
+        other: &crate::solvers::implicit::cpu::SharedColumns<'_, T>,
+        out: &crate::solvers::implicit::cpu::SharedColumns<'_, T>,
+    ) -> [f64; 2] {
+        // SAFETY: vectors were found before a barrier; chunks do not overlap.
+        let kernel = unsafe {
+            Apply {
+                part: chunk.part.clone(),
+                operator: self.operator(0, chunk.body),
+                hold: self.hold(0),
+                vector: vector.read(),
+                other: other.read(),
+                out: out.write(&chunk.part),
+            }
+        };
+        self.setup.level.run(kernel)
+    }
+
+    /// Takes a Newton step: changes of velocity, and from where the next one starts; at the end what springs do to each
+    /// node.
+    fn take(&self, chunk: &Chunk, last: bool) {
+        let (shared, part) = (self.shared, &chunk.part);
+        // SAFETY: `x` was found before a barrier; of the others only this chunk's places.
+        let (mut total, x) = unsafe { (shared.total.write::<3>(part), shared.x.read()) };
+        for (column, drift) in total.iter_mut().zip(self.scratch.bodies[chunk.body].drift) {
+            column.iter_mut().for_each(|number| *number += T::from_f64(drift));
+        }
+        if last {
+            self.note_changes(chunk, &total);
+            return;
+        }
+        for first in part.clone().step_by(LANES) {
+            let (at, step) = (first - part.start, x.lanes::<3>(first));
+            for axis in 0..3 {
+                for lane in 0..LANES {
+                    total[axis][at + lane] += step[axis][lane];
+                }
+            }
+        }
+        self.move_on(chunk, &total);
+    }
+
+    /// What springs change of each node's velocity: what was solved for, and on nodes that a surface holds, what they press.
+    fn note_changes(&self, chunk: &Chunk, total: &[&mut [T]; 3]) {
+        let (shared, part) = (self.shared, &chunk.part);
+        // SAFETY: as in `take`.
+        let (change, x, right, press) = unsafe {
+            (shared.change.write::<3>(part), shared.x.read(), shared.right.read(), self.hold(0).press)
+        };
+        let edges = Operator { own: Own::None, ..self.operator(0, chunk.body) };
+        for first in part.clone().step_by(LANES) {
+            let at = first - part.start;
+            let held = press.get(first..first + LANES).unwrap_or(&[]);
+            let any = held.iter().any(|press| press.normal != [T::ZERO; 3]);
+            let (product, step) = if any {
+                edges.slice::<FINE>(first / LANES, &x)
+            } else {
+                ([[T::ZERO; LANES]; 3], x.lanes::<3>(first))
+            };
+            let given = right.lanes::<3>(first);
+            for lane in 0..LANES {
+                let at = at + lane;
+                let before = [0, 1, 2].map(|axis| total[axis][at]);
+                let mut after = add(before, [step[0][lane], step[1][lane], step[2][lane]]);
+                if let Some(press) = held.get(lane).filter(|press| press.normal != [T::ZERO; 3]) {
+                    let impulse = [0, 1, 2].map(|axis| given[axis][lane] - product[axis][lane]);
+                    let springs = scale(impulse, self.setup.inverse_mass[first + lane]);
+                    after = if press.yields == T::ZERO {
+                        springs
+                    } else {
+                        let after = sub(after, press.rubbed());
+                        add(after, along(sub(springs, after), press.normal))
+                    };
+                }
+                for axis in 0..3 {
+                    change[axis][at] = after[axis];
+                }
+            }
+        }
+    }
+
+    fn report(&mut self) {
+        let (report, mut capped) = (&mut self.scratch.report, false);
+        for body in &self.scratch.bodies {
+            let residual = if body.whole > 0.0 { (body.error / body.whole).sqrt() } else { 0.0 };
+            report.residual = report.residual.max(residual);
+            report.iterations = report.iterations.max(body.all);
+            capped |= !body.is_solved(self.primal.ice.tolerance);
+        }
+        report.capped += u32::from(capped);
+        report.active_fraction = 1.0;
+    }
+
+    /// Whether the system of a body needs no more iterations.
+    pub fn is_done(&self, body: usize) -> bool {
+        self.scratch.bodies.get(body).is_some_and(|body| body.done)
+    }
+
+    /// The sums of a body, its chunks in their order.
+    fn product_sums(&self, body: usize) -> [f64; 2] {
+        // SAFETY: written before a barrier, and anew after another.
+        let all = &unsafe { self.shared.products.read() }[self.primal.tables[0].chunks_of[body].clone()];
+        all.iter().fold([0.0; 2], |[a, b], sum| [a + sum[0], b + sum[1]])
+    }
+
+    fn outer_sum(&self, body: usize) -> f64 {
+        // SAFETY: as above.
+        let all = &unsafe { self.shared.outer.read() }[self.primal.tables[0].chunks_of[body].clone()];
+        all.iter().sum()
+    }
+
+    /// Where the sums of a chunk of its share go.
+    #[expect(clippy::mut_from_ref, reason = "each chunk is in one worker's share")]
+    fn product_of(&self, chunk: &Chunk) -> &mut [f64; 2] {
+        // SAFETY: each chunk is in one worker's share; others read after a barrier.
+        unsafe { self.shared.products.item(chunk.number) }
+    }
+}
+
+impl Progress {
+    /// Before a further Newton step.
+    fn again(self) -> Self {
+        Self { whole: self.whole, all: self.all, ..Self::default() }
+    }
+
+    fn is_solved(&self, tolerance: f64) -> bool {
+        self.error <= tolerance * tolerance * self.whole || self.error == 0.0
+    }
+}

@@ -1,0 +1,358 @@
+//! Passes of the multigrid cycle over the nodes of a chunk.
+
+use crate::contact::colliders::press::Press;
+use crate::cpu::simd::Kernel;
+use crate::cpu::sums::Sums;
+use crate::real::{Real, dot};
+use crate::solvers::implicit::cpu::columns::View;
+use crate::solvers::implicit::cpu::tables::PARENTS;
+use crate::solvers::implicit::implicit::times;
+use crate::topology::LANES;
+use std::ops::Range;
+
+/// Damping of Jacobi's iteration: no eigenvalue of a graph's matrix is beyond 2 by its diagonal.
+pub const DAMPING: f64 = 0.7;
+
+/// Numbers of a level's block for one slot: q and the stiffness across on the finest, a symmetric matrix on others.
+pub const FINE: usize = 4;
+pub const COARSE: usize = 6;
+
+/// A level's matrix on the nodes of a chunk.
+#[derive(Clone, Copy)]
+pub struct Operator<'a, T> {
+    pub starts: &'a [u32],
+    pub neighbour: &'a [u32],
+    /// Distances of neighbours, of a grid.
+    pub shifts: &'a [i32],
+    /// Block of each slot.
+    pub blocks: &'a [T],
+    pub own: Own<'a, T>,
+}
+
+/// What is on the diagonal beside edges.
+#[derive(Clone, Copy)]
+pub enum Own<'a, T> {
+    /// Masses [kg], of the finest level.
+    Mass(&'a [T]),
+    /// Blocks.
+    Block(View<'a, T>),
+    /// Nothing: edges alone.
+    None,
+}
+
+/// Three numbers for each lane.
+pub type Lanes<T> = [[T; LANES]; 3];
+
+impl<T: Real> Operator<'_, T> {
+    /// The matrix times a vector on a slice, and the vector there.
+    #[inline(always)]
+    pub fn slice<const C: usize>(&self, slice: usize, vector: &View<'_, T>) -> (Lanes<T>, Lanes<T>) {
+        let first = slice * LANES;
+        let own: Lanes<T> = vector.lanes(first);
+        let mut sum = self.diagonal(first, &own);
+        let groups = self.starts[slice] as usize..self.starts[slice + 1] as usize;
+        let neighbours = self.neighbour[groups.start * LANES..groups.end * LANES].as_chunks::<LANES>().0;
+        let blocks = &self.blocks[groups.start * C * LANES..groups.end * C * LANES];
+        if self.shifts.is_empty() {
+            for (places, block) in neighbours.iter().zip(blocks.chunks_exact(C * LANES)) {
+                add_edges::<T, C>(&own, &vector.gather(places), block, &mut sum);
+            }
+        } else {
+            for (&shift, block) in self.shifts.iter().zip(blocks.chunks_exact(C * LANES)) {
+                let other = vector.lanes_from(first as isize + shift as isize);
+                add_edges::<T, C>(&own, &other, block, &mut sum);
+            }
+        }
+        (sum, own)
+    }
+
+    #[inline(always)]
+    fn diagonal(&self, first: usize, vector: &Lanes<T>) -> Lanes<T> {
+        let mut sum = [[T::ZERO; LANES]; 3];
+        match self.own {
+            Own::Mass(mass) => {
+                let mass: &[T; LANES] = mass[first..].first_chunk().expect("whole slices");
+                for axis in 0..3 {
+                    for lane in 0..LANES {
+                        sum[axis][lane] = mass[lane] * vector[axis][lane];
+                    }
+                }
+            }
+            Own::Block(own) => {
+                let own: [[T; LANES]; 6] = own.lanes(first);
+                add_product(&own, vector, &mut sum);
+            }
+            Own::None => {}
+        }
+        sum
+    }
+}
+
+/// Adds what edges with a block each contribute.
+#[inline(always)]
+fn add_edges<T: Real, const C: usize>(own: &Lanes<T>, other: &Lanes<T>, block: &[T], sum: &mut Lanes<T>) {
+    let numbers = block.as_chunks::<LANES>().0;
+    if C == FINE {
+        let [x, y, z, across] = [&numbers[0], &numbers[1], &numbers[2], &numbers[3]];
+        for lane in 0..LANES {
+            let d =
+                [own[0][lane] - other[0][lane], own[1][lane] - other[1][lane], own[2][lane] - other[2][lane]];
+            let along = x[lane] * d[0] + y[lane] * d[1] + z[lane] * d[2];
+            sum[0][lane] += x[lane] * along + across[lane] * d[0];
+            sum[1][lane] += y[lane] * along + across[lane] * d[1];
+            sum[2][lane] += z[lane] * along + across[lane] * d[2];
+        }
+    } else {
+        let mut d = [[T::ZERO; LANES]; 3];
+        for axis in 0..3 {
+            for lane in 0..LANES {
+                d[axis][lane] = own[axis][lane] - other[axis][lane];
+            }
+        }
+        let matrix: &[[T; LANES]; 6] = numbers.first_chunk().expect("six numbers a slot");
+        add_product(matrix, &d, sum);
+    }
+}
+
+/// Adds a symmetric matrix times a vector, by lanes.
+#[inline(always)]
+fn add_product<T: Real>(m: &[[T; LANES]; 6], v: &Lanes<T>, sum: &mut Lanes<T>) {
+    for lane in 0..LANES {
+        let matrix = [m[0][lane], m[1][lane], m[2][lane], m[3][lane], m[4][lane], m[5][lane]];
+        let product = times(&matrix, [v[0][lane], v[1][lane], v[2][lane]]);
+        sum[0][lane] += product[0];
+        sum[1][lane] += product[1];
+        sum[2][lane] += product[2];
+    }
+}
+
+/// Which directions nodes are free in, on the finest level.
+#[derive(Clone, Copy)]
+pub struct Hold<'a, T> {
+    /// By place the inverse mass [1/kg]; 0: held. Empty: all are free.
+    pub inverse_mass: &'a [T],
+    /// By place: how a surface holds it. Empty: nothing does.
+    pub press: &'a [Press<T>],
+}
+
+impl<T: Real> Hold<'_, T> {
+    /// A vector on a slice, as far as nodes yield to it.
+    #[inline(always)]
+    pub fn yielded(&self, first: usize, vector: &mut Lanes<T>) {
+        if let Some(inverse_mass) = self.inverse_mass.get(first..first + LANES) {
+            for axis in vector.iter_mut() {
+                for (number, &inverse_mass) in axis.iter_mut().zip(inverse_mass) {
+                    *number = if inverse_mass > T::ZERO { *number } else { T::ZERO };
+                }
+            }
+        }
+        if self.press.is_empty() {
+            return;
+        }
+        for (lane, press) in self.press[first..first + LANES].iter().enumerate() {
+            let yielded = press.yielded([vector[0][lane], vector[1][lane], vector[2][lane]]);
+            for axis in 0..3 {
+                vector[axis][lane] = yielded[axis];
+            }
+        }
+    }
+}
+
+/// Writes a slice's lanes to a chunk's columns.
+#[inline(always)]
+pub fn store<T: Real, const N: usize>(out: &mut [&mut [T]; N], at: usize, lanes: &[[T; LANES]; N]) {
+    for (out, lanes) in out.iter_mut().zip(lanes) {
+        out[at..at + LANES].copy_from_slice(lanes);
+    }
+}
+
+/// Kernel: what a vector leaves of a right side, right − A vector.
+pub struct Residual<'a, T, const C: usize> {
+    pub part: Range<usize>,
+    pub operator: Operator<'a, T>,
+    pub hold: Hold<'a, T>,
+    pub right: View<'a, T>,
+    pub vector: View<'a, T>,
+    pub out: [&'a mut [T]; 3],
+}
+
+impl<T: Real, const C: usize> Kernel for Residual<'_, T, C> {
+    type Output = ();
+    #[inline(always)]
+    fn run(mut self) {
+        for first in self.part.clone().step_by(LANES) {
+            let (product, _) = self.operator.slice::<C>(first / LANES, &self.vector);
+            let mut left: Lanes<T> = self.right.lanes(first);
+            for axis in 0..3 {
+                for lane in 0..LANES {
+                    left[axis][lane] -= product[axis][lane];
+                }
+            }
+            self.hold.yielded(first, &mut left);
+            store(&mut self.out, first - self.part.start, &left);
+        }
+    }
+}
+
+/// Kernel: a step of Jacobi's iteration.
+pub struct Smooth<'a, T, const C: usize> {
+    pub part: Range<usize>,
+    pub operator: Operator<'a, T>,
+    /// Inverse of each diagonal block.
+    pub inverse: View<'a, T>,
+    pub right: View<'a, T>,
+    pub vector: View<'a, T>,
+    pub out: [&'a mut [T]; 3],
+}
+
+impl<T: Real, const C: usize> Kernel for Smooth<'_, T, C> {
+    type Output = ();
+    #[inline(always)]
+    fn run(mut self) {
+        let damping = T::from_f64(DAMPING);
+        for first in self.part.clone().step_by(LANES) {
+            let (product, mut vector) = self.operator.slice::<C>(first / LANES, &self.vector);
+            let mut left: Lanes<T> = self.right.lanes(first);
+            for axis in 0..3 {
+                for lane in 0..LANES {
+                    left[axis][lane] = damping * (left[axis][lane] - product[axis][lane]);
+                }
+            }
+            add_product(&self.inverse.lanes(first), &left, &mut vector);
+            store(&mut self.out, first - self.part.start, &vector);
+        }
+    }
+}
+
+/// Kernel: the first step of Jacobi's iteration, from 0.
+pub struct Begin<'a, T> {
+    pub part: Range<usize>,
+    pub inverse: View<'a, T>,
+    pub right: [&'a [T]; 3],
+    pub out: [&'a mut [T]; 3],
+}
+
+impl<T: Real> Kernel for Begin<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(mut self) {
+        let damping = T::from_f64(DAMPING);
+        for first in self.part.clone().step_by(LANES) {
+            let at = first - self.part.start;
+            let mut right = [[T::ZERO; LANES]; 3];
+            for (lanes, column) in right.iter_mut().zip(&self.right) {
+                for (lane, &number) in lanes.iter_mut().zip(&column[at..at + LANES]) {
+                    *lane = damping * number;
+                }
+            }
+            let mut vector = [[T::ZERO; LANES]; 3];
+            add_product(&self.inverse.lanes(first), &right, &mut vector);
+            store(&mut self.out, at, &vector);
+        }
+    }
+}
+
+/// Kernel: the matrix times a vector.
+pub struct Apply<'a, T> {
+    pub part: Range<usize>,
+    pub operator: Operator<'a, T>,
+    pub hold: Hold<'a, T>,
+    pub vector: View<'a, T>,
+    pub other: View<'a, T>,
+    pub out: [&'a mut [T]; 3],
+}
+
+impl<T: Real> Kernel for Apply<'_, T> {
+    /// The vector times another, and times the product.
+    type Output = [f64; 2];
+    #[inline(always)]
+    fn run(mut self) -> [f64; 2] {
+        let mut sums = [Sums::ZERO; 2];
+        for first in self.part.clone().step_by(LANES) {
+            let (mut product, vector) = self.operator.slice::<FINE>(first / LANES, &self.vector);
+            self.hold.yielded(first, &mut product);
+            let other: Lanes<T> = self.other.lanes(first);
+            for axis in 0..3 {
+                sums[0].add(&vector[axis], &other[axis]);
+                sums[1].add(&vector[axis], &product[axis]);
+            }
+            store(&mut self.out, first - self.part.start, &product);
+        }
+        sums.map(|sum| sum.total())
+    }
+}
+
+/// Kernel: adds what nodes follow of a coarser level's vector.
+pub struct Interpolate<'a, T> {
+    pub part: Range<usize>,
+    pub parents: &'a [([u32; PARENTS], [T; PARENTS])],
+    pub hold: Hold<'a, T>,
+    pub coarser: View<'a, T>,
+    pub out: [&'a mut [T]; 3],
+}
+
+impl<T: Real> Kernel for Interpolate<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let mut out = self.out;
+        for first in self.part.clone().step_by(LANES) {
+            let mut sum = [[T::ZERO; LANES]; 3];
+            for (lane, (nodes, weights)) in self.parents[first..first + LANES].iter().enumerate() {
+                for (&node, &weight) in nodes.iter().zip(weights) {
+                    let vector = self.coarser.at::<3>(node as usize);
+                    for axis in 0..3 {
+                        sum[axis][lane] += weight * vector[axis];
+                    }
+                }
+            }
+            self.hold.yielded(first, &mut sum);
+            let at = first - self.part.start;
+            for (column, lanes) in out.iter_mut().zip(&sum) {
+                for (number, &lane) in column[at..at + LANES].iter_mut().zip(lanes) {
+                    *number += lane;
+                }
+            }
+        }
+    }
+}
+
+/// Kernel: a step of conjugate gradients.
+pub struct Advance<'a, T> {
+    pub alpha: T,
+    pub beta: T,
+    pub x: [&'a mut [T]; 3],
+    pub r: [&'a mut [T]; 3],
+    pub p: [&'a mut [T]; 3],
+    pub s: [&'a mut [T]; 3],
+    /// The preconditioned residual, and the system times it.
+    pub z: [&'a [T]; 3],
+    pub w: [&'a [T]; 3],
+}
+
+impl<T: Real> Kernel for Advance<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let (alpha, beta) = (self.alpha, self.beta);
+        for axis in 0..3 {
+            let (z, w) = (self.z[axis], self.w[axis]);
+            let n = z.len();
+            let (x, r) = (&mut self.x[axis][..n], &mut self.r[axis][..n]);
+            let (p, s) = (&mut self.p[axis][..n], &mut self.s[axis][..n]);
+            for i in 0..n {
+                p[i] = z[i] + beta * p[i];
+                s[i] = w[i] + beta * s[i];
+                x[i] += alpha * p[i];
+                r[i] -= alpha * s[i];
+            }
+        }
+    }
+}
+
+/// The part of a vector that springs press on what holds the node: along `normal`.
+#[inline(always)]
+pub fn along<T: Real>(vector: [T; 3], normal: [T; 3]) -> [T; 3] {
+    let length = dot(vector, normal);
+    normal.map(|one| length * one)
+}

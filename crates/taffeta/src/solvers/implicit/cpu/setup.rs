@@ -1,0 +1,247 @@
+//! The system of a Newton step: blocks, diagonals and right side on the finest level, blocks and diagonals on others.
+
+use crate::contact::colliders::press::Press;
+use crate::cpu::simd::Kernel;
+use crate::real::{Real, dot};
+use crate::solvers::implicit::cpu::columns::View;
+use crate::solvers::implicit::cpu::kernels::{COARSE, FINE, Lanes, store};
+use crate::solvers::implicit::cpu::tables::Table;
+use crate::solvers::implicit::implicit::{Stiff, Symmetric, block, held, inverse, inverse_along};
+use crate::solvers::implicit::slots::NO_EDGE;
+use crate::topology::LANES;
+use std::ops::Range;
+
+/// Kernel: what springs give the nodes of a chunk.
+pub struct SetUp<'a, T> {
+    pub part: Range<usize>,
+    pub table: &'a Table<T>,
+    /// By slot: rest length [m] and material; materials over the step.
+    pub rest: &'a [T],
+    pub material: &'a [u32],
+    pub stiff: &'a [Stiff<T>],
+    /// Places [m] and velocities [m/s] to start from.
+    pub places: [&'a [T]; 3],
+    pub velocities: [&'a [T]; 3],
+    pub mass: &'a [T],
+    pub inverse_mass: &'a [T],
+    pub press: &'a [Press<T>],
+    /// Springs' impulse [N s]; inverse diagonal; mass and what holds a node, for coarser levels; blocks of the chunk's
+    /// slots.
+    pub right: [&'a mut [T]; 3],
+    pub inverse: [&'a mut [T]; 6],
+    pub own: [&'a mut [T]; 6],
+    pub blocks: &'a mut [T],
+}
+
+/// What is summed up for a slice.
+struct Slice<T> {
+    right: Lanes<T>,
+    diagonal: [[T; LANES]; 6],
+}
+
+impl<T: Real> Kernel for SetUp<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(mut self) {
+        let start = self.table.slots.starts[self.part.start / LANES] as usize;
+        for first in self.part.clone().step_by(LANES) {
+            let slice = self.add_up(first, start);
+            self.finish(first, &slice);
+        }
+    }
+}
+
+impl<T: Real> SetUp<'_, T> {
+    /// Blocks of a slice, and their sums. `start`: groups of slots before the chunk's.
+    #[inline(always)]
+    fn add_up(&mut self, first: usize, start: usize) -> Slice<T> {
+        let slots = &self.table.slots;
+        let groups = slots.starts[first / LANES] as usize..slots.starts[first / LANES + 1] as usize;
+        let at = |columns: &[&[T]; 3]| {
+            let mut lanes = [[T::ZERO; LANES]; 3];
+            for axis in 0..3 {
+                lanes[axis].copy_from_slice(&columns[axis][first..first + LANES]);
+            }
+            lanes
+        };
+        let (x, v) = (at(&self.places), at(&self.velocities));
+        let mut sum = Slice { right: [[T::ZERO; LANES]; 3], diagonal: [[T::ZERO; LANES]; 6] };
+        for group in groups {
+            let from = group * LANES;
+            let neighbours: &[u32; LANES] = slots.neighbour[from..].first_chunk().expect("whole groups");
+            let other = |columns: &[&[T]; 3]| {
+                let mut lanes = [[T::ZERO; LANES]; 3];
+                for axis in 0..3 {
+                    for lane in 0..LANES {
+                        lanes[axis][lane] = columns[axis][neighbours[lane] as usize];
+                    }
+                }
+                lanes
+            };
+            let (y, w) = (other(&self.places), other(&self.velocities));
+            let rest: &[T; LANES] = self.rest[from..].first_chunk().expect("whole groups");
+            let material: &[u32; LANES] = self.material[from..].first_chunk().expect("whole groups");
+            let stiff: [Stiff<T>; LANES] = std::array::from_fn(|lane| self.stiff[material[lane] as usize]);
+            let out = (group - start) * FINE * LANES;
+            let blocks: &mut [[T; LANES]; FINE] =
+                self.blocks[out..].as_chunks_mut::<LANES>().0.first_chunk_mut().expect("whole groups");
+            for lane in 0..LANES {
+                let d = [y[0][lane] - x[0][lane], y[1][lane] - x[1][lane], y[2][lane] - x[2][lane]];
+                let dv = [w[0][lane] - v[0][lane], w[1][lane] - v[1][lane], w[2][lane] - v[2][lane]];
+                let link = stiff[lane].link(d, rest[lane]);
+                let numbers = [link.q[0], link.q[1], link.q[2], link.across];
+                for (column, number) in blocks.iter_mut().zip(numbers) {
+                    column[lane] = number;
+                }
+                let damping = stiff[lane].h * (stiff[lane].e * dot(dv, link.along));
+                for axis in 0..3 {
+                    sum.right[axis][lane] += (link.impulse + damping) * link.along[axis];
+                }
+                for (column, number) in sum.diagonal.iter_mut().zip(block(link.q, link.across)) {
+                    column[lane] += number;
+                }
+            }
+        }
+        sum
+    }
+
+    /// Diagonal and right side of a slice's nodes, as they are free.
+    #[inline(always)]
+    fn finish(&mut self, first: usize, slice: &Slice<T>) {
+        let at = first - self.part.start;
+        store(&mut self.right, at, &slice.right);
+        for lane in 0..LANES {
+            let place = first + lane;
+            let mut diagonal: Symmetric<T> = std::array::from_fn(|one| slice.diagonal[one][lane]);
+            let mass = self.mass[place];
+            (0..3).for_each(|one| diagonal[one] += mass);
+            let free = self.inverse_mass[place] > T::ZERO;
+            let press = self.press.get(place).filter(|press| press.normal != [T::ZERO; 3]);
+            let zero = [T::ZERO; 6];
+            let (inverse, held) = match press {
+                _ if !free => (zero, diagonal),
+                None => (inverse(&diagonal), zero),
+                Some(press) if press.yields == T::ZERO => (zero, diagonal),
+                Some(press) => (inverse_along(&diagonal, press.normal), held(&diagonal, press.normal)),
+            };
+            for one in 0..6 {
+                self.inverse[one][at + lane] = inverse[one];
+                self.own[one][at + lane] = held[one] + if one < 3 { mass } else { T::ZERO };
+            }
+        }
+    }
+}
+
+/// What a coarser level gathers its blocks from.
+pub enum Finer<'a, T> {
+    /// q and the stiffness across.
+    Fine(&'a [T]),
+    /// Symmetric matrices.
+    Coarse(&'a [T]),
+}
+
+/// Kernel: blocks and diagonals of a chunk of a coarser level.
+pub struct Coarsen<'a, T> {
+    pub part: Range<usize>,
+    pub table: &'a Table<T>,
+    pub finer: Finer<'a, T>,
+    /// What is on the diagonal of the finer level beside edges.
+    pub finer_own: View<'a, T>,
+    pub inverse: [&'a mut [T]; 6],
+    pub own: [&'a mut [T]; 6],
+    pub blocks: &'a mut [T],
+}
+
+impl<T: Real> Kernel for Coarsen<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let slots = &self.table.slots;
+        let start = slots.starts[self.part.start / LANES] as usize;
+        for first in self.part.clone().step_by(LANES) {
+            let groups = slots.starts[first / LANES] as usize..slots.starts[first / LANES + 1] as usize;
+            for lane in 0..LANES {
+                let own = self.gather_own(first + lane);
+                let mut diagonal = own;
+                for group in groups.clone() {
+                    let block = self.gather_block(slots.edge[group * LANES + lane]);
+                    for one in 0..6 {
+                        diagonal[one] += block[one];
+                        self.blocks[((group - start) * COARSE + one) * LANES + lane] = block[one];
+                    }
+                }
+                let (at, inverse) = (first - self.part.start + lane, inverse(&diagonal));
+                for one in 0..6 {
+                    self.own[one][at] = own[one];
+                    self.inverse[one][at] = inverse[one];
+                }
+            }
+        }
+    }
+}
+
+impl<T: Real> Coarsen<'_, T> {
+    #[inline(always)]
+    fn gather_own(&self, place: usize) -> Symmetric<T> {
+        let mut own = [T::ZERO; 6];
+        for &(child, weight) in self.table.children.row(place) {
+            let child = self.finer_own.at::<6>(child as usize);
+            for one in 0..6 {
+                own[one] += T::from_f64(f64::from(weight)) * child[one];
+            }
+        }
+        own
+    }
+
+    #[inline(always)]
+    fn gather_block(&self, edge: u32) -> Symmetric<T> {
+        let mut sum = [T::ZERO; 6];
+        if edge == NO_EDGE {
+            return sum;
+        }
+        for &(slot, weight) in self.table.sources.row(edge as usize) {
+            let (group, lane) = (slot as usize / LANES, slot as usize % LANES);
+            let source: Symmetric<T> = match self.finer {
+                Finer::Fine(blocks) => {
+                    let at = |one: usize| blocks[(group * FINE + one) * LANES + lane];
+                    block([at(0), at(1), at(2)], at(3))
+                }
+                Finer::Coarse(blocks) => {
+                    std::array::from_fn(|one| blocks[(group * COARSE + one) * LANES + lane])
+                }
+            };
+            for one in 0..6 {
+                sum[one] += T::from_f64(f64::from(weight)) * source[one];
+            }
+        }
+        sum
+    }
+}
+
+/// Kernel: what followers leave of a right side, for a chunk of a coarser level.
+pub struct Restrict<'a, T> {
+    pub part: Range<usize>,
+    pub table: &'a Table<T>,
+    pub finer: View<'a, T>,
+    pub out: [&'a mut [T]; 3],
+}
+
+impl<T: Real> Kernel for Restrict<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let mut out = self.out;
+        for place in self.part.clone() {
+            let mut sum = [T::ZERO; 3];
+            for &(child, weight) in self.table.children.row(place) {
+                let child = self.finer.at::<3>(child as usize);
+                for axis in 0..3 {
+                    sum[axis] += T::from_f64(f64::from(weight)) * child[axis];
+                }
+            }
+            for (column, number) in out.iter_mut().zip(sum) {
+                column[place - self.part.start] = number;
+            }
+        }
+    }
+}

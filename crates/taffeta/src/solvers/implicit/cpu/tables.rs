@@ -1,0 +1,159 @@
+//! What does not change: levels, as the workers walk through them.
+
+use crate::build::Assembly;
+use crate::real::Real;
+use crate::solvers::implicit::coarsening::Weighted;
+use crate::solvers::implicit::levels::Level;
+use crate::solvers::implicit::slots::Slots;
+use crate::topology::LANES;
+use std::ops::Range;
+
+/// Nodes that a node follows at most.
+pub const PARENTS: usize = 4;
+/// Places of a chunk at most.
+const CHUNK: usize = 128;
+/// Nodes of a body on its coarsest level up to which that is nearly solved, not only smoothed.
+const FEW: usize = 64;
+/// Places of a level up to which one worker alone goes on from it: meeting takes longer.
+const ALONE: usize = 1024;
+
+/// Some places of one body.
+#[derive(Clone, Debug)]
+pub struct Chunk {
+    pub body: usize,
+    pub part: Range<usize>,
+    /// Which of its level it is.
+    pub number: usize,
+}
+
+/// A level.
+pub struct Table<T> {
+    pub slots: Slots,
+    /// Number of places.
+    pub places: usize,
+    /// How far neighbours of a grid's node are at most.
+    pub margin: usize,
+    /// Places of each body, whole slices.
+    pub bodies: Vec<Range<usize>>,
+    pub chunks: Vec<Chunk>,
+    /// Chunks of each body.
+    pub chunks_of: Vec<Range<usize>>,
+    /// By edge: slots of the finer level whose blocks it adds up.
+    pub sources: Weighted,
+    /// By node: nodes of the finer level that follow it.
+    pub children: Weighted,
+    /// By node: those of the coarser level that it follows; with weight 0 where there are fewer.
+    pub parents: Vec<([u32; PARENTS], [T; PARENTS])>,
+    /// Whether each body has a coarser level.
+    pub goes_on: Vec<bool>,
+    /// Whether each body ends here with few nodes.
+    pub ends: Vec<bool>,
+}
+
+impl<T: Real> Table<T> {
+    /// All levels, the finest first.
+    pub fn all(assembly: &Assembly) -> Vec<Self> {
+        let list = &assembly.constraints;
+        let rows = list.bodies.iter().map(|rows| !rows.is_empty());
+        let first: Vec<Range<usize>> = assembly
+            .bodies
+            .iter()
+            .zip(rows)
+            .map(|(body, acts)| body.first..body.first + if acts { body.nodes } else { 0 })
+            .collect();
+        let is_grid: Vec<bool> = assembly.bodies.iter().map(|body| body.grid_layout.is_some()).collect();
+        let mut tables = vec![Self::new(assembly.places, &list.ends, &first, &is_grid)];
+        for level in &assembly.levels {
+            let mut table = Self::new(level.places, &level.edges, &level.bodies, &is_grid);
+            let finer = &mut tables.last_mut().expect("the finest level is there");
+            finer.follow(level);
+            table.sources = level.sources.clone();
+            for item in &mut table.sources.items {
+                item.0 = finer.slots.of_edge[item.0 as usize];
+            }
+            table.children = level.parents.transposed(level.places);
+            tables.push(table);
+        }
+        for table in &mut tables {
+            // Only to tell sources.
+            table.slots.of_edge = Vec::new();
+        }
+        tables
+    }
+
+    fn new(places: usize, edges: &[[u32; 2]], nodes: &[Range<usize>], is_grid: &[bool]) -> Self {
+        let kinds: Vec<(Range<usize>, bool)> = nodes.iter().cloned().zip(is_grid.iter().copied()).collect();
+        let slots = Slots::new(places, edges, &kinds);
+        let within = |one: &u32| (*one as usize) < places;
+        assert!(slots.neighbour.iter().all(within), "neighbours are places of their level");
+        let bodies: Vec<Range<usize>> =
+            nodes.iter().map(|nodes| nodes.start..nodes.end.next_multiple_of(LANES)).collect();
+        let (mut chunks, mut chunks_of) = (Vec::new(), Vec::new());
+        for (body, all) in bodies.iter().enumerate() {
+            let from = chunks.len();
+            for start in all.clone().step_by(CHUNK) {
+                let part = start..all.end.min(start + CHUNK);
+                chunks.push(Chunk { body, part, number: chunks.len() });
+            }
+            chunks_of.push(from..chunks.len());
+        }
+        Self {
+            margin: slots
+                .shifts
+                .iter()
+                .flatten()
+                .map(|shift| shift.unsigned_abs() as usize)
+                .max()
+                .unwrap_or(0),
+            chunks,
+            chunks_of,
+            goes_on: vec![false; bodies.len()],
+            ends: nodes.iter().map(|nodes| (1..=FEW).contains(&nodes.len())).collect(),
+            slots,
+            places,
+            bodies,
+            sources: Weighted::default(),
+            children: Weighted::default(),
+            parents: Vec::new(),
+        }
+    }
+
+    /// Notes the next coarser level.
+    fn follow(&mut self, coarser: &Level) {
+        self.parents = (0..self.places)
+            .map(|place| {
+                let row = coarser.parents.row(place);
+                // What is not there is one of its own body, too: 0 times what has blown up elsewhere is no number.
+                let own = row.first().map_or(0, |parent| parent.0);
+                let (mut nodes, mut weights) = ([own; PARENTS], [T::ZERO; PARENTS]);
+                for (at, &(node, weight)) in row.iter().enumerate() {
+                    (nodes[at], weights[at]) = (node, T::from_f64(f64::from(weight)));
+                }
+                (nodes, weights)
+            })
+            .collect();
+        for (body, nodes) in coarser.bodies.iter().enumerate() {
+            self.goes_on[body] = !nodes.is_empty();
+            self.ends[body] &= nodes.is_empty();
+        }
+    }
+
+    /// Number of slots.
+    pub fn count(&self) -> usize {
+        self.slots.neighbour.len()
+    }
+
+    /// Whether one worker alone does what is left from here on.
+    pub fn is_small(&self) -> bool {
+        self.places <= ALONE
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        let weighted = |one: &Weighted| 4 * one.offsets.len() + 8 * one.items.len();
+        8 * self.count()
+            + weighted(&self.sources)
+            + weighted(&self.children)
+            + self.parents.len() * size_of::<([u32; PARENTS], [T; PARENTS])>()
+    }
+}

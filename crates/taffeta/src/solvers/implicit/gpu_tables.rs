@@ -1,0 +1,346 @@
+//! Tables of springs that are solved for by nodes: levels of nodes, and what leads from one to the next.
+
+use crate::build::Assembly;
+use crate::build::body::BodyAssembly;
+use crate::gpu::layout::GROUP;
+use crate::gpu::tables::Tables;
+use crate::solvers::implicit::coarsening::Weighted;
+use crate::solvers::implicit::gpu_layout::{CoarseEdge, LevelGroup, Parents, Share, SlotSpring};
+use crate::solvers::implicit::levels::Level;
+use crate::solvers::implicit::slots::{NO_EDGE, Slots};
+use crate::solvers::iterations as needed;
+use crate::topology::LANES;
+use std::ops::Range;
+
+/// Nodes of a level of which one workgroup does all that is left.
+const FEW: usize = GROUP;
+
+/// The levels of a segment; none where its springs are not solved for by nodes.
+#[derive(Default)]
+pub struct Levelled {
+    /// Groups of all bodies, by level.
+    pub groups: Vec<Vec<LevelGroup>>,
+    /// Of them those of coarser levels that are in no tail, by level from the first coarser one on.
+    pub wide: Vec<Vec<LevelGroup>>,
+    /// Levels of few nodes, a group each.
+    pub tail: Vec<LevelGroup>,
+    /// Number of nodes on all levels.
+    pub nodes: usize,
+    /// Slots of the finest level, and of all others.
+    pub slot_counts: [usize; 2],
+    /// Where the others begin, starts of slices, neighbours.
+    pub slots: Vec<u32>,
+    pub slot_springs: Vec<SlotSpring>,
+    pub parents: Vec<Parents>,
+    /// Starts, then children.
+    pub children: Vec<Share>,
+    /// Edges of each coarser level.
+    pub edges: Vec<Vec<CoarseEdge>>,
+    pub edge_shares: Vec<Share>,
+    /// Number of systems.
+    pub solves: usize,
+    pub newton_steps: u32,
+    /// Iterations of each that they need at most.
+    pub iterations: u32,
+}
+
+/// A level of a segment, its nodes and edges counted from its own first.
+struct Part {
+    /// Its first place and edge among those of the scene.
+    first: usize,
+    first_edge: usize,
+    /// Nodes of each body.
+    bodies: Vec<Range<usize>>,
+    places: usize,
+    slots: Slots,
+    /// Slots of each edge.
+    of_edge: Vec<[u32; 2]>,
+}
+
+/// Nodes that a body has on all its coarser levels.
+pub fn coarser_nodes(assembly: &Assembly, body: usize) -> usize {
+    assembly.levels.iter().map(|level| level.bodies[body].len().next_multiple_of(LANES)).sum()
+}
+
+impl Part {
+    /// Some bodies of a level that has these edges.
+    fn new(bodies: &[Range<usize>], edges: &[[u32; 2]]) -> Self {
+        let first = bodies.first().map_or(0, |body| body.start);
+        let end = bodies.last().map_or(first, |body| body.end.next_multiple_of(LANES));
+        // Those of a body follow those of the bodies before it.
+        let before = |place: usize| edges.partition_point(|ends| (ends[0] as usize) < place);
+        let of_bodies = before(first)..before(end);
+        let bodies: Vec<Range<usize>> =
+            bodies.iter().map(|body| body.start - first..body.end - first).collect();
+        let local: Vec<[u32; 2]> =
+            edges[of_bodies.clone()].iter().map(|ends| ends.map(|node| node - first as u32)).collect();
+        let kinds: Vec<(Range<usize>, bool)> = bodies.iter().map(|body| (body.clone(), false)).collect();
+        let slots = Slots::new(end - first, &local, &kinds);
+        let mut of_edge: Vec<[u32; 2]> = slots.of_edge.iter().map(|&slot| [slot; 2]).collect();
+        for (slot, &edge) in (0..).zip(&slots.edge).filter(|(_, edge)| **edge != NO_EDGE) {
+            let [at_first, at_second] = &mut of_edge[edge as usize];
+            if *at_first != slot {
+                *at_second = slot;
+            }
+        }
+        Self { first, first_edge: of_bodies.start, bodies, places: end - first, slots, of_edge }
+    }
+
+    /// Number of slots.
+    fn count(&self) -> usize {
+        self.slots.neighbour.len()
+    }
+}
+
+impl Levelled {
+    /// Whether there is nothing to solve for.
+    pub fn is_empty(&self) -> bool {
+        self.solves == 0
+    }
+
+    /// The levels of some bodies.
+    fn new(assembly: &Assembly, bodies: Range<usize>) -> Result<Self, String> {
+        let all = &assembly.constraints;
+        let acts = |body: usize| !all.bodies[body].is_empty();
+        let solves = bodies.clone().filter(|&body| acts(body)).count();
+        if solves == 0 {
+            return Ok(Self::default());
+        }
+        let nodes = |body: usize| {
+            let BodyAssembly { first, nodes, .. } = &assembly.bodies[body];
+            *first..first + if acts(body) { *nodes } else { 0 }
+        };
+        let places: Vec<Range<usize>> = bodies.clone().map(nodes).collect();
+        let coarser =
+            assembly.levels.iter().map(|level| Part::new(&level.bodies[bodies.clone()], &level.edges));
+        let parts: Vec<Part> = std::iter::once(Part::new(&places, &all.ends))
+            .chain(coarser.take_while(|part| part.places > 0))
+            .collect();
+        let mut levelled = Self {
+            solves,
+            newton_steps: assembly.solver.ice.newton_steps,
+            iterations: needed::descents(assembly, bodies),
+            ..Self::default()
+        };
+        levelled.list_springs(assembly, &parts[0]);
+        levelled.list_edges(&parts, &assembly.levels);
+        levelled.lay_out(&parts)?;
+        levelled.follow(&parts, &assembly.levels);
+        levelled.cut(&parts);
+        Ok(levelled)
+    }
+
+    /// What each slot of the finest level is.
+    fn list_springs(&mut self, assembly: &Assembly, finest: &Part) {
+        let all = &assembly.constraints;
+        let spring = |&edge: &u32| {
+            if edge == NO_EDGE {
+                return SlotSpring::default();
+            }
+            let number = finest.first_edge + edge as usize;
+            let [k, damping] = all.materials[all.material[number] as usize].map(|c| c as f32);
+            SlotSpring { k, damping, rest_length: all.rest[number] as f32 }
+        };
+        self.slot_springs = finest.slots.edge.iter().map(spring).collect();
+    }
+
+    /// The edges of all coarser levels, and of what they are made.
+    fn list_edges(&mut self, parts: &[Part], levels: &[Level]) {
+        // Those of the finest level are counted by themselves, those of others from the first of all others.
+        let (mut base_finer, mut base) = (0, 0);
+        for (pair, level) in parts.windows(2).zip(levels) {
+            let (finer, here) = (&pair[0], &pair[1]);
+            let slot = |source: u32| base_finer + finer.of_edge[source as usize - finer.first_edge][0];
+            let mut edges = Vec::with_capacity(here.of_edge.len());
+            for (number, slots) in (here.first_edge..).zip(&here.of_edge) {
+                let (first, row) = (self.edge_shares.len() as u32, level.sources.row(number));
+                self.edge_shares
+                    .extend(row.iter().map(|&(source, weight)| Share { at: slot(source), weight }));
+                edges.push(CoarseEdge {
+                    slots: slots.map(|slot| base + slot),
+                    first,
+                    count: row.len() as u32,
+                });
+            }
+            self.edges.push(edges);
+            (base_finer, base) = (base, base + here.count() as u32);
+        }
+    }
+
+    /// Slots of all levels in one array.
+    fn lay_out(&mut self, parts: &[Part]) -> Result<(), String> {
+        self.nodes = parts.iter().map(|part| part.places).sum();
+        self.slot_counts = [parts[0].count(), parts[1..].iter().map(Part::count).sum()];
+        let header = self.nodes / LANES + 2;
+        if u32::try_from(header + self.slot_counts.iter().sum::<usize>()).is_err() {
+            return Err("too many springs for 32 bits".to_owned());
+        }
+        self.slots = vec![(header + self.slot_counts[0]) as u32];
+        let (mut node, mut slot, mut neighbours) = (0, header, Vec::new());
+        for part in parts {
+            let starts = &part.slots.starts[..part.places / LANES];
+            self.slots.extend(starts.iter().map(|&groups| (slot + LANES * groups as usize) as u32));
+            neighbours.extend(part.slots.neighbour.iter().map(|&other| node as u32 + other));
+            (node, slot) = (node + part.places, slot + part.count());
+        }
+        self.slots.push(slot as u32);
+        self.slots.extend(neighbours);
+        Ok(())
+    }
+
+    /// Parents of all nodes, and the other way round.
+    fn follow(&mut self, parts: &[Part], levels: &[Level]) {
+        let (mut rows, mut node) = (Weighted::default(), 0);
+        for (pair, level) in parts.windows(2).zip(levels) {
+            let (finer, here) = (&pair[0], &pair[1]);
+            node += finer.places;
+            for place in finer.first..finer.first + finer.places {
+                let parent =
+                    |&(parent, weight): &(u32, f32)| ((node + parent as usize - here.first) as u32, weight);
+                rows.push(level.parents.row(place).iter().map(parent));
+            }
+        }
+        (rows.rows()..self.nodes).for_each(|_| rows.push([]));
+        let parents = |node: usize| {
+            // What is not there is the node itself, times 0.
+            let mut all = Parents { nodes: [node as u32; 4], weights: [0.0; 4] };
+            for (i, &(parent, weight)) in rows.row(node).iter().enumerate().take(4) {
+                (all.nodes[i], all.weights[i]) = (parent, weight);
+            }
+            all
+        };
+        self.parents = (0..self.nodes).map(parents).collect();
+        let children = rows.transposed(self.nodes);
+        let header = self.nodes as u32 + 1;
+        let starts = children.offsets.iter().map(|&start| Share { at: header + start, weight: 0.0 });
+        let items = children.items.iter().map(|&(at, weight)| Share { at, weight });
+        self.children = starts.chain(items).collect();
+    }
+
+    /// Cuts the bodies' nodes into groups.
+    fn cut(&mut self, parts: &[Part]) {
+        let bodies = parts[0].bodies.iter().enumerate().filter(|(_, nodes)| !nodes.is_empty());
+        let solving: Vec<usize> = bodies.map(|(body, _)| body).collect();
+        self.groups = vec![Vec::new(); parts.len()];
+        self.wide = vec![Vec::new(); parts.len() - 1];
+        for (solve, &body) in (0..).zip(&solving) {
+            let (mut node, mut tail) = (0, Vec::new());
+            for (level, part) in parts.iter().enumerate() {
+                let nodes = &part.bodies[body];
+                add_groups(&mut self.groups[level], solve, node + nodes.start, nodes.len());
+                if level > 0 && nodes.len() > FEW {
+                    add_groups(&mut self.wide[level - 1], solve, node + nodes.start, nodes.len());
+                } else if level > 0 && !nodes.is_empty() {
+                    tail.push((node + nodes.start, nodes.len()));
+                }
+                node += part.places;
+            }
+            let first_group = self.tail.len() as u32;
+            self.tail.extend(tail.iter().map(|&(first, count)| LevelGroup {
+                first: first as u32,
+                count: count as u32,
+                solve,
+                first_group,
+                groups: tail.len() as u32,
+            }));
+        }
+    }
+}
+
+/// Adds the groups of a body's nodes.
+fn add_groups(groups: &mut Vec<LevelGroup>, solve: u32, first: usize, nodes: usize) {
+    let first_group = groups.len() as u32;
+    groups.extend((0..nodes).step_by(GROUP).map(|start| LevelGroup {
+        first: (first + start) as u32,
+        count: GROUP.min(nodes - start) as u32,
+        solve,
+        first_group,
+        groups: nodes.div_ceil(GROUP) as u32,
+    }));
+}
+
+impl Tables {
+    /// Adds the springs of some bodies that are solved for by nodes.
+    pub(crate) fn add_levels(&mut self, assembly: &Assembly, bodies: Range<usize>) -> Result<(), String> {
+        if assembly.solver.is_primal() && !assembly.constraints.is_empty() {
+            self.levelled = Levelled::new(assembly, bodies)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Body, ConstraintForm, Icosphere, Mass, Mesh, Method, Scene};
+
+    fn assembly() -> Assembly {
+        let heavy = |body: Body| body.with_mass(Mass::Node(0.1)).structural(9.0, 0.0).bend(1.0, 0.0);
+        let ball = || Mesh::Icosphere(Icosphere { radius: 1.0, subdivisions: 3 });
+        let mut scene = Scene::new("")
+            .method(Method::Ice)
+            .body(heavy(Body::cloth("first", Mesh::grid(20, 30, [1.0, 1.5]))))
+            .body(Body::cloth("bare", Mesh::grid(9, 9, [1.0, 1.0])).with_mass(Mass::Node(0.1)))
+            .body(heavy(Body::soft("ball", ball())))
+            .body(heavy(Body::cloth("last", Mesh::grid(40, 50, [1.0, 1.0]))));
+        scene.solver.ice.form = ConstraintForm::Primal;
+        Assembly::new(&scene).unwrap()
+    }
+
+    /// Slots of a node, and the nodes at their other ends.
+    fn slots_of(levelled: &Levelled, node: usize) -> Vec<(usize, usize)> {
+        let slots = &levelled.slots;
+        let range = slots[1 + node / LANES] as usize + node % LANES..slots[2 + node / LANES] as usize;
+        range.step_by(LANES).map(|at| (at, slots[at] as usize)).filter(|&(_, other)| other != node).collect()
+    }
+
+    #[test]
+    fn slots_lead_both_ways_on_all_levels_and_edges_know_theirs() {
+        let assembly = assembly();
+        for bodies in [0..4, 1..3, 2..4] {
+            let levelled = Levelled::new(&assembly, bodies).unwrap();
+            let leads = |from: usize, to: usize| slots_of(&levelled, from).iter().any(|slot| slot.1 == to);
+            let mut owner = vec![usize::MAX; levelled.slots.len()];
+            for node in 0..levelled.nodes {
+                for (at, other) in slots_of(&levelled, node) {
+                    assert!(leads(other, node), "{node} to {other}");
+                    owner[at] = node;
+                }
+            }
+            for edge in levelled.edges.iter().flatten() {
+                let [a, b] = edge.slots.map(|slot| (slot + levelled.slots[0]) as usize);
+                assert_eq!([owner[a], owner[b]], [levelled.slots[b] as usize, levelled.slots[a] as usize]);
+            }
+        }
+    }
+
+    #[test]
+    fn children_are_those_that_follow_a_node() {
+        let levelled = Levelled::new(&assembly(), 0..4).unwrap();
+        let mut all = 0;
+        for node in 0..levelled.nodes {
+            let range = levelled.children[node].at as usize..levelled.children[node + 1].at as usize;
+            for child in &levelled.children[range] {
+                let Parents { nodes, weights } = levelled.parents[child.at as usize];
+                assert!(nodes.iter().zip(weights).any(|one| one == (&(node as u32), child.weight)));
+                all += 1;
+            }
+        }
+        let followed = levelled.parents.iter().flat_map(|one| one.weights).filter(|weight| *weight > 0.0);
+        assert_eq!(followed.count(), all);
+    }
+
+    #[test]
+    fn every_node_of_a_level_is_in_one_group_and_levels_of_few_nodes_are_tails() {
+        let levelled = Levelled::new(&assembly(), 0..4).unwrap();
+        assert_eq!(
+            (levelled.solves, levelled.wide[0].iter().map(|group| group.count).sum::<u32>()),
+            (3, 21 * 26)
+        );
+        let count = |groups: &[LevelGroup]| groups.iter().map(|group| group.count).sum::<u32>();
+        let coarser: u32 = levelled.groups[1..].iter().map(|groups| count(groups)).sum();
+        let wide: u32 = levelled.wide.iter().map(|groups| count(groups)).sum();
+        assert_eq!(coarser, wide + count(&levelled.tail));
+        assert!(levelled.tail.iter().all(|group| group.count as usize <= FEW));
+    }
+}

@@ -1,0 +1,17 @@
+//! An implicit step whose unknowns are the nodes' velocities, solved with multigrid.
+
+pub mod coarsening;
+pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+#[cfg(feature = "gpu")]
+pub mod gpu_layout;
+#[cfg(feature = "gpu")]
+pub mod gpu_tables;
+pub mod implicit;
+pub mod levels;
+#[cfg(feature = "gpu")]
+pub mod parity;
+pub mod slots;
+#[cfg(feature = "gpu")]
+pub mod twin;

@@ -1,0 +1,449 @@
+//! Rows of springs that are solved for by nodes.
+
+use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::layout::{Four, Solving};
+use crate::gpu::parity::bench::{Bench, Given, Written};
+use crate::gpu::parity::fixture::{Arrays, Chance, Fixture, Maker, words};
+use crate::gpu::parity::{Row, Tolerance};
+use crate::scene::{ConstraintForm, Method, Solver};
+use crate::solvers::dual::gpu_layout::{Met, Taken};
+use crate::solvers::dual::parity::{records, some_met, taken};
+use crate::solvers::explicit::parity::kernel_of;
+use crate::solvers::implicit::gpu_layout::{
+    CoarseEdge, Descent, Diagonal, LevelGroup, NodeSolve, Symmetric, Vector,
+};
+use crate::solvers::implicit::gpu_tables::Levelled;
+use crate::solvers::implicit::twin::{Twin, Work};
+use taffeta_gpu::bytemuck::Pod;
+use taffeta_gpu::{Access, Kernel};
+
+const COUNTED: &str = "numbers alone";
+const SAME: &str = "the same operations in the same order; hardware may fuse products and sums";
+const SUMMED: &str =
+    "the same sums by halves; hardware may fuse products and sums, and what is left of them is small";
+const INVERTED: &str = "the same operations in the same order; hardware may fuse products and sums, and blocks that \
+                        are nearly flat are inverted";
+const BORNE: &str = "the same operations in the same order; hardware may fuse products and sums, and what a surface bears \
+                     is a small difference of velocities";
+
+/// One row for each kernel.
+pub const ROWS: &[Row] = &[
+    row("free_nodes", Tolerance::new(0.0, 64.0, SAME), free),
+    row("meet_nodes", Tolerance::new(0.0, 512.0, SAME), meet),
+    row("meet_meshes_by_nodes", Tolerance::new(0.0, 512.0, SAME), meet_meshes),
+    row("step_on", Tolerance::new(0.0, 64.0, SAME), step_on),
+    row("set_up_nodes", Tolerance::new(0.0, 512.0, INVERTED), set_up),
+    row("coarsen_springs", Tolerance::new(0.0, 64.0, SAME), coarsen_springs),
+    row("coarsen_edges", Tolerance::new(0.0, 64.0, SAME), coarsen_edges),
+    row("coarsen_nodes", Tolerance::new(0.0, 512.0, INVERTED), coarsen_nodes),
+    row("start_nodes", Tolerance::new(0.0, 64.0, SUMMED), start),
+    row("step_nodes", Tolerance::new(0.0, 64.0, SUMMED), step),
+    row("left_of_nodes", Tolerance::new(0.0, 64.0, SAME), left_of_nodes),
+    row("restrict_level", Tolerance::new(0.0, 64.0, SAME), restrict),
+    row("left_of_level", Tolerance::new(0.0, 64.0, SAME), left_of_level),
+    row("cycle_tail", Tolerance::new(0.0, 512.0, SAME), tail),
+    row("follow_level", Tolerance::new(0.0, 64.0, SAME), follow),
+    row("smooth_level", Tolerance::new(0.0, 64.0, SAME), smooth_level),
+    row("smooth_nodes", Tolerance::new(0.0, 64.0, SAME), smooth_nodes),
+    row("apply_nodes", Tolerance::new(0.0, 64.0, SUMMED), apply),
+    row("count_descents", Tolerance::new(0.0, 0.0, COUNTED), count),
+    row("spring_impulses", Tolerance::new(0.0, 64.0, SAME), impulses),
+    row("push_nodes", Tolerance::new(0.0, 1024.0, BORNE), push),
+    row("note_descents", Tolerance::new(0.0, 8.0, SAME), note),
+];
+
+const fn row(
+    name: &'static str,
+    tolerance: Tolerance,
+    check: fn(&mut Bench<'_>) -> Result<(), String>,
+) -> Row {
+    Row { name, entry: name, tolerance, check }
+}
+
+/// A number that no kernel may take for another.
+const POISON: u32 = 0x7fff_fff1;
+
+fn solvers() -> [Solver; 2] {
+    [true, false].map(|warm| {
+        let mut solver = Solver { method: Method::Ice, ..Solver::default() };
+        solver.ice.form = ConstraintForm::Primal;
+        (solver.ice.max_iterations, solver.ice.tolerance, solver.ice.warm_start) = (9, 0.03125, warm);
+        solver
+    })
+}
+
+/// Cases of a system's progress.
+const CASES: usize = 11;
+
+/// The progress of a system of that case, whose sums are `sums`.
+fn descent(chance: &mut Chance, case: usize, sums: Four, solving: &Solving) -> Descent {
+    let mut number = || chance.number().abs();
+    let mut some = Descent {
+        passes: 5,
+        is_done: 0,
+        iterations: 3,
+        whole: 1e-9,
+        error: number(),
+        alpha: number(),
+        beta: number(),
+    };
+    // The tolerance is a power of two: divided and multiplied, a number is the same.
+    let limit = |share: f32| share / solving.tolerance_squared;
+    match case {
+        0 | 1 => (some.passes, some.iterations, some.whole) = (1, 0, case as f32 * some.error),
+        2 => (some.passes, some.iterations, some.error, some.alpha) = (2, 0, 0.0, 0.0),
+        3 => some.is_done = 1,
+        4 => some.whole = 1e9,
+        // Without an error before, the system answers.
+        5 => (some.whole, some.error) = (limit(sums[0]), 0.0),
+        6 => (some.whole, some.error) = (limit(sums[0]).next_down(), 0.0),
+        7 => (some.iterations, some.error) = (solving.most_iterations - 1, 0.0),
+        8 => (some.passes, some.iterations, some.whole) = (2, 0, 1e9),
+        9 => some.error = f32::NAN,
+        _ => {}
+    }
+    some
+}
+
+/// Arrays by chance; systems at every case of progress.
+fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
+    let (levelled, mut chance) = (&fixture.tables.levelled, Chance::new(17 + shift as u64));
+    let (places, [fine, coarse]) = (fixture.tables.len(), levelled.slot_counts);
+    let mut work = Work {
+        blocks: (0..fine).map(|_| four(&mut chance, 0.7)).collect(),
+        coarse: vec![Symmetric::default(); coarse],
+        diagonals: (0..levelled.nodes).map(|_| some_diagonal(&mut chance)).collect(),
+        vectors: (0..(Vector::Pulled as usize + 1) * levelled.nodes)
+            .map(|_| four(&mut chance, 1.3))
+            .collect(),
+        met: vec![Met { yields: 1.0, ..Met::default() }; places],
+        solves: vec![NodeSolve::default(); levelled.solves],
+        sums: levelled.groups[0].iter().map(|_| four(&mut chance, 0.9).map(f32::abs)).collect(),
+        force: fixture.force_fours().iter().map(|&[x, y, z, _]| [x, y, z, 0.0]).collect(),
+        new_velocity: fixture.new.velocity.clone(),
+        taken: [
+            Taken { iterations: 3, capped: 5, active_share: 0.1, residual: 1e-6 },
+            Taken { iterations: 3_000, capped: 0, active_share: 1.0, residual: 1e9 },
+        ][shift % 2],
+    };
+    for edge in levelled.edges.iter().flatten() {
+        let block = symmetric(&mut chance);
+        edge.slots.iter().for_each(|&slot| work.coarse[slot as usize] = block);
+    }
+    let colliders = fixture.substep().colliders.len();
+    for place in 0..places {
+        let is_free = fixture.old.position[place][3] > 0.0;
+        work.met[place] = some_met(&mut chance, is_free, colliders);
+        if !is_free {
+            work.met[place].yields = 0.0;
+        }
+        work.vectors[place][3] = fixture.old.velocity[place][3].abs();
+    }
+    at_all_cases(fixture, &mut work, &mut chance, (solving, shift));
+    work
+}
+
+fn four(chance: &mut Chance, size: f32) -> Four {
+    let [x, y, z] = chance.three(size);
+    [x, y, z, size * chance.number()]
+}
+
+fn symmetric(chance: &mut Chance) -> Symmetric {
+    Symmetric { diagonal: chance.three(0.9).map(f32::abs), mixed: chance.three(0.4), ..Symmetric::default() }
+}
+
+fn some_diagonal(chance: &mut Chance) -> Diagonal {
+    Diagonal { own: symmetric(chance), inverse: symmetric(chance) }
+}
+
+fn at_all_cases(
+    fixture: &Fixture,
+    work: &mut Work,
+    chance: &mut Chance,
+    (solving, shift): (&Solving, usize),
+) {
+    for number in 0..work.solves.len() {
+        let case = (number + shift) % CASES;
+        if case == 0 || case == 10 {
+            // A system that answers the other way.
+            let groups = fixture.tables.levelled.groups[0].iter().zip(&mut work.sums);
+            groups.filter(|(group, _)| group.solve as usize == number).for_each(|(_, sum)| sum[1] *= -1.0);
+        }
+        let sums = Twin { fixture, solving: *solving, work: work.clone() }.body_sums(number);
+        let solve = &mut work.solves[number];
+        solve.before = (shift % 3) as u32;
+        solve.kept = descent(chance, case, sums, solving);
+        solve.next = descent(chance, (case + 4) % CASES, [0.5; 4], solving);
+        if shift + 1 == CASES {
+            // All are done, as well as they can be.
+            solve.kept.is_done = 1;
+            (solve.next.error, solve.next.whole) = if number == 0 { (0.0, 0.0) } else { (0.125, 200.0) };
+        }
+    }
+}
+
+fn arrays(fixture: &Fixture, work: &Work, groups: &[LevelGroup], edges: &[CoarseEdge]) -> Arrays {
+    let levelled = &fixture.tables.levelled;
+    let mut all = fixture.arrays();
+    all.extend([
+        ("level_groups", words(groups)),
+        ("coarse_edges", words(edges)),
+        ("slots", words(&levelled.slots)),
+        ("slot_springs", words(&levelled.slot_springs)),
+        ("parents", words(&levelled.parents)),
+        ("children", words(&levelled.children)),
+        ("edge_shares", words(&levelled.edge_shares)),
+        ("level_sizes", sizes(levelled)),
+        ("spring_blocks", words(&work.blocks)),
+        ("coarse_blocks", words(&work.coarse)),
+        ("diagonals", words(&work.diagonals)),
+        ("vectors", words(&work.vectors)),
+        ("met", words(&work.met)),
+        ("node_solves", words(&work.solves)),
+        ("product_sums", words(&work.sums)),
+        ("level_counts", vec![POISON; 3 * sizes(levelled).len()]),
+        ("force", words(&work.force)),
+        ("new_velocity", words(&work.new_velocity)),
+        ("taken", words(&[work.taken])),
+    ]);
+    all
+}
+
+/// Groups of each level that iterations have.
+fn sizes(levelled: &Levelled) -> Vec<u32> {
+    let all = [&levelled.groups[0]].into_iter().chain(&levelled.wide).chain([&levelled.tail]);
+    all.map(|groups| groups.len() as u32).collect()
+}
+
+/// Compares all that a kernel may write.
+fn compare(written: &mut Written<'_>, kernel: &Kernel, wanted: &Work, counts: &[u32]) {
+    for one in kernel.bindings().iter().filter(|one| one.access == Access::ReadWrite) {
+        match one.name.as_str() {
+            "spring_blocks" => all_fours(written, "spring_blocks", &wanted.blocks),
+            "coarse_blocks" => matrices(written, "coarse_blocks", &wanted.coarse, |block| [*block; 1]),
+            "diagonals" => matrices(written, "diagonals", &wanted.diagonals, |one| [one.own, one.inverse]),
+            "vectors" => vectors(written, &wanted.vectors),
+            "met" => crate::solvers::dual::parity::mets(written, &wanted.met),
+            "node_solves" => solves(written, &wanted.solves),
+            "product_sums" => all_fours(written, "product_sums", &wanted.sums),
+            "level_counts" => records(written, "level_counts", counts),
+            "force" => written.fours("force", &wanted.force),
+            "new_velocity" => written.fours("new_velocity", &wanted.new_velocity),
+            "taken" => taken(written, &wanted.taken),
+            _ => {}
+        }
+    }
+}
+
+fn all_fours(written: &mut Written<'_>, name: &str, wanted: &[Four]) {
+    let found: Vec<Four> = written.take(name);
+    written.compare_fours(name, wanted, &found);
+}
+
+/// Each sort by itself.
+fn vectors(written: &mut Written<'_>, wanted: &[Four]) {
+    let found: Vec<Four> = written.take("vectors");
+    let count = wanted.len() / (Vector::Pulled as usize + 1);
+    for (sort, (wanted, found)) in wanted.chunks(count).zip(found.chunks(count)).enumerate() {
+        written.compare_fours(&format!("vectors {sort}"), wanted, found);
+    }
+}
+
+fn matrices<R: Pod, const N: usize>(
+    written: &mut Written<'_>,
+    name: &str,
+    wanted: &[R],
+    of: impl Fn(&R) -> [Symmetric; N],
+) {
+    let found: Vec<R> = written.take(name);
+    for i in 0..N {
+        // Each by itself: those of a node without mass and of a stiff one have little in common.
+        for (wanted, found) in wanted.iter().zip(&found) {
+            let six = |record: &R| {
+                let Symmetric { diagonal, mixed, .. } = of(record)[i];
+                [diagonal, mixed].concat()
+            };
+            written.outcome().compare(&format!("{name}[{i}]"), &six(wanted), &six(found));
+        }
+    }
+    written.outcome().copied(&format!("{name}.len()"), &[wanted.len() as f32], &[found.len() as f32]);
+}
+
+fn solves(written: &mut Written<'_>, wanted: &[NodeSolve]) {
+    let found: Vec<NodeSolve> = written.take("node_solves");
+    let counts = |all: &[NodeSolve]| -> Vec<f32> {
+        let of = |s: &NodeSolve| {
+            let count = |d: &Descent| [d.passes, d.is_done, d.iterations].map(|number| number as f32);
+            [&[s.before as f32][..], &count(&s.kept), &count(&s.next)].concat()
+        };
+        all.iter().flat_map(of).collect()
+    };
+    written.outcome().copied("node_solves", &counts(wanted), &counts(&found));
+    let numbers = |d: &Descent| [d.whole, d.error, d.alpha, d.beta];
+    for (wanted, found) in wanted.iter().zip(&found) {
+        for (wanted, found) in [(&wanted.kept, &found.kept), (&wanted.next, &found.next)] {
+            for (a, b) in numbers(wanted).into_iter().zip(numbers(found)) {
+                written.outcome().compare("node_solves", &[a], &[b]);
+            }
+        }
+    }
+}
+
+/// What of a level a kernel is given.
+#[derive(Clone, Copy)]
+enum Part {
+    /// All groups of a level, or their edges.
+    Groups(usize),
+    Edges(usize),
+    /// What is in no tail, of a coarser level.
+    Wide(usize),
+    Tail,
+    One,
+}
+
+/// Runs a kernel on a part, for each solver and at all cases, and its twin.
+fn twins(
+    bench: &mut Bench<'_>,
+    entry: &'static str,
+    part: Part,
+    run: impl Fn(&mut Twin<'_>, &[LevelGroup]),
+) -> Result<(), String> {
+    twins_on(bench, (Name::new(entry), Fixture::with_levels), part, run)
+}
+
+/// The same for a kernel by its whole name, in a scene.
+fn twins_on(
+    bench: &mut Bench<'_>,
+    (name, scene): (Name, Maker),
+    part: Part,
+    run: impl Fn(&mut Twin<'_>, &[LevelGroup]),
+) -> Result<(), String> {
+    for (seed, solver) in (1..).zip(solvers()) {
+        let fixture = scene(seed, solver.clone(), bench.exact)?;
+        let kernel = kernel_of(bench, name, &fixture)?;
+        let (levelled, solving) = (&fixture.tables.levelled, Solving::of(&solver));
+        let (groups, edges) = match part {
+            Part::Groups(level) => (&levelled.groups[level][..], &[][..]),
+            Part::Edges(level) => (&[][..], &levelled.edges[level - 1][..]),
+            Part::Wide(level) => (&levelled.wide[level - 1][..], &[][..]),
+            Part::Tail => (&levelled.tail[..], &[][..]),
+            Part::One => (&levelled.groups[0][..], &[][..]),
+        };
+        let count = match part {
+            Part::One => 1,
+            Part::Edges(_) => edges.len().div_ceil(crate::gpu::layout::GROUP),
+            _ => groups.len(),
+        };
+        if count == 0 {
+            return Err(format!("the scene has no such part for `{}`", name.entry));
+        }
+        for shift in 0..CASES {
+            let start = work(&fixture, &solving, shift);
+            let mut twin = Twin { fixture: &fixture, solving, work: start.clone() };
+            run(&mut twin, groups);
+            let counts = twin.counts();
+            let none = [CoarseEdge { slots: [0; 2], first: 0, count: 0 }];
+            let edges = if edges.is_empty() { &none[..] } else { edges };
+            let no_group = [LevelGroup { first: 0, count: 0, solve: 0, first_group: 0, groups: 0 }];
+            let groups = if groups.is_empty() { &no_group[..] } else { groups };
+            let (arrays, records) = (arrays(&fixture, &start, groups, edges), fixture.records());
+            bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups: count }, |written| {
+                compare(written, &kernel, &twin.work, &counts);
+            })?;
+        }
+    }
+    Ok(())
+}
+
+fn free(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "free_nodes", Part::Groups(0), |twin, _| twin.free())
+}
+
+fn meet(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "meet_nodes", Part::Groups(0), |twin, _| twin.meet())
+}
+
+fn meet_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
+    let name = Name { contact: Contact::Meshes, ..Name::new("meet_meshes_by_nodes") };
+    let scene = Fixture::with_meshes_and_constraints;
+    twins_on(bench, (name, scene), Part::Groups(0), |twin, _| twin.meet_meshes())
+}
+
+fn step_on(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "step_on", Part::Groups(0), |twin, _| twin.step_on())
+}
+
+fn set_up(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "set_up_nodes", Part::Groups(0), |twin, _| twin.set_up())
+}
+
+fn coarsen_springs(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "coarsen_springs", Part::Edges(1), |twin, _| twin.coarsen_edges(1))
+}
+
+fn coarsen_edges(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "coarsen_edges", Part::Edges(2), |twin, _| twin.coarsen_edges(2))
+}
+
+fn coarsen_nodes(bench: &mut Bench<'_>) -> Result<(), String> {
+    [1, 2].into_iter().try_for_each(|level| {
+        twins(bench, "coarsen_nodes", Part::Groups(level), |twin, _| twin.coarsen_nodes(level))
+    })
+}
+
+fn start(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "start_nodes", Part::Groups(0), |twin, _| twin.start())
+}
+
+fn step(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "step_nodes", Part::Groups(0), |twin, _| twin.step())
+}
+
+fn left_of_nodes(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "left_of_nodes", Part::Groups(0), |twin, groups| twin.leave(groups))
+}
+
+fn restrict(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "restrict_level", Part::Wide(1), |twin, groups| twin.restrict(groups))
+}
+
+fn left_of_level(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "left_of_level", Part::Wide(1), |twin, groups| twin.leave(groups))
+}
+
+fn tail(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "cycle_tail", Part::Tail, |twin, _| twin.tail())
+}
+
+fn follow(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "follow_level", Part::Wide(1), |twin, groups| twin.follow(groups))?;
+    twins(bench, "follow_level", Part::Groups(0), |twin, groups| twin.follow(groups))
+}
+
+fn smooth_level(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "smooth_level", Part::Wide(1), |twin, groups| twin.smooth(groups))
+}
+
+fn smooth_nodes(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "smooth_nodes", Part::Groups(0), |twin, groups| twin.smooth(groups))
+}
+
+fn apply(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "apply_nodes", Part::Groups(0), |twin, _| twin.apply())
+}
+
+fn count(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "count_descents", Part::One, |_, _| {})
+}
+
+fn impulses(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "spring_impulses", Part::Groups(0), |twin, _| twin.impulses())
+}
+
+fn push(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "push_nodes", Part::Groups(0), |twin, _| twin.push())
+}
+
+fn note(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "note_descents", Part::One, |twin, _| twin.note())
+}

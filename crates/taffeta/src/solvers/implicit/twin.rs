@@ -1,0 +1,585 @@
+//! Springs by nodes on the CPU, kernel by kernel, in the order in which the GPU takes sums.
+
+use crate::contact::colliders::press::{Coming, Press};
+use crate::gpu::layout::{Four, GROUP, Solving};
+use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
+use crate::real::{Real, add, dot, norm, scale, sub};
+use crate::solvers::dual::gpu_layout::{Met, Taken};
+use crate::solvers::dual::twin::{by_halves, met_of, press_of, surface_ahead, three};
+use crate::solvers::explicit::euler;
+use crate::solvers::implicit::gpu_layout::{
+    Descent, Diagonal, LevelGroup, NodeSolve, SlotSpring, Symmetric, Vector,
+};
+use crate::solvers::implicit::implicit::{self as primal, Stiff};
+use crate::topology::LANES;
+
+const DAMPING: f32 = 0.7;
+const SWEEPS: usize = 4;
+
+/// The arrays that kernels of springs by nodes work on.
+#[derive(Clone)]
+pub struct Work {
+    pub blocks: Vec<Four>,
+    pub coarse: Vec<Symmetric>,
+    pub diagonals: Vec<Diagonal>,
+    /// By sort, then by node.
+    pub vectors: Vec<Four>,
+    pub met: Vec<Met>,
+    pub solves: Vec<NodeSolve>,
+    pub sums: Vec<Four>,
+    pub force: Vec<Four>,
+    pub new_velocity: Vec<Four>,
+    pub taken: Taken,
+}
+
+/// A fixture's work, as its kernels find it.
+pub struct Twin<'a> {
+    pub fixture: &'a Fixture,
+    pub solving: Solving,
+    pub work: Work,
+}
+
+fn six(m: &Symmetric) -> [f32; 6] {
+    let ([xx, yy, zz], [xy, xz, yz]) = (m.diagonal, m.mixed);
+    [xx, yy, zz, xy, xz, yz]
+}
+
+fn record([xx, yy, zz, xy, xz, yz]: [f32; 6]) -> Symmetric {
+    Symmetric { diagonal: [xx, yy, zz], mixed: [xy, xz, yz], ..Symmetric::default() }
+}
+
+fn sum_of(a: [f32; 6], b: [f32; 6]) -> [f32; 6] {
+    std::array::from_fn(|i| a[i] + b[i])
+}
+
+fn is_free(press: &Press<f32>) -> bool {
+    press.normal == [0.0; 3]
+}
+
+/// A sum, and a spring's block times a vector.
+fn add_link_times(sum: [f32; 3], [x, y, z, across]: Four, u: [f32; 3]) -> [f32; 3] {
+    let q = [x, y, z];
+    add(add(sum, scale(q, dot(q, u))), scale(u, across))
+}
+
+/// A sum, and a spring's block.
+fn add_link(sum: [f32; 6], [x, y, z]: [f32; 3], across: f32) -> [f32; 6] {
+    let square = [x * x, y * y, z * z, x * y, x * z, y * z];
+    std::array::from_fn(|i| if i < 3 { sum[i] + square[i] + across } else { sum[i] + square[i] })
+}
+
+impl Twin<'_> {
+    fn h(&self) -> f32 {
+        self.fixture.substep().h
+    }
+
+    fn at(&self, which: Vector, node: usize) -> usize {
+        which as usize * self.fixture.tables.levelled.nodes + node
+    }
+
+    fn get(&self, which: Vector, node: usize) -> [f32; 3] {
+        three(self.work.vectors[self.at(which, node)])
+    }
+
+    fn put(&mut self, which: Vector, node: usize, [x, y, z]: [f32; 3]) {
+        let at = self.at(which, node);
+        self.work.vectors[at] = [x, y, z, 0.0];
+    }
+
+    fn mass(&self, node: usize) -> f32 {
+        self.work.vectors[self.at(Vector::Left, node)][3]
+    }
+
+    fn press(&self, node: usize) -> Press<f32> {
+        press_of(&self.work.met[node])
+    }
+
+    /// Slots of a node among those of its sort, and the nodes that they lead to.
+    fn slots(&self, node: usize) -> Vec<(usize, usize)> {
+        let slots = &self.fixture.tables.levelled.slots;
+        let slice = node / LANES;
+        let first = if node < self.fixture.tables.len() { slots[1] } else { slots[0] } as usize;
+        let range = slots[1 + slice] as usize + node % LANES..slots[2 + slice] as usize;
+        range.step_by(LANES).map(|at| (at - first, slots[at] as usize)).collect()
+    }
+
+    /// Nodes of some groups, with the number of their system.
+    fn nodes(groups: &[LevelGroup]) -> Vec<(usize, usize)> {
+        let nodes = |g: &LevelGroup| g.first as usize..(g.first + g.count) as usize;
+        groups.iter().flat_map(|g| nodes(g).map(|node| (node, g.solve as usize))).collect()
+    }
+
+    /// Nodes of the finest level.
+    fn finest(&self) -> Vec<(usize, usize)> {
+        Self::nodes(&self.fixture.tables.levelled.groups[0])
+    }
+
+    /// Those of some groups whose system is not done.
+    fn open(&self, groups: &[LevelGroup]) -> Vec<usize> {
+        let is_open = |&(_, solve): &(usize, usize)| self.work.solves[solve].next.is_done == 0;
+        Self::nodes(groups).into_iter().filter(is_open).map(|(node, _)| node).collect()
+    }
+
+    pub fn free(&mut self) {
+        let (old, gravity) = (&self.fixture.old, self.fixture.records()[SUBSTEP].gravity);
+        for (node, _) in self.finest() {
+            let (w, v, force) = (old.position[node][3], old.velocity[node], self.work.force[node]);
+            let u = [0, 1, 2].map(|i| euler::velocity(v[i], force[i], w, gravity[i], self.h()));
+            self.work.new_velocity[node] = [u[0], u[1], u[2], v[3].abs()];
+        }
+    }
+
+    /// A node as it comes to surfaces.
+    fn coming(&self, node: usize) -> Coming<f32> {
+        let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
+        let (gravity, h) = (self.fixture.records()[SUBSTEP].gravity, self.h());
+        let pulls = self.get(Vector::Pulled, node);
+        Coming { place: three(x), free, pulls, fall: norm(gravity) * h * h, h }
+    }
+
+    pub fn meet_meshes(&mut self) {
+        for (node, _) in self.finest() {
+            if self.fixture.old.position[node][3] > 0.0 {
+                self.work.met[node] = self.fixture.mesh_ahead(&self.coming(node));
+            }
+        }
+    }
+
+    pub fn meet(&mut self) {
+        for (node, _) in self.finest() {
+            let (x, coming) = (self.fixture.old.position[node], self.coming(node));
+            let (free, pulls) = (coming.free, coming.pulls);
+            self.work.met[node] = if x[3] > 0.0 {
+                surface_ahead(&self.fixture.substep().colliders, &coming, &self.work.met[node])
+            } else {
+                met_of(Press { yields: 0.0, ..Press::FREE }, 0, true)
+            };
+            let (press, v) = (self.press(node), three(self.fixture.old.velocity[node]));
+            let wanted = add(press.yielded(v), sub(press.velocity, press.rubbed()));
+            let total = if x[3] > 0.0 { sub(wanted, free) } else { [0.0; 3] };
+            let warm = self.solving.is_warm != 0;
+            let start = if warm { press.yielded(sub(pulls, sub(total, press.rubbed()))) } else { [0.0; 3] };
+            self.put(Vector::Change, node, [0.0; 3]);
+            self.put(Vector::Cycled, node, start);
+            self.move_on(node, total);
+            let mass = self.fixture.old.velocity[node][3].abs();
+            let [left, at] = [Vector::Left, Vector::Total].map(|which| self.at(which, node));
+            self.work.vectors[left] = [0.0, 0.0, 0.0, mass];
+            let off = if x[3] > 0.0 { sub(v, free) } else { [0.0; 3] };
+            self.work.vectors[at][3] = mass * dot(off, off);
+        }
+        self.work.solves.fill(NodeSolve::default());
+    }
+
+    /// Place and velocity with a change of the velocity without springs.
+    fn move_on(&mut self, node: usize, total: [f32; 3]) {
+        let velocity = add(three(self.work.new_velocity[node]), total);
+        let x = three(self.fixture.old.position[node]);
+        self.put(Vector::Total, node, total);
+        self.put(Vector::Way, node, [0, 1, 2].map(|i| euler::position(x[i], velocity[i], self.h())));
+        self.put(Vector::WayProduct, node, velocity);
+    }
+
+    pub fn step_on(&mut self) {
+        for (node, _) in self.finest() {
+            let total = add(self.get(Vector::Total, node), self.get(Vector::Change, node));
+            self.put(Vector::Change, node, [0.0; 3]);
+            self.put(Vector::Cycled, node, [0.0; 3]);
+            self.move_on(node, total);
+        }
+        for solve in &mut self.work.solves {
+            let again = Descent { whole: solve.next.whole, ..Descent::default() };
+            let before = solve.before + solve.next.iterations;
+            *solve = NodeSolve { before, kept: again, next: again };
+        }
+    }
+
+    pub fn set_up(&mut self) {
+        for (node, _) in self.finest() {
+            let (impulse, diagonal) = self.add_up(node);
+            let (mass, press) = (self.mass(node), self.press(node));
+            let [xx, yy, zz, mixed @ ..] = diagonal;
+            let [xy, xz, yz] = mixed;
+            let all = [xx + mass, yy + mass, zz + mass, xy, xz, yz];
+            let own = [mass, mass, mass, 0.0, 0.0, 0.0];
+            let (own, inverse) = if press.yields == 0.0 {
+                (sum_of(own, all), [0.0; 6])
+            } else if is_free(&press) {
+                (own, primal::inverse(&all))
+            } else {
+                (sum_of(own, primal::held(&all, press.normal)), primal::inverse_along(&all, press.normal))
+            };
+            self.work.diagonals[node] = Diagonal { own: record(own), inverse: record(inverse) };
+            self.put(Vector::Impulse, node, impulse);
+            let off = sub(self.get(Vector::Total, node), press.rubbed());
+            let right = sub(impulse, scale(off, mass));
+            let [x, y, z] = right;
+            let at = self.at(Vector::Left, node);
+            self.work.vectors[at] = [x, y, z, mass];
+        }
+    }
+
+    /// Blocks of a node's springs; their impulse and their sum.
+    fn add_up(&mut self, node: usize) -> ([f32; 3], [f32; 6]) {
+        let h = self.h();
+        let (x, v) = (self.get(Vector::Way, node), self.get(Vector::WayProduct, node));
+        let (mut impulse, mut diagonal) = ([0.0; 3], [0.0; 6]);
+        for (slot, other) in self.slots(node) {
+            let SlotSpring { k, damping, rest_length } = self.fixture.tables.levelled.slot_springs[slot];
+            let d = sub(self.get(Vector::Way, other), x);
+            let dv = sub(self.get(Vector::WayProduct, other), v);
+            let stiff = Stiff { k, e: damping, h, hh: h * h, axial: h * (k * h + damping) };
+            let link = stiff.link(d, rest_length);
+            let [qx, qy, qz] = link.q;
+            self.work.blocks[slot] = [qx, qy, qz, link.across];
+            // Drivers may take h out of the sum: the kernel has it so from the first.
+            let pull = k * (dot(d, d).max(f32::TINY).sqrt() - rest_length);
+            let given = h * (pull + damping * dot(dv, link.along));
+            impulse = add(impulse, scale(link.along, given));
+            diagonal = add_link(diagonal, link.q, link.across);
+        }
+        (impulse, diagonal)
+    }
+
+    /// Blocks of the edges of a coarser level.
+    pub fn coarsen_edges(&mut self, level: usize) {
+        let levelled = &self.fixture.tables.levelled;
+        for edge in &levelled.edges[level - 1] {
+            let mut sum = [0.0; 6];
+            for share in &levelled.edge_shares[edge.first as usize..(edge.first + edge.count) as usize] {
+                let at = share.at as usize;
+                let source = if level == 1 {
+                    let [x, y, z, across] = self.work.blocks[at];
+                    primal::block([x, y, z], across)
+                } else {
+                    six(&self.work.coarse[at])
+                };
+                sum = sum_of(sum, source.map(|one| one * share.weight));
+            }
+            edge.slots.iter().for_each(|&slot| self.work.coarse[slot as usize] = record(sum));
+        }
+    }
+
+    /// Children of a node, and how much they follow it.
+    fn children(&self, node: usize) -> Vec<(usize, f32)> {
+        let children = &self.fixture.tables.levelled.children;
+        let range = children[node].at as usize..children[node + 1].at as usize;
+        children[range].iter().map(|share| (share.at as usize, share.weight)).collect()
+    }
+
+    pub fn coarsen_nodes(&mut self, level: usize) {
+        for (node, _) in Self::nodes(&self.fixture.tables.levelled.groups[level]) {
+            let mut own = [0.0; 6];
+            for (child, weight) in self.children(node) {
+                own = sum_of(own, six(&self.work.diagonals[child].own).map(|one| one * weight));
+            }
+            let add_slot = |all, (slot, _): (usize, usize)| sum_of(all, six(&self.work.coarse[slot]));
+            let all = self.slots(node).into_iter().fold(own, add_slot);
+            self.work.diagonals[node] = Diagonal { own: record(own), inverse: record(primal::inverse(&all)) };
+        }
+    }
+
+    /// The finest level's system times a vector.
+    fn springs_times(&self, mass: f32, which: Vector, node: usize) -> [f32; 3] {
+        let own = self.get(which, node);
+        let add_slot = |sum, (slot, other): (usize, usize)| {
+            add_link_times(sum, self.work.blocks[slot], sub(own, self.get(which, other)))
+        };
+        self.slots(node).into_iter().fold(scale(own, mass), add_slot)
+    }
+
+    /// A coarser level's system times a vector.
+    fn level_times(&self, which: Vector, node: usize) -> [f32; 3] {
+        let own = self.get(which, node);
+        let add_slot = |sum, (slot, other): (usize, usize)| {
+            add(sum, primal::times(&six(&self.work.coarse[slot]), sub(own, self.get(which, other))))
+        };
+        let start = primal::times(&six(&self.work.diagonals[node].own), own);
+        self.slots(node).into_iter().fold(start, add_slot)
+    }
+
+    fn jacobi(&self, node: usize, left: [f32; 3]) -> [f32; 3] {
+        primal::times(&six(&self.work.diagonals[node].inverse), scale(left, DAMPING))
+    }
+
+    fn is_solved(&self, done: &Descent) -> bool {
+        done.error <= self.solving.tolerance_squared * done.whole || done.error == 0.0
+    }
+
+    fn descended(&self, solve: &NodeSolve, [first, second, third, _]: [f32; 4]) -> Descent {
+        let kept = solve.kept;
+        let mut next = Descent { alpha: 0.0, beta: 0.0, ..kept };
+        if kept.passes < 2 {
+            next.alpha = if first > 0.0 && second > 0.0 { first / second } else { 0.0 };
+            next.whole = if kept.whole > 0.0 { kept.whole } else { third };
+            return next;
+        }
+        if solve.before == 0 && kept.iterations == 0 {
+            next.whole = first.max(kept.whole);
+        }
+        next.error = first;
+        let is_first = kept.error == 0.0;
+        let beta = if is_first { 0.0 } else { first / kept.error };
+        let curvature = if is_first { second } else { second - beta * first / kept.alpha };
+        let alpha = first / curvature;
+        if !(curvature > 0.0 && alpha.is_finite()) {
+            next.is_done = 1;
+            return next;
+        }
+        (next.iterations, next.alpha, next.beta) = (kept.iterations + 1, alpha, beta);
+        let is_last = self.is_solved(&next) || next.iterations == self.solving.most_iterations;
+        next.is_done = is_last.into();
+        next
+    }
+
+    pub fn body_sums(&self, solve: usize) -> [f32; 4] {
+        let groups = &self.fixture.tables.levelled.groups[0];
+        let own: Vec<usize> = (0..groups.len()).filter(|&g| groups[g].solve as usize == solve).collect();
+        let mut lanes = vec![[0.0; 4]; GROUP];
+        for (i, &group) in own.iter().enumerate() {
+            lanes[i % GROUP] = [0, 1, 2, 3].map(|k| lanes[i % GROUP][k] + self.work.sums[group][k]);
+        }
+        by_halves(lanes)
+    }
+
+    pub fn step(&mut self) {
+        let open: Vec<usize> =
+            (0..self.work.solves.len()).filter(|&solve| self.work.solves[solve].kept.is_done == 0).collect();
+        for &solve in &open {
+            self.work.solves[solve].next = self.descended(&self.work.solves[solve], self.body_sums(solve));
+        }
+        for (node, solve) in self.finest() {
+            let NodeSolve { kept, next, .. } = self.work.solves[solve];
+            let is_stuck = next.is_done != 0 && next.iterations == kept.iterations;
+            if open.contains(&solve) && !is_stuck {
+                self.advance(node, &next);
+            }
+        }
+    }
+
+    fn advance(&mut self, node: usize, step: &Descent) {
+        let [left, product, change] =
+            [Vector::Left, Vector::Product, Vector::Change].map(|which| self.get(which, node));
+        let left = if step.passes < 2 {
+            let start = self.get(Vector::Cycled, node);
+            self.put(Vector::Change, node, add(change, scale(start, step.alpha)));
+            self.put(Vector::Way, node, [0.0; 3]);
+            self.put(Vector::WayProduct, node, [0.0; 3]);
+            sub(left, scale(product, step.alpha))
+        } else {
+            let way = add(self.get(Vector::Cycled, node), scale(self.get(Vector::Way, node), step.beta));
+            let product = add(product, scale(self.get(Vector::WayProduct, node), step.beta));
+            self.put(Vector::Way, node, way);
+            self.put(Vector::WayProduct, node, product);
+            self.put(Vector::Change, node, add(change, scale(way, step.alpha)));
+            sub(left, scale(product, step.alpha))
+        };
+        let (mass, at) = (self.mass(node), self.at(Vector::Left, node));
+        self.work.vectors[at] = [left[0], left[1], left[2], mass];
+        self.put(Vector::Cycle, node, self.jacobi(node, left));
+    }
+
+    fn left_of(&self, which: Vector, node: usize) -> [f32; 3] {
+        let left = self.get(Vector::Left, node);
+        if node < self.fixture.tables.len() {
+            sub(left, self.springs_times(self.mass(node), which, node))
+        } else {
+            sub(left, self.level_times(which, node))
+        }
+    }
+
+    /// Does something for each node, of which it gives all before it takes any.
+    fn all(&mut self, nodes: &[usize], which: Vector, of: impl Fn(&Self, usize) -> [f32; 3]) {
+        let found: Vec<[f32; 3]> = nodes.iter().map(|&node| of(self, node)).collect();
+        nodes.iter().zip(found).for_each(|(&node, v)| self.put(which, node, v));
+    }
+
+    /// What the first step leaves.
+    pub fn leave(&mut self, groups: &[LevelGroup]) {
+        let nodes = self.open(groups);
+        self.all(&nodes, Vector::Cycled, |twin, node| {
+            let left = twin.left_of(Vector::Cycle, node);
+            twin.yielded(node, left)
+        });
+    }
+
+    /// A vector as far as a node yields.
+    fn yielded(&self, node: usize, v: [f32; 3]) -> [f32; 3] {
+        if node < self.fixture.tables.len() { self.press(node).yielded(v) } else { v }
+    }
+
+    pub fn restrict(&mut self, groups: &[LevelGroup]) {
+        let nodes = self.open(groups);
+        self.restrict_to(&nodes);
+    }
+
+    fn restrict_to(&mut self, nodes: &[usize]) {
+        self.all(nodes, Vector::Left, |twin, node| {
+            let follow = |sum, (child, weight)| add(sum, scale(twin.get(Vector::Cycled, child), weight));
+            twin.children(node).into_iter().fold([0.0; 3], follow)
+        });
+        self.all(nodes, Vector::Cycle, |twin, node| twin.jacobi(node, twin.get(Vector::Left, node)));
+    }
+
+    pub fn follow(&mut self, groups: &[LevelGroup]) {
+        let nodes = self.open(groups);
+        self.follow_to(&nodes);
+    }
+
+    fn follow_to(&mut self, nodes: &[usize]) {
+        self.all(nodes, Vector::Cycle, |twin, node| {
+            let parents = twin.fixture.tables.levelled.parents[node];
+            let part =
+                |i: usize| scale(twin.get(Vector::Cycled, parents.nodes[i] as usize), parents.weights[i]);
+            let way = (1..4).fold(part(0), |sum, i| add(sum, part(i)));
+            add(twin.get(Vector::Cycle, node), twin.yielded(node, way))
+        });
+    }
+
+    pub fn smooth(&mut self, groups: &[LevelGroup]) {
+        let nodes = self.open(groups);
+        self.smooth_to(&nodes, [Vector::Cycle, Vector::Cycled]);
+    }
+
+    fn smooth_to(&mut self, nodes: &[usize], [from, to]: [Vector; 2]) {
+        self.all(nodes, to, |twin, node| {
+            add(twin.get(from, node), twin.jacobi(node, twin.left_of(from, node)))
+        });
+    }
+
+    pub fn tail(&mut self) {
+        let tail = self.fixture.tables.levelled.tail.clone();
+        for (index, first) in (0..).zip(&tail).filter(|(index, group)| group.first_group == *index) {
+            let all = &tail[index as usize..][..first.groups as usize];
+            let levels: Vec<Vec<usize>> = all.iter().map(|g| self.open(std::slice::from_ref(g))).collect();
+            for (level, nodes) in levels.iter().enumerate() {
+                self.restrict_to(nodes);
+                if level + 1 < levels.len() {
+                    self.all(nodes, Vector::Cycled, |twin, node| twin.left_of(Vector::Cycle, node));
+                }
+            }
+            let Some((coarsest, others)) = levels.split_last() else { continue };
+            for sweep in 0..2 * SWEEPS - 1 {
+                let way = [Vector::Cycle, Vector::Cycled];
+                self.smooth_to(coarsest, if sweep % 2 == 0 { way } else { [way[1], way[0]] });
+            }
+            for nodes in others.iter().rev() {
+                self.follow_to(nodes);
+                self.smooth_to(nodes, [Vector::Cycle, Vector::Cycled]);
+            }
+        }
+    }
+
+    pub fn apply(&mut self) {
+        let groups = self.fixture.tables.levelled.groups[0].clone();
+        for (index, group) in groups.iter().enumerate() {
+            let solve = &mut self.work.solves[group.solve as usize];
+            let next = solve.next;
+            if index == group.first_group as usize {
+                solve.kept = Descent { passes: next.passes + 1, ..next };
+            }
+            if next.is_done != 0 {
+                continue;
+            }
+            let mut lanes = vec![[0.0; 4]; GROUP];
+            for (lane, terms) in lanes.iter_mut().enumerate().take(group.count as usize) {
+                *terms = self.apply_to(group.first as usize + lane);
+            }
+            self.work.sums[index] = by_halves(lanes);
+        }
+    }
+
+    fn apply_to(&mut self, node: usize) -> [f32; 4] {
+        let product = self.springs_times(self.mass(node), Vector::Cycled, node);
+        let product = self.press(node).yielded(product);
+        self.put(Vector::Product, node, product);
+        let (left, answer) = (self.get(Vector::Left, node), self.get(Vector::Cycled, node));
+        [dot(answer, left), dot(answer, product), 0.0, 0.0]
+    }
+
+    pub fn start(&mut self) {
+        let groups = self.fixture.tables.levelled.groups[0].clone();
+        for (index, group) in groups.iter().enumerate() {
+            if index == group.first_group as usize {
+                self.work.solves[group.solve as usize].kept.passes = 1;
+            }
+            let mut lanes = vec![[0.0; 4]; GROUP];
+            for (lane, terms) in lanes.iter_mut().enumerate().take(group.count as usize) {
+                *terms = self.start_at(group.first as usize + lane);
+            }
+            self.work.sums[index] = by_halves(lanes);
+        }
+    }
+
+    fn start_at(&mut self, node: usize) -> [f32; 4] {
+        let (mass, press) = (self.mass(node), self.press(node));
+        let left = press.yielded(self.get(Vector::Left, node));
+        let at = self.at(Vector::Left, node);
+        self.work.vectors[at] = [left[0], left[1], left[2], mass];
+        let product = press.yielded(self.springs_times(mass, Vector::Cycled, node));
+        self.put(Vector::Product, node, product);
+        let (start, off) = (self.get(Vector::Cycled, node), self.at(Vector::Total, node));
+        [dot(start, left), dot(start, product), self.work.vectors[off][3], 0.0]
+    }
+
+    pub fn impulses(&mut self) {
+        let nodes: Vec<usize> = self.finest().into_iter().map(|(node, _)| node).collect();
+        self.all(&nodes, Vector::Product, |twin, node| {
+            sub(twin.get(Vector::Impulse, node), twin.springs_times(0.0, Vector::Change, node))
+        });
+    }
+
+    pub fn push(&mut self) {
+        for (node, _) in self.finest() {
+            let (x, met) = (self.fixture.old.position[node], self.work.met[node]);
+            if x[3] <= 0.0 {
+                continue;
+            }
+            let press = self.press(node);
+            let mut pulled = add(self.get(Vector::Total, node), self.get(Vector::Change, node));
+            let mut change = pulled;
+            if !is_free(&press) {
+                let springs = scale(self.get(Vector::Product, node), x[3]);
+                pulled = if press.yields == 0.0 {
+                    springs
+                } else {
+                    let pulled = sub(pulled, press.rubbed());
+                    add(pulled, scale(press.normal, dot(sub(springs, pulled), press.normal)))
+                };
+                let free = three(self.work.new_velocity[node]);
+                let collider = &self.fixture.substep().colliders[met.surface as usize];
+                change = sub(press.after(free, pulled, &collider.touching), free);
+            }
+            self.put(Vector::Pulled, node, pulled);
+            let force = scale(change, self.mass(node) / self.h());
+            let [x, y, z] = add(three(self.work.force[node]), force);
+            self.work.force[node] = [x, y, z, 0.0];
+        }
+    }
+
+    /// Workgroups of the next iterations.
+    pub fn counts(&self) -> Vec<u32> {
+        let levelled = &self.fixture.tables.levelled;
+        let any = self.work.solves.iter().any(|solve| solve.kept.is_done == 0);
+        let all = [&levelled.groups[0]].into_iter().chain(&levelled.wide).chain([&levelled.tail]);
+        all.flat_map(|groups| {
+            let groups = groups.len() as u32;
+            [if any { groups } else { 0 }, groups.min(1), 1]
+        })
+        .collect()
+    }
+
+    pub fn note(&mut self) {
+        let taken = &mut self.work.taken;
+        let mut capped = false;
+        for solve in &self.work.solves {
+            let done = solve.next;
+            capped |= !(done.error <= self.solving.tolerance_squared * done.whole || done.error == 0.0);
+            taken.iterations = taken.iterations.max(solve.before + done.iterations);
+            let share = if done.whole > 0.0 { done.error / done.whole } else { 0.0 };
+            taken.residual = taken.residual.max(share);
+        }
+        taken.capped += u32::from(capped);
+        taken.active_share = 1.0;
+    }
+}

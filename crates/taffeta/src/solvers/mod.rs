@@ -1,0 +1,8 @@
+//! Solvers: from forces to the next state.
+
+pub mod constraints;
+pub mod dual;
+pub mod explicit;
+pub mod implicit;
+#[cfg(feature = "gpu")]
+pub mod iterations;

@@ -1,0 +1,10 @@
+//! Volumes inside closed meshes that are kept, or under a pressure.
+
+pub mod build;
+pub mod cpu;
+pub mod cpu_rings;
+pub mod cpu_tile;
+#[cfg(feature = "gpu")]
+pub mod parity;
+pub mod rings;
+pub mod volume;
