@@ -7,7 +7,7 @@ use crate::gpu::{VertexTarget, View};
 
 /// A node that is moved, or a force that is applied, by the program for one frame.
 #[derive(Clone, Debug, Default)]
-pub struct Hand {
+pub struct FrameInput {
     /// Pinned nodes that go to a place during the frame: solver index, from, to [m]; ascending.
     pub moves: Vec<(u32, [f64; 3], [f64; 3])>,
     /// Forces during the frame [N]: solver index; ascending.
@@ -17,7 +17,7 @@ pub struct Hand {
 /// What constraints know from one sub-step to the next, in the order of [`crate::solvers::constraints::Constraints`]: a function of
 /// the scene alone.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Remembered {
+pub struct SolverState {
     /// Pull of each constraint [N]; empty where the solver does not start from pulls.
     pub pulls: Vec<f64>,
     /// Whether each is active; empty where all always are.
@@ -42,7 +42,7 @@ pub struct Lost(pub String);
 /// A backend in numbers of any type.
 pub trait Backend: Send + Sync {
     /// Runs the frame that starts at time `start` [s]. It may still be under way when this returns.
-    fn frame(&mut self, start: f64, hand: Hand) -> Result<(), Lost>;
+    fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost>;
     /// Measures the state as it is.
     fn measure(&mut self) -> Result<(), Lost>;
     /// What the last frame, or measurement, has found.
@@ -68,11 +68,11 @@ pub trait Backend: Send + Sync {
     /// Appends the little-endian bytes of a node's position, or of its velocity.
     fn bytes(&self, node: usize, velocity: bool, sink: &mut Vec<u8>);
     /// What constraints remember; nothing where the scene has none.
-    fn remembered(&self) -> Remembered {
-        Remembered::default()
+    fn solver_state(&self) -> SolverState {
+        SolverState::default()
     }
     /// Sets what constraints remember: as many numbers as [`Self::remembered`] has.
-    fn remember(&mut self, _from: &Remembered) {}
+    fn set_solver_state(&mut self, _from: &SolverState) {}
     /// Unit normals of a body's nodes in user order, if the backend computes them itself.
     fn normals(&self, _body: usize) -> Option<Vec<[f32; 3]>> {
         None

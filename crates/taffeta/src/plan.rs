@@ -24,7 +24,7 @@ pub struct Substep<T> {
     /// Share of its closing that each law of [`Assembly::attachments`] has behind it at its end.
     pub closing: Vec<T>,
     /// Share of the frame that has gone by at its end, and that share's rate [1/s].
-    pub hand: (T, T),
+    pub frame_fraction: (T, T),
 }
 
 /// The sub-steps of the frame that starts at time `start` [s].
@@ -46,7 +46,7 @@ pub fn frame<T: Real>(assembly: &Assembly, start: f64) -> Vec<Substep<T>> {
                 goals: assembly.volumes().map(|(_, kept)| T::from_f64(kept.goal(t + h))).collect(),
                 air: assembly.world.air.as_ref().map(|air| AirNow::new(air, t, h)),
                 closing: assembly.attachments.laws.iter().map(|law| T::from_f64(law.share(t + h))).collect(),
-                hand: (T::from_f64((offset + h) / time.dt), T::from_f64(1.0 / time.dt)),
+                frame_fraction: (T::from_f64((offset + h) / time.dt), T::from_f64(1.0 / time.dt)),
             }
         })
         .collect()

@@ -10,7 +10,7 @@ pub use info::{BodyInfo, ColliderInfo};
 pub use live::Pose;
 pub use snapshot::Snapshot;
 
-use crate::backend::{Backend, Hand, Lost};
+use crate::backend::{Backend, FrameInput, Lost};
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
 use crate::contact::collider_mesh::surface::MeshSurface;
@@ -108,10 +108,10 @@ pub struct Simulation {
     report: FrameReport,
     limit: StepLimit,
     warnings: Vec<String>,
-    hand: Hand,
-    /// Nodes that were moved by hand in the last frame and stand still from now on.
+    input: FrameInput,
+    /// Nodes that were moved by the user in the last frame and stand still from now on.
     moved: Vec<u32>,
-    /// Nodes that were free and are held by hand.
+    /// Nodes that were free and are pinned by the user.
     taken: Vec<u32>,
     /// Triangles of colliders, once somebody asks how far nodes are from them.
     surfaces: OnceLock<Vec<MeshSurface<f64>>>,
@@ -153,7 +153,7 @@ impl Simulation {
             report: FrameReport::default(),
             limit,
             warnings,
-            hand: Hand::default(),
+            input: FrameInput::default(),
             moved: Vec::new(),
             taken: Vec::new(),
             surfaces: OnceLock::new(),
@@ -333,7 +333,7 @@ impl Simulation {
                 self.taken.push(node as u32);
             }
             let from = self.backend.position(node);
-            let moves = &mut self.hand.moves;
+            let moves = &mut self.input.moves;
             moves.retain(|&(other, ..)| other as usize != node);
             let place = moves.partition_point(|&(other, ..)| (other as usize) < node);
             moves.insert(place, (node as u32, from, to));
@@ -349,7 +349,7 @@ impl Simulation {
         let (found, node) = self.node_of(body, vertex)?;
         let node = found.solver_index(node);
         finite(force, "a force")?;
-        let forces = &mut self.hand.forces;
+        let forces = &mut self.input.forces;
         forces.insert(forces.partition_point(|&(other, _)| (other as usize) <= node), (node as u32, force));
         Ok(())
     }

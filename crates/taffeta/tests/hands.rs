@@ -46,15 +46,15 @@ fn a_pin_moved_by_hand_drags_cloth_as_one_moved_by_keyframes() {
     let stiff = |body: Body| body.structural(50.0, 0.0).shear(30.0, 0.0);
     let moved = grid(Select::nodes([0])).pin_moving(Select::nodes([7]), vec![Keyframe::translate(DT, way)]);
     let mut keyed = loose(stiff(moved));
-    let mut by_hand = loose(stiff(grid(Select::nodes([0, 7]))));
-    let to = add(positions(&by_hand)[7], way);
-    by_hand.move_pin("cloth", 7, [9.0; 3]).unwrap();
+    let mut of_user = loose(stiff(grid(Select::nodes([0, 7]))));
+    let to = add(positions(&of_user)[7], way);
+    of_user.move_pin("cloth", 7, [9.0; 3]).unwrap();
     // The last word counts.
-    by_hand.move_pin("cloth", 7, to).unwrap();
+    of_user.move_pin("cloth", 7, to).unwrap();
     for frame in 0..30 {
         run(&mut keyed, 1);
-        run(&mut by_hand, 1);
-        let apart = common::farthest(&positions(&keyed), &positions(&by_hand));
+        run(&mut of_user, 1);
+        let apart = common::farthest(&positions(&keyed), &positions(&of_user));
         assert!(apart < 1e-12, "frame {frame}: {apart:e}");
     }
 }
@@ -65,13 +65,13 @@ fn a_pin_moved_on_by_hand_frame_after_frame_keeps_its_speed_between_frames() {
     let way = [0.3, 0.2, -0.1];
     let path = vec![Keyframe::translate(20.0 * DT, way)];
     let mut keyed = loose(grid(Select::nodes([0])).pin_moving(Select::nodes([7]), path));
-    let mut by_hand = loose(grid(Select::nodes([0, 7])));
-    let start = positions(&by_hand)[7];
+    let mut of_user = loose(grid(Select::nodes([0, 7])));
+    let start = positions(&of_user)[7];
     for frame in 1..=20 {
-        by_hand.move_pin("cloth", 7, add(start, scale(way, f64::from(frame) / 20.0))).unwrap();
+        of_user.move_pin("cloth", 7, add(start, scale(way, f64::from(frame) / 20.0))).unwrap();
         run(&mut keyed, 1);
-        run(&mut by_hand, 1);
-        let apart = common::farthest(&positions(&keyed), &positions(&by_hand));
+        run(&mut of_user, 1);
+        let apart = common::farthest(&positions(&keyed), &positions(&of_user));
         assert!(apart < 1e-12, "frame {frame}: {apart:e}");
     }
 }

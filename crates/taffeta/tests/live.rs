@@ -36,20 +36,20 @@ fn a_collider_and_pins_moved_from_frame_to_frame_do_what_keyframes_do() {
             .collider(ball)
     };
     let mut keyed = build(&scene(&[lifted(DT, 0.5), lifted(2.0 * DT, 1.0)]));
-    let mut by_hand = build(&scene(&[]));
+    let mut of_user = build(&scene(&[]));
     for share in [0.5, 1.0] {
-        by_hand.move_collider(0, pose(0.1)).unwrap();
+        of_user.move_collider(0, pose(0.1)).unwrap();
         // The last word counts.
-        by_hand.move_collider(0, pose(share)).unwrap();
-        by_hand.move_pins(0, 0, pose(share)).unwrap();
+        of_user.move_collider(0, pose(share)).unwrap();
+        of_user.move_pins(0, 0, pose(share)).unwrap();
         run(&mut keyed, 1);
-        run(&mut by_hand, 1);
-        assert!(farthest(&positions(&keyed), &positions(&by_hand)) < 1e-12);
+        run(&mut of_user, 1);
+        assert!(farthest(&positions(&keyed), &positions(&of_user)) < 1e-12);
     }
     run(&mut keyed, 5);
-    run(&mut by_hand, 5);
-    assert!(farthest(&positions(&keyed), &positions(&by_hand)) < 1e-12);
-    let (rows, shift) = by_hand.collider_pose(0, 1.0).unwrap();
+    run(&mut of_user, 5);
+    assert!(farthest(&positions(&keyed), &positions(&of_user)) < 1e-12);
+    let (rows, shift) = of_user.collider_pose(0, 1.0).unwrap();
     near("shift", shift[1], 0.03, 1e-15);
     near("turn", rows[0][2], 4.0_f64.to_radians().sin(), 1e-12);
 }

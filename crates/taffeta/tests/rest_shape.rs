@@ -76,14 +76,14 @@ fn energy_at_the_start_is_half_k_times_the_stretch_squared() {
     let (dx, dz, k) = (0.1_f64, 0.1_f64, 70.0);
     let [r, c] = [ROWS, COLS].map(f64::from);
     let diagonal = ((1.5 * dx).powi(2) + dz * dz).sqrt() - (dx * dx + dz * dz).sqrt();
-    let by_hand = 0.5 * k * (r * (c - 1.0) * (0.5 * dx).powi(2) + (r - 1.0) * (c - 1.0) * diagonal.powi(2));
+    let of_user = 0.5 * k * (r * (c - 1.0) * (0.5 * dx).powi(2) + (r - 1.0) * (c - 1.0) * diagonal.powi(2));
     let simulation = at_rest(body(sheet(|[x, y, z]| [1.5 * x, y, z])).structural(k, 0.1));
-    near("energy", simulation.report().springs, by_hand, 1e-12);
+    near("energy", simulation.report().springs, of_user, 1e-12);
     // A right fold along a column: a quarter turn at each of its edges.
     let folded = |[x, y, z]: V| if x > -0.05 { [-0.05, y + x + 0.05, z] } else { [x, y, z] };
     let hinged = at_rest(body(sheet(folded)).hinge(0.3, 0.0));
-    let by_hand = (r - 1.0) * 0.5 * 0.3 * std::f64::consts::FRAC_PI_2.powi(2);
-    near("energy of hinges", hinged.report().hinges, by_hand, 1e-12);
+    let of_user = (r - 1.0) * 0.5 * 0.3 * std::f64::consts::FRAC_PI_2.powi(2);
+    near("energy of hinges", hinged.report().hinges, of_user, 1e-12);
     assert_eq!(at_rest(body(sheet(|p| p)).structural(k, 0.0).hinge(1.0, 0.0)).report().hinges, 0.0);
 }
 
@@ -140,10 +140,10 @@ fn a_tube_of_two_panels_has_the_lengths_of_its_pattern_also_over_the_seams() {
     };
     let start = edge_lengths(&surface, &surface.nodes);
     let k = 3.0;
-    let by_hand: f64 =
+    let of_user: f64 =
         edges.pairs.iter().zip(&start).map(|(p, l)| 0.5 * k * (l - expected(*p)).powi(2)).sum();
     let simulation = at_rest(body(surface.clone()).structural(k, 0.0));
-    near("energy of edges", simulation.report().springs, by_hand, 1e-14);
+    near("energy of edges", simulation.report().springs, of_user, 1e-14);
     // Over each edge along the tube, seams too: 0.2 m of cloth on both sides, corners 0.5 m apart along it. Over each
     // diagonal: the rectangle's other diagonal.
     let length = |[a, b]: [u32; 2]| norm(sub(surface.nodes[b as usize], surface.nodes[a as usize]));
@@ -153,9 +153,9 @@ fn a_tube_of_two_panels_has_the_lengths_of_its_pattern_also_over_the_seams() {
         let apart = (pair[0] / 2).abs_diff(pair[1] / 2).min(4 - (pair[0] / 2).abs_diff(pair[1] / 2));
         if apart == 2 { 0.5_f64.hypot(0.4) } else { 0.5_f64.hypot(0.2) }
     };
-    let by_hand: f64 = pairs.iter().map(|p| 0.5 * k * (length(*p) - over(*p)).powi(2)).sum();
+    let of_user: f64 = pairs.iter().map(|p| 0.5 * k * (length(*p) - over(*p)).powi(2)).sum();
     let simulation = at_rest(body(surface.clone()).bend(k, 0.0));
-    near("energy of bends", simulation.report().springs, by_hand, 1e-14);
+    near("energy of bends", simulation.report().springs, of_user, 1e-14);
     // Flat at rest: each of the four edges along the tube is folded by a quarter turn, the diagonals are flat.
     let simulation = at_rest(body(surface).hinge(0.6, 0.0));
     near(

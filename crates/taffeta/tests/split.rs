@@ -54,13 +54,13 @@ fn keyframes_and_hands_move_all_nodes_of_a_vertex() {
     let to = |share: f64| [1.0, 0.5, 0.3 * share];
     let path = vec![Keyframe::translate(3.0, [0.0, 0.0, 0.3])];
     let mut keyed = loose(bow_tie().pin_moving(Select::nodes([2]), path));
-    let mut by_hand = loose(bow_tie());
+    let mut of_user = loose(bow_tie());
     for frame in 1..=300 {
         run(&mut keyed, 1);
-        by_hand.move_pin("tie", 2, to(f64::from(frame) / 300.0)).unwrap();
-        run(&mut by_hand, 1);
+        of_user.move_pin("tie", 2, to(f64::from(frame) / 300.0)).unwrap();
+        run(&mut of_user, 1);
     }
-    for simulation in [&keyed, &by_hand] {
+    for simulation in [&keyed, &of_user] {
         assert!(norm(sub(positions(simulation)[2], to(1.0))) < 1e-12);
         is_whole(simulation, to(1.0));
     }
@@ -76,10 +76,10 @@ fn a_force_on_a_vertex_acts_once() {
     let mut simulation = build(&weightless("tie", 0.01, 1e-3).body(bow_tie()).force(loads));
     run(&mut simulation, 1);
     near("momentum", simulation.report().momentum[2], 0.02, 1e-15);
-    let mut by_hand = loose(bow_tie());
-    by_hand.apply_force("tie", 2, force).unwrap();
-    run(&mut by_hand, 1);
-    near("momentum", by_hand.report().momentum[2], 0.01, 1e-15);
+    let mut of_user = loose(bow_tie());
+    of_user.apply_force("tie", 2, force).unwrap();
+    run(&mut of_user, 1);
+    near("momentum", of_user.report().momentum[2], 0.01, 1e-15);
 }
 
 #[test]

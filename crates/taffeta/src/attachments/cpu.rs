@@ -181,18 +181,18 @@ impl AttachWork {
     pub fn new<T>(setup: Option<&AttachSetup<T>>) -> Self {
         let mut work = Self::default();
         if let Some(setup) = setup {
-            work.remember(setup, &[]);
+            work.set_solver_state(setup, &[]);
         }
         work
     }
 
     /// Whether each joint is there; empty where none can break.
-    pub fn remembered<T>(&self, setup: &AttachSetup<T>) -> Vec<bool> {
+    pub fn solver_state<T>(&self, setup: &AttachSetup<T>) -> Vec<bool> {
         if setup.breaks { self.broken.iter().map(|broken| !broken).collect() } else { Vec::new() }
     }
 
     /// Takes back what [`Self::remembered`] gave.
-    pub fn remember<T>(&mut self, setup: &AttachSetup<T>, there: &[bool]) {
+    pub fn set_solver_state<T>(&mut self, setup: &AttachSetup<T>, there: &[bool]) {
         self.broken = (0..setup.joints.len()).map(|row| there.get(row) == Some(&false)).collect();
     }
 

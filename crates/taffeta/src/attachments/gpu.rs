@@ -189,14 +189,14 @@ impl Attaching {
     }
 
     /// Notes among those of the scene which joints are there; waits for it.
-    pub fn remembered(&self, gpu: &Gpu, there: &mut [bool]) {
+    pub fn solver_state(&self, gpu: &Gpu, there: &mut [bool]) {
         // A device that is lost says so when the next frame is handed over.
         let broken = self.broken.read(gpu).unwrap_or_default();
         self.numbers.iter().zip(broken).for_each(|(&number, broken)| there[number] = broken == 0);
     }
 
     /// Takes back what was remembered of the scene's joints.
-    pub fn remember(&self, gpu: &Gpu, there: &[bool]) {
+    pub fn set_solver_state(&self, gpu: &Gpu, there: &[bool]) {
         let broken = |&number: &usize| u32::from(there.get(number) == Some(&false));
         self.broken.write(gpu, 0, &self.numbers.iter().map(broken).collect::<Vec<_>>());
     }

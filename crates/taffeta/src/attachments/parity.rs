@@ -3,7 +3,7 @@
 use crate::attachments::attach::{self, Pull};
 use crate::attachments::gpu::FIELDS;
 use crate::attachments::joints::{self, Link};
-use crate::backend::{Backend, Remembered};
+use crate::backend::{Backend, SolverState};
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, Joint, NONE};
 use crate::gpu::parity::bench::{Bench, Given, Written};
@@ -238,7 +238,7 @@ fn attach_once<S: Stages>(worker: &mut S, substep: &S::Substep, contact: bool) {
 fn on_cpu(work: &mut Work, contact: bool) -> Vec<[f32; 6]> {
     let Work { fixture, broken, .. } = work;
     let joints = broken.iter().map(|&broken| broken == 0).collect();
-    fixture.cpu.remember(&Remembered { joints, ..Remembered::default() });
+    fixture.cpu.set_solver_state(&SolverState { joints, ..SolverState::default() });
     let Fixture { cpu, substeps, new, .. } = fixture;
     for (place, (x, v)) in new.position.iter().zip(&new.velocity).enumerate() {
         cpu.set_after(place, [x[0], x[1], x[2], v[0], v[1], v[2]]);

@@ -4,7 +4,7 @@
 mod apart;
 
 use crate::attachments::cpu::{AttachSetup, AttachWork};
-use crate::backend::{Backend, Device, Hand, Lost, Remembered};
+use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
 use crate::build::Assembly;
 use crate::contact::collider_mesh::cache::{Meshes, NearWork};
 use crate::contact::nodes::cpu::{Found, PairScratch, PairSetup, PairWork};
@@ -76,7 +76,7 @@ pub struct Setup<T> {
     /// Instructions in use.
     pub level: SimdLevel,
     /// What the program does in this frame.
-    pub hand: Hand,
+    pub input: FrameInput,
 }
 
 /// Hinges by solver index.
@@ -184,7 +184,7 @@ impl<T: Real> CpuBackend<T> {
                 meshes,
                 volume_chunks,
                 level,
-                hand: Hand::default(),
+                input: FrameInput::default(),
             },
             team,
             shares,
@@ -287,8 +287,8 @@ impl<T: Real> CpuBackend<T> {
 }
 
 impl<T: Real> Backend for CpuBackend<T> {
-    fn frame(&mut self, start: f64, hand: Hand) -> Result<(), Lost> {
-        self.setup.hand = hand;
+    fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
+        self.setup.input = input;
         let substeps = plan::frame(&self.setup.assembly, start);
         self.run(&substeps);
         Ok(())
@@ -353,25 +353,25 @@ impl<T: Real> Backend for CpuBackend<T> {
         }
     }
 
-    fn remembered(&self) -> Remembered {
+    fn solver_state(&self) -> SolverState {
         let of_springs = match (&self.setup.primal, &self.setup.solve) {
-            (Some(setup), _) => self.primal.remembered(setup),
-            (None, Some(setup)) => self.solve.remembered(setup),
-            (None, None) => Remembered::default(),
+            (Some(setup), _) => self.primal.solver_state(setup),
+            (None, Some(setup)) => self.solve.solver_state(setup),
+            (None, None) => SolverState::default(),
         };
-        let joints = self.setup.attach.as_ref().map(|setup| self.attach.remembered(setup));
-        Remembered { joints: joints.unwrap_or_default(), ..of_springs }
+        let joints = self.setup.attach.as_ref().map(|setup| self.attach.solver_state(setup));
+        SolverState { joints: joints.unwrap_or_default(), ..of_springs }
     }
 
-    fn remember(&mut self, from: &Remembered) {
+    fn set_solver_state(&mut self, from: &SolverState) {
         if self.setup.primal.is_some() {
-            self.primal.remember(from);
+            self.primal.set_solver_state(from);
         }
         if let Some(setup) = &self.setup.solve {
-            self.solve.remember(setup, &self.setup.tiles, from);
+            self.solve.set_solver_state(setup, &self.setup.tiles, from);
         }
         if let Some(setup) = &self.setup.attach {
-            self.attach.remember(setup, &from.joints);
+            self.attach.set_solver_state(setup, &from.joints);
         }
     }
 

@@ -167,7 +167,7 @@ impl<T: Real> Tile for CpuTile<'_, T> {
     }
 
     fn pins(&mut self) {
-        let (moving, moves) = (&self.setup.assembly.moving_pins, &self.setup.hand.moves);
+        let (moving, moves) = (&self.setup.assembly.moving_pins, &self.setup.input.moves);
         if moving.is_empty() && moves.is_empty() {
             return;
         }
@@ -177,7 +177,8 @@ impl<T: Real> Tile for CpuTile<'_, T> {
                 self.put(pin.node, motion.apply(pin.start.map(T::from_f64)));
             }
             for &(node, from, to) in within(moves, &run, |&(node, ..)| node) {
-                let ((share, rate), [from, to]) = (self.substep.hand, [from, to].map(|x| x.map(T::from_f64)));
+                let ((share, rate), [from, to]) =
+                    (self.substep.frame_fraction, [from, to].map(|x| x.map(T::from_f64)));
                 self.put(node, on_the_way(from, to, share, rate));
             }
         }
@@ -317,7 +318,7 @@ impl<'a, T: Real> CpuTile<'a, T> {
                 add_force(self.scratch, at + node as usize - run.start, force);
             }
         }
-        for &(node, force) in within(&self.setup.hand.forces, run, |&(node, _)| node) {
+        for &(node, force) in within(&self.setup.input.forces, run, |&(node, _)| node) {
             add_force(self.scratch, at + node as usize - run.start, force.map(T::from_f64));
         }
     }

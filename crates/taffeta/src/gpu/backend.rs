@@ -1,6 +1,6 @@
 //! Memory of the GPU backend, and one frame of it.
 
-use crate::backend::{Backend, Device, Hand, Lost, Remembered};
+use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
@@ -120,7 +120,7 @@ impl GpuBackend {
         // What the driver refuses is known before the first frame.
         let substeps = plan::frame(&backend.assembly, 0.0);
         let few = &substeps[..substeps.len().min(backend.at_once())];
-        backend.record(&mut DispatchList::new(), few, &Hand::default(), true).map_err(words)?;
+        backend.record(&mut DispatchList::new(), few, &FrameInput::default(), true).map_err(words)?;
         backend.segments.iter_mut().for_each(|segment| segment.current = 0);
         Ok(backend)
     }
@@ -141,12 +141,12 @@ impl GpuBackend {
         &mut self,
         list: &mut DispatchList,
         substeps: &[plan::Substep<f32>],
-        hand: &Hand,
+        input: &FrameInput,
         last: bool,
     ) -> Result<(), GpuError> {
         let numbers: Vec<usize> = (0..substeps.len()).collect();
         for segment in &mut self.segments {
-            let counts = segment.tell(&self.assembly, substeps, hand)?;
+            let counts = segment.tell(&self.assembly, substeps, input)?;
             let mut recorder = Recorder {
                 segment,
                 kernels: &mut self.kernels,
@@ -196,7 +196,7 @@ impl GpuBackend {
         Ok(true)
     }
 
-    fn run(&mut self, substeps: &[plan::Substep<f32>], hand: &Hand) -> Result<(), GpuError> {
+    fn run(&mut self, substeps: &[plan::Substep<f32>], input: &FrameInput) -> Result<(), GpuError> {
         self.put_back();
         self.start_frame();
         self.changed = 0..0;
@@ -208,7 +208,7 @@ impl GpuBackend {
             let end = substeps.len().min(done + self.at_once());
             let last = end == substeps.len();
             let mut list = std::mem::take(&mut before);
-            self.record(&mut list, &substeps[done..end], hand, last)?;
+            self.record(&mut list, &substeps[done..end], input, last)?;
             if last && wanted {
                 self.send(&mut list)?;
             }
@@ -233,10 +233,10 @@ impl GpuBackend {
     }
 
     /// Does the stages of a sub-step that are the GPU's, and measures.
-    pub fn finish(&mut self, substep: &plan::Substep<f32>, hand: &Hand) -> Result<(), Lost> {
+    pub fn finish(&mut self, substep: &plan::Substep<f32>, input: &FrameInput) -> Result<(), Lost> {
         self.substeps = 1;
         let mut list = DispatchList::new();
-        self.record(&mut list, std::slice::from_ref(substep), hand, true)?;
+        self.record(&mut list, std::slice::from_ref(substep), input, true)?;
         Ok(self.gpu.submit(&list)?)
     }
 
@@ -338,13 +338,13 @@ fn three([x, y, z, _]: Four) -> [f64; 3] {
 }
 
 impl Backend for GpuBackend {
-    fn frame(&mut self, start: f64, hand: Hand) -> Result<(), Lost> {
+    fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
         let substeps = plan::frame(&self.assembly, start);
-        Ok(self.run(&substeps, &hand)?)
+        Ok(self.run(&substeps, &input)?)
     }
 
     fn measure(&mut self) -> Result<(), Lost> {
-        Ok(self.run(&[], &Hand::default())?)
+        Ok(self.run(&[], &FrameInput::default())?)
     }
 
     fn sums(&mut self) -> Result<FrameSums, Lost> {
@@ -432,11 +432,11 @@ impl Backend for GpuBackend {
         self.times.take().unwrap_or_default()
     }
 
-    fn remembered(&self) -> Remembered {
-        let mut all = Remembered::default();
+    fn solver_state(&self) -> SolverState {
+        let mut all = SolverState::default();
         for constrained in self.segments.iter().filter_map(|segment| segment.constrained.as_ref()) {
             let unknown = |_| (vec![f64::NAN; constrained.len()], vec![false; constrained.len()]);
-            let (pulls, active) = constrained.remembered(&self.gpu).unwrap_or_else(unknown);
+            let (pulls, active) = constrained.solver_state(&self.gpu).unwrap_or_else(unknown);
             all.pulls.extend(pulls);
             all.active.extend(active);
         }
@@ -455,19 +455,19 @@ impl Backend for GpuBackend {
         if attached.breaks() {
             all.joints = vec![true; attached.rows.len()];
             let attaching = self.segments.iter().filter_map(|segment| segment.attaching.as_ref());
-            attaching.for_each(|attaching| attaching.remembered(&self.gpu, &mut all.joints));
+            attaching.for_each(|attaching| attaching.solver_state(&self.gpu, &mut all.joints));
         }
         all
     }
 
-    fn remember(&mut self, from: &Remembered) {
+    fn set_solver_state(&mut self, from: &SolverState) {
         for segment in &self.segments {
             if let Some(attaching) = &segment.attaching {
-                attaching.remember(&self.gpu, &from.joints);
+                attaching.set_solver_state(&self.gpu, &from.joints);
             }
             if let Some(primal) = &segment.primal {
                 let places = &segment.tables.places;
-                primal.remember(
+                primal.set_solver_state(
                     &self.gpu,
                     from.pulls.get(3 * places.start..3 * places.end).unwrap_or_default(),
                 );
@@ -477,7 +477,7 @@ impl Backend for GpuBackend {
             let pulls = from.pulls.get(numbers.clone()).unwrap_or_default();
             let active = from.active.get(numbers).unwrap_or_default();
             // A device that is lost says so when the next frame is handed over.
-            let _ = constrained.remember(&self.gpu, pulls, active);
+            let _ = constrained.set_solver_state(&self.gpu, pulls, active);
         }
     }
 

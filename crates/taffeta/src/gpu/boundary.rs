@@ -1,7 +1,7 @@
 //! A frame whose first stages run on the CPU and whose others run on the GPU, to find the stage in which the two differ.
 //! Every sub-step crosses over and back: slow, and right.
 
-use crate::backend::{Backend, Device, Hand, Lost, Remembered};
+use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
 use crate::build::Assembly;
 use crate::cpu::CpuBackend;
 use crate::cpu::backend::Between;
@@ -29,13 +29,13 @@ impl Boundary {
         Ok(Self { cpu, gpu, from: options.from, substeps: 0 })
     }
 
-    fn substep(&mut self, substep: &plan::Substep<f32>, hand: &Hand) -> Result<(), Lost> {
+    fn substep(&mut self, substep: &plan::Substep<f32>, input: &FrameInput) -> Result<(), Lost> {
         let places = self.cpu.assembly().places;
         let mut between = Between { force: vec![[0.0; 3]; places], ..Between::default() };
         let mut order = Order::default();
         step::frame(&mut order, &[()]);
         let (before, from) = (order.0, self.from);
-        self.cpu.apart(substep, hand, &mut between, |tile| {
+        self.cpu.apart(substep, input, &mut between, |tile| {
             for stage in before.iter().filter(|stage| **stage < from) {
                 match stage {
                     Stage::Loads => tile.loads(),
@@ -54,7 +54,7 @@ impl Boundary {
             }
         });
         self.upload(substep, &between)?;
-        self.gpu.finish(substep, hand)?;
+        self.gpu.finish(substep, input)?;
         let (position, velocity) = self.gpu.places()?;
         self.cpu.end(|axis, place| if axis < 3 { position[place][axis] } else { velocity[place][axis - 3] });
         Ok(())
@@ -139,11 +139,11 @@ impl Stages for Order {
 }
 
 impl Backend for Boundary {
-    fn frame(&mut self, start: f64, hand: Hand) -> Result<(), Lost> {
+    fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
         let substeps = plan::frame(self.cpu.assembly(), start);
         self.substeps = substeps.len() as u64;
         self.gpu.start_frame();
-        substeps.iter().try_for_each(|substep| self.substep(substep, &hand))
+        substeps.iter().try_for_each(|substep| self.substep(substep, &input))
     }
 
     fn measure(&mut self) -> Result<(), Lost> {
@@ -200,12 +200,12 @@ impl Backend for Boundary {
         self.cpu.bytes(node, velocity, sink);
     }
 
-    fn remembered(&self) -> Remembered {
-        self.gpu.remembered()
+    fn solver_state(&self) -> SolverState {
+        self.gpu.solver_state()
     }
 
-    fn remember(&mut self, from: &Remembered) {
-        self.gpu.remember(from);
+    fn set_solver_state(&mut self, from: &SolverState) {
+        self.gpu.set_solver_state(from);
     }
 
     fn threads(&self) -> usize {

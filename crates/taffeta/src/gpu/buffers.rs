@@ -66,7 +66,7 @@ pub struct Told {
     pub scales: Buffer<f32>,
     pub goals: Buffer<f32>,
     pub pins: Buffer<Pin>,
-    pub hand_forces: Buffer<Four>,
+    pub input_forces: Buffer<Four>,
 }
 
 /// Writes data into a buffer, or makes a larger one; whether it is a new one.
@@ -153,7 +153,7 @@ impl Told {
             scales: gpu.buffer("scales of loads", 1)?,
             goals: gpu.buffer("volumes to keep", 1)?,
             pins: gpu.buffer("pins", tables.pins.len())?,
-            hand_forces: gpu.buffer("forces by hand", 1)?,
+            input_forces: gpu.buffer("forces by the user", 1)?,
         })
     }
 }

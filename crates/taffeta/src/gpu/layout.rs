@@ -20,9 +20,9 @@ pub struct Substep {
     pub colliders: u32,
     pub first_motion: u32,
     pub first_scale: u32,
-    pub hand_share: f32,
-    pub hand_rate: f32,
-    pub hand_forces: u32,
+    pub frame_fraction: f32,
+    pub frame_rate: f32,
+    pub input_forces: u32,
     pub pins: u32,
     pub solving: Solving,
     pub left: u32,
@@ -123,7 +123,7 @@ pub struct Pin {
 }
 
 /// In [`Pin::track`]: moved by the program.
-pub const BY_HAND: u32 = u32::MAX;
+pub const MOVED_BY_USER: u32 = u32::MAX;
 
 /// `Along` of grid.wgsl.
 #[repr(C)]

@@ -287,7 +287,7 @@ impl Recorder<'_> {
     }
 
     pub(crate) fn loads_given(&self) -> bool {
-        self.segment.tables.has_elements() || self.counts.hand_forces > 0
+        self.segment.tables.has_elements() || self.counts.input_forces > 0
     }
 
     /// Several sub-steps in one kernel, from `substep` on.

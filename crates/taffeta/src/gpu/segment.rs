@@ -1,7 +1,7 @@
 //! A segment on the device: its buffers, its kernels, and what it is told for a frame.
 
 use crate::attachments::gpu::{Attached, Attaching};
-use crate::backend::Hand;
+use crate::backend::FrameInput;
 use crate::build::Assembly;
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
 use crate::contact::colliders::gpu_layout::Collider;
@@ -9,7 +9,7 @@ use crate::contact::nodes::pair;
 use crate::gpu::buffers::{Fixed, Scratch, Sums, Told, fill};
 use crate::gpu::kernels::{Kernels, Name, Sizes};
 use crate::gpu::layout::{
-    Air, BY_HAND, Four, Load, Motion, Pin, SUBSTEPS_SEEN, Solving, Substep, TORQUE, VOLUME_PARTS,
+    Air, Four, Load, MOVED_BY_USER, Motion, Pin, SUBSTEPS_SEEN, Solving, Substep, TORQUE, VOLUME_PARTS,
 };
 use crate::gpu::options::GpuKernels;
 use crate::gpu::paper::Paper;
@@ -41,7 +41,7 @@ struct Ready {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
     /// Forces.
-    pub hand_forces: usize,
+    pub input_forces: usize,
     /// Nodes that move, the scene's among them.
     pub pins: usize,
 }
@@ -180,13 +180,13 @@ impl Segment {
     /// What springs that are solved for by nodes changed of each place's velocity [m/s]; 0 where others are not.
     pub fn pulled(&self, gpu: &Gpu) -> Vec<f64> {
         let Some(primal) = &self.primal else { return vec![0.0; 3 * self.tables.places.len()] };
-        primal.remembered(gpu).unwrap_or_else(|_| vec![f64::NAN; 3 * self.tables.places.len()])
+        primal.solver_state(gpu).unwrap_or_else(|_| vec![f64::NAN; 3 * self.tables.places.len()])
     }
 
     /// The program's forces within this segment.
-    fn hand_forces(&self, hand: &Hand) -> Vec<Four> {
+    fn input_forces(&self, input: &FrameInput) -> Vec<Four> {
         let first = self.tables.places.start as u32;
-        let inside = hand.forces.iter().filter(|(node, _)| self.tables.places.contains(&(*node as usize)));
+        let inside = input.forces.iter().filter(|(node, _)| self.tables.places.contains(&(*node as usize)));
         let four = |&(node, force): &(u32, [f64; 3])| {
             let [x, y, z] = force.map(|c| c as f32);
             [x, y, z, f32::from_bits(node - first)]
@@ -195,14 +195,14 @@ impl Segment {
     }
 
     /// The scene's moving pins, then those that the program moves.
-    fn pins(&self, hand: &Hand) -> Vec<Pin> {
+    fn pins(&self, input: &FrameInput) -> Vec<Pin> {
         let first = self.tables.places.start as u32;
-        let inside = hand.moves.iter().filter(|(node, ..)| self.tables.places.contains(&(*node as usize)));
+        let inside = input.moves.iter().filter(|(node, ..)| self.tables.places.contains(&(*node as usize)));
         let moved = inside.map(|&(node, from, to)| Pin {
             start: from.map(|c| c as f32),
             node: node - first,
             goal: to.map(|c| c as f32),
-            track: BY_HAND,
+            track: MOVED_BY_USER,
         });
         self.tables.pins.iter().copied().chain(moved).collect()
     }
@@ -213,9 +213,9 @@ impl Segment {
         &mut self,
         assembly: &Assembly,
         substeps: &[plan::Substep<f32>],
-        hand: &Hand,
+        input: &FrameInput,
     ) -> Result<Counts, GpuError> {
-        let (forces, pins) = (self.hand_forces(hand), self.pins(hand));
+        let (forces, pins) = (self.input_forces(input), self.pins(input));
         let still = !assembly.colliders_move();
         let with_colliders = if still { &substeps[..substeps.len().min(1)] } else { substeps };
         let colliders: Vec<Collider> = with_colliders
@@ -243,9 +243,9 @@ impl Segment {
             colliders: s.colliders.len() as u32,
             first_motion: (index * s.motions.len()) as u32,
             first_scale: (index * numbers.len()) as u32,
-            hand_share: s.hand.0,
-            hand_rate: s.hand.1,
-            hand_forces: forces.len() as u32,
+            frame_fraction: s.frame_fraction.0,
+            frame_rate: s.frame_fraction.1,
+            input_forces: forces.len() as u32,
             pins: pins.len() as u32,
             solving: Solving::of(&assembly.solver),
             left: (substeps.len() - index) as u32,
@@ -256,7 +256,7 @@ impl Segment {
             padding: [0; 16],
         };
         let records: Vec<Substep> = substeps.iter().enumerate().map(record).collect();
-        let counts = Counts { hand_forces: forces.len(), pins: pins.len() };
+        let counts = Counts { input_forces: forces.len(), pins: pins.len() };
         self.write(&records, &colliders, &motions, [&scales, &goals], &pins, &forces)?;
         Ok(counts)
     }
@@ -282,7 +282,7 @@ impl Segment {
         new |= fill(gpu, "scales of loads", &mut told.scales, scales)?;
         new |= fill(gpu, "volumes to keep", &mut told.goals, goals)?;
         new |= fill(gpu, "pins", &mut told.pins, pins)?;
-        new |= fill(gpu, "forces by hand", &mut told.hand_forces, forces)?;
+        new |= fill(gpu, "forces by the user", &mut told.input_forces, forces)?;
         if !forces.is_empty() && self.scratch.force.len() < self.tables.len() {
             self.scratch.force = gpu.buffer("forces", self.tables.len())?;
             new = true;
@@ -361,7 +361,7 @@ impl Segment {
             ("motions", &told.motions),
             ("scales", &told.scales),
             ("pins", &told.pins),
-            ("hand_forces", &told.hand_forces),
+            ("input_forces", &told.input_forces),
             ("goals", &told.goals),
             ("grids", &fixed.grids),
             ("tiles", &fixed.tiles),

@@ -7,7 +7,7 @@ use crate::scene::{Keyframe, Rotation, ScaleKey};
 pub struct Track {
     keys: Vec<Keyframe>,
     /// Whether the program moves it, from frame to frame.
-    by_hand: bool,
+    of_user: bool,
 }
 
 /// Where a rigid motion has brought things: x = rotation · (x₀ − pivot) + pivot + translate.
@@ -72,20 +72,20 @@ impl Track {
             let rotate = first.rotate.map(|r| Rotation { degrees: 0.0, ..r });
             all.insert(0, Keyframe { t: 0.0, translate: [0.0; 3], rotate, pivot: first.pivot });
         }
-        Self { keys: all, by_hand: false }
+        Self { keys: all, of_user: false }
     }
 
     /// Whether keyframes say what comes after time `t` [s].
     pub fn goes_on_after(&self, t: f64) -> bool {
-        !self.by_hand && self.keys.last().is_some_and(|last| last.t > t)
+        !self.of_user && self.keys.last().is_some_and(|last| last.t > t)
     }
 
     /// Goes from where it is at time `t` [s] to `to`, and stays there. Of several such wishes for one time the last counts.
     pub fn go_to(&mut self, t: f64, to: Keyframe) {
-        let wished = self.by_hand && self.keys.len() > 1 && self.keys.last().is_some_and(|last| last.t > t);
+        let wished = self.of_user && self.keys.len() > 1 && self.keys.last().is_some_and(|last| last.t > t);
         let from = if wished { self.keys.first() } else { self.keys.last() };
         let from = from.cloned().unwrap_or(Keyframe { rotate: to.rotate.map(still), ..Keyframe::default() });
-        *self = Self { keys: vec![Keyframe { t, ..from }, to], by_hand: true };
+        *self = Self { keys: vec![Keyframe { t, ..from }, to], of_user: true };
     }
 
     /// Whether nothing moves.

@@ -22,11 +22,11 @@ struct Pin {
     node: u32,
     /// Where the program moves it to [m].
     goal: vec3f,
-    /// The motion that it follows; BY_HAND: the program's.
+    /// The motion that it follows; MOVED_BY_USER: the program's.
     track: u32,
 }
 
-const BY_HAND: u32 = 0xffffffffu;
+const MOVED_BY_USER: u32 = 0xffffffffu;
 
 fn affine(x: vec4f, y: vec4f, z: vec4f, p: vec3f) -> vec3f {
     return vec3f(dot3(x.xyz, p), dot3(y.xyz, p), dot3(z.xyz, p)) + vec3f(x.w, y.w, z.w);

@@ -15,9 +15,9 @@ fn pins_all(
         return;
     }
     let pin = pins[index];
-    var x = on_the_way(pin.start, pin.goal, substeps[0].hand_share);
-    var v = (pin.goal - pin.start) * substeps[0].hand_rate;
-    if pin.track != BY_HAND {
+    var x = on_the_way(pin.start, pin.goal, substeps[0].frame_fraction);
+    var v = (pin.goal - pin.start) * substeps[0].frame_rate;
+    if pin.track != MOVED_BY_USER {
         let motion = motions[substeps[0].first_motion + pin.track];
         x = affine(motion.x, motion.y, motion.z, pin.start);
         v = affine(motion.rate_x, motion.rate_y, motion.rate_z, pin.start);

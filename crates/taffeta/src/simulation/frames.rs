@@ -40,15 +40,16 @@ impl Simulation {
     /// Gives the backend the frame after `before`; returns whether anything but gravity drives the scene in it.
     fn start_frame(&mut self, before: u32) -> Result<bool, Lost> {
         let start = f64::from(before) * self.backend.assembly().time.dt;
-        let hand = std::mem::take(&mut self.hand);
-        let driven = self.backend.assembly().is_driven() || !hand.forces.is_empty() || !hand.moves.is_empty();
-        let goes_on = |node: u32| hand.moves.binary_search_by_key(&node, |&(node, ..)| node).is_ok();
+        let input = std::mem::take(&mut self.input);
+        let driven =
+            self.backend.assembly().is_driven() || !input.forces.is_empty() || !input.moves.is_empty();
+        let goes_on = |node: u32| input.moves.binary_search_by_key(&node, |&(node, ..)| node).is_ok();
         for node in std::mem::take(&mut self.moved).into_iter().filter(|&node| !goes_on(node)) {
             let at = self.backend.position(node as usize);
             self.backend.set(node as usize, at, [0.0; 3]);
         }
-        self.moved = hand.moves.iter().map(|&(node, ..)| node).collect();
-        self.backend.frame(start, hand)?;
+        self.moved = input.moves.iter().map(|&(node, ..)| node).collect();
+        self.backend.frame(start, input)?;
         Ok(driven)
     }
 }

@@ -99,7 +99,7 @@ impl Simulation {
         for node in nodes.into_iter().filter(taken).collect::<Vec<_>>() {
             self.taken.retain(|&other| other != node);
             self.moved.retain(|&other| other != node);
-            self.hand.moves.retain(|&(other, ..)| other != node);
+            self.input.moves.retain(|&(other, ..)| other != node);
             self.backend.let_go(node as usize);
         }
         Ok(())
@@ -195,11 +195,11 @@ impl Simulation {
                 self.backend.set(here, from.backend.position(there), velocity);
             }
         }
-        let (mine, theirs) = (self.backend.remembered(), from.backend.remembered());
+        let (mine, theirs) = (self.backend.solver_state(), from.backend.solver_state());
         let lengths =
-            |all: &crate::backend::Remembered| (all.pulls.len(), all.active.len(), all.joints.len());
+            |all: &crate::backend::SolverState| (all.pulls.len(), all.active.len(), all.joints.len());
         if lengths(&mine) == lengths(&theirs) {
-            self.backend.remember(&theirs);
+            self.backend.set_solver_state(&theirs);
         }
         self.report.frame = from.frame();
         // A device that is lost says so in the next step.

@@ -1,6 +1,6 @@
 //! All that a simulation remembers from one frame to the next, so that a run can be stopped and taken up.
 
-use crate::backend::Remembered;
+use crate::backend::SolverState;
 use crate::diagnostics::FrameReport;
 use crate::simulation::{Precision, Simulation};
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,7 @@ pub struct Snapshot {
     pub report: FrameReport,
     /// Nodes that are held, in user order.
     pub held: Vec<u32>,
-    /// Nodes that were moved by hand in the last frame, in user order.
+    /// Nodes that were moved by the user in the last frame, in user order.
     pub moved: Vec<u32>,
     /// Number of constraints whose pulls are remembered; 0 where the solver starts from none.
     pub pulls: u64,
@@ -57,12 +57,12 @@ impl Snapshot {
     }
 
     /// What constraints remember.
-    fn remembered(&self) -> Remembered {
+    fn solver_state(&self) -> SolverState {
         let [pulls, adaptive, joints] = [self.pulls, self.adaptive, self.joints].map(|count| count as usize);
         let (active, there) =
             self.constraints[pulls * self.precision.bytes()..].split_at(adaptive.div_ceil(8));
         let bit = |bits: &[u8], index: usize| bits[index / 8] >> (index % 8) & 1 == 1;
-        Remembered {
+        SolverState {
             pulls: (0..pulls).map(|index| self.precision.number(&self.constraints, index)).collect(),
             active: (0..adaptive).map(|index| bit(active, index)).collect(),
             joints: (0..joints).map(|index| bit(there, index)).collect(),
@@ -70,8 +70,8 @@ impl Snapshot {
     }
 
     /// Takes up what constraints remember.
-    fn note(&mut self, remembered: &Remembered) {
-        let Remembered { pulls, active, joints } = remembered;
+    fn note(&mut self, remembered: &SolverState) {
+        let SolverState { pulls, active, joints } = remembered;
         [self.pulls, self.adaptive, self.joints] =
             [pulls.len(), active.len(), joints.len()].map(|count| count as u64);
         let mut bytes = Vec::with_capacity(pulls.len() * self.precision.bytes() + active.len().div_ceil(8));
@@ -148,7 +148,7 @@ impl Simulation {
             state,
             constraints: Vec::new(),
         };
-        snapshot.note(&self.backend.remembered());
+        snapshot.note(&self.backend.solver_state());
         snapshot
     }
 
@@ -169,7 +169,7 @@ impl Simulation {
             let [place, velocity] = [3 * user, 3 * (order.len() + user)].map(|at| snapshot.triple(at));
             self.backend.set(node, place, velocity);
         }
-        self.backend.remember(&snapshot.remembered());
+        self.backend.set_solver_state(&snapshot.solver_state());
         self.moved = snapshot.moved.iter().map(|&user| order[user as usize] as u32).collect();
         self.moved.sort_unstable();
         self.start = snapshot.start.clone();
@@ -206,7 +206,7 @@ impl Simulation {
 
     /// Whether it has what the constraints of this scene remember.
     fn remembers(&self, snapshot: &Snapshot) -> Result<(), String> {
-        let Remembered { pulls, active, joints } = self.backend.remembered();
+        let SolverState { pulls, active, joints } = self.backend.solver_state();
         let counts = [
             ("pulls of constraints", snapshot.pulls, pulls.len()),
             ("constraints that come and go", snapshot.adaptive, active.len()),

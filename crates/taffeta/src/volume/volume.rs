@@ -293,9 +293,9 @@ mod tests {
         let (h, off, flux, response) = (0.1, 0.02, 0.3, 0.7);
         let sums = [3.0 * (1.0 + off), flux, response];
         // Eq. 14 with J = −3 g, then −Jᵀλ = 3 g λ.
-        let by_hand = |phi: f64| -3.0 * (phi - 3.0 * flux / h) / (9.0 * response);
-        near(push(Form::Printed, &sums, 1.0, h).lambda, by_hand(off / (h * h)), 1e-12);
-        near(push(Form::PaperShader, &sums, 1.0, h).lambda, by_hand(off), 1e-12);
+        let of_user = |phi: f64| -3.0 * (phi - 3.0 * flux / h) / (9.0 * response);
+        near(push(Form::Printed, &sums, 1.0, h).lambda, of_user(off / (h * h)), 1e-12);
+        near(push(Form::PaperShader, &sums, 1.0, h).lambda, of_user(off), 1e-12);
         near(push(Form::Pressure, &sums, 25.0, h).lambda, -25.0, 0.0);
     }
 

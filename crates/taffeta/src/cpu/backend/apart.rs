@@ -1,6 +1,6 @@
 //! Single stages of a sub-step on a state of the caller's choice, to compare another backend with.
 
-use crate::backend::{Backend, Hand};
+use crate::backend::{Backend, FrameInput};
 use crate::build::body::BodyAssembly;
 use crate::contact::collider_mesh::cache::Near;
 use crate::cpu::backend::{CpuBackend, Fields};
@@ -57,11 +57,11 @@ impl<T: Real> CpuBackend<T> {
     pub fn apart(
         &mut self,
         substep: &Substep<T>,
-        hand: &Hand,
+        input: &FrameInput,
         between: &mut Between<T>,
         stages: impl Fn(&mut CpuTile<'_, T>),
     ) {
-        self.setup.hand = hand.clone();
+        self.setup.input = input.clone();
         assert_eq!(self.threads(), 1, "stages apart are for one worker");
         self.work(|worker| worker.elements(substep));
         let [a, b]: &mut [Fields<T>; 2] = &mut self.fields;

@@ -5,17 +5,17 @@
 /// Loads (marked by the highest bit), then where forces of elements are: corners of hinges, 4·hinge + corner, then panels.
 @group(1) @binding(7) var<storage, read> node_elements: array<u32>;
 /// Forces by the program [N] in xyz, the node's number in w; nodes ascend.
-@group(0) @binding(3) var<storage, read> hand_forces: array<vec4f>;
+@group(0) @binding(3) var<storage, read> input_forces: array<vec4f>;
 
 const IS_LOAD: u32 = 0x80000000u;
 
 /// The first of the program's forces on a node, or on one after it.
-fn first_by_hand(node: u32, count: u32) -> u32 {
+fn first_of_input(node: u32, count: u32) -> u32 {
     var low = 0u;
     var high = count;
     while low < high {
         let middle = (low + high) / 2u;
-        if bitcast<u32>(hand_forces[middle].w) < node {
+        if bitcast<u32>(input_forces[middle].w) < node {
             low = middle + 1u;
         } else {
             high = middle;
@@ -49,9 +49,9 @@ fn loads_all(
     for (; at < end && (node_elements[at] & IS_LOAD) != 0u; at++) {
         total += load_force(node_elements[at] & ~IS_LOAD, x);
     }
-    let by_hand = substeps[0].hand_forces;
-    for (var i = first_by_hand(node, by_hand); i < by_hand && bitcast<u32>(hand_forces[i].w) == node; i++) {
-        total += hand_forces[i].xyz;
+    let of_user = substeps[0].input_forces;
+    for (var i = first_of_input(node, of_user); i < of_user && bitcast<u32>(input_forces[i].w) == node; i++) {
+        total += input_forces[i].xyz;
     }
     var of_elements = vec3f(0.0);
     for (; at < end; at++) {

@@ -17,8 +17,8 @@ use crate::cpu::{GRAIN, GROOVES, ROUNDS};
 use crate::elements::aero::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::elements::hinge::hinge::STIFFEST;
 use crate::gpu::layout::{
-    BY_HAND, FARTHEST, FORCE, GROUP, IS_LOAD, IS_RING, NODE_SUMS, NONE, NOT_A_MESH, OWN, PATCH_NODE_BYTES,
-    RESTORED, TILE, TORQUE, VOLUME_PARTS, WEIGHTED,
+    FARTHEST, FORCE, GROUP, IS_LOAD, IS_RING, MOVED_BY_USER, NODE_SUMS, NONE, NOT_A_MESH, OWN,
+    PATCH_NODE_BYTES, RESTORED, TILE, TORQUE, VOLUME_PARTS, WEIGHTED,
 };
 use crate::gpu::layout_tests::{read, sources};
 use crate::real::Real;
@@ -84,7 +84,7 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("NARROW", f64::from(NARROW as f32)),
         ("NUMBERS", NODE_SUMS as f64),
         ("IS_LOAD", f64::from(IS_LOAD)),
-        ("BY_HAND", f64::from(BY_HAND)),
+        ("MOVED_BY_USER", f64::from(MOVED_BY_USER)),
         ("NOT_A_MESH", f64::from(NOT_A_MESH)),
         ("IS_RING", f64::from(IS_RING)),
         ("WEIGHTED", f64::from(WEIGHTED)),

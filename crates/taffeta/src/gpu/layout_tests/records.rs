@@ -64,8 +64,8 @@ macro_rules! record {
 fn records() -> Vec<Record> {
     vec![
         record!(Substep {
-            gravity, h, wind, drag, first_collider, colliders, first_motion, first_scale, hand_share, hand_rate,
-            hand_forces, pins, solving, left, first_goal, most_apart, air; gap, padding
+            gravity, h, wind, drag, first_collider, colliders, first_motion, first_scale, frame_fraction, frame_rate,
+            input_forces, pins, solving, left, first_goal, most_apart, air; gap, padding
         }),
         record!(Solving {
             activation, release, aim, epsilon, form, tolerance_squared, most_iterations, is_adaptive, is_warm; padding

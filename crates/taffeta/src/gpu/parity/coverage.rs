@@ -151,7 +151,7 @@ fn springs_and_rows_are_of_all_lengths() {
         count.note("one column", tables.grids.iter().any(|grid| grid.cols == 1));
         count.note("two columns", tables.grids.iter().any(|grid| grid.cols == 2));
         count.note("a load on many", tables.loads.iter().any(|load| load.count as usize > GROUP));
-        let pushed = fixture.hand.forces.windows(2);
+        let pushed = fixture.input.forces.windows(2);
         count.note("pushed twice", pushed.into_iter().any(|two| two[0].0 == two[1].0));
         count.note("no drag", fixture.cpu.assembly().world.drag == 0.0);
     }

@@ -1,7 +1,7 @@
 //! A state by chance, in which no number is zero or one, and some nodes stand on, below and above what kernels branch
 //! on; with it the CPU's backend and the arrays that kernels are bound to.
 
-use crate::backend::{Backend, Hand};
+use crate::backend::{Backend, FrameInput};
 use crate::build::Assembly;
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
 use crate::contact::collider_mesh::surface::MeshSurface;
@@ -9,7 +9,7 @@ use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::nodes::pair;
 use crate::cpu::CpuBackend;
 use crate::cpu::backend::Between;
-use crate::gpu::layout::{Air, BY_HAND, Four, Motion, Pin, Solving, Substep, VOLUME_PARTS};
+use crate::gpu::layout::{Air, Four, MOVED_BY_USER, Motion, Pin, Solving, Substep, VOLUME_PARTS};
 use crate::gpu::parity::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene, wide_sheet};
 use crate::gpu::parity::{mesh_scene, pair_scene, volume_scene};
 use crate::gpu::tables::Tables;
@@ -48,7 +48,7 @@ pub struct Fixture {
     pub cpu: CpuBackend<f32>,
     pub tables: Tables,
     pub substeps: Vec<plan::Substep<f32>>,
-    pub hand: Hand,
+    pub input: FrameInput,
     /// The state before the sub-step, and one after it for the stages that work in place.
     pub old: State,
     pub new: State,
@@ -164,10 +164,10 @@ impl Fixture {
             old.position[place][..3].copy_from_slice(&start);
         }
         let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
-        let hand = hand(&mut chance);
-        let pins = pins(&tables, &hand);
+        let input = input(&mut chance);
+        let pins = pins(&tables, &input);
         let mut fixture =
-            Self { cpu, tables, substeps, hand, old, new, force, is_node, meshes, surfaces, pins };
+            Self { cpu, tables, substeps, input, old, new, force, is_node, meshes, surfaces, pins };
         fixture.put_old();
         Ok(fixture)
     }
@@ -202,10 +202,10 @@ impl Fixture {
         };
         let (old, new) = (near_start(1.7), near_start(2.3));
         let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
-        let hand = Hand::default();
-        let pins = pins(&tables, &hand);
+        let input = FrameInput::default();
+        let pins = pins(&tables, &input);
         let mut fixture =
-            Self { cpu, tables, substeps, hand, old, new, force, is_node, meshes, surfaces, pins };
+            Self { cpu, tables, substeps, input, old, new, force, is_node, meshes, surfaces, pins };
         fixture.put_old();
         Ok(fixture)
     }
@@ -239,7 +239,7 @@ impl Fixture {
             cpu,
             tables,
             substeps,
-            hand: Hand::default(),
+            input: FrameInput::default(),
             old,
             new,
             force,
@@ -271,7 +271,7 @@ impl Fixture {
             self.cpu.set_after(place, [x[0], x[1], x[2], v[0], v[1], v[2]]);
         }
         let mut between = Between { force: self.force.clone(), ..Between::default() };
-        self.cpu.apart(&self.substeps[SUBSTEP], &self.hand, &mut between, |tile| stages(tile));
+        self.cpu.apart(&self.substeps[SUBSTEP], &self.input, &mut between, |tile| stages(tile));
         let mut after = self.new.clone();
         for place in (0..self.is_node.len()).filter(|&place| self.is_node[place]) {
             let [x, y, z, u, v, w] = self.cpu.after(place);
@@ -292,7 +292,7 @@ impl Fixture {
     pub fn arrays(&self) -> Arrays {
         let (tables, places) = (&self.tables, self.is_node.len());
         let poison = |words: usize| vec![f32::NAN.to_bits(); words];
-        let hand_forces: Vec<Four> = self.hand.forces.iter().map(four_by_hand).collect();
+        let input_forces: Vec<Four> = self.input.forces.iter().map(four_of_input).collect();
         Arrays::from([
             ("grids", words(&tables.grids)),
             ("tiles", words(&tables.tiles)),
@@ -312,7 +312,7 @@ impl Fixture {
             ("goals", words(&self.goals())),
             ("volume_groups", words(&tables.volume_groups)),
             ("pins", words(&self.pins)),
-            ("hand_forces", words(&hand_forces)),
+            ("input_forces", words(&input_forces)),
             ("old_position", words(&self.old.position)),
             ("old_velocity", words(&self.old.velocity)),
             ("new_position", poison(4 * places)),
@@ -363,9 +363,9 @@ impl Fixture {
             colliders: substep.colliders.len() as u32,
             first_motion: sum(&|s| s.motions.len(), index),
             first_scale: sum(&|s| s.scales.len(), index),
-            hand_share: substep.hand.0,
-            hand_rate: substep.hand.1,
-            hand_forces: self.hand.forces.len() as u32,
+            frame_fraction: substep.frame_fraction.0,
+            frame_rate: substep.frame_fraction.1,
+            input_forces: self.input.forces.len() as u32,
             pins: self.pins.len() as u32,
             solving: Solving::of(&self.cpu.assembly().solver),
             left: (self.substeps.len() - index) as u32,
@@ -384,7 +384,7 @@ fn among_meshes(mut scene: Scene) -> Scene {
     scene
 }
 
-fn four_by_hand(&(node, force): &(u32, [f64; 3])) -> Four {
+fn four_of_input(&(node, force): &(u32, [f64; 3])) -> Four {
     let [x, y, z] = force.map(|c| c as f32);
     [x, y, z, f32::from_bits(node)]
 }
@@ -482,21 +482,21 @@ fn new_state(
 }
 
 /// Nodes moved and pushed by the program; some are pushed twice.
-fn hand(chance: &mut Chance) -> Hand {
+fn input(chance: &mut Chance) -> FrameInput {
     let mut three = |size: f32| chance.three(size).map(f64::from);
-    Hand {
+    FrameInput {
         moves: [5_u32, 6, 36].map(|node| (node, three(0.6), three(0.8))).to_vec(),
         forces: [0_u32, 1, 7, 7, 500, 701, 1000, 1001, 1001, 1400].map(|node| (node, three(0.03))).to_vec(),
     }
 }
 
 /// The scene's moving pins, then those that the program moves.
-fn pins(tables: &Tables, hand: &Hand) -> Vec<Pin> {
+fn pins(tables: &Tables, input: &FrameInput) -> Vec<Pin> {
     let moved = |&(node, from, to): &(u32, [f64; 3], [f64; 3])| Pin {
         start: from.map(|c| c as f32),
         node,
         goal: to.map(|c| c as f32),
-        track: BY_HAND,
+        track: MOVED_BY_USER,
     };
-    tables.pins.iter().copied().chain(hand.moves.iter().map(moved)).collect()
+    tables.pins.iter().copied().chain(input.moves.iter().map(moved)).collect()
 }

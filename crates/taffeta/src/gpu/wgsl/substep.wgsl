@@ -37,10 +37,10 @@ struct Substep {
     /// Scales of the loads at its start, from here on.
     first_scale: u32,
     /// Share of the frame that has gone by at its end, and that share's rate [1/s].
-    hand_share: f32,
-    hand_rate: f32,
+    frame_fraction: f32,
+    frame_rate: f32,
     /// Nodes on which the program pushes.
-    hand_forces: u32,
+    input_forces: u32,
     /// Nodes that move.
     pins: u32,
     solving: Solving,

@@ -104,14 +104,14 @@ impl Constrained {
     }
 
     /// Pulls [N], and which constraints are active; waits for them.
-    pub fn remembered(&self, gpu: &Gpu) -> Result<(Vec<f64>, Vec<bool>), GpuError> {
+    pub fn solver_state(&self, gpu: &Gpu) -> Result<(Vec<f64>, Vec<bool>), GpuError> {
         let (rows, scales, links) = (self.rows.read(gpu)?, self.row_scales.read(gpu)?, self.links.read(gpu)?);
         let pulls = rows.iter().zip(&scales).map(|(row, [scale, _])| f64::from(row.x * scale));
         Ok((pulls.collect(), links.iter().map(|link| link.is_active != 0).collect()))
     }
 
     /// Takes back what was remembered; of constraints, pulls or activity may be left out.
-    pub fn remember(&self, gpu: &Gpu, pulls: &[f64], active: &[bool]) -> Result<(), GpuError> {
+    pub fn set_solver_state(&self, gpu: &Gpu, pulls: &[f64], active: &[bool]) -> Result<(), GpuError> {
         let rows: Vec<Row> = pulls.iter().map(|&pull| Row { x: pull as f32, ..Row::default() }).collect();
         self.rows.write(gpu, 0, &rows);
         self.row_scales.write(gpu, 0, &vec![[1.0, 0.0]; rows.len()]);

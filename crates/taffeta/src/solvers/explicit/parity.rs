@@ -142,7 +142,7 @@ fn pins(bench: &mut Bench<'_>) -> Result<(), String> {
         let (_, after) = fixture.on_cpu(|tile| tile.pins());
         let (mut position, mut velocity) = (fixture.new.position.clone(), fixture.new.velocity.clone());
         let moving = fixture.cpu.assembly().moving_pins.iter().map(|pin| pin.node);
-        for node in moving.chain(fixture.hand.moves.iter().map(|(node, ..)| *node)) {
+        for node in moving.chain(fixture.input.moves.iter().map(|(node, ..)| *node)) {
             let node = node as usize;
             (position[node], velocity[node]) = (after.position[node], after.velocity[node]);
         }

@@ -149,7 +149,7 @@ impl Primal {
     }
 
     /// What springs changed of each place's velocity [m/s]; waits for it.
-    pub fn remembered(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
+    pub fn solver_state(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
         let vectors = self.vectors.read(gpu)?;
         let first = Vector::Pulled as usize * self.nodes;
         let pulled = vectors[first..first + self.places].iter();
@@ -157,7 +157,7 @@ impl Primal {
     }
 
     /// Takes it back; three numbers a place.
-    pub fn remember(&self, gpu: &Gpu, pulled: &[f64]) {
+    pub fn set_solver_state(&self, gpu: &Gpu, pulled: &[f64]) {
         let fours: Vec<Four> = pulled
             .as_chunks::<3>()
             .0

@@ -110,7 +110,7 @@ pub const FAULTS: &[Fault] = &[
     ("integrate_all", "abs(v.w)", "v.w"),
     ("pins_all", "index >= substeps[0].pins", "index + 1u >= substeps[0].pins"),
     ("pins_all", "abs(new_velocity[pin.node].w)", "new_velocity[pin.node].w"),
-    ("loads_all", "&& bitcast<u32>(hand_forces[i].w) == node; i++", "&& i < 1u; i++"),
+    ("loads_all", "&& bitcast<u32>(input_forces[i].w) == node; i++", "&& i < 1u; i++"),
     ("blow_on_panels", "index >= arrayLength(&panels)", "index + 1u >= arrayLength(&panels)"),
     ("blow_on_panels", "substeps[0].air.first_force + index", "index"),
     ("blow_on_panels", "cross3(b - a, c - a), flow", "cross3(b - a, c - b) * 1.0000002, flow"),

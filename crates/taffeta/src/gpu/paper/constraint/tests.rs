@@ -1,6 +1,6 @@
 //! The system on the device beside one made here in 64 bits.
 
-use crate::backend::Hand;
+use crate::backend::FrameInput;
 use crate::build::Assembly;
 use crate::contact::collider_mesh::gpu::ColliderMeshes;
 use crate::gpu::kernels::Kernels;
@@ -58,7 +58,7 @@ impl Device {
         let mut segment =
             Segment::new(&gpu, tables, (0, &ColliderMeshes::default(), &[]), kernels, false).unwrap();
         segment.paper = Some(Paper::Constraints(Box::new(constraints)));
-        segment.tell(&assembly, &plan::frame(&assembly, 0.0), &Hand::default()).unwrap();
+        segment.tell(&assembly, &plan::frame(&assembly, 0.0), &FrameInput::default()).unwrap();
         let mut positions = segment.state().position.read(&gpu).unwrap();
         for (i, place) in positions.iter_mut().enumerate() {
             (0..3).for_each(|axis| place[axis] += 0.02 * ((i * (3 + 2 * axis)) as f32).sin());

@@ -1,15 +1,15 @@
 //! What constraints know from one sub-step to the next: handed out, and taken back.
 
-use crate::backend::Remembered;
+use crate::backend::SolverState;
 use crate::cpu::tiles::TilePlan;
 use crate::real::Real;
 use crate::solvers::dual::cpu::{SolveSetup, SolveWork};
 
 impl<T: Real> SolveWork<T> {
     /// Pulls, if the solver starts from them or surfaces ask for them, and which constraints are active, if that changes.
-    pub fn remembered(&self, setup: &SolveSetup<T>) -> Remembered {
+    pub fn solver_state(&self, setup: &SolveSetup<T>) -> SolverState {
         let asked = setup.solver.ice.warm_start || setup.surfaces;
-        Remembered {
+        SolverState {
             pulls: if asked { self.pull.iter().map(|pull| pull.to_f64()).collect() } else { Vec::new() },
             active: if setup.adaptive { self.active.clone() } else { Vec::new() },
             joints: Vec::new(),
@@ -17,7 +17,7 @@ impl<T: Real> SolveWork<T> {
     }
 
     /// Takes back what [`Self::remembered`] gave. `tiles` are all of the backend's.
-    pub fn remember(&mut self, setup: &SolveSetup<T>, tiles: &[TilePlan], from: &Remembered) {
+    pub fn set_solver_state(&mut self, setup: &SolveSetup<T>, tiles: &[TilePlan], from: &SolverState) {
         for (pull, &from) in self.pull.iter_mut().zip(&from.pulls) {
             *pull = T::from_f64(from);
         }

@@ -11,7 +11,7 @@ mod setup;
 mod tables;
 mod tile;
 
-use crate::backend::Remembered;
+use crate::backend::SolverState;
 use crate::build::Assembly;
 use crate::contact::collider_mesh::cache::Near;
 use crate::contact::colliders::moving::ColliderNow;
@@ -236,18 +236,18 @@ impl<T: Real> PrimalWork<T> {
     }
 
     /// What springs changed of each place's velocity [m/s], if the solver starts from it or surfaces ask for it.
-    pub fn remembered(&self, setup: &PrimalSetup<T>) -> Remembered {
+    pub fn solver_state(&self, setup: &PrimalSetup<T>) -> SolverState {
         let asked = setup.ice.warm_start || setup.surfaces;
         let places = if asked { setup.tables[0].places } else { 0 };
         let mut pulls = Vec::with_capacity(3 * places);
         for place in 0..places {
             pulls.extend((0..3).map(|axis| self.change.get(axis, place).to_f64()));
         }
-        Remembered { pulls, ..Remembered::default() }
+        SolverState { pulls, ..SolverState::default() }
     }
 
     /// Takes back what [`Self::remembered`] gave.
-    pub fn remember(&mut self, from: &Remembered) {
+    pub fn set_solver_state(&mut self, from: &SolverState) {
         for (place, change) in from.pulls.as_chunks::<3>().0.iter().enumerate() {
             for (axis, &number) in change.iter().enumerate() {
                 self.change.set(axis, place, T::from_f64(number));
