@@ -11,6 +11,7 @@ mod contact;
 mod cpu;
 pub mod diagnostics;
 mod elements;
+mod features;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod motion;

@@ -11,6 +11,12 @@ use crate::real::Real;
 pub struct Substep<T> {
     /// Length [s].
     pub h: T,
+    /// Gravity [m/s²].
+    pub gravity: [f64; 3],
+    /// Force of the wind on each node [N].
+    pub wind_force: [f64; 3],
+    /// Linear drag [kg/s].
+    pub drag: f64,
     /// Motion of each track.
     pub motions: Vec<Motion<T>>,
     /// Colliders at its end.
@@ -27,6 +33,25 @@ pub struct Substep<T> {
     pub frame_fraction: (T, T),
 }
 
+impl<T: Real> Substep<T> {
+    /// No sub-step: between frames.
+    pub fn at_rest() -> Self {
+        Self {
+            h: T::ZERO,
+            gravity: [0.0; 3],
+            wind_force: [0.0; 3],
+            drag: 0.0,
+            motions: Vec::new(),
+            colliders: Vec::new(),
+            scales: Vec::new(),
+            goals: Vec::new(),
+            air: None,
+            closing: Vec::new(),
+            frame_fraction: (T::ZERO, T::ZERO),
+        }
+    }
+}
+
 /// The sub-steps of the frame that starts at time `start` [s].
 pub fn frame<T: Real>(assembly: &Assembly, start: f64) -> Vec<Substep<T>> {
     let time = &assembly.time;
@@ -37,6 +62,9 @@ pub fn frame<T: Real>(assembly: &Assembly, start: f64) -> Vec<Substep<T>> {
             let t = start + offset;
             Substep {
                 h: T::from_f64(h),
+                gravity: assembly.world.gravity,
+                wind_force: assembly.world.wind_force,
+                drag: assembly.world.drag,
                 motions: assembly.tracks.iter().map(|track| motion(track, t, h)).collect(),
                 colliders: {
                     let mut meshes = 0;

@@ -14,12 +14,12 @@ use crate::backend::{Backend, FrameInput, Lost};
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
 use crate::contact::collider_mesh::surface::MeshSurface;
-use crate::cpu::CpuBackend;
 use crate::diagnostics::advice::StepLimit;
 use crate::diagnostics::digits::too_coarse;
 use crate::diagnostics::tension::Tension;
 use crate::diagnostics::wind::weakened;
 use crate::diagnostics::{FrameReport, FrameSums, normals};
+use crate::features;
 #[cfg(feature = "gpu")]
 use crate::gpu::{Boundary, GpuBackend, GpuOptions};
 use crate::scene::{Scene, SceneError};
@@ -536,8 +536,8 @@ fn backend(
         };
     }
     Ok(match options.precision {
-        Precision::F32 => Box::new(CpuBackend::<f32>::new(assembly, threads)?),
-        Precision::F64 => Box::new(CpuBackend::<f64>::new(assembly, threads)?),
+        Precision::F32 => Box::new(features::on_cpu::<f32>(assembly, threads)?),
+        Precision::F64 => Box::new(features::on_cpu::<f64>(assembly, threads)?),
     })
 }
 

@@ -1,16 +1,17 @@
-//! One frame, top to bottom: the only place that knows the order of the stages.
+//! One sub-step as data: the list of passes that both backends execute, from top to bottom.
 //!
-//! A backend lends workers that know how to run a stage on their part of the scene; this file says when. The
-//! particle stages run one after the other on each tile (some hundred neighbouring nodes), so that what a stage has
-//! just written is still at hand for the next; where a stage needs what all others have written, all workers meet.
+//! A pass is an operation of one feature, on the whole scene or on tiles (some hundred neighbouring nodes). Tile passes that
+//! follow each other run one after the other on each tile, so that what a pass has just written is still at hand for the
+//! next; where a pass needs what all others have written, all workers synchronise before it. Neither backend has an order of
+//! its own: what one may fuse is a table that is checked against this list.
 
-/// The stages of a sub-step in their order, and what is measured after the last one.
+/// Which part of a sub-step an operation belongs to: what times are summed up by, and from where on a GPU can take over.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stage {
     /// Forces of elements that several nodes share.
     #[default]
     Elements,
-    /// Wind, drag, point loads, torques, hinges' forces by node.
+    /// Wind, drag, point loads, torques, forces of elements by node.
     Loads,
     /// Forces of springs.
     Springs,
@@ -70,139 +71,283 @@ impl Stage {
     }
 }
 
+/// What a pass does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Op {
+    /// Forces of elements that several nodes share, and sums that loads need (torques).
+    Elements,
+    /// Wind, drag, point loads and torques.
+    Loads,
+    /// Adds the forces of elements to each node.
+    Gather,
+    /// Springs along the edges of a closed body, and the gradient of its volume, in one walk around each node.
+    Rings,
+    /// Springs.
+    Springs,
+    /// Keeps the force for later, and the velocity that it alone would give.
+    Predict,
+    /// Finds the forces of springs that are constraints, or are integrated implicitly.
+    Solve,
+    /// Takes up the force that was kept, and adds those that were solved for.
+    ConstraintForces,
+    /// The gradient of the volume alone.
+    Gradients,
+    /// Keeps force and gradient for later, and sums up what the multiplier of the volume needs.
+    VolumeSums,
+    /// Finds the multiplier of each volume.
+    Multipliers,
+    /// Takes up the force that was kept, and adds that of the volume.
+    VolumeForces,
+    /// New velocity, then new position.
+    Integrate,
+    /// Puts moving pins where their keyframes, or the user, want them.
+    Pins,
+    /// Keeps nodes out of colliders.
+    Contact,
+    /// Finds what seams, pins that break and tethers do to nodes.
+    Attachments,
+    /// Does it.
+    MoveAttached,
+    /// Finds which nodes touch each other, and what that does to them.
+    SelfContact,
+    /// Does it.
+    MoveTouching,
+    /// Measures the volumes that are restored by moving nodes; the rounds end when none is off.
+    MeasureVolumes,
+    /// Moves nodes that touch nothing so that the volume is restored.
+    RestoreVolumes,
+    /// Sums over nodes and springs, tile by tile.
+    MeasureTiles,
+    /// Sums over bodies.
+    MeasureBodies,
+}
+
+impl Op {
+    /// Number of operations.
+    pub const COUNT: usize = Self::MeasureBodies as usize + 1;
+
+    /// The stage that it belongs to.
+    pub const fn stage(self) -> Stage {
+        match self {
+            Self::Elements => Stage::Elements,
+            Self::Loads | Self::Gather => Stage::Loads,
+            Self::Rings | Self::Springs => Stage::Springs,
+            Self::Predict | Self::Solve | Self::ConstraintForces => Stage::Constraints,
+            Self::Gradients | Self::VolumeSums | Self::Multipliers | Self::VolumeForces => Stage::Volumes,
+            Self::Integrate => Stage::Integrate,
+            Self::Pins => Stage::Pins,
+            Self::Contact => Stage::Contact,
+            Self::Attachments | Self::MoveAttached => Stage::Attach,
+            Self::SelfContact | Self::MoveTouching => Stage::Pairs,
+            Self::MeasureVolumes | Self::RestoreVolumes => Stage::Project,
+            Self::MeasureTiles | Self::MeasureBodies => Stage::Diagnose,
+        }
+    }
+}
+
+/// What is known of a tile: a set of these.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Marks(pub u8);
+
+impl Marks {
+    /// Nothing.
+    pub const NONE: Self = Self(0);
+    /// Its springs are solved for, and give no force of their own.
+    pub const IMPLICIT: Self = Self(1);
+    /// It waits for forces that are solved for, in this sub-step.
+    pub const SOLVED: Self = Self(2);
+    /// Its body keeps its volume, or is under a pressure.
+    pub const VOLUME: Self = Self(4);
+    /// The last pass over the scene moves some of its nodes.
+    pub const MOVED: Self = Self(8);
+
+    /// Both.
+    pub const fn and(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Without some.
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
+    /// Whether all of `others` are among them.
+    pub const fn has(self, others: Self) -> bool {
+        self.0 & others.0 == others.0
+    }
+}
+
+/// What a pass runs on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum On {
+    /// The scene at once; workers share it as the feature says.
+    Scene,
+    /// Every tile with some marks and without others.
+    Tiles {
+        /// What it must have.
+        with: Marks,
+        /// What it must not have.
+        without: Marks,
+    },
+}
+
+impl On {
+    /// Whether a tile is among them.
+    pub const fn chooses(self, marks: Marks) -> bool {
+        match self {
+            Self::Scene => false,
+            Self::Tiles { with, without } => marks.has(with) && marks.0 & without.0 == 0,
+        }
+    }
+}
+
+/// One line of the list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pass {
+    /// What is done.
+    pub op: Op,
+    /// On what.
+    pub on: On,
+    /// Whether it reads what others have written on other tiles: all workers synchronise before it.
+    pub sync: bool,
+}
+
+/// Passes, once or in rounds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Line {
+    /// Once.
+    Once(Pass),
+    /// Until the first of them says that nothing is left to do, but so many times at most.
+    Rounds(usize, Vec<Pass>),
+}
+
+impl Line {
+    /// Its passes.
+    pub fn passes(&self) -> &[Pass] {
+        match self {
+            Self::Once(pass) => std::slice::from_ref(pass),
+            Self::Rounds(_, passes) => passes,
+        }
+    }
+}
+
+/// What a scene has; passes of what it has not are left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Parts {
+    /// Elements whose forces are found one by one.
+    pub elements: bool,
+    /// Springs that are solved for, always or where they are too long.
+    pub solved: bool,
+    /// Bodies that keep their volume.
+    pub volumes: bool,
+    /// Volumes that are restored by moving nodes.
+    pub restored: bool,
+    /// Seams, pins that break or tethers.
+    pub attachments: bool,
+    /// Nodes that touch each other.
+    pub self_contact: bool,
+}
+
 /// Most times that a sub-step moves nodes to restore volumes.
 pub const PROJECTIONS: usize = 5;
 
-/// What a backend's worker can do.
-pub trait Stages {
-    /// What a sub-step is told: its length, and poses, scales and colliders at its end.
-    type Substep;
-    /// Neighbouring nodes that pass through the particle stages together.
-    type Tile<'a>: Tile
-    where
-        Self: 'a;
-
-    /// Forces of elements that several nodes share (hinges), and sums that loads need (torques).
-    fn elements(&mut self, substep: &Self::Substep);
-    /// Runs `stages` on every tile of the worker's part.
-    fn particles(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
-    /// Whether springs are constraints, or may become some.
-    fn constrains(&self) -> bool;
-    /// Finds the pulls of constraints, when all have found forces; then runs `stages` on tiles that wait for them.
-    fn constraints(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
-    /// Whether any body keeps its volume.
-    fn keeps_volumes(&self) -> bool;
-    /// Finds the multiplier of each volume, when all have found gradients; then runs `stages` on tiles that keep one.
-    fn volumes(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
-    /// Whether nodes are joined to others or to points, or held near others.
-    fn attaches(&self) -> bool;
-    /// Finds what that does to nodes, when all have moved; then runs `stages` on tiles of those that it moves.
-    fn attach(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
-    /// Whether nodes touch each other.
-    fn collides(&self) -> bool;
-    /// Finds the nodes that touch each other and what that does to them, when all have moved; then runs `stages` on their
-    /// tiles.
-    fn pairs(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>));
-    /// Measures again the volumes that are restored by moving nodes, when all have moved; then runs `stages` on tiles of
-    /// those that are off. Returns whether none is.
-    fn project(&mut self, substep: &Self::Substep, stages: impl Fn(&mut Self::Tile<'_>)) -> bool;
-    /// Ends the sub-step, when all have done their part.
-    fn end(&mut self, substep: &Self::Substep);
-    /// Energies, momenta, stretch and volumes at the end of the frame.
-    fn diagnose(&mut self);
+/// On tiles with some marks and without others.
+const fn tiles(op: Op, with: Marks, without: Marks) -> Pass {
+    Pass { op, on: On::Tiles { with, without }, sync: false }
 }
 
-/// The particle stages, in the order in which they run.
-pub trait Tile {
-    /// Force from wind, drag, point loads, torques and hinges.
-    fn loads(&mut self);
-    /// Adds the force of the springs that are no constraints.
-    fn springs(&mut self);
-    /// Whether constraints act on its nodes.
-    fn is_constrained(&self) -> bool;
-    /// Keeps forces for later, and the velocity that they alone would give.
-    fn wait_for_constraints(&mut self);
-    /// Takes them up again, and adds the force of constraints.
-    fn constrain(&mut self);
-    /// Whether its nodes are those of a body that keeps its volume.
-    fn keeps_volume(&self) -> bool;
-    /// Gradients of the volume, and what the multiplier needs of them and of the force.
-    fn gradients(&mut self);
-    /// Adds the force that keeps the volume.
-    fn keep_volume(&mut self);
-    /// New velocity, then new position.
-    fn integrate(&mut self);
-    /// Puts moving pins where their keyframes say.
-    fn pins(&mut self);
-    /// Keeps nodes out of colliders.
-    fn contact(&mut self);
-    /// Gives nodes that are joined or tethered their new velocities and places.
-    fn attach(&mut self);
-    /// Gives nodes that touch each other their new velocities and places.
-    fn part(&mut self);
-    /// Moves nodes that touch nothing so that the volume is restored.
-    fn restore_volume(&mut self);
+/// On the scene.
+const fn scene(op: Op, sync: bool) -> Pass {
+    Pass { op, on: On::Scene, sync }
 }
 
-/// Runs one frame.
-pub fn frame<S: Stages>(worker: &mut S, substeps: &[S::Substep]) {
-    for substep in substeps {
-        worker.elements(substep);
-        worker.particles(substep, |tile| {
-            tile.loads();
-            tile.springs();
-            // Pulls need all other forces: there the way parts.
-            if tile.is_constrained() { tile.wait_for_constraints() } else { forces_known(tile) }
-        });
-        if worker.constrains() {
-            worker.constraints(substep, |tile| {
-                tile.constrain();
-                forces_known(tile);
-            });
-        }
-        if worker.keeps_volumes() {
-            worker.volumes(substep, |tile| {
-                tile.keep_volume();
-                go_on(tile);
-            });
-        }
-        if worker.attaches() {
-            worker.attach(substep, |tile| {
-                tile.attach();
-                tile.contact();
-            });
-        }
-        if worker.collides() {
-            worker.pairs(substep, |tile| {
-                tile.part();
-                tile.contact();
-            });
-        }
-        if worker.keeps_volumes() {
-            // Contact has changed volumes; what touches nothing gives them back, and may touch something then.
-            for _ in 0..PROJECTIONS {
-                let kept = worker.project(substep, |tile| {
-                    tile.restore_volume();
-                    tile.contact();
-                });
-                if kept {
-                    break;
-                }
-            }
-        }
-        worker.end(substep);
+/// The passes of a sub-step.
+pub fn substep(parts: &Parts) -> Vec<Line> {
+    let Parts { elements, solved, volumes, restored, attachments, self_contact } = *parts;
+    let (none, implicit, waits, volume) = (Marks::NONE, Marks::IMPLICIT, Marks::SOLVED, Marks::VOLUME);
+    let mut list = List::default();
+
+    list.add(scene(Op::Elements, false));
+    list.add(Pass { sync: elements, ..tiles(Op::Loads, none, none) });
+    list.add_if(elements, tiles(Op::Gather, none, none));
+    list.add_if(volumes, tiles(Op::Rings, volume, implicit));
+    list.add(tiles(Op::Springs, none, implicit));
+
+    // Springs that are solved for need all other forces: their tiles wait.
+    list.add_if(solved, tiles(Op::Predict, waits, none));
+    // A multiplier needs the forces on all nodes of its body: these tiles wait, too.
+    list.add_if(volumes, tiles(Op::VolumeSums, volume, waits));
+    list.move_nodes(none, waits.and(volume));
+    if solved {
+        list.add(scene(Op::Solve, true));
+        list.add(tiles(Op::ConstraintForces, waits, none));
+        list.add_if(volumes, tiles(Op::Gradients, waits.and(volume), none));
+        list.add_if(volumes, tiles(Op::VolumeSums, waits.and(volume), none));
+        list.move_nodes(waits, volume);
     }
-    worker.diagnose();
+    if volumes {
+        list.add(scene(Op::Multipliers, true));
+        list.add(tiles(Op::VolumeForces, volume, none));
+        list.move_nodes(volume, none);
+    }
+
+    // What moves nodes once more has colliders act on them again.
+    if attachments {
+        list.add(scene(Op::Attachments, true));
+        list.add(tiles(Op::MoveAttached, Marks::MOVED, none));
+        list.add(tiles(Op::Contact, Marks::MOVED, none));
+    }
+    if self_contact {
+        list.add(scene(Op::SelfContact, false));
+        list.add(tiles(Op::MoveTouching, Marks::MOVED, none));
+        list.add(tiles(Op::Contact, Marks::MOVED, none));
+    }
+    if restored {
+        // Contact has changed volumes; what touches nothing gives them back, and may touch something then.
+        let round = [
+            scene(Op::MeasureVolumes, true),
+            tiles(Op::RestoreVolumes, Marks::MOVED, none),
+            tiles(Op::Contact, Marks::MOVED, none),
+        ];
+        list.0.push(Line::Rounds(PROJECTIONS, round.to_vec()));
+    }
+    list.0
 }
 
-/// On from forces. A multiplier needs all of them on its body: there the way parts again.
-fn forces_known(tile: &mut impl Tile) {
-    if tile.keeps_volume() { tile.gradients() } else { go_on(tile) }
+/// Some of the passes of a sub-step, in its order: for each operation the next pass that does it.
+#[cfg(feature = "gpu")]
+pub fn part_of(parts: &Parts, operations: &[Op]) -> Vec<Line> {
+    let all = substep(parts);
+    let mut passes = all.iter().flat_map(Line::passes);
+    operations.iter().filter_map(|&op| passes.find(|pass| pass.op == op)).copied().map(Line::Once).collect()
 }
 
-/// From forces to places.
-fn go_on(tile: &mut impl Tile) {
-    tile.integrate();
-    tile.pins();
-    tile.contact();
+/// The passes after the last sub-step of a frame.
+pub fn frame_end() -> Vec<Line> {
+    vec![
+        Line::Once(tiles(Op::MeasureTiles, Marks::NONE, Marks::NONE)),
+        Line::Once(scene(Op::MeasureBodies, false)),
+    ]
+}
+
+#[derive(Default)]
+struct List(Vec<Line>);
+
+impl List {
+    fn add(&mut self, pass: Pass) {
+        self.0.push(Line::Once(pass));
+    }
+
+    fn add_if(&mut self, is_there: bool, pass: Pass) {
+        if is_there {
+            self.add(pass);
+        }
+    }
+
+    /// From forces to positions, on some tiles.
+    fn move_nodes(&mut self, with: Marks, without: Marks) {
+        self.add(tiles(Op::Integrate, with, without));
+        self.add(tiles(Op::Pins, with, without));
+        self.add(tiles(Op::Contact, with, without));
+    }
 }

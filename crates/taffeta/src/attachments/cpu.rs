@@ -1,22 +1,27 @@
-//! Joints and tethers: which node has which, what they do to it, and which are broken.
+//! Joints and tethers on the CPU: which node has which, what they do to it, and which are broken.
 //!
 //! Each node gathers its own: both ends of a joint find the same pull from the same numbers, and the same answer to the
 //! question whether it breaks.
 
 use crate::attachments::attach::{self, PointState, Pull, ROUNDS};
-use crate::attachments::build::{Attachments, IS_POINT, Row};
+use crate::attachments::build::{IS_POINT, Row};
 use crate::attachments::joints::{self, Link};
 use crate::attachments::tethers::MOST;
-use crate::build::Assembly;
-use crate::cpu::shared::Shared;
-use crate::cpu::tiles::TilePlan;
-use crate::plan::Substep;
+use crate::backend::SolverState;
+use crate::contact::colliders::cpu::Colliders;
+use crate::cpu::backend::Context;
+use crate::cpu::feature::{Feature, Flow};
+use crate::cpu::shared::{PerWorker, Shared};
+use crate::cpu::tile::Tile;
+use crate::cpu::worker::Worker;
+use crate::diagnostics::FrameSums;
 use crate::real::{Real, add, scale, sub};
+use crate::step::Op;
 use crate::topology::Csr;
 use std::ops::Range;
 
-/// What does not change.
-pub struct AttachSetup<T> {
+/// Joints and tethers.
+pub struct Attachments<T> {
     /// Nodes with joints or tethers, ascending; their numbers are those of the lists below.
     nodes: Vec<u32>,
     /// Joints of each of them, ascending.
@@ -33,10 +38,11 @@ pub struct AttachSetup<T> {
     tethers: Vec<(u32, T)>,
     /// Joints of each group that shares nodes.
     groups: Csr,
-    /// Nodes that colliders carry until a joint breaks, and that joint; ascending.
-    carried: Vec<[u32; 2]>,
     /// Whether any joint may break.
     breaks: bool,
+    /// Whether each joint is broken.
+    broken: Shared<bool>,
+    scratch: PerWorker<AttachScratch<T>>,
 }
 
 /// A joint in the backend's numbers.
@@ -58,18 +64,6 @@ struct Law<T> {
     break_force: T,
 }
 
-/// What is known from one sub-step to the next.
-#[derive(Default)]
-pub struct AttachWork {
-    /// Whether each joint is broken.
-    broken: Vec<bool>,
-}
-
-/// The same, lent to all workers.
-pub struct SharedAttach<'a> {
-    broken: Shared<'a, bool>,
-}
-
 /// What a worker keeps for itself.
 #[derive(Default)]
 pub struct AttachScratch<T> {
@@ -88,10 +82,10 @@ pub struct AttachScratch<T> {
     sums: Vec<[T; 3]>,
 }
 
-impl<T: Real> AttachSetup<T> {
+impl<T: Real> Attachments<T> {
     /// The joints and tethers of a scene, if it has any.
-    pub fn new(assembly: &Assembly, tiles: &[TilePlan]) -> Option<Self> {
-        let all = &assembly.attachments;
+    pub fn new(context: &Context<'_, T>) -> Option<Self> {
+        let (all, tiles) = (&context.assembly.attachments, &context.nodes.tiles);
         if all.is_empty() {
             return None;
         }
@@ -133,77 +127,61 @@ impl<T: Real> AttachSetup<T> {
             points: all.points.iter().map(|point| (point.start.map(T::from_f64), point.track)).collect(),
             tethers: all.tethers.iter().map(|one| (one.anchor, T::from_f64(one.length))).collect(),
             groups: all.groups.clone(),
-            carried: carried(all),
             breaks: all.breaks(),
+            broken: vec![false; all.rows.len()].into(),
+            scratch: PerWorker::new(context.workers(), |_| AttachScratch::default()),
             rows_of: all.rows_of.clone(),
             tethers_of: all.tethers_of.clone(),
             nodes,
         })
     }
+}
 
-    /// Nodes among `run` that colliders carry until a joint breaks, and that joint.
-    pub fn carried(&self, run: &Range<usize>) -> &[[u32; 2]] {
-        let [start, end] =
-            [run.start, run.end].map(|at| self.carried.partition_point(|&[node, _]| (node as usize) < at));
-        &self.carried[start..end]
+impl<T: Real> Feature<T> for Attachments<T> {
+    fn ops(&self) -> &'static [Op] {
+        &[Op::Attachments, Op::MoveAttached]
     }
 
-    /// Bytes that it takes.
-    pub fn bytes(&self) -> usize {
+    fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {
+        // SAFETY: each worker has its own.
+        let scratch = unsafe { self.scratch.of(worker.index) };
+        let mut attach = AttachWorker { setup: self, scratch, worker };
+        attach.answer();
+        worker.synchronise();
+        attach.note_broken();
+        let scratch = &attach.scratch;
+        worker.mark_moved(|tile| !scratch.answers(tile - worker.tiles.start).is_empty());
+        Flow::Go
+    }
+
+    fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
+        // SAFETY: as in `run`.
+        let answers = unsafe { self.scratch.of(tile.worker) }.answers(tile.number);
+        tile.move_nodes(answers.iter().map(|(node, state)| (*node as usize, state)));
+    }
+
+    fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
+        sums.broken = self.broken.get_mut().iter().map(|&broken| u64::from(broken)).sum();
+    }
+
+    /// Whether each joint is there; nothing where none can break.
+    fn save(&self, state: &mut SolverState) {
+        // SAFETY: no worker works between frames.
+        let broken = unsafe { self.broken.read() };
+        state.joints = if self.breaks { broken.iter().map(|broken| !broken).collect() } else { Vec::new() };
+    }
+
+    fn load(&mut self, state: &SolverState) {
+        for (row, broken) in self.broken.get_mut().iter_mut().enumerate() {
+            *broken = state.joints.get(row) == Some(&false);
+        }
+    }
+
+    fn bytes(&self) -> usize {
         let lists = [&self.rows_of, &self.tethers_of, &self.of_tile, &self.groups];
         let words: usize = lists.iter().map(|list| list.offsets.len() + list.items.len()).sum();
         let joints = size_of_val(&self.joints[..]) + size_of_val(&self.tethers[..]);
         4 * (words + self.nodes.len()) + joints + size_of_val(&self.points[..])
-    }
-}
-
-/// As of [`AttachSetup::carried`].
-fn carried(all: &Attachments) -> Vec<[u32; 2]> {
-    let rows = (0..).zip(&all.rows).filter(|(_, row)| all.is_carried(row));
-    let mut carried: Vec<[u32; 2]> = rows.map(|(number, row)| [row.ends[0], number]).collect();
-    carried.sort_unstable();
-    carried
-}
-
-impl SharedAttach<'_> {
-    /// Whether a joint of a node is broken.
-    ///
-    /// # Safety
-    /// The node is in the worker's share, and its first end.
-    pub unsafe fn is_broken(&self, row: u32) -> bool {
-        // SAFETY: by the caller's promise nobody else writes it, and it is not being written.
-        unsafe { *self.broken.item(row as usize) }
-    }
-}
-
-impl AttachWork {
-    /// At the start nothing is broken.
-    pub fn new<T>(setup: Option<&AttachSetup<T>>) -> Self {
-        let mut work = Self::default();
-        if let Some(setup) = setup {
-            work.set_solver_state(setup, &[]);
-        }
-        work
-    }
-
-    /// Whether each joint is there; empty where none can break.
-    pub fn solver_state<T>(&self, setup: &AttachSetup<T>) -> Vec<bool> {
-        if setup.breaks { self.broken.iter().map(|broken| !broken).collect() } else { Vec::new() }
-    }
-
-    /// Takes back what [`Self::remembered`] gave.
-    pub fn set_solver_state<T>(&mut self, setup: &AttachSetup<T>, there: &[bool]) {
-        self.broken = (0..setup.joints.len()).map(|row| there.get(row) == Some(&false)).collect();
-    }
-
-    /// Number of broken joints.
-    pub fn broken(&self) -> u64 {
-        self.broken.iter().map(|&broken| u64::from(broken)).sum()
-    }
-
-    /// Lends it.
-    pub fn share(&mut self) -> SharedAttach<'_> {
-        SharedAttach { broken: Shared::new(&mut self.broken) }
     }
 }
 
@@ -216,17 +194,10 @@ impl<T: Real> AttachScratch<T> {
 }
 
 /// A worker's part in what all do about joints and tethers.
-pub struct AttachWorker<'a, T> {
-    pub setup: &'a AttachSetup<T>,
-    pub shared: &'a SharedAttach<'a>,
-    pub scratch: &'a mut AttachScratch<T>,
-    /// Its tiles.
-    pub share: Range<usize>,
-    /// State after the sub-step.
-    pub next: &'a [Shared<'a, T>; 6],
-    /// Inverse masses [1/kg].
-    pub inverse_mass: &'a [T],
-    pub substep: &'a Substep<T>,
+struct AttachWorker<'w, 'a, T> {
+    setup: &'w Attachments<T>,
+    scratch: &'w mut AttachScratch<T>,
+    worker: &'w Worker<'a, T>,
 }
 
 /// What its nodes are found from, until the next barrier.
@@ -242,13 +213,13 @@ impl<T: Real> Found<'_, T> {
     }
 }
 
-impl<'a, T: Real> AttachWorker<'a, T> {
+impl<T: Real> AttachWorker<'_, '_, T> {
     /// Finds what becomes of its nodes.
     pub fn answer(&mut self) {
         // SAFETY: all have written their nodes, and what is broken, before a barrier, and change them after another.
         let found = unsafe {
-            let state = self.next.each_ref().map(|column| column.read());
-            Found { state, broken: self.shared.broken.read() }
+            let state = self.worker.next().each_ref().map(|column| column.read());
+            Found { state, broken: self.setup.broken.read() }
         };
         let AttachScratch { answers, ends, broken, solved, pulls, sums, .. } = &mut *self.scratch;
         answers.clear();
@@ -260,7 +231,7 @@ impl<'a, T: Real> AttachWorker<'a, T> {
             pulls.resize(self.setup.joints.len(), Pull::default());
             sums.resize(self.setup.nodes.len(), [T::ZERO; 3]);
         }
-        for tile in self.share.clone() {
+        for tile in self.worker.tiles.clone() {
             for &number in self.setup.of_tile.row(tile) {
                 let before = found.node(self.setup.nodes[number as usize]);
                 let joined = self.joined(number, &found);
@@ -276,7 +247,7 @@ impl<'a, T: Real> AttachWorker<'a, T> {
 
     /// A node after its joints.
     fn joined(&mut self, number: u32, found: &Found<'_, T>) -> PointState<T> {
-        let (setup, h) = (self.setup, self.substep.h);
+        let (setup, h) = (self.setup, self.worker.substep.h);
         let node = setup.nodes[number as usize];
         let mut sum = [T::ZERO; 3];
         let rows = setup.rows_of.row(number as usize);
@@ -296,7 +267,7 @@ impl<'a, T: Real> AttachWorker<'a, T> {
                 sum = add(sum, scale(pull.shift, if first { T::ONE } else { -T::ONE }));
             }
         }
-        let w = self.inverse_mass[node as usize];
+        let w = self.worker.nodes.inverse_mass[node as usize];
         let (x, v) = found.node(node);
         (add(x, scale(sum, w)), add(v, scale(sum, w / h)))
     }
@@ -308,16 +279,16 @@ impl<'a, T: Real> AttachWorker<'a, T> {
 
     /// How far apart the ends of a joint are, their inverse masses, its length now, and its softness.
     fn gap(&self, joint: &Joint<T>, found: &Found<'_, T>) -> ([T; 3], [T; 2], T, T) {
-        let (law, h) = (&self.setup.laws[joint.law as usize], self.substep.h);
+        let (law, h) = (&self.setup.laws[joint.law as usize], self.worker.substep.h);
         let [a, b] = joint.ends;
         let (x, w) = if b & IS_POINT == 0 {
-            (found.node(b).0, self.inverse_mass[b as usize])
+            (found.node(b).0, self.worker.nodes.inverse_mass[b as usize])
         } else {
             (self.point(b ^ IS_POINT), T::ZERO)
         };
-        let length = attach::length(joint.start, law.length, self.substep.closing[joint.law as usize]);
+        let length = attach::length(joint.start, law.length, self.worker.substep.closing[joint.law as usize]);
         let d = sub(found.node(a).0, x);
-        (d, [self.inverse_mass[a as usize], w], length, law.compliance / (h * h))
+        (d, [self.worker.nodes.inverse_mass[a as usize], w], length, law.compliance / (h * h))
     }
 
     /// Finds what the joints of a group do, if that is not known yet. Every worker with a node of it finds the same.
@@ -348,13 +319,13 @@ impl<'a, T: Real> AttachWorker<'a, T> {
     /// Where a point is at the end of the sub-step.
     fn point(&self, point: u32) -> [T; 3] {
         let (start, track) = self.setup.points[point as usize];
-        self.substep.motions.get(track as usize).map_or(start, |motion| motion.apply(start).0)
+        self.worker.substep.motions.get(track as usize).map_or(start, |motion| motion.apply(start).0)
     }
 
     /// A node after its tethers. What they lead to is held, and stays where it is.
     fn held_near(&self, number: u32, from: PointState<T>, found: &Found<'_, T>) -> PointState<T> {
         let tethers = self.setup.tethers_of.row(number as usize);
-        if self.inverse_mass[self.setup.nodes[number as usize] as usize] <= T::ZERO {
+        if self.worker.nodes.inverse_mass[self.setup.nodes[number as usize] as usize] <= T::ZERO {
             return from;
         }
         let (mut x, mut shift, mut taut) = (from.0, [T::ZERO; 3], [false; MOST]);
@@ -377,16 +348,22 @@ impl<'a, T: Real> AttachWorker<'a, T> {
             return from;
         }
         let with = anchors().fold([T::ZERO; 3], |sum, (_, v)| add(sum, v)).map(|sum| sum / count);
-        let v = attach::undone(from.1, shift, with, self.substep.h);
+        let v = attach::undone(from.1, shift, with, self.worker.substep.h);
         (x, anchors().fold(v, |v, (at, with)| attach::taut(v, sub(x, at), with)))
     }
 
     /// Notes what has broken, when all have found that.
-    pub fn note_broken(&mut self) {
+    fn note_broken(&mut self) {
+        let colliders = self.worker.features.get::<Colliders<T>>();
         for &row in &self.scratch.broken {
             // SAFETY: only the worker of the first end notes this; all read it before the last barrier, and again after
             // the sub-step's last.
-            unsafe { *self.shared.broken.item(row as usize) = true };
+            unsafe {
+                *self.setup.broken.item(row as usize) = true;
+                if let Some(colliders) = colliders {
+                    colliders.set_released(row, true);
+                }
+            }
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::motion::pins::Motion;
 use crate::real::sub;
 use crate::scene::{Keyframe, Pin, Scene, Seam, SeamSide, Select};
 use crate::solvers::explicit::parity::kernel_of;
-use crate::step::{Stages, Tile};
+use crate::step::{self, Line, Op, Parts};
 
 const FOUND: &str = "sums of products, a root and quotients; hardware rounds them otherwise";
 const SOLVED: &str = "some rounds of conjugate residuals, of which hardware may need one more";
@@ -225,13 +225,10 @@ fn pull_with(
 }
 
 /// Joints and tethers on the CPU, and colliders again or not.
-fn attach_once<S: Stages>(worker: &mut S, substep: &S::Substep, contact: bool) {
-    worker.attach(substep, |tile| {
-        tile.attach();
-        if contact {
-            tile.contact();
-        }
-    });
+fn attach_once(contact: bool) -> Vec<Line> {
+    let parts = Parts { attachments: true, ..Parts::default() };
+    let all = [Op::Attachments, Op::MoveAttached, Op::Contact];
+    step::part_of(&parts, &all[..if contact { 3 } else { 2 }])
 }
 
 /// The state that the CPU comes to.
@@ -243,7 +240,7 @@ fn on_cpu(work: &mut Work, contact: bool) -> Vec<[f32; 6]> {
     for (place, (x, v)) in new.position.iter().zip(&new.velocity).enumerate() {
         cpu.set_after(place, [x[0], x[1], x[2], v[0], v[1], v[2]]);
     }
-    cpu.lend_worker(|worker| attach_once(worker, &substeps[SUBSTEP], contact));
+    cpu.passes(&substeps[SUBSTEP], &attach_once(contact));
     (0..new.position.len()).map(|place| cpu.after(place)).collect()
 }
 

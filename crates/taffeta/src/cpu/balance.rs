@@ -1,10 +1,8 @@
-//! Even shares for workers where nodes touch each other: contact is where it is, and not where the nodes are.
+//! Even chunks for workers where work is uneven: contact is where it is, and not where the nodes are.
 
-use crate::contact::nodes::cpu::{PairScratch, PairWork};
 use crate::cpu::backend::CpuBackend;
 use crate::cpu::tiles::{TilePlan, shares_by};
 use crate::real::Real;
-use std::sync::PoisonError;
 use std::time::Instant;
 
 /// Frames after which shares are looked at.
@@ -19,15 +17,17 @@ const PAYS_IN: f64 = 64.0;
 pub struct Balance {
     /// Time of each since shares were looked at [s].
     busy: Vec<f64>,
+    /// Time that each has waited in the last frame [s].
+    pub waited: Vec<f64>,
     frames: u32,
     /// What a change takes [s].
     cost: f64,
 }
 
 impl Balance {
-    /// Of so many workers; to prepare for pairs has taken `cost` [s].
+    /// Of so many workers; to prepare features has taken `cost` [s].
     pub fn new(workers: usize, cost: f64) -> Self {
-        Self { busy: vec![0.0; workers], frames: 0, cost }
+        Self { busy: vec![0.0; workers], waited: vec![0.0; workers], frames: 0, cost }
     }
 
     /// What each worker's tiles cost, if that is so uneven that a change pays.
@@ -48,12 +48,12 @@ impl<T: Real> CpuBackend<T> {
     /// Notes how long workers were busy in a frame of `seconds`, and now and then shares tiles anew. No result depends on
     /// who computes it.
     pub(crate) fn balance(&mut self, seconds: f64) {
-        if self.setup.pairs.is_none() || self.shares.len() == 1 {
+        if self.chunks.len() == 1 || !self.features.iter().any(|feature| feature.is_uneven()) {
             return;
         }
-        for (scratch, busy) in self.scratch.iter_mut().zip(&mut self.balance.busy) {
-            let scratch = scratch.get_mut().unwrap_or_else(PoisonError::into_inner);
-            *busy += seconds - std::mem::take(&mut scratch.waited);
+        let Balance { busy, waited, .. } = &mut self.balance;
+        for (busy, waited) in busy.iter_mut().zip(waited) {
+            *busy += seconds - *waited;
         }
         self.balance.frames += 1;
         if let Some(busy) = self.balance.uneven() {
@@ -63,26 +63,22 @@ impl<T: Real> CpuBackend<T> {
 
     fn share_anew(&mut self, busy: &[f64]) {
         let start = Instant::now();
-        let tiles = &self.setup.tiles;
+        let tiles = &self.nodes.tiles;
         let mut costs = vec![0.0; tiles.len()];
-        for (share, busy) in self.shares.iter().zip(busy) {
-            let nodes: usize = tiles[share.clone()].iter().map(TilePlan::len).sum();
-            for tile in share.clone() {
+        for (chunk, busy) in self.chunks.iter().zip(busy) {
+            let nodes: usize = tiles[chunk.clone()].iter().map(TilePlan::len).sum();
+            for tile in chunk.clone() {
                 costs[tile] = busy * tiles[tile].len() as f64 / nodes as f64;
             }
         }
-        let shares = shares_by(&costs, self.shares.len());
-        if shares == self.shares {
+        let chunks = shares_by(&costs, self.chunks.len());
+        if chunks == self.chunks {
             return;
         }
-        self.setup.pairs =
-            self.setup.pairs.as_ref().and_then(|pairs| pairs.again(&self.setup.assembly, tiles, &shares));
-        self.pairs = PairWork::new(self.setup.pairs.as_ref(), shares.len());
-        for (scratch, share) in self.scratch.iter_mut().zip(&shares) {
-            let scratch = scratch.get_mut().unwrap_or_else(PoisonError::into_inner);
-            scratch.pairs = Some(PairScratch::new(self.setup.assembly.places, share.len()));
+        for feature in self.features.iter_mut() {
+            feature.share_anew(&self.assembly, tiles, &chunks);
         }
-        self.shares = shares;
+        self.chunks = chunks;
         self.balance.cost = start.elapsed().as_secs_f64();
     }
 }
@@ -92,7 +88,7 @@ mod tests {
     use super::*;
 
     fn after(frames: u32, busy: &[f64], cost: f64) -> Option<Vec<f64>> {
-        let mut balance = Balance { busy: busy.to_vec(), frames, cost };
+        let mut balance = Balance { busy: busy.to_vec(), waited: Vec::new(), frames, cost };
         balance.uneven()
     }
 

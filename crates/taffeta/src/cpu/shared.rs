@@ -1,34 +1,73 @@
 //! Arrays that all workers of a team read and write, each its own part, with barriers between writing and reading.
 
+use crate::cpu::column::Column;
+use crate::real::Real;
+use std::cell::UnsafeCell;
 use std::marker::PhantomData;
 use std::ops::Range;
 
-/// A mutable array lent to all workers of a team.
+/// An array that workers share.
 ///
 /// Rust cannot see that workers write disjoint parts and read others' parts only after a barrier; this type is
-/// where that is promised.
-pub struct Shared<'a, T> {
+/// where that is promised. Outside frames nobody works on it, and it is an array like any other.
+pub struct Shared<T> {
     start: *mut T,
     len: usize,
-    lent: PhantomData<&'a mut [T]>,
+    /// Keeps the memory; never looked at, so that `start` stays the only way to it.
+    _owner: Box<dyn Send + Sync>,
+    items: PhantomData<T>,
 }
 
-// SAFETY: the array is borrowed mutably for 'a and only reached through the methods below, whose callers promise
-// that no part is written while another worker touches it.
-unsafe impl<T: Send + Sync> Sync for Shared<'_, T> {}
+// SAFETY: the array is owned, and only reached through the methods below, whose callers promise that no part is written
+// while another worker touches it.
+unsafe impl<T: Send> Send for Shared<T> {}
+// SAFETY: as above.
+unsafe impl<T: Send + Sync> Sync for Shared<T> {}
 
-impl<'a, T> Shared<'a, T> {
-    /// Lends `array`.
-    pub fn new(array: &'a mut [T]) -> Self {
-        Self { start: array.as_mut_ptr(), len: array.len(), lent: PhantomData }
+impl<T: Send + Sync + 'static> From<Vec<T>> for Shared<T> {
+    fn from(items: Vec<T>) -> Self {
+        let mut owner = Box::new(items);
+        Self { start: owner.as_mut_ptr(), len: owner.len(), _owner: owner, items: PhantomData }
+    }
+}
+
+impl<T: Real> From<Column<T>> for Shared<T> {
+    fn from(column: Column<T>) -> Self {
+        let mut owner = Box::new(column);
+        Self { start: owner.as_mut_ptr(), len: owner.len(), _owner: owner, items: PhantomData }
+    }
+}
+
+impl<T: Send + Sync + 'static> Default for Shared<T> {
+    fn default() -> Self {
+        Vec::new().into()
+    }
+}
+
+impl<T> Shared<T> {
+    /// Number of items.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Bytes that the items take.
+    pub fn bytes(&self) -> usize {
+        self.len * size_of::<T>()
+    }
+
+    /// The whole array, where nobody else has it.
+    pub fn get_mut(&mut self) -> &mut [T] {
+        // SAFETY: `start` and `len` are those of an array that is owned, and `self` is borrowed mutably.
+        unsafe { std::slice::from_raw_parts_mut(self.start, self.len) }
     }
 
     /// The whole array, to read.
     ///
     /// # Safety
-    /// Until the next barrier no worker writes any of what is read through it.
+    /// Until the next barrier, or the end of the borrow, no worker writes any of what is read through it.
+    #[inline]
     pub unsafe fn read(&self) -> &[T] {
-        // SAFETY: start and len come from a live slice; no writer by the caller's promise.
+        // SAFETY: as in `get_mut`; no writer by the caller's promise.
         unsafe { std::slice::from_raw_parts(self.start, self.len) }
     }
 
@@ -36,6 +75,7 @@ impl<'a, T> Shared<'a, T> {
     ///
     /// # Safety
     /// Until the next barrier no other worker touches this part, and this worker holds no other reference to it.
+    #[inline]
     #[expect(clippy::mut_from_ref, reason = "the promise above is what makes the reference unique")]
     pub unsafe fn write(&self, range: Range<usize>) -> &mut [T] {
         assert!(range.start <= range.end && range.end <= self.len, "part of a shared array out of range");
@@ -47,10 +87,43 @@ impl<'a, T> Shared<'a, T> {
     ///
     /// # Safety
     /// As of [`Self::write`].
+    #[inline]
     #[expect(clippy::mut_from_ref, reason = "as of `write`")]
     pub unsafe fn item(&self, index: usize) -> &mut T {
         // SAFETY: promised by the caller.
         let one = unsafe { self.write(index..index + 1) };
         &mut one[0]
+    }
+}
+
+/// Something that each worker has for itself, on cache lines of its own, so that no worker waits for another's.
+pub struct PerWorker<S>(Vec<Own<S>>);
+
+#[repr(align(128))]
+struct Own<S>(UnsafeCell<S>);
+
+// SAFETY: each worker reaches its own alone, by the promise of `PerWorker::of`.
+unsafe impl<S: Send> Sync for PerWorker<S> {}
+
+impl<S> PerWorker<S> {
+    /// One for each of some workers.
+    pub fn new(workers: usize, make: impl Fn(usize) -> S) -> Self {
+        Self((0..workers).map(|worker| Own(UnsafeCell::new(make(worker)))).collect())
+    }
+
+    /// That of a worker.
+    ///
+    /// # Safety
+    /// Only this worker asks for it, and holds no other reference to it.
+    #[inline]
+    #[expect(clippy::mut_from_ref, reason = "the promise above is what makes the reference unique")]
+    pub unsafe fn of(&self, worker: usize) -> &mut S {
+        // SAFETY: promised by the caller.
+        unsafe { &mut *self.0[worker].0.get() }
+    }
+
+    /// All of them, where no worker works.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut S> {
+        self.0.iter_mut().map(|own| own.0.get_mut())
     }
 }

@@ -9,6 +9,7 @@ use std::time::Instant;
 pub struct Team {
     pool: Option<rayon::ThreadPool>,
     threads: usize,
+    barrier: Barrier,
 }
 
 impl Team {
@@ -22,7 +23,8 @@ impl Team {
                     .build()
             })
             .and_then(Result::ok);
-        Self { threads: if pool.is_some() { threads } else { 1 }, pool }
+        let threads = if pool.is_some() { threads } else { 1 };
+        Self { threads, pool, barrier: Barrier::new(threads) }
     }
 
     /// Number of workers.
@@ -31,17 +33,18 @@ impl Team {
     }
 
     /// Runs `work(worker, barrier)` on every worker at once and waits for all.
-    pub fn run(&self, work: impl Fn(usize, &Barrier) + Sync) {
-        let barrier = Barrier::new(self.threads);
+    pub fn run<'t>(&'t self, work: impl Fn(usize, &'t Barrier) + Sync) {
+        let barrier = &self.barrier;
+        barrier.mend();
         match &self.pool {
             Some(pool) => {
                 pool.broadcast(|context| {
-                    let guard = BreakOnPanic(&barrier);
-                    work(context.index(), &barrier);
+                    let guard = BreakOnPanic(barrier);
+                    work(context.index(), barrier);
                     drop(guard);
                 });
             }
-            None => work(0, &barrier),
+            None => work(0, barrier),
         }
     }
 }
@@ -62,6 +65,12 @@ impl Barrier {
             generation: AtomicUsize::new(0),
             broken: AtomicBool::new(false),
         }
+    }
+
+    /// Makes it as good as new after a panic, when no worker waits.
+    fn mend(&self) {
+        self.arrived.store(0, Ordering::Relaxed);
+        self.broken.store(false, Ordering::Relaxed);
     }
 
     /// As [`Self::wait`]; returns how long that took [s].

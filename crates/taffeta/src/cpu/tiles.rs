@@ -1,10 +1,7 @@
 //! How the nodes are cut into tiles, and tiles shared among workers.
 
 use crate::build::Assembly;
-use crate::build::body::{BodyAssembly, BodySprings};
-use crate::elements::spring::cpu_grid::GridSprings;
-use crate::elements::spring::cpu_mesh::GatheredSprings;
-use crate::real::Real;
+use crate::build::body::BodyAssembly;
 use crate::topology::LANES;
 use std::ops::Range;
 
@@ -14,19 +11,12 @@ pub(crate) const TILE_NODES: usize = 512;
 /// Most columns of a grid that are swept together: the forces of their last rows stay in the nearest caches.
 const STRIP: usize = 2048;
 
-/// A body's springs in the backend's numbers.
-pub enum TiledSprings<T> {
-    /// By rows.
-    Grid(GridSprings<T>),
-    /// By slices.
-    Mesh(Vec<GatheredSprings<T>>),
-}
-
 /// Neighbouring nodes of one body: slices of a mesh, or a rectangle of a grid.
 #[derive(Clone, Debug)]
 pub struct TilePlan {
-    /// The body.
+    /// The body, and the solver index of its first node.
     pub body: usize,
+    pub first: usize,
     /// Its rows (grids) or slices (meshes).
     pub units: Range<usize>,
     /// Its columns, of a grid.
@@ -52,7 +42,7 @@ impl TilePlan {
     fn of_mesh(index: usize, body: &BodyAssembly, units: Range<usize>) -> Self {
         let end = (units.end * LANES).min(body.nodes);
         let run = body.first + units.start * LANES..body.first + end;
-        Self { body: index, units, cols: 0..0, run, runs: (1, 0) }
+        Self { body: index, first: body.first, units, cols: 0..0, run, runs: (1, 0) }
     }
 
     fn of_grid(
@@ -68,39 +58,7 @@ impl TilePlan {
         } else {
             (start..start + cols.len(), (rows.len(), all_cols))
         };
-        Self { body: index, units: rows, cols, run, runs }
-    }
-}
-
-impl<T: Real> TiledSprings<T> {
-    /// Lays out the springs of a body.
-    pub fn new(body: &BodyAssembly) -> Result<Self, String> {
-        let nodes = body.nodes;
-        match &body.springs {
-            BodySprings::Grid(along) => {
-                let [rows, cols] = body.grid_layout.ok_or("a grid's springs without a grid")?;
-                Ok(Self::Grid(GridSprings {
-                    rows,
-                    cols,
-                    along: along
-                        .map(|direction| direction.map(crate::elements::spring::cpu_grid::Direction::new)),
-                }))
-            }
-            BodySprings::Mesh(_) => {
-                let gathered = body.gathered()?.into_iter();
-                Ok(Self::Mesh(
-                    gathered.map(|(k, d, gather)| GatheredSprings::new((k, d), gather, nodes)).collect(),
-                ))
-            }
-        }
-    }
-
-    /// Bytes that the springs take; a grid's follow from its size.
-    pub fn bytes(&self) -> usize {
-        match self {
-            Self::Grid(_) => 0,
-            Self::Mesh(sets) => sets.iter().map(GatheredSprings::bytes).sum(),
-        }
+        Self { body: index, first: body.first, units: rows, cols, run, runs }
     }
 }
 

@@ -1,480 +1,235 @@
-//! One worker's way through a frame.
+//! One worker's way through a frame: it executes the list of `step.rs`.
 
-use crate::attachments::cpu::{AttachScratch, AttachWorker, SharedAttach};
-use crate::contact::collider_mesh::cache::{Near, SharedNear};
-use crate::contact::nodes::cpu::{PairScratch, PairWorker, SharedPairs};
-use crate::cpu::backend::Setup;
-use crate::cpu::column::Column;
-use crate::cpu::shared::Shared;
+use crate::backend::FrameInput;
+use crate::cpu::clock::Clock;
+use crate::cpu::feature::{Features, Flow};
+use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::team::Barrier;
-use crate::cpu::tile::CpuTile;
-use crate::diagnostics::StateSums;
-use crate::diagnostics::cpu::{chunk_volume, tile_sums};
-use crate::elements::aero::aero::AirNow;
-use crate::elements::hinge::hinge;
-use crate::elements::load::build::LoadKind;
-use crate::elements::load::load as external;
-use crate::elements::spring::cpu_grid::Sweep;
+use crate::cpu::tile::{Fields, Moved, Nodes, Scratch, Tile};
 use crate::plan::Substep;
 use crate::real::Real;
-use crate::solvers::dual::cpu::{SharedSolve, SolveScratch, SolveWorker};
-use crate::solvers::implicit::cpu::{PrimalScratch, PrimalWorker, SharedPrimal};
-use crate::step::Stages;
-use crate::topology::LANES;
-use crate::volume::cpu::SharedCorrections;
-use crate::volume::volume::{Push, WEIGHTED_SUMS};
+use crate::step::{Line, Marks, On, Pass};
 use std::ops::Range;
+use std::rc::Rc;
 
-/// What a worker keeps from frame to frame; on cache lines of its own, so that no worker waits for another's.
-#[repr(align(128))]
-pub struct Scratch<T> {
-    /// Forces of one tile's nodes [N].
-    pub force: [Column<T>; 3],
-    /// Gradients of the volume by the places of one tile's nodes [m²].
-    pub gradient: [Column<T>; 3],
-    /// What pushes each volume in this sub-step.
-    pub pushes: Vec<Option<Push<T>>>,
-    /// From where places of each volume's nodes are counted [m].
-    pub origins: Vec<[T; 3]>,
-    /// Forces of a grid's last rows.
-    pub sweep: Sweep<T>,
-    /// Factor of each load that is a torque [N/m].
-    pub torques: Vec<T>,
-    /// For each node of a tile, the collider that it touched last, from 1; 0: none.
-    pub last_touch: Vec<u32>,
-    /// Where the nodes of a tile were before they were moved to restore a volume [m].
-    pub before: [Column<T>; 3],
-    /// Springs that are constraints.
-    pub solve: SolveScratch<T>,
-    /// Springs that are solved for by nodes.
-    pub primal: PrimalScratch<T>,
-    /// Joints and tethers.
-    pub attach: AttachScratch<T>,
-    /// Inverse masses of nodes, 0 for those that colliders leave alone as they carry them [1/kg].
-    pub alone: Vec<T>,
-    /// Nodes that touch each other, where any do.
-    pub pairs: Option<PairScratch<T>>,
-    /// Time that it has waited for others about them in this frame [s].
-    pub waited: f64,
+/// The lists of a scene, with passes over tiles that follow each other put together.
+pub struct Program {
+    /// Passes of a sub-step.
+    substep: Vec<Block>,
+    /// Passes at the end of a frame.
+    end: Vec<Block>,
 }
 
-impl<T: Real> Scratch<T> {
-    /// For tiles of up to `nodes` nodes, grids of up to `cols` columns, a stretch to watch for, and some volumes.
-    pub fn new(
-        nodes: usize,
-        (cols, watch): (usize, Option<T>),
-        volumes: usize,
-        pairs: Option<PairScratch<T>>,
-    ) -> Self {
-        Self {
-            force: std::array::from_fn(|_| Column::zeros(nodes)),
-            gradient: std::array::from_fn(|_| Column::zeros(if volumes > 0 { nodes } else { 0 })),
-            pushes: vec![None; volumes],
-            origins: vec![[T::ZERO; 3]; volumes],
-            sweep: Sweep::new(cols, watch),
-            torques: Vec::new(),
-            last_touch: vec![0; nodes],
-            before: std::array::from_fn(|_| Column::zeros(if volumes > 0 { nodes } else { 0 })),
-            solve: SolveScratch::default(),
-            primal: PrimalScratch::default(),
-            attach: AttachScratch::default(),
-            alone: Vec::new(),
-            pairs,
-            waited: 0.0,
+/// Some passes.
+enum Block {
+    /// One on the scene.
+    Scene(Pass),
+    /// Some on tiles, one after the other on each.
+    Tiles(Vec<Pass>),
+    /// Rounds of blocks, so many at most.
+    Rounds(usize, Vec<Block>),
+}
+
+impl Program {
+    /// From the lists.
+    pub fn new(substep: &[Line], end: &[Line]) -> Self {
+        Self { substep: blocks(substep), end: blocks(end) }
+    }
+}
+
+fn blocks(lines: &[Line]) -> Vec<Block> {
+    let mut all: Vec<Block> = Vec::new();
+    for line in lines {
+        match (line, all.last_mut()) {
+            (Line::Rounds(most, passes), _) => {
+                let passes: Vec<Line> = passes.iter().map(|&pass| Line::Once(pass)).collect();
+                all.push(Block::Rounds(*most, blocks(&passes)));
+            }
+            (Line::Once(pass), _) if pass.on == On::Scene => all.push(Block::Scene(*pass)),
+            (Line::Once(pass), Some(Block::Tiles(passes))) if !pass.sync => passes.push(*pass),
+            (Line::Once(pass), _) => all.push(Block::Tiles(vec![*pass])),
         }
     }
+    all
 }
 
 /// A worker and what it may touch.
 pub struct Worker<'a, T> {
     /// What does not change.
-    pub setup: &'a Setup<T>,
-    /// Which worker it is.
+    pub nodes: &'a Nodes<T>,
+    /// All features of the scene.
+    pub features: &'a Features<T>,
+    /// What the user does in this frame.
+    pub input: &'a FrameInput,
+    /// The parameters of the sub-step.
+    pub substep: &'a Substep<T>,
+    /// Which worker it is, of how many.
     pub index: usize,
-    /// Of how many.
     pub workers: usize,
     /// Its tiles.
-    pub share: Range<usize>,
-    /// State before and after a sub-step, by turns.
-    pub buffers: &'a [[Shared<'a, T>; 6]; 2],
-    /// Which buffer holds the state now.
+    pub tiles: Range<usize>,
+    /// State before and after a sub-step, by turns, and which of them is that before.
+    pub states: &'a [Fields<T>; 2],
     pub current: usize,
-    /// Forces on the corners of each hinge [N].
-    pub hinge_forces: &'a Shared<'a, [[T; 3]; 4]>,
-    /// Force of the air on each corner of each panel [N].
-    pub panel_forces: &'a [Shared<'a, T>; 3],
-    /// What volumes need between stages.
-    pub corrections: &'a SharedCorrections<'a, T>,
-    /// What constraints need between stages.
-    pub solve: &'a SharedSolve<'a, T>,
-    /// What springs that are solved for by nodes need between stages.
-    pub primal: &'a SharedPrimal<'a, T>,
-    /// Which joints are broken.
-    pub attach: &'a SharedAttach<'a>,
-    /// What nodes that touch each other need between stages.
-    pub pairs: &'a SharedPairs<'a, T>,
-    /// What is known of the triangles of colliders.
-    pub near: &'a SharedNear<'a, T>,
-    /// Where each tile's sums go.
-    pub tile_sums: &'a Shared<'a, StateSums>,
-    /// Where each chunk's volume goes [m³].
-    pub volumes: &'a Shared<'a, f64>,
+    /// What is known of each tile.
+    pub marks: &'a Shared<Marks>,
     /// Room of its own.
-    pub scratch: &'a mut Scratch<T>,
-    /// Where it meets the others.
+    pub scratch: &'a PerWorker<Scratch<T>>,
+    /// Where it synchronises with the others.
     pub barrier: &'a Barrier,
-}
-
-/// An even share of `count` things for worker `index` of `workers`.
-fn even(count: usize, index: usize, workers: usize) -> Range<usize> {
-    count * index / workers..count * (index + 1) / workers
+    /// Time that it has waited for others where work is uneven [s].
+    pub waited: f64,
+    /// What times its passes, if that is asked.
+    pub clock: Option<Rc<Clock>>,
 }
 
 impl<'a, T: Real> Worker<'a, T> {
-    /// The state at the start of the sub-step.
-    fn state(&self) -> [&'a [T]; 6] {
-        // SAFETY: in a sub-step all workers read this buffer and write the other; they swap after a barrier.
-        self.buffers[self.current].each_ref().map(|column| unsafe { column.read() })
+    /// Runs a frame.
+    pub fn frame(&mut self, program: &Program, substeps: &'a [Substep<T>], at_rest: &'a Substep<T>) {
+        for substep in substeps {
+            self.substep = substep;
+            for feature in self.features.iter() {
+                feature.begin(self);
+            }
+            self.blocks(&program.substep);
+            self.timed(None, |worker| worker.barrier.wait());
+            self.current = 1 - self.current;
+        }
+        self.substep = at_rest;
+        self.blocks(&program.end);
     }
 
-    fn sum_torques(&mut self, substep: &Substep<T>) {
-        let state = self.state();
-        self.scratch.torques.clear();
-        for (load, &scale) in self.setup.assembly.loads.iter().zip(&substep.scales) {
-            self.scratch.torques.push(match load.kind {
-                LoadKind::Force(_) => T::ZERO,
-                LoadKind::Torque { axis, value, about } => {
-                    let (axis, about) = (axis.map(T::from_f64), about.map(T::from_f64));
-                    let place = |&node: &u32| [0, 1, 2].map(|c| state[c][node as usize]);
-                    let levers = load.nodes.iter().map(|node| external::lever(place(node), axis, about));
-                    external::torque_factor(T::from_f64(value) * scale, levers)
+    /// Runs the passes of a sub-step that has begun elsewhere, and does not end it.
+    #[cfg(feature = "gpu")]
+    pub fn passes(&mut self, program: &Program) {
+        self.blocks(&program.substep);
+    }
+
+    fn blocks(&mut self, blocks: &[Block]) -> Flow {
+        for block in blocks {
+            if self.block(block) == Flow::Done {
+                return Flow::Done;
+            }
+        }
+        Flow::Go
+    }
+
+    fn block(&mut self, block: &Block) -> Flow {
+        match block {
+            Block::Scene(pass) => return self.scene(pass),
+            Block::Tiles(passes) => self.timed(None, |worker| worker.over_tiles(passes)),
+            Block::Rounds(most, blocks) => {
+                for _ in 0..*most {
+                    if self.blocks(blocks) == Flow::Done {
+                        break;
+                    }
                 }
-            });
-        }
-    }
-
-    fn bend_hinges(&mut self) {
-        let (state, hinges) = (self.state(), &self.setup.hinges);
-        let mine = even(hinges.corners.len(), self.index, self.workers);
-        // SAFETY: shares of hinges do not overlap, and forces are read only after the barrier.
-        let out = unsafe { self.hinge_forces.write(mine.clone()) };
-        for (range, k, damping) in &hinges.bodies {
-            for i in range.start.max(mine.start)..range.end.min(mine.end) {
-                let corners = hinges.corners[i].map(|node| node as usize);
-                let x = corners.map(|node| [state[0][node], state[1][node], state[2][node]]);
-                let v = corners.map(|node| [state[3][node], state[4][node], state[5][node]]);
-                out[i - mine.start] = hinge::forces(x, v, *k, *damping, hinges.rest[i]);
             }
         }
+        Flow::Go
     }
 
-    /// Finds the forces of its share of the panels.
-    fn blow_on_panels(&mut self, air: &AirNow<T>) {
-        let (setup, state) = (self.setup, self.state());
-        let mine = even(setup.panels.blocks(), self.index, self.workers);
-        let places = mine.start * LANES..mine.end * LANES;
-        // SAFETY: shares of panels do not overlap, and forces are read only after the barrier.
-        let out = self.panel_forces.each_ref().map(|column| unsafe { column.write(places.clone()) });
-        setup.panels.blow(setup.level, air, state, mine, out);
-    }
-
-    /// A tile of its share.
-    fn tile<'t>(&'t mut self, index: usize, substep: &'t Substep<T>) -> CpuTile<'t, T> {
-        let plan = &self.setup.tiles[index];
-        CpuTile {
-            setup: self.setup,
-            plan,
-            index,
-            number: index - self.share.start,
-            substep,
-            old: self.state(),
-            next: &self.buffers[1 - self.current],
-            // SAFETY: hinge forces were written before the barrier in `elements`, and next are after that of `end`.
-            hinge_forces: unsafe { self.hinge_forces.read() },
-            // SAFETY: as those of hinges.
-            panel_forces: self.panel_forces.each_ref().map(|column| unsafe { column.read() }),
-            corrections: self.corrections,
-            solve: self.solve,
-            primal: self.primal,
-            attach: self.attach,
-            volume: self.setup.volume_of_body[plan.body],
-            scratch: self.scratch,
-            contacts: 0,
-            near: Near { meshes: &self.setup.meshes, shared: self.near },
-            parted: Vec::new(),
-            restored: false,
-        }
-    }
-
-    /// Runs `stages` on the tiles of its share whose volume is `chosen`; adds up contacts.
-    fn on_volumes(
-        &mut self,
-        substep: &Substep<T>,
-        chosen: impl Fn(&Self, usize) -> bool,
-        stages: impl Fn(&mut CpuTile<'_, T>),
-    ) {
-        for index in self.share.clone() {
-            let volume = self.setup.volume_of_body[self.setup.tiles[index].body];
-            if !volume.is_some_and(|volume| chosen(self, volume)) {
-                continue;
+    fn scene(&mut self, pass: &Pass) -> Flow {
+        self.timed(Some(pass), |worker| {
+            if pass.sync {
+                worker.barrier.wait();
             }
-            let mut tile = self.tile(index, substep);
-            stages(&mut tile);
-            let contacts = tile.contacts;
-            self.sums_of(index).contacts += contacts;
-        }
-    }
-
-    /// Solves for springs that are constraints; returns whether any tile waits for that.
-    fn solve_springs(&mut self, substep: &Substep<T>) -> bool {
-        let (setup, old, next) = (self.setup, self.state(), &self.buffers[1 - self.current]);
-        if let Some(primal) = &setup.primal {
-            PrimalWorker {
-                setup,
-                primal,
-                shared: self.primal,
-                scratch: &mut self.scratch.primal,
-                index: self.index,
-                workers: self.workers,
-                alone: self.workers == 1,
-                barrier: self.barrier,
-                old,
-                next,
-                h: substep.h,
-                colliders: primal.colliders(substep),
-                near: Near { meshes: &setup.meshes, shared: self.near },
+            let mut flow = Flow::Go;
+            for feature in worker.features.of(pass.op) {
+                flow = feature.run(pass.op, worker);
             }
-            .solve();
-            return true;
-        }
-        let Some(solve) = &setup.solve else { return false };
-        // SAFETY: noted before the barrier that was just passed, and anew after the next.
-        if solve.adaptive && !unsafe { self.solve.waits() }.contains(&true) {
-            return false;
-        }
-        SolveWorker {
-            setup,
-            solve,
-            shared: self.solve,
-            scratch: &mut self.scratch.solve,
-            share: self.share.clone(),
-            index: self.index,
-            workers: self.workers,
-            barrier: self.barrier,
-            old,
-            next,
-            h: substep.h,
-            colliders: solve.colliders(substep),
-            near: Near { meshes: &setup.meshes, shared: self.near },
-        }
-        .solve();
-        true
-    }
-
-    /// Where the sums of a tile of its share go.
-    fn sums_of(&mut self, index: usize) -> &mut StateSums {
-        // SAFETY: one place a tile, in one worker's share, read after the frame.
-        let one = unsafe { self.tile_sums.write(index..index + 1) };
-        &mut one[0]
-    }
-
-    /// The worker's part in what all do about nodes that touch each other.
-    fn pair_worker(&mut self) -> Option<PairWorker<'_, T>> {
-        Some(PairWorker {
-            pairs: self.setup.pairs.as_ref()?,
-            shared: self.pairs,
-            scratch: self.scratch.pairs.as_mut()?,
-            first_tile: self.share.start,
-            index: self.index,
-            next: &self.buffers[1 - self.current],
-            inverse_mass: &self.setup.inverse_mass,
-            level: self.setup.level,
+            flow
         })
     }
 
-    /// Solves for the volumes that are `chosen`, once all have written their sums.
-    fn solve(
-        &mut self,
-        chosen: impl Fn(usize) -> bool,
-        solve: impl Fn(usize, &[[T; WEIGHTED_SUMS]]) -> Option<Push<T>>,
-    ) {
-        self.barrier.wait();
-        // SAFETY: sums are written before a barrier and read after it.
-        let sums = unsafe { self.corrections.sums.read() };
-        for volume in (0..self.setup.volumes.len()).filter(|volume| chosen(*volume)) {
-            self.scratch.pushes[volume] = solve(volume, sums);
-        }
-    }
-
-    /// Notes from where places are counted in a state.
-    fn note_origins(&mut self, state: [&[T]; 3]) {
-        for (origin, volume) in self.scratch.origins.iter_mut().zip(&self.setup.volumes) {
-            *origin = state.map(|column| column[volume.first]);
-        }
-    }
-}
-
-impl<T: Real> Stages for Worker<'_, T> {
-    type Substep = Substep<T>;
-    type Tile<'t>
-        = CpuTile<'t, T>
-    where
-        Self: 't;
-
-    fn elements(&mut self, substep: &Substep<T>) {
-        self.sum_torques(substep);
-        let (bends, blows) = (!self.setup.hinges.corners.is_empty(), self.setup.panels.blocks() > 0);
-        if bends {
-            self.bend_hinges();
-        }
-        if let Some(air) = substep.air.as_ref().filter(|_| blows) {
-            self.blow_on_panels(air);
-        }
-        if bends || blows {
+    fn over_tiles(&mut self, passes: &[Pass]) {
+        if passes.first().is_some_and(|first| first.sync) {
             self.barrier.wait();
         }
-    }
-
-    fn particles(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
-        self.scratch.sweep.restart();
-        let [x, y, z, ..] = self.state();
-        self.note_origins([x, y, z]);
-        for index in self.share.clone() {
-            let mut tile = self.tile(index, substep);
-            stages(&mut tile);
-            let contacts = tile.contacts;
-            self.sums_of(index).contacts = contacts;
-        }
-    }
-
-    fn constrains(&self) -> bool {
-        self.setup.solve.is_some() || self.setup.primal.is_some()
-    }
-
-    fn constraints(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
-        self.barrier.wait();
-        if !self.solve_springs(substep) {
-            return;
-        }
-        for index in self.share.clone() {
-            let mut tile = self.tile(index, substep);
-            if tile.waits() {
-                stages(&mut tile);
-                let contacts = tile.contacts;
-                self.sums_of(index).contacts += contacts;
+        let (features, clock) = (self.features, self.clock.clone());
+        for index in self.tiles.clone() {
+            let mut tile = self.tile(index);
+            for pass in passes {
+                if pass.on.chooses(*tile.marks) {
+                    let run = || features.of(pass.op).for_each(|feature| feature.tile(pass.op, &mut tile));
+                    Clock::time(clock.as_deref(), Some(pass.op.stage()), run);
+                }
             }
         }
     }
 
-    fn keeps_volumes(&self) -> bool {
-        !self.setup.volumes.is_empty()
+    fn timed<R>(&mut self, pass: Option<&Pass>, job: impl FnOnce(&mut Self) -> R) -> R {
+        let clock = self.clock.clone();
+        Clock::time(clock.as_deref(), pass.map(|pass| pass.op.stage()), || job(self))
     }
 
-    fn volumes(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
-        let setup = self.setup;
-        // Bodies and their tiles are in one order.
-        let mut of_tiles =
-            setup.tiles[self.share.clone()].iter().filter_map(|tile| setup.volume_of_body[tile.body]);
-        let (first, last) = (of_tiles.next(), of_tiles.next_back());
-        let mine = first.map_or(0..0, |first| first..last.unwrap_or(first) + 1);
-        self.solve(
-            |volume| mine.contains(&volume),
-            |volume, sums| Some(setup.volumes[volume].push(sums, substep.goals[volume], substep.h)),
-        );
-        self.on_volumes(substep, |_, _| true, stages);
+    /// A tile of its chunk.
+    fn tile(&self, index: usize) -> Tile<'a, T> {
+        Tile {
+            nodes: self.nodes,
+            features: self.features,
+            input: self.input,
+            substep: self.substep,
+            plan: &self.nodes.tiles[index],
+            index,
+            number: index - self.tiles.start,
+            worker: self.index,
+            old: self.old(),
+            next: self.next(),
+            // SAFETY: a worker has one tile at a time, which alone uses this.
+            scratch: unsafe { self.scratch.of(self.index) },
+            // SAFETY: each tile is in one worker's chunk, and nobody else looks at its marks before the next barrier.
+            marks: unsafe { self.marks.item(index) },
+            moved: Moved::None,
+        }
     }
 
-    fn attaches(&self) -> bool {
-        self.setup.attach.is_some()
+    /// Does something with each tile of its chunk.
+    pub fn each_tile(&self, mut job: impl FnMut(&mut Tile<'a, T>)) {
+        self.tiles.clone().for_each(|index| job(&mut self.tile(index)));
     }
 
-    fn attach(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
-        let Some(setup) = &self.setup.attach else { return };
+    /// The state at the start of the sub-step.
+    pub fn old(&self) -> [&'a [T]; 6] {
+        // SAFETY: in a sub-step all workers read this buffer and write the other; they swap after a barrier.
+        self.states[self.current].each_ref().map(|column| unsafe { column.read() })
+    }
+
+    /// The state after it.
+    pub fn next(&self) -> &'a Fields<T> {
+        &self.states[1 - self.current]
+    }
+
+    /// Waits for all workers: what they have written before is seen after it.
+    pub fn synchronise(&self) {
         self.barrier.wait();
-        let mut attach = AttachWorker {
-            setup,
-            shared: self.attach,
-            scratch: &mut self.scratch.attach,
-            share: self.share.clone(),
-            next: &self.buffers[1 - self.current],
-            inverse_mass: &self.setup.inverse_mass,
-            substep,
-        };
-        attach.answer();
-        self.barrier.wait();
-        attach.note_broken();
-        for index in self.share.clone() {
-            if !self.scratch.attach.answers(index - self.share.start).is_empty() {
-                stages(&mut self.tile(index, substep));
+    }
+
+    /// The same, where work is uneven: how long it takes says who has too little to do.
+    pub fn synchronise_uneven(&mut self) {
+        self.waited += self.barrier.wait_timed();
+    }
+
+    /// An even part of `count` things.
+    pub fn part(&self, count: usize) -> Range<usize> {
+        count * self.index / self.workers..count * (self.index + 1) / self.workers
+    }
+
+    /// Says which tiles of its chunk have nodes that the next passes move.
+    pub fn mark_moved(&self, moved: impl Fn(usize) -> bool) {
+        for tile in self.tiles.clone() {
+            // SAFETY: each tile is in one worker's chunk.
+            let marks = unsafe { self.marks.item(tile) };
+            *marks = marks.without(Marks::MOVED);
+            if moved(tile) {
+                *marks = marks.and(Marks::MOVED);
             }
         }
     }
 
-    fn collides(&self) -> bool {
-        self.setup.pairs.is_some()
-    }
-
-    fn pairs(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) {
-        let barrier = self.barrier;
-        let Some(mut pairs) = self.pair_worker() else { return };
-        pairs.note_moves();
-        let mut waited = barrier.wait_timed();
-        if pairs.is_stale() {
-            pairs.search(|| barrier.wait());
-        }
-        pairs.find_near();
-        waited += barrier.wait_timed();
-        let any = pairs.any();
-        if any {
-            pairs.answer(substep.h);
-            waited += barrier.wait_timed();
-        }
-        self.scratch.waited += waited;
-        for index in self.share.clone().filter(|_| any) {
-            let touches = |pairs: &PairScratch<T>| pairs.answers(index - self.share.start).len() > 0;
-            if self.scratch.pairs.as_ref().is_some_and(touches) {
-                stages(&mut self.tile(index, substep));
-            }
-        }
-    }
-
-    fn project(&mut self, substep: &Substep<T>, stages: impl Fn(&mut CpuTile<'_, T>)) -> bool {
-        let setup = self.setup;
-        let projects = |volume: usize| setup.volumes[volume].projects;
-        if !(0..setup.volumes.len()).any(projects) {
-            return true;
-        }
-        self.barrier.wait();
-        // SAFETY: all have moved their nodes before the barrier, and move them again after the next.
-        let next = [0, 1, 2].map(|axis| unsafe { self.buffers[1 - self.current][axis].read() });
-        self.note_origins(next);
-        self.on_volumes(substep, |_, volume| projects(volume), |tile| tile.measure_volume());
-        self.solve(projects, |volume, sums| setup.volumes[volume].projection(sums, substep.goals[volume]));
-        let off = |worker: &Self, volume: usize| projects(volume) && worker.scratch.pushes[volume].is_some();
-        let done = !(0..setup.volumes.len()).any(|volume| off(self, volume));
-        self.on_volumes(substep, off, stages);
-        done
-    }
-
-    fn end(&mut self, _: &Substep<T>) {
-        self.barrier.wait();
-        self.current = 1 - self.current;
-    }
-
-    fn diagnose(&mut self) {
-        let state = self.state();
-        for index in self.share.clone() {
-            // SAFETY: one place a tile, read after the frame.
-            let sums = &mut unsafe { self.tile_sums.write(index..index + 1) }[0];
-            *sums = StateSums {
-                contacts: sums.contacts,
-                ..tile_sums(self.setup, &self.setup.tiles[index], state)
-            };
-        }
-        for index in even(self.setup.volume_chunks.len(), self.index, self.workers) {
-            // SAFETY: one place a chunk, in one worker's share, read after the frame.
-            let volume = &mut unsafe { self.volumes.write(index..index + 1) }[0];
-            *volume = chunk_volume(self.setup, index, state);
-        }
+    /// Whether any tile of the scene has a mark. All workers must have synchronised since marks were set.
+    pub fn any_tile_has(&self, mark: Marks) -> bool {
+        // SAFETY: written before a barrier, and written again after another.
+        unsafe { self.marks.read() }.iter().any(|marks| marks.has(mark))
     }
 }

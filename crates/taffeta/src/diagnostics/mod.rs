@@ -3,6 +3,7 @@
 pub mod advice;
 pub(crate) mod cpu;
 pub(crate) mod digits;
+pub(crate) mod lanes;
 pub mod normals;
 #[cfg(feature = "gpu")]
 pub(crate) mod parity;

@@ -1,5 +1,6 @@
 //! Rows of the elements that several nodes share: hinges, panels and torques.
 
+use crate::gpu::boundary::ElementForces;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, Load};
 use crate::gpu::parity::bench::{Bench, Given};
@@ -41,10 +42,11 @@ fn panels(bench: &mut Bench<'_>) -> Result<(), String> {
     let fixtures = fixtures(bench)?;
     let kernel = kernel_of(bench, Name::new("blow_on_panels"), &fixtures[0])?;
     for mut fixture in fixtures {
-        let (between, _) = fixture.on_cpu(|_| {});
+        fixture.on_cpu(&[]);
+        let found = ElementForces::of(&mut fixture.cpu);
         let (first, count) = (fixture.tables.first_panel_force(), fixture.tables.panels.len());
         let mut wanted = vec![[f32::NAN; 4]; first];
-        wanted.extend(between.panel_forces[..count].iter().map(|&[x, y, z]| [x, y, z, 0.0]));
+        wanted.extend(found.panels.iter().map(|&[x, y, z]| [x, y, z, 0.0]));
         let (arrays, records) = (fixture.arrays(), fixture.records());
         bench.run(
             &kernel,
@@ -61,9 +63,9 @@ fn hinges(bench: &mut Bench<'_>) -> Result<(), String> {
     let fixtures = fixtures(bench)?;
     let kernel = kernel_of(bench, Name::new("bend_hinges"), &fixtures[0])?;
     for mut fixture in fixtures {
-        let (between, _) = fixture.on_cpu(|_| {});
-        let mut wanted: Vec<Four> =
-            between.hinge_forces.as_flattened().iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect();
+        fixture.on_cpu(&[]);
+        let found = ElementForces::of(&mut fixture.cpu);
+        let mut wanted: Vec<Four> = found.hinges.iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect();
         wanted.resize(wanted.len() + fixture.tables.panels.len(), [f32::NAN; 4]);
         let (arrays, records) = (fixture.arrays(), fixture.records());
         let groups = fixture.tables.hinges.len().div_ceil(256);
@@ -78,8 +80,9 @@ fn scales(bench: &mut Bench<'_>) -> Result<(), String> {
     let fixtures = fixtures(bench)?;
     let kernel = kernel_of(bench, Name::new("scale_loads"), &fixtures[0])?;
     for mut fixture in fixtures {
-        let (between, _) = fixture.on_cpu(|_| {});
-        let wanted = scaled_loads(&fixture, &between.torques);
+        fixture.on_cpu(&[]);
+        let torques = ElementForces::of(&mut fixture.cpu).torques;
+        let wanted = scaled_loads(&fixture, &torques);
         let mut arrays = fixture.arrays();
         let poisoned: Vec<Load> = wanted.iter().map(|load| Load { factor: f32::NAN, ..*load }).collect();
         arrays.insert("loads", words(&poisoned));

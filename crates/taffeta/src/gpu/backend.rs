@@ -5,8 +5,9 @@ use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
 use crate::contact::colliders::gpu_layout::Collider;
-use crate::cpu::backend::Between;
+use crate::cpu::apart::Between;
 use crate::diagnostics::{FrameSums, PairSums};
+use crate::gpu::boundary::ElementForces;
 use crate::gpu::drawn::{Drawn, VertexTarget, View};
 use crate::gpu::kernels::Kernels;
 use crate::gpu::layout::{Four, Motion};
@@ -16,6 +17,7 @@ use crate::gpu::options::{
     GpuKernels, GpuOptions, doubt, refuse_constraints, refuse_large_meshes, refuse_late, refuse_loops,
     refuse_untiled,
 };
+use crate::gpu::order;
 use crate::gpu::paper::{self, Paper};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::segment::Segment;
@@ -23,7 +25,7 @@ use crate::gpu::sums;
 use crate::gpu::tables::{Tables, segments};
 use crate::plan;
 use crate::scene::Method;
-use crate::step::{self, Stage};
+use crate::step::Stage;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::{Mutex, OnceLock, PoisonError};
@@ -158,7 +160,7 @@ impl GpuBackend {
                 all: substeps.len(),
                 fault: Ok(()),
             };
-            step::frame(&mut recorder, &numbers);
+            order::frame(&mut recorder, &numbers);
             recorder.fault?;
         }
         Ok(())
@@ -257,15 +259,15 @@ impl GpuBackend {
     }
 
     /// Puts the forces that the CPU has found where the GPU's stages look for them.
-    pub fn put_forces(&self, between: &Between<f32>, scales: &[f32]) {
+    pub fn put_forces(&self, between: &Between<f32>, elements: &ElementForces, scales: &[f32]) {
         let (mut hinge, mut panel) = (0, 0);
         for segment in &self.segments {
-            let hinges = hinge..hinge + segment.tables.hinges.len();
+            let hinges = hinge..hinge + 4 * segment.tables.hinges.len();
             let panels = panel..panel + segment.tables.panels.len();
             (hinge, panel) = (hinges.end, panels.end);
-            let corners = between.hinge_forces.get(hinges).unwrap_or_default().as_flattened();
-            let elements = [corners, between.panel_forces.get(panels).unwrap_or_default()].concat();
-            segment.put_forces(&between.force, &elements, &between.torques, scales);
+            let hinges = elements.hinges.get(hinges).unwrap_or_default();
+            let all = [hinges, elements.panels.get(panels).unwrap_or_default()].concat();
+            segment.put_forces(&between.force, &all, &elements.torques, scales);
         }
     }
 

@@ -4,14 +4,18 @@
 use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
 use crate::build::Assembly;
 use crate::cpu::CpuBackend;
-use crate::cpu::backend::Between;
+use crate::cpu::apart::Between;
 use crate::diagnostics::FrameSums;
+use crate::elements::aero::cpu::AirPanels;
+use crate::elements::cpu::Elements;
+use crate::elements::hinge::cpu::Hinges;
+use crate::elements::load::cpu::Loads;
+use crate::features;
 use crate::gpu::backend::GpuBackend;
 use crate::gpu::layout::Four;
 use crate::gpu::options::GpuOptions;
-use crate::gpu::recorder::Listed;
 use crate::plan;
-use crate::step::{self, Stage, Stages, Tile};
+use crate::step::{Op, Stage};
 
 /// Both backends, and where one hands over to the other.
 pub struct Boundary {
@@ -22,37 +26,45 @@ pub struct Boundary {
     substeps: u64,
 }
 
+/// Operations on tiles that the CPU can do before the GPU takes over.
+const ON_CPU: [Op; 6] = [Op::Loads, Op::Gather, Op::Springs, Op::Integrate, Op::Pins, Op::Contact];
+
+/// What the CPU has found of elements in a sub-step.
+pub struct ElementForces {
+    /// Factor of each load that is a torque [N/m].
+    pub torques: Vec<f32>,
+    /// Forces on the corners of each hinge [N].
+    pub hinges: Vec<[f32; 3]>,
+    /// Force of the air on each corner of each panel [N].
+    pub panels: Vec<[f32; 3]>,
+}
+
+impl ElementForces {
+    /// As last found.
+    pub fn of(cpu: &mut CpuBackend<f32>) -> Self {
+        let torques = cpu.feature::<Loads<f32>>().map_or(Vec::new(), |loads| loads.torques().to_vec());
+        let Some(elements) = cpu.feature::<Elements<f32>>() else {
+            return Self { torques, hinges: Vec::new(), panels: Vec::new() };
+        };
+        let hinges =
+            elements.set::<Hinges<f32>>().map_or(Vec::new(), |set| set.forces().as_flattened().to_vec());
+        let air = elements.set::<AirPanels<f32>>();
+        Self { torques, hinges, panels: air.map_or(Vec::new(), AirPanels::forces) }
+    }
+}
+
 impl Boundary {
     /// Takes a scene, built twice, to both.
     pub fn new(options: &GpuOptions, [a, b]: [Assembly; 2]) -> Result<Self, String> {
-        let (cpu, gpu) = (CpuBackend::new(a, 1)?, GpuBackend::new(options, b)?);
+        let (cpu, gpu) = (features::on_cpu(a, 1)?, GpuBackend::new(options, b)?);
         Ok(Self { cpu, gpu, from: options.from, substeps: 0 })
     }
 
     fn substep(&mut self, substep: &plan::Substep<f32>, input: &FrameInput) -> Result<(), Lost> {
         let places = self.cpu.assembly().places;
         let mut between = Between { force: vec![[0.0; 3]; places], ..Between::default() };
-        let mut order = Order::default();
-        step::frame(&mut order, &[()]);
-        let (before, from) = (order.0, self.from);
-        self.cpu.apart(substep, input, &mut between, |tile| {
-            for stage in before.iter().filter(|stage| **stage < from) {
-                match stage {
-                    Stage::Loads => tile.loads(),
-                    Stage::Springs => tile.springs(),
-                    Stage::Integrate => tile.integrate(),
-                    Stage::Pins => tile.pins(),
-                    Stage::Contact => tile.contact(),
-                    Stage::Elements
-                    | Stage::Constraints
-                    | Stage::Volumes
-                    | Stage::Attach
-                    | Stage::Pairs
-                    | Stage::Project
-                    | Stage::Diagnose => {}
-                }
-            }
-        });
+        let operations: Vec<Op> = ON_CPU.into_iter().filter(|op| op.stage() < self.from).collect();
+        self.cpu.apart(substep, input, &mut between, &operations);
         self.upload(substep, &between)?;
         self.gpu.finish(substep, input)?;
         let (position, velocity) = self.gpu.places()?;
@@ -70,7 +82,7 @@ impl Boundary {
             let touched = if collided { &between.touched[..] } else { &[] };
             self.gpu.put_state(true, &self.fours(places, true, touched));
         }
-        self.gpu.put_forces(between, &substep.scales);
+        self.gpu.put_forces(between, &ElementForces::of(&mut self.cpu), &substep.scales);
         Ok(self.gpu.health()?)
     }
 
@@ -87,55 +99,6 @@ impl Boundary {
             (0..places).map(|place| four(3, place, sign(place) * mass[place])).collect(),
         ]
     }
-}
-
-/// The particle stages in the order in which a sub-step asks for them.
-#[derive(Default)]
-struct Order(Vec<Stage>);
-
-impl Stages for Order {
-    type Substep = ();
-    type Tile<'t> = Listed;
-
-    fn elements(&mut self, (): &()) {}
-
-    fn particles(&mut self, (): &(), stages: impl Fn(&mut Listed)) {
-        let mut listed = Listed::default();
-        stages(&mut listed);
-        self.0.extend(listed.stages());
-    }
-
-    fn constrains(&self) -> bool {
-        false
-    }
-
-    fn constraints(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
-
-    fn keeps_volumes(&self) -> bool {
-        false
-    }
-
-    fn volumes(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
-
-    fn attaches(&self) -> bool {
-        false
-    }
-
-    fn attach(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
-
-    fn collides(&self) -> bool {
-        false
-    }
-
-    fn pairs(&mut self, (): &(), _: impl Fn(&mut Listed)) {}
-
-    fn project(&mut self, (): &(), _: impl Fn(&mut Listed)) -> bool {
-        true
-    }
-
-    fn end(&mut self, (): &()) {}
-
-    fn diagnose(&mut self) {}
 }
 
 impl Backend for Boundary {

@@ -12,6 +12,7 @@ pub mod layout_tests;
 pub mod mirror;
 pub mod normals;
 pub mod options;
+pub mod order;
 pub mod paper;
 pub mod parity;
 pub mod recorder;

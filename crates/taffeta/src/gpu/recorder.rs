@@ -2,8 +2,9 @@
 
 use crate::gpu::kernels::{Contact, Kernels, Name};
 use crate::gpu::layout::{GROUP, NODE_SUMS, RESTORED};
+use crate::gpu::order::{Stages, Tile};
 use crate::gpu::segment::{Counts, Segment};
-use crate::step::{Stage, Stages, Tile};
+use crate::step::Stage;
 use taffeta_gpu::{DispatchList, GpuError};
 
 /// Writes down what a segment does in a frame.
@@ -391,7 +392,8 @@ impl Recorder<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step;
+    use crate::gpu::order as step;
+    use crate::step::PROJECTIONS;
 
     /// What a sub-step asks of bodies that keep their volume.
     #[derive(Default)]
@@ -458,7 +460,7 @@ mod tests {
         step::frame(&mut asked, &[()]);
         let forces = vec![Loads, Springs, Volumes];
         let particles = vec![Volumes, Integrate, Pins, Contact];
-        let rounds = vec![vec![Project, Contact]; step::PROJECTIONS];
+        let rounds = vec![vec![Project, Contact]; PROJECTIONS];
         assert_eq!(asked.0, [vec![forces, particles], rounds].concat());
     }
 }

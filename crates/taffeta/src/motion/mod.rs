@@ -1,4 +1,5 @@
 //! Motion that is given: keyframes, and the nodes that follow them.
 
+pub mod cpu;
 pub mod keyframes;
 pub mod pins;

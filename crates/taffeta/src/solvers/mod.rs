@@ -6,3 +6,4 @@ pub mod explicit;
 pub mod implicit;
 #[cfg(feature = "gpu")]
 pub mod iterations;
+pub mod waiting;

@@ -1,197 +1,510 @@
-//! Memory and sums of the bodies that keep their volume. A body is summed up in groups of 256 nodes, each by halves, then
-//! its groups the same way: an order that depends on neither threads nor vector width, and that a GPU can follow.
+//! Volumes on the CPU: the multiplier of each body, its force, and rounds that move nodes where contact has changed a volume.
 
-use crate::build::Assembly;
+use crate::contact::colliders::cpu::Colliders;
+use crate::cpu::backend::Context;
 use crate::cpu::column::Column;
-use crate::cpu::shared::Shared;
-use crate::cpu::tiles::TilePlan;
-use crate::real::Real;
+use crate::cpu::feature::{Feature, Flow};
+use crate::cpu::shared::{PerWorker, Shared};
+use crate::cpu::simd::Kernel;
+use crate::cpu::tile::{Moved, Tile};
+use crate::cpu::tiles::{TILE_NODES, TilePlan};
+use crate::cpu::worker::Worker;
+use crate::elements::spring::cpu::Springs;
+use crate::real::{Real, scale, sub};
+use crate::solvers::explicit::euler;
+use crate::step::{Marks, Op};
 use crate::topology::LANES;
-use crate::volume::volume::{self, Form, Node, Push, SUMS, WEIGHTED_SUMS};
+use crate::volume::cpu_sums::{GROUP, Summed, VolumeBody, group_sums, groups, weighted_group_sums};
+use crate::volume::volume::{self, Node, Push, WEIGHTED_SUMS};
 use std::ops::Range;
 
-/// Nodes that are summed up together.
-pub const GROUP: usize = 256;
-
-/// A body that keeps its volume, or is under a pressure.
-pub struct VolumeBody<T> {
-    /// Its first node, from which places are counted.
-    pub first: usize,
-    /// How the multiplier is found.
-    pub form: Form,
-    /// Whether nodes are moved after contact.
-    pub projects: bool,
-    /// Weights of its nodes.
-    pub weights: Option<Column<T>>,
-    /// Its places among those of all such bodies.
-    pub places: Range<usize>,
-    /// Its groups among those of all such bodies.
-    pub groups: Range<usize>,
-}
-
-/// What such bodies need between the stages of a sub-step, by place. Forces and gradients of the state before wait in the
-/// buffer of the state after.
-pub struct Corrections<T> {
+/// Bodies that keep their volume, or are under a pressure.
+pub struct Volumes<T> {
+    bodies: Vec<VolumeBody<T>>,
+    /// Which of them each body of the scene is.
+    of_body: Vec<Option<usize>>,
     /// Gradient of the volume [m²] in the state after; nothing where no volume is restored.
-    pub gradient: [Column<T>; 3],
-    /// Whether a place has touched a collider in this sub-step.
-    pub touched: Vec<bool>,
+    gradient: [Shared<T>; 3],
     /// Sums of each group.
-    pub sums: Vec<[T; WEIGHTED_SUMS]>,
+    sums: Shared<[T; WEIGHTED_SUMS]>,
+    scratch: PerWorker<VolumeScratch<T>>,
 }
 
-/// The same, lent to all workers.
-pub struct SharedCorrections<'a, T> {
-    pub gradient: [Shared<'a, T>; 3],
-    pub touched: Shared<'a, bool>,
-    pub sums: Shared<'a, [T; WEIGHTED_SUMS]>,
+/// What a worker keeps.
+struct VolumeScratch<T> {
+    /// Gradients of the volume by the positions of one tile's nodes [m²].
+    gradient: [Column<T>; 3],
+    /// What pushes each volume in this sub-step.
+    pushes: Vec<Option<Push<T>>>,
+    /// From where positions of each volume's nodes are counted [m].
+    origins: Vec<[T; 3]>,
 }
 
-impl<T: Real> VolumeBody<T> {
-    /// All of a scene, and which of them each body is.
-    pub fn all(assembly: &Assembly) -> (Vec<Self>, Vec<Option<usize>>) {
-        let (mut all, mut of_body): (Vec<Self>, _) = (Vec::new(), Vec::new());
-        for body in &assembly.bodies {
-            let Some(kept) = &body.volume else {
-                of_body.push(None);
-                continue;
-            };
-            of_body.push(Some(all.len()));
-            let (place, group) = all.last().map_or((0, 0), |last| (last.places.end, last.groups.end));
-            all.push(Self {
-                first: body.first,
-                form: kept.form,
-                projects: kept.projects,
-                weights: kept.weights.as_ref().map(|weights| column(weights)),
-                places: place..place + body.places(),
-                groups: group..group + body.nodes.div_ceil(GROUP),
-            });
-        }
-        (all, of_body)
-    }
-
-    /// Numbers that it sums up.
-    fn numbers(&self) -> usize {
-        if self.weights.is_some() { WEIGHTED_SUMS } else { SUMS }
-    }
-
-    /// Sums up its groups.
-    fn sums(&self, groups: &[[T; WEIGHTED_SUMS]]) -> [T; WEIGHTED_SUMS] {
-        let mut sums = [T::ZERO; WEIGHTED_SUMS];
-        for (number, sum) in sums.iter_mut().enumerate().take(self.numbers()) {
-            let mut lanes = [T::ZERO; GROUP];
-            for (i, group) in groups[self.groups.clone()].iter().enumerate() {
-                lanes[i % GROUP] += group[number];
-            }
-            *sum = halves(&mut lanes);
-        }
-        sums
-    }
-
-    /// The push of a sub-step of `h` [s].
-    pub fn push(&self, groups: &[[T; WEIGHTED_SUMS]], goal: T, h: T) -> Push<T> {
-        volume::push(self.form, &self.sums(groups)[..self.numbers()], goal, h)
-    }
-
-    /// The push that restores the volume; `None` where it is as it should be.
-    pub fn projection(&self, groups: &[[T; WEIGHTED_SUMS]], goal: T) -> Option<Push<T>> {
-        volume::projection(&self.sums(groups)[..self.numbers()], goal, T::PROJECTED)
-    }
-
-    /// Where a run of the scene's places is among those of all such bodies.
-    pub fn among(&self, run: &Range<usize>) -> Range<usize> {
-        let shift = |place: usize| place - self.first + self.places.start;
-        shift(run.start)..shift(run.end)
-    }
-}
-
-fn column<T: Real>(numbers: &[f64]) -> Column<T> {
-    let mut column = Column::zeros(numbers.len());
-    column.iter_mut().zip(numbers).for_each(|(to, &from)| *to = T::from_f64(from));
-    column
-}
-
-/// The sum of all lanes: the upper half is added to the lower, again and again.
-#[inline(always)]
-fn halves<T: Real>(lanes: &mut [T; GROUP]) -> T {
-    let mut half = GROUP / 2;
-    while half > 0 {
-        let (low, high) = lanes.split_at_mut(half);
-        low.iter_mut().zip(&high[..half]).for_each(|(low, &high)| *low += high);
-        half /= 2;
-    }
-    lanes[0]
-}
-
-/// Nodes that are summed up. A trait, because closures are not always inlined, and a kernel must be.
-pub trait Summed<T>: Sized {
-    /// Some of them; `#[inline(always)]`, as all of these.
-    fn part(&self, part: &Range<usize>) -> Self;
-    /// One of them.
-    fn node(&self, i: usize) -> Node<T>;
-}
-
-/// Sums of a part of a tile, `GROUP` nodes at most.
-#[inline(always)]
-pub fn group_sums<T: Real>(part: &Range<usize>, nodes: &impl Summed<T>) -> [T; WEIGHTED_SUMS] {
-    let [mut volumes, mut fluxes, mut responses] = [[T::ZERO; GROUP]; SUMS];
-    let (n, nodes) = (part.len(), nodes.part(part));
-    let (volume, flux, response) = (&mut volumes[..n], &mut fluxes[..n], &mut responses[..n]);
-    for i in 0..n {
-        [volume[i], flux[i], response[i]] = volume::terms(&nodes.node(i));
-    }
-    let mut sums = [T::ZERO; WEIGHTED_SUMS];
-    sums[0] = halves(&mut volumes);
-    sums[1] = halves(&mut fluxes);
-    sums[2] = halves(&mut responses);
-    sums
-}
-
-/// The same of nodes with weights and masses [kg].
-pub fn weighted_group_sums<T: Real>(
-    part: &Range<usize>,
-    nodes: &impl Summed<T>,
-    weights: &[T],
-    mass: &[T],
-) -> [T; WEIGHTED_SUMS] {
-    let mut lanes = [[T::ZERO; GROUP]; WEIGHTED_SUMS];
-    for (at, i) in part.clone().enumerate() {
-        let terms = volume::weighted_terms(&nodes.node(i), weights[i], mass[i]);
-        lanes.iter_mut().zip(terms).for_each(|(lanes, term)| lanes[at] = term);
-    }
-    lanes.each_mut().map(halves)
-}
-
-impl<T: Real> Corrections<T> {
-    /// Room for some bodies.
-    pub fn new(bodies: &[VolumeBody<T>]) -> Self {
-        let (places, groups) = bodies.last().map_or((0, 0), |last| (last.places.end, last.groups.end));
+impl<T: Real> Volumes<T> {
+    /// Those of a scene, if it has any.
+    pub fn new(context: &Context<'_, T>) -> Option<Self> {
+        let (bodies, of_body) = VolumeBody::all(context.assembly);
+        let last = bodies.last()?;
+        let (places, groups) = (last.places.end, last.groups.end);
         let moved = if bodies.iter().any(|body| body.projects) { places } else { 0 };
+        let scratch = |_| VolumeScratch {
+            gradient: std::array::from_fn(|_| Column::zeros(context.largest_tile())),
+            pushes: vec![None; bodies.len()],
+            origins: vec![[T::ZERO; 3]; bodies.len()],
+        };
+        Some(Self {
+            gradient: std::array::from_fn(|_| Column::zeros(moved).into()),
+            sums: vec![[T::ZERO; WEIGHTED_SUMS]; groups].into(),
+            scratch: PerWorker::new(context.workers(), scratch),
+            bodies,
+            of_body,
+        })
+    }
+
+    /// Places of all bodies: among those of such bodies, and among all.
+    #[cfg(feature = "gpu")]
+    pub fn places(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.bodies.iter().flat_map(|body| (body.places.clone()).zip(body.first..))
+    }
+
+    /// Gradient of the volume in the state after, at a place among those of such bodies, between frames.
+    #[cfg(feature = "gpu")]
+    pub fn gradient_of(&self, among: usize) -> [T; 3] {
+        // SAFETY: no worker works between frames.
+        self.gradient.each_ref().map(|column| unsafe { column.read() }[among])
+    }
+
+    /// Sums of each group, between frames.
+    #[cfg(feature = "gpu")]
+    pub fn all_sums(&self) -> &[[T; WEIGHTED_SUMS]] {
+        // SAFETY: no worker works between frames.
+        unsafe { self.sums.read() }
+    }
+
+    /// What a worker keeps.
+    #[expect(clippy::mut_from_ref, reason = "operations of a worker run one after the other")]
+    fn scratch(&self, worker: usize) -> &mut VolumeScratch<T> {
+        // SAFETY: each worker has its own; each operation asks once and keeps nothing of it.
+        unsafe { self.scratch.of(worker) }
+    }
+
+    /// The volume of a tile, and what pushes it.
+    fn pushed(&self, tile: &Tile<'_, T>) -> Option<(usize, Push<T>)> {
+        let volume = self.of_body[tile.plan.body]?;
+        Some((volume, self.scratch(tile.worker).pushes[volume]?))
+    }
+
+    /// Notes from where positions are counted in a state.
+    fn note_origins(&self, worker: usize, state: [&[T]; 3]) {
+        for (origin, volume) in self.scratch(worker).origins.iter_mut().zip(&self.bodies) {
+            *origin = state.map(|column| column[volume.first]);
+        }
+    }
+
+    /// The tile's part of the gradients in the state after.
+    #[expect(clippy::mut_from_ref, reason = "tiles do not overlap")]
+    fn new_gradients(&self, tile: &Tile<'_, T>, volume: usize) -> [&mut [T]; 3] {
+        let among = self.bodies[volume].among(&tile.run());
+        // SAFETY: tiles do not overlap, each is in one worker's chunk, and each operation takes its part once.
+        self.gradient.each_ref().map(|column| unsafe { column.write(among.clone()) })
+    }
+
+    /// Which of the tile's nodes have touched a collider.
+    fn touched<'t>(&self, tile: &Tile<'t, T>) -> &'t [bool] {
+        let Some(colliders) = tile.features.get::<Colliders<T>>() else { return &[] };
+        // SAFETY: tiles do not overlap, each is in one worker's chunk, and nodes touch in another operation.
+        unsafe { colliders.touched(&tile.run()) }
+    }
+
+    /// The numbers of the tile's nodes, with their weights.
+    fn nodes<'t>(&'t self, tile: &Tile<'t, T>, volume: usize) -> Nodes<'t, T> {
+        let (body, run) = (&self.bodies[volume], tile.run());
+        Nodes {
+            origin: self.scratch(tile.worker).origins[volume],
+            inverse_mass: &tile.nodes.inverse_mass[run.clone()],
+            mass: &tile.nodes.mass[run.clone()],
+            weights: body
+                .weights
+                .as_ref()
+                .map(|weights| &weights[run.start - body.first..run.end - body.first]),
+        }
+    }
+
+    /// Adds springs along edges, and finds the gradient of the volume, in one walk.
+    fn walk(&self, tile: &mut Tile<'_, T>) {
+        let springs = tile.features.get::<Springs<T>>().and_then(|springs| springs.rings(tile.plan.body));
+        let Some(springs) = springs else { return };
+        let old = tile.old.map(|column| &column[tile.plan.first..]);
+        let (units, gradient) = (tile.plan.units.clone(), &mut self.scratch(tile.worker).gradient);
+        springs.springs_and_gradients(tile.nodes.level, units, old, &mut tile.scratch.force, gradient);
+    }
+
+    /// Finds the gradient of the volume alone, from positions by axis.
+    fn find_gradients(&self, tile: &Tile<'_, T>, positions: [&[T]; 3]) {
+        let springs = tile.features.get::<Springs<T>>().and_then(|springs| springs.rings(tile.plan.body));
+        let Some(springs) = springs else { return };
+        let positions = positions.map(|column| &column[tile.plan.first..]);
+        let (units, gradient) = (tile.plan.units.clone(), &mut self.scratch(tile.worker).gradient);
+        springs.gradients(tile.nodes.level, units, positions, gradient);
+    }
+
+    /// Keeps forces and gradients for later, and sums up what the multiplier needs.
+    fn sum_up(&self, tile: &Tile<'_, T>) {
+        let Some(volume) = self.of_body[tile.plan.body] else { return };
+        let (nodes, run) = (self.nodes(tile, volume), tile.run());
+        let (n, force, gradient) = (run.len(), &tile.scratch.force, &self.scratch(tile.worker).gradient);
+        // Until the multiplier is known there is no state after, and its buffer is the nearest room.
+        for (axis, kept) in tile.after(&run).into_iter().enumerate() {
+            kept.copy_from_slice(if axis < 3 { &gradient[axis][..n] } else { &force[axis - 3][..n] });
+        }
+        let moving = Moving {
+            origin: nodes.origin,
+            place: [0, 1, 2].map(|axis| &tile.old[axis][run.clone()]),
+            velocity: [3, 4, 5].map(|axis| &tile.old[axis][run.clone()]),
+            force: force.each_ref().map(|column| &column[..n]),
+            gradient: gradient.each_ref().map(|column| &column[..n]),
+            inverse_mass: nodes.inverse_mass,
+            gravity: tile.substep.gravity.map(T::from_f64),
+            h: tile.substep.h,
+        };
+        self.put_sums(tile, volume, &nodes, &moving);
+    }
+
+    fn put_sums(&self, tile: &Tile<'_, T>, volume: usize, nodes: &Nodes<'_, T>, summed: &impl Summed<T>) {
+        let first = self.bodies[volume].groups.start;
+        for (group, part) in groups(tile.plan) {
+            let group = first + group;
+            // SAFETY: groups do not straddle tiles; all read them after a barrier.
+            let sums = unsafe { self.sums.item(group) };
+            *sums = tile.nodes.level.run(PartSums { nodes, summed, part });
+        }
+    }
+
+    /// Finds what pushes the volumes that are `chosen`, once all have written their sums.
+    fn solve(
+        &self,
+        worker: &Worker<'_, T>,
+        chosen: impl Fn(usize) -> bool,
+        solve: impl Fn(&VolumeBody<T>, &[[T; WEIGHTED_SUMS]], T) -> Option<Push<T>>,
+    ) {
+        // SAFETY: sums are written before a barrier and read after it.
+        let sums = unsafe { self.sums.read() };
+        let pushes = &mut self.scratch(worker.index).pushes;
+        for volume in (0..self.bodies.len()).filter(|volume| chosen(*volume)) {
+            pushes[volume] = solve(&self.bodies[volume], sums, worker.substep.goals[volume]);
+        }
+    }
+
+    /// Finds the multipliers of the volumes that the worker has tiles of.
+    fn find_multipliers(&self, worker: &Worker<'_, T>) {
+        // Bodies and their tiles are in one order.
+        let mut of_tiles =
+            worker.nodes.tiles[worker.tiles.clone()].iter().filter_map(|tile| self.of_body[tile.body]);
+        let (first, last) = (of_tiles.next(), of_tiles.next_back());
+        let mine = first.map_or(0..0, |first| first..last.unwrap_or(first) + 1);
+        let h = worker.substep.h;
+        self.solve(
+            worker,
+            |volume| mine.contains(&volume),
+            |body, sums, goal| Some(body.push(sums, goal, h)),
+        );
+    }
+
+    /// Force of the tile's nodes with that of the constraint.
+    fn add_forces(&self, tile: &mut Tile<'_, T>) {
+        let Some((volume, push)) = self.pushed(tile) else { return };
+        let (nodes, run) = (self.nodes(tile, volume), tile.run());
+        let place = [0, 1, 2].map(|axis| &tile.old[axis][run.clone()]);
+        let [gx, gy, gz, force @ ..] = tile.after(&run);
+        let gradient = [&*gx, &*gy, &*gz];
+        let [fx, fy, fz] = &mut tile.scratch.force;
+        let [x, y, z] = [&mut fx[..gx.len()], &mut fy[..gx.len()], &mut fz[..gx.len()]];
+        for (to, from) in [&mut *x, &mut *y, &mut *z].into_iter().zip(force) {
+            to.copy_from_slice(from);
+        }
+        tile.nodes.level.run(PushForces { push: &push, nodes, place, gradient, to: [x, y, z] });
+    }
+
+    /// Measures the volumes that are restored, and finds which are off.
+    fn measure_volumes(&self, worker: &Worker<'_, T>) -> Flow {
+        let projects = |volume: usize| self.bodies[volume].projects;
+        if !(0..self.bodies.len()).any(projects) {
+            return Flow::Done;
+        }
+        // SAFETY: all have moved their nodes before the barrier, and move them again after the next.
+        let next = worker.next().each_ref().map(|column| unsafe { column.read() });
+        let [x, y, z, ..] = next;
+        self.note_origins(worker.index, [x, y, z]);
+        worker.each_tile(|tile| {
+            if self.of_body[tile.plan.body].is_some_and(projects) {
+                self.measure_tile(tile, [x, y, z]);
+            }
+        });
+        worker.synchronise();
+        self.solve(worker, projects, |body, sums, goal| body.projection(sums, goal));
+        let pushes = &self.scratch(worker.index).pushes;
+        let off = |volume: usize| projects(volume) && pushes[volume].is_some();
+        worker.mark_moved(|tile| self.of_body[worker.nodes.tiles[tile].body].is_some_and(off));
+        if (0..self.bodies.len()).any(off) { Flow::Go } else { Flow::Done }
+    }
+
+    /// Gradients at the new positions, and sums over nodes that may still be moved.
+    fn measure_tile(&self, tile: &Tile<'_, T>, next: [&[T]; 3]) {
+        let Some(volume) = self.of_body[tile.plan.body] else { return };
+        self.find_gradients(tile, next);
+        let (nodes, run) = (self.nodes(tile, volume), tile.run());
+        let gradient = &self.scratch(tile.worker).gradient;
+        for (kept, new) in self.new_gradients(tile, volume).into_iter().zip(gradient) {
+            kept.copy_from_slice(&new[..run.len()]);
+        }
+        let still = Still {
+            origin: nodes.origin,
+            place: next.map(|column| &column[run.clone()]),
+            gradient: gradient.each_ref().map(|column| &column[..run.len()]),
+            inverse_mass: nodes.inverse_mass,
+            weights: nodes.weights,
+            touched: self.touched(tile),
+        };
+        self.put_sums(tile, volume, &nodes, &still);
+    }
+
+    /// Moves nodes that have touched nothing.
+    fn restore(&self, tile: &mut Tile<'_, T>) {
+        let Some((volume, push)) = self.pushed(tile) else { return };
+        tile.moved = Moved::Any;
+        let (nodes, run) = (self.nodes(tile, volume), tile.run());
+        let [x, y, z, ..] = tile.after(&run);
+        if !tile.substep.colliders.is_empty() {
+            for (before, now) in tile.scratch.before.iter_mut().zip([&*x, &*y, &*z]) {
+                before[..run.len()].copy_from_slice(now);
+            }
+        }
+        let gradient = self.new_gradients(tile, volume).map(|column| &*column);
+        let touched = self.touched(tile);
+        tile.nodes.level.run(PushPlaces { push: &push, nodes, gradient, touched, to: [x, y, z] });
+    }
+}
+
+impl<T: Real> Feature<T> for Volumes<T> {
+    fn ops(&self) -> &'static [Op] {
+        &[
+            Op::Rings,
+            Op::Gradients,
+            Op::VolumeSums,
+            Op::Multipliers,
+            Op::VolumeForces,
+            Op::MeasureVolumes,
+            Op::RestoreVolumes,
+        ]
+    }
+
+    fn marks(&self, plan: &TilePlan) -> Marks {
+        if self.of_body[plan.body].is_some() { Marks::VOLUME } else { Marks::NONE }
+    }
+
+    fn begin(&self, worker: &mut Worker<'_, T>) {
+        let [x, y, z, ..] = worker.old();
+        self.note_origins(worker.index, [x, y, z]);
+    }
+
+    fn run(&self, op: Op, worker: &mut Worker<'_, T>) -> Flow {
+        if op == Op::MeasureVolumes {
+            return self.measure_volumes(worker);
+        }
+        self.find_multipliers(worker);
+        Flow::Go
+    }
+
+    fn tile(&self, op: Op, tile: &mut Tile<'_, T>) {
+        match op {
+            Op::Rings => self.walk(tile),
+            Op::Gradients => self.find_gradients(tile, [tile.old[0], tile.old[1], tile.old[2]]),
+            Op::VolumeSums => self.sum_up(tile),
+            Op::VolumeForces => self.add_forces(tile),
+            _ => self.restore(tile),
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        3 * self.gradient[0].bytes() + self.sums.bytes()
+    }
+}
+
+/// What does not change in a frame.
+struct Nodes<'a, T> {
+    origin: [T; 3],
+    inverse_mass: &'a [T],
+    mass: &'a [T],
+    weights: Option<&'a [T]>,
+}
+
+impl<T: Real> Nodes<'_, T> {
+    /// −u of a node: what λ is multiplied by.
+    #[inline(always)]
+    fn direction(&self, push: &Push<T>, i: usize, x: [T; 3], gradient: [T; 3]) -> [T; 3] {
+        match self.weights {
+            None => scale(gradient, -T::ONE),
+            Some(weights) => {
+                volume::direction(push, (&sub(x, self.origin), &gradient), weights[i], self.mass[i])
+            }
+        }
+    }
+}
+
+/// Kernel: the sums of a part of a tile.
+struct PartSums<'a, 'b, T, S> {
+    nodes: &'a Nodes<'b, T>,
+    summed: &'a S,
+    part: Range<usize>,
+}
+
+impl<T: Real, S: Summed<T>> Kernel for PartSums<'_, '_, T, S> {
+    type Output = [T; WEIGHTED_SUMS];
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let Self { nodes, summed, part } = self;
+        match nodes.weights {
+            None => group_sums(&part, summed),
+            Some(weights) => weighted_group_sums(&part, summed, weights, nodes.mass),
+        }
+    }
+}
+
+/// Nodes with the velocity that they would have without the constraint.
+struct Moving<'a, T> {
+    origin: [T; 3],
+    place: [&'a [T]; 3],
+    velocity: [&'a [T]; 3],
+    force: [&'a [T]; 3],
+    gradient: [&'a [T]; 3],
+    inverse_mass: &'a [T],
+    gravity: [T; 3],
+    h: T,
+}
+
+impl<T: Real> Summed<T> for Moving<'_, T> {
+    #[inline(always)]
+    fn part(&self, part: &Range<usize>) -> Self {
         Self {
-            gradient: std::array::from_fn(|_| Column::zeros(moved)),
-            touched: vec![false; places],
-            sums: vec![[T::ZERO; WEIGHTED_SUMS]; groups],
+            place: cut(&self.place, part),
+            velocity: cut(&self.velocity, part),
+            force: cut(&self.force, part),
+            gradient: cut(&self.gradient, part),
+            inverse_mass: &self.inverse_mass[part.clone()][..part.len()],
+            ..*self
         }
     }
 
-    /// Lends it.
-    pub fn share(&mut self) -> SharedCorrections<'_, T> {
-        SharedCorrections {
-            gradient: self.gradient.each_mut().map(|column| Shared::new(column)),
-            touched: Shared::new(&mut self.touched),
-            sums: Shared::new(&mut self.sums),
+    #[inline(always)]
+    fn node(&self, i: usize) -> Node<T> {
+        let inverse_mass = self.inverse_mass[i];
+        let [u, v, w] = at(&self.velocity, i);
+        let ([fx, fy, fz], [gx, gy, gz]) = (at(&self.force, i), self.gravity);
+        let velocity = [
+            euler::velocity(u, fx, inverse_mass, gx, self.h),
+            euler::velocity(v, fy, inverse_mass, gy, self.h),
+            euler::velocity(w, fz, inverse_mass, gz, self.h),
+        ];
+        let place = sub(at(&self.place, i), self.origin);
+        Node { place, gradient: at(&self.gradient, i), velocity, inverse_mass }
+    }
+}
+
+/// Nodes that may be moved where they have touched nothing.
+struct Still<'a, T> {
+    origin: [T; 3],
+    place: [&'a [T]; 3],
+    gradient: [&'a [T]; 3],
+    inverse_mass: &'a [T],
+    weights: Option<&'a [T]>,
+    touched: &'a [bool],
+}
+
+impl<T: Real> Summed<T> for Still<'_, T> {
+    #[inline(always)]
+    fn part(&self, part: &Range<usize>) -> Self {
+        Self {
+            place: cut(&self.place, part),
+            gradient: cut(&self.gradient, part),
+            inverse_mass: &self.inverse_mass[part.clone()][..part.len()],
+            weights: self.weights.map(|weights| &weights[part.clone()][..part.len()]),
+            touched: &self.touched[part.clone()][..part.len()],
+            ..*self
         }
     }
 
-    /// Bytes that it takes.
-    pub fn bytes(&self) -> usize {
-        let numbers = 3 * self.gradient[0].len() + self.sums.len() * WEIGHTED_SUMS;
-        numbers * size_of::<T>() + self.touched.len()
+    #[inline(always)]
+    fn node(&self, i: usize) -> Node<T> {
+        let (gradient, all) = (at(&self.gradient, i), self.inverse_mass[i]);
+        let weight = self.weights.map_or(T::ONE, |weights| weights[i]);
+        Node {
+            place: sub(at(&self.place, i), self.origin),
+            gradient,
+            // In place of the flux: the response of all nodes.
+            velocity: scale(gradient, all * weight),
+            inverse_mass: if self.touched[i] { T::ZERO } else { all },
+        }
     }
 }
 
-/// The groups of a tile: number among those of its body, and places in the tile.
-pub fn groups(plan: &TilePlan) -> impl Iterator<Item = (usize, Range<usize>)> + use<> {
-    let (first, len) = (plan.units.start * LANES / GROUP, plan.len());
-    (0..len.div_ceil(GROUP)).map(move |i| (first + i, i * GROUP..len.min((i + 1) * GROUP)))
+/// Slices of one length, so that the compiler sees it.
+#[inline(always)]
+fn cut<'a, T>([x, y, z]: &[&'a [T]; 3], part: &Range<usize>) -> [&'a [T]; 3] {
+    let n = part.len();
+    [&x[part.clone()][..n], &y[part.clone()][..n], &z[part.clone()][..n]]
 }
+
+#[inline(always)]
+fn at<T: Real>(columns: &[&[T]; 3], i: usize) -> [T; 3] {
+    [columns[0][i], columns[1][i], columns[2][i]]
+}
+
+/// Kernel: the force of the constraint, added to the others.
+struct PushForces<'a, 'b, T> {
+    push: &'a Push<T>,
+    nodes: Nodes<'b, T>,
+    place: [&'a [T]; 3],
+    gradient: [&'a [T]; 3],
+    to: [&'a mut [T]; 3],
+}
+
+impl<T: Real> Kernel for PushForces<'_, '_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { push, nodes, place, gradient, to: [fx, fy, fz] } = self;
+        for i in 0..fx.len() {
+            let way = nodes.direction(push, i, at(&place, i), at(&gradient, i));
+            fx[i] += way[0] * push.lambda;
+            fy[i] += way[1] * push.lambda;
+            fz[i] += way[2] * push.lambda;
+        }
+    }
+}
+
+/// Kernel: nodes on their way to the volume that they should enclose.
+struct PushPlaces<'a, 'b, T> {
+    push: &'a Push<T>,
+    nodes: Nodes<'b, T>,
+    gradient: [&'a [T]; 3],
+    touched: &'a [bool],
+    to: [&'a mut [T]; 3],
+}
+
+impl<T: Real> Kernel for PushPlaces<'_, '_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { push, nodes, gradient, touched, to: [x, y, z] } = self;
+        for i in 0..x.len() {
+            let way = nodes.direction(push, i, [x[i], y[i], z[i]], at(&gradient, i));
+            let share = if touched[i] { T::ZERO } else { nodes.inverse_mass[i] } * push.lambda;
+            x[i] += way[0] * share;
+            y[i] += way[1] * share;
+            z[i] += way[2] * share;
+        }
+    }
+}
+
+/// Groups are parts of tiles: a tile of a mesh begins at a multiple of its nodes.
+const _: () = assert!(TILE_NODES.is_multiple_of(GROUP) && GROUP.is_multiple_of(LANES));

@@ -3,7 +3,7 @@
 pub mod build;
 pub mod cpu;
 pub mod cpu_rings;
-pub mod cpu_tile;
+pub mod cpu_sums;
 #[cfg(feature = "gpu")]
 pub mod parity;
 pub mod rings;

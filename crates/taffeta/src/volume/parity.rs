@@ -1,13 +1,17 @@
 //! Rows of the bodies that keep their volume.
 
-use crate::cpu::backend::KeptParts;
+use crate::backend::Backend;
+use crate::contact::colliders::cpu::Colliders;
+use crate::cpu::CpuBackend;
 use crate::gpu::kernels::{Contact, Name};
 use crate::gpu::layout::{Four, RESTORED, VOLUME_PARTS, WEIGHTED};
 use crate::gpu::parity::bench::{Bench, Given, Written};
 use crate::gpu::parity::fixture::{Arrays, Fixture, SUBSTEP, words};
 use crate::gpu::parity::{Row, Tolerance};
 use crate::solvers::explicit::parity::kernel_of;
-use crate::step::{Stages, Tile};
+use crate::step::{self, Op, Parts};
+use crate::volume::cpu::Volumes;
+use crate::volume::volume::WEIGHTED_SUMS;
 use taffeta_gpu::Kernel;
 
 const SUMMED: &str =
@@ -40,38 +44,52 @@ fn fixtures() -> Result<[Fixture; 2], String> {
     Ok([Fixture::with_volumes(11, 0.0087, false)?, Fixture::with_volumes(12, 0.0, false)?])
 }
 
-/// Forces, gradients and sums of the sub-step, from forces that stand in the fixture.
-fn sum_up(fixture: &mut Fixture, stages: impl Fn(&mut dyn Tile) + Sync) -> KeptParts<f32> {
-    fixture.on_cpu(|tile| {
-        if tile.keeps_volume() {
-            stages(tile);
-            tile.gradients();
+/// What the passes of volumes leave to each other, by place.
+struct Found {
+    /// Force [N] without that of the constraint.
+    force: Vec<[f32; 3]>,
+    /// Gradient of the volume [m²].
+    gradient: Vec<[f32; 3]>,
+    /// Whether a place has touched a collider.
+    touched: Vec<bool>,
+    /// Sums of each group.
+    sums: Vec<[f32; WEIGHTED_SUMS]>,
+}
+
+/// What they have left: of the state before, or once it is there, of that `after`.
+fn found(cpu: &mut CpuBackend<f32>, after: bool) -> Found {
+    let places = cpu.assembly().places;
+    let touched =
+        cpu.feature::<Colliders<f32>>().map_or(Vec::new(), |colliders| colliders.all_touched().to_vec());
+    let waiting: Vec<[f32; 6]> = (0..places).map(|place| cpu.after(place)).collect();
+    let (mut force, mut gradient) = (vec![[0.0; 3]; places], vec![[0.0; 3]; places]);
+    let volumes = cpu.feature::<Volumes<f32>>().expect("bodies keep their volume");
+    for (among, place) in volumes.places() {
+        if after {
+            gradient[place] = volumes.gradient_of(among);
+        } else {
+            let [x, y, z, forces @ ..] = waiting[place];
+            (gradient[place], force[place]) = ([x, y, z], forces);
         }
-    });
-    fixture.cpu.kept_parts(false)
+    }
+    Found { force, gradient, touched, sums: volumes.all_sums().to_vec() }
 }
 
-/// The particle stages once all have been summed up.
-fn keep<S: Stages>(worker: &mut S, substep: &S::Substep) {
-    worker.volumes(substep, |tile| {
-        tile.keep_volume();
-        tile.integrate();
-        tile.contact();
-    });
+/// Forces, gradients and sums of the sub-step, from forces that stand in the fixture.
+fn sum_up(fixture: &mut Fixture, operations: &[Op]) -> Found {
+    fixture.on_cpu(&[operations, &[Op::VolumeSums]].concat());
+    found(&mut fixture.cpu, false)
 }
 
-/// Measures volumes that are restored.
-fn measure_again<S: Stages>(worker: &mut S, substep: &S::Substep) {
-    worker.project(substep, |_| {});
-}
-
-/// Restores volumes once.
-fn restore_once<S: Stages>(worker: &mut S, substep: &S::Substep) {
-    worker.project(substep, |tile| {
-        tile.restore_volume();
-        tile.contact();
-    });
-}
+/// What bodies that keep their volume, and restore it, have.
+const VOLUMES: Parts = Parts {
+    elements: false,
+    solved: false,
+    volumes: true,
+    restored: true,
+    attachments: false,
+    self_contact: false,
+};
 
 /// Lends the state after the sub-step to the CPU, with those who have touched in it.
 fn put_new(fixture: &mut Fixture) {
@@ -79,12 +97,14 @@ fn put_new(fixture: &mut Fixture) {
     for (place, (x, v)) in new.position.iter().zip(&new.velocity).enumerate() {
         cpu.set_after(place, [x[0], x[1], x[2], v[0], v[1], v[2]]);
     }
-    cpu.set_touched(|place| new.velocity[place][3] < 0.0);
+    let colliders = cpu.feature::<Colliders<f32>>().expect("every scene has some");
+    let touched = colliders.all_touched().iter_mut().zip(&new.velocity);
+    touched.for_each(|(touched, velocity)| *touched = velocity[3] < 0.0);
 }
 
 /// The state that the CPU has come to where bodies have those flags; elsewhere that of the `start`.
-fn after(fixture: &Fixture, [mut position, mut velocity]: [Vec<Four>; 2], flags: u32) -> [Vec<Four>; 2] {
-    let touched = fixture.cpu.kept_parts(true).touched;
+fn after(fixture: &mut Fixture, [mut position, mut velocity]: [Vec<Four>; 2], flags: u32) -> [Vec<Four>; 2] {
+    let touched = found(&mut fixture.cpu, true).touched;
     for group in fixture.tables.volume_groups.iter().filter(|group| group.flags & flags == flags) {
         for place in (group.first..group.first + group.count).map(|place| place as usize) {
             let [x, y, z, u, v, w] = fixture.cpu.after(place);
@@ -103,7 +123,7 @@ fn forces_and_weights(fixture: &Fixture, force: &[Four]) -> Vec<Four> {
 }
 
 /// The same with what the CPU has found for bodies with those flags.
-fn forces_found(fixture: &Fixture, start: &[Four], found: &KeptParts<f32>, flags: u32) -> Vec<Four> {
+fn forces_found(fixture: &Fixture, start: &[Four], found: &Found, flags: u32) -> Vec<Four> {
     let mut all = start.to_vec();
     for group in fixture.tables.volume_groups.iter().filter(|group| group.flags & flags == flags) {
         for lane in 0..group.count as usize {
@@ -119,7 +139,7 @@ fn forces_found(fixture: &Fixture, start: &[Four], found: &KeptParts<f32>, flags
 }
 
 /// Sums of bodies with those flags as kernels keep them, part after part; what is not written is NaN.
-fn parts(fixture: &Fixture, origins: &[Four], found: &KeptParts<f32>, flags: u32) -> Vec<Four> {
+fn parts(fixture: &Fixture, origins: &[Four], found: &Found, flags: u32) -> Vec<Four> {
     let groups = &fixture.tables.volume_groups;
     let mut all = vec![[f32::NAN; 4]; VOLUME_PARTS * groups.len()];
     for (index, (group, s)) in groups.iter().zip(&found.sums).enumerate() {
@@ -168,17 +188,17 @@ fn compare_parts(written: &mut Written<'_>, wanted: &[Four]) {
 }
 
 /// A kernel that finds forces, gradients and sums. It starts from the forces that `given` makes of those that stand in the
-/// fixture and of those that the CPU comes to by `stages`.
+/// fixture and of those that the CPU comes to.
 fn sums(
     bench: &mut Bench<'_>,
     entry: &'static str,
-    given: impl Fn(&Fixture, &KeptParts<f32>) -> Vec<Four>,
-    stages: impl Fn(&mut dyn Tile) + Sync,
+    given: impl Fn(&Fixture, &Found) -> Vec<Four>,
+    operations: &[Op],
 ) -> Result<(), String> {
     let fixtures = fixtures()?;
     let kernel = kernel_of(bench, Name::new(entry), &fixtures[0])?;
     for mut fixture in fixtures {
-        let (places, found) = (fixture.is_node.len(), sum_up(&mut fixture, &stages));
+        let (places, found) = (fixture.is_node.len(), sum_up(&mut fixture, operations));
         let start = forces_and_weights(&fixture, &given(&fixture, &found));
         let wanted = forces_found(&fixture, &start, &found, 0);
         let wanted_parts = parts(&fixture, &fixture.old.position, &found, 0);
@@ -204,24 +224,17 @@ fn run(
 }
 
 fn forces(bench: &mut Bench<'_>) -> Result<(), String> {
-    sums(
-        bench,
-        "volume_forces",
-        |fixture, _| poison(fixture),
-        |tile| {
-            tile.loads();
-            tile.springs();
-        },
-    )
+    let operations = [Op::Loads, Op::Rings, Op::Springs];
+    sums(bench, "volume_forces", |fixture, _| poison(fixture), &operations)
 }
 
 fn forces_given(bench: &mut Bench<'_>) -> Result<(), String> {
-    sums(bench, "volume_forces_given", |fixture, _| fixture.force_fours(), |tile| tile.springs())
+    sums(bench, "volume_forces_given", |fixture, _| fixture.force_fours(), &[Op::Rings, Op::Springs])
 }
 
 fn gradients(bench: &mut Bench<'_>) -> Result<(), String> {
-    let given = |fixture: &Fixture, found: &KeptParts<f32>| forces_found(fixture, &poison(fixture), found, 0);
-    sums(bench, "volume_gradients", given, |tile| tile.springs())
+    let given = |fixture: &Fixture, found: &Found| forces_found(fixture, &poison(fixture), found, 0);
+    sums(bench, "volume_gradients", given, &[Op::Rings, Op::Springs])
 }
 
 /// Numbers for all places that nobody has written.
@@ -233,13 +246,12 @@ fn particles(bench: &mut Bench<'_>) -> Result<(), String> {
     let fixtures = fixtures()?;
     let kernel = kernel_of(bench, Name::new("volume_particles"), &fixtures[0])?;
     for mut fixture in fixtures {
-        let found = sum_up(&mut fixture, |tile| {
-            tile.loads();
-            tile.springs();
-        });
+        let found = sum_up(&mut fixture, &[Op::Loads, Op::Rings, Op::Springs]);
         let Fixture { cpu, substeps, .. } = &mut fixture;
-        cpu.lend_worker(|worker| keep(worker, &substeps[SUBSTEP]));
-        let wanted = after(&fixture, [poison(&fixture), poison(&fixture)], 0);
+        let operations = [Op::Multipliers, Op::VolumeForces, Op::Integrate, Op::Contact];
+        cpu.passes(&substeps[SUBSTEP], &step::part_of(&VOLUMES, &operations));
+        let start = [poison(&fixture), poison(&fixture)];
+        let wanted = after(&mut fixture, start, 0);
         let force = forces_found(&fixture, &forces_and_weights(&fixture, &poison(&fixture)), &found, 0);
         let parts = parts(&fixture, &fixture.old.position, &found, 0);
         moved(bench, &fixture, &kernel, fixture.arrays(), (&wanted, &force, &parts))?;
@@ -290,11 +302,11 @@ fn measure(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 /// Gradients and sums in the state after the sub-step.
-fn measured(fixture: &mut Fixture) -> KeptParts<f32> {
+fn measured(fixture: &mut Fixture) -> Found {
     put_new(fixture);
     let Fixture { cpu, substeps, .. } = fixture;
-    cpu.lend_worker(|worker| measure_again(worker, &substeps[SUBSTEP]));
-    cpu.kept_parts(true)
+    cpu.passes(&substeps[SUBSTEP], &step::part_of(&VOLUMES, &[Op::MeasureVolumes]));
+    found(cpu, true)
 }
 
 /// Volumes to keep that are more or less by these shares than those that are there, body by body.
@@ -322,9 +334,10 @@ fn restore_with<const N: usize>(
         aim(&mut fixture, &found, bench.exact);
         put_new(&mut fixture);
         let Fixture { cpu, substeps, new, .. } = &mut fixture;
-        cpu.lend_worker(|worker| restore_once(worker, &substeps[SUBSTEP]));
+        let operations = [Op::MeasureVolumes, Op::RestoreVolumes, Op::Contact];
+        cpu.passes(&substeps[SUBSTEP], &step::part_of(&VOLUMES, &operations));
         let start = [new.position.clone(), new.velocity.clone()];
-        let wanted = after(&fixture, start, RESTORED);
+        let wanted = after(&mut fixture, start, RESTORED);
         let mut force =
             forces_found(&fixture, &forces_and_weights(&fixture, &poison(&fixture)), &found, RESTORED);
         force[..fixture.is_node.len()].copy_from_slice(&poison(&fixture));
@@ -338,7 +351,7 @@ fn restore_with<const N: usize>(
 }
 
 /// Sets the volumes to keep by [`OFF`]; where kernels may round in their own way, none is near what is tolerated.
-fn aim(fixture: &mut Fixture, measured: &KeptParts<f32>, exact: bool) {
+fn aim(fixture: &mut Fixture, measured: &Found, exact: bool) {
     let groups = fixture.tables.volume_groups.clone();
     let mut shares = OFF.iter().filter(|share| exact || share.abs() > 1e-5).cycle();
     for first in (0..groups.len()).filter(|&i| groups[i].first_group as usize == i) {

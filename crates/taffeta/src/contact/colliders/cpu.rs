@@ -1,20 +1,207 @@
 //! Contact of a run of nodes with all colliders, one collider after the other over the whole run.
 
-use crate::contact::collider_mesh::cache::Near;
+use crate::backend::SolverState;
+use crate::contact::collider_mesh::cache::MeshCache;
 use crate::contact::collider_mesh::surface::MeshNow;
 use crate::contact::colliders::moving::{ColliderNow, Rigid, Touching};
 use crate::contact::colliders::response::{leave_both, respond};
 use crate::contact::colliders::shape::{OnSolid, ShapeNow, Solid, entry};
+use crate::cpu::backend::{Context, padded};
+use crate::cpu::feature::Feature;
+use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::simd::{Kernel, SimdLevel};
+use crate::cpu::tile::{Moved, Tile};
+use crate::cpu::tiles::TilePlan;
+use crate::cpu::worker::Worker;
+use crate::diagnostics::FrameSums;
 use crate::real::{Real, add, dot, scale, sub};
+use crate::step::{Marks, Op};
 use std::ops::Range;
+
+/// The colliders of a scene, and what nodes have touched.
+pub struct Colliders<T> {
+    /// What is known of the triangles of meshes.
+    pub near: MeshCache<T>,
+    scratch: PerWorker<ColliderScratch<T>>,
+    /// Nodes that a collider carries until a joint breaks, and that joint; ascending. Colliders leave them alone as long.
+    carried: Vec<[u32; 2]>,
+    /// Whether each of them is free of its joint.
+    released: Shared<bool>,
+    /// Whether each place of a body that keeps its volume has touched a collider in this sub-step; none where no body does.
+    touched: Shared<bool>,
+    /// Nodes of each tile that have touched a collider in this sub-step.
+    contacts: Shared<u64>,
+}
+
+/// What a worker keeps.
+struct ColliderScratch<T> {
+    /// For each node of a tile, the collider that it touched last, from 1; 0: none.
+    last: Vec<u32>,
+    /// Inverse masses of nodes, 0 for those that are left alone [1/kg].
+    inverse_mass: Vec<T>,
+}
+
+impl<T: Real> Colliders<T> {
+    /// Those of a scene.
+    pub fn new(context: &Context<'_, T>) -> Self {
+        let assembly = &*context.assembly;
+        let rows =
+            (0..).zip(&assembly.attachments.rows).filter(|(_, row)| assembly.attachments.is_carried(row));
+        let mut carried: Vec<[u32; 2]> = rows.map(|(number, row)| [row.ends[0], number]).collect();
+        carried.sort_unstable();
+        let keeps_volumes = assembly.volumes().next().is_some();
+        let scratch = |_| ColliderScratch { last: vec![0; context.largest_tile()], inverse_mass: Vec::new() };
+        Self {
+            near: MeshCache::new(assembly, padded(assembly), context.nodes.level),
+            scratch: PerWorker::new(context.workers(), scratch),
+            released: vec![false; carried.len()].into(),
+            carried,
+            touched: vec![false; if keeps_volumes { assembly.places } else { 0 }].into(),
+            contacts: vec![0; context.nodes.tiles.len()].into(),
+        }
+    }
+
+    /// Has colliders act on the node of a joint that has broken, or leave it alone again.
+    ///
+    /// # Safety
+    /// No other worker has a tile with the joint's first end.
+    pub unsafe fn set_released(&self, joint: u32, released: bool) {
+        for index in (0..self.carried.len()).filter(|&index| self.carried[index][1] == joint) {
+            // SAFETY: only the worker with the node's tile looks at it, by the caller's promise this one.
+            *unsafe { self.released.item(index) } = released;
+        }
+    }
+
+    /// Whether each of some places of a body that keeps its volume has touched a collider in this sub-step.
+    ///
+    /// # Safety
+    /// No other worker has a tile with one of them, and no other reference to them lives.
+    #[expect(clippy::mut_from_ref, reason = "the promise above is what makes the reference unique")]
+    pub unsafe fn touched(&self, run: &Range<usize>) -> &mut [bool] {
+        // SAFETY: by the caller's promise.
+        unsafe { self.touched.write(run.clone()) }
+    }
+
+    /// Whether each place of bodies that keep their volume has touched a collider, between frames.
+    #[cfg(feature = "gpu")]
+    pub fn all_touched(&mut self) -> &mut [bool] {
+        self.touched.get_mut()
+    }
+
+    /// The collider that each node of a tile touched last, from 1; 0: none.
+    #[cfg(feature = "gpu")]
+    #[expect(clippy::mut_from_ref, reason = "operations of a worker run one after the other")]
+    pub fn last_touched(&self, tile: &Tile<'_, T>) -> &mut [u32] {
+        // SAFETY: each worker has its own, and works on one tile at a time.
+        &mut unsafe { self.scratch.of(tile.worker) }.last
+    }
+
+    /// Keeps a run of nodes out of colliders; `at` is room in the worker's notes. One that was moved comes `from` there.
+    fn collide(&self, tile: &Tile<'_, T>, at: usize, run: Range<usize>, from: Option<[T; 3]>) -> u64 {
+        let mut state = tile.after(&run);
+        let all = at..at + run.len();
+        // SAFETY: each worker has its own, and works on one run at a time.
+        let ColliderScratch { last, inverse_mass: alone } = unsafe { self.scratch.of(tile.worker) };
+        let start = match (&from, &tile.moved) {
+            (Some(from), _) => from.each_ref().map(std::slice::from_ref),
+            (None, Moved::Any) => tile.scratch.before.each_ref().map(|column| &column[all.clone()]),
+            (None, _) => [0, 1, 2].map(|axis| &tile.old[axis][run.clone()]),
+        };
+        let mut inverse_mass = &tile.nodes.inverse_mass[run.clone()];
+        let first = self.carried.partition_point(|&[node, _]| (node as usize) < run.start);
+        let end = self.carried.partition_point(|&[node, _]| (node as usize) < run.end);
+        if first < end {
+            alone.clear();
+            alone.extend_from_slice(inverse_mass);
+            for index in first..end {
+                // SAFETY: the node is in this worker's tile.
+                if !*unsafe { self.released.item(index) } {
+                    alone[self.carried[index][0] as usize - run.start] = T::ZERO;
+                }
+            }
+            inverse_mass = alone;
+        }
+        let contacts = Contact {
+            level: tile.nodes.level,
+            colliders: &tile.substep.colliders,
+            near: &self.near,
+            run: run.clone(),
+            inverse_mass,
+            start,
+            carried: from.is_none() && !matches!(tile.moved, Moved::Any),
+            state: &mut state,
+            last: &mut last[all.clone()],
+            h: tile.substep.h,
+        }
+        .act();
+        if tile.marks.has(Marks::VOLUME) { self.note_touches(&run, &last[all]) } else { contacts }
+    }
+
+    /// Notes which nodes have touched a collider; returns how many had not before.
+    fn note_touches(&self, run: &Range<usize>, last: &[u32]) -> u64 {
+        // SAFETY: the tile is this worker's.
+        let touched = unsafe { self.touched(run) };
+        let mut new = 0;
+        for (touched, &last) in touched.iter_mut().zip(last) {
+            new += u64::from(last > 0 && !*touched);
+            *touched |= last > 0;
+        }
+        new
+    }
+}
+
+impl<T: Real> Feature<T> for Colliders<T> {
+    fn ops(&self) -> &'static [Op] {
+        &[Op::Contact]
+    }
+
+    fn begin(&self, worker: &mut Worker<'_, T>) {
+        // SAFETY: the tiles are this worker's.
+        unsafe { self.contacts.write(worker.tiles.clone()) }.fill(0);
+        if self.touched.len() > 0 {
+            for (_, run) in worker.nodes.tiles[worker.tiles.clone()].iter().flat_map(TilePlan::runs) {
+                // SAFETY: as above.
+                unsafe { self.touched(&run) }.fill(false);
+            }
+        }
+    }
+
+    fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
+        if tile.substep.colliders.is_empty() {
+            return;
+        }
+        if let Moved::Some(moved) = &tile.moved {
+            for &(node, from) in moved {
+                self.collide(tile, 0, node..node + 1, Some(from));
+            }
+            return;
+        }
+        let contacts: u64 = tile.plan.runs().map(|(at, run)| self.collide(tile, at, run, None)).sum();
+        // SAFETY: the tile is this worker's; all are read after the frame.
+        *unsafe { self.contacts.item(tile.index) } += contacts;
+    }
+
+    fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
+        sums.all.contacts = self.contacts.get_mut().iter().sum();
+    }
+
+    fn forget(&mut self, node: usize) {
+        self.near.forget(node);
+    }
+
+    fn load(&mut self, state: &SolverState) {
+        for (&[_, joint], released) in self.carried.iter().zip(self.released.get_mut()) {
+            *released = state.joints.get(joint as usize) == Some(&false);
+        }
+    }
+}
 
 /// A run of nodes that colliders act on.
 pub struct Contact<'a, 'b, T> {
     pub level: SimdLevel,
     pub colliders: &'a [ColliderNow<T>],
     /// What is known of the triangles of meshes.
-    pub near: Near<'a, T>,
+    pub near: &'a MeshCache<T>,
     /// Which nodes.
     pub run: Range<usize>,
     pub inverse_mass: &'a [T],

@@ -10,7 +10,7 @@ use crate::gpu::parity::fixture::{Chance, Fixture, SUBSTEP, State, words};
 use crate::gpu::parity::{Row, Tolerance};
 use crate::real::{Real, dot, sub};
 use crate::solvers::explicit::parity::kernel_of;
-use crate::step::{Stages, Tile};
+use crate::step::{self, Line, Op, Parts};
 use std::collections::BTreeMap;
 
 const COUNTED: &str = "numbers alone";
@@ -239,9 +239,10 @@ fn find(bench: &mut Bench<'_>) -> Result<(), String> {
     Ok(())
 }
 
-/// Lets nodes part on the CPU, without colliders.
-fn part_once<S: Stages>(worker: &mut S, substep: &S::Substep) {
-    worker.pairs(substep, |tile| tile.part());
+/// Nodes part on the CPU, without colliders.
+fn part_once() -> Vec<Line> {
+    let parts = Parts { self_contact: true, ..Parts::default() };
+    step::part_of(&parts, &[Op::SelfContact, Op::MoveTouching])
 }
 
 /// The state that the CPU comes to: colliders act again on those that touch another. Also that before they do.
@@ -251,7 +252,7 @@ fn parted(fixture: &mut Fixture, contacts: &[u32]) -> ([Vec<Four>; 2], State) {
     for (place, (x, v)) in new.position.iter().zip(&new.velocity).enumerate() {
         cpu.set_after(place, [x[0], x[1], x[2], v[0], v[1], v[2]]);
     }
-    cpu.lend_worker(|worker| part_once(worker, &substeps[SUBSTEP]));
+    cpu.passes(&substeps[SUBSTEP], &part_once());
     for (place, (x, v)) in new.position.iter_mut().zip(&mut new.velocity).enumerate() {
         let after = cpu.after(place);
         x[..3].copy_from_slice(&after[..3]);
@@ -264,7 +265,7 @@ fn parted(fixture: &mut Fixture, contacts: &[u32]) -> ([Vec<Four>; 2], State) {
         collider.touching.carry = Rigid::rest();
     }
     fixture.put_old();
-    let (_, mut after) = fixture.on_cpu(|tile| tile.contact());
+    let (_, mut after) = fixture.on_cpu(&[Op::Contact]);
     fixture.substeps[SUBSTEP].colliders = colliders;
     fixture.old = old;
     fixture.put_old();

@@ -2,8 +2,11 @@
 
 use crate::build::Assembly;
 use crate::cpu::column::Column;
+use crate::cpu::shared::Shared;
 use crate::cpu::simd::{Kernel, SimdLevel};
+use crate::cpu::worker::Worker;
 use crate::elements::aero::aero::AirNow;
+use crate::elements::cpu::ElementSet;
 use crate::real::{Real, cross, sub};
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
@@ -12,25 +15,29 @@ use std::ops::Range;
 type Lanes<T> = [T; LANES];
 
 /// Panels, [`LANES`] a block; the last block is filled up with its last panel.
-#[derive(Default)]
 pub struct AirPanels<T> {
     /// Corners by solver index.
     corners: [Vec<u32>; 3],
+    /// Number of panels.
+    #[cfg(feature = "gpu")]
+    count: usize,
     /// 1/M [1/kg].
     lightness: Vec<T>,
     /// Whether the corners of a block follow each other, as along the row of a grid.
     in_row: Vec<bool>,
-    /// The panels of each place. No rows where there are no panels.
+    /// The panels of each place.
     by_node: Csr,
     /// For each slice of places, whether all have as many panels and those of neighbours follow each other.
     side_by_side: Vec<bool>,
+    /// Force on each corner of each panel [N].
+    forces: [Shared<T>; 3],
 }
 
 impl<T: Real> AirPanels<T> {
-    /// Those of a scene.
-    pub fn new(assembly: &Assembly) -> Self {
+    /// Those of a scene, if it has any.
+    pub fn new(assembly: &Assembly) -> Option<Self> {
         let panels = &assembly.panels;
-        let Some(last) = panels.len().checked_sub(1) else { return Self::default() };
+        let last = panels.len().checked_sub(1)?;
         let by_corner = Csr::corners(assembly.places, &panels.corners);
         let items = by_corner.items.iter().map(|corner| corner / 3).collect();
         let by_node = Csr { items, ..by_corner };
@@ -38,45 +45,40 @@ impl<T: Real> AirPanels<T> {
         let corners = [0, 1, 2].map(|k| padded().map(|panel| panels.corners[panel][k]).collect::<Vec<_>>());
         let block =
             |block: usize| corners.iter().all(|all| ascends(&all[block * LANES..(block + 1) * LANES]));
-        Self {
+        Some(Self {
+            #[cfg(feature = "gpu")]
+            count: panels.len(),
+            forces: std::array::from_fn(|_| Column::zeros(corners[0].len()).into()),
             in_row: (0..corners[0].len() / LANES).map(block).collect(),
             lightness: padded().map(|panel| T::from_f64(panels.lightness[panel])).collect(),
             side_by_side: (0..assembly.places / LANES).map(|slice| side_by_side(&by_node, slice)).collect(),
             corners,
             by_node,
-        }
+        })
     }
 
-    /// Number of blocks.
-    pub fn blocks(&self) -> usize {
-        self.in_row.len()
+    /// Force on each corner of each panel [N], as last found.
+    #[cfg(feature = "gpu")]
+    pub fn forces(&self) -> Vec<[T; 3]> {
+        // SAFETY: asked for between frames, when no worker works.
+        let force = self.forces.each_ref().map(|column| unsafe { column.read() });
+        (0..self.count).map(|panel| force.map(|column| column[panel])).collect()
+    }
+}
+
+impl<T: Real> ElementSet<T> for AirPanels<T> {
+    fn find(&self, worker: &Worker<'_, T>) {
+        let Some(air) = &worker.substep.air else { return };
+        let blocks = worker.part(self.in_row.len());
+        let places = blocks.start * LANES..blocks.end * LANES;
+        // SAFETY: parts of workers do not overlap, and forces are read only after the barrier.
+        let force = self.forces.each_ref().map(|column| unsafe { column.write(places.clone()) });
+        worker.nodes.level.run(Blow { panels: self, air, state: worker.old(), blocks, force });
     }
 
-    /// Bytes that the tables take.
-    pub fn bytes(&self) -> usize {
-        self.lightness.len() * (12 + size_of::<T>())
-            + 4 * (self.by_node.items.len() + self.by_node.offsets.len())
-            + self.in_row.len()
-            + self.side_by_side.len()
-    }
-
-    /// Writes the force on each corner [N] of the panels of some blocks, in the state of all nodes.
-    pub fn blow(
-        &self,
-        level: SimdLevel,
-        air: &AirNow<T>,
-        state: [&[T]; 6],
-        blocks: Range<usize>,
-        force: [&mut [T]; 3],
-    ) {
-        level.run(Blow { panels: self, air, state, blocks, force });
-    }
-
-    /// Adds to the sums of up to [`LANES`] nodes the forces [N] of the panels around them, in order.
-    pub fn gather(&self, level: SimdLevel, force: [&[T]; 3], nodes: Range<usize>, sum: &mut [Lanes<T>; 3]) {
-        if self.by_node.items.is_empty() {
-            return;
-        }
+    fn gather(&self, level: SimdLevel, nodes: Range<usize>, sum: &mut [Lanes<T>; 3]) {
+        // SAFETY: found before a barrier, and found anew after the sub-step's last.
+        let force = self.forces.each_ref().map(|column| unsafe { column.read() });
         let whole = nodes.start.is_multiple_of(LANES) && nodes.len() == LANES;
         if whole && self.side_by_side[nodes.start / LANES] {
             return level.run(GatherRows { panels: self.by_node.row(nodes.start), force, sum });
@@ -88,6 +90,13 @@ impl<T: Real> AirPanels<T> {
                 }
             }
         }
+    }
+
+    fn bytes(&self) -> usize {
+        self.lightness.len() * (12 + 4 * size_of::<T>())
+            + 4 * (self.by_node.items.len() + self.by_node.offsets.len())
+            + self.in_row.len()
+            + self.side_by_side.len()
     }
 }
 
@@ -211,9 +220,4 @@ impl<T: Real> Kernel for GatherRows<'_, T> {
             *sum = total;
         }
     }
-}
-
-/// Room for the forces of all panels, by axis.
-pub fn room<T: Real>(panels: &AirPanels<T>) -> [Column<T>; 3] {
-    std::array::from_fn(|_| Column::zeros(panels.blocks() * LANES))
 }

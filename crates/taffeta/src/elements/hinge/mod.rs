@@ -1,3 +1,4 @@
 //! Bending between two triangles that share an edge.
 
+pub mod cpu;
 pub mod hinge;

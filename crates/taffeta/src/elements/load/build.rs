@@ -5,6 +5,7 @@ use crate::scene::{Force, ScaleKey, SceneError};
 use std::collections::HashMap;
 
 /// A load on some nodes.
+#[derive(Clone)]
 pub struct Load {
     /// Solver indices, ascending.
     pub nodes: Vec<u32>,

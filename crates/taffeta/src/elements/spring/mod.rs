@@ -1,5 +1,6 @@
 //! Springs between two nodes, of grids and of meshes.
 
+pub mod cpu;
 pub mod cpu_grid;
 pub mod cpu_mesh;
 pub mod listed;

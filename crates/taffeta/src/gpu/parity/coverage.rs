@@ -9,6 +9,7 @@ use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
 use crate::gpu::parity::scene::FLOOR;
 use crate::real::{dot, norm, scale, sub};
 use crate::scene::{ConstraintForm, Method, Solver};
+use crate::step::Op;
 use crate::topology::LANES;
 use crate::volume::volume::Form;
 use std::collections::BTreeMap;
@@ -74,7 +75,7 @@ fn nodes_are_inside_outside_and_on_colliders() {
 fn nodes_are_in_wedges_of_all_sorts() {
     let mut count = Count::default();
     for mut fixture in fixtures() {
-        let (between, after) = fixture.on_cpu(|tile| tile.contact());
+        let (between, after) = fixture.on_cpu(&[Op::Contact]);
         let colliders = fixture.substeps[SUBSTEP].colliders.clone();
         let touched = between.touched.iter().zip(&fixture.new.position).filter(|(last, _)| **last > 0);
         for (_, x) in touched {

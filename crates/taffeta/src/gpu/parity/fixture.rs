@@ -8,7 +8,8 @@ use crate::contact::collider_mesh::surface::MeshSurface;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::nodes::pair;
 use crate::cpu::CpuBackend;
-use crate::cpu::backend::Between;
+use crate::cpu::apart::Between;
+use crate::features;
 use crate::gpu::layout::{Air, Four, MOVED_BY_USER, Motion, Pin, Solving, Substep, VOLUME_PARTS};
 use crate::gpu::parity::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene, wide_sheet};
 use crate::gpu::parity::{mesh_scene, pair_scene, volume_scene};
@@ -16,7 +17,7 @@ use crate::gpu::tables::Tables;
 use crate::plan;
 use crate::real::add;
 use crate::scene::{Scene, Solver};
-use crate::step::Tile;
+use crate::step::Op;
 use crate::topology::random::SplitMix64;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -154,7 +155,7 @@ impl Fixture {
             is_node[body.first..body.first + body.nodes].fill(true);
         }
         let substeps = plan::frame(&assembly, 0.0);
-        let cpu = CpuBackend::<f32>::new(assembly, 1)?;
+        let cpu = features::on_cpu::<f32>(assembly, 1)?;
         let mut old = old_state(&mut chance, &tables, &cpu, exact);
         let (new, awkward) = new_state(&mut chance, &tables, &cpu, exact);
         for place in awkward {
@@ -185,7 +186,7 @@ impl Fixture {
         let untouched = assembly.bodies.iter().find(|body| body.name == volume_scene::UNTOUCHED);
         let untouched = untouched.map_or(0..0, |body| body.first..body.first + body.nodes);
         let substeps = plan::frame(&assembly, 0.0);
-        let cpu = CpuBackend::<f32>::new(assembly, 1)?;
+        let cpu = features::on_cpu::<f32>(assembly, 1)?;
         let mut near_start = |speed: f32| {
             let mut state = State::default();
             for (place, (&[x, y, z, w], &[.., mass])) in
@@ -221,7 +222,7 @@ impl Fixture {
             is_node[body.first..body.first + body.nodes].fill(true);
         }
         let substeps = plan::frame(&assembly, 0.0);
-        let cpu = CpuBackend::<f32>::new(assembly, 1)?;
+        let cpu = features::on_cpu::<f32>(assembly, 1)?;
         let state = |chance: &mut Chance| {
             let mut state = State::default();
             for (place, (&[.., w], &[.., mass])) in tables.position.iter().zip(&tables.velocity).enumerate() {
@@ -266,12 +267,12 @@ impl Fixture {
     }
 
     /// Runs `stages` on the CPU after the elements, from the forces and the state after that stand here.
-    pub fn on_cpu(&mut self, stages: impl Fn(&mut dyn Tile) + Sync) -> (Between<f32>, State) {
+    pub fn on_cpu(&mut self, operations: &[Op]) -> (Between<f32>, State) {
         for (place, (x, v)) in self.new.position.iter().zip(&self.new.velocity).enumerate() {
             self.cpu.set_after(place, [x[0], x[1], x[2], v[0], v[1], v[2]]);
         }
         let mut between = Between { force: self.force.clone(), ..Between::default() };
-        self.cpu.apart(&self.substeps[SUBSTEP], &self.input, &mut between, |tile| stages(tile));
+        self.cpu.apart(&self.substeps[SUBSTEP], &self.input, &mut between, operations);
         let mut after = self.new.clone();
         for place in (0..self.is_node.len()).filter(|&place| self.is_node[place]) {
             let [x, y, z, u, v, w] = self.cpu.after(place);

@@ -2,10 +2,11 @@
 
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::GROUP;
+use crate::gpu::order::Stages;
 use crate::gpu::recorder::Recorder;
 use crate::solvers::dual::gpu_layout::{Link, LinkGroup, Met, NodeGroup, Row, Solve, Taken};
 use crate::solvers::dual::gpu_tables::Linked;
-use crate::step::{Stage, Stages};
+use crate::step::Stage;
 use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack};
 
 /// Iterations from one count of open systems to the next.

@@ -1,5 +1,6 @@
 //! Symplectic Euler.
 
+pub mod cpu;
 pub mod euler;
 #[cfg(feature = "gpu")]
 pub mod parity;

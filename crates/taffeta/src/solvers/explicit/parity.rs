@@ -4,6 +4,7 @@ use crate::backend::Backend;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::diagnostics::normals::normals;
 use crate::elements::load::load as external;
+use crate::gpu::boundary::ElementForces;
 use crate::gpu::kernels::{Contact, Name};
 use crate::gpu::layout::{FORCE, Four, GROUP, Load, PATCH_NODE_BYTES, Small};
 use crate::gpu::parity::bench::{Bench, Given};
@@ -11,6 +12,7 @@ use crate::gpu::parity::fixture::{Arrays, Fixture, words};
 use crate::gpu::parity::{Row, Tolerance};
 use crate::solvers::explicit::euler;
 use crate::solvers::explicit::patches::Patches;
+use crate::step::Op;
 use crate::topology::Csr;
 use taffeta_gpu::Kernel;
 
@@ -59,7 +61,7 @@ fn integrate(bench: &mut Bench<'_>) -> Result<(), String> {
     let fixtures = fixtures(bench)?;
     let kernel = kernel_of(bench, Name::new("integrate_all"), &fixtures[0])?;
     for mut fixture in fixtures {
-        let (_, mut after) = fixture.on_cpu(|tile| tile.integrate());
+        let (_, mut after) = fixture.on_cpu(&[Op::Integrate]);
         let force = fixture.force.clone();
         for place in (0..force.len()).filter(|&place| !fixture.is_node[place]) {
             (after.position[place], after.velocity[place]) = drift(&fixture, place, force[place]);
@@ -116,7 +118,7 @@ fn contact_with<const N: usize>(
     for mut fixture in fixtures {
         for &colliders in numbers {
             fixture.substeps.iter_mut().for_each(|substep| substep.colliders.truncate(colliders));
-            let (_, after) = fixture.on_cpu(|tile| tile.contact());
+            let (_, after) = fixture.on_cpu(&[Op::Contact]);
             let mut arrays = fixture.arrays();
             arrays.insert("new_position", words(&fixture.new.position));
             arrays.insert("new_velocity", words(&fixture.new.velocity));
@@ -139,7 +141,7 @@ fn pins(bench: &mut Bench<'_>) -> Result<(), String> {
     let kernel = kernel_of(bench, Name::new("pins_all"), &fixtures[0])?;
     for mut fixture in fixtures {
         fixture.new.velocity.iter_mut().step_by(3).for_each(|velocity| velocity[3] *= -1.0);
-        let (_, after) = fixture.on_cpu(|tile| tile.pins());
+        let (_, after) = fixture.on_cpu(&[Op::Pins]);
         let (mut position, mut velocity) = (fixture.new.position.clone(), fixture.new.velocity.clone());
         let moving = fixture.cpu.assembly().moving_pins.iter().map(|pin| pin.node);
         for node in moving.chain(fixture.input.moves.iter().map(|(node, ..)| *node)) {
@@ -175,15 +177,15 @@ fn loads(bench: &mut Bench<'_>) -> Result<(), String> {
     let fixtures = fixtures(bench)?;
     let kernel = kernel_of(bench, Name::new("loads_all"), &fixtures[0])?;
     for mut fixture in fixtures {
-        let (between, _) = fixture.on_cpu(|tile| tile.loads());
+        let (between, _) = fixture.on_cpu(&[Op::Loads, Op::Gather]);
+        let elements = ElementForces::of(&mut fixture.cpu);
         let mut wanted = wind_and_drag(&fixture);
         for place in (0..wanted.len()).filter(|&place| fixture.is_node[place]) {
             wanted[place] = between.force[place];
         }
         let wanted: Vec<Four> = wanted.into_iter().map(written).collect();
-        let scaled = scaled_loads(&fixture, &between.torques);
-        let of_panels = &between.panel_forces[..fixture.tables.panels.len()];
-        let of_elements = between.hinge_forces.as_flattened().iter().chain(of_panels);
+        let scaled = scaled_loads(&fixture, &elements.torques);
+        let of_elements = elements.hinges.iter().chain(&elements.panels);
         let element_forces: Vec<Four> = of_elements.copied().map(written).collect();
         let mut arrays = fixture.arrays();
         arrays.insert("loads", words(&scaled));
@@ -237,7 +239,7 @@ fn springs(
     let fixtures = fixtures(bench)?;
     let kernel = kernel_of(bench, Name::new(entry), &fixtures[0])?;
     for mut fixture in fixtures {
-        let (between, _) = fixture.on_cpu(|tile| tile.springs());
+        let (between, _) = fixture.on_cpu(&[Op::Springs]);
         let mut wanted = fixture.force_fours();
         for (place, _) in sorts(&fixture)[sort].iter().enumerate().filter(|(_, is)| **is) {
             wanted[place] = written(between.force[place]);
@@ -333,11 +335,7 @@ fn stepped(
     for (mut fixture, sort, groups) in cases {
         let load = if name.loads_given { fixture.force.clone() } else { wind_and_drag(&fixture) };
         fixture.force = load;
-        let (between, after) = fixture.on_cpu(|tile| {
-            tile.springs();
-            tile.integrate();
-            tile.contact();
-        });
+        let (between, after) = fixture.on_cpu(&[Op::Springs, Op::Integrate, Op::Contact]);
         let mut arrays = fixture.arrays();
         arrays.extend(more(&fixture));
         let [position, velocity] = particles(&fixture, &arrays, &between.force, &sort, &after);

@@ -27,46 +27,23 @@ use std::ops::Range;
 /// Most triangles in a list: two rings around a node of a regular mesh, and some more.
 const MOST: usize = 20;
 
-/// All meshes of a scene.
-pub struct Meshes<T> {
+/// The meshes of a scene, and what is known of the triangles of each around nodes. Each node is looked after by one worker
+/// at a time.
+pub struct MeshCache<T> {
     surfaces: Vec<MeshSurface<T>>,
     /// How far a list reaches on a flat part of each [m], about.
     reaches: Vec<T>,
     level: SimdLevel,
-}
-
-/// What is known of the triangles of each mesh.
-pub struct NearWork<T> {
-    meshes: Vec<Known<T>>,
+    known: Vec<Known<T>>,
 }
 
 /// By node, of one mesh.
 struct Known<T> {
     /// Where it was searched [m], in the mesh's frame.
-    anchor: [Column<T>; 3],
+    anchor: [Shared<T>; 3],
     /// Within this distance of it, less the mesh's own travel, nothing is touched [m].
-    clear: Column<T>,
-    memories: Vec<Memory<T>>,
-}
-
-/// What workers share.
-pub struct SharedNear<'a, T> {
-    meshes: Vec<SharedKnown<'a, T>>,
-}
-
-struct SharedKnown<'a, T> {
-    anchor: [Shared<'a, T>; 3],
-    clear: Shared<'a, T>,
-    memories: Shared<'a, Memory<T>>,
-}
-
-impl<T: Real> Meshes<T> {
-    /// Those of a scene.
-    pub fn new(assembly: &Assembly, level: SimdLevel) -> Self {
-        let meshes = assembly.colliders.iter().filter_map(|collider| collider.mesh());
-        let (surfaces, reaches) = meshes.map(|mesh| (mesh.surface(), T::from_f64(reach(mesh)))).unzip();
-        Self { surfaces, reaches, level }
-    }
+    clear: Shared<T>,
+    memories: Shared<Memory<T>>,
 }
 
 /// Radius of a disc as large as the triangles of a list [m].
@@ -75,49 +52,30 @@ fn reach(mesh: &MeshShape) -> f64 {
     (MOST as f64 * area / (PI * mesh.triangles.len() as f64)).sqrt()
 }
 
-impl<T: Real> NearWork<T> {
-    /// Nothing is known yet, of a scene with so many `places`.
-    pub fn new(meshes: &Meshes<T>, places: usize) -> Self {
+impl<T: Real> MeshCache<T> {
+    /// Of the meshes of a scene, for so many `places`; nothing is known yet.
+    pub fn new(assembly: &Assembly, places: usize, level: SimdLevel) -> Self {
+        let meshes = assembly.colliders.iter().filter_map(|collider| collider.mesh());
+        let (surfaces, reaches): (Vec<_>, Vec<_>) =
+            meshes.map(|mesh| (mesh.surface(), T::from_f64(reach(mesh)))).unzip();
         let known = |_: &MeshSurface<T>| Known {
-            anchor: std::array::from_fn(|_| Column::zeros(places)),
-            clear: Column::zeros(places),
-            memories: vec![Memory::nothing(); places],
+            anchor: std::array::from_fn(|_| Column::zeros(places).into()),
+            clear: Column::zeros(places).into(),
+            memories: vec![Memory::nothing(); places].into(),
         };
-        Self { meshes: meshes.surfaces.iter().map(known).collect() }
+        Self { known: surfaces.iter().map(known).collect(), surfaces, reaches, level }
     }
 
     /// Forgets what is known of a node. Time may go back then.
     pub fn forget(&mut self, node: usize) {
-        for mesh in &mut self.meshes {
-            mesh.clear[node] = T::ZERO;
-            mesh.memories[node] = Memory::nothing();
-        }
-    }
-
-    /// Lends it to workers.
-    pub fn share(&mut self) -> SharedNear<'_, T> {
-        SharedNear { meshes: self.meshes.iter_mut().map(Known::share).collect() }
-    }
-}
-
-impl<T: Real> Known<T> {
-    fn share(&mut self) -> SharedKnown<'_, T> {
-        SharedKnown {
-            anchor: self.anchor.each_mut().map(|column| Shared::new(column)),
-            clear: Shared::new(&mut self.clear),
-            memories: Shared::new(&mut self.memories),
+        for mesh in &mut self.known {
+            mesh.clear.get_mut()[node] = T::ZERO;
+            mesh.memories.get_mut()[node] = Memory::nothing();
         }
     }
 }
 
-/// A way of looking at the meshes around nodes. Each node is looked after by one worker at a time.
-#[derive(Clone, Copy)]
-pub struct Near<'a, T> {
-    pub meshes: &'a Meshes<T>,
-    pub shared: &'a SharedNear<'a, T>,
-}
-
-impl<'a, T: Real> Near<'a, T> {
+impl<T: Real> MeshCache<T> {
     /// How many of a run of nodes may touch a mesh. Places at the start of the sub-step are carried along by `carry`.
     pub fn stirred(
         &self,
@@ -127,7 +85,7 @@ impl<'a, T: Real> Near<'a, T> {
         (start, end): ([&[T]; 3], [&[T]; 3]),
         carry: &Rigid<T>,
     ) -> u32 {
-        let known = &self.shared.meshes[now.index as usize];
+        let known = &self.known[now.index as usize];
         // SAFETY: a run is that of a tile, which one worker looks after until the next barrier.
         let (anchor, clear) = unsafe {
             (known.anchor.each_ref().map(|c| &*c.write(run.clone())), &*known.clear.write(run.clone()))
@@ -180,7 +138,7 @@ impl<'a, T: Real> Near<'a, T> {
 
     /// A mesh as seen from `x` [m], and how far a list of it reaches [m].
     fn view<'b>(&'b self, now: &'b MeshNow<T>, x: [T; 3]) -> (View<'b, T>, T) {
-        let Meshes { surfaces, reaches, level } = self.meshes;
+        let Self { surfaces, reaches, level, .. } = self;
         let index = now.index as usize;
         (View { level: *level, surface: &surfaces[index], now, x }, reaches[index])
     }
@@ -199,8 +157,8 @@ impl<'a, T: Real> Near<'a, T> {
     }
 
     #[inline(always)]
-    fn node(&self, mesh: u32, node: usize) -> Node<'a, T> {
-        let known = &self.shared.meshes[mesh as usize];
+    fn node(&self, mesh: u32, node: usize) -> Node<'_, T> {
+        let known = &self.known[mesh as usize];
         // SAFETY: a node is looked after by one worker until the next barrier, which holds this for one call.
         unsafe {
             Node {

@@ -3,8 +3,8 @@
 //! Source: Páll and Hess, "A flexible algorithm for calculating pair interactions on SIMD architectures", 2013.
 
 use crate::build::Assembly;
-use crate::cpu::shared::Shared;
 use crate::cpu::simd::Kernel;
+use crate::cpu::tile::Fields;
 use crate::cpu::tiles::TilePlan;
 use crate::real::{Real, dot, sub};
 use crate::topology::LANES;
@@ -121,7 +121,7 @@ pub struct Pack<'a, T> {
     /// Clusters of this worker's nodes.
     pub clusters: &'a [Cluster],
     /// State of all nodes; others may be at theirs.
-    pub state: &'a [Shared<'a, T>; 6],
+    pub state: &'a Fields<T>,
     pub packed: &'a mut [Packed<T>],
     pub moved: &'a mut [[f64; 4]],
     /// The same of the nodes of each group, in this sub-step alone.
@@ -177,7 +177,7 @@ fn about(balls: &[[f64; 4]], least: [f64; 3], most: [f64; 3]) -> [f64; 4] {
 
 /// Where the nodes of a cluster of this worker are.
 #[inline(always)]
-fn gather<T: Real>(cluster: &Cluster, state: &[Shared<'_, T>; 6]) -> [[T; LANES]; 3] {
+fn gather<T: Real>(cluster: &Cluster, state: &Fields<T>) -> [[T; LANES]; 3] {
     // As many at a time as most clusters have beside each other, so that it is one load.
     match (cluster.rows, cluster.cols) {
         (4, 4) => gather_rows::<T, 4>(cluster, state),
@@ -187,7 +187,7 @@ fn gather<T: Real>(cluster: &Cluster, state: &[Shared<'_, T>; 6]) -> [[T; LANES]
 }
 
 #[inline(always)]
-fn gather_rows<T: Real, const N: usize>(cluster: &Cluster, state: &[Shared<'_, T>; 6]) -> [[T; LANES]; 3] {
+fn gather_rows<T: Real, const N: usize>(cluster: &Cluster, state: &Fields<T>) -> [[T; LANES]; 3] {
     let mut now = [[T::from_f64(f64::NAN); LANES]; 3];
     let mut lane = 0;
     for row in 0..cluster.rows as usize {

@@ -20,10 +20,16 @@ mod watch;
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
 use crate::contact::nodes::pair::{self, Meeting};
-use crate::cpu::shared::Shared;
+use crate::cpu::backend::Context;
+use crate::cpu::feature::{Feature, Flow};
+use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::simd::SimdLevel;
+use crate::cpu::tile::{Fields, Tile};
 use crate::cpu::tiles::TilePlan;
+use crate::cpu::worker::Worker;
+use crate::diagnostics::{FrameSums, PairSums};
 use crate::real::{Real, dot, sub};
+use crate::step::Op;
 use crate::topology::LANES;
 use crate::topology::boxes::{Bounds, NOWHERE, join};
 use apart::Masks;
@@ -33,8 +39,15 @@ use std::ops::Range;
 use tree::{Boxes, Tree};
 use watch::{Groups, Watched};
 
+/// Nodes of a thickness that touch each other.
+pub struct NodeContact<T> {
+    setup: PairSetup<T>,
+    work: PairWork<T>,
+    scratch: PerWorker<PairScratch<T>>,
+}
+
 /// What does not change.
-pub struct PairSetup<T> {
+struct PairSetup<T> {
     /// Half the thickness [m] by body; 0: it touches no other.
     radius: Vec<T>,
     /// Body by place.
@@ -62,32 +75,30 @@ pub struct PairSetup<T> {
 }
 
 /// What workers find together.
-pub struct PairWork<T> {
+struct PairWork<T> {
     /// Contacts of each place in this sub-step.
-    contacts: Vec<u32>,
+    contacts: Shared<u32>,
     /// Where the nodes of each cluster are [m].
-    packed: Vec<Packed<T>>,
+    packed: Shared<Packed<T>>,
     /// How far each cluster has moved since the last search [m], as [`Pack`] says.
-    moved: Vec<[f64; 4]>,
+    moved: Shared<[f64; 4]>,
     /// By how much the nodes of each group have moved in this sub-step, as [`Pack`] says.
-    balls: Vec<[f64; 4]>,
+    balls: Shared<[f64; 4]>,
     /// By how much nodes of each worker have moved in this sub-step [m].
-    motion: Vec<Bounds>,
+    motion: Shared<Bounds>,
     /// Boxes about groups.
-    boxes: Vec<Boxes<T>>,
+    boxes: Shared<Boxes<T>>,
     /// What each worker has found.
-    found: Vec<Found>,
-    /// Bytes of what does not change.
-    fixed: usize,
+    found: Shared<Found>,
 }
 
 /// Contacts that a worker has found in a sub-step.
 #[derive(Clone, Copy, Debug)]
-pub struct Found {
+struct Found {
     /// Pairs, each once for each of its nodes of this worker.
-    pub ends: u64,
+    ends: u64,
     /// Least distance of a pair, by its thickness.
-    pub nearest: f64,
+    nearest: f64,
 }
 
 impl Default for Found {
@@ -96,19 +107,8 @@ impl Default for Found {
     }
 }
 
-/// The same, lent to all workers.
-pub struct SharedPairs<'a, T> {
-    contacts: Shared<'a, u32>,
-    packed: Shared<'a, Packed<T>>,
-    moved: Shared<'a, [f64; 4]>,
-    balls: Shared<'a, [f64; 4]>,
-    motion: Shared<'a, Bounds>,
-    boxes: Shared<'a, Boxes<T>>,
-    found: Shared<'a, Found>,
-}
-
 /// What a worker keeps for itself.
-pub struct PairScratch<T> {
+struct PairScratch<T> {
     /// How near groups were that are watched [m]; 0: there was no search.
     margin: f64,
     /// How far all may have moved against each other since the last search [m].
@@ -116,7 +116,7 @@ pub struct PairScratch<T> {
     /// Sub-steps since the last search.
     rest: u32,
     /// Searches in this frame.
-    pub searches: u64,
+    searches: u64,
     /// Pairs of groups with one of its own.
     watch: Vec<Groups>,
     /// Empty lists.
@@ -246,47 +246,114 @@ fn extent([least, most]: Bounds) -> f64 {
 
 impl<T: Real> PairWork<T> {
     /// Room for the pairs of a scene.
-    pub fn new(setup: Option<&PairSetup<T>>, workers: usize) -> Self {
-        let places = setup.map_or(0, |setup| setup.body.len());
-        let clusters = setup.map_or(0, |setup| setup.clusters.len());
-        let boxes = setup.and_then(|setup| setup.trees.last()).map_or(0, |last| last.boxes.end);
+    fn new(setup: &PairSetup<T>, workers: usize) -> Self {
+        let (places, clusters) = (setup.body.len(), setup.clusters.len());
+        let boxes = setup.trees.last().map_or(0, |last| last.boxes.end);
         Self {
-            contacts: vec![0; places],
-            packed: vec![Packed([[T::ZERO; LANES]; 3]); clusters],
-            moved: vec![[0.0; 4]; clusters],
-            balls: vec![[0.0; 4]; setup.map_or(0, |setup| setup.groups.len())],
-            motion: vec![NOWHERE; workers],
-            boxes: vec![Boxes::empty(); boxes],
-            found: vec![Found::default(); workers],
-            fixed: setup.map_or(0, PairSetup::bytes),
-        }
-    }
-
-    /// Lends it.
-    pub fn share(&mut self) -> SharedPairs<'_, T> {
-        SharedPairs {
-            contacts: Shared::new(&mut self.contacts),
-            packed: Shared::new(&mut self.packed),
-            moved: Shared::new(&mut self.moved),
-            balls: Shared::new(&mut self.balls),
-            motion: Shared::new(&mut self.motion),
-            boxes: Shared::new(&mut self.boxes),
-            found: Shared::new(&mut self.found),
+            contacts: vec![0; places].into(),
+            packed: vec![Packed([[T::ZERO; LANES]; 3]); clusters].into(),
+            moved: vec![[0.0; 4]; clusters].into(),
+            balls: vec![[0.0; 4]; setup.groups.len()].into(),
+            motion: vec![NOWHERE; workers].into(),
+            boxes: vec![Boxes::empty(); boxes].into(),
+            found: vec![Found::default(); workers].into(),
         }
     }
 
     /// What all workers have found in the last sub-step.
-    pub fn found(&self) -> Found {
-        self.found.iter().fold(Found::default(), |all, one| Found {
+    fn found(&mut self) -> Found {
+        self.found.get_mut().iter().fold(Found::default(), |all, one| Found {
             ends: all.ends + one.ends,
             nearest: all.nearest.min(one.nearest),
         })
     }
 
     /// Bytes that it takes.
-    pub fn bytes(&self) -> usize {
-        let clusters = size_of_val(&self.packed[..]) + size_of_val(&self.moved[..]);
-        self.fixed + 4 * self.contacts.len() + clusters + size_of_val(&self.boxes[..])
+    fn bytes(&self) -> usize {
+        self.contacts.bytes() + self.packed.bytes() + self.moved.bytes() + self.boxes.bytes()
+    }
+}
+
+impl<T: Real> NodeContact<T> {
+    /// Of a scene; `None` where no nodes touch.
+    pub fn new(context: &Context<'_, T>) -> Option<Self> {
+        let setup = PairSetup::new(context.assembly, &context.nodes.tiles, context.chunks)?;
+        Some(Self::with(setup, context.assembly.places, context.chunks))
+    }
+
+    fn with(setup: PairSetup<T>, places: usize, chunks: &[Range<usize>]) -> Self {
+        let scratch = |worker: usize| PairScratch::new(places, chunks[worker].len());
+        let work = PairWork::new(&setup, chunks.len());
+        Self { scratch: PerWorker::new(chunks.len(), scratch), setup, work }
+    }
+
+    /// A worker's part.
+    fn part<'w>(&'w self, worker: &'w Worker<'_, T>) -> PairWorker<'w, T> {
+        PairWorker {
+            pairs: &self.setup,
+            shared: &self.work,
+            // SAFETY: each worker has its own, and one part at a time.
+            scratch: unsafe { self.scratch.of(worker.index) },
+            first_tile: worker.tiles.start,
+            index: worker.index,
+            next: worker.next(),
+            inverse_mass: &worker.nodes.inverse_mass,
+            level: worker.nodes.level,
+        }
+    }
+}
+
+impl<T: Real> Feature<T> for NodeContact<T> {
+    fn ops(&self) -> &'static [Op] {
+        &[Op::SelfContact, Op::MoveTouching]
+    }
+
+    fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {
+        self.part(worker).note_moves();
+        worker.synchronise_uneven();
+        let mut pairs = self.part(worker);
+        if pairs.is_stale() {
+            pairs.search(|| worker.synchronise());
+        }
+        pairs.find_near();
+        worker.synchronise_uneven();
+        let mut pairs = self.part(worker);
+        let any = pairs.any();
+        if any {
+            pairs.answer(worker.substep.h);
+            worker.synchronise_uneven();
+        }
+        let touches = |tile: usize| self.part(worker).scratch.answers(tile - worker.tiles.start).len() > 0;
+        worker.mark_moved(|tile| any && touches(tile));
+        Flow::Go
+    }
+
+    fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
+        // SAFETY: each worker has its own, and asks once.
+        let scratch = unsafe { self.scratch.of(tile.worker) };
+        tile.move_nodes(scratch.answers(tile.number));
+    }
+
+    fn measure(&mut self, _: [&[T]; 6], substeps: usize, sums: &mut FrameSums) {
+        let found = if substeps > 0 { self.work.found() } else { Found::default() };
+        // All have searched as often.
+        let searches = self.scratch.iter_mut().map(|scratch| std::mem::take(&mut scratch.searches)).max();
+        sums.pairs =
+            PairSums { pairs: found.ends / 2, nearest: found.nearest, searches: searches.unwrap_or(0) };
+    }
+
+    fn is_uneven(&self) -> bool {
+        true
+    }
+
+    fn share_anew(&mut self, assembly: &Assembly, tiles: &[TilePlan], chunks: &[Range<usize>]) {
+        if let Some(setup) = self.setup.again(assembly, tiles, chunks) {
+            *self = Self::with(setup, assembly.places, chunks);
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        self.setup.bytes() + self.work.bytes()
     }
 }
 
@@ -317,19 +384,19 @@ impl<T: Real> PairScratch<T> {
 }
 
 /// A worker's part in what all do about pairs.
-pub struct PairWorker<'a, T> {
-    pub pairs: &'a PairSetup<T>,
-    pub shared: &'a SharedPairs<'a, T>,
-    pub scratch: &'a mut PairScratch<T>,
+struct PairWorker<'a, T> {
+    pairs: &'a PairSetup<T>,
+    shared: &'a PairWork<T>,
+    scratch: &'a mut PairScratch<T>,
     /// Its first tile, and which worker it is.
-    pub first_tile: usize,
-    pub index: usize,
+    first_tile: usize,
+    index: usize,
     /// State after the sub-step.
-    pub next: &'a [Shared<'a, T>; 6],
+    next: &'a Fields<T>,
     /// Inverse masses [1/kg].
-    pub inverse_mass: &'a [T],
+    inverse_mass: &'a [T],
     /// Instructions in use.
-    pub level: SimdLevel,
+    level: SimdLevel,
 }
 
 impl<'a, T: Real> PairWorker<'a, T> {

@@ -109,22 +109,20 @@ fn found<T: Real>(
     let shares = tiles::shares(&plans, threads);
     let mut setup = PairSetup::<T>::new(assembly, &plans, &shares).unwrap();
     setup.diagonals = setup.diagonals.map(|diagonal| diagonal * margin);
-    let mut work = PairWork::new(Some(&setup), threads);
+    let mut work = PairWork::new(&setup, threads);
     let scratch: Vec<_> =
         shares.iter().map(|share| Mutex::new(PairScratch::new(assembly.places, share.len()))).collect();
-    let mut fields: [Column<T>; 6] = std::array::from_fn(|_| Column::zeros(assembly.places));
+    let mut next: Fields<T> = std::array::from_fn(|_| Column::zeros(assembly.places).into());
     let inverse_mass = vec![T::ONE; assembly.places];
     let (team, mut found, mut searches) = (Team::new(threads), Vec::new(), 0);
     for places in steps {
         for (node, place) in places.iter().enumerate() {
-            (0..3).for_each(|axis| fields[axis][node] = T::from_f64(place[axis]));
+            (0..3).for_each(|axis| next[axis].get_mut()[node] = T::from_f64(place[axis]));
         }
-        let next = fields.each_mut().map(|column| Shared::new(column));
-        let shared = work.share();
         team.run(|index, barrier| {
             let mut worker = PairWorker {
                 pairs: &setup,
-                shared: &shared,
+                shared: &work,
                 scratch: &mut scratch[index].lock().unwrap(),
                 first_tile: shares[index].start,
                 index,
@@ -149,7 +147,7 @@ fn found<T: Real>(
                     let (node, others) = (near.owners()[number], near.others(number));
                     assert!(others.is_sorted_by(|a, b| a < b));
                     assert_eq!(setup.tile[node as usize] as usize, share.start + tile);
-                    assert_eq!(work.contacts[node as usize] as usize, others.len());
+                    assert_eq!(work.contacts.get_mut()[node as usize] as usize, others.len());
                     ends.extend(others.iter().map(|&other| [node, other]));
                 }
             }

@@ -1,18 +1,18 @@
 //! Which springs are constraints now: stream compaction of them and of their nodes, tile by tile, in ascending order.
 
 use crate::real::{Real, dot};
-use crate::solvers::dual::cpu::{Layout, SolveSetup, SolveWork, SolveWorker};
+use crate::solvers::dual::cpu::{Dual, Layout, SolveWorker};
+use crate::step::Marks;
 use std::ops::Range;
 
-impl<T: Real> SolveWork<T> {
-    /// The lists of a system of all constraints.
-    pub(crate) fn lay_out_all(&mut self, setup: &SolveSetup<T>) {
-        self.which.iter_mut().zip(0..).for_each(|(which, row)| *which = row);
-        self.ends.copy_from_slice(&setup.list.ends);
-        self.entries.copy_from_slice(&setup.by_place.items);
-        for place in 0..self.places.len() {
-            self.places[place] = place as u32;
-            self.spans[place] = [setup.by_place.offsets[place], setup.by_place.offsets[place + 1]];
+impl<T: Real> Dual<T> {
+    /// Counts anew which nodes have active constraints: a tile looks again at those that were active, and knows by its count
+    /// that there are some.
+    pub(crate) fn recount(&mut self, active: &[bool]) {
+        for (tile, counts) in self.tiles.iter().zip(self.work.tile_nodes.get_mut()) {
+            let here = |place| self.by_place.row(place).iter().filter(|&&end| active[end as usize / 2]);
+            let ends = tile.runs().flat_map(|(_, run)| run).map(|place| here(place).count() as u32);
+            *counts = ends.fold([0; 2], |[nodes, all], here| [nodes + u32::from(here > 0), all + here]);
         }
     }
 }
@@ -23,36 +23,34 @@ impl<T: Real> SolveWorker<'_, '_, T> {
         if self.scratch.layout.count > 0 {
             return;
         }
-        let bodies = self.setup.assembly.bodies.iter().zip(&self.solve.list.bodies);
-        self.scratch
-            .layout
-            .cut(bodies.map(|(body, rows)| (rows.clone(), body.first..body.first + body.nodes)));
+        let bodies = self.solve.bodies.iter().zip(&self.solve.list.bodies);
+        self.scratch.layout.cut(bodies.map(|(nodes, rows)| (rows.clone(), nodes.clone())));
     }
 
     /// Finds the active constraints and their nodes, after all have computed forces.
     pub(crate) fn compact(&mut self) {
-        self.share.clone().for_each(|tile| self.activate(tile));
-        self.barrier.wait();
+        self.worker.tiles.clone().for_each(|tile| self.activate(tile));
+        self.worker.synchronise();
         // SAFETY: counted before a barrier, and counted anew after the next.
         let first_rows = prefix(unsafe { self.shared.tile_rows.read() }, |&rows| rows);
         if first_rows.last() == Some(&0) {
-            self.share.clone().for_each(|tile| self.note_counts(tile, [0; 2]));
+            self.worker.tiles.clone().for_each(|tile| self.note_counts(tile, [0; 2]));
             self.scratch.layout = Layout::default();
             return;
         }
-        for tile in self.share.clone() {
+        for tile in self.worker.tiles.clone() {
             self.list_rows(tile, first_rows[tile] as usize);
             self.count_nodes(tile);
         }
-        self.barrier.wait();
+        self.worker.synchronise();
         // SAFETY: as above.
         let counts = unsafe { self.shared.tile_nodes.read() };
         let [first_nodes, first_ends] = [0, 1].map(|which| prefix(counts, |count| count[which]));
-        for tile in self.share.clone() {
+        for tile in self.worker.tiles.clone() {
             self.list_nodes(tile, first_nodes[tile], first_ends[tile]);
         }
         self.cut(&first_rows, &first_nodes);
-        self.barrier.wait();
+        self.worker.synchronise();
     }
 
     /// Decides which constraints of a tile are active, and counts them.
@@ -77,9 +75,9 @@ impl<T: Real> SolveWorker<'_, '_, T> {
         let mut count = 0;
         for ((active, pull), row) in active.iter_mut().zip(pull).zip(range.clone()) {
             let ends = self.solve.list.ends[row].map(|end| end as usize);
-            let d = [0, 1, 2].map(|axis| self.old[axis][ends[1]] - self.old[axis][ends[0]]);
+            let d = [0, 1, 2].map(|axis| self.worker.old()[axis][ends[1]] - self.worker.old()[axis][ends[0]]);
             let (squared, rest) = (dot(d, d), self.solve.rest[row] * self.solve.rest[row]);
-            let free = ends.iter().any(|&end| self.setup.inverse_mass[end] > T::ZERO);
+            let free = ends.iter().any(|&end| self.worker.nodes.inverse_mass[end] > T::ZERO);
             *active = free && (squared > on * rest || (*active && squared > off * rest));
             count += u32::from(*active);
             if !*active {
@@ -113,7 +111,7 @@ impl<T: Real> SolveWorker<'_, '_, T> {
     fn count_nodes(&self, tile: usize) {
         let mut counts = [0; 2];
         if self.waits(tile) {
-            for place in self.setup.tiles[tile].runs().flat_map(|(_, run)| run) {
+            for place in self.worker.nodes.tiles[tile].runs().flat_map(|(_, run)| run) {
                 let here = self.entries(place).count() as u32;
                 counts = [counts[0] + u32::from(here > 0), counts[1] + here];
             }
@@ -140,7 +138,7 @@ impl<T: Real> SolveWorker<'_, '_, T> {
         // SAFETY: rows were listed before a barrier.
         let row_of = unsafe { self.shared.row_of.read() };
         let (mut node, mut entry) = (0, 0);
-        for place in self.setup.tiles[tile].runs().flat_map(|(_, run)| run) {
+        for place in self.worker.nodes.tiles[tile].runs().flat_map(|(_, run)| run) {
             let from = entry;
             for end in self.entries(place) {
                 entries[entry] = 2 * row_of[end as usize / 2] + end % 2;
@@ -158,8 +156,8 @@ impl<T: Real> SolveWorker<'_, '_, T> {
 
     /// Cuts the active system into chunks.
     fn cut(&mut self, first_rows: &[u32], first_nodes: &[u32]) {
-        let tiles = &self.setup.tiles;
-        let bodies = (0..self.setup.assembly.bodies.len()).map(|body| {
+        let tiles = &self.worker.nodes.tiles;
+        let bodies = (0..self.solve.bodies.len()).map(|body| {
             let from = tiles.partition_point(|tile| tile.body < body);
             let to = tiles.partition_point(|tile| tile.body <= body);
             let between = |first: &[u32]| first[from] as usize..first[to] as usize;
@@ -167,15 +165,15 @@ impl<T: Real> SolveWorker<'_, '_, T> {
         });
         let layout = &mut self.scratch.layout;
         layout.cut(bodies);
-        let mine = first_nodes[self.share.start..=self.share.end].windows(2);
+        let mine = first_nodes[self.worker.tiles.start..=self.worker.tiles.end].windows(2);
         layout.nodes_of_tile.clear();
         layout.nodes_of_tile.extend(mine.map(|pair| pair[0] as usize..pair[1] as usize));
     }
 
     /// Whether the nodes of a tile of its share wait.
     fn waits(&self, tile: usize) -> bool {
-        // SAFETY: tiles are noted by the worker whose share they are in.
-        *unsafe { self.shared.waits.item(tile) }
+        // SAFETY: tiles are marked by the worker in whose chunk they are.
+        unsafe { self.worker.marks.item(tile) }.has(Marks::SOLVED)
     }
 
     /// Notes counts of a tile of its share.

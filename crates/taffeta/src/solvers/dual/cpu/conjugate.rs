@@ -76,7 +76,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         if self.colliders.is_empty() {
             return;
         }
-        self.barrier.wait();
+        self.worker.synchronise();
         self.each(self.scratch.layout.nodes.len(), Self::meet);
     }
 
@@ -85,10 +85,10 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let rows = self.scratch.layout.rows.len();
         let warm = self.solve.solver.ice.warm_start;
         if self.solve.adaptive {
-            self.barrier.wait();
+            self.worker.synchronise();
         }
         self.each(self.scratch.layout.nodes.len(), Self::free_response);
-        self.barrier.wait();
+        self.worker.synchronise();
         self.each(rows, |worker, chunk| {
             let part = worker.rows_of(chunk);
             let Vectors { right, r, p, s, .. } = worker.vectors(&part);
@@ -98,7 +98,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             // A vector of zeros: what velocities alone give.
             worker.apply_to(&part, Vector::S);
             let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
-            let level = worker.setup.level;
+            let level = worker.worker.nodes.level;
             if !warm {
                 // They have told which surfaces hold nodes.
                 x.fill(T::ZERO);
@@ -106,7 +106,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             worker.sums_of(chunk)[0] = level.run(Combine { to: r, factor: T::ONE, other: w });
             level.run(Along { rows, vector: if warm { x } else { r }, pulled });
         });
-        self.barrier.wait();
+        self.worker.synchronise();
         let tolerance = self.solve.solver.ice.tolerance;
         for body in 0..self.solve.list.bodies.len() {
             let [right, noise, _] = self.body_sums(body);
@@ -120,15 +120,15 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     /// none.
     fn start_warm(&mut self) {
         self.each(self.scratch.layout.nodes.len(), Self::respond);
-        self.barrier.wait();
+        self.worker.synchronise();
         self.each(self.scratch.layout.rows.len(), |worker, chunk| {
             let part = worker.rows_of(chunk);
             let [_, curvature] = worker.apply_to(&part, Vector::X);
             let Vectors { x, r, .. } = worker.vectors(&part);
             let sums = worker.sums_of(chunk);
-            (sums[0], sums[2]) = (worker.setup.level.run(Product { a: x, b: r }), curvature);
+            (sums[0], sums[2]) = (worker.worker.nodes.level.run(Product { a: x, b: r }), curvature);
         });
-        self.barrier.wait();
+        self.worker.synchronise();
         let useful = |[along, _, curvature]: [f64; 3]| {
             let helps = along > 0.0 && curvature > 0.0;
             T::from_f64(if helps { along / curvature } else { 0.0 })
@@ -138,19 +138,19 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         self.each(self.scratch.layout.rows.len(), |worker, chunk| {
             let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
             let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
-            let (level, share) = (worker.setup.level, shares[body]);
+            let (level, share) = (worker.worker.nodes.level, shares[body]);
             level.run(Multiply { vector: x, factor: share });
             level.run(Combine { to: r, factor: -share, other: w });
             level.run(Along { rows, vector: r, pulled });
         });
-        self.barrier.wait();
+        self.worker.synchronise();
     }
 
     fn iterate(&mut self) {
         let (rows, nodes) = (self.scratch.layout.rows.len(), self.scratch.layout.nodes.len());
         loop {
             self.each(nodes, Self::respond);
-            self.barrier.wait();
+            self.worker.synchronise();
             self.each(rows, |worker, chunk| {
                 let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
                 if !worker.is_done(body) {
@@ -159,12 +159,12 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                     (sums[0], sums[2]) = (gamma, delta);
                 }
             });
-            self.barrier.wait();
+            self.worker.synchronise();
             if self.judge() {
                 break;
             }
             self.each(rows, Self::advance);
-            self.barrier.wait();
+            self.worker.synchronise();
         }
     }
 
@@ -206,11 +206,11 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             }
             w.copy_from_slice(x);
             if solve.adaptive {
-                self.setup.level.run(Combine { to: w, factor: -T::ONE, other: offset });
+                self.worker.nodes.level.run(Combine { to: w, factor: -T::ONE, other: offset });
             }
-            self.setup.level.run(Along { rows, vector: w, pulled });
+            self.worker.nodes.level.run(Along { rows, vector: w, pulled });
         }
-        self.barrier.wait();
+        self.worker.synchronise();
     }
 
     fn report(&mut self) {
@@ -230,8 +230,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
 
     /// How each material gives way in this sub-step.
     fn soften(&mut self) {
-        let Self { solve, scratch, h, .. } = self;
-        let (ice, acad, h) = (&solve.solver.ice, &solve.solver.acad, h.to_f64());
+        let Self { solve, scratch, worker, .. } = self;
+        let (ice, acad, h) = (&solve.solver.ice, &solve.solver.acad, worker.substep.h.to_f64());
         scratch.softness.clear();
         scratch.softness.extend(solve.list.materials.iter().map(|&[k, d]| {
             if solve.adaptive {
@@ -249,14 +249,14 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let target = T::from_f64(1.0 + solve.solver.acad.target);
         // SAFETY: listed before a barrier; pulls are those of the last sub-step.
         let (which, pull) = unsafe { (&self.shared.which.read()[part], self.shared.pull.read()) };
-        let noise = self.setup.level.run(SetUpRows {
+        let noise = self.worker.nodes.level.run(SetUpRows {
             which,
             all_ends: &solve.list.ends,
             rest: &solve.rest,
             material: &solve.list.material,
             softness: &self.scratch.softness,
-            inverse_mass: &self.setup.inverse_mass,
-            old: self.old,
+            inverse_mass: &self.worker.nodes.inverse_mass,
+            old: self.worker.old(),
             springs: adaptive.then_some((&solve.list.materials[..], target)),
             pull,
             rows: &mut *rows,
@@ -271,7 +271,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
         // For what comes next: springs are taken back, or nodes meet surfaces.
         let vector = if adaptive { offset } else { x };
-        self.setup.level.run(Along { rows, vector, pulled });
+        self.worker.nodes.level.run(Along { rows, vector, pulled });
     }
 
     /// Notes the nodes at the ends of a chunk's rows.
@@ -288,8 +288,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     fn meet(&mut self, chunk: usize) {
         let nodes = self.scratch.layout.nodes[chunk].part.clone();
         self.gather_pulls(&nodes, false);
-        let (setup, h) = (self.setup, self.h);
-        let fall = norm(setup.assembly.world.gravity) * h.to_f64() * h.to_f64();
+        let h = self.worker.substep.h;
+        let fall = norm(self.worker.substep.gravity) * h.to_f64() * h.to_f64();
         // SAFETY: listed before a barrier; nodes of chunks are different. What waits was written before a barrier.
         let (places, response, presses, surfaces) = unsafe {
             (
@@ -303,28 +303,30 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             let place = place as usize;
             let [x, y, z, _] = response.0;
             let coming = Coming {
-                place: [0, 1, 2].map(|axis| self.old[axis][place]),
+                place: [0, 1, 2].map(|axis| self.worker.old()[axis][place]),
                 free: self.free_velocity(place),
                 pulls: scale([x, y, z], -h),
                 fall: T::from_f64(fall),
                 h,
             };
-            let free = setup.inverse_mass[place] > T::ZERO;
-            (*press, *surface) =
-                if free { self.near.press(self.colliders, place, &coming) } else { (Press::FREE, 0) };
+            let free = self.worker.nodes.inverse_mass[place] > T::ZERO;
+            (*press, *surface) = match self.near.filter(|_| free) {
+                Some(near) => near.press(self.colliders, place, &coming),
+                None => (Press::FREE, 0),
+            };
         }
     }
 
     /// The velocity of a place without constraints, which waits where the state after will be.
     fn free_velocity(&self, place: usize) -> [T; 3] {
         // SAFETY: written before a barrier, and written over after another.
-        [0, 1, 2].map(|axis| unsafe { self.next[axis].read() }[place])
+        [0, 1, 2].map(|axis| unsafe { self.worker.next()[axis].read() }[place])
     }
 
     /// By node: the velocity without constraints, by the step; springs for which constraints stand in are taken back.
     fn free_response(&mut self, chunk: usize) {
         let nodes = self.scratch.layout.nodes[chunk].part.clone();
-        let adaptive = self.solve.adaptive;
+        let (adaptive, h) = (self.solve.adaptive, self.worker.substep.h);
         if adaptive {
             self.gather_pulls(&nodes, false);
         }
@@ -339,12 +341,12 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         for (response, &place) in response.iter_mut().zip(places) {
             let [x, y, z, _] = if adaptive { response.0 } else { [T::ZERO; 4] };
             let [u, v, w] = self.free_velocity(place as usize);
-            *response = Quad([u / self.h + x, v / self.h + y, w / self.h + z, T::ZERO]);
+            *response = Quad([u / h + x, v / h + y, w / h + z, T::ZERO]);
         }
         let press = if self.colliders.is_empty() { &[] } else { &*press };
         for (response, press) in response.iter_mut().zip(press) {
             let [x, y, z, _] = response.0;
-            let [x, y, z] = add(press.yielded([x, y, z]), scale(press.velocity, T::ONE / self.h));
+            let [x, y, z] = add(press.yielded([x, y, z]), scale(press.velocity, T::ONE / h));
             *response = Quad([x, y, z, T::ZERO]);
         }
     }
@@ -366,12 +368,12 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 entries: self.shared.entries.read(),
                 pulled: self.shared.pulled.read(),
                 places: &self.shared.places.read()[nodes.clone()],
-                inverse_mass: &self.setup.inverse_mass,
+                inverse_mass: &self.worker.nodes.inverse_mass,
                 press: if held { &self.shared.press.read()[nodes.clone()] } else { &[] },
                 out: self.shared.response.write(nodes.clone()),
             }
         };
-        self.setup.level.run(kernel);
+        self.worker.nodes.level.run(kernel);
     }
 
     /// The system applied to one of the vectors, into `w`.
@@ -385,7 +387,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         // SAFETY: found before a barrier.
         let (ends, response) =
             unsafe { (&self.shared.ends.read()[part.clone()], self.shared.response.read()) };
-        self.setup.level.run(Apply { rows, ends, response, vector, out: w })
+        self.worker.nodes.level.run(Apply { rows, ends, response, vector, out: w })
     }
 
     fn advance(&mut self, chunk: usize) {
@@ -396,8 +398,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let (alpha, beta) = self.scratch.bodies[body].step;
         let (alpha, beta) = (T::from_f64(alpha), T::from_f64(beta));
         let Vectors { rows, x, r, p, s, w, pulled, .. } = self.vectors(&part);
-        self.setup.level.run(Advance { alpha, beta, x, r, p, s, w });
-        self.setup.level.run(Along { rows, vector: r, pulled });
+        self.worker.nodes.level.run(Advance { alpha, beta, x, r, p, s, w });
+        self.worker.nodes.level.run(Along { rows, vector: r, pulled });
     }
 
     /// Whether the system of a body needs no more iterations.
@@ -446,7 +448,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
 
     /// Its even share of some chunks.
     fn mine(&self, chunks: usize) -> Range<usize> {
-        chunks * self.index / self.workers..chunks * (self.index + 1) / self.workers
+        self.worker.part(chunks)
     }
 
     /// Does something for each chunk of its share.

@@ -8,25 +8,29 @@ mod active;
 mod conjugate;
 mod kernels;
 mod layout;
-mod remember;
 mod tile;
 
-pub use layout::Layout;
-
-use crate::build::Assembly;
-use crate::contact::collider_mesh::cache::Near;
+use crate::backend::SolverState;
+use crate::contact::collider_mesh::cache::MeshCache;
+use crate::contact::colliders::cpu::Colliders;
 use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::colliders::press::Press;
-use crate::cpu::backend::Setup;
-use crate::cpu::shared::Shared;
+use crate::cpu::backend::Context;
+use crate::cpu::feature::{Feature, Flow};
+use crate::cpu::shared::{PerWorker, Shared};
+use crate::cpu::tile::Tile;
 use crate::cpu::tiles::TilePlan;
-use crate::diagnostics::SolverReport;
+use crate::cpu::worker::Worker;
+use crate::diagnostics::{FrameSums, SolverReport};
 use crate::plan::Substep;
 use crate::real::Real;
 use crate::scene::{Method, Solver};
 use crate::solvers::constraints::Constraints;
 use crate::solvers::dual::distance::Softness;
+use crate::solvers::waiting;
+use crate::step::{Marks, Op};
 use crate::topology::Csr;
+use layout::Layout;
 use std::ops::Range;
 
 /// Four numbers side by side: a vector, and one more.
@@ -34,10 +38,10 @@ use std::ops::Range;
 #[repr(C, align(16))]
 pub struct Quad<T>(pub [T; 4]);
 
-/// What does not change.
-pub struct SolveSetup<T> {
+/// Springs that are, or become, constraints.
+pub struct Dual<T> {
     /// Ends, materials, bodies.
-    pub list: Constraints,
+    list: Constraints,
     /// Rest lengths [m].
     rest: Vec<T>,
     /// For each place: 2·constraint + end.
@@ -45,88 +49,61 @@ pub struct SolveSetup<T> {
     /// For each tile: the constraints that its nodes own (are the first ends of).
     of_tile: Vec<Vec<Range<usize>>>,
     /// Method and numbers.
-    pub solver: Solver,
+    solver: Solver,
     /// Whether springs act as well, and constraints only where they are too long.
-    pub adaptive: bool,
+    adaptive: bool,
     /// Whether surfaces hold nodes while pulls are solved for. Where constraints come and go, what the last ones pulled says
     /// too little of what will be pressed: contact alone is nearer the truth.
     surfaces: bool,
+    /// Nodes of each body of the scene, and tiles.
+    bodies: Vec<Range<usize>>,
+    tiles: Vec<TilePlan>,
+    scratch: PerWorker<SolveScratch<T>>,
+    work: Work<T>,
 }
 
-/// What changes. Pulls and activity are remembered from one sub-step to the next.
-pub struct SolveWork<T> {
+/// What changes. Pulls and activity are kept from one sub-step to the next.
+struct Work<T> {
     /// Pull of each constraint [N].
-    pub pull: Vec<T>,
+    pull: Shared<T>,
     /// Whether it is active.
-    pub active: Vec<bool>,
-    /// Whether the nodes of a tile wait for constraints, how many active ones it owns, and how many nodes with active
-    /// constraints and ends of such it has.
-    waits: Vec<bool>,
-    tile_rows: Vec<u32>,
-    tile_nodes: Vec<[u32; 2]>,
+    active: Shared<bool>,
+    /// How many active ones the nodes of a tile own, and how many nodes with active constraints and ends of such it has.
+    tile_rows: Shared<u32>,
+    tile_nodes: Shared<[u32; 2]>,
     /// Constraint of each row.
-    which: Vec<u32>,
+    which: Shared<u32>,
     /// Where a constraint and a place are in the system.
-    row_of: Vec<u32>,
-    node_of: Vec<u32>,
+    row_of: Shared<u32>,
+    node_of: Shared<u32>,
     /// Place of each node of the system.
-    places: Vec<u32>,
+    places: Shared<u32>,
     /// Entries of each node: 2·row + end.
-    spans: Vec<[u32; 2]>,
-    entries: Vec<u32>,
+    spans: Shared<[u32; 2]>,
+    entries: Shared<u32>,
     /// Nodes of each row.
-    ends: Vec<[u32; 2]>,
+    ends: Shared<[u32; 2]>,
     /// Direction, scaled, and compliance of each row.
-    rows: Vec<Quad<T>>,
+    rows: Shared<Quad<T>>,
     /// Scale of each row; pull of the spring that it stands in for, by the scale.
-    scale: Vec<T>,
-    offset: Vec<T>,
+    scale: Shared<T>,
+    offset: Shared<T>,
     /// Right side without nodes' velocities; vectors of the iteration.
-    right: Vec<T>,
-    x: Vec<T>,
-    r: Vec<T>,
-    p: Vec<T>,
-    s: Vec<T>,
-    w: Vec<T>,
+    right: Shared<T>,
+    x: Shared<T>,
+    r: Shared<T>,
+    p: Shared<T>,
+    s: Shared<T>,
+    w: Shared<T>,
     /// A vector's part along each row's direction.
-    pulled: Vec<Quad<T>>,
+    pulled: Shared<Quad<T>>,
     /// By node: what pulls do to its velocity, by the step.
-    response: Vec<Quad<T>>,
+    response: Shared<Quad<T>>,
     /// By node: how a surface holds it, and which.
-    press: Vec<Press<T>>,
-    surface: Vec<u32>,
+    press: Shared<Press<T>>,
+    surface: Shared<u32>,
     /// By chunk of rows: squared residual (at first, right side), squared noise, and residual times the system times residual.
-    sums: Vec<[f64; 3]>,
-}
-
-/// The same, lent to all workers.
-pub struct SharedSolve<'a, T> {
-    pull: Shared<'a, T>,
-    active: Shared<'a, bool>,
-    waits: Shared<'a, bool>,
-    tile_rows: Shared<'a, u32>,
-    tile_nodes: Shared<'a, [u32; 2]>,
-    which: Shared<'a, u32>,
-    row_of: Shared<'a, u32>,
-    node_of: Shared<'a, u32>,
-    places: Shared<'a, u32>,
-    spans: Shared<'a, [u32; 2]>,
-    entries: Shared<'a, u32>,
-    ends: Shared<'a, [u32; 2]>,
-    rows: Shared<'a, Quad<T>>,
-    scale: Shared<'a, T>,
-    offset: Shared<'a, T>,
-    right: Shared<'a, T>,
-    x: Shared<'a, T>,
-    r: Shared<'a, T>,
-    p: Shared<'a, T>,
-    s: Shared<'a, T>,
-    w: Shared<'a, T>,
-    pulled: Shared<'a, Quad<T>>,
-    response: Shared<'a, Quad<T>>,
-    press: Shared<'a, Press<T>>,
-    surface: Shared<'a, u32>,
-    sums: Shared<'a, [f64; 3]>,
+    sums: Shared<[f64; 3]>,
 }
 
 /// What a worker keeps.
@@ -139,12 +116,13 @@ pub struct SolveScratch<T> {
     /// How far each body's system is.
     bodies: Vec<conjugate::Progress>,
     /// What the frame's report is to say.
-    pub report: SolverReport,
+    report: SolverReport,
 }
 
-impl<T: Real> SolveSetup<T> {
-    /// Of a scene that has constraints. `tiles` are all of the backend's.
-    pub fn new(assembly: &mut Assembly, tiles: &[TilePlan]) -> Option<Self> {
+impl<T: Real> Dual<T> {
+    /// Of a scene that has constraints.
+    pub fn new(context: &mut Context<'_, T>) -> Option<Self> {
+        let (assembly, tiles) = (&mut *context.assembly, &context.nodes.tiles);
         let list = std::mem::take(&mut assembly.constraints);
         if list.is_empty() {
             return None;
@@ -153,52 +131,53 @@ impl<T: Real> SolveSetup<T> {
             let from = |place: usize| list.ends.partition_point(|ends| (ends[0] as usize) < place);
             from(run.start)..from(run.end)
         };
+        let adaptive = assembly.solver.method == Method::Acad;
+        let by_place = Csr::corners(assembly.places, &list.ends);
+        let work = Work::new(&list, &by_place, tiles.len(), adaptive);
         Some(Self {
             rest: list.rest.iter().map(|&rest| T::from_f64(rest)).collect(),
-            by_place: Csr::corners(assembly.places, &list.ends),
+            by_place,
             of_tile: tiles.iter().map(|tile| tile.runs().map(|(_, run)| owned(run)).collect()).collect(),
             solver: assembly.solver.clone(),
-            adaptive: assembly.solver.method == Method::Acad,
+            adaptive,
             surfaces: assembly.solver.method == Method::Ice && !assembly.colliders.is_empty(),
+            bodies: assembly.bodies.iter().map(|body| body.first..body.first + body.nodes).collect(),
+            tiles: tiles.clone(),
+            scratch: PerWorker::new(context.chunks.len(), |_| SolveScratch::default()),
+            work,
             list,
         })
     }
 
     /// Colliders that hold nodes while pulls are solved for.
-    pub fn colliders<'s>(&self, substep: &'s Substep<T>) -> &'s [ColliderNow<T>] {
+    fn colliders<'s>(&self, substep: &'s Substep<T>) -> &'s [ColliderNow<T>] {
         if self.surfaces { &substep.colliders } else { &[] }
-    }
-
-    /// Stretch to watch springs for.
-    pub fn watched(&self) -> Option<T> {
-        self.adaptive.then(|| T::from_f64(1.0 + self.solver.acad.threshold))
     }
 }
 
-impl<T: Real> SolveWork<T> {
+impl<T: Real> Work<T> {
     /// Room for all constraints of a scene; where they are not adaptive, its lists are made here for good.
-    pub fn new(setup: Option<&SolveSetup<T>>, tiles: usize) -> Self {
-        let count = setup.map_or(0, |setup| setup.list.len());
-        let tiles = if count > 0 { tiles } else { 0 };
-        let places = setup.map_or(0, |setup| setup.by_place.offsets.len() - 1);
+    fn new(list: &Constraints, by_place: &Csr, tiles: usize, adaptive: bool) -> Self {
+        let (count, places) = (list.len(), by_place.offsets.len() - 1);
         // What tells where an active constraint is, where they come and go.
-        let [changing, placed] =
-            if setup.is_some_and(|setup| setup.adaptive) { [count, places] } else { [0; 2] };
-        let quads = |n| vec![Quad::default(); n];
-        let numbers = || vec![T::ZERO; count];
-        let mut work = Self {
+        let [changing, placed] = if adaptive { [count, places] } else { [0; 2] };
+        let quads = |n| Shared::from(vec![Quad::default(); n]);
+        let numbers = || Shared::from(vec![T::ZERO; count]);
+        let span = |place| [by_place.offsets[place], by_place.offsets[place + 1]];
+        // The lists of a system of all constraints.
+        let [which, all_places] = [count, places].map(|n| (0..n as u32).collect::<Vec<_>>().into());
+        Self {
             pull: numbers(),
-            active: vec![false; changing],
-            waits: vec![false; tiles],
-            tile_rows: vec![0; tiles],
-            tile_nodes: vec![[0; 2]; tiles],
-            which: vec![0; count],
-            row_of: vec![0; changing],
-            node_of: vec![0; placed],
-            places: vec![0; places],
-            spans: vec![[0; 2]; places],
-            entries: vec![0; 2 * count],
-            ends: vec![[0; 2]; count],
+            active: vec![false; changing].into(),
+            tile_rows: vec![0; tiles].into(),
+            tile_nodes: vec![[0; 2]; tiles].into(),
+            which,
+            row_of: vec![0; changing].into(),
+            node_of: vec![0; placed].into(),
+            places: all_places,
+            spans: (0..places).map(span).collect::<Vec<_>>().into(),
+            entries: by_place.items.clone().into(),
+            ends: list.ends.clone().into(),
             rows: quads(count),
             scale: numbers(),
             offset: numbers(),
@@ -210,84 +189,102 @@ impl<T: Real> SolveWork<T> {
             w: numbers(),
             pulled: quads(count),
             response: quads(places),
-            press: vec![Press::FREE; places],
-            surface: vec![0; places],
-            sums: vec![[0.0; 3]; setup.map_or(0, |setup| layout::most_chunks(&setup.list))],
-        };
-        if let Some(setup) = setup.filter(|setup| !setup.adaptive) {
-            work.lay_out_all(setup);
+            press: vec![Press::FREE; places].into(),
+            surface: vec![0; places].into(),
+            sums: vec![[0.0; 3]; layout::most_chunks(list)].into(),
         }
-        work
-    }
-
-    /// Lends it to all workers.
-    pub fn share(&mut self) -> SharedSolve<'_, T> {
-        SharedSolve {
-            pull: Shared::new(&mut self.pull),
-            active: Shared::new(&mut self.active),
-            waits: Shared::new(&mut self.waits),
-            tile_rows: Shared::new(&mut self.tile_rows),
-            tile_nodes: Shared::new(&mut self.tile_nodes),
-            which: Shared::new(&mut self.which),
-            row_of: Shared::new(&mut self.row_of),
-            node_of: Shared::new(&mut self.node_of),
-            places: Shared::new(&mut self.places),
-            spans: Shared::new(&mut self.spans),
-            entries: Shared::new(&mut self.entries),
-            ends: Shared::new(&mut self.ends),
-            rows: Shared::new(&mut self.rows),
-            scale: Shared::new(&mut self.scale),
-            offset: Shared::new(&mut self.offset),
-            right: Shared::new(&mut self.right),
-            x: Shared::new(&mut self.x),
-            r: Shared::new(&mut self.r),
-            p: Shared::new(&mut self.p),
-            s: Shared::new(&mut self.s),
-            w: Shared::new(&mut self.w),
-            pulled: Shared::new(&mut self.pulled),
-            response: Shared::new(&mut self.response),
-            press: Shared::new(&mut self.press),
-            surface: Shared::new(&mut self.surface),
-            sums: Shared::new(&mut self.sums),
-        }
-    }
-
-    /// Bytes that it takes.
-    pub fn bytes(&self) -> usize {
-        let each = size_of::<T>() * 9 + 2 * size_of::<Quad<T>>() + 1 + 4 * 6;
-        self.pull.len() * each + self.places.len() * (size_of::<Quad<T>>() + size_of::<Press<T>>() + 20)
     }
 }
 
-impl<T> SharedSolve<'_, T> {
-    /// By tile: whether its nodes wait for constraints.
-    ///
-    /// # Safety
-    /// Until the next barrier no worker notes anew which tiles wait.
-    pub unsafe fn waits(&self) -> &[bool] {
-        // SAFETY: promised by the caller.
-        unsafe { self.waits.read() }
+impl<T: Real> Feature<T> for Dual<T> {
+    fn ops(&self) -> &'static [Op] {
+        &[Op::Predict, Op::Solve, Op::ConstraintForces]
+    }
+
+    fn marks(&self, plan: &TilePlan) -> Marks {
+        // Where constraints come and go springs have the tile wait.
+        let all = !self.adaptive && !self.list.bodies[plan.body].is_empty();
+        if all { Marks::IMPLICIT.and(Marks::SOLVED) } else { Marks::NONE }
+    }
+
+    fn begin(&self, worker: &mut Worker<'_, T>) {
+        if self.adaptive {
+            for tile in worker.tiles.clone() {
+                // SAFETY: each tile is in one worker's chunk.
+                let (marks, nodes) = unsafe { (worker.marks.item(tile), *self.work.tile_nodes.item(tile)) };
+                // Where constraints were active in the last sub-step they are looked at again.
+                *marks = if nodes[0] > 0 { marks.and(Marks::SOLVED) } else { marks.without(Marks::SOLVED) };
+            }
+        }
+    }
+
+    fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {
+        if !self.adaptive || worker.any_tile_has(Marks::SOLVED) {
+            SolveWorker {
+                solve: self,
+                shared: &self.work,
+                // SAFETY: each worker has its own.
+                scratch: unsafe { self.scratch.of(worker.index) },
+                worker,
+                colliders: self.colliders(worker.substep),
+                near: worker.features.get::<Colliders<T>>().map(|colliders| &colliders.near),
+            }
+            .solve();
+        }
+        Flow::Go
+    }
+
+    fn tile(&self, op: Op, tile: &mut Tile<'_, T>) {
+        if op == Op::Predict {
+            waiting::suspend(tile);
+        } else {
+            waiting::resume(tile);
+            self.add_all_pulls(tile);
+        }
+    }
+
+    fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
+        // All workers know it.
+        for (index, scratch) in self.scratch.iter_mut().enumerate() {
+            let report = std::mem::take(&mut scratch.report);
+            if index == 0 {
+                sums.solver = report;
+            }
+        }
+    }
+
+    /// Pulls, if the solver starts from them or surfaces ask for them, and which constraints are active, if that changes.
+    fn save(&self, state: &mut SolverState) {
+        let asked = self.solver.ice.warm_start || self.surfaces;
+        // SAFETY: no worker works between frames.
+        let (pulls, active) = unsafe { (self.work.pull.read(), self.work.active.read()) };
+        state.pulls = if asked { pulls.iter().map(|pull| pull.to_f64()).collect() } else { Vec::new() };
+        state.active = if self.adaptive { active.to_vec() } else { Vec::new() };
+    }
+
+    fn load(&mut self, state: &SolverState) {
+        for (pull, &from) in self.work.pull.get_mut().iter_mut().zip(&state.pulls) {
+            *pull = T::from_f64(from);
+        }
+        if self.adaptive {
+            self.work.active.get_mut().copy_from_slice(&state.active);
+            self.recount(&state.active);
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        let each = size_of::<T>() * 9 + 2 * size_of::<Quad<T>>() + 1 + 4 * 6;
+        let node = size_of::<Quad<T>>() + size_of::<Press<T>>() + 20;
+        self.work.pull.len() * each + self.work.places.len() * node
     }
 }
 
 /// A worker's part in the solution.
-pub struct SolveWorker<'w, 'a, T> {
-    /// What does not change.
-    pub setup: &'w Setup<T>,
-    pub solve: &'w SolveSetup<T>,
-    pub shared: &'w SharedSolve<'a, T>,
-    pub scratch: &'w mut SolveScratch<T>,
-    /// Its tiles.
-    pub share: Range<usize>,
-    /// Which worker of how many.
-    pub index: usize,
-    pub workers: usize,
-    pub barrier: &'w crate::cpu::team::Barrier,
-    /// State before, and what waits where the state after will be.
-    pub old: [&'w [T]; 6],
-    pub next: &'w [Shared<'a, T>; 6],
-    /// Step [s].
-    pub h: T,
-    pub colliders: &'w [ColliderNow<T>],
-    pub near: Near<'w, T>,
+struct SolveWorker<'w, 'a, T> {
+    solve: &'w Dual<T>,
+    shared: &'w Work<T>,
+    scratch: &'w mut SolveScratch<T>,
+    worker: &'w Worker<'a, T>,
+    colliders: &'w [ColliderNow<T>],
+    near: Option<&'w MeshCache<T>>,
 }

@@ -21,13 +21,7 @@ pub struct Shape {
 
 /// Columns of numbers by place.
 pub struct Columns<T> {
-    data: Column<T>,
-    shape: Shape,
-}
-
-/// The same, lent to all workers.
-pub struct SharedColumns<'a, T> {
-    data: Shared<'a, T>,
+    data: Shared<T>,
     shape: Shape,
 }
 
@@ -43,31 +37,21 @@ impl<T: Real> Columns<T> {
     pub fn new(axes: usize, places: usize, lead: usize) -> Self {
         let lead = lead.next_multiple_of(LANES);
         let stride = (places + 2 * lead).next_multiple_of(LANES) + STAGGER * LANES;
-        Self { data: Column::zeros(axes * stride), shape: Shape { stride, lead } }
-    }
-
-    /// Lends them to all workers.
-    pub fn share(&mut self) -> SharedColumns<'_, T> {
-        SharedColumns { data: Shared::new(&mut self.data), shape: self.shape }
-    }
-
-    /// One number.
-    pub fn get(&self, axis: usize, place: usize) -> T {
-        self.data[axis * self.shape.stride + self.shape.lead + place]
+        Self { data: Column::zeros(axes * stride).into(), shape: Shape { stride, lead } }
     }
 
     /// Sets one number.
     pub fn set(&mut self, axis: usize, place: usize, number: T) {
-        self.data[axis * self.shape.stride + self.shape.lead + place] = number;
+        self.data.get_mut()[axis * self.shape.stride + self.shape.lead + place] = number;
     }
 
     /// Bytes that they take.
     pub fn bytes(&self) -> usize {
-        self.data.len() * size_of::<T>()
+        self.data.bytes()
     }
 }
 
-impl<T> SharedColumns<'_, T> {
+impl<T> Columns<T> {
     /// All of them, to read.
     ///
     /// # Safety

@@ -3,7 +3,7 @@
 use crate::contact::colliders::press::{Coming, Press};
 use crate::real::{Real, add, norm, scale, sub};
 use crate::solvers::dual::distance::Conjugate;
-use crate::solvers::implicit::cpu::PrimalWorker;
+use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::cycle::slots_of;
 use crate::solvers::implicit::cpu::kernels::{Advance, Apply, FINE, Operator, Own, along, store};
 use crate::solvers::implicit::cpu::setup::SetUp;
@@ -30,7 +30,7 @@ pub struct Progress {
     drift: [f64; 3],
 }
 
-impl<T: Real> PrimalWorker<'_, '_, T> {
+impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// Finds what springs change of velocities.
     pub fn solve(&mut self) {
         let steps = self.primal.ice.newton_steps;
@@ -38,17 +38,17 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
         self.scratch.bodies.resize(self.primal.tables[0].bodies.len(), Progress::default());
         self.soften();
         self.each(0, Self::begin_step);
-        self.barrier.wait();
+        self.worker.synchronise();
         for step in 0..steps {
             self.scratch.bodies.iter_mut().for_each(|body| *body = body.again());
             self.each(0, Self::set_up);
-            self.barrier.wait();
+            self.worker.synchronise();
             self.coarsen();
             self.start(step == 0);
             self.iterate();
             self.find_drifts();
             self.each_of_all(0, |worker, chunk| worker.take(chunk, step + 1 == steps));
-            self.barrier.wait();
+            self.worker.synchronise();
         }
         self.report();
     }
@@ -71,8 +71,8 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
         *outer = 0.0;
         for (at, place) in chunk.part.clone().enumerate() {
             let free = self.free_velocity(place);
-            let moves = self.setup.inverse_mass[place] > T::ZERO;
-            let before = if moves { [0, 1, 2].map(|axis| self.old[3 + axis][place]) } else { free };
+            let moves = self.worker.nodes.inverse_mass[place] > T::ZERO;
+            let before = if moves { [0, 1, 2].map(|axis| self.worker.old()[3 + axis][place]) } else { free };
             let start = hold
                 .press
                 .get(place)
@@ -80,7 +80,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
             for axis in 0..3 {
                 total[axis][at] = start[axis] - free[axis];
                 let off = before[axis] - free[axis];
-                *outer += (self.setup.mass[place] * off * off).to_f64();
+                *outer += (self.worker.nodes.mass[place] * off * off).to_f64();
             }
         }
         self.move_on(chunk, &total);
@@ -94,7 +94,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
             let free = self.free_velocity(place);
             for axis in 0..3 {
                 let velocity = free[axis] + total[axis][at];
-                moved[axis][at] = self.old[axis][place] + self.h * velocity;
+                moved[axis][at] = self.worker.old()[axis][place] + self.h * velocity;
                 moved[3 + axis][at] = velocity;
             }
         }
@@ -115,15 +115,15 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
                 stiff: &self.scratch.stiff,
                 places: [0, 1, 2].map(|axis| moved.column(axis)),
                 velocities: [3, 4, 5].map(|axis| moved.column(axis)),
-                mass: &self.setup.mass,
-                inverse_mass: &self.setup.inverse_mass,
+                mass: &self.worker.nodes.mass,
+                inverse_mass: &self.worker.nodes.inverse_mass,
                 press: if self.colliders.is_empty() { &[] } else { shared.press.read() },
                 right: shared.right.write(&part),
                 inverse: here.inverse.write(&part),
                 own: here.own.write(&part),
                 blocks: here.blocks.write(slots_of(table, &part, FINE)),
             };
-            self.setup.level.run(kernel);
+            self.worker.nodes.level.run(kernel);
         }
     }
 
@@ -132,8 +132,8 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
         if self.colliders.is_empty() {
             return;
         }
-        let (setup, h) = (self.setup, self.h);
-        let fall = T::from_f64(norm(setup.assembly.world.gravity) * h.to_f64() * h.to_f64());
+        let (nodes, h) = (self.worker.nodes, self.h);
+        let fall = T::from_f64(norm(self.worker.substep.gravity) * h.to_f64() * h.to_f64());
         // SAFETY: chunks do not overlap; what is remembered is written after a barrier.
         let (change, presses, surfaces) = unsafe {
             (
@@ -144,22 +144,24 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
         };
         for ((press, surface), place) in presses.iter_mut().zip(surfaces).zip(part.clone()) {
             let coming = Coming {
-                place: [0, 1, 2].map(|axis| self.old[axis][place]),
+                place: [0, 1, 2].map(|axis| self.worker.old()[axis][place]),
                 free: self.free_velocity(place),
                 pulls: change.at(place),
                 fall,
                 h,
             };
-            let free = setup.inverse_mass[place] > T::ZERO;
-            (*press, *surface) =
-                if free { self.near.press(self.colliders, place, &coming) } else { (Press::FREE, 0) };
+            let free = nodes.inverse_mass[place] > T::ZERO;
+            (*press, *surface) = match self.near.filter(|_| free) {
+                Some(near) => near.press(self.colliders, place, &coming),
+                None => (Press::FREE, 0),
+            };
         }
     }
 
     /// The velocity of a place without springs, which waits where the state after will be.
     fn free_velocity(&self, place: usize) -> [T; 3] {
         // SAFETY: written before a barrier, and written over after another.
-        [0, 1, 2].map(|axis| unsafe { self.next[axis].read() }[place])
+        [0, 1, 2].map(|axis| unsafe { self.worker.next()[axis].read() }[place])
     }
 
     /// Where the iteration starts: in the first Newton step from what springs did in the last sub-step, times what brings it
@@ -167,7 +169,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
     fn start(&mut self, first: bool) {
         let warm = first && self.primal.ice.warm_start;
         self.each(0, |worker, chunk| worker.leave_right(&chunk.part, warm));
-        self.barrier.wait();
+        self.worker.synchronise();
         if warm {
             self.start_warm();
         }
@@ -192,7 +194,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
             }
             for axis in 0..3 {
                 for lane in 0..LANES {
-                    left[axis][lane] -= self.setup.mass[first + lane] * off[axis][lane];
+                    left[axis][lane] -= self.worker.nodes.mass[first + lane] * off[axis][lane];
                 }
             }
             hold.yielded(first, &mut left);
@@ -218,7 +220,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
             // What is left is needed: its product goes to `z`, which is found anew.
             *worker.product_of(chunk) = worker.apply(chunk, &here.t, &here.r, &here.z);
         });
-        self.barrier.wait();
+        self.worker.synchronise();
         let useful = |[along, curvature]: [f64; 2]| {
             T::from_f64(if along > 0.0 && curvature > 0.0 { along / curvature } else { 0.0 })
         };
@@ -244,7 +246,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
             }
             worker.begin(0, part);
         });
-        self.barrier.wait();
+        self.worker.synchronise();
     }
 
     fn iterate(&mut self) {
@@ -254,10 +256,10 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
                 let here = &worker.shared.levels[0];
                 *worker.product_of(chunk) = worker.apply(chunk, &here.t, &here.r, &here.z);
             });
-            self.barrier.wait();
+            self.worker.synchronise();
             self.find_steps();
             self.each(0, Self::advance);
-            self.barrier.wait();
+            self.worker.synchronise();
             self.judge();
         }
     }
@@ -304,7 +306,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
             let hold = worker.hold(0);
             *sums = [0.0; 5];
             for place in chunk.part.clone() {
-                let mass = worker.setup.mass[place];
+                let mass = worker.worker.nodes.mass[place];
                 let moves = hold.inverse_mass[place] > T::ZERO
                     && hold.press.get(place).is_none_or(|press| press.normal == [T::ZERO; 3]);
                 let [x, y, z] = left.at::<3>(place).map(T::to_f64);
@@ -314,7 +316,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
                 }
             }
         });
-        self.barrier.wait();
+        self.worker.synchronise();
         for body in 0..self.scratch.bodies.len() {
             // SAFETY: written before a barrier, and anew after another.
             let all = &unsafe { self.shared.left.read() }[self.primal.tables[0].chunks_of[body].clone()];
@@ -344,7 +346,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
                 w: here.z.write(part).map(|column| &*column),
             }
         };
-        self.setup.level.run(kernel);
+        self.worker.nodes.level.run(kernel);
         self.begin(0, part);
     }
 
@@ -352,9 +354,9 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
     fn apply(
         &self,
         chunk: &Chunk,
-        vector: &crate::solvers::implicit::cpu::SharedColumns<'_, T>,
-        other: &crate::solvers::implicit::cpu::SharedColumns<'_, T>,
-        out: &crate::solvers::implicit::cpu::SharedColumns<'_, T>,
+        vector: &crate::solvers::implicit::cpu::Columns<T>,
+        other: &crate::solvers::implicit::cpu::Columns<T>,
+        out: &crate::solvers::implicit::cpu::Columns<T>,
     ) -> [f64; 2] {
         // SAFETY: vectors were found before a barrier; chunks do not overlap.
         let kernel = unsafe {
@@ -367,7 +369,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
                 out: out.write(&chunk.part),
             }
         };
-        self.setup.level.run(kernel)
+        self.worker.nodes.level.run(kernel)
     }
 
     /// Takes a Newton step: changes of velocity, and from where the next one starts; at the end what springs do to each
@@ -418,7 +420,7 @@ impl<T: Real> PrimalWorker<'_, '_, T> {
                 let mut after = add(before, [step[0][lane], step[1][lane], step[2][lane]]);
                 if let Some(press) = held.get(lane).filter(|press| press.normal != [T::ZERO; 3]) {
                     let impulse = [0, 1, 2].map(|axis| given[axis][lane] - product[axis][lane]);
-                    let springs = scale(impulse, self.setup.inverse_mass[first + lane]);
+                    let springs = scale(impulse, self.worker.nodes.inverse_mass[first + lane]);
                     after = if press.yields == T::ZERO {
                         springs
                     } else {

@@ -5,8 +5,8 @@
 //! who meet after it; small levels are one worker's alone.
 
 use crate::real::Real;
-use crate::solvers::implicit::cpu::PrimalWorker;
-use crate::solvers::implicit::cpu::columns::SharedColumns;
+use crate::solvers::implicit::cpu::ImplicitWorker;
+use crate::solvers::implicit::cpu::columns::Columns;
 use crate::solvers::implicit::cpu::kernels::{
     Begin, COARSE, FINE, Hold, Interpolate, Operator, Own, Residual, Smooth,
 };
@@ -25,7 +25,7 @@ enum From {
     T,
 }
 
-impl<'w, 'a, T: Real> PrimalWorker<'w, 'a, T> {
+impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
     /// Finds blocks and diagonals of all levels but the finest, whose own were found before a barrier.
     pub fn coarsen(&mut self) {
         for level in 1..self.primal.tables.len() {
@@ -46,16 +46,16 @@ impl<'w, 'a, T: Real> PrimalWorker<'w, 'a, T> {
                         blocks: here.blocks.write(slots_of(table, part, COARSE)),
                     }
                 };
-                worker.setup.level.run(kernel);
+                worker.worker.nodes.level.run(kernel);
             });
-            self.barrier.wait();
+            self.worker.synchronise();
         }
     }
 
     /// From `z`, the first step of Jacobi's iteration on right side `r`, to an approximate solution in `t`.
     pub fn cycle(&mut self, level: usize) {
         if !self.alone && level > 0 && self.primal.tables[level].is_small() {
-            if self.index == 0 {
+            if self.worker.index == 0 {
                 self.alone = true;
                 self.cycle(level);
                 self.alone = false;
@@ -101,7 +101,7 @@ impl<'w, 'a, T: Real> PrimalWorker<'w, 'a, T> {
                 out: here.t.write(&chunk.part),
             }
         };
-        self.setup.level.run(kernel);
+        self.worker.nodes.level.run(kernel);
     }
 
     /// Right side of a coarser level, and the first step there.
@@ -111,7 +111,7 @@ impl<'w, 'a, T: Real> PrimalWorker<'w, 'a, T> {
         unsafe {
             let table = &self.primal.tables[level];
             let (part, finer) = (chunk.part.clone(), finer.t.read());
-            self.setup.level.run(Restrict { part, table, finer, out: here.r.write(&chunk.part) });
+            self.worker.nodes.level.run(Restrict { part, table, finer, out: here.r.write(&chunk.part) });
         }
         self.begin(level, &chunk.part);
     }
@@ -128,14 +128,14 @@ impl<'w, 'a, T: Real> PrimalWorker<'w, 'a, T> {
                 out: here.z.write(part),
             }
         };
-        self.setup.level.run(kernel);
+        self.worker.nodes.level.run(kernel);
     }
 
     /// Bodies that end on a level with few nodes: they are nearly solved there, each by one worker.
     fn settle(&self, level: usize) {
         let table = &self.primal.tables[level];
         for (body, part) in table.bodies.iter().enumerate().filter(|&(body, _)| table.ends[body]) {
-            if (self.alone || body % self.workers == self.index) && !self.is_done(body) {
+            if (self.alone || body % self.worker.workers == self.worker.index) && !self.is_done(body) {
                 for _ in 0..LAST_PAIRS {
                     self.smooth(level, part, body, From::Z);
                     self.smooth(level, part, body, From::T);
@@ -160,7 +160,7 @@ impl<'w, 'a, T: Real> PrimalWorker<'w, 'a, T> {
                 out: self.shared.levels[level].z.write(&chunk.part),
             }
         };
-        self.setup.level.run(kernel);
+        self.worker.nodes.level.run(kernel);
     }
 
     /// A step of Jacobi's iteration from one approximation to the other.
@@ -174,7 +174,7 @@ impl<'w, 'a, T: Real> PrimalWorker<'w, 'a, T> {
 
     fn smooth_of<const C: usize>(&self, level: usize, part: &Range<usize>, body: usize, from: From) {
         let here = &self.shared.levels[level];
-        let (vector, out): (&SharedColumns<'_, T>, _) =
+        let (vector, out): (&Columns<T>, _) =
             if from == From::Z { (&here.z, &here.t) } else { (&here.t, &here.z) };
         // SAFETY: one is read, the other written, by chunks that do not overlap; or both by one worker alone.
         let kernel = unsafe {
@@ -187,7 +187,7 @@ impl<'w, 'a, T: Real> PrimalWorker<'w, 'a, T> {
                 out: out.write(part),
             }
         };
-        self.setup.level.run(kernel);
+        self.worker.nodes.level.run(kernel);
     }
 
     /// The matrix of a level.
@@ -200,7 +200,11 @@ impl<'w, 'a, T: Real> PrimalWorker<'w, 'a, T> {
                 neighbour: &table.slots.neighbour,
                 shifts: &table.slots.shifts[body],
                 blocks: here.blocks.read(),
-                own: if level == 0 { Own::Mass(&self.setup.mass) } else { Own::Block(here.own.read()) },
+                own: if level == 0 {
+                    Own::Mass(&self.worker.nodes.mass)
+                } else {
+                    Own::Block(here.own.read())
+                },
             }
         }
     }
@@ -212,13 +216,13 @@ impl<'w, 'a, T: Real> PrimalWorker<'w, 'a, T> {
         }
         // SAFETY: found before a barrier.
         let press = if self.colliders.is_empty() { &[] } else { unsafe { self.shared.press.read() } };
-        Hold { inverse_mass: &self.setup.inverse_mass, press }
+        Hold { inverse_mass: &self.worker.nodes.inverse_mass, press }
     }
 
     /// Meets the others, if it does not go on alone.
     fn meet(&self) {
         if !self.alone {
-            self.barrier.wait();
+            self.worker.synchronise();
         }
     }
 
@@ -235,11 +239,7 @@ impl<'w, 'a, T: Real> PrimalWorker<'w, 'a, T> {
     pub fn each_of_all(&mut self, level: usize, work: impl Fn(&mut Self, &Chunk)) {
         let primal = self.primal;
         let all = &primal.tables[level].chunks;
-        let mine = if self.alone {
-            0..all.len()
-        } else {
-            all.len() * self.index / self.workers..all.len() * (self.index + 1) / self.workers
-        };
+        let mine = if self.alone { 0..all.len() } else { self.worker.part(all.len()) };
         for chunk in &all[mine] {
             work(self, chunk);
         }

@@ -1,0 +1,136 @@
+//! Single passes of a sub-step on a state of the caller's choice, to compare another backend with.
+
+use crate::backend::{Backend, FrameInput};
+use crate::contact::colliders::cpu::Colliders;
+use crate::cpu::backend::CpuBackend;
+use crate::cpu::feature::Feature;
+use crate::cpu::tile::Tile;
+use crate::plan::Substep;
+use crate::real::Real;
+use crate::step::{self, Line, Op};
+use crate::topology::LANES;
+use std::ops::Range;
+
+/// What passes leave to each other beside the state, by place. Lanes past a mesh's last node are places too.
+#[derive(Clone, Debug, Default)]
+pub struct Between<T> {
+    /// Force on each place [N]; those of no tile stay.
+    pub force: Vec<[T; 3]>,
+    /// The collider that each place touched last, from 1; 0: none.
+    pub touched: Vec<u32>,
+}
+
+impl<T: Real> CpuBackend<T> {
+    /// A feature by its type, where the scene has it.
+    pub fn feature<F: Feature<T>>(&mut self) -> Option<&mut F> {
+        self.features.get_mut()
+    }
+
+    /// A column of the state of now, or of that after the sub-step.
+    fn column_of(&self, next: bool, axis: usize) -> &[T] {
+        // SAFETY: workers work while the backend is borrowed mutably.
+        unsafe { self.states[if next { 1 - self.current } else { self.current }][axis].read() }
+    }
+
+    /// Sets a place in the state after the sub-step, as position [m], then velocity [m/s].
+    pub fn set_after(&mut self, place: usize, state: [T; 6]) {
+        let after = &mut self.states[1 - self.current];
+        after.iter_mut().zip(state).for_each(|(column, number)| column.get_mut()[place] = number);
+    }
+
+    /// A place in the state after the sub-step.
+    pub fn after(&self, place: usize) -> [T; 6] {
+        std::array::from_fn(|axis| self.column_of(true, axis)[place])
+    }
+
+    /// Positions [m] and velocities [m/s] by axis and place: those of now, or those that a sub-step has begun to write.
+    pub fn fields(&self, next: bool) -> [&[T]; 6] {
+        std::array::from_fn(|axis| self.column_of(next, axis))
+    }
+
+    /// Inverse mass [1/kg] and mass [kg] by place.
+    pub fn masses(&self) -> (&[T], &[T]) {
+        (&self.nodes.inverse_mass, &self.nodes.mass)
+    }
+
+    /// Begins a sub-step and finds the forces of its elements, then runs operations on each tile that they are for, from the
+    /// state of now to the one after, which does not become that of now. Forces start as `between` has them.
+    pub fn apart(
+        &mut self,
+        substep: &Substep<T>,
+        input: &FrameInput,
+        between: &mut Between<T>,
+        operations: &[Op],
+    ) {
+        self.input = input.clone();
+        assert_eq!(self.threads(), 1, "passes apart are for one worker");
+        between.touched = vec![0; between.force.len()];
+        let list: Vec<_> = step::substep(&self.parts).iter().flat_map(Line::passes).copied().collect();
+        let kept = std::sync::Mutex::new(between);
+        self.work(substep, |worker| {
+            let mut between = kept.lock().expect("one worker");
+            worker.features.iter().for_each(|feature| feature.begin(worker));
+            for feature in worker.features.of(Op::Elements) {
+                feature.run(Op::Elements, worker);
+            }
+            worker.each_tile(|tile| {
+                load(tile, &between);
+                for &op in operations {
+                    let marks = *tile.marks;
+                    if list.iter().any(|pass| pass.op == op && pass.on.chooses(marks)) {
+                        tile.features.of(op).for_each(|feature| feature.tile(op, tile));
+                    }
+                }
+                store(tile, &mut between);
+            });
+        });
+    }
+
+    /// Runs some passes of a sub-step.
+    pub fn passes(&mut self, substep: &Substep<T>, lines: &[Line]) {
+        assert_eq!(self.threads(), 1, "passes apart are for one worker");
+        let program = crate::cpu::worker::Program::new(lines, &[]);
+        self.work(substep, |worker| worker.passes(&program));
+    }
+
+    /// Ends a sub-step whose state was found elsewhere.
+    pub fn end(&mut self, state: impl Fn(usize, usize) -> T) {
+        self.current = 1 - self.current;
+        for (axis, column) in self.states[self.current].iter_mut().enumerate() {
+            let places = &mut column.get_mut()[..self.assembly.places];
+            places.iter_mut().enumerate().for_each(|(place, number)| *number = state(axis, place));
+        }
+    }
+}
+
+/// A tile's runs of places, with the lanes past a mesh's last node.
+fn runs<T>(tile: &Tile<'_, T>) -> Vec<(usize, Range<usize>)> {
+    let is_grid = !tile.plan.cols.is_empty();
+    let whole = |end: usize| if is_grid { end } else { end.next_multiple_of(LANES) };
+    tile.plan.runs().map(|(at, run)| (at, run.start..whole(run.end))).collect()
+}
+
+fn load<T: Real>(tile: &mut Tile<'_, T>, between: &Between<T>) {
+    if let Some(colliders) = tile.features.get::<Colliders<T>>() {
+        colliders.last_touched(tile).fill(0);
+    }
+    for (at, run) in runs(tile) {
+        for (i, place) in run.enumerate() {
+            let force = between.force[place];
+            tile.scratch.force.iter_mut().zip(force).for_each(|(column, number)| column[at + i] = number);
+        }
+    }
+}
+
+fn store<T: Real>(tile: &Tile<'_, T>, between: &mut Between<T>) {
+    for (at, run) in runs(tile) {
+        for (i, place) in run.enumerate() {
+            between.force[place] = tile.scratch.force.each_ref().map(|column| column[at + i]);
+        }
+    }
+    if let Some(colliders) = tile.features.get::<Colliders<T>>() {
+        for (at, run) in tile.plan.runs() {
+            between.touched[run.clone()].copy_from_slice(&colliders.last_touched(tile)[at..at + run.len()]);
+        }
+    }
+}

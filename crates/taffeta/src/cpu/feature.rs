@@ -1,0 +1,113 @@
+//! What a feature is to the executor: operations on the scene and on tiles, and memory of its own.
+
+use crate::backend::SolverState;
+use crate::build::Assembly;
+use crate::cpu::tile::Tile;
+use crate::cpu::tiles::TilePlan;
+use crate::cpu::worker::Worker;
+use crate::diagnostics::FrameSums;
+use crate::real::Real;
+use crate::step::{Marks, Op};
+use std::any::Any;
+use std::ops::Range;
+
+/// Whether rounds go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flow {
+    /// There is something left to do.
+    Go,
+    /// There is not.
+    Done,
+}
+
+/// A feature on the CPU. All workers share it: what it changes in a frame lies in [`Shared`](crate::cpu::shared::Shared) and
+/// [`PerWorker`](crate::cpu::shared::PerWorker).
+pub trait Feature<T: Real>: Any + Send + Sync {
+    /// The operations that it carries out. Where several features carry out one, they do in the order in which they are listed.
+    fn ops(&self) -> &'static [Op];
+
+    /// What is always known of a tile.
+    fn marks(&self, _plan: &TilePlan) -> Marks {
+        Marks::NONE
+    }
+
+    /// A sub-step begins; on each worker, before its first pass.
+    fn begin(&self, _worker: &mut Worker<'_, T>) {}
+
+    /// A worker's part of an operation on the scene.
+    fn run(&self, _op: Op, _worker: &mut Worker<'_, T>) -> Flow {
+        Flow::Go
+    }
+
+    /// An operation on a tile.
+    fn tile(&self, _op: Op, _tile: &mut Tile<'_, T>) {}
+
+    /// Hands over what it has measured in the frame that ends with `state`, after so many sub-steps.
+    fn measure(&mut self, _state: [&[T]; 6], _substeps: usize, _sums: &mut FrameSums) {}
+
+    /// A node has been set from outside, pinned or unpinned.
+    fn forget(&mut self, _node: usize) {}
+
+    /// Whether its work is not where the nodes are, so that tiles are now and then shared anew.
+    fn is_uneven(&self) -> bool {
+        false
+    }
+
+    /// Other workers have the tiles from now on.
+    fn share_anew(&mut self, _assembly: &Assembly, _tiles: &[TilePlan], _chunks: &[Range<usize>]) {}
+
+    /// Adds what it knows from one sub-step to the next.
+    fn save(&self, _state: &mut SolverState) {}
+
+    /// Takes back what [`Self::save`] gave.
+    fn load(&mut self, _state: &SolverState) {}
+
+    /// Bytes of memory that it takes.
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+/// All features of a scene.
+pub struct Features<T> {
+    all: Vec<Box<dyn Feature<T>>>,
+    /// Which of them carry out each operation.
+    of_op: Vec<Vec<usize>>,
+}
+
+impl<T: Real> Features<T> {
+    /// In the order in which they act.
+    pub fn new(all: Vec<Box<dyn Feature<T>>>) -> Self {
+        let mut of_op = vec![Vec::new(); Op::COUNT];
+        for (index, feature) in all.iter().enumerate() {
+            feature.ops().iter().for_each(|&op| of_op[op as usize].push(index));
+        }
+        Self { all, of_op }
+    }
+
+    /// Those that carry out an operation.
+    pub fn of(&self, op: Op) -> impl Iterator<Item = &dyn Feature<T>> {
+        self.of_op[op as usize].iter().map(|&index| &*self.all[index])
+    }
+
+    /// A feature by its type, where the scene has it.
+    pub fn get<F: Feature<T>>(&self) -> Option<&F> {
+        self.all.iter().find_map(|feature| (&**feature as &dyn Any).downcast_ref())
+    }
+
+    /// The same, to change it between frames.
+    #[cfg(feature = "gpu")]
+    pub fn get_mut<F: Feature<T>>(&mut self) -> Option<&mut F> {
+        self.all.iter_mut().find_map(|feature| (&mut **feature as &mut dyn Any).downcast_mut())
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = &dyn Feature<T>> {
+        self.all.iter().map(|feature| &**feature)
+    }
+
+    /// All of them, to change them between frames.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Box<dyn Feature<T>>> {
+        self.all.iter_mut()
+    }
+}

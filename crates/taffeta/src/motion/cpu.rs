@@ -1,0 +1,58 @@
+//! Moving pins on the CPU.
+
+use crate::build::MovingPin;
+use crate::cpu::feature::Feature;
+use crate::cpu::tile::{Tile, within};
+use crate::motion::pins::on_the_way;
+use crate::real::Real;
+use crate::step::Op;
+
+/// Nodes that follow keyframes; those that the user moves come with each frame.
+pub struct Pins {
+    moving: Vec<MovingPin>,
+}
+
+impl Pins {
+    /// Those of a scene, ascending by node.
+    pub fn new(moving: &[MovingPin]) -> Self {
+        Self { moving: moving.to_vec() }
+    }
+
+    /// Moves the pinned nodes of a tile.
+    pub fn apply<T: Real>(&self, tile: &Tile<'_, T>) {
+        if self.moving.is_empty() && tile.input.moves.is_empty() {
+            return;
+        }
+        for (_, run) in tile.plan.runs() {
+            for pin in within(&self.moving, &run, |pin| pin.node) {
+                let motion = &tile.substep.motions[pin.track as usize];
+                put(tile, pin.node, motion.apply(pin.start.map(T::from_f64)));
+            }
+            for &(node, from, to) in within(&tile.input.moves, &run, |&(node, ..)| node) {
+                let (fraction, rate) = tile.substep.frame_fraction;
+                let [from, to] = [from, to].map(|x| x.map(T::from_f64));
+                put(tile, node, on_the_way(from, to, fraction, rate));
+            }
+        }
+    }
+}
+
+/// Moves a pinned node, with the velocity of its motion.
+fn put<T: Real>(tile: &Tile<'_, T>, node: u32, (position, velocity): ([T; 3], [T; 3])) {
+    let node = node as usize;
+    let state = tile.after(&(node..node + 1));
+    for axis in 0..3 {
+        state[axis][0] = position[axis];
+        state[3 + axis][0] = velocity[axis];
+    }
+}
+
+impl<T: Real> Feature<T> for Pins {
+    fn ops(&self) -> &'static [Op] {
+        &[Op::Pins]
+    }
+
+    fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
+        self.apply(tile);
+    }
+}
