@@ -21,7 +21,7 @@ use crate::diagnostics::wind::weakened;
 use crate::diagnostics::{FrameReport, FrameSums, normals};
 use crate::features;
 #[cfg(feature = "gpu")]
-use crate::gpu::{Boundary, GpuBackend, GpuOptions};
+use crate::gpu::GpuOptions;
 use crate::scene::{Scene, SceneError};
 #[cfg(feature = "gpu")]
 use crate::step::Stage;
@@ -528,10 +528,10 @@ fn backend(
             (Precision::F64, _) => {
                 Err("a GPU computes in 32 bits; --precision f32 or the CPU would do".to_owned())
             }
-            (Precision::F32, Stage::Elements) => Ok(Box::new(GpuBackend::new(gpu, assembly)?)),
+            (Precision::F32, Stage::Elements) => Ok(Box::new(features::on_gpu(gpu, assembly)?)),
             (Precision::F32, _) => {
                 let again = Assembly::new(scene).map_err(|error| error.to_string())?;
-                Ok(Box::new(Boundary::new(gpu, [assembly, again])?))
+                Ok(Box::new(features::at_boundary(gpu, [assembly, again])?))
             }
         };
     }

@@ -180,8 +180,8 @@ impl Marks {
 /// What a pass runs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum On {
-    /// The scene at once; workers share it as the feature says.
-    Scene,
+    /// The scene at once, as far as its tiles have some marks; workers share it as the feature says.
+    Scene(Marks),
     /// Every tile with some marks and without others.
     Tiles {
         /// What it must have.
@@ -195,7 +195,7 @@ impl On {
     /// Whether a tile is among them.
     pub const fn chooses(self, marks: Marks) -> bool {
         match self {
-            Self::Scene => false,
+            Self::Scene(_) => false,
             Self::Tiles { with, without } => marks.has(with) && marks.0 & without.0 == 0,
         }
     }
@@ -256,9 +256,9 @@ const fn tiles(op: Op, with: Marks, without: Marks) -> Pass {
     Pass { op, on: On::Tiles { with, without }, sync: false }
 }
 
-/// On the scene.
-const fn scene(op: Op, sync: bool) -> Pass {
-    Pass { op, on: On::Scene, sync }
+/// On the scene, as far as its tiles have some marks.
+const fn scene(op: Op, of: Marks, sync: bool) -> Pass {
+    Pass { op, on: On::Scene(of), sync }
 }
 
 /// The passes of a sub-step.
@@ -267,7 +267,7 @@ pub fn substep(parts: &Parts) -> Vec<Line> {
     let (none, implicit, waits, volume) = (Marks::NONE, Marks::IMPLICIT, Marks::SOLVED, Marks::VOLUME);
     let mut list = List::default();
 
-    list.add(scene(Op::Elements, false));
+    list.add(scene(Op::Elements, none, false));
     list.add(Pass { sync: elements, ..tiles(Op::Loads, none, none) });
     list.add_if(elements, tiles(Op::Gather, none, none));
     list.add_if(volumes, tiles(Op::Rings, volume, implicit));
@@ -279,35 +279,35 @@ pub fn substep(parts: &Parts) -> Vec<Line> {
     list.add_if(volumes, tiles(Op::VolumeSums, volume, waits));
     list.move_nodes(none, waits.and(volume));
     if solved {
-        list.add(scene(Op::Solve, true));
+        list.add(scene(Op::Solve, waits, true));
         list.add(tiles(Op::ConstraintForces, waits, none));
         list.add_if(volumes, tiles(Op::Gradients, waits.and(volume), none));
         list.add_if(volumes, tiles(Op::VolumeSums, waits.and(volume), none));
         list.move_nodes(waits, volume);
     }
     if volumes {
-        list.add(scene(Op::Multipliers, true));
+        list.add(scene(Op::Multipliers, volume, true));
         list.add(tiles(Op::VolumeForces, volume, none));
         list.move_nodes(volume, none);
     }
 
     // What moves nodes once more has colliders act on them again.
     if attachments {
-        list.add(scene(Op::Attachments, true));
+        list.add(scene(Op::Attachments, none, true));
         list.add(tiles(Op::MoveAttached, Marks::MOVED, none));
         list.add(tiles(Op::Contact, Marks::MOVED, none));
     }
     if self_contact {
-        list.add(scene(Op::SelfContact, false));
+        list.add(scene(Op::SelfContact, none, false));
         list.add(tiles(Op::MoveTouching, Marks::MOVED, none));
         list.add(tiles(Op::Contact, Marks::MOVED, none));
     }
     if restored {
         // Contact has changed volumes; what touches nothing gives them back, and may touch something then.
         let round = [
-            scene(Op::MeasureVolumes, true),
-            tiles(Op::RestoreVolumes, Marks::MOVED, none),
-            tiles(Op::Contact, Marks::MOVED, none),
+            scene(Op::MeasureVolumes, volume, true),
+            tiles(Op::RestoreVolumes, volume.and(Marks::MOVED), none),
+            tiles(Op::Contact, volume.and(Marks::MOVED), none),
         ];
         list.0.push(Line::Rounds(PROJECTIONS, round.to_vec()));
     }
@@ -326,7 +326,7 @@ pub fn part_of(parts: &Parts, operations: &[Op]) -> Vec<Line> {
 pub fn frame_end() -> Vec<Line> {
     vec![
         Line::Once(tiles(Op::MeasureTiles, Marks::NONE, Marks::NONE)),
-        Line::Once(scene(Op::MeasureBodies, false)),
+        Line::Once(scene(Op::MeasureBodies, Marks::NONE, false)),
     ]
 }
 

@@ -99,7 +99,7 @@ impl Work {
         let motion: Option<&Motion<f32>> = substep.motions.get(joint.track as usize);
         let point = motion.map_or(joint.point, |motion| motion.apply(joint.point).0);
         let (y, v) = if joint.b == NONE { (point, 0.0) } else { end(joint.b) };
-        let share = substep.closing[joint.closing as usize - self.fixture.tables.volume_numbers.len()];
+        let share = substep.closing[joint.closing as usize - self.fixture.tables.volumes.numbers.len()];
         let length = attach::length(joint.start, joint.end, share);
         (sub(x, y), [w, v], length, joint.compliance / (substep.h * substep.h))
     }
@@ -265,7 +265,7 @@ fn attach(bench: &mut Bench<'_>) -> Result<(), String> {
         // What a broken one has is not looked at.
         let given = |[x, y, z, w]: Four| if w == 0.0 { [7.0, -5.0, 3.0, 0.0] } else { [x, y, z, w] };
         let pulls = words(&work.pulls().0.into_iter().map(given).collect::<Vec<Four>>());
-        let groups = work.fixture.tables.place_groups();
+        let groups = work.fixture.place_groups();
         work.run(bench, "attach_nodes", pulls.clone(), groups, |written| {
             written.fours("new_position", &position);
             written.fours("new_velocity", &velocity);

@@ -45,7 +45,7 @@ fn blocks(lines: &[Line]) -> Vec<Block> {
                 let passes: Vec<Line> = passes.iter().map(|&pass| Line::Once(pass)).collect();
                 all.push(Block::Rounds(*most, blocks(&passes)));
             }
-            (Line::Once(pass), _) if pass.on == On::Scene => all.push(Block::Scene(*pass)),
+            (Line::Once(pass), _) if matches!(pass.on, On::Scene(_)) => all.push(Block::Scene(*pass)),
             (Line::Once(pass), Some(Block::Tiles(passes))) if !pass.sync => passes.push(*pass),
             (Line::Once(pass), _) => all.push(Block::Tiles(vec![*pass])),
         }

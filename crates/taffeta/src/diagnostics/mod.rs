@@ -3,6 +3,8 @@
 pub mod advice;
 pub(crate) mod cpu;
 pub(crate) mod digits;
+#[cfg(feature = "gpu")]
+pub(crate) mod gpu;
 pub(crate) mod lanes;
 pub mod normals;
 #[cfg(feature = "gpu")]

@@ -87,7 +87,7 @@ fn nodes(bench: &mut Bench<'_>) -> Result<(), String> {
         let all = measured(&mut fixture)?.all;
         let size = sizes(&fixture);
         let touched = fixture.old.velocity.iter().filter(|four| four[3] < 0.0).count() as f32;
-        let groups = [1, 3, fixture.tables.place_groups()];
+        let groups = [1, 3, fixture.place_groups()];
         let places = ("measure_nodes", "node_sums", NODE_SUMS);
         sums(bench, &fixture, places, &groups, |written, found| {
             let found: [f32; NODE_SUMS] = std::array::from_fn(|i| total(found, NODE_SUMS, i));
@@ -152,12 +152,12 @@ fn sizes(fixture: &Fixture) -> [f64; 10] {
 
 fn grid_springs(bench: &mut Bench<'_>) -> Result<(), String> {
     let is_grid = |body: &BodyAssembly| body.grid_layout.is_some();
-    springs(bench, ("measure_grid_springs", "grid_spring_sums", 2), |f| f.tables.tiles.len(), is_grid)
+    springs(bench, ("measure_grid_springs", "grid_spring_sums", 2), |f| f.tables.springs.tiles.len(), is_grid)
 }
 
 fn mesh_springs(bench: &mut Bench<'_>) -> Result<(), String> {
     let is_mesh = |body: &BodyAssembly| body.grid_layout.is_none();
-    springs(bench, ("measure_mesh_springs", "mesh_spring_sums", 2), |f| f.tables.place_groups(), is_mesh)
+    springs(bench, ("measure_mesh_springs", "mesh_spring_sums", 2), |f| f.place_groups(), is_mesh)
 }
 
 fn springs(
@@ -191,7 +191,7 @@ fn springs_of(cpu: &mut CpuBackend<f32>, chosen: impl Fn(&BodyAssembly) -> bool)
 fn hinges(bench: &mut Bench<'_>) -> Result<(), String> {
     for mut fixture in fixtures(bench)? {
         let wanted = measured(&mut fixture)?.hinges;
-        let groups = [1, 3, fixture.tables.hinges.len().div_ceil(256)];
+        let groups = [1, 3, fixture.tables.elements.hinges.len().div_ceil(256)];
         sums(bench, &fixture, ("measure_hinges", "hinge_sums", 1), &groups, |written, found| {
             compare(written, "energy", wanted, total(found, 1, 0), wanted);
         })?;
@@ -202,9 +202,10 @@ fn hinges(bench: &mut Bench<'_>) -> Result<(), String> {
 fn volumes(bench: &mut Bench<'_>) -> Result<(), String> {
     for mut fixture in fixtures(bench)? {
         let wanted = measured(&mut fixture)?.volumes;
-        let groups = [fixture.tables.chunks.len()];
+        let groups = [fixture.tables.volumes.chunks.len()];
         sums(bench, &fixture, ("measure_volumes", "volumes", 1), &groups, |written, found| {
-            for (chunk, (&body, &found)) in fixture.tables.chunk_bodies.iter().zip(found).enumerate() {
+            for (chunk, (&body, &found)) in fixture.tables.volumes.chunk_bodies.iter().zip(found).enumerate()
+            {
                 let size = sextet_sizes(&fixture, chunk) / 6.0;
                 compare(written, &format!("volumes[{chunk}]"), wanted[body].unwrap_or(f64::NAN), found, size);
             }
@@ -215,12 +216,13 @@ fn volumes(bench: &mut Bench<'_>) -> Result<(), String> {
 
 /// The sizes of six times the volumes under a chunk's triangles, added up.
 fn sextet_sizes(fixture: &Fixture, chunk: usize) -> f64 {
-    let chunk = &fixture.tables.chunks[chunk];
+    let chunk = &fixture.tables.volumes.chunks[chunk];
     let place = |node: u32| -> [f64; 3] {
         let four = fixture.old.position[node as usize];
         [0, 1, 2].map(|i| f64::from(four[i]))
     };
-    let corners = fixture.tables.corners[3 * chunk.first as usize..][..3 * chunk.count as usize].chunks(3);
+    let corners =
+        fixture.tables.volumes.corners[3 * chunk.first as usize..][..3 * chunk.count as usize].chunks(3);
     let origin = place(chunk.origin);
     let size = |corners: &[u32]| {
         let [a, b, c] = [0, 1, 2].map(|i| sub(place(corners[i]), origin));

@@ -2,6 +2,8 @@
 
 pub mod aero;
 pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod hinge;
 pub mod load;
 #[cfg(feature = "gpu")]

@@ -1,8 +1,7 @@
 //! Rows of the elements that several nodes share: hinges, panels and torques.
 
-use crate::gpu::boundary::ElementForces;
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::{Four, Load};
+use crate::gpu::layout::Load;
 use crate::gpu::parity::bench::{Bench, Given};
 use crate::gpu::parity::fixture::words;
 use crate::gpu::parity::{Row, Tolerance};
@@ -43,10 +42,10 @@ fn panels(bench: &mut Bench<'_>) -> Result<(), String> {
     let kernel = kernel_of(bench, Name::new("blow_on_panels"), &fixtures[0])?;
     for mut fixture in fixtures {
         fixture.on_cpu(&[]);
-        let found = ElementForces::of(&mut fixture.cpu);
-        let (first, count) = (fixture.tables.first_panel_force(), fixture.tables.panels.len());
-        let mut wanted = vec![[f32::NAN; 4]; first];
-        wanted.extend(found.panels.iter().map(|&[x, y, z]| [x, y, z, 0.0]));
+        let (first, count) =
+            (fixture.tables.elements.first_panel_force(), fixture.tables.elements.panels.len());
+        let mut wanted = fixture.element_forces();
+        wanted[..first].fill([f32::NAN; 4]);
         let (arrays, records) = (fixture.arrays(), fixture.records());
         bench.run(
             &kernel,
@@ -64,11 +63,10 @@ fn hinges(bench: &mut Bench<'_>) -> Result<(), String> {
     let kernel = kernel_of(bench, Name::new("bend_hinges"), &fixtures[0])?;
     for mut fixture in fixtures {
         fixture.on_cpu(&[]);
-        let found = ElementForces::of(&mut fixture.cpu);
-        let mut wanted: Vec<Four> = found.hinges.iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect();
-        wanted.resize(wanted.len() + fixture.tables.panels.len(), [f32::NAN; 4]);
+        let mut wanted = fixture.element_forces();
+        wanted[fixture.tables.elements.first_panel_force()..].fill([f32::NAN; 4]);
         let (arrays, records) = (fixture.arrays(), fixture.records());
-        let groups = fixture.tables.hinges.len().div_ceil(256);
+        let groups = fixture.tables.elements.hinges.len().div_ceil(256);
         bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
             written.fours("element_forces", &wanted);
         })?;
@@ -81,7 +79,7 @@ fn scales(bench: &mut Bench<'_>) -> Result<(), String> {
     let kernel = kernel_of(bench, Name::new("scale_loads"), &fixtures[0])?;
     for mut fixture in fixtures {
         fixture.on_cpu(&[]);
-        let torques = ElementForces::of(&mut fixture.cpu).torques;
+        let torques = fixture.torques();
         let wanted = scaled_loads(&fixture, &torques);
         let mut arrays = fixture.arrays();
         let poisoned: Vec<Load> = wanted.iter().map(|load| Load { factor: f32::NAN, ..*load }).collect();

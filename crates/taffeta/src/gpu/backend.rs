@@ -3,28 +3,18 @@
 use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
-use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
-use crate::contact::colliders::gpu_layout::Collider;
+use crate::cpu::CpuBackend;
 use crate::cpu::apart::Between;
-use crate::diagnostics::{FrameSums, PairSums};
-use crate::gpu::boundary::ElementForces;
+use crate::diagnostics::FrameSums;
 use crate::gpu::drawn::{Drawn, VertexTarget, View};
+use crate::gpu::feature::Upload;
 use crate::gpu::kernels::Kernels;
-use crate::gpu::layout::{Four, Motion};
+use crate::gpu::layout::Four;
 use crate::gpu::mirror::{Landing, Mirror};
 use crate::gpu::normals::AllNormals;
-use crate::gpu::options::{
-    GpuKernels, GpuOptions, doubt, refuse_constraints, refuse_large_meshes, refuse_late, refuse_loops,
-    refuse_untiled,
-};
-use crate::gpu::order;
-use crate::gpu::paper::{self, Paper};
-use crate::gpu::recorder::Recorder;
-use crate::gpu::segment::Segment;
-use crate::gpu::sums;
-use crate::gpu::tables::{Tables, segments};
+use crate::gpu::options::GpuOptions;
+use crate::gpu::partition::Partition;
 use crate::plan;
-use crate::scene::Method;
 use crate::step::Stage;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -43,13 +33,11 @@ pub struct GpuBackend {
     from: Stage,
     assembly: Assembly,
     kernels: Kernels,
-    segments: Vec<Segment>,
+    partitions: Vec<Partition>,
     /// Where the state lands, once it has been asked for.
     landings: Vec<Landing>,
     /// Whether the state of now has been sent to `landings`.
     sent: bool,
-    /// Sub-steps of the frame that is measured.
-    substeps: usize,
     mirror: OnceLock<Mirror>,
     /// Places that were changed in the mirror.
     changed: Range<usize>,
@@ -60,7 +48,9 @@ pub struct GpuBackend {
     normals: Mutex<AllNormals>,
     /// Vertices that a renderer draws, by body.
     drawn: HashMap<usize, Drawn>,
-    /// Positions of each segment before the last frame, where something of it is drawn.
+    /// What may have ended a run, other than the scene.
+    doubt: Option<String>,
+    /// Positions of each partition before the last frame, where something of it is drawn.
     before: Vec<Option<Buffer<Four>>>,
 }
 
@@ -71,29 +61,15 @@ impl From<GpuError> for Lost {
 }
 
 impl GpuBackend {
-    /// Takes a scene to the device. The error says what does not fit.
-    pub fn new(options: &GpuOptions, mut assembly: Assembly) -> Result<Self, String> {
+    /// A scene whose bodies are on the device already. The error says what the driver refuses.
+    pub fn new(
+        options: &GpuOptions,
+        mut assembly: Assembly,
+        partitions: Vec<Partition>,
+        doubt: Option<String>,
+    ) -> Result<Self, String> {
         let gpu = options.gpu.clone();
         let words = |error: GpuError| error.to_string();
-        paper::check(options, &assembly)?;
-        refuse_constraints(options.kernels, &assembly)?;
-        refuse_late(options.from, &assembly)?;
-        refuse_loops(&gpu, &assembly)?;
-        let (meshes, mesh_data) = ColliderMeshes::new(&assembly);
-        refuse_large_meshes(&gpu, size_of_val::<[Words]>(&mesh_data))?;
-        let mut parts = Vec::new();
-        for bodies in segments(&assembly, gpu.largest_binding())? {
-            let tables = Tables::new(&assembly, bodies.clone())?;
-            let paper = Paper::new(&gpu, options.kernels, &assembly, bodies, &tables).map_err(words)?;
-            let apart = options.from > Stage::Elements;
-            let colliders = (assembly.colliders.len(), &meshes, &mesh_data[..]);
-            let mut segment = Segment::new(&gpu, tables, colliders, options.kernels, apart).map_err(words)?;
-            segment.paper = paper;
-            parts.push(segment);
-        }
-        if options.kernels == GpuKernels::Tiled {
-            refuse_untiled(&gpu, &parts)?;
-        }
         let mut free = vec![false; assembly.places];
         for body in &assembly.bodies {
             free[body.first..body.first + body.nodes].copy_from_slice(&body.free);
@@ -101,16 +77,16 @@ impl GpuBackend {
         assembly.release();
         let kernels = Kernels::new(gpu.clone());
         let normals = Mutex::new(AllNormals::new(gpu.clone()));
-        let before = parts.iter().map(|_| None).collect();
+        let before = partitions.iter().map(|_| None).collect();
         let mut backend = Self {
             gpu,
             from: options.from,
             assembly,
             kernels,
-            segments: parts,
+            partitions,
+            doubt,
             landings: Vec::new(),
             sent: false,
-            substeps: 0,
             mirror: OnceLock::new(),
             changed: 0..0,
             free,
@@ -123,18 +99,17 @@ impl GpuBackend {
         let substeps = plan::frame(&backend.assembly, 0.0);
         let few = &substeps[..substeps.len().min(backend.at_once())];
         backend.record(&mut DispatchList::new(), few, &FrameInput::default(), true).map_err(words)?;
-        backend.segments.iter_mut().for_each(|segment| segment.current = 0);
+        backend.partitions.iter_mut().for_each(|partition| partition.current = 0);
         Ok(backend)
     }
 
     /// Sub-steps that are handed over at once.
     fn at_once(&self) -> usize {
-        let Assembly { colliders, tracks, loads, .. } = &self.assembly;
-        let bytes = if self.assembly.colliders_move() { colliders.len() * size_of::<Collider>() } else { 0 }
-            + tracks.len() * size_of::<Motion>()
-            + (loads.len() + self.assembly.volumes().count() + self.assembly.attachments.laws.len())
-                * size_of::<f32>();
-        let dispatches: usize = self.segments.iter().map(Segment::solver_dispatches).sum();
+        let bytes = |one: &Partition| one.features.iter().map(|feature| feature.bytes(&self.assembly)).sum();
+        let dispatches =
+            |one: &Partition| one.features.iter().map(|feature| feature.dispatches()).sum::<usize>();
+        let bytes: usize = self.partitions.iter().map(bytes).max().unwrap_or(0);
+        let dispatches: usize = self.partitions.iter().map(dispatches).sum();
         (AT_ONCE.1 / bytes.max(1)).min(MOST_DISPATCHES / dispatches.max(1)).clamp(1, AT_ONCE.0)
     }
 
@@ -146,22 +121,11 @@ impl GpuBackend {
         input: &FrameInput,
         last: bool,
     ) -> Result<(), GpuError> {
-        let numbers: Vec<usize> = (0..substeps.len()).collect();
-        for segment in &mut self.segments {
-            let counts = segment.tell(&self.assembly, substeps, input)?;
-            let mut recorder = Recorder {
-                segment,
-                kernels: &mut self.kernels,
-                list,
-                counts,
-                from: self.from,
-                last,
-                ahead: 0,
-                all: substeps.len(),
-                fault: Ok(()),
-            };
-            order::frame(&mut recorder, &numbers);
-            recorder.fault?;
+        for partition in &mut self.partitions {
+            let places = partition.places.clone();
+            let (gpu, assembly) = (&self.gpu, &self.assembly);
+            partition.upload(&Upload { gpu, assembly, substeps, input, places })?;
+            partition.record(&mut self.kernels, list, substeps.len(), (self.from, last))?;
         }
         Ok(())
     }
@@ -169,30 +133,30 @@ impl GpuBackend {
     /// Keeps the positions of now for what is drawn after the next frame.
     fn remember_places(&self) -> DispatchList {
         let mut list = DispatchList::new();
-        for (segment, before) in self.segments.iter().zip(&self.before) {
+        for (partition, before) in self.partitions.iter().zip(&self.before) {
             if let Some(before) = before {
-                list.copy_buffer(&segment.state().position, before);
+                list.copy_buffer(&partition.state().position, before);
             }
         }
         list
     }
 
-    /// The number of the segment that a body is in; none has a body without nodes.
-    fn segment_of(&self, body: &BodyAssembly) -> Option<usize> {
-        self.segments.iter().position(|segment| segment.tables.places.contains(&body.first))
+    /// The number of the partition that a body is in; none has a body without nodes.
+    fn partition_of(&self, body: &BodyAssembly) -> Option<usize> {
+        self.partitions.iter().position(|partition| partition.places.contains(&body.first))
     }
 
     fn new_drawn(&mut self, body: usize, nodes: &[u32]) -> Result<bool, GpuError> {
         let found = &self.assembly.bodies[body];
-        let Some(index) = self.segment_of(found) else { return Ok(false) };
-        let segment = &self.segments[index];
-        let drawn = Drawn::new(&self.gpu, &mut self.kernels, segment, found, nodes)?;
+        let Some(index) = self.partition_of(found) else { return Ok(false) };
+        let partition = &self.partitions[index];
+        let drawn = Drawn::new(&self.gpu, &mut self.kernels, partition, found, nodes)?;
         self.drawn.insert(body, drawn);
         if self.before[index].is_none() {
             self.put_back();
             self.changed = 0..0;
             self.before[index] =
-                Some(self.gpu.buffer("positions before", self.segments[index].tables.len())?);
+                Some(self.gpu.buffer("positions before", self.partitions[index].places.len())?);
             self.gpu.submit(&self.remember_places())?;
         }
         Ok(true)
@@ -202,7 +166,6 @@ impl GpuBackend {
         self.put_back();
         self.start_frame();
         self.changed = 0..0;
-        self.substeps = substeps.len();
         let wanted = self.mirror.take().is_some();
         let mut done = 0;
         let mut before = self.remember_places();
@@ -227,16 +190,14 @@ impl GpuBackend {
     }
 
     /// What is counted over a frame starts again.
-    pub fn start_frame(&self) {
-        let constrained = self.segments.iter().filter_map(|segment| segment.constrained.as_ref());
-        constrained.for_each(|constrained| constrained.start_frame(&self.gpu));
-        let primal = self.segments.iter().filter_map(|segment| segment.primal.as_ref());
-        primal.for_each(|primal| primal.start_frame(&self.gpu));
+    pub fn start_frame(&mut self) {
+        for feature in self.partitions.iter_mut().flat_map(|partition| partition.features.iter_mut()) {
+            feature.start_frame(&self.gpu);
+        }
     }
 
     /// Does the stages of a sub-step that are the GPU's, and measures.
     pub fn finish(&mut self, substep: &plan::Substep<f32>, input: &FrameInput) -> Result<(), Lost> {
-        self.substeps = 1;
         let mut list = DispatchList::new();
         self.record(&mut list, std::slice::from_ref(substep), input, true)?;
         Ok(self.gpu.submit(&list)?)
@@ -251,23 +212,18 @@ impl GpuBackend {
 
     /// Puts positions and velocities of all places in the state of now, or in that after it.
     pub fn put_state(&self, next: bool, [position, velocity]: &[Vec<Four>; 2]) {
-        for segment in &self.segments {
-            let state = &segment.states[if next { 1 - segment.current } else { segment.current }];
-            state.position.write(&self.gpu, 0, &position[segment.tables.places.clone()]);
-            state.velocity.write(&self.gpu, 0, &velocity[segment.tables.places.clone()]);
+        for partition in &self.partitions {
+            let state = &partition.states[if next { 1 - partition.current } else { partition.current }];
+            state.position.write(&self.gpu, 0, &position[partition.places.clone()]);
+            state.velocity.write(&self.gpu, 0, &velocity[partition.places.clone()]);
         }
     }
 
-    /// Puts the forces that the CPU has found where the GPU's stages look for them.
-    pub fn put_forces(&self, between: &Between<f32>, elements: &ElementForces, scales: &[f32]) {
-        let (mut hinge, mut panel) = (0, 0);
-        for segment in &self.segments {
-            let hinges = hinge..hinge + 4 * segment.tables.hinges.len();
-            let panels = panel..panel + segment.tables.panels.len();
-            (hinge, panel) = (hinges.end, panels.end);
-            let hinges = elements.hinges.get(hinges).unwrap_or_default();
-            let all = [hinges, elements.panels.get(panels).unwrap_or_default()].concat();
-            segment.put_forces(&between.force, &all, &elements.torques, scales);
+    /// Takes over forces and what else the CPU has found in a sub-step.
+    pub fn take_over(&self, between: &Between<f32>, cpu: &mut CpuBackend<f32>, substep: &plan::Substep<f32>) {
+        for partition in &self.partitions {
+            partition.put_forces(&between.force);
+            partition.features.iter().for_each(|feature| feature.take_over(&self.gpu, cpu, substep));
         }
     }
 
@@ -279,7 +235,7 @@ impl GpuBackend {
     /// Puts back what was changed on the host.
     fn put_back(&self) {
         if let Some(mirror) = self.mirror.get().filter(|_| !self.changed.is_empty()) {
-            mirror.put(&self.gpu, &self.segments, &self.changed);
+            mirror.put(&self.gpu, &self.partitions, &self.changed);
         }
     }
 
@@ -288,12 +244,15 @@ impl GpuBackend {
         if self.landings.is_empty() {
             self.landings = self.new_landings()?;
         }
-        self.landings.iter().zip(&self.segments).for_each(|(landing, segment)| landing.copy(segment, list));
+        self.landings
+            .iter()
+            .zip(&self.partitions)
+            .for_each(|(landing, partition)| landing.copy(partition, list));
         Ok(())
     }
 
     fn new_landings(&self) -> Result<Vec<Landing>, GpuError> {
-        self.segments.iter().map(|segment| Landing::new(&self.gpu, segment)).collect()
+        self.partitions.iter().map(|partition| Landing::new(&self.gpu, partition)).collect()
     }
 
     fn fetched(&self) -> Result<Mirror, GpuError> {
@@ -302,7 +261,10 @@ impl GpuBackend {
         }
         let mut list = DispatchList::new();
         let landings = self.new_landings()?;
-        landings.iter().zip(&self.segments).for_each(|(landing, segment)| landing.copy(segment, &mut list));
+        landings
+            .iter()
+            .zip(&self.partitions)
+            .for_each(|(landing, partition)| landing.copy(partition, &mut list));
         self.gpu.submit(&list)?;
         Mirror::take(&self.gpu, &landings)
     }
@@ -311,11 +273,11 @@ impl GpuBackend {
         self.put_back();
         let found = &self.assembly.bodies[body];
         // A body without nodes has no normals.
-        let Some(segment) = self.segment_of(found).map(|index| &self.segments[index]) else {
+        let Some(partition) = self.partition_of(found).map(|index| &self.partitions[index]) else {
             return Ok(Vec::new());
         };
         let mut all = self.normals.lock().unwrap_or_else(PoisonError::into_inner);
-        all.of(&self.gpu, segment, (body, found))?.read(&self.gpu, segment)
+        all.of(&self.gpu, partition, (body, found))?.read(&self.gpu, partition)
     }
 
     fn mirror(&self) -> &Mirror {
@@ -351,19 +313,9 @@ impl Backend for GpuBackend {
 
     fn sums(&mut self) -> Result<FrameSums, Lost> {
         let mut sums = FrameSums { volumes: self.assembly.no_volumes(), ..FrameSums::default() };
-        for segment in &self.segments {
-            sums::add(&self.gpu, segment, &mut sums)?;
-            if let Some(paper) = &segment.paper {
-                paper.report(&self.gpu, &mut sums.solver)?;
-            }
+        for feature in self.partitions.iter().flat_map(|partition| partition.features.iter()) {
+            feature.measure(&self.gpu, &mut sums)?;
         }
-        // Every sub-step searches; one that there was not has found nothing.
-        let searched = self.assembly.touching().next().is_some() && self.substeps > 0;
-        sums.pairs = if searched {
-            PairSums { searches: self.substeps as u64, ..sums.pairs }
-        } else {
-            PairSums::default()
-        };
         Ok(sums)
     }
 
@@ -435,51 +387,16 @@ impl Backend for GpuBackend {
     }
 
     fn solver_state(&self) -> SolverState {
-        let mut all = SolverState::default();
-        for constrained in self.segments.iter().filter_map(|segment| segment.constrained.as_ref()) {
-            let unknown = |_| (vec![f64::NAN; constrained.len()], vec![false; constrained.len()]);
-            let (pulls, active) = constrained.solver_state(&self.gpu).unwrap_or_else(unknown);
-            all.pulls.extend(pulls);
-            all.active.extend(active);
+        let mut state = SolverState::default();
+        for feature in self.partitions.iter().flat_map(|partition| partition.features.iter()) {
+            feature.save(&self.gpu, &mut state);
         }
-        if self.segments.iter().any(|segment| segment.primal.is_some()) {
-            all.pulls.extend(self.segments.iter().flat_map(|segment| segment.pulled(&self.gpu)));
-        }
-        let solver = &self.assembly.solver;
-        let surfaces = solver.method == Method::Ice && !self.assembly.colliders.is_empty();
-        if !(solver.ice.warm_start || surfaces) {
-            all.pulls.clear();
-        }
-        if self.assembly.solver.method != Method::Acad {
-            all.active.clear();
-        }
-        let attached = &self.assembly.attachments;
-        if attached.breaks() {
-            all.joints = vec![true; attached.rows.len()];
-            let attaching = self.segments.iter().filter_map(|segment| segment.attaching.as_ref());
-            attaching.for_each(|attaching| attaching.solver_state(&self.gpu, &mut all.joints));
-        }
-        all
+        state
     }
 
     fn set_solver_state(&mut self, from: &SolverState) {
-        for segment in &self.segments {
-            if let Some(attaching) = &segment.attaching {
-                attaching.set_solver_state(&self.gpu, &from.joints);
-            }
-            if let Some(primal) = &segment.primal {
-                let places = &segment.tables.places;
-                primal.set_solver_state(
-                    &self.gpu,
-                    from.pulls.get(3 * places.start..3 * places.end).unwrap_or_default(),
-                );
-            }
-            let Some(constrained) = &segment.constrained else { continue };
-            let numbers = segment.tables.linked.numbers.clone();
-            let pulls = from.pulls.get(numbers.clone()).unwrap_or_default();
-            let active = from.active.get(numbers).unwrap_or_default();
-            // A device that is lost says so when the next frame is handed over.
-            let _ = constrained.set_solver_state(&self.gpu, pulls, active);
+        for feature in self.partitions.iter().flat_map(|partition| partition.features.iter()) {
+            feature.load(&self.gpu, from);
         }
     }
 
@@ -492,11 +409,11 @@ impl Backend for GpuBackend {
     }
 
     fn draw(&mut self, body: usize, target: &VertexTarget, view: &View) -> Result<(), Lost> {
-        let Some(index) = self.segment_of(&self.assembly.bodies[body]) else { return Ok(()) };
+        let Some(index) = self.partition_of(&self.assembly.bodies[body]) else { return Ok(()) };
         self.put_back();
         self.changed = 0..0;
         if let (Some(drawn), Some(before)) = (self.drawn.get_mut(&body), &self.before[index]) {
-            drawn.draw(&self.gpu, &self.segments[index], before, target, view)?;
+            drawn.draw(&self.gpu, &self.partitions[index], before, target, view)?;
         }
         Ok(())
     }
@@ -510,7 +427,7 @@ impl Backend for GpuBackend {
     }
 
     fn doubt(&self) -> Option<String> {
-        doubt(&self.gpu, &self.assembly)
+        self.doubt.clone()
     }
 
     fn memory(&self) -> usize {

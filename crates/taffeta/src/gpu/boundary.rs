@@ -6,14 +6,8 @@ use crate::build::Assembly;
 use crate::cpu::CpuBackend;
 use crate::cpu::apart::Between;
 use crate::diagnostics::FrameSums;
-use crate::elements::aero::cpu::AirPanels;
-use crate::elements::cpu::Elements;
-use crate::elements::hinge::cpu::Hinges;
-use crate::elements::load::cpu::Loads;
-use crate::features;
 use crate::gpu::backend::GpuBackend;
 use crate::gpu::layout::Four;
-use crate::gpu::options::GpuOptions;
 use crate::plan;
 use crate::step::{Op, Stage};
 
@@ -22,42 +16,15 @@ pub struct Boundary {
     cpu: CpuBackend<f32>,
     gpu: GpuBackend,
     from: Stage,
-    /// Sub-steps of the last frame.
-    substeps: u64,
 }
 
 /// Operations on tiles that the CPU can do before the GPU takes over.
 const ON_CPU: [Op; 6] = [Op::Loads, Op::Gather, Op::Springs, Op::Integrate, Op::Pins, Op::Contact];
 
-/// What the CPU has found of elements in a sub-step.
-pub struct ElementForces {
-    /// Factor of each load that is a torque [N/m].
-    pub torques: Vec<f32>,
-    /// Forces on the corners of each hinge [N].
-    pub hinges: Vec<[f32; 3]>,
-    /// Force of the air on each corner of each panel [N].
-    pub panels: Vec<[f32; 3]>,
-}
-
-impl ElementForces {
-    /// As last found.
-    pub fn of(cpu: &mut CpuBackend<f32>) -> Self {
-        let torques = cpu.feature::<Loads<f32>>().map_or(Vec::new(), |loads| loads.torques().to_vec());
-        let Some(elements) = cpu.feature::<Elements<f32>>() else {
-            return Self { torques, hinges: Vec::new(), panels: Vec::new() };
-        };
-        let hinges =
-            elements.set::<Hinges<f32>>().map_or(Vec::new(), |set| set.forces().as_flattened().to_vec());
-        let air = elements.set::<AirPanels<f32>>();
-        Self { torques, hinges, panels: air.map_or(Vec::new(), AirPanels::forces) }
-    }
-}
-
 impl Boundary {
-    /// Takes a scene, built twice, to both.
-    pub fn new(options: &GpuOptions, [a, b]: [Assembly; 2]) -> Result<Self, String> {
-        let (cpu, gpu) = (features::on_cpu(a, 1)?, GpuBackend::new(options, b)?);
-        Ok(Self { cpu, gpu, from: options.from, substeps: 0 })
+    /// Of a scene that is on both; the GPU does what is left from a stage on.
+    pub fn new(cpu: CpuBackend<f32>, gpu: GpuBackend, from: Stage) -> Self {
+        Self { cpu, gpu, from }
     }
 
     fn substep(&mut self, substep: &plan::Substep<f32>, input: &FrameInput) -> Result<(), Lost> {
@@ -82,7 +49,7 @@ impl Boundary {
             let touched = if collided { &between.touched[..] } else { &[] };
             self.gpu.put_state(true, &self.fours(places, true, touched));
         }
-        self.gpu.put_forces(between, &ElementForces::of(&mut self.cpu), &substep.scales);
+        self.gpu.take_over(between, &mut self.cpu, substep);
         Ok(self.gpu.health()?)
     }
 
@@ -104,7 +71,6 @@ impl Boundary {
 impl Backend for Boundary {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
         let substeps = plan::frame(self.cpu.assembly(), start);
-        self.substeps = substeps.len() as u64;
         self.gpu.start_frame();
         substeps.iter().try_for_each(|substep| self.substep(substep, &input))
     }
@@ -116,10 +82,7 @@ impl Backend for Boundary {
     }
 
     fn sums(&mut self) -> Result<FrameSums, Lost> {
-        let mut sums = self.gpu.sums()?;
-        // It was told of one after the other.
-        sums.pairs.searches *= self.substeps;
-        Ok(sums)
+        self.gpu.sums()
     }
 
     fn fetch(&mut self) -> Result<(), Lost> {

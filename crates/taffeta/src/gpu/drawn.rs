@@ -3,7 +3,7 @@
 use crate::build::body::BodyAssembly;
 use crate::gpu::kernels::{Kernels, Name, Sizes};
 use crate::gpu::layout::{Four, GROUP, NONE};
-use crate::gpu::segment::Segment;
+use crate::gpu::partition::Partition;
 use crate::topology::Csr;
 use std::num::NonZeroU64;
 use taffeta_gpu::bytemuck::{Pod, Zeroable};
@@ -89,13 +89,13 @@ impl Drawn {
     pub fn new(
         gpu: &Gpu,
         kernels: &mut Kernels,
-        segment: &Segment,
+        partition: &Partition,
         body: &BodyAssembly,
         nodes: &[u32],
     ) -> Result<Self, GpuError> {
         let triangles = body.user_surface().triangles;
         let by_node = Csr::corners(body.nodes, &triangles);
-        let place = |node: u32| (body.solver_index(node as usize) - segment.tables.places.start) as u32;
+        let place = |node: u32| (body.solver_index(node as usize) - partition.places.start) as u32;
         let places: Vec<u32> = triangles.as_flattened().iter().map(|&node| place(node)).collect();
         let drawn = |&node: &u32| if node == NONE { [NONE; 2] } else { [place(node), node] };
         let nodes: Vec<[u32; 2]> = nodes.iter().map(drawn).collect();
@@ -114,7 +114,7 @@ impl Drawn {
     pub fn draw(
         &mut self,
         gpu: &Gpu,
-        segment: &Segment,
+        partition: &Partition,
         before: &Buffer<Four>,
         target: &VertexTarget,
         view: &View,
@@ -122,7 +122,7 @@ impl Drawn {
         let seen = self.seen(gpu, target)?;
         let bound = match self.bound.take().filter(|(last, _)| *last == seen) {
             Some((_, bound)) => bound,
-            None => [0, 1].map(|now| self.bind(gpu, segment, before, &seen, now)),
+            None => [0, 1].map(|now| self.bind(gpu, partition, before, &seen, now)),
         };
         let [place_x, place_y, place_z] = view.places;
         let [normal_x, normal_y, normal_z] = view.normals.map(|[x, y, z]| [x, y, z, 0.0]);
@@ -142,7 +142,7 @@ impl Drawn {
         self.told.write(gpu, 0, &[told]);
         let mut list = DispatchList::new();
         list.stage("draw");
-        list.dispatch(&bound[segment.current], &[], self.nodes.len().div_ceil(GROUP) as u32);
+        list.dispatch(&bound[partition.current], &[], self.nodes.len().div_ceil(GROUP) as u32);
         self.bound = Some((seen, bound));
         gpu.submit(&list)
     }
@@ -158,7 +158,14 @@ impl Drawn {
         Ok(Seen { buffer: target.buffer.clone(), offset, bytes })
     }
 
-    fn bind(&self, gpu: &Gpu, segment: &Segment, before: &Buffer<Four>, target: &Seen, now: usize) -> Bound {
+    fn bind(
+        &self,
+        gpu: &Gpu,
+        partition: &Partition,
+        before: &Buffer<Four>,
+        target: &Seen,
+        now: usize,
+    ) -> Bound {
         self.kernel.bind(
             gpu,
             &[
@@ -168,7 +175,7 @@ impl Drawn {
                 ("node_corners", &self.corners),
                 ("drawn_nodes", &self.nodes),
                 ("old_position", before),
-                ("new_position", &segment.states[now].position),
+                ("new_position", &partition.states[now].position),
                 ("vertices", target),
             ],
         )

@@ -1,7 +1,7 @@
 //! The state on the host: fetched when it is asked for, and put back when it was changed.
 
 use crate::gpu::layout::Four;
-use crate::gpu::segment::Segment;
+use crate::gpu::partition::Partition;
 use std::ops::Range;
 use taffeta_gpu::{Gpu, GpuError, ReadBack};
 
@@ -12,30 +12,30 @@ pub struct Mirror {
     pub velocity: Vec<Four>,
 }
 
-/// Where the state of a segment arrives.
+/// Where the state of a partition arrives.
 pub struct Landing {
     position: ReadBack<Four>,
     velocity: ReadBack<Four>,
 }
 
 impl Landing {
-    /// Room for a segment's state.
-    pub fn new(gpu: &Gpu, segment: &Segment) -> Result<Self, GpuError> {
+    /// Room for a partition's state.
+    pub fn new(gpu: &Gpu, partition: &Partition) -> Result<Self, GpuError> {
         Ok(Self {
-            position: gpu.read_back("positions", segment.tables.len())?,
-            velocity: gpu.read_back("velocities", segment.tables.len())?,
+            position: gpu.read_back("positions", partition.places.len())?,
+            velocity: gpu.read_back("velocities", partition.places.len())?,
         })
     }
 
     /// Has the state of now copied here.
-    pub fn copy(&self, segment: &Segment, list: &mut taffeta_gpu::DispatchList) {
-        list.copy(&segment.state().position, &self.position);
-        list.copy(&segment.state().velocity, &self.velocity);
+    pub fn copy(&self, partition: &Partition, list: &mut taffeta_gpu::DispatchList) {
+        list.copy(&partition.state().position, &self.position);
+        list.copy(&partition.state().velocity, &self.velocity);
     }
 }
 
 impl Mirror {
-    /// Takes what has landed, segment after segment; waits for it.
+    /// Takes what has landed, partition after partition; waits for it.
     pub fn take(gpu: &Gpu, landings: &[Landing]) -> Result<Self, GpuError> {
         let mut mirror = Self::default();
         let mut part = Vec::new();
@@ -55,14 +55,14 @@ impl Mirror {
     }
 
     /// Puts places back to the device.
-    pub fn put(&self, gpu: &Gpu, segments: &[Segment], changed: &Range<usize>) {
-        for segment in segments {
-            let places = &segment.tables.places;
+    pub fn put(&self, gpu: &Gpu, partitions: &[Partition], changed: &Range<usize>) {
+        for partition in partitions {
+            let places = &partition.places;
             let range = changed.start.max(places.start)..changed.end.min(places.end);
             if range.start < range.end {
                 let at = range.start - places.start;
-                segment.state().position.write(gpu, at, &self.position[range.clone()]);
-                segment.state().velocity.write(gpu, at, &self.velocity[range]);
+                partition.state().position.write(gpu, at, &self.position[range.clone()]);
+                partition.state().velocity.write(gpu, at, &self.velocity[range]);
             }
         }
     }

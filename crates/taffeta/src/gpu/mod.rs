@@ -1,10 +1,11 @@
 //! The backend on the GPU: memory and scheduling. Formulas are in the stages' own folders, as `.wgsl` beside the Rust.
 
 pub mod backend;
+pub mod bodies;
 pub mod boundary;
-pub mod buffers;
 pub mod cost;
 pub mod drawn;
+pub mod feature;
 pub mod kernels;
 pub mod layout;
 #[cfg(test)]
@@ -12,16 +13,11 @@ pub mod layout_tests;
 pub mod mirror;
 pub mod normals;
 pub mod options;
-pub mod order;
 pub mod paper;
 pub mod parity;
-pub mod recorder;
-pub mod segment;
-pub mod sums;
-pub mod tables;
+pub mod partition;
+pub mod schedule;
 
-pub use backend::GpuBackend;
-pub use boundary::Boundary;
 pub use cost::GpuCost;
 pub use drawn::{VertexTarget, View};
 pub use options::{GpuKernels, GpuOptions};

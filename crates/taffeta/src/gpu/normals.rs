@@ -3,7 +3,7 @@
 use crate::build::body::BodyAssembly;
 use crate::gpu::kernels::{Kernels, Name, Sizes};
 use crate::gpu::layout::{Four, GROUP};
-use crate::gpu::segment::Segment;
+use crate::gpu::partition::Partition;
 use crate::topology::Csr;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -21,16 +21,16 @@ impl AllNormals {
         Self { kernels: Kernels::new(gpu), bodies: HashMap::new() }
     }
 
-    /// Those of a body of a segment, made ready if they are not.
+    /// Those of a body of a partition, made ready if they are not.
     pub fn of(
         &mut self,
         gpu: &Gpu,
-        segment: &Segment,
+        partition: &Partition,
         (index, body): (usize, &BodyAssembly),
     ) -> Result<&Normals, GpuError> {
         Ok(match self.bodies.entry(index) {
             Entry::Occupied(there) => there.into_mut(),
-            Entry::Vacant(room) => room.insert(Normals::new(gpu, &mut self.kernels, segment, body)?),
+            Entry::Vacant(room) => room.insert(Normals::new(gpu, &mut self.kernels, partition, body)?),
         })
     }
 }
@@ -47,12 +47,12 @@ impl Normals {
     fn new(
         gpu: &Gpu,
         kernels: &mut Kernels,
-        segment: &Segment,
+        partition: &Partition,
         body: &BodyAssembly,
     ) -> Result<Self, GpuError> {
         let triangles = body.user_surface().triangles;
         let by_node = Csr::corners(body.nodes, &triangles);
-        let place = |&node: &u32| (body.solver_index(node as usize) - segment.tables.places.start) as u32;
+        let place = |&node: &u32| (body.solver_index(node as usize) - partition.places.start) as u32;
         let places: Vec<u32> = triangles.as_flattened().iter().map(place).collect();
         let places = gpu.buffer_from("corners of triangles", &places)?;
         let starts = gpu.buffer_from("rows of corners", &by_node.offsets)?;
@@ -67,7 +67,7 @@ impl Normals {
                     ("triangle_places", &places),
                     ("corner_starts", &starts),
                     ("node_corners", &corners),
-                    ("old_position", &segment.states[from].position),
+                    ("old_position", &partition.states[from].position),
                     ("normals", &out),
                 ],
             )
@@ -76,10 +76,10 @@ impl Normals {
     }
 
     /// Computes the normals of now, and reads them.
-    pub fn read(&self, gpu: &Gpu, segment: &Segment) -> Result<Vec<[f32; 3]>, GpuError> {
+    pub fn read(&self, gpu: &Gpu, partition: &Partition) -> Result<Vec<[f32; 3]>, GpuError> {
         let mut list = DispatchList::new();
         list.stage("normals");
-        list.dispatch(&self.bound[segment.current], &[], self.out.len().div_ceil(GROUP) as u32);
+        list.dispatch(&self.bound[partition.current], &[], self.out.len().div_ceil(GROUP) as u32);
         gpu.submit(&list)?;
         Ok(self.out.read(gpu)?.into_iter().map(|[x, y, z, _]| [x, y, z]).collect())
     }

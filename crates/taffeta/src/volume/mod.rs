@@ -5,6 +5,8 @@ pub mod cpu;
 pub mod cpu_rings;
 pub mod cpu_sums;
 #[cfg(feature = "gpu")]
+pub mod gpu;
+#[cfg(feature = "gpu")]
 pub mod parity;
 pub mod rings;
 pub mod volume;

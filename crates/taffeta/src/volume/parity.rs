@@ -105,7 +105,7 @@ fn put_new(fixture: &mut Fixture) {
 /// The state that the CPU has come to where bodies have those flags; elsewhere that of the `start`.
 fn after(fixture: &mut Fixture, [mut position, mut velocity]: [Vec<Four>; 2], flags: u32) -> [Vec<Four>; 2] {
     let touched = found(&mut fixture.cpu, true).touched;
-    for group in fixture.tables.volume_groups.iter().filter(|group| group.flags & flags == flags) {
+    for group in fixture.tables.volumes.groups.iter().filter(|group| group.flags & flags == flags) {
         for place in (group.first..group.first + group.count).map(|place| place as usize) {
             let [x, y, z, u, v, w] = fixture.cpu.after(place);
             let mass = fixture.old.velocity[place][3].abs();
@@ -118,14 +118,14 @@ fn after(fixture: &mut Fixture, [mut position, mut velocity]: [Vec<Four>; 2], fl
 
 /// Forces by place, gradients of NaN, and weights.
 fn forces_and_weights(fixture: &Fixture, force: &[Four]) -> Vec<Four> {
-    let weights = fixture.tables.weights.iter().map(|&weight| [f32::NAN, f32::NAN, f32::NAN, weight]);
+    let weights = fixture.tables.volumes.weights.iter().map(|&weight| [f32::NAN, f32::NAN, f32::NAN, weight]);
     force.iter().copied().chain(weights).collect()
 }
 
 /// The same with what the CPU has found for bodies with those flags.
 fn forces_found(fixture: &Fixture, start: &[Four], found: &Found, flags: u32) -> Vec<Four> {
     let mut all = start.to_vec();
-    for group in fixture.tables.volume_groups.iter().filter(|group| group.flags & flags == flags) {
+    for group in fixture.tables.volumes.groups.iter().filter(|group| group.flags & flags == flags) {
         for lane in 0..group.count as usize {
             let (place, at) = (group.first as usize + lane, group.gradients as usize + lane);
             let [x, y, z] = found.force[place];
@@ -140,7 +140,7 @@ fn forces_found(fixture: &Fixture, start: &[Four], found: &Found, flags: u32) ->
 
 /// Sums of bodies with those flags as kernels keep them, part after part; what is not written is NaN.
 fn parts(fixture: &Fixture, origins: &[Four], found: &Found, flags: u32) -> Vec<Four> {
-    let groups = &fixture.tables.volume_groups;
+    let groups = &fixture.tables.volumes.groups;
     let mut all = vec![[f32::NAN; 4]; VOLUME_PARTS * groups.len()];
     for (index, (group, s)) in groups.iter().zip(&found.sums).enumerate() {
         if group.flags & flags != flags {
@@ -219,7 +219,7 @@ fn run(
     arrays: &Arrays,
     compare: impl FnOnce(&mut Written<'_>),
 ) -> Result<(), String> {
-    let (records, groups) = (fixture.records(), fixture.tables.volume_groups.len());
+    let (records, groups) = (fixture.records(), fixture.tables.volumes.groups.len());
     bench.run(kernel, &Given { arrays, records: &records, groups }, compare)
 }
 
@@ -352,7 +352,7 @@ fn restore_with<const N: usize>(
 
 /// Sets the volumes to keep by [`OFF`]; where kernels may round in their own way, none is near what is tolerated.
 fn aim(fixture: &mut Fixture, measured: &Found, exact: bool) {
-    let groups = fixture.tables.volume_groups.clone();
+    let groups = fixture.tables.volumes.groups.clone();
     let mut shares = OFF.iter().filter(|share| exact || share.abs() > 1e-5).cycle();
     for first in (0..groups.len()).filter(|&i| groups[i].first_group as usize == i) {
         if groups[first].flags & RESTORED == 0 {

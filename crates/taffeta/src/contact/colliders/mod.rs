@@ -2,6 +2,8 @@
 
 pub mod cpu;
 #[cfg(feature = "gpu")]
+pub mod gpu;
+#[cfg(feature = "gpu")]
 pub mod gpu_layout;
 pub mod moving;
 pub mod press;

@@ -1,18 +1,27 @@
-//! Tables of the bodies whose nodes touch each other.
+//! Nodes that touch each other, on the GPU.
 
 use crate::build::Assembly;
-use crate::build::body::BodyAssembly;
+use crate::contact::colliders::gpu::{Colliders, contact_of};
 use crate::contact::nodes::build::Apart;
-use crate::gpu::layout::{Meeting, NONE, Surface};
-use crate::gpu::tables::Tables;
+use crate::contact::nodes::pair;
+use crate::diagnostics::FrameSums;
+use crate::diagnostics::gpu::sum_groups;
+use crate::gpu::bodies::Bodies;
+use crate::gpu::feature::{Command, Feature, Features, Upload};
+use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::layout::{GROUP, Meeting, NONE, Substep, Surface};
+use crate::gpu::schedule::Fused;
+use crate::step::{Op, Stage};
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
+use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack};
 
 /// Edge of a cell by the largest thickness: so much more that rounding in 32 bits hides no neighbour.
 pub const CELL: f64 = 1.0 + 1.0 / 64.0;
 
 /// Bytes of the arrays that a body needs to touch others, and what they hold.
-pub fn arrays(body: &BodyAssembly) -> Vec<(u64, &'static str)> {
+pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
+    let body = &assembly.bodies[body];
     let Some(touching) = &body.touching else { return Vec::new() };
     let apart = match &touching.apart {
         Apart::Grid(ways) => ways.len(),
@@ -25,10 +34,10 @@ pub fn arrays(body: &BodyAssembly) -> Vec<(u64, &'static str)> {
     ]
 }
 
-/// Refuses bodies that touch each other in several segments.
-pub fn check_together(assembly: &Assembly, segments: &[Range<usize>], limit: u64) -> Result<(), String> {
+/// Refuses bodies that touch each other in several partitions.
+pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), String> {
     let touches = |index: &usize| assembly.bodies[*index].touching.is_some();
-    let mut with = segments.iter().filter_map(|segment| segment.clone().find(touches));
+    let mut with = partitions.iter().filter_map(|bodies| bodies.clone().find(touches));
     let (Some(one), Some(other)) = (with.next(), with.next()) else { return Ok(()) };
     Err(format!(
         "bodies `{}` and `{}` have self_collision and may touch each other, and the GPU does not give a kernel enough to hold \
@@ -37,27 +46,38 @@ pub fn check_together(assembly: &Assembly, segments: &[Range<usize>], limit: u64
     ))
 }
 
-impl Tables {
-    /// Adds the surfaces of bodies that touch others.
-    pub(crate) fn add_surfaces(&mut self, bodies: &[BodyAssembly]) -> Result<(), String> {
-        let touching = || bodies.iter().filter_map(|body| Some((body, body.touching.as_ref()?)));
+/// Bodies whose nodes touch others, on the host.
+#[derive(Default)]
+pub struct PairTables {
+    pub surfaces: Vec<Surface>,
+    /// Which slices of places are theirs, and which of their nodes do not touch.
+    pub apart: Vec<u32>,
+    /// Places of all bodies.
+    places: usize,
+}
+
+impl PairTables {
+    /// Those of some bodies.
+    pub fn new(bodies: &Bodies<'_>) -> Result<Self, String> {
+        let touching = || bodies.iter().filter_map(|(_, body)| Some((body, body.touching.as_ref()?)));
         let widest = touching().map(|(_, touching)| touching.surface.thickness).fold(0.0, f64::max);
         if widest == 0.0 {
-            return Ok(());
+            return Ok(Self::default());
         }
-        self.apart = vec![NONE; self.len() / LANES];
+        let apart = vec![NONE; bodies.slices()];
+        let mut tables = Self { surfaces: Vec::new(), apart, places: bodies.len() };
         for (number, (body, touching)) in (0..).zip(touching()) {
-            let first = self.local(body.first);
+            let first = bodies.local(body.first);
             let slices = first as usize / LANES..(first as usize + body.places()) / LANES;
-            self.apart[slices].fill(number);
-            let apart = u32::try_from(self.apart.len());
+            tables.apart[slices].fill(number);
+            let apart = u32::try_from(tables.apart.len());
             let apart = apart.map_err(|_| "too many nodes that do not touch for 32 bits".to_owned())?;
             let [high, wide] = match &touching.apart {
-                Apart::Grid(ways) => self.add_ways(ways),
-                Apart::Mesh(rows) => self.add_rows(rows),
+                Apart::Grid(ways) => tables.add_ways(ways),
+                Apart::Mesh(rows) => tables.add_rows(rows),
             };
             let surface = touching.surface;
-            self.surfaces.push(Surface {
+            tables.surfaces.push(Surface {
                 first,
                 count: body.nodes as u32,
                 cols: body.grid_layout.map_or(0, |[_, cols]| cols as u32),
@@ -72,7 +92,7 @@ impl Tables {
                 cells_a_metre: (1.0 / (widest * CELL)) as f32,
             });
         }
-        Ok(())
+        Ok(tables)
     }
 
     /// A bit for each way within the largest ones, and these.
@@ -100,7 +120,111 @@ impl Tables {
     }
 
     /// Numbers in the lists of nodes that touch, with contacts and distances.
-    pub fn pair_words(&self) -> usize {
-        if self.surfaces.is_empty() { 0 } else { self.buckets() + 3 * self.len() }
+    pub fn words(&self) -> usize {
+        if self.surfaces.is_empty() { 0 } else { self.buckets() + 3 * self.places }
+    }
+}
+
+/// Nodes that touch each other, on the device.
+pub struct NodeContact {
+    surfaces: Buffer<Surface>,
+    apart: Buffer<u32>,
+    work: Buffer<u32>,
+    /// By workgroup: contacts, and the least distance as a fraction of the thickness.
+    sums: Buffer<[u32; 2]>,
+    read_sums: ReadBack<[u32; 2]>,
+    buckets: usize,
+    /// Workgroups for one invocation a place.
+    groups: usize,
+    /// Searches in this frame: one a sub-step.
+    searches: u64,
+}
+
+impl NodeContact {
+    /// Takes tables to the device; `None` where no body touches others.
+    pub fn new(gpu: &Gpu, tables: &PairTables) -> Result<Option<Self>, GpuError> {
+        if tables.surfaces.is_empty() {
+            return Ok(None);
+        }
+        let sums = sum_groups(tables.places);
+        Ok(Some(Self {
+            surfaces: gpu.buffer_from("surfaces", &tables.surfaces)?,
+            apart: gpu.buffer_from("nodes that do not touch", &tables.apart)?,
+            work: gpu.buffer("lists of nodes that touch", tables.words())?,
+            sums: gpu.buffer("sums over pairs", sums)?,
+            read_sums: gpu.read_back("sums over pairs", sums)?,
+            buckets: tables.buckets(),
+            groups: tables.places.div_ceil(GROUP),
+            searches: 0,
+        }))
+    }
+
+    /// Finds pairs, and moves their nodes apart. The state after the sub-step is read, and written anew where that before it
+    /// was.
+    fn move_touching<'f>(&'f self, features: &Features) -> Vec<Command<'f>> {
+        let run = |entry, groups| Command::run(Name::new(entry), groups);
+        let [contact, _] = contact_of(features);
+        let mut all = vec![
+            Command::SwapStates,
+            run("clear_cells", self.buckets.div_ceil(GROUP)),
+            run("fill_cells", self.groups),
+            run("find_pairs", self.groups),
+            Command::run(Name { contact, ..Name::new("part_pairs") }, self.groups),
+        ];
+        if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
+            let name = Name { contact: Contact::Meshes, ..Name::new("contact_parted") };
+            all.push(Command::run(name, self.groups));
+        }
+        all
+    }
+}
+
+impl Feature for NodeContact {
+    fn buffers(&self, _: usize) -> Vec<(&'static str, &dyn Bindable)> {
+        vec![
+            ("surfaces", &self.surfaces),
+            ("apart", &self.apart),
+            // The one as atomic numbers, the other not.
+            ("linked", &self.work),
+            ("pair_work", &self.work),
+            ("pair_sums", &self.sums),
+        ]
+    }
+
+    fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
+        let sums = vec![Command::run(Name::new("measure_pairs"), self.sums.len())];
+        let all = [Op::SelfContact, Op::MoveTouching, Op::Contact];
+        vec![Fused::new(&all, self.move_touching(features)), Fused::new(&[Op::MeasureTiles], sums)]
+    }
+
+    fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
+        for (record, substep) in records.iter_mut().zip(upload.substeps) {
+            record.most_apart = pair::most_apart(f64::from(substep.h)) as f32;
+        }
+        self.searches += upload.substeps.len() as u64;
+        Ok(false)
+    }
+
+    fn start_frame(&mut self, _: &Gpu) {
+        self.searches = 0;
+    }
+
+    fn copy(&self, list: &mut DispatchList) {
+        list.copy(&self.sums, &self.read_sums);
+    }
+
+    fn measure(&self, gpu: &Gpu, sums: &mut FrameSums) -> Result<(), GpuError> {
+        let mut contacts = Vec::new();
+        self.read_sums.take(gpu, &mut contacts)?;
+        if self.searches == 0 {
+            // What stands there was found in another frame.
+            return Ok(());
+        }
+        sums.pairs.searches = self.searches;
+        // Both nodes of a pair count it.
+        sums.pairs.pairs += contacts.iter().map(|&[count, _]| u64::from(count)).sum::<u64>() / 2;
+        let nearest = contacts.iter().map(|&[_, fraction]| f64::from(f32::from_bits(fraction)).sqrt());
+        sums.pairs.nearest = nearest.fold(sums.pairs.nearest, f64::min);
+        Ok(())
     }
 }

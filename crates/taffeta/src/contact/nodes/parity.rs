@@ -48,7 +48,7 @@ const POISON: u32 = 0x7fff_fff1;
 impl Work {
     /// Of the state after the sub-step; nodes are linked in an order by chance. Contacts are looked for among all pairs.
     pub fn new(fixture: &Fixture) -> Self {
-        let (places, buckets) = (fixture.tables.len(), fixture.tables.buckets());
+        let (places, buckets) = (fixture.tables.len(), fixture.tables.pairs.buckets());
         let mut work = Self {
             heads: vec![NONE; buckets],
             next: vec![POISON; places],
@@ -104,7 +104,7 @@ fn place(fixture: &Fixture, node: u32) -> [f32; 3] {
 /// Half the thickness at a node that touches others.
 fn radius(fixture: &Fixture, node: u32) -> f32 {
     let of_node = |first: u32, count: u32| (first..first + count).contains(&node);
-    let surface = fixture.tables.surfaces.iter().find(|surface| of_node(surface.first, surface.count));
+    let surface = fixture.tables.pairs.surfaces.iter().find(|surface| of_node(surface.first, surface.count));
     surface.map_or(0.0, |surface| surface.meeting.thickness * 0.5)
 }
 
@@ -122,9 +122,9 @@ fn nodes_apart(fixture: &Fixture, node: u32) -> Vec<u32> {
 
 /// Nodes whose places are numbers, each with its bucket.
 fn linked_nodes(fixture: &Fixture) -> Vec<(u32, usize)> {
-    let mask = fixture.tables.buckets() as u32 - 1;
+    let mask = fixture.tables.pairs.buckets() as u32 - 1;
     let mut nodes = Vec::new();
-    for surface in &fixture.tables.surfaces {
+    for surface in &fixture.tables.pairs.surfaces {
         for node in surface.first..surface.first + surface.count {
             let x = place(fixture, node);
             let [x, y, z] = x.map(|x| (x * surface.cells_a_metre).clamp(-FARTHEST, FARTHEST).floor() as i32);
@@ -154,8 +154,8 @@ fn run(
     let mut arrays = fixture.arrays();
     arrays.insert("old_position", words(&fixture.new.position));
     arrays.insert("old_velocity", words(&fixture.new.velocity));
-    arrays.insert("surfaces", words(&fixture.tables.surfaces));
-    arrays.insert("apart", fixture.tables.apart.clone());
+    arrays.insert("surfaces", words(&fixture.tables.pairs.surfaces));
+    arrays.insert("apart", fixture.tables.pairs.apart.clone());
     arrays.insert("linked", work.clone());
     arrays.insert("pair_work", work);
     arrays.insert("pair_sums", vec![POISON; 2 * groups]);
@@ -173,8 +173,8 @@ fn same(written: &mut Written<'_>, name: &str, wanted: &[u32], found: &[u32]) {
 
 fn clear(bench: &mut Bench<'_>) -> Result<(), String> {
     for fixture in fixtures(bench)? {
-        let buckets = fixture.tables.buckets();
-        let work = vec![POISON; fixture.tables.pair_words()];
+        let buckets = fixture.tables.pairs.buckets();
+        let work = vec![POISON; fixture.tables.pairs.words()];
         let mut wanted = work.clone();
         wanted[..buckets].fill(NONE);
         // A workgroup more than there are buckets for.
@@ -203,11 +203,11 @@ fn by_bucket(lists: &[u32], buckets: usize) -> Vec<u32> {
 
 fn fill(bench: &mut Bench<'_>) -> Result<(), String> {
     for fixture in fixtures(bench)? {
-        let (buckets, places) = (fixture.tables.buckets(), fixture.tables.len());
+        let (buckets, places) = (fixture.tables.pairs.buckets(), fixture.tables.len());
         let wanted = Work::new(&fixture);
-        let mut work = vec![POISON; fixture.tables.pair_words()];
+        let mut work = vec![POISON; fixture.tables.pairs.words()];
         work[..buckets].fill(NONE);
-        run(bench, "fill_cells", &fixture, (work.clone(), fixture.tables.place_groups()), |written| {
+        run(bench, "fill_cells", &fixture, (work.clone(), fixture.place_groups()), |written| {
             let found: Vec<u32> = written.take("linked");
             let (lists, rest) = found.split_at(found.len().min(buckets + places));
             same(written, "lists", &by_bucket(&wanted.lists(), buckets), &by_bucket(lists, buckets));
@@ -225,7 +225,7 @@ fn find(bench: &mut Bench<'_>) -> Result<(), String> {
         let (all, places) = (Work::new(&fixture), fixture.tables.len());
         let lists = all.lists();
         let work = [lists.clone(), vec![POISON; 2 * places]].concat();
-        run(bench, "find_pairs", &fixture, (work, fixture.tables.place_groups()), |written| {
+        run(bench, "find_pairs", &fixture, (work, fixture.place_groups()), |written| {
             let found: Vec<u32> = written.take("pair_work");
             let (left, found) = found.split_at(found.len().min(lists.len()));
             let (counts, nearest) = found.split_at(found.len().min(places));
@@ -295,7 +295,7 @@ fn contact_parted(bench: &mut Bench<'_>) -> Result<(), String> {
     arrays.insert("new_position", words(&moved.position));
     arrays.insert("new_velocity", words(&moved.velocity));
     arrays.insert("pair_work", work.words());
-    let (records, groups) = (fixture.records(), fixture.tables.place_groups());
+    let (records, groups) = (fixture.records(), fixture.place_groups());
     bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
         written.fours("new_position", &position);
         written.fours("new_velocity", &velocity);
@@ -309,7 +309,7 @@ fn part(bench: &mut Bench<'_>) -> Result<(), String> {
         let work = Work::new(&fixture);
         let ([position, velocity], _) = parted(&mut fixture, &work.counts());
         let words = work.words();
-        run(bench, "part_pairs", &fixture, (words.clone(), fixture.tables.place_groups()), |written| {
+        run(bench, "part_pairs", &fixture, (words.clone(), fixture.place_groups()), |written| {
             written.fours("new_position", &position);
             written.fours("new_velocity", &velocity);
             let found: Vec<u32> = written.take("pair_work");

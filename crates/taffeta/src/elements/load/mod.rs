@@ -2,4 +2,6 @@
 
 pub mod build;
 pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod load;

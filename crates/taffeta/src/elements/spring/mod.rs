@@ -3,6 +3,8 @@
 pub mod cpu;
 pub mod cpu_grid;
 pub mod cpu_mesh;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod listed;
 pub mod lists;
 pub mod spring;

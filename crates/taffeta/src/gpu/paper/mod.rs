@@ -9,25 +9,27 @@ mod volume;
 
 use crate::build::Assembly;
 use crate::build::body::{BodyAssembly, BodySprings};
-use crate::diagnostics::SolverReport;
+use crate::diagnostics::FrameSums;
+use crate::elements::load::gpu::Loads;
+use crate::gpu::bodies::Bodies;
+use crate::gpu::feature::{Command, Feature, Features, Upload};
 use crate::gpu::kernels::Name;
+use crate::gpu::layout::{Grid, Solving, Substep};
 use crate::gpu::options::{GpuKernels, GpuOptions};
-use crate::gpu::recorder::Recorder;
-use crate::gpu::tables::Tables;
+use crate::gpu::schedule::Fused;
 use crate::scene::{ConstraintForm, Method};
-use crate::step::Stage;
+use crate::step::{Op, Stage};
 pub use constraint::ConstraintProduct;
 use constraint::{Constraints, MOST_PRINTED};
-use node_centric::{Plane, Sheets};
+use node_centric::Sheets;
 use spring_centric::SpringLists;
-use std::ops::Range;
 use taffeta_gpu::{Bindable, Gpu, GpuError, wgpu};
 
 /// Invocations of each workgroup, in both papers.
 const GROUP: usize = 1024;
 
 /// What the kernels of a paper work on beside the state.
-pub enum Paper {
+enum Printed {
     NodeCentric(Sheets),
     SpringCentric(Box<SpringLists>),
     Constraints(Box<Constraints>),
@@ -133,120 +135,74 @@ fn beyond_still(assembly: &Assembly) -> Option<String> {
     (assembly.panels.len() > 0).then(|| "the scene has air".to_owned())
 }
 
-impl Paper {
-    /// What the chosen kernels need for the bodies of a segment; `None` where they are ours.
-    pub fn new(
-        gpu: &Gpu,
-        kernels: GpuKernels,
-        assembly: &Assembly,
-        bodies: Range<usize>,
-        tables: &Tables,
-    ) -> Result<Option<Self>, GpuError> {
-        Ok(match kernels {
-            GpuKernels::NodeCentric => Some(Self::NodeCentric(Sheets::new(gpu, tables)?)),
-            GpuKernels::SpringCentric => {
-                Some(Self::SpringCentric(Box::new(SpringLists::new(gpu, &assembly.bodies[bodies], tables)?)))
-            }
-            GpuKernels::Constraints(product) => {
-                let constraints = Constraints::new(gpu, product, assembly, bodies, tables)?;
-                Some(Self::Constraints(Box::new(constraints)))
-            }
-            _ => None,
-        })
-    }
+/// The chosen kernels for some bodies, if they are a paper's.
+pub fn feature(
+    gpu: &Gpu,
+    kernels: GpuKernels,
+    bodies: &Bodies<'_>,
+    grids: &[Grid],
+) -> Result<Option<Box<dyn Feature>>, GpuError> {
+    let kernels = match kernels {
+        GpuKernels::NodeCentric => Printed::NodeCentric(Sheets::new(gpu, grids, bodies.len())?),
+        GpuKernels::SpringCentric => Printed::SpringCentric(Box::new(SpringLists::new(gpu, bodies)?)),
+        GpuKernels::Constraints(product) => {
+            Printed::Constraints(Box::new(Constraints::new(gpu, product, bodies)?))
+        }
+        _ => return Ok(None),
+    };
+    let groups = bodies.len().div_ceil(GROUP);
+    Ok(Some(Box::new(Paper { kernels, groups, solving: Solving::of(&bodies.assembly.solver) })))
+}
 
-    /// Adds what it found of constraints.
-    pub fn report(&self, gpu: &Gpu, report: &mut SolverReport) -> Result<(), GpuError> {
-        match self {
-            Self::Constraints(constraints) => constraints.report(gpu, report),
-            Self::NodeCentric(_) | Self::SpringCentric(_) => Ok(()),
+/// A paper's kernels, which do what all others do from forces to contact.
+pub struct Paper {
+    kernels: Printed,
+    /// Workgroups for an invocation a place.
+    groups: usize,
+    solving: Solving,
+}
+
+impl Feature for Paper {
+    fn buffers(&self, _: usize) -> Vec<(&'static str, &dyn Bindable)> {
+        match &self.kernels {
+            Printed::NodeCentric(sheets) => sheets.buffers(),
+            Printed::SpringCentric(lists) => lists.buffers(),
+            Printed::Constraints(constraints) => constraints.buffers(),
         }
     }
 
-    /// Its buffers by their names in the sources.
-    pub fn buffers(&self) -> Vec<(&'static str, &dyn Bindable)> {
-        match self {
-            Self::NodeCentric(sheets) => sheets.buffers(),
-            Self::SpringCentric(lists) => lists.buffers(),
-            Self::Constraints(constraints) => constraints.buffers(),
+    /// Loads that are summed up over elements come before, and moving pins after, as with our own.
+    fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
+        let given = features.get::<Loads>().is_some_and(|loads| loads.are_given(features));
+        let all = [Op::Loads, Op::Springs, Op::Integrate, Op::Contact];
+        let operations = if given { &all[1..] } else { &all };
+        let (label, commands) = match &self.kernels {
+            Printed::NodeCentric(sheets) => ("springs", sheets.commands(given)),
+            Printed::SpringCentric(lists) => ("springs", lists.commands(self.groups, given)),
+            Printed::Constraints(constraints) => ("system", constraints.commands(given)),
+        };
+        vec![Fused::new(operations, commands).named(label)]
+    }
+
+    fn upload(&mut self, _: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
+        records.iter_mut().for_each(|record| record.solving = self.solving);
+        Ok(false)
+    }
+
+    fn measure(&self, gpu: &Gpu, sums: &mut FrameSums) -> Result<(), GpuError> {
+        match &self.kernels {
+            Printed::Constraints(constraints) => constraints.report(gpu, &mut sums.solver),
+            Printed::NodeCentric(_) | Printed::SpringCentric(_) => Ok(()),
         }
     }
 }
 
-impl Recorder<'_> {
-    /// All particle stages by a paper's kernels. Loads that are summed up over elements come before, and moving pins
-    /// after, as with our own.
-    pub fn as_printed(&mut self, substep: usize) {
-        let loads_given = self.loads_given();
-        if loads_given {
-            self.alone(Stage::Loads, substep);
-        }
-        match &self.segment.paper {
-            Some(Paper::NodeCentric(sheets)) => {
-                let planes = sheets.planes.clone();
-                self.node_centric(&planes, substep, loads_given);
-            }
-            Some(Paper::SpringCentric(lists)) => self.spring_centric(lists.counts(), substep, loads_given),
-            Some(Paper::Constraints(constraints)) => {
-                self.constraints(constraints.shape(), substep, loads_given)
-            }
-            None => {}
-        }
-        self.alone(Stage::Pins, substep);
-    }
+/// A kernel that takes loads from where they were summed up, or finds them itself.
+fn with_loads(entry: &'static str, loads_given: bool) -> Name {
+    Name { loads_given, ..Name::new(entry) }
+}
 
-    fn node_centric(&mut self, planes: &[Plane], substep: usize, loads_given: bool) {
-        self.list.stage("springs");
-        self.over_planes(Name::new("node_centric_forces"), planes, substep);
-        self.go_on_in_place();
-        self.over_planes(Name { loads_given, ..Name::new("node_centric_update") }, planes, substep);
-    }
-
-    fn spring_centric(&mut self, [springs, triangles]: [usize; 2], substep: usize, loads_given: bool) {
-        let nodes = self.segment.tables.len();
-        self.list.stage("springs");
-        self.dispatch_kernel(Name::new("spring_centric_forces"), substep, springs.div_ceil(GROUP));
-        if triangles > 0 {
-            self.list.stage("volumes");
-            self.dispatch_kernel(Name::new("compute_volume"), substep, triangles.div_ceil(GROUP));
-            let build = Name { loads_given, ..Name::new("build_system") };
-            for name in [Name::new("compute_jacobian"), build, Name::new("accumulate_force")] {
-                self.dispatch_kernel(name, substep, nodes.div_ceil(GROUP));
-            }
-        }
-        self.go_on_in_place();
-        let update = Name { loads_given, ..Name::new("spring_centric_update") };
-        self.dispatch_kernel(update, substep, nodes.div_ceil(GROUP));
-    }
-
-    /// What the next kernels write is the state that those before have read.
-    fn go_on_in_place(&mut self) {
-        self.segment.current = 1 - self.segment.current;
-        self.list.stage("integrate");
-    }
-
-    /// One dispatch for each grid.
-    fn over_planes(&mut self, name: Name, planes: &[Plane], substep: usize) {
-        if self.fault.is_err() {
-            return;
-        }
-        match self.segment.bound(self.kernels, (name, 0), substep) {
-            Ok((bound, told)) => planes.iter().for_each(|plane| {
-                let offsets = [&told[..], &[plane.offset]].concat();
-                self.list.dispatch_plane(&bound, &offsets, plane.groups);
-            }),
-            Err(error) => self.fault = Err(error),
-        }
-    }
-
-    /// One dispatch of a plane of workgroups.
-    fn over_plane(&mut self, name: Name, groups: [u32; 2], substep: usize) {
-        if self.fault.is_err() {
-            return;
-        }
-        match self.segment.bound(self.kernels, (name, 0), substep) {
-            Ok((bound, told)) => self.list.dispatch_plane(&bound, &told, groups),
-            Err(error) => self.fault = Err(error),
-        }
-    }
+/// What the next kernels write is the state that those before have read.
+fn go_on_in_place<'f>() -> [Command<'f>; 2] {
+    [Command::SwapStates, Command::Label("integrate")]
 }

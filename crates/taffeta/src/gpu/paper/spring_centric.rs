@@ -3,8 +3,11 @@
 use crate::build::body::{BodyAssembly, BodySprings};
 use crate::elements::spring::lists::SpringList;
 use crate::elements::spring::stencil::GRID_STEPS;
+use crate::gpu::bodies::Bodies;
+use crate::gpu::feature::Command;
+use crate::gpu::kernels::Name;
 use crate::gpu::paper::volume::KeptVolumes;
-use crate::gpu::tables::Tables;
+use crate::gpu::paper::{GROUP, go_on_in_place, with_loads};
 use bytemuck::{Pod, Zeroable};
 use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError};
 
@@ -18,7 +21,7 @@ pub struct Spring {
     pub kind: u32,
 }
 
-/// Springs of a segment, kind after kind, so that neighbouring threads read neighbouring nodes.
+/// Springs of some bodies, kind after kind, so that neighbouring threads read neighbouring nodes.
 #[derive(Default)]
 struct Listed {
     springs: Vec<Spring>,
@@ -72,13 +75,13 @@ fn grid_ends([rows, cols]: [usize; 2], (down, across): (usize, isize)) -> impl I
 }
 
 impl SpringLists {
-    pub fn new(gpu: &Gpu, bodies: &[BodyAssembly], tables: &Tables) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, bodies: &Bodies<'_>) -> Result<Self, GpuError> {
         let mut listed = Listed::default();
-        for body in bodies {
-            listed.add_body(body, (body.first - tables.places.start) as u32);
+        for (_, body) in bodies.iter() {
+            listed.add_body(body, bodies.local(body.first));
         }
-        let volumes = KeptVolumes::new(gpu, bodies, tables)?;
-        Self::of_springs(gpu, &listed.springs, &listed.kinds, volumes, tables)
+        let volumes = KeptVolumes::new(gpu, bodies, true)?;
+        Self::of_springs(gpu, &listed.springs, &listed.kinds, volumes, bodies.len())
     }
 
     /// Springs that are listed already.
@@ -87,19 +90,37 @@ impl SpringLists {
         springs: &[Spring],
         kinds: &[[f32; 2]],
         volumes: KeptVolumes,
-        tables: &Tables,
+        places: usize,
     ) -> Result<Self, GpuError> {
         Ok(Self {
             springs: gpu.buffer_from("springs with both ends", springs)?,
             kinds: gpu.buffer_from("kinds of springs", kinds)?,
-            forces: gpu.buffer("forces of springs", 3 * tables.len())?,
+            forces: gpu.buffer("forces of springs", 3 * places)?,
             volumes,
         })
     }
 
-    /// Numbers of springs, and of triangles of volumes.
-    pub fn counts(&self) -> [usize; 2] {
-        [self.springs.len(), self.volumes.count()]
+    /// Number of springs.
+    pub fn count(&self) -> usize {
+        self.springs.len()
+    }
+
+    /// Forces of springs and volumes, then the rest; so many workgroups take all nodes.
+    pub fn commands<'f>(&self, nodes: usize, loads_given: bool) -> Vec<Command<'f>> {
+        let run = |name, groups| Command::run(name, groups);
+        let mut all = vec![run(Name::new("spring_centric_forces"), self.count().div_ceil(GROUP))];
+        if self.volumes.count() > 0 {
+            all.extend([
+                Command::Label("volumes"),
+                run(Name::new("compute_volume"), self.volumes.count().div_ceil(GROUP)),
+                run(Name::new("compute_jacobian"), nodes),
+                run(with_loads("build_system", loads_given), nodes),
+                run(Name::new("accumulate_force"), nodes),
+            ]);
+        }
+        all.extend(go_on_in_place());
+        all.push(run(with_loads("spring_centric_update", loads_given), nodes));
+        all
     }
 
     pub fn buffers(&self) -> Vec<(&'static str, &dyn Bindable)> {

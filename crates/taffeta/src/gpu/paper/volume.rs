@@ -1,7 +1,6 @@
 //! What volume.wgsl works on: triangles, and sums of each body.
 
-use crate::build::body::BodyAssembly;
-use crate::gpu::tables::Tables;
+use crate::gpu::bodies::Bodies;
 use crate::topology::Csr;
 use bytemuck::{Pod, Zeroable};
 use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError};
@@ -39,20 +38,21 @@ pub struct KeptVolumes {
 }
 
 impl KeptVolumes {
-    pub fn new(gpu: &Gpu, bodies: &[BodyAssembly], tables: &Tables) -> Result<Self, GpuError> {
+    /// Those of some bodies, or of none of them.
+    pub fn new(gpu: &Gpu, bodies: &Bodies<'_>, any: bool) -> Result<Self, GpuError> {
         let (mut kept, mut triangles) = (Vec::new(), Vec::new());
-        let mut of_node = vec![NOT_KEPT; tables.len()];
-        for body in bodies {
+        let mut of_node = vec![NOT_KEPT; bodies.len()];
+        for (_, body) in bodies.iter().filter(|_| any) {
             let Some(volume) = &body.volume else { continue };
-            let (number, first) = (kept.len() as u32, body.first - tables.places.start);
+            let (number, first) = (kept.len() as u32, bodies.local(body.first) as usize);
             let corners = body.closed_triangles.iter().map(|t| t.map(|node| first as u32 + node));
             triangles.extend(corners.map(|corners| KeptTriangle { corners, body: number }));
             of_node[first..first + body.nodes].fill(number);
             kept.push(KeptBody { origin: first as u32, form: volume.form as u32 });
         }
         let corners: Vec<u32> = triangles.iter().flat_map(|triangle| triangle.corners).collect();
-        let by_node = Csr::new(tables.len(), corners.into_iter().zip((0..).map(|corner: u32| corner / 3)));
-        let places = if kept.is_empty() { 0 } else { tables.len() };
+        let by_node = Csr::new(bodies.len(), corners.into_iter().zip((0..).map(|corner: u32| corner / 3)));
+        let places = if kept.is_empty() { 0 } else { bodies.len() };
         Ok(Self {
             triangles: gpu.buffer_from("triangles of volumes", &triangles)?,
             bodies: gpu.buffer_from("bodies with volumes", &kept)?,

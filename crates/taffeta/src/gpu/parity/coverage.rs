@@ -104,7 +104,7 @@ fn nodes_are_in_wedges_of_all_sorts() {
 fn hinges_are_flat_steep_folded_over_and_without_area() {
     let mut count = Count::default();
     for fixture in fixtures() {
-        for one in &fixture.tables.hinges {
+        for one in &fixture.tables.elements.hinges {
             let corner = |node: u32| -> [f32; 3] {
                 let [x, y, z, _] = fixture.old.position[node as usize];
                 [x, y, z]
@@ -135,23 +135,23 @@ fn springs_and_rows_are_of_all_lengths() {
             count.note("a spring of no length", dot(d, d) == 0.0);
             count.note("below what is divided by", dot(d, d) > 0.0 && dot(d, d) < 1e-30);
             count.note("just above", dot(d, d) > 1e-30 && dot(d, d) < 1e-29);
-            let row = tables.elements.row(place);
+            let row = tables.loads.by_node.row(place);
             count.note("a node without loads or hinges", row.is_empty() && fixture.is_node[place]);
             count.note("a node with several", row.len() > 7);
             count.note("a place without a node", !fixture.is_node[place]);
             count.note("held", fixture.old.position[place][3] == 0.0 && fixture.is_node[place]);
         }
-        for run in &tables.runs {
+        for run in &tables.springs.runs {
             count.note("a slice without springs of a kind", run.count == 0);
             count.note("a slice with springs", run.count > 0 && run.count < 100);
         }
-        count.note("several workgroups", tables.place_groups() > 2);
-        count.note("three kinds", tables.kinds == 3);
-        count.note("a grid of several tiles", tables.tiles.iter().any(|t| t.row > 0 && t.col > 0));
-        count.note("one row", tables.grids.iter().any(|grid| grid.rows == 1));
-        count.note("one column", tables.grids.iter().any(|grid| grid.cols == 1));
-        count.note("two columns", tables.grids.iter().any(|grid| grid.cols == 2));
-        count.note("a load on many", tables.loads.iter().any(|load| load.count as usize > GROUP));
+        count.note("several workgroups", fixture.place_groups() > 2);
+        count.note("three kinds", tables.springs.kinds == 3);
+        count.note("a grid of several tiles", tables.springs.tiles.iter().any(|t| t.row > 0 && t.col > 0));
+        count.note("one row", tables.springs.grids.iter().any(|grid| grid.rows == 1));
+        count.note("one column", tables.springs.grids.iter().any(|grid| grid.cols == 1));
+        count.note("two columns", tables.springs.grids.iter().any(|grid| grid.cols == 2));
+        count.note("a load on many", tables.loads.loads.iter().any(|load| load.count as usize > GROUP));
         let pushed = fixture.input.forces.windows(2);
         count.note("pushed twice", pushed.into_iter().any(|two| two[0].0 == two[1].0));
         count.note("no drag", fixture.cpu.assembly().world.drag == 0.0);
@@ -173,7 +173,7 @@ fn bodies_that_keep_their_volume_are_of_all_sorts() {
     let mut count = Count::default();
     let fixture = Fixture::with_volumes(11, 0.0087, false).expect("a fixture");
     let tables = &fixture.tables;
-    for (index, group) in tables.volume_groups.iter().enumerate() {
+    for (index, group) in tables.volumes.groups.iter().enumerate() {
         let is_last = index + 1 == (group.first_group + group.groups) as usize;
         count.note("a full group", group.count as usize == GROUP);
         count.note(
@@ -190,7 +190,7 @@ fn bodies_that_keep_their_volume_are_of_all_sorts() {
             ("weighted", flag(WEIGHTED)),
             ("weighted and restored", flag(WEIGHTED) && flag(RESTORED)),
             ("not a node of which is held or has touched", {
-                let body = fixture.tables.volume_groups[group.first_group as usize].first as usize;
+                let body = fixture.tables.volumes.groups[group.first_group as usize].first as usize;
                 flag(WEIGHTED)
                     && (body..group.first as usize + group.count as usize).all(|place| {
                         fixture.new.position[place][3] > 0.0 && fixture.new.velocity[place][3] > 0.0
@@ -204,7 +204,7 @@ fn bodies_that_keep_their_volume_are_of_all_sorts() {
         for lane in 0..group.count as usize {
             let (place, at) = (group.first as usize + lane, group.gradients as usize + lane - tables.len());
             let (x, v, weight) =
-                (fixture.new.position[place], fixture.new.velocity[place], tables.weights[at]);
+                (fixture.new.position[place], fixture.new.velocity[place], tables.volumes.weights[at]);
             count.note("held", x[3] == 0.0);
             count.note("held, with a weight", x[3] == 0.0 && flag(WEIGHTED) && weight > 0.0);
             count.note("one that has touched", v[3] < 0.0 && flag(RESTORED));
@@ -219,21 +219,22 @@ fn bodies_that_keep_their_volume_are_of_all_sorts() {
         }
     }
     for run in tables
+        .springs
         .runs
-        .chunks(tables.kinds)
+        .chunks(tables.springs.kinds)
         .filter(|run| run[0].count & IS_RING != 0 && run[0].count != NOT_A_MESH)
     {
         let entries =
             run[0].start as usize..(run[0].start + LANES as u32 * (run[0].count & !IS_RING)) as usize;
-        for entry in &tables.entries[entries] {
+        for entry in &tables.springs.entries[entries] {
             count.note("padding", entry.rest_length == 0.0);
             count.note("a neighbour without a spring", entry.rest_length < 0.0);
             count.note("a spring", entry.rest_length > 0.0);
         }
         count.note("springs of another kind", run[1..].iter().any(|run| run.count > 0));
     }
-    count.note("a mesh without a volume", !tables.meshes.is_empty());
-    count.note("a grid", !tables.grids.is_empty());
+    count.note("a mesh without a volume", !tables.springs.meshes.is_empty());
+    count.note("a grid", !tables.springs.grids.is_empty());
     count.check();
 }
 
@@ -244,7 +245,7 @@ fn nodes_touch_each_other_in_all_sorts_of_ways() {
     let work = Work::new(&fixture);
     let surface = |node: usize| {
         let is_of = |one: &&Surface| (one.first..one.first + one.count).contains(&(node as u32));
-        fixture.tables.surfaces.iter().find(is_of)
+        fixture.tables.pairs.surfaces.iter().find(is_of)
     };
     for (node, contacts) in work.contacts.iter().enumerate() {
         let (x, nearest) = (fixture.new.position[node], work.nearest[node]);
@@ -268,7 +269,7 @@ fn nodes_touch_each_other_in_all_sorts_of_ways() {
             count.note("another body", surface(other as usize) != Some(own));
         }
     }
-    let distant = fixture.tables.surfaces.iter().filter(|surface| surface.high > 2 || surface.wide > 2);
+    let distant = fixture.tables.pairs.surfaces.iter().filter(|surface| surface.high > 2 || surface.wide > 2);
     count.note("wide neighbourhoods", distant.count() > 0);
     count.check();
 }

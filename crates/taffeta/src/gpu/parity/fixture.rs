@@ -9,11 +9,14 @@ use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::nodes::pair;
 use crate::cpu::CpuBackend;
 use crate::cpu::apart::Between;
+use crate::elements::gpu::{ElementTables, found_on_cpu};
+use crate::elements::load::cpu::Loads;
 use crate::features;
-use crate::gpu::layout::{Air, Four, MOVED_BY_USER, Motion, Pin, Solving, Substep, VOLUME_PARTS};
+use crate::features::Tables;
+use crate::gpu::bodies::Bodies;
+use crate::gpu::layout::{Air, Four, GROUP, MOVED_BY_USER, Motion, Pin, Solving, Substep, VOLUME_PARTS};
 use crate::gpu::parity::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene, wide_sheet};
 use crate::gpu::parity::{mesh_scene, pair_scene, volume_scene};
-use crate::gpu::tables::Tables;
 use crate::plan;
 use crate::real::add;
 use crate::scene::{Scene, Solver};
@@ -148,7 +151,7 @@ impl Fixture {
             // Folds then differ from those at rest by more than half a turn here and there, either way.
             rest.angle = 3.1 * f64::from(chance.number());
         }
-        let tables = Tables::new(&assembly, 0..assembly.bodies.len())?;
+        let tables = Tables::new(&Bodies::new(&assembly, 0..assembly.bodies.len()))?;
         let (meshes, surfaces) = meshes_of(&assembly);
         let mut is_node = vec![false; assembly.places];
         for body in &assembly.bodies {
@@ -177,7 +180,7 @@ impl Fixture {
     pub fn with_volumes(seed: u64, drag: f64, meshes: bool) -> Result<Self, String> {
         let mut chance = Chance::new(seed);
         let assembly = volume_scene::assembly(drag, meshes)?;
-        let tables = Tables::new(&assembly, 0..assembly.bodies.len())?;
+        let tables = Tables::new(&Bodies::new(&assembly, 0..assembly.bodies.len()))?;
         let (meshes, surfaces) = meshes_of(&assembly);
         let mut is_node = vec![false; assembly.places];
         for body in &assembly.bodies {
@@ -215,7 +218,7 @@ impl Fixture {
     pub fn with_pairs(seed: u64, exact: bool, meshes: bool) -> Result<Self, String> {
         let mut chance = Chance::new(seed);
         let assembly = pair_scene::assembly(meshes)?;
-        let tables = Tables::new(&assembly, 0..assembly.bodies.len())?;
+        let tables = Tables::new(&Bodies::new(&assembly, 0..assembly.bodies.len()))?;
         let (meshes, surfaces) = meshes_of(&assembly);
         let mut is_node = vec![false; assembly.places];
         for body in &assembly.bodies {
@@ -284,6 +287,22 @@ impl Fixture {
         (between, after)
     }
 
+    /// Factors of torques [N/m] that the CPU has found.
+    pub fn torques(&mut self) -> Vec<f32> {
+        self.cpu.feature::<Loads<f32>>().map_or(Vec::new(), |loads| loads.torques().to_vec())
+    }
+
+    /// Forces on corners of hinges, then of panels [N], that the CPU has found.
+    pub fn element_forces(&mut self) -> Vec<Four> {
+        let ElementTables { hinges, panels, .. } = &self.tables.elements;
+        found_on_cpu(&mut self.cpu, [0, 0], [hinges.len(), panels.len()])
+    }
+
+    /// Workgroups for one invocation a place.
+    pub fn place_groups(&self) -> usize {
+        self.tables.len().div_ceil(GROUP)
+    }
+
     /// Forces as kernels keep them; the fourth number is none.
     pub fn force_fours(&self) -> Vec<Four> {
         self.force.iter().map(|&[x, y, z]| [x, y, z, f32::NAN]).collect()
@@ -295,35 +314,38 @@ impl Fixture {
         let poison = |words: usize| vec![f32::NAN.to_bits(); words];
         let input_forces: Vec<Four> = self.input.forces.iter().map(four_of_input).collect();
         Arrays::from([
-            ("grids", words(&tables.grids)),
-            ("tiles", words(&tables.tiles)),
-            ("runs", words(&tables.runs)),
-            ("entries", words(&tables.entries)),
-            ("hinges", words(&tables.hinges)),
-            ("load_nodes", words(&tables.load_nodes)),
-            ("node_starts", words(&tables.elements.offsets)),
-            ("node_elements", words(&tables.elements.items)),
-            ("chunks", words(&tables.chunks)),
-            ("corners", words(&tables.corners)),
+            ("grids", words(&tables.springs.grids)),
+            ("tiles", words(&tables.springs.tiles)),
+            ("runs", words(&tables.springs.runs)),
+            ("entries", words(&tables.springs.entries)),
+            ("hinges", words(&tables.elements.hinges)),
+            ("load_nodes", words(&tables.loads.nodes)),
+            ("node_starts", words(&tables.loads.by_node.offsets)),
+            ("node_elements", words(&tables.loads.by_node.items)),
+            ("chunks", words(&tables.volumes.chunks)),
+            ("corners", words(&tables.volumes.corners)),
             ("colliders", words(&self.colliders())),
             // An array cannot be empty.
             ("mesh_data", if self.meshes.1.is_empty() { vec![0; 4] } else { words(&self.meshes.1) }),
             ("motions", words(&self.motions())),
             ("scales", words(&self.scales())),
             ("goals", words(&self.goals())),
-            ("volume_groups", words(&tables.volume_groups)),
+            ("volume_groups", words(&tables.volumes.groups)),
             ("pins", words(&self.pins)),
             ("input_forces", words(&input_forces)),
             ("old_position", words(&self.old.position)),
             ("old_velocity", words(&self.old.velocity)),
             ("new_position", poison(4 * places)),
             ("new_velocity", poison(4 * places)),
-            ("loads", words(&tables.loads)),
+            ("loads", words(&tables.loads.loads)),
             ("load", words(&self.force_fours())),
             ("force", poison(4 * places)),
-            ("panels", words(&tables.panels)),
-            ("element_forces", poison(4 * (tables.first_panel_force() + tables.panels.len()))),
-            ("volume_sums", poison(4 * VOLUME_PARTS * tables.volume_groups.len())),
+            ("panels", words(&tables.elements.panels)),
+            (
+                "element_forces",
+                poison(4 * (tables.elements.first_panel_force() + tables.elements.panels.len())),
+            ),
+            ("volume_sums", poison(4 * VOLUME_PARTS * tables.volumes.groups.len())),
         ])
     }
 
@@ -373,7 +395,7 @@ impl Fixture {
             first_goal: sum(&|s| s.goals.len() + s.closing.len(), index),
             most_apart: pair::most_apart(f64::from(substep.h)) as f32,
             gap: 0,
-            air: Air::of(substep.air.as_ref(), self.tables.first_panel_force() as u32),
+            air: Air::of(substep.air.as_ref(), self.tables.elements.first_panel_force() as u32),
             padding: [0; 16],
         };
         self.substeps.iter().enumerate().map(record).collect()
@@ -430,7 +452,7 @@ fn squash(state: &mut State, tables: &Tables, exact: bool) {
     let shares: [[f32; 3]; 5] =
         [[0.49, 0.48, 0.03], [0.3, 0.69, 0.01], [0.499, 0.5, 0.001], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let used = if exact { &shares[..] } else { &shares[..2] };
-    for (share, hinge) in used.iter().cycle().zip(tables.hinges.iter().step_by(97)) {
+    for (share, hinge) in used.iter().cycle().zip(tables.elements.hinges.iter().step_by(97)) {
         let [a, b, c, _] = hinge.corners;
         let [p, q, r] = [a, b, c].map(|node| at(state, node));
         let mixed: [f32; 3] = std::array::from_fn(|i| share[0] * p[i] + share[1] * q[i] + share[2] * r[i]);

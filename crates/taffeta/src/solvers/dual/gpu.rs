@@ -1,12 +1,19 @@
-//! Constraints of a segment on the device, and how their pulls are found in a sub-step.
+//! Springs that are constraints on the GPU, and how their pulls are found in a sub-step.
 
-use crate::gpu::kernels::Name;
-use crate::gpu::layout::GROUP;
-use crate::gpu::order::Stages;
-use crate::gpu::recorder::Recorder;
+use crate::backend::SolverState;
+use crate::build::Assembly;
+use crate::contact::colliders::gpu::Colliders;
+use crate::diagnostics::{FrameSums, SolverReport};
+use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
+use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::layout::{Solving, Substep};
+use crate::gpu::schedule::Fused;
+use crate::motion::gpu::Pins;
+use crate::scene::Method;
 use crate::solvers::dual::gpu_layout::{Link, LinkGroup, Met, NodeGroup, Row, Solve, Taken};
 use crate::solvers::dual::gpu_tables::Linked;
-use crate::step::Stage;
+use crate::step::{Marks, Op, Stage};
+use std::ops::Range;
 use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack};
 
 /// Iterations from one count of open systems to the next.
@@ -15,8 +22,8 @@ const BETWEEN_COUNTS: u32 = 8;
 /// nodes' look at the last sums.
 const MORE_PASSES: u32 = 3;
 
-/// What constraints need.
-pub struct Constrained {
+/// Constraints on the device.
+pub struct Dual {
     link_groups: Buffer<LinkGroup>,
     node_groups: Buffer<NodeGroup>,
     incident: Buffer<u32>,
@@ -37,16 +44,28 @@ pub struct Constrained {
     /// Passes over the systems that are written down for a sub-step.
     passes: u32,
     is_adaptive: bool,
+    /// Which of the scene's constraints they are.
+    numbers: Range<usize>,
+    solving: Solving,
+    /// Whether pulls are kept from one sub-step to the next.
+    keeps_pulls: bool,
 }
 
-impl Constrained {
+impl Dual {
     /// Takes tables to the device; `None` where there is no constraint.
-    pub fn new(gpu: &Gpu, linked: &Linked, places: usize) -> Result<Option<Self>, GpuError> {
+    pub fn new(
+        gpu: &Gpu,
+        assembly: &Assembly,
+        linked: &Linked,
+        places: usize,
+    ) -> Result<Option<Self>, GpuError> {
         if linked.is_empty() {
             return Ok(None);
         }
         let (links, groups) = (linked.links.len(), linked.link_groups.len());
         let all: Vec<u32> = (0..links as u32).collect();
+        let solver = &assembly.solver;
+        let surfaces = solver.method == Method::Ice && !assembly.colliders.is_empty();
         Ok(Some(Self {
             link_groups: gpu.buffer_from("groups of constraints", &linked.link_groups)?,
             node_groups: gpu.buffer_from("groups of nodes", &linked.node_groups)?,
@@ -66,11 +85,66 @@ impl Constrained {
             groups: [groups, linked.node_groups.len()],
             passes: linked.iterations.saturating_add(MORE_PASSES),
             is_adaptive: linked.is_adaptive,
+            numbers: linked.numbers.clone(),
+            solving: Solving::of(solver),
+            keeps_pulls: solver.ice.warm_start || surfaces,
         }))
     }
 
-    /// Its buffers by their names in the sources.
-    pub fn buffers(&self) -> Vec<(&str, &dyn Bindable)> {
+    /// Pulls [N], and which constraints are active; waits for them.
+    fn state(&self, gpu: &Gpu) -> Result<(Vec<f64>, Vec<bool>), GpuError> {
+        let (rows, scales, links) = (self.rows.read(gpu)?, self.row_scales.read(gpu)?, self.links.read(gpu)?);
+        let pulls = rows.iter().zip(&scales).map(|(row, [scale, _])| f64::from(row.x * scale));
+        Ok((pulls.collect(), links.iter().map(|link| link.is_active != 0).collect()))
+    }
+
+    /// Takes them back; of constraints, pulls or activity may be left out.
+    fn set_state(&self, gpu: &Gpu, pulls: &[f64], active: &[bool]) -> Result<(), GpuError> {
+        let rows: Vec<Row> = pulls.iter().map(|&pull| Row { x: pull as f32, ..Row::default() }).collect();
+        self.rows.write(gpu, 0, &rows);
+        self.row_scales.write(gpu, 0, &vec![[1.0, 0.0]; rows.len()]);
+        if !active.is_empty() {
+            let mut links = self.links.read(gpu)?;
+            links.iter_mut().zip(active).for_each(|(link, &is_active)| link.is_active = is_active.into());
+            self.links.write(gpu, 0, &links);
+        }
+        gpu.health()
+    }
+
+    /// A kernel on systems that are not done yet.
+    fn counted(&self, entry: &'static str, which: usize) -> Command<'_> {
+        let groups = Groups::Counted(&self.counts, which);
+        Command::Dispatch(Dispatch { name: Name::new(entry), part: 0, groups })
+    }
+
+    /// Finds the pulls of constraints, where all other forces are known, and adds them.
+    fn find_pulls<'f>(&'f self, features: &Features) -> Vec<Command<'f>> {
+        let [links, nodes] = self.groups;
+        let run = |entry, groups| Command::run(Name::new(entry), groups);
+        let mut all = Vec::new();
+        if self.is_adaptive {
+            all.extend([run("mark_active", links), run("list_active", links)]);
+        }
+        all.push(run("free_velocities", nodes));
+        all.extend(features.get::<Pins>().map(Pins::command));
+        all.push(run("set_up_rows", links));
+        if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
+            all.push(Command::run(Name { contact: Contact::Meshes, ..Name::new("meet_meshes") }, nodes));
+        }
+        all.extend([run("meet_surfaces", nodes), run("start_rows", links)]);
+        for pass in 0..self.passes {
+            if pass % BETWEEN_COUNTS == 0 {
+                all.push(run("count_solves", 1));
+            }
+            all.extend([self.counted("solve_nodes", 0), self.counted("solve_rows", 1)]);
+        }
+        all.extend([run("note_solves", 1), run("pull_nodes", nodes)]);
+        all
+    }
+}
+
+impl Feature for Dual {
+    fn buffers(&self, _: usize) -> Vec<(&'static str, &dyn Bindable)> {
         vec![
             ("link_groups", &self.link_groups),
             ("node_groups", &self.node_groups),
@@ -89,107 +163,57 @@ impl Constrained {
         ]
     }
 
-    /// Dispatches of a sub-step that find pulls.
-    pub fn dispatches(&self) -> usize {
-        2 * self.passes as usize
+    fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
+        let all = [Op::Predict, Op::Solve, Op::ConstraintForces];
+        vec![Fused::new(&all, self.find_pulls(features)).on(Marks::SOLVED, Marks::NONE)]
     }
 
-    /// Forgets what the frame before has taken.
-    pub fn start_frame(&self, gpu: &Gpu) {
+    fn upload(&mut self, _: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
+        records.iter_mut().for_each(|record| record.solving = self.solving);
+        Ok(false)
+    }
+
+    fn start_frame(&mut self, gpu: &Gpu) {
         self.taken.write(gpu, 0, &[Taken::default()]);
     }
 
-    /// Number of constraints.
-    pub fn len(&self) -> usize {
-        self.links.len()
-    }
-
-    /// Pulls [N], and which constraints are active; waits for them.
-    pub fn solver_state(&self, gpu: &Gpu) -> Result<(Vec<f64>, Vec<bool>), GpuError> {
-        let (rows, scales, links) = (self.rows.read(gpu)?, self.row_scales.read(gpu)?, self.links.read(gpu)?);
-        let pulls = rows.iter().zip(&scales).map(|(row, [scale, _])| f64::from(row.x * scale));
-        Ok((pulls.collect(), links.iter().map(|link| link.is_active != 0).collect()))
-    }
-
-    /// Takes back what was remembered; of constraints, pulls or activity may be left out.
-    pub fn set_solver_state(&self, gpu: &Gpu, pulls: &[f64], active: &[bool]) -> Result<(), GpuError> {
-        let rows: Vec<Row> = pulls.iter().map(|&pull| Row { x: pull as f32, ..Row::default() }).collect();
-        self.rows.write(gpu, 0, &rows);
-        self.row_scales.write(gpu, 0, &vec![[1.0, 0.0]; rows.len()]);
-        if !active.is_empty() {
-            let mut links = self.links.read(gpu)?;
-            links.iter_mut().zip(active).for_each(|(link, &is_active)| link.is_active = is_active.into());
-            self.links.write(gpu, 0, &links);
-        }
-        gpu.health()
-    }
-
-    /// Has what was taken copied to where the host reads it.
-    pub fn copy(&self, list: &mut DispatchList) {
+    fn copy(&self, list: &mut DispatchList) {
         list.copy(&self.taken, &self.read_taken);
     }
 
-    /// What the frame has taken; waits for it.
-    pub fn taken(&self, gpu: &Gpu) -> Result<Taken, GpuError> {
-        let mut all = Vec::new();
-        self.read_taken.take(gpu, &mut all)?;
-        Ok(all.first().copied().unwrap_or_default())
+    fn measure(&self, gpu: &Gpu, sums: &mut FrameSums) -> Result<(), GpuError> {
+        add_taken(&self.read_taken, gpu, &mut sums.solver)
+    }
+
+    fn dispatches(&self) -> usize {
+        2 * self.passes as usize
+    }
+
+    fn save(&self, gpu: &Gpu, state: &mut SolverState) {
+        let count = self.links.len();
+        let unknown = |_| (vec![f64::NAN; count], vec![false; count]);
+        let (pulls, active) = self.state(gpu).unwrap_or_else(unknown);
+        state.pulls.extend(if self.keeps_pulls { pulls } else { Vec::new() });
+        state.active.extend(if self.is_adaptive { active } else { Vec::new() });
+    }
+
+    fn load(&self, gpu: &Gpu, state: &SolverState) {
+        let pulls = state.pulls.get(self.numbers.clone()).unwrap_or_default();
+        let active = state.active.get(self.numbers.clone()).unwrap_or_default();
+        // A device that is lost says so when the next frame is handed over.
+        let _ = self.set_state(gpu, pulls, active);
     }
 }
 
-impl Recorder<'_> {
-    /// All forces but those of constraints. Where springs act as well, kernels of their own have those of bodies that keep
-    /// their volume.
-    pub(crate) fn forces_before_constraints(&mut self, substep: usize) {
-        if self.from <= Stage::Loads {
-            self.alone(Stage::Loads, substep);
-        }
-        let is_adaptive = self.segment.constrained.as_ref().is_some_and(|all| all.is_adaptive);
-        if is_adaptive && self.from <= Stage::Springs {
-            self.alone(Stage::Springs, substep);
-            let kept = if self.keeps_volumes() { self.segment.tables.volume_groups.len() } else { 0 };
-            self.dispatch("volume_forces_given", substep, kept);
-        }
-    }
-
-    /// Finds the pulls of constraints, where all other forces are known, and adds them.
-    pub(crate) fn find_pulls(&mut self, substep: usize) {
-        let Some(Constrained { groups: [links, nodes], passes, is_adaptive, .. }) = self.segment.constrained
-        else {
-            return;
-        };
-        self.list.stage("constraints");
-        if is_adaptive {
-            self.dispatch("mark_active", substep, links);
-            self.dispatch("list_active", substep, links);
-        }
-        self.dispatch("free_velocities", substep, nodes);
-        self.dispatch("pins_all", substep, self.counts.pins.div_ceil(GROUP));
-        self.dispatch("set_up_rows", substep, links);
-        if self.meets_meshes() {
-            self.dispatch_on_meshes("meet_meshes", substep, nodes);
-        }
-        self.dispatch("meet_surfaces", substep, nodes);
-        self.dispatch("start_rows", substep, links);
-        for pass in 0..passes {
-            if pass % BETWEEN_COUNTS == 0 {
-                self.dispatch("count_solves", substep, 1);
-            }
-            self.dispatch_counted("solve_nodes", substep, 0);
-            self.dispatch_counted("solve_rows", substep, 1);
-        }
-        self.dispatch("note_solves", substep, 1);
-        self.dispatch("pull_nodes", substep, nodes);
-    }
-
-    fn dispatch_counted(&mut self, entry: &'static str, substep: usize, which: usize) {
-        if self.fault.is_ok() {
-            let bound = self.segment.bound(self.kernels, (Name::new(entry), 0), substep);
-            self.fault = bound.map(|(bound, offsets)| {
-                if let Some(constrained) = &self.segment.constrained {
-                    self.list.dispatch_counted(&bound, &offsets, &constrained.counts, which);
-                }
-            });
-        }
-    }
+/// Adds what a partition's solver has taken in a frame; waits for it. Where there are several, sub-steps are counted and
+/// fractions compared by partition.
+pub fn add_taken(read: &ReadBack<Taken>, gpu: &Gpu, report: &mut SolverReport) -> Result<(), GpuError> {
+    let mut all = Vec::new();
+    read.take(gpu, &mut all)?;
+    let taken = all.first().copied().unwrap_or_default();
+    report.iterations = report.iterations.max(taken.iterations);
+    report.residual = report.residual.max(f64::from(taken.residual).sqrt());
+    report.active_fraction = report.active_fraction.max(f64::from(taken.active_share));
+    report.capped = report.capped.max(taken.capped);
+    Ok(())
 }

@@ -1,18 +1,22 @@
 //! Tables of springs that are constraints, always or where they are too long.
 
 use crate::build::Assembly;
+use crate::gpu::bodies::Bodies;
 use crate::gpu::layout::{GROUP, NONE, Solving};
-use crate::gpu::tables::Tables;
 use crate::scene::{Method, Solver};
-use crate::solvers::dual::gpu_layout::{Link, LinkGroup, NodeGroup, Solve};
+use crate::solvers::dual::gpu_layout::{Link, LinkGroup, NodeGroup, Row, Solve};
 use crate::solvers::iterations as needed;
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
 
-/// Bytes of a row of a system, the largest array that a constraint is in.
-pub const ROW_BYTES: u64 = size_of::<crate::solvers::dual::gpu_layout::Row>() as u64;
+/// Bytes of the largest array that a body needs for its constraints, and what it holds.
+pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
+    let count = assembly.constraints.bodies.get(body).map_or(0, Range::len);
+    let rows = if assembly.solver.is_primal() { 0 } else { count * size_of::<Row>() };
+    vec![(rows as u64, "constraints")]
+}
 
-/// The constraints of a segment; none where its springs are none.
+/// The constraints of some bodies; none where their springs are none.
 #[derive(Default)]
 pub struct Linked {
     /// Which of the scene's constraints they are.
@@ -56,6 +60,27 @@ impl Solving {
 }
 
 impl Linked {
+    /// The constraints of some bodies.
+    pub fn new(bodies: &Bodies<'_>) -> Result<Self, String> {
+        let (assembly, range) = (bodies.assembly, &bodies.range);
+        let all = &assembly.constraints;
+        let ends = [range.start, range.end.wrapping_sub(1)].map(|body| all.bodies.get(body));
+        let [Some(first), Some(last)] = ends else { return Ok(Self::default()) };
+        let mut linked = Self { numbers: first.start..last.end, ..Self::default() };
+        if assembly.solver.is_primal() || linked.numbers.is_empty() {
+            return Ok(Self::default());
+        }
+        linked.is_adaptive = assembly.solver.method == Method::Acad;
+        linked.add_links(assembly, bodies.places.start);
+        let always = !linked.is_adaptive;
+        for (index, body) in bodies.iter() {
+            linked.add_groups(all.bodies[index].clone(), bodies.local(body.first), body.nodes, always);
+        }
+        linked.list_incident(bodies.len())?;
+        linked.iterations = needed::iterations(assembly, range.clone());
+        Ok(linked)
+    }
+
     /// Whether there is no constraint.
     pub fn is_empty(&self) -> bool {
         self.links.is_empty()
@@ -110,38 +135,6 @@ impl Linked {
         }
         let end = u32::try_from(self.incident.len());
         self.incident[slices] = end.map_err(|_| "too many springs for 32 bits".to_owned())?;
-        Ok(())
-    }
-}
-
-impl Tables {
-    /// Adds the constraints of some bodies.
-    pub(crate) fn add_constraints(
-        &mut self,
-        assembly: &Assembly,
-        bodies: Range<usize>,
-    ) -> Result<(), String> {
-        let all = &assembly.constraints;
-        if assembly.solver.is_primal() {
-            return Ok(());
-        }
-        let (Some(first), Some(last)) = (all.bodies.get(bodies.start), all.bodies.get(bodies.end - 1)) else {
-            return Ok(());
-        };
-        let mut linked = Linked { numbers: first.start..last.end, ..Linked::default() };
-        if linked.numbers.is_empty() {
-            return Ok(());
-        }
-        linked.is_adaptive = assembly.solver.method == Method::Acad;
-        linked.add_links(assembly, self.places.start);
-        for body in bodies.clone() {
-            let (links, body) = (all.bodies[body].clone(), &assembly.bodies[body]);
-            let always = !linked.is_adaptive;
-            linked.add_groups(links, self.local(body.first), body.nodes, always);
-        }
-        linked.list_incident(self.len())?;
-        linked.iterations = needed::iterations(assembly, bodies);
-        self.linked = linked;
         Ok(())
     }
 }

@@ -3,6 +3,8 @@
 pub mod cpu;
 pub mod euler;
 #[cfg(feature = "gpu")]
+pub mod gpu;
+#[cfg(feature = "gpu")]
 pub mod parity;
 #[cfg(feature = "gpu")]
 pub mod patches;

@@ -4,7 +4,6 @@ use crate::backend::Backend;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::diagnostics::normals::normals;
 use crate::elements::load::load as external;
-use crate::gpu::boundary::ElementForces;
 use crate::gpu::kernels::{Contact, Name};
 use crate::gpu::layout::{FORCE, Four, GROUP, Load, PATCH_NODE_BYTES, Small};
 use crate::gpu::parity::bench::{Bench, Given};
@@ -54,7 +53,7 @@ pub fn fixtures(bench: &Bench<'_>) -> Result<[Fixture; 2], String> {
 
 /// The kernel, for slices with as many kinds of springs as the fixtures have.
 pub fn kernel_of(bench: &Bench<'_>, name: Name, fixture: &Fixture) -> Result<Kernel, String> {
-    bench.kernel(name, &[], &[("KINDS", fixture.tables.kinds as f64)])
+    bench.kernel(name, &[], &[("KINDS", fixture.tables.springs.kinds as f64)])
 }
 
 fn integrate(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -68,7 +67,7 @@ fn integrate(bench: &mut Bench<'_>) -> Result<(), String> {
         }
         let mut arrays = fixture.arrays();
         arrays.insert("force", words(&fixture.force_fours()));
-        let (records, groups) = (fixture.records(), fixture.tables.place_groups());
+        let (records, groups) = (fixture.records(), fixture.place_groups());
         bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
             written.fours("force", &fixture.force_fours());
             written.fours("new_position", &after.position);
@@ -126,7 +125,7 @@ fn contact_with<const N: usize>(
                 // An array cannot be empty.
                 arrays.insert("colliders", vec![f32::NAN.to_bits(); size_of::<Collider>() / 4]);
             }
-            let (records, groups) = (fixture.records(), fixture.tables.place_groups());
+            let (records, groups) = (fixture.records(), fixture.place_groups());
             bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
                 written.fours("new_position", &after.position);
                 written.fours("new_velocity", &after.velocity);
@@ -151,7 +150,7 @@ fn pins(bench: &mut Bench<'_>) -> Result<(), String> {
         let mut arrays = fixture.arrays();
         arrays.insert("new_position", words(&fixture.new.position));
         arrays.insert("new_velocity", words(&fixture.new.velocity));
-        let (records, groups) = (fixture.records(), fixture.tables.place_groups());
+        let (records, groups) = (fixture.records(), fixture.place_groups());
         bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
             written.fours("new_position", &position);
             written.fours("new_velocity", &velocity);
@@ -178,19 +177,17 @@ fn loads(bench: &mut Bench<'_>) -> Result<(), String> {
     let kernel = kernel_of(bench, Name::new("loads_all"), &fixtures[0])?;
     for mut fixture in fixtures {
         let (between, _) = fixture.on_cpu(&[Op::Loads, Op::Gather]);
-        let elements = ElementForces::of(&mut fixture.cpu);
         let mut wanted = wind_and_drag(&fixture);
         for place in (0..wanted.len()).filter(|&place| fixture.is_node[place]) {
             wanted[place] = between.force[place];
         }
         let wanted: Vec<Four> = wanted.into_iter().map(written).collect();
-        let scaled = scaled_loads(&fixture, &elements.torques);
-        let of_elements = elements.hinges.iter().chain(&elements.panels);
-        let element_forces: Vec<Four> = of_elements.copied().map(written).collect();
+        let (torques, element_forces) = (fixture.torques(), fixture.element_forces());
+        let scaled = scaled_loads(&fixture, &torques);
         let mut arrays = fixture.arrays();
         arrays.insert("loads", words(&scaled));
         arrays.insert("element_forces", words(&element_forces));
-        let (records, groups) = (fixture.records(), fixture.tables.place_groups());
+        let (records, groups) = (fixture.records(), fixture.place_groups());
         bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
             written.fours("force", &wanted);
             written.fours("element_forces", &element_forces);
@@ -209,7 +206,7 @@ pub fn scaled_loads(fixture: &Fixture, torques: &[f32]) -> Vec<Load> {
         factor: if load.kind == FORCE { scale } else { torque },
         ..*load
     };
-    fixture.tables.loads.iter().zip(factors).map(with).collect()
+    fixture.tables.loads.loads.iter().zip(factors).map(with).collect()
 }
 
 /// Whether each place belongs to a grid's node, and whether to a mesh.
@@ -223,11 +220,11 @@ fn sorts(fixture: &Fixture) -> [Vec<bool>; 2] {
 }
 
 fn grid_springs(bench: &mut Bench<'_>) -> Result<(), String> {
-    springs(bench, "grid_springs_all", 0, |fixture| fixture.tables.tiles.len())
+    springs(bench, "grid_springs_all", 0, |fixture| fixture.tables.springs.tiles.len())
 }
 
 fn mesh_springs(bench: &mut Bench<'_>) -> Result<(), String> {
-    springs(bench, "mesh_springs_all", 1, |fixture| fixture.tables.place_groups())
+    springs(bench, "mesh_springs_all", 1, |fixture| fixture.place_groups())
 }
 
 fn springs(
@@ -254,21 +251,21 @@ fn springs(
 }
 
 fn grid_alone(bench: &mut Bench<'_>) -> Result<(), String> {
-    at_once(bench, Name::new("grid_particles"), 0, |fixture| fixture.tables.tiles.len())
+    at_once(bench, Name::new("grid_particles"), 0, |fixture| fixture.tables.springs.tiles.len())
 }
 
 fn grid_given(bench: &mut Bench<'_>) -> Result<(), String> {
     let name = Name { loads_given: true, ..Name::new("grid_particles") };
-    at_once(bench, name, 0, |fixture| fixture.tables.tiles.len())
+    at_once(bench, name, 0, |fixture| fixture.tables.springs.tiles.len())
 }
 
 fn mesh_alone(bench: &mut Bench<'_>) -> Result<(), String> {
-    at_once(bench, Name::new("mesh_particles"), 1, |fixture| fixture.tables.place_groups())
+    at_once(bench, Name::new("mesh_particles"), 1, |fixture| fixture.place_groups())
 }
 
 fn mesh_given(bench: &mut Bench<'_>) -> Result<(), String> {
     let name = Name { loads_given: true, ..Name::new("mesh_particles") };
-    at_once(bench, name, 1, |fixture| fixture.tables.place_groups())
+    at_once(bench, name, 1, |fixture| fixture.place_groups())
 }
 
 /// All particle stages but pins in one kernel.
@@ -291,7 +288,7 @@ fn at_once(
 fn grid_patches(bench: &mut Bench<'_>) -> Result<(), String> {
     let (name, fixtures) = (Name::new("grid_patches"), fixtures(bench)?);
     let kernel = patch_kernel(bench, name, &fixtures[0], 24 * 24)?;
-    let squares = |fixture: &Fixture| Patches::squares(&fixture.tables.grids, 4);
+    let squares = |fixture: &Fixture| Patches::squares(&fixture.tables.springs.grids, 4);
     let cases = fixtures.into_iter().map(|fixture| {
         let (sort, groups) = (sorts(&fixture)[0].clone(), squares(&fixture).len());
         (fixture, sort, groups)
@@ -305,7 +302,7 @@ fn mesh_patches(bench: &mut Bench<'_>) -> Result<(), String> {
     let (name, fixtures) = (Name::new("mesh_patches"), fixtures(bench)?);
     let kernel = patch_kernel(bench, name, &fixtures[0], ROOM)?;
     let smalls = |fixture: &Fixture| -> Vec<Small> {
-        fixture.tables.meshes.iter().copied().filter(|mesh| mesh.count <= ROOM).collect()
+        fixture.tables.springs.meshes.iter().copied().filter(|mesh| mesh.count <= ROOM).collect()
     };
     let cases = fixtures.into_iter().map(|fixture| {
         let mut sort = vec![false; fixture.is_node.len()];
@@ -321,7 +318,7 @@ fn mesh_patches(bench: &mut Bench<'_>) -> Result<(), String> {
 /// A kernel that takes one sub-step on patches with room for some nodes.
 fn patch_kernel(bench: &Bench<'_>, name: Name, fixture: &Fixture, room: u32) -> Result<Kernel, String> {
     let room = ("ROOM", f64::from(room * PATCH_NODE_BYTES / 4));
-    bench.kernel(name, &[], &[("KINDS", fixture.tables.kinds as f64), room, ("STEPS", 1.0)])
+    bench.kernel(name, &[], &[("KINDS", fixture.tables.springs.kinds as f64), room, ("STEPS", 1.0)])
 }
 
 /// A sub-step of all particle stages but pins, on the places that each case says.

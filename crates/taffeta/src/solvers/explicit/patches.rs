@@ -1,9 +1,10 @@
 //! How bodies are cut into patches that fit the memory of a workgroup.
 
+use crate::elements::spring::gpu::SpringTables;
 use crate::gpu::layout::{
     GROUP, Grid, NOT_A_MESH, OWN, PATCH_NODE_BYTES, Part, Patch, Run, SUBSTEPS_SEEN, Small,
 };
-use crate::gpu::tables::Tables;
+use crate::step::Parts;
 use taffeta_gpu::wgpu::Limits;
 
 /// Side of the square of a grid that a patch with a rim writes [nodes].
@@ -47,7 +48,7 @@ pub fn collider_turns(colliders: usize, meshes: usize) -> usize {
 }
 
 /// Sub-steps that an invocation can take at once.
-fn steps(tables: &Tables, colliders: usize) -> usize {
+fn steps(tables: &SpringTables, colliders: usize) -> usize {
     let kinds = tables.kinds.max(1);
     let row = |runs: &[Run]| {
         runs.iter().map(|run| if run.count == NOT_A_MESH { 0 } else { run.count as usize }).sum()
@@ -59,13 +60,9 @@ fn steps(tables: &Tables, colliders: usize) -> usize {
 
 impl Patches {
     /// Each body whole, if all have room, for as many sub-steps as can be taken at once; `None` where that is one,
-    /// or where volumes are kept, springs are constraints or nodes touch each other: sums over a body, and other bodies, are
-    /// no part of a patch.
-    pub fn whole(tables: &Tables, room: u32, colliders: usize) -> Option<Self> {
-        if !tables.volume_groups.is_empty() || !tables.surfaces.is_empty() || !tables.linked.is_empty() {
-            return None;
-        }
-        if !tables.attached.lists.is_empty() {
+    /// or where bodies have more than springs: sums over a body, and other bodies, are no part of a patch.
+    pub fn whole(tables: &SpringTables, parts: &Parts, room: u32, colliders: usize) -> Option<Self> {
+        if parts.volumes || parts.self_contact || parts.solved || parts.attachments {
             return None;
         }
         let nodes = |grid: &Grid| (grid.rows * grid.cols) as u32;
@@ -84,12 +81,10 @@ impl Patches {
     }
 
     /// Squares of grids with a rim, if there are only grids, and none that touch.
-    pub fn rimmed(tables: &Tables, room: u32) -> Option<Self> {
+    pub fn rimmed(tables: &SpringTables, parts: &Parts, room: u32) -> Option<Self> {
         let rim = 2 * RIMMED_STEPS as i32;
         let fits = tables.meshes.is_empty()
-            && tables.surfaces.is_empty()
-            && tables.linked.is_empty()
-            && tables.attached.lists.is_empty()
+            && !(parts.volumes || parts.self_contact || parts.solved || parts.attachments)
             && rimmed_bytes() <= room * PATCH_NODE_BYTES;
         fits.then(|| Self {
             grids: Self::squares(&tables.grids, rim),

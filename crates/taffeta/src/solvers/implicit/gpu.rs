@@ -1,13 +1,22 @@
-//! Springs of a segment that are solved for by nodes, on the device, and how their system is solved in a sub-step.
+//! Springs that are integrated implicitly on the GPU, and how their system is solved in a sub-step.
 
-use crate::gpu::kernels::Name;
-use crate::gpu::layout::{Four, GROUP};
-use crate::gpu::recorder::Recorder;
+use crate::backend::SolverState;
+use crate::build::Assembly;
+use crate::contact::colliders::gpu::Colliders;
+use crate::diagnostics::FrameSums;
+use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
+use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::layout::{Four, GROUP, Solving, Substep};
+use crate::gpu::schedule::Fused;
+use crate::motion::gpu::Pins;
+use crate::solvers::dual::gpu::add_taken;
 use crate::solvers::dual::gpu_layout::{Met, Taken};
 use crate::solvers::implicit::gpu_layout::{
     CoarseEdge, Diagonal, LevelGroup, NodeSolve, Parents, Share, SlotSpring, Symmetric, VECTORS, Vector,
 };
 use crate::solvers::implicit::gpu_tables::Levelled;
+use crate::step::{Marks, Op, Stage};
+use std::ops::Range;
 use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack};
 
 /// Iterations from one count of open systems to the next.
@@ -21,8 +30,8 @@ struct Part {
     edges: Buffer<CoarseEdge>,
 }
 
-/// What springs that are solved for by nodes need.
-pub struct Primal {
+/// Springs that are integrated implicitly, on the device.
+pub struct Implicit {
     /// All groups and edges of each level; those that iterations have on coarser levels; tails.
     parts: Vec<Part>,
     slots: Buffer<u32>,
@@ -41,18 +50,27 @@ pub struct Primal {
     counts: Counts,
     taken: Buffer<Taken>,
     read_taken: ReadBack<Taken>,
-    /// Nodes on all levels, and places.
+    /// Nodes on all levels; places among those of the scene, of which there are so many.
     nodes: usize,
-    places: usize,
+    places: Range<usize>,
+    scene_places: usize,
+    solving: Solving,
+    /// Whether changes are kept from one sub-step to the next.
+    keeps_changes: bool,
     levels: usize,
     newton_steps: u32,
     /// Steps that are written down for a Newton step.
     steps: u32,
 }
 
-impl Primal {
+impl Implicit {
     /// Takes tables to the device; `None` where nothing is solved for.
-    pub fn new(gpu: &Gpu, levelled: &Levelled, places: usize) -> Result<Option<Self>, GpuError> {
+    pub fn new(
+        gpu: &Gpu,
+        assembly: &Assembly,
+        levelled: &Levelled,
+        places: Range<usize>,
+    ) -> Result<Option<Self>, GpuError> {
         if levelled.is_empty() {
             return Ok(None);
         }
@@ -84,7 +102,7 @@ impl Primal {
             coarse_blocks: gpu.buffer("blocks of coarser edges", *coarse)?,
             diagonals: gpu.buffer("diagonal blocks", *nodes)?,
             vectors: gpu.buffer("vectors of springs", VECTORS * nodes)?,
-            met: gpu.buffer("nodes of springs", places)?,
+            met: gpu.buffer("nodes of springs", places.len())?,
             node_solves: gpu.buffer("systems of springs", levelled.solves)?,
             product_sums: gpu.buffer("sums of springs", groups[0].len())?,
             counts: gpu.counts("workgroups of iterations", sizes.len())?,
@@ -92,14 +110,115 @@ impl Primal {
             read_taken: gpu.read_back("what springs take", 1)?,
             nodes: *nodes,
             places,
+            scene_places: assembly.places,
+            solving: Solving::of(&assembly.solver),
+            keeps_changes: assembly.solver.ice.warm_start || !assembly.colliders.is_empty(),
             levels: groups.len(),
             newton_steps: levelled.newton_steps,
             steps: levelled.iterations.saturating_add(MORE_STEPS),
         }))
     }
 
-    /// Its buffers by their names in the sources, those of one part among them.
-    pub fn buffers(&self, part: usize) -> Vec<(&str, &dyn Bindable)> {
+    /// The part that iterations have of a coarser level.
+    fn wide(&self, level: usize) -> usize {
+        self.levels + level - 1
+    }
+
+    /// Coarser levels of which iterations have a part.
+    fn wide_levels(&self) -> usize {
+        let part = |level: &usize| !self.parts[self.wide(*level)].groups.is_empty();
+        (1..self.levels).filter(part).count()
+    }
+
+    /// The part of all tails.
+    fn tail(&self) -> usize {
+        self.parts.len() - 1
+    }
+
+    /// Finds what springs change of velocities, where all other forces are known, and adds it.
+    fn find_changes<'f>(&'f self, features: &Features) -> Vec<Command<'f>> {
+        let nodes = self.parts[0].groups.len();
+        let run = |entry, groups| Command::run(Name::new(entry), groups);
+        let mut all = vec![run("free_nodes", nodes)];
+        all.extend(features.get::<Pins>().map(Pins::command));
+        if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
+            let name = Name { contact: Contact::Meshes, ..Name::new("meet_meshes_by_nodes") };
+            all.push(Command::run(name, nodes));
+        }
+        all.push(run("meet_nodes", nodes));
+        for newton in 0..self.newton_steps {
+            if newton > 0 {
+                all.push(run("step_on", nodes));
+            }
+            self.set_up_levels(&mut all);
+            all.push(run("start_nodes", nodes));
+            self.descend(&mut all);
+        }
+        all.extend([run("note_descents", 1), run("spring_impulses", nodes), run("push_nodes", nodes)]);
+        all
+    }
+
+    /// Blocks and diagonals of all levels.
+    fn set_up_levels<'f>(&'f self, all: &mut Vec<Command<'f>>) {
+        for (level, part) in self.parts[..self.levels].iter().enumerate() {
+            let (groups, edges) = (part.groups.len(), part.edges.len().div_ceil(GROUP));
+            if level == 0 {
+                all.push(Command::run(Name::new("set_up_nodes"), groups));
+                continue;
+            }
+            let entry = if level == 1 { "coarsen_springs" } else { "coarsen_edges" };
+            all.push(Command::run_part(Name::new(entry), level, edges));
+            all.push(Command::run_part(Name::new("coarsen_nodes"), level, groups));
+        }
+    }
+
+    /// Conjugate gradients.
+    fn descend<'f>(&'f self, all: &mut Vec<Command<'f>>) {
+        let has_tail = !self.parts[self.tail()].groups.is_empty();
+        let levels: Vec<(usize, usize)> =
+            (1..=self.wide_levels()).map(|level| (self.wide(level), level)).collect();
+        for step in 0..self.steps {
+            if step % BETWEEN_COUNTS == 0 {
+                all.push(Command::run(Name::new("count_descents"), 1));
+            }
+            all.push(self.counted("step_nodes", (0, 0)));
+            if step + 1 == self.steps {
+                // Nothing asks for what it leaves.
+                break;
+            }
+            all.push(self.counted("left_of_nodes", (0, 0)));
+            for &level in &levels {
+                all.extend([self.counted("restrict_level", level), self.counted("left_of_level", level)]);
+            }
+            if has_tail {
+                all.push(self.counted("cycle_tail", (self.tail(), self.levels)));
+            }
+            for &level in levels.iter().rev() {
+                all.extend([self.counted("follow_level", level), self.counted("smooth_level", level)]);
+            }
+            for entry in ["follow_level", "smooth_nodes", "apply_nodes"] {
+                all.push(self.counted(entry, (0, 0)));
+            }
+        }
+    }
+
+    /// A kernel on a part of a level, in as many workgroups as were counted for it.
+    fn counted(&self, entry: &'static str, (part, which): (usize, usize)) -> Command<'_> {
+        let groups = Groups::Counted(&self.counts, which);
+        Command::Dispatch(Dispatch { name: Name::new(entry), part, groups })
+    }
+
+    /// What springs changed of each place's velocity [m/s]; waits for it.
+    fn changes(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
+        let vectors = self.vectors.read(gpu)?;
+        let first = Vector::Pulled as usize * self.nodes;
+        let pulled = vectors[first..first + self.places.len()].iter();
+        Ok(pulled.flat_map(|&[x, y, z, _]| [x, y, z].map(f64::from)).collect())
+    }
+}
+
+impl Feature for Implicit {
+    fn buffers(&self, part: usize) -> Vec<(&'static str, &dyn Bindable)> {
         vec![
             ("level_groups", &self.parts[part].groups),
             ("coarse_edges", &self.parts[part].edges),
@@ -121,159 +240,48 @@ impl Primal {
         ]
     }
 
-    /// The part that iterations have of a coarser level.
-    fn wide(&self, level: usize) -> usize {
-        self.levels + level - 1
+    fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
+        let all = [Op::Predict, Op::Solve, Op::ConstraintForces];
+        vec![Fused::new(&all, self.find_changes(features)).on(Marks::SOLVED, Marks::NONE)]
     }
 
-    /// Coarser levels of which iterations have a part.
-    fn wide_levels(&self) -> usize {
-        let part = |level: &usize| !self.parts[self.wide(*level)].groups.is_empty();
-        (1..self.levels).filter(part).count()
+    fn upload(&mut self, _: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
+        records.iter_mut().for_each(|record| record.solving = self.solving);
+        Ok(false)
     }
 
-    /// The part of all tails.
-    fn tail(&self) -> usize {
-        self.parts.len() - 1
+    fn start_frame(&mut self, gpu: &Gpu) {
+        self.taken.write(gpu, 0, &[Taken::default()]);
     }
 
-    /// Dispatches of a sub-step.
-    pub fn dispatches(&self) -> usize {
+    fn copy(&self, list: &mut DispatchList) {
+        list.copy(&self.taken, &self.read_taken);
+    }
+
+    fn measure(&self, gpu: &Gpu, sums: &mut FrameSums) -> Result<(), GpuError> {
+        add_taken(&self.read_taken, gpu, &mut sums.solver)
+    }
+
+    fn dispatches(&self) -> usize {
         let of_step = 6 + 4 * self.wide_levels();
         (self.newton_steps as usize) * (self.steps as usize * of_step + 3 * self.levels)
     }
 
-    /// Forgets what the frame before has taken.
-    pub fn start_frame(&self, gpu: &Gpu) {
-        self.taken.write(gpu, 0, &[Taken::default()]);
+    fn save(&self, gpu: &Gpu, state: &mut SolverState) {
+        if !self.keeps_changes {
+            return;
+        }
+        // Elsewhere springs change nothing.
+        state.pulls.resize(3 * self.scene_places, 0.0);
+        let own = 3 * self.places.start..3 * self.places.end;
+        let changes = self.changes(gpu).unwrap_or_else(|_| vec![f64::NAN; own.len()]);
+        state.pulls[own].copy_from_slice(&changes);
     }
 
-    /// What springs changed of each place's velocity [m/s]; waits for it.
-    pub fn solver_state(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
-        let vectors = self.vectors.read(gpu)?;
-        let first = Vector::Pulled as usize * self.nodes;
-        let pulled = vectors[first..first + self.places].iter();
-        Ok(pulled.flat_map(|&[x, y, z, _]| [x, y, z].map(f64::from)).collect())
-    }
-
-    /// Takes it back; three numbers a place.
-    pub fn set_solver_state(&self, gpu: &Gpu, pulled: &[f64]) {
-        let fours: Vec<Four> = pulled
-            .as_chunks::<3>()
-            .0
-            .iter()
-            .map(|&[x, y, z]| [x as f32, y as f32, z as f32, 0.0])
-            .take(self.places)
-            .collect();
+    fn load(&self, gpu: &Gpu, state: &SolverState) {
+        let own = state.pulls.get(3 * self.places.start..3 * self.places.end).unwrap_or_default();
+        let fours: Vec<Four> =
+            (own.as_chunks::<3>().0.iter()).map(|&[x, y, z]| [x as f32, y as f32, z as f32, 0.0]).collect();
         self.vectors.write(gpu, Vector::Pulled as usize * self.nodes, &fours);
-    }
-
-    /// Has what was taken copied to where the host reads it.
-    pub fn copy(&self, list: &mut DispatchList) {
-        list.copy(&self.taken, &self.read_taken);
-    }
-
-    /// What the frame has taken; waits for it.
-    pub fn taken(&self, gpu: &Gpu) -> Result<Taken, GpuError> {
-        let mut all = Vec::new();
-        self.read_taken.take(gpu, &mut all)?;
-        Ok(all.first().copied().unwrap_or_default())
-    }
-}
-
-impl Recorder<'_> {
-    /// Finds what springs change of velocities, where all other forces are known, and adds it.
-    pub(crate) fn find_changes(&mut self, substep: usize) {
-        let Some(primal) = &self.segment.primal else { return };
-        let (nodes, newton_steps) = (primal.parts[0].groups.len(), primal.newton_steps);
-        self.list.stage("constraints");
-        self.dispatch("free_nodes", substep, nodes);
-        self.dispatch("pins_all", substep, self.counts.pins.div_ceil(GROUP));
-        if self.meets_meshes() {
-            self.dispatch_on_meshes("meet_meshes_by_nodes", substep, nodes);
-        }
-        self.dispatch("meet_nodes", substep, nodes);
-        for newton in 0..newton_steps {
-            if newton > 0 {
-                self.dispatch("step_on", substep, nodes);
-            }
-            self.set_up_levels(substep);
-            self.dispatch("start_nodes", substep, nodes);
-            self.descend(substep);
-        }
-        self.dispatch("note_descents", substep, 1);
-        self.dispatch("spring_impulses", substep, nodes);
-        self.dispatch("push_nodes", substep, nodes);
-    }
-
-    /// Blocks and diagonals of all levels.
-    fn set_up_levels(&mut self, substep: usize) {
-        let Some(primal) = &self.segment.primal else { return };
-        let sizes = |part: &Part| (part.groups.len(), part.edges.len().div_ceil(GROUP));
-        let sizes: Vec<(usize, usize)> = primal.parts[..primal.levels].iter().map(sizes).collect();
-        for (level, (groups, edges)) in sizes.into_iter().enumerate() {
-            if level == 0 {
-                self.dispatch("set_up_nodes", substep, groups);
-                continue;
-            }
-            let entry = if level == 1 { "coarsen_springs" } else { "coarsen_edges" };
-            self.dispatch_part((entry, level), substep, edges);
-            self.dispatch_part(("coarsen_nodes", level), substep, groups);
-        }
-    }
-
-    /// Conjugate gradients.
-    fn descend(&mut self, substep: usize) {
-        let Some(primal) = &self.segment.primal else { return };
-        let (steps, wide, tail) = (primal.steps, primal.wide_levels(), primal.tail());
-        let has_tail = !primal.parts[tail].groups.is_empty();
-        let level = |level: usize| (primal.wide(level), level);
-        let levels: Vec<(usize, usize)> = (1..=wide).map(level).collect();
-        let tail = (tail, primal.levels);
-        for step in 0..steps {
-            if step % BETWEEN_COUNTS == 0 {
-                self.dispatch("count_descents", substep, 1);
-            }
-            self.counted("step_nodes", substep, (0, 0));
-            if step + 1 == steps {
-                // Nothing asks for what it leaves.
-                break;
-            }
-            self.counted("left_of_nodes", substep, (0, 0));
-            for &level in &levels {
-                self.counted("restrict_level", substep, level);
-                self.counted("left_of_level", substep, level);
-            }
-            if has_tail {
-                self.counted("cycle_tail", substep, tail);
-            }
-            for &level in levels.iter().rev() {
-                self.counted("follow_level", substep, level);
-                self.counted("smooth_level", substep, level);
-            }
-            self.counted("follow_level", substep, (0, 0));
-            self.counted("smooth_nodes", substep, (0, 0));
-            self.counted("apply_nodes", substep, (0, 0));
-        }
-    }
-
-    /// A kernel on a part of a level.
-    fn dispatch_part(&mut self, (entry, part): (&'static str, usize), substep: usize, groups: usize) {
-        if groups > 0 && self.fault.is_ok() {
-            let bound = self.segment.bound(self.kernels, (Name::new(entry), part), substep);
-            self.fault = bound.map(|(bound, offsets)| self.list.dispatch(&bound, &offsets, groups as u32));
-        }
-    }
-
-    /// A kernel on a part of a level, in as many workgroups as were counted for it.
-    fn counted(&mut self, entry: &'static str, substep: usize, (part, which): (usize, usize)) {
-        if self.fault.is_ok() {
-            let bound = self.segment.bound(self.kernels, (Name::new(entry), part), substep);
-            self.fault = bound.map(|(bound, offsets)| {
-                if let Some(primal) = &self.segment.primal {
-                    self.list.dispatch_counted(&bound, &offsets, &primal.counts, which);
-                }
-            });
-        }
     }
 }

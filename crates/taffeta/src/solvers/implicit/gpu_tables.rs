@@ -2,10 +2,10 @@
 
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
-use crate::gpu::layout::GROUP;
-use crate::gpu::tables::Tables;
+use crate::gpu::bodies::Bodies;
+use crate::gpu::layout::{Four, GROUP};
 use crate::solvers::implicit::coarsening::Weighted;
-use crate::solvers::implicit::gpu_layout::{CoarseEdge, LevelGroup, Parents, Share, SlotSpring};
+use crate::solvers::implicit::gpu_layout::{CoarseEdge, LevelGroup, Parents, Share, SlotSpring, VECTORS};
 use crate::solvers::implicit::levels::Level;
 use crate::solvers::implicit::slots::{NO_EDGE, Slots};
 use crate::solvers::iterations as needed;
@@ -15,7 +15,7 @@ use std::ops::Range;
 /// Nodes of a level of which one workgroup does all that is left.
 const FEW: usize = GROUP;
 
-/// The levels of a segment; none where its springs are not solved for by nodes.
+/// The levels of some bodies; none where its springs are not solved for by nodes.
 #[derive(Default)]
 pub struct Levelled {
     /// Groups of all bodies, by level.
@@ -44,7 +44,7 @@ pub struct Levelled {
     pub iterations: u32,
 }
 
-/// A level of a segment, its nodes and edges counted from its own first.
+/// A level, its nodes and edges counted from its own first.
 struct Part {
     /// Its first place and edge among those of the scene.
     first: usize,
@@ -57,8 +57,22 @@ struct Part {
     of_edge: Vec<[u32; 2]>,
 }
 
+/// Bytes of the arrays that a body needs to be solved for by nodes, and what they hold.
+pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
+    if !assembly.solver.is_primal() {
+        return Vec::new();
+    }
+    let springs = assembly.constraints.bodies.get(body).map_or(0, Range::len);
+    let nodes = assembly.bodies[body].places() + coarser_nodes(assembly, body);
+    vec![
+        ((nodes * VECTORS * size_of::<Four>()) as u64, "vectors of springs"),
+        // Slots of a slice are as many as its longest node has.
+        ((springs * size_of::<Four>() * 5 / 2) as u64, "blocks of springs"),
+    ]
+}
+
 /// Nodes that a body has on all its coarser levels.
-pub fn coarser_nodes(assembly: &Assembly, body: usize) -> usize {
+fn coarser_nodes(assembly: &Assembly, body: usize) -> usize {
     assembly.levels.iter().map(|level| level.bodies[body].len().next_multiple_of(LANES)).sum()
 }
 
@@ -99,8 +113,12 @@ impl Levelled {
     }
 
     /// The levels of some bodies.
-    fn new(assembly: &Assembly, bodies: Range<usize>) -> Result<Self, String> {
+    pub fn new(bodies: &Bodies<'_>) -> Result<Self, String> {
+        let (assembly, bodies) = (bodies.assembly, bodies.range.clone());
         let all = &assembly.constraints;
+        if !assembly.solver.is_primal() || all.is_empty() {
+            return Ok(Self::default());
+        }
         let acts = |body: usize| !all.bodies[body].is_empty();
         let solves = bodies.clone().filter(|&body| acts(body)).count();
         if solves == 0 {
@@ -259,16 +277,6 @@ fn add_groups(groups: &mut Vec<LevelGroup>, solve: u32, first: usize, nodes: usi
     }));
 }
 
-impl Tables {
-    /// Adds the springs of some bodies that are solved for by nodes.
-    pub(crate) fn add_levels(&mut self, assembly: &Assembly, bodies: Range<usize>) -> Result<(), String> {
-        if assembly.solver.is_primal() && !assembly.constraints.is_empty() {
-            self.levelled = Levelled::new(assembly, bodies)?;
-        }
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -298,7 +306,7 @@ mod tests {
     fn slots_lead_both_ways_on_all_levels_and_edges_know_theirs() {
         let assembly = assembly();
         for bodies in [0..4, 1..3, 2..4] {
-            let levelled = Levelled::new(&assembly, bodies).unwrap();
+            let levelled = Levelled::new(&Bodies::new(&assembly, bodies)).unwrap();
             let leads = |from: usize, to: usize| slots_of(&levelled, from).iter().any(|slot| slot.1 == to);
             let mut owner = vec![usize::MAX; levelled.slots.len()];
             for node in 0..levelled.nodes {
@@ -316,7 +324,7 @@ mod tests {
 
     #[test]
     fn children_are_those_that_follow_a_node() {
-        let levelled = Levelled::new(&assembly(), 0..4).unwrap();
+        let levelled = Levelled::new(&Bodies::new(&assembly(), 0..4)).unwrap();
         let mut all = 0;
         for node in 0..levelled.nodes {
             let range = levelled.children[node].at as usize..levelled.children[node + 1].at as usize;
@@ -332,7 +340,7 @@ mod tests {
 
     #[test]
     fn every_node_of_a_level_is_in_one_group_and_levels_of_few_nodes_are_tails() {
-        let levelled = Levelled::new(&assembly(), 0..4).unwrap();
+        let levelled = Levelled::new(&Bodies::new(&assembly(), 0..4)).unwrap();
         assert_eq!(
             (levelled.solves, levelled.wide[0].iter().map(|group| group.count).sum::<u32>()),
             (3, 21 * 26)

@@ -4,17 +4,15 @@ mod pattern;
 #[cfg(test)]
 mod tests;
 
-use crate::build::Assembly;
 use crate::diagnostics::SolverReport;
+use crate::gpu::bodies::Bodies;
+use crate::gpu::feature::{Command, Dispatch, Groups};
 use crate::gpu::kernels::Name;
-use crate::gpu::paper::GROUP;
 use crate::gpu::paper::spring_centric::{Spring, SpringLists};
 use crate::gpu::paper::volume::KeptVolumes;
-use crate::gpu::recorder::Recorder;
-use crate::gpu::tables::Tables;
+use crate::gpu::paper::{GROUP, go_on_in_place, with_loads};
 use crate::topology::Csr;
 use bytemuck::{Pod, Zeroable};
-use std::ops::Range;
 use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError};
 
 /// Most springs of which SpMM() is run: it starts their square of threads.
@@ -124,18 +122,12 @@ impl Matrix {
 }
 
 impl Constraints {
-    /// The springs of some bodies of a scene.
-    pub fn new(
-        gpu: &Gpu,
-        product: ConstraintProduct,
-        assembly: &Assembly,
-        bodies: Range<usize>,
-        tables: &Tables,
-    ) -> Result<Self, GpuError> {
-        let springs = springs(assembly, bodies, tables);
-        let volumes = KeptVolumes::new(gpu, &[], tables)?;
-        let lists = SpringLists::of_springs(gpu, &springs, &[], volumes, tables)?;
-        let (m, nodes) = (springs.len(), tables.len());
+    /// The springs of some bodies.
+    pub fn new(gpu: &Gpu, product: ConstraintProduct, bodies: &Bodies<'_>) -> Result<Self, GpuError> {
+        let springs = springs(bodies);
+        let volumes = KeptVolumes::new(gpu, bodies, false)?;
+        let lists = SpringLists::of_springs(gpu, &springs, &[], volumes, bodies.len())?;
+        let (m, nodes) = (springs.len(), bodies.len());
         let pairs: Vec<[u32; 2]> = springs.iter().map(|&Spring { a, b, .. }| [a, b]).collect();
         let (starts, columns) = jacobian(&pairs);
         let list = |label, list: &[u32]| gpu.buffer_from(label, list);
@@ -144,7 +136,7 @@ impl Constraints {
             lists,
             product,
             nodes,
-            iterations: assembly.solver.ice.max_iterations,
+            iterations: bodies.assembly.solver.ice.max_iterations,
             jacobian: [
                 list("IA", &starts)?,
                 list("JA", &columns)?,
@@ -209,103 +201,66 @@ impl Constraints {
         Ok(())
     }
 
-    /// What the recorder needs to know of it.
-    pub fn shape(&self) -> Shape {
-        Shape {
-            product: self.product,
-            springs: self.lists.counts()[0],
-            nodes: self.nodes,
-            entries: self.matrix.system.len(),
-            iterations: self.iterations,
-        }
-    }
-}
-
-/// The springs of some bodies, with ends counted from the first place of `tables`.
-fn springs(assembly: &Assembly, bodies: Range<usize>, tables: &Tables) -> Vec<Spring> {
-    let all = &assembly.constraints;
-    let first = tables.places.start as u32;
-    let spring = |i: usize| {
-        let [a, b] = all.ends[i].map(|node| node - first);
-        Spring { a, b, rest_length: all.rest[i] as f32, kind: 0 }
-    };
-    bodies.flat_map(|body| all.bodies[body].clone()).map(spring).collect()
-}
-
-/// J in CSR: where rows begin, and the columns of its values. Each row has three values a node.
-fn jacobian(pairs: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>) {
-    let starts = (0..=pairs.len() as u32).map(|row| 6 * row).collect();
-    let columns = pairs.as_flattened().iter().flat_map(|node| [0, 1, 2].map(|axis| 3 * node + axis));
-    (starts, columns.collect())
-}
-
-/// What a system is dispatched by.
-#[derive(Clone, Copy, Debug)]
-pub struct Shape {
-    product: ConstraintProduct,
-    springs: usize,
-    nodes: usize,
-    /// Of the matrix in COO.
-    entries: usize,
-    iterations: u32,
-}
-
-impl Recorder<'_> {
     /// A sub-step by constraints alone: the eleven kernels of table 1, then UpdateNodes() of 2023, for which S1 has no name.
-    pub fn constraints(&mut self, shape: Shape, substep: usize, loads_given: bool) {
-        self.list.stage("system");
-        self.build(shape, substep, loads_given);
-        self.list.stage("solve");
-        self.over(self.summing(shape, "initial_step"), substep, shape.springs);
-        for _ in 0..shape.iterations {
-            self.list.stage("product");
-            self.multiply(shape, substep);
-            self.list.stage("solve");
-            self.over(self.summing(shape, "compute_alpha"), substep, shape.springs);
-            self.over(("update_lambda", GROUP), substep, shape.springs);
-            self.over(self.summing(shape, "compute_beta"), substep, shape.springs);
-            self.over(("update_p", GROUP), substep, shape.springs);
+    pub fn commands<'f>(&self, loads_given: bool) -> Vec<Command<'f>> {
+        let mut all = self.build(loads_given);
+        all.extend([Command::Label("solve"), self.over(self.summing("initial_step"))]);
+        for _ in 0..self.iterations {
+            all.push(Command::Label("product"));
+            all.extend(self.multiply());
+            all.extend([
+                Command::Label("solve"),
+                self.over(self.summing("compute_alpha")),
+                self.over(("update_lambda", GROUP)),
+                self.over(self.summing("compute_beta")),
+                self.over(("update_p", GROUP)),
+            ]);
         }
-        self.list.stage("force");
-        self.over(("compute_force", GROUP), substep, shape.springs);
-        self.go_on_in_place();
-        let update = Name { loads_given, ..Name::new("spring_centric_update") };
-        self.dispatch_kernel(update, substep, shape.nodes.div_ceil(GROUP));
+        all.extend([Command::Label("force"), self.over(("compute_force", GROUP))]);
+        all.extend(go_on_in_place());
+        let update = with_loads("spring_centric_update", loads_given);
+        all.push(Command::run(update, self.nodes.div_ceil(GROUP)));
+        all
     }
 
     /// ConstructingSys.
-    fn build(&mut self, shape: Shape, substep: usize, loads_given: bool) {
-        self.over(("compute_phi", GROUP), substep, shape.springs);
-        let vect = Name { loads_given, ..Name::new("compute_vect") };
-        self.dispatch_kernel(vect, substep, shape.nodes.div_ceil(GROUP));
-        self.over(("compute_rhs", GROUP), substep, shape.springs);
-        match shape.product {
+    fn build<'f>(&self, loads_given: bool) -> Vec<Command<'f>> {
+        let vect = with_loads("compute_vect", loads_given);
+        let mut all = vec![
+            self.over(("compute_phi", GROUP)),
+            Command::run(vect, self.nodes.div_ceil(GROUP)),
+            self.over(("compute_rhs", GROUP)),
+        ];
+        match self.product {
             ConstraintProduct::Printed => {
-                let groups = [shape.springs.div_ceil(SIDE) as u32; 2];
-                self.over_plane(Name::new("spmm"), groups, substep);
+                let groups = Groups::Plane([self.lists.count().div_ceil(SIDE) as u32; 2], None);
+                all.push(Command::Dispatch(Dispatch { name: Name::new("spmm"), part: 0, groups }));
             }
-            ConstraintProduct::Csr => self.over(("fill_csr", OUR_GROUP), substep, shape.springs),
-            ConstraintProduct::Ell => self.over(("fill_ell", OUR_GROUP), substep, shape.springs),
+            ConstraintProduct::Csr => all.push(self.over(("fill_csr", OUR_GROUP))),
+            ConstraintProduct::Ell => all.push(self.over(("fill_ell", OUR_GROUP))),
             ConstraintProduct::MatrixFree => {}
         }
+        all
     }
 
     /// A p.
-    fn multiply(&mut self, shape: Shape, substep: usize) {
-        match shape.product {
-            ConstraintProduct::Printed => self.over(("spmv", GROUP), substep, shape.entries),
-            ConstraintProduct::Csr => self.over(("spmv_csr", OUR_GROUP), substep, shape.springs),
-            ConstraintProduct::Ell => self.over(("spmv_ell", OUR_GROUP), substep, shape.springs),
-            ConstraintProduct::MatrixFree => {
-                self.over(("gather_printed_nodes", OUR_GROUP), substep, shape.nodes);
-                self.over(("apply_printed_rows", OUR_GROUP), substep, shape.springs);
+    fn multiply<'f>(&self) -> Vec<Command<'f>> {
+        match self.product {
+            ConstraintProduct::Printed => {
+                vec![Command::run(Name::new("spmv"), self.matrix.system.len().div_ceil(GROUP))]
             }
+            ConstraintProduct::Csr => vec![self.over(("spmv_csr", OUR_GROUP))],
+            ConstraintProduct::Ell => vec![self.over(("spmv_ell", OUR_GROUP))],
+            ConstraintProduct::MatrixFree => vec![
+                Command::run(Name::new("gather_printed_nodes"), self.nodes.div_ceil(OUR_GROUP)),
+                self.over(("apply_printed_rows", OUR_GROUP)),
+            ],
         }
     }
 
     /// A kernel that adds up, as printed or by workgroups first.
-    fn summing(&self, shape: Shape, entry: &'static str) -> (&'static str, usize) {
-        match (shape.product, entry) {
+    fn summing(&self, entry: &'static str) -> (&'static str, usize) {
+        match (self.product, entry) {
             (ConstraintProduct::Printed, _) => (entry, GROUP),
             (_, "initial_step") => ("initial_step_by_groups", OUR_GROUP),
             (_, "compute_alpha") => ("compute_alpha_by_groups", OUR_GROUP),
@@ -313,8 +268,25 @@ impl Recorder<'_> {
         }
     }
 
-    /// A kernel, with a thread for each of `count`, in workgroups of some size.
-    fn over(&mut self, (entry, group): (&'static str, usize), substep: usize, count: usize) {
-        self.dispatch_kernel(Name::new(entry), substep, count.div_ceil(group));
+    /// A kernel, with a thread for each spring, in workgroups of some size.
+    fn over<'f>(&self, (entry, group): (&'static str, usize)) -> Command<'f> {
+        Command::run(Name::new(entry), self.lists.count().div_ceil(group))
     }
+}
+
+/// The springs of some bodies, with ends counted from the first of their places.
+fn springs(bodies: &Bodies<'_>) -> Vec<Spring> {
+    let all = &bodies.assembly.constraints;
+    let spring = |i: usize| {
+        let [a, b] = all.ends[i].map(|node| bodies.local(node as usize));
+        Spring { a, b, rest_length: all.rest[i] as f32, kind: 0 }
+    };
+    bodies.range.clone().flat_map(|body| all.bodies[body].clone()).map(spring).collect()
+}
+
+/// J in CSR: where rows begin, and the columns of its values. Each row has three values a node.
+fn jacobian(pairs: &[[u32; 2]]) -> (Vec<u32>, Vec<u32>) {
+    let starts = (0..=pairs.len() as u32).map(|row| 6 * row).collect();
+    let columns = pairs.as_flattened().iter().flat_map(|node| [0, 1, 2].map(|axis| 3 * node + axis));
+    (starts, columns.collect())
 }

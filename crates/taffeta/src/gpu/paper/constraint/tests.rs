@@ -3,18 +3,18 @@
 use crate::backend::FrameInput;
 use crate::build::Assembly;
 use crate::contact::collider_mesh::gpu::ColliderMeshes;
-use crate::gpu::kernels::Kernels;
-use crate::gpu::layout::Four;
-use crate::gpu::options::GpuKernels;
-use crate::gpu::paper::Paper;
-use crate::gpu::paper::constraint::{ConstraintProduct, Constraints, Triplet};
+use crate::contact::colliders::gpu::Colliders;
+use crate::elements::load::gpu::{LoadTables, Loads};
+use crate::gpu::bodies::Bodies;
+use crate::gpu::feature::{Command, Features, Upload};
+use crate::gpu::kernels::{Kernels, Sizes};
+use crate::gpu::layout::{Four, Solving};
+use crate::gpu::paper::constraint::{ConstraintProduct, Constraints, Triplet, springs};
 use crate::gpu::paper::spring_centric::Spring;
-use crate::gpu::recorder::Recorder;
-use crate::gpu::segment::Segment;
-use crate::gpu::tables::Tables;
+use crate::gpu::paper::{Paper, Printed};
+use crate::gpu::partition::{Partition, Start};
 use crate::plan;
 use crate::scene::{Body, Mass, Mesh, Method, Scene, Select};
-use crate::step::Stage;
 use taffeta_gpu::{Choice, DispatchList, Gpu};
 
 const ALL: [ConstraintProduct; 4] = [
@@ -30,13 +30,13 @@ const ROUNDING: f64 = 1e-6;
 /// Two sheets out of shape on the device, of which neighbours are held.
 struct Device {
     gpu: Gpu,
-    segment: Segment,
+    partition: Partition,
     springs: Vec<Spring>,
     positions: Vec<Four>,
 }
 
 impl Device {
-    fn new(product: ConstraintProduct) -> Self {
+    fn new(product: ConstraintProduct, iterations: u32) -> Self {
         let sheet = |name: &str, x| {
             Body::cloth(name, Mesh::grid(5, 6, [0.5, 0.4]))
                 .structural(50.0, 0.1)
@@ -48,47 +48,45 @@ impl Device {
         let scene =
             Scene::new("two").body(held).body(sheet("free", 1.0).with_mass(Mass::Node(0.3))).time(0.01, 0.01);
         let mut scene = scene.method(Method::Ice);
-        scene.solver.ice.max_iterations = 3;
+        scene.solver.ice.max_iterations = iterations;
         let assembly = Assembly::new(&scene).unwrap();
         let gpu = Gpu::open(&Choice::from_env()).unwrap_or_else(|error| panic!("{error}"));
-        let tables = Tables::new(&assembly, 0..2).unwrap();
-        let constraints = Constraints::new(&gpu, product, &assembly, 0..2, &tables).unwrap();
-        let springs = crate::gpu::paper::constraint::springs(&assembly, 0..2, &tables);
-        let kernels = GpuKernels::Constraints(product);
-        let mut segment =
-            Segment::new(&gpu, tables, (0, &ColliderMeshes::default(), &[]), kernels, false).unwrap();
-        segment.paper = Some(Paper::Constraints(Box::new(constraints)));
-        segment.tell(&assembly, &plan::frame(&assembly, 0.0), &FrameInput::default()).unwrap();
-        let mut positions = segment.state().position.read(&gpu).unwrap();
+        let bodies = Bodies::new(&assembly, 0..2);
+        let constraints = Constraints::new(&gpu, product, &bodies).unwrap();
+        let paper = Paper {
+            kernels: Printed::Constraints(Box::new(constraints)),
+            groups: 1,
+            solving: Solving::of(&assembly.solver),
+        };
+        let [position, velocity] = bodies.state();
+        let start = Start { places: bodies.places.clone(), position, velocity, ..Start::default() };
+        let meshes = ColliderMeshes::new(&assembly).0;
+        let loads = Loads::new(&gpu, &LoadTables::default(), bodies.len()).unwrap();
+        let colliders = Colliders::new(&gpu, &meshes, &[], bodies.len()).unwrap();
+        let features = Features::new(vec![Box::new(loads), Box::new(paper), Box::new(colliders)]);
+        let sizes = Sizes { kinds: 1, room: 1, steps: 1 };
+        let mut partition = Partition::new(&gpu, start, features, sizes).unwrap();
+        let (substeps, input) = (plan::frame(&assembly, 0.0), FrameInput::default());
+        let places = bodies.places.clone();
+        let upload = Upload { gpu: &gpu, assembly: &assembly, substeps: &substeps, input: &input, places };
+        partition.upload(&upload).unwrap();
+        let mut positions = partition.state().position.read(&gpu).unwrap();
         for (i, place) in positions.iter_mut().enumerate() {
             (0..3).for_each(|axis| place[axis] += 0.02 * ((i * (3 + 2 * axis)) as f32).sin());
         }
-        segment.state().position.write(&gpu, 0, &positions);
-        Self { gpu, segment, springs, positions }
+        partition.state().position.write(&gpu, 0, &positions);
+        Self { springs: springs(&bodies), gpu, partition, positions }
     }
 
     fn constraints(&self) -> &Constraints {
-        match &self.segment.paper {
-            Some(Paper::Constraints(constraints)) => constraints,
-            _ => panic!("it was put there"),
-        }
+        constraints_of(&self.partition.features)
     }
 
-    fn submit(&mut self, record: impl FnOnce(&mut Recorder<'_>)) {
+    fn submit(&mut self, commands: impl for<'f> FnOnce(&'f Constraints) -> Vec<Command<'f>>) {
         let (mut list, mut kernels) = (DispatchList::new(), Kernels::new(self.gpu.clone()));
-        let mut recorder = Recorder {
-            segment: &mut self.segment,
-            kernels: &mut kernels,
-            list: &mut list,
-            counts: Default::default(),
-            from: Stage::Elements,
-            last: false,
-            ahead: 0,
-            all: 1,
-            fault: Ok(()),
-        };
-        record(&mut recorder);
-        recorder.fault.unwrap();
+        self.partition
+            .record_alone(&mut kernels, &mut list, |features| commands(constraints_of(features)))
+            .unwrap();
         self.gpu.submit(&list).unwrap();
     }
 
@@ -114,16 +112,22 @@ impl Device {
     }
 }
 
+fn constraints_of(features: &Features) -> &Constraints {
+    match &features.get::<Paper>().expect("it was put there").kernels {
+        Printed::Constraints(constraints) => constraints,
+        _ => panic!("they are constraints"),
+    }
+}
+
 fn largest(matrix: &[Vec<f64>]) -> f64 {
     matrix.iter().enumerate().map(|(i, row)| row[i]).fold(0.0, f64::max)
 }
 
 #[test]
 fn the_matrix_in_coo_is_that_of_the_equation() {
-    let mut device = Device::new(ConstraintProduct::Printed);
-    let shape = device.constraints().shape();
+    let mut device = Device::new(ConstraintProduct::Printed, 3);
     // Twice: the counter starts anew.
-    device.submit(|recorder| (0..2).for_each(|_| recorder.build(shape, 0, false)));
+    device.submit(|constraints| (0..2).flat_map(|_| constraints.build(false)).collect());
     let constraints = device.constraints();
     let count = constraints.matrix.counter.read(&device.gpu).unwrap()[0] as usize;
     assert!(count <= constraints.matrix.system.len(), "{count} entries found no room");
@@ -151,13 +155,11 @@ fn the_matrix_in_coo_is_that_of_the_equation() {
 #[test]
 fn all_products_are_those_of_the_matrix() {
     for product in ALL {
-        let mut device = Device::new(product);
-        let shape = device.constraints().shape();
-        let p: Vec<f32> = (0..shape.springs).map(|i| (i as f32 * 1.7).sin() + 0.1).collect();
+        let mut device = Device::new(product, 3);
+        let p: Vec<f32> = (0..device.springs.len()).map(|i| (i as f32 * 1.7).sin() + 0.1).collect();
         device.constraints().vectors[4].write(&device.gpu, 0, &p);
-        device.submit(|recorder| {
-            recorder.build(shape, 0, false);
-            recorder.multiply(shape, 0);
+        device.submit(|constraints| {
+            [constraints.build(false), constraints.multiply()].into_iter().flatten().collect()
         });
         let found = device.constraints().vectors[5].read(&device.gpu).unwrap();
         let matrix = device.matrix();
@@ -196,9 +198,8 @@ fn norm(vector: &[f64]) -> f64 {
 #[test]
 fn iterations_are_those_of_conjugate_gradients() {
     for product in ALL {
-        let mut device = Device::new(product);
-        let shape = crate::gpu::paper::constraint::Shape { iterations: 12, ..device.constraints().shape() };
-        device.submit(|recorder| recorder.constraints(shape, 0, false));
+        let mut device = Device::new(product, 12);
+        device.submit(|constraints| constraints.commands(false));
         let constraints = device.constraints();
         let read = |at: usize| -> Vec<f64> {
             constraints.vectors[at].read(&device.gpu).unwrap().into_iter().map(f64::from).collect()
@@ -220,12 +221,11 @@ fn iterations_are_those_of_conjugate_gradients() {
 /// Φ/h² + J (v/h + M⁻¹ F) with gravity alone, from the state in 64 bits.
 #[test]
 fn the_right_side_is_that_of_the_equation() {
-    let mut device = Device::new(ConstraintProduct::Printed);
-    let shape = device.constraints().shape();
+    let mut device = Device::new(ConstraintProduct::Printed, 3);
     let velocities: Vec<Four> =
         (0..device.positions.len()).map(|i| [(i as f32).sin(), (i as f32 * 3.0).cos(), 0.3, 1.0]).collect();
-    device.segment.state().velocity.write(&device.gpu, 0, &velocities);
-    device.submit(|recorder| recorder.build(shape, 0, false));
+    device.partition.state().velocity.write(&device.gpu, 0, &velocities);
+    device.submit(|constraints| constraints.build(false));
     let rhs = device.constraints().vectors[1].read(&device.gpu).unwrap();
     let h = 0.01;
     let vect = |at: usize| {

@@ -1,4 +1,4 @@
-//! All features: which of them a scene has, and in which order they act.
+//! The features of a scene on the CPU, in the order in which they act.
 
 use crate::attachments::cpu::Attachments;
 use crate::build::Assembly;
@@ -11,25 +11,13 @@ use crate::diagnostics::cpu::Measures;
 use crate::elements::cpu::Elements;
 use crate::elements::load::cpu::Loads;
 use crate::elements::spring::cpu::Springs;
+use crate::features::parts;
 use crate::motion::cpu::Pins;
 use crate::real::Real;
 use crate::solvers::dual::cpu::Dual;
 use crate::solvers::explicit::cpu::Euler;
 use crate::solvers::implicit::cpu::Implicit;
-use crate::step::Parts;
 use crate::volume::cpu::Volumes;
-
-/// What a scene has.
-pub fn parts(assembly: &Assembly) -> Parts {
-    Parts {
-        elements: assembly.panels.len() > 0 || assembly.bodies.iter().any(|body| !body.hinges.is_empty()),
-        solved: !assembly.constraints.is_empty(),
-        volumes: assembly.volumes().next().is_some(),
-        restored: assembly.volumes().any(|(_, kept)| kept.projects),
-        attachments: !assembly.attachments.is_empty(),
-        self_contact: assembly.touching().next().is_some(),
-    }
-}
 
 /// A scene on the CPU.
 pub fn on_cpu<T: Real>(assembly: Assembly, threads: usize) -> Result<CpuBackend<T>, String> {

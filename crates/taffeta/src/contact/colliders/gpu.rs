@@ -1,0 +1,83 @@
+//! Colliders on the GPU.
+
+use crate::build::Assembly;
+use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
+use crate::contact::colliders::gpu_layout::Collider;
+use crate::gpu::feature::{Command, Feature, Features, Upload};
+use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::layout::{GROUP, Substep};
+use crate::gpu::partition::fill;
+use crate::gpu::schedule::Fused;
+use crate::step::{Op, Stage};
+use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError};
+
+/// Colliders on the device.
+pub struct Colliders {
+    colliders: Buffer<Collider>,
+    meshes: ColliderMeshes,
+    mesh_data: Buffer<Words>,
+    /// Workgroups for one invocation a place.
+    groups: usize,
+}
+
+impl Colliders {
+    /// Takes the meshes among them to the device, for so many places.
+    pub fn new(gpu: &Gpu, meshes: &ColliderMeshes, data: &[Words], places: usize) -> Result<Self, GpuError> {
+        Ok(Self {
+            colliders: gpu.buffer("colliders", 1)?,
+            meshes: meshes.clone(),
+            mesh_data: gpu.buffer_from("meshes of colliders", data)?,
+            groups: places.div_ceil(GROUP),
+        })
+    }
+
+    /// Whether some are meshes: contact is a kernel of its own then.
+    pub fn has_meshes(&self) -> bool {
+        self.meshes.any()
+    }
+
+    /// What kernels do about colliders that have no room for triangles.
+    pub fn fused(&self) -> Contact {
+        if self.has_meshes() { Contact::Later } else { Contact::Solids }
+    }
+
+    /// What those do that have.
+    pub fn whole(&self) -> Contact {
+        if self.has_meshes() { Contact::Meshes } else { Contact::Solids }
+    }
+}
+
+/// What kernels of a partition do about colliders that have no room for triangles, and what those do that have.
+pub fn contact_of(features: &Features) -> [Contact; 2] {
+    features.get::<Colliders>().map_or([Contact::Solids; 2], |all| [all.fused(), all.whole()])
+}
+
+impl Feature for Colliders {
+    fn buffers(&self, _: usize) -> Vec<(&'static str, &dyn Bindable)> {
+        vec![("colliders", &self.colliders), ("mesh_data", &self.mesh_data)]
+    }
+
+    fn kernels<'f>(&'f self, _: &'f Features, _: Stage) -> Vec<Fused<'f>> {
+        let name = Name { contact: self.whole(), ..Name::new("contact_all") };
+        let commands = vec![Command::run(name, self.groups)];
+        vec![Fused { writes_state: true, ..Fused::new(&[Op::Contact], commands) }]
+    }
+
+    fn bytes(&self, assembly: &Assembly) -> usize {
+        if assembly.colliders_move() { assembly.colliders.len() * size_of::<Collider>() } else { 0 }
+    }
+
+    fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
+        let is_still = !upload.assembly.colliders_move();
+        let mut all: Vec<Collider> = Vec::new();
+        for (record, substep) in records.iter_mut().zip(upload.substeps) {
+            record.colliders = substep.colliders.len() as u32;
+            if is_still && !all.is_empty() {
+                continue;
+            }
+            record.first_collider = all.len() as u32;
+            all.extend(substep.colliders.iter().map(|now| self.meshes.told(now)));
+        }
+        fill(upload.gpu, "colliders", &mut self.colliders, &all)
+    }
+}

@@ -1,0 +1,272 @@
+//! The features of a scene on the GPU, in the order in which they act, and which bodies go to the device together.
+
+use crate::attachments::gpu::{self as attachments, Attached, Attachments};
+use crate::build::Assembly;
+use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
+use crate::contact::colliders::gpu::Colliders;
+use crate::contact::nodes::gpu::{self as nodes, NodeContact, PairTables};
+use crate::diagnostics::gpu::Measures;
+use crate::elements::gpu::{self as elements, ElementTables, Elements};
+use crate::elements::load::gpu::{LoadTables, Loads};
+use crate::elements::spring::gpu::{self as springs, SpringTables, Springs};
+use crate::features::on_cpu;
+use crate::features::refusals;
+use crate::gpu::backend::GpuBackend;
+use crate::gpu::bodies::Bodies;
+use crate::gpu::boundary::Boundary;
+use crate::gpu::feature::{Feature, Features};
+use crate::gpu::kernels::Sizes;
+use crate::gpu::layout::{Four, Pin};
+use crate::gpu::options::{GpuKernels, GpuOptions};
+use crate::gpu::paper;
+use crate::gpu::partition::{Partition, Start};
+use crate::motion::gpu::{Pins, pins};
+use crate::scene::Method;
+use crate::solvers::dual::gpu::Dual;
+use crate::solvers::dual::gpu_tables::{self as dual, Linked};
+use crate::solvers::explicit::gpu::Particles;
+use crate::solvers::explicit::patches::{self, Patches};
+use crate::solvers::implicit::gpu::Implicit;
+use crate::solvers::implicit::gpu_tables::{self as implicit, Levelled};
+use crate::step::{Marks, Parts, Stage};
+use crate::volume::gpu::{self as volume, VolumeTables, Volumes};
+use std::ops::Range;
+use taffeta_gpu::GpuError;
+
+/// Everything that some bodies need on the device, on the host.
+#[derive(Default)]
+pub struct Tables {
+    /// Position [m] and inverse mass [1/kg], velocity [m/s] and mass [kg], by place.
+    pub position: Vec<Four>,
+    pub velocity: Vec<Four>,
+    pub springs: SpringTables,
+    pub elements: ElementTables,
+    pub loads: LoadTables,
+    pub pins: Vec<Pin>,
+    pub volumes: VolumeTables,
+    /// Springs that are constraints, or may become some.
+    pub linked: Linked,
+    /// Springs that are solved for by nodes.
+    pub levelled: Levelled,
+    pub attached: Attached,
+    pub pairs: PairTables,
+}
+
+impl Tables {
+    /// Those of some bodies.
+    pub fn new(bodies: &Bodies<'_>) -> Result<Self, String> {
+        let [position, velocity] = bodies.state();
+        let (elements, volumes) = (ElementTables::new(bodies), VolumeTables::new(bodies));
+        Ok(Self {
+            position,
+            velocity,
+            springs: SpringTables::new(bodies)?,
+            loads: LoadTables::new(bodies, &elements),
+            pins: pins(bodies),
+            linked: Linked::new(bodies)?,
+            levelled: Levelled::new(bodies)?,
+            attached: Attached::new(bodies, volumes.numbers.len()),
+            pairs: PairTables::new(bodies)?,
+            elements,
+            volumes,
+        })
+    }
+
+    /// What the bodies have.
+    fn parts(&self) -> Parts {
+        Parts {
+            elements: !self.elements.is_empty(),
+            solved: !self.linked.is_empty() || !self.levelled.is_empty(),
+            volumes: !self.volumes.groups.is_empty(),
+            restored: self.volumes.restores(),
+            attachments: !self.attached.lists.is_empty(),
+            self_contact: !self.pairs.surfaces.is_empty(),
+        }
+    }
+
+    /// Number of places.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+}
+
+/// A scene on the GPU. The error says what does not fit.
+pub fn on_gpu(options: &GpuOptions, assembly: Assembly) -> Result<GpuBackend, String> {
+    let gpu = &options.gpu;
+    paper::check(options, &assembly)?;
+    refusals::refuse_constraints(options.kernels, &assembly)?;
+    refusals::refuse_late(options.from, &assembly)?;
+    refusals::refuse_loops(gpu, &assembly)?;
+    let (meshes, data) = ColliderMeshes::new(&assembly);
+    refusals::refuse_large_meshes(gpu, size_of_val::<[Words]>(&data))?;
+    let mut partitions = Vec::new();
+    for range in ranges(&assembly, gpu.largest_binding())? {
+        partitions.push(partition(options, &Bodies::new(&assembly, range), (&meshes, &data))?);
+    }
+    if options.kernels == GpuKernels::Tiled {
+        refusals::refuse_untiled(gpu, &partitions)?;
+    }
+    let doubt = refusals::doubt(gpu, &assembly);
+    GpuBackend::new(options, assembly, partitions, doubt)
+}
+
+/// A scene, built twice, whose first stages run on the CPU.
+pub fn at_boundary(options: &GpuOptions, [a, b]: [Assembly; 2]) -> Result<Boundary, String> {
+    Ok(Boundary::new(on_cpu(a, 1)?, on_gpu(options, b)?, options.from))
+}
+
+/// Bodies that go together, so that none of their arrays is larger than `limit` bytes; the error names the body that does
+/// not fit even alone.
+fn ranges(assembly: &Assembly, limit: u64) -> Result<Vec<Range<usize>>, String> {
+    let mut ranges: Vec<Range<usize>> = Vec::new();
+    let mut taken = 0;
+    for (index, body) in assembly.bodies.iter().enumerate() {
+        let (bytes, what) = largest_array(assembly, index);
+        if bytes > limit {
+            return Err(format!(
+                "body `{}` needs {bytes} bytes in one piece for its {what}, and the GPU gives a kernel {limit} at most; \
+                 --backend cpu or a coarser mesh would do",
+                body.name
+            ));
+        }
+        match ranges.last_mut() {
+            Some(last) if taken + bytes <= limit => {
+                last.end = index + 1;
+                taken += bytes;
+            }
+            _ => {
+                ranges.push(index..index + 1);
+                taken = bytes;
+            }
+        }
+    }
+    nodes::check_together(assembly, &ranges, limit)?;
+    attachments::check_together(assembly, &ranges, limit)?;
+    Ok(ranges)
+}
+
+/// Bytes of the largest array that a body needs, and what it holds.
+fn largest_array(assembly: &Assembly, body: usize) -> (u64, &'static str) {
+    let state = (assembly.bodies[body].places() * size_of::<Four>()) as u64;
+    let of_features = [
+        springs::arrays(assembly, body),
+        elements::arrays(assembly, body),
+        volume::arrays(assembly, body),
+        dual::arrays(assembly, body),
+        implicit::arrays(assembly, body),
+        nodes::arrays(assembly, body),
+    ];
+    let all = of_features.into_iter().flatten().chain([(state, "positions")]);
+    all.max_by_key(|array| array.0).unwrap_or_default()
+}
+
+/// What is always known of each body, once for all that are alike.
+fn classes(bodies: &Bodies<'_>, parts: &Parts) -> Vec<Marks> {
+    let springs = match bodies.assembly.solver.method {
+        _ if !parts.solved => Marks::NONE,
+        Method::Ice => Marks::IMPLICIT.and(Marks::SOLVED),
+        _ => Marks::SOLVED,
+    };
+    let mut classes: Vec<Marks> = Vec::new();
+    for (_, body) in bodies.iter() {
+        let keeps = parts.volumes && body.volume.is_some() && body.nodes > 0;
+        let class = springs.and(if keeps { Marks::VOLUME } else { Marks::NONE });
+        if !classes.contains(&class) {
+            classes.push(class);
+        }
+    }
+    classes
+}
+
+/// Takes some bodies to the device.
+fn partition(
+    options: &GpuOptions,
+    bodies: &Bodies<'_>,
+    meshes: (&ColliderMeshes, &[Words]),
+) -> Result<Partition, String> {
+    let tables = Tables::new(bodies)?;
+    let mut parts = tables.parts();
+    let is_printed = options.kernels.is_of_paper();
+    if is_printed {
+        // The papers' kernels do both among all else.
+        (parts.solved, parts.volumes, parts.restored) = (false, false, false);
+    }
+    let forces = forces(&tables, options.from > Stage::Elements);
+    let features = features(options, bodies, &tables, &parts, meshes).map_err(|error| error.to_string())?;
+    let mut sizes = Sizes { kinds: 1, room: patches::room(options.gpu.limits()), steps: 1 };
+    features.iter().for_each(|feature| feature.sizes(&mut sizes));
+    let start = Start {
+        places: bodies.places.clone(),
+        position: tables.position,
+        velocity: tables.velocity,
+        forces,
+        classes: classes(bodies, &parts),
+        parts,
+    };
+    Partition::new(&options.gpu, start, features, sizes).map_err(|error| error.to_string())
+}
+
+/// Forces by place and what lies behind them, if any kernel leaves some to another.
+fn forces(tables: &Tables, apart: bool) -> Vec<Four> {
+    if !tables.volumes.weights.is_empty() {
+        return tables.volumes.forces(tables.len());
+    }
+    let Parts { elements, solved, .. } = tables.parts();
+    let waits = apart || elements || solved || !tables.loads.loads.is_empty();
+    vec![[0.0; 4]; if waits { tables.len() } else { 0 }]
+}
+
+fn features(
+    options: &GpuOptions,
+    bodies: &Bodies<'_>,
+    tables: &Tables,
+    parts: &Parts,
+    (meshes, data): (&ColliderMeshes, &[Words]),
+) -> Result<Features, GpuError> {
+    fn boxed(feature: impl Feature) -> Option<Box<dyn Feature>> {
+        Some(Box::new(feature))
+    }
+    let (gpu, assembly, places) = (&options.gpu, bodies.assembly, bodies.len());
+    let is_printed = options.kernels.is_of_paper();
+    let of_patches = || patches(options, assembly, tables, parts);
+    let particles = if is_printed {
+        paper::feature(gpu, options.kernels, bodies, &tables.springs.grids)?
+    } else {
+        boxed(Particles::new(gpu, of_patches().as_ref(), places)?)
+    };
+    let solvers = if is_printed {
+        [None, None]
+    } else {
+        [
+            Implicit::new(gpu, assembly, &tables.levelled, bodies.places.clone())?.and_then(boxed),
+            Dual::new(gpu, assembly, &tables.linked, places)?.and_then(boxed),
+        ]
+    };
+    let all = [
+        boxed(Loads::new(gpu, &tables.loads, places)?),
+        boxed(Elements::new(gpu, &tables.elements)?),
+        boxed(Springs::new(gpu, &tables.springs, places)?),
+        boxed(Pins::new(gpu, &tables.pins)?),
+        particles,
+        boxed(Colliders::new(gpu, meshes, data, places)?),
+        boxed(Volumes::new(gpu, &tables.volumes)?),
+    ];
+    let after = [
+        Attachments::new(gpu, assembly, &tables.attached, places)?.and_then(boxed),
+        NodeContact::new(gpu, &tables.pairs)?.and_then(boxed),
+        boxed(Measures::new(gpu, places)?),
+    ];
+    Ok(Features::new(all.into_iter().chain(solvers).chain(after).flatten().collect()))
+}
+
+/// How bodies are cut up so that several sub-steps can be taken at once, where that pays.
+fn patches(options: &GpuOptions, assembly: &Assembly, tables: &Tables, parts: &Parts) -> Option<Patches> {
+    let colliders = &assembly.colliders;
+    let room = patches::room(options.gpu.limits());
+    match options.kernels {
+        _ if colliders.iter().any(|collider| collider.mesh().is_some()) => None,
+        GpuKernels::Best => Patches::whole(&tables.springs, parts, room, colliders.len()),
+        GpuKernels::Tiled => Patches::rimmed(&tables.springs, parts, room),
+        _ => None,
+    }
+}

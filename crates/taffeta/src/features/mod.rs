@@ -1,0 +1,25 @@
+//! All features: which of them a scene has, and in which order they act.
+
+mod cpu;
+#[cfg(feature = "gpu")]
+mod gpu;
+#[cfg(feature = "gpu")]
+mod refusals;
+
+use crate::build::Assembly;
+use crate::step::Parts;
+pub use cpu::on_cpu;
+#[cfg(feature = "gpu")]
+pub use gpu::{Tables, at_boundary, on_gpu};
+
+/// What a scene has.
+pub fn parts(assembly: &Assembly) -> Parts {
+    Parts {
+        elements: assembly.panels.len() > 0 || assembly.bodies.iter().any(|body| !body.hinges.is_empty()),
+        solved: !assembly.constraints.is_empty(),
+        volumes: assembly.volumes().next().is_some(),
+        restored: assembly.volumes().any(|(_, kept)| kept.projects),
+        attachments: !assembly.attachments.is_empty(),
+        self_contact: assembly.touching().next().is_some(),
+    }
+}

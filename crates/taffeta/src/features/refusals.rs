@@ -1,0 +1,125 @@
+//! What is refused on a GPU, and what may end a run there.
+
+use crate::build::Assembly;
+use crate::contact::collider_mesh::surface::MeshShape;
+use crate::gpu::GpuKernels;
+use crate::gpu::partition::Partition;
+use crate::scene::Method;
+use crate::solvers::explicit::gpu::Particles;
+use crate::solvers::explicit::patches;
+use crate::step::Stage;
+use std::sync::Arc;
+use taffeta_gpu::Gpu;
+
+/// Refuses more colliders than the loops of a software adapter come to the end of.
+pub fn refuse_loops(gpu: &Gpu, assembly: &Assembly) -> Result<(), String> {
+    let colliders = assembly.colliders.len();
+    let turns = patches::collider_turns(colliders, meshes(assembly).count());
+    if !gpu.info().is_software() || turns <= patches::MOST_TURNS {
+        return Ok(());
+    }
+    Err(format!(
+        "the scene has {colliders} colliders, and a software adapter ends loops after {} turns where they may take {turns}; \
+         --backend cpu would do",
+        patches::MOST_TURNS
+    ))
+}
+
+/// What may have ended a run, other than the scene: loops of a software adapter through the triangles of colliders.
+pub fn doubt(gpu: &Gpu, assembly: &Assembly) -> Option<String> {
+    let triangles: usize = meshes(assembly).map(|mesh| mesh.triangles.len()).sum();
+    (triangles > 0 && gpu.info().is_software()).then(|| {
+        format!(
+            "Or a node was near so many of the colliders' {triangles} triangles that it took more than the {} turns that a \
+             software adapter has for it; --backend cpu would tell",
+            patches::WALK_TURNS
+        )
+    })
+}
+
+fn meshes(assembly: &Assembly) -> impl Iterator<Item = &MeshShape> {
+    assembly.colliders.iter().filter_map(|collider| collider.mesh()).map(Arc::as_ref)
+}
+
+/// Refuses meshes of colliders that are more than a kernel can see.
+pub fn refuse_large_meshes(gpu: &Gpu, bytes: usize) -> Result<(), String> {
+    let limit = gpu.largest_binding();
+    if bytes as u64 <= limit {
+        return Ok(());
+    }
+    Err(format!(
+        "the meshes among the colliders take {bytes} bytes, and the GPU does not give a kernel more than {limit} in one piece; \
+         --backend cpu, coarser meshes or fewer poses would do"
+    ))
+}
+
+/// Refuses to take over a scene with volumes behind the stage in which bodies are summed up, and one whose nodes touch each
+/// other behind that in which they are found.
+pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), String> {
+    if let Some((body, _)) = assembly.touching().next().filter(|_| from > Stage::Pairs) {
+        return Err(format!(
+            "body `{}` has self_collision, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
+            body.name,
+            Stage::Pairs.name(),
+            from.name()
+        ));
+    }
+    if !assembly.attachments.is_empty() && from > Stage::Attach {
+        return Err(format!(
+            "nodes are sewn, tethered or held by pins that break, and a GPU takes over such scenes at stage `{}` at the \
+             latest, not at `{}`",
+            Stage::Attach.name(),
+            from.name()
+        ));
+    }
+    if !assembly.constraints.is_empty() && from > Stage::Constraints {
+        return Err(format!(
+            "solver.method is {}, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
+            named(assembly.solver.method),
+            Stage::Constraints.name(),
+            from.name()
+        ));
+    }
+    let kept = assembly.volumes().next();
+    let Some((body, _)) = kept.filter(|_| from > Stage::Volumes) else { return Ok(()) };
+    Err(format!(
+        "body `{}` keeps its volume, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
+        body.name,
+        Stage::Volumes.name(),
+        from.name()
+    ))
+}
+
+/// Refuses constraints for the papers' kernels.
+pub fn refuse_constraints(kernels: GpuKernels, assembly: &Assembly) -> Result<(), String> {
+    let as_printed = matches!(kernels, GpuKernels::NodeCentric | GpuKernels::SpringCentric);
+    if assembly.constraints.is_empty() || !as_printed {
+        return Ok(());
+    }
+    Err(format!(
+        "the papers' kernels are for explicit springs, and solver.method is {}; the plain kernels would do",
+        named(assembly.solver.method)
+    ))
+}
+
+/// A method by its name in scenes.
+fn named(method: Method) -> &'static str {
+    match method {
+        Method::Springs => "\"springs\"",
+        Method::Ice => "\"ice\"",
+        Method::Acad => "\"acad\"",
+    }
+}
+
+/// Refuses what the tiled kernels cannot do.
+pub fn refuse_untiled(gpu: &Gpu, partitions: &[Partition]) -> Result<(), String> {
+    let is_tiled = |one: &Partition| one.features.get::<Particles>().is_some_and(Particles::has_patches);
+    if partitions.iter().all(is_tiled) {
+        return Ok(());
+    }
+    Err(format!(
+        "the tiled kernels are for scenes of grids alone without self_collision and without meshes as colliders, whose springs are no constraints, with {} bytes of memory in a workgroup; this GPU has {}",
+        patches::rimmed_bytes(),
+        gpu.limits().max_compute_workgroup_storage_size
+    ))
+}

@@ -1,0 +1,151 @@
+//! What a feature is to the GPU's executor: buffers, parameters of sub-steps, and kernels with the passes that they carry out.
+
+use crate::backend::{FrameInput, SolverState};
+use crate::build::Assembly;
+use crate::cpu::CpuBackend;
+use crate::diagnostics::FrameSums;
+use crate::gpu::kernels::{Name, Sizes};
+use crate::gpu::layout::Substep;
+use crate::gpu::schedule::Fused;
+use crate::plan;
+use crate::step::Stage;
+use std::any::Any;
+use std::ops::Range;
+use taffeta_gpu::{Bindable, Counts, DispatchList, Gpu, GpuError};
+
+/// One command of a sub-step.
+pub enum Command<'f> {
+    /// A kernel.
+    Dispatch(Dispatch<'f>),
+    /// The states before and after change places.
+    SwapStates,
+    /// What follows is timed by another name.
+    Label(&'static str),
+}
+
+/// A kernel to run.
+pub struct Dispatch<'f> {
+    /// Which.
+    pub name: Name,
+    /// Which part of a feature's buffers it sees, where they are cut up.
+    pub part: usize,
+    /// How many workgroups.
+    pub groups: Groups<'f>,
+}
+
+/// Workgroups of a dispatch.
+pub enum Groups<'f> {
+    /// So many.
+    Linear(usize),
+    /// So many along two sides, and an offset into a uniform of the feature's own.
+    Plane([u32; 2], Option<u32>),
+    /// As many as a kernel has counted.
+    Counted(&'f Counts, usize),
+}
+
+impl Command<'_> {
+    /// A kernel in `groups` workgroups.
+    pub fn run(name: Name, groups: usize) -> Self {
+        Self::run_part(name, 0, groups)
+    }
+
+    /// The same on a part of a feature's buffers.
+    pub fn run_part(name: Name, part: usize, groups: usize) -> Self {
+        Self::Dispatch(Dispatch { name, part, groups: Groups::Linear(groups) })
+    }
+}
+
+/// The sub-steps that are handed over, and what they are about.
+pub struct Upload<'u> {
+    /// The device.
+    pub gpu: &'u Gpu,
+    /// The scene.
+    pub assembly: &'u Assembly,
+    /// Sub-steps.
+    pub substeps: &'u [plan::Substep<f32>],
+    /// What the user does in the frame.
+    pub input: &'u FrameInput,
+    /// The places of the partition.
+    pub places: Range<usize>,
+}
+
+/// A feature on the GPU, of one partition of the scene.
+pub trait Feature: Any + Send + Sync {
+    /// Its buffers by their names in the shaders. Where they are cut into parts, those of one part.
+    fn buffers(&self, part: usize) -> Vec<(&'static str, &dyn Bindable)>;
+
+    /// Fixes numbers of kernels.
+    fn sizes(&self, _sizes: &mut Sizes) {}
+
+    /// What its kernels carry out. `from` is the first stage that the GPU does.
+    fn kernels<'f>(&'f self, _features: &'f Features, _from: Stage) -> Vec<Fused<'f>> {
+        Vec::new()
+    }
+
+    /// Takes the parameters of sub-steps to the device, and fills in its part of their records. Returns whether any of its
+    /// buffers is another one than before.
+    fn upload(&mut self, _upload: &Upload<'_>, _records: &mut [Substep]) -> Result<bool, GpuError> {
+        Ok(false)
+    }
+
+    /// Bytes that a sub-step takes beside its record.
+    fn bytes(&self, _assembly: &Assembly) -> usize {
+        0
+    }
+
+    /// Numbers that are to hold at the end of a sub-step, one after the other over all features.
+    fn targets(&self, _substep: &plan::Substep<f32>) -> Vec<f32> {
+        Vec::new()
+    }
+
+    /// Takes over what the CPU has found before the first stage that the GPU does.
+    fn take_over(&self, _gpu: &Gpu, _cpu: &mut CpuBackend<f32>, _substep: &plan::Substep<f32>) {}
+
+    /// A frame begins: what is counted over it starts again.
+    fn start_frame(&mut self, _gpu: &Gpu) {}
+
+    /// Has what it has measured copied to where the host reads it.
+    fn copy(&self, _list: &mut DispatchList) {}
+
+    /// Adds what it has measured; waits for it.
+    fn measure(&self, _gpu: &Gpu, _sums: &mut FrameSums) -> Result<(), GpuError> {
+        Ok(())
+    }
+
+    /// Dispatches of a sub-step, where they are many.
+    fn dispatches(&self) -> usize {
+        0
+    }
+
+    /// Adds what it knows from one sub-step to the next; waits for it.
+    fn save(&self, _gpu: &Gpu, _state: &mut SolverState) {}
+
+    /// Takes back what [`Self::save`] gave.
+    fn load(&self, _gpu: &Gpu, _state: &SolverState) {}
+}
+
+/// The features of a partition.
+#[derive(Default)]
+pub struct Features(Vec<Box<dyn Feature>>);
+
+impl Features {
+    /// In the order in which they act.
+    pub fn new(all: Vec<Box<dyn Feature>>) -> Self {
+        Self(all)
+    }
+
+    /// A feature by its type, where the partition has it.
+    pub fn get<F: Feature>(&self) -> Option<&F> {
+        self.0.iter().find_map(|feature| (&**feature as &dyn Any).downcast_ref())
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = &dyn Feature> {
+        self.0.iter().map(|feature| &**feature)
+    }
+
+    /// All of them, to change them between frames.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Box<dyn Feature>> {
+        self.0.iter_mut()
+    }
+}

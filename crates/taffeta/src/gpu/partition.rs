@@ -1,0 +1,303 @@
+//! Some whole bodies on the device: their state, their features, and how a frame of them is recorded.
+
+use crate::gpu::feature::{Command, Dispatch, Features, Groups, Upload};
+use crate::gpu::kernels::{Kernels, Name, Sizes};
+use crate::gpu::layout::{Four, SUBSTEPS_SEEN, Substep};
+use crate::gpu::schedule::{Fused, schedule};
+use crate::step::{self, Line, Marks, Parts, Stage};
+use std::collections::HashMap;
+use std::num::NonZeroU64;
+use std::ops::Range;
+use taffeta_gpu::bytemuck::Pod;
+use taffeta_gpu::bytemuck::Zeroable;
+use taffeta_gpu::{Bindable, Bound, Buffer, DispatchList, Gpu, GpuError, Kernel, Uniforms};
+
+/// Position and velocity.
+pub struct State {
+    /// Position [m], and the inverse mass [1/kg].
+    pub position: Buffer<Four>,
+    /// Velocity [m/s], and the mass [kg].
+    pub velocity: Buffer<Four>,
+}
+
+/// A kernel bound to the buffers, reading either state.
+struct Ready {
+    bound: [Bound; 2],
+    /// Whether it sees the parameters of a sub-step.
+    is_told: bool,
+}
+
+/// Records of sub-steps as a dispatch sees them: its own and those after it.
+struct Seen<'a>(&'a Uniforms<Substep>);
+
+impl Bindable for Seen<'_> {
+    fn buffer(&self) -> &taffeta_gpu::wgpu::Buffer {
+        self.0.buffer()
+    }
+
+    fn window(&self) -> Option<NonZeroU64> {
+        NonZeroU64::new((SUBSTEPS_SEEN * size_of::<Substep>()) as u64)
+    }
+}
+
+/// What a partition starts from.
+#[derive(Default)]
+pub struct Start {
+    /// Its places among those of the scene.
+    pub places: Range<usize>,
+    /// Position [m] and inverse mass [1/kg], velocity [m/s] and mass [kg], by place.
+    pub position: Vec<Four>,
+    pub velocity: Vec<Four>,
+    /// Forces by place, and what lies behind them; nothing where kernels keep them for themselves.
+    pub forces: Vec<Four>,
+    /// What the bodies have.
+    pub parts: Parts,
+    /// Their classes: what is always known of them.
+    pub classes: Vec<Marks>,
+}
+
+/// Some whole bodies on the device.
+pub struct Partition {
+    gpu: Gpu,
+    /// Its places among those of the scene.
+    pub places: Range<usize>,
+    /// Its features.
+    pub features: Features,
+    /// The state before and after a sub-step, by turns, and which of them is that of now.
+    pub states: [State; 2],
+    pub current: usize,
+    /// Forces by place [N] where they wait between kernels.
+    force: Buffer<Four>,
+    classes: Vec<Marks>,
+    lines: Vec<Line>,
+    sizes: Sizes,
+    substeps: Uniforms<Substep>,
+    targets: Buffer<f32>,
+    /// Kernels bound to the buffers, those of a part of some among them, reading either state.
+    bound: HashMap<(Name, usize), Ready>,
+}
+
+/// Writes data into a buffer, or makes a larger one; whether it is a new one.
+pub fn fill<T: Pod>(gpu: &Gpu, label: &str, buffer: &mut Buffer<T>, data: &[T]) -> Result<bool, GpuError> {
+    let new = data.len() > buffer.len();
+    if new {
+        *buffer = gpu.buffer(label, data.len())?;
+    }
+    buffer.write(gpu, 0, data);
+    Ok(new)
+}
+
+impl Partition {
+    /// Takes it to the device.
+    pub fn new(gpu: &Gpu, start: Start, features: Features, sizes: Sizes) -> Result<Self, GpuError> {
+        let state = || -> Result<State, GpuError> {
+            Ok(State {
+                position: gpu.buffer_from("positions", &start.position)?,
+                velocity: gpu.buffer_from("velocities", &start.velocity)?,
+            })
+        };
+        Ok(Self {
+            states: [state()?, state()?],
+            current: 0,
+            force: gpu.buffer_from("forces", &start.forces)?,
+            lines: step::substep(&start.parts),
+            classes: start.classes,
+            sizes,
+            substeps: gpu.uniforms("sub-steps", SUBSTEPS_SEEN)?,
+            targets: gpu.buffer("targets", 1)?,
+            bound: HashMap::new(),
+            gpu: gpu.clone(),
+            places: start.places,
+            features,
+        })
+    }
+
+    /// The state of now.
+    pub fn state(&self) -> &State {
+        &self.states[self.current]
+    }
+
+    /// Takes the parameters of sub-steps to the device.
+    pub fn upload(&mut self, upload: &Upload<'_>) -> Result<(), GpuError> {
+        let (gpu, substeps) = (&self.gpu, upload.substeps);
+        let mut records = vec![Substep::zeroed(); substeps.len()];
+        let mut new = false;
+        let mut targets = Vec::new();
+        for (index, (record, substep)) in records.iter_mut().zip(substeps).enumerate() {
+            record.gravity = substep.gravity.map(|c| c as f32);
+            record.h = substep.h;
+            record.left = (substeps.len() - index) as u32;
+            record.first_goal = targets.len() as u32;
+            targets.extend(self.features.iter().flat_map(|feature| feature.targets(substep)));
+        }
+        new |= fill(gpu, "targets", &mut self.targets, &targets)?;
+        for feature in self.features.iter_mut() {
+            new |= feature.upload(upload, &mut records)?;
+        }
+        if self.substeps.len() < records.len() + SUBSTEPS_SEEN - 1 {
+            self.substeps = gpu.uniforms("sub-steps", records.len() + SUBSTEPS_SEEN - 1)?;
+            new = true;
+        }
+        self.substeps.write(gpu, &records);
+        if self.force.len() < self.places.len() && !upload.input.forces.is_empty() {
+            self.force = gpu.buffer("forces", self.places.len())?;
+            new = true;
+        }
+        if new {
+            self.bound.clear();
+        }
+        gpu.health()
+    }
+
+    /// Records sub-steps, and with the `last` of a frame what is measured after it.
+    pub fn record(
+        &mut self,
+        kernels: &mut Kernels,
+        list: &mut DispatchList,
+        substeps: usize,
+        (from, last): (Stage, bool),
+    ) -> Result<(), GpuError> {
+        let features = std::mem::take(&mut self.features);
+        let table: Vec<Fused<'_>> =
+            features.iter().flat_map(|feature| feature.kernels(&features, from)).collect();
+        let result = self.record_with(&features, &table, kernels, list, substeps, (from, last));
+        drop(table);
+        self.features = features;
+        result
+    }
+
+    /// Records commands of its features alone.
+    #[cfg(test)]
+    pub fn record_alone(
+        &mut self,
+        kernels: &mut Kernels,
+        list: &mut DispatchList,
+        commands: impl for<'f> FnOnce(&'f Features) -> Vec<Command<'f>>,
+    ) -> Result<(), GpuError> {
+        let features = std::mem::take(&mut self.features);
+        let alone = Fused::new(&[step::Op::Solve], commands(&features));
+        let result = self.run(&alone, &features, kernels, list, 0);
+        drop(alone);
+        self.features = features;
+        result
+    }
+
+    fn record_with(
+        &mut self,
+        features: &Features,
+        table: &[Fused<'_>],
+        kernels: &mut Kernels,
+        list: &mut DispatchList,
+        substeps: usize,
+        (from, last): (Stage, bool),
+    ) -> Result<(), GpuError> {
+        let failed = |why| GpuError::Failed { why };
+        let order = schedule(&self.lines, &self.classes, table, |op| op.stage() >= from).map_err(failed)?;
+        let order: Vec<&Fused<'_>> =
+            order.into_iter().map(|index| &table[index]).filter(|entry| entry.does_something()).collect();
+        debug_assert!(order.len() == 1 || order.iter().all(|entry| entry.steps == 1));
+        let mut substep = 0;
+        while substep < substeps {
+            for entry in &order {
+                self.run(entry, features, kernels, list, substep)?;
+            }
+            self.current = 1 - self.current;
+            substep += if let [only] = order[..] { only.steps as usize } else { 1 };
+        }
+        if last {
+            let order = schedule(&step::frame_end(), &self.classes, table, |_| true).map_err(failed)?;
+            for index in order {
+                self.run(&table[index], features, kernels, list, 0)?;
+            }
+            features.iter().for_each(|feature| feature.copy(list));
+        }
+        Ok(())
+    }
+
+    fn run(
+        &mut self,
+        entry: &Fused<'_>,
+        features: &Features,
+        kernels: &mut Kernels,
+        list: &mut DispatchList,
+        substep: usize,
+    ) -> Result<(), GpuError> {
+        list.stage(entry.label);
+        for command in &entry.commands {
+            match command {
+                Command::SwapStates => self.current = 1 - self.current,
+                Command::Label(label) => list.stage(label),
+                Command::Dispatch(dispatch) => self.dispatch(dispatch, features, kernels, list, substep)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn dispatch(
+        &mut self,
+        dispatch: &Dispatch<'_>,
+        features: &Features,
+        kernels: &mut Kernels,
+        list: &mut DispatchList,
+        substep: usize,
+    ) -> Result<(), GpuError> {
+        if matches!(dispatch.groups, Groups::Linear(0)) {
+            return Ok(());
+        }
+        let (bound, mut offsets) = self.bound(features, kernels, (dispatch.name, dispatch.part), substep)?;
+        match dispatch.groups {
+            Groups::Linear(groups) => list.dispatch(&bound, &offsets, groups as u32),
+            Groups::Plane(groups, offset) => {
+                offsets.extend(offset);
+                list.dispatch_plane(&bound, &offsets, groups);
+            }
+            Groups::Counted(counts, index) => list.dispatch_counted(&bound, &offsets, counts, index),
+        }
+        Ok(())
+    }
+
+    /// A kernel that reads the state of now, on a part of a feature's buffers, and the offset of its sub-step's parameters, if
+    /// it sees them.
+    fn bound(
+        &mut self,
+        features: &Features,
+        kernels: &mut Kernels,
+        name: (Name, usize),
+        substep: usize,
+    ) -> Result<(Bound, Vec<u32>), GpuError> {
+        if !self.bound.contains_key(&name) {
+            let kernel = kernels.get(name.0, self.sizes)?;
+            let bound = [0, 1].map(|from| self.bind(features, &kernel, from, name.1));
+            self.gpu.health()?;
+            let is_told = kernel.bindings().iter().any(|binding| binding.name == "substeps");
+            self.bound.insert(name, Ready { bound, is_told });
+        }
+        let ready = &self.bound[&name];
+        let offset = ready.is_told.then(|| self.substeps.offset(substep));
+        Ok((ready.bound[self.current].clone(), offset.into_iter().collect()))
+    }
+
+    /// Binds a kernel to all buffers by their names in the shaders, with the state read from `from`.
+    fn bind(&self, features: &Features, kernel: &Kernel, from: usize, part: usize) -> Bound {
+        let [old, new] = [&self.states[from], &self.states[1 - from]];
+        let seen = Seen(&self.substeps);
+        let own: [(&str, &dyn Bindable); 8] = [
+            ("substeps", &seen),
+            ("goals", &self.targets),
+            ("old_position", &old.position),
+            ("old_velocity", &old.velocity),
+            ("new_position", &new.position),
+            ("new_velocity", &new.velocity),
+            ("force", &self.force),
+            ("load", &self.force),
+        ];
+        let others = features.iter().flat_map(|feature| feature.buffers(part));
+        kernel.bind(&self.gpu, &own.into_iter().chain(others).collect::<Vec<_>>())
+    }
+
+    /// Puts forces by place where later kernels look for them.
+    pub fn put_forces(&self, force: &[[f32; 3]]) {
+        let fours: Vec<Four> = force[self.places.clone()].iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect();
+        self.force.write(&self.gpu, 0, &fours);
+    }
+}
