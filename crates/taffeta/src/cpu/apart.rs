@@ -53,19 +53,22 @@ impl<T: Real> CpuBackend<T> {
         (&self.nodes.inverse_mass, &self.nodes.mass)
     }
 
-    /// Begins a sub-step and finds the forces of its elements, then runs operations on each tile that they are for, from the
-    /// state of now to the one after, which does not become that of now. Forces start as `between` has them.
+    /// Begins a sub-step and finds the forces of its elements, then runs each operation on tiles that is wanted once, from
+    /// the state of now to the one after, which does not become that of now. Forces start as `between` has them.
     pub fn apart(
         &mut self,
         substep: &Substep<T>,
         input: &FrameInput,
         between: &mut Between<T>,
-        operations: &[Op],
+        wanted: impl Fn(Op) -> bool + Sync,
     ) {
         self.input = input.clone();
         assert_eq!(self.threads(), 1, "passes apart are for one worker");
         between.touched = vec![0; between.force.len()];
         let list: Vec<_> = step::substep(&self.parts).iter().flat_map(Line::passes).copied().collect();
+        let mut operations: Vec<Op> = list.iter().map(|pass| pass.op).filter(|&op| wanted(op)).collect();
+        let mut seen = [false; Op::COUNT];
+        operations.retain(|&op| !std::mem::replace(&mut seen[op as usize], true));
         let kept = std::sync::Mutex::new(between);
         self.work(substep, |worker| {
             let mut between = kept.lock().expect("one worker");
@@ -75,7 +78,7 @@ impl<T: Real> CpuBackend<T> {
             }
             worker.each_tile(|tile| {
                 load(tile, &between);
-                for &op in operations {
+                for &op in &operations {
                     let marks = *tile.marks;
                     if list.iter().any(|pass| pass.op == op && pass.on.chooses(marks)) {
                         tile.features.of(op).for_each(|feature| feature.tile(op, tile));

@@ -9,7 +9,7 @@ use crate::diagnostics::FrameSums;
 use crate::gpu::backend::GpuBackend;
 use crate::gpu::layout::Four;
 use crate::plan;
-use crate::step::{Op, Stage};
+use crate::step::Stage;
 
 /// Both backends, and where one hands over to the other.
 pub struct Boundary {
@@ -17,9 +17,6 @@ pub struct Boundary {
     gpu: GpuBackend,
     from: Stage,
 }
-
-/// Operations on tiles that the CPU can do before the GPU takes over.
-const ON_CPU: [Op; 6] = [Op::Loads, Op::Gather, Op::Springs, Op::Integrate, Op::Pins, Op::Contact];
 
 impl Boundary {
     /// Of a scene that is on both; the GPU does what is left from a stage on.
@@ -30,8 +27,8 @@ impl Boundary {
     fn substep(&mut self, substep: &plan::Substep<f32>, input: &FrameInput) -> Result<(), Lost> {
         let places = self.cpu.assembly().places;
         let mut between = Between { force: vec![[0.0; 3]; places], ..Between::default() };
-        let operations: Vec<Op> = ON_CPU.into_iter().filter(|op| op.stage() < self.from).collect();
-        self.cpu.apart(substep, input, &mut between, &operations);
+        let from = self.from;
+        self.cpu.apart(substep, input, &mut between, |op| op.stage() < from);
         self.upload(substep, &between)?;
         self.gpu.finish(substep, input)?;
         let (position, velocity) = self.gpu.places()?;

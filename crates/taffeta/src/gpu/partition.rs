@@ -192,7 +192,7 @@ impl Partition {
         (from, last): (Stage, bool),
     ) -> Result<(), GpuError> {
         let failed = |why| GpuError::Failed { why };
-        let order = schedule(&self.lines, &self.classes, table, |op| op.stage() >= from).map_err(failed)?;
+        let order = schedule(&self.lines, &self.classes, table, from).map_err(failed)?;
         let order: Vec<&Fused<'_>> =
             order.into_iter().map(|index| &table[index]).filter(|entry| entry.does_something()).collect();
         debug_assert!(order.len() == 1 || order.iter().all(|entry| entry.steps == 1));
@@ -205,7 +205,8 @@ impl Partition {
             substep += if let [only] = order[..] { only.steps as usize } else { 1 };
         }
         if last {
-            let order = schedule(&step::frame_end(), &self.classes, table, |_| true).map_err(failed)?;
+            let order =
+                schedule(&step::frame_end(), &self.classes, table, Stage::default()).map_err(failed)?;
             for index in order {
                 self.run(&table[index], features, kernels, list, 0)?;
             }

@@ -5,7 +5,7 @@
 //! which every class of bodies goes through its own operations in the order of the list, and fails where there is none.
 
 use crate::gpu::feature::{Command, Groups};
-use crate::step::{Line, Marks, On, Op, Pass};
+use crate::step::{Line, Marks, On, Op, Pass, Stage};
 
 /// One entry of the table: what some commands carry out.
 pub struct Fused<'f> {
@@ -95,7 +95,7 @@ fn take(left: &mut Left, done: &[usize]) {
     }
 }
 
-/// The order of the table's entries that carries out the passes `lines` on bodies of these classes. Entries with the same
+/// The order of the table's entries that carries out the passes `lines`, from a stage on, on bodies of these classes. Entries with the same
 /// operations on the same nodes come one after the other.
 ///
 /// # Errors
@@ -104,10 +104,10 @@ pub fn schedule(
     lines: &[Line],
     classes: &[Marks],
     table: &[Fused<'_>],
-    wanted: impl Fn(Op) -> bool,
+    from: Stage,
 ) -> Result<Vec<usize>, String> {
     let mut all: Vec<(Marks, Left)> =
-        classes.iter().map(|&class| (class, passes_of(lines, class, &wanted))).collect();
+        classes.iter().map(|&class| (class, passes_of(lines, class, from))).collect();
     let mut order = Vec::new();
     while let Some(first) = all.iter().filter_map(|(_, left)| left.first()).min() {
         let entry = best(&all, table).ok_or_else(|| format!("no kernel comes next for {:?}", first.1))?;
@@ -127,8 +127,8 @@ pub fn schedule(
     Ok(order)
 }
 
-/// The operations that a class goes through.
-fn passes_of(lines: &[Line], class: Marks, wanted: &impl Fn(Op) -> bool) -> Left {
+/// The operations that a class goes through, those before a stage left out.
+fn passes_of(lines: &[Line], class: Marks, from: Stage) -> Left {
     let mut passes: Vec<&Pass> = Vec::new();
     for line in lines {
         let rounds = if let Line::Rounds(most, _) = line { *most } else { 1 };
@@ -139,8 +139,8 @@ fn passes_of(lines: &[Line], class: Marks, wanted: &impl Fn(Op) -> bool) -> Left
         On::Scene(of) => class.has(of),
         On::Tiles { .. } => on.chooses(class.and(Marks::MOVED)),
     };
-    let numbered = passes.into_iter().enumerate();
-    numbered.filter(|(_, pass)| wanted(pass.op) && chosen(pass.on)).map(|(at, pass)| (at, pass.op)).collect()
+    let numbered = passes.into_iter().enumerate().filter(|(_, pass)| chosen(pass.on));
+    numbered.map(|(at, pass)| (at, pass.op)).skip_while(|(_, op)| op.stage() < from).collect()
 }
 
 /// The entry to go on with: the first in the list, of those the longest, of those the first in the table.
@@ -221,7 +221,7 @@ mod tests {
     }
 
     fn names(parts: Parts, classes: &[Marks], table: &[Fused<'_>]) -> Vec<Vec<Op>> {
-        let order = schedule(&step::substep(&parts), classes, table, |_| true).expect("an order");
+        let order = schedule(&step::substep(&parts), classes, table, Stage::default()).expect("an order");
         order.into_iter().map(|index| table[index].operations.clone()).collect()
     }
 
@@ -265,9 +265,9 @@ mod tests {
             scenes.into_iter().flat_map(|scene| [(scene.clone(), true), (scene, false)])
         {
             let (lines, table) = (step::substep(&parts), table(whole));
-            let order = schedule(&lines, &classes, &table, |_| true).expect("an order");
+            let order = schedule(&lines, &classes, &table, Stage::default()).expect("an order");
             for class in classes {
-                let mut left = passes_of(&lines, class, &|_| true);
+                let mut left = passes_of(&lines, class, Stage::default());
                 for &index in order.iter().filter(|&&index| table[index].acts_on(class)) {
                     if let Some(done) = next_in(&left, &table[index].operations) {
                         take(&mut left, &done);
@@ -284,7 +284,8 @@ mod tests {
     fn an_operation_that_no_kernel_does_is_an_error() {
         let mut table = table(false);
         table.retain(|entry| entry.operations[0] != Op::Integrate);
-        let error = schedule(&step::substep(&Parts::default()), &[NONE], &table, |_| true).unwrap_err();
+        let error =
+            schedule(&step::substep(&Parts::default()), &[NONE], &table, Stage::default()).unwrap_err();
         assert!(error.contains("Integrate"), "{error}");
     }
 }

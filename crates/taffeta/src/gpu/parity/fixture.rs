@@ -275,7 +275,7 @@ impl Fixture {
             self.cpu.set_after(place, [x[0], x[1], x[2], v[0], v[1], v[2]]);
         }
         let mut between = Between { force: self.force.clone(), ..Between::default() };
-        self.cpu.apart(&self.substeps[SUBSTEP], &self.input, &mut between, operations);
+        self.cpu.apart(&self.substeps[SUBSTEP], &self.input, &mut between, |op| operations.contains(&op));
         let mut after = self.new.clone();
         for place in (0..self.is_node.len()).filter(|&place| self.is_node[place]) {
             let [x, y, z, u, v, w] = self.cpu.after(place);
