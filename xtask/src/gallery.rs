@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
-use taffeta_reproduce::draw;
+use taffeta_papers::draw;
 
 /// A picture of some moments, two in a row.
 struct Picture {

@@ -5,9 +5,9 @@ mod shot;
 use crate::root;
 use std::process::ExitCode;
 use std::time::Instant;
-use taffeta_reproduce::draw::camera::Camera;
-use taffeta_reproduce::draw::light::Light;
-use taffeta_reproduce::draw::{beside, png, render};
+use taffeta_papers::draw::camera::Camera;
+use taffeta_papers::draw::light::Light;
+use taffeta_papers::draw::{beside, png, render};
 
 /// Which frame of a scene shows best what it is about.
 #[derive(Clone, Copy)]

@@ -5,7 +5,7 @@ use crate::gpu;
 use crate::limits;
 use taffeta::taffeta_gpu::{AdapterInfo, adapters};
 use taffeta_io::program::Failure;
-use taffeta_reproduce::machine::processor;
+use taffeta_papers::machine::processor;
 
 /// Say what this build and this machine are
 #[derive(clap::Args)]

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use taffeta_io::program::{Failure, complain};
-use taffeta_reproduce::{Done, Paper, Trouble, Wanted, Watch, reproduce};
+use taffeta_papers::{Done, Paper, Trouble, Wanted, Watch, reproduce};
 
 /// Run the experiments of three papers, and write a report of theirs beside ours
 ///

@@ -6,8 +6,8 @@ use crate::lines::Line;
 use serde::{Deserialize, Serialize};
 use taffeta::diagnostics::FrameReport;
 use taffeta::{Options, Simulation};
-use taffeta_reproduce::machine::processor;
-use taffeta_reproduce::strip::{Moment, Strip};
+use taffeta_papers::machine::processor;
+use taffeta_papers::strip::{Moment, Strip};
 
 /// A run in numbers: a line of `runs.jsonl`.
 #[derive(Clone, Default, Serialize, Deserialize)]

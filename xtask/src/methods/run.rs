@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use taffeta::diagnostics::FrameReport;
 use taffeta::{Precision, Simulation};
-use taffeta_reproduce::machine::processor;
+use taffeta_papers::machine::processor;
 
 /// Times that a short run is run, at most.
 const REPEATS: usize = 5;

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use taffeta::scene::{Body, Bounds, Collider, Kind, Mass, Mesh, Scene, Select, Shape};
 use taffeta::topology::{Surface, ground};
 use taffeta::{Options, Simulation};
-use taffeta_reproduce::draw::shapes::{self, Corner, Face, Material};
-use taffeta_reproduce::draw::solid;
-use taffeta_reproduce::draw::vector::{Vector, along, cross, difference, dot, unit};
+use taffeta_papers::draw::shapes::{self, Corner, Face, Material};
+use taffeta_papers::draw::solid;
+use taffeta_papers::draw::vector::{Vector, along, cross, difference, dot, unit};
 
 /// Radius of rods and beads, as a share of the scene's size.
 const ROD: f64 = 0.009;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use taffeta::diagnostics::FrameReport;
 use taffeta::scene::Scene;
 use taffeta::{Options, Simulation};
-use taffeta_reproduce::machine::processor;
+use taffeta_papers::machine::processor;
 
 /// A run in numbers: a line of `runs.jsonl`.
 #[derive(Clone, Serialize, Deserialize)]

@@ -57,7 +57,7 @@ anew. So here they are, each with what is printed, what it should say, and a sma
 Where a sentence can be read in more than one way, that is said. Corrections of this list are as welcome as the list is meant to be.";
 
 const NUMBERS: &str = "\
-The numbers are computed by `crates/taffeta-reproduce/src/errata/`, a function each; a test compares this page with them. *Exact* is \
+The numbers are computed by `crates/taffeta-papers/src/errata/`, a function each; a test compares this page with them. *Exact* is \
 what is known without either formula: a derivative by differences, a law of conservation, a count. A value below 1e-9 stands as 0. \
 What taffeta does in these places is told by [its models](models/README.md).";
 
@@ -191,7 +191,7 @@ mod tests {
             std::fs::write(&file, page()).expect("docs can be written");
         }
         let text = std::fs::read_to_string(&file).unwrap_or_default();
-        let again = "TAFFETA_WRITE=1 cargo test --release -p taffeta-reproduce errata writes it anew";
+        let again = "TAFFETA_WRITE=1 cargo test --release -p taffeta-papers errata writes it anew";
         let [text, page] = [text, page()];
         let differs = text.lines().zip(page.lines()).find(|(old, new)| old != new);
         assert!(text == page, "docs/errata.md is not what the experiments find, first {differs:?}: {again}");
