@@ -7,7 +7,7 @@ use crate::{program, results, root};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::process::{Command, ExitCode};
-use taffeta_papers::machine::processor;
+use taffeta_io::program::processor;
 
 /// Sides of the sheets that S2 has, and of larger ones, which only cells can do.
 const SIDES: [u32; 7] = [5, 10, 20, 40, 80, 120, 160];

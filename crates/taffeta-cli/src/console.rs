@@ -1,19 +1,9 @@
-//! Words to the user. Unlike `println!`, `say` does not panic when the reader has gone away.
+//! Words to the user.
 
 use serde::Serialize;
-use std::io::{self, ErrorKind, Write};
 use taffeta_io::program::Failure;
 
-/// Writes `text` and a line end to standard output.
-pub fn say(text: &str) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
-    match writeln!(out, "{text}").and_then(|()| out.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Failure::Work(format!("standard output: {error}")))
-        }
-        _ => Ok(()),
-    }
-}
+pub use taffeta_io::program::say;
 
 /// `value` as JSON, indented.
 pub fn json(value: &impl Serialize) -> Result<String, Failure> {

@@ -4,8 +4,7 @@ use crate::console;
 use crate::gpu;
 use crate::limits;
 use taffeta::taffeta_gpu::{AdapterInfo, adapters};
-use taffeta_io::program::Failure;
-use taffeta_papers::machine::processor;
+use taffeta_io::program::{Failure, processor};
 
 /// Say what this build and this machine are
 #[derive(clap::Args)]

@@ -2,13 +2,13 @@
 
 use crate::console::{self, counted};
 use crate::gpu;
-use crate::run::{RunLock, unwritable};
+use crate::run::unwritable;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use taffeta_io::program::{Failure, complain};
+use taffeta_io::program::{Failure, RunLock, complain};
 use taffeta_papers::{Done, Paper, Trouble, Wanted, Watch, reproduce};
 
 /// Run the experiments of three papers, and write a report of theirs beside ours

@@ -4,7 +4,6 @@ mod choice;
 mod device;
 mod format;
 mod job;
-mod lock;
 mod outputs;
 mod plan;
 mod progress;
@@ -21,13 +20,12 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 pub use device::{Device, refuse_precision};
 use format::{Format, Poses};
 use job::{Ending, Job, stop_on_ctrl_c};
-pub use lock::RunLock;
 pub use outputs::unwritable;
 use plan::Plan;
 use std::path::{Path, PathBuf};
 use taffeta::{Precision, Simulation, Stage};
 use taffeta_io::Loaded;
-use taffeta_io::program::Failure;
+use taffeta_io::program::{Failure, RunLock};
 pub use tally::{median, rate};
 
 /// Run a scene and write its results

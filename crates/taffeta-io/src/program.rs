@@ -1,8 +1,14 @@
-//! How the programs of this workspace end, and what they complain of.
+//! What the programs of this workspace share: how they end, what they say, and that only one works in a folder at a time.
+
+mod lock;
+mod machine;
+
+pub use lock::RunLock;
+pub use machine::processor;
 
 use crate::LoadError;
 use std::fmt;
-use std::io::{self, Write};
+use std::io::{self, ErrorKind, Write};
 use std::process::ExitCode;
 
 /// Why a program does not end well.
@@ -53,6 +59,20 @@ pub fn end(result: Result<(), Failure>) -> ExitCode {
     let Err(failure) = result else { return ExitCode::SUCCESS };
     complain(&failure.to_string());
     failure.code().into()
+}
+
+/// Writes `text` and a line end to standard output. Unlike `println!`, this does not panic when the reader has gone away.
+///
+/// # Errors
+/// Where standard output takes no more, as on a full disk.
+pub fn say(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::Work(format!("standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Writes `text` and a line end to standard error. Unlike `eprintln!`, this does not panic when the reader has gone away.

@@ -6,13 +6,14 @@ use crate::page::Section;
 use crate::paper::Paper;
 use crate::report::{self, Head};
 use crate::store::{self, Kept, Store};
-use crate::{errata, limits, machine, s1, s2, s3, tournament};
+use crate::{errata, limits, s1, s2, s3, tournament};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::hash::Hasher;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use taffeta_io::program::processor;
 use twox_hash::XxHash64;
 
 /// What is to be reproduced.
@@ -101,7 +102,7 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
         match result {
             Ok(result) => {
                 let (name, command) = (job.name.clone(), job.command(wanted.quick));
-                let (machine, program) = (machine::processor(), program.clone());
+                let (machine, program) = (processor(), program.clone());
                 let kept = Kept { name, command, machine, program, quick: wanted.quick, result };
                 store.keep(kept).map_err(at(&wanted.out))?;
             }

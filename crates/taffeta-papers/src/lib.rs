@@ -15,7 +15,6 @@ pub mod errata;
 pub mod job;
 mod limits;
 pub mod look;
-pub mod machine;
 pub mod page;
 mod paper;
 pub mod plot;

@@ -6,7 +6,7 @@ use crate::lines::Line;
 use serde::{Deserialize, Serialize};
 use taffeta::diagnostics::FrameReport;
 use taffeta::{Options, Simulation};
-use taffeta_papers::machine::processor;
+use taffeta_io::program::processor;
 use taffeta_papers::strip::{Moment, Strip};
 
 /// A run in numbers: a line of `runs.jsonl`.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
 use taffeta::{Options, Simulation};
-use taffeta_papers::machine::processor;
+use taffeta_io::program::processor;
 
 /// A scene whose steps are timed while the cloth touches something.
 pub struct Timing {

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use taffeta::diagnostics::FrameReport;
 use taffeta::{Precision, Simulation};
-use taffeta_papers::machine::processor;
+use taffeta_io::program::processor;
 
 /// Times that a short run is run, at most.
 const REPEATS: usize = 5;

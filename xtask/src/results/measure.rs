@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use taffeta_papers::machine::processor;
+use taffeta_io::program::processor;
 
 /// Sides of square grids.
 const SIDES: [u32; 8] = [32, 64, 160, 256, 512, 1024, 2048, 2796];

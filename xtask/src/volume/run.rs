@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use taffeta::diagnostics::FrameReport;
 use taffeta::scene::Scene;
 use taffeta::{Options, Simulation};
-use taffeta_papers::machine::processor;
+use taffeta_io::program::processor;
 
 /// A run in numbers: a line of `runs.jsonl`.
 #[derive(Clone, Serialize, Deserialize)]

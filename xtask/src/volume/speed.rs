@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use taffeta::scene::VolumeForm;
 use taffeta::{Options, Simulation};
-use taffeta_papers::machine::processor;
+use taffeta_io::program::processor;
 
 /// The forms that are compared, that without a volume first.
 const FORMS: [VolumeForm; 3] = [VolumeForm::None, VolumeForm::Corrected, VolumeForm::Projected];

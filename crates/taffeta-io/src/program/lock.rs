@@ -14,6 +14,9 @@ pub struct RunLock {
 
 impl RunLock {
     /// Takes the folder, and makes it if need be.
+    ///
+    /// # Errors
+    /// Where another program has it, of the kind `ResourceBusy`; and where it cannot be made or written to.
     pub fn take(dir: &Path) -> io::Result<Self> {
         let made = !dir.exists();
         create_dir_all(dir)?;

@@ -1,8 +1,8 @@
-//! The machine in words.
+//! The machine that a program runs on.
 
 use std::process::Command;
 
-/// The processor's name, as the system tells it.
+/// The processor's name, as the system has it; its architecture, where the system has none.
 pub fn processor() -> String {
     let linux = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
         let line = text.lines().find(|line| line.starts_with("model name"))?;
