@@ -1,12 +1,13 @@
 //! Runs what is wanted, one after the other, and writes the report.
 
-use crate::job::{Job, Place, Quick, What};
-use crate::look::Look;
-use crate::page::Section;
-use crate::paper::Paper;
-use crate::report::{self, Head};
-use crate::store::{self, Kept, Store};
-use crate::{errata, limits, s1, s2, s3, tournament};
+use crate::papers::paper::Paper;
+use crate::papers::{limits, s1, s2, s3};
+use crate::report::look::Look;
+use crate::report::page::Section;
+use crate::report::store::{self, Kept, Store};
+use crate::report::write::{self, Head};
+use crate::runs::job::{Job, Place, Quick, What};
+use crate::{errata, tournament};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -116,7 +117,7 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
     let shown = jobs.iter().filter(|job| !missing.contains_key(&job.name));
     let shown: Vec<&Kept> = shown.filter_map(|job| store.get(&job.name)).collect();
     let sections = sections(wanted, &Look::new(&store, &missing));
-    report::write(&wanted.out, &head(wanted, &shown), &sections, &store).map_err(Trouble::Work)?;
+    write::write(&wanted.out, &head(wanted, &shown), &sections, &store).map_err(Trouble::Work)?;
     let runs = [todo.len() - failed.len(), known];
     Ok(Done { report: wanted.out.join("report.html"), runs, failed })
 }
@@ -304,7 +305,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let store = Store::open(folder.path()).unwrap();
         let sections = sections(&wanted(folder.path()), &Look::new(&store, &BTreeMap::new()));
-        report::write(folder.path(), &head(&wanted(folder.path()), &[]), &sections, &store).unwrap();
+        write::write(folder.path(), &head(&wanted(folder.path()), &[]), &sections, &store).unwrap();
         let page = fs::read_to_string(folder.path().join("report.html")).unwrap();
         for table in [
             "s1-springs",

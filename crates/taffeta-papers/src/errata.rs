@@ -14,10 +14,10 @@ mod vector;
 
 pub use finding::Finding;
 
-use crate::look::Look;
-use crate::page::Section;
-use crate::paper::Paper;
-use crate::table::{Cell, Table};
+use crate::papers::paper::Paper;
+use crate::report::look::Look;
+use crate::report::page::Section;
+use crate::report::table::{Cell, Table};
 use serde_json::{Map, Value, json};
 
 /// A place where a paper says what it cannot mean.
@@ -178,8 +178,8 @@ pub fn page() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::page::Block;
-    use crate::store::{Kept, Store};
+    use crate::report::page::Block;
+    use crate::report::store::{Kept, Store};
     use std::collections::BTreeSet;
     use std::path::Path;
 

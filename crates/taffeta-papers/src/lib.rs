@@ -4,29 +4,16 @@
 //! - S2: the article "CUDA Cloth Simulation".
 //! - S3: Va, Choi, Hong, "Real-Time Surface-Based Volume Constraints on Mass-Spring Model in Unity3D", 2023.
 //!
-//! A paper's module has its runs ([`job::Job`]) and the tables that are made of what they leave ([`look::Look`]). Every number
-//! of ours is read from what a run left ([`store::Kept`]), and the report has that, too.
+//! A paper's module has its runs ([`runs::job::Job`]) and the tables that are made of what they leave ([`report::look::Look`]). Every number
+//! of ours is read from what a run left ([`report::store::Kept`]), and the report has that, too.
 
-pub mod behaviour;
-pub mod curve;
 pub mod draw;
 mod drive;
 pub mod errata;
-pub mod job;
-mod limits;
-pub mod look;
-pub mod page;
-mod paper;
-pub mod plot;
+mod papers;
 mod report;
-mod s1;
-mod s2;
-mod s3;
-mod scenes;
-pub mod store;
-pub mod strip;
-pub mod table;
+pub mod runs;
 pub mod tournament;
 
 pub use drive::{Done, Trouble, Wanted, Watch, reproduce};
-pub use paper::Paper;
+pub use papers::paper::Paper;

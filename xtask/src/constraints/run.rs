@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use taffeta::diagnostics::FrameReport;
 use taffeta::{Options, Simulation};
 use taffeta_io::program::processor;
-use taffeta_papers::strip::{Moment, Strip};
+use taffeta_papers::runs::strip::{Moment, Strip};
 
 /// A run in numbers: a line of `runs.jsonl`.
 #[derive(Clone, Default, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! A number of an experiment.
 
-use crate::look::grouped;
+use crate::report::look::grouped;
 
 /// One number, as printed, as mended and as it is.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use super::finding::{Finding, NONE, found};
 use super::vector::{
     Chance, STEPS, Vector, add, cross, dot, norm, normalize, scale, sheet_springs, sub, sum,
 };
-use crate::paper::Paper;
+use crate::papers::paper::Paper;
 use std::collections::BTreeSet;
 use taffeta::springs::{GridCounts, grid_counts};
 use taffeta::topology::shapes::grid_surface;

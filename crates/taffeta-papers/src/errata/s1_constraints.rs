@@ -6,7 +6,7 @@ use super::dense::{
 use super::finding::{Finding, NONE, found};
 use super::vector::{Chance, STEPS, Vector, add, scale, sheet_springs, sub};
 use super::{Erratum, vector};
-use crate::paper::Paper;
+use crate::papers::paper::Paper;
 use std::collections::BTreeSet;
 
 pub fn errata() -> Vec<Erratum> {

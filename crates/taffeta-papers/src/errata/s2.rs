@@ -3,7 +3,7 @@
 use super::Erratum;
 use super::finding::{Finding, NONE, found};
 use super::vector::{Vector, cross, dot, norm, scale, sum};
-use crate::paper::Paper;
+use crate::papers::paper::Paper;
 use std::collections::BTreeSet;
 
 pub fn errata() -> Vec<Erratum> {

@@ -3,7 +3,7 @@
 use super::Erratum;
 use super::finding::{Finding, NONE, found};
 use super::vector::ball;
-use crate::paper::Paper;
+use crate::papers::paper::Paper;
 use taffeta::topology::Edges;
 
 pub fn errata() -> Vec<Erratum> {

@@ -3,7 +3,7 @@
 use super::Erratum;
 use super::finding::{Finding, NONE, found};
 use super::vector::{Vector, add, ball, cross, dot, norm, scale, sub, sum};
-use crate::paper::Paper;
+use crate::papers::paper::Paper;
 use std::f64::consts::PI;
 use taffeta::topology::Surface;
 use taffeta::topology::measure::volume;

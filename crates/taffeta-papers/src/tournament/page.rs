@@ -3,10 +3,10 @@
 use super::run::Run;
 use super::scenes::{CASES, Case, FRAMES};
 use super::{Entry, Method, entries};
-use crate::page::{Plot, Section};
-use crate::plot::{Series, log_log};
-use crate::store::Kept;
-use crate::table::{Cell, Table};
+use crate::report::page::{Plot, Section};
+use crate::report::plot::{Series, log_log};
+use crate::report::store::Kept;
+use crate::report::table::{Cell, Table};
 
 /// Errors at which methods are compared, and their names.
 const WANTED: [(f64, &str); 3] = [(1e-1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %")];
@@ -222,7 +222,7 @@ fn digits(number: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::page::Block;
+    use crate::report::page::Block;
 
     fn kept(method: Method, steps: u32, error: Option<f64>, cost: f64, max_stretch: f64) -> Kept {
         let entry = Entry { case: &CASES[0], method, steps };

@@ -2,13 +2,13 @@
 
 mod others;
 
-use crate::behaviour::{Behaviour, Scene};
-use crate::curve;
-use crate::job::{Job, Quick, What};
-use crate::look::{Look, short, speed, speeds};
-use crate::page::{Picture, Plot, Section};
-use crate::plot::{Series, log_log};
-use crate::table::{Cell, Table};
+use crate::papers::curve;
+use crate::report::look::{Look, short, speed, speeds};
+use crate::report::page::{Picture, Plot, Section};
+use crate::report::plot::{Series, log_log};
+use crate::report::table::{Cell, Table};
+use crate::runs::behaviour::{Behaviour, Scene};
+use crate::runs::job::{Job, Quick, What};
 
 /// The run whose machine's limits stand for all.
 pub const LIMITS: &str = "s1-grid-160-1t";
@@ -298,7 +298,7 @@ fn counts(look: &Look) -> Section {
             kind("shear"),
             kind("bend"),
             look.count(name, "springs"),
-            Cell::Theirs(crate::look::grouped(published.into())),
+            Cell::Theirs(crate::report::look::grouped(published.into())),
             Cell::words(place),
         ]);
     }

@@ -1,7 +1,7 @@
 //! What the papers call limits and future work, each answered.
 
-use crate::page::Section;
-use crate::table::{Cell, Table};
+use crate::report::page::Section;
+use crate::report::table::{Cell, Table};
 
 /// Paper and place, what it says, whether that is done, and where or why not.
 const ITEMS: [[&str; 4]; 20] = [

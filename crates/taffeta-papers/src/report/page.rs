@@ -1,6 +1,6 @@
 //! What a page consists of: words, tables, plots and pictures. Written as Markdown; the report is made of that.
 
-use crate::table::Table;
+use crate::report::table::Table;
 
 /// A part of a page, with a heading.
 pub struct Section {

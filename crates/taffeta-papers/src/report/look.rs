@@ -1,7 +1,7 @@
 //! Tables look at what is kept; what is not there has a reason.
 
-use crate::store::{Kept, Store};
-use crate::table::{Cell, Table};
+use crate::report::store::{Kept, Store};
+use crate::report::table::{Cell, Table};
 use serde_json::Value;
 use std::collections::BTreeMap;
 

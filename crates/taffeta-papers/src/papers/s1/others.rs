@@ -1,10 +1,10 @@
 //! Other engines on the scene of figure 15, in place of Unity's cloth.
 
 use super::{ALL, springs};
-use crate::job::{Job, Quick, What};
-use crate::look::{Look, grouped, short};
-use crate::page::Section;
-use crate::table::{Cell, Table};
+use crate::report::look::{Look, grouped, short};
+use crate::report::page::Section;
+use crate::report::table::{Cell, Table};
+use crate::runs::job::{Job, Quick, What};
 
 const SIDES: [u32; 4] = [32, 64, 96, 256];
 const ENGINES: [&str; 2] = ["rapier3d", "rapier-cloth-core"];

@@ -1,10 +1,10 @@
 //! S2: cloth that touches itself.
 
-use crate::job::{Job, Quick};
-use crate::look::{Look, speed, speeds};
-use crate::page::{Plot, Section};
-use crate::plot::{Series, log_log};
-use crate::table::{Cell, Table};
+use crate::report::look::{Look, speed, speeds};
+use crate::report::page::{Plot, Section};
+use crate::report::plot::{Series, log_log};
+use crate::report::table::{Cell, Table};
+use crate::runs::job::{Job, Quick};
 
 /// Sides of the sheets that S2 has, and of larger ones.
 const SIDES: [u32; 7] = [5, 10, 20, 40, 80, 120, 160];

@@ -1,11 +1,11 @@
 //! S3: bodies of surface springs that keep their volume.
 
-use crate::behaviour::Behaviour;
-use crate::curve;
-use crate::job::{Job, Quick};
-use crate::look::{Look, speed, speeds};
-use crate::page::Section;
-use crate::table::{Cell, Table};
+use crate::papers::curve;
+use crate::report::look::{Look, speed, speeds};
+use crate::report::page::Section;
+use crate::report::table::{Cell, Table};
+use crate::runs::behaviour::Behaviour;
+use crate::runs::job::{Job, Quick};
 
 /// How the volume is kept: as the program calls it, and as the tables do.
 const FORMS: [(&str, &str); 4] = [
@@ -260,7 +260,7 @@ fn pressed(look: &Look) -> Section {
             row.push(largest);
         }
         row.push(look.cell(&job("corrected"), |value| {
-            Some(crate::look::short(value["ms_per_frame"]["median"].as_f64()?))
+            Some(crate::report::look::short(value["ms_per_frame"]["median"].as_f64()?))
         }));
         table.row(row);
     }
@@ -307,8 +307,8 @@ fn curves(look: &Look) -> Section {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::What;
-    use crate::scenes;
+    use crate::runs::job::What;
+    use crate::runs::scenes;
 
     #[test]
     fn every_scene_takes_what_is_set_if_its_mesh_is_there() {

@@ -1,6 +1,6 @@
 //! Tables whose numbers say where they come from.
 
-use crate::store::Kept;
+use crate::report::store::Kept;
 use serde_json::Value;
 
 /// A table.

@@ -1,7 +1,7 @@
 //! What a scene does: its frames in numbers, their times, and the cloth at some moments.
 
-use crate::scenes;
-use crate::strip::{Moment, Strip};
+use crate::runs::scenes;
+use crate::runs::strip::{Moment, Strip};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,8 @@
 //! What is run: benches of the program, and scenes.
 
-use crate::behaviour::{self, Scene};
-use crate::{errata, scenes, tournament};
+use crate::runs::behaviour::{self, Scene};
+use crate::runs::scenes;
+use crate::{errata, tournament};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -1,0 +1,6 @@
+//! What is run, and what each run leaves.
+
+pub mod behaviour;
+pub mod job;
+pub mod scenes;
+pub mod strip;
