@@ -5,19 +5,20 @@ mod report;
 
 use crate::{program, results, root};
 use report::Report;
-use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::path::Path;
+use std::process::ExitCode;
+
+/// The programs that are taken along.
+const PROGRAMS: [&str; 2] = ["taffeta", "taffeta-papers"];
 
 /// Without words: builds what to take along. With `--merge FILE`: writes the page of what was found.
 pub fn run(words: &[&str]) -> ExitCode {
     let result = match words {
         [] => prepare(),
-        ["--merge", file] if file.ends_with(".jsonl") => merge_rows(Path::new(file)),
         ["--merge", file] => merge(Path::new(file), &root().join("docs/results")),
-        _ => Err(format!(
-            "gpu {}: it takes nothing, or --merge with FILE.json of gpu-check or raw.jsonl of reproduce",
-            words.join(" ")
-        )),
+        _ => {
+            Err(format!("gpu {}: it takes nothing, or --merge with FILE.json of gpu-check", words.join(" ")))
+        }
     };
     match result {
         Ok(words) => {
@@ -31,27 +32,29 @@ pub fn run(words: &[&str]) -> ExitCode {
     }
 }
 
-/// Builds the program and puts it alone into a folder; returns what to do with it.
+/// Builds the programs and puts them alone into a folder; returns what to do with them.
 fn prepare() -> Result<String, String> {
     let commit = program::commit()?;
-    let mut build = program::build();
+    let [first, second] = PROGRAMS;
+    let mut build = program::cargo(&["build", "--release", "--bin", first, "--bin", second]);
     build.env("TAFFETA_COMMIT", &commit);
     if !build.status().map_err(|error| format!("cargo: {error}"))?.success() {
-        return Err("the program was not built".into());
+        return Err("the programs were not built".into());
     }
     let folder = program::target().join("gpu");
     // What lies there from an earlier build must not go along.
     let _ = std::fs::remove_dir_all(&folder);
-    let name = program::path().file_name().map_or_else(|| "taffeta".into(), PathBuf::from);
-    let copy = folder.join(&name);
-    std::fs::create_dir_all(&folder)
-        .and_then(|()| std::fs::copy(program::path(), &copy))
-        .map_err(|error| format!("{}: {error}", copy.display()))?;
-    let program = copy.strip_prefix(root()).unwrap_or(&copy).display();
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    for name in PROGRAMS {
+        let built = program::path().with_file_name(format!("{name}{}", std::env::consts::EXE_SUFFIX));
+        let copy = folder.join(built.file_name().unwrap_or_default());
+        std::fs::copy(&built, &copy).map_err(|error| format!("{}: {error}", copy.display()))?;
+    }
+    let place = folder.strip_prefix(root()).unwrap_or(&folder).display();
     Ok(format!(
-        "{program} is all that is needed (taffeta {commit}). Take it to a machine with a GPU and run there:
+        "{place} has all that is needed (taffeta {commit}). Take it to a machine with a GPU and run there:
 
-    ./{0} gpu-check --out gpu-check.json
+    ./taffeta gpu-check --out gpu-check.json
 
 It takes some minutes: every kernel and some scenes beside their twins on the CPU, then measurements. The machine needs
 the GPU's driver and the Vulkan loader (Debian and Ubuntu: `apt-get install libvulkan1`; with NVIDIA's driver in a
@@ -63,12 +66,9 @@ Bring back gpu-check.json, and then:
 
 For the report on the papers, run there too
 
-    ./{0} reproduce all --out reproduce
+    ./taffeta-papers all --out papers
 
-(some ten minutes), bring back reproduce/raw.jsonl, and then:
-
-    cargo xtask gpu --merge raw.jsonl",
-        name.display()
+and bring back papers/raw.jsonl; docs/papers.md says how its rows get into a report."
     ))
 }
 
@@ -82,21 +82,6 @@ fn read(file: &Path) -> Result<(Report, String), String> {
     let text = std::fs::read_to_string(file).map_err(|error| at(&error))?;
     let report = serde_json::from_str(&text).map_err(|error| at(&error))?;
     Ok((report, text))
-}
-
-/// Adds the rows that only a GPU can have to the report on the papers in docs/results/papers.
-fn merge_rows(file: &Path) -> Result<String, String> {
-    if !program::build().arg("--quiet").status().map_err(|error| format!("cargo: {error}"))?.success() {
-        return Err("the program was not built".into());
-    }
-    let out = root().join("docs/results/papers");
-    let mut command = Command::new(program::path());
-    command.args(["reproduce", "all", "--only-report", "--merge"]).arg(file).arg("--out").arg(&out);
-    let status = command.status().map_err(|error| format!("{}: {error}", program::path().display()))?;
-    if !status.success() {
-        return Err(format!("taffeta reproduce: {status}"));
-    }
-    Ok(format!("{} has the rows of {}", out.join("report.md").display(), file.display()))
 }
 
 /// Writes the page of a device beside the results of others, and keeps what it was made of; returns what it wrote.
@@ -123,6 +108,7 @@ fn merge(file: &Path, folder: &Path) -> Result<String, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::PathBuf;
 
     fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("taffeta-merge-{name}-{}", std::process::id()));

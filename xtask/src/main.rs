@@ -28,7 +28,7 @@ const USAGE: &str =
                    | results [--frames F | --plots-only]
                    | volume [NAME...] [--speed-only | --plots-only] | constraints [NAME...] [--plots-only]
                    | contact [--software | --page-only] | methods [--quick] [SIZE...] | methods --plots-only
-                   | gpu [--merge FILE.json | --merge raw.jsonl] | fuzz [--minutes N] [TARGET...]
+                   | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
   test, ci   formatting, lints, tests, and every scene for 10 frames on the CPU and on a GPU, in software if need be
   models     fetch the bunny, armadillo, dragon and human into models/
   pictures   run scenes and draw them into docs/pictures/

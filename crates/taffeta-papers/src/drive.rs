@@ -2,20 +2,20 @@
 
 use crate::papers::paper::Paper;
 use crate::papers::{limits, s1, s2, s3};
+use crate::progress::Progress;
 use crate::report::look::Look;
 use crate::report::page::Section;
 use crate::report::store::{self, Kept, Store};
 use crate::report::write::{self, Head};
 use crate::runs::job::{Job, Place, Quick, What};
+use crate::runs::programs::Programs;
 use crate::{errata, tournament};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::hash::Hasher;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use taffeta_io::program::processor;
-use twox_hash::XxHash64;
+use taffeta_io::program::{Failure, processor};
 
 /// What is to be reproduced.
 pub struct Wanted {
@@ -29,20 +29,10 @@ pub struct Wanted {
     pub merge: Option<PathBuf>,
     /// Whether nothing is run: the report is of what is there, whichever program left it.
     pub only_report: bool,
-    /// The program `taffeta`.
-    pub program: PathBuf,
+    /// The program `taffeta`, where it is not the one beside this program.
+    pub taffeta: Option<PathBuf>,
     /// Whether a hardware GPU is there.
     pub gpu: bool,
-}
-
-/// Who looks on.
-pub trait Watch {
-    /// A run begins: its number, how many there are, and its command.
-    fn begins(&self, number: usize, count: usize, command: &str);
-    /// Something that the user should know.
-    fn says(&self, words: &str);
-    /// Whether it is to end.
-    fn is_stopped(&self) -> bool;
 }
 
 /// How it ended.
@@ -56,33 +46,19 @@ pub struct Done {
     pub failed: Vec<(String, String)>,
 }
 
-/// Why there is no report.
-#[derive(Debug)]
-pub enum Trouble {
-    /// What was asked for cannot be had.
-    Input(String),
-    /// A file cannot be written.
-    Work(String),
-    /// The user stopped it; what was run is kept.
-    Stopped,
-}
-
 /// Runs what is wanted and writes the report. What an earlier call in the same folder ran with the same program is not
 /// run again.
 ///
 /// # Errors
-/// See [`Trouble`].
-pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
+/// Bad input, before anything is made; a file that cannot be written; or that the user stopped it.
+pub fn reproduce(wanted: &Wanted, progress: &Progress) -> Result<Done, Failure> {
     let brought = wanted.merge.as_deref().map_or(Ok(BTreeMap::new()), brought)?;
-    let program = hash(&wanted.program).map_err(at(&wanted.program))?;
-    let mut store = opened(&wanted.out)?;
-    let cache = wanted.out.join("references");
-    let stopped = || watch.is_stopped();
-    let place = Place { program: &wanted.program, cache: &cache, stopped: &stopped };
     let jobs = jobs(wanted);
+    let programs = programs(&jobs, wanted)?;
+    let mut store = opened(&wanted.out)?;
     let (mut missing, mut todo, mut known) = (BTreeMap::new(), Vec::new(), 0);
     for job in &jobs {
-        match fate(job, wanted, &store, &brought, &program) {
+        match fate(job, wanted, &store, &brought, &programs) {
             Fate::Known => known += 1,
             Fate::Brought(kept) => store.keep(kept.clone()).map_err(at(&wanted.out))?,
             Fate::Missing(why) => drop(missing.insert(job.name.clone(), why)),
@@ -91,47 +67,71 @@ pub fn reproduce(wanted: &Wanted, watch: &dyn Watch) -> Result<Done, Trouble> {
     }
     if wanted.only_report && missing.len() == jobs.len() {
         let out = wanted.out.display();
-        return Err(Trouble::Input(format!("--only-report: {out} has no runs; without it they are made")));
+        return Err(Failure::Input(format!("--only-report: {out} has no runs; without it they are made")));
     }
-    let mut failed = Vec::new();
-    for (number, job) in (1..).zip(&todo) {
-        watch.begins(number, todo.len(), &job.command(wanted.quick));
-        let result = job.run(wanted.quick, &place);
-        if watch.is_stopped() {
-            return Err(Trouble::Stopped);
-        }
-        match result {
-            Ok(result) => {
-                let (name, command) = (job.name.clone(), job.command(wanted.quick));
-                let (machine, program) = (processor(), program.clone());
-                let kept = Kept { name, command, machine, program, quick: wanted.quick, result };
-                store.keep(kept).map_err(at(&wanted.out))?;
-            }
-            Err(why) => {
-                watch.says(&format!("{}: {why}", job.name));
-                missing.insert(job.name.clone(), why.clone());
-                failed.push((job.name.clone(), why));
-            }
-        }
-    }
+    let failed = run(&todo, wanted, &programs, &mut store, progress)?;
+    missing.extend(failed.iter().cloned());
     let shown = jobs.iter().filter(|job| !missing.contains_key(&job.name));
     let shown: Vec<&Kept> = shown.filter_map(|job| store.get(&job.name)).collect();
     let sections = sections(wanted, &Look::new(&store, &missing));
-    write::write(&wanted.out, &head(wanted, &shown), &sections, &store).map_err(Trouble::Work)?;
+    write::write(&wanted.out, &head(wanted, &shown), &sections, &store).map_err(Failure::Work)?;
     let runs = [todo.len() - failed.len(), known];
     Ok(Done { report: wanted.out.join("report.html"), runs, failed })
 }
 
+/// Runs jobs one after the other, and keeps what each leaves at once; returns those that failed, with the reason.
+fn run(
+    todo: &[&Job],
+    wanted: &Wanted,
+    programs: &Programs,
+    store: &mut Store,
+    progress: &Progress,
+) -> Result<Vec<(String, String)>, Failure> {
+    let (cache, stopped) = (wanted.out.join("references"), || progress.is_stopped());
+    let place = Place { taffeta: programs.taffeta(), cache: &cache, stopped: &stopped };
+    let mut failed = Vec::new();
+    for (number, job) in (1..).zip(todo) {
+        progress.begins(number, todo.len(), &job.command(wanted.quick));
+        let result = job.run(wanted.quick, &place);
+        if progress.is_stopped() {
+            let out = wanted.out.display();
+            return Err(Failure::Interrupted(format!(
+                "stopped; what was run is in {out}, and the same command goes on"
+            )));
+        }
+        match result {
+            Ok(result) => {
+                let (name, command) = (job.name.clone(), job.command(wanted.quick));
+                let (machine, program) = (processor(), programs.hash(job.is_bench()).to_owned());
+                let kept = Kept { name, command, machine, program, quick: wanted.quick, result };
+                store.keep(kept).map_err(at(&wanted.out))?;
+            }
+            Err(why) => {
+                progress.says(&format!("{}: {why}", job.name));
+                failed.push((job.name.clone(), why));
+            }
+        }
+    }
+    Ok(failed)
+}
+
+/// The programs that make the runs; `taffeta` is among them where a bench is to be run.
+fn programs(jobs: &[Job], wanted: &Wanted) -> Result<Programs, Failure> {
+    let own = Programs::own()?;
+    let benches = jobs.iter().any(|job| job.is_bench() && left_out(job, wanted).is_none());
+    if benches { own.with_taffeta(wanted.taffeta.as_deref()) } else { Ok(own) }
+}
+
 /// What of a file went wrong.
-fn at(what: &Path) -> impl Fn(std::io::Error) -> Trouble {
-    move |error| Trouble::Work(format!("{}: {error}", what.display()))
+fn at(what: &Path) -> impl Fn(std::io::Error) -> Failure {
+    move |error| Failure::Work(format!("{}: {error}", what.display()))
 }
 
 /// What is kept in a folder, which is made if it is not there.
-fn opened(out: &Path) -> Result<Store, Trouble> {
+fn opened(out: &Path) -> Result<Store, Failure> {
     fs::create_dir_all(out.join("references")).map_err(at(out))?;
     Store::open(out).map_err(|error| match error.kind() {
-        ErrorKind::InvalidData => Trouble::Input(format!(
+        ErrorKind::InvalidData => Failure::Input(format!(
             "{}: {error}; the file stays as it is: remove that line, and the run that it should be of is made again",
             out.join(Store::FILE).display()
         )),
@@ -156,10 +156,11 @@ fn fate<'a>(
     wanted: &Wanted,
     store: &Store,
     brought: &'a BTreeMap<String, Kept>,
-    program: &str,
+    programs: &Programs,
 ) -> Fate<'a> {
     let brought = brought.get(&job.name).filter(|_| is_brought(job));
-    let serves = |kept: &&Kept| kept.program == program && (wanted.quick || !kept.quick);
+    let serves =
+        |kept: &&Kept| kept.program == programs.hash(job.is_bench()) && (wanted.quick || !kept.quick);
     let known = store.get(&job.name);
     let is_known = known.as_ref().is_some_and(serves) || wanted.only_report && known.is_some();
     match (left_out(job, wanted), brought) {
@@ -256,20 +257,13 @@ fn head(wanted: &Wanted, shown: &[&Kept]) -> Head {
 }
 
 /// What another machine kept.
-fn brought(file: &Path) -> Result<BTreeMap<String, Kept>, Trouble> {
+fn brought(file: &Path) -> Result<BTreeMap<String, Kept>, Failure> {
     let at = |error: &dyn std::fmt::Display| {
-        Trouble::Input(format!("--merge {}: {error}; a raw.jsonl of `reproduce` would do", file.display()))
+        Failure::Input(format!("--merge {}: {error}; a raw.jsonl of this program would do", file.display()))
     };
     let text = fs::read(file).map_err(|error| at(&error))?;
     let kept = store::lines(&text).map_err(|error| at(&error))?;
     if kept.is_empty() { Err(at(&"has no runs")) } else { Ok(kept) }
-}
-
-/// Of the program's bytes: what was run by another is run again.
-fn hash(program: &Path) -> std::io::Result<String> {
-    let mut hasher = XxHash64::with_seed(0);
-    hasher.write(&fs::read(program)?);
-    Ok(format!("{:016x}", hasher.finish()))
 }
 
 #[cfg(test)]
@@ -278,16 +272,8 @@ mod tests {
     use std::collections::HashSet;
 
     fn wanted(out: &Path) -> Wanted {
-        let [out, program] = [out.to_owned(), std::env::current_exe().unwrap()];
-        Wanted {
-            papers: Paper::ALL.to_vec(),
-            out,
-            quick: true,
-            merge: None,
-            only_report: false,
-            program,
-            gpu: false,
-        }
+        let (papers, out) = (Paper::ALL.to_vec(), out.to_owned());
+        Wanted { papers, out, quick: true, merge: None, only_report: false, taffeta: None, gpu: false }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What is wrong in the papers, each with a small experiment that shows it.
 //!
 //! An experiment computes the same number twice in 64 bits, as the paper prints it and as mended, beside what is right.
-//! [`page`] is `docs/errata.md`; [`section`] is the same for a report.
+//! `taffeta-papers errata` writes `docs/errata.md` of them; a report lists them.
 
 mod dense;
 mod finding;
@@ -18,7 +18,10 @@ use crate::papers::paper::Paper;
 use crate::report::look::Look;
 use crate::report::page::Section;
 use crate::report::table::{Cell, Table};
+use crate::root;
 use serde_json::{Map, Value, json};
+use std::path::PathBuf;
+use taffeta_io::program::{self, Failure};
 
 /// A place where a paper says what it cannot mean.
 pub struct Erratum {
@@ -153,8 +156,22 @@ fn begins_block(word: &str) -> bool {
     is_count || ["+", "-", "*"].contains(&word) || word.starts_with(['#', '>', '|', '='])
 }
 
+/// The page of them.
+fn file() -> PathBuf {
+    root().join("docs/errata.md")
+}
+
+/// Writes the page again.
+///
+/// # Errors
+/// Where it cannot be written.
+pub fn write() -> Result<(), Failure> {
+    std::fs::write(file(), page()).map_err(|error| Failure::Work(format!("docs/errata.md: {error}")))?;
+    program::say("docs/errata.md")
+}
+
 /// The page `docs/errata.md`.
-pub fn page() -> String {
+fn page() -> String {
     let all = all();
     let mut text = format!("# Errata of three papers\n\n{}\n\n", wrapped(INTRODUCTION, ""));
     for paper in Paper::ALL {
@@ -181,17 +198,11 @@ mod tests {
     use crate::report::page::Block;
     use crate::report::store::{Kept, Store};
     use std::collections::BTreeSet;
-    use std::path::Path;
 
-    /// With `TAFFETA_WRITE=1` the page is written anew.
     #[test]
     fn the_page_is_what_the_experiments_find() {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/errata.md");
-        if std::env::var_os("TAFFETA_WRITE").is_some() {
-            std::fs::write(&file, page()).expect("docs can be written");
-        }
-        let text = std::fs::read_to_string(&file).unwrap_or_default();
-        let again = "TAFFETA_WRITE=1 cargo test --release -p taffeta-papers errata writes it anew";
+        let text = std::fs::read_to_string(file()).unwrap_or_default();
+        let again = "`cargo run --release -p taffeta-papers -- errata` writes it again";
         let [text, page] = [text, page()];
         let differs = text.lines().zip(page.lines()).find(|(old, new)| old != new);
         assert!(text == page, "docs/errata.md is not what the experiments find, first {differs:?}: {again}");
@@ -233,7 +244,7 @@ mod tests {
 
     #[test]
     fn links_lead_to_headings_that_exist() {
-        let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs");
+        let docs = root().join("docs");
         let page = page();
         let words = page.replace('\n', " ");
         for link in words.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {

@@ -2,5 +2,6 @@
 
 pub mod behaviour;
 pub mod job;
+pub mod programs;
 pub mod scenes;
 pub mod strip;

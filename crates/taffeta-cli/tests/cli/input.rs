@@ -19,6 +19,14 @@ fn what_is_not_there_yet_is_refused_by_name() {
 }
 
 #[test]
+fn the_report_on_the_papers_is_found_by_its_new_command() {
+    let desk = Desk::with(SHEET);
+    let words = ["reproduce", "s1", "--out", "report", "--quick"];
+    refused(&desk, &words, &["cargo run --release -p taffeta-papers -- s1 --out report --quick\n"]);
+    refused(&desk, &["reproduce"], &["-p taffeta-papers -- all --out DIR"]);
+}
+
+#[test]
 fn usage_errors_exit_with_2() {
     let desk = Desk::with(SHEET);
     for words in [

@@ -10,5 +10,4 @@ mod gpu_check;
 mod input;
 mod primal;
 mod readme;
-mod reproduce;
 mod run;

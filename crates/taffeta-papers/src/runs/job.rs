@@ -51,8 +51,8 @@ pub enum Quick {
 
 /// What runs need beside themselves.
 pub struct Place<'a> {
-    /// The program.
-    pub program: &'a Path,
+    /// The program `taffeta`, where there are benches.
+    pub taffeta: Option<&'a Path>,
     /// Where what takes long to compute may be left for a later run.
     pub cache: &'a Path,
     /// Whether the user wants it to end.
@@ -102,6 +102,11 @@ impl Job {
         self
     }
 
+    /// Whether the program `taffeta` runs it.
+    pub fn is_bench(&self) -> bool {
+        matches!(self.what, What::Bench(_))
+    }
+
     /// The file of the mesh that a bench is asked for.
     pub fn mesh(&self) -> Option<&str> {
         match &self.what {
@@ -123,7 +128,7 @@ impl Job {
             What::Counts(scene) => {
                 format!("{} --json", scenes::command("check", scene.name, &scene.sets))
             }
-            What::Bout | What::Errata => format!("taffeta reproduce all # {}", self.name),
+            What::Bout | What::Errata => format!("taffeta-papers all --out DIR # {}", self.name),
             What::Elsewhere(command) => (*command).to_owned(),
         }
     }
@@ -143,7 +148,7 @@ impl Job {
         let frames = self.frames(quick);
         let json = |error: serde_json::Error| error.to_string();
         match &self.what {
-            What::Bench(words) => bench(place.program, words, frames),
+            What::Bench(words) => bench(place.taffeta.ok_or("there is no `taffeta`")?, words, frames),
             What::Scene(scene) => behaviour::run(scene, frames, place.stopped)
                 .and_then(|done| serde_json::to_value(done).map_err(json)),
             What::Counts(scene) => counts(scene),
@@ -155,13 +160,13 @@ impl Job {
 }
 
 /// The line that a bench prints.
-fn bench(program: &Path, words: &str, frames: Option<u32>) -> Result<Value, String> {
-    let mut command = Command::new(program);
+fn bench(taffeta: &Path, words: &str, frames: Option<u32>) -> Result<Value, String> {
+    let mut command = Command::new(taffeta);
     command.args(words.split(' ')).stdin(Stdio::null());
     if let Some(frames) = frames {
         command.args(["--frames", &frames.to_string()]);
     }
-    let output = command.output().map_err(|error| format!("{}: {error}", program.display()))?;
+    let output = command.output().map_err(|error| format!("{}: {error}", taffeta.display()))?;
     let said = String::from_utf8_lossy(&output.stderr);
     if !output.status.success() {
         return Err(format!("taffeta {words}: {}", said.trim()));

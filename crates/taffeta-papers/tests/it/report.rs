@@ -1,6 +1,6 @@
 //! The report on three papers.
 
-use super::desk::{Desk, SHEET};
+use super::desk::Desk;
 use serde_json::{Value, json};
 use std::collections::HashSet;
 use std::fs;
@@ -45,9 +45,9 @@ fn raw(desk: &Desk) -> Vec<Value> {
 
 #[test]
 fn a_quick_report_has_every_table_and_every_number_of_ours_its_run() {
-    let desk = Desk::with(SHEET);
-    let words = ["reproduce", "all", "--quick", "--out", "out"];
-    desk.taffeta(&words).assert().success();
+    let desk = Desk::new();
+    let words = ["all", "--quick", "--out", "out"];
+    desk.papers(&words).assert().success();
     let page = fs::read_to_string(desk.path("out/report.html")).expect("the report");
     let tables: HashSet<&str> = all(&page, "<table id=\"", '"').collect();
     for table in TABLES {
@@ -69,7 +69,7 @@ fn a_quick_report_has_every_table_and_every_number_of_ours_its_run() {
     assert!(runs.iter().all(|run| names.contains(*run)));
     assert_published_and_measured(&page, &desk);
     // What was run is not run again.
-    let again = desk.taffeta(&words).assert().success();
+    let again = desk.papers(&words).assert().success();
     let said = String::from_utf8_lossy(&again.get_output().stdout).into_owned();
     assert_markdown(&desk);
     assert!(said.starts_with("0 runs, ") && again.get_output().stderr.is_empty(), "{said}");
@@ -103,7 +103,7 @@ fn assert_published_and_measured(page: &str, desk: &Desk) {
 
 #[test]
 fn what_a_machine_with_a_gpu_brought_fills_its_rows() {
-    let desk = Desk::with(SHEET);
+    let desk = Desk::new();
     let line = json!({
         "name": "s2-binned-gpu-160", "command": "taffeta bench contact", "machine": "elsewhere", "program": "1", "quick": false,
         "result": {
@@ -113,39 +113,40 @@ fn what_a_machine_with_a_gpu_brought_fills_its_rows() {
         }
     });
     fs::write(desk.path("gpu.jsonl"), format!("{line}\n")).expect("a file");
-    desk.taffeta(&["reproduce", "s2", "--quick", "--out", "out", "--merge", "gpu.jsonl"]).assert().success();
+    desk.papers(&["s2", "--quick", "--out", "out", "--merge", "gpu.jsonl"]).assert().success();
     let page = fs::read_to_string(desk.path("out/report.html")).expect("the report");
     assert!(page.contains("<a href=\"#run-s2-binned-gpu-160\">gpu, H9 (vulkan, discrete)</a>"));
     assert!(page.contains("<a href=\"#run-s2-binned-gpu-160\">25 %</a>"));
     // What was brought stays when the report is written again.
     fs::remove_file(desk.path("out/report.html")).expect("the report");
-    desk.taffeta(&["reproduce", "s2", "--out", "out", "--only-report"]).assert().success();
+    desk.papers(&["s2", "--out", "out", "--only-report"]).assert().success();
     let again = fs::read_to_string(desk.path("out/report.html")).expect("the report");
     assert!(again.contains("run-s2-binned-gpu-160") && again.contains("run-s2-serial-10"));
     fs::write(desk.path("gpu.jsonl"), "{\"name\": 1}\n").expect("a file");
-    let wrong = ["reproduce", "s2", "--quick", "--out", "out", "--merge", "gpu.jsonl"];
-    let said = desk.taffeta(&wrong).assert().code(2);
+    let wrong = ["s2", "--quick", "--out", "out", "--merge", "gpu.jsonl"];
+    let said = desk.papers(&wrong).assert().code(2);
     let said = String::from_utf8_lossy(&said.get_output().stderr).into_owned();
     assert!(said.contains("--merge gpu.jsonl: line 1: "), "{said}");
     // What is refused leaves nothing behind.
-    for (file, out, options) in [("gpu.jsonl", "new", &["--quick"][..]), ("scene.toml", "new", &[])] {
-        let words = [&["reproduce", "s2", "--out", out, "--merge", file], options].concat();
-        desk.taffeta(&words).assert().code(2);
+    for (file, out, options) in [("gpu.jsonl", "new", &["--quick"][..]), ("nowhere", "new", &[])] {
+        let words = [&["s2", "--out", out, "--merge", file], options].concat();
+        desk.papers(&words).assert().code(2);
         assert!(!desk.path(out).exists());
     }
-    let said = desk.taffeta(&["reproduce", "s2", "--out", "new", "--only-report"]).assert().code(2);
+    let said = desk.papers(&["s2", "--out", "new", "--only-report"]).assert().code(2);
     let said = String::from_utf8_lossy(&said.get_output().stderr).into_owned();
     assert!(said.contains("new has no runs"), "{said}");
 }
 
 #[test]
 fn a_folder_that_cannot_be_one_is_refused_and_what_is_in_it_stays() {
-    let desk = Desk::with(SHEET);
+    let desk = Desk::new();
     let refused = |out: &str| {
-        let said = desk.taffeta(&["reproduce", "s1", "--quick", "--out", out]).assert().code(2);
+        let said = desk.papers(&["s1", "--quick", "--out", out]).assert().code(2);
         String::from_utf8_lossy(&said.get_output().stderr).into_owned()
     };
-    assert!(refused("scene.toml").contains("--out scene.toml: is a file; a folder would do"));
+    fs::write(desk.path("file"), "").expect("a file");
+    assert!(refused("file").contains("--out file: is a file; a folder would do"));
     fs::create_dir(desk.path("other")).expect("a folder");
     fs::write(desk.path("other/raw.jsonl"), "[1]\n").expect("a file");
     let said = refused("other");
@@ -159,13 +160,31 @@ fn a_folder_that_cannot_be_one_is_refused_and_what_is_in_it_stays() {
     assert_eq!(desk.files("busy"), ["lock.part"]);
 }
 
+#[test]
+fn a_taffeta_that_is_not_there_is_told_how_to_be_built_and_a_report_of_what_is_there_needs_none() {
+    let desk = Desk::new();
+    let said = desk.papers(&["s2", "--quick", "--out", "out", "--taffeta", "nowhere"]).assert().code(2);
+    let said = String::from_utf8_lossy(&said.get_output().stderr).into_owned();
+    assert!(said.contains("none at nowhere: `cargo build --release -p taffeta-cli`"), "{said}");
+    assert!(!desk.path("out").exists());
+    let line = json!({
+        "name": "s2-binned-40", "command": "", "machine": "here", "program": "", "quick": false,
+        "result": {"ms_per_frame": {"min": 1.0, "median": 2.0, "max": 3.0}, "nodes": 1600}
+    });
+    fs::create_dir(desk.path("out")).expect("a folder");
+    fs::write(desk.path("out/raw.jsonl"), format!("{line}\n")).expect("a file");
+    desk.papers(&["s2", "--out", "out", "--only-report", "--taffeta", "nowhere"]).assert().success();
+    let page = fs::read_to_string(desk.path("out/report.html")).expect("the report");
+    assert!(page.contains("<a href=\"#run-s2-binned-40\">2.00 (1.00 to 3.00)</a>"));
+}
+
 /// A Ctrl-C during the first long run: what was run before is kept.
 #[cfg(unix)]
 #[test]
 fn a_report_that_is_stopped_goes_on_where_it_was() {
-    let desk = Desk::with(SHEET);
-    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("taffeta"))
-        .args(["reproduce", "s3", "--quick", "--out", "out"])
+    let desk = Desk::new();
+    let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("taffeta-papers"))
+        .args(["s3", "--quick", "--out", "out"])
         .current_dir(desk.path(""))
         .stderr(std::process::Stdio::piped())
         .spawn()
@@ -181,7 +200,7 @@ fn a_report_that_is_stopped_goes_on_where_it_was() {
     assert_eq!(child.wait().ok().and_then(|status| status.code()), Some(130));
     let kept = raw(&desk).len();
     assert!(kept >= 3 && !desk.path("out/report.html").exists(), "{kept}");
-    let done = desk.taffeta(&["reproduce", "s3", "--quick", "--out", "out"]).assert().success();
+    let done = desk.papers(&["s3", "--quick", "--out", "out"]).assert().success();
     let said = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
     assert!(said.contains(&format!(", {kept} were there: ")), "{said}");
 }
