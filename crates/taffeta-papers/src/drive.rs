@@ -212,7 +212,6 @@ fn jobs(wanted: &Wanted) -> Vec<Job> {
             let kind = if quick.contains(&name) { Quick::Whole } else { Quick::Out };
             Job::bout(name, kind)
         }));
-        jobs.push(Job::errata());
     }
     jobs
 }
@@ -227,7 +226,7 @@ fn sections(wanted: &Wanted, look: &Look) -> Vec<Section> {
     if is_all(wanted) {
         sections.push(tournament::section(|name| look.at(name).ok()));
         sections.push(limits::section());
-        sections.push(errata::section(look));
+        sections.push(errata::section());
     }
     sections
 }

@@ -255,7 +255,7 @@ const EQ_14: Erratum = Erratum {
     place: "eq. 14, where it is programmed",
     printed: "eq. 14 itself is right with `(1/Δt²) Φ`; programs that have Φ there, as the authors' public \
               shader has by our reading, keep something else",
-    mended: "Φ/h², with the gradient of [s3-eq10](#s3-eq10)",
+    mended: "Φ/h², with the gradient of `s3-eq10`",
     why: "With eq. 10 as printed, Φ in place of Φ/h² hides the growth by 4/3: the error grows by h²/3 a \
           step only. But then nothing gives back what contact or rounding take: the volume is kept at what \
           it happens to be. That is a loss of some per cent where the mended form loses none.",

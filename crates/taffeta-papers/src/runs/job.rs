@@ -2,7 +2,7 @@
 
 use crate::runs::behaviour::{self, Scene};
 use crate::runs::scenes;
-use crate::{errata, tournament};
+use crate::tournament;
 use serde_json::{Map, Value, json};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -32,8 +32,6 @@ pub enum What {
     Counts(Scene),
     /// A run of the tournament, by its name.
     Bout,
-    /// The experiments of the errata.
-    Errata,
     /// Another program, which leaves lines for `--merge`: how it is run.
     Elsewhere(&'static str),
 }
@@ -74,11 +72,6 @@ impl Job {
     /// A run of the tournament.
     pub fn bout(name: String, quick: Quick) -> Self {
         Self { name, what: What::Bout, gpu: false, quick }
-    }
-
-    /// The experiments of the errata.
-    pub fn errata() -> Self {
-        Self { name: errata::RUN.to_owned(), what: What::Errata, gpu: false, quick: Quick::Whole }
     }
 
     /// The same where only a hardware GPU can do it.
@@ -128,7 +121,7 @@ impl Job {
             What::Counts(scene) => {
                 format!("{} --json", scenes::command("check", scene.name, &scene.sets))
             }
-            What::Bout | What::Errata => format!("taffeta-papers all --out DIR # {}", self.name),
+            What::Bout => format!("taffeta-papers all --out DIR # {}", self.name),
             What::Elsewhere(command) => (*command).to_owned(),
         }
     }
@@ -153,7 +146,6 @@ impl Job {
                 .and_then(|done| serde_json::to_value(done).map_err(json)),
             What::Counts(scene) => counts(scene),
             What::Bout => tournament::run(&self.name, place.cache),
-            What::Errata => Ok(errata::findings()),
             What::Elsewhere(command) => Err(format!("is run by `{command}`")),
         }
     }

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use std::fs;
 
 /// Every table of the whole report.
-const TABLES: [&str; 23] = [
+const TABLES: [&str; 22] = [
     "s1-springs",
     "s1-sheets",
     "s1-others",
@@ -29,7 +29,6 @@ const TABLES: [&str; 23] = [
     "tournament-runs",
     "limits",
     "errata",
-    "s3-eq10",
 ];
 
 /// What follows `start` in a text, up to `end`, wherever it is.
