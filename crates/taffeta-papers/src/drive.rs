@@ -224,7 +224,7 @@ fn sections(wanted: &Wanted, look: &Look) -> Vec<Section> {
     };
     let mut sections: Vec<Section> = wanted.papers.iter().flat_map(of).collect();
     if is_all(wanted) {
-        sections.push(tournament::section(|name| look.at(name).ok()));
+        sections.extend(tournament::sections(|name| look.at(name).ok()));
         sections.push(limits::section());
         sections.push(errata::section());
     }

@@ -3,6 +3,9 @@
 use serde::{Deserialize, Serialize};
 use taffeta::scene::{ConstraintForm, Ice, Method as Of, Solver};
 
+/// Iterations that are as many as are needed.
+const MANY: u32 = 5000;
+
 /// A way of solving springs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -12,6 +15,8 @@ pub enum Method {
     Springs,
     /// Springs as compliant constraints.
     Dual,
+    /// The same with as many iterations as the tolerance asks for.
+    DualSolved,
     /// Springs solved for by nodes.
     Primal,
     /// Explicit springs, of which those that are too long become constraints.
@@ -24,13 +29,15 @@ pub enum Method {
 
 impl Method {
     /// All, in the order of tables.
-    pub const ALL: [Self; 6] = [Self::Springs, Self::Dual, Self::Primal, Self::Acad, Self::Rk4, Self::Rk4F64];
+    pub const ALL: [Self; 7] =
+        [Self::Springs, Self::Dual, Self::DualSolved, Self::Primal, Self::Acad, Self::Rk4, Self::Rk4F64];
 
     /// In names of runs.
     pub fn name(self) -> &'static str {
         match self {
             Self::Springs => "springs",
             Self::Dual => "dual",
+            Self::DualSolved => "dual-solved",
             Self::Primal => "primal",
             Self::Acad => "acad",
             Self::Rk4 => "rk4",
@@ -41,6 +48,7 @@ impl Method {
     /// In tables and plots.
     pub fn label(self) -> &'static str {
         match self {
+            Self::DualSolved => "dual, solved",
             Self::Rk4 => "RK4",
             Self::Rk4F64 => "RK4, 64 bits",
             engine => engine.name(),
@@ -55,11 +63,15 @@ impl Method {
     /// The settings of a scene.
     pub fn solver(self) -> Solver {
         let (method, form) = match self {
-            Self::Dual => (Of::Ice, ConstraintForm::Compliant),
+            Self::Dual | Self::DualSolved => (Of::Ice, ConstraintForm::Compliant),
             Self::Primal => (Of::Ice, ConstraintForm::Primal),
             Self::Acad => (Of::Acad, ConstraintForm::Compliant),
             _ => (Of::Springs, ConstraintForm::Compliant),
         };
-        Solver { method, ice: Ice { form, ..Ice::default() }, ..Solver::default() }
+        let mut ice = Ice { form, ..Ice::default() };
+        if self == Self::DualSolved {
+            ice.max_iterations = MANY;
+        }
+        Solver { method, ice, ..Solver::default() }
     }
 }

@@ -1,17 +1,19 @@
 //! One run: how far it is from the reference, and how long it takes.
 
+use super::method::Method;
+use super::plan::Entry;
 use super::reference::{Distance, Reference};
 use super::rk4::{Number, Room, State};
-use super::scenes::{Case, FRAME, FRAMES};
-use super::{Entry, Method};
+use super::scenes::{Case, FRAME};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::time::Instant;
 use taffeta::diagnostics::FrameReport;
 use taffeta::{Precision, Simulation};
 
-/// A run is repeated until it was run so often, or for so long [s].
+/// A run is repeated until it was run so often, or for so long [s]; but so often at least, where it is a small one.
 const REPEATS: usize = 7;
+const LEAST: usize = 3;
 const ENOUGH: f64 = 1.5;
 /// A spring may get longer than in the reference by this share of its length; beyond that the sheet has crumpled.
 const SMOOTH: f64 = 0.05;
@@ -96,8 +98,16 @@ trait Runner {
     fn energy(&self) -> f64;
     /// Most iterations of a sub-step in the last frame, and sub-steps that ended beyond the tolerance.
     fn iterations(&self) -> [u32; 2];
-    /// What it runs on, and the number of springs.
-    fn described(&self) -> (String, usize);
+    /// What it is.
+    fn described(&self) -> Described;
+}
+
+/// What runs.
+struct Described {
+    /// On which it runs, in words.
+    device: String,
+    springs: usize,
+    threads: usize,
 }
 
 /// Runs what an entry says.
@@ -107,15 +117,15 @@ trait Runner {
 pub fn run(entry: &Entry, reference: &Reference) -> Result<Run, String> {
     let Entry { case, method, steps } = *entry;
     let mut runner = runner(entry)?;
-    let (device, springs) = runner.described();
+    let Described { device, springs, threads } = runner.described();
     let mut run = Run {
         scene: case.name.to_owned(),
         method,
         steps,
         step: FRAME / f64::from(steps),
         bits: if method == Method::Rk4F64 { 64 } else { 32 },
-        threads: 1,
-        seconds: Case::seconds(),
+        threads,
+        seconds: case.seconds(),
         reference_stretch: reference.max_stretch,
         reference_steps: reference.steps,
         reference: reference.halved,
@@ -126,7 +136,8 @@ pub fn run(entry: &Entry, reference: &Reference) -> Result<Run, String> {
     };
     measure(&mut *runner, reference, &mut run);
     if run.diverged.is_none() {
-        time(&mut *runner, &mut run)?;
+        let least = if case.steps.is_some() { 1 } else { LEAST };
+        time(&mut *runner, (case.frames, least), &mut run)?;
     }
     Ok(run)
 }
@@ -144,7 +155,7 @@ fn runner(entry: &Entry) -> Result<Box<dyn Runner>, String> {
 fn measure(runner: &mut dyn Runner, reference: &Reference, run: &mut Run) {
     let energy = runner.energy();
     let (mut distance, mut sum) = (Distance::new(&reference.frames), 0.0);
-    for frame in 1..=FRAMES {
+    for frame in 1..reference.frames.len() as u32 {
         if !runner.frame() {
             run.diverged = Some(frame);
             return;
@@ -161,12 +172,12 @@ fn measure(runner: &mut dyn Runner, reference: &Reference, run: &mut Run) {
 }
 
 /// Runs it again and again; only frames are timed.
-fn time(runner: &mut dyn Runner, run: &mut Run) -> Result<(), String> {
+fn time(runner: &mut dyn Runner, (frames, least): (u32, usize), run: &mut Run) -> Result<(), String> {
     let mut walls = Vec::new();
-    while walls.len() < REPEATS && (walls.len() < 3 || walls.iter().sum::<f64>() < ENOUGH) {
+    while walls.len() < REPEATS && (walls.len() < least || walls.iter().sum::<f64>() < ENOUGH) {
         runner.restart()?;
         let start = Instant::now();
-        let good = (0..FRAMES).all(|_| runner.frame());
+        let good = (0..frames).all(|_| runner.frame());
         walls.push(start.elapsed().as_secs_f64());
         if !good {
             return Err(format!("{}: a run that held did not when it was run again", run.scene));
@@ -215,9 +226,10 @@ impl Runner for Engine {
     fn iterations(&self) -> [u32; 2] {
         [self.report().solver.iterations, self.report().solver.capped]
     }
-    fn described(&self) -> (String, usize) {
-        let springs = self.simulation.bodies().iter().flat_map(|body| &body.springs).map(|(_, count)| count);
-        (self.simulation.device(), springs.sum())
+    fn described(&self) -> Described {
+        let simulation = &self.simulation;
+        let springs = simulation.bodies().iter().flat_map(|body| &body.springs).map(|(_, count)| count);
+        Described { device: simulation.device(), springs: springs.sum(), threads: simulation.threads() }
     }
 }
 
@@ -261,8 +273,8 @@ impl<T: Number> Runner for Plain<T> {
     fn iterations(&self) -> [u32; 2] {
         [0; 2]
     }
-    fn described(&self) -> (String, usize) {
-        ("cpu, 1 thread, plain".to_owned(), self.system.springs())
+    fn described(&self) -> Described {
+        Described { device: "cpu, 1 thread, plain".to_owned(), springs: self.system.springs(), threads: 1 }
     }
 }
 
@@ -270,7 +282,7 @@ impl<T: Number> Runner for Plain<T> {
 mod tests {
     use super::*;
     use crate::tournament::reference;
-    use crate::tournament::scenes::CASES;
+    use crate::tournament::scenes::{CASES, SHEETS};
 
     #[test]
     fn explicit_methods_hold_in_the_fewest_steps_and_in_half_of_them_they_do_not() {
@@ -278,7 +290,7 @@ mod tests {
             for (method, fewest) in [Method::Springs, Method::Rk4F64].into_iter().zip(case.fewest) {
                 let holds = |steps| {
                     let mut runner = runner(&Entry { case, method, steps }).unwrap();
-                    (0..FRAMES / 2).all(|_| runner.frame())
+                    (0..case.frames / 2).all(|_| runner.frame())
                 };
                 assert!(holds(fewest) && !holds(fewest / 2), "{} {method:?}", case.name);
             }
@@ -304,6 +316,21 @@ mod tests {
     }
 
     #[test]
+    fn implicit_springs_of_a_sheet_come_nearer_to_its_reference_in_shorter_steps() {
+        let folder = tempfile::tempdir().unwrap();
+        let case: &Case = Box::leak(Box::new(SHEETS[0].shortened(3)));
+        let reference = reference::of(case, folder.path()).unwrap();
+        assert!(reference.halved < 1e-4, "{}", reference.halved);
+        let made = |method, steps| run(&Entry { case, method, steps }, &reference).unwrap();
+        let error = |method, steps| made(method, steps).error.unwrap();
+        assert!(error(Method::Springs, 88) < 1e-3 && error(Method::Dual, 16) < 1e-2);
+        assert!(error(Method::Primal, 1) > 2.0 * error(Method::Primal, 4));
+        // To the tolerance, however many iterations that takes.
+        let solved = made(Method::DualSolved, 1);
+        assert!(solved.capped == 0 && solved.iterations.1 > 0, "{solved:?}");
+    }
+
+    #[test]
     fn the_engine_starts_where_the_plain_method_does() {
         for case in &CASES {
             let of = |method| runner(&Entry { case, method, steps: 100 }).unwrap();
@@ -314,7 +341,7 @@ mod tests {
             let scale = plain.energy().abs() + 0.1;
             assert!((engine.energy() - plain.energy()).abs() < 1e-4 * scale, "{}", case.name);
             assert!((engine.max_stretch() - plain.max_stretch()).abs() < 1e-4, "{}", case.name);
-            assert_eq!(engine.described().1, plain.described().1, "{}", case.name);
+            assert_eq!(engine.described().springs, plain.described().springs, "{}", case.name);
         }
     }
 }

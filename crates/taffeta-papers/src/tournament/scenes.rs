@@ -1,19 +1,20 @@
-//! The three scenes, each soft and stiff, and the steps that are taken on them.
+//! The scenes, each soft and stiff, and the steps that are taken on large ones.
 
-use super::Method;
+use super::method::Method;
 use super::rk4::{State, System};
 use std::f64::consts::PI;
+use std::hash::Hasher;
 use taffeta::scene::{Body, Mass, Mesh, Rotation, Scene, Select};
 use taffeta::{Options, Precision, Simulation, springs_of};
+use twox_hash::XxHash64;
 
 /// Length of a frame [s].
 pub const FRAME: f64 = 1.0 / 60.0;
-/// Frames that are run.
-pub const FRAMES: u32 = 30;
-/// Nodes along an edge of a sheet.
+/// Nodes along an edge of a small sheet, and mass of such a node [kg].
 const SIDE: u32 = 32;
-/// Mass of a sheet's node [kg].
 const SHEET_NODE: f64 = 2e-4;
+/// Mass of a large sheet [kg].
+const SHEET: f64 = 0.2;
 
 /// A scene with its stiffness.
 #[derive(Debug)]
@@ -23,34 +24,94 @@ pub struct Case {
     /// What the reader calls it.
     pub title: &'static str,
     shape: Shape,
+    /// Nodes along an edge, of a sheet.
+    side: u32,
     /// Stiffness of all springs [N/m].
     pub k: f64,
+    /// Frames that are run.
+    pub frames: u32,
     /// Sub-steps in a frame with which explicit springs hold, and with which the method of Runge and Kutta does: the fewest, with
     /// a twentieth to a tenth to spare.
     pub fewest: [u32; 2],
+    /// The steps that are taken on a large sheet. It is compared with explicit springs, which cost less than the method of Runge
+    /// and Kutta, and runs on as many threads as help.
+    pub steps: Option<Steps>,
 }
 
+/// Steps of a sheet, where runs are dear.
 #[derive(Clone, Copy, Debug)]
+pub struct Steps {
+    /// Of explicit springs, in multiples of the fewest that hold.
+    pub springs: &'static [u32],
+    /// Sub-steps in a frame of the dual form.
+    pub dual: &'static [u32],
+    /// The same, where it goes on until it is solved.
+    pub solved: &'static [u32],
+    /// Sub-steps in a frame of the primal form.
+    pub primal: &'static [u32],
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shape {
     Swing,
     Drum,
     Chain,
 }
 
-/// All of them.
+const fn small(name: &'static str, title: &'static str, shape: Shape, k: f64, fewest: [u32; 2]) -> Case {
+    Case { name, title, shape, side: SIDE, k, frames: 30, fewest, steps: None }
+}
+
+/// Small scenes, which are compared with the method of Runge and Kutta.
 pub const CASES: [Case; 6] = [
-    Case { name: "swing-soft", title: "swing, 100 N/m", shape: Shape::Swing, k: 1e2, fewest: [20, 15] },
-    Case { name: "swing-stiff", title: "swing, 10,000 N/m", shape: Shape::Swing, k: 1e4, fewest: [200, 140] },
-    Case { name: "drum-soft", title: "drum, 30 N/m", shape: Shape::Drum, k: 3e1, fewest: [12, 9] },
-    Case { name: "drum-stiff", title: "drum, 300 N/m", shape: Shape::Drum, k: 3e2, fewest: [36, 27] },
-    Case { name: "chain-soft", title: "chain, 10,000 N/m", shape: Shape::Chain, k: 1e4, fewest: [25, 18] },
-    Case {
-        name: "chain-stiff",
-        title: "chain, 1,000,000 N/m",
-        shape: Shape::Chain,
-        k: 1e6,
-        fewest: [250, 170],
+    small("swing-soft", "swing, 100 N/m", Shape::Swing, 1e2, [20, 15]),
+    small("swing-stiff", "swing, 10,000 N/m", Shape::Swing, 1e4, [200, 140]),
+    small("drum-soft", "drum, 30 N/m", Shape::Drum, 3e1, [12, 9]),
+    small("drum-stiff", "drum, 300 N/m", Shape::Drum, 3e2, [36, 27]),
+    small("chain-soft", "chain, 10,000 N/m", Shape::Chain, 1e4, [25, 18]),
+    small("chain-stiff", "chain, 1,000,000 N/m", Shape::Chain, 1e6, [250, 170]),
+];
+
+/// Fewer frames are run where a reference costs more.
+const fn sheet(
+    name: &'static str,
+    title: &'static str,
+    k: f64,
+    (side, frames, steps): (u32, u32, Steps),
+    fewest: u32,
+) -> Case {
+    Case { name, title, shape: Shape::Swing, side, k, frames, fewest: [fewest, 0], steps: Some(steps) }
+}
+
+const OF_1K: (u32, u32, Steps) = (
+    32,
+    30,
+    Steps {
+        springs: &[1, 2, 4],
+        dual: &[1, 2, 4, 8, 16, 32],
+        solved: &[1, 2, 4],
+        primal: &[1, 2, 4, 8, 16, 32],
     },
+);
+const OF_10K: (u32, u32, Steps) =
+    (100, 30, Steps { springs: &[1, 2, 4], dual: &[1, 2, 4, 8], solved: &[1, 4], primal: &[1, 2, 4, 8, 16] });
+const OF_100K: (u32, u32, Steps) =
+    (316, 15, Steps { springs: &[1, 2], dual: &[1, 4], solved: &[], primal: &[1, 2, 4, 8] });
+const OF_1M: (u32, u32, Steps) =
+    (1000, 2, Steps { springs: &[1], dual: &[1, 2], solved: &[], primal: &[1, 2, 4] });
+
+/// The sheet that swings, on finer and finer grids. The small one has the other two stiffnesses.
+pub const SHEETS: [Case; 10] = [
+    sheet("sheet-1k-1000", "1k nodes, 1,000 N/m", 1e3, OF_1K, 88),
+    sheet("sheet-10k-100", "10k nodes, 100 N/m", 1e2, OF_10K, 89),
+    sheet("sheet-10k-1000", "10k nodes, 1,000 N/m", 1e3, OF_10K, 279),
+    sheet("sheet-10k-10000", "10k nodes, 10,000 N/m", 1e4, OF_10K, 883),
+    sheet("sheet-100k-100", "100k nodes, 100 N/m", 1e2, OF_100K, 281),
+    sheet("sheet-100k-1000", "100k nodes, 1,000 N/m", 1e3, OF_100K, 888),
+    sheet("sheet-100k-10000", "100k nodes, 10,000 N/m", 1e4, OF_100K, 2807),
+    sheet("sheet-1m-100", "1M nodes, 100 N/m", 1e2, OF_1M, 891),
+    sheet("sheet-1m-1000", "1M nodes, 1,000 N/m", 1e3, OF_1M, 2815),
+    sheet("sheet-1m-10000", "1M nodes, 10,000 N/m", 1e4, OF_1M, 8902),
 ];
 
 impl Case {
@@ -60,9 +121,20 @@ impl Case {
         CASES.iter().find(|case| case.name == name)
     }
 
+    /// The same for fewer frames.
+    #[cfg(test)]
+    pub fn shortened(&self, frames: u32) -> Self {
+        Self { frames, ..*self }
+    }
+
     /// Time that is run [s].
-    pub fn seconds() -> f64 {
-        f64::from(FRAMES) * FRAME
+    pub fn seconds(&self) -> f64 {
+        f64::from(self.frames) * FRAME
+    }
+
+    /// Whether it is a sheet that swings.
+    pub fn swings(&self) -> bool {
+        self.shape == Shape::Swing
     }
 
     /// The scene at rest.
@@ -90,7 +162,8 @@ impl Case {
 
     /// A square of 1 m with springs of all kinds.
     fn sheet(&self, d: f64) -> Body {
-        let sheet = Body::cloth("sheet", Mesh::grid(SIDE, SIDE, [1.0; 2])).with_mass(Mass::Node(SHEET_NODE));
+        let mass = if self.steps.is_some() { Mass::Whole(SHEET) } else { Mass::Node(SHEET_NODE) };
+        let sheet = Body::cloth("sheet", Mesh::grid(self.side, self.side, [1.0; 2])).with_mass(mass);
         sheet.structural(self.k, d).shear(self.k, d).bend(self.k, d)
     }
 
@@ -114,15 +187,39 @@ impl Case {
     /// # Errors
     /// What the scene's own check says.
     pub fn simulation(&self, method: Method, steps: u32, precision: Precision) -> Result<Simulation, String> {
-        #[allow(
-            clippy::needless_update,
-            reason = "with the feature `gpu` of the engine there is one more option"
-        )]
-        let options = Options { precision, threads: Some(1), ..Options::default() };
+        self.started(method, steps, precision, false)
+    }
+
+    /// Explicit springs in 64 bits that are exact to second order in their places: their velocities are those of half a step
+    /// before the start, which makes symplectic Euler the method of Störmer and Verlet. Springs pull nowhere at the start of a
+    /// swing, so gravity is all that acts in this half step.
+    ///
+    /// # Errors
+    /// What the scene's own check says.
+    pub fn verlet(&self, steps: u32) -> Result<Simulation, String> {
+        self.started(Method::Springs, steps, Precision::F64, true)
+    }
+
+    fn started(
+        &self,
+        method: Method,
+        steps: u32,
+        precision: Precision,
+        half_a_step_early: bool,
+    ) -> Result<Simulation, String> {
+        let threads = if self.steps.is_some() { None } else { Some(1) };
+        let options = Options { precision, threads, ..Options::default() };
         let scene = self.scene(method, steps);
         let mut simulation = Simulation::new(&scene, &options).map_err(|error| error.to_string())?;
         let mut snapshot = simulation.snapshot();
-        let start = self.state(&simulation);
+        let mut start = self.state(&simulation);
+        if half_a_step_early {
+            let half = 0.5 * scene.time.substep(0).1;
+            for (v, held) in start.v.iter_mut().zip(held(&simulation)) {
+                let pulled = if held { 0.0 } else { half };
+                *v = std::array::from_fn(|axis| v[axis] - pulled * scene.world.gravity[axis]);
+            }
+        }
         let numbers = start.x.iter().chain(&start.v).flatten();
         snapshot.state = match precision {
             Precision::F32 => numbers.flat_map(|&number| (number as f32).to_le_bytes()).collect(),
@@ -145,6 +242,21 @@ impl Case {
         });
         let (x, v) = nodes.unzip();
         State { x, v }
+    }
+
+    /// A hash of all that its motion depends on: the scene, and the start.
+    ///
+    /// # Errors
+    /// What the scene's own check says.
+    pub fn hash(&self) -> Result<String, String> {
+        let scene = self.scene(Method::Springs, 1);
+        let options = Options { precision: Precision::F64, ..Options::default() };
+        let at_rest = Simulation::new(&scene, &options).map_err(|error| error.to_string())?;
+        let State { x, v } = self.state(&at_rest);
+        let mut hasher = XxHash64::with_seed(0);
+        hasher.write(serde_json::to_string(&scene).map_err(|error| error.to_string())?.as_bytes());
+        x.iter().chain(&v).flatten().for_each(|number| hasher.write(&number.to_le_bytes()));
+        Ok(format!("{:016x}", hasher.finish()))
     }
 
     /// What the method of Runge and Kutta runs: springs and masses, and the start.
@@ -183,3 +295,45 @@ const BUMP_RADIUS: f64 = 0.45;
 const CHAIN_LINKS: u32 = 100;
 const CHAIN_LENGTH: f64 = 2.0;
 const CHAIN_NODE: f64 = 0.005;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn explicit_springs_take_the_fewest_steps_on_a_sheet_that_are_stable_with_a_twentieth_to_spare() {
+        for case in SHEETS.iter().filter(|case| case.side <= 100) {
+            let largest = case.simulation(Method::Springs, 1, Precision::F32).unwrap().largest_stable_step();
+            assert_eq!((FRAME / (0.95 * largest)).ceil() as u32, case.fewest[0], "{}", case.name);
+        }
+    }
+
+    #[test]
+    fn energy_of_the_start_is_that_of_the_turn_and_held_nodes_stand_still() {
+        let start = SHEETS[0].simulation(Method::Springs, 100, Precision::F64).unwrap();
+        let report = start.report();
+        // ½ m ω² L²/3 (1 + ½ 5 %²), up to the lumping of masses.
+        let exact = 0.5 * SHEET * SWING_RATE.powi(2) / 3.0 * (1.0 + 0.5 * SWING_FASTER.powi(2));
+        assert!((report.kinetic / exact - 1.0).abs() < 2e-3, "{} and {exact}", report.kinetic);
+        assert!(report.frame == 0 && (report.max_stretch - 1.0).abs() < 1e-12 && report.springs < 1e-12);
+        assert_eq!(report.momentum[1], 0.0);
+    }
+
+    #[test]
+    fn a_start_half_a_step_early_makes_places_exact_to_second_order() {
+        let case = Case { side: 6, ..sheet("", "", 1e2, OF_1K, 100) };
+        let place = |steps, early| {
+            let mut start = case.started(Method::Springs, steps, Precision::F64, early).unwrap();
+            start.advance(3).unwrap();
+            let mut places = Vec::new();
+            start.positions_f64(&mut places);
+            places[places.len() - 1][1]
+        };
+        let ratio = |early| {
+            let [a, b, c] = [100, 200, 400].map(|steps| place(steps, early));
+            (a - b) / (b - c)
+        };
+        assert!((ratio(true) - 4.0).abs() < 0.1, "{}", ratio(true));
+        assert!((ratio(false) - 2.0).abs() < 0.2, "{}", ratio(false));
+    }
+}
