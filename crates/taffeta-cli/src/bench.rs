@@ -13,17 +13,14 @@ pub mod scenes;
 mod volume;
 
 use crate::console;
-use crate::gpu;
 use crate::run::{Arithmetic, Backend, Device, Work, refuse_precision};
 use clap::ValueEnum;
-use contact::Rung;
 use form::Form;
 use line::Line;
 use measure::Bench;
 use std::path::PathBuf;
 use taffeta::scene::VolumeForm;
-use taffeta::taffeta_gpu::Gpu;
-use taffeta::{GpuKernels, GpuOptions, Precision};
+use taffeta::{GpuKernels, GpuOptions};
 use taffeta_io::program::Failure;
 
 /// Measure the engine's speed
@@ -64,9 +61,6 @@ pub struct Args {
     /// flag: primal]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = form::parser())]
     form: Option<Vec<Form>>,
-    /// For contact: how pairs of nodes are found, a line for each [default: binned]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_enum)]
-    rungs: Option<Vec<Rung>>,
     /// For mesh and volume: an OBJ, PLY, STL, OFF or glTF file
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
@@ -110,25 +104,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-/// Prints a line for a scene; one for each form, for each rung, and for each kind of kernels.
+/// Prints a line for a scene; one for each form, and for each kind of kernels.
 fn run_scene(args: &Args, mut bench: Bench) -> Result<(), Failure> {
     let precision = args.precision.precision();
     let device = Device::asked(args.backend, || Work::of(&bench.scene, args.threads, precision))?;
     bench.notes.extend(device.why);
-    let ladder = args.ladder();
-    let gpu = args.gpu_of(&ladder, &bench, device.gpu.as_ref())?;
-    if args.climbs(Rung::Serial) {
-        print(&measure::run_serial(&bench, args)?, args)?;
-    }
-    if let Some(gpu) = gpu {
-        let settled = measure::settled(&bench, args.threads.map(usize::from))?;
-        for rung in ladder {
-            print(&contact::ladder::run(&bench, args, &gpu, rung, &settled)?, args)?;
-        }
-    }
-    if !args.climbs(Rung::Binned) {
-        return Ok(());
-    }
     for form in args.forms() {
         if let Some(form) = form {
             bench.scene = volume::keeping(&bench, form);
@@ -162,13 +142,6 @@ impl Args {
             return refused("--mesh is for `bench mesh` and `bench volume`");
         }
         self.refuse_forms()?;
-        if self.rungs.is_some() && self.what != What::Contact {
-            return refused("--rungs is for `bench contact`");
-        }
-        if let (Some(rung), Precision::F64) = (self.ladder().first(), self.precision.precision()) {
-            let name = rung.name();
-            return refused(&format!("--rungs {name} computes in 32 bits; --precision f32 would do"));
-        }
         let is_ice = matches!(self.what, What::Ice | What::Flag);
         ice::refuse(self.kernels.as_deref().unwrap_or_default(), is_ice)?;
         if self.backend == Backend::Gpu {
@@ -193,30 +166,6 @@ impl Args {
             let (name, valid) = (form.name(), Form::names(fits));
             Err(Failure::Input(format!("--form {name} is not for this bench, which takes {valid}")))
         })
-    }
-
-    /// Whether a rung is asked for; ours, if nothing is said.
-    fn climbs(&self, rung: Rung) -> bool {
-        self.rungs.as_ref().map_or(rung == Rung::Binned, |rungs| rungs.contains(&rung))
-    }
-
-    /// The rungs of S2's ladder that are asked for.
-    fn ladder(&self) -> Vec<Rung> {
-        Rung::LADDER.into_iter().filter(|&rung| self.climbs(rung)).collect()
-    }
-
-    /// The GPU for them: that of the backend, or else the one it would take.
-    fn gpu_of(
-        &self,
-        rungs: &[Rung],
-        bench: &Bench,
-        taken: Option<&GpuOptions>,
-    ) -> Result<Option<Gpu>, Failure> {
-        let Some(&rung) = rungs.first() else { return Ok(None) };
-        let failed = |error| Failure::Input(format!("--rungs {}: {error}", rung.name()));
-        let gpu = taken.map_or_else(gpu::open, |options| Ok(options.gpu.clone())).map_err(failed)?;
-        contact::ladder::refuse(bench, &gpu, rung)?;
-        Ok(Some(gpu))
     }
 
     /// How the volume is kept, one after the other; nothing to say elsewhere.

@@ -9,6 +9,7 @@
 //! ([`report::look::Look`]). Every number of ours is read from what a run left ([`report::store::Kept`]), and the report has that,
 //! too.
 
+pub mod contact;
 pub mod draw;
 pub mod drive;
 pub mod errata;

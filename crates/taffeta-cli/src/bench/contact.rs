@@ -1,19 +1,13 @@
-//! The bench on nodes that touch each other: S2's demo in any size, by our cells, by all pairs, and by S2's programs for a GPU.
-
-pub mod ladder;
-mod serial;
-
-pub use serial::Serial;
+//! The bench on nodes that touch each other: S2's demo in any size.
 
 use super::measure::Bench;
 use super::scenes::FRAME;
-use clap::ValueEnum;
 use taffeta::scene::{Body, Collider, Mass, Mesh, Scene, Select, SelfCollision};
 
 /// Between neighbours [m].
 const SPACING: f64 = 0.025;
 /// Kept between nodes that are no neighbours [m].
-pub const THICKNESS: f64 = 0.03;
+const THICKNESS: f64 = 0.03;
 /// Of each node [kg].
 const NODE_MASS: f64 = 2.5e-4;
 /// Stiffness [N/m] and damping [kg/s] of structural, shear and bend springs.
@@ -22,43 +16,6 @@ const SPRINGS: [(f64, f64); 3] = [(55.0, 0.015), (25.0, 0.015), (4.0, 0.003)];
 const WIND: ([f64; 3], f64) = ([0.0, 0.0, 3e-4], 2e-4);
 /// Frames in which the cloth comes to lie on the ball and on itself.
 const SETTLE: u32 = 60;
-
-/// How pairs are found.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, ValueEnum)]
-pub enum Rung {
-    /// Every node looks at all others, on one thread: what S2 ("CUDA Cloth Simulation") starts from
-    Serial,
-    /// The same on a GPU, one thread a node; S2's first, and each of the next five goes on from the one before
-    Naive,
-    /// What is not written is bound as constant
-    Constants,
-    /// Distances are compared by their squares
-    Squared,
-    /// Two buffers exchange their roles, and nothing is copied back
-    Swapped,
-    /// Bins, filled once a frame from all nodes
-    Scanned,
-    /// Bins, filled once a frame from those around them
-    Refreshed,
-    /// By clusters of nodes that are looked at when they may touch, and all threads: ours
-    Binned,
-}
-
-impl Rung {
-    /// Its name on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Serial => "serial",
-            Self::Naive => "naive",
-            Self::Constants => "constants",
-            Self::Squared => "squared",
-            Self::Swapped => "swapped",
-            Self::Scanned => "scanned",
-            Self::Refreshed => "refreshed",
-            Self::Binned => "binned",
-        }
-    }
-}
 
 /// A sheet of `rows` × `cols`, held at one edge, falls on a ball and on the floor below it.
 pub fn bench(rows: u32, cols: u32) -> Bench {

@@ -21,9 +21,6 @@ pub struct Line {
     /// How the volume is kept, or implicit constraints are solved, where that is what is measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub form: Option<&'static str>,
-    /// How pairs of nodes are found, where that is what is measured.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rung: Option<&'static str>,
     /// How springs are solved, where that is what is measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub method: Option<&'static str>,
@@ -101,12 +98,11 @@ impl Line {
         let n: Vec<String> = self.n.iter().map(u32::to_string).collect();
         let kernels = self.kernels.map_or_else(String::new, |name| format!(", kernels: {name}"));
         let form = self.form.map_or_else(String::new, |name| format!(", form: {name}"));
-        let rung = self.rung.map_or_else(String::new, |name| format!(", rung: {name}"));
         let case = self.case.map_or_else(String::new, |name| format!(" {name}"));
         let method = self.method.map_or_else(String::new, |name| format!(", method: {name}"));
         let mut lines = vec![
             format!(
-                "{}{case} {} on {}, {}{method}{kernels}{form}{rung}",
+                "{}{case} {} on {}, {}{method}{kernels}{form}",
                 self.bench,
                 n.join("×"),
                 self.device,

@@ -1,7 +1,6 @@
 //! Times a scene and sets it beside the machine's limits.
 
 use super::Args;
-use super::contact::{Rung, Serial};
 use super::form::Form;
 use super::kernels;
 use super::line::{Line, Shares, Solved, Spread};
@@ -10,7 +9,7 @@ use crate::limits;
 use crate::run::{Arithmetic, median, rate};
 use std::time::Instant;
 use taffeta::scene::{Method, Scene};
-use taffeta::{GpuOptions, Options, Precision, Simulation};
+use taffeta::{GpuOptions, Options, Simulation};
 use taffeta_io::program::Failure;
 
 /// Numbers of a node that a sub-step must read and write once: position and velocity in and out, the least any
@@ -22,7 +21,7 @@ const GPU_BYTES_A_NODE: f64 = 64.0;
 /// relative speed along it (8), force (4), to both nodes (6).
 const FLOPS_A_SPRING: f64 = 31.0;
 /// Time that a bench takes where `--frames` does not say [s], and the fewest batches of frames that it times then.
-pub const BUDGET: (f64, u32) = (3.0, 3);
+const BUDGET: (f64, u32) = (3.0, 3);
 /// Time between two waits for a GPU, about [ms]: so long that the wait does not count.
 const BATCH: f64 = 50.0;
 
@@ -77,16 +76,16 @@ impl Bench {
 }
 
 /// Times of frames.
-pub struct Times {
+struct Times {
     /// Mean time of a frame of each batch [ms].
-    pub ms: Vec<f64>,
-    pub frames: u32,
+    ms: Vec<f64>,
+    frames: u32,
     /// Frames of a batch at most.
-    pub batch: u32,
+    batch: u32,
     /// Time of each stage in a frame of its own [s].
-    pub stages: Vec<(&'static str, f64)>,
+    stages: Vec<(&'static str, f64)>,
     /// What the solver for constraints did.
-    pub solved: Option<Solved>,
+    solved: Option<Solved>,
 }
 
 /// Runs a bench: a warm-up, then the timed frames.
@@ -108,63 +107,23 @@ pub fn run(bench: &Bench, args: &Args, gpu: Option<&GpuOptions>) -> Result<Line,
     line(bench, args, &simulation, &times, gpu)
 }
 
-/// The same by all pairs on one thread, from where the scene has settled.
-pub fn run_serial(bench: &Bench, args: &Args) -> Result<Line, Failure> {
-    let simulation = settled(bench, Some(1))?;
-    let substeps = bench.scene.time.substeps();
-    let mut serial = Serial::new(bench, &simulation);
-    let (mut ms, start) = (Vec::new(), Instant::now());
-    while ms.is_empty() || (start.elapsed().as_secs_f64() < BUDGET.0 && ms.len() < 30 * substeps as usize) {
-        let clock = Instant::now();
-        serial.step();
-        ms.push(clock.elapsed().as_secs_f64() * 1e3 * f64::from(substeps));
-    }
-    let note = format!("{} sub-steps were timed; a frame has {substeps}", ms.len());
-    let times = Times {
-        frames: (ms.len() as u32).div_ceil(substeps),
-        ms,
-        batch: 1,
-        stages: Vec::new(),
-        solved: None,
-    };
-    let line = line(bench, args, &simulation, &times, None)?;
-    Ok(Line { rung: Some(Rung::Serial.name()), note: Some(note), ..line })
-}
-
-/// The scene where it has settled, on the CPU in 32 bits.
-pub fn settled(bench: &Bench, threads: Option<usize>) -> Result<Simulation, Failure> {
-    let options = Options { threads, precision: Precision::F32, ..Options::default() };
-    let mut simulation = Simulation::new(&bench.scene, &options)
-        .map_err(|error| Failure::Input(format!("bench {}: {error}", bench.name)))?;
-    advance(&mut simulation, bench.settle)?;
-    Ok(simulation)
-}
-
 impl Times {
-    /// Times `frames` frames, or as many as the budget allows, and the stages of one.
-    fn take(simulation: &mut Simulation, frames: (Option<u32>, u32), gpu: bool) -> Result<Self, Failure> {
+    /// Times `frames` frames, or as many as the budget allows and up to `most`, after some that are not timed; and the stages of
+    /// one.
+    fn take(
+        simulation: &mut Simulation,
+        (frames, most): (Option<u32>, u32),
+        gpu: bool,
+    ) -> Result<Self, Failure> {
         let mut reports = Vec::new();
-        let times = Self::of(frames, gpu, |count| {
+        let mut timed = |simulation: &mut Simulation, count| {
             let ms = advance(simulation, count)?;
             reports.push(simulation.report().solver);
             Ok::<f64, Failure>(ms)
-        })?;
-        // What the first of several workers does on the CPU is no measure of a stage.
-        let stages = if gpu { simulation.step_timed() } else { Ok(Vec::new()) };
-        let stages = stages.map_err(|error| Failure::Work(error.to_string()))?;
-        Ok(Self { stages, solved: Solved::of(&reports), ..times })
-    }
-
-    /// Times `frames` frames, or as many as the budget allows and up to `most`, after some that are not. `advance` does a
-    /// number of frames and says the mean time of one [ms].
-    pub fn of<E>(
-        (frames, most): (Option<u32>, u32),
-        gpu: bool,
-        mut advance: impl FnMut(u32) -> Result<f64, E>,
-    ) -> Result<Self, E> {
-        advance(1)?;
+        };
+        timed(simulation, 1)?;
         // How many frames a GPU should do without the host.
-        let batch = if gpu { ((BATCH / advance(1)?) as u32).max(1) } else { 1 };
+        let batch = if gpu { ((BATCH / timed(simulation, 1)?) as u32).max(1) } else { 1 };
         let mut times = Self { ms: Vec::new(), frames: 0, batch, stages: Vec::new(), solved: None };
         let start = Instant::now();
         loop {
@@ -175,12 +134,18 @@ impl Times {
                 None => batch * BUDGET.1.saturating_sub(times.ms.len() as u32),
             };
             if left == 0 {
-                return Ok(times);
+                break;
             }
             let count = left.min(batch);
-            times.ms.push(advance(count)?);
+            times.ms.push(timed(simulation, count)?);
             times.frames += count;
         }
+        times.solved = Solved::of(&reports);
+        if gpu {
+            // What the first of several workers does on the CPU is no measure of a stage.
+            times.stages = simulation.step_timed().map_err(|error| Failure::Work(error.to_string()))?;
+        }
+        Ok(times)
     }
 }
 
@@ -192,7 +157,7 @@ fn advance(simulation: &mut Simulation, frames: u32) -> Result<f64, Failure> {
 }
 
 /// What was measured, for `args`; with the share of the limits of `gpu`, if that is what was timed.
-pub fn line(
+fn line(
     bench: &Bench,
     args: &Args,
     simulation: &Simulation,
@@ -223,7 +188,6 @@ pub fn line(
         device: simulation.device(),
         kernels: gpu.map(|options| kernels::name(options.kernels)),
         form: bench.form.map(Form::name),
-        rung: (bench.name == "contact").then_some(Rung::Binned.name()),
         method: bench.method(),
         precision: args.precision.precision().to_string(),
         n: bench.n.clone(),

@@ -3,7 +3,6 @@
 mod check_mesh;
 mod checkpoint;
 mod constraints;
-mod contact;
 mod desk;
 mod gpu;
 mod gpu_check;

@@ -1,5 +1,6 @@
 //! S2: cloth that touches itself.
 
+use crate::contact::{Contact, Rung};
 use crate::report::look::{Look, speed, speeds};
 use crate::report::page::{Plot, Section};
 use crate::report::plot::{Series, log_log};
@@ -14,47 +15,48 @@ const PUBLISHED_SIDE: u32 = 160;
 /// The largest that a quick look takes.
 const QUICK_SIDE: u32 = 40;
 
-/// S2's programs, what each adds, and its speed-up over the first.
-const RUNGS: [(&str, &str, Option<f64>); 8] = [
-    ("serial", "one thread, every node looks at all others", Some(1.0)),
-    ("naive", "GPU, every node looks at all others", Some(108.51)),
-    ("constants", "what is not written is constant", Some(110.88)),
-    ("squared", "squared distances", Some(154.90)),
-    ("swapped", "buffers exchange their roles", Some(154.68)),
-    ("scanned", "bins, filled from all nodes", Some(156.70)),
-    ("refreshed", "bins, filled from those around them", Some(1635.58)),
-    ("binned", "ours: clusters of nodes, looked at when they may touch", None),
+/// S2's programs and ours, what each adds, and its speed-up over the first.
+const RUNGS: [(Rung, &str, Option<f64>); 8] = [
+    (Rung::Serial, "one thread, every node looks at all others", Some(1.0)),
+    (Rung::Naive, "GPU, every node looks at all others", Some(108.51)),
+    (Rung::Constants, "what is not written is constant", Some(110.88)),
+    (Rung::Squared, "squared distances", Some(154.90)),
+    (Rung::Swapped, "buffers exchange their roles", Some(154.68)),
+    (Rung::Scanned, "bins, filled from all nodes", Some(156.70)),
+    (Rung::Refreshed, "bins, filled from those around them", Some(1635.58)),
+    (Rung::Binned, "ours: clusters of nodes, looked at when they may touch", None),
 ];
 
-fn name(rung: &str, side: u32) -> String {
-    format!("s2-{rung}-{side}")
+fn name(rung: Rung, side: u32) -> String {
+    format!("s2-{}-{side}", rung.name())
 }
+
+/// Ours on one thread, and on a GPU.
+const SINGLE: &str = "s2-binned-1t-160";
+const ON_GPU: &str = "s2-binned-gpu-160";
 
 /// All runs.
 pub fn jobs() -> Vec<Job> {
     let mut jobs = Vec::new();
+    let run = |rung, side| Contact { rung, side, frames: None, threads: None, gpu: false };
+    let quick = |side| if side <= QUICK_SIDE { Quick::Frames(3) } else { Quick::Out };
     for (rung, ..) in RUNGS {
-        for side in SIDES.into_iter().chain(LARGER) {
-            let words = format!("bench contact --n {side} --rungs {rung} --json");
-            let quick = if side <= QUICK_SIDE { Quick::Frames(3) } else { Quick::Out };
-            let own = rung == "binned";
-            match rung {
-                "serial" if !LARGER.contains(&side) => jobs.push(Job::bench(name(rung, side), words, quick)),
-                "binned" => {
-                    let long = if LARGER.contains(&side) { " --frames 10" } else { "" };
-                    jobs.push(Job::bench(name(rung, side), format!("{words}{long}"), quick));
-                }
-                _ if !own && rung != "serial" && !LARGER.contains(&side) => {
-                    jobs.push(Job::bench(name(rung, side), words, Quick::Whole).on_gpu());
-                }
-                _ => {}
-            }
+        for side in SIDES {
+            let job = |quick| Job::contact(name(rung, side), run(rung, side), quick);
+            jobs.push(if Rung::LADDER.contains(&rung) {
+                job(Quick::Whole).on_gpu()
+            } else {
+                job(quick(side))
+            });
         }
     }
-    let single = format!("bench contact --n {PUBLISHED_SIDE} --rungs binned --json --threads 1");
-    jobs.push(Job::bench(name("binned-1t", PUBLISHED_SIDE), single, Quick::Out));
-    let gpu = format!("bench contact --n {PUBLISHED_SIDE} --rungs binned --json --backend gpu");
-    jobs.push(Job::bench(name("binned-gpu", PUBLISHED_SIDE), gpu, Quick::Whole).on_gpu());
+    for side in LARGER {
+        let long = Contact { frames: Some(10), ..run(Rung::Binned, side) };
+        jobs.push(Job::contact(name(Rung::Binned, side), long, Quick::Out));
+    }
+    let ours = run(Rung::Binned, PUBLISHED_SIDE);
+    jobs.push(Job::contact(SINGLE.to_owned(), Contact { threads: Some(1), ..ours }, Quick::Out));
+    jobs.push(Job::contact(ON_GPU.to_owned(), Contact { gpu: true, ..ours }, Quick::Whole).on_gpu());
     jobs
 }
 
@@ -72,12 +74,12 @@ fn ladder(look: &Look) -> Section {
          the fair comparison of devices is that of the table below. S2 measures a GTX 1660 Ti against a Ryzen 7 3750H.",
         &["program", "what is new", "S2", "ours", "on"],
     );
-    let serial = look.at(&name("serial", PUBLISHED_SIDE)).ok().and_then(|kept| median(&kept.result));
+    let serial = look.at(&name(Rung::Serial, PUBLISHED_SIDE)).ok().and_then(|kept| median(&kept.result));
     for (rung, what, published) in RUNGS {
         let job = name(rung, PUBLISHED_SIDE);
         let up = look.cell(&job, |value| Some(format!("{:.2}", serial? / median(value)?)));
         let device = look.cell(&job, |value| value["device"].as_str().map(str::to_owned));
-        ladder.row(vec![Cell::words(rung), Cell::words(what), Cell::theirs(published, 2), up, device]);
+        ladder.row(vec![Cell::words(rung.name()), Cell::words(what), Cell::theirs(published, 2), up, device]);
     }
     Section::new("S2: how nodes find each other").table(ladder)
 }
@@ -102,7 +104,7 @@ fn times(look: &Look) -> Section {
             let row = speed(
                 look,
                 &label("serial"),
-                &name("serial", side),
+                &name(Rung::Serial, side),
                 Cell::none(),
                 "in method alone: written again from S2's text, our scene and machine",
             );
@@ -112,26 +114,24 @@ fn times(look: &Look) -> Section {
         table.row(speed(
             look,
             &label("ours, as many threads as help"),
-            &name("binned", side),
+            &name(Rung::Binned, side),
             published(side),
             alike,
         ));
     }
-    let job = name("binned-1t", PUBLISHED_SIDE);
     table.row(speed(
         look,
         "160 × 160, ours, 1 thread",
-        &job,
+        SINGLE,
         published(PUBLISHED_SIDE),
         "no: S2's is on a GPU",
     ));
-    let job = name("binned-gpu", PUBLISHED_SIDE);
-    table.row(speed(look, "160 × 160, ours, GPU", &job, published(PUBLISHED_SIDE), "no: another GPU"));
-    for (rung, ..) in RUNGS.iter().filter(|(rung, ..)| !["serial", "binned"].contains(rung)) {
+    table.row(speed(look, "160 × 160, ours, GPU", ON_GPU, published(PUBLISHED_SIDE), "no: another GPU"));
+    for rung in Rung::LADDER {
         let job = name(rung, PUBLISHED_SIDE);
         table.row(speed(
             look,
-            &format!("160 × 160, S2's {rung}"),
+            &format!("160 × 160, S2's {}", rung.name()),
             &job,
             Cell::none(),
             "in method alone: written again from its text, another GPU",
@@ -148,12 +148,12 @@ fn times(look: &Look) -> Section {
 
 /// Nodes and milliseconds of each rung.
 fn points(look: &Look) -> Vec<Series> {
-    let of = |rung: &str| {
+    let of = |rung: Rung| {
         let point = |side: u32| {
             let kept = look.at(&name(rung, side)).ok()?;
             Some((kept.result["nodes"].as_f64()?, median(&kept.result)?))
         };
         SIDES.into_iter().chain(LARGER).filter_map(point).collect::<Vec<_>>()
     };
-    RUNGS.iter().map(|(rung, ..)| Series::of(*rung, of(rung))).collect()
+    RUNGS.iter().map(|(rung, ..)| Series::of(rung.name(), of(*rung))).collect()
 }

@@ -1,5 +1,6 @@
 //! What is run: benches of the program, and scenes.
 
+use crate::contact::{self, Contact};
 use crate::runs::behaviour::{self, Scene};
 use crate::runs::scenes;
 use crate::tournament;
@@ -28,6 +29,8 @@ pub enum What {
     Bench(String),
     /// A scene.
     Scene(Scene),
+    /// S2's scene by one of its programs, or by the engine.
+    Contact(Contact),
     /// The springs of a scene are counted.
     Counts(Scene),
     /// A run of the tournament, by its name.
@@ -67,6 +70,11 @@ impl Job {
     pub fn scene(name: impl Into<String>, scene: &'static str, sets: &[String], quick: Quick) -> Self {
         let scene = Scene { name: scene, sets: sets.to_vec(), threads: None, pictured: false };
         Self { name: name.into(), what: What::Scene(scene), gpu: false, quick }
+    }
+
+    /// S2's scene.
+    pub fn contact(name: String, contact: Contact, quick: Quick) -> Self {
+        Self { name, what: What::Contact(contact), gpu: false, quick }
     }
 
     /// A run of the tournament.
@@ -121,6 +129,7 @@ impl Job {
             What::Counts(scene) => {
                 format!("{} --json", scenes::command("check", scene.name, &scene.sets))
             }
+            What::Contact(_) => format!("taffeta-papers s2 --out DIR # {}", self.name),
             What::Bout => format!("taffeta-papers all --out DIR # {}", self.name),
             What::Elsewhere(command) => (*command).to_owned(),
         }
@@ -144,6 +153,7 @@ impl Job {
             What::Bench(words) => bench(place.taffeta.ok_or("there is no `taffeta`")?, words, frames),
             What::Scene(scene) => behaviour::run(scene, frames, place.stopped)
                 .and_then(|done| serde_json::to_value(done).map_err(json)),
+            What::Contact(run) => contact::run(run, frames),
             What::Counts(scene) => counts(scene),
             What::Bout => tournament::run(&self.name, place.cache),
             What::Elsewhere(command) => Err(format!("is run by `{command}`")),

@@ -1,22 +1,28 @@
 //! The rungs beside the serial program, and what bins keep and lose.
 
-use super::super::{Serial, THICKNESS, bench};
 use super::bins::{CAPACITY, Layout, Lost};
-use super::{Baseline, Particle, Rung};
-use crate::bench::measure::settled;
-use clap::ValueEnum;
+use super::ladder::Ladder;
+use super::particle::Particle;
+use super::rung::Rung;
+use super::serial::Serial;
+use super::sheet::{Sheet, THICKNESS};
+use super::{Contact, on};
+use std::sync::OnceLock;
 use taffeta::taffeta_gpu::{DispatchList, Gpu};
+use taffeta::{Options, Simulation};
 
 const SIDE: u32 = 20;
 
 fn gpu() -> Gpu {
-    crate::gpu::open().expect("a GPU; one in software would do")
+    static SHARED: OnceLock<Gpu> = OnceLock::new();
+    SHARED.get_or_init(|| super::open().expect("a GPU; one in software would do")).clone()
 }
 
 /// A sheet that has settled, and whose nodes have been shaken since.
 fn shaken() -> Serial {
-    let bench = bench(SIDE, SIDE);
-    let mut serial = Serial::new(&bench, &settled(&bench, Some(1)).expect("it settles"));
+    let sheet = Sheet { side: SIDE };
+    let settled = sheet.settled(&Options { threads: Some(1), ..Options::default() });
+    let mut serial = Serial::new(&sheet, &settled.expect("it settles"));
     for (i, particle) in serial.now.iter_mut().enumerate().skip(serial.held) {
         for axis in 0..3 {
             let phase = (i * (7 + 4 * axis)) as f32;
@@ -41,10 +47,10 @@ fn folded() -> Serial {
     serial
 }
 
-fn submit(baseline: &mut Baseline, record: impl FnOnce(&mut Baseline, &mut DispatchList)) {
+fn submit(ladder: &mut Ladder, record: impl FnOnce(&mut Ladder, &mut DispatchList)) {
     let mut list = DispatchList::new();
-    record(baseline, &mut list);
-    baseline.gpu.submit(&list).expect("submitted");
+    record(ladder, &mut list);
+    ladder.gpu.submit(&list).expect("submitted");
 }
 
 /// Largest differences in position [m] and velocity [m/s].
@@ -90,13 +96,13 @@ fn every_rung_does_the_sub_step_of_the_serial_program() {
     for rung in Rung::LADDER {
         let name = rung.name();
         let mut serial = folded();
-        let mut baseline = Baseline::new(&gpu, rung, &start).expect("it is made");
-        submit(&mut baseline, Baseline::refresh);
+        let mut ladder = Ladder::new(&gpu, rung, &start).expect("it is made");
+        submit(&mut ladder, Ladder::refresh);
         // Both ways that buffers take turns.
         for step in 1..=3 {
             serial.step();
-            submit(&mut baseline, Baseline::step);
-            let (x, v) = apart(&serial, &baseline.particles().expect("read"));
+            submit(&mut ladder, Ladder::step);
+            let (x, v) = apart(&serial, &ladder.particles().expect("read"));
             // Sums in another order, roots and quotients to some units in the last place.
             assert!(x < 1e-6 && v < 2e-5, "{name}, sub-step {step}: {x} m, {v} m/s");
         }
@@ -104,12 +110,12 @@ fn every_rung_does_the_sub_step_of_the_serial_program() {
 }
 
 /// The bin of each particle, as the table has it; `None` where it has it not.
-fn bins_of(baseline: &Baseline) -> Vec<Option<usize>> {
-    let bins = baseline.bins.as_ref().expect("it has bins");
+fn bins_of(ladder: &Ladder) -> Vec<Option<usize>> {
+    let bins = ladder.bins.as_ref().expect("it has bins");
     let table = &bins.tables[bins.now()];
-    let read = |buffer: &taffeta::taffeta_gpu::Buffer<u32>| buffer.read(&baseline.gpu).expect("read");
+    let read = |buffer: &taffeta::taffeta_gpu::Buffer<u32>| buffer.read(&ladder.gpu).expect("read");
     let (filled, members) = (read(&table.filled), read(&table.members));
-    let mut bins = vec![None; baseline.particles[0].len()];
+    let mut bins = vec![None; ladder.particles[0].len()];
     for (bin, (&count, places)) in filled.iter().zip(members.chunks(CAPACITY as usize)).enumerate() {
         for &i in &places[..count as usize] {
             let before = bins[i as usize].replace(bin);
@@ -130,10 +136,43 @@ fn bin_at(layout: &Layout, x: [f32; 4]) -> usize {
 }
 
 #[test]
-fn every_rung_has_the_name_that_the_command_line_takes() {
-    for rung in Rung::value_variants() {
-        assert_eq!(rung.to_possible_value().unwrap().get_name(), rung.name());
+fn the_serial_program_has_the_springs_of_the_scene() {
+    let sheet = Sheet { side: 9 };
+    let simulation = Simulation::new(&sheet.scene(), &Options::default()).expect("it is built");
+    let count: usize = simulation.bodies()[0].springs.iter().map(|(_, count)| count).sum();
+    assert_eq!((count, sheet.springs() as usize), (count, count));
+    // Each spring is at both its ends.
+    assert_eq!(Serial::new(&sheet, &simulation).springs.len(), 2 * count);
+}
+
+#[test]
+fn every_rung_leaves_a_line_as_a_bench_does() {
+    let gpu = gpu();
+    for rung in [&[Rung::Serial][..], &Rung::LADDER, &[Rung::Binned]].concat() {
+        let on_gpu = Rung::LADDER.contains(&rung);
+        let contact = Contact { rung, side: 8, frames: None, threads: Some(1), gpu: on_gpu };
+        let line = on(&contact, Some(2), on_gpu.then_some(&gpu)).expect("it is run");
+        assert_eq!(
+            (&line["rung"], &line["nodes"], &line["frames"]),
+            (&rung.name().into(), &64.into(), &2.into())
+        );
+        let device = line["device"].as_str().unwrap_or_default();
+        assert!(device.starts_with(if on_gpu { "gpu, " } else { "cpu, 1 thread" }), "{line}");
+        for path in ["/ms_per_frame/min", "/ms_per_frame/median", "/steps_per_s"] {
+            assert!(
+                line.pointer(path).and_then(|number| number.as_f64()).is_some_and(|number| number > 0.0),
+                "{path}: {line}"
+            );
+        }
+        let note = line["note"].as_str().unwrap_or_default();
+        match rung {
+            Rung::Scanned => assert!(note.contains("0 nodes found no room in a bin"), "{note}"),
+            Rung::Refreshed => assert!(note.contains("0 nodes are in no bin any more"), "{note}"),
+            _ => {}
+        }
     }
+    let none = Contact { rung: Rung::Naive, side: 8, frames: None, threads: None, gpu: true };
+    assert_eq!(on(&none, Some(1), None).err().as_deref(), Some("naive needs a GPU"));
 }
 
 #[test]
@@ -141,22 +180,22 @@ fn bins_hold_every_particle_once_where_it_is() {
     let (gpu, start) = (gpu(), shaken());
     let layout = Layout::around(&start);
     for rung in [Rung::Scanned, Rung::Refreshed] {
-        let mut baseline = Baseline::new(&gpu, rung, &start).expect("it is made");
-        let before = bins_of(&baseline);
+        let mut ladder = Ladder::new(&gpu, rung, &start).expect("it is made");
+        let before = bins_of(&ladder);
         // An odd number of sub-steps: the particles are in the other buffer, and in that alone somewhat higher.
-        (0..3).for_each(|_| submit(&mut baseline, |baseline, list| baseline.frame(list, 33)));
-        let mut particles = baseline.particles().expect("read");
+        (0..3).for_each(|_| submit(&mut ladder, |ladder, list| ladder.frame(list, 33)));
+        let mut particles = ladder.particles().expect("read");
         particles.iter_mut().for_each(|particle| particle.x[1] += 0.4 * layout.side);
-        baseline.particles[1].write(&gpu, 0, &particles);
-        submit(&mut baseline, Baseline::refresh);
-        let after = bins_of(&baseline);
+        ladder.particles[1].write(&gpu, 0, &particles);
+        submit(&mut ladder, Ladder::refresh);
+        let after = bins_of(&ladder);
         let moved = before.iter().zip(&after).filter(|(before, after)| before != after).count();
         assert!(moved > 10, "{moved} have moved to other bins");
         let expected: Vec<_> = particles.iter().map(|particle| Some(bin_at(&layout, particle.x))).collect();
         let other: Vec<usize> = (0..after.len()).filter(|&i| after[i] != expected[i]).collect();
         // A quotient on the border of two bins may be rounded either way.
         assert!(other.len() <= 1, "{rung:?}: {other:?}");
-        let lost = baseline.bins.as_ref().unwrap().lost(&gpu, particles.len()).expect("read");
+        let lost = ladder.bins.as_ref().unwrap().lost(&gpu, particles.len()).expect("read");
         assert_eq!((lost.left_out, lost.missing), (0, 0));
     }
 }
@@ -164,12 +203,12 @@ fn bins_hold_every_particle_once_where_it_is() {
 /// Fills the bins anew after particles have been put elsewhere by `put`; left out, and missing.
 fn lost_after(rung: Rung, put: impl Fn(&mut [Particle])) -> (u32, u32) {
     let gpu = gpu();
-    let mut baseline = Baseline::new(&gpu, rung, &shaken()).expect("it is made");
-    let mut particles = baseline.particles().expect("read");
+    let mut ladder = Ladder::new(&gpu, rung, &shaken()).expect("it is made");
+    let mut particles = ladder.particles().expect("read");
     put(&mut particles);
-    baseline.particles[baseline.now].write(&gpu, 0, &particles);
-    submit(&mut baseline, Baseline::refresh);
-    let lost = baseline.bins.as_ref().unwrap().lost(&gpu, particles.len()).expect("read");
+    ladder.particles[ladder.now].write(&gpu, 0, &particles);
+    submit(&mut ladder, Ladder::refresh);
+    let lost = ladder.bins.as_ref().unwrap().lost(&gpu, particles.len()).expect("read");
     (lost.left_out, lost.missing)
 }
 

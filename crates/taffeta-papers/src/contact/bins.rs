@@ -2,10 +2,15 @@
 //! and a half thicknesses and 32 places are our choice. To fill them from all particles then takes about as many looks
 //! as 34 sub-steps by all pairs, as S2's numbers suggest.
 
-use super::{BINS, CONSTANTS, GROUP, PARTICLE, Particle, Rung, Serial, THICKNESS};
+use super::particle::{CONSTANTS, GROUP, PARTICLE, Particle};
+use super::rung::Rung;
+use super::serial::Serial;
+use super::sheet::THICKNESS;
 use taffeta::taffeta_gpu::bytemuck::{Pod, Zeroable};
 use taffeta::taffeta_gpu::{Bindable, Bound, Buffer, DispatchList, Gpu, GpuError, Uniforms};
 
+/// Bins as kernels see them.
+pub const SOURCE: &str = include_str!("bins.wgsl");
 /// Places of a bin.
 pub const CAPACITY: u32 = 32;
 /// Side of a bin, in thicknesses.
@@ -91,7 +96,7 @@ impl Bins {
         let tables = tables.collect::<Result<Vec<_>, _>>()?;
         let left_out = gpu.buffer("left out", 1)?;
         let bind = |entry, from: usize, before: usize, to: usize| {
-            let sources = [PARTICLE, CONSTANTS, BINS, include_str!("refill.wgsl")];
+            let sources = [PARTICLE, CONSTANTS, SOURCE, include_str!("refill.wgsl")];
             let kernel = gpu.kernel(entry, &sources, entry, &overrides())?;
             let buffers: [Named; 7] = [
                 ("bins", &layout),
@@ -148,4 +153,21 @@ impl Bins {
 /// What kernels with bins are told when they are compiled.
 pub fn overrides() -> [(&'static str, f64); 1] {
     [("CAPACITY", f64::from(CAPACITY))]
+}
+
+impl Lost {
+    /// For people: what the bins of `rung` lack.
+    pub fn words(&self, rung: Rung) -> String {
+        let nodes = |count: u32| format!("{count} {}", if count == 1 { "node" } else { "nodes" });
+        if rung == Rung::Scanned {
+            return format!("{} found no room in a bin, in all frames together", nodes(self.left_out));
+        }
+        let verb = if self.missing == 1 { "is" } else { "are" };
+        let crossed = self.missing.saturating_sub(self.left_out);
+        format!(
+            "{} {verb} in no bin any more: {} found no room, {crossed} crossed a whole bin in a frame",
+            nodes(self.missing),
+            self.left_out
+        )
+    }
 }

@@ -1,7 +1,8 @@
 //! What S2 ("CUDA Cloth Simulation") calls its CPU: one thread, springs by compressed rows, every node against every other.
 
-use super::{NODE_MASS, SPACING, SPRINGS, THICKNESS, WIND};
-use crate::bench::measure::Bench;
+use super::sheet::{NODE_MASS, SPACING, SPRINGS, Sheet, THICKNESS, WIND};
+use super::timing::{BUDGET, Timed};
+use std::time::Instant;
 use taffeta::Simulation;
 
 type V = [f32; 3];
@@ -24,16 +25,16 @@ pub struct Spring {
 
 /// S2's state and its springs by node.
 pub struct Serial {
-    pub(super) now: Vec<Particle>,
+    pub now: Vec<Particle>,
     next: Vec<Particle>,
     /// Where the springs of each node begin; one more than there are nodes.
-    pub(super) starts: Vec<u32>,
-    pub(super) springs: Vec<Spring>,
+    pub starts: Vec<u32>,
+    pub springs: Vec<Spring>,
     /// The first of these are held.
-    pub(super) held: usize,
-    pub(super) ball: (V, f32),
-    pub(super) floor: f32,
-    pub(super) h: f32,
+    pub held: usize,
+    pub ball: (V, f32),
+    pub floor: f32,
+    pub h: f32,
 }
 
 /// The neighbours of a node: rows, columns, kind of spring.
@@ -61,9 +62,9 @@ fn dot(a: V, b: V) -> f32 {
 }
 
 impl Serial {
-    /// The bench's sheet as the simulation has it now.
-    pub fn new(bench: &Bench, simulation: &Simulation) -> Self {
-        let (rows, cols) = (i64::from(bench.n[0]), i64::from(bench.n[1]));
+    /// The sheet as the simulation has it now.
+    pub fn new(sheet: &Sheet, simulation: &Simulation) -> Self {
+        let side = i64::from(sheet.side);
         // Positions, then velocities, in 32 bits.
         let state = simulation.snapshot().state;
         let numbers: Vec<f32> = state.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
@@ -71,28 +72,27 @@ impl Serial {
         let vectors = x.as_chunks().0.iter().zip(v.as_chunks().0);
         let now: Vec<Particle> = vectors.map(|(&x, &v)| Particle { x, v }).collect();
         let (mut starts, mut springs) = (vec![0], Vec::new());
-        for (row, col) in (0..rows).flat_map(|row| (0..cols).map(move |col| (row, col))) {
+        for (row, col) in (0..side).flat_map(|row| (0..side).map(move |col| (row, col))) {
             for (down, right, kind) in WAYS {
                 let (to, at) = (row + down, col + right);
-                if (0..rows).contains(&to) && (0..cols).contains(&at) {
+                if (0..side).contains(&to) && (0..side).contains(&at) {
                     let rest = (SPACING * (down as f64).hypot(right as f64)) as f32;
                     let (k, d) = SPRINGS[kind];
-                    springs.push(Spring { other: (to * cols + at) as u32, rest, k: k as f32, d: d as f32 });
+                    springs.push(Spring { other: (to * side + at) as u32, rest, k: k as f32, d: d as f32 });
                 }
             }
             starts.push(springs.len() as u32);
         }
-        let side = (rows.min(cols) - 1) as f64 * SPACING;
-        let ball = ([0.0, 0.18 * side, 0.05 * side].map(|x| x as f32), (0.18 * side + 0.02) as f32);
+        let (center, radius) = sheet.kept_from_ball();
         Self {
             next: now.clone(),
             now,
             starts,
             springs,
-            held: cols as usize,
-            ball,
-            floor: (0.02 - 0.05 * side) as f32,
-            h: bench.scene.time.max_step.unwrap_or(bench.scene.time.dt) as f32,
+            held: side as usize,
+            ball: (center.map(|x| x as f32), radius as f32),
+            floor: sheet.lowest() as f32,
+            h: sheet.step() as f32,
         }
     }
 
@@ -112,6 +112,19 @@ impl Serial {
             self.next[i] = p;
         }
         std::mem::swap(&mut self.now, &mut self.next);
+    }
+
+    /// Times sub-steps for `frames` frames, or as many as the budget allows; each stands for a frame of `substeps`.
+    pub fn timed(&mut self, frames: Option<u32>, substeps: u32) -> Timed {
+        let most = frames.map_or(30 * substeps, |frames| frames * substeps) as usize;
+        let (mut ms, start) = (Vec::new(), Instant::now());
+        while ms.is_empty() || (start.elapsed().as_secs_f64() < BUDGET.0 && ms.len() < most) {
+            let clock = Instant::now();
+            self.step();
+            ms.push(clock.elapsed().as_secs_f64() * 1e3 * f64::from(substeps));
+        }
+        let note = format!("sub-steps timed: {}; a frame has {substeps}", ms.len());
+        Timed { frames: (ms.len() as u32).div_ceil(substeps), ms, note: Some(note) }
     }
 
     fn row(&self, i: usize) -> &[Spring] {
