@@ -232,7 +232,7 @@ fn sections(wanted: &Wanted, look: &Look) -> Vec<Section> {
 }
 
 fn head(wanted: &Wanted, shown: &[&Kept]) -> Head {
-    let limits = shown.iter().find(|kept| kept.name == s1::LIMITS).and_then(|kept| {
+    let limits = shown.iter().find(|kept| kept.name == s1::sheets::LIMITS).and_then(|kept| {
         let limits = &kept.result["limits"];
         let [gflops, bytes] = [&limits["fma_gflop_per_s"], &limits["memory_gb_per_s"]].map(Value::as_f64);
         Some(format!(", of which one thread reaches {:.0} GFLOP/s and {:.0} GB/s", gflops?, bytes?))

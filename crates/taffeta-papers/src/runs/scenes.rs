@@ -4,12 +4,16 @@ use std::path::Path;
 use taffeta_io::{Loaded, load_files, parse_scene};
 
 /// Name and text of each.
-const SCENES: [(&str, &str); 14] = [
+const SCENES: [(&str, &str); 18] = [
+    ("balloon", include_str!("../../../../scenes/balloon.toml")),
     ("fall_armadillo", include_str!("../../../../scenes/fall_armadillo.toml")),
     ("fall_bunny", include_str!("../../../../scenes/fall_bunny.toml")),
     ("fall_dragon", include_str!("../../../../scenes/fall_dragon.toml")),
     ("fall_sphere", include_str!("../../../../scenes/fall_sphere.toml")),
     ("fall_torus", include_str!("../../../../scenes/fall_torus.toml")),
+    ("hanging_ice", include_str!("../../../../scenes/hanging_ice.toml")),
+    ("pile", include_str!("../../../../scenes/pile.toml")),
+    ("poke", include_str!("../../../../scenes/poke.toml")),
     ("press_armadillo", include_str!("../../../../scenes/press_armadillo.toml")),
     ("press_bunny", include_str!("../../../../scenes/press_bunny.toml")),
     ("s1_fig11", include_str!("../../../../scenes/s1_fig11.toml")),

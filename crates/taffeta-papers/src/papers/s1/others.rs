@@ -1,6 +1,6 @@
 //! Other engines on the scene of figure 15, in place of Unity's cloth.
 
-use super::{ALL, springs};
+use super::springs::{ALL, cloth};
 use crate::report::look::{Look, grouped, short};
 use crate::report::page::Section;
 use crate::report::table::{Cell, Table};
@@ -28,7 +28,7 @@ pub fn jobs() -> Vec<Job> {
             "time.frames=300".to_owned(),
             format!("body.cloth.mesh.grid.rows={side}"),
             format!("body.cloth.mesh.grid.cols={side}"),
-            springs(&ALL, 3e4).replace("d=0.1", "d=5"),
+            cloth(&ALL, 3e4).replace("d=0.1", "d=5"),
         ];
         let quick = if side <= 32 { Quick::Frames(60) } else { Quick::Out };
         Job::scene(own(side), "s1_fig15", &sets, quick).threads(1)
