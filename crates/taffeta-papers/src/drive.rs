@@ -1,7 +1,7 @@
 //! Runs what is wanted, one after the other, and writes the report.
 
 use crate::papers::paper::Paper;
-use crate::papers::{limits, s1, s2, s3};
+use crate::papers::{aims, limits, s1, s2, s3};
 use crate::progress::Progress;
 use crate::report::look::Look;
 use crate::report::page::Section;
@@ -207,6 +207,7 @@ fn jobs(wanted: &Wanted) -> Vec<Job> {
     };
     let mut jobs: Vec<Job> = wanted.papers.iter().flat_map(of).collect();
     if is_all(wanted) {
+        jobs.extend(aims::jobs());
         let quick = tournament::names(true);
         jobs.extend(tournament::names(false).into_iter().map(|name| {
             let kind = if quick.contains(&name) { Quick::Whole } else { Quick::Out };
@@ -224,6 +225,7 @@ fn sections(wanted: &Wanted, look: &Look) -> Vec<Section> {
     };
     let mut sections: Vec<Section> = wanted.papers.iter().flat_map(of).collect();
     if is_all(wanted) {
+        sections.push(aims::section(look));
         sections.extend(tournament::sections(|name| look.at(name).ok()));
         sections.push(limits::section());
         sections.push(errata::section());

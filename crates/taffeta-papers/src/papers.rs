@@ -1,5 +1,6 @@
 //! The papers: what of each is run, and the tables that have its numbers beside those that come out here.
 
+pub mod aims;
 mod curve;
 pub mod limits;
 pub mod paper;

@@ -5,3 +5,4 @@ pub mod job;
 pub mod programs;
 pub mod scenes;
 pub mod strip;
+pub mod turns;

@@ -16,7 +16,7 @@ pub fn stretch(name: &str, caption: &str, curves: &[Curve]) -> Plot {
     Plot { name: name.to_owned(), caption: caption.to_owned(), svg }
 }
 
-/// Share of its volume that a body has, over time.
+/// Volume of all bodies over that at rest, over time.
 pub fn volume(name: &str, caption: &str, curves: &[Curve]) -> Plot {
     let share = |point: &Point| Some((point.time, point.volume? * 1e2));
     let line = |(label, curve): &Curve| Series::of(*label, curve.iter().filter_map(share));

@@ -96,7 +96,7 @@ pub struct Point {
     pub time: f64,
     /// Largest l/L.
     pub stretch: f64,
-    /// Share of its volume that the first body has.
+    /// Volume of all bodies over that at rest.
     pub volume: Option<f64>,
 }
 
@@ -172,11 +172,12 @@ fn summary(reports: &[FrameReport], rest: &[f64]) -> Behaviour {
     let most = |of: &dyn Fn(&FrameReport) -> f64| later.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
     let closed = rest.iter().any(|volume| volume.is_finite());
     let loss = |report: &FrameReport| loss(report, rest);
-    let volume = |report: &FrameReport| report.volumes.first().copied().flatten().map(|v| v / rest[0]);
+    let whole: f64 = rest.iter().filter(|volume| volume.is_finite()).sum();
+    let volume = |report: &FrameReport| report.volumes.iter().flatten().sum::<f64>() / whole;
     let point = |report: &FrameReport| Point {
         time: five_digits(report.time),
         stretch: five_digits(report.max_stretch),
-        volume: volume(report).filter(|v| v.is_finite()).map(five_digits),
+        volume: Some(volume(report)).filter(|v| closed && v.is_finite()).map(five_digits),
     };
     Behaviour {
         max_stretch: most(&|report| report.max_stretch),

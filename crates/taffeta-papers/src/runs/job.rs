@@ -3,6 +3,7 @@
 use crate::contact::{self, Contact};
 use crate::runs::behaviour::{self, Scene};
 use crate::runs::scenes;
+use crate::runs::turns::{self, Turns};
 use crate::tournament;
 use serde_json::{Map, Value, json};
 use std::path::Path;
@@ -31,6 +32,8 @@ pub enum What {
     Scene(Scene),
     /// S2's scene by one of its programs, or by the engine.
     Contact(Contact),
+    /// What keeping volumes costs the bodies of a scene.
+    Turns(Turns),
     /// The springs of a scene are counted.
     Counts(Scene),
     /// A run of the tournament, by its name.
@@ -75,6 +78,11 @@ impl Job {
     /// S2's scene.
     pub fn contact(name: String, contact: Contact, quick: Quick) -> Self {
         Self { name, what: What::Contact(contact), gpu: false, quick }
+    }
+
+    /// What keeping volumes costs.
+    pub fn turns(name: String, turns: Turns, quick: Quick) -> Self {
+        Self { name, what: What::Turns(turns), gpu: false, quick }
     }
 
     /// A run of the tournament.
@@ -130,6 +138,7 @@ impl Job {
                 format!("{} --json", scenes::command("check", scene.name, &scene.sets))
             }
             What::Contact(_) => format!("taffeta-papers s2 --out DIR # {}", self.name),
+            What::Turns(_) => format!("taffeta-papers s3 --out DIR # {}", self.name),
             What::Bout => format!("taffeta-papers all --out DIR # {}", self.name),
             What::Elsewhere(command) => (*command).to_owned(),
         }
@@ -154,6 +163,7 @@ impl Job {
             What::Scene(scene) => behaviour::run(scene, frames, place.stopped)
                 .and_then(|done| serde_json::to_value(done).map_err(json)),
             What::Contact(run) => contact::run(run, frames),
+            What::Turns(run) => turns::run(run),
             What::Counts(scene) => counts(scene),
             What::Bout => tournament::run(&self.name, place.cache),
             What::Elsewhere(command) => Err(format!("is run by `{command}`")),
