@@ -3,7 +3,7 @@
 mod page;
 mod report;
 
-use crate::{program, results, root};
+use crate::{program, root};
 use report::Report;
 use std::path::Path;
 use std::process::ExitCode;
@@ -72,21 +72,15 @@ and bring back papers/raw.jsonl; docs/papers.md says how its rows get into a rep
     ))
 }
 
-/// The name of the device in a kept file.
-pub fn device_of(file: &Path) -> Result<String, String> {
-    read(file).map(|(report, _)| report.device.name)
-}
-
-fn read(file: &Path) -> Result<(Report, String), String> {
+fn read(file: &Path) -> Result<Report, String> {
     let at = |error: &dyn std::fmt::Display| format!("{}: {error}", file.display());
     let text = std::fs::read_to_string(file).map_err(|error| at(&error))?;
-    let report = serde_json::from_str(&text).map_err(|error| at(&error))?;
-    Ok((report, text))
+    serde_json::from_str(&text).map_err(|error| at(&error))
 }
 
-/// Writes the page of a device beside the results of others, and keeps what it was made of; returns what it wrote.
+/// Writes the page of a device beside the results of others; returns what to do with it.
 fn merge(file: &Path, folder: &Path) -> Result<String, String> {
-    let (report, text) = read(file)?;
+    let report = read(file)?;
     if report.device.software {
         return Err(format!(
             "{}: was measured on {}, a software adapter: it proves results, never speed, and gets no page",
@@ -95,14 +89,13 @@ fn merge(file: &Path, folder: &Path) -> Result<String, String> {
         ));
     }
     let slug = program::slug(&report.device.name);
-    let write = |ext: &str, text: &str| {
-        let path = folder.join(&slug).with_extension(ext);
-        std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()))
-    };
-    write("json", &text)?;
-    write("md", &page::of(&report, &slug))?;
-    results::write_readme(folder)?;
-    Ok(format!("docs/results/{slug}.md and {slug}.json: {}", report.verdict()))
+    let page = folder.join(&slug).with_extension("md");
+    std::fs::write(&page, page::of(&report)).map_err(|error| format!("{}: {error}", page.display()))?;
+    Ok(format!(
+        "docs/results/{slug}.md: {}\nLink it in docs/results/README.md: [{}]({slug}.md)",
+        report.verdict(),
+        report.device.name
+    ))
 }
 
 #[cfg(test)]
@@ -117,19 +110,14 @@ mod tests {
     }
 
     #[test]
-    fn a_gpu_gets_a_page_and_its_file_is_kept() {
+    fn a_gpu_gets_a_page_and_a_link() {
         let folder = folder("hardware");
         let file = folder.join("brought.txt");
         std::fs::write(&file, report::EXAMPLE).expect("a file");
-        merge(&file, &folder).expect("merged");
+        let said = merge(&file, &folder).expect("merged");
         let page = std::fs::read_to_string(folder.join("example-gpu-3000.md")).expect("a page");
         assert!(page.starts_with("# Example GPU 3000\n"), "{page}");
-        assert_eq!(
-            std::fs::read_to_string(folder.join("example-gpu-3000.json")).ok().as_deref(),
-            Some(report::EXAMPLE)
-        );
-        let readme = std::fs::read_to_string(folder.join("README.md")).expect("a list of pages");
-        assert!(readme.contains("[Example GPU 3000](example-gpu-3000.md)"), "{readme}");
+        assert!(said.contains("[Example GPU 3000](example-gpu-3000.md)"), "{said}");
         std::fs::remove_dir_all(&folder).expect("removed");
     }
 
@@ -144,7 +132,7 @@ mod tests {
             error.contains("Example GPU 3000, a software adapter: it proves results, never speed"),
             "{error}"
         );
-        assert!(!folder.join("example-gpu-3000.md").exists() && !folder.join("README.md").exists());
+        assert!(!folder.join("example-gpu-3000.md").exists());
         std::fs::remove_dir_all(&folder).expect("removed");
     }
 

@@ -1,7 +1,9 @@
 //! `cargo xtask models`: fetches the models that scenes name with the clients of ordinary registries, as PLY.
 
-use crate::mesh::{self, Mesh};
+mod mesh;
+
 use crate::root;
+use mesh::Mesh;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 

@@ -12,11 +12,6 @@ pub fn cargo(words: &[&str]) -> Command {
     command
 }
 
-/// What builds `taffeta`, as all of the workspace but what needs Bevy is built.
-pub fn build() -> Command {
-    cargo(&["build", "--release", "--bin", "taffeta"])
-}
-
 /// The built `taffeta`, where cargo puts it.
 pub fn path() -> PathBuf {
     target().join("release").join(format!("taffeta{}", std::env::consts::EXE_SUFFIX))

@@ -1,10 +1,31 @@
-//! The program `taffeta-papers`.
+//! The program `taffeta-papers`: the experiments of three papers, run with taffeta, as a report that has what they print beside
+//! what comes out here.
+//!
+//! - S1: Va, Choi, Hong, "Real-Time Cloth Simulation Using Compute Shader in Unity3D for AR/VR Contents", 2021.
+//! - S2: the article "CUDA Cloth Simulation".
+//! - S3: Va, Choi, Hong, "Real-Time Surface-Based Volume Constraints on Mass-Spring Model in Unity3D", 2023.
+//!
+//! A paper's module has its runs ([`runs::job::Job`]) and the tables that are made of what they leave
+//! ([`report::look::Look`]). Every number of ours is read from what a run left ([`report::store::Kept`]), and the report has that,
+//! too.
+
+mod contact;
+mod draw;
+mod drive;
+mod errata;
+mod gallery;
+mod papers;
+mod pictures;
+mod progress;
+mod report;
+mod reproduce;
+mod runs;
+mod tournament;
 
 use clap::{Parser, Subcommand};
+use papers::paper::Paper;
 use std::process::ExitCode;
 use taffeta_io::program;
-use taffeta_papers::papers::paper::Paper;
-use taffeta_papers::{errata, reproduce};
 
 /// Three papers on cloth and soft bodies, beside what taffeta does.
 #[derive(Parser)]
@@ -26,6 +47,13 @@ enum Command {
     All(reproduce::Args),
     /// Write docs/errata.md again
     Errata,
+    /// Run scenes and draw a moment of each into docs/pictures
+    Pictures {
+        /// Names of scenes [default: those that are about something to see]
+        scenes: Vec<String>,
+    },
+    /// Draw the pictures at the top of the README with taffeta-view
+    Gallery(gallery::Args),
 }
 
 fn main() -> ExitCode {
@@ -37,5 +65,12 @@ fn main() -> ExitCode {
         Command::S3(args) => reproduce::run(&args, &[Paper::S3]),
         Command::All(args) => reproduce::run(&args, &Paper::ALL),
         Command::Errata => errata::write(),
+        Command::Pictures { scenes } => pictures::run(&scenes),
+        Command::Gallery(args) => gallery::run(&args),
     })
+}
+
+/// The repository's root: the folder above `crates/`.
+fn root() -> std::path::PathBuf {
+    std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }

@@ -12,9 +12,9 @@ const PAPERS: [&str; 2] = ["node-centric", "spring-centric"];
 const OURS: [&str; 3] = ["plain", "tiled", "best"];
 
 /// The page as Markdown.
-pub fn of(report: &Report, slug: &str) -> String {
+pub fn of(report: &Report) -> String {
     [
-        head(report, slug),
+        head(report),
         targets(report),
         papers(report),
         speeds(report),
@@ -25,11 +25,11 @@ pub fn of(report: &Report, slug: &str) -> String {
     .concat()
 }
 
-fn head(report: &Report, slug: &str) -> String {
+fn head(report: &Report) -> String {
     let device = &report.device;
     let commit = report.commit.as_deref().unwrap_or("an unknown commit");
     let mut page = format!(
-        "# {}\n\nWritten by `cargo xtask gpu --merge` from [{slug}.json]({slug}.json), which `taffeta gpu-check` \
+        "# {}\n\nWritten by `cargo xtask gpu --merge` from what `taffeta gpu-check` \
          measured in {:.0} s: taffeta {} ({commit}), {}, {}, driver {}, host {}.\n\n{}\n",
         device.name,
         report.seconds,
@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn the_page_says_what_was_asked_what_failed_and_by_how_much_ours_is_faster() {
         let report: Report = serde_json::from_str(EXAMPLE).expect("an example");
-        let page = of(&report, "example");
+        let page = of(&report);
         for part in [
             "**The GPU does NOT compute what the CPU does**: 1 of 2 kernels and 1 of 1 scenes agree.",
             "| floor | 3000 sub-steps/s | 4000 sub-steps/s | yes |",
@@ -235,6 +235,6 @@ mod tests {
     fn what_was_not_measured_is_said() {
         let mut report: Report = serde_json::from_str(EXAMPLE).expect("an example");
         report.speeds.clear();
-        assert!(of(&report, "example").contains("| floor | 3000 sub-steps/s | not measured |  |"));
+        assert!(of(&report).contains("| floor | 3000 sub-steps/s | not measured |  |"));
     }
 }

@@ -1,12 +1,11 @@
-//! `cargo xtask gallery`: the pictures at the top of the README, made by `taffeta-view`.
+//! `taffeta-papers gallery`: the pictures at the top of the README, made by `taffeta-view`.
 
-use crate::program::cargo;
-use crate::{program, root, vulkan};
+use crate::{draw, root};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
-use taffeta_papers::draw;
+use std::process::{Command, Stdio};
+use taffeta_io::program::{self, Failure};
 
 /// A picture of some moments, two in a row.
 struct Picture {
@@ -94,37 +93,51 @@ const PICTURES: [Picture; 6] = [
 /// Pictures are rendered so many times as wide and high, and brought down.
 const FINE: usize = 2;
 
-/// Makes the named pictures; without names, all.
-pub fn run(names: &[&str]) -> ExitCode {
-    match all(names) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("xtask: gallery: {message}");
-            ExitCode::FAILURE
-        }
-    }
+/// Which pictures, and by which program.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Names of pictures [default: all]
+    names: Vec<String>,
+    /// The program `taffeta-view` [default: the one in the folder `bevy` beside this program's]
+    #[arg(long, value_name = "PATH")]
+    view: Option<PathBuf>,
 }
 
-fn all(names: &[&str]) -> Result<(), String> {
-    if let Some(name) = names.iter().find(|name| !PICTURES.iter().any(|picture| picture.name == **name)) {
+/// Makes the named pictures; without names, all.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(name) = args.names.iter().find(|name| !PICTURES.iter().any(|picture| picture.name == **name))
+    {
         let known = PICTURES.map(|picture| picture.name).join(", ");
-        return Err(format!("there is no picture {name}; there are {known}"));
+        return Err(Failure::Input(format!("there is no picture {name}; there are {known}")));
     }
-    vulkan::provide()?;
-    let build = ["build", "--profile", "bevy", "-p", "bevy_taffeta", "--bin", "taffeta-view"];
-    let built = cargo(&build).status().map_err(|error| format!("cargo: {error}"))?;
-    if !built.success() {
-        return Err(format!("cargo {} failed", build.join(" ")));
+    let view = args.view.clone().map_or_else(view, Ok)?;
+    if !view.is_file() {
+        return Err(Failure::Input(format!(
+            "there is no `taffeta-view` at {}: `cargo build --profile bevy -p bevy_taffeta --bin taffeta-view` builds it; \
+             --view PATH says where another one is",
+            view.display()
+        )));
     }
-    for picture in PICTURES.iter().filter(|picture| names.is_empty() || names.contains(&picture.name)) {
-        picture.make().map_err(|error| format!("{}: {error}", picture.name))?;
+    let wanted =
+        |picture: &&Picture| args.names.is_empty() || args.names.iter().any(|name| name == picture.name);
+    for picture in PICTURES.iter().filter(wanted) {
+        let made = picture.make(&view);
+        program::say(&made.map_err(|error| Failure::Work(format!("{}: {error}", picture.name)))?)?;
     }
     Ok(())
 }
 
+/// The built `taffeta-view`, where cargo puts it.
+fn view() -> Result<PathBuf, Failure> {
+    let own = std::env::current_exe().map_err(|error| Failure::Work(format!("this program: {error}")))?;
+    let name = format!("bevy/taffeta-view{}", std::env::consts::EXE_SUFFIX);
+    Ok(own.parent().and_then(Path::parent).unwrap_or(Path::new("..")).join(name))
+}
+
 impl Picture {
-    fn make(&self) -> Result<(), String> {
-        let panels = self.shots.iter().map(|shot| self.shoot(shot)).collect::<Result<Vec<_>, _>>()?;
+    /// Makes it; returns what was made.
+    fn make(&self, view: &Path) -> Result<String, String> {
+        let panels = self.shots.iter().map(|shot| self.shoot(shot, view)).collect::<Result<Vec<_>, _>>()?;
         let [width, height] = self.size;
         let rows: Vec<Vec<u8>> = panels.chunks(2).map(|row| draw::beside(row, self.size)).collect();
         let file = root().join("docs/pictures/gallery").join(self.name).with_extension("png");
@@ -133,14 +146,14 @@ impl Picture {
         let bytes = draw::png(&rows.concat(), [width * panels.len().min(2), height * rows.len()])
             .map_err(|error| format!("{}: {error}", file.display()))?;
         std::fs::write(&file, &bytes).map_err(|error| format!("{}: {error}", file.display()))?;
-        println!("docs/pictures/gallery/{}.png: {} KB", self.name, bytes.len() / 1000);
-        Ok(())
+        Ok(format!("docs/pictures/gallery/{}.png: {} KB", self.name, bytes.len() / 1000))
     }
 
     /// A moment as rows of red, green and blue.
-    fn shoot(&self, shot: &Shot) -> Result<Vec<u8>, String> {
+    fn shoot(&self, shot: &Shot, view: &Path) -> Result<Vec<u8>, String> {
         let file = std::env::temp_dir().join(format!("taffeta-gallery-{}.png", std::process::id()));
-        let output = self.command(shot, &file).output().map_err(|error| format!("taffeta-view: {error}"))?;
+        let output =
+            self.command(shot, &file, view).output().map_err(|error| format!("taffeta-view: {error}"))?;
         let said = String::from_utf8_lossy(&output.stdout);
         if !output.status.success() {
             return Err(String::from_utf8_lossy(&output.stderr).trim().to_owned());
@@ -154,8 +167,8 @@ impl Picture {
         picture.map(|fine| brought_down(&fine, self.size))
     }
 
-    fn command(&self, shot: &Shot, file: &Path) -> Command {
-        let mut command = Command::new(view());
+    fn command(&self, shot: &Shot, file: &Path, view: &Path) -> Command {
+        let mut command = Command::new(view);
         command.arg(root().join("scenes").join(shot.scene).with_extension("toml")).arg("--picture").arg(file);
         command.args(["--at-frame", &shot.frame.to_string(), "--backend", "cpu"]);
         let [width, height] = self.size.map(|side| FINE * side);
@@ -163,11 +176,6 @@ impl Picture {
         command.args(shot.set.iter().flat_map(|set| ["--set", set])).stdin(Stdio::null());
         command
     }
-}
-
-/// The built `taffeta-view`, where cargo puts it.
-fn view() -> PathBuf {
-    program::target().join("bevy").join(format!("taffeta-view{}", std::env::consts::EXE_SUFFIX))
 }
 
 /// The bytes of a PNG file of red, green and blue.

@@ -1,13 +1,14 @@
-//! `cargo xtask pictures`: runs scenes and draws one moment of each into docs/pictures/.
+//! `taffeta-papers pictures`: runs scenes and draws one moment of each into docs/pictures/.
 
 mod shot;
 
+use crate::draw::camera::Camera;
+use crate::draw::light::Light;
+use crate::draw::{beside, png, render};
 use crate::root;
-use std::process::ExitCode;
+use std::path::PathBuf;
 use std::time::Instant;
-use taffeta_papers::draw::camera::Camera;
-use taffeta_papers::draw::light::Light;
-use taffeta_papers::draw::{beside, png, render};
+use taffeta_io::program::{self, Failure};
 
 /// Which frame of a scene shows best what it is about.
 #[derive(Clone, Copy)]
@@ -51,27 +52,29 @@ const USUAL: Picture = Picture::of("", Moment::End, [20.0, 18.0]);
 const PANEL: [usize; 2] = [320, 640];
 
 /// Draws the named scenes; without names, those that are about something to see.
-pub fn run(names: &[&str]) -> ExitCode {
-    let all = PICTURES.map(|picture| picture.scene);
+pub fn run(names: &[String]) -> Result<(), Failure> {
+    let all = PICTURES.map(|picture| picture.scene.to_owned());
     let names = if names.is_empty() { &all } else { names };
-    for name in names {
-        if let Err(message) = draw(name) {
-            eprintln!("xtask: picture {name}: {message}");
-            return ExitCode::FAILURE;
-        }
+    if let Some(name) = names.iter().find(|name| !file(name).is_file()) {
+        return Err(Failure::Input(format!("there is no scenes/{name}.toml")));
     }
-    ExitCode::SUCCESS
+    for name in names {
+        let drawn = draw(name).map_err(|error| Failure::Work(format!("picture {name}: {error}")))?;
+        program::say(&drawn)?;
+    }
+    Ok(())
 }
 
-fn draw(name: &str) -> Result<(), String> {
+fn file(scene: &str) -> PathBuf {
+    root().join("scenes").join(scene).with_extension("toml")
+}
+
+/// Draws one; returns what was drawn.
+fn draw(name: &str) -> Result<String, String> {
     let clock = Instant::now();
     let chosen = PICTURES.iter().find(|picture| picture.scene == name);
     let Picture { moment, view: [heading, elevation], sides, .. } = *chosen.unwrap_or(&USUAL);
-    let scene = root().join("scenes").join(name).with_extension("toml");
-    if !scene.is_file() {
-        return Err(format!("there is no scenes/{name}.toml"));
-    }
-    let shot = shot::take(&scene, moment)?;
+    let shot = shot::take(&file(name), moment)?;
     let size = if sides > 1 { PANEL } else { render::SIZE };
     let panel = |side: usize| {
         let heading = heading + 360.0 * side as f64 / sides as f64;
@@ -87,7 +90,10 @@ fn draw(name: &str) -> Result<(), String> {
     let bytes = png(&bytes, whole).map_err(|error| format!("{}: {error}", file.display()))?;
     std::fs::write(&file, &bytes).map_err(|error| format!("{}: {error}", file.display()))?;
     let seconds = clock.elapsed().as_secs_f64();
-    println!("docs/pictures/{name}.png: frame {}, {} KB, {seconds:.1} s", shot.frame, bytes.len() / 1000);
-    shot.notes.iter().for_each(|note| println!("    {note}"));
-    Ok(())
+    let notes: String = shot.notes.iter().map(|note| format!("\n    {note}")).collect();
+    Ok(format!(
+        "docs/pictures/{name}.png: frame {}, {} KB, {seconds:.1} s{notes}",
+        shot.frame,
+        bytes.len() / 1000
+    ))
 }

@@ -1,15 +1,15 @@
 //! A scene at one moment, as faces.
 
 use super::Moment;
+use crate::draw::shapes::{self, Corner, Face, Material};
+use crate::draw::solid;
+use crate::draw::vector::{Vector, along, cross, difference, dot, unit};
 use std::collections::HashSet;
 use std::path::Path;
 use std::sync::Arc;
 use taffeta::scene::{Body, Bounds, Collider, Kind, Mass, Mesh, Scene, Select, Shape};
 use taffeta::topology::{Surface, ground};
 use taffeta::{Options, Simulation};
-use taffeta_papers::draw::shapes::{self, Corner, Face, Material};
-use taffeta_papers::draw::solid;
-use taffeta_papers::draw::vector::{Vector, along, cross, difference, dot, unit};
 
 /// Radius of rods and beads, as a share of the scene's size.
 const ROD: f64 = 0.009;
