@@ -1,5 +1,5 @@
 //! Runs the cloth of other engines on the scene of Va, Choi and Hong (2021), and writes what they did for the report of
-//! `taffeta reproduce`. See README.md.
+//! `taffeta-papers`. See README.md.
 
 mod rapier;
 mod sheet;

@@ -94,7 +94,7 @@ const ITEMS: [[&str; 4]; 20] = [
         "S3 § VI",
         "shape matching, to keep detail, for elastic and plastic bodies",
         "not yet",
-        "springs and volume alone; a further constraint beside `crates/taffeta/src/constraints/volume.rs` is where it would go",
+        "springs and volume alone; a further constraint beside that of volumes is where it would go",
     ],
     ["S3 § VI", "other engines", "done", "no engine is needed: a library, a program, and a plugin for Bevy"],
     [

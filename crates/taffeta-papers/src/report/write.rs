@@ -25,9 +25,8 @@ const LEGEND: &str = "Every number of ours is a link to the run that it comes fr
     end of this page. Numbers that are printed in a paper are brown. *Open* is what was not measured; its row or its tooltip says what \
     would fill it: where that is a hardware GPU, run the same command on a machine with one, and bring its raw.jsonl here with --merge. \
     A software adapter is never a row of speed.";
-const PLAIN_LEGEND: &str = "Every number of ours comes from a run: its command, its machine and all that it left are a line of \
-    [raw.jsonl](raw.jsonl), and in report.html each number is a link to it. *Open* is what was not measured; report.html says what would \
-    fill it.";
+const PLAIN_LEGEND: &str = "Every number of ours comes from a run. report.html, which is made with this page, has each run: its command, \
+    its machine and all that it left. *Open* is what was not measured; report.html says what would fill it.";
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:1180px;margin:2rem auto;padding:0 1rem;color:#1c1c1c;background:#fff}\
 h1,h2{line-height:1.2}h2{margin-top:2.5rem;border-bottom:1px solid #ccc}\

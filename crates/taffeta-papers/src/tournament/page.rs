@@ -4,6 +4,7 @@ use super::method::Method;
 use super::plan::{Entry, entries};
 use super::run::Run;
 use super::scenes::{CASES, Case, SHEETS};
+use crate::report::look::grouped;
 use crate::report::page::{Plot, Section};
 use crate::report::plot::{Series, log_log};
 use crate::report::store::Kept;
@@ -213,7 +214,7 @@ fn by_size(k: f64, small: &[Made], sheets: &[Made]) -> Plot {
         })
         .collect();
     let name = format!("sheets-{k}");
-    let caption = format!("Time to an error of 1 %, springs of {k} N/m");
+    let caption = format!("Time to an error of 1 %, springs of {} N/m", grouped(k as u64));
     let svg = log_log(&caption, "nodes", "wall time for each simulated second, ms", &series);
     Plot { name, caption, svg }
 }

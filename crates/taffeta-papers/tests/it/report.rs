@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use std::fs;
 
 /// Every table of the whole report.
-const TABLES: [&str; 22] = [
+const TABLES: [&str; 32] = [
     "s1-springs",
     "s1-sheets",
     "s1-others",
@@ -17,14 +17,24 @@ const TABLES: [&str; 22] = [
     "s1-fig13",
     "s1-fig14",
     "s1-fig15",
+    "s1-ice-sizes",
+    "s1-printed-ice",
+    "s1-printed-acad",
+    "s1-acad-options",
+    "s1-hanging",
     "s2-ladder",
     "s2-times",
     "s3-speed",
     "s3-forms",
+    "s3-added",
+    "s3-own",
     "s3-loss",
     "s3-printed",
     "s3-press",
     "s3-stiffness",
+    "aims",
+    "sheets-fastest",
+    "sheets-runs",
     "tournament-fastest",
     "tournament-runs",
     "limits",

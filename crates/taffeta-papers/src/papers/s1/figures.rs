@@ -47,7 +47,10 @@ fn figures() -> Vec<Figure> {
             solved: false,
             pictured: true,
             title: "Figure 11: springs at 5 ms",
-            words: "S1: soft springs look like rubber, stiff ones less so. So it is here between 200 and 2,000 N/m, though not at every \
+            words: "In figures 11 to 15 a sheet of 32 × 32 nodes of 0.15 kg and 2 × 2 m falls from 4 cm above a ball and lies on it, or \
+                    slides off to the floor: S1 names neither masses nor sizes, and of the stiffnesses only the 1,000 N/m of figure \
+                    13 and the 200 N/m of figure 15. Constraints are as compliant as their springs are stiff, unless it says \
+                    *printed*; S1's are not.\n\nS1: soft springs look like rubber, stiff ones less so. So it is here between 200 and 2,000 N/m, though not at every \
                     step between: the largest stretch is that of one spring in one fold. At 2,000 N/m the step is close to the \
                     longest at which these springs are stable at rest (5.4 ms), and past that of folded cloth.",
             variants: vec![
