@@ -172,19 +172,19 @@ fn a_folder_that_cannot_be_one_is_refused_and_what_is_in_it_stays() {
 #[test]
 fn a_taffeta_that_is_not_there_is_told_how_to_be_built_and_a_report_of_what_is_there_needs_none() {
     let desk = Desk::new();
-    let said = desk.papers(&["s2", "--quick", "--out", "out", "--taffeta", "nowhere"]).assert().code(2);
+    let said = desk.papers(&["s1", "--quick", "--out", "out", "--taffeta", "nowhere"]).assert().code(2);
     let said = String::from_utf8_lossy(&said.get_output().stderr).into_owned();
     assert!(said.contains("none at nowhere: `cargo build --release -p taffeta-cli`"), "{said}");
     assert!(!desk.path("out").exists());
     let line = json!({
-        "name": "s2-binned-40", "command": "", "machine": "here", "program": "", "quick": false,
-        "result": {"ms_per_frame": {"min": 1.0, "median": 2.0, "max": 3.0}, "nodes": 1600}
+        "name": "s1-grid-160", "command": "", "machine": "here", "program": "", "quick": false,
+        "result": {"ms_per_frame": {"min": 1.0, "median": 2.0, "max": 3.0}, "nodes": 25600}
     });
     fs::create_dir(desk.path("out")).expect("a folder");
     fs::write(desk.path("out/raw.jsonl"), format!("{line}\n")).expect("a file");
-    desk.papers(&["s2", "--out", "out", "--only-report", "--taffeta", "nowhere"]).assert().success();
+    desk.papers(&["s1", "--out", "out", "--only-report", "--taffeta", "nowhere"]).assert().success();
     let page = fs::read_to_string(desk.path("out/report.html")).expect("the report");
-    assert!(page.contains("<a href=\"#run-s2-binned-40\">2.00 (1.00 to 3.00)</a>"));
+    assert!(page.contains("<a href=\"#run-s1-grid-160\">2.00 (1.00 to 3.00)</a>"));
 }
 
 /// A Ctrl-C during the first long run: what was run before is kept.
