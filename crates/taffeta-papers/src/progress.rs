@@ -12,14 +12,20 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Begins, and listens for Ctrl-C from now on.
+    /// Begins, and listens for Ctrl-C from now on. A second one does not wait for the run that is under way: what was run before is
+    /// kept.
     ///
     /// # Errors
     /// Where it cannot listen.
     pub fn new() -> Result<Self, Failure> {
         let stopped = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&stopped);
-        ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed))
+        let stop = move || {
+            if asked.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+        };
+        ctrlc::set_handler(stop)
             .map_err(|error| Failure::Work(format!("cannot listen for Ctrl-C: {error}")))?;
         let bar = ProgressBar::new(0);
         let template = "{bar:30} run {pos} of {len}, {elapsed} so far, {eta} left\n{wide_msg}";

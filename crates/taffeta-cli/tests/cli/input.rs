@@ -259,8 +259,12 @@ fn info_names_the_build() {
 #[test]
 fn every_bench_prints_one_line_with_the_contract_s_fields() {
     let desk = Desk::with(SHEET);
-    let cases: [&[&str]; 3] =
-        [&["grid", "--n", "8"], &["drape", "--rows", "6", "--cols", "9"], &["mesh", "--n", "1000"]];
+    let cases: [&[&str]; 4] = [
+        &["grid", "--n", "8"],
+        &["drape", "--rows", "6", "--cols", "9"],
+        &["mesh", "--n", "1000"],
+        &["contact", "--n", "8"],
+    ];
     for words in cases {
         let words = [&["bench"], words, &["--frames", "2", "--threads", "1", "--json"]].concat();
         let mut command = desk.taffeta(&words);

@@ -67,7 +67,7 @@ pub fn section(look: &Look) -> Section {
         "A mesh whose springs are gathered, and a grid in contact. A frame is 1/30 s in 34 sub-steps. The fractions are of what the \
          same threads reach on the same machine: of a STREAM triad's bandwidth, counting each node's position and velocity read and \
          written once a sub-step, and of the peak of fused multiply-adds, counting 31 operations a spring.",
-        "aim",
+        "in a paper",
     );
     for (job, _, what) in BENCHES {
         others.row(speed(look, what, job, Cell::none(), "ours beside ours"));
