@@ -122,7 +122,7 @@ fn run(scene: &Scene) -> bool {
             return true;
         }
     }
-    let mut places = Vec::new();
+    let mut places: Vec<[f32; 3]> = Vec::new();
     simulation.positions_f32(&mut places);
     assert!(places.iter().flatten().all(|x| x.is_finite()), "a position that is not finite");
     true

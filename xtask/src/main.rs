@@ -1,6 +1,6 @@
 //! `cargo xtask`: the project's own chores.
 //!
-//! `cargo xtask test` (or `ci`) runs every check that needs no special hardware; `cargo xtask models` fetches the
+//! `cargo xtask test` runs every check that needs no special hardware; `cargo xtask models` fetches the
 //! real models that scenes name.
 
 mod apt;
@@ -8,6 +8,7 @@ mod display;
 mod fuzz;
 mod gpu;
 mod models;
+mod mutate;
 mod program;
 mod test;
 mod vulkan;
@@ -15,8 +16,11 @@ mod vulkan;
 use std::process::ExitCode;
 
 const USAGE: &str =
-    "usage: cargo xtask test | ci | models | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
-  test, ci   formatting, lints, tests, and every scene for 10 frames on the CPU and on a GPU, in software if need be
+    "usage: cargo xtask test [--core] [--seed SEED] | mutate [--all | --sample N [--seed SEED]] | models
+                    | gpu [--merge FILE.json] | fuzz [--minutes N] [TARGET...]
+  test       formatting, lints, all tests, and 20 planted faults that the seed draws (the commit's hash if there is none);
+             --core leaves out Bevy and the papers. A GPU is needed, in software if need be
+  mutate     plants faults in the sources of kernels and sees that the parity tests find them: all, or a sample
   models     fetch the bunny, armadillo, dragon and human into models/
   gpu        build what to take to a machine with a GPU, or write the page of what it brought back
   fuzz       feed the parsers hostile input, 60 minutes each; needs a nightly compiler and cargo-fuzz";
@@ -25,7 +29,8 @@ fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     match words[..] {
-        ["test" | "ci"] => test::run(),
+        ["test", ref words @ ..] => test::run(words),
+        ["mutate", ref words @ ..] => mutate::run(words),
         ["models"] => models::run(),
         ["gpu", ref words @ ..] => gpu::run(words),
         ["fuzz", ref words @ ..] => fuzz::run(words),

@@ -23,16 +23,28 @@ pub fn target() -> PathBuf {
     root().join(target)
 }
 
+/// The hash of the commit that is checked out.
+pub fn head() -> Result<String, String> {
+    git(&["rev-parse", "HEAD"])
+}
+
+/// What git says.
+fn git(words: &[&str]) -> Result<String, String> {
+    let output = Command::new("git").args(words).current_dir(root()).output();
+    let output = output.map_err(|error| format!("git: {error}"))?;
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
+    if output.status.success() {
+        Ok(text(&output.stdout))
+    } else {
+        Err(format!("git: {}", text(&output.stderr)))
+    }
+}
+
 /// The commit that is built; `-dirty` where the sources differ from it.
 pub fn commit() -> Result<String, String> {
-    let git = |words: &[&str]| Command::new("git").args(words).current_dir(root()).output();
-    let head = git(&["rev-parse", "--short", "HEAD"]).map_err(|error| format!("git: {error}"))?;
-    if !head.status.success() {
-        return Err(format!("git: {}", String::from_utf8_lossy(&head.stderr).trim()));
-    }
+    let head = git(&["rev-parse", "--short", "HEAD"])?;
     let same = git(&["diff", "--quiet", "HEAD", "--", "crates", "Cargo.toml", "Cargo.lock"]);
-    let dirty = if same.is_ok_and(|same| same.status.success()) { "" } else { "-dirty" };
-    Ok(format!("{}{dirty}", String::from_utf8_lossy(&head.stdout).trim()))
+    Ok(if same.is_ok() { head } else { format!("{head}-dirty") })
 }
 
 /// Lower-case letters and numbers, with one hyphen for all else.

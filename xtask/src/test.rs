@@ -1,33 +1,52 @@
-//! `cargo xtask test`: formatting, lints, tests, and every scene for a few frames, each with its time.
+//! `cargo xtask test`: formatting, lints, and every test, each part with its time.
 
-mod npy;
-mod scenes;
+mod built;
+mod times;
+
+pub use built::Built;
 
 use crate::program::cargo;
-use crate::{display, vulkan};
+use crate::{display, mutate, vulkan};
 use std::process::{Command, ExitCode, Stdio};
-use std::time::Instant;
+use times::{Scope, Times};
 
-/// Bevy has a profile of its own, in which it is built in minutes.
-const WITH_BEVY: [&str; 4] = ["--profile", "bevy", "-p", "bevy_taffeta"];
-const WITHOUT_BEVY: [&str; 3] = ["--workspace", "--exclude", "bevy_taffeta"];
+/// All code is built in one profile, and all of a scope at once: two commands would give what they share other features,
+/// and compile it twice.
+const PROFILE: [&str; 2] = ["--profile", "quick"];
+const ALL: [&str; 1] = ["--workspace"];
+/// The engine, its files and its program.
+pub const CORE: [&str; 5] = ["--workspace", "--exclude", "bevy_taffeta", "--exclude", "taffeta-papers"];
+
+/// What is tested, and the seed of the sample of planted faults.
+#[derive(Debug, PartialEq)]
+struct Choice<'a> {
+    core: bool,
+    seed: Option<&'a str>,
+}
+
+fn parse<'a>(words: &[&'a str]) -> Result<Choice<'a>, String> {
+    let (core, rest) = match words {
+        ["--core", rest @ ..] => (true, rest),
+        rest => (false, rest),
+    };
+    match rest {
+        [] => Ok(Choice { core, seed: None }),
+        ["--seed", seed] => Ok(Choice { core, seed: Some(seed) }),
+        _ => Err(format!("test {}: it takes [--core] [--seed SEED]", words.join(" "))),
+    }
+}
 
 /// Runs all checks; the first that fails ends the run.
-pub fn run() -> ExitCode {
-    let start = Instant::now();
-    let lints = ["--all-targets", "--", "-D", "warnings"];
-    let result = vulkan::provide()
-        .and_then(|()| display::provide())
-        .and_then(|()| component("rustfmt", &["fmt", "--all", "--check"]))
-        .and_then(|()| component("clippy", &[&["clippy", "--release"], &WITHOUT_BEVY[..], &lints].concat()))
-        .and_then(|()| timed("tests", cargo(&[&["test", "--release"], &WITHOUT_BEVY[..]].concat())))
-        // With the `taffeta` that tests have left: a build alone gives what it needs other features, and makes it all anew.
-        .and_then(|()| scenes::run())
-        .and_then(|()| component("clippy", &[&["clippy"], &WITH_BEVY[..], &lints].concat()))
-        .and_then(|()| timed("tests with Bevy", cargo(&[&["test"], &WITH_BEVY[..]].concat())));
+pub fn run(words: &[&str]) -> ExitCode {
+    let result = parse(words).and_then(|choice| {
+        let mut times = Times::start(if choice.core { Scope::Core } else { Scope::All });
+        let result = all(&choice, &mut times);
+        println!("{times}");
+        result
+    });
     match result {
         Ok(()) => {
-            println!("xtask: all passed in {:.1} s", start.elapsed().as_secs_f64());
+            println!("xtask: all passed");
             ExitCode::SUCCESS
         }
         Err(message) => {
@@ -37,24 +56,55 @@ pub fn run() -> ExitCode {
     }
 }
 
+fn all(choice: &Choice, times: &mut Times) -> Result<(), String> {
+    let packages = if choice.core { &CORE[..] } else { &ALL[..] };
+    let with = |words: &[&'static str], more: &[&'static str]| [words, &PROFILE[..], packages, more].concat();
+    vulkan::provide()?;
+    if !choice.core {
+        display::provide()?;
+    }
+    times.part("formatting", || component("rustfmt", &["fmt", "--all", "--check"]))?;
+    let lints = with(&["clippy"], &["--all-targets", "--", "-D", "warnings"]);
+    times.part("lints", || component("clippy", &lints))?;
+    let built = times.part("compiling", || build(packages))?;
+    times.from_nothing = built.from_nothing;
+    for program in &built.programs {
+        times.part(&program.name(), || passes(&program.name(), program.command()))?;
+    }
+    times.part("planted faults", || mutate::sample(&built, choice.seed))?;
+    times.part("documentation", || passes("documentation", cargo(&with(&["test", "--doc"], &[]))))
+}
+
+/// Builds all programs of tests of these packages.
+pub fn build(packages: &[&str]) -> Result<Built, String> {
+    built::build(&[&["test", "--no-run"], &PROFILE[..], packages].concat())
+}
+
 /// A cargo command that needs a component of the toolchain; where that is missing it is skipped, and said.
 fn component(name: &str, words: &[&str]) -> Result<(), String> {
     let probe = cargo(&[words[0], "--version"]).stdout(Stdio::null()).stderr(Stdio::null()).status();
     if probe.is_ok_and(|status| status.success()) {
-        return timed(name, cargo(words));
+        return passes(name, cargo(words));
     }
     println!("xtask: {name}: skipped, not installed (`rustup component add {name}`)");
     Ok(())
 }
 
-fn timed(name: &str, mut command: Command) -> Result<(), String> {
-    println!("xtask: {name}");
-    let start = Instant::now();
+fn passes(name: &str, mut command: Command) -> Result<(), String> {
     let status =
         vulkan::quiet(&mut command).status().map_err(|error| format!("{name}: cannot start: {error}"))?;
-    if !status.success() {
-        return Err(format!("{name}: failed ({status})"));
+    if status.success() { Ok(()) } else { Err(format!("{name}: failed ({status})")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tests_are_chosen_by_words() {
+        assert_eq!(parse(&[]), Ok(Choice { core: false, seed: None }));
+        assert_eq!(parse(&["--core"]), Ok(Choice { core: true, seed: None }));
+        assert_eq!(parse(&["--core", "--seed", "a"]), Ok(Choice { core: true, seed: Some("a") }));
+        assert!(parse(&["--seed"]).is_err() && parse(&["core"]).is_err());
     }
-    println!("xtask: {name}: passed in {:.1} s", start.elapsed().as_secs_f64());
-    Ok(())
 }

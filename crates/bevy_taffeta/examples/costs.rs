@@ -2,9 +2,9 @@
 //!
 //! `cargo run --release -p bevy_taffeta --example costs -- [ROWS] [COLS] [FRAMES]`
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../tests/it/common/mod.rs"]
 mod common;
-#[path = "../tests/common/picture.rs"]
+#[path = "../tests/it/picture.rs"]
 mod picture;
 
 use bevy::prelude::*;

@@ -1,5 +1,6 @@
 //! Entities become a simulation, and their changes are taken up.
 
+use crate::advice::hint;
 use crate::body::{BodyPlace, Cloth, Pins, SoftBody, SoftMaterial};
 use crate::collider::SoftCollider;
 use crate::device::Device;
@@ -14,9 +15,9 @@ use bevy::ecs::system::SystemParam;
 use bevy::platform::collections::{HashMap, HashSet};
 use bevy::prelude::*;
 use std::time::Instant;
-use taffeta::scene::{self, Body, Place, Scene, SceneError};
+use taffeta::scene::{self, Body, Place, Scene};
 use taffeta::taffeta_gpu::Gpu;
-use taffeta::{Options, Simulation};
+use taffeta::{Advice, BuildError, Options, Refusal, Simulation, StepError};
 
 /// What makes an entity a body.
 #[derive(QueryData)]
@@ -112,7 +113,7 @@ pub fn build(
                     commands.entity(world.entity).insert(running);
                 }
                 Err(error) => {
-                    error!("taffeta: {error}");
+                    error!("taffeta: {error}{}", hint(error.advice()));
                     building.refused.insert(world.entity);
                     refused.write(Refused { world: world.entity, error });
                 }
@@ -207,7 +208,7 @@ struct Plan<'a, 'w, 's> {
 }
 
 impl Plan<'_, '_, '_> {
-    fn run(&self, building: &mut Building) -> Result<Running, SceneError> {
+    fn run(&self, building: &mut Building) -> Result<Running, BuildError> {
         let old = self.world.running.as_deref();
         let (mut scene, mut bodies) = (self.settings(), Vec::new());
         for body in self.entities.bodies.iter_many(&self.members.bodies) {
@@ -222,7 +223,10 @@ impl Plan<'_, '_, '_> {
         // From a state that diverged nothing goes on.
         match old.filter(|old| !old.halted) {
             Some(old) => simulation.take_over(&old.simulation),
-            None => simulation.warnings().iter().for_each(|warning| warn!("taffeta: {warning}")),
+            None => simulation
+                .warnings()
+                .iter()
+                .for_each(|warning| warn!("taffeta: {warning}{}", hint(&warning.advice))),
         }
         let is_gpu = simulation.backend() == "gpu";
         let mut running = Running {
@@ -306,15 +310,14 @@ impl Plan<'_, '_, '_> {
     }
 
     /// On the device that is asked for.
-    fn simulation(&self, scene: &Scene, device: &mut Device) -> Result<Simulation, SceneError> {
+    fn simulation(&self, scene: &Scene, device: &mut Device) -> Result<Simulation, BuildError> {
         let RunOn { device: choice, threads, .. } = *self.world.on;
         let cpu = Options { threads, ..Options::default() };
         let on = |gpu: Gpu| Simulation::new(scene, &Options { gpu: Some(gpu.into()), ..Options::default() });
         match (choice, device.gpu()) {
-            (DeviceChoice::Gpu, None) => Err(SceneError::new(
-                "",
-                "is to run on a GPU, and Bevy has opened none; RunOn::device Auto or Cpu would do",
-            )),
+            (DeviceChoice::Gpu, None) => {
+                Err(Refusal::new("it is to run on a GPU, and Bevy has opened none", [Advice::Cpu]).into())
+            }
             (DeviceChoice::Gpu, Some(gpu)) => on(gpu),
             (DeviceChoice::Auto, Some(gpu)) if !gpu.info().is_software() => on(gpu).or_else(|error| {
                 let simulation = Simulation::new(scene, &cpu)?;
@@ -343,15 +346,17 @@ impl Running {
         &mut self,
         old: Option<&Running>,
         mut meshes: Option<&mut Assets<Mesh>>,
-    ) -> Result<(), SceneError> {
-        let lost = |error: taffeta::StepError| SceneError::new("", error.to_string());
+    ) -> Result<(), BuildError> {
+        let lost = |error: StepError| BuildError::Lost(error.to_string());
         let mut first = 0;
         for (index, body) in self.bodies.iter_mut().enumerate() {
-            let drawn = drawn_of(&self.simulation.surface(index), &self.scene.bodies[index].mesh);
+            let handle = self.simulation.bodies()[index].handle;
+            let surface = self.simulation.surface(handle).map_err(|error| lost(error.into()))?;
+            let drawn = drawn_of(&surface, &self.scene.bodies[index].mesh);
             body.first_vertex = first;
             first += self.simulation.bodies()[index].vertices;
             if self.shared {
-                self.simulation.make_drawn(index, &drawn.nodes).map_err(lost)?;
+                self.simulation.make_drawn(handle, &drawn.nodes).map_err(lost)?;
             }
             let before = old.and_then(|old| old.bodies.iter().find(|one| one.entity == body.entity));
             let same_way = old.is_some_and(|old| old.shared == self.shared);

@@ -144,9 +144,8 @@ pub fn show_shapes(
         let now = (running.simulation.frame(), running.share);
         let Running { simulation, colliders, .. } = &mut *running;
         for (index, one) in colliders.iter_mut().enumerate().filter(|(_, one)| one.shown != Some(now)) {
-            let (Some(nodes), Ok((mesh, transform))) =
-                (simulation.collider_nodes(index, f64::from(now.1)), drawn.get(one.entity))
-            else {
+            let nodes = simulation.collider_nodes(simulation.colliders()[index].handle, f64::from(now.1));
+            let (Ok(Some(nodes)), Ok((mesh, transform))) = (nodes, drawn.get(one.entity)) else {
                 continue;
             };
             // Another mesh that is drawn instead is not ours to change.

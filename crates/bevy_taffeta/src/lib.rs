@@ -31,8 +31,9 @@
 //!
 //! A world takes steps of [`SoftWorld::time`], whatever Bevy's frames last, and bodies are drawn between the last two.
 //! `Time<Virtual>` pauses and slows all worlds together. What goes wrong is told by the messages [`Diverged`] and
-//! [`Refused`], in the engine's words.
+//! [`Refused`], in the engine's words; what they advise is data, and the log names the component to change.
 
+mod advice;
 mod body;
 mod build;
 mod collider;
@@ -49,7 +50,7 @@ mod world;
 pub use body::{BodyPlace, Cloth, Pinned, Pins, SoftBody, SoftMaterial};
 pub use collider::{SoftCollider, collider_mesh};
 pub use device::SharedGpu;
-pub use running::{Running, Timing};
+pub use running::{DrawnBody, Running, Timing};
 pub use scene::{
     FromScene, SceneLoadError, SceneLoader, SceneMaterials, SoftScene, SoftSceneRoot, spawn_scene,
 };

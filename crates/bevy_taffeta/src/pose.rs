@@ -1,6 +1,6 @@
 //! Transforms in 64 bits, and the engine's words for them.
 
-use bevy::math::{DQuat, DVec3};
+use bevy::math::{DAffine3, DQuat, DVec3};
 use bevy::prelude::*;
 use taffeta::Pose;
 use taffeta::scene::{Keyframe, Place, Rotation};
@@ -21,10 +21,9 @@ impl Rigid {
         Self { turn: turn.as_dquat().normalize(), shift: shift.as_dvec3() }
     }
 
-    /// By rows of the rotation and a shift.
-    pub fn from_rows((rows, shift): ([[f64; 3]; 3], [f64; 3])) -> Self {
-        let matrix = bevy::math::DMat3::from_cols_array_2d(&rows).transpose();
-        Self { turn: DQuat::from_mat3(&matrix), shift: shift.into() }
+    /// Of a motion that neither stretches nor shears.
+    pub fn of_motion(motion: DAffine3) -> Self {
+        Self { turn: DQuat::from_mat3(&motion.matrix3), shift: motion.translation }
     }
 
     /// The motion that brings what was at `start` to here.
@@ -43,20 +42,15 @@ impl Rigid {
         Self { turn: self.turn.slerp(to.turn, share), shift: self.shift.lerp(to.shift, share) }
     }
 
-    fn rotation(&self) -> Rotation {
-        let (axis, angle) = self.turn.to_axis_angle();
-        Rotation { axis: axis.to_array(), degrees: angle.to_degrees() }
-    }
-
     /// As the engine moves colliders and pins.
     pub fn pose(&self) -> Pose {
-        Pose { rotate: self.rotation(), translate: self.shift.to_array() }
+        Pose::new(self.turn, self.shift)
     }
 
     /// As the only keyframe: what follows it starts there, and can be moved.
     pub fn keyframe(&self) -> Keyframe {
         let translate = self.shift.to_array();
-        Keyframe { t: 0.0, translate, rotate: Some(self.rotation()), pivot: [0.0; 3] }
+        Keyframe { t: 0.0, translate, rotate: Some(self.turn.into()), pivot: [0.0; 3] }
     }
 
     /// As a transform.
@@ -81,7 +75,7 @@ pub fn place_in_world(transform: &GlobalTransform, place: &Place) -> Place {
     let whole = Rigid { turn: rigid.turn * turn, shift: rigid.shift };
     Place {
         position: (rigid.turn * (scale * DVec3::from(place.position)) + rigid.shift).to_array(),
-        rotation: Some(whole.rotation()),
+        rotation: Some(whole.turn.into()),
         scale: place.fit.is_none().then(|| scale * place.scale.unwrap_or(1.0)),
         fit: place.fit.map(|fit| scale * fit),
     }

@@ -4,7 +4,7 @@ use crate::drawn::BodyMesh;
 use crate::pose::Rigid;
 use bevy::prelude::*;
 use taffeta::scene::Scene;
-use taffeta::{Simulation, View};
+use taffeta::{BodyHandle, Simulation, View};
 use taffeta_io::output::Drawn;
 
 /// The simulation of a [`SoftWorld`](crate::SoftWorld). Remove it to start again from where bodies and colliders are.
@@ -61,6 +61,20 @@ pub struct RunningBody {
     pub carried: Vec<Carried>,
 }
 
+/// How a body of a simulation is drawn.
+#[derive(Clone, Copy)]
+#[non_exhaustive]
+pub struct DrawnBody<'a> {
+    /// The body in the simulation.
+    pub handle: BodyHandle,
+    /// The entity that is the body.
+    pub entity: Entity,
+    /// Which vertices of the body's mesh in the simulation are the vertices of the mesh that is drawn.
+    pub mesh: &'a Drawn,
+    /// Number of its first vertex among those of all bodies.
+    pub first_vertex: usize,
+}
+
 /// Pins that an entity carries.
 #[derive(Clone, Copy)]
 pub struct Carried {
@@ -98,17 +112,24 @@ impl Running {
         &mut self.simulation
     }
 
-    /// Number of an entity's body in the simulation.
-    pub fn body_of(&self, entity: Entity) -> Option<usize> {
-        self.bodies.iter().position(|body| body.entity == entity)
+    /// The body that an entity is.
+    pub fn body_of(&self, entity: Entity) -> Option<BodyHandle> {
+        self.drawn_bodies().find(|body| body.entity == entity).map(|body| body.handle)
     }
 
-    /// The entity that is a body of the simulation.
-    ///
-    /// # Panics
-    /// Where there is no body with this index.
-    pub fn entity(&self, body: usize) -> Entity {
-        self.bodies[body].entity
+    /// How a body is drawn; `None` for one of another simulation, as of this world before it was built again.
+    pub fn drawn(&self, body: BodyHandle) -> Option<DrawnBody<'_>> {
+        self.drawn_bodies().nth(body.index()).filter(|drawn| drawn.handle == body)
+    }
+
+    /// How all bodies are drawn, in the order of [`Simulation::bodies`].
+    pub fn drawn_bodies(&self) -> impl Iterator<Item = DrawnBody<'_>> {
+        self.simulation.bodies().iter().zip(&self.bodies).map(|(info, body)| DrawnBody {
+            handle: info.handle,
+            entity: body.entity,
+            mesh: &body.mesh.drawn,
+            first_vertex: body.first_vertex,
+        })
     }
 
     /// The scene that the entities made up when it was built.
@@ -121,31 +142,13 @@ impl Running {
         self.built
     }
 
-    /// Which vertices of a body's mesh in the simulation are the vertices of the mesh that is drawn.
-    ///
-    /// # Panics
-    /// Where there is no body with this index.
-    pub fn drawn(&self, body: usize) -> &Drawn {
-        &self.bodies[body].mesh.drawn
-    }
-
-    /// Number of a body's first vertex among those of all bodies.
-    ///
-    /// # Panics
-    /// Where there is no body with this index.
-    pub fn first_vertex(&self, body: usize) -> usize {
-        self.bodies[body].first_vertex
-    }
-
     /// Where the vertices of all bodies are drawn in the world [m]. Where the device is shared it is where they are after the
     /// last frame, and is read back.
     pub fn places(&self, out: &mut Vec<Vec3>) {
         out.clear();
         let [before, now] = &self.copied;
         if self.shared {
-            let mut places = Vec::new();
-            self.simulation.positions_f32(&mut places);
-            out.extend(places.into_iter().map(Vec3::from));
+            self.simulation.positions_f32(out);
         } else {
             let between = |(a, b): (&[f32; 3], &[f32; 3])| Vec3::from(*a).lerp(Vec3::from(*b), self.share);
             out.extend(before.iter().zip(now).map(between));

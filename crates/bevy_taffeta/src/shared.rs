@@ -29,8 +29,9 @@ fn draw(mut main: ResMut<MainWorld>, allocator: Res<MeshAllocator>, meshes: Res<
     for mut running in worlds.iter_mut(&mut main).filter(|running| running.shared && !running.halted) {
         let Running { simulation, bodies, halted, .. } = &mut *running;
         for (index, body) in bodies.iter().enumerate() {
+            let handle = simulation.bodies()[index].handle;
             let Some(target) = target_of(&body.mesh, &allocator, &meshes) else { continue };
-            if let Err(error) = simulation.draw(index, &target, &body.view) {
+            if let Err(error) = simulation.draw(handle, &target, &body.view) {
                 error!("taffeta: {error}");
                 *halted = true;
                 break;

@@ -1,12 +1,12 @@
 //! Time goes by: colliders and pins are moved, steps are taken, and what goes wrong is told.
 
+use crate::advice::hint;
 use crate::pose::Rigid;
 use crate::running::Running;
 use crate::world::{Playback, RunOn};
 use bevy::prelude::*;
 use std::time::Instant;
-use taffeta::StepError;
-use taffeta::scene::SceneError;
+use taffeta::{BuildError, InputError, StepError};
 
 /// A world cannot go on, for a body has diverged or the device is lost. What was drawn last stays. To start again, remove
 /// [`Running`].
@@ -26,7 +26,7 @@ pub struct Refused {
     /// The world.
     pub world: Entity,
     /// What cannot be, by its place in the scene that the entities make up, and what would do.
-    pub error: SceneError,
+    pub error: BuildError,
 }
 
 /// A clock may be as much early, as a share of a frame: durations are rounded.
@@ -45,7 +45,7 @@ pub fn step(
         }
         let frames = running.due(&mut playback, time.delta_secs_f64());
         if let Err(error) = running.take(frames, on, &transforms) {
-            error!("taffeta: {error}");
+            error!("taffeta: {error}{}", hint(error.advice()));
             running.halted = true;
             let body = running.named_in(&error);
             diverged.write(Diverged { world, body, error });
@@ -114,22 +114,26 @@ impl Running {
 
     /// Sends colliders and pins a share of the way that is left to their entities.
     fn follow(&mut self, share: f64, transforms: &Query<&GlobalTransform>) {
-        let refused = |error: SceneError| warn_once!("taffeta: {error}");
+        let refused = |error: InputError| warn_once!("taffeta: {error}");
         for (index, one) in self.colliders.iter_mut().enumerate().filter(|(_, one)| !one.keyed) {
             let Ok(now) = transforms.get(one.entity).map(Rigid::of) else { continue };
             if now != one.last {
                 one.last = if share < 1.0 { one.last.toward(&now, share) } else { now };
                 let pose = one.last.since(&one.start).pose();
-                self.simulation.move_collider(index, pose).unwrap_or_else(refused);
+                self.simulation
+                    .move_collider(self.simulation.colliders()[index].handle, pose)
+                    .unwrap_or_else(refused);
             }
         }
-        for (body, running) in self.bodies.iter_mut().enumerate() {
+        for (index, running) in self.bodies.iter_mut().enumerate() {
+            let body = self.simulation.bodies()[index].handle;
             for one in &mut running.carried {
                 let Ok(now) = transforms.get(one.by).map(Rigid::of) else { continue };
                 if now != one.last {
                     one.last = if share < 1.0 { one.last.toward(&now, share) } else { now };
                     let pose = one.last.since(&one.start).pose();
-                    self.simulation.move_pins(body, one.pin, pose).unwrap_or_else(refused);
+                    let pin = self.simulation.pin(body, one.pin);
+                    pin.and_then(|pin| self.simulation.move_pin(pin, pose)).unwrap_or_else(refused);
                 }
             }
         }
@@ -150,8 +154,9 @@ pub fn show_colliders(
 ) {
     for running in &worlds {
         for (index, one) in running.colliders.iter().enumerate().filter(|(_, one)| one.keyed) {
-            let pose = running.simulation.collider_pose(index, f64::from(running.share));
-            let Some(pose) = pose.map(Rigid::from_rows) else { continue };
+            let collider = running.simulation.colliders()[index].handle;
+            let pose = running.simulation.collider_pose(collider, f64::from(running.share));
+            let Ok(pose) = pose.map(Rigid::of_motion) else { continue };
             let parent = transforms.get(one.entity).ok().and_then(|(.., parent)| parent.map(ChildOf::parent));
             let parent = parent.and_then(|parent| transforms.get(parent).ok().map(|(_, global, _)| *global));
             let Ok((mut local, mut global, _)) = transforms.get_mut(one.entity) else { continue };

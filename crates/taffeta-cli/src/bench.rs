@@ -53,8 +53,7 @@ pub struct Args {
     /// Arithmetic
     #[arg(long, value_enum, default_value_t = Arithmetic::F32)]
     precision: Arithmetic,
-    /// On a GPU: which kernels, a line for each; the last two are those of papers, to compare with [default: best]. For ice,
-    /// on any backend: engine, and on a GPU the solver of 2021: printed, csr, ell, matrix-free [default: engine]
+    /// For explicit springs on a GPU: which kernels, a line for each [default: best]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = kernels::parser())]
     kernels: Option<Vec<GpuKernels>>,
     /// For volume: how it is kept; for ice and flag: compliant or primal. A line for each [default: corrected, compliant,
@@ -142,12 +141,13 @@ impl Args {
             return refused("--mesh is for `bench mesh` and `bench volume`");
         }
         self.refuse_forms()?;
-        let is_ice = matches!(self.what, What::Ice | What::Flag);
-        ice::refuse(self.kernels.as_deref().unwrap_or_default(), is_ice)?;
+        if self.kernels.is_some() && matches!(self.what, What::Ice | What::Flag) {
+            return refused("--kernels is for benches on explicit springs");
+        }
         if self.backend == Backend::Gpu {
             return refuse_precision(self.precision.precision());
         }
-        if self.kernels.is_some() && !is_ice { refused("--kernels is for --backend gpu") } else { Ok(()) }
+        if self.kernels.is_some() { refused("--kernels is for --backend gpu") } else { Ok(()) }
     }
 
     /// Refuses forms of something else.

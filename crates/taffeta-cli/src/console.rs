@@ -1,13 +1,19 @@
 //! Words to the user.
 
 use serde::Serialize;
+use taffeta::Simulation;
 use taffeta_io::program::Failure;
 
-pub use taffeta_io::program::say;
+pub use taffeta_io::program::{advised, not_built, say};
 
 /// `value` as JSON, indented.
 pub fn json(value: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string_pretty(value).map_err(|error| Failure::Work(format!("JSON: {error}")))
+}
+
+/// What is to be said before a scene runs.
+pub fn warnings(simulation: &Simulation) -> impl Iterator<Item = String> {
+    simulation.warnings().iter().map(|warning| advised(warning, &warning.advice))
 }
 
 /// `count` with commas between thousands.

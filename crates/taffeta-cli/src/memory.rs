@@ -1,5 +1,6 @@
 //! Whether a scene fits into memory, before anything is built, and its results onto the disk.
 
+use crate::console;
 use std::path::Path;
 use taffeta::scene::Scene;
 use taffeta_io::program::Failure;
@@ -31,7 +32,7 @@ pub fn check_run(scene: &Scene, faces: bool) -> Result<(), Failure> {
         needed.mostly,
         size(free.bytes),
         free.limit,
-        needed.remedy
+        console::advised(needed.remedy, &needed.advice)
     )))
 }
 

@@ -169,6 +169,7 @@ fn close(args: &Args, loaded: &Loaded, job: Job, ending: Ending) -> Result<(), F
             args.say(&closing(&summary, &tally.warnings(&simulation, &loaded.scene), &plan.dir))
         }
         Ending::Diverged(error) | Ending::Lost(error) => {
+            let error = console::advised(&error, error.advice());
             Err(Failure::Work(format!("{error}\n{kept}{go_on}")))
         }
         Ending::Failed(error) => Err(Failure::Work(format!("{error}\n{kept}{go_on}"))),
@@ -226,7 +227,7 @@ fn opening(loaded: &Loaded, simulation: &Simulation, device: &Device, plan: &Pla
     }
     lines.extend(loaded.notes.iter().chain(&device.notes()).map(|note| format!("note: {note}")));
     let disk = memory::disk_warning(&plan.dir, plan.bytes(simulation));
-    lines.extend(simulation.warnings().iter().chain(&disk).map(|warning| format!("warning: {warning}")));
+    lines.extend(console::warnings(simulation).chain(disk).map(|warning| format!("warning: {warning}")));
     lines.extend(plan.going_on(simulation));
     lines.push(match &device.why {
         Some(why) => format!("{} ({why})", simulation.device()),

@@ -30,8 +30,9 @@ pub struct Bound {
 
 impl Gpu {
     /// Compiles the entry point `entry` of `sources`, whole WGSL texts that are put one behind the
-    /// other, with values for its `override` declarations. Its bindings are read from the source, and
-    /// only those that the entry point uses.
+    /// other, with values for its `override` declarations; names that it does not declare are let pass,
+    /// so that one list serves several kernels. Its bindings are read from the source, and only those
+    /// that the entry point uses.
     ///
     /// # Errors
     /// [`GpuError::Shader`] with the label and what the compiler said, or what [`Gpu::health`] says.
@@ -49,7 +50,7 @@ impl Gpu {
         fits(&read, self.limits()).map_err(wrong)?;
         let ((pipeline, layouts), error) = self.scoped(|| {
             let layouts = layouts(self.device(), label, &read.bindings);
-            (pipeline(self.device(), label, source, entry, overrides, &layouts), layouts)
+            (pipeline(self.device(), label, source, entry, &read.overrides, &layouts), layouts)
         });
         match error {
             // A device that is lost tells only its callback.
@@ -123,7 +124,7 @@ fn pipeline(
     label: &str,
     source: String,
     entry: &str,
-    overrides: &[(&str, f64)],
+    overrides: &[(String, f64)],
     layouts: &[wgpu::BindGroupLayout],
 ) -> wgpu::ComputePipeline {
     let source = wgpu::ShaderSource::Wgsl(source.into());
@@ -134,12 +135,13 @@ fn pipeline(
         bind_group_layouts: &layouts,
         immediate_size: 0,
     });
+    let constants: Vec<_> = overrides.iter().map(|(name, value)| (name.as_str(), *value)).collect();
     device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(label),
         layout: Some(&layout),
         module: &module,
         entry_point: Some(entry),
-        compilation_options: wgpu::PipelineCompilationOptions { constants: overrides, ..Default::default() },
+        compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
         cache: None,
     })
 }

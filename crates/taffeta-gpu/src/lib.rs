@@ -28,6 +28,7 @@ mod kernel;
 mod memory;
 mod readback;
 mod reflect;
+mod shaders;
 mod timing;
 
 pub use adapter::{AdapterInfo, Choice, Kind, adapters};
@@ -39,4 +40,5 @@ pub use gpu::Gpu;
 pub use kernel::{Bound, Kernel};
 pub use readback::ReadBack;
 pub use reflect::{Access, Binding};
+pub use shaders::{Shader, Shaders};
 pub use wgpu;

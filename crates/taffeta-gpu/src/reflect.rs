@@ -36,6 +36,8 @@ pub enum Access {
 }
 
 pub(crate) struct Reflection {
+    /// Those that it declares.
+    pub overrides: Vec<(String, f64)>,
     /// By group, then by binding.
     pub bindings: Vec<Binding>,
     pub workgroup_size: [u32; 3],
@@ -55,7 +57,10 @@ pub(crate) fn reflect(source: &str, entry: &str, overrides: &[(&str, f64)]) -> R
         .validate(&module)
         .map_err(|error| error.emit_to_string(source))?;
     let index = point_of(&module, entry)?;
-    let values = overrides.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
+    let is_declared = |name: &str| module.overrides.iter().any(|(_, one)| one.name.as_deref() == Some(name));
+    let declared_here = overrides.iter().filter(|(name, _)| is_declared(name));
+    let overrides: Vec<_> = declared_here.map(|&(name, value)| (name.to_owned(), value)).collect();
+    let values = overrides.iter().cloned().collect();
     let point = Some((ShaderStage::Compute, module.entry_points[index].name.as_str()));
     let (module, info) =
         process_overrides(&module, &info, point, &values).map_err(|error| in_full(&error))?;
@@ -68,6 +73,7 @@ pub(crate) fn reflect(source: &str, entry: &str, overrides: &[(&str, f64)]) -> R
         module.entry_points[index].function.arguments.iter().any(|argument| asks(&module, argument));
     let shared = used().filter(|(_, variable)| variable.space == AddressSpace::WorkGroup);
     Ok(Reflection {
+        overrides,
         bindings,
         workgroup_size: module.entry_points[index].workgroup_size,
         reads_counts,

@@ -30,7 +30,7 @@ use twox_hash::XxHash64;
 
 const MAGIC: &[u8; 8] = b"TAFFETA\0";
 /// Version of the format; one higher whenever the record changes.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 /// Magic, version and both lengths.
 const HEAD: usize = 28;
 /// The hash at the end.
@@ -38,6 +38,28 @@ const TAIL: usize = 8;
 
 /// A run between two frames. [`difference`] says whether `scene` is that of [`identity`] for the scene to go on with;
 /// then [`taffeta::Simulation::restore`] takes the snapshot. `R` is whatever else your program remembers.
+///
+/// ```
+/// # use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// # use taffeta::{Options, Precision, Simulation};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05));
+/// # let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// # let folder = tempfile::tempdir()?;
+/// use taffeta_io::Checkpoint;
+/// use taffeta_io::checkpoint::{difference, identity};
+///
+/// simulation.advance(2)?;
+/// let path = folder.path().join("checkpoint.taffeta");
+/// Checkpoint { scene: identity(&scene), snapshot: simulation.snapshot(), run: "mine".to_owned() }.write(&path)?;
+/// // In another process, maybe:
+/// let checkpoint: Checkpoint<String> = Checkpoint::read(&path)?;
+/// assert_eq!(difference(&checkpoint.scene, &identity(&scene)), None);
+/// let mut again = Simulation::new(&scene, &Options::default())?;
+/// again.restore(&checkpoint.snapshot)?;
+/// assert_eq!((again.frame(), checkpoint.run.as_str()), (2, "mine"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint<R> {
     /// The scene, as [`identity`] writes it.

@@ -87,6 +87,15 @@ impl MeshFormat {
 }
 
 /// Reads a mesh by the ending of its name. Coordinates are metres.
+///
+/// ```no_run
+/// use taffeta_io::{MeshOptions, load_mesh};
+///
+/// let options = MeshOptions { fill_holes: true, ..MeshOptions::default() };
+/// let surface = load_mesh("bunny.ply".as_ref(), &options)?;
+/// surface.repairs.iter().for_each(|repair| println!("{repair}"));
+/// # Ok::<(), taffeta_io::MeshError>(())
+/// ```
 pub fn load_mesh(path: &Path, options: &MeshOptions) -> Result<Surface, MeshError> {
     let raw = read_mesh(path, options.within)?;
     surface::build(raw, options).map_err(|error| error.in_file(&path.display().to_string()))
@@ -114,6 +123,15 @@ fn read_mesh(path: &Path, within: &[PathBuf]) -> Result<RawMesh, MeshError> {
 }
 
 /// Reads a mesh from bytes. It may name no other files.
+///
+/// ```
+/// use taffeta_io::{MeshFormat, MeshOptions, parse_mesh};
+///
+/// let triangle = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+/// let surface = parse_mesh(triangle, MeshFormat::Obj, &MeshOptions::default())?;
+/// assert_eq!(surface.triangles, [[0, 1, 2]]);
+/// # Ok::<(), taffeta_io::MeshError>(())
+/// ```
 pub fn parse_mesh(bytes: &[u8], format: MeshFormat, options: &MeshOptions) -> Result<Surface, MeshError> {
     surface::build(parse(bytes, format, None, &[])?, options)
 }

@@ -6,10 +6,13 @@ mod machine;
 pub use lock::RunLock;
 pub use machine::processor;
 
-use crate::LoadError;
-use std::fmt;
+use crate::scene::{hint, key_of};
+use crate::{LoadError, MeshFormat, Place, SceneSource};
+use std::fmt::{self, Display};
 use std::io::{self, ErrorKind, Write};
+use std::path::Path;
 use std::process::ExitCode;
+use taffeta::{Advice, BuildError};
 
 /// Why a program does not end well.
 #[derive(Debug)]
@@ -33,7 +36,7 @@ impl Failure {
     }
 }
 
-impl fmt::Display for Failure {
+impl Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Input(message) | Self::Work(message) => write!(f, "error: {message}"),
@@ -44,13 +47,40 @@ impl fmt::Display for Failure {
 
 impl From<LoadError> for Failure {
     fn from(error: LoadError) -> Self {
-        Self::Input(error.to_string())
+        Self::Input(match &error.place {
+            Place::Set(_) => format!("--set {error}"),
+            Place::File(file) if MeshFormat::of(Path::new(file)).is_ok() => {
+                format!("{error}; `taffeta check {file}` prints a scene for it")
+            }
+            _ => error.to_string(),
+        })
     }
 }
 
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         Self::Work(error.to_string())
+    }
+}
+
+/// What the engine says, and how to follow its advice: flags of our programs, keys of the scene.
+pub fn advised(message: impl Display, advice: &[Advice]) -> String {
+    format!("{message}{}", hint(advice, |one| flag(one).or_else(|| key_of(one))))
+}
+
+/// Why a scene was not built, by its line.
+pub fn not_built(source: &SceneSource, error: &BuildError) -> Failure {
+    let mut located = source.explain_build(error);
+    located.message += &hint(error.advice(), flag);
+    if matches!(error, BuildError::Lost(_)) { Failure::Work(located.to_string()) } else { located.into() }
+}
+
+/// The flag of our programs that follows a piece of advice.
+fn flag(advice: &Advice) -> Option<String> {
+    match advice {
+        Advice::Cpu => Some("--backend cpu".to_owned()),
+        Advice::SinglePrecision => Some("--precision f32".to_owned()),
+        _ => None,
     }
 }
 

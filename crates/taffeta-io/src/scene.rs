@@ -1,5 +1,6 @@
 //! Scenes from TOML: overrides, errors with file, line and column, and the files a scene names.
 
+mod advice;
 mod colliders;
 mod document;
 mod fault;
@@ -12,6 +13,7 @@ mod source;
 mod unused;
 mod words;
 
+pub use advice::{hint, key_of};
 pub use files::read_pairs;
 pub use source::{LoadError, Place, SceneSource};
 
@@ -44,12 +46,19 @@ fn read(path: &Path) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Reads a scene file, applies `sets` (each `PATH=VALUE`) and loads the files that it names.
+/// Reads a scene file, applies the overrides `sets` (each `PATH=VALUE`) and loads the files that it names.
+///
+/// ```no_run
+/// let loaded = taffeta_io::load_scene("scenes/flag.toml".as_ref(), &["time.frames=10".to_owned()])?;
+/// let mut simulation = taffeta::Simulation::new(&loaded.scene, &taffeta::Options::default())
+///     .map_err(|error| loaded.source.explain_build(&error))?;
+/// simulation.step()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn load_scene(path: &Path, sets: &[String]) -> Result<Loaded, LoadError> {
     let file = path.display().to_string();
     if MeshFormat::of(path).is_ok() {
-        let message = format!("is a mesh and not a scene; `taffeta check {file}` prints a scene for it");
-        return Err(LoadError::in_file(&file, message));
+        return Err(LoadError::in_file(&file, "is a mesh and not a scene"));
     }
     let bytes = read(path).map_err(|e| LoadError::in_file(&file, format!("cannot be read: {e}")))?;
     if bytes.len() > LARGEST {
@@ -75,6 +84,16 @@ pub fn load_files(loaded: &mut Loaded, path: &Path) -> Result<(), LoadError> {
 }
 
 /// Reads a scene from `text`, which errors call `file_name`, and applies `sets`. Files that it names are not loaded.
+///
+/// ```
+/// let text = "
+/// [[body]]
+/// mesh.grid = { rows = 4, cols = 5, size = [0.4, 0.3] }
+/// mas = 1.0
+/// ";
+/// let error = taffeta_io::parse_scene(text, "flag.toml", &[]).unwrap_err();
+/// assert!(error.to_string().starts_with("flag.toml:4:1: unknown key `mas` in `body[0]`; did you mean `mass`?"));
+/// ```
 pub fn parse_scene(text: &str, file_name: &str, sets: &[String]) -> Result<Loaded, LoadError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut source = SceneSource::new(file_name, text, sets);

@@ -8,7 +8,7 @@ mod serial;
 mod sheet;
 #[cfg(test)]
 mod tests;
-mod timing;
+pub mod timing;
 
 pub use rung::Rung;
 
@@ -62,7 +62,8 @@ fn on(contact: &Contact, frames: Option<u32>, gpu: Option<&Gpu>) -> Result<Value
         (Rung::Binned, gpu) => {
             let options = Options { gpu: gpu.cloned().map(GpuOptions::from), ..on_cpu };
             let mut simulation = sheet.settled(&options)?;
-            let timed = timing::of_frames(frames, gpu.is_some(), |count| advanced(&mut simulation, count))?;
+            let timed =
+                timing::of_frames(frames, u32::MAX, gpu.is_some(), |count| advanced(&mut simulation, count))?;
             Ok(line(&sheet, rung, simulation.device(), &timed))
         }
         (_, Some(gpu)) => {

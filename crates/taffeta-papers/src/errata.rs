@@ -52,19 +52,19 @@ pub fn all() -> Vec<Erratum> {
 }
 
 const INTRODUCTION: &str = "\
-Three papers are what taffeta is made after. They are useful papers: their methods work, once some formulas, algorithms and \
-counts are mended. Nobody seems to have listed these places, and who implements a paper from its text trips over each of them \
-anew. So here they are, each with what is printed, what it should say, and a small experiment whose numbers anybody can check. \
-Where a sentence can be read in more than one way, that is said. Corrections of this list are as welcome as the list is meant to be.";
+taffeta implements three papers. Their methods work once some formulas, algorithms and counts are corrected. We know of no other \
+list of these errors, and everybody who implements a paper from its text meets them again. Each entry has what is printed, what \
+it should say, and a small experiment whose numbers anybody can check. Where a sentence can be read in more than one way, the \
+entry says so. Corrections of this list are welcome.";
 
 const NUMBERS: &str = "\
-The numbers are computed by `crates/taffeta-papers/src/errata/`, a function each; a test compares this page with them. *Exact* is \
-what is known without either formula: a derivative by differences, a law of conservation, a count. A value below 1e-9 stands as 0. \
-What taffeta does in these places is told by [its models](models/README.md).";
+The numbers are computed by `crates/taffeta-papers/src/errata/`, one function for each entry; a test compares this page with \
+them. *Exact* is a value that needs neither formula: a derivative by differences, a conservation law, a count. A value below \
+1e-9 is printed as 0. [The models](models/README.md) say what taffeta does in these places.";
 
 const CITING: &str = "\
-Name the paper, the place and the erratum. An example: *eq. 10 of Va, Choi and Hong (2023) as mended by taffeta, docs/errata.md, \
-`s3-eq10`*. An identifier keeps its meaning; new errata get new ones.";
+Name the paper, the place and the erratum. An example: *eq. 10 of Va, Choi and Hong (2023) as corrected by taffeta, \
+docs/errata.md, `s3-eq10`*. An identifier keeps its meaning; new errata get new ones.";
 
 /// All errata as a part of a report.
 pub fn section() -> Section {

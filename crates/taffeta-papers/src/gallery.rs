@@ -113,7 +113,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let view = args.view.clone().map_or_else(view, Ok)?;
     if !view.is_file() {
         return Err(Failure::Input(format!(
-            "there is no `taffeta-view` at {}: `cargo build --profile bevy -p bevy_taffeta --bin taffeta-view` builds it; \
+            "there is no `taffeta-view` at {}: `cargo build --profile quick -p bevy_taffeta --bin taffeta-view` builds it; \
              --view PATH says where another one is",
             view.display()
         )));

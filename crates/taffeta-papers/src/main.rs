@@ -14,6 +14,7 @@ mod draw;
 mod drive;
 mod errata;
 mod gallery;
+mod kernels;
 mod papers;
 mod pictures;
 mod progress;
@@ -45,6 +46,8 @@ enum Command {
     S3(reproduce::Args),
     /// Report on all three, the methods at equal error, the papers' limits and errata
     All(reproduce::Args),
+    /// Time the papers' kernels beside the engine's, on a GPU
+    Kernels(kernels::bench::Args),
     /// Write docs/errata.md again
     Errata,
     /// Run scenes and draw a moment of each into docs/pictures
@@ -64,6 +67,7 @@ fn main() -> ExitCode {
         Command::S2(args) => reproduce::run(&args, &[Paper::S2]),
         Command::S3(args) => reproduce::run(&args, &[Paper::S3]),
         Command::All(args) => reproduce::run(&args, &Paper::ALL),
+        Command::Kernels(args) => kernels::bench::run(&args),
         Command::Errata => errata::write(),
         Command::Pictures { scenes } => pictures::run(&scenes),
         Command::Gallery(args) => gallery::run(&args),

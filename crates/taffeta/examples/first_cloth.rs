@@ -1,5 +1,6 @@
 //! A cloth over a ball, its held corner lifted and another pulled at: the README's tour.
 
+use taffeta::glam::Vec3;
 use taffeta::scene::{Body, Collider, Mass, Mesh, Scene, Select};
 use taffeta::{Options, Simulation};
 
@@ -18,12 +19,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .collider(Collider::sphere([0.0, 0.0, 0.0], 0.5).friction(0.3));
 
     let mut simulation = Simulation::new(&scene, &Options::default())?;
-    let mut positions = Vec::new();
+    let cloth = simulation.body("cloth")?;
+    let mut positions: Vec<Vec3> = Vec::new();
     for frame in 0..60 {
         // Lift the held corner, and pull at another for the first half second.
-        simulation.move_pin("cloth", 0, [-1.0, 0.6 + 0.01 * f64::from(frame), -1.0])?;
+        simulation.pin_vertex(cloth, 0, [-1.0, 0.6 + 0.01 * f64::from(frame), -1.0])?;
         if frame < 30 {
-            simulation.apply_force("cloth", 31, [0.0, 0.5, 0.0])?;
+            simulation.apply_force(cloth, 31, [0.0, 0.5, 0.0])?;
         }
         let report = simulation.step()?;
         println!("{:.3} s: {:.4} J, stretch {:.3}", report.time, report.energy(), report.max_stretch);

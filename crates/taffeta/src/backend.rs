@@ -1,9 +1,8 @@
 //! What a simulation asks of a backend, whatever it computes on.
 
+use crate::advice::Warning;
 use crate::build::Assembly;
 use crate::diagnostics::FrameSums;
-#[cfg(feature = "gpu")]
-use crate::gpu::{VertexTarget, View};
 
 /// A node that is moved, or a force that is applied, by the program for one frame.
 #[derive(Clone, Debug, Default)]
@@ -22,7 +21,7 @@ pub struct SolverState {
     pub pulls: Vec<f64>,
     /// Whether each is active; empty where all always are.
     pub active: Vec<bool>,
-    /// Whether each joint of [`crate::attachments::build::Attachments`] is there; empty where none can break.
+    /// Whether each joint of [`crate::attachments::rows::Attachments`] is there; empty where none can break.
     pub joints: Vec<bool>,
 }
 
@@ -33,6 +32,51 @@ pub struct Device {
     pub backend: &'static str,
     /// In words.
     pub name: String,
+}
+
+/// Where a renderer keeps the vertices of a body.
+///
+/// ```no_run
+/// use taffeta::taffeta_gpu::wgpu;
+/// use taffeta::{Simulation, StepError, VertexTarget, View};
+///
+/// /// Vertices of a place and a normal, eight numbers each with texture coordinates.
+/// fn draw(simulation: &mut Simulation, buffer: wgpu::Buffer) -> Result<(), StepError> {
+///     let body = simulation.bodies()[0].handle;
+///     let nodes: Vec<u32> = (0..simulation.bodies()[0].nodes as u32).collect();
+///     simulation.make_drawn(body, &nodes)?;
+///     let target = VertexTarget { buffer, first: 0, stride: 32, normal: 12 };
+///     let world = View {
+///         share: 1.0,
+///         places: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
+///         normals: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+///     };
+///     simulation.draw(body, &target, &world)
+/// }
+/// ```
+#[cfg(feature = "gpu")]
+#[derive(Clone, Debug)]
+pub struct VertexTarget {
+    /// A buffer of the device that simulates, which kernels may write to as storage.
+    pub buffer: taffeta_gpu::wgpu::Buffer,
+    /// Where the first vertex begins, and its place with it [byte].
+    pub first: u64,
+    /// From a vertex to the next [byte].
+    pub stride: u64,
+    /// From a vertex's place to its normal [byte].
+    pub normal: u64,
+}
+
+/// What of a moving body is drawn, and in which coordinates. [`VertexTarget`] has an example.
+#[cfg(feature = "gpu")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Share of the way from the state before the last frame, 0, to that after it, 1.
+    pub share: f32,
+    /// Rows of the map of places into the renderer's coordinates; the last number of each is the shift [m].
+    pub places: [[f32; 4]; 3],
+    /// Rows of the map of normals, whose lengths do not matter.
+    pub normals: [[f32; 3]; 3],
 }
 
 /// A device that does not answer any more: why.
@@ -59,10 +103,10 @@ pub trait Backend: Send + Sync {
     fn velocity(&self, node: usize) -> [f64; 3];
     /// Sets position [m] and velocity [m/s] of a node.
     fn set(&mut self, node: usize, position: [f64; 3], velocity: [f64; 3]);
-    /// Holds a node from now on.
-    fn hold(&mut self, node: usize);
-    /// Lets go of a node that was free before it was held; it keeps its velocity.
-    fn let_go(&mut self, node: usize);
+    /// Pins a node from now on.
+    fn pin(&mut self, node: usize);
+    /// Frees a node that was free before it was pinned; it keeps its velocity.
+    fn unpin(&mut self, node: usize);
     /// Whether a node is free.
     fn is_free(&self, node: usize) -> bool;
     /// Appends the little-endian bytes of a node's position, or of its velocity.
@@ -99,7 +143,7 @@ pub trait Backend: Send + Sync {
     /// What it computes on.
     fn device(&self) -> Device;
     /// What of the device, rather than of the scene, may have ended a run, in words.
-    fn doubt(&self) -> Option<String> {
+    fn doubt(&self) -> Option<Warning> {
         None
     }
     /// Bytes of memory that state and springs take.

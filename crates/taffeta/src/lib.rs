@@ -4,6 +4,7 @@
 //! [`Simulation::step`] once a frame. `examples/first_cloth.rs` does that in forty lines. Scenes and meshes from files
 //! are read by the crate `taffeta-io`. Units are SI, y is up; a `[m]` in these pages is a unit.
 
+mod advice;
 mod attachments;
 mod backend;
 mod build;
@@ -24,21 +25,52 @@ mod step;
 pub mod topology;
 mod volume;
 
+pub use advice::{Advice, Refusal, Warning};
+#[cfg(feature = "gpu")]
+pub use backend::{VertexTarget, View};
 pub use elements::spring::listed::springs_of;
 pub use elements::spring::lists as springs;
+pub use glam;
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
-pub use gpu::parity;
+pub use gpu::GpuKernels;
 #[cfg(feature = "gpu")]
-pub use gpu::{ConstraintProduct, GpuCost, GpuKernels, GpuOptions, VertexTarget, View};
+pub use gpu::{GpuCost, GpuOptions};
 pub use simulation::{
-    BodyInfo, ColliderInfo, Diverged, Options, Pose, Precision, Simulation, Snapshot, StepError,
+    BodyHandle, BodyInfo, BuildError, ColliderHandle, ColliderInfo, Diverged, InputError, Options, PinHandle,
+    Pose, Precision, Simulation, Snapshot, StepError,
 };
 pub use step::Stage;
 #[cfg(feature = "gpu")]
 pub use taffeta_gpu;
 
+/// What kernels of other crates are made with. It changes with the engine.
+#[cfg(all(feature = "gpu", feature = "extend"))]
+#[doc(hidden)]
+pub mod extension {
+    pub use crate::build::Assembly;
+    pub use crate::build::body::{BodyAssembly, BodySprings};
+    pub use crate::diagnostics::sums::FrameSums;
+    pub use crate::elements::load::gpu::Loads;
+    pub use crate::elements::spring::stencil::GRID_STEPS;
+    pub use crate::features::shaders;
+    pub use crate::gpu::bodies::Bodies;
+    pub use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups};
+    pub use crate::gpu::kernels::{Kernels, Name, Sizes};
+    pub use crate::gpu::options::ParticleKernels;
+    pub use crate::gpu::schedule::Fused;
+    pub use crate::step::Op;
+}
+
 /// The vector instructions that the CPU backend uses on this machine.
 pub fn simd_level() -> String {
     cpu::SimdLevel::detect().to_string()
+}
+
+/// Kernels beside their twins on the CPU, for tests and for programs that check a device.
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub mod parity {
+    pub use crate::features::rows;
+    pub use crate::gpu::parity::{Difference, Outcome, Row, Tolerance, entry_points};
 }

@@ -2,6 +2,9 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+/// Nodes of a slice of [`Gather`]: one vector of 512 bits in f32.
+pub const LANES: usize = 16;
+
 /// A floating-point number that kernels are written for.
 ///
 /// Only operations whose result is the same at every SIMD level are offered: no fused multiply-add, no
@@ -52,6 +55,11 @@ pub trait Real:
     /// Nearest value.
     fn from_whole(value: i32) -> Self;
 
+    /// The larger of the two; of a number and none, the number.
+    fn max(self, other: Self) -> Self;
+    /// Whether it is a number, and not infinite.
+    fn is_finite(self) -> bool;
+
     /// Absolute value.
     #[inline(always)]
     fn abs(self) -> Self {
@@ -96,6 +104,14 @@ impl Real for f32 {
     fn from_whole(value: i32) -> Self {
         value as Self
     }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::max(self, other)
+    }
+    #[inline(always)]
+    fn is_finite(self) -> bool {
+        Self::is_finite(self)
+    }
     fn bytes(self, sink: &mut Vec<u8>) {
         sink.extend_from_slice(&self.to_le_bytes());
     }
@@ -137,6 +153,14 @@ impl Real for f64 {
     #[inline(always)]
     fn from_whole(value: i32) -> Self {
         value as Self
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::max(self, other)
+    }
+    #[inline(always)]
+    fn is_finite(self) -> bool {
+        Self::is_finite(self)
     }
     fn bytes(self, sink: &mut Vec<u8>) {
         sink.extend_from_slice(&self.to_le_bytes());
@@ -193,6 +217,11 @@ pub fn scale<T: Real>(a: [T; 3], s: T) -> [T; 3] {
 #[inline(always)]
 pub fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// Area between three corners [m²].
+pub fn area<T: Real>([a, b, c]: [[T; 3]; 3]) -> T {
+    T::from_f64(0.5) * norm(cross(sub(b, a), sub(c, a)))
 }
 
 /// Length.

@@ -1,15 +1,20 @@
 //! What a program holds: a scene that runs. Build it, step it, read positions, move pins, apply forces.
 
 mod frames;
+mod handles;
 mod info;
+mod input;
 mod live;
 mod seen;
 mod snapshot;
 
+pub use handles::{BodyHandle, ColliderHandle, PinHandle};
 pub use info::{BodyInfo, ColliderInfo};
+pub use input::InputError;
 pub use live::Pose;
 pub use snapshot::Snapshot;
 
+use crate::advice::{Advice, Refusal, Warning};
 use crate::backend::{Backend, FrameInput, Lost};
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
@@ -28,6 +33,9 @@ use crate::step::Stage;
 use crate::topology::Surface;
 use crate::topology::random::SplitMix64;
 use crate::volume::volume::Form;
+use glam::DVec3;
+use handles::SimulationId;
+use input::finite;
 use serde::{Deserialize, Serialize};
 use std::hash::Hasher;
 use std::sync::OnceLock;
@@ -42,7 +50,14 @@ pub enum Precision {
     F64,
 }
 
-/// How to run a scene, apart from what it is.
+/// How to run a scene, apart from what it is. More may come: write `..Options::default()`.
+///
+/// ```
+/// use taffeta::{Options, Precision};
+///
+/// let reference = Options { precision: Precision::F64, threads: Some(1), ..Options::default() };
+/// # let _ = reference;
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Worker threads; `None`: all that the machine has, but one for every 4,096 nodes at most, for less work than
@@ -56,8 +71,26 @@ pub struct Options {
 }
 
 /// A run that cannot go on.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Scene, Select};
+/// use taffeta::{Advice, Options, Simulation, StepError};
+///
+/// // Too stiff for its step.
+/// let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Node(1e-3)).structural(1e6, 0.0);
+/// let scene = Scene::new("bursts").time(0.01, 0.01).body(cloth.pin(Select::nodes([0])));
+/// let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// simulation.disturb(1e-3, 1);
+/// let Err(StepError::Diverged(end)) = (0..100).try_for_each(|_| simulation.step().map(drop)) else {
+///     panic!("it held");
+/// };
+/// assert_eq!(end.body, "cloth");
+/// assert!(matches!(end.advice[..], [Advice::LongestStep(_), ..]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("{}: body `{body}`, vertex {vertex}: {what}. {advice}", named(.first, .frame))]
+#[error("{}: body `{body}`, vertex {vertex}: {what}. {cause}", named(.first, .frame))]
+#[non_exhaustive]
 pub struct Diverged {
     /// The first frame that may have failed; the one before it was good.
     pub first: u32,
@@ -70,7 +103,9 @@ pub struct Diverged {
     /// What was seen.
     pub what: String,
     /// Likely cause, and what to change.
-    pub advice: String,
+    pub cause: String,
+    /// The settings among what to change, the best first.
+    pub advice: Vec<Advice>,
 }
 
 /// Frames in words.
@@ -82,8 +117,47 @@ fn named(first: &u32, last: &u32) -> String {
     }
 }
 
-/// Why a frame could not be done.
+/// Why a scene does not run.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// use taffeta::{BuildError, Options, Simulation};
+///
+/// let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(-1.0));
+/// match Simulation::new(&Scene::new("").body(cloth), &Options::default()) {
+///     Err(BuildError::Scene(error)) => assert_eq!(error.path, "body[0].area_density"),
+///     Err(error) => panic!("the device does not take it: {error}"),
+///     Ok(_) => panic!("it runs"),
+/// }
+/// ```
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BuildError {
+    /// The scene cannot be simulated.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// What it was to run on does not take it.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// The device does not answer any more.
+    #[error("{0}")]
+    Lost(String),
+}
+
+impl BuildError {
+    /// The settings among what would do, the best first.
+    pub fn advice(&self) -> &[Advice] {
+        match self {
+            Self::Scene(error) => &error.advice,
+            Self::Refused(refusal) => &refusal.advice,
+            Self::Lost(_) => &[],
+        }
+    }
+}
+
+/// Why a frame could not be done, or drawn. [`Diverged`] has an example.
 #[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StepError {
     /// The scene cannot go on.
     #[error(transparent)]
@@ -96,10 +170,44 @@ pub enum StepError {
         /// What the device said.
         why: String,
     },
+    /// What is to be drawn is not there.
+    #[error(transparent)]
+    Input(#[from] InputError),
+}
+
+impl StepError {
+    /// The settings among what to change, the best first.
+    pub fn advice(&self) -> &[Advice] {
+        match self {
+            Self::Diverged(diverged) => &diverged.advice,
+            Self::Lost { .. } | Self::Input(_) => &[],
+        }
+    }
 }
 
 /// A scene that runs.
+///
+/// ```
+/// use taffeta::glam::{DVec3, Vec3};
+/// use taffeta::scene::{Body, Mass, Mesh, Scene, Select};
+/// use taffeta::{Options, Simulation};
+///
+/// let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3]))
+///     .with_mass(Mass::Area(0.2))
+///     .structural(50.0, 0.05);
+/// let scene = Scene::new("hangs").time(1.0 / 60.0, 1e-3).body(cloth.pin(Select::nodes([0])));
+/// let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// let cloth = simulation.body("cloth")?;
+/// simulation.apply_force(cloth, 7, DVec3::Y)?;
+/// let report = simulation.step()?;
+/// assert!(report.max_stretch < 1.2);
+/// let mut positions: Vec<Vec3> = Vec::new();
+/// simulation.positions_f32(&mut positions);
+/// assert_eq!(positions.len(), 20);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Simulation {
+    id: SimulationId,
     backend: Box<dyn Backend>,
     precision: Precision,
     bodies: Vec<BodyInfo>,
@@ -107,12 +215,12 @@ pub struct Simulation {
     start: FrameReport,
     report: FrameReport,
     limit: StepLimit,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
     input: FrameInput,
     /// Nodes that were moved by the user in the last frame and stand still from now on.
     moved: Vec<u32>,
     /// Nodes that were free and are pinned by the user.
-    taken: Vec<u32>,
+    pinned: Vec<u32>,
     /// Triangles of colliders, once somebody asks how far nodes are from them.
     surfaces: OnceLock<Vec<MeshSurface<f64>>>,
     /// Frames that were launched and not collected yet, and whether more than gravity drives the scene in them.
@@ -123,28 +231,32 @@ impl Simulation {
     /// Checks and builds a scene.
     ///
     /// # Errors
-    /// Names the place in the scene that cannot be simulated, and what would do.
-    pub fn new(scene: &Scene, options: &Options) -> Result<Self, SceneError> {
+    /// Names the place in the scene that cannot be simulated, or what it cannot run on, and what would do.
+    pub fn new(scene: &Scene, options: &Options) -> Result<Self, BuildError> {
         let assembly = Assembly::new(scene)?;
-        let bodies: Vec<BodyInfo> =
-            (0..assembly.bodies.len()).map(|body| BodyInfo::of(&assembly, body)).collect();
-        let colliders =
-            (0..assembly.colliders.len()).map(|i| ColliderInfo::of(scene, &assembly, i)).collect();
+        let id = SimulationId::new();
+        let bodies = (0..assembly.bodies.len())
+            .map(|i| BodyInfo::of(scene, &assembly, BodyHandle::new(id, i)))
+            .collect();
+        let colliders = (0..assembly.colliders.len())
+            .map(|i| ColliderInfo::of(scene, &assembly, ColliderHandle::new(id, i)))
+            .collect();
         let limit = StepLimit::new(&assembly);
         let of_body = |body: &BodyAssembly| {
-            body.warnings.iter().map(|warning| format!("body `{}`: {warning}", body.name)).collect::<Vec<_>>()
+            let said = body.warnings.iter().map(|warning| format!("body `{}`: {warning}", body.name));
+            said.map(Warning::from).collect::<Vec<_>>()
         };
-        let mut warnings: Vec<String> = assembly.bodies.iter().flat_map(of_body).collect();
-        warnings.extend(assembly.attachments.warnings());
+        let mut warnings: Vec<Warning> = assembly.bodies.iter().flat_map(of_body).collect();
+        warnings.extend(assembly.attachments.warnings().map(Warning::from));
         warnings.extend(limit.warnings());
         warnings.extend(weakened(&assembly));
         if options.precision == Precision::F32 {
-            warnings.extend(assembly.bodies.iter().filter_map(too_coarse));
+            warnings.extend(assembly.bodies.iter().filter_map(too_coarse).map(Warning::from));
         }
         let threads = options.threads.unwrap_or_else(|| useful_threads(&assembly)).max(1);
-        let backend =
-            backend(scene, assembly, threads, options).map_err(|why| SceneError::new("body", why))?;
+        let backend = backend(scene, assembly, threads, options)?;
         let mut simulation = Self {
+            id,
             backend,
             precision: options.precision,
             bodies,
@@ -155,11 +267,11 @@ impl Simulation {
             warnings,
             input: FrameInput::default(),
             moved: Vec::new(),
-            taken: Vec::new(),
+            pinned: Vec::new(),
             surfaces: OnceLock::new(),
             launched: (0, false),
         };
-        simulation.measure().map_err(|Lost(why)| SceneError::new("", why))?;
+        simulation.measure().map_err(|Lost(why)| BuildError::Lost(why))?;
         Ok(simulation)
     }
 
@@ -204,7 +316,7 @@ impl Simulation {
 
     fn report_of(&self, sums: FrameSums, frame: u32) -> FrameReport {
         let assembly = self.backend.assembly();
-        let FrameSums { all, hinges, volumes, pairs, solver, broken } = sums;
+        let FrameSums { all, elements, volumes, pairs, solver, broken } = sums;
         let gravity = assembly.world.gravity;
         let time = f64::from(frame) * assembly.time.dt;
         FrameReport {
@@ -213,7 +325,7 @@ impl Simulation {
             kinetic: 0.5 * all.m_v2,
             gravitational: -(0..3).map(|axis| gravity[axis] * all.m_x[axis]).sum::<f64>(),
             springs: all.springs,
-            hinges,
+            elements,
             momentum: all.momentum,
             angular_momentum: all.angular_momentum,
             max_stretch: if all.max_stretch > 0.0 { all.max_stretch } else { 1.0 },
@@ -243,20 +355,27 @@ impl Simulation {
             }
         }
         let body = &self.backend.assembly().bodies[worst.1];
-        let printed =
-            |body: &BodyAssembly| body.volume.as_ref().is_some_and(|kept| kept.form == Form::Printed);
-        let advice = match self.backend.assembly().bodies.iter().find(|body| printed(body)) {
-            Some(body) => format!(
-                "Likely cause: the volume of body `{}` is kept as printed, where every step makes its error 4/3 times as \
-                 large; volume.form = \"corrected\" would do",
-                body.name
+        let diverges = |body: &BodyAssembly| {
+            body.volume.as_ref().is_some_and(|kept| Form::DIVERGING.contains(&kept.form))
+        };
+        let cause = match self.backend.assembly().bodies.iter().find(|body| diverges(body)) {
+            Some(body) => Warning::new(
+                format!(
+                    "Likely cause: the volume of body `{}` is kept as printed, where every step makes its error 4/3 times as \
+                     large; the corrected form would do",
+                    body.name
+                ),
+                [Advice::CorrectedVolume],
             ),
             None => self.limit.after(),
         };
-        let advice =
-            [Some(advice), self.backend.doubt()].into_iter().flatten().collect::<Vec<_>>().join(". ");
+        let Warning { message: mut cause, mut advice } = cause;
+        if let Some(hint) = self.backend.doubt() {
+            cause = format!("{cause}. {hint}");
+            advice.extend(hint.advice);
+        }
         let (body, vertex) = (body.name.clone(), body.vertex_of_solver(worst.2));
-        Diverged { first, frame, body, vertex, what, advice }
+        Diverged { first, frame, body, vertex, what, cause, advice }
     }
 
     /// Report of the last frame; before the first step, of the start.
@@ -310,27 +429,31 @@ impl Simulation {
         self.limit.hanging.as_ref()
     }
 
-    /// Moves a pinned vertex to a place [m] during the next frame, in a straight line; it stays there. A free vertex
-    /// is pinned from now on, until [`Self::let_go`].
+    /// Pins a vertex, and moves it to a place [m] during the next frame, in a straight line; it stays there, until
+    /// [`Self::unpin_vertex`] where no pin of the scene holds it.
     ///
     /// # Errors
-    /// Where there is no such body or vertex, the vertex follows keyframes of the scene, or `to` is not finite.
-    pub fn move_pin(&mut self, body: &str, vertex: usize, to: [f64; 3]) -> Result<(), SceneError> {
+    /// Where the body has no such vertex or is one of another simulation, the vertex follows keyframes of the scene, or `to`
+    /// is not finite.
+    pub fn pin_vertex(
+        &mut self,
+        body: BodyHandle,
+        vertex: usize,
+        to: impl Into<DVec3>,
+    ) -> Result<(), InputError> {
         let (found, node) = self.node_of(body, vertex)?;
-        finite(to, "a place")?;
+        let to = finite(to.into().to_array(), "a place")?;
         let nodes: Vec<usize> = found.nodes_at(node).map(|node| found.solver_index(node)).collect();
         let moving = &self.backend.assembly().moving_pins;
         let keyed = |node: &usize| moving.binary_search_by_key(&(*node as u32), |pin| pin.node).is_ok();
         if nodes.iter().any(keyed) {
-            let message = format!(
-                "vertex {vertex} of body `{body}` follows keyframes; a pin without them can be moved"
-            );
-            return Err(SceneError::new("body", message));
+            let what = format!("vertex {vertex} of body `{}`", found.name);
+            return Err(InputError::FollowsKeyframes { what });
         }
         for node in nodes {
             if self.backend.is_free(node) {
-                self.backend.hold(node);
-                self.taken.push(node as u32);
+                self.backend.pin(node);
+                self.pinned.push(node as u32);
             }
             let from = self.backend.position(node);
             let moves = &mut self.input.moves;
@@ -344,11 +467,15 @@ impl Simulation {
     /// Applies a force [N] to a vertex during the next frame. Several forces on one vertex add up.
     ///
     /// # Errors
-    /// Where there is no such body or vertex, or `force` is not finite.
-    pub fn apply_force(&mut self, body: &str, vertex: usize, force: [f64; 3]) -> Result<(), SceneError> {
+    /// Where the body has no such vertex or is one of another simulation, or `force` is not finite.
+    pub fn apply_force(
+        &mut self,
+        body: BodyHandle,
+        vertex: usize,
+        force: impl Into<DVec3>,
+    ) -> Result<(), InputError> {
         let (found, node) = self.node_of(body, vertex)?;
-        let node = found.solver_index(node);
-        finite(force, "a force")?;
+        let (node, force) = (found.solver_index(node), finite(force.into().to_array(), "a force")?);
         let forces = &mut self.input.forces;
         forces.insert(forces.partition_point(|&(other, _)| (other as usize) <= node), (node as u32, force));
         Ok(())
@@ -379,27 +506,6 @@ impl Simulation {
         Ok(())
     }
 
-    /// The body of that name, and the node of its vertex.
-    fn node_of(&self, body: &str, vertex: usize) -> Result<(&BodyAssembly, usize), SceneError> {
-        let bodies = &self.backend.assembly().bodies;
-        let names = || bodies.iter().map(|b| b.name.as_str()).collect::<Vec<_>>().join(", ");
-        let found = bodies.iter().find(|b| b.name == body).ok_or_else(|| {
-            SceneError::new("body", format!("there is no body `{body}`; there are: {}", names()))
-        })?;
-        let count = found.vertices();
-        if vertex >= count {
-            let message = format!("body `{body}` has vertices 0 to {}, not {vertex}", count - 1);
-            return Err(SceneError::new("body", message));
-        }
-        let node = found.node_of_vertex(vertex).ok_or_else(|| {
-            SceneError::new(
-                "body",
-                format!("vertex {vertex} of body `{body}` is in no face and not simulated"),
-            )
-        })?;
-        Ok((found, node))
-    }
-
     /// Solver indices of all nodes in user order.
     fn user_order(&self) -> Vec<usize> {
         let bodies = &self.backend.assembly().bodies;
@@ -417,27 +523,29 @@ impl Simulation {
         }
     }
 
-    /// Positions of all vertices [m], bodies one after the other, in the meshes' own order. `out` is cleared first.
-    pub fn positions_f32(&self, out: &mut Vec<[f32; 3]>) {
+    /// Positions of all vertices [m], bodies one after the other, in the meshes' own order: `[f32; 3]`, [`glam::Vec3`] or what
+    /// else is made of them. `out` is cleared first.
+    pub fn positions_f32<V: From<[f32; 3]>>(&self, out: &mut Vec<V>) {
         out.clear();
-        self.vertex_positions(|x| out.push(x.map(|c| c as f32)));
+        self.vertex_positions(|x| out.push(x.map(|c| c as f32).into()));
     }
 
     /// As [`Self::positions_f32`], in 64 bits.
-    pub fn positions_f64(&self, out: &mut Vec<[f64; 3]>) {
+    pub fn positions_f64<V: From<[f64; 3]>>(&self, out: &mut Vec<V>) {
         out.clear();
-        self.vertex_positions(|x| out.push(x));
+        self.vertex_positions(|x| out.push(x.into()));
     }
 
     /// Unit normals of a body's vertices, area-weighted.
     ///
-    /// # Panics
-    /// Where there is no body with this index.
-    pub fn normals(&self, body: usize) -> Vec<[f32; 3]> {
+    /// # Errors
+    /// Where the body is one of another simulation.
+    pub fn normals<V: From<[f32; 3]>>(&self, body: BodyHandle) -> Result<Vec<V>, InputError> {
+        let body = self.index_of(body)?;
         let of_nodes = self.backend.normals(body).unwrap_or_else(|| self.node_normals(body));
         let body = &self.backend.assembly().bodies[body];
         let of_vertex = |vertex| body.node_of_vertex(vertex).map_or([0.0, 1.0, 0.0], |node| of_nodes[node]);
-        (0..body.vertices()).map(of_vertex).collect()
+        Ok((0..body.vertices()).map(|vertex| of_vertex(vertex).into()).collect())
     }
 
     fn node_normals(&self, body: usize) -> Vec<[f32; 3]> {
@@ -457,10 +565,10 @@ impl Simulation {
 
     /// A body's vertices, faces and texture coordinates, as outputs need them.
     ///
-    /// # Panics
-    /// Where there is no body with this index.
-    pub fn surface(&self, body: usize) -> Surface {
-        self.backend.assembly().bodies[body].user_surface()
+    /// # Errors
+    /// Where the body is one of another simulation.
+    pub fn surface(&self, body: BodyHandle) -> Result<Surface, InputError> {
+        Ok(self.backend.assembly().bodies[self.index_of(body)?].user_surface())
     }
 
     /// 64-bit hash (XXH64, seed 0) of little-endian positions then velocities of all nodes, in user order.
@@ -510,7 +618,7 @@ impl Simulation {
     }
 
     /// What the user should know before running: a step that is too long.
-    pub fn warnings(&self) -> &[String] {
+    pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
 }
@@ -521,17 +629,17 @@ fn backend(
     assembly: Assembly,
     threads: usize,
     options: &Options,
-) -> Result<Box<dyn Backend>, String> {
+) -> Result<Box<dyn Backend>, BuildError> {
     #[cfg(feature = "gpu")]
     if let Some(gpu) = &options.gpu {
         return match (options.precision, gpu.from) {
             (Precision::F64, _) => {
-                Err("a GPU computes in 32 bits; --precision f32 or the CPU would do".to_owned())
+                let message = "a GPU computes in 32 bits; those or the CPU would do";
+                Err(Refusal::new(message, [Advice::SinglePrecision, Advice::Cpu]).into())
             }
             (Precision::F32, Stage::Elements) => Ok(Box::new(features::on_gpu(gpu, assembly)?)),
             (Precision::F32, _) => {
-                let again = Assembly::new(scene).map_err(|error| error.to_string())?;
-                Ok(Box::new(features::at_boundary(gpu, [assembly, again])?))
+                Ok(Box::new(features::at_boundary(gpu, [assembly, Assembly::new(scene)?])?))
             }
         };
     }
@@ -541,17 +649,10 @@ fn backend(
     })
 }
 
-fn finite(value: [f64; 3], what: &str) -> Result<(), SceneError> {
-    if value.iter().all(|c| c.is_finite()) {
-        return Ok(());
-    }
-    Err(SceneError::new("body", format!("{value:?} is not {what}: three finite numbers would do")))
-}
-
-/// Threads of this machine that gain something for a scene. A hinge costs as much as some nodes with their springs, a
+/// Threads of this machine that gain something for a scene. An element costs as much as some nodes with their springs, a
 /// constraint with the iterations about it as much as some more.
 fn useful_threads(assembly: &Assembly) -> usize {
     let all = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let hinges: usize = assembly.bodies.iter().map(|body| body.hinges.len()).sum();
-    all.min((assembly.places + 8 * hinges + 4 * assembly.constraints.len()) / 4096)
+    let elements: usize = assembly.elements.iter().map(|list| list.kind.cost * list.len()).sum();
+    all.min((assembly.places + elements + 4 * assembly.constraints.len()) / 4096)
 }

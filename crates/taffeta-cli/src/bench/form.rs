@@ -28,9 +28,7 @@ impl Form {
     pub fn name(self) -> &'static str {
         match self {
             Self::Volume(form) => form.name(),
-            Self::Ice(ConstraintForm::Compliant) => "compliant",
-            Self::Ice(ConstraintForm::Printed) => "printed",
-            Self::Ice(ConstraintForm::Primal) => "primal",
+            Self::Ice(form) => form.name(),
         }
     }
 

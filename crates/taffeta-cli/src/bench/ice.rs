@@ -1,12 +1,10 @@
-//! The bench on implicit constraints: S1's drop by our solver, and by its own as printed.
+//! The bench on implicit constraints: S1's drop.
 
 use super::form::Form;
 use super::measure::{self, Bench};
-use super::{Args, kernels, print};
-use crate::gpu;
+use super::{Args, print};
 use crate::run::{Device, Work};
 use taffeta::scene::{Body, Collider, ConstraintForm, Mass, Mesh, Method, Rotation, Scene, Select};
-use taffeta::{GpuKernels, GpuOptions, Precision};
 use taffeta_io::program::Failure;
 
 /// Nodes of a side, where nothing is said: S1's 6,598 springs.
@@ -26,11 +24,6 @@ pub const FLAG_SIDE: u32 = 100;
 /// Of the flag: side [m], mass [kg], stiffness of all springs [N/m], step, which is a frame [s], and frames in which it
 /// comes down.
 const FLAG: (f64, f64, f64, f64, u32) = (1.0, 0.2, 1e5, 1.0 / 60.0, 60);
-/// Iterations of the solver as printed, in each step. S1 does not say how many it has. There are more springs than ways to
-/// move, so that no pulls fulfil the equations, and conjugate gradients first approach them and then go away for good: at
-/// 34 × 34 the drop stays below 3 times the lengths at rest with 10 iterations, with 5 or 20 below 5 times, with 50 it
-/// blows up.
-const PRINTED_ITERATIONS: u32 = 10;
 
 /// A level sheet of `rows` × `cols` nodes of `mass` [kg], with springs of `k` [N/m].
 pub fn sheet([rows, cols]: [u32; 2], (mass, k): (f64, f64)) -> Body {
@@ -75,34 +68,8 @@ pub fn flag([rows, cols]: [u32; 2]) -> Bench {
     Bench { most, ..Bench::new("flag", vec![rows, cols], scene) }
 }
 
-/// The same with the equations of the solver of 2021.
-fn as_printed(bench: &Bench) -> Bench {
-    let mut bench = bench.clone();
-    bench.scene.solver.ice.form = ConstraintForm::Printed;
-    bench.scene.solver.ice.max_iterations = PRINTED_ITERATIONS;
-    bench
-}
-
-/// Prints a line for each kind of kernels.
-pub fn run(args: &Args, bench: &Bench) -> Result<(), Failure> {
-    for &kernels in args.kernels.as_deref().unwrap_or(&[GpuKernels::Best]) {
-        let mut line = match kernels {
-            GpuKernels::Constraints(_) => {
-                measure::run(&as_printed(bench), args, Some(&of_2021(args, kernels)?))?
-            }
-            _ => {
-                of_engine(args, bench, kernels)?;
-                continue;
-            }
-        };
-        line.kernels = Some(kernels::name_for_ice(kernels));
-        print(&line, args)?;
-    }
-    Ok(())
-}
-
 /// Prints a line for each form.
-fn of_engine(args: &Args, bench: &Bench, kernels: GpuKernels) -> Result<(), Failure> {
+pub fn run(args: &Args, bench: &Bench) -> Result<(), Failure> {
     let usual = [Form::Ice(bench.scene.solver.ice.form)];
     for &form in args.form.as_deref().unwrap_or(&usual) {
         let mut bench = Bench { form: Some(form), ..bench.clone() };
@@ -112,37 +79,7 @@ fn of_engine(args: &Args, bench: &Bench, kernels: GpuKernels) -> Result<(), Fail
         let work = || Work::of(&bench.scene, args.threads, args.precision.precision());
         let device = Device::asked(args.backend, work)?;
         bench.notes = device.why.into_iter().collect();
-        let mut line = measure::run(&bench, args, device.gpu.as_ref())?;
-        line.kernels = Some(kernels::name_for_ice(kernels));
-        print(&line, args)?;
+        print(&measure::run(&bench, args, device.gpu.as_ref())?, args)?;
     }
     Ok(())
-}
-
-/// The kernels of 2021 run on a GPU, whatever the engine runs on.
-fn of_2021(args: &Args, kernels: GpuKernels) -> Result<GpuOptions, Failure> {
-    let name = kernels::name(kernels);
-    if args.precision.precision() == Precision::F64 {
-        return Err(Failure::Input(format!(
-            "--kernels {name} computes in 32 bits; --precision f32 would do"
-        )));
-    }
-    let gpu = gpu::open().map_err(|error| Failure::Input(format!("--kernels {name}: {error}")))?;
-    Ok(GpuOptions { kernels, ..gpu.into() })
-}
-
-/// Refuses kernels that are no constraint solvers, and constraint solvers elsewhere.
-pub fn refuse(kernels: &[GpuKernels], is_ice: bool) -> Result<(), Failure> {
-    let printed = |kernels: &GpuKernels| matches!(kernels, GpuKernels::Constraints(_));
-    let fits = |kernels: &GpuKernels| printed(kernels) == is_ice || *kernels == GpuKernels::Best;
-    let odd = kernels.iter().find(|kernels| !fits(kernels));
-    odd.map_or(Ok(()), |&odd| {
-        let name = kernels::name(odd);
-        let why = if is_ice {
-            format!("--kernels {name} has no constraints; `bench ice` takes engine, printed, csr, ell and matrix-free")
-        } else {
-            format!("--kernels {name} is for `bench ice`")
-        };
-        Err(Failure::Input(why))
-    })
 }

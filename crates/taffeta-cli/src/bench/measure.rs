@@ -4,6 +4,7 @@ use super::Args;
 use super::form::Form;
 use super::kernels;
 use super::line::{Line, Shares, Solved, Spread};
+use crate::console;
 use crate::gpu::{self, Copied};
 use crate::limits;
 use crate::run::{Arithmetic, median, rate};
@@ -95,8 +96,9 @@ pub fn run(bench: &Bench, args: &Args, gpu: Option<&GpuOptions>) -> Result<Line,
         precision: args.precision.precision(),
         gpu: gpu.cloned(),
     };
-    let mut simulation = Simulation::new(&bench.scene, &options)
-        .map_err(|error| Failure::Input(format!("bench {}: {error}", bench.name)))?;
+    let mut simulation = Simulation::new(&bench.scene, &options).map_err(|error| {
+        Failure::Input(format!("bench {}: {}", bench.name, console::advised(&error, error.advice())))
+    })?;
     if bench.disturbance > 0.0 {
         simulation.disturb(bench.disturbance, 1);
     }

@@ -60,8 +60,9 @@ pub fn load(path: &Path) -> Result<Surface, Failure> {
 /// A torus as a surface.
 pub fn torus(torus: &Torus) -> Result<Surface, Failure> {
     let body = Body::cloth("torus", Mesh::Torus(*torus)).with_mass(Mass::Node(NODE_MASS));
-    let built = Simulation::new(&Scene::new("torus").body(body), &Options::default());
-    built.map(|built| built.surface(0)).map_err(|error| Failure::Work(error.to_string()))
+    let built = Simulation::new(&Scene::new("torus").body(body), &Options::default())
+        .map_err(|error| Failure::Work(error.to_string()))?;
+    built.surface(built.bodies()[0].handle).map_err(|error| Failure::Work(error.to_string()))
 }
 
 /// The surface with each triangle split in four until there are at least `triangles`, and how many times that was.

@@ -105,8 +105,8 @@ struct KindCount {
 pub fn check(args: &Args) -> Result<(), Failure> {
     let loaded = taffeta_io::load_scene(&args.path, &args.sets)?;
     crate::memory::check(&loaded.scene)?;
-    let simulation =
-        Simulation::new(&loaded.scene, &Options::default()).map_err(|error| loaded.source.locate(&error))?;
+    let simulation = Simulation::new(&loaded.scene, &Options::default())
+        .map_err(|error| console::not_built(&loaded.source, &error))?;
     let report = Report::of(&args.path, &loaded, &simulation);
     console::say(&if args.json { console::json(&report)? } else { report.words() })
 }
@@ -129,7 +129,7 @@ impl Report {
             largest_stable_step_folded: finite(simulation.largest_stable_step_folded()),
             largest_stable_step_in_air: simulation.largest_stable_step_in_air().and_then(finite),
             hanging: simulation.hanging().map(|pulled| HangingReport::of(pulled, step)),
-            advice: loaded.notes.iter().chain(simulation.warnings()).cloned().collect(),
+            advice: loaded.notes.iter().cloned().chain(console::warnings(simulation)).collect(),
         }
     }
 

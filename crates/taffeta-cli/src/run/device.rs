@@ -3,6 +3,7 @@
 use super::choice::{self, Work};
 use super::plan::{Plan, Record};
 use super::{Args, Backend};
+use crate::console;
 use crate::gpu;
 use taffeta::scene::Scene;
 use taffeta::taffeta_gpu::Gpu;
@@ -117,10 +118,11 @@ impl Device {
             Err(error) => error,
         };
         if self.gpu.is_none() || args.backend == Backend::Gpu {
-            return Err(loaded.source.locate(&error).into());
+            return Err(console::not_built(&loaded.source, &error));
         }
-        *self = Self::cpu(format!("the GPU does not take it: {}", error.message));
-        Simulation::new(&loaded.scene, &options(None)).map_err(|error| loaded.source.locate(&error).into())
+        *self = Self::cpu(format!("the GPU does not take it: {error}"));
+        Simulation::new(&loaded.scene, &options(None))
+            .map_err(|error| console::not_built(&loaded.source, &error))
     }
 
     /// What the user should know of the device.

@@ -86,17 +86,21 @@ impl Pose<'_> {
 
 fn poses_of<'a>(simulation: &'a Simulation, positions: &Positions<'a>, poses: Poses) -> Vec<Pose<'a>> {
     let mut first = 0;
-    let mut pose = |(index, body): (usize, &'a BodyInfo)| {
+    let mut pose = |body: &'a BodyInfo| {
         let range = first..first + body.vertices;
         first = range.end;
         Some(Pose {
             name: &body.name,
-            surface: simulation.surface(index),
+            surface: surface_of(simulation, body),
             positions: positions.slice(range)?,
-            normals: if poses == Poses::Full { simulation.normals(index) } else { Vec::new() },
+            normals: if poses == Poses::Full {
+                simulation.normals(body.handle).expect("a body of this simulation")
+            } else {
+                Vec::new()
+            },
         })
     };
-    simulation.bodies().iter().enumerate().filter_map(&mut pose).collect()
+    simulation.bodies().iter().filter_map(&mut pose).collect()
 }
 
 impl Format {
@@ -225,9 +229,12 @@ impl Format {
     }
 }
 
+fn surface_of(simulation: &Simulation, body: &BodyInfo) -> Surface {
+    simulation.surface(body.handle).expect("a body of this simulation")
+}
+
 fn surfaces(simulation: &Simulation) -> Vec<(String, Surface)> {
-    let bodies = simulation.bodies().iter().enumerate();
-    bodies.map(|(index, body)| (body.name.clone(), simulation.surface(index))).collect()
+    simulation.bodies().iter().map(|body| (body.name.clone(), surface_of(simulation, body))).collect()
 }
 
 /// What the files of each body are called, without their ending.

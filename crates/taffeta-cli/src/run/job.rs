@@ -45,7 +45,7 @@ impl From<StepError> for Ending {
     fn from(error: StepError) -> Self {
         match error {
             StepError::Diverged(_) => Self::Diverged(error),
-            StepError::Lost { .. } => Self::Lost(error),
+            _ => Self::Lost(error),
         }
     }
 }

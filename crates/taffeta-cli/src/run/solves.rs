@@ -56,9 +56,9 @@ impl Solves {
         };
         let more = match form {
             ConstraintForm::Compliant => format!("a larger {table}.epsilon"),
-            ConstraintForm::Printed => format!("{table}.form = \"compliant\""),
             // The error of a Newton step is not that of its system.
             ConstraintForm::Primal => "softer springs (newton_steps does not help)".to_owned(),
+            _ => format!("{table}.form = \"compliant\""),
         };
         Some(format!(
             "the solver's residual was beyond the tolerance of {:?} in {} of {} sub-steps, up to {:.1e}, after up to {} \

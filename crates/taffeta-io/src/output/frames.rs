@@ -4,9 +4,26 @@ use super::Begin;
 use super::part::Part;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use taffeta::diagnostics::{FrameReport, SolverReport};
+use taffeta::diagnostics::{FrameReport, SolverReport, energy_kinds};
 
 /// Writes the table of frames.
+///
+/// ```
+/// # use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// # use taffeta::{Options, Precision, Simulation};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05));
+/// # let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// # let folder = tempfile::tempdir()?;
+/// use taffeta_io::output::{Begin, FrameTable};
+///
+/// let path = folder.path().join("frames.csv");
+/// let mut table = FrameTable::open(&path, &[("cloth".to_owned(), false)], Begin::New)?;
+/// table.row(simulation.step()?, 0.1)?;
+/// table.finish()?;
+/// assert_eq!(std::fs::read_to_string(path)?.lines().count(), 2);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct FrameTable {
     part: Part,
     /// For each body, whether it has a column for its volume.
@@ -21,7 +38,9 @@ impl FrameTable {
         if begin == Begin::Again {
             return Ok(Self { part, closed });
         }
-        write!(part, "frame,time,kinetic,gravitational,springs,hinges,energy,px,py,pz,max_stretch,contacts")?;
+        write!(part, "frame,time,kinetic,gravitational,springs")?;
+        energy_kinds().try_for_each(|kind| write!(part, ",{kind}"))?;
+        write!(part, ",energy,px,py,pz,max_stretch,contacts")?;
         write!(part, ",pairs,nearest_pair,pair_searches,iterations,residual,active_fraction,broken")?;
         for (name, _) in bodies.iter().filter(|(_, closed)| *closed) {
             write!(part, ",{}", quoted(&format!("volume_{name}")))?;
@@ -35,19 +54,9 @@ impl FrameTable {
     pub fn row(&mut self, report: &FrameReport, ms: f64) -> io::Result<()> {
         let r = report;
         let [px, py, pz] = r.momentum;
-        write!(
-            self.part,
-            "{},{},{},{},{},{},{},{px},{py},{pz},{},{}",
-            r.frame,
-            r.time,
-            r.kinetic,
-            r.gravitational,
-            r.springs,
-            r.hinges,
-            r.energy(),
-            r.max_stretch,
-            r.contacts
-        )?;
+        write!(self.part, "{},{},{},{},{}", r.frame, r.time, r.kinetic, r.gravitational, r.springs)?;
+        energy_kinds().try_for_each(|kind| write!(self.part, ",{}", r.energy_of(kind)))?;
+        write!(self.part, ",{},{px},{py},{pz},{},{}", r.energy(), r.max_stretch, r.contacts)?;
         let nearest = r.nearest_pair.map(|share| share.to_string()).unwrap_or_default();
         write!(self.part, ",{},{nearest},{}", r.pairs, r.pair_searches)?;
         let SolverReport { iterations, residual, active_fraction, .. } = r.solver;

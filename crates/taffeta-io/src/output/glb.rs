@@ -40,6 +40,25 @@ pub struct GlbBody<'a> {
 /// Faces become triangles as in the simulation, links become lines. Vertices keep the file's order. Where the texture
 /// has a seam, copies of vertices follow after all of the file's own, and `_VERTEX` gives the vertex that each is
 /// (up to 2²⁴ vertices, beyond which its 32 bits would not be exact).
+///
+/// ```
+/// # use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// # use taffeta::{Options, Precision, Simulation};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05));
+/// # let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// # let folder = tempfile::tempdir()?;
+/// use taffeta_io::output::{GlbBody, Positions, write_glb};
+///
+/// let body = &simulation.bodies()[0];
+/// let (surface, normals) = (simulation.surface(body.handle)?, simulation.normals(body.handle)?);
+/// let mut positions: Vec<[f32; 3]> = Vec::new();
+/// simulation.positions_f32(&mut positions);
+/// let positions = Positions::F32(&positions);
+/// let cloth = GlbBody { name: &body.name, surface: &surface, positions, normals: &normals };
+/// write_glb(&folder.path().join("scene.glb"), &[cloth])?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write_glb(path: &Path, bodies: &[GlbBody]) -> io::Result<PathBuf> {
     let mut part = Part::open(path, Begin::New)?;
     if bodies.is_empty() {

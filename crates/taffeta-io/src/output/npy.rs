@@ -10,6 +10,26 @@ use taffeta::Precision;
 const HEADER: usize = 128;
 
 /// Writes `positions.npy`.
+///
+/// ```
+/// # use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// # use taffeta::{Options, Precision, Simulation};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05));
+/// # let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// # let folder = tempfile::tempdir()?;
+/// use taffeta_io::output::{Begin, FrameSink, Npy, Positions};
+///
+/// let mut file = Box::new(Npy::open(&folder.path().join("positions.npy"), 20, Precision::F32, Begin::New)?);
+/// let mut positions: Vec<[f32; 3]> = Vec::new();
+/// for _ in 0..3 {
+///     simulation.step()?;
+///     simulation.positions_f32(&mut positions);
+///     file.frame(simulation.report().time, &Positions::F32(&positions))?;
+/// }
+/// file.finish()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Npy {
     part: Part,
     frames: u64,

@@ -7,6 +7,23 @@ use std::path::{Path, PathBuf};
 use taffeta::topology::Surface;
 
 /// Writes a pose of one body. `normals` are unit vectors, one a vertex, or empty.
+///
+/// ```
+/// # use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// # use taffeta::{Options, Precision, Simulation};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05));
+/// # let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// # let folder = tempfile::tempdir()?;
+/// use taffeta_io::output::{Positions, write_obj};
+///
+/// let body = &simulation.bodies()[0];
+/// let (surface, normals) = (simulation.surface(body.handle)?, simulation.normals(body.handle)?);
+/// let mut positions: Vec<[f32; 3]> = Vec::new();
+/// simulation.positions_f32(&mut positions);
+/// write_obj(&folder.path().join("cloth.obj"), &surface, &Positions::F32(&positions), &normals)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write_obj(
     path: &Path,
     surface: &Surface,

@@ -11,6 +11,26 @@ use std::path::{Path, PathBuf};
 const COUNT_AT: u64 = 28;
 
 /// Writes the points of one body.
+///
+/// ```
+/// # use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// # use taffeta::{Options, Precision, Simulation};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05));
+/// # let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// # let folder = tempfile::tempdir()?;
+/// use taffeta_io::output::{Begin, FrameSink, Pc2, Positions};
+///
+/// let mut file = Box::new(Pc2::open(&folder.path().join("cloth.pc2"), 0..20, Begin::New)?);
+/// let mut positions: Vec<[f32; 3]> = Vec::new();
+/// for _ in 0..3 {
+///     simulation.step()?;
+///     simulation.positions_f32(&mut positions);
+///     file.frame(simulation.report().time, &Positions::F32(&positions))?;
+/// }
+/// file.finish()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Pc2 {
     part: Part,
     frames: i32,

@@ -9,6 +9,23 @@ use taffeta::topology::{Surface, Uvs};
 
 /// Writes a pose of one body. `normals` are unit vectors, one a vertex, or empty. Texture coordinates go to the
 /// vertices (`s`, `t`) where each vertex has one, else to the corners of the faces (`texcoord`).
+///
+/// ```
+/// # use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// # use taffeta::{Options, Precision, Simulation};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05));
+/// # let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// # let folder = tempfile::tempdir()?;
+/// use taffeta_io::output::{Positions, write_ply};
+///
+/// let body = &simulation.bodies()[0];
+/// let (surface, normals) = (simulation.surface(body.handle)?, simulation.normals(body.handle)?);
+/// let mut positions: Vec<[f32; 3]> = Vec::new();
+/// simulation.positions_f32(&mut positions);
+/// write_ply(&folder.path().join("cloth.ply"), &surface, &Positions::F32(&positions), &normals)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn write_ply(
     path: &Path,
     surface: &Surface,

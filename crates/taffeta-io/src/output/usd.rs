@@ -19,6 +19,27 @@ const END: &[u8] = EXTENTS.split_at(10).0;
 const EXTENTS_LINE: &[u8] = EXTENTS.split_at(10).1;
 
 /// Writes one `.usda` file for all bodies.
+///
+/// ```
+/// # use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// # use taffeta::{Options, Precision, Simulation};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05));
+/// # let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// # let folder = tempfile::tempdir()?;
+/// # let bodies: Vec<_> = simulation.bodies().iter().map(|b| (b.name.clone(), simulation.surface(b.handle).unwrap())).collect();
+/// use taffeta_io::output::{Begin, FrameSink, Usd, Positions};
+///
+/// let mut file = Box::new(Usd::open(&folder.path().join("scene.usda"), 0.01, &bodies, Begin::New)?);
+/// let mut positions: Vec<[f32; 3]> = Vec::new();
+/// for _ in 0..3 {
+///     simulation.step()?;
+///     simulation.positions_f32(&mut positions);
+///     file.frame(simulation.report().time, &Positions::F32(&positions))?;
+/// }
+/// file.finish()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Usd {
     /// Length of a frame [s].
     dt: f64,

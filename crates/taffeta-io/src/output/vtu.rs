@@ -19,6 +19,27 @@ const START: &str = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" versi
 const END: &str = "</Collection>\n</VTKFile>\n";
 
 /// Writes the `.pvd` and the `.vtu` files.
+///
+/// ```
+/// # use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// # use taffeta::{Options, Precision, Simulation};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05));
+/// # let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// # let folder = tempfile::tempdir()?;
+/// # let bodies: Vec<_> = simulation.bodies().iter().map(|b| (b.name.clone(), simulation.surface(b.handle).unwrap())).collect();
+/// use taffeta_io::output::{Begin, FrameSink, Vtu, Positions};
+///
+/// let mut file = Box::new(Vtu::open(&folder.path().join("frames.pvd"), &bodies, Precision::F32, Begin::New)?);
+/// let mut positions: Vec<[f32; 3]> = Vec::new();
+/// for _ in 0..3 {
+///     simulation.step()?;
+///     simulation.positions_f32(&mut positions);
+///     file.frame(simulation.report().time, &Positions::F32(&positions))?;
+/// }
+/// file.finish()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Vtu {
     pvd: Part,
     /// Length of the `.pvd` without its end [byte].

@@ -9,7 +9,7 @@ use toml::de::{DeTable, DeValue};
 pub(super) enum Origin {
     /// Byte offset in the scene's text.
     File(usize),
-    /// Index of the `--set`.
+    /// Index of the override.
     Set(usize),
 }
 
@@ -83,7 +83,7 @@ pub(super) fn parse(text: &str) -> Result<Node, Fault> {
     Ok(Node { origin: Origin::File(0), value: Value::Table(entries) })
 }
 
-/// Parses one value of a `--set`; what is not TOML is taken as text.
+/// Parses the value of an override; what is not TOML is taken as text.
 pub(super) fn parse_set_value(text: &str, path: &str, index: usize) -> Result<Node, Fault> {
     match DeValue::parse(text) {
         Ok(value) => convert(value.get_ref(), 0, Path::Key(&Path::Root, path), &|_| Origin::Set(index)),

@@ -1,4 +1,4 @@
-//! `--set PATH=VALUE`: changes one value of a document. Elements of lists go by `name` or by index.
+//! Overrides, `PATH=VALUE`: each changes one value of a document. Elements of lists go by `name` or by index.
 
 use super::document::{Entry, Node, Origin, Value, parse_set_value};
 use super::fault::Fault;

@@ -1,8 +1,10 @@
 //! From a place in the scene back to the line that wrote it.
 
+use super::advice::{hint, key_of};
 use super::document::{Node, Origin, Value};
 use super::fault::Fault;
 use std::fmt;
+use taffeta::BuildError;
 use taffeta::scene::SceneError;
 
 /// Why a scene was not loaded.
@@ -29,7 +31,7 @@ pub enum Place {
         /// Column in characters.
         column: usize,
     },
-    /// A `--set`, with its text.
+    /// An override, with its text.
     Set(String),
 }
 
@@ -39,8 +41,8 @@ impl fmt::Display for Place {
             Place::File(file) => f.write_str(file),
             Place::At { file, line, column } => write!(f, "{file}:{line}:{column}"),
             Place::Set(text) => match text.char_indices().nth(200) {
-                Some((end, _)) => write!(f, "--set {}…", &text[..end]),
-                None => write!(f, "--set {text}"),
+                Some((end, _)) => write!(f, "{}…", &text[..end]),
+                None => f.write_str(text),
             },
         }
     }
@@ -97,13 +99,22 @@ impl SceneSource {
         Self { file: file.to_owned(), text: text.to_owned(), sets: sets.to_vec(), root, lists: Vec::new() }
     }
 
-    /// The engine's objection at the line, or `--set`, of the value; of the nearest table above it that exists where
+    /// The engine's objection at the line, or override, of the value; of the nearest table above it that exists where
     /// the scene does not give the value. For an item of a list from a file of its own, its line there.
     pub fn locate(&self, error: &SceneError) -> LoadError {
+        let message = format!("{}{}", error.message, hint(&error.advice, key_of));
         if let Some(place) = self.lists.iter().find_map(|list| list.place(&error.path)) {
-            return LoadError { place, message: error.message.clone() };
+            return LoadError { place, message };
         }
-        self.at_path(&error.path, format!("`{}`: {}", error.path, error.message))
+        self.at_path(&error.path, format!("`{}`: {message}", error.path))
+    }
+
+    /// Why the scene was not built: an objection at its line, anything else by the file.
+    pub fn explain_build(&self, error: &BuildError) -> LoadError {
+        match error {
+            BuildError::Scene(error) => self.locate(error),
+            error => LoadError::in_file(&self.file, error.to_string()),
+        }
     }
 
     pub(super) fn at_path(&self, path: &str, message: impl Into<String>) -> LoadError {

@@ -13,8 +13,18 @@ pub(super) fn unknown_key(key: &str, path: Path, valid: &[&str]) -> String {
 
 /// Message for a word at `path` that is not among the choices.
 pub(super) fn unknown_word(word: &str, path: Path, valid: &[&str]) -> String {
+    if matches!(path, Path::Key(_, "form")) && PAPER_FORMS.contains(&word) && !valid.contains(&"printed") {
+        return format!(
+            "`{path}`: `{word}` is a form to compare papers with, and only builds of taffeta with its feature \
+             `paper-forms` have it. Valid here: {}",
+            valid.join(", ")
+        );
+    }
     format!("`{path}` cannot be `{word}`{}", nearest_of(word, valid))
 }
+
+/// Forms that some builds leave out.
+const PAPER_FORMS: [&str; 2] = ["printed", "paper-shader"];
 
 /// `; did you mean `cols`? Valid here: rows, cols, size`
 pub(super) fn nearest_of(name: &str, valid: &[&str]) -> String {
@@ -49,5 +59,32 @@ pub(super) fn expected(serde_words: &str) -> String {
             Some(length) => format!("a list of {length} entries"),
             None => words.to_owned(),
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_form_of_papers_that_is_not_built_in_is_told_from_one_that_nobody_has() {
+        let solver = Path::Key(&Path::Root, "solver");
+        let (form, method) = (Path::Key(&solver, "form"), Path::Key(&solver, "method"));
+        assert_eq!(
+            unknown_word("printed", form, &["compliant", "primal"]),
+            "`solver.form`: `printed` is a form to compare papers with, and only builds of taffeta with its feature \
+             `paper-forms` have it. Valid here: compliant, primal"
+        );
+        let elsewhere = [
+            unknown_word("paper-shader", form, &["compliant", "printed"]),
+            unknown_word("printed", method, &["springs", "ice"]),
+        ];
+        assert_eq!(
+            elsewhere,
+            [
+                "`solver.form` cannot be `paper-shader`. Valid here: compliant, printed",
+                "`solver.method` cannot be `printed`. Valid here: springs, ice"
+            ]
+        );
     }
 }

@@ -136,7 +136,7 @@ impl Ladder {
         if frames.is_none() && refresh + step * f64::from(substeps) > LONGEST {
             return self.by_substeps(refresh, substeps);
         }
-        timing::of_frames(frames, true, |count| {
+        timing::of_frames(frames, u32::MAX, true, |count| {
             let seconds =
                 self.seconds(|ladder, list| (0..count).for_each(|_| ladder.frame(list, substeps)))?;
             Ok(seconds * 1e3 / f64::from(count))

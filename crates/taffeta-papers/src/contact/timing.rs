@@ -26,10 +26,11 @@ impl Timed {
     }
 }
 
-/// Times `frames` frames, or as many as the budget allows, after some that are not timed. `advance` does a number of frames and
+/// Times `frames` frames, or as many as the budget allows and up to `most`, after some that are not timed. `advance` does a number of frames and
 /// returns the mean time of one [ms]; a GPU does several without the host.
 pub fn of_frames<E>(
     frames: Option<u32>,
+    most: u32,
     gpu: bool,
     mut advance: impl FnMut(u32) -> Result<f64, E>,
 ) -> Result<Timed, E> {
@@ -40,6 +41,7 @@ pub fn of_frames<E>(
     loop {
         let count = match frames {
             Some(all) => batch.min(all - timed.frames),
+            None if timed.frames >= most => 0,
             None if timed.ms.len() < BUDGET.1 || start.elapsed().as_secs_f64() < BUDGET.0 => batch,
             None => 0,
         };

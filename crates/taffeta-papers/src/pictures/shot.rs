@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::Arc;
 use taffeta::scene::{Body, Bounds, Collider, Kind, Mass, Mesh, Scene, Select, Shape};
 use taffeta::topology::{Surface, ground};
-use taffeta::{Options, Simulation};
+use taffeta::{BodyInfo, Options, Simulation};
 
 /// Radius of rods and beads, as a share of the scene's size.
 const ROD: f64 = 0.009;
@@ -93,14 +93,15 @@ impl Stage {
         let bodies = self.simulation.bodies();
         let places = bodies.iter().map(|body| rest.by_ref().take(body.vertices).collect()).collect();
         let wide = |normals: Vec<[f32; 3]>| normals.into_iter().map(|normal| normal.map(f64::from)).collect();
-        let normals = (0..bodies.len()).map(|body| wide(self.simulation.normals(body))).collect();
+        let own = |body: &BodyInfo| self.simulation.normals(body.handle).expect("a body of this simulation");
+        let normals = bodies.iter().map(|body| wide(own(body))).collect();
         Instant { frame: self.simulation.frame(), places, normals }
     }
 
     fn lowest(&self) -> f64 {
         let bodies = &self.simulation.bodies()[..self.bodies];
         let own: usize = bodies.iter().map(|body| body.vertices).sum();
-        let mut all = Vec::new();
+        let mut all: Vec<[f64; 3]> = Vec::new();
         self.simulation.positions_f64(&mut all);
         all[..own].iter().map(|place| place[1]).fold(f64::INFINITY, f64::min)
     }
@@ -160,7 +161,8 @@ impl Stage {
         faces: &mut Vec<Face>,
     ) {
         let (places, normals) = (&instant.places[index], &instant.normals[index]);
-        let surface = self.simulation.surface(index);
+        let handle = self.simulation.bodies()[index].handle;
+        let surface = self.simulation.surface(handle).expect("a body of this simulation");
         let material = match self.scene.bodies.get(index) {
             None => Material::Ball,
             Some(body) if body.kind == Kind::Soft => Material::Soft,

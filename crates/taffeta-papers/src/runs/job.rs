@@ -1,6 +1,7 @@
 //! What is run: benches of the program, and scenes.
 
 use crate::contact::{self, Contact};
+use crate::kernels::bench::KernelRun;
 use crate::runs::behaviour::{self, Scene};
 use crate::runs::scenes;
 use crate::runs::turns::{self, Turns};
@@ -32,6 +33,8 @@ pub enum What {
     Scene(Scene),
     /// S2's scene by one of its programs, or by the engine.
     Contact(Contact),
+    /// Kernels of a paper, or of the engine.
+    Kernels(KernelRun),
     /// What keeping volumes costs the bodies of a scene.
     Turns(Turns),
     /// The springs of a scene are counted.
@@ -78,6 +81,11 @@ impl Job {
     /// S2's scene.
     pub fn contact(name: String, contact: Contact, quick: Quick) -> Self {
         Self { name, what: What::Contact(contact), gpu: false, quick }
+    }
+
+    /// Kernels of a paper, which only a hardware GPU is to run.
+    pub fn kernels(name: String, run: KernelRun) -> Self {
+        Self { name, what: What::Kernels(run), gpu: true, quick: Quick::Whole }
     }
 
     /// What keeping volumes costs.
@@ -138,6 +146,7 @@ impl Job {
                 format!("{} --json", scenes::command("check", scene.name, &scene.sets))
             }
             What::Contact(_) => format!("taffeta-papers s2 --out DIR # {}", self.name),
+            What::Kernels(run) => run.command(),
             What::Turns(_) => format!("taffeta-papers s3 --out DIR # {}", self.name),
             What::Bout => format!("taffeta-papers all --out DIR # {}", self.name),
             What::Elsewhere(command) => (*command).to_owned(),
@@ -163,6 +172,7 @@ impl Job {
             What::Scene(scene) => behaviour::run(scene, frames, place.stopped)
                 .and_then(|done| serde_json::to_value(done).map_err(json)),
             What::Contact(run) => contact::run(run, frames),
+            What::Kernels(run) => run.run(frames),
             What::Turns(run) => turns::run(run),
             What::Counts(scene) => counts(scene),
             What::Bout => tournament::run(&self.name, place.cache),

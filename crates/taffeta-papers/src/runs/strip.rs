@@ -38,7 +38,12 @@ impl Moment {
     pub fn now(simulation: &Simulation) -> Self {
         let mut places = Vec::new();
         simulation.positions_f64(&mut places);
-        let normals = simulation.normals(0).into_iter().map(|normal| normal.map(f64::from));
+        let cloth = simulation.bodies()[0].handle;
+        let normals = simulation
+            .normals::<[f32; 3]>(cloth)
+            .expect("a body of this simulation")
+            .into_iter()
+            .map(|normal| normal.map(f64::from));
         Self { places, normals: normals.collect() }
     }
 }
@@ -56,7 +61,7 @@ impl Strip {
         subject.extend(planes.map(|plane| dropped(middle, &plane)));
         Self {
             colliders: scene.colliders.clone(),
-            surface: simulation.surface(0),
+            surface: simulation.surface(simulation.bodies()[0].handle).expect("a body of this simulation"),
             subject,
             moments: Vec::new(),
         }

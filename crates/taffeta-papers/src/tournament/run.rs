@@ -207,7 +207,7 @@ impl Engine {
 
 impl Runner for Engine {
     fn restart(&mut self) -> Result<(), String> {
-        self.simulation.restore(&self.start)
+        self.simulation.restore(&self.start).map_err(|error| error.to_string())
     }
     fn frame(&mut self) -> bool {
         self.simulation.step().is_ok()

@@ -225,7 +225,7 @@ impl Case {
             Precision::F32 => numbers.flat_map(|&number| (number as f32).to_le_bytes()).collect(),
             Precision::F64 => numbers.flat_map(|number| number.to_le_bytes()).collect(),
         };
-        simulation.restore(&snapshot)?;
+        simulation.restore(&snapshot).map_err(|error| error.to_string())?;
         // Moves nothing; but energies are counted from here on.
         simulation.disturb(0.0, 0);
         Ok(simulation)
@@ -325,7 +325,7 @@ mod tests {
         let place = |steps, early| {
             let mut start = case.started(Method::Springs, steps, Precision::F64, early).unwrap();
             start.advance(3).unwrap();
-            let mut places = Vec::new();
+            let mut places: Vec<[f64; 3]> = Vec::new();
             start.positions_f64(&mut places);
             places[places.len() - 1][1]
         };

@@ -32,6 +32,18 @@ pub fn pull<T: Real>(d: [T; 3], length: T, give: T, softness: T) -> Pull<T> {
     }
 }
 
+/// How easily a joint of compliance 1/k [m/N] gives way in a sub-step of `h` [s], 1/(k h²) [1/kg].
+#[inline(always)]
+pub fn softness<T: Real>(compliance: T, h: T) -> T {
+    compliance / (h * h)
+}
+
+/// Whether a joint that did so much in a sub-step of `h` [s] breaks: its force is beyond `break_force` [N].
+#[inline(always)]
+pub fn breaks<T: Real>(pull: &Pull<T>, h: T, break_force: T) -> bool {
+    pull.size / (h * h) > break_force
+}
+
 /// Distance [m] of a joint's ends when a `share` of its closing has gone by: it goes from `start` [m] to `end` [m].
 #[inline(always)]
 pub fn length<T: Real>(start: T, end: T, share: T) -> T {

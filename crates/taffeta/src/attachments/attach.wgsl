@@ -1,5 +1,7 @@
 // What holds two nodes together, a node to a point, and a node near another one. Sources and equations: attach.rs.
 
+#import gpu/wgsl/vector.wgsl
+
 /// What a joint does to its first node; to its second the opposite.
 struct Pull {
     /// Change of place times mass [kg·m]; by the sub-step, change of momentum.

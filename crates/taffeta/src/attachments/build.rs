@@ -1,202 +1,13 @@
 //! Nodes that are joined to other nodes or to points, and nodes that may not go far from others.
 
+use crate::attachments::rows::{Attachments, IS_POINT, Law, Row, Tether};
 use crate::attachments::tethers;
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
 use crate::motion::keyframes::Track;
 use crate::scene::{Body, Scene, SceneError, Seam, SeamSide};
-use crate::topology::{Csr, RestShape, measure};
+use crate::topology::{RestShape, measure};
 use std::collections::{HashMap, HashSet};
-
-/// The second end of a row is a point, its number in the other bits.
-pub const IS_POINT: u32 = 1 << 31;
-
-/// What holds nodes together, or at points, or near others. A function of the scene alone.
-#[derive(Clone, Debug, Default)]
-pub struct Attachments {
-    /// Joints: those of seams in the scene's order, then those of pins that break, body by body.
-    pub rows: Vec<Row>,
-    /// What rows have in common: one for each seam, then one for each pin that breaks.
-    pub laws: Vec<Law>,
-    /// Number of seams.
-    pub seams: usize,
-    /// Pairs of each seam that are left out, as both nodes are held for good.
-    pub held: Vec<usize>,
-    /// Where pins that break hold nodes.
-    pub points: Vec<Point>,
-    /// Tethers, ascending by node, the shortest of a node first.
-    pub tethers: Vec<Tether>,
-    /// Nodes with rows or tethers, ascending by solver index.
-    pub nodes: Vec<u32>,
-    /// Rows of each of `nodes`, ascending.
-    pub rows_of: Csr,
-    /// Tethers of each of `nodes`.
-    pub tethers_of: Csr,
-    /// Rows of each group of two or more that share free nodes, ascending.
-    pub groups: Csr,
-    /// Nodes that do not touch each other because a seam makes them neighbours, from both sides, ascending.
-    apart: Vec<[u32; 2]>,
-}
-
-/// A joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    /// Solver indices, ascending; or one, and a point with [`IS_POINT`].
-    pub ends: [u32; 2],
-    /// Distance at the start [m].
-    pub start: f64,
-    /// Which of the laws.
-    pub law: u32,
-}
-
-/// How joints hold.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Law {
-    /// Distance once closed [m].
-    pub length: f64,
-    /// When closing begins and ends [s]; the same: it is closed.
-    pub close: [f64; 2],
-    /// Compliance [m/N]; 0: rigid.
-    pub compliance: f64,
-    /// Force at which it breaks [N]; infinite: never.
-    pub break_force: f64,
-}
-
-/// A point that holds a node.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
-    /// Where it starts, before any motion [m].
-    pub start: [f64; 3],
-    /// Which of the scene's tracks it follows; `u32::MAX`: none.
-    pub track: u32,
-    /// Whether a collider carries it: colliders leave its node alone until it breaks.
-    pub carried: bool,
-}
-
-/// A node that may not go far from another, held one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tether {
-    /// Solver index.
-    pub node: u32,
-    /// Solver index of the held node.
-    pub anchor: u32,
-    /// How far [m].
-    pub length: f64,
-}
-
-impl Law {
-    /// Share of its closing that has gone by at time `t` [s].
-    pub fn share(&self, t: f64) -> f64 {
-        let [start, end] = self.close;
-        if end > start { ((t - start) / (end - start)).clamp(0.0, 1.0) } else { 1.0 }
-    }
-}
-
-impl Attachments {
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
-    }
-
-    /// Whether any row may break.
-    pub fn breaks(&self) -> bool {
-        self.laws.iter().any(|law| law.break_force < f64::INFINITY)
-    }
-
-    /// Whether a row holds a node at a point that a collider carries.
-    pub fn is_carried(&self, row: &Row) -> bool {
-        let end = row.ends[1];
-        end & IS_POINT != 0 && self.points[(end ^ IS_POINT) as usize].carried
-    }
-
-    /// Whether they may add energy: seams that close, points that move.
-    pub fn drives(&self) -> bool {
-        self.laws.iter().any(|law| law.close[1] > law.close[0])
-            || self.points.iter().any(|point| point.track != u32::MAX)
-    }
-
-    /// What the user should know of seams that can not close.
-    pub fn warnings(&self) -> impl Iterator<Item = String> {
-        let sewn = |seam: usize| self.rows.iter().filter(|row| row.law as usize == seam).count();
-        let held = self.held.iter().enumerate().filter(|(_, held)| **held > 0);
-        held.map(move |(seam, &held)| {
-            format!(
-                "seam[{seam}]: pins hold both nodes of {held} of its {} pairs, which it can not close; leave them out, or let \
-                 one side go",
-                held + sewn(seam)
-            )
-        })
-    }
-
-    /// The other node of a row, if it joins two.
-    pub fn joined(&self) -> impl Iterator<Item = [u32; 2]> {
-        self.rows.iter().map(|row| row.ends).filter(|ends| ends[1] & IS_POINT == 0)
-    }
-
-    /// Nodes that do not touch a node, given by its solver index, because a seam makes them neighbours; ascending.
-    pub fn apart(&self, node: usize) -> impl Iterator<Item = usize> {
-        let [start, end] =
-            [node, node + 1].map(|at| self.apart.partition_point(|pair| (pair[0] as usize) < at));
-        self.apart[start..end].iter().map(|pair| pair[1] as usize)
-    }
-
-    /// Notes a node that a pin holds until it breaks.
-    pub(crate) fn hold(&mut self, node: u32, law: u32, point: Point) {
-        let end = self.points.len() as u32 | IS_POINT;
-        self.points.push(point);
-        self.rows.push(Row { ends: [node, end], start: 0.0, law });
-    }
-
-    /// Lists rows and tethers by node, and the groups of rows.
-    fn list(&mut self, is_free: impl Fn(u32) -> bool) {
-        let ends = self.rows.iter().flat_map(|row| row.ends).filter(|end| end & IS_POINT == 0);
-        self.nodes = ends.chain(self.tethers.iter().map(|tether| tether.node)).collect();
-        self.nodes.sort_unstable();
-        self.nodes.dedup();
-        let number = |node: u32| self.nodes.binary_search(&node).unwrap_or_default() as u32;
-        let rows: Vec<(u32, u32)> = (0..)
-            .zip(&self.rows)
-            .flat_map(|(row, of)| of.ends.map(|end| (end, row)))
-            .filter(|(end, _)| end & IS_POINT == 0)
-            .map(|(end, row)| (number(end), row))
-            .collect();
-        let tethers: Vec<(u32, u32)> =
-            self.tethers.iter().map(|tether| number(tether.node)).zip(0..).collect();
-        self.rows_of = Csr::new(self.nodes.len(), rows.into_iter());
-        self.tethers_of = Csr::new(self.nodes.len(), tethers.into_iter());
-        self.group(is_free);
-    }
-
-    /// Finds rows that share free nodes. What is held moves for none of its rows, so it does not join them.
-    fn group(&mut self, is_free: impl Fn(u32) -> bool) {
-        let mut first: Vec<u32> = (0..self.rows.len() as u32).collect();
-        let root = |first: &[u32], mut row: u32| {
-            while first[row as usize] != row {
-                row = first[row as usize];
-            }
-            row
-        };
-        let free = (0..).zip(&self.nodes).filter(|(_, node)| is_free(**node));
-        for (number, _) in free {
-            for pair in self.rows_of.row(number).windows(2) {
-                let [a, b] = [pair[0], pair[1]].map(|row| root(&first, row));
-                first[a.max(b) as usize] = a.min(b);
-            }
-        }
-        let roots: Vec<u32> = (0..first.len() as u32).map(|row| root(&first, row)).collect();
-        let mut size = vec![0; roots.len()];
-        roots.iter().for_each(|&root| size[root as usize] += 1);
-        let mut number = vec![0; roots.len()];
-        let mut count = 0;
-        for row in 0..roots.len() {
-            number[row] = count;
-            count += u32::from(size[row] > 1);
-        }
-        let grouped = roots.iter().zip(0..).filter(|(root, _)| size[**root as usize] > 1);
-        let entries: Vec<(u32, u32)> = grouped.map(|(&root, row)| (number[root as usize], row)).collect();
-        self.groups = Csr::new(count as usize, entries.into_iter());
-    }
-}
 
 impl Assembly {
     /// Adds seams and tethers, when all bodies are there and none of their pins has moved.
@@ -278,7 +89,7 @@ impl Assembly {
             apart.push([a, b]);
             for (node, other, touching) in [(a, b, of_b), (b, a, of_a)] {
                 let home = body(other);
-                touching.apart.each(home, other as usize - home.first, |near| {
+                touching.apart.each(home.grid_layout, other as usize - home.first, |near| {
                     apart.push([node, (home.first + near) as u32]);
                 });
             }
@@ -432,7 +243,8 @@ fn tethers_of(body: &Body, built: &BodyAssembly) -> Result<Vec<Tether>, SceneErr
     let Some(wish) = &body.tethers else { return Ok(Vec::new()) };
     let held: Vec<bool> = built.free.iter().map(|free| !free).collect();
     if !held.contains(&true) {
-        let message = "lead to nodes that are held for good, and the body has none; [[body.pin]] would do, or leave them out";
+        let message =
+            "lead to nodes that are held for good, and the body has none; a pin would do, or leave them out";
         return Err(SceneError::new("tethers", message));
     }
     let ways = tethers::ways(&built.surface_pieces(), &held);

@@ -4,8 +4,8 @@
 //! question whether it breaks.
 
 use crate::attachments::attach::{self, PointState, Pull, ROUNDS};
-use crate::attachments::build::{IS_POINT, Row};
 use crate::attachments::joints::{self, Link};
+use crate::attachments::rows::{IS_POINT, Row};
 use crate::attachments::tethers::MOST;
 use crate::backend::SolverState;
 use crate::contact::colliders::cpu::Colliders;
@@ -261,7 +261,7 @@ impl<T: Real> AttachWorker<'_, '_, T> {
                 None => self.pull(joint, found),
             };
             let first = joint.ends[0] == node;
-            if pull.size / (h * h) > setup.laws[joint.law as usize].break_force {
+            if attach::breaks(&pull, h, setup.laws[joint.law as usize].break_force) {
                 self.scratch.broken.extend(first.then_some(row));
             } else {
                 sum = add(sum, scale(pull.shift, if first { T::ONE } else { -T::ONE }));
@@ -288,7 +288,7 @@ impl<T: Real> AttachWorker<'_, '_, T> {
         };
         let length = attach::length(joint.start, law.length, self.worker.substep.closing[joint.law as usize]);
         let d = sub(found.node(a).0, x);
-        (d, [self.worker.nodes.inverse_mass[a as usize], w], length, law.compliance / (h * h))
+        (d, [self.worker.nodes.inverse_mass[a as usize], w], length, attach::softness(law.compliance, h))
     }
 
     /// Finds what the joints of a group do, if that is not known yet. Every worker with a node of it finds the same.

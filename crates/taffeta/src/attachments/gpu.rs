@@ -1,6 +1,7 @@
 //! Joints and tethers on the GPU.
 
-use crate::attachments::build::{self, IS_POINT, Row};
+use crate::advice::{Advice, Refusal};
+use crate::attachments::rows::{self, IS_POINT, Row};
 use crate::backend::SolverState;
 use crate::build::Assembly;
 use crate::contact::colliders::gpu::contact_of;
@@ -13,7 +14,10 @@ use crate::gpu::schedule::Fused;
 use crate::plan::Substep;
 use crate::step::{Op, Stage};
 use std::ops::Range;
-use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack};
+use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] = shaders!("attachments", ["attach.wgsl", "stages.wgsl"]);
 
 /// Fields of a joint in `joint_work` of stages.wgsl.
 pub const FIELDS: usize = 5;
@@ -31,31 +35,34 @@ pub struct Attached {
 }
 
 /// Refuses nodes that are joined in several partitions, sewn bodies that touch each other, and pins that break on colliders.
-pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), String> {
+pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
     let all = &assembly.attachments;
     let body = |node: u32| assembly.bodies.partition_point(|body| body.first <= node as usize) - 1;
     if let Some(row) = all.rows.iter().find(|row| all.is_carried(row)) {
-        return Err(format!(
-            "body `{}` has a pin with collider and break_force, which does not run on a GPU yet; --backend cpu would do",
+        let message = format!(
+            "body `{}` has a pin with collider and break_force, which does not run on a GPU yet; the CPU would do",
             assembly.bodies[body(row.ends[0])].name
-        ));
+        );
+        return Err(Refusal::new(message, [Advice::Cpu]));
     }
     let partition = |body: usize| partitions.iter().position(|bodies| bodies.contains(&body));
     for [a, b] in all.joined().map(|ends| ends.map(body)) {
         let [first, second] = [a, b].map(|index| &assembly.bodies[index]);
         if partition(a) != partition(b) {
-            return Err(format!(
+            let message = format!(
                 "bodies `{}` and `{}` are sewn together, and the GPU does not give a kernel enough to hold both: {limit} bytes \
-                 in one piece; --backend cpu or coarser meshes would do",
+                 in one piece; the CPU or coarser meshes would do",
                 first.name, second.name
-            ));
+            );
+            return Err(Refusal::new(message, [Advice::Cpu]));
         }
         if first.touching.is_some() && second.touching.is_some() {
-            return Err(format!(
+            let message = format!(
                 "bodies `{}` and `{}` are sewn together and have self_collision, which do not run together on a GPU yet; \
-                 --backend cpu would do",
+                 the CPU would do",
                 first.name, second.name
-            ));
+            );
+            return Err(Refusal::new(message, [Advice::Cpu]));
         }
     }
     Ok(())
@@ -120,7 +127,7 @@ fn lists(bodies: &Bodies<'_>, number_of: &[u32]) -> Vec<u32> {
 }
 
 /// The groups of joints that are here, of which `number_of` has the numbers. Notes which joints are in one.
-fn groups_here(all: &build::Attachments, number_of: &[u32], joints: &mut [Joint]) -> Vec<u32> {
+fn groups_here(all: &rows::Attachments, number_of: &[u32], joints: &mut [Joint]) -> Vec<u32> {
     let rows = |group: usize| all.groups.row(group).iter().map(|&row| number_of[row as usize]);
     let here: Vec<usize> =
         (0..all.groups.rows()).filter(|&group| rows(group).all(|row| row != NONE)).collect();

@@ -8,4 +8,5 @@ pub mod gpu;
 pub mod joints;
 #[cfg(feature = "gpu")]
 pub mod parity;
+pub mod rows;
 pub mod tethers;

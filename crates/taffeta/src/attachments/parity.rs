@@ -101,7 +101,7 @@ impl Work {
         let (y, v) = if joint.b == NONE { (point, 0.0) } else { end(joint.b) };
         let share = substep.closing[joint.closing as usize - self.fixture.tables.volumes.numbers.len()];
         let length = attach::length(joint.start, joint.end, share);
-        (sub(x, y), [w, v], length, joint.compliance / (substep.h * substep.h))
+        (sub(x, y), [w, v], length, attach::softness(joint.compliance, substep.h))
     }
 
     /// What each joint does by the formulas.
@@ -142,7 +142,7 @@ impl Work {
             .zip(self.shifts())
             .map(|((joint, &broken), pull)| {
                 let [x, y, z] = pull.shift;
-                let breaks = broken != 0 || pull.size / (h * h) > joint.break_force;
+                let breaks = broken != 0 || attach::breaks(&pull, h, joint.break_force);
                 if breaks { ([0.0; 4], 1) } else { ([x, y, z, 1.0], 0) }
             })
             .unzip()

@@ -1,5 +1,14 @@
 // Joints and tethers. Each kernel reads the state after the sub-step; the last one writes it anew, where that before was.
 
+#import attachments/attach.wgsl
+#import contact/colliders/touch_again.wgsl
+#import gpu/wgsl/goals.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+#import motion/pins.wgsl
+
 /// A pair of a seam, or a node at the point of a pin that can break.
 struct Joint {
     /// Where the point starts [m], and the track that it follows; NONE: it rests.

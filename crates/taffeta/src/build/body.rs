@@ -1,16 +1,15 @@
 //! One body by solver index.
 
-use crate::build::{Assembly, grid};
-use crate::contact::nodes::build::{self as pairs, Touching};
-use crate::elements::hinge::hinge::{self, Rest};
+use crate::advice::Advice;
+use crate::contact::nodes::touching::Touching;
 use crate::elements::spring::lists as springs;
 use crate::elements::spring::lists::{SpringKind, SpringList};
-use crate::scene::{Body, Grid, Hinge, Kind, Mesh, Scene, SceneError, Select};
+use crate::scene::{Body, Grid, Kind, Mesh, SceneError, Select};
 use crate::topology::{
     Edges, Gather, LANES, Placement, RestShape, Selectable, Surface, mass, measure, no_inside, order, select,
     shapes,
 };
-use crate::volume::build::{self as volumes, KeptVolume};
+use crate::volume::kept::KeptVolume;
 use crate::volume::rings::rings;
 
 /// A body, ready to run. Nodes have three numberings: the user's (`node`), the solver's within the body, and the
@@ -40,12 +39,6 @@ pub struct BodyAssembly {
     pub free: Vec<bool>,
     /// Its springs.
     pub springs: BodySprings,
-    /// Hinges `[a, b, left, right]` in solver order within the body.
-    pub hinges: Vec<[u32; 4]>,
-    /// Each hinge at rest.
-    pub hinge_rest: Vec<Rest<f64>>,
-    /// Stiffness and damping of the hinges.
-    pub hinge: Hinge,
     /// Triangles in solver order within the body, of a closed body; else none.
     pub closed_triangles: Vec<[u32; 3]>,
     /// Volume at rest [m³], of a closed body.
@@ -72,30 +65,6 @@ pub enum BodySprings {
 /// Stiffness [N/m], damping [kg/s], rest length [m] of a grid's springs: along columns by one and two, along rows by
 /// one and two, both diagonals.
 pub type GridDirections = [Option<[f64; 3]>; 6];
-
-impl Assembly {
-    /// Builds a body and adds it.
-    pub(crate) fn add_body(&mut self, index: usize, body: &Body, scene: &Scene) -> Result<(), SceneError> {
-        let path = format!("body[{index}]");
-        let mut built = match &body.mesh {
-            Mesh::Grid(grid) => grid::build(body, *grid),
-            mesh => mesh_body(body, mesh),
-        }
-        .map_err(|e| e.under(&path))?;
-        built.name = if body.name.is_empty() { format!("body{index}") } else { body.name.clone() };
-        built.first = self.places;
-        self.add_pins(&path, body, scene, &mut built)?;
-        if let Some(wish) = &body.volume {
-            built.volume = volumes::kept(wish, &mut built).map_err(|e| e.under(&path))?;
-        }
-        if let Some(wish) = &body.self_collision {
-            built.touching = Some(pairs::touching(wish, &mut built).map_err(|e| e.under(&path))?);
-        }
-        self.places += built.places();
-        self.bodies.push(built);
-        Ok(())
-    }
-}
 
 impl BodyAssembly {
     /// Number of places that it takes among the solver's nodes.
@@ -228,11 +197,6 @@ pub(crate) fn at<T>(result: Result<T, (&'static str, String)>) -> Result<T, Scen
     result.map_err(|(field, message)| SceneError::new(field, message))
 }
 
-/// Whether hinges of a body would do anything.
-pub(crate) fn bends(body: &Body) -> bool {
-    body.springs.hinge.is_some_and(|hinge| hinge.k > 0.0 || hinge.d > 0.0)
-}
-
 pub(crate) fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneError> {
     let in_mesh = |message: String| SceneError::new("mesh", message);
     let surface = shapes::surface(mesh).map_err(in_mesh)?;
@@ -242,25 +206,21 @@ pub(crate) fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneE
     placement.apply_all(&mut placed);
     let closed = !surface.triangles.is_empty() && edges.is_closed();
     if body.kind == Kind::Soft
-        && let Some(why) = not_closed(body, &surface, &edges)
+        && let Some(error) = not_closed(body, &surface, &edges)
     {
-        return Err(in_mesh(why));
+        return Err(error);
     }
     let rest = RestShape::of(&surface, placement.factor);
     let volume = if closed { Some(rest_volume(&rest, &placed, &surface)?) } else { None };
     let mass = mesh_mass(body, &surface, &placed, &rest, volume)?;
     let lists = springs::mesh_springs(&body.springs, &surface, &edges, &rest)?;
     let far = if rest.is_given() { springs::start_warning(&lists, &placed) } else { None };
-    let hinges = if bends(body) { edges.hinges(&surface.triangles) } else { Vec::new() };
-    let hinges_at_rest =
-        (rest.is_given() && !hinges.is_empty()).then(|| rest.hinges(&edges).map(hinge::rest));
-    let hinges_at_rest: Option<Vec<_>> = hinges_at_rest.map(Iterator::collect);
     let order = order::locality_order(&surface.nodes);
     let mut solver_of_node = vec![0; order.len()];
     for (new, &old) in order.iter().enumerate() {
         solver_of_node[old as usize] = new as u32;
     }
-    let mut built = BodyAssembly {
+    Ok(BodyAssembly {
         name: String::new(),
         first: 0,
         nodes: surface.nodes.len(),
@@ -271,9 +231,6 @@ pub(crate) fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneE
         free: vec![true; mass.len()],
         mass: order.iter().map(|&old| mass[old as usize]).collect(),
         springs: BodySprings::Mesh(lists.into_iter().map(|list| renumber(list, &solver_of_node)).collect()),
-        hinges: hinges.into_iter().map(|h| h.map(|n| solver_of_node[n as usize])).collect(),
-        hinge_rest: Vec::new(),
-        hinge: body.springs.hinge.unwrap_or_default(),
         closed_triangles: if closed {
             surface.triangles.iter().map(|t| t.map(|n| solver_of_node[n as usize])).collect()
         } else {
@@ -287,9 +244,7 @@ pub(crate) fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneE
         split: select::split_nodes(&surface),
         surface: Some(surface),
         edges: Some(edges),
-    };
-    built.hinge_rest = hinges_at_rest.unwrap_or_else(|| built.hinges_at_start());
-    Ok(built)
+    })
 }
 
 /// Volume of a closed body at rest [m³]; that of the start where the shape at rest encloses none.
@@ -338,17 +293,10 @@ fn renumber(mut list: SpringList, solver_of_node: &[u32]) -> SpringList {
 }
 
 /// Why a mesh cannot be a soft body, and what would do.
-fn not_closed(body: &Body, surface: &Surface, edges: &Edges) -> Option<String> {
+fn not_closed(body: &Body, surface: &Surface, edges: &Edges) -> Option<SceneError> {
     let why = no_inside(surface, edges)?;
     let fillable = why.fillable && !body.fill_holes;
-    let remedy = if fillable { "for a mesh file fill_holes = true closes it" } else { "mend it" };
-    Some(format!("{why}; {remedy}, or make the body kind = \"cloth\""))
-}
-
-impl BodyAssembly {
-    /// Hinges that are at rest as they start.
-    pub(crate) fn hinges_at_start(&self) -> Vec<Rest<f64>> {
-        let corners = |hinge: &[u32; 4]| hinge.map(|node| self.start[node as usize]);
-        self.hinges.iter().map(|hinge| hinge::rest(corners(hinge))).collect()
-    }
+    let remedy = if fillable { "holes of a mesh from a file can be filled" } else { "mend it" };
+    let error = SceneError::new("mesh", format!("{why}; {remedy}, or make the body a cloth"));
+    Some(if fillable { error.advise(Advice::FillHoles) } else { error }.advise(Advice::Cloth))
 }

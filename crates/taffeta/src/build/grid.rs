@@ -1,9 +1,10 @@
 //! A grid by solver index. What follows from its rows, columns and extent is not written out.
 
+use crate::advice::Advice;
+use crate::build::body::at;
 use crate::build::body::{BodyAssembly, BodySprings, GridDirections};
-use crate::build::body::{at, bends};
 use crate::scene::{Body, Grid, Kind, SceneError, Spring};
-use crate::topology::{Edges, Placement, mass, shapes};
+use crate::topology::{Placement, mass};
 
 /// Columns beyond which a grid is kept with rows and columns exchanged, if that makes its rows shorter: the last rows
 /// of a sweep must stay in the second-level cache.
@@ -12,10 +13,8 @@ const LONG_ROW: usize = 2048;
 /// A grid by solver index.
 pub(crate) fn build(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError> {
     if body.kind == Kind::Soft {
-        return Err(SceneError::new(
-            "kind",
-            "a soft body needs a closed surface; a grid is open: kind = \"cloth\"",
-        ));
+        let message = "a soft body needs a closed surface, and a grid is open; a cloth would do";
+        return Err(SceneError::new("kind", message).advise(Advice::Cloth));
     }
     let (rows, cols) = (grid.rows as usize, grid.cols as usize);
     let exchanged = cols > LONG_ROW && rows < cols;
@@ -36,7 +35,7 @@ pub(crate) fn build(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError>
     } else {
         ((0..nodes).map(|n| place(n / cols, n % cols)).collect(), None)
     };
-    let mut built = BodyAssembly {
+    Ok(BodyAssembly {
         name: String::new(),
         first: 0,
         nodes,
@@ -48,9 +47,6 @@ pub(crate) fn build(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError>
         free: vec![true; nodes],
         mass,
         springs: BodySprings::Grid(springs),
-        hinge_rest: Vec::new(),
-        hinges: Vec::new(),
-        hinge: body.springs.hinge.unwrap_or_default(),
         closed_triangles: Vec::new(),
         rest_volume: None,
         volume: None,
@@ -59,15 +55,7 @@ pub(crate) fn build(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError>
         edges: None,
         split: Vec::new(),
         start,
-    };
-    if bends(body) {
-        let surface = shapes::grid_surface(grid.rows, grid.cols, grid.size);
-        let hinges =
-            Edges::new(surface.nodes.len(), &surface.triangles, &surface.links).hinges(&surface.triangles);
-        built.hinges = hinges.into_iter().map(|h| h.map(|n| built.solver_local(n as usize) as u32)).collect();
-    }
-    built.hinge_rest = built.hinges_at_start();
-    Ok(built)
+    })
 }
 
 /// A grid's node before placement [m].

@@ -7,16 +7,18 @@ pub mod body;
 pub mod grid;
 pub mod pins;
 
-use crate::attachments::build::Attachments;
-use crate::build::body::{BodyAssembly, BodySprings};
+use crate::attachments::rows::Attachments;
+use crate::build::body::{BodyAssembly, BodySprings, mesh_body};
 use crate::contact::colliders::moving::MovingCollider;
-use crate::elements::aero::build::Panels;
+use crate::elements::KINDS;
+use crate::elements::element::{Described, List};
 use crate::elements::load::build::{self as loads, Load};
 use crate::motion::keyframes::Track;
-use crate::scene::{Air, Scene, SceneError, Solver, Time, World};
+use crate::scene::{Air, Body, Mesh, Scene, SceneError, Solver, Time, World};
 use crate::solvers::constraints::Constraints;
 use crate::solvers::implicit::levels::Level;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// A scene, ready to run.
 pub struct Assembly {
@@ -40,8 +42,8 @@ pub struct Assembly {
     pub attachments: Attachments,
     /// Coarser levels of them, where the form of the constraints asks for some.
     pub levels: Vec<Level>,
-    /// Triangles that air acts on.
-    pub panels: Panels,
+    /// Elements whose forces are found one by one, a list for each of [`KINDS`].
+    pub elements: Vec<List>,
     /// How springs are solved.
     pub solver: Solver,
     /// Gravity, drag, wind.
@@ -76,7 +78,7 @@ impl Assembly {
             constraints: Constraints::default(),
             attachments: Attachments::default(),
             levels: Vec::new(),
-            panels: Panels::default(),
+            elements: Vec::new(),
             solver: scene.solver.clone(),
             world: scene.world.clone(),
             time: scene.time.clone(),
@@ -85,11 +87,11 @@ impl Assembly {
             assembly.add_body(index, body, scene)?;
         }
         assembly.loads = loads::loads(&assembly.bodies, &scene.forces)?;
-        assembly.constraints = Constraints::new(&assembly);
+        assembly.constraints = Constraints::new(&assembly.bodies, assembly.solver.method);
         if assembly.solver.is_primal() {
-            assembly.levels = Level::all(&assembly);
+            assembly.levels = Level::all(&assembly.bodies, &assembly.constraints);
         }
-        assembly.panels = Panels::new(&assembly);
+        assembly.elements = KINDS.map(|kind| List::new(kind, &assembly.bodies, scene)).into();
         assembly.attach(scene)?;
         assembly.start_pins();
         assembly.start_points();
@@ -99,15 +101,35 @@ impl Assembly {
         Ok(assembly)
     }
 
+    /// Builds a body and adds it.
+    fn add_body(&mut self, index: usize, body: &Body, scene: &Scene) -> Result<(), SceneError> {
+        let path = format!("body[{index}]");
+        let mut built = match &body.mesh {
+            Mesh::Grid(grid) => grid::build(body, *grid),
+            mesh => mesh_body(body, mesh),
+        }
+        .map_err(|e| e.under(&path))?;
+        built.name = if body.name.is_empty() { format!("body{index}") } else { body.name.clone() };
+        built.first = self.places;
+        self.add_pins(&path, body, scene, &mut built)?;
+        if let Some(wish) = &body.volume {
+            built.keep_volume(wish).map_err(|e| e.under(&path))?;
+        }
+        if let Some(wish) = &body.self_collision {
+            built.touch(wish).map_err(|e| e.under(&path))?;
+        }
+        self.places += built.places();
+        self.bodies.push(built);
+        Ok(())
+    }
+
     /// Gives back what only the building of a backend needed: at millions of nodes it is most of the memory.
     pub fn release(&mut self) {
-        self.panels = Panels::default();
+        self.elements.iter_mut().for_each(|list| list.all = Described::default());
         for body in &mut self.bodies {
             body.start = Vec::new();
             body.mass = Vec::new();
             body.free = Vec::new();
-            body.hinges = Vec::new();
-            body.hinge_rest = Vec::new();
             if let Some(volume) = &mut body.volume {
                 volume.weights = None;
             }
@@ -117,6 +139,12 @@ impl Assembly {
                 }
             }
         }
+    }
+
+    /// The elements of a kind, by name, that a body has, among all of its kind.
+    pub fn elements_of(&self, kind: &str, body: usize) -> Range<usize> {
+        let list = self.elements.iter().find(|list| list.kind.name == kind);
+        list.map_or(0..0, |list| list.bodies[body].clone())
     }
 
     /// A volume of 0 for each closed body.
@@ -161,6 +189,6 @@ impl SceneError {
     /// The same error, its path taken to be under `parent`.
     pub(crate) fn under(self, parent: &str) -> Self {
         let path = if self.path.is_empty() { parent.to_owned() } else { format!("{parent}.{}", self.path) };
-        Self { path, message: self.message }
+        Self { path, ..self }
     }
 }

@@ -1,6 +1,6 @@
 //! Nodes that are held or follow keyframes.
 
-use crate::attachments::build::{Law, Point};
+use crate::attachments::rows::{Law, Point};
 use crate::build::body::BodyAssembly;
 use crate::build::{Assembly, MovingPin};
 use crate::motion::keyframes::Track;

@@ -221,13 +221,13 @@ impl<T: Real> Backend for CpuBackend<T> {
         self.features.iter_mut().for_each(|feature| feature.forget(node));
     }
 
-    fn hold(&mut self, node: usize) {
+    fn pin(&mut self, node: usize) {
         self.nodes.inverse_mass[node] = T::ZERO;
         let at = self.position(node);
         self.set(node, at, [0.0; 3]);
     }
 
-    fn let_go(&mut self, node: usize) {
+    fn unpin(&mut self, node: usize) {
         self.nodes.inverse_mass[node] = T::ONE / self.nodes.mass[node];
         self.features.iter_mut().for_each(|feature| feature.forget(node));
     }

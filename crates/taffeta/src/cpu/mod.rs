@@ -15,6 +15,9 @@ pub mod tile;
 pub mod tiles;
 pub mod worker;
 
+#[cfg(test)]
+mod order_tests;
+
 #[cfg(all(test, feature = "gpu"))]
 pub use crate::contact::colliders::cpu::{GRAIN, GROOVES, ROUNDS};
 pub use backend::CpuBackend;

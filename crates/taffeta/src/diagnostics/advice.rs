@@ -1,13 +1,11 @@
 //! Words for the user: before a run that cannot hold, and after one that did not.
 
+use crate::advice::{Advice, Warning};
 use crate::build::Assembly;
 use crate::diagnostics::tension::{Tension, hanging};
 use crate::diagnostics::{FrameReport, stability};
+use crate::elements::aero;
 use crate::scene::{ConstraintForm, Method};
-
-/// What springs that are solved for by nodes do.
-const BY_NODES: &str =
-    "solve springs by nodes (solver.method = \"ice\" with ice.form = \"primal\"), which bears any step";
 
 /// What the step is measured against.
 #[derive(Clone, Debug)]
@@ -45,7 +43,7 @@ impl StepLimit {
             step,
             at_rest: largest.at_rest,
             folded: largest.folded,
-            in_air: assembly.panels.are_of(&assembly.bodies[largest.body]).then_some(largest.in_air),
+            in_air: aero::acts_on(assembly, largest.body).then_some(largest.in_air),
             body: assembly.bodies[largest.body].name.clone(),
             method,
             primal,
@@ -55,12 +53,12 @@ impl StepLimit {
     }
 
     /// Warnings before the run.
-    pub fn warnings(&self) -> impl Iterator<Item = String> {
+    pub fn warnings(&self) -> impl Iterator<Item = Warning> {
         self.explicit().into_iter().chain(self.too_long_to_hang())
     }
 
     /// A warning if the step is too long for what is explicit at rest, or may be when cloth folds.
-    fn explicit(&self) -> Option<String> {
+    fn explicit(&self) -> Option<Warning> {
         let Self { step, at_rest, folded, body, .. } = self;
         let (which, then, loose) = match self.method {
             Method::Springs => ("", "this run will blow up", "folded or slack springs"),
@@ -72,36 +70,34 @@ impl StepLimit {
             ),
         };
         if step > at_rest {
-            Some(format!(
+            let remedy = self.remedy();
+            Some(remedy.after(format!(
                 "the step of {step:.3e} s is longer than the largest stable step{which} at rest, {at_rest:.3e} s (body \
-                 `{body}`): {then}; {}",
-                self.remedy()
-            ))
+                 `{body}`): {then}"
+            )))
         } else if step > folded {
-            Some(format!(
+            Some(self.remedy().after(format!(
                 "the step of {step:.3e} s holds at rest (largest{which}: {at_rest:.3e} s, body `{body}`), but {loose} \
-                 can need steps down to {folded:.3e} s{}; {}",
-                self.words_on_air(),
-                self.remedy()
-            ))
+                 can need steps down to {folded:.3e} s{}",
+                self.words_on_air()
+            )))
         } else {
             None
         }
     }
 
     /// A warning if waves grow across the springs in which a body hangs.
-    fn too_long_to_hang(&self) -> Option<String> {
+    fn too_long_to_hang(&self) -> Option<Warning> {
         let pulled = self.hanging.as_ref().filter(|_| self.method == Method::Ice)?;
         let growth = pulled.growth(self.step);
         (growth > 1.0).then(|| {
             let Tension { body, vertex, pull, .. } = pulled;
-            format!(
+            self.remedy_to_hang(pulled).after(format!(
                 "the step of {:.3e} s is too long for the load that hangs in body `{body}`: h² T/(m L) is {} \
-                 (T = {pull:.2e} N at vertex {vertex}), and from 1 on waves across the pull grow; {}",
+                 (T = {pull:.2e} N at vertex {vertex}), and from 1 on waves across the pull grow",
                 self.step,
-                digits(growth),
-                self.remedy_to_hang(pulled)
-            )
+                digits(growth)
+            ))
         })
     }
 
@@ -117,37 +113,38 @@ impl StepLimit {
     }
 
     /// What to change.
-    fn remedy(&self) -> String {
+    fn remedy(&self) -> Warning {
         let safe = round_down(self.longest());
         let softer = (safe / self.step).powi(2);
         let heavier = 1.0 / softer;
-        let what = if self.method == Method::Ice { "drag and the hinges' k and d" } else { "k and d" };
-        let by_nodes = self.or_by_nodes();
-        format!(
-            "set time.max_step = {safe:e} or less, or multiply {what} by {softer:.1e} or the mass by \
-             {heavier:.1e}{by_nodes}"
-        )
+        let stiff = "stiffness and damping";
+        let what = if self.method == Method::Ice { &format!("drag and the hinges' {stiff}") } else { stiff };
+        self.shorter_step(safe, &format!("multiply {what} by {softer:.1e} or the mass by {heavier:.1e}"))
     }
 
     /// What to change where waves grow across the pull. Mass does not help, unless the load is wind: the weight grows with it.
-    fn remedy_to_hang(&self, pulled: &Tension) -> String {
-        let (safe, by_nodes) = (round_down(pulled.largest_step()), self.or_by_nodes());
-        format!(
-            "set time.max_step = {safe:e} or less, or add stiff bend springs (on a grid also shear springs), which share \
-             the pull{by_nodes}"
-        )
+    fn remedy_to_hang(&self, pulled: &Tension) -> Warning {
+        let safe = round_down(pulled.largest_step());
+        self.shorter_step(safe, "add stiff bend springs (on a grid also shear springs), which share the pull")
     }
 
-    /// The primal form, where it would do.
-    fn or_by_nodes(&self) -> String {
-        if self.holds_by_nodes { format!(", or {BY_NODES}") } else { String::new() }
+    /// A step of `safe` [s], something else, or springs that are solved for by nodes where that would do.
+    fn shorter_step(&self, safe: f64, or: &str) -> Warning {
+        let message = format!("take sub-steps of {safe:e} s or less, or {or}");
+        let shorter = Advice::LongestStep(safe);
+        if self.holds_by_nodes {
+            let message = format!("{message}, or solve springs by nodes, which bears any step");
+            Warning::new(message, [shorter, Advice::SolveByNodes])
+        } else {
+            Warning::new(message, [shorter])
+        }
     }
 
     /// Likely cause and remedy after a run has blown up.
-    pub fn after(&self) -> String {
+    pub fn after(&self) -> Warning {
         let Self { step, at_rest, folded, .. } = self;
         if let Some(cause) = self.too_long_to_hang() {
-            format!("Likely cause: {cause}")
+            Warning { message: format!("Likely cause: {cause}"), ..cause }
         } else if *step > self.longest() {
             let loose = if self.method == Method::Ice { "hinges" } else { "or slack springs" };
             let why = if step > at_rest {
@@ -157,26 +154,28 @@ impl StepLimit {
             } else {
                 "too long for a gale".to_owned()
             };
-            format!(
+            self.remedy().after(format!(
                 "Likely cause: the step of {step:.3e} s is {why} (largest stable step: {at_rest:.3e} s at rest, \
-                 {folded:.3e} s folded{}); {}",
-                self.words_on_air(),
-                self.remedy()
-            )
+                 {folded:.3e} s folded{})",
+                self.words_on_air()
+            ))
         } else if self.primal {
             "Springs solved for by nodes hold in any step, so look at forces, wind, pins and colliders (one that moves far in a \
              step tears what it holds)"
                 .to_owned()
+                .into()
         } else if self.method == Method::Ice {
             "Implicit springs hold in any step while their pull stays below m L/h², so look at what pulls harder: forces, wind, \
              pins and colliders (one that moves far in a step tears what it holds)"
                 .to_owned()
+                .into()
         } else {
             format!(
                 "The step of {step:.3e} s is stable for these springs ({folded:.3e} s even when folded), so look at \
                  forces, wind, pins and colliders (one that moves far in a step tears what it holds) and at springs too weak for \
                  their load"
             )
+            .into()
         }
     }
 }
@@ -187,7 +186,7 @@ fn digits(value: f64) -> String {
 }
 
 /// Two digits, never above.
-fn round_down(value: f64) -> f64 {
+pub fn round_down(value: f64) -> f64 {
     if !(value.is_finite() && value > 0.0) {
         return value;
     }
@@ -209,7 +208,7 @@ pub fn runaway(start: &FrameReport, last: &FrameReport, now: &FrameReport, drive
     if let Some(times) = overblown(last, now) {
         return Some(format!("a body encloses {times:.0} times the volume that it should"));
     }
-    let internal = |report: &FrameReport| report.kinetic + report.springs + report.hinges;
+    let internal = |report: &FrameReport| report.kinetic + report.springs + report.bent();
     let accounted = internal(start) + (now.gravitational - start.gravitational).abs();
     let growth = if driven { 4.0 } else { 1.0 };
     let growing = now.max_stretch > last.max_stretch && internal(now) > growth * internal(last);
@@ -243,34 +242,36 @@ mod tests {
             let safe = round_down(largest);
             assert!(safe <= largest && safe > 0.85 * largest, "{safe} for {largest}");
         }
-        let at = |step| limit(step, Method::Springs).warnings().collect::<Vec<_>>().join("\n");
-        assert!(at(0.01).contains("max_step = 3.9e-3"));
-        assert!(at(0.0045).contains("folded"));
-        assert_eq!(at(0.001), "");
+        let at = |step| limit(step, Method::Springs).warnings().collect::<Vec<_>>();
+        assert!(matches!(&at(0.01)[..], [one] if one.advice[0] == Advice::LongestStep(3.9e-3)));
+        assert!(matches!(&at(0.0045)[..], [one] if one.message.contains("folded")));
+        assert_eq!(at(0.001), []);
     }
 
     #[test]
     fn the_primal_form_is_named_where_it_lifts_the_limit() {
-        let said = |limit: &StepLimit| limit.warnings().collect::<Vec<_>>().join("\n") + &limit.after();
+        let said = |limit: &StepLimit| limit.warnings().chain([limit.after()]).collect::<Vec<_>>();
+        let named = |one: &Warning| one.advice.contains(&Advice::SolveByNodes);
         let springs = limit(0.01, Method::Springs);
-        assert_eq!(said(&springs).matches("form = \"primal\"").count(), 2);
+        assert!(said(&springs).iter().all(named) && said(&springs).len() == 2);
         let hinges = StepLimit { holds_by_nodes: false, ..springs };
-        assert!(!said(&hinges).contains("primal"));
-        let primal = StepLimit { primal: true, ..limit(0.001, Method::Ice) };
-        let said = said(&primal);
-        assert!(said.contains("by nodes hold in any step") && !said.contains("h²"), "{said}");
+        assert!(!said(&hinges).iter().any(named));
+        let primal = StepLimit { primal: true, ..limit(0.001, Method::Ice) }.after().message;
+        assert!(primal.contains("by nodes hold in any step") && !primal.contains("h²"), "{primal}");
     }
 
     #[test]
     fn in_air_advice_goes_by_what_air_takes_of_the_step() {
         let still = limit(0.003, Method::Springs);
         let windy = StepLimit { in_air: Some(0.00276), ..still.clone() };
-        assert_eq!(windy.warnings().collect::<Vec<_>>(), Vec::<String>::new(), "few gales are so strong");
-        assert!(still.after().contains("is stable"));
-        assert!(windy.after().contains("too long for a gale") && windy.after().contains("max_step = 2.7e-3"));
+        assert_eq!(windy.warnings().count(), 0, "few gales are so strong");
+        assert!(still.after().message.contains("is stable"));
+        assert!(windy.after().message.contains("too long for a gale"));
+        assert_eq!(windy.after().advice[0], Advice::LongestStep(2.7e-3));
         let folds = StepLimit { step: 0.0045, ..windy };
-        let said = folds.warnings().collect::<Vec<_>>().join("\n");
-        assert!(said.contains("in a gale 2.760e-3 s") && said.contains("max_step = 2.7e-3"), "{said}");
+        let [said] = &folds.warnings().collect::<Vec<_>>()[..] else { panic!("one warning") };
+        assert!(said.message.contains("in a gale 2.760e-3 s"), "{said}");
+        assert_eq!(said.advice[0], Advice::LongestStep(2.7e-3));
     }
 
     fn limit(step: f64, method: Method) -> StepLimit {

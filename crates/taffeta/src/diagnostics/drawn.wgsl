@@ -1,6 +1,10 @@
 // Vertices of a body as a renderer draws them: between two states, in the renderer's coordinates, with normals as in
 // normals.wgsl. Triangles, corner_starts and node_corners are those of normals.wgsl.
 
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/normal.wgsl
+#import gpu/wgsl/vector.wgsl
+
 /// Rows of the map of places, and of that of normals, into the renderer's coordinates; the share of the way from the state
 /// before to that of now; and where in `vertices` the first is, how many words there are from one to the next, and from
 /// its place to its normal.
@@ -26,8 +30,6 @@ struct Drawing {
 @group(2) @binding(0) var<storage, read> old_position: array<vec4f>;
 @group(2) @binding(2) var<storage, read> new_position: array<vec4f>;
 @group(3) @binding(0) var<storage, read_write> vertices: array<f32>;
-
-const NONE: u32 = 0xffffffffu;
 
 fn shown(place: u32) -> vec3f {
     let before = old_position[place].xyz;

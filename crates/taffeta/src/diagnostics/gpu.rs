@@ -6,7 +6,21 @@ use crate::gpu::kernels::Name;
 use crate::gpu::layout::{GROUP, NODE_SUMS};
 use crate::gpu::schedule::Fused;
 use crate::step::{Op, Stage};
-use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack};
+use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] = shaders!(
+    "diagnostics",
+    [
+        "drawn.wgsl",
+        "few.wgsl",
+        "measure.wgsl",
+        "measure_grid.wgsl",
+        "measure_mesh.wgsl",
+        "measure_volumes.wgsl",
+        "normals.wgsl"
+    ]
+);
 
 /// Workgroups that share a sum over all nodes, springs or hinges: enough to fill a large GPU.
 const SUM_GROUPS: usize = 1024;

@@ -1,18 +1,14 @@
 // Sums over the state, each workgroup's in a fixed order; the host adds up the workgroups in 64 bits.
 
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/vector.wgsl
+#import memory
+
 /// Of each workgroup over nodes: Σ m v², Σ m x (3), Σ m v (3), Σ m x × v (3), nodes that touch, nodes that are not finite.
 @group(3) @binding(4) var<storage, read_write> node_sums: array<f32>;
-/// Of each workgroup over springs: energy [J], largest stretch l/L.
-@group(3) @binding(5) var<storage, read_write> grid_spring_sums: array<vec2f>;
-@group(3) @binding(8) var<storage, read_write> mesh_spring_sums: array<vec2f>;
-/// Of each workgroup over hinges: energy [J].
-@group(3) @binding(6) var<storage, read_write> hinge_sums: array<f32>;
-/// Of each chunk of triangles: volume [m³].
-@group(3) @binding(7) var<storage, read_write> volumes: array<f32>;
 
 const NUMBERS: u32 = 12u;
 var<workgroup> many: array<array<f32, 12>, 256>;
-var<workgroup> few: array<vec2f, 256>;
 
 @compute @workgroup_size(256)
 fn measure_nodes(
@@ -51,15 +47,3 @@ fn measure_nodes(
     }
 }
 
-/// Adds up energies and finds the largest stretch of a workgroup; the result is the first lane's.
-fn gather_few(lane: u32, own: vec2f) -> vec2f {
-    few[lane] = own;
-    for (var half = 128u; half > 0u; half /= 2u) {
-        workgroupBarrier();
-        if lane < half {
-            let other = few[lane + half];
-            few[lane] = vec2f(few[lane].x + other.x, max(few[lane].y, other.y));
-        }
-    }
-    return few[lane];
-}

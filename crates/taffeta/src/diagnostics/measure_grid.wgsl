@@ -1,3 +1,15 @@
+// Energy and stretch of the springs of grids.
+
+#import diagnostics/few.wgsl
+#import elements/spring/grid.wgsl
+#import elements/spring/spring.wgsl
+#import elements/spring/tiles.wgsl
+#import gpu/wgsl/vector.wgsl
+#import memory
+
+/// Of each workgroup over springs: energy [J], largest stretch l/L.
+@group(3) @binding(5) var<storage, read_write> grid_spring_sums: array<vec2f>;
+
 /// Energy and stretch of the springs that a grid's nodes own.
 fn own_springs(cell: Cell) -> vec2f {
     var steps = array<vec2i, 6>(vec2i(0, 1), vec2i(0, 2), vec2i(1, 0), vec2i(2, 0), vec2i(1, 1), vec2i(1, -1));

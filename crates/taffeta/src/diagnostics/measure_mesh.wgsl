@@ -1,3 +1,17 @@
+// Energy and stretch of the springs of meshes.
+
+#import diagnostics/few.wgsl
+#import elements/spring/mesh.wgsl
+#import elements/spring/places.wgsl
+#import elements/spring/spring.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/vector.wgsl
+#import memory
+
+/// Of each workgroup over springs: energy [J], largest stretch l/L.
+@group(3) @binding(8) var<storage, read_write> mesh_spring_sums: array<vec2f>;
+
 @compute @workgroup_size(256)
 fn measure_mesh_springs(
     @builtin(workgroup_id) id: vec3u,

@@ -11,9 +11,9 @@ pub mod normals;
 pub(crate) mod parity;
 mod report;
 pub mod stability;
-mod sums;
+pub(crate) mod sums;
 pub mod tension;
 pub(crate) mod wind;
 
-pub use report::{FrameReport, SolverReport};
+pub use report::{ElementEnergy, FrameReport, SolverReport, energy_kinds};
 pub(crate) use sums::{FrameSums, PairSums, StateSums};

@@ -1,5 +1,7 @@
 // Vertex normals: node-centric, area-weighted (Va, Choi, Hong 2021, sec. 3.5).
 
+#import gpu/wgsl/normal.wgsl
+
 /// Places of triangles' corners, three by three.
 @group(1) @binding(0) var<storage, read> triangle_places: array<u32>;
 /// Where each node's row in `node_corners` begins; one more than there are nodes.

@@ -20,18 +20,11 @@ const TREE: Tolerance = Tolerance::new(
     24.0,
     "the GPU adds up in 32 bits, some terms by lane, then eight levels of a tree; the CPU in 64",
 );
-const FOLDED: Tolerance = Tolerance::new(
-    16.0,
-    1024.0,
-    "as a tree in 32 bits, not in order in 64; on hardware a fused product turns the normals of slivers",
-);
-
 /// One row for each kernel.
 pub const ROWS: &[Row] = &[
     row("measure_nodes", TREE, nodes),
     row("measure_grid_springs", TREE, grid_springs),
     row("measure_mesh_springs", TREE, mesh_springs),
-    row("measure_hinges", FOLDED, hinges),
     row("measure_volumes", TREE, volumes),
 ];
 
@@ -44,13 +37,13 @@ const fn row(
 }
 
 /// What the CPU measures.
-fn measured(fixture: &mut Fixture) -> Result<FrameSums, String> {
+pub fn measured(fixture: &mut Fixture) -> Result<FrameSums, String> {
     fixture.cpu.measure().and_then(|()| fixture.cpu.sums()).map_err(|lost| lost.0)
 }
 
 /// Runs a kernel in few workgroups, each of which then goes through several portions, and in as many as are used;
 /// `compare` is handed what they have written. A place more than there are workgroups must stay as it is.
-fn sums(
+pub fn sums(
     bench: &mut Bench<'_>,
     fixture: &Fixture,
     (entry, output, width): (&'static str, &'static str, usize),
@@ -73,12 +66,12 @@ fn sums(
 }
 
 /// The sum of every `width`-th number from `first` on.
-fn total(numbers: &[f32], width: usize, first: usize) -> f32 {
+pub fn total(numbers: &[f32], width: usize, first: usize) -> f32 {
     numbers.iter().skip(first).step_by(width).map(|&number| f64::from(number)).sum::<f64>() as f32
 }
 
 /// Compares a sum whose terms' sizes add up to `size`.
-fn compare(written: &mut Written<'_>, name: &str, wanted: f64, found: f32, size: f64) {
+pub fn compare(written: &mut Written<'_>, name: &str, wanted: f64, found: f32, size: f64) {
     written.outcome().compare_to(name, &[wanted as f32], &[found], size);
 }
 
@@ -186,17 +179,6 @@ fn springs_of(cpu: &mut CpuBackend<f32>, chosen: impl Fn(&BodyAssembly) -> bool)
     let tiles: Vec<bool> = cpu.nodes.tiles.iter().map(|tile| bodies[tile.body]).collect();
     let springs = cpu.feature::<Springs<f32>>().expect("every scene has some");
     springs.sums_of(|tile| tiles[tile])
-}
-
-fn hinges(bench: &mut Bench<'_>) -> Result<(), String> {
-    for mut fixture in fixtures(bench)? {
-        let wanted = measured(&mut fixture)?.hinges;
-        let groups = [1, 3, fixture.tables.elements.hinges.len().div_ceil(256)];
-        sums(bench, &fixture, ("measure_hinges", "hinge_sums", 1), &groups, |written, found| {
-            compare(written, "energy", wanted, total(found, 1, 0), wanted);
-        })?;
-    }
-    Ok(())
 }
 
 fn volumes(bench: &mut Bench<'_>) -> Result<(), String> {

@@ -1,4 +1,6 @@
+use crate::elements::KINDS;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// One frame in numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -13,8 +15,8 @@ pub struct FrameReport {
     pub gravitational: f64,
     /// ½ Σ k (l − L)² over all springs [J].
     pub springs: f64,
-    /// ½ Σ k (θ − θ₀)² over all hinges [J].
-    pub hinges: f64,
+    /// Energy of other elements that the scene has, kind by kind.
+    pub elements: Vec<ElementEnergy>,
     /// Σ m v [kg·m/s].
     pub momentum: [f64; 3],
     /// Σ m x × v [kg·m²/s], about the origin.
@@ -39,6 +41,27 @@ pub struct FrameReport {
     pub broken: u64,
 }
 
+/// Energy of all elements of one kind.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ElementEnergy {
+    /// The kind: `hinges`.
+    pub kind: Cow<'static, str>,
+    /// Energy [J].
+    pub energy: f64,
+}
+
+impl ElementEnergy {
+    /// Of a kind, in joules.
+    pub(crate) fn new(kind: &'static str, energy: f64) -> Self {
+        Self { kind: kind.into(), energy }
+    }
+}
+
+/// The kinds of elements that have an energy, in the order of reports.
+pub fn energy_kinds() -> impl Iterator<Item = &'static str> {
+    KINDS.iter().filter(|kind| kind.kernels.energies.is_some()).map(|kind| kind.name)
+}
+
 /// What the solver of constraints did in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SolverReport {
@@ -56,7 +79,17 @@ pub struct SolverReport {
 impl FrameReport {
     /// Total energy [J].
     pub fn energy(&self) -> f64 {
-        self.kinetic + self.gravitational + self.springs + self.hinges
+        self.kinetic + self.gravitational + self.springs + self.bent()
+    }
+
+    /// Energy of one kind of elements [J]; 0 where the scene has none.
+    pub fn energy_of(&self, kind: &str) -> f64 {
+        self.elements.iter().find(|one| one.kind == kind).map_or(0.0, |one| one.energy)
+    }
+
+    /// Energy of all elements but springs [J].
+    pub fn bent(&self) -> f64 {
+        self.elements.iter().map(|one| one.energy).sum()
     }
 
     /// Whether every number is finite; a node that is not shows in the sums.

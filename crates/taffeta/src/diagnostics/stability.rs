@@ -1,23 +1,21 @@
 //! The largest stable step of symplectic Euler with damped springs.
 //!
-//! Linearised: M ẍ = −K x − D ẋ, where a spring gives K = k n nᵀ, D = d n nᵀ along its direction n, and a hinge the same
-//! along ∇θ. A mode with κ = uᵀM^-½KM^-½u and δ = uᵀM^-½DM^-½u is stable while h²κ + 2hδ < 4; the worst mode is found by
+//! Linearised: M ẍ = −K x − D ẋ, where a spring gives K = k n nᵀ, D = d n nᵀ along its direction n, and other elements the same
+//! along the directions of their modes (a hinge along ∇θ). A mode with κ = uᵀM^-½KM^-½u and δ = uᵀM^-½DM^-½u is stable while h²κ + 2hδ < 4; the worst mode is found by
 //! power iteration on h²K + 2hD. For a flat grid with equal springs of all three kinds it gives
 //! k h² + 2 d h < 4 m/10.125.
 //!
 //! That holds at rest. Folded or slack springs may pull in any direction, but no stiffer than k: with k I in place of
-//! k n nᵀ the same iteration bounds every state (16.3 in place of 10.125, without damping). Hinges are taken as stiff as
-//! squashed triangles can make them.
+//! k n nᵀ the same iteration bounds every state (16.3 in place of 10.125, without damping). Other elements are taken as stiff as
+//! they can become.
 
 use crate::build::Assembly;
 use crate::build::body::{BodyAssembly, BodySprings, GridDirections};
-use crate::elements::hinge::hinge::{Rest, STIFFEST, angle_and_gradient, rest, steepness};
+use crate::elements::element::{Kind, List};
 use crate::elements::spring::lists::SpringList;
 use crate::elements::spring::stencil::GRID_STEPS;
 use crate::real::{add, dot, norm, scale, sub};
-use crate::scene::Hinge;
 use crate::topology::random::SplitMix64;
-use crate::topology::{Edges, shapes};
 
 /// Rows and columns of a grid that are looked at: its corners and edges, and enough of its middle for the shortest
 /// waves, which are the fastest.
@@ -34,22 +32,29 @@ const ROOM_IN_AIR: f64 = 2.0;
 /// Power iteration comes to the largest eigenvalue from below.
 const SAFETY: f64 = 0.995;
 
-/// Something that pulls on a few nodes along fixed directions.
+/// A spring as it pulls on its ends along a fixed direction.
 #[derive(Clone, Copy)]
-struct Element<const N: usize> {
-    nodes: [u32; N],
-    directions: [[f64; 3]; N],
+struct Axis {
+    nodes: [u32; 2],
+    along: [f64; 3],
     k: f64,
     d: f64,
-    /// How much stiffer it may become.
-    stiffest: f64,
+}
+
+/// The modes of elements of one kind: so many nodes each, with a direction for each node.
+struct Modes {
+    width: usize,
+    nodes: Vec<u32>,
+    directions: Vec<[f64; 3]>,
+    /// k, d, and how much stiffer it may become.
+    stiffness: Vec<[f64; 3]>,
 }
 
 /// A body's elements and inverse masses.
 #[derive(Default)]
 struct System {
-    springs: Vec<Element<2>>,
-    hinges: Vec<Element<4>>,
+    springs: Vec<Axis>,
+    elements: Vec<Modes>,
     /// 1/√m [kg^-½]; 0 for held nodes.
     root_inverse_mass: Vec<f64>,
 }
@@ -67,14 +72,14 @@ pub struct LargestSteps {
     pub body: usize,
 }
 
-/// Finds the largest stable steps of what is explicit in a scene: hinges, drag and, unless all of them are implicit,
+/// Finds the largest stable steps of what is explicit in a scene: elements, drag and, unless all of them are implicit,
 /// `springs`.
 pub fn largest_steps(assembly: &Assembly, springs: bool) -> LargestSteps {
     let drag = assembly.world.drag;
     let any = f64::INFINITY;
     let none = LargestSteps { at_rest: any, folded: any, in_air: any, body: 0 };
-    assembly.bodies.iter().enumerate().fold(none, |least, (body, described)| {
-        let mut system = System::new(described);
+    (0..assembly.bodies.len()).fold(none, |least, body| {
+        let mut system = System::new(assembly, body);
         if !springs {
             system.springs = Vec::new();
         }
@@ -97,92 +102,152 @@ enum Pull {
     AnyWay,
 }
 
-fn spring(places: &[[f64; 3]], nodes: [u32; 2], k: f64, d: f64) -> Element<2> {
+fn spring(places: &[[f64; 3]], nodes: [u32; 2], k: f64, d: f64) -> Axis {
     let [a, b] = nodes.map(|node| places[node as usize]);
     let along = sub(b, a);
     let length = norm(along);
     // A spring that starts without length may take any direction.
-    let n = if length > 0.0 { scale(along, 1.0 / length) } else { [1.0, 0.0, 0.0] };
-    Element { nodes, directions: [scale(n, -1.0), n], k, d, stiffest: 1.0 }
-}
-
-/// A hinge as it starts, which may be another shape than that at rest.
-fn bend(places: &[[f64; 3]], nodes: [u32; 4], hinge: Hinge, at_rest: Rest<f64>) -> Element<4> {
-    let (_, directions) = angle_and_gradient(nodes.map(|node| places[node as usize]));
-    let most = STIFFEST * at_rest.steepness / steepness(&directions);
-    // A hinge without height has no way to go, and neither has one without height at rest.
-    let (now, stiffest) =
-        if most > 0.0 && most.is_finite() { (most.min(1.0), most.max(1.0)) } else { (0.0, 1.0) };
-    Element { nodes, directions, k: now * hinge.k, d: now * hinge.d, stiffest }
+    let along = if length > 0.0 { scale(along, 1.0 / length) } else { [1.0, 0.0, 0.0] };
+    Axis { nodes, along, k, d }
 }
 
 impl System {
-    fn new(body: &BodyAssembly) -> Self {
+    fn new(assembly: &Assembly, index: usize) -> Self {
+        let body = &assembly.bodies[index];
         match (&body.springs, body.grid_layout) {
-            (BodySprings::Grid(along), Some(layout)) => Self::of_grid(body, along, layout),
-            (BodySprings::Mesh(lists), _) => Self::of_mesh(body, lists),
+            (BodySprings::Grid(along), Some(layout)) => Self::of_grid(assembly, index, along, layout),
+            (BodySprings::Mesh(lists), _) => Self::of_mesh(assembly, index, lists),
             (BodySprings::Grid(_), None) => Self::default(),
         }
     }
 
-    fn of_mesh(body: &BodyAssembly, lists: &[SpringList]) -> Self {
+    fn of_mesh(assembly: &Assembly, index: usize, lists: &[SpringList]) -> Self {
+        let body = &assembly.bodies[index];
         let springs = |list: &SpringList| {
             let (k, d) = (list.k, list.d);
             list.pairs.iter().map(|&pair| spring(&body.start, pair, k, d)).collect::<Vec<_>>()
         };
+        let of_list = |list: &List| {
+            let first = body.first as u32;
+            let local = |(nodes, numbers)| (nodes, numbers, |node: u32| Some(node - first));
+            Modes::new(list.kind, &body.start, list.of(list.bodies[index].clone()).map(local))
+        };
         Self {
             springs: lists.iter().flat_map(springs).collect(),
-            hinges: body
-                .hinges
-                .iter()
-                .zip(&body.hinge_rest)
-                .map(|(&nodes, &at_rest)| bend(&body.start, nodes, body.hinge, at_rest))
-                .collect(),
+            elements: assembly.elements.iter().filter_map(of_list).collect(),
             root_inverse_mass: (0..body.nodes).map(|node| root_inverse_mass(body, node)).collect(),
         }
     }
 
     /// The corners of a grid put together to a small one: its fastest waves are as short as two nodes.
-    fn of_grid(body: &BodyAssembly, along: &GridDirections, [rows, cols]: [usize; 2]) -> Self {
-        let small = [rows.min(PATCH), cols.min(PATCH)];
-        let real = |i: usize, small: usize, all: usize| if i < small / 2 { i } else { i + all - small };
-        let of_patch =
-            |n: usize| real(n / small[1], small[0], rows) * cols + real(n % small[1], small[1], cols);
+    fn of_grid(assembly: &Assembly, index: usize, along: &GridDirections, layout: [usize; 2]) -> Self {
+        let body = &assembly.bodies[index];
+        let patch = Patch { all: layout, small: layout.map(|count| count.min(PATCH)) };
+        let [rows, cols] = patch.small;
         // A grid starts flat and even, so its first nodes show where all of the patch would be.
         let step =
             |node: usize| if node < body.nodes { sub(body.start[node], body.start[0]) } else { [0.0; 3] };
-        let (down, across) = (step(cols), step(if cols > 1 { 1 } else { usize::MAX }));
-        let nodes = small[0] * small[1];
-        let places: Vec<[f64; 3]> = (0..nodes)
-            .map(|n| add(scale(down, (n / small[1]) as f64), scale(across, (n % small[1]) as f64)))
-            .collect();
+        let (down, across) = (step(layout[1]), step(if layout[1] > 1 { 1 } else { usize::MAX }));
+        let place = |n: usize| add(scale(down, (n / cols) as f64), scale(across, (n % cols) as f64));
+        let places: Vec<[f64; 3]> = (0..rows * cols).map(place).collect();
         let mut springs = Vec::new();
-        for n in 0..nodes {
+        for n in 0..rows * cols {
             for (&(rows_down, cols_across), spec) in GRID_STEPS.iter().zip(along) {
-                let to = ((n / small[1]) + rows_down, (n % small[1]).checked_add_signed(cols_across));
+                let to = ((n / cols) + rows_down, (n % cols).checked_add_signed(cols_across));
                 if let (Some([k, d, _]), (row, Some(col))) = (spec, to)
-                    && row < small[0]
-                    && col < small[1]
+                    && row < rows
+                    && col < cols
                 {
-                    springs.push(spring(&places, [n as u32, (row * small[1] + col) as u32], *k, *d));
+                    springs.push(spring(&places, [n as u32, (row * cols + col) as u32], *k, *d));
                 }
             }
         }
-        let hinges = if body.hinges.is_empty() { Vec::new() } else { patch_hinges(small) };
+        let of_list = |list: &List| {
+            let of_body = list.of(list.bodies[index].clone());
+            let inside = |(nodes, numbers)| Some((nodes, numbers, patch.mover(nodes, body.first)?));
+            Modes::new(list.kind, &places, of_body.filter_map(inside))
+        };
         Self {
             springs,
-            hinges: hinges
-                .into_iter()
-                .map(|nodes| bend(&places, nodes, body.hinge, rest(nodes.map(|node| places[node as usize]))))
-                .collect(),
-            root_inverse_mass: (0..nodes).map(|n| root_inverse_mass(body, of_patch(n))).collect(),
+            elements: assembly.elements.iter().filter_map(of_list).collect(),
+            root_inverse_mass: (0..rows * cols).map(|n| root_inverse_mass(body, patch.of_grid(n))).collect(),
         }
     }
 }
 
-fn patch_hinges([rows, cols]: [usize; 2]) -> Vec<[u32; 4]> {
-    let surface = shapes::grid_surface(rows as u32, cols as u32, [1.0, 1.0]);
-    Edges::new(surface.nodes.len(), &surface.triangles, &surface.links).hinges(&surface.triangles)
+/// A small grid that has the corners of another: rows and columns of both.
+#[derive(Clone, Copy)]
+struct Patch {
+    all: [usize; 2],
+    small: [usize; 2],
+}
+
+impl Patch {
+    /// The grid's node of a node of the patch.
+    fn of_grid(&self, node: usize) -> usize {
+        let real = |axis: usize, i: usize| {
+            if i < self.small[axis] / 2 { i } else { i + self.all[axis] - self.small[axis] }
+        };
+        real(0, node / self.small[1]) * self.all[1] + real(1, node % self.small[1])
+    }
+
+    /// How the nodes of an element go over to the patch, if its first row and column are of those that the patch has.
+    fn mover(&self, nodes: &[u32], first: usize) -> Option<impl Fn(u32) -> Option<u32> + use<>> {
+        let Self { all, small } = *self;
+        let place = move |node: u32| {
+            let node = node as usize - first;
+            [node / all[1], node % all[1]]
+        };
+        let mut back = [0; 2];
+        for axis in 0..2 {
+            let least = nodes.iter().map(|&node| place(node)[axis]).min()?;
+            if least >= small[axis] / 2 {
+                back[axis] = all[axis] - small[axis];
+                least.checked_sub(back[axis] + small[axis] / 2)?;
+            }
+        }
+        Some(move |node: u32| {
+            let [row, col] = place(node);
+            let [row, col] = [row - back[0], col - back[1]];
+            (row < small[0] && col < small[1]).then_some((row * small[1] + col) as u32)
+        })
+    }
+}
+
+impl Modes {
+    /// Those of elements by nodes, numbers and what gives a node's number among `places`; `None` where there are none.
+    fn new<'e, M: Fn(u32) -> Option<u32>>(
+        kind: &Kind,
+        places: &[[f64; 3]],
+        elements: impl Iterator<Item = (&'e [u32], &'e [f64], M)>,
+    ) -> Option<Self> {
+        let visit = kind.modes?;
+        let mut modes =
+            Self { width: kind.nodes, nodes: Vec::new(), directions: Vec::new(), stiffness: Vec::new() };
+        for (nodes, numbers, mover) in elements {
+            let Some(nodes) = nodes.iter().map(|&node| mover(node)).collect::<Option<Vec<u32>>>() else {
+                continue;
+            };
+            let x: Vec<[f64; 3]> = nodes.iter().map(|&node| places[node as usize]).collect();
+            visit(&x, numbers, &mut |directions, stiffness| {
+                modes.nodes.extend(&nodes);
+                modes.directions.extend(directions);
+                modes.stiffness.push(stiffness);
+            });
+        }
+        (!modes.stiffness.is_empty()).then_some(modes)
+    }
+
+    /// Number of modes.
+    fn len(&self) -> usize {
+        self.stiffness.len()
+    }
+
+    /// Nodes, directions, and k, d, `stiffest` of each.
+    fn iter(&self) -> impl Iterator<Item = (&[u32], &[[f64; 3]], [f64; 3])> {
+        let ends = self.nodes.chunks_exact(self.width).zip(self.directions.chunks_exact(self.width));
+        ends.zip(&self.stiffness).map(|((nodes, directions), &stiffness)| (nodes, directions, stiffness))
+    }
 }
 
 fn root_inverse_mass(body: &BodyAssembly, node: usize) -> f64 {
@@ -212,7 +277,8 @@ impl System {
     fn worst_mode(&self, u: &mut Vec<[f64; 3]>, h: f64, kind: (f64, Pull)) -> (f64, f64) {
         let mut last = 0.0;
         let mut rates = (0.0, 0.0);
-        for _ in 0..(ENOUGH / (1 + self.springs.len() + self.hinges.len())).clamp(30, 300) {
+        let elements: usize = self.elements.iter().map(Modes::len).sum();
+        for _ in 0..(ENOUGH / (1 + self.springs.len() + elements)).clamp(30, 300) {
             let length = u.iter().map(|&x| dot(x, x)).sum::<f64>().sqrt();
             if length == 0.0 {
                 return (0.0, 0.0);
@@ -237,18 +303,24 @@ impl System {
         let mut out = vec![[0.0; 3]; u.len()];
         let w = &self.root_inverse_mass;
         let mut rates = Rates { kappa: 0.0, delta: 0.0 };
-        for element in &self.springs {
+        for spring in &self.springs {
             match pull {
-                Pull::Along => element.apply(u, w, h, &mut out, &mut rates),
-                Pull::AnyWay => element.apply_any_way(u, w, h, &mut out, &mut rates),
+                Pull::Along => {
+                    let directions = [scale(spring.along, -1.0), spring.along];
+                    apply_mode(
+                        (&spring.nodes, &directions),
+                        [spring.k, spring.d],
+                        (u, w, h),
+                        &mut out,
+                        &mut rates,
+                    );
+                }
+                Pull::AnyWay => spring.apply_any_way(u, w, h, &mut out, &mut rates),
             }
         }
-        for element in &self.hinges {
-            let stiffer = match pull {
-                Pull::Along => element.scaled(1.0),
-                Pull::AnyWay => element.scaled(element.stiffest),
-            };
-            stiffer.apply(u, w, h, &mut out, &mut rates);
+        for (nodes, directions, [k, d, stiffest]) in self.elements.iter().flat_map(Modes::iter) {
+            let factor = if pull == Pull::AnyWay { stiffest } else { 1.0 };
+            apply_mode((nodes, directions), [factor * k, factor * d], (u, w, h), &mut out, &mut rates);
         }
         let Rates { kappa, mut delta } = rates;
         for ((out, &x), w) in out.iter_mut().zip(u).zip(w) {
@@ -277,25 +349,26 @@ struct Rates {
     delta: f64,
 }
 
-impl<const N: usize> Element<N> {
-    fn scaled(&self, factor: f64) -> Self {
-        Self { k: factor * self.k, d: factor * self.d, ..*self }
-    }
-
-    fn apply(&self, u: &[[f64; 3]], w: &[f64], h: f64, out: &mut [[f64; 3]], rates: &mut Rates) {
-        let nodes = self.nodes.map(|node| node as usize);
-        let strain: f64 =
-            nodes.iter().zip(&self.directions).map(|(&node, &n)| w[node] * dot(n, u[node])).sum();
-        rates.kappa += self.k * strain * strain;
-        rates.delta += self.d * strain * strain;
-        let pull = (h * h * self.k + 2.0 * h * self.d) * strain;
-        for (&node, &n) in nodes.iter().zip(&self.directions) {
-            out[node] = add(out[node], scale(n, pull * w[node]));
-        }
+/// Adds what a mode with stiffness k and damping d does.
+fn apply_mode(
+    (nodes, directions): (&[u32], &[[f64; 3]]),
+    [k, d]: [f64; 2],
+    (u, w, h): (&[[f64; 3]], &[f64], f64),
+    out: &mut [[f64; 3]],
+    rates: &mut Rates,
+) {
+    let along = |(&node, &n): (&u32, &[f64; 3])| w[node as usize] * dot(n, u[node as usize]);
+    let strain: f64 = nodes.iter().zip(directions).map(along).sum();
+    rates.kappa += k * strain * strain;
+    rates.delta += d * strain * strain;
+    let pull = (h * h * k + 2.0 * h * d) * strain;
+    for (&node, &n) in nodes.iter().zip(directions) {
+        let out = &mut out[node as usize];
+        *out = add(*out, scale(n, pull * w[node as usize]));
     }
 }
 
-impl Element<2> {
+impl Axis {
     /// As if the spring resisted in every direction.
     fn apply_any_way(&self, u: &[[f64; 3]], w: &[f64], h: f64, out: &mut [[f64; 3]], rates: &mut Rates) {
         let [a, b] = self.nodes.map(|node| node as usize);

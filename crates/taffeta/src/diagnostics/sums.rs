@@ -1,6 +1,6 @@
 //! Sums over the state, as backends hand them over.
 
-use crate::diagnostics::SolverReport;
+use crate::diagnostics::{ElementEnergy, SolverReport};
 
 /// Sums over the state, or over a part of it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,8 +26,8 @@ pub struct StateSums {
 pub struct FrameSums {
     /// Sums over all nodes and springs.
     pub all: StateSums,
-    /// Energy of the hinges [J].
-    pub hinges: f64,
+    /// Energy of each kind of elements that the scene has.
+    pub elements: Vec<ElementEnergy>,
     /// Volume of each body [m³], where it is closed.
     pub volumes: Vec<Option<f64>>,
     /// Nodes in contact with each other.
@@ -52,6 +52,17 @@ pub struct PairSums {
 impl Default for PairSums {
     fn default() -> Self {
         Self { pairs: 0, nearest: f64::INFINITY, searches: 0 }
+    }
+}
+
+impl FrameSums {
+    /// Adds to the energy of a kind of elements [J].
+    #[cfg(feature = "gpu")]
+    pub fn add_energy(&mut self, kind: &'static str, energy: f64) {
+        match self.elements.iter_mut().find(|one| one.kind == kind) {
+            Some(one) => one.energy += energy,
+            None => self.elements.push(ElementEnergy::new(kind, energy)),
+        }
     }
 }
 

@@ -1,6 +1,9 @@
 //! What wind can do to bodies, and whether the step lets it.
 
+use crate::advice::{Advice, Warning};
 use crate::build::Assembly;
+use crate::diagnostics::advice::round_down;
+use crate::elements::aero::build::panels;
 use crate::real::norm;
 use crate::scene::Air;
 
@@ -16,34 +19,35 @@ pub fn pushes(assembly: &Assembly) -> Vec<f64> {
     let Some(air) = &assembly.world.air else { return Vec::new() };
     let pressure = 0.5 * air.density * speed(air).powi(2) * air.drag.hypot(0.5 * air.lift);
     let mut pushes = vec![0.0; assembly.places];
-    for (corners, area) in assembly.panels.corners.iter().zip(&assembly.panels.areas) {
-        corners.iter().for_each(|&corner| pushes[corner as usize] += pressure * area / 3.0);
+    for body in &assembly.bodies {
+        for panel in panels(body) {
+            let third = pressure * panel.area / 3.0;
+            panel.corners.iter().for_each(|&corner| pushes[body.first + corner as usize] += third);
+        }
     }
     pushes
 }
 
 /// A warning where cloth that is held back feels less of a wind across it than there is: the step is too long for so light a
 /// panel ([`crate::elements::aero::aero`]).
-pub fn weakened(assembly: &Assembly) -> Option<String> {
+pub fn weakened(assembly: &Assembly) -> Option<Warning> {
     let air = assembly.world.air.as_ref()?;
-    let panels = &assembly.panels;
     let step = assembly.time.substep(0).1;
-    let lightness = panels.lightness.iter().zip(&panels.areas).map(|(lightness, area)| lightness * area);
-    let (panel, lightest) = lightness.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let node = panels.corners[panel][0] as usize;
-    let body = assembly.bodies.iter().rfind(|body| body.first <= node)?;
+    let of_body = |body| panels(body).into_iter().map(move |panel| (body, panel.lightness * panel.area));
+    let (body, lightest) = assembly.bodies.iter().flat_map(of_body).max_by(|a, b| a.1.total_cmp(&b.1))?;
     // d of a panel across the wind, in a second.
     let rate = 0.5 * air.density * air.drag * speed(air) * lightest;
     let d = step * rate;
     (d > 0.5).then(|| {
         let felt = 100.0 / (1.0 + d * (2.0 - 1.0 / d).min(1.0));
-        format!(
+        let longest = round_down(0.495 / rate);
+        let message = format!(
             "a wind of {:.3} m/s across body `{}` presses with {felt:.0} % of its force where something holds the body back: the \
-             step of {step:.3e} s is too long for cloth of {:.2e} kg/m²; set time.max_step = {:.1e} or less where that matters",
+             step of {step:.3e} s is too long for cloth of {:.2e} kg/m²; sub-steps of {longest:e} s or less would do where that matters",
             speed(air),
             body.name,
             1.0 / lightest,
-            0.495 / rate,
-        )
+        );
+        Warning::new(message, [Advice::LongestStep(longest)])
     })
 }

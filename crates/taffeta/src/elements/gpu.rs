@@ -4,187 +4,258 @@ use crate::build::Assembly;
 use crate::cpu::CpuBackend;
 use crate::diagnostics::FrameSums;
 use crate::diagnostics::gpu::{capped, sum_groups};
-use crate::elements::aero::cpu::AirPanels;
 use crate::elements::cpu;
-use crate::elements::hinge::cpu::Hinges;
+use crate::elements::element::{Kind, List};
 use crate::gpu::bodies::Bodies;
-use crate::gpu::feature::{Command, Feature, Features, Upload};
+use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::{Air, Four, GROUP, Hinge, Panel, Substep};
+use crate::gpu::layout::{Four, GROUP};
 use crate::gpu::schedule::Fused;
 use crate::plan;
 use crate::step::{Op, Stage};
-use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack};
+use std::num::NonZeroU64;
+use std::ops::Range;
+use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders, wgpu};
+
+/// What shaders of all kinds import.
+pub const SHADERS: &[Shader] = shaders!("elements", ["energies.wgsl", "forces.wgsl"]);
+
+/// The forces of a kind begin at a multiple of so many, where any device lets a buffer be bound from [256 bytes].
+const ALIGNED: usize = 256 / size_of::<Four>();
 
 /// Bytes of the array of forces of a body's elements, and what it holds.
 pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
-    let body = &assembly.bodies[body];
-    let panels = if assembly.panels.len() > 0 { body.triangles() } else { 0 };
-    let forces = body.hinges.len() * 4 + panels;
-    vec![((forces * size_of::<Four>()) as u64, "forces of hinges and panels")]
+    let of_kind = |list: &List| (list.bodies[body].len() * list.kind.forces).next_multiple_of(ALIGNED);
+    let forces: usize = assembly.elements.iter().map(of_kind).sum();
+    vec![((forces * size_of::<Four>()) as u64, "forces of elements")]
 }
 
 /// Elements on the host.
 #[derive(Default)]
 pub struct ElementTables {
-    pub hinges: Vec<Hinge>,
-    /// Triangles that air acts on.
-    pub panels: Vec<Panel>,
-    /// Hinges and panels of the scene before them.
-    before: [usize; 2],
+    /// Those of each kind of which there are some.
+    pub kinds: Vec<KindTables>,
+}
+
+/// Elements of one kind on the host.
+pub struct KindTables {
+    /// Which.
+    pub set: Set,
+    /// Records, one after the other: nodes, then numbers in 32 bits.
+    pub words: Vec<u32>,
+}
+
+/// Some elements of one kind.
+#[derive(Clone)]
+pub struct Set {
+    /// Which kind.
+    pub kind: &'static Kind,
+    /// Which of the scene's elements of the kind.
+    pub range: Range<usize>,
+    /// Where their forces begin among those of all kinds.
+    pub first_force: usize,
 }
 
 impl ElementTables {
     /// Those of some bodies.
     pub fn new(bodies: &Bodies<'_>) -> Self {
-        let earlier = &bodies.assembly.bodies[..bodies.range.start];
-        let all = &bodies.assembly.panels.corners;
-        let panels_before = all.iter().filter(|corners| (corners[0] as usize) < bodies.places.start);
-        let before = [earlier.iter().map(|body| body.hinges.len()).sum(), panels_before.count()];
-        Self { hinges: hinges(bodies), panels: panels(bodies), before }
+        let (mut kinds, mut first_force) = (Vec::new(), 0);
+        for list in &bodies.assembly.elements {
+            let of_bodies = &list.bodies[bodies.range.clone()];
+            let range =
+                of_bodies.first().map_or(0, |body| body.start)..of_bodies.last().map_or(0, |body| body.end);
+            if range.is_empty() {
+                continue;
+            }
+            let mut words = Vec::with_capacity(range.len() * (list.kind.nodes + list.kind.numbers()));
+            for (nodes, numbers) in list.of(range.clone()) {
+                words.extend(nodes.iter().map(|&node| bodies.local(node as usize)));
+                words.extend(numbers.iter().map(|&number| (number as f32).to_bits()));
+            }
+            let set = Set { kind: list.kind, range, first_force };
+            first_force = set.forces().end.next_multiple_of(ALIGNED);
+            kinds.push(KindTables { set, words });
+        }
+        Self { kinds }
     }
 
-    /// Where the forces of panels begin among those of elements.
-    pub fn first_panel_force(&self) -> usize {
-        4 * self.hinges.len()
+    /// Number of forces of all elements, with gaps.
+    pub fn forces(&self) -> usize {
+        self.kinds.last().map_or(0, |last| last.set.forces().end)
     }
 
     /// Whether there are any.
     pub fn is_empty(&self) -> bool {
-        self.hinges.is_empty() && self.panels.is_empty()
+        self.kinds.is_empty()
     }
 
     /// For each corner of each element, its node and where its force is among those of elements.
     pub fn corners(&self) -> impl Iterator<Item = (u32, u32)> {
-        let hinges = self.hinges.iter().flat_map(|hinge| hinge.corners).zip(0..);
-        let first = self.first_panel_force() as u32;
-        let of_panel = |(panel, force): (&Panel, u32)| [panel.a, panel.b, panel.c].map(|node| (node, force));
-        hinges.chain(self.panels.iter().zip(first..).flat_map(of_panel))
+        self.kinds.iter().flat_map(KindTables::corners)
+    }
+
+    /// The elements of a kind.
+    pub fn of(&self, kind: &str) -> Option<&KindTables> {
+        self.kinds.iter().find(|tables| tables.set.kind.name == kind)
     }
 }
 
-fn hinges(bodies: &Bodies<'_>) -> Vec<Hinge> {
-    let mut hinges = Vec::new();
-    for (_, body) in bodies.iter() {
-        let first = bodies.local(body.first);
-        hinges.extend(body.hinges.iter().zip(&body.hinge_rest).map(|(corners, rest)| Hinge {
-            corners: corners.map(|node| node + first),
-            rest_angle: rest.angle as f32,
-            rest_steepness: rest.steepness as f32,
-            k: body.hinge.k as f32,
-            damping: body.hinge.d as f32,
-        }));
+impl Set {
+    /// Where their forces are among those of all kinds.
+    pub fn forces(&self) -> Range<usize> {
+        self.first_force..self.first_force + self.kind.forces * self.range.len()
     }
-    hinges
+
+    /// What the CPU has found of their forces [N].
+    pub fn found_on_cpu(&self, cpu: &mut CpuBackend<f32>) -> Vec<Four> {
+        let Some(elements) = cpu.feature::<cpu::Elements<f32>>() else { return Vec::new() };
+        let (each, found) = (self.kind.forces, elements.forces(self.kind.name));
+        let own = &found[each * self.range.start..each * self.range.end];
+        own.iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect()
+    }
 }
 
-fn panels(bodies: &Bodies<'_>) -> Vec<Panel> {
-    let all = &bodies.assembly.panels;
-    let inside = all.corners.iter().zip(&all.lightness).filter(|(corners, _)| bodies.has(corners[0]));
-    let panel = |(corners, &lightness): (&[u32; 3], &f64)| {
-        let [a, b, c] = corners.map(|node| bodies.local(node as usize));
-        Panel { a, b, c, lightness: lightness as f32 }
-    };
-    inside.map(panel).collect()
+impl KindTables {
+    /// Nodes and numbers of each element.
+    pub fn elements(&self) -> impl Iterator<Item = (&[u32], &[u32])> {
+        let kind = self.set.kind;
+        self.words.chunks_exact(kind.nodes + kind.numbers()).map(|words| words.split_at(kind.nodes))
+    }
+
+    fn corners(&self) -> impl Iterator<Item = (u32, u32)> {
+        let Set { kind, first_force, .. } = self.set;
+        self.elements().enumerate().flat_map(move |(index, (nodes, _))| {
+            let first = first_force + kind.forces * index;
+            let force = move |corner: usize| if kind.forces > 1 { first + corner } else { first };
+            nodes.iter().enumerate().map(move |(at, &node)| (node, force(at) as u32))
+        })
+    }
 }
 
-/// What the CPU has found of so many hinges and panels behind others: forces on corners of hinges, then on those of panels [N].
-pub fn found_on_cpu(
-    cpu: &mut CpuBackend<f32>,
-    before: [usize; 2],
-    [hinges, panels]: [usize; 2],
-) -> Vec<Four> {
-    let Some(elements) = cpu.feature::<cpu::Elements<f32>>() else { return Vec::new() };
-    let mut all: Vec<[f32; 3]> = Vec::new();
-    if let Some(set) = elements.set::<Hinges<f32>>() {
-        all.extend(set.forces()[before[0]..][..hinges].as_flattened());
+/// A part of a buffer, as a kernel sees it.
+struct Window {
+    buffer: wgpu::Buffer,
+    offset: u64,
+    bytes: u64,
+}
+
+impl Bindable for Window {
+    fn buffer(&self) -> &wgpu::Buffer {
+        &self.buffer
     }
-    if let Some(set) = elements.set::<AirPanels<f32>>() {
-        all.extend(&set.forces()[before[1]..][..panels]);
+
+    fn offset(&self) -> u64 {
+        self.offset
     }
-    all.into_iter().map(|[x, y, z]| [x, y, z, 0.0]).collect()
+
+    fn window(&self) -> Option<NonZeroU64> {
+        NonZeroU64::new(self.bytes)
+    }
+}
+
+/// Elements of one kind on the device.
+struct OnDevice {
+    set: Set,
+    records: Buffer<u32>,
+    /// Force on each corner of each element, or on all corners of each [N].
+    forces: Window,
+    /// By workgroup [J], where they have some.
+    energies: Option<(Buffer<f32>, ReadBack<f32>)>,
 }
 
 /// Elements on the device.
 pub struct Elements {
-    hinges: Buffer<Hinge>,
-    panels: Buffer<Panel>,
-    /// Force on each corner of each hinge, then on all corners of each panel [N].
+    kinds: Vec<OnDevice>,
+    /// Forces of all kinds, one behind the other.
     forces: Buffer<Four>,
-    first_panel_force: u32,
-    /// Hinges and panels of the scene before them.
-    before: [usize; 2],
-    /// By workgroup [J].
-    hinge_sums: Buffer<f32>,
-    read_hinge_sums: ReadBack<f32>,
 }
 
 impl Elements {
     /// Takes tables to the device.
     pub fn new(gpu: &Gpu, tables: &ElementTables) -> Result<Self, GpuError> {
-        let sums = sum_groups(tables.hinges.len());
-        Ok(Self {
-            hinges: gpu.buffer_from("hinges", &tables.hinges)?,
-            panels: gpu.buffer_from("panels", &tables.panels)?,
-            forces: gpu
-                .buffer("forces of hinges and panels", tables.first_panel_force() + tables.panels.len())?,
-            first_panel_force: tables.first_panel_force() as u32,
-            before: tables.before,
-            hinge_sums: gpu.buffer("sums over hinges", sums)?,
-            read_hinge_sums: gpu.read_back("sums over hinges", sums)?,
-        })
+        let forces: Buffer<Four> = gpu.buffer("forces of elements", tables.forces())?;
+        let on_device = |tables: &KindTables| {
+            let (kind, seen) = (tables.set.kind, tables.set.forces());
+            let sums = sum_groups(tables.set.range.len());
+            let energies = || {
+                let label = "energies of elements";
+                Ok((gpu.buffer(label, sums)?, gpu.read_back(label, sums)?))
+            };
+            Ok(OnDevice {
+                records: gpu.buffer_from(kind.name, &tables.words)?,
+                forces: Window {
+                    buffer: forces.raw().clone(),
+                    offset: (seen.start * size_of::<Four>()) as u64,
+                    bytes: (seen.len() * size_of::<Four>()) as u64,
+                },
+                energies: kind.kernels.energies.map(|_| energies()).transpose()?,
+                set: tables.set.clone(),
+            })
+        };
+        let kinds = tables.kinds.iter().map(on_device).collect::<Result<_, GpuError>>()?;
+        Ok(Self { kinds, forces })
     }
 
     /// Whether there are any.
     pub fn any(&self) -> bool {
-        self.hinges.len() + self.panels.len() > 0
-    }
-
-    /// Number of hinges and of panels.
-    fn counts(&self) -> [usize; 2] {
-        [self.hinges.len(), self.panels.len()]
+        !self.kinds.is_empty()
     }
 }
 
 impl Feature for Elements {
-    fn buffers(&self, _: usize) -> Vec<(&'static str, &dyn Bindable)> {
-        vec![
-            ("hinges", &self.hinges),
-            ("panels", &self.panels),
-            ("element_forces", &self.forces),
-            ("hinge_sums", &self.hinge_sums),
-        ]
+    /// Kernels of a kind see its own forces and energies: its part is one more than its number. Others see all forces.
+    fn buffers(&self, part: usize) -> Vec<(&'static str, &dyn Bindable)> {
+        let mut all: Vec<(&'static str, &dyn Bindable)> =
+            self.kinds.iter().map(|one| (one.set.kind.name, &one.records as &dyn Bindable)).collect();
+        match part.checked_sub(1).and_then(|kind| self.kinds.get(kind)) {
+            Some(one) => {
+                all.push(("element_forces", &one.forces));
+                all.extend(one.energies.iter().map(|(sums, _)| ("element_energies", sums as &dyn Bindable)));
+            }
+            None => all.push(("element_forces", &self.forces)),
+        }
+        all
     }
 
     fn kernels<'f>(&'f self, _: &'f Features, _: Stage) -> Vec<Fused<'f>> {
-        let [hinges, panels] = self.counts().map(|count| count.div_ceil(GROUP));
-        let forces = vec![
-            Command::run(Name::new("bend_hinges"), hinges),
-            Command::run(Name::new("blow_on_panels"), panels),
-        ];
-        let sums = vec![Command::run(Name::new("measure_hinges"), self.hinge_sums.len())];
-        vec![Fused::new(&[Op::Elements], forces), Fused::new(&[Op::MeasureTiles], sums)]
-    }
-
-    fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
-        for (record, substep) in records.iter_mut().zip(upload.substeps) {
-            record.air = Air::of(substep.air.as_ref(), self.first_panel_force);
-        }
-        Ok(false)
+        let kinds = || (1..).zip(&self.kinds);
+        let force = |(part, one): (usize, &OnDevice)| {
+            Command::run_part(
+                Name::new(one.set.kind.kernels.forces),
+                part,
+                one.set.range.len().div_ceil(GROUP),
+            )
+        };
+        let energy = |(part, one): (usize, &OnDevice)| {
+            let (sums, _) = one.energies.as_ref()?;
+            Some(Command::run_part(Name::new(one.set.kind.kernels.energies?), part, sums.len()))
+        };
+        vec![
+            Fused::new(&[Op::Elements], kinds().map(force).collect()),
+            Fused::new(&[Op::MeasureTiles], kinds().filter_map(energy).collect()),
+        ]
     }
 
     fn take_over(&self, gpu: &Gpu, cpu: &mut CpuBackend<f32>, _: &plan::Substep<f32>) {
-        self.forces.write(gpu, 0, &found_on_cpu(cpu, self.before, self.counts()));
+        for one in &self.kinds {
+            self.forces.write(gpu, one.set.first_force, &one.set.found_on_cpu(cpu));
+        }
     }
 
     fn copy(&self, list: &mut DispatchList) {
-        list.copy(&self.hinge_sums, &self.read_hinge_sums);
+        for (sums, read) in self.kinds.iter().filter_map(|one| one.energies.as_ref()) {
+            list.copy(sums, read);
+        }
     }
 
     fn measure(&self, gpu: &Gpu, sums: &mut FrameSums) -> Result<(), GpuError> {
         let mut numbers = Vec::new();
-        self.read_hinge_sums.take(gpu, &mut numbers)?;
-        sums.hinges += numbers.iter().map(|&energy| capped(energy)).sum::<f64>();
+        for one in &self.kinds {
+            if let Some((_, read)) = &one.energies {
+                read.take(gpu, &mut numbers)?;
+                sums.add_energy(one.set.kind.name, numbers.iter().map(|&energy| capped(energy)).sum());
+            }
+        }
         Ok(())
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod aero;
 pub mod cpu;
+pub mod element;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod hinge;
@@ -13,13 +14,22 @@ pub mod spring;
 use crate::build::Assembly;
 use crate::real::Real;
 use aero::cpu::AirPanels;
-use cpu::ElementSet;
-use hinge::cpu::Hinges;
+use cpu::{ByElement, ElementSet};
+use element::{Kind, List};
+use hinge::hinge::Bending;
 
-/// All kinds of elements of a scene whose forces are found one by one, in the order in which nodes add them up.
+/// All kinds of elements whose forces are found one by one, in the order in which nodes add them up.
+pub const KINDS: [&Kind; 2] = [&hinge::KIND, &aero::KIND];
+
+/// The elements of a scene on the CPU, a set for each kind that it has.
 pub fn sets<T: Real>(assembly: &Assembly) -> Vec<Box<dyn ElementSet<T>>> {
-    fn boxed<T: Real>(set: impl ElementSet<T>) -> Box<dyn ElementSet<T>> {
-        Box::new(set)
-    }
-    [Hinges::new(assembly).map(boxed), AirPanels::new(assembly).map(boxed)].into_iter().flatten().collect()
+    let places = assembly.places;
+    let set = |list: &List| -> Box<dyn ElementSet<T>> {
+        match list.kind.name {
+            hinge::NAME => Box::new(ByElement::<T, Bending, 4, 4>::new(list, places)),
+            aero::NAME => Box::new(AirPanels::new(list, places)),
+            other => unreachable!("`{other}` is not among the kinds of elements"),
+        }
+    };
+    assembly.elements.iter().filter(|list| !list.is_empty()).map(set).collect()
 }

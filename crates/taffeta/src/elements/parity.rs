@@ -1,74 +1,56 @@
-//! Rows of the elements that several nodes share: hinges, panels and torques.
+//! What rows of all kinds of elements are made by, and the row of torques.
 
+use crate::diagnostics::parity::{compare, measured, sums, total};
+use crate::elements::element::Kind;
+use crate::elements::gpu::KindTables;
+use crate::elements::{aero, hinge};
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::Load;
+use crate::gpu::layout::{GROUP, Load};
 use crate::gpu::parity::bench::{Bench, Given};
 use crate::gpu::parity::fixture::words;
 use crate::gpu::parity::{Row, Tolerance};
 use crate::solvers::explicit::parity::{fixtures, kernel_of, scaled_loads};
 
-const FOLDED: &str = "sums, products, quotients and roots in the same order; on hardware a fused product turns the \
-                      normals of slivers";
 const SUMMED: &str = "both add up in lanes and by halves; on hardware fused products add up over 642 nodes";
 
-const BLOWN: &str = "sums, products, quotients and roots in the same order; on hardware a fused product turns the \
-                     normals of small triangles";
+/// Rows of all kinds, and of loads.
+pub fn rows() -> Vec<Row> {
+    [hinge::parity::ROWS, aero::parity::ROWS, LOADS].concat()
+}
 
-/// One row for each kernel.
-pub const ROWS: &[Row] = &[
-    Row {
-        name: "bend_hinges",
-        entry: "bend_hinges",
-        tolerance: Tolerance::new(0.0, 8192.0, FOLDED),
-        check: hinges,
-    },
-    Row {
-        name: "blow_on_panels",
-        entry: "blow_on_panels",
-        tolerance: Tolerance::new(0.0, 64.0, BLOWN),
-        check: panels,
-    },
-    Row {
-        name: "scale_loads",
-        entry: "scale_loads",
-        tolerance: Tolerance::new(0.0, 64.0, SUMMED),
-        check: scales,
-    },
-];
+const LOADS: &[Row] = &[Row {
+    name: "scale_loads",
+    entry: "scale_loads",
+    tolerance: Tolerance::new(0.0, 64.0, SUMMED),
+    check: scales,
+}];
 
-/// On grids and meshes, with gusts.
-fn panels(bench: &mut Bench<'_>) -> Result<(), String> {
+/// Forces of the elements of a kind, on grids and meshes, with gusts.
+pub fn forces(bench: &mut Bench<'_>, kind: &Kind) -> Result<(), String> {
     let fixtures = fixtures(bench)?;
-    let kernel = kernel_of(bench, Name::new("blow_on_panels"), &fixtures[0])?;
+    let kernel = kernel_of(bench, Name::new(kind.kernels.forces), &fixtures[0])?;
     for mut fixture in fixtures {
         fixture.on_cpu(&[]);
-        let (first, count) =
-            (fixture.tables.elements.first_panel_force(), fixture.tables.elements.panels.len());
-        let mut wanted = fixture.element_forces();
-        wanted[..first].fill([f32::NAN; 4]);
-        let (arrays, records) = (fixture.arrays(), fixture.records());
-        bench.run(
-            &kernel,
-            &Given { arrays: &arrays, records: &records, groups: count.div_ceil(256) },
-            |written| {
-                written.fours("element_forces", &wanted);
-            },
-        )?;
+        let Some(KindTables { set, .. }) = fixture.tables.elements.of(kind.name) else { continue };
+        let (wanted, groups) = (set.found_on_cpu(&mut fixture.cpu), set.range.len().div_ceil(GROUP));
+        let (mut arrays, records) = (fixture.arrays(), fixture.records());
+        arrays.insert("element_forces", vec![f32::NAN.to_bits(); 4 * wanted.len()]);
+        bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
+            written.fours("element_forces", &wanted);
+        })?;
     }
     Ok(())
 }
 
-fn hinges(bench: &mut Bench<'_>) -> Result<(), String> {
-    let fixtures = fixtures(bench)?;
-    let kernel = kernel_of(bench, Name::new("bend_hinges"), &fixtures[0])?;
-    for mut fixture in fixtures {
-        fixture.on_cpu(&[]);
-        let mut wanted = fixture.element_forces();
-        wanted[fixture.tables.elements.first_panel_force()..].fill([f32::NAN; 4]);
-        let (arrays, records) = (fixture.arrays(), fixture.records());
-        let groups = fixture.tables.elements.hinges.len().div_ceil(256);
-        bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
-            written.fours("element_forces", &wanted);
+/// Energies of the elements of a kind.
+pub fn energies(bench: &mut Bench<'_>, kind: &Kind, entry: &'static str) -> Result<(), String> {
+    for mut fixture in fixtures(bench)? {
+        let Some(KindTables { set, .. }) = fixture.tables.elements.of(kind.name) else { continue };
+        let groups = [1, 3, set.range.len().div_ceil(GROUP)];
+        let energies = measured(&mut fixture)?.elements;
+        let wanted = energies.iter().find(|one| one.kind == kind.name).map_or(f64::NAN, |one| one.energy);
+        sums(bench, &fixture, (entry, "element_energies", 1), &groups, |written, found| {
+            compare(written, "energy", wanted, total(found, 1, 0), wanted);
         })?;
     }
     Ok(())

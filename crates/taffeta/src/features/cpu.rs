@@ -1,5 +1,6 @@
 //! The features of a scene on the CPU, in the order in which they act.
 
+use crate::advice::Refusal;
 use crate::attachments::cpu::Attachments;
 use crate::build::Assembly;
 use crate::contact::colliders::cpu::Colliders;
@@ -20,9 +21,9 @@ use crate::solvers::implicit::cpu::Implicit;
 use crate::volume::cpu::Volumes;
 
 /// A scene on the CPU.
-pub fn on_cpu<T: Real>(assembly: Assembly, threads: usize) -> Result<CpuBackend<T>, String> {
+pub fn on_cpu<T: Real>(assembly: Assembly, threads: usize) -> Result<CpuBackend<T>, Refusal> {
     let parts = parts(&assembly);
-    CpuBackend::new(assembly, &parts, threads, of_cpu)
+    Ok(CpuBackend::new(assembly, &parts, threads, of_cpu)?)
 }
 
 /// The features of a scene on the CPU.

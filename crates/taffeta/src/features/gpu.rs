@@ -1,13 +1,16 @@
 //! The features of a scene on the GPU, in the order in which they act, and which bodies go to the device together.
 
+use crate::advice::{Advice, Refusal};
 use crate::attachments::gpu::{self as attachments, Attached, Attachments};
 use crate::build::Assembly;
-use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
-use crate::contact::colliders::gpu::Colliders;
+use crate::contact::collider_mesh::gpu::{self as collider_mesh, ColliderMeshes, Words};
+use crate::contact::colliders::gpu::{self as colliders, Colliders};
 use crate::contact::nodes::gpu::{self as nodes, NodeContact, PairTables};
-use crate::diagnostics::gpu::Measures;
+use crate::diagnostics::gpu::{self as diagnostics, Measures};
+use crate::elements::KINDS;
+use crate::elements::aero::gpu::AirOfSubsteps;
 use crate::elements::gpu::{self as elements, ElementTables, Elements};
-use crate::elements::load::gpu::{LoadTables, Loads};
+use crate::elements::load::gpu::{self as loads, LoadTables, Loads};
 use crate::elements::spring::gpu::{self as springs, SpringTables, Springs};
 use crate::features::on_cpu;
 use crate::features::refusals;
@@ -15,23 +18,22 @@ use crate::gpu::backend::GpuBackend;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::boundary::Boundary;
 use crate::gpu::feature::{Feature, Features};
-use crate::gpu::kernels::Sizes;
+use crate::gpu::kernels::{self, Kernels, Sizes};
 use crate::gpu::layout::{Four, Pin};
 use crate::gpu::options::{GpuKernels, GpuOptions};
-use crate::gpu::paper;
 use crate::gpu::partition::{Partition, Start};
-use crate::motion::gpu::{Pins, pins};
+use crate::motion::gpu::{self as motion, Pins, pins};
 use crate::scene::Method;
-use crate::solvers::dual::gpu::Dual;
+use crate::solvers::dual::gpu::{self as dual_kernels, Dual};
 use crate::solvers::dual::gpu_tables::{self as dual, Linked};
-use crate::solvers::explicit::gpu::Particles;
+use crate::solvers::explicit::gpu::{self as explicit, Particles};
 use crate::solvers::explicit::patches::{self, Patches};
-use crate::solvers::implicit::gpu::Implicit;
+use crate::solvers::implicit::gpu::{self as implicit_kernels, Implicit};
 use crate::solvers::implicit::gpu_tables::{self as implicit, Levelled};
 use crate::step::{Marks, Parts, Stage};
 use crate::volume::gpu::{self as volume, VolumeTables, Volumes};
 use std::ops::Range;
-use taffeta_gpu::GpuError;
+use taffeta_gpu::{GpuError, Shaders};
 
 /// Everything that some bodies need on the device, on the host.
 #[derive(Default)]
@@ -90,11 +92,34 @@ impl Tables {
     }
 }
 
+/// The shaders of all features.
+pub fn shaders() -> Shaders {
+    let all = [
+        kernels::SHADERS,
+        springs::SHADERS,
+        elements::SHADERS,
+        loads::SHADERS,
+        motion::SHADERS,
+        explicit::SHADERS,
+        colliders::SHADERS,
+        collider_mesh::SHADERS,
+        volume::SHADERS,
+        implicit_kernels::SHADERS,
+        dual_kernels::SHADERS,
+        attachments::SHADERS,
+        nodes::SHADERS,
+        diagnostics::SHADERS,
+    ];
+    let of_kinds = KINDS.iter().map(|kind| kind.shaders);
+    Shaders::new(all.into_iter().chain(of_kinds).flatten().copied())
+}
+
 /// A scene on the GPU. The error says what does not fit.
-pub fn on_gpu(options: &GpuOptions, assembly: Assembly) -> Result<GpuBackend, String> {
+pub fn on_gpu(options: &GpuOptions, assembly: Assembly) -> Result<GpuBackend, Refusal> {
     let gpu = &options.gpu;
-    paper::check(options, &assembly)?;
-    refusals::refuse_constraints(options.kernels, &assembly)?;
+    if let Some(other) = &options.particles {
+        other.check(gpu, options.from, &assembly)?;
+    }
     refusals::refuse_late(options.from, &assembly)?;
     refusals::refuse_loops(gpu, &assembly)?;
     let (meshes, data) = ColliderMeshes::new(&assembly);
@@ -107,27 +132,30 @@ pub fn on_gpu(options: &GpuOptions, assembly: Assembly) -> Result<GpuBackend, St
         refusals::refuse_untiled(gpu, &partitions)?;
     }
     let doubt = refusals::doubt(gpu, &assembly);
-    GpuBackend::new(options, assembly, partitions, doubt)
+    let others = options.particles.iter().flat_map(|other| other.shaders()).copied();
+    let kernels = Kernels::new(gpu.clone(), shaders().with(others));
+    Ok(GpuBackend::new(options, assembly, partitions, kernels, doubt)?)
 }
 
 /// A scene, built twice, whose first stages run on the CPU.
-pub fn at_boundary(options: &GpuOptions, [a, b]: [Assembly; 2]) -> Result<Boundary, String> {
+pub fn at_boundary(options: &GpuOptions, [a, b]: [Assembly; 2]) -> Result<Boundary, Refusal> {
     Ok(Boundary::new(on_cpu(a, 1)?, on_gpu(options, b)?, options.from))
 }
 
 /// Bodies that go together, so that none of their arrays is larger than `limit` bytes; the error names the body that does
 /// not fit even alone.
-fn ranges(assembly: &Assembly, limit: u64) -> Result<Vec<Range<usize>>, String> {
+fn ranges(assembly: &Assembly, limit: u64) -> Result<Vec<Range<usize>>, Refusal> {
     let mut ranges: Vec<Range<usize>> = Vec::new();
     let mut taken = 0;
     for (index, body) in assembly.bodies.iter().enumerate() {
         let (bytes, what) = largest_array(assembly, index);
         if bytes > limit {
-            return Err(format!(
+            let message = format!(
                 "body `{}` needs {bytes} bytes in one piece for its {what}, and the GPU gives a kernel {limit} at most; \
-                 --backend cpu or a coarser mesh would do",
+                 the CPU or a coarser mesh would do",
                 body.name
-            ));
+            );
+            return Err(Refusal::new(message, [Advice::Cpu]));
         }
         match ranges.last_mut() {
             Some(last) if taken + bytes <= limit => {
@@ -186,9 +214,8 @@ fn partition(
 ) -> Result<Partition, String> {
     let tables = Tables::new(bodies)?;
     let mut parts = tables.parts();
-    let is_printed = options.kernels.is_of_paper();
-    if is_printed {
-        // The papers' kernels do both among all else.
+    if options.particles.is_some() {
+        // They do both among all else.
         (parts.solved, parts.volumes, parts.restored) = (false, false, false);
     }
     let forces = forces(&tables, options.from > Stage::Elements);
@@ -227,24 +254,21 @@ fn features(
         Some(Box::new(feature))
     }
     let (gpu, assembly, places) = (&options.gpu, bodies.assembly, bodies.len());
-    let is_printed = options.kernels.is_of_paper();
     let of_patches = || patches(options, assembly, tables, parts);
-    let particles = if is_printed {
-        paper::feature(gpu, options.kernels, bodies, &tables.springs.grids)?
-    } else {
-        boxed(Particles::new(gpu, of_patches().as_ref(), places)?)
-    };
-    let solvers = if is_printed {
-        [None, None]
-    } else {
-        [
-            Implicit::new(gpu, assembly, &tables.levelled, bodies.places.clone())?.and_then(boxed),
-            Dual::new(gpu, assembly, &tables.linked, places)?.and_then(boxed),
-        ]
+    let (particles, solvers) = match &options.particles {
+        Some(other) => (Some(other.feature(gpu, bodies)?), [None, None]),
+        None => (
+            boxed(Particles::new(gpu, of_patches().as_ref(), places)?),
+            [
+                Implicit::new(gpu, assembly, &tables.levelled, bodies.places.clone())?.and_then(boxed),
+                Dual::new(gpu, assembly, &tables.linked, places)?.and_then(boxed),
+            ],
+        ),
     };
     let all = [
         boxed(Loads::new(gpu, &tables.loads, places)?),
         boxed(Elements::new(gpu, &tables.elements)?),
+        boxed(AirOfSubsteps),
         boxed(Springs::new(gpu, &tables.springs, places)?),
         boxed(Pins::new(gpu, &tables.pins)?),
         particles,

@@ -4,18 +4,22 @@ mod cpu;
 #[cfg(feature = "gpu")]
 mod gpu;
 #[cfg(feature = "gpu")]
+mod parity;
+#[cfg(feature = "gpu")]
 mod refusals;
 
 use crate::build::Assembly;
 use crate::step::Parts;
 pub use cpu::on_cpu;
 #[cfg(feature = "gpu")]
-pub use gpu::{Tables, at_boundary, on_gpu};
+pub use gpu::{Tables, at_boundary, on_gpu, shaders};
+#[cfg(feature = "gpu")]
+pub use parity::rows;
 
 /// What a scene has.
 pub fn parts(assembly: &Assembly) -> Parts {
     Parts {
-        elements: assembly.panels.len() > 0 || assembly.bodies.iter().any(|body| !body.hinges.is_empty()),
+        elements: assembly.elements.iter().any(|list| !list.is_empty()),
         solved: !assembly.constraints.is_empty(),
         volumes: assembly.volumes().next().is_some(),
         restored: assembly.volumes().any(|(_, kept)| kept.projects),

@@ -1,8 +1,9 @@
 //! What is refused on a GPU, and what may end a run there.
 
+use crate::advice::{Advice, Refusal, Warning};
 use crate::build::Assembly;
 use crate::contact::collider_mesh::surface::MeshShape;
-use crate::gpu::GpuKernels;
+use crate::contact::collider_mesh::tree::WALK_TURNS;
 use crate::gpu::partition::Partition;
 use crate::scene::Method;
 use crate::solvers::explicit::gpu::Particles;
@@ -12,28 +13,30 @@ use std::sync::Arc;
 use taffeta_gpu::Gpu;
 
 /// Refuses more colliders than the loops of a software adapter come to the end of.
-pub fn refuse_loops(gpu: &Gpu, assembly: &Assembly) -> Result<(), String> {
+pub fn refuse_loops(gpu: &Gpu, assembly: &Assembly) -> Result<(), Refusal> {
     let colliders = assembly.colliders.len();
     let turns = patches::collider_turns(colliders, meshes(assembly).count());
     if !gpu.info().is_software() || turns <= patches::MOST_TURNS {
         return Ok(());
     }
-    Err(format!(
+    let message = format!(
         "the scene has {colliders} colliders, and a software adapter ends loops after {} turns where they may take {turns}; \
-         --backend cpu would do",
+         the CPU would do",
         patches::MOST_TURNS
-    ))
+    );
+    Err(Refusal::new(message, [Advice::Cpu]))
 }
 
 /// What may have ended a run, other than the scene: loops of a software adapter through the triangles of colliders.
-pub fn doubt(gpu: &Gpu, assembly: &Assembly) -> Option<String> {
+pub fn doubt(gpu: &Gpu, assembly: &Assembly) -> Option<Warning> {
     let triangles: usize = meshes(assembly).map(|mesh| mesh.triangles.len()).sum();
     (triangles > 0 && gpu.info().is_software()).then(|| {
-        format!(
+        let message = format!(
             "Or a node was near so many of the colliders' {triangles} triangles that it took more than the {} turns that a \
-             software adapter has for it; --backend cpu would tell",
-            patches::WALK_TURNS
-        )
+             software adapter has for it; the CPU would tell",
+            WALK_TURNS
+        );
+        Warning::new(message, [Advice::Cpu])
     })
 }
 
@@ -42,27 +45,28 @@ fn meshes(assembly: &Assembly) -> impl Iterator<Item = &MeshShape> {
 }
 
 /// Refuses meshes of colliders that are more than a kernel can see.
-pub fn refuse_large_meshes(gpu: &Gpu, bytes: usize) -> Result<(), String> {
+pub fn refuse_large_meshes(gpu: &Gpu, bytes: usize) -> Result<(), Refusal> {
     let limit = gpu.largest_binding();
     if bytes as u64 <= limit {
         return Ok(());
     }
-    Err(format!(
+    let message = format!(
         "the meshes among the colliders take {bytes} bytes, and the GPU does not give a kernel more than {limit} in one piece; \
-         --backend cpu, coarser meshes or fewer poses would do"
-    ))
+         the CPU, coarser meshes or fewer poses would do"
+    );
+    Err(Refusal::new(message, [Advice::Cpu]))
 }
 
 /// Refuses to take over a scene with volumes behind the stage in which bodies are summed up, and one whose nodes touch each
 /// other behind that in which they are found.
-pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), String> {
+pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), Refusal> {
     if let Some((body, _)) = assembly.touching().next().filter(|_| from > Stage::Pairs) {
         return Err(format!(
             "body `{}` has self_collision, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
             body.name,
             Stage::Pairs.name(),
             from.name()
-        ));
+        ).into());
     }
     if !assembly.attachments.is_empty() && from > Stage::Attach {
         return Err(format!(
@@ -70,15 +74,16 @@ pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), String> {
              latest, not at `{}`",
             Stage::Attach.name(),
             from.name()
-        ));
+        ).into());
     }
     if !assembly.constraints.is_empty() && from > Stage::Constraints {
         return Err(format!(
-            "solver.method is {}, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
+            "the method is {}, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
             named(assembly.solver.method),
             Stage::Constraints.name(),
             from.name()
-        ));
+        )
+        .into());
     }
     let kept = assembly.volumes().next();
     let Some((body, _)) = kept.filter(|_| from > Stage::Volumes) else { return Ok(()) };
@@ -87,19 +92,7 @@ pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), String> {
         body.name,
         Stage::Volumes.name(),
         from.name()
-    ))
-}
-
-/// Refuses constraints for the papers' kernels.
-pub fn refuse_constraints(kernels: GpuKernels, assembly: &Assembly) -> Result<(), String> {
-    let as_printed = matches!(kernels, GpuKernels::NodeCentric | GpuKernels::SpringCentric);
-    if assembly.constraints.is_empty() || !as_printed {
-        return Ok(());
-    }
-    Err(format!(
-        "the papers' kernels are for explicit springs, and solver.method is {}; the plain kernels would do",
-        named(assembly.solver.method)
-    ))
+    ).into())
 }
 
 /// A method by its name in scenes.
@@ -112,7 +105,7 @@ fn named(method: Method) -> &'static str {
 }
 
 /// Refuses what the tiled kernels cannot do.
-pub fn refuse_untiled(gpu: &Gpu, partitions: &[Partition]) -> Result<(), String> {
+pub fn refuse_untiled(gpu: &Gpu, partitions: &[Partition]) -> Result<(), Refusal> {
     let is_tiled = |one: &Partition| one.features.get::<Particles>().is_some_and(Particles::has_patches);
     if partitions.iter().all(is_tiled) {
         return Ok(());
@@ -121,5 +114,5 @@ pub fn refuse_untiled(gpu: &Gpu, partitions: &[Partition]) -> Result<(), String>
         "the tiled kernels are for scenes of grids alone without self_collision and without meshes as colliders, whose springs are no constraints, with {} bytes of memory in a workgroup; this GPU has {}",
         patches::rimmed_bytes(),
         gpu.limits().max_compute_workgroup_storage_size
-    ))
+    ).into())
 }

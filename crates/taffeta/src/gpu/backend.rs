@@ -1,12 +1,13 @@
 //! Memory of the GPU backend, and one frame of it.
 
-use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
+use crate::advice::Warning;
+use crate::backend::{Backend, Device, FrameInput, Lost, SolverState, VertexTarget, View};
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
 use crate::cpu::CpuBackend;
 use crate::cpu::apart::Between;
 use crate::diagnostics::FrameSums;
-use crate::gpu::drawn::{Drawn, VertexTarget, View};
+use crate::gpu::drawn::Drawn;
 use crate::gpu::feature::Upload;
 use crate::gpu::kernels::Kernels;
 use crate::gpu::layout::Four;
@@ -49,7 +50,7 @@ pub struct GpuBackend {
     /// Vertices that a renderer draws, by body.
     drawn: HashMap<usize, Drawn>,
     /// What may have ended a run, other than the scene.
-    doubt: Option<String>,
+    doubt: Option<Warning>,
     /// Positions of each partition before the last frame, where something of it is drawn.
     before: Vec<Option<Buffer<Four>>>,
 }
@@ -66,7 +67,8 @@ impl GpuBackend {
         options: &GpuOptions,
         mut assembly: Assembly,
         partitions: Vec<Partition>,
-        doubt: Option<String>,
+        kernels: Kernels,
+        doubt: Option<Warning>,
     ) -> Result<Self, String> {
         let gpu = options.gpu.clone();
         let words = |error: GpuError| error.to_string();
@@ -75,8 +77,7 @@ impl GpuBackend {
             free[body.first..body.first + body.nodes].copy_from_slice(&body.free);
         }
         assembly.release();
-        let kernels = Kernels::new(gpu.clone());
-        let normals = Mutex::new(AllNormals::new(gpu.clone()));
+        let normals = Mutex::new(AllNormals::new(kernels.clone()));
         let before = partitions.iter().map(|_| None).collect();
         let mut backend = Self {
             gpu,
@@ -353,7 +354,7 @@ impl Backend for GpuBackend {
         }
     }
 
-    fn hold(&mut self, node: usize) {
+    fn pin(&mut self, node: usize) {
         self.free[node] = false;
         if let Some((x, v)) = self.change(node) {
             x[3] = 0.0;
@@ -361,7 +362,7 @@ impl Backend for GpuBackend {
         }
     }
 
-    fn let_go(&mut self, node: usize) {
+    fn unpin(&mut self, node: usize) {
         self.free[node] = true;
         if let Some((x, v)) = self.change(node) {
             x[3] = 1.0 / v[3];
@@ -426,7 +427,7 @@ impl Backend for GpuBackend {
         Device { backend: "gpu", name: format!("gpu, {}", self.gpu.info()) }
     }
 
-    fn doubt(&self) -> Option<String> {
+    fn doubt(&self) -> Option<Warning> {
         self.doubt.clone()
     }
 

@@ -32,6 +32,7 @@ impl<'a> Bodies<'a> {
     }
 
     /// Number of places.
+    #[allow(clippy::len_without_is_empty, reason = "bodies have places")]
     pub fn len(&self) -> usize {
         self.places.len()
     }

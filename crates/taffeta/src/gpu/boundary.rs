@@ -107,12 +107,12 @@ impl Backend for Boundary {
         self.cpu.set(node, position, velocity);
     }
 
-    fn hold(&mut self, node: usize) {
-        self.cpu.hold(node);
+    fn pin(&mut self, node: usize) {
+        self.cpu.pin(node);
     }
 
-    fn let_go(&mut self, node: usize) {
-        self.cpu.let_go(node);
+    fn unpin(&mut self, node: usize) {
+        self.cpu.unpin(node);
     }
 
     fn is_free(&self, node: usize) -> bool {

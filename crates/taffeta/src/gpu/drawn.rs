@@ -1,5 +1,6 @@
 //! Vertices of a body for a renderer on the same device: they go from the state to what it draws, and never to the host.
 
+use crate::backend::{VertexTarget, View};
 use crate::build::body::BodyAssembly;
 use crate::gpu::kernels::{Kernels, Name, Sizes};
 use crate::gpu::layout::{Four, GROUP, NONE};
@@ -24,30 +25,6 @@ pub struct Drawing {
     pub first: u32,
     pub stride: u32,
     pub normal: u32,
-}
-
-/// Where a renderer keeps the vertices of a body.
-#[derive(Clone, Debug)]
-pub struct VertexTarget {
-    /// A buffer of the device that simulates, which kernels may write to as storage.
-    pub buffer: wgpu::Buffer,
-    /// Where the first vertex begins, and its place with it [byte].
-    pub first: u64,
-    /// From a vertex to the next [byte].
-    pub stride: u64,
-    /// From a vertex's place to its normal [byte].
-    pub normal: u64,
-}
-
-/// What of a moving body is drawn, and in which coordinates.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
-    /// Share of the way from the state before the last frame, 0, to that after it, 1.
-    pub share: f32,
-    /// Rows of the map of places into the renderer's coordinates; the last number of each is the shift [m].
-    pub places: [[f32; 4]; 3],
-    /// Rows of the map of normals, whose lengths do not matter.
-    pub normals: [[f32; 3]; 3],
 }
 
 /// What a target's kernel sees: from a multiple of the device's alignment on.

@@ -58,7 +58,7 @@ pub struct Air {
     pub exposure: f32,
     pub drag: f32,
     pub lift: f32,
-    pub first_force: u32,
+    pub gap: u32,
     pub gusts: Gusts,
 }
 
@@ -73,8 +73,8 @@ pub struct Gusts {
 }
 
 impl Air {
-    /// That of a sub-step, on panels whose forces begin there among those of elements.
-    pub fn of(air: Option<&AirNow<f32>>, first_force: u32) -> Self {
+    /// That of a sub-step.
+    pub fn of(air: Option<&AirNow<f32>>) -> Self {
         let Some(air) = air else { return Self::default() };
         let AirNow { velocity, density, exposure, drag, lift, gust } = *air;
         let gusts = gust.map_or_else(Gusts::default, |gust| Gusts {
@@ -83,18 +83,8 @@ impl Air {
             keys: gust.keys,
             weights: gust.weights,
         });
-        Self { velocity, density, exposure, drag, lift, first_force, gusts }
+        Self { velocity, density, exposure, drag, lift, gap: 0, gusts }
     }
-}
-
-/// `Panel` of air_stages.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Panel {
-    pub a: u32,
-    pub b: u32,
-    pub c: u32,
-    pub lightness: f32,
 }
 
 /// Records of sub-steps that a dispatch sees: its own and those after it.
@@ -205,18 +195,7 @@ pub struct Entry {
     pub rest_length: f32,
 }
 
-/// `Hinge` of elements.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Hinge {
-    pub corners: [u32; 4],
-    pub rest_angle: f32,
-    pub rest_steepness: f32,
-    pub k: f32,
-    pub damping: f32,
-}
-
-/// `Load` of elements.wgsl.
+/// `Load` of load/stages.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Load {
@@ -237,7 +216,7 @@ pub const TORQUE: u32 = 1;
 /// Marks a load among a node's elements.
 pub const IS_LOAD: u32 = 1 << 31;
 
-/// `Chunk` of measure_elements.wgsl.
+/// `Chunk` of measure_volumes.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub struct Chunk {

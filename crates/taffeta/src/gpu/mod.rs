@@ -13,12 +13,9 @@ pub mod layout_tests;
 pub mod mirror;
 pub mod normals;
 pub mod options;
-pub mod paper;
 pub mod parity;
 pub mod partition;
 pub mod schedule;
 
 pub use cost::GpuCost;
-pub use drawn::{VertexTarget, View};
 pub use options::{GpuKernels, GpuOptions};
-pub use paper::ConstraintProduct;

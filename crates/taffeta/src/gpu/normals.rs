@@ -17,8 +17,8 @@ pub struct AllNormals {
 
 impl AllNormals {
     /// None yet.
-    pub fn new(gpu: Gpu) -> Self {
-        Self { kernels: Kernels::new(gpu), bodies: HashMap::new() }
+    pub fn new(kernels: Kernels) -> Self {
+        Self { kernels, bodies: HashMap::new() }
     }
 
     /// Those of a body of a partition, made ready if they are not.

@@ -1,47 +1,67 @@
 //! How to run on a GPU.
 
-use crate::gpu::paper::ConstraintProduct;
+use crate::build::Assembly;
+use crate::gpu::bodies::Bodies;
+use crate::gpu::feature::Feature;
 use crate::step::Stage;
-use taffeta_gpu::Gpu;
+use std::fmt::Debug;
+use std::sync::Arc;
+use taffeta_gpu::{Gpu, GpuError, Shader};
 
-/// Which kernels move the particles.
+/// Which of our kernels move the particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GpuKernels {
-    /// Ours, several sub-steps at once where that pays.
+    /// Several sub-steps at once where that pays.
     #[default]
     Best,
-    /// Ours, each sub-step on its own.
+    /// Each sub-step on its own.
     Plain,
-    /// Ours, two sub-steps at once on tiles of grids in the memory of workgroups.
+    /// Two sub-steps at once on tiles of grids in the memory of workgroups.
     Tiled,
-    /// As Va, Choi and Hong 2021 print it: a thread a node of a grid, 32 × 32 a group. To compare with.
-    NodeCentric,
-    /// As Va, Choi and Hong 2023 print it: a thread a spring, forces added by compare and swap. To compare with.
-    SpringCentric,
-    /// As Va, Choi and Hong 2021 print implicit constraints: eleven kernels, conjugate gradients. To compare with.
-    Constraints(ConstraintProduct),
 }
 
-impl GpuKernels {
-    /// Whether they are those of a paper, which do whole sub-steps.
-    pub(crate) fn is_of_paper(self) -> bool {
-        matches!(self, Self::NodeCentric | Self::SpringCentric | Self::Constraints(_))
-    }
+/// Kernels of another crate in place of ours: they do what these do from springs to contact, constraints and volumes among
+/// it.
+pub trait ParticleKernels: Debug + Send + Sync {
+    /// Their shaders, which may import ours.
+    fn shaders(&self) -> &'static [Shader];
+
+    /// Says why they cannot run a scene from some stage on.
+    fn check(&self, gpu: &Gpu, from: Stage, assembly: &Assembly) -> Result<(), String>;
+
+    /// Takes what they need of some bodies to the device.
+    fn feature(&self, gpu: &Gpu, bodies: &Bodies<'_>) -> Result<Box<dyn Feature>, GpuError>;
 }
 
 /// How to run on a GPU.
+///
+/// ```no_run
+/// use taffeta::scene::Scene;
+/// use taffeta::taffeta_gpu::{Choice, Gpu};
+/// use taffeta::{GpuOptions, Options, Simulation};
+///
+/// # let scene = Scene::new("");
+/// let gpu = Gpu::open(&Choice::from_env())?;
+/// let options = Options { gpu: Some(GpuOptions::from(gpu)), ..Options::default() };
+/// let simulation = Simulation::new(&scene, &options)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct GpuOptions {
     /// The device.
     pub gpu: Gpu,
     /// The first stage that it does; those before it are done on the CPU, step by step, to find where the two differ.
     pub from: Stage,
-    /// Kernels.
+    /// Kernels, where others than the best are to be compared with them.
+    #[doc(hidden)]
     pub kernels: GpuKernels,
+    /// Kernels in place of these.
+    #[doc(hidden)]
+    pub particles: Option<Arc<dyn ParticleKernels>>,
 }
 
 impl From<Gpu> for GpuOptions {
     fn from(gpu: Gpu) -> Self {
-        Self { gpu, from: Stage::default(), kernels: GpuKernels::default() }
+        Self { gpu, from: Stage::default(), kernels: GpuKernels::default(), particles: None }
     }
 }

@@ -87,6 +87,11 @@ pub fn fill<T: Pod>(gpu: &Gpu, label: &str, buffer: &mut Buffer<T>, data: &[T]) 
     Ok(new)
 }
 
+/// What the kernels of all features carry out.
+fn table(features: &Features, from: Stage) -> Vec<Fused<'_>> {
+    features.iter().flat_map(|feature| feature.kernels(features, from)).collect()
+}
+
 impl Partition {
     /// Takes it to the device.
     pub fn new(gpu: &Gpu, start: Start, features: Features, sizes: Sizes) -> Result<Self, GpuError> {
@@ -158,28 +163,17 @@ impl Partition {
         (from, last): (Stage, bool),
     ) -> Result<(), GpuError> {
         let features = std::mem::take(&mut self.features);
-        let table: Vec<Fused<'_>> =
-            features.iter().flat_map(|feature| feature.kernels(&features, from)).collect();
+        let table = table(&features, from);
         let result = self.record_with(&features, &table, kernels, list, substeps, (from, last));
         drop(table);
         self.features = features;
         result
     }
 
-    /// Records commands of its features alone.
-    #[cfg(test)]
-    pub fn record_alone(
-        &mut self,
-        kernels: &mut Kernels,
-        list: &mut DispatchList,
-        commands: impl for<'f> FnOnce(&'f Features) -> Vec<Command<'f>>,
-    ) -> Result<(), GpuError> {
-        let features = std::mem::take(&mut self.features);
-        let alone = Fused::new(&[step::Op::Solve], commands(&features));
-        let result = self.run(&alone, &features, kernels, list, 0);
-        drop(alone);
-        self.features = features;
-        result
+    /// The entries of the table that carry out a sub-step, in their order.
+    fn order<'t, 'f>(&self, table: &'t [Fused<'f>], from: Stage) -> Result<Vec<&'t Fused<'f>>, String> {
+        let order = schedule(&self.lines, &self.classes, table, from)?;
+        Ok(order.into_iter().map(|index| &table[index]).collect())
     }
 
     fn record_with(
@@ -192,9 +186,8 @@ impl Partition {
         (from, last): (Stage, bool),
     ) -> Result<(), GpuError> {
         let failed = |why| GpuError::Failed { why };
-        let order = schedule(&self.lines, &self.classes, table, from).map_err(failed)?;
-        let order: Vec<&Fused<'_>> =
-            order.into_iter().map(|index| &table[index]).filter(|entry| entry.does_something()).collect();
+        let mut order = self.order(table, from).map_err(failed)?;
+        order.retain(|entry| entry.does_something());
         debug_assert!(order.len() == 1 || order.iter().all(|entry| entry.steps == 1));
         let mut substep = 0;
         while substep < substeps {

@@ -15,6 +15,7 @@ pub struct Fused<'f> {
     pub operations: Vec<Op>,
     /// On the nodes of which bodies: those with some marks and without others.
     pub with: Marks,
+    /// See `with`.
     pub without: Marks,
     /// Whether it writes the state after alone: before a body has gone on from forces to positions, what is written on its nodes is
     /// written over.

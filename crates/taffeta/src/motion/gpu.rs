@@ -8,7 +8,10 @@ use crate::gpu::layout::{GROUP, MOVED_BY_USER, Motion, Pin, Substep};
 use crate::gpu::partition::fill;
 use crate::gpu::schedule::Fused;
 use crate::step::{Op, Stage};
-use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError};
+use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError, Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] = shaders!("motion", ["pins.wgsl", "stages.wgsl"]);
 
 /// The moving pins of some bodies.
 pub fn pins(bodies: &Bodies<'_>) -> Vec<Pin> {

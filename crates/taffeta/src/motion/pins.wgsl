@@ -4,6 +4,8 @@
 // rate at which it was reached, (R₁ − R₀)/h and (s₁ − s₀)/h: in 32 bits, the difference of two rounded places over a
 // short step would be mostly noise.
 
+#import gpu/wgsl/vector.wgsl
+
 /// A pose x = R x₀ + s by rows (R, s), and its rate.
 struct Motion {
     x: vec4f,
@@ -14,6 +16,9 @@ struct Motion {
     rate_y: vec4f,
     rate_z: vec4f,
 }
+
+/// Motions of all sub-steps of a frame.
+@group(0) @binding(5) var<storage, read> motions: array<Motion>;
 
 /// A node that moves.
 struct Pin {

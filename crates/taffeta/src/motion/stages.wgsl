@@ -1,8 +1,11 @@
 // Puts moving pins where their motion says, with the velocity of their way.
 
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import motion/pins.wgsl
+
 @group(0) @binding(4) var<storage, read> pins: array<Pin>;
-/// Motions of all sub-steps of a frame.
-@group(0) @binding(5) var<storage, read> motions: array<Motion>;
 
 @compute @workgroup_size(256)
 fn pins_all(

@@ -1,8 +1,22 @@
 use crate::scene::{Keyframe, Mesh, Rotation, Tethers, Volume, VolumeForm};
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Cloth or a soft body.
+///
+/// ```
+/// use taffeta::glam::DVec3;
+/// use taffeta::scene::{Body, Icosphere, Mass, Mesh, VolumeForm};
+///
+/// let ball = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 2 });
+/// let ball = Body::soft("ball", ball)
+///     .with_mass(Mass::Volume(200.0))
+///     .at(DVec3::Y)
+///     .structural(500.0, 0.5)
+///     .keep_volume(VolumeForm::Corrected);
+/// assert_eq!(ball.place.position, [0.0, 1.0, 0.0]);
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
@@ -183,6 +197,19 @@ pub struct Hinge {
 }
 
 /// Nodes that are held.
+///
+/// ```
+/// use taffeta::scene::{Body, Keyframe, Mass, Mesh, Pin, Select};
+///
+/// // The first row rises by 0.2 m in a second, and lets go of what is pulled harder than 5 N.
+/// let mut cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// cloth.pins.push(Pin {
+///     select: Select::rows(0, 0),
+///     motion: vec![Keyframe::translate(1.0, [0.0, 0.2, 0.0])],
+///     break_force: Some(5.0),
+///     ..Pin::default()
+/// });
+/// ```
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pin {
@@ -298,8 +325,8 @@ impl Body {
     }
 
     /// Sets where it starts [m].
-    pub fn at(mut self, position: [f64; 3]) -> Self {
-        self.place.position = position;
+    pub fn at(mut self, position: impl Into<DVec3>) -> Self {
+        self.place.position = position.into().to_array();
         self
     }
 

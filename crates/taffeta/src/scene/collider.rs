@@ -1,9 +1,19 @@
 use crate::scene::{Keyframe, Mesh, Place};
+use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Something that bodies cannot enter: exactly one shape, at rest or moved by keyframes.
+///
+/// ```
+/// use taffeta::glam::DVec3;
+/// use taffeta::scene::{Collider, Keyframe};
+///
+/// let floor = Collider::plane(DVec3::ZERO, DVec3::Y).friction(0.4);
+/// let ball = Collider::sphere([0.0, 1.0, 0.0], 0.3).keyframe(Keyframe::translate(2.0, [0.5, 0.0, 0.0]));
+/// # let _ = (floor, ball);
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Collider {
@@ -218,27 +228,31 @@ impl Collider {
         ["sphere", "plane", "box", "capsule", "cylinder", "mesh", "convex", "heightfield"];
 
     /// A ball with the default offset, friction and restitution.
-    pub fn sphere(center: [f64; 3], radius: f64) -> Self {
-        Self { sphere: Some(Sphere { center, radius }), ..Self::default() }
+    pub fn sphere(center: impl Into<DVec3>, radius: f64) -> Self {
+        Self { sphere: Some(Sphere { center: center.into().to_array(), radius }), ..Self::default() }
     }
 
     /// A half-space with the default offset, friction and restitution.
-    pub fn plane(point: [f64; 3], normal: [f64; 3]) -> Self {
+    pub fn plane(point: impl Into<DVec3>, normal: impl Into<DVec3>) -> Self {
+        let (point, normal) = (point.into().to_array(), normal.into().to_array());
         Self { plane: Some(Plane { point, normal }), ..Self::default() }
     }
 
     /// A box by its centre and half of its extent along each axis [m].
-    pub fn cuboid(center: [f64; 3], half: [f64; 3]) -> Self {
+    pub fn cuboid(center: impl Into<DVec3>, half: impl Into<DVec3>) -> Self {
+        let (center, half) = (center.into().to_array(), half.into().to_array());
         Self { cuboid: Some(Cuboid { center, half }), ..Self::default() }
     }
 
     /// A round bar with round ends about the points `a` and `b` [m].
-    pub fn capsule(a: [f64; 3], b: [f64; 3], radius: f64) -> Self {
+    pub fn capsule(a: impl Into<DVec3>, b: impl Into<DVec3>, radius: f64) -> Self {
+        let (a, b) = (a.into().to_array(), b.into().to_array());
         Self { capsule: Some(Bar { a, b, radius }), ..Self::default() }
     }
 
     /// A round bar from `a` to `b` [m], with flat ends.
-    pub fn cylinder(a: [f64; 3], b: [f64; 3], radius: f64) -> Self {
+    pub fn cylinder(a: impl Into<DVec3>, b: impl Into<DVec3>, radius: f64) -> Self {
+        let (a, b) = (a.into().to_array(), b.into().to_array());
         Self { cylinder: Some(Bar { a, b, radius }), ..Self::default() }
     }
 
@@ -253,8 +267,8 @@ impl Collider {
     }
 
     /// Ground over a rectangle of extent `size` [m] along x and z, from heights [m] by rows.
-    pub fn heightfield(size: [f64; 2], heights: Vec<Vec<f64>>) -> Self {
-        let field = Heightfield { size, heights, depth: one() };
+    pub fn heightfield(size: impl Into<DVec2>, heights: Vec<Vec<f64>>) -> Self {
+        let field = Heightfield { size: size.into().to_array(), heights, depth: one() };
         Self { heightfield: Some(field), ..Self::default() }
     }
 

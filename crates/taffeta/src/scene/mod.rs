@@ -12,6 +12,7 @@ mod memory;
 mod mesh;
 mod motion;
 mod solver;
+mod surface;
 mod validate;
 mod volume;
 mod world;
@@ -27,8 +28,9 @@ pub use memory::MemoryNeeded;
 pub use mesh::{Chain, Cube, Cylinder, Grid, Icosphere, Mesh, Torus, UvSphere};
 pub use motion::{Keyframe, Rotation};
 pub use solver::{Acad, ConstraintForm, Ice, Method, Solver};
+pub use surface::{Polygons, Surface, Uvs};
 pub use validate::SceneError;
-pub(crate) use validate::plain;
+pub(crate) use validate::{LARGEST_LENGTH, check_shape, plain};
 pub use volume::{Volume, VolumeForm, VolumeKey, VolumeWeights};
 pub use world::{Time, World};
 
@@ -36,6 +38,18 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A whole scene: bodies, colliders, forces, and how to run them.
+///
+/// ```
+/// use taffeta::scene::{Body, Collider, Mass, Mesh, Scene};
+///
+/// let cloth = Body::cloth("cloth", Mesh::grid(32, 32, [2.0, 2.0])).with_mass(Mass::Area(0.2)).at([0.0, 0.6, 0.0]);
+/// let scene = Scene::new("over a ball")
+///     .time(1.0 / 60.0, 5e-4)
+///     .body(cloth.structural(200.0, 0.1))
+///     .collider(Collider::sphere([0.0; 3], 0.5).friction(0.3));
+/// scene.validate()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scene {

@@ -1,3 +1,4 @@
+use glam::{DQuat, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -31,12 +32,27 @@ pub struct Keyframe {
 
 impl Keyframe {
     /// A shift by `translate` [m] reached at time `t` [s].
-    pub fn translate(t: f64, translate: [f64; 3]) -> Self {
-        Self { t, translate, ..Self::default() }
+    pub fn translate(t: f64, translate: impl Into<DVec3>) -> Self {
+        Self { t, translate: translate.into().to_array(), ..Self::default() }
     }
 
     /// A turn by `degrees` about `axis` through `pivot`, reached at time `t` [s].
-    pub fn rotate(t: f64, axis: [f64; 3], degrees: f64, pivot: [f64; 3]) -> Self {
-        Self { t, rotate: Some(Rotation { axis, degrees }), pivot, ..Self::default() }
+    pub fn rotate(t: f64, axis: impl Into<DVec3>, degrees: f64, pivot: impl Into<DVec3>) -> Self {
+        let rotate = Some(Rotation { axis: axis.into().to_array(), degrees });
+        Self { t, rotate, pivot: pivot.into().to_array(), ..Self::default() }
+    }
+}
+
+impl From<DQuat> for Rotation {
+    /// The turn of at most half a circle.
+    fn from(turn: DQuat) -> Self {
+        let (axis, angle) = turn.to_axis_angle();
+        Self { axis: axis.to_array(), degrees: angle.to_degrees() }
+    }
+}
+
+impl From<Rotation> for DQuat {
+    fn from(Rotation { axis, degrees }: Rotation) -> Self {
+        Self::from_axis_angle(DVec3::from(axis).normalize_or(DVec3::Y), degrees.to_radians())
     }
 }

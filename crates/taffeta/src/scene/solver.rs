@@ -77,7 +77,7 @@ pub struct Acad {
     pub target: f64,
     /// Compliance relative to the diagonal of the system.
     pub epsilon: f64,
-    /// Which equations: compliant or printed.
+    /// Which equations: compliant, or printed where that is built in.
     #[serde(deserialize_with = "acad_form")]
     #[schemars(with = "AcadForm")]
     pub form: ConstraintForm,
@@ -92,14 +92,28 @@ impl Default for Acad {
 /// Equations of constraints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum ConstraintForm {
     /// C = l − L with compliance.
     #[default]
-    Compliant,
-    /// As the paper has them: Φ = l² − L², without compliance.
-    Printed,
+    Compliant = 0,
+    /// As Va, Choi and Hong 2021 print them, to compare with: Φ = l² − L², without compliance.
+    #[cfg(feature = "paper-forms")]
+    Printed = 1,
     /// By nodes: an implicit step of the springs, with their stiffness across; of the method "ice".
-    Primal,
+    Primal = 2,
+}
+
+impl ConstraintForm {
+    /// Its name in scenes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Compliant => "compliant",
+            #[cfg(feature = "paper-forms")]
+            Self::Printed => "printed",
+            Self::Primal => "primal",
+        }
+    }
 }
 
 /// The forms that "acad" has.
@@ -108,13 +122,15 @@ pub enum ConstraintForm {
 enum AcadForm {
     /// C = l − L with compliance.
     Compliant,
-    /// As the paper has them: Φ = l² − L², without compliance.
+    /// As Va, Choi and Hong 2021 print them, to compare with: Φ = l² − L², without compliance.
+    #[cfg(feature = "paper-forms")]
     Printed,
 }
 
 fn acad_form<'de, D: Deserializer<'de>>(from: D) -> Result<ConstraintForm, D::Error> {
     Ok(match AcadForm::deserialize(from)? {
         AcadForm::Compliant => ConstraintForm::Compliant,
+        #[cfg(feature = "paper-forms")]
         AcadForm::Printed => ConstraintForm::Printed,
     })
 }

@@ -24,6 +24,7 @@ pub struct Volume {
 /// How a volume is kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum VolumeForm {
     /// By forces along the gradient of the volume.
     #[default]
@@ -31,8 +32,10 @@ pub enum VolumeForm {
     /// By the same forces, and after contact by moving nodes.
     Projected,
     /// As the programs of Va, Choi and Hong 2023 do it, to compare with: it loses volume.
+    #[cfg(feature = "paper-forms")]
     PaperShader,
     /// As Va, Choi and Hong 2023 print it, to compare with: it diverges.
+    #[cfg(feature = "paper-forms")]
     Printed,
     /// Not at all.
     None,
@@ -44,7 +47,9 @@ impl VolumeForm {
         match self {
             Self::Corrected => "corrected",
             Self::Projected => "projected",
+            #[cfg(feature = "paper-forms")]
             Self::PaperShader => "paper-shader",
+            #[cfg(feature = "paper-forms")]
             Self::Printed => "printed",
             Self::None => "none",
         }

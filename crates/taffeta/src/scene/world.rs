@@ -58,7 +58,7 @@ pub struct World {
     pub gravity: [f64; 3],
     /// Linear drag [kg/s]: f = −drag·v on every node.
     pub drag: f64,
-    /// Force on every node [N] (S2's wind).
+    /// Force on every node [N]: an even wind.
     pub wind_force: [f64; 3],
     /// Air that flows around triangles.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,15 +1,22 @@
 //! What a running scene is made of, for people and outputs.
 
-use crate::attachments::build::IS_POINT;
+use crate::attachments::rows::IS_POINT;
 use crate::build::Assembly;
-use crate::contact::nodes::build::Touching;
+use crate::contact::nodes::touching::Touching;
+use crate::elements::hinge;
 use crate::scene::{Mesh, Scene, Shape};
+use crate::simulation::{BodyHandle, ColliderHandle};
 
 /// One body of a running scene.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct BodyInfo {
+    /// What to address it by.
+    pub handle: BodyHandle,
     /// Its name.
     pub name: String,
+    /// Number of its pins in the scene.
+    pub pins: usize,
     /// Number of vertices: what outputs have.
     pub vertices: usize,
     /// Number of nodes: what is simulated.
@@ -40,7 +47,10 @@ pub struct BodyInfo {
 
 /// One collider of a running scene.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct ColliderInfo {
+    /// What to address it by.
+    pub handle: ColliderHandle,
     /// Its name.
     pub name: String,
     /// The key of its shape: `"sphere"`, `"mesh"`, …
@@ -56,14 +66,17 @@ pub struct ColliderInfo {
 }
 
 impl BodyInfo {
-    pub(crate) fn of(assembly: &Assembly, index: usize) -> Self {
+    pub(crate) fn of(scene: &Scene, assembly: &Assembly, handle: BodyHandle) -> Self {
+        let index = handle.index();
         let body = &assembly.bodies[index];
         let nodes = body.first as u32..(body.first + body.nodes) as u32;
         let attached = &assembly.attachments;
         let points = attached.rows.iter().filter(|row| row.ends[1] & IS_POINT != 0);
         let coarser = assembly.levels.iter().map(|level| level.bodies[index].len());
         Self {
+            handle,
             name: body.name.clone(),
+            pins: scene.bodies[index].pins.len(),
             vertices: body.vertices(),
             nodes: body.nodes,
             pinned: body.free.iter().filter(|free| !**free).count(),
@@ -72,7 +85,7 @@ impl BodyInfo {
             triangles: body.triangles(),
             springs: body.spring_counts(),
             levels: coarser.take_while(|&nodes| nodes > 0).collect(),
-            hinges: body.hinges.len(),
+            hinges: assembly.elements_of(hinge::NAME, index).len(),
             mass: body.mass.iter().sum(),
             rest_volume: body.rest_volume,
             slips_from: body.touching.as_ref().map(Touching::slips_from),
@@ -82,7 +95,8 @@ impl BodyInfo {
 }
 
 impl ColliderInfo {
-    pub(crate) fn of(scene: &Scene, assembly: &Assembly, index: usize) -> Self {
+    pub(crate) fn of(scene: &Scene, assembly: &Assembly, handle: ColliderHandle) -> Self {
+        let index = handle.index();
         let described = &scene.colliders[index];
         let repairs = match described.shape() {
             Some(Shape::Mesh(Mesh::Surface(surface)) | Shape::Convex(Mesh::Surface(surface))) => {
@@ -91,6 +105,7 @@ impl ColliderInfo {
             _ => Vec::new(),
         };
         Self {
+            handle,
             name: scene.collider_name(index),
             shape: described.shape().map_or("", |shape| shape.key()),
             surface: assembly.colliders[index].mesh().map(|mesh| (mesh.triangles.len(), mesh.solid)),

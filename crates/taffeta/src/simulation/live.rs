@@ -3,14 +3,23 @@
 #[cfg(feature = "gpu")]
 use crate::backend::Lost;
 #[cfg(feature = "gpu")]
-use crate::gpu::{VertexTarget, View};
+use crate::backend::{VertexTarget, View};
 use crate::motion::keyframes::Track;
 use crate::scene::{Keyframe, Rotation, SceneError, World};
-use crate::simulation::Simulation;
+use crate::simulation::{BodyHandle, ColliderHandle, InputError, PinHandle, Simulation};
 #[cfg(feature = "gpu")]
-use crate::simulation::StepError;
+use crate::simulation::{BodyInfo, StepError};
+use glam::{DAffine3, DMat3, DVec3};
 
 /// A rigid motion from the start: first the turn about the origin, then the shift.
+///
+/// ```
+/// use taffeta::Pose;
+/// use taffeta::glam::{DQuat, DVec3};
+///
+/// let quarter = Pose::new(DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2), DVec3::new(0.0, 0.1, 0.0));
+/// assert!((quarter.rotate.degrees - 90.0).abs() < 1e-9);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Turn from the start, about the origin.
@@ -20,56 +29,55 @@ pub struct Pose {
 }
 
 impl Pose {
-    fn checked(self, what: &str) -> Result<Self, SceneError> {
+    /// First the turn about the origin, then the shift [m].
+    pub fn new(rotate: impl Into<Rotation>, translate: impl Into<DVec3>) -> Self {
+        Self { rotate: rotate.into(), translate: translate.into().to_array() }
+    }
+
+    fn checked(self) -> Result<Self, InputError> {
         let Self { rotate: Rotation { axis, degrees }, translate } = self;
-        let numbers = axis.iter().chain(&translate).chain(std::iter::once(&degrees));
-        if numbers.clone().all(|number| number.is_finite()) {
+        let mut numbers = axis.iter().chain(&translate).chain(std::iter::once(&degrees));
+        if numbers.all(|number| number.is_finite()) {
             return Ok(self);
         }
-        Err(SceneError::new(what, format!("{self:?} is no pose: finite numbers would do")))
+        Err(InputError::NotFinite { what: "a pose", value: format!("{self:?}") })
     }
 }
 
 impl Simulation {
-    /// Brings a collider, by its place in the scene's list, to a pose during the next frame, evenly; it stays there. The
-    /// pose counts from where it starts. Nodes that it carries follow its keyframes, not this.
+    /// Brings a collider to a pose during the next frame, evenly; it stays there. The pose counts from where it starts.
+    /// Nodes that it carries follow its keyframes, not this.
     ///
     /// # Errors
-    /// Where there is no such collider, it still follows keyframes of the scene, or the pose is not finite.
-    pub fn move_collider(&mut self, collider: usize, to: Pose) -> Result<(), SceneError> {
-        let what = format!("collider[{collider}]");
-        let to = to.checked(&what)?;
-        let count = self.backend.assembly().colliders.len();
-        if collider >= count {
-            return Err(SceneError::new(what, format!("is not there; the scene has {count}")));
-        }
-        self.go_to(&what, to, |assembly| assembly.colliders[collider].track_mut())
+    /// Where the collider is one of another simulation, it still follows keyframes of the scene, or the pose is not finite.
+    pub fn move_collider(&mut self, collider: ColliderHandle, to: Pose) -> Result<(), InputError> {
+        let (index, to) = (self.index_of_collider(collider)?, to.checked()?);
+        let what = |simulation: &Self| format!("collider `{}`", simulation.colliders[index].name);
+        self.go_to(what, to, |assembly| assembly.colliders[index].track_mut())
     }
 
-    /// Brings the nodes of a pin, by its place in the body's list, to a pose during the next frame, evenly; they stay there.
-    /// The pose counts from where they start.
+    /// Brings the nodes of a pin to a pose during the next frame, evenly; they stay there. The pose counts from where they
+    /// start.
     ///
     /// # Errors
-    /// Where there is no such body or pin, it has no keyframe at all (one at t = 0 makes it movable) or still follows some,
-    /// or the pose is not finite.
-    pub fn move_pins(&mut self, body: usize, pin: usize, to: Pose) -> Result<(), SceneError> {
-        let what = format!("body[{body}].pin[{pin}]");
-        let to = to.checked(&what)?;
-        let Some(&track) = self.backend.assembly().track_of_pin.get(&(body, pin)) else {
-            return Err(SceneError::new(
-                what,
-                "is not there or never moves; a keyframe at t = 0 makes a pin movable",
-            ));
+    /// Where the pin is one of another simulation, it has no keyframe at all (one at t = 0 makes it movable) or still follows
+    /// some, or the pose is not finite.
+    pub fn move_pin(&mut self, pin: PinHandle, to: Pose) -> Result<(), InputError> {
+        let (body, to) = (self.index_of(pin.body())?, to.checked()?);
+        let name = |simulation: &Self| simulation.bodies[body].name.clone();
+        let Some(&track) = self.backend.assembly().track_of_pin.get(&(body, pin.index())) else {
+            return Err(InputError::Immovable { body: name(self), pin: pin.index() });
         };
-        self.go_to(&what, to, |assembly| &mut assembly.tracks[track])
+        let what = |simulation: &Self| format!("pin {} of body `{}`", pin.index(), name(simulation));
+        self.go_to(what, to, |assembly| &mut assembly.tracks[track])
     }
 
     fn go_to(
         &mut self,
-        what: &str,
+        what: impl Fn(&Self) -> String,
         to: Pose,
         track: impl Fn(&mut crate::build::Assembly) -> &mut Track,
-    ) -> Result<(), SceneError> {
+    ) -> Result<(), InputError> {
         let dt = self.dt();
         let now = f64::from(self.frame()) * dt;
         let mut kept = false;
@@ -82,41 +90,53 @@ impl Simulation {
             }
         });
         if kept {
-            return Err(SceneError::new(what, "follows keyframes; one that does not could be moved"));
+            return Err(InputError::FollowsKeyframes { what: what(self) });
         }
         Ok(())
     }
 
-    /// Lets go of a vertex that [`Self::move_pin`] has taken: it is free again, with the velocity that it was moved with in
-    /// the last frame. What a pin of the scene holds stays held. Which vertices were taken is no part of a snapshot.
+    /// Frees a vertex that [`Self::pin_vertex`] has pinned, with the velocity that it was moved with in the last frame. What a
+    /// pin of the scene holds stays pinned. Which vertices a program has pinned is no part of a snapshot.
     ///
     /// # Errors
-    /// Where there is no such body or vertex.
-    pub fn let_go(&mut self, body: &str, vertex: usize) -> Result<(), SceneError> {
+    /// Where the body has no such vertex, or is one of another simulation.
+    pub fn unpin_vertex(&mut self, body: BodyHandle, vertex: usize) -> Result<(), InputError> {
         let (found, node) = self.node_of(body, vertex)?;
         let nodes: Vec<u32> = found.nodes_at(node).map(|node| found.solver_index(node) as u32).collect();
-        let taken = |node: &u32| self.taken.contains(node);
-        for node in nodes.into_iter().filter(taken).collect::<Vec<_>>() {
-            self.taken.retain(|&other| other != node);
+        let pinned = |node: &u32| self.pinned.contains(node);
+        for node in nodes.into_iter().filter(pinned).collect::<Vec<_>>() {
+            self.pinned.retain(|&other| other != node);
             self.moved.retain(|&other| other != node);
             self.input.moves.retain(|&(other, ..)| other != node);
-            self.backend.let_go(node as usize);
+            self.backend.unpin(node as usize);
         }
         Ok(())
     }
 
-    /// Where keyframes, or the program, have brought a collider when a `share` of the last frame has gone by: rows of the
-    /// rotation from its start, and the shift after it [m]. `None` where there is no such collider.
-    pub fn collider_pose(&self, collider: usize, share: f64) -> Option<([[f64; 3]; 3], [f64; 3])> {
-        let pose = self.backend.assembly().colliders.get(collider)?.track().pose(self.time_at(share));
-        Some((pose.rotation, pose.shift))
+    /// Where keyframes, or the program, have brought a collider from its start when a `share` of the last frame has gone by
+    /// [m].
+    ///
+    /// # Errors
+    /// Where the collider is one of another simulation.
+    pub fn collider_pose(&self, collider: ColliderHandle, share: f64) -> Result<DAffine3, InputError> {
+        let collider = &self.backend.assembly().colliders[self.index_of_collider(collider)?];
+        let pose = collider.track().pose(self.time_at(share));
+        let rows = DMat3::from_cols_array_2d(&pose.rotation);
+        Ok(DAffine3::from_mat3_translation(rows.transpose(), pose.shift.into()))
     }
 
     /// Nodes of a collider's mesh [m] where poses have brought them when a `share` of the last frame has gone by, before
-    /// [`Self::collider_pose`] moves them all. `None` where there is no such collider, or it keeps its shape.
-    pub fn collider_nodes(&self, collider: usize, share: f64) -> Option<Vec<[f64; 3]>> {
-        let mesh = self.backend.assembly().colliders.get(collider)?.mesh()?;
-        mesh.deforms().then(|| mesh.nodes(self.time_at(share)))
+    /// [`Self::collider_pose`] moves them all. `None` where it keeps its shape.
+    ///
+    /// # Errors
+    /// Where the collider is one of another simulation.
+    pub fn collider_nodes(
+        &self,
+        collider: ColliderHandle,
+        share: f64,
+    ) -> Result<Option<Vec<[f64; 3]>>, InputError> {
+        let mesh = self.backend.assembly().colliders[self.index_of_collider(collider)?].mesh();
+        Ok(mesh.filter(|mesh| mesh.deforms()).map(|mesh| mesh.nodes(self.time_at(share))))
     }
 
     /// When a `share` of the last frame has gone by [s].
@@ -133,13 +153,11 @@ impl Simulation {
     ///
     /// # Errors
     /// Names what is impossible. Where a scene was built without air there is nothing that it could blow on.
-    pub fn set_world(&mut self, world: &World) -> Result<(), SceneError> {
+    pub fn set_world(&mut self, world: &World) -> Result<(), InputError> {
         world.check()?;
         if world.air.is_some() && self.backend.assembly().world.air.is_none() {
-            return Err(SceneError::new(
-                "world.air",
-                "comes to a scene without air; it must be built with some",
-            ));
+            let message = "comes to a scene without air; it must be built with some";
+            return Err(SceneError::new("world.air", message).into());
         }
         self.backend.alter(&mut |assembly| assembly.world = world.clone());
         Ok(())
@@ -149,15 +167,14 @@ impl Simulation {
     /// carries. False where it does not run on a GPU.
     ///
     /// # Errors
-    /// A GPU may be lost, or have no memory for it.
-    ///
-    /// # Panics
-    /// Where there is no body with this index, or no such node.
+    /// A GPU may be lost, or have no memory for it. The body may be one of another simulation, or have no such node.
     #[cfg(feature = "gpu")]
-    pub fn make_drawn(&mut self, body: usize, nodes: &[u32]) -> Result<bool, StepError> {
-        let (count, frame) = (self.bodies[body].nodes, self.frame());
-        let beyond = nodes.iter().find(|&&node| node != u32::MAX && node as usize >= count);
-        assert!(beyond.is_none(), "node {beyond:?} of a body with {count}");
+    pub fn make_drawn(&mut self, body: BodyHandle, nodes: &[u32]) -> Result<bool, StepError> {
+        let (body, frame) = (self.index_of(body)?, self.frame());
+        let BodyInfo { name, nodes: count, .. } = &self.bodies[body];
+        if let Some(&node) = nodes.iter().find(|&&node| node != u32::MAX && node as usize >= *count) {
+            return Err(InputError::NoNode { body: name.clone(), node, nodes: *count }.into());
+        }
         self.backend.make_drawn(body, nodes).map_err(|Lost(why)| StepError::Lost { frame, why })
     }
 
@@ -166,13 +183,10 @@ impl Simulation {
     /// comes to the host; what is not finite is not written.
     ///
     /// # Errors
-    /// A GPU may be lost, or not give a kernel that much of the renderer's buffer.
-    ///
-    /// # Panics
-    /// Where there is no body with this index.
+    /// A GPU may be lost, or not give a kernel that much of the renderer's buffer. The body may be one of another simulation.
     #[cfg(feature = "gpu")]
-    pub fn draw(&mut self, body: usize, target: &VertexTarget, view: &View) -> Result<(), StepError> {
-        let frame = self.frame();
+    pub fn draw(&mut self, body: BodyHandle, target: &VertexTarget, view: &View) -> Result<(), StepError> {
+        let (body, frame) = (self.index_of(body)?, self.frame());
         self.backend.draw(body, target, view).map_err(|Lost(why)| StepError::Lost { frame, why })
     }
 

@@ -9,10 +9,10 @@ use crate::simulation::Simulation;
 impl Simulation {
     /// Velocities of all vertices [m/s], bodies one after the other, in the meshes' own order; none has what no face uses.
     /// `out` is cleared first.
-    pub fn velocities_f32(&self, out: &mut Vec<[f32; 3]>) {
+    pub fn velocities_f32<V: From<[f32; 3]>>(&self, out: &mut Vec<V>) {
         out.clear();
         let velocity = |node: usize| self.backend.velocity(node).map(|c| c as f32);
-        self.each_vertex(|node| out.push(node.map_or([0.0; 3], velocity)));
+        self.each_vertex(|node| out.push(node.map_or([0.0; 3], velocity).into()));
     }
 
     /// How far all vertices are from colliders [m], where these are at the end of the last frame, less the distance that they

@@ -2,13 +2,30 @@
 
 use crate::backend::SolverState;
 use crate::diagnostics::FrameReport;
-use crate::simulation::{Precision, Simulation};
+use crate::simulation::{InputError, Precision, Simulation};
 use serde::{Deserialize, Serialize};
 
 /// A simulation between two frames. A simulation of the same scene that is [restored](Simulation::restore) from it
 /// goes on bit by bit as this one would have.
 ///
-/// What [`Simulation::move_pin`] and [`Simulation::apply_force`] asked for the frame to come is not part of it.
+/// ```
+/// # use taffeta::scene::{Body, Collider, Mass, Mesh, Scene, Select};
+/// # use taffeta::{Options, Simulation};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05).pin(Select::nodes([0])))
+/// #     .collider(Collider::sphere([0.0, -1.0, 0.0], 0.2).named("ball"));
+/// let build = || Simulation::new(&scene, &Options::default());
+/// let mut first = build()?;
+/// first.advance(3)?;
+/// let snapshot = first.snapshot();
+/// let mut second = build()?;
+/// second.restore(&snapshot)?;
+/// assert_eq!(first.step()?, second.step()?);
+/// assert_eq!(first.state_hash(), second.state_hash());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// What [`Simulation::pin_vertex`] and [`Simulation::apply_force`] asked for the frame to come is not part of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
     /// Arithmetic, and so the width of the numbers in `state`.
@@ -156,13 +173,13 @@ impl Simulation {
     ///
     /// # Errors
     /// Where the snapshot is not one of a scene with as many nodes and constraints; nothing is changed then.
-    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), String> {
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), InputError> {
         let order = self.user_order();
-        self.fits(snapshot, &order)?;
+        self.fits(snapshot, &order).map_err(InputError::Snapshot)?;
         for &user in &snapshot.held {
             let node = order[user as usize];
             if self.backend.is_free(node) {
-                self.backend.hold(node);
+                self.backend.pin(node);
             }
         }
         for (user, &node) in order.iter().enumerate() {

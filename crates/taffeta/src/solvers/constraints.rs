@@ -1,6 +1,5 @@
 //! Springs as a list, for methods that make constraints of them.
 
-use crate::build::Assembly;
 use crate::build::body::{BodyAssembly, BodySprings};
 use crate::elements::spring::lists::SpringKind;
 use crate::elements::spring::stencil::GRID_STEPS;
@@ -25,13 +24,13 @@ pub struct Constraints {
 }
 
 impl Constraints {
-    /// Those of a scene whose method needs them, else none.
-    pub(crate) fn new(assembly: &Assembly) -> Self {
+    /// Those of some bodies whose method needs them, else none.
+    pub(crate) fn new(bodies: &[BodyAssembly], method: Method) -> Self {
         let mut all = Self::default();
-        if assembly.solver.method == Method::Springs {
+        if method == Method::Springs {
             return all;
         }
-        for body in &assembly.bodies {
+        for body in bodies {
             let from = all.ends.len();
             match (&body.springs, body.grid_layout) {
                 (BodySprings::Grid(along), Some(layout)) => all.add_grid(body.first, along, layout),
@@ -116,6 +115,7 @@ impl Constraints {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::build::Assembly;
     use crate::scene::{Body, Icosphere, Mass, Mesh, Scene};
 
     #[test]

@@ -1,10 +1,8 @@
-//! Tiles that wait for a solver: where their forces are meanwhile, and how those that were solved for act on nodes that
-//! surfaces hold.
+//! Tiles that wait for a solver, and where their forces are meanwhile.
 
-use crate::contact::colliders::press::Press;
 use crate::cpu::tile::Tile;
 use crate::motion::cpu::Pins;
-use crate::real::{Real, sub};
+use crate::real::Real;
 use crate::solvers::explicit::cpu::Euler;
 
 /// Keeps the forces on a tile for later, and the velocity that they alone would give. The state after waits for both: the
@@ -33,14 +31,8 @@ pub fn resume<T: Real>(tile: &mut Tile<'_, T>) {
     }
 }
 
-/// A change of a node's velocity with what the surface that holds it does about it.
-pub fn borne<T: Real>(
-    tile: &Tile<'_, T>,
-    place: usize,
-    (press, surface): (&Press<T>, u32),
-    change: [T; 3],
-) -> [T; 3] {
+/// The velocity of a place of a tile that waits, without what is solved for.
+pub fn free_velocity<T: Real>(tile: &Tile<'_, T>, place: usize) -> [T; 3] {
     // SAFETY: waits where the state after will be, for this tile alone.
-    let free = [0, 1, 2].map(|axis| unsafe { *tile.next[axis].item(place) });
-    sub(press.after(free, change, &tile.substep.colliders[surface as usize].touching), free)
+    [0, 1, 2].map(|axis| unsafe { *tile.next[axis].item(place) })
 }

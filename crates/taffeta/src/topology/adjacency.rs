@@ -1,7 +1,6 @@
 //! Which springs and elements meet at a node, laid out for kernels that gather.
 
-/// Nodes of a slice of [`Gather`]: one vector of 512 bits in f32.
-pub const LANES: usize = 16;
+use crate::real::LANES;
 
 /// Springs by node, in slices of [`LANES`] nodes (sliced ELLPACK; Monakov, Lokhmotov and Avetisyan 2010).
 ///

@@ -1,5 +1,7 @@
 //! Lengths, areas and volumes of what a mesh holds.
 
+use crate::real;
+
 /// Difference a − b.
 pub(crate) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
@@ -29,12 +31,12 @@ pub fn length(nodes: &[[f64; 3]], pair: [u32; 2]) -> f64 {
 
 /// Area of a triangle [m²].
 pub fn area(nodes: &[[f64; 3]], triangle: [u32; 3]) -> f64 {
-    area_of(triangle.map(|i| nodes[i as usize]))
+    real::area(triangle.map(|i| nodes[i as usize]))
 }
 
 /// Area between three corners [m²].
-pub fn area_of([a, b, c]: [[f64; 3]; 3]) -> f64 {
-    0.5 * norm(cross(sub(b, a), sub(c, a)))
+pub fn area_of(corners: [[f64; 3]; 3]) -> f64 {
+    real::area(corners)
 }
 
 /// Lower and upper corner of the box around points [m]; of no points: two zeros.

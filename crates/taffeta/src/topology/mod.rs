@@ -18,9 +18,10 @@ pub mod rest;
 pub mod segment;
 pub mod select;
 pub mod shapes;
-mod surface;
 
-pub use adjacency::{Csr, Gather, LANES};
+pub use crate::real::LANES;
+pub use crate::scene::{Polygons, Surface, Uvs};
+pub use adjacency::{Csr, Gather};
 pub use borders::Borders;
 pub use edges::{Edges, NONE};
 pub use ground::ground;
@@ -31,4 +32,3 @@ pub use place::Placement;
 pub use predicate::{meet_beyond_corner, overlap_beyond_edge, triangles_meet};
 pub use rest::RestShape;
 pub use select::Selectable;
-pub use surface::{Polygons, Surface, Uvs};

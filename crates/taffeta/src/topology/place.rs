@@ -1,8 +1,8 @@
 //! Where a body starts: scale, then rotate, then translate.
 
+use crate::scene::LARGEST_LENGTH;
 use crate::scene::{Place, Rotation};
 use crate::topology::measure::{bounds, norm};
-use crate::topology::shapes::LARGEST;
 
 /// Scale, then rotate, then translate.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,18 +32,18 @@ impl Placement {
                 format!("makes a factor of {factor} from an extent of {from} m; more than 0 would do"),
             ));
         }
-        if factor * from > LARGEST && place.fit.is_none() && place.scale.is_none() {
-            return Err(("", format!("has an extent of {from:e} m; at most {LARGEST} m would do")));
+        if factor * from > LARGEST_LENGTH && place.fit.is_none() && place.scale.is_none() {
+            return Err(("", format!("has an extent of {from:e} m; at most {LARGEST_LENGTH} m would do")));
         }
-        if factor * from > LARGEST {
+        if factor * from > LARGEST_LENGTH {
             let message = format!(
-                "makes an extent of {:e} m from {from} m; at most {LARGEST} m would do",
+                "makes an extent of {:e} m from {from} m; at most {LARGEST_LENGTH} m would do",
                 factor * from
             );
             return Err((field, message));
         }
-        if let Some(far) = place.position.iter().find(|x| x.abs() > LARGEST) {
-            let message = format!("is {far:e} m along an axis; within ±{LARGEST} m would do");
+        if let Some(far) = place.position.iter().find(|x| x.abs() > LARGEST_LENGTH) {
+            let message = format!("is {far:e} m along an axis; within ±{LARGEST_LENGTH} m would do");
             return Err(("place.position", message));
         }
         let rotation = rotation_matrix(&place.rotation.unwrap_or_default());

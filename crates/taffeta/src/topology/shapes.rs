@@ -1,19 +1,16 @@
 //! Shapes by name: the surface of each [`Mesh`], vertices = nodes, triangles counter-clockwise from outside.
 
-mod check;
 mod flat;
-mod given;
 mod round;
 
-pub use check::{LARGEST, check};
 pub use flat::grid_surface;
 
-use crate::scene::Mesh;
+use crate::scene::{Mesh, check_shape};
 use crate::topology::{Polygons, Surface};
 
 /// The surface of a mesh, its sizes checked.
 pub fn surface(mesh: &Mesh) -> Result<Surface, String> {
-    check(mesh).map_err(|(field, message)| format!("{field}: {message}"))?;
+    check_shape(mesh).map_err(|(field, message)| format!("{field}: {message}"))?;
     Ok(match mesh {
         Mesh::Grid(grid) => grid_surface(grid.rows, grid.cols, grid.size),
         Mesh::Icosphere(ball) => round::icosphere(*ball),
@@ -55,9 +52,10 @@ fn from_chain(vertices: Vec<[f64; 3]>) -> Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Cube, Cylinder, Icosphere, Torus, UvSphere};
+    use crate::scene::{Body, Cube, Cylinder, Icosphere, Mass, Scene, Torus, UvSphere};
     use crate::topology::{Edges, measure::volume};
     use std::f64::consts::PI;
+    use std::sync::Arc;
 
     /// Volume and Euler characteristic of a closed shape.
     fn facts(mesh: Mesh) -> (f64, i64) {
@@ -132,5 +130,33 @@ mod tests {
         assert!(surface.polygons.iter().all(|face| face.len() == 4));
         let edges = Edges::new(48, &surface.triangles, &[]);
         assert_eq!((edges.holes(), edges.boundary_edges()), (2, 24));
+    }
+
+    #[test]
+    fn the_number_of_nodes_is_known_before_a_shape_is_made() {
+        let can =
+            |capped| Mesh::Cylinder(Cylinder { radius: 1.0, height: 1.0, segments: 5, rings: 3, capped });
+        for mesh in [
+            Mesh::grid(3, 4, [1.0; 2]),
+            Mesh::chain(7, 1.0),
+            Mesh::Icosphere(Icosphere { radius: 1.0, subdivisions: 2 }),
+            Mesh::UvSphere(UvSphere { radius: 1.0, rings: 4, segments: 7 }),
+            Mesh::Torus(Torus { major: 1.0, minor: 0.5, rings: 4, segments: 7 }),
+            Mesh::Cube(Cube { size: 1.0, divisions: 3 }),
+            can(true),
+            can(false),
+        ] {
+            assert_eq!(mesh.nodes(), surface(&mesh).unwrap().nodes.len() as u64, "{mesh:?}");
+        }
+    }
+
+    #[test]
+    fn a_shape_and_the_same_as_data_need_about_the_same_memory() {
+        let shape = Mesh::Cube(Cube { size: 1.0, divisions: 50 });
+        let data = Mesh::Surface(Arc::new(surface(&shape).unwrap()));
+        let body = |mesh| Body::cloth("cube", mesh).with_mass(Mass::Node(1.0)).structural(1.0, 0.0);
+        let [shape, data] =
+            [shape, data].map(|mesh| Scene::new("").body(body(mesh)).memory_needed().bytes as f64);
+        assert!((data / shape - 1.0).abs() < 0.05, "{data} and {shape}");
     }
 }

@@ -4,45 +4,11 @@ use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
 use crate::scene::{SceneError, Volume, VolumeForm, VolumeWeights, plain};
 use crate::topology::measure;
+use crate::volume::kept::KeptVolume;
 use crate::volume::volume::{Form, weight};
 
 /// Share of area × extent / 6 below which a volume is nothing: 32 bits tell it from none by two digits.
 const NOTHING: f64 = 1e-5;
-
-/// What keeps the volume of a body, or what pressure it is under.
-#[derive(Clone, Debug)]
-pub struct KeptVolume {
-    /// How the multiplier is found.
-    pub form: Form,
-    /// Whether nodes are moved after contact.
-    pub projects: bool,
-    /// Weight of each node in solver order; `None`: 1.
-    pub weights: Option<Vec<f64>>,
-    /// Times [s] and volumes to keep [m³], or pressures [Pa].
-    keys: Vec<(f64, f64)>,
-}
-
-impl KeptVolume {
-    /// The volume to keep [m³], or the pressure [Pa], at time `t` [s].
-    pub fn goal(&self, t: f64) -> f64 {
-        let after = self.keys.partition_point(|key| key.0 <= t);
-        match (after.checked_sub(1).map(|before| self.keys[before]), self.keys.get(after)) {
-            (Some((t0, a)), Some(&(t1, b))) => a + (b - a) * (t - t0) / (t1 - t0),
-            (Some((_, goal)), None) | (None, Some(&(_, goal))) => goal,
-            (None, None) => 0.0,
-        }
-    }
-
-    /// The volume to keep [m³] at time `t` [s], if it is one.
-    pub fn target(&self, t: f64) -> Option<f64> {
-        (self.form != Form::Pressure).then(|| self.goal(t))
-    }
-
-    /// Whether it may add energy: by a pressure, or a volume other than that at rest.
-    pub fn drives(&self, rest: f64) -> bool {
-        self.form == Form::Pressure || self.keys.iter().any(|key| key.1 != rest)
-    }
-}
 
 impl Assembly {
     /// Bodies whose volume is kept, or that are under a pressure, in the scene's order.
@@ -51,24 +17,30 @@ impl Assembly {
     }
 }
 
-/// What keeps the volume of a body whose pins are there.
-pub(crate) fn kept(wish: &Volume, body: &mut BodyAssembly) -> Result<Option<KeptVolume>, SceneError> {
-    let form = match wish.form {
-        VolumeForm::None => return Ok(None),
-        _ if wish.is_pressure() => Form::Pressure,
-        VolumeForm::Corrected | VolumeForm::Projected => Form::Kept,
-        VolumeForm::PaperShader => Form::PaperShader,
-        VolumeForm::Printed => Form::Printed,
-    };
-    let rest = body.rest_volume.unwrap_or(0.0);
-    check_inside(form, rest, body)?;
-    let weights = wish.weights.map(|ball| weights(ball, body)).transpose()?;
-    if let Some(why) = immovable(form, weights.as_deref(), &body.free) {
-        body.warnings.push(why.into());
+impl BodyAssembly {
+    /// Has the body, whose pins are there, keep its volume.
+    pub(crate) fn keep_volume(&mut self, wish: &Volume) -> Result<(), SceneError> {
+        let form = match wish.form {
+            VolumeForm::None => return Ok(()),
+            _ if wish.is_pressure() => Form::Pressure,
+            VolumeForm::Corrected | VolumeForm::Projected => Form::Kept,
+            #[cfg(feature = "paper-forms")]
+            VolumeForm::PaperShader => Form::PaperShader,
+            #[cfg(feature = "paper-forms")]
+            VolumeForm::Printed => Form::Printed,
+        };
+        let rest = self.rest_volume.unwrap_or(0.0);
+        check_inside(form, rest, self)?;
+        let weights = wish.weights.map(|ball| weights(ball, self)).transpose()?;
+        if let Some(why) = immovable(form, weights.as_deref(), &self.free) {
+            self.warnings.push(why.into());
+        }
+        let unit = if form == Form::Pressure { 1.0 } else { rest };
+        let keys = keys(wish).into_iter().map(|(t, goal)| (t, goal * unit)).collect();
+        let projects = wish.form == VolumeForm::Projected;
+        self.volume = Some(KeptVolume { form, projects, weights, keys });
+        Ok(())
     }
-    let unit = if form == Form::Pressure { 1.0 } else { rest };
-    let keys = keys(wish).into_iter().map(|(t, goal)| (t, goal * unit)).collect();
-    Ok(Some(KeptVolume { form, projects: wish.form == VolumeForm::Projected, weights, keys }))
 }
 
 /// Times and targets, or pressures. A motion starts at t = 0.

@@ -12,7 +12,11 @@ use crate::gpu::schedule::Fused;
 use crate::plan::Substep;
 use crate::step::{Marks, Op, Stage};
 use crate::topology::LANES;
-use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack};
+use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] =
+    shaders!("volume", ["groups.wgsl", "printed.wgsl", "restore_stages.wgsl", "stages.wgsl", "volume.wgsl"]);
 
 /// Triangles that one workgroup sums up.
 const CHUNK: usize = 4096;

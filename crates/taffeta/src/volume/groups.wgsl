@@ -2,6 +2,12 @@
 // a body the same way, as the CPU does (cpu/volume.rs): nothing depends on which workgroup comes first, and any number of
 // bodies shares a dispatch.
 
+#import gpu/wgsl/force.wgsl
+#import gpu/wgsl/goals.wgsl
+#import gpu/wgsl/substep.wgsl
+#import volume/volume.wgsl
+#import memory
+
 /// Some nodes of one body, 256 at most.
 struct VolumeGroup {
     /// Its first node, and how many it has.
@@ -26,8 +32,6 @@ const WEIGHTED: u32 = 1u;
 /// In a group's flags: nodes are moved after contact.
 const RESTORED: u32 = 2u;
 
-/// Volumes to keep [m³], or pressures [Pa], of all sub-steps of a frame.
-@group(0) @binding(7) var<storage, read> goals: array<f32>;
 @group(1) @binding(12) var<storage, read> volume_groups: array<VolumeGroup>;
 /// What groups have summed up, part after part, each for all groups. First 3 V, Σ g·v*, D, and the body's goal in w at its
 /// first group; then from where places are counted, there alone; then what weights need.

@@ -6,7 +6,10 @@ pub mod cpu_rings;
 pub mod cpu_sums;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod kept;
 #[cfg(feature = "gpu")]
 pub mod parity;
+#[cfg(feature = "paper-forms")]
+pub mod printed;
 pub mod rings;
 pub mod volume;

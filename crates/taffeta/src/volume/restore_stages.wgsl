@@ -1,5 +1,11 @@
 // The kernel that restores volumes after contact.
 
+#import contact/colliders/touch_again.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import volume/groups.wgsl
+#import volume/volume.wgsl
+
 /// Moves nodes that have touched nothing so that the volume is restored, and keeps them out of colliders again.
 @compute @workgroup_size(256)
 fn restore_volumes(

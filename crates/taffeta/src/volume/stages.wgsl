@@ -2,6 +2,24 @@
 // stages are two kernels here. The measuring kernels read the state of now: that before the sub-step for forces, and the one
 // after it to restore volumes.
 
+#import contact/collider_mesh/no_mesh.wgsl as meshes
+#import contact/colliders/response.wgsl
+#import elements/load/load.wgsl
+#import elements/spring/mesh.wgsl
+#import elements/spring/places.wgsl
+#import elements/spring/spring.wgsl
+#import gpu/wgsl/force.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+#import solvers/explicit/euler.wgsl
+#import solvers/explicit/node.wgsl
+#import volume/groups.wgsl
+#import volume/volume.wgsl
+#import memory
+#import touch
+
 /// A way around a node: Σ rₖ × rₖ₊₁ over its neighbours, where r is the vector to one.
 struct Way {
     first: vec3f,

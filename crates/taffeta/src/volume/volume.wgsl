@@ -13,6 +13,9 @@
 // change its momenta is taken away, with A = Σ W g/M, Ω = I⁻¹ Σ (x − c) × W g. Where nodes are held, what holds them bears
 // the momenta, and u = W g. D = Σ w g·u = Σ w W |g|²: the gradients of a free body have neither resultant nor moment.
 
+#import gpu/wgsl/vector.wgsl
+#import volume/printed.wgsl
+
 /// How the multiplier is found: from the volume to keep; as the paper's programs do; as the paper prints; a pressure.
 const KEPT: u32 = 0u;
 const PAPER_SHADER: u32 = 1u;
@@ -149,10 +152,10 @@ fn multiplier(form: u32, sums: vec3f, goal: f32, h: f32) -> f32 {
     let flux = sums.y / h;
     switch form {
         case PAPER_SHADER: {
-            return volume_share(flux - off / 3.0, sums.z);
+            return volume_share(volume_of_programs(off, flux), sums.z);
         }
         case PRINTED: {
-            return volume_share(flux - off / (3.0 * h * h), sums.z);
+            return volume_share(volume_as_printed(off, flux, h), sums.z);
         }
         case PRESSURE: {
             return -goal;

@@ -174,16 +174,16 @@ fn paint(
     }
     let values = values(looks.colouring, running, &mut listed, &extent);
     range.follow(values.iter().copied().fold(0.0, f32::max), least(looks.colouring, &extent));
-    for body in 0..running.simulation().bodies().len() {
-        let mesh = bodies.get(running.entity(body)).ok().and_then(|mesh| meshes.get_mut(&mesh.0));
+    for body in running.drawn_bodies() {
+        let mesh = bodies.get(body.entity).ok().and_then(|mesh| meshes.get_mut(&mesh.0));
         let Some(mut mesh) = mesh else { continue };
         if looks.colouring == Colouring::Plain {
             mesh.remove_attribute(Mesh::ATTRIBUTE_COLOR);
             continue;
         }
-        let first = running.first_vertex(body);
+        let first = body.first_vertex;
         let colour = |&vertex: &u32| colour(looks.colouring, values[first + vertex as usize] / range.top);
-        let colours: Vec<[f32; 4]> = running.drawn(body).vertices.iter().map(colour).collect();
+        let colours: Vec<[f32; 4]> = body.mesh.vertices.iter().map(colour).collect();
         mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, colours);
     }
 }
@@ -220,9 +220,9 @@ fn values(colouring: Colouring, running: &Running, listed: &mut Listed, extent: 
         Colouring::Plain => Vec::new(),
         Colouring::Strain => strains(running, listed.of(running)),
         Colouring::Velocity => {
-            let mut velocities = Vec::new();
+            let mut velocities: Vec<Vec3> = Vec::new();
             running.simulation().velocities_f32(&mut velocities);
-            velocities.into_iter().map(|v| Vec3::from(v).length()).collect()
+            velocities.into_iter().map(Vec3::length).collect()
         }
         Colouring::Contact => {
             let mut gaps = Vec::new();
@@ -234,12 +234,11 @@ fn values(colouring: Colouring, running: &Running, listed: &mut Listed, extent: 
 
 /// l/L − 1 of the longest structural or shear spring at each vertex, 0 where none is too long.
 pub fn strains(running: &Running, springs: &[Vec<Springs>]) -> Vec<f32> {
-    let mut places = Vec::new();
+    let mut places: Vec<Vec3> = Vec::new();
     running.simulation().positions_f32(&mut places);
-    let places: Vec<Vec3> = places.into_iter().map(Vec3::from).collect();
     let mut strains = vec![0.0; places.len()];
-    for (body, lists) in springs.iter().enumerate() {
-        let first = running.first_vertex(body);
+    for (body, lists) in running.drawn_bodies().zip(springs) {
+        let first = body.first_vertex;
         let along =
             lists.iter().filter(|list| matches!(list.kind, SpringKind::Structural | SpringKind::Shear));
         for (ends, rest) in along.flat_map(|list| list.ends.iter().zip(&list.rest)) {

@@ -31,7 +31,7 @@ pub struct Extent {
 impl Extent {
     /// Of a scene that starts as this simulation does.
     pub fn of(scene: &Scene, simulation: &Simulation) -> Self {
-        let mut places = Vec::new();
+        let mut places: Vec<[f32; 3]> = Vec::new();
         simulation.positions_f32(&mut places);
         let mut rest = places.into_iter().map(Vec3::from);
         let mut points = Vec::new();

@@ -7,8 +7,9 @@ use bevy::light::{NotShadowCaster, NotShadowReceiver};
 use bevy::mesh::{Indices, VertexAttributeValues};
 use bevy::prelude::*;
 use bevy::window::PrimaryWindow;
-use bevy_taffeta::Running;
 use bevy_taffeta::prelude::*;
+use bevy_taffeta::taffeta::BodyHandle;
+use bevy_taffeta::{DrawnBody, Running};
 
 /// A vertex counts as under the mouse up to this distance, where no triangle is [pixel].
 const NEAR: f32 = 12.0;
@@ -99,7 +100,8 @@ fn take(
     {
         grab.refused = None;
         // A body that is not there any more holds nothing.
-        let _ = running.simulation_mut().let_go(&held.name, held.vertex);
+        let simulation = running.simulation_mut();
+        let _ = simulation.body(&held.name).and_then(|body| simulation.unpin_vertex(body, held.vertex));
     }
     if buttons.just_pressed(MouseButton::Left)
         && !busy.pointer
@@ -110,7 +112,7 @@ fn take(
         let nearest_wall = walls.fold(f32::INFINITY, f32::min);
         let seen = |point: Vec3| camera.world_to_viewport(transform, point).ok();
         let found = pick(&running, ray, nearest_wall, seen);
-        grab.held = found.map(|found| Held::new(&running, found, transform.forward().as_vec3()));
+        grab.held = found.and_then(|found| Held::new(&running, found, transform.forward().as_vec3()));
     }
 }
 
@@ -151,8 +153,8 @@ pub fn meet(ray: Ray3d, [a, b, c]: [Vec3; 3]) -> Option<f32> {
 /// A vertex: its body, its number there and among all, and where it is [m].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
-    /// The body's number in the simulation.
-    pub body: usize,
+    /// The body.
+    pub body: BodyHandle,
     /// The vertex's number in the body's mesh.
     pub vertex: usize,
     /// Its number among the vertices of all bodies.
@@ -166,10 +168,9 @@ pub struct Found {
 pub fn pick(running: &Running, ray: Ray3d, wall: f32, seen: impl Fn(Vec3) -> Option<Vec2>) -> Option<Found> {
     let mut places = Vec::new();
     running.places(&mut places);
-    let bodies = || 0..running.simulation().bodies().len();
-    let mut hit: Option<(f32, usize, [u32; 3])> = None;
-    for body in bodies() {
-        let (drawn, first) = (running.drawn(body), running.first_vertex(body));
+    let mut hit: Option<(f32, DrawnBody, [u32; 3])> = None;
+    for body in running.drawn_bodies() {
+        let DrawnBody { mesh: drawn, first_vertex: first, .. } = body;
         let at = |corner: u32| places[first + drawn.vertices[corner as usize] as usize];
         for triangle in &drawn.triangles {
             if let Some(far) = meet(ray, triangle.map(at))
@@ -179,9 +180,9 @@ pub fn pick(running: &Running, ray: Ray3d, wall: f32, seen: impl Fn(Vec3) -> Opt
             }
         }
     }
-    let found = |body: usize, vertex: usize| {
-        let all = running.first_vertex(body) + vertex;
-        Found { body, vertex, all, at: places[all] }
+    let found = |body: DrawnBody, vertex: usize| {
+        let all = body.first_vertex + vertex;
+        Found { body: body.handle, vertex, all, at: places[all] }
     };
     if let Some((far, body, corners)) = hit {
         let point = ray.get_point(far);
@@ -189,8 +190,8 @@ pub fn pick(running: &Running, ray: Ray3d, wall: f32, seen: impl Fn(Vec3) -> Opt
         return corners.into_iter().min_by(|a, b| a.at.distance(point).total_cmp(&b.at.distance(point)));
     }
     let target = seen(ray.get_point(1.0))?;
-    let used = bodies().flat_map(|body| {
-        let drawn = running.drawn(body);
+    let used = running.drawn_bodies().flat_map(|body| {
+        let drawn = body.mesh;
         let of_nodes = drawn.vertices.iter().zip(&drawn.nodes).filter(|(_, node)| **node != u32::MAX);
         of_nodes.map(move |(&vertex, _)| (body, vertex as usize))
     });
@@ -204,8 +205,8 @@ pub fn pick(running: &Running, ray: Ray3d, wall: f32, seen: impl Fn(Vec3) -> Opt
 
 impl Held {
     /// Takes a vertex; it stays in the plane through it across `forward`.
-    pub fn new(running: &Running, found: Found, forward: Vec3) -> Self {
-        let (drawn, first) = (running.drawn(found.body), running.first_vertex(found.body));
+    pub fn new(running: &Running, found: Found, forward: Vec3) -> Option<Self> {
+        let DrawnBody { mesh: drawn, first_vertex: first, .. } = running.drawn(found.body)?;
         let mut places = Vec::new();
         running.places(&mut places);
         let vertex = |corner: &u32| first + drawn.vertices[*corner as usize] as usize;
@@ -217,13 +218,13 @@ impl Held {
         others.sort_unstable();
         others.dedup();
         let reach = |other: usize| (other, PULL * places[other].distance(found.at));
-        Self {
-            name: running.simulation().bodies()[found.body].name.clone(),
+        Some(Self {
+            name: running.simulation().bodies()[found.body.index()].name.clone(),
             vertex: found.vertex,
             all: found.all,
             plane: (found.at, forward),
             neighbours: others.into_iter().map(reach).collect(),
-        }
+        })
     }
 
     /// Where it is to go: to the ray in its plane, as far as the vertices next to it allow.
@@ -263,16 +264,17 @@ fn lead(mut worlds: Query<(&mut Running, &Playback), With<StageRoot>>, mut grab:
         return;
     }
     let Grab { held: Some(held), ray: Some(ray), refused, .. } = &mut *grab else { return };
-    let mut places = Vec::new();
+    let mut places: Vec<Vec3> = Vec::new();
     running.simulation().positions_f32(&mut places);
     if held.all >= places.len() {
         grab.held = None;
         return;
     }
-    let places: Vec<Vec3> = places.into_iter().map(Vec3::from).collect();
-    let to = held.target(*ray, &places).as_dvec3().to_array();
-    *refused =
-        running.simulation_mut().move_pin(&held.name, held.vertex, to).err().map(|error| error.to_string());
+    let to = held.target(*ray, &places);
+    let simulation = running.simulation_mut();
+    // The world may have been built again since the vertex was taken.
+    let led = simulation.body(&held.name).and_then(|body| simulation.pin_vertex(body, held.vertex, to));
+    *refused = led.err().map(|error| error.to_string());
 }
 
 fn make_marker(

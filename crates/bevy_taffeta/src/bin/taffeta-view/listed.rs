@@ -1,9 +1,9 @@
 //! The springs of the scene that runs, by vertex: what pictures of strain and of springs need.
 
 use bevy::prelude::*;
-use bevy_taffeta::Running;
 use bevy_taffeta::taffeta::springs::SpringKind;
 use bevy_taffeta::taffeta::springs_of;
+use bevy_taffeta::{DrawnBody, Running};
 
 /// The springs of each body, made when they are first asked for.
 #[derive(Resource, Default)]
@@ -28,15 +28,14 @@ impl Listed {
     pub fn of(&mut self, running: &Running) -> &[Vec<Springs>] {
         if self.built != Some(running.built()) {
             self.built = Some(running.built());
-            let bodies = 0..running.simulation().bodies().len();
-            self.bodies = bodies.map(|body| springs_by_vertex(running, body)).collect();
+            self.bodies = running.drawn_bodies().map(|body| springs_by_vertex(running, &body)).collect();
         }
         &self.bodies
     }
 }
 
-fn springs_by_vertex(running: &Running, body: usize) -> Vec<Springs> {
-    let drawn = running.drawn(body);
+fn springs_by_vertex(running: &Running, body: &DrawnBody) -> Vec<Springs> {
+    let (drawn, body) = (body.mesh, body.handle.index());
     let mut of_node = vec![0; running.simulation().bodies()[body].nodes];
     for (&vertex, &node) in
         drawn.vertices.iter().zip(&drawn.nodes).rev().filter(|(_, node)| **node != u32::MAX)

@@ -4,6 +4,7 @@ use crate::panel::Busy;
 use crate::stage::{OnStage, StageRoot};
 use bevy::prelude::*;
 use bevy_taffeta::prelude::*;
+use bevy_taffeta::taffeta_io::program::advised;
 use bevy_taffeta::{FromScene, Running};
 
 /// Starts the scene again, with its values as they are.
@@ -126,9 +127,9 @@ fn listen(
         (told.refused, told.diverged) = (None, None);
     }
     if let Some(message) = refused.read().last() {
-        told.refused = Some(message.error.to_string());
+        told.refused = Some(advised(&message.error, message.error.advice()));
     }
     if let Some(message) = diverged.read().last() {
-        told.diverged = Some(message.error.to_string());
+        told.diverged = Some(advised(&message.error, message.error.advice()));
     }
 }

@@ -69,7 +69,7 @@ const ENERGIES: [Curve; 5] = [
     ("kinetic", [214, 90, 20], |report| report.kinetic),
     ("gravity", [30, 110, 190], |report| report.gravitational),
     ("springs", [20, 140, 80], |report| report.springs),
-    ("hinges", [150, 60, 160], |report| report.hinges),
+    ("hinges", [150, 60, 160], |report| report.energy_of("hinges")),
 ];
 const STRETCH: [Curve; 1] = [("l/L", [200, 40, 60], |report| report.max_stretch)];
 

@@ -12,7 +12,7 @@ use bevy::render::settings::WgpuSettings;
 use bevy_taffeta::taffeta::scene::Scene;
 use bevy_taffeta::taffeta::taffeta_gpu::{Choice, Gpu};
 use bevy_taffeta::taffeta::{Options, Simulation};
-use bevy_taffeta::taffeta_io::program::Failure;
+use bevy_taffeta::taffeta_io::program::{Failure, advised, not_built};
 use bevy_taffeta::taffeta_io::{Loaded, load_scene};
 use bevy_taffeta::{Playback, RunOn, TaffetaPlugin, spawn_scene};
 use std::f32::consts::TAU;
@@ -30,10 +30,12 @@ pub fn open(args: &Args) -> Result<Opened, Failure> {
     let loaded = load_scene(&args.scene, &args.sets)?;
     let threads = args.threads.map(usize::from);
     let simulation = Simulation::new(&loaded.scene, &Options { threads, ..default() })
-        .map_err(|error| loaded.source.locate(&error))?;
+        .map_err(|error| not_built(&loaded.source, &error))?;
     say(if loaded.scene.title.is_empty() { "untitled scene" } else { &loaded.scene.title });
     loaded.notes.iter().for_each(|note| say(&format!("note: {note}")));
-    simulation.warnings().iter().for_each(|warning| say(&format!("warning: {warning}")));
+    for warning in simulation.warnings() {
+        say(&format!("warning: {}", advised(warning, &warning.advice)));
+    }
     let extent = Extent::of(&loaded.scene, &simulation);
     Ok(Opened { loaded, extent })
 }

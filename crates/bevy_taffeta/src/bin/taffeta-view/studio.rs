@@ -14,6 +14,7 @@ use bevy::winit::WinitPlugin;
 use bevy_taffeta::Running;
 use bevy_taffeta::prelude::*;
 use bevy_taffeta::taffeta_io::program::Failure;
+use bevy_taffeta::taffeta_io::program::advised;
 use std::collections::BTreeMap;
 
 /// Updates after which what has not come will not come.
@@ -169,7 +170,7 @@ fn listen(
     mut refused: MessageReader<Refused>,
     mut halted: ResMut<Halted>,
 ) {
-    let refused = refused.read().map(|one| one.error.to_string());
-    let said = refused.chain(diverged.read().map(|one| one.error.to_string())).next();
+    let refused = refused.read().map(|one| advised(&one.error, one.error.advice()));
+    let said = refused.chain(diverged.read().map(|one| advised(&one.error, one.error.advice()))).next();
     halted.0 = halted.0.take().or(said);
 }

@@ -8,8 +8,9 @@ use bevy::camera::visibility::NoFrustumCulling;
 use bevy::light::{NotShadowCaster, NotShadowReceiver};
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
-use bevy_taffeta::Running;
 use bevy_taffeta::prelude::*;
+use bevy_taffeta::taffeta::BodyHandle;
+use bevy_taffeta::{DrawnBody, Running};
 
 /// Lines are drawn at this share of their distance from the camera, so that the surface that they lie on does not hide them.
 const NEARER: f32 = 0.997;
@@ -17,7 +18,7 @@ const NEARER: f32 = 0.997;
 /// Lines of a body.
 #[derive(Component)]
 struct Wire {
-    body: usize,
+    body: BodyHandle,
     lines: Lines,
     /// Which of the simulations that were built they are of.
     built: u64,
@@ -51,11 +52,12 @@ fn spawn(
     }
     for lines in Lines::ALL.into_iter().filter(|lines| shown(*lines)) {
         let [r, g, b] = lines.colour();
-        for body in 0..running.simulation().bodies().len() {
+        for drawn in running.drawn_bodies() {
+            let body = drawn.handle;
             if there.contains(&(body, lines)) {
                 continue;
             }
-            let ends = ends(lines, running, body, &mut listed);
+            let ends = ends(lines, running, &drawn, &mut listed);
             if ends.is_empty() {
                 continue;
             }
@@ -77,14 +79,14 @@ fn spawn(
 }
 
 /// Vertices at the ends of lines.
-fn ends(lines: Lines, running: &Running, body: usize, listed: &mut Listed) -> Vec<u32> {
+fn ends(lines: Lines, running: &Running, body: &DrawnBody, listed: &mut Listed) -> Vec<u32> {
     match lines {
         Lines::Springs(kind) => {
-            let of_kind = listed.of(running)[body].iter().filter(|list| list.kind == kind);
+            let of_kind = listed.of(running)[body.handle.index()].iter().filter(|list| list.kind == kind);
             of_kind.flat_map(|list| list.ends.as_flattened()).copied().collect()
         }
         Lines::Edges => {
-            let drawn = running.drawn(body);
+            let drawn = body.mesh;
             let around = drawn.triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
             let all = around.chain(drawn.links.iter().copied());
             let mut all: Vec<[u32; 2]> =
@@ -122,8 +124,8 @@ fn follow(
         let (true, Some(mut mesh)) = (wire.built == running.built(), meshes.get_mut(&handle.0)) else {
             continue;
         };
-        let first = running.first_vertex(wire.body);
-        let count = running.simulation().bodies()[wire.body].vertices;
+        let Some(DrawnBody { first_vertex: first, .. }) = running.drawn(wire.body) else { continue };
+        let count = running.simulation().bodies()[wire.body.index()].vertices;
         let own: Vec<[f32; 3]> = places[first..first + count].iter().map(Vec3::to_array).collect();
         mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, own);
         *transform = Transform { translation: (1.0 - NEARER) * eye, scale: Vec3::splat(NEARER), ..default() };

@@ -1,6 +1,8 @@
 //! What ICE, ACAD and springs cost: figures 9 and 10.
 
 use super::springs::{ALL, LOOK, NEARLY, TWO, cloth, on_threads};
+use crate::kernels::bench::{KernelRun, What, Which};
+use crate::kernels::{PaperKernels, Product};
 use crate::report::look::{Look, short, speed, speeds};
 use crate::report::page::Section;
 use crate::report::table::{Cell, Table};
@@ -60,9 +62,10 @@ pub fn jobs() -> Vec<Job> {
         jobs.push(job(on_threads(timing.job, true)).threads(1));
         jobs.push(job(timing.job.to_owned()));
     }
-    let gpu = |n, words: &str| format!("bench {n} --n 34 --json --backend gpu{words}");
-    jobs.push(Job::bench("s1-ice-gpu", gpu("ice", ""), Quick::Whole).on_gpu());
-    jobs.push(Job::bench("s1-ice-gpu-printed", gpu("ice", " --kernels printed"), Quick::Whole).on_gpu());
+    jobs.push(Job::bench("s1-ice-gpu", "bench ice --n 34 --json --backend gpu", Quick::Whole).on_gpu());
+    let printed = Which::Paper(PaperKernels::Constraints(Product::Printed));
+    let printed = KernelRun { what: What::Ice, sides: [34; 2], kernels: printed };
+    jobs.push(Job::kernels("s1-ice-gpu-printed".to_owned(), printed));
     jobs.extend(SIZES.map(size_job));
     jobs
 }

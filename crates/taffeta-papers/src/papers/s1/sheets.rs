@@ -1,6 +1,8 @@
 //! Sheets of springs by size: figures 7 and 8.
 
 use super::springs::{NEARLY, on_threads};
+use crate::kernels::PaperKernels;
+use crate::kernels::bench::{KernelRun, What, Which};
 use crate::report::look::{Look, speed, speeds};
 use crate::report::page::{Plot, Section};
 use crate::report::plot::{Series, log_log};
@@ -62,8 +64,9 @@ pub fn jobs() -> Vec<Job> {
             Quick::Whole,
         );
         jobs.push(gpu.on_gpu());
-        let printed = format!("bench grid {words} --json --backend gpu --kernels node-centric");
-        jobs.push(Job::bench(format!("{name}-gpu-printed"), printed, Quick::Whole).on_gpu());
+        let printed =
+            KernelRun { what: What::Grid, sides: sheet, kernels: Which::Paper(PaperKernels::NodeCentric) };
+        jobs.push(Job::kernels(format!("{name}-gpu-printed"), printed));
     }
     jobs
 }

@@ -6,6 +6,11 @@ use crate::contact::collider_mesh::surface::MeshShape;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::moving::ColliderNow;
 use std::sync::Arc;
+use taffeta_gpu::{Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] =
+    shaders!("contact/collider_mesh", ["no_mesh.wgsl", "stages.wgsl", "surface.wgsl", "triangle.wgsl"]);
 
 /// Four words.
 pub type Words = [u32; 4];

@@ -1,4 +1,7 @@
-// What takes the place of mesh.wgsl where no collider is a mesh, and in kernels that leave contact to another.
+// What takes the place of surface.wgsl where no collider is a mesh, and in kernels that leave contact to another.
+
+#import contact/colliders/response.wgsl
+#import contact/colliders/shape.wgsl
 
 fn meet_mesh(node: Touched, origin: Origin, collider: Collider, number: u32, h: f32) -> Touched {
     return node;

@@ -1,8 +1,8 @@
 //! Poses that a mesh goes through: those of the scene, and those that sub-steps can tell apart.
 
 use crate::contact::collider_mesh::triangle::between;
+use crate::scene::LARGEST_LENGTH;
 use crate::scene::{Poses, SceneError};
-use crate::topology::shapes::LARGEST;
 use crate::topology::{Surface, measure};
 
 /// Places of all nodes [m].
@@ -87,9 +87,11 @@ pub fn given(poses: &Poses, surface: &Surface, solid: bool) -> Result<Vec<Pose>,
                 pose[node]
             ));
         }
-        if let Some(node) = pose.iter().position(|x| x.iter().any(|x| x.abs() > LARGEST)) {
+        if let Some(node) = pose.iter().position(|x| x.iter().any(|x| x.abs() > LARGEST_LENGTH)) {
             let x = pose[node];
-            return refuse(format!("node {node} of pose {i} is at {x:?} m; within ±{LARGEST} m would do"));
+            return refuse(format!(
+                "node {node} of pose {i} is at {x:?} m; within ±{LARGEST_LENGTH} m would do"
+            ));
         }
         let turned = measure::volume(pose, &surface.triangles);
         if solid && turned < -FLAT * volume {

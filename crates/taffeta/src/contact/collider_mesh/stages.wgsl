@@ -1,6 +1,18 @@
 // What meshes among the colliders need beside contact_all and restore_volumes: kernels of their own, since others have no
 // buffer left for triangles.
 
+#import contact/collider_mesh/surface.wgsl as meshes
+#import contact/colliders/press.wgsl
+#import contact/colliders/shape.wgsl
+#import contact/colliders/touch_again.wgsl
+#import contact/nodes/pairs.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+#import solvers/dual/solve.wgsl
+#import solvers/implicit/levels.wgsl
+
 /// Keeps nodes that touch each other out of colliders again, after part_pairs.
 @compute @workgroup_size(256)
 fn contact_parted(

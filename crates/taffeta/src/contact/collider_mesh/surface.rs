@@ -8,12 +8,11 @@
 
 use crate::contact::collider_mesh::hull::hull;
 use crate::contact::collider_mesh::poses::{self, Timing};
-use crate::contact::collider_mesh::tree::Tree;
+use crate::contact::collider_mesh::tree::{Candidates, Tree};
 use crate::contact::collider_mesh::triangle::{
     Corners, Crossing, Nearest, between, crossing, mix, nearest, normal_of, pseudonormal,
 };
-use crate::contact::colliders::moving::Rigid;
-use crate::contact::colliders::shape::ShapeNow;
+use crate::contact::colliders::rigid::Rigid;
 use crate::real::{Real, add, dot, norm, scale, sub};
 use crate::scene::{Collider, Mesh, SceneError, Shape};
 use crate::topology::ground;
@@ -78,12 +77,6 @@ pub struct MeshTouch<T> {
     pub velocity: [T; 3],
     /// Whether its way goes through the mesh.
     pub passed: bool,
-}
-
-/// Some of a mesh's triangles.
-pub trait Candidates<T> {
-    /// Hands them out by index.
-    fn visit(&self, job: impl FnMut(u32));
 }
 
 /// The triangle nearest to a place: of those that are equally near, the first.
@@ -467,14 +460,4 @@ fn facing<T: Real>(at: &Nearest<T>, way: [T; 3]) -> T {
 fn grain<T: Real>(x: [T; 3]) -> T {
     let lost = T::EPSILON * T::from_f64(8.0);
     lost * lost * dot(x, x) + T::TINY
-}
-
-impl<T: Real> ShapeNow<T> {
-    /// The mesh, if it is one.
-    pub fn mesh(&self) -> Option<&MeshNow<T>> {
-        match self {
-            Self::Mesh(mesh) => Some(mesh),
-            _ => None,
-        }
-    }
 }

@@ -1,6 +1,11 @@
 // Surfaces of triangles as colliders, by way of their trees of boxes. Source and proofs: mesh.rs, tree.rs. What was near a
 // node in the last sub-step is not remembered here: each asks the tree anew.
 
+#import contact/collider_mesh/triangle.wgsl
+#import contact/colliders/response.wgsl
+#import contact/colliders/shape.wgsl
+#import gpu/wgsl/vector.wgsl
+
 /// All meshes, in fours. Of each interval between poses: where its triangles are, its nodes at both ends, and its boxes; then
 /// the number of triangles, that of leaves (a power of two), whether it is solid, and the squared length that rounding may hide
 /// [m²]; then where the nodes of the pose before are. Triangles are corners in xyz, nodes are places [m], boxes are lower and

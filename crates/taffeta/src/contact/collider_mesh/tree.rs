@@ -1,13 +1,18 @@
 //! A tree of boxes over triangles: leaves of neighbours along a Hilbert curve, a complete binary tree above them (after
 //! Lauterbach et al., "Fast BVH construction on GPUs", 2009, with equal leaves instead of splits).
 
-use crate::contact::collider_mesh::surface::Candidates;
 use crate::real::{Real, dot, sub};
 use crate::topology::boxes::{self, LEAF, leaf_order, tree_boxes};
 use std::ops::Range;
 
 /// The lower and the upper corner of a box [m].
 type Bounds<T> = [[T; 3]; 2];
+
+/// Some of a mesh's triangles.
+pub trait Candidates<T> {
+    /// Hands them out by index.
+    fn visit(&self, job: impl FnMut(u32));
+}
 
 /// The tree. Box 1 is the root, 2i and 2i + 1 are the halves of box i; the leaves come last, four triangles each.
 #[derive(Clone, Debug)]
@@ -19,6 +24,11 @@ pub struct Tree<T> {
     /// Squared length that rounding may hide [m²].
     pub grain: T,
 }
+
+/// Turns that walks through the triangles of colliders may take for a node on a software adapter, which does eight nodes side by
+/// side and as many turns as all of them at most: the others are left for all else then.
+#[cfg(feature = "gpu")]
+pub const WALK_TURNS: u32 = 6_000;
 
 /// By how much more than what is wanted, relative to it, squared distances are looked at: boxes must not hide what rounding
 /// brings near. With a length e that is lost, (d + e)² ≤ d² (1 + s) + e² (1 + 1/s).

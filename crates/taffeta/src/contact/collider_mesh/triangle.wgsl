@@ -1,5 +1,8 @@
 // One triangle and a node: the nearest point, and where a way goes through. Source: triangle.rs.
 
+#import gpu/wgsl/angle.wgsl
+#import gpu/wgsl/vector.wgsl
+
 /// Corners [m].
 struct Corners {
     a: vec3f,

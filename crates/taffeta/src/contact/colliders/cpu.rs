@@ -3,8 +3,9 @@
 use crate::backend::SolverState;
 use crate::contact::collider_mesh::cache::MeshCache;
 use crate::contact::collider_mesh::surface::MeshNow;
-use crate::contact::colliders::moving::{ColliderNow, Rigid, Touching};
+use crate::contact::colliders::moving::{ColliderNow, Touching};
 use crate::contact::colliders::response::{leave_both, respond};
+use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{OnSolid, ShapeNow, Solid, entry};
 use crate::cpu::backend::{Context, padded};
 use crate::cpu::feature::Feature;

@@ -9,7 +9,21 @@ use crate::gpu::layout::{GROUP, Substep};
 use crate::gpu::partition::fill;
 use crate::gpu::schedule::Fused;
 use crate::step::{Op, Stage};
-use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError};
+use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError, Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] = shaders!(
+    "contact/colliders",
+    [
+        "contact.wgsl",
+        "press.wgsl",
+        "response.wgsl",
+        "shape.wgsl",
+        "touch.wgsl",
+        "touch_again.wgsl",
+        "touch_later.wgsl"
+    ]
+);
 
 /// Colliders on the device.
 pub struct Colliders {

@@ -8,5 +8,6 @@ pub mod gpu_layout;
 pub mod moving;
 pub mod press;
 pub mod response;
+pub mod rigid;
 pub mod shape;
 pub mod start;

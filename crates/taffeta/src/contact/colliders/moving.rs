@@ -2,6 +2,7 @@
 
 use crate::contact::collider_mesh::surface::{MeshShape, mesh_shape};
 use crate::contact::colliders::response::Touch;
+use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{
     BoxNow, CapsuleNow, CylinderNow, OnSolid, PlaneNow, ShapeNow, Solid, SphereNow,
 };
@@ -57,47 +58,6 @@ pub struct Touching<T> {
     pub drift: [T; 3],
     /// Rows and shift [m] of the motion in the sub-step: where a place of the collider was, and where it is now.
     pub carry: Rigid<T>,
-}
-
-/// A rigid motion: rows of the rotation, and the image of the origin [m].
-#[derive(Clone, Copy, Debug)]
-pub struct Rigid<T> {
-    pub rows: [[T; 3]; 3],
-    pub shift: [T; 3],
-}
-
-impl<T: Real> Rigid<T> {
-    fn of(pose: &Pose) -> Self {
-        Self { rows: pose.rotation.map(|row| row.map(T::from_f64)), shift: pose.shift.map(T::from_f64) }
-    }
-
-    /// None.
-    pub fn rest() -> Self {
-        Self::of(&Pose::REST)
-    }
-
-    /// Image of a place [m].
-    #[inline(always)]
-    pub fn apply(&self, x: [T; 3]) -> [T; 3] {
-        let [a, b, c] = self.rows;
-        add([dot(a, x), dot(b, x), dot(c, x)], self.shift)
-    }
-
-    /// The place whose image this is [m].
-    #[inline(always)]
-    pub fn back(&self, x: [T; 3]) -> [T; 3] {
-        let d = sub(x, self.shift);
-        let [a, b, c] = self.rows;
-        let along = |i: usize| a[i] * d[0] + b[i] * d[1] + c[i] * d[2];
-        [along(0), along(1), along(2)]
-    }
-
-    /// Image of a direction.
-    #[inline(always)]
-    pub fn turn(&self, x: [T; 3]) -> [T; 3] {
-        let [a, b, c] = self.rows;
-        [dot(a, x), dot(b, x), dot(c, x)]
-    }
 }
 
 impl<T: Real> Touching<T> {

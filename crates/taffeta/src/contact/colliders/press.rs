@@ -56,6 +56,26 @@ pub const STICKS: f64 = 0.95;
 /// sub-step holds and the next does not would tremble.
 pub const LEFT_TO_CONTACT: f64 = 0.0625;
 
+/// The way [m] that gravity goes in a sub-step `h` [s].
+pub fn fall<T: Real>(gravity: [T; 3], h: T) -> T {
+    norm(gravity) * h * h
+}
+
+/// What the collider in which a node would be deepest has for it, and which that is; `of` says for each how deep, and what.
+#[inline(always)]
+pub fn deepest<T: Real, P>(
+    colliders: &[ColliderNow<T>],
+    mut of: impl FnMut(&ColliderNow<T>) -> Option<(T, P)>,
+) -> Option<(P, u32)> {
+    let (mut deepest, mut found) = (T::ZERO, None);
+    for (collider, index) in colliders.iter().zip(0..) {
+        if let Some((inside, press)) = of(collider).filter(|&(inside, _)| inside > deepest) {
+            (deepest, found) = (inside, Some((press, index)));
+        }
+    }
+    found
+}
+
 impl<T: Real> Press<T> {
     /// Of a node that nothing holds.
     pub const FREE: Self =
@@ -113,20 +133,10 @@ impl<T: Real> Press<T> {
         Some((inside, press))
     }
 
-    /// How the collider in which a node would be deepest will hold it, and which that is. `of` is [`Self::of`], or knows of
-    /// meshes.
+    /// Whether a surface holds the node.
     #[inline(always)]
-    pub fn deepest(
-        colliders: &[ColliderNow<T>],
-        mut of: impl FnMut(&ColliderNow<T>) -> Option<(T, Self)>,
-    ) -> (Self, u32) {
-        let (mut deepest, mut found) = (T::ZERO, (Self::FREE, 0));
-        for (collider, index) in colliders.iter().zip(0..) {
-            if let Some((inside, press)) = of(collider).filter(|&(inside, _)| inside > deepest) {
-                (deepest, found) = (inside, (press, index));
-            }
-        }
-        found
+    pub fn is_pressed(&self) -> bool {
+        self.normal != [T::ZERO; 3]
     }
 
     /// A change of velocity, as far as the node yields to it.
@@ -141,12 +151,36 @@ impl<T: Real> Press<T> {
         scale(sub(self.velocity, scale(self.normal, dot(self.velocity, self.normal))), self.yields)
     }
 
+    /// A velocity by the step [m/s²], as far as the node yields to it, with that of the surface.
+    #[inline(always)]
+    pub fn rate(&self, rate: [T; 3], h: T) -> [T; 3] {
+        add(self.yielded(rate), scale(self.velocity, T::ONE / h))
+    }
+
+    /// The velocity [m/s] at which a node that has `before` is taken along.
+    #[inline(always)]
+    pub fn taken_along(&self, before: [T; 3]) -> [T; 3] {
+        add(self.yielded(before), sub(self.velocity, self.rubbed()))
+    }
+
+    /// A change of velocity [m/s] by `pulls`, with what the surface does about it.
+    #[inline(always)]
+    pub fn borne(&self, free: [T; 3], pulls: [T; 3], touching: &Touching<T>) -> [T; 3] {
+        sub(self.after(free, pulls, touching), free)
+    }
+
+    /// The same of a force [N], which changes the velocity by `kick` times as much [s/kg].
+    #[inline(always)]
+    pub fn borne_force(&self, free: [T; 3], force: [T; 3], kick: T, touching: &Touching<T>) -> [T; 3] {
+        scale(self.borne(free, scale(force, kick), touching), T::ONE / kick)
+    }
+
     /// Velocity [m/s] of the node after `pulls`; `free` is without them. What they press, the surface bears. What takes the node
     /// off lets it go no further than onto the surface: the next sub-step knows these pulls. Where it would bounce, contact comes
     /// after. Friction stops a node that slides, and does not turn it back; as much of it as contact will take is left to that.
     #[inline(always)]
     pub fn after(&self, free: [T; 3], pulls: [T; 3], touching: &Touching<T>) -> [T; 3] {
-        if self.normal == [T::ZERO; 3] {
+        if !self.is_pressed() {
             return add(free, pulls);
         }
         let normal = self.normal;

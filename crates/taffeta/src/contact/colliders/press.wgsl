@@ -6,6 +6,9 @@
 // in all directions (after Baraff and Witkin, "Large Steps in Cloth Simulation", SIGGRAPH 1998, section 5); where it is not, it
 // is a force like others (see press.rs).
 
+#import contact/colliders/shape.wgsl
+#import gpu/wgsl/vector.wgsl
+
 /// Share of the friction that a surface can bear up to which a node is held.
 const STICKS: f32 = 0.95;
 /// Share of the speed at which a node comes to a surface that contact takes from it.

@@ -6,6 +6,9 @@
 // no unit and depends on the step; this is the textbook impulse form (Baraff, Witkin, "Physically Based Modeling",
 // SIGGRAPH course notes, 2001).
 
+#import contact/colliders/shape.wgsl
+#import gpu/wgsl/vector.wgsl
+
 /// A node that may touch.
 struct Touched {
     x: vec3f,
@@ -17,8 +20,6 @@ struct Touched {
 /// Squared sine of the angle below which a wedge counts as two faces that face each other, about 10°: the way out of a
 /// narrower one is so long that a node pinched between a ball and a floor would be thrown across the scene.
 const NARROW: f32 = 0.03;
-/// Rounds in which a place leaves a wedge between curved colliders: each halves the number of wrong digits.
-const ROUNDS: u32 = 12u;
 
 /// Position [m] and velocity [m/s] after contact, at the end of a step `h` [s].
 fn respond(node: Touched, collider: Collider, touch: Depth, h: f32) -> Touched {
@@ -60,30 +61,6 @@ fn leave_both(first: Depth, second: Depth) -> vec3f {
     return first.normal * a + second.normal * b;
 }
 
-/// Moves a place out of all colliders. In a wedge, going out of one collider goes into the other; so the two that
-/// press most are left together.
-fn push_out(start: vec3f, first: u32, count: u32) -> vec3f {
-    var x = start;
-    for (var round = 0u; round < ROUNDS; round++) {
-        var most = Depth(vec3f(0.0), -FAR);
-        var next = Depth(vec3f(0.0), -FAR);
-        for (var i = 0u; i < count; i++) {
-            let pressing = pressing_of(colliders[first + i], x);
-            if pressing.depth > most.depth {
-                next = most;
-                most = pressing;
-            } else if pressing.depth > next.depth {
-                next = pressing;
-            }
-        }
-        if most.depth <= 0.0 {
-            break;
-        }
-        x = x + leave_both(most, next);
-    }
-    return x;
-}
-
 /// Where a node comes from, and whether colliders have moved since.
 struct Origin {
     /// [m]
@@ -94,14 +71,6 @@ struct Origin {
 /// Where a node comes from [m], as a collider sees it that has carried its places along.
 fn seen_from(collider: Collider, origin: Origin) -> vec3f {
     return select(origin.x, carried(collider, origin.x), origin.is_carried);
-}
-
-/// How a collider of any sort presses a place: of a mesh it is known only inside.
-fn pressing_of(collider: Collider, x: vec3f) -> Depth {
-    if collider.kind == MESH {
-        return mesh_pressing(collider, x);
-    }
-    return depth_and_normal(collider, x);
 }
 
 /// One convex collider: first where the way of the node enters it, if it goes through; then the nearest way out.
@@ -127,27 +96,3 @@ fn meet_solid(start: Touched, origin: Origin, collider: Collider, number: u32, h
     return node;
 }
 
-/// Keeps a free node out of `count` colliders from `first` on. Colliders act in the scene's order. A node that one has
-/// pushed into another is then moved out of both, without a further change of velocity.
-fn contact(start: vec3f, velocity: vec3f, origin: Origin, first: u32, count: u32, h: f32) -> Touched {
-    var node = Touched(start, 0u, velocity);
-    for (var i = 0u; i < count; i++) {
-        let collider = colliders[first + i];
-        if collider.kind == MESH {
-            node = meet_mesh(node, origin, collider, i + 1u, h);
-        } else {
-            node = meet_solid(node, origin, collider, i + 1u, h);
-        }
-    }
-    if node.last == 0u || count < 2u {
-        return node;
-    }
-    var pressed = false;
-    for (var i = 0u; i < count; i++) {
-        pressed = pressed || (i + 1u != node.last && pressing_of(colliders[first + i], node.x).depth > 0.0);
-    }
-    if pressed {
-        node.x = push_out(node.x, first, count);
-    }
-    return node;
-}

@@ -1,5 +1,6 @@
 //! Solid shapes: how deep a place is inside, and which way leads out. All of them but meshes are convex.
 
+use crate::contact::collider_mesh::surface::MeshNow;
 use crate::real::{Real, add, dot, norm, scale, sub};
 
 /// The shapes, where they are at the end of a sub-step, surface offset included.
@@ -16,7 +17,17 @@ pub enum ShapeNow<T> {
     /// A round bar with flat ends.
     Cylinder(CylinderNow<T>),
     /// A surface of triangles.
-    Mesh(crate::contact::collider_mesh::surface::MeshNow<T>),
+    Mesh(MeshNow<T>),
+}
+
+impl<T> ShapeNow<T> {
+    /// The mesh, if it is one.
+    pub fn mesh(&self) -> Option<&MeshNow<T>> {
+        match self {
+            Self::Mesh(mesh) => Some(mesh),
+            _ => None,
+        }
+    }
 }
 
 /// A convex solid, as a function of place.

@@ -1,5 +1,7 @@
 // Signed distance and normal of collider shapes, and where a way enters them. Source and proofs: shape.rs.
 
+#import gpu/wgsl/vector.wgsl
+
 /// A collider at the end of one sub-step, surface offset included. The surface moves with spin · x + drift.
 struct Collider {
     /// Centre of a ball, a box or a cylinder, one end of a capsule, the shift of a mesh [m]; the unit normal of a half-space.
@@ -31,6 +33,9 @@ struct Collider {
     carry_y: vec4f,
     carry_z: vec4f,
 }
+
+/// Colliders of all sub-steps of a frame.
+@group(0) @binding(1) var<storage, read> colliders: array<Collider>;
 
 const SPHERE: u32 = 0u;
 const PLANE: u32 = 1u;

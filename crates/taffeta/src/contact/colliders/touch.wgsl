@@ -1,5 +1,10 @@
 // Contact of a node with all colliders.
 
+#import contact/colliders/contact.wgsl
+#import contact/colliders/response.wgsl
+#import gpu/wgsl/substep.wgsl
+#import solvers/explicit/node.wgsl
+
 /// Keeps a node that comes from `origin` out of colliders. Held nodes are not kept out.
 fn touch(node: Node, origin: Origin, substep: u32) -> Node {
     let count = substeps[substep].colliders;

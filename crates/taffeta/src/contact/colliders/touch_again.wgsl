@@ -1,5 +1,10 @@
 // Contact of nodes that are moved once more after it.
 
+#import contact/colliders/response.wgsl
+#import gpu/wgsl/state.wgsl
+#import solvers/explicit/node.wgsl
+#import touch
+
 /// Keeps a node that was at `x` with the velocity `v`, and has been moved since, out of colliders again, and writes it down.
 /// Who has touched stays one who has.
 fn touch_again(place: u32, x: vec4f, v: vec4f, moved_to: vec3f, velocity: vec3f) {

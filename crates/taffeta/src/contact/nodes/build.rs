@@ -4,68 +4,41 @@ use crate::build::Assembly;
 use crate::build::body::{BodyAssembly, BodySprings};
 use crate::contact::nodes::cells::Cells;
 use crate::contact::nodes::pair::{Meeting, meeting};
+use crate::contact::nodes::touching::{Apart, GAP, Touching};
 use crate::real::{norm, sub};
 use crate::scene::{SceneError, SelfCollision, plain};
 use crate::topology::{Csr, measure};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Contact of a body's nodes with each other, and with those of others.
-#[derive(Clone, Debug)]
-pub struct Touching {
-    /// Thickness [m], friction, restitution.
-    pub surface: Meeting<f64>,
-    /// Nodes of the same body that do not touch.
-    pub apart: Apart,
-    /// The longest edge [m].
-    longest: f64,
-}
-
-/// Nodes that are too near along the surface to touch: those that share a spring, and those nearer than the way around a
-/// fold whose layers touch, which is π/2 times the thickness.
-#[derive(Clone, Debug)]
-pub enum Apart {
-    /// Of a grid: rows and columns from one to the other.
-    Grid(Vec<[i32; 2]>),
-    /// Of a mesh, by node, in solver order within the body.
-    Mesh(Csr),
-}
-
 /// Nodes of one body that do not touch one of its nodes, at most.
 const MOST_APART: usize = 1024;
 
-/// Thickness by the distance of neighbouring nodes below which a node of one sheet fits between those of another: half the
-/// diagonal of a square.
-const GAP: f64 = 0.71;
-
-/// Contact of the nodes of a body whose springs are there.
-pub(crate) fn touching(wish: &SelfCollision, body: &mut BodyAssembly) -> Result<Touching, SceneError> {
-    let reach = std::f64::consts::FRAC_PI_2 * wish.thickness;
-    let edges = edges(body);
-    let lengths = || edges.iter().map(|pair| measure::length(&body.start, *pair));
-    let (longest, mean) = (lengths().fold(0.0, f64::max), lengths().sum::<f64>() / edges.len().max(1) as f64);
-    let apart = match body.grid_layout {
-        Some(layout) => of_grid(body, layout, reach),
-        None => of_mesh(body, &edges, reach),
-    }
-    .ok_or_else(|| too_thick(wish.thickness, mean))?;
-    if wish.thickness < GAP * longest {
-        body.warnings.push(format!(
-            "self_collision.thickness is {} m, less than 0.71 times its longest edge of {longest:.4} m: nodes of another \
-             layer slip between its own; {:.4} m, and more where it stretches, or a finer mesh would do",
-            plain(wish.thickness),
-            GAP * longest
-        ));
-    }
-    let surface =
-        Meeting { thickness: wish.thickness, friction: wish.friction, restitution: wish.restitution };
-    Ok(Touching { surface, apart, longest })
-}
-
-impl Touching {
-    /// Length by rest length of its longest edge from which on nodes of another layer slip between its own.
-    pub fn slips_from(&self) -> f64 {
-        self.surface.thickness / (GAP * self.longest)
+impl BodyAssembly {
+    /// Has the nodes of the body, whose springs are there, touch each other.
+    pub(crate) fn touch(&mut self, wish: &SelfCollision) -> Result<(), SceneError> {
+        let reach = std::f64::consts::FRAC_PI_2 * wish.thickness;
+        let edges = edges(self);
+        let lengths = || edges.iter().map(|pair| measure::length(&self.start, *pair));
+        let (longest, mean) =
+            (lengths().fold(0.0, f64::max), lengths().sum::<f64>() / edges.len().max(1) as f64);
+        let apart = match self.grid_layout {
+            Some(layout) => of_grid(self, layout, reach),
+            None => of_mesh(self, &edges, reach),
+        }
+        .ok_or_else(|| too_thick(wish.thickness, mean))?;
+        if wish.thickness < GAP * longest {
+            self.warnings.push(format!(
+                "self_collision.thickness is {} m, less than 0.71 times its longest edge of {longest:.4} m: nodes of another \
+                 layer slip between its own; {:.4} m, and more where it stretches, or a finer mesh would do",
+                plain(wish.thickness),
+                GAP * longest
+            ));
+        }
+        let surface =
+            Meeting { thickness: wish.thickness, friction: wish.friction, restitution: wish.restitution };
+        self.touching = Some(Touching { surface, apart, longest });
+        Ok(())
     }
 }
 
@@ -208,25 +181,6 @@ impl Walk {
     }
 }
 
-impl Apart {
-    /// Hands over the nodes that do not touch the node `local` of its body.
-    pub fn each(&self, body: &BodyAssembly, local: usize, mut take: impl FnMut(usize)) {
-        match (self, body.grid_layout) {
-            (Self::Mesh(rows), _) => rows.row(local).iter().for_each(|&node| take(node as usize)),
-            (Self::Grid(ways), Some([rows, cols])) => {
-                let (row, col) = ((local / cols) as i64, (local % cols) as i64);
-                for way in ways {
-                    let (row, col) = (row + i64::from(way[0]), col + i64::from(way[1]));
-                    if (0..rows as i64).contains(&row) && (0..cols as i64).contains(&col) {
-                        take(row as usize * cols + col as usize);
-                    }
-                }
-            }
-            (Self::Grid(_), None) => {}
-        }
-    }
-}
-
 impl Assembly {
     /// Bodies whose nodes touch each other, with how they do.
     pub fn touching(&self) -> impl Iterator<Item = (&BodyAssembly, &Touching)> {
@@ -279,7 +233,7 @@ impl StartContacts {
             near.retain(|&j| j as usize > i && norm(sub(place(&nodes[j as usize]), x)) < widest);
             near.sort_unstable();
             near.dedup();
-            own.apart.each(body, node.1, |other| {
+            own.apart.each(body.grid_layout, node.1, |other| {
                 near.retain(|&j| nodes[j as usize] != (node.0, other));
             });
             let index = |j: u32| assembly.bodies[nodes[j as usize].0].first + nodes[j as usize].1;
@@ -316,7 +270,7 @@ mod tests {
     fn apart(assembly: &Assembly, local: usize) -> Vec<usize> {
         let (body, touching) = assembly.touching().next().unwrap();
         let mut nodes = Vec::new();
-        touching.apart.each(body, local, |node| nodes.push(node));
+        touching.apart.each(body.grid_layout, local, |node| nodes.push(node));
         nodes.sort_unstable();
         nodes
     }

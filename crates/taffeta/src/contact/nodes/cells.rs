@@ -38,27 +38,32 @@ impl Cells {
     }
 
     /// Where the points of a cell are.
-    pub fn bucket(&self, [x, y, z]: [i32; 3]) -> usize {
-        self.row(y, z).wrapping_add(x as u32) as usize & self.mask as usize
+    pub fn bucket(&self, cell: [i32; 3]) -> usize {
+        bucket(cell, self.mask)
     }
 
     /// Runs of buckets in which the points of a cell and its 26 neighbours are; a bucket may be in several.
     pub fn around(&self, [x, y, z]: [i32; 3]) -> impl Iterator<Item = Range<usize>> + use<> {
         let cells = *self;
         (-1..=1).flat_map(move |dz| (-1..=1).map(move |dy| (dy, dz))).flat_map(move |(dy, dz)| {
-            let row = cells.row(y.wrapping_add(dy), z.wrapping_add(dz));
+            let row = row(y.wrapping_add(dy), z.wrapping_add(dz));
             let first = (row.wrapping_add(x as u32).wrapping_sub(1) & cells.mask) as usize;
             // The table is a ring.
             let over = (first + 3).saturating_sub(cells.buckets());
             [first..first + 3 - over, 0..over]
         })
     }
+}
 
-    /// What the cells of a row have in common.
-    fn row(&self, y: i32, z: i32) -> u32 {
-        let mixed = (y as u32).wrapping_mul(0x9E37_79B1) ^ (z as u32).wrapping_mul(0x85EB_CA77);
-        (mixed ^ (mixed >> 15)).wrapping_mul(0x2C1B_3C6D)
-    }
+/// Where the points of a cell are in a table of so many buckets, less one.
+pub fn bucket([x, y, z]: [i32; 3], mask: u32) -> usize {
+    (row(y, z).wrapping_add(x as u32) & mask) as usize
+}
+
+/// What the cells of a row have in common.
+fn row(y: i32, z: i32) -> u32 {
+    let mixed = (y as u32).wrapping_mul(0x9E37_79B1) ^ (z as u32).wrapping_mul(0x85EB_CA77);
+    (mixed ^ (mixed >> 15)).wrapping_mul(0x2C1B_3C6D)
 }
 
 #[cfg(test)]

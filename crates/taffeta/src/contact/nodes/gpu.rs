@@ -1,9 +1,10 @@
 //! Nodes that touch each other, on the GPU.
 
+use crate::advice::{Advice, Refusal};
 use crate::build::Assembly;
 use crate::contact::colliders::gpu::{Colliders, contact_of};
-use crate::contact::nodes::build::Apart;
 use crate::contact::nodes::pair;
+use crate::contact::nodes::touching::Apart;
 use crate::diagnostics::FrameSums;
 use crate::diagnostics::gpu::sum_groups;
 use crate::gpu::bodies::Bodies;
@@ -14,7 +15,11 @@ use crate::gpu::schedule::Fused;
 use crate::step::{Op, Stage};
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
-use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack};
+use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] =
+    shaders!("contact/nodes", ["cells.wgsl", "pair.wgsl", "pairs.wgsl", "stages.wgsl"]);
 
 /// Edge of a cell by the largest thickness: so much more that rounding in 32 bits hides no neighbour.
 pub const CELL: f64 = 1.0 + 1.0 / 64.0;
@@ -35,15 +40,16 @@ pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
 }
 
 /// Refuses bodies that touch each other in several partitions.
-pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), String> {
+pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
     let touches = |index: &usize| assembly.bodies[*index].touching.is_some();
     let mut with = partitions.iter().filter_map(|bodies| bodies.clone().find(touches));
     let (Some(one), Some(other)) = (with.next(), with.next()) else { return Ok(()) };
-    Err(format!(
+    let message = format!(
         "bodies `{}` and `{}` have self_collision and may touch each other, and the GPU does not give a kernel enough to hold \
-         both: {limit} bytes in one piece; --backend cpu or coarser meshes would do",
+         both: {limit} bytes in one piece; the CPU or coarser meshes would do",
         assembly.bodies[one].name, assembly.bodies[other].name
-    ))
+    );
+    Err(Refusal::new(message, [Advice::Cpu]))
 }
 
 /// Bodies whose nodes touch others, on the host.

@@ -8,3 +8,4 @@ pub mod gpu;
 pub mod pair;
 #[cfg(feature = "gpu")]
 pub mod parity;
+pub mod touching;

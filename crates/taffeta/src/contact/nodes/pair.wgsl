@@ -1,5 +1,7 @@
 // What two nodes do to each other that have come nearer than the thickness of their cloth. Source and proofs: pair.rs.
 
+#import gpu/wgsl/vector.wgsl
+
 /// Two surfaces as they meet, or one of them.
 struct Meeting {
     /// Distance that is kept between their nodes [m].

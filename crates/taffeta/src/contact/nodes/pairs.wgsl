@@ -2,6 +2,13 @@
 // have room for any number, in any order. Contacts of a node are taken in the order of their numbers, sixteen at a time, so
 // that nothing depends on who was linked first.
 
+#import contact/nodes/cells.wgsl
+#import contact/nodes/pair.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/vector.wgsl
+#import memory
+
 /// How the nodes of a body touch others.
 struct Surface {
     /// Its first node, and how many it has.
@@ -18,9 +25,6 @@ struct Surface {
     meeting: Meeting,
     cells_a_metre: f32,
 }
-
-/// No node, no surface.
-const NONE: u32 = 0xffffffffu;
 
 @group(1) @binding(18) var<storage, read> surfaces: array<Surface>;
 /// The surface of each slice of 16 places; then nodes that do not touch.

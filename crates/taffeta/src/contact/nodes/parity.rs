@@ -1,8 +1,9 @@
 //! Rows of nodes that touch each other.
 
 use crate::backend::Backend;
-use crate::contact::colliders::moving::Rigid;
-use crate::contact::nodes::build::Apart;
+use crate::contact::colliders::rigid::Rigid;
+use crate::contact::nodes::cells;
+use crate::contact::nodes::touching::Apart;
 use crate::gpu::kernels::{Contact, Name};
 use crate::gpu::layout::{FARTHEST, Four, GROUP, NONE};
 use crate::gpu::parity::bench::{Bench, Given, Written};
@@ -114,7 +115,7 @@ fn nodes_apart(fixture: &Fixture, node: u32) -> Vec<u32> {
     for (body, touching) in fixture.cpu.assembly().touching() {
         if (body.first..body.first + body.nodes).contains(&node) {
             let apart: &Apart = &touching.apart;
-            apart.each(body, node - body.first, |other| all.push((body.first + other) as u32));
+            apart.each(body.grid_layout, node - body.first, |other| all.push((body.first + other) as u32));
         }
     }
     all
@@ -127,11 +128,9 @@ fn linked_nodes(fixture: &Fixture) -> Vec<(u32, usize)> {
     for surface in &fixture.tables.pairs.surfaces {
         for node in surface.first..surface.first + surface.count {
             let x = place(fixture, node);
-            let [x, y, z] = x.map(|x| (x * surface.cells_a_metre).clamp(-FARTHEST, FARTHEST).floor() as i32);
-            let mixed = (y as u32).wrapping_mul(0x9E37_79B1) ^ (z as u32).wrapping_mul(0x85EB_CA77);
-            let row = (mixed ^ (mixed >> 15)).wrapping_mul(0x2C1B_3C6D);
+            let cell = x.map(|x| (x * surface.cells_a_metre).clamp(-FARTHEST, FARTHEST).floor() as i32);
             if place(fixture, node).iter().all(|x| x.is_finite()) {
-                nodes.push((node, (row.wrapping_add(x as u32) & mask) as usize));
+                nodes.push((node, cells::bucket(cell, mask)));
             }
         }
     }

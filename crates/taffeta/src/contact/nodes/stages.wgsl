@@ -1,5 +1,17 @@
 // The kernels of nodes that touch each other. They read the state after the sub-step, and the last one writes it anew.
 
+#import contact/collider_mesh/no_mesh.wgsl as meshes
+#import contact/colliders/shape.wgsl
+#import contact/colliders/touch_again.wgsl
+#import contact/nodes/cells.wgsl
+#import contact/nodes/pair.wgsl
+#import contact/nodes/pairs.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+#import memory
+
 /// Empties all buckets.
 @compute @workgroup_size(256)
 fn clear_cells(

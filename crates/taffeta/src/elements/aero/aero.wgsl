@@ -4,6 +4,9 @@
 //
 // with some of the panel's own flow w at the end of the step where that matters, |w|, n and the direction of lift held.
 
+#import elements/aero/gust.wgsl
+#import gpu/wgsl/vector.wgsl
+
 /// Air in one sub-step.
 struct Air {
     /// Velocity [m/s].
@@ -15,8 +18,6 @@ struct Air {
     /// Coefficients.
     drag: f32,
     lift: f32,
-    /// Where the forces of panels begin among those of elements.
-    first_force: u32,
     gusts: Gusts,
 }
 

@@ -1,61 +1,48 @@
 //! The triangles that air acts on.
 
-use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
+use crate::elements::element::Described;
 use crate::real::{cross, norm, sub};
+use crate::scene::Scene;
 use crate::topology::RestShape;
 
-/// Panels of some bodies, in the order in which nodes add up their forces.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Panels {
-    /// Corners by solver index.
-    pub corners: Vec<[u32; 3]>,
-    /// 1/M of each [1/kg], where M is the mass that moves with it.
-    pub lightness: Vec<f64>,
-    /// Area of each at rest [m²].
-    pub areas: Vec<f64>,
+/// A triangle that air acts on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Panel {
+    /// Corners in solver order within the body.
+    pub corners: [u32; 3],
+    /// 1/M [1/kg], where M is the mass that moves with it.
+    pub lightness: f64,
+    /// Area at rest [m²].
+    pub area: f64,
 }
 
-impl Panels {
-    /// Those of a scene; none without air.
-    pub(crate) fn new(assembly: &Assembly) -> Self {
-        let mut panels = Self::default();
-        if assembly.world.air.is_some() {
-            assembly.bodies.iter().for_each(|body| panels.add(body));
-        }
-        panels
+/// The triangles of a body that have an area at rest, in the order in which nodes add up their forces.
+///
+/// M is three times the least share of a corner's mass, shares being by area: then no node has more shares than mass,
+/// whatever the masses, and what slows every panel down by no more than its flow does so to the body. With one mass a
+/// square metre M is the panel's own mass.
+pub fn panels(body: &BodyAssembly) -> Vec<Panel> {
+    let triangles = triangles(body);
+    let mut around = vec![0.0; body.nodes];
+    for (corners, area) in &triangles {
+        corners.iter().for_each(|&corner| around[corner as usize] += area);
     }
+    let panel = |(corners, area): ([u32; 3], f64)| {
+        let share = |&corner: &u32| body.mass[corner as usize] * area / around[corner as usize];
+        let mass = 3.0 * corners.iter().map(share).fold(f64::INFINITY, f64::min);
+        Panel { corners, lightness: 1.0 / mass, area }
+    };
+    triangles.into_iter().filter(|(_, area)| *area > 0.0).map(panel).collect()
+}
 
-    /// Adds the triangles of a body that have an area at rest.
-    ///
-    /// M is three times the least share of a corner's mass, shares being by area: then no node has more shares than mass,
-    /// whatever the masses, and what slows every panel down by no more than its flow does so to the body. With one mass a
-    /// square metre M is the panel's own mass.
-    fn add(&mut self, body: &BodyAssembly) {
-        let triangles = triangles(body);
-        let mut around = vec![0.0; body.nodes];
-        for (corners, area) in &triangles {
-            corners.iter().for_each(|&corner| around[corner as usize] += area);
-        }
-        for (corners, area) in triangles.into_iter().filter(|(_, area)| *area > 0.0) {
-            let share = |&corner: &u32| body.mass[corner as usize] * area / around[corner as usize];
-            let mass = 3.0 * corners.iter().map(share).fold(f64::INFINITY, f64::min);
-            self.corners.push(corners.map(|corner| corner + body.first as u32));
-            self.lightness.push(1.0 / mass);
-            self.areas.push(area);
-        }
+/// The panels of a body as elements; none without air.
+pub fn described(body: &BodyAssembly, scene: &Scene, _: usize) -> Described {
+    let mut all = Described::default();
+    if scene.world.air.is_some() {
+        panels(body).iter().for_each(|panel| all.push(&panel.corners, &[panel.lightness]));
     }
-
-    /// Whether some are a body's.
-    pub fn are_of(&self, body: &BodyAssembly) -> bool {
-        let own = body.first as u32..(body.first + body.nodes) as u32;
-        self.corners.iter().any(|corners| own.contains(&corners[0]))
-    }
-
-    /// Number of panels.
-    pub fn len(&self) -> usize {
-        self.corners.len()
-    }
+    all
 }
 
 /// A body's triangles in solver order within it, and their areas at rest [m²]. Neighbours follow each other, on grids so that
@@ -95,7 +82,9 @@ fn area(places: &[[f64; 3]], corners: [u32; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Air, Body, Icosphere, Mass, Mesh, Scene};
+    use crate::build::Assembly;
+    use crate::elements::{KINDS, aero};
+    use crate::scene::{Air, Body, Icosphere, Mass, Mesh};
 
     fn assembly(body: Body) -> Assembly {
         let mut scene = Scene::new("").body(body);
@@ -119,7 +108,7 @@ mod tests {
             };
             let of_user = |corners: &[u32; 3]| sorted(corners.map(|n| body.solver_index(n as usize) as u32));
             let mut wanted: Vec<_> = body.user_surface().triangles.iter().map(of_user).collect();
-            let mut found: Vec<_> = assembly.panels.corners.iter().copied().map(sorted).collect();
+            let mut found: Vec<_> = panels(body).iter().map(|panel| sorted(panel.corners)).collect();
             wanted.sort_unstable();
             found.sort_unstable();
             assert_eq!(wanted, found);
@@ -131,8 +120,8 @@ mod tests {
         for mesh in [Mesh::grid(4, 6, [0.9, 1.0]), ball()] {
             let assembly = assembly(Body::cloth("", mesh).with_mass(Mass::Area(0.3)));
             let body = &assembly.bodies[0];
-            for (corners, lightness) in assembly.panels.corners.iter().zip(&assembly.panels.lightness) {
-                assert!((0.3 * area(&body.start, *corners) * lightness - 1.0).abs() < 1e-12);
+            for panel in panels(body) {
+                assert!((0.3 * area(&body.start, panel.corners) * panel.lightness - 1.0).abs() < 1e-12);
             }
         }
     }
@@ -143,26 +132,27 @@ mod tests {
         for (node, mass) in uneven.bodies[0].mass.iter_mut().enumerate() {
             *mass *= 1.0 + (node % 5) as f64;
         }
-        let panels = Panels::new(&uneven);
         let mut shares = vec![0.0; uneven.places];
-        for (corners, lightness) in panels.corners.iter().zip(&panels.lightness) {
+        for Panel { corners, lightness, .. } in panels(&uneven.bodies[0]) {
             corners.iter().for_each(|&corner| shares[corner as usize] += 1.0 / lightness / 3.0);
         }
         let full = uneven.bodies[0].mass.iter().zip(&shares).map(|(mass, shares)| shares / mass);
         assert!(full.clone().all(|full| full <= 1.0 + 1e-12) && full.fold(0.0, f64::max) > 0.9);
     }
 
+    /// Elements of the air in a scene.
+    fn count(assembly: &Assembly) -> usize {
+        let at = KINDS.iter().position(|kind| kind.name == aero::NAME).unwrap();
+        assembly.elements[at].len()
+    }
+
     #[test]
-    fn what_has_no_triangles_has_no_panels() {
+    fn what_has_no_triangles_has_no_panels_and_without_air_nothing_has() {
         for mesh in [Mesh::chain(5, 1.0), Mesh::grid(1, 9, [1.0, 0.0]), Mesh::grid(9, 1, [0.0, 1.0])] {
-            assert_eq!(assembly(Body::cloth("", mesh).with_mass(Mass::Node(0.1))).panels.len(), 0);
+            assert_eq!(count(&assembly(Body::cloth("", mesh).with_mass(Mass::Node(0.1)))), 0);
         }
-        assert_eq!(
-            Assembly::new(&Scene::new("").body(Body::cloth("", ball()).with_mass(Mass::Node(0.1))))
-                .unwrap()
-                .panels
-                .len(),
-            0
-        );
+        let ball = Body::cloth("", ball()).with_mass(Mass::Node(0.1));
+        assert_eq!(count(&assembly(ball.clone())), 320);
+        assert_eq!(count(&Assembly::new(&Scene::new("").body(ball)).unwrap()), 0);
     }
 }

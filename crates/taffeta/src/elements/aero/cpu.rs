@@ -1,12 +1,15 @@
 //! Air on panels: forces by panel, then gathered by node. A panel pushes its three corners alike, so one vector is kept.
+//!
+//! They have a driver of their own: gusts are sampled and forces found in lanes, sixteen panels at a time.
 
-use crate::build::Assembly;
 use crate::cpu::column::Column;
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::{Kernel, SimdLevel};
 use crate::cpu::worker::Worker;
+use crate::elements::aero;
 use crate::elements::aero::aero::AirNow;
 use crate::elements::cpu::ElementSet;
+use crate::elements::element::List;
 use crate::real::{Real, cross, sub};
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
@@ -34,39 +37,35 @@ pub struct AirPanels<T> {
 }
 
 impl<T: Real> AirPanels<T> {
-    /// Those of a scene, if it has any.
-    pub fn new(assembly: &Assembly) -> Option<Self> {
-        let panels = &assembly.panels;
-        let last = panels.len().checked_sub(1)?;
-        let by_corner = Csr::corners(assembly.places, &panels.corners);
+    /// Those of a list that has some, among so many places.
+    pub fn new(list: &List, places: usize) -> Self {
+        let panels = list.all.nodes.as_chunks::<3>().0;
+        let last = panels.len() - 1;
+        let by_corner = Csr::corners(places, panels);
         let items = by_corner.items.iter().map(|corner| corner / 3).collect();
         let by_node = Csr { items, ..by_corner };
         let padded = || (0..panels.len().next_multiple_of(LANES)).map(|panel| panel.min(last));
-        let corners = [0, 1, 2].map(|k| padded().map(|panel| panels.corners[panel][k]).collect::<Vec<_>>());
+        let corners = [0, 1, 2].map(|k| padded().map(|panel| panels[panel][k]).collect::<Vec<_>>());
         let block =
             |block: usize| corners.iter().all(|all| ascends(&all[block * LANES..(block + 1) * LANES]));
-        Some(Self {
+        Self {
             #[cfg(feature = "gpu")]
             count: panels.len(),
             forces: std::array::from_fn(|_| Column::zeros(corners[0].len()).into()),
             in_row: (0..corners[0].len() / LANES).map(block).collect(),
-            lightness: padded().map(|panel| T::from_f64(panels.lightness[panel])).collect(),
-            side_by_side: (0..assembly.places / LANES).map(|slice| side_by_side(&by_node, slice)).collect(),
+            lightness: padded().map(|panel| T::from_f64(list.all.numbers[panel])).collect(),
+            side_by_side: (0..places / LANES).map(|slice| side_by_side(&by_node, slice)).collect(),
             corners,
             by_node,
-        })
-    }
-
-    /// Force on each corner of each panel [N], as last found.
-    #[cfg(feature = "gpu")]
-    pub fn forces(&self) -> Vec<[T; 3]> {
-        // SAFETY: asked for between frames, when no worker works.
-        let force = self.forces.each_ref().map(|column| unsafe { column.read() });
-        (0..self.count).map(|panel| force.map(|column| column[panel])).collect()
+        }
     }
 }
 
 impl<T: Real> ElementSet<T> for AirPanels<T> {
+    fn name(&self) -> &'static str {
+        aero::NAME
+    }
+
     fn find(&self, worker: &Worker<'_, T>) {
         let Some(air) = &worker.substep.air else { return };
         let blocks = worker.part(self.in_row.len());
@@ -97,6 +96,13 @@ impl<T: Real> ElementSet<T> for AirPanels<T> {
             + 4 * (self.by_node.items.len() + self.by_node.offsets.len())
             + self.in_row.len()
             + self.side_by_side.len()
+    }
+
+    #[cfg(feature = "gpu")]
+    fn forces(&self) -> Vec<[T; 3]> {
+        // SAFETY: asked for between frames, when no worker works.
+        let force = self.forces.each_ref().map(|column| unsafe { column.read() });
+        (0..self.count).map(|panel| force.map(|column| column[panel])).collect()
     }
 }
 

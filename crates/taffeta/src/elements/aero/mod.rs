@@ -3,4 +3,33 @@
 pub mod aero;
 pub mod build;
 pub mod cpu;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod gust;
+#[cfg(feature = "gpu")]
+pub mod parity;
+
+use crate::build::Assembly;
+use crate::elements::element::{Kernels, Kind};
+
+/// The name of triangles in the air in reports and shaders.
+pub const NAME: &str = "panels";
+
+/// Triangles in the air. They have no energy, and set no step: a step takes no more of a velocity than there is.
+pub const KIND: Kind = Kind {
+    name: NAME,
+    nodes: 3,
+    forces: 1,
+    cost: 0,
+    record: ("Panel", &["lightness"]),
+    kernels: Kernels { forces: "blow_on_panels", energies: None },
+    #[cfg(feature = "gpu")]
+    shaders: taffeta_gpu::shaders!("elements/aero", ["aero.wgsl", "gust.wgsl", "stages.wgsl"]),
+    build: build::described,
+    modes: None,
+};
+
+/// Whether air acts on a body.
+pub fn acts_on(assembly: &Assembly, body: usize) -> bool {
+    !assembly.elements_of(NAME, body).is_empty()
+}

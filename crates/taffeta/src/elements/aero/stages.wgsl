@@ -1,10 +1,15 @@
-// Air on panels. Nodes gather their forces with those of hinges, behind which they are (loads.wgsl).
+// Air on panels: a force for each, which all its corners share. Nodes gather them with their loads.
+
+#import elements/aero/aero.wgsl
+#import elements/forces.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+#import memory
 
 /// A triangle that air acts on: its corners, and 1/M [1/kg] of the mass that moves with it.
 struct Panel {
-    a: u32,
-    b: u32,
-    c: u32,
+    corners: array<u32, 3>,
     lightness: f32,
 }
 
@@ -23,11 +28,12 @@ fn blow_on_panels(
         return;
     }
     let panel = panels[index];
-    let a = position_of(panel.a);
-    let b = position_of(panel.b);
-    let c = position_of(panel.c);
-    let velocity = (velocity_of(panel.a) + velocity_of(panel.b) + velocity_of(panel.c)) * THIRD;
+    let a = position_of(panel.corners[0]);
+    let b = position_of(panel.corners[1]);
+    let c = position_of(panel.corners[2]);
+    let velocity =
+        (velocity_of(panel.corners[0]) + velocity_of(panel.corners[1]) + velocity_of(panel.corners[2])) * THIRD;
     let flow = air_velocity(substeps[0].air, (a + b + c) * THIRD) - velocity;
     let force = corner_force(substeps[0].air, cross3(b - a, c - a), flow, panel.lightness);
-    element_forces[substeps[0].air.first_force + index] = vec4f(force, 0.0);
+    element_forces[index] = vec4f(force, 0.0);
 }

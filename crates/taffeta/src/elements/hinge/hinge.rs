@@ -5,7 +5,11 @@
 //! Fedkiw, "Simulation of Clothing with Folds and Wrinkles", 2003, sec. 4, and Tamstorf, Grinspun, "Discrete
 //! bending forces and their Jacobians", 2013. Damping [N·m·s/rad] opposes dθ/dt.
 
+use crate::elements::element::{Element, Mode};
 use crate::real::{Real, add, cross, dot, scale, sub};
+
+/// The formula, with the numbers of [`Rest`], k and damping.
+pub struct Bending;
 
 /// Fold angle [rad] and its gradient [rad/m] at the four corners: edge a, edge b, opposite in the triangle that
 /// runs a→b, opposite in the other. A triangle without area gives no gradient.
@@ -74,6 +78,27 @@ pub fn forces<T: Real>(x: [[T; 3]; 4], v: [[T; 3]; 4], k: T, damping: T, at_rest
 pub fn energy<T: Real>(x: [[T; 3]; 4], k: T, rest_angle: T) -> T {
     let fold = wrap(angle_and_gradient(x).0 - rest_angle);
     T::from_f64(0.5) * k * fold * fold
+}
+
+impl Element<4, 4> for Bending {
+    fn forces<T: Real>(x: [[T; 3]; 4], v: [[T; 3]; 4], numbers: [T; 4]) -> [[T; 3]; 4] {
+        let [angle, steepness, k, damping] = numbers;
+        forces(x, v, k, damping, Rest { angle, steepness })
+    }
+
+    fn energy<T: Real>(x: [[T; 3]; 4], [rest_angle, _, k, _]: [T; 4]) -> T {
+        energy(x, k, rest_angle)
+    }
+
+    /// The hinge as it is, which may be another shape than that at rest.
+    fn modes(x: [[f64; 3]; 4], [_, rest_steepness, k, d]: [f64; 4]) -> Vec<Mode<4>> {
+        let (_, directions) = angle_and_gradient(x);
+        let most = STIFFEST * rest_steepness / steepness(&directions);
+        // A hinge without height has no way to go, and neither has one without height at rest.
+        let acts = most > 0.0 && most.is_finite();
+        let (now, stiffest) = if acts { (most.min(1.0), most.max(1.0)) } else { (0.0, 1.0) };
+        vec![Mode { directions, k: now * k, d: now * d, stiffest }]
+    }
 }
 
 /// The difference of two angles, by the shorter way round.

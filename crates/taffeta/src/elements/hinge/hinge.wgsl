@@ -5,6 +5,9 @@
 // Fedkiw, "Simulation of Clothing with Folds and Wrinkles", 2003, sec. 4, and Tamstorf, Grinspun, "Discrete
 // bending forces and their Jacobians", 2013. Damping [N·m·s/rad] opposes dθ/dt.
 
+#import gpu/wgsl/angle.wgsl
+#import gpu/wgsl/vector.wgsl
+
 /// How much stiffer a hinge may become by its triangles' shape than it is at rest.
 const STIFFEST: f32 = 16.0;
 

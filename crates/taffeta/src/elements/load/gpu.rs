@@ -14,7 +14,11 @@ use crate::gpu::schedule::Fused;
 use crate::plan;
 use crate::step::{Op, Stage};
 use crate::topology::Csr;
-use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError};
+use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError, Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] =
+    shaders!("elements/load", ["alone.wgsl", "given.wgsl", "load.wgsl", "stages.wgsl"]);
 
 /// Loads on the host.
 #[derive(Default)]

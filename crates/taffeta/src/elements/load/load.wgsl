@@ -1,5 +1,7 @@
 // Loads on single nodes: uniform wind, linear drag, shared torques.
 
+#import gpu/wgsl/vector.wgsl
+
 /// Uniform wind force [N] less linear drag [kg/s]: f = w − c v.
 fn wind_and_drag(wind: vec3f, drag: f32, velocity: vec3f) -> vec3f {
     return wind - drag * velocity;

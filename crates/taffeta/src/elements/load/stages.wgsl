@@ -1,8 +1,75 @@
-// Wind, drag, point loads, torques, hinges and panels, summed up by node.
+// Wind, drag, point loads, torques and elements, summed up by node.
+
+#import elements/forces.wgsl
+#import elements/load/load.wgsl
+#import gpu/wgsl/force.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+#import memory
+
+/// A force on some nodes, or a torque that they share.
+struct Load {
+    /// Force on each node [N], or unit axis.
+    vector: vec3f,
+    kind: u32,
+    /// A point on the axis [m].
+    about: vec3f,
+    /// Moment [N·m].
+    torque: f32,
+    /// Where its nodes begin, and how many it has.
+    first: u32,
+    count: u32,
+    /// What the vector, or each node's lever [N/m], is multiplied by in this sub-step.
+    factor: f32,
+}
+
+const FORCE: u32 = 0u;
+const TORQUE: u32 = 1u;
+
+@group(0) @binding(2) var<storage, read> scales: array<f32>;
+@group(1) @binding(5) var<storage, read> load_nodes: array<u32>;
+@group(3) @binding(2) var<storage, read_write> loads: array<Load>;
+
+var<workgroup> lane_sums: array<f32, 256>;
+
+/// A workgroup for each load: what its vector or its levers are multiplied by.
+@compute @workgroup_size(256)
+fn scale_loads(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&loads) {
+        return;
+    }
+    let scale = scales[substeps[0].first_scale + index];
+    var sum = 0.0;
+    if loads[index].kind == TORQUE {
+        for (var i = lane; i < loads[index].count; i += 256u) {
+            let x = position_of(load_nodes[loads[index].first + i]);
+            let arm = lever(x, loads[index].vector, loads[index].about);
+            sum += dot3(arm, arm);
+        }
+    }
+    lane_sums[lane] = sum;
+    for (var half = 128u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if lane < half {
+            lane_sums[lane] += lane_sums[lane + half];
+        }
+    }
+    if lane == 0u {
+        let torque = loads[index].torque * scale;
+        loads[index].factor = select(scale, torque_factor(torque, lane_sums[0]), loads[index].kind == TORQUE);
+    }
+}
 
 /// For each place, where its row in `node_elements` begins; one more than there are places.
 @group(1) @binding(6) var<storage, read> node_starts: array<u32>;
-/// Loads (marked by the highest bit), then where forces of elements are: corners of hinges, 4·hinge + corner, then panels.
+/// Loads (marked by the highest bit), then where its forces of elements are.
 @group(1) @binding(7) var<storage, read> node_elements: array<u32>;
 /// Forces by the program [N] in xyz, the node's number in w; nodes ascend.
 @group(0) @binding(3) var<storage, read> input_forces: array<vec4f>;

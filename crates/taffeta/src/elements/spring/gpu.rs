@@ -12,7 +12,11 @@ use crate::gpu::layout::{Along, Entry, GROUP, Grid, IS_RING, NOT_A_MESH, Run, Sm
 use crate::gpu::schedule::Fused;
 use crate::step::{Marks, Op, Stage};
 use crate::topology::LANES;
-use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack};
+use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] =
+    shaders!("elements/spring", ["grid.wgsl", "mesh.wgsl", "places.wgsl", "spring.wgsl", "tiles.wgsl"]);
 
 /// Workgroups that share a sum over tiles: enough to fill a large GPU.
 const SUM_TILES: usize = 1024;

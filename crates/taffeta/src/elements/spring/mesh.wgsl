@@ -1,6 +1,10 @@
 // Springs of a mesh, gathered by node from a sliced-ELL table: each node adds up the springs of its row, sixteen nodes
 // side by side (cpu/mesh.rs).
 
+#import elements/spring/spring.wgsl
+#import gpu/wgsl/index.wgsl
+#import memory
+
 /// The springs of one kind of a slice of 16 nodes: entry `i` of the slice's `lane` is at start + 16·i + lane.
 struct Run {
     start: u32,
@@ -21,7 +25,6 @@ struct Entry {
 @group(1) @binding(2) var<storage, read> runs: array<Run>;
 @group(1) @binding(3) var<storage, read> entries: array<Entry>;
 
-const LANES: u32 = 16u;
 /// Runs of each slice.
 override KINDS: u32 = 1u;
 

@@ -4,6 +4,8 @@
 // eq. 1. With d = x_b − x_a [m], l = |d|, Δv = v_b − v_a [m/s], stiffness k [N/m], damping c [kg/s]:
 // f_a = [k (l − L) + c Δv·d/l] d/l, f_b = −f_a [N].
 
+#import gpu/wgsl/vector.wgsl
+
 /// The factor [N/m] that turns d into the force on a: f_a = factor · d.
 fn spring_factor(d: vec3f, dv: vec3f, k: f32, damping: f32, rest_length: f32) -> f32 {
     let length_squared = dot3(d, d);

@@ -4,15 +4,37 @@ mod bindings;
 mod constants;
 mod records;
 
-use crate::gpu::kernels::families;
+use crate::features::shaders;
+use crate::gpu::kernels::{Contact, Name};
+use std::collections::BTreeSet;
 use taffeta_gpu::wgpu::naga;
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Handle, Module, Scalar, ScalarKind, Type, TypeInner};
 
 /// The sources of every kernel, whatever it is put together with.
-fn sources() -> Vec<String> {
-    families().map(|sources| sources.join("\n")).to_vec()
+fn sources() -> BTreeSet<String> {
+    let shaders = shaders();
+    let mut all = BTreeSet::new();
+    for file in shaders.with_kernels() {
+        for contact in [Contact::Solids, Contact::Later, Contact::Meshes] {
+            for loads_given in [false, true] {
+                let name = Name { loads_given, contact, ..Name::new("") };
+                all.insert(name.source_of(file, &shaders).expect("what it imports"));
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn a_kernel_is_in_the_source_of_its_file_alone() {
+    let shaders = shaders();
+    for (file, text) in shaders.files().filter(|(file, _)| shaders.with_kernels().any(|one| one == *file)) {
+        let source = Name::new("").source_of(file, &shaders).expect("what it imports");
+        let count = |text: &str| text.matches("\n@compute").count();
+        assert_eq!(count(&source), count(text), "`{file}` imports a file that has kernels");
+    }
 }
 
 /// A source as it stands.

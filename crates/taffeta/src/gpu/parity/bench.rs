@@ -1,9 +1,11 @@
 //! Runs one kernel on arrays of words, and compares what it has written.
 
+use crate::features::shaders;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, SUBSTEPS_SEEN, Substep};
 use crate::gpu::parity::fixture::{Arrays, SUBSTEP};
-use crate::gpu::parity::{Difference, Outcome};
+use crate::gpu::parity::formulas;
+use crate::gpu::parity::outcome::Outcome;
 use std::num::NonZeroU64;
 use taffeta_gpu::bytemuck::{Pod, cast_slice};
 use taffeta_gpu::{Access, Bindable, Buffer, DispatchList, Gpu, GpuError, Kernel, Uniforms};
@@ -45,9 +47,9 @@ pub struct Written<'a> {
 }
 
 impl Bench<'_> {
-    /// Makes a kernel of whole sources.
-    pub fn kernel(&self, name: Name, more: &[&str], overrides: &[(&str, f64)]) -> Result<Kernel, String> {
-        let source = (self.edit)([&name.sources()[..], more].concat().join("\n"));
+    /// Makes a kernel of its source as it is edited.
+    pub fn kernel(&self, name: Name, overrides: &[(&str, f64)]) -> Result<Kernel, String> {
+        let source = (self.edit)(name.source(&shaders().with(formulas::SHADERS.iter().copied()))?);
         self.gpu.kernel(name.entry, &[&source], name.entry, overrides).map_err(|error| error.to_string())
     }
 
@@ -119,56 +121,6 @@ impl Written<'_> {
     pub fn outcome(&mut self) -> &mut Outcome {
         self.outcome
     }
-}
-
-impl Outcome {
-    /// Compares numbers of one quantity, in units in the last place of the largest.
-    pub fn compare(&mut self, output: &str, wanted: &[f32], found: &[f32]) {
-        let finite = wanted.iter().filter(|number| number.is_finite());
-        let largest = finite.fold(0.0_f32, |most, number| most.max(number.abs()));
-        self.compare_to(output, wanted, found, f64::from(largest));
-    }
-
-    /// Compares numbers in units in the last place of `largest`.
-    pub fn compare_to(&mut self, output: &str, wanted: &[f32], found: &[f32], largest: f64) {
-        self.count(output, wanted.len(), found.len());
-        let unit = last_place(largest);
-        for (index, (&cpu, &gpu)) in wanted.iter().zip(found).enumerate() {
-            let apart = (f64::from(cpu) - f64::from(gpu)).abs();
-            let alike = cpu == gpu || cpu.is_nan() && gpu.is_nan();
-            let ulps = if alike { 0.0 } else { apart / unit };
-            self.note(if ulps.is_nan() { f64::INFINITY } else { ulps }, output, index, [cpu, gpu]);
-        }
-    }
-
-    /// Compares numbers that are only copied: they are the same on every device.
-    pub fn copied(&mut self, output: &str, wanted: &[f32], found: &[f32]) {
-        self.count(output, wanted.len(), found.len());
-        for (index, (&cpu, &gpu)) in wanted.iter().zip(found).enumerate() {
-            let alike = cpu == gpu || cpu.is_nan() && gpu.is_nan();
-            self.note(if alike { 0.0 } else { f64::INFINITY }, output, index, [cpu, gpu]);
-        }
-    }
-
-    fn count(&mut self, output: &str, wanted: usize, found: usize) {
-        self.compared += wanted;
-        if wanted != found {
-            self.note(f64::INFINITY, &format!("{output}.len()"), 0, [wanted as f32, found as f32]);
-        }
-    }
-
-    fn note(&mut self, ulps: f64, output: &str, index: usize, [cpu, gpu]: [f32; 2]) {
-        if ulps > self.ulps {
-            self.ulps = ulps;
-            self.place = Some(Difference { output: output.to_owned(), index, cpu, gpu });
-        }
-    }
-}
-
-/// The unit in the last place of a number of 32 bits. What is below the least normal number may be taken for zero.
-fn last_place(number: f64) -> f64 {
-    let number = (number as f32).max(f32::MIN_POSITIVE);
-    (f64::from(number.next_up()) - f64::from(number)).max(f64::from(f32::MIN_POSITIVE))
 }
 
 fn threes(fours: &[Four]) -> Vec<f32> {

@@ -3,7 +3,7 @@
 use crate::backend::Backend;
 use crate::contact::colliders::response::leave_both;
 use crate::contact::nodes::parity::Work;
-use crate::elements::hinge::hinge;
+use crate::elements::hinge::{self, hinge as formula};
 use crate::gpu::layout::{GROUP, IS_RING, NOT_A_MESH, RESTORED, Surface, WEIGHTED};
 use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
 use crate::gpu::parity::scene::FLOOR;
@@ -104,18 +104,22 @@ fn nodes_are_in_wedges_of_all_sorts() {
 fn hinges_are_flat_steep_folded_over_and_without_area() {
     let mut count = Count::default();
     for fixture in fixtures() {
-        for one in &fixture.tables.elements.hinges {
+        let hinges = fixture.tables.elements.of(hinge::NAME).expect("all have some");
+        for (corners, numbers) in hinges.elements() {
+            let corners: [u32; 4] = corners.try_into().expect("four corners");
+            let [rest_angle, rest_steepness] = [numbers[0], numbers[1]].map(f32::from_bits);
             let corner = |node: u32| -> [f32; 3] {
                 let [x, y, z, _] = fixture.old.position[node as usize];
                 [x, y, z]
             };
-            let (theta, gradient) = hinge::angle_and_gradient(one.corners.map(corner));
-            let steep = hinge::steepness(&gradient);
+            let (theta, gradient) = formula::angle_and_gradient(corners.map(corner));
+            let steep = formula::steepness(&gradient);
+            let most = formula::STIFFEST as f32 * rest_steepness;
             count.note("without area", steep == 0.0);
-            count.note("steep", steep > hinge::STIFFEST as f32 * one.rest_steepness);
-            count.note("not steep", steep > 0.0 && steep < hinge::STIFFEST as f32 * one.rest_steepness);
-            count.note("folded over", theta - one.rest_angle > std::f32::consts::PI);
-            count.note("folded over the other way", theta - one.rest_angle < -std::f32::consts::PI);
+            count.note("steep", steep > most);
+            count.note("not steep", steep > 0.0 && steep < most);
+            count.note("folded over", theta - rest_angle > std::f32::consts::PI);
+            count.note("folded over the other way", theta - rest_angle < -std::f32::consts::PI);
         }
     }
     count.check();

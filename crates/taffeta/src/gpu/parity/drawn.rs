@@ -24,7 +24,7 @@ pub const ROWS: &[Row] = &[Row {
 
 /// Of the ball, half a dozen words a vertex and one between; the last vertex has no node.
 fn draw_vertices(bench: &mut Bench<'_>) -> Result<(), String> {
-    let kernel = bench.kernel(Name::new("draw_vertices"), &[], &[])?;
+    let kernel = bench.kernel(Name::new("draw_vertices"), &[])?;
     let told = Drawing {
         place_x: [0.8, 0.1, -0.2, 1.5],
         place_y: [-0.1, 0.9, 0.3, -2.5],

@@ -6,10 +6,12 @@ use crate::build::Assembly;
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
 use crate::contact::collider_mesh::surface::MeshSurface;
 use crate::contact::colliders::gpu_layout::Collider;
+use crate::contact::colliders::shape::ShapeNow;
 use crate::contact::nodes::pair;
 use crate::cpu::CpuBackend;
 use crate::cpu::apart::Between;
-use crate::elements::gpu::{ElementTables, found_on_cpu};
+use crate::elements::gpu::KindTables;
+use crate::elements::hinge;
 use crate::elements::load::cpu::Loads;
 use crate::features;
 use crate::features::Tables;
@@ -117,8 +119,8 @@ impl Fixture {
         let mut fixture = Self::of(&scene, seed, exact)?;
         if exact {
             let from = fixture.cpu.assembly().bodies[1].first;
-            let from = mesh_scene::put_awkward(&mut fixture.old, &mut fixture.new, from);
-            mesh_scene::put_at_plates(&mut fixture.old, &mut fixture.new, from);
+            let from = mesh_scene::put_awkward(&mut fixture.old.position, &mut fixture.new.position, from);
+            mesh_scene::put_at_plates(&mut fixture.old.position, &mut fixture.new.position, from);
             fixture.put_old();
         }
         Ok(fixture)
@@ -147,9 +149,11 @@ impl Fixture {
     pub fn of(scene: &Scene, seed: u64, exact: bool) -> Result<Self, String> {
         let mut chance = Chance::new(seed);
         let mut assembly = Assembly::new(scene).map_err(|error| error.to_string())?;
-        for rest in assembly.bodies.iter_mut().flat_map(|body| &mut body.hinge_rest) {
-            // Folds then differ from those at rest by more than half a turn here and there, either way.
-            rest.angle = 3.1 * f64::from(chance.number());
+        for list in assembly.elements.iter_mut().filter(|list| list.kind.name == hinge::NAME) {
+            for rest_angle in list.all.numbers.iter_mut().step_by(list.kind.numbers()) {
+                // Folds then differ from those at rest by more than half a turn here and there, either way.
+                *rest_angle = 3.1 * f64::from(chance.number());
+            }
         }
         let tables = Tables::new(&Bodies::new(&assembly, 0..assembly.bodies.len()))?;
         let (meshes, surfaces) = meshes_of(&assembly);
@@ -158,7 +162,7 @@ impl Fixture {
             is_node[body.first..body.first + body.nodes].fill(true);
         }
         let substeps = plan::frame(&assembly, 0.0);
-        let cpu = features::on_cpu::<f32>(assembly, 1)?;
+        let cpu = features::on_cpu::<f32>(assembly, 1).map_err(|refusal| refusal.message)?;
         let mut old = old_state(&mut chance, &tables, &cpu, exact);
         let (new, awkward) = new_state(&mut chance, &tables, &cpu, exact);
         for place in awkward {
@@ -189,7 +193,7 @@ impl Fixture {
         let untouched = assembly.bodies.iter().find(|body| body.name == volume_scene::UNTOUCHED);
         let untouched = untouched.map_or(0..0, |body| body.first..body.first + body.nodes);
         let substeps = plan::frame(&assembly, 0.0);
-        let cpu = features::on_cpu::<f32>(assembly, 1)?;
+        let cpu = features::on_cpu::<f32>(assembly, 1).map_err(|refusal| refusal.message)?;
         let mut near_start = |speed: f32| {
             let mut state = State::default();
             for (place, (&[x, y, z, w], &[.., mass])) in
@@ -225,7 +229,7 @@ impl Fixture {
             is_node[body.first..body.first + body.nodes].fill(true);
         }
         let substeps = plan::frame(&assembly, 0.0);
-        let cpu = features::on_cpu::<f32>(assembly, 1)?;
+        let cpu = features::on_cpu::<f32>(assembly, 1).map_err(|refusal| refusal.message)?;
         let state = |chance: &mut Chance| {
             let mut state = State::default();
             for (place, (&[.., w], &[.., mass])) in tables.position.iter().zip(&tables.velocity).enumerate() {
@@ -264,6 +268,26 @@ impl Fixture {
         }
     }
 
+    /// Takes nodes away that come from near the surface of a mesh, or get there.
+    fn leave_surfaces(&mut self) {
+        for collider in &self.substeps[SUBSTEP].colliders {
+            let ShapeNow::Mesh(now) = &collider.shape else { continue };
+            let surface = &self.surfaces[now.index as usize];
+            let is_near = |x: [f32; 3]| {
+                let place = now.local(x);
+                let found = mesh_scene::nearest_of(surface, now, place);
+                found.is_some_and(|found| found.at.squared < NEAR * NEAR)
+            };
+            for (old, new) in self.old.position.iter_mut().zip(&mut self.new.position) {
+                let [start, end] = [[old[0], old[1], old[2]], [new[0], new[1], new[2]]];
+                if is_near(collider.touching.carry.apply(start)) || is_near(end) {
+                    old[0] += 20.0;
+                    new[0] += 20.0;
+                }
+            }
+        }
+    }
+
     /// The sub-step that rows run.
     pub fn substep(&self) -> &plan::Substep<f32> {
         &self.substeps[SUBSTEP]
@@ -292,10 +316,13 @@ impl Fixture {
         self.cpu.feature::<Loads<f32>>().map_or(Vec::new(), |loads| loads.torques().to_vec())
     }
 
-    /// Forces on corners of hinges, then of panels [N], that the CPU has found.
+    /// Forces of all elements [N] that the CPU has found, as they lie on the device.
     pub fn element_forces(&mut self) -> Vec<Four> {
-        let ElementTables { hinges, panels, .. } = &self.tables.elements;
-        found_on_cpu(&mut self.cpu, [0, 0], [hinges.len(), panels.len()])
+        let mut all = vec![[0.0; 4]; self.tables.elements.forces()];
+        for KindTables { set, .. } in &self.tables.elements.kinds {
+            all[set.forces()].copy_from_slice(&set.found_on_cpu(&mut self.cpu));
+        }
+        all
     }
 
     /// Workgroups for one invocation a place.
@@ -313,12 +340,12 @@ impl Fixture {
         let (tables, places) = (&self.tables, self.is_node.len());
         let poison = |words: usize| vec![f32::NAN.to_bits(); words];
         let input_forces: Vec<Four> = self.input.forces.iter().map(four_of_input).collect();
-        Arrays::from([
+        let of_elements = self.tables.elements.kinds.iter().map(|one| (one.set.kind.name, one.words.clone()));
+        let mut arrays = Arrays::from([
             ("grids", words(&tables.springs.grids)),
             ("tiles", words(&tables.springs.tiles)),
             ("runs", words(&tables.springs.runs)),
             ("entries", words(&tables.springs.entries)),
-            ("hinges", words(&tables.elements.hinges)),
             ("load_nodes", words(&tables.loads.nodes)),
             ("node_starts", words(&tables.loads.by_node.offsets)),
             ("node_elements", words(&tables.loads.by_node.items)),
@@ -340,13 +367,11 @@ impl Fixture {
             ("loads", words(&tables.loads.loads)),
             ("load", words(&self.force_fours())),
             ("force", poison(4 * places)),
-            ("panels", words(&tables.elements.panels)),
-            (
-                "element_forces",
-                poison(4 * (tables.elements.first_panel_force() + tables.elements.panels.len())),
-            ),
+            ("element_forces", poison(4 * tables.elements.forces())),
             ("volume_sums", poison(4 * VOLUME_PARTS * tables.volumes.groups.len())),
-        ])
+        ]);
+        arrays.extend(of_elements);
+        arrays
     }
 
     fn colliders(&self) -> Vec<Collider> {
@@ -395,12 +420,15 @@ impl Fixture {
             first_goal: sum(&|s| s.goals.len() + s.closing.len(), index),
             most_apart: pair::most_apart(f64::from(substep.h)) as f32,
             gap: 0,
-            air: Air::of(substep.air.as_ref(), self.tables.elements.first_panel_force() as u32),
+            air: Air::of(substep.air.as_ref()),
             padding: [0; 16],
         };
         self.substeps.iter().enumerate().map(record).collect()
     }
 }
+
+/// Distance from a surface within which other roundings turn the normal by too much [m].
+const NEAR: f32 = 0.05;
 
 fn among_meshes(mut scene: Scene) -> Scene {
     scene.colliders.extend(mesh_scene::colliders());
@@ -452,8 +480,9 @@ fn squash(state: &mut State, tables: &Tables, exact: bool) {
     let shares: [[f32; 3]; 5] =
         [[0.49, 0.48, 0.03], [0.3, 0.69, 0.01], [0.499, 0.5, 0.001], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let used = if exact { &shares[..] } else { &shares[..2] };
-    for (share, hinge) in used.iter().cycle().zip(tables.elements.hinges.iter().step_by(97)) {
-        let [a, b, c, _] = hinge.corners;
+    let hinges = tables.elements.of(hinge::NAME).into_iter().flat_map(KindTables::elements);
+    for (share, (corners, _)) in used.iter().cycle().zip(hinges.step_by(97)) {
+        let [a, b, c] = [corners[0], corners[1], corners[2]];
         let [p, q, r] = [a, b, c].map(|node| at(state, node));
         let mixed: [f32; 3] = std::array::from_fn(|i| share[0] * p[i] + share[1] * q[i] + share[2] * r[i]);
         state.position[c as usize][..3].copy_from_slice(&mixed);

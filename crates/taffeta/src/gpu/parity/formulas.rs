@@ -11,9 +11,10 @@ use crate::gpu::parity::bench::{Bench, Given};
 use crate::gpu::parity::fixture::{Arrays, Chance, words};
 use crate::gpu::parity::{Row, Tolerance};
 use taffeta_gpu::bytemuck::{Pod, Zeroable};
+use taffeta_gpu::{Shader, shaders};
 
-/// Compiled behind the sources of all kernels.
-pub const SOURCE: &str = include_str!("formulas.wgsl");
+/// Beside those of the features.
+pub const SHADERS: &[Shader] = shaders!("gpu/parity", ["formulas.wgsl"]);
 
 /// `Case` of formulas.wgsl.
 #[repr(C)]
@@ -109,7 +110,7 @@ fn formula(
     cases: &[Case],
     twin: fn(&Case) -> Answer,
 ) -> Result<(), String> {
-    let kernel = bench.kernel(Name::new("formulas"), &[SOURCE], &[("FORMULA", f64::from(number))])?;
+    let kernel = bench.kernel(Name::new("formulas"), &[("FORMULA", f64::from(number))])?;
     let answers: Vec<Answer> = cases.iter().map(twin).collect();
     let poison = vec![f32::NAN.to_bits(); 16 * (cases.len() + 1)];
     let arrays = Arrays::from([("cases", words(cases)), ("answers", poison)]);

@@ -1,5 +1,19 @@
 // Formulas alone, from numbers to numbers: an invocation takes a case of the formula that the pipeline is made for.
 
+#import contact/colliders/response.wgsl
+#import contact/colliders/shape.wgsl
+#import contact/nodes/pair.wgsl
+#import elements/aero/aero.wgsl
+#import elements/aero/gust.wgsl
+#import elements/hinge/hinge.wgsl
+#import elements/load/load.wgsl
+#import elements/spring/spring.wgsl
+#import gpu/wgsl/angle.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/vector.wgsl
+#import solvers/explicit/euler.wgsl
+#import volume/volume.wgsl
+
 override FORMULA: u32 = 0u;
 
 /// What a formula is given, as far as it takes numbers and vectors.
@@ -87,7 +101,7 @@ fn answer(case_of: Case) -> Answer {
         }
         case 11u: {
             let none = Gusts(vec3f(0.0), 0.0, vec2u(0u), vec2f(0.0));
-            let air = Air(vec3f(0.0), case_of.s, case_of.t, case_of.u, case_of.w, 0u, none);
+            let air = Air(vec3f(0.0), case_of.s, case_of.t, case_of.u, case_of.w, none);
             return one_vector(corner_force(air, a, b, case_of.c.x), 0.0);
         }
         case 12u: {

@@ -2,14 +2,9 @@
 
 use crate::contact::collider_mesh::surface::{Found, MeshNow, MeshSurface};
 use crate::contact::collider_mesh::triangle::nearest;
-use crate::contact::colliders::moving::ColliderNow;
-use crate::contact::colliders::press::{Coming, Depth, Press};
-use crate::contact::colliders::shape::ShapeNow;
-use crate::gpu::parity::fixture::{Fixture, SUBSTEP, State};
-use crate::real::{Real, add};
+use crate::gpu::layout::Four;
+use crate::real::add;
 use crate::scene::{Collider, Icosphere, Keyframe, Mesh, Place, Rotation};
-use crate::solvers::dual::gpu_layout::Met;
-use crate::solvers::dual::twin::met_of;
 use crate::topology::Surface;
 use std::sync::Arc;
 
@@ -81,7 +76,7 @@ fn waves() -> Collider {
 
 /// Puts some nodes on nodes, edges and faces of the still sheet, a hair beside what it keeps, and on its other side; they
 /// come from there, from the other side, or from where they are. Returns the first node that is left.
-pub fn put_awkward(old: &mut State, new: &mut State, from: usize) -> usize {
+pub fn put_awkward(old: &mut [Four], new: &mut [Four], from: usize) -> usize {
     let [height, side, offset] = SHEET;
     let along = [0.0, 0.5, 0.25, 0.125, -0.5].map(|share| share * side);
     let heights = [0.0, offset, offset.next_up(), offset.next_down(), 0.5 * offset, -0.5 * offset, -offset];
@@ -89,8 +84,8 @@ pub fn put_awkward(old: &mut State, new: &mut State, from: usize) -> usize {
     for (i, x) in along.into_iter().enumerate() {
         for (j, y) in heights.into_iter().enumerate() {
             let start = [0.25, -0.25, y][(i + j) % 3];
-            new.position[at][..3].copy_from_slice(&[x, height + y, along[(i + 2 * j) % 5]]);
-            old.position[at][..3].copy_from_slice(&[x, height + start, along[(i + 2 * j) % 5]]);
+            new[at][..3].copy_from_slice(&[x, height + y, along[(i + 2 * j) % 5]]);
+            old[at][..3].copy_from_slice(&[x, height + start, along[(i + 2 * j) % 5]]);
             at += 1;
         }
     }
@@ -99,66 +94,19 @@ pub fn put_awkward(old: &mut State, new: &mut State, from: usize) -> usize {
 
 /// Puts some nodes under a corner of the upper plate, where one of its narrow sides seems the nearest by rounding, and some
 /// above the lower one, to where they come through the upper one.
-pub fn put_at_plates(old: &mut State, new: &mut State, from: usize) {
+pub fn put_at_plates(old: &mut [Four], new: &mut [Four], from: usize) {
     let aside = |power: i32| 1e-7 * 1.4_f64.powi(power) - 0.4;
     let under = (1..13).flat_map(|i| [[aside(21), -0.25, aside(i)], [aside(i), -0.02, aside(11)]]);
     let through = (0..12).map(|i| 0.04 * f64::from(i)).map(|x| ([x, 0.25 + x, -x], [x, x - 0.98, -x]));
     for (at, (start, end)) in (from..).zip(under.map(|x| (x, x)).chain(through)) {
         let [start, end] = [start, end].map(|x| add(x, PLATES_AT).map(|c| c as f32));
-        old.position[at][..3].copy_from_slice(&start);
-        new.position[at][..3].copy_from_slice(&end);
-    }
-}
-
-/// Distance from a surface within which other roundings turn the normal by too much [m].
-const NEAR: f32 = 0.05;
-
-impl Fixture {
-    /// Takes nodes away that come from near the surface of a mesh, or get there.
-    pub fn leave_surfaces(&mut self) {
-        for collider in &self.substeps[SUBSTEP].colliders {
-            let ShapeNow::Mesh(now) = &collider.shape else { continue };
-            let surface = &self.surfaces[now.index as usize];
-            let is_near = |x: [f32; 3]| {
-                let place = now.local(x);
-                let found = nearest_of(surface, now, place);
-                found.is_some_and(|found| found.at.squared < NEAR * NEAR)
-            };
-            for (old, new) in self.old.position.iter_mut().zip(&mut self.new.position) {
-                let [start, end] = [[old[0], old[1], old[2]], [new[0], new[1], new[2]]];
-                if is_near(collider.touching.carry.apply(start)) || is_near(end) {
-                    old[0] += 20.0;
-                    new[0] += 20.0;
-                }
-            }
-        }
-    }
-
-    /// The mesh that will hold a node, as kernels keep it.
-    pub fn mesh_ahead(&self, coming: &Coming<f32>) -> Met {
-        let mut found = Met { yields: 1.0, is_pulled: 1, ..Met::default() };
-        for (surface, collider) in (0..).zip(&self.substeps[SUBSTEP].colliders) {
-            let Some((inside, press)) = self.press_of_mesh(collider, coming) else { continue };
-            if inside > found.inside {
-                found = Met { inside, ..met_of(press, surface, true) };
-            }
-        }
-        found
-    }
-
-    fn press_of_mesh(&self, collider: &ColliderNow<f32>, coming: &Coming<f32>) -> Option<(f32, Press<f32>)> {
-        let ShapeNow::Mesh(now) = &collider.shape else { return None };
-        let surface = &self.surfaces[now.index as usize];
-        let place = now.local(coming.place);
-        let around = surface.tree(now).around(place, f32::FAR);
-        let touch = surface.resting(now, place, &nearest_of(surface, now, place)?, &around);
-        let [normal, velocity] = [touch.normal, touch.velocity].map(|way| now.place.turn(way));
-        Press::of_mesh(&collider.touching, coming, Depth { depth: touch.depth, normal, velocity })
+        old[at][..3].copy_from_slice(&start);
+        new[at][..3].copy_from_slice(&end);
     }
 }
 
 /// The triangle nearest to `x`, of all.
-fn nearest_of(surface: &MeshSurface<f32>, now: &MeshNow<f32>, x: [f32; 3]) -> Option<Found<f32>> {
+pub fn nearest_of(surface: &MeshSurface<f32>, now: &MeshNow<f32>, x: [f32; 3]) -> Option<Found<f32>> {
     let all = (0..).take(surface.triangles.len());
     let found = all.map(|triangle| {
         let at = nearest(x, &surface.corners(now, triangle, now.shares[1]));

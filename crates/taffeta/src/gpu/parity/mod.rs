@@ -9,13 +9,15 @@ pub(crate) mod drawn;
 pub(crate) mod fixture;
 pub(crate) mod formulas;
 pub(crate) mod mesh_scene;
+mod outcome;
 pub(crate) mod pair_scene;
 pub(crate) mod scene;
 pub(crate) mod volume_scene;
 
-use crate::gpu::kernels::families;
+use crate::features::shaders;
+use crate::gpu::kernels::Name;
 use bench::Bench;
-use std::fmt;
+pub use outcome::{Difference, Outcome};
 use taffeta_gpu::Gpu;
 use taffeta_gpu::wgpu::naga;
 
@@ -41,38 +43,6 @@ pub struct Tolerance {
     pub hardware: f64,
     /// Why so much.
     pub why: &'static str,
-}
-
-/// What a row has found.
-#[derive(Clone, Debug, Default)]
-pub struct Outcome {
-    /// The largest difference, in units in the last place of the largest number of that output; infinite where one of
-    /// the two is no number, or where numbers that are only copied differ.
-    pub ulps: f64,
-    /// Where it is, unless all are the same.
-    pub place: Option<Difference>,
-    /// Numbers compared.
-    pub compared: usize,
-}
-
-/// A number on which the twins do not agree.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Difference {
-    /// The array, or the sum.
-    pub output: String,
-    /// Which of its numbers.
-    pub index: usize,
-    /// What the CPU says.
-    pub cpu: f32,
-    /// What the GPU says.
-    pub gpu: f32,
-}
-
-impl fmt::Display for Difference {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { output, index, cpu, gpu } = self;
-        write!(f, "{output}[{index}] is {cpu:e} on the CPU and {gpu:e} on the GPU")
-    }
 }
 
 impl Tolerance {
@@ -106,32 +76,15 @@ impl Row {
     }
 }
 
-/// All rows.
-pub fn rows() -> Vec<Row> {
-    [
-        crate::solvers::explicit::parity::ROWS,
-        drawn::ROWS,
-        crate::volume::parity::ROWS,
-        crate::solvers::dual::parity::ROWS,
-        crate::solvers::implicit::parity::ROWS,
-        crate::attachments::parity::ROWS,
-        crate::contact::nodes::parity::ROWS,
-        crate::elements::parity::ROWS,
-        crate::diagnostics::parity::ROWS,
-        formulas::ROWS,
-    ]
-    .concat()
-}
-
-/// The entry points that naga finds in the sources of the kernels.
+/// The entry points that naga finds in the shaders.
 pub fn entry_points() -> Result<Vec<String>, String> {
     let mut found = Vec::new();
-    for sources in families() {
-        let source = sources.join("\n");
+    let shaders = shaders();
+    for file in shaders.with_kernels() {
+        let source = Name::new("").source_of(file, &shaders)?;
         let module = naga::front::wgsl::parse_str(&source).map_err(|error| error.emit_to_string(&source))?;
         found.extend(module.entry_points.into_iter().map(|point| point.name));
     }
     found.sort();
-    found.dedup();
     Ok(found)
 }

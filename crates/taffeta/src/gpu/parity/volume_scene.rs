@@ -40,19 +40,21 @@ fn bodies() -> Vec<Body> {
     // Where weights are large.
     let front = Bounds { min: [-1.0, -1.0, 1.39], max: [9.0, 9.0, 9.0] };
     let large = soft("corrected", 3, [0.1, 0.29, -0.05], form(VolumeForm::Corrected));
-    let mut bodies = vec![
+    let mut bodies = Vec::from([
         cloth("sheet", Mesh::grid(7, 11, [0.5, 0.3])).at([0.0, 1.4, 0.0]),
         large.pin(Select::nodes([3, 500])),
         braced.pin(Select::nodes([0, 17])),
         cloth("blob", blob).at([0.0, 1.9, 0.0]),
+        #[cfg(feature = "paper-forms")]
         soft("printed", 1, [1.7, 0.3, 0.1], form(VolumeForm::Printed)),
+        #[cfg(feature = "paper-forms")]
         soft("shader", 2, [2.5, 0.3, 0.1], form(VolumeForm::PaperShader)),
         weighted(UNTOUCHED, 3, [3.3, 0.29, 0.1]),
         soft("pressed", 2, [3.9, 0.3, 1.1], pressed),
         weighted("touched", 2, [4.9, 0.3, 1.1]),
         weighted("held", 1, [5.7, 0.3, 1.1]).pin(Select { inside: Some(front), ..Select::default() }),
         projected("still", 0.0).pin(Select::nodes((0..42).collect::<Vec<_>>())),
-    ];
+    ]);
     // As many as there are volumes to aim at.
     let names = ["one", "two", "three", "four", "five"];
     bodies.extend(names.iter().zip(1..).map(|(name, i)| projected(name, 0.8 * f64::from(i))));

@@ -1,5 +1,7 @@
 // Normals of surfaces, in the order of operations of diagnostics/normals.rs.
 
+#import gpu/wgsl/vector.wgsl
+
 /// sum + (b − a) × (c − a): one product after the other, as some compilers order them anyway.
 fn add_normal(sum: vec3f, a: vec3f, b: vec3f, c: vec3f) -> vec3f {
     let p = b - a;

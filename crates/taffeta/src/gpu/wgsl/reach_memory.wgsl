@@ -1,5 +1,7 @@
 // Nodes as springs reach them: in memory.
 
+#import gpu/wgsl/state.wgsl
+
 fn position_of(node: u32) -> vec3f {
     return old_position[node].xyz;
 }

@@ -1,5 +1,7 @@
 // What a sub-step is told, and which of the workgroups this is.
 
+#import elements/aero/aero.wgsl
+
 /// How constraints are solved.
 struct Solving {
     /// Squared stretch from which on a spring becomes a constraint, and down to which it stays one.
@@ -57,10 +59,3 @@ struct Substep {
 /// The sub-step of this dispatch, and those after it.
 @group(0) @binding(0) var<uniform> substeps: array<Substep, 64>;
 
-/// Colliders of all sub-steps of a frame.
-@group(0) @binding(1) var<storage, read> colliders: array<Collider>;
-
-/// Workgroups are counted along x, then y: one dimension alone may be too short.
-fn workgroup_index(id: vec3u, counts: vec3u) -> u32 {
-    return id.x + id.y * counts.x;
-}

@@ -128,6 +128,6 @@ pub(crate) fn check_tethers(path: &Path, body: &Body) -> Checked {
     path.key("slack").not_negative(tethers.slack, "")?;
     path.demand(body.pins.iter().any(|pin| pin.break_force.is_none()), || {
         let have = if body.pins.is_empty() { "has no pins" } else { "has only pins that break" };
-        format!("lead to nodes that are held for good, and the body {have}; [[body.pin]] would do, or leave them out")
+        format!("lead to nodes that are held for good, and the body {have}; a pin that does not break would do, or leave them out")
     })
 }

@@ -1,12 +1,13 @@
 //! What a body may be.
 
+use crate::advice::Advice;
 use crate::scene::validate::attach;
+use crate::scene::validate::check_shape;
 use crate::scene::validate::path::{Checked, Path};
 use crate::scene::validate::{SceneError, check_motion, check_rotation, check_times};
 use crate::scene::{
     Body, Internal, Kind, Mass, Mesh, Place, Select, SelfCollision, Springs, Volume, VolumeForm, VolumeKey,
 };
-use crate::topology::shapes;
 
 pub(crate) fn check(path: &Path, body: &Body) -> Checked {
     check_mass(path, body)?;
@@ -72,7 +73,7 @@ fn check_mass(path: &Path, body: &Body) -> Checked {
 
 /// Checks a shape that stands at `key`; its own check says `mesh` there.
 pub(crate) fn check_mesh(path: &Path, key: &str, mesh: &Mesh) -> Checked {
-    shapes::check(mesh).or_else(|(field, message)| path.key(&field.replacen("mesh", key, 1)).refuse(&message))
+    check_shape(mesh).or_else(|(field, message)| path.key(&field.replacen("mesh", key, 1)).refuse(&message))
 }
 
 pub(crate) fn check_place(path: &Path, place: &Place) -> Checked {
@@ -110,11 +111,12 @@ fn check_springs(path: &Path, springs: &Springs, kind: Kind) -> Result<(), Scene
 fn check_internal(path: &Path, internal: &Internal, kind: Kind) -> Checked {
     let listed = internal.file.is_some() || internal.pairs.is_some();
     let wanted = internal.count > 0 || listed;
-    path.demand(kind == Kind::Soft || !wanted, || {
-        "a cloth has no inside for struts; kind = \"soft\" and a closed mesh would do".into()
-    })?;
+    if kind != Kind::Soft && wanted {
+        let error = path.error("a cloth has no inside for struts; a soft body of a closed mesh would do");
+        return Err(error.advise(Advice::SoftBody));
+    }
     path.demand(internal.count == 0 || !listed, || {
-        format!("has count = {} and a file of its own; one of them would do", internal.count)
+        format!("has a count of {} and a file of its own; one of them would do", internal.count)
     })
 }
 
@@ -125,9 +127,11 @@ fn check_self_collision(path: &Path, collision: &SelfCollision) -> Checked {
 }
 
 fn check_volume(path: &Path, volume: &Volume, kind: Kind) -> Checked {
-    path.demand(kind == Kind::Soft || volume.form == VolumeForm::None, || {
-        "is for soft bodies, and a cloth has no inside; kind = \"soft\" and a closed mesh would do".into()
-    })?;
+    if kind != Kind::Soft && volume.form != VolumeForm::None {
+        let error = path
+            .error("is for soft bodies, and a cloth has no inside; a soft body of a closed mesh would do");
+        return Err(error.advise(Advice::SoftBody));
+    }
     if let Some(target) = volume.target {
         path.key("target").positive(target, "")?;
     }
@@ -162,8 +166,7 @@ fn check_one_drive(path: &Path, volume: &Volume) -> Checked {
     path.demand(!(kept && volume.is_pressure()), || {
         "has a target and a pressure; a body either keeps a volume or is under a pressure".into()
     })?;
-    let only_kept =
-        matches!(volume.form, VolumeForm::Projected | VolumeForm::PaperShader | VolumeForm::Printed);
+    let only_kept = !matches!(volume.form, VolumeForm::Corrected | VolumeForm::None);
     path.key("form").demand(!(only_kept && volume.is_pressure()), || {
         format!("is {}, but a body under a pressure keeps no volume; leave it out", volume.form.name())
     })?;

@@ -1,8 +1,8 @@
 //! What 32 bits must count, over the whole scene.
 
+use crate::real::LANES;
 use crate::scene::validate::path::{Checked, Path};
 use crate::scene::{Body, Mesh, Scene};
-use crate::topology::LANES;
 
 /// Most nodes of all bodies, each body's rounded up to whole vectors: an index is a signed 32-bit number.
 const NODES: u64 = i32::MAX as u64;
@@ -32,7 +32,7 @@ pub(crate) fn check(scene: &Scene) -> Checked {
         let struts = body.springs.internal.as_ref().map_or(0, |wish| u64::from(wish.count));
         path.key("springs")
             .key("internal")
-            .demand(struts <= STRUTS, || format!("has count = {struts}, {STRUTS} struts are the limit"))?;
+            .demand(struts <= STRUTS, || format!("has a count of {struts}, {STRUTS} struts are the limit"))?;
     }
     Ok(())
 }

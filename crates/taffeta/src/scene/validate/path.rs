@@ -1,7 +1,7 @@
 //! Places in a scene, and what may stand there.
 
 use crate::scene::validate::SceneError;
-use crate::topology::shapes::LARGEST as LARGEST_LENGTH;
+use crate::scene::validate::shape::LARGEST_LENGTH;
 
 /// Largest and smallest size of a number: beyond, 32 bits and squares have no room for it.
 const LARGEST: f64 = 1e15;
@@ -29,8 +29,12 @@ impl Path {
         Self(format!("{}.{key}[{index}]", self.0))
     }
 
+    pub(crate) fn error(&self, message: &str) -> SceneError {
+        SceneError::new(self.0.as_str(), message)
+    }
+
     pub(crate) fn refuse(&self, message: &str) -> Checked {
-        Err(SceneError::new(self.0.as_str(), message))
+        Err(self.error(message))
     }
 
     pub(crate) fn demand(&self, met: bool, message: impl FnOnce() -> String) -> Checked {

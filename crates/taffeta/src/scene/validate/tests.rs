@@ -102,7 +102,7 @@ fn shapes_and_places_must_make_sense() {
         s.bodies[0].kind = Kind::Soft;
         s.bodies[0].springs.internal = Some(twice);
     };
-    refused(soft, "body[0].springs.internal", "count = 3 and a file");
+    refused(soft, "body[0].springs.internal", "a count of 3 and a file");
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn a_scene_has_no_more_of_anything_than_32_bits_can_number() {
         s.bodies[0].kind = Kind::Soft;
         s.bodies[0].springs.internal = Some(Internal { count: u32::MAX, ..Internal::default() });
     };
-    refused(struts, "body[0].springs.internal", "count = 4294967295, 268435456 struts");
+    refused(struts, "body[0].springs.internal", "a count of 4294967295, 268435456 struts");
     let many = |s: &mut Scene| {
         let first = s.bodies[0].clone();
         s.bodies.extend((1..30).map(|i| Body { name: format!("b{i}"), ..first.clone() }));

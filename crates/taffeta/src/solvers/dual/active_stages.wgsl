@@ -1,5 +1,11 @@
 // Springs that become constraints where they are too long: which, and their list in ascending order.
 
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+#import solvers/dual/solve.wgsl
+
 /// Whether a spring is a constraint in this sub-step.
 fn becomes_active(link: Link) -> bool {
     let a = old_position[link.a];

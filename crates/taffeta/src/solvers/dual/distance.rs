@@ -14,6 +14,8 @@
 
 use crate::real::{Real, dot};
 use crate::scene::ConstraintForm;
+#[cfg(feature = "paper-forms")]
+use crate::solvers::dual::printed;
 
 /// How a constraint gives way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,25 +43,43 @@ pub struct Row<T> {
     pub scale: T,
 }
 
+/// Whether a spring with `d` between its ends [m] is a constraint in this sub-step: it is longer than it becomes one at, or it
+/// `was` one and is longer than it stays one at; `limits` are both, squared, by the squared length at rest. One end at least
+/// must be free.
+#[inline(always)]
+pub fn becomes_active<T: Real>(d: [T; 3], rest_length: T, limits: [T; 2], is_free: bool, was: bool) -> bool {
+    let (squared, rest) = (dot(d, d), rest_length * rest_length);
+    is_free && (squared > limits[0] * rest || (was && squared > limits[1] * rest))
+}
+
 impl<T: Real> Softness<T> {
     /// Of a spring of stiffness `k` [N/m] and damping `d` [kg/s] over a step `h` [s]. One of them is more than 0.
-    pub fn spring(k: f64, d: f64, epsilon: f64, form: ConstraintForm, h: f64) -> Self {
-        let compliance = 1.0 / (h * (k * h + d));
+    pub fn spring(k: T, d: T, epsilon: T, form: ConstraintForm, h: T) -> Self {
+        let compliance = T::ONE / (h * (k * h + d));
         match form {
-            ConstraintForm::Compliant | ConstraintForm::Primal => Self {
-                compliance: T::from_f64(compliance),
-                rate: T::from_f64(k * compliance),
-                epsilon: T::from_f64(epsilon),
-                form,
-            },
-            ConstraintForm::Printed => Self::stiff(0.0, form, h),
+            ConstraintForm::Compliant | ConstraintForm::Primal => {
+                Self { compliance, rate: k * compliance, epsilon, form }
+            }
+            #[cfg(feature = "paper-forms")]
+            ConstraintForm::Printed => Self::stiff(T::ZERO, form, h),
         }
     }
 
     /// Without a material: what is too long is closed within a step `h` [s], as far as `epsilon` lets it.
-    pub fn stiff(epsilon: f64, form: ConstraintForm, h: f64) -> Self {
-        let epsilon = if form == ConstraintForm::Printed { 0.0 } else { epsilon };
-        Self { compliance: T::ZERO, rate: T::from_f64(1.0 / (h * h)), epsilon: T::from_f64(epsilon), form }
+    pub fn stiff(epsilon: T, form: ConstraintForm, h: T) -> Self {
+        let epsilon = match form {
+            #[cfg(feature = "paper-forms")]
+            ConstraintForm::Printed => T::ZERO,
+            ConstraintForm::Compliant | ConstraintForm::Primal => epsilon,
+        };
+        Self { compliance: T::ZERO, rate: T::ONE / (h * h), epsilon, form }
+    }
+
+    /// The same in numbers of another sort.
+    pub fn rounded<U: Real>(&self) -> Softness<U> {
+        let [compliance, rate, epsilon] =
+            [self.compliance, self.rate, self.epsilon].map(|number| U::from_f64(number.to_f64()));
+        Softness { compliance, rate, epsilon, form: self.form }
     }
 
     /// The row of a constraint: `d` from its first to its second end [m], the sum of their inverse masses [1/kg], and the
@@ -71,12 +91,13 @@ impl<T: Real> Softness<T> {
         let length = squared.sqrt();
         let inverse = T::ONE / length;
         let free = inverse_mass > T::ZERO;
-        let (scale, compliance, off) = if self.form == ConstraintForm::Printed {
-            let twice = length + length;
-            (twice, T::ZERO, (squared - rest_length * rest_length) / twice)
-        } else {
-            let compliance = self.compliance + self.epsilon * inverse_mass;
-            (T::ONE / (inverse_mass + compliance).sqrt(), compliance, length - rest_length)
+        let (scale, compliance, off) = match self.form {
+            #[cfg(feature = "paper-forms")]
+            ConstraintForm::Printed => printed::row(squared, length, rest_length),
+            ConstraintForm::Compliant | ConstraintForm::Primal => {
+                let compliance = self.compliance + self.epsilon * inverse_mass;
+                (T::ONE / (inverse_mass + compliance).sqrt(), compliance, length - rest_length)
+            }
         };
         let scale = if free { scale } else { T::ZERO };
         let along = scale * inverse;
@@ -99,27 +120,65 @@ pub fn noise<T: Real>(row: &Row<T>, rate: T, x: [T; 3]) -> T {
 ///
 /// Source: Chronopoulos and Gear, "s-step iterative methods for symmetric linear systems", 1989.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Conjugate {
+pub struct Conjugate<T> {
     /// r·r of the iteration before.
-    gamma: f64,
+    pub gamma: T,
     /// Length of the step before.
-    alpha: f64,
+    pub alpha: T,
 }
 
-impl Conjugate {
-    /// The step along the new direction, and the share of the old one in it, from r·r and r·A r; `None` where the system
-    /// answers no more.
-    pub fn step(&mut self, gamma: f64, delta: f64) -> Option<(f64, f64)> {
-        let first = self.gamma == 0.0;
-        let beta = if first { 0.0 } else { gamma / self.gamma };
+/// A step of conjugate gradients.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConjugateStep<T> {
+    /// Along the new direction.
+    pub alpha: T,
+    /// Share of the old direction in the new one.
+    pub beta: T,
+    /// Whether the system answers at all.
+    pub is_there: bool,
+}
+
+impl<T: Real> Conjugate<T> {
+    /// The step along the new direction, and the share of the old one in it, from r·r and r·A r.
+    pub fn next(&self, gamma: T, delta: T) -> ConjugateStep<T> {
+        let first = self.gamma == T::ZERO;
+        let beta = if first { T::ZERO } else { gamma / self.gamma };
         let curvature = if first { delta } else { delta - beta * gamma / self.alpha };
         let alpha = gamma / curvature;
-        if !(curvature > 0.0 && alpha.is_finite()) {
+        ConjugateStep { alpha, beta, is_there: curvature > T::ZERO && alpha.is_finite() }
+    }
+
+    /// Takes the next step, and gives its length and the share of the old direction; `None` where the system answers no more.
+    pub fn step(&mut self, gamma: T, delta: T) -> Option<(T, T)> {
+        let step = self.next(gamma, delta);
+        if !step.is_there {
             return None;
         }
-        (self.gamma, self.alpha) = (gamma, alpha);
-        Some((alpha, beta))
+        *self = Self { gamma, alpha: step.alpha };
+        Some((step.alpha, step.beta))
     }
+}
+
+/// By what a start x is multiplied to be nearest to the solution in the norm of the system, from x·b and x·A x: as it is, that
+/// of a sub-step that was cut short can be worse than none.
+pub fn start_share<T: Real>(along: T, curvature: T) -> T {
+    if along > T::ZERO && curvature > T::ZERO { along / curvature } else { T::ZERO }
+}
+
+/// Squared residual at which a system is solved, by the squares of the tolerance, of the right side and of its noise.
+pub fn limit<T: Real>(tolerance_squared: T, right: T, noise: T) -> T {
+    (tolerance_squared * right).max(noise)
+}
+
+/// Whether anything is left to do at a squared residual after some iterations. A residual that is no number is not worked on.
+pub fn is_left<T: Real>(gamma: T, limit: T, iterations: u32, most: u32) -> bool {
+    gamma > limit && iterations < most
+}
+
+/// Squared residual by that of the right side, or by what the noise stands for.
+pub fn share_left<T: Real>(gamma: T, right: T, limit: T, tolerance_squared: T) -> T {
+    let whole = right.max(limit / tolerance_squared);
+    if whole > T::ZERO { gamma / whole } else { T::ZERO }
 }
 
 #[cfg(test)]
@@ -141,15 +200,6 @@ mod tests {
         }
         // Diagonal of the scaled system.
         assert!((2.0 * dot(row.direction, row.direction) + row.compliance - 1.0).abs() < 1e-14);
-    }
-
-    #[test]
-    fn the_printed_row_is_that_of_the_squared_length() {
-        let softness = Softness::<f64>::spring(10.0, 2.0, 0.5, ConstraintForm::Printed, 0.5);
-        let row = softness.row([3.0, 0.0, 4.0], 2.0, 4.0);
-        // Φ = 25 − 16, gradient 2 d.
-        assert_eq!((row.direction, row.compliance, row.scale), ([6.0, 0.0, 8.0], 0.0, 10.0));
-        assert!((row.right - 9.0 / 0.25).abs() < 1e-13);
     }
 
     #[test]

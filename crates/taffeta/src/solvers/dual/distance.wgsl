@@ -12,6 +12,9 @@
 // D = 1/(h (k h + e)) and c = k (l − L)/(h (k h + e)): that is, λ = k (l − L) + e l̇ at the end of the step, in which l
 // changes along n. Each row and column is multiplied by its s, so that the diagonal of the system is 1.
 
+#import gpu/wgsl/vector.wgsl
+#import solvers/dual/printed.wgsl
+
 /// How a constraint gives way.
 struct Softness {
     /// Compliance 1/(h (k h + e)) [1/kg]; 0: none but `epsilon`.
@@ -61,14 +64,14 @@ fn constraint_row(softness: Softness, d: vec3f, inverse_mass: f32, rest_length: 
     let squared = select(length_squared, TINY, length_squared < TINY);
     let length = sqrt(squared);
     let inverse = 1.0 / length;
-    let twice = length + length;
     var compliance = softness.compliance + softness.epsilon * inverse_mass;
     var scale = 1.0 / sqrt(inverse_mass + compliance);
     var off = length - rest_length;
     if softness.form == PRINTED_CONSTRAINT {
-        compliance = 0.0;
-        scale = twice;
-        off = (squared - rest_length * rest_length) / twice;
+        let printed = printed_row(squared, length, rest_length);
+        scale = printed.x;
+        compliance = printed.y;
+        off = printed.z;
     }
     scale = select(0.0, scale, inverse_mass > 0.0);
     let along = scale * inverse;
@@ -79,9 +82,6 @@ fn constraint_row(softness: Softness, d: vec3f, inverse_mass: f32, rest_length: 
 fn row_noise(row: ConstraintRow, rate: f32, x: vec3f) -> f32 {
     return row.scale * (rate * (EPSILON * (abs(x.x) + abs(x.y) + abs(x.z))));
 }
-
-/// Distance from 1 to the next number.
-const EPSILON: f32 = 1.1920929e-7;
 
 /// The scalars of conjugate gradients with one reduction an iteration.
 ///

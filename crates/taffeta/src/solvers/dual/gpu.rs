@@ -14,7 +14,13 @@ use crate::solvers::dual::gpu_layout::{Link, LinkGroup, Met, NodeGroup, Row, Sol
 use crate::solvers::dual::gpu_tables::Linked;
 use crate::step::{Marks, Op, Stage};
 use std::ops::Range;
-use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack};
+use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] = shaders!(
+    "solvers/dual",
+    ["active_stages.wgsl", "ahead.wgsl", "distance.wgsl", "printed.wgsl", "solve.wgsl", "stages.wgsl"]
+);
 
 /// Iterations from one count of open systems to the next.
 const BETWEEN_COUNTS: u32 = 8;

@@ -10,5 +10,7 @@ pub mod gpu_layout;
 pub mod gpu_tables;
 #[cfg(feature = "gpu")]
 pub mod parity;
+#[cfg(feature = "paper-forms")]
+pub mod printed;
 #[cfg(feature = "gpu")]
 pub mod twin;

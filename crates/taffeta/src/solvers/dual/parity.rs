@@ -9,7 +9,7 @@ use crate::real::{norm, scale};
 use crate::scene::{ConstraintForm, Method, Solver};
 use crate::solvers::dual::gpu_layout::{Link, LinkGroup, Met, Progress, Row, Solve, Taken};
 use crate::solvers::dual::gpu_tables::Linked;
-use crate::solvers::dual::twin::{Twin, Work, becomes_active};
+use crate::solvers::dual::twin::{Twin, Work, is_active};
 use crate::solvers::explicit::parity::kernel_of;
 use taffeta_gpu::bytemuck::{Pod, Zeroable};
 use taffeta_gpu::{Access, Kernel};
@@ -54,13 +54,17 @@ fn solvers() -> [Solver; 4] {
         (solver.acad.threshold, solver.acad.target) = (0.25, 0.05);
         solver
     };
-    let mut cold = solver(Method::Ice, ConstraintForm::Printed);
+    #[cfg(feature = "paper-forms")]
+    let other = ConstraintForm::Printed;
+    #[cfg(not(feature = "paper-forms"))]
+    let other = ConstraintForm::Compliant;
+    let mut cold = solver(Method::Ice, other);
     cold.ice.warm_start = false;
     [
         solver(Method::Ice, ConstraintForm::Compliant),
         cold,
         solver(Method::Acad, ConstraintForm::Compliant),
-        solver(Method::Acad, ConstraintForm::Printed),
+        solver(Method::Acad, other),
     ]
 }
 
@@ -137,7 +141,7 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
             work.met[end] = some_met(&mut chance, fixture.old.position[end][3] > 0.0, colliders);
         }
     }
-    at_all_cases(linked, &mut work, &mut chance, (solving, shift));
+    at_all_cases(fixture, &mut work, &mut chance, (solving, shift));
     work
 }
 
@@ -166,31 +170,28 @@ fn some_row(chance: &mut Chance) -> Row {
     Row { direction, r, w, s, p: chance.number(), x: chance.number() }
 }
 
-fn at_all_cases(linked: &Linked, work: &mut Work, chance: &mut Chance, (solving, shift): (&Solving, usize)) {
-    for (number, solve) in (0..).zip(&mut work.solves) {
-        let case = (number as usize + shift) % CASES;
-        let groups: Vec<usize> =
-            (0..work.sums.len()).filter(|&g| linked.link_groups[g].solve == number).collect();
+fn at_all_cases(
+    fixture: &Fixture,
+    work: &mut Work,
+    chance: &mut Chance,
+    (solving, shift): (&Solving, usize),
+) {
+    for number in 0..work.solves.len() {
+        let case = (number + shift) % CASES;
         if case == 10 {
             // A system that answers the other way.
-            groups.iter().for_each(|&group| work.sums[group][1] *= -1.0);
+            let groups = fixture.tables.linked.link_groups.iter().zip(&mut work.sums);
+            groups.filter(|(group, _)| group.solve as usize == number).for_each(|(_, sum)| sum[1] *= -1.0);
         }
-        let twin_sums = sum_of(&groups, work.sums.as_slice(), solve.active_links);
-        solve.kept = progress(chance, case, twin_sums, solving.most_iterations);
+        let sums = Twin { fixture, solving: *solving, work: work.clone() }.body_sums(number);
+        let solve = &mut work.solves[number];
+        solve.kept = progress(chance, case, sums, solving.most_iterations);
         solve.next = progress(chance, (case + 4) % CASES, [0.5; 4], solving.most_iterations);
         if shift + 1 == CASES {
             // All are done, as well as they can be.
             (solve.kept.is_done, solve.next.gamma, solve.next.limit) = (1, 0.125, 0.125);
         }
     }
-}
-
-fn sum_of(groups: &[usize], sums: &[[f32; 4]], active: u32) -> [f32; 4] {
-    let mut lanes = vec![[0.0; 4]; GROUP];
-    for (i, &group) in groups.iter().enumerate().take(active.div_ceil(GROUP as u32) as usize) {
-        lanes[i % GROUP] = [0, 1, 2, 3].map(|k| lanes[i % GROUP][k] + sums[group][k]);
-    }
-    crate::solvers::dual::twin::by_halves(lanes)
 }
 
 /// The active constraints of each body in ascending order, and how many there are.
@@ -446,7 +447,7 @@ fn mark(bench: &mut Bench<'_>) -> Result<(), String> {
             // None so near that rounding decides.
             let near = |link: &Link, share: f32| Link { rest_length: link.rest_length * share, ..*link };
             let decides = |link: &Link| {
-                let is = |share| becomes_active(&near(link, share), &fixture.old.position, &solving);
+                let is = |share| is_active(&near(link, share), &fixture.old.position, &solving);
                 is(0.9999) != is(1.0001)
             };
             start.links.iter_mut().filter(|link| decides(link)).for_each(|link| link.rest_length *= 0.9);
@@ -476,7 +477,7 @@ fn put_on_thresholds(fixture: &mut Fixture, links: &mut [Link]) {
 
 /// Lists of all sizes, of one body and of several.
 fn list(bench: &mut Bench<'_>) -> Result<(), String> {
-    let kernel = bench.kernel(Name::new("list_active"), &[], &[("KINDS", 1.0)])?;
+    let kernel = bench.kernel(Name::new("list_active"), &[("KINDS", 1.0)])?;
     for sizes in [&[0][..], &[1], &[255], &[256], &[257], &[100_000], &[300, 1, 0, 700, 256]] {
         for share in [-1.0, -0.4, 0.7, 1.0] {
             let mut chance = Chance::new(sizes.len() as u64);

@@ -2,6 +2,9 @@
 // is. A body's rows and nodes are in groups of their own, so that any number of bodies shares a dispatch and each has steps of
 // its own. Groups are summed up by halves, and the groups of a body the same way.
 
+#import contact/colliders/press.wgsl
+#import gpu/wgsl/index.wgsl
+
 /// A spring that is a constraint, always or where it is too long.
 struct Link {
     a: u32,

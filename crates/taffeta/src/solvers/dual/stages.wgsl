@@ -3,6 +3,20 @@
 // that step does to each node; `solve_rows` takes the step, and applies the system to what is left. Nothing is read back: all
 // iterations that a sub-step may need are written down, and `count_solves` keeps workgroups away when all systems are done.
 
+#import contact/colliders/press.wgsl
+#import contact/colliders/shape.wgsl
+#import elements/spring/spring.wgsl
+#import gpu/wgsl/force.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+#import solvers/dual/ahead.wgsl
+#import solvers/dual/distance.wgsl
+#import solvers/dual/solve.wgsl
+#import solvers/explicit/euler.wgsl
+#import memory
+
 /// Velocities without constraints, and which nodes have any. Springs that are constraints now are taken out of the force.
 @compute @workgroup_size(256)
 fn free_velocities(
@@ -93,31 +107,6 @@ fn set_up_rows(
         solves[group.solve].kept = start;
         solves[group.solve].next = start;
     }
-}
-
-/// The surface that will hold a node: of several, that in which it would be deepest. Of meshes, `before` says it.
-fn surface_ahead(node: Coming, before: Met) -> Met {
-    var found = met_of(free_press(), 0u, 0.0);
-    var deepest = 0.0;
-    if before.inside > 0.0 {
-        found = before;
-        deepest = before.inside;
-    }
-    let first = substeps[0].first_collider;
-    for (var i = 0u; i < substeps[0].colliders; i++) {
-        let collider = colliders[first + i];
-        if collider.kind == MESH {
-            continue;
-        }
-        let held = press_of(collider, node);
-        // Of two that are as deep, the first.
-        let is_first = held.inside == deepest && deepest > 0.0 && i < found.surface;
-        if held.inside > deepest || is_first {
-            deepest = held.inside;
-            found = met_of(held.press, i, 0.0);
-        }
-    }
-    return found;
 }
 
 /// Finds the surface that will hold each node, as far as the pulls of the last sub-step tell; then the velocity without

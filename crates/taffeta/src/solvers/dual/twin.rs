@@ -1,15 +1,24 @@
-//! Constraints on the CPU, kernel by kernel, in the order in which the GPU takes sums.
+//! Drivers that take the CPU's formulas and kernels of constraints through the GPU's arrays, in the order in which the GPU takes
+//! sums.
 
+use crate::backend::Backend;
 use crate::contact::colliders::moving::ColliderNow;
-use crate::contact::colliders::press::{Coming, Press};
+use crate::contact::colliders::press::{Coming, Depth, Press, deepest, fall};
+use crate::contact::colliders::shape::ShapeNow;
+use crate::cpu::simd::Kernel;
 use crate::elements::spring::spring;
 use crate::gpu::layout::{Four, GROUP, Solving};
 use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
-use crate::real::{add, dot, norm, scale, sub};
-use crate::scene::ConstraintForm;
-use crate::solvers::dual::distance::{Row as SetUp, Softness, noise};
+use crate::gpu::parity::mesh_scene::nearest_of;
+use crate::real::{Real, add, scale, sub};
+use crate::solvers::dual::cpu::Quad;
+use crate::solvers::dual::cpu::kernels::{Advance, Along, Apply, Combine, GatherPulls, Multiply, gather};
+use crate::solvers::dual::distance::{
+    Conjugate, Row as SetUp, Softness, becomes_active, is_left, limit, noise, share_left, start_share,
+};
 use crate::solvers::dual::gpu_layout::{Link, Met, Progress, Row, Solve, Taken};
 use crate::solvers::explicit::euler;
+use std::slice::{from_mut, from_ref};
 
 /// The arrays that kernels of constraints work on.
 #[derive(Clone)]
@@ -44,13 +53,21 @@ pub fn by_halves(mut lanes: Vec<[f32; 4]>) -> [f32; 4] {
     lanes[0]
 }
 
-/// Whether a spring becomes a constraint.
-pub fn becomes_active(link: &Link, position: &[Four], solving: &Solving) -> bool {
+/// The sum of what groups have: each lane takes every 256th.
+pub fn by_lanes(sums: &[[f32; 4]]) -> [f32; 4] {
+    let mut lanes = vec![[0.0; 4]; GROUP];
+    for (i, sum) in sums.iter().enumerate() {
+        lanes[i % GROUP] = [0, 1, 2, 3].map(|k| lanes[i % GROUP][k] + sum[k]);
+    }
+    by_halves(lanes)
+}
+
+/// Whether a spring is a constraint.
+pub fn is_active(link: &Link, position: &[Four], solving: &Solving) -> bool {
     let [a, b] = [link.a, link.b].map(|end| position[end as usize]);
-    let d = sub(three(b), three(a));
-    let (squared, rest) = (dot(d, d), link.rest_length * link.rest_length);
-    let stays = link.is_active != 0 && squared > solving.release * rest;
-    (a[3] > 0.0 || b[3] > 0.0) && (squared > solving.activation * rest || stays)
+    let limits = [solving.activation, solving.release];
+    let is_free = a[3] > 0.0 || b[3] > 0.0;
+    becomes_active(sub(three(b), three(a)), link.rest_length, limits, is_free, link.is_active != 0)
 }
 
 /// How a surface holds a node, as kernels keep it.
@@ -61,21 +78,73 @@ pub fn met_of(press: Press<f32>, surface: u32, is_pulled: bool) -> Met {
 
 /// The surface that will hold a node, where `before` is what meshes have found.
 pub fn surface_ahead(colliders: &[ColliderNow<f32>], coming: &Coming<f32>, before: &Met) -> Met {
-    let free = met_of(Press::FREE, 0, true);
-    let mut found = if before.inside > 0.0 { *before } else { free };
-    let mut deepest = found.inside;
-    for (surface, collider) in (0..).zip(colliders) {
-        let Some((inside, press)) = Press::of(collider, coming) else { continue };
-        let is_first = inside == deepest && deepest > 0.0 && surface < found.surface;
-        if inside > deepest || is_first {
-            (deepest, found) = (inside, met_of(press, surface, true));
+    let mut index = 0..;
+    let found = deepest(colliders, |collider| {
+        let surface = index.next()?;
+        let own = Press::of(collider, coming).map(|(inside, press)| (inside, met_of(press, surface, true)));
+        let known = (before.inside > 0.0 && before.surface == surface).then_some((before.inside, *before));
+        match (own, known) {
+            (Some(own), Some(known)) => Some(if own.0 > known.0 { own } else { known }),
+            (own, known) => own.or(known),
         }
-    }
-    found
+    });
+    found.map_or(met_of(Press::FREE, 0, true), |(met, _)| met)
+}
+
+/// The mesh that will hold a node, as kernels keep it.
+pub fn mesh_ahead(fixture: &Fixture, coming: &Coming<f32>) -> Met {
+    let found = deepest(&fixture.substep().colliders, |collider| {
+        press_of_mesh(fixture, collider, coming).map(|found| (found.0, found))
+    });
+    found.map_or(met_of(Press::FREE, 0, true), |((inside, press), surface)| Met {
+        inside,
+        ..met_of(press, surface, true)
+    })
+}
+
+fn press_of_mesh(
+    fixture: &Fixture,
+    collider: &ColliderNow<f32>,
+    coming: &Coming<f32>,
+) -> Option<(f32, Press<f32>)> {
+    let ShapeNow::Mesh(now) = &collider.shape else { return None };
+    let surface = &fixture.surfaces[now.index as usize];
+    let place = now.local(coming.place);
+    let around = surface.tree(now).around(place, f32::FAR);
+    let touch = surface.resting(now, place, &nearest_of(surface, now, place)?, &around);
+    let [normal, velocity] = [touch.normal, touch.velocity].map(|way| now.place.turn(way));
+    Press::of_mesh(&collider.touching, coming, Depth { depth: touch.depth, normal, velocity })
 }
 
 pub fn press_of(met: &Met) -> Press<f32> {
     Press { normal: met.normal, yields: met.yields, velocity: met.velocity, surface: met.along }
+}
+
+/// A row, as the CPU's kernels have it.
+fn quad(row: &Row, compliance: f32) -> Quad<f32> {
+    let [x, y, z] = row.direction;
+    Quad([x, y, z, compliance])
+}
+
+/// The pull of a row along its direction.
+fn pull_along(row: &Row, length: f32) -> Quad<f32> {
+    let mut pulled = Quad::default();
+    Along { rows: &[quad(row, 0.0)], vector: &[length], pulled: from_mut(&mut pulled) }.run();
+    pulled
+}
+
+/// A row's vectors after a step; the first one is from the right side to what the pulls to start from leave of it.
+fn stepped(before: &Row, step: &Progress) -> Row {
+    let Row { mut r, w, mut s, mut p, mut x, .. } = *before;
+    if step.passes == 1 {
+        (r, s, p) = (p, 0.0, 0.0);
+        Combine { to: from_mut(&mut r), factor: -step.alpha, other: &[w] }.run();
+        Multiply { vector: from_mut(&mut x), factor: step.alpha }.run();
+    } else if step.passes > 1 {
+        let [x, r, p, s] = [&mut x, &mut r, &mut p, &mut s].map(from_mut);
+        Advance { alpha: step.alpha, beta: step.beta, x, r, p, s, w: &[w] }.run();
+    }
+    Row { r, s, p, x, ..*before }
 }
 
 /// A fixture's work, as its kernels find it.
@@ -97,12 +166,12 @@ impl Twin<'_> {
         groups.iter().flat_map(|g| nodes(g.first, g.count).map(|node| (node, g.solve as usize))).collect()
     }
 
-    /// For each node the constraints at it, with their signs.
-    fn incident(&self) -> Vec<Vec<(usize, f32)>> {
+    /// For each node the constraints at it, with which of their ends.
+    fn incident(&self) -> Vec<Vec<(usize, u32)>> {
         let mut all = vec![Vec::new(); self.fixture.tables.len()];
         for (number, link) in self.work.links.iter().enumerate() {
-            all[link.a as usize].push((number, -1.0));
-            all[link.b as usize].push((number, 1.0));
+            all[link.a as usize].push((number, 0));
+            all[link.b as usize].push((number, 1));
         }
         all
     }
@@ -110,7 +179,7 @@ impl Twin<'_> {
     pub fn mark(&mut self) {
         let position = &self.fixture.old.position;
         for link in &mut self.work.links {
-            link.is_active = becomes_active(link, position, &self.solving).into();
+            link.is_active = is_active(link, position, &self.solving).into();
         }
         let groups = &self.fixture.tables.linked.link_groups;
         self.work.active_counts = groups
@@ -143,15 +212,11 @@ impl Twin<'_> {
     }
 
     fn softness(&self, link: &Link) -> Softness<f32> {
-        let (Solving { epsilon, form, is_adaptive, .. }, h) = (self.solving, self.h());
-        let printed = form == ConstraintForm::Printed as u32;
-        let form = if printed { ConstraintForm::Printed } else { ConstraintForm::Compliant };
-        if printed || is_adaptive != 0 {
-            let epsilon = if printed { 0.0 } else { epsilon };
-            return Softness { compliance: 0.0, rate: 1.0 / (h * h), epsilon, form };
+        let (solver, h, epsilon) = (&self.fixture.cpu.assembly().solver, self.h(), self.solving.epsilon);
+        if self.solving.is_adaptive != 0 {
+            return Softness::stiff(epsilon, solver.acad.form, h);
         }
-        let compliance = 1.0 / (h * (link.k * h + link.damping));
-        Softness { compliance, rate: link.k * compliance, epsilon, form }
+        Softness::spring(link.k, link.damping, epsilon, solver.ice.form, h)
     }
 
     pub fn set_up(&mut self) {
@@ -179,28 +244,35 @@ impl Twin<'_> {
         }
     }
 
-    /// What pulls do to a node at which these constraints are.
-    fn gathered(&self, incident: &[(usize, f32)]) -> [f32; 3] {
-        let mut sum = [0.0_f32; 3];
-        for &(number, sign) in incident {
-            let pull = scale(self.work.rows[number].direction, self.work.rows[number].x);
-            sum = [0, 1, 2].map(|axis| sum[axis] + sign * pull[axis]);
-        }
-        sum
+    /// The pulls of constraints at a node, as long as `of` says, and where they stand.
+    fn pulls(&self, incident: &[(usize, u32)], of: impl Fn(&Row) -> f32) -> (Vec<Quad<f32>>, Vec<u32>) {
+        let rows = incident.iter().map(|&(number, _)| &self.work.rows[number]);
+        let pulled = rows.map(|row| pull_along(row, of(row))).collect();
+        (pulled, (0..).zip(incident).map(|(at, &(_, end))| 2 * at + end).collect())
     }
 
-    /// The surface that will hold a node.
-    fn ahead(&self, coming: &Coming<f32>, before: &Met) -> Met {
-        surface_ahead(&self.fixture.substep().colliders, coming, before)
+    /// What they do to its velocity, held by a surface or not.
+    fn answer(&self, node: usize, (pulled, entries): (Vec<Quad<f32>>, Vec<u32>), held: bool) -> [f32; 3] {
+        let (press, mut out) = (press_of(&self.work.met[node]), Quad::default());
+        let kernel = GatherPulls {
+            spans: &[[0, entries.len() as u32]],
+            entries: &entries,
+            pulled: &pulled,
+            places: &[0],
+            inverse_mass: &[self.fixture.old.position[node][3]],
+            press: if held { from_ref(&press) } else { &[] },
+            out: from_mut(&mut out),
+        };
+        kernel.run();
+        three(out.0)
     }
 
     /// A node as it comes to surfaces.
-    fn coming(&self, node: usize, incident: &[(usize, f32)]) -> Coming<f32> {
+    fn coming(&self, node: usize, incident: &[(usize, u32)]) -> Coming<f32> {
         let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
         let h = self.h();
-        let pulls = scale(scale(self.gathered(incident), x[3]), -h);
-        let fall = norm(self.fixture.records()[SUBSTEP].gravity) * h * h;
-        Coming { place: three(x), free, pulls, fall, h }
+        let pulls = scale(self.answer(node, self.pulls(incident, |row| row.x), false), -h);
+        Coming { place: three(x), free, pulls, fall: fall(self.fixture.records()[SUBSTEP].gravity, h), h }
     }
 
     pub fn meet_meshes(&mut self) {
@@ -208,7 +280,7 @@ impl Twin<'_> {
         for (node, _) in self.nodes() {
             let is_free = self.fixture.old.position[node][3] > 0.0;
             if self.work.met[node].is_pulled != 0 && is_free && self.solving.is_adaptive == 0 {
-                self.work.met[node] = self.fixture.mesh_ahead(&self.coming(node, &incident[node]));
+                self.work.met[node] = mesh_ahead(self.fixture, &self.coming(node, &incident[node]));
             }
         }
     }
@@ -224,26 +296,39 @@ impl Twin<'_> {
             let mut rate = free.map(|c| c / h);
             if held && x[3] > 0.0 {
                 let coming = self.coming(node, &incident[node]);
-                self.work.met[node] = self.ahead(&coming, &self.work.met[node]);
+                let colliders = &self.fixture.substep().colliders;
+                self.work.met[node] = surface_ahead(colliders, &coming, &self.work.met[node]);
             }
             if held {
-                let press = press_of(&self.work.met[node]);
-                rate = add(press.yielded(rate), scale(press.velocity, 1.0 / h));
+                rate = press_of(&self.work.met[node]).rate(rate, h);
             }
             self.work.response[node] = [rate[0], rate[1], rate[2], 0.0];
         }
     }
 
     pub fn start(&mut self) {
-        for (link, row) in
-            self.work.links.iter().zip(&mut self.work.rows).filter(|(link, _)| link.is_active != 0)
-        {
-            let [a, b] = [link.a, link.b].map(|end| three(self.work.response[end as usize]));
-            row.p += dot(sub(b, a), row.direction);
+        for number in (0..self.work.rows.len()).filter(|&number| self.work.links[number].is_active != 0) {
+            self.work.rows[number].p += self.apply(number, 0.0)[0];
         }
         if self.solving.is_warm == 0 {
             self.work.rows.iter_mut().for_each(|row| (row.x, row.r) = (0.0, 0.0));
         }
+    }
+
+    /// The system applied to a vector of this number at a row, and that number by itself and by the product.
+    fn apply(&self, number: usize, vector: f32) -> [f32; 3] {
+        let (link, compliance) = (self.work.links[number], self.work.scales[number][1]);
+        let response = [link.a, link.b].map(|end| Quad(self.work.response[end as usize]));
+        let mut product = 0.0;
+        let kernel = Apply {
+            rows: &[quad(&self.work.rows[number], compliance)],
+            ends: &[[0, 1]],
+            response: &response,
+            vector: &[vector],
+            out: from_mut(&mut product),
+        };
+        let [squared, along] = kernel.run();
+        [product, squared as f32, along as f32]
     }
 
     fn judged(&self, kept: Progress, sums: [f32; 4]) -> Progress {
@@ -252,31 +337,26 @@ impl Twin<'_> {
         match kept.passes {
             0 => {}
             1 => {
-                (next.right, next.limit) = (first, (self.solving.tolerance_squared * first).max(second));
-                next.alpha = if along > 0.0 && curvature > 0.0 { along / curvature } else { 0.0 };
+                (next.right, next.limit) = (first, limit(self.solving.tolerance_squared, first, second));
+                next.alpha = start_share(along, curvature);
             }
             passes => {
                 next.gamma = first;
-                let is_first = kept.gamma == 0.0;
-                next.beta = if is_first { 0.0 } else { first / kept.gamma };
-                let curvature = if is_first { second } else { second - next.beta * first / kept.alpha };
-                next.alpha = first / curvature;
-                let is_left = first > next.limit && passes - 2 < self.solving.most_iterations;
-                next.is_done = u32::from(!(is_left && curvature > 0.0 && next.alpha.is_finite()));
+                let step = Conjugate { gamma: kept.gamma, alpha: kept.alpha }.next(first, second);
+                let is_left = is_left(first, next.limit, passes - 2, self.solving.most_iterations);
+                next.is_done = u32::from(!(is_left && step.is_there));
+                (next.alpha, next.beta) = (step.alpha, step.beta);
             }
         }
         next
     }
 
-    fn body_sums(&self, solve: usize) -> [f32; 4] {
+    /// The sums over the rows of a system, of its groups in the order of lanes.
+    pub fn body_sums(&self, solve: usize) -> [f32; 4] {
         let groups = &self.fixture.tables.linked.link_groups;
         let Some(first) = groups.iter().position(|g| g.solve as usize == solve) else { return [0.0; 4] };
         let count = self.work.solves[solve].active_links.div_ceil(GROUP as u32) as usize;
-        let mut lanes = vec![[0.0; 4]; GROUP];
-        for i in 0..count {
-            lanes[i % GROUP] = [0, 1, 2, 3].map(|k| lanes[i % GROUP][k] + self.work.sums[first + i][k]);
-        }
-        by_halves(lanes)
+        by_lanes(&self.work.sums[first..first + count])
     }
 
     fn is_open(&self, solve: usize) -> bool {
@@ -294,18 +374,8 @@ impl Twin<'_> {
             if !open.contains(&solve) || next.is_done != 0 || self.work.met[node].is_pulled == 0 {
                 continue;
             }
-            let mut sum = [0.0_f32; 3];
-            for &(number, sign) in &incident[node] {
-                let row = self.work.rows[number];
-                let left = match self.work.solves[solve].kept.passes {
-                    1 => row.p - next.alpha * row.w,
-                    _ => row.r - next.alpha * (row.w + next.beta * row.s),
-                };
-                let pull = scale(row.direction, left);
-                sum = [0, 1, 2].map(|axis| sum[axis] + sign * pull[axis]);
-            }
-            let answer = scale(sum, self.fixture.old.position[node][3]);
-            let [x, y, z] = press_of(&self.work.met[node]).yielded(answer);
+            let pulls = self.pulls(&incident[node], |row| stepped(row, &next).r);
+            let [x, y, z] = self.answer(node, pulls, true);
             self.work.response[node] = [x, y, z, 0.0];
         }
     }
@@ -333,22 +403,13 @@ impl Twin<'_> {
     }
 
     fn advance(&mut self, number: usize, step: &Progress) -> [f32; 4] {
-        let (before, link) = (self.work.rows[number], self.work.links[number]);
-        let [a, b] = [link.a, link.b].map(|end| three(self.work.response[end as usize]));
-        let Row { r, w, s, p, x, .. } = before;
-        let mut row = match step.passes {
-            0 => before,
-            1 => Row { r: p - step.alpha * w, x: x * step.alpha, p: 0.0, s: 0.0, ..before },
-            _ => {
-                let (p, s) = (r + step.beta * p, w + step.beta * s);
-                Row { p, s, x: x + step.alpha * p, r: r - step.alpha * s, ..before }
-            }
-        };
-        row.w = dot(sub(b, a), row.direction) + self.work.scales[number][1] * row.r;
-        self.work.rows[number] = row;
+        let row = stepped(&self.work.rows[number], step);
+        let [product, squared, along] = self.apply(number, row.r);
+        self.work.rows[number] = Row { w: product, ..row };
         match step.passes {
-            0 => [p * p, s * s, x * p, x * row.w],
-            _ => [row.r * row.r, row.r * row.w, 0.0, 0.0],
+            // The right side, the noise, and the pulls to start from.
+            0 => [row.p * row.p, row.s * row.s, row.x * row.p, row.x * product],
+            _ => [squared, along, 0.0, 0.0],
         }
     }
 
@@ -359,8 +420,9 @@ impl Twin<'_> {
             if met.is_pulled == 0 {
                 continue;
             }
-            let mut pull = self.gathered(&incident[node]).map(|c| -c);
-            if met.normal != [0.0; 3] {
+            let (pulled, entries) = self.pulls(&incident[node], |row| row.x);
+            let mut pull = three(gather(&entries, &pulled).0).map(|c| -c);
+            if press_of(&met).is_pressed() {
                 pull = self.borne(node, &met, pull);
             }
             let [x, y, z] = add(three(self.work.force[node]), pull);
@@ -371,10 +433,8 @@ impl Twin<'_> {
     /// The force of pulls on a node with what a surface does about it.
     fn borne(&self, node: usize, met: &Met, pull: [f32; 3]) -> [f32; 3] {
         let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
-        let kick = self.h() * x[3];
-        let collider = &self.fixture.substep().colliders[met.surface as usize];
-        let after = press_of(met).after(free, scale(pull, kick), &collider.touching);
-        scale(sub(after, free), 1.0 / kick)
+        let touching = &self.fixture.substep().colliders[met.surface as usize].touching;
+        press_of(met).borne_force(free, pull, self.h() * x[3], touching)
     }
 
     /// Workgroups of the next iterations.
@@ -395,10 +455,10 @@ impl Twin<'_> {
                 continue;
             }
             let done = solve.next;
-            let right = done.right.max(done.limit / self.solving.tolerance_squared);
+            let left = share_left(done.gamma, done.right, done.limit, self.solving.tolerance_squared);
             capped |= done.gamma > done.limit;
             taken.iterations = taken.iterations.max(done.passes.max(2) - 2);
-            taken.residual = taken.residual.max(if right > 0.0 { done.gamma / right } else { 0.0 });
+            taken.residual = taken.residual.max(left);
         }
         taken.capped += u32::from(capped);
         taken.active_share = taken.active_share.max(active as f32 / links.max(1) as f32);

@@ -10,7 +10,22 @@ use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
 use crate::solvers::explicit::patches::Patches;
 use crate::step::{Marks, Op, Stage};
-use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError};
+use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError, Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] = shaders!(
+    "solvers/explicit",
+    [
+        "euler.wgsl",
+        "grid_patches.wgsl",
+        "grid_stages.wgsl",
+        "mesh_patches.wgsl",
+        "mesh_stages.wgsl",
+        "node.wgsl",
+        "reach_patch.wgsl",
+        "stages.wgsl"
+    ]
+);
 
 /// Kernels that move particles.
 pub struct Particles {

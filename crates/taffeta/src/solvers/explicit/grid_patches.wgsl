@@ -2,6 +2,17 @@
 // nodes for each sub-step. What lies near the rim becomes wrong, two nodes further in with each sub-step; the inner
 // part is right and written. A dispatch costs as much as a sub-step of some thousand nodes.
 
+#import contact/collider_mesh/no_mesh.wgsl as meshes
+#import elements/load/alone.wgsl as loads
+#import solvers/explicit/reach_patch.wgsl as memory
+#import contact/colliders/response.wgsl
+#import elements/spring/grid.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import solvers/explicit/node.wgsl
+#import touch
+
 /// Rows and columns `first` to `end`.
 struct Part {
     first_row: i32,
@@ -18,11 +29,6 @@ struct Patch {
 }
 
 @group(1) @binding(1) var<storage, read> patches: array<Patch>;
-
-/// Sub-steps that a dispatch takes at most.
-override STEPS: u32 = 64u;
-/// Nodes that an invocation works on at most.
-const OWN: u32 = 4u;
 
 fn is_in(row: i32, col: i32, part: Part) -> bool {
     return row >= part.first_row && row < part.end_row && col >= part.first_col && col < part.end_col;

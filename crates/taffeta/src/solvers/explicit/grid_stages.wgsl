@@ -1,26 +1,16 @@
 // The particle stages on a grid, a tile of nodes for each workgroup.
 
-/// Where a tile begins.
-struct Tile {
-    grid: u32,
-    row: i32,
-    col: i32,
-}
-
-@group(1) @binding(1) var<storage, read> tiles: array<Tile>;
-
-const TILE_COLS: u32 = 32u;
-
-/// The node of an invocation; row -1: none. Reads the tile's grid.
-fn cell_of(tile: Tile, lane: u32) -> Cell {
-    let row = tile.row + i32(lane / TILE_COLS);
-    let col = tile.col + i32(lane % TILE_COLS);
-    this_grid = grids[tile.grid];
-    if !inside(row, col) {
-        return Cell(-1, -1, 0, 0);
-    }
-    return Cell(row, col, i32(this_grid.first) + row * this_grid.cols + col, this_grid.cols);
-}
+#import contact/collider_mesh/no_mesh.wgsl as meshes
+#import contact/colliders/response.wgsl
+#import elements/spring/grid.wgsl
+#import elements/spring/tiles.wgsl
+#import gpu/wgsl/force.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import solvers/explicit/node.wgsl
+#import loads
+#import memory
+#import touch
 
 @compute @workgroup_size(256)
 fn grid_springs_all(

@@ -1,5 +1,16 @@
 // Several sub-steps at once on small meshes, each whole in the memory of a workgroup.
 
+#import contact/collider_mesh/no_mesh.wgsl as meshes
+#import elements/load/alone.wgsl as loads
+#import solvers/explicit/reach_patch.wgsl as memory
+#import contact/colliders/response.wgsl
+#import elements/spring/mesh.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import solvers/explicit/node.wgsl
+#import touch
+
 /// A mesh: its first place, and its number of places.
 struct Small {
     first: u32,

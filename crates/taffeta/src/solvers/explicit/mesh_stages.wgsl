@@ -1,21 +1,16 @@
 // The particle stages on meshes, 256 neighbouring places for each workgroup.
 
-/// In a run's count: the slice belongs to a grid.
-const NOT_A_MESH: u32 = 0xffffffffu;
-
-/// In a run's count: its entries are a ring of a body that keeps its volume, which has kernels of its own. A grid's count
-/// has this bit as well.
-const IS_RING: u32 = 0x80000000u;
-
-/// Whether a place belongs to a mesh.
-fn is_of_mesh(node: u32) -> bool {
-    return node < arrayLength(&old_position) && runs[node / LANES * KINDS].count != NOT_A_MESH;
-}
-
-/// Whether it belongs to a mesh that keeps no volume.
-fn is_of_free_mesh(node: u32) -> bool {
-    return node < arrayLength(&old_position) && (runs[node / LANES * KINDS].count & IS_RING) == 0u;
-}
+#import contact/collider_mesh/no_mesh.wgsl as meshes
+#import contact/colliders/response.wgsl
+#import elements/spring/mesh.wgsl
+#import elements/spring/places.wgsl
+#import gpu/wgsl/force.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import solvers/explicit/node.wgsl
+#import loads
+#import memory
+#import touch
 
 @compute @workgroup_size(256)
 fn mesh_springs_all(

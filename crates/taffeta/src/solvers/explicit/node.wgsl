@@ -1,5 +1,8 @@
 // The particle stages that concern a node alone.
 
+#import gpu/wgsl/substep.wgsl
+#import solvers/explicit/euler.wgsl
+
 struct Node {
     position: vec4f,
     velocity: vec4f,

@@ -53,7 +53,7 @@ pub fn fixtures(bench: &Bench<'_>) -> Result<[Fixture; 2], String> {
 
 /// The kernel, for slices with as many kinds of springs as the fixtures have.
 pub fn kernel_of(bench: &Bench<'_>, name: Name, fixture: &Fixture) -> Result<Kernel, String> {
-    bench.kernel(name, &[], &[("KINDS", fixture.tables.springs.kinds as f64)])
+    bench.kernel(name, &[("KINDS", fixture.tables.springs.kinds as f64)])
 }
 
 fn integrate(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -318,7 +318,7 @@ fn mesh_patches(bench: &mut Bench<'_>) -> Result<(), String> {
 /// A kernel that takes one sub-step on patches with room for some nodes.
 fn patch_kernel(bench: &Bench<'_>, name: Name, fixture: &Fixture, room: u32) -> Result<Kernel, String> {
     let room = ("ROOM", f64::from(room * PATCH_NODE_BYTES / 4));
-    bench.kernel(name, &[], &[("KINDS", fixture.tables.springs.kinds as f64), room, ("STEPS", 1.0)])
+    bench.kernel(name, &[("KINDS", fixture.tables.springs.kinds as f64), room, ("STEPS", 1.0)])
 }
 
 /// A sub-step of all particle stages but pins, on the places that each case says.
@@ -369,7 +369,7 @@ fn particles(
 
 /// Of the ball, which lies among other bodies.
 fn vertex_normals(bench: &mut Bench<'_>) -> Result<(), String> {
-    let kernel = bench.kernel(Name::new("vertex_normals"), &[], &[])?;
+    let kernel = bench.kernel(Name::new("vertex_normals"), &[])?;
     for fixture in fixtures(bench)? {
         let body = &fixture.cpu.assembly().bodies[1];
         let triangles = body.user_surface().triangles;

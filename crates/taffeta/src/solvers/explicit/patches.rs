@@ -1,5 +1,6 @@
 //! How bodies are cut into patches that fit the memory of a workgroup.
 
+use crate::contact::collider_mesh::tree::WALK_TURNS;
 use crate::elements::spring::gpu::SpringTables;
 use crate::gpu::layout::{
     GROUP, Grid, NOT_A_MESH, OWN, PATCH_NODE_BYTES, Part, Patch, Run, SUBSTEPS_SEEN, Small,
@@ -36,10 +37,6 @@ pub const MOST_TURNS: usize = 60_000;
 /// Turns that contact takes for each collider: each is met, entered in twelve steps, each may press, and a wedge is left in
 /// twelve rounds.
 pub const COLLIDER_TURNS: usize = 26;
-
-/// Turns that walks through the triangles of colliders may take for a node on a software adapter, which does eight nodes side by
-/// side and as many turns as all of them at most: [`MOST_TURNS`] are left for all else then.
-pub const WALK_TURNS: u32 = 6_000;
 
 /// Turns that contact with colliders takes at most, walks through the triangles of meshes included. Each mesh acts in five
 /// rounds, too.

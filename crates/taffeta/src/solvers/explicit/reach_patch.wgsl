@@ -1,5 +1,12 @@
 // Nodes as springs reach them: a patch of the scene in the workgroup's own memory.
 
+#import gpu/wgsl/state.wgsl
+#import solvers/explicit/node.wgsl
+
+/// Sub-steps that a dispatch takes at most.
+override STEPS: u32 = 64u;
+/// Nodes that an invocation works on at most.
+const OWN: u32 = 4u;
 /// Numbers that a patch has room for.
 override ROOM: u32 = 4032u;
 /// Numbers of a node: position [m], velocity [m/s], inverse mass [1/kg]. An odd number, so that neighbouring

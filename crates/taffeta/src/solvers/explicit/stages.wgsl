@@ -1,11 +1,11 @@
 // Each particle stage on its own, for the boundary between CPU and GPU and for comparisons.
 
-/// Force on each node [N], in xyz.
-@group(3) @binding(1) var<storage, read_write> force: array<vec4f>;
-
-fn node_of(id: vec3u, counts: vec3u, lane: u32) -> u32 {
-    return workgroup_index(id, counts) * 256u + lane;
-}
+#import contact/colliders/response.wgsl
+#import gpu/wgsl/force.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import solvers/explicit/node.wgsl
+#import touch
 
 @compute @workgroup_size(256)
 fn integrate_all(

@@ -17,7 +17,13 @@ use crate::solvers::implicit::gpu_layout::{
 use crate::solvers::implicit::gpu_tables::Levelled;
 use crate::step::{Marks, Op, Stage};
 use std::ops::Range;
-use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack};
+use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] = shaders!(
+    "solvers/implicit",
+    ["implicit.wgsl", "level_stages.wgsl", "levels.wgsl", "set_up.wgsl", "stages.wgsl"]
+);
 
 /// Iterations from one count of open systems to the next.
 const BETWEEN_COUNTS: u32 = 2;

@@ -19,10 +19,17 @@
 //! positive, too: B stays positive semi-definite, and where forces balance does not depend on B. From u = v, one step follows
 //! turning springs as well as two do from rest.
 
-use crate::real::{Real, dot, scale};
+use crate::contact::colliders::press::Press;
+use crate::real::{Real, add, dot, scale, sub};
 
 /// Share of the diagonal that is added to a diagonal block before it is inverted, in units of the last place.
 const FLOOR: f64 = 16.0;
+
+/// Damping of Jacobi's iteration: no eigenvalue of a graph's matrix is beyond 2 by its diagonal.
+const DAMPING: f64 = 0.7;
+
+/// Pairs of steps of Jacobi's iteration on the coarsest level of a body.
+pub const LAST_PAIRS: usize = 4;
 
 /// A material over a step h [s].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,9 +60,21 @@ pub struct Link<T> {
 
 impl<T: Real> Stiff<T> {
     /// Of stiffness `k` [N/m] and damping `e` [kg/s] over a step `h` [s].
-    pub fn new(k: f64, e: f64, h: f64) -> Self {
-        let number = T::from_f64;
-        Self { k: number(k), e: number(e), h: number(h), hh: number(h * h), axial: number(h * (k * h + e)) }
+    pub fn new(k: T, e: T, h: T) -> Self {
+        Self { k, e, h, hh: h * h, axial: h * (k * h + e) }
+    }
+
+    /// The same in numbers of another sort.
+    pub fn rounded<U: Real>(&self) -> Stiff<U> {
+        let [k, e, h, hh, axial] =
+            [self.k, self.e, self.h, self.hh, self.axial].map(|number| U::from_f64(number.to_f64()));
+        Stiff { k, e, h, hh, axial }
+    }
+
+    /// The impulse of a spring [N s] along it towards its other end, whose velocity is `dv` [m/s] off.
+    #[inline(always)]
+    pub fn impulse(&self, link: &Link<T>, dv: [T; 3]) -> T {
+        link.impulse + self.h * (self.e * dot(dv, link.along))
     }
 
     /// The spring with `d` from its one end to the other [m].
@@ -87,6 +106,79 @@ pub fn times<T: Real>(m: &Symmetric<T>, v: [T; 3]) -> [T; 3] {
         m[3] * v[0] + m[1] * v[1] + m[5] * v[2],
         m[4] * v[0] + m[5] * v[1] + m[2] * v[2],
     ]
+}
+
+/// B u of a spring.
+#[inline(always)]
+pub fn edge_times<T: Real>(q: [T; 3], across: T, u: [T; 3]) -> [T; 3] {
+    let along = dot(q, u);
+    [q[0] * along + across * u[0], q[1] * along + across * u[1], q[2] * along + across * u[2]]
+}
+
+/// A sum, and a share of what another node or edge has.
+#[inline(always)]
+pub fn add_share<T: Real, const N: usize>(mut sum: [T; N], weight: T, v: [T; N]) -> [T; N] {
+    for one in 0..N {
+        sum[one] += weight * v[one];
+    }
+    sum
+}
+
+/// A step of Jacobi's iteration from a vector that leaves this of the right side.
+#[inline(always)]
+pub fn jacobi<T: Real>(inverse: &Symmetric<T>, left: [T; 3]) -> [T; 3] {
+    times(inverse, left.map(|one| T::from_f64(DAMPING) * one))
+}
+
+/// The diagonal of a node on the finest level: what coarser levels see of it beside edges, and the inverse of `all`, which its
+/// springs and its mass are, as far as it yields.
+#[inline(always)]
+pub fn diagonal<T: Real>(
+    all: &Symmetric<T>,
+    mass: T,
+    is_free: bool,
+    press: &Press<T>,
+) -> (Symmetric<T>, Symmetric<T>) {
+    let none = [T::ZERO; 6];
+    let (mut own, inverse) = if !is_free || press.yields == T::ZERO {
+        (*all, none)
+    } else if press.is_pressed() {
+        (held(all, press.normal), inverse_along(all, press.normal))
+    } else {
+        (none, inverse(all))
+    };
+    own[..3].iter_mut().for_each(|one| *one += mass);
+    (own, inverse)
+}
+
+/// The right side: springs' impulse, less that of the mass for what the velocity is `off`.
+#[inline(always)]
+pub fn right_side<T: Real>(impulse: [T; 3], mass: T, off: [T; 3]) -> [T; 3] {
+    sub(impulse, scale(off, mass))
+}
+
+/// What springs change of a node's velocity [m/s]: what was `found`, and where a surface holds it what they alone, `springs`,
+/// press on that.
+#[inline(always)]
+pub fn pulled_by_springs<T: Real>(press: &Press<T>, found: [T; 3], springs: [T; 3]) -> [T; 3] {
+    if !press.is_pressed() {
+        return found;
+    }
+    if press.yields == T::ZERO {
+        return springs;
+    }
+    let along = sub(found, press.rubbed());
+    add(along, scale(press.normal, dot(sub(springs, along), press.normal)))
+}
+
+/// Whether an error is small enough by what errors are measured by.
+pub fn is_solved<T: Real>(error: T, whole: T, tolerance_squared: T) -> bool {
+    error <= tolerance_squared * whole || error == T::ZERO
+}
+
+/// An error by what errors are measured by.
+pub fn share_left<T: Real>(error: T, whole: T) -> T {
+    if whole > T::ZERO { error / whole } else { T::ZERO }
 }
 
 /// q qᵀ + across.

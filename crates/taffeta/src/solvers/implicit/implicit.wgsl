@@ -16,6 +16,8 @@
 // K' is made of one block for each spring, at the places x + h u: B = (h² k + h e) n nᵀ + h² g (1 − n nᵀ), with
 // g = |k (l − L)|/l at most k: the change of its impulse per change of velocity [kg].
 
+#import gpu/wgsl/vector.wgsl
+
 /// What a spring contributes: B u = q (q·u) + across·u.
 struct SpringLink {
     /// q [kg^½].

@@ -3,6 +3,10 @@
 // Source: Trottenberg, Oosterlee, Schüller, "Multigrid", 2001, §2.4. The first step on the finest level is `step_nodes`' own.
 // Levels of few nodes are a body's tail: one workgroup does all of them, as no dispatch is shorter than its start.
 
+#import contact/colliders/press.wgsl
+#import solvers/dual/solve.wgsl
+#import solvers/implicit/levels.wgsl
+
 /// What the first step on the finest level has left.
 @compute @workgroup_size(256)
 fn left_of_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {

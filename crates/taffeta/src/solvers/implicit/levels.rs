@@ -1,6 +1,7 @@
 //! Coarser levels of bodies whose springs are solved for by multigrid.
 
-use crate::build::Assembly;
+use crate::build::body::BodyAssembly;
+use crate::solvers::constraints::Constraints;
 use crate::solvers::implicit::coarsening::{Coarser, Graph, Weighted};
 use crate::topology::LANES;
 use std::ops::Range;
@@ -26,12 +27,12 @@ pub struct Level {
 
 impl Level {
     /// All levels of a scene but the finest, whose places are the solver's, whose edges the constraints.
-    pub fn all(assembly: &Assembly) -> Vec<Self> {
-        let mut graphs: Vec<Option<Graph>> = graphs(assembly);
+    pub fn all(bodies: &[BodyAssembly], constraints: &Constraints) -> Vec<Self> {
+        let mut graphs: Vec<Option<Graph>> = graphs(bodies, constraints);
         let mut finer = Self {
-            places: assembly.places,
-            bodies: assembly.bodies.iter().map(|body| body.first..body.first + body.nodes).collect(),
-            edges: assembly.constraints.ends.clone(),
+            places: bodies.last().map_or(0, |body| body.first + body.places()),
+            bodies: bodies.iter().map(|body| body.first..body.first + body.nodes).collect(),
+            edges: constraints.ends.clone(),
             ..Self::default()
         };
         let mut levels: Vec<Self> = Vec::new();
@@ -93,9 +94,8 @@ fn first_edges(level: &Level, graphs: &[Option<Graph>]) -> Vec<usize> {
 }
 
 /// The finest graph of each body with constraints.
-fn graphs(assembly: &Assembly) -> Vec<Option<Graph>> {
-    let list = &assembly.constraints;
-    let one = |(body, rows): (&crate::build::body::BodyAssembly, &Range<usize>)| {
+fn graphs(bodies: &[BodyAssembly], list: &Constraints) -> Vec<Option<Graph>> {
+    let one = |(body, rows): (&BodyAssembly, &Range<usize>)| {
         let first = body.first as u32;
         (!rows.is_empty()).then(|| Graph {
             places: body.start.clone(),
@@ -104,12 +104,13 @@ fn graphs(assembly: &Assembly) -> Vec<Option<Graph>> {
             grid: body.grid_layout,
         })
     };
-    assembly.bodies.iter().zip(&list.bodies).map(one).collect()
+    bodies.iter().zip(&list.bodies).map(one).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::build::Assembly;
     use crate::scene::{Body, ConstraintForm, Icosphere, Mass, Mesh, Method, Scene};
 
     #[test]

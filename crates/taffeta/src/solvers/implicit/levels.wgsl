@@ -3,6 +3,9 @@
 // A body's nodes are in groups of their own, so that any number of bodies shares a dispatch. Kernels of a level find its groups
 // alone in `level_groups`.
 
+#import gpu/wgsl/index.wgsl
+#import solvers/implicit/implicit.wgsl
+
 /// Some nodes of one body on a level, 256 at most.
 struct LevelGroup {
     first: u32,

@@ -1,6 +1,18 @@
 // The systems of springs that are solved for by nodes, set up anew in each Newton step: blocks and right side on the finest
 // level, blocks and diagonals of the others by lists.
 
+#import contact/colliders/press.wgsl
+#import gpu/wgsl/force.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+#import solvers/dual/ahead.wgsl
+#import solvers/dual/solve.wgsl
+#import solvers/explicit/euler.wgsl
+#import solvers/implicit/implicit.wgsl
+#import solvers/implicit/levels.wgsl
+
 /// Velocities without springs.
 @compute @workgroup_size(256)
 fn free_nodes(

@@ -3,6 +3,17 @@
 // back: all iterations that a sub-step may need are written down, and `count_descents` keeps workgroups away when all systems
 // are done.
 
+#import contact/colliders/press.wgsl
+#import contact/colliders/shape.wgsl
+#import gpu/wgsl/force.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+#import solvers/dual/distance.wgsl
+#import solvers/dual/solve.wgsl
+#import solvers/implicit/levels.wgsl
+
 /// The sums over the nodes of a body.
 fn sums_of_nodes(group: LevelGroup, lane: u32) -> vec4f {
     var own = vec4f(0.0);

@@ -1,20 +1,25 @@
-//! Springs by nodes on the CPU, kernel by kernel, in the order in which the GPU takes sums.
+//! Drivers that take the CPU's formulas and kernels of springs by nodes through the GPU's arrays, in the order in which the GPU
+//! takes sums.
 
-use crate::contact::colliders::press::{Coming, Press};
+use crate::contact::colliders::press::{Coming, Press, fall};
+use crate::cpu::simd::Kernel;
 use crate::gpu::layout::{Four, GROUP, Solving};
 use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
-use crate::real::{Real, add, dot, norm, scale, sub};
+use crate::real::{add, dot, scale, sub};
+use crate::solvers::dual::distance::{Conjugate, start_share};
 use crate::solvers::dual::gpu_layout::{Met, Taken};
-use crate::solvers::dual::twin::{by_halves, met_of, press_of, surface_ahead, three};
+use crate::solvers::dual::twin::{by_halves, by_lanes, mesh_ahead, met_of, press_of, surface_ahead, three};
 use crate::solvers::explicit::euler;
+use crate::solvers::implicit::cpu::kernels::Advance;
 use crate::solvers::implicit::gpu_layout::{
     Descent, Diagonal, LevelGroup, NodeSolve, SlotSpring, Symmetric, Vector,
 };
-use crate::solvers::implicit::implicit::{self as primal, Stiff};
+use crate::solvers::implicit::implicit::{
+    LAST_PAIRS, Stiff, add_share, block, diagonal, edge_times, inverse, is_solved, jacobi, pulled_by_springs,
+    right_side, share_left, times,
+};
 use crate::topology::LANES;
-
-const DAMPING: f32 = 0.7;
-const SWEEPS: usize = 4;
+use std::slice::from_mut;
 
 /// The arrays that kernels of springs by nodes work on.
 #[derive(Clone)]
@@ -52,20 +57,14 @@ fn sum_of(a: [f32; 6], b: [f32; 6]) -> [f32; 6] {
     std::array::from_fn(|i| a[i] + b[i])
 }
 
-fn is_free(press: &Press<f32>) -> bool {
-    press.normal == [0.0; 3]
-}
-
-/// A sum, and a spring's block times a vector.
+/// A sum, and a spring's block times a vector: the part along it first.
 fn add_link_times(sum: [f32; 3], [x, y, z, across]: Four, u: [f32; 3]) -> [f32; 3] {
-    let q = [x, y, z];
-    add(add(sum, scale(q, dot(q, u))), scale(u, across))
+    add(add(sum, edge_times([x, y, z], 0.0, u)), edge_times([0.0; 3], across, u))
 }
 
-/// A sum, and a spring's block.
-fn add_link(sum: [f32; 6], [x, y, z]: [f32; 3], across: f32) -> [f32; 6] {
-    let square = [x * x, y * y, z * z, x * y, x * z, y * z];
-    std::array::from_fn(|i| if i < 3 { sum[i] + square[i] + across } else { sum[i] + square[i] })
+/// A sum, and a spring's block: the part along it first.
+fn add_link(sum: [f32; 6], q: [f32; 3], across: f32) -> [f32; 6] {
+    sum_of(sum_of(sum, block(q, 0.0)), block([0.0; 3], across))
 }
 
 impl Twin<'_> {
@@ -133,14 +132,13 @@ impl Twin<'_> {
     fn coming(&self, node: usize) -> Coming<f32> {
         let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
         let (gravity, h) = (self.fixture.records()[SUBSTEP].gravity, self.h());
-        let pulls = self.get(Vector::Pulled, node);
-        Coming { place: three(x), free, pulls, fall: norm(gravity) * h * h, h }
+        Coming { place: three(x), free, pulls: self.get(Vector::Pulled, node), fall: fall(gravity, h), h }
     }
 
     pub fn meet_meshes(&mut self) {
         for (node, _) in self.finest() {
             if self.fixture.old.position[node][3] > 0.0 {
-                self.work.met[node] = self.fixture.mesh_ahead(&self.coming(node));
+                self.work.met[node] = mesh_ahead(self.fixture, &self.coming(node));
             }
         }
     }
@@ -155,8 +153,7 @@ impl Twin<'_> {
                 met_of(Press { yields: 0.0, ..Press::FREE }, 0, true)
             };
             let (press, v) = (self.press(node), three(self.fixture.old.velocity[node]));
-            let wanted = add(press.yielded(v), sub(press.velocity, press.rubbed()));
-            let total = if x[3] > 0.0 { sub(wanted, free) } else { [0.0; 3] };
+            let total = if x[3] > 0.0 { sub(press.taken_along(v), free) } else { [0.0; 3] };
             let warm = self.solving.is_warm != 0;
             let start = if warm { press.yielded(sub(pulls, sub(total, press.rubbed()))) } else { [0.0; 3] };
             self.put(Vector::Change, node, [0.0; 3]);
@@ -196,23 +193,15 @@ impl Twin<'_> {
 
     pub fn set_up(&mut self) {
         for (node, _) in self.finest() {
-            let (impulse, diagonal) = self.add_up(node);
+            let (impulse, springs) = self.add_up(node);
             let (mass, press) = (self.mass(node), self.press(node));
-            let [xx, yy, zz, mixed @ ..] = diagonal;
-            let [xy, xz, yz] = mixed;
-            let all = [xx + mass, yy + mass, zz + mass, xy, xz, yz];
-            let own = [mass, mass, mass, 0.0, 0.0, 0.0];
-            let (own, inverse) = if press.yields == 0.0 {
-                (sum_of(own, all), [0.0; 6])
-            } else if is_free(&press) {
-                (own, primal::inverse(&all))
-            } else {
-                (sum_of(own, primal::held(&all, press.normal)), primal::inverse_along(&all, press.normal))
-            };
+            let all = sum_of(springs, [mass, mass, mass, 0.0, 0.0, 0.0]);
+            let is_free = self.fixture.old.position[node][3] > 0.0;
+            let (own, inverse) = diagonal(&all, mass, is_free, &press);
             self.work.diagonals[node] = Diagonal { own: record(own), inverse: record(inverse) };
             self.put(Vector::Impulse, node, impulse);
             let off = sub(self.get(Vector::Total, node), press.rubbed());
-            let right = sub(impulse, scale(off, mass));
+            let right = right_side(impulse, mass, off);
             let [x, y, z] = right;
             let at = self.at(Vector::Left, node);
             self.work.vectors[at] = [x, y, z, mass];
@@ -228,14 +217,14 @@ impl Twin<'_> {
             let SlotSpring { k, damping, rest_length } = self.fixture.tables.levelled.slot_springs[slot];
             let d = sub(self.get(Vector::Way, other), x);
             let dv = sub(self.get(Vector::WayProduct, other), v);
-            let stiff = Stiff { k, e: damping, h, hh: h * h, axial: h * (k * h + damping) };
+            let stiff = Stiff::new(k, damping, h);
             let link = stiff.link(d, rest_length);
             let [qx, qy, qz] = link.q;
             self.work.blocks[slot] = [qx, qy, qz, link.across];
             // Drivers may take h out of the sum: the kernel has it so from the first.
-            let pull = k * (dot(d, d).max(f32::TINY).sqrt() - rest_length);
-            let given = h * (pull + damping * dot(dv, link.along));
-            impulse = add(impulse, scale(link.along, given));
+            let pull = Stiff { h: 1.0, ..stiff };
+            let given = h * pull.impulse(&pull.link(d, rest_length), dv);
+            impulse = add_share(impulse, given, link.along);
             diagonal = add_link(diagonal, link.q, link.across);
         }
         (impulse, diagonal)
@@ -250,11 +239,11 @@ impl Twin<'_> {
                 let at = share.at as usize;
                 let source = if level == 1 {
                     let [x, y, z, across] = self.work.blocks[at];
-                    primal::block([x, y, z], across)
+                    block([x, y, z], across)
                 } else {
                     six(&self.work.coarse[at])
                 };
-                sum = sum_of(sum, source.map(|one| one * share.weight));
+                sum = add_share(sum, share.weight, source);
             }
             edge.slots.iter().for_each(|&slot| self.work.coarse[slot as usize] = record(sum));
         }
@@ -271,11 +260,11 @@ impl Twin<'_> {
         for (node, _) in Self::nodes(&self.fixture.tables.levelled.groups[level]) {
             let mut own = [0.0; 6];
             for (child, weight) in self.children(node) {
-                own = sum_of(own, six(&self.work.diagonals[child].own).map(|one| one * weight));
+                own = add_share(own, weight, six(&self.work.diagonals[child].own));
             }
             let add_slot = |all, (slot, _): (usize, usize)| sum_of(all, six(&self.work.coarse[slot]));
             let all = self.slots(node).into_iter().fold(own, add_slot);
-            self.work.diagonals[node] = Diagonal { own: record(own), inverse: record(primal::inverse(&all)) };
+            self.work.diagonals[node] = Diagonal { own: record(own), inverse: record(inverse(&all)) };
         }
     }
 
@@ -292,25 +281,25 @@ impl Twin<'_> {
     fn level_times(&self, which: Vector, node: usize) -> [f32; 3] {
         let own = self.get(which, node);
         let add_slot = |sum, (slot, other): (usize, usize)| {
-            add(sum, primal::times(&six(&self.work.coarse[slot]), sub(own, self.get(which, other))))
+            add(sum, times(&six(&self.work.coarse[slot]), sub(own, self.get(which, other))))
         };
-        let start = primal::times(&six(&self.work.diagonals[node].own), own);
+        let start = times(&six(&self.work.diagonals[node].own), own);
         self.slots(node).into_iter().fold(start, add_slot)
     }
 
     fn jacobi(&self, node: usize, left: [f32; 3]) -> [f32; 3] {
-        primal::times(&six(&self.work.diagonals[node].inverse), scale(left, DAMPING))
+        jacobi(&six(&self.work.diagonals[node].inverse), left)
     }
 
     fn is_solved(&self, done: &Descent) -> bool {
-        done.error <= self.solving.tolerance_squared * done.whole || done.error == 0.0
+        is_solved(done.error, done.whole, self.solving.tolerance_squared)
     }
 
     fn descended(&self, solve: &NodeSolve, [first, second, third, _]: [f32; 4]) -> Descent {
         let kept = solve.kept;
         let mut next = Descent { alpha: 0.0, beta: 0.0, ..kept };
         if kept.passes < 2 {
-            next.alpha = if first > 0.0 && second > 0.0 { first / second } else { 0.0 };
+            next.alpha = start_share(first, second);
             next.whole = if kept.whole > 0.0 { kept.whole } else { third };
             return next;
         }
@@ -318,15 +307,12 @@ impl Twin<'_> {
             next.whole = first.max(kept.whole);
         }
         next.error = first;
-        let is_first = kept.error == 0.0;
-        let beta = if is_first { 0.0 } else { first / kept.error };
-        let curvature = if is_first { second } else { second - beta * first / kept.alpha };
-        let alpha = first / curvature;
-        if !(curvature > 0.0 && alpha.is_finite()) {
+        let step = Conjugate { gamma: kept.error, alpha: kept.alpha }.next(first, second);
+        if !step.is_there {
             next.is_done = 1;
             return next;
         }
-        (next.iterations, next.alpha, next.beta) = (kept.iterations + 1, alpha, beta);
+        (next.iterations, next.alpha, next.beta) = (kept.iterations + 1, step.alpha, step.beta);
         let is_last = self.is_solved(&next) || next.iterations == self.solving.most_iterations;
         next.is_done = is_last.into();
         next
@@ -334,12 +320,9 @@ impl Twin<'_> {
 
     pub fn body_sums(&self, solve: usize) -> [f32; 4] {
         let groups = &self.fixture.tables.levelled.groups[0];
-        let own: Vec<usize> = (0..groups.len()).filter(|&g| groups[g].solve as usize == solve).collect();
-        let mut lanes = vec![[0.0; 4]; GROUP];
-        for (i, &group) in own.iter().enumerate() {
-            lanes[i % GROUP] = [0, 1, 2, 3].map(|k| lanes[i % GROUP][k] + self.work.sums[group][k]);
-        }
-        by_halves(lanes)
+        let of_solve = |&group: &usize| groups[group].solve as usize == solve;
+        let own: Vec<Four> = (0..groups.len()).filter(of_solve).map(|group| self.work.sums[group]).collect();
+        by_lanes(&own)
     }
 
     pub fn step(&mut self) {
@@ -358,22 +341,23 @@ impl Twin<'_> {
     }
 
     fn advance(&mut self, node: usize, step: &Descent) {
-        let [left, product, change] =
-            [Vector::Left, Vector::Product, Vector::Change].map(|which| self.get(which, node));
-        let left = if step.passes < 2 {
-            let start = self.get(Vector::Cycled, node);
-            self.put(Vector::Change, node, add(change, scale(start, step.alpha)));
-            self.put(Vector::Way, node, [0.0; 3]);
-            self.put(Vector::WayProduct, node, [0.0; 3]);
-            sub(left, scale(product, step.alpha))
+        let all = [Vector::Left, Vector::Product, Vector::Change, Vector::Way, Vector::WayProduct];
+        let [mut left, product, mut change, mut way, mut way_product] =
+            all.map(|which| self.get(which, node));
+        let cycled = self.get(Vector::Cycled, node);
+        if step.passes < 2 {
+            change = add_share(change, step.alpha, cycled);
+            left = add_share(left, -step.alpha, product);
+            (way, way_product) = ([0.0; 3], [0.0; 3]);
         } else {
-            let way = add(self.get(Vector::Cycled, node), scale(self.get(Vector::Way, node), step.beta));
-            let product = add(product, scale(self.get(Vector::WayProduct, node), step.beta));
-            self.put(Vector::Way, node, way);
-            self.put(Vector::WayProduct, node, product);
-            self.put(Vector::Change, node, add(change, scale(way, step.alpha)));
-            sub(left, scale(product, step.alpha))
-        };
+            let [x, r, p, s] =
+                [&mut change, &mut left, &mut way, &mut way_product].map(|v| v.each_mut().map(from_mut));
+            let [z, w] = [&cycled, &product].map(|v| v.each_ref().map(std::slice::from_ref));
+            Advance { alpha: step.alpha, beta: step.beta, x, r, p, s, z, w }.run();
+        }
+        self.put(Vector::Change, node, change);
+        self.put(Vector::Way, node, way);
+        self.put(Vector::WayProduct, node, way_product);
         let (mass, at) = (self.mass(node), self.at(Vector::Left, node));
         self.work.vectors[at] = [left[0], left[1], left[2], mass];
         self.put(Vector::Cycle, node, self.jacobi(node, left));
@@ -415,7 +399,7 @@ impl Twin<'_> {
 
     fn restrict_to(&mut self, nodes: &[usize]) {
         self.all(nodes, Vector::Left, |twin, node| {
-            let follow = |sum, (child, weight)| add(sum, scale(twin.get(Vector::Cycled, child), weight));
+            let follow = |sum, (child, weight)| add_share(sum, weight, twin.get(Vector::Cycled, child));
             twin.children(node).into_iter().fold([0.0; 3], follow)
         });
         self.all(nodes, Vector::Cycle, |twin, node| twin.jacobi(node, twin.get(Vector::Left, node)));
@@ -429,9 +413,10 @@ impl Twin<'_> {
     fn follow_to(&mut self, nodes: &[usize]) {
         self.all(nodes, Vector::Cycle, |twin, node| {
             let parents = twin.fixture.tables.levelled.parents[node];
-            let part =
-                |i: usize| scale(twin.get(Vector::Cycled, parents.nodes[i] as usize), parents.weights[i]);
-            let way = (1..4).fold(part(0), |sum, i| add(sum, part(i)));
+            let follow = |sum, i: usize| {
+                add_share(sum, parents.weights[i], twin.get(Vector::Cycled, parents.nodes[i] as usize))
+            };
+            let way = (0..4).fold([0.0; 3], follow);
             add(twin.get(Vector::Cycle, node), twin.yielded(node, way))
         });
     }
@@ -459,7 +444,7 @@ impl Twin<'_> {
                 }
             }
             let Some((coarsest, others)) = levels.split_last() else { continue };
-            for sweep in 0..2 * SWEEPS - 1 {
+            for sweep in 0..2 * LAST_PAIRS - 1 {
                 let way = [Vector::Cycle, Vector::Cycled];
                 self.smooth_to(coarsest, if sweep % 2 == 0 { way } else { [way[1], way[0]] });
             }
@@ -536,19 +521,13 @@ impl Twin<'_> {
                 continue;
             }
             let press = self.press(node);
-            let mut pulled = add(self.get(Vector::Total, node), self.get(Vector::Change, node));
+            let found = add(self.get(Vector::Total, node), self.get(Vector::Change, node));
+            let pulled = pulled_by_springs(&press, found, scale(self.get(Vector::Product, node), x[3]));
             let mut change = pulled;
-            if !is_free(&press) {
-                let springs = scale(self.get(Vector::Product, node), x[3]);
-                pulled = if press.yields == 0.0 {
-                    springs
-                } else {
-                    let pulled = sub(pulled, press.rubbed());
-                    add(pulled, scale(press.normal, dot(sub(springs, pulled), press.normal)))
-                };
+            if press.is_pressed() {
                 let free = three(self.work.new_velocity[node]);
-                let collider = &self.fixture.substep().colliders[met.surface as usize];
-                change = sub(press.after(free, pulled, &collider.touching), free);
+                let touching = &self.fixture.substep().colliders[met.surface as usize].touching;
+                change = press.borne(free, pulled, touching);
             }
             self.put(Vector::Pulled, node, pulled);
             let force = scale(change, self.mass(node) / self.h());
@@ -574,10 +553,9 @@ impl Twin<'_> {
         let mut capped = false;
         for solve in &self.work.solves {
             let done = solve.next;
-            capped |= !(done.error <= self.solving.tolerance_squared * done.whole || done.error == 0.0);
+            capped |= !is_solved(done.error, done.whole, self.solving.tolerance_squared);
             taken.iterations = taken.iterations.max(solve.before + done.iterations);
-            let share = if done.whole > 0.0 { done.error / done.whole } else { 0.0 };
-            taken.residual = taken.residual.max(share);
+            taken.residual = taken.residual.max(share_left(done.error, done.whole));
         }
         taken.capped += u32::from(capped);
         taken.active_share = 1.0;

@@ -86,11 +86,8 @@ const COLLIDER: [Field<Collider>; 3] = [
 
 const METHODS: [(Method, &str); 3] =
     [(Method::Springs, "springs"), (Method::Ice, "ice"), (Method::Acad, "acad")];
-const FORMS: [(ConstraintForm, &str); 3] = [
-    (ConstraintForm::Compliant, "compliant"),
-    (ConstraintForm::Primal, "primal"),
-    (ConstraintForm::Printed, "printed"),
-];
+const FORMS: [(ConstraintForm, &str); 2] =
+    [(ConstraintForm::Compliant, "compliant"), (ConstraintForm::Primal, "primal")];
 
 /// `[time]`
 pub fn time(ui: &mut Ui, time: &mut Time) -> bool {
@@ -120,7 +117,6 @@ pub fn solver(ui: &mut Ui, solver: &mut Solver) -> bool {
         }
         Method::Acad => {
             // What iterates is that of "ice".
-            changed |= choice(ui, "form", &[FORMS[0], FORMS[2]], &mut solver.acad.form);
             changed |= fields(ui, &ACAD, &mut solver.acad);
             ui.weak("of [solver.ice]:");
             changed |= fields(ui, &ICE[..2], &mut solver.ice) | fields(ui, &ICE[3..4], &mut solver.ice);
@@ -170,8 +166,8 @@ fn mass(ui: &mut Ui, mass: &mut Mass) -> bool {
 
 /// `[body.volume]`
 fn volume(ui: &mut Ui, volume: &mut Volume) -> bool {
-    use VolumeForm::{Corrected, None, PaperShader, Printed, Projected};
-    let forms = [Corrected, Projected, PaperShader, Printed, None].map(|form| (form, form.name()));
+    use VolumeForm::{Corrected, None, Projected};
+    let forms = [Corrected, Projected, None].map(|form| (form, form.name()));
     let mut changed = choice(ui, "form", &forms, &mut volume.form);
     if !volume.motion.is_empty() {
         let words = format!("{} keyframes of the file hold", volume.motion.len());

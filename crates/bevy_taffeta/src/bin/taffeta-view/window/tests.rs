@@ -75,7 +75,7 @@ fn running(app: &mut App) -> Mut<'_, Running> {
 }
 
 fn places(app: &mut App) -> Vec<Vec3> {
-    let mut places = Vec::new();
+    let mut places: Vec<[f32; 3]> = Vec::new();
     running(app).simulation().positions_f32(&mut places);
     places.into_iter().map(Vec3::from).collect()
 }
@@ -326,7 +326,7 @@ fn colours_are_given_to_every_vertex_and_taken_away_again() {
     for colouring in [Colouring::Strain, Colouring::Velocity, Colouring::Contact, Colouring::Plain] {
         app.world_mut().resource_mut::<Looks>().colouring = colouring;
         run(&mut app, 2);
-        let body = running(&mut app).entity(0);
+        let body = running(&mut app).drawn_bodies().next().unwrap().entity;
         let handle = app.world().get::<Mesh3d>(body).unwrap().0.clone();
         let mesh = app.world().resource::<Assets<Mesh>>().get(&handle).unwrap();
         let colours = mesh.attribute(Mesh::ATTRIBUTE_COLOR).map_or(0, |colours| colours.len());

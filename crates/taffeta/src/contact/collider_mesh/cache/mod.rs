@@ -11,8 +11,9 @@ mod node;
 
 use crate::build::Assembly;
 use crate::contact::collider_mesh::surface::{MeshNow, MeshShape, MeshSurface, MeshTouch};
-use crate::contact::colliders::moving::{ColliderNow, Rigid};
-use crate::contact::colliders::press::{Coming, Depth, Press};
+use crate::contact::colliders::moving::ColliderNow;
+use crate::contact::colliders::press::{Coming, Depth, Press, deepest};
+use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{ShapeNow, positive};
 use crate::cpu::column::Column;
 use crate::cpu::shared::Shared;
@@ -145,7 +146,7 @@ impl<T: Real> MeshCache<T> {
 
     /// How the collider in which a node would be deepest will hold it, and which that is.
     pub fn press(&self, colliders: &[ColliderNow<T>], node: usize, coming: &Coming<T>) -> (Press<T>, u32) {
-        Press::deepest(colliders, |collider| match &collider.shape {
+        let found = deepest(colliders, |collider| match &collider.shape {
             ShapeNow::Mesh(mesh) => {
                 // From farther off it does not get there.
                 let most = coming.h * norm(coming.free) + coming.fall;
@@ -153,7 +154,8 @@ impl<T: Real> MeshCache<T> {
                 Press::of_mesh(&collider.touching, coming, touch)
             }
             _ => Press::of(collider, coming),
-        })
+        });
+        found.unwrap_or((Press::FREE, 0))
     }
 
     #[inline(always)]

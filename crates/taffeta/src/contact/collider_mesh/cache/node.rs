@@ -2,7 +2,8 @@
 
 use crate::contact::collider_mesh::cache::MOST;
 use crate::contact::collider_mesh::cache::lanes::{Closest, LANES, View};
-use crate::contact::collider_mesh::surface::{Candidates, Found, MeshNow, MeshTouch};
+use crate::contact::collider_mesh::surface::{Found, MeshNow, MeshTouch};
+use crate::contact::collider_mesh::tree::Candidates;
 use crate::contact::collider_mesh::triangle::Nearest;
 use crate::real::{Real, dot, sub};
 

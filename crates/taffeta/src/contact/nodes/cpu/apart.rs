@@ -1,8 +1,8 @@
 //! Which nodes of two clusters do not touch each other, however near they are.
 
 use crate::build::Assembly;
-use crate::contact::nodes::build::Apart;
 use crate::contact::nodes::cpu::clusters::Cluster;
+use crate::contact::nodes::touching::Apart;
 use crate::topology::LANES;
 
 /// Nodes of two clusters that do not touch: by lane of the second, one bit for each lane of the first.
@@ -41,7 +41,7 @@ impl Masks {
                         slots.push((slot, lane));
                     }
                 };
-                apart.each(body, node - body.first, |other| note(body.first + other));
+                apart.each(body.grid_layout, node - body.first, |other| note(body.first + other));
                 assembly.attachments.apart(node).for_each(note);
             }
             all.push_row(&mut slots);

@@ -78,7 +78,7 @@ fn all_ends<T: Real>(assembly: &Assembly, state: &[Column<T>; 6]) -> BTreeSet<[u
     for (body, touching) in assembly.touching() {
         for local in 0..body.nodes {
             nodes.push((body.first + local, T::from_f64(touching.surface.thickness) * T::from_f64(0.5)));
-            touching.apart.each(body, local, |other| {
+            touching.apart.each(body.grid_layout, local, |other| {
                 apart.insert([body.first + local, body.first + other]);
             });
         }

@@ -1,8 +1,9 @@
 //! Contact with colliders, and of nodes with each other.
 
 use crate::contact::colliders::gpu_layout::Collider;
-use crate::contact::colliders::moving::{ColliderNow, Rigid, Touching};
+use crate::contact::colliders::moving::{ColliderNow, Touching};
 use crate::contact::colliders::response::{NARROW, leave_both, respond};
+use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{
     BoxNow, CapsuleNow, CylinderNow, OnSolid, PlaneNow, ShapeNow, Solid, SphereNow, entry,
 };

@@ -4,8 +4,6 @@ use crate::gpu::parity::formulas::{Answer, Case, by_chance, vector, with_awkward
 use crate::real::{Real, scale};
 use crate::volume::volume::{self, FLAT, Form};
 
-const FORMS: [Form; 4] = [Form::Kept, Form::PaperShader, Form::Printed, Form::Pressure];
-
 /// Every form; nodes that can move, hardly, not at all and about the least; volumes that are as they should be, and nearly.
 pub fn multipliers(exact: bool) -> Vec<Case> {
     let mut cases = by_chance(12, 200);
@@ -27,19 +25,18 @@ pub fn multipliers(exact: bool) -> Vec<Case> {
     // Many nodes, few, and hardly any that may be moved.
     awkward.extend([0.7, 0.063, 0.062, 0.0].map(|free| Case { a: [3.0, 1.0, free], s: 0.7, ..bases[0] }));
     cases = with_awkward(cases, exact, awkward);
-    for (case, kind) in cases.iter_mut().zip((0..4).cycle()) {
-        case.collider.kind = kind;
+    for (case, &form) in cases.iter_mut().zip(Form::ALL.iter().cycle()) {
+        case.collider.kind = form as u32;
     }
     cases
 }
 
 pub fn lambda(case: &Case) -> Answer {
-    let kept = volume::push(FORMS[case.collider.kind as usize], &case.a, case.s, case.t).lambda;
+    let form = Form::ALL.iter().find(|&&form| form as u32 == case.collider.kind).unwrap_or(&Form::Kept);
+    let kept = volume::push(*form, &case.a, case.s, case.t).lambda;
     let projected = volume::projection(&case.a, case.s, <f32 as Real>::PROJECTED);
     // What is restored is not moved; the kernel asks for both.
-    let off = case.a[0] / 3.0 - case.s;
-    let response = case.a[2].max(volume::FEW as f32 * case.a[1]);
-    let moving = if response > <f32 as Real>::TINY { off / response } else { 0.0 };
+    let moving = volume::restoring(case.a[0] / 3.0 - case.s, &case.a);
     let moving = projected.map_or(moving, |push| push.lambda);
     [vector([kept, moving, if projected.is_none() { 1.0 } else { 0.0 }], 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
 }

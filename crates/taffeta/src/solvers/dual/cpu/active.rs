@@ -1,7 +1,8 @@
 //! Which springs are constraints now: stream compaction of them and of their nodes, tile by tile, in ascending order.
 
-use crate::real::{Real, dot};
+use crate::real::{Real, sub};
 use crate::solvers::dual::cpu::{Dual, Layout, SolveWorker};
+use crate::solvers::dual::distance::becomes_active;
 use crate::step::Marks;
 use std::ops::Range;
 
@@ -67,18 +68,19 @@ impl<T: Real> SolveWorker<'_, '_, T> {
 
     fn activate_some(&self, range: &Range<usize>) -> u32 {
         let acad = &self.solve.solver.acad;
-        let [on, off] = [acad.threshold, acad.release].map(|share| T::from_f64(1.0 + share));
-        let (on, off) = (on * on, off * off);
+        let limits = [acad.threshold, acad.release].map(|share| {
+            let stretch = T::from_f64(1.0 + share);
+            stretch * stretch
+        });
         // SAFETY: tiles own different constraints, each tile is in one worker's share, and others read after a barrier.
         let (active, pull) =
             unsafe { (self.shared.active.write(range.clone()), self.shared.pull.write(range.clone())) };
         let mut count = 0;
         for ((active, pull), row) in active.iter_mut().zip(pull).zip(range.clone()) {
             let ends = self.solve.list.ends[row].map(|end| end as usize);
-            let d = [0, 1, 2].map(|axis| self.worker.old()[axis][ends[1]] - self.worker.old()[axis][ends[0]]);
-            let (squared, rest) = (dot(d, d), self.solve.rest[row] * self.solve.rest[row]);
+            let [a, b] = ends.map(|end| [0, 1, 2].map(|axis| self.worker.old()[axis][end]));
             let free = ends.iter().any(|&end| self.worker.nodes.inverse_mass[end] > T::ZERO);
-            *active = free && (squared > on * rest || (*active && squared > off * rest));
+            *active = becomes_active(sub(b, a), self.solve.rest[row], limits, free, *active);
             count += u32::from(*active);
             if !*active {
                 *pull = T::ZERO;

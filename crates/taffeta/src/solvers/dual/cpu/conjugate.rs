@@ -1,20 +1,20 @@
 //! Conjugate gradients on all bodies' systems at once, each with steps of its own. An iteration is a pass over nodes, a pass
 //! over rows, and an update of vectors; all workers meet after each.
 
-use crate::contact::colliders::press::{Coming, Press};
-use crate::real::{Real, add, norm, scale};
+use crate::contact::colliders::press::{Coming, Press, fall};
+use crate::real::{Real, scale};
 use crate::solvers::dual::cpu::kernels::{
     Advance, Along, Apply, Combine, GatherPulls, Multiply, Product, SetUpRows,
 };
 use crate::solvers::dual::cpu::layout::Chunk;
 use crate::solvers::dual::cpu::{Quad, SolveWorker};
-use crate::solvers::dual::distance::{Conjugate, Softness};
+use crate::solvers::dual::distance::{Conjugate, Softness, is_left, limit, share_left, start_share};
 use std::ops::Range;
 
 /// How far the system of a body is.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Progress {
-    conjugate: Conjugate,
+    conjugate: Conjugate<f64>,
     /// Squared residual at which it is done, and that of the right side.
     limit: f64,
     right: f64,
@@ -110,7 +110,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let tolerance = self.solve.solver.ice.tolerance;
         for body in 0..self.solve.list.bodies.len() {
             let [right, noise, _] = self.body_sums(body);
-            let limit = (tolerance * tolerance * right).max(noise);
+            let limit = limit(tolerance * tolerance, right, noise);
             self.scratch.bodies.push(Progress { limit, right, ..Progress::default() });
         }
     }
@@ -129,12 +129,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             (sums[0], sums[2]) = (worker.worker.nodes.level.run(Product { a: x, b: r }), curvature);
         });
         self.worker.synchronise();
-        let useful = |[along, _, curvature]: [f64; 3]| {
-            let helps = along > 0.0 && curvature > 0.0;
-            T::from_f64(if helps { along / curvature } else { 0.0 })
-        };
-        let shares: Vec<T> =
-            (0..self.scratch.bodies.len()).map(|body| useful(self.body_sums(body))).collect();
+        let share = |[along, _, curvature]: [f64; 3]| T::from_f64(start_share(along, curvature));
+        let shares: Vec<T> = (0..self.scratch.bodies.len()).map(|body| share(self.body_sums(body))).collect();
         self.each(self.scratch.layout.rows.len(), |worker, chunk| {
             let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
             let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
@@ -178,9 +174,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             let [gamma, _, delta] = self.body_sums(index);
             let body = &mut self.scratch.bodies[index];
             body.gamma = gamma;
-            // A residual that is no number is not worked on either.
-            let solved = gamma <= body.limit || gamma.is_nan();
-            body.done = solved || body.iterations == most;
+            body.done = !is_left(gamma, body.limit, body.iterations, most);
             if !body.done {
                 match body.conjugate.step(gamma, delta) {
                     Some(step) => (body.step, body.iterations) = (step, body.iterations + 1),
@@ -217,9 +211,9 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let (report, layout) = (&mut self.scratch.report, &self.scratch.layout);
         let mut capped = false;
         for body in self.scratch.bodies.iter().take(if layout.count > 0 { usize::MAX } else { 0 }) {
-            let whole = body.right.max(body.limit / self.solve.solver.ice.tolerance.powi(2));
-            let residual = if whole > 0.0 { (body.gamma / whole).sqrt() } else { 0.0 };
-            report.residual = report.residual.max(residual);
+            let tolerance = self.solve.solver.ice.tolerance;
+            let left = share_left(body.gamma, body.right, body.limit, tolerance * tolerance);
+            report.residual = report.residual.max(left.sqrt());
             report.iterations = report.iterations.max(body.iterations);
             capped |= body.gamma > body.limit;
         }
@@ -234,11 +228,12 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let (ice, acad, h) = (&solve.solver.ice, &solve.solver.acad, worker.substep.h.to_f64());
         scratch.softness.clear();
         scratch.softness.extend(solve.list.materials.iter().map(|&[k, d]| {
-            if solve.adaptive {
+            let softness = if solve.adaptive {
                 Softness::stiff(acad.epsilon, acad.form, h)
             } else {
                 Softness::spring(k, d, ice.epsilon, ice.form, h)
-            }
+            };
+            softness.rounded()
         }));
     }
 
@@ -289,7 +284,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let nodes = self.scratch.layout.nodes[chunk].part.clone();
         self.gather_pulls(&nodes, false);
         let h = self.worker.substep.h;
-        let fall = norm(self.worker.substep.gravity) * h.to_f64() * h.to_f64();
+        let fall = T::from_f64(fall(self.worker.substep.gravity, h.to_f64()));
         // SAFETY: listed before a barrier; nodes of chunks are different. What waits was written before a barrier.
         let (places, response, presses, surfaces) = unsafe {
             (
@@ -306,7 +301,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 place: [0, 1, 2].map(|axis| self.worker.old()[axis][place]),
                 free: self.free_velocity(place),
                 pulls: scale([x, y, z], -h),
-                fall: T::from_f64(fall),
+                fall,
                 h,
             };
             let free = self.worker.nodes.inverse_mass[place] > T::ZERO;
@@ -346,7 +341,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let press = if self.colliders.is_empty() { &[] } else { &*press };
         for (response, press) in response.iter_mut().zip(press) {
             let [x, y, z, _] = response.0;
-            let [x, y, z] = add(press.yielded([x, y, z]), scale(press.velocity, T::ONE / h));
+            let [x, y, z] = press.rate([x, y, z], h);
             *response = Quad([x, y, z, T::ZERO]);
         }
     }

@@ -6,7 +6,7 @@
 
 mod active;
 mod conjugate;
-mod kernels;
+pub(crate) mod kernels;
 mod layout;
 mod tile;
 

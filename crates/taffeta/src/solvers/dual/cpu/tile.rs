@@ -2,7 +2,7 @@
 
 use crate::contact::colliders::press::Press;
 use crate::cpu::tile::Tile;
-use crate::real::{Real, scale};
+use crate::real::Real;
 use crate::solvers::dual::cpu::Dual;
 use crate::solvers::dual::cpu::kernels::gather;
 use crate::solvers::waiting;
@@ -49,10 +49,11 @@ impl<T: Real> Dual<T> {
         // SAFETY: found before a barrier.
         let (press, surface): (&Press<T>, _) =
             unsafe { (&self.work.press.read()[node], self.work.surface.read()[node]) };
-        if press.normal == [T::ZERO; 3] {
+        if !press.is_pressed() {
             return force;
         }
         let kick = tile.substep.h * tile.nodes.inverse_mass[place];
-        scale(waiting::borne(tile, place, (press, surface), scale(force, kick)), T::ONE / kick)
+        let touching = &tile.substep.colliders[surface as usize].touching;
+        press.borne_force(waiting::free_velocity(tile, place), force, kick, touching)
     }
 }

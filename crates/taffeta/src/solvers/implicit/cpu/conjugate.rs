@@ -1,21 +1,21 @@
 //! Newton steps, and conjugate gradients on all bodies' systems at once, each with steps of its own.
 
-use crate::contact::colliders::press::{Coming, Press};
-use crate::real::{Real, add, norm, scale, sub};
-use crate::solvers::dual::distance::Conjugate;
+use crate::contact::colliders::press::{Coming, Press, fall};
+use crate::real::{Real, add, scale};
+use crate::solvers::dual::distance::{Conjugate, start_share};
 use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::cycle::slots_of;
-use crate::solvers::implicit::cpu::kernels::{Advance, Apply, FINE, Operator, Own, along, store};
+use crate::solvers::implicit::cpu::kernels::{Advance, Apply, FINE, Operator, Own, store};
 use crate::solvers::implicit::cpu::setup::SetUp;
 use crate::solvers::implicit::cpu::tables::Chunk;
-use crate::solvers::implicit::implicit::Stiff;
+use crate::solvers::implicit::implicit::{Stiff, is_solved, pulled_by_springs, right_side, share_left};
 use crate::topology::LANES;
 use std::ops::Range;
 
 /// How far the system of a body is.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Progress {
-    conjugate: Conjugate,
+    conjugate: Conjugate<f64>,
     /// What errors are measured by: the larger of Σ m |v* − v|² and the first r·z.
     whole: f64,
     /// r·z of the residual r, by the preconditioner z ≈ A⁻¹ r: about eᵀ A e of the error e.
@@ -57,7 +57,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     fn soften(&mut self) {
         let (materials, h) = (&self.primal.materials, self.h.to_f64());
         self.scratch.stiff.clear();
-        self.scratch.stiff.extend(materials.iter().map(|&[k, e]| Stiff::new(k, e, h)));
+        self.scratch.stiff.extend(materials.iter().map(|&[k, e]| Stiff::new(k, e, h).rounded()));
     }
 
     /// From where the first Newton step starts: nodes go on as they went, or as surfaces that hold them want; pins as they
@@ -73,10 +73,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             let free = self.free_velocity(place);
             let moves = self.worker.nodes.inverse_mass[place] > T::ZERO;
             let before = if moves { [0, 1, 2].map(|axis| self.worker.old()[3 + axis][place]) } else { free };
-            let start = hold
-                .press
-                .get(place)
-                .map_or(before, |press| add(press.yielded(before), sub(press.velocity, press.rubbed())));
+            let start = hold.press.get(place).map_or(before, |press| press.taken_along(before));
             for axis in 0..3 {
                 total[axis][at] = start[axis] - free[axis];
                 let off = before[axis] - free[axis];
@@ -133,7 +130,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             return;
         }
         let (nodes, h) = (self.worker.nodes, self.h);
-        let fall = T::from_f64(norm(self.worker.substep.gravity) * h.to_f64() * h.to_f64());
+        let fall = T::from_f64(fall(self.worker.substep.gravity, h.to_f64()));
         // SAFETY: chunks do not overlap; what is remembered is written after a barrier.
         let (change, presses, surfaces) = unsafe {
             (
@@ -192,10 +189,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 let rubbed = press.rubbed();
                 (0..3).for_each(|axis| off[axis][lane] -= rubbed[axis]);
             }
-            for axis in 0..3 {
-                for lane in 0..LANES {
-                    left[axis][lane] -= self.worker.nodes.mass[first + lane] * off[axis][lane];
-                }
+            for lane in 0..LANES {
+                let [impulse, off] = [&left, &off].map(|lanes| [0, 1, 2].map(|axis| lanes[axis][lane]));
+                let right = right_side(impulse, self.worker.nodes.mass[first + lane], off);
+                (0..3).for_each(|axis| left[axis][lane] = right[axis]);
             }
             hold.yielded(first, &mut left);
             store(&mut r, first - part.start, &left);
@@ -221,11 +218,9 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             *worker.product_of(chunk) = worker.apply(chunk, &here.t, &here.r, &here.z);
         });
         self.worker.synchronise();
-        let useful = |[along, curvature]: [f64; 2]| {
-            T::from_f64(if along > 0.0 && curvature > 0.0 { along / curvature } else { 0.0 })
-        };
+        let share = |[along, curvature]: [f64; 2]| T::from_f64(start_share(along, curvature));
         let shares: Vec<T> =
-            (0..self.scratch.bodies.len()).map(|body| useful(self.product_sums(body))).collect();
+            (0..self.scratch.bodies.len()).map(|body| share(self.product_sums(body))).collect();
         self.each(0, |worker, chunk| {
             let (here, part) = (&worker.shared.levels[0], &chunk.part);
             // SAFETY: only this chunk's places.
@@ -308,7 +303,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             for place in chunk.part.clone() {
                 let mass = worker.worker.nodes.mass[place];
                 let moves = hold.inverse_mass[place] > T::ZERO
-                    && hold.press.get(place).is_none_or(|press| press.normal == [T::ZERO; 3]);
+                    && hold.press.get(place).is_none_or(|press| !press.is_pressed());
                 let [x, y, z] = left.at::<3>(place).map(T::to_f64);
                 let held = f64::from(u8::from(mass > T::ZERO && !moves));
                 for (sum, number) in sums.iter_mut().zip([x, y, z, mass.to_f64(), held]) {
@@ -407,7 +402,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         for first in part.clone().step_by(LANES) {
             let at = first - part.start;
             let held = press.get(first..first + LANES).unwrap_or(&[]);
-            let any = held.iter().any(|press| press.normal != [T::ZERO; 3]);
+            let any = held.iter().any(Press::is_pressed);
             let (product, step) = if any {
                 edges.slice::<FINE>(first / LANES, &x)
             } else {
@@ -418,15 +413,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 let at = at + lane;
                 let before = [0, 1, 2].map(|axis| total[axis][at]);
                 let mut after = add(before, [step[0][lane], step[1][lane], step[2][lane]]);
-                if let Some(press) = held.get(lane).filter(|press| press.normal != [T::ZERO; 3]) {
+                if let Some(press) = held.get(lane).filter(|press| press.is_pressed()) {
                     let impulse = [0, 1, 2].map(|axis| given[axis][lane] - product[axis][lane]);
                     let springs = scale(impulse, self.worker.nodes.inverse_mass[first + lane]);
-                    after = if press.yields == T::ZERO {
-                        springs
-                    } else {
-                        let after = sub(after, press.rubbed());
-                        add(after, along(sub(springs, after), press.normal))
-                    };
+                    after = pulled_by_springs(press, after, springs);
                 }
                 for axis in 0..3 {
                     change[axis][at] = after[axis];
@@ -438,8 +428,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     fn report(&mut self) {
         let (report, mut capped) = (&mut self.scratch.report, false);
         for body in &self.scratch.bodies {
-            let residual = if body.whole > 0.0 { (body.error / body.whole).sqrt() } else { 0.0 };
-            report.residual = report.residual.max(residual);
+            report.residual = report.residual.max(share_left(body.error, body.whole).sqrt());
             report.iterations = report.iterations.max(body.all);
             capped |= !body.is_solved(self.primal.ice.tolerance);
         }
@@ -480,6 +469,6 @@ impl Progress {
     }
 
     fn is_solved(&self, tolerance: f64) -> bool {
-        self.error <= tolerance * tolerance * self.whole || self.error == 0.0
+        is_solved(self.error, self.whole, tolerance * tolerance)
     }
 }

@@ -12,11 +12,9 @@ use crate::solvers::implicit::cpu::kernels::{
 };
 use crate::solvers::implicit::cpu::setup::{Coarsen, Finer, Restrict};
 use crate::solvers::implicit::cpu::tables::{Chunk, Table};
+use crate::solvers::implicit::implicit::LAST_PAIRS;
 use crate::topology::LANES;
 use std::ops::Range;
-
-/// Pairs of steps of Jacobi's iteration on the coarsest level of a body.
-const LAST_PAIRS: usize = 4;
 
 /// Which of a level's two approximations a pass reads.
 #[derive(Clone, Copy, PartialEq)]

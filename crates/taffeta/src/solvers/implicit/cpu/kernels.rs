@@ -3,15 +3,12 @@
 use crate::contact::colliders::press::Press;
 use crate::cpu::simd::Kernel;
 use crate::cpu::sums::Sums;
-use crate::real::{Real, dot};
+use crate::real::Real;
 use crate::solvers::implicit::cpu::columns::View;
 use crate::solvers::implicit::cpu::tables::PARENTS;
-use crate::solvers::implicit::implicit::times;
+use crate::solvers::implicit::implicit::{add_share, edge_times, jacobi, times};
 use crate::topology::LANES;
 use std::ops::Range;
-
-/// Damping of Jacobi's iteration: no eigenvalue of a graph's matrix is beyond 2 by its diagonal.
-pub const DAMPING: f64 = 0.7;
 
 /// Numbers of a level's block for one slot: q and the stiffness across on the finest, a symmetric matrix on others.
 pub const FINE: usize = 4;
@@ -97,10 +94,10 @@ fn add_edges<T: Real, const C: usize>(own: &Lanes<T>, other: &Lanes<T>, block: &
         for lane in 0..LANES {
             let d =
                 [own[0][lane] - other[0][lane], own[1][lane] - other[1][lane], own[2][lane] - other[2][lane]];
-            let along = x[lane] * d[0] + y[lane] * d[1] + z[lane] * d[2];
-            sum[0][lane] += x[lane] * along + across[lane] * d[0];
-            sum[1][lane] += y[lane] * along + across[lane] * d[1];
-            sum[2][lane] += z[lane] * along + across[lane] * d[2];
+            let product = edge_times([x[lane], y[lane], z[lane]], across[lane], d);
+            sum[0][lane] += product[0];
+            sum[1][lane] += product[1];
+            sum[2][lane] += product[2];
         }
     } else {
         let mut d = [[T::ZERO; LANES]; 3];
@@ -123,6 +120,19 @@ fn add_product<T: Real>(m: &[[T; LANES]; 6], v: &Lanes<T>, sum: &mut Lanes<T>) {
         sum[0][lane] += product[0];
         sum[1][lane] += product[1];
         sum[2][lane] += product[2];
+    }
+}
+
+/// Adds a step of Jacobi's iteration, by lanes.
+#[inline(always)]
+fn add_step<T: Real>(inverse: &[[T; LANES]; 6], left: &Lanes<T>, sum: &mut Lanes<T>) {
+    for lane in 0..LANES {
+        let m = inverse;
+        let matrix = [m[0][lane], m[1][lane], m[2][lane], m[3][lane], m[4][lane], m[5][lane]];
+        let step = jacobi(&matrix, [left[0][lane], left[1][lane], left[2][lane]]);
+        sum[0][lane] += step[0];
+        sum[1][lane] += step[1];
+        sum[2][lane] += step[2];
     }
 }
 
@@ -209,16 +219,15 @@ impl<T: Real, const C: usize> Kernel for Smooth<'_, T, C> {
     type Output = ();
     #[inline(always)]
     fn run(mut self) {
-        let damping = T::from_f64(DAMPING);
         for first in self.part.clone().step_by(LANES) {
             let (product, mut vector) = self.operator.slice::<C>(first / LANES, &self.vector);
             let mut left: Lanes<T> = self.right.lanes(first);
             for axis in 0..3 {
                 for lane in 0..LANES {
-                    left[axis][lane] = damping * (left[axis][lane] - product[axis][lane]);
+                    left[axis][lane] -= product[axis][lane];
                 }
             }
-            add_product(&self.inverse.lanes(first), &left, &mut vector);
+            add_step(&self.inverse.lanes(first), &left, &mut vector);
             store(&mut self.out, first - self.part.start, &vector);
         }
     }
@@ -236,17 +245,14 @@ impl<T: Real> Kernel for Begin<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(mut self) {
-        let damping = T::from_f64(DAMPING);
         for first in self.part.clone().step_by(LANES) {
             let at = first - self.part.start;
             let mut right = [[T::ZERO; LANES]; 3];
             for (lanes, column) in right.iter_mut().zip(&self.right) {
-                for (lane, &number) in lanes.iter_mut().zip(&column[at..at + LANES]) {
-                    *lane = damping * number;
-                }
+                lanes.copy_from_slice(&column[at..at + LANES]);
             }
             let mut vector = [[T::ZERO; LANES]; 3];
-            add_product(&self.inverse.lanes(first), &right, &mut vector);
+            add_step(&self.inverse.lanes(first), &right, &mut vector);
             store(&mut self.out, at, &vector);
         }
     }
@@ -300,10 +306,9 @@ impl<T: Real> Kernel for Interpolate<'_, T> {
             let mut sum = [[T::ZERO; LANES]; 3];
             for (lane, (nodes, weights)) in self.parents[first..first + LANES].iter().enumerate() {
                 for (&node, &weight) in nodes.iter().zip(weights) {
-                    let vector = self.coarser.at::<3>(node as usize);
-                    for axis in 0..3 {
-                        sum[axis][lane] += weight * vector[axis];
-                    }
+                    let own = [sum[0][lane], sum[1][lane], sum[2][lane]];
+                    let all = add_share(own, weight, self.coarser.at::<3>(node as usize));
+                    (0..3).for_each(|axis| sum[axis][lane] = all[axis]);
                 }
             }
             self.hold.yielded(first, &mut sum);
@@ -348,11 +353,4 @@ impl<T: Real> Kernel for Advance<'_, T> {
             }
         }
     }
-}
-
-/// The part of a vector that springs press on what holds the node: along `normal`.
-#[inline(always)]
-pub fn along<T: Real>(vector: [T; 3], normal: [T; 3]) -> [T; 3] {
-    let length = dot(vector, normal);
-    normal.map(|one| length * one)
 }

@@ -6,7 +6,7 @@
 mod columns;
 mod conjugate;
 mod cycle;
-mod kernels;
+pub(crate) mod kernels;
 mod setup;
 mod tables;
 mod tile;

@@ -2,11 +2,11 @@
 
 use crate::contact::colliders::press::Press;
 use crate::cpu::simd::Kernel;
-use crate::real::{Real, dot};
+use crate::real::Real;
 use crate::solvers::implicit::cpu::columns::View;
 use crate::solvers::implicit::cpu::kernels::{COARSE, FINE, Lanes, store};
 use crate::solvers::implicit::cpu::tables::Table;
-use crate::solvers::implicit::implicit::{Stiff, Symmetric, block, held, inverse, inverse_along};
+use crate::solvers::implicit::implicit::{Stiff, Symmetric, add_share, block, diagonal, inverse};
 use crate::solvers::implicit::slots::NO_EDGE;
 use crate::topology::LANES;
 use std::ops::Range;
@@ -93,9 +93,9 @@ impl<T: Real> SetUp<'_, T> {
                 for (column, number) in blocks.iter_mut().zip(numbers) {
                     column[lane] = number;
                 }
-                let damping = stiff[lane].h * (stiff[lane].e * dot(dv, link.along));
+                let impulse = stiff[lane].impulse(&link, dv);
                 for axis in 0..3 {
-                    sum.right[axis][lane] += (link.impulse + damping) * link.along[axis];
+                    sum.right[axis][lane] += impulse * link.along[axis];
                 }
                 for (column, number) in sum.diagonal.iter_mut().zip(block(link.q, link.across)) {
                     column[lane] += number;
@@ -112,21 +112,15 @@ impl<T: Real> SetUp<'_, T> {
         store(&mut self.right, at, &slice.right);
         for lane in 0..LANES {
             let place = first + lane;
-            let mut diagonal: Symmetric<T> = std::array::from_fn(|one| slice.diagonal[one][lane]);
+            let mut all: Symmetric<T> = std::array::from_fn(|one| slice.diagonal[one][lane]);
             let mass = self.mass[place];
-            (0..3).for_each(|one| diagonal[one] += mass);
-            let free = self.inverse_mass[place] > T::ZERO;
-            let press = self.press.get(place).filter(|press| press.normal != [T::ZERO; 3]);
-            let zero = [T::ZERO; 6];
-            let (inverse, held) = match press {
-                _ if !free => (zero, diagonal),
-                None => (inverse(&diagonal), zero),
-                Some(press) if press.yields == T::ZERO => (zero, diagonal),
-                Some(press) => (inverse_along(&diagonal, press.normal), held(&diagonal, press.normal)),
-            };
+            (0..3).for_each(|one| all[one] += mass);
+            let is_free = self.inverse_mass[place] > T::ZERO;
+            let press = self.press.get(place).copied().unwrap_or(Press::FREE);
+            let (own, inverse) = diagonal(&all, mass, is_free, &press);
             for one in 0..6 {
                 self.inverse[one][at + lane] = inverse[one];
-                self.own[one][at + lane] = held[one] + if one < 3 { mass } else { T::ZERO };
+                self.own[one][at + lane] = own[one];
             }
         }
     }
@@ -185,10 +179,7 @@ impl<T: Real> Coarsen<'_, T> {
     fn gather_own(&self, place: usize) -> Symmetric<T> {
         let mut own = [T::ZERO; 6];
         for &(child, weight) in self.table.children.row(place) {
-            let child = self.finer_own.at::<6>(child as usize);
-            for one in 0..6 {
-                own[one] += T::from_f64(f64::from(weight)) * child[one];
-            }
+            own = add_share(own, T::from_f64(f64::from(weight)), self.finer_own.at(child as usize));
         }
         own
     }
@@ -210,9 +201,7 @@ impl<T: Real> Coarsen<'_, T> {
                     std::array::from_fn(|one| blocks[(group * COARSE + one) * LANES + lane])
                 }
             };
-            for one in 0..6 {
-                sum[one] += T::from_f64(f64::from(weight)) * source[one];
-            }
+            sum = add_share(sum, T::from_f64(f64::from(weight)), source);
         }
         sum
     }
@@ -234,10 +223,7 @@ impl<T: Real> Kernel for Restrict<'_, T> {
         for place in self.part.clone() {
             let mut sum = [T::ZERO; 3];
             for &(child, weight) in self.table.children.row(place) {
-                let child = self.finer.at::<3>(child as usize);
-                for axis in 0..3 {
-                    sum[axis] += T::from_f64(f64::from(weight)) * child[axis];
-                }
+                sum = add_share(sum, T::from_f64(f64::from(weight)), self.finer.at(child as usize));
             }
             for (column, number) in out.iter_mut().zip(sum) {
                 column[place - self.part.start] = number;

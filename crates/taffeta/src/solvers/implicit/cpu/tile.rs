@@ -18,8 +18,9 @@ impl<T: Real> Implicit<T> {
                     // SAFETY: as above.
                     let (press, surface) =
                         unsafe { (&self.work.press.read()[place], self.work.surface.read()[place]) };
-                    if press.normal != [T::ZERO; 3] {
-                        after = waiting::borne(tile, place, (press, surface), after);
+                    if press.is_pressed() {
+                        let touching = &tile.substep.colliders[surface as usize].touching;
+                        after = press.borne(waiting::free_velocity(tile, place), after, touching);
                     }
                 }
                 let force = scale(after, tile.nodes.mass[place] / tile.substep.h);

@@ -1,0 +1,13 @@
+//! The program as a user meets it.
+
+mod check_mesh;
+mod checkpoint;
+mod constraints;
+mod desk;
+mod gpu;
+mod gpu_check;
+mod input;
+mod primal;
+mod readme;
+mod run;
+mod scenes;

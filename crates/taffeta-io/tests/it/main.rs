@@ -1,0 +1,13 @@
+//! Scenes and meshes in, results out.
+
+mod checkpoint;
+mod garments;
+mod mesh;
+mod mesh_formats;
+mod mesh_gltf;
+mod output;
+mod output_vtu_glb;
+mod polygons;
+mod poses;
+mod random_scenes;
+mod scene;

@@ -1,0 +1,110 @@
+//! Advice as data: what an error or a warning would have the user change. The engine says so in plain words; a front end
+//! names its own setting beside them: a flag, a key of a file, a component.
+
+use std::fmt;
+
+/// One thing to change.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// use taffeta::{Advice, Options, Simulation};
+///
+/// let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Node(1e-3)).structural(1e6, 0.0);
+/// let scene = Scene::new("").time(0.01, 0.01).body(cloth);
+/// let simulation = Simulation::new(&scene, &Options::default())?;
+/// let [warning] = simulation.warnings() else { panic!("one warning") };
+/// let [Advice::LongestStep(step), Advice::SolveByNodes] = warning.advice[..] else { panic!("{warning}") };
+/// assert!(step <= simulation.largest_stable_step_folded());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Advice {
+    /// Run on the CPU instead of a GPU: [`Options::gpu`](crate::Options::gpu) `None`.
+    Cpu,
+    /// Compute in 32 bits: [`Precision::F32`](crate::Precision::F32).
+    SinglePrecision,
+    /// Take sub-steps of at most so long [s]: [`Time::max_step`](crate::scene::Time::max_step).
+    LongestStep(f64),
+    /// Solve springs by nodes: [`Method::Ice`](crate::scene::Method::Ice) in the form
+    /// [`ConstraintForm::Primal`](crate::scene::ConstraintForm::Primal).
+    SolveByNodes,
+    /// Leave springs explicit: [`Method::Springs`](crate::scene::Method::Springs).
+    ExplicitSprings,
+    /// Keep the volume in the form [`VolumeForm::Corrected`](crate::scene::VolumeForm::Corrected).
+    CorrectedVolume,
+    /// Make it a soft body: [`Kind::Soft`](crate::scene::Kind::Soft).
+    SoftBody,
+    /// Make it a cloth: [`Kind::Cloth`](crate::scene::Kind::Cloth).
+    Cloth,
+    /// Close the holes of a mesh from a file: [`Body::fill_holes`](crate::scene::Body::fill_holes).
+    FillHoles,
+    /// Blow with the same force on every node: [`World::wind_force`](crate::scene::World::wind_force) in place of
+    /// [`World::air`](crate::scene::World::air).
+    EvenWind,
+}
+
+/// What the user should know, and what to change.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Warning {
+    /// In words.
+    pub message: String,
+    /// The settings among what to change, the best first.
+    pub advice: Vec<Advice>,
+}
+
+impl Warning {
+    pub(crate) fn new(message: impl Into<String>, advice: impl Into<Vec<Advice>>) -> Self {
+        Self { message: message.into(), advice: advice.into() }
+    }
+}
+
+impl Warning {
+    /// The same advice after what it is for.
+    pub(crate) fn after(self, what: String) -> Self {
+        Self { message: format!("{what}; {}", self.message), ..self }
+    }
+}
+
+impl From<String> for Warning {
+    fn from(message: String) -> Self {
+        Self::new(message, [])
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+/// A scene that what it was to run on does not take.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{message}")]
+#[non_exhaustive]
+pub struct Refusal {
+    /// Why, and what would do.
+    pub message: String,
+    /// The settings among what would do, the best first.
+    pub advice: Vec<Advice>,
+}
+
+impl Refusal {
+    /// A refusal with advice.
+    pub fn new(message: impl Into<String>, advice: impl Into<Vec<Advice>>) -> Self {
+        Self { message: message.into(), advice: advice.into() }
+    }
+}
+
+impl From<String> for Refusal {
+    fn from(message: String) -> Self {
+        Self::new(message, [])
+    }
+}
+
+impl From<&str> for Refusal {
+    fn from(message: &str) -> Self {
+        Self::new(message, [])
+    }
+}

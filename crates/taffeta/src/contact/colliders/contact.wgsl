@@ -1,0 +1,65 @@
+// Contact of a place with all colliders, solids and meshes.
+
+#import contact/colliders/response.wgsl
+#import contact/colliders/shape.wgsl
+#import meshes
+
+/// Rounds in which a place leaves a wedge between curved colliders: each halves the number of wrong digits.
+const ROUNDS: u32 = 12u;
+
+/// How a collider of any sort presses a place: of a mesh it is known only inside.
+fn pressing_of(collider: Collider, x: vec3f) -> Depth {
+    if collider.kind == MESH {
+        return mesh_pressing(collider, x);
+    }
+    return depth_and_normal(collider, x);
+}
+
+/// Moves a place out of all colliders. In a wedge, going out of one collider goes into the other; so the two that
+/// press most are left together.
+fn push_out(start: vec3f, first: u32, count: u32) -> vec3f {
+    var x = start;
+    for (var round = 0u; round < ROUNDS; round++) {
+        var most = Depth(vec3f(0.0), -FAR);
+        var next = Depth(vec3f(0.0), -FAR);
+        for (var i = 0u; i < count; i++) {
+            let pressing = pressing_of(colliders[first + i], x);
+            if pressing.depth > most.depth {
+                next = most;
+                most = pressing;
+            } else if pressing.depth > next.depth {
+                next = pressing;
+            }
+        }
+        if most.depth <= 0.0 {
+            break;
+        }
+        x = x + leave_both(most, next);
+    }
+    return x;
+}
+
+/// Keeps a free node out of `count` colliders from `first` on. Colliders act in the scene's order. A node that one has
+/// pushed into another is then moved out of both, without a further change of velocity.
+fn contact(start: vec3f, velocity: vec3f, origin: Origin, first: u32, count: u32, h: f32) -> Touched {
+    var node = Touched(start, 0u, velocity);
+    for (var i = 0u; i < count; i++) {
+        let collider = colliders[first + i];
+        if collider.kind == MESH {
+            node = meet_mesh(node, origin, collider, i + 1u, h);
+        } else {
+            node = meet_solid(node, origin, collider, i + 1u, h);
+        }
+    }
+    if node.last == 0u || count < 2u {
+        return node;
+    }
+    var pressed = false;
+    for (var i = 0u; i < count; i++) {
+        pressed = pressed || (i + 1u != node.last && pressing_of(colliders[first + i], node.x).depth > 0.0);
+    }
+    if pressed {
+        node.x = push_out(node.x, first, count);
+    }
+    return node;
+}

@@ -1,0 +1,155 @@
+//! What an element is to the engine: a formula between a few nodes, and the facts that drivers need of it.
+
+use crate::build::body::BodyAssembly;
+use crate::real::Real;
+use crate::scene::Scene;
+use std::ops::Range;
+
+/// The formula of an element between `N` nodes that `P` numbers describe: its shape at rest and its material.
+///
+/// All drivers are written by it: [`ByElement`](crate::elements::cpu::ByElement) on the CPU, [`System`] for the largest stable
+/// step. Its twin in WGSL stands beside it, and kernels as [`Kernels`] names them.
+///
+/// [`System`]: crate::diagnostics::stability
+pub trait Element<const N: usize, const P: usize>: Send + Sync + 'static {
+    /// Forces [N] on its nodes, at positions `x` [m] with velocities `v` [m/s].
+    fn forces<T: Real>(x: [[T; 3]; N], v: [[T; 3]; N], numbers: [T; P]) -> [[T; 3]; N];
+
+    /// Energy [J].
+    fn energy<T: Real>(x: [[T; 3]; N], numbers: [T; P]) -> T;
+
+    /// The ways in which it resists near positions `x` [m].
+    fn modes(x: [[f64; 3]; N], numbers: [f64; P]) -> Vec<Mode<N>>;
+}
+
+/// One way in which an element resists: with a stiffness K = k g gᵀ and a damping D = d g gᵀ, where g has a direction for each
+/// of its nodes.
+#[derive(Clone, Copy, Debug)]
+pub struct Mode<const N: usize> {
+    /// g, by node.
+    pub directions: [[f64; 3]; N],
+    /// Stiffness along it [N/m for directions without a unit].
+    pub k: f64,
+    /// Damping along it [kg/s].
+    pub d: f64,
+    /// How many times stiffer, and more damped, it may become in another state.
+    pub stiffest: f64,
+}
+
+/// A kind of elements: facts that do not depend on a scene.
+pub struct Kind {
+    /// Its name in reports, and of the buffer of its elements in shaders.
+    pub name: &'static str,
+    /// Nodes of an element.
+    pub nodes: usize,
+    /// Forces that are kept of an element: one for each node, or one that all its nodes share.
+    pub forces: usize,
+    /// Nodes with their springs that cost as much time as an element.
+    pub cost: usize,
+    /// The struct of an element in WGSL: its name, and those of its numbers, which follow `corners`.
+    pub record: (&'static str, &'static [&'static str]),
+    /// Entry points of its shaders.
+    pub kernels: Kernels,
+    /// Its shaders.
+    #[cfg(feature = "gpu")]
+    pub shaders: &'static [taffeta_gpu::Shader],
+    /// The elements of a body.
+    pub build: fn(&BodyAssembly, &Scene, usize) -> Described,
+    /// Calls back for each mode of an element at positions by node, for the largest stable step; nothing where it sets none.
+    pub modes: Option<Modes>,
+}
+
+/// Visits the modes of an element at some positions [m], with its numbers.
+pub type Modes = fn(&[[f64; 3]], &[f64], &mut Visitor<'_>);
+
+/// Is called with directions by node, and k, d, `stiffest`.
+pub type Visitor<'v> = dyn FnMut(&[[f64; 3]], [f64; 3]) + 'v;
+
+/// Entry points of a kind of elements.
+pub struct Kernels {
+    /// Finds forces, an invocation an element, into `element_forces`.
+    pub forces: &'static str,
+    /// Adds up energies into `element_energies`, where it has some.
+    pub energies: Option<&'static str>,
+}
+
+/// Elements of a body: nodes by the solver's number within the body, and numbers, of one after the other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Described {
+    /// Nodes, so many an element.
+    pub nodes: Vec<u32>,
+    /// Numbers, so many an element.
+    pub numbers: Vec<f64>,
+}
+
+/// All elements of a kind in a scene, bodies one after the other.
+pub struct List {
+    /// Which.
+    pub kind: &'static Kind,
+    /// Nodes by solver index, and numbers.
+    pub all: Described,
+    /// The elements of each body.
+    pub bodies: Vec<Range<usize>>,
+}
+
+impl Kind {
+    /// The visitor of the modes of a formula.
+    pub fn visit<E: Element<N, P>, const N: usize, const P: usize>(
+        x: &[[f64; 3]],
+        numbers: &[f64],
+        see: &mut Visitor<'_>,
+    ) {
+        let (Ok(x), Ok(numbers)) = (x.try_into(), numbers.try_into()) else {
+            unreachable!("a kind has as many nodes and numbers as its formula");
+        };
+        for mode in E::modes(x, numbers) {
+            see(&mode.directions, [mode.k, mode.d, mode.stiffest]);
+        }
+    }
+
+    /// Numbers of an element.
+    pub fn numbers(&self) -> usize {
+        self.record.1.len()
+    }
+}
+
+impl Described {
+    /// Adds an element.
+    pub fn push(&mut self, nodes: &[u32], numbers: &[f64]) {
+        self.nodes.extend(nodes);
+        self.numbers.extend(numbers);
+    }
+}
+
+impl List {
+    /// Those of a scene whose bodies these are.
+    pub fn new(kind: &'static Kind, bodies: &[BodyAssembly], scene: &Scene) -> Self {
+        let mut list = Self { kind, all: Described::default(), bodies: Vec::new() };
+        for (index, body) in bodies.iter().enumerate() {
+            let from = list.len();
+            let of_body = (kind.build)(body, scene, index);
+            list.all.nodes.extend(of_body.nodes.iter().map(|node| node + body.first as u32));
+            list.all.numbers.extend(of_body.numbers);
+            list.bodies.push(from..list.len());
+        }
+        list
+    }
+
+    /// Number of elements.
+    pub fn len(&self) -> usize {
+        self.all.nodes.len() / self.kind.nodes
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.all.nodes.is_empty()
+    }
+
+    /// Nodes and numbers of some elements.
+    pub fn of(&self, range: Range<usize>) -> impl Iterator<Item = (&[u32], &[f64])> {
+        let (nodes, numbers) = (self.kind.nodes, self.kind.numbers());
+        range.map(move |i| {
+            (&self.all.nodes[i * nodes..(i + 1) * nodes], &self.all.numbers[i * numbers..(i + 1) * numbers])
+        })
+    }
+}

@@ -1,0 +1,118 @@
+//! What is wrong with what a program asks of a running simulation.
+
+use crate::scene::SceneError;
+
+/// What a program asked of a running simulation cannot be done. Nothing is changed then.
+///
+/// ```
+/// # use taffeta::scene::{Body, Collider, Mass, Mesh, Scene, Select};
+/// # use taffeta::{Options, Simulation};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05).pin(Select::nodes([0])))
+/// #     .collider(Collider::sphere([0.0, -1.0, 0.0], 0.2).named("ball"));
+/// # let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// use taffeta::InputError;
+///
+/// let cloth = simulation.body("cloth")?;
+/// let error = simulation.apply_force(cloth, 20, [0.0; 3]).unwrap_err();
+/// assert!(matches!(error, InputError::NoVertex { vertex: 20, vertices: 20, .. }));
+/// assert_eq!(simulation.body("sheet").unwrap_err().to_string(), "there is no body `sheet`; there are: cloth");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum InputError {
+    /// No body has the name.
+    #[error("there is no body `{name}`; there are: {}", .known.join(", "))]
+    NoBody {
+        /// The name.
+        name: String,
+        /// Names of all bodies.
+        known: Vec<String>,
+    },
+    /// No collider has the name.
+    #[error("there is no collider `{name}`; there are: {}", .known.join(", "))]
+    NoCollider {
+        /// The name.
+        name: String,
+        /// Names of all colliders.
+        known: Vec<String>,
+    },
+    /// A handle of another simulation.
+    #[error("a handle of another simulation; names resolve to handles in each anew")]
+    ForeignHandle,
+    /// The body has fewer pins.
+    #[error("body `{body}` has {pins} pins and none with index {pin}")]
+    NoPin {
+        /// Name of the body.
+        body: String,
+        /// The index.
+        pin: usize,
+        /// Number of its pins.
+        pins: usize,
+    },
+    /// The body has fewer vertices.
+    #[error("body `{body}` has vertices 0 to {}, not {vertex}", .vertices.saturating_sub(1))]
+    NoVertex {
+        /// Name of the body.
+        body: String,
+        /// The vertex.
+        vertex: usize,
+        /// Number of its vertices.
+        vertices: usize,
+    },
+    /// The vertex is in no face.
+    #[error("vertex {vertex} of body `{body}` is in no face and not simulated")]
+    NotSimulated {
+        /// Name of the body.
+        body: String,
+        /// The vertex.
+        vertex: usize,
+    },
+    /// The body has fewer nodes.
+    #[error("body `{body}` has {nodes} nodes and none with index {node}")]
+    NoNode {
+        /// Name of the body.
+        body: String,
+        /// The node.
+        node: u32,
+        /// Number of its nodes.
+        nodes: usize,
+    },
+    /// A pin that never moves in its scene.
+    #[error("pin {pin} of body `{body}` never moves; a keyframe at t = 0 makes a pin movable")]
+    Immovable {
+        /// Name of the body.
+        body: String,
+        /// The pin.
+        pin: usize,
+    },
+    /// What is to be moved follows keyframes of the scene.
+    #[error("{what} follows keyframes; one that does not could be moved")]
+    FollowsKeyframes {
+        /// What was to be moved, in words.
+        what: String,
+    },
+    /// A number is infinite or none at all.
+    #[error("{value} is not {what}: finite numbers would do")]
+    NotFinite {
+        /// What it was for, in words.
+        what: &'static str,
+        /// What was given.
+        value: String,
+    },
+    /// The world cannot be so.
+    #[error(transparent)]
+    World(#[from] SceneError),
+    /// The snapshot is of another scene.
+    #[error("{0}")]
+    Snapshot(String),
+}
+
+/// Refuses numbers that are not finite.
+pub(crate) fn finite(value: [f64; 3], what: &'static str) -> Result<[f64; 3], InputError> {
+    if value.iter().all(|c| c.is_finite()) {
+        return Ok(value);
+    }
+    Err(InputError::NotFinite { what, value: format!("{value:?}") })
+}

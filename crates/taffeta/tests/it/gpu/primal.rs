@@ -1,0 +1,143 @@
+//! Scenes whose springs are solved for by nodes, on the GPU against the same on the CPU. Both take steps of their own on the
+//! way to the same velocities, so that places agree as far as the solver's tolerance goes.
+
+use super::constraints::{compare, drop, hung, precise};
+use super::pairs::heap;
+use super::{everything, on_gpu, small_gpu, volumes};
+use crate::common::{build_as, farthest, positions, run};
+use taffeta::scene::{Body, ConstraintForm, Mass, Mesh, Method, Scene, Select};
+use taffeta::{GpuOptions, Options, Precision, Simulation};
+
+/// A scene whose springs are solved for by nodes.
+fn by_nodes(mut scene: Scene) -> Scene {
+    scene.solver.method = Method::Ice;
+    scene.solver.ice.form = ConstraintForm::Primal;
+    precise(scene)
+}
+
+#[test]
+fn a_sheet_falls_as_on_the_cpu() {
+    let scene = by_nodes(drop(Method::Ice));
+    let [cpu, gpu] = compare(&scene, 25, 1e-5).map(|simulation| simulation.report().solver);
+    assert!(gpu.iterations > 3 && gpu.iterations.abs_diff(cpu.iterations) < 10, "{cpu:?} {gpu:?}");
+    assert_eq!((gpu.active_fraction, gpu.capped), (1.0, 0));
+}
+
+#[test]
+fn a_sheet_that_hangs_on_moving_pins_is_that_of_the_cpu() {
+    let scene = by_nodes(hung(Method::Ice));
+    let [cpu, gpu] = compare(&scene, 9, 2e-6).map(|simulation| simulation.report().solver);
+    assert!(gpu.iterations > 3 && gpu.iterations.abs_diff(cpu.iterations) < 10, "{cpu:?} {gpu:?}");
+}
+
+#[test]
+fn newton_steps_are_those_of_the_cpu() {
+    let mut scene = by_nodes(drop(Method::Ice));
+    scene.solver.ice.newton_steps = 3;
+    compare(&scene, 20, 2e-5);
+}
+
+#[test]
+fn bodies_of_all_sorts_have_systems_of_their_own() {
+    compare(&by_nodes(everything()), 6, 1e-5);
+}
+
+#[test]
+fn volumes_are_kept_beside_springs_by_nodes() {
+    compare(&by_nodes(volumes()), 5, 1e-5);
+}
+
+#[test]
+fn nodes_touch_each_other_beside_springs_by_nodes() {
+    let [cpu, gpu] = compare(&by_nodes(heap()), 4, 1e-5).map(|simulation| simulation.report().clone());
+    assert!(gpu.pairs > 30, "{}", gpu.pairs);
+    assert_eq!((cpu.pairs, cpu.contacts), (gpu.pairs, gpu.contacts));
+}
+
+/// Levels that more than a workgroup shares, sums over more groups than a workgroup has lanes.
+#[test]
+fn a_large_sheet_is_one_system() {
+    let sheet = Body::cloth("sheet", Mesh::grid(280, 240, [2.4, 2.0]))
+        .with_mass(Mass::Node(1e-3))
+        .structural(400.0, 0.01)
+        .shear(200.0, 0.01)
+        .bend(100.0, 0.01)
+        .pin(Select::rows(0, 0));
+    let scene = by_nodes(Scene::new("large").body(sheet).time(4e-3, 2e-3));
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 2), on_gpu(&scene));
+    for simulation in [&mut cpu, &mut on_gpu] {
+        simulation.disturb(1e-3, 7);
+        run(simulation, 2);
+    }
+    let way = farthest(&positions(&cpu), &positions(&on_gpu));
+    let (a, b) = (cpu.report().solver, on_gpu.report().solver);
+    assert!(way < 2e-6 && b.iterations > 3 && b.capped == 0, "{way:e} m, {a:?} {b:?}");
+}
+
+#[test]
+fn the_programs_hand_acts_beside_springs_by_nodes() {
+    let scene = by_nodes(hung(Method::Ice));
+    let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
+    for simulation in [&mut cpu, &mut on_gpu] {
+        run(simulation, 2);
+        simulation.pin_vertex(simulation.body("sheet").unwrap(), 0, [-1.1, 0.1, -0.9]).unwrap();
+        simulation.pin_vertex(simulation.body("sheet").unwrap(), 700, [0.1, 0.2, 0.2]).unwrap();
+        simulation.apply_force(simulation.body("sheet").unwrap(), 1155, [1.0, 2.0, -0.5]).unwrap();
+        run(simulation, 3);
+    }
+    let way = farthest(&positions(&cpu), &positions(&on_gpu));
+    assert!(way < 1e-5, "{way:e} m apart");
+    assert_eq!(positions(&on_gpu)[700].map(|c| c as f32), [0.1, 0.2, 0.2]);
+}
+
+#[test]
+fn the_same_bits_come_out_twice_and_in_one_go() {
+    let scene = by_nodes(drop(Method::Ice));
+    let [mut one, mut again, mut at_once] = [0; 3].map(|_| on_gpu(&scene));
+    run(&mut one, 22);
+    run(&mut again, 22);
+    at_once.advance(22).unwrap();
+    assert_eq!(one.state_hash(), again.state_hash());
+    assert_eq!((one.state_hash(), one.report()), (at_once.state_hash(), at_once.report()));
+}
+
+#[test]
+fn a_restored_simulation_goes_on_with_the_changes_that_it_had() {
+    let scene = by_nodes(hung(Method::Ice));
+    let (mut whole, mut first, mut again, mut cpu) =
+        (on_gpu(&scene), on_gpu(&scene), on_gpu(&scene), build_as(&scene, Precision::F32, 1));
+    run(&mut whole, 8);
+    run(&mut first, 5);
+    let snapshot = first.snapshot();
+    again.restore(&snapshot).unwrap();
+    assert_eq!(again.snapshot(), snapshot);
+    run(&mut again, 3);
+    assert_eq!(whole.state_hash(), again.state_hash());
+    // The other backend takes it up too.
+    cpu.restore(&snapshot).unwrap();
+    run(&mut cpu, 3);
+    let way = farthest(&positions(&whole), &positions(&cpu));
+    assert!(way < 1e-4, "{way:e} m apart");
+}
+
+#[test]
+fn iterations_that_are_not_enough_are_counted() {
+    let mut scene = by_nodes(drop(Method::Ice).time(0.016, 0.004));
+    scene.solver.ice.max_iterations = 2;
+    let mut simulation = on_gpu(&scene);
+    run(&mut simulation, 20);
+    let solver = simulation.report().solver;
+    assert_eq!((solver.iterations, solver.capped), (2, 4));
+    assert!(solver.residual > 1e-6, "{solver:?}");
+}
+
+#[test]
+fn scenes_are_split_by_bodies() {
+    let scene = by_nodes(everything());
+    let mut whole = on_gpu(&scene);
+    let options = GpuOptions::from(small_gpu(400_000));
+    let mut split = Simulation::new(&scene, &Options { gpu: Some(options), ..Options::default() }).unwrap();
+    run(&mut whole, 2);
+    run(&mut split, 2);
+    assert_eq!(whole.state_hash(), split.state_hash());
+}

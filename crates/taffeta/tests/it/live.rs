@@ -1,0 +1,173 @@
+//! What a program changes while a scene runs.
+
+use crate::common::{build, build_as, farthest, near, positions, run};
+use taffeta::scene::{Air, Body, Collider, Keyframe, Mass, Mesh, Place, Rotation, Scene, Select, World};
+use taffeta::{InputError, Pose, Precision, Simulation};
+
+const DT: f64 = 0.01;
+
+fn sheet(k: f64) -> Body {
+    Body::cloth("sheet", Mesh::grid(6, 7, [0.6, 0.5])).with_mass(Mass::Node(0.01)).structural(k, 0.01)
+}
+
+/// Half a metre up and a turn, in two frames.
+fn lifted(t: f64, share: f64) -> Keyframe {
+    let rotate = Some(Rotation { axis: [0.0, 1.0, 0.0], degrees: 4.0 * share });
+    Keyframe { t, translate: [0.0, 0.03 * share, 0.01 * share], rotate, pivot: [0.0; 3] }
+}
+
+fn pose(share: f64) -> Pose {
+    let key = lifted(0.0, share);
+    Pose { rotate: key.rotate.unwrap_or_default(), translate: key.translate }
+}
+
+#[test]
+fn a_collider_and_pins_moved_from_frame_to_frame_do_what_keyframes_do() {
+    let scene = |keys: &[Keyframe]| {
+        let ball = Collider::sphere([0.1, -0.21, 0.0], 0.2).friction(0.5);
+        let ball = keys.iter().fold(ball, |ball, key| ball.keyframe(key.clone()));
+        let mut keys = keys.to_vec();
+        keys.insert(0, Keyframe::default());
+        Scene::new("lifted")
+            .time(DT, 1e-3)
+            .body(sheet(50.0).pin_moving(Select::nodes([0, 6]), keys))
+            .collider(ball)
+    };
+    let mut keyed = build(&scene(&[lifted(DT, 0.5), lifted(2.0 * DT, 1.0)]));
+    let mut of_user = build(&scene(&[]));
+    let ball = of_user.collider("collider0").unwrap();
+    let pin = of_user.pin(of_user.body("sheet").unwrap(), 0).unwrap();
+    for share in [0.5, 1.0] {
+        of_user.move_collider(ball, pose(0.1)).unwrap();
+        // The last word counts.
+        of_user.move_collider(ball, pose(share)).unwrap();
+        of_user.move_pin(pin, pose(share)).unwrap();
+        run(&mut keyed, 1);
+        run(&mut of_user, 1);
+        assert!(farthest(&positions(&keyed), &positions(&of_user)) < 1e-12);
+    }
+    run(&mut keyed, 5);
+    run(&mut of_user, 5);
+    assert!(farthest(&positions(&keyed), &positions(&of_user)) < 1e-12);
+    let moved = of_user.collider_pose(ball, 1.0).unwrap();
+    near("shift", moved.translation.y, 0.03, 1e-15);
+    near("turn", moved.matrix3.z_axis.x, 4.0_f64.to_radians().sin(), 1e-12);
+}
+
+#[test]
+fn a_collider_that_changes_its_shape_tells_where_its_nodes_are() {
+    let flat = taffeta::topology::shapes::surface(&Mesh::grid(2, 2, [1.0, 1.0])).unwrap().nodes;
+    let raised = flat.iter().map(|&[x, y, z]| [x, y + 0.3, z]).collect();
+    // From a pose to the other in three frames; a bar keeps its shape.
+    let posed = Collider::mesh(Mesh::grid(2, 2, [1.0, 1.0])).offset(0.01).posed(3.0 * DT, vec![flat, raised]);
+    let bar = Collider::capsule([0.0, -9.0, 0.0], [1.0, -9.0, 0.0], 0.1);
+    let at = Place { position: [0.0, -2.0, 0.0], ..Place::default() };
+    let scene = Scene::new("posed").time(DT, DT).body(sheet(50.0)).collider(posed.placed(at)).collider(bar);
+    let mut simulation = build(&scene);
+    let [posed, bar] = [0, 1].map(|index| simulation.colliders()[index].handle);
+    let height =
+        |simulation: &Simulation, share| simulation.collider_nodes(posed, share).unwrap().unwrap()[3][1];
+    near("at the start", height(&simulation, 1.0), -2.0, 1e-15);
+    for (frame, share, expected) in [(1, 0.5, -1.95), (2, 1.0, -1.8), (3, 0.0, -1.8), (4, 1.0, -1.7)] {
+        run(&mut simulation, 1);
+        assert_eq!(simulation.frame(), frame);
+        near("height", height(&simulation, share), expected, 1e-12);
+    }
+    assert_eq!(simulation.collider_nodes(bar, 1.0), Ok(None));
+}
+
+#[test]
+fn what_cannot_be_moved_is_refused_by_name() {
+    let keyed =
+        Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).keyframe(Keyframe::translate(9.0, [0.0, 1.0, 0.0]));
+    let mut simulation =
+        build(&Scene::new("refused").body(sheet(50.0).pin(Select::nodes([0]))).collider(keyed));
+    let said = |error: InputError| error.to_string();
+    let plane = simulation.collider("collider0").unwrap();
+    let still = simulation.move_collider(plane, Pose::default()).unwrap_err();
+    assert_eq!(said(still), "collider `collider0` follows keyframes; one that does not could be moved");
+    let none = said(simulation.collider("ball").unwrap_err());
+    assert_eq!(none, "there is no collider `ball`; there are: collider0");
+    let sheet = simulation.body("sheet").unwrap();
+    let pin = simulation.pin(sheet, 0).unwrap();
+    assert!(said(simulation.move_pin(pin, Pose::default()).unwrap_err()).contains("keyframe at t = 0"));
+    assert!(said(simulation.pin(sheet, 1).unwrap_err()).contains("has 1 pins and none with index 1"));
+    let nowhere = Pose { translate: [f64::NAN, 0.0, 0.0], ..Pose::default() };
+    assert!(said(simulation.move_collider(plane, nowhere).unwrap_err()).contains("finite"));
+}
+
+#[test]
+fn a_handle_is_of_its_own_simulation_alone() {
+    let scene = || {
+        let ball = Collider::sphere([0.0, -1.0, 0.0], 0.2);
+        let keys = vec![Keyframe::default()];
+        Scene::new("handles").body(sheet(50.0).pin_moving(Select::nodes([0]), keys)).collider(ball)
+    };
+    let (mut one, other) = (build(&scene()), build(&scene()));
+    let (body, ball) = (other.body("sheet").unwrap(), other.collider("collider0").unwrap());
+    let pin = other.pin(body, 0).unwrap();
+    assert_ne!(one.body("sheet").unwrap(), body);
+    let before = one.state_hash();
+    let foreign = Err(InputError::ForeignHandle);
+    assert_eq!(one.pin_vertex(body, 0, [0.0; 3]), foreign);
+    assert_eq!(one.unpin_vertex(body, 0), foreign);
+    assert_eq!(one.apply_force(body, 0, [0.0; 3]), foreign);
+    assert_eq!(one.move_collider(ball, Pose::default()), foreign);
+    assert_eq!(one.move_pin(pin, Pose::default()), foreign);
+    assert_eq!(one.normals::<[f32; 3]>(body).err(), Some(InputError::ForeignHandle));
+    assert_eq!(one.surface(body).err(), Some(InputError::ForeignHandle));
+    assert_eq!(one.collider_pose(ball, 1.0).err(), Some(InputError::ForeignHandle));
+    assert_eq!(one.collider_nodes(ball, 1.0).err(), Some(InputError::ForeignHandle));
+    assert_eq!(one.pin(body, 0), Err(InputError::ForeignHandle));
+    assert_eq!(one.state_hash(), before);
+}
+
+#[test]
+fn gravity_may_change_while_things_fall() {
+    let mut simulation = build(&Scene::new("fall").time(DT, DT).body(sheet(0.0)));
+    run(&mut simulation, 10);
+    let world = World { gravity: [0.0, 9.81, 0.0], ..World::default() };
+    simulation.set_world(&world).unwrap();
+    run(&mut simulation, 10);
+    near("momentum", simulation.report().momentum[1], 0.0, 1e-12);
+    // Symplectic Euler: Σ h v over ten steps down and ten up.
+    near("fall", positions(&simulation)[0][1], -9.81 * DT * DT * 100.0, 1e-12);
+    let air = World { air: Some(Air::default()), ..world };
+    assert!(simulation.set_world(&air).unwrap_err().to_string().contains("without air"));
+    let wrong = World { drag: -1.0, ..World::default() };
+    assert!(simulation.set_world(&wrong).unwrap_err().to_string().contains("world.drag"));
+}
+
+#[test]
+fn a_scene_goes_on_with_other_springs_and_another_body() {
+    let pinned = |k| sheet(k).pin(Select::nodes([0, 6]));
+    let other = Body::cloth("other", Mesh::grid(3, 3, [0.1, 0.1])).with_mass(Mass::Node(0.01));
+    let scene = |k| Scene::new("sheets").time(DT, 1e-3).body(pinned(k));
+    let mut first = build(&scene(50.0));
+    run(&mut first, 20);
+    let mut more = build(&scene(50.0).body(other));
+    more.take_over(&first);
+    assert_eq!(more.frame(), 20);
+    assert_eq!(positions(&more)[..42], positions(&first));
+    near("momentum", more.report().momentum[1], first.report().momentum[1], 1e-15);
+    run(&mut first, 5);
+    run(&mut more, 5);
+    assert_eq!(positions(&more)[..42], positions(&first));
+    let mut stiff = build(&scene(500.0));
+    stiff.take_over(&more);
+    run(&mut stiff, 40);
+    run(&mut more, 40);
+    assert!(stiff.report().max_stretch < more.report().max_stretch);
+}
+
+#[test]
+fn frames_that_were_launched_are_those_of_steps() {
+    let build = || build_as(&Scene::new("").time(DT, 1e-3).body(sheet(50.0)), Precision::F32, 1);
+    let (mut stepped, mut launched): (Simulation, Simulation) = (build(), build());
+    run(&mut stepped, 7);
+    launched.launch(3).unwrap();
+    launched.launch(4).unwrap();
+    assert_eq!((launched.frame(), launched.report().frame), (7, 0));
+    assert_eq!(launched.collect().unwrap(), stepped.report());
+    assert_eq!(launched.state_hash(), stepped.state_hash());
+}

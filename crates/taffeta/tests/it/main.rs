@@ -1,0 +1,29 @@
+//! The engine by physics, by references of its own, and on a GPU beside the CPU.
+
+mod air;
+mod attach;
+mod bending;
+mod colliders;
+mod common;
+mod contact;
+mod convergence;
+mod counts;
+mod determinism;
+mod friction;
+mod gpu;
+mod hands;
+mod hanging;
+mod ice;
+mod live;
+mod momentum;
+mod motion;
+mod oracle;
+mod pairs;
+mod parity;
+mod primal;
+mod rest_shape;
+mod snapshot;
+mod split;
+mod stability;
+mod statics;
+mod volume;

@@ -1,0 +1,50 @@
+//! Other roundings than the CPU's, which no row may take for a fault on hardware.
+
+use crate::common::gpu;
+use std::cell::RefCell;
+use taffeta::parity::rows;
+
+/// What other devices may round otherwise: here by a unit in the last place, where they fuse or take a short way.
+const ROUNDINGS: &[(&str, &str)] = &[
+    ("return a.x * b.x + a.y * b.y + a.z * b.z;", "return 1.0000001 * (a.x * b.x + a.y * b.y + a.z * b.z);"),
+    (
+        "return vec3f(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);",
+        "return 0.9999999 * (a.yzx * b.zxy) - 1.0000001 * (a.zxy * b.yzx);",
+    ),
+    ("return sqrt(dot3(a, a));", "return 1.0000001 * sqrt(dot3(a, a));"),
+    ("let length = sqrt(squared);", "let length = 0.9999999 * sqrt(squared);"),
+    ("let inverse = sqrt(inverse_squared);", "let inverse = 1.0000001 * sqrt(inverse_squared);"),
+    (
+        "let size = select(1.0, sqrt(area) * sqrt(speed), is_blown_on);",
+        "let size = select(1.0, 1.0000001 * sqrt(area) * sqrt(speed), is_blown_on);",
+    ),
+    ("return sum * (1.0 / sqrt(squares));", "return sum * (1.0000001 / sqrt(squares));"),
+    ("let inverse = 1.0 / squared;", "let inverse = 0.9999999 / squared;"),
+    ("return x + h * new_velocity;", "return x + 1.0000001 * h * new_velocity;"),
+    ("let t = num / select", "let t = 1.0000001 * num / select"),
+];
+
+#[test]
+fn what_hardware_may_round_otherwise_is_allowed_there() {
+    let seen = RefCell::new(Vec::new());
+    let edit = |mut source: String| {
+        for (written, rounded) in
+            ROUNDINGS.iter().filter(|(written, _)| source.contains(written)).collect::<Vec<_>>()
+        {
+            seen.borrow_mut().push(*written);
+            source = source.replace(written, rounded);
+        }
+        source
+    };
+    for row in rows() {
+        let outcome =
+            row.run_edited(&gpu(), false, &edit).unwrap_or_else(|why| panic!("{}: {why}", row.name));
+        let allowed = row.tolerance.hardware;
+        println!("{}: {} ulps of {allowed}", row.name, outcome.ulps);
+        let place = outcome.place;
+        assert!(outcome.ulps <= allowed, "{}: {} ulps, {allowed} allowed: {place:?}", row.name, outcome.ulps);
+    }
+    for (written, _) in ROUNDINGS {
+        assert!(seen.borrow().contains(written), "`{written}` is not in the sources");
+    }
+}

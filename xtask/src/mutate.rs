@@ -1,0 +1,84 @@
+//! `cargo xtask mutate`: plants faults in the sources of kernels and sees that the parity rows find them.
+
+use crate::{program, test, vulkan};
+use std::process::ExitCode;
+
+/// The test that plants them, in the engine's program of tests.
+const TEST: &str = "parity::faults::planted_faults_are_found";
+/// What chooses among the faults there.
+const CHOICE: &str = "TAFFETA_FAULTS";
+/// Faults of a sample in `cargo xtask test`.
+const SAMPLE: usize = 20;
+
+/// The faults to plant.
+#[derive(Debug, PartialEq)]
+enum Choice {
+    All,
+    /// As many as that, drawn by the seed: the commit's hash if there is none.
+    Sample(usize, Option<String>),
+}
+
+fn parse(words: &[&str]) -> Result<Choice, String> {
+    let count = |count: &str| count.parse().map_err(|_| format!("--sample {count}: a number would do"));
+    match words {
+        [] | ["--all"] => Ok(Choice::All),
+        ["--sample", number] => Ok(Choice::Sample(count(number)?, None)),
+        ["--sample", number, "--seed", seed] => Ok(Choice::Sample(count(number)?, Some((*seed).to_owned()))),
+        _ => Err(format!("mutate {}: it takes --all, or --sample N [--seed SEED]", words.join(" "))),
+    }
+}
+
+/// Builds the tests and plants the faults that `words` choose.
+pub fn run(words: &[&str]) -> ExitCode {
+    let result = parse(words).and_then(|choice| {
+        vulkan::provide()?;
+        let built = test::build(&test::CORE)?;
+        plant(&built, &choice)
+    });
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("xtask: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Plants the sample that `cargo xtask test` has.
+pub fn sample(built: &test::Built, seed: Option<&str>) -> Result<(), String> {
+    plant(built, &Choice::Sample(SAMPLE, seed.map(str::to_owned)))
+}
+
+fn plant(built: &test::Built, choice: &Choice) -> Result<(), String> {
+    let mut command = built.tests("taffeta", "it").ok_or("the engine's tests were not built")?.command();
+    command.args(["--ignored", "--exact", TEST, "--nocapture"]);
+    match choice {
+        Choice::All => {
+            command.env_remove(CHOICE);
+        }
+        Choice::Sample(count, seed) => {
+            let seed = seed.clone().map_or_else(program::head, Ok)?;
+            println!("xtask: mutate --sample {count} --seed {seed}");
+            command.env(CHOICE, format!("{count} {seed}"));
+        }
+    }
+    let status = vulkan::quiet(&mut command).status().map_err(|error| format!("mutate: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("mutate: {status}")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_are_chosen_by_words() {
+        assert_eq!(parse(&[]), Ok(Choice::All));
+        assert_eq!(parse(&["--all"]), Ok(Choice::All));
+        assert_eq!(parse(&["--sample", "20"]), Ok(Choice::Sample(20, None)));
+        assert_eq!(
+            parse(&["--sample", "3", "--seed", "8299734"]),
+            Ok(Choice::Sample(3, Some("8299734".into())))
+        );
+        assert!(parse(&["--sample"]).is_err() && parse(&["--sample", "many"]).is_err());
+    }
+}
