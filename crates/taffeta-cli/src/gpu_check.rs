@@ -1,6 +1,7 @@
 //! `taffeta gpu-check`: whether a GPU computes what the CPU computes, and how fast, in one call on a bare machine.
 
 mod device;
+mod guard;
 mod jobs;
 mod parity;
 mod readback;

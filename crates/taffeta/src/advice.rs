@@ -79,6 +79,17 @@ impl fmt::Display for Warning {
     }
 }
 
+/// Two digits, never above.
+pub(crate) fn round_down(value: f64) -> f64 {
+    if !(value.is_finite() && value > 0.0) {
+        return value;
+    }
+    let unit = 10_f64.powf(value.log10().floor() - 1.0);
+    // A hair of slack: 3.9e-3 has two digits already, though it is stored as a little less.
+    let text = format!("{:.1e}", (value / unit * (1.0 + 1e-12)).floor() * unit);
+    text.parse().unwrap_or(value)
+}
+
 /// A scene that what it was to run on does not take.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{message}")]

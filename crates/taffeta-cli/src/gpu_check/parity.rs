@@ -1,6 +1,6 @@
 //! Every kernel beside its twin on the CPU.
 
-use super::session::guarded;
+use super::guard::guarded;
 use serde::Serialize;
 use taffeta::parity;
 use taffeta::taffeta_gpu::Gpu;

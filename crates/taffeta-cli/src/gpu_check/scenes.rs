@@ -1,6 +1,6 @@
 //! Whole scenes on the GPU against the same scenes on the CPU, and against themselves.
 
-use super::session::guarded;
+use super::guard::guarded;
 use crate::bench::kernels;
 use serde::Serialize;
 use taffeta::scene::{

@@ -1,11 +1,11 @@
 //! Part after part: what fails is kept and the rest goes on, and the file is whole after each part.
 
+use super::guard::guarded;
 use super::report::{Report, Substep};
 use super::{jobs, parity, readback, scenes, speed};
 use crate::bench::kernels;
 use crate::console;
 use crate::gpu::Copied;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use taffeta::GpuCost;
@@ -138,26 +138,4 @@ fn substep(gpu: &Gpu) -> Result<Substep, String> {
         microseconds: cost.seconds_per_substep * 1e6,
         nanoseconds_per_node: cost.seconds_per_node * 1e9,
     })
-}
-
-/// Runs work of which also a panic is a result: a driver that misbehaves on a machine that is seen once must not take
-/// the other parts with it.
-pub fn guarded<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
-    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
-        let text = panic.downcast_ref::<String>().map(String::as_str);
-        let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
-        Err(format!("panicked: {}", text.unwrap_or("no message")))
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::guarded;
-
-    #[test]
-    fn a_panic_is_a_fault_with_its_words() {
-        assert_eq!(guarded(|| Ok(1)), Ok(1));
-        let fault: Result<(), String> = guarded(|| panic!("no {}", 7));
-        assert_eq!(fault, Err("panicked: no 7".to_owned()));
-    }
 }

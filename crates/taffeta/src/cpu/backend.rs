@@ -64,7 +64,7 @@ pub struct CpuBackend<T> {
     marks: Shared<Marks>,
     scratch: PerWorker<Scratch<T>>,
     pub(crate) input: FrameInput,
-    pub(crate) balance: Balance,
+    balance: Balance,
     sums: FrameSums,
     /// Whether the next frame is timed by stages, and the times [s] of the last one that was.
     is_timed: bool,
@@ -125,6 +125,21 @@ impl<T: Real> CpuBackend<T> {
         if !substeps.is_empty() {
             self.balance(seconds);
         }
+    }
+
+    /// Shares tiles anew where workers were busy unevenly in a frame of `seconds`. No result depends on who computes it.
+    fn balance(&mut self, seconds: f64) {
+        if self.chunks.len() == 1 || !self.features.iter().any(|feature| feature.is_uneven()) {
+            return;
+        }
+        let start = Instant::now();
+        let tiles = &self.nodes.tiles;
+        let Some(chunks) = self.balance.after(seconds, tiles, &self.chunks) else { return };
+        for feature in self.features.iter_mut() {
+            feature.share_anew(&self.assembly, tiles, &chunks);
+        }
+        self.chunks = chunks;
+        self.balance.set_cost(start.elapsed().as_secs_f64());
     }
 
     /// Has all workers do a frame; the first one has a clock, if that was asked for.

@@ -1,9 +1,7 @@
 //! Even chunks for workers where work is uneven: contact is where it is, and not where the nodes are.
 
-use crate::cpu::backend::CpuBackend;
 use crate::cpu::tiles::{TilePlan, shares_by};
-use crate::real::Real;
-use std::time::Instant;
+use std::ops::Range;
 
 /// Frames after which shares are looked at.
 const FRAMES: u32 = 16;
@@ -30,6 +28,27 @@ impl Balance {
         Self { busy: vec![0.0; workers], waited: vec![0.0; workers], frames: 0, cost }
     }
 
+    /// Notes how long workers were busy in a frame of `seconds`. Other chunks of tiles, where these are so uneven that a change
+    /// pays.
+    pub fn after(
+        &mut self,
+        seconds: f64,
+        tiles: &[TilePlan],
+        chunks: &[Range<usize>],
+    ) -> Option<Vec<Range<usize>>> {
+        for (busy, waited) in self.busy.iter_mut().zip(&self.waited) {
+            *busy += seconds - *waited;
+        }
+        self.frames += 1;
+        let others = chunks_by_time(tiles, chunks, &self.uneven()?);
+        (others != chunks).then_some(others)
+    }
+
+    /// A change has taken so long [s].
+    pub fn set_cost(&mut self, cost: f64) {
+        self.cost = cost;
+    }
+
     /// What each worker's tiles cost, if that is so uneven that a change pays.
     fn uneven(&mut self) -> Option<Vec<f64>> {
         if self.frames < FRAMES {
@@ -44,43 +63,16 @@ impl Balance {
     }
 }
 
-impl<T: Real> CpuBackend<T> {
-    /// Notes how long workers were busy in a frame of `seconds`, and now and then shares tiles anew. No result depends on
-    /// who computes it.
-    pub(crate) fn balance(&mut self, seconds: f64) {
-        if self.chunks.len() == 1 || !self.features.iter().any(|feature| feature.is_uneven()) {
-            return;
-        }
-        let Balance { busy, waited, .. } = &mut self.balance;
-        for (busy, waited) in busy.iter_mut().zip(waited) {
-            *busy += seconds - *waited;
-        }
-        self.balance.frames += 1;
-        if let Some(busy) = self.balance.uneven() {
-            self.share_anew(&busy);
+/// Shares tiles anew by how long the workers that had `chunks` of them were `busy` [s].
+fn chunks_by_time(tiles: &[TilePlan], chunks: &[Range<usize>], busy: &[f64]) -> Vec<Range<usize>> {
+    let mut costs = vec![0.0; tiles.len()];
+    for (chunk, busy) in chunks.iter().zip(busy) {
+        let nodes: usize = tiles[chunk.clone()].iter().map(TilePlan::len).sum();
+        for tile in chunk.clone() {
+            costs[tile] = busy * tiles[tile].len() as f64 / nodes as f64;
         }
     }
-
-    fn share_anew(&mut self, busy: &[f64]) {
-        let start = Instant::now();
-        let tiles = &self.nodes.tiles;
-        let mut costs = vec![0.0; tiles.len()];
-        for (chunk, busy) in self.chunks.iter().zip(busy) {
-            let nodes: usize = tiles[chunk.clone()].iter().map(TilePlan::len).sum();
-            for tile in chunk.clone() {
-                costs[tile] = busy * tiles[tile].len() as f64 / nodes as f64;
-            }
-        }
-        let chunks = shares_by(&costs, self.chunks.len());
-        if chunks == self.chunks {
-            return;
-        }
-        for feature in self.features.iter_mut() {
-            feature.share_anew(&self.assembly, tiles, &chunks);
-        }
-        self.chunks = chunks;
-        self.balance.cost = start.elapsed().as_secs_f64();
-    }
+    shares_by(&costs, chunks.len())
 }
 
 #[cfg(test)]

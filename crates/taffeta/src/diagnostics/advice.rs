@@ -1,6 +1,6 @@
 //! Words for the user: before a run that cannot hold, and after one that did not.
 
-use crate::advice::{Advice, Warning};
+use crate::advice::{Advice, Warning, round_down};
 use crate::build::Assembly;
 use crate::diagnostics::tension::{Tension, hanging};
 use crate::diagnostics::{FrameReport, stability};
@@ -43,7 +43,7 @@ impl StepLimit {
             step,
             at_rest: largest.at_rest,
             folded: largest.folded,
-            in_air: aero::acts_on(assembly, largest.body).then_some(largest.in_air),
+            in_air: (!assembly.elements_of(aero::NAME, largest.body).is_empty()).then_some(largest.in_air),
             body: assembly.bodies[largest.body].name.clone(),
             method,
             primal,
@@ -185,17 +185,6 @@ fn digits(value: f64) -> String {
     if value < 1000.0 { format!("{value:.2}") } else { format!("{value:.2e}") }
 }
 
-/// Two digits, never above.
-pub fn round_down(value: f64) -> f64 {
-    if !(value.is_finite() && value > 0.0) {
-        return value;
-    }
-    let unit = 10_f64.powf(value.log10().floor() - 1.0);
-    // A hair of slack: 3.9e-3 has two digits already, though it is stored as a little less.
-    let text = format!("{:.1e}", (value / unit * (1.0 + 1e-12)).floor() * unit);
-    text.parse().unwrap_or(value)
-}
-
 /// Why a frame cannot be shown to anyone, if so: a number that is not finite, or springs at twenty times their
 /// length with ten times the energy that the start and gravity account for, and growing. Weak springs that are
 /// merely pulled apart gain no energy and pass. A volume that is kept is not a hundred times what it should be, and
@@ -208,7 +197,7 @@ pub fn runaway(start: &FrameReport, last: &FrameReport, now: &FrameReport, drive
     if let Some(times) = overblown(last, now) {
         return Some(format!("a body encloses {times:.0} times the volume that it should"));
     }
-    let internal = |report: &FrameReport| report.kinetic + report.springs + report.bent();
+    let internal = |report: &FrameReport| report.kinetic + report.springs + report.energy_of_elements();
     let accounted = internal(start) + (now.gravitational - start.gravitational).abs();
     let growth = if driven { 4.0 } else { 1.0 };
     let growing = now.max_stretch > last.max_stretch && internal(now) > growth * internal(last);

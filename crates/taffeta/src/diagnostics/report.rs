@@ -79,7 +79,7 @@ pub struct SolverReport {
 impl FrameReport {
     /// Total energy [J].
     pub fn energy(&self) -> f64 {
-        self.kinetic + self.gravitational + self.springs + self.bent()
+        self.kinetic + self.gravitational + self.springs + self.energy_of_elements()
     }
 
     /// Energy of one kind of elements [J]; 0 where the scene has none.
@@ -88,7 +88,7 @@ impl FrameReport {
     }
 
     /// Energy of all elements but springs [J].
-    pub fn bent(&self) -> f64 {
+    pub fn energy_of_elements(&self) -> f64 {
         self.elements.iter().map(|one| one.energy).sum()
     }
 

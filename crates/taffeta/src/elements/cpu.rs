@@ -1,16 +1,10 @@
 //! Elements on the CPU: forces are found element by element, then gathered by node. Nothing scatters.
 
-use crate::cpu::backend::Context;
-use crate::cpu::feature::{Feature, Flow};
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::SimdLevel;
-use crate::cpu::tile::Tile;
 use crate::cpu::worker::Worker;
-use crate::diagnostics::{ElementEnergy, FrameSums};
-use crate::elements;
 use crate::elements::element::{Element, List};
 use crate::real::Real;
-use crate::step::Op;
 use crate::topology::{Csr, LANES};
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -108,68 +102,5 @@ impl<T: Real, E: Element<N, P>, const N: usize, const P: usize> ElementSet<T> fo
     fn forces(&self) -> Vec<[T; 3]> {
         // SAFETY: asked for between frames, when no worker works.
         unsafe { self.forces.read() }.as_flattened().to_vec()
-    }
-}
-
-/// All elements of a scene whose forces are found one by one.
-pub struct Elements<T> {
-    sets: Vec<Box<dyn ElementSet<T>>>,
-}
-
-impl<T: Real> Elements<T> {
-    /// Those of a scene, if it has any.
-    pub fn new(context: &Context<'_, T>) -> Option<Self> {
-        let sets = elements::sets(context.assembly);
-        (!sets.is_empty()).then_some(Self { sets })
-    }
-
-    /// The forces of each element of a kind [N], as last found.
-    #[cfg(feature = "gpu")]
-    pub fn forces(&self, kind: &str) -> Vec<[T; 3]> {
-        self.sets.iter().find(|set| set.name() == kind).map_or_else(Vec::new, |set| set.forces())
-    }
-
-    /// Adds up the forces on a run of nodes, slices of nodes at a time.
-    fn gather(&self, tile: &mut Tile<'_, T>, at: usize, run: &Range<usize>) {
-        let mut start = run.start;
-        while start < run.end {
-            let nodes = start..run.end.min((start / LANES + 1) * LANES);
-            let mut sum = [[T::ZERO; LANES]; 3];
-            self.sets.iter().for_each(|set| set.gather(tile.nodes.level, nodes.clone(), &mut sum));
-            let here = at + start - run.start;
-            for (column, sum) in tile.scratch.force.iter_mut().zip(&sum) {
-                for (force, &sum) in column[here..here + nodes.len()].iter_mut().zip(sum) {
-                    *force += sum;
-                }
-            }
-            start = nodes.end;
-        }
-    }
-}
-
-impl<T: Real> Feature<T> for Elements<T> {
-    fn ops(&self) -> &'static [Op] {
-        &[Op::Elements, Op::Gather]
-    }
-
-    fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {
-        self.sets.iter().for_each(|set| set.find(worker));
-        Flow::Go
-    }
-
-    fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
-        for (at, run) in tile.plan.runs() {
-            self.gather(tile, at, &run);
-        }
-    }
-
-    fn measure(&mut self, state: [&[T]; 6], _: usize, sums: &mut FrameSums) {
-        let energies = self.sets.iter().map(|set| (set.name(), set.energy(state)));
-        let some = energies.filter_map(|(kind, energy)| Some(ElementEnergy::new(kind, energy?)));
-        sums.elements = some.collect();
-    }
-
-    fn bytes(&self) -> usize {
-        self.sets.iter().map(|set| set.bytes()).sum()
     }
 }

@@ -4,8 +4,8 @@ use crate::build::Assembly;
 use crate::cpu::CpuBackend;
 use crate::diagnostics::FrameSums;
 use crate::diagnostics::gpu::{capped, sum_groups};
-use crate::elements::cpu;
 use crate::elements::element::{Kind, List};
+use crate::elements::sets;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::Name;
@@ -108,7 +108,7 @@ impl Set {
 
     /// What the CPU has found of their forces [N].
     pub fn found_on_cpu(&self, cpu: &mut CpuBackend<f32>) -> Vec<Four> {
-        let Some(elements) = cpu.feature::<cpu::Elements<f32>>() else { return Vec::new() };
+        let Some(elements) = cpu.feature::<sets::Elements<f32>>() else { return Vec::new() };
         let (each, found) = (self.kind.forces, elements.forces(self.kind.name));
         let own = &found[each * self.range.start..each * self.range.end];
         own.iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect()

@@ -9,7 +9,6 @@ pub mod gust;
 #[cfg(feature = "gpu")]
 pub mod parity;
 
-use crate::build::Assembly;
 use crate::elements::element::{Kernels, Kind};
 
 /// The name of triangles in the air in reports and shaders.
@@ -28,8 +27,3 @@ pub const KIND: Kind = Kind {
     build: build::described,
     modes: None,
 };
-
-/// Whether air acts on a body.
-pub fn acts_on(assembly: &Assembly, body: usize) -> bool {
-    !assembly.elements_of(NAME, body).is_empty()
-}
