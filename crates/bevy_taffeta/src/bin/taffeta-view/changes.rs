@@ -1,6 +1,6 @@
 //! Values that the user changes, until the simulation takes them up.
 
-use crate::panel::Busy;
+use crate::busy::Busy;
 use crate::stage::StageRoot;
 use bevy::ecs::component::Mutable;
 use bevy::platform::collections::HashSet;

@@ -2,7 +2,7 @@
 
 use crate::framing::Extent;
 use crate::listed::{Listed, Springs};
-use crate::looks::Looks;
+use crate::looks::{Colouring, Looks};
 use crate::stage::StageRoot;
 use bevy::asset::AssetEventSystems;
 use bevy::ecs::system::SystemParam;
@@ -10,45 +10,6 @@ use bevy::prelude::*;
 use bevy_taffeta::Running;
 use bevy_taffeta::prelude::*;
 use bevy_taffeta::taffeta::springs::SpringKind;
-
-/// What the colours of bodies say.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Colouring {
-    /// Nothing.
-    #[default]
-    Plain,
-    /// How far springs at a vertex are beyond their length at rest, the farthest of them.
-    Strain,
-    /// How fast vertices are.
-    Velocity,
-    /// How far vertices are from colliders.
-    Contact,
-}
-
-impl Colouring {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Plain, Self::Strain, Self::Velocity, Self::Contact];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Plain => "plain",
-            Self::Strain => "strain",
-            Self::Velocity => "velocity",
-            Self::Contact => "contact",
-        }
-    }
-
-    /// What a legend says, and what a number of it is to be multiplied by.
-    pub fn legend(self) -> (&'static str, f32) {
-        match self {
-            Self::Plain => ("", 1.0),
-            Self::Strain => ("longest spring beyond rest [%]", 100.0),
-            Self::Velocity => ("speed [m/s]", 1.0),
-            Self::Contact => ("gap to colliders [mm]", 1000.0),
-        }
-    }
-}
 
 /// The colour map "viridis" (Smith and van der Walt, 2015) at even steps, in sRGB.
 const VIRIDIS: [[u8; 3]; 9] = [

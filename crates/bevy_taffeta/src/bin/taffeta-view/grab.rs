@@ -1,6 +1,6 @@
 //! Vertices in the user's hand: taken with the mouse, led in the plane that is parallel to the picture, and let go.
 
-use crate::panel::Busy;
+use crate::busy::Busy;
 use crate::stage::{StageCamera, StageRoot};
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::light::{NotShadowCaster, NotShadowReceiver};

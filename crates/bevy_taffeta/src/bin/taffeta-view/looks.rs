@@ -1,7 +1,6 @@
 //! How the scene is drawn: what its colours say, which lines are drawn, and what that needs of the engine.
 
-use crate::colours::Colouring;
-use crate::panel::Busy;
+use crate::busy::Busy;
 use crate::stage::StageRoot;
 use bevy::prelude::*;
 use bevy_taffeta::prelude::*;
@@ -19,6 +18,45 @@ pub struct Looks {
     pub colliders: bool,
     /// Which lines are drawn.
     pub lines: [bool; 5],
+}
+
+/// What the colours of bodies say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Colouring {
+    /// Nothing.
+    #[default]
+    Plain,
+    /// How far springs at a vertex are beyond their length at rest, the farthest of them.
+    Strain,
+    /// How fast vertices are.
+    Velocity,
+    /// How far vertices are from colliders.
+    Contact,
+}
+
+impl Colouring {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Plain, Self::Strain, Self::Velocity, Self::Contact];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Plain => "plain",
+            Self::Strain => "strain",
+            Self::Velocity => "velocity",
+            Self::Contact => "contact",
+        }
+    }
+
+    /// What a legend says, and what a number of it is to be multiplied by.
+    pub fn legend(self) -> (&'static str, f32) {
+        match self {
+            Self::Plain => ("", 1.0),
+            Self::Strain => ("longest spring beyond rest [%]", 100.0),
+            Self::Velocity => ("speed [m/s]", 1.0),
+            Self::Contact => ("gap to colliders [mm]", 1000.0),
+        }
+    }
 }
 
 /// Lines that may be drawn.

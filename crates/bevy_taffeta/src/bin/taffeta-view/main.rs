@@ -1,6 +1,7 @@
 //! The program `taffeta-view`: shows scenes in a window, or makes films of them without one.
 
 mod args;
+mod busy;
 mod changes;
 mod colours;
 mod film;

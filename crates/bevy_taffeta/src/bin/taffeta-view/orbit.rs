@@ -1,8 +1,8 @@
 //! The camera in the user's hand: it orbits a point, shifts with it, comes near and goes away.
 
+use crate::busy::Busy;
 use crate::framing::{Extent, FIELD};
 use crate::grab::Grab;
-use crate::panel::Busy;
 use crate::stage::StageCamera;
 use bevy::ecs::system::SystemParam;
 use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseScrollUnit};

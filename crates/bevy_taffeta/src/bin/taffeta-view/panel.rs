@@ -3,10 +3,12 @@
 mod fields;
 mod messages;
 mod numbers;
+mod room;
 mod side;
 mod top;
 mod values;
 
+use crate::busy::Busy;
 use crate::save::Picture;
 use crate::stage::StageCamera;
 use bevy::camera::visibility::RenderLayers;
@@ -16,32 +18,7 @@ use bevy::render::render_resource::BlendState;
 use bevy::window::PrimaryWindow;
 use bevy_egui::egui::{self, Color32, Context, CornerRadius, LayerId, Rect, Ui, UiBuilder};
 use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
-
-/// What panels take for themselves; mouse and keys do nothing else then.
-#[derive(Resource, Default)]
-pub struct Busy {
-    /// The mouse is on a panel.
-    pub pointer: bool,
-    /// Something is typed.
-    pub keys: bool,
-    /// A value is on its way to another: a slider is dragged, or something is typed.
-    pub edits: bool,
-}
-
-/// Which panels there are.
-#[derive(Resource)]
-pub struct Shown {
-    /// The values, at the right.
-    pub values: bool,
-    /// The plots, below.
-    pub plots: bool,
-}
-
-impl Default for Shown {
-    fn default() -> Self {
-        Self { values: true, plots: true }
-    }
-}
+use room::{Left, Shown};
 
 /// Panels, and a camera for them.
 pub fn panel(app: &mut App) {
@@ -89,19 +66,6 @@ fn keys(keys: Res<ButtonInput<KeyCode>>, busy: Res<Busy>, mut shown: ResMut<Show
     if keys.just_pressed(KeyCode::Tab) && !busy.keys {
         let any = shown.values || shown.plots;
         (shown.values, shown.plots) = (!any, !any);
-    }
-}
-
-/// The part of the window that no panel has taken yet.
-#[derive(Resource)]
-pub struct Left(pub Option<Ui>);
-
-impl Left {
-    /// Shows a panel in it.
-    pub fn show(&mut self, panel: egui::Panel, job: impl FnOnce(&mut Ui)) {
-        if let Some(ui) = &mut self.0 {
-            panel.show(ui, job);
-        }
     }
 }
 

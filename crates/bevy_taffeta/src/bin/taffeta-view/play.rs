@@ -1,6 +1,6 @@
 //! When time goes by: pause, single frames, slow motion, from the start again.
 
-use crate::panel::Busy;
+use crate::busy::Busy;
 use crate::stage::{OnStage, StageRoot};
 use bevy::prelude::*;
 use bevy_taffeta::prelude::*;
@@ -17,7 +17,7 @@ pub struct AsRead;
 
 /// What the engine has to say.
 #[derive(Resource, Default)]
-pub struct Told {
+pub struct Notices {
     /// Why the values cannot be simulated; what ran before runs on.
     pub refused: Option<String>,
     /// Why the simulation stands still.
@@ -28,7 +28,7 @@ pub struct Told {
 
 /// Playing, by keys.
 pub fn play(app: &mut App) {
-    app.init_resource::<Told>()
+    app.init_resource::<Notices>()
         .add_message::<Restart>()
         .add_message::<AsRead>()
         .add_systems(Update, (keys, put_back, restart).chain())
@@ -97,14 +97,14 @@ fn put_back(
 fn restart(
     mut commands: Commands,
     mut asked: MessageReader<Restart>,
-    mut told: ResMut<Told>,
+    mut notices: ResMut<Notices>,
     worlds: Query<Entity, With<StageRoot>>,
     mut colliders: Query<&mut Transform, (With<SoftCollider>, With<FromScene>)>,
 ) {
     if asked.read().count() == 0 {
         return;
     }
-    told.diverged = None;
+    notices.diverged = None;
     for world in &worlds {
         commands.entity(world).remove::<Running>();
     }
@@ -115,7 +115,7 @@ fn restart(
 
 /// Takes up what the engine says. What could be built is not refused any more.
 fn listen(
-    mut told: ResMut<Told>,
+    mut notices: ResMut<Notices>,
     mut refused: MessageReader<Refused>,
     mut diverged: MessageReader<Diverged>,
     running: Query<&Running, With<StageRoot>>,
@@ -124,12 +124,12 @@ fn listen(
     let now = running.iter().map(Running::built).sum();
     if now != *built {
         *built = now;
-        (told.refused, told.diverged) = (None, None);
+        (notices.refused, notices.diverged) = (None, None);
     }
     if let Some(message) = refused.read().last() {
-        told.refused = Some(advised(&message.error, message.error.advice()));
+        notices.refused = Some(advised(&message.error, message.error.advice()));
     }
     if let Some(message) = diverged.read().last() {
-        told.diverged = Some(advised(&message.error, message.error.advice()));
+        notices.diverged = Some(advised(&message.error, message.error.advice()));
     }
 }

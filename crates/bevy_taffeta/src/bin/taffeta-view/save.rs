@@ -1,7 +1,7 @@
 //! What the user keeps: pictures of the scene, and the scene with its values as they are.
 
-use crate::panel::Busy;
-use crate::play::Told;
+use crate::busy::Busy;
+use crate::play::Notices;
 use crate::stage::StageRoot;
 use bevy::prelude::*;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured, save_to_disk};
@@ -107,10 +107,12 @@ fn take(mut commands: Commands, mut picture: ResMut<Picture>) {
     if *updates == WITHOUT {
         let path = path.clone();
         commands.spawn(Screenshot::primary_window()).observe(
-            move |captured: On<ScreenshotCaptured>, mut picture: ResMut<Picture>, mut told: ResMut<Told>| {
+            move |captured: On<ScreenshotCaptured>,
+                  mut picture: ResMut<Picture>,
+                  mut notices: ResMut<Notices>| {
                 save_to_disk(&path)(captured);
                 picture.wanted = None;
-                told.done = Some(saved(&path));
+                notices.done = Some(saved(&path));
             },
         );
     }
@@ -138,13 +140,13 @@ fn save_scene(
     worlds: Worlds,
     materials: Query<(&FromScene, &SoftMaterial)>,
     colliders: Query<(&FromScene, &SoftCollider)>,
-    mut told: ResMut<Told>,
+    mut notices: ResMut<Notices>,
 ) {
     let wanted = asked.read().any(|save| matches!(save, Save::Scene));
     let (true, Ok(world)) = (wanted, worlds.single()) else { return };
     let scene = edited(&source.scene, world, materials.iter(), colliders.iter());
     let folder = source.path.parent().unwrap_or(Path::new(""));
-    told.done = Some(write(&scene, &source.unused(folder, "edited", "toml")));
+    notices.done = Some(write(&scene, &source.unused(folder, "edited", "toml")));
 }
 
 /// The scene of the file with the values as they are.

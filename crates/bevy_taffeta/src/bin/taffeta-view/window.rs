@@ -64,7 +64,7 @@ const INTERRUPTED: u8 = 130;
 
 /// All that needs no panel.
 pub fn hands(app: &mut App) {
-    app.init_resource::<panel::Busy>();
+    app.init_resource::<busy::Busy>();
     app.add_plugins((
         looks::looks,
         play::play,

@@ -1,8 +1,8 @@
 //! What the engine has to say: what it refuses, why it stands still, what was saved.
 
-use super::Left;
+use super::room::Left;
 use crate::grab::Grab;
-use crate::play::{Restart, Told};
+use crate::play::{Notices, Restart};
 use bevy::prelude::*;
 use bevy_egui::egui::{Color32, Frame, Panel, RichText, Ui};
 
@@ -14,11 +14,11 @@ const PALE_GREEN: Color32 = Color32::from_rgb(230, 246, 235);
 /// Shows messages, if there are any.
 pub fn show(
     mut left: ResMut<Left>,
-    mut told: ResMut<Told>,
+    mut notices: ResMut<Notices>,
     grab: Res<Grab>,
     mut restart: MessageWriter<Restart>,
 ) {
-    if let Some(why) = &told.diverged {
+    if let Some(why) = &notices.diverged {
         strip(&mut left, "diverged", PALE_RED, |ui| {
             ui.label(RichText::new(why).color(RED));
             if ui.button("⟲ start again").clicked() {
@@ -26,7 +26,7 @@ pub fn show(
             }
         });
     }
-    let refused = told.refused.iter().map(|why| format!("{why} (what ran before runs on)"));
+    let refused = notices.refused.iter().map(|why| format!("{why} (what ran before runs on)"));
     for (index, why) in refused.chain(grab.refused.clone()).enumerate() {
         let name = if index == 0 { "refused" } else { "refused hand" };
         strip(&mut left, name, PALE_RED, |ui| {
@@ -34,7 +34,7 @@ pub fn show(
         });
     }
     let mut read = false;
-    if let Some(done) = &told.done {
+    if let Some(done) = &notices.done {
         let (words, colours) = match done {
             Ok(words) => (words, (GREEN, PALE_GREEN)),
             Err(words) => (words, (RED, PALE_RED)),
@@ -45,7 +45,7 @@ pub fn show(
         });
     }
     if read {
-        told.done = None;
+        notices.done = None;
     }
 }
 

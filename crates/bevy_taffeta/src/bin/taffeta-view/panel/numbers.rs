@@ -1,7 +1,7 @@
 //! Below the picture: plots of the last seconds, numbers of the last frame, times of its stages.
 
 use super::fields::number;
-use super::{Left, Shown};
+use super::room::{Left, Shown};
 use crate::plots::{self, History};
 use crate::stage::StageRoot;
 use bevy::prelude::*;

@@ -1,10 +1,11 @@
 //! At the right of the picture: how it is drawn, and all values of the scene.
 
-use super::{Left, Shown, values};
+use super::room::{Left, Shown};
+use super::values;
 use crate::changes::Changes;
-use crate::colours::{Colouring, Range, shade, viridis};
+use crate::colours::{Range, shade, viridis};
 use crate::grab::Grab;
-use crate::looks::{Lines, Looks};
+use crate::looks::{Colouring, Lines, Looks};
 use crate::stage::StageRoot;
 use bevy::platform::collections::HashSet;
 use bevy::prelude::*;

@@ -1,6 +1,6 @@
 //! Above the picture: playing, and how fast it goes.
 
-use super::{Left, Shown};
+use super::room::{Left, Shown};
 use crate::play::{AsRead, Restart, step};
 use crate::plots::History;
 use crate::save::Save;

@@ -1,13 +1,13 @@
 //! What mouse, keys and sliders do, without a window.
 
 use super::hands;
+use crate::busy::Busy;
 use crate::changes::Changes;
-use crate::colours::Colouring;
 use crate::framing::Extent;
 use crate::grab::Grab;
+use crate::looks::Colouring;
 use crate::looks::Looks;
-use crate::panel::Busy;
-use crate::play::{AsRead, Restart, Told};
+use crate::play::{AsRead, Notices, Restart};
 use crate::save::{Source, edited, write};
 use crate::stage::{StageCamera, StagePlugin, StageRoot};
 use bevy::app::PluginsState;
@@ -263,12 +263,12 @@ fn what_the_engine_refuses_is_told_in_its_words_while_the_last_good_state_goes_o
     };
     set(&mut app, -1.0);
     let frame = running(&mut app).simulation().frame();
-    let told = app.world().resource::<Told>().refused.clone().expect("refused");
+    let told = app.world().resource::<Notices>().refused.clone().expect("refused");
     assert!(told.contains("springs.structural.k") && told.contains("-1"), "{told}");
     run(&mut app, 5);
     assert_eq!(running(&mut app).simulation().frame(), frame + 5);
     set(&mut app, 60.0);
-    assert_eq!(app.world().resource::<Told>().refused, None);
+    assert_eq!(app.world().resource::<Notices>().refused, None);
 }
 
 #[test]
@@ -294,11 +294,11 @@ fn a_diverged_scene_stands_still_and_starts_again_with_the_values_of_the_file() 
         material.springs.structural.as_mut().expect("springs").k = 1e7;
     });
     run(&mut app, 30);
-    let told = app.world().resource::<Told>().diverged.clone().expect("diverged");
+    let told = app.world().resource::<Notices>().diverged.clone().expect("diverged");
     assert!(told.contains("sheet") && running(&mut app).is_halted(), "{told}");
     app.world_mut().write_message(AsRead);
     run(&mut app, 30);
-    assert_eq!(app.world().resource::<Told>().diverged, None);
+    assert_eq!(app.world().resource::<Notices>().diverged, None);
     assert!(running(&mut app).simulation().frame() > 20 && !running(&mut app).is_halted());
 }
 
