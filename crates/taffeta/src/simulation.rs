@@ -1,17 +1,21 @@
 //! What a program holds: a scene that runs. Build it, step it, read positions, move pins, apply forces.
 
+mod errors;
 mod frames;
 mod handles;
 mod info;
 mod input;
 mod live;
+mod options;
 mod seen;
 mod snapshot;
 
+pub use errors::{BuildError, Diverged, StepError};
 pub use handles::{BodyHandle, ColliderHandle, PinHandle};
 pub use info::{BodyInfo, ColliderInfo};
 pub use input::InputError;
 pub use live::Pose;
+pub use options::{Options, Precision};
 pub use snapshot::Snapshot;
 
 use crate::advice::{Advice, Refusal, Warning};
@@ -25,9 +29,7 @@ use crate::diagnostics::tension::Tension;
 use crate::diagnostics::wind::weakened;
 use crate::diagnostics::{FrameReport, FrameSums, normals};
 use crate::features;
-#[cfg(feature = "gpu")]
-use crate::gpu::GpuOptions;
-use crate::scene::{Scene, SceneError};
+use crate::scene::Scene;
 #[cfg(feature = "gpu")]
 use crate::step::Stage;
 use crate::topology::Surface;
@@ -36,154 +38,8 @@ use crate::volume::volume::Form;
 use glam::DVec3;
 use handles::SimulationId;
 use input::finite;
-use serde::{Deserialize, Serialize};
 use std::hash::Hasher;
 use std::sync::OnceLock;
-
-/// Arithmetic of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Precision {
-    /// 32 bits: the fast path.
-    #[default]
-    F32,
-    /// 64 bits: the oracle.
-    F64,
-}
-
-/// How to run a scene, apart from what it is. More may come: write `..Options::default()`.
-///
-/// ```
-/// use taffeta::{Options, Precision};
-///
-/// let reference = Options { precision: Precision::F64, threads: Some(1), ..Options::default() };
-/// # let _ = reference;
-/// ```
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// Worker threads; `None`: all that the machine has, but one for every 4,096 nodes at most, for less work than
-    /// that is done before the workers have met.
-    pub threads: Option<usize>,
-    /// Arithmetic; a GPU computes in [`Precision::F32`] alone.
-    pub precision: Precision,
-    /// The GPU to run on; `None`: the CPU.
-    #[cfg(feature = "gpu")]
-    pub gpu: Option<GpuOptions>,
-}
-
-/// A run that cannot go on.
-///
-/// ```
-/// use taffeta::scene::{Body, Mass, Mesh, Scene, Select};
-/// use taffeta::{Advice, Options, Simulation, StepError};
-///
-/// // Too stiff for its step.
-/// let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Node(1e-3)).structural(1e6, 0.0);
-/// let scene = Scene::new("bursts").time(0.01, 0.01).body(cloth.pin(Select::nodes([0])));
-/// let mut simulation = Simulation::new(&scene, &Options::default())?;
-/// simulation.disturb(1e-3, 1);
-/// let Err(StepError::Diverged(end)) = (0..100).try_for_each(|_| simulation.step().map(drop)) else {
-///     panic!("it held");
-/// };
-/// assert_eq!(end.body, "cloth");
-/// assert!(matches!(end.advice[..], [Advice::LongestStep(_), ..]));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-#[derive(Clone, Debug, thiserror::Error)]
-#[error("{}: body `{body}`, vertex {vertex}: {what}. {cause}", named(.first, .frame))]
-#[non_exhaustive]
-pub struct Diverged {
-    /// The first frame that may have failed; the one before it was good.
-    pub first: u32,
-    /// The frame after which that was seen. Later than `first` where several were launched before one was looked at.
-    pub frame: u32,
-    /// Name of the body.
-    pub body: String,
-    /// Vertex in the mesh's own order.
-    pub vertex: usize,
-    /// What was seen.
-    pub what: String,
-    /// Likely cause, and what to change.
-    pub cause: String,
-    /// The settings among what to change, the best first.
-    pub advice: Vec<Advice>,
-}
-
-/// Frames in words.
-fn named(first: &u32, last: &u32) -> String {
-    if first == last {
-        format!("frame {last}")
-    } else {
-        format!("by frame {last} (frame {} was good)", first - 1)
-    }
-}
-
-/// Why a scene does not run.
-///
-/// ```
-/// use taffeta::scene::{Body, Mass, Mesh, Scene};
-/// use taffeta::{BuildError, Options, Simulation};
-///
-/// let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(-1.0));
-/// match Simulation::new(&Scene::new("").body(cloth), &Options::default()) {
-///     Err(BuildError::Scene(error)) => assert_eq!(error.path, "body[0].area_density"),
-///     Err(error) => panic!("the device does not take it: {error}"),
-///     Ok(_) => panic!("it runs"),
-/// }
-/// ```
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum BuildError {
-    /// The scene cannot be simulated.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// What it was to run on does not take it.
-    #[error(transparent)]
-    Refused(#[from] Refusal),
-    /// The device does not answer any more.
-    #[error("{0}")]
-    Lost(String),
-}
-
-impl BuildError {
-    /// The settings among what would do, the best first.
-    pub fn advice(&self) -> &[Advice] {
-        match self {
-            Self::Scene(error) => &error.advice,
-            Self::Refused(refusal) => &refusal.advice,
-            Self::Lost(_) => &[],
-        }
-    }
-}
-
-/// Why a frame could not be done, or drawn. [`Diverged`] has an example.
-#[derive(Clone, Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StepError {
-    /// The scene cannot go on.
-    #[error(transparent)]
-    Diverged(#[from] Diverged),
-    /// The device that computes does not answer any more.
-    #[error("frame {frame}: {why}")]
-    Lost {
-        /// The frame that failed; the one before it was good.
-        frame: u32,
-        /// What the device said.
-        why: String,
-    },
-    /// What is to be drawn is not there.
-    #[error(transparent)]
-    Input(#[from] InputError),
-}
-
-impl StepError {
-    /// The settings among what to change, the best first.
-    pub fn advice(&self) -> &[Advice] {
-        match self {
-            Self::Diverged(diverged) => &diverged.advice,
-            Self::Lost { .. } | Self::Input(_) => &[],
-        }
-    }
-}
 
 /// A scene that runs.
 ///
