@@ -10,7 +10,6 @@ use crate::cpu::worker::Worker;
 use crate::scene::{Body, Mass, Mesh, Scene};
 use crate::step::{self, Line, Marks, On, Op, Parts};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
 
 /// Every operation.
 const OPS: [Op; Op::COUNT] = [
@@ -69,7 +68,7 @@ impl Recorder {
     fn note(&self, call: Call) -> usize {
         if call.worker == 1 {
             // Who does not wait for it is ahead.
-            std::thread::sleep(Duration::from_micros(20));
+            (0..2000).for_each(|_| std::hint::spin_loop());
         }
         let mut calls = self.0.lock().expect("calls");
         calls.push(call);
