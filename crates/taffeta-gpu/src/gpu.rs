@@ -2,8 +2,9 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use crate::cache::Cache;
 use crate::{AdapterInfo, Choice, DispatchList, GpuError, adapter};
 
 /// A GPU that is open. Cheap to clone: the clones are one device.
@@ -18,6 +19,7 @@ struct Inner {
     memory: Arc<AtomicU64>,
     reads: Arc<AtomicU64>,
     fault: Fault,
+    cache: Mutex<Cache>,
 }
 
 /// The first thing that went wrong.
@@ -70,7 +72,8 @@ impl Gpu {
     pub fn on(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo) -> Gpu {
         let limits = device.limits();
         let (info, memory, reads, fault) = ((&info).into(), Arc::default(), Arc::default(), Fault::default());
-        Gpu(Arc::new(Inner { device, queue, info, limits, memory, reads, fault }))
+        let cache = Mutex::default();
+        Gpu(Arc::new(Inner { device, queue, info, limits, memory, reads, fault, cache }))
     }
 
     /// Which adapter this is.
@@ -176,6 +179,11 @@ impl Gpu {
     /// Keeps for [`Gpu::health`] that the device is lost, and returns what is known of it.
     pub(crate) fn fell(&self, why: &str) -> GpuError {
         self.0.fault.set(GpuError::Lost { why: why.to_owned() })
+    }
+
+    /// What was compiled here. Hold it no longer than to look something up: compiling takes long.
+    pub(crate) fn cache(&self) -> MutexGuard<'_, Cache> {
+        self.0.cache.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(crate) fn memory(&self) -> &Arc<AtomicU64> {

@@ -1,10 +1,12 @@
 //! Compute pipelines whose bindings stand in their source alone, and their binding to buffers by name.
 
+use std::borrow::Cow;
 use std::num::NonZeroU64;
 use std::sync::Arc;
 
+use crate::cache::{Key, Module};
 use crate::gpu::told;
-use crate::reflect::{Reflection, reflect};
+use crate::reflect::{Parsed, Reflection};
 use crate::{Access, Bindable, Binding, Gpu, GpuError};
 
 /// A compute pipeline, and what its source says of it. Cheap to clone.
@@ -32,7 +34,8 @@ impl Gpu {
     /// Compiles the entry point `entry` of `sources`, whole WGSL texts that are put one behind the
     /// other, with values for its `override` declarations; names that it does not declare are let pass,
     /// so that one list serves several kernels. Its bindings are read from the source, and only those
-    /// that the entry point uses.
+    /// that the entry point uses. A source is read once for a device, and the kernels that were asked
+    /// for last are kept, whoever asks for them next.
     ///
     /// # Errors
     /// [`GpuError::Shader`] with the label and what the compiler said, or what [`Gpu::health`] says.
@@ -44,24 +47,50 @@ impl Gpu {
         overrides: &[(&str, f64)],
     ) -> Result<Kernel, GpuError> {
         self.health()?;
-        let wrong = |why| GpuError::Shader { label: label.to_owned(), why };
         let source = sources.join("\n");
-        let read = reflect(&source, entry, overrides).map_err(wrong)?;
-        fits(&read, self.limits()).map_err(wrong)?;
-        let ((pipeline, layouts), error) = self.scoped(|| {
-            let layouts = layouts(self.device(), label, &read.bindings);
-            (pipeline(self.device(), label, source, entry, &read.overrides, &layouts), layouts)
-        });
-        match error {
-            // A device that is lost tells only its callback.
-            None => self.health()?,
-            Some(error @ wgpu::Error::OutOfMemory { .. }) => return Err(told(&error)),
-            Some(error) => return Err(wrong(error.to_string())),
+        let key = Key::new(label, source, entry, overrides);
+        if let Some(kernel) = self.cache().kernel(&key) {
+            return Ok(kernel);
         }
+        let wrong = |why| GpuError::Shader { label: label.to_owned(), why };
+        let known = self.cache().module(key.source());
+        let module = match known {
+            Some(module) => module,
+            None => {
+                let parsed = Parsed::new(key.source()).map_err(wrong)?;
+                let module = self.checked(label, || module(self.device(), label, &parsed))?;
+                self.cache().keep_module(key.source(), Module { parsed, module })
+            }
+        };
+        let read = module.parsed.reflect(entry, overrides).map_err(wrong)?;
+        fits(&read, self.limits()).map_err(wrong)?;
+        let (pipeline, layouts) = self.checked(label, || {
+            let layouts = layouts(self.device(), label, &read.bindings);
+            (pipeline(self.device(), label, &module.module, entry, &read.overrides, &layouts), layouts)
+        })?;
         let Reflection { bindings, workgroup_size, reads_counts, .. } = read;
         let label = label.to_owned();
-        Ok(Kernel(Arc::new(Inner { label, pipeline, layouts, bindings, workgroup_size, reads_counts })))
+        let kernel =
+            Kernel(Arc::new(Inner { label, pipeline, layouts, bindings, workgroup_size, reads_counts }));
+        self.cache().keep_kernel(key, kernel.clone());
+        Ok(kernel)
     }
+
+    /// Runs what makes something of a shader.
+    fn checked<R>(&self, label: &str, work: impl FnOnce() -> R) -> Result<R, GpuError> {
+        let (made, error) = self.scoped(work);
+        match error {
+            // A device that is lost tells only its callback.
+            None => self.health().map(|()| made),
+            Some(error @ wgpu::Error::OutOfMemory { .. }) => Err(told(&error)),
+            Some(error) => Err(GpuError::Shader { label: label.to_owned(), why: error.to_string() }),
+        }
+    }
+}
+
+fn module(device: &wgpu::Device, label: &str, parsed: &Parsed) -> wgpu::ShaderModule {
+    let source = wgpu::ShaderSource::Naga(Cow::Owned(parsed.module.clone()));
+    device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source })
 }
 
 /// wgpu checks these before `override` declarations have their values.
@@ -122,13 +151,11 @@ fn is_told(one: &Binding) -> bool {
 fn pipeline(
     device: &wgpu::Device,
     label: &str,
-    source: String,
+    module: &wgpu::ShaderModule,
     entry: &str,
     overrides: &[(String, f64)],
     layouts: &[wgpu::BindGroupLayout],
 ) -> wgpu::ComputePipeline {
-    let source = wgpu::ShaderSource::Wgsl(source.into());
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(label), source });
     let layouts: Vec<_> = layouts.iter().map(Some).collect();
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(label),
@@ -139,7 +166,7 @@ fn pipeline(
     device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some(label),
         layout: Some(&layout),
-        module: &module,
+        module,
         entry_point: Some(entry),
         compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
         cache: None,

@@ -21,6 +21,7 @@
 
 mod adapter;
 mod buffer;
+mod cache;
 mod dispatch;
 mod error;
 mod gpu;

@@ -6,7 +6,7 @@ use wgpu::naga;
 
 use naga::back::pipeline_constants::process_overrides;
 use naga::front::wgsl::parse_str;
-use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, ShaderStage, StorageAccess};
 
 /// A buffer that a kernel uses, as its source declares it.
@@ -47,38 +47,57 @@ pub(crate) struct Reflection {
     pub reads_counts: bool,
 }
 
-/// Reads what `entry` uses of `source`, where its overrides have these values.
-///
-/// # Errors
-/// In the compiler's words, with the lines that it speaks of.
-pub(crate) fn reflect(source: &str, entry: &str, overrides: &[(&str, f64)]) -> Result<Reflection, String> {
-    let module = parse_str(source).map_err(|error| error.emit_to_string(source))?;
-    let info = Validator::new(ValidationFlags::all(), Capabilities::all())
-        .validate(&module)
-        .map_err(|error| error.emit_to_string(source))?;
-    let index = point_of(&module, entry)?;
-    let is_declared = |name: &str| module.overrides.iter().any(|(_, one)| one.name.as_deref() == Some(name));
-    let declared_here = overrides.iter().filter(|(name, _)| is_declared(name));
-    let overrides: Vec<_> = declared_here.map(|&(name, value)| (name.to_owned(), value)).collect();
-    let values = overrides.iter().cloned().collect();
-    let point = Some((ShaderStage::Compute, module.entry_points[index].name.as_str()));
-    let (module, info) =
-        process_overrides(&module, &info, point, &values).map_err(|error| in_full(&error))?;
-    let index = point_of(&module, entry)?;
-    let uses = info.get_entry_point(index);
-    let used = || module.global_variables.iter().filter(|(handle, _)| !uses[*handle].is_empty());
-    let mut bindings: Vec<Binding> = used().filter_map(|(_, variable)| declared(&module, variable)).collect();
-    bindings.sort_by_key(|one| (one.group, one.binding));
-    let reads_counts =
-        module.entry_points[index].function.arguments.iter().any(|argument| asks(&module, argument));
-    let shared = used().filter(|(_, variable)| variable.space == AddressSpace::WorkGroup);
-    Ok(Reflection {
-        overrides,
-        bindings,
-        workgroup_size: module.entry_points[index].workgroup_size,
-        reads_counts,
-        shared: shared.map(|(_, variable)| size(&module, variable).next_multiple_of(16)).sum(),
-    })
+/// A source that was read.
+pub(crate) struct Parsed {
+    /// As naga has it.
+    pub module: Module,
+    info: ModuleInfo,
+}
+
+impl Parsed {
+    /// Reads a source.
+    ///
+    /// # Errors
+    /// In the compiler's words, with the lines that it speaks of.
+    pub fn new(source: &str) -> Result<Self, String> {
+        let module = parse_str(source).map_err(|error| error.emit_to_string(source))?;
+        let info = Validator::new(ValidationFlags::all(), Capabilities::all())
+            .validate(&module)
+            .map_err(|error| error.emit_to_string(source))?;
+        Ok(Self { module, info })
+    }
+
+    /// What `entry` uses, where overrides have these values.
+    ///
+    /// # Errors
+    /// In the compiler's words.
+    pub fn reflect(&self, entry: &str, overrides: &[(&str, f64)]) -> Result<Reflection, String> {
+        let index = point_of(&self.module, entry)?;
+        let is_declared =
+            |name: &str| self.module.overrides.iter().any(|(_, one)| one.name.as_deref() == Some(name));
+        let declared_here = overrides.iter().filter(|(name, _)| is_declared(name));
+        let overrides: Vec<_> = declared_here.map(|&(name, value)| (name.to_owned(), value)).collect();
+        let values = overrides.iter().cloned().collect();
+        let point = Some((ShaderStage::Compute, self.module.entry_points[index].name.as_str()));
+        let (module, info) =
+            process_overrides(&self.module, &self.info, point, &values).map_err(|error| in_full(&error))?;
+        let index = point_of(&module, entry)?;
+        let uses = info.get_entry_point(index);
+        let used = || module.global_variables.iter().filter(|(handle, _)| !uses[*handle].is_empty());
+        let mut bindings: Vec<Binding> =
+            used().filter_map(|(_, variable)| declared(&module, variable)).collect();
+        bindings.sort_by_key(|one| (one.group, one.binding));
+        let point = &module.entry_points[index];
+        let reads_counts = point.function.arguments.iter().any(|argument| asks(&module, argument));
+        let shared = used().filter(|(_, variable)| variable.space == AddressSpace::WorkGroup);
+        Ok(Reflection {
+            overrides,
+            bindings,
+            workgroup_size: point.workgroup_size,
+            reads_counts,
+            shared: shared.map(|(_, variable)| size(&module, variable).next_multiple_of(16)).sum(),
+        })
+    }
 }
 
 fn point_of(module: &Module, entry: &str) -> Result<usize, String> {

@@ -126,7 +126,7 @@ impl GpuBackend {
             let places = partition.places.clone();
             let (gpu, assembly) = (&self.gpu, &self.assembly);
             partition.upload(&Upload { gpu, assembly, substeps, input, places })?;
-            partition.record(&mut self.kernels, list, substeps.len(), (self.from, last))?;
+            partition.record(&self.kernels, list, substeps.len(), (self.from, last))?;
         }
         Ok(())
     }
@@ -151,7 +151,7 @@ impl GpuBackend {
         let found = &self.assembly.bodies[body];
         let Some(index) = self.partition_of(found) else { return Ok(false) };
         let partition = &self.partitions[index];
-        let drawn = Drawn::new(&self.gpu, &mut self.kernels, partition, found, nodes)?;
+        let drawn = Drawn::new(&self.gpu, &self.kernels, partition, found, nodes)?;
         self.drawn.insert(body, drawn);
         if self.before[index].is_none() {
             self.put_back();

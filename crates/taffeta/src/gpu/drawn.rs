@@ -65,7 +65,7 @@ impl Drawn {
     /// For vertices at the nodes `nodes` of a body, [`NONE`] for one that no node carries.
     pub fn new(
         gpu: &Gpu,
-        kernels: &mut Kernels,
+        kernels: &Kernels,
         partition: &Partition,
         body: &BodyAssembly,
         nodes: &[u32],

@@ -3,7 +3,6 @@
 
 use crate::contact::collider_mesh::tree::WALK_TURNS;
 use crate::gpu::layout::PATCH_NODE_BYTES;
-use std::collections::HashMap;
 use taffeta_gpu::{Gpu, GpuError, Kernel, Shader, Shaders, shaders};
 
 /// The state, sub-steps, and products of vectors: what the files of features import.
@@ -85,25 +84,21 @@ pub struct Sizes {
     pub steps: u32,
 }
 
-/// Kernels that were made so far.
+/// The kernels of a device, which keeps those that it has compiled.
 #[derive(Clone)]
 pub struct Kernels {
     gpu: Gpu,
     shaders: Shaders,
-    made: HashMap<(Name, Sizes), Kernel>,
 }
 
 impl Kernels {
-    /// None yet.
+    /// Those that are put together from these files.
     pub fn new(gpu: Gpu, shaders: Shaders) -> Self {
-        Self { gpu, shaders, made: HashMap::new() }
+        Self { gpu, shaders }
     }
 
-    /// A kernel, made if it is not there yet.
-    pub fn get(&mut self, name: Name, sizes: Sizes) -> Result<Kernel, GpuError> {
-        if let Some(kernel) = self.made.get(&(name, sizes)) {
-            return Ok(kernel.clone());
-        }
+    /// A kernel.
+    pub fn get(&self, name: Name, sizes: Sizes) -> Result<Kernel, GpuError> {
         let failed = |why| GpuError::Shader { label: name.entry.to_owned(), why };
         let source = name.source(&self.shaders).map_err(failed)?;
         let overrides = [
@@ -112,8 +107,6 @@ impl Kernels {
             ("STEPS", f64::from(sizes.steps)),
             ("TURNS", f64::from(if self.gpu.info().is_software() { WALK_TURNS } else { u32::MAX })),
         ];
-        let kernel = self.gpu.kernel(name.entry, &[&source], name.entry, &overrides)?;
-        self.made.insert((name, sizes), kernel.clone());
-        Ok(kernel)
+        self.gpu.kernel(name.entry, &[&source], name.entry, &overrides)
     }
 }

@@ -30,7 +30,7 @@ impl AllNormals {
     ) -> Result<&Normals, GpuError> {
         Ok(match self.bodies.entry(index) {
             Entry::Occupied(there) => there.into_mut(),
-            Entry::Vacant(room) => room.insert(Normals::new(gpu, &mut self.kernels, partition, body)?),
+            Entry::Vacant(room) => room.insert(Normals::new(gpu, &self.kernels, partition, body)?),
         })
     }
 }
@@ -46,7 +46,7 @@ pub struct Normals {
 impl Normals {
     fn new(
         gpu: &Gpu,
-        kernels: &mut Kernels,
+        kernels: &Kernels,
         partition: &Partition,
         body: &BodyAssembly,
     ) -> Result<Self, GpuError> {

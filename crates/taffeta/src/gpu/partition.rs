@@ -157,7 +157,7 @@ impl Partition {
     /// Records sub-steps, and with the `last` of a frame what is measured after it.
     pub fn record(
         &mut self,
-        kernels: &mut Kernels,
+        kernels: &Kernels,
         list: &mut DispatchList,
         substeps: usize,
         (from, last): (Stage, bool),
@@ -180,7 +180,7 @@ impl Partition {
         &mut self,
         features: &Features,
         table: &[Fused<'_>],
-        kernels: &mut Kernels,
+        kernels: &Kernels,
         list: &mut DispatchList,
         substeps: usize,
         (from, last): (Stage, bool),
@@ -212,7 +212,7 @@ impl Partition {
         &mut self,
         entry: &Fused<'_>,
         features: &Features,
-        kernels: &mut Kernels,
+        kernels: &Kernels,
         list: &mut DispatchList,
         substep: usize,
     ) -> Result<(), GpuError> {
@@ -231,7 +231,7 @@ impl Partition {
         &mut self,
         dispatch: &Dispatch<'_>,
         features: &Features,
-        kernels: &mut Kernels,
+        kernels: &Kernels,
         list: &mut DispatchList,
         substep: usize,
     ) -> Result<(), GpuError> {
@@ -255,7 +255,7 @@ impl Partition {
     fn bound(
         &mut self,
         features: &Features,
-        kernels: &mut Kernels,
+        kernels: &Kernels,
         name: (Name, usize),
         substep: usize,
     ) -> Result<(Bound, Vec<u32>), GpuError> {
