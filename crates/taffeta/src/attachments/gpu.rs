@@ -1,6 +1,7 @@
 //! Joints and tethers on the GPU.
 
 use crate::advice::{Advice, Refusal};
+use crate::attachments::gpu_layout::Joint;
 use crate::attachments::rows::{self, IS_POINT, Row};
 use crate::backend::SolverState;
 use crate::build::Assembly;
@@ -9,7 +10,7 @@ use crate::diagnostics::FrameSums;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::{Four, GROUP, Joint, NONE};
+use crate::gpu::layout::{Four, GROUP, NONE};
 use crate::gpu::schedule::Fused;
 use crate::plan::Substep;
 use crate::step::{Op, Stage};

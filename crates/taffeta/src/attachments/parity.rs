@@ -2,10 +2,11 @@
 
 use crate::attachments::attach::{self, Pull};
 use crate::attachments::gpu::FIELDS;
+use crate::attachments::gpu_layout::Joint;
 use crate::attachments::joints::{self, Link};
 use crate::backend::{Backend, SolverState};
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::{Four, GROUP, Joint, NONE};
+use crate::gpu::layout::{Four, GROUP, NONE};
 use crate::gpu::parity::bench::{Bench, Given, Written};
 use crate::gpu::parity::fixture::{Chance, Fixture, SUBSTEP, words};
 use crate::gpu::parity::scene::scene;

@@ -3,10 +3,13 @@
 use crate::diagnostics::FrameSums;
 use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::{GROUP, NODE_SUMS};
+use crate::gpu::layout::GROUP;
 use crate::gpu::schedule::Fused;
 use crate::step::{Op, Stage};
 use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
+
+/// Numbers of each workgroup in `node_sums` of measure.wgsl.
+pub const NODE_SUMS: usize = 12;
 
 /// Its shaders.
 pub const SHADERS: &[Shader] = shaders!(

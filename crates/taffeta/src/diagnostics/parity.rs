@@ -4,10 +4,11 @@
 use crate::backend::Backend;
 use crate::build::body::BodyAssembly;
 use crate::cpu::CpuBackend;
+use crate::diagnostics::gpu::NODE_SUMS;
 use crate::diagnostics::{FrameSums, StateSums};
 use crate::elements::spring::cpu::Springs;
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::{Four, NODE_SUMS};
+use crate::gpu::layout::Four;
 use crate::gpu::parity::bench::{Bench, Given, Written};
 use crate::gpu::parity::fixture::Fixture;
 use crate::gpu::parity::{Row, Tolerance};

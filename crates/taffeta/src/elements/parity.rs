@@ -3,9 +3,10 @@
 use crate::diagnostics::parity::{compare, measured, sums, total};
 use crate::elements::element::Kind;
 use crate::elements::gpu::KindTables;
+use crate::elements::load::gpu_layout::Load;
 use crate::elements::{aero, hinge};
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::{GROUP, Load};
+use crate::gpu::layout::GROUP;
 use crate::gpu::parity::bench::{Bench, Given};
 use crate::gpu::parity::fixture::words;
 use crate::gpu::parity::{Row, Tolerance};

@@ -2,7 +2,7 @@
 //! is made. A source is made of whole files; nothing is ever formatted into one.
 
 use crate::contact::collider_mesh::tree::WALK_TURNS;
-use crate::gpu::layout::PATCH_NODE_BYTES;
+use crate::solvers::explicit::gpu_layout::PATCH_NODE_BYTES;
 use taffeta_gpu::{Gpu, GpuError, Kernel, Shader, Shaders, shaders};
 
 /// The state, sub-steps, and products of vectors: what the files of features import.

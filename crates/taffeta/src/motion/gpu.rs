@@ -4,9 +4,10 @@ use crate::build::{Assembly, MovingPin};
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features, Upload};
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::{GROUP, MOVED_BY_USER, Motion, Pin, Substep};
+use crate::gpu::layout::{GROUP, Substep};
 use crate::gpu::partition::fill;
 use crate::gpu::schedule::Fused;
+use crate::motion::gpu_layout::{MOVED_BY_USER, Motion, Pin};
 use crate::step::{Op, Stage};
 use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError, Shader, shaders};
 

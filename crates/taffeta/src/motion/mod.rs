@@ -3,5 +3,7 @@
 pub mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+#[cfg(feature = "gpu")]
+pub mod gpu_layout;
 pub mod keyframes;
 pub mod pins;

@@ -7,11 +7,13 @@ use crate::elements::load::gpu::Loads;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::{Contact, Name};
-use crate::gpu::layout::{Chunk, Four, GROUP, RESTORED, VOLUME_PARTS, VolumeGroup, WEIGHTED};
+use crate::gpu::layout::{Four, GROUP};
 use crate::gpu::schedule::Fused;
 use crate::plan::Substep;
 use crate::step::{Marks, Op, Stage};
 use crate::topology::LANES;
+use crate::volume::gpu_layout::Chunk;
+use crate::volume::gpu_layout::{RESTORED, VOLUME_PARTS, VolumeGroup, WEIGHTED};
 use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
 
 /// Its shaders.

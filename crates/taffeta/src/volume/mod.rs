@@ -6,6 +6,8 @@ pub mod cpu_rings;
 pub mod cpu_sums;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+#[cfg(feature = "gpu")]
+pub mod gpu_layout;
 pub mod kept;
 #[cfg(feature = "gpu")]
 pub mod parity;

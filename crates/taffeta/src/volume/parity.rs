@@ -4,13 +4,14 @@ use crate::backend::Backend;
 use crate::contact::colliders::cpu::Colliders;
 use crate::cpu::CpuBackend;
 use crate::gpu::kernels::{Contact, Name};
-use crate::gpu::layout::{Four, RESTORED, VOLUME_PARTS, WEIGHTED};
+use crate::gpu::layout::Four;
 use crate::gpu::parity::bench::{Bench, Given, Written};
 use crate::gpu::parity::fixture::{Arrays, Fixture, SUBSTEP, words};
 use crate::gpu::parity::{Row, Tolerance};
 use crate::solvers::explicit::parity::kernel_of;
 use crate::step::{self, Op, Parts};
 use crate::volume::cpu::Volumes;
+use crate::volume::gpu_layout::{RESTORED, VOLUME_PARTS, WEIGHTED};
 use crate::volume::volume::WEIGHTED_SUMS;
 use taffeta_gpu::Kernel;
 

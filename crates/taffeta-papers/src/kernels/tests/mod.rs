@@ -63,7 +63,7 @@ const SIZES: Sizes = Sizes { kinds: 1, room: 1, steps: 1 };
 
 #[test]
 fn records_and_groups_are_as_large_as_the_sources_say() {
-    let mut kernels = Kernels::new(gpu(), shaders().with(SHADERS.iter().copied()));
+    let kernels = Kernels::new(gpu(), shaders().with(SHADERS.iter().copied()));
     let entries = [
         "node_centric_forces",
         "node_centric_update",

@@ -3,6 +3,7 @@
 use crate::advice::{Advice, Refusal};
 use crate::build::Assembly;
 use crate::contact::colliders::gpu::{Colliders, contact_of};
+use crate::contact::nodes::gpu_layout::{Meeting, Surface};
 use crate::contact::nodes::pair;
 use crate::contact::nodes::touching::Apart;
 use crate::diagnostics::FrameSums;
@@ -10,7 +11,7 @@ use crate::diagnostics::gpu::sum_groups;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features, Upload};
 use crate::gpu::kernels::{Contact, Name};
-use crate::gpu::layout::{GROUP, Meeting, NONE, Substep, Surface};
+use crate::gpu::layout::{GROUP, NONE, Substep};
 use crate::gpu::schedule::Fused;
 use crate::step::{Op, Stage};
 use crate::topology::{Csr, LANES};

@@ -5,6 +5,8 @@ pub mod cells;
 pub mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+#[cfg(feature = "gpu")]
+pub mod gpu_layout;
 pub mod pair;
 #[cfg(feature = "gpu")]
 pub mod parity;

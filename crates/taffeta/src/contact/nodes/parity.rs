@@ -3,9 +3,10 @@
 use crate::backend::Backend;
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::nodes::cells;
+use crate::contact::nodes::gpu_layout::FARTHEST;
 use crate::contact::nodes::touching::Apart;
 use crate::gpu::kernels::{Contact, Name};
-use crate::gpu::layout::{FARTHEST, Four, GROUP, NONE};
+use crate::gpu::layout::{Four, GROUP, NONE};
 use crate::gpu::parity::bench::{Bench, Given, Written};
 use crate::gpu::parity::fixture::{Chance, Fixture, SUBSTEP, State, words};
 use crate::gpu::parity::{Row, Tolerance};

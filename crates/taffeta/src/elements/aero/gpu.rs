@@ -1,7 +1,8 @@
 //! The air of each sub-step, in its record.
 
+use crate::elements::aero::gpu_layout::Air;
 use crate::gpu::feature::{Feature, Upload};
-use crate::gpu::layout::{Air, Substep};
+use crate::gpu::layout::Substep;
 use taffeta_gpu::{Bindable, GpuError};
 
 /// Brings what changes from one sub-step to the next; triangles are [`crate::elements::gpu::Elements`].

@@ -5,6 +5,8 @@ pub mod build;
 pub mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+#[cfg(feature = "gpu")]
+pub mod gpu_layout;
 pub mod gust;
 #[cfg(feature = "gpu")]
 pub mod parity;

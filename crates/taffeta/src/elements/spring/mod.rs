@@ -5,6 +5,8 @@ pub mod cpu_grid;
 pub mod cpu_mesh;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+#[cfg(feature = "gpu")]
+pub mod gpu_layout;
 pub mod listed;
 pub mod lists;
 pub mod spring;

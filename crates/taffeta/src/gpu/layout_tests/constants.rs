@@ -13,19 +13,23 @@ use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{
     BoxNow, CapsuleNow, CylinderNow, ENTRIES, PlaneNow, ShapeNow, SphereNow,
 };
+use crate::contact::nodes::gpu_layout::FARTHEST;
 use crate::contact::nodes::pair::FIRM;
 use crate::cpu::{GRAIN, GROOVES, ROUNDS};
+use crate::diagnostics::gpu::NODE_SUMS;
 use crate::elements::aero::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::elements::hinge::hinge::STIFFEST;
-use crate::gpu::layout::{
-    FARTHEST, FORCE, GROUP, IS_LOAD, IS_RING, MOVED_BY_USER, NODE_SUMS, NONE, NOT_A_MESH, OWN,
-    PATCH_NODE_BYTES, RESTORED, TILE, TORQUE, VOLUME_PARTS, WEIGHTED,
-};
+use crate::elements::load::gpu_layout::{FORCE, IS_LOAD, TORQUE};
+use crate::elements::spring::gpu_layout::{IS_RING, NOT_A_MESH, TILE};
+use crate::gpu::layout::{GROUP, NONE};
 use crate::gpu::layout_tests::{read, sources};
+use crate::motion::gpu_layout::MOVED_BY_USER;
 use crate::real::Real;
 use crate::scene::ConstraintForm;
+use crate::solvers::explicit::gpu_layout::{OWN, PATCH_NODE_BYTES};
 use crate::solvers::implicit::gpu_layout::{VECTORS, Vector};
 use crate::topology::LANES;
+use crate::volume::gpu_layout::{RESTORED, VOLUME_PARTS, WEIGHTED};
 use crate::volume::volume::{FEW, FLAT, Form};
 use std::collections::BTreeMap;
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};

@@ -1,18 +1,24 @@
 //! Records, field by field.
 
+use crate::attachments::gpu_layout::Joint;
 use crate::contact::colliders::gpu_layout::Collider;
+use crate::contact::nodes::gpu_layout::{Meeting, Surface};
 use crate::elements::KINDS;
+use crate::elements::aero::gpu_layout::{Air, Gusts};
 use crate::elements::element::Kind;
+use crate::elements::load::gpu_layout::Load;
+use crate::elements::spring::gpu_layout::{Along, Entry, Grid, Run, Small, Tile};
 use crate::gpu::drawn::Drawing;
-use crate::gpu::layout::{
-    Air, Along, Chunk, Entry, Grid, Gusts, Joint, Load, Meeting, Motion, Part, Patch, Pin, Run, Small,
-    Solving, Substep, Surface, Tile, VolumeGroup,
-};
+use crate::gpu::layout::{Solving, Substep};
 use crate::gpu::layout_tests::{read, sources, words};
+use crate::motion::gpu_layout::{Motion, Pin};
 use crate::solvers::dual::gpu_layout::{Link, LinkGroup, Met, NodeGroup, Progress, Row, Solve, Taken};
+use crate::solvers::explicit::gpu_layout::{Part, Patch};
 use crate::solvers::implicit::gpu_layout::{
     CoarseEdge, Descent, Diagonal, LevelGroup, NodeSolve, Parents, Share, SlotSpring, Symmetric,
 };
+use crate::volume::gpu_layout::Chunk;
+use crate::volume::gpu_layout::VolumeGroup;
 use taffeta_gpu::wgpu::naga::{AddressSpace, Handle, Module, Type, TypeInner};
 
 /// A record: its name, its size, and name, offset and type of its fields.

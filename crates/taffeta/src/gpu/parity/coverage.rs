@@ -2,15 +2,18 @@
 
 use crate::backend::Backend;
 use crate::contact::colliders::response::leave_both;
+use crate::contact::nodes::gpu_layout::Surface;
 use crate::contact::nodes::parity::Work;
 use crate::elements::hinge::{self, hinge as formula};
-use crate::gpu::layout::{GROUP, IS_RING, NOT_A_MESH, RESTORED, Surface, WEIGHTED};
+use crate::elements::spring::gpu_layout::{IS_RING, NOT_A_MESH};
+use crate::gpu::layout::GROUP;
 use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
 use crate::gpu::parity::scene::FLOOR;
 use crate::real::{dot, norm, scale, sub};
 use crate::scene::{ConstraintForm, Method, Solver};
 use crate::step::Op;
 use crate::topology::LANES;
+use crate::volume::gpu_layout::{RESTORED, WEIGHTED};
 use crate::volume::volume::Form;
 use std::collections::BTreeMap;
 

@@ -3,11 +3,13 @@
 use crate::contact::colliders::gpu::contact_of;
 use crate::elements::load::gpu::Loads;
 use crate::elements::spring::gpu::Springs;
+use crate::elements::spring::gpu_layout::Small;
 use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::{Contact, Name, Sizes};
-use crate::gpu::layout::{GROUP, Patch, Small};
+use crate::gpu::layout::GROUP;
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
+use crate::solvers::explicit::gpu_layout::Patch;
 use crate::solvers::explicit::patches::Patches;
 use crate::step::{Marks, Op, Stage};
 use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError, Shader, shaders};

@@ -3,13 +3,16 @@
 use crate::backend::Backend;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::diagnostics::normals::normals;
+use crate::elements::load::gpu_layout::{FORCE, Load};
 use crate::elements::load::load as external;
+use crate::elements::spring::gpu_layout::Small;
 use crate::gpu::kernels::{Contact, Name};
-use crate::gpu::layout::{FORCE, Four, GROUP, Load, PATCH_NODE_BYTES, Small};
+use crate::gpu::layout::{Four, GROUP};
 use crate::gpu::parity::bench::{Bench, Given};
 use crate::gpu::parity::fixture::{Arrays, Fixture, words};
 use crate::gpu::parity::{Row, Tolerance};
 use crate::solvers::explicit::euler;
+use crate::solvers::explicit::gpu_layout::PATCH_NODE_BYTES;
 use crate::solvers::explicit::patches::Patches;
 use crate::step::Op;
 use crate::topology::Csr;

@@ -2,9 +2,9 @@
 
 use crate::contact::collider_mesh::tree::WALK_TURNS;
 use crate::elements::spring::gpu::SpringTables;
-use crate::gpu::layout::{
-    GROUP, Grid, NOT_A_MESH, OWN, PATCH_NODE_BYTES, Part, Patch, Run, SUBSTEPS_SEEN, Small,
-};
+use crate::elements::spring::gpu_layout::{Grid, NOT_A_MESH, Run, Small};
+use crate::gpu::layout::{GROUP, SUBSTEPS_SEEN};
+use crate::solvers::explicit::gpu_layout::{OWN, PATCH_NODE_BYTES, Part, Patch};
 use crate::step::Parts;
 use taffeta_gpu::wgpu::Limits;
 

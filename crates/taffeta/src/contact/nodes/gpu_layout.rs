@@ -1,0 +1,29 @@
+//! Records of self-contact as kernels see them.
+
+use bytemuck::{Pod, Zeroable};
+
+/// `Meeting` of pair.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Meeting {
+    pub thickness: f32,
+    pub friction: f32,
+    pub restitution: f32,
+}
+
+/// `Surface` of pairs.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Surface {
+    pub first: u32,
+    pub count: u32,
+    pub cols: u32,
+    pub high: u32,
+    pub wide: u32,
+    pub apart: u32,
+    pub meeting: Meeting,
+    pub cells_a_metre: f32,
+}
+
+/// Cells of pairs from the origin to the last layer.
+pub const FARTHEST: f32 = 65_536.0;
