@@ -51,12 +51,12 @@ pub mod extension {
     pub use crate::build::Assembly;
     pub use crate::build::body::{BodyAssembly, BodySprings};
     pub use crate::diagnostics::sums::FrameSums;
-    pub use crate::elements::load::gpu::Loads;
+    pub use crate::elements::load::gpu::{GIVEN, Loads};
     pub use crate::elements::spring::stencil::GRID_STEPS;
     pub use crate::features::shaders;
     pub use crate::gpu::bodies::Bodies;
     pub use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups};
-    pub use crate::gpu::kernels::{Kernels, Name, Sizes};
+    pub use crate::gpu::kernels::{Kernels, Name, Overrides};
     pub use crate::gpu::options::ParticleKernels;
     pub use crate::gpu::schedule::Fused;
     pub use crate::step::Op;

@@ -13,8 +13,8 @@ use node_centric::Sheets;
 use spring_centric::SpringLists;
 use std::sync::Arc;
 use taffeta::extension::{
-    Assembly, Bodies, BodyAssembly, BodySprings, Command, Feature, Features, FrameSums, Fused, Loads, Name,
-    Op, ParticleKernels,
+    Assembly, Bodies, BodyAssembly, BodySprings, Command, Feature, Features, FrameSums, Fused, GIVEN, Loads,
+    Name, Op, ParticleKernels,
 };
 use taffeta::scene::{ConstraintForm, Method};
 use taffeta::taffeta_gpu::{Bindable, Gpu, GpuError, Shader, shaders, wgpu};
@@ -253,7 +253,7 @@ impl Feature for Paper {
 
 /// A kernel that takes loads from where they were summed up, or finds them itself.
 fn with_loads(entry: &'static str, loads_given: bool) -> Name {
-    Name { loads_given, ..Name::new(entry) }
+    Name::new(entry).with(if loads_given { GIVEN } else { &[] })
 }
 
 /// What the next kernels write is the state that those before have read.

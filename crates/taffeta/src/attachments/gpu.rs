@@ -213,7 +213,7 @@ impl Feature for Attachments {
             Command::SwapStates,
             Command::run(Name::new("pull_joints"), joints),
             Command::run(Name::new("pull_groups"), groups),
-            Command::run(Name { contact, ..Name::new("attach_nodes") }, self.place_groups),
+            Command::run(Name::new("attach_nodes").with(contact.choices()), self.place_groups),
         ];
         vec![Fused::new(&[Op::Attachments, Op::MoveAttached, Op::Contact], commands)]
     }

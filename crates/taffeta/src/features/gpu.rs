@@ -18,7 +18,7 @@ use crate::gpu::backend::GpuBackend;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::boundary::Boundary;
 use crate::gpu::feature::{Feature, Features};
-use crate::gpu::kernels::{self, Kernels, Sizes};
+use crate::gpu::kernels::{self, Kernels};
 use crate::gpu::layout::Four;
 use crate::gpu::options::{GpuKernels, GpuOptions};
 use crate::gpu::partition::{Partition, Start};
@@ -97,6 +97,9 @@ impl Tables {
 pub fn shaders() -> Shaders {
     let all = [
         kernels::SHADERS,
+        kernels::DEFAULTS,
+        loads::DEFAULTS,
+        colliders::DEFAULTS,
         springs::SHADERS,
         elements::SHADERS,
         loads::SHADERS,
@@ -221,8 +224,6 @@ fn partition(
     }
     let forces = forces(&tables, options.from > Stage::Elements);
     let features = features(options, bodies, &tables, &parts, meshes).map_err(|error| error.to_string())?;
-    let mut sizes = Sizes { kinds: 1, room: patches::room(options.gpu.limits()), steps: 1 };
-    features.iter().for_each(|feature| feature.sizes(&mut sizes));
     let start = Start {
         places: bodies.places.clone(),
         position: tables.position,
@@ -231,7 +232,7 @@ fn partition(
         classes: classes(bodies, &parts),
         parts,
     };
-    Partition::new(&options.gpu, start, features, sizes).map_err(|error| error.to_string())
+    Partition::new(&options.gpu, start, features).map_err(|error| error.to_string())
 }
 
 /// Forces by place and what lies behind them, if any kernel leaves some to another.

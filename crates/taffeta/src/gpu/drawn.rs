@@ -2,7 +2,7 @@
 
 use crate::backend::{VertexTarget, View};
 use crate::build::body::BodyAssembly;
-use crate::gpu::kernels::{Kernels, Name, Sizes};
+use crate::gpu::kernels::{Kernels, Name, Overrides};
 use crate::gpu::layout::{Four, GROUP, NONE};
 use crate::gpu::partition::Partition;
 use crate::topology::Csr;
@@ -77,7 +77,7 @@ impl Drawn {
         let drawn = |&node: &u32| if node == NONE { [NONE; 2] } else { [place(node), node] };
         let nodes: Vec<[u32; 2]> = nodes.iter().map(drawn).collect();
         Ok(Self {
-            kernel: kernels.get(Name::new("draw_vertices"), Sizes { kinds: 1, room: 1, steps: 1 })?,
+            kernel: kernels.get(Name::new("draw_vertices"), &Overrides::new())?,
             places: gpu.buffer_from("corners of drawn triangles", &places)?,
             starts: gpu.buffer_from("rows of drawn corners", &by_node.offsets)?,
             corners: gpu.buffer_from("drawn corners by node", &by_node.items)?,

@@ -4,7 +4,7 @@ use crate::backend::{FrameInput, SolverState};
 use crate::build::Assembly;
 use crate::cpu::CpuBackend;
 use crate::diagnostics::FrameSums;
-use crate::gpu::kernels::{Name, Sizes};
+use crate::gpu::kernels::{Name, Overrides};
 use crate::gpu::layout::Substep;
 use crate::gpu::schedule::Fused;
 use crate::plan;
@@ -75,7 +75,7 @@ pub trait Feature: Any + Send + Sync {
     fn buffers(&self, part: usize) -> Vec<(&'static str, &dyn Bindable)>;
 
     /// Fixes numbers of kernels.
-    fn sizes(&self, _sizes: &mut Sizes) {}
+    fn overrides(&self, _gpu: &Gpu, _overrides: &mut Overrides) {}
 
     /// What its kernels carry out. `from` is the first stage that the GPU does.
     fn kernels<'f>(&'f self, _features: &'f Features, _from: Stage) -> Vec<Fused<'f>> {

@@ -1,8 +1,7 @@
 //! The kernels: which file each is in, which files stand for what it imports by a name, and the numbers that are fixed when it
 //! is made. A source is made of whole files; nothing is ever formatted into one.
 
-use crate::contact::collider_mesh::tree::WALK_TURNS;
-use crate::solvers::explicit::gpu_layout::PATCH_NODE_BYTES;
+use std::collections::BTreeMap;
 use taffeta_gpu::{Gpu, GpuError, Kernel, Shader, Shaders, shaders};
 
 /// The state, sub-steps, and products of vectors: what the files of features import.
@@ -21,43 +20,39 @@ pub const SHADERS: &[Shader] = shaders!(
     ]
 );
 
-/// What a kernel does about colliders.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Contact {
-    /// It keeps nodes out of them; none is a mesh.
-    Solids,
-    /// Nothing: some are meshes, and contact is a kernel of its own.
-    Later,
-    /// It keeps nodes out of meshes, too.
-    Meshes,
-}
+/// Files that stand for what shaders import by a name, where a kernel has no other.
+pub const DEFAULTS: &[Shader] = &[("memory", "#import gpu/wgsl/reach_memory.wgsl\n")];
+
+/// A file that stands for what a kernel imports by a name.
+pub type Choice = (&'static str, &'static str);
 
 /// A kernel: its entry point, and what it is put together with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Name {
     /// Entry point in the source.
     pub entry: &'static str,
-    /// Whether it takes loads from the buffer in which they were summed up.
-    pub loads_given: bool,
-    /// Colliders.
-    pub contact: Contact,
+    /// The files that stand for what it imports by a name, where it is not what the features' shaders have there.
+    choices: [Option<Choice>; 2],
 }
 
 impl Name {
     /// The kernel with that entry point.
     pub const fn new(entry: &'static str) -> Self {
-        Self { entry, loads_given: false, contact: Contact::Solids }
+        Self { entry, choices: [None; 2] }
     }
 
-    /// The files that stand for what the kernel imports by a name.
-    fn choices(self) -> [(&'static str, &'static str); 4] {
-        let (touch, meshes) = match self.contact {
-            Contact::Solids => ("contact/colliders/touch.wgsl", "contact/collider_mesh/no_mesh.wgsl"),
-            Contact::Later => ("contact/colliders/touch_later.wgsl", "contact/collider_mesh/no_mesh.wgsl"),
-            Contact::Meshes => ("contact/colliders/touch.wgsl", "contact/collider_mesh/surface.wgsl"),
-        };
-        let loads = if self.loads_given { "elements/load/given.wgsl" } else { "elements/load/alone.wgsl" };
-        [("touch", touch), ("meshes", meshes), ("loads", loads), ("memory", "gpu/wgsl/reach_memory.wgsl")]
+    /// The same with other files; each name that is imported has one at most.
+    pub fn with(mut self, choices: &[Choice]) -> Self {
+        for &choice in choices {
+            let free = self.choices.iter_mut().find(|one| one.is_none());
+            *free.expect("no kernel has more choices than there is room for") = Some(choice);
+        }
+        self
+    }
+
+    /// Whether it has such a file.
+    pub fn has(self, choice: Choice) -> bool {
+        self.choices.contains(&Some(choice))
     }
 
     /// Its source. The error says what is not among the `shaders`.
@@ -69,20 +64,12 @@ impl Name {
 
     /// The source of all kernels of a file.
     pub fn source_of(self, file: &str, shaders: &Shaders) -> Result<String, String> {
-        shaders.source(file, &self.choices())
+        shaders.source(file, &self.choices.into_iter().flatten().collect::<Vec<_>>())
     }
 }
 
-/// Numbers that are fixed when a kernel is made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Sizes {
-    /// Kinds of springs that a slice has.
-    pub kinds: u32,
-    /// Nodes that a patch has room for.
-    pub room: u32,
-    /// Sub-steps that are taken at once on patches.
-    pub steps: u32,
-}
+/// Numbers that are fixed when a kernel is made, by their names in the shaders.
+pub type Overrides = BTreeMap<&'static str, f64>;
 
 /// The kernels of a device, which keeps those that it has compiled.
 #[derive(Clone)]
@@ -98,15 +85,10 @@ impl Kernels {
     }
 
     /// A kernel.
-    pub fn get(&self, name: Name, sizes: Sizes) -> Result<Kernel, GpuError> {
+    pub fn get(&self, name: Name, overrides: &Overrides) -> Result<Kernel, GpuError> {
         let failed = |why| GpuError::Shader { label: name.entry.to_owned(), why };
         let source = name.source(&self.shaders).map_err(failed)?;
-        let overrides = [
-            ("KINDS", f64::from(sizes.kinds)),
-            ("ROOM", f64::from(sizes.room * PATCH_NODE_BYTES / 4)),
-            ("STEPS", f64::from(sizes.steps)),
-            ("TURNS", f64::from(if self.gpu.info().is_software() { WALK_TURNS } else { u32::MAX })),
-        ];
+        let overrides: Vec<_> = overrides.iter().map(|(&name, &value)| (name, value)).collect();
         self.gpu.kernel(name.entry, &[&source], name.entry, &overrides)
     }
 }

@@ -1,7 +1,7 @@
 //! Vertex normals on the device, of one body.
 
 use crate::build::body::BodyAssembly;
-use crate::gpu::kernels::{Kernels, Name, Sizes};
+use crate::gpu::kernels::{Kernels, Name, Overrides};
 use crate::gpu::layout::{Four, GROUP};
 use crate::gpu::partition::Partition;
 use crate::topology::Csr;
@@ -58,8 +58,7 @@ impl Normals {
         let starts = gpu.buffer_from("rows of corners", &by_node.offsets)?;
         let corners = gpu.buffer_from("corners by node", &by_node.items)?;
         let out = gpu.buffer("normals", body.nodes)?;
-        let sizes = Sizes { kinds: 1, room: 1, steps: 1 };
-        let kernel = kernels.get(Name::new("vertex_normals"), sizes)?;
+        let kernel = kernels.get(Name::new("vertex_normals"), &Overrides::new())?;
         let bound = [0, 1].map(|from| {
             kernel.bind(
                 gpu,

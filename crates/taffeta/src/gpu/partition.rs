@@ -1,7 +1,7 @@
 //! Some whole bodies on the device: their state, their features, and how a frame of them is recorded.
 
 use crate::gpu::feature::{Command, Dispatch, Features, Groups, Upload};
-use crate::gpu::kernels::{Kernels, Name, Sizes};
+use crate::gpu::kernels::{Kernels, Name, Overrides};
 use crate::gpu::layout::{Four, SUBSTEPS_SEEN, Substep};
 use crate::gpu::schedule::{Fused, schedule};
 use crate::step::{self, Line, Marks, Parts, Stage};
@@ -70,7 +70,7 @@ pub struct Partition {
     force: Buffer<Four>,
     classes: Vec<Marks>,
     lines: Vec<Line>,
-    sizes: Sizes,
+    overrides: Overrides,
     substeps: Uniforms<Substep>,
     targets: Buffer<f32>,
     /// Kernels bound to the buffers, those of a part of some among them, reading either state.
@@ -94,20 +94,22 @@ fn table(features: &Features, from: Stage) -> Vec<Fused<'_>> {
 
 impl Partition {
     /// Takes it to the device.
-    pub fn new(gpu: &Gpu, start: Start, features: Features, sizes: Sizes) -> Result<Self, GpuError> {
+    pub fn new(gpu: &Gpu, start: Start, features: Features) -> Result<Self, GpuError> {
         let state = || -> Result<State, GpuError> {
             Ok(State {
                 position: gpu.buffer_from("positions", &start.position)?,
                 velocity: gpu.buffer_from("velocities", &start.velocity)?,
             })
         };
+        let mut overrides = Overrides::new();
+        features.iter().for_each(|feature| feature.overrides(gpu, &mut overrides));
         Ok(Self {
             states: [state()?, state()?],
             current: 0,
             force: gpu.buffer_from("forces", &start.forces)?,
             lines: step::substep(&start.parts),
             classes: start.classes,
-            sizes,
+            overrides,
             substeps: gpu.uniforms("sub-steps", SUBSTEPS_SEEN)?,
             targets: gpu.buffer("targets", 1)?,
             bound: HashMap::new(),
@@ -260,7 +262,7 @@ impl Partition {
         substep: usize,
     ) -> Result<(Bound, Vec<u32>), GpuError> {
         if !self.bound.contains_key(&name) {
-            let kernel = kernels.get(name.0, self.sizes)?;
+            let kernel = kernels.get(name.0, &self.overrides)?;
             let bound = [0, 1].map(|from| self.bind(features, &kernel, from, name.1));
             self.gpu.health()?;
             let is_told = kernel.bindings().iter().any(|binding| binding.name == "substeps");

@@ -1,12 +1,13 @@
 //! Volumes on the GPU: bodies that keep one are cut into groups of 256 nodes, one for each workgroup.
 
 use crate::build::Assembly;
+use crate::contact::colliders::gpu::Contact;
 use crate::contact::colliders::gpu::contact_of;
 use crate::diagnostics::FrameSums;
 use crate::elements::load::gpu::Loads;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features};
-use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP};
 use crate::gpu::schedule::Fused;
 use crate::plan::Substep;
@@ -160,7 +161,7 @@ impl Volumes {
     /// From multipliers to positions.
     fn particles<'f>(&'f self, features: &Features) -> Fused<'f> {
         let [contact, _] = contact_of(features);
-        let name = Name { contact, ..Name::new("volume_particles") };
+        let name = Name::new("volume_particles").with(contact.choices());
         let all = [Op::Multipliers, Op::VolumeForces, Op::Integrate, Op::Contact];
         let operations = if contact == Contact::Later { &all[..3] } else { &all };
         Fused::new(operations, vec![Command::run(name, self.groups.len())]).on(Marks::VOLUME, Marks::NONE)
@@ -171,7 +172,7 @@ impl Volumes {
     fn round<'f>(&'f self, features: &Features) -> Fused<'f> {
         let [_, contact] = contact_of(features);
         let groups = if self.restores { self.groups.len() } else { 0 };
-        let name = Name { contact, ..Name::new("restore_volumes") };
+        let name = Name::new("restore_volumes").with(contact.choices());
         let commands = vec![
             // It measures what the others have written.
             Command::SwapStates,

@@ -2,8 +2,9 @@
 
 use crate::backend::Backend;
 use crate::contact::colliders::cpu::Colliders;
+use crate::contact::colliders::gpu::Contact;
 use crate::cpu::CpuBackend;
-use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::kernels::Name;
 use crate::gpu::layout::Four;
 use crate::gpu::parity::bench::{Bench, Given, Written};
 use crate::gpu::parity::fixture::{Arrays, Fixture, SUBSTEP, words};
@@ -318,7 +319,7 @@ fn restore(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn restore_on_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
-    let name = Name { contact: Contact::Meshes, ..Name::new("restore_volumes") };
+    let name = Name::new("restore_volumes").with(Contact::Meshes.choices());
     // On hardware there are no meshes: near one, other roundings turn the way out.
     let fixture = Fixture::with_volumes(13, 0.0087, bench.exact)?;
     restore_with(bench, name, [fixture])

@@ -9,7 +9,7 @@ use crate::kernels::spring_centric::Spring;
 use crate::kernels::volume::{KeptBody, KeptTriangle};
 use crate::kernels::{GROUP, SHADERS, fits};
 use std::sync::LazyLock;
-use taffeta::extension::{Kernels, Name, Sizes, shaders};
+use taffeta::extension::{Kernels, Name, Overrides, shaders};
 use taffeta::scene::Scene;
 use taffeta::taffeta_gpu::{Choice, Gpu, wgpu};
 use taffeta::{GpuOptions, Options, Simulation};
@@ -59,8 +59,6 @@ fn positions(simulation: &Simulation) -> Vec<V> {
     positions
 }
 
-const SIZES: Sizes = Sizes { kinds: 1, room: 1, steps: 1 };
-
 #[test]
 fn records_and_groups_are_as_large_as_the_sources_say() {
     let kernels = Kernels::new(gpu(), shaders().with(SHADERS.iter().copied()));
@@ -86,7 +84,7 @@ fn records_and_groups_are_as_large_as_the_sources_say() {
         "compute_force",
     ];
     let mut sizes = Vec::new();
-    for kernel in entries.map(|entry| kernels.get(Name::new(entry), SIZES).unwrap()) {
+    for kernel in entries.map(|entry| kernels.get(Name::new(entry), &Overrides::new()).unwrap()) {
         assert_eq!(kernel.workgroup_size().iter().product::<u32>() as usize, GROUP);
         sizes.extend(kernel.bindings().iter().map(|binding| (binding.name.clone(), binding.size)));
     }

@@ -2,9 +2,10 @@
 
 use crate::build::Assembly;
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
+use crate::contact::collider_mesh::tree::WALK_TURNS;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::gpu::feature::{Command, Feature, Features, Upload};
-use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::kernels::{Choice, Name, Overrides};
 use crate::gpu::layout::{GROUP, Substep};
 use crate::gpu::partition::fill;
 use crate::gpu::schedule::Fused;
@@ -24,6 +25,34 @@ pub const SHADERS: &[Shader] = shaders!(
         "touch_later.wgsl"
     ]
 );
+
+/// What kernels import, where they have no other choice: they keep nodes out of colliders, of which none is a mesh.
+pub const DEFAULTS: &[Shader] = &[
+    ("touch", "#import contact/colliders/touch.wgsl\n"),
+    ("meshes", "#import contact/collider_mesh/no_mesh.wgsl\n"),
+];
+
+/// What a kernel does about colliders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// It keeps nodes out of them; none is a mesh.
+    Solids,
+    /// Nothing: some are meshes, and contact is a kernel of its own.
+    Later,
+    /// It keeps nodes out of meshes, too.
+    Meshes,
+}
+
+impl Contact {
+    /// The files for it.
+    pub fn choices(self) -> &'static [Choice] {
+        match self {
+            Self::Solids => &[],
+            Self::Later => &[("touch", "contact/colliders/touch_later.wgsl")],
+            Self::Meshes => &[("meshes", "contact/collider_mesh/surface.wgsl")],
+        }
+    }
+}
 
 /// Colliders on the device.
 pub struct Colliders {
@@ -71,8 +100,14 @@ impl Feature for Colliders {
         vec![("colliders", &self.colliders), ("mesh_data", &self.mesh_data)]
     }
 
+    fn overrides(&self, gpu: &Gpu, overrides: &mut Overrides) {
+        if gpu.info().is_software() {
+            overrides.insert("TURNS", WALK_TURNS.into());
+        }
+    }
+
     fn kernels<'f>(&'f self, _: &'f Features, _: Stage) -> Vec<Fused<'f>> {
-        let name = Name { contact: self.whole(), ..Name::new("contact_all") };
+        let name = Name::new("contact_all").with(self.whole().choices());
         let commands = vec![Command::run(name, self.groups)];
         vec![Fused { writes_state: true, ..Fused::new(&[Op::Contact], commands) }]
     }

@@ -2,6 +2,7 @@
 
 use crate::advice::{Advice, Refusal};
 use crate::build::Assembly;
+use crate::contact::colliders::gpu::Contact;
 use crate::contact::colliders::gpu::{Colliders, contact_of};
 use crate::contact::nodes::gpu_layout::{Meeting, Surface};
 use crate::contact::nodes::pair;
@@ -10,7 +11,7 @@ use crate::diagnostics::FrameSums;
 use crate::diagnostics::gpu::sum_groups;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features, Upload};
-use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::kernels::Name;
 use crate::gpu::layout::{GROUP, NONE, Substep};
 use crate::gpu::schedule::Fused;
 use crate::step::{Op, Stage};
@@ -176,10 +177,10 @@ impl NodeContact {
             run("clear_cells", self.buckets.div_ceil(GROUP)),
             run("fill_cells", self.groups),
             run("find_pairs", self.groups),
-            Command::run(Name { contact, ..Name::new("part_pairs") }, self.groups),
+            Command::run(Name::new("part_pairs").with(contact.choices()), self.groups),
         ];
         if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
-            let name = Name { contact: Contact::Meshes, ..Name::new("contact_parted") };
+            let name = Name::new("contact_parted").with(Contact::Meshes.choices());
             all.push(Command::run(name, self.groups));
         }
         all

@@ -1,11 +1,12 @@
 //! Rows of nodes that touch each other.
 
 use crate::backend::Backend;
+use crate::contact::colliders::gpu::Contact;
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::nodes::cells;
 use crate::contact::nodes::gpu_layout::FARTHEST;
 use crate::contact::nodes::touching::Apart;
-use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, NONE};
 use crate::gpu::parity::bench::{Bench, Given, Written};
 use crate::gpu::parity::fixture::{Chance, Fixture, SUBSTEP, State, words};
@@ -287,7 +288,7 @@ fn contact_parted(bench: &mut Bench<'_>) -> Result<(), String> {
     let mut fixture = Fixture::with_pairs(23, bench.exact, bench.exact)?;
     let work = Work::new(&fixture);
     let ([position, velocity], moved) = parted(&mut fixture, &work.counts());
-    let name = Name { contact: Contact::Meshes, ..Name::new("contact_parted") };
+    let name = Name::new("contact_parted").with(Contact::Meshes.choices());
     let kernel = kernel_of(bench, name, &fixture)?;
     let mut arrays = fixture.arrays();
     arrays.insert("old_position", words(&fixture.new.position));

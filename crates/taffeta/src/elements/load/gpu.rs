@@ -8,7 +8,7 @@ use crate::elements::load::cpu;
 use crate::elements::load::gpu_layout::{FORCE, IS_LOAD, Load, TORQUE};
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features, Upload};
-use crate::gpu::kernels::Name;
+use crate::gpu::kernels::{Choice, Name};
 use crate::gpu::layout::{Four, GROUP, Substep};
 use crate::gpu::partition::fill;
 use crate::gpu::schedule::Fused;
@@ -20,6 +20,12 @@ use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError, Shader, shaders};
 /// Its shaders.
 pub const SHADERS: &[Shader] =
     shaders!("elements/load", ["alone.wgsl", "given.wgsl", "load.wgsl", "stages.wgsl"]);
+
+/// What kernels import, where they have no other choice: of loads, wind and drag alone.
+pub const DEFAULTS: &[Shader] = &[("loads", "#import elements/load/alone.wgsl\n")];
+
+/// For kernels that take loads from the buffer in which they were summed up.
+pub const GIVEN: &[Choice] = &[("loads", "elements/load/given.wgsl")];
 
 /// Loads on the host.
 #[derive(Default)]

@@ -8,7 +8,7 @@ use crate::elements::spring::gpu_layout::{Along, Entry, Grid, IS_RING, NOT_A_MES
 use crate::elements::spring::lists::SpringKind;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features};
-use crate::gpu::kernels::{Name, Sizes};
+use crate::gpu::kernels::{Name, Overrides};
 use crate::gpu::layout::GROUP;
 use crate::gpu::schedule::Fused;
 use crate::step::{Marks, Op, Stage};
@@ -175,8 +175,8 @@ impl Feature for Springs {
         ]
     }
 
-    fn sizes(&self, sizes: &mut Sizes) {
-        sizes.kinds = self.kinds.max(1) as u32;
+    fn overrides(&self, _: &Gpu, overrides: &mut Overrides) {
+        overrides.insert("KINDS", self.kinds.max(1) as f64);
     }
 
     fn kernels<'f>(&'f self, _: &'f Features, _: Stage) -> Vec<Fused<'f>> {

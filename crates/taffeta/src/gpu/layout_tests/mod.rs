@@ -4,8 +4,10 @@ mod bindings;
 mod constants;
 mod records;
 
+use crate::contact::colliders::gpu::Contact;
+use crate::elements::load::gpu::GIVEN;
 use crate::features::shaders;
-use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::kernels::Name;
 use std::collections::BTreeSet;
 use taffeta_gpu::wgpu::naga;
 
@@ -18,8 +20,8 @@ fn sources() -> BTreeSet<String> {
     let mut all = BTreeSet::new();
     for file in shaders.with_kernels() {
         for contact in [Contact::Solids, Contact::Later, Contact::Meshes] {
-            for loads_given in [false, true] {
-                let name = Name { loads_given, contact, ..Name::new("") };
+            for loads in [&[][..], GIVEN] {
+                let name = Name::new("").with(contact.choices()).with(loads);
                 all.insert(name.source_of(file, &shaders).expect("what it imports"));
             }
         }

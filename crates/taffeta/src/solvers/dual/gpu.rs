@@ -3,9 +3,10 @@
 use crate::backend::SolverState;
 use crate::build::Assembly;
 use crate::contact::colliders::gpu::Colliders;
+use crate::contact::colliders::gpu::Contact;
 use crate::diagnostics::{FrameSums, SolverReport};
 use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
-use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Solving, Substep};
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
@@ -135,7 +136,7 @@ impl Dual {
         all.extend(features.get::<Pins>().map(Pins::command));
         all.push(run("set_up_rows", links));
         if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
-            all.push(Command::run(Name { contact: Contact::Meshes, ..Name::new("meet_meshes") }, nodes));
+            all.push(Command::run(Name::new("meet_meshes").with(Contact::Meshes.choices()), nodes));
         }
         all.extend([run("meet_surfaces", nodes), run("start_rows", links)]);
         for pass in 0..self.passes {

@@ -1,6 +1,7 @@
 //! Rows of springs that are constraints.
 
-use crate::gpu::kernels::{Contact, Name};
+use crate::contact::colliders::gpu::Contact;
+use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, NONE, SUBSTEPS_SEEN, Solving, Substep};
 use crate::gpu::parity::bench::{Bench, Given, Written};
 use crate::gpu::parity::fixture::{Arrays, Chance, Fixture, Maker, words};
@@ -405,7 +406,7 @@ fn meet(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn meet_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
-    let name = Name { contact: Contact::Meshes, ..Name::new("meet_meshes") };
+    let name = Name::new("meet_meshes").with(Contact::Meshes.choices());
     let scene = Fixture::with_meshes_and_constraints;
     twins_on(bench, (name, scene), Groups::Nodes, |twin| twin.meet_meshes())
 }

@@ -1,16 +1,16 @@
 //! Symplectic Euler on the GPU: alone, or in one kernel with springs, loads and colliders.
 
-use crate::contact::colliders::gpu::contact_of;
-use crate::elements::load::gpu::Loads;
+use crate::contact::colliders::gpu::{Contact, contact_of};
+use crate::elements::load::gpu::{GIVEN, Loads};
 use crate::elements::spring::gpu::Springs;
 use crate::elements::spring::gpu_layout::Small;
 use crate::gpu::feature::{Command, Feature, Features};
-use crate::gpu::kernels::{Contact, Name, Sizes};
+use crate::gpu::kernels::{Name, Overrides};
 use crate::gpu::layout::GROUP;
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
-use crate::solvers::explicit::gpu_layout::Patch;
-use crate::solvers::explicit::patches::Patches;
+use crate::solvers::explicit::gpu_layout::{PATCH_NODE_BYTES, Patch};
+use crate::solvers::explicit::patches::{self, Patches};
 use crate::step::{Marks, Op, Stage};
 use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError, Shader, shaders};
 
@@ -62,7 +62,7 @@ impl Particles {
         let given = features.get::<Loads>().is_some_and(|loads| loads.are_given(features));
         let [contact, _] = contact_of(features);
         let [tiles, meshes] = features.get::<Springs>().map_or([0; 2], Springs::groups);
-        let name = |entry| Name { loads_given: given, contact, ..Name::new(entry) };
+        let name = |entry| Name::new(entry).with(if given { GIVEN } else { &[] }).with(contact.choices());
         let mut operations = vec![Op::Loads, Op::Springs, Op::Integrate, Op::Contact];
         if given {
             operations.remove(0);
@@ -97,8 +97,9 @@ impl Feature for Particles {
         vec![("patches", &self.patches), ("smalls", &self.smalls)]
     }
 
-    fn sizes(&self, sizes: &mut Sizes) {
-        sizes.steps = self.steps.max(1);
+    fn overrides(&self, gpu: &Gpu, overrides: &mut Overrides) {
+        overrides.insert("STEPS", self.steps.max(1).into());
+        overrides.insert("ROOM", (patches::room(gpu.limits()) * PATCH_NODE_BYTES / 4).into());
     }
 
     fn kernels<'f>(&'f self, features: &'f Features, from: Stage) -> Vec<Fused<'f>> {

@@ -1,12 +1,14 @@
 //! Rows of the particle stages: each on its own, and all at once.
 
 use crate::backend::Backend;
+use crate::contact::colliders::gpu::Contact;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::diagnostics::normals::normals;
+use crate::elements::load::gpu::GIVEN;
 use crate::elements::load::gpu_layout::{FORCE, Load};
 use crate::elements::load::load as external;
 use crate::elements::spring::gpu_layout::Small;
-use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP};
 use crate::gpu::parity::bench::{Bench, Given};
 use crate::gpu::parity::fixture::{Arrays, Fixture, words};
@@ -95,7 +97,7 @@ fn contact(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn contact_on_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
-    let name = Name { contact: Contact::Meshes, ..Name::new("contact_all") };
+    let name = Name::new("contact_all").with(Contact::Meshes.choices());
     if !bench.exact {
         return (0..4).try_for_each(|mesh| {
             contact_with(bench, name, [Fixture::with_mesh_apart(mesh)?], &[usize::MAX])
@@ -258,7 +260,7 @@ fn grid_alone(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn grid_given(bench: &mut Bench<'_>) -> Result<(), String> {
-    let name = Name { loads_given: true, ..Name::new("grid_particles") };
+    let name = Name::new("grid_particles").with(GIVEN);
     at_once(bench, name, 0, |fixture| fixture.tables.springs.tiles.len())
 }
 
@@ -267,7 +269,7 @@ fn mesh_alone(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn mesh_given(bench: &mut Bench<'_>) -> Result<(), String> {
-    let name = Name { loads_given: true, ..Name::new("mesh_particles") };
+    let name = Name::new("mesh_particles").with(GIVEN);
     at_once(bench, name, 1, |fixture| fixture.place_groups())
 }
 
@@ -333,7 +335,7 @@ fn stepped(
     more: impl Fn(&Fixture) -> Vec<(&'static str, Vec<u32>)>,
 ) -> Result<(), String> {
     for (mut fixture, sort, groups) in cases {
-        let load = if name.loads_given { fixture.force.clone() } else { wind_and_drag(&fixture) };
+        let load = if name.has(GIVEN[0]) { fixture.force.clone() } else { wind_and_drag(&fixture) };
         fixture.force = load;
         let (between, after) = fixture.on_cpu(&[Op::Springs, Op::Integrate, Op::Contact]);
         let mut arrays = fixture.arrays();

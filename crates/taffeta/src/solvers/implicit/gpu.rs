@@ -3,9 +3,10 @@
 use crate::backend::SolverState;
 use crate::build::Assembly;
 use crate::contact::colliders::gpu::Colliders;
+use crate::contact::colliders::gpu::Contact;
 use crate::diagnostics::FrameSums;
 use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
-use crate::gpu::kernels::{Contact, Name};
+use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, Solving, Substep};
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
@@ -148,7 +149,7 @@ impl Implicit {
         let mut all = vec![run("free_nodes", nodes)];
         all.extend(features.get::<Pins>().map(Pins::command));
         if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
-            let name = Name { contact: Contact::Meshes, ..Name::new("meet_meshes_by_nodes") };
+            let name = Name::new("meet_meshes_by_nodes").with(Contact::Meshes.choices());
             all.push(Command::run(name, nodes));
         }
         all.push(run("meet_nodes", nodes));

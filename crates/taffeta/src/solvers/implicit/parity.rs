@@ -1,6 +1,7 @@
 //! Rows of springs that are solved for by nodes.
 
-use crate::gpu::kernels::{Contact, Name};
+use crate::contact::colliders::gpu::Contact;
+use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, Solving};
 use crate::gpu::parity::bench::{Bench, Given, Written};
 use crate::gpu::parity::fixture::{Arrays, Chance, Fixture, Maker, words};
@@ -364,7 +365,7 @@ fn meet(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn meet_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
-    let name = Name { contact: Contact::Meshes, ..Name::new("meet_meshes_by_nodes") };
+    let name = Name::new("meet_meshes_by_nodes").with(Contact::Meshes.choices());
     let scene = Fixture::with_meshes_and_constraints;
     twins_on(bench, (name, scene), Part::Groups(0), |twin, _| twin.meet_meshes())
 }
