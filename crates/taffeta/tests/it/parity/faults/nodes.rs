@@ -114,7 +114,7 @@ pub const FAULTS: &[Fault] = &[
     ("blow_on_panels", "index >= arrayLength(&panels)", "index + 1u >= arrayLength(&panels)"),
     ("blow_on_panels", "element_forces[index] = vec4f(force", "element_forces[index + 1u] = vec4f(force"),
     ("blow_on_panels", "cross3(b - a, c - a), flow", "cross3(b - a, c - b) * 1.0000002, flow"),
-    ("blow_on_panels", "velocity_of(panel.c)) * THIRD", "velocity_of(panel.b)) * THIRD"),
+    ("blow_on_panels", "velocity_of(panel.corners[2])) * THIRD", "velocity_of(panel.corners[1])) * THIRD"),
     ("blow_on_panels", "air.velocity + gust_velocity(air.gusts, x)", "air.velocity"),
     ("corner_force", "area > TINY && speed > TINY;", "area > TINY;"),
     ("corner_force", "area > TINY && speed > TINY;", "speed > TINY;"),
