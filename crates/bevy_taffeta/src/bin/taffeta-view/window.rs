@@ -1,6 +1,7 @@
 //! A window that shows a scene: what can be seen, and what can be done with mouse and keys.
 
 use crate::args::Args;
+use crate::busy::Busy;
 use crate::plots::history;
 use crate::save::{Source, saved};
 use crate::settled::{Settled, settled};
@@ -64,7 +65,7 @@ const INTERRUPTED: u8 = 130;
 
 /// All that needs no panel.
 pub fn hands(app: &mut App) {
-    app.init_resource::<busy::Busy>();
+    app.init_resource::<Busy>();
     app.add_plugins((
         looks::looks,
         play::play,
