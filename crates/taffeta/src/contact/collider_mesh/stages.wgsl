@@ -2,7 +2,7 @@
 // buffer left for triangles.
 
 #import contact/collider_mesh/surface.wgsl as meshes
-#import contact/colliders/press.wgsl
+#import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
 #import contact/colliders/touch_again.wgsl
 #import contact/nodes/pairs.wgsl
@@ -29,25 +29,25 @@ fn contact_parted(
 }
 
 /// How a mesh will hold a node; it is taken to be as flat as where the node is.
-fn press_of_mesh(collider: Collider, node: Coming) -> Held {
-    let touch = mesh_touch(collider, node.place, collider.size + node.h * norm3(node.free) + node.fall);
+fn predict_mesh_contact(collider: Collider, node: Approach) -> Candidate {
+    let touch = mesh_touch(collider, node.position, collider.size + node.h * norm3(node.free) + node.fall);
     if touch.depth == -FAR {
-        return Held(free_press(), 0.0);
+        return Candidate(no_contact(), 0.0);
     }
     let inside = touch.depth - node.h * dot3(node.free + node.pulls, touch.normal);
-    return press_by(collider, node, inside, Depth(touch.normal, touch.depth), touch.velocity);
+    return predict_at_surface(collider, node, inside, Depth(touch.normal, touch.depth), touch.velocity);
 }
 
 /// The mesh that will hold a node, if any does: of several, that in which it would be deepest.
-fn mesh_ahead(node: Coming) -> Met {
-    var found = met_of(free_press(), 0u, 0.0);
+fn deepest_mesh_contact(node: Approach) -> ContactRecord {
+    var found = contact_record(no_contact(), 0u, 0.0);
     let first = substeps[0].first_collider;
     for (var i = 0u; i < substeps[0].colliders; i++) {
         let collider = colliders[first + i];
         if collider.kind == MESH {
-            let held = press_of_mesh(collider, node);
-            if held.inside > found.inside {
-                found = met_of(held.press, i, held.inside);
+            let candidate = predict_mesh_contact(collider, node);
+            if candidate.inside > found.inside {
+                found = contact_record(candidate.predicted, i, candidate.inside);
             }
         }
     }
@@ -67,13 +67,13 @@ fn meet_meshes(
     }
     let node = node_groups[index].first + lane;
     let x = old_position[node];
-    if met[node].is_pulled == 0u || !(x.w > 0.0) || substeps[0].solving.is_adaptive != 0u {
+    if predicted_contacts[node].is_constrained == 0u || !(x.w > 0.0) || substeps[0].solving.is_adaptive != 0u {
         return;
     }
     let h = substeps[0].h;
     let fall = norm3(substeps[0].gravity) * h * h;
     let pulls = x.w * gather_pulls(node) * -h;
-    met[node] = mesh_ahead(Coming(x.xyz, fall, new_velocity[node].xyz, h, pulls));
+    predicted_contacts[node] = deepest_mesh_contact(Approach(x.xyz, fall, new_velocity[node].xyz, h, pulls));
 }
 
 /// The same where springs are solved for by nodes, before meet_nodes.
@@ -92,6 +92,7 @@ fn meet_meshes_by_nodes(
     if x.w > 0.0 {
         let h = substeps[0].h;
         let fall = norm3(substeps[0].gravity) * h * h;
-        met[node] = mesh_ahead(Coming(x.xyz, fall, new_velocity[node].xyz, h, vector_of(PULLED, node)));
+        let approach = Approach(x.xyz, fall, new_velocity[node].xyz, h, vector_of(PULLED, node));
+        predicted_contacts[node] = deepest_mesh_contact(approach);
     }
 }

@@ -17,7 +17,7 @@ pub const SHADERS: &[Shader] = shaders!(
     "contact/colliders",
     [
         "contact.wgsl",
-        "press.wgsl",
+        "predicted_contact.wgsl",
         "response.wgsl",
         "shape.wgsl",
         "touch.wgsl",

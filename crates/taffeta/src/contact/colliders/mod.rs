@@ -6,7 +6,7 @@ pub mod gpu;
 #[cfg(feature = "gpu")]
 pub mod gpu_layout;
 pub mod moving;
-pub mod press;
+pub mod predicted_contact;
 pub mod response;
 pub mod rigid;
 pub mod shape;

@@ -7,7 +7,7 @@ use crate::contact::collider_mesh::{surface as mesh, tree, triangle};
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::gpu_layout::MESH;
 use crate::contact::colliders::moving::{ColliderNow, Touching};
-use crate::contact::colliders::press::{LEFT_TO_CONTACT, STICKS};
+use crate::contact::colliders::predicted_contact::{LEFT_TO_CONTACT, STICKS};
 use crate::contact::colliders::response::NARROW;
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{

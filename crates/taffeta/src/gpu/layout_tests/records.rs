@@ -12,7 +12,9 @@ use crate::gpu::drawn::Drawing;
 use crate::gpu::layout::{Solving, Substep};
 use crate::gpu::layout_tests::{read, sources, words};
 use crate::motion::gpu_layout::{Motion, Pin};
-use crate::solvers::dual::gpu_layout::{Link, LinkGroup, Met, NodeGroup, Progress, Row, Solve, Taken};
+use crate::solvers::dual::gpu_layout::{
+    ContactRecord, Link, LinkGroup, NodeGroup, Progress, Row, Solve, Taken,
+};
 use crate::solvers::explicit::gpu_layout::{Part, Patch};
 use crate::solvers::implicit::gpu_layout::{
     CoarseEdge, Descent, Diagonal, LevelGroup, NodeSolve, Parents, Share, SlotSpring, Symmetric,
@@ -145,7 +147,7 @@ fn records() -> Vec<Record> {
         record!(LinkGroup { first, count, solve, first_group, groups }),
         record!(NodeGroup { first, count, solve, first_group, is_first }),
         record!(Row { direction, r, w, s, p, x }),
-        record!(Met { normal, yields, velocity, surface, is_pulled, inside, along; padding }),
+        record!(ContactRecord { normal, slides, velocity, collider, is_constrained, inside, surface_speed; padding }),
         record!(Progress { passes, is_done, limit, right, gamma, alpha, beta }),
         record!(Solve { links, active_links, kept, next }),
         record!(Taken { iterations, capped, active_share, residual }),

@@ -11,7 +11,7 @@ use crate::gpu::layout::{Solving, Substep};
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
 use crate::scene::Method;
-use crate::solvers::dual::gpu_layout::{Link, LinkGroup, Met, NodeGroup, Row, Solve, Taken};
+use crate::solvers::dual::gpu_layout::{ContactRecord, Link, LinkGroup, NodeGroup, Row, Solve, Taken};
 use crate::solvers::dual::gpu_tables::Linked;
 use crate::step::{Marks, Op, Stage};
 use std::ops::Range;
@@ -20,7 +20,14 @@ use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBac
 /// Its shaders.
 pub const SHADERS: &[Shader] = shaders!(
     "solvers/dual",
-    ["active_stages.wgsl", "ahead.wgsl", "distance.wgsl", "printed.wgsl", "solve.wgsl", "stages.wgsl"]
+    [
+        "active_stages.wgsl",
+        "deepest_contact.wgsl",
+        "distance.wgsl",
+        "printed.wgsl",
+        "solve.wgsl",
+        "stages.wgsl"
+    ]
 );
 
 /// Iterations from one count of open systems to the next.
@@ -37,7 +44,7 @@ pub struct Dual {
     links: Buffer<Link>,
     rows: Buffer<Row>,
     row_scales: Buffer<[f32; 2]>,
-    met: Buffer<Met>,
+    predicted_contacts: Buffer<ContactRecord>,
     active_links: Buffer<u32>,
     active_counts: Buffer<u32>,
     solves: Buffer<Solve>,
@@ -80,7 +87,7 @@ impl Dual {
             links: gpu.buffer_from("constraints", &linked.links)?,
             rows: gpu.buffer("rows of constraints", links)?,
             row_scales: gpu.buffer("scales of constraints", links)?,
-            met: gpu.buffer("nodes of constraints", places)?,
+            predicted_contacts: gpu.buffer("nodes of constraints", places)?,
             active_links: gpu.buffer_from("active constraints", &all)?,
             active_counts: gpu.buffer("counts of active constraints", groups)?,
             solves: gpu.buffer_from("systems of constraints", &linked.solves)?,
@@ -159,7 +166,7 @@ impl Feature for Dual {
             ("links", &self.links),
             ("rows", &self.rows),
             ("row_scales", &self.row_scales),
-            ("met", &self.met),
+            ("predicted_contacts", &self.predicted_contacts),
             ("active_links", &self.active_links),
             ("active_counts", &self.active_counts),
             ("solves", &self.solves),

@@ -48,17 +48,17 @@ pub struct Row {
     pub x: f32,
 }
 
-/// `Met` of solve.wgsl.
+/// `ContactRecord` of solve.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Met {
+pub struct ContactRecord {
     pub normal: [f32; 3],
-    pub yields: f32,
+    pub slides: f32,
     pub velocity: [f32; 3],
-    pub surface: u32,
-    pub is_pulled: u32,
+    pub collider: u32,
+    pub is_constrained: u32,
     pub inside: f32,
-    pub along: f32,
+    pub surface_speed: f32,
     pub padding: u32,
 }
 

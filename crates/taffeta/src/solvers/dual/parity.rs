@@ -8,7 +8,7 @@ use crate::gpu::parity::fixture::{Arrays, Chance, Fixture, Maker, words};
 use crate::gpu::parity::{Row as ParityRow, Tolerance};
 use crate::real::{norm, scale};
 use crate::scene::{ConstraintForm, Method, Solver};
-use crate::solvers::dual::gpu_layout::{Link, LinkGroup, Met, Progress, Row, Solve, Taken};
+use crate::solvers::dual::gpu_layout::{ContactRecord, Link, LinkGroup, Progress, Row, Solve, Taken};
 use crate::solvers::dual::gpu_tables::Linked;
 use crate::solvers::dual::twin::{Twin, Work, is_active};
 use crate::solvers::explicit::parity::kernel_of;
@@ -123,7 +123,7 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
         active_links: vec![POISON; count],
         active_counts: vec![POISON; linked.link_groups.len()],
         solves: linked.solves.clone(),
-        met: vec![Met { yields: 1.0, ..Met::default() }; places],
+        predicted_contacts: vec![ContactRecord { slides: 1.0, ..ContactRecord::default() }; places],
         sums: linked.link_groups.iter().map(|_| some_sums(&mut chance)).collect(),
         response: vec![[0.0; 4]; places],
         force: fixture.force_fours().iter().map(|&[x, y, z, _]| [x, y, z, 0.0]).collect(),
@@ -139,7 +139,8 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
         for end in [link.a, link.b].map(|end| end as usize) {
             let [x, y, z] = chance.three(1.3);
             work.response[end] = [x, y, z, 0.0];
-            work.met[end] = some_met(&mut chance, fixture.old.position[end][3] > 0.0, colliders);
+            work.predicted_contacts[end] =
+                some_contact(&mut chance, fixture.old.position[end][3] > 0.0, colliders);
         }
     }
     at_all_cases(fixture, &mut work, &mut chance, (solving, shift));
@@ -147,16 +148,25 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
 }
 
 /// A node that is pressed against a surface, or not.
-pub fn some_met(chance: &mut Chance, is_free: bool, colliders: usize) -> Met {
-    let (direction, is_met) = (chance.three(1.0), chance.number() > 0.0 && is_free);
-    let normal = if is_met { scale(direction, 1.0 / norm(direction)) } else { [0.0; 3] };
-    let surface = ((chance.number().abs() * colliders as f32) as u32).min(colliders as u32 - 1);
-    let yields = if chance.number() > 0.0 || !is_met { 1.0 } else { 0.0 };
-    let velocity = if is_met { chance.three(2.0) } else { [0.0; 3] };
+pub fn some_contact(chance: &mut Chance, is_free: bool, colliders: usize) -> ContactRecord {
+    let (direction, is_predicted) = (chance.three(1.0), chance.number() > 0.0 && is_free);
+    let normal = if is_predicted { scale(direction, 1.0 / norm(direction)) } else { [0.0; 3] };
+    let collider = ((chance.number().abs() * colliders as f32) as u32).min(colliders as u32 - 1);
+    let slides = if chance.number() > 0.0 || !is_predicted { 1.0 } else { 0.0 };
+    let velocity = if is_predicted { chance.three(2.0) } else { [0.0; 3] };
     // What a mesh has found before, here and there.
     let inside = if normal[0] > 0.2 { 0.07 * normal[1].abs() } else { 0.0 };
-    let along = if is_met { chance.number() } else { 0.0 };
-    Met { normal, yields, velocity, surface, is_pulled: 1, inside, along, ..Met::default() }
+    let surface_speed = if is_predicted { chance.number() } else { 0.0 };
+    ContactRecord {
+        normal,
+        slides,
+        velocity,
+        collider,
+        is_constrained: 1,
+        inside,
+        surface_speed,
+        ..ContactRecord::default()
+    }
 }
 
 /// Of which all but the last are above 0, and that here and there.
@@ -222,7 +232,7 @@ fn arrays(fixture: &Fixture, work: &Work) -> Arrays {
         ("links", words(&work.links)),
         ("rows", words(&work.rows)),
         ("row_scales", words(&work.scales)),
-        ("met", words(&work.met)),
+        ("predicted_contacts", words(&work.predicted_contacts)),
         ("active_links", work.active_links.clone()),
         ("active_counts", work.active_counts.clone()),
         ("solves", words(&work.solves)),
@@ -246,7 +256,7 @@ fn compare(written: &mut Written<'_>, kernel: &Kernel, wanted: &Work, counts: &[
             "solve_counts" => records(written, "solve_counts", counts),
             "rows" => rows(written, &wanted.rows),
             "row_scales" => columns(written, "row_scales", &wanted.scales),
-            "met" => mets(written, &wanted.met),
+            "predicted_contacts" => compare_contacts(written, &wanted.predicted_contacts),
             "row_sums" => columns(written, "row_sums", &wanted.sums),
             "solves" => solves(written, &wanted.solves),
             "response" => written.fours("response", &wanted.response),
@@ -281,22 +291,25 @@ where
     }
 }
 
-pub fn mets(written: &mut Written<'_>, wanted: &[Met]) {
-    let found: Vec<Met> = written.take("met");
-    let normals = |all: &[Met]| all.iter().flat_map(|met| met.normal).collect::<Vec<_>>();
-    written.outcome().compare("met.normal", &normals(wanted), &normals(&found));
-    let velocities = |all: &[Met]| all.iter().flat_map(|met| met.velocity).collect::<Vec<_>>();
-    written.outcome().compare("met.velocity", &velocities(wanted), &velocities(&found));
-    let insides = |all: &[Met]| all.iter().map(|met| met.inside).collect::<Vec<_>>();
-    written.outcome().compare("met.inside", &insides(wanted), &insides(&found));
-    let alongs = |all: &[Met]| all.iter().map(|met| met.along).collect::<Vec<_>>();
-    written.outcome().compare("met.along", &alongs(wanted), &alongs(&found));
-    let yields = |all: &[Met]| all.iter().map(|met| met.yields).collect::<Vec<_>>();
-    written.outcome().copied("met.yields", &yields(wanted), &yields(&found));
-    let counts = |all: &[Met]| {
-        all.iter().flat_map(|met| [met.surface, met.is_pulled].map(|n| n as f32)).collect::<Vec<_>>()
+pub fn compare_contacts(written: &mut Written<'_>, wanted: &[ContactRecord]) {
+    let found: Vec<ContactRecord> = written.take("predicted_contacts");
+    let normals = |all: &[ContactRecord]| all.iter().flat_map(|record| record.normal).collect::<Vec<_>>();
+    written.outcome().compare("predicted_contacts.normal", &normals(wanted), &normals(&found));
+    let velocities =
+        |all: &[ContactRecord]| all.iter().flat_map(|record| record.velocity).collect::<Vec<_>>();
+    written.outcome().compare("predicted_contacts.velocity", &velocities(wanted), &velocities(&found));
+    let insides = |all: &[ContactRecord]| all.iter().map(|record| record.inside).collect::<Vec<_>>();
+    written.outcome().compare("predicted_contacts.inside", &insides(wanted), &insides(&found));
+    let speeds = |all: &[ContactRecord]| all.iter().map(|record| record.surface_speed).collect::<Vec<_>>();
+    written.outcome().compare("predicted_contacts.surface_speed", &speeds(wanted), &speeds(&found));
+    let slides = |all: &[ContactRecord]| all.iter().map(|record| record.slides).collect::<Vec<_>>();
+    written.outcome().copied("predicted_contacts.slides", &slides(wanted), &slides(&found));
+    let counts = |all: &[ContactRecord]| {
+        all.iter()
+            .flat_map(|record| [record.collider, record.is_constrained].map(|n| n as f32))
+            .collect::<Vec<_>>()
     };
-    written.outcome().copied("met", &counts(wanted), &counts(&found));
+    written.outcome().copied("predicted_contacts", &counts(wanted), &counts(&found));
 }
 
 fn rows(written: &mut Written<'_>, wanted: &[Row]) {
@@ -524,7 +537,7 @@ fn listed(sizes: &[usize], chance: &mut Chance, share: f32) -> (Vec<LinkGroup>, 
         links: (0..start).map(|_| link()).collect(),
         rows: Vec::new(),
         scales: Vec::new(),
-        met: Vec::new(),
+        predicted_contacts: Vec::new(),
         active_links: vec![POISON; start],
         active_counts: vec![0; linked.link_groups.len()],
         solves: linked.solves.iter().map(|solve| Solve { active_links: 0, ..*solve }).collect(),

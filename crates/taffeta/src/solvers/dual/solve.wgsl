@@ -2,7 +2,7 @@
 // is. A body's rows and nodes are in groups of their own, so that any number of bodies shares a dispatch and each has steps of
 // its own. Groups are summed up by halves, and the groups of a body the same way.
 
-#import contact/colliders/press.wgsl
+#import contact/colliders/predicted_contact.wgsl
 #import gpu/wgsl/index.wgsl
 
 /// A spring that is a constraint, always or where it is too long.
@@ -53,17 +53,17 @@ struct Row {
 }
 
 /// A node, as constraints find it: how a surface holds it, and which of the colliders.
-struct Met {
+struct ContactRecord {
     normal: vec3f,
-    yields: f32,
+    slides: f32,
     velocity: vec3f,
-    surface: u32,
+    collider: u32,
     /// Whether any constraint acts on it: 1, else 0.
-    is_pulled: u32,
+    is_constrained: u32,
     /// By how much it would be inside, if the surface is that of a mesh; else 0 [m].
     inside: f32,
     /// Velocity of the surface [m/s] in the direction in which the node slides.
-    @size(8) along: f32,
+    @size(8) surface_speed: f32,
 }
 
 /// How far a system is.
@@ -123,7 +123,7 @@ struct Taken {
 /// Workgroups of the next iterations: over groups of nodes, over groups of constraints.
 @group(3) @binding(28) var<storage, read_write> solve_counts: array<u32, 6>;
 @group(3) @binding(29) var<storage, read_write> taken: array<Taken>;
-@group(3) @binding(30) var<storage, read_write> met: array<Met>;
+@group(3) @binding(30) var<storage, read_write> predicted_contacts: array<ContactRecord>;
 
 var<workgroup> row_lanes: array<vec4f, 256>;
 var<workgroup> count_lanes: array<u32, 256>;
@@ -206,18 +206,18 @@ fn entries_at(node: u32) -> vec2u {
     return vec2u(incident[slice] + node % 16u, incident[slice + 1u]);
 }
 
-fn press_in(met: Met) -> Press {
-    return Press(met.normal, met.yields, met.velocity, met.along);
+fn predicted_in(record: ContactRecord) -> PredictedContact {
+    return PredictedContact(record.normal, record.slides, record.velocity, record.surface_speed);
 }
 
 /// What is kept of a press by one of the colliders, on a node that constraints act on.
-fn met_of(press: Press, surface: u32, inside: f32) -> Met {
-    return Met(press.normal, press.yields, press.velocity, surface, 1u, inside, press.surface);
+fn contact_record(predicted: PredictedContact, collider: u32, inside: f32) -> ContactRecord {
+    return ContactRecord(predicted.normal, predicted.slides, predicted.velocity, collider, 1u, inside, predicted.surface_speed);
 }
 
 /// How a surface holds a node.
-fn press_at(node: u32) -> Press {
-    return press_in(met[node]);
+fn predicted_at(node: u32) -> PredictedContact {
+    return predicted_in(predicted_contacts[node]);
 }
 
 /// The sign of a pull at the first or second end.

@@ -3,7 +3,7 @@
 // that step does to each node; `solve_rows` takes the step, and applies the system to what is left. Nothing is read back: all
 // iterations that a sub-step may need are written down, and `count_solves` keeps workgroups away when all systems are done.
 
-#import contact/colliders/press.wgsl
+#import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
 #import elements/spring/spring.wgsl
 #import gpu/wgsl/force.wgsl
@@ -11,7 +11,7 @@
 #import gpu/wgsl/state.wgsl
 #import gpu/wgsl/substep.wgsl
 #import gpu/wgsl/vector.wgsl
-#import solvers/dual/ahead.wgsl
+#import solvers/dual/deepest_contact.wgsl
 #import solvers/dual/distance.wgsl
 #import solvers/dual/solve.wgsl
 #import solvers/explicit/euler.wgsl
@@ -49,8 +49,8 @@ fn free_velocities(
     force[node] = vec4f(without, 0.0);
     let velocity = new_velocity_of(v.xyz, without, x.w, substeps[0].gravity, substeps[0].h);
     new_velocity[node] = vec4f(velocity, abs(v.w));
-    met[node] = met_of(free_press(), 0u, 0.0);
-    met[node].is_pulled = select(0u, 1u, is_active);
+    predicted_contacts[node] = contact_record(no_contact(), 0u, 0.0);
+    predicted_contacts[node].is_constrained = select(0u, 1u, is_active);
 }
 
 /// How a spring gives way as a constraint.
@@ -123,7 +123,7 @@ fn meet_surfaces(
         return;
     }
     let node = node_groups[index].first + lane;
-    if met[node].is_pulled == 0u {
+    if predicted_contacts[node].is_constrained == 0u {
         return;
     }
     let x = old_position[node];
@@ -133,10 +133,11 @@ fn meet_surfaces(
     if substeps[0].colliders > 0u && substeps[0].solving.is_adaptive == 0u {
         if x.w > 0.0 {
             let fall = norm3(substeps[0].gravity) * h * h;
-            met[node] = surface_ahead(Coming(x.xyz, fall, free, h, x.w * gather_pulls(node) * -h), met[node]);
+            let approach = Approach(x.xyz, fall, free, h, x.w * gather_pulls(node) * -h);
+            predicted_contacts[node] = deepest_contact(approach, predicted_contacts[node]);
         }
-        let press = press_at(node);
-        rate = yielded(press, rate) + press.velocity * (1.0 / h);
+        let predicted = predicted_at(node);
+        rate = filtered(predicted, rate) + predicted.velocity * (1.0 / h);
     }
     response[node] = vec4f(rate, 0.0);
 }
@@ -229,7 +230,7 @@ fn solve_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
         return;
     }
     let node = group.first + lane;
-    if met[node].is_pulled == 0u {
+    if predicted_contacts[node].is_constrained == 0u {
         return;
     }
     var sum = vec3f(0.0);
@@ -240,7 +241,7 @@ fn solve_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
         let first = row.p - next.alpha * row.w;
         sum += sign_at(incident[at]) * (row.direction * select(left, first, kept.passes == 1u));
     }
-    response[node] = vec4f(yielded(press_at(node), old_position[node].w * sum), 0.0);
+    response[node] = vec4f(filtered(predicted_at(node), old_position[node].w * sum), 0.0);
 }
 
 /// Takes the step, and applies the system to what is left of the right side; at first to the pulls that it starts from.
@@ -298,16 +299,16 @@ fn advanced(number: u32, step: Progress) -> vec4f {
 }
 
 /// The force of pulls on a node with what a surface does about it.
-fn borne(node: u32, pull: vec3f) -> vec3f {
-    let press = press_at(node);
-    if !is_pressed(press) {
+fn with_contact(node: u32, pull: vec3f) -> vec3f {
+    let predicted = predicted_at(node);
+    if !in_contact(predicted) {
         return pull;
     }
     let x = old_position[node];
     let free = new_velocity[node].xyz;
     let kick = substeps[0].h * x.w;
-    let collider = colliders[substeps[0].first_collider + met[node].surface];
-    let after = after_pulls(press, free, pull * kick, collider);
+    let collider = colliders[substeps[0].first_collider + predicted_contacts[node].collider];
+    let after = velocity_after(predicted, free, pull * kick, collider);
     return (after - free) * (1.0 / kick);
 }
 
@@ -323,10 +324,10 @@ fn pull_nodes(
         return;
     }
     let node = node_groups[index].first + lane;
-    if met[node].is_pulled == 0u {
+    if predicted_contacts[node].is_constrained == 0u {
         return;
     }
-    let pull = borne(node, -gather_pulls(node));
+    let pull = with_contact(node, -gather_pulls(node));
     force[node] = vec4f(force[node].xyz + pull, 0.0);
 }
 

@@ -3,7 +3,7 @@
 
 use crate::backend::Backend;
 use crate::contact::colliders::moving::ColliderNow;
-use crate::contact::colliders::press::{Coming, Depth, Press, deepest, fall};
+use crate::contact::colliders::predicted_contact::{Approach, Depth, PredictedContact, deepest, fall};
 use crate::contact::colliders::shape::ShapeNow;
 use crate::cpu::simd::Kernel;
 use crate::elements::spring::spring;
@@ -16,7 +16,7 @@ use crate::solvers::dual::cpu::kernels::{Advance, Along, Apply, Combine, GatherP
 use crate::solvers::dual::distance::{
     Conjugate, Row as SetUp, Softness, becomes_active, is_left, limit, noise, share_left, start_share,
 };
-use crate::solvers::dual::gpu_layout::{Link, Met, Progress, Row, Solve, Taken};
+use crate::solvers::dual::gpu_layout::{ContactRecord, Link, Progress, Row, Solve, Taken};
 use crate::solvers::explicit::euler;
 use std::slice::{from_mut, from_ref};
 
@@ -26,7 +26,7 @@ pub struct Work {
     pub links: Vec<Link>,
     pub rows: Vec<Row>,
     pub scales: Vec<[f32; 2]>,
-    pub met: Vec<Met>,
+    pub predicted_contacts: Vec<ContactRecord>,
     pub active_links: Vec<u32>,
     pub active_counts: Vec<u32>,
     pub solves: Vec<Solve>,
@@ -71,53 +71,74 @@ pub fn is_active(link: &Link, position: &[Four], solving: &Solving) -> bool {
 }
 
 /// How a surface holds a node, as kernels keep it.
-pub fn met_of(press: Press<f32>, surface: u32, is_pulled: bool) -> Met {
-    let Press { normal, yields, velocity, surface: along } = press;
-    Met { normal, yields, velocity, surface, is_pulled: is_pulled.into(), along, ..Met::default() }
+pub fn contact_record(
+    predicted: PredictedContact<f32>,
+    collider: u32,
+    is_constrained: bool,
+) -> ContactRecord {
+    let PredictedContact { normal, slides, velocity, surface_speed } = predicted;
+    ContactRecord {
+        normal,
+        slides,
+        velocity,
+        collider,
+        is_constrained: is_constrained.into(),
+        surface_speed,
+        ..ContactRecord::default()
+    }
 }
 
 /// The surface that will hold a node, where `before` is what meshes have found.
-pub fn surface_ahead(colliders: &[ColliderNow<f32>], coming: &Coming<f32>, before: &Met) -> Met {
-    let mut index = 0..;
+pub fn deepest_contact(
+    colliders: &[ColliderNow<f32>],
+    approach: &Approach<f32>,
+    before: &ContactRecord,
+) -> ContactRecord {
+    let mut indices = 0..;
     let found = deepest(colliders, |collider| {
-        let surface = index.next()?;
-        let own = Press::of(collider, coming).map(|(inside, press)| (inside, met_of(press, surface, true)));
-        let known = (before.inside > 0.0 && before.surface == surface).then_some((before.inside, *before));
+        let index = indices.next()?;
+        let own = PredictedContact::of(collider, approach)
+            .map(|(inside, predicted)| (inside, contact_record(predicted, index, true)));
+        let known = (before.inside > 0.0 && before.collider == index).then_some((before.inside, *before));
         match (own, known) {
             (Some(own), Some(known)) => Some(if own.0 > known.0 { own } else { known }),
             (own, known) => own.or(known),
         }
     });
-    found.map_or(met_of(Press::FREE, 0, true), |(met, _)| met)
+    found.map_or(contact_record(PredictedContact::FREE, 0, true), |(record, _)| record)
 }
 
 /// The mesh that will hold a node, as kernels keep it.
-pub fn mesh_ahead(fixture: &Fixture, coming: &Coming<f32>) -> Met {
+pub fn deepest_mesh_contact(fixture: &Fixture, approach: &Approach<f32>) -> ContactRecord {
     let found = deepest(&fixture.substep().colliders, |collider| {
-        press_of_mesh(fixture, collider, coming).map(|found| (found.0, found))
+        predict_mesh_contact(fixture, collider, approach).map(|found| (found.0, found))
     });
-    found.map_or(met_of(Press::FREE, 0, true), |((inside, press), surface)| Met {
-        inside,
-        ..met_of(press, surface, true)
+    found.map_or(contact_record(PredictedContact::FREE, 0, true), |((inside, predicted), index)| {
+        ContactRecord { inside, ..contact_record(predicted, index, true) }
     })
 }
 
-fn press_of_mesh(
+fn predict_mesh_contact(
     fixture: &Fixture,
     collider: &ColliderNow<f32>,
-    coming: &Coming<f32>,
-) -> Option<(f32, Press<f32>)> {
+    approach: &Approach<f32>,
+) -> Option<(f32, PredictedContact<f32>)> {
     let ShapeNow::Mesh(now) = &collider.shape else { return None };
     let surface = &fixture.surfaces[now.index as usize];
-    let place = now.local(coming.place);
+    let place = now.local(approach.position);
     let around = surface.tree(now).around(place, f32::FAR);
     let touch = surface.resting(now, place, &nearest_of(surface, now, place)?, &around);
     let [normal, velocity] = [touch.normal, touch.velocity].map(|way| now.place.turn(way));
-    Press::of_mesh(&collider.touching, coming, Depth { depth: touch.depth, normal, velocity })
+    PredictedContact::of_mesh(&collider.touching, approach, Depth { depth: touch.depth, normal, velocity })
 }
 
-pub fn press_of(met: &Met) -> Press<f32> {
-    Press { normal: met.normal, yields: met.yields, velocity: met.velocity, surface: met.along }
+pub fn predicted_in(record: &ContactRecord) -> PredictedContact<f32> {
+    PredictedContact {
+        normal: record.normal,
+        slides: record.slides,
+        velocity: record.velocity,
+        surface_speed: record.surface_speed,
+    }
 }
 
 /// A row, as the CPU's kernels have it.
@@ -207,7 +228,8 @@ impl Twin<'_> {
             let u = [0, 1, 2].map(|i| euler::velocity(v[i], force[i], x[3], gravity[i], self.h()));
             self.work.force[node] = [force[0], force[1], force[2], 0.0];
             self.work.new_velocity[node] = [u[0], u[1], u[2], v[3].abs()];
-            self.work.met[node] = met_of(Press::FREE, 0, !active.is_empty());
+            self.work.predicted_contacts[node] =
+                contact_record(PredictedContact::FREE, 0, !active.is_empty());
         }
     }
 
@@ -253,14 +275,14 @@ impl Twin<'_> {
 
     /// What they do to its velocity, held by a surface or not.
     fn answer(&self, node: usize, (pulled, entries): (Vec<Quad<f32>>, Vec<u32>), held: bool) -> [f32; 3] {
-        let (press, mut out) = (press_of(&self.work.met[node]), Quad::default());
+        let (predicted, mut out) = (predicted_in(&self.work.predicted_contacts[node]), Quad::default());
         let kernel = GatherPulls {
             spans: &[[0, entries.len() as u32]],
             entries: &entries,
             pulled: &pulled,
             places: &[0],
             inverse_mass: &[self.fixture.old.position[node][3]],
-            press: if held { from_ref(&press) } else { &[] },
+            predicted: if held { from_ref(&predicted) } else { &[] },
             out: from_mut(&mut out),
         };
         kernel.run();
@@ -268,19 +290,29 @@ impl Twin<'_> {
     }
 
     /// A node as it comes to surfaces.
-    fn coming(&self, node: usize, incident: &[(usize, u32)]) -> Coming<f32> {
+    fn approach(&self, node: usize, incident: &[(usize, u32)]) -> Approach<f32> {
         let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
         let h = self.h();
         let pulls = scale(self.answer(node, self.pulls(incident, |row| row.x), false), -h);
-        Coming { place: three(x), free, pulls, fall: fall(self.fixture.records()[SUBSTEP].gravity, h), h }
+        Approach {
+            position: three(x),
+            free,
+            pulls,
+            fall: fall(self.fixture.records()[SUBSTEP].gravity, h),
+            h,
+        }
     }
 
     pub fn meet_meshes(&mut self) {
         let incident = self.incident();
         for (node, _) in self.nodes() {
             let is_free = self.fixture.old.position[node][3] > 0.0;
-            if self.work.met[node].is_pulled != 0 && is_free && self.solving.is_adaptive == 0 {
-                self.work.met[node] = mesh_ahead(self.fixture, &self.coming(node, &incident[node]));
+            if self.work.predicted_contacts[node].is_constrained != 0
+                && is_free
+                && self.solving.is_adaptive == 0
+            {
+                self.work.predicted_contacts[node] =
+                    deepest_mesh_contact(self.fixture, &self.approach(node, &incident[node]));
             }
         }
     }
@@ -289,18 +321,19 @@ impl Twin<'_> {
         let (incident, h) = (self.incident(), self.h());
         let held = !self.fixture.substep().colliders.is_empty() && self.solving.is_adaptive == 0;
         for (node, _) in self.nodes() {
-            if self.work.met[node].is_pulled == 0 {
+            if self.work.predicted_contacts[node].is_constrained == 0 {
                 continue;
             }
             let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
             let mut rate = free.map(|c| c / h);
             if held && x[3] > 0.0 {
-                let coming = self.coming(node, &incident[node]);
+                let approach = self.approach(node, &incident[node]);
                 let colliders = &self.fixture.substep().colliders;
-                self.work.met[node] = surface_ahead(colliders, &coming, &self.work.met[node]);
+                self.work.predicted_contacts[node] =
+                    deepest_contact(colliders, &approach, &self.work.predicted_contacts[node]);
             }
             if held {
-                rate = press_of(&self.work.met[node]).rate(rate, h);
+                rate = predicted_in(&self.work.predicted_contacts[node]).rate(rate, h);
             }
             self.work.response[node] = [rate[0], rate[1], rate[2], 0.0];
         }
@@ -371,7 +404,10 @@ impl Twin<'_> {
         let incident = self.incident();
         for (node, solve) in self.nodes() {
             let next = self.work.solves[solve].next;
-            if !open.contains(&solve) || next.is_done != 0 || self.work.met[node].is_pulled == 0 {
+            if !open.contains(&solve)
+                || next.is_done != 0
+                || self.work.predicted_contacts[node].is_constrained == 0
+            {
                 continue;
             }
             let pulls = self.pulls(&incident[node], |row| stepped(row, &next).r);
@@ -416,14 +452,14 @@ impl Twin<'_> {
     pub fn pull(&mut self) {
         let incident = self.incident();
         for (node, _) in self.nodes() {
-            let met = self.work.met[node];
-            if met.is_pulled == 0 {
+            let record = self.work.predicted_contacts[node];
+            if record.is_constrained == 0 {
                 continue;
             }
             let (pulled, entries) = self.pulls(&incident[node], |row| row.x);
             let mut pull = three(gather(&entries, &pulled).0).map(|c| -c);
-            if press_of(&met).is_pressed() {
-                pull = self.borne(node, &met, pull);
+            if predicted_in(&record).in_contact() {
+                pull = self.with_contact(node, &record, pull);
             }
             let [x, y, z] = add(three(self.work.force[node]), pull);
             self.work.force[node] = [x, y, z, 0.0];
@@ -431,10 +467,10 @@ impl Twin<'_> {
     }
 
     /// The force of pulls on a node with what a surface does about it.
-    fn borne(&self, node: usize, met: &Met, pull: [f32; 3]) -> [f32; 3] {
+    fn with_contact(&self, node: usize, record: &ContactRecord, pull: [f32; 3]) -> [f32; 3] {
         let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
-        let touching = &self.fixture.substep().colliders[met.surface as usize].touching;
-        press_of(met).borne_force(free, pull, self.h() * x[3], touching)
+        let touching = &self.fixture.substep().colliders[record.collider as usize].touching;
+        predicted_in(record).force_with_contact(free, pull, self.h() * x[3], touching)
     }
 
     /// Workgroups of the next iterations.

@@ -11,7 +11,7 @@ use crate::gpu::layout::{Four, GROUP, Solving, Substep};
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
 use crate::solvers::dual::gpu::add_taken;
-use crate::solvers::dual::gpu_layout::{Met, Taken};
+use crate::solvers::dual::gpu_layout::{ContactRecord, Taken};
 use crate::solvers::implicit::gpu_layout::{
     CoarseEdge, Diagonal, LevelGroup, NodeSolve, Parents, Share, SlotSpring, Symmetric, VECTORS, Vector,
 };
@@ -51,7 +51,7 @@ pub struct Implicit {
     coarse_blocks: Buffer<Symmetric>,
     diagonals: Buffer<Diagonal>,
     vectors: Buffer<Four>,
-    met: Buffer<Met>,
+    predicted_contacts: Buffer<ContactRecord>,
     node_solves: Buffer<NodeSolve>,
     product_sums: Buffer<Four>,
     counts: Counts,
@@ -109,7 +109,7 @@ impl Implicit {
             coarse_blocks: gpu.buffer("blocks of coarser edges", *coarse)?,
             diagonals: gpu.buffer("diagonal blocks", *nodes)?,
             vectors: gpu.buffer("vectors of springs", VECTORS * nodes)?,
-            met: gpu.buffer("nodes of springs", places.len())?,
+            predicted_contacts: gpu.buffer("nodes of springs", places.len())?,
             node_solves: gpu.buffer("systems of springs", levelled.solves)?,
             product_sums: gpu.buffer("sums of springs", groups[0].len())?,
             counts: gpu.counts("workgroups of iterations", sizes.len())?,
@@ -239,7 +239,7 @@ impl Feature for Implicit {
             ("coarse_blocks", &self.coarse_blocks),
             ("diagonals", &self.diagonals),
             ("vectors", &self.vectors),
-            ("met", &self.met),
+            ("predicted_contacts", &self.predicted_contacts),
             ("node_solves", &self.node_solves),
             ("product_sums", &self.product_sums),
             ("level_counts", &self.counts),

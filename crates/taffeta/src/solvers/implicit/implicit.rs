@@ -19,7 +19,7 @@
 //! positive, too: B stays positive semi-definite, and where forces balance does not depend on B. From u = v, one step follows
 //! turning springs as well as two do from rest.
 
-use crate::contact::colliders::press::Press;
+use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::real::{Real, add, dot, scale, sub};
 
 /// Share of the diagonal that is added to a diagonal block before it is inverted, in units of the last place.
@@ -137,13 +137,13 @@ pub fn diagonal<T: Real>(
     all: &Symmetric<T>,
     mass: T,
     is_free: bool,
-    press: &Press<T>,
+    predicted: &PredictedContact<T>,
 ) -> (Symmetric<T>, Symmetric<T>) {
     let none = [T::ZERO; 6];
-    let (mut own, inverse) = if !is_free || press.yields == T::ZERO {
+    let (mut own, inverse) = if !is_free || predicted.slides == T::ZERO {
         (*all, none)
-    } else if press.is_pressed() {
-        (held(all, press.normal), inverse_along(all, press.normal))
+    } else if predicted.in_contact() {
+        (held(all, predicted.normal), inverse_along(all, predicted.normal))
     } else {
         (none, inverse(all))
     };
@@ -160,15 +160,15 @@ pub fn right_side<T: Real>(impulse: [T; 3], mass: T, off: [T; 3]) -> [T; 3] {
 /// What springs change of a node's velocity [m/s]: what was `found`, and where a surface holds it what they alone, `springs`,
 /// press on that.
 #[inline(always)]
-pub fn pulled_by_springs<T: Real>(press: &Press<T>, found: [T; 3], springs: [T; 3]) -> [T; 3] {
-    if !press.is_pressed() {
+pub fn pulled_by_springs<T: Real>(predicted: &PredictedContact<T>, found: [T; 3], springs: [T; 3]) -> [T; 3] {
+    if !predicted.in_contact() {
         return found;
     }
-    if press.yields == T::ZERO {
+    if predicted.slides == T::ZERO {
         return springs;
     }
-    let along = sub(found, press.rubbed());
-    add(along, scale(press.normal, dot(sub(springs, along), press.normal)))
+    let along = sub(found, predicted.friction_change());
+    add(along, scale(predicted.normal, dot(sub(springs, along), predicted.normal)))
 }
 
 /// Whether an error is small enough by what errors are measured by.

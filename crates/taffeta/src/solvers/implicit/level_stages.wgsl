@@ -3,7 +3,7 @@
 // Source: Trottenberg, Oosterlee, Schüller, "Multigrid", 2001, §2.4. The first step on the finest level is `step_nodes`' own.
 // Levels of few nodes are a body's tail: one workgroup does all of them, as no dispatch is shorter than its start.
 
-#import contact/colliders/press.wgsl
+#import contact/colliders/predicted_contact.wgsl
 #import solvers/dual/solve.wgsl
 #import solvers/implicit/levels.wgsl
 
@@ -17,7 +17,7 @@ fn left_of_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_ind
     }
     let node = level_groups[index].first + lane;
     let left = vector_of(LEFT, node) - springs_times(mass_of(node), CYCLE, node);
-    put_vector(CYCLED, node, yielded(press_at(node), left));
+    put_vector(CYCLED, node, filtered(predicted_at(node), left));
 }
 
 /// The right side of a coarser level, and the first step there.
@@ -121,9 +121,9 @@ fn follow_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_inde
     }
     let node = level_groups[index].first + lane;
     var way = sum_of_parents(node);
-    if node < arrayLength(&met) {
+    if node < arrayLength(&predicted_contacts) {
         // The finest level, where nodes may be held.
-        way = yielded(press_at(node), way);
+        way = filtered(predicted_at(node), way);
     }
     put_vector(CYCLE, node, vector_of(CYCLE, node) + way);
 }

@@ -7,8 +7,8 @@ use crate::gpu::parity::bench::{Bench, Given, Written};
 use crate::gpu::parity::fixture::{Arrays, Chance, Fixture, Maker, words};
 use crate::gpu::parity::{Row, Tolerance};
 use crate::scene::{ConstraintForm, Method, Solver};
-use crate::solvers::dual::gpu_layout::{Met, Taken};
-use crate::solvers::dual::parity::{records, some_met, taken};
+use crate::solvers::dual::gpu_layout::{ContactRecord, Taken};
+use crate::solvers::dual::parity::{records, some_contact, taken};
 use crate::solvers::explicit::parity::kernel_of;
 use crate::solvers::implicit::gpu_layout::{
     CoarseEdge, Descent, Diagonal, LevelGroup, NodeSolve, Symmetric, Vector,
@@ -117,7 +117,7 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
         vectors: (0..(Vector::Pulled as usize + 1) * levelled.nodes)
             .map(|_| four(&mut chance, 1.3))
             .collect(),
-        met: vec![Met { yields: 1.0, ..Met::default() }; places],
+        predicted_contacts: vec![ContactRecord { slides: 1.0, ..ContactRecord::default() }; places],
         solves: vec![NodeSolve::default(); levelled.solves],
         sums: levelled.groups[0].iter().map(|_| four(&mut chance, 0.9).map(f32::abs)).collect(),
         force: fixture.force_fours().iter().map(|&[x, y, z, _]| [x, y, z, 0.0]).collect(),
@@ -134,9 +134,9 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
     let colliders = fixture.substep().colliders.len();
     for place in 0..places {
         let is_free = fixture.old.position[place][3] > 0.0;
-        work.met[place] = some_met(&mut chance, is_free, colliders);
+        work.predicted_contacts[place] = some_contact(&mut chance, is_free, colliders);
         if !is_free {
-            work.met[place].yields = 0.0;
+            work.predicted_contacts[place].slides = 0.0;
         }
         work.vectors[place][3] = fixture.old.velocity[place][3].abs();
     }
@@ -199,7 +199,7 @@ fn arrays(fixture: &Fixture, work: &Work, groups: &[LevelGroup], edges: &[Coarse
         ("coarse_blocks", words(&work.coarse)),
         ("diagonals", words(&work.diagonals)),
         ("vectors", words(&work.vectors)),
-        ("met", words(&work.met)),
+        ("predicted_contacts", words(&work.predicted_contacts)),
         ("node_solves", words(&work.solves)),
         ("product_sums", words(&work.sums)),
         ("level_counts", vec![POISON; 3 * sizes(levelled).len()]),
@@ -224,7 +224,9 @@ fn compare(written: &mut Written<'_>, kernel: &Kernel, wanted: &Work, counts: &[
             "coarse_blocks" => matrices(written, "coarse_blocks", &wanted.coarse, |block| [*block; 1]),
             "diagonals" => matrices(written, "diagonals", &wanted.diagonals, |one| [one.own, one.inverse]),
             "vectors" => vectors(written, &wanted.vectors),
-            "met" => crate::solvers::dual::parity::mets(written, &wanted.met),
+            "predicted_contacts" => {
+                crate::solvers::dual::parity::compare_contacts(written, &wanted.predicted_contacts)
+            }
             "node_solves" => solves(written, &wanted.solves),
             "product_sums" => all_fours(written, "product_sums", &wanted.sums),
             "level_counts" => records(written, "level_counts", counts),

@@ -1,13 +1,13 @@
 // The systems of springs that are solved for by nodes, set up anew in each Newton step: blocks and right side on the finest
 // level, blocks and diagonals of the others by lists.
 
-#import contact/colliders/press.wgsl
+#import contact/colliders/predicted_contact.wgsl
 #import gpu/wgsl/force.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
 #import gpu/wgsl/substep.wgsl
 #import gpu/wgsl/vector.wgsl
-#import solvers/dual/ahead.wgsl
+#import solvers/dual/deepest_contact.wgsl
 #import solvers/dual/solve.wgsl
 #import solvers/explicit/euler.wgsl
 #import solvers/implicit/implicit.wgsl
@@ -32,15 +32,15 @@ fn free_nodes(
 }
 
 /// How a node is held: by a pin, or by the surface that the last sub-step's pulls press it against.
-fn met_ahead(node: u32, x: vec4f, free: vec3f, pulls: vec3f) -> Met {
+fn find_contact(node: u32, x: vec4f, free: vec3f, pulls: vec3f) -> ContactRecord {
     if !(x.w > 0.0) {
-        return met_of(Press(vec3f(0.0), 0.0, vec3f(0.0), 0.0), 0u, 0.0);
+        return contact_record(PredictedContact(vec3f(0.0), 0.0, vec3f(0.0), 0.0), 0u, 0.0);
     }
     if substeps[0].colliders == 0u {
-        return met_of(free_press(), 0u, 0.0);
+        return contact_record(no_contact(), 0u, 0.0);
     }
     let h = substeps[0].h;
-    return surface_ahead(Coming(x.xyz, norm3(substeps[0].gravity) * h * h, free, h, pulls), met[node]);
+    return deepest_contact(Approach(x.xyz, norm3(substeps[0].gravity) * h * h, free, h, pulls), predicted_contacts[node]);
 }
 
 /// What holds each node, and where the first Newton step starts.
@@ -59,13 +59,13 @@ fn meet_nodes(
     let v = old_velocity[node];
     let free = new_velocity[node].xyz;
     let pulled = vector_of(PULLED, node);
-    let found = met_ahead(node, x, free, pulled);
-    met[node] = found;
-    let press = press_in(found);
-    let rubbed = rubbed_by(press);
+    let found = find_contact(node, x, free, pulled);
+    predicted_contacts[node] = found;
+    let predicted = predicted_in(found);
+    let friction = friction_change(predicted);
     // It goes on as it went, or as a surface that holds it wants; pins as they are moved.
-    let total = select(vec3f(0.0), yielded(press, v.xyz) + (press.velocity - rubbed) - free, x.w > 0.0);
-    let start = select(vec3f(0.0), yielded(press, pulled - (total - rubbed)), substeps[0].solving.is_warm != 0u);
+    let total = select(vec3f(0.0), filtered(predicted, v.xyz) + (predicted.velocity - friction) - free, x.w > 0.0);
+    let start = select(vec3f(0.0), filtered(predicted, pulled - (total - friction)), substeps[0].solving.is_warm != 0u);
     let off = select(vec3f(0.0), v.xyz - free, x.w > 0.0);
     put_vector(CHANGE, node, vec3f(0.0));
     put_vector(CYCLED, node, start);
@@ -136,14 +136,14 @@ fn add_up_springs(node: u32) -> Given {
 }
 
 /// The blocks of a node with itself: `all` of its springs, and the mass.
-fn diagonal_of(all: Symmetric, mass: f32, press: Press) -> Diagonal {
+fn diagonal_of(all: Symmetric, mass: f32, predicted: PredictedContact) -> Diagonal {
     let own = Symmetric(vec3f(mass), vec3f(0.0));
     let none = Symmetric(vec3f(0.0), vec3f(0.0));
-    if press.yields == 0.0 {
+    if predicted.slides == 0.0 {
         return Diagonal(sum_of(own, all), none);
     }
-    if is_pressed(press) {
-        return Diagonal(sum_of(own, held_block(all, press.normal)), inverse_along(all, press.normal));
+    if in_contact(predicted) {
+        return Diagonal(sum_of(own, held_block(all, predicted.normal)), inverse_along(all, predicted.normal));
     }
     return Diagonal(own, inverse_of(all));
 }
@@ -162,11 +162,11 @@ fn set_up_nodes(
     let node = level_groups[index].first + lane;
     let given = add_up_springs(node);
     let mass = mass_of(node);
-    let press = press_at(node);
+    let predicted = predicted_at(node);
     let all = Symmetric(given.diagonal.diagonal + mass, given.diagonal.mixed);
-    diagonals[node] = diagonal_of(all, mass, press);
+    diagonals[node] = diagonal_of(all, mass, predicted);
     put_vector(IMPULSE, node, given.impulse);
-    vectors[vector_at(LEFT, node)] = vec4f(given.impulse - mass * (vector_of(TOTAL, node) - rubbed_by(press)), mass);
+    vectors[vector_at(LEFT, node)] = vec4f(given.impulse - mass * (vector_of(TOTAL, node) - friction_change(predicted)), mass);
 }
 
 /// Blocks of the edges of the first coarser level, in the slots at both ends.

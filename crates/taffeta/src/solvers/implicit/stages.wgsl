@@ -3,7 +3,7 @@
 // back: all iterations that a sub-step may need are written down, and `count_descents` keeps workgroups away when all systems
 // are done.
 
-#import contact/colliders/press.wgsl
+#import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
 #import gpu/wgsl/force.wgsl
 #import gpu/wgsl/index.wgsl
@@ -132,11 +132,11 @@ fn start_nodes(
 
 /// A node at the start. Returns what it adds to the sums.
 fn started(node: u32) -> vec4f {
-    let press = press_at(node);
+    let predicted = predicted_at(node);
     let mass = mass_of(node);
-    let left = yielded(press, vector_of(LEFT, node));
+    let left = filtered(predicted, vector_of(LEFT, node));
     vectors[vector_at(LEFT, node)] = vec4f(left, mass);
-    let product = yielded(press, springs_times(mass, CYCLED, node));
+    let product = filtered(predicted, springs_times(mass, CYCLED, node));
     put_vector(PRODUCT, node, product);
     let start = vector_of(CYCLED, node);
     return vec4f(dot3(start, left), dot3(start, product), vectors[vector_at(TOTAL, node)].w, 0.0);
@@ -170,7 +170,7 @@ fn apply_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
 
 /// The system times the cycle's answer at a node. Returns what it adds to the sums.
 fn applied(node: u32) -> vec4f {
-    let product = yielded(press_at(node), springs_times(mass_of(node), CYCLED, node));
+    let product = filtered(predicted_at(node), springs_times(mass_of(node), CYCLED, node));
     put_vector(PRODUCT, node, product);
     let answer = vector_of(CYCLED, node);
     return vec4f(dot3(answer, vector_of(LEFT, node)), dot3(answer, product), 0.0, 0.0);
@@ -223,30 +223,30 @@ fn push_nodes(
     if !(inverse_mass > 0.0) {
         return;
     }
-    let press = press_at(node);
-    let pulled = pulled_by_springs(node, press, inverse_mass);
+    let predicted = predicted_at(node);
+    let pulled = pulled_by_springs(node, predicted, inverse_mass);
     put_vector(PULLED, node, pulled);
     var change = pulled;
-    if is_pressed(press) {
+    if in_contact(predicted) {
         let free = new_velocity[node].xyz;
-        let collider = colliders[substeps[0].first_collider + met[node].surface];
-        change = after_pulls(press, free, pulled, collider) - free;
+        let collider = colliders[substeps[0].first_collider + predicted_contacts[node].collider];
+        change = velocity_after(predicted, free, pulled, collider) - free;
     }
     force[node] = vec4f(force[node].xyz + change * (mass_of(node) / substeps[0].h), 0.0);
 }
 
 /// What springs change of a node's velocity [m/s]: what was solved for, and what they press on a surface.
-fn pulled_by_springs(node: u32, press: Press, inverse_mass: f32) -> vec3f {
+fn pulled_by_springs(node: u32, predicted: PredictedContact, inverse_mass: f32) -> vec3f {
     let found = vector_of(TOTAL, node) + vector_of(CHANGE, node);
-    if !is_pressed(press) {
+    if !in_contact(predicted) {
         return found;
     }
     let springs = inverse_mass * vector_of(PRODUCT, node);
-    if press.yields == 0.0 {
+    if predicted.slides == 0.0 {
         return springs;
     }
-    let along = found - rubbed_by(press);
-    return along + press.normal * dot3(springs - along, press.normal);
+    let along = found - friction_change(predicted);
+    return along + predicted.normal * dot3(springs - along, predicted.normal);
 }
 
 /// Notes for the frame's report what all systems have taken.

@@ -1,14 +1,16 @@
 //! Drivers that take the CPU's formulas and kernels of springs by nodes through the GPU's arrays, in the order in which the GPU
 //! takes sums.
 
-use crate::contact::colliders::press::{Coming, Press, fall};
+use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, fall};
 use crate::cpu::simd::Kernel;
 use crate::gpu::layout::{Four, GROUP, Solving};
 use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
 use crate::real::{add, dot, scale, sub};
 use crate::solvers::dual::distance::{Conjugate, start_share};
-use crate::solvers::dual::gpu_layout::{Met, Taken};
-use crate::solvers::dual::twin::{by_halves, by_lanes, mesh_ahead, met_of, press_of, surface_ahead, three};
+use crate::solvers::dual::gpu_layout::{ContactRecord, Taken};
+use crate::solvers::dual::twin::{
+    by_halves, by_lanes, contact_record, deepest_contact, deepest_mesh_contact, predicted_in, three,
+};
 use crate::solvers::explicit::euler;
 use crate::solvers::implicit::cpu::kernels::Advance;
 use crate::solvers::implicit::gpu_layout::{
@@ -29,7 +31,7 @@ pub struct Work {
     pub diagonals: Vec<Diagonal>,
     /// By sort, then by node.
     pub vectors: Vec<Four>,
-    pub met: Vec<Met>,
+    pub predicted_contacts: Vec<ContactRecord>,
     pub solves: Vec<NodeSolve>,
     pub sums: Vec<Four>,
     pub force: Vec<Four>,
@@ -89,8 +91,8 @@ impl Twin<'_> {
         self.work.vectors[self.at(Vector::Left, node)][3]
     }
 
-    fn press(&self, node: usize) -> Press<f32> {
-        press_of(&self.work.met[node])
+    fn predicted(&self, node: usize) -> PredictedContact<f32> {
+        predicted_in(&self.work.predicted_contacts[node])
     }
 
     /// Slots of a node among those of its sort, and the nodes that they lead to.
@@ -129,33 +131,47 @@ impl Twin<'_> {
     }
 
     /// A node as it comes to surfaces.
-    fn coming(&self, node: usize) -> Coming<f32> {
+    fn approach(&self, node: usize) -> Approach<f32> {
         let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
         let (gravity, h) = (self.fixture.records()[SUBSTEP].gravity, self.h());
-        Coming { place: three(x), free, pulls: self.get(Vector::Pulled, node), fall: fall(gravity, h), h }
+        Approach {
+            position: three(x),
+            free,
+            pulls: self.get(Vector::Pulled, node),
+            fall: fall(gravity, h),
+            h,
+        }
     }
 
     pub fn meet_meshes(&mut self) {
         for (node, _) in self.finest() {
             if self.fixture.old.position[node][3] > 0.0 {
-                self.work.met[node] = mesh_ahead(self.fixture, &self.coming(node));
+                self.work.predicted_contacts[node] = deepest_mesh_contact(self.fixture, &self.approach(node));
             }
         }
     }
 
     pub fn meet(&mut self) {
         for (node, _) in self.finest() {
-            let (x, coming) = (self.fixture.old.position[node], self.coming(node));
-            let (free, pulls) = (coming.free, coming.pulls);
-            self.work.met[node] = if x[3] > 0.0 {
-                surface_ahead(&self.fixture.substep().colliders, &coming, &self.work.met[node])
+            let (x, approach) = (self.fixture.old.position[node], self.approach(node));
+            let (free, pulls) = (approach.free, approach.pulls);
+            self.work.predicted_contacts[node] = if x[3] > 0.0 {
+                deepest_contact(
+                    &self.fixture.substep().colliders,
+                    &approach,
+                    &self.work.predicted_contacts[node],
+                )
             } else {
-                met_of(Press { yields: 0.0, ..Press::FREE }, 0, true)
+                contact_record(PredictedContact { slides: 0.0, ..PredictedContact::FREE }, 0, true)
             };
-            let (press, v) = (self.press(node), three(self.fixture.old.velocity[node]));
-            let total = if x[3] > 0.0 { sub(press.taken_along(v), free) } else { [0.0; 3] };
+            let (predicted, v) = (self.predicted(node), three(self.fixture.old.velocity[node]));
+            let total = if x[3] > 0.0 { sub(predicted.carried_velocity(v), free) } else { [0.0; 3] };
             let warm = self.solving.is_warm != 0;
-            let start = if warm { press.yielded(sub(pulls, sub(total, press.rubbed()))) } else { [0.0; 3] };
+            let start = if warm {
+                predicted.filtered(sub(pulls, sub(total, predicted.friction_change())))
+            } else {
+                [0.0; 3]
+            };
             self.put(Vector::Change, node, [0.0; 3]);
             self.put(Vector::Cycled, node, start);
             self.move_on(node, total);
@@ -194,13 +210,13 @@ impl Twin<'_> {
     pub fn set_up(&mut self) {
         for (node, _) in self.finest() {
             let (impulse, springs) = self.add_up(node);
-            let (mass, press) = (self.mass(node), self.press(node));
+            let (mass, predicted) = (self.mass(node), self.predicted(node));
             let all = sum_of(springs, [mass, mass, mass, 0.0, 0.0, 0.0]);
             let is_free = self.fixture.old.position[node][3] > 0.0;
-            let (own, inverse) = diagonal(&all, mass, is_free, &press);
+            let (own, inverse) = diagonal(&all, mass, is_free, &predicted);
             self.work.diagonals[node] = Diagonal { own: record(own), inverse: record(inverse) };
             self.put(Vector::Impulse, node, impulse);
-            let off = sub(self.get(Vector::Total, node), press.rubbed());
+            let off = sub(self.get(Vector::Total, node), predicted.friction_change());
             let right = right_side(impulse, mass, off);
             let [x, y, z] = right;
             let at = self.at(Vector::Left, node);
@@ -383,13 +399,13 @@ impl Twin<'_> {
         let nodes = self.open(groups);
         self.all(&nodes, Vector::Cycled, |twin, node| {
             let left = twin.left_of(Vector::Cycle, node);
-            twin.yielded(node, left)
+            twin.filtered(node, left)
         });
     }
 
     /// A vector as far as a node yields.
-    fn yielded(&self, node: usize, v: [f32; 3]) -> [f32; 3] {
-        if node < self.fixture.tables.len() { self.press(node).yielded(v) } else { v }
+    fn filtered(&self, node: usize, v: [f32; 3]) -> [f32; 3] {
+        if node < self.fixture.tables.len() { self.predicted(node).filtered(v) } else { v }
     }
 
     pub fn restrict(&mut self, groups: &[LevelGroup]) {
@@ -417,7 +433,7 @@ impl Twin<'_> {
                 add_share(sum, parents.weights[i], twin.get(Vector::Cycled, parents.nodes[i] as usize))
             };
             let way = (0..4).fold([0.0; 3], follow);
-            add(twin.get(Vector::Cycle, node), twin.yielded(node, way))
+            add(twin.get(Vector::Cycle, node), twin.filtered(node, way))
         });
     }
 
@@ -476,7 +492,7 @@ impl Twin<'_> {
 
     fn apply_to(&mut self, node: usize) -> [f32; 4] {
         let product = self.springs_times(self.mass(node), Vector::Cycled, node);
-        let product = self.press(node).yielded(product);
+        let product = self.predicted(node).filtered(product);
         self.put(Vector::Product, node, product);
         let (left, answer) = (self.get(Vector::Left, node), self.get(Vector::Cycled, node));
         [dot(answer, left), dot(answer, product), 0.0, 0.0]
@@ -497,11 +513,11 @@ impl Twin<'_> {
     }
 
     fn start_at(&mut self, node: usize) -> [f32; 4] {
-        let (mass, press) = (self.mass(node), self.press(node));
-        let left = press.yielded(self.get(Vector::Left, node));
+        let (mass, predicted) = (self.mass(node), self.predicted(node));
+        let left = predicted.filtered(self.get(Vector::Left, node));
         let at = self.at(Vector::Left, node);
         self.work.vectors[at] = [left[0], left[1], left[2], mass];
-        let product = press.yielded(self.springs_times(mass, Vector::Cycled, node));
+        let product = predicted.filtered(self.springs_times(mass, Vector::Cycled, node));
         self.put(Vector::Product, node, product);
         let (start, off) = (self.get(Vector::Cycled, node), self.at(Vector::Total, node));
         [dot(start, left), dot(start, product), self.work.vectors[off][3], 0.0]
@@ -516,18 +532,18 @@ impl Twin<'_> {
 
     pub fn push(&mut self) {
         for (node, _) in self.finest() {
-            let (x, met) = (self.fixture.old.position[node], self.work.met[node]);
+            let (x, record) = (self.fixture.old.position[node], self.work.predicted_contacts[node]);
             if x[3] <= 0.0 {
                 continue;
             }
-            let press = self.press(node);
+            let predicted = self.predicted(node);
             let found = add(self.get(Vector::Total, node), self.get(Vector::Change, node));
-            let pulled = pulled_by_springs(&press, found, scale(self.get(Vector::Product, node), x[3]));
+            let pulled = pulled_by_springs(&predicted, found, scale(self.get(Vector::Product, node), x[3]));
             let mut change = pulled;
-            if press.is_pressed() {
+            if predicted.in_contact() {
                 let free = three(self.work.new_velocity[node]);
-                let touching = &self.fixture.substep().colliders[met.surface as usize].touching;
-                change = press.borne(free, pulled, touching);
+                let touching = &self.fixture.substep().colliders[record.collider as usize].touching;
+                change = predicted.with_contact(free, pulled, touching);
             }
             self.put(Vector::Pulled, node, pulled);
             let force = scale(change, self.mass(node) / self.h());

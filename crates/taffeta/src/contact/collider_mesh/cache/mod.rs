@@ -12,7 +12,7 @@ mod node;
 use crate::build::Assembly;
 use crate::contact::collider_mesh::surface::{MeshNow, MeshShape, MeshSurface, MeshTouch};
 use crate::contact::colliders::moving::ColliderNow;
-use crate::contact::colliders::press::{Coming, Depth, Press, deepest};
+use crate::contact::colliders::predicted_contact::{Approach, Depth, PredictedContact, deepest};
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{ShapeNow, positive};
 use crate::cpu::column::Column;
@@ -145,17 +145,22 @@ impl<T: Real> MeshCache<T> {
     }
 
     /// How the collider in which a node would be deepest will hold it, and which that is.
-    pub fn press(&self, colliders: &[ColliderNow<T>], node: usize, coming: &Coming<T>) -> (Press<T>, u32) {
+    pub fn predict(
+        &self,
+        colliders: &[ColliderNow<T>],
+        node: usize,
+        approach: &Approach<T>,
+    ) -> (PredictedContact<T>, u32) {
         let found = deepest(colliders, |collider| match &collider.shape {
             ShapeNow::Mesh(mesh) => {
                 // From farther off it does not get there.
-                let most = coming.h * norm(coming.free) + coming.fall;
-                let touch = self.depth(mesh, node, coming.place, most)?;
-                Press::of_mesh(&collider.touching, coming, touch)
+                let most = approach.h * norm(approach.free) + approach.fall;
+                let touch = self.depth(mesh, node, approach.position, most)?;
+                PredictedContact::of_mesh(&collider.touching, approach, touch)
             }
-            _ => Press::of(collider, coming),
+            _ => PredictedContact::of(collider, approach),
         });
-        found.unwrap_or((Press::FREE, 0))
+        found.unwrap_or((PredictedContact::FREE, 0))
     }
 
     #[inline(always)]

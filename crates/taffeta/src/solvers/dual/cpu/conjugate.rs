@@ -1,7 +1,7 @@
 //! Conjugate gradients on all bodies' systems at once, each with steps of its own. An iteration is a pass over nodes, a pass
 //! over rows, and an update of vectors; all workers meet after each.
 
-use crate::contact::colliders::press::{Coming, Press, fall};
+use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, fall};
 use crate::real::{Real, scale};
 use crate::solvers::dual::cpu::kernels::{
     Advance, Along, Apply, Combine, GatherPulls, Multiply, Product, SetUpRows,
@@ -286,28 +286,30 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let h = self.worker.substep.h;
         let fall = T::from_f64(fall(self.worker.substep.gravity, h.to_f64()));
         // SAFETY: listed before a barrier; nodes of chunks are different. What waits was written before a barrier.
-        let (places, response, presses, surfaces) = unsafe {
+        let (places, response, predictions, touched) = unsafe {
             (
                 &self.shared.places.read()[nodes.clone()],
                 self.shared.response.write(nodes.clone()),
-                self.shared.press.write(nodes.clone()),
-                self.shared.surface.write(nodes),
+                self.shared.predicted.write(nodes.clone()),
+                self.shared.collider.write(nodes),
             )
         };
-        for (((response, press), surface), &place) in response.iter().zip(presses).zip(surfaces).zip(places) {
+        for (((response, predicted), collider), &place) in
+            response.iter().zip(predictions).zip(touched).zip(places)
+        {
             let place = place as usize;
             let [x, y, z, _] = response.0;
-            let coming = Coming {
-                place: [0, 1, 2].map(|axis| self.worker.old()[axis][place]),
+            let approach = Approach {
+                position: [0, 1, 2].map(|axis| self.worker.old()[axis][place]),
                 free: self.free_velocity(place),
                 pulls: scale([x, y, z], -h),
                 fall,
                 h,
             };
             let free = self.worker.nodes.inverse_mass[place] > T::ZERO;
-            (*press, *surface) = match self.near.filter(|_| free) {
-                Some(near) => near.press(self.colliders, place, &coming),
-                None => (Press::FREE, 0),
+            (*predicted, *collider) = match self.near.filter(|_| free) {
+                Some(near) => near.predict(self.colliders, place, &approach),
+                None => (PredictedContact::FREE, 0),
             };
         }
     }
@@ -326,11 +328,11 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             self.gather_pulls(&nodes, false);
         }
         // SAFETY: as in `meet`.
-        let (places, response, press) = unsafe {
+        let (places, response, predicted) = unsafe {
             (
                 &self.shared.places.read()[nodes.clone()],
                 self.shared.response.write(nodes.clone()),
-                self.shared.press.write(nodes),
+                self.shared.predicted.write(nodes),
             )
         };
         for (response, &place) in response.iter_mut().zip(places) {
@@ -338,10 +340,10 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             let [u, v, w] = self.free_velocity(place as usize);
             *response = Quad([u / h + x, v / h + y, w / h + z, T::ZERO]);
         }
-        let press = if self.colliders.is_empty() { &[] } else { &*press };
-        for (response, press) in response.iter_mut().zip(press) {
+        let predicted = if self.colliders.is_empty() { &[] } else { &*predicted };
+        for (response, predicted) in response.iter_mut().zip(predicted) {
             let [x, y, z, _] = response.0;
-            let [x, y, z] = press.rate([x, y, z], h);
+            let [x, y, z] = predicted.rate([x, y, z], h);
             *response = Quad([x, y, z, T::ZERO]);
         }
     }
@@ -364,7 +366,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 pulled: self.shared.pulled.read(),
                 places: &self.shared.places.read()[nodes.clone()],
                 inverse_mass: &self.worker.nodes.inverse_mass,
-                press: if held { &self.shared.press.read()[nodes.clone()] } else { &[] },
+                predicted: if held { &self.shared.predicted.read()[nodes.clone()] } else { &[] },
                 out: self.shared.response.write(nodes.clone()),
             }
         };

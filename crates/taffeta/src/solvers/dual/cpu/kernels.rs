@@ -1,6 +1,6 @@
 //! Passes over the rows and nodes of a chunk.
 
-use crate::contact::colliders::press::Press;
+use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::simd::Kernel;
 use crate::cpu::sums::Sums;
 use crate::elements::spring::spring;
@@ -81,7 +81,7 @@ pub struct GatherPulls<'a, T> {
     pub places: &'a [u32],
     pub inverse_mass: &'a [T],
     /// By node: how a surface holds it. Empty: nothing holds any.
-    pub press: &'a [Press<T>],
+    pub predicted: &'a [PredictedContact<T>],
     pub out: &'a mut [Quad<T>],
 }
 
@@ -89,14 +89,14 @@ impl<T: Real> Kernel for GatherPulls<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { spans, entries, pulled, places, inverse_mass, press, out } = self;
+        let Self { spans, entries, pulled, places, inverse_mass, predicted, out } = self;
         for ((out, span), &place) in out.iter_mut().zip(spans).zip(places) {
             let sum = gather(&entries[span[0] as usize..span[1] as usize], pulled);
             let w = inverse_mass[place as usize];
             *out = Quad(sum.0.map(|number| w * number));
         }
-        for (out, press) in out.iter_mut().zip(press) {
-            let [x, y, z] = press.yielded([out.0[0], out.0[1], out.0[2]]);
+        for (out, predicted) in out.iter_mut().zip(predicted) {
+            let [x, y, z] = predicted.filtered([out.0[0], out.0[1], out.0[2]]);
             *out = Quad([x, y, z, T::ZERO]);
         }
     }

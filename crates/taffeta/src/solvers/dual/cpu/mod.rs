@@ -14,7 +14,7 @@ use crate::backend::SolverState;
 use crate::contact::collider_mesh::cache::MeshCache;
 use crate::contact::colliders::cpu::Colliders;
 use crate::contact::colliders::moving::ColliderNow;
-use crate::contact::colliders::press::Press;
+use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::backend::Context;
 use crate::cpu::feature::{Feature, Flow};
 use crate::cpu::shared::{PerWorker, Shared};
@@ -100,8 +100,8 @@ struct Work<T> {
     /// By node: what pulls do to its velocity, by the step.
     response: Shared<Quad<T>>,
     /// By node: how a surface holds it, and which.
-    press: Shared<Press<T>>,
-    surface: Shared<u32>,
+    predicted: Shared<PredictedContact<T>>,
+    collider: Shared<u32>,
     /// By chunk of rows: squared residual (at first, right side), squared noise, and residual times the system times residual.
     sums: Shared<[f64; 3]>,
 }
@@ -189,8 +189,8 @@ impl<T: Real> Work<T> {
             w: numbers(),
             pulled: quads(count),
             response: quads(places),
-            press: vec![Press::FREE; places].into(),
-            surface: vec![0; places].into(),
+            predicted: vec![PredictedContact::FREE; places].into(),
+            collider: vec![0; places].into(),
             sums: vec![[0.0; 3]; layout::most_chunks(list)].into(),
         }
     }
@@ -274,7 +274,7 @@ impl<T: Real> Feature<T> for Dual<T> {
 
     fn bytes(&self) -> usize {
         let each = size_of::<T>() * 9 + 2 * size_of::<Quad<T>>() + 1 + 4 * 6;
-        let node = size_of::<Quad<T>>() + size_of::<Press<T>>() + 20;
+        let node = size_of::<Quad<T>>() + size_of::<PredictedContact<T>>() + 20;
         self.work.pull.len() * each + self.work.places.len() * node
     }
 }

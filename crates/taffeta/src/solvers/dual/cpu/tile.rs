@@ -1,6 +1,6 @@
 //! What constraints give a tile.
 
-use crate::contact::colliders::press::Press;
+use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::tile::Tile;
 use crate::real::Real;
 use crate::solvers::dual::cpu::Dual;
@@ -47,13 +47,13 @@ impl<T: Real> Dual<T> {
     /// The force of pulls on a node with what a surface does about it.
     fn pressed(&self, tile: &Tile<'_, T>, place: usize, node: usize, force: [T; 3]) -> [T; 3] {
         // SAFETY: found before a barrier.
-        let (press, surface): (&Press<T>, _) =
-            unsafe { (&self.work.press.read()[node], self.work.surface.read()[node]) };
-        if !press.is_pressed() {
+        let (predicted, collider): (&PredictedContact<T>, _) =
+            unsafe { (&self.work.predicted.read()[node], self.work.collider.read()[node]) };
+        if !predicted.in_contact() {
             return force;
         }
         let kick = tile.substep.h * tile.nodes.inverse_mass[place];
-        let touching = &tile.substep.colliders[surface as usize].touching;
-        press.borne_force(waiting::free_velocity(tile, place), force, kick, touching)
+        let touching = &tile.substep.colliders[collider as usize].touching;
+        predicted.force_with_contact(waiting::free_velocity(tile, place), force, kick, touching)
     }
 }

@@ -1,6 +1,6 @@
 //! Newton steps, and conjugate gradients on all bodies' systems at once, each with steps of its own.
 
-use crate::contact::colliders::press::{Coming, Press, fall};
+use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, fall};
 use crate::real::{Real, add, scale};
 use crate::solvers::dual::distance::{Conjugate, start_share};
 use crate::solvers::implicit::cpu::ImplicitWorker;
@@ -73,7 +73,8 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             let free = self.free_velocity(place);
             let moves = self.worker.nodes.inverse_mass[place] > T::ZERO;
             let before = if moves { [0, 1, 2].map(|axis| self.worker.old()[3 + axis][place]) } else { free };
-            let start = hold.press.get(place).map_or(before, |press| press.taken_along(before));
+            let start =
+                hold.predicted.get(place).map_or(before, |predicted| predicted.carried_velocity(before));
             for axis in 0..3 {
                 total[axis][at] = start[axis] - free[axis];
                 let off = before[axis] - free[axis];
@@ -114,7 +115,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 velocities: [3, 4, 5].map(|axis| moved.column(axis)),
                 mass: &self.worker.nodes.mass,
                 inverse_mass: &self.worker.nodes.inverse_mass,
-                press: if self.colliders.is_empty() { &[] } else { shared.press.read() },
+                predicted: if self.colliders.is_empty() { &[] } else { shared.predicted.read() },
                 right: shared.right.write(&part),
                 inverse: here.inverse.write(&part),
                 own: here.own.write(&part),
@@ -132,25 +133,25 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         let (nodes, h) = (self.worker.nodes, self.h);
         let fall = T::from_f64(fall(self.worker.substep.gravity, h.to_f64()));
         // SAFETY: chunks do not overlap; what is remembered is written after a barrier.
-        let (change, presses, surfaces) = unsafe {
+        let (change, predictions, touched) = unsafe {
             (
                 self.shared.change.read(),
-                self.shared.press.write(part.clone()),
-                self.shared.surface.write(part.clone()),
+                self.shared.predicted.write(part.clone()),
+                self.shared.collider.write(part.clone()),
             )
         };
-        for ((press, surface), place) in presses.iter_mut().zip(surfaces).zip(part.clone()) {
-            let coming = Coming {
-                place: [0, 1, 2].map(|axis| self.worker.old()[axis][place]),
+        for ((predicted, collider), place) in predictions.iter_mut().zip(touched).zip(part.clone()) {
+            let approach = Approach {
+                position: [0, 1, 2].map(|axis| self.worker.old()[axis][place]),
                 free: self.free_velocity(place),
                 pulls: change.at(place),
                 fall,
                 h,
             };
             let free = nodes.inverse_mass[place] > T::ZERO;
-            (*press, *surface) = match self.near.filter(|_| free) {
-                Some(near) => near.press(self.colliders, place, &coming),
-                None => (Press::FREE, 0),
+            (*predicted, *collider) = match self.near.filter(|_| free) {
+                Some(near) => near.predict(self.colliders, place, &approach),
+                None => (PredictedContact::FREE, 0),
             };
         }
     }
@@ -185,16 +186,18 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         };
         for first in part.clone().step_by(LANES) {
             let (mut left, mut off) = (right.lanes(first), total.lanes::<3>(first));
-            for (lane, press) in hold.press.get(first..first + LANES).unwrap_or(&[]).iter().enumerate() {
-                let rubbed = press.rubbed();
-                (0..3).for_each(|axis| off[axis][lane] -= rubbed[axis]);
+            for (lane, predicted) in
+                hold.predicted.get(first..first + LANES).unwrap_or(&[]).iter().enumerate()
+            {
+                let friction = predicted.friction_change();
+                (0..3).for_each(|axis| off[axis][lane] -= friction[axis]);
             }
             for lane in 0..LANES {
                 let [impulse, off] = [&left, &off].map(|lanes| [0, 1, 2].map(|axis| lanes[axis][lane]));
                 let right = right_side(impulse, self.worker.nodes.mass[first + lane], off);
                 (0..3).for_each(|axis| left[axis][lane] = right[axis]);
             }
-            hold.yielded(first, &mut left);
+            hold.filtered(first, &mut left);
             store(&mut r, first - part.start, &left);
             if warm {
                 let mut before = change.lanes(first);
@@ -203,7 +206,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                         before[axis][lane] -= off[axis][lane];
                     }
                 }
-                hold.yielded(first, &mut before);
+                hold.filtered(first, &mut before);
                 store(&mut t, first - part.start, &before);
             }
         }
@@ -303,7 +306,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             for place in chunk.part.clone() {
                 let mass = worker.worker.nodes.mass[place];
                 let moves = hold.inverse_mass[place] > T::ZERO
-                    && hold.press.get(place).is_none_or(|press| !press.is_pressed());
+                    && hold.predicted.get(place).is_none_or(|predicted| !predicted.in_contact());
                 let [x, y, z] = left.at::<3>(place).map(T::to_f64);
                 let held = f64::from(u8::from(mass > T::ZERO && !moves));
                 for (sum, number) in sums.iter_mut().zip([x, y, z, mass.to_f64(), held]) {
@@ -395,14 +398,14 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     fn note_changes(&self, chunk: &Chunk, total: &[&mut [T]; 3]) {
         let (shared, part) = (self.shared, &chunk.part);
         // SAFETY: as in `take`.
-        let (change, x, right, press) = unsafe {
-            (shared.change.write::<3>(part), shared.x.read(), shared.right.read(), self.hold(0).press)
+        let (change, x, right, predicted) = unsafe {
+            (shared.change.write::<3>(part), shared.x.read(), shared.right.read(), self.hold(0).predicted)
         };
         let edges = Operator { own: Own::None, ..self.operator(0, chunk.body) };
         for first in part.clone().step_by(LANES) {
             let at = first - part.start;
-            let held = press.get(first..first + LANES).unwrap_or(&[]);
-            let any = held.iter().any(Press::is_pressed);
+            let held = predicted.get(first..first + LANES).unwrap_or(&[]);
+            let any = held.iter().any(PredictedContact::in_contact);
             let (product, step) = if any {
                 edges.slice::<FINE>(first / LANES, &x)
             } else {
@@ -413,10 +416,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 let at = at + lane;
                 let before = [0, 1, 2].map(|axis| total[axis][at]);
                 let mut after = add(before, [step[0][lane], step[1][lane], step[2][lane]]);
-                if let Some(press) = held.get(lane).filter(|press| press.is_pressed()) {
+                if let Some(predicted) = held.get(lane).filter(|predicted| predicted.in_contact()) {
                     let impulse = [0, 1, 2].map(|axis| given[axis][lane] - product[axis][lane]);
                     let springs = scale(impulse, self.worker.nodes.inverse_mass[first + lane]);
-                    after = pulled_by_springs(press, after, springs);
+                    after = pulled_by_springs(predicted, after, springs);
                 }
                 for axis in 0..3 {
                     change[axis][at] = after[axis];

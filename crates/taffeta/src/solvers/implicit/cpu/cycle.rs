@@ -210,11 +210,11 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
     /// What holds the nodes of a level.
     pub fn hold(&self, level: usize) -> Hold<'_, T> {
         if level > 0 {
-            return Hold { inverse_mass: &[], press: &[] };
+            return Hold { inverse_mass: &[], predicted: &[] };
         }
         // SAFETY: found before a barrier.
-        let press = if self.colliders.is_empty() { &[] } else { unsafe { self.shared.press.read() } };
-        Hold { inverse_mass: &self.worker.nodes.inverse_mass, press }
+        let predicted = if self.colliders.is_empty() { &[] } else { unsafe { self.shared.predicted.read() } };
+        Hold { inverse_mass: &self.worker.nodes.inverse_mass, predicted }
     }
 
     /// Meets the others, if it does not go on alone.

@@ -1,6 +1,6 @@
 //! Passes of the multigrid cycle over the nodes of a chunk.
 
-use crate::contact::colliders::press::Press;
+use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::simd::Kernel;
 use crate::cpu::sums::Sums;
 use crate::real::Real;
@@ -142,13 +142,13 @@ pub struct Hold<'a, T> {
     /// By place the inverse mass [1/kg]; 0: held. Empty: all are free.
     pub inverse_mass: &'a [T],
     /// By place: how a surface holds it. Empty: nothing does.
-    pub press: &'a [Press<T>],
+    pub predicted: &'a [PredictedContact<T>],
 }
 
 impl<T: Real> Hold<'_, T> {
     /// A vector on a slice, as far as nodes yield to it.
     #[inline(always)]
-    pub fn yielded(&self, first: usize, vector: &mut Lanes<T>) {
+    pub fn filtered(&self, first: usize, vector: &mut Lanes<T>) {
         if let Some(inverse_mass) = self.inverse_mass.get(first..first + LANES) {
             for axis in vector.iter_mut() {
                 for (number, &inverse_mass) in axis.iter_mut().zip(inverse_mass) {
@@ -156,13 +156,13 @@ impl<T: Real> Hold<'_, T> {
                 }
             }
         }
-        if self.press.is_empty() {
+        if self.predicted.is_empty() {
             return;
         }
-        for (lane, press) in self.press[first..first + LANES].iter().enumerate() {
-            let yielded = press.yielded([vector[0][lane], vector[1][lane], vector[2][lane]]);
+        for (lane, predicted) in self.predicted[first..first + LANES].iter().enumerate() {
+            let filtered = predicted.filtered([vector[0][lane], vector[1][lane], vector[2][lane]]);
             for axis in 0..3 {
-                vector[axis][lane] = yielded[axis];
+                vector[axis][lane] = filtered[axis];
             }
         }
     }
@@ -198,7 +198,7 @@ impl<T: Real, const C: usize> Kernel for Residual<'_, T, C> {
                     left[axis][lane] -= product[axis][lane];
                 }
             }
-            self.hold.yielded(first, &mut left);
+            self.hold.filtered(first, &mut left);
             store(&mut self.out, first - self.part.start, &left);
         }
     }
@@ -276,7 +276,7 @@ impl<T: Real> Kernel for Apply<'_, T> {
         let mut sums = [Sums::ZERO; 2];
         for first in self.part.clone().step_by(LANES) {
             let (mut product, vector) = self.operator.slice::<FINE>(first / LANES, &self.vector);
-            self.hold.yielded(first, &mut product);
+            self.hold.filtered(first, &mut product);
             let other: Lanes<T> = self.other.lanes(first);
             for axis in 0..3 {
                 sums[0].add(&vector[axis], &other[axis]);
@@ -311,7 +311,7 @@ impl<T: Real> Kernel for Interpolate<'_, T> {
                     (0..3).for_each(|axis| sum[axis][lane] = all[axis]);
                 }
             }
-            self.hold.yielded(first, &mut sum);
+            self.hold.filtered(first, &mut sum);
             let at = first - self.part.start;
             for (column, lanes) in out.iter_mut().zip(&sum) {
                 for (number, &lane) in column[at..at + LANES].iter_mut().zip(lanes) {

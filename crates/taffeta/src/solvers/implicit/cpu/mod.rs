@@ -15,7 +15,7 @@ use crate::backend::SolverState;
 use crate::contact::collider_mesh::cache::MeshCache;
 use crate::contact::colliders::cpu::Colliders;
 use crate::contact::colliders::moving::ColliderNow;
-use crate::contact::colliders::press::Press;
+use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::backend::Context;
 use crate::cpu::column::Column;
 use crate::cpu::feature::{Feature, Flow};
@@ -77,8 +77,8 @@ struct Work<T> {
     /// Positions and velocities that a Newton step starts from.
     moved: Columns<T>,
     /// By place: how a surface holds it, and which. Empty where there are none.
-    press: Shared<Press<T>>,
-    surface: Shared<u32>,
+    predicted: Shared<PredictedContact<T>>,
+    collider: Shared<u32>,
     /// By chunk: Σ m |v* − v|²; r·z and z·A z.
     outer: Shared<f64>,
     products: Shared<[f64; 2]>,
@@ -166,8 +166,8 @@ impl<T: Real> Work<T> {
             s: columns(3),
             right: columns(3),
             moved: Columns::new(6, places, 0),
-            press: vec![Press::FREE; held].into(),
-            surface: vec![0; held].into(),
+            predicted: vec![PredictedContact::FREE; held].into(),
+            collider: vec![0; held].into(),
             outer: vec![0.0; chunks].into(),
             products: vec![[0.0; 2]; chunks].into(),
             left: vec![[0.0; 5]; chunks].into(),
@@ -178,7 +178,7 @@ impl<T: Real> Work<T> {
         let columns = [&self.change, &self.total, &self.x, &self.p, &self.s, &self.right, &self.moved];
         self.levels.iter().map(LevelWork::bytes).sum::<usize>()
             + columns.into_iter().map(Columns::bytes).sum::<usize>()
-            + self.press.len() * (size_of::<Press<T>>() + 4)
+            + self.predicted.len() * (size_of::<PredictedContact<T>>() + 4)
     }
 }
 

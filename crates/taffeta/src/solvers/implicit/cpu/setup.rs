@@ -1,6 +1,6 @@
 //! The system of a Newton step: blocks, diagonals and right side on the finest level, blocks and diagonals on others.
 
-use crate::contact::colliders::press::Press;
+use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::simd::Kernel;
 use crate::real::Real;
 use crate::solvers::implicit::cpu::columns::View;
@@ -24,7 +24,7 @@ pub struct SetUp<'a, T> {
     pub velocities: [&'a [T]; 3],
     pub mass: &'a [T],
     pub inverse_mass: &'a [T],
-    pub press: &'a [Press<T>],
+    pub predicted: &'a [PredictedContact<T>],
     /// Springs' impulse [N s]; inverse diagonal; mass and what holds a node, for coarser levels; blocks of the chunk's
     /// slots.
     pub right: [&'a mut [T]; 3],
@@ -116,8 +116,8 @@ impl<T: Real> SetUp<'_, T> {
             let mass = self.mass[place];
             (0..3).for_each(|one| all[one] += mass);
             let is_free = self.inverse_mass[place] > T::ZERO;
-            let press = self.press.get(place).copied().unwrap_or(Press::FREE);
-            let (own, inverse) = diagonal(&all, mass, is_free, &press);
+            let predicted = self.predicted.get(place).copied().unwrap_or(PredictedContact::FREE);
+            let (own, inverse) = diagonal(&all, mass, is_free, &predicted);
             for one in 0..6 {
                 self.inverse[one][at + lane] = inverse[one];
                 self.own[one][at + lane] = own[one];

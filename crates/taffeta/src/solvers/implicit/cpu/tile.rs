@@ -16,11 +16,11 @@ impl<T: Real> Implicit<T> {
                 let mut after: [T; 3] = change.at(place);
                 if pressed {
                     // SAFETY: as above.
-                    let (press, surface) =
-                        unsafe { (&self.work.press.read()[place], self.work.surface.read()[place]) };
-                    if press.is_pressed() {
-                        let touching = &tile.substep.colliders[surface as usize].touching;
-                        after = press.borne(waiting::free_velocity(tile, place), after, touching);
+                    let (predicted, collider) =
+                        unsafe { (&self.work.predicted.read()[place], self.work.collider.read()[place]) };
+                    if predicted.in_contact() {
+                        let touching = &tile.substep.colliders[collider as usize].touching;
+                        after = predicted.with_contact(waiting::free_velocity(tile, place), after, touching);
                     }
                 }
                 let force = scale(after, tile.nodes.mass[place] / tile.substep.h);

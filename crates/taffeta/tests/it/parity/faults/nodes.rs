@@ -78,7 +78,7 @@ pub const FAULTS: &[Fault] = &[
     ("contact_all_meshes", "within = select(most * most, FAR, mesh.is_solid)", "within = most * most"),
     ("contact_parted", "|| contacts_of(node) == 0u", ""),
     ("contact_parted", "select(after.velocity.w, -abs(v.w), v.w < 0.0)", "after.velocity.w"),
-    ("meet_meshes", "if held.inside > found.inside {", "if held.inside > 0.0 {"),
+    ("meet_meshes", "if candidate.inside > found.inside {", "if candidate.inside > 0.0 {"),
     ("meet_meshes", "touch.depth - node.h * dot3", "touch.depth + node.h * dot3"),
     ("meet_meshes", "|| !(x.w > 0.0)", ""),
     ("meet_meshes", "|| substeps[0].solving.is_adaptive != 0u", ""),

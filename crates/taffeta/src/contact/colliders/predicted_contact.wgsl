@@ -4,7 +4,7 @@
 // their pulls relaxed, and contact puts the nodes back under full tension. That is work from nowhere. So nodes that will
 // be pressed against a surface are held by it while pulls are solved for: along its normal, or, where friction is enough,
 // in all directions (after Baraff and Witkin, "Large Steps in Cloth Simulation", SIGGRAPH 1998, section 5); where it is not, it
-// is a force like others (see press.rs).
+// is a force like others (see predicted_contact.rs).
 
 #import contact/colliders/shape.wgsl
 #import gpu/wgsl/vector.wgsl
@@ -15,21 +15,21 @@ const STICKS: f32 = 0.95;
 const LEFT_TO_CONTACT: f32 = 0.0625;
 
 /// How a surface holds a node in a sub-step.
-struct Press {
+struct PredictedContact {
     /// Unit normal along which the node does not yield; 0: free.
     normal: vec3f,
     /// Share of what is left in which it yields: 1; 0 where it sticks.
-    yields: f32,
+    slides: f32,
     /// Velocity [m/s]: onto the surface; along it that of the surface where the node sticks, and else the change by friction.
     velocity: vec3f,
     /// Velocity of the surface [m/s] in the direction in which a node slides.
-    surface: f32,
+    surface_speed: f32,
 }
 
 /// A node as it comes to a surface.
-struct Coming {
-    /// Place at the start of the sub-step [m].
-    place: vec3f,
+struct Approach {
+    /// Position at the start of the sub-step [m].
+    position: vec3f,
     /// Way that gravity goes in a sub-step [m].
     fall: f32,
     /// Velocity [m/s] without pulls, and change of it by those of the last sub-step.
@@ -40,94 +40,95 @@ struct Coming {
 }
 
 /// How a surface will hold a node, if it does.
-struct Held {
-    press: Press,
+struct Candidate {
+    predicted: PredictedContact,
     /// By how much the node would be inside [m]; 0: it is not held.
     inside: f32,
 }
 
 /// Of a node that nothing holds.
-fn free_press() -> Press {
-    return Press(vec3f(0.0), 1.0, vec3f(0.0), 0.0);
+fn no_contact() -> PredictedContact {
+    return PredictedContact(vec3f(0.0), 1.0, vec3f(0.0), 0.0);
 }
 
 /// How a collider will hold a node: it is on the surface, or gets there without pulls, and those of the last sub-step do
 /// not take it off.
-fn press_of(collider: Collider, node: Coming) -> Held {
+fn predict_contact(collider: Collider, node: Approach) -> Candidate {
     let v = node.free + node.pulls;
-    let inside = depth_and_normal(collider, node.place + v * node.h).depth;
-    return press_by(collider, node, inside, depth_and_normal(collider, node.place), vec3f(0.0));
+    let inside = depth_and_normal(collider, node.position + v * node.h).depth;
+    return predict_at_surface(collider, node, inside, depth_and_normal(collider, node.position), vec3f(0.0));
 }
 
 /// How a surface will hold a node that is so deep in it, and would be so far `inside` [m]; `changing` is the velocity by a change
 /// of shape [m/s].
-fn press_by(collider: Collider, node: Coming, inside: f32, touch: Depth, changing: vec3f) -> Held {
+fn predict_at_surface(collider: Collider, node: Approach, inside: f32, touch: Depth, changing: vec3f) -> Candidate {
     let h = node.h;
     let v = node.free + node.pulls;
     let normal = touch.normal;
     let way = -h * dot3(node.free, normal);
     let reach = select(node.fall, way + node.fall, way > 0.0);
     if !(inside > 0.0 && -touch.depth <= reach) {
-        return Held(free_press(), 0.0);
+        return Candidate(no_contact(), 0.0);
     }
-    let surface = surface_velocity(collider, node.place) + changing;
+    let surface = surface_velocity(collider, node.position) + changing;
     // What is inside already is put out by contact, and gets no speed by it.
     let onto = touch.depth / h;
     let out = dot3(surface, normal);
     let landing = select(out, onto, onto < out);
     let relative = v - surface;
     let impulse = landing - dot3(v, normal);
-    let rubs = collider.friction * select(0.0, impulse, impulse > 0.0);
+    let friction_limit = collider.friction * select(0.0, impulse, impulse > 0.0);
     let slip = relative - normal * dot3(relative, normal);
     let speed = norm3(slip);
-    if speed <= rubs * STICKS && rubs > 0.0 {
+    if speed <= friction_limit * STICKS && friction_limit > 0.0 {
         let along = surface - normal * dot3(surface, normal);
-        return Held(Press(normal, 0.0, normal * landing + along, 0.0), inside);
+        return Candidate(PredictedContact(normal, 0.0, normal * landing + along, 0.0), inside);
     }
     let direction = slip * (1.0 / select(1.0, speed, speed > 0.0));
-    return Held(Press(normal, 1.0, normal * landing - direction * rubs, dot3(surface, direction)), inside);
+    let velocity = normal * landing - direction * friction_limit;
+    return Candidate(PredictedContact(normal, 1.0, velocity, dot3(surface, direction)), inside);
 }
 
 /// A change of velocity, as far as the node yields to it.
-fn yielded(press: Press, v: vec3f) -> vec3f {
-    return (v - press.normal * dot3(v, press.normal)) * press.yields;
+fn filtered(predicted: PredictedContact, v: vec3f) -> vec3f {
+    return (v - predicted.normal * dot3(v, predicted.normal)) * predicted.slides;
 }
 
 /// Whether a surface holds the node.
-fn is_pressed(press: Press) -> bool {
-    return press.normal.x != 0.0 || press.normal.y != 0.0 || press.normal.z != 0.0;
+fn in_contact(predicted: PredictedContact) -> bool {
+    return predicted.normal.x != 0.0 || predicted.normal.y != 0.0 || predicted.normal.z != 0.0;
 }
 
 /// The change of velocity [m/s] by friction of a node that slides.
-fn rubbed_by(press: Press) -> vec3f {
-    return (press.velocity - press.normal * dot3(press.velocity, press.normal)) * press.yields;
+fn friction_change(predicted: PredictedContact) -> vec3f {
+    return (predicted.velocity - predicted.normal * dot3(predicted.velocity, predicted.normal)) * predicted.slides;
 }
 
 /// Velocity [m/s] of a node that is held after `pulls`; `free` is without them. What they press, the surface bears. What takes
 /// the node off lets it go no further than onto the surface: the next sub-step knows these pulls. Where it would bounce, contact
 /// comes after. Friction stops a node that slides, and does not turn it back; as much of it as contact will take is left to that.
-fn after_pulls(press: Press, free: vec3f, pulls: vec3f, collider: Collider) -> vec3f {
-    let normal = press.normal;
-    let landing = dot3(press.velocity, normal);
+fn velocity_after(predicted: PredictedContact, free: vec3f, pulls: vec3f, collider: Collider) -> vec3f {
+    let normal = predicted.normal;
+    let landing = dot3(predicted.velocity, normal);
     let inward = dot3(free, normal);
     let pulled = dot3(free + pulls, normal);
     let least = select(landing, inward, inward < landing);
     let some = select(pulled, least, pulled < least);
     let bouncing = select(some, landing, some > landing);
     let kept = select(bouncing, landing - (landing - least) * LEFT_TO_CONTACT, collider.restitution == 0.0);
-    if press.yields == 0.0 {
-        return press.velocity + normal * (kept - landing);
+    if predicted.slides == 0.0 {
+        return predicted.velocity + normal * (kept - landing);
     }
     let moved = free + pulls + normal * (kept - pulled);
-    let rubbed = rubbed_by(press);
-    let rubs = norm3(rubbed);
-    if rubs == 0.0 {
+    let friction = friction_change(predicted);
+    let friction_limit = norm3(friction);
+    if friction_limit == 0.0 {
         return moved;
     }
     // Against the slip.
-    let against = rubbed * (1.0 / rubs);
-    let slip = -press.surface - dot3(moved, against);
-    let taken = select(rubs, slip, slip < rubs);
+    let against = friction * (1.0 / friction_limit);
+    let slip = -predicted.surface_speed - dot3(moved, against);
+    let taken = select(friction_limit, slip, slip < friction_limit);
     let now = taken - collider.friction * (landing - kept);
     return moved + against * select(0.0, now, now > 0.0);
 }

@@ -13,15 +13,15 @@ use crate::real::{Real, add, dot, norm, scale, sub};
 
 /// How a surface holds a node in a sub-step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Press<T> {
+pub struct PredictedContact<T> {
     /// Unit normal along which the node does not yield; 0: free.
     pub normal: [T; 3],
     /// Share of what is left in which it yields: 1; 0 where it sticks.
-    pub yields: T,
+    pub slides: T,
     /// Velocity [m/s]: onto the surface; along it that of the surface where the node sticks, and else the change by friction.
     pub velocity: [T; 3],
     /// Velocity of the surface [m/s] in the direction in which a node slides.
-    pub surface: T,
+    pub surface_speed: T,
 }
 
 /// How a place is in a collider.
@@ -37,9 +37,9 @@ pub struct Depth<T> {
 
 /// A node as it comes to a surface.
 #[derive(Clone, Copy, Debug)]
-pub struct Coming<T> {
-    /// Place at the start of the sub-step [m].
-    pub place: [T; 3],
+pub struct Approach<T> {
+    /// Position at the start of the sub-step [m].
+    pub position: [T; 3],
     /// Velocity [m/s] without pulls, and change of it by those of the last sub-step.
     pub free: [T; 3],
     pub pulls: [T; 3],
@@ -69,40 +69,40 @@ pub fn deepest<T: Real, P>(
 ) -> Option<(P, u32)> {
     let (mut deepest, mut found) = (T::ZERO, None);
     for (collider, index) in colliders.iter().zip(0..) {
-        if let Some((inside, press)) = of(collider).filter(|&(inside, _)| inside > deepest) {
-            (deepest, found) = (inside, Some((press, index)));
+        if let Some((inside, predicted)) = of(collider).filter(|&(inside, _)| inside > deepest) {
+            (deepest, found) = (inside, Some((predicted, index)));
         }
     }
     found
 }
 
-impl<T: Real> Press<T> {
+impl<T: Real> PredictedContact<T> {
     /// Of a node that nothing holds.
     pub const FREE: Self =
-        Self { normal: [T::ZERO; 3], yields: T::ONE, velocity: [T::ZERO; 3], surface: T::ZERO };
+        Self { normal: [T::ZERO; 3], slides: T::ONE, velocity: [T::ZERO; 3], surface_speed: T::ZERO };
 
     /// How a collider will hold a node: it is on the surface, or gets there without pulls, and those of the last sub-step do
     /// not take it off. The number is by how much it would be inside [m]; `None`: not held.
     #[inline(always)]
-    pub fn of(collider: &ColliderNow<T>, node: &Coming<T>) -> Option<(T, Self)> {
+    pub fn of(collider: &ColliderNow<T>, node: &Approach<T>) -> Option<(T, Self)> {
         let v = add(node.free, node.pulls);
-        let (inside, _) = collider.depth_and_normal(add(node.place, scale(v, node.h)))?;
-        let (depth, normal) = collider.depth_and_normal(node.place)?;
-        Self::by(&collider.touching, node, inside, Depth { depth, normal, velocity: [T::ZERO; 3] })
+        let (inside, _) = collider.depth_and_normal(add(node.position, scale(v, node.h)))?;
+        let (depth, normal) = collider.depth_and_normal(node.position)?;
+        Self::at_surface(&collider.touching, node, inside, Depth { depth, normal, velocity: [T::ZERO; 3] })
     }
 
     /// How a surface of triangles will hold a node; it is taken to be as flat as where the node is.
     #[inline(always)]
-    pub fn of_mesh(touching: &Touching<T>, node: &Coming<T>, touch: Depth<T>) -> Option<(T, Self)> {
+    pub fn of_mesh(touching: &Touching<T>, node: &Approach<T>, touch: Depth<T>) -> Option<(T, Self)> {
         let inside = touch.depth - node.h * dot(add(node.free, node.pulls), touch.normal);
-        Self::by(touching, node, inside, touch)
+        Self::at_surface(touching, node, inside, touch)
     }
 
     /// How a surface will hold a node that is so deep in it, and would be so far `inside` [m].
     #[inline(always)]
-    fn by(
+    fn at_surface(
         touching: &Touching<T>,
-        node: &Coming<T>,
+        node: &Approach<T>,
         inside: T,
         Depth { depth, normal, velocity }: Depth<T>,
     ) -> Option<(T, Self)> {
@@ -113,74 +113,79 @@ impl<T: Real> Press<T> {
         if !(inside > T::ZERO && -depth <= reach) {
             return None;
         }
-        let touch = touching.touch(node.place, (depth, normal));
+        let touch = touching.touch(node.position, (depth, normal));
         let surface = add(touch.surface_velocity, velocity);
         // What is inside already is put out by contact, and gets no speed by it.
         let (onto, out) = (depth / h, dot(surface, normal));
         let landing = if onto < out { onto } else { out };
         let relative = sub(v, surface);
-        let rubs = touch.friction * positive(landing - dot(v, normal));
+        let friction_limit = touch.friction * positive(landing - dot(v, normal));
         let slip = sub(relative, scale(normal, dot(relative, normal)));
         let speed = norm(slip);
-        let press = if speed <= rubs * T::from_f64(STICKS) && rubs > T::ZERO {
+        let predicted = if speed <= friction_limit * T::from_f64(STICKS) && friction_limit > T::ZERO {
             let along = sub(surface, scale(normal, dot(surface, normal)));
-            Self { normal, yields: T::ZERO, velocity: add(scale(normal, landing), along), surface: T::ZERO }
+            Self {
+                normal,
+                slides: T::ZERO,
+                velocity: add(scale(normal, landing), along),
+                surface_speed: T::ZERO,
+            }
         } else {
             let direction = scale(slip, T::ONE / if speed > T::ZERO { speed } else { T::ONE });
-            let velocity = sub(scale(normal, landing), scale(direction, rubs));
-            Self { normal, yields: T::ONE, velocity, surface: dot(surface, direction) }
+            let velocity = sub(scale(normal, landing), scale(direction, friction_limit));
+            Self { normal, slides: T::ONE, velocity, surface_speed: dot(surface, direction) }
         };
-        Some((inside, press))
+        Some((inside, predicted))
     }
 
     /// Whether a surface holds the node.
     #[inline(always)]
-    pub fn is_pressed(&self) -> bool {
+    pub fn in_contact(&self) -> bool {
         self.normal != [T::ZERO; 3]
     }
 
     /// A change of velocity, as far as the node yields to it.
     #[inline(always)]
-    pub fn yielded(&self, v: [T; 3]) -> [T; 3] {
-        scale(sub(v, scale(self.normal, dot(v, self.normal))), self.yields)
+    pub fn filtered(&self, v: [T; 3]) -> [T; 3] {
+        scale(sub(v, scale(self.normal, dot(v, self.normal))), self.slides)
     }
 
     /// The change of velocity [m/s] by friction of a node that slides.
     #[inline(always)]
-    pub fn rubbed(&self) -> [T; 3] {
-        scale(sub(self.velocity, scale(self.normal, dot(self.velocity, self.normal))), self.yields)
+    pub fn friction_change(&self) -> [T; 3] {
+        scale(sub(self.velocity, scale(self.normal, dot(self.velocity, self.normal))), self.slides)
     }
 
     /// A velocity by the step [m/s²], as far as the node yields to it, with that of the surface.
     #[inline(always)]
     pub fn rate(&self, rate: [T; 3], h: T) -> [T; 3] {
-        add(self.yielded(rate), scale(self.velocity, T::ONE / h))
+        add(self.filtered(rate), scale(self.velocity, T::ONE / h))
     }
 
     /// The velocity [m/s] at which a node that has `before` is taken along.
     #[inline(always)]
-    pub fn taken_along(&self, before: [T; 3]) -> [T; 3] {
-        add(self.yielded(before), sub(self.velocity, self.rubbed()))
+    pub fn carried_velocity(&self, before: [T; 3]) -> [T; 3] {
+        add(self.filtered(before), sub(self.velocity, self.friction_change()))
     }
 
     /// A change of velocity [m/s] by `pulls`, with what the surface does about it.
     #[inline(always)]
-    pub fn borne(&self, free: [T; 3], pulls: [T; 3], touching: &Touching<T>) -> [T; 3] {
-        sub(self.after(free, pulls, touching), free)
+    pub fn with_contact(&self, free: [T; 3], pulls: [T; 3], touching: &Touching<T>) -> [T; 3] {
+        sub(self.velocity_after(free, pulls, touching), free)
     }
 
     /// The same of a force [N], which changes the velocity by `kick` times as much [s/kg].
     #[inline(always)]
-    pub fn borne_force(&self, free: [T; 3], force: [T; 3], kick: T, touching: &Touching<T>) -> [T; 3] {
-        scale(self.borne(free, scale(force, kick), touching), T::ONE / kick)
+    pub fn force_with_contact(&self, free: [T; 3], force: [T; 3], kick: T, touching: &Touching<T>) -> [T; 3] {
+        scale(self.with_contact(free, scale(force, kick), touching), T::ONE / kick)
     }
 
     /// Velocity [m/s] of the node after `pulls`; `free` is without them. What they press, the surface bears. What takes the node
     /// off lets it go no further than onto the surface: the next sub-step knows these pulls. Where it would bounce, contact comes
     /// after. Friction stops a node that slides, and does not turn it back; as much of it as contact will take is left to that.
     #[inline(always)]
-    pub fn after(&self, free: [T; 3], pulls: [T; 3], touching: &Touching<T>) -> [T; 3] {
-        if !self.is_pressed() {
+    pub fn velocity_after(&self, free: [T; 3], pulls: [T; 3], touching: &Touching<T>) -> [T; 3] {
+        if !self.in_contact() {
             return add(free, pulls);
         }
         let normal = self.normal;
@@ -194,19 +199,19 @@ impl<T: Real> Press<T> {
         } else {
             kept
         };
-        if self.yields == T::ZERO {
+        if self.slides == T::ZERO {
             return add(self.velocity, scale(normal, kept - landing));
         }
         let moved = add(add(free, pulls), scale(normal, kept - pulled));
-        let rubbed = self.rubbed();
-        let rubs = norm(rubbed);
-        if rubs == T::ZERO {
+        let friction = self.friction_change();
+        let friction_limit = norm(friction);
+        if friction_limit == T::ZERO {
             return moved;
         }
         // Against the slip.
-        let against = scale(rubbed, T::ONE / rubs);
-        let slip = -self.surface - dot(moved, against);
-        let taken = if slip < rubs { slip } else { rubs };
+        let against = scale(friction, T::ONE / friction_limit);
+        let slip = -self.surface_speed - dot(moved, against);
+        let taken = if slip < friction_limit { slip } else { friction_limit };
         add(moved, scale(against, positive(taken - touching.friction * (landing - kept))))
     }
 }
@@ -222,41 +227,41 @@ mod tests {
         MovingCollider::new(&floor).unwrap().at(0.0, 0.01, &mut 0)
     }
 
-    fn coming(y: f64, pulls: [f64; 3]) -> Coming<f64> {
-        Coming { place: [0.0, y, 0.0], free: [0.0, -0.1, 0.0], pulls, fall: 1e-3, h: 0.01 }
+    fn approach(y: f64, pulls: [f64; 3]) -> Approach<f64> {
+        Approach { position: [0.0, y, 0.0], free: [0.0, -0.1, 0.0], pulls, fall: 1e-3, h: 0.01 }
     }
 
     #[test]
     fn a_node_is_held_where_it_lies_and_is_not_taken_off() {
-        let press = |y, pulls| Press::of(&floor(0.5), &coming(y, pulls));
-        assert!(press(0.0, [0.0; 3]).is_some());
+        let predicted = |y, pulls| PredictedContact::of(&floor(0.5), &approach(y, pulls));
+        assert!(predicted(0.0, [0.0; 3]).is_some());
         // Pulls that lift it, and pulls that would fetch it from afar.
-        assert!(press(0.0, [0.0, 0.2, 0.0]).is_none());
-        assert!(press(0.1, [0.0, -50.0, 0.0]).is_none());
+        assert!(predicted(0.0, [0.0, 0.2, 0.0]).is_none());
+        assert!(predicted(0.1, [0.0, -50.0, 0.0]).is_none());
         // 0.1 m/s press, half of it is friction, nearly all of which holds.
-        assert_eq!(press(0.0, [0.047, 0.0, 0.0]).unwrap().1.yields, 0.0);
-        assert_eq!(press(0.0, [0.048, 0.0, 0.0]).unwrap().1.yields, 1.0);
-        assert_eq!(press(0.0, [0.06, 0.0, 0.0]).unwrap().1.yields, 1.0);
+        assert_eq!(predicted(0.0, [0.047, 0.0, 0.0]).unwrap().1.slides, 0.0);
+        assert_eq!(predicted(0.0, [0.048, 0.0, 0.0]).unwrap().1.slides, 1.0);
+        assert_eq!(predicted(0.0, [0.06, 0.0, 0.0]).unwrap().1.slides, 1.0);
         // It lands: half a millimetre in 0.01 s.
-        assert!((press(0.0005, [0.0; 3]).unwrap().1.velocity[1] + 0.05).abs() < 1e-15);
+        assert!((predicted(0.0005, [0.0; 3]).unwrap().1.velocity[1] + 0.05).abs() < 1e-15);
     }
 
     #[test]
     fn a_surface_bears_pulls_and_rubs_as_much() {
-        let node = coming(0.0, [0.5, -0.4, 0.0]);
-        let (_, press) = Press::of(&floor(0.5), &node).unwrap();
-        let after = |pulls| press.after(node.free, pulls, &floor(0.5).touching);
-        let (left, rubs) = (0.1 * LEFT_TO_CONTACT, 0.05 * LEFT_TO_CONTACT);
+        let node = approach(0.0, [0.5, -0.4, 0.0]);
+        let (_, predicted) = PredictedContact::of(&floor(0.5), &node).unwrap();
+        let after = |pulls| predicted.velocity_after(node.free, pulls, &floor(0.5).touching);
+        let (left, friction_limit) = (0.1 * LEFT_TO_CONTACT, 0.05 * LEFT_TO_CONTACT);
         // Half of 0.5 m/s is rubbed off, some of it by contact.
-        assert!(norm(sub(press.rubbed(), [-0.25, 0.0, 0.0])) < 1e-15);
-        assert!(norm(sub(after([0.5, -0.4, 0.0]), [0.25 + rubs, -left, 0.0])) < 1e-15);
+        assert!(norm(sub(predicted.friction_change(), [-0.25, 0.0, 0.0])) < 1e-15);
+        assert!(norm(sub(after([0.5, -0.4, 0.0]), [0.25 + friction_limit, -left, 0.0])) < 1e-15);
         // What would take it off leaves it on the surface.
-        assert!(norm(sub(after([0.5, 0.7, 0.0]), [0.25 + rubs, -left, 0.0])) < 1e-15);
+        assert!(norm(sub(after([0.5, 0.7, 0.0]), [0.25 + friction_limit, -left, 0.0])) < 1e-15);
         // It stops, and does not turn back.
-        assert!(norm(sub(after([0.1, -0.4, 0.0]), [rubs, -left, 0.0])) < 1e-15);
+        assert!(norm(sub(after([0.1, -0.4, 0.0]), [friction_limit, -left, 0.0])) < 1e-15);
         // Where it bounces 0.1 m/s are left to contact, and what that rubs.
         let bouncing = Touching { restitution: 0.5, ..floor(0.5).touching };
-        let left = press.after(node.free, [0.5, -0.4, 0.0], &bouncing);
+        let left = predicted.velocity_after(node.free, [0.5, -0.4, 0.0], &bouncing);
         assert!(norm(sub(left, [0.3, -0.1, 0.0])) < 1e-15);
     }
 
@@ -264,21 +269,23 @@ mod tests {
     fn a_surface_that_moves_takes_a_node_along() {
         let floor = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).offset(0.0).friction(0.5);
         let belt = MovingCollider::new(&floor).unwrap().at::<f64>(0.0, 0.01, &mut 0);
-        let node = coming(0.0, [0.0; 3]);
+        let node = approach(0.0, [0.0; 3]);
         let by = |speed| {
             let touch = Depth { depth: 0.0, normal: [0.0, 1.0, 0.0], velocity: [speed, 0.0, 0.0] };
-            Press::of_mesh(&belt.touching, &node, touch).unwrap().1
+            PredictedContact::of_mesh(&belt.touching, &node, touch).unwrap().1
         };
-        assert_eq!((by(0.03).yields, by(0.03).velocity), (0.0, [0.03, 0.0, 0.0]));
+        assert_eq!((by(0.03).slides, by(0.03).velocity), (0.0, [0.03, 0.0, 0.0]));
         // Drawn along by half of what presses, less what contact does.
-        let by_press = [0.05 * (1.0 - LEFT_TO_CONTACT), -0.1 * LEFT_TO_CONTACT, 0.0];
-        assert!(norm(sub(by(2.0).after(node.free, node.pulls, &belt.touching), by_press)) < 1e-15);
+        let by_friction = [0.05 * (1.0 - LEFT_TO_CONTACT), -0.1 * LEFT_TO_CONTACT, 0.0];
+        assert!(
+            norm(sub(by(2.0).velocity_after(node.free, node.pulls, &belt.touching), by_friction)) < 1e-15
+        );
     }
 
     #[test]
     fn a_node_yields_along_the_surface_alone() {
-        let (_, press) = Press::of(&floor(0.0), &coming(0.0, [1.0, 0.0, 0.0])).unwrap();
-        assert_eq!(press.yielded([1.0, 2.0, 3.0]), [1.0, 0.0, 3.0]);
-        assert_eq!(Press::FREE.yielded([1.0, 2.0, 3.0]), [1.0, 2.0, 3.0]);
+        let (_, predicted) = PredictedContact::of(&floor(0.0), &approach(0.0, [1.0, 0.0, 0.0])).unwrap();
+        assert_eq!(predicted.filtered([1.0, 2.0, 3.0]), [1.0, 0.0, 3.0]);
+        assert_eq!(PredictedContact::FREE.filtered([1.0, 2.0, 3.0]), [1.0, 2.0, 3.0]);
     }
 }
