@@ -22,7 +22,7 @@
 #import solvers/explicit/node.wgsl
 #import loads
 #import memory
-#import touch
+#import resolve_contact
 
 @compute @workgroup_size(1024)
 fn spring_centric_forces(
@@ -65,7 +65,7 @@ fn spring_centric_update(
         kept_numbers[node] = 0.0;
     }
     let moved = integrate(x, v, load_on(node, v.xyz, 0u) + springs_pull, 0u);
-    let after = touch(moved, Origin(x.xyz, true), 0u);
+    let after = resolve_contact(moved, Origin(x.xyz, true), 0u);
     new_position[node] = after.position;
     new_velocity[node] = after.velocity;
 }

@@ -1,7 +1,7 @@
 // Joints and tethers. Each kernel reads the state after the sub-step; the last one writes it anew, where that before was.
 
 #import attachments/attach.wgsl
-#import contact/colliders/touch_again.wgsl
+#import contact/colliders/resolve_contact_again.wgsl
 #import gpu/wgsl/goals.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
@@ -329,5 +329,5 @@ fn attach_nodes(
     if all(now.x == x.xyz) && all(now.v == v.xyz) {
         return;
     }
-    touch_again(node, x, v, now.x, now.v);
+    resolve_contact_again(node, x, v, now.x, now.v);
 }

@@ -17,7 +17,7 @@ pub struct Between<T> {
     /// Force on each place [N]; those of no tile stay.
     pub force: Vec<[T; 3]>,
     /// The collider that each place touched last, from 1; 0: none.
-    pub touched: Vec<u32>,
+    pub last_collider: Vec<u32>,
 }
 
 impl<T: Real> CpuBackend<T> {
@@ -64,7 +64,7 @@ impl<T: Real> CpuBackend<T> {
     ) {
         self.input = input.clone();
         assert_eq!(self.threads(), 1, "passes apart are for one worker");
-        between.touched = vec![0; between.force.len()];
+        between.last_collider = vec![0; between.force.len()];
         let list: Vec<_> = step::substep(&self.parts).iter().flat_map(Line::passes).copied().collect();
         let mut operations: Vec<Op> = list.iter().map(|pass| pass.op).filter(|&op| wanted(op)).collect();
         let mut seen = [false; Op::COUNT];
@@ -115,7 +115,7 @@ fn runs<T>(tile: &Tile<'_, T>) -> Vec<(usize, Range<usize>)> {
 
 fn load<T: Real>(tile: &mut Tile<'_, T>, between: &Between<T>) {
     if let Some(colliders) = tile.features.get::<Colliders<T>>() {
-        colliders.last_touched(tile).fill(0);
+        colliders.last_colliders(tile).fill(0);
     }
     for (at, run) in runs(tile) {
         for (i, place) in run.enumerate() {
@@ -133,7 +133,8 @@ fn store<T: Real>(tile: &Tile<'_, T>, between: &mut Between<T>) {
     }
     if let Some(colliders) = tile.features.get::<Colliders<T>>() {
         for (at, run) in tile.plan.runs() {
-            between.touched[run.clone()].copy_from_slice(&colliders.last_touched(tile)[at..at + run.len()]);
+            between.last_collider[run.clone()]
+                .copy_from_slice(&colliders.last_colliders(tile)[at..at + run.len()]);
         }
     }
 }

@@ -43,21 +43,22 @@ impl Boundary {
         self.gpu.put_state(false, &old);
         if self.from > Stage::Integrate {
             let collided = self.from > Stage::Contact && !substep.colliders.is_empty();
-            let touched = if collided { &between.touched[..] } else { &[] };
-            self.gpu.put_state(true, &self.fours(places, true, touched));
+            let last_collider = if collided { &between.last_collider[..] } else { &[] };
+            self.gpu.put_state(true, &self.fours(places, true, last_collider));
         }
         self.gpu.take_over(between, &mut self.cpu, substep);
         Ok(self.gpu.health()?)
     }
 
     /// Position and velocity of all places with what stands in their last numbers.
-    fn fours(&self, places: usize, next: bool, touched: &[u32]) -> [Vec<Four>; 2] {
+    fn fours(&self, places: usize, next: bool, last_collider: &[u32]) -> [Vec<Four>; 2] {
         let fields = self.cpu.fields(next);
         let (inverse_mass, mass) = self.cpu.masses();
         let four = |first: usize, place: usize, last: f32| -> Four {
             [fields[first][place], fields[first + 1][place], fields[first + 2][place], last]
         };
-        let sign = |place: usize| if touched.get(place).is_some_and(|&last| last > 0) { -1.0 } else { 1.0 };
+        let sign =
+            |place: usize| if last_collider.get(place).is_some_and(|&last| last > 0) { -1.0 } else { 1.0 };
         [
             (0..places).map(|place| four(0, place, inverse_mass[place])).collect(),
             (0..places).map(|place| four(3, place, sign(place) * mass[place])).collect(),

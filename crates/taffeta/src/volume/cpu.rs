@@ -110,10 +110,10 @@ impl<T: Real> Volumes<T> {
     }
 
     /// Which of the tile's nodes have touched a collider.
-    fn touched<'t>(&self, tile: &Tile<'t, T>) -> &'t [bool] {
+    fn in_contact<'t>(&self, tile: &Tile<'t, T>) -> &'t [bool] {
         let Some(colliders) = tile.features.get::<Colliders<T>>() else { return &[] };
         // SAFETY: tiles do not overlap, each is in one worker's chunk, and nodes touch in another operation.
-        unsafe { colliders.touched(&tile.run()) }
+        unsafe { colliders.in_contact(&tile.run()) }
     }
 
     /// The numbers of the tile's nodes, with their weights.
@@ -263,7 +263,7 @@ impl<T: Real> Volumes<T> {
             gradient: gradient.each_ref().map(|column| &column[..run.len()]),
             inverse_mass: nodes.inverse_mass,
             weights: nodes.weights,
-            touched: self.touched(tile),
+            in_contact: self.in_contact(tile),
         };
         self.put_sums(tile, volume, &nodes, &still);
     }
@@ -280,8 +280,8 @@ impl<T: Real> Volumes<T> {
             }
         }
         let gradient = self.new_gradients(tile, volume).map(|column| &*column);
-        let touched = self.touched(tile);
-        tile.nodes.level.run(PushPlaces { push: &push, nodes, gradient, touched, to: [x, y, z] });
+        let in_contact = self.in_contact(tile);
+        tile.nodes.level.run(PushPlaces { push: &push, nodes, gradient, in_contact, to: [x, y, z] });
     }
 }
 
@@ -417,7 +417,7 @@ struct Still<'a, T> {
     gradient: [&'a [T]; 3],
     inverse_mass: &'a [T],
     weights: Option<&'a [T]>,
-    touched: &'a [bool],
+    in_contact: &'a [bool],
 }
 
 impl<T: Real> Summed<T> for Still<'_, T> {
@@ -428,7 +428,7 @@ impl<T: Real> Summed<T> for Still<'_, T> {
             gradient: cut(&self.gradient, part),
             inverse_mass: &self.inverse_mass[part.clone()][..part.len()],
             weights: self.weights.map(|weights| &weights[part.clone()][..part.len()]),
-            touched: &self.touched[part.clone()][..part.len()],
+            in_contact: &self.in_contact[part.clone()][..part.len()],
             ..*self
         }
     }
@@ -442,7 +442,7 @@ impl<T: Real> Summed<T> for Still<'_, T> {
             gradient,
             // In place of the flux: the response of all nodes.
             velocity: scale(gradient, all * weight),
-            inverse_mass: if self.touched[i] { T::ZERO } else { all },
+            inverse_mass: if self.in_contact[i] { T::ZERO } else { all },
         }
     }
 }
@@ -487,7 +487,7 @@ struct PushPlaces<'a, 'b, T> {
     push: &'a Push<T>,
     nodes: Nodes<'b, T>,
     gradient: [&'a [T]; 3],
-    touched: &'a [bool],
+    in_contact: &'a [bool],
     to: [&'a mut [T]; 3],
 }
 
@@ -495,10 +495,10 @@ impl<T: Real> Kernel for PushPlaces<'_, '_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { push, nodes, gradient, touched, to: [x, y, z] } = self;
+        let Self { push, nodes, gradient, in_contact, to: [x, y, z] } = self;
         for i in 0..x.len() {
             let way = nodes.direction(push, i, [x[i], y[i], z[i]], at(&gradient, i));
-            let share = if touched[i] { T::ZERO } else { nodes.inverse_mass[i] } * push.lambda;
+            let share = if in_contact[i] { T::ZERO } else { nodes.inverse_mass[i] } * push.lambda;
             x[i] += way[0] * share;
             y[i] += way[1] * share;
             z[i] += way[2] * share;

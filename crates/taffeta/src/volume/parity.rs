@@ -53,7 +53,7 @@ struct Found {
     /// Gradient of the volume [m²].
     gradient: Vec<[f32; 3]>,
     /// Whether a place has touched a collider.
-    touched: Vec<bool>,
+    in_contact: Vec<bool>,
     /// Sums of each group.
     sums: Vec<[f32; WEIGHTED_SUMS]>,
 }
@@ -61,8 +61,8 @@ struct Found {
 /// What they have left: of the state before, or once it is there, of that `after`.
 fn found(cpu: &mut CpuBackend<f32>, after: bool) -> Found {
     let places = cpu.assembly().places;
-    let touched =
-        cpu.feature::<Colliders<f32>>().map_or(Vec::new(), |colliders| colliders.all_touched().to_vec());
+    let in_contact =
+        cpu.feature::<Colliders<f32>>().map_or(Vec::new(), |colliders| colliders.all_in_contact().to_vec());
     let waiting: Vec<[f32; 6]> = (0..places).map(|place| cpu.after(place)).collect();
     let (mut force, mut gradient) = (vec![[0.0; 3]; places], vec![[0.0; 3]; places]);
     let volumes = cpu.feature::<Volumes<f32>>().expect("bodies keep their volume");
@@ -74,7 +74,7 @@ fn found(cpu: &mut CpuBackend<f32>, after: bool) -> Found {
             (gradient[place], force[place]) = ([x, y, z], forces);
         }
     }
-    Found { force, gradient, touched, sums: volumes.all_sums().to_vec() }
+    Found { force, gradient, in_contact, sums: volumes.all_sums().to_vec() }
 }
 
 /// Forces, gradients and sums of the sub-step, from forces that stand in the fixture.
@@ -100,19 +100,19 @@ fn put_new(fixture: &mut Fixture) {
         cpu.set_after(place, [x[0], x[1], x[2], v[0], v[1], v[2]]);
     }
     let colliders = cpu.feature::<Colliders<f32>>().expect("every scene has some");
-    let touched = colliders.all_touched().iter_mut().zip(&new.velocity);
-    touched.for_each(|(touched, velocity)| *touched = velocity[3] < 0.0);
+    let in_contact = colliders.all_in_contact().iter_mut().zip(&new.velocity);
+    in_contact.for_each(|(in_contact, velocity)| *in_contact = velocity[3] < 0.0);
 }
 
 /// The state that the CPU has come to where bodies have those flags; elsewhere that of the `start`.
 fn after(fixture: &mut Fixture, [mut position, mut velocity]: [Vec<Four>; 2], flags: u32) -> [Vec<Four>; 2] {
-    let touched = found(&mut fixture.cpu, true).touched;
+    let in_contact = found(&mut fixture.cpu, true).in_contact;
     for group in fixture.tables.volumes.groups.iter().filter(|group| group.flags & flags == flags) {
         for place in (group.first..group.first + group.count).map(|place| place as usize) {
             let [x, y, z, u, v, w] = fixture.cpu.after(place);
             let mass = fixture.old.velocity[place][3].abs();
             position[place] = [x, y, z, fixture.old.position[place][3]];
-            velocity[place] = [u, v, w, if touched[place] { -mass } else { mass }];
+            velocity[place] = [u, v, w, if in_contact[place] { -mass } else { mass }];
         }
     }
     [position, velocity]

@@ -1,6 +1,6 @@
 // The kernel that restores volumes after contact.
 
-#import contact/colliders/touch_again.wgsl
+#import contact/colliders/resolve_contact_again.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
 #import volume/groups.wgsl
@@ -31,5 +31,5 @@ fn restore_volumes(
     let v = new_velocity[place];
     let way = way_of(group, found.push, lane, x.xyz, abs(v.w));
     let share = select(x.w, 0.0, v.w < 0.0) * lambda;
-    touch_again(place, x, v, x.xyz + way * share, v.xyz);
+    resolve_contact_again(place, x, v, x.xyz + way * share, v.xyz);
 }

@@ -18,7 +18,7 @@
 #import volume/groups.wgsl
 #import volume/volume.wgsl
 #import memory
-#import touch
+#import resolve_contact
 
 /// A way around a node: Σ rₖ × rₖ₊₁ over its neighbours, where r is the vector to one.
 struct Way {
@@ -182,7 +182,7 @@ fn volume_particles(
         let x = old_position[place];
         let v = old_velocity[place];
         let way = way_of(group, found.push, lane, x.xyz, abs(v.w));
-        let after = touch(integrate(x, v, force[place].xyz + way * lambda, 0u), Origin(x.xyz, true), 0u);
+        let after = resolve_contact(integrate(x, v, force[place].xyz + way * lambda, 0u), Origin(x.xyz, true), 0u);
         new_position[place] = after.position;
         new_velocity[place] = after.velocity;
     }

@@ -3,10 +3,10 @@
 #import contact/colliders/response.wgsl
 #import contact/colliders/shape.wgsl
 
-fn meet_mesh(node: Touched, origin: Origin, collider: Collider, number: u32, h: f32) -> Touched {
+fn collide_mesh(node: ContactState, origin: Origin, collider: Collider, number: u32, h: f32) -> ContactState {
     return node;
 }
 
-fn mesh_pressing(collider: Collider, x: vec3f) -> Depth {
+fn mesh_penetration(collider: Collider, x: vec3f) -> Depth {
     return Depth(vec3f(0.0), -FAR);
 }

@@ -4,7 +4,7 @@
 #import contact/collider_mesh/surface.wgsl as meshes
 #import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
-#import contact/colliders/touch_again.wgsl
+#import contact/colliders/resolve_contact_again.wgsl
 #import contact/nodes/pairs.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
@@ -25,17 +25,17 @@ fn contact_parted(
         return;
     }
     let v = new_velocity[node];
-    touch_again(node, old_position[node], v, new_position[node].xyz, v.xyz);
+    resolve_contact_again(node, old_position[node], v, new_position[node].xyz, v.xyz);
 }
 
 /// How a mesh will hold a node; it is taken to be as flat as where the node is.
 fn predict_mesh_contact(collider: Collider, node: Approach) -> Candidate {
-    let touch = mesh_touch(collider, node.position, collider.size + node.h * norm3(node.free) + node.fall);
-    if touch.depth == -FAR {
+    let contact = mesh_contact(collider, node.position, collider.size + node.h * norm3(node.free) + node.fall);
+    if contact.depth == -FAR {
         return Candidate(no_contact(), 0.0);
     }
-    let inside = touch.depth - node.h * dot3(node.free + node.pulls, touch.normal);
-    return predict_at_surface(collider, node, inside, Depth(touch.normal, touch.depth), touch.velocity);
+    let inside = contact.depth - node.h * dot3(node.free + node.pulls, contact.normal);
+    return predict_at_surface(collider, node, inside, Depth(contact.normal, contact.depth), contact.velocity);
 }
 
 /// The mesh that will hold a node, if any does: of several, that in which it would be deepest.
@@ -54,9 +54,9 @@ fn deepest_mesh_contact(node: Approach) -> ContactRecord {
     return found;
 }
 
-/// Finds the mesh that will hold each node, before meet_surfaces.
+/// Finds the mesh that will hold each node, before predict_contacts.
 @compute @workgroup_size(256)
-fn meet_meshes(
+fn predict_mesh_contacts(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,
@@ -76,9 +76,9 @@ fn meet_meshes(
     predicted_contacts[node] = deepest_mesh_contact(Approach(x.xyz, fall, new_velocity[node].xyz, h, pulls));
 }
 
-/// The same where springs are solved for by nodes, before meet_nodes.
+/// The same where springs are solved for by nodes, before predict_contacts_implicit.
 @compute @workgroup_size(256)
-fn meet_meshes_by_nodes(
+fn predict_mesh_contacts_implicit(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,

@@ -68,7 +68,7 @@ pub struct MeshSurface<T> {
 
 /// How a mesh touches a node, in the mesh's own frame.
 #[derive(Clone, Copy, Debug)]
-pub struct MeshTouch<T> {
+pub struct MeshContact<T> {
     /// How far inside [m].
     pub depth: T,
     /// Outward.
@@ -374,20 +374,20 @@ impl<T: Real> MeshSurface<T> {
 
     /// How the mesh touches a node that goes straight from `start` to `end`, both in its frame. `at_end` is what the nearest
     /// point says, nothing if that is far off; `across` are triangles that the way may pass through.
-    pub fn touch(
+    pub fn contact_on_segment(
         &self,
         now: &MeshNow<T>,
         way: [[T; 3]; 2],
-        at_end: Option<MeshTouch<T>>,
+        at_end: Option<MeshContact<T>>,
         across: &impl Candidates<T>,
-    ) -> Option<MeshTouch<T>> {
+    ) -> Option<MeshContact<T>> {
         if let Some(passage) = self.passage(now, way, across)
             && self.has_passed(at_end.as_ref(), &passage, way)
         {
             let Passage { triangle, hit, .. } = passage;
             let [_, after] = now.shares.map(|share| self.corners(now, triangle, share));
             let plane = mix(&after, hit.shares);
-            return Some(MeshTouch {
+            return Some(MeshContact {
                 depth: now.offset - dot(sub(way[1], plane), hit.normal),
                 normal: hit.normal,
                 velocity: self.velocity(now, triangle, hit.shares),
@@ -402,12 +402,13 @@ impl<T: Real> MeshSurface<T> {
     /// was is not known where it was as near as numbers tell.
     fn has_passed(
         &self,
-        at_end: Option<&MeshTouch<T>>,
+        at_end: Option<&MeshContact<T>>,
         passage: &Passage<T>,
         [start, end]: [[T; 3]; 2],
     ) -> bool {
-        let leads_on =
-            |at_end: &MeshTouch<T>| at_end.depth <= T::ZERO || dot(at_end.normal, sub(end, start)) > T::ZERO;
+        let leads_on = |at_end: &MeshContact<T>| {
+            at_end.depth <= T::ZERO || dot(at_end.normal, sub(end, start)) > T::ZERO
+        };
         let Passage { hit, comes_out, .. } = passage;
         if self.solid {
             hit.inward && (*comes_out || at_end.is_none_or(leads_on))
@@ -423,7 +424,7 @@ impl<T: Real> MeshSurface<T> {
         x: [T; 3],
         found: &Found<T>,
         around: &impl Candidates<T>,
-    ) -> MeshTouch<T> {
+    ) -> MeshContact<T> {
         let Found { triangle, at } = found;
         let distance = at.squared.sqrt();
         let corners = self.corners(now, *triangle, now.shares[1]);
@@ -441,7 +442,7 @@ impl<T: Real> MeshSurface<T> {
             let inverse = T::ONE / if length > T::ZERO { length } else { T::ONE };
             scale(outward, if within && !self.solid { -inverse } else { inverse })
         };
-        MeshTouch {
+        MeshContact {
             depth: now.offset - distance * side,
             normal,
             velocity: self.velocity(now, *triangle, at.shares),

@@ -26,7 +26,7 @@ struct MeshPart {
 }
 
 /// How a mesh touches a node, in the mesh's own frame.
-struct MeshTouch {
+struct MeshContact {
     normal: vec3f,
     /// How far inside [m]; −FAR: too far off to be known.
     depth: f32,
@@ -151,12 +151,12 @@ fn may_turn() -> bool {
 }
 
 /// What is told of a node whose walks have come to no end: no number, so that the frame fails.
-fn told_of(found: MeshTouch) -> MeshTouch {
+fn told_of(found: MeshContact) -> MeshContact {
     if turns <= TURNS {
         return found;
     }
     let none = f32(turns) * FAR * FAR;
-    return MeshTouch(vec3f(none), none, vec3f(none), true);
+    return MeshContact(vec3f(none), none, vec3f(none), true);
 }
 
 /// A nearer point of a mesh, if a triangle has one; none past the last.
@@ -374,9 +374,9 @@ fn outward_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> v
 }
 
 /// Depth and normal of a place by the nearest point.
-fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> MeshTouch {
+fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> MeshContact {
     if found.triangle == NO_TRIANGLE {
-        return MeshTouch(vec3f(0.0), -FAR, vec3f(0.0), false);
+        return MeshContact(vec3f(0.0), -FAR, vec3f(0.0), false);
     }
     let distance = sqrt(found.squared);
     let corners = corners_of(mesh, found.triangle, collider.v);
@@ -397,24 +397,24 @@ fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> Mesh
         normal = outward * select(inverse, -inverse, within && !mesh.is_solid);
     }
     let velocity = changing(mesh, found.triangle, found.shares, collider.w);
-    return MeshTouch(normal, collider.size - distance * side, velocity, false);
+    return MeshContact(normal, collider.size - distance * side, velocity, false);
 }
 
 /// How the mesh touches a place that is no farther off than `most` [m]: depth and normal in the mesh's frame. A solid is
 /// searched from anywhere inside.
-fn touch_near(collider: Collider, mesh: MeshPart, x: vec3f, most: f32) -> MeshTouch {
+fn contact_near(collider: Collider, mesh: MeshPart, x: vec3f, most: f32) -> MeshContact {
     let within = select(most * most, FAR, mesh.is_solid);
     return told_of(resting(collider, mesh, x, nearest_of(collider, mesh, x, within)));
 }
 
 /// How the mesh touches a node that goes straight from `start` to `end`, both in its frame.
-fn touch_on_way(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) -> MeshTouch {
-    let none = MeshTouch(vec3f(0.0), -FAR, vec3f(0.0), false);
+fn contact_on_segment(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) -> MeshContact {
+    let none = MeshContact(vec3f(0.0), -FAR, vec3f(0.0), false);
     let reach = vec3f(collider.size + lost_in(mesh));
     if !is_somewhere(end) || !boxes_meet(mesh, 1u, min(start, end) - reach, max(start, end) + reach) {
         return none;
     }
-    let at_end = touch_near(collider, mesh, end, collider.size);
+    let at_end = contact_near(collider, mesh, end, collider.size);
     let passage = passage_of(collider, mesh, start, end);
     let hit = passage.hit;
     if turns > TURNS {
@@ -429,32 +429,32 @@ fn touch_on_way(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) ->
         if select(hit.height > grain_at(start), has_passed, mesh.is_solid) {
             let plane = mix_of(corners_of(mesh, hit.triangle, collider.v), hit.shares);
             let depth = collider.size - dot3(end - plane, hit.normal);
-            return MeshTouch(hit.normal, depth, changing(mesh, hit.triangle, hit.shares, collider.w), true);
+            return MeshContact(hit.normal, depth, changing(mesh, hit.triangle, hit.shares, collider.w), true);
         }
     }
-    return MeshTouch(at_end.normal, select(-FAR, at_end.depth, at_end.depth > 0.0), at_end.velocity, false);
+    return MeshContact(at_end.normal, select(-FAR, at_end.depth, at_end.depth > 0.0), at_end.velocity, false);
 }
 
 /// How deep a place is in a mesh, and which way leads out; −FAR if it is farther off than `most` [m].
-fn mesh_touch(collider: Collider, x: vec3f, most: f32) -> MeshTouch {
+fn mesh_contact(collider: Collider, x: vec3f, most: f32) -> MeshContact {
     let mesh = part_of_mesh(collider);
     let place = local_of(collider, x);
     let reach = vec3f(most + lost_in(mesh));
     if !is_somewhere(place) || !boxes_meet(mesh, 1u, place - reach, place + reach) {
-        return MeshTouch(vec3f(0.0), -FAR, vec3f(0.0), false);
+        return MeshContact(vec3f(0.0), -FAR, vec3f(0.0), false);
     }
-    let found = touch_near(collider, mesh, place, most);
-    return MeshTouch(turned(collider, found.normal), found.depth, turned(collider, found.velocity), false);
+    let found = contact_near(collider, mesh, place, most);
+    return MeshContact(turned(collider, found.normal), found.depth, turned(collider, found.velocity), false);
 }
 
 /// The same, without what a change of shape does.
 fn mesh_depth(collider: Collider, x: vec3f, most: f32) -> Depth {
-    let found = mesh_touch(collider, x, most);
+    let found = mesh_contact(collider, x, most);
     return Depth(found.normal, found.depth);
 }
 
 /// How a mesh presses a place, if the place is inside.
-fn mesh_pressing(collider: Collider, x: vec3f) -> Depth {
+fn mesh_penetration(collider: Collider, x: vec3f) -> Depth {
     let found = mesh_depth(collider, x, collider.size);
     if found.depth > 0.0 {
         return found;
@@ -479,7 +479,7 @@ fn was_better(collider: Collider, start: vec3f, depth: f32) -> bool {
 
 /// One mesh. In a groove a node goes out of a triangle along the one that it went out of before; where that does not end, it
 /// stays where it was.
-fn meet_mesh(start: Touched, origin: Origin, told: Collider, number: u32, h: f32) -> Touched {
+fn collide_mesh(start: ContactState, origin: Origin, told: Collider, number: u32, h: f32) -> ContactState {
     var collider = told;
     if !origin.is_carried {
         collider = arrived(told);
@@ -490,7 +490,7 @@ fn meet_mesh(start: Touched, origin: Origin, told: Collider, number: u32, h: f32
     var node = start;
     var before = vec3f(0.0);
     for (var round = 0u; round <= GROOVES; round++) {
-        let found = touch_on_way(collider, mesh, come, local_of(collider, node.x));
+        let found = contact_on_segment(collider, mesh, come, local_of(collider, node.x));
         // What rounding leaves of the last push is none.
         let grain = EPSILON * GRAIN * (abs(node.x.x) + abs(node.x.y) + abs(node.x.z));
         let is_left = round > 0u && !found.passed && found.depth <= grain;
@@ -503,11 +503,11 @@ fn meet_mesh(start: Touched, origin: Origin, told: Collider, number: u32, h: f32
             }
             break;
         }
-        let touch = Depth(turned(collider, found.normal), found.depth);
+        let contact = Depth(turned(collider, found.normal), found.depth);
         let surface = surface_velocity(collider, node.x) + turned(collider, found.velocity);
-        node = answer_to(node, collider, touch, surface, h);
-        node.x = node.x + (leave_both(touch, Depth(before, 0.0)) - touch.normal * touch.depth);
-        before = touch.normal;
+        node = respond_to_surface(node, collider, contact, surface, h);
+        node.x = node.x + (leave_both(contact, Depth(before, 0.0)) - contact.normal * contact.depth);
+        before = contact.normal;
         node.last = number;
     }
     return node;

@@ -8,9 +8,9 @@
 const ROUNDS: u32 = 12u;
 
 /// How a collider of any sort presses a place: of a mesh it is known only inside.
-fn pressing_of(collider: Collider, x: vec3f) -> Depth {
+fn penetration_of(collider: Collider, x: vec3f) -> Depth {
     if collider.kind == MESH {
-        return mesh_pressing(collider, x);
+        return mesh_penetration(collider, x);
     }
     return depth_and_normal(collider, x);
 }
@@ -23,12 +23,12 @@ fn push_out(start: vec3f, first: u32, count: u32) -> vec3f {
         var most = Depth(vec3f(0.0), -FAR);
         var next = Depth(vec3f(0.0), -FAR);
         for (var i = 0u; i < count; i++) {
-            let pressing = pressing_of(colliders[first + i], x);
-            if pressing.depth > most.depth {
+            let penetration = penetration_of(colliders[first + i], x);
+            if penetration.depth > most.depth {
                 next = most;
-                most = pressing;
-            } else if pressing.depth > next.depth {
-                next = pressing;
+                most = penetration;
+            } else if penetration.depth > next.depth {
+                next = penetration;
             }
         }
         if most.depth <= 0.0 {
@@ -41,24 +41,25 @@ fn push_out(start: vec3f, first: u32, count: u32) -> vec3f {
 
 /// Keeps a free node out of `count` colliders from `first` on. Colliders act in the scene's order. A node that one has
 /// pushed into another is then moved out of both, without a further change of velocity.
-fn contact(start: vec3f, velocity: vec3f, origin: Origin, first: u32, count: u32, h: f32) -> Touched {
-    var node = Touched(start, 0u, velocity);
+fn contact(start: vec3f, velocity: vec3f, origin: Origin, first: u32, count: u32, h: f32) -> ContactState {
+    var node = ContactState(start, 0u, velocity);
     for (var i = 0u; i < count; i++) {
         let collider = colliders[first + i];
         if collider.kind == MESH {
-            node = meet_mesh(node, origin, collider, i + 1u, h);
+            node = collide_mesh(node, origin, collider, i + 1u, h);
         } else {
-            node = meet_solid(node, origin, collider, i + 1u, h);
+            node = collide_solid(node, origin, collider, i + 1u, h);
         }
     }
     if node.last == 0u || count < 2u {
         return node;
     }
-    var pressed = false;
+    var is_inside_another = false;
     for (var i = 0u; i < count; i++) {
-        pressed = pressed || (i + 1u != node.last && pressing_of(colliders[first + i], node.x).depth > 0.0);
+        let penetration = penetration_of(colliders[first + i], node.x);
+        is_inside_another = is_inside_another || (i + 1u != node.last && penetration.depth > 0.0);
     }
-    if pressed {
+    if is_inside_another {
         node.x = push_out(node.x, first, count);
     }
     return node;

@@ -3,7 +3,7 @@
 use crate::backend::SolverState;
 use crate::contact::collider_mesh::cache::MeshCache;
 use crate::contact::collider_mesh::surface::MeshNow;
-use crate::contact::colliders::moving::{ColliderNow, Touching};
+use crate::contact::colliders::moving::{ColliderNow, ContactSurface};
 use crate::contact::colliders::response::{leave_both, respond};
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{OnSolid, ShapeNow, Solid, entry};
@@ -22,14 +22,14 @@ use std::ops::Range;
 /// The colliders of a scene, and what nodes have touched.
 pub struct Colliders<T> {
     /// What is known of the triangles of meshes.
-    pub near: MeshCache<T>,
+    pub cache: MeshCache<T>,
     scratch: PerWorker<ColliderScratch<T>>,
     /// Nodes that a collider carries until a joint breaks, and that joint; ascending. Colliders leave them alone as long.
     carried: Vec<[u32; 2]>,
     /// Whether each of them is free of its joint.
     released: Shared<bool>,
     /// Whether each place of a body that keeps its volume has touched a collider in this sub-step; none where no body does.
-    touched: Shared<bool>,
+    in_contact: Shared<bool>,
     /// Nodes of each tile that have touched a collider in this sub-step.
     contacts: Shared<u64>,
 }
@@ -53,11 +53,11 @@ impl<T: Real> Colliders<T> {
         let keeps_volumes = assembly.volumes().next().is_some();
         let scratch = |_| ColliderScratch { last: vec![0; context.largest_tile()], inverse_mass: Vec::new() };
         Self {
-            near: MeshCache::new(assembly, padded(assembly), context.nodes.level),
+            cache: MeshCache::new(assembly, padded(assembly), context.nodes.level),
             scratch: PerWorker::new(context.workers(), scratch),
             released: vec![false; carried.len()].into(),
             carried,
-            touched: vec![false; if keeps_volumes { assembly.places } else { 0 }].into(),
+            in_contact: vec![false; if keeps_volumes { assembly.places } else { 0 }].into(),
             contacts: vec![0; context.nodes.tiles.len()].into(),
         }
     }
@@ -78,21 +78,21 @@ impl<T: Real> Colliders<T> {
     /// # Safety
     /// No other worker has a tile with one of them, and no other reference to them lives.
     #[expect(clippy::mut_from_ref, reason = "the promise above is what makes the reference unique")]
-    pub unsafe fn touched(&self, run: &Range<usize>) -> &mut [bool] {
+    pub unsafe fn in_contact(&self, run: &Range<usize>) -> &mut [bool] {
         // SAFETY: by the caller's promise.
-        unsafe { self.touched.write(run.clone()) }
+        unsafe { self.in_contact.write(run.clone()) }
     }
 
     /// Whether each place of bodies that keep their volume has touched a collider, between frames.
     #[cfg(feature = "gpu")]
-    pub fn all_touched(&mut self) -> &mut [bool] {
-        self.touched.get_mut()
+    pub fn all_in_contact(&mut self) -> &mut [bool] {
+        self.in_contact.get_mut()
     }
 
     /// The collider that each node of a tile touched last, from 1; 0: none.
     #[cfg(feature = "gpu")]
     #[expect(clippy::mut_from_ref, reason = "operations of a worker run one after the other")]
-    pub fn last_touched(&self, tile: &Tile<'_, T>) -> &mut [u32] {
+    pub fn last_colliders(&self, tile: &Tile<'_, T>) -> &mut [u32] {
         // SAFETY: each worker has its own, and works on one tile at a time.
         &mut unsafe { self.scratch.of(tile.worker) }.last
     }
@@ -125,7 +125,7 @@ impl<T: Real> Colliders<T> {
         let contacts = Contact {
             level: tile.nodes.level,
             colliders: &tile.substep.colliders,
-            near: &self.near,
+            cache: &self.cache,
             run: run.clone(),
             inverse_mass,
             start,
@@ -135,17 +135,17 @@ impl<T: Real> Colliders<T> {
             h: tile.substep.h,
         }
         .act();
-        if tile.marks.has(Marks::VOLUME) { self.note_touches(&run, &last[all]) } else { contacts }
+        if tile.marks.has(Marks::VOLUME) { self.note_contacts(&run, &last[all]) } else { contacts }
     }
 
     /// Notes which nodes have touched a collider; returns how many had not before.
-    fn note_touches(&self, run: &Range<usize>, last: &[u32]) -> u64 {
+    fn note_contacts(&self, run: &Range<usize>, last: &[u32]) -> u64 {
         // SAFETY: the tile is this worker's.
-        let touched = unsafe { self.touched(run) };
+        let in_contact = unsafe { self.in_contact(run) };
         let mut new = 0;
-        for (touched, &last) in touched.iter_mut().zip(last) {
-            new += u64::from(last > 0 && !*touched);
-            *touched |= last > 0;
+        for (in_contact, &last) in in_contact.iter_mut().zip(last) {
+            new += u64::from(last > 0 && !*in_contact);
+            *in_contact |= last > 0;
         }
         new
     }
@@ -159,10 +159,10 @@ impl<T: Real> Feature<T> for Colliders<T> {
     fn begin(&self, worker: &mut Worker<'_, T>) {
         // SAFETY: the tiles are this worker's.
         unsafe { self.contacts.write(worker.tiles.clone()) }.fill(0);
-        if self.touched.len() > 0 {
+        if self.in_contact.len() > 0 {
             for (_, run) in worker.nodes.tiles[worker.tiles.clone()].iter().flat_map(TilePlan::runs) {
                 // SAFETY: as above.
-                unsafe { self.touched(&run) }.fill(false);
+                unsafe { self.in_contact(&run) }.fill(false);
             }
         }
     }
@@ -187,7 +187,7 @@ impl<T: Real> Feature<T> for Colliders<T> {
     }
 
     fn forget(&mut self, node: usize) {
-        self.near.forget(node);
+        self.cache.forget(node);
     }
 
     fn load(&mut self, state: &SolverState) {
@@ -202,7 +202,7 @@ pub struct Contact<'a, 'b, T> {
     pub level: SimdLevel,
     pub colliders: &'a [ColliderNow<T>],
     /// What is known of the triangles of meshes.
-    pub near: &'a MeshCache<T>,
+    pub cache: &'a MeshCache<T>,
     /// Which nodes.
     pub run: Range<usize>,
     pub inverse_mass: &'a [T],
@@ -233,21 +233,21 @@ impl<T: Real> Contact<'_, '_, T> {
         let mut touches = 0;
         for (index, collider) in (1..).zip(self.colliders) {
             touches += match &collider.shape {
-                ShapeNow::Mesh(mesh) => self.meet_mesh(index, collider, mesh),
-                _ => self.meet_solid(index, collider),
+                ShapeNow::Mesh(mesh) => self.collide_mesh(index, collider, mesh),
+                _ => self.collide_solid(index, collider),
             };
         }
         if touches == 0 {
             return 0;
         }
         if self.colliders.len() > 1 {
-            self.part();
+            self.resolve_wedges();
         }
         self.last.iter().map(|&last| u64::from(last > 0)).sum()
     }
 
     /// One convex collider; returns whether it touched any node.
-    fn meet_solid(&mut self, index: u32, collider: &ColliderNow<T>) -> u32 {
+    fn collide_solid(&mut self, index: u32, collider: &ColliderNow<T>) -> u32 {
         let carry = self.carry(collider);
         let [x, y, z, ..] = &*self.state;
         let end: [&[T]; 3] = [x, y, z];
@@ -258,9 +258,9 @@ impl<T: Real> Contact<'_, '_, T> {
             let long = sub(way[1], way[0]);
             if self.inverse_mass[node] > T::ZERO
                 && dot(long, long) > far * far
-                && let Some(Some(touch)) = collider.shape.convex(Entry(way))
+                && let Some(Some(contact)) = collider.shape.convex(Entry(way))
             {
-                self.answer(node, index, collider, touch, [T::ZERO; 3]);
+                self.apply_response(node, index, collider, contact, [T::ZERO; 3]);
             }
         }
         let [x, y, z, ..] = &*self.state;
@@ -273,12 +273,12 @@ impl<T: Real> Contact<'_, '_, T> {
     }
 
     /// One mesh; returns whether it may have touched any node.
-    fn meet_mesh(&mut self, index: u32, collider: &ColliderNow<T>, mesh: &MeshNow<T>) -> u32 {
+    fn collide_mesh(&mut self, index: u32, collider: &ColliderNow<T>, mesh: &MeshNow<T>) -> u32 {
         let carry = self.carry(collider);
         let mesh = if self.carried { mesh } else { &mesh.arrived() };
         let [x, y, z, ..] = &*self.state;
         let ends = (self.start, [&**x, &**y, &**z]);
-        if self.near.stirred(self.level, mesh, &self.run, ends, &carry) == 0 {
+        if self.cache.stirred(self.level, mesh, &self.run, ends, &carry) == 0 {
             return 0;
         }
         let mut touches = 0;
@@ -287,14 +287,14 @@ impl<T: Real> Contact<'_, '_, T> {
                 continue;
             }
             let start = carry.apply(self.start.map(|column| column[node]));
-            touches |= u32::from(self.meet_triangles((node, start), index, collider, mesh));
+            touches |= u32::from(self.collide_triangles((node, start), index, collider, mesh));
         }
         touches
     }
 
     /// One mesh and a node that comes from `start`; returns whether it touched. In a groove it goes out of a triangle along
     /// the one that it went out of before; where that does not end, it stays where it was.
-    fn meet_triangles(
+    fn collide_triangles(
         &mut self,
         (node, start): (usize, [T; 3]),
         index: u32,
@@ -304,24 +304,26 @@ impl<T: Real> Contact<'_, '_, T> {
         let item = self.run.start + node;
         let mut before = [T::ZERO; 3];
         for round in 0..=GROOVES {
-            let Some(touch) = self.near.touch(mesh, item, start, self.place(node)) else { return round > 0 };
+            let Some(contact) = self.cache.contact(mesh, item, start, self.place(node)) else {
+                return round > 0;
+            };
             // What rounding leaves of the last push is none.
             let [x, y, z] = self.place(node).map(T::abs);
             let grain = T::EPSILON * T::from_f64(GRAIN) * (x + y + z);
-            if round > 0 && !touch.passed && touch.depth <= grain {
+            if round > 0 && !contact.passed && contact.depth <= grain {
                 break;
             }
             if round == GROOVES {
-                if mesh.stride <= T::ZERO && self.was_better(mesh, item, (start, touch.depth)) {
+                if mesh.stride <= T::ZERO && self.was_better(mesh, item, (start, contact.depth)) {
                     self.put(node, start);
                 }
                 break;
             }
-            let pressing = (touch.depth, touch.normal);
-            self.answer(node, index, collider, pressing, touch.velocity);
-            let along = sub(leave_both(pressing, (T::ZERO, before)), scale(touch.normal, touch.depth));
+            let penetration = (contact.depth, contact.normal);
+            self.apply_response(node, index, collider, penetration, contact.velocity);
+            let along = sub(leave_both(penetration, (T::ZERO, before)), scale(contact.normal, contact.depth));
             self.put(node, add(self.place(node), along));
-            before = touch.normal;
+            before = contact.normal;
         }
         true
     }
@@ -330,13 +332,13 @@ impl<T: Real> Contact<'_, '_, T> {
     fn was_better(&self, mesh: &MeshNow<T>, item: usize, (start, depth): ([T; 3], T)) -> bool {
         let [x, y, z] = start.map(T::abs);
         let slack = mesh.offset * T::from_f64(1e-3) + T::EPSILON * T::from_f64(64.0) * (x + y + z);
-        let was = self.near.depth(mesh, item, start, T::ZERO).map_or(-T::FAR, |was| was.depth);
+        let was = self.cache.depth(mesh, item, start, T::ZERO).map_or(-T::FAR, |was| was.depth);
         depth > slack && was + slack < depth && (was <= T::ZERO || was + slack < mesh.offset)
     }
 
     /// What has carried a collider's places since the start.
     fn carry(&self, collider: &ColliderNow<T>) -> Rigid<T> {
-        if self.carried { collider.touching.carry } else { Rigid::rest() }
+        if self.carried { collider.surface.carry } else { Rigid::rest() }
     }
 
     fn place(&self, node: usize) -> [T; 3] {
@@ -350,18 +352,18 @@ impl<T: Real> Contact<'_, '_, T> {
     }
 
     /// What a collider does to one node that touches it.
-    fn answer(
+    fn apply_response(
         &mut self,
         node: usize,
         index: u32,
         collider: &ColliderNow<T>,
-        touch: (T, [T; 3]),
+        contact: (T, [T; 3]),
         velocity: [T; 3],
     ) {
         let (x, v) = (self.place(node), [3, 4, 5].map(|axis| self.state[axis][node]));
-        let mut touch = collider.touching.touch(x, touch);
-        touch.surface_velocity = add(touch.surface_velocity, velocity);
-        let (x, v) = respond(x, v, &touch, self.h);
+        let mut contact = collider.surface.contact_at(x, contact);
+        contact.surface_velocity = add(contact.surface_velocity, velocity);
+        let (x, v) = respond(x, v, &contact, self.h);
         for axis in 0..3 {
             self.state[axis][node] = x[axis];
             self.state[3 + axis][node] = v[axis];
@@ -370,7 +372,7 @@ impl<T: Real> Contact<'_, '_, T> {
     }
 
     /// Moves nodes that have touched a collider, and are now inside another, out of both.
-    fn part(&mut self) {
+    fn resolve_wedges(&mut self) {
         let place = [0, 1, 2].map(|axis| &*self.state[axis]);
         let inside = |collider: &ColliderNow<T>| {
             collider.shape.mesh().is_some() || self.level.run(Inside { collider, place }) > 0
@@ -400,7 +402,7 @@ impl<T: Real> Contact<'_, '_, T> {
         let far = (-T::FAR, [T::ZERO; 3]);
         match &collider.shape {
             ShapeNow::Mesh(mesh) => {
-                let found = self.near.depth(mesh, self.run.start + node, x, T::ZERO);
+                let found = self.cache.depth(mesh, self.run.start + node, x, T::ZERO);
                 found.map(|of| (of.depth, of.normal)).filter(|(depth, _)| *depth > T::ZERO).unwrap_or(far)
             }
             _ => collider.depth_and_normal(x).unwrap_or(far),
@@ -414,11 +416,11 @@ impl<T: Real> Contact<'_, '_, T> {
         for _ in 0..ROUNDS {
             let mut most = [(-T::FAR, [T::ZERO; 3]); 2];
             for collider in self.colliders {
-                let pressing = self.depth(collider, node, x);
-                if pressing.0 > most[0].0 {
-                    most = [pressing, most[0]];
-                } else if pressing.0 > most[1].0 {
-                    most[1] = pressing;
+                let penetration = self.depth(collider, node, x);
+                if penetration.0 > most[0].0 {
+                    most = [penetration, most[0]];
+                } else if penetration.0 > most[1].0 {
+                    most[1] = penetration;
                 }
             }
             if most[0].0 <= T::ZERO {
@@ -530,7 +532,7 @@ impl<T: Real> OnSolid<T> for Respond<'_, '_, T> {
     #[inline(always)]
     fn run<S: Solid<T>>(self, solid: S) {
         let Self { collider, index, inverse_mass, state: [x, y, z, u, v, w], last, h } = self;
-        respond_all(solid, &collider.touching, inverse_mass, (x, y, z), (u, v, w), (last, index), h);
+        respond_all(solid, &collider.surface, inverse_mass, (x, y, z), (u, v, w), (last, index), h);
     }
 }
 
@@ -540,7 +542,7 @@ type Written<'a, T> = (&'a mut [T], &'a mut [T], &'a mut [T]);
 #[inline(always)]
 fn respond_all<T: Real>(
     solid: impl Solid<T>,
-    touching: &Touching<T>,
+    surface: &ContactSurface<T>,
     inverse_mass: &[T],
     (x, y, z): Written<T>,
     (u, v, w): Written<T>,
@@ -554,7 +556,7 @@ fn respond_all<T: Real>(
         let (place, velocity) = ([x[i], y[i], z[i]], [u[i], v[i], w[i]]);
         let (depth, normal) = solid.depth_and_normal(place);
         let touches = (depth > T::ZERO) & (inverse_mass[i] > T::ZERO);
-        let (moved, after) = respond(place, velocity, &touching.touch(place, (depth, normal)), h);
+        let (moved, after) = respond(place, velocity, &surface.contact_at(place, (depth, normal)), h);
         x[i] = if touches { moved[0] } else { place[0] };
         y[i] = if touches { moved[1] } else { place[1] };
         z[i] = if touches { moved[2] } else { place[2] };

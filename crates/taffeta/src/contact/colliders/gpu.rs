@@ -20,15 +20,15 @@ pub const SHADERS: &[Shader] = shaders!(
         "predicted_contact.wgsl",
         "response.wgsl",
         "shape.wgsl",
-        "touch.wgsl",
-        "touch_again.wgsl",
-        "touch_later.wgsl"
+        "resolve_contact.wgsl",
+        "resolve_contact_again.wgsl",
+        "defer_contact.wgsl"
     ]
 );
 
 /// What kernels import, where they have no other choice: they keep nodes out of colliders, of which none is a mesh.
 pub const DEFAULTS: &[Shader] = &[
-    ("touch", "#import contact/colliders/touch.wgsl\n"),
+    ("resolve_contact", "#import contact/colliders/resolve_contact.wgsl\n"),
     ("meshes", "#import contact/collider_mesh/no_mesh.wgsl\n"),
 ];
 
@@ -48,7 +48,7 @@ impl Contact {
     pub fn choices(self) -> &'static [Choice] {
         match self {
             Self::Solids => &[],
-            Self::Later => &[("touch", "contact/colliders/touch_later.wgsl")],
+            Self::Later => &[("resolve_contact", "contact/colliders/defer_contact.wgsl")],
             Self::Meshes => &[("meshes", "contact/collider_mesh/surface.wgsl")],
         }
     }

@@ -35,19 +35,19 @@ pub const MESH: u32 = 5;
 
 impl From<&ColliderNow<f32>> for Collider {
     fn from(now: &ColliderNow<f32>) -> Self {
-        let touching = &now.touching;
-        let [spin_x, spin_y, spin_z] = touching.spin;
+        let surface = &now.surface;
+        let [spin_x, spin_y, spin_z] = surface.spin;
         let [carry_x, carry_y, carry_z] = [0, 1, 2].map(|i| {
-            let [a, b, c] = touching.carry.rows[i];
-            [a, b, c, touching.carry.shift[i]]
+            let [a, b, c] = surface.carry.rows[i];
+            [a, b, c, surface.carry.shift[i]]
         });
         let plain = Self {
             spin_x,
-            friction: touching.friction,
+            friction: surface.friction,
             spin_y,
-            restitution: touching.restitution,
+            restitution: surface.restitution,
             spin_z,
-            drift: touching.drift,
+            drift: surface.drift,
             carry_x,
             carry_y,
             carry_z,

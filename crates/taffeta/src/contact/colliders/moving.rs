@@ -1,7 +1,7 @@
 //! Colliders over time: a shape, where it starts, and how it moves.
 
 use crate::contact::collider_mesh::surface::{MeshShape, mesh_shape};
-use crate::contact::colliders::response::Touch;
+use crate::contact::colliders::response::ContactPoint;
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{
     BoxNow, CapsuleNow, CylinderNow, OnSolid, PlaneNow, ShapeNow, Solid, SphereNow,
@@ -42,12 +42,12 @@ pub struct ColliderNow<T> {
     /// Where its surface is.
     pub shape: ShapeNow<T>,
     /// How it touches.
-    pub touching: Touching<T>,
+    pub surface: ContactSurface<T>,
 }
 
 /// What all points of a collider have in common.
 #[derive(Clone, Copy, Debug)]
-pub struct Touching<T> {
+pub struct ContactSurface<T> {
     /// Coulomb coefficient.
     pub friction: T,
     /// Share of the normal speed given back.
@@ -60,12 +60,12 @@ pub struct Touching<T> {
     pub carry: Rigid<T>,
 }
 
-impl<T: Real> Touching<T> {
+impl<T: Real> ContactSurface<T> {
     /// The touch of a node at `x`.
     #[inline(always)]
-    pub fn touch(&self, x: [T; 3], (depth, normal): (T, [T; 3])) -> Touch<T> {
+    pub fn contact_at(&self, x: [T; 3], (depth, normal): (T, [T; 3])) -> ContactPoint<T> {
         let [a, b, c] = self.spin;
-        Touch {
+        ContactPoint {
             depth,
             normal,
             surface_velocity: add([dot(a, x), dot(b, x), dot(c, x)], self.drift),
@@ -124,7 +124,7 @@ impl MovingCollider {
         let carry = if still { Pose::REST } else { after.since(&before) };
         ColliderNow {
             shape: self.shape_at(&after, (t, h), meshes),
-            touching: Touching {
+            surface: ContactSurface {
                 friction: T::from_f64(self.friction),
                 restitution: T::from_f64(self.restitution),
                 spin: spin.map(|row| row.map(T::from_f64)),

@@ -7,7 +7,7 @@
 //! a force like others while pulls are solved for: taken off what they have made of a velocity, it would hold cloth that is
 //! pulled from far away, since stiff pulls make little velocity where neighbours lag behind.
 
-use crate::contact::colliders::moving::{ColliderNow, Touching};
+use crate::contact::colliders::moving::{ColliderNow, ContactSurface};
 use crate::contact::colliders::shape::positive;
 use crate::real::{Real, add, dot, norm, scale, sub};
 
@@ -88,20 +88,20 @@ impl<T: Real> PredictedContact<T> {
         let v = add(node.free, node.pulls);
         let (inside, _) = collider.depth_and_normal(add(node.position, scale(v, node.h)))?;
         let (depth, normal) = collider.depth_and_normal(node.position)?;
-        Self::at_surface(&collider.touching, node, inside, Depth { depth, normal, velocity: [T::ZERO; 3] })
+        Self::at_surface(&collider.surface, node, inside, Depth { depth, normal, velocity: [T::ZERO; 3] })
     }
 
     /// How a surface of triangles will hold a node; it is taken to be as flat as where the node is.
     #[inline(always)]
-    pub fn of_mesh(touching: &Touching<T>, node: &Approach<T>, touch: Depth<T>) -> Option<(T, Self)> {
-        let inside = touch.depth - node.h * dot(add(node.free, node.pulls), touch.normal);
-        Self::at_surface(touching, node, inside, touch)
+    pub fn of_mesh(surface: &ContactSurface<T>, node: &Approach<T>, contact: Depth<T>) -> Option<(T, Self)> {
+        let inside = contact.depth - node.h * dot(add(node.free, node.pulls), contact.normal);
+        Self::at_surface(surface, node, inside, contact)
     }
 
     /// How a surface will hold a node that is so deep in it, and would be so far `inside` [m].
     #[inline(always)]
     fn at_surface(
-        touching: &Touching<T>,
+        surface: &ContactSurface<T>,
         node: &Approach<T>,
         inside: T,
         Depth { depth, normal, velocity }: Depth<T>,
@@ -113,17 +113,17 @@ impl<T: Real> PredictedContact<T> {
         if !(inside > T::ZERO && -depth <= reach) {
             return None;
         }
-        let touch = touching.touch(node.position, (depth, normal));
-        let surface = add(touch.surface_velocity, velocity);
+        let contact = surface.contact_at(node.position, (depth, normal));
+        let surface_v = add(contact.surface_velocity, velocity);
         // What is inside already is put out by contact, and gets no speed by it.
-        let (onto, out) = (depth / h, dot(surface, normal));
+        let (onto, out) = (depth / h, dot(surface_v, normal));
         let landing = if onto < out { onto } else { out };
-        let relative = sub(v, surface);
-        let friction_limit = touch.friction * positive(landing - dot(v, normal));
+        let relative = sub(v, surface_v);
+        let friction_limit = contact.friction * positive(landing - dot(v, normal));
         let slip = sub(relative, scale(normal, dot(relative, normal)));
         let speed = norm(slip);
         let predicted = if speed <= friction_limit * T::from_f64(STICKS) && friction_limit > T::ZERO {
-            let along = sub(surface, scale(normal, dot(surface, normal)));
+            let along = sub(surface_v, scale(normal, dot(surface_v, normal)));
             Self {
                 normal,
                 slides: T::ZERO,
@@ -133,7 +133,7 @@ impl<T: Real> PredictedContact<T> {
         } else {
             let direction = scale(slip, T::ONE / if speed > T::ZERO { speed } else { T::ONE });
             let velocity = sub(scale(normal, landing), scale(direction, friction_limit));
-            Self { normal, slides: T::ONE, velocity, surface_speed: dot(surface, direction) }
+            Self { normal, slides: T::ONE, velocity, surface_speed: dot(surface_v, direction) }
         };
         Some((inside, predicted))
     }
@@ -170,21 +170,27 @@ impl<T: Real> PredictedContact<T> {
 
     /// A change of velocity [m/s] by `pulls`, with what the surface does about it.
     #[inline(always)]
-    pub fn with_contact(&self, free: [T; 3], pulls: [T; 3], touching: &Touching<T>) -> [T; 3] {
-        sub(self.velocity_after(free, pulls, touching), free)
+    pub fn with_contact(&self, free: [T; 3], pulls: [T; 3], surface: &ContactSurface<T>) -> [T; 3] {
+        sub(self.velocity_after(free, pulls, surface), free)
     }
 
     /// The same of a force [N], which changes the velocity by `kick` times as much [s/kg].
     #[inline(always)]
-    pub fn force_with_contact(&self, free: [T; 3], force: [T; 3], kick: T, touching: &Touching<T>) -> [T; 3] {
-        scale(self.with_contact(free, scale(force, kick), touching), T::ONE / kick)
+    pub fn force_with_contact(
+        &self,
+        free: [T; 3],
+        force: [T; 3],
+        kick: T,
+        surface: &ContactSurface<T>,
+    ) -> [T; 3] {
+        scale(self.with_contact(free, scale(force, kick), surface), T::ONE / kick)
     }
 
     /// Velocity [m/s] of the node after `pulls`; `free` is without them. What they press, the surface bears. What takes the node
     /// off lets it go no further than onto the surface: the next sub-step knows these pulls. Where it would bounce, contact comes
     /// after. Friction stops a node that slides, and does not turn it back; as much of it as contact will take is left to that.
     #[inline(always)]
-    pub fn velocity_after(&self, free: [T; 3], pulls: [T; 3], touching: &Touching<T>) -> [T; 3] {
+    pub fn velocity_after(&self, free: [T; 3], pulls: [T; 3], surface: &ContactSurface<T>) -> [T; 3] {
         if !self.in_contact() {
             return add(free, pulls);
         }
@@ -194,7 +200,7 @@ impl<T: Real> PredictedContact<T> {
         let least = if inward < landing { inward } else { landing };
         let kept = if pulled < least { least } else { pulled };
         let kept = if kept > landing { landing } else { kept };
-        let kept = if touching.restitution == T::ZERO {
+        let kept = if surface.restitution == T::ZERO {
             landing - (landing - least) * T::from_f64(LEFT_TO_CONTACT)
         } else {
             kept
@@ -212,7 +218,7 @@ impl<T: Real> PredictedContact<T> {
         let against = scale(friction, T::ONE / friction_limit);
         let slip = -self.surface_speed - dot(moved, against);
         let taken = if slip < friction_limit { slip } else { friction_limit };
-        add(moved, scale(against, positive(taken - touching.friction * (landing - kept))))
+        add(moved, scale(against, positive(taken - surface.friction * (landing - kept))))
     }
 }
 
@@ -250,7 +256,7 @@ mod tests {
     fn a_surface_bears_pulls_and_rubs_as_much() {
         let node = approach(0.0, [0.5, -0.4, 0.0]);
         let (_, predicted) = PredictedContact::of(&floor(0.5), &node).unwrap();
-        let after = |pulls| predicted.velocity_after(node.free, pulls, &floor(0.5).touching);
+        let after = |pulls| predicted.velocity_after(node.free, pulls, &floor(0.5).surface);
         let (left, friction_limit) = (0.1 * LEFT_TO_CONTACT, 0.05 * LEFT_TO_CONTACT);
         // Half of 0.5 m/s is rubbed off, some of it by contact.
         assert!(norm(sub(predicted.friction_change(), [-0.25, 0.0, 0.0])) < 1e-15);
@@ -260,7 +266,7 @@ mod tests {
         // It stops, and does not turn back.
         assert!(norm(sub(after([0.1, -0.4, 0.0]), [friction_limit, -left, 0.0])) < 1e-15);
         // Where it bounces 0.1 m/s are left to contact, and what that rubs.
-        let bouncing = Touching { restitution: 0.5, ..floor(0.5).touching };
+        let bouncing = ContactSurface { restitution: 0.5, ..floor(0.5).surface };
         let left = predicted.velocity_after(node.free, [0.5, -0.4, 0.0], &bouncing);
         assert!(norm(sub(left, [0.3, -0.1, 0.0])) < 1e-15);
     }
@@ -271,15 +277,13 @@ mod tests {
         let belt = MovingCollider::new(&floor).unwrap().at::<f64>(0.0, 0.01, &mut 0);
         let node = approach(0.0, [0.0; 3]);
         let by = |speed| {
-            let touch = Depth { depth: 0.0, normal: [0.0, 1.0, 0.0], velocity: [speed, 0.0, 0.0] };
-            PredictedContact::of_mesh(&belt.touching, &node, touch).unwrap().1
+            let contact = Depth { depth: 0.0, normal: [0.0, 1.0, 0.0], velocity: [speed, 0.0, 0.0] };
+            PredictedContact::of_mesh(&belt.surface, &node, contact).unwrap().1
         };
         assert_eq!((by(0.03).slides, by(0.03).velocity), (0.0, [0.03, 0.0, 0.0]));
         // Drawn along by half of what presses, less what contact does.
         let by_friction = [0.05 * (1.0 - LEFT_TO_CONTACT), -0.1 * LEFT_TO_CONTACT, 0.0];
-        assert!(
-            norm(sub(by(2.0).velocity_after(node.free, node.pulls, &belt.touching), by_friction)) < 1e-15
-        );
+        assert!(norm(sub(by(2.0).velocity_after(node.free, node.pulls, &belt.surface), by_friction)) < 1e-15);
     }
 
     #[test]

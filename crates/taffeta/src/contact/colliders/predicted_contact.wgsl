@@ -61,32 +61,32 @@ fn predict_contact(collider: Collider, node: Approach) -> Candidate {
 
 /// How a surface will hold a node that is so deep in it, and would be so far `inside` [m]; `changing` is the velocity by a change
 /// of shape [m/s].
-fn predict_at_surface(collider: Collider, node: Approach, inside: f32, touch: Depth, changing: vec3f) -> Candidate {
+fn predict_at_surface(collider: Collider, node: Approach, inside: f32, contact: Depth, changing: vec3f) -> Candidate {
     let h = node.h;
     let v = node.free + node.pulls;
-    let normal = touch.normal;
+    let normal = contact.normal;
     let way = -h * dot3(node.free, normal);
     let reach = select(node.fall, way + node.fall, way > 0.0);
-    if !(inside > 0.0 && -touch.depth <= reach) {
+    if !(inside > 0.0 && -contact.depth <= reach) {
         return Candidate(no_contact(), 0.0);
     }
-    let surface = surface_velocity(collider, node.position) + changing;
+    let surface_v = surface_velocity(collider, node.position) + changing;
     // What is inside already is put out by contact, and gets no speed by it.
-    let onto = touch.depth / h;
-    let out = dot3(surface, normal);
+    let onto = contact.depth / h;
+    let out = dot3(surface_v, normal);
     let landing = select(out, onto, onto < out);
-    let relative = v - surface;
+    let relative = v - surface_v;
     let impulse = landing - dot3(v, normal);
     let friction_limit = collider.friction * select(0.0, impulse, impulse > 0.0);
     let slip = relative - normal * dot3(relative, normal);
     let speed = norm3(slip);
     if speed <= friction_limit * STICKS && friction_limit > 0.0 {
-        let along = surface - normal * dot3(surface, normal);
+        let along = surface_v - normal * dot3(surface_v, normal);
         return Candidate(PredictedContact(normal, 0.0, normal * landing + along, 0.0), inside);
     }
     let direction = slip * (1.0 / select(1.0, speed, speed > 0.0));
     let velocity = normal * landing - direction * friction_limit;
-    return Candidate(PredictedContact(normal, 1.0, velocity, dot3(surface, direction)), inside);
+    return Candidate(PredictedContact(normal, 1.0, velocity, dot3(surface_v, direction)), inside);
 }
 
 /// A change of velocity, as far as the node yields to it.

@@ -10,7 +10,7 @@ use crate::real::{Real, add, dot, norm, scale, sub};
 
 /// A surface as one node meets it.
 #[derive(Clone, Copy, Debug)]
-pub struct Touch<T> {
+pub struct ContactPoint<T> {
     /// How far the node is inside [m], above 0.
     pub depth: T,
     /// Outward unit normal.
@@ -28,21 +28,21 @@ pub struct Touch<T> {
 /// Friction also takes back the way that the tangential speed had gone in this step: otherwise a node that sticks
 /// would creep by h² g sin α a step.
 #[inline(always)]
-pub fn respond<T: Real>(x: [T; 3], v: [T; 3], touch: &Touch<T>, h: T) -> ([T; 3], [T; 3]) {
-    let lifted = add(x, scale(touch.normal, touch.depth));
-    let relative = sub(v, touch.surface_velocity);
-    let approach = -dot(relative, touch.normal);
+pub fn respond<T: Real>(x: [T; 3], v: [T; 3], contact: &ContactPoint<T>, h: T) -> ([T; 3], [T; 3]) {
+    let lifted = add(x, scale(contact.normal, contact.depth));
+    let relative = sub(v, contact.surface_velocity);
+    let approach = -dot(relative, contact.normal);
     // A node that leaves already gets no impulse, and hence no friction.
     let approach = if approach > T::ZERO { approach } else { T::ZERO };
-    let impulse = (T::ONE + touch.restitution) * approach;
-    let friction = rub(relative, touch.normal, touch.friction * impulse);
-    let velocity = add(add(v, scale(touch.normal, impulse)), friction);
+    let impulse = (T::ONE + contact.restitution) * approach;
+    let friction = friction_of(relative, contact.normal, contact.friction * impulse);
+    let velocity = add(add(v, scale(contact.normal, impulse)), friction);
     (add(lifted, scale(friction, h)), velocity)
 }
 
 /// Change of velocity by friction that takes at most `most` [m/s] from the tangential part of a relative velocity.
 #[inline(always)]
-pub fn rub<T: Real>(relative: [T; 3], normal: [T; 3], most: T) -> [T; 3] {
+pub fn friction_of<T: Real>(relative: [T; 3], normal: [T; 3], most: T) -> [T; 3] {
     let tangential = sub(relative, scale(normal, dot(relative, normal)));
     let slip = norm(tangential);
     let lost = if slip > most { most / slip } else { T::ONE };
@@ -71,8 +71,8 @@ pub fn leave_both<T: Real>((depth, normal): (T, [T; 3]), (other, across): (T, [T
 mod tests {
     use super::*;
 
-    fn touch(friction: f64, restitution: f64) -> Touch<f64> {
-        Touch {
+    fn contact(friction: f64, restitution: f64) -> ContactPoint<f64> {
+        ContactPoint {
             depth: 0.1,
             normal: [0.0, 1.0, 0.0],
             surface_velocity: [1.0, 0.0, 0.0],
@@ -83,24 +83,24 @@ mod tests {
 
     #[test]
     fn a_bounce_gives_back_its_share_and_lifts_to_the_surface() {
-        let (x, v) = respond([0.0, -0.1, 0.0], [1.0, -2.0, 0.0], &touch(0.5, 0.25), 0.01);
+        let (x, v) = respond([0.0, -0.1, 0.0], [1.0, -2.0, 0.0], &contact(0.5, 0.25), 0.01);
         assert_eq!((x, v), ([0.0, 0.0, 0.0], [1.0, 0.5, 0.0]));
     }
 
     #[test]
     fn friction_takes_at_most_mu_times_the_normal_impulse() {
         // Relative slip 3 along x, normal impulse 2, μ = 0.5: 1 is taken, 2 remains, plus the surface's own 1.
-        let (x, v) = respond([0.0, -0.1, 0.0], [4.0, -2.0, 0.0], &touch(0.5, 0.0), 0.01);
+        let (x, v) = respond([0.0, -0.1, 0.0], [4.0, -2.0, 0.0], &contact(0.5, 0.0), 0.01);
         assert_eq!(v, [3.0, 0.0, 0.0]);
         assert!((x[0] + 0.01).abs() < 1e-15);
         // μ = 2 sticks to the moving surface.
-        assert_eq!(respond([0.0; 3], [4.0, -2.0, 0.0], &touch(2.0, 0.0), 0.01).1, [1.0, 0.0, 0.0]);
+        assert_eq!(respond([0.0; 3], [4.0, -2.0, 0.0], &contact(2.0, 0.0), 0.01).1, [1.0, 0.0, 0.0]);
     }
 
     #[test]
     fn a_node_that_leaves_is_only_lifted() {
         let v = [4.0, 2.0, 0.0];
-        assert_eq!(respond([0.0, -0.1, 0.0], v, &touch(2.0, 1.0), 0.01), ([0.0, 0.0, 0.0], v));
+        assert_eq!(respond([0.0, -0.1, 0.0], v, &contact(2.0, 1.0), 0.01), ([0.0, 0.0, 0.0], v));
     }
 
     #[test]

@@ -10,7 +10,7 @@
 #import gpu/wgsl/vector.wgsl
 
 /// A node that may touch.
-struct Touched {
+struct ContactState {
     x: vec3f,
     /// The collider that it touched last, from 1; 0: none.
     last: u32,
@@ -22,25 +22,25 @@ struct Touched {
 const NARROW: f32 = 0.03;
 
 /// Position [m] and velocity [m/s] after contact, at the end of a step `h` [s].
-fn respond(node: Touched, collider: Collider, touch: Depth, h: f32) -> Touched {
-    return answer_to(node, collider, touch, surface_velocity(collider, node.x), h);
+fn respond(node: ContactState, collider: Collider, contact: Depth, h: f32) -> ContactState {
+    return respond_to_surface(node, collider, contact, surface_velocity(collider, node.x), h);
 }
 
 /// The same where the velocity of the surface at the node [m/s] is known.
-fn answer_to(node: Touched, collider: Collider, touch: Depth, surface: vec3f, h: f32) -> Touched {
-    let lifted = node.x + touch.normal * touch.depth;
+fn respond_to_surface(node: ContactState, collider: Collider, contact: Depth, surface: vec3f, h: f32) -> ContactState {
+    let lifted = node.x + contact.normal * contact.depth;
     let relative = node.v - surface;
     // A node that leaves already gets no impulse, and hence no friction.
-    let closing = -dot3(relative, touch.normal);
+    let closing = -dot3(relative, contact.normal);
     let approach = select(0.0, closing, closing > 0.0);
     let impulse = (1.0 + collider.restitution) * approach;
-    let friction = rub(relative, touch.normal, collider.friction * impulse);
-    let velocity = node.v + touch.normal * impulse + friction;
-    return Touched(lifted + friction * h, node.last, velocity);
+    let friction = friction_of(relative, contact.normal, collider.friction * impulse);
+    let velocity = node.v + contact.normal * impulse + friction;
+    return ContactState(lifted + friction * h, node.last, velocity);
 }
 
 /// Change of velocity by friction that takes at most `most` [m/s] from the tangential part of a relative velocity.
-fn rub(relative: vec3f, normal: vec3f, most: f32) -> vec3f {
+fn friction_of(relative: vec3f, normal: vec3f, most: f32) -> vec3f {
     let tangential = relative - normal * dot3(relative, normal);
     let slip = norm3(tangential);
     let share = select(1.0, most / select(1.0, slip, slip > most), slip > most);
@@ -74,7 +74,7 @@ fn seen_from(collider: Collider, origin: Origin) -> vec3f {
 }
 
 /// One convex collider: first where the way of the node enters it, if it goes through; then the nearest way out.
-fn meet_solid(start: Touched, origin: Origin, collider: Collider, number: u32, h: f32) -> Touched {
+fn collide_solid(start: ContactState, origin: Origin, collider: Collider, number: u32, h: f32) -> ContactState {
     var node = start;
     if collider.kind != PLANE {
         let come = seen_from(collider, origin);
@@ -83,14 +83,14 @@ fn meet_solid(start: Touched, origin: Origin, collider: Collider, number: u32, h
         if dot3(way, way) > far * far {
             let entrance = entry_of(collider, come, node.x);
             if entrance.is_one {
-                node = respond(node, collider, entrance.touch, h);
+                node = respond(node, collider, entrance.contact, h);
                 node.last = number;
             }
         }
     }
-    let touch = depth_and_normal(collider, node.x);
-    if touch.depth > 0.0 {
-        node = respond(node, collider, touch, h);
+    let contact = depth_and_normal(collider, node.x);
+    if contact.depth > 0.0 {
+        node = respond(node, collider, contact, h);
         node.last = number;
     }
     return node;

@@ -174,7 +174,7 @@ fn deepest_in(collider: Collider) -> f32 {
 
 /// Where a way goes into a collider, if it does: depth of its end below the tangent plane there [m], and its normal.
 struct Entrance {
-    touch: Depth,
+    contact: Depth,
     is_one: bool,
 }
 

@@ -263,7 +263,7 @@ fn parted(fixture: &mut Fixture, contacts: &[u32]) -> ([Vec<Four>; 2], State) {
     let old = std::mem::replace(&mut fixture.old, start.clone());
     let colliders = fixture.substeps[SUBSTEP].colliders.clone();
     for collider in &mut fixture.substeps[SUBSTEP].colliders {
-        collider.touching.carry = Rigid::rest();
+        collider.surface.carry = Rigid::rest();
     }
     fixture.put_old();
     let (_, mut after) = fixture.on_cpu(&[Op::Contact]);

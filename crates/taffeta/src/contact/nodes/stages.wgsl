@@ -2,7 +2,7 @@
 
 #import contact/collider_mesh/no_mesh.wgsl as meshes
 #import contact/colliders/shape.wgsl
-#import contact/colliders/touch_again.wgsl
+#import contact/colliders/resolve_contact_again.wgsl
 #import contact/nodes/cells.wgsl
 #import contact/nodes/pair.wgsl
 #import contact/nodes/pairs.wgsl
@@ -133,7 +133,7 @@ fn part_pairs(
         }
         least = select(some.d.w + 1u, NONE, some.d.w == NONE);
     }
-    touch_again(node, x, v, x.xyz + sum.shift * x.w, v.xyz + sum.impulse * x.w);
+    resolve_contact_again(node, x, v, x.xyz + sum.shift * x.w, v.xyz + sum.impulse * x.w);
 }
 
 /// Of each workgroup over nodes: contacts, and the least squared distance by that which is kept, as bits.

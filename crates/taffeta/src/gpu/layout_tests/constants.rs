@@ -6,7 +6,7 @@ use crate::attachments::joints::ROUNDS as GROUP_ROUNDS;
 use crate::contact::collider_mesh::{surface as mesh, tree, triangle};
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::gpu_layout::MESH;
-use crate::contact::colliders::moving::{ColliderNow, Touching};
+use crate::contact::colliders::moving::{ColliderNow, ContactSurface};
 use crate::contact::colliders::predicted_contact::{LEFT_TO_CONTACT, STICKS};
 use crate::contact::colliders::response::NARROW;
 use crate::contact::colliders::rigid::Rigid;
@@ -64,9 +64,14 @@ fn constants(module: &Module) -> BTreeMap<String, f64> {
 /// The kind of a collider's record.
 fn kind(shape: ShapeNow<f32>) -> f64 {
     let zero = [0.0; 3];
-    let touching =
-        Touching { friction: 0.0, restitution: 0.0, spin: [zero; 3], drift: zero, carry: Rigid::rest() };
-    f64::from(Collider::from(&ColliderNow { shape, touching }).kind)
+    let surface = ContactSurface {
+        friction: 0.0,
+        restitution: 0.0,
+        spin: [zero; 3],
+        drift: zero,
+        carry: Rigid::rest(),
+    };
+    f64::from(Collider::from(&ColliderNow { shape, surface }).kind)
 }
 
 fn twins() -> BTreeMap<&'static str, f64> {

@@ -53,11 +53,11 @@ fn nodes_are_inside_outside_and_on_colliders() {
                     continue;
                 }
                 inside += 1;
-                let touch = collider.touching.touch(place, (depth, normal));
-                let relative = sub(velocity, touch.surface_velocity);
+                let contact = collider.surface.contact_at(place, (depth, normal));
+                let relative = sub(velocity, contact.surface_velocity);
                 let approach = -dot(relative, normal);
                 let slip = norm(sub(relative, scale(normal, -approach)));
-                let most = touch.friction * (1.0 + touch.restitution) * approach;
+                let most = contact.friction * (1.0 + contact.restitution) * approach;
                 count.note("leaving", approach < 0.0);
                 count.note("neither leaving nor coming", approach == 0.0);
                 count.note("sticking", approach > 0.0 && slip < most);
@@ -80,14 +80,15 @@ fn nodes_are_in_wedges_of_all_sorts() {
     for mut fixture in fixtures() {
         let (between, after) = fixture.on_cpu(&[Op::Contact]);
         let colliders = fixture.substeps[SUBSTEP].colliders.clone();
-        let touched = between.touched.iter().zip(&fixture.new.position).filter(|(last, _)| **last > 0);
-        for (_, x) in touched {
-            let mut pressing: Vec<_> = colliders
+        let last_collider =
+            between.last_collider.iter().zip(&fixture.new.position).filter(|(last, _)| **last > 0);
+        for (_, x) in last_collider {
+            let mut penetration: Vec<_> = colliders
                 .iter()
                 .filter_map(|collider| collider.depth_and_normal([x[0], x[1], x[2]]))
                 .collect();
-            pressing.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let [first, second] = [pressing[0], pressing[1]];
+            penetration.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let [first, second] = [penetration[0], penetration[1]];
             let (cosine, way) = (dot(first.1, second.1), leave_both(first, second));
             count.note("one is enough", first.0 * cosine >= second.0);
             count.note("both are left", way != scale(first.1, first.0));
@@ -97,7 +98,7 @@ fn nodes_are_in_wedges_of_all_sorts() {
             colliders.iter().filter(|c| c.depth_and_normal([x[0], x[1], x[2]]).unwrap().0 > 1e-6).count()
         };
         count.note("all are out", after.position.iter().any(|x| still(x) == 0));
-        let last = between.touched.iter().max().copied().unwrap_or(0);
+        let last = between.last_collider.iter().max().copied().unwrap_or(0);
         count.note("the last collider is touched", last as usize == colliders.len());
     }
     count.check();

@@ -283,7 +283,7 @@ impl Fixture {
             };
             for (old, new) in self.old.position.iter_mut().zip(&mut self.new.position) {
                 let [start, end] = [[old[0], old[1], old[2]], [new[0], new[1], new[2]]];
-                if is_near(collider.touching.carry.apply(start)) || is_near(end) {
+                if is_near(collider.surface.carry.apply(start)) || is_near(end) {
                     old[0] += 20.0;
                     new[0] += 20.0;
                 }
@@ -307,7 +307,7 @@ impl Fixture {
         for place in (0..self.is_node.len()).filter(|&place| self.is_node[place]) {
             let [x, y, z, u, v, w] = self.cpu.after(place);
             let mass = self.old.velocity[place][3].abs();
-            let mass = if between.touched[place] > 0 { -mass } else { mass };
+            let mass = if between.last_collider[place] > 0 { -mass } else { mass };
             after.position[place] = [x, y, z, self.old.position[place][3]];
             after.velocity[place] = [u, v, w, mass];
         }

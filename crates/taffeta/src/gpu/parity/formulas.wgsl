@@ -72,12 +72,12 @@ fn answer(case_of: Case) -> Answer {
             return Answer(vec4f(arm, torque_factor(case_of.s, dot3(arm, arm))), vec4f(load, 0.0), vec4f(0.0), vec4f(0.0));
         }
         case 4u: {
-            let touch = depth_and_normal(case_of.collider, a);
-            return one_vector(touch.normal, touch.depth);
+            let contact = depth_and_normal(case_of.collider, a);
+            return one_vector(contact.normal, contact.depth);
         }
         case 5u: {
-            let touch = depth_and_normal(case_of.collider, a);
-            let after = respond(Touched(a, 0u, b), case_of.collider, touch, case_of.s);
+            let contact = depth_and_normal(case_of.collider, a);
+            let after = respond(ContactState(a, 0u, b), case_of.collider, contact, case_of.s);
             return Answer(vec4f(after.x, 0.0), vec4f(after.v, 0.0), vec4f(0.0), vec4f(0.0));
         }
         case 6u: {
@@ -112,7 +112,7 @@ fn answer(case_of: Case) -> Answer {
         case 13u: {
             let found = entry_of(case_of.collider, a, case_of.d);
             let more = vec4f(f32(found.is_one), deepest_in(case_of.collider), 0.0, 0.0);
-            return Answer(vec4f(found.touch.normal, found.touch.depth), more, vec4f(0.0), vec4f(0.0));
+            return Answer(vec4f(found.contact.normal, found.contact.depth), more, vec4f(0.0), vec4f(0.0));
         }
         default: {
             let v = new_velocity_of(a, b, case_of.s, case_of.c, case_of.t);

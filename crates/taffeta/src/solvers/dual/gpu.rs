@@ -143,9 +143,9 @@ impl Dual {
         all.extend(features.get::<Pins>().map(Pins::command));
         all.push(run("set_up_rows", links));
         if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
-            all.push(Command::run(Name::new("meet_meshes").with(Contact::Meshes.choices()), nodes));
+            all.push(Command::run(Name::new("predict_mesh_contacts").with(Contact::Meshes.choices()), nodes));
         }
-        all.extend([run("meet_surfaces", nodes), run("start_rows", links)]);
+        all.extend([run("predict_contacts", nodes), run("start_rows", links)]);
         for pass in 0..self.passes {
             if pass % BETWEEN_COUNTS == 0 {
                 all.push(run("count_solves", 1));

@@ -26,8 +26,8 @@ pub const ROWS: &[ParityRow] = &[
     row("list_active", Tolerance::new(0.0, 0.0, COUNTED), list),
     row("free_velocities", Tolerance::new(0.0, 64.0, SAME), free),
     row("set_up_rows", Tolerance::new(0.0, 128.0, SAME), set_up),
-    row("meet_surfaces", Tolerance::new(0.0, 512.0, SAME), meet),
-    row("meet_meshes", Tolerance::new(0.0, 512.0, SAME), meet_meshes),
+    row("predict_contacts", Tolerance::new(0.0, 512.0, SAME), predict_contacts),
+    row("predict_mesh_contacts", Tolerance::new(0.0, 512.0, SAME), predict_mesh_contacts),
     row("start_rows", Tolerance::new(0.0, 64.0, SAME), start),
     row("count_solves", Tolerance::new(0.0, 0.0, COUNTED), count),
     row("solve_nodes", Tolerance::new(0.0, 64.0, SUMMED), step_nodes),
@@ -414,14 +414,14 @@ fn set_up(bench: &mut Bench<'_>) -> Result<(), String> {
     twins(bench, "set_up_rows", Groups::Links, |twin| twin.set_up())
 }
 
-fn meet(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "meet_surfaces", Groups::Nodes, |twin| twin.meet())
+fn predict_contacts(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "predict_contacts", Groups::Nodes, |twin| twin.predict_contacts())
 }
 
-fn meet_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
-    let name = Name::new("meet_meshes").with(Contact::Meshes.choices());
+fn predict_mesh_contacts(bench: &mut Bench<'_>) -> Result<(), String> {
+    let name = Name::new("predict_mesh_contacts").with(Contact::Meshes.choices());
     let scene = Fixture::with_meshes_and_constraints;
-    twins_on(bench, (name, scene), Groups::Nodes, |twin| twin.meet_meshes())
+    twins_on(bench, (name, scene), Groups::Nodes, |twin| twin.predict_mesh_contacts())
 }
 
 fn start(bench: &mut Bench<'_>) -> Result<(), String> {

@@ -113,7 +113,7 @@ fn set_up_rows(
 /// constraints, by the step, as far as it lets the node. Where constraints come and go, what the last ones pulled says too
 /// little of what will be pressed: contact alone is nearer the truth.
 @compute @workgroup_size(256)
-fn meet_surfaces(
+fn predict_contacts(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,

@@ -127,9 +127,9 @@ fn predict_mesh_contact(
     let surface = &fixture.surfaces[now.index as usize];
     let place = now.local(approach.position);
     let around = surface.tree(now).around(place, f32::FAR);
-    let touch = surface.resting(now, place, &nearest_of(surface, now, place)?, &around);
-    let [normal, velocity] = [touch.normal, touch.velocity].map(|way| now.place.turn(way));
-    PredictedContact::of_mesh(&collider.touching, approach, Depth { depth: touch.depth, normal, velocity })
+    let contact = surface.resting(now, place, &nearest_of(surface, now, place)?, &around);
+    let [normal, velocity] = [contact.normal, contact.velocity].map(|way| now.place.turn(way));
+    PredictedContact::of_mesh(&collider.surface, approach, Depth { depth: contact.depth, normal, velocity })
 }
 
 pub fn predicted_in(record: &ContactRecord) -> PredictedContact<f32> {
@@ -303,7 +303,7 @@ impl Twin<'_> {
         }
     }
 
-    pub fn meet_meshes(&mut self) {
+    pub fn predict_mesh_contacts(&mut self) {
         let incident = self.incident();
         for (node, _) in self.nodes() {
             let is_free = self.fixture.old.position[node][3] > 0.0;
@@ -317,7 +317,7 @@ impl Twin<'_> {
         }
     }
 
-    pub fn meet(&mut self) {
+    pub fn predict_contacts(&mut self) {
         let (incident, h) = (self.incident(), self.h());
         let held = !self.fixture.substep().colliders.is_empty() && self.solving.is_adaptive == 0;
         for (node, _) in self.nodes() {
@@ -469,8 +469,8 @@ impl Twin<'_> {
     /// The force of pulls on a node with what a surface does about it.
     fn with_contact(&self, node: usize, record: &ContactRecord, pull: [f32; 3]) -> [f32; 3] {
         let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
-        let touching = &self.fixture.substep().colliders[record.collider as usize].touching;
-        predicted_in(record).force_with_contact(free, pull, self.h() * x[3], touching)
+        let surface = &self.fixture.substep().colliders[record.collider as usize].surface;
+        predicted_in(record).force_with_contact(free, pull, self.h() * x[3], surface)
     }
 
     /// Workgroups of the next iterations.

@@ -11,7 +11,7 @@
 #import gpu/wgsl/state.wgsl
 #import gpu/wgsl/substep.wgsl
 #import solvers/explicit/node.wgsl
-#import touch
+#import resolve_contact
 
 /// Rows and columns `first` to `end`.
 struct Part {
@@ -79,7 +79,7 @@ fn grid_patches(
                     grid_springs(Cell(row, col, place, width), node.position.xyz, node.velocity.xyz);
                 let total = load_on(0u, node.velocity.xyz, substep) + springs;
                 let moved = integrate(node.position, node.velocity, total, substep);
-                after[i] = touch(moved, Origin(node.position.xyz, true), substep);
+                after[i] = resolve_contact(moved, Origin(node.position.xyz, true), substep);
             }
         }
         workgroupBarrier();

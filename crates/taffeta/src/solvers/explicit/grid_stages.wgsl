@@ -10,7 +10,7 @@
 #import solvers/explicit/node.wgsl
 #import loads
 #import memory
-#import touch
+#import resolve_contact
 
 @compute @workgroup_size(256)
 fn grid_springs_all(
@@ -48,7 +48,7 @@ fn grid_particles(
         let x = old_position[node];
         let v = old_velocity[node];
         let total = load_on(node, v.xyz, 0u) + grid_springs(cell, x.xyz, v.xyz);
-        let after = touch(integrate(x, v, total, 0u), Origin(x.xyz, true), 0u);
+        let after = resolve_contact(integrate(x, v, total, 0u), Origin(x.xyz, true), 0u);
         new_position[node] = after.position;
         new_velocity[node] = after.velocity;
     }

@@ -9,7 +9,7 @@
 #import gpu/wgsl/state.wgsl
 #import gpu/wgsl/substep.wgsl
 #import solvers/explicit/node.wgsl
-#import touch
+#import resolve_contact
 
 /// A mesh: its first place, and its number of places.
 struct Small {
@@ -46,7 +46,7 @@ fn mesh_patches(
                 let total =
                     add_mesh_springs(load, small.first + place, node.position.xyz, node.velocity.xyz);
                 let moved = integrate(node.position, node.velocity, total, substep);
-                after[i] = touch(moved, Origin(node.position.xyz, true), substep);
+                after[i] = resolve_contact(moved, Origin(node.position.xyz, true), substep);
             }
         }
         workgroupBarrier();

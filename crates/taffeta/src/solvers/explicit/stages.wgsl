@@ -5,7 +5,7 @@
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
 #import solvers/explicit/node.wgsl
-#import touch
+#import resolve_contact
 
 @compute @workgroup_size(256)
 fn integrate_all(
@@ -29,7 +29,7 @@ fn contact_all(
 ) {
     let node = node_of(id, counts, lane);
     if node < arrayLength(&new_position) {
-        let after = touch(Node(new_position[node], new_velocity[node]), Origin(old_position[node].xyz, true), 0u);
+        let after = resolve_contact(Node(new_position[node], new_velocity[node]), Origin(old_position[node].xyz, true), 0u);
         new_position[node] = after.position;
         new_velocity[node] = after.velocity;
     }

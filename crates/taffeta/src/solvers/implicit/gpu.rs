@@ -149,10 +149,10 @@ impl Implicit {
         let mut all = vec![run("free_nodes", nodes)];
         all.extend(features.get::<Pins>().map(Pins::command));
         if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
-            let name = Name::new("meet_meshes_by_nodes").with(Contact::Meshes.choices());
+            let name = Name::new("predict_mesh_contacts_implicit").with(Contact::Meshes.choices());
             all.push(Command::run(name, nodes));
         }
-        all.push(run("meet_nodes", nodes));
+        all.push(run("predict_contacts_implicit", nodes));
         for newton in 0..self.newton_steps {
             if newton > 0 {
                 all.push(run("step_on", nodes));

@@ -30,8 +30,8 @@ const BORNE: &str = "the same operations in the same order; hardware may fuse pr
 /// One row for each kernel.
 pub const ROWS: &[Row] = &[
     row("free_nodes", Tolerance::new(0.0, 64.0, SAME), free),
-    row("meet_nodes", Tolerance::new(0.0, 512.0, SAME), meet),
-    row("meet_meshes_by_nodes", Tolerance::new(0.0, 512.0, SAME), meet_meshes),
+    row("predict_contacts_implicit", Tolerance::new(0.0, 512.0, SAME), predict_contacts),
+    row("predict_mesh_contacts_implicit", Tolerance::new(0.0, 512.0, SAME), predict_mesh_contacts),
     row("step_on", Tolerance::new(0.0, 64.0, SAME), step_on),
     row("set_up_nodes", Tolerance::new(0.0, 512.0, INVERTED), set_up),
     row("coarsen_springs", Tolerance::new(0.0, 64.0, SAME), coarsen_springs),
@@ -362,14 +362,14 @@ fn free(bench: &mut Bench<'_>) -> Result<(), String> {
     twins(bench, "free_nodes", Part::Groups(0), |twin, _| twin.free())
 }
 
-fn meet(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "meet_nodes", Part::Groups(0), |twin, _| twin.meet())
+fn predict_contacts(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "predict_contacts_implicit", Part::Groups(0), |twin, _| twin.predict_contacts())
 }
 
-fn meet_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
-    let name = Name::new("meet_meshes_by_nodes").with(Contact::Meshes.choices());
+fn predict_mesh_contacts(bench: &mut Bench<'_>) -> Result<(), String> {
+    let name = Name::new("predict_mesh_contacts_implicit").with(Contact::Meshes.choices());
     let scene = Fixture::with_meshes_and_constraints;
-    twins_on(bench, (name, scene), Part::Groups(0), |twin, _| twin.meet_meshes())
+    twins_on(bench, (name, scene), Part::Groups(0), |twin, _| twin.predict_mesh_contacts())
 }
 
 fn step_on(bench: &mut Bench<'_>) -> Result<(), String> {

@@ -45,7 +45,7 @@ fn find_contact(node: u32, x: vec4f, free: vec3f, pulls: vec3f) -> ContactRecord
 
 /// What holds each node, and where the first Newton step starts.
 @compute @workgroup_size(256)
-fn meet_nodes(
+fn predict_contacts_implicit(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,

@@ -143,7 +143,7 @@ impl Twin<'_> {
         }
     }
 
-    pub fn meet_meshes(&mut self) {
+    pub fn predict_mesh_contacts(&mut self) {
         for (node, _) in self.finest() {
             if self.fixture.old.position[node][3] > 0.0 {
                 self.work.predicted_contacts[node] = deepest_mesh_contact(self.fixture, &self.approach(node));
@@ -151,7 +151,7 @@ impl Twin<'_> {
         }
     }
 
-    pub fn meet(&mut self) {
+    pub fn predict_contacts(&mut self) {
         for (node, _) in self.finest() {
             let (x, approach) = (self.fixture.old.position[node], self.approach(node));
             let (free, pulls) = (approach.free, approach.pulls);
@@ -542,8 +542,8 @@ impl Twin<'_> {
             let mut change = pulled;
             if predicted.in_contact() {
                 let free = three(self.work.new_velocity[node]);
-                let touching = &self.fixture.substep().colliders[record.collider as usize].touching;
-                change = predicted.with_contact(free, pulled, touching);
+                let surface = &self.fixture.substep().colliders[record.collider as usize].surface;
+                change = predicted.with_contact(free, pulled, surface);
             }
             self.put(Vector::Pulled, node, pulled);
             let force = scale(change, self.mass(node) / self.h());

@@ -37,9 +37,9 @@ named_rows! {
     grid_patches mesh_patches vertex_normals draw_vertices
     volume_forces volume_forces_given volume_gradients volume_particles measure_kept_volumes restore_volumes
     restore_volumes_meshes
-    mark_active list_active free_velocities set_up_rows meet_surfaces meet_meshes start_rows
+    mark_active list_active free_velocities set_up_rows predict_contacts predict_mesh_contacts start_rows
     count_solves solve_nodes solve_rows note_solves pull_nodes
-    free_nodes meet_nodes meet_meshes_by_nodes step_on set_up_nodes coarsen_springs coarsen_edges coarsen_nodes
+    free_nodes predict_contacts_implicit predict_mesh_contacts_implicit step_on set_up_nodes coarsen_springs coarsen_edges coarsen_nodes
     start_nodes step_nodes left_of_nodes restrict_level left_of_level cycle_tail follow_level smooth_level smooth_nodes
     apply_nodes count_descents spring_impulses push_nodes note_descents
     pull_joints pull_groups attach_nodes

@@ -10,7 +10,7 @@ mod lanes;
 mod node;
 
 use crate::build::Assembly;
-use crate::contact::collider_mesh::surface::{MeshNow, MeshShape, MeshSurface, MeshTouch};
+use crate::contact::collider_mesh::surface::{MeshContact, MeshNow, MeshShape, MeshSurface};
 use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::colliders::predicted_contact::{Approach, Depth, PredictedContact, deepest};
 use crate::contact::colliders::rigid::Rigid;
@@ -95,7 +95,13 @@ impl<T: Real> MeshCache<T> {
     }
 
     /// How a mesh touches a node that goes from `start` to `end` [m].
-    pub fn touch(&self, now: &MeshNow<T>, node: usize, start: [T; 3], end: [T; 3]) -> Option<MeshTouch<T>> {
+    pub fn contact(
+        &self,
+        now: &MeshNow<T>,
+        node: usize,
+        start: [T; 3],
+        end: [T; 3],
+    ) -> Option<MeshContact<T>> {
         let way = [now.local(start), now.local(end)];
         if !is_somewhere(way[1]) {
             return None;
@@ -107,18 +113,18 @@ impl<T: Real> MeshCache<T> {
         let (view, reach) = self.view(now, way[1]);
         let from = one.least(now, way[0]);
         let at_end = one.resting(&view, T::ZERO, reach);
-        let touch = if keeps_off(now, way, from, at_end.as_ref()) {
+        let contact = if keeps_off(now, way, from, at_end.as_ref()) {
             at_end.filter(|at_end| at_end.depth > T::ZERO)
         } else if one.is_whole(now, way) {
-            view.surface.touch(now, way, at_end, &one.list())
+            view.surface.contact_on_segment(now, way, at_end, &one.list())
         } else {
             // A long way: what it may go through is not in the list.
-            view.surface.touch(now, way, at_end, &view.surface.tree(now).along(way))
+            view.surface.contact_on_segment(now, way, at_end, &view.surface.tree(now).along(way))
         }?;
-        Some(MeshTouch {
-            normal: now.place.turn(touch.normal),
-            velocity: now.place.turn(touch.velocity),
-            ..touch
+        Some(MeshContact {
+            normal: now.place.turn(contact.normal),
+            velocity: now.place.turn(contact.velocity),
+            ..contact
         })
     }
 
@@ -133,7 +139,7 @@ impl<T: Real> MeshCache<T> {
             return None;
         }
         let (view, reach) = self.view(now, place);
-        let MeshTouch { depth, normal, velocity, .. } = one.resting(&view, most, reach)?;
+        let MeshContact { depth, normal, velocity, .. } = one.resting(&view, most, reach)?;
         Some(Depth { depth, normal: now.place.turn(normal), velocity: now.place.turn(velocity) })
     }
 
@@ -155,8 +161,8 @@ impl<T: Real> MeshCache<T> {
             ShapeNow::Mesh(mesh) => {
                 // From farther off it does not get there.
                 let most = approach.h * norm(approach.free) + approach.fall;
-                let touch = self.depth(mesh, node, approach.position, most)?;
-                PredictedContact::of_mesh(&collider.touching, approach, touch)
+                let contact = self.depth(mesh, node, approach.position, most)?;
+                PredictedContact::of_mesh(&collider.surface, approach, contact)
             }
             _ => PredictedContact::of(collider, approach),
         });
@@ -183,7 +189,7 @@ fn keeps_off<T: Real>(
     now: &MeshNow<T>,
     [start, end]: [[T; 3]; 2],
     from: T,
-    at_end: Option<&MeshTouch<T>>,
+    at_end: Option<&MeshContact<T>>,
 ) -> bool {
     let to = at_end.map_or(T::ZERO, |at_end| (now.offset - at_end.depth).abs() - now.stride);
     let way = sub(end, start);

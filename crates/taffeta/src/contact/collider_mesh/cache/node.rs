@@ -2,7 +2,7 @@
 
 use crate::contact::collider_mesh::cache::MOST;
 use crate::contact::collider_mesh::cache::lanes::{Closest, LANES, View};
-use crate::contact::collider_mesh::surface::{Found, MeshNow, MeshTouch};
+use crate::contact::collider_mesh::surface::{Found, MeshContact, MeshNow};
 use crate::contact::collider_mesh::tree::Candidates;
 use crate::contact::collider_mesh::triangle::Nearest;
 use crate::real::{Real, dot, sub};
@@ -122,7 +122,7 @@ impl<T: Real> Node<'_, T> {
 
     /// How the mesh touches a place by its nearest point; `None` only if it is farther off than its offset and `most` [m]. Lists
     /// reach about as far as `reach` [m].
-    pub fn resting(&mut self, view: &View<'_, T>, most: T, reach: T) -> Option<MeshTouch<T>> {
+    pub fn resting(&mut self, view: &View<'_, T>, most: T, reach: T) -> Option<MeshContact<T>> {
         let (x, now) = (view.x, view.now);
         let last = Found { triangle: self.memory.nearest, at: view.nearest(self.memory.nearest) };
         if self.is_still_nearest(now, x, &last.at) {
@@ -154,17 +154,17 @@ impl<T: Real> Node<'_, T> {
         let is_last = closest.triangle == last.triangle;
         let at = if is_last { last.at } else { view.nearest(closest.triangle) };
         let found = Found { triangle: closest.triangle, at };
-        let touch = if is_whole {
+        let contact = if is_whole {
             view.surface.resting(now, x, &found, &self.list())
         } else {
             view.surface.resting(now, x, &found, &tree.around(x, at.squared))
         };
         let lost = tree.lost();
         if is_anew {
-            *self.clear = self.memory.since - touch.depth - lost - lost;
+            *self.clear = self.memory.since - contact.depth - lost - lost;
         }
         self.note(view, &closest, lost);
-        Some(touch)
+        Some(contact)
     }
 
     /// Whether a triangle that was the nearest is it at `x`, in its midst, at `at`.

@@ -1,7 +1,7 @@
 //! Contact with colliders, and of nodes with each other.
 
 use crate::contact::colliders::gpu_layout::Collider;
-use crate::contact::colliders::moving::{ColliderNow, Touching};
+use crate::contact::colliders::moving::{ColliderNow, ContactSurface};
 use crate::contact::colliders::response::{NARROW, leave_both, respond};
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{
@@ -33,14 +33,14 @@ fn collider(case: &Case) -> ColliderNow<f32> {
         }),
         _ => ShapeNow::Plane(PlaneNow { normal: place, level: size }),
     };
-    let touching = Touching {
+    let surface = ContactSurface {
         friction: c.friction,
         restitution: c.restitution,
         spin: [c.spin_x, c.spin_y, c.spin_z],
         drift: c.drift,
         carry: Rigid::rest(),
     };
-    ColliderNow { shape, touching }
+    ColliderNow { shape, surface }
 }
 
 /// Every other case has a half-space.
@@ -210,8 +210,8 @@ pub fn touches(exact: bool) -> Vec<Case> {
 
 pub fn response(case: &Case) -> Answer {
     let collider = collider(case);
-    let touch = collider.touching.touch(case.a, collider.depth_and_normal(case.a).unwrap());
-    let (x, v) = respond(case.a, case.b, &touch, case.s);
+    let contact = collider.surface.contact_at(case.a, collider.depth_and_normal(case.a).unwrap());
+    let (x, v) = respond(case.a, case.b, &contact, case.s);
     [vector(x, 0.0), vector(v, 0.0), [0.0; 4], [0.0; 4]]
 }
 

@@ -60,7 +60,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             self.soften();
             self.scratch.bodies.clear();
             self.each(self.scratch.layout.rows.len(), Self::set_up_rows);
-            self.meet_surfaces();
+            self.predict_contacts();
             self.start();
             if self.solve.solver.ice.warm_start {
                 self.start_warm();
@@ -72,12 +72,12 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     }
 
     /// Finds the surfaces that nodes will be pressed against.
-    fn meet_surfaces(&mut self) {
+    fn predict_contacts(&mut self) {
         if self.colliders.is_empty() {
             return;
         }
         self.worker.synchronise();
-        self.each(self.scratch.layout.nodes.len(), Self::meet);
+        self.each(self.scratch.layout.nodes.len(), Self::predict_contacts_of);
     }
 
     /// What the right side leaves without pulls.
@@ -280,7 +280,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     }
 
     /// Finds the surface that will hold each node, as far as the pulls of the last sub-step tell.
-    fn meet(&mut self, chunk: usize) {
+    fn predict_contacts_of(&mut self, chunk: usize) {
         let nodes = self.scratch.layout.nodes[chunk].part.clone();
         self.gather_pulls(&nodes, false);
         let h = self.worker.substep.h;
@@ -307,8 +307,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 h,
             };
             let free = self.worker.nodes.inverse_mass[place] > T::ZERO;
-            (*predicted, *collider) = match self.near.filter(|_| free) {
-                Some(near) => near.predict(self.colliders, place, &approach),
+            (*predicted, *collider) = match self.mesh_cache.filter(|_| free) {
+                Some(cache) => cache.predict(self.colliders, place, &approach),
                 None => (PredictedContact::FREE, 0),
             };
         }
@@ -327,7 +327,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         if adaptive {
             self.gather_pulls(&nodes, false);
         }
-        // SAFETY: as in `meet`.
+        // SAFETY: as in `predict_contacts_of`.
         let (places, response, predicted) = unsafe {
             (
                 &self.shared.places.read()[nodes.clone()],

@@ -227,7 +227,7 @@ impl<T: Real> Feature<T> for Dual<T> {
                 scratch: unsafe { self.scratch.of(worker.index) },
                 worker,
                 colliders: self.colliders(worker.substep),
-                near: worker.features.get::<Colliders<T>>().map(|colliders| &colliders.near),
+                mesh_cache: worker.features.get::<Colliders<T>>().map(|colliders| &colliders.cache),
             }
             .solve();
         }
@@ -286,5 +286,5 @@ struct SolveWorker<'w, 'a, T> {
     scratch: &'w mut SolveScratch<T>,
     worker: &'w Worker<'a, T>,
     colliders: &'w [ColliderNow<T>],
-    near: Option<&'w MeshCache<T>>,
+    mesh_cache: Option<&'w MeshCache<T>>,
 }

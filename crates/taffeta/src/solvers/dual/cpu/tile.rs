@@ -53,7 +53,7 @@ impl<T: Real> Dual<T> {
             return force;
         }
         let kick = tile.substep.h * tile.nodes.inverse_mass[place];
-        let touching = &tile.substep.colliders[collider as usize].touching;
-        predicted.force_with_contact(waiting::free_velocity(tile, place), force, kick, touching)
+        let surface = &tile.substep.colliders[collider as usize].surface;
+        predicted.force_with_contact(waiting::free_velocity(tile, place), force, kick, surface)
     }
 }

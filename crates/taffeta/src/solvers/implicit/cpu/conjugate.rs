@@ -63,7 +63,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// From where the first Newton step starts: nodes go on as they went, or as surfaces that hold them want; pins as they
     /// are moved.
     fn begin_step(&mut self, chunk: &Chunk) {
-        self.meet_surfaces(&chunk.part);
+        self.predict_contacts(&chunk.part);
         // SAFETY: only this chunk's places.
         let (total, outer) =
             unsafe { (self.shared.total.write::<3>(&chunk.part), self.shared.outer.item(chunk.number)) };
@@ -126,7 +126,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     }
 
     /// Finds the surface that will hold each node, as far as what springs did in the last sub-step tells.
-    fn meet_surfaces(&self, part: &Range<usize>) {
+    fn predict_contacts(&self, part: &Range<usize>) {
         if self.colliders.is_empty() {
             return;
         }
@@ -149,8 +149,8 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 h,
             };
             let free = nodes.inverse_mass[place] > T::ZERO;
-            (*predicted, *collider) = match self.near.filter(|_| free) {
-                Some(near) => near.predict(self.colliders, place, &approach),
+            (*predicted, *collider) = match self.mesh_cache.filter(|_| free) {
+                Some(cache) => cache.predict(self.colliders, place, &approach),
                 None => (PredictedContact::FREE, 0),
             };
         }

@@ -202,7 +202,7 @@ impl<T: Real> Feature<T> for Implicit<T> {
             worker,
             h: worker.substep.h,
             colliders: self.colliders(worker.substep),
-            near: worker.features.get::<Colliders<T>>().map(|colliders| &colliders.near),
+            mesh_cache: worker.features.get::<Colliders<T>>().map(|colliders| &colliders.cache),
         }
         .solve();
         Flow::Go
@@ -261,5 +261,5 @@ struct ImplicitWorker<'w, 'a, T> {
     /// Step [s].
     h: T,
     colliders: &'w [ColliderNow<T>],
-    near: Option<&'w MeshCache<T>>,
+    mesh_cache: Option<&'w MeshCache<T>>,
 }

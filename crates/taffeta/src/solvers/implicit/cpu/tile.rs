@@ -19,8 +19,8 @@ impl<T: Real> Implicit<T> {
                     let (predicted, collider) =
                         unsafe { (&self.work.predicted.read()[place], self.work.collider.read()[place]) };
                     if predicted.in_contact() {
-                        let touching = &tile.substep.colliders[collider as usize].touching;
-                        after = predicted.with_contact(waiting::free_velocity(tile, place), after, touching);
+                        let surface = &tile.substep.colliders[collider as usize].surface;
+                        after = predicted.with_contact(waiting::free_velocity(tile, place), after, surface);
                     }
                 }
                 let force = scale(after, tile.nodes.mass[place] / tile.substep.h);

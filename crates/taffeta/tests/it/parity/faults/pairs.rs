@@ -75,7 +75,7 @@ pub const FAULTS: &[Fault] = &[
     ("part_pairs", "substeps[0].most_apart", "1.0"),
     ("part_pairs", "let a = min(node, other);", "let a = node;"),
     ("part_pairs", "if contacts_of(node) == 0u {", "if false {"),
-    ("part_pairs", "touch(moved, Origin(x.xyz, false), 0u)", "moved"),
+    ("part_pairs", "resolve_contact(moved, Origin(x.xyz, false), 0u)", "moved"),
     ("part_pairs", "select(after.velocity.w, -abs(v.w), v.w < 0.0)", "after.velocity.w"),
     ("exchange", "let is_apart = distance > 0.0;", "let is_apart = distance >= 0.0;"),
     ("exchange", "select(limit, way, way < limit)", "way"),

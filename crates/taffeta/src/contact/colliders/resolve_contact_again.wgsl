@@ -3,13 +3,13 @@
 #import contact/colliders/response.wgsl
 #import gpu/wgsl/state.wgsl
 #import solvers/explicit/node.wgsl
-#import touch
+#import resolve_contact
 
 /// Keeps a node that was at `x` with the velocity `v`, and has been moved since, out of colliders again, and writes it down.
 /// Who has touched stays one who has.
-fn touch_again(place: u32, x: vec4f, v: vec4f, moved_to: vec3f, velocity: vec3f) {
+fn resolve_contact_again(place: u32, x: vec4f, v: vec4f, moved_to: vec3f, velocity: vec3f) {
     let moved = Node(vec4f(moved_to, x.w), vec4f(velocity, abs(v.w)));
-    let after = touch(moved, Origin(x.xyz, false), 0u);
+    let after = resolve_contact(moved, Origin(x.xyz, false), 0u);
     let mass = select(after.velocity.w, -abs(v.w), v.w < 0.0);
     new_position[place] = after.position;
     new_velocity[place] = vec4f(after.velocity.xyz, mass);

@@ -6,7 +6,7 @@
 #import solvers/explicit/node.wgsl
 
 /// Keeps a node that comes from `origin` out of colliders. Held nodes are not kept out.
-fn touch(node: Node, origin: Origin, substep: u32) -> Node {
+fn resolve_contact(node: Node, origin: Origin, substep: u32) -> Node {
     let count = substeps[substep].colliders;
     if count == 0u || !(node.position.w > 0.0) {
         return node;
