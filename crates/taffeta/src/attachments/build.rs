@@ -36,7 +36,7 @@ impl Assembly {
         let seams = all.seams as u32;
         all.laws.extend(pins.laws);
         all.points = pins.points;
-        all.apart = self.sewn_apart(&all);
+        all.exclusions = self.sewn_exclusions(&all);
         all.held = self.leave_out_held(&mut all.rows, all.seams);
         all.rows.extend(pins.rows.into_iter().map(|row| Row { law: row.law + seams, ..row }));
         for (index, (body, built)) in scene.bodies.iter().zip(&self.bodies).enumerate() {
@@ -81,24 +81,24 @@ impl Assembly {
     }
 
     /// Sewn nodes, and each with the neighbours of the other, where both touch others.
-    fn sewn_apart(&self, all: &Attachments) -> Vec<[u32; 2]> {
+    fn sewn_exclusions(&self, all: &Attachments) -> Vec<[u32; 2]> {
         let body = |node: u32| self.body_of(node);
-        let mut apart = Vec::new();
+        let mut exclusions = Vec::new();
         for [a, b] in all.joined() {
-            let (Some(of_a), Some(of_b)) = (&body(a).touching, &body(b).touching) else { continue };
-            apart.push([a, b]);
-            for (node, other, touching) in [(a, b, of_b), (b, a, of_a)] {
+            let (Some(of_a), Some(of_b)) = (&body(a).self_contact, &body(b).self_contact) else { continue };
+            exclusions.push([a, b]);
+            for (node, other, self_contact) in [(a, b, of_b), (b, a, of_a)] {
                 let home = body(other);
-                touching.apart.each(home.grid_layout, other as usize - home.first, |near| {
-                    apart.push([node, (home.first + near) as u32]);
+                self_contact.exclusions.each(home.grid_layout, other as usize - home.first, |near| {
+                    exclusions.push([node, (home.first + near) as u32]);
                 });
             }
         }
-        apart.retain(|[a, b]| a != b);
-        apart.extend(apart.clone().into_iter().map(|[a, b]| [b, a]));
-        apart.sort_unstable();
-        apart.dedup();
-        apart
+        exclusions.retain(|[a, b]| a != b);
+        exclusions.extend(exclusions.clone().into_iter().map(|[a, b]| [b, a]));
+        exclusions.sort_unstable();
+        exclusions.dedup();
+        exclusions
     }
 
     /// Notes how far apart the ends of rows are, when pins are where their motion starts.

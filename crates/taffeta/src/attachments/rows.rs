@@ -29,7 +29,7 @@ pub struct Attachments {
     /// Rows of each group of two or more that share free nodes, ascending.
     pub groups: Csr,
     /// Nodes that do not touch each other because a seam makes them neighbours, from both sides, ascending.
-    pub(crate) apart: Vec<[u32; 2]>,
+    pub(crate) exclusions: Vec<[u32; 2]>,
 }
 
 /// A joint.
@@ -128,10 +128,10 @@ impl Attachments {
     }
 
     /// Nodes that do not touch a node, given by its solver index, because a seam makes them neighbours; ascending.
-    pub fn apart(&self, node: usize) -> impl Iterator<Item = usize> {
+    pub fn exclusions(&self, node: usize) -> impl Iterator<Item = usize> {
         let [start, end] =
-            [node, node + 1].map(|at| self.apart.partition_point(|pair| (pair[0] as usize) < at));
-        self.apart[start..end].iter().map(|pair| pair[1] as usize)
+            [node, node + 1].map(|at| self.exclusions.partition_point(|pair| (pair[0] as usize) < at));
+        self.exclusions[start..end].iter().map(|pair| pair[1] as usize)
     }
 
     /// Notes a node that a pin holds until it breaks.

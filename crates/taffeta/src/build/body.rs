@@ -1,7 +1,7 @@
 //! One body by solver index.
 
 use crate::advice::Advice;
-use crate::contact::nodes::touching::Touching;
+use crate::contact::nodes::self_contact::SelfContact;
 use crate::elements::spring::lists as springs;
 use crate::elements::spring::lists::{SpringKind, SpringList};
 use crate::scene::{Body, Grid, Kind, Mesh, SceneError, Select};
@@ -46,7 +46,7 @@ pub struct BodyAssembly {
     /// What keeps its volume.
     pub volume: Option<KeptVolume>,
     /// Contact of its nodes with each other.
-    pub touching: Option<Touching>,
+    pub self_contact: Option<SelfContact>,
     /// What the user should know about its start, in words.
     pub warnings: Vec<String>,
     pub(crate) edges: Option<Edges>,
@@ -238,7 +238,7 @@ pub(crate) fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneE
         },
         rest_volume: volume,
         volume: None,
-        touching: None,
+        self_contact: None,
         warnings: far.into_iter().collect(),
         solver_of_node: Some(solver_of_node),
         split: select::split_nodes(&surface),

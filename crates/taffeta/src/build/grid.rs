@@ -50,7 +50,7 @@ pub(crate) fn build(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError>
         closed_triangles: Vec::new(),
         rest_volume: None,
         volume: None,
-        touching: None,
+        self_contact: None,
         warnings: Vec::new(),
         edges: None,
         split: Vec::new(),

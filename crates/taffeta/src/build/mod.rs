@@ -116,7 +116,7 @@ impl Assembly {
             built.keep_volume(wish).map_err(|e| e.under(&path))?;
         }
         if let Some(wish) = &body.self_collision {
-            built.touch(wish).map_err(|e| e.under(&path))?;
+            built.enable_self_collision(wish).map_err(|e| e.under(&path))?;
         }
         self.places += built.places();
         self.bodies.push(built);

@@ -5,7 +5,7 @@ use crate::attachments::gpu::{self as attachments, Attached, Attachments};
 use crate::build::Assembly;
 use crate::contact::collider_mesh::gpu::{self as collider_mesh, ColliderMeshes, Words};
 use crate::contact::colliders::gpu::{self as colliders, Colliders};
-use crate::contact::nodes::gpu::{self as nodes, NodeContact, PairTables};
+use crate::contact::nodes::gpu::{self as nodes, NodeContact, SelfCollisionTables};
 use crate::diagnostics::gpu::{self as diagnostics, Measures};
 use crate::elements::KINDS;
 use crate::elements::aero::gpu::AirOfSubsteps;
@@ -52,7 +52,7 @@ pub struct Tables {
     /// Springs that are solved for by nodes.
     pub levelled: Levelled,
     pub attached: Attached,
-    pub pairs: PairTables,
+    pub self_collision: SelfCollisionTables,
 }
 
 impl Tables {
@@ -69,7 +69,7 @@ impl Tables {
             linked: Linked::new(bodies)?,
             levelled: Levelled::new(bodies)?,
             attached: Attached::new(bodies, volumes.numbers.len()),
-            pairs: PairTables::new(bodies)?,
+            self_collision: SelfCollisionTables::new(bodies)?,
             elements,
             volumes,
         })
@@ -83,7 +83,7 @@ impl Tables {
             volumes: !self.volumes.groups.is_empty(),
             restored: self.volumes.restores(),
             attachments: !self.attached.lists.is_empty(),
-            self_contact: !self.pairs.surfaces.is_empty(),
+            self_contact: !self.self_collision.surfaces.is_empty(),
         }
     }
 
@@ -279,7 +279,7 @@ fn features(
     ];
     let after = [
         Attachments::new(gpu, assembly, &tables.attached, places)?.and_then(boxed),
-        NodeContact::new(gpu, &tables.pairs)?.and_then(boxed),
+        NodeContact::new(gpu, &tables.self_collision)?.and_then(boxed),
         boxed(Measures::new(gpu, places)?),
     ];
     Ok(Features::new(all.into_iter().chain(solvers).chain(after).flatten().collect()))

@@ -24,6 +24,6 @@ pub fn parts(assembly: &Assembly) -> Parts {
         volumes: assembly.volumes().next().is_some(),
         restored: assembly.volumes().any(|(_, kept)| kept.projects),
         attachments: !assembly.attachments.is_empty(),
-        self_contact: assembly.touching().next().is_some(),
+        self_contact: assembly.self_colliding().next().is_some(),
     }
 }

@@ -26,7 +26,7 @@ pub struct Substep {
     pub solving: Solving,
     pub left: u32,
     pub first_goal: u32,
-    pub most_apart: f32,
+    pub max_separation: f32,
     pub gap: u32,
     pub air: Air,
     pub padding: [u32; 16],

@@ -2,7 +2,7 @@
 
 use crate::attachments::rows::IS_POINT;
 use crate::build::Assembly;
-use crate::contact::nodes::touching::Touching;
+use crate::contact::nodes::self_contact::SelfContact;
 use crate::elements::hinge;
 use crate::scene::{Mesh, Scene, Shape};
 use crate::simulation::{BodyHandle, ColliderHandle};
@@ -88,7 +88,7 @@ impl BodyInfo {
             hinges: assembly.elements_of(hinge::NAME, index).len(),
             mass: body.mass.iter().sum(),
             rest_volume: body.rest_volume,
-            slips_from: body.touching.as_ref().map(Touching::slips_from),
+            slips_from: body.self_contact.as_ref().map(SelfContact::slips_from),
             repairs: body.surface.as_ref().map_or_else(Vec::new, |surface| surface.repairs.clone()),
         }
     }

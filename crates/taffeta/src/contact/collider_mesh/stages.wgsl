@@ -5,7 +5,7 @@
 #import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
 #import contact/colliders/resolve_contact_again.wgsl
-#import contact/nodes/pairs.wgsl
+#import contact/nodes/broad_phase.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
 #import gpu/wgsl/substep.wgsl
@@ -13,9 +13,9 @@
 #import solvers/dual/solve.wgsl
 #import solvers/implicit/levels.wgsl
 
-/// Keeps nodes that touch each other out of colliders again, after part_pairs.
+/// Keeps nodes that touch each other out of colliders again, after resolve_self_contacts.
 @compute @workgroup_size(256)
-fn contact_parted(
+fn contact_after_self_collision(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,

@@ -3,8 +3,8 @@
 use crate::build::Assembly;
 use crate::build::body::{BodyAssembly, BodySprings};
 use crate::contact::nodes::cells::Cells;
-use crate::contact::nodes::pair::{Meeting, meeting};
-use crate::contact::nodes::touching::{Apart, GAP, Touching};
+use crate::contact::nodes::pair::{ContactMaterial, combine_materials};
+use crate::contact::nodes::self_contact::{Exclusions, GAP, SelfContact};
 use crate::real::{norm, sub};
 use crate::scene::{SceneError, SelfCollision, plain};
 use crate::topology::{Csr, measure};
@@ -12,17 +12,17 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Nodes of one body that do not touch one of its nodes, at most.
-const MOST_APART: usize = 1024;
+const MAX_EXCLUSIONS: usize = 1024;
 
 impl BodyAssembly {
     /// Has the nodes of the body, whose springs are there, touch each other.
-    pub(crate) fn touch(&mut self, wish: &SelfCollision) -> Result<(), SceneError> {
+    pub(crate) fn enable_self_collision(&mut self, wish: &SelfCollision) -> Result<(), SceneError> {
         let reach = std::f64::consts::FRAC_PI_2 * wish.thickness;
         let edges = edges(self);
         let lengths = || edges.iter().map(|pair| measure::length(&self.start, *pair));
         let (longest, mean) =
             (lengths().fold(0.0, f64::max), lengths().sum::<f64>() / edges.len().max(1) as f64);
-        let apart = match self.grid_layout {
+        let exclusions = match self.grid_layout {
             Some(layout) => of_grid(self, layout, reach),
             None => of_mesh(self, &edges, reach),
         }
@@ -35,9 +35,12 @@ impl BodyAssembly {
                 GAP * longest
             ));
         }
-        let surface =
-            Meeting { thickness: wish.thickness, friction: wish.friction, restitution: wish.restitution };
-        self.touching = Some(Touching { surface, apart, longest });
+        let surface = ContactMaterial {
+            thickness: wish.thickness,
+            friction: wish.friction,
+            restitution: wish.restitution,
+        };
+        self.self_contact = Some(SelfContact { surface, exclusions, longest });
         Ok(())
     }
 }
@@ -46,7 +49,7 @@ fn too_thick(thickness: f64, edge: f64) -> SceneError {
     SceneError::new(
         "self_collision.thickness",
         format!(
-            "is {} m, and nodes are {edge:.2e} m from their neighbours: a node would have over {MOST_APART} neighbours \
+            "is {} m, and nodes are {edge:.2e} m from their neighbours: a node would have over {MAX_EXCLUSIONS} neighbours \
              within the thickness; {:.2e} m, or a coarser mesh would do",
             plain(thickness),
             8.0 * edge
@@ -69,7 +72,7 @@ fn edges(body: &BodyAssembly) -> Vec<[u32; 2]> {
 }
 
 /// `None`: there are too many.
-fn of_grid(body: &BodyAssembly, [rows, cols]: [usize; 2], reach: f64) -> Option<Apart> {
+fn of_grid(body: &BodyAssembly, [rows, cols]: [usize; 2], reach: f64) -> Option<Exclusions> {
     let between = |a: usize, b: usize| norm(sub(body.start[b], body.start[a]));
     let down = if rows > 1 { between(0, cols) } else { 0.0 };
     let across = if cols > 1 { between(0, 1) } else { 0.0 };
@@ -83,22 +86,22 @@ fn of_grid(body: &BodyAssembly, [rows, cols]: [usize; 2], reach: f64) -> Option<
         nodes.max(2.0).min(count as f64 - 1.0)
     };
     let (high, wide) = (most(down, rows), most(across, cols));
-    if (2.0 * high + 1.0) * (2.0 * wide + 1.0) > 4.0 * MOST_APART as f64 {
+    if (2.0 * high + 1.0) * (2.0 * wide + 1.0) > 4.0 * MAX_EXCLUSIONS as f64 {
         return None;
     }
     let (high, wide) = (high as i32, wide as i32);
-    let is_apart = |way: [i32; 2]| {
+    let is_excluded = |way: [i32; 2]| {
         let edge = way[0].abs() <= 1 && way[1].abs() <= 1;
         let near = (f64::from(way[0]) * down).hypot(f64::from(way[1]) * across) < reach;
         edge || near || springs.contains(&way) || springs.contains(&way.map(|n| -n))
     };
     let ways = (-high..=high).flat_map(|row| (-wide..=wide).map(move |col| [row, col]));
-    let ways: Vec<[i32; 2]> = ways.filter(|&way| way != [0, 0] && is_apart(way)).collect();
-    (ways.len() <= MOST_APART).then_some(Apart::Grid(ways))
+    let ways: Vec<[i32; 2]> = ways.filter(|&way| way != [0, 0] && is_excluded(way)).collect();
+    (ways.len() <= MAX_EXCLUSIONS).then_some(Exclusions::Grid(ways))
 }
 
 /// The same of a mesh with those edges.
-fn of_mesh(body: &BodyAssembly, edges: &[[u32; 2]], reach: f64) -> Option<Apart> {
+fn of_mesh(body: &BodyAssembly, edges: &[[u32; 2]], reach: f64) -> Option<Exclusions> {
     let mut pairs = edges.to_vec();
     // Several nodes at one place of the surface.
     pairs.extend(body.split.iter().map(|pair| pair.map(|node| body.solver_local(node as usize) as u32)));
@@ -130,12 +133,12 @@ fn of_mesh(body: &BodyAssembly, edges: &[[u32; 2]], reach: f64) -> Option<Apart>
             }
         }
         items.truncate(kept);
-        if kept - from > MOST_APART {
+        if kept - from > MAX_EXCLUSIONS {
             return None;
         }
         offsets.push(u32::try_from(items.len()).ok()?);
     }
-    Some(Apart::Mesh(Csr { offsets, items }))
+    Some(Exclusions::Mesh(Csr { offsets, items }))
 }
 
 /// Ways along edges from one node, after another (Dijkstra 1959).
@@ -164,7 +167,7 @@ impl Walk {
         while let Some(Reverse((bits, node))) = self.queue.pop() {
             // Bits of numbers above 0 are in the order of the numbers.
             let way = f64::from_bits(bits);
-            if way > self.way[node as usize] || found.len() - from > MOST_APART {
+            if way > self.way[node as usize] || found.len() - from > MAX_EXCLUSIONS {
                 continue;
             }
             found.push(node);
@@ -183,8 +186,8 @@ impl Walk {
 
 impl Assembly {
     /// Bodies whose nodes touch each other, with how they do.
-    pub fn touching(&self) -> impl Iterator<Item = (&BodyAssembly, &Touching)> {
-        self.bodies.iter().filter_map(|body| Some((body, body.touching.as_ref()?)))
+    pub fn self_colliding(&self) -> impl Iterator<Item = (&BodyAssembly, &SelfContact)> {
+        self.bodies.iter().filter_map(|body| Some((body, body.self_contact.as_ref()?)))
     }
 
     /// Warns of nodes that start nearer than the thickness.
@@ -212,9 +215,12 @@ struct StartContacts {
 
 impl StartContacts {
     fn find(assembly: &Assembly) -> Option<Self> {
-        let widest = assembly.touching().map(|(_, touching)| touching.surface.thickness).fold(0.0, f64::max);
+        let widest = assembly
+            .self_colliding()
+            .map(|(_, self_contact)| self_contact.surface.thickness)
+            .fold(0.0, f64::max);
         let nodes: Vec<(usize, usize)> = (assembly.bodies.iter().enumerate())
-            .filter(|(_, body)| body.touching.is_some())
+            .filter(|(_, body)| body.self_contact.is_some())
             .flat_map(|(index, body)| (0..body.nodes).map(move |local| (index, local)))
             .collect();
         let place = |&(body, local): &(usize, usize)| assembly.bodies[body].start[local];
@@ -227,21 +233,21 @@ impl StartContacts {
         let mut found = Self { pairs: 0, worst: [(0, 0); 2], distance: f64::INFINITY, thickness: 1.0 };
         for (i, node) in nodes.iter().enumerate() {
             let (body, x) = (&assembly.bodies[node.0], place(node));
-            let Some(own) = &body.touching else { continue };
+            let Some(own) = &body.self_contact else { continue };
             let mut near: Vec<u32> =
                 cells.around(cells.cell(x)).flatten().flat_map(|b| rows.row(b)).copied().collect();
             near.retain(|&j| j as usize > i && norm(sub(place(&nodes[j as usize]), x)) < widest);
             near.sort_unstable();
             near.dedup();
-            own.apart.each(body.grid_layout, node.1, |other| {
+            own.exclusions.each(body.grid_layout, node.1, |other| {
                 near.retain(|&j| nodes[j as usize] != (node.0, other));
             });
             let index = |j: u32| assembly.bodies[nodes[j as usize].0].first + nodes[j as usize].1;
-            let sewn: Vec<usize> = assembly.attachments.apart(body.first + node.1).collect();
+            let sewn: Vec<usize> = assembly.attachments.exclusions(body.first + node.1).collect();
             near.retain(|&j| sewn.binary_search(&index(j)).is_err());
             for other in near.iter().map(|&j| nodes[j as usize]) {
-                let Some(touching) = &assembly.bodies[other.0].touching else { continue };
-                let thickness = meeting(&own.surface, &touching.surface).thickness;
+                let Some(self_contact) = &assembly.bodies[other.0].self_contact else { continue };
+                let thickness = combine_materials(&own.surface, &self_contact.surface).thickness;
                 let distance = norm(sub(place(&other), x));
                 if distance >= thickness {
                     continue;
@@ -267,10 +273,10 @@ mod tests {
         Assembly::new(&Scene::new("").body(body.collide(thickness)).time(0.01, 0.001))
     }
 
-    fn apart(assembly: &Assembly, local: usize) -> Vec<usize> {
-        let (body, touching) = assembly.touching().next().unwrap();
+    fn excluded(assembly: &Assembly, local: usize) -> Vec<usize> {
+        let (body, self_contact) = assembly.self_colliding().next().unwrap();
         let mut nodes = Vec::new();
-        touching.apart.each(body.grid_layout, local, |node| nodes.push(node));
+        self_contact.exclusions.each(body.grid_layout, local, |node| nodes.push(node));
         nodes.sort_unstable();
         nodes
     }
@@ -279,13 +285,13 @@ mod tests {
     fn nodes_of_a_grid_do_not_touch_neighbours_and_what_is_around_a_fold() {
         let grid = || Mesh::grid(9, 7, [0.6, 0.8]);
         let thin = assembly(grid(), 0.01).unwrap();
-        assert_eq!(apart(&thin, 0), [1, 7, 8]);
-        assert_eq!(apart(&thin, 10), [2, 3, 4, 9, 11, 16, 17, 18]);
+        assert_eq!(excluded(&thin, 0), [1, 7, 8]);
+        assert_eq!(excluded(&thin, 10), [2, 3, 4, 9, 11, 16, 17, 18]);
         // 0.15 m around: those one and a half spacings of 0.1 m away.
         let thick = assembly(grid(), 0.15 / 1.57).unwrap();
-        assert_eq!(apart(&thick, 31), [23, 24, 25, 30, 32, 37, 38, 39]);
+        assert_eq!(excluded(&thick, 31), [23, 24, 25, 30, 32, 37, 38, 39]);
         let thicker = assembly(grid(), 0.23 / 1.57).unwrap();
-        assert_eq!(apart(&thicker, 31).len(), 8 + 4 + 8);
+        assert_eq!(excluded(&thicker, 31).len(), 8 + 4 + 8);
         assert!(
             assembly(Mesh::grid(99, 99, [1.0, 1.0]), 0.3).err().unwrap().message.contains("; 8.16e-2 m, or")
         );
@@ -298,13 +304,13 @@ mod tests {
             let body = Body::soft("ball", mesh).with_mass(Mass::Node(0.1)).structural(10.0, 0.0);
             Assembly::new(&Scene::new("").body(body.collide(thickness)).time(0.01, 0.001)).unwrap()
         };
-        let of = |assembly: &Assembly| (0..642).map(|i| apart(assembly, i).len()).collect::<Vec<_>>();
+        let of = |assembly: &Assembly| (0..642).map(|i| excluded(assembly, i).len()).collect::<Vec<_>>();
         // Edges are 0.138 m to 0.165 m long.
         assert!(of(&ball(0.05)).iter().all(|&n| n == 5 || n == 6));
         let wide = of(&ball(0.36 / 1.57));
         assert!(wide.iter().all(|&n| (15..=18).contains(&n)), "{wide:?}");
         let far = ball(0.36 / 1.57);
-        let mirrored = (0..642).all(|i| apart(&far, i).iter().all(|&j| apart(&far, j).contains(&i)));
+        let mirrored = (0..642).all(|i| excluded(&far, i).iter().all(|&j| excluded(&far, j).contains(&i)));
         assert!(mirrored);
     }
 

@@ -4,9 +4,9 @@ use crate::advice::{Advice, Refusal};
 use crate::build::Assembly;
 use crate::contact::colliders::gpu::Contact;
 use crate::contact::colliders::gpu::{Colliders, contact_of};
-use crate::contact::nodes::gpu_layout::{Meeting, Surface};
+use crate::contact::nodes::gpu_layout::{ContactMaterial, Surface};
 use crate::contact::nodes::pair;
-use crate::contact::nodes::touching::Apart;
+use crate::contact::nodes::self_contact::Exclusions;
 use crate::diagnostics::FrameSums;
 use crate::diagnostics::gpu::sum_groups;
 use crate::gpu::bodies::Bodies;
@@ -21,7 +21,7 @@ use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shade
 
 /// Its shaders.
 pub const SHADERS: &[Shader] =
-    shaders!("contact/nodes", ["cells.wgsl", "pair.wgsl", "pairs.wgsl", "stages.wgsl"]);
+    shaders!("contact/nodes", ["cells.wgsl", "pair.wgsl", "broad_phase.wgsl", "stages.wgsl"]);
 
 /// Edge of a cell by the largest thickness: so much more that rounding in 32 bits hides no neighbour.
 pub const CELL: f64 = 1.0 + 1.0 / 64.0;
@@ -29,22 +29,22 @@ pub const CELL: f64 = 1.0 + 1.0 / 64.0;
 /// Bytes of the arrays that a body needs to touch others, and what they hold.
 pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
     let body = &assembly.bodies[body];
-    let Some(touching) = &body.touching else { return Vec::new() };
-    let apart = match &touching.apart {
-        Apart::Grid(ways) => ways.len(),
-        Apart::Mesh(rows) => rows.offsets.len() + rows.items.len(),
+    let Some(self_contact) = &body.self_contact else { return Vec::new() };
+    let exclusions = match &self_contact.exclusions {
+        Exclusions::Grid(ways) => ways.len(),
+        Exclusions::Mesh(rows) => rows.offsets.len() + rows.items.len(),
     };
     // Four buckets a node at most, and three numbers.
     vec![
         (body.places() as u64 * 28, "lists of nodes that touch"),
-        (apart as u64 * 4, "nodes that do not touch"),
+        (exclusions as u64 * 4, "nodes that do not touch"),
     ]
 }
 
 /// Refuses bodies that touch each other in several partitions.
 pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
-    let touches = |index: &usize| assembly.bodies[*index].touching.is_some();
-    let mut with = partitions.iter().filter_map(|bodies| bodies.clone().find(touches));
+    let collides = |index: &usize| assembly.bodies[*index].self_contact.is_some();
+    let mut with = partitions.iter().filter_map(|bodies| bodies.clone().find(collides));
     let (Some(one), Some(other)) = (with.next(), with.next()) else { return Ok(()) };
     let message = format!(
         "bodies `{}` and `{}` have self_collision and may touch each other, and the GPU does not give a kernel enough to hold \
@@ -56,43 +56,44 @@ pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u
 
 /// Bodies whose nodes touch others, on the host.
 #[derive(Default)]
-pub struct PairTables {
+pub struct SelfCollisionTables {
     pub surfaces: Vec<Surface>,
     /// Which slices of places are theirs, and which of their nodes do not touch.
-    pub apart: Vec<u32>,
+    pub exclusions: Vec<u32>,
     /// Places of all bodies.
     places: usize,
 }
 
-impl PairTables {
+impl SelfCollisionTables {
     /// Those of some bodies.
     pub fn new(bodies: &Bodies<'_>) -> Result<Self, String> {
-        let touching = || bodies.iter().filter_map(|(_, body)| Some((body, body.touching.as_ref()?)));
-        let widest = touching().map(|(_, touching)| touching.surface.thickness).fold(0.0, f64::max);
+        let colliding = || bodies.iter().filter_map(|(_, body)| Some((body, body.self_contact.as_ref()?)));
+        let widest = colliding().map(|(_, self_contact)| self_contact.surface.thickness).fold(0.0, f64::max);
         if widest == 0.0 {
             return Ok(Self::default());
         }
-        let apart = vec![NONE; bodies.slices()];
-        let mut tables = Self { surfaces: Vec::new(), apart, places: bodies.len() };
-        for (number, (body, touching)) in (0..).zip(touching()) {
+        let exclusions = vec![NONE; bodies.slices()];
+        let mut tables = Self { surfaces: Vec::new(), exclusions, places: bodies.len() };
+        for (number, (body, self_contact)) in (0..).zip(colliding()) {
             let first = bodies.local(body.first);
             let slices = first as usize / LANES..(first as usize + body.places()) / LANES;
-            tables.apart[slices].fill(number);
-            let apart = u32::try_from(tables.apart.len());
-            let apart = apart.map_err(|_| "too many nodes that do not touch for 32 bits".to_owned())?;
-            let [high, wide] = match &touching.apart {
-                Apart::Grid(ways) => tables.add_ways(ways),
-                Apart::Mesh(rows) => tables.add_rows(rows),
+            tables.exclusions[slices].fill(number);
+            let exclusions = u32::try_from(tables.exclusions.len());
+            let exclusions =
+                exclusions.map_err(|_| "too many nodes that do not touch for 32 bits".to_owned())?;
+            let [high, wide] = match &self_contact.exclusions {
+                Exclusions::Grid(ways) => tables.add_offsets(ways),
+                Exclusions::Mesh(rows) => tables.add_rows(rows),
             };
-            let surface = touching.surface;
+            let surface = self_contact.surface;
             tables.surfaces.push(Surface {
                 first,
                 count: body.nodes as u32,
                 cols: body.grid_layout.map_or(0, |[_, cols]| cols as u32),
                 high,
                 wide,
-                apart,
-                meeting: Meeting {
+                exclusions,
+                material: ContactMaterial {
                     thickness: surface.thickness as f32,
                     friction: surface.friction as f32,
                     restitution: surface.restitution as f32,
@@ -104,7 +105,7 @@ impl PairTables {
     }
 
     /// A bit for each way within the largest ones, and these.
-    fn add_ways(&mut self, ways: &[[i32; 2]]) -> [u32; 2] {
+    fn add_offsets(&mut self, ways: &[[i32; 2]]) -> [u32; 2] {
         let [high, wide] =
             [0, 1].map(|axis| ways.iter().map(|way| way[axis].unsigned_abs()).max().unwrap_or(0));
         let mut bits = vec![0_u32; ((2 * high + 1) * (2 * wide + 1)).div_ceil(32) as usize];
@@ -112,12 +113,12 @@ impl PairTables {
             let bit = (row + high as i32) * (2 * wide as i32 + 1) + col + wide as i32;
             bits[bit as usize / 32] |= 1 << (bit % 32);
         }
-        self.apart.extend(bits);
+        self.exclusions.extend(bits);
         [high, wide]
     }
 
     fn add_rows(&mut self, rows: &Csr) -> [u32; 2] {
-        self.apart.extend(rows.offsets.iter().chain(&rows.items));
+        self.exclusions.extend(rows.offsets.iter().chain(&rows.items));
         [0; 2]
     }
 
@@ -136,7 +137,7 @@ impl PairTables {
 /// Nodes that touch each other, on the device.
 pub struct NodeContact {
     surfaces: Buffer<Surface>,
-    apart: Buffer<u32>,
+    exclusions: Buffer<u32>,
     work: Buffer<u32>,
     /// By workgroup: contacts, and the least distance as a fraction of the thickness.
     sums: Buffer<[u32; 2]>,
@@ -150,14 +151,14 @@ pub struct NodeContact {
 
 impl NodeContact {
     /// Takes tables to the device; `None` where no body touches others.
-    pub fn new(gpu: &Gpu, tables: &PairTables) -> Result<Option<Self>, GpuError> {
+    pub fn new(gpu: &Gpu, tables: &SelfCollisionTables) -> Result<Option<Self>, GpuError> {
         if tables.surfaces.is_empty() {
             return Ok(None);
         }
         let sums = sum_groups(tables.places);
         Ok(Some(Self {
             surfaces: gpu.buffer_from("surfaces", &tables.surfaces)?,
-            apart: gpu.buffer_from("nodes that do not touch", &tables.apart)?,
+            exclusions: gpu.buffer_from("nodes that do not touch", &tables.exclusions)?,
             work: gpu.buffer("lists of nodes that touch", tables.words())?,
             sums: gpu.buffer("sums over pairs", sums)?,
             read_sums: gpu.read_back("sums over pairs", sums)?,
@@ -169,18 +170,18 @@ impl NodeContact {
 
     /// Finds pairs, and moves their nodes apart. The state after the sub-step is read, and written anew where that before it
     /// was.
-    fn move_touching<'f>(&'f self, features: &Features) -> Vec<Command<'f>> {
+    fn resolve_self_contacts<'f>(&'f self, features: &Features) -> Vec<Command<'f>> {
         let run = |entry, groups| Command::run(Name::new(entry), groups);
         let [contact, _] = contact_of(features);
         let mut all = vec![
             Command::SwapStates,
             run("clear_cells", self.buckets.div_ceil(GROUP)),
             run("fill_cells", self.groups),
-            run("find_pairs", self.groups),
-            Command::run(Name::new("part_pairs").with(contact.choices()), self.groups),
+            run("find_self_contacts", self.groups),
+            Command::run(Name::new("resolve_self_contacts").with(contact.choices()), self.groups),
         ];
         if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
-            let name = Name::new("contact_parted").with(Contact::Meshes.choices());
+            let name = Name::new("contact_after_self_collision").with(Contact::Meshes.choices());
             all.push(Command::run(name, self.groups));
         }
         all
@@ -191,23 +192,23 @@ impl Feature for NodeContact {
     fn buffers(&self, _: usize) -> Vec<(&'static str, &dyn Bindable)> {
         vec![
             ("surfaces", &self.surfaces),
-            ("apart", &self.apart),
+            ("exclusions", &self.exclusions),
             // The one as atomic numbers, the other not.
-            ("linked", &self.work),
-            ("pair_work", &self.work),
-            ("pair_sums", &self.sums),
+            ("cell_links", &self.work),
+            ("contact_work", &self.work),
+            ("contact_sums", &self.sums),
         ]
     }
 
     fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
-        let sums = vec![Command::run(Name::new("measure_pairs"), self.sums.len())];
+        let sums = vec![Command::run(Name::new("measure_self_contacts"), self.sums.len())];
         let all = [Op::SelfContact, Op::MoveTouching, Op::Contact];
-        vec![Fused::new(&all, self.move_touching(features)), Fused::new(&[Op::MeasureTiles], sums)]
+        vec![Fused::new(&all, self.resolve_self_contacts(features)), Fused::new(&[Op::MeasureTiles], sums)]
     }
 
     fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
         for (record, substep) in records.iter_mut().zip(upload.substeps) {
-            record.most_apart = pair::most_apart(f64::from(substep.h)) as f32;
+            record.max_separation = pair::max_separation(f64::from(substep.h)) as f32;
         }
         self.searches += upload.substeps.len() as u64;
         Ok(false)

@@ -2,16 +2,16 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// `Meeting` of pair.wgsl.
+/// `ContactMaterial` of pair.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Meeting {
+pub struct ContactMaterial {
     pub thickness: f32,
     pub friction: f32,
     pub restitution: f32,
 }
 
-/// `Surface` of pairs.wgsl.
+/// `Surface` of broad_phase.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Surface {
@@ -20,8 +20,8 @@ pub struct Surface {
     pub cols: u32,
     pub high: u32,
     pub wide: u32,
-    pub apart: u32,
-    pub meeting: Meeting,
+    pub exclusions: u32,
+    pub material: ContactMaterial,
     pub cells_a_metre: f32,
 }
 

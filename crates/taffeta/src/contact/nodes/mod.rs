@@ -10,4 +10,4 @@ pub mod gpu_layout;
 pub mod pair;
 #[cfg(feature = "gpu")]
 pub mod parity;
-pub mod touching;
+pub mod self_contact;

@@ -13,7 +13,7 @@ use crate::real::{Real, add, dot, scale, sub};
 
 /// Two surfaces as they meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Meeting<T> {
+pub struct ContactMaterial<T> {
     /// Distance that is kept between their nodes [m].
     pub thickness: T,
     /// Coulomb coefficient.
@@ -39,18 +39,18 @@ pub fn exchange<T: Real>(
     d: [T; 3],
     v: [T; 3],
     mobility: T,
-    meeting: &Meeting<T>,
+    material: &ContactMaterial<T>,
     (h, most): (T, T),
 ) -> Exchange<T> {
     let distance = dot(d, d).sqrt();
-    let apart = distance > T::ZERO;
-    let by = if apart { distance } else { T::ONE };
-    let normal = if apart { [d[0] / by, d[1] / by, d[2] / by] } else { [T::ZERO, T::ONE, T::ZERO] };
+    let is_separated = distance > T::ZERO;
+    let by = if is_separated { distance } else { T::ONE };
+    let normal = if is_separated { [d[0] / by, d[1] / by, d[2] / by] } else { [T::ZERO, T::ONE, T::ZERO] };
     let speed = dot(v, normal);
-    let (missing, limit) = (meeting.thickness - distance, most * meeting.thickness);
+    let (missing, limit) = (material.thickness - distance, most * material.thickness);
     let at_most = |way: T| if way < limit { way } else { limit };
     let approach = if speed < T::ZERO { -speed } else { T::ZERO };
-    let (bounce, soft) = (meeting.restitution * approach, T::ONE - meeting.restitution);
+    let (bounce, soft) = (material.restitution * approach, T::ONE - material.restitution);
     // What went missing in this sub-step goes with the approach; what was missing before gives a speed, the more the
     // faster, paid for by what the impact has lost.
     let fresh = if h * approach < missing { h * approach } else { missing };
@@ -59,12 +59,12 @@ pub fn exchange<T: Real>(
     // Nodes that part fast enough get no impulse, and hence no friction.
     let gained = if after > speed { after - speed } else { T::ZERO };
     let tangential = sub(v, scale(normal, speed));
-    let (slip, grip) = (dot(tangential, tangential).sqrt(), meeting.friction * gained);
+    let (slip, grip) = (dot(tangential, tangential).sqrt(), material.friction * gained);
     let lost = if slip > grip { grip / slip } else { T::ONE };
     let friction = scale(tangential, if gained > T::ZERO { -lost } else { T::ZERO });
     // Friction takes its way back, as with colliders, and so does what stops the approach. Where nothing is lost, nodes
     // that are too near are put apart: by half of what is missing, less what they part by themselves.
-    let left = meeting.restitution * at_most(missing * T::from_f64(0.5)) - h * (speed + gained);
+    let left = material.restitution * at_most(missing * T::from_f64(0.5)) - h * (speed + gained);
     let push = soft * fresh + if left > T::ZERO { left } else { T::ZERO };
     let mass = if mobility > T::ZERO { T::ONE / mobility } else { T::ZERO };
     Exchange {
@@ -80,7 +80,7 @@ pub const FIRM: f64 = 0.2;
 pub const RELEASE: f64 = 0.02;
 
 /// Longest way apart in a sub-step of `h` [s], by the thickness.
-pub fn most_apart(h: f64) -> f64 {
+pub fn max_separation(h: f64) -> f64 {
     (h / RELEASE).min(1.0)
 }
 
@@ -93,8 +93,8 @@ pub fn mobility<T: Real>(inverse_mass: [T; 2], contacts: [u32; 2]) -> T {
 
 /// How two surfaces meet of which each has a thickness, friction and restitution: at the mean distance, with the geometric
 /// mean of their friction and the larger restitution.
-pub fn meeting<T: Real>(a: &Meeting<T>, b: &Meeting<T>) -> Meeting<T> {
-    Meeting {
+pub fn combine_materials<T: Real>(a: &ContactMaterial<T>, b: &ContactMaterial<T>) -> ContactMaterial<T> {
+    ContactMaterial {
         thickness: (a.thickness + b.thickness) * T::from_f64(0.5),
         friction: (a.friction * b.friction).sqrt(),
         restitution: if a.restitution > b.restitution { a.restitution } else { b.restitution },
@@ -108,19 +108,19 @@ mod tests {
 
     const H: f64 = 0.001;
 
-    fn meeting(friction: f64, restitution: f64) -> Meeting<f64> {
-        Meeting { thickness: 0.1, friction, restitution }
+    fn material(friction: f64, restitution: f64) -> ContactMaterial<f64> {
+        ContactMaterial { thickness: 0.1, friction, restitution }
     }
 
     /// What a pair of nodes of 1 kg with a contact each does.
-    fn alone(d: [f64; 3], v: [f64; 3], how: &Meeting<f64>) -> Exchange<f64> {
-        exchange(d, v, 2.0, how, (H, most_apart(H)))
+    fn alone(d: [f64; 3], v: [f64; 3], how: &ContactMaterial<f64>) -> Exchange<f64> {
+        exchange(d, v, 2.0, how, (H, max_separation(H)))
     }
 
     #[test]
     fn an_impact_gives_back_its_share_and_puts_apart_what_it_brought_near() {
         let along = |e: f64| {
-            let done = alone([0.096, 0.0, 0.0], [-4.0, 0.0, 0.0], &meeting(0.0, e));
+            let done = alone([0.096, 0.0, 0.0], [-4.0, 0.0, 0.0], &material(0.0, e));
             [done.impulse[0], done.shift[0]]
         };
         for (e, [impulse, shift]) in [(0.0, [2.0, 0.002]), (0.5, [3.0, 0.001]), (1.0, [4.0, 0.0])] {
@@ -131,16 +131,16 @@ mod tests {
 
     #[test]
     fn friction_is_bounded_by_the_normal_impulse() {
-        let sliding = alone([0.0, 0.1, 0.0], [3.0, -2.0, 0.0], &meeting(0.5, 0.0));
+        let sliding = alone([0.0, 0.1, 0.0], [3.0, -2.0, 0.0], &material(0.5, 0.0));
         assert_eq!((sliding.impulse, sliding.shift), ([-0.5, 1.0, 0.0], [-0.5 * H, 0.0, 0.0]));
-        let stuck = alone([0.0, 0.1, 0.0], [3.0, -2.0, 0.0], &meeting(2.0, 0.0));
+        let stuck = alone([0.0, 0.1, 0.0], [3.0, -2.0, 0.0], &material(2.0, 0.0));
         assert_eq!((stuck.impulse, stuck.shift), ([-1.5, 1.0, 0.0], [-1.5 * H, 0.0, 0.0]));
     }
 
     #[test]
     fn nodes_too_near_part_the_faster_the_more_is_missing_up_to_a_limit() {
         let speed = |distance: f64, v: f64, e: f64| {
-            let done = alone([0.0, distance, 0.0], [0.0, v, 0.0], &meeting(0.0, e));
+            let done = alone([0.0, distance, 0.0], [0.0, v, 0.0], &material(0.0, e));
             (v + 2.0 * done.impulse[1], 2.0 * done.shift[1])
         };
         let near = |got: (f64, f64), expected: (f64, f64)| {
@@ -158,9 +158,9 @@ mod tests {
 
     #[test]
     fn nodes_at_one_place_part_along_y_and_held_ones_stay() {
-        let done = alone([0.0; 3], [0.0; 3], &meeting(0.3, 0.0));
+        let done = alone([0.0; 3], [0.0; 3], &material(0.3, 0.0));
         assert!(done.impulse[1] > 0.0 && done.impulse[0] == 0.0 && done.impulse[2] == 0.0);
-        let held = exchange([0.0; 3], [1.0; 3], mobility([0.0; 2], [1; 2]), &meeting(0.3, 0.5), (H, 0.1));
+        let held = exchange([0.0; 3], [1.0; 3], mobility([0.0; 2], [1; 2]), &material(0.3, 0.5), (H, 0.1));
         assert_eq!(held, Exchange::default());
     }
 
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn what_is_done_to_one_is_done_to_the_other_the_opposite_way() {
         for n in 0..1000 {
-            let (d, v, how) = (scale(some(n), 0.06), some(n + 5000), meeting(0.3, f64::from(n % 3) * 0.5));
+            let (d, v, how) = (scale(some(n), 0.06), some(n + 5000), material(0.3, f64::from(n % 3) * 0.5));
             let (there, back) = (alone(d, v, &how), alone(scale(d, -1.0), scale(v, -1.0), &how));
             assert_eq!((there.impulse, there.shift), (scale(back.impulse, -1.0), scale(back.shift, -1.0)));
         }
@@ -191,7 +191,7 @@ mod tests {
                 let speed = dot(v, way) / norm(way);
                 let missing = if e < 1.0 { (-speed * H).max(0.0) } else { 0.05 };
                 let d = scale(way, (0.1 - missing) / norm(way));
-                let done = exchange(d, v, w, &meeting(0.4, e), (H, most_apart(H)));
+                let done = exchange(d, v, w, &material(0.4, e), (H, max_separation(H)));
                 // Of the parts of both that meet, in the frame of their common motion.
                 let after = add(v, scale(done.impulse, w));
                 assert!(norm(after) <= norm(v) * (1.0 + 1e-12), "{n}, {e}: {v:?} {after:?}");

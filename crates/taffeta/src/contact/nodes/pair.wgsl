@@ -3,7 +3,7 @@
 #import gpu/wgsl/vector.wgsl
 
 /// Two surfaces as they meet, or one of them.
-struct Meeting {
+struct ContactMaterial {
     /// Distance that is kept between their nodes [m].
     thickness: f32,
     friction: f32,
@@ -24,16 +24,16 @@ const FIRM: f32 = 0.2;
 /// What a pair does: `d` [m] and `v` [m/s] are place and velocity of the first node less those of the second, `mobility`
 /// [1/kg] as [`mobility_of`] says, `h` [s] the sub-step that has just gone by, `most` the longest way apart in one, by the
 /// thickness. Nodes at one place part along y.
-fn exchange(d: vec3f, v: vec3f, mobility: f32, meeting: Meeting, h: f32, most: f32) -> Exchange {
+fn exchange(d: vec3f, v: vec3f, mobility: f32, material: ContactMaterial, h: f32, most: f32) -> Exchange {
     let distance = norm3(d);
-    let is_apart = distance > 0.0;
-    let normal = select(vec3f(0.0, 1.0, 0.0), d / select(1.0, distance, is_apart), is_apart);
+    let is_separated = distance > 0.0;
+    let normal = select(vec3f(0.0, 1.0, 0.0), d / select(1.0, distance, is_separated), is_separated);
     let speed = dot3(v, normal);
-    let missing = meeting.thickness - distance;
-    let limit = most * meeting.thickness;
+    let missing = material.thickness - distance;
+    let limit = most * material.thickness;
     let approach = select(0.0, -speed, speed < 0.0);
-    let bounce = meeting.restitution * approach;
-    let soft = 1.0 - meeting.restitution;
+    let bounce = material.restitution * approach;
+    let soft = 1.0 - material.restitution;
     // What went missing in this sub-step goes with the approach; what was missing before gives a speed, the more the
     // faster, paid for by what the impact has lost.
     let come = h * approach;
@@ -44,12 +44,12 @@ fn exchange(d: vec3f, v: vec3f, mobility: f32, meeting: Meeting, h: f32, most: f
     let gained = select(0.0, after - speed, after > speed);
     let tangential = v - normal * speed;
     let slip = norm3(tangential);
-    let grip = meeting.friction * gained;
+    let grip = material.friction * gained;
     let lost = select(1.0, grip / select(1.0, slip, slip > grip), slip > grip);
     let friction = tangential * select(0.0, -lost, gained > 0.0);
     // Friction takes its way back, as with colliders, and so does what stops the approach. Where nothing is lost, nodes
     // that are too near are put apart: by half of what is missing, less what they part by themselves.
-    let left = meeting.restitution * at_most(missing * 0.5, limit) - h * (speed + gained);
+    let left = material.restitution * at_most(missing * 0.5, limit) - h * (speed + gained);
     let push = soft * fresh + select(0.0, left, left > 0.0);
     let mass = select(0.0, 1.0 / select(1.0, mobility, mobility > 0.0), mobility > 0.0);
     return Exchange((normal * gained + friction) * mass, (normal * push + friction * h) * mass);
@@ -65,8 +65,8 @@ fn mobility_of(inverse_mass: vec2f, contacts: vec2u) -> f32 {
 }
 
 /// How two surfaces meet: at the mean distance, with the geometric mean of their friction and the larger restitution.
-fn meeting_of(a: Meeting, b: Meeting) -> Meeting {
-    return Meeting(
+fn combine_materials(a: ContactMaterial, b: ContactMaterial) -> ContactMaterial {
+    return ContactMaterial(
         (a.thickness + b.thickness) * 0.5,
         sqrt(a.friction * b.friction),
         select(b.restitution, a.restitution, a.restitution > b.restitution),

@@ -5,7 +5,7 @@ use crate::contact::colliders::gpu::Contact;
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::nodes::cells;
 use crate::contact::nodes::gpu_layout::FARTHEST;
-use crate::contact::nodes::touching::Apart;
+use crate::contact::nodes::self_contact::Exclusions;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, NONE};
 use crate::gpu::parity::bench::{Bench, Given, Written};
@@ -24,10 +24,10 @@ const MOVED: &str = "as above; contact multiplies what hardware rounds otherwise
 pub const ROWS: &[Row] = &[
     row("clear_cells", Tolerance::new(0.0, 0.0, COUNTED), clear),
     row("fill_cells", Tolerance::new(0.0, 0.0, COUNTED), fill),
-    row("find_pairs", Tolerance::new(0.0, 32.0, FOUND), find),
-    row("part_pairs", Tolerance::new(0.0, 128.0, MOVED), part),
-    row("contact_parted", Tolerance::new(0.0, 512.0, MOVED), contact_parted),
-    row("measure_pairs", Tolerance::new(0.0, 0.0, COUNTED), measure),
+    row("find_self_contacts", Tolerance::new(0.0, 32.0, FOUND), find),
+    row("resolve_self_contacts", Tolerance::new(0.0, 128.0, MOVED), resolve),
+    row("contact_after_self_collision", Tolerance::new(0.0, 512.0, MOVED), contact_after_self_collision),
+    row("measure_self_contacts", Tolerance::new(0.0, 0.0, COUNTED), measure),
 ];
 
 const fn row(
@@ -51,7 +51,7 @@ const POISON: u32 = 0x7fff_fff1;
 impl Work {
     /// Of the state after the sub-step; nodes are linked in an order by chance. Contacts are looked for among all pairs.
     pub fn new(fixture: &Fixture) -> Self {
-        let (places, buckets) = (fixture.tables.len(), fixture.tables.pairs.buckets());
+        let (places, buckets) = (fixture.tables.len(), fixture.tables.self_collision.buckets());
         let mut work = Self {
             heads: vec![NONE; buckets],
             next: vec![POISON; places],
@@ -71,9 +71,9 @@ impl Work {
     fn find(&mut self, fixture: &Fixture) {
         let nodes: Vec<u32> = linked_nodes(fixture).into_iter().map(|(node, _)| node).collect();
         for &a in &nodes {
-            let apart = nodes_apart(fixture, a);
+            let exclusions = excluded_nodes(fixture, a);
             let radius = radius(fixture, a);
-            for &b in nodes.iter().filter(|&&b| b != a && !apart.contains(&b)) {
+            for &b in nodes.iter().filter(|&&b| b != a && !exclusions.contains(&b)) {
                 let d = sub(place(fixture, a), place(fixture, b));
                 let (squared, reach) = (dot(d, d), radius + self::radius(fixture, b));
                 if squared < reach * reach {
@@ -93,7 +93,7 @@ impl Work {
         self.contacts.iter().map(|list| list.len() as u32).collect()
     }
 
-    /// As `pair_work` has it.
+    /// As `contact_work` has it.
     fn words(&self) -> Vec<u32> {
         [self.lists(), self.counts(), words(&self.nearest)].concat()
     }
@@ -107,17 +107,19 @@ fn place(fixture: &Fixture, node: u32) -> [f32; 3] {
 /// Half the thickness at a node that touches others.
 fn radius(fixture: &Fixture, node: u32) -> f32 {
     let of_node = |first: u32, count: u32| (first..first + count).contains(&node);
-    let surface = fixture.tables.pairs.surfaces.iter().find(|surface| of_node(surface.first, surface.count));
-    surface.map_or(0.0, |surface| surface.meeting.thickness * 0.5)
+    let surface =
+        fixture.tables.self_collision.surfaces.iter().find(|surface| of_node(surface.first, surface.count));
+    surface.map_or(0.0, |surface| surface.material.thickness * 0.5)
 }
 
 /// Nodes that one does not touch, as the assembly says.
-fn nodes_apart(fixture: &Fixture, node: u32) -> Vec<u32> {
+fn excluded_nodes(fixture: &Fixture, node: u32) -> Vec<u32> {
     let (node, mut all) = (node as usize, Vec::new());
-    for (body, touching) in fixture.cpu.assembly().touching() {
+    for (body, self_contact) in fixture.cpu.assembly().self_colliding() {
         if (body.first..body.first + body.nodes).contains(&node) {
-            let apart: &Apart = &touching.apart;
-            apart.each(body.grid_layout, node - body.first, |other| all.push((body.first + other) as u32));
+            let exclusions: &Exclusions = &self_contact.exclusions;
+            exclusions
+                .each(body.grid_layout, node - body.first, |other| all.push((body.first + other) as u32));
         }
     }
     all
@@ -125,9 +127,9 @@ fn nodes_apart(fixture: &Fixture, node: u32) -> Vec<u32> {
 
 /// Nodes whose places are numbers, each with its bucket.
 fn linked_nodes(fixture: &Fixture) -> Vec<(u32, usize)> {
-    let mask = fixture.tables.pairs.buckets() as u32 - 1;
+    let mask = fixture.tables.self_collision.buckets() as u32 - 1;
     let mut nodes = Vec::new();
-    for surface in &fixture.tables.pairs.surfaces {
+    for surface in &fixture.tables.self_collision.surfaces {
         for node in surface.first..surface.first + surface.count {
             let x = place(fixture, node);
             let cell = x.map(|x| (x * surface.cells_a_metre).clamp(-FARTHEST, FARTHEST).floor() as i32);
@@ -155,11 +157,11 @@ fn run(
     let mut arrays = fixture.arrays();
     arrays.insert("old_position", words(&fixture.new.position));
     arrays.insert("old_velocity", words(&fixture.new.velocity));
-    arrays.insert("surfaces", words(&fixture.tables.pairs.surfaces));
-    arrays.insert("apart", fixture.tables.pairs.apart.clone());
-    arrays.insert("linked", work.clone());
-    arrays.insert("pair_work", work);
-    arrays.insert("pair_sums", vec![POISON; 2 * groups]);
+    arrays.insert("surfaces", words(&fixture.tables.self_collision.surfaces));
+    arrays.insert("exclusions", fixture.tables.self_collision.exclusions.clone());
+    arrays.insert("cell_links", work.clone());
+    arrays.insert("contact_work", work);
+    arrays.insert("contact_sums", vec![POISON; 2 * groups]);
     bench.run(&kernel, &Given { arrays: &arrays, records: &fixture.records(), groups }, compare)
 }
 
@@ -174,14 +176,14 @@ fn same(written: &mut Written<'_>, name: &str, wanted: &[u32], found: &[u32]) {
 
 fn clear(bench: &mut Bench<'_>) -> Result<(), String> {
     for fixture in fixtures(bench)? {
-        let buckets = fixture.tables.pairs.buckets();
-        let work = vec![POISON; fixture.tables.pairs.words()];
+        let buckets = fixture.tables.self_collision.buckets();
+        let work = vec![POISON; fixture.tables.self_collision.words()];
         let mut wanted = work.clone();
         wanted[..buckets].fill(NONE);
         // A workgroup more than there are buckets for.
         run(bench, "clear_cells", &fixture, (work, buckets.div_ceil(GROUP) + 1), |written| {
-            let found: Vec<u32> = written.take("pair_work");
-            same(written, "pair_work", &wanted, &found);
+            let found: Vec<u32> = written.take("contact_work");
+            same(written, "contact_work", &wanted, &found);
         })?;
     }
     Ok(())
@@ -204,12 +206,12 @@ fn by_bucket(lists: &[u32], buckets: usize) -> Vec<u32> {
 
 fn fill(bench: &mut Bench<'_>) -> Result<(), String> {
     for fixture in fixtures(bench)? {
-        let (buckets, places) = (fixture.tables.pairs.buckets(), fixture.tables.len());
+        let (buckets, places) = (fixture.tables.self_collision.buckets(), fixture.tables.len());
         let wanted = Work::new(&fixture);
-        let mut work = vec![POISON; fixture.tables.pairs.words()];
+        let mut work = vec![POISON; fixture.tables.self_collision.words()];
         work[..buckets].fill(NONE);
         run(bench, "fill_cells", &fixture, (work.clone(), fixture.place_groups()), |written| {
-            let found: Vec<u32> = written.take("linked");
+            let found: Vec<u32> = written.take("cell_links");
             let (lists, rest) = found.split_at(found.len().min(buckets + places));
             same(written, "lists", &by_bucket(&wanted.lists(), buckets), &by_bucket(lists, buckets));
             let untouched = |next: &[u32]| next.iter().map(|&next| u32::from(next == POISON)).collect();
@@ -226,8 +228,8 @@ fn find(bench: &mut Bench<'_>) -> Result<(), String> {
         let (all, places) = (Work::new(&fixture), fixture.tables.len());
         let lists = all.lists();
         let work = [lists.clone(), vec![POISON; 2 * places]].concat();
-        run(bench, "find_pairs", &fixture, (work, fixture.place_groups()), |written| {
-            let found: Vec<u32> = written.take("pair_work");
+        run(bench, "find_self_contacts", &fixture, (work, fixture.place_groups()), |written| {
+            let found: Vec<u32> = written.take("contact_work");
             let (left, found) = found.split_at(found.len().min(lists.len()));
             let (counts, nearest) = found.split_at(found.len().min(places));
             same(written, "lists", &lists, left);
@@ -282,39 +284,39 @@ fn parted(fixture: &mut Fixture, contacts: &[u32]) -> ([Vec<Four>; 2], State) {
     ([after.position, after.velocity], moved)
 }
 
-/// On states after part_pairs, in scenes with meshes.
-fn contact_parted(bench: &mut Bench<'_>) -> Result<(), String> {
+/// On states after resolve_self_contacts, in scenes with meshes.
+fn contact_after_self_collision(bench: &mut Bench<'_>) -> Result<(), String> {
     // On hardware there are no meshes: near one, other roundings turn the way out.
     let mut fixture = Fixture::with_pairs(23, bench.exact, bench.exact)?;
     let work = Work::new(&fixture);
     let ([position, velocity], moved) = parted(&mut fixture, &work.counts());
-    let name = Name::new("contact_parted").with(Contact::Meshes.choices());
+    let name = Name::new("contact_after_self_collision").with(Contact::Meshes.choices());
     let kernel = kernel_of(bench, name, &fixture)?;
     let mut arrays = fixture.arrays();
     arrays.insert("old_position", words(&fixture.new.position));
     arrays.insert("old_velocity", words(&fixture.new.velocity));
     arrays.insert("new_position", words(&moved.position));
     arrays.insert("new_velocity", words(&moved.velocity));
-    arrays.insert("pair_work", work.words());
+    arrays.insert("contact_work", work.words());
     let (records, groups) = (fixture.records(), fixture.place_groups());
     bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
         written.fours("new_position", &position);
         written.fours("new_velocity", &velocity);
-        let found: Vec<u32> = written.take("pair_work");
-        same(written, "pair_work", &work.words(), &found);
+        let found: Vec<u32> = written.take("contact_work");
+        same(written, "contact_work", &work.words(), &found);
     })
 }
 
-fn part(bench: &mut Bench<'_>) -> Result<(), String> {
+fn resolve(bench: &mut Bench<'_>) -> Result<(), String> {
     for mut fixture in fixtures(bench)? {
         let work = Work::new(&fixture);
         let ([position, velocity], _) = parted(&mut fixture, &work.counts());
         let words = work.words();
-        run(bench, "part_pairs", &fixture, (words.clone(), fixture.place_groups()), |written| {
+        run(bench, "resolve_self_contacts", &fixture, (words.clone(), fixture.place_groups()), |written| {
             written.fours("new_position", &position);
             written.fours("new_velocity", &velocity);
-            let found: Vec<u32> = written.take("pair_work");
-            same(written, "pair_work", &words, &found);
+            let found: Vec<u32> = written.take("contact_work");
+            same(written, "contact_work", &words, &found);
         })?;
     }
     Ok(())
@@ -330,11 +332,11 @@ fn measure(bench: &mut Bench<'_>) -> Result<(), String> {
             *one = [one[0] + count, one[1].min(nearest.to_bits())];
         }
         let (wanted, words) = (wanted.into_values().collect::<Vec<_>>().concat(), work.words());
-        run(bench, "measure_pairs", &fixture, (words.clone(), groups), |written| {
-            let sums: Vec<u32> = written.take("pair_sums");
-            same(written, "pair_sums", &wanted, &sums);
-            let left: Vec<u32> = written.take("pair_work");
-            same(written, "pair_work", &words, &left);
+        run(bench, "measure_self_contacts", &fixture, (words.clone(), groups), |written| {
+            let sums: Vec<u32> = written.take("contact_sums");
+            same(written, "contact_sums", &wanted, &sums);
+            let left: Vec<u32> = written.take("contact_work");
+            same(written, "contact_work", &words, &left);
         })?;
     }
     Ok(())

@@ -5,7 +5,7 @@
 #import contact/colliders/resolve_contact_again.wgsl
 #import contact/nodes/cells.wgsl
 #import contact/nodes/pair.wgsl
-#import contact/nodes/pairs.wgsl
+#import contact/nodes/broad_phase.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
 #import gpu/wgsl/substep.wgsl
@@ -20,8 +20,8 @@ fn clear_cells(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let bucket = node_of(id, counts, lane);
-    if bucket < buckets_in(arrayLength(&pair_work)) {
-        pair_work[bucket] = NONE;
+    if bucket < buckets_in(arrayLength(&contact_work)) {
+        contact_work[bucket] = NONE;
     }
 }
 
@@ -41,16 +41,16 @@ fn fill_cells(
     if number == NONE || are_odd(x) {
         return;
     }
-    let buckets = buckets_in(arrayLength(&linked));
+    let buckets = buckets_in(arrayLength(&cell_links));
     let cell = cell_at(x, surfaces[number].cells_a_metre);
     let bucket = (row_of_cells(cell.y, cell.z) + bitcast<u32>(cell.x)) & (buckets - 1u);
-    let next = atomicExchange(&linked[bucket], node);
-    atomicStore(&linked[buckets + node], next);
+    let next = atomicExchange(&cell_links[bucket], node);
+    atomicStore(&cell_links[buckets + node], next);
 }
 
 /// Counts the contacts of each place, and finds the nearest.
 @compute @workgroup_size(256)
-fn find_pairs(
+fn find_self_contacts(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,
@@ -66,35 +66,35 @@ fn find_pairs(
     var nearest = FAR;
     var least = select(0u, NONE, number == NONE || are_odd(x));
     while least != NONE {
-        let some = near_from(node, number, x, least);
+        let some = neighbours_from(node, number, x, least);
         for (var i = 0u; i < 16u && number_in(some, i) != NONE; i++) {
             let other = number_in(some, i);
-            if !may_touch(node, number, other) {
+            if !may_collide(node, number, other) {
                 continue;
             }
             let d = x - position_of(other);
-            let reach = reach_of(surfaces[number], surfaces[surface_number(other)]);
+            let reach = contact_distance(surfaces[number], surfaces[surface_number(other)]);
             let share = dot3(d, d) / (reach * reach);
             nearest = select(nearest, share, share < nearest);
             count++;
         }
         least = select(some.d.w + 1u, NONE, some.d.w == NONE);
     }
-    let buckets = buckets_in(arrayLength(&pair_work));
-    pair_work[buckets + places + node] = count;
-    pair_work[buckets + 2u * places + node] = bitcast<u32>(nearest);
+    let buckets = buckets_in(arrayLength(&contact_work));
+    contact_work[buckets + places + node] = count;
+    contact_work[buckets + 2u * places + node] = bitcast<u32>(nearest);
 }
 
 /// What a node gets from another that it touches.
-fn part_from(node: u32, number: u32, other: u32) -> Exchange {
+fn response_from(node: u32, number: u32, other: u32) -> Exchange {
     let a = min(node, other);
     let b = max(node, other);
-    let meeting = meeting_of(surfaces[number].meeting, surfaces[surface_number(other)].meeting);
+    let material = combine_materials(surfaces[number].material, surfaces[surface_number(other)].material);
     let mobility =
         mobility_of(vec2f(old_position[a].w, old_position[b].w), vec2u(contacts_of(a), contacts_of(b)));
     let done = exchange(
-        position_of(a) - position_of(b), velocity_of(a) - velocity_of(b), mobility, meeting,
-        substeps[0].h, substeps[0].most_apart,
+        position_of(a) - position_of(b), velocity_of(a) - velocity_of(b), mobility, material,
+        substeps[0].h, substeps[0].max_separation,
     );
     let sign = select(-1.0, 1.0, node == a);
     return Exchange(done.impulse * sign, done.shift * sign);
@@ -103,7 +103,7 @@ fn part_from(node: u32, number: u32, other: u32) -> Exchange {
 /// Gives nodes that touch each other their new velocities and places, and keeps them out of colliders again; the others stay
 /// as they are.
 @compute @workgroup_size(256)
-fn part_pairs(
+fn resolve_self_contacts(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,
@@ -123,11 +123,11 @@ fn part_pairs(
     var sum = Exchange(vec3f(0.0), vec3f(0.0));
     var least = 0u;
     while least != NONE {
-        let some = near_from(node, number, x.xyz, least);
+        let some = neighbours_from(node, number, x.xyz, least);
         for (var i = 0u; i < 16u && number_in(some, i) != NONE; i++) {
             let other = number_in(some, i);
-            if may_touch(node, number, other) {
-                let one = part_from(node, number, other);
+            if may_collide(node, number, other) {
+                let one = response_from(node, number, other);
                 sum = Exchange(sum.impulse + one.impulse, sum.shift + one.shift);
             }
         }
@@ -137,32 +137,32 @@ fn part_pairs(
 }
 
 /// Of each workgroup over nodes: contacts, and the least squared distance by that which is kept, as bits.
-@group(3) @binding(19) var<storage, read_write> pair_sums: array<vec2u>;
+@group(3) @binding(19) var<storage, read_write> contact_sums: array<vec2u>;
 
-var<workgroup> pair_lanes: array<vec2u, 256>;
+var<workgroup> contact_lanes: array<vec2u, 256>;
 
 @compute @workgroup_size(256)
-fn measure_pairs(
+fn measure_self_contacts(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
     let places = arrayLength(&old_position);
-    let first = buckets_in(arrayLength(&pair_work)) + places;
+    let first = buckets_in(arrayLength(&contact_work)) + places;
     // Bits of numbers above 0 are in the order of the numbers.
     var found = vec2u(0u, bitcast<u32>(FAR));
     for (var node = id.x * 256u + lane; node < places; node += counts.x * 256u) {
-        found = vec2u(found.x + pair_work[first + node], min(found.y, pair_work[first + places + node]));
+        found = vec2u(found.x + contact_work[first + node], min(found.y, contact_work[first + places + node]));
     }
-    pair_lanes[lane] = found;
+    contact_lanes[lane] = found;
     for (var half = 128u; half > 0u; half /= 2u) {
         workgroupBarrier();
         if lane < half {
-            let other = pair_lanes[lane + half];
-            pair_lanes[lane] = vec2u(pair_lanes[lane].x + other.x, min(pair_lanes[lane].y, other.y));
+            let other = contact_lanes[lane + half];
+            contact_lanes[lane] = vec2u(contact_lanes[lane].x + other.x, min(contact_lanes[lane].y, other.y));
         }
     }
     if lane == 0u {
-        pair_sums[id.x] = pair_lanes[0];
+        contact_sums[id.x] = contact_lanes[0];
     }
 }

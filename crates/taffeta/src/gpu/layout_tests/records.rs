@@ -2,7 +2,7 @@
 
 use crate::attachments::gpu_layout::Joint;
 use crate::contact::colliders::gpu_layout::Collider;
-use crate::contact::nodes::gpu_layout::{Meeting, Surface};
+use crate::contact::nodes::gpu_layout::{ContactMaterial, Surface};
 use crate::elements::KINDS;
 use crate::elements::aero::gpu_layout::{Air, Gusts};
 use crate::elements::element::Kind;
@@ -46,7 +46,7 @@ named! {
     f32: "f32", u32: "u32", i32: "i32", [f32; 3]: "vec3<f32>", [f32; 4]: "vec4<f32>", [u32; 4]: "vec4<u32>",
     [u32; 2]: "vec2<u32>", [f32; 2]: "vec2<f32>", Air: "Air", Gusts: "Gusts", Symmetric: "Symmetric", Descent: "Descent",
     [Along; 6]: "array<Along, 6>", Part: "Part",
-    Meeting: "Meeting", Solving: "Solving", Progress: "Progress",
+    ContactMaterial: "ContactMaterial", Solving: "Solving", Progress: "Progress",
 }
 
 fn name_of<R, T: Named>(_: fn(&R) -> &T) -> String {
@@ -88,7 +88,7 @@ fn records() -> Vec<Record> {
     let others = vec![
         record!(Substep {
             gravity, h, wind, drag, first_collider, colliders, first_motion, first_scale, frame_fraction, frame_rate,
-            input_forces, pins, solving, left, first_goal, most_apart, air; gap, padding
+            input_forces, pins, solving, left, first_goal, max_separation, air; gap, padding
         }),
         record!(Solving {
             activation, release, aim, epsilon, form, tolerance_squared, most_iterations, is_adaptive, is_warm; padding
@@ -141,7 +141,7 @@ fn records() -> Vec<Record> {
         record!(Load { vector, kind, about, torque, first, count, factor; padding }),
         record!(VolumeGroup { first, count, gradients, origin, first_group, groups, goal, form, flags }),
         record!(Chunk { origin, first, count }),
-        record!(Meeting { thickness, friction, restitution }),
+        record!(ContactMaterial { thickness, friction, restitution }),
         record!(Joint { point, track, a, b, start, end, compliance, break_force, closing, grouped }),
         record!(Link { a, b, k, damping, rest_length, is_active }),
         record!(LinkGroup { first, count, solve, first_group, groups }),
@@ -160,7 +160,7 @@ fn records() -> Vec<Record> {
         record!(Diagonal { own, inverse }),
         record!(Descent { passes, is_done, iterations, whole, error, alpha, beta }),
         record!(NodeSolve { before, kept, next }),
-        record!(Surface { first, count, cols, high, wide, apart, meeting, cells_a_metre }),
+        record!(Surface { first, count, cols, high, wide, exclusions, material, cells_a_metre }),
     ];
     of_elements.chain(others).collect()
 }
@@ -242,7 +242,10 @@ fn a_field_that_is_moved_renamed_left_out_or_of_another_type_is_found() {
         ("    row: i32,\n    col: i32,\n}\n\n@group(1)", "    row: u32,\n    col: i32,\n}\n\n@group(1)"),
         ("@size(128) air: Air", "air: Air"),
         ("    exposure: f32,\n    /// Coefficients.\n    drag: f32,", "    drag: f32,\n    exposure: f32,"),
-        ("    meeting: Meeting,\n    cells_a_metre: f32,", "    cells_a_metre: f32,\n    meeting: Meeting,"),
+        (
+            "    material: ContactMaterial,\n    cells_a_metre: f32,",
+            "    cells_a_metre: f32,\n    material: ContactMaterial,",
+        ),
         ("along: array<Along, 6>", "along: array<Along, 7>"),
     ];
     // Only the types are read: functions that use a field may not be valid then.

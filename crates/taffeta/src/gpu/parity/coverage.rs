@@ -253,7 +253,7 @@ fn nodes_touch_each_other_in_all_sorts_of_ways() {
     let work = Work::new(&fixture);
     let surface = |node: usize| {
         let is_of = |one: &&Surface| (one.first..one.first + one.count).contains(&(node as u32));
-        fixture.tables.pairs.surfaces.iter().find(is_of)
+        fixture.tables.self_collision.surfaces.iter().find(is_of)
     };
     for (node, contacts) in work.contacts.iter().enumerate() {
         let (x, nearest) = (fixture.new.position[node], work.nearest[node]);
@@ -277,7 +277,8 @@ fn nodes_touch_each_other_in_all_sorts_of_ways() {
             count.note("another body", surface(other as usize) != Some(own));
         }
     }
-    let distant = fixture.tables.pairs.surfaces.iter().filter(|surface| surface.high > 2 || surface.wide > 2);
+    let distant =
+        fixture.tables.self_collision.surfaces.iter().filter(|surface| surface.high > 2 || surface.wide > 2);
     count.note("wide neighbourhoods", distant.count() > 0);
     count.check();
 }

@@ -421,7 +421,7 @@ impl Fixture {
             solving: Solving::of(&self.cpu.assembly().solver),
             left: (self.substeps.len() - index) as u32,
             first_goal: sum(&|s| s.goals.len() + s.closing.len(), index),
-            most_apart: pair::most_apart(f64::from(substep.h)) as f32,
+            max_separation: pair::max_separation(f64::from(substep.h)) as f32,
             gap: 0,
             air: Air::of(substep.air.as_ref()),
             padding: [0; 16],

@@ -91,9 +91,9 @@ fn answer(case_of: Case) -> Answer {
             return one_vector(solve_symmetric(a, b, case_of.c), 0.0);
         }
         case 10u: {
-            let meeting = Meeting(case_of.c.x, case_of.c.y, case_of.c.z);
-            let done = exchange(a, b, case_of.s, meeting, case_of.t, case_of.u);
-            let met = meeting_of(meeting, Meeting(case_of.d.x, case_of.d.y, case_of.d.z));
+            let material = ContactMaterial(case_of.c.x, case_of.c.y, case_of.c.z);
+            let done = exchange(a, b, case_of.s, material, case_of.t, case_of.u);
+            let met = combine_materials(material, ContactMaterial(case_of.d.x, case_of.d.y, case_of.d.z));
             return Answer(
                 vec4f(done.impulse, 0.0), vec4f(done.shift, 0.0),
                 vec4f(met.thickness, met.friction, met.restitution, 0.0), vec4f(0.0),

@@ -51,7 +51,7 @@ struct Substep {
     /// Volumes to keep, or pressures, at its end, from here on.
     first_goal: u32,
     /// Longest way apart of nodes that touch each other, by the thickness.
-    most_apart: f32,
+    max_separation: f32,
     /// What is on its way around panels.
     @size(128) air: Air,
 }

@@ -43,7 +43,7 @@ named_rows! {
     start_nodes step_nodes left_of_nodes restrict_level left_of_level cycle_tail follow_level smooth_level smooth_nodes
     apply_nodes count_descents spring_impulses push_nodes note_descents
     pull_joints pull_groups attach_nodes
-    clear_cells fill_cells find_pairs part_pairs contact_parted measure_pairs
+    clear_cells fill_cells find_self_contacts resolve_self_contacts contact_after_self_collision measure_self_contacts
     bend_hinges measure_hinges blow_on_panels scale_loads
     measure_nodes measure_grid_springs measure_mesh_springs measure_volumes
     angle_of spring_factor fold_of external depth_and_normal entry_of respond leave_both multiplier solve_symmetric exchange

@@ -6,20 +6,20 @@
 //! far against each other. All other groups are farther apart than all nodes have moved against each other since the
 //! search; when they are not, there is another search. So nothing depends on when anybody looked.
 
-mod answer;
-mod apart;
+mod broad_phase;
 mod clusters;
-mod look;
-mod near;
-mod search;
+mod contact_list;
+mod exclusion_masks;
+mod motion_bounds;
+mod narrow_phase;
+mod response;
 #[cfg(test)]
 mod tests;
 mod tree;
-mod watch;
 
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
-use crate::contact::nodes::pair::{self, Meeting};
+use crate::contact::nodes::pair::{self, ContactMaterial};
 use crate::cpu::backend::Context;
 use crate::cpu::feature::{Feature, Flow};
 use crate::cpu::shared::{PerWorker, Shared};
@@ -32,28 +32,28 @@ use crate::real::{Real, dot, sub};
 use crate::step::Op;
 use crate::topology::LANES;
 use crate::topology::boxes::{Bounds, NOWHERE, join};
-use apart::Masks;
 use clusters::{Cluster, GROUP, Pack, Packed, clusters};
-use near::Near;
+use contact_list::ContactList;
+use exclusion_masks::ExclusionMasks;
+use motion_bounds::{ClusterPair, GroupPair};
 use std::ops::Range;
 use tree::{Boxes, Tree};
-use watch::{Groups, Watched};
 
 /// Nodes of a thickness that touch each other.
 pub struct NodeContact<T> {
-    setup: PairSetup<T>,
-    work: PairWork<T>,
-    scratch: PerWorker<PairScratch<T>>,
+    setup: ContactSetup<T>,
+    work: ContactWork<T>,
+    scratch: PerWorker<ContactScratch<T>>,
 }
 
 /// What does not change.
-struct PairSetup<T> {
+struct ContactSetup<T> {
     /// Half the thickness [m] by body; 0: it touches no other.
     radius: Vec<T>,
     /// Body by place.
     body: Vec<u32>,
     /// How the surface of each body meets others.
-    surfaces: Vec<Meeting<T>>,
+    surfaces: Vec<ContactMaterial<T>>,
     /// Tile by place.
     tile: Vec<u32>,
     /// The largest thickness [m].
@@ -65,9 +65,9 @@ struct PairSetup<T> {
     /// Their nodes, by lane.
     nodes: Vec<[u32; LANES]>,
     /// Nodes that do not touch.
-    apart: Masks,
+    exclusions: ExclusionMasks,
     /// The clusters of each worker.
-    shares: Vec<Range<usize>>,
+    chunks: Vec<Range<usize>>,
     /// The clusters of each group.
     groups: Vec<Range<usize>>,
     /// Boxes about groups, by worker.
@@ -75,7 +75,7 @@ struct PairSetup<T> {
 }
 
 /// What workers find together.
-struct PairWork<T> {
+struct ContactWork<T> {
     /// Contacts of each place in this sub-step.
     contacts: Shared<u32>,
     /// Where the nodes of each cluster are [m].
@@ -108,7 +108,7 @@ impl Default for Found {
 }
 
 /// What a worker keeps for itself.
-struct PairScratch<T> {
+struct ContactScratch<T> {
     /// How near groups were that are watched [m]; 0: there was no search.
     margin: f64,
     /// How far all may have moved against each other since the last search [m].
@@ -118,9 +118,9 @@ struct PairScratch<T> {
     /// Searches in this frame.
     searches: u64,
     /// Pairs of groups with one of its own.
-    watch: Vec<Groups>,
+    group_pairs: Vec<GroupPair>,
     /// Empty lists.
-    spare: Vec<Vec<Watched>>,
+    spare: Vec<Vec<ClusterPair>>,
     /// Groups that are near one.
     around: Vec<u32>,
     /// Boxes yet to be looked into.
@@ -128,33 +128,33 @@ struct PairScratch<T> {
     /// Squared distances of clusters of two groups [m²].
     squared: [[T; GROUP]; GROUP],
     /// Its nodes in contact.
-    near: Near,
+    contact_list: ContactList,
     /// Place and velocity after contact, for each of them.
-    answers: Vec<[T; 6]>,
+    responses: Vec<[T; 6]>,
 }
 
-impl<T: Real> PairSetup<T> {
+impl<T: Real> ContactSetup<T> {
     /// Of a scene whose tiles are shared by workers; `None` where no nodes touch.
-    pub fn new(assembly: &Assembly, tiles: &[TilePlan], shares: &[Range<usize>]) -> Option<Self> {
-        Self::with(assembly, tiles, shares, None)
+    pub fn new(assembly: &Assembly, tiles: &[TilePlan], chunks: &[Range<usize>]) -> Option<Self> {
+        Self::with(assembly, tiles, chunks, None)
     }
 
     /// The same for other shares, of a scene that may have started.
-    pub fn again(&self, assembly: &Assembly, tiles: &[TilePlan], shares: &[Range<usize>]) -> Option<Self> {
-        Self::with(assembly, tiles, shares, Some(self.diagonals))
+    pub fn again(&self, assembly: &Assembly, tiles: &[TilePlan], chunks: &[Range<usize>]) -> Option<Self> {
+        Self::with(assembly, tiles, chunks, Some(self.diagonals))
     }
 
     fn with(
         assembly: &Assembly,
         tiles: &[TilePlan],
-        shares: &[Range<usize>],
+        chunks: &[Range<usize>],
         diagonals: Option<[f64; 2]>,
     ) -> Option<Self> {
         let (mut all, mut groups) = (Vec::new(), Vec::new());
         let (mut owned, mut trees): (Vec<Range<usize>>, Vec<Tree>) = (Vec::new(), Vec::new());
-        for share in shares {
+        for chunk in chunks {
             let (first, first_group) = (all.len(), groups.len());
-            all.extend(clusters(assembly, &tiles[share.clone()]));
+            all.extend(clusters(assembly, &tiles[chunk.clone()]));
             owned.push(first..all.len());
             let ends = (first..all.len()).step_by(GROUP);
             groups.extend(ends.map(|start| start..all.len().min(start + GROUP)));
@@ -186,12 +186,12 @@ impl<T: Real> PairSetup<T> {
             body,
             widest: surfaces.iter().map(|surface| surface.thickness.to_f64()).fold(0.0, f64::max),
             diagonals,
-            apart: Masks::new(assembly, &all),
+            exclusions: ExclusionMasks::new(assembly, &all),
             surfaces,
             tile,
             clusters: all,
             nodes,
-            shares: owned,
+            chunks: owned,
             groups,
             trees,
         })
@@ -200,12 +200,12 @@ impl<T: Real> PairSetup<T> {
     /// Bytes that it takes.
     fn bytes(&self) -> usize {
         let clusters = size_of_val(&self.clusters[..]) + size_of_val(&self.nodes[..]);
-        8 * self.body.len() + clusters + self.apart.bytes()
+        8 * self.body.len() + clusters + self.exclusions.bytes()
     }
 
-    fn meeting(&self, a: usize, b: usize) -> Meeting<T> {
+    fn material(&self, a: usize, b: usize) -> ContactMaterial<T> {
         let [a, b] = [a, b].map(|place| &self.surfaces[self.body[place] as usize]);
-        pair::meeting(a, b)
+        pair::combine_materials(a, b)
     }
 
     /// Distance at which nodes of two clusters touch [m].
@@ -221,12 +221,12 @@ impl<T: Real> PairSetup<T> {
 }
 
 /// How the surface of each body meets others; one that touches none has no thickness.
-fn surfaces<T: Real>(assembly: &Assembly) -> Vec<Meeting<T>> {
+fn surfaces<T: Real>(assembly: &Assembly) -> Vec<ContactMaterial<T>> {
     let of_body = |body: &BodyAssembly| {
-        let surface = body.touching.as_ref().map(|touching| touching.surface);
+        let surface = body.self_contact.as_ref().map(|self_contact| self_contact.surface);
         let numbers = surface.map_or([0.0; 3], |s| [s.thickness, s.friction, s.restitution]);
         let [thickness, friction, restitution] = numbers.map(T::from_f64);
-        Meeting { thickness, friction, restitution }
+        ContactMaterial { thickness, friction, restitution }
     };
     assembly.bodies.iter().map(of_body).collect()
 }
@@ -244,9 +244,9 @@ fn extent([least, most]: Bounds) -> f64 {
     dot(along, along).sqrt()
 }
 
-impl<T: Real> PairWork<T> {
+impl<T: Real> ContactWork<T> {
     /// Room for the pairs of a scene.
-    fn new(setup: &PairSetup<T>, workers: usize) -> Self {
+    fn new(setup: &ContactSetup<T>, workers: usize) -> Self {
         let (places, clusters) = (setup.body.len(), setup.clusters.len());
         let boxes = setup.trees.last().map_or(0, |last| last.boxes.end);
         Self {
@@ -277,20 +277,20 @@ impl<T: Real> PairWork<T> {
 impl<T: Real> NodeContact<T> {
     /// Of a scene; `None` where no nodes touch.
     pub fn new(context: &Context<'_, T>) -> Option<Self> {
-        let setup = PairSetup::new(context.assembly, &context.nodes.tiles, context.chunks)?;
+        let setup = ContactSetup::new(context.assembly, &context.nodes.tiles, context.chunks)?;
         Some(Self::with(setup, context.assembly.places, context.chunks))
     }
 
-    fn with(setup: PairSetup<T>, places: usize, chunks: &[Range<usize>]) -> Self {
-        let scratch = |worker: usize| PairScratch::new(places, chunks[worker].len());
-        let work = PairWork::new(&setup, chunks.len());
+    fn with(setup: ContactSetup<T>, places: usize, chunks: &[Range<usize>]) -> Self {
+        let scratch = |worker: usize| ContactScratch::new(places, chunks[worker].len());
+        let work = ContactWork::new(&setup, chunks.len());
         Self { scratch: PerWorker::new(chunks.len(), scratch), setup, work }
     }
 
     /// A worker's part.
-    fn part<'w>(&'w self, worker: &'w Worker<'_, T>) -> PairWorker<'w, T> {
-        PairWorker {
-            pairs: &self.setup,
+    fn part<'w>(&'w self, worker: &'w Worker<'_, T>) -> ContactWorker<'w, T> {
+        ContactWorker {
+            setup: &self.setup,
             shared: &self.work,
             // SAFETY: each worker has its own, and one part at a time.
             scratch: unsafe { self.scratch.of(worker.index) },
@@ -309,21 +309,21 @@ impl<T: Real> Feature<T> for NodeContact<T> {
     }
 
     fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {
-        self.part(worker).note_moves();
+        self.part(worker).update_motion_bounds();
         worker.synchronise_uneven();
         let mut pairs = self.part(worker);
         if pairs.is_stale() {
             pairs.search(|| worker.synchronise());
         }
-        pairs.find_near();
+        pairs.find_contacts();
         worker.synchronise_uneven();
         let mut pairs = self.part(worker);
         let any = pairs.any();
         if any {
-            pairs.answer(worker.substep.h);
+            pairs.respond(worker.substep.h);
             worker.synchronise_uneven();
         }
-        let touches = |tile: usize| self.part(worker).scratch.answers(tile - worker.tiles.start).len() > 0;
+        let touches = |tile: usize| self.part(worker).scratch.responses(tile - worker.tiles.start).len() > 0;
         worker.mark_moved(|tile| any && touches(tile));
         Flow::Go
     }
@@ -331,7 +331,7 @@ impl<T: Real> Feature<T> for NodeContact<T> {
     fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
         // SAFETY: each worker has its own, and asks once.
         let scratch = unsafe { self.scratch.of(tile.worker) };
-        tile.move_nodes(scratch.answers(tile.number));
+        tile.move_nodes(scratch.responses(tile.number));
     }
 
     fn measure(&mut self, _: [&[T]; 6], substeps: usize, sums: &mut FrameSums) {
@@ -357,7 +357,7 @@ impl<T: Real> Feature<T> for NodeContact<T> {
     }
 }
 
-impl<T: Real> PairScratch<T> {
+impl<T: Real> ContactScratch<T> {
     /// For a worker with so many tiles.
     pub fn new(places: usize, tiles: usize) -> Self {
         Self {
@@ -365,29 +365,29 @@ impl<T: Real> PairScratch<T> {
             travelled: 0.0,
             rest: 0,
             searches: 0,
-            watch: Vec::new(),
+            group_pairs: Vec::new(),
             spare: Vec::new(),
             around: Vec::new(),
             stack: Vec::new(),
             squared: [[T::ZERO; GROUP]; GROUP],
-            near: Near::new(places, tiles),
-            answers: Vec::new(),
+            contact_list: ContactList::new(places, tiles),
+            responses: Vec::new(),
         }
     }
 
     /// Nodes of its tile number `tile` that are in contact, with their place and velocity after it.
-    pub fn answers(&self, tile: usize) -> impl ExactSizeIterator<Item = (usize, &[T; 6])> {
-        let range = self.near.of_tile(tile);
-        let nodes = self.near.owners()[range.clone()].iter().map(|&node| node as usize);
-        nodes.zip(&self.answers[range])
+    pub fn responses(&self, tile: usize) -> impl ExactSizeIterator<Item = (usize, &[T; 6])> {
+        let range = self.contact_list.of_tile(tile);
+        let nodes = self.contact_list.owners()[range.clone()].iter().map(|&node| node as usize);
+        nodes.zip(&self.responses[range])
     }
 }
 
 /// A worker's part in what all do about pairs.
-struct PairWorker<'a, T> {
-    pairs: &'a PairSetup<T>,
-    shared: &'a PairWork<T>,
-    scratch: &'a mut PairScratch<T>,
+struct ContactWorker<'a, T> {
+    setup: &'a ContactSetup<T>,
+    shared: &'a ContactWork<T>,
+    scratch: &'a mut ContactScratch<T>,
     /// Its first tile, and which worker it is.
     first_tile: usize,
     index: usize,
@@ -399,7 +399,7 @@ struct PairWorker<'a, T> {
     level: SimdLevel,
 }
 
-impl<'a, T: Real> PairWorker<'a, T> {
+impl<'a, T: Real> ContactWorker<'a, T> {
     /// State after the sub-step, of all nodes.
     fn state(&self) -> [&'a [T]; 6] {
         // SAFETY: all have written their nodes before a barrier, and change them again after another.
@@ -408,30 +408,30 @@ impl<'a, T: Real> PairWorker<'a, T> {
 
     /// Its part of the trees.
     fn tree(&self) -> &'a Tree {
-        &self.pairs.trees[self.index]
+        &self.setup.trees[self.index]
     }
 
     /// Where all nodes are, and how far their clusters have moved.
     fn clusters(&self) -> (&'a [Packed<T>], &'a [[f64; 4]]) {
-        // SAFETY: they are written before the barrier after `note_moves`, or that in a search, and again after the
+        // SAFETY: they are written before the barrier after `update_motion_bounds`, or that in a search, and again after the
         // sub-step's last.
         unsafe { (self.shared.packed.read(), self.shared.moved.read()) }
     }
 
     /// Its clusters.
     fn own(&self) -> Range<usize> {
-        self.pairs.shares[self.index].clone()
+        self.setup.chunks[self.index].clone()
     }
 
     /// Notes where its nodes are, and by how much they have moved.
-    pub fn note_moves(&mut self) {
+    pub fn update_motion_bounds(&mut self) {
         let (own, groups) = (self.own(), self.tree().groups.clone());
         // SAFETY: these are this worker's own; others read them after the next barrier, until the sub-step's last.
         let (packed, moved, balls) = unsafe {
             let balls = self.shared.balls.write(groups);
             (self.shared.packed.write(own.clone()), self.shared.moved.write(own.clone()), balls)
         };
-        let clusters = &self.pairs.clusters[own];
+        let clusters = &self.setup.clusters[own];
         let bounds = self.level.run(Pack { clusters, state: self.next, packed, moved, balls });
         // SAFETY: as above.
         let motion = unsafe { self.shared.motion.write(self.index..self.index + 1) };

@@ -73,13 +73,13 @@ fn motion(assembly: &Assembly, lost: f64) -> Vec<Vec<[f64; 3]>> {
 
 /// Both ends of all pairs in contact, by looking at all pairs.
 fn all_ends<T: Real>(assembly: &Assembly, state: &[Column<T>; 6]) -> BTreeSet<[u32; 2]> {
-    let mut apart = BTreeSet::new();
+    let mut exclusions = BTreeSet::new();
     let mut nodes = Vec::new();
-    for (body, touching) in assembly.touching() {
+    for (body, self_contact) in assembly.self_colliding() {
         for local in 0..body.nodes {
-            nodes.push((body.first + local, T::from_f64(touching.surface.thickness) * T::from_f64(0.5)));
-            touching.apart.each(body.grid_layout, local, |other| {
-                apart.insert([body.first + local, body.first + other]);
+            nodes.push((body.first + local, T::from_f64(self_contact.surface.thickness) * T::from_f64(0.5)));
+            self_contact.exclusions.each(body.grid_layout, local, |other| {
+                exclusions.insert([body.first + local, body.first + other]);
             });
         }
     }
@@ -89,7 +89,7 @@ fn all_ends<T: Real>(assembly: &Assembly, state: &[Column<T>; 6]) -> BTreeSet<[u
         for &(b, second) in &nodes {
             let d = sub(place(a), place(b));
             let reach = first + second;
-            if a != b && dot(d, d) < reach * reach && !apart.contains(&[a, b]) {
+            if a != b && dot(d, d) < reach * reach && !exclusions.contains(&[a, b]) {
                 ends.insert([a as u32, b as u32]);
             }
         }
@@ -106,12 +106,12 @@ fn found<T: Real>(
     margin: f64,
 ) -> (Vec<BTreeSet<[u32; 2]>>, u64) {
     let plans = tiles::tiles(assembly);
-    let shares = tiles::shares(&plans, threads);
-    let mut setup = PairSetup::<T>::new(assembly, &plans, &shares).unwrap();
+    let chunks = tiles::shares(&plans, threads);
+    let mut setup = ContactSetup::<T>::new(assembly, &plans, &chunks).unwrap();
     setup.diagonals = setup.diagonals.map(|diagonal| diagonal * margin);
-    let mut work = PairWork::new(&setup, threads);
+    let mut work = ContactWork::new(&setup, threads);
     let scratch: Vec<_> =
-        shares.iter().map(|share| Mutex::new(PairScratch::new(assembly.places, share.len()))).collect();
+        chunks.iter().map(|chunk| Mutex::new(ContactScratch::new(assembly.places, chunk.len()))).collect();
     let mut next: Fields<T> = std::array::from_fn(|_| Column::zeros(assembly.places).into());
     let inverse_mass = vec![T::ONE; assembly.places];
     let (team, mut found, mut searches) = (Team::new(threads), Vec::new(), 0);
@@ -120,33 +120,33 @@ fn found<T: Real>(
             (0..3).for_each(|axis| next[axis].get_mut()[node] = T::from_f64(place[axis]));
         }
         team.run(|index, barrier| {
-            let mut worker = PairWorker {
-                pairs: &setup,
+            let mut worker = ContactWorker {
+                setup: &setup,
                 shared: &work,
                 scratch: &mut scratch[index].lock().unwrap(),
-                first_tile: shares[index].start,
+                first_tile: chunks[index].start,
                 index,
                 next: &next,
                 inverse_mass: &inverse_mass,
                 level,
             };
-            worker.note_moves();
+            worker.update_motion_bounds();
             barrier.wait();
             if worker.is_stale() {
                 worker.search(|| barrier.wait());
             }
-            worker.find_near();
+            worker.find_contacts();
             barrier.wait();
         });
         let mut ends = BTreeSet::new();
-        for (scratch, share) in scratch.iter().zip(&shares) {
-            let PairScratch { near, searches: more, .. } = &*scratch.lock().unwrap();
+        for (scratch, chunk) in scratch.iter().zip(&chunks) {
+            let ContactScratch { contact_list, searches: more, .. } = &*scratch.lock().unwrap();
             searches = *more;
-            for tile in 0..share.len() {
-                for number in near.of_tile(tile) {
-                    let (node, others) = (near.owners()[number], near.others(number));
+            for tile in 0..chunk.len() {
+                for number in contact_list.of_tile(tile) {
+                    let (node, others) = (contact_list.owners()[number], contact_list.others(number));
                     assert!(others.is_sorted_by(|a, b| a < b));
-                    assert_eq!(setup.tile[node as usize] as usize, share.start + tile);
+                    assert_eq!(setup.tile[node as usize] as usize, chunk.start + tile);
                     assert_eq!(work.contacts.get_mut()[node as usize] as usize, others.len());
                     ends.extend(others.iter().map(|&other| [node, other]));
                 }

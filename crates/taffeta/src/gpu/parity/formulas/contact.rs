@@ -7,7 +7,7 @@ use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{
     BoxNow, CapsuleNow, CylinderNow, OnSolid, PlaneNow, ShapeNow, Solid, SphereNow, entry,
 };
-use crate::contact::nodes::pair::{self, Meeting};
+use crate::contact::nodes::pair::{self, ContactMaterial};
 use crate::gpu::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
 use crate::real::{add, cross, dot, norm, scale};
 
@@ -260,9 +260,10 @@ pub fn exchanges(exact: bool) -> Vec<Case> {
 }
 
 pub fn exchange(case: &Case) -> Answer {
-    let meeting = |[thickness, friction, restitution]: [f32; 3]| Meeting { thickness, friction, restitution };
-    let done = pair::exchange(case.a, case.b, case.s, &meeting(case.c), (case.t, case.u));
-    let met = pair::meeting(&meeting(case.c), &meeting(case.d));
+    let material =
+        |[thickness, friction, restitution]: [f32; 3]| ContactMaterial { thickness, friction, restitution };
+    let done = pair::exchange(case.a, case.b, case.s, &material(case.c), (case.t, case.u));
+    let met = pair::combine_materials(&material(case.c), &material(case.d));
     let met = [met.thickness, met.friction, met.restitution];
     [vector(done.impulse, 0.0), vector(done.shift, 0.0), vector(met, 0.0), [0.0; 4]]
 }

@@ -4,15 +4,15 @@
 //! until that has used up the distance that they had, none of their nodes touch. And no two can have used up more than
 //! their groups together: each has a time, in metres of that, before which nobody asks for it.
 
-use crate::contact::nodes::cpu::apart::Mask;
 use crate::contact::nodes::cpu::clusters::{GROUP, Packed};
+use crate::contact::nodes::cpu::exclusion_masks::Mask;
 use crate::contact::nodes::cpu::tree::{Boxes, squared_distance};
 use crate::cpu::simd::Kernel;
 use crate::real::{Real, dot, sub};
 use crate::topology::LANES;
 
 /// Two groups.
-pub struct Groups {
+pub struct GroupPair {
     /// Which ones, the second not before the first.
     pub groups: [u32; 2],
     /// How far their nodes may have moved against each other since the search [m].
@@ -22,12 +22,12 @@ pub struct Groups {
     /// When those that are not in the list may have come near each other [m].
     pub fresh: f64,
     /// Pairs of clusters that are near each other, ascending.
-    pub pairs: Vec<Watched>,
+    pub pairs: Vec<ClusterPair>,
 }
 
 /// Two clusters.
 #[derive(Clone, Copy, Debug)]
-pub struct Watched {
+pub struct ClusterPair {
     /// Which ones, the second not before the first.
     pub clusters: [u32; 2],
     /// Number of the mask of nodes that do not touch.
@@ -40,9 +40,9 @@ pub struct Watched {
     pub due: f64,
 }
 
-impl Groups {
+impl GroupPair {
     /// Of two groups at the time of a search, with an empty list.
-    pub fn new(groups: [u32; 2], pairs: Vec<Watched>) -> Self {
+    pub fn new(groups: [u32; 2], pairs: Vec<ClusterPair>) -> Self {
         Self { groups, travelled: 0.0, due: 0.0, fresh: 0.0, pairs }
     }
 
@@ -63,7 +63,7 @@ pub fn is_over(now: f64, due: f64) -> bool {
     !is_later
 }
 
-impl Watched {
+impl ClusterPair {
     /// A pair whose nodes have so far to go [m] before they touch.
     pub fn new(clusters: [u32; 2], mask: u32, gap: f64, travelled: f64, moved: &[[f64; 4]]) -> Self {
         let mut pair = Self { clusters, mask, gap, moved: [0.0; 4], due: 0.0 };
@@ -135,29 +135,29 @@ impl<T: Real> Kernel for Least<'_, T> {
 }
 
 /// Kernel: which nodes of two clusters are nearer than `reach` [m].
-pub struct Touching<'a, T> {
+pub struct InContact<'a, T> {
     pub packed: [&'a Packed<T>; 2],
     pub mask: &'a Mask,
     pub reach: T,
 }
 
-impl<T: Real> Kernel for Touching<'_, T> {
+impl<T: Real> Kernel for InContact<'_, T> {
     /// By lane of the first, one bit for each lane of the second.
     type Output = [u16; LANES];
     #[inline(always)]
     fn run(self) -> [u16; LANES] {
         let (mask, reach) = (self.mask.map(u32::from), self.reach * self.reach);
-        let mut touching = [0_u16; LANES];
-        for (row, touching) in touching.iter_mut().enumerate() {
+        let mut in_contact = [0_u16; LANES];
+        for (row, in_contact) in in_contact.iter_mut().enumerate() {
             let squared = squares(self.packed, row);
             let mut bits = 0_u32;
             for lane in 0..LANES {
                 let near = squared[lane] < reach && mask[lane] & (1 << row) == 0;
                 bits |= u32::from(near) << lane;
             }
-            *touching = bits as u16;
+            *in_contact = bits as u16;
         }
-        touching
+        in_contact
     }
 }
 

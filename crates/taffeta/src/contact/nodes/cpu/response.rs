@@ -1,22 +1,22 @@
 //! What contact does to nodes.
 
-use crate::contact::nodes::cpu::PairWorker;
+use crate::contact::nodes::cpu::ContactWorker;
 use crate::contact::nodes::pair;
 use crate::real::{Real, sub};
 
-impl<T: Real> PairWorker<'_, T> {
+impl<T: Real> ContactWorker<'_, T> {
     /// Finds what contact does to each of its nodes, after a sub-step of `h` [s].
-    pub fn answer(&mut self, h: T) {
-        let limits = (h, T::from_f64(pair::most_apart(h.to_f64())));
+    pub fn respond(&mut self, h: T) {
+        let limits = (h, T::from_f64(pair::max_separation(h.to_f64())));
         // SAFETY: written before the last barrier.
         let contacts = unsafe { self.shared.contacts.read() };
         let state = self.state();
-        let mut answers = std::mem::take(&mut self.scratch.answers);
-        answers.clear();
-        for (number, &node) in self.scratch.near.owners().iter().enumerate() {
+        let mut responses = std::mem::take(&mut self.scratch.responses);
+        responses.clear();
+        for (number, &node) in self.scratch.contact_list.owners().iter().enumerate() {
             let node = node as usize;
             let mut sum = [T::ZERO; 6];
-            for &other in self.scratch.near.others(number) {
+            for &other in self.scratch.contact_list.others(number) {
                 let other = other as usize;
                 let (a, b) = (node.min(other), node.max(other));
                 let [xa, xb] = [a, b].map(|at| [0, 1, 2].map(|axis| state[axis][at]));
@@ -24,7 +24,7 @@ impl<T: Real> PairWorker<'_, T> {
                 let mobility =
                     pair::mobility([self.inverse_mass[a], self.inverse_mass[b]], [contacts[a], contacts[b]]);
                 let done =
-                    pair::exchange(sub(xa, xb), sub(va, vb), mobility, &self.pairs.meeting(a, b), limits);
+                    pair::exchange(sub(xa, xb), sub(va, vb), mobility, &self.setup.material(a, b), limits);
                 let sign = if node == a { T::ONE } else { -T::ONE };
                 for axis in 0..3 {
                     sum[axis] += done.shift[axis] * sign;
@@ -32,8 +32,8 @@ impl<T: Real> PairWorker<'_, T> {
                 }
             }
             let w = self.inverse_mass[node];
-            answers.push(std::array::from_fn(|axis| state[axis][node] + sum[axis] * w));
+            responses.push(std::array::from_fn(|axis| state[axis][node] + sum[axis] * w));
         }
-        self.scratch.answers = answers;
+        self.scratch.responses = responses;
     }
 }

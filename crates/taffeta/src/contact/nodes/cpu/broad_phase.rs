@@ -1,8 +1,8 @@
 //! Which groups are near each other, and which clusters of two groups.
 
+use crate::contact::nodes::cpu::motion_bounds::{ClusterPair, Distances, GroupPair};
 use crate::contact::nodes::cpu::tree::{Fill, Query};
-use crate::contact::nodes::cpu::watch::{Distances, Groups, Watched};
-use crate::contact::nodes::cpu::{PairScratch, PairWorker};
+use crate::contact::nodes::cpu::{ContactScratch, ContactWorker};
 use crate::real::Real;
 use std::ops::Range;
 
@@ -13,10 +13,11 @@ const REST: Range<u32> = 16..64;
 /// How near clusters are that are listed, by the mean diagonal of a cluster.
 const LISTED: f64 = 0.5;
 
-impl<T: Real> PairWorker<'_, T> {
+impl<T: Real> ContactWorker<'_, T> {
     /// Chooses the margin of a search: wider where searches follow soon upon each other.
     fn choose_margin(&mut self) {
-        let [first, least, most] = MARGIN.map(|share| share * self.pairs.diagonals[1].max(self.pairs.widest));
+        let [first, least, most] =
+            MARGIN.map(|factor| factor * self.setup.diagonals[1].max(self.setup.widest));
         let scratch = &mut *self.scratch;
         scratch.margin = match scratch.margin {
             margin if margin <= 0.0 => first,
@@ -28,8 +29,8 @@ impl<T: Real> PairWorker<'_, T> {
         scratch.searches += 1;
     }
 
-    /// Finds the pairs of groups that are near each other; `meet` waits for all workers.
-    pub fn search(&mut self, meet: impl Fn()) {
+    /// Finds the pairs of groups that are near each other; `synchronise` waits for all workers.
+    pub fn search(&mut self, synchronise: impl Fn()) {
         self.choose_margin();
         let (tree, own) = (self.tree(), self.own());
         // SAFETY: these are this worker's own; others read them after the next barrier.
@@ -39,24 +40,24 @@ impl<T: Real> PairWorker<'_, T> {
         // SAFETY: written before the last barrier.
         let packed = unsafe { self.shared.packed.read() };
         self.level.run(Fill { tree, packed: &packed[own], boxes });
-        meet();
-        let PairScratch { watch, spare, .. } = &mut *self.scratch;
-        spare.extend(watch.drain(..).map(|mut groups| {
+        synchronise();
+        let ContactScratch { group_pairs, spare, .. } = &mut *self.scratch;
+        spare.extend(group_pairs.drain(..).map(|mut groups| {
             groups.pairs.clear();
             groups.pairs
         }));
-        tree.groups.clone().for_each(|group| self.watch_around(group));
+        tree.groups.clone().for_each(|group| self.pair_with_neighbours(group));
     }
 
     /// Watches what is near a group; of two of its own once.
-    fn watch_around(&mut self, group: usize) {
+    fn pair_with_neighbours(&mut self, group: usize) {
         // SAFETY: written before the last barrier, and again in another search.
         let boxes = unsafe { self.shared.boxes.read() };
         let own = self.tree();
         let bound = &own.bound(boxes, group);
-        let wide = T::from_f64(self.scratch.margin + self.pairs.widest);
-        let PairScratch { watch, spare, around, stack, .. } = &mut *self.scratch;
-        for tree in &self.pairs.trees {
+        let wide = T::from_f64(self.scratch.margin + self.setup.widest);
+        let ContactScratch { group_pairs, spare, around, stack, .. } = &mut *self.scratch;
+        for tree in &self.setup.trees {
             around.clear();
             self.level.run(Query { tree, boxes, bound, squared: wide * wide, stack, found: around });
             for &other in around.iter() {
@@ -64,19 +65,19 @@ impl<T: Real> PairWorker<'_, T> {
                     continue;
                 }
                 let both = [other.min(group as u32), other.max(group as u32)];
-                watch.push(Groups::new(both, spare.pop().unwrap_or_default()));
+                group_pairs.push(GroupPair::new(both, spare.pop().unwrap_or_default()));
             }
         }
     }
 
     /// Lists anew the clusters of two groups that are near each other.
-    pub(crate) fn list(&mut self, groups: &mut Groups) {
+    pub(crate) fn list_cluster_pairs(&mut self, groups: &mut GroupPair) {
         let (packed, moved) = self.clusters();
-        let [first, second] = groups.groups.map(|group| self.pairs.groups[group as usize].clone());
+        let [first, second] = groups.groups.map(|group| self.setup.groups[group as usize].clone());
         let squared = &mut self.scratch.squared;
         let both = [&packed[first.clone()], &packed[second.clone()]];
         self.level.run(Distances { packed: both, squared });
-        let wide = T::from_f64(self.pairs.widest + LISTED * self.pairs.diagonals[0]);
+        let wide = T::from_f64(self.setup.widest + LISTED * self.setup.diagonals[0]);
         let (near, mut beyond) = (wide * wide, T::FAR);
         let mut old = self.scratch.spare.pop().unwrap_or_default();
         std::mem::swap(&mut old, &mut groups.pairs);
@@ -91,15 +92,15 @@ impl<T: Real> PairWorker<'_, T> {
                 while known.next_if(|pair| pair.clusters < clusters).is_some() {}
                 let pair = known.next_if(|pair| pair.clusters == clusters).copied();
                 groups.pairs.push(pair.unwrap_or_else(|| {
-                    let gap = self.pairs.gap(clusters, squared.sqrt()).max(0.0);
-                    let mask = self.pairs.apart.find(clusters[0], clusters[1]);
-                    Watched::new(clusters, mask, gap, groups.travelled, moved)
+                    let gap = self.setup.gap(clusters, squared.sqrt()).max(0.0);
+                    let mask = self.setup.exclusions.find(clusters[0], clusters[1]);
+                    ClusterPair::new(clusters, mask, gap, groups.travelled, moved)
                 }));
             }
         }
         old.clear();
         self.scratch.spare.push(old);
-        let left = beyond.sqrt().to_f64() * (1.0 - 1e-5) - self.pairs.widest;
+        let left = beyond.sqrt().to_f64() * (1.0 - 1e-5) - self.setup.widest;
         groups.fresh = groups.travelled + left;
     }
 }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// Nodes in contact of one worker.
-pub struct Near {
+pub struct ContactList {
     /// Both ends of pairs in contact, each a node of this worker and the other one, in any order.
     pub ends: Vec<[u32; 2]>,
     /// Nodes in contact, tile by tile.
@@ -18,7 +18,7 @@ pub struct Near {
     next: Vec<u32>,
 }
 
-impl Near {
+impl ContactList {
     /// For so many places, and a worker with so many tiles.
     pub fn new(places: usize, tiles: usize) -> Self {
         Self {

@@ -2,14 +2,14 @@
 
 use crate::build::Assembly;
 use crate::contact::nodes::cpu::clusters::Cluster;
-use crate::contact::nodes::touching::Apart;
+use crate::contact::nodes::self_contact::Exclusions;
 use crate::topology::LANES;
 
 /// Nodes of two clusters that do not touch: by lane of the second, one bit for each lane of the first.
 pub type Mask = [u16; LANES];
 
 /// Masks of all pairs of clusters that have nodes that do not touch.
-pub struct Masks {
+pub struct ExclusionMasks {
     /// Where the row of each cluster begins, and where the last ends.
     starts: Vec<u32>,
     /// Second clusters, ascending, with where their mask is.
@@ -18,7 +18,7 @@ pub struct Masks {
     masks: Vec<Mask>,
 }
 
-impl Masks {
+impl ExclusionMasks {
     /// Of the clusters of all workers.
     pub fn new(assembly: &Assembly, clusters: &[Cluster]) -> Self {
         let mut slot_of = vec![0; assembly.places];
@@ -33,16 +33,16 @@ impl Masks {
             // Within one cluster each pair is looked at once.
             slots.extend((0..LANES).flat_map(|a| (0..=a).map(move |b| (index * LANES + b, a))));
             for (lane, node) in cluster.nodes().enumerate() {
-                let Some(touching) = &body.touching else { continue };
-                let apart: &Apart = &touching.apart;
+                let Some(self_contact) = &body.self_contact else { continue };
+                let exclusions: &Exclusions = &self_contact.exclusions;
                 let mut note = |other: usize| {
                     let slot = slot_of[other];
                     if slot / LANES >= index {
                         slots.push((slot, lane));
                     }
                 };
-                apart.each(body.grid_layout, node - body.first, |other| note(body.first + other));
-                assembly.attachments.apart(node).for_each(note);
+                exclusions.each(body.grid_layout, node - body.first, |other| note(body.first + other));
+                assembly.attachments.exclusions(node).for_each(note);
             }
             all.push_row(&mut slots);
         }

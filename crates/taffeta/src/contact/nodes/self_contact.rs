@@ -1,15 +1,15 @@
 //! How a body's nodes touch each other, and which do not.
 
-use crate::contact::nodes::pair::Meeting;
+use crate::contact::nodes::pair::ContactMaterial;
 use crate::topology::Csr;
 
 /// Contact of a body's nodes with each other, and with those of others.
 #[derive(Clone, Debug)]
-pub struct Touching {
+pub struct SelfContact {
     /// Thickness [m], friction, restitution.
-    pub surface: Meeting<f64>,
+    pub surface: ContactMaterial<f64>,
     /// Nodes of the same body that do not touch.
-    pub apart: Apart,
+    pub exclusions: Exclusions,
     /// The longest edge [m].
     pub(crate) longest: f64,
 }
@@ -17,7 +17,7 @@ pub struct Touching {
 /// Nodes that are too near along the surface to touch: those that share a spring, and those nearer than the way around a
 /// fold whose layers touch, which is π/2 times the thickness.
 #[derive(Clone, Debug)]
-pub enum Apart {
+pub enum Exclusions {
     /// Of a grid: rows and columns from one to the other.
     Grid(Vec<[i32; 2]>),
     /// Of a mesh, by node, in solver order within the body.
@@ -28,14 +28,14 @@ pub enum Apart {
 /// diagonal of a square.
 pub(crate) const GAP: f64 = 0.71;
 
-impl Touching {
+impl SelfContact {
     /// Length by rest length of its longest edge from which on nodes of another layer slip between its own.
     pub fn slips_from(&self) -> f64 {
         self.surface.thickness / (GAP * self.longest)
     }
 }
 
-impl Apart {
+impl Exclusions {
     /// Hands over the nodes that do not touch the node `local` of its body, of a grid of these rows and columns.
     pub fn each(&self, layout: Option<[usize; 2]>, local: usize, mut take: impl FnMut(usize)) {
         match (self, layout) {

@@ -1,32 +1,33 @@
 //! Which nodes are in contact.
 
-use crate::contact::nodes::cpu::watch::{Groups, Least, Touching, Watched, is_over};
-use crate::contact::nodes::cpu::{Found, PairWorker};
+use crate::contact::nodes::cpu::motion_bounds::{ClusterPair, GroupPair, InContact, Least, is_over};
+use crate::contact::nodes::cpu::{ContactWorker, Found};
 use crate::real::Real;
 use crate::topology::LANES;
 
-impl<T: Real> PairWorker<'_, T> {
+impl<T: Real> ContactWorker<'_, T> {
     /// Finds which of its nodes are in contact.
-    pub fn find_near(&mut self) {
-        self.scratch.near.owners().iter().for_each(|&node| self.note_contacts(node, 0));
-        self.scratch.near.clear();
+    pub fn find_contacts(&mut self) {
+        self.scratch.contact_list.owners().iter().for_each(|&node| self.note_contacts(node, 0));
+        self.scratch.contact_list.clear();
         // SAFETY: written before a barrier, and again after the sub-step's last.
         let balls = unsafe { self.shared.balls.read() };
-        let mut watch = std::mem::take(&mut self.scratch.watch);
+        let mut group_pairs = std::mem::take(&mut self.scratch.group_pairs);
         let mut least = T::FAR;
-        for groups in &mut watch {
+        for groups in &mut group_pairs {
             if groups.is_due(balls) {
-                let nearest = self.look_at_groups(groups);
+                let nearest = self.narrow_phase(groups);
                 least = if nearest < least { nearest } else { least };
             }
         }
-        self.scratch.watch = watch;
-        let tile = |node: u32| self.pairs.tile[node as usize] as usize - self.first_tile;
-        self.scratch.near.sort(tile);
-        for (number, &node) in self.scratch.near.owners().iter().enumerate() {
-            self.note_contacts(node, self.scratch.near.others(number).len());
+        self.scratch.group_pairs = group_pairs;
+        let tile = |node: u32| self.setup.tile[node as usize] as usize - self.first_tile;
+        self.scratch.contact_list.sort(tile);
+        for (number, &node) in self.scratch.contact_list.owners().iter().enumerate() {
+            self.note_contacts(node, self.scratch.contact_list.others(number).len());
         }
-        let found = Found { ends: self.scratch.near.ends.len() as u64, nearest: least.to_f64().sqrt() };
+        let found =
+            Found { ends: self.scratch.contact_list.ends.len() as u64, nearest: least.to_f64().sqrt() };
         // SAFETY: each worker has its own; all read after a barrier.
         let slot = unsafe { self.shared.found.write(self.index..self.index + 1) };
         slot[0] = found;
@@ -40,15 +41,15 @@ impl<T: Real> PairWorker<'_, T> {
 
     /// Looks at what is due of two groups. Returns the least squared distance of nodes in contact, by that at which they
     /// touch.
-    fn look_at_groups(&mut self, groups: &mut Groups) -> T {
+    fn narrow_phase(&mut self, groups: &mut GroupPair) -> T {
         if is_over(groups.travelled, groups.fresh) {
-            self.list(groups);
+            self.list_cluster_pairs(groups);
         }
         let (travelled, mut least) = (groups.travelled, T::FAR);
         groups.due = groups.fresh;
         for pair in &mut groups.pairs {
             if is_over(travelled, pair.due) {
-                let nearest = self.look(pair, travelled);
+                let nearest = self.narrow_phase_clusters(pair, travelled);
                 least = if nearest < least { nearest } else { least };
             }
             groups.due = if pair.due < groups.due { pair.due } else { groups.due };
@@ -57,32 +58,32 @@ impl<T: Real> PairWorker<'_, T> {
     }
 
     /// The same of two clusters.
-    fn look(&mut self, pair: &mut Watched, travelled: f64) -> T {
+    fn narrow_phase_clusters(&mut self, pair: &mut ClusterPair, travelled: f64) -> T {
         let (packed, moved) = self.clusters();
         let left = pair.left(moved);
         if left > 0.0 {
             pair.due = travelled + left;
             return T::FAR;
         }
-        let mask = self.pairs.apart.mask(pair.mask);
+        let mask = self.setup.exclusions.mask(pair.mask);
         let both = pair.clusters.map(|cluster| &packed[cluster as usize]);
         let least = self.level.run(Least { packed: both, mask });
-        pair.note(self.pairs.gap(pair.clusters, least.sqrt()), travelled, moved);
-        let reach = self.pairs.reach(pair.clusters);
+        pair.note(self.setup.gap(pair.clusters, least.sqrt()), travelled, moved);
+        let reach = self.setup.reach(pair.clusters);
         if least < reach * reach {
-            let touching = self.level.run(Touching { packed: both, mask, reach });
-            self.add_ends(pair.clusters, &touching);
+            let in_contact = self.level.run(InContact { packed: both, mask, reach });
+            self.add_ends(pair.clusters, &in_contact);
             return least / (reach * reach);
         }
         T::FAR
     }
 
     /// Adds nodes in contact of two clusters.
-    fn add_ends(&mut self, clusters: [u32; 2], touching: &[u16; LANES]) {
+    fn add_ends(&mut self, clusters: [u32; 2], in_contact: &[u16; LANES]) {
         let own = clusters.map(|cluster| self.own().contains(&(cluster as usize)));
-        let [first, second] = clusters.map(|cluster| &self.pairs.nodes[cluster as usize]);
-        let ends = &mut self.scratch.near.ends;
-        for (&node, &bits) in first.iter().zip(touching) {
+        let [first, second] = clusters.map(|cluster| &self.setup.nodes[cluster as usize]);
+        let ends = &mut self.scratch.contact_list.ends;
+        for (&node, &bits) in first.iter().zip(in_contact) {
             let mut bits = bits;
             while bits != 0 {
                 let other = second[bits.trailing_zeros() as usize];
