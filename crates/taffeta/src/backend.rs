@@ -21,7 +21,7 @@ pub struct SolverState {
     pub pulls: Vec<f64>,
     /// Whether each is active; empty where all always are.
     pub active: Vec<bool>,
-    /// Whether each joint of [`crate::attachments::rows::Attachments`] is there; empty where none can break.
+    /// Whether each joint of [`crate::attachments::constraints::Attachments`] is there; empty where none can break.
     pub joints: Vec<bool>,
 }
 

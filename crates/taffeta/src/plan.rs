@@ -73,7 +73,12 @@ pub fn frame<T: Real>(assembly: &Assembly, start: f64) -> Vec<Substep<T>> {
                 scales: assembly.loads.iter().map(|load| T::from_f64(scale_at(&load.scale, t))).collect(),
                 goals: assembly.volumes().map(|(_, kept)| T::from_f64(kept.goal(t + h))).collect(),
                 air: assembly.world.air.as_ref().map(|air| AirNow::new(air, t, h)),
-                closing: assembly.attachments.laws.iter().map(|law| T::from_f64(law.share(t + h))).collect(),
+                closing: assembly
+                    .attachments
+                    .materials
+                    .iter()
+                    .map(|material| T::from_f64(material.closed_fraction(t + h)))
+                    .collect(),
                 frame_fraction: (T::from_f64((offset + h) / time.dt), T::from_f64(1.0 / time.dt)),
             }
         })

@@ -256,10 +256,10 @@ impl Simulation {
 
     /// Number of pairs of nodes that each seam sews, in the scene's order.
     pub fn sewn(&self) -> Vec<usize> {
-        let attached = &self.backend.assembly().attachments;
-        let mut pairs = vec![0; attached.seams];
-        let laws = attached.rows.iter().map(|row| row.law as usize);
-        laws.filter(|&law| law < attached.seams).for_each(|law| pairs[law] += 1);
+        let attachments = &self.backend.assembly().attachments;
+        let mut pairs = vec![0; attachments.seams];
+        let materials = attachments.joints.iter().map(|row| row.material as usize);
+        materials.filter(|&material| material < attachments.seams).for_each(|material| pairs[material] += 1);
         pairs
     }
 

@@ -1,6 +1,6 @@
 //! Nodes that are joined to other nodes or to points, and nodes that may not go far from others.
 
-use crate::attachments::rows::{Attachments, IS_POINT, Law, Row, Tether};
+use crate::attachments::constraints::{Attachments, IS_POINT, JointConstraint, JointMaterial, Tether};
 use crate::attachments::tethers;
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
@@ -15,7 +15,7 @@ impl Assembly {
         let pins = std::mem::take(&mut self.attachments);
         let (mut all, mut sewn) = (Attachments::default(), HashMap::new());
         for (index, seam) in scene.seams.iter().enumerate() {
-            let law = all.laws.len() as u32;
+            let material = all.materials.len() as u32;
             let path = format!("seam[{index}]");
             let pairs = self.sewn(seam).map_err(|e| e.under(&path))?;
             for &[a, b] in &pairs {
@@ -23,22 +23,27 @@ impl Assembly {
                     return Err(SceneError::new(path, self.sewn_twice([a, b], (before, index))));
                 }
             }
-            all.laws.push(Law {
+            all.materials.push(JointMaterial {
                 length: seam.length,
                 close: [seam.close.start, seam.close.end],
                 compliance: seam.k.map_or(0.0, |k| 1.0 / k),
                 break_force: seam.break_force.unwrap_or(f64::INFINITY),
             });
-            let row = |[a, b]: [u32; 2]| Row { ends: [a.min(b), a.max(b)], start: 0.0, law };
-            all.rows.extend(pairs.into_iter().map(row));
+            let joint =
+                |[a, b]: [u32; 2]| JointConstraint { ends: [a.min(b), a.max(b)], start: 0.0, material };
+            all.joints.extend(pairs.into_iter().map(joint));
         }
-        all.seams = all.laws.len();
+        all.seams = all.materials.len();
         let seams = all.seams as u32;
-        all.laws.extend(pins.laws);
+        all.materials.extend(pins.materials);
         all.points = pins.points;
         all.exclusions = self.sewn_exclusions(&all);
-        all.held = self.leave_out_held(&mut all.rows, all.seams);
-        all.rows.extend(pins.rows.into_iter().map(|row| Row { law: row.law + seams, ..row }));
+        all.held = self.leave_out_held(&mut all.joints, all.seams);
+        all.joints.extend(
+            pins.joints
+                .into_iter()
+                .map(|joint| JointConstraint { material: joint.material + seams, ..joint }),
+        );
         for (index, (body, built)) in scene.bodies.iter().zip(&self.bodies).enumerate() {
             let found = tethers_of(body, built).map_err(|e| e.under(&format!("body[{index}]")))?;
             all.tethers.extend(found);
@@ -59,11 +64,11 @@ impl Assembly {
     }
 
     /// Takes out rows of nodes that are both held for good, which nothing can join; how many each seam had.
-    fn leave_out_held(&self, rows: &mut Vec<Row>, seams: usize) -> Vec<usize> {
+    fn leave_out_held(&self, joints: &mut Vec<JointConstraint>, seams: usize) -> Vec<usize> {
         let mut held = vec![0; seams];
-        rows.retain(|row| {
-            let moves = row.ends.iter().any(|&node| self.is_free(node));
-            held[row.law as usize] += usize::from(!moves);
+        joints.retain(|joint| {
+            let moves = joint.ends.iter().any(|&node| self.is_free(node));
+            held[joint.material as usize] += usize::from(!moves);
             moves
         });
         held
@@ -108,10 +113,10 @@ impl Assembly {
             let body = &bodies[bodies.partition_point(|body| body.first <= node as usize) - 1];
             body.start[node as usize - body.first]
         };
-        for row in &mut self.attachments.rows {
-            let [a, b] = row.ends;
+        for joint in &mut self.attachments.joints {
+            let [a, b] = joint.ends;
             if b & IS_POINT == 0 {
-                row.start = crate::real::norm(crate::real::sub(place(a), place(b)));
+                joint.start = crate::real::norm(crate::real::sub(place(a), place(b)));
             }
         }
     }
@@ -119,8 +124,9 @@ impl Assembly {
     /// Brings nodes that a pin holds until it breaks to where its motion starts.
     pub(crate) fn start_points(&mut self) {
         let Self { attachments, bodies, tracks, .. } = self;
-        for row in attachments.rows.iter().filter(|row| row.ends[1] & IS_POINT != 0) {
-            let (node, point) = (row.ends[0] as usize, attachments.points[(row.ends[1] ^ IS_POINT) as usize]);
+        for joint in attachments.joints.iter().filter(|joint| joint.ends[1] & IS_POINT != 0) {
+            let (node, point) =
+                (joint.ends[0] as usize, attachments.points[(joint.ends[1] ^ IS_POINT) as usize]);
             let Some(track) = tracks.get(point.track as usize) else { continue };
             let body = bodies.partition_point(|body| body.first <= node) - 1;
             let body = &mut bodies[body];
@@ -208,7 +214,7 @@ fn nearest(
 ) -> Result<Vec<[u32; 2]>, SceneError> {
     let place = |body: &BodyAssembly, node: u32| body.start[node as usize - body.first];
     let targets: Vec<[f64; 3]> = others.iter().map(|&node| place(to, node)).collect();
-    let near = tethers::Near::new(&targets, reach);
+    let near = tethers::PlacesByCell::new(&targets, reach);
     // Within a body every node is near its neighbours.
     let joined: HashSet<[u32; 2]> = if from.first == to.first {
         let all = from.surface_pieces().into_iter();
@@ -247,18 +253,18 @@ fn tethers_of(body: &Body, built: &BodyAssembly) -> Result<Vec<Tether>, SceneErr
             "lead to nodes that are held for good, and the body has none; a pin would do, or leave them out";
         return Err(SceneError::new("tethers", message));
     }
-    let ways = tethers::ways(&built.surface_pieces(), &held);
-    let tether = |way: tethers::Way| Tether {
+    let geodesic_paths = tethers::geodesic_paths(&built.surface_pieces(), &held);
+    let tether = |way: tethers::GeodesicPath| Tether {
         node: (built.first + way.node as usize) as u32,
         anchor: (built.first + way.anchor as usize) as u32,
         length: way.length * (1.0 + wish.slack),
     };
-    Ok(ways.into_iter().map(tether).collect())
+    Ok(geodesic_paths.into_iter().map(tether).collect())
 }
 
 impl BodyAssembly {
     /// Straight pieces of the surface at rest, by solver index within the body: edges, and what leads across one, laid flat.
-    fn surface_pieces(&self) -> Vec<tethers::Piece> {
+    fn surface_pieces(&self) -> Vec<tethers::Edge> {
         match (self.grid_layout, &self.surface, &self.edges) {
             (Some(layout), ..) => self.grid_pieces(layout),
             (None, Some(surface), Some(edges)) => {
@@ -281,16 +287,17 @@ impl BodyAssembly {
     }
 
     /// Of a grid, which is at rest as it starts.
-    fn grid_pieces(&self, [rows, cols]: [usize; 2]) -> Vec<tethers::Piece> {
+    fn grid_pieces(&self, [joints, cols]: [usize; 2]) -> Vec<tethers::Edge> {
         let steps: [[i64; 2]; 4] = [[0, 1], [1, 0], [1, 1], [1, -1]];
         let mut pieces = Vec::with_capacity(4 * self.nodes);
-        for (row, col) in (0..rows as i64).flat_map(|row| (0..cols as i64).map(move |col| (row, col))) {
+        for (joint, col) in (0..joints as i64).flat_map(|joint| (0..cols as i64).map(move |col| (joint, col)))
+        {
             let there = |[down, right]: [i64; 2]| {
-                let (row, col) = (row + down, col + right);
-                let inside = row < rows as i64 && (0..cols as i64).contains(&col);
-                inside.then_some((row * cols as i64 + col) as u32)
+                let (joint, col) = (joint + down, col + right);
+                let inside = joint < joints as i64 && (0..cols as i64).contains(&col);
+                inside.then_some((joint * cols as i64 + col) as u32)
             };
-            let here = (row * cols as i64 + col) as u32;
+            let here = (joint * cols as i64 + col) as u32;
             let pairs = steps.into_iter().filter_map(there).map(|other| [here, other]);
             pieces.extend(pairs.map(|pair| (pair, measure::length(&self.start, pair))));
         }

@@ -3,10 +3,10 @@
 //! Each node gathers its own: both ends of a joint find the same pull from the same numbers, and the same answer to the
 //! question whether it breaks.
 
-use crate::attachments::attach::{self, PointState, Pull, ROUNDS};
-use crate::attachments::joints::{self, Link};
-use crate::attachments::rows::{IS_POINT, Row};
-use crate::attachments::tethers::MOST;
+use crate::attachments::attach::{self, JointCorrection, PointState, ROUNDS};
+use crate::attachments::constraints::{IS_POINT, JointConstraint};
+use crate::attachments::joints::{self, GroupJoint};
+use crate::attachments::tethers::MAX_TETHERS;
 use crate::backend::SolverState;
 use crate::contact::colliders::cpu::Colliders;
 use crate::cpu::backend::Context;
@@ -25,13 +25,13 @@ pub struct Attachments<T> {
     /// Nodes with joints or tethers, ascending; their numbers are those of the lists below.
     nodes: Vec<u32>,
     /// Joints of each of them, ascending.
-    rows_of: Csr,
+    joints_of: Csr,
     /// Tethers of each of them.
     tethers_of: Csr,
     /// Those of them in each tile.
     of_tile: Csr,
     joints: Vec<Joint<T>>,
-    laws: Vec<Law<T>>,
+    materials: Vec<JointMaterial<T>>,
     /// Where points start [m], and the track that they follow, if any.
     points: Vec<([T; 3], u32)>,
     /// Anchors, and how far nodes may be from them [m].
@@ -47,18 +47,18 @@ pub struct Attachments<T> {
 
 /// A joint in the backend's numbers.
 struct Joint<T> {
-    /// As of [`Row`].
+    /// As of [`JointConstraint`].
     ends: [u32; 2],
     /// Their numbers among the nodes with joints; a point has that of the node.
     numbers: [u32; 2],
     /// The group that it belongs to, if any.
     group: Option<u32>,
     start: T,
-    law: u32,
+    material: u32,
 }
 
 /// How joints hold: length once closed [m], compliance [m/N], force at which they break [N].
-struct Law<T> {
+struct JointMaterial<T> {
     length: T,
     compliance: T,
     break_force: T,
@@ -68,17 +68,17 @@ struct Law<T> {
 #[derive(Default)]
 pub struct AttachScratch<T> {
     /// Nodes that are moved, tile by tile, with place and velocity after it.
-    answers: Vec<(u32, [T; 6])>,
+    responses: Vec<(u32, [T; 6])>,
     /// Where the answers of each tile end.
     ends: Vec<usize>,
     /// Joints that break, each once.
     broken: Vec<u32>,
     /// Which groups have been solved, and what each joint of them does.
     solved: Vec<bool>,
-    pulls: Vec<Pull<T>>,
+    corrections: Vec<JointCorrection<T>>,
     /// Room to solve them: the joints of one, which they are, and sums by node.
-    links: Vec<Link<T>>,
-    linked: Vec<u32>,
+    group_joints: Vec<GroupJoint<T>>,
+    members: Vec<u32>,
     sums: Vec<[T; 3]>,
 }
 
@@ -103,34 +103,37 @@ impl<T: Real> Attachments<T> {
             let node = if end & IS_POINT == 0 { end } else { other };
             nodes.binary_search(&node).unwrap_or_default() as u32
         };
-        let mut group_of = vec![None; all.rows.len()];
+        let mut group_of = vec![None; all.joints.len()];
         for group in 0..all.groups.rows() {
-            all.groups.row(group).iter().for_each(|&row| group_of[row as usize] = Some(group as u32));
+            all.groups.row(group).iter().for_each(|&index| group_of[index as usize] = Some(group as u32));
         }
-        let joint = |(&Row { ends: [a, b], start, law }, &group): (&Row, &Option<u32>)| Joint {
+        let joint = |(&JointConstraint { ends: [a, b], start, material }, &group): (
+            &JointConstraint,
+            &Option<u32>,
+        )| Joint {
             ends: [a, b],
             numbers: [number(a, a), number(b, a)],
             group,
             start: T::from_f64(start),
-            law,
+            material,
         };
         Some(Self {
             of_tile: Csr::new(tiles.len(), of_tile.into_iter()),
-            joints: all.rows.iter().zip(&group_of).map(joint).collect(),
-            laws: (all.laws.iter())
-                .map(|law| Law {
-                    length: T::from_f64(law.length),
-                    compliance: T::from_f64(law.compliance),
-                    break_force: T::from_f64(law.break_force),
+            joints: all.joints.iter().zip(&group_of).map(joint).collect(),
+            materials: (all.materials.iter())
+                .map(|material| JointMaterial {
+                    length: T::from_f64(material.length),
+                    compliance: T::from_f64(material.compliance),
+                    break_force: T::from_f64(material.break_force),
                 })
                 .collect(),
             points: all.points.iter().map(|point| (point.start.map(T::from_f64), point.track)).collect(),
             tethers: all.tethers.iter().map(|one| (one.anchor, T::from_f64(one.length))).collect(),
             groups: all.groups.clone(),
             breaks: all.breaks(),
-            broken: vec![false; all.rows.len()].into(),
+            broken: vec![false; all.joints.len()].into(),
             scratch: PerWorker::new(context.workers(), |_| AttachScratch::default()),
-            rows_of: all.rows_of.clone(),
+            joints_of: all.joints_of.clone(),
             tethers_of: all.tethers_of.clone(),
             nodes,
         })
@@ -146,18 +149,18 @@ impl<T: Real> Feature<T> for Attachments<T> {
         // SAFETY: each worker has its own.
         let scratch = unsafe { self.scratch.of(worker.index) };
         let mut attach = AttachWorker { setup: self, scratch, worker };
-        attach.answer();
+        attach.respond();
         worker.synchronise();
         attach.note_broken();
         let scratch = &attach.scratch;
-        worker.mark_moved(|tile| !scratch.answers(tile - worker.tiles.start).is_empty());
+        worker.mark_moved(|tile| !scratch.responses(tile - worker.tiles.start).is_empty());
         Flow::Go
     }
 
     fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
         // SAFETY: as in `run`.
-        let answers = unsafe { self.scratch.of(tile.worker) }.answers(tile.number);
-        tile.move_nodes(answers.iter().map(|(node, state)| (*node as usize, state)));
+        let responses = unsafe { self.scratch.of(tile.worker) }.responses(tile.number);
+        tile.move_nodes(responses.iter().map(|(node, state)| (*node as usize, state)));
     }
 
     fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
@@ -172,13 +175,13 @@ impl<T: Real> Feature<T> for Attachments<T> {
     }
 
     fn load(&mut self, state: &SolverState) {
-        for (row, broken) in self.broken.get_mut().iter_mut().enumerate() {
-            *broken = state.joints.get(row) == Some(&false);
+        for (index, broken) in self.broken.get_mut().iter_mut().enumerate() {
+            *broken = state.joints.get(index) == Some(&false);
         }
     }
 
     fn bytes(&self) -> usize {
-        let lists = [&self.rows_of, &self.tethers_of, &self.of_tile, &self.groups];
+        let lists = [&self.joints_of, &self.tethers_of, &self.of_tile, &self.groups];
         let words: usize = lists.iter().map(|list| list.offsets.len() + list.items.len()).sum();
         let joints = size_of_val(&self.joints[..]) + size_of_val(&self.tethers[..]);
         4 * (words + self.nodes.len()) + joints + size_of_val(&self.points[..])
@@ -187,9 +190,9 @@ impl<T: Real> Feature<T> for Attachments<T> {
 
 impl<T: Real> AttachScratch<T> {
     /// Nodes of its tile number `tile` that are moved, with their place and velocity after it.
-    pub fn answers(&self, tile: usize) -> &[(u32, [T; 6])] {
+    pub fn responses(&self, tile: usize) -> &[(u32, [T; 6])] {
         let start = tile.checked_sub(1).map_or(0, |before| self.ends[before]);
-        &self.answers[start..self.ends[tile]]
+        &self.responses[start..self.ends[tile]]
     }
 }
 
@@ -215,33 +218,33 @@ impl<T: Real> Found<'_, T> {
 
 impl<T: Real> AttachWorker<'_, '_, T> {
     /// Finds what becomes of its nodes.
-    pub fn answer(&mut self) {
+    pub fn respond(&mut self) {
         // SAFETY: all have written their nodes, and what is broken, before a barrier, and change them after another.
         let found = unsafe {
             let state = self.worker.next().each_ref().map(|column| column.read());
             Found { state, broken: self.setup.broken.read() }
         };
-        let AttachScratch { answers, ends, broken, solved, pulls, sums, .. } = &mut *self.scratch;
-        answers.clear();
+        let AttachScratch { responses, ends, broken, solved, corrections, sums, .. } = &mut *self.scratch;
+        responses.clear();
         ends.clear();
         broken.clear();
         solved.clear();
         solved.resize(self.setup.groups.rows(), false);
         if !solved.is_empty() {
-            pulls.resize(self.setup.joints.len(), Pull::default());
+            corrections.resize(self.setup.joints.len(), JointCorrection::default());
             sums.resize(self.setup.nodes.len(), [T::ZERO; 3]);
         }
         for tile in self.worker.tiles.clone() {
             for &number in self.setup.of_tile.row(tile) {
                 let before = found.node(self.setup.nodes[number as usize]);
                 let joined = self.joined(number, &found);
-                let after = self.held_near(number, joined, &found);
+                let after = self.apply_tethers(number, joined, &found);
                 if after != before {
                     let ([x, y, z], [u, v, w]) = after;
-                    self.scratch.answers.push((self.setup.nodes[number as usize], [x, y, z, u, v, w]));
+                    self.scratch.responses.push((self.setup.nodes[number as usize], [x, y, z, u, v, w]));
                 }
             }
-            self.scratch.ends.push(self.scratch.answers.len());
+            self.scratch.ends.push(self.scratch.responses.len());
         }
     }
 
@@ -250,21 +253,21 @@ impl<T: Real> AttachWorker<'_, '_, T> {
         let (setup, h) = (self.setup, self.worker.substep.h);
         let node = setup.nodes[number as usize];
         let mut sum = [T::ZERO; 3];
-        let rows = setup.rows_of.row(number as usize);
-        for &row in rows.iter().filter(|&&row| !found.broken[row as usize]) {
-            let joint = &setup.joints[row as usize];
-            let pull = match joint.group {
+        let indices = setup.joints_of.row(number as usize);
+        for &index in indices.iter().filter(|&&index| !found.broken[index as usize]) {
+            let joint = &setup.joints[index as usize];
+            let correction = match joint.group {
                 Some(group) => {
                     self.solve(group as usize, found);
-                    self.scratch.pulls[row as usize]
+                    self.scratch.corrections[index as usize]
                 }
-                None => self.pull(joint, found),
+                None => self.solve_alone(joint, found),
             };
             let first = joint.ends[0] == node;
-            if attach::breaks(&pull, h, setup.laws[joint.law as usize].break_force) {
-                self.scratch.broken.extend(first.then_some(row));
+            if attach::breaks(&correction, h, setup.materials[joint.material as usize].break_force) {
+                self.scratch.broken.extend(first.then_some(index));
             } else {
-                sum = add(sum, scale(pull.shift, if first { T::ONE } else { -T::ONE }));
+                sum = add(sum, scale(correction.shift, if first { T::ONE } else { -T::ONE }));
             }
         }
         let w = self.worker.nodes.inverse_mass[node as usize];
@@ -272,23 +275,27 @@ impl<T: Real> AttachWorker<'_, '_, T> {
         (add(x, scale(sum, w)), add(v, scale(sum, w / h)))
     }
 
-    fn pull(&self, joint: &Joint<T>, found: &Found<'_, T>) -> Pull<T> {
+    fn solve_alone(&self, joint: &Joint<T>, found: &Found<'_, T>) -> JointCorrection<T> {
         let (d, [v, w], length, softness) = self.gap(joint, found);
-        attach::pull(d, length, v + w, softness)
+        attach::solve_joint(d, length, v + w, softness)
     }
 
     /// How far apart the ends of a joint are, their inverse masses, its length now, and its softness.
     fn gap(&self, joint: &Joint<T>, found: &Found<'_, T>) -> ([T; 3], [T; 2], T, T) {
-        let (law, h) = (&self.setup.laws[joint.law as usize], self.worker.substep.h);
+        let (material, h) = (&self.setup.materials[joint.material as usize], self.worker.substep.h);
         let [a, b] = joint.ends;
         let (x, w) = if b & IS_POINT == 0 {
             (found.node(b).0, self.worker.nodes.inverse_mass[b as usize])
         } else {
             (self.point(b ^ IS_POINT), T::ZERO)
         };
-        let length = attach::length(joint.start, law.length, self.worker.substep.closing[joint.law as usize]);
+        let length = attach::length(
+            joint.start,
+            material.length,
+            self.worker.substep.closing[joint.material as usize],
+        );
         let d = sub(found.node(a).0, x);
-        (d, [self.worker.nodes.inverse_mass[a as usize], w], length, attach::softness(law.compliance, h))
+        (d, [self.worker.nodes.inverse_mass[a as usize], w], length, attach::softness(material.compliance, h))
     }
 
     /// Finds what the joints of a group do, if that is not known yet. Every worker with a node of it finds the same.
@@ -296,23 +303,23 @@ impl<T: Real> AttachWorker<'_, '_, T> {
         if std::mem::replace(&mut self.scratch.solved[group], true) {
             return;
         }
-        self.scratch.links.clear();
-        self.scratch.linked.clear();
-        let rows = self.setup.groups.row(group).iter();
-        for &row in rows.filter(|&&row| !found.broken[row as usize]) {
-            let joint = &self.setup.joints[row as usize];
+        self.scratch.group_joints.clear();
+        self.scratch.members.clear();
+        let indices = self.setup.groups.row(group).iter();
+        for &index in indices.filter(|&&index| !found.broken[index as usize]) {
+            let joint = &self.setup.joints[index as usize];
             let (d, masses, length, softness) = self.gap(joint, found);
-            self.scratch.pulls[row as usize] = Pull::default();
+            self.scratch.corrections[index as usize] = JointCorrection::default();
             let numbers = joint.numbers.map(|number| number as usize);
-            if let Some(link) = Link::new(numbers, masses, d, length, softness) {
-                self.scratch.links.push(link);
-                self.scratch.linked.push(row);
+            if let Some(joint) = GroupJoint::new(numbers, masses, d, length, softness) {
+                self.scratch.group_joints.push(joint);
+                self.scratch.members.push(index);
             }
         }
-        let AttachScratch { links, linked, sums, pulls, .. } = &mut *self.scratch;
-        joints::solve(links, sums);
-        for (link, &row) in links.iter().zip(&*linked) {
-            pulls[row as usize] = link.pull();
+        let AttachScratch { group_joints, members, sums, corrections, .. } = &mut *self.scratch;
+        joints::solve(group_joints, sums);
+        for (joint, &index) in group_joints.iter().zip(&*members) {
+            corrections[index as usize] = joint.correction();
         }
     }
 
@@ -323,17 +330,17 @@ impl<T: Real> AttachWorker<'_, '_, T> {
     }
 
     /// A node after its tethers. What they lead to is held, and stays where it is.
-    fn held_near(&self, number: u32, from: PointState<T>, found: &Found<'_, T>) -> PointState<T> {
+    fn apply_tethers(&self, number: u32, from: PointState<T>, found: &Found<'_, T>) -> PointState<T> {
         let tethers = self.setup.tethers_of.row(number as usize);
         if self.worker.nodes.inverse_mass[self.setup.nodes[number as usize] as usize] <= T::ZERO {
             return from;
         }
-        let (mut x, mut shift, mut taut) = (from.0, [T::ZERO; 3], [false; MOST]);
+        let (mut x, mut shift, mut taut) = (from.0, [T::ZERO; 3], [false; MAX_TETHERS]);
         for _ in 0..ROUNDS {
             let mut moved = false;
             for (taut, &tether) in taut.iter_mut().zip(tethers) {
                 let (anchor, length) = self.setup.tethers[tether as usize];
-                if let Some((back, way)) = attach::put_back(x, found.node(anchor).0, length) {
+                if let Some((back, way)) = attach::project_to_sphere(x, found.node(anchor).0, length) {
                     (x, shift, moved, *taut) = (back, add(shift, way), true, true);
                 }
             }
@@ -348,20 +355,20 @@ impl<T: Real> AttachWorker<'_, '_, T> {
             return from;
         }
         let with = anchors().fold([T::ZERO; 3], |sum, (_, v)| add(sum, v)).map(|sum| sum / count);
-        let v = attach::undone(from.1, shift, with, self.worker.substep.h);
-        (x, anchors().fold(v, |v, (at, with)| attach::taut(v, sub(x, at), with)))
+        let v = attach::without_lost_motion(from.1, shift, with, self.worker.substep.h);
+        (x, anchors().fold(v, |v, (at, with)| attach::without_stretching(v, sub(x, at), with)))
     }
 
     /// Notes what has broken, when all have found that.
     fn note_broken(&mut self) {
         let colliders = self.worker.features.get::<Colliders<T>>();
-        for &row in &self.scratch.broken {
+        for &index in &self.scratch.broken {
             // SAFETY: only the worker of the first end notes this; all read it before the last barrier, and again after
             // the sub-step's last.
             unsafe {
-                *self.setup.broken.item(row as usize) = true;
+                *self.setup.broken.item(index as usize) = true;
                 if let Some(colliders) = colliders {
-                    colliders.set_released(row, true);
+                    colliders.set_released(index, true);
                 }
             }
         }

@@ -1,8 +1,8 @@
 //! Joints and tethers on the GPU.
 
 use crate::advice::{Advice, Refusal};
+use crate::attachments::constraints::{self, IS_POINT, JointConstraint};
 use crate::attachments::gpu_layout::Joint;
-use crate::attachments::rows::{self, IS_POINT, Row};
 use crate::backend::SolverState;
 use crate::build::Assembly;
 use crate::contact::colliders::gpu::contact_of;
@@ -25,9 +25,9 @@ pub const FIELDS: usize = 5;
 
 /// Joints and tethers on the host.
 #[derive(Default)]
-pub struct Attached {
+pub struct AttachmentTables {
     pub joints: Vec<Joint>,
-    /// As `attached` of stages.wgsl; empty where there are neither joints nor tethers.
+    /// As `attachment_lists` of stages.wgsl; empty where there are neither joints nor tethers.
     pub lists: Vec<u32>,
     /// As `joint_groups` there.
     pub groups: Vec<u32>,
@@ -39,10 +39,10 @@ pub struct Attached {
 pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
     let all = &assembly.attachments;
     let body = |node: u32| assembly.bodies.partition_point(|body| body.first <= node as usize) - 1;
-    if let Some(row) = all.rows.iter().find(|row| all.is_carried(row)) {
+    if let Some(joint) = all.joints.iter().find(|joint| all.is_carried(joint)) {
         let message = format!(
             "body `{}` has a pin with collider and break_force, which does not run on a GPU yet; the CPU would do",
-            assembly.bodies[body(row.ends[0])].name
+            assembly.bodies[body(joint.ends[0])].name
         );
         return Err(Refusal::new(message, [Advice::Cpu]));
     }
@@ -69,16 +69,16 @@ pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u
     Ok(())
 }
 
-impl Attached {
+impl AttachmentTables {
     /// Those of some bodies, of which so many keep a volume: lengths of attachments stand behind volumes among the targets
     /// of a sub-step.
     pub fn new(bodies: &Bodies<'_>, volumes: usize) -> Self {
         let all = &bodies.assembly.attachments;
         let (mut joints, mut numbers) = (Vec::new(), Vec::new());
-        let mut number_of = vec![NONE; all.rows.len()];
-        for (number, row) in all.rows.iter().enumerate().filter(|(_, row)| bodies.has(row.ends[0])) {
+        let mut number_of = vec![NONE; all.joints.len()];
+        for (number, joint) in all.joints.iter().enumerate().filter(|(_, joint)| bodies.has(joint.ends[0])) {
             number_of[number] = joints.len() as u32;
-            joints.push(joint(bodies, row, volumes));
+            joints.push(joint_record(bodies, joint, volumes));
             numbers.push(number);
         }
         let groups = groups_here(all, &number_of, &mut joints);
@@ -88,9 +88,13 @@ impl Attached {
     }
 }
 
-fn joint(bodies: &Bodies<'_>, &Row { ends: [a, b], start, law: number }: &Row, volumes: usize) -> Joint {
+fn joint_record(
+    bodies: &Bodies<'_>,
+    &JointConstraint { ends: [a, b], start, material: number }: &JointConstraint,
+    volumes: usize,
+) -> Joint {
     let all = &bodies.assembly.attachments;
-    let law = &all.laws[number as usize];
+    let material = &all.materials[number as usize];
     let point = (b & IS_POINT != 0).then(|| all.points[(b ^ IS_POINT) as usize]);
     Joint {
         point: point.map_or([0.0; 3], |point| point.start.map(|x| x as f32)),
@@ -98,10 +102,10 @@ fn joint(bodies: &Bodies<'_>, &Row { ends: [a, b], start, law: number }: &Row, v
         a: bodies.local(a as usize),
         b: if point.is_some() { NONE } else { bodies.local(b as usize) },
         start: start as f32,
-        end: law.length as f32,
-        compliance: law.compliance as f32,
+        end: material.length as f32,
+        compliance: material.compliance as f32,
         // Infinity is no number to a shader.
-        break_force: law.break_force.min(f64::from(f32::MAX)) as f32,
+        break_force: material.break_force.min(f64::from(f32::MAX)) as f32,
         closing: volumes as u32 + number,
         grouped: 0,
     }
@@ -113,10 +117,10 @@ fn lists(bodies: &Bodies<'_>, number_of: &[u32]) -> Vec<u32> {
     let mut lists = vec![NONE; bodies.len()];
     for (number, &node) in all.nodes.iter().enumerate().filter(|(_, node)| bodies.has(**node)) {
         lists[bodies.local(node as usize) as usize] = lists.len() as u32;
-        let rows = all.rows_of.row(number);
-        lists.push(rows.len() as u32);
-        let second = |row: u32| u32::from(all.rows[row as usize].ends[0] != node);
-        lists.extend(rows.iter().map(|&row| 2 * number_of[row as usize] + second(row)));
+        let own = all.joints_of.row(number);
+        lists.push(own.len() as u32);
+        let second = |joint: u32| u32::from(all.joints[joint as usize].ends[0] != node);
+        lists.extend(own.iter().map(|&joint| 2 * number_of[joint as usize] + second(joint)));
         let tethers = all.tethers_of.row(number);
         lists.push(tethers.len() as u32);
         lists.extend(tethers.iter().flat_map(|&tether| {
@@ -128,20 +132,20 @@ fn lists(bodies: &Bodies<'_>, number_of: &[u32]) -> Vec<u32> {
 }
 
 /// The groups of joints that are here, of which `number_of` has the numbers. Notes which joints are in one.
-fn groups_here(all: &rows::Attachments, number_of: &[u32], joints: &mut [Joint]) -> Vec<u32> {
-    let rows = |group: usize| all.groups.row(group).iter().map(|&row| number_of[row as usize]);
+fn groups_here(all: &constraints::Attachments, number_of: &[u32], joints: &mut [Joint]) -> Vec<u32> {
+    let members = |group: usize| all.groups.row(group).iter().map(|&joint| number_of[joint as usize]);
     let here: Vec<usize> =
-        (0..all.groups.rows()).filter(|&group| rows(group).all(|row| row != NONE)).collect();
+        (0..all.groups.rows()).filter(|&group| members(group).all(|joint| joint != NONE)).collect();
     let mut groups = vec![here.len() as u32];
     let mut end = here.len() as u32 + 2;
     groups.push(end);
     for &group in &here {
-        end += rows(group).count() as u32;
+        end += members(group).count() as u32;
         groups.push(end);
     }
-    for row in here.into_iter().flat_map(rows) {
-        groups.push(row);
-        joints[row as usize].grouped = 1;
+    for joint in here.into_iter().flat_map(members) {
+        groups.push(joint);
+        joints[joint as usize].grouped = 1;
     }
     groups
 }
@@ -153,7 +157,7 @@ pub struct Attachments {
     broken: Buffer<u32>,
     groups: Buffer<u32>,
     work: Buffer<Four>,
-    pulls: Buffer<Four>,
+    corrections: Buffer<Four>,
     read_broken: ReadBack<u32>,
     /// How many groups there are.
     grouped: usize,
@@ -169,25 +173,25 @@ impl Attachments {
     pub fn new(
         gpu: &Gpu,
         assembly: &Assembly,
-        attached: &Attached,
+        tables: &AttachmentTables,
         places: usize,
     ) -> Result<Option<Self>, GpuError> {
-        if attached.lists.is_empty() {
+        if tables.lists.is_empty() {
             return Ok(None);
         }
-        let (count, all) = (attached.joints.len(), &assembly.attachments);
-        let work = if attached.groups[0] > 0 { FIELDS * count + places } else { 0 };
+        let (count, all) = (tables.joints.len(), &assembly.attachments);
+        let work = if tables.groups[0] > 0 { FIELDS * count + places } else { 0 };
         Ok(Some(Self {
-            joints: gpu.buffer_from("joints", &attached.joints)?,
-            lists: gpu.buffer_from("joints and tethers by node", &attached.lists)?,
+            joints: gpu.buffer_from("joints", &tables.joints)?,
+            lists: gpu.buffer_from("joints and tethers by node", &tables.lists)?,
             broken: gpu.buffer_from("broken joints", &vec![0; count])?,
-            groups: gpu.buffer_from("groups of joints", &attached.groups)?,
+            groups: gpu.buffer_from("groups of joints", &tables.groups)?,
             work: gpu.buffer("groups of joints at work", work)?,
-            pulls: gpu.buffer("pulls of joints", count)?,
+            corrections: gpu.buffer("corrections of joints", count)?,
             read_broken: gpu.read_back("broken joints", count)?,
-            grouped: attached.groups[0] as usize,
-            numbers: attached.numbers.clone(),
-            scene_joints: if all.breaks() { all.rows.len() } else { 0 },
+            grouped: tables.groups[0] as usize,
+            numbers: tables.numbers.clone(),
+            scene_joints: if all.breaks() { all.joints.len() } else { 0 },
             place_groups: places.div_ceil(GROUP),
         }))
     }
@@ -197,11 +201,11 @@ impl Feature for Attachments {
     fn buffers(&self, _: usize) -> Vec<(&'static str, &dyn Bindable)> {
         vec![
             ("joints", &self.joints),
-            ("attached", &self.lists),
+            ("attachment_lists", &self.lists),
             ("joint_broken", &self.broken),
             ("joint_groups", &self.groups),
             ("joint_work", &self.work),
-            ("pulls", &self.pulls),
+            ("joint_corrections", &self.corrections),
         ]
     }
 
@@ -211,15 +215,15 @@ impl Feature for Attachments {
         let [_, contact] = contact_of(features);
         let commands = vec![
             Command::SwapStates,
-            Command::run(Name::new("pull_joints"), joints),
-            Command::run(Name::new("pull_groups"), groups),
-            Command::run(Name::new("attach_nodes").with(contact.choices()), self.place_groups),
+            Command::run(Name::new("solve_joints"), joints),
+            Command::run(Name::new("solve_joint_groups"), groups),
+            Command::run(Name::new("apply_attachments").with(contact.choices()), self.place_groups),
         ];
         vec![Fused::new(&[Op::Attachments, Op::MoveAttached, Op::Contact], commands)]
     }
 
     fn bytes(&self, assembly: &Assembly) -> usize {
-        assembly.attachments.laws.len() * size_of::<f32>()
+        assembly.attachments.materials.len() * size_of::<f32>()
     }
 
     fn targets(&self, substep: &Substep<f32>) -> Vec<f32> {

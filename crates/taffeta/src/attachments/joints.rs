@@ -6,12 +6,12 @@
 //! solved by conjugate residuals (Stiefel, "Relaxationsmethoden bester Strategie zur Lösung linearer Gleichungssysteme",
 //! Comment. Math. Helv. 29, 1955): what remains is then least, and in as many rounds as there are joints it is done.
 
-use crate::attachments::attach::Pull;
+use crate::attachments::attach::JointCorrection;
 use crate::real::{Real, add, dot, scale, sub};
 
 /// A joint among those of a group.
 #[derive(Clone, Copy, Debug)]
-pub struct Link<T> {
+pub struct GroupJoint<T> {
     /// Numbers of its nodes; a point, and what is held, has none.
     nodes: [Option<usize>; 2],
     /// Inverse masses of them [1/kg].
@@ -23,19 +23,19 @@ pub struct Link<T> {
     /// Change of place of its first end times mass [kg·m].
     shift: [T; 3],
     /// What is left of its gap [m], and the direction of the search [kg·m]; what the rows make of each.
-    left: [T; 3],
-    search: [T; 3],
-    of_left: [T; 3],
-    of_search: [T; 3],
+    residual: [T; 3],
+    direction: [T; 3],
+    a_residual: [T; 3],
+    a_direction: [T; 3],
 }
 
 /// A field of the links.
-type Field<T> = fn(&mut Link<T>) -> &mut [T; 3];
+type Field<T> = fn(&mut GroupJoint<T>) -> &mut [T; 3];
 
 /// Rounds in which a group is solved, at most.
 pub const ROUNDS: usize = 64;
 
-impl<T: Real> Link<T> {
+impl<T: Real> GroupJoint<T> {
     /// A joint of two nodes that are `d` [m] apart, first less second, and should be `length` [m]. Without ends that give way,
     /// or a line to move on, there is none.
     pub fn new(nodes: [usize; 2], inverse_mass: [T; 2], d: [T; 3], length: T, softness: T) -> Option<Self> {
@@ -53,71 +53,71 @@ impl<T: Real> Link<T> {
             along: if any { zero } else { line },
             softness,
             shift: zero,
-            left: if any { scale(d, -T::ONE) } else { scale(line, length - distance) },
-            search: zero,
-            of_left: zero,
-            of_search: zero,
+            residual: if any { scale(d, -T::ONE) } else { scale(line, length - distance) },
+            direction: zero,
+            a_residual: zero,
+            a_direction: zero,
         })
     }
 
     /// What it does.
-    pub fn pull(&self) -> Pull<T> {
-        Pull { shift: self.shift, size: dot(self.shift, self.shift).sqrt() }
+    pub fn correction(&self) -> JointCorrection<T> {
+        JointCorrection { shift: self.shift, size: dot(self.shift, self.shift).sqrt() }
     }
 }
 
 /// Finds the shifts of the links of a group. `sums` has room for one of each node.
-pub fn solve<T: Real>(links: &mut [Link<T>], sums: &mut [[T; 3]]) {
-    times(links, sums, |link| &mut link.left, |link| &mut link.of_left);
-    for link in &mut *links {
-        (link.search, link.of_search) = (link.left, link.of_left);
+pub fn solve<T: Real>(joints: &mut [GroupJoint<T>], sums: &mut [[T; 3]]) {
+    apply_matrix(joints, sums, |joint| &mut joint.residual, |joint| &mut joint.a_residual);
+    for joint in &mut *joints {
+        (joint.direction, joint.a_direction) = (joint.residual, joint.a_residual);
     }
-    let mut slope = inner(links, |link| (link.left, link.of_left));
+    let mut slope = inner(joints, |joint| (joint.residual, joint.a_residual));
     let enough = slope * (T::EPSILON * T::EPSILON);
     for _ in 0..ROUNDS {
-        let squared = inner(links, |link| (link.of_search, link.of_search));
+        let squared = inner(joints, |joint| (joint.a_direction, joint.a_direction));
         if slope <= enough || squared <= T::ZERO {
             break;
         }
-        let far = slope / squared;
-        for link in &mut *links {
-            link.shift = add(link.shift, scale(link.search, far));
-            link.left = sub(link.left, scale(link.of_search, far));
+        let alpha = slope / squared;
+        for joint in &mut *joints {
+            joint.shift = add(joint.shift, scale(joint.direction, alpha));
+            joint.residual = sub(joint.residual, scale(joint.a_direction, alpha));
         }
-        times(links, sums, |link| &mut link.left, |link| &mut link.of_left);
-        let next = inner(links, |link| (link.left, link.of_left));
-        let turn = next / slope;
+        apply_matrix(joints, sums, |joint| &mut joint.residual, |joint| &mut joint.a_residual);
+        let next = inner(joints, |joint| (joint.residual, joint.a_residual));
+        let beta = next / slope;
         slope = next;
-        for link in &mut *links {
-            link.search = add(link.left, scale(link.search, turn));
-            link.of_search = add(link.of_left, scale(link.of_search, turn));
+        for joint in &mut *joints {
+            joint.direction = add(joint.residual, scale(joint.direction, beta));
+            joint.a_direction = add(joint.a_residual, scale(joint.a_direction, beta));
         }
     }
 }
 
 /// Σ a·b, in the order of the links.
-fn inner<T: Real>(links: &[Link<T>], of: impl Fn(&Link<T>) -> ([T; 3], [T; 3])) -> T {
-    links.iter().map(of).fold(T::ZERO, |sum, (a, b)| sum + dot(a, b))
+fn inner<T: Real>(joints: &[GroupJoint<T>], of: impl Fn(&GroupJoint<T>) -> ([T; 3], [T; 3])) -> T {
+    joints.iter().map(of).fold(T::ZERO, |sum, (a, b)| sum + dot(a, b))
 }
 
 /// (J W Jᵀ + D) times a field.
-fn times<T: Real>(links: &mut [Link<T>], sums: &mut [[T; 3]], from: Field<T>, to: Field<T>) {
-    for node in links.iter().flat_map(|link| link.nodes).flatten() {
+fn apply_matrix<T: Real>(joints: &mut [GroupJoint<T>], sums: &mut [[T; 3]], from: Field<T>, to: Field<T>) {
+    for node in joints.iter().flat_map(|joint| joint.nodes).flatten() {
         sums[node] = [T::ZERO; 3];
     }
-    for link in &mut *links {
-        let (given, [a, b]) = (*from(link), link.nodes);
+    for joint in &mut *joints {
+        let (given, [a, b]) = (*from(joint), joint.nodes);
         a.into_iter().for_each(|a| sums[a] = add(sums[a], given));
         b.into_iter().for_each(|b| sums[b] = sub(sums[b], given));
     }
-    for link in &mut *links {
+    for joint in &mut *joints {
         let moved = |end: usize| {
-            link.nodes[end].map_or([T::ZERO; 3], |node| scale(sums[node], link.inverse_mass[end]))
+            joint.nodes[end].map_or([T::ZERO; 3], |node| scale(sums[node], joint.inverse_mass[end]))
         };
         let both = sub(moved(0), moved(1));
-        let line = link.along;
+        let line = joint.along;
         let kept = if dot(line, line) > T::ZERO { scale(line, dot(line, both)) } else { both };
-        *to(link) = add(kept, scale(*from(link), link.softness));
+        *to(joint) = add(kept, scale(*from(joint), joint.softness));
     }
 }
 
@@ -128,13 +128,14 @@ mod tests {
 
     /// Nodes at `x` of inverse masses `w`, joined in pairs, with the same length and softness; where they come.
     fn joined(x: &[[f64; 3]], w: &[f64], pairs: &[[usize; 2]], length: f64, softness: f64) -> Vec<[f64; 3]> {
-        let link = |&[a, b]: &[usize; 2]| Link::new([a, b], [w[a], w[b]], sub(x[a], x[b]), length, softness);
-        let mut links: Vec<Link<f64>> = pairs.iter().filter_map(link).collect();
-        solve(&mut links, &mut vec![[f64::NAN; 3]; x.len()]);
+        let joint =
+            |&[a, b]: &[usize; 2]| GroupJoint::new([a, b], [w[a], w[b]], sub(x[a], x[b]), length, softness);
+        let mut joints: Vec<GroupJoint<f64>> = pairs.iter().filter_map(joint).collect();
+        solve(&mut joints, &mut vec![[f64::NAN; 3]; x.len()]);
         let mut after = x.to_vec();
-        for (link, [a, b]) in links.iter().zip(pairs) {
-            after[*a] = add(after[*a], scale(link.pull().shift, w[*a]));
-            after[*b] = sub(after[*b], scale(link.pull().shift, w[*b]));
+        for (joint, [a, b]) in joints.iter().zip(pairs) {
+            after[*a] = add(after[*a], scale(joint.correction().shift, w[*a]));
+            after[*b] = sub(after[*b], scale(joint.correction().shift, w[*b]));
         }
         after
     }

@@ -2,6 +2,7 @@
 
 pub mod attach;
 pub mod build;
+pub mod constraints;
 pub mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;
@@ -10,5 +11,4 @@ pub mod gpu_layout;
 pub mod joints;
 #[cfg(feature = "gpu")]
 pub mod parity;
-pub mod rows;
 pub mod tethers;

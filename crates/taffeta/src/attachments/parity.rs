@@ -1,9 +1,9 @@
 //! Rows of joints and tethers.
 
-use crate::attachments::attach::{self, Pull};
+use crate::attachments::attach::{self, JointCorrection};
 use crate::attachments::gpu::FIELDS;
 use crate::attachments::gpu_layout::Joint;
-use crate::attachments::joints::{self, Link};
+use crate::attachments::joints::{self, GroupJoint};
 use crate::backend::{Backend, SolverState};
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, NONE};
@@ -23,9 +23,9 @@ const MOVED: &str = "as above; contact multiplies what hardware rounds otherwise
 
 /// One row for each kernel.
 pub const ROWS: &[Row] = &[
-    row("pull_joints", Tolerance::new(0.0, 64.0, FOUND), pull),
-    row("pull_groups", Tolerance::new(0.0, 65_536.0, SOLVED), group),
-    row("attach_nodes", Tolerance::new(0.0, 256.0, MOVED), attach),
+    row("solve_joints", Tolerance::new(0.0, 64.0, FOUND), solve),
+    row("solve_joint_groups", Tolerance::new(0.0, 65_536.0, SOLVED), group),
+    row("apply_attachments", Tolerance::new(0.0, 256.0, MOVED), attach),
 ];
 
 const fn row(
@@ -80,8 +80,9 @@ impl Work {
         let mut fixture = Fixture::of(&sewn(!exact), seed, exact)?;
         let mut chance = Chance::new(seed + 77);
         let broken: Vec<u32> =
-            fixture.tables.attached.joints.iter().map(|_| u32::from(chance.number() > 0.6)).collect();
-        let at_one_place: Vec<Joint> = fixture.tables.attached.joints.iter().step_by(29).copied().collect();
+            fixture.tables.attachments.joints.iter().map(|_| u32::from(chance.number() > 0.6)).collect();
+        let at_one_place: Vec<Joint> =
+            fixture.tables.attachments.joints.iter().step_by(29).copied().collect();
         for joint in at_one_place.iter().filter(|joint| exact && joint.b != NONE) {
             let place = fixture.new.position[joint.a as usize];
             fixture.new.position[joint.b as usize][..3].copy_from_slice(&place[..3]);
@@ -106,65 +107,65 @@ impl Work {
     }
 
     /// What each joint does by the formulas.
-    fn shifts(&self) -> Vec<Pull<f32>> {
-        let attached = &self.fixture.tables.attached;
+    fn shifts(&self) -> Vec<JointCorrection<f32>> {
+        let tables = &self.fixture.tables.attachments;
         let alone = |joint: &Joint| {
             let (d, [v, w], length, softness) = self.gap(joint);
-            attach::pull(d, length, v + w, softness)
+            attach::solve_joint(d, length, v + w, softness)
         };
-        let mut pulls: Vec<Pull<f32>> = attached.joints.iter().map(alone).collect();
+        let mut corrections: Vec<JointCorrection<f32>> = tables.joints.iter().map(alone).collect();
         let mut sums = vec![[f32::NAN; 3]; self.fixture.tables.len()];
-        for bounds in attached.groups[1..attached.groups[0] as usize + 2].windows(2) {
-            let rows = &attached.groups[bounds[0] as usize..bounds[1] as usize];
-            let link = |&row: &u32| {
-                let joint = &attached.joints[row as usize];
+        for bounds in tables.groups[1..tables.groups[0] as usize + 2].windows(2) {
+            let rows = &tables.groups[bounds[0] as usize..bounds[1] as usize];
+            let joint = |&row: &u32| {
+                let joint = &tables.joints[row as usize];
                 let (d, masses, length, softness) = self.gap(joint);
                 let whole = self.broken[row as usize] == 0;
                 let ends = [joint.a, joint.b].map(|node| node as usize);
-                whole.then(|| Link::new(ends, masses, d, length, softness)).flatten()
+                whole.then(|| GroupJoint::new(ends, masses, d, length, softness)).flatten()
             };
-            let all: Vec<Option<Link<f32>>> = rows.iter().map(link).collect();
-            let mut links: Vec<Link<f32>> = all.iter().copied().flatten().collect();
-            joints::solve(&mut links, &mut sums);
-            let mut links = links.iter();
+            let all: Vec<Option<GroupJoint<f32>>> = rows.iter().map(joint).collect();
+            let mut joints: Vec<GroupJoint<f32>> = all.iter().copied().flatten().collect();
+            joints::solve(&mut joints, &mut sums);
+            let mut joints = joints.iter();
             for (&row, linked) in rows.iter().zip(&all) {
-                let link = linked.and_then(|_| links.next());
-                pulls[row as usize] = link.map_or(Pull::default(), Link::pull);
+                let joint = linked.and_then(|_| joints.next());
+                corrections[row as usize] = joint.map_or(JointCorrection::default(), GroupJoint::correction);
             }
         }
-        pulls
+        corrections
     }
 
-    /// As `pulls` and `joint_broken` have it afterwards.
-    fn pulls(&self) -> (Vec<Four>, Vec<u32>) {
+    /// As `joint_corrections` and `joint_broken` have it afterwards.
+    fn corrections(&self) -> (Vec<Four>, Vec<u32>) {
         let h = self.fixture.substep().h;
-        let joints = self.fixture.tables.attached.joints.iter().zip(&self.broken);
+        let joints = self.fixture.tables.attachments.joints.iter().zip(&self.broken);
         joints
             .zip(self.shifts())
-            .map(|((joint, &broken), pull)| {
-                let [x, y, z] = pull.shift;
-                let breaks = broken != 0 || attach::breaks(&pull, h, joint.break_force);
+            .map(|((joint, &broken), correction)| {
+                let [x, y, z] = correction.shift;
+                let breaks = broken != 0 || attach::breaks(&correction, h, joint.break_force);
                 if breaks { ([0.0; 4], 1) } else { ([x, y, z, 1.0], 0) }
             })
             .unzip()
     }
 
-    /// The same after a kernel that does those in groups, or the others; the rest is as it was, `pulls` at `before`.
-    fn pulls_of(&self, grouped: bool, before: f32) -> (Vec<Four>, Vec<u32>) {
-        let (mut pulls, mut broken) = self.pulls();
-        for (row, joint) in self.fixture.tables.attached.joints.iter().enumerate() {
+    /// The same after a kernel that does those in groups, or the others; the rest is as it was, `joint_corrections` at `before`.
+    fn corrections_of(&self, grouped: bool, before: f32) -> (Vec<Four>, Vec<u32>) {
+        let (mut corrections, mut broken) = self.corrections();
+        for (row, joint) in self.fixture.tables.attachments.joints.iter().enumerate() {
             if (joint.grouped != 0) != grouped {
-                (pulls[row], broken[row]) = ([before; 4], self.broken[row]);
+                (corrections[row], broken[row]) = ([before; 4], self.broken[row]);
             }
         }
-        (pulls, broken)
+        (corrections, broken)
     }
 
     fn run(
         &self,
         bench: &mut Bench<'_>,
         entry: &'static str,
-        pulls: Vec<u32>,
+        corrections: Vec<u32>,
         groups: usize,
         compare: impl FnOnce(&mut Written<'_>),
     ) -> Result<(), String> {
@@ -173,14 +174,14 @@ impl Work {
         let mut arrays = fixture.arrays();
         arrays.insert("old_position", words(&fixture.new.position));
         arrays.insert("old_velocity", words(&fixture.new.velocity));
-        arrays.insert("joints", words(&fixture.tables.attached.joints));
-        arrays.insert("attached", fixture.tables.attached.lists.clone());
+        arrays.insert("joints", words(&fixture.tables.attachments.joints));
+        arrays.insert("attachment_lists", fixture.tables.attachments.lists.clone());
         arrays.insert("joint_broken", self.broken.clone());
-        let attached = &fixture.tables.attached;
-        arrays.insert("joint_groups", attached.groups.clone());
-        let work = 4 * (FIELDS * attached.joints.len() + fixture.tables.len());
+        let tables = &fixture.tables.attachments;
+        arrays.insert("joint_groups", tables.groups.clone());
+        let work = 4 * (FIELDS * tables.joints.len() + fixture.tables.len());
         arrays.insert("joint_work", vec![f32::NAN.to_bits(); work]);
-        arrays.insert("pulls", pulls);
+        arrays.insert("joint_corrections", corrections);
         bench.run(&kernel, &Given { arrays: &arrays, records: &fixture.records(), groups }, compare)
     }
 }
@@ -197,15 +198,15 @@ fn same(written: &mut Written<'_>, name: &str, wanted: &[u32]) {
     written.outcome().copied(name, &halves(wanted), &halves(&found));
 }
 
-fn pull(bench: &mut Bench<'_>) -> Result<(), String> {
-    pull_with(bench, "pull_joints", false, |work| work.fixture.tables.attached.joints.len())
+fn solve(bench: &mut Bench<'_>) -> Result<(), String> {
+    solve_with(bench, "solve_joints", false, |work| work.fixture.tables.attachments.joints.len())
 }
 
 fn group(bench: &mut Bench<'_>) -> Result<(), String> {
-    pull_with(bench, "pull_groups", true, |work| work.fixture.tables.attached.groups[0] as usize)
+    solve_with(bench, "solve_joint_groups", true, |work| work.fixture.tables.attachments.groups[0] as usize)
 }
 
-fn pull_with(
+fn solve_with(
     bench: &mut Bench<'_>,
     entry: &'static str,
     grouped: bool,
@@ -213,10 +214,10 @@ fn pull_with(
 ) -> Result<(), String> {
     for work in both(bench)? {
         const BEFORE: f32 = 7.5;
-        let (pulls, broken) = work.pulls_of(grouped, BEFORE);
-        let before = vec![BEFORE.to_bits(); 4 * pulls.len()];
+        let (corrections, broken) = work.corrections_of(grouped, BEFORE);
+        let before = vec![BEFORE.to_bits(); 4 * corrections.len()];
         work.run(bench, entry, before, count(&work).div_ceil(GROUP), |written| {
-            written.fours("pulls", &pulls);
+            written.fours("joint_corrections", &corrections);
             same(written, "joint_broken", &broken);
             // What it was solved with is looked at by what comes of it.
             let _: Vec<f32> = written.take("joint_work");
@@ -265,12 +266,12 @@ fn attach(bench: &mut Bench<'_>) -> Result<(), String> {
         let [position, velocity] = attached(&mut work);
         // What a broken one has is not looked at.
         let given = |[x, y, z, w]: Four| if w == 0.0 { [7.0, -5.0, 3.0, 0.0] } else { [x, y, z, w] };
-        let pulls = words(&work.pulls().0.into_iter().map(given).collect::<Vec<Four>>());
+        let corrections = words(&work.corrections().0.into_iter().map(given).collect::<Vec<Four>>());
         let groups = work.fixture.place_groups();
-        work.run(bench, "attach_nodes", pulls.clone(), groups, |written| {
+        work.run(bench, "apply_attachments", corrections.clone(), groups, |written| {
             written.fours("new_position", &position);
             written.fours("new_velocity", &velocity);
-            same(written, "pulls", &pulls);
+            same(written, "joint_corrections", &corrections);
         })?;
     }
     Ok(())

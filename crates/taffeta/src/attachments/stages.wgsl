@@ -33,13 +33,13 @@ struct Joint {
 @group(1) @binding(60) var<storage, read> joints: array<Joint>;
 /// Where the list of each place begins, or NONE. A list: how many joints; twice the number of each, one more at its second
 /// node; how many tethers; the anchor of each, and its length [m] as bits.
-@group(1) @binding(61) var<storage, read> attached: array<u32>;
+@group(1) @binding(61) var<storage, read> attachment_lists: array<u32>;
 /// Groups of joints that share free nodes: how many; where the list of each begins, and where the last one ends; their joints.
 @group(1) @binding(62) var<storage, read> joint_groups: array<u32>;
 /// Of each joint, whether it is broken.
 @group(3) @binding(60) var<storage, read_write> joint_broken: array<u32>;
-/// What each joint does to its first node, as `Pull`; in w whether it does anything.
-@group(3) @binding(62) var<storage, read_write> pulls: array<vec4f>;
+/// What each joint does to its first node, as `JointCorrection`; in w whether it does anything.
+@group(3) @binding(62) var<storage, read_write> joint_corrections: array<vec4f>;
 /// What a group is solved with: five fields of each joint, as joints.rs has them; behind them a sum for each place.
 @group(3) @binding(61) var<storage, read_write> joint_work: array<vec4f>;
 
@@ -56,21 +56,21 @@ fn second_end(joint: Joint) -> vec4f {
 }
 
 /// Length of a joint now [m].
-fn goal_of(joint: Joint) -> f32 {
+fn length_of(joint: Joint) -> f32 {
     return joint_length(joint.start, joint.end, goals[substeps[0].first_goal + joint.closing]);
 }
 
 /// Notes what a joint does, and whether it breaks.
-fn note_pull(row: u32, pull: Pull) {
+fn note_correction(row: u32, correction: JointCorrection) {
     let h = substeps[0].h;
-    let breaks = joint_broken[row] != 0u || pull.size / (h * h) > joints[row].break_force;
+    let breaks = joint_broken[row] != 0u || correction.size / (h * h) > joints[row].break_force;
     joint_broken[row] = select(0u, 1u, breaks);
-    pulls[row] = select(vec4f(pull.shift, 1.0), vec4f(0.0), breaks);
+    joint_corrections[row] = select(vec4f(correction.shift, 1.0), vec4f(0.0), breaks);
 }
 
 /// Finds what each joint does that shares no free node, and which of them break.
 @compute @workgroup_size(256)
-fn pull_joints(
+fn solve_joints(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,
@@ -86,15 +86,15 @@ fn pull_joints(
     let a = old_position[joint.a];
     let b = second_end(joint);
     let h = substeps[0].h;
-    note_pull(row, pull_of(a.xyz - b.xyz, goal_of(joint), a.w + b.w, joint.compliance / (h * h)));
+    note_correction(row, solve_joint(a.xyz - b.xyz, length_of(joint), a.w + b.w, joint.compliance / (h * h)));
 }
 
 /// Fields of a joint in a group: what is left of its gap, and the direction of the search; what the rows make of each; its
 /// line, and in w its softness, or that it does nothing.
-const JOINT_LEFT: u32 = 0u;
-const JOINT_SEARCH: u32 = 1u;
-const JOINT_OF_LEFT: u32 = 2u;
-const JOINT_OF_SEARCH: u32 = 3u;
+const JOINT_RESIDUAL: u32 = 0u;
+const JOINT_DIRECTION: u32 = 1u;
+const JOINT_AR: u32 = 2u;
+const JOINT_AP: u32 = 3u;
 const JOINT_LINE: u32 = 4u;
 const JOINT_FIELDS: u32 = 5u;
 
@@ -106,7 +106,7 @@ fn put_joint_field(row: u32, which: u32, value: vec3f) {
     joint_work[JOINT_FIELDS * row + which] = vec4f(value, 0.0);
 }
 
-fn is_linked(row: u32) -> bool {
+fn is_active_joint(row: u32) -> bool {
     return joint_work[JOINT_FIELDS * row + JOINT_LINE].w >= 0.0;
 }
 
@@ -119,25 +119,25 @@ fn joint_sum_of(end: u32) -> u32 {
 }
 
 /// Begins a joint of a group.
-fn begin_link(row: u32) {
+fn begin_joint(row: u32) {
     let joint = joints[row];
     let a = old_position[joint.a];
     let b = second_end(joint);
     let d = a.xyz - b.xyz;
     let distance = sqrt(dot3(d, d));
-    let goal = goal_of(joint);
+    let goal = length_of(joint);
     let any_line = goal <= 0.0;
     let h = substeps[0].h;
     let links = joint_broken[row] == 0u && a.w + b.w > 0.0 && (any_line || distance > 0.0);
     let line = d / distance;
     let softness = select(-1.0, joint.compliance / (h * h), links);
     joint_work[JOINT_FIELDS * row + JOINT_LINE] = vec4f(select(line, vec3f(0.0), any_line || !links), softness);
-    put_joint_field(row, JOINT_LEFT, select(line * (goal - distance), -d, any_line));
-    pulls[row] = vec4f(0.0);
+    put_joint_field(row, JOINT_RESIDUAL, select(line * (goal - distance), -d, any_line));
+    joint_corrections[row] = vec4f(0.0);
 }
 
 /// What the rows of a group make of one of its fields.
-fn times_rows(first: u32, end: u32, given: u32, made: u32) {
+fn apply_matrix(first: u32, end: u32, given: u32, made: u32) {
     for (var at = first; at < end; at++) {
         let joint = joints[joint_groups[at]];
         let sums = vec2u(joint_sum_of(joint.a), joint_sum_of(joint.b));
@@ -150,7 +150,7 @@ fn times_rows(first: u32, end: u32, given: u32, made: u32) {
     }
     for (var at = first; at < end; at++) {
         let row = joint_groups[at];
-        if !is_linked(row) {
+        if !is_active_joint(row) {
             continue;
         }
         let value = vec4f(joint_field(row, given), 0.0);
@@ -164,7 +164,7 @@ fn times_rows(first: u32, end: u32, given: u32, made: u32) {
     }
     for (var at = first; at < end; at++) {
         let row = joint_groups[at];
-        if !is_linked(row) {
+        if !is_active_joint(row) {
             continue;
         }
         let both = moved_by_joints(joints[row].a) - moved_by_joints(joints[row].b);
@@ -188,7 +188,7 @@ fn joint_product(first: u32, end: u32, a: u32, b: u32) -> f32 {
     var sum = 0.0;
     for (var at = first; at < end; at++) {
         let row = joint_groups[at];
-        if is_linked(row) {
+        if is_active_joint(row) {
             sum += dot3(joint_field(row, a), joint_field(row, b));
         }
     }
@@ -200,7 +200,7 @@ const GROUP_ROUNDS: u32 = 64u;
 
 /// Finds what the joints of each group do together, and which of them break.
 @compute @workgroup_size(256)
-fn pull_groups(
+fn solve_joint_groups(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,
@@ -212,64 +212,65 @@ fn pull_groups(
     let first = joint_groups[1u + group];
     let end = joint_groups[2u + group];
     for (var at = first; at < end; at++) {
-        begin_link(joint_groups[at]);
+        begin_joint(joint_groups[at]);
     }
     solve_group(first, end);
     for (var at = first; at < end; at++) {
         let row = joint_groups[at];
-        let shift = pulls[row].xyz;
-        note_pull(row, Pull(shift, sqrt(dot3(shift, shift))));
+        let shift = joint_corrections[row].xyz;
+        note_correction(row, JointCorrection(shift, sqrt(dot3(shift, shift))));
     }
 }
 
 /// Conjugate residuals, as joints.rs has them.
 fn solve_group(first: u32, end: u32) {
-    times_rows(first, end, JOINT_LEFT, JOINT_OF_LEFT);
+    apply_matrix(first, end, JOINT_RESIDUAL, JOINT_AR);
     for (var at = first; at < end; at++) {
         let row = joint_groups[at];
-        put_joint_field(row, JOINT_SEARCH, joint_field(row, JOINT_LEFT));
-        put_joint_field(row, JOINT_OF_SEARCH, joint_field(row, JOINT_OF_LEFT));
+        put_joint_field(row, JOINT_DIRECTION, joint_field(row, JOINT_RESIDUAL));
+        put_joint_field(row, JOINT_AP, joint_field(row, JOINT_AR));
     }
-    var slope = joint_product(first, end, JOINT_LEFT, JOINT_OF_LEFT);
+    var slope = joint_product(first, end, JOINT_RESIDUAL, JOINT_AR);
     let enough = slope * (EPSILON * EPSILON);
     for (var round = 0u; round < GROUP_ROUNDS; round++) {
-        let squared = joint_product(first, end, JOINT_OF_SEARCH, JOINT_OF_SEARCH);
+        let squared = joint_product(first, end, JOINT_AP, JOINT_AP);
         if slope <= enough || squared <= 0.0 {
             break;
         }
-        let far = slope / squared;
+        let alpha = slope / squared;
         for (var at = first; at < end; at++) {
             let row = joint_groups[at];
-            if is_linked(row) {
-                pulls[row] += vec4f(joint_field(row, JOINT_SEARCH) * far, 0.0);
-                put_joint_field(row, JOINT_LEFT, joint_field(row, JOINT_LEFT) - joint_field(row, JOINT_OF_SEARCH) * far);
+            if is_active_joint(row) {
+                joint_corrections[row] += vec4f(joint_field(row, JOINT_DIRECTION) * alpha, 0.0);
+                put_joint_field(row, JOINT_RESIDUAL, joint_field(row, JOINT_RESIDUAL) - joint_field(row, JOINT_AP) * alpha);
             }
         }
-        times_rows(first, end, JOINT_LEFT, JOINT_OF_LEFT);
-        let next = joint_product(first, end, JOINT_LEFT, JOINT_OF_LEFT);
-        let turn = next / slope;
+        apply_matrix(first, end, JOINT_RESIDUAL, JOINT_AR);
+        let next = joint_product(first, end, JOINT_RESIDUAL, JOINT_AR);
+        let beta = next / slope;
         slope = next;
         for (var at = first; at < end; at++) {
             let row = joint_groups[at];
-            if is_linked(row) {
-                put_joint_field(row, JOINT_SEARCH, joint_field(row, JOINT_LEFT) + joint_field(row, JOINT_SEARCH) * turn);
-                put_joint_field(row, JOINT_OF_SEARCH, joint_field(row, JOINT_OF_LEFT) + joint_field(row, JOINT_OF_SEARCH) * turn);
+            if is_active_joint(row) {
+                let direction = joint_field(row, JOINT_RESIDUAL) + joint_field(row, JOINT_DIRECTION) * beta;
+                put_joint_field(row, JOINT_DIRECTION, direction);
+                put_joint_field(row, JOINT_AP, joint_field(row, JOINT_AR) + joint_field(row, JOINT_AP) * beta);
             }
         }
     }
 }
 
 /// A node after its tethers, whose list begins at `list`. What they lead to is held, and stays where it is.
-fn held_near(x: vec3f, v: vec3f, list: u32) -> Tethered {
+fn apply_tethers(x: vec3f, v: vec3f, list: u32) -> Tethered {
     var at = x;
     var shift = vec3f(0.0);
     var taut = 0u;
-    let tethers = attached[list];
+    let tethers = attachment_lists[list];
     for (var round = 0u; round < TETHER_ROUNDS; round++) {
         var moved = false;
         for (var i = 0u; i < tethers; i++) {
-            let anchor = attached[list + 1u + 2u * i];
-            let back = put_back(at, old_position[anchor].xyz, bitcast<f32>(attached[list + 2u + 2u * i]));
+            let anchor = attachment_lists[list + 1u + 2u * i];
+            let back = project_to_sphere(at, old_position[anchor].xyz, bitcast<f32>(attachment_lists[list + 2u + 2u * i]));
             at = back.x;
             shift = select(shift, shift + back.way, back.moved);
             taut = select(taut, taut | (1u << i), back.moved);
@@ -284,12 +285,12 @@ fn held_near(x: vec3f, v: vec3f, list: u32) -> Tethered {
     }
     var sum = vec3f(0.0);
     for (var i = 0u; i < tethers; i++) {
-        sum = select(sum, sum + old_velocity[attached[list + 1u + 2u * i]].xyz, ((taut >> i) & 1u) != 0u);
+        sum = select(sum, sum + old_velocity[attachment_lists[list + 1u + 2u * i]].xyz, ((taut >> i) & 1u) != 0u);
     }
-    var speed = undone(v, shift, sum / f32(countOneBits(taut)), substeps[0].h);
+    var speed = without_lost_motion(v, shift, sum / f32(countOneBits(taut)), substeps[0].h);
     for (var i = 0u; i < tethers; i++) {
-        let anchor = attached[list + 1u + 2u * i];
-        let kept = kept_taut(speed, at - old_position[anchor].xyz, old_velocity[anchor].xyz);
+        let anchor = attachment_lists[list + 1u + 2u * i];
+        let kept = without_stretching(speed, at - old_position[anchor].xyz, old_velocity[anchor].xyz);
         speed = select(speed, kept, ((taut >> i) & 1u) != 0u);
     }
     return Tethered(at, speed);
@@ -298,7 +299,7 @@ fn held_near(x: vec3f, v: vec3f, list: u32) -> Tethered {
 /// Gives nodes that are joined or tethered their new velocities and places, and keeps those that it moves out of colliders
 /// again; the others stay as they are.
 @compute @workgroup_size(256)
-fn attach_nodes(
+fn apply_attachments(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,
@@ -311,20 +312,20 @@ fn attach_nodes(
     let v = old_velocity[node];
     new_position[node] = x;
     new_velocity[node] = v;
-    let list = attached[node];
+    let list = attachment_lists[node];
     if list == NONE {
         return;
     }
     var at = list + 1u;
     var sum = vec3f(0.0);
-    let end = at + attached[list];
+    let end = at + attachment_lists[list];
     for (; at < end; at++) {
-        let one = pulls[attached[at] / 2u];
-        sum = select(sum, sum + one.xyz * select(1.0, -1.0, attached[at] % 2u == 1u), one.w != 0.0);
+        let one = joint_corrections[attachment_lists[at] / 2u];
+        sum = select(sum, sum + one.xyz * select(1.0, -1.0, attachment_lists[at] % 2u == 1u), one.w != 0.0);
     }
     var now = Tethered(x.xyz + sum * x.w, v.xyz + sum * (x.w / substeps[0].h));
     if x.w > 0.0 {
-        now = held_near(now.x, now.v, end);
+        now = apply_tethers(now.x, now.v, end);
     }
     if all(now.x == x.xyz) && all(now.v == v.xyz) {
         return;

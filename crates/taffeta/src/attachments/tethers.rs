@@ -5,14 +5,14 @@ use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
 /// Held parts that a node has ways to, at most.
-pub const MOST: usize = 4;
+pub const MAX_TETHERS: usize = 4;
 
 /// A straight piece of surface between two nodes, and its length [m].
-pub type Piece = ([u32; 2], f64);
+pub type Edge = ([u32; 2], f64);
 
 /// The shortest way from a node to one that is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Way {
+pub struct GeodesicPath {
     /// Where it begins.
     pub node: u32,
     /// The held node where it ends.
@@ -22,9 +22,9 @@ pub struct Way {
 }
 
 /// The shortest ways along `pieces` from every node that is not held: to the nearest node of each part of held ones that
-/// hangs together, the nearest [`MOST`] of them. Ascending by node, then by length (Dijkstra, "A Note on Two Problems in
+/// hangs together, the nearest [`MAX_TETHERS`] of them. Ascending by node, then by length (Dijkstra, "A Note on Two Problems in
 /// Connexion with Graphs", 1959, from all held nodes at once).
-pub fn ways(pieces: &[Piece], held: &[bool]) -> Vec<Way> {
+pub fn geodesic_paths(pieces: &[Edge], held: &[bool]) -> Vec<GeodesicPath> {
     let pairs: Vec<[u32; 2]> = pieces.iter().map(|(pair, _)| *pair).collect();
     let by_node = Csr::corners(held.len(), &pairs);
     let next = |node: u32| {
@@ -34,17 +34,17 @@ pub fn ways(pieces: &[Piece], held: &[bool]) -> Vec<Way> {
         })
     };
     let part = parts(held, next);
-    let mut known: Vec<Vec<Way>> = vec![Vec::new(); held.len()];
+    let mut known: Vec<Vec<GeodesicPath>> = vec![Vec::new(); held.len()];
     let mut queue: BinaryHeap<_> =
         (0..held.len() as u32).filter(|&n| held[n as usize]).map(|n| Reverse((0_u64, n, n))).collect();
     while let Some(Reverse((bits, node, anchor))) = queue.pop() {
         // Bits of numbers above 0 are in the order of the numbers.
         let length = f64::from_bits(bits);
         let (own, to) = (&mut known[node as usize], part[anchor as usize]);
-        if own.len() >= MOST || own.iter().any(|way| part[way.anchor as usize] == to) {
+        if own.len() >= MAX_TETHERS || own.iter().any(|way| part[way.anchor as usize] == to) {
             continue;
         }
-        own.push(Way { node, anchor, length });
+        own.push(GeodesicPath { node, anchor, length });
         queue.extend(next(node).map(|(other, piece)| Reverse(((length + piece).to_bits(), other, anchor))));
     }
     known.into_iter().flatten().filter(|way| !held[way.node as usize]).collect()
@@ -83,13 +83,13 @@ pub fn across(edge: f64, left: [f64; 2], right: [f64; 2]) -> Option<f64> {
 }
 
 /// Places by cells as large as a reach.
-pub struct Near<'a> {
+pub struct PlacesByCell<'a> {
     places: &'a [[f64; 3]],
     reach: f64,
     cells: HashMap<[i64; 3], Vec<u32>>,
 }
 
-impl<'a> Near<'a> {
+impl<'a> PlacesByCell<'a> {
     /// Sorts places into cells of `reach` [m].
     pub fn new(places: &'a [[f64; 3]], reach: f64) -> Self {
         let mut near = Self { places, reach, cells: HashMap::new() };
@@ -119,30 +119,30 @@ mod tests {
     use super::*;
 
     /// A chain of five nodes, 1 m apart.
-    fn chain() -> Vec<Piece> {
+    fn chain() -> Vec<Edge> {
         (0..4).map(|n| ([n, n + 1], 1.0)).collect()
     }
 
     #[test]
     fn each_part_of_held_nodes_has_one_way() {
-        let ends = ways(&chain(), &[true, true, false, false, true]);
-        let way = |node, anchor, length| Way { node, anchor, length };
+        let ends = geodesic_paths(&chain(), &[true, true, false, false, true]);
+        let way = |node, anchor, length| GeodesicPath { node, anchor, length };
         assert_eq!(ends, [way(2, 1, 1.0), way(2, 4, 2.0), way(3, 4, 1.0), way(3, 1, 2.0)]);
     }
 
     #[test]
     fn no_node_has_more_ways_than_the_most() {
         // A star: node 0 and six held ones around it, at 1 m to 6 m.
-        let pieces: Vec<Piece> = (1..7).map(|n| ([0, n], f64::from(n))).collect();
+        let pieces: Vec<Edge> = (1..7).map(|n| ([0, n], f64::from(n))).collect();
         let held = [false, true, true, true, true, true, true];
-        let found = ways(&pieces, &held);
+        let found = geodesic_paths(&pieces, &held);
         assert_eq!(found.iter().map(|way| way.anchor).collect::<Vec<_>>(), [1, 2, 3, 4]);
     }
 
     #[test]
     fn nodes_that_hang_on_nothing_have_no_way() {
-        assert_eq!(ways(&[([0, 1], 1.0)], &[true, false, false]).len(), 1);
-        assert_eq!(ways(&chain(), &[false; 5]), []);
+        assert_eq!(geodesic_paths(&[([0, 1], 1.0)], &[true, false, false]).len(), 1);
+        assert_eq!(geodesic_paths(&chain(), &[false; 5]), []);
     }
 
     #[test]
@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn the_nearest_within_reach_is_found() {
         let places = [[0.0; 3], [0.3, 0.0, 0.0], [-0.2, 0.0, 0.0], [5.0, 5.0, 5.0]];
-        let near = Near::new(&places, 0.5);
+        let near = PlacesByCell::new(&places, 0.5);
         assert_eq!(near.nearest([0.16, 0.0, 0.0], |_| true), Some(1));
         assert_eq!(near.nearest([0.16, 0.0, 0.0], |other| other != 1), Some(0));
         assert_eq!(near.nearest([0.0, 0.51, 0.0], |_| true), None);

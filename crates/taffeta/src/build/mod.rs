@@ -7,7 +7,7 @@ pub mod body;
 pub mod grid;
 pub mod pins;
 
-use crate::attachments::rows::Attachments;
+use crate::attachments::constraints::Attachments;
 use crate::build::body::{BodyAssembly, BodySprings, mesh_body};
 use crate::contact::colliders::moving::MovingCollider;
 use crate::elements::KINDS;

@@ -1,6 +1,6 @@
 //! Nodes that are held or follow keyframes.
 
-use crate::attachments::rows::{Law, Point};
+use crate::attachments::constraints::{JointMaterial, Point};
 use crate::build::body::BodyAssembly;
 use crate::build::{Assembly, MovingPin};
 use crate::motion::keyframes::Track;
@@ -25,8 +25,8 @@ impl Assembly {
             let number = if track.is_still() { u32::MAX } else { self.tracks.len() as u32 };
             let locals: Vec<usize> = chosen.iter().map(|&node| built.solver_local(node as usize)).collect();
             if let Some(break_force) = pin.break_force {
-                let law = self.attachments.laws.len() as u32;
-                self.attachments.laws.push(Law {
+                let material = self.attachments.materials.len() as u32;
+                self.attachments.materials.push(JointMaterial {
                     length: 0.0,
                     close: [0.0; 2],
                     compliance: 0.0,
@@ -37,7 +37,7 @@ impl Assembly {
                     track: number,
                     carried: carrier.is_some(),
                 };
-                breaking.extend(locals.into_iter().map(|local| (local, (law, point(local)))));
+                breaking.extend(locals.into_iter().map(|local| (local, (material, point(local)))));
             } else {
                 if !track.is_still() {
                     track_of.resize(built.nodes, u32::MAX);
@@ -61,8 +61,8 @@ impl Assembly {
             start: built.start[local],
         }));
         // What another pin holds for good stays.
-        for (local, (law, point)) in breaking.into_iter().filter(|(local, _)| built.free[*local]) {
-            self.attachments.hold((built.first + local) as u32, law, point);
+        for (local, (material, point)) in breaking.into_iter().filter(|(local, _)| built.free[*local]) {
+            self.attachments.hold((built.first + local) as u32, material, point);
         }
         Ok(())
     }

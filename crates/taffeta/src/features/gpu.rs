@@ -1,7 +1,7 @@
 //! The features of a scene on the GPU, in the order in which they act, and which bodies go to the device together.
 
 use crate::advice::{Advice, Refusal};
-use crate::attachments::gpu::{self as attachments, Attached, Attachments};
+use crate::attachments::gpu::{self as attachments, AttachmentTables, Attachments};
 use crate::build::Assembly;
 use crate::contact::collider_mesh::gpu::{self as collider_mesh, ColliderMeshes, Words};
 use crate::contact::colliders::gpu::{self as colliders, Colliders};
@@ -51,7 +51,7 @@ pub struct Tables {
     pub linked: Linked,
     /// Springs that are solved for by nodes.
     pub levelled: Levelled,
-    pub attached: Attached,
+    pub attachments: AttachmentTables,
     pub self_collision: SelfCollisionTables,
 }
 
@@ -68,7 +68,7 @@ impl Tables {
             pins: pins(bodies),
             linked: Linked::new(bodies)?,
             levelled: Levelled::new(bodies)?,
-            attached: Attached::new(bodies, volumes.numbers.len()),
+            attachments: AttachmentTables::new(bodies, volumes.numbers.len()),
             self_collision: SelfCollisionTables::new(bodies)?,
             elements,
             volumes,
@@ -82,7 +82,7 @@ impl Tables {
             solved: !self.linked.is_empty() || !self.levelled.is_empty(),
             volumes: !self.volumes.groups.is_empty(),
             restored: self.volumes.restores(),
-            attachments: !self.attached.lists.is_empty(),
+            attachments: !self.attachments.lists.is_empty(),
             self_contact: !self.self_collision.surfaces.is_empty(),
         }
     }
@@ -278,7 +278,7 @@ fn features(
         boxed(Volumes::new(gpu, &tables.volumes)?),
     ];
     let after = [
-        Attachments::new(gpu, assembly, &tables.attached, places)?.and_then(boxed),
+        Attachments::new(gpu, assembly, &tables.attachments, places)?.and_then(boxed),
         NodeContact::new(gpu, &tables.self_collision)?.and_then(boxed),
         boxed(Measures::new(gpu, places)?),
     ];

@@ -1,6 +1,6 @@
 //! What a running scene is made of, for people and outputs.
 
-use crate::attachments::rows::IS_POINT;
+use crate::attachments::constraints::IS_POINT;
 use crate::build::Assembly;
 use crate::contact::nodes::self_contact::SelfContact;
 use crate::elements::hinge;
@@ -70,8 +70,8 @@ impl BodyInfo {
         let index = handle.index();
         let body = &assembly.bodies[index];
         let nodes = body.first as u32..(body.first + body.nodes) as u32;
-        let attached = &assembly.attachments;
-        let points = attached.rows.iter().filter(|row| row.ends[1] & IS_POINT != 0);
+        let attachments = &assembly.attachments;
+        let points = attachments.joints.iter().filter(|joint| joint.ends[1] & IS_POINT != 0);
         let coarser = assembly.levels.iter().map(|level| level.bodies[index].len());
         Self {
             handle,
@@ -80,8 +80,8 @@ impl BodyInfo {
             vertices: body.vertices(),
             nodes: body.nodes,
             pinned: body.free.iter().filter(|free| !**free).count(),
-            breaking: points.filter(|row| nodes.contains(&row.ends[0])).count(),
-            tethers: attached.tethers.iter().filter(|tether| nodes.contains(&tether.node)).count(),
+            breaking: points.filter(|joint| nodes.contains(&joint.ends[0])).count(),
+            tethers: attachments.tethers.iter().filter(|tether| nodes.contains(&tether.node)).count(),
             triangles: body.triangles(),
             springs: body.spring_counts(),
             levels: coarser.take_while(|&nodes| nodes > 0).collect(),

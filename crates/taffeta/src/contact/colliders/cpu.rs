@@ -47,7 +47,7 @@ impl<T: Real> Colliders<T> {
     pub fn new(context: &Context<'_, T>) -> Self {
         let assembly = &*context.assembly;
         let rows =
-            (0..).zip(&assembly.attachments.rows).filter(|(_, row)| assembly.attachments.is_carried(row));
+            (0..).zip(&assembly.attachments.joints).filter(|(_, row)| assembly.attachments.is_carried(row));
         let mut carried: Vec<[u32; 2]> = rows.map(|(number, row)| [row.ends[0], number]).collect();
         carried.sort_unstable();
         let keeps_volumes = assembly.volumes().next().is_some();

@@ -24,9 +24,9 @@ impl Assembly {
     /// stretches. What a collider carries is left alone.
     pub(crate) fn note_starts_inside(&mut self, scene: &Scene) {
         let mut meshes = 0;
-        let attached = &self.attachments;
-        let rows = attached.rows.iter().filter(|row| attached.is_carried(row));
-        let carried: HashSet<usize> = rows.map(|row| row.ends[0] as usize).collect();
+        let attachments = &self.attachments;
+        let joints = attachments.joints.iter().filter(|joint| attachments.is_carried(joint));
+        let carried: HashSet<usize> = joints.map(|joint| joint.ends[0] as usize).collect();
         for (index, (collider, described)) in self.colliders.iter().zip(&scene.colliders).enumerate() {
             let surface = collider.mesh().map(|mesh| mesh.surface());
             let start = Start { now: collider.at(-1.0, 1.0, &mut meshes), surface, offset: described.offset };

@@ -42,10 +42,10 @@ const ALONE: &[&str] = &[
     "FLOOR",
     "DAMPING",
     "SWEEPS",
-    "JOINT_LEFT",
-    "JOINT_SEARCH",
-    "JOINT_OF_LEFT",
-    "JOINT_OF_SEARCH",
+    "JOINT_RESIDUAL",
+    "JOINT_DIRECTION",
+    "JOINT_AR",
+    "JOINT_AP",
     "JOINT_LINE",
 ];
 

@@ -9,9 +9,9 @@ pub const IS_POINT: u32 = 1 << 31;
 #[derive(Clone, Debug, Default)]
 pub struct Attachments {
     /// Joints: those of seams in the scene's order, then those of pins that break, body by body.
-    pub rows: Vec<Row>,
+    pub joints: Vec<JointConstraint>,
     /// What rows have in common: one for each seam, then one for each pin that breaks.
-    pub laws: Vec<Law>,
+    pub materials: Vec<JointMaterial>,
     /// Number of seams.
     pub seams: usize,
     /// Pairs of each seam that are left out, as both nodes are held for good.
@@ -23,7 +23,7 @@ pub struct Attachments {
     /// Nodes with rows or tethers, ascending by solver index.
     pub nodes: Vec<u32>,
     /// Rows of each of `nodes`, ascending.
-    pub rows_of: Csr,
+    pub joints_of: Csr,
     /// Tethers of each of `nodes`.
     pub tethers_of: Csr,
     /// Rows of each group of two or more that share free nodes, ascending.
@@ -34,18 +34,18 @@ pub struct Attachments {
 
 /// A joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
+pub struct JointConstraint {
     /// Solver indices, ascending; or one, and a point with [`IS_POINT`].
     pub ends: [u32; 2],
     /// Distance at the start [m].
     pub start: f64,
     /// Which of the laws.
-    pub law: u32,
+    pub material: u32,
 }
 
 /// How joints hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Law {
+pub struct JointMaterial {
     /// Distance once closed [m].
     pub length: f64,
     /// When closing begins and ends [s]; the same: it is closed.
@@ -78,9 +78,9 @@ pub struct Tether {
     pub length: f64,
 }
 
-impl Law {
+impl JointMaterial {
     /// Share of its closing that has gone by at time `t` [s].
-    pub fn share(&self, t: f64) -> f64 {
+    pub fn closed_fraction(&self, t: f64) -> f64 {
         let [start, end] = self.close;
         if end > start { ((t - start) / (end - start)).clamp(0.0, 1.0) } else { 1.0 }
     }
@@ -94,24 +94,24 @@ impl Attachments {
 
     /// Whether any row may break.
     pub fn breaks(&self) -> bool {
-        self.laws.iter().any(|law| law.break_force < f64::INFINITY)
+        self.materials.iter().any(|material| material.break_force < f64::INFINITY)
     }
 
     /// Whether a row holds a node at a point that a collider carries.
-    pub fn is_carried(&self, row: &Row) -> bool {
-        let end = row.ends[1];
+    pub fn is_carried(&self, joint: &JointConstraint) -> bool {
+        let end = joint.ends[1];
         end & IS_POINT != 0 && self.points[(end ^ IS_POINT) as usize].carried
     }
 
     /// Whether they may add energy: seams that close, points that move.
     pub fn drives(&self) -> bool {
-        self.laws.iter().any(|law| law.close[1] > law.close[0])
+        self.materials.iter().any(|material| material.close[1] > material.close[0])
             || self.points.iter().any(|point| point.track != u32::MAX)
     }
 
     /// What the user should know of seams that can not close.
     pub fn warnings(&self) -> impl Iterator<Item = String> {
-        let sewn = |seam: usize| self.rows.iter().filter(|row| row.law as usize == seam).count();
+        let sewn = |seam: usize| self.joints.iter().filter(|joint| joint.material as usize == seam).count();
         let held = self.held.iter().enumerate().filter(|(_, held)| **held > 0);
         held.map(move |(seam, &held)| {
             format!(
@@ -124,7 +124,7 @@ impl Attachments {
 
     /// The other node of a row, if it joins two.
     pub fn joined(&self) -> impl Iterator<Item = [u32; 2]> {
-        self.rows.iter().map(|row| row.ends).filter(|ends| ends[1] & IS_POINT == 0)
+        self.joints.iter().map(|joint| joint.ends).filter(|ends| ends[1] & IS_POINT == 0)
     }
 
     /// Nodes that do not touch a node, given by its solver index, because a seam makes them neighbours; ascending.
@@ -135,59 +135,59 @@ impl Attachments {
     }
 
     /// Notes a node that a pin holds until it breaks.
-    pub(crate) fn hold(&mut self, node: u32, law: u32, point: Point) {
+    pub(crate) fn hold(&mut self, node: u32, material: u32, point: Point) {
         let end = self.points.len() as u32 | IS_POINT;
         self.points.push(point);
-        self.rows.push(Row { ends: [node, end], start: 0.0, law });
+        self.joints.push(JointConstraint { ends: [node, end], start: 0.0, material });
     }
 
     /// Lists rows and tethers by node, and the groups of rows.
     pub(crate) fn list(&mut self, is_free: impl Fn(u32) -> bool) {
-        let ends = self.rows.iter().flat_map(|row| row.ends).filter(|end| end & IS_POINT == 0);
+        let ends = self.joints.iter().flat_map(|joint| joint.ends).filter(|end| end & IS_POINT == 0);
         self.nodes = ends.chain(self.tethers.iter().map(|tether| tether.node)).collect();
         self.nodes.sort_unstable();
         self.nodes.dedup();
         let number = |node: u32| self.nodes.binary_search(&node).unwrap_or_default() as u32;
-        let rows: Vec<(u32, u32)> = (0..)
-            .zip(&self.rows)
-            .flat_map(|(row, of)| of.ends.map(|end| (end, row)))
+        let joints: Vec<(u32, u32)> = (0..)
+            .zip(&self.joints)
+            .flat_map(|(joint, of)| of.ends.map(|end| (end, joint)))
             .filter(|(end, _)| end & IS_POINT == 0)
-            .map(|(end, row)| (number(end), row))
+            .map(|(end, joint)| (number(end), joint))
             .collect();
         let tethers: Vec<(u32, u32)> =
             self.tethers.iter().map(|tether| number(tether.node)).zip(0..).collect();
-        self.rows_of = Csr::new(self.nodes.len(), rows.into_iter());
+        self.joints_of = Csr::new(self.nodes.len(), joints.into_iter());
         self.tethers_of = Csr::new(self.nodes.len(), tethers.into_iter());
         self.group(is_free);
     }
 
     /// Finds rows that share free nodes. What is held moves for none of its rows, so it does not join them.
     fn group(&mut self, is_free: impl Fn(u32) -> bool) {
-        let mut first: Vec<u32> = (0..self.rows.len() as u32).collect();
-        let root = |first: &[u32], mut row: u32| {
-            while first[row as usize] != row {
-                row = first[row as usize];
+        let mut first: Vec<u32> = (0..self.joints.len() as u32).collect();
+        let root = |first: &[u32], mut joint: u32| {
+            while first[joint as usize] != joint {
+                joint = first[joint as usize];
             }
-            row
+            joint
         };
         let free = (0..).zip(&self.nodes).filter(|(_, node)| is_free(**node));
         for (number, _) in free {
-            for pair in self.rows_of.row(number).windows(2) {
-                let [a, b] = [pair[0], pair[1]].map(|row| root(&first, row));
+            for pair in self.joints_of.row(number).windows(2) {
+                let [a, b] = [pair[0], pair[1]].map(|joint| root(&first, joint));
                 first[a.max(b) as usize] = a.min(b);
             }
         }
-        let roots: Vec<u32> = (0..first.len() as u32).map(|row| root(&first, row)).collect();
+        let roots: Vec<u32> = (0..first.len() as u32).map(|joint| root(&first, joint)).collect();
         let mut size = vec![0; roots.len()];
         roots.iter().for_each(|&root| size[root as usize] += 1);
         let mut number = vec![0; roots.len()];
         let mut count = 0;
-        for row in 0..roots.len() {
-            number[row] = count;
-            count += u32::from(size[row] > 1);
+        for joint in 0..roots.len() {
+            number[joint] = count;
+            count += u32::from(size[joint] > 1);
         }
         let grouped = roots.iter().zip(0..).filter(|(root, _)| size[**root as usize] > 1);
-        let entries: Vec<(u32, u32)> = grouped.map(|(&root, row)| (number[root as usize], row)).collect();
+        let entries: Vec<(u32, u32)> = grouped.map(|(&root, joint)| (number[root as usize], joint)).collect();
         self.groups = Csr::new(count as usize, entries.into_iter());
     }
 }
