@@ -9,7 +9,7 @@ use crate::topology::{
     Edges, Gather, LANES, Placement, RestShape, Selectable, Surface, mass, measure, no_inside, order, select,
     shapes,
 };
-use crate::volume::kept::KeptVolume;
+use crate::volume::constraint::VolumeConstraint;
 use crate::volume::rings::rings;
 
 /// A body, ready to run. Nodes have three numberings: the user's (`node`), the solver's within the body, and the
@@ -44,7 +44,7 @@ pub struct BodyAssembly {
     /// Volume at rest [m³], of a closed body.
     pub rest_volume: Option<f64>,
     /// What keeps its volume.
-    pub volume: Option<KeptVolume>,
+    pub volume: Option<VolumeConstraint>,
     /// Contact of its nodes with each other.
     pub self_contact: Option<SelfContact>,
     /// What the user should know about its start, in words.

@@ -4,7 +4,7 @@ use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
 use crate::scene::{SceneError, Volume, VolumeForm, VolumeWeights, plain};
 use crate::topology::measure;
-use crate::volume::kept::KeptVolume;
+use crate::volume::constraint::VolumeConstraint;
 use crate::volume::volume::{Form, weight};
 
 /// Share of area × extent / 6 below which a volume is nothing: 32 bits tell it from none by two digits.
@@ -12,7 +12,7 @@ const NOTHING: f64 = 1e-5;
 
 impl Assembly {
     /// Bodies whose volume is kept, or that are under a pressure, in the scene's order.
-    pub fn volumes(&self) -> impl Iterator<Item = (&BodyAssembly, &KeptVolume)> {
+    pub fn volumes(&self) -> impl Iterator<Item = (&BodyAssembly, &VolumeConstraint)> {
         self.bodies.iter().filter_map(|body| Some((body, body.volume.as_ref()?)))
     }
 }
@@ -38,7 +38,7 @@ impl BodyAssembly {
         let unit = if form == Form::Pressure { 1.0 } else { rest };
         let keys = keys(wish).into_iter().map(|(t, goal)| (t, goal * unit)).collect();
         let projects = wish.form == VolumeForm::Projected;
-        self.volume = Some(KeptVolume { form, projects, weights, keys });
+        self.volume = Some(VolumeConstraint { form, projects, weights, keys });
         Ok(())
     }
 }
@@ -118,7 +118,7 @@ mod tests {
             VolumeKey { t: 3.0, target: Some(0.5), pressure: None },
         ];
         let wish = Volume { motion, ..Volume::default() };
-        let kept = KeptVolume { form: Form::Kept, projects: false, weights: None, keys: keys(&wish) };
+        let kept = VolumeConstraint { form: Form::Kept, projects: false, weights: None, keys: keys(&wish) };
         assert_eq!([0.0, 0.5, 1.0, 2.0, 3.0, 9.0].map(|t| kept.goal(t)), [1.0, 1.5, 2.0, 1.25, 0.5, 0.5]);
         assert_eq!(keys(&Volume { pressure: Some(-5.0), ..Volume::default() }), [(0.0, -5.0)]);
         let at_once = vec![VolumeKey { t: 0.0, target: Some(1.2), pressure: None }];
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn only_what_differs_from_rest_drives_a_body() {
-        let kept = |form, goals: &[f64]| KeptVolume {
+        let kept = |form, goals: &[f64]| VolumeConstraint {
             form,
             projects: false,
             weights: None,

@@ -15,7 +15,7 @@ use crate::solvers::explicit::euler;
 use crate::step::{Marks, Op};
 use crate::topology::LANES;
 use crate::volume::cpu_sums::{GROUP, Summed, VolumeBody, group_sums, groups, weighted_group_sums};
-use crate::volume::volume::{self, Node, Push, WEIGHTED_SUMS};
+use crate::volume::volume::{self, Node, VolumeCorrection, WEIGHTED_SUMS};
 use std::ops::Range;
 
 /// Bodies that keep their volume, or are under a pressure.
@@ -35,7 +35,7 @@ struct VolumeScratch<T> {
     /// Gradients of the volume by the positions of one tile's nodes [m²].
     gradient: [Column<T>; 3],
     /// What pushes each volume in this sub-step.
-    pushes: Vec<Option<Push<T>>>,
+    corrections: Vec<Option<VolumeCorrection<T>>>,
     /// From where positions of each volume's nodes are counted [m].
     origins: Vec<[T; 3]>,
 }
@@ -49,7 +49,7 @@ impl<T: Real> Volumes<T> {
         let moved = if bodies.iter().any(|body| body.projects) { places } else { 0 };
         let scratch = |_| VolumeScratch {
             gradient: std::array::from_fn(|_| Column::zeros(context.largest_tile())),
-            pushes: vec![None; bodies.len()],
+            corrections: vec![None; bodies.len()],
             origins: vec![[T::ZERO; 3]; bodies.len()],
         };
         Some(Self {
@@ -89,9 +89,9 @@ impl<T: Real> Volumes<T> {
     }
 
     /// The volume of a tile, and what pushes it.
-    fn pushed(&self, tile: &Tile<'_, T>) -> Option<(usize, Push<T>)> {
+    fn correction_of(&self, tile: &Tile<'_, T>) -> Option<(usize, VolumeCorrection<T>)> {
         let volume = self.of_body[tile.plan.body]?;
-        Some((volume, self.scratch(tile.worker).pushes[volume]?))
+        Some((volume, self.scratch(tile.worker).corrections[volume]?))
     }
 
     /// Notes from where positions are counted in a state.
@@ -185,13 +185,13 @@ impl<T: Real> Volumes<T> {
         &self,
         worker: &Worker<'_, T>,
         chosen: impl Fn(usize) -> bool,
-        solve: impl Fn(&VolumeBody<T>, &[[T; WEIGHTED_SUMS]], T) -> Option<Push<T>>,
+        solve: impl Fn(&VolumeBody<T>, &[[T; WEIGHTED_SUMS]], T) -> Option<VolumeCorrection<T>>,
     ) {
         // SAFETY: sums are written before a barrier and read after it.
         let sums = unsafe { self.sums.read() };
-        let pushes = &mut self.scratch(worker.index).pushes;
+        let corrections = &mut self.scratch(worker.index).corrections;
         for volume in (0..self.bodies.len()).filter(|volume| chosen(*volume)) {
-            pushes[volume] = solve(&self.bodies[volume], sums, worker.substep.goals[volume]);
+            corrections[volume] = solve(&self.bodies[volume], sums, worker.substep.goals[volume]);
         }
     }
 
@@ -206,13 +206,13 @@ impl<T: Real> Volumes<T> {
         self.solve(
             worker,
             |volume| mine.contains(&volume),
-            |body, sums, goal| Some(body.push(sums, goal, h)),
+            |body, sums, goal| Some(body.correction(sums, goal, h)),
         );
     }
 
     /// Force of the tile's nodes with that of the constraint.
     fn add_forces(&self, tile: &mut Tile<'_, T>) {
-        let Some((volume, push)) = self.pushed(tile) else { return };
+        let Some((volume, correction)) = self.correction_of(tile) else { return };
         let (nodes, run) = (self.nodes(tile, volume), tile.run());
         let place = [0, 1, 2].map(|axis| &tile.old[axis][run.clone()]);
         let [gx, gy, gz, force @ ..] = tile.after(&run);
@@ -222,7 +222,7 @@ impl<T: Real> Volumes<T> {
         for (to, from) in [&mut *x, &mut *y, &mut *z].into_iter().zip(force) {
             to.copy_from_slice(from);
         }
-        tile.nodes.level.run(PushForces { push: &push, nodes, place, gradient, to: [x, y, z] });
+        tile.nodes.level.run(AddForces { correction: &correction, nodes, place, gradient, to: [x, y, z] });
     }
 
     /// Measures the volumes that are restored, and finds which are off.
@@ -242,8 +242,8 @@ impl<T: Real> Volumes<T> {
         });
         worker.synchronise();
         self.solve(worker, projects, |body, sums, goal| body.projection(sums, goal));
-        let pushes = &self.scratch(worker.index).pushes;
-        let off = |volume: usize| projects(volume) && pushes[volume].is_some();
+        let corrections = &self.scratch(worker.index).corrections;
+        let off = |volume: usize| projects(volume) && corrections[volume].is_some();
         worker.mark_moved(|tile| self.of_body[worker.nodes.tiles[tile].body].is_some_and(off));
         if (0..self.bodies.len()).any(off) { Flow::Go } else { Flow::Done }
     }
@@ -270,7 +270,7 @@ impl<T: Real> Volumes<T> {
 
     /// Moves nodes that have touched nothing.
     fn restore(&self, tile: &mut Tile<'_, T>) {
-        let Some((volume, push)) = self.pushed(tile) else { return };
+        let Some((volume, correction)) = self.correction_of(tile) else { return };
         tile.moved = Moved::Any;
         let (nodes, run) = (self.nodes(tile, volume), tile.run());
         let [x, y, z, ..] = tile.after(&run);
@@ -281,7 +281,13 @@ impl<T: Real> Volumes<T> {
         }
         let gradient = self.new_gradients(tile, volume).map(|column| &*column);
         let in_contact = self.in_contact(tile);
-        tile.nodes.level.run(PushPlaces { push: &push, nodes, gradient, in_contact, to: [x, y, z] });
+        tile.nodes.level.run(MoveNodes {
+            correction: &correction,
+            nodes,
+            gradient,
+            in_contact,
+            to: [x, y, z],
+        });
     }
 }
 
@@ -341,11 +347,11 @@ struct Nodes<'a, T> {
 impl<T: Real> Nodes<'_, T> {
     /// −u of a node: what λ is multiplied by.
     #[inline(always)]
-    fn direction(&self, push: &Push<T>, i: usize, x: [T; 3], gradient: [T; 3]) -> [T; 3] {
+    fn direction(&self, correction: &VolumeCorrection<T>, i: usize, x: [T; 3], gradient: [T; 3]) -> [T; 3] {
         match self.weights {
             None => scale(gradient, -T::ONE),
             Some(weights) => {
-                volume::direction(push, (&sub(x, self.origin), &gradient), weights[i], self.mass[i])
+                volume::direction(correction, (&sub(x, self.origin), &gradient), weights[i], self.mass[i])
             }
         }
     }
@@ -460,45 +466,45 @@ fn at<T: Real>(columns: &[&[T]; 3], i: usize) -> [T; 3] {
 }
 
 /// Kernel: the force of the constraint, added to the others.
-struct PushForces<'a, 'b, T> {
-    push: &'a Push<T>,
+struct AddForces<'a, 'b, T> {
+    correction: &'a VolumeCorrection<T>,
     nodes: Nodes<'b, T>,
     place: [&'a [T]; 3],
     gradient: [&'a [T]; 3],
     to: [&'a mut [T]; 3],
 }
 
-impl<T: Real> Kernel for PushForces<'_, '_, T> {
+impl<T: Real> Kernel for AddForces<'_, '_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { push, nodes, place, gradient, to: [fx, fy, fz] } = self;
+        let Self { correction, nodes, place, gradient, to: [fx, fy, fz] } = self;
         for i in 0..fx.len() {
-            let way = nodes.direction(push, i, at(&place, i), at(&gradient, i));
-            fx[i] += way[0] * push.lambda;
-            fy[i] += way[1] * push.lambda;
-            fz[i] += way[2] * push.lambda;
+            let way = nodes.direction(correction, i, at(&place, i), at(&gradient, i));
+            fx[i] += way[0] * correction.lambda;
+            fy[i] += way[1] * correction.lambda;
+            fz[i] += way[2] * correction.lambda;
         }
     }
 }
 
 /// Kernel: nodes on their way to the volume that they should enclose.
-struct PushPlaces<'a, 'b, T> {
-    push: &'a Push<T>,
+struct MoveNodes<'a, 'b, T> {
+    correction: &'a VolumeCorrection<T>,
     nodes: Nodes<'b, T>,
     gradient: [&'a [T]; 3],
     in_contact: &'a [bool],
     to: [&'a mut [T]; 3],
 }
 
-impl<T: Real> Kernel for PushPlaces<'_, '_, T> {
+impl<T: Real> Kernel for MoveNodes<'_, '_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { push, nodes, gradient, in_contact, to: [x, y, z] } = self;
+        let Self { correction, nodes, gradient, in_contact, to: [x, y, z] } = self;
         for i in 0..x.len() {
-            let way = nodes.direction(push, i, [x[i], y[i], z[i]], at(&gradient, i));
-            let share = if in_contact[i] { T::ZERO } else { nodes.inverse_mass[i] } * push.lambda;
+            let way = nodes.direction(correction, i, [x[i], y[i], z[i]], at(&gradient, i));
+            let share = if in_contact[i] { T::ZERO } else { nodes.inverse_mass[i] } * correction.lambda;
             x[i] += way[0] * share;
             y[i] += way[1] * share;
             z[i] += way[2] * share;

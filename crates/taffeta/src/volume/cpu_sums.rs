@@ -6,7 +6,7 @@ use crate::cpu::column::Column;
 use crate::cpu::tiles::TilePlan;
 use crate::real::Real;
 use crate::topology::LANES;
-use crate::volume::volume::{self, Form, Node, Push, SUMS, WEIGHTED_SUMS};
+use crate::volume::volume::{self, Form, Node, SUMS, VolumeCorrection, WEIGHTED_SUMS};
 use std::ops::Range;
 
 /// Nodes that are summed up together.
@@ -70,12 +70,12 @@ impl<T: Real> VolumeBody<T> {
     }
 
     /// The push of a sub-step of `h` [s].
-    pub fn push(&self, groups: &[[T; WEIGHTED_SUMS]], goal: T, h: T) -> Push<T> {
-        volume::push(self.form, &self.sums(groups)[..self.numbers()], goal, h)
+    pub fn correction(&self, groups: &[[T; WEIGHTED_SUMS]], goal: T, h: T) -> VolumeCorrection<T> {
+        volume::correction(self.form, &self.sums(groups)[..self.numbers()], goal, h)
     }
 
     /// The push that restores the volume; `None` where it is as it should be.
-    pub fn projection(&self, groups: &[[T; WEIGHTED_SUMS]], goal: T) -> Option<Push<T>> {
+    pub fn projection(&self, groups: &[[T; WEIGHTED_SUMS]], goal: T) -> Option<VolumeCorrection<T>> {
         volume::projection(&self.sums(groups)[..self.numbers()], goal, T::PROJECTED)
     }
 

@@ -83,7 +83,7 @@ fn sum_up(index: u32, group: VolumeGroup, lane: u32, node: VolumeNode) {
     put_part(2u, index, lane, vec4f(terms.moment, terms.mass));
     put_part(3u, index, lane, vec4f(terms.diagonal, terms.held));
     put_part(4u, index, lane, vec4f(terms.other, 0.0));
-    put_part(5u, index, lane, vec4f(terms.push, 0.0));
+    put_part(5u, index, lane, vec4f(terms.weighted_gradient, 0.0));
     put_part(6u, index, lane, vec4f(terms.turn, 0.0));
     if is_first {
         volume_sums[arrayLength(&volume_groups) + index] = vec4f(position_of(group.origin), 0.0);
@@ -105,16 +105,16 @@ fn part_of_body(part: u32, group: VolumeGroup, lane: u32) -> vec4f {
 
 /// What moves a body: its push, its sums 3 V, Σ g·v* and D, and its goal.
 struct Found {
-    push: Push,
+    correction: VolumeCorrection,
     sums: vec3f,
     goal: f32,
 }
 
 /// What moves the body to which a group belongs; λ is still to be found.
-fn find_push(group: VolumeGroup, lane: u32) -> Found {
+fn find_correction(group: VolumeGroup, lane: u32) -> Found {
     let plain = part_of_body(0u, group, lane);
     if !is_flagged(group, WEIGHTED) {
-        return Found(Push(vec3f(0.0), 0.0, vec3f(0.0), vec3f(0.0)), plain.xyz, plain.w);
+        return Found(VolumeCorrection(vec3f(0.0), 0.0, vec3f(0.0), vec3f(0.0)), plain.xyz, plain.w);
     }
     let moment = part_of_body(2u, group, lane);
     let diagonal = part_of_body(3u, group, lane);
@@ -122,15 +122,15 @@ fn find_push(group: VolumeGroup, lane: u32) -> Found {
         plain.xyz, moment.w, moment.xyz, diagonal.xyz, diagonal.w,
         part_of_body(4u, group, lane).xyz, part_of_body(5u, group, lane).xyz, part_of_body(6u, group, lane).xyz,
     );
-    return Found(rigid_push(sums), plain.xyz, plain.w);
+    return Found(rigid_correction(sums), plain.xyz, plain.w);
 }
 
 /// −u of a node at `x` with the mass `mass`.
-fn way_of(group: VolumeGroup, push: Push, lane: u32, x: vec3f, mass: f32) -> vec3f {
+fn direction_of(group: VolumeGroup, correction: VolumeCorrection, lane: u32, x: vec3f, mass: f32) -> vec3f {
     let gradient = force[group.gradients + lane];
     if !is_flagged(group, WEIGHTED) {
         return -gradient.xyz;
     }
     let origin = volume_sums[arrayLength(&volume_groups) + group.first_group].xyz;
-    return push_direction(push, x - origin, gradient.xyz, gradient.w, mass);
+    return correction_direction(correction, x - origin, gradient.xyz, gradient.w, mass);
 }

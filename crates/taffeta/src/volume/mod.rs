@@ -1,6 +1,7 @@
 //! Volumes inside closed meshes that are kept, or under a pressure.
 
 pub mod build;
+pub mod constraint;
 pub mod cpu;
 pub mod cpu_rings;
 pub mod cpu_sums;
@@ -8,7 +9,6 @@ pub mod cpu_sums;
 pub mod gpu;
 #[cfg(feature = "gpu")]
 pub mod gpu_layout;
-pub mod kept;
 #[cfg(feature = "gpu")]
 pub mod parity;
 #[cfg(feature = "paper-forms")]

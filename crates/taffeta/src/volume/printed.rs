@@ -20,7 +20,7 @@ pub fn as_printed<T: Real>(off: T, flux: T, h: T) -> T {
 mod tests {
     use crate::real::scale;
     use crate::volume::volume::tests::{CORNER, SLOPES, near, stepped};
-    use crate::volume::volume::{Form, push};
+    use crate::volume::volume::{Form, correction};
 
     #[test]
     fn the_printed_form_leaves_four_thirds_of_the_error() {
@@ -50,7 +50,7 @@ mod tests {
         let sums = [3.0 * (1.0 + off), flux, response];
         // Eq. 14 with J = −3 g, then −Jᵀλ = 3 g λ.
         let of_user = |phi: f64| -3.0 * (phi - 3.0 * flux / h) / (9.0 * response);
-        near(push(Form::Printed, &sums, 1.0, h).lambda, of_user(off / (h * h)), 1e-12);
-        near(push(Form::PaperShader, &sums, 1.0, h).lambda, of_user(off), 1e-12);
+        near(correction(Form::Printed, &sums, 1.0, h).lambda, of_user(off / (h * h)), 1e-12);
+        near(correction(Form::PaperShader, &sums, 1.0, h).lambda, of_user(off), 1e-12);
     }
 }

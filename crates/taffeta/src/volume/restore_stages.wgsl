@@ -21,7 +21,7 @@ fn restore_volumes(
     if !is_flagged(group, RESTORED) {
         return;
     }
-    let found = find_push(group, lane);
+    let found = find_correction(group, lane);
     if lane >= group.count || is_restored(found.sums, found.goal) {
         return;
     }
@@ -29,7 +29,7 @@ fn restore_volumes(
     let place = group.first + lane;
     let x = new_position[place];
     let v = new_velocity[place];
-    let way = way_of(group, found.push, lane, x.xyz, abs(v.w));
+    let way = direction_of(group, found.correction, lane, x.xyz, abs(v.w));
     let share = select(x.w, 0.0, v.w < 0.0) * lambda;
     resolve_contact_again(place, x, v, x.xyz + way * share, v.xyz);
 }

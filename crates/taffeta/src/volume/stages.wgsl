@@ -175,13 +175,13 @@ fn volume_particles(
         return;
     }
     let group = volume_groups[index];
-    let found = find_push(group, lane);
+    let found = find_correction(group, lane);
     let lambda = multiplier(group.form, found.sums, found.goal, substeps[0].h);
     if lane < group.count {
         let place = group.first + lane;
         let x = old_position[place];
         let v = old_velocity[place];
-        let way = way_of(group, found.push, lane, x.xyz, abs(v.w));
+        let way = direction_of(group, found.correction, lane, x.xyz, abs(v.w));
         let after = resolve_contact(integrate(x, v, force[place].xyz + way * lambda, 0u), Origin(x.xyz, true), 0u);
         new_position[place] = after.position;
         new_velocity[place] = after.velocity;

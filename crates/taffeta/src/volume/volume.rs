@@ -80,8 +80,8 @@ pub fn terms<T: Real>(node: &Node<T>) -> [T; SUMS] {
 #[inline(always)]
 pub fn weighted_terms<T: Real>(node: &Node<T>, weight: T, mass: T) -> [T; WEIGHTED_SUMS] {
     let ([volume, flux, response], r) = (terms(node), node.place);
-    let push = scale(node.gradient, weight);
-    let (m, turn) = (scale(r, mass), cross(r, push));
+    let weighted = scale(node.gradient, weight);
+    let (m, turn) = (scale(r, mass), cross(r, weighted));
     [
         volume,
         flux,
@@ -96,9 +96,9 @@ pub fn weighted_terms<T: Real>(node: &Node<T>, weight: T, mass: T) -> [T; WEIGHT
         m[0] * r[1],
         m[0] * r[2],
         m[1] * r[2],
-        push[0],
-        push[1],
-        push[2],
+        weighted[0],
+        weighted[1],
+        weighted[2],
         turn[0],
         turn[1],
         turn[2],
@@ -108,7 +108,7 @@ pub fn weighted_terms<T: Real>(node: &Node<T>, weight: T, mass: T) -> [T; WEIGHT
 
 /// The force that keeps a body's volume, or the way that restores it: −λ u.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Push<T> {
+pub struct VolumeCorrection<T> {
     /// λ [Pa], or [kg/m²·s²] where positions are moved.
     pub lambda: T,
     /// A [m²/kg].
@@ -120,38 +120,38 @@ pub struct Push<T> {
 }
 
 /// The push of a sub-step of `h` [s] that ends at the volume `goal` [m³], or acts with the pressure `goal` [Pa].
-pub fn push<T: Real>(form: Form, sums: &[T], goal: T, h: T) -> Push<T> {
+pub fn correction<T: Real>(form: Form, sums: &[T], goal: T, h: T) -> VolumeCorrection<T> {
     let off = sums[0] / T::from_f64(3.0) - goal;
     let flux = sums[1] / h;
-    let (mut push, response) = (rigid(sums), sums[2]);
-    push.lambda = match form {
-        Form::Kept => share(off / (h * h) + flux, response),
+    let (mut correction, response) = (rigid_correction(sums), sums[2]);
+    correction.lambda = match form {
+        Form::Kept => quotient(off / (h * h) + flux, response),
         #[cfg(feature = "paper-forms")]
-        Form::PaperShader => share(printed::of_programs(off, flux), response),
+        Form::PaperShader => quotient(printed::of_programs(off, flux), response),
         #[cfg(feature = "paper-forms")]
-        Form::Printed => share(printed::as_printed(off, flux, h), response),
+        Form::Printed => quotient(printed::as_printed(off, flux, h), response),
         Form::Pressure => -goal,
     };
-    push
+    correction
 }
 
 /// The push that moves nodes so that the volume is `goal` [m³]; `None` where it is already, to `tolerance`. In place of
 /// Σ g·v* the sums have D of all nodes, also of those that must not move. Where these are nearly all, the few others
 /// would be thrown across the scene; so they give back a part, and the rest stays as an error.
-pub fn projection<T: Real>(sums: &[T], goal: T, tolerance: T) -> Option<Push<T>> {
+pub fn projection<T: Real>(sums: &[T], goal: T, tolerance: T) -> Option<VolumeCorrection<T>> {
     let off = sums[0] / T::from_f64(3.0) - goal;
     if off.abs() <= tolerance * goal {
         return None;
     }
-    let mut push = rigid(sums);
-    push.lambda = restoring(off, sums);
-    Some(push)
+    let mut correction = rigid_correction(sums);
+    correction.lambda = restoring(off, sums);
+    Some(correction)
 }
 
 /// The multiplier that restores a volume which is `off` by so much [m³].
 pub fn restoring<T: Real>(off: T, sums: &[T]) -> T {
     let (response, least) = (sums[2], T::from_f64(FEW) * sums[1]);
-    share(off, if response > least { response } else { least })
+    quotient(off, if response > least { response } else { least })
 }
 
 /// Share of a body's response below which the nodes that may move are few.
@@ -164,35 +164,40 @@ fn add_cross<T: Real>(a: [T; 3], b: [T; 3], c: [T; 3]) -> [T; 3] {
 }
 
 /// A quotient; 0 where nothing can move.
-fn share<T: Real>(wanted: T, response: T) -> T {
+fn quotient<T: Real>(wanted: T, response: T) -> T {
     if response > T::TINY { wanted / response } else { T::ZERO }
 }
 
 /// −u of a node: what λ is multiplied by.
 #[inline(always)]
-pub fn direction<T: Real>(push: &Push<T>, node: (&[T; 3], &[T; 3]), weight: T, mass: T) -> [T; 3] {
+pub fn direction<T: Real>(
+    correction: &VolumeCorrection<T>,
+    node: (&[T; 3], &[T; 3]),
+    weight: T,
+    mass: T,
+) -> [T; 3] {
     let (place, gradient) = node;
-    let turned = add_cross(push.shift, push.spin, sub(*place, push.centre));
+    let turned = add_cross(correction.shift, correction.spin, sub(*place, correction.centre));
     sub(scale(turned, mass), scale(*gradient, weight))
 }
 
 /// The rigid motion that weights would cause; none without weights, and where nodes are held.
-fn rigid<T: Real>(sums: &[T]) -> Push<T> {
-    let mut push = Push::default();
+fn rigid_correction<T: Real>(sums: &[T]) -> VolumeCorrection<T> {
+    let mut correction = VolumeCorrection::default();
     let &[_, _, _, mass, mx, my, mz, xx, yy, zz, xy, xz, yz, px, py, pz, tx, ty, tz, held] = sums else {
-        return push;
+        return correction;
     };
     if mass <= T::ZERO || held > T::ZERO {
-        return push;
+        return correction;
     }
     let (force, c) = ([px, py, pz], [mx / mass, my / mass, mz / mass]);
-    push.centre = c;
-    push.shift = [px / mass, py / mass, pz / mass];
+    correction.centre = c;
+    correction.shift = [px / mass, py / mass, pz / mass];
     let torque = add_cross([tx, ty, tz], force, c);
     let [xx, yy, zz] = [xx - mx * c[0], yy - my * c[1], zz - mz * c[2]];
     let [xy, xz, yz] = [xy - mx * c[1], xz - mx * c[2], yz - my * c[2]];
-    push.spin = solve([yy + zz, xx + zz, xx + yy], [-xy, -xz, -yz], torque);
-    push
+    correction.spin = solve([yy + zz, xx + zz, xx + yy], [-xy, -xz, -yz], torque);
+    correction
 }
 
 /// x of A x = b with A symmetric, by cofactors: `d` its diagonal, `o` = (A₁₂, A₁₃, A₂₃); 0 where A has no inverse.
@@ -277,9 +282,9 @@ pub(super) mod tests {
         let velocity = [[0.1, 0.0, 0.2], [0.5, -0.3, 0.0], [0.0, 0.4, 0.1], [-0.2, 0.3, 0.6]];
         let inverse_mass = [0.5, 1.0, 2.0, 4.0];
         let all = nodes(velocity, inverse_mass);
-        let push = push(form, &add_up(all.iter().map(terms)), goal, h);
+        let correction = correction(form, &add_up(all.iter().map(terms)), goal, h);
         let moves = all.map(|n| {
-            let force = scale(n.gradient, -push.lambda);
+            let force = scale(n.gradient, -correction.lambda);
             scale(add(n.velocity, scale(force, n.inverse_mass * h)), h)
         });
         let linear: f64 = moves.iter().zip(&SLOPES).map(|(&m, &g)| dot(m, g)).sum();
@@ -299,8 +304,8 @@ pub(super) mod tests {
     fn moved_nodes_restore_the_volume_and_stay_where_it_is_right() {
         let all = nodes([[0.0; 3]; 4], [0.0, 1.0, 2.0, 4.0]);
         let sums = add_up(all.iter().map(terms));
-        let push = projection(&sums, 0.17, 1e-6).unwrap();
-        let moves = all.map(|n| scale(n.gradient, -push.lambda * n.inverse_mass));
+        let correction = projection(&sums, 0.17, 1e-6).unwrap();
+        let moves = all.map(|n| scale(n.gradient, -correction.lambda * n.inverse_mass));
         near(moves.iter().zip(&SLOPES).map(|(&m, &g)| dot(m, g)).sum(), 0.17 - 1.0 / 6.0, 1e-16);
         assert_eq!(moves[0], [0.0; 3]);
         assert_eq!(projection(&sums, (1.0 / 6.0) * (1.0 - 0.9e-6), 1e-6), None);
@@ -309,9 +314,9 @@ pub(super) mod tests {
     #[test]
     fn where_nothing_can_move_nothing_pushes() {
         let sums = add_up(nodes([[1.0; 3]; 4], [0.0; 4]).iter().map(terms));
-        assert_eq!(push(Form::Kept, &sums, 0.1, 1e-3).lambda, 0.0);
+        assert_eq!(correction(Form::Kept, &sums, 0.1, 1e-3).lambda, 0.0);
         assert_eq!(projection(&sums, 0.1, 1e-6).unwrap().lambda, 0.0);
-        assert_eq!(push(Form::Kept, &sums.map(|s| s as f32), 0.1, 1e-3).lambda, 0.0);
+        assert_eq!(correction(Form::Kept, &sums.map(|s| s as f32), 0.1, 1e-3).lambda, 0.0);
     }
 
     /// Seven nodes, whose gradients add up to nothing and turn nothing, as on any closed surface (an octahedron, its
@@ -350,15 +355,15 @@ pub(super) mod tests {
             let (nodes, mass, weight) = blob(held);
             let sums = add_up((0..7).map(|i| weighted_terms(&nodes[i], weight[i], mass[i])));
             let (goal, h) = (0.9 * sums[0] / 3.0, 1e-2);
-            let push = push(Form::Kept, &sums, goal, h);
+            let correction = correction(Form::Kept, &sums, goal, h);
             let direction =
-                |i: usize| direction(&push, (&nodes[i].place, &nodes[i].gradient), weight[i], mass[i]);
+                |i: usize| direction(&correction, (&nodes[i].place, &nodes[i].gradient), weight[i], mass[i]);
             // What free nodes do with it is what the multiplier is divided by: the volume is met in one linear step.
             let change: f64 = nodes
                 .iter()
                 .enumerate()
                 .map(|(i, n)| {
-                    let pushed = scale(direction(i), push.lambda * n.inverse_mass * h);
+                    let pushed = scale(direction(i), correction.lambda * n.inverse_mass * h);
                     h * dot(add(n.velocity, pushed), n.gradient)
                 })
                 .sum();
@@ -372,7 +377,10 @@ pub(super) mod tests {
             let torque = add_up((0..7).map(|i| cross(nodes[i].place, direction(i))));
             assert!(force.iter().chain(&torque).all(|c| c.abs() < 1e-14), "{force:?} {torque:?}");
             // The rigid motion alone is what a weight of 0 gets.
-            let rigid = scale(add(push.shift, cross(push.spin, sub(nodes[6].place, push.centre))), mass[6]);
+            let rigid = scale(
+                add(correction.shift, cross(correction.spin, sub(nodes[6].place, correction.centre))),
+                mass[6],
+            );
             assert!(apart == rigid && dot(apart, apart) > 1e-4);
         }
     }
@@ -381,16 +389,16 @@ pub(super) mod tests {
     fn weights_on_held_nodes_alone_push_nothing() {
         let (nodes, mass, weight) = blob(&[0, 2, 3, 4]);
         let sums = add_up((0..7).map(|i| weighted_terms(&nodes[i], weight[i], mass[i])));
-        assert_eq!(push(Form::Kept, &sums, 1.0, 1e-3), Push::default());
-        assert_eq!(projection(&sums, 1.0, 1e-6), Some(Push::default()));
+        assert_eq!(correction(Form::Kept, &sums, 1.0, 1e-3), VolumeCorrection::default());
+        assert_eq!(projection(&sums, 1.0, 1e-6), Some(VolumeCorrection::default()));
     }
 
     #[test]
     fn weights_of_one_are_no_weights() {
         let (nodes, mass, _) = blob(&[]);
         let weighted = add_up((0..7).map(|i| weighted_terms(&nodes[i], 1.0, mass[i])));
-        let [with, without] =
-            [&weighted[..], &add_up(nodes.iter().map(terms))].map(|sums| push(Form::Kept, sums, 1.0, 0.01));
+        let [with, without] = [&weighted[..], &add_up(nodes.iter().map(terms))]
+            .map(|sums| correction(Form::Kept, sums, 1.0, 0.01));
         near(with.lambda / without.lambda, 1.0, 1e-12);
         assert!(dot(with.shift, with.shift) + dot(with.spin, with.spin) < 1e-28);
     }
@@ -417,13 +425,13 @@ pub(super) mod tests {
             };
             let sums = add_up((0..4).map(|i| weighted_terms(&node(i), 0.5, 1.0)));
             for &form in Form::ALL {
-                let push = push(form, &sums, 1.0, 1e-3);
-                let numbers = [[push.lambda; 3], push.shift, push.spin, push.centre];
-                assert!(numbers.as_flattened().iter().all(|c| c.is_finite()), "{along:?} {push:?}");
-                assert_eq!(push.spin, [0.0; 3]);
+                let correction = correction(form, &sums, 1.0, 1e-3);
+                let numbers = [[correction.lambda; 3], correction.shift, correction.spin, correction.centre];
+                assert!(numbers.as_flattened().iter().all(|c| c.is_finite()), "{along:?} {correction:?}");
+                assert_eq!(correction.spin, [0.0; 3]);
             }
         }
-        assert_eq!(push(Form::Kept, &[0.0; WEIGHTED_SUMS], 1.0, 1e-3), Push::default());
+        assert_eq!(correction(Form::Kept, &[0.0; WEIGHTED_SUMS], 1.0, 1e-3), VolumeCorrection::default());
     }
 
     #[test]

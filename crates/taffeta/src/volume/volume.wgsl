@@ -45,7 +45,7 @@ struct VolumeNode {
 }
 
 /// The force that keeps a body's volume, or the way that restores it: −λ u.
-struct Push {
+struct VolumeCorrection {
     /// A [m²/kg].
     shift: vec3f,
     /// λ [Pa], or [kg/m²·s²] where positions are moved.
@@ -71,7 +71,7 @@ struct VolumeSums {
     /// xy, xz, yz.
     other: vec3f,
     /// Σ W g.
-    push: vec3f,
+    weighted_gradient: vec3f,
     /// Σ r × W g.
     turn: vec3f,
 }
@@ -102,7 +102,7 @@ fn add_cross(a: vec3f, b: vec3f, c: vec3f) -> vec3f {
 }
 
 /// A quotient; 0 where nothing can move.
-fn volume_share(wanted: f32, response: f32) -> f32 {
+fn volume_quotient(wanted: f32, response: f32) -> f32 {
     let some = response > TINY;
     return select(0.0, wanted / select(1.0, response, some), some);
 }
@@ -130,19 +130,19 @@ fn solve_symmetric(diagonal: vec3f, other: vec3f, right: vec3f) -> vec3f {
 }
 
 /// The rigid motion that weights would cause, none where nodes are held; λ is 0.
-fn rigid_push(sums: VolumeSums) -> Push {
+fn rigid_correction(sums: VolumeSums) -> VolumeCorrection {
     if sums.mass <= 0.0 || sums.held > 0.0 {
-        return Push(vec3f(0.0), 0.0, vec3f(0.0), vec3f(0.0));
+        return VolumeCorrection(vec3f(0.0), 0.0, vec3f(0.0), vec3f(0.0));
     }
     let m = sums.moment;
     let c = m / sums.mass;
-    let torque = add_cross(sums.turn, sums.push, c);
+    let torque = add_cross(sums.turn, sums.weighted_gradient, c);
     let xx = sums.diagonal.x - m.x * c.x;
     let yy = sums.diagonal.y - m.y * c.y;
     let zz = sums.diagonal.z - m.z * c.z;
     let other = vec3f(sums.other.x - m.x * c.y, sums.other.y - m.x * c.z, sums.other.z - m.y * c.z);
     let spin = solve_symmetric(vec3f(yy + zz, xx + zz, xx + yy), -other, torque);
-    return Push(sums.push / sums.mass, 0.0, spin, c);
+    return VolumeCorrection(sums.weighted_gradient / sums.mass, 0.0, spin, c);
 }
 
 /// λ of a sub-step of `h` [s] that ends at the volume `goal` [m³], or acts with the pressure `goal` [Pa]; `sums` are 3 V,
@@ -152,16 +152,16 @@ fn multiplier(form: u32, sums: vec3f, goal: f32, h: f32) -> f32 {
     let flux = sums.y / h;
     switch form {
         case PAPER_SHADER: {
-            return volume_share(volume_of_programs(off, flux), sums.z);
+            return volume_quotient(volume_of_programs(off, flux), sums.z);
         }
         case PRINTED: {
-            return volume_share(volume_as_printed(off, flux, h), sums.z);
+            return volume_quotient(volume_as_printed(off, flux, h), sums.z);
         }
         case PRESSURE: {
             return -goal;
         }
         default: {
-            return volume_share(off / (h * h) + flux, sums.z);
+            return volume_quotient(off / (h * h) + flux, sums.z);
         }
     }
 }
@@ -176,10 +176,10 @@ fn is_restored(sums: vec3f, goal: f32) -> bool {
 /// part, and the rest stays as an error.
 fn projection(sums: vec3f, goal: f32) -> f32 {
     let least = FEW * sums.y;
-    return volume_share(sums.x / 3.0 - goal, select(least, sums.z, sums.z > least));
+    return volume_quotient(sums.x / 3.0 - goal, select(least, sums.z, sums.z > least));
 }
 
 /// −u of a node: what λ is multiplied by.
-fn push_direction(push: Push, place: vec3f, gradient: vec3f, weight: f32, mass: f32) -> vec3f {
-    return add_cross(push.shift, push.spin, place - push.centre) * mass - gradient * weight;
+fn correction_direction(correction: VolumeCorrection, place: vec3f, gradient: vec3f, weight: f32, mass: f32) -> vec3f {
+    return add_cross(correction.shift, correction.spin, place - correction.centre) * mass - gradient * weight;
 }

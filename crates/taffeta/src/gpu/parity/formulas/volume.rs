@@ -33,11 +33,11 @@ pub fn multipliers(exact: bool) -> Vec<Case> {
 
 pub fn lambda(case: &Case) -> Answer {
     let form = Form::ALL.iter().find(|&&form| form as u32 == case.collider.kind).unwrap_or(&Form::Kept);
-    let kept = volume::push(*form, &case.a, case.s, case.t).lambda;
+    let kept = volume::correction(*form, &case.a, case.s, case.t).lambda;
     let projected = volume::projection(&case.a, case.s, <f32 as Real>::PROJECTED);
     // What is restored is not moved; the kernel asks for both.
     let moving = volume::restoring(case.a[0] / 3.0 - case.s, &case.a);
-    let moving = projected.map_or(moving, |push| push.lambda);
+    let moving = projected.map_or(moving, |correction| correction.lambda);
     [vector([kept, moving, if projected.is_none() { 1.0 } else { 0.0 }], 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
 }
 

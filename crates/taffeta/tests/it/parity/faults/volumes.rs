@@ -46,8 +46,8 @@ pub const FAULTS: &[Fault] = &[
     ("volume_particles", "return -gradient.xyz;", "return -gradient.xyz * gradient.w * 1.00001;"),
     (
         "volume_particles",
-        "way_of(group, found.push, lane, x.xyz, abs(v.w))",
-        "way_of(group, found.push, lane, x.xyz, v.w)",
+        "direction_of(group, found.correction, lane, x.xyz, abs(v.w))",
+        "direction_of(group, found.correction, lane, x.xyz, v.w)",
     ),
     ("volume_particles", "+ group.first_group].xyz;", "+ group.first_group + 1u].xyz;"),
     ("volume_particles", "vec4f(velocity, abs(v.w))", "vec4f(velocity, v.w)"),

@@ -4,7 +4,7 @@ use crate::volume::volume::Form;
 
 /// What keeps the volume of a body, or what pressure it is under.
 #[derive(Clone, Debug)]
-pub struct KeptVolume {
+pub struct VolumeConstraint {
     /// How the multiplier is found.
     pub form: Form,
     /// Whether nodes are moved after contact.
@@ -15,7 +15,7 @@ pub struct KeptVolume {
     pub(crate) keys: Vec<(f64, f64)>,
 }
 
-impl KeptVolume {
+impl VolumeConstraint {
     /// The volume to keep [m³], or the pressure [Pa], at time `t` [s].
     pub fn goal(&self, t: f64) -> f64 {
         let after = self.keys.partition_point(|key| key.0 <= t);
