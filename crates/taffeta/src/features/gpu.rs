@@ -26,7 +26,7 @@ use crate::motion::gpu::{self as motion, Pins, pins};
 use crate::motion::gpu_layout::Pin;
 use crate::scene::Method;
 use crate::solvers::dual::gpu::{self as dual_kernels, Dual};
-use crate::solvers::dual::gpu_tables::{self as dual, Linked};
+use crate::solvers::dual::gpu_tables::{self as dual, ConstraintTables};
 use crate::solvers::explicit::gpu::{self as explicit, Particles};
 use crate::solvers::explicit::patches::{self, Patches};
 use crate::solvers::implicit::gpu::{self as implicit_kernels, Implicit};
@@ -48,7 +48,7 @@ pub struct Tables {
     pub pins: Vec<Pin>,
     pub volumes: VolumeTables,
     /// Springs that are constraints, or may become some.
-    pub linked: Linked,
+    pub constraints: ConstraintTables,
     /// Springs that are solved for by nodes.
     pub levelled: Levelled,
     pub attachments: AttachmentTables,
@@ -66,7 +66,7 @@ impl Tables {
             springs: SpringTables::new(bodies)?,
             loads: LoadTables::new(bodies, &elements),
             pins: pins(bodies),
-            linked: Linked::new(bodies)?,
+            constraints: ConstraintTables::new(bodies)?,
             levelled: Levelled::new(bodies)?,
             attachments: AttachmentTables::new(bodies, volumes.numbers.len()),
             self_collision: SelfCollisionTables::new(bodies)?,
@@ -79,7 +79,7 @@ impl Tables {
     fn parts(&self) -> Parts {
         Parts {
             elements: !self.elements.is_empty(),
-            solved: !self.linked.is_empty() || !self.levelled.is_empty(),
+            solved: !self.constraints.is_empty() || !self.levelled.is_empty(),
             volumes: !self.volumes.groups.is_empty(),
             restored: self.volumes.restores(),
             attachments: !self.attachments.lists.is_empty(),
@@ -263,7 +263,7 @@ fn features(
             boxed(Particles::new(gpu, of_patches().as_ref(), places)?),
             [
                 Implicit::new(gpu, assembly, &tables.levelled, bodies.places.clone())?.and_then(boxed),
-                Dual::new(gpu, assembly, &tables.linked, places)?.and_then(boxed),
+                Dual::new(gpu, assembly, &tables.constraints, places)?.and_then(boxed),
             ],
         ),
     };

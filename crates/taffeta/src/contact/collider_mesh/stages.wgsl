@@ -34,7 +34,7 @@ fn predict_mesh_contact(collider: Collider, node: Approach) -> Candidate {
     if contact.depth == -FAR {
         return Candidate(no_contact(), 0.0);
     }
-    let inside = contact.depth - node.h * dot3(node.free + node.pulls, contact.normal);
+    let inside = contact.depth - node.h * dot3(node.free + node.solver_change, contact.normal);
     return predict_at_surface(collider, node, inside, Depth(contact.normal, contact.depth), contact.velocity);
 }
 
@@ -72,7 +72,7 @@ fn predict_mesh_contacts(
     }
     let h = substeps[0].h;
     let fall = norm3(substeps[0].gravity) * h * h;
-    let pulls = x.w * gather_pulls(node) * -h;
+    let pulls = x.w * gather_constraint_forces(node) * -h;
     predicted_contacts[node] = deepest_mesh_contact(Approach(x.xyz, fall, new_velocity[node].xyz, h, pulls));
 }
 

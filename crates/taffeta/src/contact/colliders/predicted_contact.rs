@@ -42,7 +42,7 @@ pub struct Approach<T> {
     pub position: [T; 3],
     /// Velocity [m/s] without pulls, and change of it by those of the last sub-step.
     pub free: [T; 3],
-    pub pulls: [T; 3],
+    pub solver_change: [T; 3],
     /// Way that gravity goes in a sub-step [m].
     pub fall: T,
     /// Sub-step [s].
@@ -85,7 +85,7 @@ impl<T: Real> PredictedContact<T> {
     /// not take it off. The number is by how much it would be inside [m]; `None`: not held.
     #[inline(always)]
     pub fn of(collider: &ColliderNow<T>, node: &Approach<T>) -> Option<(T, Self)> {
-        let v = add(node.free, node.pulls);
+        let v = add(node.free, node.solver_change);
         let (inside, _) = collider.depth_and_normal(add(node.position, scale(v, node.h)))?;
         let (depth, normal) = collider.depth_and_normal(node.position)?;
         Self::at_surface(&collider.surface, node, inside, Depth { depth, normal, velocity: [T::ZERO; 3] })
@@ -94,7 +94,7 @@ impl<T: Real> PredictedContact<T> {
     /// How a surface of triangles will hold a node; it is taken to be as flat as where the node is.
     #[inline(always)]
     pub fn of_mesh(surface: &ContactSurface<T>, node: &Approach<T>, contact: Depth<T>) -> Option<(T, Self)> {
-        let inside = contact.depth - node.h * dot(add(node.free, node.pulls), contact.normal);
+        let inside = contact.depth - node.h * dot(add(node.free, node.solver_change), contact.normal);
         Self::at_surface(surface, node, inside, contact)
     }
 
@@ -107,7 +107,7 @@ impl<T: Real> PredictedContact<T> {
         Depth { depth, normal, velocity }: Depth<T>,
     ) -> Option<(T, Self)> {
         let h = node.h;
-        let v = add(node.free, node.pulls);
+        let v = add(node.free, node.solver_change);
         let way = -h * dot(node.free, normal);
         let reach = if way > T::ZERO { way + node.fall } else { node.fall };
         if !(inside > T::ZERO && -depth <= reach) {
@@ -168,10 +168,10 @@ impl<T: Real> PredictedContact<T> {
         add(self.filtered(before), sub(self.velocity, self.friction_change()))
     }
 
-    /// A change of velocity [m/s] by `pulls`, with what the surface does about it.
+    /// A change of velocity [m/s] by `solver_change`, with what the surface does about it.
     #[inline(always)]
-    pub fn with_contact(&self, free: [T; 3], pulls: [T; 3], surface: &ContactSurface<T>) -> [T; 3] {
-        sub(self.velocity_after(free, pulls, surface), free)
+    pub fn with_contact(&self, free: [T; 3], solver_change: [T; 3], surface: &ContactSurface<T>) -> [T; 3] {
+        sub(self.velocity_after(free, solver_change, surface), free)
     }
 
     /// The same of a force [N], which changes the velocity by `kick` times as much [s/kg].
@@ -186,19 +186,19 @@ impl<T: Real> PredictedContact<T> {
         scale(self.with_contact(free, scale(force, kick), surface), T::ONE / kick)
     }
 
-    /// Velocity [m/s] of the node after `pulls`; `free` is without them. What they press, the surface bears. What takes the node
+    /// Velocity [m/s] of the node after `solver_change`; `free` is without it. What it presses, the surface bears. What takes the node
     /// off lets it go no further than onto the surface: the next sub-step knows these pulls. Where it would bounce, contact comes
     /// after. Friction stops a node that slides, and does not turn it back; as much of it as contact will take is left to that.
     #[inline(always)]
-    pub fn velocity_after(&self, free: [T; 3], pulls: [T; 3], surface: &ContactSurface<T>) -> [T; 3] {
+    pub fn velocity_after(&self, free: [T; 3], solver_change: [T; 3], surface: &ContactSurface<T>) -> [T; 3] {
         if !self.in_contact() {
-            return add(free, pulls);
+            return add(free, solver_change);
         }
         let normal = self.normal;
         let landing = dot(self.velocity, normal);
-        let (inward, pulled) = (dot(free, normal), dot(add(free, pulls), normal));
+        let (inward, changed) = (dot(free, normal), dot(add(free, solver_change), normal));
         let least = if inward < landing { inward } else { landing };
-        let kept = if pulled < least { least } else { pulled };
+        let kept = if changed < least { least } else { changed };
         let kept = if kept > landing { landing } else { kept };
         let kept = if surface.restitution == T::ZERO {
             landing - (landing - least) * T::from_f64(LEFT_TO_CONTACT)
@@ -208,7 +208,7 @@ impl<T: Real> PredictedContact<T> {
         if self.slides == T::ZERO {
             return add(self.velocity, scale(normal, kept - landing));
         }
-        let moved = add(add(free, pulls), scale(normal, kept - pulled));
+        let moved = add(add(free, solver_change), scale(normal, kept - changed));
         let friction = self.friction_change();
         let friction_limit = norm(friction);
         if friction_limit == T::ZERO {
@@ -233,13 +233,13 @@ mod tests {
         MovingCollider::new(&floor).unwrap().at(0.0, 0.01, &mut 0)
     }
 
-    fn approach(y: f64, pulls: [f64; 3]) -> Approach<f64> {
-        Approach { position: [0.0, y, 0.0], free: [0.0, -0.1, 0.0], pulls, fall: 1e-3, h: 0.01 }
+    fn approach(y: f64, solver_change: [f64; 3]) -> Approach<f64> {
+        Approach { position: [0.0, y, 0.0], free: [0.0, -0.1, 0.0], solver_change, fall: 1e-3, h: 0.01 }
     }
 
     #[test]
     fn a_node_is_held_where_it_lies_and_is_not_taken_off() {
-        let predicted = |y, pulls| PredictedContact::of(&floor(0.5), &approach(y, pulls));
+        let predicted = |y, solver_change| PredictedContact::of(&floor(0.5), &approach(y, solver_change));
         assert!(predicted(0.0, [0.0; 3]).is_some());
         // Pulls that lift it, and pulls that would fetch it from afar.
         assert!(predicted(0.0, [0.0, 0.2, 0.0]).is_none());
@@ -256,7 +256,7 @@ mod tests {
     fn a_surface_bears_pulls_and_rubs_as_much() {
         let node = approach(0.0, [0.5, -0.4, 0.0]);
         let (_, predicted) = PredictedContact::of(&floor(0.5), &node).unwrap();
-        let after = |pulls| predicted.velocity_after(node.free, pulls, &floor(0.5).surface);
+        let after = |solver_change| predicted.velocity_after(node.free, solver_change, &floor(0.5).surface);
         let (left, friction_limit) = (0.1 * LEFT_TO_CONTACT, 0.05 * LEFT_TO_CONTACT);
         // Half of 0.5 m/s is rubbed off, some of it by contact.
         assert!(norm(sub(predicted.friction_change(), [-0.25, 0.0, 0.0])) < 1e-15);
@@ -283,7 +283,10 @@ mod tests {
         assert_eq!((by(0.03).slides, by(0.03).velocity), (0.0, [0.03, 0.0, 0.0]));
         // Drawn along by half of what presses, less what contact does.
         let by_friction = [0.05 * (1.0 - LEFT_TO_CONTACT), -0.1 * LEFT_TO_CONTACT, 0.0];
-        assert!(norm(sub(by(2.0).velocity_after(node.free, node.pulls, &belt.surface), by_friction)) < 1e-15);
+        assert!(
+            norm(sub(by(2.0).velocity_after(node.free, node.solver_change, &belt.surface), by_friction))
+                < 1e-15
+        );
     }
 
     #[test]

@@ -36,7 +36,7 @@ struct Approach {
     free: vec3f,
     /// Sub-step [s].
     h: f32,
-    pulls: vec3f,
+    solver_change: vec3f,
 }
 
 /// How a surface will hold a node, if it does.
@@ -54,7 +54,7 @@ fn no_contact() -> PredictedContact {
 /// How a collider will hold a node: it is on the surface, or gets there without pulls, and those of the last sub-step do
 /// not take it off.
 fn predict_contact(collider: Collider, node: Approach) -> Candidate {
-    let v = node.free + node.pulls;
+    let v = node.free + node.solver_change;
     let inside = depth_and_normal(collider, node.position + v * node.h).depth;
     return predict_at_surface(collider, node, inside, depth_and_normal(collider, node.position), vec3f(0.0));
 }
@@ -63,7 +63,7 @@ fn predict_contact(collider: Collider, node: Approach) -> Candidate {
 /// of shape [m/s].
 fn predict_at_surface(collider: Collider, node: Approach, inside: f32, contact: Depth, changing: vec3f) -> Candidate {
     let h = node.h;
-    let v = node.free + node.pulls;
+    let v = node.free + node.solver_change;
     let normal = contact.normal;
     let way = -h * dot3(node.free, normal);
     let reach = select(node.fall, way + node.fall, way > 0.0);
@@ -104,22 +104,23 @@ fn friction_change(predicted: PredictedContact) -> vec3f {
     return (predicted.velocity - predicted.normal * dot3(predicted.velocity, predicted.normal)) * predicted.slides;
 }
 
-/// Velocity [m/s] of a node that is held after `pulls`; `free` is without them. What they press, the surface bears. What takes
-/// the node off lets it go no further than onto the surface: the next sub-step knows these pulls. Where it would bounce, contact
-/// comes after. Friction stops a node that slides, and does not turn it back; as much of it as contact will take is left to that.
-fn velocity_after(predicted: PredictedContact, free: vec3f, pulls: vec3f, collider: Collider) -> vec3f {
+/// Velocity [m/s] of a node that is held after `solver_change`; `free` is without it. What it presses, the surface bears. What
+/// takes the node off lets it go no further than onto the surface: the next sub-step knows these pulls. Where it would bounce,
+/// contact comes after. Friction stops a node that slides, and does not turn it back; as much of it as contact will take is left
+/// to that.
+fn velocity_after(predicted: PredictedContact, free: vec3f, solver_change: vec3f, collider: Collider) -> vec3f {
     let normal = predicted.normal;
     let landing = dot3(predicted.velocity, normal);
     let inward = dot3(free, normal);
-    let pulled = dot3(free + pulls, normal);
+    let changed = dot3(free + solver_change, normal);
     let least = select(landing, inward, inward < landing);
-    let some = select(pulled, least, pulled < least);
+    let some = select(changed, least, changed < least);
     let bouncing = select(some, landing, some > landing);
     let kept = select(bouncing, landing - (landing - least) * LEFT_TO_CONTACT, collider.restitution == 0.0);
     if predicted.slides == 0.0 {
         return predicted.velocity + normal * (kept - landing);
     }
-    let moved = free + pulls + normal * (kept - pulled);
+    let moved = free + solver_change + normal * (kept - changed);
     let friction = friction_change(predicted);
     let friction_limit = norm3(friction);
     if friction_limit == 0.0 {

@@ -13,7 +13,7 @@ use crate::gpu::layout::{Solving, Substep};
 use crate::gpu::layout_tests::{read, sources, words};
 use crate::motion::gpu_layout::{Motion, Pin};
 use crate::solvers::dual::gpu_layout::{
-    ContactRecord, Link, LinkGroup, NodeGroup, Progress, Row, Solve, Taken,
+    CgState, Constraint, ConstraintGroup, ContactRecord, NodeGroup, Row, Solve, SolveStatistics,
 };
 use crate::solvers::explicit::gpu_layout::{Part, Patch};
 use crate::solvers::implicit::gpu_layout::{
@@ -46,7 +46,7 @@ named! {
     f32: "f32", u32: "u32", i32: "i32", [f32; 3]: "vec3<f32>", [f32; 4]: "vec4<f32>", [u32; 4]: "vec4<u32>",
     [u32; 2]: "vec2<u32>", [f32; 2]: "vec2<f32>", Air: "Air", Gusts: "Gusts", Symmetric: "Symmetric", Descent: "Descent",
     [Along; 6]: "array<Along, 6>", Part: "Part",
-    ContactMaterial: "ContactMaterial", Solving: "Solving", Progress: "Progress",
+    ContactMaterial: "ContactMaterial", Solving: "Solving", CgState: "CgState",
 }
 
 fn name_of<R, T: Named>(_: fn(&R) -> &T) -> String {
@@ -143,14 +143,14 @@ fn records() -> Vec<Record> {
         record!(Chunk { origin, first, count }),
         record!(ContactMaterial { thickness, friction, restitution }),
         record!(Joint { point, track, a, b, start, end, compliance, break_force, closing, grouped }),
-        record!(Link { a, b, k, damping, rest_length, is_active }),
-        record!(LinkGroup { first, count, solve, first_group, groups }),
+        record!(Constraint { a, b, k, damping, rest_length, is_active }),
+        record!(ConstraintGroup { first, count, solve, first_group, groups }),
         record!(NodeGroup { first, count, solve, first_group, is_first }),
         record!(Row { direction, r, w, s, p, x }),
         record!(ContactRecord { normal, slides, velocity, collider, is_constrained, inside, surface_speed; padding }),
-        record!(Progress { passes, is_done, limit, right, gamma, alpha, beta }),
-        record!(Solve { links, active_links, kept, next }),
-        record!(Taken { iterations, capped, active_share, residual }),
+        record!(CgState { passes, is_done, limit, right, gamma, alpha, beta }),
+        record!(Solve { constraints, active_constraints, kept, next }),
+        record!(SolveStatistics { iterations, capped, active_fraction, residual }),
         record!(LevelGroup { first, count, solve, first_group, groups }),
         record!(SlotSpring { k, damping, rest_length }),
         record!(Parents { nodes, weights }),

@@ -7,14 +7,14 @@
 #import solvers/dual/solve.wgsl
 
 /// Whether a spring is a constraint in this sub-step.
-fn becomes_active(link: Link) -> bool {
-    let a = old_position[link.a];
-    let b = old_position[link.b];
+fn becomes_active(constraint: Constraint) -> bool {
+    let a = old_position[constraint.a];
+    let b = old_position[constraint.b];
     let d = b.xyz - a.xyz;
     let squared = dot3(d, d);
-    let rest = link.rest_length * link.rest_length;
+    let rest = constraint.rest_length * constraint.rest_length;
     let is_long = squared > substeps[0].solving.activation * rest;
-    let stays = link.is_active != 0u && squared > substeps[0].solving.release * rest;
+    let stays = constraint.is_active != 0u && squared > substeps[0].solving.release * rest;
     return (a.w > 0.0 || b.w > 0.0) && (is_long || stays);
 }
 
@@ -26,14 +26,14 @@ fn mark_active(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let index = workgroup_index(id, counts);
-    if index >= arrayLength(&link_groups) {
+    if index >= arrayLength(&constraint_groups) {
         return;
     }
-    let group = link_groups[index];
+    let group = constraint_groups[index];
     var own = 0u;
     if lane < group.count {
-        own = select(0u, 1u, becomes_active(links[group.first + lane]));
-        links[group.first + lane].is_active = own;
+        own = select(0u, 1u, becomes_active(constraints[group.first + lane]));
+        constraints[group.first + lane].is_active = own;
     }
     let count = count_of_lanes(lane, own);
     if lane == 0u {
@@ -49,10 +49,10 @@ fn list_active(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let index = workgroup_index(id, counts);
-    if index >= arrayLength(&link_groups) {
+    if index >= arrayLength(&constraint_groups) {
         return;
     }
-    let group = link_groups[index];
+    let group = constraint_groups[index];
     var earlier = 0u;
     for (var i = group.first_group + lane; i < index; i += 256u) {
         earlier += active_counts[i];
@@ -60,13 +60,13 @@ fn list_active(
     let before = count_of_lanes(lane, earlier);
     var own = 0u;
     if lane < group.count {
-        own = links[group.first + lane].is_active;
+        own = constraints[group.first + lane].is_active;
     }
     let up_to = count_up_to(lane, own);
     if own != 0u {
-        active_links[link_groups[group.first_group].first + before + up_to - 1u] = group.first + lane;
+        active_constraints[constraint_groups[group.first_group].first + before + up_to - 1u] = group.first + lane;
     }
     if lane == 255u && index + 1u == group.first_group + group.groups {
-        solves[group.solve].active_links = before + up_to;
+        solves[group.solve].active_constraints = before + up_to;
     }
 }

@@ -161,7 +161,7 @@ impl<T: Real> Conjugate<T> {
 
 /// By what a start x is multiplied to be nearest to the solution in the norm of the system, from x·b and x·A x: as it is, that
 /// of a sub-step that was cut short can be worse than none.
-pub fn start_share<T: Real>(along: T, curvature: T) -> T {
+pub fn warm_start_factor<T: Real>(along: T, curvature: T) -> T {
     if along > T::ZERO && curvature > T::ZERO { along / curvature } else { T::ZERO }
 }
 
@@ -176,7 +176,7 @@ pub fn is_left<T: Real>(gamma: T, limit: T, iterations: u32, most: u32) -> bool 
 }
 
 /// Squared residual by that of the right side, or by what the noise stands for.
-pub fn share_left<T: Real>(gamma: T, right: T, limit: T, tolerance_squared: T) -> T {
+pub fn residual_fraction<T: Real>(gamma: T, right: T, limit: T, tolerance_squared: T) -> T {
     let whole = right.max(limit / tolerance_squared);
     if whole > T::ZERO { gamma / whole } else { T::ZERO }
 }

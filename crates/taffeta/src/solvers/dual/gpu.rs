@@ -11,8 +11,10 @@ use crate::gpu::layout::{Solving, Substep};
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
 use crate::scene::Method;
-use crate::solvers::dual::gpu_layout::{ContactRecord, Link, LinkGroup, NodeGroup, Row, Solve, Taken};
-use crate::solvers::dual::gpu_tables::Linked;
+use crate::solvers::dual::gpu_layout::{
+    Constraint, ConstraintGroup, ContactRecord, NodeGroup, Row, Solve, SolveStatistics,
+};
+use crate::solvers::dual::gpu_tables::ConstraintTables;
 use crate::step::{Marks, Op, Stage};
 use std::ops::Range;
 use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
@@ -38,21 +40,21 @@ const MORE_PASSES: u32 = 3;
 
 /// Constraints on the device.
 pub struct Dual {
-    link_groups: Buffer<LinkGroup>,
+    constraint_groups: Buffer<ConstraintGroup>,
     node_groups: Buffer<NodeGroup>,
     incident: Buffer<u32>,
-    links: Buffer<Link>,
+    constraints: Buffer<Constraint>,
     rows: Buffer<Row>,
     row_scales: Buffer<[f32; 2]>,
     predicted_contacts: Buffer<ContactRecord>,
-    active_links: Buffer<u32>,
+    active_constraints: Buffer<u32>,
     active_counts: Buffer<u32>,
     solves: Buffer<Solve>,
     row_sums: Buffer<[f32; 4]>,
     response: Buffer<[f32; 4]>,
     counts: Counts,
-    taken: Buffer<Taken>,
-    read_taken: ReadBack<Taken>,
+    statistics: Buffer<SolveStatistics>,
+    read_statistics: ReadBack<SolveStatistics>,
     /// Groups of constraints and of nodes.
     groups: [usize; 2],
     /// Passes over the systems that are written down for a sub-step.
@@ -62,7 +64,7 @@ pub struct Dual {
     numbers: Range<usize>,
     solving: Solving,
     /// Whether pulls are kept from one sub-step to the next.
-    keeps_pulls: bool,
+    keeps_multipliers: bool,
 }
 
 impl Dual {
@@ -70,46 +72,47 @@ impl Dual {
     pub fn new(
         gpu: &Gpu,
         assembly: &Assembly,
-        linked: &Linked,
+        tables: &ConstraintTables,
         places: usize,
     ) -> Result<Option<Self>, GpuError> {
-        if linked.is_empty() {
+        if tables.is_empty() {
             return Ok(None);
         }
-        let (links, groups) = (linked.links.len(), linked.link_groups.len());
-        let all: Vec<u32> = (0..links as u32).collect();
+        let (constraints, groups) = (tables.constraints.len(), tables.constraint_groups.len());
+        let all: Vec<u32> = (0..constraints as u32).collect();
         let solver = &assembly.solver;
         let surfaces = solver.method == Method::Ice && !assembly.colliders.is_empty();
         Ok(Some(Self {
-            link_groups: gpu.buffer_from("groups of constraints", &linked.link_groups)?,
-            node_groups: gpu.buffer_from("groups of nodes", &linked.node_groups)?,
-            incident: gpu.buffer_from("constraints by node", &linked.incident)?,
-            links: gpu.buffer_from("constraints", &linked.links)?,
-            rows: gpu.buffer("rows of constraints", links)?,
-            row_scales: gpu.buffer("scales of constraints", links)?,
+            constraint_groups: gpu.buffer_from("groups of constraints", &tables.constraint_groups)?,
+            node_groups: gpu.buffer_from("groups of nodes", &tables.node_groups)?,
+            incident: gpu.buffer_from("constraints by node", &tables.incident)?,
+            constraints: gpu.buffer_from("constraints", &tables.constraints)?,
+            rows: gpu.buffer("rows of constraints", constraints)?,
+            row_scales: gpu.buffer("scales of constraints", constraints)?,
             predicted_contacts: gpu.buffer("nodes of constraints", places)?,
-            active_links: gpu.buffer_from("active constraints", &all)?,
+            active_constraints: gpu.buffer_from("active constraints", &all)?,
             active_counts: gpu.buffer("counts of active constraints", groups)?,
-            solves: gpu.buffer_from("systems of constraints", &linked.solves)?,
+            solves: gpu.buffer_from("systems of constraints", &tables.solves)?,
             row_sums: gpu.buffer("sums of constraints", groups)?,
             response: gpu.buffer("what constraints do to nodes", places)?,
             counts: gpu.counts("workgroups of iterations", 2)?,
-            taken: gpu.buffer("what constraints take", 1)?,
-            read_taken: gpu.read_back("what constraints take", 1)?,
-            groups: [groups, linked.node_groups.len()],
-            passes: linked.iterations.saturating_add(MORE_PASSES),
-            is_adaptive: linked.is_adaptive,
-            numbers: linked.numbers.clone(),
+            statistics: gpu.buffer("what constraints take", 1)?,
+            read_statistics: gpu.read_back("what constraints take", 1)?,
+            groups: [groups, tables.node_groups.len()],
+            passes: tables.iterations.saturating_add(MORE_PASSES),
+            is_adaptive: tables.is_adaptive,
+            numbers: tables.numbers.clone(),
             solving: Solving::of(solver),
-            keeps_pulls: solver.ice.warm_start || surfaces,
+            keeps_multipliers: solver.ice.warm_start || surfaces,
         }))
     }
 
     /// Pulls [N], and which constraints are active; waits for them.
     fn state(&self, gpu: &Gpu) -> Result<(Vec<f64>, Vec<bool>), GpuError> {
-        let (rows, scales, links) = (self.rows.read(gpu)?, self.row_scales.read(gpu)?, self.links.read(gpu)?);
+        let (rows, scales, constraints) =
+            (self.rows.read(gpu)?, self.row_scales.read(gpu)?, self.constraints.read(gpu)?);
         let pulls = rows.iter().zip(&scales).map(|(row, [scale, _])| f64::from(row.x * scale));
-        Ok((pulls.collect(), links.iter().map(|link| link.is_active != 0).collect()))
+        Ok((pulls.collect(), constraints.iter().map(|constraint| constraint.is_active != 0).collect()))
     }
 
     /// Takes them back; of constraints, pulls or activity may be left out.
@@ -118,9 +121,12 @@ impl Dual {
         self.rows.write(gpu, 0, &rows);
         self.row_scales.write(gpu, 0, &vec![[1.0, 0.0]; rows.len()]);
         if !active.is_empty() {
-            let mut links = self.links.read(gpu)?;
-            links.iter_mut().zip(active).for_each(|(link, &is_active)| link.is_active = is_active.into());
-            self.links.write(gpu, 0, &links);
+            let mut constraints = self.constraints.read(gpu)?;
+            constraints
+                .iter_mut()
+                .zip(active)
+                .for_each(|(constraint, &is_active)| constraint.is_active = is_active.into());
+            self.constraints.write(gpu, 0, &constraints);
         }
         gpu.health()
     }
@@ -132,27 +138,27 @@ impl Dual {
     }
 
     /// Finds the pulls of constraints, where all other forces are known, and adds them.
-    fn find_pulls<'f>(&'f self, features: &Features) -> Vec<Command<'f>> {
-        let [links, nodes] = self.groups;
+    fn solve_constraints<'f>(&'f self, features: &Features) -> Vec<Command<'f>> {
+        let [constraints, nodes] = self.groups;
         let run = |entry, groups| Command::run(Name::new(entry), groups);
         let mut all = Vec::new();
         if self.is_adaptive {
-            all.extend([run("mark_active", links), run("list_active", links)]);
+            all.extend([run("mark_active", constraints), run("list_active", constraints)]);
         }
         all.push(run("free_velocities", nodes));
         all.extend(features.get::<Pins>().map(Pins::command));
-        all.push(run("set_up_rows", links));
+        all.push(run("set_up_rows", constraints));
         if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
             all.push(Command::run(Name::new("predict_mesh_contacts").with(Contact::Meshes.choices()), nodes));
         }
-        all.extend([run("predict_contacts", nodes), run("start_rows", links)]);
+        all.extend([run("predict_contacts", nodes), run("start_rows", constraints)]);
         for pass in 0..self.passes {
             if pass % BETWEEN_COUNTS == 0 {
-                all.push(run("count_solves", 1));
+                all.push(run("count_systems", 1));
             }
             all.extend([self.counted("solve_nodes", 0), self.counted("solve_rows", 1)]);
         }
-        all.extend([run("note_solves", 1), run("pull_nodes", nodes)]);
+        all.extend([run("record_statistics", 1), run("apply_constraint_forces", nodes)]);
         all
     }
 }
@@ -160,26 +166,26 @@ impl Dual {
 impl Feature for Dual {
     fn buffers(&self, _: usize) -> Vec<(&'static str, &dyn Bindable)> {
         vec![
-            ("link_groups", &self.link_groups),
+            ("constraint_groups", &self.constraint_groups),
             ("node_groups", &self.node_groups),
             ("incident", &self.incident),
-            ("links", &self.links),
+            ("constraints", &self.constraints),
             ("rows", &self.rows),
             ("row_scales", &self.row_scales),
             ("predicted_contacts", &self.predicted_contacts),
-            ("active_links", &self.active_links),
+            ("active_constraints", &self.active_constraints),
             ("active_counts", &self.active_counts),
             ("solves", &self.solves),
             ("row_sums", &self.row_sums),
             ("response", &self.response),
             ("solve_counts", &self.counts),
-            ("taken", &self.taken),
+            ("statistics", &self.statistics),
         ]
     }
 
     fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
         let all = [Op::Predict, Op::Solve, Op::ConstraintForces];
-        vec![Fused::new(&all, self.find_pulls(features)).on(Marks::SOLVED, Marks::NONE)]
+        vec![Fused::new(&all, self.solve_constraints(features)).on(Marks::SOLVED, Marks::NONE)]
     }
 
     fn upload(&mut self, _: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
@@ -188,15 +194,15 @@ impl Feature for Dual {
     }
 
     fn start_frame(&mut self, gpu: &Gpu) {
-        self.taken.write(gpu, 0, &[Taken::default()]);
+        self.statistics.write(gpu, 0, &[SolveStatistics::default()]);
     }
 
     fn copy(&self, list: &mut DispatchList) {
-        list.copy(&self.taken, &self.read_taken);
+        list.copy(&self.statistics, &self.read_statistics);
     }
 
     fn measure(&self, gpu: &Gpu, sums: &mut FrameSums) -> Result<(), GpuError> {
-        add_taken(&self.read_taken, gpu, &mut sums.solver)
+        add_statistics(&self.read_statistics, gpu, &mut sums.solver)
     }
 
     fn dispatches(&self) -> usize {
@@ -204,10 +210,10 @@ impl Feature for Dual {
     }
 
     fn save(&self, gpu: &Gpu, state: &mut SolverState) {
-        let count = self.links.len();
+        let count = self.constraints.len();
         let unknown = |_| (vec![f64::NAN; count], vec![false; count]);
         let (pulls, active) = self.state(gpu).unwrap_or_else(unknown);
-        state.pulls.extend(if self.keeps_pulls { pulls } else { Vec::new() });
+        state.pulls.extend(if self.keeps_multipliers { pulls } else { Vec::new() });
         state.active.extend(if self.is_adaptive { active } else { Vec::new() });
     }
 
@@ -221,13 +227,17 @@ impl Feature for Dual {
 
 /// Adds what a partition's solver has taken in a frame; waits for it. Where there are several, sub-steps are counted and
 /// fractions compared by partition.
-pub fn add_taken(read: &ReadBack<Taken>, gpu: &Gpu, report: &mut SolverReport) -> Result<(), GpuError> {
+pub fn add_statistics(
+    read: &ReadBack<SolveStatistics>,
+    gpu: &Gpu,
+    report: &mut SolverReport,
+) -> Result<(), GpuError> {
     let mut all = Vec::new();
     read.take(gpu, &mut all)?;
-    let taken = all.first().copied().unwrap_or_default();
-    report.iterations = report.iterations.max(taken.iterations);
-    report.residual = report.residual.max(f64::from(taken.residual).sqrt());
-    report.active_fraction = report.active_fraction.max(f64::from(taken.active_share));
-    report.capped = report.capped.max(taken.capped);
+    let statistics = all.first().copied().unwrap_or_default();
+    report.iterations = report.iterations.max(statistics.iterations);
+    report.residual = report.residual.max(f64::from(statistics.residual).sqrt());
+    report.active_fraction = report.active_fraction.max(f64::from(statistics.active_fraction));
+    report.capped = report.capped.max(statistics.capped);
     Ok(())
 }

@@ -2,10 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// `Link` of solve.wgsl.
+/// `Constraint` of solve.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Link {
+pub struct Constraint {
     pub a: u32,
     pub b: u32,
     pub k: f32,
@@ -14,10 +14,10 @@ pub struct Link {
     pub is_active: u32,
 }
 
-/// `LinkGroup` of solve.wgsl.
+/// `ConstraintGroup` of solve.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-pub struct LinkGroup {
+pub struct ConstraintGroup {
     pub first: u32,
     pub count: u32,
     pub solve: u32,
@@ -62,10 +62,10 @@ pub struct ContactRecord {
     pub padding: u32,
 }
 
-/// `Progress` of solve.wgsl.
+/// `CgState` of solve.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Progress {
+pub struct CgState {
     pub passes: u32,
     pub is_done: u32,
     pub limit: f32,
@@ -79,18 +79,18 @@ pub struct Progress {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Solve {
-    pub links: u32,
-    pub active_links: u32,
-    pub kept: Progress,
-    pub next: Progress,
+    pub constraints: u32,
+    pub active_constraints: u32,
+    pub kept: CgState,
+    pub next: CgState,
 }
 
-/// `Taken` of solve.wgsl.
+/// `SolveStatistics` of solve.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Taken {
+pub struct SolveStatistics {
     pub iterations: u32,
     pub capped: u32,
-    pub active_share: f32,
+    pub active_fraction: f32,
     pub residual: f32,
 }

@@ -4,7 +4,7 @@ use crate::build::Assembly;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::layout::{GROUP, NONE, Solving};
 use crate::scene::{Method, Solver};
-use crate::solvers::dual::gpu_layout::{Link, LinkGroup, NodeGroup, Row, Solve};
+use crate::solvers::dual::gpu_layout::{Constraint, ConstraintGroup, NodeGroup, Row, Solve};
 use crate::solvers::iterations as needed;
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
@@ -18,11 +18,11 @@ pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
 
 /// The constraints of some bodies; none where their springs are none.
 #[derive(Default)]
-pub struct Linked {
+pub struct ConstraintTables {
     /// Which of the scene's constraints they are.
     pub numbers: Range<usize>,
-    pub links: Vec<Link>,
-    pub link_groups: Vec<LinkGroup>,
+    pub constraints: Vec<Constraint>,
+    pub constraint_groups: Vec<ConstraintGroup>,
     pub node_groups: Vec<NodeGroup>,
     /// For each slice of places where its entries begin, then those.
     pub incident: Vec<u32>,
@@ -59,49 +59,55 @@ impl Solving {
     }
 }
 
-impl Linked {
+impl ConstraintTables {
     /// The constraints of some bodies.
     pub fn new(bodies: &Bodies<'_>) -> Result<Self, String> {
         let (assembly, range) = (bodies.assembly, &bodies.range);
         let all = &assembly.constraints;
         let ends = [range.start, range.end.wrapping_sub(1)].map(|body| all.bodies.get(body));
         let [Some(first), Some(last)] = ends else { return Ok(Self::default()) };
-        let mut linked = Self { numbers: first.start..last.end, ..Self::default() };
-        if assembly.solver.is_primal() || linked.numbers.is_empty() {
+        let mut tables = Self { numbers: first.start..last.end, ..Self::default() };
+        if assembly.solver.is_primal() || tables.numbers.is_empty() {
             return Ok(Self::default());
         }
-        linked.is_adaptive = assembly.solver.method == Method::Acad;
-        linked.add_links(assembly, bodies.places.start);
-        let always = !linked.is_adaptive;
+        tables.is_adaptive = assembly.solver.method == Method::Acad;
+        tables.add_constraints(assembly, bodies.places.start);
+        let always = !tables.is_adaptive;
         for (index, body) in bodies.iter() {
-            linked.add_groups(all.bodies[index].clone(), bodies.local(body.first), body.nodes, always);
+            tables.add_groups(all.bodies[index].clone(), bodies.local(body.first), body.nodes, always);
         }
-        linked.list_incident(bodies.len())?;
-        linked.iterations = needed::iterations(assembly, range.clone());
-        Ok(linked)
+        tables.list_incident(bodies.len())?;
+        tables.iterations = needed::iterations(assembly, range.clone());
+        Ok(tables)
     }
 
     /// Whether there is no constraint.
     pub fn is_empty(&self) -> bool {
-        self.links.is_empty()
+        self.constraints.is_empty()
     }
 
-    fn add_links(&mut self, assembly: &Assembly, first_place: usize) {
+    fn add_constraints(&mut self, assembly: &Assembly, first_place: usize) {
         let (all, active) = (&assembly.constraints, assembly.solver.method != Method::Acad);
         let local = |node: u32| node - first_place as u32;
-        self.links.extend(self.numbers.clone().map(|number| {
+        self.constraints.extend(self.numbers.clone().map(|number| {
             let [k, damping] = all.materials[all.material[number] as usize].map(|c| c as f32);
             let [a, b] = all.ends[number].map(local);
-            Link { a, b, k, damping, rest_length: all.rest[number] as f32, is_active: active.into() }
+            Constraint { a, b, k, damping, rest_length: all.rest[number] as f32, is_active: active.into() }
         }));
     }
 
     /// Cuts a body's constraints and nodes into groups.
-    pub(crate) fn add_groups(&mut self, links: Range<usize>, first_node: u32, nodes: usize, always: bool) {
-        let (solve, first_group) = (self.solves.len() as u32, self.link_groups.len() as u32);
-        let (first, count) = ((links.start - self.numbers.start) as u32, links.len());
+    pub(crate) fn add_groups(
+        &mut self,
+        constraints: Range<usize>,
+        first_node: u32,
+        nodes: usize,
+        always: bool,
+    ) {
+        let (solve, first_group) = (self.solves.len() as u32, self.constraint_groups.len() as u32);
+        let (first, count) = ((constraints.start - self.numbers.start) as u32, constraints.len());
         let part = |all: usize, start: usize| GROUP.min(all - start) as u32;
-        self.link_groups.extend((0..count).step_by(GROUP).map(|start| LinkGroup {
+        self.constraint_groups.extend((0..count).step_by(GROUP).map(|start| ConstraintGroup {
             first: first + start as u32,
             count: part(count, start),
             solve,
@@ -115,13 +121,14 @@ impl Linked {
             first_group,
             is_first: (start == 0).into(),
         }));
-        let active_links = if always { count as u32 } else { 0 };
-        self.solves.push(Solve { links: count as u32, active_links, ..Solve::default() });
+        let active_constraints = if always { count as u32 } else { 0 };
+        self.solves.push(Solve { constraints: count as u32, active_constraints, ..Solve::default() });
     }
 
     /// Entries by node, sixteen nodes side by side.
     fn list_incident(&mut self, places: usize) -> Result<(), String> {
-        let ends: Vec<[u32; 2]> = self.links.iter().map(|link| [link.a, link.b]).collect();
+        let ends: Vec<[u32; 2]> =
+            self.constraints.iter().map(|constraint| [constraint.a, constraint.b]).collect();
         let by_place = Csr::corners(places, &ends);
         let slices = places / LANES;
         self.incident = vec![0; slices + 1];

@@ -8,8 +8,10 @@ use crate::gpu::parity::fixture::{Arrays, Chance, Fixture, Maker, words};
 use crate::gpu::parity::{Row as ParityRow, Tolerance};
 use crate::real::{norm, scale};
 use crate::scene::{ConstraintForm, Method, Solver};
-use crate::solvers::dual::gpu_layout::{ContactRecord, Link, LinkGroup, Progress, Row, Solve, Taken};
-use crate::solvers::dual::gpu_tables::Linked;
+use crate::solvers::dual::gpu_layout::{
+    CgState, Constraint, ConstraintGroup, ContactRecord, Row, Solve, SolveStatistics,
+};
+use crate::solvers::dual::gpu_tables::ConstraintTables;
 use crate::solvers::dual::twin::{Twin, Work, is_active};
 use crate::solvers::explicit::parity::kernel_of;
 use taffeta_gpu::bytemuck::{Pod, Zeroable};
@@ -29,11 +31,11 @@ pub const ROWS: &[ParityRow] = &[
     row("predict_contacts", Tolerance::new(0.0, 512.0, SAME), predict_contacts),
     row("predict_mesh_contacts", Tolerance::new(0.0, 512.0, SAME), predict_mesh_contacts),
     row("start_rows", Tolerance::new(0.0, 64.0, SAME), start),
-    row("count_solves", Tolerance::new(0.0, 0.0, COUNTED), count),
+    row("count_systems", Tolerance::new(0.0, 0.0, COUNTED), count),
     row("solve_nodes", Tolerance::new(0.0, 64.0, SUMMED), step_nodes),
     row("solve_rows", Tolerance::new(0.0, 64.0, SUMMED), step_rows),
-    row("note_solves", Tolerance::new(0.0, 8.0, SAME), note),
-    row("pull_nodes", Tolerance::new(0.0, 128.0, SAME), pull),
+    row("record_statistics", Tolerance::new(0.0, 8.0, SAME), note),
+    row("apply_constraint_forces", Tolerance::new(0.0, 128.0, SAME), pull),
 ];
 
 const fn row(
@@ -73,9 +75,9 @@ fn solvers() -> [Solver; 4] {
 const CASES: usize = 11;
 
 /// The progress of a system of that case, whose sums are `sums`.
-fn progress(chance: &mut Chance, case: usize, sums: [f32; 4], most: u32) -> Progress {
+fn progress(chance: &mut Chance, case: usize, sums: [f32; 4], most: u32) -> CgState {
     let mut number = || chance.number().abs();
-    let mut some = Progress {
+    let mut some = CgState {
         passes: 5,
         is_done: 0,
         limit: 1e-9,
@@ -101,42 +103,46 @@ fn progress(chance: &mut Chance, case: usize, sums: [f32; 4], most: u32) -> Prog
 
 /// Arrays by chance; systems at every case of progress, one of them without an active constraint.
 fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
-    let (linked, mut chance) = (&fixture.tables.linked, Chance::new(7 + shift as u64));
+    let (tables, mut chance) = (&fixture.tables.constraints, Chance::new(7 + shift as u64));
     let colliders = fixture.substep().colliders.len();
-    let (count, places) = (linked.links.len(), fixture.tables.len());
-    let mut links = linked.links.clone();
+    let (count, places) = (tables.constraints.len(), fixture.tables.len());
+    let mut constraints = tables.constraints.clone();
     let solve_of = |number: usize| {
-        linked.link_groups.iter().find(|g| (g.first as usize + g.count as usize) > number).map(|g| g.solve)
+        tables
+            .constraint_groups
+            .iter()
+            .find(|g| (g.first as usize + g.count as usize) > number)
+            .map(|g| g.solve)
     };
     let mut listed = 0;
-    for (number, link) in links.iter_mut().enumerate().filter(|_| solving.is_adaptive != 0) {
+    for (number, constraint) in constraints.iter_mut().enumerate().filter(|_| solving.is_adaptive != 0) {
         // One system has none, and one has as many as two groups have room for.
         let solve = solve_of(number).map_or(0, |solve| solve as usize);
         let whole = solve == (shift + 1) % 2;
-        link.is_active =
+        constraint.is_active =
             u32::from(solve != shift % 2 && chance.number() > -0.3 && !(whole && listed == 2 * GROUP));
-        listed += if whole { link.is_active as usize } else { 0 };
+        listed += if whole { constraint.is_active as usize } else { 0 };
     }
     let mut work = Work {
         rows: (0..count).map(|_| some_row(&mut chance)).collect(),
         scales: (0..count).map(|_| [chance.number().abs(), chance.number().abs()]).collect(),
-        active_links: vec![POISON; count],
-        active_counts: vec![POISON; linked.link_groups.len()],
-        solves: linked.solves.clone(),
+        active_constraints: vec![POISON; count],
+        active_counts: vec![POISON; tables.constraint_groups.len()],
+        solves: tables.solves.clone(),
         predicted_contacts: vec![ContactRecord { slides: 1.0, ..ContactRecord::default() }; places],
-        sums: linked.link_groups.iter().map(|_| some_sums(&mut chance)).collect(),
+        sums: tables.constraint_groups.iter().map(|_| some_sums(&mut chance)).collect(),
         response: vec![[0.0; 4]; places],
         force: fixture.force_fours().iter().map(|&[x, y, z, _]| [x, y, z, 0.0]).collect(),
         new_velocity: fixture.new.velocity.clone(),
-        taken: [
-            Taken { iterations: 3, capped: 5, active_share: 0.1, residual: 1e-6 },
-            Taken { iterations: 3_000, capped: 0, active_share: 3.0, residual: 1e9 },
+        statistics: [
+            SolveStatistics { iterations: 3, capped: 5, active_fraction: 0.1, residual: 1e-6 },
+            SolveStatistics { iterations: 3_000, capped: 0, active_fraction: 3.0, residual: 1e9 },
         ][shift % 2],
-        links,
+        constraints,
     };
-    list_twin(&linked.link_groups, &mut work);
-    for link in work.links.iter().filter(|link| link.is_active != 0) {
-        for end in [link.a, link.b].map(|end| end as usize) {
+    list_twin(&tables.constraint_groups, &mut work);
+    for constraint in work.constraints.iter().filter(|constraint| constraint.is_active != 0) {
+        for end in [constraint.a, constraint.b].map(|end| end as usize) {
             let [x, y, z] = chance.three(1.3);
             work.response[end] = [x, y, z, 0.0];
             work.predicted_contacts[end] =
@@ -191,7 +197,7 @@ fn at_all_cases(
         let case = (number + shift) % CASES;
         if case == 10 {
             // A system that answers the other way.
-            let groups = fixture.tables.linked.link_groups.iter().zip(&mut work.sums);
+            let groups = fixture.tables.constraints.constraint_groups.iter().zip(&mut work.sums);
             groups.filter(|(group, _)| group.solve as usize == number).for_each(|(_, sum)| sum[1] *= -1.0);
         }
         let sums = Twin { fixture, solving: *solving, work: work.clone() }.body_sums(number);
@@ -206,34 +212,35 @@ fn at_all_cases(
 }
 
 /// The active constraints of each body in ascending order, and how many there are.
-fn list_twin(groups: &[LinkGroup], work: &mut Work) {
+fn list_twin(groups: &[ConstraintGroup], work: &mut Work) {
     for solve in 0..work.solves.len() {
         let of_body = || groups.iter().filter(|group| group.solve as usize == solve);
         let Some(first) = of_body().next() else { continue };
         let all = of_body().flat_map(|group| group.first..group.first + group.count);
-        let active: Vec<u32> = all.filter(|&number| work.links[number as usize].is_active != 0).collect();
+        let active: Vec<u32> =
+            all.filter(|&number| work.constraints[number as usize].is_active != 0).collect();
         let base = first.first as usize;
-        work.active_links[base..base + active.len()].copy_from_slice(&active);
-        work.solves[solve].active_links = active.len() as u32;
+        work.active_constraints[base..base + active.len()].copy_from_slice(&active);
+        work.solves[solve].active_constraints = active.len() as u32;
     }
     for (count, group) in work.active_counts.iter_mut().zip(groups) {
         let range = group.first as usize..(group.first + group.count) as usize;
-        *count = work.links[range].iter().map(|link| link.is_active).sum();
+        *count = work.constraints[range].iter().map(|constraint| constraint.is_active).sum();
     }
 }
 
 fn arrays(fixture: &Fixture, work: &Work) -> Arrays {
-    let linked = &fixture.tables.linked;
+    let tables = &fixture.tables.constraints;
     let mut all = fixture.arrays();
     all.extend([
-        ("link_groups", words(&linked.link_groups)),
-        ("node_groups", words(&linked.node_groups)),
-        ("incident", words(&linked.incident)),
-        ("links", words(&work.links)),
+        ("constraint_groups", words(&tables.constraint_groups)),
+        ("node_groups", words(&tables.node_groups)),
+        ("incident", words(&tables.incident)),
+        ("constraints", words(&work.constraints)),
         ("rows", words(&work.rows)),
         ("row_scales", words(&work.scales)),
         ("predicted_contacts", words(&work.predicted_contacts)),
-        ("active_links", work.active_links.clone()),
+        ("active_constraints", work.active_constraints.clone()),
         ("active_counts", work.active_counts.clone()),
         ("solves", words(&work.solves)),
         ("row_sums", words(&work.sums)),
@@ -241,7 +248,7 @@ fn arrays(fixture: &Fixture, work: &Work) -> Arrays {
         ("force", words(&work.force)),
         ("new_velocity", words(&work.new_velocity)),
         ("solve_counts", vec![POISON; 6]),
-        ("taken", words(&[work.taken])),
+        ("statistics", words(&[work.statistics])),
     ]);
     all
 }
@@ -250,8 +257,8 @@ fn arrays(fixture: &Fixture, work: &Work) -> Arrays {
 fn compare(written: &mut Written<'_>, kernel: &Kernel, wanted: &Work, counts: &[u32]) {
     for one in kernel.bindings().iter().filter(|one| one.access == Access::ReadWrite) {
         match one.name.as_str() {
-            "links" => records(written, "links", &wanted.links),
-            "active_links" => records(written, "active_links", &wanted.active_links),
+            "constraints" => records(written, "constraints", &wanted.constraints),
+            "active_constraints" => records(written, "active_constraints", &wanted.active_constraints),
             "active_counts" => records(written, "active_counts", &wanted.active_counts),
             "solve_counts" => records(written, "solve_counts", counts),
             "rows" => rows(written, &wanted.rows),
@@ -262,7 +269,7 @@ fn compare(written: &mut Written<'_>, kernel: &Kernel, wanted: &Work, counts: &[
             "response" => written.fours("response", &wanted.response),
             "force" => written.fours("force", &wanted.force),
             "new_velocity" => written.fours("new_velocity", &wanted.new_velocity),
-            "taken" => taken(written, &wanted.taken),
+            "statistics" => statistics(written, &wanted.statistics),
             _ => {}
         }
     }
@@ -326,15 +333,16 @@ fn rows(written: &mut Written<'_>, wanted: &[Row]) {
 
 fn solves(written: &mut Written<'_>, wanted: &[Solve]) {
     let found: Vec<Solve> = written.take("solves");
-    let count = |p: &Progress| [p.passes, p.is_done].map(|number| number as f32);
+    let count = |p: &CgState| [p.passes, p.is_done].map(|number| number as f32);
     let counts = |all: &[Solve]| -> Vec<f32> {
         let of = |s: &Solve| {
-            [&[s.links as f32, s.active_links as f32][..], &count(&s.kept), &count(&s.next)].concat()
+            [&[s.constraints as f32, s.active_constraints as f32][..], &count(&s.kept), &count(&s.next)]
+                .concat()
         };
         all.iter().flat_map(of).collect()
     };
     written.outcome().copied("solves", &counts(wanted), &counts(&found));
-    let columns: [Column<Progress>; 5] = [
+    let columns: [Column<CgState>; 5] = [
         ("limit", |p| p.limit),
         ("right", |p| p.right),
         ("gamma", |p| p.gamma),
@@ -350,18 +358,22 @@ fn solves(written: &mut Written<'_>, wanted: &[Solve]) {
     }
 }
 
-pub fn taken(written: &mut Written<'_>, wanted: &Taken) {
-    let found: Vec<Taken> = written.take("taken");
+pub fn statistics(written: &mut Written<'_>, wanted: &SolveStatistics) {
+    let found: Vec<SolveStatistics> = written.take("statistics");
     let found = found.first().copied().unwrap_or_default();
-    let counts = |taken: &Taken| [taken.iterations as f32, taken.capped as f32];
-    written.outcome().copied("taken", &counts(wanted), &counts(&found));
-    written.outcome().compare("taken.active_share", &[wanted.active_share], &[found.active_share]);
-    written.outcome().compare("taken.residual", &[wanted.residual], &[found.residual]);
+    let counts = |statistics: &SolveStatistics| [statistics.iterations as f32, statistics.capped as f32];
+    written.outcome().copied("statistics", &counts(wanted), &counts(&found));
+    written.outcome().compare(
+        "statistics.active_fraction",
+        &[wanted.active_fraction],
+        &[found.active_fraction],
+    );
+    written.outcome().compare("statistics.residual", &[wanted.residual], &[found.residual]);
 }
 
 /// Where a kernel's workgroups come from.
 enum Groups {
-    Links,
+    Constraints,
     Nodes,
     One,
 }
@@ -394,8 +406,8 @@ fn twins_on(
             let counts = twin.counts();
             let (arrays, records) = (arrays(&fixture, &start), fixture.records());
             let groups = match groups {
-                Groups::Links => fixture.tables.linked.link_groups.len(),
-                Groups::Nodes => fixture.tables.linked.node_groups.len(),
+                Groups::Constraints => fixture.tables.constraints.constraint_groups.len(),
+                Groups::Nodes => fixture.tables.constraints.node_groups.len(),
                 Groups::One => 1,
             };
             bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
@@ -411,7 +423,7 @@ fn free(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn set_up(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "set_up_rows", Groups::Links, |twin| twin.set_up())
+    twins(bench, "set_up_rows", Groups::Constraints, |twin| twin.set_up())
 }
 
 fn predict_contacts(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -425,11 +437,11 @@ fn predict_mesh_contacts(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn start(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "start_rows", Groups::Links, |twin| twin.start())
+    twins(bench, "start_rows", Groups::Constraints, |twin| twin.start())
 }
 
 fn count(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "count_solves", Groups::One, |_| {})
+    twins(bench, "count_systems", Groups::One, |_| {})
 }
 
 fn step_nodes(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -437,15 +449,15 @@ fn step_nodes(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn step_rows(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "solve_rows", Groups::Links, |twin| twin.step_rows())
+    twins(bench, "solve_rows", Groups::Constraints, |twin| twin.step_rows())
 }
 
 fn note(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "note_solves", Groups::One, |twin| twin.note())
+    twins(bench, "record_statistics", Groups::One, |twin| twin.note())
 }
 
 fn pull(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "pull_nodes", Groups::Nodes, |twin| twin.pull())
+    twins(bench, "apply_constraint_forces", Groups::Nodes, |twin| twin.pull())
 }
 
 /// Springs on, below and above what they become constraints by, and what they stay ones by.
@@ -455,21 +467,28 @@ fn mark(bench: &mut Bench<'_>) -> Result<(), String> {
         let mut fixture = Fixture::with_constraints(5, solver, bench.exact)?;
         let kernel = kernel_of(bench, Name::new("mark_active"), &fixture)?;
         let mut start = work(&fixture, &solving, 4);
-        put_on_thresholds(&mut fixture, &mut start.links);
+        put_on_thresholds(&mut fixture, &mut start.constraints);
         start.active_counts.fill(POISON);
         if !bench.exact {
             // None so near that rounding decides.
-            let near = |link: &Link, share: f32| Link { rest_length: link.rest_length * share, ..*link };
-            let decides = |link: &Link| {
-                let is = |share| is_active(&near(link, share), &fixture.old.position, &solving);
+            let near = |constraint: &Constraint, share: f32| Constraint {
+                rest_length: constraint.rest_length * share,
+                ..*constraint
+            };
+            let decides = |constraint: &Constraint| {
+                let is = |share| is_active(&near(constraint, share), &fixture.old.position, &solving);
                 is(0.9999) != is(1.0001)
             };
-            start.links.iter_mut().filter(|link| decides(link)).for_each(|link| link.rest_length *= 0.9);
+            start
+                .constraints
+                .iter_mut()
+                .filter(|constraint| decides(constraint))
+                .for_each(|constraint| constraint.rest_length *= 0.9);
         }
         let mut twin = Twin { fixture: &fixture, solving, work: start.clone() };
         twin.mark();
         let (arrays, records) = (arrays(&fixture, &start), fixture.records());
-        let groups = fixture.tables.linked.link_groups.len();
+        let groups = fixture.tables.constraints.constraint_groups.len();
         bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
             compare(written, &kernel, &twin.work, &[]);
         })?;
@@ -478,14 +497,14 @@ fn mark(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 /// A spring with 1.25 times its length, and one with its length, both active before and not, each of them free.
-fn put_on_thresholds(fixture: &mut Fixture, links: &mut [Link]) {
+fn put_on_thresholds(fixture: &mut Fixture, constraints: &mut [Constraint]) {
     for (i, (length, was)) in [(2.5, 0), (2.5, 1), (2.0, 0), (2.0, 1)].into_iter().enumerate() {
-        let link = &mut links[700 + 300 * i];
-        let [a, b] = [link.a, link.b].map(|end| end as usize);
+        let constraint = &mut constraints[700 + 300 * i];
+        let [a, b] = [constraint.a, constraint.b].map(|end| end as usize);
         let mass = fixture.old.position[a][3];
         fixture.old.position[a] = [0.5, 0.25, -1.0, mass];
         fixture.old.position[b][..3].copy_from_slice(&[0.5 + length, 0.25, -1.0]);
-        (link.rest_length, link.is_active) = (2.0, was);
+        (constraint.rest_length, constraint.is_active) = (2.0, was);
     }
 }
 
@@ -499,16 +518,16 @@ fn list(bench: &mut Bench<'_>) -> Result<(), String> {
             let before = work.clone();
             list_twin(&groups, &mut work);
             let mut all = Arrays::new();
-            all.insert("link_groups", words(&or_one(&groups)));
-            all.insert("links", words(&or_one(&before.links)));
-            all.insert("active_links", or_one(&before.active_links));
+            all.insert("constraint_groups", words(&or_one(&groups)));
+            all.insert("constraints", words(&or_one(&before.constraints)));
+            all.insert("active_constraints", or_one(&before.active_constraints));
             all.insert("active_counts", or_one(&work.active_counts));
             all.insert("solves", words(&before.solves));
             let records = vec![Substep::zeroed(); SUBSTEPS_SEEN];
             let given = Given { arrays: &all, records: &records, groups: groups.len() };
             let work = Work {
-                links: or_one(&work.links),
-                active_links: or_one(&work.active_links),
+                constraints: or_one(&work.constraints),
+                active_constraints: or_one(&work.active_constraints),
                 active_counts: or_one(&work.active_counts),
                 ..work
             };
@@ -524,28 +543,28 @@ fn or_one<T: Pod>(all: &[T]) -> Vec<T> {
 }
 
 /// Constraints of bodies of these sizes, of which about a share is active.
-fn listed(sizes: &[usize], chance: &mut Chance, share: f32) -> (Vec<LinkGroup>, Work) {
-    let (mut linked, mut start) = (Linked::default(), 0);
+fn listed(sizes: &[usize], chance: &mut Chance, share: f32) -> (Vec<ConstraintGroup>, Work) {
+    let (mut tables, mut start) = (ConstraintTables::default(), 0);
     for &size in sizes {
-        linked.add_groups(start..start + size, 0, 0, false);
+        tables.add_groups(start..start + size, 0, 0, false);
         start += size;
     }
-    let none = Link { a: 0, b: NONE, k: 1.0, damping: 2.0, rest_length: 3.0, is_active: 0 };
-    let mut link = || Link { is_active: u32::from(chance.number() < share), ..none };
+    let none = Constraint { a: 0, b: NONE, k: 1.0, damping: 2.0, rest_length: 3.0, is_active: 0 };
+    let mut constraint = || Constraint { is_active: u32::from(chance.number() < share), ..none };
     let fours: Vec<Four> = Vec::new();
     let work = Work {
-        links: (0..start).map(|_| link()).collect(),
+        constraints: (0..start).map(|_| constraint()).collect(),
         rows: Vec::new(),
         scales: Vec::new(),
         predicted_contacts: Vec::new(),
-        active_links: vec![POISON; start],
-        active_counts: vec![0; linked.link_groups.len()],
-        solves: linked.solves.iter().map(|solve| Solve { active_links: 0, ..*solve }).collect(),
+        active_constraints: vec![POISON; start],
+        active_counts: vec![0; tables.constraint_groups.len()],
+        solves: tables.solves.iter().map(|solve| Solve { active_constraints: 0, ..*solve }).collect(),
         sums: Vec::new(),
         response: fours.clone(),
         force: fours.clone(),
         new_velocity: fours,
-        taken: Taken::default(),
+        statistics: SolveStatistics::default(),
     };
-    (linked.link_groups, work)
+    (tables.constraint_groups, work)
 }

@@ -6,7 +6,7 @@
 #import gpu/wgsl/index.wgsl
 
 /// A spring that is a constraint, always or where it is too long.
-struct Link {
+struct Constraint {
     a: u32,
     b: u32,
     /// Stiffness [N/m], damping [kg/s], length at rest [m].
@@ -18,7 +18,7 @@ struct Link {
 }
 
 /// Some constraints of one body, 256 at most.
-struct LinkGroup {
+struct ConstraintGroup {
     first: u32,
     count: u32,
     /// Which of the systems is the body's.
@@ -67,7 +67,7 @@ struct ContactRecord {
 }
 
 /// How far a system is.
-struct Progress {
+struct CgState {
     /// Times that the system was applied.
     passes: u32,
     is_done: u32,
@@ -84,34 +84,34 @@ struct Progress {
 /// The system of a body.
 struct Solve {
     /// Its constraints, and those that are active.
-    links: u32,
-    active_links: u32,
+    constraints: u32,
+    active_constraints: u32,
     /// As the rows left it, and as the nodes have found it since.
-    kept: Progress,
-    next: Progress,
+    kept: CgState,
+    next: CgState,
 }
 
 /// What the systems of a segment have taken in this frame.
-struct Taken {
+struct SolveStatistics {
     /// Most iterations, and sub-steps in which they were not enough for some system.
     iterations: u32,
     capped: u32,
     /// Largest share of constraints that were active, and largest squared residual by that of the right side.
-    active_share: f32,
+    active_fraction: f32,
     residual: f32,
 }
 
-@group(1) @binding(20) var<storage, read> link_groups: array<LinkGroup>;
+@group(1) @binding(20) var<storage, read> constraint_groups: array<ConstraintGroup>;
 @group(1) @binding(21) var<storage, read> node_groups: array<NodeGroup>;
 /// For each slice of 16 places where its entries begin, then those: 2·constraint + end, entry `i` of a lane at
 /// start + 16·i + lane; NONE: no more.
 @group(1) @binding(22) var<storage, read> incident: array<u32>;
-@group(3) @binding(20) var<storage, read_write> links: array<Link>;
+@group(3) @binding(20) var<storage, read_write> constraints: array<Constraint>;
 @group(3) @binding(21) var<storage, read_write> rows: array<Row>;
 /// Scale and compliance of each row.
 @group(3) @binding(22) var<storage, read_write> row_scales: array<vec2f>;
 /// Active constraints of each body, from its first one's number on.
-@group(3) @binding(23) var<storage, read_write> active_links: array<u32>;
+@group(3) @binding(23) var<storage, read_write> active_constraints: array<u32>;
 /// Active constraints of each group.
 @group(3) @binding(24) var<storage, read_write> active_counts: array<u32>;
 @group(3) @binding(25) var<storage, read_write> solves: array<Solve>;
@@ -122,7 +122,7 @@ struct Taken {
 @group(3) @binding(27) var<storage, read_write> response: array<vec4f>;
 /// Workgroups of the next iterations: over groups of nodes, over groups of constraints.
 @group(3) @binding(28) var<storage, read_write> solve_counts: array<u32, 6>;
-@group(3) @binding(29) var<storage, read_write> taken: array<Taken>;
+@group(3) @binding(29) var<storage, read_write> statistics: array<SolveStatistics>;
 @group(3) @binding(30) var<storage, read_write> predicted_contacts: array<ContactRecord>;
 
 var<workgroup> row_lanes: array<vec4f, 256>;
@@ -226,7 +226,7 @@ fn sign_at(entry: u32) -> f32 {
 }
 
 /// What pulls do to the velocity of a node, by the step and its inverse mass.
-fn gather_pulls(node: u32) -> vec3f {
+fn gather_constraint_forces(node: u32) -> vec3f {
     var sum = vec3f(0.0);
     let range = entries_at(node);
     for (var at = range.x; at < range.y && incident[at] != NONE; at += LANES) {

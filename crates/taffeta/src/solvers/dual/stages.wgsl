@@ -1,7 +1,7 @@
 // Implicit constraint enforcement: pulls of springs by conjugate gradients on all bodies' systems at once, each with steps of
 // its own. An iteration is two kernels: `solve_nodes` finds the step from the sums of the rows, and what the residual after
 // that step does to each node; `solve_rows` takes the step, and applies the system to what is left. Nothing is read back: all
-// iterations that a sub-step may need are written down, and `count_solves` keeps workgroups away when all systems are done.
+// iterations that a sub-step may need are written down, and `count_systems` keeps workgroups away when all systems are done.
 
 #import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
@@ -35,14 +35,14 @@ fn free_velocities(
     var is_active = false;
     let range = entries_at(node);
     for (var at = range.x; at < range.y && incident[at] != NONE; at += LANES) {
-        let link = links[incident[at] / 2u];
-        if link.is_active != 0u {
+        let constraint = constraints[incident[at] / 2u];
+        if constraint.is_active != 0u {
             is_active = true;
             if substeps[0].solving.is_adaptive != 0u {
-                let other = select(link.a, link.b, link.a == node);
+                let other = select(constraint.a, constraint.b, constraint.a == node);
                 let d = position_of(other) - x.xyz;
                 let dv = velocity_of(other) - v.xyz;
-                without -= spring_factor(d, dv, link.k, link.damping, link.rest_length) * d;
+                without -= spring_factor(d, dv, constraint.k, constraint.damping, constraint.rest_length) * d;
             }
         }
     }
@@ -54,13 +54,13 @@ fn free_velocities(
 }
 
 /// How a spring gives way as a constraint.
-fn softness_of(link: Link) -> Softness {
+fn softness_of(constraint: Constraint) -> Softness {
     let epsilon = substeps[0].solving.epsilon;
     let form = substeps[0].solving.form;
     if substeps[0].solving.is_adaptive != 0u {
         return stiff_softness(epsilon, form, substeps[0].h);
     }
-    return spring_softness(link.k, link.damping, epsilon, form, substeps[0].h);
+    return spring_softness(constraint.k, constraint.damping, epsilon, form, substeps[0].h);
 }
 
 /// A row at the start of a sub-step.
@@ -70,11 +70,11 @@ struct SetUp {
 }
 
 /// The row of a constraint with the pull of the last sub-step to start from. Of the right side, what places give.
-fn row_of(link: Link, pull: f32) -> SetUp {
-    let a = old_position[link.a];
-    let b = old_position[link.b];
-    let softness = softness_of(link);
-    let row = constraint_row(softness, b.xyz - a.xyz, a.w + b.w, substeps[0].solving.aim * link.rest_length);
+fn row_of(constraint: Constraint, pull: f32) -> SetUp {
+    let a = old_position[constraint.a];
+    let b = old_position[constraint.b];
+    let softness = softness_of(constraint);
+    let row = constraint_row(softness, b.xyz - a.xyz, a.w + b.w, substeps[0].solving.aim * constraint.rest_length);
     let start = select(0.0, pull / select(1.0, row.scale, row.scale > 0.0), row.scale > 0.0);
     let noise = row_noise(row, softness.rate, a.xyz);
     return SetUp(Row(row.direction, start, 0.0, noise, row.right, start), vec2f(row.scale, row.compliance));
@@ -88,22 +88,22 @@ fn set_up_rows(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let index = workgroup_index(id, counts);
-    if index >= arrayLength(&link_groups) {
+    if index >= arrayLength(&constraint_groups) {
         return;
     }
-    let group = link_groups[index];
+    let group = constraint_groups[index];
     if lane < group.count {
         let number = group.first + lane;
         let pull = rows[number].x * row_scales[number].x;
         var found = SetUp(Row(vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0.0), vec2f(0.0));
-        if links[number].is_active != 0u {
-            found = row_of(links[number], pull);
+        if constraints[number].is_active != 0u {
+            found = row_of(constraints[number], pull);
         }
         rows[number] = found.row;
         row_scales[number] = found.scale;
     }
     if lane == 0u && index == group.first_group {
-        let start = Progress(0u, 0u, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let start = CgState(0u, 0u, 0.0, 0.0, 0.0, 0.0, 0.0);
         solves[group.solve].kept = start;
         solves[group.solve].next = start;
     }
@@ -133,7 +133,7 @@ fn predict_contacts(
     if substeps[0].colliders > 0u && substeps[0].solving.is_adaptive == 0u {
         if x.w > 0.0 {
             let fall = norm3(substeps[0].gravity) * h * h;
-            let approach = Approach(x.xyz, fall, free, h, x.w * gather_pulls(node) * -h);
+            let approach = Approach(x.xyz, fall, free, h, x.w * gather_constraint_forces(node) * -h);
             predicted_contacts[node] = deepest_contact(approach, predicted_contacts[node]);
         }
         let predicted = predicted_at(node);
@@ -150,13 +150,13 @@ fn start_rows(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let index = workgroup_index(id, counts);
-    if index >= arrayLength(&link_groups) || lane >= link_groups[index].count {
+    if index >= arrayLength(&constraint_groups) || lane >= constraint_groups[index].count {
         return;
     }
-    let number = link_groups[index].first + lane;
-    let link = links[number];
-    if link.is_active != 0u {
-        let rate = response[link.b].xyz - response[link.a].xyz;
+    let number = constraint_groups[index].first + lane;
+    let constraint = constraints[number];
+    if constraint.is_active != 0u {
+        let rate = response[constraint.b].xyz - response[constraint.a].xyz;
         rows[number].p += dot3(rate, rows[number].direction);
     }
     if substeps[0].solving.is_warm == 0u {
@@ -168,14 +168,14 @@ fn start_rows(
 
 /// Workgroups of the next iterations: none where all systems are done.
 @compute @workgroup_size(256)
-fn count_solves(@builtin(local_invocation_index) lane: u32) {
+fn count_systems(@builtin(local_invocation_index) lane: u32) {
     var open = 0u;
     for (var i = lane; i < arrayLength(&solves); i += 256u) {
-        open += select(0u, 1u, solves[i].active_links > 0u && solves[i].kept.is_done == 0u);
+        open += select(0u, 1u, solves[i].active_constraints > 0u && solves[i].kept.is_done == 0u);
     }
     let all = count_of_lanes(lane, open);
     if lane < 2u {
-        let groups = select(arrayLength(&node_groups), arrayLength(&link_groups), lane == 1u);
+        let groups = select(arrayLength(&node_groups), arrayLength(&constraint_groups), lane == 1u);
         let across = select(0u, min(groups, COUNTED_ROW), all > 0u);
         solve_counts[3u * lane] = across;
         solve_counts[3u * lane + 1u] = (groups + COUNTED_ROW - 1u) / COUNTED_ROW;
@@ -184,7 +184,7 @@ fn count_solves(@builtin(local_invocation_index) lane: u32) {
 }
 
 /// How far a system is after a pass over its rows, whose sums these are.
-fn judged(kept: Progress, sums: vec4f) -> Progress {
+fn next_state(kept: CgState, sums: vec4f) -> CgState {
     var next = kept;
     next.alpha = 0.0;
     next.beta = 0.0;
@@ -217,12 +217,12 @@ fn solve_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
         return;
     }
     let group = node_groups[index];
-    let active_count = solves[group.solve].active_links;
+    let active_count = solves[group.solve].active_constraints;
     let kept = solves[group.solve].kept;
     if active_count == 0u || kept.is_done != 0u {
         return;
     }
-    let next = judged(kept, sums_of_body(group.first_group, active_count, lane));
+    let next = next_state(kept, sums_of_body(group.first_group, active_count, lane));
     if group.is_first != 0u && lane == 0u {
         solves[group.solve].next = next;
     }
@@ -248,11 +248,11 @@ fn solve_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
 @compute @workgroup_size(256)
 fn solve_rows(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let index = counted_index(id);
-    if index >= arrayLength(&link_groups) {
+    if index >= arrayLength(&constraint_groups) {
         return;
     }
-    let group = link_groups[index];
-    let active_count = solves[group.solve].active_links;
+    let group = constraint_groups[index];
+    let active_count = solves[group.solve].active_constraints;
     let next = solves[group.solve].next;
     let is_first = index == group.first_group && lane == 0u;
     if is_first {
@@ -265,7 +265,7 @@ fn solve_rows(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
     }
     var terms = vec4f(0.0);
     if in_body < active_count {
-        let number = active_links[link_groups[group.first_group].first + in_body];
+        let number = active_constraints[constraint_groups[group.first_group].first + in_body];
         terms = advanced(number, next);
     }
     let sum = sum_of_rows(lane, terms);
@@ -275,7 +275,7 @@ fn solve_rows(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
 }
 
 /// A row after the step. Returns what it adds to the sums.
-fn advanced(number: u32, step: Progress) -> vec4f {
+fn advanced(number: u32, step: CgState) -> vec4f {
     var row = rows[number];
     if step.passes == 1u {
         row.r = row.p - step.alpha * row.w;
@@ -288,8 +288,8 @@ fn advanced(number: u32, step: Progress) -> vec4f {
         row.x += step.alpha * row.p;
         row.r -= step.alpha * row.s;
     }
-    let link = links[number];
-    let apart = response[link.b].xyz - response[link.a].xyz;
+    let constraint = constraints[number];
+    let apart = response[constraint.b].xyz - response[constraint.a].xyz;
     row.w = dot3(apart, row.direction) + row_scales[number].y * row.r;
     rows[number] = row;
     if step.passes == 0u {
@@ -314,7 +314,7 @@ fn with_contact(node: u32, pull: vec3f) -> vec3f {
 
 /// Adds to the force on each node that of all constraints.
 @compute @workgroup_size(256)
-fn pull_nodes(
+fn apply_constraint_forces(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,
@@ -327,22 +327,22 @@ fn pull_nodes(
     if predicted_contacts[node].is_constrained == 0u {
         return;
     }
-    let pull = with_contact(node, -gather_pulls(node));
+    let pull = with_contact(node, -gather_constraint_forces(node));
     force[node] = vec4f(force[node].xyz + pull, 0.0);
 }
 
 /// Notes for the frame's report what all systems have taken.
 @compute @workgroup_size(256)
-fn note_solves(@builtin(local_invocation_index) lane: u32) {
+fn record_statistics(@builtin(local_invocation_index) lane: u32) {
     var all = 0u;
     var active_count = 0u;
     var capped = 0u;
     var most = vec4f(0.0);
     for (var i = lane; i < arrayLength(&solves); i += 256u) {
         let solve = solves[i];
-        all += solve.links;
-        active_count += solve.active_links;
-        if solve.active_links > 0u {
+        all += solve.constraints;
+        active_count += solve.active_constraints;
+        if solve.active_constraints > 0u {
             let done = solve.next;
             let right = max(done.right, done.limit / substeps[0].solving.tolerance_squared);
             capped += select(0u, 1u, done.gamma > done.limit);
@@ -353,9 +353,9 @@ fn note_solves(@builtin(local_invocation_index) lane: u32) {
     let count = vec3u(count_of_lanes(lane, all), count_of_lanes(lane, active_count), count_of_lanes(lane, capped));
     most = most_of_rows(lane, most);
     if lane == 0u {
-        taken[0].iterations = max(taken[0].iterations, u32(most.x));
-        taken[0].capped += min(count.z, 1u);
-        taken[0].active_share = max(taken[0].active_share, f32(count.y) / f32(max(count.x, 1u)));
-        taken[0].residual = max(taken[0].residual, most.y);
+        statistics[0].iterations = max(statistics[0].iterations, u32(most.x));
+        statistics[0].capped += min(count.z, 1u);
+        statistics[0].active_fraction = max(statistics[0].active_fraction, f32(count.y) / f32(max(count.x, 1u)));
+        statistics[0].residual = max(statistics[0].residual, most.y);
     }
 }

@@ -12,29 +12,32 @@ use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
 use crate::gpu::parity::mesh_scene::nearest_of;
 use crate::real::{Real, add, scale, sub};
 use crate::solvers::dual::cpu::Quad;
-use crate::solvers::dual::cpu::kernels::{Advance, Along, Apply, Combine, GatherPulls, Multiply, gather};
-use crate::solvers::dual::distance::{
-    Conjugate, Row as SetUp, Softness, becomes_active, is_left, limit, noise, share_left, start_share,
+use crate::solvers::dual::cpu::kernels::{
+    Advance, Along, Apply, Combine, GatherConstraintForces, Multiply, gather,
 };
-use crate::solvers::dual::gpu_layout::{ContactRecord, Link, Progress, Row, Solve, Taken};
+use crate::solvers::dual::distance::{
+    Conjugate, Row as SetUp, Softness, becomes_active, is_left, limit, noise, residual_fraction,
+    warm_start_factor,
+};
+use crate::solvers::dual::gpu_layout::{CgState, Constraint, ContactRecord, Row, Solve, SolveStatistics};
 use crate::solvers::explicit::euler;
 use std::slice::{from_mut, from_ref};
 
 /// The arrays that kernels of constraints work on.
 #[derive(Clone)]
 pub struct Work {
-    pub links: Vec<Link>,
+    pub constraints: Vec<Constraint>,
     pub rows: Vec<Row>,
     pub scales: Vec<[f32; 2]>,
     pub predicted_contacts: Vec<ContactRecord>,
-    pub active_links: Vec<u32>,
+    pub active_constraints: Vec<u32>,
     pub active_counts: Vec<u32>,
     pub solves: Vec<Solve>,
     pub sums: Vec<[f32; 4]>,
     pub response: Vec<Four>,
     pub force: Vec<Four>,
     pub new_velocity: Vec<Four>,
-    pub taken: Taken,
+    pub statistics: SolveStatistics,
 }
 
 pub fn three([x, y, z, _]: Four) -> [f32; 3] {
@@ -63,11 +66,17 @@ pub fn by_lanes(sums: &[[f32; 4]]) -> [f32; 4] {
 }
 
 /// Whether a spring is a constraint.
-pub fn is_active(link: &Link, position: &[Four], solving: &Solving) -> bool {
-    let [a, b] = [link.a, link.b].map(|end| position[end as usize]);
+pub fn is_active(constraint: &Constraint, position: &[Four], solving: &Solving) -> bool {
+    let [a, b] = [constraint.a, constraint.b].map(|end| position[end as usize]);
     let limits = [solving.activation, solving.release];
     let is_free = a[3] > 0.0 || b[3] > 0.0;
-    becomes_active(sub(three(b), three(a)), link.rest_length, limits, is_free, link.is_active != 0)
+    becomes_active(
+        sub(three(b), three(a)),
+        constraint.rest_length,
+        limits,
+        is_free,
+        constraint.is_active != 0,
+    )
 }
 
 /// How a surface holds a node, as kernels keep it.
@@ -148,14 +157,14 @@ fn quad(row: &Row, compliance: f32) -> Quad<f32> {
 }
 
 /// The pull of a row along its direction.
-fn pull_along(row: &Row, length: f32) -> Quad<f32> {
+fn force_along(row: &Row, length: f32) -> Quad<f32> {
     let mut pulled = Quad::default();
     Along { rows: &[quad(row, 0.0)], vector: &[length], pulled: from_mut(&mut pulled) }.run();
     pulled
 }
 
 /// A row's vectors after a step; the first one is from the right side to what the pulls to start from leave of it.
-fn stepped(before: &Row, step: &Progress) -> Row {
+fn stepped(before: &Row, step: &CgState) -> Row {
     let Row { mut r, w, mut s, mut p, mut x, .. } = *before;
     if step.passes == 1 {
         (r, s, p) = (p, 0.0, 0.0);
@@ -182,7 +191,7 @@ impl Twin<'_> {
 
     /// The nodes of the segment with the number of their system.
     fn nodes(&self) -> Vec<(usize, usize)> {
-        let groups = &self.fixture.tables.linked.node_groups;
+        let groups = &self.fixture.tables.constraints.node_groups;
         let nodes = |first: u32, count: u32| first as usize..(first + count) as usize;
         groups.iter().flat_map(|g| nodes(g.first, g.count).map(|node| (node, g.solve as usize))).collect()
     }
@@ -190,23 +199,23 @@ impl Twin<'_> {
     /// For each node the constraints at it, with which of their ends.
     fn incident(&self) -> Vec<Vec<(usize, u32)>> {
         let mut all = vec![Vec::new(); self.fixture.tables.len()];
-        for (number, link) in self.work.links.iter().enumerate() {
-            all[link.a as usize].push((number, 0));
-            all[link.b as usize].push((number, 1));
+        for (number, constraint) in self.work.constraints.iter().enumerate() {
+            all[constraint.a as usize].push((number, 0));
+            all[constraint.b as usize].push((number, 1));
         }
         all
     }
 
     pub fn mark(&mut self) {
         let position = &self.fixture.old.position;
-        for link in &mut self.work.links {
-            link.is_active = is_active(link, position, &self.solving).into();
+        for constraint in &mut self.work.constraints {
+            constraint.is_active = is_active(constraint, position, &self.solving).into();
         }
-        let groups = &self.fixture.tables.linked.link_groups;
+        let groups = &self.fixture.tables.constraints.constraint_groups;
         self.work.active_counts = groups
             .iter()
-            .map(|g| self.work.links[g.first as usize..(g.first + g.count) as usize].iter())
-            .map(|links| links.map(|link| link.is_active).sum())
+            .map(|g| self.work.constraints[g.first as usize..(g.first + g.count) as usize].iter())
+            .map(|constraints| constraints.map(|constraint| constraint.is_active).sum())
             .collect();
     }
 
@@ -215,14 +224,14 @@ impl Twin<'_> {
         let incident = self.incident();
         for (node, _) in self.nodes() {
             let (x, v) = (old.position[node], old.velocity[node]);
-            let active = incident[node].iter().map(|&(number, _)| self.work.links[number]);
-            let active: Vec<Link> = active.filter(|link| link.is_active != 0).collect();
+            let active = incident[node].iter().map(|&(number, _)| self.work.constraints[number]);
+            let active: Vec<Constraint> = active.filter(|constraint| constraint.is_active != 0).collect();
             let mut force = three(self.work.force[node]);
-            for link in active.iter().filter(|_| self.solving.is_adaptive != 0) {
-                let other = if link.a as usize == node { link.b } else { link.a } as usize;
+            for constraint in active.iter().filter(|_| self.solving.is_adaptive != 0) {
+                let other = if constraint.a as usize == node { constraint.b } else { constraint.a } as usize;
                 let d = sub(three(old.position[other]), three(x));
                 let dv = sub(three(old.velocity[other]), three(v));
-                let factor = spring::factor(d, dv, link.k, link.damping, link.rest_length);
+                let factor = spring::factor(d, dv, constraint.k, constraint.damping, constraint.rest_length);
                 force = sub(force, scale(d, factor));
             }
             let u = [0, 1, 2].map(|i| euler::velocity(v[i], force[i], x[3], gravity[i], self.h()));
@@ -233,25 +242,25 @@ impl Twin<'_> {
         }
     }
 
-    fn softness(&self, link: &Link) -> Softness<f32> {
+    fn softness(&self, constraint: &Constraint) -> Softness<f32> {
         let (solver, h, epsilon) = (&self.fixture.cpu.assembly().solver, self.h(), self.solving.epsilon);
         if self.solving.is_adaptive != 0 {
             return Softness::stiff(epsilon, solver.acad.form, h);
         }
-        Softness::spring(link.k, link.damping, epsilon, solver.ice.form, h)
+        Softness::spring(constraint.k, constraint.damping, epsilon, solver.ice.form, h)
     }
 
     pub fn set_up(&mut self) {
-        for number in 0..self.work.links.len() {
-            let link = self.work.links[number];
+        for number in 0..self.work.constraints.len() {
+            let constraint = self.work.constraints[number];
             let pull = self.work.rows[number].x * self.work.scales[number][0];
             (self.work.rows[number], self.work.scales[number]) = (Row::default(), [0.0; 2]);
-            if link.is_active == 0 {
+            if constraint.is_active == 0 {
                 continue;
             }
-            let [a, b] = [link.a, link.b].map(|end| self.fixture.old.position[end as usize]);
-            let softness = self.softness(&link);
-            let aim = self.solving.aim * link.rest_length;
+            let [a, b] = [constraint.a, constraint.b].map(|end| self.fixture.old.position[end as usize]);
+            let softness = self.softness(&constraint);
+            let aim = self.solving.aim * constraint.rest_length;
             let row = softness.row(sub(three(b), three(a)), a[3] + b[3], aim);
             let SetUp { direction, compliance, right, scale } = row;
             let start = if scale > 0.0 { pull / scale } else { 0.0 };
@@ -260,8 +269,8 @@ impl Twin<'_> {
             self.work.scales[number] = [scale, compliance];
         }
         for solve in &mut self.work.solves {
-            if solve.links > 0 {
-                (solve.kept, solve.next) = (Progress::default(), Progress::default());
+            if solve.constraints > 0 {
+                (solve.kept, solve.next) = (CgState::default(), CgState::default());
             }
         }
     }
@@ -269,14 +278,14 @@ impl Twin<'_> {
     /// The pulls of constraints at a node, as long as `of` says, and where they stand.
     fn pulls(&self, incident: &[(usize, u32)], of: impl Fn(&Row) -> f32) -> (Vec<Quad<f32>>, Vec<u32>) {
         let rows = incident.iter().map(|&(number, _)| &self.work.rows[number]);
-        let pulled = rows.map(|row| pull_along(row, of(row))).collect();
+        let pulled = rows.map(|row| force_along(row, of(row))).collect();
         (pulled, (0..).zip(incident).map(|(at, &(_, end))| 2 * at + end).collect())
     }
 
     /// What they do to its velocity, held by a surface or not.
     fn answer(&self, node: usize, (pulled, entries): (Vec<Quad<f32>>, Vec<u32>), held: bool) -> [f32; 3] {
         let (predicted, mut out) = (predicted_in(&self.work.predicted_contacts[node]), Quad::default());
-        let kernel = GatherPulls {
+        let kernel = GatherConstraintForces {
             spans: &[[0, entries.len() as u32]],
             entries: &entries,
             pulled: &pulled,
@@ -297,7 +306,7 @@ impl Twin<'_> {
         Approach {
             position: three(x),
             free,
-            pulls,
+            solver_change: pulls,
             fall: fall(self.fixture.records()[SUBSTEP].gravity, h),
             h,
         }
@@ -340,7 +349,8 @@ impl Twin<'_> {
     }
 
     pub fn start(&mut self) {
-        for number in (0..self.work.rows.len()).filter(|&number| self.work.links[number].is_active != 0) {
+        for number in (0..self.work.rows.len()).filter(|&number| self.work.constraints[number].is_active != 0)
+        {
             self.work.rows[number].p += self.apply(number, 0.0)[0];
         }
         if self.solving.is_warm == 0 {
@@ -350,8 +360,8 @@ impl Twin<'_> {
 
     /// The system applied to a vector of this number at a row, and that number by itself and by the product.
     fn apply(&self, number: usize, vector: f32) -> [f32; 3] {
-        let (link, compliance) = (self.work.links[number], self.work.scales[number][1]);
-        let response = [link.a, link.b].map(|end| Quad(self.work.response[end as usize]));
+        let (constraint, compliance) = (self.work.constraints[number], self.work.scales[number][1]);
+        let response = [constraint.a, constraint.b].map(|end| Quad(self.work.response[end as usize]));
         let mut product = 0.0;
         let kernel = Apply {
             rows: &[quad(&self.work.rows[number], compliance)],
@@ -364,14 +374,14 @@ impl Twin<'_> {
         [product, squared as f32, along as f32]
     }
 
-    fn judged(&self, kept: Progress, sums: [f32; 4]) -> Progress {
+    fn next_state(&self, kept: CgState, sums: [f32; 4]) -> CgState {
         let [first, second, along, curvature] = sums;
-        let mut next = Progress { alpha: 0.0, beta: 0.0, ..kept };
+        let mut next = CgState { alpha: 0.0, beta: 0.0, ..kept };
         match kept.passes {
             0 => {}
             1 => {
                 (next.right, next.limit) = (first, limit(self.solving.tolerance_squared, first, second));
-                next.alpha = start_share(along, curvature);
+                next.alpha = warm_start_factor(along, curvature);
             }
             passes => {
                 next.gamma = first;
@@ -386,20 +396,21 @@ impl Twin<'_> {
 
     /// The sums over the rows of a system, of its groups in the order of lanes.
     pub fn body_sums(&self, solve: usize) -> [f32; 4] {
-        let groups = &self.fixture.tables.linked.link_groups;
+        let groups = &self.fixture.tables.constraints.constraint_groups;
         let Some(first) = groups.iter().position(|g| g.solve as usize == solve) else { return [0.0; 4] };
-        let count = self.work.solves[solve].active_links.div_ceil(GROUP as u32) as usize;
+        let count = self.work.solves[solve].active_constraints.div_ceil(GROUP as u32) as usize;
         by_lanes(&self.work.sums[first..first + count])
     }
 
     fn is_open(&self, solve: usize) -> bool {
-        self.work.solves[solve].active_links > 0 && self.work.solves[solve].kept.is_done == 0
+        self.work.solves[solve].active_constraints > 0 && self.work.solves[solve].kept.is_done == 0
     }
 
     pub fn step_nodes(&mut self) {
         let open: Vec<usize> = (0..self.work.solves.len()).filter(|&solve| self.is_open(solve)).collect();
         for &solve in &open {
-            self.work.solves[solve].next = self.judged(self.work.solves[solve].kept, self.body_sums(solve));
+            self.work.solves[solve].next =
+                self.next_state(self.work.solves[solve].kept, self.body_sums(solve));
         }
         let incident = self.incident();
         for (node, solve) in self.nodes() {
@@ -417,28 +428,29 @@ impl Twin<'_> {
     }
 
     pub fn step_rows(&mut self) {
-        let groups = self.fixture.tables.linked.link_groups.clone();
+        let groups = self.fixture.tables.constraints.constraint_groups.clone();
         for (index, group) in groups.iter().enumerate() {
             let solve = &mut self.work.solves[group.solve as usize];
             let next = solve.next;
             if index == group.first_group as usize {
-                solve.kept = Progress { passes: next.passes + 1, ..next };
+                solve.kept = CgState { passes: next.passes + 1, ..next };
             }
-            let (active, first) = (solve.active_links as usize, GROUP * (index - group.first_group as usize));
+            let (active, first) =
+                (solve.active_constraints as usize, GROUP * (index - group.first_group as usize));
             if next.is_done != 0 || first >= active {
                 continue;
             }
             let base = groups[group.first_group as usize].first as usize;
             let mut lanes = vec![[0.0; 4]; GROUP];
             for (lane, terms) in lanes.iter_mut().enumerate().take(active - first) {
-                let number = self.work.active_links[base + first + lane] as usize;
+                let number = self.work.active_constraints[base + first + lane] as usize;
                 *terms = self.advance(number, &next);
             }
             self.work.sums[index] = by_halves(lanes);
         }
     }
 
-    fn advance(&mut self, number: usize, step: &Progress) -> [f32; 4] {
+    fn advance(&mut self, number: usize, step: &CgState) -> [f32; 4] {
         let row = stepped(&self.work.rows[number], step);
         let [product, squared, along] = self.apply(number, row.r);
         self.work.rows[number] = Row { w: product, ..row };
@@ -476,27 +488,28 @@ impl Twin<'_> {
     /// Workgroups of the next iterations.
     pub fn counts(&self) -> Vec<u32> {
         let any = (0..self.work.solves.len()).any(|solve| self.is_open(solve));
-        let linked = &self.fixture.tables.linked;
+        let tables = &self.fixture.tables.constraints;
         let of = |groups: usize| if any { [groups as u32, 1, 1] } else { [0, 1, 1] };
-        [of(linked.node_groups.len()), of(linked.link_groups.len())].concat()
+        [of(tables.node_groups.len()), of(tables.constraint_groups.len())].concat()
     }
 
     pub fn note(&mut self) {
         let solves = self.work.solves.clone();
-        let taken = &mut self.work.taken;
-        let (mut links, mut active, mut capped) = (0, 0, false);
+        let statistics = &mut self.work.statistics;
+        let (mut constraints, mut active, mut capped) = (0, 0, false);
         for solve in &solves {
-            (links, active) = (links + solve.links, active + solve.active_links);
-            if solve.active_links == 0 {
+            (constraints, active) = (constraints + solve.constraints, active + solve.active_constraints);
+            if solve.active_constraints == 0 {
                 continue;
             }
             let done = solve.next;
-            let left = share_left(done.gamma, done.right, done.limit, self.solving.tolerance_squared);
+            let left = residual_fraction(done.gamma, done.right, done.limit, self.solving.tolerance_squared);
             capped |= done.gamma > done.limit;
-            taken.iterations = taken.iterations.max(done.passes.max(2) - 2);
-            taken.residual = taken.residual.max(left);
+            statistics.iterations = statistics.iterations.max(done.passes.max(2) - 2);
+            statistics.residual = statistics.residual.max(left);
         }
-        taken.capped += u32::from(capped);
-        taken.active_share = taken.active_share.max(active as f32 / links.max(1) as f32);
+        statistics.capped += u32::from(capped);
+        statistics.active_fraction =
+            statistics.active_fraction.max(active as f32 / constraints.max(1) as f32);
     }
 }

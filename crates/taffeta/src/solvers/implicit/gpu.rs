@@ -10,8 +10,8 @@ use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, Solving, Substep};
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
-use crate::solvers::dual::gpu::add_taken;
-use crate::solvers::dual::gpu_layout::{ContactRecord, Taken};
+use crate::solvers::dual::gpu::add_statistics;
+use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};
 use crate::solvers::implicit::gpu_layout::{
     CoarseEdge, Diagonal, LevelGroup, NodeSolve, Parents, Share, SlotSpring, Symmetric, VECTORS, Vector,
 };
@@ -55,8 +55,8 @@ pub struct Implicit {
     node_solves: Buffer<NodeSolve>,
     product_sums: Buffer<Four>,
     counts: Counts,
-    taken: Buffer<Taken>,
-    read_taken: ReadBack<Taken>,
+    statistics: Buffer<SolveStatistics>,
+    read_statistics: ReadBack<SolveStatistics>,
     /// Nodes on all levels; places among those of the scene, of which there are so many.
     nodes: usize,
     places: Range<usize>,
@@ -113,8 +113,8 @@ impl Implicit {
             node_solves: gpu.buffer("systems of springs", levelled.solves)?,
             product_sums: gpu.buffer("sums of springs", groups[0].len())?,
             counts: gpu.counts("workgroups of iterations", sizes.len())?,
-            taken: gpu.buffer("what springs take", 1)?,
-            read_taken: gpu.read_back("what springs take", 1)?,
+            statistics: gpu.buffer("what springs take", 1)?,
+            read_statistics: gpu.read_back("what springs take", 1)?,
             nodes: *nodes,
             places,
             scene_places: assembly.places,
@@ -243,7 +243,7 @@ impl Feature for Implicit {
             ("node_solves", &self.node_solves),
             ("product_sums", &self.product_sums),
             ("level_counts", &self.counts),
-            ("taken", &self.taken),
+            ("statistics", &self.statistics),
         ]
     }
 
@@ -258,15 +258,15 @@ impl Feature for Implicit {
     }
 
     fn start_frame(&mut self, gpu: &Gpu) {
-        self.taken.write(gpu, 0, &[Taken::default()]);
+        self.statistics.write(gpu, 0, &[SolveStatistics::default()]);
     }
 
     fn copy(&self, list: &mut DispatchList) {
-        list.copy(&self.taken, &self.read_taken);
+        list.copy(&self.statistics, &self.read_statistics);
     }
 
     fn measure(&self, gpu: &Gpu, sums: &mut FrameSums) -> Result<(), GpuError> {
-        add_taken(&self.read_taken, gpu, &mut sums.solver)
+        add_statistics(&self.read_statistics, gpu, &mut sums.solver)
     }
 
     fn dispatches(&self) -> usize {

@@ -177,7 +177,7 @@ pub fn is_solved<T: Real>(error: T, whole: T, tolerance_squared: T) -> bool {
 }
 
 /// An error by what errors are measured by.
-pub fn share_left<T: Real>(error: T, whole: T) -> T {
+pub fn residual_fraction<T: Real>(error: T, whole: T) -> T {
     if whole > T::ZERO { error / whole } else { T::ZERO }
 }
 

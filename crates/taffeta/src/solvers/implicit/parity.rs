@@ -7,8 +7,8 @@ use crate::gpu::parity::bench::{Bench, Given, Written};
 use crate::gpu::parity::fixture::{Arrays, Chance, Fixture, Maker, words};
 use crate::gpu::parity::{Row, Tolerance};
 use crate::scene::{ConstraintForm, Method, Solver};
-use crate::solvers::dual::gpu_layout::{ContactRecord, Taken};
-use crate::solvers::dual::parity::{records, some_contact, taken};
+use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};
+use crate::solvers::dual::parity::{records, some_contact, statistics};
 use crate::solvers::explicit::parity::kernel_of;
 use crate::solvers::implicit::gpu_layout::{
     CoarseEdge, Descent, Diagonal, LevelGroup, NodeSolve, Symmetric, Vector,
@@ -122,9 +122,9 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
         sums: levelled.groups[0].iter().map(|_| four(&mut chance, 0.9).map(f32::abs)).collect(),
         force: fixture.force_fours().iter().map(|&[x, y, z, _]| [x, y, z, 0.0]).collect(),
         new_velocity: fixture.new.velocity.clone(),
-        taken: [
-            Taken { iterations: 3, capped: 5, active_share: 0.1, residual: 1e-6 },
-            Taken { iterations: 3_000, capped: 0, active_share: 1.0, residual: 1e9 },
+        statistics: [
+            SolveStatistics { iterations: 3, capped: 5, active_fraction: 0.1, residual: 1e-6 },
+            SolveStatistics { iterations: 3_000, capped: 0, active_fraction: 1.0, residual: 1e9 },
         ][shift % 2],
     };
     for edge in levelled.edges.iter().flatten() {
@@ -205,7 +205,7 @@ fn arrays(fixture: &Fixture, work: &Work, groups: &[LevelGroup], edges: &[Coarse
         ("level_counts", vec![POISON; 3 * sizes(levelled).len()]),
         ("force", words(&work.force)),
         ("new_velocity", words(&work.new_velocity)),
-        ("taken", words(&[work.taken])),
+        ("statistics", words(&[work.statistics])),
     ]);
     all
 }
@@ -232,7 +232,7 @@ fn compare(written: &mut Written<'_>, kernel: &Kernel, wanted: &Work, counts: &[
             "level_counts" => records(written, "level_counts", counts),
             "force" => written.fours("force", &wanted.force),
             "new_velocity" => written.fours("new_velocity", &wanted.new_velocity),
-            "taken" => taken(written, &wanted.taken),
+            "statistics" => statistics(written, &wanted.statistics),
             _ => {}
         }
     }

@@ -264,9 +264,9 @@ fn note_descents(@builtin(local_invocation_index) lane: u32) {
     let count = count_of_lanes(lane, capped);
     most = most_of_rows(lane, most);
     if lane == 0u {
-        taken[0].iterations = max(taken[0].iterations, u32(most.x));
-        taken[0].capped += min(count, 1u);
-        taken[0].active_share = 1.0;
-        taken[0].residual = max(taken[0].residual, most.y);
+        statistics[0].iterations = max(statistics[0].iterations, u32(most.x));
+        statistics[0].capped += min(count, 1u);
+        statistics[0].active_fraction = 1.0;
+        statistics[0].residual = max(statistics[0].residual, most.y);
     }
 }

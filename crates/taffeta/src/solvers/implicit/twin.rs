@@ -6,8 +6,8 @@ use crate::cpu::simd::Kernel;
 use crate::gpu::layout::{Four, GROUP, Solving};
 use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
 use crate::real::{add, dot, scale, sub};
-use crate::solvers::dual::distance::{Conjugate, start_share};
-use crate::solvers::dual::gpu_layout::{ContactRecord, Taken};
+use crate::solvers::dual::distance::{Conjugate, warm_start_factor};
+use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};
 use crate::solvers::dual::twin::{
     by_halves, by_lanes, contact_record, deepest_contact, deepest_mesh_contact, predicted_in, three,
 };
@@ -18,7 +18,7 @@ use crate::solvers::implicit::gpu_layout::{
 };
 use crate::solvers::implicit::implicit::{
     LAST_PAIRS, Stiff, add_share, block, diagonal, edge_times, inverse, is_solved, jacobi, pulled_by_springs,
-    right_side, share_left, times,
+    residual_fraction, right_side, times,
 };
 use crate::topology::LANES;
 use std::slice::from_mut;
@@ -36,7 +36,7 @@ pub struct Work {
     pub sums: Vec<Four>,
     pub force: Vec<Four>,
     pub new_velocity: Vec<Four>,
-    pub taken: Taken,
+    pub statistics: SolveStatistics,
 }
 
 /// A fixture's work, as its kernels find it.
@@ -137,7 +137,7 @@ impl Twin<'_> {
         Approach {
             position: three(x),
             free,
-            pulls: self.get(Vector::Pulled, node),
+            solver_change: self.get(Vector::Pulled, node),
             fall: fall(gravity, h),
             h,
         }
@@ -154,7 +154,7 @@ impl Twin<'_> {
     pub fn predict_contacts(&mut self) {
         for (node, _) in self.finest() {
             let (x, approach) = (self.fixture.old.position[node], self.approach(node));
-            let (free, pulls) = (approach.free, approach.pulls);
+            let (free, pulls) = (approach.free, approach.solver_change);
             self.work.predicted_contacts[node] = if x[3] > 0.0 {
                 deepest_contact(
                     &self.fixture.substep().colliders,
@@ -315,7 +315,7 @@ impl Twin<'_> {
         let kept = solve.kept;
         let mut next = Descent { alpha: 0.0, beta: 0.0, ..kept };
         if kept.passes < 2 {
-            next.alpha = start_share(first, second);
+            next.alpha = warm_start_factor(first, second);
             next.whole = if kept.whole > 0.0 { kept.whole } else { third };
             return next;
         }
@@ -565,15 +565,15 @@ impl Twin<'_> {
     }
 
     pub fn note(&mut self) {
-        let taken = &mut self.work.taken;
+        let statistics = &mut self.work.statistics;
         let mut capped = false;
         for solve in &self.work.solves {
             let done = solve.next;
             capped |= !is_solved(done.error, done.whole, self.solving.tolerance_squared);
-            taken.iterations = taken.iterations.max(solve.before + done.iterations);
-            taken.residual = taken.residual.max(share_left(done.error, done.whole));
+            statistics.iterations = statistics.iterations.max(solve.before + done.iterations);
+            statistics.residual = statistics.residual.max(residual_fraction(done.error, done.whole));
         }
-        taken.capped += u32::from(capped);
-        taken.active_share = 1.0;
+        statistics.capped += u32::from(capped);
+        statistics.active_fraction = 1.0;
     }
 }

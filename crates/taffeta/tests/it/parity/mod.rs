@@ -38,7 +38,7 @@ named_rows! {
     volume_forces volume_forces_given volume_gradients volume_particles measure_kept_volumes restore_volumes
     restore_volumes_meshes
     mark_active list_active free_velocities set_up_rows predict_contacts predict_mesh_contacts start_rows
-    count_solves solve_nodes solve_rows note_solves pull_nodes
+    count_systems solve_nodes solve_rows record_statistics apply_constraint_forces
     free_nodes predict_contacts_implicit predict_mesh_contacts_implicit step_on set_up_nodes coarsen_springs coarsen_edges coarsen_nodes
     start_nodes step_nodes left_of_nodes restrict_level left_of_level cycle_tail follow_level smooth_level smooth_nodes
     apply_nodes count_descents spring_impulses push_nodes note_descents

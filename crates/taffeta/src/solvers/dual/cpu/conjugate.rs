@@ -4,16 +4,18 @@
 use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, fall};
 use crate::real::{Real, scale};
 use crate::solvers::dual::cpu::kernels::{
-    Advance, Along, Apply, Combine, GatherPulls, Multiply, Product, SetUpRows,
+    Advance, Along, Apply, Combine, GatherConstraintForces, Multiply, Product, SetUpRows,
 };
 use crate::solvers::dual::cpu::layout::Chunk;
 use crate::solvers::dual::cpu::{Quad, SolveWorker};
-use crate::solvers::dual::distance::{Conjugate, Softness, is_left, limit, share_left, start_share};
+use crate::solvers::dual::distance::{
+    Conjugate, Softness, is_left, limit, residual_fraction, warm_start_factor,
+};
 use std::ops::Range;
 
 /// How far the system of a body is.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Progress {
+pub struct CgState {
     conjugate: Conjugate<f64>,
     /// Squared residual at which it is done, and that of the right side.
     limit: f64,
@@ -66,7 +68,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 self.start_warm();
             }
             self.iterate();
-            self.keep_pulls();
+            self.store_multipliers();
         }
         self.report();
     }
@@ -111,7 +113,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         for body in 0..self.solve.list.bodies.len() {
             let [right, noise, _] = self.body_sums(body);
             let limit = limit(tolerance * tolerance, right, noise);
-            self.scratch.bodies.push(Progress { limit, right, ..Progress::default() });
+            self.scratch.bodies.push(CgState { limit, right, ..CgState::default() });
         }
     }
 
@@ -129,7 +131,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             (sums[0], sums[2]) = (worker.worker.nodes.level.run(Product { a: x, b: r }), curvature);
         });
         self.worker.synchronise();
-        let share = |[along, _, curvature]: [f64; 3]| T::from_f64(start_share(along, curvature));
+        let share = |[along, _, curvature]: [f64; 3]| T::from_f64(warm_start_factor(along, curvature));
         let shares: Vec<T> = (0..self.scratch.bodies.len()).map(|body| share(self.body_sums(body))).collect();
         self.each(self.scratch.layout.rows.len(), |worker, chunk| {
             let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
@@ -156,7 +158,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 }
             });
             self.worker.synchronise();
-            if self.judge() {
+            if self.update_state() {
                 break;
             }
             self.each(rows, Self::advance);
@@ -165,7 +167,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     }
 
     /// Finds the next step of each body; returns whether all are done.
-    fn judge(&mut self) -> bool {
+    fn update_state(&mut self) -> bool {
         let most = self.solve.solver.ice.max_iterations;
         for index in 0..self.scratch.bodies.len() {
             if self.is_done(index) {
@@ -186,7 +188,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     }
 
     /// Keeps the pulls, and has what they do along each row.
-    fn keep_pulls(&mut self) {
+    fn store_multipliers(&mut self) {
         let solve = self.solve;
         for chunk in self.mine(self.scratch.layout.rows.len()) {
             let part = self.rows_of(chunk);
@@ -212,7 +214,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let mut capped = false;
         for body in self.scratch.bodies.iter().take(if layout.count > 0 { usize::MAX } else { 0 }) {
             let tolerance = self.solve.solver.ice.tolerance;
-            let left = share_left(body.gamma, body.right, body.limit, tolerance * tolerance);
+            let left = residual_fraction(body.gamma, body.right, body.limit, tolerance * tolerance);
             report.residual = report.residual.max(left.sqrt());
             report.iterations = report.iterations.max(body.iterations);
             capped |= body.gamma > body.limit;
@@ -262,7 +264,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         });
         self.sums_of(chunk)[1] = noise;
         if adaptive {
-            self.link(which, chunk);
+            self.list_ends(which, chunk);
         }
         // For what comes next: springs are taken back, or nodes meet surfaces.
         let vector = if adaptive { offset } else { x };
@@ -270,7 +272,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     }
 
     /// Notes the nodes at the ends of a chunk's rows.
-    fn link(&self, which: &[u32], chunk: usize) {
+    fn list_ends(&self, which: &[u32], chunk: usize) {
         // SAFETY: nodes were listed before a barrier; rows of chunks are different.
         let (node_of, ends) =
             unsafe { (self.shared.node_of.read(), self.shared.ends.write(self.rows_of(chunk))) };
@@ -282,7 +284,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     /// Finds the surface that will hold each node, as far as the pulls of the last sub-step tell.
     fn predict_contacts_of(&mut self, chunk: usize) {
         let nodes = self.scratch.layout.nodes[chunk].part.clone();
-        self.gather_pulls(&nodes, false);
+        self.gather_constraint_forces(&nodes, false);
         let h = self.worker.substep.h;
         let fall = T::from_f64(fall(self.worker.substep.gravity, h.to_f64()));
         // SAFETY: listed before a barrier; nodes of chunks are different. What waits was written before a barrier.
@@ -302,7 +304,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             let approach = Approach {
                 position: [0, 1, 2].map(|axis| self.worker.old()[axis][place]),
                 free: self.free_velocity(place),
-                pulls: scale([x, y, z], -h),
+                solver_change: scale([x, y, z], -h),
                 fall,
                 h,
             };
@@ -325,7 +327,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let nodes = self.scratch.layout.nodes[chunk].part.clone();
         let (adaptive, h) = (self.solve.adaptive, self.worker.substep.h);
         if adaptive {
-            self.gather_pulls(&nodes, false);
+            self.gather_constraint_forces(&nodes, false);
         }
         // SAFETY: as in `predict_contacts_of`.
         let (places, response, predicted) = unsafe {
@@ -352,15 +354,15 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     fn respond(&mut self, chunk: usize) {
         let Chunk { body, part } = self.scratch.layout.nodes[chunk].clone();
         if !self.is_done(body) {
-            self.gather_pulls(&part, !self.colliders.is_empty());
+            self.gather_constraint_forces(&part, !self.colliders.is_empty());
         }
     }
 
     /// What pulls do to some nodes, `held` by surfaces or not.
-    fn gather_pulls(&self, nodes: &Range<usize>, held: bool) {
+    fn gather_constraint_forces(&self, nodes: &Range<usize>, held: bool) {
         // SAFETY: listed, and found, before a barrier; nodes of chunks are different.
         let kernel = unsafe {
-            GatherPulls {
+            GatherConstraintForces {
                 spans: &self.shared.spans.read()[nodes.clone()],
                 entries: self.shared.entries.read(),
                 pulled: self.shared.pulled.read(),

@@ -72,7 +72,7 @@ impl<T: Real> Kernel for SetUpRows<'_, T> {
 }
 
 /// Kernel: what pulls do to each node. A quad's fourth number means nothing.
-pub struct GatherPulls<'a, T> {
+pub struct GatherConstraintForces<'a, T> {
     /// By node: its entries.
     pub spans: &'a [[u32; 2]],
     pub entries: &'a [u32],
@@ -85,7 +85,7 @@ pub struct GatherPulls<'a, T> {
     pub out: &'a mut [Quad<T>],
 }
 
-impl<T: Real> Kernel for GatherPulls<'_, T> {
+impl<T: Real> Kernel for GatherConstraintForces<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {

@@ -114,7 +114,7 @@ pub struct SolveScratch<T> {
     /// How each material gives way in this sub-step.
     softness: Vec<Softness<T>>,
     /// How far each body's system is.
-    bodies: Vec<conjugate::Progress>,
+    bodies: Vec<conjugate::CgState>,
     /// What the frame's report is to say.
     report: SolverReport,
 }
@@ -239,7 +239,7 @@ impl<T: Real> Feature<T> for Dual<T> {
             waiting::suspend(tile);
         } else {
             waiting::resume(tile);
-            self.add_all_pulls(tile);
+            self.add_constraint_forces(tile);
         }
     }
 

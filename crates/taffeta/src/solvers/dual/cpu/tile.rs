@@ -9,10 +9,11 @@ use crate::solvers::waiting;
 
 impl<T: Real> Dual<T> {
     /// Adds the force of constraints to those on a tile.
-    pub(crate) fn add_all_pulls(&self, tile: &mut Tile<'_, T>) {
+    pub(crate) fn add_constraint_forces(&self, tile: &mut Tile<'_, T>) {
         for (at, run) in tile.plan.runs() {
             if !self.adaptive {
-                run.clone().for_each(|place| self.add_pulls(tile, (at + place - run.start, place), place));
+                run.clone()
+                    .for_each(|place| self.add_node_forces(tile, (at + place - run.start, place), place));
                 continue;
             }
             // SAFETY: each worker has its own.
@@ -25,13 +26,13 @@ impl<T: Real> Dual<T> {
             let (from, to) = (within(run.start), within(run.end));
             for (&place, node) in places[from..to].iter().zip(nodes.start + from..) {
                 let place = place as usize;
-                self.add_pulls(tile, (at + place - run.start, place), node);
+                self.add_node_forces(tile, (at + place - run.start, place), node);
             }
         }
     }
 
     /// Adds the pulls at a node of the system to the `at`-th force of a tile.
-    fn add_pulls(&self, tile: &mut Tile<'_, T>, (at, place): (usize, usize), node: usize) {
+    fn add_node_forces(&self, tile: &mut Tile<'_, T>, (at, place): (usize, usize), node: usize) {
         let work = &self.work;
         // SAFETY: listed, and found, before a barrier.
         let (span, entries, pulled) =
@@ -39,13 +40,13 @@ impl<T: Real> Dual<T> {
         let [x, y, z, _] = gather(&entries[span[0] as usize..span[1] as usize], pulled).0;
         let mut force = [-x, -y, -z];
         if !self.colliders(tile.substep).is_empty() {
-            force = self.pressed(tile, place, node, force);
+            force = self.force_in_contact(tile, place, node, force);
         }
         tile.add_force(at, force);
     }
 
     /// The force of pulls on a node with what a surface does about it.
-    fn pressed(&self, tile: &Tile<'_, T>, place: usize, node: usize, force: [T; 3]) -> [T; 3] {
+    fn force_in_contact(&self, tile: &Tile<'_, T>, place: usize, node: usize, force: [T; 3]) -> [T; 3] {
         // SAFETY: found before a barrier.
         let (predicted, collider): (&PredictedContact<T>, _) =
             unsafe { (&self.work.predicted.read()[node], self.work.collider.read()[node]) };

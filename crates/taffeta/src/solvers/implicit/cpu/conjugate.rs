@@ -2,19 +2,21 @@
 
 use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, fall};
 use crate::real::{Real, add, scale};
-use crate::solvers::dual::distance::{Conjugate, start_share};
+use crate::solvers::dual::distance::{Conjugate, warm_start_factor};
 use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::cycle::slots_of;
 use crate::solvers::implicit::cpu::kernels::{Advance, Apply, FINE, Operator, Own, store};
 use crate::solvers::implicit::cpu::setup::SetUp;
 use crate::solvers::implicit::cpu::tables::Chunk;
-use crate::solvers::implicit::implicit::{Stiff, is_solved, pulled_by_springs, right_side, share_left};
+use crate::solvers::implicit::implicit::{
+    Stiff, is_solved, pulled_by_springs, residual_fraction, right_side,
+};
 use crate::topology::LANES;
 use std::ops::Range;
 
 /// How far the system of a body is.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Progress {
+pub struct CgState {
     conjugate: Conjugate<f64>,
     /// What errors are measured by: the larger of Σ m |v* − v|² and the first r·z.
     whole: f64,
@@ -35,7 +37,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     pub fn solve(&mut self) {
         let steps = self.primal.ice.newton_steps;
         self.scratch.bodies.clear();
-        self.scratch.bodies.resize(self.primal.tables[0].bodies.len(), Progress::default());
+        self.scratch.bodies.resize(self.primal.tables[0].bodies.len(), CgState::default());
         self.soften();
         self.each(0, Self::begin_step);
         self.worker.synchronise();
@@ -144,7 +146,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             let approach = Approach {
                 position: [0, 1, 2].map(|axis| self.worker.old()[axis][place]),
                 free: self.free_velocity(place),
-                pulls: change.at(place),
+                solver_change: change.at(place),
                 fall,
                 h,
             };
@@ -221,7 +223,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             *worker.product_of(chunk) = worker.apply(chunk, &here.t, &here.r, &here.z);
         });
         self.worker.synchronise();
-        let share = |[along, curvature]: [f64; 2]| T::from_f64(start_share(along, curvature));
+        let share = |[along, curvature]: [f64; 2]| T::from_f64(warm_start_factor(along, curvature));
         let shares: Vec<T> =
             (0..self.scratch.bodies.len()).map(|body| share(self.product_sums(body))).collect();
         self.each(0, |worker, chunk| {
@@ -431,7 +433,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     fn report(&mut self) {
         let (report, mut capped) = (&mut self.scratch.report, false);
         for body in &self.scratch.bodies {
-            report.residual = report.residual.max(share_left(body.error, body.whole).sqrt());
+            report.residual = report.residual.max(residual_fraction(body.error, body.whole).sqrt());
             report.iterations = report.iterations.max(body.all);
             capped |= !body.is_solved(self.primal.ice.tolerance);
         }
@@ -465,7 +467,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     }
 }
 
-impl Progress {
+impl CgState {
     /// Before a further Newton step.
     fn again(self) -> Self {
         Self { whole: self.whole, all: self.all, ..Self::default() }

@@ -92,7 +92,7 @@ struct Scratch<T> {
     /// Materials over this sub-step.
     stiff: Vec<Stiff<T>>,
     /// How far each body's system is.
-    bodies: Vec<conjugate::Progress>,
+    bodies: Vec<conjugate::CgState>,
     /// What the frame's report is to say.
     report: SolverReport,
 }

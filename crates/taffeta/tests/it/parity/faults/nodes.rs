@@ -82,7 +82,11 @@ pub const FAULTS: &[Fault] = &[
     ("predict_mesh_contacts", "contact.depth - node.h * dot3", "contact.depth + node.h * dot3"),
     ("predict_mesh_contacts", "|| !(x.w > 0.0)", ""),
     ("predict_mesh_contacts", "|| substeps[0].solving.is_adaptive != 0u", ""),
-    ("predict_mesh_contacts", "* gather_pulls(node) * -h", "* gather_pulls(node) * h"),
+    (
+        "predict_mesh_contacts",
+        "* gather_constraint_forces(node) * -h",
+        "* gather_constraint_forces(node) * h",
+    ),
     ("predict_mesh_contacts_implicit", "h, vector_of(PULLED, node))", "h, vec3f(0.0))"),
     ("predict_mesh_contacts_implicit", "if x.w > 0.0 {", "{"),
     ("predict_contacts", "if before.inside > 0.0 {", "if false {"),
