@@ -222,7 +222,7 @@ impl Plan<'_, '_, '_> {
         let mut simulation = self.simulation(&scene, &mut building.device)?;
         // From a state that diverged nothing goes on.
         match old.filter(|old| !old.halted) {
-            Some(old) => simulation.take_over(&old.simulation),
+            Some(old) => simulation.adopt_state(&old.simulation),
             None => simulation
                 .warnings()
                 .iter()

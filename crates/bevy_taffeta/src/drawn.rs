@@ -80,7 +80,7 @@ pub fn viewed(
 }
 
 /// Into the coordinates of a transform, a share of the way between two states.
-pub fn view_into(transform: &GlobalTransform, share: f32) -> View {
+pub fn view_into(transform: &GlobalTransform, alpha: f32) -> View {
     let Affine3A { matrix3, .. } = transform.affine();
     let inverse = transform.affine().inverse();
     let rows = inverse.matrix3.transpose();
@@ -91,7 +91,7 @@ pub fn view_into(transform: &GlobalTransform, share: f32) -> View {
     ];
     let normals = [matrix3.x_axis, matrix3.y_axis, matrix3.z_axis];
     View {
-        share,
+        alpha,
         places: places.map(|(row, shift)| [row.x, row.y, row.z, shift]),
         normals: normals.map(|axis| axis.to_array()),
     }
@@ -107,10 +107,10 @@ pub fn all_places(simulation: &Simulation) -> Vec<[f32; 3]> {
 /// Finds how bodies are drawn: in the coordinates of their entities, which may move.
 pub fn aim(mut worlds: Query<&mut Running>, transforms: Query<&GlobalTransform>) {
     for mut running in &mut worlds {
-        let share = running.share;
+        let alpha = running.share;
         for body in &mut running.bodies {
             if let Ok(transform) = transforms.get(body.entity) {
-                body.view = view_into(transform, share);
+                body.view = view_into(transform, alpha);
             }
         }
     }

@@ -102,10 +102,10 @@ impl Running {
             self.unreported = 0;
             return Ok(());
         }
-        self.simulation.launch(1)?;
+        self.simulation.submit(1)?;
         self.unreported += 1;
         if !self.shared || self.unreported >= on.report_every {
-            self.simulation.collect()?;
+            self.simulation.poll()?;
             self.timing.frame = clock.elapsed().as_secs_f64() / f64::from(self.unreported);
             self.unreported = 0;
         }

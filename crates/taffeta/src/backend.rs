@@ -18,7 +18,7 @@ pub struct FrameInput {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SolverState {
     /// Pull of each constraint [N]; empty where the solver does not start from pulls.
-    pub pulls: Vec<f64>,
+    pub warm_start: Vec<f64>,
     /// Whether each is active; empty where all always are.
     pub active: Vec<bool>,
     /// Whether each joint of [`crate::attachments::constraints::Attachments`] is there; empty where none can break.
@@ -47,7 +47,7 @@ pub struct Device {
 ///     simulation.make_drawn(body, &nodes)?;
 ///     let target = VertexTarget { buffer, first: 0, stride: 32, normal: 12 };
 ///     let world = View {
-///         share: 1.0,
+///         alpha: 1.0,
 ///         places: [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
 ///         normals: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
 ///     };
@@ -72,7 +72,7 @@ pub struct VertexTarget {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Share of the way from the state before the last frame, 0, to that after it, 1.
-    pub share: f32,
+    pub alpha: f32,
     /// Rows of the map of places into the renderer's coordinates; the last number of each is the shift [m].
     pub places: [[f32; 4]; 3],
     /// Rows of the map of normals, whose lengths do not matter.
@@ -143,7 +143,7 @@ pub trait Backend: Send + Sync {
     /// What it computes on.
     fn device(&self) -> Device;
     /// What of the device, rather than of the scene, may have ended a run, in words.
-    fn doubt(&self) -> Option<Warning> {
+    fn failure_hint(&self) -> Option<Warning> {
         None
     }
     /// Bytes of memory that state and springs take.

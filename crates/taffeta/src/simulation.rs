@@ -80,7 +80,7 @@ pub struct Simulation {
     /// Triangles of colliders, once somebody asks how far nodes are from them.
     surfaces: OnceLock<Vec<MeshSurface<f64>>>,
     /// Frames that were launched and not collected yet, and whether more than gravity drives the scene in them.
-    launched: (u32, bool),
+    submitted: (u32, bool),
 }
 
 impl Simulation {
@@ -125,7 +125,7 @@ impl Simulation {
             moved: Vec::new(),
             pinned: Vec::new(),
             surfaces: OnceLock::new(),
-            launched: (0, false),
+            submitted: (0, false),
         };
         simulation.measure().map_err(|Lost(why)| BuildError::Lost(why))?;
         Ok(simulation)
@@ -145,8 +145,8 @@ impl Simulation {
     /// # Errors
     /// As [`Self::step`]; only the last frame is looked at, so the error says by which frame it was.
     pub fn advance(&mut self, frames: u32) -> Result<&FrameReport, StepError> {
-        self.launch(frames)?;
-        self.collect()
+        self.submit(frames)?;
+        self.poll()
     }
 
     /// Runs one frame and says how long [s] each stage took: of the first worker on the CPU, or on a GPU that can tell, where
@@ -226,7 +226,7 @@ impl Simulation {
             None => self.limit.after(),
         };
         let Warning { message: mut cause, mut advice } = cause;
-        if let Some(hint) = self.backend.doubt() {
+        if let Some(hint) = self.backend.failure_hint() {
             cause = format!("{cause}. {hint}");
             advice.extend(hint.advice);
         }
@@ -241,7 +241,7 @@ impl Simulation {
 
     /// Number of frames done, those among them that were launched and may still be under way.
     pub fn frame(&self) -> u32 {
-        self.report.frame + self.launched.0
+        self.report.frame + self.submitted.0
     }
 
     /// The bodies in the scene's order.
@@ -255,7 +255,7 @@ impl Simulation {
     }
 
     /// Number of pairs of nodes that each seam sews, in the scene's order.
-    pub fn sewn(&self) -> Vec<usize> {
+    pub fn seam_pair_counts(&self) -> Vec<usize> {
         let attachments = &self.backend.assembly().attachments;
         let mut pairs = vec![0; attachments.seams];
         let materials = attachments.joints.iter().map(|row| row.material as usize);
@@ -281,8 +281,8 @@ impl Simulation {
 
     /// Where implicit springs are pulled hardest by what hangs in them, as far as that can be told beforehand; `None` for
     /// explicit springs, for those solved for by nodes, and where nothing hangs from a pin.
-    pub fn hanging(&self) -> Option<&Tension> {
-        self.limit.hanging.as_ref()
+    pub fn max_tension(&self) -> Option<&Tension> {
+        self.limit.max_tension.as_ref()
     }
 
     /// Pins a vertex, and moves it to a place [m] during the next frame, in a straight line; it stays there, until
@@ -357,7 +357,7 @@ impl Simulation {
         self.backend.measure()?;
         let sums = self.backend.sums()?;
         self.report = self.report_of(sums, self.frame());
-        self.launched = (0, false);
+        self.submitted = (0, false);
         self.start = self.report.clone();
         Ok(())
     }

@@ -119,7 +119,7 @@ impl Report {
             title: loaded.scene.title.clone(),
             bodies: simulation.bodies().iter().map(BodyReport::of).collect(),
             colliders: simulation.colliders().iter().map(ColliderReport::of).collect(),
-            seams: loaded.scene.seams.iter().zip(simulation.sewn()).map(SeamReport::of).collect(),
+            seams: loaded.scene.seams.iter().zip(simulation.seam_pair_counts()).map(SeamReport::of).collect(),
             memory_bytes: simulation.memory(),
             substeps: loaded.scene.time.substeps(),
             step,
@@ -128,7 +128,7 @@ impl Report {
             largest_stable_step: finite(simulation.largest_stable_step()),
             largest_stable_step_folded: finite(simulation.largest_stable_step_folded()),
             largest_stable_step_in_air: simulation.largest_stable_step_in_air().and_then(finite),
-            hanging: simulation.hanging().map(|pulled| HangingReport::of(pulled, step)),
+            hanging: simulation.max_tension().map(|pulled| HangingReport::of(pulled, step)),
             advice: loaded.notes.iter().cloned().chain(console::warnings(simulation)).collect(),
         }
     }

@@ -40,7 +40,7 @@ struct Plane {
 
 /// All grids.
 pub struct Sheets {
-    told: Uniforms<Sheet>,
+    parameters: Uniforms<Sheet>,
     forces: Buffer<[f32; 4]>,
     planes: Vec<Plane>,
 }
@@ -50,14 +50,14 @@ impl Sheets {
     pub fn new(gpu: &Gpu, bodies: &Bodies<'_>) -> Result<Self, GpuError> {
         let sheet = |(_, body): (usize, &BodyAssembly)| sheet(body, bodies.local(body.first));
         let records: Vec<Sheet> = bodies.iter().filter_map(sheet).collect();
-        let told = gpu.uniforms("grids", records.len())?;
-        told.write(gpu, &records);
+        let parameters = gpu.uniforms("grids", records.len())?;
+        parameters.write(gpu, &records);
         let plane = |(index, sheet): (usize, &Sheet)| Plane {
-            offset: told.offset(index),
+            offset: parameters.offset(index),
             groups: [sheet.cols, sheet.rows].map(|side| side.unsigned_abs().div_ceil(SIDE)),
         };
         let planes = records.iter().enumerate().map(plane).collect();
-        Ok(Self { planes, forces: gpu.buffer("forces of springs", bodies.len())?, told })
+        Ok(Self { planes, forces: gpu.buffer("forces of springs", bodies.len())?, parameters })
     }
 
     /// Forces, then the rest.
@@ -74,7 +74,7 @@ impl Sheets {
     }
 
     pub fn buffers(&self) -> Vec<(&'static str, &dyn Bindable)> {
-        vec![("sheet", &self.told), ("spring_forces", &self.forces)]
+        vec![("sheet", &self.parameters), ("spring_forces", &self.forces)]
     }
 }
 

@@ -82,7 +82,7 @@ impl<T: Real> CpuBackend<T> {
         let [inverse_mass, mass] = masses(&assembly);
         let nodes = Nodes { tiles: tiles::tiles(&assembly), inverse_mass, mass, level: SimdLevel::detect() };
         let team = Team::new(threads);
-        let chunks = tiles::shares(&nodes.tiles, team.threads());
+        let chunks = tiles::chunks_by_nodes(&nodes.tiles, team.threads());
         let states = [0, 6 * STAGGER].map(|lead| start(&assembly, lead));
         let clock = Instant::now();
         let mut context = Context { assembly: &mut assembly, nodes: &nodes, chunks: &chunks };
@@ -129,14 +129,14 @@ impl<T: Real> CpuBackend<T> {
 
     /// Shares tiles anew where workers were busy unevenly in a frame of `seconds`. No result depends on who computes it.
     fn balance(&mut self, seconds: f64) {
-        if self.chunks.len() == 1 || !self.features.iter().any(|feature| feature.is_uneven()) {
+        if self.chunks.len() == 1 || !self.features.iter().any(|feature| feature.has_uneven_work()) {
             return;
         }
         let start = Instant::now();
         let tiles = &self.nodes.tiles;
         let Some(chunks) = self.balance.after(seconds, tiles, &self.chunks) else { return };
         for feature in self.features.iter_mut() {
-            feature.share_anew(&self.assembly, tiles, &chunks);
+            feature.redistribute(&self.assembly, tiles, &chunks);
         }
         self.chunks = chunks;
         self.balance.set_cost(start.elapsed().as_secs_f64());

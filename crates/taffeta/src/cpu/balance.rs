@@ -1,6 +1,6 @@
 //! Even chunks for workers where work is uneven: contact is where it is, and not where the nodes are.
 
-use crate::cpu::tiles::{TilePlan, shares_by};
+use crate::cpu::tiles::{TilePlan, chunks_by_cost};
 use std::ops::Range;
 
 /// Frames after which shares are looked at.
@@ -72,7 +72,7 @@ fn chunks_by_time(tiles: &[TilePlan], chunks: &[Range<usize>], busy: &[f64]) -> 
             costs[tile] = busy * tiles[tile].len() as f64 / nodes as f64;
         }
     }
-    shares_by(&costs, chunks.len())
+    chunks_by_cost(&costs, chunks.len())
 }
 
 #[cfg(test)]

@@ -49,12 +49,12 @@ pub trait Feature<T: Real>: Any + Send + Sync {
     fn forget(&mut self, _node: usize) {}
 
     /// Whether its work is not where the nodes are, so that tiles are now and then shared anew.
-    fn is_uneven(&self) -> bool {
+    fn has_uneven_work(&self) -> bool {
         false
     }
 
     /// Other workers have the tiles from now on.
-    fn share_anew(&mut self, _assembly: &Assembly, _tiles: &[TilePlan], _chunks: &[Range<usize>]) {}
+    fn redistribute(&mut self, _assembly: &Assembly, _tiles: &[TilePlan], _chunks: &[Range<usize>]) {}
 
     /// Adds what it knows from one sub-step to the next.
     fn save(&self, _state: &mut SolverState) {}

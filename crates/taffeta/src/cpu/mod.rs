@@ -1,12 +1,12 @@
 //! The backend on the CPU: memory and scheduling. Formulas are in the stages' own folders.
 
-#[cfg(feature = "gpu")]
-pub mod apart;
 pub mod backend;
 pub mod balance;
 pub mod clock;
 pub mod column;
 pub mod feature;
+#[cfg(feature = "gpu")]
+pub mod separate;
 pub mod shared;
 pub mod simd;
 pub mod sums;
@@ -19,6 +19,6 @@ pub mod worker;
 mod order_tests;
 
 #[cfg(all(test, feature = "gpu"))]
-pub use crate::contact::colliders::cpu::{GRAIN, GROOVES, ROUNDS};
+pub use crate::contact::colliders::cpu::{GROOVES, ROUNDING_ULPS, ROUNDS};
 pub use backend::CpuBackend;
 pub use simd::SimdLevel;

@@ -94,14 +94,14 @@ fn chunks(count: usize, size: usize) -> impl Iterator<Item = Range<usize>> {
 }
 
 /// Which tiles each worker takes: neighbouring ones, with about the same number of nodes.
-pub fn shares(tiles: &[TilePlan], workers: usize) -> Vec<Range<usize>> {
-    shares_by(&tiles.iter().map(|tile| tile.len() as f64).collect::<Vec<_>>(), workers)
+pub fn chunks_by_nodes(tiles: &[TilePlan], workers: usize) -> Vec<Range<usize>> {
+    chunks_by_cost(&tiles.iter().map(|tile| tile.len() as f64).collect::<Vec<_>>(), workers)
 }
 
 /// Which tiles each worker takes: neighbouring ones, whose `costs` are about the same.
-pub fn shares_by(costs: &[f64], workers: usize) -> Vec<Range<usize>> {
+pub fn chunks_by_cost(costs: &[f64], workers: usize) -> Vec<Range<usize>> {
     let total: f64 = costs.iter().sum();
-    let mut shares = Vec::with_capacity(workers);
+    let mut parts = Vec::with_capacity(workers);
     let (mut start, mut done) = (0, 0.0);
     for worker in 1..=workers {
         let goal = total * worker as f64 / workers as f64;
@@ -110,10 +110,10 @@ pub fn shares_by(costs: &[f64], workers: usize) -> Vec<Range<usize>> {
             done += costs[end];
             end += 1;
         }
-        shares.push(start..end);
+        parts.push(start..end);
         start = end;
     }
-    shares
+    parts
 }
 
 #[cfg(test)]
@@ -138,10 +138,10 @@ mod tests {
             assert!(seen[body.first..body.first + body.nodes].iter().all(|&count| count == 1));
         }
         for workers in [1, 2, 3, 8, 1000] {
-            let shares = shares(&tiles, workers);
-            assert_eq!(shares.len(), workers);
-            assert!(shares.windows(2).all(|w| w[0].end == w[1].start));
-            assert_eq!((shares[0].start, shares[workers - 1].end), (0, tiles.len()));
+            let parts = chunks_by_nodes(&tiles, workers);
+            assert_eq!(parts.len(), workers);
+            assert!(parts.windows(2).all(|w| w[0].end == w[1].start));
+            assert_eq!((parts[0].start, parts[workers - 1].end), (0, tiles.len()));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::advice::{Advice, Warning, round_down};
 use crate::build::Assembly;
-use crate::diagnostics::tension::{Tension, hanging};
+use crate::diagnostics::tension::{Tension, max_tension};
 use crate::diagnostics::{FrameReport, stability};
 use crate::elements::aero;
 use crate::scene::{ConstraintForm, Method};
@@ -27,7 +27,7 @@ pub struct StepLimit {
     /// Whether the step would hold if they were.
     pub holds_by_nodes: bool,
     /// Where implicit springs are pulled hardest, if there are any.
-    pub hanging: Option<Tension>,
+    pub max_tension: Option<Tension>,
 }
 
 impl StepLimit {
@@ -48,7 +48,11 @@ impl StepLimit {
             method,
             primal,
             holds_by_nodes: !primal && (largest.folded >= step || method != Method::Ice && by_nodes()),
-            hanging: if primal || method == Method::Springs { None } else { hanging(assembly, compliant) },
+            max_tension: if primal || method == Method::Springs {
+                None
+            } else {
+                max_tension(assembly, compliant)
+            },
         }
     }
 
@@ -88,7 +92,7 @@ impl StepLimit {
 
     /// A warning if waves grow across the springs in which a body hangs.
     fn too_long_to_hang(&self) -> Option<Warning> {
-        let pulled = self.hanging.as_ref().filter(|_| self.method == Method::Ice)?;
+        let pulled = self.max_tension.as_ref().filter(|_| self.method == Method::Ice)?;
         let growth = pulled.growth(self.step);
         (growth > 1.0).then(|| {
             let Tension { body, vertex, pull, .. } = pulled;
@@ -273,7 +277,7 @@ mod tests {
             method,
             primal: false,
             holds_by_nodes: method == Method::Springs,
-            hanging: None,
+            max_tension: None,
         }
     }
 

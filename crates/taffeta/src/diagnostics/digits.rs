@@ -41,14 +41,14 @@ mod tests {
         let ball = Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 1 });
         // Springs of 0.1 m, and of 0.27 m in the ball; places are 1/512 m apart from 16,384 m on, twice that from 32,768 m on.
         for (mesh, near, far) in [(Mesh::grid(3, 3, [0.2, 0.2]), 1.6e4, 1.7e4), (ball, 3.2e4, 3.3e4)] {
-            let told = |x: f64| {
+            let warning = |x: f64| {
                 let body = Body::cloth("far", mesh.clone()).with_mass(Mass::Node(0.1)).structural(1.0, 0.0);
                 let scene = Scene::new("").body(body.at([0.0, 0.0, -x]));
                 too_coarse(&Assembly::new(&scene).unwrap().bodies[0])
             };
-            assert_eq!(told(near), None);
-            assert_eq!(told(0.0), None);
-            assert!(told(far).expect("a warning").starts_with("body `far` is "));
+            assert_eq!(warning(near), None);
+            assert_eq!(warning(0.0), None);
+            assert!(warning(far).expect("a warning").starts_with("body `far` is "));
         }
     }
 }

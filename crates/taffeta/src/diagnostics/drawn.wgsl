@@ -15,7 +15,7 @@ struct Drawing {
     normal_x: vec4f,
     normal_y: vec4f,
     normal_z: vec4f,
-    share: f32,
+    alpha: f32,
     first: u32,
     stride: u32,
     normal: u32,
@@ -33,7 +33,7 @@ struct Drawing {
 
 fn shown(place: u32) -> vec3f {
     let before = old_position[place].xyz;
-    return before + drawing[0].share * (new_position[place].xyz - before);
+    return before + drawing[0].alpha * (new_position[place].xyz - before);
 }
 
 /// Place and unit normal of each vertex. One that is not finite is left as it was drawn last.
@@ -56,18 +56,18 @@ fn draw_vertices(
         let c = shown(triangle_places[first + 2u]);
         sum = add_normal(sum, a, b, c);
     }
-    let told = drawing[0];
+    let view = drawing[0];
     let x = shown(drawn_nodes[vertex].x);
-    let turned = vec3f(dot3(told.normal_x.xyz, sum), dot3(told.normal_y.xyz, sum), dot3(told.normal_z.xyz, sum));
+    let turned = vec3f(dot3(view.normal_x.xyz, sum), dot3(view.normal_y.xyz, sum), dot3(view.normal_z.xyz, sum));
     if are_odd(x) || are_odd(turned) {
         return;
     }
     let n = unit_or_up(turned);
-    let place = told.first + vertex * told.stride;
-    vertices[place] = dot3(told.place_x.xyz, x) + told.place_x.w;
-    vertices[place + 1u] = dot3(told.place_y.xyz, x) + told.place_y.w;
-    vertices[place + 2u] = dot3(told.place_z.xyz, x) + told.place_z.w;
-    vertices[place + told.normal] = n.x;
-    vertices[place + told.normal + 1u] = n.y;
-    vertices[place + told.normal + 2u] = n.z;
+    let place = view.first + vertex * view.stride;
+    vertices[place] = dot3(view.place_x.xyz, x) + view.place_x.w;
+    vertices[place + 1u] = dot3(view.place_y.xyz, x) + view.place_y.w;
+    vertices[place + 2u] = dot3(view.place_z.xyz, x) + view.place_z.w;
+    vertices[place + view.normal] = n.x;
+    vertices[place + view.normal + 1u] = n.y;
+    vertices[place + view.normal + 2u] = n.z;
 }

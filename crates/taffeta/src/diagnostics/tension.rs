@@ -56,7 +56,7 @@ impl Tension {
 
 /// Estimates the largest T/(m L) of all bodies, whose springs are `compliant` or as long as at rest; `None` where nothing
 /// hangs: there is no load, or no pin.
-pub fn hanging(assembly: &Assembly, compliant: bool) -> Option<Tension> {
+pub fn max_tension(assembly: &Assembly, compliant: bool) -> Option<Tension> {
     let world = &assembly.world;
     let pushes = wind::pushes(assembly);
     let of_body = |body: &BodyAssembly| {

@@ -236,7 +236,7 @@ impl Feature for Elements {
         ]
     }
 
-    fn take_over(&self, gpu: &Gpu, cpu: &mut CpuBackend<f32>, _: &plan::Substep<f32>) {
+    fn adopt_state(&self, gpu: &Gpu, cpu: &mut CpuBackend<f32>, _: &plan::Substep<f32>) {
         for one in &self.kinds {
             self.forces.write(gpu, one.set.first_force, &one.set.found_on_cpu(cpu));
         }

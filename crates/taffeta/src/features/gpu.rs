@@ -135,10 +135,10 @@ pub fn on_gpu(options: &GpuOptions, assembly: Assembly) -> Result<GpuBackend, Re
     if options.kernels == GpuKernels::Tiled {
         refusals::refuse_untiled(gpu, &partitions)?;
     }
-    let doubt = refusals::doubt(gpu, &assembly);
+    let failure_hint = refusals::failure_hint(gpu, &assembly);
     let others = options.particles.iter().flat_map(|other| other.shaders()).copied();
     let kernels = Kernels::new(gpu.clone(), shaders().with(others));
-    Ok(GpuBackend::new(options, assembly, partitions, kernels, doubt)?)
+    Ok(GpuBackend::new(options, assembly, partitions, kernels, failure_hint)?)
 }
 
 /// A scene, built twice, whose first stages run on the CPU.

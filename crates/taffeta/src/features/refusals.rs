@@ -28,7 +28,7 @@ pub fn refuse_loops(gpu: &Gpu, assembly: &Assembly) -> Result<(), Refusal> {
 }
 
 /// What may have ended a run, other than the scene: loops of a software adapter through the triangles of colliders.
-pub fn doubt(gpu: &Gpu, assembly: &Assembly) -> Option<Warning> {
+pub fn failure_hint(gpu: &Gpu, assembly: &Assembly) -> Option<Warning> {
     let triangles: usize = meshes(assembly).map(|mesh| mesh.triangles.len()).sum();
     (triangles > 0 && gpu.info().is_software()).then(|| {
         let message = format!(

@@ -5,7 +5,7 @@ use crate::backend::{Backend, Device, FrameInput, Lost, SolverState, VertexTarge
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
 use crate::cpu::CpuBackend;
-use crate::cpu::apart::Between;
+use crate::cpu::separate::Between;
 use crate::diagnostics::FrameSums;
 use crate::gpu::drawn::Drawn;
 use crate::gpu::feature::Upload;
@@ -50,7 +50,7 @@ pub struct GpuBackend {
     /// Vertices that a renderer draws, by body.
     drawn: HashMap<usize, Drawn>,
     /// What may have ended a run, other than the scene.
-    doubt: Option<Warning>,
+    failure_hint: Option<Warning>,
     /// Positions of each partition before the last frame, where something of it is drawn.
     before: Vec<Option<Buffer<Four>>>,
 }
@@ -68,7 +68,7 @@ impl GpuBackend {
         mut assembly: Assembly,
         partitions: Vec<Partition>,
         kernels: Kernels,
-        doubt: Option<Warning>,
+        failure_hint: Option<Warning>,
     ) -> Result<Self, String> {
         let gpu = options.gpu.clone();
         let words = |error: GpuError| error.to_string();
@@ -85,7 +85,7 @@ impl GpuBackend {
             assembly,
             kernels,
             partitions,
-            doubt,
+            failure_hint,
             landings: Vec::new(),
             sent: false,
             mirror: OnceLock::new(),
@@ -221,10 +221,15 @@ impl GpuBackend {
     }
 
     /// Takes over forces and what else the CPU has found in a sub-step.
-    pub fn take_over(&self, between: &Between<f32>, cpu: &mut CpuBackend<f32>, substep: &plan::Substep<f32>) {
+    pub fn adopt_state(
+        &self,
+        between: &Between<f32>,
+        cpu: &mut CpuBackend<f32>,
+        substep: &plan::Substep<f32>,
+    ) {
         for partition in &self.partitions {
             partition.put_forces(&between.force);
-            partition.features.iter().for_each(|feature| feature.take_over(&self.gpu, cpu, substep));
+            partition.features.iter().for_each(|feature| feature.adopt_state(&self.gpu, cpu, substep));
         }
     }
 
@@ -427,8 +432,8 @@ impl Backend for GpuBackend {
         Device { backend: "gpu", name: format!("gpu, {}", self.gpu.info()) }
     }
 
-    fn doubt(&self) -> Option<Warning> {
-        self.doubt.clone()
+    fn failure_hint(&self) -> Option<Warning> {
+        self.failure_hint.clone()
     }
 
     fn memory(&self) -> usize {

@@ -4,7 +4,7 @@
 use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
 use crate::build::Assembly;
 use crate::cpu::CpuBackend;
-use crate::cpu::apart::Between;
+use crate::cpu::separate::Between;
 use crate::diagnostics::FrameSums;
 use crate::gpu::backend::GpuBackend;
 use crate::gpu::layout::Four;
@@ -28,7 +28,7 @@ impl Boundary {
         let places = self.cpu.assembly().places;
         let mut between = Between { force: vec![[0.0; 3]; places], ..Between::default() };
         let from = self.from;
-        self.cpu.apart(substep, input, &mut between, |op| op.stage() < from);
+        self.cpu.run_separately(substep, input, &mut between, |op| op.stage() < from);
         self.upload(substep, &between)?;
         self.gpu.finish(substep, input)?;
         let (position, velocity) = self.gpu.places()?;
@@ -46,7 +46,7 @@ impl Boundary {
             let last_collider = if collided { &between.last_collider[..] } else { &[] };
             self.gpu.put_state(true, &self.fours(places, true, last_collider));
         }
-        self.gpu.take_over(between, &mut self.cpu, substep);
+        self.gpu.adopt_state(between, &mut self.cpu, substep);
         Ok(self.gpu.health()?)
     }
 

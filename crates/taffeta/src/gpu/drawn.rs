@@ -21,7 +21,7 @@ pub struct Drawing {
     pub normal_x: Four,
     pub normal_y: Four,
     pub normal_z: Four,
-    pub share: f32,
+    pub alpha: f32,
     pub first: u32,
     pub stride: u32,
     pub normal: u32,
@@ -56,7 +56,7 @@ pub struct Drawn {
     starts: Buffer<u32>,
     corners: Buffer<u32>,
     nodes: Buffer<[u32; 2]>,
-    told: Buffer<Drawing>,
+    parameters: Buffer<Drawing>,
     /// The target that was drawn to last, bound to read either state.
     bound: Option<(Seen, [Bound; 2])>,
 }
@@ -82,7 +82,7 @@ impl Drawn {
             starts: gpu.buffer_from("rows of drawn corners", &by_node.offsets)?,
             corners: gpu.buffer_from("drawn corners by node", &by_node.items)?,
             nodes: gpu.buffer_from("nodes of drawn vertices", &nodes)?,
-            told: gpu.buffer("what is drawn", 1)?,
+            parameters: gpu.buffer("what is drawn", 1)?,
             bound: None,
         })
     }
@@ -104,19 +104,19 @@ impl Drawn {
         let [place_x, place_y, place_z] = view.places;
         let [normal_x, normal_y, normal_z] = view.normals.map(|[x, y, z]| [x, y, z, 0.0]);
         let words = |bytes: u64| (bytes / 4) as u32;
-        let told = Drawing {
+        let parameters = Drawing {
             place_x,
             place_y,
             place_z,
             normal_x,
             normal_y,
             normal_z,
-            share: view.share,
+            alpha: view.alpha,
             first: words(target.first - seen.offset),
             stride: words(target.stride),
             normal: words(target.normal),
         };
-        self.told.write(gpu, 0, &[told]);
+        self.parameters.write(gpu, 0, &[parameters]);
         let mut list = DispatchList::new();
         list.stage("draw");
         list.dispatch(&bound[partition.current], &[], self.nodes.len().div_ceil(GROUP) as u32);
@@ -146,7 +146,7 @@ impl Drawn {
         self.kernel.bind(
             gpu,
             &[
-                ("drawing", &self.told),
+                ("drawing", &self.parameters),
                 ("triangle_places", &self.places),
                 ("corner_starts", &self.starts),
                 ("node_corners", &self.corners),

@@ -99,7 +99,7 @@ pub trait Feature: Any + Send + Sync {
     }
 
     /// Takes over what the CPU has found before the first stage that the GPU does.
-    fn take_over(&self, _gpu: &Gpu, _cpu: &mut CpuBackend<f32>, _substep: &plan::Substep<f32>) {}
+    fn adopt_state(&self, _gpu: &Gpu, _cpu: &mut CpuBackend<f32>, _substep: &plan::Substep<f32>) {}
 
     /// A frame begins: what is counted over it starts again.
     fn start_frame(&mut self, _gpu: &Gpu) {}

@@ -43,10 +43,10 @@ fn affine<T: Real>(rows: &[[T; 4]; 3], p: [T; 3]) -> [T; 3] {
     rows.map(|[a, b, c, s]| (a * p[0] + b * p[1] + c * p[2]) + s)
 }
 
-/// Place [m] and velocity [m/s] on the straight way from one place to another, when a `share` of the frame has gone by,
+/// Place [m] and velocity [m/s] on the straight way from one place to another, when a `fraction` of the frame has gone by,
 /// at `rate` shares a second.
-pub fn on_the_way<T: Real>(from: [T; 3], to: [T; 3], share: T, rate: T) -> ([T; 3], [T; 3]) {
-    (add(scale(from, T::ONE - share), scale(to, share)), scale(sub(to, from), rate))
+pub fn on_the_way<T: Real>(from: [T; 3], to: [T; 3], fraction: T, rate: T) -> ([T; 3], [T; 3]) {
+    (add(scale(from, T::ONE - fraction), scale(to, fraction)), scale(sub(to, from), rate))
 }
 
 #[cfg(test)]

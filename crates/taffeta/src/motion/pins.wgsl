@@ -37,7 +37,7 @@ fn affine(x: vec4f, y: vec4f, z: vec4f, p: vec3f) -> vec3f {
     return vec3f(dot3(x.xyz, p), dot3(y.xyz, p), dot3(z.xyz, p)) + vec3f(x.w, y.w, z.w);
 }
 
-/// The place [m] on the straight way from one place to another, when a `share` of the frame has gone by.
-fn on_the_way(start: vec3f, goal: vec3f, share: f32) -> vec3f {
-    return start * (1.0 - share) + goal * share;
+/// The place [m] on the straight way from one place to another, when a `fraction` of the frame has gone by.
+fn on_the_way(start: vec3f, goal: vec3f, fraction: f32) -> vec3f {
+    return start * (1.0 - fraction) + goal * fraction;
 }

@@ -10,11 +10,11 @@ impl Simulation {
     ///
     /// # Errors
     /// A GPU may be lost.
-    pub fn launch(&mut self, frames: u32) -> Result<(), StepError> {
+    pub fn submit(&mut self, frames: u32) -> Result<(), StepError> {
         for before in self.frame()..self.frame() + frames {
             let lost = |Lost(why)| StepError::Lost { frame: before + 1, why };
             let driven = self.start_frame(before).map_err(lost)?;
-            self.launched = (self.launched.0 + 1, self.launched.1 | driven);
+            self.submitted = (self.submitted.0 + 1, self.submitted.1 | driven);
         }
         Ok(())
     }
@@ -23,8 +23,8 @@ impl Simulation {
     ///
     /// # Errors
     /// As [`Self::advance`].
-    pub fn collect(&mut self) -> Result<&FrameReport, StepError> {
-        let (frames, driven) = std::mem::take(&mut self.launched);
+    pub fn poll(&mut self) -> Result<&FrameReport, StepError> {
+        let (frames, driven) = std::mem::take(&mut self.submitted);
         if frames > 0 {
             let frame = self.report.frame + frames;
             let sums = self.backend.sums().map_err(|Lost(why)| StepError::Lost { frame, why })?;

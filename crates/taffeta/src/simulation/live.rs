@@ -113,19 +113,19 @@ impl Simulation {
         Ok(())
     }
 
-    /// Where keyframes, or the program, have brought a collider from its start when a `share` of the last frame has gone by
+    /// Where keyframes, or the program, have brought a collider from its start when a `fraction` of the last frame has gone by
     /// [m].
     ///
     /// # Errors
     /// Where the collider is one of another simulation.
-    pub fn collider_pose(&self, collider: ColliderHandle, share: f64) -> Result<DAffine3, InputError> {
+    pub fn collider_pose(&self, collider: ColliderHandle, fraction: f64) -> Result<DAffine3, InputError> {
         let collider = &self.backend.assembly().colliders[self.index_of_collider(collider)?];
-        let pose = collider.track().pose(self.time_at(share));
+        let pose = collider.track().pose(self.time_at(fraction));
         let rows = DMat3::from_cols_array_2d(&pose.rotation);
         Ok(DAffine3::from_mat3_translation(rows.transpose(), pose.shift.into()))
     }
 
-    /// Nodes of a collider's mesh [m] where poses have brought them when a `share` of the last frame has gone by, before
+    /// Nodes of a collider's mesh [m] where poses have brought them when a `fraction` of the last frame has gone by, before
     /// [`Self::collider_pose`] moves them all. `None` where it keeps its shape.
     ///
     /// # Errors
@@ -133,15 +133,15 @@ impl Simulation {
     pub fn collider_nodes(
         &self,
         collider: ColliderHandle,
-        share: f64,
+        fraction: f64,
     ) -> Result<Option<Vec<[f64; 3]>>, InputError> {
         let mesh = self.backend.assembly().colliders[self.index_of_collider(collider)?].mesh();
-        Ok(mesh.filter(|mesh| mesh.deforms()).map(|mesh| mesh.nodes(self.time_at(share))))
+        Ok(mesh.filter(|mesh| mesh.deforms()).map(|mesh| mesh.nodes(self.time_at(fraction))))
     }
 
-    /// When a `share` of the last frame has gone by [s].
-    fn time_at(&self, share: f64) -> f64 {
-        (f64::from(self.frame()) - 1.0 + share).max(0.0) * self.dt()
+    /// When a `fraction` of the last frame has gone by [s].
+    fn time_at(&self, fraction: f64) -> f64 {
+        (f64::from(self.frame()) - 1.0 + fraction).max(0.0) * self.dt()
     }
 
     /// Length of a frame [s].
@@ -193,7 +193,7 @@ impl Simulation {
     /// Goes on where a simulation of another scene is: takes its time, and place and velocity of the nodes of each body that
     /// has the same name and as many nodes here as there. What constraints remember comes along where there are as many.
     /// Nodes held here stand still.
-    pub fn take_over(&mut self, from: &Self) {
+    pub fn adopt_state(&mut self, from: &Self) {
         for to in 0..self.bodies.len() {
             let name = &self.bodies[to].name;
             let Some(other) = from.bodies.iter().position(|body| body.name == *name) else { continue };
@@ -211,7 +211,7 @@ impl Simulation {
         }
         let (mine, theirs) = (self.backend.solver_state(), from.backend.solver_state());
         let lengths =
-            |all: &crate::backend::SolverState| (all.pulls.len(), all.active.len(), all.joints.len());
+            |all: &crate::backend::SolverState| (all.warm_start.len(), all.active.len(), all.joints.len());
         if lengths(&mine) == lengths(&theirs) {
             self.backend.set_solver_state(&theirs);
         }

@@ -18,7 +18,7 @@ impl Simulation {
     /// How far all vertices are from colliders [m], where these are at the end of the last frame, less the distance that they
     /// keep: 0 where one touches, below 0 inside, `reach` where nothing is nearer. Vertices come as in
     /// [`Self::positions_f32`]. `out` is cleared first.
-    pub fn gaps(&self, reach: f64, out: &mut Vec<f32>) {
+    pub fn collider_distances(&self, reach: f64, out: &mut Vec<f32>) {
         out.clear();
         let assembly = self.backend.assembly();
         let surfaces = self.surfaces.get_or_init(|| {
@@ -28,11 +28,13 @@ impl Simulation {
         let at_end =
             |one: &crate::contact::colliders::moving::MovingCollider| one.at(now - dt, dt, &mut meshes);
         let colliders: Vec<ColliderNow<f64>> = assembly.colliders.iter().map(at_end).collect();
-        let gap = |x: [f64; 3]| {
-            let gaps = colliders.iter().map(|collider| gap_of(collider, surfaces, x, reach));
-            gaps.fold(reach, f64::min) as f32
+        let distance = |x: [f64; 3]| {
+            let distances = colliders.iter().map(|collider| distance_of(collider, surfaces, x, reach));
+            distances.fold(reach, f64::min) as f32
         };
-        self.each_vertex(|node| out.push(node.map_or(reach as f32, |node| gap(self.backend.position(node)))));
+        self.each_vertex(|node| {
+            out.push(node.map_or(reach as f32, |node| distance(self.backend.position(node))))
+        });
     }
 
     /// Hands out the node of each vertex, by solver index; `None` for one that no face uses.
@@ -45,7 +47,7 @@ impl Simulation {
 }
 
 /// How far a place is from where a collider, with its offset, would hold a node back [m].
-fn gap_of(collider: &ColliderNow<f64>, surfaces: &[MeshSurface<f64>], x: [f64; 3], reach: f64) -> f64 {
+fn distance_of(collider: &ColliderNow<f64>, surfaces: &[MeshSurface<f64>], x: [f64; 3], reach: f64) -> f64 {
     match &collider.shape {
         ShapeNow::Mesh(mesh) => {
             let within = reach + mesh.offset;

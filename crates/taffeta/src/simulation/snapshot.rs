@@ -80,19 +80,20 @@ impl Snapshot {
             self.constraints[pulls * self.precision.bytes()..].split_at(adaptive.div_ceil(8));
         let bit = |bits: &[u8], index: usize| bits[index / 8] >> (index % 8) & 1 == 1;
         SolverState {
-            pulls: (0..pulls).map(|index| self.precision.number(&self.constraints, index)).collect(),
+            warm_start: (0..pulls).map(|index| self.precision.number(&self.constraints, index)).collect(),
             active: (0..adaptive).map(|index| bit(active, index)).collect(),
             joints: (0..joints).map(|index| bit(there, index)).collect(),
         }
     }
 
     /// Takes up what constraints remember.
-    fn note(&mut self, remembered: &SolverState) {
-        let SolverState { pulls, active, joints } = remembered;
+    fn note(&mut self, state: &SolverState) {
+        let SolverState { warm_start, active, joints } = state;
         [self.pulls, self.adaptive, self.joints] =
-            [pulls.len(), active.len(), joints.len()].map(|count| count as u64);
-        let mut bytes = Vec::with_capacity(pulls.len() * self.precision.bytes() + active.len().div_ceil(8));
-        pulls.iter().for_each(|&pull| self.precision.append(pull, &mut bytes));
+            [warm_start.len(), active.len(), joints.len()].map(|count| count as u64);
+        let mut bytes =
+            Vec::with_capacity(warm_start.len() * self.precision.bytes() + active.len().div_ceil(8));
+        warm_start.iter().for_each(|&number| self.precision.append(number, &mut bytes));
         let byte = |bits: &[bool]| bits.iter().rev().fold(0, |byte, &bit| byte << 1 | u8::from(bit));
         bytes.extend(active.chunks(8).chain(joints.chunks(8)).map(byte));
         self.constraints = bytes;
@@ -202,7 +203,7 @@ impl Simulation {
         if snapshot.state_bytes() != Some(snapshot.state.len() as u64) {
             return Err(format!("its state of {nodes} nodes has {} bytes", snapshot.state.len()));
         }
-        self.remembers(snapshot)?;
+        self.check_state(snapshot)?;
         let beyond = |user: &&u32| **user as usize >= nodes;
         if let Some(user) = snapshot.held.iter().chain(&snapshot.moved).find(beyond) {
             return Err(format!("it holds node {user}, the scene has {nodes}"));
@@ -222,10 +223,10 @@ impl Simulation {
     }
 
     /// Whether it has what the constraints of this scene remember.
-    fn remembers(&self, snapshot: &Snapshot) -> Result<(), String> {
-        let SolverState { pulls, active, joints } = self.backend.solver_state();
+    fn check_state(&self, snapshot: &Snapshot) -> Result<(), String> {
+        let SolverState { warm_start, active, joints } = self.backend.solver_state();
         let counts = [
-            ("pulls of constraints", snapshot.pulls, pulls.len()),
+            ("pulls of constraints", snapshot.pulls, warm_start.len()),
             ("constraints that come and go", snapshot.adaptive, active.len()),
             ("joints", snapshot.joints, joints.len()),
         ];
@@ -234,10 +235,10 @@ impl Simulation {
         }
         if snapshot.constraint_bytes() != Some(snapshot.constraints.len() as u64) {
             let (bytes, count) =
-                (snapshot.constraints.len(), pulls.len().max(active.len()).max(joints.len()));
+                (snapshot.constraints.len(), warm_start.len().max(active.len()).max(joints.len()));
             return Err(format!("what its {count} constraints remember has {bytes} bytes"));
         }
-        match snapshot.precision.not_finite(&snapshot.constraints, pulls.len()) {
+        match snapshot.precision.not_finite(&snapshot.constraints, warm_start.len()) {
             Some(index) => Err(format!("its constraint {index} has a pull that is not finite")),
             None => Ok(()),
         }

@@ -126,8 +126,8 @@ fn touches(p: Point, q: Point, [a, b, c]: [Point; 3], reach: f64) -> bool {
         return false;
     }
     let drop = above_p - above_q;
-    let share = if drop.abs() > reach { (above_p / drop).clamp(0.0, 1.0) } else { 0.5 };
-    let foot = add_scaled(p, share, sub(q, p));
+    let fraction = if drop.abs() > reach { (above_p / drop).clamp(0.0, 1.0) } else { 0.5 };
+    let foot = add_scaled(p, fraction, sub(q, p));
     let within = |from: Point, to: Point| dot(normal, cross(sub(to, from), sub(foot, from))) >= 0.0;
     let inside = within(a, b) && within(b, c) && within(c, a);
     inside || [[a, b], [b, c], [c, a]].iter().any(|[s, t]| distance_squared(p, q, *s, *t) <= reach * reach)

@@ -504,10 +504,10 @@ impl<T: Real> Kernel for MoveNodes<'_, '_, T> {
         let Self { correction, nodes, gradient, in_contact, to: [x, y, z] } = self;
         for i in 0..x.len() {
             let way = nodes.direction(correction, i, [x[i], y[i], z[i]], at(&gradient, i));
-            let share = if in_contact[i] { T::ZERO } else { nodes.inverse_mass[i] } * correction.lambda;
-            x[i] += way[0] * share;
-            y[i] += way[1] * share;
-            z[i] += way[2] * share;
+            let factor = if in_contact[i] { T::ZERO } else { nodes.inverse_mass[i] } * correction.lambda;
+            x[i] += way[0] * factor;
+            y[i] += way[1] * factor;
+            z[i] += way[2] * factor;
         }
     }
 }

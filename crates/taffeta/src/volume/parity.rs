@@ -355,14 +355,14 @@ fn restore_with<const N: usize>(
 /// Sets the volumes to keep by [`OFF`]; where kernels may round in their own way, none is near what is tolerated.
 fn aim(fixture: &mut Fixture, measured: &Found, exact: bool) {
     let groups = fixture.tables.volumes.groups.clone();
-    let mut shares = OFF.iter().filter(|share| exact || share.abs() > 1e-5).cycle();
+    let mut fractions = OFF.iter().filter(|fraction| exact || fraction.abs() > 1e-5).cycle();
     for first in (0..groups.len()).filter(|&i| groups[i].first_group as usize == i) {
         if groups[first].flags & RESTORED == 0 {
             continue;
         }
         let all = &measured.sums[first..first + groups[first].groups as usize];
         let volume = all.iter().map(|sums| f64::from(sums[0])).sum::<f64>() / 3.0;
-        let share = shares.next().copied().unwrap_or(0.0);
-        fixture.substeps[SUBSTEP].goals[groups[first].goal as usize] = (volume * (1.0 + share)) as f32;
+        let fraction = fractions.next().copied().unwrap_or(0.0);
+        fixture.substeps[SUBSTEP].goals[groups[first].goal as usize] = (volume * (1.0 + fraction)) as f32;
     }
 }

@@ -30,6 +30,6 @@ fn restore_volumes(
     let x = new_position[place];
     let v = new_velocity[place];
     let way = direction_of(group, found.correction, lane, x.xyz, abs(v.w));
-    let share = select(x.w, 0.0, v.w < 0.0) * lambda;
-    resolve_contact_again(place, x, v, x.xyz + way * share, v.xyz);
+    let factor = select(x.w, 0.0, v.w < 0.0) * lambda;
+    resolve_contact_again(place, x, v, x.xyz + way * factor, v.xyz);
 }

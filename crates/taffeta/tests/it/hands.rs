@@ -140,14 +140,14 @@ fn gaps_are_distances_from_where_colliders_hold_nodes_back() {
         let mut simulation = build(&weightless("gaps", DT, DT).body(chain).collider(lifted));
         run(&mut simulation, 1);
         let mut gaps = Vec::new();
-        simulation.gaps(0.7, &mut gaps);
+        simulation.collider_distances(0.7, &mut gaps);
         // The ball's centre is 0.7 m below the middle now, the sheet 0.2 m.
         let aside = if sphere { 1.49_f64.sqrt() - 0.6 } else { 0.1 };
         let middle = 0.1;
         for (gap, expected) in gaps.iter().zip([aside, middle, aside]) {
             near("gap", f64::from(*gap), expected, tolerance);
         }
-        simulation.gaps(0.05, &mut gaps);
+        simulation.collider_distances(0.05, &mut gaps);
         assert_eq!(gaps, [0.05; 3]);
     }
 }

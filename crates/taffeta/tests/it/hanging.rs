@@ -9,7 +9,7 @@ use taffeta::{Advice, Simulation};
 const G: f64 = 9.81;
 
 fn pulled(scene: Scene) -> Option<Tension> {
-    build(&scene.method(Method::Ice)).hanging().cloned()
+    build(&scene.method(Method::Ice)).max_tension().cloned()
 }
 
 /// The rate T/(m L) of a body in metres and kilograms that hangs on its own.
@@ -71,7 +71,7 @@ fn a_compliant_spring_pulls_at_its_stretched_length_and_a_printed_one_at_that_of
     printed.solver.ice.form = ConstraintForm::Printed;
     near("printed", pulled(printed).expect("it hangs").rate, G / (4.0 * rest), 1e-12);
     let acad = build(&Scene::new("").body(body()).method(Method::Acad));
-    near("acad", acad.hanging().expect("it hangs").rate, G / (4.0 * rest), 1e-12);
+    near("acad", acad.max_tension().expect("it hangs").rate, G / (4.0 * rest), 1e-12);
     // However much hangs, the limit is that of explicit springs, less what sums of rows add.
     let heavy = || Body { node_mass: Some(1e6), ..sheet(9, [800.0, 500.0, 300.0]) }.pin(Select::nodes([0]));
     let explicit = build(&Scene::new("").body(heavy())).largest_stable_step_folded();
@@ -87,11 +87,11 @@ fn what_does_not_hang_has_no_such_limit() {
     assert_eq!(pulled(Scene::new("").body(chain(5, 0.1, 1.0).pin(Select::nodes([1, 2, 3, 4, 5])))), None);
     assert_eq!(pulled(Scene::new("").body(chain(5, 0.1, 1.0).structural(0.0, 0.1))), None);
     let explicit = build(&Scene::new("").body(chain(5, 0.1, 1.0)));
-    assert!(explicit.hanging().is_none());
+    assert!(explicit.max_tension().is_none());
     let mut by_nodes = Scene::new("").time(0.1, 0.1).body(chain(34, 0.01, 1.0)).method(Method::Ice);
     by_nodes.solver.ice.form = ConstraintForm::Primal;
     let by_nodes = build(&by_nodes);
-    assert!(by_nodes.hanging().is_none() && by_nodes.warnings().is_empty());
+    assert!(by_nodes.max_tension().is_none() && by_nodes.warnings().is_empty());
     assert!(matches!(by_nodes.bodies()[0].levels[..], [16..=18]));
 }
 

@@ -146,7 +146,7 @@ fn a_scene_goes_on_with_other_springs_and_another_body() {
     let mut first = build(&scene(50.0));
     run(&mut first, 20);
     let mut more = build(&scene(50.0).body(other));
-    more.take_over(&first);
+    more.adopt_state(&first);
     assert_eq!(more.frame(), 20);
     assert_eq!(positions(&more)[..42], positions(&first));
     near("momentum", more.report().momentum[1], first.report().momentum[1], 1e-15);
@@ -154,7 +154,7 @@ fn a_scene_goes_on_with_other_springs_and_another_body() {
     run(&mut more, 5);
     assert_eq!(positions(&more)[..42], positions(&first));
     let mut stiff = build(&scene(500.0));
-    stiff.take_over(&more);
+    stiff.adopt_state(&more);
     run(&mut stiff, 40);
     run(&mut more, 40);
     assert!(stiff.report().max_stretch < more.report().max_stretch);
@@ -163,11 +163,11 @@ fn a_scene_goes_on_with_other_springs_and_another_body() {
 #[test]
 fn frames_that_were_launched_are_those_of_steps() {
     let build = || build_as(&Scene::new("").time(DT, 1e-3).body(sheet(50.0)), Precision::F32, 1);
-    let (mut stepped, mut launched): (Simulation, Simulation) = (build(), build());
+    let (mut stepped, mut submitted): (Simulation, Simulation) = (build(), build());
     run(&mut stepped, 7);
-    launched.launch(3).unwrap();
-    launched.launch(4).unwrap();
-    assert_eq!((launched.frame(), launched.report().frame), (7, 0));
-    assert_eq!(launched.collect().unwrap(), stepped.report());
-    assert_eq!(launched.state_hash(), stepped.state_hash());
+    submitted.submit(3).unwrap();
+    submitted.submit(4).unwrap();
+    assert_eq!((submitted.frame(), submitted.report().frame), (7, 0));
+    assert_eq!(submitted.poll().unwrap(), stepped.report());
+    assert_eq!(submitted.state_hash(), stepped.state_hash());
 }

@@ -187,7 +187,7 @@ fn values(colouring: Colouring, running: &Running, listed: &mut Listed, extent: 
         }
         Colouring::Contact => {
             let mut gaps = Vec::new();
-            running.simulation().gaps(f64::from(reach(extent)), &mut gaps);
+            running.simulation().collider_distances(f64::from(reach(extent)), &mut gaps);
             gaps
         }
     }

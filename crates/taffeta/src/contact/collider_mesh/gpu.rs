@@ -40,13 +40,13 @@ impl ColliderMeshes {
     }
 
     /// A collider as kernels see it.
-    pub fn told(&self, now: &ColliderNow<f32>) -> Collider {
-        let mut told = Collider::from(now);
+    pub fn record(&self, now: &ColliderNow<f32>) -> Collider {
+        let mut record = Collider::from(now);
         if let Some(mesh) = now.shape.mesh() {
             let parts = &self.parts[mesh.index as usize];
-            told.mesh = parts[(mesh.pose as usize).min(parts.len() - 1)];
+            record.mesh = parts[(mesh.pose as usize).min(parts.len() - 1)];
         }
-        told
+        record
     }
 }
 
@@ -74,7 +74,7 @@ fn add(data: &mut Vec<Words>, mesh: &MeshShape) -> Vec<u32> {
         parts.push(data.len() as u32);
         data.push([triangles, start, end, boxes]);
         let (count, width) = (surface.triangles.len() as u32, tree.boxes.len() as u32 / 2);
-        data.push([count, width, surface.solid.into(), tree.grain.to_bits()]);
+        data.push([count, width, surface.solid.into(), tree.rounding.to_bits()]);
         data.push([poses[interval.saturating_sub(1)], 0, 0, 0]);
     }
     parts

@@ -28,12 +28,12 @@ struct Even {
 impl Even {
     /// `None` if points are in a plane.
     fn of(points: &[[f64; 3]]) -> Option<Self> {
-        let share = 1.0 / points.len() as f64;
-        let mean = points.iter().fold([0.0; 3], |sum, x| [0, 1, 2].map(|i| sum[i] + x[i] * share));
+        let fraction = 1.0 / points.len() as f64;
+        let mean = points.iter().fold([0.0; 3], |sum, x| [0, 1, 2].map(|i| sum[i] + x[i] * fraction));
         let mut rows = [[0.0; 3]; 3];
         for i in 0..3 {
             for j in 0..=i {
-                let spread: f64 = points.iter().map(|x| (x[i] - mean[i]) * (x[j] - mean[j]) * share).sum();
+                let spread: f64 = points.iter().map(|x| (x[i] - mean[i]) * (x[j] - mean[j]) * fraction).sum();
                 let known: f64 = (0..j).map(|k| rows[i][k] * rows[j][k]).sum();
                 rows[i][j] = if i == j { (spread - known).sqrt() } else { (spread - known) / rows[j][j] };
             }

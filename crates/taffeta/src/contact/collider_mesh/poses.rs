@@ -62,8 +62,8 @@ pub fn at(poses: &[Pose], time: f64) -> Pose {
     mixed(&poses[pose], &poses[next], time - pose as f64)
 }
 
-fn mixed(from: &Pose, to: &Pose, share: f64) -> Pose {
-    from.iter().zip(to).map(|(from, to)| between(*from, *to, share)).collect()
+fn mixed(from: &Pose, to: &Pose, fraction: f64) -> Pose {
+    from.iter().zip(to).map(|(from, to)| between(*from, *to, fraction)).collect()
 }
 
 /// Share of the mesh's volume that a pose may have turned over: a mesh may be laid flat.

@@ -46,7 +46,7 @@ pub struct MeshNow<T> {
     /// The pose that it comes from, and the share of the way to the next at both ends of the sub-step. Below 0: that much
     /// before it, on the way from the one before.
     pub pose: u32,
-    pub shares: [T; 2],
+    pub pose_fractions: [T; 2],
     /// How fast that changes [1/s].
     pub rate: T,
     /// Distance kept to nodes [m].
@@ -100,7 +100,7 @@ struct Passage<T> {
 const LEAST_OFFSET: f64 = 16.0;
 
 /// Square of the cosine below which a surface is seen so much aslant that another may be nearer.
-pub(crate) const ASLANT: f64 = 1.0 / 64.0;
+pub(crate) const GRAZING: f64 = 1.0 / 64.0;
 
 impl MeshShape {
     /// Whether it changes its shape.
@@ -113,7 +113,7 @@ impl MeshShape {
         let (before, after) = (self.timing.in_poses(t), self.timing.in_poses(t + h));
         let pose = (after.ceil() as usize).saturating_sub(1);
         // No sub-step is longer than the time between two poses, but for rounding.
-        let share = |time: f64| (time - pose as f64).max(-1.0);
+        let fraction = |time: f64| (time - pose as f64).max(-1.0);
         let (way, travel) = (self.travel(before), self.travel(after));
         let extent = place.shift.iter().fold(self.extent, |most, x| most.max(x.to_f64().abs()));
         let least = LEAST_OFFSET * T::EPSILON.to_f64() * extent;
@@ -121,7 +121,7 @@ impl MeshShape {
             index,
             place,
             pose: pose as u32,
-            shares: [share(before), share(after)].map(T::from_f64),
+            pose_fractions: [fraction(before), fraction(after)].map(T::from_f64),
             rate: T::from_f64((after - before) / h),
             offset: T::from_f64(offset.max(least)),
             travel: T::from_f64(travel),
@@ -229,7 +229,7 @@ impl MeshShape {
 impl<T: Real> MeshNow<T> {
     /// As it is for nodes that start where it has arrived.
     pub fn arrived(&self) -> Self {
-        Self { shares: [self.shares[1]; 2], stride: T::ZERO, ..*self }
+        Self { pose_fractions: [self.pose_fractions[1]; 2], stride: T::ZERO, ..*self }
     }
 
     /// A place in the mesh's frame [m].
@@ -242,26 +242,26 @@ impl<T: Real> MeshNow<T> {
 impl<T: Real> MeshSurface<T> {
     /// Corners of a triangle [m], at a share of the way to the next pose.
     #[inline(always)]
-    pub fn corners(&self, now: &MeshNow<T>, triangle: u32, share: T) -> Corners<T> {
+    pub fn corners(&self, now: &MeshNow<T>, triangle: u32, fraction: T) -> Corners<T> {
         let triangle = triangle as usize;
         if let [only] = self.poses.as_slice() {
             return only[triangle];
         }
-        let earlier = share < T::ZERO;
+        let earlier = fraction < T::ZERO;
         let pose = if earlier { now.pose as usize - 1 } else { now.pose as usize };
-        let share = if earlier { share + T::ONE } else { share };
+        let fraction = if earlier { fraction + T::ONE } else { fraction };
         let (from, to) = (&self.poses[pose][triangle], &self.poses[pose + 1][triangle]);
-        [0, 1, 2].map(|i| between(from[i], to[i], share))
+        [0, 1, 2].map(|i| between(from[i], to[i], fraction))
     }
 
     /// Velocity of a point of a triangle [m/s] as the shape changes.
-    fn velocity(&self, now: &MeshNow<T>, triangle: u32, shares: [T; 3]) -> [T; 3] {
+    fn velocity(&self, now: &MeshNow<T>, triangle: u32, barycentric: [T; 3]) -> [T; 3] {
         if self.poses.len() < 2 {
             return [T::ZERO; 3];
         }
         let (pose, triangle) = (now.pose as usize, triangle as usize);
         let (from, to) = (&self.poses[pose][triangle], &self.poses[pose + 1][triangle]);
-        mix(&[0, 1, 2].map(|i| scale(sub(to[i], from[i]), now.rate)), shares)
+        mix(&[0, 1, 2].map(|i| scale(sub(to[i], from[i]), now.rate)), barycentric)
     }
 
     /// The tree of the way that it is on.
@@ -281,7 +281,7 @@ impl<T: Real> MeshSurface<T> {
         let bound = |best: Option<Found<T>>| best.map_or(most, |best| best.at.squared);
         self.tree(now).visit_around(x, most, |triangles| {
             for triangle in triangles {
-                let at = nearest(x, &self.corners(now, triangle, now.shares[1]));
+                let at = nearest(x, &self.corners(now, triangle, now.pose_fractions[1]));
                 let is_first =
                     best.is_some_and(|best| at.squared == best.at.squared && triangle < best.triangle);
                 if at.squared < bound(best) || is_first {
@@ -298,11 +298,11 @@ impl<T: Real> MeshSurface<T> {
         let mut first: Option<(u32, Crossing<T>)> = None;
         let mut comes_out = false;
         among.visit(|triangle| {
-            let [before, after] = now.shares.map(|share| self.corners(now, triangle, share));
+            let [before, after] = now.pose_fractions.map(|fraction| self.corners(now, triangle, fraction));
             if let Some(found) = crossing(way, &before, &after) {
                 comes_out |= !found.inward;
                 let sooner = first.as_ref().is_none_or(|(which, first)| {
-                    found.share < first.share || (found.share == first.share && triangle < *which)
+                    found.fraction < first.fraction || (found.fraction == first.fraction && triangle < *which)
                 });
                 if sooner {
                     first = Some((triangle, found));
@@ -315,18 +315,14 @@ impl<T: Real> MeshSurface<T> {
     /// Which way leads out of a solid at the nearest point, of any length.
     fn outward(&self, now: &MeshNow<T>, x: [T; 3], found: &Found<T>, among: &impl Candidates<T>) -> [T; 3] {
         let Found { triangle, at } = found;
-        let own = at.shares.map(|share| share != T::ZERO);
+        let own = at.barycentric.map(|fraction| fraction != T::ZERO);
         let way = if own == [true; 3] {
-            normal_of(&self.corners(now, *triangle, now.shares[1]))
+            normal_of(&self.corners(now, *triangle, now.pose_fractions[1]))
         } else {
             self.pseudonormal(now, (*triangle, own), among)
         };
-        let is_seen_aslant = facing(at, way) < T::from_f64(ASLANT);
-        if is_seen_aslant && at.squared > grain(x) {
-            self.most_facing(now, x, found, way, among)
-        } else {
-            way
-        }
+        let is_grazing = facing(at, way) < T::from_f64(GRAZING);
+        if is_grazing && at.squared > rounding(x) { self.most_facing(now, x, found, way, among) } else { way }
     }
 
     /// Of the way out at the nearest point, and the normals of triangles that are as near as numbers tell, the one that faces
@@ -342,7 +338,7 @@ impl<T: Real> MeshSurface<T> {
         let bound = found.at.squared * (T::ONE + T::EPSILON * T::from_f64(16.0));
         let mut best = (facing(&found.at, way), way);
         among.visit(|other| {
-            let corners = self.corners(now, other, now.shares[1]);
+            let corners = self.corners(now, other, now.pose_fractions[1]);
             let (at, normal) = (nearest(x, &corners), normal_of(&corners));
             let faces = facing(&at, normal);
             if at.squared <= bound && faces > best.0 {
@@ -366,7 +362,7 @@ impl<T: Real> MeshSurface<T> {
         among.visit(|other| {
             let at = self.triangles[other as usize].map(feature);
             if at.iter().filter(|&&at| at).count() == wanted {
-                sum = add(sum, pseudonormal(&self.corners(now, other, now.shares[1]), at));
+                sum = add(sum, pseudonormal(&self.corners(now, other, now.pose_fractions[1]), at));
             }
         });
         sum
@@ -385,12 +381,12 @@ impl<T: Real> MeshSurface<T> {
             && self.has_passed(at_end.as_ref(), &passage, way)
         {
             let Passage { triangle, hit, .. } = passage;
-            let [_, after] = now.shares.map(|share| self.corners(now, triangle, share));
-            let plane = mix(&after, hit.shares);
+            let [_, after] = now.pose_fractions.map(|fraction| self.corners(now, triangle, fraction));
+            let plane = mix(&after, hit.barycentric);
             return Some(MeshContact {
                 depth: now.offset - dot(sub(way[1], plane), hit.normal),
                 normal: hit.normal,
-                velocity: self.velocity(now, triangle, hit.shares),
+                velocity: self.velocity(now, triangle, hit.barycentric),
                 passed: true,
             });
         }
@@ -413,7 +409,7 @@ impl<T: Real> MeshSurface<T> {
         if self.solid {
             hit.inward && (*comes_out || at_end.is_none_or(leads_on))
         } else {
-            hit.from > grain(start)
+            hit.from > rounding(start)
         }
     }
 
@@ -427,14 +423,14 @@ impl<T: Real> MeshSurface<T> {
     ) -> MeshContact<T> {
         let Found { triangle, at } = found;
         let distance = at.squared.sqrt();
-        let corners = self.corners(now, *triangle, now.shares[1]);
+        let corners = self.corners(now, *triangle, now.pose_fractions[1]);
         let outward = if self.solid { self.outward(now, x, found, around) } else { normal_of(&corners) };
         // Of a sheet, the side that a way through its plane has as well.
         let from = if self.solid { at.apart } else { sub(x, corners[0]) };
         let within = dot(from, outward) < T::ZERO;
         let side = if self.solid && within { -T::ONE } else { T::ONE };
         // As near as numbers tell, the way to the nearest point has no direction.
-        let far = at.squared > grain(x);
+        let far = at.squared > rounding(x);
         let normal = if far {
             scale(at.apart, side / distance)
         } else {
@@ -445,7 +441,7 @@ impl<T: Real> MeshSurface<T> {
         MeshContact {
             depth: now.offset - distance * side,
             normal,
-            velocity: self.velocity(now, *triangle, at.shares),
+            velocity: self.velocity(now, *triangle, at.barycentric),
             passed: false,
         }
     }
@@ -458,7 +454,7 @@ fn facing<T: Real>(at: &Nearest<T>, way: [T; 3]) -> T {
 }
 
 /// Square of what rounding may hide of a place [m²].
-fn grain<T: Real>(x: [T; 3]) -> T {
+fn rounding<T: Real>(x: [T; 3]) -> T {
     let lost = T::EPSILON * T::from_f64(8.0);
     lost * lost * dot(x, x) + T::TINY
 }

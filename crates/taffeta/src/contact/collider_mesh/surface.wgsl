@@ -21,7 +21,7 @@ struct MeshPart {
     count: u32,
     width: u32,
     is_solid: bool,
-    grain: f32,
+    rounding: f32,
     before: u32,
 }
 
@@ -39,7 +39,7 @@ struct MeshContact {
 /// The nearest point of a mesh.
 struct Nearest {
     /// Shares of the corners.
-    shares: vec3f,
+    barycentric: vec3f,
     triangle: u32,
     /// From the point to the place that was asked about [m].
     apart: vec3f,
@@ -50,7 +50,7 @@ struct Nearest {
 /// Squared distances are looked at that are this much more than what is wanted: boxes must not hide what rounding brings near.
 const LOOSE: f32 = 1.001;
 /// Square of the cosine below which a surface is seen so much aslant that another may be nearer.
-const ASLANT: f32 = 0.015625;
+const GRAZING: f32 = 0.015625;
 /// Times that a mesh acts on a node, where its triangles meet in a groove.
 const GROOVES: u32 = 4u;
 /// Boxes and triangles that walks for a node may look at in all: software drivers end loops without a word.
@@ -58,7 +58,7 @@ override TURNS: u32 = 0xffffffffu;
 /// Those that they have looked at.
 var<private> turns: u32;
 /// Depth after a push that counts as none, relative to the place and to the distance of two neighbouring numbers.
-const GRAIN: f32 = 4.0;
+const ROUNDING_ULPS: f32 = 4.0;
 
 fn part_of_mesh(collider: Collider) -> MeshPart {
     let places = mesh_data[collider.mesh];
@@ -89,20 +89,20 @@ fn corners_at(nodes: u32, triangle: vec3u) -> Corners {
 }
 
 /// Corners of a triangle [m], at a share of the way to the next pose; below 0, from the one before.
-fn corners_of(mesh: MeshPart, triangle: u32, share: f32) -> Corners {
+fn corners_of(mesh: MeshPart, triangle: u32, fraction: f32) -> Corners {
     let nodes = mesh_data[mesh.triangles + triangle].xyz;
     let start = corners_at(mesh.start, nodes);
     if mesh.start == mesh.end {
         return start;
     }
-    if share < 0.0 {
-        return corners_between(corners_at(mesh.before, nodes), start, share + 1.0);
+    if fraction < 0.0 {
+        return corners_between(corners_at(mesh.before, nodes), start, fraction + 1.0);
     }
-    return corners_between(start, corners_at(mesh.end, nodes), share);
+    return corners_between(start, corners_at(mesh.end, nodes), fraction);
 }
 
 /// Velocity of a point of a triangle [m/s] as the shape changes.
-fn changing(mesh: MeshPart, triangle: u32, shares: vec3f, rate: f32) -> vec3f {
+fn changing(mesh: MeshPart, triangle: u32, barycentric: vec3f, rate: f32) -> vec3f {
     if mesh.start == mesh.end {
         return vec3f(0.0);
     }
@@ -110,7 +110,7 @@ fn changing(mesh: MeshPart, triangle: u32, shares: vec3f, rate: f32) -> vec3f {
     let start = corners_at(mesh.start, nodes);
     let end = corners_at(mesh.end, nodes);
     let moved = Corners((end.a - start.a) * rate, (end.b - start.b) * rate, (end.c - start.c) * rate);
-    return mix_of(moved, shares);
+    return mix_of(moved, barycentric);
 }
 
 /// Squared distance of a place from a box [m²].
@@ -130,11 +130,11 @@ fn boxes_meet(mesh: MeshPart, index: u32, lo: vec3f, hi: vec3f) -> bool {
 
 /// What is lost of distances by rounding, at most [m].
 fn lost_in(mesh: MeshPart) -> f32 {
-    return sqrt(mesh.grain);
+    return sqrt(mesh.rounding);
 }
 
 /// Square of what rounding may hide of a place [m²].
-fn grain_at(x: vec3f) -> f32 {
+fn rounding_at(x: vec3f) -> f32 {
     let lost = EPSILON * 8.0;
     return lost * lost * dot3(x, x) + TINY;
 }
@@ -151,7 +151,7 @@ fn may_turn() -> bool {
 }
 
 /// What is told of a node whose walks have come to no end: no number, so that the frame fails.
-fn told_of(found: MeshContact) -> MeshContact {
+fn outward_of(found: MeshContact) -> MeshContact {
     if turns <= TURNS {
         return found;
     }
@@ -165,11 +165,11 @@ fn nearer(best: Nearest, collider: Collider, mesh: MeshPart, x: vec3f, triangle:
         return best;
     }
     let corners = corners_of(mesh, triangle, collider.v);
-    let shares = shares_of_nearest(x, corners);
-    let apart = x - mix_of(corners, shares);
+    let barycentric = barycentric_of_nearest(x, corners);
+    let apart = x - mix_of(corners, barycentric);
     let squared = dot3(apart, apart);
     if squared < best.squared || (squared == best.squared && triangle < best.triangle) {
-        return Nearest(shares, triangle, apart, squared);
+        return Nearest(barycentric, triangle, apart, squared);
     }
     return best;
 }
@@ -189,7 +189,7 @@ fn nearest_of(collider: Collider, mesh: MeshPart, x: vec3f, most: f32) -> Neares
             best = nearer(best, collider, mesh, x, index - 4u * mesh.width);
             continue;
         }
-        if box_squared(mesh, index, x) > min(best.squared, most) * LOOSE + mesh.grain {
+        if box_squared(mesh, index, x) > min(best.squared, most) * LOOSE + mesh.rounding {
             continue;
         }
         if index >= mesh.width {
@@ -213,8 +213,8 @@ fn sooner(first: Crossing, found: Crossing) -> bool {
     if found.triangle == NO_TRIANGLE {
         return false;
     }
-    let equal = found.share == first.share && found.triangle < first.triangle;
-    return first.triangle == NO_TRIANGLE || found.share < first.share || equal;
+    let equal = found.fraction == first.fraction && found.triangle < first.triangle;
+    return first.triangle == NO_TRIANGLE || found.fraction < first.fraction || equal;
 }
 
 /// What a way passes through.
@@ -280,7 +280,7 @@ struct Outward {
 
 /// Adds the pseudonormal of a triangle, if it shares the corner or edge on which the nearest point is.
 fn with_pseudonormal(sum: Outward, collider: Collider, mesh: MeshPart, found: Nearest, triangle: u32) -> Outward {
-    let own = found.shares != vec3f(0.0);
+    let own = found.barycentric != vec3f(0.0);
     let wanted = select(vec3u(NO_TRIANGLE), mesh_data[mesh.triangles + found.triangle].xyz, own);
     let at = corners_on(mesh_data[mesh.triangles + triangle].xyz, wanted);
     if corners_in(at) == corners_in(own) {
@@ -298,7 +298,7 @@ fn facing(apart: vec3f, squared: f32, way: vec3f) -> f32 {
 /// The normal of a triangle, if that is no farther than `bound` [m²] and faces the place more.
 fn more_facing(best: Outward, collider: Collider, mesh: MeshPart, x: vec3f, bound: f32, triangle: u32) -> Outward {
     let corners = corners_of(mesh, triangle, collider.v);
-    let apart = x - mix_of(corners, shares_of_nearest(x, corners));
+    let apart = x - mix_of(corners, barycentric_of_nearest(x, corners));
     let squared = dot3(apart, apart);
     let normal = normal_of(corners);
     let faces = facing(apart, squared, normal);
@@ -329,7 +329,7 @@ fn asked_around(
             }
             continue;
         }
-        if box_squared(mesh, index, x) > bound * LOOSE + mesh.grain {
+        if box_squared(mesh, index, x) > bound * LOOSE + mesh.rounding {
             continue;
         }
         if index >= mesh.width {
@@ -364,10 +364,10 @@ fn most_facing(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, way
 /// Which way leads out of a solid at the nearest point, of any length.
 fn outward_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> vec3f {
     var way = normal_of(corners_of(mesh, found.triangle, collider.v));
-    if any(found.shares == vec3f(0.0)) {
+    if any(found.barycentric == vec3f(0.0)) {
         way = pseudonormal_at(collider, mesh, x, found);
     }
-    if facing(found.apart, found.squared, way) < ASLANT && found.squared > grain_at(x) {
+    if facing(found.apart, found.squared, way) < GRAZING && found.squared > rounding_at(x) {
         return most_facing(collider, mesh, x, found, way);
     }
     return way;
@@ -391,12 +391,12 @@ fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> Mesh
     let side = select(1.0, -1.0, mesh.is_solid && within);
     var normal = found.apart * (side / distance);
     // As near as numbers tell, the way to the nearest point has no direction.
-    if !(found.squared > grain_at(x)) {
+    if !(found.squared > rounding_at(x)) {
         let length = norm3(outward);
         let inverse = 1.0 / select(1.0, length, length > 0.0);
         normal = outward * select(inverse, -inverse, within && !mesh.is_solid);
     }
-    let velocity = changing(mesh, found.triangle, found.shares, collider.w);
+    let velocity = changing(mesh, found.triangle, found.barycentric, collider.w);
     return MeshContact(normal, collider.size - distance * side, velocity, false);
 }
 
@@ -404,7 +404,7 @@ fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> Mesh
 /// searched from anywhere inside.
 fn contact_near(collider: Collider, mesh: MeshPart, x: vec3f, most: f32) -> MeshContact {
     let within = select(most * most, FAR, mesh.is_solid);
-    return told_of(resting(collider, mesh, x, nearest_of(collider, mesh, x, within)));
+    return outward_of(resting(collider, mesh, x, nearest_of(collider, mesh, x, within)));
 }
 
 /// How the mesh touches a node that goes straight from `start` to `end`, both in its frame.
@@ -418,7 +418,7 @@ fn contact_on_segment(collider: Collider, mesh: MeshPart, start: vec3f, end: vec
     let passage = passage_of(collider, mesh, start, end);
     let hit = passage.hit;
     if turns > TURNS {
-        return told_of(at_end);
+        return outward_of(at_end);
     }
     if hit.triangle != NO_TRIANGLE {
         // Whether it is on the wrong side, so that the way to the nearest point does not lead back: that leads on, or the node
@@ -426,10 +426,10 @@ fn contact_on_segment(collider: Collider, mesh: MeshPart, start: vec3f, end: vec
         // as near as numbers tell.
         let leads_on = at_end.depth <= 0.0 || dot3(at_end.normal, end - start) > 0.0;
         let has_passed = hit.inward && (passage.comes_out || leads_on);
-        if select(hit.height > grain_at(start), has_passed, mesh.is_solid) {
-            let plane = mix_of(corners_of(mesh, hit.triangle, collider.v), hit.shares);
+        if select(hit.height > rounding_at(start), has_passed, mesh.is_solid) {
+            let plane = mix_of(corners_of(mesh, hit.triangle, collider.v), hit.barycentric);
             let depth = collider.size - dot3(end - plane, hit.normal);
-            return MeshContact(hit.normal, depth, changing(mesh, hit.triangle, hit.shares, collider.w), true);
+            return MeshContact(hit.normal, depth, changing(mesh, hit.triangle, hit.barycentric, collider.w), true);
         }
     }
     return MeshContact(at_end.normal, select(-FAR, at_end.depth, at_end.depth > 0.0), at_end.velocity, false);
@@ -479,10 +479,10 @@ fn was_better(collider: Collider, start: vec3f, depth: f32) -> bool {
 
 /// One mesh. In a groove a node goes out of a triangle along the one that it went out of before; where that does not end, it
 /// stays where it was.
-fn collide_mesh(start: ContactState, origin: Origin, told: Collider, number: u32, h: f32) -> ContactState {
-    var collider = told;
+fn collide_mesh(start: ContactState, origin: Origin, given: Collider, number: u32, h: f32) -> ContactState {
+    var collider = given;
     if !origin.is_carried {
-        collider = arrived(told);
+        collider = arrived(given);
     }
     let mesh = part_of_mesh(collider);
     let place = seen_from(collider, origin);
@@ -492,8 +492,8 @@ fn collide_mesh(start: ContactState, origin: Origin, told: Collider, number: u32
     for (var round = 0u; round <= GROOVES; round++) {
         let found = contact_on_segment(collider, mesh, come, local_of(collider, node.x));
         // What rounding leaves of the last push is none.
-        let grain = EPSILON * GRAIN * (abs(node.x.x) + abs(node.x.y) + abs(node.x.z));
-        let is_left = round > 0u && !found.passed && found.depth <= grain;
+        let rounding = EPSILON * ROUNDING_ULPS * (abs(node.x.x) + abs(node.x.y) + abs(node.x.z));
+        let is_left = round > 0u && !found.passed && found.depth <= rounding;
         if found.depth == -FAR || is_left {
             break;
         }

@@ -22,7 +22,7 @@ pub struct Tree<T> {
     /// Number of triangles.
     triangles: u32,
     /// Squared length that rounding may hide [m²].
-    pub grain: T,
+    pub rounding: T,
 }
 
 /// Turns that walks through the triangles of colliders may take for a node on a software adapter, which does eight nodes side by
@@ -43,7 +43,7 @@ impl<T: Real> Tree<T> {
         Self {
             boxes: boxes.iter().map(|ends| ends.map(number)).collect(),
             triangles: triangles as u32,
-            grain: T::from_f64(lost * lost / SLACK),
+            rounding: T::from_f64(lost * lost / SLACK),
         }
     }
 
@@ -89,7 +89,7 @@ impl<T: Real> Tree<T> {
 
     /// What is lost of distances by rounding, at most [m].
     pub fn lost(&self) -> T {
-        (self.grain * T::from_f64(SLACK)).sqrt()
+        (self.rounding * T::from_f64(SLACK)).sqrt()
     }
 
     /// Distance of a place from all triangles [m], at least, if that is more than they are across: no need to look at them.
@@ -117,7 +117,7 @@ impl<T: Real> Tree<T> {
         while waiting > 0 {
             waiting -= 1;
             let (index, squared) = (stack[waiting].0 as usize, stack[waiting].1);
-            if squared > bound * slack + self.grain {
+            if squared > bound * slack + self.rounding {
                 left_out = if squared < left_out { squared } else { left_out };
                 continue;
             }

@@ -10,7 +10,7 @@ pub type Corners<T> = [[T; 3]; 3];
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest<T> {
     /// Share of each corner; 0 exactly where the point lies on an edge or corner without it.
-    pub shares: [T; 3],
+    pub barycentric: [T; 3],
     /// From the point to the place that was asked about [m].
     pub apart: [T; 3],
     /// Squared length of that [m²].
@@ -20,9 +20,9 @@ pub struct Nearest<T> {
 /// The point of a triangle nearest to `x`.
 #[inline(always)]
 pub fn nearest<T: Real>(x: [T; 3], corners: &Corners<T>) -> Nearest<T> {
-    let shares = shares_of_nearest(x, corners);
-    let apart = sub(x, mix(corners, shares));
-    Nearest { shares, apart, squared: dot(apart, apart) }
+    let barycentric = barycentric_of_nearest(x, corners);
+    let apart = sub(x, mix(corners, barycentric));
+    Nearest { barycentric, apart, squared: dot(apart, apart) }
 }
 
 /// Σ share · corner.
@@ -34,7 +34,7 @@ pub fn mix<T: Real>([a, b, c]: &Corners<T>, [u, v, w]: [T; 3]) -> [T; 3] {
 
 /// Which of seven parts of space `x` is in is asked without a branch, so that triangles can stand side by side.
 #[inline(always)]
-fn shares_of_nearest<T: Real>(x: [T; 3], &[a, b, c]: &Corners<T>) -> [T; 3] {
+fn barycentric_of_nearest<T: Real>(x: [T; 3], &[a, b, c]: &Corners<T>) -> [T; 3] {
     let (zero, one) = (T::ZERO, T::ONE);
     let (ab, ac) = (sub(b, a), sub(c, a));
     let (from_a, from_b, from_c) = (sub(x, a), sub(x, b), sub(x, c));
@@ -58,13 +58,15 @@ fn shares_of_nearest<T: Real>(x: [T; 3], &[a, b, c]: &Corners<T>) -> [T; 3] {
             if is_in { some[2] } else { other[2] },
         ]
     };
-    let shares = [one - v - w, v, w];
-    let shares = pick((va <= zero) & (d4 >= d3) & (d5 >= d6), [zero, one - on_bc, on_bc], shares);
-    let shares = pick((vb <= zero) & (d2 >= zero) & (d6 <= zero), [one - on_ac, zero, on_ac], shares);
-    let shares = pick((d6 >= zero) & (d5 <= d6), [zero, zero, one], shares);
-    let shares = pick((vc <= zero) & (d1 >= zero) & (d3 <= zero), [one - on_ab, on_ab, zero], shares);
-    let shares = pick((d3 >= zero) & (d4 <= d3), [zero, one, zero], shares);
-    pick((d1 <= zero) & (d2 <= zero), [one, zero, zero], shares)
+    let barycentric = [one - v - w, v, w];
+    let barycentric = pick((va <= zero) & (d4 >= d3) & (d5 >= d6), [zero, one - on_bc, on_bc], barycentric);
+    let barycentric =
+        pick((vb <= zero) & (d2 >= zero) & (d6 <= zero), [one - on_ac, zero, on_ac], barycentric);
+    let barycentric = pick((d6 >= zero) & (d5 <= d6), [zero, zero, one], barycentric);
+    let barycentric =
+        pick((vc <= zero) & (d1 >= zero) & (d3 <= zero), [one - on_ab, on_ab, zero], barycentric);
+    let barycentric = pick((d3 >= zero) & (d4 <= d3), [zero, one, zero], barycentric);
+    pick((d1 <= zero) & (d2 <= zero), [one, zero, zero], barycentric)
 }
 
 /// A share of an edge; 0 where the edge has no length.
@@ -77,9 +79,9 @@ fn part<T: Real>(some: T, all: T) -> T {
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing<T> {
     /// Share of the way before it.
-    pub share: T,
+    pub fraction: T,
     /// Shares of the corners.
-    pub shares: [T; 3],
+    pub barycentric: [T; 3],
     /// Unit normal of the triangle there, toward the start of the way.
     pub normal: [T; 3],
     /// Whether the way goes in: from the side that the triangle's own normal points to.
@@ -101,9 +103,9 @@ pub fn crossing<T: Real>(
     if inward == (below >= T::ZERO) {
         return None;
     }
-    let share = above / (above - below);
-    let place = between(start, end, share);
-    let corners = [0, 1, 2].map(|i| between(before[i], after[i], share));
+    let fraction = above / (above - below);
+    let place = between(start, end, fraction);
+    let corners = [0, 1, 2].map(|i| between(before[i], after[i], fraction));
     let normal = normal_of(&corners);
     let squared = dot(normal, normal);
     if squared <= T::TINY {
@@ -121,8 +123,8 @@ pub fn crossing<T: Real>(
     let unit = T::ONE / squared.sqrt();
     let side = if inward { unit } else { -unit };
     Some(Crossing {
-        share,
-        shares: parts.map(|part| part * inverse),
+        fraction,
+        barycentric: parts.map(|part| part * inverse),
         normal: normal.map(|n| n * side),
         inward,
         from: above * above / (dot(first, first) + T::TINY),
@@ -136,8 +138,8 @@ pub fn normal_of<T: Real>(&[a, b, c]: &Corners<T>) -> [T; 3] {
 
 /// A share of the way from one place to another.
 #[inline(always)]
-pub fn between<T: Real>(from: [T; 3], to: [T; 3], share: T) -> [T; 3] {
-    let along = |i: usize| from[i] + (to[i] - from[i]) * share;
+pub fn between<T: Real>(from: [T; 3], to: [T; 3], fraction: T) -> [T; 3] {
+    let along = |i: usize| from[i] + (to[i] - from[i]) * fraction;
     [along(0), along(1), along(2)]
 }
 
@@ -177,7 +179,7 @@ mod tests {
     fn the_nearest_point_is_in_a_face_on_an_edge_or_at_a_corner() {
         let at = |x| {
             let found = nearest(x, &FLAT);
-            (mix(&FLAT, found.shares), found.squared)
+            (mix(&FLAT, found.barycentric), found.squared)
         };
         assert_eq!(at([0.5, 2.0, 0.5]), ([0.5, 0.0, 0.5], 4.0));
         assert_eq!(at([1.5, 0.0, -1.0]), ([1.5, 0.0, 0.0], 1.0));
@@ -185,7 +187,7 @@ mod tests {
         assert_eq!(at([4.0, 0.0, -1.0]).0, [3.0, 0.0, 0.0]);
         assert_eq!(at([-1.0, 1.0, -1.0]), ([0.0; 3], 3.0));
         let slanted = nearest([3.0, 0.0, 2.0], &FLAT);
-        assert_eq!(slanted.shares[0], 0.0);
+        assert_eq!(slanted.barycentric[0], 0.0);
         assert!((slanted.squared - 36.0 / 13.0).abs() < 1e-12);
     }
 
@@ -207,10 +209,10 @@ mod tests {
     fn a_way_goes_through_once_and_from_a_side() {
         let through = |from: [f64; 3], to| crossing([from, to], &FLAT, &FLAT);
         let down = through([0.5, 3.0, 0.5], [0.5, -1.0, 0.5]).unwrap();
-        assert_eq!((down.share, down.normal, down.inward), (0.75, [0.0, 1.0, 0.0], true));
-        assert_eq!(mix(&FLAT, down.shares), [0.5, 0.0, 0.5]);
+        assert_eq!((down.fraction, down.normal, down.inward), (0.75, [0.0, 1.0, 0.0], true));
+        assert_eq!(mix(&FLAT, down.barycentric), [0.5, 0.0, 0.5]);
         let up = through([0.5, -1.0, 0.5], [0.5, 3.0, 0.5]).unwrap();
-        assert_eq!((up.share, up.normal, up.inward), (0.25, [0.0, -1.0, 0.0], false));
+        assert_eq!((up.fraction, up.normal, up.inward), (0.25, [0.0, -1.0, 0.0], false));
         assert!(through([0.5, 3.0, 0.5], [0.5, 1.0, 0.5]).is_none());
         assert!(through([3.0, 3.0, 2.0], [3.0, -1.0, 2.0]).is_none());
     }
@@ -219,7 +221,7 @@ mod tests {
     fn a_triangle_that_moves_is_met_where_it_is_then() {
         let lifted = FLAT.map(|[x, _, z]| [x, 2.0, z]);
         let met = crossing([[0.5, 1.0, 0.5], [0.5, 1.0, 0.5]], &FLAT, &lifted).unwrap();
-        assert_eq!((met.share, met.normal, met.inward), (0.5, [0.0, 1.0, 0.0], true));
+        assert_eq!((met.fraction, met.normal, met.inward), (0.5, [0.0, 1.0, 0.0], true));
     }
 
     #[test]

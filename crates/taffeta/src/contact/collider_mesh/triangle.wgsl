@@ -13,9 +13,9 @@ struct Corners {
 /// Where a way goes through a triangle, if it does.
 struct Crossing {
     /// Shares of the corners.
-    shares: vec3f,
+    barycentric: vec3f,
     /// Share of the way before it.
-    share: f32,
+    fraction: f32,
     /// Unit normal of the triangle there, toward the start of the way.
     normal: vec3f,
     /// Which triangle; NO_TRIANGLE: none.
@@ -31,8 +31,8 @@ const NO_TRIANGLE: u32 = 0xffffffffu;
 const PASSED: f32 = 1e-4;
 
 /// Σ share · corner.
-fn mix_of(corners: Corners, shares: vec3f) -> vec3f {
-    return corners.a * shares.x + corners.b * shares.y + corners.c * shares.z;
+fn mix_of(corners: Corners, barycentric: vec3f) -> vec3f {
+    return corners.a * barycentric.x + corners.b * barycentric.y + corners.c * barycentric.z;
 }
 
 /// A share of an edge; 0 where the edge has no length.
@@ -42,7 +42,7 @@ fn share_of_edge(some: f32, all: f32) -> f32 {
 
 /// Shares of the corners in the point of a triangle nearest to `x`; 0 exactly where the point lies on an edge or corner
 /// without one.
-fn shares_of_nearest(x: vec3f, corners: Corners) -> vec3f {
+fn barycentric_of_nearest(x: vec3f, corners: Corners) -> vec3f {
     let ab = corners.b - corners.a;
     let ac = corners.c - corners.a;
     let from_a = x - corners.a;
@@ -93,11 +93,11 @@ fn normal_of(corners: Corners) -> vec3f {
 }
 
 /// A share of the way from one triangle to another.
-fn corners_between(start: Corners, end: Corners, share: f32) -> Corners {
+fn corners_between(start: Corners, end: Corners, fraction: f32) -> Corners {
     return Corners(
-        start.a + (end.a - start.a) * share,
-        start.b + (end.b - start.b) * share,
-        start.c + (end.c - start.c) * share,
+        start.a + (end.a - start.a) * fraction,
+        start.b + (end.b - start.b) * fraction,
+        start.c + (end.c - start.c) * fraction,
     );
 }
 
@@ -115,9 +115,9 @@ fn crossing_of(start: vec3f, end: vec3f, before: Corners, after: Corners, triang
     if inward == (below >= 0.0) {
         return no_crossing();
     }
-    let share = above / (above - below);
-    let place = start + (end - start) * share;
-    let corners = corners_between(before, after, share);
+    let fraction = above / (above - below);
+    let place = start + (end - start) * fraction;
+    let corners = corners_between(before, after, fraction);
     let normal = normal_of(corners);
     let squared = dot3(normal, normal);
     if squared <= TINY {
@@ -135,7 +135,7 @@ fn crossing_of(start: vec3f, end: vec3f, before: Corners, after: Corners, triang
     let unit = 1.0 / sqrt(squared);
     let side = select(-unit, unit, inward);
     let height = above * above / (dot3(first, first) + TINY);
-    return Crossing(vec3f(a, b, c) * inverse, share, normal * side, triangle, height, inward);
+    return Crossing(vec3f(a, b, c) * inverse, fraction, normal * side, triangle, height, inward);
 }
 
 /// The angle at the corner `p` [rad].

@@ -221,7 +221,7 @@ pub struct Contact<'a, 'b, T> {
 pub const GROOVES: usize = 4;
 
 /// Depth after a push that counts as none, relative to the place and to the distance of two neighbouring numbers.
-pub const GRAIN: f64 = 4.0;
+pub const ROUNDING_ULPS: f64 = 4.0;
 
 impl<T: Real> Contact<'_, '_, T> {
     /// Keeps free nodes out of all colliders and returns how many touched one.
@@ -309,8 +309,8 @@ impl<T: Real> Contact<'_, '_, T> {
             };
             // What rounding leaves of the last push is none.
             let [x, y, z] = self.place(node).map(T::abs);
-            let grain = T::EPSILON * T::from_f64(GRAIN) * (x + y + z);
-            if round > 0 && !contact.passed && contact.depth <= grain {
+            let rounding = T::EPSILON * T::from_f64(ROUNDING_ULPS) * (x + y + z);
+            if round > 0 && !contact.passed && contact.depth <= rounding {
                 break;
             }
             if round == GROOVES {

@@ -125,7 +125,7 @@ impl Feature for Colliders {
                 continue;
             }
             record.first_collider = all.len() as u32;
-            all.extend(substep.colliders.iter().map(|now| self.meshes.told(now)));
+            all.extend(substep.colliders.iter().map(|now| self.meshes.record(now)));
         }
         fill(upload.gpu, "colliders", &mut self.colliders, &all)
     }

@@ -77,7 +77,8 @@ impl Collider {
                 Self { kind: 4, place: bar.center, size: bar.offset, axis_u, u, v, ..self }
             }
             ShapeNow::Mesh(mesh) => {
-                let ([axis_u, axis_v, axis_w], [before, v], w) = (mesh.place.rows, mesh.shares, mesh.rate);
+                let ([axis_u, axis_v, axis_w], [before, v], w) =
+                    (mesh.place.rows, mesh.pose_fractions, mesh.rate);
                 let u = if mesh.stride > 0.0 { before } else { v };
                 let (place, size) = (mesh.place.shift, mesh.offset);
                 Self { kind: MESH, place, size, axis_u, u, axis_v, v, axis_w, w, ..self }

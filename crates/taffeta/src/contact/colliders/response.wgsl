@@ -43,8 +43,8 @@ fn respond_to_surface(node: ContactState, collider: Collider, contact: Depth, su
 fn friction_of(relative: vec3f, normal: vec3f, most: f32) -> vec3f {
     let tangential = relative - normal * dot3(relative, normal);
     let slip = norm3(tangential);
-    let share = select(1.0, most / select(1.0, slip, slip > most), slip > most);
-    let lost = select(0.0, share, most > 0.0);
+    let fraction = select(1.0, most / select(1.0, slip, slip > most), slip > most);
+    let lost = select(0.0, fraction, most > 0.0);
     return tangential * -lost;
 }
 

@@ -154,13 +154,13 @@ impl<T: Real> Solid<T> for CapsuleNow<T> {
     #[inline(always)]
     fn depth_and_normal(&self, x: [T; 3]) -> (T, [T; 3]) {
         let from = sub(x, self.a);
-        let share = dot(from, self.along) * self.inverse;
-        let share = if share > T::ZERO { share } else { T::ZERO };
-        let share = if share < T::ONE { share } else { T::ONE };
-        let apart = sub(from, scale(self.along, share));
+        let fraction = dot(from, self.along) * self.inverse;
+        let fraction = if fraction > T::ZERO { fraction } else { T::ZERO };
+        let fraction = if fraction < T::ONE { fraction } else { T::ONE };
+        let apart = sub(from, scale(self.along, fraction));
         // On the axis, what rounding leaves must not point along it, nor inward at its ends.
         let slant = dot(apart, self.along) * self.inverse;
-        let off = ((share > T::ZERO) | (slant > T::ZERO)) & ((share < T::ONE) | (slant < T::ZERO));
+        let off = ((fraction > T::ZERO) | (slant > T::ZERO)) & ((fraction < T::ONE) | (slant < T::ZERO));
         let slant = if off { slant } else { T::ZERO };
         let apart = sub(apart, scale(self.along, slant));
         let aside = across(scale(self.along, self.inverse.sqrt()));
@@ -273,28 +273,28 @@ pub fn entry<T: Real>(solid: impl Solid<T>, start: [T; 3], end: [T; 3]) -> Optio
     if dot(solid.depth_and_normal(end).1, way) <= T::ZERO {
         return None;
     }
-    let mut share = T::ZERO;
+    let mut fraction = T::ZERO;
     for _ in 0..ENTRIES {
-        let place = add(start, scale(way, share));
+        let place = add(start, scale(way, fraction));
         let (depth, normal) = solid.depth_and_normal(place);
         let approach = -dot(normal, way);
         let comes = approach > T::ZERO;
         if !comes {
             return None;
         }
-        let next = share - depth / approach;
+        let next = fraction - depth / approach;
         // As near as numbers tell.
-        if depth >= T::ZERO || next <= share {
-            return Some((depth + approach * (T::ONE - share), normal));
+        if depth >= T::ZERO || next <= fraction {
+            return Some((depth + approach * (T::ONE - fraction), normal));
         }
         if next > T::ONE {
             return None;
         }
-        share = next;
+        fraction = next;
     }
-    let place = add(start, scale(way, share));
+    let place = add(start, scale(way, fraction));
     let (depth, normal) = solid.depth_and_normal(place);
-    Some((depth - dot(normal, way) * (T::ONE - share), normal))
+    Some((depth - dot(normal, way) * (T::ONE - fraction), normal))
 }
 
 /// Steps of Newton's method on the way into a solid: faces and edges take one each, round ones double their digits.

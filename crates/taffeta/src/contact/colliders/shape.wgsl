@@ -102,8 +102,8 @@ fn box_depth(solid: Collider, x: vec3f) -> Depth {
 
 fn capsule_depth(solid: Collider, x: vec3f) -> Depth {
     let away = x - solid.place;
-    let share = dot3(away, solid.axis_u) * solid.u;
-    let some = select(0.0, share, share > 0.0);
+    let fraction = dot3(away, solid.axis_u) * solid.u;
+    let some = select(0.0, fraction, fraction > 0.0);
     let kept = select(1.0, some, some < 1.0);
     let apart = away - solid.axis_u * kept;
     // On the axis, what rounding leaves must not point along it, nor inward at its ends.
@@ -186,25 +186,25 @@ fn entry_of(collider: Collider, start: vec3f, end: vec3f) -> Entrance {
     if dot3(depth_and_normal(collider, end).normal, way) <= 0.0 {
         return none;
     }
-    var share = 0.0;
+    var fraction = 0.0;
     for (var i = 0u; i < ENTRIES; i++) {
-        let here = depth_and_normal(collider, start + way * share);
+        let here = depth_and_normal(collider, start + way * fraction);
         let approach = -dot3(here.normal, way);
         if !(approach > 0.0) {
             return none;
         }
-        let next = share - here.depth / approach;
+        let next = fraction - here.depth / approach;
         // As near as numbers tell.
-        if here.depth >= 0.0 || next <= share {
-            return Entrance(Depth(here.normal, here.depth + approach * (1.0 - share)), true);
+        if here.depth >= 0.0 || next <= fraction {
+            return Entrance(Depth(here.normal, here.depth + approach * (1.0 - fraction)), true);
         }
         if next > 1.0 {
             return none;
         }
-        share = next;
+        fraction = next;
     }
-    let here = depth_and_normal(collider, start + way * share);
-    return Entrance(Depth(here.normal, here.depth - dot3(here.normal, way) * (1.0 - share)), true);
+    let here = depth_and_normal(collider, start + way * fraction);
+    return Entrance(Depth(here.normal, here.depth - dot3(here.normal, way) * (1.0 - fraction)), true);
 }
 
 /// Velocity [m/s] of the collider's surface at `x`.

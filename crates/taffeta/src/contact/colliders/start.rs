@@ -117,7 +117,7 @@ mod tests {
     use crate::scene::{Body, Collider, Icosphere, Mass, Mesh};
 
     /// What a level sheet of 3 × 3 nodes and 1 m is told on a collider.
-    fn told(y: f64, collider: Collider) -> String {
+    fn warning(y: f64, collider: Collider) -> String {
         let sheet = Body::cloth("sheet", Mesh::grid(3, 3, [1.0, 1.0])).with_mass(Mass::Node(0.1));
         let scene =
             Scene::new("inside").body(sheet.structural(1.0, 0.0).at([0.0, y, 0.0])).collider(collider);
@@ -134,12 +134,12 @@ mod tests {
         ];
         for collider in shapes {
             let name = if collider.name.is_empty() { "collider0" } else { "ball" };
-            let words = told(0.3, collider.clone().offset(0.01));
+            let words = warning(0.3, collider.clone().offset(0.01));
             let start = format!("1 node starts inside collider `{name}`, worst of all vertex 4, ");
             let depth = words.strip_prefix(&start).and_then(|rest| rest.split(' ').next()).unwrap();
             assert!((depth.parse::<f64>().unwrap() - 0.2).abs() < 5e-3, "{words}");
             let (clear, near) =
-                (told(0.512, collider.clone().offset(0.01)), told(0.504, collider.offset(0.01)));
+                (warning(0.512, collider.clone().offset(0.01)), warning(0.504, collider.offset(0.01)));
             assert_eq!(clear, "");
             let start =
                 format!("1 node starts within the offset of collider `{name}`, worst of all vertex 4, ");
@@ -148,12 +148,12 @@ mod tests {
             assert!(near.contains(" m deep in its 0.01 m; "), "{near}");
         }
         let floor = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).offset(0.01);
-        assert_eq!(told(0.01, floor.clone()), "");
+        assert_eq!(warning(0.01, floor.clone()), "");
         assert!(
-            told(0.0, floor.clone())
+            warning(0.0, floor.clone())
                 .starts_with("9 nodes start within the offset of collider `collider0`, worst")
         );
-        assert!(told(-0.25, floor).starts_with("9 nodes start inside collider `collider0`, worst"));
+        assert!(warning(-0.25, floor).starts_with("9 nodes start inside collider `collider0`, worst"));
     }
 
     #[test]
@@ -161,7 +161,7 @@ mod tests {
         for (y, words) in
             [(-0.06, "9 nodes start within"), (-0.11, ""), (0.04, "9 nodes start within"), (0.11, "")]
         {
-            let said = told(y, Collider::mesh(Mesh::grid(2, 2, [2.0, 2.0])).offset(0.1));
+            let said = warning(y, Collider::mesh(Mesh::grid(2, 2, [2.0, 2.0])).offset(0.1));
             assert!(said.starts_with(words) && said.is_empty() == words.is_empty(), "{y}: {said}");
         }
         let held = Body::cloth("sheet", Mesh::grid(2, 2, [0.1, 0.1]))

@@ -74,8 +74,8 @@ fn find_self_contacts(
             }
             let d = x - position_of(other);
             let reach = contact_distance(surfaces[number], surfaces[surface_number(other)]);
-            let share = dot3(d, d) / (reach * reach);
-            nearest = select(nearest, share, share < nearest);
+            let fraction = dot3(d, d) / (reach * reach);
+            nearest = select(nearest, fraction, fraction < nearest);
             count++;
         }
         least = select(some.d.w + 1u, NONE, some.d.w == NONE);

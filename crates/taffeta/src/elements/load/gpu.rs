@@ -151,7 +151,7 @@ impl Feature for Loads {
         self.numbers.len() * size_of::<f32>()
     }
 
-    fn take_over(&self, gpu: &Gpu, cpu: &mut CpuBackend<f32>, substep: &plan::Substep<f32>) {
+    fn adopt_state(&self, gpu: &Gpu, cpu: &mut CpuBackend<f32>, substep: &plan::Substep<f32>) {
         let torques = cpu.feature::<cpu::Loads<f32>>().map_or(&[][..], |loads| loads.torques());
         self.put_factors(gpu, torques, &substep.scales);
     }

@@ -15,7 +15,7 @@ use crate::contact::colliders::shape::{
 };
 use crate::contact::nodes::gpu_layout::FARTHEST;
 use crate::contact::nodes::pair::FIRM;
-use crate::cpu::{GRAIN, GROOVES, ROUNDS};
+use crate::cpu::{GROOVES, ROUNDING_ULPS, ROUNDS};
 use crate::diagnostics::gpu::NODE_SUMS;
 use crate::elements::aero::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::elements::hinge::hinge::STIFFEST;
@@ -152,12 +152,12 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("ENTRIES", ENTRIES as f64),
         ("NO_TRIANGLE", f64::from(NONE)),
         ("PASSED", f64::from(triangle::SLACK as f32)),
-        ("ASLANT", mesh::ASLANT),
+        ("GRAZING", mesh::GRAZING),
         ("LOOSE", f64::from((1.0 + tree::SLACK) as f32)),
         ("GROOVES", GROOVES as f64),
         ("STICKS", f64::from(STICKS as f32)),
         ("LEFT_TO_CONTACT", f64::from(LEFT_TO_CONTACT as f32)),
-        ("GRAIN", f64::from(GRAIN as f32)),
+        ("ROUNDING_ULPS", f64::from(ROUNDING_ULPS as f32)),
     ])
 }
 

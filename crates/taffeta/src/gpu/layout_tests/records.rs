@@ -131,7 +131,7 @@ fn records() -> Vec<Record> {
             normal_x,
             normal_y,
             normal_z,
-            share,
+            alpha,
             first,
             stride,
             normal

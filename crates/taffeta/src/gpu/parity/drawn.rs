@@ -25,14 +25,14 @@ pub const ROWS: &[Row] = &[Row {
 /// Of the ball, half a dozen words a vertex and one between; the last vertex has no node.
 fn draw_vertices(bench: &mut Bench<'_>) -> Result<(), String> {
     let kernel = bench.kernel(Name::new("draw_vertices"), &[])?;
-    let told = Drawing {
+    let parameters = Drawing {
         place_x: [0.8, 0.1, -0.2, 1.5],
         place_y: [-0.1, 0.9, 0.3, -2.5],
         place_z: [0.2, -0.3, 0.7, 0.5],
         normal_x: [1.1, 0.2, -0.1, 0.0],
         normal_y: [0.1, 1.2, 0.3, 0.0],
         normal_z: [-0.3, 0.2, 0.9, 0.0],
-        share: 0.3,
+        alpha: 0.3,
         first: 5,
         stride: 7,
         normal: 4,
@@ -45,23 +45,23 @@ fn draw_vertices(bench: &mut Bench<'_>) -> Result<(), String> {
         let (old, new) = (&fixture.old.position, swirled(&fixture.old.position));
         let shown: Vec<[f32; 3]> = (0..body.nodes)
             .map(|node| place(node) as usize)
-            .map(|at| std::array::from_fn(|i| old[at][i] + told.share * (new[at][i] - old[at][i])))
+            .map(|at| std::array::from_fn(|i| old[at][i] + parameters.alpha * (new[at][i] - old[at][i])))
             .collect();
         let mut wanted = vec![f32::NAN; 5 + 7 * (body.nodes + 1)];
         for (node, sum) in sums(&shown, &triangles).into_iter().enumerate() {
             let words = &mut wanted[5 + 7 * node..];
             words[..3].copy_from_slice(
-                &[told.place_x, told.place_y, told.place_z]
+                &[parameters.place_x, parameters.place_y, parameters.place_z]
                     .map(|[a, b, c, shift]| dot([a, b, c], shown[node]) + shift),
             );
-            let turned =
-                [told.normal_x, told.normal_y, told.normal_z].map(|[a, b, c, _]| dot([a, b, c], sum));
+            let turned = [parameters.normal_x, parameters.normal_y, parameters.normal_z]
+                .map(|[a, b, c, _]| dot([a, b, c], sum));
             words[4..7].copy_from_slice(&unit_or_up(turned));
         }
         let mut nodes: Vec<u32> = (0..body.nodes).flat_map(|node| [place(node), node as u32]).collect();
         nodes.extend([NONE; 2]);
         let mut arrays = fixture.arrays();
-        arrays.insert("drawing", cast_slice(&[told]).to_vec());
+        arrays.insert("drawing", cast_slice(&[parameters]).to_vec());
         arrays
             .insert("triangle_places", triangles.as_flattened().iter().map(|&n| place(n as usize)).collect());
         arrays.insert("corner_starts", by_node.offsets);

@@ -9,7 +9,7 @@ use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::shape::ShapeNow;
 use crate::contact::nodes::pair;
 use crate::cpu::CpuBackend;
-use crate::cpu::apart::Between;
+use crate::cpu::separate::Between;
 use crate::elements::aero::gpu_layout::Air;
 use crate::elements::gpu::KindTables;
 use crate::elements::hinge;
@@ -302,7 +302,9 @@ impl Fixture {
             self.cpu.set_after(place, [x[0], x[1], x[2], v[0], v[1], v[2]]);
         }
         let mut between = Between { force: self.force.clone(), ..Between::default() };
-        self.cpu.apart(&self.substeps[SUBSTEP], &self.input, &mut between, |op| operations.contains(&op));
+        self.cpu.run_separately(&self.substeps[SUBSTEP], &self.input, &mut between, |op| {
+            operations.contains(&op)
+        });
         let mut after = self.new.clone();
         for place in (0..self.is_node.len()).filter(|&place| self.is_node[place]) {
             let [x, y, z, u, v, w] = self.cpu.after(place);
@@ -381,7 +383,7 @@ impl Fixture {
         self.substeps
             .iter()
             .flat_map(|substep| &substep.colliders)
-            .map(|now| self.meshes.0.told(now))
+            .map(|now| self.meshes.0.record(now))
             .collect()
     }
 

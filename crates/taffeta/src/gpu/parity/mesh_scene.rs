@@ -78,7 +78,7 @@ fn waves() -> Collider {
 /// come from there, from the other side, or from where they are. Returns the first node that is left.
 pub fn put_awkward(old: &mut [Four], new: &mut [Four], from: usize) -> usize {
     let [height, side, offset] = SHEET;
-    let along = [0.0, 0.5, 0.25, 0.125, -0.5].map(|share| share * side);
+    let along = [0.0, 0.5, 0.25, 0.125, -0.5].map(|fraction| fraction * side);
     let heights = [0.0, offset, offset.next_up(), offset.next_down(), 0.5 * offset, -0.5 * offset, -offset];
     let mut at = from;
     for (i, x) in along.into_iter().enumerate() {
@@ -109,7 +109,7 @@ pub fn put_at_plates(old: &mut [Four], new: &mut [Four], from: usize) {
 pub fn nearest_of(surface: &MeshSurface<f32>, now: &MeshNow<f32>, x: [f32; 3]) -> Option<Found<f32>> {
     let all = (0..).take(surface.triangles.len());
     let found = all.map(|triangle| {
-        let at = nearest(x, &surface.corners(now, triangle, now.shares[1]));
+        let at = nearest(x, &surface.corners(now, triangle, now.pose_fractions[1]));
         Found { triangle, at }
     });
     found.min_by(|a, b| a.at.squared.total_cmp(&b.at.squared))

@@ -213,12 +213,12 @@ impl Feature for Dual {
         let count = self.constraints.len();
         let unknown = |_| (vec![f64::NAN; count], vec![false; count]);
         let (pulls, active) = self.state(gpu).unwrap_or_else(unknown);
-        state.pulls.extend(if self.keeps_multipliers { pulls } else { Vec::new() });
+        state.warm_start.extend(if self.keeps_multipliers { pulls } else { Vec::new() });
         state.active.extend(if self.is_adaptive { active } else { Vec::new() });
     }
 
     fn load(&self, gpu: &Gpu, state: &SolverState) {
-        let pulls = state.pulls.get(self.numbers.clone()).unwrap_or_default();
+        let pulls = state.warm_start.get(self.numbers.clone()).unwrap_or_default();
         let active = state.active.get(self.numbers.clone()).unwrap_or_default();
         // A device that is lost says so when the next frame is handed over.
         let _ = self.set_state(gpu, pulls, active);

@@ -39,8 +39,8 @@ impl Solving {
     pub fn of(solver: &Solver) -> Self {
         let (ice, acad) = (&solver.ice, &solver.acad);
         let is_adaptive = solver.method == Method::Acad;
-        let squared = |share: f64| {
-            let stretch = (1.0 + share) as f32;
+        let squared = |strain: f64| {
+            let stretch = (1.0 + strain) as f32;
             stretch * stretch
         };
         let (epsilon, form) = if is_adaptive { (acad.epsilon, acad.form) } else { (ice.epsilon, ice.form) };

@@ -471,12 +471,12 @@ fn mark(bench: &mut Bench<'_>) -> Result<(), String> {
         start.active_counts.fill(POISON);
         if !bench.exact {
             // None so near that rounding decides.
-            let near = |constraint: &Constraint, share: f32| Constraint {
-                rest_length: constraint.rest_length * share,
+            let near = |constraint: &Constraint, fraction: f32| Constraint {
+                rest_length: constraint.rest_length * fraction,
                 ..*constraint
             };
             let decides = |constraint: &Constraint| {
-                let is = |share| is_active(&near(constraint, share), &fixture.old.position, &solving);
+                let is = |fraction| is_active(&near(constraint, fraction), &fixture.old.position, &solving);
                 is(0.9999) != is(1.0001)
             };
             start
@@ -512,9 +512,9 @@ fn put_on_thresholds(fixture: &mut Fixture, constraints: &mut [Constraint]) {
 fn list(bench: &mut Bench<'_>) -> Result<(), String> {
     let kernel = bench.kernel(Name::new("list_active"), &[("KINDS", 1.0)])?;
     for sizes in [&[0][..], &[1], &[255], &[256], &[257], &[100_000], &[300, 1, 0, 700, 256]] {
-        for share in [-1.0, -0.4, 0.7, 1.0] {
+        for fraction in [-1.0, -0.4, 0.7, 1.0] {
             let mut chance = Chance::new(sizes.len() as u64);
-            let (groups, mut work) = listed(sizes, &mut chance, share);
+            let (groups, mut work) = listed(sizes, &mut chance, fraction);
             let before = work.clone();
             list_twin(&groups, &mut work);
             let mut all = Arrays::new();
@@ -543,14 +543,14 @@ fn or_one<T: Pod>(all: &[T]) -> Vec<T> {
 }
 
 /// Constraints of bodies of these sizes, of which about a share is active.
-fn listed(sizes: &[usize], chance: &mut Chance, share: f32) -> (Vec<ConstraintGroup>, Work) {
+fn listed(sizes: &[usize], chance: &mut Chance, fraction: f32) -> (Vec<ConstraintGroup>, Work) {
     let (mut tables, mut start) = (ConstraintTables::default(), 0);
     for &size in sizes {
         tables.add_groups(start..start + size, 0, 0, false);
         start += size;
     }
     let none = Constraint { a: 0, b: NONE, k: 1.0, damping: 2.0, rest_length: 3.0, is_active: 0 };
-    let mut constraint = || Constraint { is_active: u32::from(chance.number() < share), ..none };
+    let mut constraint = || Constraint { is_active: u32::from(chance.number() < fraction), ..none };
     let fours: Vec<Four> = Vec::new();
     let work = Work {
         constraints: (0..start).map(|_| constraint()).collect(),

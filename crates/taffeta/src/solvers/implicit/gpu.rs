@@ -279,14 +279,14 @@ impl Feature for Implicit {
             return;
         }
         // Elsewhere springs change nothing.
-        state.pulls.resize(3 * self.scene_places, 0.0);
+        state.warm_start.resize(3 * self.scene_places, 0.0);
         let own = 3 * self.places.start..3 * self.places.end;
         let changes = self.changes(gpu).unwrap_or_else(|_| vec![f64::NAN; own.len()]);
-        state.pulls[own].copy_from_slice(&changes);
+        state.warm_start[own].copy_from_slice(&changes);
     }
 
     fn load(&self, gpu: &Gpu, state: &SolverState) {
-        let own = state.pulls.get(3 * self.places.start..3 * self.places.end).unwrap_or_default();
+        let own = state.warm_start.get(3 * self.places.start..3 * self.places.end).unwrap_or_default();
         let fours: Vec<Four> =
             (own.as_chunks::<3>().0.iter()).map(|&[x, y, z]| [x as f32, y as f32, z as f32, 0.0]).collect();
         self.vectors.write(gpu, Vector::Pulled as usize * self.nodes, &fours);

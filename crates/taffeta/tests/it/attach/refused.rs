@@ -52,7 +52,7 @@ fn a_pair_belongs_to_one_seam_and_pairs_that_are_held_are_told() {
     assert_eq!(error.path, "seam[1]");
     assert!(error.message.contains("to vertex 4 of body `b` as seam[0] does"), "{error}");
     let simulation = built([[0, 1], [0, 3]]).expect("it is built");
-    assert_eq!(simulation.sewn(), [1, 1]);
+    assert_eq!(simulation.seam_pair_counts(), [1, 1]);
     let told = warnings(&simulation).join("\n");
     assert!(
         told.contains("seam[0]: pins hold both nodes of 1 of its 2 pairs") && !told.contains("seam[1]"),

@@ -227,7 +227,7 @@ fn what_is_within_reach_is_sewn_and_a_body_to_itself() {
     let flat = |seam| Simulation::new(&panels(0.1).seam(seam), &taffeta::Options::default());
     let refused = scene_error(flat(body(1.5 * spacing)));
     assert!(refused.message.contains("is so near to one of `left` that is not its neighbour"), "{refused}");
-    assert_eq!(flat(body(2.1 * spacing)).map(|built| built.sewn()[0] > 40), Ok(true));
+    assert_eq!(flat(body(2.1 * spacing)).map(|built| built.seam_pair_counts()[0] > 40), Ok(true));
     // A tube: the left edge of a panel to its right one.
     let edge = |col| SeamSide::new("left", Select::cols(col, col));
     let seam = Seam { close: Closing { start: 0.0, end: 0.8 }, ..Seam::new(edge(0), edge(8)) };

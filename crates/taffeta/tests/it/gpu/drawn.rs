@@ -10,7 +10,7 @@ use taffeta::{Options, Simulation, VertexTarget, View};
 const STRIDE: usize = 8;
 const FIRST: usize = 77;
 const HALF: View = View {
-    share: 0.5,
+    alpha: 0.5,
     places: [[0.0, 1.0, 0.0, 3.0], [-1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]],
     normals: [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
 };
@@ -69,7 +69,7 @@ fn drawn_normals_are_those_of_the_shape_that_is_drawn() {
     assert!(simulation.make_drawn(simulation.bodies()[0].handle, &nodes).unwrap());
     let (buffer, target) = renderer(&gpu, 600);
     run(&mut simulation, 20);
-    simulation.draw(simulation.bodies()[0].handle, &target, &View { share: 1.0, ..HALF }).unwrap();
+    simulation.draw(simulation.bodies()[0].handle, &target, &View { alpha: 1.0, ..HALF }).unwrap();
     let (drawn, wanted) = (buffer.read(&gpu).unwrap(), normals(&simulation, 0));
     for (node, normal) in wanted.into_iter().enumerate() {
         let [x, y, z] = normal.map(f64::from);
@@ -88,10 +88,10 @@ fn what_is_not_finite_is_not_drawn() {
     simulation.disturb(0.01, 1);
     simulation.make_drawn(simulation.bodies()[0].handle, &(0..25).collect::<Vec<_>>()).unwrap();
     let (buffer, target) = renderer(&gpu, 25);
-    simulation.launch(60).unwrap();
-    simulation.draw(simulation.bodies()[0].handle, &target, &View { share: 1.0, ..HALF }).unwrap();
+    simulation.submit(60).unwrap();
+    simulation.draw(simulation.bodies()[0].handle, &target, &View { alpha: 1.0, ..HALF }).unwrap();
     assert!(buffer.read(&gpu).unwrap().iter().all(|number| number.is_finite()));
-    assert!(simulation.collect().unwrap_err().to_string().contains("finite"));
+    assert!(simulation.poll().unwrap_err().to_string().contains("finite"));
 }
 
 #[test]

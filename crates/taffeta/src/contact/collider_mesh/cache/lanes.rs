@@ -48,14 +48,14 @@ pub struct View<'a, T> {
 impl<T: Real> View<'_, T> {
     /// The nearest point of a triangle.
     pub fn nearest(&self, triangle: u32) -> Nearest<T> {
-        nearest(self.x, &self.surface.corners(self.now, triangle, self.now.shares[1]))
+        nearest(self.x, &self.surface.corners(self.now, triangle, self.now.pose_fractions[1]))
     }
 
     /// Squared distances of triangles [m²], [`LANES`] at most; what is behind them means nothing.
     pub fn squared(&self, triangles: impl Iterator<Item = u32>) -> [T; LANES] {
         let mut corners = [[[T::ZERO; LANES]; 3]; 3];
         for (lane, triangle) in triangles.enumerate() {
-            let [a, b, c] = self.surface.corners(self.now, triangle, self.now.shares[1]);
+            let [a, b, c] = self.surface.corners(self.now, triangle, self.now.pose_fractions[1]);
             for axis in 0..3 {
                 corners[0][axis][lane] = a[axis];
                 corners[1][axis][lane] = b[axis];

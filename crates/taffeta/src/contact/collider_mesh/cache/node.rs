@@ -170,7 +170,7 @@ impl<T: Real> Node<'_, T> {
     /// Whether a triangle that was the nearest is it at `x`, in its midst, at `at`.
     fn is_still_nearest(&self, now: &MeshNow<T>, x: [T; 3], at: &Nearest<T>) -> bool {
         let others = self.memory.others - now.travel - self.since_seen(x);
-        let [u, v, w] = at.shares;
+        let [u, v, w] = at.barycentric;
         let is_within = u != T::ZERO && v != T::ZERO && w != T::ZERO;
         is_within && others > T::ZERO && at.squared < others * others
     }

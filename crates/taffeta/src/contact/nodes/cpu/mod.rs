@@ -342,11 +342,11 @@ impl<T: Real> Feature<T> for NodeContact<T> {
             PairSums { pairs: found.ends / 2, nearest: found.nearest, searches: searches.unwrap_or(0) };
     }
 
-    fn is_uneven(&self) -> bool {
+    fn has_uneven_work(&self) -> bool {
         true
     }
 
-    fn share_anew(&mut self, assembly: &Assembly, tiles: &[TilePlan], chunks: &[Range<usize>]) {
+    fn redistribute(&mut self, assembly: &Assembly, tiles: &[TilePlan], chunks: &[Range<usize>]) {
         if let Some(setup) = self.setup.again(assembly, tiles, chunks) {
             *self = Self::with(setup, assembly.places, chunks);
         }

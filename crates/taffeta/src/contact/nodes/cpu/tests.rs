@@ -106,7 +106,7 @@ fn found<T: Real>(
     margin: f64,
 ) -> (Vec<BTreeSet<[u32; 2]>>, u64) {
     let plans = tiles::tiles(assembly);
-    let chunks = tiles::shares(&plans, threads);
+    let chunks = tiles::chunks_by_nodes(&plans, threads);
     let mut setup = ContactSetup::<T>::new(assembly, &plans, &chunks).unwrap();
     setup.diagonals = setup.diagonals.map(|diagonal| diagonal * margin);
     let mut work = ContactWork::new(&setup, threads);

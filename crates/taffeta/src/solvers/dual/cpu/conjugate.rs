@@ -131,14 +131,15 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             (sums[0], sums[2]) = (worker.worker.nodes.level.run(Product { a: x, b: r }), curvature);
         });
         self.worker.synchronise();
-        let share = |[along, _, curvature]: [f64; 3]| T::from_f64(warm_start_factor(along, curvature));
-        let shares: Vec<T> = (0..self.scratch.bodies.len()).map(|body| share(self.body_sums(body))).collect();
+        let factor = |[along, _, curvature]: [f64; 3]| T::from_f64(warm_start_factor(along, curvature));
+        let factors: Vec<T> =
+            (0..self.scratch.bodies.len()).map(|body| factor(self.body_sums(body))).collect();
         self.each(self.scratch.layout.rows.len(), |worker, chunk| {
             let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
             let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
-            let (level, share) = (worker.worker.nodes.level, shares[body]);
-            level.run(Multiply { vector: x, factor: share });
-            level.run(Combine { to: r, factor: -share, other: w });
+            let (level, factor) = (worker.worker.nodes.level, factors[body]);
+            level.run(Multiply { vector: x, factor });
+            level.run(Combine { to: r, factor: -factor, other: w });
             level.run(Along { rows, vector: r, pulled });
         });
         self.worker.synchronise();
@@ -220,8 +221,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             capped |= body.gamma > body.limit;
         }
         report.capped += u32::from(capped);
-        let share = layout.count as f64 / self.solve.list.len() as f64;
-        report.active_fraction = report.active_fraction.max(share);
+        let fraction = layout.count as f64 / self.solve.list.len() as f64;
+        report.active_fraction = report.active_fraction.max(fraction);
     }
 
     /// How each material gives way in this sub-step.

@@ -258,12 +258,12 @@ impl<T: Real> Feature<T> for Dual<T> {
         let asked = self.solver.ice.warm_start || self.surfaces;
         // SAFETY: no worker works between frames.
         let (pulls, active) = unsafe { (self.work.pull.read(), self.work.active.read()) };
-        state.pulls = if asked { pulls.iter().map(|pull| pull.to_f64()).collect() } else { Vec::new() };
+        state.warm_start = if asked { pulls.iter().map(|pull| pull.to_f64()).collect() } else { Vec::new() };
         state.active = if self.adaptive { active.to_vec() } else { Vec::new() };
     }
 
     fn load(&mut self, state: &SolverState) {
-        for (pull, &from) in self.work.pull.get_mut().iter_mut().zip(&state.pulls) {
+        for (pull, &from) in self.work.pull.get_mut().iter_mut().zip(&state.warm_start) {
             *pull = T::from_f64(from);
         }
         if self.adaptive {

@@ -233,11 +233,11 @@ impl<T: Real> Feature<T> for Implicit<T> {
         let places = if asked { self.tables[0].places } else { 0 };
         // SAFETY: no worker works between frames.
         let change = unsafe { self.work.change.read() };
-        state.pulls = (0..places).flat_map(|place| change.at::<3>(place).map(T::to_f64)).collect();
+        state.warm_start = (0..places).flat_map(|place| change.at::<3>(place).map(T::to_f64)).collect();
     }
 
     fn load(&mut self, state: &SolverState) {
-        for (place, change) in state.pulls.as_chunks::<3>().0.iter().enumerate() {
+        for (place, change) in state.warm_start.as_chunks::<3>().0.iter().enumerate() {
             for (axis, &number) in change.iter().enumerate() {
                 self.work.change.set(axis, place, T::from_f64(number));
             }

@@ -55,7 +55,7 @@ impl<T: Real> CpuBackend<T> {
 
     /// Begins a sub-step and finds the forces of its elements, then runs each operation on tiles that is wanted once, from
     /// the state of now to the one after, which does not become that of now. Forces start as `between` has them.
-    pub fn apart(
+    pub fn run_separately(
         &mut self,
         substep: &Substep<T>,
         input: &FrameInput,
