@@ -1,40 +1,41 @@
-//! What a simulation asks of a backend, whatever it computes on.
+//! The interface of a backend.
 
 use crate::advice::Warning;
 use crate::build::Assembly;
 use crate::diagnostics::FrameSums;
 
-/// A node that is moved, or a force that is applied, by the program for one frame.
+/// The user's input for one frame: moved pins and forces.
 #[derive(Clone, Debug, Default)]
 pub struct FrameInput {
-    /// Pinned nodes that go to a place during the frame: solver index, from, to [m]; ascending.
+    /// Pinned nodes that move during the frame: solver index, from, to [m]; ascending.
     pub moves: Vec<(u32, [f64; 3], [f64; 3])>,
     /// Forces during the frame [N]: solver index; ascending.
     pub forces: Vec<(u32, [f64; 3])>,
 }
 
-/// What constraints know from one sub-step to the next, in the order of [`crate::solvers::constraints::Constraints`]: a function of
-/// the scene alone.
+/// State that solvers keep from one sub-step to the next, in the order of
+/// [`crate::solvers::constraints::Constraints`]. Its layout is a function of the scene alone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SolverState {
-    /// Pull of each constraint [N]; empty where the solver does not start from pulls.
+    /// Warm start of the solver: constraint forces [N], or velocity changes by node; empty if the solver starts from
+    /// zero.
     pub warm_start: Vec<f64>,
-    /// Whether each is active; empty where all always are.
+    /// Whether each constraint is active; empty if all of them always are.
     pub active: Vec<bool>,
-    /// Whether each joint of [`crate::attachments::constraints::Attachments`] is there; empty where none can break.
+    /// Whether each joint of [`crate::attachments::constraints::Attachments`] is whole; empty if none can break.
     pub joints: Vec<bool>,
 }
 
-/// What a backend computes on.
+/// The device of a backend.
 #[derive(Clone, Debug)]
 pub struct Device {
     /// `cpu` or `gpu`.
     pub backend: &'static str,
-    /// In words.
+    /// A description.
     pub name: String,
 }
 
-/// Where a renderer keeps the vertices of a body.
+/// A renderer's buffer for the vertices of a body.
 ///
 /// ```no_run
 /// use taffeta::taffeta_gpu::wgpu;
@@ -67,11 +68,11 @@ pub struct VertexTarget {
     pub normal: u64,
 }
 
-/// What of a moving body is drawn, and in which coordinates. [`VertexTarget`] has an example.
+/// The state of a body that is drawn, and its coordinates. [`VertexTarget`] has an example.
 #[cfg(feature = "gpu")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Share of the way from the state before the last frame, 0, to that after it, 1.
+    /// Interpolation between the state before the last frame, 0, and the state after it, 1.
     pub alpha: f32,
     /// Rows of the map of places into the renderer's coordinates; the last number of each is the shift [m].
     pub places: [[f32; 4]; 3],
@@ -79,23 +80,23 @@ pub struct View {
     pub normals: [[f32; 3]; 3],
 }
 
-/// A device that does not answer any more: why.
+/// Why a device is lost.
 #[derive(Clone, Debug)]
 pub struct Lost(pub String);
 
-/// A backend in numbers of any type.
+/// A backend of any precision.
 pub trait Backend: Send + Sync {
-    /// Runs the frame that starts at time `start` [s]. It may still be under way when this returns.
+    /// Runs the frame that starts at time `start` [s]. It may still be running when this returns.
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost>;
     /// Measures the state as it is.
     fn measure(&mut self) -> Result<(), Lost>;
-    /// What the last frame, or measurement, has found.
+    /// The sums of the last frame, or measurement.
     fn sums(&mut self) -> Result<FrameSums, Lost>;
-    /// Brings the state to where `position` and `velocity` read it.
+    /// Makes `position` and `velocity` return the present state.
     fn fetch(&mut self) -> Result<(), Lost>;
     /// The scene.
     fn assembly(&self) -> &Assembly;
-    /// Changes what of the scene may change while it runs: its world, and motions.
+    /// Changes the parts of the scene that may change while it runs: its world, and motions.
     fn alter(&mut self, how: &mut dyn FnMut(&mut Assembly));
     /// Position [m] of the node with solver index `node`.
     fn position(&self, node: usize) -> [f64; 3];
@@ -111,11 +112,11 @@ pub trait Backend: Send + Sync {
     fn is_free(&self, node: usize) -> bool;
     /// Appends the little-endian bytes of a node's position, or of its velocity.
     fn bytes(&self, node: usize, velocity: bool, sink: &mut Vec<u8>);
-    /// What constraints remember; nothing where the scene has none.
+    /// The state of solvers; empty if the scene has none.
     fn solver_state(&self) -> SolverState {
         SolverState::default()
     }
-    /// Sets what constraints remember: as many numbers as [`Self::remembered`] has.
+    /// Sets the state of solvers. It must have as many numbers as [`Self::solver_state`] returns.
     fn set_solver_state(&mut self, _from: &SolverState) {}
     /// Unit normals of a body's nodes in user order, if the backend computes them itself.
     fn normals(&self, _body: usize) -> Option<Vec<[f32; 3]>> {
@@ -132,17 +133,17 @@ pub trait Backend: Send + Sync {
     fn draw(&mut self, _body: usize, _target: &VertexTarget, _view: &View) -> Result<(), Lost> {
         Ok(())
     }
-    /// Has the next frame timed by stage, if the device can do that.
+    /// Times the next frame by stage, if the device supports that.
     fn time_stages(&mut self) {}
-    /// Time [s] that each stage took in the frame that was timed, by name; nothing if none was.
+    /// Time [s] of each stage in the timed frame, by name; empty if none was timed.
     fn stage_times(&mut self) -> Vec<(&'static str, f64)> {
         Vec::new()
     }
     /// Number of workers on the CPU.
     fn threads(&self) -> usize;
-    /// What it computes on.
+    /// The device.
     fn device(&self) -> Device;
-    /// What of the device, rather than of the scene, may have ended a run, in words.
+    /// A hint that the device, rather than the scene, may have made a run fail.
     fn failure_hint(&self) -> Option<Warning> {
         None
     }

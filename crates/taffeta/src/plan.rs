@@ -1,4 +1,4 @@
-//! What each sub-step of a frame is told, in the backend's numbers.
+//! The parameters of each sub-step of a frame, in the backend's numbers.
 
 use crate::build::Assembly;
 use crate::contact::colliders::moving::ColliderNow;
@@ -7,7 +7,7 @@ use crate::motion::keyframes::{Track, scale_at};
 use crate::motion::pins::Motion;
 use crate::real::Real;
 
-/// A sub-step.
+/// The parameters of a sub-step.
 pub struct Substep<T> {
     /// Length [s].
     pub h: T,
@@ -23,13 +23,13 @@ pub struct Substep<T> {
     pub colliders: Vec<ColliderNow<T>>,
     /// Scale of each load at its start.
     pub scales: Vec<T>,
-    /// Volume that each body of [`Assembly::volumes`] is to have at its end [m³], or its pressure [Pa].
+    /// Target volume of each body of [`Assembly::volumes`] at its end [m³], or its pressure [Pa].
     pub goals: Vec<T>,
-    /// The air at its start, where there is any.
+    /// The air at its start, if there is any.
     pub air: Option<AirNow<T>>,
-    /// Share of its closing that each law of [`Assembly::attachments`] has behind it at its end.
+    /// Fraction of its closing of each material of [`Assembly::attachments`] at its end.
     pub closing: Vec<T>,
-    /// Share of the frame that has gone by at its end, and that share's rate [1/s].
+    /// Fraction of the frame at its end, and its rate [1/s].
     pub frame_fraction: (T, T),
 }
 

@@ -1,4 +1,4 @@
-//! What holds two nodes together, a node to a point, and a node near another one.
+//! Joints between two nodes, or between a node and a point, and tethers.
 //!
 //! Sources: a joint of stiffness k is taken implicitly, as XPBD does (Macklin, Müller, Chentanez, "XPBD: Position-Based
 //! Simulation of Compliant Constrained Dynamics", MIG 2016, eq. 18) with one iteration a sub-step (Macklin et al., "Small
@@ -8,18 +8,18 @@
 
 use crate::real::{Real, add, dot, scale, sub};
 
-/// What a joint does to its first node; to its second the opposite.
+/// The correction of a joint at its first node; the second node gets the opposite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointCorrection<T> {
-    /// Change of place times mass [kg·m]; by the sub-step, change of momentum.
+    /// Change of position times mass [kg·m]. Divided by the sub-step, it is the impulse.
     pub shift: [T; 3],
-    /// Its length [kg·m]; by the square of the sub-step, the force.
+    /// Its length [kg·m]. Divided by the square of the sub-step, it is the force.
     pub size: T,
 }
 
-/// A joint of two ends that are `d` [m] apart, first less second, and should be `length` [m]. `give` [1/kg] is the sum of
-/// their inverse masses, and `softness` [1/kg] how easily it gives way itself, 1/(k h²). Where its ends are at one place
-/// nothing happens.
+/// Solves a joint whose ends are `d` [m] apart, first less second, and should be `length` [m]. `give` [1/kg] is the
+/// sum of their inverse masses, and `softness` [1/kg] the joint's own compliance 1/(k h²). Ends at one position are
+/// not corrected.
 #[inline(always)]
 pub fn solve_joint<T: Real>(d: [T; 3], length: T, give: T, softness: T) -> JointCorrection<T> {
     let distance = dot(d, d).sqrt();
@@ -32,29 +32,29 @@ pub fn solve_joint<T: Real>(d: [T; 3], length: T, give: T, softness: T) -> Joint
     }
 }
 
-/// How easily a joint of compliance 1/k [m/N] gives way in a sub-step of `h` [s], 1/(k h²) [1/kg].
+/// The softness of a joint with compliance 1/k [m/N] in a sub-step of `h` [s], 1/(k h²) [1/kg].
 #[inline(always)]
 pub fn softness<T: Real>(compliance: T, h: T) -> T {
     compliance / (h * h)
 }
 
-/// Whether a joint that did so much in a sub-step of `h` [s] breaks: its force is beyond `break_force` [N].
+/// Whether a joint with this correction in a sub-step of `h` [s] breaks: its force exceeds `break_force` [N].
 #[inline(always)]
 pub fn breaks<T: Real>(correction: &JointCorrection<T>, h: T, break_force: T) -> bool {
     correction.size / (h * h) > break_force
 }
 
-/// Distance [m] of a joint's ends when a `share` of its closing has gone by: it goes from `start` [m] to `end` [m].
+/// Length [m] of a joint at a `fraction` of its closing: it changes from `start` [m] to `end` [m].
 #[inline(always)]
 pub fn length<T: Real>(start: T, end: T, fraction: T) -> T {
     start * (T::ONE - fraction) + end * fraction
 }
 
-/// Place [m] and velocity [m/s].
+/// Position [m] and velocity [m/s].
 pub type PointState<T> = ([T; 3], [T; 3]);
 
-/// Where a node at `x` [m] comes that may not be farther than `length` [m] from an anchor at `at` [m], on the sphere, and the
-/// way there. `None` where it is inside.
+/// Projects a node at `x` [m] onto the sphere of radius `length` [m] around its anchor at `at` [m]. Returns the new
+/// position and the translation. `None` if it is inside.
 #[inline(always)]
 pub fn project_to_sphere<T: Real>(x: [T; 3], at: [T; 3], length: T) -> Option<PointState<T>> {
     let d = sub(x, at);
@@ -62,15 +62,16 @@ pub fn project_to_sphere<T: Real>(x: [T; 3], at: [T; 3], length: T) -> Option<Po
     if squared > length * length {
         let distance = squared.sqrt();
         let outward = [d[0] / distance, d[1] / distance, d[2] / distance];
-        // As a sum of these it has the digits that a difference of places has lost.
+        // This sum keeps the digits that a difference of positions would lose.
         Some((add(at, scale(outward, length)), scale(outward, length - distance)))
     } else {
         None
     }
 }
 
-/// The velocity [m/s] of a node that tethers have moved by `shift` [m] in a sub-step of `h` [s]: it loses that with which it
-/// did not get anywhere, as far as it leads away from where the tethers pull, seen from their anchors, which go `with` [m/s].
+/// The velocity [m/s] of a node that tethers have moved by `shift` [m] in a sub-step of `h` [s]. It loses the part
+/// that the tethers have undone: at most its component against `shift`, relative to the anchors' velocity `with`
+/// [m/s].
 #[inline(always)]
 pub fn without_lost_motion<T: Real>(v: [T; 3], shift: [T; 3], with: [T; 3], h: T) -> [T; 3] {
     let (against, squared) = (dot(shift, sub(with, v)), dot(shift, shift));
@@ -82,15 +83,15 @@ pub fn without_lost_motion<T: Real>(v: [T; 3], shift: [T; 3], with: [T; 3], h: T
     }
 }
 
-/// The velocity [m/s] of a node whose tether is taut, `d` [m] from its anchor, which goes `with` [m/s]: it loses the speed at
-/// which it leaves it.
+/// The velocity [m/s] of a node on a taut tether, `d` [m] from its anchor, which has the velocity `with` [m/s]. The
+/// node loses its speed away from the anchor.
 #[inline(always)]
 pub fn without_stretching<T: Real>(v: [T; 3], d: [T; 3], with: [T; 3]) -> [T; 3] {
     let (speed, squared) = (dot(sub(v, with), d), dot(d, d));
     if speed > T::ZERO && squared > T::ZERO { sub(v, scale(d, speed / squared)) } else { v }
 }
 
-/// Times that the tethers of a node are looked at in a sub-step, at most: one may lead out of reach of another.
+/// Most rounds over the tethers of a node in a sub-step: one tether may move it out of the reach of another.
 pub const ROUNDS: usize = 8;
 
 #[cfg(test)]

@@ -1,17 +1,17 @@
-// What holds two nodes together, a node to a point, and a node near another one. Sources and equations: attach.rs.
+// Joints between two nodes, or between a node and a point, and tethers. Sources and equations: attach.rs.
 
 #import gpu/wgsl/vector.wgsl
 
-/// What a joint does to its first node; to its second the opposite.
+/// The correction of a joint at its first node; the second node gets the opposite.
 struct JointCorrection {
-    /// Change of place times mass [kg·m]; by the sub-step, change of momentum.
+    /// Change of position times mass [kg·m]. Divided by the sub-step, it is the impulse.
     shift: vec3f,
-    /// Its length [kg·m]; by the square of the sub-step, the force.
+    /// Its length [kg·m]. Divided by the square of the sub-step, it is the force.
     size: f32,
 }
 
-/// A joint of two ends that are `d` [m] apart, first less second, and should be `goal` [m]. `give` [1/kg] is the sum of their
-/// inverse masses, and `softness` [1/kg] how easily it gives way itself.
+/// Solves a joint whose ends are `d` [m] apart, first less second, and should be `goal` [m]. `give` [1/kg] is the sum
+/// of their inverse masses, and `softness` [1/kg] the joint's own compliance 1/(k h²).
 fn solve_joint(d: vec3f, goal: f32, give: f32, softness: f32) -> JointCorrection {
     let distance = sqrt(dot3(d, d));
     if distance > 0.0 && give > 0.0 {
@@ -22,19 +22,19 @@ fn solve_joint(d: vec3f, goal: f32, give: f32, softness: f32) -> JointCorrection
     return JointCorrection(vec3f(0.0), 0.0);
 }
 
-/// Distance [m] of a joint's ends when a `fraction` of its closing has gone by.
+/// Length [m] of a joint at a `fraction` of its closing.
 fn joint_length(start: f32, end: f32, fraction: f32) -> f32 {
     return start * (1.0 - fraction) + end * fraction;
 }
 
-/// Where a node comes after a tether [m], the way there, and whether it has moved.
+/// A node after a tether: its position [m], the translation, and whether it has moved.
 struct Projected {
     x: vec3f,
     way: vec3f,
     moved: bool,
 }
 
-/// Puts a node that is farther than `reach` [m] from an anchor at `at` [m] on the sphere.
+/// Projects a node that is farther than `reach` [m] from its anchor at `at` [m] onto the sphere.
 fn project_to_sphere(x: vec3f, at: vec3f, reach: f32) -> Projected {
     let d = x - at;
     let squared = dot3(d, d);
@@ -46,8 +46,8 @@ fn project_to_sphere(x: vec3f, at: vec3f, reach: f32) -> Projected {
     return Projected(x, vec3f(0.0), false);
 }
 
-/// The velocity [m/s] of a node that tethers, whose anchors go `along` [m/s], have moved by `shift` [m] in a sub-step of
-/// `h` [s]: it loses that with which it did not get anywhere.
+/// The velocity [m/s] of a node that tethers have moved by `shift` [m] in a sub-step of `h` [s]. It loses the part
+/// that the tethers have undone. Their anchors have the velocity `along` [m/s].
 fn without_lost_motion(v: vec3f, shift: vec3f, along: vec3f, h: f32) -> vec3f {
     let against = dot3(shift, along - v);
     let squared = dot3(shift, shift);
@@ -59,8 +59,8 @@ fn without_lost_motion(v: vec3f, shift: vec3f, along: vec3f, h: f32) -> vec3f {
     return v;
 }
 
-/// The velocity [m/s] of a node whose tether is taut, `d` [m] from its anchor, which goes `along` [m/s]: it loses the speed at
-/// which it leaves it.
+/// The velocity [m/s] of a node on a taut tether, `d` [m] from its anchor, which has the velocity `along` [m/s]. The
+/// node loses its speed away from the anchor.
 fn without_stretching(v: vec3f, d: vec3f, along: vec3f) -> vec3f {
     let speed = dot3(v - along, d);
     let squared = dot3(d, d);
@@ -76,5 +76,5 @@ struct Tethered {
     v: vec3f,
 }
 
-/// Times that the tethers of a node are looked at in a sub-step, at most.
+/// Most rounds over the tethers of a node in a sub-step.
 const TETHER_ROUNDS: u32 = 8u;

@@ -1,4 +1,4 @@
-//! Nodes that are joined to other nodes or to points, and nodes that may not go far from others.
+//! Seams, breakable pins and tethers of a scene.
 
 use crate::attachments::constraints::{Attachments, IS_POINT, JointConstraint, JointMaterial, Tether};
 use crate::attachments::tethers;
@@ -10,7 +10,7 @@ use crate::topology::{RestShape, measure};
 use std::collections::{HashMap, HashSet};
 
 impl Assembly {
-    /// Adds seams and tethers, when all bodies are there and none of their pins has moved.
+    /// Adds seams and tethers. All bodies are there, and none of their pins has moved.
     pub(crate) fn attach(&mut self, scene: &Scene) -> Result<(), SceneError> {
         let pins = std::mem::take(&mut self.attachments);
         let (mut all, mut sewn) = (Attachments::default(), HashMap::new());
@@ -53,7 +53,7 @@ impl Assembly {
         Ok(())
     }
 
-    /// Says that two nodes are sewn to each other more than once.
+    /// The message for two nodes that are sewn to each other more than once.
     fn sewn_twice(&self, pair: [u32; 2], (before, index): (usize, usize)) -> String {
         let [a, b] = pair.map(|node| {
             let body = self.body_of(node);
@@ -63,7 +63,7 @@ impl Assembly {
         format!("sews {a} to {b} {where_else}; once would do, or twice the k and break_force")
     }
 
-    /// Takes out rows of nodes that are both held for good, which nothing can join; how many each seam had.
+    /// Removes joints of two pinned nodes, which nothing can close. Returns how many each seam had.
     fn leave_out_held(&self, joints: &mut Vec<JointConstraint>, seams: usize) -> Vec<usize> {
         let mut held = vec![0; seams];
         joints.retain(|joint| {
@@ -79,13 +79,13 @@ impl Assembly {
         &self.bodies[self.bodies.partition_point(|body| body.first <= node as usize) - 1]
     }
 
-    /// Whether no pin holds a node for good.
+    /// Whether no permanent pin holds a node.
     fn is_free(&self, node: u32) -> bool {
         let body = self.body_of(node);
         body.free[node as usize - body.first]
     }
 
-    /// Sewn nodes, and each with the neighbours of the other, where both touch others.
+    /// Sewn nodes, and each with the neighbours of the other, if both bodies collide with themselves.
     fn sewn_exclusions(&self, all: &Attachments) -> Vec<[u32; 2]> {
         let body = |node: u32| self.body_of(node);
         let mut exclusions = Vec::new();
@@ -106,7 +106,7 @@ impl Assembly {
         exclusions
     }
 
-    /// Notes how far apart the ends of rows are, when pins are where their motion starts.
+    /// Sets the starting lengths of joints, when pins are where their motion starts.
     pub(crate) fn measure_seams(&mut self) {
         let bodies = &self.bodies;
         let place = |node: u32| {
@@ -121,7 +121,7 @@ impl Assembly {
         }
     }
 
-    /// Brings nodes that a pin holds until it breaks to where its motion starts.
+    /// Moves nodes of breakable pins to where the pin's motion starts.
     pub(crate) fn start_points(&mut self) {
         let Self { attachments, bodies, tracks, .. } = self;
         for joint in attachments.joints.iter().filter(|joint| joint.ends[1] & IS_POINT != 0) {
@@ -205,7 +205,7 @@ fn chosen(key: &str, side: &SeamSide, body: &BodyAssembly) -> Result<Vec<u32>, S
     Ok(nodes.into_iter().map(|node| body.solver_index(node as usize) as u32).collect())
 }
 
-/// Each node with the nearest other one within reach [m].
+/// Pairs each node with the nearest other one within reach [m].
 fn nearest(
     from: &BodyAssembly,
     nodes: Vec<u32>,
@@ -263,7 +263,8 @@ fn tethers_of(body: &Body, built: &BodyAssembly) -> Result<Vec<Tether>, SceneErr
 }
 
 impl BodyAssembly {
-    /// Straight pieces of the surface at rest, by solver index within the body: edges, and what leads across one, laid flat.
+    /// Straight pieces of the surface at rest, by solver index within the body: edges, and lines across an edge,
+    /// unfolded.
     fn surface_pieces(&self) -> Vec<tethers::Edge> {
         match (self.grid_layout, &self.surface, &self.edges) {
             (Some(layout), ..) => self.grid_pieces(layout),

@@ -1,34 +1,34 @@
-//! What joins nodes to other nodes or to points, and keeps nodes near others, as the scene has it.
+//! Joints and tethers of a scene.
 
 use crate::topology::Csr;
 
-/// The second end of a row is a point, its number in the other bits.
+/// Marks the second end of a joint as a point, whose number is in the other bits.
 pub const IS_POINT: u32 = 1 << 31;
 
-/// What holds nodes together, or at points, or near others. A function of the scene alone.
+/// Joints and tethers. They are a function of the scene alone.
 #[derive(Clone, Debug, Default)]
 pub struct Attachments {
     /// Joints: those of seams in the scene's order, then those of pins that break, body by body.
     pub joints: Vec<JointConstraint>,
-    /// What rows have in common: one for each seam, then one for each pin that breaks.
+    /// Materials of joints: one for each seam, then one for each breakable pin.
     pub materials: Vec<JointMaterial>,
     /// Number of seams.
     pub seams: usize,
-    /// Pairs of each seam that are left out, as both nodes are held for good.
+    /// Pairs of each seam that are left out because both nodes are pinned for good.
     pub held: Vec<usize>,
-    /// Where pins that break hold nodes.
+    /// The points of breakable pins.
     pub points: Vec<Point>,
     /// Tethers, ascending by node, the shortest of a node first.
     pub tethers: Vec<Tether>,
-    /// Nodes with rows or tethers, ascending by solver index.
+    /// Nodes with joints or tethers, ascending by solver index.
     pub nodes: Vec<u32>,
-    /// Rows of each of `nodes`, ascending.
+    /// Joints of each of `nodes`, ascending.
     pub joints_of: Csr,
     /// Tethers of each of `nodes`.
     pub tethers_of: Csr,
-    /// Rows of each group of two or more that share free nodes, ascending.
+    /// Joints of each group of two or more that share free nodes, ascending.
     pub groups: Csr,
-    /// Nodes that do not touch each other because a seam makes them neighbours, from both sides, ascending.
+    /// Nodes that do not collide because a seam makes them neighbours, in both orders, ascending.
     pub(crate) exclusions: Vec<[u32; 2]>,
 }
 
@@ -39,16 +39,16 @@ pub struct JointConstraint {
     pub ends: [u32; 2],
     /// Distance at the start [m].
     pub start: f64,
-    /// Which of the laws.
+    /// Number of its material.
     pub material: u32,
 }
 
-/// How joints hold.
+/// The material of joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointMaterial {
     /// Distance once closed [m].
     pub length: f64,
-    /// When closing begins and ends [s]; the same: it is closed.
+    /// When closing begins and ends [s]. If both are the same, it is closed.
     pub close: [f64; 2],
     /// Compliance [m/N]; 0: rigid.
     pub compliance: f64,
@@ -56,30 +56,30 @@ pub struct JointMaterial {
     pub break_force: f64,
 }
 
-/// A point that holds a node.
+/// The point of a breakable pin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// Where it starts, before any motion [m].
     pub start: [f64; 3],
     /// Which of the scene's tracks it follows; `u32::MAX`: none.
     pub track: u32,
-    /// Whether a collider carries it: colliders leave its node alone until it breaks.
+    /// Whether a collider carries it. Colliders ignore its node until it breaks.
     pub carried: bool,
 }
 
-/// A node that may not go far from another, held one.
+/// A tether: a node, and the pinned node that it must stay near.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tether {
     /// Solver index.
     pub node: u32,
-    /// Solver index of the held node.
+    /// Solver index of the pinned node.
     pub anchor: u32,
-    /// How far [m].
+    /// Largest distance [m].
     pub length: f64,
 }
 
 impl JointMaterial {
-    /// Share of its closing that has gone by at time `t` [s].
+    /// Fraction of its closing at time `t` [s].
     pub fn closed_fraction(&self, t: f64) -> f64 {
         let [start, end] = self.close;
         if end > start { ((t - start) / (end - start)).clamp(0.0, 1.0) } else { 1.0 }
@@ -92,24 +92,24 @@ impl Attachments {
         self.nodes.is_empty()
     }
 
-    /// Whether any row may break.
+    /// Whether any joint may break.
     pub fn breaks(&self) -> bool {
         self.materials.iter().any(|material| material.break_force < f64::INFINITY)
     }
 
-    /// Whether a row holds a node at a point that a collider carries.
+    /// Whether a joint holds a node at a point that a collider carries.
     pub fn is_carried(&self, joint: &JointConstraint) -> bool {
         let end = joint.ends[1];
         end & IS_POINT != 0 && self.points[(end ^ IS_POINT) as usize].carried
     }
 
-    /// Whether they may add energy: seams that close, points that move.
+    /// Whether they may add energy: by seams that close, or points that move.
     pub fn drives(&self) -> bool {
         self.materials.iter().any(|material| material.close[1] > material.close[0])
             || self.points.iter().any(|point| point.track != u32::MAX)
     }
 
-    /// What the user should know of seams that can not close.
+    /// Warnings of seams that cannot close.
     pub fn warnings(&self) -> impl Iterator<Item = String> {
         let sewn = |seam: usize| self.joints.iter().filter(|joint| joint.material as usize == seam).count();
         let held = self.held.iter().enumerate().filter(|(_, held)| **held > 0);
@@ -122,26 +122,27 @@ impl Attachments {
         })
     }
 
-    /// The other node of a row, if it joins two.
+    /// The ends of joints between two nodes.
     pub fn joined(&self) -> impl Iterator<Item = [u32; 2]> {
         self.joints.iter().map(|joint| joint.ends).filter(|ends| ends[1] & IS_POINT == 0)
     }
 
-    /// Nodes that do not touch a node, given by its solver index, because a seam makes them neighbours; ascending.
+    /// Nodes that a node, given by its solver index, does not collide with because a seam makes them neighbours;
+    /// ascending.
     pub fn exclusions(&self, node: usize) -> impl Iterator<Item = usize> {
         let [start, end] =
             [node, node + 1].map(|at| self.exclusions.partition_point(|pair| (pair[0] as usize) < at));
         self.exclusions[start..end].iter().map(|pair| pair[1] as usize)
     }
 
-    /// Notes a node that a pin holds until it breaks.
+    /// Adds the joint of a node that a pin holds until it breaks.
     pub(crate) fn hold(&mut self, node: u32, material: u32, point: Point) {
         let end = self.points.len() as u32 | IS_POINT;
         self.points.push(point);
         self.joints.push(JointConstraint { ends: [node, end], start: 0.0, material });
     }
 
-    /// Lists rows and tethers by node, and the groups of rows.
+    /// Lists joints and tethers by node, and the groups of joints.
     pub(crate) fn list(&mut self, is_free: impl Fn(u32) -> bool) {
         let ends = self.joints.iter().flat_map(|joint| joint.ends).filter(|end| end & IS_POINT == 0);
         self.nodes = ends.chain(self.tethers.iter().map(|tether| tether.node)).collect();
@@ -161,7 +162,7 @@ impl Attachments {
         self.group(is_free);
     }
 
-    /// Finds rows that share free nodes. What is held moves for none of its rows, so it does not join them.
+    /// Groups joints that share free nodes. A pinned node moves for none of its joints, so it does not connect them.
     fn group(&mut self, is_free: impl Fn(u32) -> bool) {
         let mut first: Vec<u32> = (0..self.joints.len() as u32).collect();
         let root = |first: &[u32], mut joint: u32| {

@@ -1,7 +1,7 @@
-//! Joints and tethers on the CPU: which node has which, what they do to it, and which are broken.
+//! Joints and tethers on the CPU.
 //!
-//! Each node gathers its own: both ends of a joint find the same pull from the same numbers, and the same answer to the
-//! question whether it breaks.
+//! Each node gathers its own. Both ends of a joint compute the same correction from the same numbers, and both decide
+//! alike whether it breaks.
 
 use crate::attachments::attach::{self, JointCorrection, PointState, ROUNDS};
 use crate::attachments::constraints::{IS_POINT, JointConstraint};
@@ -57,26 +57,26 @@ struct Joint<T> {
     material: u32,
 }
 
-/// How joints hold: length once closed [m], compliance [m/N], force at which they break [N].
+/// The material of joints: length once closed [m], compliance [m/N], force at which they break [N].
 struct JointMaterial<T> {
     length: T,
     compliance: T,
     break_force: T,
 }
 
-/// What a worker keeps for itself.
+/// The scratch memory of a worker.
 #[derive(Default)]
 pub struct AttachScratch<T> {
-    /// Nodes that are moved, tile by tile, with place and velocity after it.
+    /// Nodes that are moved, tile by tile, with their position and velocity afterwards.
     responses: Vec<(u32, [T; 6])>,
-    /// Where the answers of each tile end.
+    /// Where the responses of each tile end.
     ends: Vec<usize>,
     /// Joints that break, each once.
     broken: Vec<u32>,
-    /// Which groups have been solved, and what each joint of them does.
+    /// Which groups have been solved, and the correction of each of their joints.
     solved: Vec<bool>,
     corrections: Vec<JointCorrection<T>>,
-    /// Room to solve them: the joints of one, which they are, and sums by node.
+    /// Memory to solve a group: its joints, their numbers, and sums by node.
     group_joints: Vec<GroupJoint<T>>,
     members: Vec<u32>,
     sums: Vec<[T; 3]>,
@@ -167,7 +167,7 @@ impl<T: Real> Feature<T> for Attachments<T> {
         sums.broken = self.broken.get_mut().iter().map(|&broken| u64::from(broken)).sum();
     }
 
-    /// Whether each joint is there; nothing where none can break.
+    /// Whether each joint is whole; empty if none can break.
     fn save(&self, state: &mut SolverState) {
         // SAFETY: no worker works between frames.
         let broken = unsafe { self.broken.read() };
@@ -189,21 +189,21 @@ impl<T: Real> Feature<T> for Attachments<T> {
 }
 
 impl<T: Real> AttachScratch<T> {
-    /// Nodes of its tile number `tile` that are moved, with their place and velocity after it.
+    /// Nodes of the worker's tile number `tile` that are moved, with their position and velocity afterwards.
     pub fn responses(&self, tile: usize) -> &[(u32, [T; 6])] {
         let start = tile.checked_sub(1).map_or(0, |before| self.ends[before]);
         &self.responses[start..self.ends[tile]]
     }
 }
 
-/// A worker's part in what all do about joints and tethers.
+/// A worker's part of the data.
 struct AttachWorker<'w, 'a, T> {
     setup: &'w Attachments<T>,
     scratch: &'w mut AttachScratch<T>,
     worker: &'w Worker<'a, T>,
 }
 
-/// What its nodes are found from, until the next barrier.
+/// The state that corrections are computed from, until the next barrier.
 struct Found<'a, T> {
     state: [&'a [T]; 6],
     broken: &'a [bool],
@@ -217,7 +217,7 @@ impl<T: Real> Found<'_, T> {
 }
 
 impl<T: Real> AttachWorker<'_, '_, T> {
-    /// Finds what becomes of its nodes.
+    /// Computes the corrections of its nodes.
     pub fn respond(&mut self) {
         // SAFETY: all have written their nodes, and what is broken, before a barrier, and change them after another.
         let found = unsafe {
@@ -280,7 +280,7 @@ impl<T: Real> AttachWorker<'_, '_, T> {
         attach::solve_joint(d, length, v + w, softness)
     }
 
-    /// How far apart the ends of a joint are, their inverse masses, its length now, and its softness.
+    /// The distance vector of a joint, the inverse masses of its ends, its present length, and its softness.
     fn gap(&self, joint: &Joint<T>, found: &Found<'_, T>) -> ([T; 3], [T; 2], T, T) {
         let (material, h) = (&self.setup.materials[joint.material as usize], self.worker.substep.h);
         let [a, b] = joint.ends;
@@ -298,7 +298,8 @@ impl<T: Real> AttachWorker<'_, '_, T> {
         (d, [self.worker.nodes.inverse_mass[a as usize], w], length, attach::softness(material.compliance, h))
     }
 
-    /// Finds what the joints of a group do, if that is not known yet. Every worker with a node of it finds the same.
+    /// Solves a group, unless this worker has solved it in this sub-step. All workers with one of its nodes find the
+    /// same.
     fn solve(&mut self, group: usize, found: &Found<'_, T>) {
         if std::mem::replace(&mut self.scratch.solved[group], true) {
             return;
@@ -323,13 +324,13 @@ impl<T: Real> AttachWorker<'_, '_, T> {
         }
     }
 
-    /// Where a point is at the end of the sub-step.
+    /// The position of a point at the end of the sub-step.
     fn point(&self, point: u32) -> [T; 3] {
         let (start, track) = self.setup.points[point as usize];
         self.worker.substep.motions.get(track as usize).map_or(start, |motion| motion.apply(start).0)
     }
 
-    /// A node after its tethers. What they lead to is held, and stays where it is.
+    /// A node after its tethers. Their anchors are pinned, and stay where they are.
     fn apply_tethers(&self, number: u32, from: PointState<T>, found: &Found<'_, T>) -> PointState<T> {
         let tethers = self.setup.tethers_of.row(number as usize);
         if self.worker.nodes.inverse_mass[self.setup.nodes[number as usize] as usize] <= T::ZERO {
@@ -359,7 +360,7 @@ impl<T: Real> AttachWorker<'_, '_, T> {
         (x, anchors().fold(v, |v, (at, with)| attach::without_stretching(v, sub(x, at), with)))
     }
 
-    /// Notes what has broken, when all have found that.
+    /// Marks broken joints, after all workers have found theirs.
     fn note_broken(&mut self) {
         let colliders = self.worker.features.get::<Colliders<T>>();
         for &index in &self.scratch.broken {

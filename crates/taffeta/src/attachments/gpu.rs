@@ -23,11 +23,11 @@ pub const SHADERS: &[Shader] = shaders!("attachments", ["attach.wgsl", "stages.w
 /// Fields of a joint in `joint_work` of stages.wgsl.
 pub const FIELDS: usize = 5;
 
-/// Joints and tethers on the host.
+/// Tables of joints and tethers, on the host.
 #[derive(Default)]
 pub struct AttachmentTables {
     pub joints: Vec<Joint>,
-    /// As `attachment_lists` of stages.wgsl; empty where there are neither joints nor tethers.
+    /// As `attachment_lists` of stages.wgsl; empty if there are neither joints nor tethers.
     pub lists: Vec<u32>,
     /// As `joint_groups` there.
     pub groups: Vec<u32>,
@@ -35,7 +35,7 @@ pub struct AttachmentTables {
     pub numbers: Vec<usize>,
 }
 
-/// Refuses nodes that are joined in several partitions, sewn bodies that touch each other, and pins that break on colliders.
+/// Refuses joints between partitions, sewn bodies with self-collision, and breakable pins on colliders.
 pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
     let all = &assembly.attachments;
     let body = |node: u32| assembly.bodies.partition_point(|body| body.first <= node as usize) - 1;
@@ -70,8 +70,8 @@ pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u
 }
 
 impl AttachmentTables {
-    /// Those of some bodies, of which so many keep a volume: lengths of attachments stand behind volumes among the targets
-    /// of a sub-step.
+    /// The tables of some bodies. So many of these keep a volume: among the targets of a sub-step, the lengths of
+    /// joints follow the volumes.
     pub fn new(bodies: &Bodies<'_>, volumes: usize) -> Self {
         let all = &bodies.assembly.attachments;
         let (mut joints, mut numbers) = (Vec::new(), Vec::new());
@@ -83,7 +83,7 @@ impl AttachmentTables {
         }
         let groups = groups_here(all, &number_of, &mut joints);
         let lists = lists(bodies, &number_of);
-        // Behind the places stand rows of those that are attached.
+        // The lists follow the starts by place.
         if lists.len() > bodies.len() { Self { joints, lists, groups, numbers } } else { Self::default() }
     }
 }
@@ -104,14 +104,14 @@ fn joint_record(
         start: start as f32,
         end: material.length as f32,
         compliance: material.compliance as f32,
-        // Infinity is no number to a shader.
+        // WGSL has no infinity.
         break_force: material.break_force.min(f64::from(f32::MAX)) as f32,
         closing: volumes as u32 + number,
         grouped: 0,
     }
 }
 
-/// By place where its row begins; a row is its joints, then its tethers.
+/// The start of each place's list. A list has the joints of a node, then its tethers.
 fn lists(bodies: &Bodies<'_>, number_of: &[u32]) -> Vec<u32> {
     let all = &bodies.assembly.attachments;
     let mut lists = vec![NONE; bodies.len()];
@@ -131,7 +131,7 @@ fn lists(bodies: &Bodies<'_>, number_of: &[u32]) -> Vec<u32> {
     lists
 }
 
-/// The groups of joints that are here, of which `number_of` has the numbers. Notes which joints are in one.
+/// The groups of joints in this partition, by the numbers in `number_of`. Marks the joints that are in one.
 fn groups_here(all: &constraints::Attachments, number_of: &[u32], joints: &mut [Joint]) -> Vec<u32> {
     let members = |group: usize| all.groups.row(group).iter().map(|&joint| number_of[joint as usize]);
     let here: Vec<usize> =
@@ -162,14 +162,14 @@ pub struct Attachments {
     /// How many groups there are.
     grouped: usize,
     numbers: Vec<usize>,
-    /// Joints of the scene, where any may break; 0: none may.
+    /// Number of joints of the scene; 0 if none can break.
     scene_joints: usize,
-    /// Workgroups for one invocation a place.
+    /// Workgroups, with one invocation for each place.
     place_groups: usize,
 }
 
 impl Attachments {
-    /// Takes tables to the device, for so many places; `None` where there is nothing in them.
+    /// Uploads tables; `None` if they are empty.
     pub fn new(
         gpu: &Gpu,
         assembly: &Assembly,
@@ -209,7 +209,7 @@ impl Feature for Attachments {
         ]
     }
 
-    /// The state after the sub-step is read, and written anew where that before it was.
+    /// Reads the state after the sub-step, and writes over the state before it.
     fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
         let [joints, groups] = [self.joints.len(), self.grouped].map(|all| all.div_ceil(GROUP));
         let [_, contact] = contact_of(features);
@@ -246,7 +246,7 @@ impl Feature for Attachments {
             return;
         }
         state.joints.resize(self.scene_joints, true);
-        // A device that is lost says so when the next frame is handed over.
+        // If the device is lost, the next frame that is submitted reports it.
         let broken = self.broken.read(gpu).unwrap_or_default();
         self.numbers.iter().zip(broken).for_each(|(&number, broken)| state.joints[number] = broken == 0);
     }

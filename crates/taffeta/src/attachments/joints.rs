@@ -1,43 +1,43 @@
-//! Joints that share nodes: what they do together, so that none opens what another closes.
+//! Groups of joints that share nodes. They are solved together, so that no joint opens what another one closes.
 //!
-//! With d the gaps of all of them, J what a gap changes by when nodes move, W the inverse masses and D the compliances by
-//! the square of the sub-step, their shifts f solve (J W Jᵀ + D) f = −d, each row in all directions where its ends should
-//! be at one place, else along the line between them. Held nodes may make rows contradict each other, so the system is
-//! solved by conjugate residuals (Stiefel, "Relaxationsmethoden bester Strategie zur Lösung linearer Gleichungssysteme",
-//! Comment. Math. Helv. 29, 1955): what remains is then least, and in as many rounds as there are joints it is done.
+//! With the gaps d of all joints, their gradients J, the inverse masses W, and the compliances D divided by the
+//! square of the sub-step, their shifts f solve (J W Jᵀ + D) f = −d. A joint of length 0 has three rows, any other
+//! one row along the line between its ends. Pinned nodes may make rows contradict each other. So the system is solved
+//! by conjugate residuals (Stiefel, "Relaxationsmethoden bester Strategie zur Lösung linearer Gleichungssysteme",
+//! Comment. Math. Helv. 29, 1955), which minimise the residual, and converge in as many iterations as there are rows.
 
 use crate::attachments::attach::JointCorrection;
 use crate::real::{Real, add, dot, scale, sub};
 
-/// A joint among those of a group.
+/// A joint of a group.
 #[derive(Clone, Copy, Debug)]
 pub struct GroupJoint<T> {
-    /// Numbers of its nodes; a point, and what is held, has none.
+    /// Numbers of its nodes; a point, or a pinned node, has none.
     nodes: [Option<usize>; 2],
     /// Inverse masses of them [1/kg].
     inverse_mass: [T; 2],
-    /// The line on which its ends move [1], or zero: any.
+    /// Unit vector along which its ends move, or zero if they move in all directions.
     along: [T; 3],
-    /// Compliance by the square of the sub-step [1/kg].
+    /// Compliance divided by the square of the sub-step [1/kg].
     softness: T,
-    /// Change of place of its first end times mass [kg·m].
+    /// Change of position of its first end times mass [kg·m].
     shift: [T; 3],
-    /// What is left of its gap [m], and the direction of the search [kg·m]; what the rows make of each.
+    /// The residual r [m] and the search direction p [kg·m], and their products with the matrix, A r and A p.
     residual: [T; 3],
     direction: [T; 3],
     a_residual: [T; 3],
     a_direction: [T; 3],
 }
 
-/// A field of the links.
+/// A field of the joints.
 type Field<T> = fn(&mut GroupJoint<T>) -> &mut [T; 3];
 
-/// Rounds in which a group is solved, at most.
+/// Most iterations of a group.
 pub const ROUNDS: usize = 64;
 
 impl<T: Real> GroupJoint<T> {
-    /// A joint of two nodes that are `d` [m] apart, first less second, and should be `length` [m]. Without ends that give way,
-    /// or a line to move on, there is none.
+    /// A joint of two nodes that are `d` [m] apart, first less second, and should be `length` [m]. `None` if both
+    /// ends are pinned, or if it has no direction.
     pub fn new(nodes: [usize; 2], inverse_mass: [T; 2], d: [T; 3], length: T, softness: T) -> Option<Self> {
         let distance = dot(d, d).sqrt();
         let any = length <= T::ZERO;
@@ -60,13 +60,13 @@ impl<T: Real> GroupJoint<T> {
         })
     }
 
-    /// What it does.
+    /// Its correction.
     pub fn correction(&self) -> JointCorrection<T> {
         JointCorrection { shift: self.shift, size: dot(self.shift, self.shift).sqrt() }
     }
 }
 
-/// Finds the shifts of the links of a group. `sums` has room for one of each node.
+/// Solves for the shifts of the joints of a group. `sums` has room for one vector for each node.
 pub fn solve<T: Real>(joints: &mut [GroupJoint<T>], sums: &mut [[T; 3]]) {
     apply_matrix(joints, sums, |joint| &mut joint.residual, |joint| &mut joint.a_residual);
     for joint in &mut *joints {
@@ -95,7 +95,7 @@ pub fn solve<T: Real>(joints: &mut [GroupJoint<T>], sums: &mut [[T; 3]]) {
     }
 }
 
-/// Σ a·b, in the order of the links.
+/// Σ a·b, in the order of the joints.
 fn inner<T: Real>(joints: &[GroupJoint<T>], of: impl Fn(&GroupJoint<T>) -> ([T; 3], [T; 3])) -> T {
     joints.iter().map(of).fold(T::ZERO, |sum, (a, b)| sum + dot(a, b))
 }
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
     use crate::real::norm;
 
-    /// Nodes at `x` of inverse masses `w`, joined in pairs, with the same length and softness; where they come.
+    /// Positions of nodes with inverse masses `w` after joints between pairs, all of one length and softness.
     fn joined(x: &[[f64; 3]], w: &[f64], pairs: &[[usize; 2]], length: f64, softness: f64) -> Vec<[f64; 3]> {
         let joint =
             |&[a, b]: &[usize; 2]| GroupJoint::new([a, b], [w[a], w[b]], sub(x[a], x[b]), length, softness);
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn soft_joints_share_a_load() {
-        // Two springs one after the other: each is open by what both of its ends give way less.
+        // Two springs in series: each opens by the difference of its ends.
         let x = [[0.0; 3], [0.0; 3], [0.0, -0.1, 0.0]];
         let after = joined(&x, &[0.0, 1e9, 1.0], &[[0, 1], [1, 2]], 0.0, 2.0);
         assert!(

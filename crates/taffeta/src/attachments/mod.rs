@@ -1,4 +1,4 @@
-//! Seams, pins that break, and tethers.
+//! Seams, breakable pins, and tethers.
 
 pub mod attach;
 pub mod build;

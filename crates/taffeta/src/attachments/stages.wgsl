@@ -1,4 +1,4 @@
-// Joints and tethers. Each kernel reads the state after the sub-step; the last one writes it anew, where that before was.
+// Joints and tethers. Each kernel reads the state after the sub-step; the last one writes over the state before it.
 
 #import attachments/attach.wgsl
 #import contact/colliders/resolve_contact_again.wgsl
@@ -9,12 +9,12 @@
 #import gpu/wgsl/vector.wgsl
 #import motion/pins.wgsl
 
-/// A pair of a seam, or a node at the point of a pin that can break.
+/// A pair of a seam, or a node and the point of a breakable pin.
 struct Joint {
-    /// Where the point starts [m], and the track that it follows; NONE: it rests.
+    /// Where the point starts [m], and the track that it follows; NONE: it does not move.
     point: vec3f,
     track: u32,
-    /// Its nodes; the second NONE: the point.
+    /// Its nodes. If the second is NONE, it is the point.
     a: u32,
     b: u32,
     /// Distance at the start, and once closed [m].
@@ -24,23 +24,24 @@ struct Joint {
     compliance: f32,
     /// [N]
     break_force: f32,
-    /// Where in the goals of a sub-step the share is of its closing that has gone by.
+    /// Where the goals of a sub-step have the fraction of its closing.
     closing: u32,
     /// Whether it shares free nodes with others.
     grouped: u32,
 }
 
 @group(1) @binding(60) var<storage, read> joints: array<Joint>;
-/// Where the list of each place begins, or NONE. A list: how many joints; twice the number of each, one more at its second
-/// node; how many tethers; the anchor of each, and its length [m] as bits.
+/// Where the list of each place begins, or NONE. A list has the number of joints; for each joint, twice its number,
+/// plus one at its second node; the number of tethers; for each tether, its anchor, and its length [m] as bits.
 @group(1) @binding(61) var<storage, read> attachment_lists: array<u32>;
-/// Groups of joints that share free nodes: how many; where the list of each begins, and where the last one ends; their joints.
+/// Groups of joints that share free nodes: their number; where the list of each begins, and where the last ends;
+/// their joints.
 @group(1) @binding(62) var<storage, read> joint_groups: array<u32>;
 /// Of each joint, whether it is broken.
 @group(3) @binding(60) var<storage, read_write> joint_broken: array<u32>;
-/// What each joint does to its first node, as `JointCorrection`; in w whether it does anything.
+/// The correction of each joint, as `JointCorrection`; in w whether it acts.
 @group(3) @binding(62) var<storage, read_write> joint_corrections: array<vec4f>;
-/// What a group is solved with: five fields of each joint, as joints.rs has them; behind them a sum for each place.
+/// Memory to solve groups: five fields of each joint, as in joints.rs; then a sum for each place.
 @group(3) @binding(61) var<storage, read_write> joint_work: array<vec4f>;
 
 /// Where a joint's second end is [m], with its inverse mass [1/kg].
@@ -60,7 +61,7 @@ fn length_of(joint: Joint) -> f32 {
     return joint_length(joint.start, joint.end, goals[substeps[0].first_goal + joint.closing]);
 }
 
-/// Notes what a joint does, and whether it breaks.
+/// Sets the correction of a joint, and whether it breaks.
 fn note_correction(row: u32, correction: JointCorrection) {
     let h = substeps[0].h;
     let breaks = joint_broken[row] != 0u || correction.size / (h * h) > joints[row].break_force;
@@ -68,7 +69,7 @@ fn note_correction(row: u32, correction: JointCorrection) {
     joint_corrections[row] = select(vec4f(correction.shift, 1.0), vec4f(0.0), breaks);
 }
 
-/// Finds what each joint does that shares no free node, and which of them break.
+/// Solves each joint that shares no free node, and marks those that break.
 @compute @workgroup_size(256)
 fn solve_joints(
     @builtin(workgroup_id) id: vec3u,
@@ -89,8 +90,8 @@ fn solve_joints(
     note_correction(row, solve_joint(a.xyz - b.xyz, length_of(joint), a.w + b.w, joint.compliance / (h * h)));
 }
 
-/// Fields of a joint in a group: what is left of its gap, and the direction of the search; what the rows make of each; its
-/// line, and in w its softness, or that it does nothing.
+/// Fields of a joint in a group: residual, direction, and their products with the matrix; its line, and in w its
+/// softness, or less than 0 if it does not act.
 const JOINT_RESIDUAL: u32 = 0u;
 const JOINT_DIRECTION: u32 = 1u;
 const JOINT_AR: u32 = 2u;
@@ -110,7 +111,7 @@ fn is_active_joint(row: u32) -> bool {
     return joint_work[JOINT_FIELDS * row + JOINT_LINE].w >= 0.0;
 }
 
-/// Where the sum of a joint's end stands, or NONE if that is held, or a point.
+/// The index of a node's sum, or NONE if the node is pinned, or a point.
 fn joint_sum_of(end: u32) -> u32 {
     if end == NONE || old_position[end].w <= 0.0 {
         return NONE;
@@ -118,7 +119,7 @@ fn joint_sum_of(end: u32) -> u32 {
     return JOINT_FIELDS * arrayLength(&joints) + end;
 }
 
-/// Begins a joint of a group.
+/// Sets up a joint of a group.
 fn begin_joint(row: u32) {
     let joint = joints[row];
     let a = old_position[joint.a];
@@ -136,7 +137,7 @@ fn begin_joint(row: u32) {
     joint_corrections[row] = vec4f(0.0);
 }
 
-/// What the rows of a group make of one of its fields.
+/// Multiplies a field of a group by the matrix.
 fn apply_matrix(first: u32, end: u32, given: u32, made: u32) {
     for (var at = first; at < end; at++) {
         let joint = joints[joint_groups[at]];
@@ -174,7 +175,7 @@ fn apply_matrix(first: u32, end: u32, given: u32, made: u32) {
     }
 }
 
-/// How a joint's end moves by its sum.
+/// The motion of a joint's end by its sum.
 fn moved_by_joints(end: u32) -> vec3f {
     let sum = joint_sum_of(end);
     if sum == NONE {
@@ -195,10 +196,10 @@ fn joint_product(first: u32, end: u32, a: u32, b: u32) -> f32 {
     return sum;
 }
 
-/// Rounds in which a group is solved, at most.
+/// Most iterations of a group.
 const GROUP_ROUNDS: u32 = 64u;
 
-/// Finds what the joints of each group do together, and which of them break.
+/// Solves each group of joints, and marks those that break.
 @compute @workgroup_size(256)
 fn solve_joint_groups(
     @builtin(workgroup_id) id: vec3u,
@@ -222,7 +223,7 @@ fn solve_joint_groups(
     }
 }
 
-/// Conjugate residuals, as joints.rs has them.
+/// Conjugate residuals, as in joints.rs.
 fn solve_group(first: u32, end: u32) {
     apply_matrix(first, end, JOINT_RESIDUAL, JOINT_AR);
     for (var at = first; at < end; at++) {
@@ -260,7 +261,7 @@ fn solve_group(first: u32, end: u32) {
     }
 }
 
-/// A node after its tethers, whose list begins at `list`. What they lead to is held, and stays where it is.
+/// A node after its tethers, whose list begins at `list`. Their anchors are pinned, and stay where they are.
 fn apply_tethers(x: vec3f, v: vec3f, list: u32) -> Tethered {
     var at = x;
     var shift = vec3f(0.0);

@@ -1,29 +1,29 @@
-//! Ways along a surface from its nodes to those that are held, and the nearest of some places.
+//! Geodesic distances along a surface from its nodes to pinned ones, and a search for the nearest position.
 
 use crate::topology::Csr;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
-/// Held parts that a node has ways to, at most.
+/// Most tethers of a node: one to each of the nearest connected parts of pinned nodes.
 pub const MAX_TETHERS: usize = 4;
 
-/// A straight piece of surface between two nodes, and its length [m].
+/// A straight edge of the surface between two nodes, and its length [m].
 pub type Edge = ([u32; 2], f64);
 
-/// The shortest way from a node to one that is held.
+/// The shortest path from a node to a pinned one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GeodesicPath {
-    /// Where it begins.
+    /// Its first node.
     pub node: u32,
-    /// The held node where it ends.
+    /// The pinned node at its end.
     pub anchor: u32,
     /// Its length [m].
     pub length: f64,
 }
 
-/// The shortest ways along `pieces` from every node that is not held: to the nearest node of each part of held ones that
-/// hangs together, the nearest [`MAX_TETHERS`] of them. Ascending by node, then by length (Dijkstra, "A Note on Two Problems in
-/// Connexion with Graphs", 1959, from all held nodes at once).
+/// The shortest paths along `pieces` from every free node to the nearest node of each connected part of pinned nodes;
+/// at most [`MAX_TETHERS`] of them. Ascending by node, then by length (Dijkstra, "A Note on Two Problems in Connexion
+/// with Graphs", 1959, from all pinned nodes at once).
 pub fn geodesic_paths(pieces: &[Edge], held: &[bool]) -> Vec<GeodesicPath> {
     let pairs: Vec<[u32; 2]> = pieces.iter().map(|(pair, _)| *pair).collect();
     let by_node = Csr::corners(held.len(), &pairs);
@@ -38,7 +38,7 @@ pub fn geodesic_paths(pieces: &[Edge], held: &[bool]) -> Vec<GeodesicPath> {
     let mut queue: BinaryHeap<_> =
         (0..held.len() as u32).filter(|&n| held[n as usize]).map(|n| Reverse((0_u64, n, n))).collect();
     while let Some(Reverse((bits, node, anchor))) = queue.pop() {
-        // Bits of numbers above 0 are in the order of the numbers.
+        // Bits of positive numbers have the order of the numbers.
         let length = f64::from_bits(bits);
         let (own, to) = (&mut known[node as usize], part[anchor as usize]);
         if own.len() >= MAX_TETHERS || own.iter().any(|way| part[way.anchor as usize] == to) {
@@ -50,7 +50,7 @@ pub fn geodesic_paths(pieces: &[Edge], held: &[bool]) -> Vec<GeodesicPath> {
     known.into_iter().flatten().filter(|way| !held[way.node as usize]).collect()
 }
 
-/// The number of the part of held nodes that each belongs to.
+/// The connected part of each pinned node.
 fn parts<I: Iterator<Item = (u32, f64)>>(held: &[bool], next: impl Fn(u32) -> I) -> Vec<u32> {
     let mut part = vec![u32::MAX; held.len()];
     let mut stack = Vec::new();
@@ -70,8 +70,9 @@ fn parts<I: Iterator<Item = (u32, f64)>>(held: &[bool], next: impl Fn(u32) -> I)
     part
 }
 
-/// Length of the straight way between the corners beside an edge when both triangles are laid in one plane, if it crosses
-/// the edge. `edge` is its length, `left` and `right` those of the sides from its first and its second end [m].
+/// Length of the straight line between the corners opposite an edge, in the plane of both unfolded triangles, if it
+/// crosses the edge. `edge` is its length, `left` and `right` those of the sides from its first and its second end
+/// [m].
 pub fn across(edge: f64, left: [f64; 2], right: [f64; 2]) -> Option<f64> {
     let corner = |[a, b]: [f64; 2]| {
         let along = (a * a - b * b + edge * edge) / (2.0 * edge);
@@ -82,7 +83,7 @@ pub fn across(edge: f64, left: [f64; 2], right: [f64; 2]) -> Option<f64> {
     (crossing > 0.0 && crossing < edge).then(|| (l - r).hypot(above + below))
 }
 
-/// Places by cells as large as a reach.
+/// Positions in cells of the size of a reach.
 pub struct PlacesByCell<'a> {
     places: &'a [[f64; 3]],
     reach: f64,
@@ -90,7 +91,7 @@ pub struct PlacesByCell<'a> {
 }
 
 impl<'a> PlacesByCell<'a> {
-    /// Sorts places into cells of `reach` [m].
+    /// Sorts positions into cells of `reach` [m].
     pub fn new(places: &'a [[f64; 3]], reach: f64) -> Self {
         let mut near = Self { places, reach, cells: HashMap::new() };
         for (number, &place) in (0..).zip(places) {
@@ -103,7 +104,7 @@ impl<'a> PlacesByCell<'a> {
         place.map(|x| (x / self.reach).floor() as i64)
     }
 
-    /// The nearest of the places that are wanted, not beyond the reach; of several the first.
+    /// The nearest of the wanted positions within the reach; of several the first.
     pub fn nearest(&self, at: [f64; 3], wanted: impl Fn(usize) -> bool) -> Option<usize> {
         let [x, y, z] = self.cell(at);
         let around = (0..27).map(|n| [x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1]);

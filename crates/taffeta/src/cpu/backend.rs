@@ -26,13 +26,13 @@ use std::time::Instant;
 /// sets of a first-level cache evenly.
 const STAGGER: usize = 5;
 
-/// What features are made from.
+/// What features are constructed from.
 pub struct Context<'a, T> {
-    /// The scene; a feature may take what nobody else needs.
+    /// The scene. A feature may take parts that nothing else needs.
     pub assembly: &'a mut Assembly,
-    /// Its nodes, and how they are cut into tiles.
+    /// Its nodes, and their tiles.
     pub nodes: &'a Nodes<T>,
-    /// The tiles of each worker.
+    /// The chunk of tiles of each worker.
     pub chunks: &'a [Range<usize>],
 }
 
@@ -53,12 +53,12 @@ pub struct CpuBackend<T> {
     pub(crate) assembly: Assembly,
     pub(crate) nodes: Nodes<T>,
     pub(crate) features: Features<T>,
-    /// What the scene has.
+    /// The parts of the scene.
     pub(crate) parts: Parts,
     program: Program,
     team: Team,
     pub(crate) chunks: Vec<Range<usize>>,
-    /// The state before and after a sub-step, by turns.
+    /// The states before and after a sub-step; they alternate.
     pub(crate) states: [Fields<T>; 2],
     pub(crate) current: usize,
     marks: Shared<Marks>,
@@ -66,13 +66,13 @@ pub struct CpuBackend<T> {
     pub(crate) input: FrameInput,
     balance: Balance,
     sums: FrameSums,
-    /// Whether the next frame is timed by stages, and the times [s] of the last one that was.
+    /// Whether the next frame is timed by stages, and the times [s] of the last timed frame.
     is_timed: bool,
     times: Vec<(&'static str, f64)>,
 }
 
 impl<T: Real> CpuBackend<T> {
-    /// Takes a scene into memory, whose features `make` makes.
+    /// Allocates the memory of a scene, whose features `make` constructs.
     pub fn new(
         mut assembly: Assembly,
         parts: &Parts,
@@ -127,7 +127,8 @@ impl<T: Real> CpuBackend<T> {
         }
     }
 
-    /// Shares tiles anew where workers were busy unevenly in a frame of `seconds`. No result depends on who computes it.
+    /// Redistributes tiles if workers were busy unevenly in a frame of `seconds`. No result depends on who computes
+    /// it.
     fn balance(&mut self, seconds: f64) {
         if self.chunks.len() == 1 || !self.features.iter().any(|feature| feature.has_uneven_work()) {
             return;
@@ -142,7 +143,7 @@ impl<T: Real> CpuBackend<T> {
         self.balance.set_cost(start.elapsed().as_secs_f64());
     }
 
-    /// Has all workers do a frame; the first one has a clock, if that was asked for.
+    /// Runs a frame on all workers. The first one has a clock if the frame is timed.
     fn work_on_frame(&mut self, substeps: &[Substep<T>]) {
         let (at_rest, timed) =
             (Substep::at_rest(), std::mem::take(&mut self.is_timed) && !substeps.is_empty());
@@ -184,7 +185,7 @@ impl<T: Real> CpuBackend<T> {
         });
     }
 
-    /// A column of the state of now.
+    /// A column of the present state.
     fn column(&self, axis: usize) -> &[T] {
         // SAFETY: workers work while a frame runs, which borrows the backend mutably.
         unsafe { self.states[self.current][axis].read() }
@@ -308,7 +309,7 @@ fn masses<T: Real>(assembly: &Assembly) -> [Column<T>; 2] {
     columns
 }
 
-/// The state at the start: in place, at rest. `lead` tells the two buffers of a state apart in the cache.
+/// The state at the start: in position, at rest. `lead` separates the two buffers of a state in the cache.
 fn start<T: Real>(assembly: &Assembly, lead: usize) -> Fields<T> {
     std::array::from_fn(|axis| {
         let mut column = Column::staggered(padded(assembly), lead + STAGGER * axis);

@@ -1,35 +1,34 @@
-//! Even chunks for workers where work is uneven: contact is where it is, and not where the nodes are.
+//! Load balancing: even chunks for workers whose work is uneven. Contact is not evenly distributed over nodes.
 
 use crate::cpu::tiles::{TilePlan, chunks_by_cost};
 use std::ops::Range;
 
-/// Frames after which shares are looked at.
+/// Frames between two checks.
 const FRAMES: u32 = 16;
-/// Time of the busiest worker by the mean from which on shares are changed.
+/// Time of the busiest worker, relative to the mean, from which chunks are changed.
 const UNEVEN: f64 = 1.15;
-/// Frames in which a change must pay.
+/// Frames in which a change must pay off.
 const PAYS_IN: f64 = 64.0;
 
-/// How busy workers have been.
+/// Busy times of workers.
 #[derive(Debug)]
 pub struct Balance {
-    /// Time of each since shares were looked at [s].
+    /// Time of each since the last check [s].
     busy: Vec<f64>,
     /// Time that each has waited in the last frame [s].
     pub waited: Vec<f64>,
     frames: u32,
-    /// What a change takes [s].
+    /// Cost of a change [s].
     cost: f64,
 }
 
 impl Balance {
-    /// Of so many workers; to prepare features has taken `cost` [s].
+    /// For so many workers. The preparation of features has taken `cost` [s].
     pub fn new(workers: usize, cost: f64) -> Self {
         Self { busy: vec![0.0; workers], waited: vec![0.0; workers], frames: 0, cost }
     }
 
-    /// Notes how long workers were busy in a frame of `seconds`. Other chunks of tiles, where these are so uneven that a change
-    /// pays.
+    /// Adds the busy times of a frame of `seconds`. Returns other chunks of tiles, if a change pays off.
     pub fn after(
         &mut self,
         seconds: f64,
@@ -44,12 +43,12 @@ impl Balance {
         (others != chunks).then_some(others)
     }
 
-    /// A change has taken so long [s].
+    /// Sets the cost of a change [s].
     pub fn set_cost(&mut self, cost: f64) {
         self.cost = cost;
     }
 
-    /// What each worker's tiles cost, if that is so uneven that a change pays.
+    /// The cost of each worker's tiles, if it is so uneven that a change pays off.
     fn uneven(&mut self) -> Option<Vec<f64>> {
         if self.frames < FRAMES {
             return None;
@@ -63,7 +62,7 @@ impl Balance {
     }
 }
 
-/// Shares tiles anew by how long the workers that had `chunks` of them were `busy` [s].
+/// Chunks of tiles by how long the workers that had `chunks` of them were `busy` [s].
 fn chunks_by_time(tiles: &[TilePlan], chunks: &[Range<usize>], busy: &[f64]) -> Vec<Range<usize>> {
     let mut costs = vec![0.0; tiles.len()];
     for (chunk, busy) in chunks.iter().zip(busy) {

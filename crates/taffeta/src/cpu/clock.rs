@@ -1,21 +1,21 @@
-//! Times of a frame by stage: what the first worker spends on each. Waiting for the others between sub-steps, and going over
-//! tiles, have a name of their own.
+//! Times of a frame by stage, as the first worker spends them. Waiting for other workers between sub-steps, and
+//! iterating over tiles, have names of their own.
 
 use crate::step::Stage;
 use std::cell::Cell;
 use std::time::Instant;
 
-/// What is no part of a stage.
+/// Time outside of stages.
 const BETWEEN: usize = Stage::ALL.len();
 
-/// Time that stages take [s], each without those inside it.
+/// Time of each stage [s], without stages inside it.
 #[derive(Default)]
 pub struct Clock {
     times: [Cell<f64>; BETWEEN + 1],
 }
 
 impl Clock {
-    /// Times by the names of stages, those that took none left out.
+    /// Times by the names of stages, without those that took none.
     pub fn by_name(&self) -> Vec<(&'static str, f64)> {
         let names = Stage::ALL.into_iter().map(Stage::name).chain(["between"]);
         names.zip(self.times.iter().map(Cell::get)).filter(|&(_, time)| time > 0.0).collect()
@@ -25,7 +25,7 @@ impl Clock {
         self.times.iter().map(Cell::get).sum()
     }
 
-    /// Does a job of a stage, or of none; where there is a clock, it counts what other stages inside it do not.
+    /// Runs a job of a stage, or of none. If there is a clock, it measures the job without other stages inside it.
     #[inline]
     pub fn time<R>(clock: Option<&Self>, stage: Option<Stage>, job: impl FnOnce() -> R) -> R {
         let Some(clock) = clock else { return job() };

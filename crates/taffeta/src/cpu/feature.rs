@@ -1,4 +1,4 @@
-//! What a feature is to the executor: operations on the scene and on tiles, and memory of its own.
+//! The interface of a feature on the CPU: operations on the scene and on tiles, and memory of its own.
 
 use crate::backend::SolverState;
 use crate::build::Assembly;
@@ -11,27 +11,28 @@ use crate::step::{Marks, Op};
 use std::any::Any;
 use std::ops::Range;
 
-/// Whether rounds go on.
+/// Whether rounds continue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flow {
-    /// There is something left to do.
+    /// Continue.
     Go,
-    /// There is not.
+    /// Stop.
     Done,
 }
 
-/// A feature on the CPU. All workers share it: what it changes in a frame lies in [`Shared`](crate::cpu::shared::Shared) and
-/// [`PerWorker`](crate::cpu::shared::PerWorker).
+/// A feature on the CPU. All workers share it. What it changes in a frame is in
+/// [`Shared`](crate::cpu::shared::Shared) and [`PerWorker`](crate::cpu::shared::PerWorker).
 pub trait Feature<T: Real>: Any + Send + Sync {
-    /// The operations that it carries out. Where several features carry out one, they do in the order in which they are listed.
+    /// The operations that it carries out. If several features carry out one, they do so in the order of the list of
+    /// features.
     fn ops(&self) -> &'static [Op];
 
-    /// What is always known of a tile.
+    /// The marks that a tile always has.
     fn marks(&self, _plan: &TilePlan) -> Marks {
         Marks::NONE
     }
 
-    /// A sub-step begins; on each worker, before its first pass.
+    /// Begins a sub-step. Called on each worker before its first pass.
     fn begin(&self, _worker: &mut Worker<'_, T>) {}
 
     /// A worker's part of an operation on the scene.
@@ -42,24 +43,24 @@ pub trait Feature<T: Real>: Any + Send + Sync {
     /// An operation on a tile.
     fn tile(&self, _op: Op, _tile: &mut Tile<'_, T>) {}
 
-    /// Hands over what it has measured in the frame that ends with `state`, after so many sub-steps.
+    /// Adds its measurements of the frame that ends with `state`, after so many sub-steps.
     fn measure(&mut self, _state: [&[T]; 6], _substeps: usize, _sums: &mut FrameSums) {}
 
-    /// A node has been set from outside, pinned or unpinned.
+    /// Called when a node has been set from outside, pinned or unpinned.
     fn forget(&mut self, _node: usize) {}
 
-    /// Whether its work is not where the nodes are, so that tiles are now and then shared anew.
+    /// Whether its work is not evenly distributed over nodes, so that tiles are redistributed now and then.
     fn has_uneven_work(&self) -> bool {
         false
     }
 
-    /// Other workers have the tiles from now on.
+    /// Called when workers have got other chunks of tiles.
     fn redistribute(&mut self, _assembly: &Assembly, _tiles: &[TilePlan], _chunks: &[Range<usize>]) {}
 
-    /// Adds what it knows from one sub-step to the next.
+    /// Adds its state between sub-steps.
     fn save(&self, _state: &mut SolverState) {}
 
-    /// Takes back what [`Self::save`] gave.
+    /// Restores what [`Self::save`] added.
     fn load(&mut self, _state: &SolverState) {}
 
     /// Bytes of memory that it takes.
@@ -71,7 +72,7 @@ pub trait Feature<T: Real>: Any + Send + Sync {
 /// All features of a scene.
 pub struct Features<T> {
     all: Vec<Box<dyn Feature<T>>>,
-    /// Which of them carry out each operation.
+    /// The features that carry out each operation.
     of_op: Vec<Vec<usize>>,
 }
 
@@ -85,17 +86,17 @@ impl<T: Real> Features<T> {
         Self { all, of_op }
     }
 
-    /// Those that carry out an operation.
+    /// The features that carry out an operation.
     pub fn of(&self, op: Op) -> impl Iterator<Item = &dyn Feature<T>> {
         self.of_op[op as usize].iter().map(|&index| &*self.all[index])
     }
 
-    /// A feature by its type, where the scene has it.
+    /// A feature by its type, if the scene has it.
     pub fn get<F: Feature<T>>(&self) -> Option<&F> {
         self.all.iter().find_map(|feature| (&**feature as &dyn Any).downcast_ref())
     }
 
-    /// The same, to change it between frames.
+    /// The same, mutable between frames.
     #[cfg(feature = "gpu")]
     pub fn get_mut<F: Feature<T>>(&mut self) -> Option<&mut F> {
         self.all.iter_mut().find_map(|feature| (&mut **feature as &mut dyn Any).downcast_mut())
@@ -106,7 +107,7 @@ impl<T: Real> Features<T> {
         self.all.iter().map(|feature| &**feature)
     }
 
-    /// All of them, to change them between frames.
+    /// All of them, mutable between frames.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Box<dyn Feature<T>>> {
         self.all.iter_mut()
     }

@@ -1,4 +1,4 @@
-//! Single passes of a sub-step on a state of the caller's choice, to compare another backend with.
+//! Single passes of a sub-step on a given state, to compare another backend with.
 
 use crate::backend::{Backend, FrameInput};
 use crate::contact::colliders::cpu::Colliders;
@@ -11,7 +11,7 @@ use crate::step::{self, Line, Op};
 use crate::topology::LANES;
 use std::ops::Range;
 
-/// What passes leave to each other beside the state, by place. Lanes past a mesh's last node are places too.
+/// What passes pass to each other beside the state, by place. Lanes past a mesh's last node are places, too.
 #[derive(Clone, Debug, Default)]
 pub struct Between<T> {
     /// Force on each place [N]; those of no tile stay.
@@ -21,12 +21,12 @@ pub struct Between<T> {
 }
 
 impl<T: Real> CpuBackend<T> {
-    /// A feature by its type, where the scene has it.
+    /// A feature by its type, if the scene has it.
     pub fn feature<F: Feature<T>>(&mut self) -> Option<&mut F> {
         self.features.get_mut()
     }
 
-    /// A column of the state of now, or of that after the sub-step.
+    /// A column of the present state, or of that after the sub-step.
     fn column_of(&self, next: bool, axis: usize) -> &[T] {
         // SAFETY: workers work while the backend is borrowed mutably.
         unsafe { self.states[if next { 1 - self.current } else { self.current }][axis].read() }
@@ -43,7 +43,7 @@ impl<T: Real> CpuBackend<T> {
         std::array::from_fn(|axis| self.column_of(true, axis)[place])
     }
 
-    /// Positions [m] and velocities [m/s] by axis and place: those of now, or those that a sub-step has begun to write.
+    /// Positions [m] and velocities [m/s] by axis and place, of the present state, or of that after the sub-step.
     pub fn fields(&self, next: bool) -> [&[T]; 6] {
         std::array::from_fn(|axis| self.column_of(next, axis))
     }
@@ -53,8 +53,8 @@ impl<T: Real> CpuBackend<T> {
         (&self.nodes.inverse_mass, &self.nodes.mass)
     }
 
-    /// Begins a sub-step and finds the forces of its elements, then runs each operation on tiles that is wanted once, from
-    /// the state of now to the one after, which does not become that of now. Forces start as `between` has them.
+    /// Begins a sub-step and computes the forces of its elements. Then runs each wanted operation on tiles once, from
+    /// the present state to the one after, which does not become the present one. Forces start as in `between`.
     pub fn run_separately(
         &mut self,
         substep: &Substep<T>,
@@ -96,7 +96,7 @@ impl<T: Real> CpuBackend<T> {
         self.work(substep, |worker| worker.passes(&program));
     }
 
-    /// Ends a sub-step whose state was found elsewhere.
+    /// Ends a sub-step whose state was computed elsewhere.
     pub fn end(&mut self, state: impl Fn(usize, usize) -> T) {
         self.current = 1 - self.current;
         for (axis, column) in self.states[self.current].iter_mut().enumerate() {

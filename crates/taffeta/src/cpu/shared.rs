@@ -96,7 +96,7 @@ impl<T> Shared<T> {
     }
 }
 
-/// Something that each worker has for itself, on cache lines of its own, so that no worker waits for another's.
+/// A value for each worker, on cache lines of its own, so that workers do not contend.
 pub struct PerWorker<S>(Vec<Own<S>>);
 
 #[repr(align(128))]

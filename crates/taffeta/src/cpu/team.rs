@@ -1,11 +1,11 @@
-//! A team of threads that runs a whole frame in one go and meets at a spinning barrier between stages.
+//! A team of threads that runs a whole frame, and synchronises at a spinning barrier between stages.
 //!
-//! A sub-step of a small cloth lasts tens of microseconds: less than it takes to hand out work afresh.
+//! A sub-step of a small cloth lasts tens of microseconds. Starting tasks for it would take longer.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Instant;
 
-/// Worker threads, waiting between frames.
+/// Worker threads, which wait between frames.
 pub struct Team {
     pool: Option<rayon::ThreadPool>,
     threads: usize,
@@ -49,7 +49,7 @@ impl Team {
     }
 }
 
-/// Where all workers of a team meet. Spins briefly, then lets other programs run.
+/// The barrier of a team. It spins briefly, then yields to other programs.
 pub struct Barrier {
     workers: usize,
     arrived: AtomicUsize,
@@ -67,7 +67,7 @@ impl Barrier {
         }
     }
 
-    /// Makes it as good as new after a panic, when no worker waits.
+    /// Resets it after a panic, when no worker waits.
     fn mend(&self) {
         self.arrived.store(0, Ordering::Relaxed);
         self.broken.store(false, Ordering::Relaxed);
@@ -80,7 +80,7 @@ impl Barrier {
         start.elapsed().as_secs_f64()
     }
 
-    /// Waits until every worker has come. What a worker wrote before is seen by all after.
+    /// Waits for all workers. What a worker wrote before it is visible to all of them after it.
     pub fn wait(&self) {
         if self.workers == 1 {
             return;
@@ -104,7 +104,7 @@ impl Barrier {
     }
 }
 
-/// Frees the others if a worker panics, so that the panic is reported and nobody waits forever.
+/// Releases the others if a worker panics, so that the panic is reported and nobody waits forever.
 struct BreakOnPanic<'a>(&'a Barrier);
 
 impl Drop for BreakOnPanic<'_> {

@@ -1,4 +1,4 @@
-//! A tile: what an operation on some hundred neighbouring nodes reads and writes.
+//! A tile: some hundred neighbouring nodes, and what operations on them read and write.
 
 use crate::backend::FrameInput;
 use crate::cpu::column::Column;
@@ -14,23 +14,23 @@ use std::ops::Range;
 /// Position [m] and velocity [m/s] by axis: x, y, z, then their rates.
 pub type Fields<T> = [Shared<T>; 6];
 
-/// What does not change while a frame runs.
+/// What is constant during a frame.
 pub struct Nodes<T> {
     /// All tiles, in order.
     pub tiles: Vec<TilePlan>,
-    /// Inverse mass [1/kg]; 0: held, or no node.
+    /// Inverse mass [1/kg]; 0: pinned, or no node.
     pub inverse_mass: Column<T>,
     /// Mass [kg]; 0: no node.
     pub mass: Column<T>,
-    /// Instructions in use.
+    /// Vector instructions in use.
     pub level: SimdLevel,
 }
 
-/// What a worker keeps of the tile that it works on.
+/// The scratch memory of a worker for its tile.
 pub struct Scratch<T> {
     /// Forces on its nodes [N].
     pub force: [Column<T>; 3],
-    /// Where its nodes were before a pass moved them once more [m].
+    /// Positions of its nodes before a pass moved them once more [m].
     pub before: [Column<T>; 3],
 }
 
@@ -42,13 +42,13 @@ impl<T: Real> Scratch<T> {
     }
 }
 
-/// Nodes of a tile that a pass has moved since colliders acted on them.
+/// Nodes of a tile that a pass has moved since their contact was resolved.
 pub enum Moved<T> {
-    /// None: they come from where they were before the sub-step.
+    /// None: their motion starts before the sub-step.
     None,
-    /// Some, and where each comes from [m].
+    /// Some, with the start of each one's motion [m].
     Some(Vec<(usize, [T; 3])>),
-    /// Any; where all come from is in the worker's [`Scratch::before`].
+    /// Any: the starts of their motion are in the worker's [`Scratch::before`].
     Any,
 }
 
@@ -58,7 +58,7 @@ pub struct Tile<'a, T> {
     pub nodes: &'a Nodes<T>,
     /// All features of the scene.
     pub features: &'a Features<T>,
-    /// What the user does in this frame.
+    /// The user's input for this frame.
     pub input: &'a FrameInput,
     /// The parameters of the sub-step.
     pub substep: &'a Substep<T>,
@@ -73,11 +73,11 @@ pub struct Tile<'a, T> {
     pub old: [&'a [T]; 6],
     /// State after; the tile's own nodes are written, nothing is read by others before the next barrier.
     pub next: &'a Fields<T>,
-    /// What the worker keeps of it.
+    /// The worker's scratch memory.
     pub scratch: &'a mut Scratch<T>,
-    /// What is known of it.
+    /// Its marks.
     pub marks: &'a mut Marks,
-    /// Nodes that have been moved since colliders acted.
+    /// Nodes that have been moved since contact was resolved.
     pub moved: Moved<T>,
 }
 
@@ -95,7 +95,7 @@ impl<'a, T: Real> Tile<'a, T> {
         self.plan.runs().next().map_or(0..0, |(_, run)| run)
     }
 
-    /// Sets the state of nodes after it, by solver index, and notes where they were for colliders.
+    /// Sets the state of nodes after it, by solver index, and stores where they were for colliders.
     pub fn move_nodes<'s>(&mut self, states: impl Iterator<Item = (usize, &'s [T; 6])>)
     where
         T: 's,
@@ -120,7 +120,7 @@ impl<'a, T: Real> Tile<'a, T> {
     }
 }
 
-/// The items of a list that ascends by node, whose nodes are in `run`.
+/// The items of a list, ascending by node, whose nodes are in `run`.
 pub fn within<'a, I>(items: &'a [I], run: &Range<usize>, node: impl Fn(&I) -> u32) -> &'a [I] {
     let start = items.partition_point(|item| (node(item) as usize) < run.start);
     let end = items.partition_point(|item| (node(item) as usize) < run.end);

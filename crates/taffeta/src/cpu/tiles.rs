@@ -1,14 +1,14 @@
-//! How the nodes are cut into tiles, and tiles shared among workers.
+//! Cuts nodes into tiles, and tiles into chunks for workers.
 
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
 use crate::topology::LANES;
 use std::ops::Range;
 
-/// Nodes of a tile: enough to make the cost of a stage's call small, few enough to stay in the first cache.
+/// Nodes of a tile: enough to make calls of stages cheap, few enough to stay in the first-level cache.
 pub(crate) const TILE_NODES: usize = 512;
 
-/// Most columns of a grid that are swept together: the forces of their last rows stay in the nearest caches.
+/// Most columns of a grid that are swept together, so that the forces of their last rows stay in cache.
 const STRIP: usize = 2048;
 
 /// Neighbouring nodes of one body: slices of a mesh, or a rectangle of a grid.
@@ -23,7 +23,7 @@ pub struct TilePlan {
     pub cols: Range<usize>,
     /// Solver indices of its first run of nodes.
     run: Range<usize>,
-    /// Number of runs, and the way from one to the next.
+    /// Number of runs, and the stride from one to the next.
     runs: (usize, usize),
 }
 
@@ -93,12 +93,12 @@ fn chunks(count: usize, size: usize) -> impl Iterator<Item = Range<usize>> {
     (0..count).step_by(size).map(move |start| start..count.min(start + size))
 }
 
-/// Which tiles each worker takes: neighbouring ones, with about the same number of nodes.
+/// The chunk of each worker: neighbouring tiles, with about the same number of nodes.
 pub fn chunks_by_nodes(tiles: &[TilePlan], workers: usize) -> Vec<Range<usize>> {
     chunks_by_cost(&tiles.iter().map(|tile| tile.len() as f64).collect::<Vec<_>>(), workers)
 }
 
-/// Which tiles each worker takes: neighbouring ones, whose `costs` are about the same.
+/// The chunk of each worker: neighbouring tiles, whose `costs` are about the same.
 pub fn chunks_by_cost(costs: &[f64], workers: usize) -> Vec<Range<usize>> {
     let total: f64 = costs.iter().sum();
     let mut parts = Vec::with_capacity(workers);

@@ -1,4 +1,4 @@
-//! One worker's way through a frame: it executes the list of `step.rs`.
+//! A worker of a frame: it executes the list of `step.rs`.
 
 use crate::backend::FrameInput;
 use crate::cpu::clock::Clock;
@@ -12,7 +12,7 @@ use crate::step::{Line, Marks, On, Pass};
 use std::ops::Range;
 use std::rc::Rc;
 
-/// The lists of a scene, with passes over tiles that follow each other put together.
+/// The lists of a scene, with consecutive passes over tiles merged.
 pub struct Program {
     /// Passes of a sub-step.
     substep: Vec<Block>,
@@ -22,11 +22,11 @@ pub struct Program {
 
 /// Some passes.
 enum Block {
-    /// One on the scene.
+    /// A pass on the scene.
     Scene(Pass),
-    /// Some on tiles, one after the other on each.
+    /// Passes on tiles, one after the other on each tile.
     Tiles(Vec<Pass>),
-    /// Rounds of blocks, so many at most.
+    /// Rounds of blocks, up to this number.
     Rounds(usize, Vec<Block>),
 }
 
@@ -53,33 +53,33 @@ fn blocks(lines: &[Line]) -> Vec<Block> {
     all
 }
 
-/// A worker and what it may touch.
+/// A worker, and the data that it may access.
 pub struct Worker<'a, T> {
-    /// What does not change.
+    /// What is constant.
     pub nodes: &'a Nodes<T>,
     /// All features of the scene.
     pub features: &'a Features<T>,
-    /// What the user does in this frame.
+    /// The user's input for this frame.
     pub input: &'a FrameInput,
     /// The parameters of the sub-step.
     pub substep: &'a Substep<T>,
-    /// Which worker it is, of how many.
+    /// Its index, and the number of workers.
     pub index: usize,
     pub workers: usize,
     /// Its tiles.
     pub tiles: Range<usize>,
-    /// State before and after a sub-step, by turns, and which of them is that before.
+    /// The states before and after a sub-step, which alternate, and which of them is the one before.
     pub states: &'a [Fields<T>; 2],
     pub current: usize,
-    /// What is known of each tile.
+    /// The marks of each tile.
     pub marks: &'a Shared<Marks>,
-    /// Room of its own.
+    /// Scratch memory.
     pub scratch: &'a PerWorker<Scratch<T>>,
-    /// Where it synchronises with the others.
+    /// The barrier.
     pub barrier: &'a Barrier,
     /// Time that it has waited for others where work is uneven [s].
     pub waited: f64,
-    /// What times its passes, if that is asked.
+    /// The clock, if the frame is timed.
     pub clock: Option<Rc<Clock>>,
 }
 
@@ -99,7 +99,7 @@ impl<'a, T: Real> Worker<'a, T> {
         self.blocks(&program.end);
     }
 
-    /// Runs the passes of a sub-step that has begun elsewhere, and does not end it.
+    /// Runs passes of a sub-step that has been begun elsewhere, and does not end it.
     #[cfg(feature = "gpu")]
     pub fn passes(&mut self, program: &Program) {
         self.blocks(&program.substep);
@@ -200,12 +200,12 @@ impl<'a, T: Real> Worker<'a, T> {
         &self.states[1 - self.current]
     }
 
-    /// Waits for all workers: what they have written before is seen after it.
+    /// Waits for all workers. What they have written before it is visible after it.
     pub fn synchronise(&self) {
         self.barrier.wait();
     }
 
-    /// The same, where work is uneven: how long it takes says who has too little to do.
+    /// The same where work is uneven. The waiting times show which workers have too little to do.
     pub fn synchronise_uneven(&mut self) {
         self.waited += self.barrier.wait_timed();
     }
@@ -215,7 +215,7 @@ impl<'a, T: Real> Worker<'a, T> {
         count * self.index / self.workers..count * (self.index + 1) / self.workers
     }
 
-    /// Says which tiles of its chunk have nodes that the next passes move.
+    /// Marks the tiles of its chunk that have nodes to move in the next passes.
     pub fn mark_moved(&self, moved: impl Fn(usize) -> bool) {
         for tile in self.tiles.clone() {
             // SAFETY: each tile is in one worker's chunk.

@@ -1,4 +1,4 @@
-//! Motion that is given: keyframes, and the nodes that follow them.
+//! Prescribed motion: keyframes, and the nodes that follow them.
 
 pub mod cpu;
 #[cfg(feature = "gpu")]

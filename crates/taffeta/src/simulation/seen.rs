@@ -1,4 +1,4 @@
-//! What a program may show of vertices beside where they are: velocities, and how far they are from colliders.
+//! Quantities of vertices that a program may display: velocities, and distances from colliders.
 
 use crate::build::body::BodyAssembly;
 use crate::contact::collider_mesh::surface::MeshSurface;
@@ -15,9 +15,9 @@ impl Simulation {
         self.each_vertex(|node| out.push(node.map_or([0.0; 3], velocity).into()));
     }
 
-    /// How far all vertices are from colliders [m], where these are at the end of the last frame, less the distance that they
-    /// keep: 0 where one touches, below 0 inside, `reach` where nothing is nearer. Vertices come as in
-    /// [`Self::positions_f32`]. `out` is cleared first.
+    /// Distances of all vertices from colliders [m] at the end of the last frame, less the colliders' offsets: 0 in
+    /// contact, below 0 inside, `reach` if nothing is nearer. Vertices come as in [`Self::positions_f32`]. `out` is
+    /// cleared first.
     pub fn collider_distances(&self, reach: f64, out: &mut Vec<f32>) {
         out.clear();
         let assembly = self.backend.assembly();
@@ -37,7 +37,7 @@ impl Simulation {
         });
     }
 
-    /// Hands out the node of each vertex, by solver index; `None` for one that no face uses.
+    /// Calls `sink` with the node of each vertex, by solver index; `None` for one that no face uses.
     fn each_vertex(&self, mut sink: impl FnMut(Option<usize>)) {
         for body in &self.backend.assembly().bodies {
             let node = |body: &BodyAssembly, vertex| Some(body.solver_index(body.node_of_vertex(vertex)?));
@@ -46,7 +46,7 @@ impl Simulation {
     }
 }
 
-/// How far a place is from where a collider, with its offset, would hold a node back [m].
+/// Distance of a position from a collider with its offset [m].
 fn distance_of(collider: &ColliderNow<f64>, surfaces: &[MeshSurface<f64>], x: [f64; 3], reach: f64) -> f64 {
     match &collider.shape {
         ShapeNow::Mesh(mesh) => {

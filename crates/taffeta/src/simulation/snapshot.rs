@@ -1,4 +1,4 @@
-//! All that a simulation remembers from one frame to the next, so that a run can be stopped and taken up.
+//! Snapshots: the state of a simulation between two frames, to stop a run and continue it.
 
 use crate::backend::SolverState;
 use crate::diagnostics::FrameReport;
@@ -40,11 +40,11 @@ pub struct Snapshot {
     pub held: Vec<u32>,
     /// Nodes that were moved by the user in the last frame, in user order.
     pub moved: Vec<u32>,
-    /// Number of constraints whose pulls are remembered; 0 where the solver starts from none.
+    /// Number of constraint forces in `constraints`; 0 if the solver starts from none.
     pub pulls: u64,
-    /// Number of constraints that come and go; 0 where there are none.
+    /// Number of adaptive constraints; 0 if there are none.
     pub adaptive: u64,
-    /// Number of joints, of which some may break; 0 where none can.
+    /// Number of joints, if some may break; 0 if none can.
     pub joints: u64,
     /// Positions [m], then velocities [m/s] of all nodes in user order, little endian. Kept apart when serialized.
     #[serde(skip)]
@@ -73,7 +73,7 @@ impl Snapshot {
         std::array::from_fn(|axis| self.precision.number(&self.state, index + axis))
     }
 
-    /// What constraints remember.
+    /// The state of the solvers.
     fn solver_state(&self) -> SolverState {
         let [pulls, adaptive, joints] = [self.pulls, self.adaptive, self.joints].map(|count| count as usize);
         let (active, there) =
@@ -86,7 +86,7 @@ impl Snapshot {
         }
     }
 
-    /// Takes up what constraints remember.
+    /// Stores the state of the solvers.
     fn note(&mut self, state: &SolverState) {
         let SolverState { warm_start, active, joints } = state;
         [self.pulls, self.adaptive, self.joints] =
@@ -145,7 +145,7 @@ impl std::fmt::Display for Precision {
 }
 
 impl Simulation {
-    /// All that is remembered from the last frame.
+    /// The state after the last frame.
     pub fn snapshot(&self) -> Snapshot {
         let order = self.user_order();
         let chosen = |wanted: &dyn Fn(usize) -> bool| {
@@ -222,7 +222,7 @@ impl Simulation {
         }
     }
 
-    /// Whether it has what the constraints of this scene remember.
+    /// Whether it has the state of this scene's solvers.
     fn check_state(&self, snapshot: &Snapshot) -> Result<(), String> {
         let SolverState { warm_start, active, joints } = self.backend.solver_state();
         let counts = [

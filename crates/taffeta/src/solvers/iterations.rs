@@ -1,4 +1,4 @@
-//! Iterations that conjugate gradients need at most: so many are written down for a sub-step, and no more.
+//! Upper bounds of the iterations of conjugate gradients. A sub-step records no more iterations than that.
 //!
 //! Source: Saad, "Iterative Methods for Sparse Linear Systems", 2003, theorem 6.29. With the condition number κ of the
 //! scaled system, the residual after n steps is at most 2 √κ ((√κ − 1)/(√κ + 1))ⁿ ≤ 2 √κ exp(−2 n/√κ) of that at the start.
@@ -10,7 +10,7 @@ use crate::scene::Method;
 use crate::solvers::dual::distance::Softness;
 use std::ops::Range;
 
-/// Room for rounding, and for pulls to start from that are worse than none.
+/// Margin for rounding, and for a warm start that is worse than none.
 const ROOM: (f64, f64) = (1.5, 10.0);
 
 /// Iterations for some bodies, `max_iterations` at most.
@@ -25,10 +25,10 @@ pub fn iterations(assembly: &Assembly, bodies: Range<usize>) -> u32 {
     (most.ceil() as u32).min(ice.max_iterations)
 }
 
-/// Iterations for some bodies whose springs are solved for by nodes, `max_iterations` at most. The cycle is taken for no more
-/// than the Jacobi iteration that is a part of it, with the system scaled by blocks on the diagonal: its largest eigenvalue
-/// is not above 2, as no spring's energy is more than twice that of its two ends alone, and its least not below the least
-/// share of a mass in its block.
+/// Iterations for some bodies with implicit springs, `max_iterations` at most. The V-cycle counts as the Jacobi
+/// iteration that it contains, with the system scaled by its diagonal blocks. The largest eigenvalue is not above 2,
+/// as no spring's energy is more than twice that of its two ends alone. The least one is not below the least fraction
+/// of a mass in its block.
 pub fn descents(assembly: &Assembly, bodies: Range<usize>) -> u32 {
     let (ice, all, h) = (&assembly.solver.ice, &assembly.constraints, assembly.time.substep(0).1);
     let mut most = 0.0_f64;
@@ -47,7 +47,7 @@ pub fn descents(assembly: &Assembly, bodies: Range<usize>) -> u32 {
     (most.ceil() as u32).min(ice.max_iterations)
 }
 
-/// A bound of the condition number of a body's system; infinite where nothing gives way.
+/// A bound of the condition number of a body's system; infinite if there is no compliance.
 fn condition(assembly: &Assembly, body: usize) -> f64 {
     let (all, nodes) = (&assembly.constraints, &assembly.bodies[body]);
     let (rows, soft) = (all.bodies[body].clone(), softness(assembly));
@@ -71,7 +71,7 @@ fn condition(assembly: &Assembly, body: usize) -> f64 {
     most / least
 }
 
-/// How each material gives way in the longest sub-step.
+/// The softness of each material in the longest sub-step.
 fn softness(assembly: &Assembly) -> Vec<Softness<f64>> {
     let (ice, acad, h) = (&assembly.solver.ice, &assembly.solver.acad, assembly.time.substep(0).1);
     let of = |&[k, d]: &[f64; 2]| match assembly.solver.method {

@@ -1,12 +1,12 @@
-//! Tiles that wait for a solver, and where their forces are meanwhile.
+//! Tiles that wait for a solver, and the storage of their forces.
 
 use crate::cpu::tile::Tile;
 use crate::motion::cpu::Pins;
 use crate::real::Real;
 use crate::solvers::explicit::cpu::Euler;
 
-/// Keeps the forces on a tile for later, and the velocity that they alone would give. The state after waits for both: the
-/// velocity lies where positions will be, the force where velocities will be.
+/// Stores the forces on a tile, and the velocity that they alone would give. The state after holds both: the velocity
+/// is where positions will be, the force where velocities will be.
 pub fn suspend<T: Real>(tile: &Tile<'_, T>) {
     Euler::apply(tile);
     if let Some(pins) = tile.features.get::<Pins>() {
@@ -21,7 +21,7 @@ pub fn suspend<T: Real>(tile: &Tile<'_, T>) {
     }
 }
 
-/// Takes up the forces that wait.
+/// Restores the stored forces.
 pub fn resume<T: Real>(tile: &mut Tile<'_, T>) {
     for (at, run) in tile.plan.runs() {
         let [_, _, _, force @ ..] = tile.after(&run);
@@ -31,7 +31,7 @@ pub fn resume<T: Real>(tile: &mut Tile<'_, T>) {
     }
 }
 
-/// The velocity of a place of a tile that waits, without what is solved for.
+/// The velocity of a place of a waiting tile, without the forces of the solver.
 pub fn free_velocity<T: Real>(tile: &Tile<'_, T>, place: usize) -> [T; 3] {
     // SAFETY: waits where the state after will be, for this tile alone.
     [0, 1, 2].map(|axis| unsafe { *tile.next[axis].item(place) })

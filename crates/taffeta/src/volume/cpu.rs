@@ -30,13 +30,13 @@ pub struct Volumes<T> {
     scratch: PerWorker<VolumeScratch<T>>,
 }
 
-/// What a worker keeps.
+/// The scratch memory of a worker.
 struct VolumeScratch<T> {
     /// Gradients of the volume by the positions of one tile's nodes [m²].
     gradient: [Column<T>; 3],
-    /// What pushes each volume in this sub-step.
+    /// The correction of each volume in this sub-step.
     corrections: Vec<Option<VolumeCorrection<T>>>,
-    /// From where positions of each volume's nodes are counted [m].
+    /// Reference position of each volume [m].
     origins: Vec<[T; 3]>,
 }
 
@@ -81,20 +81,20 @@ impl<T: Real> Volumes<T> {
         unsafe { self.sums.read() }
     }
 
-    /// What a worker keeps.
+    /// The scratch memory of a worker.
     #[expect(clippy::mut_from_ref, reason = "operations of a worker run one after the other")]
     fn scratch(&self, worker: usize) -> &mut VolumeScratch<T> {
         // SAFETY: each worker has its own; each operation asks once and keeps nothing of it.
         unsafe { self.scratch.of(worker) }
     }
 
-    /// The volume of a tile, and what pushes it.
+    /// The volume of a tile, and its correction.
     fn correction_of(&self, tile: &Tile<'_, T>) -> Option<(usize, VolumeCorrection<T>)> {
         let volume = self.of_body[tile.plan.body]?;
         Some((volume, self.scratch(tile.worker).corrections[volume]?))
     }
 
-    /// Notes from where positions are counted in a state.
+    /// Sets the reference positions from a state.
     fn note_origins(&self, worker: usize, state: [&[T]; 3]) {
         for (origin, volume) in self.scratch(worker).origins.iter_mut().zip(&self.bodies) {
             *origin = state.map(|column| column[volume.first]);
@@ -109,7 +109,7 @@ impl<T: Real> Volumes<T> {
         self.gradient.each_ref().map(|column| unsafe { column.write(among.clone()) })
     }
 
-    /// Which of the tile's nodes have touched a collider.
+    /// Which of the tile's nodes are in contact with a collider.
     fn in_contact<'t>(&self, tile: &Tile<'t, T>) -> &'t [bool] {
         let Some(colliders) = tile.features.get::<Colliders<T>>() else { return &[] };
         // SAFETY: tiles do not overlap, each is in one worker's chunk, and nodes touch in another operation.
@@ -148,12 +148,12 @@ impl<T: Real> Volumes<T> {
         springs.gradients(tile.nodes.level, units, positions, gradient);
     }
 
-    /// Keeps forces and gradients for later, and sums up what the multiplier needs.
+    /// Stores forces and gradients, and adds up the sums of the multiplier.
     fn sum_up(&self, tile: &Tile<'_, T>) {
         let Some(volume) = self.of_body[tile.plan.body] else { return };
         let (nodes, run) = (self.nodes(tile, volume), tile.run());
         let (n, force, gradient) = (run.len(), &tile.scratch.force, &self.scratch(tile.worker).gradient);
-        // Until the multiplier is known there is no state after, and its buffer is the nearest room.
+        // There is no state after until the multiplier is known, so its buffer stores them.
         for (axis, kept) in tile.after(&run).into_iter().enumerate() {
             kept.copy_from_slice(if axis < 3 { &gradient[axis][..n] } else { &force[axis - 3][..n] });
         }
@@ -180,7 +180,7 @@ impl<T: Real> Volumes<T> {
         }
     }
 
-    /// Finds what pushes the volumes that are `chosen`, once all have written their sums.
+    /// Finds the corrections of the volumes that are `chosen`, after all workers have written their sums.
     fn solve(
         &self,
         worker: &Worker<'_, T>,
@@ -195,9 +195,9 @@ impl<T: Real> Volumes<T> {
         }
     }
 
-    /// Finds the multipliers of the volumes that the worker has tiles of.
+    /// Finds the multipliers of the volumes of the worker's tiles.
     fn find_multipliers(&self, worker: &Worker<'_, T>) {
-        // Bodies and their tiles are in one order.
+        // Bodies and their tiles have the same order.
         let mut of_tiles =
             worker.nodes.tiles[worker.tiles.clone()].iter().filter_map(|tile| self.of_body[tile.body]);
         let (first, last) = (of_tiles.next(), of_tiles.next_back());
@@ -210,7 +210,7 @@ impl<T: Real> Volumes<T> {
         );
     }
 
-    /// Force of the tile's nodes with that of the constraint.
+    /// Adds the force of the constraint to the tile's nodes.
     fn add_forces(&self, tile: &mut Tile<'_, T>) {
         let Some((volume, correction)) = self.correction_of(tile) else { return };
         let (nodes, run) = (self.nodes(tile, volume), tile.run());
@@ -268,7 +268,7 @@ impl<T: Real> Volumes<T> {
         self.put_sums(tile, volume, &nodes, &still);
     }
 
-    /// Moves nodes that have touched nothing.
+    /// Moves the nodes that are not in contact.
     fn restore(&self, tile: &mut Tile<'_, T>) {
         let Some((volume, correction)) = self.correction_of(tile) else { return };
         tile.moved = Moved::Any;
@@ -336,7 +336,7 @@ impl<T: Real> Feature<T> for Volumes<T> {
     }
 }
 
-/// What does not change in a frame.
+/// What is constant during a frame.
 struct Nodes<'a, T> {
     origin: [T; 3],
     inverse_mass: &'a [T],
@@ -345,7 +345,7 @@ struct Nodes<'a, T> {
 }
 
 impl<T: Real> Nodes<'_, T> {
-    /// −u of a node: what λ is multiplied by.
+    /// −u of a node: the factor of λ.
     #[inline(always)]
     fn direction(&self, correction: &VolumeCorrection<T>, i: usize, x: [T; 3], gradient: [T; 3]) -> [T; 3] {
         match self.weights {
@@ -376,7 +376,7 @@ impl<T: Real, S: Summed<T>> Kernel for PartSums<'_, '_, T, S> {
     }
 }
 
-/// Nodes with the velocity that they would have without the constraint.
+/// Nodes with the velocity without the constraint.
 struct Moving<'a, T> {
     origin: [T; 3],
     place: [&'a [T]; 3],
@@ -416,7 +416,7 @@ impl<T: Real> Summed<T> for Moving<'_, T> {
     }
 }
 
-/// Nodes that may be moved where they have touched nothing.
+/// Nodes that may be moved because they are not in contact.
 struct Still<'a, T> {
     origin: [T; 3],
     place: [&'a [T]; 3],
@@ -488,7 +488,7 @@ impl<T: Real> Kernel for AddForces<'_, '_, T> {
     }
 }
 
-/// Kernel: nodes on their way to the volume that they should enclose.
+/// Kernel: moves nodes so that they enclose the volume to keep.
 struct MoveNodes<'a, 'b, T> {
     correction: &'a VolumeCorrection<T>,
     nodes: Nodes<'b, T>,

@@ -1,5 +1,5 @@
-//! Memory and sums of the bodies that keep their volume. A body is summed up in groups of 256 nodes, each by halves, then
-//! its groups the same way: an order that depends on neither threads nor vector width, and that a GPU can follow.
+//! Memory and sums of the bodies that keep their volume. A body is summed up in groups of 256 nodes, each by halves,
+//! then its groups the same way. This order depends on neither threads nor vector width, and a GPU can use it.
 
 use crate::build::Assembly;
 use crate::cpu::column::Column;
@@ -14,7 +14,7 @@ pub const GROUP: usize = 256;
 
 /// A body that keeps its volume, or is under a pressure.
 pub struct VolumeBody<T> {
-    /// Its first node, from which places are counted.
+    /// Its first node, the reference of positions.
     pub first: usize,
     /// How the multiplier is found.
     pub form: Form,
@@ -51,7 +51,7 @@ impl<T: Real> VolumeBody<T> {
         (all, of_body)
     }
 
-    /// Numbers that it sums up.
+    /// The number of its sums.
     fn numbers(&self) -> usize {
         if self.weights.is_some() { WEIGHTED_SUMS } else { SUMS }
     }
@@ -69,17 +69,17 @@ impl<T: Real> VolumeBody<T> {
         sums
     }
 
-    /// The push of a sub-step of `h` [s].
+    /// The correction of a sub-step of `h` [s].
     pub fn correction(&self, groups: &[[T; WEIGHTED_SUMS]], goal: T, h: T) -> VolumeCorrection<T> {
         volume::correction(self.form, &self.sums(groups)[..self.numbers()], goal, h)
     }
 
-    /// The push that restores the volume; `None` where it is as it should be.
+    /// The correction that restores the volume; `None` if it is within tolerance.
     pub fn projection(&self, groups: &[[T; WEIGHTED_SUMS]], goal: T) -> Option<VolumeCorrection<T>> {
         volume::projection(&self.sums(groups)[..self.numbers()], goal, T::PROJECTED)
     }
 
-    /// Where a run of the scene's places is among those of all such bodies.
+    /// The index of a run of the scene's places among those of all such bodies.
     pub fn among(&self, run: &Range<usize>) -> Range<usize> {
         let shift = |place: usize| place - self.first + self.places.start;
         shift(run.start)..shift(run.end)
@@ -92,7 +92,7 @@ fn column<T: Real>(numbers: &[f64]) -> Column<T> {
     column
 }
 
-/// The sum of all lanes: the upper half is added to the lower, again and again.
+/// The sum of all lanes: the upper half is added to the lower, repeatedly.
 #[inline(always)]
 fn halves<T: Real>(lanes: &mut [T; GROUP]) -> T {
     let mut half = GROUP / 2;
@@ -104,7 +104,7 @@ fn halves<T: Real>(lanes: &mut [T; GROUP]) -> T {
     lanes[0]
 }
 
-/// Nodes that are summed up. A trait, because closures are not always inlined, and a kernel must be.
+/// Nodes that are summed up. It is a trait because closures are not always inlined, and a kernel must be.
 pub trait Summed<T>: Sized {
     /// Some of them; `#[inline(always)]`, as all of these.
     fn part(&self, part: &Range<usize>) -> Self;

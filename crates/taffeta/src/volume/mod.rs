@@ -1,4 +1,4 @@
-//! Volumes inside closed meshes that are kept, or under a pressure.
+//! Closed meshes that keep their volume, or are under a pressure.
 
 pub mod build;
 pub mod constraint;

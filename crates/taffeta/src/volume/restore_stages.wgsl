@@ -6,7 +6,7 @@
 #import volume/groups.wgsl
 #import volume/volume.wgsl
 
-/// Moves nodes that have touched nothing so that the volume is restored, and keeps them out of colliders again.
+/// Moves nodes that are not in contact so that the volume is restored, and keeps them out of colliders again.
 @compute @workgroup_size(256)
 fn restore_volumes(
     @builtin(workgroup_id) id: vec3u,

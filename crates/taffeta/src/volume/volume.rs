@@ -9,9 +9,10 @@
 //! With v* = v + h (w f + g₀), the velocity [m/s] without the constraint, Φ = V − V₀ and D = Σ w |g|²:
 //! λ = (Φ/h² + Σ g·v*/h)/D [Pa], and the force of the constraint is −λ g [N].
 //!
-//! With weights W the force is −λ u, u = W g − m (A + Ω × (x − c)): the rigid motion of the whole body by which W g would
-//! change its momenta is taken away, with A = Σ W g/M, Ω = I⁻¹ Σ (x − c) × W g. Where nodes are held, what holds them bears
-//! the momenta, and u = W g. D = Σ w g·u = Σ w W |g|²: the gradients of a free body have neither resultant nor moment.
+//! With weights W the force is −λ u, u = W g − m (A + Ω × (x − c)). This subtracts the rigid motion of the whole body
+//! by which W g would change its momenta, A = Σ W g/M, Ω = I⁻¹ Σ (x − c) × W g. If nodes are pinned, the pins take up
+//! the momenta, and u = W g. D = Σ w g·u = Σ w W |g|²: the gradients of a free body have neither resultant nor
+//! moment.
 
 use crate::real::{Real, cross, dot, scale, sub};
 #[cfg(feature = "paper-forms")]
@@ -44,19 +45,19 @@ impl Form {
         Self::Pressure,
     ];
 
-    /// Those that add to the error of a volume with every step.
+    /// Those whose volume error grows with every step.
     pub const DIVERGING: &[Self] = &[
         #[cfg(feature = "paper-forms")]
         Self::Printed,
     ];
 }
 
-/// A node as the sums over its body need it.
+/// The numbers of a node in the sums of its body.
 #[derive(Clone, Copy, Debug)]
 pub struct Node<T> {
-    /// Place from the body's reference node [m].
+    /// Position relative to the body's reference node [m].
     pub place: [T; 3],
-    /// Gradient of the volume by its place [m²].
+    /// Gradient of the volume with respect to its position [m²].
     pub gradient: [T; 3],
     /// Velocity without the constraint [m/s].
     pub velocity: [T; 3],
@@ -64,19 +65,20 @@ pub struct Node<T> {
     pub inverse_mass: T,
 }
 
-/// What all nodes of a body add up: 3 V [m³], Σ g·v* [m³/s], D [m⁴/kg].
+/// Sums over all nodes of a body: 3 V [m³], Σ g·v* [m³/s], D [m⁴/kg].
 pub const SUMS: usize = 3;
-/// With weights in addition: M, Σ m r (3), Σ m r rᵀ (xx, yy, zz, xy, xz, yz), Σ W g (3), Σ r × W g (3), held nodes.
+/// Further sums with weights: M, Σ m r (3), Σ m r rᵀ (xx, yy, zz, xy, xz, yz), Σ W g (3), Σ r × W g (3), pinned
+/// nodes.
 pub const WEIGHTED_SUMS: usize = SUMS + 17;
 
-/// What a node adds to the sums.
+/// The terms of a node.
 #[inline(always)]
 pub fn terms<T: Real>(node: &Node<T>) -> [T; SUMS] {
     let Node { place, gradient, velocity, inverse_mass } = *node;
     [dot(place, gradient), dot(gradient, velocity), inverse_mass * dot(gradient, gradient)]
 }
 
-/// What a node with weight `weight` and mass `mass` [kg] adds.
+/// The terms of a node with the weight `weight` and the mass `mass` [kg].
 #[inline(always)]
 pub fn weighted_terms<T: Real>(node: &Node<T>, weight: T, mass: T) -> [T; WEIGHTED_SUMS] {
     let ([volume, flux, response], r) = (terms(node), node.place);
@@ -106,7 +108,7 @@ pub fn weighted_terms<T: Real>(node: &Node<T>, weight: T, mass: T) -> [T; WEIGHT
     ]
 }
 
-/// The force that keeps a body's volume, or the way that restores it: −λ u.
+/// The force that keeps a body's volume, or the translation that restores it: −λ u.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VolumeCorrection<T> {
     /// λ [Pa], or [kg/m²·s²] where positions are moved.
@@ -119,7 +121,7 @@ pub struct VolumeCorrection<T> {
     pub centre: [T; 3],
 }
 
-/// The push of a sub-step of `h` [s] that ends at the volume `goal` [m³], or acts with the pressure `goal` [Pa].
+/// The correction of a sub-step of `h` [s] that ends at the volume `goal` [m³], or has the pressure `goal` [Pa].
 pub fn correction<T: Real>(form: Form, sums: &[T], goal: T, h: T) -> VolumeCorrection<T> {
     let off = sums[0] / T::from_f64(3.0) - goal;
     let flux = sums[1] / h;
@@ -135,9 +137,9 @@ pub fn correction<T: Real>(form: Form, sums: &[T], goal: T, h: T) -> VolumeCorre
     correction
 }
 
-/// The push that moves nodes so that the volume is `goal` [m³]; `None` where it is already, to `tolerance`. In place of
-/// Σ g·v* the sums have D of all nodes, also of those that must not move. Where these are nearly all, the few others
-/// would be thrown across the scene; so they give back a part, and the rest stays as an error.
+/// The correction that moves nodes so that the volume is `goal` [m³]; `None` if it is, within `tolerance`. Instead of
+/// Σ g·v*, the sums have D of all nodes, including those that must not move. If these are nearly all nodes, the few
+/// others would be thrown across the scene. So they restore a part only, and the rest remains as an error.
 pub fn projection<T: Real>(sums: &[T], goal: T, tolerance: T) -> Option<VolumeCorrection<T>> {
     let off = sums[0] / T::from_f64(3.0) - goal;
     if off.abs() <= tolerance * goal {
@@ -148,27 +150,27 @@ pub fn projection<T: Real>(sums: &[T], goal: T, tolerance: T) -> Option<VolumeCo
     Some(correction)
 }
 
-/// The multiplier that restores a volume which is `off` by so much [m³].
+/// The multiplier that restores a volume with the error `off` [m³].
 pub fn restoring<T: Real>(off: T, sums: &[T]) -> T {
     let (response, least) = (sums[2], T::from_f64(FEW) * sums[1]);
     quotient(off, if response > least { response } else { least })
 }
 
-/// Share of a body's response below which the nodes that may move are few.
+/// Fraction of a body's response below which the movable nodes are few.
 pub const FEW: f64 = 0.0625;
 
-/// a + b × c, one product after the other: some compilers of kernels do so whatever the brackets say.
+/// a + b × c, one product after the other: some shader compilers do so whatever the parentheses are.
 #[inline(always)]
 fn add_cross<T: Real>(a: [T; 3], b: [T; 3], c: [T; 3]) -> [T; 3] {
     [a[0] + b[1] * c[2] - b[2] * c[1], a[1] + b[2] * c[0] - b[0] * c[2], a[2] + b[0] * c[1] - b[1] * c[0]]
 }
 
-/// A quotient; 0 where nothing can move.
+/// A quotient; 0 if nothing can move.
 fn quotient<T: Real>(wanted: T, response: T) -> T {
     if response > T::TINY { wanted / response } else { T::ZERO }
 }
 
-/// −u of a node: what λ is multiplied by.
+/// −u of a node: the factor of λ.
 #[inline(always)]
 pub fn direction<T: Real>(
     correction: &VolumeCorrection<T>,
@@ -181,7 +183,7 @@ pub fn direction<T: Real>(
     sub(scale(turned, mass), scale(*gradient, weight))
 }
 
-/// The rigid motion that weights would cause; none without weights, and where nodes are held.
+/// The rigid motion that weights would cause; none without weights, or if nodes are pinned.
 fn rigid_correction<T: Real>(sums: &[T]) -> VolumeCorrection<T> {
     let mut correction = VolumeCorrection::default();
     let &[_, _, _, mass, mx, my, mz, xx, yy, zz, xy, xz, yz, px, py, pz, tx, ty, tz, held] = sums else {
@@ -200,13 +202,13 @@ fn rigid_correction<T: Real>(sums: &[T]) -> VolumeCorrection<T> {
     correction
 }
 
-/// x of A x = b with A symmetric, by cofactors: `d` its diagonal, `o` = (A₁₂, A₁₃, A₂₃); 0 where A has no inverse.
+/// Solves A x = b with A symmetric, by cofactors: `d` is its diagonal, `o` = (A₁₂, A₁₃, A₂₃). 0 if A is singular.
 pub fn solve<T: Real>(d: [T; 3], o: [T; 3], b: [T; 3]) -> [T; 3] {
     let trace = d[0] + d[1] + d[2];
     if trace <= T::ZERO {
         return [T::ZERO; 3];
     }
-    // Of size 1, so that a small determinant tells a flat matrix and not small units.
+    // Scaled to size 1, so that a small determinant means a flat matrix, not small units.
     let [d, o, b] = [d, o, b].map(|v| [v[0] / trace, v[1] / trace, v[2] / trace]);
     let c = [d[1] * d[2] - o[2] * o[2], o[1] * o[2] - o[0] * d[2], o[0] * o[2] - d[1] * o[1]];
     let determinant = d[0] * c[0] + o[0] * c[1] + o[1] * c[2];

@@ -9,8 +9,8 @@
 // With v* = v + h (w f + g₀), the velocity [m/s] without the constraint, Φ = V − V₀ and D = Σ w |g|²:
 // λ = (Φ/h² + Σ g·v*/h)/D [Pa], and the force of the constraint is −λ g [N].
 //
-// With weights W the force is −λ u, u = W g − m (A + Ω × (x − c)): the rigid motion of the whole body by which W g would
-// change its momenta is taken away, with A = Σ W g/M, Ω = I⁻¹ Σ (x − c) × W g. Where nodes are held, what holds them bears
+// With weights W the force is −λ u, u = W g − m (A + Ω × (x − c)). This subtracts the rigid motion of the whole body
+// by which W g would change its momenta, A = Σ W g/M, Ω = I⁻¹ Σ (x − c) × W g. If nodes are pinned, the pins take up
 // the momenta, and u = W g. D = Σ w g·u = Σ w W |g|²: the gradients of a free body have neither resultant nor moment.
 
 #import gpu/wgsl/vector.wgsl
@@ -24,18 +24,18 @@ const PRESSURE: u32 = 3u;
 
 /// Determinant below which a tensor of inertia, divided by its trace, is that of a line.
 const FLAT: f32 = 1e-7;
-/// Share of a body's response below which the nodes that may move are few.
+/// Fraction of a body's response below which the movable nodes are few.
 const FEW: f32 = 0.0625;
 /// Relative error of a volume that is restored by moving nodes.
 const PROJECTED: f32 = 1e-6;
 
-/// A node as the sums over its body need it.
+/// The numbers of a node in the sums of its body.
 struct VolumeNode {
-    /// Place from the body's reference node [m].
+    /// Position relative to the body's reference node [m].
     place: vec3f,
     /// Inverse mass [1/kg]; 0: held.
     inverse_mass: f32,
-    /// Gradient of the volume by its place [m²].
+    /// Gradient of the volume with respect to its position [m²].
     gradient: vec3f,
     /// Mass [kg].
     mass: f32,
@@ -44,7 +44,7 @@ struct VolumeNode {
     weight: f32,
 }
 
-/// The force that keeps a body's volume, or the way that restores it: −λ u.
+/// The force that keeps a body's volume, or the translation that restores it: −λ u.
 struct VolumeCorrection {
     /// A [m²/kg].
     shift: vec3f,
@@ -56,7 +56,7 @@ struct VolumeCorrection {
     centre: vec3f,
 }
 
-/// What all nodes of a body add up; all but `plain` with weights alone.
+/// Sums over all nodes of a body; all but `plain` are for bodies with weights.
 struct VolumeSums {
     /// 3 V [m³], Σ g·v* [m³/s], D [m⁴/kg].
     plain: vec3f,
@@ -66,7 +66,7 @@ struct VolumeSums {
     moment: vec3f,
     /// Σ m r rᵀ: xx, yy, zz.
     diagonal: vec3f,
-    /// Held nodes.
+    /// Pinned nodes.
     held: f32,
     /// xy, xz, yz.
     other: vec3f,
@@ -76,13 +76,13 @@ struct VolumeSums {
     turn: vec3f,
 }
 
-/// What a node adds to the sums.
+/// The terms of a node.
 fn volume_terms(node: VolumeNode) -> vec3f {
     let g = node.gradient;
     return vec3f(dot3(node.place, g), dot3(g, node.velocity), node.inverse_mass * dot3(g, g));
 }
 
-/// What a node with a weight adds.
+/// The terms of a node with a weight.
 fn weighted_terms(node: VolumeNode) -> VolumeSums {
     let plain = volume_terms(node);
     let r = node.place;
@@ -96,24 +96,24 @@ fn weighted_terms(node: VolumeNode) -> VolumeSums {
     );
 }
 
-/// a + b × c, one product after the other: some compilers do so whatever the brackets say.
+/// a + b × c, one product after the other: some shader compilers do so whatever the parentheses are.
 fn add_cross(a: vec3f, b: vec3f, c: vec3f) -> vec3f {
     return vec3f(a.x + b.y * c.z - b.z * c.y, a.y + b.z * c.x - b.x * c.z, a.z + b.x * c.y - b.y * c.x);
 }
 
-/// A quotient; 0 where nothing can move.
+/// A quotient; 0 if nothing can move.
 fn volume_quotient(wanted: f32, response: f32) -> f32 {
     let some = response > TINY;
     return select(0.0, wanted / select(1.0, response, some), some);
 }
 
-/// x of A x = b with A symmetric, by cofactors: `diagonal`, and `other` = (A₁₂, A₁₃, A₂₃); 0 where A has no inverse.
+/// Solves A x = b with A symmetric, by cofactors: `diagonal`, and `other` = (A₁₂, A₁₃, A₂₃). 0 if A is singular.
 fn solve_symmetric(diagonal: vec3f, other: vec3f, right: vec3f) -> vec3f {
     let trace = diagonal.x + diagonal.y + diagonal.z;
     if trace <= 0.0 {
         return vec3f(0.0);
     }
-    // Of size 1, so that a small determinant tells a flat matrix and not small units.
+    // Scaled to size 1, so that a small determinant means a flat matrix, not small units.
     let d = diagonal / trace;
     let o = other / trace;
     let b = right / trace;
@@ -129,7 +129,7 @@ fn solve_symmetric(diagonal: vec3f, other: vec3f, right: vec3f) -> vec3f {
     return x / determinant;
 }
 
-/// The rigid motion that weights would cause, none where nodes are held; λ is 0.
+/// The rigid motion that weights would cause; none if nodes are pinned. λ is 0.
 fn rigid_correction(sums: VolumeSums) -> VolumeCorrection {
     if sums.mass <= 0.0 || sums.held > 0.0 {
         return VolumeCorrection(vec3f(0.0), 0.0, vec3f(0.0), vec3f(0.0));
@@ -145,8 +145,8 @@ fn rigid_correction(sums: VolumeSums) -> VolumeCorrection {
     return VolumeCorrection(sums.weighted_gradient / sums.mass, 0.0, spin, c);
 }
 
-/// λ of a sub-step of `h` [s] that ends at the volume `goal` [m³], or acts with the pressure `goal` [Pa]; `sums` are 3 V,
-/// Σ g·v* and D.
+/// λ of a sub-step of `h` [s] that ends at the volume `goal` [m³], or has the pressure `goal` [Pa]; `sums` are 3 V, Σ
+/// g·v* and D.
 fn multiplier(form: u32, sums: vec3f, goal: f32, h: f32) -> f32 {
     let off = sums.x / 3.0 - goal;
     let flux = sums.y / h;
@@ -166,20 +166,20 @@ fn multiplier(form: u32, sums: vec3f, goal: f32, h: f32) -> f32 {
     }
 }
 
-/// Whether a volume is as it should be; `sums` as above.
+/// Whether a volume is within tolerance; `sums` as above.
 fn is_restored(sums: vec3f, goal: f32) -> bool {
     return abs(sums.x / 3.0 - goal) <= PROJECTED * goal;
 }
 
-/// λ that moves nodes so that the volume is `goal` [m³]. In place of Σ g·v* the sums have D of all nodes, also of those
-/// that must not move. Where these are nearly all, the few others would be thrown across the scene; so they give back a
-/// part, and the rest stays as an error.
+/// λ that moves nodes so that the volume is `goal` [m³]. Instead of Σ g·v*, the sums have D of all nodes, including
+/// those that must not move. If these are nearly all nodes, the few others would be thrown across the scene. So they
+/// restore a part only, and the rest remains as an error.
 fn projection(sums: vec3f, goal: f32) -> f32 {
     let least = FEW * sums.y;
     return volume_quotient(sums.x / 3.0 - goal, select(least, sums.z, sums.z > least));
 }
 
-/// −u of a node: what λ is multiplied by.
+/// −u of a node: the factor of λ.
 fn correction_direction(correction: VolumeCorrection, place: vec3f, gradient: vec3f, weight: f32, mass: f32) -> vec3f {
     return add_cross(correction.shift, correction.spin, place - correction.centre) * mass - gradient * weight;
 }

@@ -1,13 +1,13 @@
-// Contact of a place with all colliders, solids and meshes.
+// Contact of a position with all colliders, solids and meshes.
 
 #import contact/colliders/response.wgsl
 #import contact/colliders/shape.wgsl
 #import meshes
 
-/// Rounds in which a place leaves a wedge between curved colliders: each halves the number of wrong digits.
+/// Rounds in which a position leaves a wedge between curved colliders. Each round halves the number of wrong digits.
 const ROUNDS: u32 = 12u;
 
-/// How a collider of any sort presses a place: of a mesh it is known only inside.
+/// The penetration of a position into any collider. For a mesh it is known inside only.
 fn penetration_of(collider: Collider, x: vec3f) -> Depth {
     if collider.kind == MESH {
         return mesh_penetration(collider, x);
@@ -15,8 +15,8 @@ fn penetration_of(collider: Collider, x: vec3f) -> Depth {
     return depth_and_normal(collider, x);
 }
 
-/// Moves a place out of all colliders. In a wedge, going out of one collider goes into the other; so the two that
-/// press most are left together.
+/// Moves a position out of all colliders. In a wedge, leaving one collider enters the other. So the two deepest
+/// penetrations are resolved together.
 fn push_out(start: vec3f, first: u32, count: u32) -> vec3f {
     var x = start;
     for (var round = 0u; round < ROUNDS; round++) {
@@ -39,8 +39,8 @@ fn push_out(start: vec3f, first: u32, count: u32) -> vec3f {
     return x;
 }
 
-/// Keeps a free node out of `count` colliders from `first` on. Colliders act in the scene's order. A node that one has
-/// pushed into another is then moved out of both, without a further change of velocity.
+/// Keeps a free node out of `count` colliders, starting at `first`. Colliders act in the scene's order. If one of
+/// them pushes the node into another, the node is moved out of both, and its velocity does not change again.
 fn contact(start: vec3f, velocity: vec3f, origin: Origin, first: u32, count: u32, h: f32) -> ContactState {
     var node = ContactState(start, 0u, velocity);
     for (var i = 0u; i < count; i++) {

@@ -19,31 +19,33 @@ use crate::real::{Real, add, dot, scale, sub};
 use crate::step::{Marks, Op};
 use std::ops::Range;
 
-/// The colliders of a scene, and what nodes have touched.
+/// The colliders of a scene, and which nodes are in contact with them.
 pub struct Colliders<T> {
-    /// What is known of the triangles of meshes.
+    /// The triangles of meshes near each node.
     pub cache: MeshCache<T>,
     scratch: PerWorker<ColliderScratch<T>>,
-    /// Nodes that a collider carries until a joint breaks, and that joint; ascending. Colliders leave them alone as long.
+    /// Nodes that a collider carries until a joint breaks, and that joint; ascending. Colliders ignore them until
+    /// then.
     carried: Vec<[u32; 2]>,
-    /// Whether each of them is free of its joint.
+    /// Whether the joint of each of them is broken.
     released: Shared<bool>,
-    /// Whether each place of a body that keeps its volume has touched a collider in this sub-step; none where no body does.
+    /// For each place of a body that keeps its volume: whether it has touched a collider in this sub-step. Empty if
+    /// no body does.
     in_contact: Shared<bool>,
-    /// Nodes of each tile that have touched a collider in this sub-step.
+    /// By tile: the number of nodes that have touched a collider in this sub-step.
     contacts: Shared<u64>,
 }
 
-/// What a worker keeps.
+/// The scratch memory of a worker.
 struct ColliderScratch<T> {
     /// For each node of a tile, the collider that it touched last, from 1; 0: none.
     last: Vec<u32>,
-    /// Inverse masses of nodes, 0 for those that are left alone [1/kg].
+    /// Inverse masses of nodes; 0 for nodes that colliders ignore [1/kg].
     inverse_mass: Vec<T>,
 }
 
 impl<T: Real> Colliders<T> {
-    /// Those of a scene.
+    /// The colliders of a scene.
     pub fn new(context: &Context<'_, T>) -> Self {
         let assembly = &*context.assembly;
         let rows =
@@ -62,7 +64,7 @@ impl<T: Real> Colliders<T> {
         }
     }
 
-    /// Has colliders act on the node of a joint that has broken, or leave it alone again.
+    /// Lets colliders act on the node of a broken joint, or stops them if the joint is whole.
     ///
     /// # Safety
     /// No other worker has a tile with the joint's first end.
@@ -73,7 +75,7 @@ impl<T: Real> Colliders<T> {
         }
     }
 
-    /// Whether each of some places of a body that keeps its volume has touched a collider in this sub-step.
+    /// For some places of a body that keeps its volume: whether each has touched a collider in this sub-step.
     ///
     /// # Safety
     /// No other worker has a tile with one of them, and no other reference to them lives.
@@ -83,7 +85,7 @@ impl<T: Real> Colliders<T> {
         unsafe { self.in_contact.write(run.clone()) }
     }
 
-    /// Whether each place of bodies that keep their volume has touched a collider, between frames.
+    /// For the places of bodies that keep their volume: whether each has touched a collider. Called between frames.
     #[cfg(feature = "gpu")]
     pub fn all_in_contact(&mut self) -> &mut [bool] {
         self.in_contact.get_mut()
@@ -97,7 +99,8 @@ impl<T: Real> Colliders<T> {
         &mut unsafe { self.scratch.of(tile.worker) }.last
     }
 
-    /// Keeps a run of nodes out of colliders; `at` is room in the worker's notes. One that was moved comes `from` there.
+    /// Keeps a run of nodes out of colliders. `at` is where the run begins in the worker's scratch memory. `from` is
+    /// the start of a node that was moved.
     fn collide(&self, tile: &Tile<'_, T>, at: usize, run: Range<usize>, from: Option<[T; 3]>) -> u64 {
         let mut state = tile.after(&run);
         let all = at..at + run.len();
@@ -138,7 +141,7 @@ impl<T: Real> Colliders<T> {
         if tile.marks.has(Marks::VOLUME) { self.note_contacts(&run, &last[all]) } else { contacts }
     }
 
-    /// Notes which nodes have touched a collider; returns how many had not before.
+    /// Marks nodes that have touched a collider. Returns how many were not marked before.
     fn note_contacts(&self, run: &Range<usize>, last: &[u32]) -> u64 {
         // SAFETY: the tile is this worker's.
         let in_contact = unsafe { self.in_contact(run) };
@@ -201,33 +204,33 @@ impl<T: Real> Feature<T> for Colliders<T> {
 pub struct Contact<'a, 'b, T> {
     pub level: SimdLevel,
     pub colliders: &'a [ColliderNow<T>],
-    /// What is known of the triangles of meshes.
+    /// The triangles of meshes near each node.
     pub cache: &'a MeshCache<T>,
-    /// Which nodes.
+    /// The nodes.
     pub run: Range<usize>,
     pub inverse_mass: &'a [T],
-    /// Where they come from [m], and whether colliders have moved since.
+    /// The start of each node's motion [m], and whether colliders have moved since.
     pub start: [&'a [T]; 3],
     pub carried: bool,
     /// Position and velocity by axis.
     pub state: &'a mut [&'b mut [T]; 6],
-    /// Room for one number a node.
+    /// Scratch memory, one number for each node.
     pub last: &'a mut [u32],
     /// Length of the sub-step [s].
     pub h: T,
 }
 
-/// Times that a mesh acts on a node, where its triangles meet in a groove.
+/// How often a mesh acts on a node in a groove between triangles.
 pub const GROOVES: usize = 4;
 
-/// Depth after a push that counts as none, relative to the place and to the distance of two neighbouring numbers.
+/// Tolerance of a depth after a response, in units in the last place of the position.
 pub const ROUNDING_ULPS: f64 = 4.0;
 
 impl<T: Real> Contact<'_, '_, T> {
     /// Keeps free nodes out of all colliders and returns how many touched one.
     ///
-    /// Colliders act in the scene's order. A node that one has pushed into another is then moved out of both, without a
-    /// further change of velocity.
+    /// Colliders act in the scene's order. If one of them pushes a node into another, the node is moved out of both,
+    /// and its velocity does not change again.
     pub fn act(mut self) -> u64 {
         self.last.fill(0);
         let mut touches = 0;
@@ -246,7 +249,7 @@ impl<T: Real> Contact<'_, '_, T> {
         self.last.iter().map(|&last| u64::from(last > 0)).sum()
     }
 
-    /// One convex collider; returns whether it touched any node.
+    /// Collides all nodes with a convex collider. Returns whether any node is in contact.
     fn collide_solid(&mut self, index: u32, collider: &ColliderNow<T>) -> u32 {
         let carry = self.carry(collider);
         let [x, y, z, ..] = &*self.state;
@@ -272,7 +275,7 @@ impl<T: Real> Contact<'_, '_, T> {
         1
     }
 
-    /// One mesh; returns whether it may have touched any node.
+    /// Collides all nodes with a mesh. Returns whether any node may be in contact.
     fn collide_mesh(&mut self, index: u32, collider: &ColliderNow<T>, mesh: &MeshNow<T>) -> u32 {
         let carry = self.carry(collider);
         let mesh = if self.carried { mesh } else { &mesh.arrived() };
@@ -292,8 +295,9 @@ impl<T: Real> Contact<'_, '_, T> {
         touches
     }
 
-    /// One mesh and a node that comes from `start`; returns whether it touched. In a groove it goes out of a triangle along
-    /// the one that it went out of before; where that does not end, it stays where it was.
+    /// Collides a node that comes from `start` with a mesh. Returns whether it is in contact. In a groove, the node
+    /// leaves a triangle along the triangle that it has left before. If that does not converge, it returns to its
+    /// start.
     fn collide_triangles(
         &mut self,
         (node, start): (usize, [T; 3]),
@@ -307,7 +311,7 @@ impl<T: Real> Contact<'_, '_, T> {
             let Some(contact) = self.cache.contact(mesh, item, start, self.place(node)) else {
                 return round > 0;
             };
-            // What rounding leaves of the last push is none.
+            // The last response leaves a depth of rounding size.
             let [x, y, z] = self.place(node).map(T::abs);
             let rounding = T::EPSILON * T::from_f64(ROUNDING_ULPS) * (x + y + z);
             if round > 0 && !contact.passed && contact.depth <= rounding {
@@ -336,7 +340,7 @@ impl<T: Real> Contact<'_, '_, T> {
         depth > slack && was + slack < depth && (was <= T::ZERO || was + slack < mesh.offset)
     }
 
-    /// What has carried a collider's places since the start.
+    /// The motion of a collider since the start of the nodes' motion.
     fn carry(&self, collider: &ColliderNow<T>) -> Rigid<T> {
         if self.carried { collider.surface.carry } else { Rigid::rest() }
     }
@@ -351,7 +355,7 @@ impl<T: Real> Contact<'_, '_, T> {
         }
     }
 
-    /// What a collider does to one node that touches it.
+    /// Applies the response of a collider to one node in contact.
     fn apply_response(
         &mut self,
         node: usize,
@@ -371,7 +375,7 @@ impl<T: Real> Contact<'_, '_, T> {
         self.last[node] = index;
     }
 
-    /// Moves nodes that have touched a collider, and are now inside another, out of both.
+    /// Moves nodes out of wedges: they have touched one collider, and are now inside another.
     fn resolve_wedges(&mut self) {
         let place = [0, 1, 2].map(|axis| &*self.state[axis]);
         let inside = |collider: &ColliderNow<T>| {
@@ -397,7 +401,7 @@ impl<T: Real> Contact<'_, '_, T> {
         })
     }
 
-    /// How deep a node at `x` is in a collider. Of a mesh that it is outside of, more is not known.
+    /// The penetration of a node at `x` into a collider. For a mesh it is known inside only.
     fn depth(&self, collider: &ColliderNow<T>, node: usize, x: [T; 3]) -> (T, [T; 3]) {
         let far = (-T::FAR, [T::ZERO; 3]);
         match &collider.shape {
@@ -409,8 +413,8 @@ impl<T: Real> Contact<'_, '_, T> {
         }
     }
 
-    /// Moves a place out of all colliders. In a wedge, going out of one collider goes into the other; so the two that
-    /// press most are left together.
+    /// Moves a position out of all colliders. In a wedge, leaving one collider enters the other. So the two deepest
+    /// penetrations are resolved together.
     fn push_out(&self, node: usize) -> [T; 3] {
         let mut x = self.place(node);
         for _ in 0..ROUNDS {
@@ -432,10 +436,10 @@ impl<T: Real> Contact<'_, '_, T> {
     }
 }
 
-/// Rounds in which a place leaves a wedge between curved colliders: each halves the number of wrong digits.
+/// Rounds in which a position leaves a wedge between curved colliders. Each round halves the number of wrong digits.
 pub const ROUNDS: usize = 12;
 
-/// Where a way that goes through a convex solid enters it.
+/// The entry of a swept segment that passes through a convex solid.
 struct Entry<T>([[T; 3]; 2]);
 
 impl<T: Real> OnSolid<T> for Entry<T> {
@@ -446,7 +450,7 @@ impl<T: Real> OnSolid<T> for Entry<T> {
     }
 }
 
-/// The deepest place of a convex solid.
+/// The depth of a convex solid's deepest point.
 struct Deepest;
 
 impl<T: Real> OnSolid<T> for Deepest {
@@ -456,7 +460,7 @@ impl<T: Real> OnSolid<T> for Deepest {
     }
 }
 
-/// Kernel: how many nodes go farther than `far` [m].
+/// Kernel: the number of nodes that move farther than `far` [m].
 struct Passing<'a, T> {
     start: [&'a [T]; 3],
     end: [&'a [T]; 3],
@@ -480,7 +484,7 @@ impl<T: Real> Kernel for Passing<'_, T> {
     }
 }
 
-/// Kernel: how many nodes are inside a convex collider. A NaN is not.
+/// Kernel: the number of nodes inside a convex collider. A NaN is outside.
 struct Inside<'a, T> {
     collider: &'a ColliderNow<T>,
     place: [&'a [T]; 3],

@@ -1,4 +1,4 @@
-// Where a collider is a mesh, contact is a kernel of its own, and this takes the place of resolve_contact.wgsl in the others.
+// Replaces resolve_contact.wgsl in kernels that leave contact to a kernel of its own, because a collider is a mesh.
 
 #import contact/colliders/response.wgsl
 #import solvers/explicit/node.wgsl

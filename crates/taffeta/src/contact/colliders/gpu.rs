@@ -26,25 +26,25 @@ pub const SHADERS: &[Shader] = shaders!(
     ]
 );
 
-/// What kernels import, where they have no other choice: they keep nodes out of colliders, of which none is a mesh.
+/// The default imports of kernels: they resolve contact with solids, and no collider is a mesh.
 pub const DEFAULTS: &[Shader] = &[
     ("resolve_contact", "#import contact/colliders/resolve_contact.wgsl\n"),
     ("meshes", "#import contact/collider_mesh/no_mesh.wgsl\n"),
 ];
 
-/// What a kernel does about colliders.
+/// How a kernel handles colliders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contact {
-    /// It keeps nodes out of them; none is a mesh.
+    /// It resolves contact with solids; no collider is a mesh.
     Solids,
-    /// Nothing: some are meshes, and contact is a kernel of its own.
+    /// It does not resolve contact. Some colliders are meshes, and contact is a kernel of its own.
     Later,
-    /// It keeps nodes out of meshes, too.
+    /// It resolves contact with solids and meshes.
     Meshes,
 }
 
 impl Contact {
-    /// The files for it.
+    /// The imports for it.
     pub fn choices(self) -> &'static [Choice] {
         match self {
             Self::Solids => &[],
@@ -59,12 +59,12 @@ pub struct Colliders {
     colliders: Buffer<Collider>,
     meshes: ColliderMeshes,
     mesh_data: Buffer<Words>,
-    /// Workgroups for one invocation a place.
+    /// Workgroups, with one invocation for each place.
     groups: usize,
 }
 
 impl Colliders {
-    /// Takes the meshes among them to the device, for so many places.
+    /// Uploads the meshes among the colliders.
     pub fn new(gpu: &Gpu, meshes: &ColliderMeshes, data: &[Words], places: usize) -> Result<Self, GpuError> {
         Ok(Self {
             colliders: gpu.buffer("colliders", 1)?,
@@ -74,23 +74,23 @@ impl Colliders {
         })
     }
 
-    /// Whether some are meshes: contact is a kernel of its own then.
+    /// Whether some colliders are meshes. Contact is a kernel of its own then.
     pub fn has_meshes(&self) -> bool {
         self.meshes.any()
     }
 
-    /// What kernels do about colliders that have no room for triangles.
+    /// How kernels without a buffer for triangles handle colliders.
     pub fn fused(&self) -> Contact {
         if self.has_meshes() { Contact::Later } else { Contact::Solids }
     }
 
-    /// What those do that have.
+    /// How kernels with a buffer for triangles handle colliders.
     pub fn whole(&self) -> Contact {
         if self.has_meshes() { Contact::Meshes } else { Contact::Solids }
     }
 }
 
-/// What kernels of a partition do about colliders that have no room for triangles, and what those do that have.
+/// How kernels of a partition without a buffer for triangles handle colliders, and how those with one do.
 pub fn contact_of(features: &Features) -> [Contact; 2] {
     features.get::<Colliders>().map_or([Contact::Solids; 2], |all| [all.fused(), all.whole()])
 }

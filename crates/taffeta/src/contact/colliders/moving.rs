@@ -12,7 +12,7 @@ use crate::scene::{self, Collider, SceneError, Shape};
 use crate::topology::Placement;
 use std::sync::Arc;
 
-/// A bar whose ends are nearer than this is a ball [m].
+/// A bar with a shorter axis than this is a ball [m].
 const SMALLEST: f64 = 1e-15;
 
 /// A collider over time.
@@ -25,7 +25,7 @@ pub struct MovingCollider {
     track: Track,
 }
 
-/// A shape where it starts [m].
+/// A shape at the start [m].
 #[derive(Clone, Debug)]
 enum Form {
     Sphere(scene::Sphere),
@@ -39,29 +39,29 @@ enum Form {
 /// A collider at the end of one sub-step, surface offset included.
 #[derive(Clone, Copy, Debug)]
 pub struct ColliderNow<T> {
-    /// Where its surface is.
+    /// Its shape.
     pub shape: ShapeNow<T>,
-    /// How it touches.
+    /// Its material and motion.
     pub surface: ContactSurface<T>,
 }
 
-/// What all points of a collider have in common.
+/// The material and the motion of a collider's surface.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactSurface<T> {
     /// Coulomb coefficient.
     pub friction: T,
-    /// Share of the normal speed given back.
+    /// Fraction of the normal speed that is returned.
     pub restitution: T,
     /// Rows of the matrix S [1/s] in the velocity S x + d of the surface at x.
     pub spin: [[T; 3]; 3],
     /// d [m/s].
     pub drift: [T; 3],
-    /// Rows and shift [m] of the motion in the sub-step: where a place of the collider was, and where it is now.
+    /// The rigid motion in the sub-step.
     pub carry: Rigid<T>,
 }
 
 impl<T: Real> ContactSurface<T> {
-    /// The touch of a node at `x`.
+    /// The contact point of a node at `x`.
     #[inline(always)]
     pub fn contact_at(&self, x: [T; 3], (depth, normal): (T, [T; 3])) -> ContactPoint<T> {
         let [a, b, c] = self.spin;
@@ -111,7 +111,7 @@ impl MovingCollider {
         &self.track
     }
 
-    /// Its rigid motion, to be changed.
+    /// Its rigid motion, mutable.
     pub fn track_mut(&mut self) -> &mut Track {
         &mut self.track
     }

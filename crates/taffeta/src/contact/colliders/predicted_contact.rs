@@ -1,67 +1,71 @@
-//! Surfaces that bear what constraints press against them.
+//! Predicted contact: surfaces that support nodes while constraints are solved.
 //!
-//! Contact comes after forces: a solver that does not know of it lets nodes on a surface go where they are pulled, finds
-//! their pulls relaxed, and contact puts the nodes back under full tension. That is work from nowhere. So nodes that will
-//! be pressed against a surface are held by it while pulls are solved for: along its normal, or, where friction is enough,
-//! in all directions (after Baraff and Witkin, "Large Steps in Cloth Simulation", SIGGRAPH 1998, section 5). Where it is not, it is
-//! a force like others while pulls are solved for: taken off what they have made of a velocity, it would hold cloth that is
-//! pulled from far away, since stiff pulls make little velocity where neighbours lag behind.
+//! Contact is resolved after forces. A solver that does not know of it lets constraints pull nodes into a surface,
+//! and finds their forces relaxed. Contact then puts the nodes back, the constraints are under full tension again,
+//! and energy is gained. So the surface holds nodes that will be in contact while constraints are solved:
+//! - along its normal, or in all directions if friction is sufficient (after Baraff and Witkin, "Large Steps in Cloth
+//!   Simulation", SIGGRAPH 1998, section 5);
+//! - if friction is not sufficient, it is an external force of the solve. Friction that is subtracted from the solved
+//!   velocity would hold cloth that is pulled from far away, because stiff constraints make little velocity where
+//!   neighbours lag behind.
 
 use crate::contact::colliders::moving::{ColliderNow, ContactSurface};
 use crate::contact::colliders::shape::positive;
 use crate::real::{Real, add, dot, norm, scale, sub};
 
-/// How a surface holds a node in a sub-step.
+/// Predicted contact of a node in a sub-step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PredictedContact<T> {
-    /// Unit normal along which the node does not yield; 0: free.
+    /// Unit normal of the surface; 0: no contact.
     pub normal: [T; 3],
-    /// Share of what is left in which it yields: 1; 0 where it sticks.
+    /// 1 if the node slides, or is free; 0 if it sticks.
     pub slides: T,
-    /// Velocity [m/s]: onto the surface; along it that of the surface where the node sticks, and else the change by friction.
+    /// Velocity [m/s]. Along the normal: the landing velocity. Along the surface: the surface's velocity if the node
+    /// sticks, else the change by friction.
     pub velocity: [T; 3],
-    /// Velocity of the surface [m/s] in the direction in which a node slides.
+    /// Speed of the surface [m/s] in the direction in which the node slides.
     pub surface_speed: T,
 }
 
-/// How a place is in a collider.
+/// Penetration of a position into a collider.
 #[derive(Clone, Copy, Debug)]
 pub struct Depth<T> {
-    /// How deep [m].
+    /// Depth [m].
     pub depth: T,
-    /// Outward.
+    /// Outward unit normal.
     pub normal: [T; 3],
-    /// Velocity by a change of shape [m/s].
+    /// Velocity of the surface by a change of shape [m/s].
     pub velocity: [T; 3],
 }
 
-/// A node as it comes to a surface.
+/// The motion of a node before a sub-step is solved.
 #[derive(Clone, Copy, Debug)]
 pub struct Approach<T> {
     /// Position at the start of the sub-step [m].
     pub position: [T; 3],
-    /// Velocity [m/s] without pulls, and change of it by those of the last sub-step.
+    /// Velocity [m/s] without constraints, and its change by the constraints of the last sub-step.
     pub free: [T; 3],
     pub solver_change: [T; 3],
-    /// Way that gravity goes in a sub-step [m].
+    /// Distance that a node falls in a sub-step [m].
     pub fall: T,
-    /// Sub-step [s].
+    /// Length of the sub-step [s].
     pub h: T,
 }
 
-/// Share of the friction that a surface can bear up to which a node is held. Each node of cloth that is drawn along is drawn by
-/// about as much as rubs: were some of them held in each sub-step, none would get anywhere.
+/// A node sticks up to this fraction of the friction limit. Dragged cloth is pulled at about the friction limit at
+/// every node. If some of the nodes stuck in each sub-step, none of them would move.
 pub const STICKS: f64 = 0.95;
-/// Share of the speed at which a node comes to a surface that contact takes from it, to see it: were it all, nodes that one
-/// sub-step holds and the next does not would tremble.
+/// Fraction of the approach speed that is left to contact, so that contact sees the node. If it were 1, nodes that
+/// one sub-step holds and the next one does not would jitter.
 pub const LEFT_TO_CONTACT: f64 = 0.0625;
 
-/// The way [m] that gravity goes in a sub-step `h` [s].
+/// The distance [m] that a node falls in a sub-step `h` [s].
 pub fn fall<T: Real>(gravity: [T; 3], h: T) -> T {
     norm(gravity) * h * h
 }
 
-/// What the collider in which a node would be deepest has for it, and which that is; `of` says for each how deep, and what.
+/// The collider with the deepest contact, by `of`, which gives a depth and a value for each collider. Returns that
+/// value and the collider's index.
 #[inline(always)]
 pub fn deepest<T: Real, P>(
     colliders: &[ColliderNow<T>],
@@ -77,12 +81,13 @@ pub fn deepest<T: Real, P>(
 }
 
 impl<T: Real> PredictedContact<T> {
-    /// Of a node that nothing holds.
+    /// No contact.
     pub const FREE: Self =
         Self { normal: [T::ZERO; 3], slides: T::ONE, velocity: [T::ZERO; 3], surface_speed: T::ZERO };
 
-    /// How a collider will hold a node: it is on the surface, or gets there without pulls, and those of the last sub-step do
-    /// not take it off. The number is by how much it would be inside [m]; `None`: not held.
+    /// Predicted contact with a convex collider, and the predicted depth [m]. A node is in contact if it is on the
+    /// surface, or reaches it without constraints, and the constraint forces of the last sub-step do not lift it off.
+    /// `None`: no contact.
     #[inline(always)]
     pub fn of(collider: &ColliderNow<T>, node: &Approach<T>) -> Option<(T, Self)> {
         let v = add(node.free, node.solver_change);
@@ -91,14 +96,14 @@ impl<T: Real> PredictedContact<T> {
         Self::at_surface(&collider.surface, node, inside, Depth { depth, normal, velocity: [T::ZERO; 3] })
     }
 
-    /// How a surface of triangles will hold a node; it is taken to be as flat as where the node is.
+    /// Predicted contact with a mesh. Its surface counts as flat around the node.
     #[inline(always)]
     pub fn of_mesh(surface: &ContactSurface<T>, node: &Approach<T>, contact: Depth<T>) -> Option<(T, Self)> {
         let inside = contact.depth - node.h * dot(add(node.free, node.solver_change), contact.normal);
         Self::at_surface(surface, node, inside, contact)
     }
 
-    /// How a surface will hold a node that is so deep in it, and would be so far `inside` [m].
+    /// Predicted contact with a surface, from the present penetration and the predicted depth `inside` [m].
     #[inline(always)]
     fn at_surface(
         surface: &ContactSurface<T>,
@@ -115,7 +120,7 @@ impl<T: Real> PredictedContact<T> {
         }
         let contact = surface.contact_at(node.position, (depth, normal));
         let surface_v = add(contact.surface_velocity, velocity);
-        // What is inside already is put out by contact, and gets no speed by it.
+        // Contact pushes out a node that is inside already, and gives it no speed.
         let (onto, out) = (depth / h, dot(surface_v, normal));
         let landing = if onto < out { onto } else { out };
         let relative = sub(v, surface_v);
@@ -138,43 +143,43 @@ impl<T: Real> PredictedContact<T> {
         Some((inside, predicted))
     }
 
-    /// Whether a surface holds the node.
+    /// Whether the node is in contact.
     #[inline(always)]
     pub fn in_contact(&self) -> bool {
         self.normal != [T::ZERO; 3]
     }
 
-    /// A change of velocity, as far as the node yields to it.
+    /// The part of a velocity change in which the node is free to move.
     #[inline(always)]
     pub fn filtered(&self, v: [T; 3]) -> [T; 3] {
         scale(sub(v, scale(self.normal, dot(v, self.normal))), self.slides)
     }
 
-    /// The change of velocity [m/s] by friction of a node that slides.
+    /// The velocity change [m/s] of a sliding node by friction.
     #[inline(always)]
     pub fn friction_change(&self) -> [T; 3] {
         scale(sub(self.velocity, scale(self.normal, dot(self.velocity, self.normal))), self.slides)
     }
 
-    /// A velocity by the step [m/s²], as far as the node yields to it, with that of the surface.
+    /// A rate of velocity [m/s²] in the directions in which the node is free to move, plus the contact's own.
     #[inline(always)]
     pub fn rate(&self, rate: [T; 3], h: T) -> [T; 3] {
         add(self.filtered(rate), scale(self.velocity, T::ONE / h))
     }
 
-    /// The velocity [m/s] at which a node that has `before` is taken along.
+    /// The velocity [m/s] of a node that had the velocity `before` and moves with the surface.
     #[inline(always)]
     pub fn carried_velocity(&self, before: [T; 3]) -> [T; 3] {
         add(self.filtered(before), sub(self.velocity, self.friction_change()))
     }
 
-    /// A change of velocity [m/s] by `solver_change`, with what the surface does about it.
+    /// The velocity change [m/s] by `solver_change` in contact.
     #[inline(always)]
     pub fn with_contact(&self, free: [T; 3], solver_change: [T; 3], surface: &ContactSurface<T>) -> [T; 3] {
         sub(self.velocity_after(free, solver_change, surface), free)
     }
 
-    /// The same of a force [N], which changes the velocity by `kick` times as much [s/kg].
+    /// The same for a force [N]; `kick` is the velocity change by unit force [s/kg].
     #[inline(always)]
     pub fn force_with_contact(
         &self,
@@ -186,9 +191,10 @@ impl<T: Real> PredictedContact<T> {
         scale(self.with_contact(free, scale(force, kick), surface), T::ONE / kick)
     }
 
-    /// Velocity [m/s] of the node after `solver_change`; `free` is without it. What it presses, the surface bears. What takes the node
-    /// off lets it go no further than onto the surface: the next sub-step knows these pulls. Where it would bounce, contact comes
-    /// after. Friction stops a node that slides, and does not turn it back; as much of it as contact will take is left to that.
+    /// The velocity [m/s] of the node after `solver_change`; `free` is the velocity without it. The surface supports
+    /// what pushes the node into it. What lifts the node off moves it onto the surface at most: the next sub-step
+    /// knows that force. If the node bounces, contact follows. Friction stops a sliding node and does not reverse it.
+    /// The friction that contact will apply is left to contact.
     #[inline(always)]
     pub fn velocity_after(&self, free: [T; 3], solver_change: [T; 3], surface: &ContactSurface<T>) -> [T; 3] {
         if !self.in_contact() {
@@ -214,7 +220,7 @@ impl<T: Real> PredictedContact<T> {
         if friction_limit == T::ZERO {
             return moved;
         }
-        // Against the slip.
+        // Opposite to the slip.
         let against = scale(friction, T::ONE / friction_limit);
         let slip = -self.surface_speed - dot(moved, against);
         let taken = if slip < friction_limit { slip } else { friction_limit };
@@ -241,10 +247,10 @@ mod tests {
     fn a_node_is_held_where_it_lies_and_is_not_taken_off() {
         let predicted = |y, solver_change| PredictedContact::of(&floor(0.5), &approach(y, solver_change));
         assert!(predicted(0.0, [0.0; 3]).is_some());
-        // Pulls that lift it, and pulls that would fetch it from afar.
+        // Constraints lift the node, or would have to pull it from afar.
         assert!(predicted(0.0, [0.0, 0.2, 0.0]).is_none());
         assert!(predicted(0.1, [0.0, -50.0, 0.0]).is_none());
-        // 0.1 m/s press, half of it is friction, nearly all of which holds.
+        // A normal impulse of 0.1 m/s: half of it is the friction limit, and the node sticks up to nearly that.
         assert_eq!(predicted(0.0, [0.047, 0.0, 0.0]).unwrap().1.slides, 0.0);
         assert_eq!(predicted(0.0, [0.048, 0.0, 0.0]).unwrap().1.slides, 1.0);
         assert_eq!(predicted(0.0, [0.06, 0.0, 0.0]).unwrap().1.slides, 1.0);
@@ -258,14 +264,14 @@ mod tests {
         let (_, predicted) = PredictedContact::of(&floor(0.5), &node).unwrap();
         let after = |solver_change| predicted.velocity_after(node.free, solver_change, &floor(0.5).surface);
         let (left, friction_limit) = (0.1 * LEFT_TO_CONTACT, 0.05 * LEFT_TO_CONTACT);
-        // Half of 0.5 m/s is rubbed off, some of it by contact.
+        // Friction takes half of 0.5 m/s, and contact takes some of it.
         assert!(norm(sub(predicted.friction_change(), [-0.25, 0.0, 0.0])) < 1e-15);
         assert!(norm(sub(after([0.5, -0.4, 0.0]), [0.25 + friction_limit, -left, 0.0])) < 1e-15);
-        // What would take it off leaves it on the surface.
+        // A node that would be lifted off stays on the surface.
         assert!(norm(sub(after([0.5, 0.7, 0.0]), [0.25 + friction_limit, -left, 0.0])) < 1e-15);
         // It stops, and does not turn back.
         assert!(norm(sub(after([0.1, -0.4, 0.0]), [friction_limit, -left, 0.0])) < 1e-15);
-        // Where it bounces 0.1 m/s are left to contact, and what that rubs.
+        // If it bounces, 0.1 m/s and their friction are left to contact.
         let bouncing = ContactSurface { restitution: 0.5, ..floor(0.5).surface };
         let left = predicted.velocity_after(node.free, [0.5, -0.4, 0.0], &bouncing);
         assert!(norm(sub(left, [0.3, -0.1, 0.0])) < 1e-15);
@@ -281,7 +287,7 @@ mod tests {
             PredictedContact::of_mesh(&belt.surface, &node, contact).unwrap().1
         };
         assert_eq!((by(0.03).slides, by(0.03).velocity), (0.0, [0.03, 0.0, 0.0]));
-        // Drawn along by half of what presses, less what contact does.
+        // Friction is half of the normal impulse, less the part of contact.
         let by_friction = [0.05 * (1.0 - LEFT_TO_CONTACT), -0.1 * LEFT_TO_CONTACT, 0.0];
         assert!(
             norm(sub(by(2.0).velocity_after(node.free, node.solver_change, &belt.surface), by_friction))

@@ -5,7 +5,7 @@
 #import gpu/wgsl/substep.wgsl
 #import solvers/explicit/node.wgsl
 
-/// Keeps a node that comes from `origin` out of colliders. Held nodes are not kept out.
+/// Keeps a node that comes from `origin` out of colliders. Pinned nodes are left as they are.
 fn resolve_contact(node: Node, origin: Origin, substep: u32) -> Node {
     let count = substeps[substep].colliders;
     if count == 0u || !(node.position.w > 0.0) {

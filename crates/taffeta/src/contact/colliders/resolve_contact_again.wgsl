@@ -1,12 +1,12 @@
-// Contact of nodes that are moved once more after it.
+// Contact of nodes that are moved once more after contact.
 
 #import contact/colliders/response.wgsl
 #import gpu/wgsl/state.wgsl
 #import solvers/explicit/node.wgsl
 #import resolve_contact
 
-/// Keeps a node that was at `x` with the velocity `v`, and has been moved since, out of colliders again, and writes it down.
-/// Who has touched stays one who has.
+/// Keeps a node out of colliders again, and writes its state. It was at `x` with the velocity `v`, and has been moved
+/// since. A node that was in contact before stays marked.
 fn resolve_contact_again(place: u32, x: vec4f, v: vec4f, moved_to: vec3f, velocity: vec3f) {
     let moved = Node(vec4f(moved_to, x.w), vec4f(velocity, abs(v.w)));
     let after = resolve_contact(moved, Origin(x.xyz, false), 0u);

@@ -1,4 +1,4 @@
-//! What a surface does to a node that has come too close.
+//! Contact response: position and velocity of a node that is inside a collider.
 //!
 //! The new position is put back onto the surface, the inward normal speed is removed or reflected (restitution e),
 //! and Coulomb friction takes at most μ times the normal impulse from the tangential speed relative to the
@@ -8,7 +8,7 @@
 
 use crate::real::{Real, add, dot, norm, scale, sub};
 
-/// A surface as one node meets it.
+/// A contact of one node with a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactPoint<T> {
     /// How far the node is inside [m], above 0.
@@ -19,20 +19,20 @@ pub struct ContactPoint<T> {
     pub surface_velocity: [T; 3],
     /// Coulomb coefficient.
     pub friction: T,
-    /// Share of the normal speed given back.
+    /// Fraction of the normal speed that is returned.
     pub restitution: T,
 }
 
 /// Position [m] and velocity [m/s] after contact, at the end of a step `h` [s].
 ///
-/// Friction also takes back the way that the tangential speed had gone in this step: otherwise a node that sticks
-/// would creep by h² g sin α a step.
+/// Friction also takes back the distance that the tangential speed has covered in this step. Otherwise a node that
+/// sticks would creep by h² g sin α a step.
 #[inline(always)]
 pub fn respond<T: Real>(x: [T; 3], v: [T; 3], contact: &ContactPoint<T>, h: T) -> ([T; 3], [T; 3]) {
     let lifted = add(x, scale(contact.normal, contact.depth));
     let relative = sub(v, contact.surface_velocity);
     let approach = -dot(relative, contact.normal);
-    // A node that leaves already gets no impulse, and hence no friction.
+    // A node that is separating gets no impulse, and hence no friction.
     let approach = if approach > T::ZERO { approach } else { T::ZERO };
     let impulse = (T::ONE + contact.restitution) * approach;
     let friction = friction_of(relative, contact.normal, contact.friction * impulse);
@@ -50,12 +50,12 @@ pub fn friction_of<T: Real>(relative: [T; 3], normal: [T; 3], most: T) -> [T; 3]
     scale(tangential, -lost)
 }
 
-/// Squared sine of the angle below which a wedge counts as two faces that face each other, about 10°: the way out of a
-/// narrower one is so long that a node pinched between a ball and a floor would be thrown across the scene.
+/// Squared sine of the angle below which a wedge counts as two opposite faces, about 10°. The way out of a narrower
+/// wedge is so long that a node pinched between a ball and a floor would be thrown across the scene.
 pub const NARROW: f64 = 0.03;
 
-/// The shortest way [m] out of two half-spaces, each given by depth (below 0: outside) and outward unit normal. Where
-/// one of them is enough, or where they face each other, the first alone is left.
+/// The shortest translation [m] out of two half-spaces, each given by depth (below 0: outside) and outward unit
+/// normal. If one of them is sufficient, or if they are opposite, only the first is left.
 pub fn leave_both<T: Real>((depth, normal): (T, [T; 3]), (other, across): (T, [T; 3])) -> [T; 3] {
     let alone = scale(normal, depth);
     let cosine = dot(normal, across);

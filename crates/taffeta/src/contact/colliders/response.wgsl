@@ -1,4 +1,4 @@
-// What a surface does to a node that has come too close.
+// Contact response: position and velocity of a node that is inside a collider.
 //
 // The new position is put back onto the surface, the inward normal speed is removed or reflected (restitution e),
 // and Coulomb friction takes at most μ times the normal impulse from the tangential speed relative to the
@@ -9,7 +9,7 @@
 #import contact/colliders/shape.wgsl
 #import gpu/wgsl/vector.wgsl
 
-/// A node that may touch.
+/// A node during contact.
 struct ContactState {
     x: vec3f,
     /// The collider that it touched last, from 1; 0: none.
@@ -17,8 +17,8 @@ struct ContactState {
     v: vec3f,
 }
 
-/// Squared sine of the angle below which a wedge counts as two faces that face each other, about 10°: the way out of a
-/// narrower one is so long that a node pinched between a ball and a floor would be thrown across the scene.
+/// Squared sine of the angle below which a wedge counts as two opposite faces, about 10°. The way out of a narrower
+/// wedge is so long that a node pinched between a ball and a floor would be thrown across the scene.
 const NARROW: f32 = 0.03;
 
 /// Position [m] and velocity [m/s] after contact, at the end of a step `h` [s].
@@ -26,11 +26,11 @@ fn respond(node: ContactState, collider: Collider, contact: Depth, h: f32) -> Co
     return respond_to_surface(node, collider, contact, surface_velocity(collider, node.x), h);
 }
 
-/// The same where the velocity of the surface at the node [m/s] is known.
+/// The same for a given velocity of the surface [m/s].
 fn respond_to_surface(node: ContactState, collider: Collider, contact: Depth, surface: vec3f, h: f32) -> ContactState {
     let lifted = node.x + contact.normal * contact.depth;
     let relative = node.v - surface;
-    // A node that leaves already gets no impulse, and hence no friction.
+    // A node that is separating gets no impulse, and hence no friction.
     let closing = -dot3(relative, contact.normal);
     let approach = select(0.0, closing, closing > 0.0);
     let impulse = (1.0 + collider.restitution) * approach;
@@ -48,8 +48,8 @@ fn friction_of(relative: vec3f, normal: vec3f, most: f32) -> vec3f {
     return tangential * -lost;
 }
 
-/// The shortest way [m] out of two half-spaces. Where one of them is enough, or where they face each other, the first
-/// alone is left.
+/// The shortest translation [m] out of two half-spaces. If one of them is sufficient, or if they are opposite, only
+/// the first is left.
 fn leave_both(first: Depth, second: Depth) -> vec3f {
     let cosine = dot3(first.normal, second.normal);
     let room = 1.0 - cosine * cosine;
@@ -61,19 +61,20 @@ fn leave_both(first: Depth, second: Depth) -> vec3f {
     return first.normal * a + second.normal * b;
 }
 
-/// Where a node comes from, and whether colliders have moved since.
+/// The start of a node's motion, and whether colliders have moved since.
 struct Origin {
     /// [m]
     x: vec3f,
     is_carried: bool,
 }
 
-/// Where a node comes from [m], as a collider sees it that has carried its places along.
+/// The start of a node's motion [m], moved along with the collider.
 fn seen_from(collider: Collider, origin: Origin) -> vec3f {
     return select(origin.x, carried(collider, origin.x), origin.is_carried);
 }
 
-/// One convex collider: first where the way of the node enters it, if it goes through; then the nearest way out.
+/// Collides a node with a convex collider: first where its swept segment enters the collider, if it passes through;
+/// then by the nearest way out.
 fn collide_solid(start: ContactState, origin: Origin, collider: Collider, number: u32, h: f32) -> ContactState {
     var node = start;
     if collider.kind != PLANE {

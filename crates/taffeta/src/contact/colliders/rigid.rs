@@ -11,12 +11,12 @@ pub struct Rigid<T> {
 }
 
 impl<T: Real> Rigid<T> {
-    /// A pose in a backend's numbers.
+    /// The motion of a pose, in a backend's numbers.
     pub fn of(pose: &Pose) -> Self {
         Self { rows: pose.rotation.map(|row| row.map(T::from_f64)), shift: pose.shift.map(T::from_f64) }
     }
 
-    /// None.
+    /// The identity.
     pub fn rest() -> Self {
         Self::of(&Pose::REST)
     }
@@ -28,7 +28,7 @@ impl<T: Real> Rigid<T> {
         add([dot(a, x), dot(b, x), dot(c, x)], self.shift)
     }
 
-    /// The place whose image this is [m].
+    /// The inverse image of a position [m].
     #[inline(always)]
     pub fn back(&self, x: [T; 3]) -> [T; 3] {
         let d = sub(x, self.shift);

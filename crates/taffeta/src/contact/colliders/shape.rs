@@ -1,9 +1,9 @@
-//! Solid shapes: how deep a place is inside, and which way leads out. All of them but meshes are convex.
+//! Solid shapes: depth and outward normal of a position. All of them but meshes are convex.
 
 use crate::contact::collider_mesh::surface::MeshNow;
 use crate::real::{Real, add, dot, norm, scale, sub};
 
-/// The shapes, where they are at the end of a sub-step, surface offset included.
+/// The shapes at the end of a sub-step, surface offset included.
 #[derive(Clone, Copy, Debug)]
 pub enum ShapeNow<T> {
     /// A ball.
@@ -12,9 +12,9 @@ pub enum ShapeNow<T> {
     Plane(PlaneNow<T>),
     /// A box.
     Box(BoxNow<T>),
-    /// A round bar with round ends.
+    /// A capsule.
     Capsule(CapsuleNow<T>),
-    /// A round bar with flat ends.
+    /// A cylinder.
     Cylinder(CylinderNow<T>),
     /// A surface of triangles.
     Mesh(MeshNow<T>),
@@ -30,13 +30,13 @@ impl<T> ShapeNow<T> {
     }
 }
 
-/// A convex solid, as a function of place.
+/// A convex solid, as a function of position.
 pub trait Solid<T: Real>: Copy {
-    /// How far `x` is inside [m], negative outside, and the outward unit normal there. The depth changes by no more than
-    /// the place does, and along a line it is concave.
+    /// The depth of `x` [m], negative outside, and the outward unit normal there. The depth changes by no more than
+    /// the distance between positions, and it is concave along a line.
     fn depth_and_normal(&self, x: [T; 3]) -> (T, [T; 3]);
 
-    /// Depth of its deepest place [m]: a way that is no longer does not go through it.
+    /// Depth of its deepest point [m]. A shorter motion does not pass through it.
     fn deepest(&self) -> T;
 }
 
@@ -65,13 +65,13 @@ pub struct BoxNow<T> {
     pub center: [T; 3],
     /// Unit vectors along its edges.
     pub axes: [[T; 3]; 3],
-    /// Half of its extent along them, without what rounds it [m].
+    /// Half of its extent along them, without the rounding radius [m].
     pub half: [T; 3],
-    /// What rounds it [m].
+    /// Rounding radius [m].
     pub offset: T,
 }
 
-/// All places within a radius of a segment.
+/// A capsule: all positions within a radius of a segment.
 #[derive(Clone, Copy, Debug)]
 pub struct CapsuleNow<T> {
     /// One end [m].
@@ -83,17 +83,17 @@ pub struct CapsuleNow<T> {
     pub radius: T,
 }
 
-/// A round bar with round edges.
+/// A cylinder with round edges.
 #[derive(Clone, Copy, Debug)]
 pub struct CylinderNow<T> {
     /// Middle of its axis [m].
     pub center: [T; 3],
     /// Unit vector along it.
     pub axis: [T; 3],
-    /// Half of its length, and its radius, without what rounds it [m].
+    /// Half of its length, and its radius, without the rounding radius [m].
     pub half: T,
     pub radius: T,
-    /// What rounds it [m].
+    /// Rounding radius [m].
     pub offset: T,
 }
 
@@ -229,7 +229,7 @@ fn length_and_direction<T: Real>(d: [T; 3], other: [T; 3]) -> (T, [T; 3]) {
     (length, [pick(0), pick(1), pick(2)])
 }
 
-/// A unit vector across another: any would do, this one is the same everywhere.
+/// A unit vector perpendicular to another. Any would do; this one is the same on all machines.
 #[inline(always)]
 fn across<T: Real>([x, y, z]: [T; 3]) -> [T; 3] {
     let steep = y * y > T::from_f64(0.5);
@@ -241,7 +241,7 @@ fn across<T: Real>([x, y, z]: [T; 3]) -> [T; 3] {
 }
 
 impl<T: Real> ShapeNow<T> {
-    /// Hands a convex shape to `job`; `None` for a mesh.
+    /// Applies `job` to a convex shape; `None` for a mesh.
     #[inline(always)]
     pub fn convex<J: OnSolid<T>>(&self, job: J) -> Option<J::Output> {
         Some(match *self {
@@ -255,19 +255,19 @@ impl<T: Real> ShapeNow<T> {
     }
 }
 
-/// What can be done with any convex solid.
+/// An operation on any convex solid.
 pub trait OnSolid<T> {
-    /// What comes of it.
+    /// Its result.
     type Output;
-    /// Does it.
+    /// Applies it.
     fn run<S: Solid<T>>(self, solid: S) -> Self::Output
     where
         T: Real;
 }
 
-/// Where the way from `start` to `end` enters a solid that it goes through, so that the nearest way out of it, if any, is
-/// on the wrong side: depth of `end` below the tangent plane there [m], and its normal. Depth along a line is concave, so
-/// Newton's method from outside never goes too far.
+/// The entry of the swept segment from `start` to `end` into a solid that it passes through, so that the nearest way
+/// out of `end`, if any, is on the wrong side. Returns the depth of `end` below the tangent plane there [m], and its
+/// normal. Depth along a line is concave, so Newton's method from outside never overshoots.
 pub fn entry<T: Real>(solid: impl Solid<T>, start: [T; 3], end: [T; 3]) -> Option<(T, [T; 3])> {
     let way = sub(end, start);
     if dot(solid.depth_and_normal(end).1, way) <= T::ZERO {
@@ -283,7 +283,7 @@ pub fn entry<T: Real>(solid: impl Solid<T>, start: [T; 3], end: [T; 3]) -> Optio
             return None;
         }
         let next = fraction - depth / approach;
-        // As near as numbers tell.
+        // Converged to the precision of the numbers.
         if depth >= T::ZERO || next <= fraction {
             return Some((depth + approach * (T::ONE - fraction), normal));
         }
@@ -297,5 +297,5 @@ pub fn entry<T: Real>(solid: impl Solid<T>, start: [T; 3], end: [T; 3]) -> Optio
     Some((depth - dot(normal, way) * (T::ONE - fraction), normal))
 }
 
-/// Steps of Newton's method on the way into a solid: faces and edges take one each, round ones double their digits.
+/// Steps of Newton's method to an entry: faces and edges take one each, round surfaces double their digits.
 pub const ENTRIES: usize = 12;

@@ -1,6 +1,6 @@
-// Nodes that touch each other: their surfaces, and who is near whom. A node is linked into the list of its bucket; lists
-// have room for any number, in any order. Contacts of a node are taken in the order of their numbers, sixteen at a time, so
-// that nothing depends on who was linked first.
+// The broad phase of self-collision: the surfaces of bodies, and which nodes are near each other. Each node is in the
+// linked list of its bucket; a list has room for any number of nodes, in any order. The contacts of a node are taken
+// in the order of their numbers, sixteen at a time, so that nothing depends on the order of the lists.
 
 #import contact/nodes/cells.wgsl
 #import contact/nodes/pair.wgsl
@@ -9,29 +9,30 @@
 #import gpu/wgsl/vector.wgsl
 #import memory
 
-/// How the nodes of a body touch others.
+/// The surface of a self-colliding body.
 struct Surface {
     /// Its first node, and how many it has.
     first: u32,
     count: u32,
     /// Columns of a grid; 0: a mesh.
     cols: u32,
-    /// Rows and columns, at most, from a node of a grid to one that it does not touch.
+    /// Largest number of rows and columns between a node of a grid and one on its exclusion list.
     high: u32,
     wide: u32,
-    /// Where in `exclusions` it says which of its nodes do not touch: for a grid a bit for each way, row by row; for a mesh where
-    /// the list of each node begins, and the end; then the lists, which ascend.
+    /// Where in `exclusions` the exclusion lists of its nodes are. For a grid: one bit for each offset, row by row.
+    /// For a mesh: where the list of each node begins, and the end; then the lists, ascending.
     exclusions: u32,
     material: ContactMaterial,
     cells_a_metre: f32,
 }
 
 @group(1) @binding(18) var<storage, read> surfaces: array<Surface>;
-/// The surface of each slice of 16 places; then nodes that do not touch.
+/// The surface of each slice of 16 places; then the exclusion lists.
 @group(1) @binding(19) var<storage, read> exclusions: array<u32>;
-/// The first node of each bucket, and the next one of each place; behind them what `contact_work` has.
+/// The first node of each bucket, and the next node of each place; then what `contact_work` has.
 @group(3) @binding(17) var<storage, read_write> cell_links: array<atomic<u32>>;
-/// The same; then contacts of each place, and its least squared distance by that which is kept, as bits.
+/// The same; then, for each place, the number of contacts, and the least squared distance relative to the thickness,
+/// as bits.
 @group(3) @binding(18) var<storage, read_write> contact_work: array<u32>;
 
 /// The surface of a place.
@@ -43,12 +44,12 @@ fn surface_number(place: u32) -> u32 {
     return number;
 }
 
-/// Number of buckets, a power of two, where lists, contacts and distances of all places lie behind them.
+/// Number of buckets, a power of two. The lists, contacts and distances of all places follow them.
 fn buckets_in(length: u32) -> u32 {
     return length - 3u * arrayLength(&old_position);
 }
 
-/// Goes on by `step` in a list that ascends, if all that it passes is below `b`.
+/// Advances by `step` in an ascending list, if all that it skips is below `b`.
 fn advance_past(at: u32, step: u32, end: u32, lists: u32, b: u32) -> u32 {
     if at + step <= end && exclusions[lists + at + step - 1u] < b {
         return at + step;
@@ -56,7 +57,7 @@ fn advance_past(at: u32, step: u32, end: u32, lists: u32, b: u32) -> u32 {
     return at;
 }
 
-/// Whether two nodes of a surface are too near along it to touch.
+/// Whether a node is on the exclusion list of another node of its surface.
 fn are_excluded(surface: Surface, a: u32, b: u32) -> bool {
     if surface.cols > 0u {
         let row = i32(b / surface.cols) - i32(a / surface.cols) + i32(surface.high);
@@ -72,7 +73,7 @@ fn are_excluded(surface: Surface, a: u32, b: u32) -> bool {
     let lists = surface.exclusions + surface.count + 1u;
     let end = exclusions[surface.exclusions + a + 1u];
     var at = exclusions[surface.exclusions + a];
-    // A list has 1,024 nodes at most. A loop would count among the turns of a software adapter.
+    // A list has 1,024 nodes at most. A loop would count as turns of a software adapter.
     at = advance_past(at, 1024u, end, lists, b);
     at = advance_past(at, 512u, end, lists, b);
     at = advance_past(at, 256u, end, lists, b);
@@ -87,19 +88,19 @@ fn are_excluded(surface: Surface, a: u32, b: u32) -> bool {
     return at < end && exclusions[lists + at] == b;
 }
 
-/// Distance at which a node of one surface touches one of another [m].
+/// Distance at which nodes of two surfaces are in contact [m].
 fn contact_distance(a: Surface, b: Surface) -> f32 {
     return a.material.thickness * 0.5 + b.material.thickness * 0.5;
 }
 
-/// Whether a node at `x` of surface `number` is as near to another as those do that touch.
+/// Whether a node at `x` of surface `number` is within contact distance of another.
 fn is_within_reach(node: u32, number: u32, x: vec3f, other: u32) -> bool {
     let d = x - position_of(other);
     let reach = contact_distance(surfaces[number], surfaces[surface_number(other)]);
     return other != node && dot3(d, d) < reach * reach;
 }
 
-/// Whether a node of surface `number` touches another where it is near.
+/// Whether a node of surface `number` collides with another when they are near.
 fn may_collide(node: u32, number: u32, other: u32) -> bool {
     let first = surfaces[number].first;
     return surface_number(other) != number || !are_excluded(surfaces[number], node - first, other - first);
@@ -113,7 +114,7 @@ struct Sixteen {
     d: vec4u,
 }
 
-/// Adds a number that is not yet there; the greatest leaves.
+/// Inserts a number, unless it is there; the greatest is dropped.
 fn insert(all: Sixteen, number: u32) -> Sixteen {
     let n = vec4u(number);
     if any(all.a == n) || any(all.b == n) || any(all.c == n) || any(all.d == n) {
@@ -142,7 +143,8 @@ fn next_in_list(node: u32, buckets: u32) -> u32 {
     return contact_work[buckets + node];
 }
 
-/// Adds a node from `least` on to which a node at `x` of surface `number` is near, unless there are sixteen before it.
+/// Inserts a node, not below `least`, that a node at `x` of surface `number` is near to, unless there are sixteen
+/// before it.
 fn with_candidate(found: Sixteen, node: u32, number: u32, x: vec3f, least: u32, other: u32) -> Sixteen {
     if other >= least && other < found.d.w && is_within_reach(node, number, x, other) {
         return insert(found, other);
@@ -150,8 +152,9 @@ fn with_candidate(found: Sixteen, node: u32, number: u32, x: vec3f, least: u32, 
     return found;
 }
 
-/// The first sixteen nodes from `least` on to which a node at `x` of surface `number` is near. One loop goes through all
-/// lists, so that invocations side by side wait for the longest way alone, and not for the longest list in each bucket.
+/// The first sixteen nodes, not below `least`, that a node at `x` of surface `number` is near to. One loop goes
+/// through all lists, so that invocations side by side wait for the longest sum of lists only, and not for the
+/// longest list of each bucket.
 fn neighbours_from(node: u32, number: u32, x: vec3f, least: u32) -> Sixteen {
     var found = Sixteen(vec4u(NONE), vec4u(NONE), vec4u(NONE), vec4u(NONE));
     let buckets = buckets_in(arrayLength(&contact_work));
@@ -163,7 +166,7 @@ fn neighbours_from(node: u32, number: u32, x: vec3f, least: u32) -> Sixteen {
             other = contact_work[(first_around(cell, bucket / 3u) + bucket % 3u) & (buckets - 1u)];
             bucket++;
         }
-        // Two a turn: a software adapter ends an invocation after 65,536 turns.
+        // Two nodes in each turn: a software adapter ends an invocation after 65,536 turns.
         found = with_candidate(found, node, number, x, least, other);
         other = next_in_list(other, buckets);
         found = with_candidate(found, node, number, x, least, other);
@@ -172,7 +175,7 @@ fn neighbours_from(node: u32, number: u32, x: vec3f, least: u32) -> Sixteen {
     return found;
 }
 
-/// Contacts of a place.
+/// Number of contacts of a place.
 fn contacts_of(node: u32) -> u32 {
     let places = arrayLength(&old_position);
     return contact_work[buckets_in(arrayLength(&contact_work)) + places + node];

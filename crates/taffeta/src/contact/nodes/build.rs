@@ -1,4 +1,4 @@
-//! Which nodes may touch each other, and which are neighbours on one surface.
+//! The exclusion lists of self-collision, and warnings of contacts at the start.
 
 use crate::build::Assembly;
 use crate::build::body::{BodyAssembly, BodySprings};
@@ -11,11 +11,11 @@ use crate::topology::{Csr, measure};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Nodes of one body that do not touch one of its nodes, at most.
+/// Most nodes on an exclusion list.
 const MAX_EXCLUSIONS: usize = 1024;
 
 impl BodyAssembly {
-    /// Has the nodes of the body, whose springs are there, touch each other.
+    /// Enables self-collision of the body, whose springs are known.
     pub(crate) fn enable_self_collision(&mut self, wish: &SelfCollision) -> Result<(), SceneError> {
         let reach = std::f64::consts::FRAC_PI_2 * wish.thickness;
         let edges = edges(self);
@@ -57,7 +57,7 @@ fn too_thick(thickness: f64, edge: f64) -> SceneError {
     )
 }
 
-/// Edges of the surface by the solver's nodes; of a grid one along each side, for all are alike.
+/// Edges of the surface by the solver's nodes. A grid has one along each side, since all are alike.
 fn edges(body: &BodyAssembly) -> Vec<[u32; 2]> {
     match (body.grid_layout, &body.edges) {
         (Some([rows, cols]), _) => {
@@ -71,13 +71,13 @@ fn edges(body: &BodyAssembly) -> Vec<[u32; 2]> {
     }
 }
 
-/// `None`: there are too many.
+/// The exclusion lists of a grid. `None`: they are too long.
 fn of_grid(body: &BodyAssembly, [rows, cols]: [usize; 2], reach: f64) -> Option<Exclusions> {
     let between = |a: usize, b: usize| norm(sub(body.start[b], body.start[a]));
     let down = if rows > 1 { between(0, cols) } else { 0.0 };
     let across = if cols > 1 { between(0, 1) } else { 0.0 };
     let BodySprings::Grid(along) = &body.springs else { return None };
-    // Where springs lead: as [`crate::build::body::GridDirections`].
+    // Offsets of springs, as [`crate::build::body::GridDirections`].
     let springs = [[0, 1], [0, 2], [1, 0], [2, 0], [1, 1], [1, -1]];
     let springs: Vec<[i32; 2]> =
         springs.iter().zip(along).filter(|(_, one)| one.is_some()).map(|(way, _)| *way).collect();
@@ -100,10 +100,10 @@ fn of_grid(body: &BodyAssembly, [rows, cols]: [usize; 2], reach: f64) -> Option<
     (ways.len() <= MAX_EXCLUSIONS).then_some(Exclusions::Grid(ways))
 }
 
-/// The same of a mesh with those edges.
+/// The exclusion lists of a mesh with these edges.
 fn of_mesh(body: &BodyAssembly, edges: &[[u32; 2]], reach: f64) -> Option<Exclusions> {
     let mut pairs = edges.to_vec();
-    // Several nodes at one place of the surface.
+    // Several nodes at one point of the surface.
     pairs.extend(body.split.iter().map(|pair| pair.map(|node| body.solver_local(node as usize) as u32)));
     let BodySprings::Mesh(lists) = &body.springs else { return None };
     let by_node = Csr::corners(body.nodes, &pairs);
@@ -141,7 +141,7 @@ fn of_mesh(body: &BodyAssembly, edges: &[[u32; 2]], reach: f64) -> Option<Exclus
     Some(Exclusions::Mesh(Csr { offsets, items }))
 }
 
-/// Ways along edges from one node, after another (Dijkstra 1959).
+/// Shortest paths along edges from one node after another (Dijkstra 1959).
 struct Walk {
     way: Vec<f64>,
     queue: BinaryHeap<Reverse<(u64, u32)>>,
@@ -152,7 +152,7 @@ impl Walk {
         Self { way: vec![f64::INFINITY; nodes], queue: BinaryHeap::new() }
     }
 
-    /// Adds the nodes that are nearer than `reach` [m], with the node itself; stops where there are too many.
+    /// Adds the nodes closer than `reach` [m], and the node itself. Stops if there are too many.
     fn within<I: Iterator<Item = (u32, f64)>>(
         &mut self,
         node: u32,
@@ -165,7 +165,7 @@ impl Walk {
         self.way[node as usize] = 0.0;
         self.queue.push(Reverse((0, node)));
         while let Some(Reverse((bits, node))) = self.queue.pop() {
-            // Bits of numbers above 0 are in the order of the numbers.
+            // Bits of positive numbers have the order of the numbers.
             let way = f64::from_bits(bits);
             if way > self.way[node as usize] || found.len() - from > MAX_EXCLUSIONS {
                 continue;
@@ -185,12 +185,12 @@ impl Walk {
 }
 
 impl Assembly {
-    /// Bodies whose nodes touch each other, with how they do.
+    /// Self-colliding bodies, with their surfaces.
     pub fn self_colliding(&self) -> impl Iterator<Item = (&BodyAssembly, &SelfContact)> {
         self.bodies.iter().filter_map(|body| Some((body, body.self_contact.as_ref()?)))
     }
 
-    /// Warns of nodes that start nearer than the thickness.
+    /// Warns of nodes that start closer than the thickness.
     pub(crate) fn note_start_contacts(&mut self) {
         let Some(found) = StartContacts::find(self) else { return };
         let [(a, i), (b, j)] = found.worst.map(|(body, local)| (&self.bodies[body], local));
@@ -204,10 +204,10 @@ impl Assembly {
     }
 }
 
-/// Nodes that start nearer than the thickness.
+/// Nodes that start closer than the thickness.
 struct StartContacts {
     pairs: u64,
-    /// Body and node of the pair that is nearest by its thickness.
+    /// Body and node of the closest pair, relative to its thickness.
     worst: [(usize, usize); 2],
     distance: f64,
     thickness: f64,

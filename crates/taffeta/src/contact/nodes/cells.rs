@@ -1,13 +1,13 @@
-//! Which points are near a place: a uniform grid of cells, kept as a table of hashes, so that it may be as wide as it likes.
+//! A uniform grid of hashed cells, to find the points near a position. It has no bounds.
 //!
 //! Source: S2 ("CUDA Cloth Simulation"), the bins of its last two implementations; the table after Teschner et al.,
-//! "Optimized Spatial Hashing for Collision Detection of Deformable Objects", 2003. Cells that are neighbours along x are
-//! neighbours in the table: what surrounds a place is nine runs of points. A run may hold points of other cells, too;
-//! whoever asks must look at distances anyway.
+//! "Optimized Spatial Hashing for Collision Detection of Deformable Objects", 2003. Cells that are neighbours along x
+//! are neighbours in the table, so the surroundings of a position are nine runs of points. A run may also hold points
+//! of other cells; callers compare distances anyway.
 
 use std::ops::Range;
 
-/// The table of cells: how places become buckets.
+/// The table of cells, which maps positions to buckets.
 #[derive(Clone, Copy, Debug)]
 pub struct Cells {
     /// Cells a metre.
@@ -17,7 +17,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// For so many points in cells of `edge` [m], or a little more, so that rounding hides no neighbour.
+    /// A table for so many points in cells of `edge` [m], or a little more, so that rounding loses no neighbour.
     pub fn new(points: usize, edge: f64) -> Self {
         let buckets = (2 * points).next_power_of_two().clamp(64, 1 << 30);
         Self { by_length: 1.0 / (edge * 1.000_01), mask: buckets as u32 - 1 }
@@ -28,21 +28,21 @@ impl Cells {
         self.mask as usize + 1
     }
 
-    /// The cell of a place [m]; what is no number, or too far, has one too.
+    /// The cell of a position [m]. A NaN, or a position too far away, has one too.
     pub fn cell(&self, x: [f64; 3]) -> [i32; 3] {
         x.map(|x| {
-            // Rounded down: towards zero, and one less below it. A call for that would take longer than all else.
+            // Rounded down: towards zero, and one less if negative. A call of `floor` would dominate the cost.
             let (scaled, towards_zero) = (x * self.by_length, (x * self.by_length) as i32);
             towards_zero.saturating_sub(i32::from(scaled < f64::from(towards_zero)))
         })
     }
 
-    /// Where the points of a cell are.
+    /// The bucket of a cell.
     pub fn bucket(&self, cell: [i32; 3]) -> usize {
         bucket(cell, self.mask)
     }
 
-    /// Runs of buckets in which the points of a cell and its 26 neighbours are; a bucket may be in several.
+    /// Runs of buckets that hold the points of a cell and its 26 neighbours. A bucket may be in several runs.
     pub fn around(&self, [x, y, z]: [i32; 3]) -> impl Iterator<Item = Range<usize>> + use<> {
         let cells = *self;
         (-1..=1).flat_map(move |dz| (-1..=1).map(move |dy| (dy, dz))).flat_map(move |(dy, dz)| {
@@ -55,12 +55,12 @@ impl Cells {
     }
 }
 
-/// Where the points of a cell are in a table of so many buckets, less one.
+/// The bucket of a cell in a table of so many buckets, less one.
 pub fn bucket([x, y, z]: [i32; 3], mask: u32) -> usize {
     (row(y, z).wrapping_add(x as u32) & mask) as usize
 }
 
-/// What the cells of a row have in common.
+/// The part of the hash that the cells of a row have in common.
 fn row(y: i32, z: i32) -> u32 {
     let mixed = (y as u32).wrapping_mul(0x9E37_79B1) ^ (z as u32).wrapping_mul(0x85EB_CA77);
     (mixed ^ (mixed >> 15)).wrapping_mul(0x2C1B_3C6D)

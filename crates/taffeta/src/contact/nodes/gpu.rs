@@ -1,4 +1,4 @@
-//! Nodes that touch each other, on the GPU.
+//! Self-collision on the GPU.
 
 use crate::advice::{Advice, Refusal};
 use crate::build::Assembly;
@@ -23,10 +23,11 @@ use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shade
 pub const SHADERS: &[Shader] =
     shaders!("contact/nodes", ["cells.wgsl", "pair.wgsl", "broad_phase.wgsl", "stages.wgsl"]);
 
-/// Edge of a cell by the largest thickness: so much more that rounding in 32 bits hides no neighbour.
+/// Edge of a cell relative to the largest thickness. It is that much more so that rounding in 32 bits loses no
+/// neighbour.
 pub const CELL: f64 = 1.0 + 1.0 / 64.0;
 
-/// Bytes of the arrays that a body needs to touch others, and what they hold.
+/// Bytes of the arrays that a self-colliding body needs, and their contents.
 pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
     let body = &assembly.bodies[body];
     let Some(self_contact) = &body.self_contact else { return Vec::new() };
@@ -34,14 +35,14 @@ pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
         Exclusions::Grid(ways) => ways.len(),
         Exclusions::Mesh(rows) => rows.offsets.len() + rows.items.len(),
     };
-    // Four buckets a node at most, and three numbers.
+    // At most four buckets for each node, and three numbers.
     vec![
         (body.places() as u64 * 28, "lists of nodes that touch"),
         (exclusions as u64 * 4, "nodes that do not touch"),
     ]
 }
 
-/// Refuses bodies that touch each other in several partitions.
+/// Refuses self-colliding bodies in several partitions.
 pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
     let collides = |index: &usize| assembly.bodies[*index].self_contact.is_some();
     let mut with = partitions.iter().filter_map(|bodies| bodies.clone().find(collides));
@@ -54,18 +55,18 @@ pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u
     Err(Refusal::new(message, [Advice::Cpu]))
 }
 
-/// Bodies whose nodes touch others, on the host.
+/// Tables of self-collision, on the host.
 #[derive(Default)]
 pub struct SelfCollisionTables {
     pub surfaces: Vec<Surface>,
-    /// Which slices of places are theirs, and which of their nodes do not touch.
+    /// The surface of each slice of places, and the exclusion lists.
     pub exclusions: Vec<u32>,
     /// Places of all bodies.
     places: usize,
 }
 
 impl SelfCollisionTables {
-    /// Those of some bodies.
+    /// The tables of some bodies.
     pub fn new(bodies: &Bodies<'_>) -> Result<Self, String> {
         let colliding = || bodies.iter().filter_map(|(_, body)| Some((body, body.self_contact.as_ref()?)));
         let widest = colliding().map(|(_, self_contact)| self_contact.surface.thickness).fold(0.0, f64::max);
@@ -104,7 +105,7 @@ impl SelfCollisionTables {
         Ok(tables)
     }
 
-    /// A bit for each way within the largest ones, and these.
+    /// Adds a bit for each offset within the largest ones. Returns these.
     fn add_offsets(&mut self, ways: &[[i32; 2]]) -> [u32; 2] {
         let [high, wide] =
             [0, 1].map(|axis| ways.iter().map(|way| way[axis].unsigned_abs()).max().unwrap_or(0));
@@ -122,19 +123,19 @@ impl SelfCollisionTables {
         [0; 2]
     }
 
-    /// Buckets of nodes that touch, a power of two; 0: there are none.
+    /// Number of buckets, a power of two; 0 if no body collides.
     pub fn buckets(&self) -> usize {
         let nodes: usize = self.surfaces.iter().map(|surface| surface.count as usize).sum();
         if nodes == 0 { 0 } else { (2 * nodes).next_power_of_two().max(64) }
     }
 
-    /// Numbers in the lists of nodes that touch, with contacts and distances.
+    /// Numbers in the linked lists, with contacts and distances.
     pub fn words(&self) -> usize {
         if self.surfaces.is_empty() { 0 } else { self.buckets() + 3 * self.places }
     }
 }
 
-/// Nodes that touch each other, on the device.
+/// Self-collision on the device.
 pub struct NodeContact {
     surfaces: Buffer<Surface>,
     exclusions: Buffer<u32>,
@@ -143,14 +144,14 @@ pub struct NodeContact {
     sums: Buffer<[u32; 2]>,
     read_sums: ReadBack<[u32; 2]>,
     buckets: usize,
-    /// Workgroups for one invocation a place.
+    /// Workgroups, with one invocation for each place.
     groups: usize,
-    /// Searches in this frame: one a sub-step.
+    /// Searches in this frame: one in each sub-step.
     searches: u64,
 }
 
 impl NodeContact {
-    /// Takes tables to the device; `None` where no body touches others.
+    /// Uploads tables; `None` if no body collides with itself.
     pub fn new(gpu: &Gpu, tables: &SelfCollisionTables) -> Result<Option<Self>, GpuError> {
         if tables.surfaces.is_empty() {
             return Ok(None);
@@ -168,8 +169,8 @@ impl NodeContact {
         }))
     }
 
-    /// Finds pairs, and moves their nodes apart. The state after the sub-step is read, and written anew where that before it
-    /// was.
+    /// Finds contacts, and applies their response. It reads the state after the sub-step, and writes over the state
+    /// before it.
     fn resolve_self_contacts<'f>(&'f self, features: &Features) -> Vec<Command<'f>> {
         let run = |entry, groups| Command::run(Name::new(entry), groups);
         let [contact, _] = contact_of(features);
@@ -193,7 +194,7 @@ impl Feature for NodeContact {
         vec![
             ("surfaces", &self.surfaces),
             ("exclusions", &self.exclusions),
-            // The one as atomic numbers, the other not.
+            // As atomic numbers, and as plain ones.
             ("cell_links", &self.work),
             ("contact_work", &self.work),
             ("contact_sums", &self.sums),
@@ -226,11 +227,11 @@ impl Feature for NodeContact {
         let mut contacts = Vec::new();
         self.read_sums.take(gpu, &mut contacts)?;
         if self.searches == 0 {
-            // What stands there was found in another frame.
+            // The sums are those of another frame.
             return Ok(());
         }
         sums.pairs.searches = self.searches;
-        // Both nodes of a pair count it.
+        // Each pair is counted at both nodes.
         sums.pairs.pairs += contacts.iter().map(|&[count, _]| u64::from(count)).sum::<u64>() / 2;
         let nearest = contacts.iter().map(|&[_, fraction]| f64::from(f32::from_bits(fraction)).sqrt());
         sums.pairs.nearest = nearest.fold(sums.pairs.nearest, f64::min);

@@ -1,4 +1,4 @@
-//! Contact of nodes of a thickness with each other.
+//! Self-collision: contact between nodes with a thickness.
 
 pub mod build;
 pub mod cells;

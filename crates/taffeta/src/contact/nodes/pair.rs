@@ -1,39 +1,39 @@
-//! What two nodes do to each other that have come nearer than the thickness of their cloth.
+//! The contact response of two nodes that are closer than the thickness of their cloth.
 //!
-//! Source: S2 ("CUDA Cloth Simulation"), "Calculation", step 5: proximity of particles, elastic collision along the line
-//! between them. To this come masses, restitution, Coulomb friction, and a way apart: a speed by which nodes that are too
-//! near part (Baumgarte, "Stabilization of Constraints and Integrals of Motion in Dynamical Systems", 1972). Weight rests
-//! on it: what is missing between two layers grows until their impulses bear what lies on them.
+//! Source: S2 ("CUDA Cloth Simulation"), "Calculation", step 5: proximity of particles, elastic collision along the
+//! line between them. Added to this are masses, restitution, Coulomb friction and a separation speed, which parts
+//! nodes that are too close (Baumgarte, "Stabilization of Constraints and Integrals of Motion in Dynamical Systems",
+//! 1972). It carries weight: the overlap of two layers grows until their impulses carry what lies on them.
 //!
-//! A node with several contacts takes part in each with its share of its mass (Tonge, Benevolenski, Voroshilov, "Mass
-//! Splitting for Jitter-Free Parallel Rigid Body Simulation", 2012), so that no order matters and no energy is won: no
-//! share wins any, and their mean has at most their energy. Proofs: docs/models/contact.md.
+//! A node with several contacts takes part in each with a fraction of its mass (Tonge, Benevolenski, Voroshilov,
+//! "Mass Splitting for Jitter-Free Parallel Rigid Body Simulation", 2012). So the order does not matter and no energy
+//! is gained: no fraction gains any, and their mean has at most their energy. Proofs: docs/models/contact.md.
 
 use crate::real::{Real, add, dot, scale, sub};
 
-/// Two surfaces as they meet.
+/// The material of a surface, or of two surfaces in contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactMaterial<T> {
-    /// Distance that is kept between their nodes [m].
+    /// Distance between nodes in contact [m].
     pub thickness: T,
     /// Coulomb coefficient.
     pub friction: T,
-    /// Share of the normal speed given back.
+    /// Fraction of the normal speed that is returned.
     pub restitution: T,
 }
 
-/// What a pair does to its first node; to its second the opposite.
+/// The response of the first node of a pair; the second gets the opposite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Exchange<T> {
-    /// Change of momentum [N·s].
+    /// Impulse: change of momentum [N·s].
     pub impulse: [T; 3],
-    /// Change of place times mass [kg·m].
+    /// Change of position times mass [kg·m].
     pub shift: [T; 3],
 }
 
-/// What a pair does: `d` [m] and `v` [m/s] are place and velocity of the first node less those of the second,
-/// `mobility` [1/kg] as [`mobility`] says, `h` [s] the sub-step that has just gone by, `most` the longest way apart in one,
-/// by the thickness. Nodes at one place part along y.
+/// The response of a pair. `d` [m] and `v` [m/s] are position and velocity of the first node relative to the second,
+/// `mobility` [1/kg] is that of [`mobility`], `h` [s] the sub-step that has just ended, and `most` the largest
+/// separation in a sub-step, relative to the thickness. Nodes at one position separate along y.
 #[inline(always)]
 pub fn exchange<T: Real>(
     d: [T; 3],
@@ -51,19 +51,19 @@ pub fn exchange<T: Real>(
     let at_most = |way: T| if way < limit { way } else { limit };
     let approach = if speed < T::ZERO { -speed } else { T::ZERO };
     let (bounce, soft) = (material.restitution * approach, T::ONE - material.restitution);
-    // What went missing in this sub-step goes with the approach; what was missing before gives a speed, the more the
-    // faster, paid for by what the impact has lost.
+    // The overlap of this sub-step is removed with the approach. Older overlap gives a separation speed that grows
+    // with it, paid for by the energy that the impact has lost.
     let fresh = if h * approach < missing { h * approach } else { missing };
     let release = soft * (at_most((missing - fresh) * T::from_f64(FIRM)) / h);
     let after = if bounce > release { bounce } else { release };
-    // Nodes that part fast enough get no impulse, and hence no friction.
+    // Nodes that separate fast enough get no impulse, and hence no friction.
     let gained = if after > speed { after - speed } else { T::ZERO };
     let tangential = sub(v, scale(normal, speed));
     let (slip, grip) = (dot(tangential, tangential).sqrt(), material.friction * gained);
     let lost = if slip > grip { grip / slip } else { T::ONE };
     let friction = scale(tangential, if gained > T::ZERO { -lost } else { T::ZERO });
-    // Friction takes its way back, as with colliders, and so does what stops the approach. Where nothing is lost, nodes
-    // that are too near are put apart: by half of what is missing, less what they part by themselves.
+    // Friction takes its distance back, as with colliders, and so does the stopped approach. If no energy is lost,
+    // half of the overlap is removed by position, less what the nodes separate by themselves.
     let left = material.restitution * at_most(missing * T::from_f64(0.5)) - h * (speed + gained);
     let push = soft * fresh + if left > T::ZERO { left } else { T::ZERO };
     let mass = if mobility > T::ZERO { T::ONE / mobility } else { T::ZERO };
@@ -73,26 +73,26 @@ pub fn exchange<T: Real>(
     }
 }
 
-/// Share of what is missing that nodes make up for in a sub-step.
+/// Fraction of the overlap that is removed in a sub-step.
 pub const FIRM: f64 = 0.2;
 
-/// Time in which nodes that are at one place part by their thickness, at the soonest [s].
+/// Shortest time in which nodes at one position separate by their thickness [s].
 pub const RELEASE: f64 = 0.02;
 
-/// Longest way apart in a sub-step of `h` [s], by the thickness.
+/// Largest separation in a sub-step of `h` [s], relative to the thickness.
 pub fn max_separation(h: f64) -> f64 {
     (h / RELEASE).min(1.0)
 }
 
-/// How easily a pair gives way [1/kg]: inverse masses of its nodes, each of which has so many contacts, and as many shares.
+/// The mobility of a pair [1/kg]: the sum of the inverse masses of its nodes, each times its number of contacts.
 #[inline(always)]
 pub fn mobility<T: Real>(inverse_mass: [T; 2], contacts: [u32; 2]) -> T {
     let count = |contacts: u32| T::from_f64(f64::from(contacts));
     inverse_mass[0] * count(contacts[0]) + inverse_mass[1] * count(contacts[1])
 }
 
-/// How two surfaces meet of which each has a thickness, friction and restitution: at the mean distance, with the geometric
-/// mean of their friction and the larger restitution.
+/// The material of two surfaces in contact: the mean thickness, the geometric mean of friction, and the larger
+/// restitution.
 pub fn combine_materials<T: Real>(a: &ContactMaterial<T>, b: &ContactMaterial<T>) -> ContactMaterial<T> {
     ContactMaterial {
         thickness: (a.thickness + b.thickness) * T::from_f64(0.5),

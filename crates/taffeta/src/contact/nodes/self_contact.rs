@@ -1,42 +1,42 @@
-//! How a body's nodes touch each other, and which do not.
+//! Self-collision of a body: its material and its exclusion lists.
 
 use crate::contact::nodes::pair::ContactMaterial;
 use crate::topology::Csr;
 
-/// Contact of a body's nodes with each other, and with those of others.
+/// Self-collision of a body, and its collision with other bodies that have it.
 #[derive(Clone, Debug)]
 pub struct SelfContact {
     /// Thickness [m], friction, restitution.
     pub surface: ContactMaterial<f64>,
-    /// Nodes of the same body that do not touch.
+    /// Nodes of the same body that do not collide.
     pub exclusions: Exclusions,
     /// The longest edge [m].
     pub(crate) longest: f64,
 }
 
-/// Nodes that are too near along the surface to touch: those that share a spring, and those nearer than the way around a
-/// fold whose layers touch, which is π/2 times the thickness.
+/// Exclusion lists: pairs of nodes that are too close along the surface to collide. They share a spring, or they are
+/// closer than the length of a fold whose layers are in contact, which is π/2 times the thickness.
 #[derive(Clone, Debug)]
 pub enum Exclusions {
-    /// Of a grid: rows and columns from one to the other.
+    /// For a grid: offsets in rows and columns.
     Grid(Vec<[i32; 2]>),
-    /// Of a mesh, by node, in solver order within the body.
+    /// For a mesh: by node, in solver order within the body.
     Mesh(Csr),
 }
 
-/// Thickness by the distance of neighbouring nodes below which a node of one sheet fits between those of another: half the
-/// diagonal of a square.
+/// Thickness relative to the distance of neighbouring nodes below which a node of one sheet fits between those of
+/// another: half the diagonal of a square.
 pub(crate) const GAP: f64 = 0.71;
 
 impl SelfContact {
-    /// Length by rest length of its longest edge from which on nodes of another layer slip between its own.
+    /// Stretch of its longest edge from which nodes of another layer slip between its own.
     pub fn slips_from(&self) -> f64 {
         self.surface.thickness / (GAP * self.longest)
     }
 }
 
 impl Exclusions {
-    /// Hands over the nodes that do not touch the node `local` of its body, of a grid of these rows and columns.
+    /// Calls `take` with each node on the exclusion list of the node `local`, on a grid of these rows and columns.
     pub fn each(&self, layout: Option<[usize; 2]>, local: usize, mut take: impl FnMut(usize)) {
         match (self, layout) {
             (Self::Mesh(rows), _) => rows.row(local).iter().for_each(|&node| take(node as usize)),

@@ -1,4 +1,5 @@
-// The kernels of nodes that touch each other. They read the state after the sub-step, and the last one writes it anew.
+// The kernels of self-collision. They read the state after the sub-step, and the last one writes over the state
+// before it.
 
 #import contact/collider_mesh/no_mesh.wgsl as meshes
 #import contact/colliders/shape.wgsl
@@ -25,7 +26,7 @@ fn clear_cells(
     }
 }
 
-/// Links each node into the list of its bucket. One that is no number touches none.
+/// Inserts each node into the list of its bucket. A NaN is in no list.
 @compute @workgroup_size(256)
 fn fill_cells(
     @builtin(workgroup_id) id: vec3u,
@@ -85,7 +86,7 @@ fn find_self_contacts(
     contact_work[buckets + 2u * places + node] = bitcast<u32>(nearest);
 }
 
-/// What a node gets from another that it touches.
+/// The response of a node to another one in contact.
 fn response_from(node: u32, number: u32, other: u32) -> Exchange {
     let a = min(node, other);
     let b = max(node, other);
@@ -100,8 +101,8 @@ fn response_from(node: u32, number: u32, other: u32) -> Exchange {
     return Exchange(done.impulse * sign, done.shift * sign);
 }
 
-/// Gives nodes that touch each other their new velocities and places, and keeps them out of colliders again; the others stay
-/// as they are.
+/// Gives nodes in contact their new velocities and positions, and keeps them out of colliders again. The others do
+/// not change.
 @compute @workgroup_size(256)
 fn resolve_self_contacts(
     @builtin(workgroup_id) id: vec3u,
@@ -136,7 +137,7 @@ fn resolve_self_contacts(
     resolve_contact_again(node, x, v, x.xyz + sum.shift * x.w, v.xyz + sum.impulse * x.w);
 }
 
-/// Of each workgroup over nodes: contacts, and the least squared distance by that which is kept, as bits.
+/// For each workgroup over nodes: contacts, and the least squared distance relative to the thickness, as bits.
 @group(3) @binding(19) var<storage, read_write> contact_sums: array<vec2u>;
 
 var<workgroup> contact_lanes: array<vec2u, 256>;
@@ -149,7 +150,7 @@ fn measure_self_contacts(
 ) {
     let places = arrayLength(&old_position);
     let first = buckets_in(arrayLength(&contact_work)) + places;
-    // Bits of numbers above 0 are in the order of the numbers.
+    // Bits of positive numbers have the order of the numbers.
     var found = vec2u(0u, bitcast<u32>(FAR));
     for (var node = id.x * 256u + lane; node < places; node += counts.x * 256u) {
         found = vec2u(found.x + contact_work[first + node], min(found.y, contact_work[first + places + node]));

@@ -1,4 +1,4 @@
-// Springs that become constraints where they are too long: which, and their list in ascending order.
+// Adaptive constraints: which springs are constraints because they are too long, and their list in ascending order.
 
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl

@@ -1,11 +1,11 @@
-// The surface that will hold a node.
+// The deepest predicted contact of a node.
 
 #import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
 #import gpu/wgsl/substep.wgsl
 #import solvers/dual/solve.wgsl
 
-/// The surface that will hold a node: of several, that in which it would be deepest. Of meshes, `before` says it.
+/// The predicted contact of a node: of several colliders, the deepest. Contacts with meshes are in `before`.
 fn deepest_contact(node: Approach, before: ContactRecord) -> ContactRecord {
     var found = contact_record(no_contact(), 0u, 0.0);
     var deepest = 0.0;
@@ -20,7 +20,7 @@ fn deepest_contact(node: Approach, before: ContactRecord) -> ContactRecord {
             continue;
         }
         let candidate = predict_contact(collider, node);
-        // Of two that are as deep, the first.
+        // Of two colliders with the same depth, the first.
         let is_first = candidate.inside == deepest && deepest > 0.0 && i < found.collider;
         if candidate.inside > deepest || is_first {
             deepest = candidate.inside;

@@ -3,8 +3,8 @@
 //! Source: Va, Choi, Hong, "Real-Time Cloth Simulation Using Compute Shader in Unity3D for AR/VR Contents", 2021, §2.2;
 //! the compliance after Servin, Lacoursière and Melin, "Interactive Simulation of Elastic Deformable Materials", 2006.
 //!
-//! Between nodes a and b, with d = x_b − x_a, l = |d|, n = d/l and J u = n·(u_b − u_a): the pull λ [N] of all
-//! constraints solves
+//! Between nodes a and b, with d = x_b − x_a, l = |d|, n = d/l and J u = n·(u_b − u_a): the forces λ [N] of all
+//! constraints solve
 //!
 //! (J W Jᵀ + D) λ = c + J v*/h,
 //!
@@ -17,14 +17,14 @@ use crate::scene::ConstraintForm;
 #[cfg(feature = "paper-forms")]
 use crate::solvers::dual::printed;
 
-/// How a constraint gives way.
+/// The softness of a constraint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Softness<T> {
     /// Compliance 1/(h (k h + e)) [1/kg]; 0: none but `epsilon`.
     pub compliance: T,
-    /// Share of the elongation that the right side asks for, k/(h (k h + e)) [1/s²].
+    /// Factor of the elongation in the right side, k/(h (k h + e)) [1/s²].
     pub rate: T,
-    /// Compliance by the diagonal.
+    /// Compliance relative to the diagonal.
     pub epsilon: T,
     /// Which equations.
     pub form: ConstraintForm,
@@ -43,9 +43,9 @@ pub struct Row<T> {
     pub scale: T,
 }
 
-/// Whether a spring with `d` between its ends [m] is a constraint in this sub-step: it is longer than it becomes one at, or it
-/// `was` one and is longer than it stays one at; `limits` are both, squared, by the squared length at rest. One end at least
-/// must be free.
+/// Whether a spring with `d` between its ends [m] is an active constraint in this sub-step. It becomes active above
+/// the first limit, and if it `was` active it stays so above the second one; both are squared, and relative to the
+/// squared rest length. At least one end must be free.
 #[inline(always)]
 pub fn becomes_active<T: Real>(d: [T; 3], rest_length: T, limits: [T; 2], is_free: bool, was: bool) -> bool {
     let (squared, rest) = (dot(d, d), rest_length * rest_length);
@@ -65,7 +65,7 @@ impl<T: Real> Softness<T> {
         }
     }
 
-    /// Without a material: what is too long is closed within a step `h` [s], as far as `epsilon` lets it.
+    /// Without a material: excess length is closed within a step `h` [s], as far as `epsilon` permits.
     pub fn stiff(epsilon: T, form: ConstraintForm, h: T) -> Self {
         let epsilon = match form {
             #[cfg(feature = "paper-forms")]
@@ -75,15 +75,15 @@ impl<T: Real> Softness<T> {
         Self { compliance: T::ZERO, rate: T::ONE / (h * h), epsilon, form }
     }
 
-    /// The same in numbers of another sort.
+    /// The same in another precision.
     pub fn rounded<U: Real>(&self) -> Softness<U> {
         let [compliance, rate, epsilon] =
             [self.compliance, self.rate, self.epsilon].map(|number| U::from_f64(number.to_f64()));
         Softness { compliance, rate, epsilon, form: self.form }
     }
 
-    /// The row of a constraint: `d` from its first to its second end [m], the sum of their inverse masses [1/kg], and the
-    /// length that it aims at [m]. Of two held ends nothing is asked.
+    /// The row of a constraint: `d` from its first to its second end [m], the sum of their inverse masses [1/kg], and
+    /// the target length [m]. With two pinned ends, the row is 0.
     #[inline(always)]
     pub fn row(&self, d: [T; 3], inverse_mass: T, rest_length: T) -> Row<T> {
         let squared = dot(d, d);
@@ -110,7 +110,7 @@ impl<T: Real> Softness<T> {
     }
 }
 
-/// What the last digit of a place near `x` [m] is worth on the right side of a row: nothing is solved beyond it.
+/// Rounding error of a position near `x` [m] in the right side of a row. The solve is no more accurate than that.
 #[inline(always)]
 pub fn noise<T: Real>(row: &Row<T>, rate: T, x: [T; 3]) -> T {
     row.scale * (rate * (T::EPSILON * (x[0].abs() + x[1].abs() + x[2].abs())))
@@ -127,19 +127,19 @@ pub struct Conjugate<T> {
     pub alpha: T,
 }
 
-/// A step of conjugate gradients.
+/// A step of conjugate gradients: lengths along the directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConjugateStep<T> {
     /// Along the new direction.
     pub alpha: T,
-    /// Share of the old direction in the new one.
+    /// Factor of the old direction in the new one.
     pub beta: T,
-    /// Whether the system answers at all.
+    /// Whether the curvature is positive.
     pub is_there: bool,
 }
 
 impl<T: Real> Conjugate<T> {
-    /// The step along the new direction, and the share of the old one in it, from r·r and r·A r.
+    /// The step along the new direction, and the factor of the old one in it, from r·r and r·A r.
     pub fn next(&self, gamma: T, delta: T) -> ConjugateStep<T> {
         let first = self.gamma == T::ZERO;
         let beta = if first { T::ZERO } else { gamma / self.gamma };
@@ -148,7 +148,8 @@ impl<T: Real> Conjugate<T> {
         ConjugateStep { alpha, beta, is_there: curvature > T::ZERO && alpha.is_finite() }
     }
 
-    /// Takes the next step, and gives its length and the share of the old direction; `None` where the system answers no more.
+    /// Takes the next step. Returns its length and the factor of the old direction; `None` if the curvature is not
+    /// positive.
     pub fn step(&mut self, gamma: T, delta: T) -> Option<(T, T)> {
         let step = self.next(gamma, delta);
         if !step.is_there {
@@ -159,23 +160,24 @@ impl<T: Real> Conjugate<T> {
     }
 }
 
-/// By what a start x is multiplied to be nearest to the solution in the norm of the system, from x·b and x·A x: as it is, that
-/// of a sub-step that was cut short can be worse than none.
+/// The factor by which a start x is closest to the solution in the norm of the system, from x·b and x·A x. Unscaled,
+/// the forces of a sub-step that was cut short can be worse than none.
 pub fn warm_start_factor<T: Real>(along: T, curvature: T) -> T {
     if along > T::ZERO && curvature > T::ZERO { along / curvature } else { T::ZERO }
 }
 
-/// Squared residual at which a system is solved, by the squares of the tolerance, of the right side and of its noise.
+/// Squared residual at which a system has converged, from the squares of the tolerance, of the right side and of its
+/// noise.
 pub fn limit<T: Real>(tolerance_squared: T, right: T, noise: T) -> T {
     (tolerance_squared * right).max(noise)
 }
 
-/// Whether anything is left to do at a squared residual after some iterations. A residual that is no number is not worked on.
+/// Whether iterations continue at a squared residual. A NaN ends them.
 pub fn is_left<T: Real>(gamma: T, limit: T, iterations: u32, most: u32) -> bool {
     gamma > limit && iterations < most
 }
 
-/// Squared residual by that of the right side, or by what the noise stands for.
+/// Squared residual relative to that of the right side, or to the noise.
 pub fn residual_fraction<T: Real>(gamma: T, right: T, limit: T, tolerance_squared: T) -> T {
     let whole = right.max(limit / tolerance_squared);
     if whole > T::ZERO { gamma / whole } else { T::ZERO }

@@ -3,8 +3,8 @@
 // Source: Va, Choi, Hong, "Real-Time Cloth Simulation Using Compute Shader in Unity3D for AR/VR Contents", 2021, §2.2;
 // the compliance after Servin, Lacoursière and Melin, "Interactive Simulation of Elastic Deformable Materials", 2006.
 //
-// Between nodes a and b, with d = x_b − x_a, l = |d|, n = d/l and J u = n·(u_b − u_a): the pull λ [N] of all
-// constraints solves
+// Between nodes a and b, with d = x_b − x_a, l = |d|, n = d/l and J u = n·(u_b − u_a): the forces λ [N] of all
+// constraints solve
 //
 // (J W Jᵀ + D) λ = c + J v*/h,
 //
@@ -15,13 +15,13 @@
 #import gpu/wgsl/vector.wgsl
 #import solvers/dual/printed.wgsl
 
-/// How a constraint gives way.
+/// The softness of a constraint.
 struct Softness {
     /// Compliance 1/(h (k h + e)) [1/kg]; 0: none but `epsilon`.
     compliance: f32,
-    /// Share of the elongation that the right side asks for, k/(h (k h + e)) [1/s²].
+    /// Factor of the elongation in the right side, k/(h (k h + e)) [1/s²].
     rate: f32,
-    /// Compliance by the diagonal.
+    /// Compliance relative to the diagonal.
     epsilon: f32,
     form: u32,
 }
@@ -52,13 +52,13 @@ fn spring_softness(k: f32, d: f32, epsilon: f32, form: u32, h: f32) -> Softness 
     return Softness(compliance, k * compliance, epsilon, form);
 }
 
-/// Without a material: what is too long is closed within a step `h` [s], as far as `epsilon` lets it.
+/// Without a material: excess length is closed within a step `h` [s], as far as `epsilon` permits.
 fn stiff_softness(epsilon: f32, form: u32, h: f32) -> Softness {
     return Softness(0.0, 1.0 / (h * h), select(epsilon, 0.0, form == PRINTED_CONSTRAINT), form);
 }
 
 /// The row of a constraint: `d` from its first to its second end [m], the sum of their inverse masses [1/kg], and the
-/// length that it aims at [m]. Of two held ends nothing is asked.
+/// target length [m]. With two pinned ends, the row is 0.
 fn constraint_row(softness: Softness, d: vec3f, inverse_mass: f32, rest_length: f32) -> ConstraintRow {
     let length_squared = dot3(d, d);
     let squared = select(length_squared, TINY, length_squared < TINY);
@@ -78,7 +78,7 @@ fn constraint_row(softness: Softness, d: vec3f, inverse_mass: f32, rest_length: 
     return ConstraintRow(along * d, scale * scale * compliance, scale * (softness.rate * off), scale);
 }
 
-/// What the last digit of a place near `x` [m] is worth on the right side of a row: nothing is solved beyond it.
+/// Rounding error of a position near `x` [m] in the right side of a row. The solve is no more accurate than that.
 fn row_noise(row: ConstraintRow, rate: f32, x: vec3f) -> f32 {
     return row.scale * (rate * (EPSILON * (abs(x.x) + abs(x.y) + abs(x.z))));
 }
@@ -97,13 +97,13 @@ struct Conjugate {
 struct ConjugateStep {
     /// Along the new direction.
     alpha: f32,
-    /// Share of the old direction in the new one.
+    /// Factor of the old direction in the new one.
     beta: f32,
-    /// Whether the system answers at all.
+    /// Whether the curvature is positive.
     is_there: bool,
 }
 
-/// The step along the new direction, and the share of the old one in it, from r·r and r·A r.
+/// The step along the new direction, and the factor of the old one in it, from r·r and r·A r.
 fn conjugate_step(before: Conjugate, gamma: f32, delta: f32) -> ConjugateStep {
     let first = before.gamma == 0.0;
     let beta = select(gamma / before.gamma, 0.0, first);

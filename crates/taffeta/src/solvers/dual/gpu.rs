@@ -1,4 +1,4 @@
-//! Springs that are constraints on the GPU, and how their pulls are found in a sub-step.
+//! The dual solver on the GPU.
 
 use crate::backend::SolverState;
 use crate::build::Assembly;
@@ -32,10 +32,10 @@ pub const SHADERS: &[Shader] = shaders!(
     ]
 );
 
-/// Iterations from one count of open systems to the next.
+/// Iterations from one count of unconverged systems to the next.
 const BETWEEN_COUNTS: u32 = 8;
-/// Passes over a system beside iterations: with the pulls that it starts from, with what is left of the right side, and the
-/// nodes' look at the last sums.
+/// Passes over a system beside iterations: one with the warm start, one with the residual, and the last check of
+/// sums.
 const MORE_PASSES: u32 = 3;
 
 /// Constraints on the device.
@@ -57,18 +57,18 @@ pub struct Dual {
     read_statistics: ReadBack<SolveStatistics>,
     /// Groups of constraints and of nodes.
     groups: [usize; 2],
-    /// Passes over the systems that are written down for a sub-step.
+    /// Passes over the systems that are recorded for a sub-step.
     passes: u32,
     is_adaptive: bool,
     /// Which of the scene's constraints they are.
     numbers: Range<usize>,
     solving: Solving,
-    /// Whether pulls are kept from one sub-step to the next.
+    /// Whether constraint forces are kept from one sub-step to the next.
     keeps_multipliers: bool,
 }
 
 impl Dual {
-    /// Takes tables to the device; `None` where there is no constraint.
+    /// Uploads tables; `None` if there is no constraint.
     pub fn new(
         gpu: &Gpu,
         assembly: &Assembly,
@@ -107,7 +107,7 @@ impl Dual {
         }))
     }
 
-    /// Pulls [N], and which constraints are active; waits for them.
+    /// Constraint forces [N], and which constraints are active. Waits for them.
     fn state(&self, gpu: &Gpu) -> Result<(Vec<f64>, Vec<bool>), GpuError> {
         let (rows, scales, constraints) =
             (self.rows.read(gpu)?, self.row_scales.read(gpu)?, self.constraints.read(gpu)?);
@@ -115,7 +115,7 @@ impl Dual {
         Ok((pulls.collect(), constraints.iter().map(|constraint| constraint.is_active != 0).collect()))
     }
 
-    /// Takes them back; of constraints, pulls or activity may be left out.
+    /// Sets them. Forces or activity may be empty.
     fn set_state(&self, gpu: &Gpu, pulls: &[f64], active: &[bool]) -> Result<(), GpuError> {
         let rows: Vec<Row> = pulls.iter().map(|&pull| Row { x: pull as f32, ..Row::default() }).collect();
         self.rows.write(gpu, 0, &rows);
@@ -131,13 +131,13 @@ impl Dual {
         gpu.health()
     }
 
-    /// A kernel on systems that are not done yet.
+    /// A kernel on systems that have not converged.
     fn counted(&self, entry: &'static str, which: usize) -> Command<'_> {
         let groups = Groups::Counted(&self.counts, which);
         Command::Dispatch(Dispatch { name: Name::new(entry), part: 0, groups })
     }
 
-    /// Finds the pulls of constraints, where all other forces are known, and adds them.
+    /// Solves for constraint forces, after all other forces, and adds them.
     fn solve_constraints<'f>(&'f self, features: &Features) -> Vec<Command<'f>> {
         let [constraints, nodes] = self.groups;
         let run = |entry, groups| Command::run(Name::new(entry), groups);
@@ -220,13 +220,13 @@ impl Feature for Dual {
     fn load(&self, gpu: &Gpu, state: &SolverState) {
         let pulls = state.warm_start.get(self.numbers.clone()).unwrap_or_default();
         let active = state.active.get(self.numbers.clone()).unwrap_or_default();
-        // A device that is lost says so when the next frame is handed over.
+        // If the device is lost, the next frame that is submitted reports it.
         let _ = self.set_state(gpu, pulls, active);
     }
 }
 
-/// Adds what a partition's solver has taken in a frame; waits for it. Where there are several, sub-steps are counted and
-/// fractions compared by partition.
+/// Adds the statistics of a partition's solves in a frame; waits for them. With several partitions, sub-steps and
+/// fractions are those of the worst one.
 pub fn add_statistics(
     read: &ReadBack<SolveStatistics>,
     gpu: &Gpu,

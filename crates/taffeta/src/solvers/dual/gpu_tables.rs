@@ -1,4 +1,4 @@
-//! Tables of springs that are constraints, always or where they are too long.
+//! Tables of springs that are constraints, always or when they are too long.
 
 use crate::build::Assembly;
 use crate::gpu::bodies::Bodies;
@@ -9,14 +9,14 @@ use crate::solvers::iterations as needed;
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
 
-/// Bytes of the largest array that a body needs for its constraints, and what it holds.
+/// Bytes of the largest array that a body needs for its constraints, and its contents.
 pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
     let count = assembly.constraints.bodies.get(body).map_or(0, Range::len);
     let rows = if assembly.solver.is_primal() { 0 } else { count * size_of::<Row>() };
     vec![(rows as u64, "constraints")]
 }
 
-/// The constraints of some bodies; none where their springs are none.
+/// The tables of some bodies; empty if their springs are no constraints.
 #[derive(Default)]
 pub struct ConstraintTables {
     /// Which of the scene's constraints they are.
@@ -24,18 +24,18 @@ pub struct ConstraintTables {
     pub constraints: Vec<Constraint>,
     pub constraint_groups: Vec<ConstraintGroup>,
     pub node_groups: Vec<NodeGroup>,
-    /// For each slice of places where its entries begin, then those.
+    /// For each slice of places, where its entries begin; then the entries.
     pub incident: Vec<u32>,
     /// The system of each body.
     pub solves: Vec<Solve>,
-    /// Whether springs act as well, and constraints come and go.
+    /// Whether constraints are adaptive.
     pub is_adaptive: bool,
-    /// Iterations that they need at most.
+    /// Most iterations.
     pub iterations: u32,
 }
 
 impl Solving {
-    /// Of a scene.
+    /// The parameters of a scene.
     pub fn of(solver: &Solver) -> Self {
         let (ice, acad) = (&solver.ice, &solver.acad);
         let is_adaptive = solver.method == Method::Acad;

@@ -1,4 +1,4 @@
-//! Springs as constraints whose forces are the unknowns (ICE, ACAD).
+//! The dual solver: springs are constraints, and their forces are the unknowns (ICE, ACAD).
 
 pub mod cpu;
 pub mod distance;

@@ -1,11 +1,11 @@
-// Springs as constraints, on the device: the rows of all bodies' systems, 256 for each workgroup, and how far each system
-// is. A body's rows and nodes are in groups of their own, so that any number of bodies shares a dispatch and each has steps of
-// its own. Groups are summed up by halves, and the groups of a body the same way.
+// Springs as constraints on the device: the rows of all bodies' systems, 256 in each workgroup, and the state of each
+// solve. The rows and nodes of a body are in groups of their own, so that any number of bodies shares a dispatch and
+// each system has its own steps. Groups are summed up by halves, and the groups of a body the same way.
 
 #import contact/colliders/predicted_contact.wgsl
 #import gpu/wgsl/index.wgsl
 
-/// A spring that is a constraint, always or where it is too long.
+/// A spring that is a constraint, always or when it is too long.
 struct Constraint {
     a: u32,
     b: u32,
@@ -21,7 +21,7 @@ struct Constraint {
 struct ConstraintGroup {
     first: u32,
     count: u32,
-    /// Which of the systems is the body's.
+    /// The number of the body's system.
     solve: u32,
     /// The body's first group, and how many it has.
     first_group: u32,
@@ -39,10 +39,10 @@ struct NodeGroup {
     is_first: u32,
 }
 
-/// A row of the system with the vectors of the iteration, all by the row's scale.
+/// A row of the system with the vectors of the iteration, all scaled by the row's scale.
 struct Row {
     direction: vec3f,
-    /// What is left of the right side; at first the pull to start from.
+    /// The residual; at first the warm start.
     r: f32,
     w: f32,
     /// At first the noise.
@@ -52,7 +52,7 @@ struct Row {
     x: f32,
 }
 
-/// A node, as constraints find it: how a surface holds it, and which of the colliders.
+/// The predicted contact of a node.
 struct ContactRecord {
     normal: vec3f,
     slides: f32,
@@ -60,22 +60,22 @@ struct ContactRecord {
     collider: u32,
     /// Whether any constraint acts on it: 1, else 0.
     is_constrained: u32,
-    /// By how much it would be inside, if the surface is that of a mesh; else 0 [m].
+    /// Predicted depth in a mesh; 0 for any other collider [m].
     inside: f32,
     /// Velocity of the surface [m/s] in the direction in which the node slides.
     @size(8) surface_speed: f32,
 }
 
-/// How far a system is.
+/// The state of conjugate gradients on a system.
 struct CgState {
-    /// Times that the system was applied.
+    /// Number of products with the matrix.
     passes: u32,
     is_done: u32,
-    /// Squared residual at which it is done, and that of the right side.
+    /// Squared residual at which it has converged, and that of the right side.
     limit: f32,
     right: f32,
-    /// Of the step: r·r, its length, the share of the last direction. At first, the length is by how much the pulls to start
-    /// from are multiplied.
+    /// Of the step: r·r, its length, the factor of the last direction. At first, the length is the factor of the warm
+    /// start.
     gamma: f32,
     alpha: f32,
     beta: f32,
@@ -86,25 +86,25 @@ struct Solve {
     /// Its constraints, and those that are active.
     constraints: u32,
     active_constraints: u32,
-    /// As the rows left it, and as the nodes have found it since.
+    /// As the rows left it, and as the nodes have computed it since.
     kept: CgState,
     next: CgState,
 }
 
-/// What the systems of a segment have taken in this frame.
+/// Statistics of the solves of a partition in this frame.
 struct SolveStatistics {
-    /// Most iterations, and sub-steps in which they were not enough for some system.
+    /// Most iterations, and sub-steps in which they did not suffice for some system.
     iterations: u32,
     capped: u32,
-    /// Largest share of constraints that were active, and largest squared residual by that of the right side.
+    /// Largest fraction of active constraints, and largest squared residual relative to the right side.
     active_fraction: f32,
     residual: f32,
 }
 
 @group(1) @binding(20) var<storage, read> constraint_groups: array<ConstraintGroup>;
 @group(1) @binding(21) var<storage, read> node_groups: array<NodeGroup>;
-/// For each slice of 16 places where its entries begin, then those: 2·constraint + end, entry `i` of a lane at
-/// start + 16·i + lane; NONE: no more.
+/// For each slice of 16 places where its entries begin, then the entries: 2·constraint + end. Entry `i` of a lane is
+/// at start + 16·i + lane; NONE ends it.
 @group(1) @binding(22) var<storage, read> incident: array<u32>;
 @group(3) @binding(20) var<storage, read_write> constraints: array<Constraint>;
 @group(3) @binding(21) var<storage, read_write> rows: array<Row>;
@@ -115,10 +115,10 @@ struct SolveStatistics {
 /// Active constraints of each group.
 @group(3) @binding(24) var<storage, read_write> active_counts: array<u32>;
 @group(3) @binding(25) var<storage, read_write> solves: array<Solve>;
-/// Of each group: r·r and r·A r; at first, with the right side b and the pulls x to start from, b·b, the noise, x·b
-/// and x·A x.
+/// Of each group: r·r and r·A r. At first, with the right side b and the warm start x: b·b, the noise, x·b and x·A x.
 @group(3) @binding(26) var<storage, read_write> row_sums: array<vec4f>;
-/// What pulls do to each node's velocity, by the step [m/s²]; at first the velocity without them.
+/// The velocity change of each node by constraint forces, divided by the sub-step [m/s²]; at first the velocity
+/// without them.
 @group(3) @binding(27) var<storage, read_write> response: array<vec4f>;
 /// Workgroups of the next iterations: over groups of nodes, over groups of constraints.
 @group(3) @binding(28) var<storage, read_write> solve_counts: array<u32, 6>;
@@ -131,7 +131,7 @@ var<workgroup> count_lanes: array<u32, 256>;
 /// Workgroups along x where they are counted on the device.
 const COUNTED_ROW: u32 = 32768u;
 
-/// The sum over all lanes: the upper half is added to the lower, again and again.
+/// The sum over all lanes: the upper half is added to the lower, repeatedly.
 fn sum_of_rows(lane: u32, own: vec4f) -> vec4f {
     row_lanes[lane] = own;
     for (var half = 128u; half > 0u; half /= 2u) {
@@ -144,7 +144,7 @@ fn sum_of_rows(lane: u32, own: vec4f) -> vec4f {
     return row_lanes[0];
 }
 
-/// The larger of all lanes, each number for itself.
+/// The maximum over all lanes, of each number.
 fn most_of_rows(lane: u32, own: vec4f) -> vec4f {
     row_lanes[lane] = own;
     for (var half = 128u; half > 0u; half /= 2u) {
@@ -166,7 +166,7 @@ fn sums_of_body(first_group: u32, active_count: u32, lane: u32) -> vec4f {
     return sum_of_rows(lane, own);
 }
 
-/// The active ones among the lanes up to and with this one.
+/// The number of active lanes up to this one, inclusive.
 fn count_up_to(lane: u32, own: u32) -> u32 {
     count_lanes[lane] = own;
     for (var reach = 1u; reach < 256u; reach *= 2u) {
@@ -200,7 +200,7 @@ fn counted_index(id: vec3u) -> u32 {
     return id.x + id.y * COUNTED_ROW;
 }
 
-/// Where the entries of a node begin, and where those of its slice end.
+/// Where the entries of a node begin, and where the slice of the node ends.
 fn entries_at(node: u32) -> vec2u {
     let slice = node / 16u;
     return vec2u(incident[slice] + node % 16u, incident[slice + 1u]);
@@ -210,22 +210,22 @@ fn predicted_in(record: ContactRecord) -> PredictedContact {
     return PredictedContact(record.normal, record.slides, record.velocity, record.surface_speed);
 }
 
-/// What is kept of a press by one of the colliders, on a node that constraints act on.
+/// The record of a predicted contact with a collider, at a node with constraints.
 fn contact_record(predicted: PredictedContact, collider: u32, inside: f32) -> ContactRecord {
     return ContactRecord(predicted.normal, predicted.slides, predicted.velocity, collider, 1u, inside, predicted.surface_speed);
 }
 
-/// How a surface holds a node.
+/// The predicted contact of a node.
 fn predicted_at(node: u32) -> PredictedContact {
     return predicted_in(predicted_contacts[node]);
 }
 
-/// The sign of a pull at the first or second end.
+/// The sign of a constraint force at the first or second end.
 fn sign_at(entry: u32) -> f32 {
     return select(-1.0, 1.0, entry % 2u == 1u);
 }
 
-/// What pulls do to the velocity of a node, by the step and its inverse mass.
+/// The velocity change of a node by constraint forces, divided by the sub-step and its inverse mass.
 fn gather_constraint_forces(node: u32) -> vec3f {
     var sum = vec3f(0.0);
     let range = entries_at(node);

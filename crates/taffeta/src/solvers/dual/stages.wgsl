@@ -1,7 +1,8 @@
-// Implicit constraint enforcement: pulls of springs by conjugate gradients on all bodies' systems at once, each with steps of
-// its own. An iteration is two kernels: `solve_nodes` finds the step from the sums of the rows, and what the residual after
-// that step does to each node; `solve_rows` takes the step, and applies the system to what is left. Nothing is read back: all
-// iterations that a sub-step may need are written down, and `count_systems` keeps workgroups away when all systems are done.
+// Implicit constraint enforcement: conjugate gradients on the systems of all bodies at once; each system has its own
+// steps. An iteration is two kernels. `solve_nodes` computes the step from the sums of the rows, and the response of
+// each node to the residual after that step. `solve_rows` takes the step, and multiplies the residual by the matrix.
+// Nothing is read back: all iterations that a sub-step may need are recorded, and `count_systems` sets the workgroups
+// to zero when all systems have converged.
 
 #import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
@@ -17,7 +18,8 @@
 #import solvers/explicit/euler.wgsl
 #import memory
 
-/// Velocities without constraints, and which nodes have any. Springs that are constraints now are taken out of the force.
+/// Velocities without constraints, and which nodes have any. Springs that are constraints are subtracted from the
+/// force.
 @compute @workgroup_size(256)
 fn free_velocities(
     @builtin(workgroup_id) id: vec3u,
@@ -53,7 +55,7 @@ fn free_velocities(
     predicted_contacts[node].is_constrained = select(0u, 1u, is_active);
 }
 
-/// How a spring gives way as a constraint.
+/// The softness of a constraint.
 fn softness_of(constraint: Constraint) -> Softness {
     let epsilon = substeps[0].solving.epsilon;
     let form = substeps[0].solving.form;
@@ -69,7 +71,8 @@ struct SetUp {
     scale: vec2f,
 }
 
-/// The row of a constraint with the pull of the last sub-step to start from. Of the right side, what places give.
+/// The row of a constraint, with the force of the last sub-step as warm start. The right side has the part of
+/// positions.
 fn row_of(constraint: Constraint, pull: f32) -> SetUp {
     let a = old_position[constraint.a];
     let b = old_position[constraint.b];
@@ -80,7 +83,7 @@ fn row_of(constraint: Constraint, pull: f32) -> SetUp {
     return SetUp(Row(row.direction, start, 0.0, noise, row.right, start), vec2f(row.scale, row.compliance));
 }
 
-/// Rows of all constraints; of those that are not active, nothing.
+/// Sets up the rows of all constraints; inactive ones are 0.
 @compute @workgroup_size(256)
 fn set_up_rows(
     @builtin(workgroup_id) id: vec3u,
@@ -109,9 +112,10 @@ fn set_up_rows(
     }
 }
 
-/// Finds the surface that will hold each node, as far as the pulls of the last sub-step tell; then the velocity without
-/// constraints, by the step, as far as it lets the node. Where constraints come and go, what the last ones pulled says too
-/// little of what will be pressed: contact alone is nearer the truth.
+/// Predicts the contact of each node from the constraint forces of the last sub-step. Then computes the velocity
+/// without constraints, divided by the sub-step, in the directions in which the node is free to move. Adaptive
+/// constraints predict no contacts: the forces of the last active ones say too little about the next contacts, and
+/// contact alone is more accurate.
 @compute @workgroup_size(256)
 fn predict_contacts(
     @builtin(workgroup_id) id: vec3u,
@@ -142,7 +146,7 @@ fn predict_contacts(
     response[node] = vec4f(rate, 0.0);
 }
 
-/// Adds to the right side what velocities give.
+/// Adds the part of velocities to the right side.
 @compute @workgroup_size(256)
 fn start_rows(
     @builtin(workgroup_id) id: vec3u,
@@ -160,13 +164,13 @@ fn start_rows(
         rows[number].p += dot3(rate, rows[number].direction);
     }
     if substeps[0].solving.is_warm == 0u {
-        // They have told which surfaces hold nodes.
+        // These forces have predicted the contacts.
         rows[number].x = 0.0;
         rows[number].r = 0.0;
     }
 }
 
-/// Workgroups of the next iterations: none where all systems are done.
+/// Workgroups of the next iterations: none if all systems have converged.
 @compute @workgroup_size(256)
 fn count_systems(@builtin(local_invocation_index) lane: u32) {
     var open = 0u;
@@ -183,7 +187,7 @@ fn count_systems(@builtin(local_invocation_index) lane: u32) {
     }
 }
 
-/// How far a system is after a pass over its rows, whose sums these are.
+/// The state of a system after a pass over its rows, from their sums.
 fn next_state(kept: CgState, sums: vec4f) -> CgState {
     var next = kept;
     next.alpha = 0.0;
@@ -191,8 +195,8 @@ fn next_state(kept: CgState, sums: vec4f) -> CgState {
     if kept.passes == 1u {
         next.right = sums.x;
         next.limit = max(substeps[0].solving.tolerance_squared * sums.x, sums.y);
-        // What brings the pulls to start from nearest to the solution in the norm of the system: as they are, those of a
-        // sub-step that was cut short can be worse than none.
+        // The factor by which the warm start is closest to the solution in the norm of the system. Unscaled, the
+        // forces of a sub-step that was cut short can be worse than none.
         let helps = sums.z > 0.0 && sums.w > 0.0;
         next.alpha = select(0.0, sums.z / select(1.0, sums.w, helps), helps);
     }
@@ -202,14 +206,14 @@ fn next_state(kept: CgState, sums: vec4f) -> CgState {
     next.gamma = sums.x;
     let step = conjugate_step(Conjugate(kept.gamma, kept.alpha), sums.x, sums.y);
     let is_left = sums.x > next.limit && kept.passes - 2u < substeps[0].solving.most_iterations;
-    // A residual that is no number is not worked on either.
+    // A NaN ends the iterations.
     next.is_done = select(1u, 0u, is_left && step.is_there);
     next.alpha = step.alpha;
     next.beta = step.beta;
     return next;
 }
 
-/// The step of each system, and what the residual after it does to each node.
+/// Computes the step of each system, and the response of each node to the residual after it.
 @compute @workgroup_size(256)
 fn solve_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let index = counted_index(id);
@@ -244,7 +248,7 @@ fn solve_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
     response[node] = vec4f(filtered(predicted_at(node), old_position[node].w * sum), 0.0);
 }
 
-/// Takes the step, and applies the system to what is left of the right side; at first to the pulls that it starts from.
+/// Takes the step, and multiplies the residual by the matrix; at first the warm start.
 @compute @workgroup_size(256)
 fn solve_rows(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let index = counted_index(id);
@@ -274,7 +278,7 @@ fn solve_rows(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
     }
 }
 
-/// A row after the step. Returns what it adds to the sums.
+/// Advances a row by the step. Returns its terms of the sums.
 fn advanced(number: u32, step: CgState) -> vec4f {
     var row = rows[number];
     if step.passes == 1u {
@@ -298,7 +302,7 @@ fn advanced(number: u32, step: CgState) -> vec4f {
     return vec4f(row.r * row.r, row.r * row.w, 0.0, 0.0);
 }
 
-/// The force of pulls on a node with what a surface does about it.
+/// The constraint force on a node in contact.
 fn with_contact(node: u32, pull: vec3f) -> vec3f {
     let predicted = predicted_at(node);
     if !in_contact(predicted) {
@@ -312,7 +316,7 @@ fn with_contact(node: u32, pull: vec3f) -> vec3f {
     return (after - free) * (1.0 / kick);
 }
 
-/// Adds to the force on each node that of all constraints.
+/// Adds all constraint forces to the force on each node.
 @compute @workgroup_size(256)
 fn apply_constraint_forces(
     @builtin(workgroup_id) id: vec3u,
@@ -331,7 +335,7 @@ fn apply_constraint_forces(
     force[node] = vec4f(force[node].xyz + pull, 0.0);
 }
 
-/// Notes for the frame's report what all systems have taken.
+/// Adds up the statistics of all systems for the frame's report.
 @compute @workgroup_size(256)
 fn record_statistics(@builtin(local_invocation_index) lane: u32) {
     var all = 0u;

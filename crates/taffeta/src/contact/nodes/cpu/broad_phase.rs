@@ -1,4 +1,4 @@
-//! Which groups are near each other, and which clusters of two groups.
+//! The broad phase: pairs of groups that are near each other, and pairs of clusters of two groups.
 
 use crate::contact::nodes::cpu::motion_bounds::{ClusterPair, Distances, GroupPair};
 use crate::contact::nodes::cpu::tree::{Fill, Query};
@@ -6,15 +6,15 @@ use crate::contact::nodes::cpu::{ContactScratch, ContactWorker};
 use crate::real::Real;
 use std::ops::Range;
 
-/// How near groups are that are watched, at first, at least and at most, by the mean diagonal of a group.
+/// Margin of a search, relative to the mean diagonal of a group: the first one, the least, the most.
 const MARGIN: [f64; 3] = [0.6, 0.3, 3.0];
-/// Sub-steps between searches: with fewer the margin grows, with more it shrinks.
+/// Sub-steps between searches. With fewer the margin grows, with more it shrinks.
 const REST: Range<u32> = 16..64;
-/// How near clusters are that are listed, by the mean diagonal of a cluster.
+/// Distance up to which clusters are listed, relative to the mean diagonal of a cluster.
 const LISTED: f64 = 0.5;
 
 impl<T: Real> ContactWorker<'_, T> {
-    /// Chooses the margin of a search: wider where searches follow soon upon each other.
+    /// Chooses the margin of a search. It is wider if searches are frequent.
     fn choose_margin(&mut self) {
         let [first, least, most] =
             MARGIN.map(|factor| factor * self.setup.diagonals[1].max(self.setup.widest));
@@ -49,7 +49,7 @@ impl<T: Real> ContactWorker<'_, T> {
         tree.groups.clone().for_each(|group| self.pair_with_neighbours(group));
     }
 
-    /// Watches what is near a group; of two of its own once.
+    /// Pairs a group with the groups near it. Two groups of this worker are paired once.
     fn pair_with_neighbours(&mut self, group: usize) {
         // SAFETY: written before the last barrier, and again in another search.
         let boxes = unsafe { self.shared.boxes.read() };
@@ -70,7 +70,7 @@ impl<T: Real> ContactWorker<'_, T> {
         }
     }
 
-    /// Lists anew the clusters of two groups that are near each other.
+    /// Lists the clusters of two groups that are near each other.
     pub(crate) fn list_cluster_pairs(&mut self, groups: &mut GroupPair) {
         let (packed, moved) = self.clusters();
         let [first, second] = groups.groups.map(|group| self.setup.groups[group as usize].clone());

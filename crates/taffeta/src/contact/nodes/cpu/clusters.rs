@@ -1,4 +1,4 @@
-//! Clusters: up to sixteen neighbouring nodes, which are packed together and looked at together.
+//! Clusters: up to sixteen neighbouring nodes, whose positions are packed and compared together.
 //!
 //! Source: Páll and Hess, "A flexible algorithm for calculating pair interactions on SIMD architectures", 2013.
 
@@ -11,7 +11,7 @@ use crate::topology::LANES;
 use crate::topology::boxes::{Bounds, NOWHERE};
 use std::ops::Range;
 
-/// Neighbouring nodes of one body and one worker: some columns of some rows of a grid, or a run of a mesh.
+/// Neighbouring nodes of one body and one worker: a block of a grid, or a run of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct Cluster {
     /// The body.
@@ -24,10 +24,10 @@ pub struct Cluster {
     cols: u32,
 }
 
-/// Clusters of a group, which come one after the other; each worker has its own.
+/// Number of clusters in a group. They are consecutive, and belong to one worker.
 pub const GROUP: usize = LANES;
 
-/// Where the nodes of a cluster are [m], by axis; lanes without a node hold what is no number.
+/// Positions of the nodes of a cluster [m], by axis. Lanes without a node hold a NaN.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub struct Packed<T>(pub [[T; LANES]; 3]);
@@ -55,7 +55,7 @@ struct Patch {
     cols: Range<usize>,
 }
 
-/// Cuts the nodes of a worker that touch others into clusters; neighbours come one after the other.
+/// Cuts the self-colliding nodes of a worker into clusters. Neighbouring clusters are consecutive.
 pub fn clusters(assembly: &Assembly, tiles: &[TilePlan]) -> Vec<Cluster> {
     let mut patches: Vec<Patch> = Vec::new();
     for tile in tiles.iter().filter(|tile| assembly.bodies[tile.body].self_contact.is_some()) {
@@ -83,7 +83,7 @@ pub fn clusters(assembly: &Assembly, tiles: &[TilePlan]) -> Vec<Cluster> {
 }
 
 impl Patch {
-    /// As square as may be, along a curve that stays near (Morton 1966).
+    /// As square as possible, along a Morton curve (Morton 1966).
     fn cut(&self) -> Vec<Cluster> {
         let [high, wide] = match self.rows.len() {
             1 => [1, LANES],
@@ -113,10 +113,10 @@ fn spread(number: u32) -> u64 {
     (0..32).fold(0, |bits, at| bits | u64::from(number >> at & 1) << (2 * at))
 }
 
-/// Kernel: packs clusters anew, and adds how far they have moved.
+/// Kernel: packs clusters, and adds up their motion.
 ///
-/// Each node of a cluster has moved by the first three numbers, and by no more than the fourth from there [m]. The sums of
-/// many sub-steps say so of all of them together.
+/// Each node of a cluster has moved by the first three numbers, plus a vector no longer than the fourth [m]. This
+/// also holds for the sums of many sub-steps.
 pub struct Pack<'a, T> {
     /// Clusters of this worker's nodes.
     pub clusters: &'a [Cluster],
@@ -124,12 +124,12 @@ pub struct Pack<'a, T> {
     pub state: &'a Fields<T>,
     pub packed: &'a mut [Packed<T>],
     pub moved: &'a mut [[f64; 4]],
-    /// The same of the nodes of each group, in this sub-step alone.
+    /// The same for the nodes of each group, in this sub-step only.
     pub balls: &'a mut [[f64; 4]],
 }
 
 impl<T: Real> Kernel for Pack<'_, T> {
-    /// Bounds of all that nodes have moved by.
+    /// Bounds of the motion of all nodes.
     type Output = Bounds;
     #[inline(always)]
     fn run(self) -> Bounds {
@@ -161,7 +161,7 @@ impl<T: Real> Kernel for Pack<'_, T> {
     }
 }
 
-/// A ball about balls between some bounds.
+/// A ball around balls, centred between some bounds.
 #[inline(always)]
 fn about(balls: &[[f64; 4]], least: [f64; 3], most: [f64; 3]) -> [f64; 4] {
     let [x, y, z] = [0, 1, 2].map(|axis| (least[axis] + most[axis]) * 0.5);
@@ -169,16 +169,16 @@ fn about(balls: &[[f64; 4]], least: [f64; 3], most: [f64; 3]) -> [f64; 4] {
     for ball in balls {
         let off = sub([ball[0], ball[1], ball[2]], [x, y, z]);
         let far = dot(off, off).sqrt() + ball[3];
-        // What is no number stays.
+        // A NaN remains.
         radius = if far <= radius { radius } else { far };
     }
     if radius < f64::INFINITY { [x, y, z, radius] } else { [0.0, 0.0, 0.0, f64::INFINITY] }
 }
 
-/// Where the nodes of a cluster of this worker are.
+/// Positions of the nodes of a cluster of this worker.
 #[inline(always)]
 fn gather<T: Real>(cluster: &Cluster, state: &Fields<T>) -> [[T; LANES]; 3] {
-    // As many at a time as most clusters have beside each other, so that it is one load.
+    // The usual sizes of clusters, so that a row is one load.
     match (cluster.rows, cluster.cols) {
         (4, 4) => gather_rows::<T, 4>(cluster, state),
         (1, 16) => gather_rows::<T, 16>(cluster, state),
@@ -204,7 +204,7 @@ fn gather_rows<T: Real, const N: usize>(cluster: &Cluster, state: &Fields<T>) ->
     now
 }
 
-/// By how much the first `len` lanes have moved, and how far at most from there [m]. What is no number is infinitely far.
+/// Motion of the first `len` lanes, and the greatest distance from it [m]. A NaN is infinitely far away.
 #[inline(always)]
 fn motion<T: Real>(now: &[[T; LANES]; 3], then: &[[T; LANES]; 3], len: usize) -> [f64; 4] {
     let mut way = [[T::ZERO; LANES]; 3];
@@ -216,7 +216,7 @@ fn motion<T: Real>(now: &[[T; LANES]; 3], then: &[[T; LANES]; 3], len: usize) ->
             way[axis][lane] = way[axis][0];
         }
     }
-    // Nodes in the middle of four by four.
+    // Nodes in the middle of a block of four by four.
     let by = [0, 1, 2].map(|axis: usize| (way[axis][5] + way[axis][10]) * T::from_f64(0.5));
     let mut far = [T::ZERO; LANES];
     let mut lost = false;
@@ -237,7 +237,7 @@ fn motion<T: Real>(now: &[[T; LANES]; 3], then: &[[T; LANES]; 3], len: usize) ->
         }
         half /= 2;
     }
-    // With room for what has been rounded.
+    // With a margin for rounding.
     let radius = far[0].sqrt().to_f64() * 1.0001 + (by[0].abs() + by[1].abs() + by[2].abs()) * 1e-6;
     [by[0], by[1], by[2], radius]
 }

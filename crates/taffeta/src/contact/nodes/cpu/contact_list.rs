@@ -1,10 +1,10 @@
-//! Nodes in contact, tile by tile, each with those that it touches.
+//! The contact list of a worker: nodes in contact, tile by tile, and the nodes that each of them touches.
 
 use std::ops::Range;
 
-/// Nodes in contact of one worker.
+/// The contact list of a worker.
 pub struct ContactList {
-    /// Both ends of pairs in contact, each a node of this worker and the other one, in any order.
+    /// Pairs in contact as a node of this worker and the other node, in any order.
     pub ends: Vec<[u32; 2]>,
     /// Nodes in contact, tile by tile.
     owners: Vec<u32>,
@@ -31,7 +31,7 @@ impl ContactList {
         }
     }
 
-    /// Forgets all.
+    /// Empties the list.
     pub fn clear(&mut self) {
         for &node in &self.owners {
             self.next[node as usize] = 0;
@@ -98,7 +98,7 @@ impl ContactList {
             self.owners[*next as usize] = node;
             *next += 1;
         }
-        // Each has moved on to where the next one begins.
+        // Each start has advanced to the next one.
         self.tiles.rotate_right(1);
         self.tiles[0] = 0;
     }

@@ -1,14 +1,14 @@
-//! Which nodes of two clusters do not touch each other, however near they are.
+//! Exclusion lists as masks of pairs of clusters.
 
 use crate::build::Assembly;
 use crate::contact::nodes::cpu::clusters::Cluster;
 use crate::contact::nodes::self_contact::Exclusions;
 use crate::topology::LANES;
 
-/// Nodes of two clusters that do not touch: by lane of the second, one bit for each lane of the first.
+/// Excluded nodes of two clusters: by lane of the second, one bit for each lane of the first.
 pub type Mask = [u16; LANES];
 
-/// Masks of all pairs of clusters that have nodes that do not touch.
+/// Masks of all pairs of clusters with excluded nodes.
 pub struct ExclusionMasks {
     /// Where the row of each cluster begins, and where the last ends.
     starts: Vec<u32>,
@@ -19,7 +19,7 @@ pub struct ExclusionMasks {
 }
 
 impl ExclusionMasks {
-    /// Of the clusters of all workers.
+    /// The masks of the clusters of all workers.
     pub fn new(assembly: &Assembly, clusters: &[Cluster]) -> Self {
         let mut slot_of = vec![0; assembly.places];
         for (index, cluster) in clusters.iter().enumerate() {
@@ -30,7 +30,7 @@ impl ExclusionMasks {
         for (index, cluster) in clusters.iter().enumerate() {
             let body = &assembly.bodies[cluster.body as usize];
             slots.clear();
-            // Within one cluster each pair is looked at once.
+            // Within one cluster each pair is checked once.
             slots.extend((0..LANES).flat_map(|a| (0..=a).map(move |b| (index * LANES + b, a))));
             for (lane, node) in cluster.nodes().enumerate() {
                 let Some(self_contact) = &body.self_contact else { continue };

@@ -1,10 +1,14 @@
-//! Nodes that touch each other: who is near whom, and what they do to each other.
+//! Self-collision on the CPU: broad phase, narrow phase and response.
 //!
-//! Nodes are looked at in clusters of neighbours, and clusters in groups. A search finds the pairs of groups that are near
-//! each other. Each lists the pairs of clusters that are near each other, and is listed anew when others may be. Of each of
-//! those it is known how far its nodes are from touching, and it is looked at again when its clusters may have moved that
-//! far against each other. All other groups are farther apart than all nodes have moved against each other since the
-//! search; when they are not, there is another search. So nothing depends on when anybody looked.
+//! Neighbouring nodes form clusters, and clusters form groups.
+//! - A search finds the pairs of groups that are near each other. It is repeated when other groups may have come
+//!   near.
+//! - Each pair of groups lists its pairs of clusters that are near each other. The list is renewed when other
+//!   clusters may have come near.
+//! - The narrow phase computes the distance of the nodes of two clusters, and again when bounds of their motion have
+//!   used up that distance.
+//!
+//! So contacts do not depend on when a search or a check was made.
 
 mod broad_phase;
 mod clusters;
@@ -39,20 +43,20 @@ use motion_bounds::{ClusterPair, GroupPair};
 use std::ops::Range;
 use tree::{Boxes, Tree};
 
-/// Nodes of a thickness that touch each other.
+/// Self-collision of nodes with a thickness.
 pub struct NodeContact<T> {
     setup: ContactSetup<T>,
     work: ContactWork<T>,
     scratch: PerWorker<ContactScratch<T>>,
 }
 
-/// What does not change.
+/// What is constant.
 struct ContactSetup<T> {
-    /// Half the thickness [m] by body; 0: it touches no other.
+    /// Half the thickness [m] by body; 0: it does not collide.
     radius: Vec<T>,
     /// Body by place.
     body: Vec<u32>,
-    /// How the surface of each body meets others.
+    /// The contact material of each body.
     surfaces: Vec<ContactMaterial<T>>,
     /// Tile by place.
     tile: Vec<u32>,
@@ -64,40 +68,40 @@ struct ContactSetup<T> {
     clusters: Vec<Cluster>,
     /// Their nodes, by lane.
     nodes: Vec<[u32; LANES]>,
-    /// Nodes that do not touch.
+    /// Exclusion lists.
     exclusions: ExclusionMasks,
     /// The clusters of each worker.
     chunks: Vec<Range<usize>>,
     /// The clusters of each group.
     groups: Vec<Range<usize>>,
-    /// Boxes about groups, by worker.
+    /// Trees of boxes around groups, by worker.
     trees: Vec<Tree>,
 }
 
-/// What workers find together.
+/// Results that workers share.
 struct ContactWork<T> {
     /// Contacts of each place in this sub-step.
     contacts: Shared<u32>,
-    /// Where the nodes of each cluster are [m].
+    /// Positions of the nodes of each cluster [m].
     packed: Shared<Packed<T>>,
-    /// How far each cluster has moved since the last search [m], as [`Pack`] says.
+    /// Motion of each cluster since the last search [m], as [`Pack`] defines it.
     moved: Shared<[f64; 4]>,
-    /// By how much the nodes of each group have moved in this sub-step, as [`Pack`] says.
+    /// Motion of the nodes of each group in this sub-step, as [`Pack`] defines it.
     balls: Shared<[f64; 4]>,
-    /// By how much nodes of each worker have moved in this sub-step [m].
+    /// Bounds of the motion of each worker's nodes in this sub-step [m].
     motion: Shared<Bounds>,
-    /// Boxes about groups.
+    /// Boxes around groups.
     boxes: Shared<Boxes<T>>,
-    /// What each worker has found.
+    /// Contacts that each worker has found.
     found: Shared<Found>,
 }
 
 /// Contacts that a worker has found in a sub-step.
 #[derive(Clone, Copy, Debug)]
 struct Found {
-    /// Pairs, each once for each of its nodes of this worker.
+    /// Pairs, counted once for each of their nodes that is this worker's.
     ends: u64,
-    /// Least distance of a pair, by its thickness.
+    /// Least distance of a pair, relative to its thickness.
     nearest: f64,
 }
 
@@ -107,39 +111,39 @@ impl Default for Found {
     }
 }
 
-/// What a worker keeps for itself.
+/// The scratch memory of a worker.
 struct ContactScratch<T> {
-    /// How near groups were that are watched [m]; 0: there was no search.
+    /// Margin of the last search [m]; 0: there was none.
     margin: f64,
-    /// How far all may have moved against each other since the last search [m].
+    /// Bound of the relative motion of all nodes since the last search [m].
     travelled: f64,
     /// Sub-steps since the last search.
     rest: u32,
     /// Searches in this frame.
     searches: u64,
-    /// Pairs of groups with one of its own.
+    /// Pairs of groups, one of which is this worker's.
     group_pairs: Vec<GroupPair>,
-    /// Empty lists.
+    /// Empty lists, for reuse.
     spare: Vec<Vec<ClusterPair>>,
-    /// Groups that are near one.
+    /// Groups near one group.
     around: Vec<u32>,
-    /// Boxes yet to be looked into.
+    /// Boxes yet to be visited.
     stack: Vec<(usize, usize)>,
     /// Squared distances of clusters of two groups [m²].
     squared: [[T; GROUP]; GROUP],
-    /// Its nodes in contact.
+    /// Nodes in contact.
     contact_list: ContactList,
-    /// Place and velocity after contact, for each of them.
+    /// Position and velocity of each of them after contact.
     responses: Vec<[T; 6]>,
 }
 
 impl<T: Real> ContactSetup<T> {
-    /// Of a scene whose tiles are shared by workers; `None` where no nodes touch.
+    /// The setup of a scene whose tiles are cut into chunks; `None` if no body collides with itself.
     pub fn new(assembly: &Assembly, tiles: &[TilePlan], chunks: &[Range<usize>]) -> Option<Self> {
         Self::with(assembly, tiles, chunks, None)
     }
 
-    /// The same for other shares, of a scene that may have started.
+    /// The same for other chunks, of a scene that may have started.
     pub fn again(&self, assembly: &Assembly, tiles: &[TilePlan], chunks: &[Range<usize>]) -> Option<Self> {
         Self::with(assembly, tiles, chunks, Some(self.diagonals))
     }
@@ -208,19 +212,20 @@ impl<T: Real> ContactSetup<T> {
         pair::combine_materials(a, b)
     }
 
-    /// Distance at which nodes of two clusters touch [m].
+    /// Distance at which nodes of two clusters are in contact [m].
     fn reach(&self, clusters: [u32; 2]) -> T {
         let [a, b] = clusters.map(|cluster| self.radius[self.clusters[cluster as usize].body as usize]);
         a + b
     }
 
-    /// How far nodes of two clusters are from touching that are no nearer than a distance [m], with room for rounding.
+    /// Lower bound of how far nodes of two clusters are from contact, if they are no closer than a distance [m]; with
+    /// a margin for rounding.
     fn gap(&self, clusters: [u32; 2], distance: T) -> f64 {
         distance.to_f64() * (1.0 - 1e-5) - self.reach(clusters).to_f64()
     }
 }
 
-/// How the surface of each body meets others; one that touches none has no thickness.
+/// The contact material of each body. A body that does not collide has no thickness.
 fn surfaces<T: Real>(assembly: &Assembly) -> Vec<ContactMaterial<T>> {
     let of_body = |body: &BodyAssembly| {
         let surface = body.self_contact.as_ref().map(|self_contact| self_contact.surface);
@@ -231,7 +236,7 @@ fn surfaces<T: Real>(assembly: &Assembly) -> Vec<ContactMaterial<T>> {
     assembly.bodies.iter().map(of_body).collect()
 }
 
-/// Diagonal of the box about clusters at the start [m]: of those of one body, where there are several.
+/// Diagonal of the box around clusters at the start [m]. If they are of several bodies, that of the first body.
 fn diagonal(assembly: &Assembly, clusters: &[Cluster]) -> f64 {
     let body = &assembly.bodies[clusters[0].body as usize];
     let nodes = clusters.iter().filter(|one| one.body == clusters[0].body).flat_map(Cluster::nodes);
@@ -245,7 +250,7 @@ fn extent([least, most]: Bounds) -> f64 {
 }
 
 impl<T: Real> ContactWork<T> {
-    /// Room for the pairs of a scene.
+    /// Memory for the pairs of a scene.
     fn new(setup: &ContactSetup<T>, workers: usize) -> Self {
         let (places, clusters) = (setup.body.len(), setup.clusters.len());
         let boxes = setup.trees.last().map_or(0, |last| last.boxes.end);
@@ -260,7 +265,7 @@ impl<T: Real> ContactWork<T> {
         }
     }
 
-    /// What all workers have found in the last sub-step.
+    /// The contacts of all workers in the last sub-step.
     fn found(&mut self) -> Found {
         self.found.get_mut().iter().fold(Found::default(), |all, one| Found {
             ends: all.ends + one.ends,
@@ -275,7 +280,7 @@ impl<T: Real> ContactWork<T> {
 }
 
 impl<T: Real> NodeContact<T> {
-    /// Of a scene; `None` where no nodes touch.
+    /// Self-collision of a scene; `None` if no body has it.
     pub fn new(context: &Context<'_, T>) -> Option<Self> {
         let setup = ContactSetup::new(context.assembly, &context.nodes.tiles, context.chunks)?;
         Some(Self::with(setup, context.assembly.places, context.chunks))
@@ -287,7 +292,7 @@ impl<T: Real> NodeContact<T> {
         Self { scratch: PerWorker::new(chunks.len(), scratch), setup, work }
     }
 
-    /// A worker's part.
+    /// A worker's part of the data.
     fn part<'w>(&'w self, worker: &'w Worker<'_, T>) -> ContactWorker<'w, T> {
         ContactWorker {
             setup: &self.setup,
@@ -336,7 +341,7 @@ impl<T: Real> Feature<T> for NodeContact<T> {
 
     fn measure(&mut self, _: [&[T]; 6], substeps: usize, sums: &mut FrameSums) {
         let found = if substeps > 0 { self.work.found() } else { Found::default() };
-        // All have searched as often.
+        // All workers have searched equally often.
         let searches = self.scratch.iter_mut().map(|scratch| std::mem::take(&mut scratch.searches)).max();
         sums.pairs =
             PairSums { pairs: found.ends / 2, nearest: found.nearest, searches: searches.unwrap_or(0) };
@@ -375,7 +380,7 @@ impl<T: Real> ContactScratch<T> {
         }
     }
 
-    /// Nodes of its tile number `tile` that are in contact, with their place and velocity after it.
+    /// Nodes in contact of the worker's tile number `tile`, with position and velocity after contact.
     pub fn responses(&self, tile: usize) -> impl ExactSizeIterator<Item = (usize, &[T; 6])> {
         let range = self.contact_list.of_tile(tile);
         let nodes = self.contact_list.owners()[range.clone()].iter().map(|&node| node as usize);
@@ -383,7 +388,7 @@ impl<T: Real> ContactScratch<T> {
     }
 }
 
-/// A worker's part in what all do about pairs.
+/// A worker's part of the data.
 struct ContactWorker<'a, T> {
     setup: &'a ContactSetup<T>,
     shared: &'a ContactWork<T>,
@@ -406,12 +411,12 @@ impl<'a, T: Real> ContactWorker<'a, T> {
         self.next.each_ref().map(|column| unsafe { column.read() })
     }
 
-    /// Its part of the trees.
+    /// Its tree.
     fn tree(&self) -> &'a Tree {
         &self.setup.trees[self.index]
     }
 
-    /// Where all nodes are, and how far their clusters have moved.
+    /// Positions of all nodes, and motion of their clusters.
     fn clusters(&self) -> (&'a [Packed<T>], &'a [[f64; 4]]) {
         // SAFETY: they are written before the barrier after `update_motion_bounds`, or that in a search, and again after the
         // sub-step's last.
@@ -423,7 +428,7 @@ impl<'a, T: Real> ContactWorker<'a, T> {
         self.setup.chunks[self.index].clone()
     }
 
-    /// Notes where its nodes are, and by how much they have moved.
+    /// Packs the positions of its nodes, and updates the bounds of their motion.
     pub fn update_motion_bounds(&mut self) {
         let (own, groups) = (self.own(), self.tree().groups.clone());
         // SAFETY: these are this worker's own; others read them after the next barrier, until the sub-step's last.
@@ -438,15 +443,15 @@ impl<'a, T: Real> ContactWorker<'a, T> {
         motion[0] = bounds;
     }
 
-    /// Whether groups that are not watched may have come near each other since the last search. Asked once in a
-    /// sub-step, when all have noted their moves.
+    /// Whether groups that are not paired may have come near each other since the last search. Called once in a
+    /// sub-step, after all workers have updated their bounds.
     pub fn is_stale(&mut self) -> bool {
         // SAFETY: written before a barrier, and again after the sub-step's last.
         let motion = unsafe { self.shared.motion.read() };
         let scratch = &mut *self.scratch;
         scratch.travelled += extent(motion.iter().copied().fold(NOWHERE, join));
         scratch.rest += 1;
-        // Room for rounding; what is no number has gone too far.
+        // With a margin for rounding; a NaN is stale.
         let is_fresh = scratch.travelled < scratch.margin * 0.999;
         !is_fresh
     }

@@ -1,8 +1,9 @@
-//! Pairs of groups that are near each other, and their pairs of clusters, each with how far its nodes are from touching.
+//! Bounds of motion: pairs of groups and pairs of clusters, with the distance that they can move before they are
+//! checked again.
 //!
-//! What two clusters may have moved against each other since they were looked at is known without looking at their nodes;
-//! until that has used up the distance that they had, none of their nodes touch. And no two can have used up more than
-//! their groups together: each has a time, in metres of that, before which nobody asks for it.
+//! The relative motion of two clusters since their last check has a bound that needs no node. Until it exceeds their
+//! distance at that check, none of their nodes are in contact. No two clusters can have moved more than their groups.
+//! So each pair has a due distance of the groups' motion, before which it is not checked.
 
 use crate::contact::nodes::cpu::clusters::{GROUP, Packed};
 use crate::contact::nodes::cpu::exclusion_masks::Mask;
@@ -11,42 +12,42 @@ use crate::cpu::simd::Kernel;
 use crate::real::{Real, dot, sub};
 use crate::topology::LANES;
 
-/// Two groups.
+/// A pair of groups.
 pub struct GroupPair {
-    /// Which ones, the second not before the first.
+    /// The groups, the second not before the first.
     pub groups: [u32; 2],
-    /// How far their nodes may have moved against each other since the search [m].
+    /// Bound of the relative motion of their nodes since the search [m].
     pub travelled: f64,
-    /// When one of its pairs has to be looked at [m].
+    /// The motion at which one of its pairs of clusters is checked [m].
     pub due: f64,
-    /// When those that are not in the list may have come near each other [m].
+    /// The motion at which clusters outside the list may have come near each other [m].
     pub fresh: f64,
     /// Pairs of clusters that are near each other, ascending.
     pub pairs: Vec<ClusterPair>,
 }
 
-/// Two clusters.
+/// A pair of clusters.
 #[derive(Clone, Copy, Debug)]
 pub struct ClusterPair {
-    /// Which ones, the second not before the first.
+    /// The clusters, the second not before the first.
     pub clusters: [u32; 2],
-    /// Number of the mask of nodes that do not touch.
+    /// Number of their exclusion mask.
     pub mask: u32,
-    /// Distance of their nodes when they were looked at, less that at which they touch [m].
+    /// Distance of their nodes at the last check, less the contact distance [m].
     gap: f64,
-    /// What they had moved against each other by then, and off that [m].
+    /// Their relative motion at that check, and its radius [m].
     moved: [f64; 4],
-    /// When it has to be looked at [m].
+    /// The motion of the groups at which it is checked [m].
     pub due: f64,
 }
 
 impl GroupPair {
-    /// Of two groups at the time of a search, with an empty list.
+    /// A pair at the time of a search, with an empty list.
     pub fn new(groups: [u32; 2], pairs: Vec<ClusterPair>) -> Self {
         Self { groups, travelled: 0.0, due: 0.0, fresh: 0.0, pairs }
     }
 
-    /// Lets a sub-step go by; whether a pair has to be looked at.
+    /// Adds the motion of a sub-step. Returns whether a pair has to be checked.
     #[inline]
     pub fn is_due(&mut self, balls: &[[f64; 4]]) -> bool {
         let [a, b] = self.groups.map(|group| &balls[group as usize]);
@@ -56,7 +57,7 @@ impl GroupPair {
     }
 }
 
-/// Whether a time is over; what is no number is.
+/// Whether a due distance has been reached. A NaN has reached it.
 #[inline]
 pub fn is_over(now: f64, due: f64) -> bool {
     let is_later = now < due;
@@ -64,14 +65,14 @@ pub fn is_over(now: f64, due: f64) -> bool {
 }
 
 impl ClusterPair {
-    /// A pair whose nodes have so far to go [m] before they touch.
+    /// A pair whose nodes are so far [m] from contact.
     pub fn new(clusters: [u32; 2], mask: u32, gap: f64, travelled: f64, moved: &[[f64; 4]]) -> Self {
         let mut pair = Self { clusters, mask, gap, moved: [0.0; 4], due: 0.0 };
         pair.note(gap, travelled, moved);
         pair
     }
 
-    /// What is left of its distance [m]; what is no number has none left.
+    /// What is left of its distance [m]. A NaN leaves none.
     #[inline]
     pub fn left(&self, moved: &[[f64; 4]]) -> f64 {
         let now = self.moved_now(moved);
@@ -79,7 +80,7 @@ impl ClusterPair {
         self.gap - dot(by, by).sqrt() - (now[3] - self.moved[3])
     }
 
-    /// Notes how far its nodes are from touching [m].
+    /// Sets how far its nodes are from contact [m].
     pub fn note(&mut self, gap: f64, travelled: f64, moved: &[[f64; 4]]) {
         (self.gap, self.moved, self.due) = (gap, self.moved_now(moved), travelled + gap);
     }
@@ -111,7 +112,7 @@ impl<T: Real> Kernel for Distances<'_, T> {
     }
 }
 
-/// Kernel: least squared distance of nodes of two clusters that may touch [m²].
+/// Kernel: least squared distance of nodes of two clusters that may collide [m²].
 pub struct Least<'a, T> {
     pub packed: [&'a Packed<T>; 2],
     pub mask: &'a Mask,
@@ -134,7 +135,7 @@ impl<T: Real> Kernel for Least<'_, T> {
     }
 }
 
-/// Kernel: which nodes of two clusters are nearer than `reach` [m].
+/// Kernel: pairs of nodes of two clusters that are closer than `reach` [m].
 pub struct InContact<'a, T> {
     pub packed: [&'a Packed<T>; 2],
     pub mask: &'a Mask,

@@ -1,4 +1,4 @@
-//! Which nodes are in contact.
+//! The narrow phase: which nodes are in contact.
 
 use crate::contact::nodes::cpu::motion_bounds::{ClusterPair, GroupPair, InContact, Least, is_over};
 use crate::contact::nodes::cpu::{ContactWorker, Found};
@@ -6,7 +6,7 @@ use crate::real::Real;
 use crate::topology::LANES;
 
 impl<T: Real> ContactWorker<'_, T> {
-    /// Finds which of its nodes are in contact.
+    /// Finds the contacts of its nodes.
     pub fn find_contacts(&mut self) {
         self.scratch.contact_list.owners().iter().for_each(|&node| self.note_contacts(node, 0));
         self.scratch.contact_list.clear();
@@ -39,8 +39,8 @@ impl<T: Real> ContactWorker<'_, T> {
         contacts[0] = count as u32;
     }
 
-    /// Looks at what is due of two groups. Returns the least squared distance of nodes in contact, by that at which they
-    /// touch.
+    /// Checks the pairs of clusters of two groups that are due. Returns the least squared distance of nodes in
+    /// contact, relative to their contact distance.
     fn narrow_phase(&mut self, groups: &mut GroupPair) -> T {
         if is_over(groups.travelled, groups.fresh) {
             self.list_cluster_pairs(groups);
@@ -57,7 +57,7 @@ impl<T: Real> ContactWorker<'_, T> {
         least
     }
 
-    /// The same of two clusters.
+    /// The same for two clusters.
     fn narrow_phase_clusters(&mut self, pair: &mut ClusterPair, travelled: f64) -> T {
         let (packed, moved) = self.clusters();
         let left = pair.left(moved);

@@ -1,11 +1,11 @@
-//! What contact does to nodes.
+//! The contact response of nodes.
 
 use crate::contact::nodes::cpu::ContactWorker;
 use crate::contact::nodes::pair;
 use crate::real::{Real, sub};
 
 impl<T: Real> ContactWorker<'_, T> {
-    /// Finds what contact does to each of its nodes, after a sub-step of `h` [s].
+    /// Computes the contact response of each of its nodes, after a sub-step of `h` [s].
     pub fn respond(&mut self, h: T) {
         let limits = (h, T::from_f64(pair::max_separation(h.to_f64())));
         // SAFETY: written before the last barrier.

@@ -1,4 +1,5 @@
-//! Boxes about groups of clusters, and boxes about sixteen boxes, and so on: which groups are near one.
+//! A tree of boxes: boxes around groups of clusters, boxes around sixteen boxes, and so on. It finds the groups near
+//! one group.
 //!
 //! Each worker has a tree of its own groups, whose shape follows from their number.
 
@@ -56,19 +57,19 @@ impl Tree {
 }
 
 impl<T: Real> Boxes<T> {
-    /// Boxes of nothing: near nothing.
+    /// Empty boxes: they are near nothing.
     pub fn empty() -> Self {
         Self { least: [[T::FAR; LANES]; 3], most: [[-T::FAR; LANES]; 3] }
     }
 
-    /// Those of up to sixteen clusters.
+    /// The boxes of up to sixteen clusters.
     #[inline(always)]
     pub fn of(clusters: &[Packed<T>]) -> Self {
         let mut boxes = Self::empty();
         for (lane, cluster) in clusters.iter().enumerate() {
             for axis in 0..3 {
                 let (mut least, mut most) = ([T::FAR; LANES], [-T::FAR; LANES]);
-                // By halves, for vectors; what is no number is in no box.
+                // By halves, for vectors. A NaN is in no box.
                 let mut half = LANES;
                 for i in 0..LANES {
                     let x = cluster.0[axis][i];
@@ -99,7 +100,7 @@ impl<T: Real> Boxes<T> {
         }
     }
 
-    /// The box about all sixteen.
+    /// The box around all sixteen.
     #[inline(always)]
     fn about(&self) -> Bound<T> {
         let least = self.least.map(|axis| axis.into_iter().fold(T::FAR, |a, b| if b < a { b } else { a }));
@@ -108,7 +109,7 @@ impl<T: Real> Boxes<T> {
     }
 }
 
-/// Squared distance of two boxes [m²]; of boxes that hold what is no number: 0.
+/// Squared distance of two boxes [m²]; 0 if one of them is not finite.
 #[inline(always)]
 pub fn squared_distance<T: Real>(a: &Bound<T>, b: &Bound<T>) -> T {
     let mut sum = T::ZERO;
@@ -154,13 +155,13 @@ pub struct Query<'a, T> {
     pub tree: &'a Tree,
     /// Those of all workers.
     pub boxes: &'a [Boxes<T>],
-    /// To what.
+    /// The box to compare with.
     pub bound: &'a Bound<T>,
-    /// How near [m], squared.
+    /// The distance [m], squared.
     pub squared: T,
     /// Boxes yet to be looked into, by level and place: empty before and after.
     pub stack: &'a mut Vec<(usize, usize)>,
-    /// Where the groups found go.
+    /// The groups that were found.
     pub found: &'a mut Vec<u32>,
 }
 
@@ -177,7 +178,7 @@ impl<T: Real> Kernel for Query<'_, T> {
                 let is_near = squared_distance(bound, &sixteen.lane(lane)) < squared;
                 near |= u32::from(is_near) << lane;
             }
-            // What is infinitely wide is near to nothing, too.
+            // A box that is infinitely wide is near nothing, too.
             near &= u32::MAX >> (32 - LANES.min(tree.count(level) - at * LANES));
             while near != 0 {
                 let child = at * LANES + near.trailing_zeros() as usize;

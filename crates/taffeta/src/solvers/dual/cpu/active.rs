@@ -1,4 +1,4 @@
-//! Which springs are constraints now: stream compaction of them and of their nodes, tile by tile, in ascending order.
+//! Adaptive constraints: stream compaction of the active ones and of their nodes, tile by tile, in ascending order.
 
 use crate::real::{Real, sub};
 use crate::solvers::dual::cpu::{Dual, Layout, SolveWorker};
@@ -7,8 +7,7 @@ use crate::step::Marks;
 use std::ops::Range;
 
 impl<T: Real> Dual<T> {
-    /// Counts anew which nodes have active constraints: a tile looks again at those that were active, and knows by its count
-    /// that there are some.
+    /// Recounts the nodes with active constraints. A tile whose count is not 0 checks its constraints again.
     pub(crate) fn recount(&mut self, active: &[bool]) {
         for (tile, counts) in self.tiles.iter().zip(self.work.tile_nodes.get_mut()) {
             let here = |place| self.by_place.row(place).iter().filter(|&&end| active[end as usize / 2]);
@@ -28,7 +27,7 @@ impl<T: Real> SolveWorker<'_, '_, T> {
         self.scratch.layout.cut(bodies.map(|(nodes, rows)| (rows.clone(), nodes.clone())));
     }
 
-    /// Finds the active constraints and their nodes, after all have computed forces.
+    /// Lists the active constraints and their nodes, after all workers have computed forces.
     pub(crate) fn compact(&mut self) {
         self.worker.tiles.clone().for_each(|tile| self.activate(tile));
         self.worker.synchronise();
@@ -172,20 +171,20 @@ impl<T: Real> SolveWorker<'_, '_, T> {
         layout.nodes_of_tile.extend(mine.map(|pair| pair[0] as usize..pair[1] as usize));
     }
 
-    /// Whether the nodes of a tile of its share wait.
+    /// Whether the nodes of one of its tiles wait.
     fn waits(&self, tile: usize) -> bool {
         // SAFETY: tiles are marked by the worker in whose chunk they are.
         unsafe { self.worker.marks.item(tile) }.has(Marks::SOLVED)
     }
 
-    /// Notes counts of a tile of its share.
+    /// Sets the counts of one of its tiles.
     fn note_counts(&self, tile: usize, counts: [u32; 2]) {
         // SAFETY: as above; others read after a barrier.
         *unsafe { self.shared.tile_nodes.item(tile) } = counts;
     }
 }
 
-/// Sums of the counts before each item, then of all.
+/// Prefix sums of the counts, and their total.
 fn prefix<C>(counts: &[C], count: impl Fn(&C) -> u32) -> Vec<u32> {
     let mut before = vec![0];
     let mut sum = 0;

@@ -1,5 +1,5 @@
-//! Conjugate gradients on all bodies' systems at once, each with steps of its own. An iteration is a pass over nodes, a pass
-//! over rows, and an update of vectors; all workers meet after each.
+//! Conjugate gradients on the systems of all bodies at once; each system has its own steps. An iteration is a pass
+//! over nodes, a pass over rows, and an update of vectors. Workers synchronise after each of them.
 
 use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, fall};
 use crate::real::{Real, scale};
@@ -13,22 +13,22 @@ use crate::solvers::dual::distance::{
 };
 use std::ops::Range;
 
-/// How far the system of a body is.
+/// The state of conjugate gradients on a body's system.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CgState {
     conjugate: Conjugate<f64>,
-    /// Squared residual at which it is done, and that of the right side.
+    /// Squared residual at which it has converged, and that of the right side.
     limit: f64,
     right: f64,
     /// Squared residual.
     gamma: f64,
     iterations: u32,
     done: bool,
-    /// The next step, and the share of the last direction in its own.
+    /// Length of the next step, and the factor of the last direction in it.
     step: (f64, f64),
 }
 
-/// A vector that the system is applied to.
+/// A vector that is multiplied by the matrix.
 #[derive(Clone, Copy)]
 enum Vector {
     X,
@@ -51,7 +51,7 @@ struct Vectors<'a, T> {
 }
 
 impl<'w, T: Real> SolveWorker<'w, '_, T> {
-    /// Finds the pulls of all constraints.
+    /// Solves for the forces of all constraints.
     pub fn solve(&mut self) {
         if self.solve.adaptive {
             self.compact();
@@ -73,7 +73,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         self.report();
     }
 
-    /// Finds the surfaces that nodes will be pressed against.
+    /// Predicts the contacts of nodes.
     fn predict_contacts(&mut self) {
         if self.colliders.is_empty() {
             return;
@@ -82,7 +82,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         self.each(self.scratch.layout.nodes.len(), Self::predict_contacts_of);
     }
 
-    /// What the right side leaves without pulls.
+    /// The residual without constraint forces.
     fn start(&mut self) {
         let rows = self.scratch.layout.rows.len();
         let warm = self.solve.solver.ice.warm_start;
@@ -97,12 +97,12 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             r.copy_from_slice(right);
             p.fill(T::ZERO);
             s.fill(T::ZERO);
-            // A vector of zeros: what velocities alone give.
+            // A vector of zeros: the part of the velocities remains.
             worker.apply_to(&part, Vector::S);
             let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
             let level = worker.worker.nodes.level;
             if !warm {
-                // They have told which surfaces hold nodes.
+                // These forces have predicted the contacts.
                 x.fill(T::ZERO);
             }
             worker.sums_of(chunk)[0] = level.run(Combine { to: r, factor: T::ONE, other: w });
@@ -117,9 +117,8 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
     }
 
-    /// What is left of the right side with the pulls of the last sub-step, times what brings them nearest to the
-    /// solution in the norm of the system: as they are, pulls of a sub-step that was cut short can be worse than
-    /// none.
+    /// The residual with the constraint forces of the last sub-step, scaled so that they are closest to the solution
+    /// in the norm of the system. Unscaled, the forces of a sub-step that was cut short can be worse than none.
     fn start_warm(&mut self) {
         self.each(self.scratch.layout.nodes.len(), Self::respond);
         self.worker.synchronise();
@@ -167,7 +166,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
     }
 
-    /// Finds the next step of each body; returns whether all are done.
+    /// Finds the next step of each body. Returns whether all have converged.
     fn update_state(&mut self) -> bool {
         let most = self.solve.solver.ice.max_iterations;
         for index in 0..self.scratch.bodies.len() {
@@ -188,7 +187,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         self.scratch.bodies.iter().all(|body| body.done)
     }
 
-    /// Keeps the pulls, and has what they do along each row.
+    /// Stores the constraint forces, and their force along each row.
     fn store_multipliers(&mut self) {
         let solve = self.solve;
         for chunk in self.mine(self.scratch.layout.rows.len()) {
@@ -225,7 +224,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         report.active_fraction = report.active_fraction.max(fraction);
     }
 
-    /// How each material gives way in this sub-step.
+    /// The softness of each material in this sub-step.
     fn soften(&mut self) {
         let Self { solve, scratch, worker, .. } = self;
         let (ice, acad, h) = (&solve.solver.ice, &solve.solver.acad, worker.substep.h.to_f64());
@@ -267,12 +266,12 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         if adaptive {
             self.list_ends(which, chunk);
         }
-        // For what comes next: springs are taken back, or nodes meet surfaces.
+        // For the next pass: springs are taken out of the force, or contacts are predicted.
         let vector = if adaptive { offset } else { x };
         self.worker.nodes.level.run(Along { rows, vector, pulled });
     }
 
-    /// Notes the nodes at the ends of a chunk's rows.
+    /// Lists the nodes at the ends of a chunk's rows.
     fn list_ends(&self, which: &[u32], chunk: usize) {
         // SAFETY: nodes were listed before a barrier; rows of chunks are different.
         let (node_of, ends) =
@@ -282,7 +281,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
     }
 
-    /// Finds the surface that will hold each node, as far as the pulls of the last sub-step tell.
+    /// Predicts the contact of each node from the constraint forces of the last sub-step.
     fn predict_contacts_of(&mut self, chunk: usize) {
         let nodes = self.scratch.layout.nodes[chunk].part.clone();
         self.gather_constraint_forces(&nodes, false);
@@ -317,13 +316,14 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
     }
 
-    /// The velocity of a place without constraints, which waits where the state after will be.
+    /// The velocity of a place without constraints. It is stored where the state after will be.
     fn free_velocity(&self, place: usize) -> [T; 3] {
         // SAFETY: written before a barrier, and written over after another.
         [0, 1, 2].map(|axis| unsafe { self.worker.next()[axis].read() }[place])
     }
 
-    /// By node: the velocity without constraints, by the step; springs for which constraints stand in are taken back.
+    /// By node: the velocity without constraints, divided by the sub-step. Springs that constraints replace are taken
+    /// out.
     fn free_response(&mut self, chunk: usize) {
         let nodes = self.scratch.layout.nodes[chunk].part.clone();
         let (adaptive, h) = (self.solve.adaptive, self.worker.substep.h);
@@ -351,7 +351,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
     }
 
-    /// By node: what a vector's pulls do.
+    /// By node: the response to the forces of a vector.
     fn respond(&mut self, chunk: usize) {
         let Chunk { body, part } = self.scratch.layout.nodes[chunk].clone();
         if !self.is_done(body) {
@@ -359,7 +359,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
     }
 
-    /// What pulls do to some nodes, `held` by surfaces or not.
+    /// The response of some nodes to constraint forces; `held` says whether predicted contacts act.
     fn gather_constraint_forces(&self, nodes: &Range<usize>, held: bool) {
         // SAFETY: listed, and found, before a barrier; nodes of chunks are different.
         let kernel = unsafe {
@@ -376,7 +376,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         self.worker.nodes.level.run(kernel);
     }
 
-    /// The system applied to one of the vectors, into `w`.
+    /// Multiplies one of the vectors by the matrix, into `w`.
     fn apply_to(&self, part: &Range<usize>, vector: Vector) -> [f64; 2] {
         let Vectors { rows, x, r, s, w, .. } = self.vectors(part);
         let vector = match vector {
@@ -402,7 +402,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         self.worker.nodes.level.run(Along { rows, vector: r, pulled });
     }
 
-    /// Whether the system of a body needs no more iterations.
+    /// Whether the system of a body has converged.
     fn is_done(&self, body: usize) -> bool {
         self.scratch.bodies.get(body).is_some_and(|body| body.done)
     }
@@ -414,7 +414,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         sums.iter().fold([0.0; 3], |[a, b, c], sum| [a + sum[0], b + sum[1], c + sum[2]])
     }
 
-    /// Where the sums of a chunk of its share go.
+    /// The sums of one of its chunks.
     fn sums_of(&self, chunk: usize) -> &'w mut [f64; 3] {
         // SAFETY: each chunk is in one worker's share; others read after a barrier.
         unsafe { self.shared.sums.item(chunk) }
@@ -446,12 +446,12 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
     }
 
-    /// Its even share of some chunks.
+    /// Its chunks: an even part of all.
     fn mine(&self, chunks: usize) -> Range<usize> {
         self.worker.part(chunks)
     }
 
-    /// Does something for each chunk of its share.
+    /// Does `work` for each of its chunks.
     fn each(&mut self, chunks: usize, work: impl Fn(&mut Self, usize)) {
         for chunk in self.mine(chunks) {
             work(self, chunk);

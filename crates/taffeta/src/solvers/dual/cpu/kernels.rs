@@ -9,14 +9,14 @@ use crate::solvers::dual::cpu::Quad;
 use crate::solvers::dual::distance::{Row, Softness, noise};
 use crate::topology::LANES;
 
-/// The sign of a pull at the first and at the second end of a row.
+/// The sign of a constraint force at the first and at the second end of a row.
 fn signs<T: Real>() -> [T; 2] {
     [-T::ONE, T::ONE]
 }
 
-/// Kernel: what a row of each constraint is.
+/// Kernel: sets up the row of each constraint.
 pub struct SetUpRows<'a, T> {
-    /// By row: its constraint; by constraint: places of its ends, rest length [m], which material.
+    /// By row: its constraint. By constraint: places of its ends, rest length [m], number of its material.
     pub which: &'a [u32],
     pub all_ends: &'a [[u32; 2]],
     pub rest: &'a [T],
@@ -24,9 +24,9 @@ pub struct SetUpRows<'a, T> {
     pub softness: &'a [Softness<T>],
     pub inverse_mass: &'a [T],
     pub old: [&'a [T]; 6],
-    /// Where springs act as well: stiffness and damping of each material, and the stretch that constraints aim at.
+    /// If springs act as well: stiffness and damping of each material, and the target stretch of constraints.
     pub springs: Option<(&'a [[f64; 2]], T)>,
-    /// By constraint: the pull in the last sub-step.
+    /// By constraint: its force in the last sub-step.
     pub pull: &'a [T],
     pub rows: &'a mut [Quad<T>],
     pub scale: &'a mut [T],
@@ -37,7 +37,7 @@ pub struct SetUpRows<'a, T> {
 }
 
 impl<T: Real> Kernel for SetUpRows<'_, T> {
-    /// Sum of the squares of what cannot be told from rounding.
+    /// Sum of the squares of the rounding errors.
     type Output = f64;
     #[inline(always)]
     fn run(self) -> f64 {
@@ -71,7 +71,7 @@ impl<T: Real> Kernel for SetUpRows<'_, T> {
     }
 }
 
-/// Kernel: what pulls do to each node. A quad's fourth number means nothing.
+/// Kernel: the response of each node to constraint forces. The fourth number of a quad has no meaning.
 pub struct GatherConstraintForces<'a, T> {
     /// By node: its entries.
     pub spans: &'a [[u32; 2]],
@@ -80,7 +80,7 @@ pub struct GatherConstraintForces<'a, T> {
     /// By node: its place, and by place the inverse mass.
     pub places: &'a [u32],
     pub inverse_mass: &'a [T],
-    /// By node: how a surface holds it. Empty: nothing holds any.
+    /// By node: its predicted contact. Empty: no contacts.
     pub predicted: &'a [PredictedContact<T>],
     pub out: &'a mut [Quad<T>],
 }
@@ -102,7 +102,7 @@ impl<T: Real> Kernel for GatherConstraintForces<'_, T> {
     }
 }
 
-/// The sum of pulls at a node, each with its sign.
+/// The sum of the constraint forces at a node, with their signs.
 #[inline(always)]
 pub fn gather<T: Real>(entries: &[u32], pulled: &[Quad<T>]) -> Quad<T> {
     let signs = signs::<T>();
@@ -116,7 +116,7 @@ pub fn gather<T: Real>(entries: &[u32], pulled: &[Quad<T>]) -> Quad<T> {
     Quad(sum)
 }
 
-/// Kernel: the system applied to a vector, whose part `response` is at the nodes.
+/// Kernel: multiplies a vector by the matrix. `response` is the part at the nodes.
 pub struct Apply<'a, T> {
     pub rows: &'a [Quad<T>],
     pub ends: &'a [[u32; 2]],
@@ -175,7 +175,7 @@ impl<T: Real> Kernel for Combine<'_, T> {
     }
 }
 
-/// Kernel: multiplies a vector.
+/// Kernel: scales a vector.
 pub struct Multiply<'a, T> {
     pub vector: &'a mut [T],
     pub factor: T,
@@ -191,7 +191,7 @@ impl<T: Real> Kernel for Multiply<'_, T> {
     }
 }
 
-/// Kernel: a vector times another.
+/// Kernel: the product of two vectors.
 pub struct Product<'a, T> {
     pub a: &'a [T],
     pub b: &'a [T],
@@ -209,7 +209,7 @@ impl<T: Real> Kernel for Product<'_, T> {
     }
 }
 
-/// Kernel: a vector's part along each row's direction.
+/// Kernel: the force of a vector along each row's direction.
 pub struct Along<'a, T> {
     pub rows: &'a [Quad<T>],
     pub vector: &'a [T],
@@ -226,7 +226,7 @@ impl<T: Real> Kernel for Along<'_, T> {
     }
 }
 
-/// Kernel: a step of the iteration.
+/// Kernel: a step of conjugate gradients.
 pub struct Advance<'a, T> {
     pub alpha: T,
     pub beta: T,

@@ -1,4 +1,4 @@
-//! How a system is cut into chunks.
+//! The chunks of a system.
 
 use crate::solvers::constraints::Constraints;
 use std::ops::Range;
@@ -22,14 +22,14 @@ pub struct Layout {
     pub nodes: Vec<Chunk>,
     /// Chunks of rows of each body.
     pub of_body: Vec<Range<usize>>,
-    /// Nodes of each tile, where constraints come and go.
+    /// Nodes of each tile, if constraints are adaptive.
     pub nodes_of_tile: Vec<Range<usize>>,
     /// Number of rows.
     pub count: usize,
 }
 
 impl Layout {
-    /// Cuts up systems by rows and nodes of each body, all in a row.
+    /// Cuts systems into chunks, by the rows and nodes of each body in turn.
     pub fn cut(&mut self, bodies: impl Iterator<Item = (Range<usize>, Range<usize>)>) {
         self.rows.clear();
         self.nodes.clear();

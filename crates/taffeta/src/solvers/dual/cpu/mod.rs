@@ -1,7 +1,7 @@
-//! Constraints on the CPU: which springs are constraints now, and the system that their pulls solve.
+//! The dual solver on the CPU: the active constraints, and the system of their forces.
 //!
-//! Rows (constraints) and nodes of the system are lists of their own, cut into chunks of one body each, which the workers
-//! share evenly. Sums are taken by chunk in [`LANES`](crate::topology::LANES) lanes, then chunk by chunk: an order that
+//! The rows (constraints) and nodes of the system are lists, cut into chunks of one body each. Workers get even parts
+//! of the chunks. Sums are taken by chunk in [`LANES`](crate::topology::LANES) lanes, then chunk by chunk. This order
 //! depends on neither threads nor vector width.
 
 mod active;
@@ -50,10 +50,10 @@ pub struct Dual<T> {
     of_tile: Vec<Vec<Range<usize>>>,
     /// Method and numbers.
     solver: Solver,
-    /// Whether springs act as well, and constraints only where they are too long.
+    /// Whether constraints are adaptive: springs act as well, and only those that are too long are constraints.
     adaptive: bool,
-    /// Whether surfaces hold nodes while pulls are solved for. Where constraints come and go, what the last ones pulled says
-    /// too little of what will be pressed: contact alone is nearer the truth.
+    /// Whether contacts are predicted. Adaptive constraints predict none: the forces of the last active ones say too
+    /// little about the next contacts, and contact alone is more accurate.
     surfaces: bool,
     /// Nodes of each body of the scene, and tiles.
     bodies: Vec<Range<usize>>,
@@ -62,18 +62,19 @@ pub struct Dual<T> {
     work: Work<T>,
 }
 
-/// What changes. Pulls and activity are kept from one sub-step to the next.
+/// State that changes. Forces and activity are kept from one sub-step to the next.
 struct Work<T> {
-    /// Pull of each constraint [N].
+    /// Force of each constraint [N].
     pull: Shared<T>,
     /// Whether it is active.
     active: Shared<bool>,
-    /// How many active ones the nodes of a tile own, and how many nodes with active constraints and ends of such it has.
+    /// By tile: the number of active constraints that its nodes own; the number of nodes with active constraints, and
+    /// of their ends.
     tile_rows: Shared<u32>,
     tile_nodes: Shared<[u32; 2]>,
     /// Constraint of each row.
     which: Shared<u32>,
-    /// Where a constraint and a place are in the system.
+    /// The row of a constraint and the node of a place in the system.
     row_of: Shared<u32>,
     node_of: Shared<u32>,
     /// Place of each node of the system.
@@ -85,7 +86,7 @@ struct Work<T> {
     ends: Shared<[u32; 2]>,
     /// Direction, scaled, and compliance of each row.
     rows: Shared<Quad<T>>,
-    /// Scale of each row; pull of the spring that it stands in for, by the scale.
+    /// Scale of each row; force of the spring that it replaces, divided by the scale.
     scale: Shared<T>,
     offset: Shared<T>,
     /// Right side without nodes' velocities; vectors of the iteration.
@@ -95,32 +96,32 @@ struct Work<T> {
     p: Shared<T>,
     s: Shared<T>,
     w: Shared<T>,
-    /// A vector's part along each row's direction.
+    /// The force of a vector along each row's direction.
     pulled: Shared<Quad<T>>,
-    /// By node: what pulls do to its velocity, by the step.
+    /// By node: the velocity change by constraint forces, divided by the sub-step.
     response: Shared<Quad<T>>,
-    /// By node: how a surface holds it, and which.
+    /// By node: its predicted contact, and the collider.
     predicted: Shared<PredictedContact<T>>,
     collider: Shared<u32>,
-    /// By chunk of rows: squared residual (at first, right side), squared noise, and residual times the system times residual.
+    /// By chunk of rows: squared residual (at first, right side), squared noise, and r·A r.
     sums: Shared<[f64; 3]>,
 }
 
-/// What a worker keeps.
+/// The scratch memory of a worker.
 #[derive(Default)]
 pub struct SolveScratch<T> {
     /// Chunks of the system.
     layout: Layout,
-    /// How each material gives way in this sub-step.
+    /// The softness of each material in this sub-step.
     softness: Vec<Softness<T>>,
-    /// How far each body's system is.
+    /// The state of conjugate gradients on each body's system.
     bodies: Vec<conjugate::CgState>,
-    /// What the frame's report is to say.
+    /// The part of the frame's report.
     report: SolverReport,
 }
 
 impl<T: Real> Dual<T> {
-    /// Of a scene that has constraints.
+    /// The solver of a scene with constraints.
     pub fn new(context: &mut Context<'_, T>) -> Option<Self> {
         let (assembly, tiles) = (&mut *context.assembly, &context.nodes.tiles);
         let list = std::mem::take(&mut assembly.constraints);
@@ -149,17 +150,17 @@ impl<T: Real> Dual<T> {
         })
     }
 
-    /// Colliders that hold nodes while pulls are solved for.
+    /// Colliders whose contacts are predicted.
     fn colliders<'s>(&self, substep: &'s Substep<T>) -> &'s [ColliderNow<T>] {
         if self.surfaces { &substep.colliders } else { &[] }
     }
 }
 
 impl<T: Real> Work<T> {
-    /// Room for all constraints of a scene; where they are not adaptive, its lists are made here for good.
+    /// Memory for all constraints of a scene. If they are not adaptive, the lists are made here, once.
     fn new(list: &Constraints, by_place: &Csr, tiles: usize, adaptive: bool) -> Self {
         let (count, places) = (list.len(), by_place.offsets.len() - 1);
-        // What tells where an active constraint is, where they come and go.
+        // Indices of active constraints, if they are adaptive.
         let [changing, placed] = if adaptive { [count, places] } else { [0; 2] };
         let quads = |n| Shared::from(vec![Quad::default(); n]);
         let numbers = || Shared::from(vec![T::ZERO; count]);
@@ -202,7 +203,7 @@ impl<T: Real> Feature<T> for Dual<T> {
     }
 
     fn marks(&self, plan: &TilePlan) -> Marks {
-        // Where constraints come and go springs have the tile wait.
+        // With adaptive constraints, springs make the tile wait.
         let all = !self.adaptive && !self.list.bodies[plan.body].is_empty();
         if all { Marks::IMPLICIT.and(Marks::SOLVED) } else { Marks::NONE }
     }
@@ -212,7 +213,7 @@ impl<T: Real> Feature<T> for Dual<T> {
             for tile in worker.tiles.clone() {
                 // SAFETY: each tile is in one worker's chunk.
                 let (marks, nodes) = unsafe { (worker.marks.item(tile), *self.work.tile_nodes.item(tile)) };
-                // Where constraints were active in the last sub-step they are looked at again.
+                // Constraints that were active in the last sub-step are checked again.
                 *marks = if nodes[0] > 0 { marks.and(Marks::SOLVED) } else { marks.without(Marks::SOLVED) };
             }
         }
@@ -244,7 +245,7 @@ impl<T: Real> Feature<T> for Dual<T> {
     }
 
     fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
-        // All workers know it.
+        // All workers have the same report.
         for (index, scratch) in self.scratch.iter_mut().enumerate() {
             let report = std::mem::take(&mut scratch.report);
             if index == 0 {
@@ -253,7 +254,8 @@ impl<T: Real> Feature<T> for Dual<T> {
         }
     }
 
-    /// Pulls, if the solver starts from them or surfaces ask for them, and which constraints are active, if that changes.
+    /// Constraint forces, if the solver starts from them or predicts contacts with them; and which constraints are
+    /// active, if they are adaptive.
     fn save(&self, state: &mut SolverState) {
         let asked = self.solver.ice.warm_start || self.surfaces;
         // SAFETY: no worker works between frames.
@@ -279,7 +281,7 @@ impl<T: Real> Feature<T> for Dual<T> {
     }
 }
 
-/// A worker's part in the solution.
+/// A worker's part of the solve.
 struct SolveWorker<'w, 'a, T> {
     solve: &'w Dual<T>,
     shared: &'w Work<T>,

@@ -1,4 +1,4 @@
-//! What constraints give a tile.
+//! Constraint forces on a tile.
 
 use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::tile::Tile;
@@ -8,7 +8,7 @@ use crate::solvers::dual::cpu::kernels::gather;
 use crate::solvers::waiting;
 
 impl<T: Real> Dual<T> {
-    /// Adds the force of constraints to those on a tile.
+    /// Adds constraint forces to the forces on a tile.
     pub(crate) fn add_constraint_forces(&self, tile: &mut Tile<'_, T>) {
         for (at, run) in tile.plan.runs() {
             if !self.adaptive {
@@ -18,7 +18,7 @@ impl<T: Real> Dual<T> {
             }
             // SAFETY: each worker has its own.
             let layout = &unsafe { self.scratch.of(tile.worker) }.layout;
-            // A tile may wait for constraints of which none has become active, here or anywhere.
+            // A tile may wait although no constraint has become active.
             let Some(nodes) = layout.nodes_of_tile.get(tile.number).cloned() else { return };
             // SAFETY: listed before a barrier; the nodes of a tile ascend.
             let places = &unsafe { self.work.places.read() }[nodes.clone()];
@@ -31,7 +31,7 @@ impl<T: Real> Dual<T> {
         }
     }
 
-    /// Adds the pulls at a node of the system to the `at`-th force of a tile.
+    /// Adds the constraint forces at a node of the system to the `at`-th force of a tile.
     fn add_node_forces(&self, tile: &mut Tile<'_, T>, (at, place): (usize, usize), node: usize) {
         let work = &self.work;
         // SAFETY: listed, and found, before a barrier.
@@ -45,7 +45,7 @@ impl<T: Real> Dual<T> {
         tile.add_force(at, force);
     }
 
-    /// The force of pulls on a node with what a surface does about it.
+    /// The constraint force on a node in contact.
     fn force_in_contact(&self, tile: &Tile<'_, T>, place: usize, node: usize, force: [T; 3]) -> [T; 3] {
         // SAFETY: found before a barrier.
         let (predicted, collider): (&PredictedContact<T>, _) =
