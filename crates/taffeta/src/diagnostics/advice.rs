@@ -1,4 +1,4 @@
-//! Words for the user: before a run that cannot hold, and after one that did not.
+//! Advice for the user: before a run with too long a step, and after a run that diverged.
 
 use crate::advice::{Advice, Warning, round_down};
 use crate::build::Assembly;
@@ -7,26 +7,26 @@ use crate::diagnostics::{FrameReport, stability};
 use crate::elements::aero;
 use crate::scene::{ConstraintForm, Method};
 
-/// What the step is measured against.
+/// Limits of the step.
 #[derive(Clone, Debug)]
 pub struct StepLimit {
     /// Longest sub-step of the scene [s].
     pub step: f64,
-    /// Largest stable step of what is explicit, at rest [s].
+    /// Largest stable step of explicit elements, at rest [s].
     pub at_rest: f64,
-    /// Largest step that is stable however springs fold [s].
+    /// Largest step that is stable in any folded state [s].
     pub folded: f64,
-    /// The same in any flow of air, where air acts on the body.
+    /// The same in any air flow, if air acts on the body.
     pub in_air: Option<f64>,
     /// Name of the body that sets them.
     pub body: String,
-    /// How springs are solved, and so what is explicit.
+    /// The method of springs, and so which elements are explicit.
     pub method: Method,
-    /// Whether springs are solved for by nodes, implicit across themselves as well.
+    /// Whether springs are implicit in velocities, and so across themselves, too.
     pub primal: bool,
-    /// Whether the step would hold if they were.
+    /// Whether the step would be stable if they were.
     pub holds_by_nodes: bool,
-    /// Where implicit springs are pulled hardest, if there are any.
+    /// The largest tension of implicit springs, if there are any.
     pub max_tension: Option<Tension>,
 }
 
@@ -90,7 +90,7 @@ impl StepLimit {
         }
     }
 
-    /// A warning if waves grow across the springs in which a body hangs.
+    /// A warning if waves grow across the springs of a hanging body.
     fn too_long_to_hang(&self) -> Option<Warning> {
         let pulled = self.max_tension.as_ref().filter(|_| self.method == Method::Ice)?;
         let growth = pulled.growth(self.step);
@@ -105,18 +105,18 @@ impl StepLimit {
         })
     }
 
-    /// The longest step [s] that holds whatever springs and air do.
+    /// The longest step [s] that is stable whatever springs and air do.
     fn longest(&self) -> f64 {
         self.in_air.unwrap_or(self.folded)
     }
 
-    /// What air takes off the step.
+    /// How air reduces the step.
     fn words_on_air(&self) -> String {
         self.in_air
             .map_or_else(String::new, |step| format!(", in a gale {step:.3e} s, for air damps as well"))
     }
 
-    /// What to change.
+    /// Suggested changes.
     fn remedy(&self) -> Warning {
         let safe = round_down(self.longest());
         let softer = (safe / self.step).powi(2);
@@ -126,7 +126,8 @@ impl StepLimit {
         self.shorter_step(safe, &format!("multiply {what} by {softer:.1e} or the mass by {heavier:.1e}"))
     }
 
-    /// What to change where waves grow across the pull. Mass does not help, unless the load is wind: the weight grows with it.
+    /// Suggested changes if transverse waves grow. Mass does not help, unless the load is wind: the weight grows with
+    /// it.
     fn remedy_to_hang(&self, pulled: &Tension) -> Warning {
         let safe = round_down(pulled.largest_step());
         self.shorter_step(safe, "add stiff bend springs (on a grid also shear springs), which share the pull")
@@ -189,11 +190,10 @@ fn digits(value: f64) -> String {
     if value < 1000.0 { format!("{value:.2}") } else { format!("{value:.2e}") }
 }
 
-/// Why a frame cannot be shown to anyone, if so: a number that is not finite, or springs at twenty times their
-/// length with ten times the energy that the start and gravity account for, and growing. Weak springs that are
-/// merely pulled apart gain no energy and pass. A volume that is kept is not a hundred times what it should be, and
-/// growing. In a `driven` scene pins, loads or wind may add energy too: there it
-/// must also be four times that of the frame before.
+/// Why a frame must not be shown, if so. It has a number that is not finite. Or springs are at twenty times their
+/// length, with ten times the energy that the start and gravity account for, and growing; weak springs that are
+/// merely pulled apart gain no energy and pass. Or a volume is a hundred times its target, and growing. In a `driven`
+/// scene pins, loads or wind may add energy, too: there it must also be four times that of the frame before.
 pub fn runaway(start: &FrameReport, last: &FrameReport, now: &FrameReport, driven: bool) -> Option<String> {
     if !now.is_finite() {
         return Some("a position or velocity is no longer a finite number".into());
@@ -215,7 +215,7 @@ pub fn runaway(start: &FrameReport, last: &FrameReport, now: &FrameReport, drive
     })
 }
 
-/// How many times its volume a body has that keeps one, if that is absurd.
+/// By what factor a body exceeds its target volume, if that is absurd.
 fn overblown(last: &FrameReport, now: &FrameReport) -> Option<f64> {
     let mut volumes = last.volumes.iter().zip(&now.volumes).zip(&now.volume_targets);
     volumes.find_map(|((before, volume), target)| {

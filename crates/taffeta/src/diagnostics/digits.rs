@@ -1,8 +1,8 @@
-//! What 32 bits tell apart where a body is.
+//! The precision of 32 bits at a body's position.
 
 use crate::build::body::{BodyAssembly, BodySprings};
 
-/// Share of the shortest spring by which places may be rounded: more is felt as a strain.
+/// Fraction of the shortest spring up to which positions may be rounded: more acts as a strain.
 const FELT: f64 = 0.01;
 
 /// A warning if places of a body are too coarse in 32 bits for its springs.
@@ -20,7 +20,7 @@ pub fn too_coarse(body: &BodyAssembly) -> Option<String> {
     })
 }
 
-/// Length at rest [m] of the shortest that has one.
+/// Rest length [m] of the shortest spring with one.
 fn shortest_spring(springs: &BodySprings) -> Option<f64> {
     let shortest =
         |lengths: &mut dyn Iterator<Item = f64>| lengths.filter(|&rest| rest > 0.0).reduce(f64::min);

@@ -5,9 +5,9 @@
 #import gpu/wgsl/normal.wgsl
 #import gpu/wgsl/vector.wgsl
 
-/// Rows of the map of places, and of that of normals, into the renderer's coordinates; the share of the way from the state
-/// before to that of now; and where in `vertices` the first is, how many words there are from one to the next, and from
-/// its place to its normal.
+/// Rows of the maps of positions and of normals into the renderer's coordinates; alpha between the state before and
+/// the present one; and where the first vertex is in `vertices`, how many words there are from one to the next, and
+/// from its position to its normal.
 struct Drawing {
     place_x: vec4f,
     place_y: vec4f,

@@ -1,4 +1,4 @@
-//! What a frame was like, whether a step can be stable, and what to say when it was not.
+//! Diagnostics: sums and reports of frames, stability limits, and advice.
 
 pub mod advice;
 pub(crate) mod cpu;

@@ -1,24 +1,24 @@
-//! The longest step of implicit springs in a body that hangs from its pins.
+//! The largest tension of implicit springs, and the step that it limits.
 //!
 //! An implicit spring takes any step along itself, but its direction is that of the old state. So a wave across a line
 //! of masses m at distances L under the pull T is one of symplectic Euler: ω² = 4 T/(m L) sin²(q/2), stable while
 //! h² ω² < 4, which is h² T/(m L) < 1 for the shortest waves. For any net of springs it is h² λmax/4 < 1, with λmax
 //! that of the Laplacian with weights T/L, divided by the masses.
 //!
-//! The pulls are estimated from how the nodes hang together, not from where they are: the shape in which a body comes to
-//! hang is not that in which it starts. Each node hands its load on to the nodes that are nearer to a pin, along its
-//! springs. Were the body stretched evenly away from the pins, a spring of length L between distances that differ by
-//! c L would be longer by c² L, and c of its pull would carry; so its share is as k c³ L. A compliant spring is as long as
-//! its pull makes it, L + T/k, and T/L is less than k however much hangs from it. λmax is bounded by the sums of rows
-//! (Gershgorin).
+//! The tensions are estimated from the connections of nodes, not from their positions: a body starts in another shape
+//! than that in which it comes to hang. Each node passes its load on to the nodes nearer to a pin, along its springs.
+//! If the body were stretched evenly away from the pins, a spring of length L between distances that differ by c L
+//! would be longer by c² L, and c of its tension would carry; so its fraction is proportional to k c³ L. A compliant
+//! spring is as long as its tension makes it, L + T/k, and T/L is less than k however heavy the load is. λmax is
+//! bounded by the sums of rows (Gershgorin).
 //!
-//! Air loads a node with all that it can do to the panels there, as if they stood across it: cloth that streams along it is
-//! pulled less.
+//! Air loads a node with the most that it can do to the triangles there, as if they were perpendicular to the flow.
+//! Cloth that streams along it has less tension.
 //!
-//! For a chain the step is at most a tenth too short. For sheets and meshes that hang from a row, corners or single nodes
-//! λmax was found to be 0.85 to 2.1 times that of the true statics, so the step is 0.7 to 1.1 times the right one. It is too
-//! long where the weight hangs from a line that pins hold taut: the straighter it is, the harder it is pulled. What moves
-//! pulls more than what hangs still: three times its weight at the bottom of an arc.
+//! For a chain the step is at most a tenth too short. For sheets and meshes that hang from a row, corners or single
+//! nodes, λmax was found to be 0.85 to 2.1 times that of the true statics, so the step is 0.7 to 1.1 times the right
+//! one. It is too long if the weight hangs from a line that pins hold taut: the straighter it is, the higher its
+//! tension. Motion increases tension, too: three times the weight at the bottom of an arc.
 
 use crate::build::Assembly;
 use crate::build::body::{BodyAssembly, BodySprings, GridDirections};
@@ -29,21 +29,21 @@ use crate::topology::Csr;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Where the weight of hanging bodies, and air, pull hardest for the masses there.
+/// The largest tension relative to the masses, by the weight of hanging bodies and by air.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tension {
     /// Name of the body.
     pub body: String,
     /// The vertex, in the mesh's own order.
     pub vertex: usize,
-    /// Largest pull T of its springs [N].
+    /// Largest tension T of its springs [N].
     pub pull: f64,
-    /// T/(m L), as the mean over what pulls there on either side [1/s²].
+    /// T/(m L), as the mean over both sides [1/s²].
     pub rate: f64,
 }
 
 impl Tension {
-    /// h² T/(m L) of a step `h` [s]: waves across the pull grow where it is above 1.
+    /// h² T/(m L) of a step `h` [s]: transverse waves grow if it is above 1.
     pub fn growth(&self, h: f64) -> f64 {
         h * h * self.rate
     }
@@ -54,8 +54,8 @@ impl Tension {
     }
 }
 
-/// Estimates the largest T/(m L) of all bodies, whose springs are `compliant` or as long as at rest; `None` where nothing
-/// hangs: there is no load, or no pin.
+/// Estimates the largest T/(m L) of all bodies, whose springs are `compliant` or have their rest length; `None` if
+/// nothing hangs: there is no load, or no pin.
 pub fn max_tension(assembly: &Assembly, compliant: bool) -> Option<Tension> {
     let world = &assembly.world;
     let pushes = wind::pushes(assembly);
@@ -141,7 +141,7 @@ impl<'a> Springs<'a> {
 struct Hanging<'a> {
     body: &'a BodyAssembly,
     springs: Springs<'a>,
-    /// Distance from the nearest pin along springs [m]; infinite where no pin holds.
+    /// Distance from the nearest pin along springs [m]; infinite if no pin holds.
     distance: Vec<f64>,
     /// Nodes that pins hold, nearest first.
     order: Vec<u32>,
@@ -174,12 +174,13 @@ impl<'a> Hanging<'a> {
         Self { body, springs, distance, order }
     }
 
-    /// Hands the load of each node on to the pins; returns the node with the largest T/(m L) [1/s²], and its largest pull [N].
+    /// Passes the load of each node on to the pins. Returns the node with the largest T/(m L) [1/s²], and its largest
+    /// tension [N].
     fn steepest(&self, mut carried: Vec<f64>, compliant: bool) -> Option<(usize, f64, f64)> {
         let Self { body, springs, distance, order } = self;
         let mut pulls = vec![(0.0_f64, 0.0_f64); body.nodes];
         for node in order.iter().rev().map(|&node| node as usize).filter(|&node| body.free[node]) {
-            // Share of the load that a spring takes, by k c³ L, and how much of its pull carries.
+            // Fraction of the load that a spring takes, by k c³ L, and the part of its tension that carries.
             let share = |Spring { to, length, k }: Spring| {
                 let carries = ((distance[node] - distance[to]) / length).clamp(0.0, 1.0);
                 (k * carries.powi(3) * length, carries)

@@ -1,4 +1,4 @@
-//! Nodes that are moved: by keyframes, or by the program.
+//! Moving pins: by keyframes, or by the user.
 //!
 //! Motions are evaluated in 64 bits ([`crate::motion::keyframes`]). A sub-step is told the pose at its end and the rate at which
 //! it was reached, (R₁ − R₀)/h and (s₁ − s₀)/h: in 32 bits, the difference of two rounded places over a short step

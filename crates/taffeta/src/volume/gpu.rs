@@ -50,7 +50,7 @@ pub struct VolumeTables {
 }
 
 impl VolumeTables {
-    /// Those of some bodies.
+    /// The tables of some bodies.
     pub fn new(bodies: &Bodies<'_>) -> Self {
         let mut tables = Self::default();
         for (index, body) in bodies.iter() {
@@ -151,7 +151,7 @@ impl Volumes {
         };
         vec![
             Fused::new(explicit.1, run(explicit.0)).on(volume, waits).named("volumes"),
-            // Where springs act beside constraints; what it sums up is found anew later.
+            // If springs act beside constraints. Its sums are replaced later.
             Fused::new(&[Op::Rings, Op::Springs], run("volume_forces_given")).on(volume.and(waits), none),
             Fused::new(&[Op::Gradients, Op::VolumeSums], run("volume_gradients")).on(volume, none),
             Fused::new(&[Op::VolumeSums], run("volume_gradients")).on(volume, none),

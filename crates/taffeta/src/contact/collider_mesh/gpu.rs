@@ -1,5 +1,5 @@
-//! Colliders that are meshes, in one array of fours (collision/mesh.wgsl): triangles, nodes of each pose and boxes, as the
-//! CPU has them.
+//! Meshes as colliders on the GPU, in one array of four words each: triangles, nodes of each pose, and boxes, as on
+//! the CPU.
 
 use crate::build::Assembly;
 use crate::contact::collider_mesh::surface::MeshShape;
@@ -15,13 +15,13 @@ pub const SHADERS: &[Shader] =
 /// Four words.
 pub type Words = [u32; 4];
 
-/// Corner of a box that holds nothing [m]: a number whose square is one.
+/// Corner of an empty box [m]: a number whose square is 1.
 const NOWHERE: f32 = 1e18;
 
 /// Where the meshes of a scene are in the array.
 #[derive(Clone, Debug, Default)]
 pub struct ColliderMeshes {
-    /// By mesh, by interval between poses: where it says what it has.
+    /// By mesh, by interval between poses: the offset of its header.
     parts: Arc<Vec<Vec<u32>>>,
 }
 
@@ -39,7 +39,7 @@ impl ColliderMeshes {
         !self.parts.is_empty()
     }
 
-    /// A collider as kernels see it.
+    /// The record of a collider.
     pub fn record(&self, now: &ColliderNow<f32>) -> Collider {
         let mut record = Collider::from(now);
         if let Some(mesh) = now.shape.mesh() {
@@ -50,7 +50,7 @@ impl ColliderMeshes {
     }
 }
 
-/// Adds a mesh; returns where each interval says what it has.
+/// Adds a mesh. Returns the offset of each interval's header.
 fn add(data: &mut Vec<Words>, mesh: &MeshShape) -> Vec<u32> {
     let surface = mesh.surface::<f32>();
     let place = |[x, y, z]: [f32; 3]| [x, y, z, 0.0].map(f32::to_bits);

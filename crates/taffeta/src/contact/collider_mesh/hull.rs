@@ -7,7 +7,7 @@ use parry3d_f64::transformation::try_convex_hull;
 /// Thickness below which points count as flat, relative to their extent.
 const FLAT: f64 = 1e-9;
 
-/// The surface of the convex hull of some points [m]. The error says why there is none.
+/// The surface of the convex hull of some points [m]. The error is the reason why there is none.
 pub fn hull(points: &[[f64; 3]]) -> Result<Surface, String> {
     let flat = "has no convex hull: its nodes do not span a volume; four that are not in a plane would do";
     let even = Even::of(points).ok_or(flat)?;
@@ -17,8 +17,8 @@ pub fn hull(points: &[[f64; 3]]) -> Result<Surface, String> {
     Ok(Surface::of_triangles(nodes, triangles))
 }
 
-/// An affine map that gives points the same spread in all directions: hulls go along with it, and thin plates are not
-/// taken to be flat. With C = L Lᵀ the covariance, y = L⁻¹ (x − mean).
+/// An affine map that gives points the same spread in all directions. Hulls commute with it, and thin plates are not
+/// taken for flat. With C = L Lᵀ the covariance, y = L⁻¹ (x − mean).
 struct Even {
     mean: [f64; 3],
     /// Rows of L, a lower triangle.
@@ -26,7 +26,7 @@ struct Even {
 }
 
 impl Even {
-    /// `None` if points are in a plane.
+    /// `None` if the points are in a plane.
     fn of(points: &[[f64; 3]]) -> Option<Self> {
         let fraction = 1.0 / points.len() as f64;
         let mean = points.iter().fold([0.0; 3], |sum, x| [0, 1, 2].map(|i| sum[i] + x[i] * fraction));

@@ -1,4 +1,4 @@
-//! Colliders of triangles.
+//! Triangle meshes as colliders.
 
 pub mod cache;
 #[cfg(feature = "gpu")]

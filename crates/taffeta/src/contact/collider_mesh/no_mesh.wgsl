@@ -1,4 +1,4 @@
-// What takes the place of surface.wgsl where no collider is a mesh, and in kernels that leave contact to another.
+// Replaces surface.wgsl if no collider is a mesh, and in kernels that leave contact to another.
 
 #import contact/colliders/response.wgsl
 #import contact/colliders/shape.wgsl

@@ -1,28 +1,28 @@
-//! Poses that a mesh goes through: those of the scene, and those that sub-steps can tell apart.
+//! Poses of a mesh: those of the scene, resampled by sub-steps.
 
 use crate::contact::collider_mesh::triangle::between;
 use crate::scene::LARGEST_LENGTH;
 use crate::scene::{Poses, SceneError};
 use crate::topology::{Surface, measure};
 
-/// Places of all nodes [m].
+/// Positions of all nodes [m].
 type Pose = Vec<[f64; 3]>;
 
-/// When a mesh is in which pose.
+/// The times of a mesh's poses.
 #[derive(Clone, Copy, Debug)]
 pub struct Timing {
-    /// Time between poses, and when it is in the first [s].
+    /// Time between poses, and that of the first [s].
     interval: f64,
     start: f64,
-    /// When it stands still, counted in poses.
+    /// The end of its motion, counted in poses.
     end: f64,
 }
 
-/// By how much of the time between poses a sub-step may be longer: that much is rounding of what was meant to be as long.
+/// Relative tolerance for sub-steps that should be as long as the time between poses.
 const SLACK: f64 = 1e-6;
 
 impl Timing {
-    /// Of a mesh that keeps its shape.
+    /// The times of a rigid mesh.
     pub const STILL: Self = Self { interval: 1.0, start: 0.0, end: 0.0 };
 
     /// A time [s] counted in poses.
@@ -30,9 +30,9 @@ impl Timing {
         ((t - self.start) / self.interval).clamp(0.0, self.end)
     }
 
-    /// Poses of which a sub-step of at most `step` [s] sees no more than two on end. Where they come faster, those are taken
-    /// in which the mesh is every `step`: a sub-step knows the mesh at its two ends anyway. The last of them then lies
-    /// beyond the end, where the way to it would lead.
+    /// Resamples poses so that a sub-step of at most `step` [s] sees at most two consecutive ones. If poses follow
+    /// each other faster, they are interpolated every `step`: a sub-step knows the mesh at its two ends only. The
+    /// last of them is then beyond the end, by extrapolation.
     pub fn fit(given: Vec<Pose>, poses: &Poses, step: f64) -> (Vec<Pose>, Self) {
         let Poses { interval, start, .. } = *poses;
         let last = given.len() as f64 - 1.0;
@@ -66,10 +66,10 @@ fn mixed(from: &Pose, to: &Pose, fraction: f64) -> Pose {
     from.iter().zip(to).map(|(from, to)| between(*from, *to, fraction)).collect()
 }
 
-/// Share of the mesh's volume that a pose may have turned over: a mesh may be laid flat.
+/// Fraction of the mesh's volume by which a pose may be inverted, so that a mesh can be laid flat.
 const FLAT: f64 = 1e-3;
 
-/// The nodes in each pose that the scene gives of a mesh, which has an inside or not.
+/// The nodes in each pose of a mesh of the scene, which has an inside or not.
 pub fn given(poses: &Poses, surface: &Surface, solid: bool) -> Result<Vec<Pose>, SceneError> {
     let refuse = |message: String| Err(SceneError::new("poses", message));
     if poses.nodes.is_empty() {

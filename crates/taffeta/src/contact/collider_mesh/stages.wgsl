@@ -1,5 +1,5 @@
-// What meshes among the colliders need beside contact_all and restore_volumes: kernels of their own, since others have no
-// buffer left for triangles.
+// Kernels of their own for meshes as colliders, beside contact_all and restore_volumes: other kernels have no buffer
+// left for triangles.
 
 #import contact/collider_mesh/surface.wgsl as meshes
 #import contact/colliders/predicted_contact.wgsl
@@ -13,7 +13,7 @@
 #import solvers/dual/solve.wgsl
 #import solvers/implicit/levels.wgsl
 
-/// Keeps nodes that touch each other out of colliders again, after resolve_self_contacts.
+/// Keeps nodes out of colliders again after the response of self-collision.
 @compute @workgroup_size(256)
 fn contact_after_self_collision(
     @builtin(workgroup_id) id: vec3u,
@@ -28,7 +28,7 @@ fn contact_after_self_collision(
     resolve_contact_again(node, old_position[node], v, new_position[node].xyz, v.xyz);
 }
 
-/// How a mesh will hold a node; it is taken to be as flat as where the node is.
+/// Predicted contact of a node with a mesh. Its surface counts as flat around the node.
 fn predict_mesh_contact(collider: Collider, node: Approach) -> Candidate {
     let contact = mesh_contact(collider, node.position, collider.size + node.h * norm3(node.free) + node.fall);
     if contact.depth == -FAR {
@@ -38,7 +38,7 @@ fn predict_mesh_contact(collider: Collider, node: Approach) -> Candidate {
     return predict_at_surface(collider, node, inside, Depth(contact.normal, contact.depth), contact.velocity);
 }
 
-/// The mesh that will hold a node, if any does: of several, that in which it would be deepest.
+/// The deepest predicted contact of a node with a mesh.
 fn deepest_mesh_contact(node: Approach) -> ContactRecord {
     var found = contact_record(no_contact(), 0u, 0.0);
     let first = substeps[0].first_collider;
@@ -54,7 +54,7 @@ fn deepest_mesh_contact(node: Approach) -> ContactRecord {
     return found;
 }
 
-/// Finds the mesh that will hold each node, before predict_contacts.
+/// Predicts contacts with meshes, before predict_contacts.
 @compute @workgroup_size(256)
 fn predict_mesh_contacts(
     @builtin(workgroup_id) id: vec3u,
@@ -76,7 +76,7 @@ fn predict_mesh_contacts(
     predicted_contacts[node] = deepest_mesh_contact(Approach(x.xyz, fall, new_velocity[node].xyz, h, pulls));
 }
 
-/// The same where springs are solved for by nodes, before predict_contacts_implicit.
+/// The same for implicit springs, before predict_contacts_implicit.
 @compute @workgroup_size(256)
 fn predict_mesh_contacts_implicit(
     @builtin(workgroup_id) id: vec3u,

@@ -1,10 +1,10 @@
 //! Surfaces of triangles as colliders.
 //!
-//! A closed surface is solid: a place inside is pushed out by the nearest way, the side being that of the angle-weighted
-//! pseudonormal (Bærentzen, Aanæs, "Signed Distance Computation Using the Angle Weighted Pseudonormal", 2005). An open one is
-//! a sheet with two sides: a node is pushed away from it, on the side on which it was. A node whose way goes through a
-//! triangle is put back onto the plane in which it went in. The vertices of a mesh that changes its shape go straight from
-//! pose to pose.
+//! A closed surface is solid. A position inside is moved out to the nearest point. The side follows from the
+//! angle-weighted pseudonormal (Bærentzen, Aanæs, "Signed Distance Computation Using the Angle Weighted
+//! Pseudonormal", 2005). An open surface is a sheet with two sides: a node is moved away from it on the side on which
+//! it was. A node whose segment crosses a triangle is moved back onto the plane in which it entered. The vertices of
+//! a deforming mesh move on straight lines from pose to pose.
 
 use crate::contact::collider_mesh::hull::hull;
 use crate::contact::collider_mesh::poses::{self, Timing};
@@ -21,7 +21,7 @@ use crate::topology::{Edges, Placement, Surface, measure, shapes};
 /// A mesh over time, placed.
 #[derive(Clone, Debug)]
 pub struct MeshShape {
-    /// Nodes [m] in each pose; one pose if it keeps its shape.
+    /// Nodes [m] in each pose; one pose if it is rigid.
     pub poses: Vec<Vec<[f64; 3]>>,
     /// Triangles in the order of the tree.
     pub triangles: Vec<[u32; 3]>,
@@ -30,7 +30,7 @@ pub struct MeshShape {
     /// Whether it has an inside.
     pub solid: bool,
     timing: Timing,
-    /// The longest way of a node up to each pose [m].
+    /// Largest distance of a node's motion up to each pose [m].
     travel: Vec<f64>,
     /// Largest coordinate of a node [m].
     extent: f64,
@@ -39,19 +39,19 @@ pub struct MeshShape {
 /// A mesh at the end of a sub-step.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshNow<T> {
-    /// Which of the scene's meshes.
+    /// The number of the mesh.
     pub index: u32,
-    /// Where it is.
+    /// Its placement.
     pub place: Rigid<T>,
-    /// The pose that it comes from, and the share of the way to the next at both ends of the sub-step. Below 0: that much
-    /// before it, on the way from the one before.
+    /// The pose that it comes from, and the fraction of the motion to the next pose at both ends of the sub-step.
+    /// Below 0: on the motion from the pose before.
     pub pose: u32,
     pub pose_fractions: [T; 2],
-    /// How fast that changes [1/s].
+    /// Rate of that fraction [1/s].
     pub rate: T,
     /// Distance kept to nodes [m].
     pub offset: T,
-    /// No node has gone farther from the first pose on, and in the sub-step [m].
+    /// Bounds of the motion of any node since the first pose, and in the sub-step [m].
     pub travel: T,
     pub stride: T,
 }
@@ -66,53 +66,53 @@ pub struct MeshSurface<T> {
     pub solid: bool,
 }
 
-/// How a mesh touches a node, in the mesh's own frame.
+/// The contact of a node, in the mesh's own frame.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshContact<T> {
-    /// How far inside [m].
+    /// Depth [m].
     pub depth: T,
-    /// Outward.
+    /// Outward unit normal.
     pub normal: [T; 3],
-    /// Velocity by the change of shape [m/s].
+    /// Velocity of the surface by the change of shape [m/s].
     pub velocity: [T; 3],
-    /// Whether its way goes through the mesh.
+    /// Whether the node's segment crosses the mesh.
     pub passed: bool,
 }
 
-/// The triangle nearest to a place: of those that are equally near, the first.
+/// The triangle nearest to a position: of several at the same distance, the first.
 #[derive(Clone, Copy, Debug)]
 pub struct Found<T> {
     pub triangle: u32,
     pub at: Nearest<T>,
 }
 
-/// What a way passes through.
+/// The crossings of a segment.
 struct Passage<T> {
-    /// The first triangle, and where it is passed.
+    /// The first triangle, and its crossing.
     triangle: u32,
     hit: Crossing<T>,
-    /// Whether any triangle is passed outward.
+    /// Whether any triangle is crossed outward.
     comes_out: bool,
 }
 
-/// Least distance kept to nodes, relative to places and to the distance of two neighbouring numbers: a node that lies on a face
-/// must not be behind it by rounding, or its next way in would be none.
+/// Least offset from nodes, in units in the last place of their positions. A node on a face must not be behind it by
+/// rounding, or its next crossing would be missed.
 const LEAST_OFFSET: f64 = 16.0;
 
-/// Square of the cosine below which a surface is seen so much aslant that another may be nearer.
+/// Square of the cosine below which a surface is seen at a grazing angle, and another may be nearer.
 pub(crate) const GRAZING: f64 = 1.0 / 64.0;
 
 impl MeshShape {
-    /// Whether it changes its shape.
+    /// Whether it is deforming.
     pub fn deforms(&self) -> bool {
         self.poses.len() > 1
     }
 
-    /// Where it is at time `t` + `h` [s], having moved since `t`.
+    /// Its placement at time `t` + `h` [s], having moved since `t`.
     pub fn at<T: Real>(&self, index: u32, place: Rigid<T>, offset: f64, (t, h): (f64, f64)) -> MeshNow<T> {
         let (before, after) = (self.timing.in_poses(t), self.timing.in_poses(t + h));
         let pose = (after.ceil() as usize).saturating_sub(1);
-        // No sub-step is longer than the time between two poses, but for rounding.
+        // No sub-step is longer than the time between two poses, except by rounding.
         let fraction = |time: f64| (time - pose as f64).max(-1.0);
         let (way, travel) = (self.travel(before), self.travel(after));
         let extent = place.shift.iter().fold(self.extent, |most, x| most.max(x.to_f64().abs()));
@@ -134,7 +134,7 @@ impl MeshShape {
         poses::at(&self.poses, self.timing.in_poses(t))
     }
 
-    /// The longest way of a node up to a time, counted in poses [m].
+    /// Largest distance of a node's motion up to a time, counted in poses [m].
     fn travel(&self, time: f64) -> f64 {
         let pose = (time.floor() as usize).min(self.travel.len() - 1);
         let next = (pose + 1).min(self.travel.len() - 1);
@@ -159,7 +159,7 @@ impl MeshShape {
     }
 }
 
-/// The triangles of a collider that has some, for sub-steps of at most `step` [s].
+/// The triangles of a mesh collider, for sub-steps of at most `step` [s].
 pub fn mesh_shape(collider: &Collider, shape: Shape<'_>, step: f64) -> Result<Option<MeshShape>, SceneError> {
     let at = |key: &'static str| move |message: String| SceneError::new(key, message);
     let (mut surface, key) = match shape {
@@ -198,7 +198,7 @@ pub fn mesh_shape(collider: &Collider, shape: Shape<'_>, step: f64) -> Result<Op
     Ok(Some(MeshShape::new((poses, timing), &surface.triangles, solid, extent)))
 }
 
-/// Vertices of no face count too.
+/// Vertices without a face count, too.
 fn hull_of(mesh: &Mesh) -> Result<Surface, String> {
     let Surface { mut nodes, vertices, node_of_vertex, .. } = shapes::surface(mesh)?;
     let nodes_of = node_of_vertex.unwrap_or_default();
@@ -227,12 +227,12 @@ impl MeshShape {
 }
 
 impl<T: Real> MeshNow<T> {
-    /// As it is for nodes that start where it has arrived.
+    /// The same for nodes that start at its final position.
     pub fn arrived(&self) -> Self {
         Self { pose_fractions: [self.pose_fractions[1]; 2], stride: T::ZERO, ..*self }
     }
 
-    /// A place in the mesh's frame [m].
+    /// A position in the mesh's frame [m].
     #[inline(always)]
     pub fn local(&self, x: [T; 3]) -> [T; 3] {
         self.place.back(x)
@@ -240,7 +240,7 @@ impl<T: Real> MeshNow<T> {
 }
 
 impl<T: Real> MeshSurface<T> {
-    /// Corners of a triangle [m], at a share of the way to the next pose.
+    /// Corners of a triangle [m], at a fraction of the motion to the next pose.
     #[inline(always)]
     pub fn corners(&self, now: &MeshNow<T>, triangle: u32, fraction: T) -> Corners<T> {
         let triangle = triangle as usize;
@@ -254,7 +254,7 @@ impl<T: Real> MeshSurface<T> {
         [0, 1, 2].map(|i| between(from[i], to[i], fraction))
     }
 
-    /// Velocity of a point of a triangle [m/s] as the shape changes.
+    /// Velocity of a point of a triangle [m/s] by the change of shape.
     fn velocity(&self, now: &MeshNow<T>, triangle: u32, barycentric: [T; 3]) -> [T; 3] {
         if self.poses.len() < 2 {
             return [T::ZERO; 3];
@@ -264,18 +264,18 @@ impl<T: Real> MeshSurface<T> {
         mix(&[0, 1, 2].map(|i| scale(sub(to[i], from[i]), now.rate)), barycentric)
     }
 
-    /// The tree of the way that it is on.
+    /// The tree of its interval between poses.
     pub fn tree(&self, now: &MeshNow<T>) -> &Tree<T> {
         &self.trees[(now.pose as usize).min(self.trees.len() - 1)]
     }
 
-    /// How deep a place is, offset included [m]; nothing where no triangle is nearer than the root of `most` [m²].
+    /// The depth of a position, offset included [m]; `None` if no triangle is closer than the root of `most` [m²].
     pub fn depth(&self, now: &MeshNow<T>, x: [T; 3], most: T) -> Option<T> {
         let found = self.nearest_of(now, x, most)?;
         Some(self.resting(now, x, &found, &self.tree(now).around(x, found.at.squared)).depth)
     }
 
-    /// The nearest point, if it is nearer than the root of `most` [m²].
+    /// The nearest point, if it is closer than the root of `most` [m²].
     fn nearest_of(&self, now: &MeshNow<T>, x: [T; 3], most: T) -> Option<Found<T>> {
         let mut best: Option<Found<T>> = None;
         let bound = |best: Option<Found<T>>| best.map_or(most, |best| best.at.squared);
@@ -293,7 +293,7 @@ impl<T: Real> MeshSurface<T> {
         best
     }
 
-    /// What a way passes through while the mesh moves.
+    /// The crossings of a segment while the mesh moves.
     fn passage(&self, now: &MeshNow<T>, way: [[T; 3]; 2], among: &impl Candidates<T>) -> Option<Passage<T>> {
         let mut first: Option<(u32, Crossing<T>)> = None;
         let mut comes_out = false;
@@ -312,7 +312,7 @@ impl<T: Real> MeshSurface<T> {
         first.map(|(triangle, hit)| Passage { triangle, hit, comes_out })
     }
 
-    /// Which way leads out of a solid at the nearest point, of any length.
+    /// The outward direction of a solid at the nearest point, of any length.
     fn outward(&self, now: &MeshNow<T>, x: [T; 3], found: &Found<T>, among: &impl Candidates<T>) -> [T; 3] {
         let Found { triangle, at } = found;
         let own = at.barycentric.map(|fraction| fraction != T::ZERO);
@@ -325,8 +325,9 @@ impl<T: Real> MeshSurface<T> {
         if is_grazing && at.squared > rounding(x) { self.most_facing(now, x, found, way, among) } else { way }
     }
 
-    /// Of the way out at the nearest point, and the normals of triangles that are as near as numbers tell, the one that faces
-    /// the place most: a triangle seen aslant may seem the nearest by rounding, and has nothing to say then.
+    /// The outward direction at the nearest point, or the normal of a triangle at the same distance up to rounding,
+    /// whichever faces the position most. A triangle at a grazing angle may be the nearest by rounding, and its
+    /// normal is meaningless then.
     fn most_facing(
         &self,
         now: &MeshNow<T>,
@@ -368,8 +369,8 @@ impl<T: Real> MeshSurface<T> {
         sum
     }
 
-    /// How the mesh touches a node that goes straight from `start` to `end`, both in its frame. `at_end` is what the nearest
-    /// point says, nothing if that is far off; `across` are triangles that the way may pass through.
+    /// The contact of a node that moves straight from `start` to `end`, both in the mesh's frame. `at_end` is the
+    /// contact by the nearest point, if that is close; `across` are the triangles that the segment may cross.
     pub fn contact_on_segment(
         &self,
         now: &MeshNow<T>,
@@ -393,9 +394,9 @@ impl<T: Real> MeshSurface<T> {
         at_end.filter(|at_end| at_end.depth > T::ZERO)
     }
 
-    /// Whether a node that went through a triangle is on the wrong side, so that the way to the nearest point does not lead
-    /// back: that leads on, or the node has come out again, be it to enter another part of the mesh. On which side of a sheet it
-    /// was is not known where it was as near as numbers tell.
+    /// Whether a node that crossed a triangle is on the wrong side, so that the direction to the nearest point does
+    /// not lead back. It leads on, or the node has come out again, for example to enter another part of the mesh. The
+    /// side of a sheet is unknown if the node started on it up to rounding.
     fn has_passed(
         &self,
         at_end: Option<&MeshContact<T>>,
@@ -425,11 +426,11 @@ impl<T: Real> MeshSurface<T> {
         let distance = at.squared.sqrt();
         let corners = self.corners(now, *triangle, now.pose_fractions[1]);
         let outward = if self.solid { self.outward(now, x, found, around) } else { normal_of(&corners) };
-        // Of a sheet, the side that a way through its plane has as well.
+        // The side of a sheet from which a segment crosses its plane.
         let from = if self.solid { at.apart } else { sub(x, corners[0]) };
         let within = dot(from, outward) < T::ZERO;
         let side = if self.solid && within { -T::ONE } else { T::ONE };
-        // As near as numbers tell, the way to the nearest point has no direction.
+        // At rounding distance, the direction from the nearest point is undefined.
         let far = at.squared > rounding(x);
         let normal = if far {
             scale(at.apart, side / distance)
@@ -447,13 +448,13 @@ impl<T: Real> MeshSurface<T> {
     }
 }
 
-/// Square of the cosine between the way from the nearest point and another.
+/// Square of the cosine between the direction from the nearest point and another.
 fn facing<T: Real>(at: &Nearest<T>, way: [T; 3]) -> T {
     let along = dot(at.apart, way);
     along * along / (at.squared * dot(way, way) + T::TINY)
 }
 
-/// Square of what rounding may hide of a place [m²].
+/// Squared rounding error of a position [m²].
 fn rounding<T: Real>(x: [T; 3]) -> T {
     let lost = T::EPSILON * T::from_f64(8.0);
     lost * lost * dot(x, x) + T::TINY

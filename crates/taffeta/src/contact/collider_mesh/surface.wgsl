@@ -1,18 +1,18 @@
-// Surfaces of triangles as colliders, by way of their trees of boxes. Source and proofs: mesh.rs, tree.rs. What was near a
-// node in the last sub-step is not remembered here: each asks the tree anew.
+// Triangle meshes as colliders, by their trees of boxes. Source and proofs: surface.rs, tree.rs. There is no contact
+// cache: each node searches the tree.
 
 #import contact/collider_mesh/triangle.wgsl
 #import contact/colliders/response.wgsl
 #import contact/colliders/shape.wgsl
 #import gpu/wgsl/vector.wgsl
 
-/// All meshes, in fours. Of each interval between poses: where its triangles are, its nodes at both ends, and its boxes; then
-/// the number of triangles, that of leaves (a power of two), whether it is solid, and the squared length that rounding may hide
-/// [m²]; then where the nodes of the pose before are. Triangles are corners in xyz, nodes are places [m], boxes are lower and
-/// upper corners [m]: box 1 is the root, 2i and 2i + 1 are the halves of box i.
+/// All meshes, in fours. For each interval between poses: where its triangles are, its nodes at both ends, and its
+/// boxes; then the number of triangles, that of leaves (a power of two), whether it is solid, and the squared
+/// rounding error [m²]; then where the nodes of the pose before are. Triangles are corners in xyz, nodes are
+/// positions [m], boxes are lower and upper corners [m]: box 1 is the root, 2i and 2i + 1 are the halves of box i.
 @group(1) @binding(30) var<storage, read> mesh_data: array<vec4u>;
 
-/// One collider's part of that.
+/// The header of one collider.
 struct MeshPart {
     triangles: u32,
     start: u32,
@@ -25,39 +25,39 @@ struct MeshPart {
     before: u32,
 }
 
-/// How a mesh touches a node, in the mesh's own frame.
+/// The contact of a node, in the mesh's own frame.
 struct MeshContact {
     normal: vec3f,
-    /// How far inside [m]; −FAR: too far off to be known.
+    /// Depth [m]; −FAR: too far away to be known.
     depth: f32,
-    /// Velocity by the change of shape [m/s].
+    /// Velocity of the surface by the change of shape [m/s].
     velocity: vec3f,
-    /// Whether its way goes through the mesh.
+    /// Whether the node's segment crosses the mesh.
     passed: bool,
 }
 
 /// The nearest point of a mesh.
 struct Nearest {
-    /// Shares of the corners.
+    /// Barycentric coordinates.
     barycentric: vec3f,
     triangle: u32,
-    /// From the point to the place that was asked about [m].
+    /// From the point to the position [m].
     apart: vec3f,
     /// Squared length of that [m²].
     squared: f32,
 }
 
-/// Squared distances are looked at that are this much more than what is wanted: boxes must not hide what rounding brings near.
+/// Relative tolerance of squared distances, so that boxes do not hide triangles by rounding.
 const LOOSE: f32 = 1.001;
-/// Square of the cosine below which a surface is seen so much aslant that another may be nearer.
+/// Square of the cosine below which a surface is seen at a grazing angle, and another may be nearer.
 const GRAZING: f32 = 0.015625;
-/// Times that a mesh acts on a node, where its triangles meet in a groove.
+/// How often a mesh acts on a node in a groove between triangles.
 const GROOVES: u32 = 4u;
-/// Boxes and triangles that walks for a node may look at in all: software drivers end loops without a word.
+/// Most boxes and triangles that the walks of a node may visit: software drivers end loops silently.
 override TURNS: u32 = 0xffffffffu;
-/// Those that they have looked at.
+/// The number visited.
 var<private> turns: u32;
-/// Depth after a push that counts as none, relative to the place and to the distance of two neighbouring numbers.
+/// Tolerance of a depth after a response, in units in the last place of the position.
 const ROUNDING_ULPS: f32 = 4.0;
 
 fn part_of_mesh(collider: Collider) -> MeshPart {
@@ -69,7 +69,7 @@ fn part_of_mesh(collider: Collider) -> MeshPart {
     );
 }
 
-/// A place in the mesh's frame [m].
+/// A position in the mesh's frame [m].
 fn local_of(collider: Collider, x: vec3f) -> vec3f {
     let d = x - collider.place;
     return collider.axis_u * d.x + collider.axis_v * d.y + collider.axis_w * d.z;
@@ -88,7 +88,7 @@ fn corners_at(nodes: u32, triangle: vec3u) -> Corners {
     return Corners(data_at(nodes + triangle.x), data_at(nodes + triangle.y), data_at(nodes + triangle.z));
 }
 
-/// Corners of a triangle [m], at a share of the way to the next pose; below 0, from the one before.
+/// Corners of a triangle [m], at a fraction of the motion to the next pose; below 0, from the pose before.
 fn corners_of(mesh: MeshPart, triangle: u32, fraction: f32) -> Corners {
     let nodes = mesh_data[mesh.triangles + triangle].xyz;
     let start = corners_at(mesh.start, nodes);
@@ -101,7 +101,7 @@ fn corners_of(mesh: MeshPart, triangle: u32, fraction: f32) -> Corners {
     return corners_between(start, corners_at(mesh.end, nodes), fraction);
 }
 
-/// Velocity of a point of a triangle [m/s] as the shape changes.
+/// Velocity of a point of a triangle [m/s] by the change of shape.
 fn changing(mesh: MeshPart, triangle: u32, barycentric: vec3f, rate: f32) -> vec3f {
     if mesh.start == mesh.end {
         return vec3f(0.0);
@@ -113,7 +113,7 @@ fn changing(mesh: MeshPart, triangle: u32, barycentric: vec3f, rate: f32) -> vec
     return mix_of(moved, barycentric);
 }
 
-/// Squared distance of a place from a box [m²].
+/// Squared distance of a position from a box [m²].
 fn box_squared(mesh: MeshPart, index: u32, x: vec3f) -> f32 {
     let lo = data_at(mesh.boxes + 2u * index);
     let hi = data_at(mesh.boxes + 2u * index + 1u);
@@ -123,34 +123,34 @@ fn box_squared(mesh: MeshPart, index: u32, x: vec3f) -> f32 {
     return dot3(beyond, beyond);
 }
 
-/// Whether a box and that between two corners meet.
+/// Whether a box intersects the box between two corners.
 fn boxes_meet(mesh: MeshPart, index: u32, lo: vec3f, hi: vec3f) -> bool {
     return all(data_at(mesh.boxes + 2u * index) <= hi) && all(lo <= data_at(mesh.boxes + 2u * index + 1u));
 }
 
-/// What is lost of distances by rounding, at most [m].
+/// Largest rounding error of a distance [m].
 fn lost_in(mesh: MeshPart) -> f32 {
     return sqrt(mesh.rounding);
 }
 
-/// Square of what rounding may hide of a place [m²].
+/// Squared rounding error of a position [m²].
 fn rounding_at(x: vec3f) -> f32 {
     let lost = EPSILON * 8.0;
     return lost * lost * dot3(x, x) + TINY;
 }
 
-/// Whether a place is one: what has blown up touches nothing.
+/// Whether a position is finite; a diverged node has no contact.
 fn is_somewhere(x: vec3f) -> bool {
     return dot3(x, x) < FAR;
 }
 
-/// Whether a walk may go on.
+/// Whether a walk may continue.
 fn may_turn() -> bool {
     turns++;
     return turns <= TURNS;
 }
 
-/// What is told of a node whose walks have come to no end: no number, so that the frame fails.
+/// The contact of a node whose walks did not end: a NaN, so that the frame fails.
 fn outward_of(found: MeshContact) -> MeshContact {
     if turns <= TURNS {
         return found;
@@ -208,7 +208,7 @@ fn nearest_of(collider: Collider, mesh: MeshPart, x: vec3f, most: f32) -> Neares
     return best;
 }
 
-/// The sooner of two ways through; of equally soon ones, the first.
+/// The earlier of two crossings; of two at the same time, the first.
 fn sooner(first: Crossing, found: Crossing) -> bool {
     if found.triangle == NO_TRIANGLE {
         return false;
@@ -217,15 +217,15 @@ fn sooner(first: Crossing, found: Crossing) -> bool {
     return first.triangle == NO_TRIANGLE || found.fraction < first.fraction || equal;
 }
 
-/// What a way passes through.
+/// The crossings of a segment.
 struct Passage {
-    /// The first triangle, and where it is passed.
+    /// The first triangle, and its crossing.
     hit: Crossing,
-    /// Whether any triangle is passed outward.
+    /// Whether any triangle is crossed outward.
     comes_out: bool,
 }
 
-/// What a way passes through while the mesh moves.
+/// The crossings of a segment while the mesh moves.
 fn passage_of(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) -> Passage {
     let lo = select(end, start, start < end);
     let hi = select(start, end, start < end);
@@ -271,10 +271,10 @@ fn corners_on(nodes: vec3u, wanted: vec3u) -> vec3<bool> {
     return vec3<bool>(any(wanted == vec3u(nodes.x)), any(wanted == vec3u(nodes.y)), any(wanted == vec3u(nodes.z)));
 }
 
-/// Which way leads out, as far as triangles around the nearest point have told.
+/// The outward direction, from the triangles around the nearest point.
 struct Outward {
     way: vec3f,
-    /// Square of the cosine between it and the way from the nearest point; 0 of a sum.
+    /// Square of the cosine between it and the direction from the nearest point; 0 for a sum.
     faces: f32,
 }
 
@@ -289,13 +289,13 @@ fn with_pseudonormal(sum: Outward, collider: Collider, mesh: MeshPart, found: Ne
     return sum;
 }
 
-/// Square of the cosine between the way from the nearest point and another.
+/// Square of the cosine between the direction from the nearest point and another.
 fn facing(apart: vec3f, squared: f32, way: vec3f) -> f32 {
     let along = dot3(apart, way);
     return along * along / (squared * dot3(way, way) + TINY);
 }
 
-/// The normal of a triangle, if that is no farther than `bound` [m²] and faces the place more.
+/// The normal of a triangle, if the triangle is within `bound` [m²] and its normal faces the position more.
 fn more_facing(best: Outward, collider: Collider, mesh: MeshPart, x: vec3f, bound: f32, triangle: u32) -> Outward {
     let corners = corners_of(mesh, triangle, collider.v);
     let apart = x - mix_of(corners, barycentric_of_nearest(x, corners));
@@ -308,8 +308,8 @@ fn more_facing(best: Outward, collider: Collider, mesh: MeshPart, x: vec3f, boun
     return best;
 }
 
-/// Asks all triangles that may be no farther than `bound` [m²]: for the one that faces the place most, or for the sum of their
-/// pseudonormals.
+/// Visits all triangles that may be within `bound` [m²]: for the one that faces the position most, or for the sum of
+/// their pseudonormals.
 fn asked_around(
     start: Outward, collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, bound: f32, is_aslant: bool,
 ) -> Outward {
@@ -347,21 +347,22 @@ fn asked_around(
     return outward;
 }
 
-/// Sum over the triangles that share the corner or edge on which the nearest point is: they are no farther than it is.
+/// Sum over the triangles that share the corner or edge of the nearest point: they are no farther away.
 fn pseudonormal_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> vec3f {
     let none = Outward(vec3f(0.0), 0.0);
     return asked_around(none, collider, mesh, x, found, found.squared, false).way;
 }
 
-/// Of the way out at the nearest point, and the normals of triangles that are as near as numbers tell, the one that faces
-/// the place most: a triangle seen aslant may seem the nearest by rounding, and has nothing to say then.
+/// The outward direction at the nearest point, or the normal of a triangle at the same distance up to rounding,
+/// whichever faces the position most. A triangle at a grazing angle may be the nearest by rounding, and its normal is
+/// meaningless then.
 fn most_facing(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, way: vec3f) -> vec3f {
     let bound = found.squared * (1.0 + EPSILON * 16.0);
     let start = Outward(way, facing(found.apart, found.squared, way));
     return asked_around(start, collider, mesh, x, found, bound, true).way;
 }
 
-/// Which way leads out of a solid at the nearest point, of any length.
+/// The outward direction of a solid at the nearest point, of any length.
 fn outward_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> vec3f {
     var way = normal_of(corners_of(mesh, found.triangle, collider.v));
     if any(found.barycentric == vec3f(0.0)) {
@@ -373,7 +374,7 @@ fn outward_at(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> v
     return way;
 }
 
-/// Depth and normal of a place by the nearest point.
+/// Depth and normal of a position by the nearest point.
 fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> MeshContact {
     if found.triangle == NO_TRIANGLE {
         return MeshContact(vec3f(0.0), -FAR, vec3f(0.0), false);
@@ -381,7 +382,7 @@ fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> Mesh
     let distance = sqrt(found.squared);
     let corners = corners_of(mesh, found.triangle, collider.v);
     var outward = normal_of(corners);
-    // Of a sheet, the side that a way through its plane has as well.
+    // The side of a sheet from which a segment crosses its plane.
     var away = x - corners.a;
     if mesh.is_solid {
         outward = outward_at(collider, mesh, x, found);
@@ -390,7 +391,7 @@ fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> Mesh
     let within = dot3(away, outward) < 0.0;
     let side = select(1.0, -1.0, mesh.is_solid && within);
     var normal = found.apart * (side / distance);
-    // As near as numbers tell, the way to the nearest point has no direction.
+    // At rounding distance, the direction from the nearest point is undefined.
     if !(found.squared > rounding_at(x)) {
         let length = norm3(outward);
         let inverse = 1.0 / select(1.0, length, length > 0.0);
@@ -400,14 +401,14 @@ fn resting(collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest) -> Mesh
     return MeshContact(normal, collider.size - distance * side, velocity, false);
 }
 
-/// How the mesh touches a place that is no farther off than `most` [m]: depth and normal in the mesh's frame. A solid is
-/// searched from anywhere inside.
+/// The contact of a position within `most` [m]: depth and normal in the mesh's frame. A solid is searched from
+/// anywhere inside.
 fn contact_near(collider: Collider, mesh: MeshPart, x: vec3f, most: f32) -> MeshContact {
     let within = select(most * most, FAR, mesh.is_solid);
     return outward_of(resting(collider, mesh, x, nearest_of(collider, mesh, x, within)));
 }
 
-/// How the mesh touches a node that goes straight from `start` to `end`, both in its frame.
+/// The contact of a node that moves straight from `start` to `end`, both in the mesh's frame.
 fn contact_on_segment(collider: Collider, mesh: MeshPart, start: vec3f, end: vec3f) -> MeshContact {
     let none = MeshContact(vec3f(0.0), -FAR, vec3f(0.0), false);
     let reach = vec3f(collider.size + lost_in(mesh));
@@ -421,9 +422,9 @@ fn contact_on_segment(collider: Collider, mesh: MeshPart, start: vec3f, end: vec
         return outward_of(at_end);
     }
     if hit.triangle != NO_TRIANGLE {
-        // Whether it is on the wrong side, so that the way to the nearest point does not lead back: that leads on, or the node
-        // has come out again, be it to enter another part of the mesh. On which side of a sheet it was is not known where it was
-        // as near as numbers tell.
+        // Whether it is on the wrong side, so that the direction to the nearest point does not lead back. It leads
+        // on, or the node has come out again, for example to enter another part of the mesh. The side of a sheet is
+        // unknown if the node started on it up to rounding.
         let leads_on = at_end.depth <= 0.0 || dot3(at_end.normal, end - start) > 0.0;
         let has_passed = hit.inward && (passage.comes_out || leads_on);
         if select(hit.height > rounding_at(start), has_passed, mesh.is_solid) {
@@ -435,7 +436,7 @@ fn contact_on_segment(collider: Collider, mesh: MeshPart, start: vec3f, end: vec
     return MeshContact(at_end.normal, select(-FAR, at_end.depth, at_end.depth > 0.0), at_end.velocity, false);
 }
 
-/// How deep a place is in a mesh, and which way leads out; −FAR if it is farther off than `most` [m].
+/// The contact of a position; −FAR if it is farther away than `most` [m].
 fn mesh_contact(collider: Collider, x: vec3f, most: f32) -> MeshContact {
     let mesh = part_of_mesh(collider);
     let place = local_of(collider, x);
@@ -447,13 +448,13 @@ fn mesh_contact(collider: Collider, x: vec3f, most: f32) -> MeshContact {
     return MeshContact(turned(collider, found.normal), found.depth, turned(collider, found.velocity), false);
 }
 
-/// The same, without what a change of shape does.
+/// The same, without the velocity by a change of shape.
 fn mesh_depth(collider: Collider, x: vec3f, most: f32) -> Depth {
     let found = mesh_contact(collider, x, most);
     return Depth(found.normal, found.depth);
 }
 
-/// How a mesh presses a place, if the place is inside.
+/// The penetration of a position into a mesh, known inside only.
 fn mesh_penetration(collider: Collider, x: vec3f) -> Depth {
     let found = mesh_depth(collider, x, collider.size);
     if found.depth > 0.0 {
@@ -462,7 +463,7 @@ fn mesh_penetration(collider: Collider, x: vec3f) -> Depth {
     return Depth(vec3f(0.0), -FAR);
 }
 
-/// As it is for nodes that start where it has arrived.
+/// The same for nodes that start at its final position.
 fn arrived(collider: Collider) -> Collider {
     var now = collider;
     now.u = now.v;
@@ -477,8 +478,8 @@ fn was_better(collider: Collider, start: vec3f, depth: f32) -> bool {
     return depth > slack && was + slack < depth && (was <= 0.0 || was + slack < collider.size);
 }
 
-/// One mesh. In a groove a node goes out of a triangle along the one that it went out of before; where that does not end, it
-/// stays where it was.
+/// Collides a node with a mesh. In a groove, the node leaves a triangle along the triangle that it has left before.
+/// If that does not converge, it returns to its start.
 fn collide_mesh(start: ContactState, origin: Origin, given: Collider, number: u32, h: f32) -> ContactState {
     var collider = given;
     if !origin.is_carried {
@@ -491,7 +492,7 @@ fn collide_mesh(start: ContactState, origin: Origin, given: Collider, number: u3
     var before = vec3f(0.0);
     for (var round = 0u; round <= GROOVES; round++) {
         let found = contact_on_segment(collider, mesh, come, local_of(collider, node.x));
-        // What rounding leaves of the last push is none.
+        // The last response leaves a depth of rounding size.
         let rounding = EPSILON * ROUNDING_ULPS * (abs(node.x.x) + abs(node.x.y) + abs(node.x.z));
         let is_left = round > 0u && !found.passed && found.depth <= rounding;
         if found.depth == -FAR || is_left {

@@ -10,28 +10,28 @@ type Bounds<T> = [[T; 3]; 2];
 
 /// Some of a mesh's triangles.
 pub trait Candidates<T> {
-    /// Hands them out by index.
+    /// Calls back with each triangle's index.
     fn visit(&self, job: impl FnMut(u32));
 }
 
 /// The tree. Box 1 is the root, 2i and 2i + 1 are the halves of box i; the leaves come last, four triangles each.
 #[derive(Clone, Debug)]
 pub struct Tree<T> {
-    /// Box 0 is none.
+    /// Box 0 is unused.
     pub boxes: Vec<Bounds<T>>,
     /// Number of triangles.
     triangles: u32,
-    /// Squared length that rounding may hide [m²].
+    /// Squared rounding error [m²].
     pub rounding: T,
 }
 
-/// Turns that walks through the triangles of colliders may take for a node on a software adapter, which does eight nodes side by
-/// side and as many turns as all of them at most: the others are left for all else then.
+/// Most turns of the walks of a node through triangles on a software adapter. It runs eight nodes side by side, which
+/// share the turns of a loop; this leaves the others for everything else.
 #[cfg(feature = "gpu")]
 pub const WALK_TURNS: u32 = 6_000;
 
-/// By how much more than what is wanted, relative to it, squared distances are looked at: boxes must not hide what rounding
-/// brings near. With a length e that is lost, (d + e)² ≤ d² (1 + s) + e² (1 + 1/s).
+/// Relative tolerance of squared distances, so that boxes do not hide triangles by rounding. With a rounding error e,
+/// (d + e)² ≤ d² (1 + s) + e² (1 + 1/s).
 pub const SLACK: f64 = 1e-3;
 
 impl<T: Real> Tree<T> {
@@ -67,7 +67,7 @@ impl<T: Real> Tree<T> {
         self.boxes.len() / 2
     }
 
-    /// Squared distance of a place from a box [m²].
+    /// Squared distance of a position from a box [m²].
     #[inline(always)]
     fn squared(&self, index: usize, x: [T; 3]) -> T {
         let [lo, hi] = &self.boxes[index];
@@ -87,12 +87,13 @@ impl<T: Real> Tree<T> {
         self.triangles.min(first)..self.triangles.min(first + (leaves * LEAF) as u32)
     }
 
-    /// What is lost of distances by rounding, at most [m].
+    /// Largest rounding error of a distance [m].
     pub fn lost(&self) -> T {
         (self.rounding * T::from_f64(SLACK)).sqrt()
     }
 
-    /// Distance of a place from all triangles [m], at least, if that is more than they are across: no need to look at them.
+    /// Lower bound of the distance of a position from all triangles [m], if it exceeds their extent. They need no
+    /// search then.
     pub fn far_from(&self, x: [T; 3]) -> Option<T> {
         let [lo, hi] = self.boxes[1];
         let across = sub(hi, lo);
@@ -100,13 +101,14 @@ impl<T: Real> Tree<T> {
         (squared > dot(across, across)).then(|| squared.sqrt() - self.lost())
     }
 
-    /// Whether a place is out of the box around all triangles.
+    /// Whether a position is outside the box around all triangles.
     pub fn is_outside(&self, x: [T; 3]) -> bool {
         self.squared(1, x) > T::ZERO
     }
 
-    /// Hands out triangles around a place, eight at most, those in nearer boxes first, to a job that says how near others must
-    /// be to be wanted. One is known to be no farther off than `within`; returns how far those left out are off, at least [m²].
+    /// Visits triangles around a position, eight at most at a time, those in nearer boxes first. `job` returns how
+    /// close others must be. One is known to be within `within`. Returns a lower bound of the distance of those left
+    /// out [m²].
     pub fn visit_around(&self, x: [T; 3], within: T, mut job: impl FnMut(Range<u32>) -> T) -> T {
         let slack = T::from_f64(1.0 + SLACK);
         let (mut bound, mut left_out) = (within, T::FAR);
@@ -136,12 +138,12 @@ impl<T: Real> Tree<T> {
         left_out
     }
 
-    /// Triangles of which a point is no farther off than `within` [m²], and more.
+    /// Triangles with a point within `within` [m²], and more.
     pub fn around(&self, x: [T; 3], within: T) -> Around<'_, T> {
         Around { tree: self, x, within }
     }
 
-    /// Triangles whose boxes a way may meet.
+    /// Triangles whose boxes a segment may intersect.
     pub fn along(&self, [start, end]: [[T; 3]; 2]) -> Along<'_, T> {
         let half = T::from_f64(0.5);
         let middle = |i: usize| (start[i] + end[i]) * half;
@@ -180,21 +182,21 @@ impl<T: Real> Candidates<T> for Around<'_, T> {
 pub struct Along<'a, T> {
     tree: &'a Tree<T>,
     middle: [T; 3],
-    /// Half the way.
+    /// Half the segment.
     half: [T; 3],
     lost: T,
 }
 
 impl<T: Real> Along<'_, T> {
-    /// Whether the way may meet a box: no axis and no cross product of an axis with it parts the two (Ericson, "Real-Time
-    /// Collision Detection", 2005, section 5.3.3).
+    /// Whether the segment may intersect a box: no axis, and no cross product of an axis with it, separates the two
+    /// (Ericson, "Real-Time Collision Detection", 2005, section 5.3.3).
     #[inline(always)]
     fn meets(&self, [lo, hi]: &Bounds<T>) -> bool {
         let (half, wide) = (T::from_f64(0.5), T::from_f64(0.5 * (1.0 + SLACK)));
         let d = self.half;
         let c = |i: usize| self.middle[i] - (lo[i] + hi[i]) * half;
         let e = |i: usize| (hi[i] - lo[i]) * wide + self.lost;
-        // An empty box, which is made of infinities, meets nothing.
+        // An empty box consists of infinities and intersects nothing.
         let along = |i: usize| c(i).abs() <= e(i) + d[i].abs();
         let across =
             |i: usize, j: usize| (c(i) * d[j] - c(j) * d[i]).abs() <= e(i) * d[j].abs() + e(j) * d[i].abs();

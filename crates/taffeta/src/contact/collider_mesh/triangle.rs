@@ -1,5 +1,5 @@
-//! One triangle and a node: the nearest point (Ericson, "Real-Time Collision Detection", 2005, section 5.1.5), and where a
-//! way goes through.
+//! One triangle and a node: the nearest point (Ericson, "Real-Time Collision Detection", 2005, section 5.1.5), and
+//! the crossing of a segment.
 
 use crate::real::{Real, cross, dot, sub};
 
@@ -9,9 +9,9 @@ pub type Corners<T> = [[T; 3]; 3];
 /// The nearest point of a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Nearest<T> {
-    /// Share of each corner; 0 exactly where the point lies on an edge or corner without it.
+    /// Barycentric coordinates; exactly 0 if the point is on an edge or corner without that corner.
     pub barycentric: [T; 3],
-    /// From the point to the place that was asked about [m].
+    /// From the point to the position [m].
     pub apart: [T; 3],
     /// Squared length of that [m²].
     pub squared: T,
@@ -25,14 +25,14 @@ pub fn nearest<T: Real>(x: [T; 3], corners: &Corners<T>) -> Nearest<T> {
     Nearest { barycentric, apart, squared: dot(apart, apart) }
 }
 
-/// Σ share · corner.
+/// Σ weight · corner.
 #[inline(always)]
 pub fn mix<T: Real>([a, b, c]: &Corners<T>, [u, v, w]: [T; 3]) -> [T; 3] {
     let along = |i: usize| a[i] * u + b[i] * v + c[i] * w;
     [along(0), along(1), along(2)]
 }
 
-/// Which of seven parts of space `x` is in is asked without a branch, so that triangles can stand side by side.
+/// The seven regions of space are distinguished without a branch, so that triangles can be computed side by side.
 #[inline(always)]
 fn barycentric_of_nearest<T: Real>(x: [T; 3], &[a, b, c]: &Corners<T>) -> [T; 3] {
     let (zero, one) = (T::ZERO, T::ONE);
@@ -41,7 +41,7 @@ fn barycentric_of_nearest<T: Real>(x: [T; 3], &[a, b, c]: &Corners<T>) -> [T; 3]
     let (d1, d2) = (dot(ab, from_a), dot(ac, from_a));
     let (d3, d4) = (dot(ab, from_b), dot(ac, from_b));
     let (d5, d6) = (dot(ab, from_c), dot(ac, from_c));
-    // Areas against the normal, and not differences of products of d1 to d6: those cancel where a triangle is narrow.
+    // Areas along the normal, instead of differences of products of d1 to d6, which cancel for narrow triangles.
     let normal = cross(ab, ac);
     let all = dot(normal, normal);
     let (vb, vc) = (dot(cross(from_a, ac), normal), dot(cross(ab, from_a), normal));
@@ -69,29 +69,29 @@ fn barycentric_of_nearest<T: Real>(x: [T; 3], &[a, b, c]: &Corners<T>) -> [T; 3]
     pick((d1 <= zero) & (d2 <= zero), [one, zero, zero], barycentric)
 }
 
-/// A share of an edge; 0 where the edge has no length.
+/// A fraction of an edge; 0 if the edge has no length.
 #[inline(always)]
 fn part<T: Real>(some: T, all: T) -> T {
     if all > T::ZERO { some / all } else { T::ZERO }
 }
 
-/// Where a way goes through a triangle.
+/// The crossing of a segment and a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing<T> {
-    /// Share of the way before it.
+    /// Fraction of the segment before it.
     pub fraction: T,
-    /// Shares of the corners.
+    /// Barycentric coordinates.
     pub barycentric: [T; 3],
-    /// Unit normal of the triangle there, toward the start of the way.
+    /// Unit normal of the triangle there, toward the segment's start.
     pub normal: [T; 3],
-    /// Whether the way goes in: from the side that the triangle's own normal points to.
+    /// Whether the segment goes inward: from the side to which the triangle's own normal points.
     pub inward: bool,
-    /// Squared distance of its start from the triangle's plane then [m²].
+    /// Squared distance of its start from the triangle's plane at that time [m²].
     pub from: T,
 }
 
-/// Where a node that goes straight from `start` to `end`, while a triangle goes from `before` to `after`, passes through it:
-/// distances from its plane are taken to change evenly.
+/// The crossing of a node that moves straight from `start` to `end` and a triangle that moves from `before` to
+/// `after`. Distances from its plane count as linear in time.
 pub fn crossing<T: Real>(
     [start, end]: [[T; 3]; 2],
     before: &Corners<T>,
@@ -111,7 +111,7 @@ pub fn crossing<T: Real>(
     if squared <= T::TINY {
         return None;
     }
-    // A hair wider than the triangle: ways must not slip through between two.
+    // Slightly wider than the triangle, so that segments do not slip through between two.
     let least = squared * -T::from_f64(SLACK);
     let [a, b, c] = corners;
     let part = |p: [T; 3], q: [T; 3]| dot(cross(sub(q, p), sub(place, p)), normal);
@@ -136,15 +136,16 @@ pub fn normal_of<T: Real>(&[a, b, c]: &Corners<T>) -> [T; 3] {
     cross(sub(b, a), sub(c, a))
 }
 
-/// A share of the way from one place to another.
+/// Linear interpolation between two positions.
 #[inline(always)]
 pub fn between<T: Real>(from: [T; 3], to: [T; 3], fraction: T) -> [T; 3] {
     let along = |i: usize| from[i] + (to[i] - from[i]) * fraction;
     [along(0), along(1), along(2)]
 }
 
-/// What a corner or an edge has of a triangle's unit normal: its angle there, π for an edge (Bærentzen and Aanæs, "Signed
-/// Distance Computation Using the Angle Weighted Pseudonormal", 2005). `at` are the corners that the feature has.
+/// The weight of a triangle's unit normal at a corner or an edge: its angle there, π for an edge (Bærentzen and
+/// Aanæs, "Signed Distance Computation Using the Angle Weighted Pseudonormal", 2005). `at` are the corners of the
+/// feature.
 pub fn pseudonormal<T: Real>(corners: &Corners<T>, at: [bool; 3]) -> [T; 3] {
     let normal = normal_of(corners);
     let squared = dot(normal, normal);
@@ -165,7 +166,7 @@ fn angle_at<T: Real>(corners: &Corners<T>, corner: usize) -> T {
     dot(sine, sine).sqrt().atan2(dot(a, b))
 }
 
-/// By how much more than its area, relative to it, a triangle can be passed through.
+/// Relative excess of the area in which a triangle is crossed.
 pub const SLACK: f64 = 1e-4;
 
 #[cfg(test)]

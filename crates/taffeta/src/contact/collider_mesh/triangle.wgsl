@@ -1,4 +1,4 @@
-// One triangle and a node: the nearest point, and where a way goes through. Source: triangle.rs.
+// One triangle and a node: the nearest point, and the crossing of a segment. Source: triangle.rs.
 
 #import gpu/wgsl/angle.wgsl
 #import gpu/wgsl/vector.wgsl
@@ -10,38 +10,38 @@ struct Corners {
     c: vec3f,
 }
 
-/// Where a way goes through a triangle, if it does.
+/// The crossing of a segment and a triangle, if there is one.
 struct Crossing {
-    /// Shares of the corners.
+    /// Barycentric coordinates.
     barycentric: vec3f,
-    /// Share of the way before it.
+    /// Fraction of the segment before it.
     fraction: f32,
-    /// Unit normal of the triangle there, toward the start of the way.
+    /// Unit normal of the triangle there, toward the segment's start.
     normal: vec3f,
-    /// Which triangle; NO_TRIANGLE: none.
+    /// The triangle; NO_TRIANGLE: none.
     triangle: u32,
-    /// Squared distance of its start from the triangle's plane then [m²].
+    /// Squared distance of its start from the triangle's plane at that time [m²].
     height: f32,
-    /// Whether the way goes in: from the side that the triangle's own normal points to.
+    /// Whether the segment goes inward: from the side to which the triangle's own normal points.
     inward: bool,
 }
 
 const NO_TRIANGLE: u32 = 0xffffffffu;
-/// By how much more than its area, relative to it, a triangle can be passed through.
+/// Relative excess of the area in which a triangle is crossed.
 const PASSED: f32 = 1e-4;
 
-/// Σ share · corner.
+/// Σ weight · corner.
 fn mix_of(corners: Corners, barycentric: vec3f) -> vec3f {
     return corners.a * barycentric.x + corners.b * barycentric.y + corners.c * barycentric.z;
 }
 
-/// A share of an edge; 0 where the edge has no length.
+/// A fraction of an edge; 0 if the edge has no length.
 fn share_of_edge(some: f32, all: f32) -> f32 {
     return select(0.0, some / select(1.0, all, all > 0.0), all > 0.0);
 }
 
-/// Shares of the corners in the point of a triangle nearest to `x`; 0 exactly where the point lies on an edge or corner
-/// without one.
+/// Barycentric coordinates of the point of a triangle nearest to `x`; exactly 0 if the point is on an edge or corner
+/// without that corner.
 fn barycentric_of_nearest(x: vec3f, corners: Corners) -> vec3f {
     let ab = corners.b - corners.a;
     let ac = corners.c - corners.a;
@@ -57,7 +57,7 @@ fn barycentric_of_nearest(x: vec3f, corners: Corners) -> vec3f {
     if d3 >= 0.0 && d4 <= d3 {
         return vec3f(0.0, 1.0, 0.0);
     }
-    // Areas against the normal, and not differences of products of d1 to d6: those cancel where a triangle is narrow.
+    // Areas along the normal, instead of differences of products of d1 to d6, which cancel for narrow triangles.
     let normal = cross3(ab, ac);
     let all = dot3(normal, normal);
     let vc = dot3(cross3(ab, from_a), normal);
@@ -92,7 +92,7 @@ fn normal_of(corners: Corners) -> vec3f {
     return cross3(corners.b - corners.a, corners.c - corners.a);
 }
 
-/// A share of the way from one triangle to another.
+/// Linear interpolation between two triangles.
 fn corners_between(start: Corners, end: Corners, fraction: f32) -> Corners {
     return Corners(
         start.a + (end.a - start.a) * fraction,
@@ -105,8 +105,8 @@ fn no_crossing() -> Crossing {
     return Crossing(vec3f(0.0), 0.0, vec3f(0.0), NO_TRIANGLE, 0.0, false);
 }
 
-/// Where a node that goes straight from `start` to `end`, while a triangle goes from `before` to `after`, passes through it:
-/// distances from its plane are taken to change evenly.
+/// The crossing of a node that moves straight from `start` to `end` and a triangle that moves from `before` to
+/// `after`. Distances from its plane count as linear in time.
 fn crossing_of(start: vec3f, end: vec3f, before: Corners, after: Corners, triangle: u32) -> Crossing {
     let first = normal_of(before);
     let above = dot3(start - before.a, first);
@@ -123,7 +123,7 @@ fn crossing_of(start: vec3f, end: vec3f, before: Corners, after: Corners, triang
     if squared <= TINY {
         return no_crossing();
     }
-    // A hair wider than the triangle: ways must not slip through between two.
+    // Slightly wider than the triangle, so that segments do not slip through between two.
     let least = squared * -PASSED;
     let a = dot3(cross3(corners.c - corners.b, place - corners.b), normal);
     let b = dot3(cross3(corners.a - corners.c, place - corners.c), normal);
@@ -146,8 +146,8 @@ fn angle_at(p: vec3f, q: vec3f, r: vec3f) -> f32 {
     return angle_of(sqrt(dot3(sine, sine)), dot3(a, b));
 }
 
-/// What a corner or an edge has of a triangle's unit normal: its angle there, π for an edge. `at` are the corners that the
-/// feature has.
+/// The weight of a triangle's unit normal at a corner or an edge: its angle there, π for an edge. `at` are the
+/// corners of the feature.
 fn pseudonormal(corners: Corners, at: vec3<bool>) -> vec3f {
     let normal = normal_of(corners);
     let squared = dot3(normal, normal);
@@ -167,7 +167,7 @@ fn pseudonormal(corners: Corners, at: vec3<bool>) -> vec3f {
     return normal * (weight / sqrt(squared));
 }
 
-/// How many corners a feature has.
+/// The number of corners of a feature.
 fn corners_in(at: vec3<bool>) -> u32 {
     return u32(at.x) + u32(at.y) + u32(at.z);
 }

@@ -8,7 +8,7 @@ use crate::real::Real;
 use crate::scene::{Scene, plain};
 use std::collections::HashSet;
 
-/// Deeper than this a node is inside [m]: less is rounding.
+/// Tolerance for rounding [m].
 const ROUNDING: f64 = 1e-9;
 
 /// A collider at the start.
@@ -20,8 +20,8 @@ struct Start {
 }
 
 impl Assembly {
-    /// Warns of free nodes that start inside colliders, or nearer than their offsets: they are put out at once, whatever that
-    /// stretches. What a collider carries is left alone.
+    /// Warns of free nodes that start inside colliders, or within their offsets. Contact moves them out at once,
+    /// which may stretch springs. Nodes that a collider carries are ignored.
     pub(crate) fn note_starts_inside(&mut self, scene: &Scene) {
         let mut meshes = 0;
         let attachments = &self.attachments;
@@ -68,7 +68,7 @@ impl Assembly {
 struct Deep {
     count: usize,
     worst: usize,
-    /// That of the worst [m].
+    /// The depth of the worst [m].
     depth: f64,
 }
 
@@ -80,7 +80,7 @@ impl Deep {
         }
     }
 
-    /// How many there are and how deep the worst is, by its vertex.
+    /// The number of nodes, and the depth of the worst, by its vertex.
     fn said(&self, place: &str, collider: &str, vertex: impl Fn(usize) -> usize) -> Option<String> {
         let nodes = if self.count == 1 { "node starts" } else { "nodes start" };
         (self.count > 0).then(|| {
@@ -95,8 +95,8 @@ impl Deep {
 }
 
 impl Start {
-    /// How deep a place is behind the surface itself [m]; below 0 in front of it, and nothing is behind a sheet. Beyond the
-    /// offset any number below that.
+    /// Depth of a position behind the surface itself [m]; below 0 in front of it. Nothing is behind a sheet. Beyond
+    /// the offset, any number below that.
     fn depth(&self, x: [f64; 3]) -> f64 {
         let depth = match (&self.now.shape, &self.surface) {
             (ShapeNow::Mesh(mesh), Some(surface)) => {
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
     use crate::scene::{Body, Collider, Icosphere, Mass, Mesh};
 
-    /// What a level sheet of 3 × 3 nodes and 1 m is told on a collider.
+    /// The warning for a level sheet of 3 × 3 nodes and 1 m on a collider.
     fn warning(y: f64, collider: Collider) -> String {
         let sheet = Body::cloth("sheet", Mesh::grid(3, 3, [1.0, 1.0])).with_mass(Mass::Node(0.1));
         let scene =

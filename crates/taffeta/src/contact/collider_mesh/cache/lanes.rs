@@ -1,14 +1,14 @@
-//! Distances from triangles side by side.
+//! Distances from triangles, side by side in vector lanes.
 
 use crate::contact::collider_mesh::surface::{MeshNow, MeshSurface};
 use crate::contact::collider_mesh::triangle::{Nearest, nearest};
 use crate::cpu::simd::{Kernel, SimdLevel};
 use crate::real::Real;
 
-/// Triangles that are looked at together.
+/// Number of triangles that are compared together.
 pub const LANES: usize = 8;
 
-/// Kernel: squared distances of a place from triangles [m²].
+/// Kernel: squared distances of a position from triangles [m²].
 struct Distances<'a, T> {
     x: [T; 3],
     /// By corner and axis.
@@ -29,15 +29,15 @@ impl<T: Real> Kernel for Distances<'_, T> {
     }
 }
 
-/// The nearest of the triangles that were looked at.
+/// The nearest of the triangles that were compared.
 pub struct Closest<T> {
     pub triangle: u32,
-    /// Squared distance of it, and that of all others at least [m²].
+    /// Squared distance of it, and a lower bound of that of all others [m²].
     pub squared: T,
     pub others: T,
 }
 
-/// Triangles as seen from a place.
+/// Triangles relative to a position.
 pub struct View<'a, T> {
     pub level: SimdLevel,
     pub surface: &'a MeshSurface<T>,
@@ -51,7 +51,7 @@ impl<T: Real> View<'_, T> {
         nearest(self.x, &self.surface.corners(self.now, triangle, self.now.pose_fractions[1]))
     }
 
-    /// Squared distances of triangles [m²], [`LANES`] at most; what is behind them means nothing.
+    /// Squared distances of triangles [m²], [`LANES`] at most; further lanes have no meaning.
     pub fn squared(&self, triangles: impl Iterator<Item = u32>) -> [T; LANES] {
         let mut corners = [[[T::ZERO; LANES]; 3]; 3];
         for (lane, triangle) in triangles.enumerate() {
@@ -67,12 +67,12 @@ impl<T: Real> View<'_, T> {
 }
 
 impl<T: Real> Closest<T> {
-    /// One triangle, as long as no other is known.
+    /// Starts with one triangle.
     pub fn new(triangle: u32, squared: T) -> Self {
         Self { triangle, squared, others: T::FAR }
     }
 
-    /// Looks at another; of those that are equally near, the first is the nearest.
+    /// Compares another; of those at the same distance, the first is the nearest.
     pub fn consider(&mut self, triangle: u32, squared: T) {
         if triangle == self.triangle {
             return;
@@ -85,7 +85,7 @@ impl<T: Real> Closest<T> {
         }
     }
 
-    /// Looks at all that may be nearer.
+    /// Compares all that may be nearer.
     pub fn look_around(&mut self, view: &View<'_, T>) {
         let tree = view.surface.tree(view.now);
         let left_out = tree.visit_around(view.x, self.squared, |triangles| {
@@ -97,7 +97,7 @@ impl<T: Real> Closest<T> {
         self.leave(left_out);
     }
 
-    /// All that were not looked at are no nearer than this [m²].
+    /// All that were skipped are no nearer than this [m²].
     pub fn leave(&mut self, squared: T) {
         self.others = if squared < self.others { squared } else { self.others };
     }

@@ -1,10 +1,9 @@
-//! What is known of the triangles around each node, so that few are looked at in a sub-step.
+//! A contact cache: the triangles near each node, so that few are compared in a sub-step.
 //!
-//! Around a place at which the triangles near a node were last searched for, two distances hold: within one, the node touches
-//! nothing; within the other, the triangles that were found are all that matter. The second is what a list of the nearest
-//! ones leaves; a node that goes farther than that between two sub-steps has none. And as long as a node has gone less than
-//! the second nearest triangle is farther off than the nearest, that is the nearest. Contacts do not depend on what is known,
-//! only the time to find them: it is no part of a snapshot.
+//! Two distances hold around the position of a node's last search. Within the first one, the node is not in contact.
+//! Within the second one, only the triangles in its list matter; a node that moves farther between two sub-steps has
+//! no list. The nearest triangle remains the nearest until the node has moved by the difference to the second
+//! nearest. Contacts do not depend on the cache, only the time to find them, so it is no part of a snapshot.
 
 mod lanes;
 mod node;
@@ -28,33 +27,32 @@ use std::ops::Range;
 /// Most triangles in a list: two rings around a node of a regular mesh, and some more.
 const MOST: usize = 20;
 
-/// The meshes of a scene, and what is known of the triangles of each around nodes. Each node is looked after by one worker
-/// at a time.
+/// The meshes of a scene, and the cache of each. One worker at a time uses the cache of a node.
 pub struct MeshCache<T> {
     surfaces: Vec<MeshSurface<T>>,
-    /// How far a list reaches on a flat part of each [m], about.
+    /// About how far a list reaches on a flat part of each [m].
     reaches: Vec<T>,
     level: SimdLevel,
     known: Vec<Known<T>>,
 }
 
-/// By node, of one mesh.
+/// The cache of one mesh, by node.
 struct Known<T> {
-    /// Where it was searched [m], in the mesh's frame.
+    /// Position of the last search [m], in the mesh's frame.
     anchor: [Shared<T>; 3],
-    /// Within this distance of it, less the mesh's own travel, nothing is touched [m].
+    /// Within this distance of it, less the mesh's own travel, there is no contact [m].
     clear: Shared<T>,
     memories: Shared<Memory<T>>,
 }
 
-/// Radius of a disc as large as the triangles of a list [m].
+/// Radius of a disc with the area of a list's triangles [m].
 fn reach(mesh: &MeshShape) -> f64 {
     let area: f64 = mesh.triangles.iter().map(|&triangle| measure::area(&mesh.poses[0], triangle)).sum();
     (MOST as f64 * area / (PI * mesh.triangles.len() as f64)).sqrt()
 }
 
 impl<T: Real> MeshCache<T> {
-    /// Of the meshes of a scene, for so many `places`; nothing is known yet.
+    /// Empty caches of the meshes of a scene, for so many `places`.
     pub fn new(assembly: &Assembly, places: usize, level: SimdLevel) -> Self {
         let meshes = assembly.colliders.iter().filter_map(|collider| collider.mesh());
         let (surfaces, reaches): (Vec<_>, Vec<_>) =
@@ -67,7 +65,7 @@ impl<T: Real> MeshCache<T> {
         Self { known: surfaces.iter().map(known).collect(), surfaces, reaches, level }
     }
 
-    /// Forgets what is known of a node. Time may go back then.
+    /// Clears the cache of a node, because its state was set, or time went back.
     pub fn forget(&mut self, node: usize) {
         for mesh in &mut self.known {
             mesh.clear.get_mut()[node] = T::ZERO;
@@ -77,7 +75,7 @@ impl<T: Real> MeshCache<T> {
 }
 
 impl<T: Real> MeshCache<T> {
-    /// How many of a run of nodes may touch a mesh. Places at the start of the sub-step are carried along by `carry`.
+    /// How many of a run of nodes may touch a mesh. `carry` moves their starting positions along.
     pub fn stirred(
         &self,
         level: SimdLevel,
@@ -94,7 +92,7 @@ impl<T: Real> MeshCache<T> {
         level.run(Stirred { now, start, end, carry, anchor, clear })
     }
 
-    /// How a mesh touches a node that goes from `start` to `end` [m].
+    /// The contact of a node that moves from `start` to `end` with a mesh [m].
     pub fn contact(
         &self,
         now: &MeshNow<T>,
@@ -118,7 +116,7 @@ impl<T: Real> MeshCache<T> {
         } else if one.is_whole(now, way) {
             view.surface.contact_on_segment(now, way, at_end, &one.list())
         } else {
-            // A long way: what it may go through is not in the list.
+            // The motion is long: it may pass through triangles outside the list.
             view.surface.contact_on_segment(now, way, at_end, &view.surface.tree(now).along(way))
         }?;
         Some(MeshContact {
@@ -128,7 +126,7 @@ impl<T: Real> MeshCache<T> {
         })
     }
 
-    /// How deep a node at `x` [m] is in the mesh, and which way leads out; `None` only if it is farther off than `most` [m].
+    /// The penetration of a node at `x` [m] into the mesh; `None` only if it is farther away than `most` [m].
     pub fn depth(&self, now: &MeshNow<T>, node: usize, x: [T; 3], most: T) -> Option<Depth<T>> {
         let place = now.local(x);
         if !is_somewhere(place) {
@@ -143,14 +141,14 @@ impl<T: Real> MeshCache<T> {
         Some(Depth { depth, normal: now.place.turn(normal), velocity: now.place.turn(velocity) })
     }
 
-    /// A mesh as seen from `x` [m], and how far a list of it reaches [m].
+    /// A mesh relative to `x` [m], and how far a list of it reaches [m].
     fn view<'b>(&'b self, now: &'b MeshNow<T>, x: [T; 3]) -> (View<'b, T>, T) {
         let Self { surfaces, reaches, level, .. } = self;
         let index = now.index as usize;
         (View { level: *level, surface: &surfaces[index], now, x }, reaches[index])
     }
 
-    /// How the collider in which a node would be deepest will hold it, and which that is.
+    /// Predicted contact of a node: the deepest one, and its collider.
     pub fn predict(
         &self,
         colliders: &[ColliderNow<T>],
@@ -159,7 +157,7 @@ impl<T: Real> MeshCache<T> {
     ) -> (PredictedContact<T>, u32) {
         let found = deepest(colliders, |collider| match &collider.shape {
             ShapeNow::Mesh(mesh) => {
-                // From farther off it does not get there.
+                // It does not reach the surface from farther away.
                 let most = approach.h * norm(approach.free) + approach.fall;
                 let contact = self.depth(mesh, node, approach.position, most)?;
                 PredictedContact::of_mesh(&collider.surface, approach, contact)
@@ -183,8 +181,8 @@ impl<T: Real> MeshCache<T> {
     }
 }
 
-/// Whether a way passes through no triangle, since none is nearer to its start than `from` [m]: each of its points is nearer to
-/// one of its ends than the mesh is.
+/// Whether a segment passes through no triangle, since none is closer to its start than `from` [m]: each of its
+/// points is closer to one of its ends than the mesh is.
 fn keeps_off<T: Real>(
     now: &MeshNow<T>,
     [start, end]: [[T; 3]; 2],
@@ -197,12 +195,12 @@ fn keeps_off<T: Real>(
     dot(way, way) < off * off
 }
 
-/// Whether a place is one: what has blown up touches nothing.
+/// Whether a position is finite; a diverged node has no contact.
 fn is_somewhere<T: Real>(x: [T; 3]) -> bool {
     dot(x, x) < T::FAR
 }
 
-/// Kernel: how many nodes do not stay where nothing is touched.
+/// Kernel: the number of nodes that may be in contact.
 struct Stirred<'a, T> {
     now: &'a MeshNow<T>,
     start: [&'a [T]; 3],

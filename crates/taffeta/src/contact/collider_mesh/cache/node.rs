@@ -1,4 +1,4 @@
-//! What is known of the triangles around one node.
+//! The contact cache of one node.
 
 use crate::contact::collider_mesh::cache::MOST;
 use crate::contact::collider_mesh::cache::lanes::{Closest, LANES, View};
@@ -7,36 +7,36 @@ use crate::contact::collider_mesh::tree::Candidates;
 use crate::contact::collider_mesh::triangle::Nearest;
 use crate::real::{Real, dot, sub};
 
-/// What one node remembers of a mesh, beside the anchor: where it was searched.
+/// The list of one node, beside the position of its search.
 #[derive(Clone, Copy)]
 pub struct Memory<T> {
-    /// Within this distance of the anchor, less the mesh's own travel, the list is whole [m].
+    /// Within this distance of that position, less the mesh's own travel, the list is complete [m].
     whole: T,
-    /// The mesh's travel then [m].
+    /// The mesh's travel at that time [m].
     since: T,
-    /// The nearest triangles, nearest first, and their distance from the anchor [m].
+    /// The nearest triangles, nearest first, and their distance from that position [m].
     list: [u32; MOST],
     distances: [T; MOST],
     count: u32,
-    /// Where the nearest triangle was last sought [m], and which it is.
+    /// Position of the last search for the nearest triangle [m], and that triangle.
     seen: [T; 3],
     nearest: u32,
-    /// Its distance, and that of all others at least, and the mesh's travel then [m]; 0 if nothing is known.
+    /// Its distance, a lower bound of that of all others, and the mesh's travel at that time [m]; 0 if unknown.
     off: T,
     others: T,
 }
 
 /// One node.
 pub struct Node<'a, T> {
-    /// Where it was searched [m].
+    /// Position of the last search [m].
     pub anchor: [&'a mut T; 3],
-    /// Within this distance of the anchor, less the mesh's own travel, nothing is touched [m].
+    /// Within this distance of it, less the mesh's own travel, there is no contact [m].
     pub clear: &'a mut T,
     pub memory: &'a mut Memory<T>,
 }
 
 impl<T: Real> Memory<T> {
-    /// Nothing is known.
+    /// Empty.
     pub fn nothing() -> Self {
         Self {
             whole: T::ZERO,
@@ -73,7 +73,7 @@ impl<T: Real> Memory<T> {
 }
 
 impl<T: Real> Node<'_, T> {
-    /// Whether a way stays within `most` of the anchor.
+    /// Whether a segment stays within `most` of the anchor.
     fn holds(&self, [start, end]: [[T; 3]; 2], most: T) -> bool {
         let near = |place: [T; 3]| {
             let d = self.way_to(place);
@@ -88,40 +88,40 @@ impl<T: Real> Node<'_, T> {
         sub(x, [**a, **b, **c])
     }
 
-    /// Whether a node touches nothing on its way.
+    /// Whether a segment has no contact.
     pub fn is_clear(&self, now: &MeshNow<T>, way: [[T; 3]; 2]) -> bool {
         self.holds(way, *self.clear - now.travel)
     }
 
-    /// Whether the mesh is farther than `most` from being touched at `x` [m].
+    /// Whether the mesh at `x` is farther than `most` from contact [m].
     pub fn is_off(&self, now: &MeshNow<T>, x: [T; 3], most: T) -> bool {
         self.holds([x; 2], *self.clear - now.travel - most)
     }
 
-    /// Whether no triangle but those of the list matters on a way.
+    /// Whether only the triangles of the list matter for a segment.
     pub fn is_whole(&self, now: &MeshNow<T>, way: [[T; 3]; 2]) -> bool {
         self.holds(way, self.memory.whole - now.travel)
     }
 
-    /// How much nearer to `x` a triangle may be than it was to the anchor [m].
+    /// How much closer to `x` a triangle may be than to the anchor [m].
     fn moved(&self, now: &MeshNow<T>, x: [T; 3]) -> T {
         let d = self.way_to(x);
         dot(d, d).sqrt() + (now.travel - self.memory.since)
     }
 
-    /// How near any triangle may be to `x` [m].
+    /// A lower bound of the distance of all triangles from `x` [m].
     pub fn least(&self, now: &MeshNow<T>, x: [T; 3]) -> T {
         self.memory.off - now.travel - self.since_seen(x)
     }
 
-    /// How far `x` is from where the nearest triangle was last sought [m].
+    /// Distance of `x` from the last search for the nearest triangle [m].
     fn since_seen(&self, x: [T; 3]) -> T {
         let d = sub(x, self.memory.seen);
         dot(d, d).sqrt()
     }
 
-    /// How the mesh touches a place by its nearest point; `None` only if it is farther off than its offset and `most` [m]. Lists
-    /// reach about as far as `reach` [m].
+    /// The contact of a position by its nearest point; `None` only if it is farther away than the mesh's offset and
+    /// `most` [m]. Lists reach about as far as `reach` [m].
     pub fn resting(&mut self, view: &View<'_, T>, most: T, reach: T) -> Option<MeshContact<T>> {
         let (x, now) = (view.x, view.now);
         let last = Found { triangle: self.memory.nearest, at: view.nearest(self.memory.nearest) };
@@ -167,7 +167,7 @@ impl<T: Real> Node<'_, T> {
         Some(contact)
     }
 
-    /// Whether a triangle that was the nearest is it at `x`, in its midst, at `at`.
+    /// Whether the last nearest triangle is still the nearest at `x`, with the point `at` inside it.
     fn is_still_nearest(&self, now: &MeshNow<T>, x: [T; 3], at: &Nearest<T>) -> bool {
         let others = self.memory.others - now.travel - self.since_seen(x);
         let [u, v, w] = at.barycentric;
@@ -175,7 +175,7 @@ impl<T: Real> Node<'_, T> {
         is_within && others > T::ZERO && at.squared < others * others
     }
 
-    /// Remembers the nearest triangle.
+    /// Stores the nearest triangle.
     fn note(&mut self, view: &View<'_, T>, closest: &Closest<T>, lost: T) {
         let (memory, travel) = (&mut *self.memory, view.now.travel);
         (memory.seen, memory.nearest) = (view.x, closest.triangle);
@@ -183,13 +183,13 @@ impl<T: Real> Node<'_, T> {
         memory.others = closest.others.sqrt() - lost + travel;
     }
 
-    /// Whether a list is of use to a node at `x`: it has not gone farther than one reaches, nor is it farther off.
+    /// Whether a list is useful to a node at `x`: the node has moved less, and is closer, than a list reaches.
     fn is_slow(&self, now: &MeshNow<T>, x: [T; 3], reach: T) -> bool {
         let moved = self.moved(now, x);
         moved + moved < reach && self.least(now, x) < now.offset + reach
     }
 
-    /// Knows nothing, from `x` on. What is then found holds for all of the sub-step.
+    /// Empties the cache at `x`. A new search is valid for the whole sub-step.
     fn start(&mut self, now: &MeshNow<T>, x: [T; 3]) {
         for (anchor, x) in self.anchor.iter_mut().zip(x) {
             **anchor = x;
@@ -204,7 +204,7 @@ impl<T: Real> Node<'_, T> {
         List(&self.memory.list[..self.memory.count as usize])
     }
 
-    /// Looks at those of the list that may be nearer than the closest.
+    /// Compares the triangles of the list that may be closer than the closest.
     fn look_at_list(&self, view: &View<'_, T>, closest: &mut Closest<T>) {
         let Memory { list, distances, whole, since, .. } = &*self.memory;
         let count = self.memory.count as usize;
@@ -220,7 +220,7 @@ impl<T: Real> Node<'_, T> {
                 closest.consider(triangle, squared);
             }
         }
-        // All that are not in the list are farther off than twice as far as it is whole, and the nearest.
+        // All triangles outside the list are farther away than the nearest, and than twice the list's radius.
         let whole = *whole - *since;
         closest.leave(if looked < count {
             off(distances[looked])
@@ -229,7 +229,7 @@ impl<T: Real> Node<'_, T> {
         });
     }
 
-    /// Looks for the triangles nearest to the place of the view.
+    /// Searches for the triangles nearest to the position of the view.
     fn search(&mut self, view: &View<'_, T>) {
         let (tree, now) = (view.surface.tree(view.now), view.now);
         self.start(now, view.x);
@@ -253,8 +253,8 @@ impl<T: Real> Node<'_, T> {
         memory.whole = whole + memory.since;
     }
 
-    /// Sorts the list anew as seen from the view, if the node has gone far enough that too many triangles seem to be near;
-    /// returns whether it did.
+    /// Sorts the list again by distance from the view, if the node has moved so far that too many triangles may be
+    /// near. Returns whether it did.
     fn follow(&mut self, view: &View<'_, T>) -> bool {
         let (now, x) = (view.now, view.x);
         let (two, four) = (T::ONE + T::ONE, T::from_f64(4.0));
