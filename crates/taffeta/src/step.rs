@@ -107,11 +107,11 @@ pub enum Op {
     /// Finds what seams, pins that break and tethers do to nodes.
     Attachments,
     /// Does it.
-    MoveAttached,
+    ApplyAttachments,
     /// Finds which nodes touch each other, and what that does to them.
     SelfContact,
     /// Does it.
-    MoveTouching,
+    ApplySelfContact,
     /// Measures the volumes that are restored by moving nodes; the rounds end when none is off.
     MeasureVolumes,
     /// Moves nodes that touch nothing so that the volume is restored.
@@ -137,8 +137,8 @@ impl Op {
             Self::Integrate => Stage::Integrate,
             Self::Pins => Stage::Pins,
             Self::Contact => Stage::Contact,
-            Self::Attachments | Self::MoveAttached => Stage::Attach,
-            Self::SelfContact | Self::MoveTouching => Stage::Pairs,
+            Self::Attachments | Self::ApplyAttachments => Stage::Attach,
+            Self::SelfContact | Self::ApplySelfContact => Stage::Pairs,
             Self::MeasureVolumes | Self::RestoreVolumes => Stage::Project,
             Self::MeasureTiles | Self::MeasureBodies => Stage::Diagnose,
         }
@@ -294,12 +294,12 @@ pub fn substep(parts: &Parts) -> Vec<Line> {
     // What moves nodes once more has colliders act on them again.
     if attachments {
         list.add(scene(Op::Attachments, none, true));
-        list.add(tiles(Op::MoveAttached, Marks::MOVED, none));
+        list.add(tiles(Op::ApplyAttachments, Marks::MOVED, none));
         list.add(tiles(Op::Contact, Marks::MOVED, none));
     }
     if self_contact {
         list.add(scene(Op::SelfContact, none, false));
-        list.add(tiles(Op::MoveTouching, Marks::MOVED, none));
+        list.add(tiles(Op::ApplySelfContact, Marks::MOVED, none));
         list.add(tiles(Op::Contact, Marks::MOVED, none));
     }
     if restored {
@@ -439,7 +439,7 @@ mod tests {
 
     #[test]
     fn colliders_act_after_all_that_moves_nodes() {
-        let moves = [Op::Integrate, Op::MoveAttached, Op::MoveTouching, Op::RestoreVolumes];
+        let moves = [Op::Integrate, Op::ApplyAttachments, Op::ApplySelfContact, Op::RestoreVolumes];
         for lines in all_parts().map(|parts| substep(&parts)) {
             let passes: Vec<&Pass> = lines.iter().flat_map(Line::passes).collect();
             for (at, pass) in passes.iter().enumerate().filter(|(_, pass)| moves.contains(&pass.op)) {
@@ -479,8 +479,8 @@ mod tests {
                 (Op::Rings, volumes),
                 (Op::Multipliers, volumes),
                 (Op::Gradients, solved && volumes),
-                (Op::MoveAttached, attachments),
-                (Op::MoveTouching, self_contact),
+                (Op::ApplyAttachments, attachments),
+                (Op::ApplySelfContact, self_contact),
                 (Op::RestoreVolumes, restored),
                 (Op::MeasureTiles, false),
             ];

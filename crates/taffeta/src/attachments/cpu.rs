@@ -142,7 +142,7 @@ impl<T: Real> Attachments<T> {
 
 impl<T: Real> Feature<T> for Attachments<T> {
     fn ops(&self) -> &'static [Op] {
-        &[Op::Attachments, Op::MoveAttached]
+        &[Op::Attachments, Op::ApplyAttachments]
     }
 
     fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {

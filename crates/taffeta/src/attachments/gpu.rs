@@ -219,7 +219,7 @@ impl Feature for Attachments {
             Command::run(Name::new("solve_joint_groups"), groups),
             Command::run(Name::new("apply_attachments").with(contact.choices()), self.place_groups),
         ];
-        vec![Fused::new(&[Op::Attachments, Op::MoveAttached, Op::Contact], commands)]
+        vec![Fused::new(&[Op::Attachments, Op::ApplyAttachments, Op::Contact], commands)]
     }
 
     fn bytes(&self, assembly: &Assembly) -> usize {

@@ -229,7 +229,7 @@ fn solve_with(
 /// Joints and tethers on the CPU, and colliders again or not.
 fn attach_once(contact: bool) -> Vec<Line> {
     let parts = Parts { attachments: true, ..Parts::default() };
-    let all = [Op::Attachments, Op::MoveAttached, Op::Contact];
+    let all = [Op::Attachments, Op::ApplyAttachments, Op::Contact];
     step::part_of(&parts, &all[..if contact { 3 } else { 2 }])
 }
 

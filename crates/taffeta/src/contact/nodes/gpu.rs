@@ -203,7 +203,7 @@ impl Feature for NodeContact {
 
     fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
         let sums = vec![Command::run(Name::new("measure_self_contacts"), self.sums.len())];
-        let all = [Op::SelfContact, Op::MoveTouching, Op::Contact];
+        let all = [Op::SelfContact, Op::ApplySelfContact, Op::Contact];
         vec![Fused::new(&all, self.resolve_self_contacts(features)), Fused::new(&[Op::MeasureTiles], sums)]
     }
 

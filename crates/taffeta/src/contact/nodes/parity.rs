@@ -245,7 +245,7 @@ fn find(bench: &mut Bench<'_>) -> Result<(), String> {
 /// Nodes part on the CPU, without colliders.
 fn part_once() -> Vec<Line> {
     let parts = Parts { self_contact: true, ..Parts::default() };
-    step::part_of(&parts, &[Op::SelfContact, Op::MoveTouching])
+    step::part_of(&parts, &[Op::SelfContact, Op::ApplySelfContact])
 }
 
 /// The state that the CPU comes to: colliders act again on those that touch another. Also that before they do.

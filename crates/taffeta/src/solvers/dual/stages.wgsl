@@ -73,12 +73,12 @@ struct SetUp {
 
 /// The row of a constraint, with the force of the last sub-step as warm start. The right side has the part of
 /// positions.
-fn row_of(constraint: Constraint, pull: f32) -> SetUp {
+fn row_of(constraint: Constraint, multiplier: f32) -> SetUp {
     let a = old_position[constraint.a];
     let b = old_position[constraint.b];
     let softness = softness_of(constraint);
     let row = constraint_row(softness, b.xyz - a.xyz, a.w + b.w, substeps[0].solving.aim * constraint.rest_length);
-    let start = select(0.0, pull / select(1.0, row.scale, row.scale > 0.0), row.scale > 0.0);
+    let start = select(0.0, multiplier / select(1.0, row.scale, row.scale > 0.0), row.scale > 0.0);
     let noise = row_noise(row, softness.rate, a.xyz);
     return SetUp(Row(row.direction, start, 0.0, noise, row.right, start), vec2f(row.scale, row.compliance));
 }
@@ -97,10 +97,10 @@ fn set_up_rows(
     let group = constraint_groups[index];
     if lane < group.count {
         let number = group.first + lane;
-        let pull = rows[number].x * row_scales[number].x;
+        let multiplier = rows[number].x * row_scales[number].x;
         var found = SetUp(Row(vec3f(0.0), 0.0, 0.0, 0.0, 0.0, 0.0), vec2f(0.0));
         if constraints[number].is_active != 0u {
-            found = row_of(constraints[number], pull);
+            found = row_of(constraints[number], multiplier);
         }
         rows[number] = found.row;
         row_scales[number] = found.scale;
@@ -303,16 +303,16 @@ fn advanced(number: u32, step: CgState) -> vec4f {
 }
 
 /// The constraint force on a node in contact.
-fn with_contact(node: u32, pull: vec3f) -> vec3f {
+fn with_contact(node: u32, node_force: vec3f) -> vec3f {
     let predicted = predicted_at(node);
     if !in_contact(predicted) {
-        return pull;
+        return node_force;
     }
     let x = old_position[node];
     let free = new_velocity[node].xyz;
     let kick = substeps[0].h * x.w;
     let collider = colliders[substeps[0].first_collider + predicted_contacts[node].collider];
-    let after = velocity_after(predicted, free, pull * kick, collider);
+    let after = velocity_after(predicted, free, node_force * kick, collider);
     return (after - free) * (1.0 / kick);
 }
 
@@ -331,8 +331,8 @@ fn apply_constraint_forces(
     if predicted_contacts[node].is_constrained == 0u {
         return;
     }
-    let pull = with_contact(node, -gather_constraint_forces(node));
-    force[node] = vec4f(force[node].xyz + pull, 0.0);
+    let node_force = with_contact(node, -gather_constraint_forces(node));
+    force[node] = vec4f(force[node].xyz + node_force, 0.0);
 }
 
 /// Adds up the statistics of all systems for the frame's report.

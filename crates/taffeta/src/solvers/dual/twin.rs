@@ -158,9 +158,9 @@ fn quad(row: &Row, compliance: f32) -> Quad<f32> {
 
 /// The pull of a row along its direction.
 fn force_along(row: &Row, length: f32) -> Quad<f32> {
-    let mut pulled = Quad::default();
-    Along { rows: &[quad(row, 0.0)], vector: &[length], pulled: from_mut(&mut pulled) }.run();
-    pulled
+    let mut row_forces = Quad::default();
+    Along { rows: &[quad(row, 0.0)], vector: &[length], row_forces: from_mut(&mut row_forces) }.run();
+    row_forces
 }
 
 /// A row's vectors after a step; the first one is from the right side to what the pulls to start from leave of it.
@@ -278,17 +278,17 @@ impl Twin<'_> {
     /// The pulls of constraints at a node, as long as `of` says, and where they stand.
     fn pulls(&self, incident: &[(usize, u32)], of: impl Fn(&Row) -> f32) -> (Vec<Quad<f32>>, Vec<u32>) {
         let rows = incident.iter().map(|&(number, _)| &self.work.rows[number]);
-        let pulled = rows.map(|row| force_along(row, of(row))).collect();
-        (pulled, (0..).zip(incident).map(|(at, &(_, end))| 2 * at + end).collect())
+        let row_forces = rows.map(|row| force_along(row, of(row))).collect();
+        (row_forces, (0..).zip(incident).map(|(at, &(_, end))| 2 * at + end).collect())
     }
 
     /// What they do to its velocity, held by a surface or not.
-    fn answer(&self, node: usize, (pulled, entries): (Vec<Quad<f32>>, Vec<u32>), held: bool) -> [f32; 3] {
+    fn answer(&self, node: usize, (row_forces, entries): (Vec<Quad<f32>>, Vec<u32>), held: bool) -> [f32; 3] {
         let (predicted, mut out) = (predicted_in(&self.work.predicted_contacts[node]), Quad::default());
         let kernel = GatherConstraintForces {
             spans: &[[0, entries.len() as u32]],
             entries: &entries,
-            pulled: &pulled,
+            row_forces: &row_forces,
             places: &[0],
             inverse_mass: &[self.fixture.old.position[node][3]],
             predicted: if held { from_ref(&predicted) } else { &[] },
@@ -468,8 +468,8 @@ impl Twin<'_> {
             if record.is_constrained == 0 {
                 continue;
             }
-            let (pulled, entries) = self.pulls(&incident[node], |row| row.x);
-            let mut pull = three(gather(&entries, &pulled).0).map(|c| -c);
+            let (row_forces, entries) = self.pulls(&incident[node], |row| row.x);
+            let mut pull = three(gather(&entries, &row_forces).0).map(|c| -c);
             if predicted_in(&record).in_contact() {
                 pull = self.with_contact(node, &record, pull);
             }

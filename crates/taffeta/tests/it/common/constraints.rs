@@ -34,21 +34,21 @@ impl Mobility {
 
 /// A surface that holds a node: its outward normal, its own velocity and the one that takes the node onto it [m/s], and
 /// whether the node sticks to it, else it slides, and the change of velocity by friction.
-pub struct Met {
+pub struct PredictedContact {
     pub normal: V,
     pub own: V,
     pub landing: f64,
     pub sticks: bool,
-    pub rubbed: V,
+    pub friction_change: V,
     pub friction: f64,
     pub restitution: f64,
 }
 
-impl Met {
+impl PredictedContact {
     /// The velocity of a node that would have `v` without the surface.
     pub fn held(&self, v: V) -> V {
         let along = across(if self.sticks { self.own } else { v }, self.normal);
-        add(add(along, self.rubbed), scale(self.normal, self.landing))
+        add(add(along, self.friction_change), scale(self.normal, self.landing))
     }
 }
 
@@ -225,7 +225,7 @@ impl Reference {
 
     /// The surface that a node gets deepest into with the pulls of the last step, if it comes there without them, or
     /// lies there. `free` and `v` are without and with them. Normals are those at the place of now.
-    pub fn meets(&self, node: usize, [free, v]: [V; 2], h: f64) -> Option<Met> {
+    pub fn predict_contact(&self, node: usize, [free, v]: [V; 2], h: f64) -> Option<PredictedContact> {
         let (x, then) = (self.x[node], self.time + h);
         let inside = |o: &Obstacle| o.depth(add(x, scale(v, h)), then).0;
         let comes = |o: &Obstacle| {
@@ -239,31 +239,39 @@ impl Reference {
         let (landing, friction) = ((depth / h).min(dot(own, normal)), obstacle.friction);
         let (slip, most) = (across(sub(v, own), normal), friction * (landing - dot(v, normal)).max(0.0));
         let sticks = norm(slip) <= 0.95 * most && most > 0.0;
-        let rubbed = scale(slip, if sticks || most == 0.0 { 0.0 } else { -most / norm(slip) });
-        Some(Met { normal, own, landing, sticks, rubbed, friction, restitution: obstacle.restitution })
+        let friction_change = scale(slip, if sticks || most == 0.0 { 0.0 } else { -most / norm(slip) });
+        Some(PredictedContact {
+            normal,
+            own,
+            landing,
+            sticks,
+            friction_change,
+            friction,
+            restitution: obstacle.restitution,
+        })
     }
 
     /// Velocity of a node after pulls, of which a surface bears what they press, and rubs: until the node stops, and less what
     /// contact rubs later.
-    pub fn press(free: V, pulled: V, met: &Met) -> V {
-        let [before, after] = [free, pulled].map(|v| dot(v, met.normal));
-        let least = before.min(met.landing);
-        let kept = if met.restitution > 0.0 {
-            after.clamp(least, met.landing)
+    pub fn velocity_after(free: V, pulled: V, predicted: &PredictedContact) -> V {
+        let [before, after] = [free, pulled].map(|v| dot(v, predicted.normal));
+        let least = before.min(predicted.landing);
+        let kept = if predicted.restitution > 0.0 {
+            after.clamp(least, predicted.landing)
         } else {
-            met.landing - (met.landing - least) / 16.0
+            predicted.landing - (predicted.landing - least) / 16.0
         };
-        if met.sticks {
-            return add(across(met.own, met.normal), scale(met.normal, kept));
+        if predicted.sticks {
+            return add(across(predicted.own, predicted.normal), scale(predicted.normal, kept));
         }
-        let held = add(pulled, scale(met.normal, kept - after));
-        let most = norm(met.rubbed);
+        let held = add(pulled, scale(predicted.normal, kept - after));
+        let most = norm(predicted.friction_change);
         if most == 0.0 {
             return held;
         }
-        let forward = scale(met.rubbed, -1.0 / most);
-        let stopped = dot(sub(held, met.own), forward).clamp(0.0, most);
-        let later = (met.friction * (met.landing - kept)).min(stopped);
+        let forward = scale(predicted.friction_change, -1.0 / most);
+        let stopped = dot(sub(held, predicted.own), forward).clamp(0.0, most);
+        let later = (predicted.friction * (predicted.landing - kept)).min(stopped);
         sub(held, scale(forward, stopped - later))
     }
 
@@ -285,17 +293,19 @@ impl Reference {
             return self.constrain_by_nodes(f, h);
         }
         let (rows, free) = (self.rows(h), self.free_velocities(f, h));
-        self.pulls.resize(self.springs.len(), 0.0);
-        let before: Vec<f64> = rows.iter().map(|row| self.pulls[row.spring] / norm(row.slope)).collect();
+        self.multipliers.resize(self.springs.len(), 0.0);
+        let before: Vec<f64> =
+            rows.iter().map(|row| self.multipliers[row.spring] / norm(row.slope)).collect();
         let guess = self.pulled(&free, &rows, &before, h);
-        let met: Vec<Option<Met>> = (0..free.len()).map(|n| self.meets(n, [free[n], guess[n]], h)).collect();
+        let predicted: Vec<Option<PredictedContact>> =
+            (0..free.len()).map(|n| self.predict_contact(n, [free[n], guess[n]], h)).collect();
         let (mut v, mut nodes) = (free.clone(), Vec::new());
-        for (n, met) in met.iter().enumerate() {
+        for (n, predicted) in predicted.iter().enumerate() {
             let mut mobility = Mobility { inverse_mass: self.inverse_mass(n), normal: [0.0; 3] };
-            if let Some(met) = met {
-                mobility.normal = met.normal;
-                mobility.inverse_mass *= if met.sticks { 0.0 } else { 1.0 };
-                v[n] = met.held(v[n]);
+            if let Some(predicted) = predicted {
+                mobility.normal = predicted.normal;
+                mobility.inverse_mass *= if predicted.sticks { 0.0 } else { 1.0 };
+                v[n] = predicted.held(v[n]);
             }
             nodes.push(mobility);
         }
@@ -303,16 +313,16 @@ impl Reference {
         let right: Vec<f64> = rows.iter().map(|row| row.wanted + rate(row) / h).collect();
         let pulls = Csr::assemble(&rows, &nodes).solve(&right);
         for (n, mut after) in self.pulled(&free, &rows, &pulls, h).into_iter().enumerate() {
-            if let Some(met) = &met[n] {
-                after = Self::press(free[n], after, met);
+            if let Some(predicted) = &predicted[n] {
+                after = Self::velocity_after(free[n], after, predicted);
             }
             if !self.held.contains(&n) {
                 f[n] = add(f[n], scale(sub(after, free[n]), self.mass[n] / h));
             }
         }
-        self.pulls.fill(0.0);
+        self.multipliers.fill(0.0);
         for (row, pull) in rows.iter().zip(pulls) {
-            self.pulls[row.spring] = pull * norm(row.slope);
+            self.multipliers[row.spring] = pull * norm(row.slope);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Implicit springs by nodes: Newton's steps of backward Euler, every block of the system from a list of springs, the
 //! system factorised, in 64 bits.
 
-use super::constraints::Met;
+use super::constraints::PredictedContact;
 use super::reference::{Reference, Spring};
 use super::{V, add, dot, norm, scale, sub};
 
@@ -235,23 +235,27 @@ impl Reference {
     pub fn constrain_by_nodes(&mut self, f: &mut [V], h: f64) {
         let free = self.free_velocities(f, h);
         self.changes.resize(free.len(), [0.0; 3]);
-        let met = |n: usize| self.meets(n, [free[n], add(free[n], self.changes[n])], h);
-        let met: Vec<Option<Met>> = (0..free.len()).map(met).collect();
-        let held = |n: usize| met[n].as_ref().map_or(free[n], |met| met.held(free[n]));
-        let yields = |n: usize| match &met[n] {
+        let predicted = |n: usize| self.predict_contact(n, [free[n], add(free[n], self.changes[n])], h);
+        let predicted: Vec<Option<PredictedContact>> = (0..free.len()).map(predicted).collect();
+        let held = |n: usize| predicted[n].as_ref().map_or(free[n], |predicted| predicted.held(free[n]));
+        let yields = |n: usize| match &predicted[n] {
             _ if self.held.contains(&n) => ZERO,
-            Some(met) if met.sticks => ZERO,
-            Some(met) => plus(unit(1.0), along(met.normal).map(|row| scale(row, -1.0))),
+            Some(predicted) if predicted.sticks => ZERO,
+            Some(predicted) => plus(unit(1.0), along(predicted.normal).map(|row| scale(row, -1.0))),
             None => unit(1.0),
         };
         let held: Vec<V> = (0..free.len()).map(held).collect();
         let yields: Vec<M3> = (0..free.len()).map(yields).collect();
-        let rubbed = |n: usize| met[n].as_ref().map_or(free[n], |met| add(free[n], met.rubbed));
-        let rubbed: Vec<V> = (0..free.len()).map(rubbed).collect();
-        let changes = self.backward(&rubbed, &held, &yields, h).changes;
+        let friction_change = |n: usize| {
+            predicted[n].as_ref().map_or(free[n], |predicted| add(free[n], predicted.friction_change))
+        };
+        let friction_change: Vec<V> = (0..free.len()).map(friction_change).collect();
+        let changes = self.backward(&friction_change, &held, &yields, h).changes;
         for (n, &change) in changes.iter().enumerate().filter(|(n, _)| !self.held.contains(n)) {
             let pulled = add(free[n], change);
-            let after = met[n].as_ref().map_or(pulled, |met| Self::press(free[n], pulled, met));
+            let after = predicted[n]
+                .as_ref()
+                .map_or(pulled, |predicted| Self::velocity_after(free[n], pulled, predicted));
             f[n] = add(f[n], scale(sub(after, free[n]), self.mass[n] / h));
         }
         self.changes = changes;

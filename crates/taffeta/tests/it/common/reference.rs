@@ -90,7 +90,7 @@ pub struct Reference {
     /// Springs that ACAD has made constraints in the last step.
     pub active: BTreeSet<usize>,
     /// What each spring pulled with in the last step, where it was a constraint [N].
-    pub pulls: Vec<f64>,
+    pub multipliers: Vec<f64>,
     /// What springs changed of each node's velocity in the last step, where they were solved for by nodes [m/s].
     pub changes: Vec<V>,
     /// Nodes that met an obstacle in the last step.
@@ -159,7 +159,7 @@ impl Reference {
     }
 
     /// Moves nodes that have met nothing, then keeps all out of obstacles, until the volume is right.
-    fn restore(&mut self, met: &mut BTreeSet<usize>, h: f64) {
+    fn restore(&mut self, in_contact: &mut BTreeSet<usize>, h: f64) {
         let Some((triangles, goal)) =
             self.inside.as_ref().filter(|inside| inside.moves).map(|i| (i.triangles.clone(), i.volume))
         else {
@@ -170,26 +170,26 @@ impl Reference {
             if (volume - goal).abs() <= 1e-10 * goal {
                 break;
             }
-            let w = |n: usize| if met.contains(&n) { 0.0 } else { self.inverse_mass(n) };
+            let w = |n: usize| if in_contact.contains(&n) { 0.0 } else { self.inverse_mass(n) };
             let all: f64 = slopes.iter().enumerate().map(|(n, &s)| w(n) * dot(s, s)).sum();
             let moves: Vec<V> =
                 slopes.iter().enumerate().map(|(n, &s)| scale(s, w(n) * (goal - volume) / all)).collect();
             for (x, by) in self.x.iter_mut().zip(moves) {
                 *x = add(*x, by);
             }
-            self.meet(met, h);
+            self.resolve_contact(in_contact, h);
         }
     }
 
     /// Keeps free nodes out of obstacles; adds those that have met one.
-    fn meet(&mut self, met: &mut BTreeSet<usize>, h: f64) {
+    fn resolve_contact(&mut self, in_contact: &mut BTreeSet<usize>, h: f64) {
         for n in (0..self.x.len()).filter(|n| !self.held.contains(n)) {
             let before = self.x[n];
             for obstacle in &self.obstacles {
-                (self.x[n], self.v[n]) = obstacle.meet(self.x[n], self.v[n], self.time, h);
+                (self.x[n], self.v[n]) = obstacle.resolve_contact(self.x[n], self.v[n], self.time, h);
             }
             if self.x[n] != before {
-                met.insert(n);
+                in_contact.insert(n);
             }
         }
     }
@@ -244,10 +244,10 @@ impl Reference {
             let [from, to] = [self.time, self.time + h].map(|t| path.apply(start, t));
             (self.x[n], self.v[n]) = (to, scale(sub(to, from), 1.0 / h));
         }
-        let mut met = BTreeSet::new();
-        self.meet(&mut met, h);
-        self.restore(&mut met, h);
-        self.touched = met.len() as u64;
+        let mut in_contact = BTreeSet::new();
+        self.resolve_contact(&mut in_contact, h);
+        self.restore(&mut in_contact, h);
+        self.touched = in_contact.len() as u64;
         self.time += h;
     }
 
@@ -282,7 +282,7 @@ impl Obstacle {
     }
 
     /// Projection to the surface, restitution, Coulomb friction relative to the surface's own motion.
-    fn meet(&self, x: V, v: V, t: f64, h: f64) -> (V, V) {
+    fn resolve_contact(&self, x: V, v: V, t: f64, h: f64) -> (V, V) {
         let (depth, n) = self.depth(x, t + h);
         if depth <= 0.0 {
             return (x, v);

@@ -310,7 +310,7 @@ impl<T: Real> NodeContact<T> {
 
 impl<T: Real> Feature<T> for NodeContact<T> {
     fn ops(&self) -> &'static [Op] {
-        &[Op::SelfContact, Op::MoveTouching]
+        &[Op::SelfContact, Op::ApplySelfContact]
     }
 
     fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {

@@ -72,17 +72,17 @@ impl<T: Real> SolveWorker<'_, '_, T> {
             stretch * stretch
         });
         // SAFETY: tiles own different constraints, each tile is in one worker's share, and others read after a barrier.
-        let (active, pull) =
-            unsafe { (self.shared.active.write(range.clone()), self.shared.pull.write(range.clone())) };
+        let (active, multiplier) =
+            unsafe { (self.shared.active.write(range.clone()), self.shared.multiplier.write(range.clone())) };
         let mut count = 0;
-        for ((active, pull), row) in active.iter_mut().zip(pull).zip(range.clone()) {
+        for ((active, multiplier), row) in active.iter_mut().zip(multiplier).zip(range.clone()) {
             let ends = self.solve.list.ends[row].map(|end| end as usize);
             let [a, b] = ends.map(|end| [0, 1, 2].map(|axis| self.worker.old()[axis][end]));
             let free = ends.iter().any(|&end| self.worker.nodes.inverse_mass[end] > T::ZERO);
             *active = becomes_active(sub(b, a), self.solve.rest[row], limits, free, *active);
             count += u32::from(*active);
             if !*active {
-                *pull = T::ZERO;
+                *multiplier = T::ZERO;
             }
         }
         count

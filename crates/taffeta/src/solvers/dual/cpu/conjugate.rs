@@ -47,7 +47,7 @@ struct Vectors<'a, T> {
     p: &'a mut [T],
     s: &'a mut [T],
     w: &'a mut [T],
-    pulled: &'a mut [Quad<T>],
+    row_forces: &'a mut [Quad<T>],
 }
 
 impl<'w, T: Real> SolveWorker<'w, '_, T> {
@@ -99,14 +99,14 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             s.fill(T::ZERO);
             // A vector of zeros: the part of the velocities remains.
             worker.apply_to(&part, Vector::S);
-            let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
+            let Vectors { rows, x, r, w, row_forces, .. } = worker.vectors(&part);
             let level = worker.worker.nodes.level;
             if !warm {
                 // These forces have predicted the contacts.
                 x.fill(T::ZERO);
             }
             worker.sums_of(chunk)[0] = level.run(Combine { to: r, factor: T::ONE, other: w });
-            level.run(Along { rows, vector: if warm { x } else { r }, pulled });
+            level.run(Along { rows, vector: if warm { x } else { r }, row_forces });
         });
         self.worker.synchronise();
         let tolerance = self.solve.solver.ice.tolerance;
@@ -135,11 +135,11 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             (0..self.scratch.bodies.len()).map(|body| factor(self.body_sums(body))).collect();
         self.each(self.scratch.layout.rows.len(), |worker, chunk| {
             let Chunk { body, part } = worker.scratch.layout.rows[chunk].clone();
-            let Vectors { rows, x, r, w, pulled, .. } = worker.vectors(&part);
+            let Vectors { rows, x, r, w, row_forces, .. } = worker.vectors(&part);
             let (level, factor) = (worker.worker.nodes.level, factors[body]);
             level.run(Multiply { vector: x, factor });
             level.run(Combine { to: r, factor: -factor, other: w });
-            level.run(Along { rows, vector: r, pulled });
+            level.run(Along { rows, vector: r, row_forces });
         });
         self.worker.synchronise();
     }
@@ -194,17 +194,17 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             let part = self.rows_of(chunk);
             // SAFETY: rows were listed before a barrier; different rows are different constraints.
             let which = &unsafe { self.shared.which.read() }[part.clone()];
-            let Vectors { rows, scale, offset, x, w, pulled, .. } = self.vectors(&part);
+            let Vectors { rows, scale, offset, x, w, row_forces, .. } = self.vectors(&part);
             for (i, &constraint) in which.iter().enumerate() {
                 let at = constraint as usize;
                 // SAFETY: as above; pulls are read in the next sub-step.
-                *unsafe { self.shared.pull.item(at) } = scale[i] * x[i];
+                *unsafe { self.shared.multiplier.item(at) } = scale[i] * x[i];
             }
             w.copy_from_slice(x);
             if solve.adaptive {
                 self.worker.nodes.level.run(Combine { to: w, factor: -T::ONE, other: offset });
             }
-            self.worker.nodes.level.run(Along { rows, vector: w, pulled });
+            self.worker.nodes.level.run(Along { rows, vector: w, row_forces });
         }
         self.worker.synchronise();
     }
@@ -241,11 +241,11 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
 
     fn set_up_rows(&mut self, chunk: usize) {
         let part = self.rows_of(chunk);
-        let Vectors { rows, scale, offset, x, right, pulled, .. } = self.vectors(&part);
+        let Vectors { rows, scale, offset, x, right, row_forces, .. } = self.vectors(&part);
         let (solve, adaptive) = (self.solve, self.solve.adaptive);
         let target = T::from_f64(1.0 + solve.solver.acad.target);
         // SAFETY: listed before a barrier; pulls are those of the last sub-step.
-        let (which, pull) = unsafe { (&self.shared.which.read()[part], self.shared.pull.read()) };
+        let (which, multiplier) = unsafe { (&self.shared.which.read()[part], self.shared.multiplier.read()) };
         let noise = self.worker.nodes.level.run(SetUpRows {
             which,
             all_ends: &solve.list.ends,
@@ -255,7 +255,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             inverse_mass: &self.worker.nodes.inverse_mass,
             old: self.worker.old(),
             springs: adaptive.then_some((&solve.list.materials[..], target)),
-            pull,
+            multiplier,
             rows: &mut *rows,
             scale,
             right,
@@ -268,7 +268,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
         // For the next pass: springs are taken out of the force, or contacts are predicted.
         let vector = if adaptive { offset } else { x };
-        self.worker.nodes.level.run(Along { rows, vector, pulled });
+        self.worker.nodes.level.run(Along { rows, vector, row_forces });
     }
 
     /// Lists the nodes at the ends of a chunk's rows.
@@ -366,7 +366,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             GatherConstraintForces {
                 spans: &self.shared.spans.read()[nodes.clone()],
                 entries: self.shared.entries.read(),
-                pulled: self.shared.pulled.read(),
+                row_forces: self.shared.row_forces.read(),
                 places: &self.shared.places.read()[nodes.clone()],
                 inverse_mass: &self.worker.nodes.inverse_mass,
                 predicted: if held { &self.shared.predicted.read()[nodes.clone()] } else { &[] },
@@ -397,9 +397,9 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         }
         let (alpha, beta) = self.scratch.bodies[body].step;
         let (alpha, beta) = (T::from_f64(alpha), T::from_f64(beta));
-        let Vectors { rows, x, r, p, s, w, pulled, .. } = self.vectors(&part);
+        let Vectors { rows, x, r, p, s, w, row_forces, .. } = self.vectors(&part);
         self.worker.nodes.level.run(Advance { alpha, beta, x, r, p, s, w });
-        self.worker.nodes.level.run(Along { rows, vector: r, pulled });
+        self.worker.nodes.level.run(Along { rows, vector: r, row_forces });
     }
 
     /// Whether the system of a body has converged.
@@ -428,7 +428,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
     /// Some rows of all vectors; callers take each only once at a time.
     fn vectors(&self, part: &Range<usize>) -> Vectors<'w, T> {
         let shared = self.shared;
-        // SAFETY: chunks of rows do not overlap, and each is in one worker's share. Of these others read `pulled` alone,
+        // SAFETY: chunks of rows do not overlap, and each is in one worker's share. Of these others read `row_forces` alone,
         // after a barrier.
         unsafe {
             Vectors {
@@ -441,7 +441,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 p: shared.p.write(part.clone()),
                 s: shared.s.write(part.clone()),
                 w: shared.w.write(part.clone()),
-                pulled: shared.pulled.write(part.clone()),
+                row_forces: shared.row_forces.write(part.clone()),
             }
         }
     }

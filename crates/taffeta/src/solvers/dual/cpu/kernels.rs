@@ -27,7 +27,7 @@ pub struct SetUpRows<'a, T> {
     /// If springs act as well: stiffness and damping of each material, and the target stretch of constraints.
     pub springs: Option<(&'a [[f64; 2]], T)>,
     /// By constraint: its force in the last sub-step.
-    pub pull: &'a [T],
+    pub multiplier: &'a [T],
     pub rows: &'a mut [Quad<T>],
     pub scale: &'a mut [T],
     /// Right side.
@@ -49,11 +49,11 @@ impl<T: Real> Kernel for SetUpRows<'_, T> {
             let d = sub(place(b), place(a));
             let material = self.material[constraint] as usize;
             let (softness, mut rest) = (&self.softness[material], self.rest[constraint]);
-            let mut pull = T::ZERO;
+            let mut force = T::ZERO;
             if let Some((materials, stretch)) = self.springs {
                 let velocity = |node: usize| [self.old[3][node], self.old[4][node], self.old[5][node]];
                 let [k, damping] = materials[material].map(T::from_f64);
-                pull = spring::factor(d, sub(velocity(b), velocity(a)), k, damping, rest) * norm(d);
+                force = spring::factor(d, sub(velocity(b), velocity(a)), k, damping, rest) * norm(d);
                 rest = stretch * rest;
             }
             let row = softness.row(d, self.inverse_mass[a] + self.inverse_mass[b], rest);
@@ -64,8 +64,8 @@ impl<T: Real> Kernel for SetUpRows<'_, T> {
             self.rows[i] = Quad([x, y, z, compliance]);
             self.scale[i] = row.scale;
             self.right[i] = row.right;
-            self.x[i] = self.pull[constraint] * by_scale;
-            self.offset[i] = pull * by_scale;
+            self.x[i] = self.multiplier[constraint] * by_scale;
+            self.offset[i] = force * by_scale;
         }
         sum
     }
@@ -76,7 +76,7 @@ pub struct GatherConstraintForces<'a, T> {
     /// By node: its entries.
     pub spans: &'a [[u32; 2]],
     pub entries: &'a [u32],
-    pub pulled: &'a [Quad<T>],
+    pub row_forces: &'a [Quad<T>],
     /// By node: its place, and by place the inverse mass.
     pub places: &'a [u32],
     pub inverse_mass: &'a [T],
@@ -89,9 +89,9 @@ impl<T: Real> Kernel for GatherConstraintForces<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { spans, entries, pulled, places, inverse_mass, predicted, out } = self;
+        let Self { spans, entries, row_forces, places, inverse_mass, predicted, out } = self;
         for ((out, span), &place) in out.iter_mut().zip(spans).zip(places) {
-            let sum = gather(&entries[span[0] as usize..span[1] as usize], pulled);
+            let sum = gather(&entries[span[0] as usize..span[1] as usize], row_forces);
             let w = inverse_mass[place as usize];
             *out = Quad(sum.0.map(|number| w * number));
         }
@@ -104,13 +104,13 @@ impl<T: Real> Kernel for GatherConstraintForces<'_, T> {
 
 /// The sum of the constraint forces at a node, with their signs.
 #[inline(always)]
-pub fn gather<T: Real>(entries: &[u32], pulled: &[Quad<T>]) -> Quad<T> {
+pub fn gather<T: Real>(entries: &[u32], row_forces: &[Quad<T>]) -> Quad<T> {
     let signs = signs::<T>();
     let mut sum = [T::ZERO; 4];
     for &entry in entries {
-        let (pull, sign) = (&pulled[entry as usize / 2], signs[entry as usize % 2]);
-        for (sum, pull) in sum.iter_mut().zip(pull.0) {
-            *sum += sign * pull;
+        let (force, sign) = (&row_forces[entry as usize / 2], signs[entry as usize % 2]);
+        for (sum, force) in sum.iter_mut().zip(force.0) {
+            *sum += sign * force;
         }
     }
     Quad(sum)
@@ -213,15 +213,15 @@ impl<T: Real> Kernel for Product<'_, T> {
 pub struct Along<'a, T> {
     pub rows: &'a [Quad<T>],
     pub vector: &'a [T],
-    pub pulled: &'a mut [Quad<T>],
+    pub row_forces: &'a mut [Quad<T>],
 }
 
 impl<T: Real> Kernel for Along<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        for ((pulled, row), &length) in self.pulled.iter_mut().zip(self.rows).zip(self.vector) {
-            *pulled = Quad(row.0.map(|number| number * length));
+        for ((row_forces, row), &length) in self.row_forces.iter_mut().zip(self.rows).zip(self.vector) {
+            *row_forces = Quad(row.0.map(|number| number * length));
         }
     }
 }

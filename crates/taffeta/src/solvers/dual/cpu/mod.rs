@@ -65,7 +65,7 @@ pub struct Dual<T> {
 /// State that changes. Forces and activity are kept from one sub-step to the next.
 struct Work<T> {
     /// Force of each constraint [N].
-    pull: Shared<T>,
+    multiplier: Shared<T>,
     /// Whether it is active.
     active: Shared<bool>,
     /// By tile: the number of active constraints that its nodes own; the number of nodes with active constraints, and
@@ -97,7 +97,7 @@ struct Work<T> {
     s: Shared<T>,
     w: Shared<T>,
     /// The force of a vector along each row's direction.
-    pulled: Shared<Quad<T>>,
+    row_forces: Shared<Quad<T>>,
     /// By node: the velocity change by constraint forces, divided by the sub-step.
     response: Shared<Quad<T>>,
     /// By node: its predicted contact, and the collider.
@@ -168,7 +168,7 @@ impl<T: Real> Work<T> {
         // The lists of a system of all constraints.
         let [which, all_places] = [count, places].map(|n| (0..n as u32).collect::<Vec<_>>().into());
         Self {
-            pull: numbers(),
+            multiplier: numbers(),
             active: vec![false; changing].into(),
             tile_rows: vec![0; tiles].into(),
             tile_nodes: vec![[0; 2]; tiles].into(),
@@ -188,7 +188,7 @@ impl<T: Real> Work<T> {
             p: numbers(),
             s: numbers(),
             w: numbers(),
-            pulled: quads(count),
+            row_forces: quads(count),
             response: quads(places),
             predicted: vec![PredictedContact::FREE; places].into(),
             collider: vec![0; places].into(),
@@ -259,14 +259,18 @@ impl<T: Real> Feature<T> for Dual<T> {
     fn save(&self, state: &mut SolverState) {
         let asked = self.solver.ice.warm_start || self.surfaces;
         // SAFETY: no worker works between frames.
-        let (pulls, active) = unsafe { (self.work.pull.read(), self.work.active.read()) };
-        state.warm_start = if asked { pulls.iter().map(|pull| pull.to_f64()).collect() } else { Vec::new() };
+        let (multipliers, active) = unsafe { (self.work.multiplier.read(), self.work.active.read()) };
+        state.warm_start = if asked {
+            multipliers.iter().map(|multiplier| multiplier.to_f64()).collect()
+        } else {
+            Vec::new()
+        };
         state.active = if self.adaptive { active.to_vec() } else { Vec::new() };
     }
 
     fn load(&mut self, state: &SolverState) {
-        for (pull, &from) in self.work.pull.get_mut().iter_mut().zip(&state.warm_start) {
-            *pull = T::from_f64(from);
+        for (multiplier, &from) in self.work.multiplier.get_mut().iter_mut().zip(&state.warm_start) {
+            *multiplier = T::from_f64(from);
         }
         if self.adaptive {
             self.work.active.get_mut().copy_from_slice(&state.active);
@@ -277,7 +281,7 @@ impl<T: Real> Feature<T> for Dual<T> {
     fn bytes(&self) -> usize {
         let each = size_of::<T>() * 9 + 2 * size_of::<Quad<T>>() + 1 + 4 * 6;
         let node = size_of::<Quad<T>>() + size_of::<PredictedContact<T>>() + 20;
-        self.work.pull.len() * each + self.work.places.len() * node
+        self.work.multiplier.len() * each + self.work.places.len() * node
     }
 }
 

@@ -35,9 +35,9 @@ impl<T: Real> Dual<T> {
     fn add_node_forces(&self, tile: &mut Tile<'_, T>, (at, place): (usize, usize), node: usize) {
         let work = &self.work;
         // SAFETY: listed, and found, before a barrier.
-        let (span, entries, pulled) =
-            unsafe { (work.spans.read()[node], work.entries.read(), work.pulled.read()) };
-        let [x, y, z, _] = gather(&entries[span[0] as usize..span[1] as usize], pulled).0;
+        let (span, entries, row_forces) =
+            unsafe { (work.spans.read()[node], work.entries.read(), work.row_forces.read()) };
+        let [x, y, z, _] = gather(&entries[span[0] as usize..span[1] as usize], row_forces).0;
         let mut force = [-x, -y, -z];
         if !self.colliders(tile.substep).is_empty() {
             force = self.force_in_contact(tile, place, node, force);

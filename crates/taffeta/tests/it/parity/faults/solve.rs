@@ -37,7 +37,7 @@ pub const FAULTS: &[Fault] = &[
     ),
     ("set_up_rows", "substeps[0].solving.aim * constraint.rest_length", "constraint.rest_length"),
     ("start_rows", "substeps[0].solving.is_warm == 0u", "false"),
-    ("set_up_rows", "pull / select(1.0, row.scale, row.scale > 0.0)", "pull"),
+    ("set_up_rows", "multiplier / select(1.0, row.scale, row.scale > 0.0)", "multiplier"),
     ("set_up_rows", "if constraints[number].is_active != 0u {", "{"),
     ("set_up_rows", "solves[group.solve].next = start;", ""),
     ("set_up_rows", "abs(x.x) + abs(x.y) + abs(x.z)", "x.x + abs(x.y) + abs(x.z)"),
