@@ -79,7 +79,7 @@ pub struct Simulation {
     pinned: Vec<u32>,
     /// Triangles of colliders, once somebody asks how far nodes are from them.
     surfaces: OnceLock<Vec<MeshSurface<f64>>>,
-    /// Frames that were launched and not collected yet, and whether more than gravity drives the scene in them.
+    /// Frames that were submitted and not polled yet, and whether more than gravity drives the scene in them.
     submitted: (u32, bool),
 }
 
@@ -239,7 +239,7 @@ impl Simulation {
         &self.report
     }
 
-    /// Number of frames done, those among them that were launched and may still be under way.
+    /// Number of frames done, those among them that were submitted and may still be running.
     pub fn frame(&self) -> u32 {
         self.report.frame + self.submitted.0
     }

@@ -28,7 +28,7 @@ use crate::scene::SceneError;
 pub struct Diverged {
     /// The first frame that may have failed; the one before it was good.
     pub first: u32,
-    /// The frame after which that was seen. Later than `first` where several were launched before one was looked at.
+    /// The frame after which that was seen. Later than `first` where several were submitted before one was looked at.
     pub frame: u32,
     /// Name of the body.
     pub body: String,

@@ -1,4 +1,4 @@
-//! Frames of a simulation: launched, and then collected.
+//! Frames of a simulation: submitted, and then polled.
 
 use crate::backend::Lost;
 use crate::diagnostics::FrameReport;
@@ -19,7 +19,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Waits for the frames that were launched, and reports the last.
+    /// Waits for the frames that were submitted, and reports the last.
     ///
     /// # Errors
     /// As [`Self::advance`].

@@ -179,7 +179,7 @@ impl Simulation {
     }
 
     /// Has the GPU write places and unit normals of a body's vertices, as they were [made ready](Self::make_drawn), to where
-    /// a renderer on the same device draws them, after all frames that were launched. Normals are area-weighted. Nothing
+    /// a renderer on the same device draws them, after all frames that were submitted. Normals are area-weighted. Nothing
     /// comes to the host; what is not finite is not written.
     ///
     /// # Errors
