@@ -48,7 +48,7 @@ pub struct Kind {
     pub cost: usize,
     /// The struct of an element in WGSL: its name, and those of its numbers, which follow `corners`.
     pub record: (&'static str, &'static [&'static str]),
-    /// Entry points of its shaders.
+    /// Its kernels.
     pub kernels: Kernels,
     /// Its shaders.
     #[cfg(feature = "gpu")]
@@ -65,12 +65,32 @@ pub type Modes = fn(&[[f64; 3]], &[f64], &mut Visitor<'_>);
 /// Is called with directions by node, and k, d, `stiffest`.
 pub type Visitor<'v> = dyn FnMut(&[[f64; 3]], [f64; 3]) + 'v;
 
-/// Entry points of a kind of elements.
+/// The kernels of a kind of elements.
 pub struct Kernels {
     /// Finds forces, an invocation an element, into `element_forces`.
-    pub forces: &'static str,
+    pub forces: Kernel,
     /// Adds up energies into `element_energies`, where it has some.
-    pub energies: Option<&'static str>,
+    pub energies: Option<Kernel>,
+}
+
+/// A kernel, and how far from the CPU's its numbers may be, in units in the last place of the largest.
+#[derive(Clone, Copy)]
+pub struct Kernel {
+    /// Entry point.
+    pub entry: &'static str,
+    /// On adapters that run kernels on the CPU.
+    pub software: f64,
+    /// On others, which may fuse a product and a sum.
+    pub hardware: f64,
+    /// Why so much.
+    pub why: &'static str,
+}
+
+impl Kernels {
+    /// All that it has.
+    pub fn all(&self) -> impl Iterator<Item = Kernel> {
+        [self.forces].into_iter().chain(self.energies)
+    }
 }
 
 /// Elements of a body: nodes by the solver's number within the body, and numbers, of one after the other.

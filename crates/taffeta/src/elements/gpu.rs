@@ -221,14 +221,14 @@ impl Feature for Elements {
         let kinds = || (1..).zip(&self.kinds);
         let force = |(part, one): (usize, &OnDevice)| {
             Command::run_part(
-                Name::new(one.set.kind.kernels.forces),
+                Name::new(one.set.kind.kernels.forces.entry),
                 part,
                 one.set.range.len().div_ceil(GROUP),
             )
         };
         let energy = |(part, one): (usize, &OnDevice)| {
             let (sums, _) = one.energies.as_ref()?;
-            Some(Command::run_part(Name::new(one.set.kind.kernels.energies?), part, sums.len()))
+            Some(Command::run_part(Name::new(one.set.kind.kernels.energies?.entry), part, sums.len()))
         };
         vec![
             Fused::new(&[Op::Elements], kinds().map(force).collect()),

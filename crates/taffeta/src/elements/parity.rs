@@ -1,10 +1,10 @@
-//! What rows of all kinds of elements are made by, and the row of torques.
+//! Rows of the kernels of all kinds of elements, and the row of torques.
 
 use crate::diagnostics::parity::{compare, measured, sums, total};
-use crate::elements::element::Kind;
+use crate::elements::KINDS;
+use crate::elements::element::{Kernel, Kind};
 use crate::elements::gpu::KindTables;
 use crate::elements::load::gpu_layout::Load;
-use crate::elements::{aero, hinge};
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::GROUP;
 use crate::gpu::parity::bench::{Bench, Given};
@@ -16,7 +16,14 @@ const SUMMED: &str = "both add up in lanes and by halves; on hardware fused prod
 
 /// Rows of all kinds, and of loads.
 pub fn rows() -> Vec<Row> {
-    [hinge::parity::ROWS, aero::parity::ROWS, LOADS].concat()
+    let kernels = KINDS.into_iter().flat_map(|kind| kind.kernels.all());
+    let of_kinds = kernels.map(|Kernel { entry, software, hardware, why }| Row {
+        name: entry,
+        entry,
+        tolerance: Tolerance::new(software, hardware, why),
+        check: of_kind,
+    });
+    of_kinds.chain(LOADS.iter().copied()).collect()
 }
 
 const LOADS: &[Row] = &[Row {
@@ -26,10 +33,18 @@ const LOADS: &[Row] = &[Row {
     check: scales,
 }];
 
+/// The kernel of a kind of elements that the row is for.
+fn of_kind(bench: &mut Bench<'_>) -> Result<(), String> {
+    let entry = bench.entry;
+    let kind = KINDS.into_iter().find(|kind| kind.kernels.all().any(|kernel| kernel.entry == entry));
+    let kind = kind.ok_or_else(|| format!("no kind of elements has the kernel `{entry}`"))?;
+    if entry == kind.kernels.forces.entry { forces(bench, kind) } else { energies(bench, kind) }
+}
+
 /// Forces of the elements of a kind, on grids and meshes, with gusts.
-pub fn forces(bench: &mut Bench<'_>, kind: &Kind) -> Result<(), String> {
+fn forces(bench: &mut Bench<'_>, kind: &Kind) -> Result<(), String> {
     let fixtures = fixtures(bench)?;
-    let kernel = kernel_of(bench, Name::new(kind.kernels.forces), &fixtures[0])?;
+    let kernel = kernel_of(bench, Name::new(bench.entry), &fixtures[0])?;
     for mut fixture in fixtures {
         fixture.on_cpu(&[]);
         let Some(KindTables { set, .. }) = fixture.tables.elements.of(kind.name) else { continue };
@@ -44,7 +59,8 @@ pub fn forces(bench: &mut Bench<'_>, kind: &Kind) -> Result<(), String> {
 }
 
 /// Energies of the elements of a kind.
-pub fn energies(bench: &mut Bench<'_>, kind: &Kind, entry: &'static str) -> Result<(), String> {
+fn energies(bench: &mut Bench<'_>, kind: &Kind) -> Result<(), String> {
+    let entry = bench.entry;
     for mut fixture in fixtures(bench)? {
         let Some(KindTables { set, .. }) = fixture.tables.elements.of(kind.name) else { continue };
         let groups = [1, 3, set.range.len().div_ceil(GROUP)];

@@ -8,10 +8,8 @@ pub mod gpu;
 #[cfg(feature = "gpu")]
 pub mod gpu_layout;
 pub mod gust;
-#[cfg(feature = "gpu")]
-pub mod parity;
 
-use crate::elements::element::{Kernels, Kind};
+use crate::elements::element::{Kernel, Kernels, Kind};
 
 /// The name of triangles in the air in reports and shaders.
 pub const NAME: &str = "panels";
@@ -23,7 +21,15 @@ pub const KIND: Kind = Kind {
     forces: 1,
     cost: 0,
     record: ("Panel", &["lightness"]),
-    kernels: Kernels { forces: "blow_on_panels", energies: None },
+    kernels: Kernels {
+        forces: Kernel {
+            entry: "blow_on_panels",
+            software: 0.0,
+            hardware: 64.0,
+            why: "sums, products, quotients and roots in the same order; on hardware a fused product turns the normals of small triangles",
+        },
+        energies: None,
+    },
     #[cfg(feature = "gpu")]
     shaders: taffeta_gpu::shaders!("elements/aero", ["aero.wgsl", "gust.wgsl", "stages.wgsl"]),
     build: build::described,

@@ -13,6 +13,8 @@ use taffeta_gpu::{Access, Bindable, Buffer, DispatchList, Gpu, GpuError, Kernel,
 /// A kernel on its way through a row.
 pub struct Bench<'a> {
     pub gpu: &'a Gpu,
+    /// The entry point of the row.
+    pub entry: &'static str,
     /// Whether kernels round as the CPU does: states then have nodes on what kernels branch on.
     pub exact: bool,
     /// What is done to the sources before they are compiled.

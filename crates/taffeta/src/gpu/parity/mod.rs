@@ -70,7 +70,7 @@ impl Row {
         exact: bool,
         edit: &dyn Fn(String) -> String,
     ) -> Result<Outcome, String> {
-        let mut bench = Bench { gpu, exact, edit, outcome: Outcome::default() };
+        let mut bench = Bench { gpu, entry: self.entry, exact, edit, outcome: Outcome::default() };
         (self.check)(&mut bench)?;
         Ok(bench.outcome)
     }
