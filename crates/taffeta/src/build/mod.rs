@@ -88,10 +88,10 @@ impl Assembly {
         }
         assembly.loads = loads::loads(&assembly.bodies, &scene.forces)?;
         assembly.constraints = Constraints::new(&assembly.bodies, assembly.solver.method);
-        if assembly.solver.is_primal() {
-            assembly.levels = Level::all(&assembly.bodies, &assembly.constraints);
-        }
         assembly.elements = KINDS.map(|kind| List::new(kind, &assembly.bodies, scene)).into();
+        if assembly.solver.is_primal() {
+            assembly.levels = Level::all(&assembly);
+        }
         assembly.attach(scene)?;
         assembly.start_pins();
         assembly.start_points();
@@ -145,6 +145,17 @@ impl Assembly {
     pub fn elements_of(&self, kind: &str, body: usize) -> Range<usize> {
         let list = self.elements.iter().find(|list| list.kind.name == kind);
         list.map_or(0..0, |list| list.bodies[body].clone())
+    }
+
+    /// Whether anything of a body is solved for: springs or other elements.
+    pub fn is_solved_for(&self, body: usize) -> bool {
+        let springs = self.constraints.bodies.get(body).is_some_and(|all| !all.is_empty());
+        springs || self.has_solved_elements(body)
+    }
+
+    /// Whether a body has elements other than springs that are solved for.
+    pub fn has_solved_elements(&self, body: usize) -> bool {
+        self.elements.iter().any(|list| list.implicit && !list.bodies[body].is_empty())
     }
 
     /// A volume of 0 for each closed body.

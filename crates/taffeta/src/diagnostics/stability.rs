@@ -134,7 +134,7 @@ impl System {
         };
         Self {
             springs: lists.iter().flat_map(springs).collect(),
-            elements: assembly.elements.iter().filter_map(of_list).collect(),
+            elements: explicit(assembly).filter_map(of_list).collect(),
             root_inverse_mass: (0..body.nodes).map(|node| root_inverse_mass(body, node)).collect(),
         }
     }
@@ -169,10 +169,15 @@ impl System {
         };
         Self {
             springs,
-            elements: assembly.elements.iter().filter_map(of_list).collect(),
+            elements: explicit(assembly).filter_map(of_list).collect(),
             root_inverse_mass: (0..rows * cols).map(|n| root_inverse_mass(body, patch.of_grid(n))).collect(),
         }
     }
+}
+
+/// Elements that are not solved for.
+fn explicit(assembly: &Assembly) -> impl Iterator<Item = &List> {
+    assembly.elements.iter().filter(|list| !list.implicit)
 }
 
 /// A small grid that has the corners of another: rows and columns of both.

@@ -17,6 +17,9 @@ pub trait ElementSet<T: Real>: Send + Sync {
     fn find(&self, worker: &Worker<'_, T>);
     /// Adds to the sums of up to [`LANES`] nodes the forces [N] of the elements around them, in order.
     fn gather(&self, level: SimdLevel, nodes: Range<usize>, sum: &mut [[T; LANES]; 3]);
+    /// Finds the forces [N] on the nodes of some elements in another state, and the directions of their modes over a step `h` [s],
+    /// of kinds that are solved for: by element, mode and node.
+    fn linearise(&self, _part: Range<usize>, _state: &[&[T]; 6], _h: T, _out: Linearised<'_, T>) {}
     /// Energy of all of them [J], of kinds that have some.
     fn energy(&self, _state: [&[T]; 6]) -> Option<f64> {
         None
@@ -26,6 +29,14 @@ pub trait ElementSet<T: Real>: Send + Sync {
     /// The forces of each [N], as last found and as many as its kind keeps.
     #[cfg(feature = "gpu")]
     fn forces(&self) -> Vec<[T; 3]>;
+}
+
+/// What is found of some elements that are solved for.
+pub struct Linearised<'a, T> {
+    /// Forces [N], by element and node.
+    pub forces: &'a mut [[T; 3]],
+    /// Directions [kg^½], by element, mode and node.
+    pub directions: &'a mut [[T; 3]],
 }
 
 /// The elements of a formula: what serves every kind that does not bring a faster way of its own.
@@ -85,6 +96,21 @@ impl<T: Real, E: Element<N, P>, const N: usize, const P: usize> ElementSet<T> fo
                     sum[axis][lane] += force[axis];
                 }
             }
+        }
+    }
+
+    fn linearise(&self, part: Range<usize>, state: &[&[T]; 6], h: T, out: Linearised<'_, T>) {
+        let modes = out.directions.len() / (N * part.len()).max(1);
+        let directions = out.directions.chunks_exact_mut(N * modes);
+        for ((i, forces), directions) in part.zip(out.forces.chunks_exact_mut(N)).zip(directions) {
+            let [x, v] = [&state[..3], &state[3..]].map(|columns| self.positions(i, columns));
+            forces.copy_from_slice(&E::forces(x, v, self.numbers[i]));
+            directions.fill([T::ZERO; 3]);
+            let mut next = directions.chunks_exact_mut(N);
+            E::modes(x, self.numbers[i], |mode| {
+                let room = next.next().expect("an element has no more modes than its kind says");
+                room.copy_from_slice(&mode.over_step(h));
+            });
         }
     }
 

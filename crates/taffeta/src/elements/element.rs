@@ -1,7 +1,7 @@
 //! What an element is to the engine: a formula between a few nodes, and the facts that drivers need of it.
 
 use crate::build::body::BodyAssembly;
-use crate::real::Real;
+use crate::real::{Real, scale};
 use crate::scene::Scene;
 use std::ops::Range;
 
@@ -18,22 +18,31 @@ pub trait Element<const N: usize, const P: usize>: Send + Sync + 'static {
     /// Energy [J].
     fn energy<T: Real>(x: [[T; 3]; N], numbers: [T; P]) -> T;
 
-    /// The ways in which it resists near positions `x` [m].
-    fn modes(x: [[f64; 3]; N], numbers: [f64; P]) -> Vec<Mode<N>>;
+    /// Calls `see` for each way in which it resists near positions `x` [m].
+    fn modes<T: Real>(x: [[T; 3]; N], numbers: [T; P], see: impl FnMut(Mode<T, N>));
 }
 
 /// One way in which an element resists: with a stiffness K = k g gᵀ and a damping D = d g gᵀ, where g has a direction for each
 /// of its nodes.
 #[derive(Clone, Copy, Debug)]
-pub struct Mode<const N: usize> {
-    /// g, by node.
-    pub directions: [[f64; 3]; N],
-    /// Stiffness along it [N/m for directions without a unit].
-    pub k: f64,
-    /// Damping along it [kg/s].
-    pub d: f64,
+pub struct Mode<T, const N: usize> {
+    /// g, by node; their sum is 0.
+    pub directions: [[T; 3]; N],
+    /// Stiffness along it, not below 0 [N/m for directions without a unit].
+    pub k: T,
+    /// Damping along it, not below 0 [kg/s].
+    pub d: T,
     /// How many times stiffer, and more damped, it may become in another state.
-    pub stiffest: f64,
+    pub stiffest: T,
+}
+
+impl<T: Real, const N: usize> Mode<T, N> {
+    /// Its directions [kg^½] over a step `h` [s]: g √(h² k + h d), so that their products are what it adds to the matrix of an
+    /// implicit step.
+    pub fn over_step(&self, h: T) -> [[T; 3]; N] {
+        let root = (h * (h * self.k + self.d)).sqrt();
+        self.directions.map(|direction| scale(direction, root))
+    }
 }
 
 /// A kind of elements: facts that do not depend on a scene.
@@ -57,6 +66,16 @@ pub struct Kind {
     pub build: fn(&BodyAssembly, &Scene, usize) -> Described,
     /// Calls back for each mode of an element at positions by node, for the largest stable step; nothing where it sets none.
     pub modes: Option<Modes>,
+    /// How it is solved for where the solver is implicit; nothing where it acts explicitly there, too.
+    pub implicit: Option<Implicit>,
+}
+
+/// How elements of a kind are solved for.
+pub struct Implicit {
+    /// Modes of an element at most.
+    pub modes: usize,
+    /// Finds their directions over the step, an invocation an element, into `element_directions`: by mode, then by node.
+    pub directions: Kernel,
 }
 
 /// Visits the modes of an element at some positions [m], with its numbers.
@@ -86,13 +105,6 @@ pub struct Kernel {
     pub why: &'static str,
 }
 
-impl Kernels {
-    /// All that it has.
-    pub fn all(&self) -> impl Iterator<Item = Kernel> {
-        [self.forces].into_iter().chain(self.energies)
-    }
-}
-
 /// Elements of a body: nodes by the solver's number within the body, and numbers, of one after the other.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Described {
@@ -110,6 +122,8 @@ pub struct List {
     pub all: Described,
     /// The elements of each body.
     pub bodies: Vec<Range<usize>>,
+    /// Whether the scene's solver solves for them.
+    pub implicit: bool,
 }
 
 impl Kind {
@@ -122,9 +136,13 @@ impl Kind {
         let (Ok(x), Ok(numbers)) = (x.try_into(), numbers.try_into()) else {
             unreachable!("a kind has as many nodes and numbers as its formula");
         };
-        for mode in E::modes(x, numbers) {
-            see(&mode.directions, [mode.k, mode.d, mode.stiffest]);
-        }
+        E::modes(x, numbers, |mode| see(&mode.directions, [mode.k, mode.d, mode.stiffest]));
+    }
+
+    /// All kernels.
+    pub fn kernels(&self) -> impl Iterator<Item = Kernel> {
+        let directions = self.implicit.as_ref().map(|implicit| implicit.directions);
+        [self.kernels.forces].into_iter().chain(self.kernels.energies).chain(directions)
     }
 
     /// Numbers of an element.
@@ -144,7 +162,8 @@ impl Described {
 impl List {
     /// Those of a scene whose bodies these are.
     pub fn new(kind: &'static Kind, bodies: &[BodyAssembly], scene: &Scene) -> Self {
-        let mut list = Self { kind, all: Described::default(), bodies: Vec::new() };
+        let implicit = kind.implicit.is_some() && scene.solver.is_primal();
+        let mut list = Self { kind, all: Described::default(), bodies: Vec::new(), implicit };
         for (index, body) in bodies.iter().enumerate() {
             let from = list.len();
             let of_body = (kind.build)(body, scene, index);

@@ -8,7 +8,7 @@ use crate::elements::element::{Kind, List};
 use crate::elements::sets;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features};
-use crate::gpu::kernels::Name;
+use crate::gpu::kernels::{Choice, Name};
 use crate::gpu::layout::{Four, GROUP};
 use crate::gpu::schedule::Fused;
 use crate::plan;
@@ -18,7 +18,7 @@ use std::ops::Range;
 use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders, wgpu};
 
 /// What shaders of all kinds import.
-pub const SHADERS: &[Shader] = shaders!("elements", ["energies.wgsl", "forces.wgsl"]);
+pub const SHADERS: &[Shader] = shaders!("elements", ["directions.wgsl", "energies.wgsl", "forces.wgsl"]);
 
 /// The forces of a kind begin at a multiple of so many, where any device lets a buffer be bound from [256 bytes].
 const ALIGNED: usize = 256 / size_of::<Four>();
@@ -27,7 +27,18 @@ const ALIGNED: usize = 256 / size_of::<Four>();
 pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
     let of_kind = |list: &List| (list.bodies[body].len() * list.kind.forces).next_multiple_of(ALIGNED);
     let forces: usize = assembly.elements.iter().map(of_kind).sum();
-    vec![((forces * size_of::<Four>()) as u64, "forces of elements")]
+    let directions: usize =
+        assembly.elements.iter().map(|list| list.bodies[body].len() * directions(list)).sum();
+    vec![
+        ((forces * size_of::<Four>()) as u64, "forces of elements"),
+        ((directions * size_of::<Four>()) as u64, "directions of elements"),
+    ]
+}
+
+/// Directions of an element, of kinds that are solved for.
+fn directions(list: &List) -> usize {
+    let modes = list.kind.implicit.as_ref().filter(|_| list.implicit).map_or(0, |implicit| implicit.modes);
+    modes * list.kind.nodes
 }
 
 /// Elements on the host.
@@ -54,12 +65,14 @@ pub struct Set {
     pub range: Range<usize>,
     /// Where their forces begin among those of all kinds.
     pub first_force: usize,
+    /// Where their directions are among those of all kinds; nowhere where they are not solved for.
+    pub directions: Range<usize>,
 }
 
 impl ElementTables {
     /// Those of some bodies.
     pub fn new(bodies: &Bodies<'_>) -> Self {
-        let (mut kinds, mut first_force) = (Vec::new(), 0);
+        let (mut kinds, mut first_force, mut first_direction) = (Vec::new(), 0, 0);
         for list in &bodies.assembly.elements {
             let of_bodies = &list.bodies[bodies.range.clone()];
             let range =
@@ -72,7 +85,9 @@ impl ElementTables {
                 words.extend(nodes.iter().map(|&node| bodies.local(node as usize)));
                 words.extend(numbers.iter().map(|&number| (number as f32).to_bits()));
             }
-            let set = Set { kind: list.kind, range, first_force };
+            let directions = first_direction..first_direction + range.len() * directions(list);
+            first_direction = directions.end.next_multiple_of(ALIGNED);
+            let set = Set { kind: list.kind, range, first_force, directions };
             first_force = set.forces().end.next_multiple_of(ALIGNED);
             kinds.push(KindTables { set, words });
         }
@@ -84,14 +99,19 @@ impl ElementTables {
         self.kinds.last().map_or(0, |last| last.set.forces().end)
     }
 
-    /// Whether there are any.
-    pub fn is_empty(&self) -> bool {
-        self.kinds.is_empty()
+    /// Number of directions of all elements, with gaps.
+    pub fn directions(&self) -> usize {
+        self.kinds.iter().map(|one| one.set.directions.end).max().unwrap_or(0)
     }
 
-    /// For each corner of each element, its node and where its force is among those of elements.
+    /// Whether any act explicitly.
+    pub fn any_explicit(&self) -> bool {
+        self.kinds.iter().any(|one| !one.set.is_solved_for())
+    }
+
+    /// For each corner of each element that acts explicitly, its node and where its force is among those of elements.
     pub fn corners(&self) -> impl Iterator<Item = (u32, u32)> {
-        self.kinds.iter().flat_map(KindTables::corners)
+        self.kinds.iter().filter(|one| !one.set.is_solved_for()).flat_map(KindTables::corners)
     }
 
     /// The elements of a kind.
@@ -101,6 +121,11 @@ impl ElementTables {
 }
 
 impl Set {
+    /// Whether they are solved for.
+    pub fn is_solved_for(&self) -> bool {
+        !self.directions.is_empty()
+    }
+
     /// Where their forces are among those of all kinds.
     pub fn forces(&self) -> Range<usize> {
         self.first_force..self.first_force + self.kind.forces * self.range.len()
@@ -139,6 +164,13 @@ struct Window {
     bytes: u64,
 }
 
+impl Window {
+    fn new(all: &Buffer<Four>, seen: &Range<usize>) -> Self {
+        let bytes = |count: usize| (count * size_of::<Four>()) as u64;
+        Self { buffer: all.raw().clone(), offset: bytes(seen.start), bytes: bytes(seen.len()) }
+    }
+}
+
 impl Bindable for Window {
     fn buffer(&self) -> &wgpu::Buffer {
         &self.buffer
@@ -159,6 +191,8 @@ struct OnDevice {
     records: Buffer<u32>,
     /// Force on each corner of each element, or on all corners of each [N].
     forces: Window,
+    /// Directions of modes over the step, where they are solved for.
+    directions: Option<Window>,
     /// By workgroup [J], where they have some.
     energies: Option<(Buffer<f32>, ReadBack<f32>)>,
 }
@@ -166,16 +200,20 @@ struct OnDevice {
 /// Elements on the device.
 pub struct Elements {
     kinds: Vec<OnDevice>,
-    /// Forces of all kinds, one behind the other.
+    /// Forces and directions of all kinds, one behind the other.
     forces: Buffer<Four>,
+    directions: Option<Buffer<Four>>,
 }
 
 impl Elements {
     /// Takes tables to the device.
     pub fn new(gpu: &Gpu, tables: &ElementTables) -> Result<Self, GpuError> {
         let forces: Buffer<Four> = gpu.buffer("forces of elements", tables.forces())?;
+        let count = tables.directions();
+        let directions: Option<Buffer<Four>> =
+            (count > 0).then(|| gpu.buffer("directions of elements", count)).transpose()?;
         let on_device = |tables: &KindTables| {
-            let (kind, seen) = (tables.set.kind, tables.set.forces());
+            let kind = tables.set.kind;
             let sums = sum_groups(tables.set.range.len());
             let energies = || {
                 let label = "energies of elements";
@@ -183,22 +221,33 @@ impl Elements {
             };
             Ok(OnDevice {
                 records: gpu.buffer_from(kind.name, &tables.words)?,
-                forces: Window {
-                    buffer: forces.raw().clone(),
-                    offset: (seen.start * size_of::<Four>()) as u64,
-                    bytes: (seen.len() * size_of::<Four>()) as u64,
-                },
+                forces: Window::new(&forces, &tables.set.forces()),
+                directions: directions
+                    .as_ref()
+                    .filter(|_| tables.set.is_solved_for())
+                    .map(|all| Window::new(all, &tables.set.directions)),
                 energies: kind.kernels.energies.map(|_| energies()).transpose()?,
                 set: tables.set.clone(),
             })
         };
         let kinds = tables.kinds.iter().map(on_device).collect::<Result<_, GpuError>>()?;
-        Ok(Self { kinds, forces })
+        Ok(Self { kinds, forces, directions })
     }
 
-    /// Whether there are any.
-    pub fn any(&self) -> bool {
-        !self.kinds.is_empty()
+    /// What finds forces and directions of elements that are solved for, by kernels that are put together with `choices`.
+    pub fn linearise(&self, choices: &[Choice]) -> Vec<Command<'_>> {
+        let of_kind = |(part, one): (usize, &OnDevice)| {
+            let directions = one.set.kind.implicit.as_ref().filter(|_| one.set.is_solved_for())?.directions;
+            let groups = one.set.range.len().div_ceil(GROUP);
+            let run = |entry| Command::run_part(Name::new(entry).with(choices), part, groups);
+            Some([run(one.set.kind.kernels.forces.entry), run(directions.entry)])
+        };
+        (1..).zip(&self.kinds).filter_map(of_kind).flatten().collect()
+    }
+
+    /// Whether any act explicitly.
+    pub fn any_explicit(&self) -> bool {
+        self.kinds.iter().any(|one| !one.set.is_solved_for())
     }
 }
 
@@ -210,15 +259,20 @@ impl Feature for Elements {
         match part.checked_sub(1).and_then(|kind| self.kinds.get(kind)) {
             Some(one) => {
                 all.push(("element_forces", &one.forces));
+                all.extend(one.directions.iter().map(|some| ("element_directions", some as &dyn Bindable)));
                 all.extend(one.energies.iter().map(|(sums, _)| ("element_energies", sums as &dyn Bindable)));
             }
-            None => all.push(("element_forces", &self.forces)),
+            None => {
+                all.push(("element_forces", &self.forces));
+                all.extend(self.directions.iter().map(|some| ("element_directions", some as &dyn Bindable)));
+            }
         }
         all
     }
 
     fn kernels<'f>(&'f self, _: &'f Features, _: Stage) -> Vec<Fused<'f>> {
         let kinds = || (1..).zip(&self.kinds);
+        let explicit = || kinds().filter(|(_, one)| !one.set.is_solved_for());
         let force = |(part, one): (usize, &OnDevice)| {
             Command::run_part(
                 Name::new(one.set.kind.kernels.forces.entry),
@@ -231,13 +285,13 @@ impl Feature for Elements {
             Some(Command::run_part(Name::new(one.set.kind.kernels.energies?.entry), part, sums.len()))
         };
         vec![
-            Fused::new(&[Op::Elements], kinds().map(force).collect()),
+            Fused::new(&[Op::Elements], explicit().map(force).collect()),
             Fused::new(&[Op::MeasureTiles], kinds().filter_map(energy).collect()),
         ]
     }
 
     fn adopt_state(&self, gpu: &Gpu, cpu: &mut CpuBackend<f32>, _: &plan::Substep<f32>) {
-        for one in &self.kinds {
+        for one in self.kinds.iter().filter(|one| !one.set.is_solved_for()) {
             self.forces.write(gpu, one.set.first_force, &one.set.found_on_cpu(cpu));
         }
     }

@@ -2,11 +2,13 @@
 
 use crate::diagnostics::parity::{compare, measured, sums, total};
 use crate::elements::KINDS;
+use crate::elements::cpu::Linearised;
 use crate::elements::element::{Kernel, Kind};
 use crate::elements::gpu::KindTables;
 use crate::elements::load::gpu_layout::Load;
+use crate::elements::sets::Elements;
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::GROUP;
+use crate::gpu::layout::{Four, GROUP};
 use crate::gpu::parity::bench::{Bench, Given};
 use crate::gpu::parity::fixture::words;
 use crate::gpu::parity::{Row, Tolerance};
@@ -16,7 +18,7 @@ const SUMMED: &str = "both add up in lanes and by halves; on hardware fused prod
 
 /// Rows of all kinds, and of loads.
 pub fn rows() -> Vec<Row> {
-    let kernels = KINDS.into_iter().flat_map(|kind| kind.kernels.all());
+    let kernels = KINDS.into_iter().flat_map(|kind| kind.kernels());
     let of_kinds = kernels.map(|Kernel { entry, software, hardware, why }| Row {
         name: entry,
         entry,
@@ -36,9 +38,46 @@ const LOADS: &[Row] = &[Row {
 /// The kernel of a kind of elements that the row is for.
 fn of_kind(bench: &mut Bench<'_>) -> Result<(), String> {
     let entry = bench.entry;
-    let kind = KINDS.into_iter().find(|kind| kind.kernels.all().any(|kernel| kernel.entry == entry));
+    let kind = KINDS.into_iter().find(|kind| kind.kernels().any(|kernel| kernel.entry == entry));
     let kind = kind.ok_or_else(|| format!("no kind of elements has the kernel `{entry}`"))?;
-    if entry == kind.kernels.forces.entry { forces(bench, kind) } else { energies(bench, kind) }
+    match &kind.implicit {
+        _ if entry == kind.kernels.forces.entry => forces(bench, kind),
+        Some(implicit) if entry == implicit.directions.entry => directions(bench, kind, implicit.modes),
+        _ => energies(bench, kind),
+    }
+}
+
+/// Directions of the modes of the elements of a kind over a step, on grids and meshes.
+fn directions(bench: &mut Bench<'_>, kind: &Kind, modes: usize) -> Result<(), String> {
+    let fixtures = fixtures(bench)?;
+    let kernel = kernel_of(bench, Name::new(bench.entry), &fixtures[0])?;
+    for mut fixture in fixtures {
+        let Some(KindTables { set, .. }) = fixture.tables.elements.of(kind.name) else { continue };
+        let count = set.range.len();
+        let [position, velocity] = [&fixture.old.position, &fixture.old.velocity];
+        let column = |axis: usize| -> Vec<f32> {
+            (if axis < 3 { position } else { velocity }).iter().map(|four| four[axis % 3]).collect()
+        };
+        let (columns, h) = ([0, 1, 2, 3, 4, 5].map(column), fixture.substep().h);
+        let mut found = [vec![[0.0; 3]; count * kind.nodes], vec![[0.0; 3]; count * kind.nodes * modes]];
+        if let Some(set) = fixture.cpu.feature::<Elements<f32>>().and_then(|all| all.of(kind.name)) {
+            let [forces, directions] = &mut found;
+            set.linearise(
+                0..count,
+                &columns.each_ref().map(Vec::as_slice),
+                h,
+                Linearised { forces, directions },
+            );
+        }
+        let wanted: Vec<Four> = found[1].iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect();
+        let (mut arrays, records) = (fixture.arrays(), fixture.records());
+        arrays.insert("element_directions", vec![f32::NAN.to_bits(); 4 * wanted.len()]);
+        let groups = count.div_ceil(GROUP);
+        bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
+            written.fours("element_directions", &wanted);
+        })?;
+    }
+    Ok(())
 }
 
 /// Forces of the elements of a kind, on grids and meshes, with gusts.

@@ -27,21 +27,42 @@ fn set<T: Real>(list: &List, places: usize) -> Box<dyn ElementSet<T>> {
 /// All elements of a scene whose forces are found one by one.
 pub struct Elements<T> {
     sets: Vec<Box<dyn ElementSet<T>>>,
+    /// Those that are solved for, which give no forces of their own.
+    solved: Vec<Box<dyn ElementSet<T>>>,
 }
 
 impl<T: Real> Elements<T> {
     /// Those of a scene, if it has any.
     pub fn new(context: &Context<'_, T>) -> Option<Self> {
         let Assembly { elements, places, .. } = &*context.assembly;
-        let sets: Vec<_> =
-            elements.iter().filter(|list| !list.is_empty()).map(|list| set(list, *places)).collect();
-        (!sets.is_empty()).then_some(Self { sets })
+        let of = |implicit: bool| -> Vec<_> {
+            let lists = elements.iter().filter(|list| !list.is_empty() && list.implicit == implicit);
+            lists.map(|list| set(list, *places)).collect()
+        };
+        let all = Self { sets: of(false), solved: of(true) };
+        let any = all.all().next().is_some();
+        any.then_some(all)
+    }
+
+    /// Those that are solved for, in the order of [`Solved`](crate::solvers::implicit::couplings::Solved).
+    pub fn solved(&self) -> &[Box<dyn ElementSet<T>>] {
+        &self.solved
+    }
+
+    fn all(&self) -> impl Iterator<Item = &dyn ElementSet<T>> {
+        self.sets.iter().chain(&self.solved).map(Box::as_ref)
     }
 
     /// The forces of each element of a kind [N], as last found.
     #[cfg(feature = "gpu")]
     pub fn forces(&self, kind: &str) -> Vec<[T; 3]> {
-        self.sets.iter().find(|set| set.name() == kind).map_or_else(Vec::new, |set| set.forces())
+        self.of(kind).map_or_else(Vec::new, ElementSet::forces)
+    }
+
+    /// The elements of a kind.
+    #[cfg(feature = "gpu")]
+    pub fn of(&self, kind: &str) -> Option<&dyn ElementSet<T>> {
+        self.all().find(|set| set.name() == kind)
     }
 
     /// Adds up the forces on a run of nodes, slices of nodes at a time.
@@ -79,13 +100,13 @@ impl<T: Real> Feature<T> for Elements<T> {
     }
 
     fn measure(&mut self, state: [&[T]; 6], _: usize, sums: &mut FrameSums) {
-        let energies = self.sets.iter().map(|set| (set.name(), set.energy(state)));
+        let energies = self.all().map(|set| (set.name(), set.energy(state)));
         let some = energies.filter_map(|(kind, energy)| Some(ElementEnergy::new(kind, energy?)));
         sums.elements = some.collect();
     }
 
     fn bytes(&self) -> usize {
-        self.sets.iter().map(|set| set.bytes()).sum()
+        self.all().map(ElementSet::bytes).sum()
     }
 }
 
@@ -99,7 +120,7 @@ mod tests {
     fn every_kind_of_elements_has_a_driver() {
         for kind in KINDS {
             let all = Described { nodes: vec![0; kind.nodes], numbers: vec![1.0; kind.numbers()] };
-            let list = List { kind, all, bodies: Vec::new() };
+            let list = List { kind, all, bodies: Vec::new(), implicit: false };
             assert_eq!(set::<f32>(&list, LANES).name(), kind.name);
         }
     }

@@ -67,7 +67,7 @@ impl Tables {
             loads: LoadTables::new(bodies, &elements),
             pins: pins(bodies),
             constraints: ConstraintTables::new(bodies)?,
-            levelled: Levelled::new(bodies)?,
+            levelled: Levelled::new(bodies, &elements)?,
             attachments: AttachmentTables::new(bodies, volumes.numbers.len()),
             self_collision: SelfCollisionTables::new(bodies)?,
             elements,
@@ -78,7 +78,7 @@ impl Tables {
     /// What the bodies have.
     fn parts(&self) -> Parts {
         Parts {
-            elements: !self.elements.is_empty(),
+            elements: self.elements.any_explicit(),
             solved: !self.constraints.is_empty() || !self.levelled.is_empty(),
             volumes: !self.volumes.groups.is_empty(),
             restored: self.volumes.restores(),
@@ -100,6 +100,7 @@ pub fn shaders() -> Shaders {
         kernels::DEFAULTS,
         loads::DEFAULTS,
         colliders::DEFAULTS,
+        implicit_kernels::DEFAULTS,
         springs::SHADERS,
         elements::SHADERS,
         loads::SHADERS,

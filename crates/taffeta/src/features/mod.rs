@@ -19,8 +19,8 @@ pub use parity::rows;
 /// What a scene has.
 pub fn parts(assembly: &Assembly) -> Parts {
     Parts {
-        elements: assembly.elements.iter().any(|list| !list.is_empty()),
-        solved: !assembly.constraints.is_empty(),
+        elements: assembly.elements.iter().any(|list| !list.is_empty() && !list.implicit),
+        solved: (0..assembly.bodies.len()).any(|body| assembly.is_solved_for(body)),
         volumes: assembly.volumes().next().is_some(),
         restored: assembly.volumes().any(|(_, kept)| kept.projects),
         attachments: !assembly.attachments.is_empty(),

@@ -6,6 +6,7 @@
 //! sum of a row's magnitudes.
 
 use crate::build::Assembly;
+use crate::real::dot;
 use crate::scene::Method;
 use crate::solvers::dual::distance::Softness;
 use std::ops::Range;
@@ -25,9 +26,9 @@ pub fn iterations(assembly: &Assembly, bodies: Range<usize>) -> u32 {
     (most.ceil() as u32).min(ice.max_iterations)
 }
 
-/// Iterations for some bodies with implicit springs, `max_iterations` at most. The V-cycle counts as the Jacobi
+/// Iterations for some bodies with implicit springs and elements, `max_iterations` at most. The V-cycle counts as the Jacobi
 /// iteration that it contains, with the system scaled by its diagonal blocks. The largest eigenvalue is not above 2,
-/// as no spring's energy is more than twice that of its two ends alone. The least one is not below the least fraction
+/// as no element's energy is more than twice that of its nodes alone. The least one is not below the least fraction
 /// of a mass in its block.
 pub fn descents(assembly: &Assembly, bodies: Range<usize>) -> u32 {
     let (ice, all, h) = (&assembly.solver.ice, &assembly.constraints, assembly.time.substep(0).1);
@@ -38,6 +39,20 @@ pub fn descents(assembly: &Assembly, bodies: Range<usize>) -> u32 {
         for row in all.bodies[body].clone() {
             let [k, damping] = all.materials[all.material[row] as usize];
             all.ends[row].iter().for_each(|&end| stiff[end as usize - nodes.first] += h * (h * k + damping));
+        }
+        let of_elements = assembly.elements.iter().filter(|list| list.implicit);
+        for (list, visit) in of_elements.filter_map(|list| Some((list, list.kind.modes?))) {
+            for (ends, numbers) in list.of(list.bodies[body].clone()) {
+                let at = |&end: &u32| end as usize - nodes.first;
+                let x: Vec<[f64; 3]> = ends.iter().map(|end| nodes.start[at(end)]).collect();
+                visit(&x, numbers, &mut |directions, [k, damping, stiffest]| {
+                    // As much as all of the element's nodes together, where a spring has two.
+                    let most = 0.5 * ends.len() as f64 * stiffest * h * (h * k + damping);
+                    for (end, &direction) in ends.iter().zip(directions) {
+                        stiff[at(end)] += most * dot(direction, direction);
+                    }
+                });
+            }
         }
         let share = |node: usize| if nodes.free[node] { stiff[node] / nodes.mass[node] } else { 0.0 };
         let root = (2.0 * (1.0 + (0..nodes.nodes).map(share).fold(0.0, f64::max))).sqrt();

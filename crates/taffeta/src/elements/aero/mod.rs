@@ -34,4 +34,5 @@ pub const KIND: Kind = Kind {
     shaders: taffeta_gpu::shaders!("elements/aero", ["aero.wgsl", "gust.wgsl", "stages.wgsl"]),
     build: build::described,
     modes: None,
+    implicit: None,
 };

@@ -91,13 +91,13 @@ impl Element<4, 4> for Bending {
     }
 
     /// The hinge as it is, which may be another shape than that at rest.
-    fn modes(x: [[f64; 3]; 4], [_, rest_steepness, k, d]: [f64; 4]) -> Vec<Mode<4>> {
+    fn modes<T: Real>(x: [[T; 3]; 4], [_, rest_steepness, k, d]: [T; 4], mut see: impl FnMut(Mode<T, 4>)) {
         let (_, directions) = angle_and_gradient(x);
-        let most = STIFFEST * rest_steepness / steepness(&directions);
-        // A hinge without height has no way to go, and neither has one without height at rest.
-        let acts = most > 0.0 && most.is_finite();
-        let (now, stiffest) = if acts { (most.min(1.0), most.max(1.0)) } else { (0.0, 1.0) };
-        vec![Mode { directions, k: now * k, d: now * d, stiffest }]
+        let (steep, most) = (steepness(&directions), T::from_f64(STIFFEST) * rest_steepness);
+        // A hinge without height cannot move, and neither can one without height at rest.
+        let ratio = if steep > T::ZERO { most / steep } else { T::ZERO };
+        let (now, stiffest) = if ratio > T::ONE { (T::ONE, ratio) } else { (ratio, T::ONE) };
+        see(Mode { directions, k: now * k, d: now * d, stiffest });
     }
 }
 

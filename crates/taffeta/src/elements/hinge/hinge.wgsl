@@ -76,6 +76,13 @@ fn hinge_moment(fold: Fold, rate: f32, k: f32, damping: f32, rest_angle: f32, re
     return select(moment, moment * (most / select(1.0, steep, steep > most)), steep > most);
 }
 
+/// How stiff a hinge is beside what its numbers say: less where its triangles are squashed.
+fn hinge_ratio(fold: Fold, rest_steepness: f32) -> f32 {
+    let steep = steepness(fold);
+    let ratio = select(0.0, STIFFEST * rest_steepness / select(1.0, steep, steep > 0.0), steep > 0.0);
+    return select(ratio, 1.0, ratio > 1.0);
+}
+
 /// Energy ½ k (θ − θ₀)² [J].
 fn hinge_energy(fold: Fold, k: f32, rest_angle: f32) -> f32 {
     let turn = wrap(fold.theta - rest_angle);

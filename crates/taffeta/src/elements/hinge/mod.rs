@@ -3,7 +3,7 @@
 mod build;
 pub mod hinge;
 
-use crate::elements::element::{Kernel, Kernels, Kind};
+use crate::elements::element::{Implicit, Kernel, Kernels, Kind};
 use hinge::Bending;
 
 /// The name of hinges in reports and shaders.
@@ -34,4 +34,13 @@ pub const KIND: Kind = Kind {
     shaders: taffeta_gpu::shaders!("elements/hinge", ["hinge.wgsl", "stages.wgsl"]),
     build: build::hinges,
     modes: Some(Kind::visit::<Bending, 4, 4>),
+    implicit: Some(Implicit {
+        modes: 1,
+        directions: Kernel {
+            entry: "hinge_directions",
+            software: 0.0,
+            hardware: 8192.0,
+            why: "sums, products, quotients and roots in the same order; on hardware a fused product turns the normals of slivers",
+        },
+    }),
 };

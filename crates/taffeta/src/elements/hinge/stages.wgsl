@@ -1,10 +1,12 @@
 // Hinges: forces on their corners, and energies.
 
 #import diagnostics/few.wgsl
+#import elements/directions.wgsl
 #import elements/energies.wgsl
 #import elements/forces.wgsl
 #import elements/hinge/hinge.wgsl
 #import gpu/wgsl/index.wgsl
+#import gpu/wgsl/substep.wgsl
 #import gpu/wgsl/vector.wgsl
 #import memory
 
@@ -47,6 +49,27 @@ fn bend_hinges(
     element_forces[4u * index + 1u] = vec4f(fold.at_b * -moment, 0.0);
     element_forces[4u * index + 2u] = vec4f(fold.at_c * -moment, 0.0);
     element_forces[4u * index + 3u] = vec4f(fold.at_d * -moment, 0.0);
+}
+
+@compute @workgroup_size(256)
+fn hinge_directions(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts) * 256u + lane;
+    if index >= arrayLength(&hinges) {
+        return;
+    }
+    let hinge = hinges[index];
+    let fold = fold_at(hinge.corners);
+    let ratio = hinge_ratio(fold, hinge.rest_steepness);
+    let h = substeps[0].h;
+    let root = sqrt(h * (h * (ratio * hinge.k) + ratio * hinge.damping));
+    element_directions[4u * index] = vec4f(fold.at_a * root, 0.0);
+    element_directions[4u * index + 1u] = vec4f(fold.at_b * root, 0.0);
+    element_directions[4u * index + 2u] = vec4f(fold.at_c * root, 0.0);
+    element_directions[4u * index + 3u] = vec4f(fold.at_d * root, 0.0);
 }
 
 @compute @workgroup_size(256)

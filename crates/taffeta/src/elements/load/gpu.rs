@@ -112,7 +112,7 @@ impl Loads {
 
     /// Whether anything but wind and drag acts on nodes beside springs, so that loads are summed up beforehand.
     pub fn are_given(&self, features: &Features) -> bool {
-        let elements = features.get::<Elements>().is_some_and(Elements::any);
+        let elements = features.get::<Elements>().is_some_and(Elements::any_explicit);
         elements || !self.described.is_empty() || self.input_count > 0
     }
 
@@ -142,7 +142,7 @@ impl Feature for Loads {
     fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
         let scale = vec![Command::run(Name::new("scale_loads"), self.loads.len())];
         let sum = || vec![Command::run(Name::new("loads_all"), self.groups)];
-        let gathers = features.get::<Elements>().is_some_and(Elements::any);
+        let gathers = features.get::<Elements>().is_some_and(Elements::any_explicit);
         let all: &[Op] = if gathers { &[Op::Loads, Op::Gather] } else { &[Op::Loads] };
         vec![Fused::new(&[Op::Elements], scale), Fused::new(all, sum())]
     }

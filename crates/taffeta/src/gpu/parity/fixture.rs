@@ -110,9 +110,21 @@ impl Fixture {
 
     /// The same where springs are solved for by nodes; with a sheet beside the others that has a large coarser level.
     pub fn with_levels(seed: u64, solver: Solver, exact: bool) -> Result<Self, String> {
+        let explicit = |assembly: &mut Assembly| {
+            assembly.elements.iter_mut().for_each(|list| list.implicit = false);
+        };
+        Self::edited(&Self::levels(solver, exact), explicit, seed, exact)
+    }
+
+    /// The same where hinges are solved for as well.
+    pub fn with_couplings(seed: u64, solver: Solver, exact: bool) -> Result<Self, String> {
+        Self::of(&Self::levels(solver, exact), seed, exact)
+    }
+
+    fn levels(solver: Solver, exact: bool) -> Scene {
         let mut scene = Scene { solver, ..scene(0.0087, !exact) };
         scene.bodies.push(wide_sheet());
-        Self::of(&scene, seed, exact)
+        scene
     }
 
     /// With meshes among the colliders.
@@ -150,8 +162,14 @@ impl Fixture {
 
     /// The same of any scene.
     pub fn of(scene: &Scene, seed: u64, exact: bool) -> Result<Self, String> {
+        Self::edited(scene, |_| {}, seed, exact)
+    }
+
+    /// The same of a scene that is changed once it is built.
+    fn edited(scene: &Scene, edit: impl Fn(&mut Assembly), seed: u64, exact: bool) -> Result<Self, String> {
         let mut chance = Chance::new(seed);
         let mut assembly = Assembly::new(scene).map_err(|error| error.to_string())?;
+        edit(&mut assembly);
         for list in assembly.elements.iter_mut().filter(|list| list.kind.name == hinge::NAME) {
             for rest_angle in list.all.numbers.iter_mut().step_by(list.kind.numbers()) {
                 // Folds then differ from those at rest by more than half a turn here and there, either way.
@@ -324,7 +342,8 @@ impl Fixture {
     /// Forces of all elements [N] that the CPU has found, as they lie on the device.
     pub fn element_forces(&mut self) -> Vec<Four> {
         let mut all = vec![[0.0; 4]; self.tables.elements.forces()];
-        for KindTables { set, .. } in &self.tables.elements.kinds {
+        for KindTables { set, .. } in self.tables.elements.kinds.iter().filter(|one| !one.set.is_solved_for())
+        {
             all[set.forces()].copy_from_slice(&set.found_on_cpu(&mut self.cpu));
         }
         all

@@ -21,6 +21,8 @@ pub struct Graph {
     pub edges: Vec<[u32; 2]>,
     /// Whether the ends of an edge are neighbours.
     pub near: Vec<bool>,
+    /// Other pairs of neighbours, of a mesh.
+    pub links: Vec<[u32; 2]>,
     /// Rows and columns, of a grid.
     pub grid: Option<[usize; 2]>,
 }
@@ -228,8 +230,8 @@ fn grid_sources(
 
 fn coarser_mesh(fine: &Graph) -> Option<Coarser> {
     let nodes = fine.places.len();
-    let near: Vec<[u32; 2]> =
-        fine.edges.iter().zip(&fine.near).filter(|(_, near)| **near).map(|(edge, _)| *edge).collect();
+    let near = fine.edges.iter().zip(&fine.near).filter(|(_, near)| **near).map(|(edge, _)| edge);
+    let near: Vec<[u32; 2]> = near.chain(&fine.links).copied().collect();
     let around = crate::topology::Csr::corners(nodes, &near);
     let neighbours =
         |node: usize| around.row(node).iter().map(|&end| near[end as usize / 2][1 - end as usize % 2]);
@@ -252,7 +254,7 @@ fn coarser_mesh(fine: &Graph) -> Option<Coarser> {
         parents.push(follows(node, fine, &number, neighbours(node)));
     }
     let (mut graph, sources) = coarse_edges(fine, &parents, &coarse);
-    graph.places = coarse;
+    (graph.places, graph.links) = (coarse, coarse_links(&fine.links, &parents));
     Some(Coarser { graph, parents, sources })
 }
 
@@ -315,6 +317,18 @@ fn coarse_edges(fine: &Graph, parents: &Weighted, places: &[[f64; 3]]) -> (Graph
         sources.push(group.iter().map(|&(_, edge, weight)| (edge, weight)));
     }
     (graph, sources)
+}
+
+/// Pairs of coarse nodes that neighbours follow.
+fn coarse_links(links: &[[u32; 2]], parents: &Weighted) -> Vec<[u32; 2]> {
+    let ends = |link: &[u32; 2]| {
+        let [a, b] = link.map(|node| main(parents.row(node as usize)).first().map(|one| one.0));
+        Some([a?.min(b?), a?.max(b?)])
+    };
+    let mut coarse: Vec<[u32; 2]> = links.iter().filter_map(ends).filter(|[a, b]| a != b).collect();
+    coarse.sort_unstable();
+    coarse.dedup();
+    coarse
 }
 
 /// The parent of most weight.

@@ -5,8 +5,10 @@ use crate::build::Assembly;
 use crate::contact::colliders::gpu::Colliders;
 use crate::contact::colliders::gpu::Contact;
 use crate::diagnostics::FrameSums;
+use crate::elements::KINDS;
+use crate::elements::gpu::Elements;
 use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
-use crate::gpu::kernels::Name;
+use crate::gpu::kernels::{Choice, Name};
 use crate::gpu::layout::{Four, GROUP, Solving, Substep};
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
@@ -15,7 +17,7 @@ use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};
 use crate::solvers::implicit::gpu_layout::{
     CoarseEdge, Diagonal, LevelGroup, NodeSolve, Parents, Share, SlotSpring, Symmetric, VECTORS, Vector,
 };
-use crate::solvers::implicit::gpu_tables::Levelled;
+use crate::solvers::implicit::gpu_tables::{CouplingWords, Levelled};
 use crate::step::{Marks, Op, Stage};
 use std::ops::Range;
 use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
@@ -23,8 +25,27 @@ use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBac
 /// Its shaders.
 pub const SHADERS: &[Shader] = shaders!(
     "solvers/implicit",
-    ["implicit.wgsl", "level_stages.wgsl", "levels.wgsl", "set_up.wgsl", "stages.wgsl"]
+    [
+        "couplings.wgsl",
+        "couplings_stages.wgsl",
+        "implicit.wgsl",
+        "level_stages.wgsl",
+        "levels.wgsl",
+        "moved.wgsl",
+        "no_couplings.wgsl",
+        "set_up.wgsl",
+        "stages.wgsl"
+    ]
 );
+
+/// What kernels import, where they have no other choice: a system of springs alone.
+pub const DEFAULTS: &[Shader] = &[("couplings", "#import solvers/implicit/no_couplings.wgsl\n")];
+
+/// For kernels of a system of springs and other elements.
+pub const COUPLED: Choice = ("couplings", "solvers/implicit/couplings.wgsl");
+
+/// For kernels of elements where the Newton step starts.
+pub const MOVED: Choice = ("memory", "solvers/implicit/moved.wgsl");
 
 /// Iterations from one count of open systems to the next.
 const BETWEEN_COUNTS: u32 = 2;
@@ -35,6 +56,12 @@ const MORE_STEPS: u32 = 1;
 struct Part {
     groups: Buffer<LevelGroup>,
     edges: Buffer<CoarseEdge>,
+}
+
+/// Blocks of elements, and what they are made of.
+struct CouplingBuffers {
+    blocks: Buffer<[u32; 4]>,
+    sources: Buffer<[u32; 2]>,
 }
 
 /// Springs that are integrated implicitly, on the device.
@@ -49,6 +76,8 @@ pub struct Implicit {
     level_sizes: Buffer<u32>,
     spring_blocks: Buffer<Four>,
     coarse_blocks: Buffer<Symmetric>,
+    /// Blocks of other elements, and what they are made of.
+    couplings: Option<CouplingBuffers>,
     diagonals: Buffer<Diagonal>,
     vectors: Buffer<Four>,
     predicted_contacts: Buffer<ContactRecord>,
@@ -95,6 +124,12 @@ impl Implicit {
         for groups in wide.iter().chain([tail]) {
             parts.push(part(groups, &[])?);
         }
+        let couplings = |words: &CouplingWords| -> Result<_, GpuError> {
+            Ok(CouplingBuffers {
+                blocks: gpu.buffer_from("blocks of elements", &words.words)?,
+                sources: gpu.buffer_from("sources of blocks", &words.sources)?,
+            })
+        };
         let cycle = [&groups[0]].into_iter().chain(wide).chain([tail]);
         let sizes: Vec<u32> = cycle.map(|groups| groups.len() as u32).collect();
         Ok(Some(Self {
@@ -107,6 +142,7 @@ impl Implicit {
             level_sizes: gpu.buffer_from("sizes of levels", &sizes)?,
             spring_blocks: gpu.buffer("blocks of springs", *fine)?,
             coarse_blocks: gpu.buffer("blocks of coarser edges", *coarse)?,
+            couplings: levelled.couplings.as_ref().map(couplings).transpose()?,
             diagonals: gpu.buffer("diagonal blocks", *nodes)?,
             vectors: gpu.buffer("vectors of springs", VECTORS * nodes)?,
             predicted_contacts: gpu.buffer("nodes of springs", places.len())?,
@@ -143,9 +179,9 @@ impl Implicit {
     }
 
     /// Finds what springs change of velocities, where all other forces are known, and adds it.
-    fn find_changes<'f>(&'f self, features: &Features) -> Vec<Command<'f>> {
+    fn find_changes<'f>(&'f self, features: &'f Features) -> Vec<Command<'f>> {
         let nodes = self.parts[0].groups.len();
-        let run = |entry, groups| Command::run(Name::new(entry), groups);
+        let run = |entry, groups| Command::run(self.name(entry), groups);
         let mut all = vec![run("free_nodes", nodes)];
         all.extend(features.get::<Pins>().map(Pins::command));
         if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
@@ -157,6 +193,10 @@ impl Implicit {
             if newton > 0 {
                 all.push(run("step_on", nodes));
             }
+            if self.couplings.is_some() {
+                all.extend(features.get::<Elements>().into_iter().flat_map(|all| all.linearise(&[MOVED])));
+                all.push(run("set_up_couplings", nodes));
+            }
             self.set_up_levels(&mut all);
             all.push(run("start_nodes", nodes));
             self.descend(&mut all);
@@ -165,17 +205,35 @@ impl Implicit {
         all
     }
 
+    /// A kernel that may import the choice of a system.
+    fn name(&self, entry: &'static str) -> Name {
+        let name = Name::new(entry);
+        if self.couplings.is_some() { name.with(&[COUPLED]) } else { name }
+    }
+
     /// Blocks and diagonals of all levels.
     fn set_up_levels<'f>(&'f self, all: &mut Vec<Command<'f>>) {
         for (level, part) in self.parts[..self.levels].iter().enumerate() {
             let (groups, edges) = (part.groups.len(), part.edges.len().div_ceil(GROUP));
             if level == 0 {
-                all.push(Command::run(Name::new("set_up_nodes"), groups));
+                all.push(Command::run(self.name("set_up_nodes"), groups));
+                continue;
+            }
+            if self.couplings.is_some() {
+                all.push(Command::run_part(Name::new("coarsen_couplings"), level, groups));
                 continue;
             }
             let entry = if level == 1 { "coarsen_springs" } else { "coarsen_edges" };
             all.push(Command::run_part(Name::new(entry), level, edges));
             all.push(Command::run_part(Name::new("coarsen_nodes"), level, groups));
+        }
+        if self.couplings.is_some() {
+            let levels = || self.parts[..self.levels].iter().enumerate();
+            let of_all = |entry| {
+                levels()
+                    .map(move |(level, part)| Command::run_part(Name::new(entry), level, part.groups.len()))
+            };
+            all.extend(of_all("bound_couplings").chain(of_all("scale_inverses")));
         }
     }
 
@@ -212,7 +270,7 @@ impl Implicit {
     /// A kernel on a part of a level, in as many workgroups as were counted for it.
     fn counted(&self, entry: &'static str, (part, which): (usize, usize)) -> Command<'_> {
         let groups = Groups::Counted(&self.counts, which);
-        Command::Dispatch(Dispatch { name: Name::new(entry), part, groups })
+        Command::Dispatch(Dispatch { name: self.name(entry), part, groups })
     }
 
     /// What springs changed of each place's velocity [m/s]; waits for it.
@@ -226,9 +284,11 @@ impl Implicit {
 
 impl Feature for Implicit {
     fn buffers(&self, part: usize) -> Vec<(&'static str, &dyn Bindable)> {
-        vec![
-            ("level_groups", &self.parts[part].groups),
-            ("coarse_edges", &self.parts[part].edges),
+        // Parts of elements are of kinds, and their kernels see no level.
+        let level = &self.parts[part.min(self.parts.len() - 1)];
+        let mut all: Vec<(&'static str, &dyn Bindable)> = vec![
+            ("level_groups", &level.groups),
+            ("coarse_edges", &level.edges),
             ("slots", &self.slots),
             ("slot_springs", &self.slot_springs),
             ("parents", &self.parents),
@@ -244,7 +304,13 @@ impl Feature for Implicit {
             ("product_sums", &self.product_sums),
             ("level_counts", &self.counts),
             ("statistics", &self.statistics),
-        ]
+        ];
+        if let Some(CouplingBuffers { blocks, sources }) = &self.couplings {
+            let both: [(&'static str, &dyn Bindable); 2] =
+                [("couplings", blocks), ("coupling_sources", sources)];
+            all.extend(both);
+        }
+        all
     }
 
     fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
@@ -271,7 +337,8 @@ impl Feature for Implicit {
 
     fn dispatches(&self) -> usize {
         let of_step = 6 + 4 * self.wide_levels();
-        (self.newton_steps as usize) * (self.steps as usize * of_step + 3 * self.levels)
+        let of_elements = if self.couplings.is_some() { 1 + 2 * KINDS.len() + 2 * self.levels } else { 0 };
+        (self.newton_steps as usize) * (self.steps as usize * of_step + 3 * self.levels + of_elements)
     }
 
     fn save(&self, gpu: &Gpu, state: &mut SolverState) {

@@ -2,9 +2,11 @@
 
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
+use crate::elements::gpu::{ElementTables, Set};
 use crate::gpu::bodies::Bodies;
 use crate::gpu::layout::{Four, GROUP};
 use crate::solvers::implicit::coarsening::Weighted;
+use crate::solvers::implicit::couplings::{self, Couplings, Solved, Springs};
 use crate::solvers::implicit::gpu_layout::{CoarseEdge, LevelGroup, Parents, Share, SlotSpring, VECTORS};
 use crate::solvers::implicit::levels::Level;
 use crate::solvers::implicit::slots::{NO_EDGE, Slots};
@@ -37,11 +39,22 @@ pub struct Levelled {
     /// Edges of each coarser level.
     pub edges: Vec<Vec<CoarseEdge>>,
     pub edge_shares: Vec<Share>,
+    /// Blocks of other elements, where some are solved for.
+    pub couplings: Option<CouplingWords>,
     /// Number of systems.
     pub solves: usize,
     pub newton_steps: u32,
     /// Iterations of each that they need at most.
     pub iterations: u32,
+}
+
+/// Blocks of elements on all levels, as shaders see them.
+#[derive(Clone, Default)]
+pub struct CouplingWords {
+    /// A record for each node on all levels, then slots.
+    pub words: Vec<[u32; 4]>,
+    /// Forces by node, and what blocks are made of.
+    pub sources: Vec<[u32; 2]>,
 }
 
 /// A level, its nodes and edges counted from its own first.
@@ -68,7 +81,29 @@ pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
         ((nodes * VECTORS * size_of::<Four>()) as u64, "vectors of springs"),
         // Slots of a slice are as many as its longest node has.
         ((springs * size_of::<Four>() * 5 / 2) as u64, "blocks of springs"),
+        (blocks_of_elements(assembly, body, springs), "blocks of elements"),
     ]
+}
+
+/// Bytes of the blocks of a body's elements on all levels, or of what they are made of beside so many springs, about.
+fn blocks_of_elements(assembly: &Assembly, body: usize, springs: usize) -> u64 {
+    let mut pairs: Vec<[u32; 2]> = Vec::new();
+    for list in assembly.elements.iter().filter(|list| list.implicit) {
+        for (nodes, _) in list.of(list.bodies[body].clone()) {
+            let others = |&a: &u32| nodes.iter().filter(move |&&b| a < b).map(move |&b| [a, b]);
+            pairs.extend(nodes.iter().flat_map(others));
+        }
+    }
+    pairs.sort_unstable();
+    pairs.dedup();
+    if pairs.is_empty() {
+        return 0;
+    }
+    // Two slots each. Coarser levels have a third as many nodes in all, with somewhat longer rows. A block goes to those between
+    // all that its two nodes follow.
+    let blocks = 2 * pairs.len() * ROWS * size_of::<[u32; 4]>() * 3 / 2;
+    let sources = 2 * (pairs.len() + springs) * 7 * size_of::<[u32; 2]>();
+    blocks.max(sources) as u64
 }
 
 /// Nodes that a body has on all its coarser levels.
@@ -113,13 +148,14 @@ impl Levelled {
     }
 
     /// The levels of some bodies.
-    pub fn new(bodies: &Bodies<'_>) -> Result<Self, String> {
+    pub fn new(bodies: &Bodies<'_>, elements: &ElementTables) -> Result<Self, String> {
         let (assembly, bodies) = (bodies.assembly, bodies.range.clone());
         let all = &assembly.constraints;
-        if !assembly.solver.is_primal() || all.is_empty() {
+        if !assembly.solver.is_primal() {
             return Ok(Self::default());
         }
-        let acts = |body: usize| !all.bodies[body].is_empty();
+        let acts = |body: usize| assembly.is_solved_for(body);
+        let coupled = bodies.clone().any(|body| assembly.has_solved_elements(body));
         let solves = bodies.clone().filter(|&body| acts(body)).count();
         if solves == 0 {
             return Ok(Self::default());
@@ -129,22 +165,37 @@ impl Levelled {
             *first..first + if acts(body) { *nodes } else { 0 }
         };
         let places: Vec<Range<usize>> = bodies.clone().map(nodes).collect();
-        let coarser =
-            assembly.levels.iter().map(|level| Part::new(&level.bodies[bodies.clone()], &level.edges));
+        let coarser = assembly.levels.iter().map(|level| {
+            // Blocks of springs go over to those of elements on coarser levels.
+            Part::new(&level.bodies[bodies.clone()], if coupled { &[] } else { &level.edges })
+        });
         let parts: Vec<Part> = std::iter::once(Part::new(&places, &all.ends))
             .chain(coarser.take_while(|part| part.places > 0))
             .collect();
         let mut levelled = Self {
             solves,
             newton_steps: assembly.solver.ice.newton_steps,
-            iterations: needed::descents(assembly, bodies),
+            iterations: needed::descents(assembly, bodies.clone()),
             ..Self::default()
         };
         levelled.list_springs(assembly, &parts[0]);
-        levelled.list_edges(&parts, &assembly.levels);
+        if coupled {
+            levelled.edges = vec![Vec::new(); parts.len() - 1];
+        } else {
+            levelled.list_edges(&parts, &assembly.levels);
+        }
         levelled.lay_out(&parts)?;
         levelled.follow(&parts, &assembly.levels);
         levelled.cut(&parts);
+        if let Some(couplings) = couplings::Tables::new(assembly, &bodies, &parts[0].slots, Springs::All) {
+            let places: Vec<usize> = parts.iter().map(|part| part.places).collect();
+            let mut words = CouplingWords::new(&couplings, &places, elements)?;
+            let with_elements = |body: &usize| assembly.has_solved_elements(*body);
+            for body in bodies.clone().filter(with_elements) {
+                words.mark(&parts, body - bodies.start);
+            }
+            levelled.couplings = Some(words);
+        }
         Ok(levelled)
     }
 
@@ -265,6 +316,99 @@ impl Levelled {
     }
 }
 
+/// Marks the slot of a spring among sources.
+pub const SPRING: u32 = 1 << 31;
+/// Words from one row of a block to the next, and rows of a block.
+pub const ROW: usize = LANES;
+const ROWS: usize = 3;
+
+impl CouplingWords {
+    /// Those of levels with so many places each.
+    fn new(tables: &couplings::Tables, places: &[usize], elements: &ElementTables) -> Result<Self, String> {
+        let slots = tables.finest.len() + tables.coarser.iter().map(Couplings::len).sum::<usize>();
+        let header: usize = places.iter().sum();
+        if header + ROWS * slots >= SPRING as usize {
+            return Err("too many blocks of elements for 32 bits".to_owned());
+        }
+        let mut all = Self::default();
+        all.words.resize(header + ROWS * slots, [0; 4]);
+        let sets: Vec<&Set> =
+            elements.kinds.iter().map(|one| &one.set).filter(|set| set.is_solved_for()).collect();
+        let kind = |first: fn(&Solved) -> usize, index: u32| {
+            tables.solved.partition_point(|one| first(one) <= index as usize) - 1
+        };
+        let force = |index: u32| {
+            let kind = kind(|one| one.first_force, index);
+            index + (sets[kind].first_force - tables.solved[kind].first_force) as u32
+        };
+        let direction = |index: u32| {
+            let kind = kind(|one| one.first_direction, index);
+            index + (sets[kind].directions.start - tables.solved[kind].first_direction) as u32
+        };
+        for node in 0..places[0] {
+            let start = all.sources.len() as u32;
+            all.sources.extend(tables.forces.row(node).iter().map(|&index| [force(index), 0]));
+            [all.words[node][2], all.words[node][3]] = [start, all.sources.len() as u32];
+        }
+        let (mut node, mut first) = (0, header);
+        all.add_level((node, first), &tables.finest, |[a, b]| [direction(a), direction(b)]);
+        let mut finer = (first, tables.finest.len());
+        first += ROWS * tables.finest.len();
+        for (level, (count, couplings)) in places.iter().zip(&tables.coarser).enumerate() {
+            node += count;
+            all.add_level((node, first), couplings, |(slot, weight)| {
+                let source = match (slot as usize).checked_sub(finer.1) {
+                    Some(spring) if level == 0 => SPRING | spring as u32,
+                    _ => address(finer.0, slot as usize),
+                };
+                [source, weight.to_bits()]
+            });
+            finer = (first, couplings.len());
+            first += ROWS * couplings.len();
+        }
+        Ok(all)
+    }
+
+    /// Marks the nodes of a body that has elements on all coarser levels.
+    fn mark(&mut self, parts: &[Part], body: usize) {
+        let mut first = parts[0].places;
+        for part in &parts[1..] {
+            for node in part.bodies[body].clone() {
+                self.words[first + node][3] = 1;
+            }
+            first += part.places;
+        }
+    }
+
+    /// Adds a level whose nodes and slots begin there.
+    fn add_level<S: Copy>(
+        &mut self,
+        (node, first): (usize, usize),
+        couplings: &Couplings<S>,
+        source: impl Fn(S) -> [u32; 2],
+    ) {
+        for local in 0..(couplings.starts.len() - 1) * LANES {
+            let slots: Vec<(usize, usize)> = couplings.row(local).collect();
+            let has_sum = !couplings.groups(local / LANES).is_empty();
+            let start = if has_sum { address(first, couplings.sum_of(local)) } else { 0 };
+            [self.words[node + local][0], self.words[node + local][1]] = [start, slots.len() as u32];
+            for (slot, other) in slots {
+                let at = address(first, slot) as usize;
+                let from = self.sources.len() as u32;
+                self.sources.extend(couplings.sources(slot).iter().map(|&one| source(one)));
+                self.words[at][3] = (node + other) as u32;
+                self.words[at + ROW][3] = from;
+                self.words[at + 2 * ROW][3] = self.sources.len() as u32;
+            }
+        }
+    }
+}
+
+/// Where the first row of a slot's block is, of a level whose slots begin there.
+fn address(first: usize, slot: usize) -> u32 {
+    (first + slot / LANES * ROWS * ROW + slot % LANES) as u32
+}
+
 /// Adds the groups of a body's nodes.
 fn add_groups(groups: &mut Vec<LevelGroup>, solve: u32, first: usize, nodes: usize) {
     let first_group = groups.len() as u32;
@@ -295,6 +439,11 @@ mod tests {
         Assembly::new(&scene).unwrap()
     }
 
+    fn of(assembly: &Assembly, bodies: Range<usize>) -> Levelled {
+        let bodies = Bodies::new(assembly, bodies);
+        Levelled::new(&bodies, &ElementTables::new(&bodies)).unwrap()
+    }
+
     /// Slots of a node, and the nodes at their other ends.
     fn slots_of(levelled: &Levelled, node: usize) -> Vec<(usize, usize)> {
         let slots = &levelled.slots;
@@ -306,7 +455,7 @@ mod tests {
     fn slots_lead_both_ways_on_all_levels_and_edges_know_theirs() {
         let assembly = assembly();
         for bodies in [0..4, 1..3, 2..4] {
-            let levelled = Levelled::new(&Bodies::new(&assembly, bodies)).unwrap();
+            let levelled = of(&assembly, bodies);
             let leads = |from: usize, to: usize| slots_of(&levelled, from).iter().any(|slot| slot.1 == to);
             let mut owner = vec![usize::MAX; levelled.slots.len()];
             for node in 0..levelled.nodes {
@@ -324,7 +473,7 @@ mod tests {
 
     #[test]
     fn children_are_those_that_follow_a_node() {
-        let levelled = Levelled::new(&Bodies::new(&assembly(), 0..4)).unwrap();
+        let levelled = of(&assembly(), 0..4);
         let mut all = 0;
         for node in 0..levelled.nodes {
             let range = levelled.children[node].at as usize..levelled.children[node + 1].at as usize;
@@ -340,7 +489,7 @@ mod tests {
 
     #[test]
     fn every_node_of_a_level_is_in_one_group_and_levels_of_few_nodes_are_tails() {
-        let levelled = Levelled::new(&Bodies::new(&assembly(), 0..4)).unwrap();
+        let levelled = of(&assembly(), 0..4);
         assert_eq!(
             (levelled.solves, levelled.wide[0].iter().map(|group| group.count).sum::<u32>()),
             (3, 21 * 26)

@@ -4,6 +4,7 @@
 // Levels of few nodes are a body's tail: one workgroup does all of them, as no dispatch is shorter than its start.
 
 #import contact/colliders/predicted_contact.wgsl
+#import couplings
 #import solvers/dual/solve.wgsl
 #import solvers/implicit/levels.wgsl
 
@@ -16,7 +17,7 @@ fn left_of_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_ind
         return;
     }
     let node = level_groups[index].first + lane;
-    let left = vector_of(LEFT, node) - springs_times(mass_of(node), CYCLE, node);
+    let left = vector_of(LEFT, node) - system_times(mass_of(node), CYCLE, node);
     put_vector(CYCLED, node, filtered(predicted_at(node), left));
 }
 
@@ -147,6 +148,6 @@ fn smooth_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_inde
         return;
     }
     let node = level_groups[index].first + lane;
-    let left = vector_of(LEFT, node) - springs_times(mass_of(node), CYCLE, node);
+    let left = vector_of(LEFT, node) - system_times(mass_of(node), CYCLE, node);
     put_vector(CYCLED, node, vector_of(CYCLE, node) + jacobi_step(node, left));
 }

@@ -1,7 +1,7 @@
 //! Coarser levels of bodies whose springs are solved for by multigrid.
 
+use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
-use crate::solvers::constraints::Constraints;
 use crate::solvers::implicit::coarsening::{Coarser, Graph, Weighted};
 use crate::topology::LANES;
 use std::ops::Range;
@@ -27,12 +27,12 @@ pub struct Level {
 
 impl Level {
     /// All levels of a scene but the finest, whose places are the solver's, whose edges the constraints.
-    pub fn all(bodies: &[BodyAssembly], constraints: &Constraints) -> Vec<Self> {
-        let mut graphs: Vec<Option<Graph>> = graphs(bodies, constraints);
+    pub fn all(assembly: &Assembly) -> Vec<Self> {
+        let mut graphs: Vec<Option<Graph>> = graphs(assembly);
         let mut finer = Self {
-            places: bodies.last().map_or(0, |body| body.first + body.places()),
-            bodies: bodies.iter().map(|body| body.first..body.first + body.nodes).collect(),
-            edges: constraints.ends.clone(),
+            places: assembly.places,
+            bodies: assembly.bodies.iter().map(|body| body.first..body.first + body.nodes).collect(),
+            edges: assembly.constraints.ends.clone(),
             ..Self::default()
         };
         let mut levels: Vec<Self> = Vec::new();
@@ -93,24 +93,31 @@ fn first_edges(level: &Level, graphs: &[Option<Graph>]) -> Vec<usize> {
     starts
 }
 
-/// The finest graph of each body with constraints.
-fn graphs(bodies: &[BodyAssembly], list: &Constraints) -> Vec<Option<Graph>> {
-    let one = |(body, rows): (&BodyAssembly, &Range<usize>)| {
-        let first = body.first as u32;
-        (!rows.is_empty()).then(|| Graph {
+/// The finest graph of each body that is solved for.
+fn graphs(assembly: &Assembly) -> Vec<Option<Graph>> {
+    let list = &assembly.constraints;
+    let one = |(index, body): (usize, &BodyAssembly)| {
+        let (first, rows) = (body.first as u32, list.bodies[index].clone());
+        assembly.is_solved_for(index).then(|| Graph {
             places: body.start.clone(),
             edges: list.ends[rows.clone()].iter().map(|ends| ends.map(|node| node - first)).collect(),
-            near: list.material[rows.clone()].iter().map(|&one| list.near[one as usize]).collect(),
+            near: list.material[rows].iter().map(|&one| list.near[one as usize]).collect(),
+            links: if assembly.has_solved_elements(index) { links(body) } else { Vec::new() },
             grid: body.grid_layout,
         })
     };
-    bodies.iter().zip(&list.bodies).map(one).collect()
+    assembly.bodies.iter().enumerate().map(one).collect()
+}
+
+/// The edges of a body's triangles, in solver order within the body.
+fn links(body: &BodyAssembly) -> Vec<[u32; 2]> {
+    let pairs = body.edges.iter().flat_map(|edges| &edges.pairs);
+    pairs.map(|pair| pair.map(|node| body.solver_local(node as usize) as u32)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::Assembly;
     use crate::scene::{Body, ConstraintForm, Icosphere, Mass, Mesh, Method, Scene};
 
     #[test]

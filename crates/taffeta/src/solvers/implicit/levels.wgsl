@@ -77,6 +77,12 @@ struct NodeSolve {
     next: Descent,
 }
 
+/// What elements give a node: impulse [N s], and the sum of their blocks.
+struct Given {
+    impulse: vec3f,
+    diagonal: Symmetric,
+}
+
 @group(1) @binding(40) var<storage, read> level_groups: array<LevelGroup>;
 /// Where here the first slot of the coarser levels is; for each slice of 16 nodes where its slots begin, and where the last
 /// one's end; then the node at the other end of each slot, that of entry `i` of a lane at start + 16·i + lane. Slots without
@@ -158,7 +164,7 @@ fn mass_of(node: u32) -> f32 {
     return vectors[vector_at(LEFT, node)].w;
 }
 
-/// The finest level's system times a vector, at a node; nothing holds it.
+/// Masses and springs of the finest level times a vector, at a node; nothing holds it.
 fn springs_times(mass: f32, which: u32, node: u32) -> vec3f {
     let own = vector_of(which, node);
     var sum = mass * own;
@@ -167,18 +173,6 @@ fn springs_times(mass: f32, which: u32, node: u32) -> vec3f {
     for (var at = range.x; at < range.y; at += LANES) {
         let link = spring_blocks[at - first];
         sum = add_link_times(sum, link.xyz, link.w, own - vector_of(which, slots[at]));
-    }
-    return sum;
-}
-
-/// A coarser level's system times a vector, at a node.
-fn level_times(which: u32, node: u32) -> vec3f {
-    let own = vector_of(which, node);
-    var sum = times(diagonals[node].own, own);
-    let range = slots_of(node);
-    let first = slots[0];
-    for (var at = range.x; at < range.y; at += LANES) {
-        sum += times(coarse_blocks[at - first], own - vector_of(which, slots[at]));
     }
     return sum;
 }

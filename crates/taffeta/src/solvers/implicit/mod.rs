@@ -1,6 +1,9 @@
 //! An implicit step whose unknowns are the nodes' velocities, solved with multigrid.
 
 pub mod coarsening;
+pub mod couplings;
+#[cfg(feature = "gpu")]
+mod couplings_twin;
 pub mod cpu;
 #[cfg(feature = "gpu")]
 pub mod gpu;

@@ -10,6 +10,8 @@ use crate::scene::{ConstraintForm, Method, Solver};
 use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};
 use crate::solvers::dual::parity::{records, some_contact, statistics};
 use crate::solvers::explicit::parity::kernel_of;
+use crate::solvers::implicit::couplings_twin::{OfElements, any_blocks};
+use crate::solvers::implicit::gpu::COUPLED;
 use crate::solvers::implicit::gpu_layout::{
     CoarseEdge, Descent, Diagonal, LevelGroup, NodeSolve, Symmetric, Vector,
 };
@@ -51,6 +53,10 @@ pub const ROWS: &[Row] = &[
     row("spring_impulses", Tolerance::new(0.0, 64.0, SAME), impulses),
     row("push_nodes", Tolerance::new(0.0, 1024.0, BORNE), push),
     row("note_descents", Tolerance::new(0.0, 8.0, SAME), note),
+    row("set_up_couplings", Tolerance::new(0.0, 64.0, SAME), set_up_couplings),
+    row("coarsen_couplings", Tolerance::new(0.0, 512.0, INVERTED), coarsen_couplings),
+    row("bound_couplings", Tolerance::new(0.0, 512.0, SAME), bound_couplings),
+    row("scale_inverses", Tolerance::new(0.0, 64.0, SAME), scale_inverses),
 ];
 
 const fn row(
@@ -122,11 +128,16 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
         sums: levelled.groups[0].iter().map(|_| four(&mut chance, 0.9).map(f32::abs)).collect(),
         force: fixture.force_fours().iter().map(|&[x, y, z, _]| [x, y, z, 0.0]).collect(),
         new_velocity: fixture.new.velocity.clone(),
+        elements: of_elements(fixture, &mut chance),
         statistics: [
             SolveStatistics { iterations: 3, capped: 5, active_fraction: 0.1, residual: 1e-6 },
             SolveStatistics { iterations: 3_000, capped: 0, active_fraction: 1.0, residual: 1e9 },
         ][shift % 2],
     };
+    if levelled.couplings.is_some() {
+        // Sums of elements' blocks are never flat; others would be inverted to anything.
+        work.diagonals[..places].iter_mut().flat_map(|one| &mut one.own.diagonal).for_each(|one| *one += 1.5);
+    }
     for edge in levelled.edges.iter().flatten() {
         let block = symmetric(&mut chance);
         edge.slots.iter().for_each(|&slot| work.coarse[slot as usize] = block);
@@ -142,6 +153,20 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
     }
     at_all_cases(fixture, &mut work, &mut chance, (solving, shift));
     work
+}
+
+/// Blocks, forces and directions by chance, where elements are solved for.
+fn of_elements(fixture: &Fixture, chance: &mut Chance) -> OfElements {
+    let tables = &fixture.tables;
+    let Some(couplings) = &tables.levelled.couplings else { return OfElements::default() };
+    let mut words = couplings.words.clone();
+    any_blocks(&mut words, tables.levelled.nodes, || 0.3 * chance.number());
+    let mut fours = |count: usize| (0..count).map(|_| four(chance, 0.8)).collect();
+    OfElements {
+        words,
+        forces: fours(tables.elements.forces()),
+        directions: fours(tables.elements.directions()),
+    }
 }
 
 fn four(chance: &mut Chance, size: f32) -> Four {
@@ -207,6 +232,14 @@ fn arrays(fixture: &Fixture, work: &Work, groups: &[LevelGroup], edges: &[Coarse
         ("new_velocity", words(&work.new_velocity)),
         ("statistics", words(&[work.statistics])),
     ]);
+    if let Some(couplings) = &levelled.couplings {
+        all.extend([
+            ("couplings", words(&work.elements.words)),
+            ("coupling_sources", words(&couplings.sources)),
+            ("element_forces", words(&work.elements.forces)),
+            ("element_directions", words(&work.elements.directions)),
+        ]);
+    }
     all
 }
 
@@ -233,9 +266,24 @@ fn compare(written: &mut Written<'_>, kernel: &Kernel, wanted: &Work, counts: &[
             "force" => written.fours("force", &wanted.force),
             "new_velocity" => written.fours("new_velocity", &wanted.new_velocity),
             "statistics" => statistics(written, &wanted.statistics),
+            "couplings" => blocks(written, &wanted.elements.words),
+            // Kernels of a kind write them.
+            "element_forces" => all_fours(written, "element_forces", &wanted.elements.forces),
+            "element_directions" => all_fours(written, "element_directions", &wanted.elements.directions),
             _ => {}
         }
     }
+}
+
+/// Blocks, of which the fourth words are only copied; so are the records of nodes, as bits.
+fn blocks(written: &mut Written<'_>, wanted: &[[u32; 4]]) {
+    let found: Vec<[u32; 4]> = written.take("couplings");
+    let numbers = |all: &[[u32; 4]]| -> Vec<f32> {
+        all.iter().flat_map(|&[x, y, z, _]| [x, y, z]).map(f32::from_bits).collect()
+    };
+    let lasts = |all: &[[u32; 4]]| -> Vec<f32> { all.iter().map(|words| words[3] as f32).collect() };
+    written.outcome().compare("couplings", &numbers(wanted), &numbers(&found));
+    written.outcome().copied("couplings.w", &lasts(wanted), &lasts(&found));
 }
 
 fn all_fours(written: &mut Written<'_>, name: &str, wanted: &[Four]) {
@@ -314,6 +362,27 @@ fn twins(
     twins_on(bench, (Name::new(entry), Fixture::with_levels), part, run)
 }
 
+/// The same for a kernel that takes the system, of springs alone and of elements beside them.
+fn both_twins(
+    bench: &mut Bench<'_>,
+    entry: &'static str,
+    part: Part,
+    run: impl Fn(&mut Twin<'_>, &[LevelGroup]),
+) -> Result<(), String> {
+    twins(bench, entry, part, &run)?;
+    twins_on(bench, (Name::new(entry).with(&[COUPLED]), Fixture::with_couplings), part, run)
+}
+
+/// The same for a kernel of elements.
+fn coupled_twins(
+    bench: &mut Bench<'_>,
+    entry: &'static str,
+    part: Part,
+    run: impl Fn(&mut Twin<'_>, &[LevelGroup]),
+) -> Result<(), String> {
+    twins_on(bench, (Name::new(entry), Fixture::with_couplings), part, run)
+}
+
 /// The same for a kernel by its whole name, in a scene.
 fn twins_on(
     bench: &mut Bench<'_>,
@@ -377,7 +446,7 @@ fn step_on(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn set_up(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "set_up_nodes", Part::Groups(0), |twin, _| twin.set_up())
+    both_twins(bench, "set_up_nodes", Part::Groups(0), |twin, _| twin.set_up())
 }
 
 fn coarsen_springs(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -395,7 +464,7 @@ fn coarsen_nodes(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn start(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "start_nodes", Part::Groups(0), |twin, _| twin.start())
+    both_twins(bench, "start_nodes", Part::Groups(0), |twin, _| twin.start())
 }
 
 fn step(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -403,7 +472,7 @@ fn step(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn left_of_nodes(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "left_of_nodes", Part::Groups(0), |twin, groups| twin.leave(groups))
+    both_twins(bench, "left_of_nodes", Part::Groups(0), |twin, groups| twin.leave(groups))
 }
 
 fn restrict(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -411,11 +480,11 @@ fn restrict(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn left_of_level(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "left_of_level", Part::Wide(1), |twin, groups| twin.leave(groups))
+    both_twins(bench, "left_of_level", Part::Wide(1), |twin, groups| twin.leave(groups))
 }
 
 fn tail(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "cycle_tail", Part::Tail, |twin, _| twin.tail())
+    both_twins(bench, "cycle_tail", Part::Tail, |twin, _| twin.tail())
 }
 
 fn follow(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -424,15 +493,15 @@ fn follow(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn smooth_level(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "smooth_level", Part::Wide(1), |twin, groups| twin.smooth(groups))
+    both_twins(bench, "smooth_level", Part::Wide(1), |twin, groups| twin.smooth(groups))
 }
 
 fn smooth_nodes(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "smooth_nodes", Part::Groups(0), |twin, groups| twin.smooth(groups))
+    both_twins(bench, "smooth_nodes", Part::Groups(0), |twin, groups| twin.smooth(groups))
 }
 
 fn apply(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "apply_nodes", Part::Groups(0), |twin, _| twin.apply())
+    both_twins(bench, "apply_nodes", Part::Groups(0), |twin, _| twin.apply())
 }
 
 fn count(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -440,7 +509,7 @@ fn count(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn impulses(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "spring_impulses", Part::Groups(0), |twin, _| twin.impulses())
+    both_twins(bench, "spring_impulses", Part::Groups(0), |twin, _| twin.impulses())
 }
 
 fn push(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -449,4 +518,28 @@ fn push(bench: &mut Bench<'_>) -> Result<(), String> {
 
 fn note(bench: &mut Bench<'_>) -> Result<(), String> {
     twins(bench, "note_descents", Part::One, |twin, _| twin.note())
+}
+
+fn set_up_couplings(bench: &mut Bench<'_>) -> Result<(), String> {
+    coupled_twins(bench, "set_up_couplings", Part::Groups(0), |twin, _| twin.set_up_couplings())
+}
+
+fn coarsen_couplings(bench: &mut Bench<'_>) -> Result<(), String> {
+    [1, 2].into_iter().try_for_each(|level| {
+        coupled_twins(bench, "coarsen_couplings", Part::Groups(level), |twin, groups| {
+            twin.coarsen_couplings(groups)
+        })
+    })
+}
+
+fn bound_couplings(bench: &mut Bench<'_>) -> Result<(), String> {
+    [0, 1].into_iter().try_for_each(|level| {
+        coupled_twins(bench, "bound_couplings", Part::Groups(level), |twin, groups| {
+            twin.bound_couplings(groups)
+        })
+    })
+}
+
+fn scale_inverses(bench: &mut Bench<'_>) -> Result<(), String> {
+    coupled_twins(bench, "scale_inverses", Part::Groups(1), |twin, groups| twin.scale_inverses(groups))
 }

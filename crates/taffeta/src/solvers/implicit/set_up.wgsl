@@ -2,6 +2,7 @@
 // level, blocks and diagonals of the others by lists.
 
 #import contact/colliders/predicted_contact.wgsl
+#import couplings
 #import gpu/wgsl/force.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
@@ -109,12 +110,6 @@ fn step_on(
     }
 }
 
-/// What springs give a node.
-struct Given {
-    impulse: vec3f,
-    diagonal: Symmetric,
-}
-
 /// Blocks of a node's springs, and their sums.
 fn add_up_springs(node: u32) -> Given {
     let x = vector_of(WAY, node);
@@ -160,7 +155,10 @@ fn set_up_nodes(
         return;
     }
     let node = level_groups[index].first + lane;
-    let given = add_up_springs(node);
+    let springs = add_up_springs(node);
+    let others = given_by_elements(node);
+    let given = Given(springs.impulse + others.impulse, sum_of(springs.diagonal, others.diagonal));
+    keep_sum(node, given.diagonal);
     let mass = mass_of(node);
     let predicted = predicted_at(node);
     let all = Symmetric(given.diagonal.diagonal + mass, given.diagonal.mixed);

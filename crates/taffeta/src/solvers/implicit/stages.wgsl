@@ -5,6 +5,7 @@
 
 #import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
+#import couplings
 #import gpu/wgsl/force.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
@@ -136,7 +137,7 @@ fn started(node: u32) -> vec4f {
     let mass = mass_of(node);
     let left = filtered(predicted, vector_of(LEFT, node));
     vectors[vector_at(LEFT, node)] = vec4f(left, mass);
-    let product = filtered(predicted, springs_times(mass, CYCLED, node));
+    let product = filtered(predicted, system_times(mass, CYCLED, node));
     put_vector(PRODUCT, node, product);
     let start = vector_of(CYCLED, node);
     return vec4f(dot3(start, left), dot3(start, product), vectors[vector_at(TOTAL, node)].w, 0.0);
@@ -170,7 +171,7 @@ fn apply_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
 
 /// The system times the cycle's answer at a node. Returns what it adds to the sums.
 fn applied(node: u32) -> vec4f {
-    let product = filtered(predicted_at(node), springs_times(mass_of(node), CYCLED, node));
+    let product = filtered(predicted_at(node), system_times(mass_of(node), CYCLED, node));
     put_vector(PRODUCT, node, product);
     let answer = vector_of(CYCLED, node);
     return vec4f(dot3(answer, vector_of(LEFT, node)), dot3(answer, product), 0.0, 0.0);
@@ -204,7 +205,7 @@ fn spring_impulses(
         return;
     }
     let node = level_groups[index].first + lane;
-    put_vector(PRODUCT, node, vector_of(IMPULSE, node) - springs_times(0.0, CHANGE, node));
+    put_vector(PRODUCT, node, vector_of(IMPULSE, node) - system_times(0.0, CHANGE, node));
 }
 
 /// Adds to the force on each node that of all springs.

@@ -12,6 +12,7 @@ use crate::solvers::dual::twin::{
     by_halves, by_lanes, contact_record, deepest_contact, deepest_mesh_contact, predicted_in, three,
 };
 use crate::solvers::explicit::euler;
+use crate::solvers::implicit::couplings_twin::OfElements;
 use crate::solvers::implicit::cpu::kernels::Advance;
 use crate::solvers::implicit::gpu_layout::{
     Descent, Diagonal, LevelGroup, NodeSolve, SlotSpring, Symmetric, Vector,
@@ -37,6 +38,7 @@ pub struct Work {
     pub force: Vec<Four>,
     pub new_velocity: Vec<Four>,
     pub statistics: SolveStatistics,
+    pub elements: OfElements,
 }
 
 /// A fixture's work, as its kernels find it.
@@ -46,12 +48,12 @@ pub struct Twin<'a> {
     pub work: Work,
 }
 
-fn six(m: &Symmetric) -> [f32; 6] {
+pub fn six(m: &Symmetric) -> [f32; 6] {
     let ([xx, yy, zz], [xy, xz, yz]) = (m.diagonal, m.mixed);
     [xx, yy, zz, xy, xz, yz]
 }
 
-fn record([xx, yy, zz, xy, xz, yz]: [f32; 6]) -> Symmetric {
+pub fn record([xx, yy, zz, xy, xz, yz]: [f32; 6]) -> Symmetric {
     Symmetric { diagonal: [xx, yy, zz], mixed: [xy, xz, yz], ..Symmetric::default() }
 }
 
@@ -70,7 +72,7 @@ fn add_link(sum: [f32; 6], q: [f32; 3], across: f32) -> [f32; 6] {
 }
 
 impl Twin<'_> {
-    fn h(&self) -> f32 {
+    pub fn h(&self) -> f32 {
         self.fixture.substep().h
     }
 
@@ -78,11 +80,11 @@ impl Twin<'_> {
         which as usize * self.fixture.tables.levelled.nodes + node
     }
 
-    fn get(&self, which: Vector, node: usize) -> [f32; 3] {
+    pub fn get(&self, which: Vector, node: usize) -> [f32; 3] {
         three(self.work.vectors[self.at(which, node)])
     }
 
-    fn put(&mut self, which: Vector, node: usize, [x, y, z]: [f32; 3]) {
+    pub fn put(&mut self, which: Vector, node: usize, [x, y, z]: [f32; 3]) {
         let at = self.at(which, node);
         self.work.vectors[at] = [x, y, z, 0.0];
     }
@@ -96,7 +98,7 @@ impl Twin<'_> {
     }
 
     /// Slots of a node among those of its sort, and the nodes that they lead to.
-    fn slots(&self, node: usize) -> Vec<(usize, usize)> {
+    pub fn slots(&self, node: usize) -> Vec<(usize, usize)> {
         let slots = &self.fixture.tables.levelled.slots;
         let slice = node / LANES;
         let first = if node < self.fixture.tables.len() { slots[1] } else { slots[0] } as usize;
@@ -105,13 +107,13 @@ impl Twin<'_> {
     }
 
     /// Nodes of some groups, with the number of their system.
-    fn nodes(groups: &[LevelGroup]) -> Vec<(usize, usize)> {
+    pub fn nodes(groups: &[LevelGroup]) -> Vec<(usize, usize)> {
         let nodes = |g: &LevelGroup| g.first as usize..(g.first + g.count) as usize;
         groups.iter().flat_map(|g| nodes(g).map(|node| (node, g.solve as usize))).collect()
     }
 
     /// Nodes of the finest level.
-    fn finest(&self) -> Vec<(usize, usize)> {
+    pub fn finest(&self) -> Vec<(usize, usize)> {
         Self::nodes(&self.fixture.tables.levelled.groups[0])
     }
 
@@ -209,7 +211,12 @@ impl Twin<'_> {
 
     pub fn set_up(&mut self) {
         for (node, _) in self.finest() {
-            let (impulse, springs) = self.add_up(node);
+            let (mut impulse, mut springs) = self.add_up(node);
+            if self.is_coupled() {
+                impulse = add(impulse, self.get(Vector::Impulse, node));
+                springs = sum_of(springs, six(&self.work.diagonals[node].own));
+                self.keep_sum(node, springs);
+            }
             let (mass, predicted) = (self.mass(node), self.predicted(node));
             let all = sum_of(springs, [mass, mass, mass, 0.0, 0.0, 0.0]);
             let is_free = self.fixture.old.position[node][3] > 0.0;
@@ -266,7 +273,7 @@ impl Twin<'_> {
     }
 
     /// Children of a node, and how much they follow it.
-    fn children(&self, node: usize) -> Vec<(usize, f32)> {
+    pub fn children(&self, node: usize) -> Vec<(usize, f32)> {
         let children = &self.fixture.tables.levelled.children;
         let range = children[node].at as usize..children[node + 1].at as usize;
         children[range].iter().map(|share| (share.at as usize, share.weight)).collect()
@@ -284,7 +291,18 @@ impl Twin<'_> {
         }
     }
 
+    /// Whether other elements are solved for beside springs.
+    fn is_coupled(&self) -> bool {
+        !self.work.elements.words.is_empty()
+    }
+
     /// The finest level's system times a vector.
+    fn system_times(&self, mass: f32, which: Vector, node: usize) -> [f32; 3] {
+        let springs = self.springs_times(mass, which, node);
+        if self.is_coupled() { self.add_coupled(springs, which, node) } else { springs }
+    }
+
+    /// Masses and springs of the finest level times a vector.
     fn springs_times(&self, mass: f32, which: Vector, node: usize) -> [f32; 3] {
         let own = self.get(which, node);
         let add_slot = |sum, (slot, other): (usize, usize)| {
@@ -300,6 +318,9 @@ impl Twin<'_> {
             add(sum, times(&six(&self.work.coarse[slot]), sub(own, self.get(which, other))))
         };
         let start = times(&six(&self.work.diagonals[node].own), own);
+        if self.is_coupled() {
+            return self.add_coupled(start, which, node);
+        }
         self.slots(node).into_iter().fold(start, add_slot)
     }
 
@@ -382,7 +403,7 @@ impl Twin<'_> {
     fn left_of(&self, which: Vector, node: usize) -> [f32; 3] {
         let left = self.get(Vector::Left, node);
         if node < self.fixture.tables.len() {
-            sub(left, self.springs_times(self.mass(node), which, node))
+            sub(left, self.system_times(self.mass(node), which, node))
         } else {
             sub(left, self.level_times(which, node))
         }
@@ -491,7 +512,7 @@ impl Twin<'_> {
     }
 
     fn apply_to(&mut self, node: usize) -> [f32; 4] {
-        let product = self.springs_times(self.mass(node), Vector::Cycled, node);
+        let product = self.system_times(self.mass(node), Vector::Cycled, node);
         let product = self.predicted(node).filtered(product);
         self.put(Vector::Product, node, product);
         let (left, answer) = (self.get(Vector::Left, node), self.get(Vector::Cycled, node));
@@ -517,7 +538,7 @@ impl Twin<'_> {
         let left = predicted.filtered(self.get(Vector::Left, node));
         let at = self.at(Vector::Left, node);
         self.work.vectors[at] = [left[0], left[1], left[2], mass];
-        let product = predicted.filtered(self.springs_times(mass, Vector::Cycled, node));
+        let product = predicted.filtered(self.system_times(mass, Vector::Cycled, node));
         self.put(Vector::Product, node, product);
         let (start, off) = (self.get(Vector::Cycled, node), self.at(Vector::Total, node));
         [dot(start, left), dot(start, product), self.work.vectors[off][3], 0.0]
@@ -526,7 +547,7 @@ impl Twin<'_> {
     pub fn impulses(&mut self) {
         let nodes: Vec<usize> = self.finest().into_iter().map(|(node, _)| node).collect();
         self.all(&nodes, Vector::Product, |twin, node| {
-            sub(twin.get(Vector::Impulse, node), twin.springs_times(0.0, Vector::Change, node))
+            sub(twin.get(Vector::Impulse, node), twin.system_times(0.0, Vector::Change, node))
         });
     }
 

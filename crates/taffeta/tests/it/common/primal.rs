@@ -1,8 +1,9 @@
-//! Implicit springs by nodes: Newton's steps of backward Euler, every block of the system from a list of springs, the
-//! system factorised, in 64 bits.
+//! Implicit springs and hinges by nodes: Newton's steps of backward Euler, every block of the system from lists of springs
+//! and hinges, the system factorised, in 64 bits.
 
 use super::constraints::PredictedContact;
-use super::reference::{Reference, Spring};
+use super::lists::{angle, angle_gradient};
+use super::reference::{Fold, Reference, Spring};
 use super::{V, add, dot, norm, scale, sub};
 
 /// A symmetric matrix of three rows.
@@ -26,6 +27,10 @@ fn times(a: M3, u: V) -> V {
 /// a b.
 fn chained(a: M3, b: M3) -> M3 {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum()))
+}
+
+fn transposed(a: M3) -> M3 {
+    std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
 }
 
 /// n nᵀ.
@@ -61,9 +66,9 @@ impl Blocks {
         Self(of.into_iter().map(|block| vec![block]).collect())
     }
 
-    /// Adds to the block of a node and another one: (B u)_i += b u_j, and the same the other way round.
+    /// Adds to the block of a node and another one: (B u)_i += b u_j, and (B u)_j += bᵀ u_i.
     fn insert(&mut self, i: usize, j: usize, b: M3) {
-        let (row, column) = (i.max(j), i.min(j));
+        let (row, column, b) = if i < j { (j, i, transposed(b)) } else { (i, j, b) };
         let back = row - column;
         let entries = &mut self.0[row];
         while entries.len() <= back {
@@ -80,6 +85,15 @@ impl Blocks {
         self.insert(i, j, b.map(|row| scale(row, -1.0)));
     }
 
+    /// Adds what a mode resists: c g gᵀ, where g has a direction for each of some nodes.
+    fn mode<const N: usize>(&mut self, nodes: [usize; N], g: [V; N], c: f64) {
+        for i in 0..N {
+            for j in 0..=i {
+                self.insert(nodes[i], nodes[j], g[i].map(|s| scale(g[j], c * s)));
+            }
+        }
+    }
+
     pub fn apply(&self, u: &[V]) -> Vec<V> {
         let mut out = vec![[0.0; 3]; u.len()];
         for (i, row) in self.0.iter().enumerate() {
@@ -87,8 +101,7 @@ impl Blocks {
             for (j, &b) in (first..).zip(row) {
                 out[i] = add(out[i], times(b, u[j]));
                 if i != j {
-                    // All blocks of edges are symmetric.
-                    out[j] = add(out[j], times(b, u[i]));
+                    out[j] = add(out[j], times(transposed(b), u[i]));
                 }
             }
         }
@@ -176,7 +189,7 @@ pub struct Motion {
     pub changes: Vec<V>,
 }
 
-/// The system of one Newton step: masses and blocks, and the impulses of springs [kg·m/s].
+/// The system of one Newton step: masses and blocks, and the impulses of springs and hinges [kg·m/s].
 pub struct System {
     pub matrix: Blocks,
     pub impulses: Vec<V>,
@@ -202,6 +215,16 @@ impl Reference {
             matrix.edge(a, b, block(apart, spring, h));
             let impulse = scale(pull(apart, sub(u[b], u[a]), spring), h);
             (impulses[a], impulses[b]) = (add(impulses[a], impulse), sub(impulses[b], impulse));
+        }
+        for &Fold(nodes, k, d, rest) in &self.folds {
+            let at = nodes.map(|n| x[n]);
+            let g = angle_gradient(at);
+            let rate: f64 = (0..4).map(|c| dot(g[c], u[nodes[c]])).sum();
+            let moment = k * (angle(at) - rest) + d * rate;
+            matrix.mode(nodes, g, h * h * k + h * d);
+            for c in 0..4 {
+                impulses[nodes[c]] = sub(impulses[nodes[c]], scale(g[c], h * moment));
+            }
         }
         System { matrix, impulses }
     }

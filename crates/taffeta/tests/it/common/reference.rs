@@ -203,7 +203,8 @@ impl Reference {
             let pull = scale(n, k * (norm(apart) - rest) + d * dot(rate, n));
             (f[a], f[b]) = (add(f[a], pull), sub(f[b], pull));
         }
-        for &Fold(nodes, k, d, rest) in &self.folds {
+        let folds = if self.solver.is_primal() { &[][..] } else { &self.folds };
+        for &Fold(nodes, k, d, rest) in folds {
             let x = nodes.map(|n| self.x[n]);
             let gradient = angle_gradient(x);
             let rate: f64 = (0..4).map(|c| dot(gradient[c], self.v[nodes[c]])).sum();

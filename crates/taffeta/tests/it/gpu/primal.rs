@@ -135,7 +135,7 @@ fn iterations_that_are_not_enough_are_counted() {
 fn scenes_are_split_by_bodies() {
     let scene = by_nodes(everything());
     let mut whole = on_gpu(&scene);
-    let options = GpuOptions::from(small_gpu(400_000));
+    let options = GpuOptions::from(small_gpu(800_000));
     let mut split = Simulation::new(&scene, &Options { gpu: Some(options), ..Options::default() }).unwrap();
     run(&mut whole, 2);
     run(&mut split, 2);

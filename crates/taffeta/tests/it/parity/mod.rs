@@ -42,9 +42,10 @@ named_rows! {
     free_nodes predict_contacts_implicit predict_mesh_contacts_implicit step_on set_up_nodes coarsen_springs coarsen_edges coarsen_nodes
     start_nodes step_nodes left_of_nodes restrict_level left_of_level cycle_tail follow_level smooth_level smooth_nodes
     apply_nodes count_descents spring_impulses push_nodes note_descents
+    set_up_couplings coarsen_couplings bound_couplings scale_inverses
     solve_joints solve_joint_groups apply_attachments
     clear_cells fill_cells find_self_contacts resolve_self_contacts contact_after_self_collision measure_self_contacts
-    bend_hinges measure_hinges blow_on_panels scale_loads
+    bend_hinges measure_hinges hinge_directions blow_on_panels scale_loads
     measure_nodes measure_grid_springs measure_mesh_springs measure_volumes
     angle_of spring_factor fold_of external depth_and_normal entry_of respond leave_both multiplier solve_symmetric exchange
     euler corner_force gust_velocity

@@ -2,6 +2,7 @@
 
 mod bits;
 mod contact;
+mod elements;
 mod energy;
 mod forms;
 mod iterations;

@@ -43,9 +43,11 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.worker.synchronise();
         for step in 0..steps {
             self.scratch.bodies.iter_mut().for_each(|body| *body = body.again());
+            self.linearise();
             self.each(0, Self::set_up);
             self.worker.synchronise();
             self.coarsen();
+            self.scale_jacobi();
             self.start(step == 0);
             self.iterate();
             self.find_drifts();
@@ -122,6 +124,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 inverse: here.inverse.write(&part),
                 own: here.own.write(&part),
                 blocks: here.blocks.write(slots_of(table, &part, FINE)),
+                elements: self.primal.elements.as_ref().map(|elements| elements.chunk(&part, self.h)),
             };
             self.worker.nodes.level.run(kernel);
         }

@@ -28,6 +28,9 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
     pub fn coarsen(&mut self) {
         for level in 1..self.primal.tables.len() {
             self.each(level, |worker, chunk| {
+                if let Some(elements) = worker.primal.elements_of(chunk.body) {
+                    return worker.coarsen_elements(elements, level, chunk);
+                }
                 let part = &chunk.part;
                 let (finer, here) = (&worker.shared.levels[level - 1], &worker.shared.levels[level]);
                 let table = &worker.primal.tables[level];
@@ -203,6 +206,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
                 } else {
                     Own::Block(here.own.read())
                 },
+                coupled: self.primal.elements.as_ref().map(|elements| elements.coupled(level)),
             }
         }
     }

@@ -5,6 +5,7 @@ use crate::cpu::simd::Kernel;
 use crate::cpu::sums::Sums;
 use crate::real::Real;
 use crate::solvers::implicit::cpu::columns::View;
+use crate::solvers::implicit::cpu::elements::Coupled;
 use crate::solvers::implicit::cpu::tables::PARENTS;
 use crate::solvers::implicit::implicit::{add_share, edge_times, jacobi, times};
 use crate::topology::LANES;
@@ -24,6 +25,8 @@ pub struct Operator<'a, T> {
     /// Block of each slot.
     pub blocks: &'a [T],
     pub own: Own<'a, T>,
+    /// Blocks of other elements.
+    pub coupled: Option<Coupled<'a, T>>,
 }
 
 /// What is on the diagonal beside edges.
@@ -59,6 +62,9 @@ impl<T: Real> Operator<'_, T> {
                 let other = vector.lanes_from(first as isize + shift as isize);
                 add_edges::<T, C>(&own, &other, block, &mut sum);
             }
+        }
+        if let Some(coupled) = &self.coupled {
+            coupled.add_product(slice, vector, &own, &mut sum);
         }
         (sum, own)
     }

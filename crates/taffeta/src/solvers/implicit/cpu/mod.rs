@@ -6,6 +6,7 @@
 mod columns;
 mod conjugate;
 mod cycle;
+mod elements;
 pub(crate) mod kernels;
 mod setup;
 mod tables;
@@ -32,6 +33,7 @@ use crate::solvers::implicit::slots::NO_EDGE;
 use crate::solvers::waiting;
 use crate::step::{Marks, Op};
 use columns::Columns;
+use elements::ElementBlocks;
 use kernels::{COARSE, FINE};
 use tables::Table;
 
@@ -48,6 +50,8 @@ pub struct Implicit<T> {
     surfaces: bool,
     scratch: PerWorker<Scratch<T>>,
     work: Work<T>,
+    /// Other elements that are solved for.
+    elements: Option<ElementBlocks<T>>,
 }
 
 /// A level's vectors and matrix.
@@ -101,10 +105,13 @@ impl<T: Real> Implicit<T> {
     /// Of a scene whose springs are solved for by nodes.
     pub fn new(context: &mut Context<'_, T>) -> Option<Self> {
         let (workers, assembly) = (context.workers(), &mut *context.assembly);
-        if !assembly.solver.is_primal() || assembly.constraints.is_empty() {
+        if !assembly.solver.is_primal()
+            || !(0..assembly.bodies.len()).any(|body| assembly.is_solved_for(body))
+        {
             return None;
         }
         let tables = Table::all(assembly);
+        let elements = ElementBlocks::new(assembly, &tables);
         assembly.levels = Vec::new();
         let list = std::mem::take(&mut assembly.constraints);
         let edges = &tables[0].slots.edge;
@@ -121,8 +128,14 @@ impl<T: Real> Implicit<T> {
             surfaces,
             scratch: PerWorker::new(workers, |_| Scratch::default()),
             work: Work::new(&tables, surfaces),
+            elements,
             tables,
         })
+    }
+
+    /// Other elements, where a body has some.
+    fn elements_of(&self, body: usize) -> Option<&ElementBlocks<T>> {
+        self.elements.as_ref().filter(|elements| elements.has(body))
     }
 
     /// Colliders that hold nodes while springs are solved for.
@@ -246,7 +259,8 @@ impl<T: Real> Feature<T> for Implicit<T> {
 
     fn bytes(&self) -> usize {
         let tables: usize = self.tables.iter().map(Table::bytes).sum();
-        tables + self.rest.len() * (size_of::<T>() + 4) + self.work.bytes()
+        let elements = self.elements.as_ref().map_or(0, ElementBlocks::bytes);
+        tables + self.rest.len() * (size_of::<T>() + 4) + self.work.bytes() + elements
     }
 }
 

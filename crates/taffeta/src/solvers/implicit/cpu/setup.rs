@@ -4,6 +4,7 @@ use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::simd::Kernel;
 use crate::real::Real;
 use crate::solvers::implicit::cpu::columns::View;
+use crate::solvers::implicit::cpu::elements::OfChunk;
 use crate::solvers::implicit::cpu::kernels::{COARSE, FINE, Lanes, store};
 use crate::solvers::implicit::cpu::tables::Table;
 use crate::solvers::implicit::implicit::{Stiff, Symmetric, add_share, block, diagonal, inverse};
@@ -31,6 +32,8 @@ pub struct SetUp<'a, T> {
     pub inverse: [&'a mut [T]; 6],
     pub own: [&'a mut [T]; 6],
     pub blocks: &'a mut [T],
+    /// Other elements that are solved for.
+    pub elements: Option<OfChunk<'a, T>>,
 }
 
 /// What is summed up for a slice.
@@ -45,7 +48,8 @@ impl<T: Real> Kernel for SetUp<'_, T> {
     fn run(mut self) {
         let start = self.table.slots.starts[self.part.start / LANES] as usize;
         for first in self.part.clone().step_by(LANES) {
-            let slice = self.add_up(first, start);
+            let mut slice = self.add_up(first, start);
+            self.add_elements(first, &mut slice);
             self.finish(first, &slice);
         }
     }
@@ -103,6 +107,18 @@ impl<T: Real> SetUp<'_, T> {
             }
         }
         sum
+    }
+
+    /// Adds what other elements give the nodes of a slice.
+    #[inline(always)]
+    fn add_elements(&mut self, first: usize, slice: &mut Slice<T>) {
+        let Some(elements) = &mut self.elements else { return };
+        for lane in 0..LANES {
+            let (impulse, diagonal) = elements.set_up(first + lane);
+            slice.right.iter_mut().zip(impulse).for_each(|(sum, number)| sum[lane] += number);
+            slice.diagonal.iter_mut().zip(diagonal).for_each(|(sum, number)| sum[lane] += number);
+            elements.put_sum(first + lane, &std::array::from_fn(|one| slice.diagonal[one][lane]));
+        }
     }
 
     /// Diagonal and right side of a slice's nodes, as they are free.

@@ -1,6 +1,7 @@
 //! What does not change: levels, as the workers walk through them.
 
 use crate::build::Assembly;
+use crate::build::body::BodyAssembly;
 use crate::real::Real;
 use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::implicit::levels::Level;
@@ -54,23 +55,36 @@ impl<T: Real> Table<T> {
     /// All levels, the finest first.
     pub fn all(assembly: &Assembly) -> Vec<Self> {
         let list = &assembly.constraints;
-        let rows = list.bodies.iter().map(|rows| !rows.is_empty());
-        let first: Vec<Range<usize>> = assembly
-            .bodies
-            .iter()
-            .zip(rows)
-            .map(|(body, acts)| body.first..body.first + if acts { body.nodes } else { 0 })
-            .collect();
+        let bodies = assembly.bodies.iter().enumerate();
+        let nodes = |(index, body): (usize, &BodyAssembly)| {
+            body.first..body.first + if assembly.is_solved_for(index) { body.nodes } else { 0 }
+        };
+        let first: Vec<Range<usize>> = bodies.map(nodes).collect();
+        // Springs beside elements are among the blocks of those on coarser levels.
+        let plain: Vec<bool> = (0..first.len()).map(|body| !assembly.has_solved_elements(body)).collect();
         let is_grid: Vec<bool> = assembly.bodies.iter().map(|body| body.grid_layout.is_some()).collect();
         let mut tables = vec![Self::new(assembly.places, &list.ends, &first, &is_grid)];
+        // By edge of the finer level: which of the table's it is.
+        let mut kept: Vec<usize> = (0..list.ends.len()).collect();
         for level in &assembly.levels {
-            let mut table = Self::new(level.places, &level.edges, &level.bodies, &is_grid);
+            let is_plain = |ends: &[u32; 2]| {
+                let body = level.bodies.partition_point(|nodes| nodes.end <= ends[0] as usize);
+                plain[body]
+            };
+            let of_plain: Vec<usize> =
+                (0..level.edges.len()).filter(|&edge| is_plain(&level.edges[edge])).collect();
+            let edges: Vec<[u32; 2]> = of_plain.iter().map(|&edge| level.edges[edge]).collect();
+            let mut table = Self::new(level.places, &edges, &level.bodies, &is_grid);
             let finer = &mut tables.last_mut().expect("the finest level is there");
             finer.follow(level);
-            table.sources = level.sources.clone();
-            for item in &mut table.sources.items {
-                item.0 = finer.slots.of_edge[item.0 as usize];
+            for &edge in &of_plain {
+                let slot = |source: u32| finer.slots.of_edge[kept[source as usize]];
+                table
+                    .sources
+                    .push(level.sources.row(edge).iter().map(|&(source, weight)| (slot(source), weight)));
             }
+            kept = vec![usize::MAX; level.edges.len()];
+            of_plain.iter().enumerate().for_each(|(number, &edge)| kept[edge] = number);
             table.children = level.parents.transposed(level.places);
             tables.push(table);
         }

@@ -1,0 +1,371 @@
+//! Elements that are solved for beside springs: blocks between their nodes on all levels.
+
+use crate::build::Assembly;
+use crate::cpu::column::Column;
+use crate::cpu::shared::Shared;
+use crate::cpu::simd::Kernel;
+use crate::elements::cpu::Linearised;
+use crate::elements::sets::Elements;
+use crate::real::Real;
+use crate::solvers::implicit::coarsening::Weighted;
+use crate::solvers::implicit::couplings::{
+    Block, Couplings, Springs, Tables, add_mode, block_times, coupling, jacobi_factor, symmetric_part, whole,
+};
+use crate::solvers::implicit::cpu::ImplicitWorker;
+use crate::solvers::implicit::cpu::columns::{Columns, View};
+use crate::solvers::implicit::cpu::kernels::{FINE, Lanes};
+use crate::solvers::implicit::cpu::tables::{Chunk, Table};
+use crate::solvers::implicit::implicit::{Symmetric, add_share, block, inverse};
+use crate::topology::{Csr, LANES};
+use std::ops::Range;
+
+/// Numbers of a block.
+const BLOCK: usize = 9;
+
+/// Tables, and what is found anew in each Newton step.
+pub struct ElementBlocks<T> {
+    tables: Tables,
+    /// Whether each body has some.
+    bodies: Vec<bool>,
+    /// By level: the block of each slot, and what Jacobi's iteration multiplies a diagonal's inverse by.
+    blocks: Vec<Shared<T>>,
+    factors: Vec<Columns<T>>,
+    /// Of each element: forces [N] where the Newton step starts, and directions [kg^½].
+    forces: Shared<[T; 3]>,
+    directions: Shared<[T; 3]>,
+}
+
+impl<T: Real> ElementBlocks<T> {
+    /// Those of a scene that has elements to solve for.
+    pub fn new(assembly: &Assembly, tables: &[Table<T>]) -> Option<Self> {
+        let bodies = 0..assembly.bodies.len();
+        let couplings = Tables::new(assembly, &bodies, &tables[0].slots, Springs::Beside)?;
+        let slots = [couplings.finest.len()].into_iter().chain(couplings.coarser.iter().map(Couplings::len));
+        let [forces, directions] = couplings.counts().map(|count| vec![[T::ZERO; 3]; count].into());
+        Some(Self {
+            blocks: slots.map(|count| Column::zeros(BLOCK * count).into()).collect(),
+            factors: tables.iter().map(|table| Columns::new(1, table.places, 0)).collect(),
+            forces,
+            directions,
+            bodies: bodies.map(|body| assembly.has_solved_elements(body)).collect(),
+            tables: couplings,
+        })
+    }
+
+    /// Whether a body has some.
+    pub fn has(&self, body: usize) -> bool {
+        self.bodies[body]
+    }
+
+    /// Bytes that they take.
+    pub fn bytes(&self) -> usize {
+        let coarser = self.tables.coarser.iter().map(Couplings::bytes).sum::<usize>();
+        let found = self.blocks.iter().map(Shared::bytes).sum::<usize>()
+            + self.factors.iter().map(Columns::bytes).sum::<usize>()
+            + (self.forces.len() + self.directions.len()) * size_of::<[T; 3]>();
+        self.tables.finest.bytes() + coarser + found
+    }
+
+    /// The blocks of a level, to multiply by.
+    pub fn coupled(&self, level: usize) -> Coupled<'_, T> {
+        let (starts, neighbour) = match level.checked_sub(1) {
+            None => (&self.tables.finest.starts, &self.tables.finest.neighbour),
+            Some(coarser) => {
+                let couplings = &self.tables.coarser[coarser];
+                (&couplings.starts, &couplings.neighbour)
+            }
+        };
+        // SAFETY: found before a barrier, and found again after another.
+        Coupled { starts, neighbour, blocks: unsafe { self.blocks[level].read() } }
+    }
+
+    /// What a chunk of the finest level is set up from.
+    pub fn chunk(&self, part: &Range<usize>, h: T) -> OfChunk<'_, T> {
+        let groups = groups(&self.tables.finest, part);
+        // SAFETY: elements were linearised before a barrier; chunks do not overlap.
+        unsafe {
+            OfChunk {
+                couplings: &self.tables.finest,
+                forces_of: &self.tables.forces,
+                forces: self.forces.read(),
+                directions: self.directions.read(),
+                h,
+                start: groups.start,
+                blocks: self.blocks[0].write(groups.start * BLOCK * LANES..groups.end * BLOCK * LANES),
+            }
+        }
+    }
+}
+
+/// Groups of slots of some places.
+fn groups<S: Copy>(couplings: &Couplings<S>, part: &Range<usize>) -> Range<usize> {
+    couplings.starts[part.start / LANES] as usize..couplings.starts[part.end / LANES] as usize
+}
+
+/// The block of a slot.
+#[inline(always)]
+fn block_at<T: Real>(blocks: &[T], slot: usize) -> Block<T> {
+    let (group, lane) = (slot / LANES, slot % LANES);
+    std::array::from_fn(|one| blocks[(group * BLOCK + one) * LANES + lane])
+}
+
+#[inline(always)]
+fn put_block<T: Real>(blocks: &mut [T], slot: usize, block: &Block<T>) {
+    let (group, lane) = (slot / LANES, slot % LANES);
+    for (one, number) in block.iter().enumerate() {
+        blocks[(group * BLOCK + one) * LANES + lane] = *number;
+    }
+}
+
+/// Blocks of a level.
+#[derive(Clone, Copy)]
+pub struct Coupled<'a, T> {
+    starts: &'a [u32],
+    neighbour: &'a [u32],
+    blocks: &'a [T],
+}
+
+impl<T: Real> Coupled<'_, T> {
+    /// Adds the product of a slice's blocks with a vector.
+    #[inline(always)]
+    pub fn add_product(&self, slice: usize, vector: &View<'_, T>, own: &Lanes<T>, sum: &mut Lanes<T>) {
+        let (start, end) = (self.starts[slice] as usize, self.starts[slice + 1] as usize);
+        let groups = (start + 1).min(end)..end;
+        let neighbours = self.neighbour[groups.start * LANES..groups.end * LANES].as_chunks::<LANES>().0;
+        let blocks =
+            self.blocks[groups.start * BLOCK * LANES..groups.end * BLOCK * LANES].as_chunks::<LANES>().0;
+        for (places, block) in neighbours.iter().zip(blocks.as_chunks::<BLOCK>().0) {
+            let other: Lanes<T> = vector.gather(places);
+            for lane in 0..LANES {
+                let d = [0, 1, 2].map(|axis| own[axis][lane] - other[axis][lane]);
+                let product = block_times(&std::array::from_fn(|one| block[one][lane]), d);
+                for axis in 0..3 {
+                    sum[axis][lane] += product[axis];
+                }
+            }
+        }
+    }
+}
+
+/// What a chunk of the finest level is set up from, and its blocks.
+pub struct OfChunk<'a, T> {
+    couplings: &'a Couplings<[u32; 2]>,
+    forces_of: &'a Csr,
+    forces: &'a [[T; 3]],
+    directions: &'a [[T; 3]],
+    h: T,
+    /// Groups of slots before the chunk's.
+    start: usize,
+    blocks: &'a mut [T],
+}
+
+impl<T: Real> OfChunk<'_, T> {
+    /// Finds the blocks of a node; returns its impulse [N s] and the sum of the blocks.
+    #[inline(always)]
+    pub fn set_up(&mut self, node: usize) -> ([T; 3], Symmetric<T>) {
+        let (mut impulse, mut diagonal) = ([T::ZERO; 3], [T::ZERO; 6]);
+        for &force in self.forces_of.row(node) {
+            impulse = add_share(impulse, self.h, self.forces[force as usize]);
+        }
+        for group in self.couplings.blocks(node / LANES) {
+            let mut block = [T::ZERO; BLOCK];
+            for &[a, b] in self.couplings.sources(group * LANES + node % LANES) {
+                block = add_mode(block, self.directions[a as usize], self.directions[b as usize]);
+            }
+            self.put(group, node, &block);
+            diagonal = add_share(diagonal, T::ONE, symmetric_part(&block));
+        }
+        (impulse, diagonal)
+    }
+
+    /// Keeps the sum of all blocks of a node, those of springs among them.
+    #[inline(always)]
+    pub fn put_sum(&mut self, node: usize, sum: &Symmetric<T>) {
+        let groups = self.couplings.groups(node / LANES);
+        if !groups.is_empty() {
+            self.put(groups.start, node, &whole(sum));
+        }
+    }
+
+    #[inline(always)]
+    fn put(&mut self, group: usize, node: usize, block: &Block<T>) {
+        put_block(self.blocks, (group - self.start) * LANES + node % LANES, block);
+    }
+}
+
+/// Kernel: blocks and diagonals of a chunk of a coarser level.
+struct Coarsen<'a, T> {
+    part: Range<usize>,
+    couplings: &'a Couplings<(u32, f32)>,
+    children: &'a Weighted,
+    /// Blocks of the finer level, and those of springs behind so many slots of it.
+    finer: &'a [T],
+    springs: &'a [T],
+    slots: usize,
+    finer_own: View<'a, T>,
+    inverse: [&'a mut [T]; 6],
+    own: [&'a mut [T]; 6],
+    blocks: &'a mut [T],
+}
+
+impl<T: Real> Kernel for Coarsen<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let start = groups(self.couplings, &self.part).start;
+        for (at, place) in self.part.clone().enumerate() {
+            let mut own = [T::ZERO; 6];
+            for &(child, weight) in self.children.row(place) {
+                own = add_share(own, T::from_f64(f64::from(weight)), self.finer_own.at(child as usize));
+            }
+            let (mut all, groups) = ([T::ZERO; 6], self.couplings.groups(place / LANES));
+            let at_slot = |group: usize| (group - start) * LANES + place % LANES;
+            for group in self.couplings.blocks(place / LANES) {
+                let mut sum = [T::ZERO; BLOCK];
+                for &(slot, weight) in self.couplings.sources(group * LANES + place % LANES) {
+                    sum = add_share(sum, T::from_f64(f64::from(weight)), self.finer_block(slot as usize));
+                }
+                put_block(self.blocks, at_slot(group), &sum);
+                all = add_share(all, T::ONE, symmetric_part(&sum));
+            }
+            if !groups.is_empty() {
+                put_block(self.blocks, at_slot(groups.start), &whole(&all));
+            }
+            let diagonal = add_share(own, T::ONE, all);
+            let inverse = inverse(&diagonal);
+            for one in 0..6 {
+                self.own[one][at] = own[one];
+                self.inverse[one][at] = inverse[one];
+            }
+        }
+    }
+}
+
+impl<T: Real> Coarsen<'_, T> {
+    #[inline(always)]
+    fn finer_block(&self, slot: usize) -> Block<T> {
+        slot.checked_sub(self.slots)
+            .map_or_else(|| block_at(self.finer, slot), |slot| spring_block(self.springs, slot))
+    }
+}
+
+/// The block of a spring's slot.
+#[inline(always)]
+fn spring_block<T: Real>(blocks: &[T], slot: usize) -> Block<T> {
+    let at = |one: usize| blocks[(slot / LANES * FINE + one) * LANES + slot % LANES];
+    whole(&block([at(0), at(1), at(2)], at(3)))
+}
+
+impl<T: Real> ImplicitWorker<'_, '_, T> {
+    /// Finds forces and directions of all elements where the Newton step starts.
+    pub fn linearise(&self) {
+        let (Some(blocks), Some(sets)) =
+            (&self.primal.elements, self.worker.features.get::<Elements<T>>().map(Elements::solved))
+        else {
+            return;
+        };
+        // SAFETY: what was moved was written before a barrier.
+        let moved = unsafe { self.shared.moved.read() };
+        let state: [&[T]; 6] = std::array::from_fn(|axis| moved.column(axis));
+        for (solved, set) in blocks.tables.solved.iter().zip(sets) {
+            let part = self.worker.part(solved.elements.len());
+            let of = |first: usize, each: usize| first + each * part.start..first + each * part.end;
+            // SAFETY: parts of workers do not overlap, and others read after a barrier.
+            let out = unsafe {
+                Linearised {
+                    forces: blocks.forces.write(of(solved.first_force, solved.forces)),
+                    directions: blocks.directions.write(of(solved.first_direction, solved.directions)),
+                }
+            };
+            set.linearise(part, &state, self.h, out);
+        }
+        self.worker.synchronise();
+    }
+
+    /// Finds blocks and diagonals of a chunk of a coarser level.
+    pub fn coarsen_elements(&self, elements: &ElementBlocks<T>, level: usize, chunk: &Chunk) {
+        let part = &chunk.part;
+        let (finer, here) = (&self.shared.levels[level - 1], &self.shared.levels[level]);
+        let couplings = &elements.tables.coarser[level - 1];
+        let slots = groups(couplings, part);
+        // SAFETY: the finer level was found before a barrier; chunks do not overlap.
+        let kernel = unsafe {
+            let finer_blocks = elements.blocks[level - 1].read();
+            Coarsen {
+                part: part.clone(),
+                couplings,
+                children: &self.primal.tables[level].children,
+                slots: if level == 1 { elements.tables.finest.len() } else { usize::MAX },
+                finer: finer_blocks,
+                springs: finer.blocks.read(),
+                finer_own: finer.own.read(),
+                inverse: here.inverse.write(part),
+                own: here.own.write(part),
+                blocks: elements.blocks[level].write(slots.start * BLOCK * LANES..slots.end * BLOCK * LANES),
+            }
+        };
+        self.worker.nodes.level.run(kernel);
+    }
+
+    /// Scales the inverses of all levels so that Jacobi's iteration converges.
+    pub fn scale_jacobi(&mut self) {
+        let Some(elements) = &self.primal.elements else { return };
+        for level in 0..self.primal.tables.len() {
+            self.each(level, |worker, chunk| {
+                if elements.has(chunk.body) {
+                    worker.find_factors(elements, level, chunk);
+                }
+            });
+        }
+        self.worker.synchronise();
+        for level in 0..self.primal.tables.len() {
+            self.each(level, |worker, chunk| {
+                if !elements.has(chunk.body) {
+                    return;
+                }
+                // SAFETY: only this chunk's places; others read after a barrier.
+                let (factors, inverse) = unsafe {
+                    (
+                        elements.factors[level].read(),
+                        worker.shared.levels[level].inverse.write::<6>(&chunk.part),
+                    )
+                };
+                let factors = &factors.column(0)[chunk.part.clone()];
+                for column in inverse {
+                    column.iter_mut().zip(factors).for_each(|(number, &factor)| *number = *number * factor);
+                }
+            });
+        }
+        self.worker.synchronise();
+    }
+
+    fn find_factors(&self, elements: &ElementBlocks<T>, level: usize, chunk: &Chunk) {
+        let (table, here) = (&self.primal.tables[level], &self.shared.levels[level]);
+        // SAFETY: blocks and inverses were found before a barrier; only this chunk's factors.
+        let (inverse, springs, [out]) = unsafe {
+            (here.inverse.read(), here.blocks.read(), elements.factors[level].write::<1>(&chunk.part))
+        };
+        let coupled = elements.coupled(level);
+        for (out, place) in out.iter_mut().zip(chunk.part.clone()) {
+            if level == 0 && elements.tables.forces.row(place).is_empty() {
+                // Springs alone: no more than 2 times the diagonal.
+                *out = T::ONE;
+                continue;
+            }
+            let (own, mut sum): (Symmetric<T>, T) = (inverse.at(place), T::ZERO);
+            let slots = |starts: &[u32], skipped: usize| {
+                let groups = starts[place / LANES] as usize..starts[place / LANES + 1] as usize;
+                groups.skip(skipped).map(move |group| group * LANES + place % LANES)
+            };
+            for slot in slots(&table.slots.starts, 0) {
+                let other = inverse.at(table.slots.neighbour[slot] as usize);
+                sum += coupling(&own, &spring_block(springs, slot), &other);
+            }
+            for slot in slots(coupled.starts, 1) {
+                let other = inverse.at(coupled.neighbour[slot] as usize);
+                sum += coupling(&own, &block_at(coupled.blocks, slot), &other);
+            }
+            *out = jacobi_factor(sum);
+        }
+    }
+}
