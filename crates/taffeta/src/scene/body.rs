@@ -196,6 +196,30 @@ pub struct Hinge {
     pub d: f64,
 }
 
+/// Elements of one kind that a body has beside springs, for checks and estimates.
+pub(crate) struct ElementsOfBody {
+    /// Where a scene describes them, in `springs`.
+    pub key: &'static str,
+    /// Their numbers, none of which may be negative: name, value, unit.
+    pub numbers: Vec<(&'static str, f64, &'static str)>,
+    /// Bytes that they take: by edge of a mesh, by node of a grid, and by either more of both where they are solved for.
+    pub bytes: [u64; 2],
+    pub solved_bytes: [u64; 2],
+}
+
+impl Springs {
+    /// Elements beside springs.
+    pub(crate) fn elements(&self) -> Vec<ElementsOfBody> {
+        let hinges = self.hinge.map(|Hinge { k, d }| ElementsOfBody {
+            key: "hinge",
+            numbers: vec![("k", k, "N·m/rad"), ("d", d, "N·m·s/rad")],
+            bytes: [165, 450],
+            solved_bytes: [0, 0],
+        });
+        hinges.into_iter().collect()
+    }
+}
+
 /// Nodes that are held.
 ///
 /// ```

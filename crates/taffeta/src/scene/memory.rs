@@ -27,7 +27,6 @@ const NODE: u64 = 160;
 const TRIANGLE: u64 = 16;
 const EDGE: u64 = 20;
 const SPRING: u64 = 165;
-const GRID_HINGE: u64 = 150;
 const VOLUME_NODE: u64 = 60;
 const TOUCHING_NODE: u64 = 250;
 const FACES_OF_NODE: u64 = 250;
@@ -115,12 +114,14 @@ impl Scene {
 
     /// Of a body's springs, where they are implicit.
     fn implicit_part(&self, index: usize, nodes: u64, springs: u64) -> Part<'_> {
-        let by_nodes = self.solver.is_primal() && springs > 0;
+        let elements = self.bodies[index].solved_bytes();
+        let by_nodes = self.solver.is_primal() && (springs > 0 || elements > 0);
         let bytes = match self.solver.method {
             Method::Springs => 0,
-            _ if by_nodes => {
-                nodes.saturating_mul(NODE_OF_LEVELS).saturating_add(springs.saturating_mul(SPRING_OF_LEVELS))
-            }
+            _ if by_nodes => nodes
+                .saturating_mul(NODE_OF_LEVELS)
+                .saturating_add(springs.saturating_mul(SPRING_OF_LEVELS))
+                .saturating_add(elements),
             _ => springs.saturating_mul(CONSTRAINT),
         };
         Part {
@@ -182,20 +183,20 @@ impl Scene {
 }
 
 impl Body {
-    /// Of nodes, springs and hinges [byte].
+    /// Of nodes, springs and other elements [byte].
     fn mesh_bytes(&self) -> u64 {
+        let of_elements = |by: usize| self.springs.elements().iter().map(|one| one.bytes[by]).sum::<u64>();
         let nodes = self.mesh.nodes();
         let pins = self.moving_nodes().saturating_mul(MOVING_PIN);
-        let hinged = u64::from(self.springs.hinge.is_some());
         let mesh = match &self.mesh {
-            Mesh::Grid(_) => nodes.saturating_mul(GRID_NODE + 3 * hinged * GRID_HINGE),
+            Mesh::Grid(_) => nodes.saturating_mul(GRID_NODE + of_elements(1)),
             mesh => {
                 let [surface, triangles, edges] = extent(mesh);
                 let kept = u64::from(self.volume.is_some());
                 // A volume needs neighbours along edges, with springs or without.
                 let along = kept.max(u64::from(self.springs.structural.is_some()));
                 let springs = along + u64::from(self.springs.bend.is_some());
-                let edge = EDGE + (springs + hinged) * SPRING;
+                let edge = EDGE + springs * SPRING + of_elements(0);
                 let tables =
                     [nodes.saturating_mul(NODE + kept * VOLUME_NODE), triangles.saturating_mul(TRIANGLE)];
                 tables
@@ -206,6 +207,16 @@ impl Body {
         let touching = u64::from(self.self_collision.is_some()) * TOUCHING_NODE
             + u64::from(self.tethers.is_some()) * TETHERED_NODE;
         mesh.saturating_add(pins).saturating_add(BODY).saturating_add(nodes.saturating_mul(touching))
+    }
+
+    /// Of elements beside springs, where they are solved for [byte].
+    fn solved_bytes(&self) -> u64 {
+        let all = self.springs.elements();
+        let of = |by: usize| all.iter().map(|one| one.solved_bytes[by]).sum::<u64>();
+        match &self.mesh {
+            Mesh::Grid(_) => self.mesh.nodes().saturating_mul(of(1)),
+            mesh => extent(mesh)[2].saturating_mul(of(0)),
+        }
     }
 
     /// Springs but for struts, about as many as there are.

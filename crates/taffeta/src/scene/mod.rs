@@ -19,9 +19,7 @@ mod world;
 
 pub use air::{Air, Gust};
 pub use attach::{Closing, Seam, SeamSide, Tethers};
-pub use body::{
-    Body, Bounds, Hinge, Internal, Kind, Mass, Pin, Place, Select, SelfCollision, Spring, Springs,
-};
+pub use body::*;
 pub use collider::{Bar, Collider, Cuboid, Heightfield, Plane, Poses, Shape, Sphere};
 pub use force::{Force, ScaleKey, Torque};
 pub use memory::MemoryNeeded;

@@ -98,8 +98,10 @@ fn check_springs(path: &Path, springs: &Springs, kind: Kind) -> Result<(), Scene
     for (key, spring) in kinds {
         spring.map_or(Ok(()), |spring| stiff(key, spring.k, spring.d, ["N/m", "kg/s"]))?;
     }
-    if let Some(hinge) = springs.hinge {
-        stiff("hinge", hinge.k, hinge.d, ["N·m/rad", "N·m·s/rad"])?;
+    for elements in springs.elements() {
+        for (field, number, unit) in elements.numbers {
+            path.key(elements.key).key(field).not_negative(number, unit)?;
+        }
     }
     if let Some(internal) = &springs.internal {
         stiff("internal", internal.k, internal.d, ["N/m", "kg/s"])?;
