@@ -61,11 +61,10 @@ fn ball() -> Body {
         .with_mass(Mass::Volume(2.3))
         .structural(61.3, 0.023)
         .bend(11.7, 0.013)
-        .hinge(0.0031, 0.00017)
         .at([-0.2, 0.3, 0.15])
         .pin(Select::nodes([17, 300]));
     ball.springs.internal = Some(Internal { count: 333, k: 7.9, d: 0.0091, ..Internal::default() });
-    ball
+    with_elements(ball)
 }
 
 fn ribbon() -> Body {
@@ -93,11 +92,15 @@ fn pole() -> Body {
 }
 
 fn blob() -> Body {
-    Body::cloth("blob", Mesh::Icosphere(Icosphere { radius: 0.29, subdivisions: 2 }))
+    let blob = Body::cloth("blob", Mesh::Icosphere(Icosphere { radius: 0.29, subdivisions: 2 }))
         .with_mass(Mass::Node(0.0053))
-        .structural(47.9, 0.019)
-        .hinge(0.0019, 0.00013)
-        .at([0.25, -0.1, -0.3])
+        .structural(47.9, 0.019);
+    with_elements(blob.at([0.25, -0.1, -0.3]))
+}
+
+/// The body with elements of every kind beside its springs.
+fn with_elements(body: Body) -> Body {
+    Body { springs: body.springs.with_elements(), ..body }
 }
 
 fn chain() -> Body {
