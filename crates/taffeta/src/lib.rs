@@ -35,7 +35,9 @@ pub use glam;
 #[doc(hidden)]
 pub use gpu::GpuKernels;
 #[cfg(feature = "gpu")]
-pub use gpu::{GpuCost, GpuOptions};
+pub use gpu::GpuOptions;
+#[cfg(feature = "gpu")]
+pub use simulation::GpuCost;
 pub use simulation::{
     BodyHandle, BodyInfo, BuildError, ColliderHandle, ColliderInfo, Diverged, InputError, Options, PinHandle,
     Pose, Precision, Simulation, Snapshot, StepError,

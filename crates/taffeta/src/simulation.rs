@@ -1,5 +1,7 @@
 //! What a program holds: a scene that runs. Build it, step it, read positions, move pins, apply forces.
 
+#[cfg(feature = "gpu")]
+mod cost;
 mod errors;
 mod frames;
 mod handles;
@@ -10,6 +12,8 @@ mod options;
 mod seen;
 mod snapshot;
 
+#[cfg(feature = "gpu")]
+pub use cost::GpuCost;
 pub use errors::{BuildError, Diverged, StepError};
 pub use handles::{BodyHandle, ColliderHandle, PinHandle};
 pub use info::{BodyInfo, ColliderInfo};
@@ -264,7 +268,7 @@ impl Simulation {
     }
 
     /// Largest stable step at rest [s] of what is explicit, found by power iteration; infinite without springs. Where all
-    /// springs are implicit it is that of hinges and drag.
+    /// springs are implicit it is that of hinges and drag, in the primal form of drag alone.
     pub fn largest_stable_step(&self) -> f64 {
         self.limit.at_rest
     }

@@ -3,7 +3,6 @@
 pub mod backend;
 pub mod bodies;
 pub mod boundary;
-pub mod cost;
 pub mod drawn;
 pub mod feature;
 pub mod kernels;
@@ -17,5 +16,4 @@ pub mod parity;
 pub mod partition;
 pub mod schedule;
 
-pub use cost::GpuCost;
 pub use options::{GpuKernels, GpuOptions};
