@@ -90,7 +90,9 @@ impl Assembly {
         assembly.constraints = Constraints::new(&assembly.bodies, assembly.solver.method);
         assembly.elements = KINDS.map(|kind| List::new(kind, &assembly.bodies, scene)).into();
         if assembly.solver.is_primal() {
-            assembly.levels = Level::all(&assembly);
+            let bodies = 0..assembly.bodies.len();
+            let elements: Vec<bool> = bodies.map(|body| assembly.has_solved_elements(body)).collect();
+            assembly.levels = Level::all(&assembly.bodies, &assembly.constraints, &elements);
         }
         assembly.attach(scene)?;
         assembly.start_pins();

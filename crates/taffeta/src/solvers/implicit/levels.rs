@@ -1,7 +1,7 @@
 //! Coarser levels of bodies whose springs are solved for by multigrid.
 
-use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
+use crate::solvers::constraints::Constraints;
 use crate::solvers::implicit::coarsening::{Coarser, Graph, Weighted};
 use crate::topology::LANES;
 use std::ops::Range;
@@ -26,13 +26,14 @@ pub struct Level {
 }
 
 impl Level {
-    /// All levels of a scene but the finest, whose places are the solver's, whose edges the constraints.
-    pub fn all(assembly: &Assembly) -> Vec<Self> {
-        let mut graphs: Vec<Option<Graph>> = graphs(assembly);
+    /// All levels of a scene but the finest, whose places are the solver's, whose edges the constraints. `elements`: whether
+    /// each body has other elements that are solved for.
+    pub fn all(bodies: &[BodyAssembly], constraints: &Constraints, elements: &[bool]) -> Vec<Self> {
+        let mut graphs: Vec<Option<Graph>> = graphs(bodies, constraints, elements);
         let mut finer = Self {
-            places: assembly.places,
-            bodies: assembly.bodies.iter().map(|body| body.first..body.first + body.nodes).collect(),
-            edges: assembly.constraints.ends.clone(),
+            places: bodies.last().map_or(0, |body| body.first + body.places()),
+            bodies: bodies.iter().map(|body| body.first..body.first + body.nodes).collect(),
+            edges: constraints.ends.clone(),
             ..Self::default()
         };
         let mut levels: Vec<Self> = Vec::new();
@@ -94,19 +95,18 @@ fn first_edges(level: &Level, graphs: &[Option<Graph>]) -> Vec<usize> {
 }
 
 /// The finest graph of each body that is solved for.
-fn graphs(assembly: &Assembly) -> Vec<Option<Graph>> {
-    let list = &assembly.constraints;
-    let one = |(index, body): (usize, &BodyAssembly)| {
-        let (first, rows) = (body.first as u32, list.bodies[index].clone());
-        assembly.is_solved_for(index).then(|| Graph {
+fn graphs(bodies: &[BodyAssembly], list: &Constraints, elements: &[bool]) -> Vec<Option<Graph>> {
+    let one = |((body, rows), &has_elements): ((&BodyAssembly, &Range<usize>), &bool)| {
+        let first = body.first as u32;
+        (has_elements || !rows.is_empty()).then(|| Graph {
             places: body.start.clone(),
             edges: list.ends[rows.clone()].iter().map(|ends| ends.map(|node| node - first)).collect(),
-            near: list.material[rows].iter().map(|&one| list.near[one as usize]).collect(),
-            links: if assembly.has_solved_elements(index) { links(body) } else { Vec::new() },
+            near: list.material[rows.clone()].iter().map(|&one| list.near[one as usize]).collect(),
+            links: if has_elements { links(body) } else { Vec::new() },
             grid: body.grid_layout,
         })
     };
-    assembly.bodies.iter().enumerate().map(one).collect()
+    bodies.iter().zip(&list.bodies).zip(elements).map(one).collect()
 }
 
 /// The edges of a body's triangles, in solver order within the body.
@@ -118,6 +118,7 @@ fn links(body: &BodyAssembly) -> Vec<[u32; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::build::Assembly;
     use crate::scene::{Body, ConstraintForm, Icosphere, Mass, Mesh, Method, Scene};
 
     #[test]
