@@ -18,7 +18,5 @@ pub mod worker;
 #[cfg(test)]
 mod order_tests;
 
-#[cfg(all(test, feature = "gpu"))]
-pub use crate::contact::colliders::cpu::{GROOVES, ROUNDING_ULPS, ROUNDS};
 pub use backend::CpuBackend;
 pub use simd::SimdLevel;

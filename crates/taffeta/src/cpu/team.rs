@@ -49,9 +49,13 @@ impl Team {
     }
 }
 
+/// Times that a waiting worker looks before it yields to other programs, where each worker may have a core of its own.
+const SPINS: u32 = 4096;
+
 /// The barrier of a team. It spins briefly, then yields to other programs.
 pub struct Barrier {
     workers: usize,
+    spins: u32,
     arrived: AtomicUsize,
     generation: AtomicUsize,
     broken: AtomicBool,
@@ -59,8 +63,11 @@ pub struct Barrier {
 
 impl Barrier {
     fn new(workers: usize) -> Self {
+        // On fewer cores than workers, one that spins keeps off those that it waits for.
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
         Self {
             workers,
+            spins: if workers > cores { 0 } else { SPINS },
             arrived: AtomicUsize::new(0),
             generation: AtomicUsize::new(0),
             broken: AtomicBool::new(false),
@@ -95,7 +102,7 @@ impl Barrier {
         while self.generation.load(Ordering::Acquire) == generation {
             assert!(!self.broken.load(Ordering::Relaxed), "another worker of the team panicked");
             spins += 1;
-            if spins < 4096 {
+            if spins < self.spins {
                 std::hint::spin_loop();
             } else {
                 std::thread::yield_now();

@@ -4,6 +4,7 @@ use crate::attachments::attach::ROUNDS as TETHER_ROUNDS;
 use crate::attachments::gpu::FIELDS;
 use crate::attachments::joints::ROUNDS as GROUP_ROUNDS;
 use crate::contact::collider_mesh::{surface as mesh, tree, triangle};
+use crate::contact::colliders::cpu::{GROOVES, ROUNDING_ULPS, ROUNDS};
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::gpu_layout::MESH;
 use crate::contact::colliders::moving::{ColliderNow, ContactSurface};
@@ -15,7 +16,6 @@ use crate::contact::colliders::shape::{
 };
 use crate::contact::nodes::gpu_layout::FARTHEST;
 use crate::contact::nodes::pair::FIRM;
-use crate::cpu::{GROOVES, ROUNDING_ULPS, ROUNDS};
 use crate::diagnostics::gpu::NODE_SUMS;
 use crate::elements::aero::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::elements::hinge::hinge::STIFFEST;
