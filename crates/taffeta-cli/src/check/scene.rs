@@ -25,7 +25,8 @@ struct Report {
     method: Method,
     /// With implicit springs: which equations; null with others.
     form: Option<ConstraintForm>,
-    /// Of what is explicit [s]: springs, hinges and drag, or with the method "ice" only hinges and drag. Null without any.
+    /// Of what is explicit [s]: springs, hinges and drag; with the method "ice" only hinges and drag, in its primal form drag alone.
+    /// Null without any.
     largest_stable_step: Option<f64>,
     /// The same however springs are folded [s].
     largest_stable_step_folded: Option<f64>,
@@ -153,8 +154,9 @@ impl Report {
         let (what, none) = match self.method {
             Method::Springs => ("", "no spring pulls on a free node"),
             Method::Ice if by_nodes => (
-                " (hinges and drag: springs are implicit, by nodes)",
-                "springs are implicit along and across themselves; how exact they are is of first order in the step",
+                " (drag: springs and hinges are implicit)",
+                "springs are implicit along and across themselves, and so are hinges; their accuracy is of first order in \
+                 the step",
             ),
             Method::Ice => (" (hinges and drag: springs are implicit)", "springs are implicit"),
             Method::Acad => (" (springs below the threshold are explicit)", "no spring pulls on a free node"),

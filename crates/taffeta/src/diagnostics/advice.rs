@@ -2,6 +2,7 @@
 
 use crate::advice::{Advice, Warning, round_down};
 use crate::build::Assembly;
+use crate::diagnostics::stability::Explicit;
 use crate::diagnostics::tension::{Tension, max_tension};
 use crate::diagnostics::{FrameReport, stability};
 use crate::elements::aero;
@@ -37,8 +38,13 @@ impl StepLimit {
         // Constraints of the method "acad" have no compliance of the material.
         let compliant = method == Method::Ice && assembly.solver.ice.form == ConstraintForm::Compliant;
         let (primal, step) = (assembly.solver.is_primal(), assembly.time.substep(0).1);
-        let largest = stability::largest_steps(assembly, method != Method::Ice);
-        let by_nodes = || stability::largest_steps(assembly, false).folded >= step;
+        let explicit = match method {
+            Method::Ice if primal => Explicit::Rest,
+            Method::Ice => Explicit::Elements,
+            Method::Springs | Method::Acad => Explicit::Springs,
+        };
+        let largest = stability::largest_steps(assembly, explicit);
+        let by_nodes = || stability::largest_steps(assembly, Explicit::Rest).folded >= step;
         Self {
             step,
             at_rest: largest.at_rest,
@@ -47,7 +53,7 @@ impl StepLimit {
             body: assembly.bodies[largest.body].name.clone(),
             method,
             primal,
-            holds_by_nodes: !primal && (largest.folded >= step || method != Method::Ice && by_nodes()),
+            holds_by_nodes: !primal && (largest.folded >= step || by_nodes()),
             max_tension: if primal || method == Method::Springs {
                 None
             } else {
@@ -66,6 +72,8 @@ impl StepLimit {
         let Self { step, at_rest, folded, body, .. } = self;
         let (which, then, loose) = match self.method {
             Method::Springs => ("", "this run will blow up", "folded or slack springs"),
+            // Drag alone does not depend on folds.
+            Method::Ice if self.primal => (" of drag", "this run will blow up", "folded cloth"),
             Method::Ice => (" of hinges and drag", "this run will blow up", "folded hinges"),
             Method::Acad => (
                 "",
@@ -122,7 +130,11 @@ impl StepLimit {
         let softer = (safe / self.step).powi(2);
         let heavier = 1.0 / softer;
         let stiff = "stiffness and damping";
-        let what = if self.method == Method::Ice { &format!("drag and the hinges' {stiff}") } else { stiff };
+        let what = match self.method {
+            Method::Ice if self.primal => "drag",
+            Method::Ice => &format!("drag and the hinges' {stiff}"),
+            Method::Springs | Method::Acad => stiff,
+        };
         self.shorter_step(safe, &format!("multiply {what} by {softer:.1e} or the mass by {heavier:.1e}"))
     }
 

@@ -72,15 +72,25 @@ pub struct LargestSteps {
     pub body: usize,
 }
 
-/// Finds the largest stable steps of what is explicit in a scene: elements, drag and, unless all of them are implicit,
-/// `springs`.
-pub fn largest_steps(assembly: &Assembly, springs: bool) -> LargestSteps {
+/// What takes explicit steps.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Explicit {
+    /// Springs, elements and drag.
+    Springs,
+    /// Elements and drag: springs are constraints.
+    Elements,
+    /// What the implicit solver does not solve for.
+    Rest,
+}
+
+/// Finds the largest stable steps of what is explicit in a scene.
+pub fn largest_steps(assembly: &Assembly, explicit: Explicit) -> LargestSteps {
     let drag = assembly.world.drag;
     let any = f64::INFINITY;
     let none = LargestSteps { at_rest: any, folded: any, in_air: any, body: 0 };
     (0..assembly.bodies.len()).fold(none, |least, body| {
-        let mut system = System::new(assembly, body);
-        if !springs {
+        let mut system = System::new(assembly, body, explicit);
+        if explicit != Explicit::Springs {
             system.springs = Vec::new();
         }
         let [at_rest, blown_on] = system.largest_step(drag, Pull::Along);
@@ -112,36 +122,43 @@ fn spring(places: &[[f64; 3]], nodes: [u32; 2], k: f64, d: f64) -> Axis {
 }
 
 impl System {
-    fn new(assembly: &Assembly, index: usize) -> Self {
+    fn new(assembly: &Assembly, index: usize, explicit: Explicit) -> Self {
         let body = &assembly.bodies[index];
+        let acts = |list: &&List| explicit != Explicit::Rest || list.kind.implicit.is_none();
+        let elements: Vec<&List> = assembly.elements.iter().filter(acts).collect();
         match (&body.springs, body.grid_layout) {
-            (BodySprings::Grid(along), Some(layout)) => Self::of_grid(assembly, index, along, layout),
-            (BodySprings::Mesh(lists), _) => Self::of_mesh(assembly, index, lists),
+            (BodySprings::Grid(along), Some(layout)) => {
+                Self::of_grid((body, index), &elements, along, layout)
+            }
+            (BodySprings::Mesh(lists), _) => Self::of_mesh((body, index), &elements, lists),
             (BodySprings::Grid(_), None) => Self::default(),
         }
     }
 
-    fn of_mesh(assembly: &Assembly, index: usize, lists: &[SpringList]) -> Self {
-        let body = &assembly.bodies[index];
+    fn of_mesh((body, index): (&BodyAssembly, usize), elements: &[&List], lists: &[SpringList]) -> Self {
         let springs = |list: &SpringList| {
             let (k, d) = (list.k, list.d);
             list.pairs.iter().map(|&pair| spring(&body.start, pair, k, d)).collect::<Vec<_>>()
         };
-        let of_list = |list: &List| {
+        let of_list = |list: &&List| {
             let first = body.first as u32;
             let local = |(nodes, numbers)| (nodes, numbers, |node: u32| Some(node - first));
             Modes::new(list.kind, &body.start, list.of(list.bodies[index].clone()).map(local))
         };
         Self {
             springs: lists.iter().flat_map(springs).collect(),
-            elements: explicit(assembly).filter_map(of_list).collect(),
+            elements: elements.iter().filter_map(of_list).collect(),
             root_inverse_mass: (0..body.nodes).map(|node| root_inverse_mass(body, node)).collect(),
         }
     }
 
     /// The corners of a grid put together to a small one: its fastest waves are as short as two nodes.
-    fn of_grid(assembly: &Assembly, index: usize, along: &GridDirections, layout: [usize; 2]) -> Self {
-        let body = &assembly.bodies[index];
+    fn of_grid(
+        (body, index): (&BodyAssembly, usize),
+        elements: &[&List],
+        along: &GridDirections,
+        layout: [usize; 2],
+    ) -> Self {
         let patch = Patch { all: layout, small: layout.map(|count| count.min(PATCH)) };
         let [rows, cols] = patch.small;
         // A grid starts flat and even, so its first nodes show where all of the patch would be.
@@ -162,22 +179,17 @@ impl System {
                 }
             }
         }
-        let of_list = |list: &List| {
+        let of_list = |list: &&List| {
             let of_body = list.of(list.bodies[index].clone());
             let inside = |(nodes, numbers)| Some((nodes, numbers, patch.mover(nodes, body.first)?));
             Modes::new(list.kind, &places, of_body.filter_map(inside))
         };
         Self {
             springs,
-            elements: explicit(assembly).filter_map(of_list).collect(),
+            elements: elements.iter().filter_map(of_list).collect(),
             root_inverse_mass: (0..rows * cols).map(|n| root_inverse_mass(body, patch.of_grid(n))).collect(),
         }
     }
-}
-
-/// Elements that are not solved for.
-fn explicit(assembly: &Assembly) -> impl Iterator<Item = &List> {
-    assembly.elements.iter().filter(|list| !list.implicit)
 }
 
 /// A small grid that has the corners of another: rows and columns of both.

@@ -76,7 +76,8 @@ pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), Refusal> {
             from.name()
         ).into());
     }
-    if !assembly.constraints.is_empty() && from > Stage::Constraints {
+    let solves = (0..assembly.bodies.len()).any(|body| assembly.is_solved_for(body));
+    if solves && from > Stage::Constraints {
         return Err(format!(
             "the method is {}, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
             named(assembly.solver.method),

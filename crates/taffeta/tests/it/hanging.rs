@@ -96,16 +96,19 @@ fn what_does_not_hang_has_no_such_limit() {
 }
 
 #[test]
-fn the_primal_form_is_named_as_a_remedy_where_only_springs_set_the_step() {
-    let named = |body: Body, method| {
-        let warnings = build(&Scene::new("").time(0.1, 0.1).body(body).method(method)).warnings().to_vec();
+fn the_primal_form_is_named_as_a_remedy_where_drag_does_not_set_the_step() {
+    let named_in = |body: Body, method, drag| {
+        let mut scene = Scene::new("").time(0.1, 0.1).body(body).method(method);
+        scene.world.drag = drag;
+        let warnings = build(&scene).warnings().to_vec();
         assert!(!warnings.is_empty());
         warnings.iter().all(|warning| warning.advice.contains(&Advice::SolveByNodes))
     };
     let sheet = || sheet(6, [1e5, 0.0, 0.0]).pin(Select::nodes([0]));
     for method in [Method::Springs, Method::Ice, Method::Acad] {
-        assert!(named(sheet(), method), "{method:?}");
-        assert!(!named(sheet().hinge(10.0, 0.0), method), "{method:?}: hinges stay explicit");
+        assert!(named_in(sheet(), method, 0.0), "{method:?}");
+        assert!(named_in(sheet().hinge(10.0, 0.0), method, 0.0), "{method:?}: hinges are solved for, too");
+        assert!(!named_in(sheet(), method, 1e3), "{method:?}: drag stays explicit");
     }
 }
 
