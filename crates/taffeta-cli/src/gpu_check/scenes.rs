@@ -39,9 +39,12 @@ pub struct Check {
     frames: u32,
 }
 
-/// All checks: each scene by every choice of our kernels that treats it differently.
-pub fn checks() -> Vec<Check> {
-    let check = |scene: fn() -> Scene, frames| move |kernels| Check { scene: scene(), kernels, frames };
+/// All checks: each scene by every choice of our kernels that treats it differently. Where time is short, of fewer frames.
+pub fn checks(small: bool) -> Vec<Check> {
+    let check = |scene: fn() -> Scene, frames: u32| {
+        let frames = if small { frames.div_ceil(4) } else { frames };
+        move |kernels| Check { scene: scene(), kernels, frames }
+    };
     let [single, several] = [GpuKernels::Plain, GpuKernels::Best];
     let flags = [single, several, GpuKernels::Tiled].map(check(flag, 20));
     let others =

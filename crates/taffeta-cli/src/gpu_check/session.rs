@@ -47,7 +47,7 @@ impl Session {
             self.report.parity.push(row);
             self.end_part()?;
         }
-        for check in scenes::checks() {
+        for check in scenes::checks(self.report.quick) {
             self.begin(&format!("scene {}, {}", check.scene.title, kernels::name(check.kernels)));
             let compared = scenes::compare(&check, &self.gpu);
             self.report.scenes.push(compared);

@@ -443,11 +443,11 @@ fn a_gpu_takes_over_bodies_that_keep_their_volume_before_they_are_summed_up() {
         Simulation::new(&scene, &Options { gpu: Some(options), ..Options::default() })
     };
     let mut cpu = build_as(&scene, Precision::F32, 1);
-    run(&mut cpu, 3);
+    run(&mut cpu, 1);
     for from in Stage::ALL {
         if from <= Stage::Volumes {
             let mut both = start(from).unwrap();
-            run(&mut both, 3);
+            run(&mut both, 1);
             assert_eq!(cpu.state_hash(), both.state_hash(), "{}", from.name());
         } else {
             let words = start(from).err().unwrap().to_string();

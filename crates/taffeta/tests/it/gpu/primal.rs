@@ -5,7 +5,7 @@ use super::constraints::{compare, drop, hung, precise};
 use super::pairs::heap;
 use super::{everything, on_gpu, small_gpu, volumes};
 use crate::common::{build_as, farthest, positions, run};
-use taffeta::scene::{Body, ConstraintForm, Mass, Mesh, Method, Scene, Select};
+use taffeta::scene::{Body, ConstraintForm, Icosphere, Mass, Mesh, Method, Scene, Select};
 use taffeta::{GpuOptions, Options, Precision, Simulation};
 
 /// A scene whose springs are solved for by nodes.
@@ -28,6 +28,24 @@ fn a_sheet_that_hangs_on_moving_pins_is_that_of_the_cpu() {
     let scene = by_nodes(hung(Method::Ice));
     let [cpu, gpu] = compare(&scene, 9, 2e-6).map(|simulation| simulation.report().solver);
     assert!(gpu.iterations > 3 && gpu.iterations.abs_diff(cpu.iterations) < 10, "{cpu:?} {gpu:?}");
+}
+
+/// One body has springs and hinges, one hinges alone, one springs alone.
+#[test]
+fn hinges_are_solved_for_as_on_the_cpu() {
+    let ball = |name: &str, at: f64| {
+        let mesh = Mesh::Icosphere(Icosphere { radius: 0.3, subdivisions: 3 });
+        Body::cloth(name, mesh).with_mass(Mass::Whole(0.3)).pin(Select::nodes([0, 7])).at([at, 0.0, 0.0])
+    };
+    let scene = Scene::new("hinges")
+        .time(1.0 / 60.0, 1.0 / 120.0)
+        .body(ball("both", 0.0).structural(2e3, 0.1).hinge(0.05, 1e-4))
+        .body(ball("bent", 1.0).hinge(0.5, 1e-3))
+        .body(ball("plain", 2.0).structural(2e3, 0.1));
+    let [cpu, gpu] = compare(&by_nodes(scene), 5, 1e-5).map(|simulation| simulation.report().clone());
+    assert!(cpu.energy_of("hinges") > 1e-6 && gpu.solver.iterations > 3, "{cpu:?}");
+    let apart = (gpu.energy_of("hinges") - cpu.energy_of("hinges")).abs();
+    assert!(apart < 1e-3 * cpu.energy_of("hinges"), "{apart:e} J apart");
 }
 
 #[test]

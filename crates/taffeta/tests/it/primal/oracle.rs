@@ -205,7 +205,7 @@ fn in_32_bits_sheets_move_as_in_64_bits_to_a_tenth_of_a_millimetre() {
         ice.tolerance = 1e-5;
         let scene = with(scene(body.clone()), ice);
         let places = |precision| {
-            let mut simulation = build_as(&scene, precision, 2);
+            let mut simulation = build_as(&scene, precision, 1);
             run(&mut simulation, 100);
             positions(&simulation)
         };
