@@ -214,7 +214,7 @@ impl Springs {
             key: "hinge",
             numbers: vec![("k", k, "N·m/rad"), ("d", d, "N·m·s/rad")],
             bytes: [165, 450],
-            solved_bytes: [0, 0],
+            solved_bytes: [850, 3000],
         });
         hinges.into_iter().collect()
     }
