@@ -195,6 +195,28 @@ impl<'a, T: Real> Worker<'a, T> {
         self.states[self.current].each_ref().map(|column| unsafe { column.read() })
     }
 
+    /// Position of a place before the sub-step [m].
+    #[inline(always)]
+    pub fn old_position(&self, place: usize) -> [T; 3] {
+        self.old_three(0, place)
+    }
+
+    /// Velocity of a place before the sub-step [m/s].
+    #[inline(always)]
+    pub fn old_velocity(&self, place: usize) -> [T; 3] {
+        self.old_three(3, place)
+    }
+
+    /// Three columns from one on at a place: all six as slices would take longer than what is read of them.
+    #[inline(always)]
+    fn old_three(&self, first: usize, place: usize) -> [T; 3] {
+        let columns = &self.states[self.current];
+        // SAFETY: as in `old`.
+        unsafe {
+            [columns[first].read()[place], columns[first + 1].read()[place], columns[first + 2].read()[place]]
+        }
+    }
+
     /// The state after it.
     pub fn next(&self) -> &'a Fields<T> {
         &self.states[1 - self.current]

@@ -76,8 +76,9 @@ impl<T: Real> SolveWorker<'_, '_, T> {
             unsafe { (self.shared.active.write(range.clone()), self.shared.multiplier.write(range.clone())) };
         let mut count = 0;
         for ((active, multiplier), row) in active.iter_mut().zip(multiplier).zip(range.clone()) {
-            let ends = self.solve.list.ends[row].map(|end| end as usize);
-            let [a, b] = ends.map(|end| [0, 1, 2].map(|axis| self.worker.old()[axis][end]));
+            let [first, second] = self.solve.list.ends[row];
+            let ends = [first as usize, second as usize];
+            let [a, b] = [self.worker.old_position(ends[0]), self.worker.old_position(ends[1])];
             let free = ends.iter().any(|&end| self.worker.nodes.inverse_mass[end] > T::ZERO);
             *active = becomes_active(sub(b, a), self.solve.rest[row], limits, free, *active);
             count += u32::from(*active);

@@ -302,7 +302,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             let place = place as usize;
             let [x, y, z, _] = response.0;
             let approach = Approach {
-                position: [0, 1, 2].map(|axis| self.worker.old()[axis][place]),
+                position: self.worker.old_position(place),
                 free: self.free_velocity(place),
                 solver_change: scale([x, y, z], -h),
                 fall,

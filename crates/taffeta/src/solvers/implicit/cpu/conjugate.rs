@@ -76,7 +76,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         for (at, place) in chunk.part.clone().enumerate() {
             let free = self.free_velocity(place);
             let moves = self.worker.nodes.inverse_mass[place] > T::ZERO;
-            let before = if moves { [0, 1, 2].map(|axis| self.worker.old()[3 + axis][place]) } else { free };
+            let before = if moves { self.worker.old_velocity(place) } else { free };
             let start =
                 hold.predicted.get(place).map_or(before, |predicted| predicted.carried_velocity(before));
             for axis in 0..3 {
@@ -93,10 +93,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         // SAFETY: only this chunk's places; others read after a barrier.
         let moved = unsafe { self.shared.moved.write::<6>(&chunk.part) };
         for (at, place) in chunk.part.clone().enumerate() {
-            let free = self.free_velocity(place);
+            let (free, before) = (self.free_velocity(place), self.worker.old_position(place));
             for axis in 0..3 {
                 let velocity = free[axis] + total[axis][at];
-                moved[axis][at] = self.worker.old()[axis][place] + self.h * velocity;
+                moved[axis][at] = before[axis] + self.h * velocity;
                 moved[3 + axis][at] = velocity;
             }
         }
@@ -147,7 +147,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         };
         for ((predicted, collider), place) in predictions.iter_mut().zip(touched).zip(part.clone()) {
             let approach = Approach {
-                position: [0, 1, 2].map(|axis| self.worker.old()[axis][place]),
+                position: self.worker.old_position(place),
                 free: self.free_velocity(place),
                 solver_change: change.at(place),
                 fall,
