@@ -123,7 +123,7 @@ pub fn build(
 }
 
 impl WorldDataItem<'_, '_> {
-    /// Whether it is to be built anew. What can change while it runs is changed.
+    /// Whether it is to be built again. What can change while it runs is changed.
     fn is_due(&mut self, members: &Members, entities: &Entities, refused: bool) -> bool {
         let changed = self.world.is_changed() || self.on.is_changed() || members.changed(entities);
         let weather = self.environment.is_changed();

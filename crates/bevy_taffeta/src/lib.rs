@@ -26,7 +26,7 @@
 //! colliders, and pins that are carried by an entity, follow its transform.
 //!
 //! A component that changes is taken up while the world runs: gravity and wind at once, all else by building the simulation
-//! anew and going on from where bodies are. An entity that is despawned, or spawned, leaves or joins it likewise. Removing
+//! again and going on from where bodies are. An entity that is despawned, or spawned, leaves or joins it likewise. Removing
 //! [`Running`] starts a world again.
 //!
 //! A world takes steps of [`SoftWorld::time`], whatever Bevy's frames last, and bodies are drawn between the last two.

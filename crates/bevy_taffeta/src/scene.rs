@@ -75,7 +75,7 @@ impl AssetLoader for SceneLoader {
     }
 }
 
-/// Spawns a scene's bodies and colliders below this entity once it is loaded, and anew when it changes.
+/// Spawns a scene's bodies and colliders below this entity once it is loaded, and again when it changes.
 #[derive(Component, Clone, Debug)]
 #[require(SceneMaterials, Transform, Visibility)]
 pub struct SoftSceneRoot(pub Handle<SoftScene>);
@@ -203,7 +203,7 @@ pub fn spawn_loaded(
     }
 }
 
-/// The scene that has come, or come anew.
+/// The scene that has come, or come again.
 fn loaded(event: &AssetEvent<SoftScene>) -> Option<AssetId<SoftScene>> {
     match event {
         AssetEvent::Added { id } | AssetEvent::Modified { id } => Some(*id),

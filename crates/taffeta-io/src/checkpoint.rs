@@ -140,7 +140,7 @@ impl<R: DeserializeOwned> Checkpoint<R> {
     pub fn parse(bytes: &[u8]) -> Result<Self, String> {
         let (record, data) = open(bytes)?;
         let record: OwnedRecord<R> = postcard::from_bytes(record).map_err(|error| {
-            format!("its record is not of this program's kind ({error}); start the run anew")
+            format!("its record is not of this program's kind ({error}); start the run again")
         })?;
         let OwnedRecord { program, scene, mut snapshot, run } = record;
         let Some((state, constraints)) = split(&snapshot, data) else {
@@ -190,7 +190,7 @@ fn check_head(bytes: &[u8], size: u64) -> Result<u64, String> {
         let age = if version < VERSION { "an older" } else { "a newer" };
         return Err(format!(
             "written by {age} program, in version {version} of the format; this one reads version {VERSION}: \
-             go on with that program, or start the run anew"
+             go on with that program, or start the run again"
         ));
     }
     if length != size {

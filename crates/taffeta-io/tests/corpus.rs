@@ -114,7 +114,7 @@ fn dense_meshes(count: usize) -> Vec<(&'static str, MeshFormat, Vec<u8>)> {
     ]
 }
 
-/// `cargo test -p taffeta-io --test corpus -- --ignored` writes the seeds of checkpoints anew: for a new version of their
+/// `cargo test -p taffeta-io --test corpus -- --ignored` writes the seeds of checkpoints again: for a new version of their
 /// format.
 #[test]
 #[ignore = "writes into fuzz/corpus"]

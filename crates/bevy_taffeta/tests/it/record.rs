@@ -1,6 +1,6 @@
 //! Films and pictures by `taffeta-view`, without a window: held to physics, and to pictures that were looked at.
 //!
-//! `TAFFETA_NEW_PICTURES=1 cargo test --release -p bevy_taffeta --test it record` makes those anew.
+//! `TAFFETA_NEW_PICTURES=1 cargo test --release -p bevy_taffeta --test it record` makes those again.
 
 use std::fs;
 use std::path::{Path, PathBuf};

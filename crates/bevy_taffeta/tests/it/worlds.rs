@@ -246,7 +246,7 @@ fn parameters_may_change_while_a_world_runs() {
     });
     let frames = frames.count() as u32;
     assert!(frames < 60, "it falls upwards");
-    // Air comes to a world that was built without: it is built anew, and goes on.
+    // Air comes to a world that was built without: it is built again, and goes on.
     set(&mut app, Environment(World { air: Some(default()), ..World::default() }));
     run(&mut app, 1);
     assert_eq!(running(&mut app).simulation().frame(), 122 + frames);

@@ -121,7 +121,7 @@ pub(super) fn parse_header(bytes: &[u8]) -> Result<Header, MeshError> {
     Ok(header)
 }
 
-/// The byte at which the header's lines end, as the first one does. It must not be guessed anew: the byte after the
+/// The byte at which the header's lines end, as the first one does. It must not be guessed again: the byte after the
 /// header may be any.
 fn line_end(text: &[u8]) -> u8 {
     match text.iter().position(|b| matches!(b, b'\n' | b'\r')) {

@@ -135,7 +135,7 @@ impl Bins {
         self.now
     }
 
-    /// Records that they are filled anew from buffer `from` of the particles.
+    /// Records that they are filled again from buffer `from` of the particles.
     pub fn refill(&mut self, list: &mut DispatchList, from: usize) {
         let bins = self.tables[0].filled.len() as u32;
         list.dispatch(&self.refills[from][self.now], &[], bins.div_ceil(GROUP));

@@ -75,7 +75,7 @@ impl Ladder {
         (0..substeps).for_each(|_| self.step(list));
     }
 
-    /// Records that bins are filled anew, where there are any.
+    /// Records that bins are filled again, where there are any.
     pub fn refresh(&mut self, list: &mut DispatchList) {
         if let Some(bins) = &mut self.bins {
             bins.refill(list, self.now);

@@ -1,4 +1,4 @@
-// Once a frame the bins are filled anew; one thread a bin.
+// Once a frame the bins are filled again; one thread a bin.
 
 /// As `filled` and `members`: the bins that are written.
 @group(3) @binding(2) var<storage, read_write> new_filled: array<u32>;

@@ -200,7 +200,7 @@ fn bins_hold_every_particle_once_where_it_is() {
     }
 }
 
-/// Fills the bins anew after particles have been put elsewhere by `put`; left out, and missing.
+/// Fills the bins again after particles have been put elsewhere by `put`; left out, and missing.
 fn lost_after(rung: Rung, put: impl Fn(&mut [Particle])) -> (u32, u32) {
     let gpu = gpu();
     let mut ladder = Ladder::new(&gpu, rung, &shaken()).expect("it is made");

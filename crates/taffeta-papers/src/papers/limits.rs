@@ -76,7 +76,7 @@ const ITEMS: [[&str; 4]; 20] = [
         "S2",
         "a particle that skips a bin is lost: the simulation would break before",
         "done",
-        "neighbours are searched anew when nodes have come far enough: `docs/models/contact.md`",
+        "neighbours are searched again when nodes have moved far enough: `docs/models/contact.md`",
     ],
     [
         "S2",

@@ -63,7 +63,7 @@ impl Store {
         Ok(())
     }
 
-    /// Writes the file anew: a line a run, in the order of their names.
+    /// Writes the file again: a line a run, in the order of their names.
     fn write(&self) -> io::Result<()> {
         let mut text = String::new();
         for kept in self.kept.values() {

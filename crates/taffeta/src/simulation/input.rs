@@ -39,7 +39,7 @@ pub enum InputError {
         known: Vec<String>,
     },
     /// A handle of another simulation.
-    #[error("a handle of another simulation; names resolve to handles in each anew")]
+    #[error("a handle of another simulation; names resolve to new handles in each")]
     ForeignHandle,
     /// The body has fewer pins.
     #[error("body `{body}` has {pins} pins and none with index {pin}")]

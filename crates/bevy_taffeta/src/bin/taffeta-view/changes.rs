@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use bevy_taffeta::Running;
 use bevy_taffeta::prelude::*;
 
-/// Longest time for building a simulation anew while a slider is dragged [s]: what takes longer waits for its last value.
+/// Longest time for building a simulation again while a slider is dragged [s]: what takes longer waits for its last value.
 const AT_ONCE: f64 = 1.0 / 30.0;
 
 /// What has a value that the simulation does not have yet.
@@ -16,7 +16,7 @@ const AT_ONCE: f64 = 1.0 / 30.0;
 pub struct Changes {
     /// Entities with such values.
     pub waiting: HashSet<Entity>,
-    /// Longest time for building anew with every value on the way [s].
+    /// Longest time for building again with every value on the way [s].
     pub at_once: f64,
 }
 
@@ -31,7 +31,7 @@ pub fn changes(app: &mut App) {
     app.init_resource::<Changes>().add_systems(PostUpdate, take_up.before(TaffetaSystems::Build));
 }
 
-/// Has the simulation built anew, with the values as they are: at once, or when the user is done with them.
+/// Has the simulation built again, with the values as they are: at once, or when the user is done with them.
 fn take_up(
     mut changes: ResMut<Changes>,
     busy: Res<Busy>,

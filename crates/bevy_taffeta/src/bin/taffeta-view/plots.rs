@@ -23,7 +23,7 @@ pub struct History {
 }
 
 impl History {
-    /// Takes a report; one of an earlier time begins anew.
+    /// Takes a report; one of an earlier time begins again.
     fn note(&mut self, report: &FrameReport) {
         match self.reports.back() {
             Some(last) if last.frame == report.frame => return,

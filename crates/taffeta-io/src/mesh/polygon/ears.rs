@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 /// No corner, or the end of a list.
 const NONE: u32 = u32::MAX;
-/// How often all corners are tried anew, without tolerance, before a polygon counts as crossing itself. One time does
+/// How often all corners are tried again, without tolerance, before a polygon counts as crossing itself. One time does
 /// unless corners touch edges.
 const ROUNDS: usize = 4;
 

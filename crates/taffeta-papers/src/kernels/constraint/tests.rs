@@ -188,7 +188,7 @@ fn largest(matrix: &[Vec<f64>]) -> f64 {
 
 #[test]
 fn the_matrix_in_coo_is_that_of_the_equation() {
-    // Twice: the counter starts anew.
+    // Twice: the counter starts again.
     let twice: Commands = |constraints| (0..2).flat_map(|_| constraints.build(false)).collect();
     let mut device = Device::new(Product::Printed, 3, twice);
     device.step(false);

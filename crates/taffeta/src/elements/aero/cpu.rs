@@ -76,7 +76,7 @@ impl<T: Real> ElementSet<T> for AirPanels<T> {
     }
 
     fn gather(&self, level: SimdLevel, nodes: Range<usize>, sum: &mut [Lanes<T>; 3]) {
-        // SAFETY: found before a barrier, and found anew after the sub-step's last.
+        // SAFETY: found before a barrier, and found again after the sub-step's last.
         let force = self.forces.each_ref().map(|column| unsafe { column.read() });
         let whole = nodes.start.is_multiple_of(LANES) && nodes.len() == LANES;
         if whole && self.side_by_side[nodes.start / LANES] {

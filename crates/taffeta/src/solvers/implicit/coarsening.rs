@@ -2,7 +2,7 @@
 //!
 //! A coarser graph stands for a finer one in fields that are linear over the places at rest: each finer edge gives its
 //! block to some coarse edges, with positive weights that keep its energy in such fields. On grids that is the operator
-//! discretised anew (Trottenberg, Oosterlee, Schüller, "Multigrid", 2001, §2.3); on meshes coarse nodes are a maximal
+//! discretised again (Trottenberg, Oosterlee, Schüller, "Multigrid", 2001, §2.3); on meshes coarse nodes are a maximal
 //! independent set of neighbours (Luby 1986; here in order, so that it is the same every time).
 
 use std::cmp::Ordering;

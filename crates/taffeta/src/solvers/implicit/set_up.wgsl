@@ -1,4 +1,4 @@
-// The systems of springs that are solved for by nodes, set up anew in each Newton step: blocks and right side on the finest
+// The systems of springs that are solved for by nodes, set up again in each Newton step: blocks and right side on the finest
 // level, blocks and diagonals of the others by lists.
 
 #import contact/colliders/predicted_contact.wgsl

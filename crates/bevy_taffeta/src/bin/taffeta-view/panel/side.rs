@@ -105,7 +105,7 @@ fn drawing(ui: &mut Ui, looks: &mut ResMut<Looks>) {
     }
 }
 
-/// Solver, time, world; returns whether the simulation is to be built anew.
+/// Solver, time, world; returns whether the simulation is to be built again.
 fn settings(
     ui: &mut Ui,
     world: &mut SoftWorld,

@@ -31,7 +31,7 @@ impl<T: Real> SolveWorker<'_, '_, T> {
     pub(crate) fn compact(&mut self) {
         self.worker.tiles.clone().for_each(|tile| self.activate(tile));
         self.worker.synchronise();
-        // SAFETY: counted before a barrier, and counted anew after the next.
+        // SAFETY: counted before a barrier, and counted again after the next.
         let first_rows = prefix(unsafe { self.shared.tile_rows.read() }, |&rows| rows);
         if first_rows.last() == Some(&0) {
             self.worker.tiles.clone().for_each(|tile| self.note_counts(tile, [0; 2]));
@@ -91,7 +91,7 @@ impl<T: Real> SolveWorker<'_, '_, T> {
 
     /// Lists the active constraints of a tile from row `first` on.
     fn list_rows(&self, tile: usize, first: usize) {
-        // SAFETY: decided before a barrier, and anew after the next.
+        // SAFETY: decided before a barrier, and again after the next.
         let active = unsafe { self.shared.active.read() };
         let all = self.solve.of_tile[tile].iter().cloned().flatten();
         for (row, constraint) in (first..).zip(all.filter(|&constraint| active[constraint])) {

@@ -222,7 +222,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     fn start_warm(&mut self) {
         self.each(0, |worker, chunk| {
             let here = &worker.shared.levels[0];
-            // What is left is needed: its product goes to `z`, which is found anew.
+            // What is left is needed: its product goes to `z`, which is found again.
             *worker.product_of(chunk) = worker.apply(chunk, &here.t, &here.r, &here.z);
         });
         self.worker.synchronise();
@@ -321,7 +321,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         });
         self.worker.synchronise();
         for body in 0..self.scratch.bodies.len() {
-            // SAFETY: written before a barrier, and anew after another.
+            // SAFETY: written before a barrier, and again after another.
             let all = &unsafe { self.shared.left.read() }[self.primal.tables[0].chunks_of[body].clone()];
             let mut total = [0.0; 5];
             for sums in all {
@@ -451,7 +451,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// The sums of a body, its chunks in their order.
     fn product_sums(&self, body: usize) -> [f64; 2] {
-        // SAFETY: written before a barrier, and anew after another.
+        // SAFETY: written before a barrier, and again after another.
         let all = &unsafe { self.shared.products.read() }[self.primal.tables[0].chunks_of[body].clone()];
         all.iter().fold([0.0; 2], |[a, b], sum| [a + sum[0], b + sum[1]])
     }

@@ -22,7 +22,7 @@ use std::ops::Range;
 /// Numbers of a block.
 const BLOCK: usize = 9;
 
-/// Tables, and what is found anew in each Newton step.
+/// Tables, and what is found again in each Newton step.
 pub struct ElementBlocks<T> {
     tables: Tables,
     /// Whether each body has some.
