@@ -27,7 +27,7 @@ pub struct Substep {
     pub left: u32,
     pub first_goal: u32,
     pub max_separation: f32,
-    pub gap: u32,
+    pub own: u32,
     pub air: Air,
     pub padding: [u32; 16],
 }

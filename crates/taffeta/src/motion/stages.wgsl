@@ -14,7 +14,7 @@ fn pins_all(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let index = workgroup_index(id, counts) * 256u + lane;
-    if index >= substeps[0].pins {
+    if index >= substeps[own()].pins {
         return;
     }
     let pin = pins[index];

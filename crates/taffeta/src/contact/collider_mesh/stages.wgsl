@@ -42,7 +42,7 @@ fn predict_mesh_contact(collider: Collider, node: Approach) -> Candidate {
 fn deepest_mesh_contact(node: Approach) -> ContactRecord {
     var found = contact_record(no_contact(), 0u, 0.0);
     let first = substeps[0].first_collider;
-    for (var i = 0u; i < substeps[0].colliders; i++) {
+    for (var i = 0u; i < substeps[own()].colliders; i++) {
         let collider = colliders[first + i];
         if collider.kind == MESH {
             let candidate = predict_mesh_contact(collider, node);
@@ -67,7 +67,7 @@ fn predict_mesh_contacts(
     }
     let node = node_groups[index].first + lane;
     let x = old_position[node];
-    if predicted_contacts[node].is_constrained == 0u || !(x.w > 0.0) || substeps[0].solving.is_adaptive != 0u {
+    if predicted_contacts[node].is_constrained == 0u || !(x.w > 0.0) || substeps[own()].solving.is_adaptive != 0u {
         return;
     }
     let h = substeps[0].h;

@@ -7,7 +7,7 @@
 
 /// Keeps a node that comes from `origin` out of colliders. Pinned nodes are left as they are.
 fn resolve_contact(node: Node, origin: Origin, substep: u32) -> Node {
-    let count = substeps[substep].colliders;
+    let count = substeps[own() + substep].colliders;
     if count == 0u || !(node.position.w > 0.0) {
         return node;
     }

@@ -33,7 +33,7 @@ fn blow_on_panels(
     let c = position_of(panel.corners[2]);
     let velocity =
         (velocity_of(panel.corners[0]) + velocity_of(panel.corners[1]) + velocity_of(panel.corners[2])) * THIRD;
-    let flow = air_velocity(substeps[0].air, (a + b + c) * THIRD) - velocity;
+    let flow = air_velocity(substeps[own()].air, (a + b + c) * THIRD) - velocity;
     let force = corner_force(substeps[0].air, cross3(b - a, c - a), flow, panel.lightness);
     element_forces[index] = vec4f(force, 0.0);
 }

@@ -116,7 +116,7 @@ fn loads_all(
     for (; at < end && (node_elements[at] & IS_LOAD) != 0u; at++) {
         total += load_force(node_elements[at] & ~IS_LOAD, x);
     }
-    let of_user = substeps[0].input_forces;
+    let of_user = substeps[own()].input_forces;
     for (var i = first_of_input(node, of_user); i < of_user && bitcast<u32>(input_forces[i].w) == node; i++) {
         total += input_forces[i].xyz;
     }

@@ -88,7 +88,7 @@ fn records() -> Vec<Record> {
     let others = vec![
         record!(Substep {
             gravity, h, wind, drag, first_collider, colliders, first_motion, first_scale, frame_fraction, frame_rate,
-            input_forces, pins, solving, left, first_goal, max_separation, air; gap, padding
+            input_forces, pins, solving, left, first_goal, max_separation, own, air; padding
         }),
         record!(Solving {
             activation, release, aim, epsilon, form, tolerance_squared, most_iterations, is_adaptive, is_warm; padding

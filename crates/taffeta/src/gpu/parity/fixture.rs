@@ -443,7 +443,7 @@ impl Fixture {
             left: (self.substeps.len() - index) as u32,
             first_goal: sum(&|s| s.goals.len() + s.closing.len(), index),
             max_separation: pair::max_separation(f64::from(substep.h)) as f32,
-            gap: 0,
+            own: 0,
             air: Air::of(substep.air.as_ref()),
             padding: [0; 16],
         };

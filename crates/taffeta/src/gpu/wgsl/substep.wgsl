@@ -52,10 +52,18 @@ struct Substep {
     first_goal: u32,
     /// Longest way apart of nodes that touch each other, by the thickness.
     max_separation: f32,
+    /// 0: its place among the records that its dispatch sees.
+    own: u32,
     /// What is on its way around panels.
     @size(128) air: Air,
 }
 
 /// The sub-step of this dispatch, and those after it.
 @group(0) @binding(0) var<uniform> substeps: array<Substep, 64>;
+
+/// Where the dispatch's own record is. Loops and branches read what they depend on through it: of uniforms at places that a
+/// kernel's text alone tells, lavapipe makes constants, and compiles the kernel again for every dispatch.
+fn own() -> u32 {
+    return substeps[0].own;
+}
 

@@ -14,7 +14,7 @@ fn deepest_contact(node: Approach, before: ContactRecord) -> ContactRecord {
         deepest = before.inside;
     }
     let first = substeps[0].first_collider;
-    for (var i = 0u; i < substeps[0].colliders; i++) {
+    for (var i = 0u; i < substeps[own()].colliders; i++) {
         let collider = colliders[first + i];
         if collider.kind == MESH {
             continue;

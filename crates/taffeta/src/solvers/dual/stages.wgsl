@@ -40,7 +40,7 @@ fn free_velocities(
         let constraint = constraints[incident[at] / 2u];
         if constraint.is_active != 0u {
             is_active = true;
-            if substeps[0].solving.is_adaptive != 0u {
+            if substeps[own()].solving.is_adaptive != 0u {
                 let other = select(constraint.a, constraint.b, constraint.a == node);
                 let d = position_of(other) - x.xyz;
                 let dv = velocity_of(other) - v.xyz;
@@ -58,8 +58,8 @@ fn free_velocities(
 /// The softness of a constraint.
 fn softness_of(constraint: Constraint) -> Softness {
     let epsilon = substeps[0].solving.epsilon;
-    let form = substeps[0].solving.form;
-    if substeps[0].solving.is_adaptive != 0u {
+    let form = substeps[own()].solving.form;
+    if substeps[own()].solving.is_adaptive != 0u {
         return stiff_softness(epsilon, form, substeps[0].h);
     }
     return spring_softness(constraint.k, constraint.damping, epsilon, form, substeps[0].h);
@@ -134,7 +134,7 @@ fn predict_contacts(
     let h = substeps[0].h;
     let free = new_velocity[node].xyz;
     var rate = free / h;
-    if substeps[0].colliders > 0u && substeps[0].solving.is_adaptive == 0u {
+    if substeps[own()].colliders > 0u && substeps[own()].solving.is_adaptive == 0u {
         if x.w > 0.0 {
             let fall = norm3(substeps[0].gravity) * h * h;
             let approach = Approach(x.xyz, fall, free, h, x.w * gather_constraint_forces(node) * -h);
@@ -163,7 +163,7 @@ fn start_rows(
         let rate = response[constraint.b].xyz - response[constraint.a].xyz;
         rows[number].p += dot3(rate, rows[number].direction);
     }
-    if substeps[0].solving.is_warm == 0u {
+    if substeps[own()].solving.is_warm == 0u {
         // These forces have predicted the contacts.
         rows[number].x = 0.0;
         rows[number].r = 0.0;

@@ -65,7 +65,7 @@ fn grid_patches(
     }
     var right = patch_of.all;
     var after: array<Node, 4>;
-    let steps = min(STEPS, substeps[0].left);
+    let steps = min(STEPS, substeps[own()].left);
     for (var substep = 0u; substep < steps; substep++) {
         right = shrunk(right);
         workgroupBarrier();

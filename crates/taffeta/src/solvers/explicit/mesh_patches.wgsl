@@ -35,7 +35,7 @@ fn mesh_patches(
         keep(place, old_position[small.first + place], old_velocity[small.first + place].xyz);
     }
     var after: array<Node, 4>;
-    let steps = min(STEPS, substeps[0].left);
+    let steps = min(STEPS, substeps[own()].left);
     for (var substep = 0u; substep < steps; substep++) {
         workgroupBarrier();
         for (var i = 0u; i < OWN; i++) {

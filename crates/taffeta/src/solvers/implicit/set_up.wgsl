@@ -37,7 +37,7 @@ fn find_contact(node: u32, x: vec4f, free: vec3f, pulls: vec3f) -> ContactRecord
     if !(x.w > 0.0) {
         return contact_record(PredictedContact(vec3f(0.0), 0.0, vec3f(0.0), 0.0), 0u, 0.0);
     }
-    if substeps[0].colliders == 0u {
+    if substeps[own()].colliders == 0u {
         return contact_record(no_contact(), 0u, 0.0);
     }
     let h = substeps[0].h;
@@ -66,7 +66,7 @@ fn predict_contacts_implicit(
     let friction = friction_change(predicted);
     // It goes on as it went, or as a surface that holds it wants; pins as they are moved.
     let total = select(vec3f(0.0), filtered(predicted, v.xyz) + (predicted.velocity - friction) - free, x.w > 0.0);
-    let start = select(vec3f(0.0), filtered(predicted, pulled - (total - friction)), substeps[0].solving.is_warm != 0u);
+    let start = select(vec3f(0.0), filtered(predicted, pulled - (total - friction)), substeps[own()].solving.is_warm != 0u);
     let off = select(vec3f(0.0), v.xyz - free, x.w > 0.0);
     put_vector(CHANGE, node, vec3f(0.0));
     put_vector(CYCLED, node, start);

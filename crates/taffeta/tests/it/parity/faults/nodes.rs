@@ -85,7 +85,7 @@ pub const FAULTS: &[Fault] = &[
     ("predict_mesh_contacts", "if candidate.inside > found.inside {", "if candidate.inside > 0.0 {"),
     ("predict_mesh_contacts", "contact.depth - node.h * dot3", "contact.depth + node.h * dot3"),
     ("predict_mesh_contacts", "|| !(x.w > 0.0)", ""),
-    ("predict_mesh_contacts", "|| substeps[0].solving.is_adaptive != 0u", ""),
+    ("predict_mesh_contacts", "|| substeps[own()].solving.is_adaptive != 0u", ""),
     (
         "predict_mesh_contacts",
         "* gather_constraint_forces(node) * -h",
@@ -116,7 +116,7 @@ pub const FAULTS: &[Fault] = &[
     ("draw_vertices", "+ view.place_z.w", ""),
     ("draw_vertices", "vertex * view.stride", "vertex * view.normal"),
     ("integrate_all", "abs(v.w)", "v.w"),
-    ("pins_all", "index >= substeps[0].pins", "index + 1u >= substeps[0].pins"),
+    ("pins_all", "index >= substeps[own()].pins", "index + 1u >= substeps[own()].pins"),
     ("pins_all", "abs(new_velocity[pin.node].w)", "new_velocity[pin.node].w"),
     ("loads_all", "&& bitcast<u32>(input_forces[i].w) == node; i++", "&& i < 1u; i++"),
     ("blow_on_panels", "index >= arrayLength(&panels)", "index + 1u >= arrayLength(&panels)"),

@@ -15,7 +15,7 @@ pub const FAULTS: &[Fault] = &[
         "return contact_record(no_contact(), 0u, 0.0);",
     ),
     ("predict_contacts_implicit", "free, h, pulls)", "free, h, vec3f(0.0))"),
-    ("predict_contacts_implicit", "substeps[0].solving.is_warm != 0u", "true"),
+    ("predict_contacts_implicit", "substeps[own()].solving.is_warm != 0u", "true"),
     (
         "predict_contacts_implicit",
         "filtered(predicted, pulled - (total - friction))",

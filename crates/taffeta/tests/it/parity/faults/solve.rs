@@ -22,7 +22,7 @@ pub const FAULTS: &[Fault] = &[
     ("free_velocities", "select(constraint.a, constraint.b, constraint.a == node)", "constraint.b"),
     (
         "free_velocities",
-        "substeps[0].solving.is_adaptive != 0u {\n                let other",
+        "substeps[own()].solving.is_adaptive != 0u {\n                let other",
         "false {\n                let other",
     ),
     ("free_velocities", "at < range.y && incident[at] != NONE", "incident[at] != NONE"),
@@ -36,7 +36,7 @@ pub const FAULTS: &[Fault] = &[
         "length_squared < 2.0 * TINY);\n    let length",
     ),
     ("set_up_rows", "substeps[0].solving.aim * constraint.rest_length", "constraint.rest_length"),
-    ("start_rows", "substeps[0].solving.is_warm == 0u", "false"),
+    ("start_rows", "substeps[own()].solving.is_warm == 0u", "false"),
     ("set_up_rows", "multiplier / select(1.0, row.scale, row.scale > 0.0)", "multiplier"),
     ("set_up_rows", "if constraints[number].is_active != 0u {", "{"),
     ("set_up_rows", "solves[group.solve].next = start;", ""),
@@ -137,7 +137,11 @@ pub const FAULTS: &[Fault] = &[
     ("predict_contacts", "dot3(surface_v, direction)", "0.0"),
     ("predict_contacts", "select(out, onto, onto < out)", "onto"),
     ("predict_contacts", "if x.w > 0.0 {\n            let fall", "{\n            let fall"),
-    ("predict_contacts", "substeps[0].colliders > 0u && substeps[0].solving.is_adaptive == 0u", "true"),
+    (
+        "predict_contacts",
+        "substeps[own()].colliders > 0u && substeps[own()].solving.is_adaptive == 0u",
+        "true",
+    ),
     ("predict_contacts", "predicted.velocity * (1.0 / h)", "predicted.velocity"),
     ("start_rows", "if constraint.is_active != 0u {\n        let rate", "{\n        let rate"),
     (
