@@ -177,7 +177,7 @@ impl Tables {
         let mut tables = Self { solved, forces, finest, coarser: Vec::new() };
         let mut finer = Finer {
             places: first..first + places,
-            plain: bodies.clone().filter(|&body| !assembly.has_solved_elements(body)).collect(),
+            is_plain: (0..bodies.end).map(|body| !assembly.has_solved_elements(body)).collect(),
             springs,
             slots: slots.of_edge.iter().map(|&slot| tables.finest.len() as u32 + slot).collect(),
             first_edge: assembly.constraints.ends.partition_point(|ends| (ends[0] as usize) < first),
@@ -277,8 +277,8 @@ fn spring_row(springs: &Slots, node: usize) -> impl Iterator<Item = (usize, usiz
 struct Finer {
     /// Its places in the scene.
     places: Range<usize>,
-    /// Bodies without elements. Their springs are coarsened edge by edge, as where no body has elements, if at all.
-    plain: Vec<usize>,
+    /// By body: whether it has no elements. Its springs are coarsened edge by edge, as where no body has elements, if at all.
+    is_plain: Vec<bool>,
     springs: Springs,
     /// By edge from the first of the bodies on: its slot, where it is one of theirs.
     slots: Vec<u32>,
@@ -293,12 +293,16 @@ impl Finer {
         (!places.is_empty()).then_some(places)
     }
 
-    /// Edges of a level that are coarsened edge by edge.
-    fn plain_edges<'l>(&self, level: &'l Level) -> impl Iterator<Item = (usize, [u32; 2])> + use<'l> {
-        let plain = if self.springs == Springs::All { &self.plain[..] } else { &[] };
-        let nodes: Vec<Range<usize>> = plain.iter().map(|&body| level.bodies[body].clone()).collect();
-        let is_plain = move |ends: &[u32; 2]| nodes.iter().any(|nodes| nodes.contains(&(ends[0] as usize)));
-        level.edges.iter().copied().enumerate().filter(move |(_, ends)| is_plain(ends))
+    /// Whether a place of a coarser level is of a body without elements.
+    fn is_plain(&self, level: &Level, place: usize) -> bool {
+        self.is_plain[level.bodies.partition_point(|nodes| nodes.end <= place)]
+    }
+
+    /// Edges among some places of a coarser level that are made edge by edge.
+    fn plain_edges(&self, level: &Level, here: &Range<usize>) -> impl Iterator<Item = (usize, [u32; 2])> {
+        let edges = if self.springs == Springs::All { edges_of(level, here) } else { 0..0 };
+        let all = edges.map(|edge| (edge, level.edges[edge]));
+        all.filter(|(_, ends)| self.is_plain(level, ends[0] as usize))
     }
 
     /// The coarser level with these places: the Galerkin product of the blocks of each node's row.
@@ -314,7 +318,7 @@ impl Finer {
             parents.push(level.parents.row(place).iter().map(own));
         }
         let mut plain: Vec<Vec<(u32, (u32, f32))>> = vec![Vec::new(); here.len()];
-        for (edge, ends) in self.plain_edges(level) {
+        for (edge, ends) in self.plain_edges(level, here) {
             let [a, b] = ends.map(|node| node - here.start as u32);
             for &(source, weight) in level.sources.row(edge) {
                 let slot = self.slots[source as usize - self.first_edge];
@@ -325,7 +329,7 @@ impl Finer {
         let children = parents.transposed(here.len());
         let mut couplings = Couplings::default();
         for slice in (0..here.len()).step_by(LANES) {
-            let is_plain = self.plain.iter().any(|&body| level.bodies[body].contains(&(here.start + slice)));
+            let is_plain = self.is_plain(level, here.start + slice);
             let row = |lane: usize| {
                 let place = slice + lane;
                 if is_plain {
@@ -340,16 +344,21 @@ impl Finer {
 
     /// Goes on to the coarser level that was made.
     fn step(&mut self, level: &Level, here: Range<usize>, couplings: &Couplings<(u32, f32)>) {
-        self.first_edge = level.edges.partition_point(|ends| (ends[0] as usize) < here.start);
-        let end = level.edges.partition_point(|ends| (ends[0] as usize) < here.end);
-        self.slots = vec![u32::MAX; end - self.first_edge];
-        for (edge, ends) in self.plain_edges(level) {
+        let edges = edges_of(level, &here);
+        let mut slots = vec![u32::MAX; edges.len()];
+        for (edge, ends) in self.plain_edges(level, &here) {
             let [a, b] = ends.map(|node| node as usize - here.start);
             let slot = couplings.row(a).find(|slot| slot.1 == b).map(|slot| slot.0 as u32);
-            self.slots[edge - self.first_edge] = slot.expect("every edge has a slot");
+            slots[edge - edges.start] = slot.expect("every edge has a slot");
         }
-        self.places = here;
+        (self.slots, self.first_edge, self.places) = (slots, edges.start, here);
     }
+}
+
+/// Edges among some places of a level: those are in the order of places.
+fn edges_of(level: &Level, places: &Range<usize>) -> Range<usize> {
+    let before = |place: usize| level.edges.partition_point(|ends| (ends[0] as usize) < place);
+    before(places.start)..before(places.end)
 }
 
 /// Blocks of a coarse node, from the sum and the blocks of each node that follows it.
@@ -427,3 +436,6 @@ pub fn jacobi_factor<T: Real>(couplings: T) -> T {
     let all = T::ONE + couplings;
     if all > two { two / all } else { T::ONE }
 }
+
+#[cfg(test)]
+mod tests;

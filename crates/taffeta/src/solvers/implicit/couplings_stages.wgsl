@@ -98,11 +98,7 @@ fn coarsen_couplings(
         return;
     }
     let node = level_groups[index].first + lane;
-    var own = Symmetric(vec3f(0.0), vec3f(0.0));
-    let last = children[node + 1u].at;
-    for (var i = children[node].at; i < last; i++) {
-        own = sum_of(own, scaled(diagonals[children[i].at].own, children[i].weight));
-    }
+    let own = own_of_children(node);
     var all = Symmetric(vec3f(0.0), vec3f(0.0));
     let range = blocks_of(node);
     for (var at = range.x; at < range.y; at += SLOT) {

@@ -182,6 +182,16 @@ fn jacobi_step(node: u32, left: vec3f) -> vec3f {
     return times(diagonals[node].inverse, DAMPING * left);
 }
 
+/// What a node's children give it of their diagonals, beside edges and couplings.
+fn own_of_children(node: u32) -> Symmetric {
+    let last = children[node + 1u].at;
+    var own = Symmetric(vec3f(0.0), vec3f(0.0));
+    for (var i = children[node].at; i < last; i++) {
+        own = sum_of(own, scaled(diagonals[children[i].at].own, children[i].weight));
+    }
+    return own;
+}
+
 /// What children leave of their right sides.
 fn sum_of_children(node: u32) -> vec3f {
     let last = children[node + 1u].at;

@@ -220,12 +220,7 @@ fn coarsen_nodes(
         return;
     }
     let node = level_groups[index].first + lane;
-    let none = Symmetric(vec3f(0.0), vec3f(0.0));
-    var own = none;
-    let last = children[node + 1u].at;
-    for (var i = children[node].at; i < last; i++) {
-        own = sum_of(own, scaled(diagonals[children[i].at].own, children[i].weight));
-    }
+    let own = own_of_children(node);
     var all = own;
     let range = slots_of(node);
     let first = slots[0];

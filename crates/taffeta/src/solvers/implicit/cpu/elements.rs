@@ -14,6 +14,7 @@ use crate::solvers::implicit::couplings::{
 use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::columns::{Columns, View};
 use crate::solvers::implicit::cpu::kernels::{FINE, Lanes};
+use crate::solvers::implicit::cpu::setup::own_of_children;
 use crate::solvers::implicit::cpu::tables::{Chunk, Table};
 use crate::solvers::implicit::implicit::{Symmetric, add_share, block, inverse};
 use crate::topology::{Csr, LANES};
@@ -214,10 +215,7 @@ impl<T: Real> Kernel for Coarsen<'_, T> {
     fn run(self) {
         let start = groups(self.couplings, &self.part).start;
         for (at, place) in self.part.clone().enumerate() {
-            let mut own = [T::ZERO; 6];
-            for &(child, weight) in self.children.row(place) {
-                own = add_share(own, T::from_f64(f64::from(weight)), self.finer_own.at(child as usize));
-            }
+            let own = own_of_children(self.children, &self.finer_own, place);
             let (mut all, groups) = ([T::ZERO; 6], self.couplings.groups(place / LANES));
             let at_slot = |group: usize| (group - start) * LANES + place % LANES;
             for group in self.couplings.blocks(place / LANES) {

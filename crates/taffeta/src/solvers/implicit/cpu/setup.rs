@@ -3,6 +3,7 @@
 use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::simd::Kernel;
 use crate::real::Real;
+use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::implicit::cpu::columns::View;
 use crate::solvers::implicit::cpu::elements::OfChunk;
 use crate::solvers::implicit::cpu::kernels::{COARSE, FINE, Lanes, store};
@@ -171,7 +172,7 @@ impl<T: Real> Kernel for Coarsen<'_, T> {
         for first in self.part.clone().step_by(LANES) {
             let groups = slots.starts[first / LANES] as usize..slots.starts[first / LANES + 1] as usize;
             for lane in 0..LANES {
-                let own = self.gather_own(first + lane);
+                let own = own_of_children(&self.table.children, &self.finer_own, first + lane);
                 let mut diagonal = own;
                 for group in groups.clone() {
                     let block = self.gather_block(slots.edge[group * LANES + lane]);
@@ -190,16 +191,17 @@ impl<T: Real> Kernel for Coarsen<'_, T> {
     }
 }
 
-impl<T: Real> Coarsen<'_, T> {
-    #[inline(always)]
-    fn gather_own(&self, place: usize) -> Symmetric<T> {
-        let mut own = [T::ZERO; 6];
-        for &(child, weight) in self.table.children.row(place) {
-            own = add_share(own, T::from_f64(f64::from(weight)), self.finer_own.at(child as usize));
-        }
-        own
+/// What a node's children give it of their diagonals, beside edges and couplings.
+#[inline(always)]
+pub fn own_of_children<T: Real>(children: &Weighted, finer: &View<'_, T>, place: usize) -> Symmetric<T> {
+    let mut own = [T::ZERO; 6];
+    for &(child, weight) in children.row(place) {
+        own = add_share(own, T::from_f64(f64::from(weight)), finer.at(child as usize));
     }
+    own
+}
 
+impl<T: Real> Coarsen<'_, T> {
     #[inline(always)]
     fn gather_block(&self, edge: u32) -> Symmetric<T> {
         let mut sum = [T::ZERO; 6];
