@@ -149,8 +149,9 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
                 some_contact(&mut chance, fixture.old.position[end][3] > 0.0, colliders);
         }
     }
-    at_all_cases(fixture, &mut work, &mut chance, (solving, shift));
-    work
+    let mut twin = Twin { fixture, solving: *solving, work };
+    at_all_cases(&mut twin, &mut chance, shift);
+    twin.work
 }
 
 /// A node that is pressed against a surface, or not.
@@ -187,21 +188,17 @@ fn some_row(chance: &mut Chance) -> Row {
     Row { direction, r, w, s, p: chance.number(), x: chance.number() }
 }
 
-fn at_all_cases(
-    fixture: &Fixture,
-    work: &mut Work,
-    chance: &mut Chance,
-    (solving, shift): (&Solving, usize),
-) {
-    for number in 0..work.solves.len() {
+fn at_all_cases(twin: &mut Twin<'_>, chance: &mut Chance, shift: usize) {
+    let solving = twin.solving;
+    for number in 0..twin.work.solves.len() {
         let case = (number + shift) % CASES;
         if case == 10 {
             // A system that answers the other way.
-            let groups = fixture.tables.constraints.constraint_groups.iter().zip(&mut work.sums);
+            let groups = twin.fixture.tables.constraints.constraint_groups.iter().zip(&mut twin.work.sums);
             groups.filter(|(group, _)| group.solve as usize == number).for_each(|(_, sum)| sum[1] *= -1.0);
         }
-        let sums = Twin { fixture, solving: *solving, work: work.clone() }.body_sums(number);
-        let solve = &mut work.solves[number];
+        let sums = twin.body_sums(number);
+        let solve = &mut twin.work.solves[number];
         solve.kept = progress(chance, case, sums, solving.most_iterations);
         solve.next = progress(chance, (case + 4) % CASES, [0.5; 4], solving.most_iterations);
         if shift + 1 == CASES {

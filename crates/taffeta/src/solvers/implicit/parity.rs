@@ -151,8 +151,9 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
         }
         work.vectors[place][3] = fixture.old.velocity[place][3].abs();
     }
-    at_all_cases(fixture, &mut work, &mut chance, (solving, shift));
-    work
+    let mut twin = Twin { fixture, solving: *solving, work };
+    at_all_cases(&mut twin, &mut chance, shift);
+    twin.work
 }
 
 /// Blocks, forces and directions by chance, where elements are solved for.
@@ -182,24 +183,20 @@ fn some_diagonal(chance: &mut Chance) -> Diagonal {
     Diagonal { own: symmetric(chance), inverse: symmetric(chance) }
 }
 
-fn at_all_cases(
-    fixture: &Fixture,
-    work: &mut Work,
-    chance: &mut Chance,
-    (solving, shift): (&Solving, usize),
-) {
-    for number in 0..work.solves.len() {
+fn at_all_cases(twin: &mut Twin<'_>, chance: &mut Chance, shift: usize) {
+    let solving = twin.solving;
+    for number in 0..twin.work.solves.len() {
         let case = (number + shift) % CASES;
         if case == 0 || case == 10 {
             // A system that answers the other way.
-            let groups = fixture.tables.levelled.groups[0].iter().zip(&mut work.sums);
+            let groups = twin.fixture.tables.levelled.groups[0].iter().zip(&mut twin.work.sums);
             groups.filter(|(group, _)| group.solve as usize == number).for_each(|(_, sum)| sum[1] *= -1.0);
         }
-        let sums = Twin { fixture, solving: *solving, work: work.clone() }.body_sums(number);
-        let solve = &mut work.solves[number];
+        let sums = twin.body_sums(number);
+        let solve = &mut twin.work.solves[number];
         solve.before = (shift % 3) as u32;
-        solve.kept = descent(chance, case, sums, solving);
-        solve.next = descent(chance, (case + 4) % CASES, [0.5; 4], solving);
+        solve.kept = descent(chance, case, sums, &solving);
+        solve.next = descent(chance, (case + 4) % CASES, [0.5; 4], &solving);
         if shift + 1 == CASES {
             // All are done, as well as they can be.
             solve.kept.is_done = 1;
