@@ -17,6 +17,8 @@ pub struct GpuCost {
 
 /// Side and sub-steps of the sheets that are timed: one that any GPU finds small, and one that fills it.
 const SHEETS: [(u32, u32); 2] = [(32, 256), (512, 32)];
+/// The same on a processor, which a smaller sheet fills.
+const SOFTWARE_SHEETS: [(u32, u32); 2] = [(32, 256), (128, 32)];
 
 impl GpuCost {
     /// Times sub-steps on a small and on a large sheet; takes some tenths of a second.
@@ -24,7 +26,8 @@ impl GpuCost {
     /// # Errors
     /// What the device refuses, in words.
     pub fn measure(gpu: &Gpu) -> Result<Self, String> {
-        let [(small, short), (large, long)] = SHEETS.map(|(side, steps)| (side, time(gpu, side, steps)));
+        let sheets = if gpu.info().is_software() { SOFTWARE_SHEETS } else { SHEETS };
+        let [(small, short), (large, long)] = sheets.map(|(side, steps)| (side, time(gpu, side, steps)));
         let (short, long) = (short?, long?);
         let nodes = f64::from(large * large - small * small);
         let per_node = (long - short).max(0.0) / nodes;
