@@ -1,6 +1,6 @@
 //! Air on the GPU against the same on the CPU.
 
-use super::{flag, kept, on_gpu, small_gpu, soft, with};
+use super::{STEP, flag, kept, on_gpu, small_gpu, soft, with};
 use crate::common::{build_as, farthest, gpu, positions, run};
 use taffeta::scene::{Air, Body, ConstraintForm, Gust, Icosphere, Mass, Mesh, Method, Scene, VolumeForm};
 use taffeta::{GpuOptions, Options, Precision, Simulation, Stage};
@@ -9,12 +9,12 @@ use taffeta::{GpuOptions, Options, Precision, Simulation, Stage};
 fn gusty() -> Scene {
     let ball = Mesh::Icosphere(Icosphere { radius: 0.2, subdivisions: 2 });
     let ball = Body::cloth("ball", ball)
-        .with_mass(Mass::Whole(0.05))
+        .with_mass(Mass::Whole(0.5))
         .structural(50.0, 0.02)
         .hinge(1e-3, 1e-5)
         .at([0.0, 1.0, 2.0]);
     let chain = Body::cloth("chain", Mesh::chain(20, 1.0)).with_mass(Mass::Node(0.01)).structural(50.0, 0.0);
-    let mut scene = flag();
+    let mut scene = flag().time(1.0 / 60.0, STEP / 2.0);
     scene.bodies.extend([
         ball,
         chain.at([0.0, 0.0, 4.0]),

@@ -1,6 +1,6 @@
 //! Seams, pins that break and tethers, on the GPU against the same on the CPU.
 
-use super::{kept, on_gpu, soft, with};
+use super::{STEP, kept, on_gpu, soft, with};
 use crate::common::{build_as, farthest, gpu, positions, run, turned};
 use taffeta::scene::{
     Body, Collider, Keyframe, Mass, Mesh, Pin, Scene, Seam, SeamSide, Select, SelfCollision, VolumeForm,
@@ -36,7 +36,7 @@ fn sewn() -> Scene {
         )
         .collider(Collider::sphere([0.0, -0.25, 0.0], 0.2))
         .collider(Collider::plane([0.0, -0.4, 0.0], [0.0, 1.0, 0.0]))
-        .time(1.0 / 60.0, 1e-3)
+        .time(1.0 / 60.0, STEP / 2.0)
 }
 
 /// Fails unless a scene goes the same way on both, bit by bit. Returns how many joints broke.
@@ -65,7 +65,7 @@ fn a_soft_curtain_hangs_in_its_tethers_as_on_the_cpu() {
     body = body.pin_moving(Select::cols(8, 12), vec![Keyframe::translate(0.2, [0.0, 0.1, 0.1])]).tether(0.0);
     body.place = turned([1.0, 0.0, 0.2], 80.0, [0.0; 3]);
     let scene = Scene::new("curtain").body(body).collider(Collider::sphere([0.0, -0.3, 0.1], 0.15));
-    assert_eq!(same(&scene.time(1.0 / 60.0, 2e-3), 25), 0);
+    assert_eq!(same(&scene.time(1.0 / 60.0, STEP), 25), 0);
 }
 
 #[test]
@@ -80,7 +80,7 @@ fn soft_bodies_and_cloth_that_touches_others_are_sewn_as_on_the_cpu() {
         .seam(Seam::pairs("ball", "sheet", [[3, 20], [7, 21], [9, 20]]))
         .seam(Seam { break_force: Some(0.01), ..Seam::pairs("ball", "other", [[5, 7]]) })
         .collider(Collider::plane([0.0, -0.3, 0.0], [0.0, 1.0, 0.0]))
-        .time(1.0 / 60.0, 1e-3);
+        .time(1.0 / 60.0, STEP / 2.0);
     same(&scene, 12);
 }
 

@@ -2,7 +2,7 @@
 
 use super::constraints::{compare, drop};
 use super::pairs::heap;
-use super::{kept, on_gpu, small_gpu, soft, with};
+use super::{STEP, kept, on_gpu, small_gpu, soft, with};
 use crate::common::plates::{ON_THE_UPPER, beside_the_upper, falling_short, loose};
 use crate::common::state::put;
 use crate::common::{V, build_as, farthest, gpu, norm, positions, run, sub, turned, weightless};
@@ -27,7 +27,7 @@ fn falling(title: &str, collider: Collider) -> Scene {
         .body(sheet)
         .body(top.at([-0.1, 0.6, 0.1]))
         .collider(collider.friction(0.4).restitution(0.1))
-        .time(1.0 / 60.0, 1e-3)
+        .time(1.0 / 60.0, STEP)
 }
 
 /// A turn about a slanted axis through the origin, and a way.
@@ -62,7 +62,7 @@ fn a_software_adapter_says_so_where_its_loops_are_too_short() {
     let scene = Scene::new("in the middle")
         .body(node.structural(1.0, 0.0))
         .collider(Collider::mesh(ball(0.3, 5)).offset(0.01))
-        .time(1.0 / 60.0, 1e-3);
+        .time(1.0 / 60.0, STEP);
     let ended = on_gpu(&scene).step().map(|report| report.frame);
     if !gpu().info().is_software() {
         assert_eq!(ended.unwrap(), 1);
@@ -144,7 +144,7 @@ fn bodies_that_keep_their_volume_lie_on_meshes_as_on_the_cpu() {
         .body(super::flag().bodies.remove(0).at([0.0, 0.8, 0.0]))
         .collider(furrows().friction(0.4))
         .collider(Collider::mesh(ball(0.2, 1)).keyframe(turning()))
-        .time(1.0 / 60.0, 1e-3);
+        .time(1.0 / 60.0, STEP);
     assert!(same(&scene, 16) > 20);
 }
 

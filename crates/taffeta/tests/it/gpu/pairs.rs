@@ -1,6 +1,6 @@
 //! Scenes in which nodes touch each other, on the GPU against the same on the CPU.
 
-use super::{kept, on_gpu, small_gpu, soft, with};
+use super::{STEP, kept, on_gpu, small_gpu, soft, with};
 use crate::common::{build_as, farthest, gpu, positions, run};
 use std::sync::Arc;
 use taffeta::scene::{Body, Collider, Icosphere, Keyframe, Mass, Mesh, Scene, Select, VolumeForm};
@@ -29,7 +29,7 @@ pub fn heap() -> Scene {
         .body(cloth("ball", ball).collide(0.022).at([0.0, 0.19, 0.0]))
         .body(folded.pin_moving(Select::cols(24, 24), fold))
         .collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).friction(0.4).offset(0.0))
-        .time(1.0 / 60.0, 1e-3)
+        .time(1.0 / 60.0, STEP)
 }
 
 #[test]
@@ -44,7 +44,7 @@ fn nodes_touch_each_other_as_on_the_cpu() {
         let (a, b) = (cpu.report(), on_gpu.report());
         assert_eq!((a.pairs, a.nearest_pair), (b.pairs, b.nearest_pair), "frame {frame}");
         assert_eq!(cpu.state_hash(), on_gpu.state_hash(), "frame {frame}");
-        assert_eq!(b.pair_searches, 17, "every sub-step searches");
+        assert_eq!(b.pair_searches, 4, "every sub-step searches");
         most = most.max(a.pairs);
     }
     assert!(most > 300 && cpu.report().contacts > 10, "{most}");
@@ -65,7 +65,7 @@ fn bodies_that_keep_their_volume_touch_each_other_as_on_the_cpu() {
         .body(touching(VolumeForm::Projected, 1, [0.2, 0.66, 0.05]))
         .body(sheet)
         .collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).friction(0.4).offset(0.0))
-        .time(1.0 / 60.0, 1e-3);
+        .time(1.0 / 60.0, STEP);
     let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
     let mut most = 0;
     for frame in 1..=10 {
@@ -121,15 +121,15 @@ fn from(scene: &Scene, from: Stage) -> Result<Simulation, String> {
 fn a_gpu_takes_over_nodes_that_touch_before_they_are_found() {
     let scene = heap();
     let mut cpu = build_as(&scene, Precision::F32, 1);
-    run(&mut cpu, 5);
+    run(&mut cpu, 3);
     assert!(cpu.report().pairs > 20, "{}", cpu.report().pairs);
     for stage in Stage::ALL {
         if stage <= Stage::Pairs {
             let mut both = from(&scene, stage).unwrap();
-            run(&mut both, 5);
+            run(&mut both, 3);
             assert_eq!(cpu.state_hash(), both.state_hash(), "{}", stage.name());
             let (a, b) = (cpu.report(), both.report());
-            assert_eq!((a.pairs, a.nearest_pair, 17), (b.pairs, b.nearest_pair, b.pair_searches));
+            assert_eq!((a.pairs, a.nearest_pair, 4), (b.pairs, b.nearest_pair, b.pair_searches));
         } else {
             let words = from(&scene, stage).err().unwrap();
             assert!(words.contains("`low` has self_collision") && words.contains(stage.name()), "{words}");
