@@ -3,11 +3,14 @@
 use crate::{program, test, vulkan};
 use std::process::ExitCode;
 
-/// The test that plants them, in the engine's program of tests.
-const TEST: &str = "parity::faults::planted_faults_are_found";
-/// What chooses among the faults there.
+/// The test that plants them, in the engine's program of tests, and the one that rounds otherwise in each row.
+const TESTS: [&str; 2] = [
+    "parity::faults::planted_faults_are_found",
+    "parity::roundings::what_hardware_may_round_otherwise_is_allowed_there",
+];
+/// What chooses among the faults and rows there.
 const CHOICE: &str = "TAFFETA_FAULTS";
-/// Faults of a sample in `cargo xtask test`.
+/// Faults, and rows, of a sample in `cargo xtask test`.
 const SAMPLE: usize = 20;
 
 /// The faults to plant.
@@ -51,7 +54,7 @@ pub fn sample(built: &test::Built, seed: Option<&str>) -> Result<(), String> {
 
 fn plant(built: &test::Built, choice: &Choice) -> Result<(), String> {
     let mut command = built.tests("taffeta", "it").ok_or("the engine's tests were not built")?.command();
-    command.args(["--ignored", "--exact", TEST, "--nocapture"]);
+    command.args(["--ignored", "--exact", "--nocapture"]).args(TESTS);
     match choice {
         Choice::All => {
             command.env_remove(CHOICE);

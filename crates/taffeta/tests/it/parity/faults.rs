@@ -23,17 +23,17 @@ fn all() -> Vec<&'static Fault> {
 }
 
 /// Those that `TAFFETA_FAULTS` chooses: `COUNT SEED` is a sample that the seed draws, nothing is all.
-fn chosen() -> Vec<&'static Fault> {
-    let Ok(words) = std::env::var("TAFFETA_FAULTS") else { return all() };
+pub fn chosen<T>(all: Vec<T>) -> Vec<T> {
+    let Ok(words) = std::env::var("TAFFETA_FAULTS") else { return all };
     let (count, seed) = words.split_once(' ').expect("a count and a seed");
-    drawn(count.parse().expect("a count"), seed)
+    drawn(all, count.parse().expect("a count"), seed)
 }
 
-/// As many faults as that, in an order that the seed alone decides.
-fn drawn(count: usize, seed: &str) -> Vec<&'static Fault> {
-    let mut faults: Vec<_> = (0_u64..).zip(all()).collect();
-    faults.sort_by_key(|(index, _)| XxHash64::oneshot(*index, seed.as_bytes()));
-    faults.into_iter().map(|(_, fault)| fault).take(count).collect()
+/// As many as that, in an order that the seed alone decides.
+fn drawn<T>(all: Vec<T>, count: usize, seed: &str) -> Vec<T> {
+    let mut all: Vec<_> = (0_u64..).zip(all).collect();
+    all.sort_by_key(|(index, _)| XxHash64::oneshot(*index, seed.as_bytes()));
+    all.into_iter().map(|(_, one)| one).take(count).collect()
 }
 
 /// Plants a fault. The error says that its row does not find it.
@@ -59,7 +59,7 @@ fn plant(&(name, written, fault): &Fault, gpu: &Gpu) -> Result<(), String> {
 #[test]
 #[ignore = "all faults take minutes: `cargo xtask mutate`"]
 fn planted_faults_are_found() {
-    let (faults, gpu, next) = (chosen(), gpu(), AtomicUsize::new(0));
+    let (faults, gpu, next) = (chosen(all()), gpu(), AtomicUsize::new(0));
     let work = || {
         let mut missed = Vec::new();
         while let Some(fault) = faults.get(next.fetch_add(1, Ordering::Relaxed)) {
@@ -80,9 +80,14 @@ fn planted_faults_are_found() {
 #[test]
 fn a_seed_draws_a_sample_and_another_seed_another() {
     assert!(all().len() > 400);
-    let [a, b] = ["a", "b"].map(|seed| drawn(20, seed));
-    assert_eq!((a.len(), &a), (20, &drawn(20, "a")));
+    let [a, b] = ["a", "b"].map(|seed| drawn(all(), 20, seed));
+    assert_eq!((a.len(), &a), (20, &drawn(all(), 20, "a")));
     assert!(a != b && a.iter().enumerate().all(|(i, fault)| !a[..i].contains(fault)));
+}
+
+/// The text of the engine's WGSL.
+pub fn sources() -> String {
+    shaders(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"))
 }
 
 /// The text of all WGSL under a folder.
@@ -98,7 +103,7 @@ fn shaders(folder: &Path) -> String {
 
 #[test]
 fn what_faults_replace_is_in_the_sources() {
-    let text = shaders(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    let text = sources();
     for (name, written, fault) in all() {
         assert!(text.contains(written), "`{written}` is in no source: {name} cannot find `{fault}`");
         assert!(rows().iter().any(|row| row.name == *name), "no row `{name}`");
