@@ -2,6 +2,7 @@
 
 /// Why the GPU did not do what was asked.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GpuError {
     /// There is no adapter at all, or none of the kind that was asked for.
     #[error("no GPU was found{hint}")]

@@ -52,6 +52,7 @@ pub struct MeshOptions<'a> {
 
 /// Format of a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum MeshFormat {
     /// Wavefront OBJ.
     Obj,

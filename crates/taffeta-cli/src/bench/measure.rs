@@ -67,12 +67,8 @@ impl Bench {
 
     /// How springs are solved, where that is what is measured.
     fn method(&self) -> Option<&'static str> {
-        let name = match self.scene.solver.method {
-            Method::Springs => "springs",
-            Method::Ice => "ice",
-            Method::Acad => "acad",
-        };
-        ["ice", "flag", "acad", "collider"].contains(&self.name).then_some(name)
+        let is_measured = ["ice", "flag", "acad", "collider"].contains(&self.name);
+        is_measured.then(|| self.scene.solver.method.name())
     }
 }
 

@@ -152,7 +152,6 @@ impl Report {
     fn stable_step(&self) -> String {
         let by_nodes = self.form == Some(ConstraintForm::Primal);
         let (what, none) = match self.method {
-            Method::Springs => ("", "no spring pulls on a free node"),
             Method::Ice if by_nodes => (
                 " (drag: springs and hinges are implicit)",
                 "springs are implicit along and across themselves, and so are hinges; their accuracy is of first order in \
@@ -160,6 +159,7 @@ impl Report {
             ),
             Method::Ice => (" (hinges and drag: springs are implicit)", "springs are implicit"),
             Method::Acad => (" (springs below the threshold are explicit)", "no spring pulls on a free node"),
+            _ => ("", "no spring pulls on a free node"),
         };
         let air = self.largest_stable_step_in_air;
         let air = air.map_or_else(String::new, |step| format!(", {step:.3e} s in any air"));
@@ -305,9 +305,9 @@ impl ColliderReport {
 
 fn form(solver: &Solver) -> Option<ConstraintForm> {
     match solver.method {
-        Method::Springs => None,
         Method::Ice => Some(solver.ice.form),
         Method::Acad => Some(solver.acad.form),
+        _ => None,
     }
 }
 

@@ -52,7 +52,7 @@ impl Solves {
         }
         let (table, form) = match scene.solver.method {
             Method::Acad => ("acad", acad.form),
-            Method::Ice | Method::Springs => ("ice", ice.form),
+            _ => ("ice", ice.form),
         };
         let more = match form {
             ConstraintForm::Compliant => format!("a larger {table}.epsilon"),

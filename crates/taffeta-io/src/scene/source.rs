@@ -19,6 +19,7 @@ pub struct LoadError {
 
 /// Where a mistake was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Place {
     /// A whole file.
     File(String),

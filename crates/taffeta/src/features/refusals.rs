@@ -5,7 +5,6 @@ use crate::build::Assembly;
 use crate::contact::collider_mesh::surface::MeshShape;
 use crate::contact::collider_mesh::tree::WALK_TURNS;
 use crate::gpu::partition::Partition;
-use crate::scene::Method;
 use crate::solvers::explicit::gpu::Particles;
 use crate::solvers::explicit::patches;
 use crate::step::Stage;
@@ -79,8 +78,8 @@ pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), Refusal> {
     let solves = (0..assembly.bodies.len()).any(|body| assembly.is_solved_for(body));
     if solves && from > Stage::Constraints {
         return Err(format!(
-            "the method is {}, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
-            named(assembly.solver.method),
+            "the method is \"{}\", and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
+            assembly.solver.method.name(),
             Stage::Constraints.name(),
             from.name()
         )
@@ -94,15 +93,6 @@ pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), Refusal> {
         Stage::Volumes.name(),
         from.name()
     ).into())
-}
-
-/// A method by its name in scenes.
-fn named(method: Method) -> &'static str {
-    match method {
-        Method::Springs => "\"springs\"",
-        Method::Ice => "\"ice\"",
-        Method::Acad => "\"acad\"",
-    }
 }
 
 /// Refuses what the tiled kernels cannot do.

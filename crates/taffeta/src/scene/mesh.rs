@@ -7,6 +7,7 @@ use std::sync::Arc;
 /// Where a body's shape comes from.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Mesh {
     /// A rectangle of rows × columns in the xz plane.
     Grid(Grid),

@@ -23,6 +23,7 @@ impl Solver {
 /// The method for springs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Method {
     /// Explicit springs, symplectic Euler.
     #[default]
@@ -32,6 +33,17 @@ pub enum Method {
     /// Adaptive constraint activation and deactivation: explicit springs, of which those that are too long become
     /// constraints.
     Acad,
+}
+
+impl Method {
+    /// Its name in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Springs => "springs",
+            Self::Ice => "ice",
+            Self::Acad => "acad",
+        }
+    }
 }
 
 /// Implicit constraint enforcement.

@@ -157,9 +157,9 @@ impl Reference {
     /// Whether a spring is a constraint in this step, and not a force.
     pub fn is_constraint(&self, spring: usize) -> bool {
         match self.solver.method {
-            Method::Springs => false,
             Method::Ice => true,
             Method::Acad => self.active.contains(&spring),
+            _ => false,
         }
     }
 

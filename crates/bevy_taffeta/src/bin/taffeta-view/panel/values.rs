@@ -110,7 +110,6 @@ pub fn world(ui: &mut Ui, world: &mut World) -> bool {
 pub fn solver(ui: &mut Ui, solver: &mut Solver) -> bool {
     let mut changed = choice(ui, "method", &METHODS, &mut solver.method);
     match solver.method {
-        Method::Springs => {}
         Method::Ice => {
             changed |= choice(ui, "form", &FORMS, &mut solver.ice.form);
             changed |= fields(ui, &ICE, &mut solver.ice);
@@ -121,6 +120,7 @@ pub fn solver(ui: &mut Ui, solver: &mut Solver) -> bool {
             ui.weak("of [solver.ice]:");
             changed |= fields(ui, &ICE[..2], &mut solver.ice) | fields(ui, &ICE[3..4], &mut solver.ice);
         }
+        _ => {}
     }
     changed
 }
