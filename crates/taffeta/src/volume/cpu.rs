@@ -480,10 +480,10 @@ impl<T: Real> Kernel for AddForces<'_, '_, T> {
     fn run(self) {
         let Self { correction, nodes, place, gradient, to: [fx, fy, fz] } = self;
         for i in 0..fx.len() {
-            let way = nodes.direction(correction, i, at(&place, i), at(&gradient, i));
-            fx[i] += way[0] * correction.lambda;
-            fy[i] += way[1] * correction.lambda;
-            fz[i] += way[2] * correction.lambda;
+            let direction = nodes.direction(correction, i, at(&place, i), at(&gradient, i));
+            fx[i] += direction[0] * correction.lambda;
+            fy[i] += direction[1] * correction.lambda;
+            fz[i] += direction[2] * correction.lambda;
         }
     }
 }
@@ -503,11 +503,11 @@ impl<T: Real> Kernel for MoveNodes<'_, '_, T> {
     fn run(self) {
         let Self { correction, nodes, gradient, in_contact, to: [x, y, z] } = self;
         for i in 0..x.len() {
-            let way = nodes.direction(correction, i, [x[i], y[i], z[i]], at(&gradient, i));
+            let direction = nodes.direction(correction, i, [x[i], y[i], z[i]], at(&gradient, i));
             let factor = if in_contact[i] { T::ZERO } else { nodes.inverse_mass[i] } * correction.lambda;
-            x[i] += way[0] * factor;
-            y[i] += way[1] * factor;
-            z[i] += way[2] * factor;
+            x[i] += direction[0] * factor;
+            y[i] += direction[1] * factor;
+            z[i] += direction[2] * factor;
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Springs of a closed mesh and gradients of its volume in one way around each node: both need the same neighbours.
+//! Springs of a closed mesh and gradients of its volume in one walk around each node: both need the same neighbours.
 
 use crate::cpu::column::Column;
 use crate::cpu::simd::{Kernel, SimdLevel};
@@ -34,14 +34,14 @@ impl<T: Real> GatheredSprings<T> {
     }
 }
 
-/// A way around sixteen nodes: Σ rₖ × rₖ₊₁ over their neighbours, where r is the vector to one.
-struct Way<T> {
+/// A walk around sixteen nodes: Σ rₖ × rₖ₊₁ over their neighbours, where r is the vector to one.
+struct Walk<T> {
     first: [[T; LANES]; 3],
     last: [[T; LANES]; 3],
     sum: [[T; LANES]; 3],
 }
 
-impl<T: Real> Way<T> {
+impl<T: Real> Walk<T> {
     #[inline(always)]
     fn new() -> Self {
         let zero = [[T::ZERO; LANES]; 3];
@@ -70,7 +70,7 @@ impl<T: Real> Way<T> {
         }
     }
 
-    /// Closes the way; writes the gradients.
+    /// Closes the walk; writes the gradients.
     #[inline(always)]
     fn close(mut self, gradient: [&mut [T]; 3]) {
         let first = self.first;
@@ -105,20 +105,20 @@ impl<T: Real> Kernel for Rings<'_, T> {
         let mut other = [[T::ZERO; LANES]; 6];
         for (index, slice) in slices.enumerate() {
             let own = lanes_of(&old, slice);
-            let (mut sum, mut way) = ([[T::ZERO; LANES]; 3], Way::new());
+            let (mut sum, mut walk) = ([[T::ZERO; LANES]; 3], Walk::new());
             for (k, (neighbours, rest_lengths)) in springs.slice(slice).enumerate() {
                 gather(&old, neighbours, &mut other);
                 let to = add_springs(springs, &own, &other, rest_lengths, &mut sum);
                 if k == 0 {
-                    way.first = to;
+                    walk.first = to;
                 }
-                way.go(&to, rest_lengths);
+                walk.go(&to, rest_lengths);
             }
             let here = index * LANES..(index + 1) * LANES;
             for (force, sum) in [&mut *fx, &mut *fy, &mut *fz].into_iter().zip(&sum) {
                 force[here.clone()].iter_mut().zip(sum).for_each(|(force, &sum)| *force += sum);
             }
-            way.close([&mut gx[here.clone()], &mut gy[here.clone()], &mut gz[here]]);
+            walk.close([&mut gx[here.clone()], &mut gy[here.clone()], &mut gz[here]]);
         }
     }
 }
@@ -170,7 +170,7 @@ impl<T: Real> Kernel for Gradients<'_, T> {
             for (own, column) in own.iter_mut().zip(places) {
                 own.copy_from_slice(&column[slice * LANES..(slice + 1) * LANES]);
             }
-            let mut way = Way::new();
+            let mut walk = Walk::new();
             for (k, (neighbours, rest_lengths)) in springs.slice(slice).enumerate() {
                 gather_places(&places, neighbours, &mut other);
                 let mut to = [[T::ZERO; LANES]; 3];
@@ -180,12 +180,12 @@ impl<T: Real> Kernel for Gradients<'_, T> {
                     to[2][lane] = other[2][lane] - own[2][lane];
                 }
                 if k == 0 {
-                    way.first = to;
+                    walk.first = to;
                 }
-                way.go(&to, rest_lengths);
+                walk.go(&to, rest_lengths);
             }
             let here = index * LANES..(index + 1) * LANES;
-            way.close([&mut gx[here.clone()], &mut gy[here.clone()], &mut gz[here]]);
+            walk.close([&mut gx[here.clone()], &mut gy[here.clone()], &mut gz[here]]);
         }
     }
 }

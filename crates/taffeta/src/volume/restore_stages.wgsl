@@ -29,7 +29,7 @@ fn restore_volumes(
     let place = group.first + lane;
     let x = new_position[place];
     let v = new_velocity[place];
-    let way = direction_of(group, found.correction, lane, x.xyz, abs(v.w));
+    let direction = direction_of(group, found.correction, lane, x.xyz, abs(v.w));
     let factor = select(x.w, 0.0, v.w < 0.0) * lambda;
-    resolve_contact_again(place, x, v, x.xyz + way * factor, v.xyz);
+    resolve_contact_again(place, x, v, x.xyz + direction * factor, v.xyz);
 }

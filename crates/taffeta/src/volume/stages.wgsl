@@ -20,8 +20,8 @@
 #import memory
 #import resolve_contact
 
-/// A way around a node: Σ rₖ × rₖ₊₁ over its neighbours, where r is the vector to one.
-struct Way {
+/// A walk around a node: Σ rₖ × rₖ₊₁ over its neighbours, where r is the vector to one.
+struct Walk {
     first: vec3f,
     last: vec3f,
     sum: vec3f,
@@ -29,19 +29,19 @@ struct Way {
 
 /// The sum with one triangle more, if it is there. A choice between two numbers keeps compilers from adding the products
 /// one by one, which rounds otherwise.
-fn with_triangle(way: Way, to: vec3f, is_there: bool) -> vec3f {
-    return way.sum + select(vec3f(0.0), cross3(way.last, to), is_there);
+fn with_triangle(walk: Walk, to: vec3f, is_there: bool) -> vec3f {
+    return walk.sum + select(vec3f(0.0), cross3(walk.last, to), is_there);
 }
 
-/// The way with one neighbour more; padding, whose rest length is 0, does not count.
-fn with_neighbour(way: Way, i: u32, to: vec3f, rest_length: f32) -> Way {
+/// The walk with one neighbour more; padding, whose rest length is 0, does not count.
+fn with_neighbour(walk: Walk, i: u32, to: vec3f, rest_length: f32) -> Walk {
     let is_there = rest_length != 0.0;
-    return Way(select(way.first, to, i == 0u), select(way.last, to, is_there), with_triangle(way, to, is_there));
+    return Walk(select(walk.first, to, i == 0u), select(walk.last, to, is_there), with_triangle(walk, to, is_there));
 }
 
-/// Gradient of the volume [m²], at the end of a way past `count` entries.
-fn close(way: Way, count: u32) -> vec3f {
-    return with_triangle(way, way.first, count > 0u) / 6.0;
+/// Gradient of the volume [m²], at the end of a walk past `count` entries.
+fn close(walk: Walk, count: u32) -> vec3f {
+    return with_triangle(walk, walk.first, count > 0u) / 6.0;
 }
 
 struct Pulled {
@@ -53,7 +53,7 @@ struct Pulled {
 /// neighbour without a spring.
 fn add_ring(before: vec3f, node: u32, x: vec3f, v: vec3f) -> Pulled {
     let ring = runs[node / LANES * KINDS];
-    var way = Way(vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    var walk = Walk(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     var sum = vec3f(0.0);
     let count = ring.count & ~IS_RING;
     for (var i = 0u; i < count; i++) {
@@ -62,21 +62,21 @@ fn add_ring(before: vec3f, node: u32, x: vec3f, v: vec3f) -> Pulled {
         let dv = velocity_of(entry.neighbour) - v;
         let factor = spring_factor(d, dv, ring.k, ring.damping, entry.rest_length);
         sum += select(0.0, factor, entry.rest_length > 0.0) * d;
-        way = with_neighbour(way, i, d, entry.rest_length);
+        walk = with_neighbour(walk, i, d, entry.rest_length);
     }
-    return Pulled(add_kinds(before + sum, 1u, node, x, v), close(way, count));
+    return Pulled(add_kinds(before + sum, 1u, node, x, v), close(walk, count));
 }
 
 /// The gradient alone.
 fn ring_gradient(node: u32, x: vec3f) -> vec3f {
     let ring = runs[node / LANES * KINDS];
-    var way = Way(vec3f(0.0), vec3f(0.0), vec3f(0.0));
+    var walk = Walk(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     let count = ring.count & ~IS_RING;
     for (var i = 0u; i < count; i++) {
         let entry = entries[ring.start + LANES * i + node % LANES];
-        way = with_neighbour(way, i, position_of(entry.neighbour) - x, entry.rest_length);
+        walk = with_neighbour(walk, i, position_of(entry.neighbour) - x, entry.rest_length);
     }
-    return close(way, count);
+    return close(walk, count);
 }
 
 /// What a lane without a node brings: one that is not held and adds nothing.
@@ -181,8 +181,8 @@ fn volume_particles(
         let place = group.first + lane;
         let x = old_position[place];
         let v = old_velocity[place];
-        let way = direction_of(group, found.correction, lane, x.xyz, abs(v.w));
-        let after = resolve_contact(integrate(x, v, force[place].xyz + way * lambda, 0u), Origin(x.xyz, true), 0u);
+        let direction = direction_of(group, found.correction, lane, x.xyz, abs(v.w));
+        let after = resolve_contact(integrate(x, v, force[place].xyz + direction * lambda, 0u), Origin(x.xyz, true), 0u);
         new_position[place] = after.position;
         new_velocity[place] = after.velocity;
     }

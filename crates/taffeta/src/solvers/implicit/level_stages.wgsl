@@ -121,12 +121,12 @@ fn follow_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_inde
         return;
     }
     let node = level_groups[index].first + lane;
-    var way = sum_of_parents(node);
+    var correction = sum_of_parents(node);
     if node < arrayLength(&predicted_contacts) {
         // The finest level, where nodes may be held.
-        way = filtered(predicted_at(node), way);
+        correction = filtered(predicted_at(node), correction);
     }
-    put_vector(CYCLE, node, vector_of(CYCLE, node) + way);
+    put_vector(CYCLE, node, vector_of(CYCLE, node) + correction);
 }
 
 @compute @workgroup_size(256)

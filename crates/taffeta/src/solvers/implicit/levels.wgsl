@@ -123,8 +123,8 @@ const CYCLED: u32 = 2u;
 /// Change of velocity [m/s] in this Newton step.
 const CHANGE: u32 = 3u;
 /// Direction of the step, and the system times it; while the system is set up, place and velocity that it starts from.
-const WAY: u32 = 4u;
-const WAY_PRODUCT: u32 = 5u;
+const DIRECTION: u32 = 4u;
+const DIRECTION_PRODUCT: u32 = 5u;
 /// The system times the cycle's answer; at last, springs' impulses [N s].
 const PRODUCT: u32 = 6u;
 /// Impulse of springs where the Newton step starts [N s].

@@ -3,9 +3,9 @@
 #import solvers/implicit/levels.wgsl
 
 fn position_of(node: u32) -> vec3f {
-    return vector_of(WAY, node);
+    return vector_of(DIRECTION, node);
 }
 
 fn velocity_of(node: u32) -> vec3f {
-    return vector_of(WAY_PRODUCT, node);
+    return vector_of(DIRECTION_PRODUCT, node);
 }

@@ -83,8 +83,8 @@ fn predict_contacts_implicit(
 fn move_on(node: u32, x: vec3f, free: vec3f, total: vec3f) {
     let velocity = free + total;
     put_vector(TOTAL, node, total);
-    put_vector(WAY, node, new_position_of(x, velocity, substeps[0].h));
-    put_vector(WAY_PRODUCT, node, velocity);
+    put_vector(DIRECTION, node, new_position_of(x, velocity, substeps[0].h));
+    put_vector(DIRECTION_PRODUCT, node, velocity);
 }
 
 /// Ends a Newton step that another one follows: that starts from where this one leads.
@@ -112,16 +112,16 @@ fn step_on(
 
 /// Blocks of a node's springs, and their sums.
 fn add_up_springs(node: u32) -> Given {
-    let x = vector_of(WAY, node);
-    let v = vector_of(WAY_PRODUCT, node);
+    let x = vector_of(DIRECTION, node);
+    let v = vector_of(DIRECTION_PRODUCT, node);
     let h = substeps[0].h;
     var sum = Given(vec3f(0.0), Symmetric(vec3f(0.0), vec3f(0.0)));
     let range = slots_of(node);
     let first = slots[1];
     for (var at = range.x; at < range.y; at += LANES) {
         let spring = slot_springs[at - first];
-        let d = vector_of(WAY, slots[at]) - x;
-        let dv = vector_of(WAY_PRODUCT, slots[at]) - v;
+        let d = vector_of(DIRECTION, slots[at]) - x;
+        let dv = vector_of(DIRECTION_PRODUCT, slots[at]) - v;
         let link = spring_link(spring.k, spring.damping, h, d, spring.rest_length);
         spring_blocks[at - first] = vec4f(link.q, link.across);
         sum.impulse += link.along * (h * (link.pull + spring.damping * dot3(dv, link.along)));

@@ -94,16 +94,16 @@ fn advanced_node(node: u32, step: Descent) -> vec3f {
     let change = vector_of(CHANGE, node);
     if step.passes < 2u {
         put_vector(CHANGE, node, change + step.alpha * vector_of(CYCLED, node));
-        put_vector(WAY, node, vec3f(0.0));
-        put_vector(WAY_PRODUCT, node, vec3f(0.0));
+        put_vector(DIRECTION, node, vec3f(0.0));
+        put_vector(DIRECTION_PRODUCT, node, vec3f(0.0));
         return left - step.alpha * product;
     }
-    let way = vector_of(CYCLED, node) + step.beta * vector_of(WAY, node);
-    let way_product = product + step.beta * vector_of(WAY_PRODUCT, node);
-    put_vector(WAY, node, way);
-    put_vector(WAY_PRODUCT, node, way_product);
-    put_vector(CHANGE, node, change + step.alpha * way);
-    return left - step.alpha * way_product;
+    let direction = vector_of(CYCLED, node) + step.beta * vector_of(DIRECTION, node);
+    let direction_product = product + step.beta * vector_of(DIRECTION_PRODUCT, node);
+    put_vector(DIRECTION, node, direction);
+    put_vector(DIRECTION_PRODUCT, node, direction_product);
+    put_vector(CHANGE, node, change + step.alpha * direction);
+    return left - step.alpha * direction_product;
 }
 
 /// The right side as far as nodes yield, and the system times the changes to start from.

@@ -191,8 +191,8 @@ impl Twin<'_> {
         let velocity = add(three(self.work.new_velocity[node]), total);
         let x = three(self.fixture.old.position[node]);
         self.put(Vector::Total, node, total);
-        self.put(Vector::Way, node, [0, 1, 2].map(|i| euler::position(x[i], velocity[i], self.h())));
-        self.put(Vector::WayProduct, node, velocity);
+        self.put(Vector::Direction, node, [0, 1, 2].map(|i| euler::position(x[i], velocity[i], self.h())));
+        self.put(Vector::DirectionProduct, node, velocity);
     }
 
     pub fn step_on(&mut self) {
@@ -234,12 +234,12 @@ impl Twin<'_> {
     /// Blocks of a node's springs; their impulse and their sum.
     fn add_up(&mut self, node: usize) -> ([f32; 3], [f32; 6]) {
         let h = self.h();
-        let (x, v) = (self.get(Vector::Way, node), self.get(Vector::WayProduct, node));
+        let (x, v) = (self.get(Vector::Direction, node), self.get(Vector::DirectionProduct, node));
         let (mut impulse, mut diagonal) = ([0.0; 3], [0.0; 6]);
         for (slot, other) in self.slots(node) {
             let SlotSpring { k, damping, rest_length } = self.fixture.tables.levelled.slot_springs[slot];
-            let d = sub(self.get(Vector::Way, other), x);
-            let dv = sub(self.get(Vector::WayProduct, other), v);
+            let d = sub(self.get(Vector::Direction, other), x);
+            let dv = sub(self.get(Vector::DirectionProduct, other), v);
             let stiff = Stiff::new(k, damping, h);
             let link = stiff.link(d, rest_length);
             let [qx, qy, qz] = link.q;
@@ -378,23 +378,24 @@ impl Twin<'_> {
     }
 
     fn advance(&mut self, node: usize, step: &Descent) {
-        let all = [Vector::Left, Vector::Product, Vector::Change, Vector::Way, Vector::WayProduct];
-        let [mut left, product, mut change, mut way, mut way_product] =
+        let all =
+            [Vector::Left, Vector::Product, Vector::Change, Vector::Direction, Vector::DirectionProduct];
+        let [mut left, product, mut change, mut direction, mut direction_product] =
             all.map(|which| self.get(which, node));
         let cycled = self.get(Vector::Cycled, node);
         if step.passes < 2 {
             change = add_share(change, step.alpha, cycled);
             left = add_share(left, -step.alpha, product);
-            (way, way_product) = ([0.0; 3], [0.0; 3]);
+            (direction, direction_product) = ([0.0; 3], [0.0; 3]);
         } else {
-            let [x, r, p, s] =
-                [&mut change, &mut left, &mut way, &mut way_product].map(|v| v.each_mut().map(from_mut));
+            let [x, r, p, s] = [&mut change, &mut left, &mut direction, &mut direction_product]
+                .map(|v| v.each_mut().map(from_mut));
             let [z, w] = [&cycled, &product].map(|v| v.each_ref().map(std::slice::from_ref));
             Advance { alpha: step.alpha, beta: step.beta, x, r, p, s, z, w }.run();
         }
         self.put(Vector::Change, node, change);
-        self.put(Vector::Way, node, way);
-        self.put(Vector::WayProduct, node, way_product);
+        self.put(Vector::Direction, node, direction);
+        self.put(Vector::DirectionProduct, node, direction_product);
         let (mass, at) = (self.mass(node), self.at(Vector::Left, node));
         self.work.vectors[at] = [left[0], left[1], left[2], mass];
         self.put(Vector::Cycle, node, self.jacobi(node, left));
@@ -453,8 +454,8 @@ impl Twin<'_> {
             let follow = |sum, i: usize| {
                 add_share(sum, parents.weights[i], twin.get(Vector::Cycled, parents.nodes[i] as usize))
             };
-            let way = (0..4).fold([0.0; 3], follow);
-            add(twin.get(Vector::Cycle, node), twin.filtered(node, way))
+            let correction = (0..4).fold([0.0; 3], follow);
+            add(twin.get(Vector::Cycle, node), twin.filtered(node, correction))
         });
     }
 
@@ -482,8 +483,8 @@ impl Twin<'_> {
             }
             let Some((coarsest, others)) = levels.split_last() else { continue };
             for sweep in 0..2 * LAST_PAIRS - 1 {
-                let way = [Vector::Cycle, Vector::Cycled];
-                self.smooth_to(coarsest, if sweep % 2 == 0 { way } else { [way[1], way[0]] });
+                let turns = [Vector::Cycle, Vector::Cycled];
+                self.smooth_to(coarsest, if sweep % 2 == 0 { turns } else { [turns[1], turns[0]] });
             }
             for nodes in others.iter().rev() {
                 self.follow_to(nodes);

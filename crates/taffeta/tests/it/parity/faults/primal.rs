@@ -120,7 +120,7 @@ pub const FAULTS: &[Fault] = &[
         "let is_stuck = next.is_done != 0u;",
     ),
     ("step_nodes", "change + step.alpha * vector_of(CYCLED, node)", "step.alpha * vector_of(CYCLED, node)"),
-    ("step_nodes", "product + step.beta * vector_of(WAY_PRODUCT, node)", "product"),
+    ("step_nodes", "product + step.beta * vector_of(DIRECTION_PRODUCT, node)", "product"),
     (
         "step_nodes",
         "times(diagonals[node].inverse, DAMPING * left)",
@@ -145,7 +145,7 @@ pub const FAULTS: &[Fault] = &[
         "for (var level = 1u; level < group.groups; level++) {",
         "for (var level = 2u; level < group.groups; level++) {",
     ),
-    ("follow_level", "way = filtered(predicted_at(node), way);", ""),
+    ("follow_level", "correction = filtered(predicted_at(node), correction);", ""),
     (
         "follow_level",
         "above.weights.w * vector_of(CYCLED, above.nodes.w)",

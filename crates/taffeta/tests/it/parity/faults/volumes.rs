@@ -10,7 +10,7 @@ pub const FAULTS: &[Fault] = &[
     ),
     ("volume_forces", "let is_there = rest_length != 0.0;", "let is_there = rest_length > 0.0;"),
     ("volume_forces", "let is_there = rest_length != 0.0;", "let is_there = true;"),
-    ("volume_forces", "with_triangle(way, way.first, count > 0u) / 6.0", "way.sum / 6.0"),
+    ("volume_forces", "with_triangle(walk, walk.first, count > 0u) / 6.0", "walk.sum / 6.0"),
     ("volume_forces", "add_kinds(before + sum, 1u,", "add_kinds(before + sum, 2u,"),
     ("volume_forces", "group.first_group && lane == 0u", "0u && lane == 0u"),
     (
