@@ -378,10 +378,9 @@ impl Twin<'_> {
     }
 
     fn advance(&mut self, node: usize, step: &Descent) {
-        let all =
-            [Vector::Left, Vector::Product, Vector::Change, Vector::Direction, Vector::DirectionProduct];
-        let [mut left, product, mut change, mut direction, mut direction_product] =
-            all.map(|which| self.get(which, node));
+        let get = |which| self.get(which, node);
+        let [mut left, product, mut change] = [Vector::Left, Vector::Product, Vector::Change].map(get);
+        let [mut direction, mut direction_product] = [Vector::Direction, Vector::DirectionProduct].map(get);
         let cycled = self.get(Vector::Cycled, node);
         if step.passes < 2 {
             change = add_share(change, step.alpha, cycled);
