@@ -58,21 +58,22 @@ pub fn run(words: &[&str]) -> ExitCode {
 
 fn all(choice: &Choice, times: &mut Times) -> Result<(), String> {
     let packages = if choice.core { &CORE[..] } else { &ALL[..] };
-    let with = |words: &[&'static str], more: &[&'static str]| [words, &PROFILE[..], packages, more].concat();
+    let with = |words: &[&'static str]| [words, &PROFILE[..], packages].concat();
     vulkan::provide()?;
     if !choice.core {
         display::provide()?;
     }
-    times.part("formatting", || component("rustfmt", &["fmt", "--all", "--check"]))?;
-    let lints = with(&["clippy"], &["--all-targets", "--", "-D", "warnings"]);
-    times.part("lints", || component("clippy", &lints))?;
-    let built = times.part("compiling", || build(packages))?;
+    times.part("formatting", formatting)?;
+    if !built::has_linter() {
+        println!("xtask: clippy: skipped, not installed (`rustup component add clippy`)");
+    }
+    let built = times.part("lints and compiling", || build(packages))?;
     times.from_nothing = built.from_nothing;
     for program in &built.programs {
         times.part(&program.name(), || passes(&program.name(), program.command()))?;
     }
     times.part("planted faults", || mutate::sample(&built, choice.seed))?;
-    times.part("documentation", || passes("documentation", cargo(&with(&["test", "--doc"], &[]))))
+    times.part("documentation", || passes("documentation", built::linting(&with(&["test", "--doc"]))))
 }
 
 /// Builds all programs of tests of these packages.
@@ -80,13 +81,13 @@ pub fn build(packages: &[&str]) -> Result<Built, String> {
     built::build(&[&["test", "--no-run"], &PROFILE[..], packages].concat())
 }
 
-/// A cargo command that needs a component of the toolchain; where that is missing it is skipped, and said.
-fn component(name: &str, words: &[&str]) -> Result<(), String> {
-    let probe = cargo(&[words[0], "--version"]).stdout(Stdio::null()).stderr(Stdio::null()).status();
+/// Whether rustfmt has nothing to change; skipped where it is not installed, and said.
+fn formatting() -> Result<(), String> {
+    let probe = cargo(&["fmt", "--version"]).stdout(Stdio::null()).stderr(Stdio::null()).status();
     if probe.is_ok_and(|status| status.success()) {
-        return passes(name, cargo(words));
+        return passes("rustfmt", cargo(&["fmt", "--all", "--check"]));
     }
-    println!("xtask: {name}: skipped, not installed (`rustup component add {name}`)");
+    println!("xtask: rustfmt: skipped, not installed (`rustup component add rustfmt`)");
     Ok(())
 }
 

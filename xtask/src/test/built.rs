@@ -1,9 +1,14 @@
-//! The programs of tests that cargo has built.
+//! The programs of tests that cargo has built, with the lints of our own code.
 
 use crate::program::cargo;
 use serde::Deserialize;
+use std::collections::BTreeSet;
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+
+/// rustc with clippy's lints.
+const LINTER: &str = "clippy-driver";
 
 /// What a build has left.
 pub struct Built {
@@ -28,6 +33,14 @@ struct Line {
     profile: Option<Profile>,
     executable: Option<PathBuf>,
     fresh: Option<bool>,
+    message: Option<Message>,
+}
+
+/// What the compiler says of our code.
+#[derive(Deserialize)]
+struct Message {
+    level: String,
+    rendered: Option<String>,
 }
 
 /// What has the tests: a library, a program, or a file of tests alone.
@@ -42,21 +55,55 @@ struct Profile {
     test: bool,
 }
 
-/// Runs a cargo command that builds tests.
-pub fn build(words: &[&str]) -> Result<Built, String> {
+/// A cargo command whose compiler also lints our code where clippy is installed.
+///
+/// `cargo clippy` would check all dependencies again, which takes a third as long as compiling them. All commands of a run
+/// need the same compiler: cargo keeps what each has built apart.
+pub fn linting(words: &[&str]) -> Command {
     let mut command = cargo(words);
-    command.arg("--message-format=json-render-diagnostics").stderr(Stdio::inherit());
-    let output = command.output().map_err(|error| format!("cargo: {error}"))?;
-    if !output.status.success() {
-        return Err(format!("the tests were not built ({})", output.status));
+    if has_linter() {
+        command.env("RUSTC_WORKSPACE_WRAPPER", LINTER);
+    }
+    command
+}
+
+/// Whether clippy is installed.
+pub fn has_linter() -> bool {
+    let probe = Command::new(LINTER).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    probe.is_ok_and(|status| status.success())
+}
+
+/// Runs a cargo command that builds tests. A warning of our code is an error.
+pub fn build(words: &[&str]) -> Result<Built, String> {
+    let mut command = linting(words);
+    command.arg("--message-format=json").stdout(Stdio::piped());
+    let mut cargo = command.spawn().map_err(|error| format!("cargo: {error}"))?;
+    let mut lines = Vec::new();
+    let mut warnings = BTreeSet::new();
+    for line in cargo.stdout.take().into_iter().flat_map(|report| BufReader::new(report).lines()) {
+        let line = line.map_err(|error| format!("cargo: {error}"))?;
+        let Ok(mut line) = serde_json::from_str::<Line>(&line) else { continue };
+        if let Some(Message { level, rendered: Some(rendered) }) = line.message.take()
+            // The same file is compiled several times, as a library and with its tests.
+            && (level != "warning" || warnings.insert(rendered.clone()))
+        {
+            eprint!("{rendered}");
+        }
+        lines.push(line);
+    }
+    let status = cargo.wait().map_err(|error| format!("cargo: {error}"))?;
+    if !status.success() {
+        return Err(format!("the tests were not built ({status})"));
+    }
+    if !warnings.is_empty() {
+        return Err(format!("lints: {} warnings, which are above", warnings.len()));
     }
     let root = crate::root();
     let root = root.canonicalize().map_err(|error| format!("{}: {error}", root.display()))?;
-    Ok(parse(&String::from_utf8_lossy(&output.stdout), &root))
+    Ok(built(lines, &root))
 }
 
-fn parse(report: &str, root: &Path) -> Built {
-    let lines: Vec<Line> = report.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+fn built(lines: Vec<Line>, root: &Path) -> Built {
     let is_foreign = |line: &Line| line.manifest_path.as_ref().is_some_and(|path| !path.starts_with(root));
     let from_nothing = lines.iter().any(|line| line.fresh == Some(false) && is_foreign(line));
     let mut programs: Vec<Program> = lines.into_iter().filter_map(Program::of).collect();
@@ -108,6 +155,10 @@ mod tests {
 {"reason":"compiler-artifact","manifest_path":"/r/crates/taffeta-cli/Cargo.toml","target":{"kind":["bin"],"name":"taffeta"},"profile":{"test":false},"executable":"/t/taffeta","fresh":true}
 {"reason":"build-finished","success":true}
 "#;
+
+    fn parse(report: &str, root: &Path) -> Built {
+        built(report.lines().filter_map(|line| serde_json::from_str(line).ok()).collect(), root)
+    }
 
     #[test]
     fn programs_of_tests_are_found_in_cargos_report() {

@@ -55,7 +55,7 @@ fn contact() -> Scene {
 fn hash(scene: &Scene, precision: Precision, threads: usize) -> (u64, String) {
     let mut simulation = build_as(&scene.clone().time(0.01, 0.003), precision, threads);
     simulation.disturb(0.002, 11);
-    run(&mut simulation, 15);
+    run(&mut simulation, 6);
     (simulation.state_hash(), simulation.device())
 }
 

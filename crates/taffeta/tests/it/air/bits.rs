@@ -29,7 +29,7 @@ fn scene() -> Scene {
     scene
 }
 
-const TRIAL: Trial = Trial { start: build_as, frames: 6 };
+const TRIAL: Trial = Trial { start: build_as, frames: 2 };
 
 #[test]
 fn any_number_of_threads_gives_the_same_bits_and_every_time() {
@@ -39,7 +39,7 @@ fn any_number_of_threads_gives_the_same_bits_and_every_time() {
 #[test]
 fn a_flag_in_gusts_has_known_bits() {
     // They change with the formula or the order of its operations: then so do the results of all scenes with air.
-    let hash = TRIAL.ran(&scene(), Precision::F32, 2).state_hash();
+    let hash = Trial { frames: 6, ..TRIAL }.ran(&scene(), Precision::F32, 2).state_hash();
     assert_eq!(format!("{hash:016x}"), "0c195079bb8b3374");
 }
 

@@ -34,7 +34,7 @@ fn start(scene: &Scene, precision: Precision, threads: usize) -> Simulation {
     simulation
 }
 
-const TRIAL: Trial = Trial { start, frames: 60 };
+const TRIAL: Trial = Trial { start, frames: 36 };
 
 #[test]
 fn any_number_of_threads_gives_the_same_bits_and_every_time() {

@@ -49,7 +49,7 @@ fn any_number_of_threads_gives_the_same_bits() {
     for precision in [Precision::F32, Precision::F64] {
         let ran = |threads| {
             let mut simulation = start(precision, threads);
-            run(&mut simulation, 30);
+            run(&mut simulation, 22);
             (simulation.state_hash(), simulation.report().contacts)
         };
         let one = ran(1);
