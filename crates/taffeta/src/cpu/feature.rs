@@ -2,6 +2,8 @@
 
 use crate::backend::SolverState;
 use crate::build::Assembly;
+#[cfg(feature = "gpu")]
+use crate::cpu::between::Between;
 use crate::cpu::tile::Tile;
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
@@ -42,6 +44,14 @@ pub trait Feature<T: Real>: Any + Send + Sync {
 
     /// An operation on a tile.
     fn tile(&self, _op: Op, _tile: &mut Tile<'_, T>) {}
+
+    /// Called before single passes run on a tile apart from a sub-step: what they read must not be of another tile.
+    #[cfg(feature = "gpu")]
+    fn begin_apart(&self, _tile: &Tile<'_, T>) {}
+
+    /// Called when they have run. Adds what they leave to others beside forces.
+    #[cfg(feature = "gpu")]
+    fn end_apart(&self, _tile: &Tile<'_, T>, _between: &mut Between<T>) {}
 
     /// Adds its measurements of the frame that ends with `state`, after so many sub-steps.
     fn measure(&mut self, _state: [&[T]; 6], _substeps: usize, _sums: &mut FrameSums) {}

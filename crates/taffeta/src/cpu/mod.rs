@@ -2,6 +2,8 @@
 
 pub mod backend;
 pub mod balance;
+#[cfg(feature = "gpu")]
+pub mod between;
 pub mod clock;
 pub mod column;
 pub mod feature;

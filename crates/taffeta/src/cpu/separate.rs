@@ -1,8 +1,8 @@
 //! Single passes of a sub-step on a given state, to compare another backend with.
 
 use crate::backend::{Backend, FrameInput};
-use crate::contact::colliders::cpu::Colliders;
 use crate::cpu::backend::CpuBackend;
+use crate::cpu::between::Between;
 use crate::cpu::feature::Feature;
 use crate::cpu::tile::Tile;
 use crate::plan::Substep;
@@ -10,15 +10,6 @@ use crate::real::Real;
 use crate::step::{self, Line, Op};
 use crate::topology::LANES;
 use std::ops::Range;
-
-/// What passes pass to each other beside the state, by place. Lanes past a mesh's last node are places, too.
-#[derive(Clone, Debug, Default)]
-pub struct Between<T> {
-    /// Force on each place [N]; those of no tile stay.
-    pub force: Vec<[T; 3]>,
-    /// The collider that each place touched last, from 1; 0: none.
-    pub last_collider: Vec<u32>,
-}
 
 impl<T: Real> CpuBackend<T> {
     /// A feature by its type, if the scene has it.
@@ -114,9 +105,7 @@ fn runs<T>(tile: &Tile<'_, T>) -> Vec<(usize, Range<usize>)> {
 }
 
 fn load<T: Real>(tile: &mut Tile<'_, T>, between: &Between<T>) {
-    if let Some(colliders) = tile.features.get::<Colliders<T>>() {
-        colliders.last_colliders(tile).fill(0);
-    }
+    tile.features.iter().for_each(|feature| feature.begin_apart(tile));
     for (at, run) in runs(tile) {
         for (i, place) in run.enumerate() {
             let force = between.force[place];
@@ -131,10 +120,5 @@ fn store<T: Real>(tile: &Tile<'_, T>, between: &mut Between<T>) {
             between.force[place] = tile.scratch.force.each_ref().map(|column| column[at + i]);
         }
     }
-    if let Some(colliders) = tile.features.get::<Colliders<T>>() {
-        for (at, run) in tile.plan.runs() {
-            between.last_collider[run.clone()]
-                .copy_from_slice(&colliders.last_colliders(tile)[at..at + run.len()]);
-        }
-    }
+    tile.features.iter().for_each(|feature| feature.end_apart(tile, between));
 }

@@ -5,7 +5,7 @@ use crate::backend::{Backend, Device, FrameInput, Lost, SolverState, VertexTarge
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;
 use crate::cpu::CpuBackend;
-use crate::cpu::separate::Between;
+use crate::cpu::between::Between;
 use crate::diagnostics::FrameSums;
 use crate::gpu::drawn::Drawn;
 use crate::gpu::feature::Upload;

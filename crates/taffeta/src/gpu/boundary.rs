@@ -4,7 +4,7 @@
 use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
 use crate::build::Assembly;
 use crate::cpu::CpuBackend;
-use crate::cpu::separate::Between;
+use crate::cpu::between::Between;
 use crate::diagnostics::FrameSums;
 use crate::gpu::backend::GpuBackend;
 use crate::gpu::layout::Four;

@@ -8,6 +8,8 @@ use crate::contact::colliders::response::{leave_both, respond};
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{OnSolid, ShapeNow, Solid, entry};
 use crate::cpu::backend::{Context, padded};
+#[cfg(feature = "gpu")]
+use crate::cpu::between::Between;
 use crate::cpu::feature::Feature;
 use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::simd::{Kernel, SimdLevel};
@@ -91,14 +93,6 @@ impl<T: Real> Colliders<T> {
         self.in_contact.get_mut()
     }
 
-    /// The collider that each node of a tile touched last, from 1; 0: none.
-    #[cfg(feature = "gpu")]
-    #[expect(clippy::mut_from_ref, reason = "operations of a worker run one after the other")]
-    pub fn last_colliders(&self, tile: &Tile<'_, T>) -> &mut [u32] {
-        // SAFETY: each worker has its own, and works on one tile at a time.
-        &mut unsafe { self.scratch.of(tile.worker) }.last
-    }
-
     /// Keeps a run of nodes out of colliders. `at` is where the run begins in the worker's scratch memory. `from` is
     /// the start of a node that was moved.
     fn collide(&self, tile: &Tile<'_, T>, at: usize, run: Range<usize>, from: Option<[T; 3]>) -> u64 {
@@ -167,6 +161,21 @@ impl<T: Real> Feature<T> for Colliders<T> {
                 // SAFETY: as above.
                 unsafe { self.in_contact(&run) }.fill(false);
             }
+        }
+    }
+
+    #[cfg(feature = "gpu")]
+    fn begin_apart(&self, tile: &Tile<'_, T>) {
+        // SAFETY: each worker has its own, and works on one tile at a time.
+        unsafe { self.scratch.of(tile.worker) }.last.fill(0);
+    }
+
+    #[cfg(feature = "gpu")]
+    fn end_apart(&self, tile: &Tile<'_, T>, between: &mut Between<T>) {
+        // SAFETY: as above.
+        let last = &unsafe { self.scratch.of(tile.worker) }.last;
+        for (at, run) in tile.plan.runs() {
+            between.last_collider[run.clone()].copy_from_slice(&last[at..at + run.len()]);
         }
     }
 

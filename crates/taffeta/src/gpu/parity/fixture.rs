@@ -9,7 +9,7 @@ use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::shape::ShapeNow;
 use crate::contact::nodes::pair;
 use crate::cpu::CpuBackend;
-use crate::cpu::separate::Between;
+use crate::cpu::between::Between;
 use crate::elements::aero::gpu_layout::Air;
 use crate::elements::gpu::KindTables;
 use crate::elements::hinge;
