@@ -1,4 +1,5 @@
-//! The features of a scene on the GPU, in the order in which they act, and which bodies go to the device together.
+//! The features of a scene on the GPU, in the order in which they act, the rows that compare them with the CPU, and which
+//! bodies go to the device together.
 
 use crate::advice::{Advice, Refusal};
 use crate::attachments::gpu::{self as attachments, AttachmentTables, Attachments};
@@ -21,6 +22,7 @@ use crate::gpu::feature::{Feature, Features};
 use crate::gpu::kernels::{self, Kernels};
 use crate::gpu::layout::Four;
 use crate::gpu::options::{GpuKernels, GpuOptions};
+use crate::gpu::parity::{Row, drawn, formulas};
 use crate::gpu::partition::{Partition, Start};
 use crate::motion::gpu::{self as motion, Pins, pins};
 use crate::motion::gpu_layout::Pin;
@@ -117,6 +119,23 @@ pub fn shaders() -> Shaders {
     ];
     let of_kinds = KINDS.iter().map(|kind| kind.shaders);
     Shaders::new(all.into_iter().chain(of_kinds).flatten().copied())
+}
+
+/// The rows that compare the kernels of all features with their twins.
+pub fn rows() -> Vec<Row> {
+    [
+        crate::solvers::explicit::parity::ROWS,
+        drawn::ROWS,
+        crate::volume::parity::ROWS,
+        crate::solvers::dual::parity::ROWS,
+        crate::solvers::implicit::parity::ROWS,
+        crate::attachments::parity::ROWS,
+        crate::contact::nodes::parity::ROWS,
+        &crate::elements::parity::rows(),
+        crate::diagnostics::parity::ROWS,
+        formulas::ROWS,
+    ]
+    .concat()
 }
 
 /// A scene on the GPU. The error says what does not fit.
