@@ -22,7 +22,9 @@ pub use live::Pose;
 pub use options::{Options, Precision};
 pub use snapshot::Snapshot;
 
-use crate::advice::{Advice, Refusal, Warning};
+#[cfg(feature = "gpu")]
+use crate::advice::Refusal;
+use crate::advice::{Advice, Warning};
 use crate::backend::{Backend, FrameInput, Lost};
 use crate::build::Assembly;
 use crate::build::body::BodyAssembly;

@@ -54,6 +54,7 @@ pub struct CpuBackend<T> {
     pub(crate) nodes: Nodes<T>,
     pub(crate) features: Features<T>,
     /// The parts of the scene.
+    #[cfg(feature = "gpu")]
     pub(crate) parts: Parts,
     program: Program,
     team: Team,
@@ -95,6 +96,7 @@ impl<T: Real> CpuBackend<T> {
             scratch: PerWorker::new(workers, |_| Scratch::new(largest)),
             balance: Balance::new(workers, clock.elapsed().as_secs_f64()),
             program: Program::new(&step::substep(parts), &step::frame_end()),
+            #[cfg(feature = "gpu")]
             parts: *parts,
             assembly,
             nodes,
