@@ -96,7 +96,7 @@ pub fn build(words: &[&str]) -> Result<Built, String> {
         return Err(format!("the tests were not built ({status})"));
     }
     if !warnings.is_empty() {
-        return Err(format!("lints: {} warnings, which are above", warnings.len()));
+        return Err("lints: there are warnings, which are above".to_owned());
     }
     let root = crate::root();
     let root = root.canonicalize().map_err(|error| format!("{}: {error}", root.display()))?;
