@@ -249,6 +249,30 @@ pub struct Parts {
     pub self_contact: bool,
 }
 
+impl Parts {
+    /// Whether a node's motion depends on its neighbours and colliders alone.
+    #[cfg(feature = "gpu")]
+    pub const fn are_local(&self) -> bool {
+        !(self.solved || self.volumes || self.attachments || self.self_contact)
+    }
+
+    /// Every combination of them.
+    #[cfg(test)]
+    pub fn all() -> impl Iterator<Item = Self> {
+        (0..64).map(|bits: u32| {
+            let has = |bit: u32| bits >> bit & 1 == 1;
+            Self {
+                elements: has(0),
+                solved: has(1),
+                volumes: has(2),
+                restored: has(3),
+                attachments: has(4),
+                self_contact: has(5),
+            }
+        })
+    }
+}
+
 /// Most times that a sub-step moves nodes to restore volumes.
 pub const PROJECTIONS: usize = 5;
 
@@ -359,21 +383,6 @@ mod tests {
 
     const NONE: Marks = Marks::NONE;
 
-    /// Every combination of what scenes have.
-    fn all_parts() -> impl Iterator<Item = Parts> {
-        (0..64).map(|bits: u32| {
-            let has = |bit: u32| bits >> bit & 1 == 1;
-            Parts {
-                elements: has(0),
-                solved: has(1),
-                volumes: has(2),
-                restored: has(3),
-                attachments: has(4),
-                self_contact: has(5),
-            }
-        })
-    }
-
     /// Every class of tiles that a scene with these parts may have; where nodes are moved, some of them are.
     fn classes(parts: &Parts) -> impl Iterator<Item = Marks> + use<> {
         let solved = [NONE, Marks::SOLVED, Marks::SOLVED.and(Marks::IMPLICIT)];
@@ -392,7 +401,7 @@ mod tests {
     }
 
     fn each(mut check: impl FnMut(&Parts, Marks, &[Op])) {
-        for parts in all_parts() {
+        for parts in Parts::all() {
             classes(&parts).for_each(|class| check(&parts, class, &of(&parts, class)));
         }
     }
@@ -441,7 +450,7 @@ mod tests {
     #[test]
     fn colliders_act_after_all_that_moves_nodes() {
         let moves = [Op::Integrate, Op::ApplyAttachments, Op::ApplySelfContact, Op::RestoreVolumes];
-        for lines in all_parts().map(|parts| substep(&parts)) {
+        for lines in Parts::all().map(|parts| substep(&parts)) {
             let passes: Vec<&Pass> = lines.iter().flat_map(Line::passes).collect();
             for (at, pass) in passes.iter().enumerate().filter(|(_, pass)| moves.contains(&pass.op)) {
                 let next = passes[at + 1..].iter().find(|next| next.op != Op::Pins);
@@ -453,7 +462,7 @@ mod tests {
 
     #[test]
     fn what_reads_other_tiles_waits_for_them() {
-        for parts in all_parts() {
+        for parts in Parts::all() {
             let lines = substep(&parts);
             for pass in lines.iter().flat_map(Line::passes) {
                 let wanted = match pass.op {
@@ -470,7 +479,7 @@ mod tests {
 
     #[test]
     fn a_scene_is_asked_for_what_it_has_and_nothing_else() {
-        for parts in all_parts() {
+        for parts in Parts::all() {
             let lines = substep(&parts);
             let has = |op| lines.iter().flat_map(Line::passes).any(|pass| pass.op == op);
             let Parts { elements, solved, volumes, restored, attachments, self_contact } = parts;

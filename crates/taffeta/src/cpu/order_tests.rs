@@ -167,23 +167,9 @@ fn calls(parts: &Parts, threads: usize) -> (Vec<Call>, Vec<usize>) {
     (found, workers)
 }
 
-fn all_parts() -> impl Iterator<Item = Parts> {
-    (0..64).map(|bits: u32| {
-        let has = |bit: u32| bits >> bit & 1 == 1;
-        Parts {
-            elements: has(0),
-            solved: has(1),
-            volumes: has(2),
-            restored: has(3),
-            attachments: has(4),
-            self_contact: has(5),
-        }
-    })
-}
-
 #[test]
 fn every_tile_goes_through_the_list_in_its_order() {
-    for (parts, threads) in all_parts().flat_map(|parts| [1, 2].map(|threads| (parts, threads))) {
+    for (parts, threads) in Parts::all().flat_map(|parts| [1, 2].map(|threads| (parts, threads))) {
         let (list, (calls, workers)) = (wanted(&parts), calls(&parts, threads));
         for (tile, &worker) in workers.iter().enumerate() {
             let chosen = |one: &&Wanted| {
@@ -200,7 +186,7 @@ fn every_tile_goes_through_the_list_in_its_order() {
 
 #[test]
 fn workers_synchronise_where_the_list_says_so() {
-    for parts in all_parts() {
+    for parts in Parts::all() {
         let (list, (calls, workers)) = (wanted(&parts), calls(&parts, 2));
         assert!(workers.contains(&1), "two workers have tiles");
         // How often all must have synchronised before each line, and how far each tile and each worker is.

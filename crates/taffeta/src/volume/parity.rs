@@ -84,14 +84,9 @@ fn sum_up(fixture: &mut Fixture, operations: &[Op]) -> Found {
 }
 
 /// What bodies that keep their volume, and restore it, have.
-const VOLUMES: Parts = Parts {
-    elements: false,
-    solved: false,
-    volumes: true,
-    restored: true,
-    attachments: false,
-    self_contact: false,
-};
+fn volumes() -> Parts {
+    Parts { volumes: true, restored: true, ..Parts::default() }
+}
 
 /// Lends the state after the sub-step to the CPU, with those who have touched in it.
 fn put_new(fixture: &mut Fixture) {
@@ -251,7 +246,7 @@ fn particles(bench: &mut Bench<'_>) -> Result<(), String> {
         let found = sum_up(&mut fixture, &[Op::Loads, Op::Rings, Op::Springs]);
         let Fixture { cpu, substeps, .. } = &mut fixture;
         let operations = [Op::Multipliers, Op::VolumeForces, Op::Integrate, Op::Contact];
-        cpu.passes(&substeps[SUBSTEP], &step::part_of(&VOLUMES, &operations));
+        cpu.passes(&substeps[SUBSTEP], &step::part_of(&volumes(), &operations));
         let start = [poison(&fixture), poison(&fixture)];
         let wanted = after(&mut fixture, start, 0);
         let force = forces_found(&fixture, &forces_and_weights(&fixture, &poison(&fixture)), &found, 0);
@@ -307,7 +302,7 @@ fn measure(bench: &mut Bench<'_>) -> Result<(), String> {
 fn measured(fixture: &mut Fixture) -> Found {
     put_new(fixture);
     let Fixture { cpu, substeps, .. } = fixture;
-    cpu.passes(&substeps[SUBSTEP], &step::part_of(&VOLUMES, &[Op::MeasureVolumes]));
+    cpu.passes(&substeps[SUBSTEP], &step::part_of(&volumes(), &[Op::MeasureVolumes]));
     found(cpu, true)
 }
 
@@ -337,7 +332,7 @@ fn restore_with<const N: usize>(
         put_new(&mut fixture);
         let Fixture { cpu, substeps, new, .. } = &mut fixture;
         let operations = [Op::MeasureVolumes, Op::RestoreVolumes, Op::Contact];
-        cpu.passes(&substeps[SUBSTEP], &step::part_of(&VOLUMES, &operations));
+        cpu.passes(&substeps[SUBSTEP], &step::part_of(&volumes(), &operations));
         let start = [new.position.clone(), new.velocity.clone()];
         let wanted = after(&mut fixture, start, RESTORED);
         let mut force =

@@ -59,7 +59,7 @@ impl Patches {
     /// Each body whole, if all have room, for as many sub-steps as can be taken at once; `None` where that is one,
     /// or where bodies have more than springs: sums over a body, and other bodies, are no part of a patch.
     pub fn whole(tables: &SpringTables, parts: &Parts, room: u32, colliders: usize) -> Option<Self> {
-        if parts.volumes || parts.self_contact || parts.solved || parts.attachments {
+        if !parts.are_local() {
             return None;
         }
         let nodes = |grid: &Grid| (grid.rows * grid.cols) as u32;
@@ -80,9 +80,7 @@ impl Patches {
     /// Squares of grids with a rim, if there are only grids, and none that touch.
     pub fn rimmed(tables: &SpringTables, parts: &Parts, room: u32) -> Option<Self> {
         let rim = 2 * RIMMED_STEPS as i32;
-        let fits = tables.meshes.is_empty()
-            && !(parts.volumes || parts.self_contact || parts.solved || parts.attachments)
-            && rimmed_bytes() <= room * PATCH_NODE_BYTES;
+        let fits = tables.meshes.is_empty() && parts.are_local() && rimmed_bytes() <= room * PATCH_NODE_BYTES;
         fits.then(|| Self {
             grids: Self::squares(&tables.grids, rim),
             meshes: Vec::new(),
