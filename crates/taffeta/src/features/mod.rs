@@ -1,4 +1,5 @@
-//! All features: which of them a scene has, and in which order they act on the CPU; `gpu` has those of a GPU.
+//! All features: which of them a scene has, and in which order they act on either backend. A feature has its lines here and
+//! nowhere else.
 
 #[cfg(feature = "gpu")]
 mod gpu;
@@ -6,26 +7,34 @@ mod gpu;
 mod refusals;
 
 use crate::advice::Refusal;
-use crate::attachments::cpu::Attachments;
+use crate::attachments;
 use crate::build::Assembly;
-use crate::contact::colliders::cpu::Colliders;
-use crate::contact::nodes::cpu::NodeContact;
+use crate::contact::{colliders, nodes};
 use crate::cpu::CpuBackend;
 use crate::cpu::backend::Context;
 use crate::cpu::feature::Feature;
-use crate::diagnostics::cpu::Measures;
-use crate::elements::load::cpu::Loads;
-use crate::elements::sets::Elements;
-use crate::elements::spring::cpu::Springs;
-use crate::motion::cpu::Pins;
+use crate::diagnostics;
+use crate::elements::{self, load, spring};
+use crate::motion;
 use crate::real::Real;
-use crate::solvers::dual::cpu::Dual;
-use crate::solvers::explicit::cpu::Euler;
-use crate::solvers::implicit::cpu::Implicit;
+use crate::solvers::{dual, explicit, implicit};
 use crate::step::Parts;
-use crate::volume::cpu::Volumes;
+use crate::volume;
 #[cfg(feature = "gpu")]
-pub use gpu::{Tables, at_boundary, on_gpu, rows, shaders};
+use crate::{
+    contact::collider_mesh,
+    elements::{KINDS, aero},
+    gpu::feature as device,
+    gpu::parity::{Row, drawn, formulas},
+    gpu::{bodies::Bodies, kernels, layout::Four, options::GpuOptions},
+    motion::gpu_layout::Pin,
+};
+#[cfg(feature = "gpu")]
+pub use gpu::{at_boundary, on_gpu};
+#[cfg(feature = "gpu")]
+use std::ops::Range;
+#[cfg(feature = "gpu")]
+use taffeta_gpu::{GpuError, Shaders};
 
 /// What a scene has.
 pub fn parts(assembly: &Assembly) -> Parts {
@@ -50,22 +59,193 @@ fn of_cpu<T: Real>(context: &mut Context<'_, T>) -> Result<Vec<Box<dyn Feature<T
     fn boxed<T: Real>(feature: impl Feature<T>) -> Option<Box<dyn Feature<T>>> {
         Some(Box::new(feature))
     }
-    let springs = Springs::new(context)?;
+    let springs = spring::cpu::Springs::new(context)?;
     Ok([
-        boxed(Loads::new(&context.assembly.loads, context.workers())),
-        Elements::new(context).and_then(boxed),
+        boxed(load::cpu::Loads::new(&context.assembly.loads, context.workers())),
+        elements::sets::Elements::new(context).and_then(boxed),
         boxed(springs),
-        boxed(Pins::new(&context.assembly.moving_pins)),
-        boxed(Euler),
-        boxed(Colliders::new(context)),
-        Volumes::new(context).and_then(boxed),
-        Implicit::new(context).and_then(boxed),
-        Dual::new(context).and_then(boxed),
-        Attachments::new(context).and_then(boxed),
-        NodeContact::new(context).and_then(boxed),
-        boxed(Measures::new(context)),
+        boxed(motion::cpu::Pins::new(&context.assembly.moving_pins)),
+        boxed(explicit::cpu::Euler),
+        boxed(colliders::cpu::Colliders::new(context)),
+        volume::cpu::Volumes::new(context).and_then(boxed),
+        implicit::cpu::Implicit::new(context).and_then(boxed),
+        dual::cpu::Dual::new(context).and_then(boxed),
+        attachments::cpu::Attachments::new(context).and_then(boxed),
+        nodes::cpu::NodeContact::new(context).and_then(boxed),
+        boxed(diagnostics::cpu::Measures::new(context)),
     ]
     .into_iter()
     .flatten()
     .collect())
+}
+
+/// Everything that some bodies need on the device, on the host.
+#[cfg(feature = "gpu")]
+#[derive(Default)]
+pub struct Tables {
+    /// Position [m] and inverse mass [1/kg], velocity [m/s] and mass [kg], by place.
+    pub position: Vec<Four>,
+    pub velocity: Vec<Four>,
+    pub springs: spring::gpu::SpringTables,
+    pub elements: elements::gpu::ElementTables,
+    pub loads: load::gpu::LoadTables,
+    pub pins: Vec<Pin>,
+    pub volumes: volume::gpu::VolumeTables,
+    /// Springs that are constraints, or may become some.
+    pub constraints: dual::gpu_tables::ConstraintTables,
+    /// Springs that are solved for by nodes.
+    pub levelled: implicit::gpu_tables::Levelled,
+    pub attachments: attachments::gpu::AttachmentTables,
+    pub self_collision: nodes::gpu::SelfCollisionTables,
+}
+
+#[cfg(feature = "gpu")]
+impl Tables {
+    /// Those of some bodies.
+    pub fn new(bodies: &Bodies<'_>) -> Result<Self, String> {
+        let [position, velocity] = bodies.state();
+        let (elements, volumes) =
+            (elements::gpu::ElementTables::new(bodies), volume::gpu::VolumeTables::new(bodies));
+        Ok(Self {
+            position,
+            velocity,
+            springs: spring::gpu::SpringTables::new(bodies)?,
+            loads: load::gpu::LoadTables::new(bodies, &elements),
+            pins: motion::gpu::pins(bodies),
+            constraints: dual::gpu_tables::ConstraintTables::new(bodies)?,
+            levelled: implicit::gpu_tables::Levelled::new(bodies, &elements)?,
+            attachments: attachments::gpu::AttachmentTables::new(bodies, volumes.numbers.len()),
+            self_collision: nodes::gpu::SelfCollisionTables::new(bodies)?,
+            elements,
+            volumes,
+        })
+    }
+
+    /// What the bodies have.
+    pub fn parts(&self) -> Parts {
+        Parts {
+            elements: self.elements.any_explicit(),
+            solved: !self.constraints.is_empty() || !self.levelled.is_empty(),
+            volumes: !self.volumes.groups.is_empty(),
+            restored: self.volumes.restores(),
+            attachments: !self.attachments.lists.is_empty(),
+            self_contact: !self.self_collision.surfaces.is_empty(),
+        }
+    }
+
+    /// Number of places.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+}
+
+/// The shaders of all features.
+#[cfg(feature = "gpu")]
+pub fn shaders() -> Shaders {
+    let all = [
+        kernels::SHADERS,
+        kernels::DEFAULTS,
+        load::gpu::DEFAULTS,
+        colliders::gpu::DEFAULTS,
+        implicit::gpu::DEFAULTS,
+        spring::gpu::SHADERS,
+        elements::gpu::SHADERS,
+        load::gpu::SHADERS,
+        motion::gpu::SHADERS,
+        explicit::gpu::SHADERS,
+        colliders::gpu::SHADERS,
+        collider_mesh::gpu::SHADERS,
+        volume::gpu::SHADERS,
+        implicit::gpu::SHADERS,
+        dual::gpu::SHADERS,
+        attachments::gpu::SHADERS,
+        nodes::gpu::SHADERS,
+        diagnostics::gpu::SHADERS,
+    ];
+    let of_kinds = KINDS.iter().map(|kind| kind.shaders);
+    Shaders::new(all.into_iter().chain(of_kinds).flatten().copied())
+}
+
+/// The rows that compare the kernels of all features with their twins.
+#[cfg(feature = "gpu")]
+pub fn rows() -> Vec<Row> {
+    [
+        explicit::parity::ROWS,
+        drawn::ROWS,
+        volume::parity::ROWS,
+        dual::parity::ROWS,
+        implicit::parity::ROWS,
+        attachments::parity::ROWS,
+        nodes::parity::ROWS,
+        &elements::parity::rows(),
+        diagnostics::parity::ROWS,
+        formulas::ROWS,
+    ]
+    .concat()
+}
+
+/// Bytes of the arrays that a body needs on the device, and what they hold.
+#[cfg(feature = "gpu")]
+fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
+    let state = (assembly.bodies[body].places() * size_of::<Four>()) as u64;
+    [
+        vec![(state, "positions")],
+        spring::gpu::arrays(assembly, body),
+        elements::gpu::arrays(assembly, body),
+        volume::gpu::arrays(assembly, body),
+        dual::gpu_tables::arrays(assembly, body),
+        implicit::gpu_tables::arrays(assembly, body),
+        nodes::gpu::arrays(assembly, body),
+    ]
+    .concat()
+}
+
+/// Refuses bodies that act on each other but do not go to the device together.
+#[cfg(feature = "gpu")]
+fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
+    nodes::gpu::check_together(assembly, partitions, limit)?;
+    attachments::gpu::check_together(assembly, partitions, limit)
+}
+
+/// The features of some bodies on the device.
+#[cfg(feature = "gpu")]
+fn of_gpu(
+    options: &GpuOptions,
+    bodies: &Bodies<'_>,
+    tables: &Tables,
+    parts: &Parts,
+    (meshes, data): (&collider_mesh::gpu::ColliderMeshes, &[collider_mesh::gpu::Words]),
+) -> Result<device::Features, GpuError> {
+    fn boxed(feature: impl device::Feature) -> Option<Box<dyn device::Feature>> {
+        Some(Box::new(feature))
+    }
+    let (gpu, assembly, places) = (&options.gpu, bodies.assembly, bodies.len());
+    let patches = || gpu::patches(options, assembly, tables, parts);
+    let (particles, solvers) = match &options.particles {
+        Some(other) => (Some(other.feature(gpu, bodies)?), [None, None]),
+        None => (
+            boxed(explicit::gpu::Particles::new(gpu, patches().as_ref(), places)?),
+            [
+                implicit::gpu::Implicit::new(gpu, assembly, &tables.levelled, bodies.places.clone())?
+                    .and_then(boxed),
+                dual::gpu::Dual::new(gpu, assembly, &tables.constraints, places)?.and_then(boxed),
+            ],
+        ),
+    };
+    let all = [
+        boxed(load::gpu::Loads::new(gpu, &tables.loads, places)?),
+        boxed(elements::gpu::Elements::new(gpu, &tables.elements)?),
+        boxed(aero::gpu::AirOfSubsteps),
+        boxed(spring::gpu::Springs::new(gpu, &tables.springs, places)?),
+        boxed(motion::gpu::Pins::new(gpu, &tables.pins)?),
+        particles,
+        boxed(colliders::gpu::Colliders::new(gpu, meshes, data, places)?),
+        boxed(volume::gpu::Volumes::new(gpu, &tables.volumes)?),
+    ];
+    let after = [
+        attachments::gpu::Attachments::new(gpu, assembly, &tables.attachments, places)?.and_then(boxed),
+        nodes::gpu::NodeContact::new(gpu, &tables.self_collision)?.and_then(boxed),
+        boxed(diagnostics::gpu::Measures::new(gpu, places)?),
+    ];
+    Ok(device::Features::new(all.into_iter().chain(solvers).chain(after).flatten().collect()))
 }
