@@ -90,7 +90,7 @@ impl Assembly {
         let body = |node: u32| self.body_of(node);
         let mut exclusions = Vec::new();
         for [a, b] in all.joined() {
-            let (Some(of_a), Some(of_b)) = (&body(a).self_contact, &body(b).self_contact) else { continue };
+            let (Some(of_a), Some(of_b)) = (&body(a).contact.nodes, &body(b).contact.nodes) else { continue };
             exclusions.push([a, b]);
             for (node, other, self_contact) in [(a, b, of_b), (b, a, of_a)] {
                 let home = body(other);

@@ -57,7 +57,7 @@ pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u
             );
             return Err(Refusal::new(message, [Advice::Cpu]));
         }
-        if first.self_contact.is_some() && second.self_contact.is_some() {
+        if first.contact.nodes.is_some() && second.contact.nodes.is_some() {
             let message = format!(
                 "bodies `{}` and `{}` are sewn together and have self_collision, which do not run together on a GPU yet; \
                  the CPU would do",

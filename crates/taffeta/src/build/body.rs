@@ -1,7 +1,7 @@
 //! One body by solver index.
 
 use crate::advice::Advice;
-use crate::contact::nodes::self_contact::SelfContact;
+use crate::contact::BodyContact;
 use crate::elements::spring::lists as springs;
 use crate::elements::spring::lists::{SpringKind, SpringList};
 use crate::scene::{Body, Grid, Kind, Mesh, SceneError, Select};
@@ -45,8 +45,8 @@ pub struct BodyAssembly {
     pub rest_volume: Option<f64>,
     /// What keeps its volume.
     pub volume: Option<VolumeConstraint>,
-    /// Contact of its nodes with each other.
-    pub self_contact: Option<SelfContact>,
+    /// What it finds contacts of.
+    pub contact: BodyContact,
     /// What the user should know about its start, in words.
     pub warnings: Vec<String>,
     pub(crate) edges: Option<Edges>,
@@ -238,7 +238,7 @@ pub(crate) fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneE
         },
         rest_volume: volume,
         volume: None,
-        self_contact: None,
+        contact: BodyContact::default(),
         warnings: far.into_iter().collect(),
         solver_of_node: Some(solver_of_node),
         split: select::split_nodes(&surface),

@@ -3,6 +3,7 @@
 use crate::advice::Advice;
 use crate::build::body::at;
 use crate::build::body::{BodyAssembly, BodySprings, GridDirections};
+use crate::contact::BodyContact;
 use crate::scene::{Body, Grid, Kind, SceneError, Spring};
 use crate::topology::{Placement, mass};
 
@@ -50,7 +51,7 @@ pub(crate) fn build(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError>
         closed_triangles: Vec::new(),
         rest_volume: None,
         volume: None,
-        self_contact: None,
+        contact: BodyContact::default(),
         warnings: Vec::new(),
         edges: None,
         split: Vec::new(),

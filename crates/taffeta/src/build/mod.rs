@@ -117,9 +117,7 @@ impl Assembly {
         if let Some(wish) = &body.volume {
             built.keep_volume(wish).map_err(|e| e.under(&path))?;
         }
-        if let Some(wish) = &body.self_collision {
-            built.enable_self_collision(wish).map_err(|e| e.under(&path))?;
-        }
+        built.enable_contact(body).map_err(|e| e.under(&path))?;
         self.places += built.places();
         self.bodies.push(built);
         Ok(())

@@ -59,13 +59,15 @@ pub fn refuse_large_meshes(gpu: &Gpu, bytes: usize) -> Result<(), Refusal> {
 /// Refuses to take over a scene with volumes behind the stage in which bodies are summed up, and one whose nodes touch each
 /// other behind that in which they are found.
 pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), Refusal> {
-    if let Some((body, _)) = assembly.self_colliding().next().filter(|_| from > Stage::Pairs) {
+    let contact = assembly.bodies.iter().find_map(|body| Some((body, body.contact.key()?)));
+    if let Some((body, key)) = contact.filter(|_| from > Stage::Pairs) {
         return Err(format!(
-            "body `{}` has self_collision, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
+            "body `{}` has {key}, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
             body.name,
             Stage::Pairs.name(),
             from.name()
-        ).into());
+        )
+        .into());
     }
     if !assembly.attachments.is_empty() && from > Stage::Attach {
         return Err(format!(

@@ -81,6 +81,43 @@ pub struct SelfCollision {
     pub restitution: f64,
 }
 
+/// A kind of contact that a body finds with its own nodes or those of other bodies, for checks and estimates.
+pub(crate) struct ContactOfBody {
+    /// Where a scene describes it.
+    pub key: &'static str,
+    /// Its numbers: name, value, what it may be.
+    pub numbers: Vec<(&'static str, f64, Range)>,
+    /// Bytes that it takes by node, measured as those in `memory.rs`.
+    pub bytes: u64,
+}
+
+/// What a number may be.
+pub(crate) enum Range {
+    /// More than 0, in this unit.
+    Positive(&'static str),
+    /// 0 or more, in this unit.
+    NotNegative(&'static str),
+    /// From 0 to 1.
+    Share,
+}
+
+impl Body {
+    /// Contacts that it finds beside those with colliders.
+    pub(crate) fn contacts(&self) -> Vec<ContactOfBody> {
+        let nodes =
+            self.self_collision.map(|SelfCollision { thickness, friction, restitution }| ContactOfBody {
+                key: "self_collision",
+                numbers: vec![
+                    ("thickness", thickness, Range::Positive("m")),
+                    ("friction", friction, Range::NotNegative("")),
+                    ("restitution", restitution, Range::Share),
+                ],
+                bytes: 250,
+            });
+        nodes.into_iter().collect()
+    }
+}
+
 impl Default for SelfCollision {
     fn default() -> Self {
         Self { thickness: 0.01, friction: 0.2, restitution: 0.0 }

@@ -28,7 +28,6 @@ const TRIANGLE: u64 = 16;
 const EDGE: u64 = 20;
 const SPRING: u64 = 165;
 const VOLUME_NODE: u64 = 60;
-const TOUCHING_NODE: u64 = 250;
 const FACES_OF_NODE: u64 = 250;
 const STRUT: u64 = 175;
 const PANEL: u64 = 100;
@@ -204,7 +203,7 @@ impl Body {
                     .fold(surface.saturating_add(edges.saturating_mul(edge)), |sum, b| sum.saturating_add(*b))
             }
         };
-        let touching = u64::from(self.self_collision.is_some()) * TOUCHING_NODE
+        let touching = self.contacts().iter().map(|contact| contact.bytes).sum::<u64>()
             + u64::from(self.tethers.is_some()) * TETHERED_NODE;
         mesh.saturating_add(pins).saturating_add(BODY).saturating_add(nodes.saturating_mul(touching))
     }

@@ -88,7 +88,7 @@ impl BodyInfo {
             hinges: assembly.elements_of(hinge::NAME, index).len(),
             mass: body.mass.iter().sum(),
             rest_volume: body.rest_volume,
-            slips_from: body.self_contact.as_ref().map(SelfContact::slips_from),
+            slips_from: body.contact.nodes.as_ref().map(SelfContact::slips_from),
             repairs: body.surface.as_ref().map_or_else(Vec::new, |surface| surface.repairs.clone()),
         }
     }

@@ -40,7 +40,7 @@ impl BodyAssembly {
             friction: wish.friction,
             restitution: wish.restitution,
         };
-        self.self_contact = Some(SelfContact { surface, exclusions, longest });
+        self.contact.nodes = Some(SelfContact { surface, exclusions, longest });
         Ok(())
     }
 }
@@ -187,11 +187,11 @@ impl Walk {
 impl Assembly {
     /// Self-colliding bodies, with their surfaces.
     pub fn self_colliding(&self) -> impl Iterator<Item = (&BodyAssembly, &SelfContact)> {
-        self.bodies.iter().filter_map(|body| Some((body, body.self_contact.as_ref()?)))
+        self.bodies.iter().filter_map(|body| Some((body, body.contact.nodes.as_ref()?)))
     }
 
     /// Warns of nodes that start closer than the thickness.
-    pub(crate) fn note_start_contacts(&mut self) {
+    pub(crate) fn note_close_nodes(&mut self) {
         let Some(found) = StartContacts::find(self) else { return };
         let [(a, i), (b, j)] = found.worst.map(|(body, local)| (&self.bodies[body], local));
         let (first, second) = (a.vertex_of_solver(i), b.vertex_of_solver(j));
@@ -220,7 +220,7 @@ impl StartContacts {
             .map(|(_, self_contact)| self_contact.surface.thickness)
             .fold(0.0, f64::max);
         let nodes: Vec<(usize, usize)> = (assembly.bodies.iter().enumerate())
-            .filter(|(_, body)| body.self_contact.is_some())
+            .filter(|(_, body)| body.contact.nodes.is_some())
             .flat_map(|(index, body)| (0..body.nodes).map(move |local| (index, local)))
             .collect();
         let place = |&(body, local): &(usize, usize)| assembly.bodies[body].start[local];
@@ -233,7 +233,7 @@ impl StartContacts {
         let mut found = Self { pairs: 0, worst: [(0, 0); 2], distance: f64::INFINITY, thickness: 1.0 };
         for (i, node) in nodes.iter().enumerate() {
             let (body, x) = (&assembly.bodies[node.0], place(node));
-            let Some(own) = &body.self_contact else { continue };
+            let Some(own) = &body.contact.nodes else { continue };
             let mut near: Vec<u32> =
                 cells.around(cells.cell(x)).flatten().flat_map(|b| rows.row(b)).copied().collect();
             near.retain(|&j| j as usize > i && norm(sub(place(&nodes[j as usize]), x)) < widest);
@@ -246,7 +246,7 @@ impl StartContacts {
             let sewn: Vec<usize> = assembly.attachments.exclusions(body.first + node.1).collect();
             near.retain(|&j| sewn.binary_search(&index(j)).is_err());
             for other in near.iter().map(|&j| nodes[j as usize]) {
-                let Some(self_contact) = &assembly.bodies[other.0].self_contact else { continue };
+                let Some(self_contact) = &assembly.bodies[other.0].contact.nodes else { continue };
                 let thickness = combine_materials(&own.surface, &self_contact.surface).thickness;
                 let distance = norm(sub(place(&other), x));
                 if distance >= thickness {

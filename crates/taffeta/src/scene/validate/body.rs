@@ -1,13 +1,12 @@
 //! What a body may be.
 
 use crate::advice::Advice;
+use crate::scene::body::{ContactOfBody, Range};
 use crate::scene::validate::attach;
 use crate::scene::validate::check_shape;
 use crate::scene::validate::path::{Checked, Path};
 use crate::scene::validate::{SceneError, check_motion, check_rotation, check_times};
-use crate::scene::{
-    Body, Internal, Kind, Mass, Mesh, Place, Select, SelfCollision, Springs, Volume, VolumeForm, VolumeKey,
-};
+use crate::scene::{Body, Internal, Kind, Mass, Mesh, Place, Select, Springs, Volume, VolumeForm, VolumeKey};
 
 pub(crate) fn check(path: &Path, body: &Body) -> Checked {
     check_mass(path, body)?;
@@ -21,9 +20,7 @@ pub(crate) fn check(path: &Path, body: &Body) -> Checked {
     if let Some(volume) = &body.volume {
         check_volume(&path.key("volume"), volume, body.kind)?;
     }
-    if let Some(collision) = &body.self_collision {
-        check_self_collision(&path.key("self_collision"), collision)?;
-    }
+    body.contacts().iter().try_for_each(|contact| check_contact(&path.key(contact.key), contact))?;
     for (i, pin) in body.pins.iter().enumerate() {
         let path = path.nth("pin", i);
         check_select(&path.key("select"), &pin.select)?;
@@ -122,10 +119,12 @@ fn check_internal(path: &Path, internal: &Internal, kind: Kind) -> Checked {
     })
 }
 
-fn check_self_collision(path: &Path, collision: &SelfCollision) -> Checked {
-    path.key("thickness").positive(collision.thickness, "m")?;
-    path.key("friction").not_negative(collision.friction, "")?;
-    path.key("restitution").share(collision.restitution)
+fn check_contact(path: &Path, contact: &ContactOfBody) -> Checked {
+    contact.numbers.iter().try_for_each(|&(name, value, ref range)| match range {
+        Range::Positive(unit) => path.key(name).positive(value, unit),
+        Range::NotNegative(unit) => path.key(name).not_negative(value, unit),
+        Range::Share => path.key(name).share(value),
+    })
 }
 
 fn check_volume(path: &Path, volume: &Volume, kind: Kind) -> Checked {

@@ -33,7 +33,7 @@ impl ExclusionMasks {
             // Within one cluster each pair is checked once.
             slots.extend((0..LANES).flat_map(|a| (0..=a).map(move |b| (index * LANES + b, a))));
             for (lane, node) in cluster.nodes().enumerate() {
-                let Some(self_contact) = &body.self_contact else { continue };
+                let Some(self_contact) = &body.contact.nodes else { continue };
                 let exclusions: &Exclusions = &self_contact.exclusions;
                 let mut note = |other: usize| {
                     let slot = slot_of[other];

@@ -228,7 +228,7 @@ impl<T: Real> ContactSetup<T> {
 /// The contact material of each body. A body that does not collide has no thickness.
 fn surfaces<T: Real>(assembly: &Assembly) -> Vec<ContactMaterial<T>> {
     let of_body = |body: &BodyAssembly| {
-        let surface = body.self_contact.as_ref().map(|self_contact| self_contact.surface);
+        let surface = body.contact.nodes.as_ref().map(|self_contact| self_contact.surface);
         let numbers = surface.map_or([0.0; 3], |s| [s.thickness, s.friction, s.restitution]);
         let [thickness, friction, restitution] = numbers.map(T::from_f64);
         ContactMaterial { thickness, friction, restitution }
