@@ -9,34 +9,15 @@ use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
 use crate::scene::{Body, Mass, Mesh, Scene};
 use crate::step::{self, Line, Marks, On, Op, Parts};
-use std::sync::{Arc, Mutex};
+use std::collections::BTreeSet;
+use std::sync::{Arc, LazyLock, Mutex};
 
-/// Every operation.
-const OPS: [Op; Op::COUNT] = [
-    Op::Elements,
-    Op::Loads,
-    Op::Gather,
-    Op::Rings,
-    Op::Springs,
-    Op::Predict,
-    Op::Solve,
-    Op::ConstraintForces,
-    Op::Gradients,
-    Op::VolumeSums,
-    Op::Multipliers,
-    Op::VolumeForces,
-    Op::Integrate,
-    Op::Pins,
-    Op::Contact,
-    Op::Attachments,
-    Op::ApplyAttachments,
-    Op::SelfContact,
-    Op::ApplySelfContact,
-    Op::MeasureVolumes,
-    Op::RestoreVolumes,
-    Op::MeasureTiles,
-    Op::MeasureBodies,
-];
+/// Every operation, as the lists of all scenes have them.
+static OPS: LazyLock<Vec<Op>> = LazyLock::new(|| {
+    let lines = Parts::all().flat_map(|parts| step::substep(&parts)).chain(step::frame_end());
+    let all: BTreeSet<Op> = lines.flat_map(|line| line.passes().to_vec()).map(|pass| pass.op).collect();
+    all.into_iter().collect()
+});
 
 const BODIES: usize = 13;
 const SUBSTEPS: usize = 2;
