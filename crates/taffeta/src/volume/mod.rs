@@ -11,6 +11,8 @@ pub mod gpu;
 pub mod gpu_layout;
 #[cfg(feature = "gpu")]
 pub mod parity;
+#[cfg(feature = "gpu")]
+pub mod parity_scene;
 #[cfg(feature = "paper-forms")]
 pub mod printed;
 pub mod rings;

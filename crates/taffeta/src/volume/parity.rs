@@ -13,6 +13,7 @@ use crate::solvers::explicit::parity::kernel_of;
 use crate::step::{self, Op, Parts};
 use crate::volume::cpu::Volumes;
 use crate::volume::gpu_layout::{RESTORED, VOLUME_PARTS, WEIGHTED};
+use crate::volume::parity_scene;
 use crate::volume::volume::WEIGHTED_SUMS;
 use taffeta_gpu::Kernel;
 
@@ -43,7 +44,7 @@ const fn row(
 }
 
 fn fixtures() -> Result<[Fixture; 2], String> {
-    Ok([Fixture::with_volumes(11, 0.0087, false)?, Fixture::with_volumes(12, 0.0, false)?])
+    Ok([parity_scene::fixture(11, 0.0087, false)?, parity_scene::fixture(12, 0.0, false)?])
 }
 
 /// What the passes of volumes leave to each other, by place.
@@ -316,7 +317,7 @@ fn restore(bench: &mut Bench<'_>) -> Result<(), String> {
 fn restore_on_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
     let name = Name::new("restore_volumes").with(Contact::Meshes.choices());
     // On hardware there are no meshes: near one, other roundings turn the way out.
-    let fixture = Fixture::with_volumes(13, 0.0087, bench.exact)?;
+    let fixture = parity_scene::fixture(13, 0.0087, bench.exact)?;
     restore_with(bench, name, [fixture])
 }
 

@@ -4,6 +4,8 @@ pub mod cache;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod hull;
+#[cfg(feature = "gpu")]
+pub mod parity_scene;
 pub mod poses;
 pub mod surface;
 pub mod tree;

@@ -10,4 +10,6 @@ pub mod gpu_layout;
 pub mod pair;
 #[cfg(feature = "gpu")]
 pub mod parity;
+#[cfg(feature = "gpu")]
+pub mod parity_scene;
 pub mod self_contact;

@@ -5,6 +5,7 @@ use crate::contact::colliders::gpu::Contact;
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::nodes::cells;
 use crate::contact::nodes::gpu_layout::FARTHEST;
+use crate::contact::nodes::parity_scene;
 use crate::contact::nodes::self_contact::Exclusions;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, NONE};
@@ -142,7 +143,7 @@ fn linked_nodes(fixture: &Fixture) -> Vec<(u32, usize)> {
 }
 
 fn fixtures(bench: &Bench<'_>) -> Result<[Fixture; 2], String> {
-    Ok([Fixture::with_pairs(21, bench.exact, false)?, Fixture::with_pairs(22, bench.exact, false)?])
+    Ok([parity_scene::fixture(21, bench.exact, false)?, parity_scene::fixture(22, bench.exact, false)?])
 }
 
 /// Runs a kernel on the state after the sub-step, with those words.
@@ -287,7 +288,7 @@ fn parted(fixture: &mut Fixture, contacts: &[u32]) -> ([Vec<Four>; 2], State) {
 /// On states after resolve_self_contacts, in scenes with meshes.
 fn contact_after_self_collision(bench: &mut Bench<'_>) -> Result<(), String> {
     // On hardware there are no meshes: near one, other roundings turn the way out.
-    let mut fixture = Fixture::with_pairs(23, bench.exact, bench.exact)?;
+    let mut fixture = parity_scene::fixture(23, bench.exact, bench.exact)?;
     let work = Work::new(&fixture);
     let ([position, velocity], moved) = parted(&mut fixture, &work.counts());
     let name = Name::new("contact_after_self_collision").with(Contact::Meshes.choices());

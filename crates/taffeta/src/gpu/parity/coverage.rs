@@ -2,31 +2,25 @@
 
 use crate::backend::Backend;
 use crate::contact::colliders::response::leave_both;
-use crate::contact::nodes::gpu_layout::Surface;
-use crate::contact::nodes::parity::Work;
 use crate::elements::hinge::{self, hinge as formula};
-use crate::elements::spring::gpu_layout::{IS_RING, NOT_A_MESH};
 use crate::gpu::layout::GROUP;
 use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
 use crate::gpu::parity::scene::FLOOR;
 use crate::real::{dot, norm, scale, sub};
 use crate::scene::{ConstraintForm, Method, Solver};
 use crate::step::Op;
-use crate::topology::LANES;
-use crate::volume::gpu_layout::{RESTORED, WEIGHTED};
-use crate::volume::volume::Form;
 use std::collections::BTreeMap;
 
 /// How often each thing is there.
 #[derive(Default)]
-struct Count(BTreeMap<&'static str, usize>);
+pub struct Count(BTreeMap<&'static str, usize>);
 
 impl Count {
-    fn note(&mut self, what: &'static str, is: bool) {
+    pub fn note(&mut self, what: &'static str, is: bool) {
         *self.0.entry(what).or_default() += usize::from(is);
     }
 
-    fn check(&self) {
+    pub fn check(&self) {
         let missing: Vec<_> = self.0.iter().filter(|(_, count)| **count == 0).collect();
         assert!(missing.is_empty(), "nowhere in the states: {missing:?}");
     }
@@ -174,113 +168,6 @@ fn on_hardware_nothing_stands_on_a_threshold() {
     assert_eq!(fixture.new.position.iter().filter(near).count(), 0);
     let inside = |x: &&[f32; 4]| x[1] < FLOOR;
     assert!(fixture.new.position.iter().filter(inside).count() > 100);
-}
-
-#[test]
-fn bodies_that_keep_their_volume_are_of_all_sorts() {
-    let mut count = Count::default();
-    let fixture = Fixture::with_volumes(11, 0.0087, false).expect("a fixture");
-    let tables = &fixture.tables;
-    for (index, group) in tables.volumes.groups.iter().enumerate() {
-        let is_last = index + 1 == (group.first_group + group.groups) as usize;
-        count.note("a full group", group.count as usize == GROUP);
-        count.note(
-            "the last of several, not full",
-            is_last && group.groups > 1 && (group.count as usize) < GROUP,
-        );
-        count.note("the only group", group.groups == 1);
-        let flag = |flag: u32| group.flags & flag != 0;
-        for (what, is) in [
-            ("kept", group.form == Form::Kept as u32),
-            ("as the programs do", group.form == Form::PaperShader as u32),
-            ("as printed", group.form == Form::Printed as u32),
-            ("a pressure", group.form == Form::Pressure as u32),
-            ("weighted", flag(WEIGHTED)),
-            ("weighted and restored", flag(WEIGHTED) && flag(RESTORED)),
-            ("not a node of which is held or has touched", {
-                let body = fixture.tables.volumes.groups[group.first_group as usize].first as usize;
-                flag(WEIGHTED)
-                    && (body..group.first as usize + group.count as usize).all(|place| {
-                        fixture.new.position[place][3] > 0.0 && fixture.new.velocity[place][3] > 0.0
-                    })
-            }),
-            ("restored alone", !flag(WEIGHTED) && flag(RESTORED)),
-            ("neither", group.flags == 0),
-        ] {
-            count.note(what, is);
-        }
-        for lane in 0..group.count as usize {
-            let (place, at) = (group.first as usize + lane, group.gradients as usize + lane - tables.len());
-            let (x, v, weight) =
-                (fixture.new.position[place], fixture.new.velocity[place], tables.volumes.weights[at]);
-            count.note("held", x[3] == 0.0);
-            count.note("held, with a weight", x[3] == 0.0 && flag(WEIGHTED) && weight > 0.0);
-            count.note("one that has touched", v[3] < 0.0 && flag(RESTORED));
-            count.note(
-                "one that has touched, with a weight",
-                v[3] < 0.0 && flag(RESTORED) && flag(WEIGHTED) && weight > 0.0,
-            );
-            count.note("beyond the weights", flag(WEIGHTED) && weight == 0.0);
-            let floor = fixture.substep().colliders[0].depth_and_normal([x[0], x[1], x[2]]).unwrap().0;
-            count.note("in the floor", floor > 0.0 && x[3] > 0.0);
-            count.note("above the floor", floor < 0.0);
-        }
-    }
-    for run in tables
-        .springs
-        .runs
-        .chunks(tables.springs.kinds)
-        .filter(|run| run[0].count & IS_RING != 0 && run[0].count != NOT_A_MESH)
-    {
-        let entries =
-            run[0].start as usize..(run[0].start + LANES as u32 * (run[0].count & !IS_RING)) as usize;
-        for entry in &tables.springs.entries[entries] {
-            count.note("padding", entry.rest_length == 0.0);
-            count.note("a neighbour without a spring", entry.rest_length < 0.0);
-            count.note("a spring", entry.rest_length > 0.0);
-        }
-        count.note("springs of another kind", run[1..].iter().any(|run| run.count > 0));
-    }
-    count.note("a mesh without a volume", !tables.springs.meshes.is_empty());
-    count.note("a grid", !tables.springs.grids.is_empty());
-    count.check();
-}
-
-#[test]
-fn nodes_touch_each_other_in_all_sorts_of_ways() {
-    let mut count = Count::default();
-    let fixture = Fixture::with_pairs(21, true, false).expect("a fixture");
-    let work = Work::new(&fixture);
-    let surface = |node: usize| {
-        let is_of = |one: &&Surface| (one.first..one.first + one.count).contains(&(node as u32));
-        fixture.tables.self_collision.surfaces.iter().find(is_of)
-    };
-    for (node, contacts) in work.contacts.iter().enumerate() {
-        let (x, nearest) = (fixture.new.position[node], work.nearest[node]);
-        let free = x[3] > 0.0;
-        count.note("none", contacts.is_empty() && surface(node).is_some());
-        count.note("one alone", contacts.len() == 1);
-        count.note("exactly sixteen", contacts.len() == 16);
-        count.note("more than sixteen", contacts.len() > 16);
-        count.note("at one place", nearest == 0.0);
-        count.note("a hair nearer than it is kept", nearest > 0.99999 && nearest < 1.0);
-        count.note("beyond the last layer", x[0] > 4e3 && !contacts.is_empty());
-        count.note("no number", x[..3].iter().any(|x| x.is_nan()) && surface(node).is_some());
-        count.note("a place without a surface", surface(node).is_none() && fixture.is_node[node]);
-        let Some(own) = surface(node) else { continue };
-        for &other in contacts {
-            let is_held = fixture.new.position[other as usize][3] == 0.0;
-            count.note("both held", !free && is_held);
-            count.note("one held", free && is_held);
-            count.note("one of a grid, far along it", own.cols > 0 && surface(other as usize) == Some(own));
-            count.note("one of a mesh, far along it", own.cols == 0 && surface(other as usize) == Some(own));
-            count.note("another body", surface(other as usize) != Some(own));
-        }
-    }
-    let distant =
-        fixture.tables.self_collision.surfaces.iter().filter(|surface| surface.high > 2 || surface.wide > 2);
-    count.note("wide neighbourhoods", distant.count() > 0);
-    count.check();
 }
 
 #[test]

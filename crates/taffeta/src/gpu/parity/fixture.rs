@@ -4,6 +4,7 @@
 use crate::backend::{Backend, FrameInput};
 use crate::build::Assembly;
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
+use crate::contact::collider_mesh::parity_scene;
 use crate::contact::collider_mesh::surface::MeshSurface;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::shape::ShapeNow;
@@ -19,7 +20,6 @@ use crate::features::Tables;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::layout::{Four, GROUP, Solving, Substep};
 use crate::gpu::parity::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene, wide_sheet};
-use crate::gpu::parity::{mesh_scene, pair_scene, volume_scene};
 use crate::motion::gpu_layout::{MOVED_BY_USER, Motion, Pin};
 use crate::plan;
 use crate::real::add;
@@ -130,12 +130,12 @@ impl Fixture {
     /// With meshes among the colliders.
     pub fn with_meshes(seed: u64, exact: bool) -> Result<Self, String> {
         let mut scene = among_meshes(scene(0.0087, !exact));
-        scene.colliders.push(mesh_scene::plates());
+        scene.colliders.push(parity_scene::plates());
         let mut fixture = Self::of(&scene, seed, exact)?;
         if exact {
             let from = fixture.cpu.assembly().bodies[1].first;
-            let from = mesh_scene::put_awkward(&mut fixture.old.position, &mut fixture.new.position, from);
-            mesh_scene::put_at_plates(&mut fixture.old.position, &mut fixture.new.position, from);
+            let from = parity_scene::put_awkward(&mut fixture.old.position, &mut fixture.new.position, from);
+            parity_scene::put_at_plates(&mut fixture.old.position, &mut fixture.new.position, from);
             fixture.put_old();
         }
         Ok(fixture)
@@ -176,6 +176,27 @@ impl Fixture {
                 *rest_angle = 3.1 * f64::from(chance.number());
             }
         }
+        let states = |chance: &mut Chance, tables: &Tables, cpu: &CpuBackend<f32>| {
+            let mut old = old_state(chance, tables, cpu, exact);
+            let (new, awkward) = new_state(chance, tables, cpu, exact);
+            for place in awkward {
+                // They come from near by: on a longer way they would meet something else.
+                let [x, y, z, _] = new.position[place];
+                let start = add([x, y + 0.25, z], chance.three(0.05));
+                old.position[place][..3].copy_from_slice(&start);
+            }
+            [old, new]
+        };
+        Self::drawn(assembly, &mut chance, states, input)
+    }
+
+    /// An assembly in states, and with what the user does, that are drawn.
+    pub fn drawn(
+        assembly: Assembly,
+        chance: &mut Chance,
+        states: impl FnOnce(&mut Chance, &Tables, &CpuBackend<f32>) -> [State; 2],
+        input: impl FnOnce(&mut Chance) -> FrameInput,
+    ) -> Result<Self, String> {
         let tables = Tables::new(&Bodies::new(&assembly, 0..assembly.bodies.len()))?;
         let (meshes, surfaces) = meshes_of(&assembly);
         let mut is_node = vec![false; assembly.places];
@@ -184,99 +205,12 @@ impl Fixture {
         }
         let substeps = plan::frame(&assembly, 0.0);
         let cpu = features::on_cpu::<f32>(assembly, 1).map_err(|refusal| refusal.message)?;
-        let mut old = old_state(&mut chance, &tables, &cpu, exact);
-        let (new, awkward) = new_state(&mut chance, &tables, &cpu, exact);
-        for place in awkward {
-            // They come from near by: on a longer way they would meet something else.
-            let [x, y, z, _] = new.position[place];
-            let start = add([x, y + 0.25, z], chance.three(0.05));
-            old.position[place][..3].copy_from_slice(&start);
-        }
+        let [old, new] = states(chance, &tables, &cpu);
         let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
-        let input = input(&mut chance);
+        let input = input(chance);
         let pins = pins(&tables, &input);
         let mut fixture =
             Self { cpu, tables, substeps, input, old, new, force, is_node, meshes, surfaces, pins };
-        fixture.put_old();
-        Ok(fixture)
-    }
-
-    /// Bodies that keep their volumes, stretched and bent; many near what they may touch, and some that have touched.
-    pub fn with_volumes(seed: u64, drag: f64, meshes: bool) -> Result<Self, String> {
-        let mut chance = Chance::new(seed);
-        let assembly = volume_scene::assembly(drag, meshes)?;
-        let tables = Tables::new(&Bodies::new(&assembly, 0..assembly.bodies.len()))?;
-        let (meshes, surfaces) = meshes_of(&assembly);
-        let mut is_node = vec![false; assembly.places];
-        for body in &assembly.bodies {
-            is_node[body.first..body.first + body.nodes].fill(true);
-        }
-        let untouched = assembly.bodies.iter().find(|body| body.name == volume_scene::UNTOUCHED);
-        let untouched = untouched.map_or(0..0, |body| body.first..body.first + body.nodes);
-        let substeps = plan::frame(&assembly, 0.0);
-        let cpu = features::on_cpu::<f32>(assembly, 1).map_err(|refusal| refusal.message)?;
-        let mut near_start = |speed: f32| {
-            let mut state = State::default();
-            for (place, (&[x, y, z, w], &[.., mass])) in
-                tables.position.iter().zip(&tables.velocity).enumerate()
-            {
-                let noise = chance.three([0.002, 0.01, 0.03][place % 3]);
-                let [u, v, t] = chance.three(speed);
-                let touches = place % 7 == 3 && w > 0.0 && !untouched.contains(&place);
-                let mass = if touches { -mass } else { mass };
-                state.position.push([x + noise[0], y + noise[1], z + noise[2], w]);
-                state.velocity.push([u, v, t, mass]);
-            }
-            state
-        };
-        let (old, new) = (near_start(1.7), near_start(2.3));
-        let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
-        let input = FrameInput::default();
-        let pins = pins(&tables, &input);
-        let mut fixture =
-            Self { cpu, tables, substeps, input, old, new, force, is_node, meshes, surfaces, pins };
-        fixture.put_old();
-        Ok(fixture)
-    }
-
-    /// Bodies that touch each other: crowded, here and there exactly as far apart as they touch, and far out.
-    pub fn with_pairs(seed: u64, exact: bool, meshes: bool) -> Result<Self, String> {
-        let mut chance = Chance::new(seed);
-        let assembly = pair_scene::assembly(meshes)?;
-        let tables = Tables::new(&Bodies::new(&assembly, 0..assembly.bodies.len()))?;
-        let (meshes, surfaces) = meshes_of(&assembly);
-        let mut is_node = vec![false; assembly.places];
-        for body in &assembly.bodies {
-            is_node[body.first..body.first + body.nodes].fill(true);
-        }
-        let substeps = plan::frame(&assembly, 0.0);
-        let cpu = features::on_cpu::<f32>(assembly, 1).map_err(|refusal| refusal.message)?;
-        let state = |chance: &mut Chance| {
-            let mut state = State::default();
-            for (place, (&[.., w], &[.., mass])) in tables.position.iter().zip(&tables.velocity).enumerate() {
-                let ([x, y, z], [u, v, t]) = (chance.three(pair_scene::ROOM), chance.three(1.3));
-                state.position.push([x, y, z, w]);
-                state.velocity.push([u, v, t, if place % 7 == 3 { -mass } else { mass }]);
-            }
-            state
-        };
-        let (old, mut new) = (state(&mut chance), state(&mut chance));
-        pair_scene::put_awkward(&mut new.position, &cpu.assembly().bodies, exact);
-        let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
-        let pins = Vec::new();
-        let mut fixture = Self {
-            cpu,
-            tables,
-            substeps,
-            input: FrameInput::default(),
-            old,
-            new,
-            force,
-            is_node,
-            meshes,
-            surfaces,
-            pins,
-        };
         fixture.put_old();
         Ok(fixture)
     }
@@ -296,7 +230,7 @@ impl Fixture {
             let surface = &self.surfaces[now.index as usize];
             let is_near = |x: [f32; 3]| {
                 let place = now.local(x);
-                let found = mesh_scene::nearest_of(surface, now, place);
+                let found = parity_scene::nearest_of(surface, now, place);
                 found.is_some_and(|found| found.at.squared < NEAR * NEAR)
             };
             for (old, new) in self.old.position.iter_mut().zip(&mut self.new.position) {
@@ -455,7 +389,7 @@ impl Fixture {
 const NEAR: f32 = 0.05;
 
 fn among_meshes(mut scene: Scene) -> Scene {
-    scene.colliders.extend(mesh_scene::colliders());
+    scene.colliders.extend(parity_scene::colliders());
     scene
 }
 

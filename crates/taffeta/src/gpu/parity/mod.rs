@@ -8,11 +8,8 @@ pub(crate) mod coverage;
 pub(crate) mod drawn;
 pub(crate) mod fixture;
 pub(crate) mod formulas;
-pub(crate) mod mesh_scene;
 mod outcome;
-pub(crate) mod pair_scene;
 pub(crate) mod scene;
-pub(crate) mod volume_scene;
 
 use crate::features::shaders;
 use crate::gpu::kernels::Name;

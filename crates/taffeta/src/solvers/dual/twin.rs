@@ -2,6 +2,7 @@
 //! sums.
 
 use crate::backend::Backend;
+use crate::contact::collider_mesh::parity_scene::nearest_of;
 use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::colliders::predicted_contact::{Approach, Depth, PredictedContact, deepest, fall};
 use crate::contact::colliders::shape::ShapeNow;
@@ -9,7 +10,6 @@ use crate::cpu::simd::Kernel;
 use crate::elements::spring::spring;
 use crate::gpu::layout::{Four, GROUP, Solving};
 use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
-use crate::gpu::parity::mesh_scene::nearest_of;
 use crate::real::{Real, add, scale, sub};
 use crate::solvers::dual::cpu::Quad;
 use crate::solvers::dual::cpu::kernels::{
