@@ -35,8 +35,10 @@ pub const ROWS: &[Row] = &[
     row("mesh_springs_all", "mesh_springs_all", Tolerance::new(0.0, 32.0, SAME), mesh_springs),
     row("grid_particles", "grid_particles", Tolerance::new(0.0, 512.0, COLLIDED), grid_alone),
     row("grid_particles_given", "grid_particles", Tolerance::new(0.0, 512.0, COLLIDED), grid_given),
+    row("grid_particles_later", "grid_particles", Tolerance::new(0.0, 32.0, SAME), grid_later),
     row("mesh_particles", "mesh_particles", Tolerance::new(0.0, 512.0, COLLIDED), mesh_alone),
     row("mesh_particles_given", "mesh_particles", Tolerance::new(0.0, 512.0, COLLIDED), mesh_given),
+    row("mesh_particles_later", "mesh_particles", Tolerance::new(0.0, 32.0, SAME), mesh_later),
     row("grid_patches", "grid_patches", Tolerance::new(0.0, 512.0, COLLIDED), grid_patches),
     row("mesh_patches", "mesh_patches", Tolerance::new(0.0, 512.0, COLLIDED), mesh_patches),
     row("vertex_normals", "vertex_normals", Tolerance::new(0.0, 64.0, SAME), vertex_normals),
@@ -264,6 +266,11 @@ fn grid_given(bench: &mut Bench<'_>) -> Result<(), String> {
     at_once(bench, name, 0, |fixture| fixture.tables.springs.tiles.len())
 }
 
+fn grid_later(bench: &mut Bench<'_>) -> Result<(), String> {
+    let name = Name::new("grid_particles").with(Contact::Later.choices());
+    at_once(bench, name, 0, |fixture| fixture.tables.springs.tiles.len())
+}
+
 fn mesh_alone(bench: &mut Bench<'_>) -> Result<(), String> {
     at_once(bench, Name::new("mesh_particles"), 1, |fixture| fixture.place_groups())
 }
@@ -273,7 +280,12 @@ fn mesh_given(bench: &mut Bench<'_>) -> Result<(), String> {
     at_once(bench, name, 1, |fixture| fixture.place_groups())
 }
 
-/// All particle stages but pins in one kernel.
+fn mesh_later(bench: &mut Bench<'_>) -> Result<(), String> {
+    let name = Name::new("mesh_particles").with(Contact::Later.choices());
+    at_once(bench, name, 1, |fixture| fixture.place_groups())
+}
+
+/// All particle stages but pins, and but contact where it comes later, in one kernel.
 fn at_once(
     bench: &mut Bench<'_>,
     name: Name,
@@ -337,7 +349,9 @@ fn stepped(
     for (mut fixture, sort, groups) in cases {
         let load = if name.has(GIVEN[0]) { fixture.force.clone() } else { wind_and_drag(&fixture) };
         fixture.force = load;
-        let (between, after) = fixture.on_cpu(&[Op::Springs, Op::Integrate, Op::Contact]);
+        let is_later = Contact::Later.choices().iter().any(|&choice| name.has(choice));
+        let operations = [Op::Springs, Op::Integrate, Op::Contact];
+        let (between, after) = fixture.on_cpu(&operations[..if is_later { 2 } else { 3 }]);
         let mut arrays = fixture.arrays();
         arrays.extend(more(&fixture));
         let [position, velocity] = particles(&fixture, &arrays, &between.force, &sort, &after);

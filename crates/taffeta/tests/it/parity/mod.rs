@@ -33,7 +33,8 @@ macro_rules! named_rows {
 
 named_rows! {
     integrate_all contact_all contact_all_meshes pins_all loads_all grid_springs_all mesh_springs_all
-    grid_particles grid_particles_given mesh_particles mesh_particles_given
+    grid_particles grid_particles_given grid_particles_later
+    mesh_particles mesh_particles_given mesh_particles_later
     grid_patches mesh_patches vertex_normals draw_vertices
     volume_forces volume_forces_given volume_gradients volume_particles measure_kept_volumes restore_volumes
     restore_volumes_meshes

@@ -93,6 +93,18 @@ pub const FAULTS: &[Fault] = &[
     ),
     ("predict_mesh_contacts_implicit", "h, vector_of(PULLED, node))", "h, vec3f(0.0))"),
     ("predict_mesh_contacts_implicit", "if x.w > 0.0 {", "{"),
+    ("grid_springs_all", "return old_position[node].xyz;", "return old_position[node].xyz * 0.5;"),
+    ("mesh_springs_all", "return old_velocity[node].xyz;", "return vec3f(0.0);"),
+    (
+        "grid_particles_later",
+        "fn resolve_contact(node: Node, origin: Origin, substep: u32) -> Node {\n    return node;",
+        "fn resolve_contact(node: Node, origin: Origin, substep: u32) -> Node {\n    return Node(node.position, -node.velocity);",
+    ),
+    (
+        "predict_contacts",
+        "contact_record(candidate.predicted, i, 0.0)",
+        "contact_record(candidate.predicted, 0u, 0.0)",
+    ),
     ("predict_contacts", "if before.inside > 0.0 {", "if false {"),
     ("predict_contacts", "if before.inside > 0.0 {", "if true {"),
     ("leave_both", "room <= NARROW", "room <= 1.1 * NARROW"),
