@@ -19,6 +19,17 @@ impl<T: Real> Sums<T> {
         }
     }
 
+    /// The sum of a·b over all numbers.
+    #[inline(always)]
+    pub fn of(a: &[T], b: &[T]) -> f64 {
+        let mut sums = Self::ZERO;
+        // Where their number is known, lanes stay in registers.
+        let ((a, last_a), (b, last_b)) = (a.as_chunks::<LANES>(), b.as_chunks::<LANES>());
+        a.iter().zip(b).for_each(|(a, b)| sums.add(a, b));
+        sums.add(last_a, last_b);
+        sums.total()
+    }
+
     /// The sum of all.
     #[inline(always)]
     pub fn total(&self) -> f64 {

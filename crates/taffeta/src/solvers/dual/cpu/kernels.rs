@@ -7,7 +7,6 @@ use crate::elements::spring::spring;
 use crate::real::{Real, norm, sub};
 use crate::solvers::dual::cpu::Quad;
 use crate::solvers::dual::distance::{Row, Softness, noise};
-use crate::topology::LANES;
 
 /// The sign of a constraint force at the first and at the second end of a row.
 fn signs<T: Real>() -> [T; 2] {
@@ -131,24 +130,16 @@ impl<T: Real> Kernel for Apply<'_, T> {
     #[inline(always)]
     fn run(self) -> [f64; 2] {
         let Self { rows, ends, response, vector, out } = self;
-        let (mut gamma, mut delta) = (Sums::<T>::ZERO, Sums::<T>::ZERO);
-        let mut parts = [[T::ZERO; 4]; LANES];
-        for (((rows, ends), vector), out) in
-            rows.chunks(LANES).zip(ends.chunks(LANES)).zip(vector.chunks(LANES)).zip(out.chunks_mut(LANES))
-        {
-            for ((part, row), [a, b]) in parts.iter_mut().zip(rows).zip(ends) {
-                let (a, b) = (&response[*a as usize].0, &response[*b as usize].0);
-                for axis in 0..4 {
-                    part[axis] = (b[axis] - a[axis]) * row.0[axis];
-                }
+        for (((out, row), [a, b]), &vector) in out.iter_mut().zip(rows).zip(ends).zip(vector) {
+            let (a, b) = (&response[*a as usize].0, &response[*b as usize].0);
+            let mut part = [T::ZERO; 4];
+            for axis in 0..4 {
+                part[axis] = (b[axis] - a[axis]) * row.0[axis];
             }
-            for (((out, part), row), &vector) in out.iter_mut().zip(&parts).zip(rows).zip(vector) {
-                *out = part[0] + part[1] + part[2] + row.0[3] * vector;
-            }
-            gamma.add(vector, vector);
-            delta.add(vector, out);
+            *out = part[0] + part[1] + part[2] + row.0[3] * vector;
         }
-        [gamma.total(), delta.total()]
+        // In a pass of their own, by whole groups of lanes, sums stay in registers.
+        [Sums::of(vector, vector), Sums::of(vector, out)]
     }
 }
 
@@ -164,14 +155,10 @@ impl<T: Real> Kernel for Combine<'_, T> {
     type Output = f64;
     #[inline(always)]
     fn run(self) -> f64 {
-        let mut sum = Sums::<T>::ZERO;
-        for (to, other) in self.to.chunks_mut(LANES).zip(self.other.chunks(LANES)) {
-            for (to, &other) in to.iter_mut().zip(other) {
-                *to += self.factor * other;
-            }
-            sum.add(to, to);
+        for (to, &other) in self.to.iter_mut().zip(self.other) {
+            *to += self.factor * other;
         }
-        sum.total()
+        Sums::of(self.to, self.to)
     }
 }
 
@@ -201,11 +188,7 @@ impl<T: Real> Kernel for Product<'_, T> {
     type Output = f64;
     #[inline(always)]
     fn run(self) -> f64 {
-        let mut sum = Sums::<T>::ZERO;
-        for (a, b) in self.a.chunks(LANES).zip(self.b.chunks(LANES)) {
-            sum.add(a, b);
-        }
-        sum.total()
+        Sums::of(self.a, self.b)
     }
 }
 
