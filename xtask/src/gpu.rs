@@ -83,7 +83,7 @@ fn merge(file: &Path, folder: &Path) -> Result<String, String> {
     let report = read(file)?;
     if report.device.software {
         return Err(format!(
-            "{}: was measured on {}, a software adapter: it proves results, never speed, and gets no page",
+            "{}: was measured on {}, a software adapter: its results are valid, its timings say nothing of hardware, and gets no page",
             file.display(),
             report.device.name
         ));
@@ -129,7 +129,7 @@ mod tests {
         std::fs::write(&file, text).expect("a file");
         let error = merge(&file, &folder).expect_err("refused");
         assert!(
-            error.contains("Example GPU 3000, a software adapter: it proves results, never speed"),
+            error.contains("Example GPU 3000, a software adapter: its results are valid, its timings say nothing of hardware"),
             "{error}"
         );
         assert!(!folder.join("example-gpu-3000.md").exists());

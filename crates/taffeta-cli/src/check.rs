@@ -18,7 +18,7 @@ use taffeta_io::program::Failure;
 pub struct Args {
     /// A scene, which ends in .toml, or a mesh
     path: PathBuf,
-    /// What the mesh is to be [default: both are said, and the answer is that for a shell]
+    /// Check the mesh as a body or as a shell [default: both; the exit status is that for a shell]
     #[arg(long = "as", value_enum, value_name = "KIND")]
     kind: Option<MeshKind>,
     /// Close the holes of the mesh first, as fill_holes = true in a scene

@@ -13,7 +13,10 @@ pub fn open() -> Result<Gpu, GpuError> {
 
 /// What the user of a software adapter should know.
 pub fn software_note(adapter: &AdapterInfo) -> Option<String> {
-    adapter
-        .is_software()
-        .then(|| format!("{} is a software adapter: it proves results, never speed", adapter.name))
+    adapter.is_software().then(|| {
+        format!(
+            "{} is a software adapter: its results are valid, its timings say nothing of hardware",
+            adapter.name
+        )
+    })
 }

@@ -22,7 +22,7 @@ pub struct Args {
     /// Write everything to this file, as JSON
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Small scenes and few frames alone, as on software adapters
+    /// Only small scenes and few frames, as on software adapters
     #[arg(long)]
     quick: bool,
 }

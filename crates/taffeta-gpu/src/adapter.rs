@@ -24,7 +24,7 @@ pub enum Kind {
     Discrete,
     /// A part of the processor, with the processor's memory.
     Integrated,
-    /// A device lent by a virtual machine's host.
+    /// A virtual GPU.
     Virtual,
     /// A device that does not say what it is.
     Unknown,

@@ -1,4 +1,4 @@
-//! Typed buffers that kernels read and write, and records that tell a dispatch what it is told.
+//! Typed buffers that kernels read and write, and uniform records with the parameters of a dispatch.
 
 use std::marker::PhantomData;
 use std::num::NonZeroU64;

@@ -101,7 +101,11 @@ impl DispatchList {
     pub fn dispatch_counted(&mut self, bound: &Bound, offsets: &[u32], counts: &Counts, index: usize) {
         bound.check_offsets(offsets);
         assert!(index < counts.len(), "counts {index} of {}", counts.len());
-        assert!(!bound.reads_counts(), "kernel `{}` reads num_workgroups, which is not told", bound.label());
+        assert!(
+            !bound.reads_counts(),
+            "kernel `{}` reads num_workgroups, which an indirect dispatch does not provide",
+            bound.label()
+        );
         let groups = Groups::Counted(counts.raw().clone(), (index * size_of::<[u32; 3]>()) as u64);
         self.push_dispatch(bound, offsets, groups);
     }

@@ -67,8 +67,8 @@ impl Gpu {
         Ok(gpu)
     }
 
-    /// A device that somebody else opened. Its error handlers stay as they are, so its loss is not
-    /// told: it is seen when the next command fails, as [`GpuError::Lost`] or [`GpuError::Failed`].
+    /// A device that somebody else opened. Its error handlers stay as they are, so its loss is not reported: it is seen
+    /// when the next command fails, as [`GpuError::Lost`] or [`GpuError::Failed`].
     pub fn on(device: wgpu::Device, queue: wgpu::Queue, info: wgpu::AdapterInfo) -> Gpu {
         let limits = device.limits();
         let (info, memory, reads, fault) = ((&info).into(), Arc::default(), Arc::default(), Fault::default());

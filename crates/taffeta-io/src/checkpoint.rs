@@ -190,7 +190,7 @@ fn check_head(bytes: &[u8], size: u64) -> Result<u64, String> {
         let age = if version < VERSION { "an older" } else { "a newer" };
         return Err(format!(
             "written by {age} program, in version {version} of the format; this one reads version {VERSION}: \
-             go on with that program, or start the run again"
+             resume with that version, or start the run again"
         ));
     }
     if length != size {

@@ -90,7 +90,7 @@ pub(crate) fn round_down(value: f64) -> f64 {
     text.parse().unwrap_or(value)
 }
 
-/// A scene that what it was to run on does not take.
+/// The device cannot run the scene.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{message}")]
 #[non_exhaustive]

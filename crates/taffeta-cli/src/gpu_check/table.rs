@@ -42,7 +42,9 @@ fn head(report: &Report) -> Vec<String> {
         ),
     ];
     if device.software {
-        lines.push("  a software adapter: it proves results, never speed".to_owned());
+        lines.push(
+            "  a software adapter: its results are valid, its timings say nothing of hardware".to_owned(),
+        );
     }
     lines.push(String::new());
     lines

@@ -120,7 +120,7 @@ impl Device {
         if self.gpu.is_none() || args.backend == Backend::Gpu {
             return Err(console::not_built(&loaded.source, &error));
         }
-        *self = Self::cpu(format!("the GPU does not take it: {error}"));
+        *self = Self::cpu(format!("the GPU cannot run this scene: {error}"));
         Simulation::new(&loaded.scene, &options(None))
             .map_err(|error| console::not_built(&loaded.source, &error))
     }

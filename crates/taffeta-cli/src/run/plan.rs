@@ -130,7 +130,7 @@ impl Plan {
             return Ok(self);
         }
         let earlier = Checkpoint::<Record>::read(&path).map_err(|why| {
-            let what = "it may belong to a run that is to go on; choose another --out, or remove it";
+            let what = "it may belong to an unfinished run; choose another --out, or remove it";
             Failure::Input(format!("{why}; {what}"))
         })?;
         let (frame, end) = (earlier.snapshot.report.frame, earlier.run.end);
@@ -164,7 +164,7 @@ impl Plan {
     /// That a run goes on with `simulation`, and what changes thereby, in words.
     pub fn going_on(&self, simulation: &Simulation) -> Option<String> {
         let earlier = self.earlier.as_ref()?;
-        let mut words = vec![format!("going on from frame {} of {}", self.frame(), self.end)];
+        let mut words = vec![format!("resuming from frame {} of {}", self.frame(), self.end)];
         let (was, is) = (earlier.snapshot.precision, self.precision);
         if was != is {
             words.push(format!("converted from {was} to {is}"));
@@ -175,7 +175,7 @@ impl Plan {
         } else if is == "gpu" && earlier.run.device != simulation.device() {
             words.push(format!("on another device than `{}`", earlier.run.device));
         }
-        let same = if words.len() > 1 { ": not bit by bit as without the stop" } else { "" };
+        let same = if words.len() > 1 { ": not bit by bit the same as without the stop" } else { "" };
         Some(words.join(", ") + same)
     }
 

@@ -77,7 +77,7 @@ impl Volumes {
                 ", or its target changes faster than the nodes can follow in a sub-step"
             };
             Some(format!(
-                "body `{}` was off the volume that it keeps by {:.2} % in frame {frame}: most likely nodes that are held, \
+                "body `{}` was off its target volume by {:.2} % in frame {frame}: most likely nodes that are held, \
                  or pressed by colliders, leave it no room{changes}",
                 body.name,
                 error * 1e2

@@ -172,7 +172,7 @@ fn ctrl_c_writes_a_checkpoint_and_the_command_it_prints_goes_on() {
     again.args(set);
     let (out, err, code) = ending(again);
     assert_eq!(code, Some(0), "{err}");
-    assert!(out.contains("going on from frame ") && out.contains(" of 20000"), "{out}");
+    assert!(out.contains("resuming from frame ") && out.contains(" of 20000"), "{out}");
     assert!(!desk.path("my out/checkpoint.taffeta").exists(), "a run that is done needs no checkpoint");
     let mut whole = desk.taffeta(&words.map(|word| if word == "my out" { "whole" } else { word }));
     whole.args(set).assert().success();
@@ -319,7 +319,7 @@ fn another_precision_is_converted_and_said() {
         ["run", "scene.toml", "--resume", "o/checkpoint.taffeta", "--frames", "4", "--precision", "f64"];
     let (out, err, code) = ending(desk.taffeta(&words));
     assert_eq!(code, Some(0), "{err}");
-    assert!(out.contains("going on from frame 2 of 4, converted from f32 to f64"), "{out}");
+    assert!(out.contains("resuming from frame 2 of 4, converted from f32 to f64"), "{out}");
     let (header, bytes) = desk.npy("o/positions.npy");
     assert!(header.contains("'<f4'") && header.contains("(5, 35, 3)"), "{header}");
     assert_eq!(bytes, 5 * 35 * 3 * 4);

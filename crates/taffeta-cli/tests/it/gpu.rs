@@ -42,7 +42,7 @@ fn a_run_on_the_gpu_says_so_and_gives_the_same_bits_twice() {
     let device = a["device"].as_str().unwrap();
     assert!(device.starts_with("gpu, "), "{device}");
     assert_eq!(
-        out.contains("is a software adapter: it proves results, never speed"),
+        out.contains("is a software adapter: its results are valid, its timings say nothing of hardware"),
         device.contains("software")
     );
     assert!(a["state_hash"].is_string());
@@ -171,13 +171,13 @@ fn a_run_goes_on_on_the_other_backend_and_says_so() {
         (out, desk.json("o/summary.json"))
     };
     let (out, summary) = resume(&["--frames", "4", "--backend", "gpu"]);
-    let said = "going on from frame 2 of 4, from cpu to gpu: not bit by bit as without the stop\n";
+    let said = "resuming from frame 2 of 4, from cpu to gpu: not bit by bit the same as without the stop\n";
     assert!(out.contains(said), "{out}");
     assert_eq!(summary["backend"], "gpu");
     assert!(desk.npy("o/positions.npy").0.contains("(5, 35, 3)"));
     // Without a word it stays there.
     let (out, summary) = resume(&["--frames", "6"]);
-    assert!(out.contains("going on from frame 4 of 6\n") && out.contains(" (gpu: as until now)\n"), "{out}");
+    assert!(out.contains("resuming from frame 4 of 6\n") && out.contains(" (gpu: as until now)\n"), "{out}");
     assert_eq!(summary["backend"], "gpu");
     let (out, _) = resume(&["--frames", "7", "--precision", "f64"]);
     assert!(

@@ -164,7 +164,7 @@ fn counts_that_the_kernel_itself_writes_are_refused() {
 }
 
 #[test]
-#[should_panic(expected = "kernel `count` reads num_workgroups, which is not told")]
+#[should_panic(expected = "kernel `count` reads num_workgroups, which an indirect dispatch does not provide")]
 fn a_kernel_that_asks_for_counts_is_not_run_by_them() {
     let gpu = open();
     let (counts, values) = (gpu.counts("counts", 1).expect("room"), values(&gpu, &[0]));

@@ -32,7 +32,7 @@ impl Paper {
                  Contents\", Applied Sciences 11 (17), 8255, 2021, <https://doi.org/10.3390/app11178255>"
             }
             Self::S2 => {
-                "\"CUDA Cloth Simulation\", an article on the web about the repository `CUDA-Cloth-Simulation`"
+                "\"CUDA Cloth Simulation\", a project report on the web (repository `CUDA-Cloth-Simulation`)"
             }
             Self::S3 => {
                 "Hongly Va, Min-Hyung Choi, Min Hong, \"Real-Time Surface-Based Volume Constraints on Mass-Spring Model in \

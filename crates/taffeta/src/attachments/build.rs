@@ -250,7 +250,7 @@ fn tethers_of(body: &Body, built: &BodyAssembly) -> Result<Vec<Tether>, SceneErr
     let held: Vec<bool> = built.free.iter().map(|free| !free).collect();
     if !held.contains(&true) {
         let message =
-            "lead to nodes that are held for good, and the body has none; a pin would do, or leave them out";
+            "need nodes that are pinned for good, and the body has none; a pin would do, or leave them out";
         return Err(SceneError::new("tethers", message));
     }
     let geodesic_paths = tethers::geodesic_paths(&built.surface_pieces(), &held);

@@ -115,8 +115,8 @@ impl Attachments {
         let held = self.held.iter().enumerate().filter(|(_, held)| **held > 0);
         held.map(move |(seam, &held)| {
             format!(
-                "seam[{seam}]: pins hold both nodes of {held} of its {} pairs, which it can not close; leave them out, or let \
-                 one side go",
+                "seam[{seam}]: pins hold both nodes of {held} of its {} pairs, which the seam cannot close; \
+                 leave them out, or unpin one side",
                 held + sewn(seam)
             )
         })

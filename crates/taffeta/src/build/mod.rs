@@ -1,7 +1,7 @@
 //! From a scene to what the backends run: bodies one after the other, nodes in an order of good locality, springs,
 //! masses, pins, colliders and loads by solver index. All in f64; a backend takes it in its own numbers.
 //!
-//! User order stays outside: [`BodyAssembly::solver_of_node`] is the only way in and out.
+//! User order stays outside: [`BodyAssembly::solver_index`] maps the user's indices to the solver's; nothing else does.
 
 pub mod body;
 pub mod grid;

@@ -150,7 +150,8 @@ impl StepLimit {
         let message = format!("take sub-steps of {safe:e} s or less, or {or}");
         let shorter = Advice::LongestStep(safe);
         if self.holds_by_nodes {
-            let message = format!("{message}, or solve springs by nodes, which bears any step");
+            let message =
+                format!("{message}, or use the primal form of implicit springs, which is stable at any step");
             Warning::new(message, [shorter, Advice::SolveByNodes])
         } else {
             Warning::new(message, [shorter])

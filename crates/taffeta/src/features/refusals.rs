@@ -19,8 +19,8 @@ pub fn refuse_loops(gpu: &Gpu, assembly: &Assembly) -> Result<(), Refusal> {
         return Ok(());
     }
     let message = format!(
-        "the scene has {colliders} colliders, and a software adapter ends loops after {} turns where they may take {turns}; \
-         the CPU would do",
+        "the scene has {colliders} colliders, and contact may take {turns} iterations of a loop, \
+         where a software adapter ends it after {}; the CPU would do",
         patches::MOST_TURNS
     );
     Err(Refusal::new(message, [Advice::Cpu]))
@@ -31,8 +31,8 @@ pub fn failure_hint(gpu: &Gpu, assembly: &Assembly) -> Option<Warning> {
     let triangles: usize = meshes(assembly).map(|mesh| mesh.triangles.len()).sum();
     (triangles > 0 && gpu.info().is_software()).then(|| {
         let message = format!(
-            "Or a node was near so many of the colliders' {triangles} triangles that it took more than the {} turns that a \
-             software adapter has for it; the CPU would tell",
+            "Or a node was near so many of the colliders' {triangles} triangles that it took more than the {} iterations \
+             that a software adapter has for it; a run on the CPU would tell",
             WALK_TURNS
         );
         Warning::new(message, [Advice::Cpu])

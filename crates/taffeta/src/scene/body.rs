@@ -61,10 +61,10 @@ pub struct Body {
     /// Contact of its nodes with each other, and with those of other bodies that have this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub self_collision: Option<SelfCollision>,
-    /// Nodes that do not move, or move as told.
+    /// Pins: nodes that stay in place, follow keyframes or follow a collider.
     #[serde(default, rename = "pin", skip_serializing_if = "Vec::is_empty")]
     pub pins: Vec<Pin>,
-    /// Keeps free nodes near held ones, however far the springs give way.
+    /// Tethers: limit how far free nodes get from pinned ones, whatever the stiffness of springs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tethers: Option<Tethers>,
 }
@@ -77,7 +77,7 @@ pub struct SelfCollision {
     pub thickness: f64,
     /// Coulomb coefficient; between two bodies the geometric mean.
     pub friction: f64,
-    /// Share of the normal speed given back; between two bodies the larger one.
+    /// Coefficient of restitution, 0 to 1; between two bodies the larger one.
     pub restitution: f64,
 }
 
@@ -288,7 +288,7 @@ pub struct Pin {
     /// Name of the collider that carries them instead, as if they were fixed to it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub collider: Option<String>,
-    /// Force at which the pin lets go of a node for good [N]; without it, never.
+    /// Force at which the pin breaks at a node, for good [N]; without it, never.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub break_force: Option<f64>,
 }
@@ -427,7 +427,7 @@ impl Body {
         self
     }
 
-    /// Lets its nodes touch each other, and those of other bodies that do so, at a distance of `thickness` [m].
+    /// Enables self-collision, and collision with other bodies that have it, at a distance of `thickness` [m].
     pub fn collide(mut self, thickness: f64) -> Self {
         self.self_collision = Some(SelfCollision { thickness, ..SelfCollision::default() });
         self

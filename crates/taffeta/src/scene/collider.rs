@@ -59,7 +59,7 @@ pub struct Collider {
     pub offset: f64,
     /// Coulomb coefficient of friction.
     pub friction: f64,
-    /// Share of the normal speed that is given back, 0 to 1.
+    /// Coefficient of restitution, 0 to 1, 0 to 1.
     pub restitution: f64,
     /// Rigid motion.
     #[serde(skip_serializing_if = "Vec::is_empty")]

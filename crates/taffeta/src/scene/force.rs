@@ -13,7 +13,7 @@ pub struct Force {
     /// Force on each selected node [N].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub force: Option<[f64; 3]>,
-    /// Torque shared by the selected nodes.
+    /// Torque distributed over the selected nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torque: Option<Torque>,
     /// Scale over time; without it the load is constant.

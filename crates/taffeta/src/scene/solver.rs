@@ -58,7 +58,7 @@ pub struct Ice {
     pub max_iterations: u32,
     /// Compliance beside that of the material, relative to the diagonal of the system.
     pub epsilon: f64,
-    /// Whether it starts from the pulls of the last sub-step.
+    /// Whether the solver starts from the constraint forces of the last sub-step (warm start).
     pub warm_start: bool,
     /// Newton steps in a sub-step, of the form "primal".
     pub newton_steps: u32,

@@ -70,7 +70,7 @@ pub enum BuildError {
     /// The scene cannot be simulated.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// What it was to run on does not take it.
+    /// The device cannot run it.
     #[error(transparent)]
     Refused(#[from] Refusal),
     /// The device does not answer any more.

@@ -6,7 +6,7 @@ use crate::diagnostics::advice::runaway;
 use crate::simulation::{Simulation, StepError};
 
 impl Simulation {
-    /// Has some frames run, and does not ask what became of them. On a GPU nothing waits, and nothing is read back.
+    /// Submits frames without waiting for their reports. On a GPU nothing waits, and nothing is read back.
     ///
     /// # Errors
     /// A GPU may be lost.

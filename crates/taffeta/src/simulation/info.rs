@@ -39,7 +39,7 @@ pub struct BodyInfo {
     pub mass: f64,
     /// Volume at rest [m³], of a closed body.
     pub rest_volume: Option<f64>,
-    /// Of a body whose nodes touch others: stretch from which on nodes of another layer slip between its own.
+    /// Of a body whose nodes touch others: stretch from which on nodes of another layer can pass between its own.
     pub slips_from: Option<f64>,
     /// What was mended in its mesh, in words.
     pub repairs: Vec<String>,

@@ -152,11 +152,12 @@ impl Simulation {
     /// Changes gravity, drag, wind and air from the next frame on.
     ///
     /// # Errors
-    /// Names what is impossible. Where a scene was built without air there is nothing that it could blow on.
+    /// Names what is impossible. A scene that was built without air has no aerodynamic triangles, so air cannot be
+    /// added later.
     pub fn set_world(&mut self, world: &World) -> Result<(), InputError> {
         world.check()?;
         if world.air.is_some() && self.backend.assembly().world.air.is_none() {
-            let message = "comes to a scene without air; it must be built with some";
+            let message = "cannot be added to a scene that was built without air";
             return Err(SceneError::new("world.air", message).into());
         }
         self.backend.alter(&mut |assembly| assembly.world = world.clone());

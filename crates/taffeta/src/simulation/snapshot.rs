@@ -214,7 +214,9 @@ impl Simulation {
             !self.backend.is_free(node) && held.binary_search(&user).is_err()
         };
         if let Some((user, _)) = (0..).zip(order).find(stuck) {
-            return Err(format!("node {user} is free in it and held here; a simulation just built would do"));
+            return Err(format!(
+                "node {user} is free in it and pinned here; a simulation just built would do"
+            ));
         }
         match snapshot.precision.not_finite(&snapshot.state, 6 * nodes) {
             Some(index) => Err(format!("its node {} has a number that is not finite", index / 3 % nodes)),

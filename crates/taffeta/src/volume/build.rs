@@ -99,7 +99,7 @@ fn immovable(form: Form, weights: Option<&[f64]>, free: &[bool]) -> Option<&'sta
         return None;
     }
     Some(match weights {
-        None => "all its nodes are held, and nothing can keep its volume",
+        None => "all its nodes are pinned, and nothing can keep its volume",
         Some(_) => {
             "all nodes within the radius of its volume.weights are held, and nothing can keep its volume"
         }

@@ -182,7 +182,7 @@ fn a_snapshot_of_something_else_is_refused_and_changes_nothing() {
     refused(&|s| s.nodes = 7, "it holds 7 nodes, the scene has 261");
     refused(&|s| s.state.truncate(100), "has 100 bytes");
     refused(&|s| s.held.push(261), "node 261");
-    refused(&|s| s.held.clear(), "node 0 is free in it and held here");
+    refused(&|s| s.held.clear(), "node 0 is free in it and pinned here");
     let nan = f32::NAN.to_le_bytes();
     refused(&|s| s.state[12 * 5..12 * 5 + 4].copy_from_slice(&nan), "node 5 has a number that is not finite");
     refused(&|s| s.pulls = 3, "it holds 3 pulls of constraints, the scene has 0");

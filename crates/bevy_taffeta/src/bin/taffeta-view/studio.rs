@@ -82,7 +82,7 @@ impl Studio {
                 return Ok(());
             }
         }
-        Err(Failure::Work("the GPU does not come to draw the scene".into()))
+        Err(Failure::Work("timed out waiting for the GPU to draw the scene".into()))
     }
 
     fn update(&mut self) -> Result<(), String> {

@@ -43,7 +43,7 @@ pub fn run(args: &Args, opened: Opened) -> Result<(), Failure> {
         AppExit::Error(code) if code.get() == INTERRUPTED => {
             Err(Failure::Interrupted("interrupted".to_owned()))
         }
-        AppExit::Error(_) => Err(Failure::Work("the window could not do what was asked".to_owned())),
+        AppExit::Error(_) => Err(Failure::Work("the window closed with an error".to_owned())),
     }
 }
 

@@ -46,8 +46,8 @@ impl Assembly {
                 }
                 let said = [
                     inside.said("inside", &name, |worst| body.vertex_of_solver(worst)).map(|words| {
-                        words + " deep; what starts inside is put on the surface at once, and springs that are stretched by it \
-                                 throw the body: another place would do"
+                        words + " deep; nodes that start inside are moved to the surface in the first sub-step, \
+                                 and the springs that this stretches throw the body: another place would do"
                     }),
                     near.said("within the offset of", &name, |worst| body.vertex_of_solver(worst)).map(|words| {
                         words + &format!(

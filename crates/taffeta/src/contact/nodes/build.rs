@@ -30,7 +30,7 @@ impl BodyAssembly {
         if wish.thickness < GAP * longest {
             self.warnings.push(format!(
                 "self_collision.thickness is {} m, less than 0.71 times its longest edge of {longest:.4} m: nodes of another \
-                 layer slip between its own; {:.4} m, and more where it stretches, or a finer mesh would do",
+                 layer can pass between its own; {:.4} m, and more where it stretches, or a finer mesh would do",
                 plain(wish.thickness),
                 GAP * longest
             ));
@@ -197,7 +197,7 @@ impl Assembly {
         let (first, second) = (a.vertex_of_solver(i), b.vertex_of_solver(j));
         let words = format!(
             "{} pairs of nodes start nearer than self_collision.thickness, worst of all vertex {first} here and vertex \
-             {second} of `{}`, {:.3e} m apart instead of {:.3e}; they are pushed apart",
+             {second} of `{}`, {:.3e} m apart instead of {:.3e}; they will be moved apart",
             found.pairs, b.name, found.distance, found.thickness
         );
         self.bodies[found.worst[0].0].warnings.push(words);

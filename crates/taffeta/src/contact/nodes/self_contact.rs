@@ -29,7 +29,7 @@ pub enum Exclusions {
 pub(crate) const GAP: f64 = 0.71;
 
 impl SelfContact {
-    /// Stretch of its longest edge from which nodes of another layer slip between its own.
+    /// Stretch of its longest edge from which nodes of another layer can pass between its own.
     pub fn slips_from(&self) -> f64 {
         self.surface.thickness / (GAP * self.longest)
     }

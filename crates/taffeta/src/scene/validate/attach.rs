@@ -108,7 +108,7 @@ pub(crate) fn check_carried(scene: &Scene) -> Checked {
 
 fn some_of(names: &[String]) -> String {
     if names.is_empty() {
-        return "the scene has none; [[collider]] would do".to_owned();
+        return "the scene has no colliders; one of that name would do".to_owned();
     }
     let mut some: Vec<String> = names.iter().take(MOST_NAMES).map(|name| format!("`{name}`")).collect();
     if names.len() > MOST_NAMES {
@@ -128,6 +128,9 @@ pub(crate) fn check_tethers(path: &Path, body: &Body) -> Checked {
     path.key("slack").not_negative(tethers.slack, "")?;
     path.demand(body.pins.iter().any(|pin| pin.break_force.is_none()), || {
         let have = if body.pins.is_empty() { "has no pins" } else { "has only pins that break" };
-        format!("lead to nodes that are held for good, and the body {have}; a pin that does not break would do, or leave them out")
+        format!(
+            "need nodes that are pinned for good, and the body {have}; a pin that does not break would do, or leave \
+             them out"
+        )
     })
 }

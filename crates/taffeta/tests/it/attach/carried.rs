@@ -135,7 +135,7 @@ fn colliders_are_named_once_and_pins_name_one_that_is_there() {
     let nowhere = scene(|body| body.pin_to(Select::cols(0, 0), "drun"));
     refused(&nowhere, "body[0].pin[0].collider", "there is no collider `drun`; `drum` would do");
     let alone = Scene { colliders: Vec::new(), ..nowhere };
-    refused(&alone, "body[0].pin[0].collider", "the scene has none; [[collider]] would do");
+    refused(&alone, "body[0].pin[0].collider", "the scene has no colliders; one of that name would do");
     let mut both = scene(|body| body.pin_to(Select::cols(0, 0), "drum"));
     both.bodies[0].pins[0].motion = drum().motion;
     refused(&both, "body[0].pin[0].collider", "is `drum`, and the pin has a motion too");

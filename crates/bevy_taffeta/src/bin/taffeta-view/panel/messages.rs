@@ -26,7 +26,8 @@ pub fn show(
             }
         });
     }
-    let refused = notices.refused.iter().map(|why| format!("{why} (what ran before runs on)"));
+    let refused =
+        notices.refused.iter().map(|why| format!("{why} (the simulation continues with the values before)"));
     for (index, why) in refused.chain(grab.refused.clone()).enumerate() {
         let name = if index == 0 { "refused" } else { "refused hand" };
         strip(&mut left, name, PALE_RED, |ui| {

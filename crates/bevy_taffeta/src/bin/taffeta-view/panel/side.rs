@@ -180,7 +180,7 @@ pub fn show_waiting(left: Res<Left>, grab: Res<Grab>) {
     let free = ui.available_rect_before_wrap();
     let painter = ui.ctx().layer_painter(egui::LayerId::new(egui::Order::Middle, "waiting".into()));
     let (ink, font) = (Color32::from_rgb(40, 44, 52), egui::FontId::proportional(14.0));
-    let words = "paused: what is held follows when time goes on (space), or by a frame ( . or N )";
+    let words = "paused: the grabbed vertex moves when you resume (space) or advance one frame ( . or N )";
     let words = painter.layout(words.to_owned(), font, ink, (free.width() - 48.0).max(80.0));
     let at = egui::pos2(free.center().x - 0.5 * words.size().x, free.top() + 14.0);
     let back = egui::Rect::from_min_size(at, words.size()).expand2(egui::vec2(10.0, 6.0));

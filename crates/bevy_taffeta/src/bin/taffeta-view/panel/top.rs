@@ -30,10 +30,10 @@ pub fn show(
     left.show(Panel::top("bar").exact_size(34.0), |ui| {
         ui.horizontal_centered(|ui| {
             playing(ui, &mut playback);
-            if ui.button("⟲ reset").on_hover_text("From the start again (R)").clicked() {
+            if ui.button("⟲ reset").on_hover_text("Restart with the values as they are now (R)").clicked() {
                 restart.write(Restart);
             }
-            if ui.button("as read").on_hover_text("The values of the file, from the start").clicked() {
+            if ui.button("as read").on_hover_text("Restart with the values of the file").clicked() {
                 as_read.write(AsRead);
             }
             ui.separator();
@@ -51,7 +51,7 @@ pub fn show(
                 numbers(ui, running, &history);
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.toggle_value(&mut shown.values, "values").on_hover_text("Tab hides and shows both");
+                ui.toggle_value(&mut shown.values, "values").on_hover_text("Tab shows or hides both panels");
                 ui.toggle_value(&mut shown.plots, "plots");
                 ui.separator();
                 if ui

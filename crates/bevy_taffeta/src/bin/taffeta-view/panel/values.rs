@@ -170,7 +170,7 @@ fn volume(ui: &mut Ui, volume: &mut Volume) -> bool {
     let forms = [Corrected, Projected, None].map(|form| (form, form.name()));
     let mut changed = choice(ui, "form", &forms, &mut volume.form);
     if !volume.motion.is_empty() {
-        let words = format!("{} keyframes of the file hold", volume.motion.len());
+        let words = format!("{} keyframes from the file", volume.motion.len());
         row(ui, "motion", |ui| ui.weak(words));
     }
     if volume.pressure.is_none() && !volume.is_pressure() {
