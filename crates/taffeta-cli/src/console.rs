@@ -40,9 +40,9 @@ pub fn list<T>(first: &[T], count: usize, word: impl Fn(&T) -> String) -> String
     words.join(", ") + if count > first.len() { ", …" } else { "" }
 }
 
-/// What reading a mesh has to say: what was mended, or what could not be.
-pub fn mended(repair: &str) -> String {
-    let label = if repair.starts_with("not ") { "warning" } else { "mended" };
+/// What reading a mesh has to say: what was repaired, or what could not be.
+pub fn repaired(repair: &str) -> String {
+    let label = if repair.starts_with("not ") { "warning" } else { "repaired" };
     format!("{label}: {repair}")
 }
 

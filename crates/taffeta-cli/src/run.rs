@@ -219,11 +219,11 @@ fn opening(loaded: &Loaded, simulation: &Simulation, device: &Device, plan: &Pla
     for body in simulation.bodies() {
         let springs = body.springs.iter().map(|(_, count)| count).sum();
         lines.push(format!("  {}: {} nodes, {} springs", body.name, grouped(body.nodes), grouped(springs)));
-        lines.extend(body.repairs.iter().map(|repair| format!("    {}", console::mended(repair))));
+        lines.extend(body.repairs.iter().map(|repair| format!("    {}", console::repaired(repair))));
     }
     for collider in simulation.colliders().iter().filter(|collider| !collider.repairs.is_empty()) {
         lines.push(format!("  collider {}: {}", collider.name, collider.shape));
-        lines.extend(collider.repairs.iter().map(|repair| format!("    {}", console::mended(repair))));
+        lines.extend(collider.repairs.iter().map(|repair| format!("    {}", console::repaired(repair))));
     }
     lines.extend(loaded.notes.iter().chain(&device.notes()).map(|note| format!("note: {note}")));
     let disk = memory::disk_warning(&plan.dir, plan.bytes(simulation));

@@ -1,6 +1,6 @@
 //! What is wrong in the papers, each with a small experiment that shows it.
 //!
-//! An experiment computes the same number twice in 64 bits, as the paper prints it and as mended, beside what is right.
+//! An experiment computes the same number twice in 64 bits, as the paper prints it and as corrected, beside what is right.
 //! `taffeta-papers errata` writes `docs/errata.md` of them; a report lists them.
 
 mod dense;
@@ -32,12 +32,12 @@ pub struct Erratum {
     /// What stands there; formulas in the paper's symbols.
     pub printed: &'static str,
     /// What should stand there.
-    pub mended: &'static str,
+    pub corrected: &'static str,
     /// How one knows.
     pub why: &'static str,
     /// What the experiment does.
     pub setting: &'static str,
-    /// The page of the model that has it mended, and what is mended there.
+    /// The page of the model that has it corrected, and what is corrected there.
     pub model: &'static str,
     /// Computes it.
     pub experiment: fn() -> Vec<Finding>,
@@ -69,11 +69,11 @@ docs/errata.md, `s3-eq10`*. An identifier keeps its meaning; new errata get new 
 /// All errata as a part of a report.
 pub fn section() -> Section {
     let mut list =
-        Table::new("errata", "Errata of the three papers.", &["erratum", "place", "printed", "mended"]);
-    for Erratum { id, paper, place, printed, mended, .. } in all() {
+        Table::new("errata", "Errata of the three papers.", &["erratum", "place", "printed", "corrected"]);
+    for Erratum { id, paper, place, printed, corrected, .. } in all() {
         let place = format!("{}, {place}", paper.name());
-        let [printed, mended] = [printed, mended].map(str::to_owned);
-        list.row([format!("`{id}`"), place, printed, mended].map(Cell::words).into());
+        let [printed, corrected] = [printed, corrected].map(str::to_owned);
+        list.row([format!("`{id}`"), place, printed, corrected].map(Cell::words).into());
     }
     Section::new("Errata")
         .words(INTRODUCTION)
@@ -88,16 +88,16 @@ impl Erratum {
             .iter()
             .map(|finding| format!("| {} |\n", finding.cells().join(" | ")))
             .collect();
-        let Self { id, place, printed, mended, why, setting, model, .. } = self;
+        let Self { id, place, printed, corrected, why, setting, model, .. } = self;
         let paper = self.paper.name();
-        let [printed, mended] = [("Printed", printed), ("Mended", mended)]
+        let [printed, corrected] = [("Printed", printed), ("Corrected", corrected)]
             .map(|(name, text)| wrapped(&format!("- *{name}:* {text}"), "  "));
         let [why, setting, model] =
             [(*why).to_owned(), format!("*Experiment.* {setting}"), format!("In taffeta: {model}.")]
                 .map(|text| wrapped(&text, ""));
         format!(
-            "### {id}\n\n**{paper}, {place}**\n\n{printed}\n{mended}\n\n{why}\n\n{setting}\n\n\
-             | | printed | mended | exact |\n|---|---:|---:|---:|\n{rows}\n{model}\n\n"
+            "### {id}\n\n**{paper}, {place}**\n\n{printed}\n{corrected}\n\n{why}\n\n{setting}\n\n\
+             | | printed | corrected | exact |\n|---|---:|---:|---:|\n{rows}\n{model}\n\n"
         )
     }
 }
@@ -153,9 +153,9 @@ fn page() -> String {
         text.push('\n');
     }
     text += &format!("\n{}\n\n## How to cite\n\n{}\n\n", wrapped(NUMBERS, ""), wrapped(CITING, ""));
-    text += "## Contents\n\n| Erratum | Place | Mended |\n|---|---|---|\n";
-    for Erratum { id, paper, place, mended, .. } in &all {
-        text += &format!("| [{id}](#{id}) | {}, {place} | {} |\n", paper.name(), in_table(mended));
+    text += "## Contents\n\n| Erratum | Place | Corrected |\n|---|---|---|\n";
+    for Erratum { id, paper, place, corrected, .. } in &all {
+        text += &format!("| [{id}](#{id}) | {}, {place} | {} |\n", paper.name(), in_table(corrected));
     }
     for paper in Paper::ALL {
         text += &format!("\n## {}\n\n", paper.name());
@@ -194,15 +194,15 @@ mod tests {
     }
 
     #[test]
-    fn every_experiment_has_a_number_that_is_printed_wrong_and_one_that_is_mended() {
+    fn every_experiment_has_a_number_that_is_printed_wrong_and_one_that_is_corrected() {
         for erratum in all() {
-            let differs = |f: &Finding| f.printed.map(f64::to_bits) != f.mended.map(f64::to_bits);
+            let differs = |f: &Finding| f.printed.map(f64::to_bits) != f.corrected.map(f64::to_bits);
             let found = (erratum.experiment)();
             assert!(found.iter().any(differs), "{}", erratum.id);
-            for Finding { what, mended, exact, .. } in &found {
-                let [Some(mended), Some(exact)] = [mended, exact] else { continue };
-                let off = (mended - exact).abs();
-                assert!(off <= 1e-4 * exact.abs().max(1e-2), "{}, {what}: {mended}, {exact}", erratum.id);
+            for Finding { what, corrected, exact, .. } in &found {
+                let [Some(corrected), Some(exact)] = [corrected, exact] else { continue };
+                let off = (corrected - exact).abs();
+                assert!(off <= 1e-4 * exact.abs().max(1e-2), "{}, {what}: {corrected}, {exact}", erratum.id);
             }
         }
     }

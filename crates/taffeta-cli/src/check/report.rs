@@ -62,7 +62,7 @@ pub struct MeshReport {
     pub thinnest_triangle: TriangleReport,
     /// Memory that building the body takes [byte], roughly.
     pub memory_bytes: u64,
-    /// What was mended on reading, in words.
+    /// What was repaired on reading, in words.
     pub repairs: Vec<String>,
     /// What does not forbid a simulation, but may spoil it, in words.
     pub warnings: Vec<String>,

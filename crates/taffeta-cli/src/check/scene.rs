@@ -269,7 +269,7 @@ impl BodyReport {
         if let Some(stretch) = self.layers_hold_to {
             lines.push(format!("  self-collision: layers stop each other up to a stretch of {stretch:.2}"));
         }
-        lines.extend(self.repairs.iter().map(|repair| format!("  {}", console::mended(repair))));
+        lines.extend(self.repairs.iter().map(|repair| format!("  {}", console::repaired(repair))));
         lines
     }
 }
@@ -298,7 +298,7 @@ impl ColliderReport {
                 words += &format!(", {} {what}{}", grouped(number), if number == 1 { "" } else { "s" });
             }
         }
-        let repairs = self.repairs.iter().map(|repair| format!("  {}", console::mended(repair)));
+        let repairs = self.repairs.iter().map(|repair| format!("  {}", console::repaired(repair)));
         std::iter::once(words).chain(repairs).collect()
     }
 }

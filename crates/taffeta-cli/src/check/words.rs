@@ -50,10 +50,10 @@ pub fn of(report: &MeshReport, kind: Option<MeshKind>) -> String {
     lines.join("\n")
 }
 
-/// What was mended, less what the warnings say better.
+/// What was repaired, less what the warnings say better.
 fn repairs(report: &MeshReport) -> impl Iterator<Item = String> {
     let said = |repair: &&String| ["not a manifold", "not orientable"].iter().any(|s| repair.starts_with(s));
-    report.repairs.iter().filter(move |repair| !said(repair)).map(|repair| console::mended(repair))
+    report.repairs.iter().filter(move |repair| !said(repair)).map(|repair| console::repaired(repair))
 }
 
 fn surface(report: &MeshReport) -> String {

@@ -99,7 +99,7 @@ fn check_takes_values_as_run_does() {
 }
 
 #[test]
-fn check_describes_colliders_and_what_was_mended_in_them() {
+fn check_describes_colliders_and_what_was_repaired_in_them() {
     // A tetrahedron whose faces have vertices of their own, and without its last face.
     let faces = ["1 2 3", "1 4 2", "2 4 3", "3 4 1"];
     let corners = ["v 0 0 0", "v 0.1 0 0", "v 0 0 0.1", "v 0 0.1 0"];
@@ -126,7 +126,7 @@ fn check_describes_colliders_and_what_was_mended_in_them() {
         ending(desk.taffeta(&["check", "scene.toml"])).0
     };
     let whole = check(&faces);
-    let said = "\ncollider `stone`: mesh, 4 triangles, closed: solid, 1 keyframe\n  mended: welded 12 vertices into 4";
+    let said = "\ncollider `stone`: mesh, 4 triangles, closed: solid, 1 keyframe\n  repaired: welded 12 vertices into 4";
     assert!(whole.contains(said) && whole.contains("\ncollider `collider1`: sphere\n"), "{whole}");
     let open = check(&faces[..3]);
     assert!(
@@ -135,7 +135,7 @@ fn check_describes_colliders_and_what_was_mended_in_them() {
     );
     let (out, _, code) = ending(desk.taffeta(&["run", "scene.toml", "--frames", "1", "--out", "out"]));
     assert!(
-        code == Some(0) && out.contains("  collider stone: mesh\n    mended: welded 9 vertices"),
+        code == Some(0) && out.contains("  collider stone: mesh\n    repaired: welded 9 vertices"),
         "{out}"
     );
 }

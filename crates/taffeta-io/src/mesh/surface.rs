@@ -1,4 +1,4 @@
-//! From the vertices and faces of a file to a surface that can be simulated, with what was mended on the way.
+//! From the vertices and faces of a file to a surface that can be simulated, with what was repaired on the way.
 
 use super::bow_tie;
 use super::clean::{compact, counted, drop_duplicates, drop_flat};

@@ -2,15 +2,15 @@
 
 use crate::report::look::grouped;
 
-/// One number, as printed, as mended and as it is.
+/// One number, as printed, as corrected and as it is.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// What is computed, with its unit.
     pub what: String,
     /// By the paper's form.
     pub printed: Option<f64>,
-    /// By the mended form.
-    pub mended: Option<f64>,
+    /// By the corrected form.
+    pub corrected: Option<f64>,
     /// By other means.
     pub exact: Option<f64>,
 }
@@ -22,16 +22,16 @@ pub(super) const NONE: Option<f64> = None;
 pub(super) fn found(
     what: impl Into<String>,
     printed: impl Into<Option<f64>>,
-    mended: impl Into<Option<f64>>,
+    corrected: impl Into<Option<f64>>,
     exact: impl Into<Option<f64>>,
 ) -> Finding {
-    Finding { what: what.into(), printed: printed.into(), mended: mended.into(), exact: exact.into() }
+    Finding { what: what.into(), printed: printed.into(), corrected: corrected.into(), exact: exact.into() }
 }
 
 impl Finding {
     /// A row of a table.
     pub(super) fn cells(&self) -> [String; 4] {
-        [self.what.clone(), written(self.printed), written(self.mended), written(self.exact)]
+        [self.what.clone(), written(self.printed), written(self.corrected), written(self.exact)]
     }
 }
 

@@ -31,7 +31,7 @@ const LINKS: Erratum = Erratum {
     paper: Paper::S1,
     place: "section 2.1",
     printed: "\"General nodes can have 12 links except corner nodes and side nodes\"",
-    mended: "nodes next to a side have fewer than 12 as well: bend springs reach two nodes far",
+    corrected: "nodes next to a side have fewer than 12 as well: bend springs reach two nodes far",
     why: "That is so if side nodes are those on the border. In the second row one bend spring is missing, \
           next to a corner two. Algorithm 1 reads beyond the sheet for these nodes, too, if it asks for the \
           border only.",
@@ -50,7 +50,7 @@ const EQ_1: Erratum = Erratum {
     paper: Paper::S1,
     place: "eq. 1; S3, eq. 4",
     printed: "`[k_s (|p2 − p1| − L0) + k_d ((v2 − v1)·(p2 − p1))/|p2 − p1|] (p2 − p1)/|p2 − p1|`",
-    mended: "the same, with |p₂ − p₁|² not below a smallest number where it divides",
+    corrected: "the same, with |p₂ − p₁|² not below a smallest number where it divides",
     why: "The formula is right wherever it has a value. Where both ends come to one place, as in a fold \
           that contact presses flat, it is 0/0, and a single node that is not a number spreads by its \
           springs to the whole sheet.",
@@ -69,22 +69,22 @@ const SMALL_STEP: Erratum = Erratum {
     place: "abstract and section 1; S2, \"Calculation\"; S3, section III-A2",
     printed: "a mass–spring system \"requires a small integration time-step to use a large stiffness \
               coefficient\"",
-    mended: "a flat sheet at rest with all three kinds of springs holds while k h² + 2 d h < 4 m/10.125; 8 \
+    corrected: "a flat sheet at rest with all three kinds of springs holds while k h² + 2 d h < 4 m/10.125; 8 \
              in place of 10.125 without bend springs, 16.3 at most however it is folded",
     why: "All three papers say so, and none says how small. The largest eigenvalue of the springs' \
           stiffness by mass decides: for equal springs and masses it is known, for others it is found by \
           power iteration. Damping makes the step smaller, not larger.",
     setting: "A flat sheet of 16 × 16 free nodes, all springs alike, without damping, each node moved by up \
               to a billionth of the distance of two along each axis by chance; 600 steps, or until a node \
-              is that distance off. Printed: a step 6 % above the limit; mended: 6 % below.",
+              is that distance off. Printed: a step 6 % above the limit; corrected: 6 % below.",
     model: "[the largest stable step](models/integration.md#the-largest-stable-step)",
     experiment: || {
         let steps = [1.06, 0.94].map(|share| share * (4.0f64 / 10.125).sqrt());
-        let [printed, mended] = steps.map(shaken);
+        let [printed, corrected] = steps.map(shaken);
         vec![
             found("k h²/m", steps[0] * steps[0], steps[1] * steps[1], NONE),
-            found("steps until a node is off by the distance of two", printed.1, mended.1, NONE),
-            found("largest way over that at the start", printed.0, mended.0, NONE),
+            found("steps until a node is off by the distance of two", printed.1, corrected.1, NONE),
+            found("largest way over that at the start", printed.0, corrected.0, NONE),
         ]
     },
 };
@@ -128,7 +128,7 @@ const THREAD_ID: Erratum = Erratum {
     place: "section 3.1",
     printed: "ThreadID = `GroupID × ThreadGroupSize + GroupThreadID`, where \"*ThreadGroupSize* is the \
               total number of how many workgroups there are in the compute space\"",
-    mended: "ThreadGroupSize is the number of threads in a workgroup",
+    corrected: "ThreadGroupSize is the number of threads in a workgroup",
     why: "Counted in workgroups, threads of different groups have one number, and most of the sheet has no \
           thread. The formula itself is that of DirectCompute; only the explanation is off.",
     setting: "A sheet of 64 × 64 nodes, in 2 × 2 workgroups of 32 × 32 threads.",
@@ -143,10 +143,10 @@ fn thread_id() -> Vec<Finding> {
             (0..groups).flat_map(|g| (0..threads).map(move |t| g * size + t)).collect();
         ids.len()
     };
-    let [printed, mended] = [groups, threads].map(|size| reached(size) as f64);
+    let [printed, corrected] = [groups, threads].map(|size| reached(size) as f64);
     vec![
-        found("different places along an axis", printed, mended, 64.0),
-        found("nodes that have a thread", printed * printed, mended * mended, 4096.0),
+        found("different places along an axis", printed, corrected, 64.0),
+        found("nodes that have a thread", printed * printed, corrected * corrected, 4096.0),
     ]
 }
 
@@ -156,7 +156,7 @@ const WORKGROUPS: Erratum = Erratum {
     place: "section 3.1",
     printed: "workgroups `(x = ⌈Row/32⌉, y = ⌈Column/32⌉, z = 1)` with the place `jth × Column + ith`, \
               where ith is along X",
-    mended: "`(x = ⌈Column/32⌉, y = ⌈Row/32⌉, z = 1)`",
+    corrected: "`(x = ⌈Column/32⌉, y = ⌈Row/32⌉, z = 1)`",
     why: "In `j × Column + i` the index i counts columns, so X has to run along the columns. On square \
           sheets, which are those of the paper, it makes no difference.",
     setting: "Sheets of 32 rows and 64 columns, and of 64 and 64.",
@@ -176,11 +176,11 @@ fn reached(rows: usize, columns: usize, [along_x, along_y]: [usize; 2]) -> [f64;
 
 fn workgroups() -> Vec<Finding> {
     let printed = reached(32, 64, [32, 64]);
-    let mended = reached(32, 64, [64, 32]);
+    let corrected = reached(32, 64, [64, 32]);
     let square = reached(64, 64, [64, 64])[0];
     vec![
-        found("32 × 64: nodes that have a thread", printed[0], mended[0], 2048.0),
-        found("32 × 64: threads beyond the buffer", printed[1], mended[1], 0.0),
+        found("32 × 64: nodes that have a thread", printed[0], corrected[0], 2048.0),
+        found("32 × 64: threads beyond the buffer", printed[1], corrected[1], 0.0),
         found("64 × 64: nodes that have a thread", square, square, 4096.0),
     ]
 }
@@ -190,7 +190,7 @@ const ALGORITHM_1: Erratum = Erratum {
     paper: Paper::S1,
     place: "algorithm 1",
     printed: "`Force[index] ← ComputeSpringForce(…)`, twelve times",
-    mended: "`Force[index] ← Force[index] + ComputeSpringForce(…)`, for those neighbours that exist, from 0",
+    corrected: "`Force[index] ← Force[index] + ComputeSpringForce(…)`, for those neighbours that exist, from 0",
     why: "An assignment keeps the last spring only. The text above the algorithm says \"accumulate\", and \
           is right. At a border neighbours are missing, which the algorithm does not ask for.",
     setting: "A sheet of 8 × 8 nodes, 0.1 m apart, all springs of 100 N/m, pulled to 1.1 times its length \
@@ -234,12 +234,12 @@ fn forces(
 fn algorithm_1() -> Vec<Finding> {
     let stretched = |[i, j]: [isize; 2]| [0.11 * i as f64, 0.1 * j as f64, 0.0];
     let printed = forces(8, stretched, |_, one| one);
-    let mended = forces(8, stretched, add);
+    let corrected = forces(8, stretched, add);
     let inner = 3 * 8 + 3;
     let net = |forces: &[Vector]| norm(sum(forces.iter().copied()));
     vec![
-        found("force on an inner node [N]", norm(printed[inner]), norm(mended[inner]), 0.0),
-        found("force on the whole sheet, which nothing holds [N]", net(&printed), net(&mended), 0.0),
+        found("force on an inner node [N]", norm(printed[inner]), norm(corrected[inner]), 0.0),
+        found("force on the whole sheet, which nothing holds [N]", net(&printed), net(&corrected), 0.0),
     ]
 }
 
@@ -249,7 +249,7 @@ const ALGORITHM_4: Erratum = Erratum {
     place: "algorithm 4",
     printed: "`If distance(p'-O) < r`: `distance ← p0 - O`, `p1 ← O + normalize(distance) × (r + offset)`, \
               `v1 ← normalize(distance) + normalize(v0)`",
-    mended: "if |p' − O| < r + offset: n = (p' − O)/|p' − O|, p₁ = O + n (r + offset), v₁ = v' − min(n·v', \
+    corrected: "if |p' − O| < r + offset: n = (p' − O)/|p' − O|, p₁ = O + n (r + offset), v₁ = v' − min(n·v', \
              0) n; friction and restitution act on the two parts of v'",
     why: "Unit vectors are no velocities: v₁ has no unit, and a length between 0 and 2 whatever the speed \
           was. Of a node at rest it is not a number, in a shader as here. The new place lies above the old \
@@ -270,8 +270,8 @@ fn contact_printed(before: Vector, _: Vector, v: Vector) -> [Vector; 2] {
     [scale(RADIUS + OFFSET, out), add(out, normalize(v))]
 }
 
-/// The same, mended, without friction and restitution.
-fn contact_mended(_: Vector, after: Vector, v: Vector) -> [Vector; 2] {
+/// The same, corrected, without friction and restitution.
+fn contact_corrected(_: Vector, after: Vector, v: Vector) -> [Vector; 2] {
     let n = normalize(after);
     [scale(RADIUS + OFFSET, n), sub(v, scale(dot(n, v).min(0.0), n))]
 }
@@ -282,18 +282,23 @@ fn algorithm_4() -> Vec<Finding> {
     let end = add(start, way);
     let both = |speed: f64| {
         let v = scale(speed, normalize(way));
-        [contact_printed, contact_mended].map(|contact| contact(start, end, v))
+        [contact_printed, contact_corrected].map(|contact| contact(start, end, v))
     };
     let mut findings: Vec<Finding> = [1.0, 10.0]
         .map(|speed| {
-            let [printed, mended] = both(speed).map(|[_, v]| norm(v));
+            let [printed, corrected] = both(speed).map(|[_, v]| norm(v));
             let along = speed * norm(cross(normalize(end), normalize(way)));
-            found(format!("speed after contact of a node at {speed} m/s [m/s]"), printed, mended, along)
+            found(format!("speed after contact of a node at {speed} m/s [m/s]"), printed, corrected, along)
         })
         .into();
-    let [printed, mended] = both(1.0).map(|[x, _]| 1000.0 * x[0]);
-    findings.push(found("way along the surface [mm]", printed, mended, 1000.0 * 0.51 * end[0] / norm(end)));
-    let still = [contact_printed, contact_mended].map(|contact| norm(contact(start, end, [0.0; 3])[1]));
+    let [printed, corrected] = both(1.0).map(|[x, _]| 1000.0 * x[0]);
+    findings.push(found(
+        "way along the surface [mm]",
+        printed,
+        corrected,
+        1000.0 * 0.51 * end[0] / norm(end),
+    ));
+    let still = [contact_printed, contact_corrected].map(|contact| norm(contact(start, end, [0.0; 3])[1]));
     findings.push(found("speed of a node that has none [m/s]", still[0], still[1], 0.0));
     findings
 }
@@ -304,7 +309,7 @@ const ALGORITHM_5: Erratum = Erratum {
     place: "algorithm 5 and section 3.5",
     printed: "`i ← ThreadID.x`, `i ← ThreadID.y`; normals of the four quadrants called n₁, n₃, n₄, n₅, and \
               `n ← Σ n_i` with i = 1 to 4; \"a single vertex is connected with 8 triangles\"",
-    mended: "`j ← ThreadID.y`; n₁ to n₄ and their sum; as many triangles as the mesh has at the node, 6 \
+    corrected: "`j ← ThreadID.y`; n₁ to n₄ and their sum; as many triangles as the mesh has at the node, 6 \
              where all cells are cut alike",
     why: "By these names the sum has nothing under n₂ and leaves the fourth quadrant out, which tilts every \
           normal. Eight triangles meet where a cell is cut along both diagonals, or at every other node if \
@@ -348,7 +353,7 @@ const UNITY_CLOTH: Erratum = Erratum {
     paper: Paper::S1,
     place: "section 4.3",
     printed: "\"Unity's cloth object can achieve 65,636 nodes with 44.08 fps\"",
-    mended: "65,536 nodes",
+    corrected: "65,536 nodes",
     why: "The next sentence has the limit of such a mesh, 65,536, which is 256². A digit slipped.",
     setting: "The square of a sheet of 256 nodes a side.",
     model: "[springs](models/springs.md#what-the-papers-print-and-what-we-changed)",
@@ -374,7 +379,7 @@ const SPRINGS_3906: Erratum = Erratum {
     place: "section 4.3",
     printed: "1156 nodes and 6598 springs; \"By reducing the level of spring to 3906, the performance \
               achieves 66.06 fps on average for the same cloth model\"",
-    mended: "3906 springs are structural and shear springs of 32 × 32 = 1,024 nodes; 34 × 34 = 1,156 nodes \
+    corrected: "3906 springs are structural and shear springs of 32 × 32 = 1,024 nodes; 34 × 34 = 1,156 nodes \
              have 4,422",
     why: "S1's fig. 1 gives R(C−1) + C(R−1) structural and 2(R−1)(C−1) shear springs. So the two speeds are \
           of two sheets, and not only of springs with and without bending.",
@@ -395,7 +400,7 @@ const NODES_1440: Erratum = Erratum {
     paper: Paper::S1,
     place: "section 4.3",
     printed: "\"the cloth with 1440 nodes and 5550 springs\"",
-    mended: "1,444 nodes",
+    corrected: "1,444 nodes",
     why: "5,550 are the structural and shear springs of 38 × 38 = 1,444 nodes. No rectangle of 1,440 nodes \
           has as many.",
     setting: "As before.",
@@ -418,21 +423,21 @@ mod tests {
 
     #[test]
     fn nodes_with_all_links_are_two_from_each_side() {
-        assert_eq!((LINKS.experiment)()[0].mended, Some(784.0));
+        assert_eq!((LINKS.experiment)()[0].corrected, Some(784.0));
     }
 
     #[test]
     fn a_spring_without_length_has_no_force() {
         let [none, some] = (EQ_1.experiment)().try_into().unwrap();
-        assert!(none.printed.unwrap().is_nan() && none.mended.map(f64::abs) == Some(0.0));
-        assert_eq!(some.printed, some.mended);
+        assert!(none.printed.unwrap().is_nan() && none.corrected.map(f64::abs) == Some(0.0));
+        assert_eq!(some.printed, some.corrected);
     }
 
     #[test]
     fn the_limit_of_the_step_is_where_a_sheet_bursts_and_what_the_engine_finds() {
         let [_, steps, way] = (SMALL_STEP.experiment)().try_into().unwrap();
-        assert!(steps.printed.unwrap() < 100.0 && steps.mended.is_none(), "{steps:?}");
-        assert!(way.mended.unwrap() < 10.0, "{way:?}");
+        assert!(steps.printed.unwrap() < 100.0 && steps.corrected.is_none(), "{steps:?}");
+        assert!(way.corrected.unwrap() < 10.0, "{way:?}");
         let sheet = Body::cloth("sheet", Mesh::grid(34, 34, [3.3, 3.3])).with_mass(Mass::Node(0.15));
         let sheet = sheet.structural(200.0, 0.0).shear(200.0, 0.0).bend(200.0, 0.0);
         let scene = Scene::new("at rest").time(0.01, 0.01).body(sheet);
@@ -453,7 +458,7 @@ mod tests {
         // The last spring goes two nodes back: 100 N/m · 20 mm. 48 nodes have one, 16 have that ahead in its place.
         assert!((inner.printed.unwrap() - 2.0).abs() < 1e-12);
         assert!((net.printed.unwrap() - (48.0 - 16.0) * 2.0).abs() < 1e-9);
-        assert!(inner.mended.unwrap() < 1e-12 && net.mended.unwrap() < 1e-12);
+        assert!(inner.corrected.unwrap() < 1e-12 && net.corrected.unwrap() < 1e-12);
     }
 
     #[test]
@@ -461,17 +466,17 @@ mod tests {
         let [slow, fast, way, still] = algorithm_4().try_into().unwrap();
         assert_eq!(slow.printed, fast.printed);
         assert!((slow.printed.unwrap() - (2.0 - 2f64.sqrt()).sqrt()).abs() < 1e-12);
-        assert!((fast.mended.unwrap() - 10.0 * slow.mended.unwrap()).abs() < 1e-12);
-        assert!((slow.mended.unwrap() - slow.exact.unwrap()).abs() < 1e-12);
+        assert!((fast.corrected.unwrap() - 10.0 * slow.corrected.unwrap()).abs() < 1e-12);
+        assert!((slow.corrected.unwrap() - slow.exact.unwrap()).abs() < 1e-12);
         assert_eq!(way.printed, Some(0.0));
-        assert!(still.printed.unwrap().is_nan() && still.mended == Some(0.0));
+        assert!(still.printed.unwrap().is_nan() && still.corrected == Some(0.0));
     }
 
     #[test]
     fn three_quadrants_of_four_tilt_the_normal() {
         let tilt = algorithm_5()[0].clone();
-        assert!(tilt.printed.unwrap() > 1.0 && tilt.mended.unwrap() < 1e-9);
-        assert_eq!(algorithm_5()[1].mended, Some(6.0));
+        assert!(tilt.printed.unwrap() > 1.0 && tilt.corrected.unwrap() < 1e-9);
+        assert_eq!(algorithm_5()[1].corrected, Some(6.0));
     }
 
     #[test]

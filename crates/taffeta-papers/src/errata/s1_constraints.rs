@@ -18,7 +18,7 @@ const EQ_3: Erratum = Erratum {
     paper: Paper::S1,
     place: "eq. 3",
     printed: "`Φ = (x1 − x2)² + (y1 − y2)² + (z1 − z2)² − r²`",
-    mended: "C = |x₁ − x₂| − r",
+    corrected: "C = |x₁ − x₂| − r",
     why: "Both are 0 at the length r. But eq. 10 goes by the first derivative, and a square is not \
           straight: a pair does not come back to r in a step, and a shortened one is thrown beyond it, to \
           (l + r²/l)/2. C is straight along the pair. Its rows have length 1, and its multipliers are \
@@ -38,8 +38,8 @@ fn closed(l: f64, value: f64, slope: f64) -> f64 {
 fn eq_3() -> Vec<Finding> {
     [1.2, 0.5]
         .map(|l: f64| {
-            let [printed, mended] = [closed(l, l * l - 1.0, 2.0 * l), closed(l, l - 1.0, 1.0)];
-            found(format!("length after the step, from {l}"), printed, mended, 1.0)
+            let [printed, corrected] = [closed(l, l * l - 1.0, 2.0 * l), closed(l, l - 1.0, 1.0)];
+            found(format!("length after the step, from {l}"), printed, corrected, 1.0)
         })
         .into()
 }
@@ -50,7 +50,7 @@ const EQ_5: Erratum = Erratum {
     place: "eq. 5",
     printed: "`C = |2(x1 − Cx), 2(y2 − Cy), 2(z2 − Cz)|`, `D = |−2(x1 − Cx), −2(y1 − Cy), −2(z1 − Cz)|`, \
               where \"C_x, C_y, C_z are the fixed position of the node\"",
-    mended: "2 (x_a − x_b) in the columns of a, −2 (x_a − x_b) in those of b, with a and b the two ends of \
+    corrected: "2 (x_a − x_b) in the columns of a, −2 (x_a − x_b) in those of b, with a and b the two ends of \
              the spring",
     why: "C has one component of x₁ and two of another node, so C + D is not 0 and the constraint pushes \
           the pair as a whole. C_x is the place of the other end, which is as free as the first. The \
@@ -87,7 +87,7 @@ const EQ_6: Erratum = Erratum {
     place: "eq. 6 and the line below",
     printed: "`M q̈ + Φ_qᵀ λ = F^A`, where F^A \"is the accumulation of gravity force and constraint forces \
               acting on the node\"",
-    mended: "F^A is the sum of all forces *but* those of the constraints: gravity, springs that are no \
+    corrected: "F^A is the sum of all forces *but* those of the constraints: gravity, springs that are no \
              constraints, loads",
     why: "Constraint forces are Φ_qᵀ λ, on the other side of eq. 6. In F^A as well they count twice.",
     setting: "1 kg hangs at rest from one constraint: q̈ = 0 in eq. 6.",
@@ -105,7 +105,7 @@ const PHI_T: Erratum = Erratum {
     place: "section 3.2, and the term Φ_t of eqs. 10 and 11",
     printed: "\"computePhi() kernel to compute the Φ_t(q, t), a vector in GPU, and stores in the Phi \
               buffer\"",
-    mended: "the kernel computes Φ(q, t), as table 2 has it; Φ_t = 0",
+    corrected: "the kernel computes Φ(q, t), as table 2 has it; Φ_t = 0",
     why: "Φ_t is the rate of Φ by time alone, with the nodes at rest: 0 where rest lengths do not change. \
           Whoever takes the rate of Φ along the motion, Φ_q q̇, for it counts the velocity twice, for the \
           term after it is the same. Then a constraint does not stop its ends, it throws them back. S3's \
@@ -125,10 +125,15 @@ fn phi_t() -> Vec<Finding> {
         rate - h * 2.0 * slope * multiplier
     };
     let energy = |rate: f64| 0.25 * rate * rate;
-    let [printed, mended] = [after(2.0), after(1.0)];
+    let [printed, corrected] = [after(2.0), after(1.0)];
     vec![
-        found("speed at which the ends part after the step [m/s]", printed, mended, 0.0),
-        found("kinetic energy of the pair after it, 0.25 J before [J]", energy(printed), energy(mended), 0.0),
+        found("speed at which the ends part after the step [m/s]", printed, corrected, 0.0),
+        found(
+            "kinetic energy of the pair after it, 0.25 J before [J]",
+            energy(printed),
+            energy(corrected),
+            0.0,
+        ),
     ]
 }
 
@@ -138,7 +143,7 @@ const RANK: Erratum = Erratum {
     place: "eq. 11",
     printed: "`Φ_q M⁻¹ Φ_qᵀ λ = …`, for all springs of a cloth; \"conjugate gradient is the most \
               well-suited algorithm\", without a criterion to end",
-    mended: "(J M⁻¹ Jᵀ + D) λ = k C/(h (k h + e)) + J v*/h with C = l − L, D = 1/(h (k h + e)): a \
+    corrected: "(J M⁻¹ Jᵀ + D) λ = k C/(h (k h + e)) + J v*/h with C = l − L, D = 1/(h (k h + e)): a \
              constraint gives way as its spring of k [N/m] and e [kg/s] does; end at a residual",
     why: "A cloth has more springs than directions in which its nodes can move. The matrix is then \
           singular, and the right side is not in its range: no λ solves it, the residual cannot fall below \
@@ -154,7 +159,7 @@ const RANK: Erratum = Erratum {
 
 const STEP: f64 = 0.016;
 
-/// Rows of J and values of a crumpled sheet's constraints, `[printed, mended]`.
+/// Rows of J and values of a crumpled sheet's constraints, `[printed, corrected]`.
 fn crumpled() -> [(Matrix, Vec<f64>); 2] {
     let mut chance = Chance(1);
     let places: Vec<Vector> = (0..36)
@@ -164,7 +169,7 @@ fn crumpled() -> [(Matrix, Vec<f64>); 2] {
         })
         .collect();
     let flat = |i: usize| [(i % 6) as f64 * 0.1, (i / 6) as f64 * 0.1, 0.0];
-    let [mut printed, mut mended] = [(vec![], vec![]), (vec![], vec![])];
+    let [mut printed, mut corrected] = [(vec![], vec![]), (vec![], vec![])];
     for [a, b] in sheet_springs(6, 6, &STEPS) {
         let [d, rest] = [sub(places[b], places[a]), sub(flat(b), flat(a))].map(|v| (v, vector::norm(v)));
         let [(d, l), (_, rest)] = [d, rest];
@@ -176,10 +181,10 @@ fn crumpled() -> [(Matrix, Vec<f64>); 2] {
         };
         printed.0.push(row(scale(2.0, d)));
         printed.1.push((l * l - rest * rest) / (STEP * STEP));
-        mended.0.push(row(scale(1.0 / l, d)));
-        mended.1.push((l - rest) / (STEP * STEP));
+        corrected.0.push(row(scale(1.0 / l, d)));
+        corrected.1.push((l - rest) / (STEP * STEP));
     }
-    [printed, mended]
+    [printed, corrected]
 }
 
 /// J M⁻¹ Jᵀ for nodes of 0.1 kg, with compliance on its diagonal.
@@ -190,23 +195,23 @@ fn system(rows: &Matrix, compliance: f64) -> Matrix {
 }
 
 fn rank() -> Vec<Finding> {
-    let [(printed_rows, printed_b), (mended_rows, mended_b)] = crumpled();
-    let [printed, mended] =
-        [system(&printed_rows, 0.0), system(&mended_rows, 1.0 / (20_000.0 * STEP * STEP))];
-    let [printed_range, mended_range] = [&printed, &mended].map(|matrix| basis(matrix.iter().cloned()));
+    let [(printed_rows, printed_b), (corrected_rows, corrected_b)] = crumpled();
+    let [printed, corrected] =
+        [system(&printed_rows, 0.0), system(&corrected_rows, 1.0 / (20_000.0 * STEP * STEP))];
+    let [printed_range, corrected_range] = [&printed, &corrected].map(|matrix| basis(matrix.iter().cloned()));
     let least = |b: &Vec<f64>, range: &[Vec<f64>]| norm(&without(without(b.clone(), range), range)) / norm(b);
     let constraints = printed_b.len();
     let mut findings = vec![
         found(
             format!("rank of the matrix, {constraints} constraints"),
             printed_range.len() as f64,
-            mended_range.len() as f64,
+            corrected_range.len() as f64,
             NONE,
         ),
         found(
             "least residual of any λ",
             least(&printed_b, &printed_range),
-            least(&mended_b, &mended_range),
+            least(&corrected_b, &corrected_range),
             NONE,
         ),
     ];
@@ -215,7 +220,7 @@ fn rank() -> Vec<Finding> {
             residual(matrix, &conjugate_gradients(matrix, b, iterations, guarded), b)
         };
         let what = format!("residual after {iterations} iterations");
-        findings.push(found(what, of(&printed, &printed_b), of(&mended, &mended_b), NONE));
+        findings.push(found(what, of(&printed, &printed_b), of(&corrected, &corrected_b), NONE));
     }
     findings
 }
@@ -225,7 +230,7 @@ const EQ_13: Erratum = Erratum {
     paper: Paper::S1,
     place: "eqs. 13 and 16",
     printed: "`α_i = r_iᵀ r_i / (p_iᵀ A p_i)`, `β_i = r_(i+1)ᵀ r_(i+1) / (r_iᵀ r_i)`",
-    mended: "end where r is 0, or take 0 where the divisor is not above 0",
+    corrected: "end where r is 0, or take 0 where the divisor is not above 0",
     why: "Where nothing is left to solve both are 0/0. That is not rare: a sheet in free fall has its \
           lengths and no relative velocity, so the right side of eq. 11 is 0 in the very first step.",
     setting: "A chain of three nodes of 0.1 kg in free fall from rest, one step of 16 ms, 10 iterations.",
@@ -245,7 +250,7 @@ const NO_MASS: Erratum = Erratum {
     paper: Paper::S1,
     place: "algorithm 2",
     printed: "`value ← value + (A[ia] × A[jb])`",
-    mended: "value ← value + A[ia] · w · A[jb], with w the inverse mass of the node of column JA[ia]; 0 for \
+    corrected: "value ← value + A[ia] · w · A[jb], with w the inverse mass of the node of column JA[ia]; 0 for \
              a held node",
     why: "The product is Φ_q Φ_qᵀ; eq. 11 has Φ_q M⁻¹ Φ_qᵀ. The two agree for nodes of 1 kg only. Lighter \
           nodes are thrown beyond the goal, heavier ones hardly move, and a held node counts as if it \
@@ -270,7 +275,7 @@ const COUNTER: Erratum = Erratum {
     paper: Paper::S1,
     place: "algorithm 2",
     printed: "`InterlockAdd(nnzIndex, 1)`, then `COO[nnzIndex] ← float3(i, j, value)`",
-    mended: "`InterlockedAdd(nnz[0], 1, place)`, then `COO[place] ← …`: the place is what the counter was \
+    corrected: "`InterlockedAdd(nnz[0], 1, place)`, then `COO[place] ← …`: the place is what the counter was \
              *before*",
     why: "The counter is raised safely, and then read once more. In between other threads have raised it, \
           so several entries go to one place and others stay empty; threads of a warp run in step, so that \
@@ -286,14 +291,14 @@ fn counter() -> Vec<Finding> {
     // Each thread finds the counter as those before it have left it, and all read it when the last has raised it.
     let [before, after]: [Vec<u32>; 2] = [(0..32).collect(), vec![32; 32]];
     let kept = |places: Vec<u32>| places.into_iter().collect::<BTreeSet<_>>().len() as f64;
-    let [printed, mended] = [after, before].map(kept);
+    let [printed, corrected] = [after, before].map(kept);
     let springs = sheet_springs(34, 34, &STEPS);
     let mut degree = vec![0usize; 34 * 34];
     springs.iter().flatten().for_each(|node| degree[*node] += 1);
     let entries = degree.iter().map(|d| d * d).sum::<usize>() - springs.len();
     let m = springs.len() as f64;
     vec![
-        found("entries that are kept, of 32", printed, mended, 32.0),
+        found("entries that are kept, of 32", printed, corrected, 32.0),
         found("threads for the matrix", m * m, m, NONE),
         found("entries of the matrix", NONE, entries as f64, NONE),
     ]
@@ -305,7 +310,7 @@ const ACAD: Erratum = Erratum {
     place: "section 3.3",
     printed: "a spring that \"exceeds 10% of the spring rest length\" becomes a constraint by eq. 11, which \
               ends \"after the constraint force is found\"",
-    mended: "with compliance D = ε (w_a + w_b), ε = 0.3; or ε = 0.1 and the threshold 1.1 L as the goal in \
+    corrected: "with compliance D = ε (w_a + w_b), ε = 0.3; or ε = 0.1 and the threshold 1.1 L as the goal in \
              place of L",
     why: "Solved well, the constraint closes the whole gap in one step, with the kinetic energy that this \
           takes: more than the spring held wherever a sheet of all three kinds of springs is stable by \
@@ -351,7 +356,7 @@ const LARGE_STEP: Erratum = Erratum {
     place: "section 5",
     printed: "the constraint-based method \"provides stable and effective control of cloth behavior even \
               with collision objects, and can be used with a large integration time-step\"",
-    mended: "\"… with steps up to h² T/(m L) = 1\", T the pull of a spring; for n rows that hang, h² n g/L \
+    corrected: "\"… with steps up to h² T/(m L) = 1\", T the pull of a spring; for n rows that hang, h² n g/L \
              < 1",
     why: "A constraint pulls along the line between its ends as it was before the step. Across that line \
           nothing is implicit: a wave across a taut line grows once h² ω² > 4, and the shortest wave has ω² \
@@ -360,7 +365,7 @@ const LARGE_STEP: Erratum = Erratum {
     setting: "A chain of ten links of 0.1 m hangs from one end, pushed aside by 0.1 µm at its lower end; \
               constraints l − L, each system solved exactly; 400 steps. The limit of its fastest wave is \
               known (ω² = 29.92 g/L, from the zeros of a Laguerre polynomial). Printed: a step 5 % above \
-              it; mended: 5 % below.",
+              it; corrected: 5 % below.",
     model: "[implicit constraints](models/ice.md#across-them-h-tm-l--1)",
     experiment: large_step,
 };
@@ -403,12 +408,12 @@ fn limit() -> f64 {
 
 fn large_step() -> Vec<Finding> {
     let steps = [1.05, 0.95].map(|share| share * limit());
-    let [printed, mended] = steps.map(swings);
+    let [printed, corrected] = steps.map(swings);
     let hanging = steps.map(|h| h * h * 10.0 * 9.81 / 0.1);
     vec![
         found("step [ms]", 1e3 * steps[0], 1e3 * steps[1], NONE),
         found("h² n g/L, safe below 1", hanging[0], hanging[1], NONE),
-        found("largest way aside over the push", printed, mended, NONE),
+        found("largest way aside over the push", printed, corrected, NONE),
     ]
 }
 
@@ -427,30 +432,30 @@ mod tests {
     fn mixed_indices_push_the_pair() {
         let [slope, push] = eq_5().try_into().unwrap();
         assert_eq!(slope.printed, Some(0.0));
-        assert!(push.printed.unwrap() > 0.5 && push.mended == Some(0.0));
+        assert!(push.printed.unwrap() > 0.5 && push.corrected == Some(0.0));
     }
 
     #[test]
     fn a_velocity_that_counts_twice_is_thrown_back() {
-        assert_eq!([phi_t()[0].printed, phi_t()[0].mended], [Some(-1.0), Some(0.0)]);
+        assert_eq!([phi_t()[0].printed, phi_t()[0].corrected], [Some(-1.0), Some(0.0)]);
     }
 
     #[test]
     fn the_matrix_is_singular_and_conjugate_gradients_run_away() {
         let found = rank();
         // 36 nodes have 108 directions, 6 of them rigid.
-        assert_eq!([found[0].printed, found[0].mended], [Some(102.0), Some(158.0)]);
+        assert_eq!([found[0].printed, found[0].corrected], [Some(102.0), Some(158.0)]);
         let least = found[1].printed.unwrap();
-        assert!(least > 0.1 && found[1].mended.unwrap() < 1e-9, "{least}");
+        assert!(least > 0.1 && found[1].corrected.unwrap() < 1e-9, "{least}");
         assert!(found[2..].iter().all(|one| one.printed.unwrap() >= least));
         let last = &found[5];
-        assert!(last.printed.unwrap() > 1.0 && last.mended.unwrap() < 1e-9, "{last:?}");
+        assert!(last.printed.unwrap() > 1.0 && last.corrected.unwrap() < 1e-9, "{last:?}");
     }
 
     #[test]
     fn free_fall_is_not_a_number_as_printed() {
         let fall = (EQ_13.experiment)()[0].clone();
-        assert!(fall.printed.unwrap().is_nan() && fall.mended == fall.exact);
+        assert!(fall.printed.unwrap().is_nan() && fall.corrected == fall.exact);
     }
 
     #[test]
@@ -466,22 +471,22 @@ mod tests {
     #[test]
     fn entries_of_a_warp_go_to_one_place() {
         let [kept, threads, entries] = counter().try_into().unwrap();
-        assert_eq!([kept.printed, kept.mended], [Some(1.0), Some(32.0)]);
+        assert_eq!([kept.printed, kept.corrected], [Some(1.0), Some(32.0)]);
         assert_eq!(threads.printed, Some(43_533_604.0));
-        assert!((145e3..147e3).contains(&entries.mended.unwrap()));
+        assert!((145e3..147e3).contains(&entries.corrected.unwrap()));
     }
 
     #[test]
     fn adaptive_constraints_as_printed_win_energy_wherever_springs_are_stable() {
         let found = acad();
         assert!(found.iter().all(|one| one.printed.unwrap() > 1.0));
-        let [at_16, longest, at_5, to_threshold] = [0, 1, 2, 3].map(|i| found[i].mended.unwrap());
+        let [at_16, longest, at_5, to_threshold] = [0, 1, 2, 3].map(|i| found[i].corrected.unwrap());
         assert!(at_16 < 1.0 && longest < 1.0 && to_threshold < 1.0 && at_5 > 1.0);
     }
 
     #[test]
     fn a_hanging_chain_swings_up_above_its_limit_alone() {
         let aside = large_step()[2].clone();
-        assert!(aside.printed.unwrap() > 1e3 && aside.mended.unwrap() < 30.0, "{aside:?}");
+        assert!(aside.printed.unwrap() > 1e3 && aside.corrected.unwrap() < 30.0, "{aside:?}");
     }
 }

@@ -16,7 +16,7 @@ const SHEAR: Erratum = Erratum {
     place: "\"Structure\", the list of springs",
     printed: "\"shear springs (green): (i, j) connects to each (i+1, j+1), (i-1, j+1), (i-1, j+1), and \
               (i-1, j-1)\"",
-    mended: "(i+1, j+1), (i−1, j+1), **(i+1, j−1)** and (i−1, j−1)",
+    corrected: "(i+1, j+1), (i−1, j+1), **(i+1, j−1)** and (i−1, j−1)",
     why: "One diagonal stands twice and one is missing. Gathered by this list a spring pulls at one end \
           twice and at the other not at all, so the matrix of springs is not \"diagonally symmetric\", as \
           the article rightly wants it.",
@@ -50,7 +50,7 @@ const DAMPING: Erratum = Erratum {
     paper: Paper::S2,
     place: "\"Calculation\", step 1",
     printed: "\"Damping force: force applied to oppose a fraction of the motion\"",
-    mended: "f = c (Δv·d)/l · d/l: only the rate at which the spring gets longer",
+    corrected: "f = c (Δv·d)/l · d/l: only the rate at which the spring gets longer",
     why: "The sentence does not say which motion. Where it is all of the motion of one end against the \
           other, a cloth that turns without changing its shape slows down in empty space, for nothing \
           balances the moment. Projected on the spring, as in S1's eq. 1 and S3's eq. 4, rigid motions are \
@@ -71,19 +71,19 @@ fn damped(d: Vector, dv: Vector, projected: bool) -> [f64; 2] {
 fn damping() -> Vec<Finding> {
     let d = [1.0, 0.0, 0.0];
     let [turning, parting] = [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]];
-    let [printed, mended] = [false, true].map(|projected| damped(d, turning, projected));
-    let [printed_apart, mended_apart] = [false, true].map(|projected| damped(d, parting, projected));
+    let [printed, corrected] = [false, true].map(|projected| damped(d, turning, projected));
+    let [printed_apart, corrected_apart] = [false, true].map(|projected| damped(d, parting, projected));
     // Half the mass at the distance of 1 m, at 1 rad/s.
     let spin = 0.5;
     vec![
-        found("turning: power [W]", printed[0], mended[0], 0.0),
+        found("turning: power [W]", printed[0], corrected[0], 0.0),
         found(
             "turning: rate at which angular momentum is lost [1/s]",
             -printed[1] / spin,
-            -mended[1] / spin,
+            -corrected[1] / spin,
             0.0,
         ),
-        found("parting: power [W]", printed_apart[0], mended_apart[0], -0.5),
+        found("parting: power [W]", printed_apart[0], corrected_apart[0], -0.5),
     ]
 }
 
@@ -92,7 +92,7 @@ const WIND: Erratum = Erratum {
     paper: Paper::S2,
     place: "\"Calculation\", step 2",
     printed: "\"Add wind/gravity force vector\", one for each particle",
-    mended: "gravity is an acceleration, m g for a particle of mass m; wind acts on areas: of each \
+    corrected: "gravity is an acceleration, m g for a particle of mass m; wind acts on areas: of each \
              triangle, by its normal and the flow against it",
     why: "Unless it is scaled with the mesh, which the article does not say, a force for each particle \
           makes a fine sheet heavier than a coarse one, and has it catch more wind; and a sheet catches as \
@@ -119,7 +119,7 @@ const OBJECTS: Erratum = Erratum {
     place: "\"Calculation\", steps 3 and 4",
     printed: "\"If colliding, cancel out the velocity and force component in the direction of the object \
               normal\"; for the floor \"in the z direction\"",
-    mended: "cancel only what points *into* the object, and put the particle back onto its surface",
+    corrected: "cancel only what points *into* the object, and put the particle back onto its surface",
     why: "As it stands what points outward is cancelled, too: a particle that has touched can never be \
           lifted off. And one that has sunk in stays there.",
     setting: "A particle of 1 kg in contact with the floor is lifted with 20 N against its weight, for a \
@@ -129,14 +129,14 @@ const OBJECTS: Erratum = Erratum {
 };
 
 /// Height after a second under a force.
-fn lifted(mut height: f64, force: f64, mended: bool) -> f64 {
+fn lifted(mut height: f64, force: f64, corrected: bool) -> f64 {
     let [mut v, h] = [0.0, 1e-3];
     for _ in 0..1000 {
         let mut a = force;
         if height < 0.01 {
-            let inward = |x: f64| if mended { x.max(0.0) } else { 0.0 };
+            let inward = |x: f64| if corrected { x.max(0.0) } else { 0.0 };
             [a, v] = [inward(a), inward(v)];
-            height = if mended { height.max(0.0) } else { height };
+            height = if corrected { height.max(0.0) } else { height };
         }
         v += h * a;
         height += h * v;
@@ -164,7 +164,7 @@ const ELASTIC: Erratum = Erratum {
     paper: Paper::S2,
     place: "\"Calculation\", step 5",
     printed: "\"Proximity check (per particle)\", \"If colliding, apply elastic collision\"",
-    mended: "where a particle has c contacts, each acts on a c-th of its mass: impulse J = −(1 + e) \
+    corrected: "where a particle has c contacts, each acts on a c-th of its mass: impulse J = −(1 + e) \
              Δv·n/(w_a c_a + w_b c_b)",
     why: "A particle that touches two others gets both answers in full. If each is found from the state \
           before the step, energy comes from nowhere; if one after the other, each particle in a thread of \
@@ -204,7 +204,7 @@ const BINS: Erratum = Erratum {
     printed: "\"only the particles in the neighboring bins (a 3x3x3 area surrounding the current bin) were \
               considered\"; \"It is very unlikely that a particle will skip an entire bin over the course \
               of a frame\"",
-    mended: "fill bins from all particles (counting sort), each refresh; it costs as little for each \
+    corrected: "fill bins from all particles (counting sort), each refresh; it costs as little for each \
              particle",
     why: "A particle that has skipped a bin is in no neighbouring bin's list, then or ever after: it passes \
           through all others. The narrower bins are, the less there is to look at, and the lower is the \
@@ -218,14 +218,14 @@ const BINS: Erratum = Erratum {
 const BIN: f64 = 0.02;
 
 /// In how many frames some bin knows a particle at this speed [m/s].
-fn known(speed: f64, mended: bool) -> f64 {
+fn known(speed: f64, corrected: bool) -> f64 {
     let bin = |frame: u32| (speed * f64::from(frame) / 30.0 / BIN).floor() as i64;
     let mut listed = Some(bin(0));
     let mut frames = 0.0;
     for frame in 1..=30 {
         let here = bin(frame);
         let near = listed.is_some_and(|there| (there - here).abs() <= 1);
-        listed = (near || mended).then_some(here);
+        listed = (near || corrected).then_some(here);
         frames += f64::from(u8::from(listed.is_some()));
     }
     frames
@@ -254,15 +254,15 @@ mod tests {
         assert_eq!([different.printed, both.printed], [Some(3.0), Some(0.5)]);
         // Two springs too many of 100 N/m · 0.1 · 0.1 √2 m: one at either side of the diagonal.
         assert!((net.printed.unwrap() - 2.0 * 2f64.sqrt()).abs() < 1e-12);
-        assert!(net.mended.unwrap() < 1e-12);
+        assert!(net.corrected.unwrap() < 1e-12);
     }
 
     #[test]
     fn only_projected_damping_leaves_a_rotation_alone() {
         let [power, lost, apart] = damping().try_into().unwrap();
         assert_eq!([power.printed, lost.printed], [Some(-0.5), Some(1.0)]);
-        assert_eq!([power.mended.map(f64::abs), lost.mended.map(f64::abs)], [Some(0.0); 2]);
-        assert_eq!(apart.printed, apart.mended);
+        assert_eq!([power.corrected.map(f64::abs), lost.corrected.map(f64::abs)], [Some(0.0); 2]);
+        assert_eq!(apart.printed, apart.corrected);
     }
 
     #[test]
@@ -276,7 +276,7 @@ mod tests {
     fn what_is_lifted_leaves_and_what_has_sunk_comes_up() {
         let [up, sunk] = objects().try_into().unwrap();
         assert_eq!(up.printed, Some(0.0));
-        assert!((up.mended.unwrap() - up.exact.unwrap()).abs() < 1e-9);
+        assert!((up.corrected.unwrap() - up.exact.unwrap()).abs() < 1e-9);
         assert_eq!(sunk.printed, Some(-5.0));
     }
 
@@ -284,7 +284,7 @@ mod tests {
     fn full_impulses_win_energy_or_lose_momentum() {
         let [at_once, in_turn, momentum, _] = elastic().try_into().unwrap();
         assert_eq!([at_once.printed, in_turn.printed, momentum.printed], [Some(2.0), Some(0.5), Some(1.0)]);
-        assert!((at_once.mended.unwrap() - 1.0).abs() < 1e-12);
+        assert!((at_once.corrected.unwrap() - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -16,12 +16,12 @@ const EULER: Erratum = Erratum {
     place: "section III and eqs. 2 and 3; S1, section 4.3",
     printed: "\"explicit Euler is used as a time integration method\", with `x_i(t + Δt) = x_i(t) + Δt \
               v_i(t + Δt)`",
-    mended: "the equations are right; their name is semi-implicit, or symplectic, Euler",
+    corrected: "the equations are right; their name is semi-implicit, or symplectic, Euler",
     why: "Explicit Euler moves by the *old* velocity, and every undamped spring then gains energy at every \
           step, however short. Eq. 3 takes the new one, and the energy stays about what it was. Who \
           programs the name and not the equation gets another method.",
     setting: "A spring of 100 N/m with 1 kg, stretched by 0.1 m, 1,000 steps of 10 ms; energy at the end \
-              over that at the start. Printed: the method of the name; mended: eqs. 2 and 3.",
+              over that at the start. Printed: the method of the name; corrected: eqs. 2 and 3.",
     model: "[integration](models/integration.md#source)",
     experiment: || {
         let energy = |new_velocity: bool| {
@@ -42,7 +42,7 @@ const ALGORITHM_3: Erratum = Erratum {
     paper: Paper::S3,
     place: "algorithm 3, lines 6 and 7; algorithm 4, line 9",
     printed: "`Force buffer[i1] = InterlockAdd(force)`, `Volume buffer[0] = InterlockAdd(volume)`",
-    mended: "add to the place and assign nothing; set it back to zero in each step",
+    corrected: "add to the place and assign nothing; set it back to zero in each step",
     why: "An atomic sum hands out the value from before it. Assigned to the place that it was added to, \
           that takes the sum back. The text explains what is meant, a loop of compare and exchange. Where \
           sums start from zero again neither says.",
@@ -78,11 +78,11 @@ const FRAMES: Erratum = Erratum {
     paper: Paper::S3,
     place: "section V-B",
     printed: "\"we run all simulations with a fixed time step size of 0.0001\"; averages \"for 400 frames\"",
-    mended: "say how many steps a frame has, and what the nodes weigh",
+    corrected: "say how many steps a frame has, and what the nodes weigh",
     why: "With a step a frame 400 frames are 0.04 s, in which nothing falls as far as in the paper's \
           figures; with frames of 1/60 s each has 167 steps. Frame rates and losses of the two differ \
           widely, and cannot be compared with others as long as this is open.",
-    setting: "400 frames of free fall. Printed: a step a frame; mended: 1/60 s a frame, as one would show \
+    setting: "400 frames of free fall. Printed: a step a frame; corrected: 1/60 s a frame, as one would show \
               it.",
     model: "[frames and sub-steps](models/integration.md#frames-and-sub-steps)",
     experiment: || {
@@ -102,7 +102,7 @@ const SIZES: Erratum = Erratum {
     paper: Paper::S3,
     place: "section V-B",
     printed: "\"the mesh with a maximum resolution of 31K nodes and about 20K triangles\"",
-    mended: "a closed surface has about twice as many triangles as nodes: N nodes have 2N − 4 without holes \
+    corrected: "a closed surface has about twice as many triangles as nodes: N nodes have 2N − 4 without holes \
              through the body",
     why: "Each triangle has three corners, and at each node at least three triangles meet, so there are at \
           least as many triangles as nodes on any closed surface. Perhaps nodes inside, of the tetrahedra \
@@ -129,7 +129,7 @@ const SPEED_UP: Erratum = Erratum {
     paper: Paper::S3,
     place: "section VI, against the abstract and section V-B",
     printed: "\"the average speedup of factor 2.53\"; \"an average of 95.35 for the conventional MSM\"",
-    mended: "2.54, as in the other two places; 95.35 %",
+    corrected: "2.54, as in the other two places; 95.35 %",
     why: "One of the two is rounded otherwise. Of the five models behind the mean the text prints both \
           rates for two only, so it cannot be computed again.",
     setting: "What the text prints: frames a second of the armadillo (54.5 and 28.19) and the dragon (39.39 \
@@ -153,25 +153,25 @@ mod tests {
         let energy = (EULER.experiment)()[0].clone();
         // Each step multiplies the energy by 1 + h² k/m.
         assert!((energy.printed.unwrap() / 1.01f64.powi(1000) - 1.0).abs() < 1e-9);
-        assert!((0.9..1.1).contains(&energy.mended.unwrap()), "{energy:?}");
+        assert!((0.9..1.1).contains(&energy.corrected.unwrap()), "{energy:?}");
     }
 
     #[test]
     fn an_assigned_sum_is_lost_and_one_without_zero_is_kept() {
         let [letter, again] = (ALGORITHM_3.experiment)().try_into().unwrap();
-        assert_eq!([letter.printed, letter.mended, again.printed], [Some(0.0), Some(6.0), Some(12.0)]);
+        assert_eq!([letter.printed, letter.corrected, again.printed], [Some(0.0), Some(6.0), Some(12.0)]);
     }
 
     #[test]
     fn a_step_a_frame_falls_some_millimetres() {
         let [_, fall, steps] = (FRAMES.experiment)().try_into().unwrap();
         assert!((fall.printed.unwrap() - 0.007_867_62).abs() < 1e-9);
-        assert_eq!(steps.mended, Some(167.0));
+        assert_eq!(steps.corrected, Some(167.0));
     }
 
     #[test]
     fn a_ball_has_twice_as_many_triangles_as_nodes_less_four() {
         let nodes = sizes()[2].clone();
-        assert_eq!([nodes.mended, nodes.exact], [Some(10_242.0); 2]);
+        assert_eq!([nodes.corrected, nodes.exact], [Some(10_242.0); 2]);
     }
 }

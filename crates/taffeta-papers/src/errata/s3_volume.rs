@@ -32,7 +32,7 @@ fn eq_10_even(corners: Corners) -> Corners {
 }
 
 /// The derivative, the same for all corners.
-fn mended([a, b, c]: Corners) -> Corners {
+fn corrected([a, b, c]: Corners) -> Corners {
     [scale(1.0 / 6.0, cross(sub(b, a), sub(c, a))); 3]
 }
 
@@ -80,7 +80,7 @@ const FAR: Erratum = Erratum {
     paper: Paper::S3,
     place: "eqs. 7 and 10, in the single precision of a shader",
     printed: "`V = 1/9 Σ A_e (a_e + b_e + c_e)ᵀ n_e`, and products of coordinates in eq. 10",
-    mended: "the same with places counted from a node of the body; ∂V/∂a = (b − a)×(c − a)/6",
+    corrected: "the same with places counted from a node of the body; ∂V/∂a = (b − a)×(c − a)/6",
     why: "Eq. 7 is right, and neither depends on the origin in exact numbers. But what cancels over the \
           surface grows with the distance from the origin, for eq. 10 with its square, and 24 bits lose the \
           rest. Differences of near places lose nothing.",
@@ -123,7 +123,7 @@ fn far() -> Vec<Finding> {
     let triangles: Vec<[Single; 3]> = surface.triangles.iter().map(|t| t.map(corner)).collect();
     let right = volume(&surface.nodes, &surface.triangles);
     let off = |o: Single| (f64::from(single_volume(&triangles, o)) / right - 1.0).abs();
-    let exact = gathered(&surface, mended);
+    let exact = gathered(&surface, corrected);
     let error = |part: fn([Single; 3], usize) -> Single| {
         let mut row = vec![[0f32; 3]; surface.nodes.len()];
         for (triangle, corners) in surface.triangles.iter().zip(&triangles) {
@@ -148,14 +148,14 @@ const EQ_10: Erratum = Erratum {
     paper: Paper::S3,
     place: "eqs. 10a to 10c",
     printed: "`∂V/∂x1 = ½ (y3 z2 − y2 z3)`, and so on",
-    mended: "`∂V/∂x1 = ⅙ (y2 z3 − y3 z2)`, and so on: ∂V/∂a = (b × c)/6, or (b − a)×(c − a)/6 at each \
+    corrected: "`∂V/∂x1 = ⅙ (y2 z3 − y3 z2)`, and so on: ∂V/∂a = (b × c)/6, or (b − a)×(c − a)/6 at each \
              corner",
     why: "The volume of eq. 7 is Σ a·(b × c)/6, so the factor is ⅙, and for triangles counter-clockwise \
           from outside the sign is the other one: eq. 10 is −3 times the derivative. Put into eqs. 11 to 14 \
           with a derivative J = −3 g, the velocity's part comes out right, for J stands there twice; Φ \
           stands there once, and the step drives the volume away from its goal: Φ' = 4/3 Φ.",
     setting: "A ball of 0.5 m with 162 nodes of 1 kg around (1, 2, 3), ∂V/∂z₂ as in [s3-eq10b](#s3-eq10b) \
-              mended. Exact: differences of the volume. Growth: steps by eqs. 11 to 14 from rest, no other \
+              corrected. Exact: differences of the volume. Growth: steps by eqs. 11 to 14 from rest, no other \
               force, with a millionth of the volume too little.",
     model: "[volume](models/volume.md#what-the-paper-prints-and-what-we-changed)",
     experiment: eq_10_against_differences,
@@ -187,21 +187,21 @@ fn eq_10_against_differences() -> Vec<Finding> {
         let left: Vec<Vector> = row.iter().zip(&right).map(|(a, b)| sub(*a, *b)).collect();
         length(&left) / length(&right)
     };
-    let [printed, mended_row] =
-        [eq_10_even as fn(Corners) -> Corners, mended].map(|parts| gathered(&surface, parts));
+    let [printed, corrected_row] =
+        [eq_10_even as fn(Corners) -> Corners, corrected].map(|parts| gathered(&surface, parts));
     vec![
-        found("gradient over the derivative", by_right(&printed), by_right(&mended_row), 1.0),
-        found("its relative error", off(&printed), off(&mended_row), 0.0),
+        found("gradient over the derivative", by_right(&printed), by_right(&corrected_row), 1.0),
+        found("its relative error", off(&printed), off(&corrected_row), 0.0),
         found(
             "error of the volume after a step, over that before",
             growth(eq_10_even, 1),
-            growth(mended, 1),
+            growth(corrected, 1),
             0.0,
         ),
         found(
             "error of the volume after 30 steps, over that before",
             growth(eq_10_even, 30),
-            growth(mended, 30),
+            growth(corrected, 30),
             0.0,
         ),
     ]
@@ -212,7 +212,7 @@ const EQ_10B: Erratum = Erratum {
     paper: Paper::S3,
     place: "eq. 10b",
     printed: "`∂V/∂z2 = ½ (x3 y1 − x1 y3)`",
-    mended: "with the sign of its neighbours `½ (x1 y3 − x3 y1)`; right is `⅙ (x3 y1 − x1 y3)`",
+    corrected: "with the sign of its neighbours `½ (x1 y3 − x3 y1)`; right is `⅙ (x3 y1 − x1 y3)`",
     why: "Of the nine parts of eq. 10 eight have the wrong sign, and this one has the right one: its two \
           terms stand the other way round. As it is printed the gradient depends on which corner of a \
           triangle is named second, and its sum is not 0, so that a body under pressure pushes itself \
@@ -232,7 +232,7 @@ fn eq_10b() -> Vec<Finding> {
         let left: Vec<Vector> = rows[0].iter().zip(&rows[1]).map(|(a, b)| sub(*a, *b)).collect();
         length(&left) / length(&rows[0])
     };
-    let [printed, mended_rows] = [both(eq_10), both(mended)];
+    let [printed, corrected_rows] = [both(eq_10), both(corrected)];
     let triangle = [[1.0, 0.2, 0.1], [0.3, 1.0, 0.4], [0.2, 0.1, 1.0]];
     let right = scale(1.0 / 6.0, cross(triangle[2], triangle[0]));
     let part = eq_10(triangle)[1];
@@ -242,10 +242,15 @@ fn eq_10b() -> Vec<Finding> {
         found(
             "force on the whole ball over the sum of all forces",
             net(&printed[0]),
-            net(&mended_rows[0]),
+            net(&corrected_rows[0]),
             0.0,
         ),
-        found("change when triangles begin at another corner", change(&printed), change(&mended_rows), 0.0),
+        found(
+            "change when triangles begin at another corner",
+            change(&printed),
+            change(&corrected_rows),
+            0.0,
+        ),
     ]
 }
 
@@ -255,10 +260,10 @@ const EQ_14: Erratum = Erratum {
     place: "eq. 14, where it is programmed",
     printed: "eq. 14 itself is right with `(1/Δt²) Φ`; programs that have Φ there, as the authors' public \
               shader has by our reading, keep something else",
-    mended: "Φ/h², with the gradient of `s3-eq10`",
+    corrected: "Φ/h², with the gradient of `s3-eq10`",
     why: "With eq. 10 as printed, Φ in place of Φ/h² hides the growth by 4/3: the error grows by h²/3 a \
           step only. But then nothing gives back what contact or rounding take: the volume is kept at what \
-          it happens to be. That is a loss of some per cent where the mended form loses none.",
+          it happens to be. That is a loss of some per cent where the corrected form loses none.",
     setting: "An error of 1 in the volume, steps of 0.1 ms (S3's) for a second, to first order: Φ' = Φ − h² \
               s Φ with s = −1/(3 h²), −1/3, 1 and 1/h².",
     model: "[volume](models/volume.md#forms)",
@@ -286,17 +291,19 @@ const EQ_15: Erratum = Erratum {
     paper: Paper::S3,
     place: "eq. 15",
     printed: "`W_i = ½ [cos(‖x_i − c‖/r) + 1]`",
-    mended: "W = ½ [cos(π s/r) + 1] for s = |x − c| < r, else 0",
+    corrected: "W = ½ [cos(π s/r) + 1] for s = |x − c| < r, else 0",
     why: "\"r is the radius for the affected zone\", but without π the weight is 0.77 there, falls to 0 at \
           π r and is back at 1 at 2π r, for there is no end to it.",
     setting: "The weight at some distances.",
     model: "[volume](models/volume.md#weights)",
     experiment: || {
         let printed = |s: f64| 0.5 * (s.cos() + 1.0);
-        let mended = |s: f64| if s < 1.0 { 0.5 * ((PI * s).cos() + 1.0) } else { 0.0 };
+        let corrected = |s: f64| if s < 1.0 { 0.5 * ((PI * s).cos() + 1.0) } else { 0.0 };
         let distances =
             [("0", 0.0, 1.0), ("r/2", 0.5, 0.5), ("r", 1.0, 0.0), ("π r", PI, 0.0), ("2π r", 2.0 * PI, 0.0)];
-        distances.map(|(name, s, exact)| found(format!("W at {name}"), printed(s), mended(s), exact)).into()
+        distances
+            .map(|(name, s, exact)| found(format!("W at {name}"), printed(s), corrected(s), exact))
+            .into()
     },
 };
 
@@ -306,13 +313,13 @@ const WEIGHTS: Erratum = Erratum {
     place: "section III-A3, the use of W",
     printed: "W_i \"allows the user to control the constraint terms by multiplication in the momentum \
               equations to scale the constraint forces\"",
-    mended: "force −λ u with u = W g − m (A + Ω × (x − x̄)), A and Ω the rigid motion that W g would give \
+    corrected: "force −λ u with u = W g − m (A + Ω × (x − x̄)), A and Ω the rigid motion that W g would give \
              to the body; and D = Σ w g·u in eq. 14",
     why: "Scaled in the force alone, and not on the left of eq. 14, λ gives back a part of the volume only. \
           And weighted forces have a resultant, for it is all of them together that cancel on a closed \
           surface: a body at rest flies off.",
     setting: "A ball of 0.5 m with 642 nodes of 1 kg at rest that lacks a millionth of its volume; W by eq. \
-              15 mended, around a place on its surface, r = 0.4 m; a step of 1 ms.",
+              15 corrected, around a place on its surface, r = 0.4 m; a step of 1 ms.",
     model: "[volume](models/volume.md#weights)",
     experiment: weights,
 };
@@ -341,7 +348,7 @@ fn weights() -> Vec<Finding> {
     let surface = ball_at([0.0; 3], 0.5, 3);
     let [v0, h] = [volume(&surface.nodes, &surface.triangles), 1e-3];
     let missing = -1e-6 * v0;
-    let row = gathered(&surface, mended);
+    let row = gathered(&surface, corrected);
     let weight = |x: &Vector| {
         let s = norm(sub(*x, [0.3, 0.4, 0.0])) / 0.4;
         if s < 1.0 { 0.5 * ((PI * s).cos() + 1.0) } else { 0.0 }
@@ -357,10 +364,10 @@ fn weights() -> Vec<Finding> {
     };
     let still = at_rest(&surface.nodes, &forces);
     let printed = after(&forces, product(&row, &row));
-    let mended_found = after(&still, product(&row, &still));
+    let corrected_found = after(&still, product(&row, &still));
     vec![
-        found("share of what lacks that the step gives back", printed[0], mended_found[0], 1.0),
-        found("speed of the whole ball after it [mm/s]", printed[1], mended_found[1], 0.0),
+        found("share of what lacks that the step gives back", printed[0], corrected_found[0], 1.0),
+        found("speed of the whole ball after it [mm/s]", printed[1], corrected_found[1], 0.0),
     ]
 }
 
@@ -370,7 +377,7 @@ const ALGORITHM_2: Erratum = Erratum {
     place: "algorithm 2, lines 6 to 11",
     printed: "`for all nodes j do: … Compute the right-hand side value of (14); Compute the left-hand side \
               value of (14); Solve Lagrange multiplier λ; end loop`",
-    mended: "sum up both sides over all nodes; *then* λ, one number a body; then the forces",
+    corrected: "sum up both sides over all nodes; *then* λ, one number a body; then the forces",
     why: "Both sides of eq. 14 are sums over all nodes. In the loop they are complete in its last round \
           only; in threads, in none. The text on BuildSystem() and AccumulateForce() has it right: the \
           quotient is taken in the next kernel.",
@@ -378,7 +385,7 @@ const ALGORITHM_2: Erratum = Erratum {
               λ.",
     model: "[volume](models/volume.md#formula)",
     experiment: || {
-        let row = gathered(&ball(0.5, 2), mended);
+        let row = gathered(&ball(0.5, 2), corrected);
         let whole = product(&row, &row);
         let to = |nodes: usize| whole / product(&row[..nodes], &row[..nodes]);
         let count = row.len();
@@ -396,7 +403,7 @@ const ALGORITHM_4: Erratum = Erratum {
     place: "algorithm 4",
     printed: "`area = ((p2 − p1) × (p3 − p1))/2`, `tmp = area × (p1 + p2 + p3)`, `normal_normalized = ((p2 \
               − p1) × (p3 − p1))/9`, `volume = (tmp · normal_normalized)/9`",
-    mended: "`area = |(p2 − p1) × (p3 − p1)|/2`, `normal_normalized = (p2 − p1) × (p3 − p1)/|(p2 − p1) × \
+    corrected: "`area = |(p2 − p1) × (p3 − p1)|/2`, `normal_normalized = (p2 − p1) × (p3 − p1)/|(p2 − p1) × \
              (p3 − p1)|`; or in one: `volume = p1 · (p2 × p3)/6`",
     why: "Eq. 7 has a unit normal and a number for the area. Divided by 9 in place of its length the normal \
           has the size of an area, so that the sum has the unit m⁵ and is no volume: on a body twice as \
@@ -419,7 +426,7 @@ fn algorithm_4() -> Vec<Finding> {
     let letter = |normal: Vector, middle: Vector| {
         dot(cross(scale(0.5, normal), middle), scale(1.0 / 9.0, normal)) / 9.0
     };
-    let mended = |normal: Vector, middle: Vector| {
+    let corrected = |normal: Vector, middle: Vector| {
         norm(normal) / 2.0 * dot(middle, scale(1.0 / norm(normal), normal)) / 9.0
     };
     let right = {
@@ -428,9 +435,9 @@ fn algorithm_4() -> Vec<Finding> {
     };
     let scaled = |one| total(2.0, one) / total(1.0, one);
     vec![
-        found("volume, `area` as a number [m³]", total(1.0, printed), total(1.0, mended), right),
-        found("volume, `area` as a vector [m³]", total(1.0, letter), total(1.0, mended), right),
-        found("volume of the larger ball over that of the smaller", scaled(printed), scaled(mended), 8.0),
+        found("volume, `area` as a number [m³]", total(1.0, printed), total(1.0, corrected), right),
+        found("volume, `area` as a vector [m³]", total(1.0, letter), total(1.0, corrected), right),
+        found("volume of the larger ball over that of the smaller", scaled(printed), scaled(corrected), 8.0),
     ]
 }
 
@@ -444,10 +451,10 @@ mod tests {
     fn eq_10_is_minus_three_times_the_derivative_and_its_error_grows_by_a_third() {
         let [ratio, off, once, often] = eq_10_against_differences().try_into().unwrap();
         assert!((ratio.printed.unwrap() + 3.0).abs() < 1e-9 && (off.printed.unwrap() - 4.0).abs() < 1e-9);
-        assert!(off.mended.unwrap() < 1e-9);
+        assert!(off.corrected.unwrap() < 1e-9);
         assert!((once.printed.unwrap() - 4.0 / 3.0).abs() < 1e-5);
         assert!((often.printed.unwrap() / (4f64 / 3.0).powi(30) - 1.0).abs() < 0.01);
-        assert!(often.mended.unwrap().abs() < 1e-5);
+        assert!(often.corrected.unwrap().abs() < 1e-5);
     }
 
     /// What the engine makes of an error of a millionth of the volume in so many steps.
@@ -482,16 +489,16 @@ mod tests {
             assert!((eq_10(triangle)[corner][axis] / right[corner][axis] - wanted).abs() < 1e-12);
         }
         let found = eq_10b();
-        assert!(found[2].printed.unwrap() > 0.01 && found[2].mended.unwrap() < 1e-12);
-        assert!(found[3].printed.unwrap() > 0.1 && found[3].mended.unwrap() < 1e-12);
+        assert!(found[2].printed.unwrap() > 0.01 && found[2].corrected.unwrap() < 1e-12);
+        assert!(found[3].printed.unwrap() > 0.1 && found[3].corrected.unwrap() < 1e-12);
     }
 
     #[test]
     fn far_from_the_origin_products_of_coordinates_lose_their_digits() {
         let [volume, gradient] = far().try_into().unwrap();
-        assert!(volume.printed.unwrap() > 10.0 * volume.mended.unwrap());
-        assert!(gradient.printed.unwrap() > 1e3 * gradient.mended.unwrap());
-        assert!(volume.mended.unwrap() < 1e-5 && gradient.mended.unwrap() < 1e-6);
+        assert!(volume.printed.unwrap() > 10.0 * volume.corrected.unwrap());
+        assert!(gradient.printed.unwrap() > 1e3 * gradient.corrected.unwrap());
+        assert!(volume.corrected.unwrap() < 1e-5 && gradient.corrected.unwrap() < 1e-6);
     }
 
     #[test]
@@ -499,7 +506,7 @@ mod tests {
         let [shader, gradient, growing] = eq_14().try_into().unwrap();
         assert!((shader.printed.unwrap() - (1e-4f64 / 3.0).exp()).abs() < 1e-9);
         assert!((gradient.printed.unwrap() - (-1e-4f64).exp()).abs() < 1e-9);
-        assert!(growing.printed.unwrap() > 3e12 && shader.mended == Some(0.0));
+        assert!(growing.printed.unwrap() > 3e12 && shader.corrected == Some(0.0));
     }
 
     #[test]
@@ -508,7 +515,7 @@ mod tests {
         assert!(found[2].printed.unwrap() > 0.77 && found[4].printed.unwrap() > 0.999);
         let [share, speed] = weights().try_into().unwrap();
         assert!(share.printed.unwrap() < 0.5 && speed.printed.unwrap() > 0.0);
-        assert!((share.mended.unwrap() - 1.0).abs() < 1e-4 && speed.mended.unwrap() < 1e-12);
+        assert!((share.corrected.unwrap() - 1.0).abs() < 1e-4 && speed.corrected.unwrap() < 1e-12);
     }
 
     #[test]
@@ -520,7 +527,7 @@ mod tests {
     #[test]
     fn algorithm_4_sums_up_no_volume() {
         let [number, vector, scaled] = algorithm_4().try_into().unwrap();
-        assert!((number.mended.unwrap() - 4.047_045).abs() < 1e-6);
+        assert!((number.corrected.unwrap() - 4.047_045).abs() < 1e-6);
         assert!(number.printed.unwrap() < 0.1 && vector.printed.unwrap().abs() < 1e-12);
         assert!((scaled.printed.unwrap() - 32.0).abs() < 1e-9);
     }

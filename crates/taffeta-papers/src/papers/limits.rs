@@ -107,7 +107,7 @@ const ITEMS: [[&str; 4]; 20] = [
         "S3 § VI",
         "complex biological models",
         "partly",
-        "any closed surface; scans are mended as they are read: `docs/meshes.md`; organs were not tried",
+        "any closed surface; scans are corrected as they are read: `docs/meshes.md`; organs were not tried",
     ],
     [
         "S3 § VI",

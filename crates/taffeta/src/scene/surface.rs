@@ -27,7 +27,7 @@ pub struct Surface {
     /// Places of each triangle's corners at rest [m], where that is another shape than `nodes`: a garment's pattern.
     /// Corners at one node may lie at different places, as on either side of a seam.
     pub rest: Option<Vec<[[f64; 3]; 3]>>,
-    /// What was mended on the way in, in words for the user.
+    /// What was repaired on the way in, in words for the user.
     pub repairs: Vec<String>,
 }
 

@@ -41,7 +41,7 @@ pub struct BodyInfo {
     pub rest_volume: Option<f64>,
     /// Of a body whose nodes touch others: stretch from which on nodes of another layer can pass between its own.
     pub slips_from: Option<f64>,
-    /// What was mended in its mesh, in words.
+    /// What was repaired in its mesh, in words.
     pub repairs: Vec<String>,
 }
 
@@ -61,7 +61,7 @@ pub struct ColliderInfo {
     pub keyframes: usize,
     /// Number of poses of its nodes.
     pub poses: usize,
-    /// What was mended in its mesh, in words.
+    /// What was repaired in its mesh, in words.
     pub repairs: Vec<String>,
 }
 

@@ -2,7 +2,7 @@
 //
 // Source: Va, Choi, Hong, "Real-Time Surface-Based Volume Constraints on Mass-Spring Model in Unity3D", 2023, eqs. 9–15
 // and algorithm 2; local weights after Hong, Jung, Choi, Welch, "Fast Volume Preservation for a Mass-Spring System",
-// 2006. What was mended, and why: docs/models/volume.md.
+// 2006. What was corrected, and why: docs/models/volume.md.
 //
 // With places r = x − o [m] from a node o of the body, and over the ring of a node's triangles (a, b, c):
 // g = ∂V/∂a = Σ (b − a)×(c − a)/6 [m²], V = Σ r·g/3 [m³].

@@ -190,8 +190,8 @@ fn a_burst_names_frame_body_vertex_and_the_step_that_would_do() {
     assert!(words.contains("frame") && words.contains("`grid`") && words.contains("vertex"), "{words}");
     // The advice is taken, and does.
     let [Advice::LongestStep(step), ..] = error.advice[..] else { panic!("a step to set: {error:?}") };
-    let mut mended = build(&scene.time(1.0 / 60.0, step));
-    run(&mut mended, 3 * good.max(60));
+    let mut corrected = build(&scene.time(1.0 / 60.0, step));
+    run(&mut corrected, 3 * good.max(60));
     // Nothing panics after the error.
     for _ in 0..3 {
         assert!(simulation.step().is_err());

@@ -1,4 +1,4 @@
-//! Meshes as they come: what is accepted, mended and refused, and what is said about it.
+//! Meshes as they come: what is accepted, repaired and refused, and what is said about it.
 
 mod files;
 mod foreign;

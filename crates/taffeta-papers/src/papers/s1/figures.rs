@@ -117,7 +117,7 @@ fn figures() -> Vec<Figure> {
             solved: true,
             pictured: true,
             title: "Figure 15: springs and ACAD at 16 ms, 200 N/m",
-            words: "Springs alone blow up and ACAD, here mended, does not but stretches, as S1 has it. As printed, with an accurate \
+            words: "Springs alone blow up and ACAD, here corrected, does not but stretches, as S1 has it. As printed, with an accurate \
                     solve, a constraint closes its whole gap in one step: it blows up within a frame, soon after the first springs \
                     are 10 % too long. The table ends with the frame before. Why: `s1-acad` among the errata.",
             variants: vec![
