@@ -1,8 +1,8 @@
 //! The interface of a backend.
 
 use crate::advice::Warning;
-use crate::build::Assembly;
-use crate::diagnostics::FrameSums;
+use crate::assembly::Assembly;
+use crate::report::FrameSums;
 
 /// The user's input for one frame: moved pins and forces.
 #[derive(Clone, Debug, Default)]

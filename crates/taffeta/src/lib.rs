@@ -5,19 +5,21 @@
 //! are read by the crate `taffeta-io`. Units are SI, y is up; a `[m]` in these pages is a unit.
 
 mod advice;
+mod assembly;
 mod attachments;
 mod backend;
-mod build;
 mod contact;
 mod cpu;
 pub mod diagnostics;
 mod elements;
+mod extensions;
 mod features;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod motion;
 mod plan;
 mod real;
+mod report;
 pub mod scene;
 mod simulation;
 mod solvers;
@@ -26,10 +28,10 @@ pub mod topology;
 mod volume;
 
 pub use advice::{Advice, Refusal, Warning};
+pub use assembly::springs;
 #[cfg(feature = "gpu")]
 pub use backend::{VertexTarget, View};
 pub use elements::spring::listed::springs_of;
-pub use elements::spring::lists as springs;
 pub use glam;
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
@@ -50,9 +52,8 @@ pub use taffeta_gpu;
 #[cfg(all(feature = "gpu", feature = "extend"))]
 #[doc(hidden)]
 pub mod extension {
-    pub use crate::build::Assembly;
-    pub use crate::build::body::{BodyAssembly, BodySprings};
-    pub use crate::diagnostics::sums::FrameSums;
+    pub use crate::assembly::Assembly;
+    pub use crate::assembly::body::{BodyAssembly, BodySprings};
     pub use crate::elements::load::gpu::{GIVEN, Loads};
     pub use crate::elements::spring::stencil::GRID_STEPS;
     pub use crate::features::shaders;
@@ -61,6 +62,7 @@ pub mod extension {
     pub use crate::gpu::kernels::{Kernels, Name, Overrides};
     pub use crate::gpu::options::ParticleKernels;
     pub use crate::gpu::schedule::Fused;
+    pub use crate::report::sums::FrameSums;
     pub use crate::step::Op;
 }
 

@@ -1,10 +1,7 @@
-//! The parameters of each sub-step of a frame, in the backend's numbers.
+//! The sub-steps of a frame, in the backend's numbers. What features tell a sub-step is among its extensions.
 
-use crate::build::Assembly;
-use crate::contact::colliders::moving::ColliderNow;
-use crate::elements::aero::aero::AirNow;
-use crate::motion::keyframes::{Track, scale_at};
-use crate::motion::pins::Motion;
+use crate::assembly::Assembly;
+use crate::extensions::Extensions;
 use crate::real::Real;
 
 /// The parameters of a sub-step.
@@ -17,21 +14,14 @@ pub struct Substep<T> {
     pub wind_force: [f64; 3],
     /// Linear drag [kg/s].
     pub drag: f64,
-    /// Motion of each track.
-    pub motions: Vec<Motion<T>>,
-    /// Colliders at its end.
-    pub colliders: Vec<ColliderNow<T>>,
-    /// Scale of each load at its start.
-    pub scales: Vec<T>,
-    /// Target volume of each body of [`Assembly::volumes`] at its end [m³], or its pressure [Pa].
-    pub goals: Vec<T>,
-    /// The air at its start, if there is any.
-    pub air: Option<AirNow<T>>,
-    /// Fraction of its closing of each material of [`Assembly::attachments`] at its end.
-    pub closing: Vec<T>,
     /// Fraction of the frame at its end, and its rate [1/s].
     pub frame_fraction: (T, T),
+    /// Parameters of features.
+    pub extensions: Extensions,
 }
+
+/// Adds the parameters of features to a sub-step from time `t` on, of length `h` [s].
+pub type Parameters<T> = fn(&Assembly, [f64; 2], &mut Substep<T>);
 
 impl<T: Real> Substep<T> {
     /// No sub-step: between frames.
@@ -41,51 +31,27 @@ impl<T: Real> Substep<T> {
             gravity: [0.0; 3],
             wind_force: [0.0; 3],
             drag: 0.0,
-            motions: Vec::new(),
-            colliders: Vec::new(),
-            scales: Vec::new(),
-            goals: Vec::new(),
-            air: None,
-            closing: Vec::new(),
             frame_fraction: (T::ZERO, T::ZERO),
+            extensions: Extensions::default(),
         }
     }
 }
 
 /// The sub-steps of the frame that starts at time `start` [s].
-pub fn frame<T: Real>(assembly: &Assembly, start: f64) -> Vec<Substep<T>> {
-    let time = &assembly.time;
-    let count = time.substeps();
-    (0..count)
-        .map(|index| {
-            let (offset, h) = time.substep(index);
-            let t = start + offset;
-            Substep {
-                h: T::from_f64(h),
-                gravity: assembly.world.gravity,
-                wind_force: assembly.world.wind_force,
-                drag: assembly.world.drag,
-                motions: assembly.tracks.iter().map(|track| motion(track, t, h)).collect(),
-                colliders: {
-                    let mut meshes = 0;
-                    assembly.colliders.iter().map(|collider| collider.at(t, h, &mut meshes)).collect()
-                },
-                scales: assembly.loads.iter().map(|load| T::from_f64(scale_at(&load.scale, t))).collect(),
-                goals: assembly.volumes().map(|(_, kept)| T::from_f64(kept.goal(t + h))).collect(),
-                air: assembly.world.air.as_ref().map(|air| AirNow::new(air, t, h)),
-                closing: assembly
-                    .attachments
-                    .materials
-                    .iter()
-                    .map(|material| T::from_f64(material.closed_fraction(t + h)))
-                    .collect(),
-                frame_fraction: (T::from_f64((offset + h) / time.dt), T::from_f64(1.0 / time.dt)),
-            }
-        })
-        .collect()
-}
-
-/// The motion of a track over a sub-step from `t` on, of `h` seconds.
-fn motion<T: Real>(track: &Track, t: f64, h: f64) -> Motion<T> {
-    Motion::new(&track.pose(t), &track.pose(t + h), h)
+pub fn frame<T: Real>(assembly: &Assembly, start: f64, parameters: Parameters<T>) -> Vec<Substep<T>> {
+    let (time, world) = (&assembly.time, &assembly.world);
+    let substep = |index| {
+        let (offset, h) = time.substep(index);
+        let mut substep = Substep {
+            h: T::from_f64(h),
+            gravity: world.gravity,
+            wind_force: world.wind_force,
+            drag: world.drag,
+            frame_fraction: (T::from_f64((offset + h) / time.dt), T::from_f64(1.0 / time.dt)),
+            extensions: Extensions::default(),
+        };
+        parameters(assembly, [start + offset, h], &mut substep);
+        substep
+    };
+    (0..time.substeps()).map(substep).collect()
 }

@@ -25,16 +25,17 @@ pub use snapshot::Snapshot;
 #[cfg(feature = "gpu")]
 use crate::advice::Refusal;
 use crate::advice::{Advice, Warning};
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::backend::{Backend, FrameInput, Lost};
-use crate::build::Assembly;
-use crate::build::body::BodyAssembly;
 use crate::contact::collider_mesh::surface::MeshSurface;
 use crate::diagnostics::advice::StepLimit;
 use crate::diagnostics::digits::too_coarse;
+use crate::diagnostics::normals;
 use crate::diagnostics::tension::Tension;
 use crate::diagnostics::wind::weakened;
-use crate::diagnostics::{FrameReport, FrameSums, normals};
 use crate::features;
+use crate::report::{FrameReport, FrameSums};
 use crate::scene::Scene;
 #[cfg(feature = "gpu")]
 use crate::step::Stage;
@@ -100,7 +101,7 @@ impl Simulation {
         let bodies = (0..assembly.bodies.len())
             .map(|i| BodyInfo::of(scene, &assembly, BodyHandle::new(id, i)))
             .collect();
-        let colliders = (0..assembly.colliders.len())
+        let colliders = (0..assembly.colliders().len())
             .map(|i| ColliderInfo::of(scene, &assembly, ColliderHandle::new(id, i)))
             .collect();
         let limit = StepLimit::new(&assembly);
@@ -109,7 +110,7 @@ impl Simulation {
             said.map(Warning::from).collect::<Vec<_>>()
         };
         let mut warnings: Vec<Warning> = assembly.bodies.iter().flat_map(of_body).collect();
-        warnings.extend(assembly.attachments.warnings().map(Warning::from));
+        warnings.extend(assembly.attachments().warnings().map(Warning::from));
         warnings.extend(limit.warnings());
         warnings.extend(weakened(&assembly));
         if options.precision == Precision::F32 {
@@ -217,9 +218,8 @@ impl Simulation {
             }
         }
         let body = &self.backend.assembly().bodies[worst.1];
-        let diverges = |body: &BodyAssembly| {
-            body.volume.as_ref().is_some_and(|kept| Form::DIVERGING.contains(&kept.form))
-        };
+        let diverges =
+            |body: &BodyAssembly| body.volume().is_some_and(|kept| Form::DIVERGING.contains(&kept.form));
         let cause = match self.backend.assembly().bodies.iter().find(|body| diverges(body)) {
             Some(body) => Warning::new(
                 format!(
@@ -262,7 +262,7 @@ impl Simulation {
 
     /// Number of pairs of nodes that each seam sews, in the scene's order.
     pub fn seam_pair_counts(&self) -> Vec<usize> {
-        let attachments = &self.backend.assembly().attachments;
+        let attachments = self.backend.assembly().attachments();
         let mut pairs = vec![0; attachments.seams];
         let materials = attachments.joints.iter().map(|row| row.material as usize);
         materials.filter(|&material| material < attachments.seams).for_each(|material| pairs[material] += 1);
@@ -306,7 +306,7 @@ impl Simulation {
         let (found, node) = self.node_of(body, vertex)?;
         let to = finite(to.into().to_array(), "a place")?;
         let nodes: Vec<usize> = found.nodes_at(node).map(|node| found.solver_index(node)).collect();
-        let moving = &self.backend.assembly().moving_pins;
+        let moving = self.backend.assembly().moving_pins();
         let keyed = |node: &usize| moving.binary_search_by_key(&(*node as u32), |pin| pin.node).is_ok();
         if nodes.iter().any(keyed) {
             let what = format!("vertex {vertex} of body `{}`", found.name);
@@ -515,6 +515,6 @@ fn backend(
 /// constraint with the iterations about it as much as some more.
 fn useful_threads(assembly: &Assembly) -> usize {
     let all = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let elements: usize = assembly.elements.iter().map(|list| list.kind.cost * list.len()).sum();
-    all.min((assembly.places + elements + 4 * assembly.constraints.len()) / 4096)
+    let elements: usize = assembly.elements().iter().map(|list| list.kind.cost * list.len()).sum();
+    all.min((assembly.places + elements + 4 * assembly.constraints().len()) / 4096)
 }

@@ -125,7 +125,7 @@ impl ParticleKernels for PaperKernels {
             }
         };
         let of_mesh = || {
-            let index = assembly.colliders.iter().position(|collider| collider.mesh().is_some())?;
+            let index = assembly.colliders().iter().position(|collider| collider.mesh().is_some())?;
             Some(format!("collider[{index}] is a mesh"))
         };
         beyond
@@ -163,7 +163,7 @@ fn beyond_forces(assembly: &Assembly) -> Option<String> {
 /// What a scene has that the constraints of 2021 have not.
 fn beyond_springs(assembly: &Assembly, product: Product) -> Option<String> {
     let kept = assembly.volumes().next().map(|(body, _)| format!("body `{}` keeps its volume", body.name));
-    let count = assembly.constraints.len();
+    let count = assembly.constraints().len();
     let many = product == Product::Printed && count > MOST_PRINTED;
     let square = || {
         format!(
@@ -195,11 +195,11 @@ fn beyond_grids(assembly: &Assembly) -> Option<String> {
     let of_body = |(index, body): (usize, &BodyAssembly)| match &body.springs {
         BodySprings::Mesh(_) => Some(format!("body `{}` is a mesh", body.name)),
         BodySprings::Grid(_) => {
-            let elements = assembly.elements.iter().find(|list| !list.bodies[index].is_empty())?;
+            let elements = assembly.elements().iter().find(|list| !list.bodies[index].is_empty())?;
             Some(format!("body `{}` has {}", body.name, elements.kind.name))
         }
     };
-    let loads = (!assembly.loads.is_empty()).then(|| "the scene has loads".to_owned());
+    let loads = (!assembly.loads().is_empty()).then(|| "the scene has loads".to_owned());
     assembly.bodies.iter().enumerate().find_map(of_body).or(loads).or_else(|| beyond_explicit(assembly))
 }
 

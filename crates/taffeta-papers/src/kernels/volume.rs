@@ -45,7 +45,7 @@ impl KeptVolumes {
         let (mut kept, mut triangles) = (Vec::new(), Vec::new());
         let mut of_node = vec![NOT_KEPT; bodies.len()];
         for (_, body) in bodies.iter().filter(|_| any) {
-            let Some(volume) = &body.volume else { continue };
+            let Some(volume) = body.volume() else { continue };
             let (number, first) = (kept.len() as u32, bodies.local(body.first) as usize);
             let corners = body.closed_triangles.iter().map(|t| t.map(|node| first as u32 + node));
             triangles.extend(corners.map(|corners| KeptTriangle { corners, body: number }));

@@ -1,10 +1,11 @@
 //! Seams, breakable pins and tethers of a scene.
 
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::attachments::constraints::{Attachments, IS_POINT, JointConstraint, JointMaterial, Tether};
 use crate::attachments::tethers;
-use crate::build::Assembly;
-use crate::build::body::BodyAssembly;
 use crate::motion::keyframes::Track;
+use crate::motion::moving::MovingPins;
 use crate::scene::{Body, Scene, SceneError, Seam, SeamSide};
 use crate::topology::{RestShape, measure};
 use std::collections::{HashMap, HashSet};
@@ -12,7 +13,7 @@ use std::collections::{HashMap, HashSet};
 impl Assembly {
     /// Adds seams and tethers. All bodies are there, and none of their pins has moved.
     pub(crate) fn attach(&mut self, scene: &Scene) -> Result<(), SceneError> {
-        let pins = std::mem::take(&mut self.attachments);
+        let pins = std::mem::take(self.attachments_mut());
         let (mut all, mut sewn) = (Attachments::default(), HashMap::new());
         for (index, seam) in scene.seams.iter().enumerate() {
             let material = all.materials.len() as u32;
@@ -49,7 +50,7 @@ impl Assembly {
             all.tethers.extend(found);
         }
         all.list(|node| self.is_free(node));
-        self.attachments = all;
+        self.extensions.insert(all);
         Ok(())
     }
 
@@ -90,7 +91,9 @@ impl Assembly {
         let body = |node: u32| self.body_of(node);
         let mut exclusions = Vec::new();
         for [a, b] in all.joined() {
-            let (Some(of_a), Some(of_b)) = (&body(a).contact.nodes, &body(b).contact.nodes) else { continue };
+            let (Some(of_a), Some(of_b)) = (&body(a).self_contact(), &body(b).self_contact()) else {
+                continue;
+            };
             exclusions.push([a, b]);
             for (node, other, self_contact) in [(a, b, of_b), (b, a, of_a)] {
                 let home = body(other);
@@ -108,12 +111,13 @@ impl Assembly {
 
     /// Sets the starting lengths of joints, when pins are where their motion starts.
     pub(crate) fn measure_seams(&mut self) {
-        let bodies = &self.bodies;
+        let Self { bodies, extensions, .. } = self;
+        let attachments: &mut Attachments = extensions.get_mut();
         let place = |node: u32| {
             let body = &bodies[bodies.partition_point(|body| body.first <= node as usize) - 1];
             body.start[node as usize - body.first]
         };
-        for joint in &mut self.attachments.joints {
+        for joint in &mut attachments.joints {
             let [a, b] = joint.ends;
             if b & IS_POINT == 0 {
                 joint.start = crate::real::norm(crate::real::sub(place(a), place(b)));
@@ -123,7 +127,9 @@ impl Assembly {
 
     /// Moves nodes of breakable pins to where the pin's motion starts.
     pub(crate) fn start_points(&mut self) {
-        let Self { attachments, bodies, tracks, .. } = self;
+        let Self { bodies, extensions, .. } = self;
+        let Some(attachments) = extensions.get::<Attachments>() else { return };
+        let tracks = extensions.get::<MovingPins>().map_or(&[][..], |moving| &moving.tracks);
         for joint in attachments.joints.iter().filter(|joint| joint.ends[1] & IS_POINT != 0) {
             let (node, point) =
                 (joint.ends[0] as usize, attachments.points[(joint.ends[1] ^ IS_POINT) as usize]);

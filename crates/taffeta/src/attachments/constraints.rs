@@ -1,5 +1,8 @@
 //! Joints and tethers of a scene.
 
+use crate::assembly::Assembly;
+use crate::plan::Substep;
+use crate::real::Real;
 use crate::topology::Csr;
 
 /// Marks the second end of a joint as a point, whose number is in the other bits.
@@ -30,6 +33,34 @@ pub struct Attachments {
     pub groups: Csr,
     /// Nodes that do not collide because a seam makes them neighbours, in both orders, ascending.
     pub(crate) exclusions: Vec<[u32; 2]>,
+}
+
+impl Assembly {
+    /// Nodes that are joined to others or to points, or held near others.
+    pub fn attachments(&self) -> &Attachments {
+        self.extensions.get().expect("a scene is assembled with attachments, or with a list of none")
+    }
+
+    pub(crate) fn attachments_mut(&mut self) -> &mut Attachments {
+        self.extensions.get_mut()
+    }
+}
+
+/// Fraction of its closing of each material at the end of a sub-step.
+pub struct Closing<T>(pub Vec<T>);
+
+/// How far seams have closed in a sub-step.
+pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut Substep<T>) {
+    let materials = assembly.attachments().materials.iter();
+    let fractions = materials.map(|material| T::from_f64(material.closed_fraction(t + h)));
+    substep.extensions.insert(Closing(fractions.collect()));
+}
+
+impl<T: Real> Substep<T> {
+    /// Fraction of its closing of each material of [`Assembly::attachments`] at its end.
+    pub fn closing(&self) -> &[T] {
+        self.extensions.get::<Closing<T>>().map_or(&[], |closing| &closing.0)
+    }
 }
 
 /// A joint.

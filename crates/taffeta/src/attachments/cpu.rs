@@ -14,8 +14,9 @@ use crate::cpu::feature::{Feature, Flow};
 use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::tile::Tile;
 use crate::cpu::worker::Worker;
-use crate::diagnostics::FrameSums;
+use crate::motion::pins::Motion;
 use crate::real::{Real, add, scale, sub};
+use crate::report::FrameSums;
 use crate::step::Op;
 use crate::topology::Csr;
 use std::ops::Range;
@@ -85,7 +86,7 @@ pub struct AttachScratch<T> {
 impl<T: Real> Attachments<T> {
     /// The joints and tethers of a scene, if it has any.
     pub fn new(context: &Context<'_, T>) -> Option<Self> {
-        let (all, tiles) = (&context.assembly.attachments, &context.nodes.tiles);
+        let (all, tiles) = (context.assembly.attachments(), &context.nodes.tiles);
         if all.is_empty() {
             return None;
         }
@@ -148,7 +149,8 @@ impl<T: Real> Feature<T> for Attachments<T> {
     fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {
         // SAFETY: each worker has its own.
         let scratch = unsafe { self.scratch.of(worker.index) };
-        let mut attach = AttachWorker { setup: self, scratch, worker };
+        let (closing, motions) = (worker.substep.closing(), worker.substep.motions());
+        let mut attach = AttachWorker { setup: self, scratch, worker, closing, motions };
         attach.respond();
         worker.synchronise();
         attach.note_broken();
@@ -201,6 +203,9 @@ struct AttachWorker<'w, 'a, T> {
     setup: &'w Attachments<T>,
     scratch: &'w mut AttachScratch<T>,
     worker: &'w Worker<'a, T>,
+    /// How far each material has closed, and the motion of each track.
+    closing: &'a [T],
+    motions: &'a [Motion<T>],
 }
 
 /// The state that corrections are computed from, until the next barrier.
@@ -289,11 +294,7 @@ impl<T: Real> AttachWorker<'_, '_, T> {
         } else {
             (self.point(b ^ IS_POINT), T::ZERO)
         };
-        let length = attach::length(
-            joint.start,
-            material.length,
-            self.worker.substep.closing[joint.material as usize],
-        );
+        let length = attach::length(joint.start, material.length, self.closing[joint.material as usize]);
         let d = sub(found.node(a).0, x);
         (d, [self.worker.nodes.inverse_mass[a as usize], w], length, attach::softness(material.compliance, h))
     }
@@ -327,7 +328,7 @@ impl<T: Real> AttachWorker<'_, '_, T> {
     /// The position of a point at the end of the sub-step.
     fn point(&self, point: u32) -> [T; 3] {
         let (start, track) = self.setup.points[point as usize];
-        self.worker.substep.motions.get(track as usize).map_or(start, |motion| motion.apply(start).0)
+        self.motions.get(track as usize).map_or(start, |motion| motion.apply(start).0)
     }
 
     /// A node after its tethers. Their anchors are pinned, and stay where they are.

@@ -1,18 +1,18 @@
 //! Joints and tethers on the GPU.
 
 use crate::advice::{Advice, Refusal};
+use crate::assembly::Assembly;
 use crate::attachments::constraints::{self, IS_POINT, JointConstraint};
 use crate::attachments::gpu_layout::Joint;
 use crate::backend::SolverState;
-use crate::build::Assembly;
 use crate::contact::colliders::gpu::contact_of;
-use crate::diagnostics::FrameSums;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, NONE};
 use crate::gpu::schedule::Fused;
 use crate::plan::Substep;
+use crate::report::FrameSums;
 use crate::step::{Op, Stage};
 use std::ops::Range;
 use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
@@ -37,7 +37,7 @@ pub struct AttachmentTables {
 
 /// Refuses joints between partitions, sewn bodies with self-collision, and breakable pins on colliders.
 pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
-    let all = &assembly.attachments;
+    let all = assembly.attachments();
     let body = |node: u32| assembly.bodies.partition_point(|body| body.first <= node as usize) - 1;
     if let Some(joint) = all.joints.iter().find(|joint| all.is_carried(joint)) {
         let message = format!(
@@ -57,7 +57,7 @@ pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u
             );
             return Err(Refusal::new(message, [Advice::Cpu]));
         }
-        if first.contact.nodes.is_some() && second.contact.nodes.is_some() {
+        if first.self_contact().is_some() && second.self_contact().is_some() {
             let message = format!(
                 "bodies `{}` and `{}` are sewn together and have self_collision, which do not run together on a GPU yet; \
                  the CPU would do",
@@ -73,7 +73,7 @@ impl AttachmentTables {
     /// The tables of some bodies. So many of these keep a volume: among the targets of a sub-step, the lengths of
     /// joints follow the volumes.
     pub fn new(bodies: &Bodies<'_>, volumes: usize) -> Self {
-        let all = &bodies.assembly.attachments;
+        let all = bodies.assembly.attachments();
         let (mut joints, mut numbers) = (Vec::new(), Vec::new());
         let mut number_of = vec![NONE; all.joints.len()];
         for (number, joint) in all.joints.iter().enumerate().filter(|(_, joint)| bodies.has(joint.ends[0])) {
@@ -93,7 +93,7 @@ fn joint_record(
     &JointConstraint { ends: [a, b], start, material: number }: &JointConstraint,
     volumes: usize,
 ) -> Joint {
-    let all = &bodies.assembly.attachments;
+    let all = bodies.assembly.attachments();
     let material = &all.materials[number as usize];
     let point = (b & IS_POINT != 0).then(|| all.points[(b ^ IS_POINT) as usize]);
     Joint {
@@ -113,7 +113,7 @@ fn joint_record(
 
 /// The start of each place's list. A list has the joints of a node, then its tethers.
 fn lists(bodies: &Bodies<'_>, number_of: &[u32]) -> Vec<u32> {
-    let all = &bodies.assembly.attachments;
+    let all = bodies.assembly.attachments();
     let mut lists = vec![NONE; bodies.len()];
     for (number, &node) in all.nodes.iter().enumerate().filter(|(_, node)| bodies.has(**node)) {
         lists[bodies.local(node as usize) as usize] = lists.len() as u32;
@@ -179,7 +179,7 @@ impl Attachments {
         if tables.lists.is_empty() {
             return Ok(None);
         }
-        let (count, all) = (tables.joints.len(), &assembly.attachments);
+        let (count, all) = (tables.joints.len(), assembly.attachments());
         let work = if tables.groups[0] > 0 { FIELDS * count + places } else { 0 };
         Ok(Some(Self {
             joints: gpu.buffer_from("joints", &tables.joints)?,
@@ -223,11 +223,11 @@ impl Feature for Attachments {
     }
 
     fn bytes(&self, assembly: &Assembly) -> usize {
-        assembly.attachments.materials.len() * size_of::<f32>()
+        assembly.attachments().materials.len() * size_of::<f32>()
     }
 
     fn targets(&self, substep: &Substep<f32>) -> Vec<f32> {
-        substep.closing.clone()
+        substep.closing().to_vec()
     }
 
     fn copy(&self, list: &mut DispatchList) {

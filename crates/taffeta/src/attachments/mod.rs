@@ -11,4 +11,5 @@ pub mod gpu_layout;
 pub mod joints;
 #[cfg(feature = "gpu")]
 pub mod parity;
+pub mod pins;
 pub mod tethers;

@@ -98,10 +98,10 @@ impl Work {
             ([x, y, z], w)
         };
         let (x, w) = end(joint.a);
-        let motion: Option<&Motion<f32>> = substep.motions.get(joint.track as usize);
+        let motion: Option<&Motion<f32>> = substep.motions().get(joint.track as usize);
         let point = motion.map_or(joint.point, |motion| motion.apply(joint.point).0);
         let (y, v) = if joint.b == NONE { (point, 0.0) } else { end(joint.b) };
-        let fraction = substep.closing[joint.closing as usize - self.fixture.tables.volumes.numbers.len()];
+        let fraction = substep.closing()[joint.closing as usize - self.fixture.tables.volumes.numbers.len()];
         let length = attach::length(joint.start, joint.end, fraction);
         (sub(x, y), [w, v], length, attach::softness(joint.compliance, substep.h))
     }

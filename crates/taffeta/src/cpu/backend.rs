@@ -1,7 +1,7 @@
 //! Memory of the CPU backend, and one frame of it.
 
+use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
-use crate::build::Assembly;
 use crate::cpu::balance::Balance;
 use crate::cpu::clock::Clock;
 use crate::cpu::column::Column;
@@ -12,9 +12,9 @@ use crate::cpu::team::Team;
 use crate::cpu::tile::{Fields, Nodes, Scratch};
 use crate::cpu::tiles::{self, TilePlan};
 use crate::cpu::worker::{Program, Worker};
-use crate::diagnostics::FrameSums;
-use crate::plan::{self, Substep};
+use crate::plan::{self, Parameters, Substep};
 use crate::real::Real;
+use crate::report::FrameSums;
 use crate::step::{self, Marks, Parts};
 use crate::topology::LANES;
 use std::ops::Range;
@@ -50,6 +50,8 @@ impl<T> Context<'_, T> {
 
 /// The CPU backend in numbers of type `T`.
 pub struct CpuBackend<T> {
+    /// Adds what features tell a sub-step.
+    pub(crate) parameters: Parameters<T>,
     pub(crate) assembly: Assembly,
     pub(crate) nodes: Nodes<T>,
     pub(crate) features: Features<T>,
@@ -77,6 +79,7 @@ impl<T: Real> CpuBackend<T> {
     pub fn new(
         mut assembly: Assembly,
         parts: &Parts,
+        parameters: Parameters<T>,
         threads: usize,
         make: impl FnOnce(&mut Context<'_, T>) -> Result<Vec<Box<dyn Feature<T>>>, String>,
     ) -> Result<Self, String> {
@@ -98,6 +101,7 @@ impl<T: Real> CpuBackend<T> {
             program: Program::new(&step::substep(parts), &step::frame_end()),
             #[cfg(feature = "gpu")]
             parts: *parts,
+            parameters,
             assembly,
             nodes,
             features,
@@ -197,7 +201,7 @@ impl<T: Real> CpuBackend<T> {
 impl<T: Real> Backend for CpuBackend<T> {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
         self.input = input;
-        let substeps = plan::frame(&self.assembly, start);
+        let substeps = plan::frame(&self.assembly, start, self.parameters);
         self.run(&substeps);
         Ok(())
     }

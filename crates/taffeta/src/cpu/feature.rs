@@ -1,14 +1,14 @@
 //! The interface of a feature on the CPU: operations on the scene and on tiles, and memory of its own.
 
+use crate::assembly::Assembly;
 use crate::backend::SolverState;
-use crate::build::Assembly;
 #[cfg(feature = "gpu")]
 use crate::cpu::between::Between;
 use crate::cpu::tile::Tile;
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
-use crate::diagnostics::FrameSums;
 use crate::real::Real;
+use crate::report::FrameSums;
 use crate::step::{Marks, Op};
 use std::any::Any;
 use std::ops::Range;

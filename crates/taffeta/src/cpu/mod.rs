@@ -7,6 +7,7 @@ pub mod between;
 pub mod clock;
 pub mod column;
 pub mod feature;
+pub mod lanes;
 #[cfg(feature = "gpu")]
 pub mod separate;
 pub mod shared;

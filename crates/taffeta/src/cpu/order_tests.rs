@@ -1,7 +1,7 @@
 //! What the workers do, held against the list of `step.rs`: a feature that carries out every operation writes down each call.
 
+use crate::assembly::Assembly;
 use crate::backend::{Backend, FrameInput};
-use crate::build::Assembly;
 use crate::cpu::CpuBackend;
 use crate::cpu::feature::{Feature, Flow};
 use crate::cpu::tile::Tile;
@@ -139,7 +139,8 @@ fn calls(parts: &Parts, threads: usize) -> (Vec<Call>, Vec<usize>) {
     let calls = Arc::new(Mutex::new(Vec::new()));
     let recorder = Recorder(Arc::clone(&calls));
     let mut cpu =
-        CpuBackend::<f32>::new(scene(), parts, threads, |_| Ok(vec![Box::new(recorder)])).expect("a backend");
+        CpuBackend::<f32>::new(scene(), parts, |_, _, _| {}, threads, |_| Ok(vec![Box::new(recorder)]))
+            .expect("a backend");
     cpu.frame(0.0, FrameInput::default()).expect("a frame");
     assert_eq!(cpu.nodes.tiles.len(), BODIES, "a tile a body");
     let worker = |tile| cpu.chunks.iter().position(|chunk| chunk.contains(&tile)).expect("a worker");

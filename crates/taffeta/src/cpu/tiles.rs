@@ -1,7 +1,7 @@
 //! Cuts nodes into tiles, and tiles into chunks for workers.
 
-use crate::build::Assembly;
-use crate::build::body::BodyAssembly;
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::topology::LANES;
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
 //! Advice for the user: before a run with too long a step, and after a run that diverged.
 
 use crate::advice::{Advice, Warning, round_down};
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::diagnostics::stability::Explicit;
 use crate::diagnostics::tension::{Tension, max_tension};
 use crate::diagnostics::{FrameReport, stability};

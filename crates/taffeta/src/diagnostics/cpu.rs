@@ -1,16 +1,16 @@
 //! Sums over the state at the end of a frame. Each tile is summed in 16 fixed lanes and f64, tiles in their order,
 //! so that a sum does not depend on the number of workers or the vector width.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::cpu::backend::Context;
 use crate::cpu::feature::{Feature, Flow};
+use crate::cpu::lanes::Lanes;
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::Kernel;
 use crate::cpu::tile::Tile;
 use crate::cpu::worker::Worker;
-use crate::diagnostics::lanes::Lanes;
-use crate::diagnostics::{FrameSums, StateSums};
 use crate::real::{Real, cross, dot, sub};
+use crate::report::{FrameSums, StateSums};
 use crate::step::Op;
 use crate::topology::LANES;
 

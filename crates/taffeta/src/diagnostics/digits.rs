@@ -1,6 +1,6 @@
 //! The precision of 32 bits at a body's position.
 
-use crate::build::body::{BodyAssembly, BodySprings};
+use crate::assembly::body::{BodyAssembly, BodySprings};
 
 /// Fraction of the shortest spring up to which positions may be rounded: more acts as a strain.
 const FELT: f64 = 0.01;
@@ -33,7 +33,7 @@ fn shortest_spring(springs: &BodySprings) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::Assembly;
+    use crate::assembly::Assembly;
     use crate::scene::{Body, Icosphere, Mass, Mesh, Scene};
 
     #[test]

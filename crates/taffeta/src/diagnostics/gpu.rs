@@ -1,10 +1,10 @@
 //! Sums over nodes on the GPU: added up in 64 bits what workgroups have summed.
 
-use crate::diagnostics::FrameSums;
 use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::GROUP;
 use crate::gpu::schedule::Fused;
+use crate::gpu::sums::{capped, sum_groups};
+use crate::report::FrameSums;
 use crate::step::{Op, Stage};
 use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
 
@@ -12,31 +12,8 @@ use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shade
 pub const NODE_SUMS: usize = 12;
 
 /// Its shaders.
-pub const SHADERS: &[Shader] = shaders!(
-    "diagnostics",
-    [
-        "drawn.wgsl",
-        "few.wgsl",
-        "measure.wgsl",
-        "measure_grid.wgsl",
-        "measure_mesh.wgsl",
-        "measure_volumes.wgsl",
-        "normals.wgsl"
-    ]
-);
-
-/// Workgroups that share a sum over all nodes, springs or hinges: enough to fill a large GPU.
-const SUM_GROUPS: usize = 1024;
-
-/// Workgroups for a sum over `count` things.
-pub fn sum_groups(count: usize) -> usize {
-    count.div_ceil(GROUP).min(SUM_GROUPS)
-}
-
-/// A sum; the largest number where 32 bits were too few for it. Whether the state is finite is counted apart.
-pub fn capped(sum: f32) -> f64 {
-    f64::from(if sum.is_finite() { sum } else { f32::MAX })
-}
+pub const SHADERS: &[Shader] =
+    shaders!("diagnostics", ["drawn.wgsl", "few.wgsl", "measure.wgsl", "normals.wgsl"]);
 
 /// Sums over nodes.
 pub struct Measures {

@@ -1,11 +1,10 @@
 //! Rows of the sums at the end of a frame. The GPU adds up in 32 bits within a workgroup, the CPU in 64; so a sum is
 //! compared in units in the last place of the sum of its terms' sizes.
 
+use crate::assembly::body::BodyAssembly;
 use crate::backend::Backend;
-use crate::build::body::BodyAssembly;
 use crate::cpu::CpuBackend;
 use crate::diagnostics::gpu::NODE_SUMS;
-use crate::diagnostics::{FrameSums, StateSums};
 use crate::elements::spring::cpu::Springs;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::Four;
@@ -13,6 +12,7 @@ use crate::gpu::parity::bench::{Bench, Given, Written};
 use crate::gpu::parity::fixture::Fixture;
 use crate::gpu::parity::{Row, Tolerance};
 use crate::real::{cross, dot, sub};
+use crate::report::{FrameSums, StateSums};
 use crate::solvers::explicit::parity::{fixtures, kernel_of};
 
 /// A lane adds up some terms of few operations each, then come eight levels of a tree: each rounds by half a unit.

@@ -9,10 +9,10 @@
 //! k n nᵀ the same iteration bounds every state (16.3 in place of 10.125, without damping). Other elements are taken as stiff as
 //! they can become.
 
-use crate::build::Assembly;
-use crate::build::body::{BodyAssembly, BodySprings, GridDirections};
+use crate::assembly::Assembly;
+use crate::assembly::body::{BodyAssembly, BodySprings, GridDirections};
+use crate::assembly::springs::SpringList;
 use crate::elements::element::{Kind, List};
-use crate::elements::spring::lists::SpringList;
 use crate::elements::spring::stencil::GRID_STEPS;
 use crate::real::{add, dot, norm, scale, sub};
 use crate::topology::random::SplitMix64;
@@ -125,7 +125,7 @@ impl System {
     fn new(assembly: &Assembly, index: usize, explicit: Explicit) -> Self {
         let body = &assembly.bodies[index];
         let acts = |list: &&List| explicit != Explicit::Rest || list.kind.implicit.is_none();
-        let elements: Vec<&List> = assembly.elements.iter().filter(acts).collect();
+        let elements: Vec<&List> = assembly.elements().iter().filter(acts).collect();
         match (&body.springs, body.grid_layout) {
             (BodySprings::Grid(along), Some(layout)) => {
                 Self::of_grid((body, index), &elements, along, layout)

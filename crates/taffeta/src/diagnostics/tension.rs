@@ -20,8 +20,8 @@
 //! one. It is too long if the weight hangs from a line that pins hold taut: the straighter it is, the higher its
 //! tension. Motion increases tension, too: three times the weight at the bottom of an arc.
 
-use crate::build::Assembly;
-use crate::build::body::{BodyAssembly, BodySprings, GridDirections};
+use crate::assembly::Assembly;
+use crate::assembly::body::{BodyAssembly, BodySprings, GridDirections};
 use crate::diagnostics::wind;
 use crate::elements::spring::stencil::GRID_STEPS;
 use crate::real::{add, norm, scale};

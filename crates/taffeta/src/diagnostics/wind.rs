@@ -1,7 +1,7 @@
 //! What wind can do to bodies, and whether the step lets it.
 
 use crate::advice::{Advice, Warning, round_down};
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::elements::aero::build::panels;
 use crate::real::norm;
 use crate::scene::Air;

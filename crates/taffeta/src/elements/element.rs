@@ -1,6 +1,7 @@
 //! What an element is to the engine: a formula between a few nodes, and the facts that drivers need of it.
 
-use crate::build::body::BodyAssembly;
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::real::{Real, scale};
 use crate::scene::Scene;
 use std::ops::Range;
@@ -124,6 +125,34 @@ pub struct List {
     pub bodies: Vec<Range<usize>>,
     /// Whether the scene's solver solves for them.
     pub implicit: bool,
+}
+
+impl Assembly {
+    /// Elements whose forces are found one by one, a list for each of [`KINDS`](crate::elements::KINDS).
+    pub fn elements(&self) -> &[List] {
+        self.extensions.list()
+    }
+
+    /// The same, to change them.
+    pub fn elements_mut(&mut self) -> &mut [List] {
+        self.extensions.get_mut::<Vec<List>>()
+    }
+
+    /// Gives back the memory of the lists once backends have theirs.
+    pub(crate) fn forget_elements(&mut self) {
+        self.elements_mut().iter_mut().for_each(|list| list.all = Described::default());
+    }
+
+    /// The elements of a kind, by name, that a body has, among all of its kind.
+    pub fn elements_of(&self, kind: &str, body: usize) -> Range<usize> {
+        let list = self.elements().iter().find(|list| list.kind.name == kind);
+        list.map_or(0..0, |list| list.bodies[body].clone())
+    }
+
+    /// Whether a body has elements other than springs that are solved for.
+    pub fn has_solved_elements(&self, body: usize) -> bool {
+        self.elements().iter().any(|list| list.implicit && !list.bodies[body].is_empty())
+    }
 }
 
 impl Kind {

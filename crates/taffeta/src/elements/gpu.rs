@@ -1,9 +1,7 @@
 //! Elements on the GPU: forces are found element by element; nodes gather them with their loads.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::cpu::CpuBackend;
-use crate::diagnostics::FrameSums;
-use crate::diagnostics::gpu::{capped, sum_groups};
 use crate::elements::element::{Kind, List};
 use crate::elements::sets;
 use crate::gpu::bodies::Bodies;
@@ -11,7 +9,9 @@ use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::{Choice, Name};
 use crate::gpu::layout::{Four, GROUP};
 use crate::gpu::schedule::Fused;
+use crate::gpu::sums::{capped, sum_groups};
 use crate::plan;
+use crate::report::FrameSums;
 use crate::step::{Op, Stage};
 use std::num::NonZeroU64;
 use std::ops::Range;
@@ -26,9 +26,9 @@ const ALIGNED: usize = 256 / size_of::<Four>();
 /// Bytes of the array of forces of a body's elements, and what it holds.
 pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
     let of_kind = |list: &List| (list.bodies[body].len() * list.kind.forces).next_multiple_of(ALIGNED);
-    let forces: usize = assembly.elements.iter().map(of_kind).sum();
+    let forces: usize = assembly.elements().iter().map(of_kind).sum();
     let directions: usize =
-        assembly.elements.iter().map(|list| list.bodies[body].len() * directions(list)).sum();
+        assembly.elements().iter().map(|list| list.bodies[body].len() * directions(list)).sum();
     vec![
         ((forces * size_of::<Four>()) as u64, "forces of elements"),
         ((directions * size_of::<Four>()) as u64, "directions of elements"),
@@ -73,7 +73,7 @@ impl ElementTables {
     /// Those of some bodies.
     pub fn new(bodies: &Bodies<'_>) -> Self {
         let (mut kinds, mut first_force, mut first_direction) = (Vec::new(), 0, 0);
-        for list in &bodies.assembly.elements {
+        for list in bodies.assembly.elements() {
             let of_bodies = &list.bodies[bodies.range.clone()];
             let range =
                 of_bodies.first().map_or(0, |body| body.start)..of_bodies.last().map_or(0, |body| body.end);

@@ -16,3 +16,8 @@ use element::Kind;
 
 /// All kinds of elements whose forces are found one by one, in the order in which nodes add them up.
 pub const KINDS: [&Kind; 2] = [&hinge::KIND, &aero::KIND];
+
+/// The kinds of elements that have an energy, in the order of reports.
+pub fn energy_kinds() -> impl Iterator<Item = &'static str> {
+    KINDS.iter().filter(|kind| kind.kernels.energies.is_some()).map(|kind| kind.name)
+}

@@ -1,16 +1,16 @@
 //! The elements of a scene on the CPU, a set for each kind that it has.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::cpu::backend::Context;
 use crate::cpu::feature::{Feature, Flow};
 use crate::cpu::tile::Tile;
 use crate::cpu::worker::Worker;
-use crate::diagnostics::{ElementEnergy, FrameSums};
 use crate::elements::aero::{self, cpu::AirPanels};
 use crate::elements::cpu::{ByElement, ElementSet};
 use crate::elements::element::List;
 use crate::elements::hinge::{self, hinge::Bending};
 use crate::real::Real;
+use crate::report::{ElementEnergy, FrameSums};
 use crate::step::Op;
 use crate::topology::LANES;
 use std::ops::Range;
@@ -34,10 +34,11 @@ pub struct Elements<T> {
 impl<T: Real> Elements<T> {
     /// Those of a scene, if it has any.
     pub fn new(context: &Context<'_, T>) -> Option<Self> {
-        let Assembly { elements, places, .. } = &*context.assembly;
+        let assembly: &Assembly = context.assembly;
         let of = |implicit: bool| -> Vec<_> {
-            let lists = elements.iter().filter(|list| !list.is_empty() && list.implicit == implicit);
-            lists.map(|list| set(list, *places)).collect()
+            let lists =
+                assembly.elements().iter().filter(|list| !list.is_empty() && list.implicit == implicit);
+            lists.map(|list| set(list, assembly.places)).collect()
         };
         let all = Self { sets: of(false), solved: of(true) };
         let any = all.all().next().is_some();

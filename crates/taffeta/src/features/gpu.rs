@@ -1,9 +1,9 @@
 //! A scene on the GPU: which bodies go to the device together, and with which features.
 
 use crate::advice::{Advice, Refusal};
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
-use crate::features::{Tables, arrays, check_together, of_gpu, on_cpu, refusals, shaders};
+use crate::features::{Tables, arrays, check_together, of_gpu, on_cpu, parameters, refusals, shaders};
 use crate::gpu::backend::GpuBackend;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::boundary::Boundary;
@@ -36,7 +36,7 @@ pub fn on_gpu(options: &GpuOptions, assembly: Assembly) -> Result<GpuBackend, Re
     let failure_hint = refusals::failure_hint(gpu, &assembly);
     let others = options.particles.iter().flat_map(|other| other.shaders()).copied();
     let kernels = Kernels::new(gpu.clone(), shaders().with(others));
-    Ok(GpuBackend::new(options, assembly, partitions, kernels, failure_hint)?)
+    Ok(GpuBackend::new(options, assembly, partitions, kernels, failure_hint, parameters)?)
 }
 
 /// A scene, built twice, whose first stages run on the CPU.
@@ -84,7 +84,7 @@ fn classes(bodies: &Bodies<'_>, parts: &Parts) -> Vec<Marks> {
     };
     let mut classes: Vec<Marks> = Vec::new();
     for (_, body) in bodies.iter() {
-        let keeps = parts.volumes && body.volume.is_some() && body.nodes > 0;
+        let keeps = parts.volumes && body.volume().is_some() && body.nodes > 0;
         let class = springs.and(if keeps { Marks::VOLUME } else { Marks::NONE });
         if !classes.contains(&class) {
             classes.push(class);
@@ -130,7 +130,7 @@ fn forces(tables: &Tables, apart: bool) -> Vec<Four> {
 
 /// How bodies are cut up so that several sub-steps can be taken at once, where that pays.
 pub fn patches(options: &GpuOptions, assembly: &Assembly, tables: &Tables, parts: &Parts) -> Option<Patches> {
-    let colliders = &assembly.colliders;
+    let colliders = assembly.colliders();
     let room = patches::room(options.gpu.limits());
     match options.kernels {
         _ if colliders.iter().any(|collider| collider.mesh().is_some()) => None,

@@ -1,21 +1,23 @@
 //! All features: which of them a scene has, and in which order they act on either backend. A feature has its lines here and
 //! nowhere else.
 
+mod assemble;
 #[cfg(feature = "gpu")]
 mod gpu;
 #[cfg(feature = "gpu")]
 mod refusals;
 
 use crate::advice::Refusal;
+use crate::assembly::Assembly;
 use crate::attachments;
-use crate::build::Assembly;
 use crate::contact::{colliders, nodes};
 use crate::cpu::CpuBackend;
 use crate::cpu::backend::Context;
 use crate::cpu::feature::Feature;
 use crate::diagnostics;
-use crate::elements::{self, load, spring};
+use crate::elements::{self, aero, load, spring};
 use crate::motion;
+use crate::plan::Substep;
 use crate::real::Real;
 use crate::solvers::{dual, explicit, implicit};
 use crate::step::Parts;
@@ -23,7 +25,7 @@ use crate::volume;
 #[cfg(feature = "gpu")]
 use crate::{
     contact::collider_mesh,
-    elements::{KINDS, aero},
+    elements::KINDS,
     gpu::feature as device,
     gpu::parity::{Row, drawn, formulas},
     gpu::{bodies::Bodies, kernels, layout::Four, options::GpuOptions},
@@ -39,19 +41,29 @@ use taffeta_gpu::{GpuError, Shaders};
 /// What a scene has.
 pub fn parts(assembly: &Assembly) -> Parts {
     Parts {
-        elements: assembly.elements.iter().any(|list| !list.is_empty() && !list.implicit),
+        elements: assembly.elements().iter().any(|list| !list.is_empty() && !list.implicit),
         solved: (0..assembly.bodies.len()).any(|body| assembly.is_solved_for(body)),
         volumes: assembly.volumes().next().is_some(),
         restored: assembly.volumes().any(|(_, kept)| kept.projects),
-        attachments: !assembly.attachments.is_empty(),
+        attachments: !assembly.attachments().is_empty(),
         self_contact: assembly.self_colliding().next().is_some(),
     }
+}
+
+/// What features tell a sub-step.
+pub fn parameters<T: Real>(assembly: &Assembly, span: [f64; 2], substep: &mut Substep<T>) {
+    load::build::parameters(assembly, span, substep);
+    aero::build::parameters(assembly, span, substep);
+    motion::moving::parameters(assembly, span, substep);
+    colliders::moving::parameters(assembly, span, substep);
+    volume::constraint::parameters(assembly, span, substep);
+    attachments::constraints::parameters(assembly, span, substep);
 }
 
 /// A scene on the CPU.
 pub fn on_cpu<T: Real>(assembly: Assembly, threads: usize) -> Result<CpuBackend<T>, Refusal> {
     let parts = parts(&assembly);
-    Ok(CpuBackend::new(assembly, &parts, threads, of_cpu)?)
+    Ok(CpuBackend::new(assembly, &parts, parameters, threads, of_cpu)?)
 }
 
 /// The features of a scene on the CPU.
@@ -61,10 +73,10 @@ fn of_cpu<T: Real>(context: &mut Context<'_, T>) -> Result<Vec<Box<dyn Feature<T
     }
     let springs = spring::cpu::Springs::new(context)?;
     Ok([
-        boxed(load::cpu::Loads::new(&context.assembly.loads, context.workers())),
+        boxed(load::cpu::Loads::new(context.assembly.loads(), context.workers())),
         elements::sets::Elements::new(context).and_then(boxed),
         boxed(springs),
-        boxed(motion::cpu::Pins::new(&context.assembly.moving_pins)),
+        boxed(motion::cpu::Pins::new(context.assembly.moving_pins())),
         boxed(explicit::cpu::Euler),
         boxed(colliders::cpu::Colliders::new(context)),
         volume::cpu::Volumes::new(context).and_then(boxed),

@@ -1,7 +1,7 @@
 //! What is refused on a GPU, and what may end a run there.
 
 use crate::advice::{Advice, Refusal, Warning};
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::contact::collider_mesh::surface::MeshShape;
 use crate::contact::collider_mesh::tree::WALK_TURNS;
 use crate::gpu::partition::Partition;
@@ -13,7 +13,7 @@ use taffeta_gpu::Gpu;
 
 /// Refuses more colliders than the loops of a software adapter come to the end of.
 pub fn refuse_loops(gpu: &Gpu, assembly: &Assembly) -> Result<(), Refusal> {
-    let colliders = assembly.colliders.len();
+    let colliders = assembly.colliders().len();
     let turns = patches::collider_turns(colliders, meshes(assembly).count());
     if !gpu.info().is_software() || turns <= patches::MOST_TURNS {
         return Ok(());
@@ -40,7 +40,7 @@ pub fn failure_hint(gpu: &Gpu, assembly: &Assembly) -> Option<Warning> {
 }
 
 fn meshes(assembly: &Assembly) -> impl Iterator<Item = &MeshShape> {
-    assembly.colliders.iter().filter_map(|collider| collider.mesh()).map(Arc::as_ref)
+    assembly.colliders().iter().filter_map(|collider| collider.mesh()).map(Arc::as_ref)
 }
 
 /// Refuses meshes of colliders that are more than a kernel can see.
@@ -59,7 +59,7 @@ pub fn refuse_large_meshes(gpu: &Gpu, bytes: usize) -> Result<(), Refusal> {
 /// Refuses to take over a scene with volumes behind the stage in which bodies are summed up, and one whose nodes touch each
 /// other behind that in which they are found.
 pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), Refusal> {
-    let contact = assembly.bodies.iter().find_map(|body| Some((body, body.contact.key()?)));
+    let contact = assembly.bodies.iter().find_map(|body| Some((body, body.contact_key()?)));
     if let Some((body, key)) = contact.filter(|_| from > Stage::Pairs) {
         return Err(format!(
             "body `{}` has {key}, and a GPU takes over such scenes at stage `{}` at the latest, not at `{}`",
@@ -69,7 +69,7 @@ pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), Refusal> {
         )
         .into());
     }
-    if !assembly.attachments.is_empty() && from > Stage::Attach {
+    if !assembly.attachments().is_empty() && from > Stage::Attach {
         return Err(format!(
             "nodes are sewn, tethered or held by pins that break, and a GPU takes over such scenes at stage `{}` at the \
              latest, not at `{}`",

@@ -1,12 +1,11 @@
 //! Memory of the GPU backend, and one frame of it.
 
 use crate::advice::Warning;
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::backend::{Backend, Device, FrameInput, Lost, SolverState, VertexTarget, View};
-use crate::build::Assembly;
-use crate::build::body::BodyAssembly;
 use crate::cpu::CpuBackend;
 use crate::cpu::between::Between;
-use crate::diagnostics::FrameSums;
 use crate::gpu::drawn::Drawn;
 use crate::gpu::feature::Upload;
 use crate::gpu::kernels::Kernels;
@@ -15,7 +14,8 @@ use crate::gpu::mirror::{Landing, Mirror};
 use crate::gpu::normals::AllNormals;
 use crate::gpu::options::GpuOptions;
 use crate::gpu::partition::Partition;
-use crate::plan;
+use crate::plan::{self, Parameters};
+use crate::report::FrameSums;
 use crate::step::Stage;
 use std::collections::HashMap;
 use std::ops::Range;
@@ -30,6 +30,8 @@ const MOST_DISPATCHES: usize = 1 << 16;
 
 /// The GPU backend.
 pub struct GpuBackend {
+    /// Adds what features tell a sub-step.
+    parameters: Parameters<f32>,
     gpu: Gpu,
     from: Stage,
     assembly: Assembly,
@@ -69,6 +71,7 @@ impl GpuBackend {
         partitions: Vec<Partition>,
         kernels: Kernels,
         failure_hint: Option<Warning>,
+        parameters: Parameters<f32>,
     ) -> Result<Self, String> {
         let gpu = options.gpu.clone();
         let words = |error: GpuError| error.to_string();
@@ -82,6 +85,7 @@ impl GpuBackend {
         let mut backend = Self {
             gpu,
             from: options.from,
+            parameters,
             assembly,
             kernels,
             partitions,
@@ -97,7 +101,7 @@ impl GpuBackend {
             before,
         };
         // What the driver refuses is known before the first frame.
-        let substeps = plan::frame(&backend.assembly, 0.0);
+        let substeps = plan::frame(&backend.assembly, 0.0, parameters);
         let few = &substeps[..substeps.len().min(backend.at_once())];
         backend.record(&mut DispatchList::new(), few, &FrameInput::default(), true).map_err(words)?;
         backend.partitions.iter_mut().for_each(|partition| partition.current = 0);
@@ -309,7 +313,7 @@ fn three([x, y, z, _]: Four) -> [f64; 3] {
 
 impl Backend for GpuBackend {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
-        let substeps = plan::frame(&self.assembly, start);
+        let substeps = plan::frame(&self.assembly, start, self.parameters);
         Ok(self.run(&substeps, &input)?)
     }
 

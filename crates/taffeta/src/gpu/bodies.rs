@@ -1,7 +1,7 @@
 //! Some whole bodies of a scene, whose nodes are counted from the first of them.
 
-use crate::build::Assembly;
-use crate::build::body::BodyAssembly;
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::gpu::layout::Four;
 use crate::topology::LANES;
 use std::ops::Range;

@@ -1,14 +1,14 @@
 //! A frame whose first stages run on the CPU and whose others run on the GPU, to find the stage in which the two differ.
 //! Every sub-step crosses over and back: slow, and right.
 
+use crate::assembly::Assembly;
 use crate::backend::{Backend, Device, FrameInput, Lost, SolverState};
-use crate::build::Assembly;
 use crate::cpu::CpuBackend;
 use crate::cpu::between::Between;
-use crate::diagnostics::FrameSums;
 use crate::gpu::backend::GpuBackend;
 use crate::gpu::layout::Four;
 use crate::plan;
+use crate::report::FrameSums;
 use crate::step::Stage;
 
 /// Both backends, and where one hands over to the other.
@@ -42,7 +42,7 @@ impl Boundary {
         let old = self.fours(places, false, &[]);
         self.gpu.put_state(false, &old);
         if self.from > Stage::Integrate {
-            let collided = self.from > Stage::Contact && !substep.colliders.is_empty();
+            let collided = self.from > Stage::Contact && !substep.colliders().is_empty();
             let last_collider = if collided { &between.last_collider[..] } else { &[] };
             self.gpu.put_state(true, &self.fours(places, true, last_collider));
         }
@@ -68,7 +68,7 @@ impl Boundary {
 
 impl Backend for Boundary {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
-        let substeps = plan::frame(self.cpu.assembly(), start);
+        let substeps = plan::frame(self.cpu.assembly(), start, self.cpu.parameters);
         self.gpu.start_frame();
         substeps.iter().try_for_each(|substep| self.substep(substep, &input))
     }

@@ -1,7 +1,7 @@
 //! Vertices of a body for a renderer on the same device: they go from the state to what it draws, and never to the host.
 
+use crate::assembly::body::BodyAssembly;
 use crate::backend::{VertexTarget, View};
-use crate::build::body::BodyAssembly;
 use crate::gpu::kernels::{Kernels, Name, Overrides};
 use crate::gpu::layout::{Four, GROUP, NONE};
 use crate::gpu::partition::Partition;

@@ -1,13 +1,13 @@
 //! What a feature is to the GPU's executor: buffers, parameters of sub-steps, and kernels with the passes that they carry out.
 
+use crate::assembly::Assembly;
 use crate::backend::{FrameInput, SolverState};
-use crate::build::Assembly;
 use crate::cpu::CpuBackend;
-use crate::diagnostics::FrameSums;
 use crate::gpu::kernels::{Name, Overrides};
 use crate::gpu::layout::Substep;
 use crate::gpu::schedule::Fused;
 use crate::plan;
+use crate::report::FrameSums;
 use crate::step::Stage;
 use std::any::Any;
 use std::ops::Range;

@@ -1,7 +1,6 @@
 //! Records as the kernels see them: the same fields in the same order, at the offsets that naga reads from the WGSL
 //! (`layout_tests` compares them).
 
-use crate::elements::aero::gpu_layout::Air;
 use bytemuck::{Pod, Zeroable};
 
 /// Position or velocity in the first three; inverse mass [1/kg] or mass [kg] in the last.
@@ -56,3 +55,26 @@ pub const NONE: u32 = u32::MAX;
 
 /// Invocations of a workgroup.
 pub const GROUP: usize = 256;
+
+/// `Air` of aero.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct Air {
+    pub velocity: [f32; 3],
+    pub density: f32,
+    pub exposure: f32,
+    pub drag: f32,
+    pub lift: f32,
+    pub gap: u32,
+    pub gusts: Gusts,
+}
+
+/// `Gusts` of gust.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct Gusts {
+    pub offset: [f32; 3],
+    pub cells_a_metre: f32,
+    pub keys: [u32; 2],
+    pub weights: [f32; 2],
+}

@@ -15,5 +15,6 @@ pub mod options;
 pub mod parity;
 pub mod partition;
 pub mod schedule;
+pub mod sums;
 
 pub use options::{GpuKernels, GpuOptions};

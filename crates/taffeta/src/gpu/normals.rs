@@ -1,6 +1,6 @@
 //! Vertex normals on the device, of one body.
 
-use crate::build::body::BodyAssembly;
+use crate::assembly::body::BodyAssembly;
 use crate::gpu::kernels::{Kernels, Name, Overrides};
 use crate::gpu::layout::{Four, GROUP};
 use crate::gpu::partition::Partition;

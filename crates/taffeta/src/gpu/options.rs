@@ -1,6 +1,6 @@
 //! How to run on a GPU.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::Feature;
 use crate::step::Stage;

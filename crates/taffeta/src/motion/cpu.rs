@@ -1,8 +1,8 @@
 //! Moving pins on the CPU.
 
-use crate::build::MovingPin;
 use crate::cpu::feature::Feature;
 use crate::cpu::tile::{Tile, within};
+use crate::motion::moving::MovingPin;
 use crate::motion::pins::on_the_way;
 use crate::real::Real;
 use crate::step::Op;
@@ -23,9 +23,10 @@ impl Pins {
         if self.moving.is_empty() && tile.input.moves.is_empty() {
             return;
         }
+        let motions = tile.substep.motions();
         for (_, run) in tile.plan.runs() {
             for pin in within(&self.moving, &run, |pin| pin.node) {
-                let motion = &tile.substep.motions[pin.track as usize];
+                let motion = &motions[pin.track as usize];
                 put(tile, pin.node, motion.apply(pin.start.map(T::from_f64)));
             }
             for &(node, from, to) in within(&tile.input.moves, &run, |&(node, ..)| node) {

@@ -1,6 +1,6 @@
 //! Moving pins on the GPU.
 
-use crate::build::{Assembly, MovingPin};
+use crate::assembly::Assembly;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features, Upload};
 use crate::gpu::kernels::Name;
@@ -8,6 +8,7 @@ use crate::gpu::layout::{GROUP, Substep};
 use crate::gpu::partition::fill;
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu_layout::{MOVED_BY_USER, Motion, Pin};
+use crate::motion::moving::MovingPin;
 use crate::step::{Op, Stage};
 use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError, Shader, shaders};
 
@@ -16,7 +17,7 @@ pub const SHADERS: &[Shader] = shaders!("motion", ["pins.wgsl", "stages.wgsl"]);
 
 /// The moving pins of some bodies.
 pub fn pins(bodies: &Bodies<'_>) -> Vec<Pin> {
-    let inside = bodies.assembly.moving_pins.iter().filter(|pin| bodies.has(pin.node));
+    let inside = bodies.assembly.moving_pins().iter().filter(|pin| bodies.has(pin.node));
     let pin = |pin: &MovingPin| Pin {
         start: pin.start.map(|c| c as f32),
         node: bodies.local(pin.node as usize),
@@ -68,7 +69,7 @@ impl Feature for Pins {
     }
 
     fn bytes(&self, assembly: &Assembly) -> usize {
-        assembly.tracks.len() * size_of::<Motion>()
+        assembly.tracks().len() * size_of::<Motion>()
     }
 
     fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
@@ -87,7 +88,7 @@ impl Feature for Pins {
             record.first_motion = motions.len() as u32;
             record.pins = pins.len() as u32;
             (record.frame_fraction, record.frame_rate) = substep.frame_fraction;
-            motions.extend(substep.motions.iter().map(Motion::from));
+            motions.extend(substep.motions().iter().map(Motion::from));
         }
         let new = fill(upload.gpu, "motions", &mut self.motions, &motions)?;
         Ok(fill(upload.gpu, "pins", &mut self.pins, &pins)? | new)

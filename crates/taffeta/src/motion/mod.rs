@@ -6,4 +6,5 @@ pub mod gpu;
 #[cfg(feature = "gpu")]
 pub mod gpu_layout;
 pub mod keyframes;
+pub mod moving;
 pub mod pins;

@@ -1,8 +1,8 @@
 //! Frames of a simulation: submitted, and then polled.
 
 use crate::backend::Lost;
-use crate::diagnostics::FrameReport;
 use crate::diagnostics::advice::runaway;
+use crate::report::FrameReport;
 use crate::simulation::{Simulation, StepError};
 
 impl Simulation {

@@ -1,6 +1,6 @@
 //! What names resolve to, once: bodies, colliders and pins of one simulation.
 
-use crate::build::body::BodyAssembly;
+use crate::assembly::body::BodyAssembly;
 use crate::simulation::{InputError, Simulation};
 use std::sync::atomic::{AtomicU64, Ordering};
 

@@ -1,7 +1,7 @@
 //! What a running scene is made of, for people and outputs.
 
+use crate::assembly::Assembly;
 use crate::attachments::constraints::IS_POINT;
-use crate::build::Assembly;
 use crate::contact::nodes::self_contact::SelfContact;
 use crate::elements::hinge;
 use crate::scene::{Mesh, Scene, Shape};
@@ -70,9 +70,9 @@ impl BodyInfo {
         let index = handle.index();
         let body = &assembly.bodies[index];
         let nodes = body.first as u32..(body.first + body.nodes) as u32;
-        let attachments = &assembly.attachments;
+        let attachments = assembly.attachments();
         let points = attachments.joints.iter().filter(|joint| joint.ends[1] & IS_POINT != 0);
-        let coarser = assembly.levels.iter().map(|level| level.bodies[index].len());
+        let coarser = assembly.levels().iter().map(|level| level.bodies[index].len());
         Self {
             handle,
             name: body.name.clone(),
@@ -88,7 +88,7 @@ impl BodyInfo {
             hinges: assembly.elements_of(hinge::NAME, index).len(),
             mass: body.mass.iter().sum(),
             rest_volume: body.rest_volume,
-            slips_from: body.contact.nodes.as_ref().map(SelfContact::slips_from),
+            slips_from: body.self_contact().map(SelfContact::slips_from),
             repairs: body.surface.as_ref().map_or_else(Vec::new, |surface| surface.repairs.clone()),
         }
     }
@@ -108,7 +108,7 @@ impl ColliderInfo {
             handle,
             name: scene.collider_name(index),
             shape: described.shape().map_or("", |shape| shape.key()),
-            surface: assembly.colliders[index].mesh().map(|mesh| (mesh.triangles.len(), mesh.solid)),
+            surface: assembly.colliders()[index].mesh().map(|mesh| (mesh.triangles.len(), mesh.solid)),
             keyframes: described.motion.len(),
             poses: described.poses.as_ref().map_or(0, |poses| poses.nodes.len()),
             repairs,

@@ -53,7 +53,7 @@ impl Simulation {
     pub fn move_collider(&mut self, collider: ColliderHandle, to: Pose) -> Result<(), InputError> {
         let (index, to) = (self.index_of_collider(collider)?, to.checked()?);
         let what = |simulation: &Self| format!("collider `{}`", simulation.colliders[index].name);
-        self.go_to(what, to, |assembly| assembly.colliders[index].track_mut())
+        self.go_to(what, to, |assembly| assembly.colliders_mut()[index].track_mut())
     }
 
     /// Brings the nodes of a pin to a pose during the next frame, evenly; they stay there. The pose counts from where they
@@ -65,18 +65,18 @@ impl Simulation {
     pub fn move_pin(&mut self, pin: PinHandle, to: Pose) -> Result<(), InputError> {
         let (body, to) = (self.index_of(pin.body())?, to.checked()?);
         let name = |simulation: &Self| simulation.bodies[body].name.clone();
-        let Some(&track) = self.backend.assembly().track_of_pin.get(&(body, pin.index())) else {
+        let Some(track) = self.backend.assembly().track_of_pin(body, pin.index()) else {
             return Err(InputError::Immovable { body: name(self), pin: pin.index() });
         };
         let what = |simulation: &Self| format!("pin {} of body `{}`", pin.index(), name(simulation));
-        self.go_to(what, to, |assembly| &mut assembly.tracks[track])
+        self.go_to(what, to, |assembly| &mut assembly.moving_mut().tracks[track])
     }
 
     fn go_to(
         &mut self,
         what: impl Fn(&Self) -> String,
         to: Pose,
-        track: impl Fn(&mut crate::build::Assembly) -> &mut Track,
+        track: impl Fn(&mut crate::assembly::Assembly) -> &mut Track,
     ) -> Result<(), InputError> {
         let dt = self.dt();
         let now = f64::from(self.frame()) * dt;
@@ -119,7 +119,7 @@ impl Simulation {
     /// # Errors
     /// Where the collider is one of another simulation.
     pub fn collider_pose(&self, collider: ColliderHandle, fraction: f64) -> Result<DAffine3, InputError> {
-        let collider = &self.backend.assembly().colliders[self.index_of_collider(collider)?];
+        let collider = &self.backend.assembly().colliders()[self.index_of_collider(collider)?];
         let pose = collider.track().pose(self.time_at(fraction));
         let rows = DMat3::from_cols_array_2d(&pose.rotation);
         Ok(DAffine3::from_mat3_translation(rows.transpose(), pose.shift.into()))
@@ -135,7 +135,7 @@ impl Simulation {
         collider: ColliderHandle,
         fraction: f64,
     ) -> Result<Option<Vec<[f64; 3]>>, InputError> {
-        let mesh = self.backend.assembly().colliders[self.index_of_collider(collider)?].mesh();
+        let mesh = self.backend.assembly().colliders()[self.index_of_collider(collider)?].mesh();
         Ok(mesh.filter(|mesh| mesh.deforms()).map(|mesh| mesh.nodes(self.time_at(fraction))))
     }
 

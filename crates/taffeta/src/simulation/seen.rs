@@ -1,6 +1,6 @@
 //! Quantities of vertices that a program may display: velocities, and distances from colliders.
 
-use crate::build::body::BodyAssembly;
+use crate::assembly::body::BodyAssembly;
 use crate::contact::collider_mesh::surface::MeshSurface;
 use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::colliders::shape::ShapeNow;
@@ -22,12 +22,12 @@ impl Simulation {
         out.clear();
         let assembly = self.backend.assembly();
         let surfaces = self.surfaces.get_or_init(|| {
-            assembly.colliders.iter().filter_map(|one| one.mesh()).map(|mesh| mesh.surface()).collect()
+            assembly.colliders().iter().filter_map(|one| one.mesh()).map(|mesh| mesh.surface()).collect()
         });
         let (now, dt, mut meshes) = (f64::from(self.frame()) * self.dt(), self.dt(), 0);
         let at_end =
             |one: &crate::contact::colliders::moving::MovingCollider| one.at(now - dt, dt, &mut meshes);
-        let colliders: Vec<ColliderNow<f64>> = assembly.colliders.iter().map(at_end).collect();
+        let colliders: Vec<ColliderNow<f64>> = assembly.colliders().iter().map(at_end).collect();
         let distance = |x: [f64; 3]| {
             let distances = colliders.iter().map(|collider| distance_of(collider, surfaces, x, reach));
             distances.fold(reach, f64::min) as f32

@@ -1,7 +1,7 @@
 //! Snapshots: the state of a simulation between two frames, to stop a run and continue it.
 
 use crate::backend::SolverState;
-use crate::diagnostics::FrameReport;
+use crate::report::FrameReport;
 use crate::simulation::{InputError, Precision, Simulation};
 use serde::{Deserialize, Serialize};
 

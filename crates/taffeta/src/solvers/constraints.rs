@@ -1,7 +1,8 @@
 //! Springs as a list, for methods that make constraints of them.
 
-use crate::build::body::{BodyAssembly, BodySprings};
-use crate::elements::spring::lists::SpringKind;
+use crate::assembly::Assembly;
+use crate::assembly::body::{BodyAssembly, BodySprings};
+use crate::assembly::springs::SpringKind;
 use crate::elements::spring::stencil::GRID_STEPS;
 use crate::scene::Method;
 use std::ops::Range;
@@ -21,6 +22,24 @@ pub struct Constraints {
     pub near: Vec<bool>,
     /// Those of each body.
     pub bodies: Vec<Range<usize>>,
+}
+
+impl Assembly {
+    /// Springs as a list, where the method makes constraints of them.
+    pub fn constraints(&self) -> &Constraints {
+        self.extensions.get().expect("a scene is assembled with constraints, or with a list of none")
+    }
+
+    /// The same, for a backend to keep.
+    pub(crate) fn take_constraints(&mut self) -> Constraints {
+        std::mem::take(self.extensions.get_mut())
+    }
+
+    /// Whether anything of a body is solved for: springs or other elements.
+    pub fn is_solved_for(&self, body: usize) -> bool {
+        let springs = self.constraints().bodies.get(body).is_some_and(|all| !all.is_empty());
+        springs || self.has_solved_elements(body)
+    }
 }
 
 impl Constraints {
@@ -65,7 +84,7 @@ impl Constraints {
     fn add_grid(
         &mut self,
         first: usize,
-        along: &crate::build::body::GridDirections,
+        along: &crate::assembly::body::GridDirections,
         [rows, cols]: [usize; 2],
     ) {
         let along = along.map(|direction| {
@@ -115,7 +134,7 @@ impl Constraints {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::Assembly;
+    use crate::assembly::Assembly;
     use crate::scene::{Body, Icosphere, Mass, Mesh, Scene};
 
     #[test]
@@ -128,7 +147,7 @@ mod tests {
             .body(grid.structural(9.0, 0.0).shear(8.0, 0.1).bend(0.0, 0.0))
             .body(heavy(Body::soft("ball", ball)).structural(7.0, 0.0).bend(6.0, 0.0));
         let assembly = Assembly::new(&scene).unwrap();
-        let all = &assembly.constraints;
+        let all = assembly.constraints();
         // Structural 5·6 + 7·4, shear 2·4·6, bend none; edges of the ball 3·162 − 6, each with a bend spring.
         assert_eq!(all.bodies, [0..106, 106..106 + 2 * 480]);
         assert!(all.ends.iter().all(|[a, b]| a < b) && all.ends.is_sorted());

@@ -5,7 +5,7 @@
 //! The least eigenvalue is not below the least scaled compliance, and the largest, after Gershgorin, not above the largest
 //! sum of a row's magnitudes.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::real::dot;
 use crate::scene::Method;
 use crate::solvers::dual::distance::Softness;
@@ -31,7 +31,7 @@ pub fn iterations(assembly: &Assembly, bodies: Range<usize>) -> u32 {
 /// as no element's energy is more than twice that of its nodes alone. The least one is not below the least fraction
 /// of a mass in its block.
 pub fn descents(assembly: &Assembly, bodies: Range<usize>) -> u32 {
-    let (ice, all, h) = (&assembly.solver.ice, &assembly.constraints, assembly.time.substep(0).1);
+    let (ice, all, h) = (&assembly.solver.ice, assembly.constraints(), assembly.time.substep(0).1);
     let mut most = 0.0_f64;
     for body in bodies {
         let nodes = &assembly.bodies[body];
@@ -40,7 +40,7 @@ pub fn descents(assembly: &Assembly, bodies: Range<usize>) -> u32 {
             let [k, damping] = all.materials[all.material[row] as usize];
             all.ends[row].iter().for_each(|&end| stiff[end as usize - nodes.first] += h * (h * k + damping));
         }
-        let of_elements = assembly.elements.iter().filter(|list| list.implicit);
+        let of_elements = assembly.elements().iter().filter(|list| list.implicit);
         for (list, visit) in of_elements.filter_map(|list| Some((list, list.kind.modes?))) {
             for (ends, numbers) in list.of(list.bodies[body].clone()) {
                 let at = |&end: &u32| end as usize - nodes.first;
@@ -64,7 +64,7 @@ pub fn descents(assembly: &Assembly, bodies: Range<usize>) -> u32 {
 
 /// A bound of the condition number of a body's system; infinite if there is no compliance.
 fn condition(assembly: &Assembly, body: usize) -> f64 {
-    let (all, nodes) = (&assembly.constraints, &assembly.bodies[body]);
+    let (all, nodes) = (assembly.constraints(), &assembly.bodies[body]);
     let (rows, soft) = (all.bodies[body].clone(), softness(assembly));
     let inverse_mass = |end: usize| if nodes.free[end] { 1.0 / nodes.mass[end] } else { 0.0 };
     let ends = |row: usize| all.ends[row].map(|end| end as usize - nodes.first);
@@ -93,7 +93,7 @@ fn softness(assembly: &Assembly) -> Vec<Softness<f64>> {
         Method::Acad => Softness::stiff(acad.epsilon, acad.form, h),
         _ => Softness::spring(k, d, ice.epsilon, ice.form, h),
     };
-    assembly.constraints.materials.iter().map(of).collect()
+    assembly.constraints().materials.iter().map(of).collect()
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ pub mod rest;
 pub mod segment;
 pub mod select;
 pub mod shapes;
+pub mod struts;
 
 pub use crate::real::LANES;
 pub use crate::scene::{Polygons, Surface, Uvs};

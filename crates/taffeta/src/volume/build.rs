@@ -1,7 +1,7 @@
 //! What keeps the volumes of bodies.
 
-use crate::build::Assembly;
-use crate::build::body::BodyAssembly;
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::scene::{SceneError, Volume, VolumeForm, VolumeWeights, plain};
 use crate::topology::measure;
 use crate::volume::constraint::VolumeConstraint;
@@ -13,11 +13,37 @@ const NOTHING: f64 = 1e-5;
 impl Assembly {
     /// Bodies whose volume is kept, or that are under a pressure, in the scene's order.
     pub fn volumes(&self) -> impl Iterator<Item = (&BodyAssembly, &VolumeConstraint)> {
-        self.bodies.iter().filter_map(|body| Some((body, body.volume.as_ref()?)))
+        self.bodies.iter().filter_map(|body| Some((body, body.volume()?)))
+    }
+
+    /// A volume of 0 for each closed body.
+    pub fn no_volumes(&self) -> Vec<Option<f64>> {
+        self.bodies.iter().map(|body| body.rest_volume.map(|_| 0.0)).collect()
+    }
+
+    /// The volume that each body is to have at time `t` [s], in m³, where it keeps one.
+    pub fn volume_targets(&self, t: f64) -> Vec<Option<f64>> {
+        self.bodies.iter().map(|body| body.volume()?.target(t)).collect()
     }
 }
 
 impl BodyAssembly {
+    /// What keeps its volume.
+    pub fn volume(&self) -> Option<&VolumeConstraint> {
+        self.extensions.get::<Option<VolumeConstraint>>()?.as_ref()
+    }
+
+    pub(crate) fn volume_mut(&mut self) -> Option<&mut VolumeConstraint> {
+        self.extensions.get_mut::<Option<VolumeConstraint>>().as_mut()
+    }
+
+    /// Gives back the weights of its nodes once backends have theirs.
+    pub(crate) fn forget_weights(&mut self) {
+        if let Some(volume) = self.volume_mut() {
+            volume.weights = None;
+        }
+    }
+
     /// Has the body, whose pins are there, keep its volume.
     pub(crate) fn keep_volume(&mut self, wish: &Volume) -> Result<(), SceneError> {
         let form = match wish.form {
@@ -38,7 +64,7 @@ impl BodyAssembly {
         let unit = if form == Form::Pressure { 1.0 } else { rest };
         let keys = keys(wish).into_iter().map(|(t, goal)| (t, goal * unit)).collect();
         let projects = wish.form == VolumeForm::Projected;
-        self.volume = Some(VolumeConstraint { form, projects, weights, keys });
+        self.extensions.insert(Some(VolumeConstraint { form, projects, weights, keys }));
         Ok(())
     }
 }

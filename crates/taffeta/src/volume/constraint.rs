@@ -1,5 +1,8 @@
 //! What keeps the volume of a body, or what pressure it is under.
 
+use crate::assembly::Assembly;
+use crate::plan::Substep;
+use crate::real::Real;
 use crate::volume::volume::Form;
 
 /// What keeps the volume of a body, or what pressure it is under.
@@ -34,5 +37,22 @@ impl VolumeConstraint {
     /// Whether it may add energy: by a pressure, or a volume other than that at rest.
     pub fn drives(&self, rest: f64) -> bool {
         self.form == Form::Pressure || self.keys.iter().any(|key| key.1 != rest)
+    }
+}
+
+/// Target volume of each body of [`Assembly::volumes`] at the end of a sub-step [m³], or its pressure [Pa].
+#[derive(Default)]
+pub struct Goals<T>(pub Vec<T>);
+
+/// What volumes are to be in a sub-step.
+pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut Substep<T>) {
+    let goals = assembly.volumes().map(|(_, kept)| T::from_f64(kept.goal(t + h)));
+    substep.extensions.insert(Goals(goals.collect()));
+}
+
+impl<T: Real> Substep<T> {
+    /// Target volume of each body of [`Assembly::volumes`] at its end [m³], or its pressure [Pa].
+    pub fn goals(&self) -> &[T] {
+        self.extensions.get::<Goals<T>>().map_or(&[], |goals| &goals.0)
     }
 }

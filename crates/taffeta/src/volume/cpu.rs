@@ -191,7 +191,7 @@ impl<T: Real> Volumes<T> {
         let sums = unsafe { self.sums.read() };
         let corrections = &mut self.scratch(worker.index).corrections;
         for volume in (0..self.bodies.len()).filter(|volume| chosen(*volume)) {
-            corrections[volume] = solve(&self.bodies[volume], sums, worker.substep.goals[volume]);
+            corrections[volume] = solve(&self.bodies[volume], sums, worker.substep.goals()[volume]);
         }
     }
 
@@ -274,7 +274,7 @@ impl<T: Real> Volumes<T> {
         tile.moved = Moved::Any;
         let (nodes, run) = (self.nodes(tile, volume), tile.run());
         let [x, y, z, ..] = tile.after(&run);
-        if !tile.substep.colliders.is_empty() {
+        if !tile.substep.colliders().is_empty() {
             for (before, now) in tile.scratch.before.iter_mut().zip([&*x, &*y, &*z]) {
                 before[..run.len()].copy_from_slice(now);
             }

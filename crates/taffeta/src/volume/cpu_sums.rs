@@ -1,7 +1,7 @@
 //! Memory and sums of the bodies that keep their volume. A body is summed up in groups of 256 nodes, each by halves,
 //! then its groups the same way. This order depends on neither threads nor vector width, and a GPU can use it.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::cpu::column::Column;
 use crate::cpu::tiles::TilePlan;
 use crate::real::Real;
@@ -33,7 +33,7 @@ impl<T: Real> VolumeBody<T> {
     pub fn all(assembly: &Assembly) -> (Vec<Self>, Vec<Option<usize>>) {
         let (mut all, mut of_body): (Vec<Self>, _) = (Vec::new(), Vec::new());
         for body in &assembly.bodies {
-            let Some(kept) = &body.volume else {
+            let Some(kept) = body.volume() else {
                 of_body.push(None);
                 continue;
             };

@@ -1,9 +1,8 @@
 //! Volumes on the GPU: bodies that keep one are cut into groups of 256 nodes, one for each workgroup.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::contact::colliders::gpu::Contact;
 use crate::contact::colliders::gpu::contact_of;
-use crate::diagnostics::FrameSums;
 use crate::elements::load::gpu::Loads;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features};
@@ -11,6 +10,7 @@ use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP};
 use crate::gpu::schedule::Fused;
 use crate::plan::Substep;
+use crate::report::FrameSums;
 use crate::step::{Marks, Op, Stage};
 use crate::topology::LANES;
 use crate::volume::gpu_layout::Chunk;
@@ -18,8 +18,17 @@ use crate::volume::gpu_layout::{RESTORED, VOLUME_PARTS, VolumeGroup, WEIGHTED};
 use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
 
 /// Its shaders.
-pub const SHADERS: &[Shader] =
-    shaders!("volume", ["groups.wgsl", "printed.wgsl", "restore_stages.wgsl", "stages.wgsl", "volume.wgsl"]);
+pub const SHADERS: &[Shader] = shaders!(
+    "volume",
+    [
+        "groups.wgsl",
+        "measure_volumes.wgsl",
+        "printed.wgsl",
+        "restore_stages.wgsl",
+        "stages.wgsl",
+        "volume.wgsl"
+    ]
+);
 
 /// Triangles that one workgroup sums up.
 const CHUNK: usize = 4096;
@@ -27,7 +36,7 @@ const CHUNK: usize = 4096;
 /// Bytes of the arrays that a body's volume needs, and what they hold.
 pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
     let body = &assembly.bodies[body];
-    let kept = if body.volume.is_some() { body.places() } else { 0 };
+    let kept = if body.volume().is_some() { body.places() } else { 0 };
     vec![
         ((kept * 2 * size_of::<Four>()) as u64, "forces and gradients"),
         ((body.closed_triangles.len() * 12) as u64, "triangles"),
@@ -210,7 +219,7 @@ impl Feature for Volumes {
     }
 
     fn targets(&self, substep: &Substep<f32>) -> Vec<f32> {
-        self.numbers.iter().map(|&volume| substep.goals[volume]).collect()
+        self.numbers.iter().map(|&volume| substep.goals()[volume]).collect()
     }
 
     fn copy(&self, list: &mut DispatchList) {

@@ -11,6 +11,7 @@ use crate::gpu::parity::fixture::{Arrays, Fixture, SUBSTEP, words};
 use crate::gpu::parity::{Row, Tolerance};
 use crate::solvers::explicit::parity::kernel_of;
 use crate::step::{self, Op, Parts};
+use crate::volume::constraint::Goals;
 use crate::volume::cpu::Volumes;
 use crate::volume::gpu_layout::{RESTORED, VOLUME_PARTS, WEIGHTED};
 use crate::volume::parity_scene;
@@ -145,7 +146,7 @@ fn parts(fixture: &Fixture, origins: &[Four], found: &Found, flags: u32) -> Vec<
             continue;
         }
         let is_first = index == group.first_group as usize;
-        let goal = if is_first { fixture.substep().goals[group.goal as usize] } else { 0.0 };
+        let goal = if is_first { fixture.substep().goals()[group.goal as usize] } else { 0.0 };
         let mut put = |part: usize, four: Four| all[part * groups.len() + index] = four;
         put(0, [s[0], s[1], s[2], goal]);
         if group.flags & WEIGHTED == 0 {
@@ -359,6 +360,7 @@ fn aim(fixture: &mut Fixture, measured: &Found, exact: bool) {
         let all = &measured.sums[first..first + groups[first].groups as usize];
         let volume = all.iter().map(|sums| f64::from(sums[0])).sum::<f64>() / 3.0;
         let fraction = fractions.next().copied().unwrap_or(0.0);
-        fixture.substeps[SUBSTEP].goals[groups[first].goal as usize] = (volume * (1.0 + fraction)) as f32;
+        let goals: &mut Goals<f32> = fixture.substeps[SUBSTEP].extensions.get_mut();
+        goals.0[groups[first].goal as usize] = (volume * (1.0 + fraction)) as f32;
     }
 }

@@ -1,8 +1,8 @@
 //! The scene that rows of volumes are run on.
 
+use crate::assembly::Assembly;
+use crate::assembly::body::{BodyAssembly, BodySprings};
 use crate::backend::{Backend, FrameInput};
-use crate::build::Assembly;
-use crate::build::body::{BodyAssembly, BodySprings};
 use crate::contact::collider_mesh::parity_scene as meshes_by_chance;
 use crate::cpu::CpuBackend;
 use crate::features::Tables;
@@ -89,7 +89,7 @@ fn assembly(drag: f64, meshes: bool) -> Result<Assembly, String> {
     scene.world.wind_force = [0.013, 0.0071, -0.0193];
     scene.world.drag = drag;
     let mut assembly = Assembly::new(&scene).map_err(|error| error.to_string())?;
-    assembly.bodies.iter_mut().filter(|body| body.volume.is_some()).skip(3).for_each(thin_out);
+    assembly.bodies.iter_mut().filter(|body| body.volume().is_some()).skip(3).for_each(thin_out);
     Ok(assembly)
 }
 
@@ -172,7 +172,7 @@ mod tests {
                     v[3] < 0.0 && flag(RESTORED) && flag(WEIGHTED) && weight > 0.0,
                 );
                 count.note("beyond the weights", flag(WEIGHTED) && weight == 0.0);
-                let floor = fixture.substep().colliders[0].depth_and_normal([x[0], x[1], x[2]]).unwrap().0;
+                let floor = fixture.substep().colliders()[0].depth_and_normal([x[0], x[1], x[2]]).unwrap().0;
                 count.note("in the floor", floor > 0.0 && x[3] > 0.0);
                 count.note("above the floor", floor < 0.0);
             }

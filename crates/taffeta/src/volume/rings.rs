@@ -1,10 +1,32 @@
 //! The triangles around each node of a closed surface, as the way around it through its neighbours.
 
-use crate::elements::spring::lists::SpringList;
+use crate::assembly::body::{BodyAssembly, BodySprings};
+use crate::assembly::springs::SpringKind;
+use crate::assembly::springs::SpringList;
 use crate::topology::{Csr, Gather, LANES};
 
 /// In [`Gather::rest`]: a neighbour on the way around a node, without a spring to it. Padding has 0.
 pub const NO_SPRING: f64 = -1.0;
+
+impl BodyAssembly {
+    /// The springs of a mesh by node, each kind with its stiffness [N/m] and damping [kg/s]. Where the body keeps its volume
+    /// the first are those along edges, as [`rings`] has them, whether there are springs or not.
+    pub fn gathered(&self) -> Result<Vec<(f64, f64, Gather)>, String> {
+        let BodySprings::Mesh(lists) = &self.springs else { return Ok(Vec::new()) };
+        let mut gathered = Vec::new();
+        let mut others = &lists[..];
+        if self.volume().is_some() {
+            let along = lists.first().filter(|list| list.kind == SpringKind::Structural);
+            let ring = rings(self.nodes, &self.closed_triangles, along)?;
+            gathered.push((along.map_or(0.0, |list| list.k), along.map_or(0.0, |list| list.d), ring));
+            others = &lists[usize::from(along.is_some())..];
+        }
+        for list in others {
+            gathered.push((list.k, list.d, Gather::new(self.nodes, &list.pairs, &list.rest)?));
+        }
+        Ok(gathered)
+    }
+}
 
 /// The ring of each node, and the springs along its edges: entries as in [`Gather`], but in the order of the ring,
 /// counter-clockwise from outside, so that (a, rₖ, rₖ₊₁) and (a, r_last, r₀) are the triangles at a.

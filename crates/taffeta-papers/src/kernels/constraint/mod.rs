@@ -243,7 +243,7 @@ impl Constraints {
 
 /// The springs of some bodies, with ends counted from the first of their places.
 fn springs(bodies: &Bodies<'_>) -> Vec<Spring> {
-    let all = &bodies.assembly.constraints;
+    let all = bodies.assembly.constraints();
     let spring = |i: usize| {
         let [a, b] = all.ends[i].map(|node| bodies.local(node as usize));
         Spring { a, b, rest_length: all.rest[i] as f32, kind: 0 }

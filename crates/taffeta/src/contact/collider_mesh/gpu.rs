@@ -1,7 +1,7 @@
 //! Meshes as colliders on the GPU, in one array of four words each: triangles, nodes of each pose, and boxes, as on
 //! the CPU.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::contact::collider_mesh::surface::MeshShape;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::moving::ColliderNow;
@@ -29,7 +29,7 @@ impl ColliderMeshes {
     /// The meshes of a scene, and the array.
     pub fn new(assembly: &Assembly) -> (Self, Vec<Words>) {
         let mut data = Vec::new();
-        let meshes = assembly.colliders.iter().filter_map(|collider| collider.mesh());
+        let meshes = assembly.colliders().iter().filter_map(|collider| collider.mesh());
         let parts = meshes.map(|mesh| add(&mut data, mesh)).collect();
         (Self { parts: Arc::new(parts) }, data)
     }

@@ -16,8 +16,8 @@ use crate::cpu::simd::{Kernel, SimdLevel};
 use crate::cpu::tile::{Moved, Tile};
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
-use crate::diagnostics::FrameSums;
 use crate::real::{Real, add, dot, scale, sub};
+use crate::report::FrameSums;
 use crate::step::{Marks, Op};
 use std::ops::Range;
 
@@ -50,8 +50,8 @@ impl<T: Real> Colliders<T> {
     /// The colliders of a scene.
     pub fn new(context: &Context<'_, T>) -> Self {
         let assembly = &*context.assembly;
-        let rows =
-            (0..).zip(&assembly.attachments.joints).filter(|(_, row)| assembly.attachments.is_carried(row));
+        let attachments = assembly.attachments();
+        let rows = (0..).zip(&attachments.joints).filter(|(_, row)| attachments.is_carried(row));
         let mut carried: Vec<[u32; 2]> = rows.map(|(number, row)| [row.ends[0], number]).collect();
         carried.sort_unstable();
         let keeps_volumes = assembly.volumes().next().is_some();
@@ -121,7 +121,7 @@ impl<T: Real> Colliders<T> {
         }
         let contacts = Contact {
             level: tile.nodes.level,
-            colliders: &tile.substep.colliders,
+            colliders: tile.substep.colliders(),
             cache: &self.cache,
             run: run.clone(),
             inverse_mass,
@@ -180,7 +180,7 @@ impl<T: Real> Feature<T> for Colliders<T> {
     }
 
     fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
-        if tile.substep.colliders.is_empty() {
+        if tile.substep.colliders().is_empty() {
             return;
         }
         if let Moved::Some(moved) = &tile.moved {

@@ -1,6 +1,6 @@
 //! Colliders on the GPU.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
 use crate::contact::collider_mesh::tree::WALK_TURNS;
 use crate::contact::colliders::gpu_layout::Collider;
@@ -113,19 +113,19 @@ impl Feature for Colliders {
     }
 
     fn bytes(&self, assembly: &Assembly) -> usize {
-        if assembly.colliders_move() { assembly.colliders.len() * size_of::<Collider>() } else { 0 }
+        if assembly.colliders_move() { assembly.colliders().len() * size_of::<Collider>() } else { 0 }
     }
 
     fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
         let is_still = !upload.assembly.colliders_move();
         let mut all: Vec<Collider> = Vec::new();
         for (record, substep) in records.iter_mut().zip(upload.substeps) {
-            record.colliders = substep.colliders.len() as u32;
+            record.colliders = substep.colliders().len() as u32;
             if is_still && !all.is_empty() {
                 continue;
             }
             record.first_collider = all.len() as u32;
-            all.extend(substep.colliders.iter().map(|now| self.meshes.record(now)));
+            all.extend(substep.colliders().iter().map(|now| self.meshes.record(now)));
         }
         fill(upload.gpu, "colliders", &mut self.colliders, &all)
     }

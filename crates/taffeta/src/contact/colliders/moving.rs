@@ -1,5 +1,6 @@
 //! Colliders over time: a shape, where it starts, and how it moves.
 
+use crate::assembly::Assembly;
 use crate::contact::collider_mesh::surface::{MeshShape, mesh_shape};
 use crate::contact::colliders::response::ContactPoint;
 use crate::contact::colliders::rigid::Rigid;
@@ -7,8 +8,9 @@ use crate::contact::colliders::shape::{
     BoxNow, CapsuleNow, CylinderNow, OnSolid, PlaneNow, ShapeNow, Solid, SphereNow,
 };
 use crate::motion::keyframes::{Pose, Track};
+use crate::plan::Substep;
 use crate::real::{Real, add, dot, norm, scale, sub};
-use crate::scene::{self, Collider, SceneError, Shape};
+use crate::scene::{self, Collider, Scene, SceneError, Shape};
 use crate::topology::Placement;
 use std::sync::Arc;
 
@@ -72,6 +74,55 @@ impl<T: Real> ContactSurface<T> {
             friction: self.friction,
             restitution: self.restitution,
         }
+    }
+}
+
+impl Assembly {
+    /// Colliders in the scene's order.
+    pub fn colliders(&self) -> &[MovingCollider] {
+        self.extensions.list()
+    }
+
+    /// The same, to move them.
+    pub(crate) fn colliders_mut(&mut self) -> &mut [MovingCollider] {
+        self.extensions.get_mut::<Vec<MovingCollider>>()
+    }
+
+    /// Adds those of a scene.
+    pub(crate) fn add_colliders(&mut self, scene: &Scene) -> Result<(), SceneError> {
+        let step = scene.time.longest_step();
+        let at = |i: usize| move |error: SceneError| error.under(&format!("collider[{i}]"));
+        let numbered = scene.colliders.iter().enumerate();
+        let all = numbered.map(|(i, one)| MovingCollider::in_steps(one, step).map_err(at(i)));
+        let all: Vec<MovingCollider> = all.collect::<Result<_, _>>()?;
+        self.extensions.insert(all);
+        Ok(())
+    }
+
+    /// Whether any collider moves.
+    pub fn colliders_move(&self) -> bool {
+        self.colliders().iter().any(MovingCollider::moves)
+    }
+}
+
+/// Where colliders are at the end of a sub-step.
+pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut Substep<T>) {
+    let mut meshes = 0;
+    let all: Vec<ColliderNow<T>> =
+        assembly.colliders().iter().map(|collider| collider.at(t, h, &mut meshes)).collect();
+    substep.extensions.insert(all);
+}
+
+impl<T: Real> Substep<T> {
+    /// Colliders at its end.
+    pub fn colliders(&self) -> &[ColliderNow<T>] {
+        self.extensions.list()
+    }
+
+    /// The same, to change them.
+    #[cfg(feature = "gpu")]
+    pub fn colliders_mut(&mut self) -> &mut Vec<ColliderNow<T>> {
+        self.extensions.get_mut()
     }
 }
 

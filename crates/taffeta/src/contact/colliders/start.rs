@@ -1,8 +1,9 @@
 //! Nodes that start inside colliders.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::contact::collider_mesh::surface::MeshSurface;
 use crate::contact::colliders::moving::ColliderNow;
+use crate::contact::colliders::moving::MovingCollider;
 use crate::contact::colliders::shape::ShapeNow;
 use crate::real::Real;
 use crate::scene::{Scene, plain};
@@ -24,14 +25,16 @@ impl Assembly {
     /// which may stretch springs. Nodes that a collider carries are ignored.
     pub(crate) fn note_starts_inside(&mut self, scene: &Scene) {
         let mut meshes = 0;
-        let attachments = &self.attachments;
+        let attachments = self.attachments();
         let joints = attachments.joints.iter().filter(|joint| attachments.is_carried(joint));
         let carried: HashSet<usize> = joints.map(|joint| joint.ends[0] as usize).collect();
-        for (index, (collider, described)) in self.colliders.iter().zip(&scene.colliders).enumerate() {
+        let Self { bodies, extensions, .. } = self;
+        let colliders = extensions.list::<MovingCollider>();
+        for (index, (collider, described)) in colliders.iter().zip(&scene.colliders).enumerate() {
             let surface = collider.mesh().map(|mesh| mesh.surface());
             let start = Start { now: collider.at(-1.0, 1.0, &mut meshes), surface, offset: described.offset };
             let name = scene.collider_name(index);
-            for body in &mut self.bodies {
+            for body in bodies.iter_mut() {
                 let depth = |local: usize| {
                     let meets = body.free[local] && !carried.contains(&(body.first + local));
                     if meets { start.depth(body.start[local]) } else { f64::NEG_INFINITY }

@@ -1,7 +1,7 @@
 //! The exclusion lists of self-collision, and warnings of contacts at the start.
 
-use crate::build::Assembly;
-use crate::build::body::{BodyAssembly, BodySprings};
+use crate::assembly::Assembly;
+use crate::assembly::body::{BodyAssembly, BodySprings};
 use crate::contact::nodes::cells::Cells;
 use crate::contact::nodes::pair::{ContactMaterial, combine_materials};
 use crate::contact::nodes::self_contact::{Exclusions, GAP, SelfContact};
@@ -40,7 +40,7 @@ impl BodyAssembly {
             friction: wish.friction,
             restitution: wish.restitution,
         };
-        self.contact.nodes = Some(SelfContact { surface, exclusions, longest });
+        self.extensions.insert(SelfContact { surface, exclusions, longest });
         Ok(())
     }
 }
@@ -77,7 +77,7 @@ fn of_grid(body: &BodyAssembly, [rows, cols]: [usize; 2], reach: f64) -> Option<
     let down = if rows > 1 { between(0, cols) } else { 0.0 };
     let across = if cols > 1 { between(0, 1) } else { 0.0 };
     let BodySprings::Grid(along) = &body.springs else { return None };
-    // Offsets of springs, as [`crate::build::body::GridDirections`].
+    // Offsets of springs, as [`crate::assembly::body::GridDirections`].
     let springs = [[0, 1], [0, 2], [1, 0], [2, 0], [1, 1], [1, -1]];
     let springs: Vec<[i32; 2]> =
         springs.iter().zip(along).filter(|(_, one)| one.is_some()).map(|(way, _)| *way).collect();
@@ -187,7 +187,7 @@ impl Walk {
 impl Assembly {
     /// Self-colliding bodies, with their surfaces.
     pub fn self_colliding(&self) -> impl Iterator<Item = (&BodyAssembly, &SelfContact)> {
-        self.bodies.iter().filter_map(|body| Some((body, body.contact.nodes.as_ref()?)))
+        self.bodies.iter().filter_map(|body| Some((body, body.self_contact()?)))
     }
 
     /// Warns of nodes that start closer than the thickness.
@@ -220,7 +220,7 @@ impl StartContacts {
             .map(|(_, self_contact)| self_contact.surface.thickness)
             .fold(0.0, f64::max);
         let nodes: Vec<(usize, usize)> = (assembly.bodies.iter().enumerate())
-            .filter(|(_, body)| body.contact.nodes.is_some())
+            .filter(|(_, body)| body.self_contact().is_some())
             .flat_map(|(index, body)| (0..body.nodes).map(move |local| (index, local)))
             .collect();
         let place = |&(body, local): &(usize, usize)| assembly.bodies[body].start[local];
@@ -233,7 +233,7 @@ impl StartContacts {
         let mut found = Self { pairs: 0, worst: [(0, 0); 2], distance: f64::INFINITY, thickness: 1.0 };
         for (i, node) in nodes.iter().enumerate() {
             let (body, x) = (&assembly.bodies[node.0], place(node));
-            let Some(own) = &body.contact.nodes else { continue };
+            let Some(own) = body.self_contact() else { continue };
             let mut near: Vec<u32> =
                 cells.around(cells.cell(x)).flatten().flat_map(|b| rows.row(b)).copied().collect();
             near.retain(|&j| j as usize > i && norm(sub(place(&nodes[j as usize]), x)) < widest);
@@ -243,10 +243,10 @@ impl StartContacts {
                 near.retain(|&j| nodes[j as usize] != (node.0, other));
             });
             let index = |j: u32| assembly.bodies[nodes[j as usize].0].first + nodes[j as usize].1;
-            let sewn: Vec<usize> = assembly.attachments.exclusions(body.first + node.1).collect();
+            let sewn: Vec<usize> = assembly.attachments().exclusions(body.first + node.1).collect();
             near.retain(|&j| sewn.binary_search(&index(j)).is_err());
             for other in near.iter().map(|&j| nodes[j as usize]) {
-                let Some(self_contact) = &assembly.bodies[other.0].contact.nodes else { continue };
+                let Some(self_contact) = assembly.bodies[other.0].self_contact() else { continue };
                 let thickness = combine_materials(&own.surface, &self_contact.surface).thickness;
                 let distance = norm(sub(place(&other), x));
                 if distance >= thickness {

@@ -1,19 +1,19 @@
 //! Self-collision on the GPU.
 
 use crate::advice::{Advice, Refusal};
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::contact::colliders::gpu::Contact;
 use crate::contact::colliders::gpu::{Colliders, contact_of};
 use crate::contact::nodes::gpu_layout::{ContactMaterial, Surface};
 use crate::contact::nodes::pair;
 use crate::contact::nodes::self_contact::Exclusions;
-use crate::diagnostics::FrameSums;
-use crate::diagnostics::gpu::sum_groups;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features, Upload};
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{GROUP, NONE, Substep};
 use crate::gpu::schedule::Fused;
+use crate::gpu::sums::sum_groups;
+use crate::report::FrameSums;
 use crate::step::{Op, Stage};
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
@@ -30,7 +30,7 @@ pub const CELL: f64 = 1.0 + 1.0 / 64.0;
 /// Bytes of the arrays that a self-colliding body needs, and their contents.
 pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
     let body = &assembly.bodies[body];
-    let Some(self_contact) = &body.contact.nodes else { return Vec::new() };
+    let Some(self_contact) = body.self_contact() else { return Vec::new() };
     let exclusions = match &self_contact.exclusions {
         Exclusions::Grid(ways) => ways.len(),
         Exclusions::Mesh(rows) => rows.offsets.len() + rows.items.len(),
@@ -44,7 +44,7 @@ pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
 
 /// Refuses self-colliding bodies in several partitions.
 pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
-    let collides = |index: &usize| assembly.bodies[*index].contact.nodes.is_some();
+    let collides = |index: &usize| assembly.bodies[*index].self_contact().is_some();
     let mut with = partitions.iter().filter_map(|bodies| bodies.clone().find(collides));
     let (Some(one), Some(other)) = (with.next(), with.next()) else { return Ok(()) };
     let message = format!(
@@ -68,7 +68,7 @@ pub struct SelfCollisionTables {
 impl SelfCollisionTables {
     /// The tables of some bodies.
     pub fn new(bodies: &Bodies<'_>) -> Result<Self, String> {
-        let colliding = || bodies.iter().filter_map(|(_, body)| Some((body, body.contact.nodes.as_ref()?)));
+        let colliding = || bodies.iter().filter_map(|(_, body)| Some((body, body.self_contact()?)));
         let widest = colliding().map(|(_, self_contact)| self_contact.surface.thickness).fold(0.0, f64::max);
         if widest == 0.0 {
             return Ok(Self::default());

@@ -264,13 +264,13 @@ fn parted(fixture: &mut Fixture, contacts: &[u32]) -> ([Vec<Four>; 2], State) {
     }
     // Colliders act on the way that they have parted, and have not moved meanwhile.
     let old = std::mem::replace(&mut fixture.old, start.clone());
-    let colliders = fixture.substeps[SUBSTEP].colliders.clone();
-    for collider in &mut fixture.substeps[SUBSTEP].colliders {
+    let colliders = fixture.substeps[SUBSTEP].colliders().to_vec();
+    for collider in fixture.substeps[SUBSTEP].colliders_mut() {
         collider.surface.carry = Rigid::rest();
     }
     fixture.put_old();
     let (_, mut after) = fixture.on_cpu(&[Op::Contact]);
-    fixture.substeps[SUBSTEP].colliders = colliders;
+    *fixture.substeps[SUBSTEP].colliders_mut() = colliders;
     fixture.old = old;
     fixture.put_old();
     let moved = std::mem::replace(&mut fixture.new, start.clone());

@@ -1,8 +1,8 @@
 //! The scene that rows of nodes that touch each other are run on.
 
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::backend::{Backend, FrameInput};
-use crate::build::Assembly;
-use crate::build::body::BodyAssembly;
 use crate::contact::collider_mesh::parity_scene as meshes_by_chance;
 use crate::cpu::CpuBackend;
 use crate::features::Tables;

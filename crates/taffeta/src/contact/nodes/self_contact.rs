@@ -1,5 +1,6 @@
 //! Self-collision of a body: its material and its exclusion lists.
 
+use crate::assembly::body::BodyAssembly;
 use crate::contact::nodes::pair::ContactMaterial;
 use crate::topology::Csr;
 
@@ -27,6 +28,13 @@ pub enum Exclusions {
 /// Thickness relative to the distance of neighbouring nodes below which a node of one sheet fits between those of
 /// another: half the diagonal of a square.
 pub(crate) const GAP: f64 = 0.71;
+
+impl BodyAssembly {
+    /// Contact of its nodes with each other, and with those of other bodies that have this.
+    pub fn self_contact(&self) -> Option<&SelfContact> {
+        self.extensions.get()
+    }
+}
 
 impl SelfContact {
     /// Stretch of its longest edge from which nodes of another layer can pass between its own.

@@ -1,7 +1,11 @@
 //! The triangles that air acts on.
 
-use crate::build::body::BodyAssembly;
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
+use crate::elements::aero::aero::AirNow;
 use crate::elements::element::Described;
+use crate::plan::Substep;
+use crate::real::Real;
 use crate::real::{cross, norm, sub};
 use crate::scene::Scene;
 use crate::topology::RestShape;
@@ -15,6 +19,20 @@ pub struct Panel {
     pub lightness: f64,
     /// Area at rest [m²].
     pub area: f64,
+}
+
+/// The air at the start of a sub-step.
+pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut Substep<T>) {
+    if let Some(air) = &assembly.world.air {
+        substep.extensions.insert(AirNow::<T>::new(air, t, h));
+    }
+}
+
+impl<T: Real> Substep<T> {
+    /// The air at its start, if there is any.
+    pub fn air(&self) -> Option<&AirNow<T>> {
+        self.extensions.get()
+    }
 }
 
 /// The triangles of a body that have an area at rest, in the order in which nodes add up their forces.
@@ -82,7 +100,7 @@ fn area(places: &[[f64; 3]], corners: [u32; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::Assembly;
+    use crate::assembly::Assembly;
     use crate::elements::{KINDS, aero};
     use crate::scene::{Air, Body, Icosphere, Mass, Mesh};
 
@@ -143,7 +161,7 @@ mod tests {
     /// Elements of the air in a scene.
     fn count(assembly: &Assembly) -> usize {
         let at = KINDS.iter().position(|kind| kind.name == aero::NAME).unwrap();
-        assembly.elements[at].len()
+        assembly.elements()[at].len()
     }
 
     #[test]

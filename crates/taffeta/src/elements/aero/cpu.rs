@@ -67,7 +67,7 @@ impl<T: Real> ElementSet<T> for AirPanels<T> {
     }
 
     fn find(&self, worker: &Worker<'_, T>) {
-        let Some(air) = &worker.substep.air else { return };
+        let Some(air) = worker.substep.air() else { return };
         let blocks = worker.part(self.in_row.len());
         let places = blocks.start * LANES..blocks.end * LANES;
         // SAFETY: parts of workers do not overlap, and forces are read only after the barrier.

@@ -1,7 +1,7 @@
 //! The air of each sub-step, in its record.
 
-use crate::elements::aero::gpu_layout::Air;
 use crate::gpu::feature::{Feature, Upload};
+use crate::gpu::layout::Air;
 use crate::gpu::layout::Substep;
 use taffeta_gpu::{Bindable, GpuError};
 
@@ -15,7 +15,7 @@ impl Feature for AirOfSubsteps {
 
     fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
         for (record, substep) in records.iter_mut().zip(upload.substeps) {
-            record.air = Air::of(substep.air.as_ref());
+            record.air = Air::of(substep.air());
         }
         Ok(false)
     }

@@ -1,30 +1,7 @@
-//! Records of air as kernels see them.
+//! The record of air of a sub-step.
 
 use crate::elements::aero::aero::AirNow;
-use bytemuck::{Pod, Zeroable};
-
-/// `Air` of air.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct Air {
-    pub velocity: [f32; 3],
-    pub density: f32,
-    pub exposure: f32,
-    pub drag: f32,
-    pub lift: f32,
-    pub gap: u32,
-    pub gusts: Gusts,
-}
-
-/// `Gusts` of gust.wgsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-pub struct Gusts {
-    pub offset: [f32; 3],
-    pub cells_a_metre: f32,
-    pub keys: [u32; 2],
-    pub weights: [f32; 2],
-}
+use crate::gpu::layout::{Air, Gusts};
 
 impl Air {
     /// That of a sub-step.

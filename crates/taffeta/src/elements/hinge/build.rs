@@ -1,6 +1,6 @@
 //! The hinges of a body: one at each edge that two triangles share.
 
-use crate::build::body::BodyAssembly;
+use crate::assembly::body::BodyAssembly;
 use crate::elements::element::Described;
 use crate::elements::hinge::hinge::{Rest, rest};
 use crate::scene::Scene;

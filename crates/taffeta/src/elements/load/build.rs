@@ -1,6 +1,10 @@
 //! Point loads and torques by solver index.
 
-use crate::build::body::BodyAssembly;
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
+use crate::motion::keyframes::scale_at;
+use crate::plan::Substep;
+use crate::real::Real;
 use crate::scene::{Force, ScaleKey, SceneError};
 use std::collections::HashMap;
 
@@ -29,6 +33,29 @@ pub enum LoadKind {
         /// Point on the axis [m].
         about: [f64; 3],
     },
+}
+
+/// Scale of each load at the start of a sub-step.
+pub struct Scales<T>(pub Vec<T>);
+
+/// How much of each load acts in a sub-step.
+pub fn parameters<T: Real>(assembly: &Assembly, [t, _]: [f64; 2], substep: &mut Substep<T>) {
+    let scale = |load: &Load| T::from_f64(scale_at(&load.scale, t));
+    substep.extensions.insert(Scales(assembly.loads().iter().map(scale).collect()));
+}
+
+impl<T: Real> Substep<T> {
+    /// Scale of each load at its start.
+    pub fn scales(&self) -> &[T] {
+        self.extensions.get::<Scales<T>>().map_or(&[], |scales| &scales.0)
+    }
+}
+
+impl Assembly {
+    /// Point loads and torques.
+    pub fn loads(&self) -> &[Load] {
+        self.extensions.list()
+    }
 }
 
 /// The loads of a scene; it has been validated.

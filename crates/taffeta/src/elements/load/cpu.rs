@@ -35,7 +35,7 @@ impl<T: Real> Loads<T> {
         // SAFETY: each worker has its own.
         let torques = unsafe { self.torques.of(worker.index) };
         torques.clear();
-        for (load, &scale) in self.loads.iter().zip(&worker.substep.scales) {
+        for (load, &scale) in self.loads.iter().zip(worker.substep.scales()) {
             torques.push(match load.kind {
                 LoadKind::Force(_) => T::ZERO,
                 LoadKind::Torque { axis, value, about } => {
@@ -51,10 +51,11 @@ impl<T: Real> Loads<T> {
     fn add_point_loads(&self, tile: &mut Tile<'_, T>, at: usize, run: &Range<usize>) {
         // SAFETY: each worker has its own.
         let torques = unsafe { self.torques.of(tile.worker) };
+        let scales = tile.substep.scales();
         for (index, load) in self.loads.iter().enumerate() {
             for &node in within(&load.nodes, run, |&node| node) {
                 let force = match load.kind {
-                    LoadKind::Force(f) => scale(f.map(T::from_f64), tile.substep.scales[index]),
+                    LoadKind::Force(f) => scale(f.map(T::from_f64), scales[index]),
                     LoadKind::Torque { axis, about, .. } => {
                         let x = [0, 1, 2].map(|c| tile.old[c][node as usize]);
                         let lever = load::lever(x, axis.map(T::from_f64), about.map(T::from_f64));

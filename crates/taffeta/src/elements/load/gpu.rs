@@ -1,6 +1,6 @@
 //! Loads on the GPU: wind, drag, point loads and torques of the scene, forces by the user, and those of elements by node.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::cpu::CpuBackend;
 use crate::elements::gpu::{ElementTables, Elements};
 use crate::elements::load::build::LoadKind;
@@ -42,7 +42,7 @@ impl LoadTables {
     /// Those of some bodies with these elements.
     pub fn new(bodies: &Bodies<'_>, elements: &ElementTables) -> Self {
         let mut tables = Self::default();
-        for (number, load) in bodies.assembly.loads.iter().enumerate() {
+        for (number, load) in bodies.assembly.loads().iter().enumerate() {
             // A load is on one body.
             if !load.nodes.first().is_some_and(|&node| bodies.has(node)) {
                 continue;
@@ -153,7 +153,7 @@ impl Feature for Loads {
 
     fn adopt_state(&self, gpu: &Gpu, cpu: &mut CpuBackend<f32>, substep: &plan::Substep<f32>) {
         let torques = cpu.feature::<cpu::Loads<f32>>().map_or(&[][..], |loads| loads.torques());
-        self.put_factors(gpu, torques, &substep.scales);
+        self.put_factors(gpu, torques, substep.scales());
     }
 
     fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
@@ -171,7 +171,7 @@ impl Feature for Loads {
             record.drag = substep.drag as f32;
             record.first_scale = scales.len() as u32;
             record.input_forces = forces.len() as u32;
-            scales.extend(self.numbers.iter().map(|&load| substep.scales[load]));
+            scales.extend(self.numbers.iter().map(|&load| substep.scales()[load]));
         }
         let new = fill(upload.gpu, "scales of loads", &mut self.scales, &scales)?;
         Ok(fill(upload.gpu, "forces by the user", &mut self.input_forces, &forces)? | new)

@@ -1,18 +1,18 @@
 //! Springs on the CPU: of grids by sweeps over rows, of meshes by gathers, and what is measured of them.
 
-use crate::build::body::{BodyAssembly, BodySprings};
+use crate::assembly::body::{BodyAssembly, BodySprings};
 use crate::cpu::backend::Context;
 use crate::cpu::feature::Feature;
+use crate::cpu::lanes::Lanes;
 use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::simd::Kernel;
 use crate::cpu::tile::Tile;
 use crate::cpu::worker::Worker;
-use crate::diagnostics::FrameSums;
-use crate::diagnostics::lanes::Lanes;
 use crate::elements::spring::cpu_grid::{Direction, GridSprings, Sweep};
 use crate::elements::spring::cpu_mesh::{GatheredSprings, gather, lanes_of};
 use crate::elements::spring::spring;
 use crate::real::{Real, norm};
+use crate::report::FrameSums;
 use crate::scene::Method;
 use crate::step::{Marks, Op};
 use crate::topology::LANES;
@@ -49,7 +49,7 @@ impl<T: Real> BodyRows<T> {
             BodySprings::Mesh(_) => {
                 let set = |(k, d, gather)| GatheredSprings::new((k, d), gather, body.nodes);
                 let sets = body.gathered()?.into_iter().map(set).collect();
-                Ok(Self::Mesh { sets, has_rings: body.volume.is_some() })
+                Ok(Self::Mesh { sets, has_rings: body.volume().is_some() })
             }
         }
     }
@@ -59,7 +59,7 @@ impl<T: Real> Springs<T> {
     /// Those of a scene.
     pub fn new(context: &Context<'_, T>) -> Result<Self, String> {
         let solver = &context.assembly.solver;
-        let adaptive = solver.method == Method::Acad && !context.assembly.constraints.is_empty();
+        let adaptive = solver.method == Method::Acad && !context.assembly.constraints().is_empty();
         let watch = adaptive.then(|| T::from_f64(1.0 + solver.acad.threshold));
         let columns = context.nodes.tiles.iter().map(|tile| tile.cols.len()).max().unwrap_or(0);
         Ok(Self {

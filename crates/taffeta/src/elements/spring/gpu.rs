@@ -1,23 +1,33 @@
 //! Springs on the GPU: grids by tiles, meshes by gathers.
 
-use crate::build::Assembly;
-use crate::build::body::{BodyAssembly, BodySprings, GridDirections};
-use crate::diagnostics::FrameSums;
-use crate::diagnostics::gpu::{capped, sum_groups};
+use crate::assembly::Assembly;
+use crate::assembly::body::{BodyAssembly, BodySprings, GridDirections};
+use crate::assembly::springs::SpringKind;
 use crate::elements::spring::gpu_layout::{Along, Entry, Grid, IS_RING, NOT_A_MESH, Run, Small, TILE, Tile};
-use crate::elements::spring::lists::SpringKind;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::{Name, Overrides};
 use crate::gpu::layout::GROUP;
 use crate::gpu::schedule::Fused;
+use crate::gpu::sums::{capped, sum_groups};
+use crate::report::FrameSums;
 use crate::step::{Marks, Op, Stage};
 use crate::topology::LANES;
 use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
 
 /// Its shaders.
-pub const SHADERS: &[Shader] =
-    shaders!("elements/spring", ["grid.wgsl", "mesh.wgsl", "places.wgsl", "spring.wgsl", "tiles.wgsl"]);
+pub const SHADERS: &[Shader] = shaders!(
+    "elements/spring",
+    [
+        "grid.wgsl",
+        "measure_grid.wgsl",
+        "measure_mesh.wgsl",
+        "mesh.wgsl",
+        "places.wgsl",
+        "spring.wgsl",
+        "tiles.wgsl"
+    ]
+);
 
 /// Workgroups that share a sum over tiles: enough to fill a large GPU.
 const SUM_TILES: usize = 1024;
@@ -84,7 +94,7 @@ impl SpringTables {
         let (slices, base) = (body.places() / LANES, self.runs.len());
         let none = Run { start: 0, count: 0, k: 0.0, damping: 0.0 };
         self.runs.resize(base + slices * self.kinds, none);
-        let is_kept = body.volume.is_some();
+        let is_kept = body.volume().is_some();
         if !is_kept {
             self.meshes.push(Small { first, count: body.places() as u32 });
         }
@@ -117,7 +127,7 @@ fn kinds(body: &BodyAssembly) -> usize {
         BodySprings::Mesh(lists) => {
             let structural = lists.first().is_some_and(|list| list.kind == SpringKind::Structural);
             // A volume needs rings, with springs or without.
-            (lists.len() + usize::from(body.volume.is_some() && !structural)).max(1)
+            (lists.len() + usize::from(body.volume().is_some() && !structural)).max(1)
         }
     }
 }

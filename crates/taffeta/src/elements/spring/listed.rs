@@ -1,9 +1,9 @@
 //! Springs as a list for people and pictures, whatever the method.
 
-use crate::build::body::mesh_body;
-use crate::build::body::{BodyAssembly, BodySprings, GridDirections};
-use crate::build::grid;
-use crate::elements::spring::lists::{SpringKind, SpringList};
+use crate::assembly::body::mesh_body;
+use crate::assembly::body::{BodyAssembly, BodySprings, GridDirections};
+use crate::assembly::grid;
+use crate::assembly::springs::{SpringKind, SpringList};
 use crate::elements::spring::stencil::GRID_STEPS;
 use crate::scene::{Mesh, Scene, SceneError};
 

@@ -8,7 +8,5 @@ pub mod gpu;
 #[cfg(feature = "gpu")]
 pub mod gpu_layout;
 pub mod listed;
-pub mod lists;
 pub mod spring;
 pub mod stencil;
-pub mod struts;

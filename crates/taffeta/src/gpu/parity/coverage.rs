@@ -41,7 +41,7 @@ fn nodes_are_inside_outside_and_on_colliders() {
             count.note("a hair above the floor", x[3] > 0.0 && x[1] == FLOOR.next_up());
             count.note("a hair below the floor", x[3] > 0.0 && x[1] == FLOOR.next_down());
             let mut inside = 0;
-            for collider in &fixture.substep().colliders {
+            for collider in fixture.substep().colliders() {
                 let (depth, normal) = collider.depth_and_normal(place).unwrap();
                 if depth <= 0.0 || x[3] == 0.0 {
                     continue;
@@ -73,7 +73,7 @@ fn nodes_are_in_wedges_of_all_sorts() {
     let mut count = Count::default();
     for mut fixture in fixtures() {
         let (between, after) = fixture.on_cpu(&[Op::Contact]);
-        let colliders = fixture.substeps[SUBSTEP].colliders.clone();
+        let colliders = fixture.substeps[SUBSTEP].colliders().to_vec();
         let last_collider =
             between.last_collider.iter().zip(&fixture.new.position).filter(|(last, _)| **last > 0);
         for (_, x) in last_collider {

@@ -1,8 +1,8 @@
 //! A state by chance, in which no number is zero or one, and some nodes stand on, below and above what kernels branch
 //! on; with it the CPU's backend and the arrays that kernels are bound to.
 
+use crate::assembly::Assembly;
 use crate::backend::{Backend, FrameInput};
-use crate::build::Assembly;
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
 use crate::contact::collider_mesh::parity_scene;
 use crate::contact::collider_mesh::surface::MeshSurface;
@@ -11,13 +11,13 @@ use crate::contact::colliders::shape::ShapeNow;
 use crate::contact::nodes::pair;
 use crate::cpu::CpuBackend;
 use crate::cpu::between::Between;
-use crate::elements::aero::gpu_layout::Air;
 use crate::elements::gpu::KindTables;
 use crate::elements::hinge;
 use crate::elements::load::cpu::Loads;
 use crate::features;
 use crate::features::Tables;
 use crate::gpu::bodies::Bodies;
+use crate::gpu::layout::Air;
 use crate::gpu::layout::{Four, GROUP, Solving, Substep};
 use crate::gpu::parity::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene, wide_sheet};
 use crate::motion::gpu_layout::{MOVED_BY_USER, Motion, Pin};
@@ -41,7 +41,7 @@ pub type Maker = fn(u64, Solver, bool) -> Result<Fixture, String>;
 type Meshes = ((ColliderMeshes, Vec<Words>), Vec<MeshSurface<f32>>);
 
 fn meshes_of(assembly: &Assembly) -> Meshes {
-    let meshes = assembly.colliders.iter().filter_map(|collider| collider.mesh());
+    let meshes = assembly.colliders().iter().filter_map(|collider| collider.mesh());
     (ColliderMeshes::new(assembly), meshes.map(|mesh| mesh.surface()).collect())
 }
 
@@ -111,7 +111,7 @@ impl Fixture {
     /// The same where springs are solved for by nodes; with a sheet beside the others that has a large coarser level.
     pub fn with_levels(seed: u64, solver: Solver, exact: bool) -> Result<Self, String> {
         let explicit = |assembly: &mut Assembly| {
-            assembly.elements.iter_mut().for_each(|list| list.implicit = false);
+            assembly.elements_mut().iter_mut().for_each(|list| list.implicit = false);
         };
         Self::edited(&Self::levels(solver, exact), explicit, seed, exact)
     }
@@ -152,8 +152,8 @@ impl Fixture {
     pub fn with_mesh_apart(number: usize) -> Result<Self, String> {
         let mut fixture = Self::of(&among_meshes(scene(0.0087, true)), 40 + number as u64, false)?;
         for substep in &mut fixture.substeps {
-            let meshes = substep.colliders.iter().filter(|collider| collider.shape.mesh().is_some());
-            substep.colliders = meshes.copied().skip(number).take(1).collect();
+            let meshes = substep.colliders().iter().filter(|collider| collider.shape.mesh().is_some());
+            *substep.colliders_mut() = meshes.copied().skip(number).take(1).collect();
         }
         fixture.leave_surfaces();
         fixture.put_old();
@@ -170,7 +170,7 @@ impl Fixture {
         let mut chance = Chance::new(seed);
         let mut assembly = Assembly::new(scene).map_err(|error| error.to_string())?;
         edit(&mut assembly);
-        for list in assembly.elements.iter_mut().filter(|list| list.kind.name == hinge::NAME) {
+        for list in assembly.elements_mut().iter_mut().filter(|list| list.kind.name == hinge::NAME) {
             for rest_angle in list.all.numbers.iter_mut().step_by(list.kind.numbers()) {
                 // Folds then differ from those at rest by more than half a turn here and there, either way.
                 *rest_angle = 3.1 * f64::from(chance.number());
@@ -203,7 +203,7 @@ impl Fixture {
         for body in &assembly.bodies {
             is_node[body.first..body.first + body.nodes].fill(true);
         }
-        let substeps = plan::frame(&assembly, 0.0);
+        let substeps = plan::frame(&assembly, 0.0, features::parameters);
         let cpu = features::on_cpu::<f32>(assembly, 1).map_err(|refusal| refusal.message)?;
         let [old, new] = states(chance, &tables, &cpu);
         let force = tables.position.iter().map(|_| chance.three(0.4)).collect();
@@ -225,7 +225,7 @@ impl Fixture {
 
     /// Takes nodes away that come from near the surface of a mesh, or get there.
     fn leave_surfaces(&mut self) {
-        for collider in &self.substeps[SUBSTEP].colliders {
+        for collider in self.substeps[SUBSTEP].colliders() {
             let ShapeNow::Mesh(now) = &collider.shape else { continue };
             let surface = &self.surfaces[now.index as usize];
             let is_near = |x: [f32; 3]| {
@@ -335,23 +335,24 @@ impl Fixture {
     fn colliders(&self) -> Vec<Collider> {
         self.substeps
             .iter()
-            .flat_map(|substep| &substep.colliders)
+            .flat_map(|substep| substep.colliders())
             .map(|now| self.meshes.0.record(now))
             .collect()
     }
 
     fn motions(&self) -> Vec<Motion> {
-        let of = |substep: &plan::Substep<f32>| substep.motions.iter().map(Motion::from).collect::<Vec<_>>();
+        let of =
+            |substep: &plan::Substep<f32>| substep.motions().iter().map(Motion::from).collect::<Vec<_>>();
         self.substeps.iter().flat_map(of).collect()
     }
 
     fn goals(&self) -> Vec<f32> {
-        let both = |substep: &plan::Substep<f32>| [&substep.goals[..], &substep.closing].concat();
+        let both = |substep: &plan::Substep<f32>| [substep.goals(), substep.closing()].concat();
         self.substeps.iter().flat_map(both).collect()
     }
 
     fn scales(&self) -> Vec<f32> {
-        self.substeps.iter().flat_map(|substep| substep.scales.clone()).collect()
+        self.substeps.iter().flat_map(|substep| substep.scales().to_vec()).collect()
     }
 
     /// The records of all sub-steps, each with its own place in the arrays.
@@ -365,20 +366,20 @@ impl Fixture {
             h: substep.h,
             wind: world.wind_force.map(|c| c as f32),
             drag: world.drag as f32,
-            first_collider: sum(&|s| s.colliders.len(), index),
-            colliders: substep.colliders.len() as u32,
-            first_motion: sum(&|s| s.motions.len(), index),
-            first_scale: sum(&|s| s.scales.len(), index),
+            first_collider: sum(&|s| s.colliders().len(), index),
+            colliders: substep.colliders().len() as u32,
+            first_motion: sum(&|s| s.motions().len(), index),
+            first_scale: sum(&|s| s.scales().len(), index),
             frame_fraction: substep.frame_fraction.0,
             frame_rate: substep.frame_fraction.1,
             input_forces: self.input.forces.len() as u32,
             pins: self.pins.len() as u32,
             solving: Solving::of(&self.cpu.assembly().solver),
             left: (self.substeps.len() - index) as u32,
-            first_goal: sum(&|s| s.goals.len() + s.closing.len(), index),
+            first_goal: sum(&|s| s.goals().len() + s.closing().len(), index),
             max_separation: pair::max_separation(f64::from(substep.h)) as f32,
             own: 0,
-            air: Air::of(substep.air.as_ref()),
+            air: Air::of(substep.air()),
             padding: [0; 16],
         };
         self.substeps.iter().enumerate().map(record).collect()

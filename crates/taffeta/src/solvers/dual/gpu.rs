@@ -1,15 +1,15 @@
 //! The dual solver on the GPU.
 
+use crate::assembly::Assembly;
 use crate::backend::SolverState;
-use crate::build::Assembly;
 use crate::contact::colliders::gpu::Colliders;
 use crate::contact::colliders::gpu::Contact;
-use crate::diagnostics::{FrameSums, SolverReport};
 use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Solving, Substep};
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
+use crate::report::{FrameSums, SolverReport};
 use crate::scene::Method;
 use crate::solvers::dual::gpu_layout::{
     Constraint, ConstraintGroup, ContactRecord, NodeGroup, Row, Solve, SolveStatistics,
@@ -81,7 +81,7 @@ impl Dual {
         let (constraints, groups) = (tables.constraints.len(), tables.constraint_groups.len());
         let all: Vec<u32> = (0..constraints as u32).collect();
         let solver = &assembly.solver;
-        let surfaces = solver.method == Method::Ice && !assembly.colliders.is_empty();
+        let surfaces = solver.method == Method::Ice && !assembly.colliders().is_empty();
         Ok(Some(Self {
             constraint_groups: gpu.buffer_from("groups of constraints", &tables.constraint_groups)?,
             node_groups: gpu.buffer_from("groups of nodes", &tables.node_groups)?,

@@ -1,6 +1,6 @@
 //! Tables of springs that are constraints, always or when they are too long.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::layout::{GROUP, NONE, Solving};
 use crate::scene::{Method, Solver};
@@ -11,7 +11,7 @@ use std::ops::Range;
 
 /// Bytes of the largest array that a body needs for its constraints, and its contents.
 pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
-    let count = assembly.constraints.bodies.get(body).map_or(0, Range::len);
+    let count = assembly.constraints().bodies.get(body).map_or(0, Range::len);
     let rows = if assembly.solver.is_primal() { 0 } else { count * size_of::<Row>() };
     vec![(rows as u64, "constraints")]
 }
@@ -63,7 +63,7 @@ impl ConstraintTables {
     /// The constraints of some bodies.
     pub fn new(bodies: &Bodies<'_>) -> Result<Self, String> {
         let (assembly, range) = (bodies.assembly, &bodies.range);
-        let all = &assembly.constraints;
+        let all = assembly.constraints();
         let ends = [range.start, range.end.wrapping_sub(1)].map(|body| all.bodies.get(body));
         let [Some(first), Some(last)] = ends else { return Ok(Self::default()) };
         let mut tables = Self { numbers: first.start..last.end, ..Self::default() };
@@ -87,7 +87,7 @@ impl ConstraintTables {
     }
 
     fn add_constraints(&mut self, assembly: &Assembly, first_place: usize) {
-        let (all, active) = (&assembly.constraints, assembly.solver.method != Method::Acad);
+        let (all, active) = (assembly.constraints(), assembly.solver.method != Method::Acad);
         let local = |node: u32| node - first_place as u32;
         self.constraints.extend(self.numbers.clone().map(|number| {
             let [k, damping] = all.materials[all.material[number] as usize].map(|c| c as f32);

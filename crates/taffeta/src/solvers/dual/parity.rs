@@ -104,7 +104,7 @@ fn progress(chance: &mut Chance, case: usize, sums: [f32; 4], most: u32) -> CgSt
 /// Arrays by chance; systems at every case of progress, one of them without an active constraint.
 fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
     let (tables, mut chance) = (&fixture.tables.constraints, Chance::new(7 + shift as u64));
-    let colliders = fixture.substep().colliders.len();
+    let colliders = fixture.substep().colliders().len();
     let (count, places) = (tables.constraints.len(), fixture.tables.len());
     let mut constraints = tables.constraints.clone();
     let solve_of = |number: usize| {

@@ -107,7 +107,7 @@ fn contact_on_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
     }
     let mut meshes_alone = Fixture::with_meshes(32, bench.exact)?;
     for substep in &mut meshes_alone.substeps {
-        substep.colliders.retain(|collider| collider.shape.mesh().is_some());
+        substep.colliders_mut().retain(|collider| collider.shape.mesh().is_some());
     }
     let fixtures = [Fixture::with_meshes(31, bench.exact)?, meshes_alone];
     contact_with(bench, name, fixtures, &[usize::MAX, 2])
@@ -123,7 +123,7 @@ fn contact_with<const N: usize>(
     let kernel = kernel_of(bench, name, &fixtures[0])?;
     for mut fixture in fixtures {
         for &colliders in numbers {
-            fixture.substeps.iter_mut().for_each(|substep| substep.colliders.truncate(colliders));
+            fixture.substeps.iter_mut().for_each(|substep| substep.colliders_mut().truncate(colliders));
             let (_, after) = fixture.on_cpu(&[Op::Contact]);
             let mut arrays = fixture.arrays();
             arrays.insert("new_position", words(&fixture.new.position));
@@ -149,7 +149,7 @@ fn pins(bench: &mut Bench<'_>) -> Result<(), String> {
         fixture.new.velocity.iter_mut().step_by(3).for_each(|velocity| velocity[3] *= -1.0);
         let (_, after) = fixture.on_cpu(&[Op::Pins]);
         let (mut position, mut velocity) = (fixture.new.position.clone(), fixture.new.velocity.clone());
-        let moving = fixture.cpu.assembly().moving_pins.iter().map(|pin| pin.node);
+        let moving = fixture.cpu.assembly().moving_pins().iter().map(|pin| pin.node);
         for node in moving.chain(fixture.input.moves.iter().map(|(node, ..)| *node)) {
             let node = node as usize;
             (position[node], velocity[node]) = (after.position[node], after.velocity[node]);
@@ -208,7 +208,7 @@ fn loads(bench: &mut Bench<'_>) -> Result<(), String> {
 
 /// Loads with the factors that the CPU has found.
 pub fn scaled_loads(fixture: &Fixture, torques: &[f32]) -> Vec<Load> {
-    let factors = torques.iter().zip(&fixture.substep().scales);
+    let factors = torques.iter().zip(fixture.substep().scales());
     let with = |(load, (&torque, &scale)): (&Load, (&f32, &f32))| Load {
         factor: if load.kind == FORCE { scale } else { torque },
         ..*load

@@ -7,7 +7,7 @@
 //! I and J is Σ w_iI (w_jJ B_ij − w_iJ S_i) over all finer nodes i and blocks, those of springs among them, where S_i is the sum
 //! of a node's blocks.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::real::Real;
 use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::implicit::implicit::{Symmetric, times};
@@ -159,7 +159,7 @@ impl Tables {
         let last = &assembly.bodies[bodies.end - 1];
         let places = last.first + last.places() - first;
         let nodes = |one: &Solved| -> Vec<&[u32]> {
-            assembly.elements[one.list].of(one.elements.clone()).map(|element| element.0).collect()
+            assembly.elements()[one.list].of(one.elements.clone()).map(|element| element.0).collect()
         };
         let corners: Vec<(&Solved, Vec<&[u32]>)> = solved.iter().map(|one| (one, nodes(one))).collect();
         let forces = Csr::new(
@@ -180,9 +180,9 @@ impl Tables {
             is_plain: (0..bodies.end).map(|body| !assembly.has_solved_elements(body)).collect(),
             springs,
             slots: slots.of_edge.iter().map(|&slot| tables.finest.len() as u32 + slot).collect(),
-            first_edge: assembly.constraints.ends.partition_point(|ends| (ends[0] as usize) < first),
+            first_edge: assembly.constraints().ends.partition_point(|ends| (ends[0] as usize) < first),
         };
-        for (number, level) in assembly.levels.iter().enumerate() {
+        for (number, level) in assembly.levels().iter().enumerate() {
             let Some(here) = Finer::places_of(level, bodies) else { break };
             let own = if number == 0 {
                 let from = tables.finest.len();
@@ -212,7 +212,7 @@ impl Tables {
 /// Kinds of elements of some bodies that are solved for.
 fn solved(assembly: &Assembly, bodies: &Range<usize>) -> Vec<Solved> {
     let (mut all, mut first_force, mut first_direction) = (Vec::new(), 0, 0);
-    for (number, list) in assembly.elements.iter().enumerate() {
+    for (number, list) in assembly.elements().iter().enumerate() {
         let (Some(implicit), true) = (&list.kind.implicit, list.implicit) else { continue };
         let of_bodies = &list.bodies[bodies.clone()];
         let start = of_bodies.first().map_or(0, |body| body.start);

@@ -1,10 +1,9 @@
 //! Springs that are integrated implicitly on the GPU, and how their system is solved in a sub-step.
 
+use crate::assembly::Assembly;
 use crate::backend::SolverState;
-use crate::build::Assembly;
 use crate::contact::colliders::gpu::Colliders;
 use crate::contact::colliders::gpu::Contact;
-use crate::diagnostics::FrameSums;
 use crate::elements::KINDS;
 use crate::elements::gpu::Elements;
 use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
@@ -12,6 +11,7 @@ use crate::gpu::kernels::{Choice, Name};
 use crate::gpu::layout::{Four, GROUP, Solving, Substep};
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
+use crate::report::FrameSums;
 use crate::solvers::dual::gpu::add_statistics;
 use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};
 use crate::solvers::implicit::gpu_layout::{
@@ -155,7 +155,7 @@ impl Implicit {
             places,
             scene_places: assembly.places,
             solving: Solving::of(&assembly.solver),
-            keeps_changes: assembly.solver.ice.warm_start || !assembly.colliders.is_empty(),
+            keeps_changes: assembly.solver.ice.warm_start || !assembly.colliders().is_empty(),
             levels: groups.len(),
             newton_steps: levelled.newton_steps,
             steps: levelled.iterations.saturating_add(MORE_STEPS),

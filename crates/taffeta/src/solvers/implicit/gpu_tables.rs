@@ -1,7 +1,7 @@
 //! Tables of springs that are solved for by nodes: levels of nodes, and what leads from one to the next.
 
-use crate::build::Assembly;
-use crate::build::body::BodyAssembly;
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::elements::gpu::{ElementTables, Set};
 use crate::gpu::bodies::Bodies;
 use crate::gpu::layout::{Four, GROUP};
@@ -75,7 +75,7 @@ pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
     if !assembly.solver.is_primal() {
         return Vec::new();
     }
-    let springs = assembly.constraints.bodies.get(body).map_or(0, Range::len);
+    let springs = assembly.constraints().bodies.get(body).map_or(0, Range::len);
     let nodes = assembly.bodies[body].places() + coarser_nodes(assembly, body);
     vec![
         ((nodes * VECTORS * size_of::<Four>()) as u64, "vectors of springs"),
@@ -88,7 +88,7 @@ pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
 /// Bytes of the blocks of a body's elements on all levels, or of what they are made of beside so many springs, about.
 fn blocks_of_elements(assembly: &Assembly, body: usize, springs: usize) -> u64 {
     let mut pairs: Vec<[u32; 2]> = Vec::new();
-    for list in assembly.elements.iter().filter(|list| list.implicit) {
+    for list in assembly.elements().iter().filter(|list| list.implicit) {
         for (nodes, _) in list.of(list.bodies[body].clone()) {
             let others = |&a: &u32| nodes.iter().filter(move |&&b| a < b).map(move |&b| [a, b]);
             pairs.extend(nodes.iter().flat_map(others));
@@ -108,7 +108,7 @@ fn blocks_of_elements(assembly: &Assembly, body: usize, springs: usize) -> u64 {
 
 /// Nodes that a body has on all its coarser levels.
 fn coarser_nodes(assembly: &Assembly, body: usize) -> usize {
-    assembly.levels.iter().map(|level| level.bodies[body].len().next_multiple_of(LANES)).sum()
+    assembly.levels().iter().map(|level| level.bodies[body].len().next_multiple_of(LANES)).sum()
 }
 
 impl Part {
@@ -150,7 +150,7 @@ impl Levelled {
     /// The levels of some bodies.
     pub fn new(bodies: &Bodies<'_>, elements: &ElementTables) -> Result<Self, String> {
         let (assembly, bodies) = (bodies.assembly, bodies.range.clone());
-        let all = &assembly.constraints;
+        let all = assembly.constraints();
         if !assembly.solver.is_primal() {
             return Ok(Self::default());
         }
@@ -165,7 +165,7 @@ impl Levelled {
             *first..first + if acts(body) { *nodes } else { 0 }
         };
         let places: Vec<Range<usize>> = bodies.clone().map(nodes).collect();
-        let coarser = assembly.levels.iter().map(|level| {
+        let coarser = assembly.levels().iter().map(|level| {
             // Blocks of springs go over to those of elements on coarser levels.
             Part::new(&level.bodies[bodies.clone()], if coupled { &[] } else { &level.edges })
         });
@@ -182,10 +182,10 @@ impl Levelled {
         if coupled {
             levelled.edges = vec![Vec::new(); parts.len() - 1];
         } else {
-            levelled.list_edges(&parts, &assembly.levels);
+            levelled.list_edges(&parts, assembly.levels());
         }
         levelled.lay_out(&parts)?;
-        levelled.follow(&parts, &assembly.levels);
+        levelled.follow(&parts, assembly.levels());
         levelled.cut(&parts);
         if let Some(couplings) = couplings::Tables::new(assembly, &bodies, &parts[0].slots, Springs::All) {
             let places: Vec<usize> = parts.iter().map(|part| part.places).collect();
@@ -201,7 +201,7 @@ impl Levelled {
 
     /// What each slot of the finest level is.
     fn list_springs(&mut self, assembly: &Assembly, finest: &Part) {
-        let all = &assembly.constraints;
+        let all = assembly.constraints();
         let spring = |&edge: &u32| {
             if edge == NO_EDGE {
                 return SlotSpring::default();

@@ -1,6 +1,7 @@
 //! Coarser levels of bodies whose springs are solved for by multigrid.
 
-use crate::build::body::BodyAssembly;
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::solvers::constraints::Constraints;
 use crate::solvers::implicit::coarsening::{Coarser, Graph, Weighted};
 use crate::topology::LANES;
@@ -8,6 +9,18 @@ use std::ops::Range;
 
 /// Nodes at which a body gets no coarser.
 const FEW: usize = 24;
+
+impl Assembly {
+    /// Coarser levels of the constraints, where the form of these asks for some.
+    pub fn levels(&self) -> &[Level] {
+        self.extensions.list()
+    }
+
+    /// Gives them back.
+    pub(crate) fn forget_levels(&mut self) {
+        self.extensions.insert(Vec::<Level>::new());
+    }
+}
 
 /// One level: the coarser graphs of all bodies that have one, one after the other, each from a multiple of the vector
 /// width on.
@@ -118,7 +131,7 @@ fn links(body: &BodyAssembly) -> Vec<[u32; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::build::Assembly;
+    use crate::assembly::Assembly;
     use crate::scene::{Body, ConstraintForm, Icosphere, Mass, Mesh, Method, Scene};
 
     #[test]
@@ -132,11 +145,11 @@ mod tests {
             .body(heavy(Body::soft("ball", ball)));
         scene.solver.ice.form = ConstraintForm::Primal;
         let assembly = Assembly::new(&scene).unwrap();
-        let levels = &assembly.levels;
+        let levels = assembly.levels();
         assert_eq!(levels[0].bodies[0], 0..11 * 16);
         assert!(levels.iter().all(|level| level.bodies[1].is_empty()));
         assert!(levels[0].bodies[2].len() < 642 / 3);
-        let (mut places, mut edges) = (assembly.places, assembly.constraints.len());
+        let (mut places, mut edges) = (assembly.places, assembly.constraints().len());
         let mut bodies: Vec<Range<usize>> =
             assembly.bodies.iter().map(|body| body.first..body.first + body.nodes).collect();
         for level in levels {

@@ -142,7 +142,7 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
         let block = symmetric(&mut chance);
         edge.slots.iter().for_each(|&slot| work.coarse[slot as usize] = block);
     }
-    let colliders = fixture.substep().colliders.len();
+    let colliders = fixture.substep().colliders().len();
     for place in 0..places {
         let is_free = fixture.old.position[place][3] > 0.0;
         work.predicted_contacts[place] = some_contact(&mut chance, is_free, colliders);

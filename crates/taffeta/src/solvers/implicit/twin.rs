@@ -159,7 +159,7 @@ impl Twin<'_> {
             let (free, pulls) = (approach.free, approach.solver_change);
             self.work.predicted_contacts[node] = if x[3] > 0.0 {
                 deepest_contact(
-                    &self.fixture.substep().colliders,
+                    self.fixture.substep().colliders(),
                     &approach,
                     &self.work.predicted_contacts[node],
                 )
@@ -563,7 +563,7 @@ impl Twin<'_> {
             let mut change = pulled;
             if predicted.in_contact() {
                 let free = three(self.work.new_velocity[node]);
-                let surface = &self.fixture.substep().colliders[record.collider as usize].surface;
+                let surface = &self.fixture.substep().colliders()[record.collider as usize].surface;
                 change = predicted.with_contact(free, pulled, surface);
             }
             self.put(Vector::Pulled, node, pulled);

@@ -63,7 +63,7 @@ fn neighbours_on_a_surface_do_not_touch_and_alone_it_moves_as_without_contact() 
             let body = Body { self_collision: None, ..body.clone() };
             let body = thickness.into_iter().fold(body, Body::collide);
             let mut simulation = build_as(&Scene::new("").body(body).time(0.005, 0.0005), Precision::F64, 1);
-            assert_eq!(warnings(&simulation).iter().find(|words| words.contains("pushed apart")), None);
+            assert_eq!(warnings(&simulation).iter().find(|words| words.contains("moved apart")), None);
             simulation.disturb(2e-3, 1);
             run(&mut simulation, 20);
             (simulation.state_hash(), simulation.report().pairs)

@@ -65,7 +65,7 @@ fn a_body_all_of_which_is_held_runs_and_warns() {
             body.volume.as_mut().unwrap().target = Some(1.5);
             let mut simulation = build_as(&weightless("held", 0.01, 0.001).body(body), precision, 1);
             let warned =
-                warnings(&simulation).iter().filter(|w| w.contains("all its nodes are held")).count();
+                warnings(&simulation).iter().filter(|w| w.contains("all its nodes are pinned")).count();
             assert_eq!(warned, 1, "{:?}", simulation.warnings());
             let before = positions(&simulation);
             run(&mut simulation, 10);

@@ -8,7 +8,7 @@
 mod lanes;
 mod node;
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::contact::collider_mesh::surface::{MeshContact, MeshNow, MeshShape, MeshSurface};
 use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::colliders::predicted_contact::{Approach, Depth, PredictedContact, deepest};
@@ -54,7 +54,7 @@ fn reach(mesh: &MeshShape) -> f64 {
 impl<T: Real> MeshCache<T> {
     /// Empty caches of the meshes of a scene, for so many `places`.
     pub fn new(assembly: &Assembly, places: usize, level: SimdLevel) -> Self {
-        let meshes = assembly.colliders.iter().filter_map(|collider| collider.mesh());
+        let meshes = assembly.colliders().iter().filter_map(|collider| collider.mesh());
         let (surfaces, reaches): (Vec<_>, Vec<_>) =
             meshes.map(|mesh| (mesh.surface(), T::from_f64(reach(mesh)))).unzip();
         let known = |_: &MeshSurface<T>| Known {

@@ -2,7 +2,7 @@
 //!
 //! Source: Páll and Hess, "A flexible algorithm for calculating pair interactions on SIMD architectures", 2013.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::cpu::simd::Kernel;
 use crate::cpu::tile::Fields;
 use crate::cpu::tiles::TilePlan;
@@ -58,7 +58,7 @@ struct Patch {
 /// Cuts the self-colliding nodes of a worker into clusters. Neighbouring clusters are consecutive.
 pub fn clusters(assembly: &Assembly, tiles: &[TilePlan]) -> Vec<Cluster> {
     let mut patches: Vec<Patch> = Vec::new();
-    for tile in tiles.iter().filter(|tile| assembly.bodies[tile.body].contact.nodes.is_some()) {
+    for tile in tiles.iter().filter(|tile| assembly.bodies[tile.body].self_contact().is_some()) {
         let body = &assembly.bodies[tile.body];
         match (body.grid_layout, patches.last_mut()) {
             (Some(_), Some(last))

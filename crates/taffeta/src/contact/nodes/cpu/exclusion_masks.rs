@@ -1,6 +1,6 @@
 //! Exclusion lists as masks of pairs of clusters.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::contact::nodes::cpu::clusters::Cluster;
 use crate::contact::nodes::self_contact::Exclusions;
 use crate::topology::LANES;
@@ -33,7 +33,7 @@ impl ExclusionMasks {
             // Within one cluster each pair is checked once.
             slots.extend((0..LANES).flat_map(|a| (0..=a).map(move |b| (index * LANES + b, a))));
             for (lane, node) in cluster.nodes().enumerate() {
-                let Some(self_contact) = &body.contact.nodes else { continue };
+                let Some(self_contact) = body.self_contact() else { continue };
                 let exclusions: &Exclusions = &self_contact.exclusions;
                 let mut note = |other: usize| {
                     let slot = slot_of[other];
@@ -42,7 +42,7 @@ impl ExclusionMasks {
                     }
                 };
                 exclusions.each(body.grid_layout, node - body.first, |other| note(body.first + other));
-                assembly.attachments.exclusions(node).for_each(note);
+                assembly.attachments().exclusions(node).for_each(note);
             }
             all.push_row(&mut slots);
         }

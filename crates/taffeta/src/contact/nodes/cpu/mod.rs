@@ -21,8 +21,8 @@ mod response;
 mod tests;
 mod tree;
 
-use crate::build::Assembly;
-use crate::build::body::BodyAssembly;
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::contact::nodes::pair::{self, ContactMaterial};
 use crate::cpu::backend::Context;
 use crate::cpu::feature::{Feature, Flow};
@@ -31,8 +31,8 @@ use crate::cpu::simd::SimdLevel;
 use crate::cpu::tile::{Fields, Tile};
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
-use crate::diagnostics::{FrameSums, PairSums};
 use crate::real::{Real, dot, sub};
+use crate::report::{FrameSums, PairSums};
 use crate::step::Op;
 use crate::topology::LANES;
 use crate::topology::boxes::{Bounds, NOWHERE, join};
@@ -228,7 +228,7 @@ impl<T: Real> ContactSetup<T> {
 /// The contact material of each body. A body that does not collide has no thickness.
 fn surfaces<T: Real>(assembly: &Assembly) -> Vec<ContactMaterial<T>> {
     let of_body = |body: &BodyAssembly| {
-        let surface = body.contact.nodes.as_ref().map(|self_contact| self_contact.surface);
+        let surface = body.self_contact().map(|self_contact| self_contact.surface);
         let numbers = surface.map_or([0.0; 3], |s| [s.thickness, s.friction, s.restitution]);
         let [thickness, friction, restitution] = numbers.map(T::from_f64);
         ContactMaterial { thickness, friction, restitution }

@@ -21,9 +21,9 @@ use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::tile::Tile;
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
-use crate::diagnostics::{FrameSums, SolverReport};
 use crate::plan::Substep;
 use crate::real::Real;
+use crate::report::{FrameSums, SolverReport};
 use crate::scene::{Method, Solver};
 use crate::solvers::constraints::Constraints;
 use crate::solvers::dual::distance::Softness;
@@ -124,7 +124,7 @@ impl<T: Real> Dual<T> {
     /// The solver of a scene with constraints.
     pub fn new(context: &mut Context<'_, T>) -> Option<Self> {
         let (assembly, tiles) = (&mut *context.assembly, &context.nodes.tiles);
-        let list = std::mem::take(&mut assembly.constraints);
+        let list = assembly.take_constraints();
         if list.is_empty() {
             return None;
         }
@@ -141,7 +141,7 @@ impl<T: Real> Dual<T> {
             of_tile: tiles.iter().map(|tile| tile.runs().map(|(_, run)| owned(run)).collect()).collect(),
             solver: assembly.solver.clone(),
             adaptive,
-            surfaces: assembly.solver.method == Method::Ice && !assembly.colliders.is_empty(),
+            surfaces: assembly.solver.method == Method::Ice && !assembly.colliders().is_empty(),
             bodies: assembly.bodies.iter().map(|body| body.first..body.first + body.nodes).collect(),
             tiles: tiles.clone(),
             scratch: PerWorker::new(context.chunks.len(), |_| SolveScratch::default()),
@@ -152,7 +152,7 @@ impl<T: Real> Dual<T> {
 
     /// Colliders whose contacts are predicted.
     fn colliders<'s>(&self, substep: &'s Substep<T>) -> &'s [ColliderNow<T>] {
-        if self.surfaces { &substep.colliders } else { &[] }
+        if self.surfaces { substep.colliders() } else { &[] }
     }
 }
 

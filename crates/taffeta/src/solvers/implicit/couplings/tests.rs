@@ -31,7 +31,7 @@ impl Balls {
         let mut scene = scene.body(ball("hinges").hinge(1.0, 0.0));
         scene.solver.ice.form = ConstraintForm::Primal;
         let assembly = Assembly::new(&scene).unwrap();
-        let ends = &assembly.constraints.ends;
+        let ends = &assembly.constraints().ends;
         let nodes: Vec<_> =
             assembly.bodies.iter().map(|body| (body.first..body.first + body.nodes, false)).collect();
         let slots = Slots::new(assembly.places, ends, &nodes);
@@ -157,7 +157,7 @@ fn largest_eigenvalue(matrix: &Dense, inverses: &[Symmetric<f64>]) -> f64 {
 fn coarser_blocks_are_galerkin_products() {
     let balls = Balls::new();
     let (mut blocks, mut system) = (balls.finest(), balls.system());
-    for (level, couplings) in balls.assembly.levels.iter().zip(&balls.tables.coarser) {
+    for (level, couplings) in balls.assembly.levels().iter().zip(&balls.tables.coarser) {
         blocks = coarser(couplings, &blocks);
         system = galerkin(&system, &level.parents, level.places);
         let row = |node| couplings.row(node).map(|(slot, other)| (blocks[slot], other)).collect();
@@ -177,7 +177,7 @@ fn coarser_blocks_are_galerkin_products() {
 fn jacobi_converges_on_coarser_levels_with_its_factor_and_would_not_without() {
     let balls = Balls::new();
     let (mut blocks, mut largest) = (balls.finest(), 0.0_f64);
-    for (level, couplings) in balls.assembly.levels.iter().zip(&balls.tables.coarser) {
+    for (level, couplings) in balls.assembly.levels().iter().zip(&balls.tables.coarser) {
         blocks = coarser(couplings, &blocks);
         let row = |node: usize| -> Vec<_> {
             couplings.row(node).map(|(slot, other)| (blocks[slot], other)).collect()

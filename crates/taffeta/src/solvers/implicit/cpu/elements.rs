@@ -1,6 +1,6 @@
 //! Elements that are solved for beside springs: blocks between their nodes on all levels.
 
-use crate::build::Assembly;
+use crate::assembly::Assembly;
 use crate::cpu::column::Column;
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::Kernel;

@@ -24,9 +24,9 @@ use crate::cpu::shared::{PerWorker, Shared};
 use crate::cpu::tile::Tile;
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
-use crate::diagnostics::{FrameSums, SolverReport};
 use crate::plan::Substep;
 use crate::real::Real;
+use crate::report::{FrameSums, SolverReport};
 use crate::scene::Ice;
 use crate::solvers::implicit::implicit::Stiff;
 use crate::solvers::implicit::slots::NO_EDGE;
@@ -112,11 +112,11 @@ impl<T: Real> Implicit<T> {
         }
         let tables = Table::all(assembly);
         let elements = ElementBlocks::new(assembly, &tables);
-        assembly.levels = Vec::new();
-        let list = std::mem::take(&mut assembly.constraints);
+        assembly.forget_levels();
+        let list = assembly.take_constraints();
         let edges = &tables[0].slots.edge;
         let of = |&edge: &u32| (edge != NO_EDGE).then_some(edge as usize);
-        let surfaces = !assembly.colliders.is_empty();
+        let surfaces = !assembly.colliders().is_empty();
         Some(Self {
             rest: edges
                 .iter()
@@ -140,7 +140,7 @@ impl<T: Real> Implicit<T> {
 
     /// Colliders that hold nodes while springs are solved for.
     fn colliders<'s>(&self, substep: &'s Substep<T>) -> &'s [ColliderNow<T>] {
-        if self.surfaces { &substep.colliders } else { &[] }
+        if self.surfaces { substep.colliders() } else { &[] }
     }
 }
 

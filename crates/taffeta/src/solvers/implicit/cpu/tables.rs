@@ -1,7 +1,7 @@
 //! What does not change: levels, as the workers walk through them.
 
-use crate::build::Assembly;
-use crate::build::body::BodyAssembly;
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::real::Real;
 use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::implicit::levels::Level;
@@ -54,7 +54,7 @@ pub struct Table<T> {
 impl<T: Real> Table<T> {
     /// All levels, the finest first.
     pub fn all(assembly: &Assembly) -> Vec<Self> {
-        let list = &assembly.constraints;
+        let list = assembly.constraints();
         let bodies = assembly.bodies.iter().enumerate();
         let nodes = |(index, body): (usize, &BodyAssembly)| {
             body.first..body.first + if assembly.is_solved_for(index) { body.nodes } else { 0 }
@@ -66,7 +66,7 @@ impl<T: Real> Table<T> {
         let mut tables = vec![Self::new(assembly.places, &list.ends, &first, &is_grid)];
         // By edge of the finer level: which of the table's it is.
         let mut kept: Vec<usize> = (0..list.ends.len()).collect();
-        for level in &assembly.levels {
+        for level in assembly.levels() {
             let is_plain = |ends: &[u32; 2]| {
                 let body = level.bodies.partition_point(|nodes| nodes.end <= ends[0] as usize);
                 plain[body]

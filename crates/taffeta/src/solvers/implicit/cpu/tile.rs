@@ -8,18 +8,18 @@ use crate::solvers::waiting;
 impl<T: Real> Implicit<T> {
     /// Adds to the forces on a tile what makes of its velocities those that were solved for.
     pub(crate) fn add_changes(&self, tile: &mut Tile<'_, T>) {
-        let pressed = !self.colliders(tile.substep).is_empty();
+        let colliders = self.colliders(tile.substep);
         // SAFETY: found before a barrier.
         let change = unsafe { self.work.change.read() };
         for (at, run) in tile.plan.runs() {
             for place in run.clone() {
                 let mut after: [T; 3] = change.at(place);
-                if pressed {
+                if !colliders.is_empty() {
                     // SAFETY: as above.
                     let (predicted, collider) =
                         unsafe { (&self.work.predicted.read()[place], self.work.collider.read()[place]) };
                     if predicted.in_contact() {
-                        let surface = &tile.substep.colliders[collider as usize].surface;
+                        let surface = &colliders[collider as usize].surface;
                         after = predicted.with_contact(waiting::free_velocity(tile, place), after, surface);
                     }
                 }

@@ -1,6 +1,10 @@
-use crate::elements::KINDS;
+//! What a frame was in numbers: what users read, and the sums that backends make it of.
+
+pub(crate) mod sums;
+
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+pub(crate) use sums::{FrameSums, PairSums, StateSums};
 
 /// One frame in numbers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -55,11 +59,6 @@ impl ElementEnergy {
     pub(crate) fn new(kind: &'static str, energy: f64) -> Self {
         Self { kind: kind.into(), energy }
     }
-}
-
-/// The kinds of elements that have an energy, in the order of reports.
-pub fn energy_kinds() -> impl Iterator<Item = &'static str> {
-    KINDS.iter().filter(|kind| kind.kernels.energies.is_some()).map(|kind| kind.name)
 }
 
 /// What the solver of constraints did in a frame.

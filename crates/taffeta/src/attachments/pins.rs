@@ -1,9 +1,10 @@
 //! Nodes that are held or follow keyframes.
 
+use crate::assembly::Assembly;
+use crate::assembly::body::BodyAssembly;
 use crate::attachments::constraints::{JointMaterial, Point};
-use crate::build::body::BodyAssembly;
-use crate::build::{Assembly, MovingPin};
 use crate::motion::keyframes::Track;
+use crate::motion::moving::{MovingPin, MovingPins};
 use crate::scene::{Body, Scene, SceneError};
 use std::collections::BTreeMap;
 
@@ -22,16 +23,12 @@ impl Assembly {
             let chosen = built.select(&pin.select).map_err(|e| e.under(&format!("{path}.pin[{p}]")))?;
             let carrier = pin.collider.as_ref().and_then(|name| scene.collider_named(name));
             let track = Track::new(carrier.map_or(&pin.motion, |collider| &collider.motion));
-            let number = if track.is_still() { u32::MAX } else { self.tracks.len() as u32 };
+            let number = if track.is_still() { u32::MAX } else { self.tracks().len() as u32 };
             let locals: Vec<usize> = chosen.iter().map(|&node| built.solver_local(node as usize)).collect();
             if let Some(break_force) = pin.break_force {
-                let material = self.attachments.materials.len() as u32;
-                self.attachments.materials.push(JointMaterial {
-                    length: 0.0,
-                    close: [0.0; 2],
-                    compliance: 0.0,
-                    break_force,
-                });
+                let materials = &mut self.attachments_mut().materials;
+                let material = materials.len() as u32;
+                materials.push(JointMaterial { length: 0.0, close: [0.0; 2], compliance: 0.0, break_force });
                 let point = |local: usize| Point {
                     start: built.start[local],
                     track: number,
@@ -50,19 +47,20 @@ impl Assembly {
                 }
             }
             if !track.is_still() {
-                self.track_of_pin.insert((self.bodies.len(), p), self.tracks.len());
-                self.tracks.push(track);
+                let (key, moving) = ((self.bodies.len(), p), self.moving_mut());
+                moving.track_of_pin.insert(key, moving.tracks.len());
+                moving.tracks.push(track);
             }
         }
         let moving = track_of.iter().enumerate().filter(|(_, track)| **track != u32::MAX);
-        self.moving_pins.extend(moving.map(|(local, &track)| MovingPin {
+        self.moving_mut().pins.extend(moving.map(|(local, &track)| MovingPin {
             node: (built.first + local) as u32,
             track,
             start: built.start[local],
         }));
         // What another pin holds for good stays.
         for (local, (material, point)) in breaking.into_iter().filter(|(local, _)| built.free[*local]) {
-            self.attachments.hold((built.first + local) as u32, material, point);
+            self.attachments_mut().hold((built.first + local) as u32, material, point);
         }
         Ok(())
     }
@@ -70,12 +68,14 @@ impl Assembly {
     /// Brings moving pins to where their motion starts. All selections have been made by then: they see the bodies as
     /// placed, whatever moves them.
     pub(crate) fn start_pins(&mut self) {
-        let mut bodies = self.bodies.iter_mut().peekable();
-        for pin in &self.moving_pins {
+        let Self { bodies, extensions, .. } = self;
+        let moving: &MovingPins = extensions.get_mut();
+        let mut bodies = bodies.iter_mut().peekable();
+        for pin in &moving.pins {
             let node = pin.node as usize;
             while bodies.next_if(|body| body.first + body.nodes <= node).is_some() {}
             let Some(body) = bodies.peek_mut() else { return };
-            body.start[node - body.first] = self.tracks[pin.track as usize].pose(0.0).apply(pin.start);
+            body.start[node - body.first] = moving.tracks[pin.track as usize].pose(0.0).apply(pin.start);
         }
     }
 }

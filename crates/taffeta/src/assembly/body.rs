@@ -1,16 +1,13 @@
 //! One body by solver index.
 
 use crate::advice::Advice;
-use crate::contact::BodyContact;
-use crate::elements::spring::lists as springs;
-use crate::elements::spring::lists::{SpringKind, SpringList};
+use crate::assembly::springs;
+use crate::assembly::springs::SpringList;
+use crate::extensions::Extensions;
 use crate::scene::{Body, Grid, Kind, Mesh, SceneError, Select};
 use crate::topology::{
-    Edges, Gather, LANES, Placement, RestShape, Selectable, Surface, mass, measure, no_inside, order, select,
-    shapes,
+    Edges, LANES, Placement, RestShape, Selectable, Surface, mass, measure, no_inside, order, select, shapes,
 };
-use crate::volume::constraint::VolumeConstraint;
-use crate::volume::rings::rings;
 
 /// A body, ready to run. Nodes have three numberings: the user's (`node`), the solver's within the body, and the
 /// solver's in the scene (`first` more).
@@ -43,12 +40,10 @@ pub struct BodyAssembly {
     pub closed_triangles: Vec<[u32; 3]>,
     /// Volume at rest [m³], of a closed body.
     pub rest_volume: Option<f64>,
-    /// What keeps its volume.
-    pub volume: Option<VolumeConstraint>,
-    /// What it finds contacts of.
-    pub contact: BodyContact,
     /// What the user should know about its start, in words.
     pub warnings: Vec<String>,
+    /// What features have made of its description.
+    pub extensions: Extensions,
     pub(crate) edges: Option<Edges>,
     /// As [`select::split_nodes`] gives them.
     pub(crate) split: Vec<[u32; 2]>,
@@ -156,24 +151,6 @@ impl BodyAssembly {
         Ok(nodes)
     }
 
-    /// The springs of a mesh by node, each kind with its stiffness [N/m] and damping [kg/s]. Where the body keeps its volume
-    /// the first are those along edges, as [`rings`] has them, whether there are springs or not.
-    pub fn gathered(&self) -> Result<Vec<(f64, f64, Gather)>, String> {
-        let BodySprings::Mesh(lists) = &self.springs else { return Ok(Vec::new()) };
-        let mut gathered = Vec::new();
-        let mut others = &lists[..];
-        if self.volume.is_some() {
-            let along = lists.first().filter(|list| list.kind == SpringKind::Structural);
-            let ring = rings(self.nodes, &self.closed_triangles, along)?;
-            gathered.push((along.map_or(0.0, |list| list.k), along.map_or(0.0, |list| list.d), ring));
-            others = &lists[usize::from(along.is_some())..];
-        }
-        for list in others {
-            gathered.push((list.k, list.d, Gather::new(self.nodes, &list.pairs, &list.rest)?));
-        }
-        Ok(gathered)
-    }
-
     /// Number of springs by kind.
     pub fn spring_counts(&self) -> Vec<(&'static str, usize)> {
         match (&self.springs, &self.grid) {
@@ -237,8 +214,7 @@ pub(crate) fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneE
             Vec::new()
         },
         rest_volume: volume,
-        volume: None,
-        contact: BodyContact::default(),
+        extensions: Extensions::default(),
         warnings: far.into_iter().collect(),
         solver_of_node: Some(solver_of_node),
         split: select::split_nodes(&surface),

@@ -1,6 +1,6 @@
 //! Sums over the state, as backends hand them over.
 
-use crate::diagnostics::{ElementEnergy, SolverReport};
+use crate::report::{ElementEnergy, SolverReport};
 
 /// Sums over the state, or over a part of it.
 #[derive(Clone, Copy, Debug, Default)]

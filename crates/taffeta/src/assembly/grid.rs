@@ -1,9 +1,9 @@
 //! A grid by solver index. What follows from its rows, columns and extent is not written out.
 
 use crate::advice::Advice;
-use crate::build::body::at;
-use crate::build::body::{BodyAssembly, BodySprings, GridDirections};
-use crate::contact::BodyContact;
+use crate::assembly::body::at;
+use crate::assembly::body::{BodyAssembly, BodySprings, GridDirections};
+use crate::extensions::Extensions;
 use crate::scene::{Body, Grid, Kind, SceneError, Spring};
 use crate::topology::{Placement, mass};
 
@@ -50,8 +50,7 @@ pub(crate) fn build(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError>
         springs: BodySprings::Grid(springs),
         closed_triangles: Vec::new(),
         rest_volume: None,
-        volume: None,
-        contact: BodyContact::default(),
+        extensions: Extensions::default(),
         warnings: Vec::new(),
         edges: None,
         split: Vec::new(),

@@ -1,6 +1,6 @@
-use crate::elements::spring::struts::*;
 use crate::scene::{Cube, Icosphere, Mesh, Torus};
 use crate::topology::shapes::surface;
+use crate::topology::struts::*;
 
 fn find(surface: &Surface, count: u32, seed: u64) -> Result<Vec<[u32; 2]>, String> {
     let edges = Edges::new(surface.nodes.len(), &surface.triangles, &[]);

@@ -1,8 +1,8 @@
 //! Springs of a body, by kind.
 
-use crate::elements::spring::struts::{given_struts, struts};
 use crate::scene::{Internal, SceneError, Spring, Springs};
 use crate::topology::measure::{length, norm, sub};
+use crate::topology::struts::{given_struts, struts};
 use crate::topology::{Edges, RestShape, Surface};
 
 /// What a spring is for.

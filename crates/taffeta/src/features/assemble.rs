@@ -1,0 +1,84 @@
+//! From a scene to what the backends run: what each feature makes of it, in the order in which they need each other.
+
+use crate::assembly::Assembly;
+use crate::assembly::body::{BodyAssembly, BodySprings};
+use crate::elements::KINDS;
+use crate::elements::element::List;
+use crate::elements::load::build as loads;
+use crate::scene::{Air, Body, Scene, SceneError};
+use crate::solvers::constraints::Constraints;
+use crate::solvers::implicit::levels::Level;
+
+impl Assembly {
+    /// Checks a scene and builds it.
+    pub fn new(scene: &Scene) -> Result<Self, SceneError> {
+        scene.validate()?;
+        let mut assembly = Self::empty(scene);
+        assembly.add_colliders(scene)?;
+        for (index, body) in scene.bodies.iter().enumerate() {
+            assembly.add_body(index, body, scene)?;
+        }
+        let loads = loads::loads(&assembly.bodies, &scene.forces)?;
+        let constraints = Constraints::new(&assembly.bodies, assembly.solver.method);
+        let elements: Vec<List> = KINDS.map(|kind| List::new(kind, &assembly.bodies, scene)).into();
+        assembly.extensions.insert(loads);
+        assembly.extensions.insert(elements);
+        if assembly.solver.is_primal() {
+            let bodies = 0..assembly.bodies.len();
+            let elements: Vec<bool> = bodies.map(|body| assembly.has_solved_elements(body)).collect();
+            assembly.extensions.insert(Level::all(&assembly.bodies, &constraints, &elements));
+        }
+        assembly.extensions.insert(constraints);
+        assembly.attach(scene)?;
+        assembly.start_pins();
+        assembly.start_points();
+        assembly.measure_seams();
+        assembly.note_start_contacts();
+        assembly.note_starts_inside(scene);
+        Ok(assembly)
+    }
+
+    /// Builds a body and adds it.
+    fn add_body(&mut self, index: usize, body: &Body, scene: &Scene) -> Result<(), SceneError> {
+        let path = format!("body[{index}]");
+        let mut built = self.next_body(index, body).map_err(|e| e.under(&path))?;
+        self.add_pins(&path, body, scene, &mut built)?;
+        if let Some(wish) = &body.volume {
+            built.keep_volume(wish).map_err(|e| e.under(&path))?;
+        }
+        built.enable_contact(body).map_err(|e| e.under(&path))?;
+        self.push(built);
+        Ok(())
+    }
+
+    /// Gives back what only the building of a backend needed: at millions of nodes it is most of the memory.
+    pub fn release(&mut self) {
+        self.forget_elements();
+        for body in &mut self.bodies {
+            body.start = Vec::new();
+            body.mass = Vec::new();
+            body.free = Vec::new();
+            body.forget_weights();
+            if let BodySprings::Mesh(lists) = &mut body.springs {
+                for list in lists {
+                    list.rest = Vec::new();
+                }
+            }
+        }
+    }
+
+    /// Whether more than gravity may add energy: wind, moving air, loads, moving pins or colliders, pressure, a growing volume.
+    pub fn is_driven(&self) -> bool {
+        let drives = |body: &BodyAssembly| {
+            let volume = body.volume();
+            volume.is_some_and(|volume| volume.drives(body.rest_volume.unwrap_or(0.0)))
+        };
+        self.world.wind_force != [0.0; 3]
+            || self.world.air.as_ref().is_some_and(Air::moves)
+            || !self.loads().is_empty()
+            || !self.moving_pins().is_empty()
+            || self.colliders_move()
+            || self.attachments().drives()
+            || self.bodies.iter().any(drives)
+    }
+}
