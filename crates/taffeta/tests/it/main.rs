@@ -22,6 +22,7 @@ mod pairs;
 mod parity;
 mod primal;
 mod rest_shape;
+mod rooms;
 mod snapshot;
 mod split;
 mod stability;
