@@ -17,6 +17,9 @@ mod features;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod motion;
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub mod parity;
 mod plan;
 mod real;
 mod report;
@@ -69,12 +72,4 @@ pub mod extension {
 /// The vector instructions that the CPU backend uses on this machine.
 pub fn simd_level() -> String {
     cpu::SimdLevel::detect().to_string()
-}
-
-/// Kernels beside their twins on the CPU, for tests and for programs that check a device.
-#[cfg(feature = "gpu")]
-#[doc(hidden)]
-pub mod parity {
-    pub use crate::features::rows;
-    pub use crate::gpu::parity::{Difference, Outcome, Row, Tolerance, entry_points};
 }

@@ -9,9 +9,9 @@ use crate::elements::load::gpu_layout::Load;
 use crate::elements::sets::Elements;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP};
-use crate::gpu::parity::bench::{Bench, Given};
-use crate::gpu::parity::fixture::words;
-use crate::gpu::parity::{Row, Tolerance};
+use crate::parity::bench::{Bench, Given};
+use crate::parity::fixture::words;
+use crate::parity::row::{Row, Tolerance};
 use crate::solvers::explicit::parity::{fixtures, kernel_of, scaled_loads};
 
 const SUMMED: &str = "both add up in lanes and by halves; on hardware fused products add up over 642 nodes";

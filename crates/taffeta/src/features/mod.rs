@@ -27,7 +27,6 @@ use crate::{
     contact::collider_mesh,
     elements::KINDS,
     gpu::feature as device,
-    gpu::parity::{Row, drawn, formulas},
     gpu::{bodies::Bodies, kernels, layout::Four, options::GpuOptions},
     motion::gpu_layout::Pin,
 };
@@ -176,24 +175,6 @@ pub fn shaders() -> Shaders {
     ];
     let of_kinds = KINDS.iter().map(|kind| kind.shaders);
     Shaders::new(all.into_iter().chain(of_kinds).flatten().copied())
-}
-
-/// The rows that compare the kernels of all features with their twins.
-#[cfg(feature = "gpu")]
-pub fn rows() -> Vec<Row> {
-    [
-        explicit::parity::ROWS,
-        drawn::ROWS,
-        volume::parity::ROWS,
-        dual::parity::ROWS,
-        implicit::parity::ROWS,
-        attachments::parity::ROWS,
-        nodes::parity::ROWS,
-        &elements::parity::rows(),
-        diagnostics::parity::ROWS,
-        formulas::ROWS,
-    ]
-    .concat()
 }
 
 /// Bytes of the arrays that a body needs on the device, and what they hold.

@@ -12,7 +12,6 @@ pub mod layout_tests;
 pub mod mirror;
 pub mod normals;
 pub mod options;
-pub mod parity;
 pub mod partition;
 pub mod schedule;
 pub mod sums;

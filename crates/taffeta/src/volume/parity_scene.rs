@@ -6,7 +6,7 @@ use crate::backend::{Backend, FrameInput};
 use crate::contact::collider_mesh::parity_scene as meshes_by_chance;
 use crate::cpu::CpuBackend;
 use crate::features::Tables;
-use crate::gpu::parity::fixture::{Chance, Fixture, State};
+use crate::parity::fixture::{Chance, Fixture, State};
 use crate::scene::{
     Body, Bounds, Collider, Icosphere, Internal, Keyframe, Mass, Mesh, Scene, Select, Volume, VolumeForm,
     VolumeWeights,
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
     use crate::elements::spring::gpu_layout::{IS_RING, NOT_A_MESH};
     use crate::gpu::layout::GROUP;
-    use crate::gpu::parity::coverage::Count;
+    use crate::parity::coverage::Count;
     use crate::topology::LANES;
     use crate::volume::gpu_layout::{RESTORED, WEIGHTED};
     use crate::volume::volume::Form;

@@ -7,7 +7,7 @@ use crate::contact::collider_mesh::parity_scene as meshes_by_chance;
 use crate::cpu::CpuBackend;
 use crate::features::Tables;
 use crate::gpu::layout::Four;
-use crate::gpu::parity::fixture::{Chance, Fixture, State};
+use crate::parity::fixture::{Chance, Fixture, State};
 use crate::scene::{Body, Collider, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision};
 
 /// Nodes are within a cube of twice this edge [m].
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use crate::contact::nodes::gpu_layout::Surface;
     use crate::contact::nodes::parity::Work;
-    use crate::gpu::parity::coverage::Count;
+    use crate::parity::coverage::Count;
 
     #[test]
     fn nodes_touch_each_other_in_all_sorts_of_ways() {

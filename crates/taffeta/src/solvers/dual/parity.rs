@@ -3,9 +3,9 @@
 use crate::contact::colliders::gpu::Contact;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, NONE, SUBSTEPS_SEEN, Solving, Substep};
-use crate::gpu::parity::bench::{Bench, Given, Written};
-use crate::gpu::parity::fixture::{Arrays, Chance, Fixture, Maker, words};
-use crate::gpu::parity::{Row as ParityRow, Tolerance};
+use crate::parity::bench::{Bench, Given, Written};
+use crate::parity::fixture::{Arrays, Chance, Fixture, Maker, words};
+use crate::parity::{Row as ParityRow, Tolerance};
 use crate::real::{norm, scale};
 use crate::scene::{ConstraintForm, Method, Solver};
 use crate::solvers::dual::gpu_layout::{

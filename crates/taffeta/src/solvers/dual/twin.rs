@@ -9,7 +9,7 @@ use crate::contact::colliders::shape::ShapeNow;
 use crate::cpu::simd::Kernel;
 use crate::elements::spring::spring;
 use crate::gpu::layout::{Four, GROUP, Solving};
-use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
+use crate::parity::fixture::{Fixture, SUBSTEP};
 use crate::real::{Real, add, scale, sub};
 use crate::solvers::dual::cpu::Quad;
 use crate::solvers::dual::cpu::kernels::{

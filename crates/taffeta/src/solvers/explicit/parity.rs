@@ -10,9 +10,9 @@ use crate::elements::load::load as external;
 use crate::elements::spring::gpu_layout::Small;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP};
-use crate::gpu::parity::bench::{Bench, Given};
-use crate::gpu::parity::fixture::{Arrays, Fixture, words};
-use crate::gpu::parity::{Row, Tolerance};
+use crate::parity::bench::{Bench, Given};
+use crate::parity::fixture::{Arrays, Fixture, words};
+use crate::parity::row::{Row, Tolerance};
 use crate::solvers::explicit::euler;
 use crate::solvers::explicit::gpu_layout::PATCH_NODE_BYTES;
 use crate::solvers::explicit::patches::Patches;
@@ -371,7 +371,7 @@ fn particles(
     arrays: &Arrays,
     force: &[[f32; 3]],
     sort: &[bool],
-    after: &crate::gpu::parity::fixture::State,
+    after: &crate::parity::fixture::State,
 ) -> [Vec<Four>; 2] {
     let poison = [f32::from_bits(arrays["new_position"][0]); 4];
     let mut state = [vec![poison; sort.len()], vec![poison; sort.len()]];

@@ -3,9 +3,9 @@
 use crate::contact::colliders::gpu::Contact;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, Solving};
-use crate::gpu::parity::bench::{Bench, Given, Written};
-use crate::gpu::parity::fixture::{Arrays, Chance, Fixture, Maker, words};
-use crate::gpu::parity::{Row, Tolerance};
+use crate::parity::bench::{Bench, Given, Written};
+use crate::parity::fixture::{Arrays, Chance, Fixture, Maker, words};
+use crate::parity::row::{Row, Tolerance};
 use crate::scene::{ConstraintForm, Method, Solver};
 use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};
 use crate::solvers::dual::parity::{records, some_contact, statistics};

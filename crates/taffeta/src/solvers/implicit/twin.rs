@@ -4,7 +4,7 @@
 use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, fall};
 use crate::cpu::simd::Kernel;
 use crate::gpu::layout::{Four, GROUP, Solving};
-use crate::gpu::parity::fixture::{Fixture, SUBSTEP};
+use crate::parity::fixture::{Fixture, SUBSTEP};
 use crate::real::{add, dot, scale, sub};
 use crate::solvers::dual::distance::{Conjugate, warm_start_factor};
 use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};

@@ -8,7 +8,7 @@ use crate::contact::colliders::shape::{
     BoxNow, CapsuleNow, CylinderNow, OnSolid, PlaneNow, ShapeNow, Solid, SphereNow, entry,
 };
 use crate::contact::nodes::pair::{self, ContactMaterial};
-use crate::gpu::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
+use crate::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
 use crate::real::{add, cross, dot, norm, scale};
 
 /// The collider of a case, as the CPU has it.

@@ -7,14 +7,10 @@ mod volume;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::Four;
-use crate::gpu::parity::bench::{Bench, Given};
-use crate::gpu::parity::fixture::{Arrays, Chance, words};
-use crate::gpu::parity::{Row, Tolerance};
+use crate::parity::bench::{Bench, Given};
+use crate::parity::fixture::{Arrays, Chance, words};
+use crate::parity::row::{Row, Tolerance};
 use taffeta_gpu::bytemuck::{Pod, Zeroable};
-use taffeta_gpu::{Shader, shaders};
-
-/// Beside those of the features.
-pub const SHADERS: &[Shader] = shaders!("gpu/parity", ["formulas.wgsl"]);
 
 /// `Case` of formulas.wgsl.
 #[repr(C)]

@@ -5,7 +5,7 @@ use crate::elements::aero::gust::GustNow;
 use crate::elements::hinge::hinge;
 use crate::elements::load::load as external;
 use crate::elements::spring::spring;
-use crate::gpu::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
+use crate::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
 use crate::real::{Real, norm, scale};
 use crate::solvers::explicit::euler;
 

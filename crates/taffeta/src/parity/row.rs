@@ -1,22 +1,8 @@
-//! Every kernel beside its twin on the CPU: one state, both run, every output compared.
-//!
-//! The tests go through these rows on a software adapter, and the program does on its users' machines.
+//! One comparison.
 
-pub(crate) mod bench;
-#[cfg(test)]
-pub(crate) mod coverage;
-pub(crate) mod drawn;
-pub(crate) mod fixture;
-pub(crate) mod formulas;
-mod outcome;
-pub(crate) mod scene;
-
-use crate::features::shaders;
-use crate::gpu::kernels::Name;
-use bench::Bench;
-pub use outcome::{Difference, Outcome};
+use crate::parity::bench::Bench;
+use crate::parity::outcome::Outcome;
 use taffeta_gpu::Gpu;
-use taffeta_gpu::wgpu::naga;
 
 /// A kernel and its twin.
 #[derive(Clone, Copy, Debug)]
@@ -71,17 +57,4 @@ impl Row {
         (self.check)(&mut bench)?;
         Ok(bench.outcome)
     }
-}
-
-/// The entry points that naga finds in the shaders.
-pub fn entry_points() -> Result<Vec<String>, String> {
-    let mut found = Vec::new();
-    let shaders = shaders();
-    for file in shaders.with_kernels() {
-        let source = Name::new("").source_of(file, &shaders)?;
-        let module = naga::front::wgsl::parse_str(&source).map_err(|error| error.emit_to_string(&source))?;
-        found.extend(module.entry_points.into_iter().map(|point| point.name));
-    }
-    found.sort();
-    Ok(found)
 }

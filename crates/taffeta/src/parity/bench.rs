@@ -3,12 +3,14 @@
 use crate::features::shaders;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, SUBSTEPS_SEEN, Substep};
-use crate::gpu::parity::fixture::{Arrays, SUBSTEP};
-use crate::gpu::parity::formulas;
-use crate::gpu::parity::outcome::Outcome;
+use crate::parity::fixture::{Arrays, SUBSTEP};
+use crate::parity::outcome::Outcome;
 use std::num::NonZeroU64;
 use taffeta_gpu::bytemuck::{Pod, cast_slice};
-use taffeta_gpu::{Access, Bindable, Buffer, DispatchList, Gpu, GpuError, Kernel, Uniforms};
+use taffeta_gpu::{Access, Bindable, Buffer, DispatchList, Gpu, GpuError, Kernel, Shader, Uniforms, shaders};
+
+/// Kernels that only compute a formula.
+const FORMULAS: &[Shader] = shaders!("parity", ["formulas.wgsl"]);
 
 /// A kernel on its way through a row.
 pub struct Bench<'a> {
@@ -51,7 +53,7 @@ pub struct Written<'a> {
 impl Bench<'_> {
     /// Makes a kernel of its source as it is edited.
     pub fn kernel(&self, name: Name, overrides: &[(&str, f64)]) -> Result<Kernel, String> {
-        let source = (self.edit)(name.source(&shaders().with(formulas::SHADERS.iter().copied()))?);
+        let source = (self.edit)(name.source(&shaders().with(FORMULAS.iter().copied()))?);
         self.gpu.kernel(name.entry, &[&source], name.entry, overrides).map_err(|error| error.to_string())
     }
 

@@ -1,6 +1,6 @@
 //! Volumes that are kept, and the tensors that weights need.
 
-use crate::gpu::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
+use crate::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
 use crate::real::{Real, scale};
 use crate::volume::volume::{self, FLAT, Form};
 
