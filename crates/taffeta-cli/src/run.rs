@@ -1,5 +1,6 @@
 //! `taffeta run`: a scene to files.
 
+mod args;
 mod choice;
 mod device;
 mod format;
@@ -14,98 +15,18 @@ mod volumes;
 use crate::console::{self, grouped};
 use crate::memory;
 use crate::summary::{SolverSummary, Summary};
+pub use args::{Args, Arithmetic, Backend};
 pub use choice::Work;
-use clap::ValueEnum;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 pub use device::{Device, refuse_precision};
-use format::{Format, Poses};
+use format::Poses;
 use job::{Ending, Job, stop_on_ctrl_c};
 pub use outputs::unwritable;
 use plan::Plan;
-use std::path::{Path, PathBuf};
-use taffeta::{Precision, Simulation, Stage};
+use std::path::Path;
+use taffeta::Simulation;
 use taffeta_io::Loaded;
 use taffeta_io::program::{Failure, RunLock};
 pub use tally::{median, rate};
-
-/// Run a scene and write its results
-#[derive(clap::Args)]
-pub struct Args {
-    /// The scene, a TOML file
-    scene: PathBuf,
-    /// Folder for the results [default: out/SCENE, or that of the checkpoint to go on from]
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Number of frames, instead of the scene's
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    frames: Option<u32>,
-    /// Where to compute
-    #[arg(long, value_enum, default_value_t = Backend::Auto)]
-    backend: Backend,
-    /// Worker threads [default: as many as help, at most all]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
-    /// Arithmetic [default: f32]
-    #[arg(long, value_enum)]
-    precision: Option<Arithmetic>,
-    /// Change a value of the scene: body.flag.springs.structural.k=500; may be given several times
-    #[arg(long = "set", value_name = "PATH=VALUE")]
-    sets: Vec<String>,
-    /// Formats of the results, with commas between [default: npy]
-    #[arg(long, value_enum, value_delimiter = ',')]
-    format: Option<Vec<Format>>,
-    /// Write a checkpoint every N frames, from which the run can go on whatever happens
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    checkpoint_every: Option<u32>,
-    /// Go on from a checkpoint of the same scene, or from that in a folder of results
-    #[arg(long, value_name = "FILE")]
-    resume: Option<PathBuf>,
-    /// Compute the stages before STAGE on the CPU, to find where CPU and GPU differ
-    #[arg(long, value_name = "STAGE", hide_short_help = true, value_parser = stages())]
-    gpu_from: Option<Stage>,
-    /// Print the summary as JSON, and nothing else on standard output
-    #[arg(long)]
-    json: bool,
-    /// Say nothing unless something is wrong
-    #[arg(long)]
-    quiet: bool,
-}
-
-/// Where to compute.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Backend {
-    /// What is best for the scene
-    Auto,
-    /// CPU threads
-    Cpu,
-    /// A GPU; TAFFETA_ADAPTER chooses among several
-    Gpu,
-}
-
-/// Arithmetic of a run.
-#[derive(Clone, Copy, ValueEnum)]
-pub enum Arithmetic {
-    /// 32 bits: fast
-    F32,
-    /// 64 bits: slower, to compare with
-    F64,
-}
-
-impl Arithmetic {
-    /// As the engine calls it.
-    pub fn precision(self) -> Precision {
-        match self {
-            Self::F32 => Precision::F32,
-            Self::F64 => Precision::F64,
-        }
-    }
-}
-
-/// The names of the stages.
-fn stages() -> impl TypedValueParser<Value = Stage> {
-    PossibleValuesParser::new(Stage::ALL.map(Stage::name))
-        .try_map(|name| Stage::ALL.into_iter().find(|stage| stage.name() == name).ok_or("no stage"))
-}
 
 /// Runs a scene.
 pub fn run(args: &Args) -> Result<(), Failure> {

@@ -1,7 +1,7 @@
 //! Lists of dispatches and copies, recorded once and submitted as often as wanted.
 
 use crate::kernel::Bound;
-use crate::{Buffer, Counts, GpuError, ReadBack};
+use crate::{Buffer, Counts, Gpu, GpuError, ReadBack};
 
 /// Dispatches and copies in the order in which they take effect: each sees what those before it
 /// have written.
@@ -33,6 +33,23 @@ enum Groups {
 impl Work {
     fn is_dispatch(&self) -> bool {
         matches!(self, Work::Dispatch { .. })
+    }
+}
+
+impl Gpu {
+    /// Hands a list to the device as one command buffer, and does not wait for it.
+    ///
+    /// # Errors
+    /// [`GpuError::TooManyGroups`] of a dispatch in the list, or what [`Gpu::health`] says.
+    pub fn submit(&self, list: &DispatchList) -> Result<(), GpuError> {
+        self.health()?;
+        list.check()?;
+        self.watched(|| {
+            let mut encoder = self.device().create_command_encoder(&Default::default());
+            list.runs(false).for_each(|run| run.encode(&mut encoder, None));
+            self.queue().submit([encoder.finish()]);
+        });
+        self.health()
     }
 }
 

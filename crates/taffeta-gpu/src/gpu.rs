@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::cache::Cache;
-use crate::{AdapterInfo, Choice, DispatchList, GpuError, adapter};
+use crate::{AdapterInfo, Choice, GpuError, adapter};
 
 /// A GPU that is open. Cheap to clone: the clones are one device.
 #[derive(Clone)]
@@ -134,21 +134,6 @@ impl Gpu {
 
     pub(crate) fn read_count(&self) -> &Arc<AtomicU64> {
         &self.0.reads
-    }
-
-    /// Hands a list to the device as one command buffer, and does not wait for it.
-    ///
-    /// # Errors
-    /// [`GpuError::TooManyGroups`] of a dispatch in the list, or what [`Gpu::health`] says.
-    pub fn submit(&self, list: &DispatchList) -> Result<(), GpuError> {
-        self.health()?;
-        list.check()?;
-        self.watched(|| {
-            let mut encoder = self.0.device.create_command_encoder(&Default::default());
-            list.runs(false).for_each(|run| run.encode(&mut encoder, None));
-            self.0.queue.submit([encoder.finish()]);
-        });
-        self.health()
     }
 
     /// Waits until all that was submitted is done.

@@ -1,8 +1,8 @@
 //! On what a run computes.
 
+use super::args::{Args, Backend};
 use super::choice::{self, Work};
 use super::plan::{Plan, Record};
-use super::{Args, Backend};
 use crate::console;
 use crate::gpu;
 use taffeta::scene::Scene;

@@ -1,9 +1,9 @@
 //! What a run does: what the user asked for, and, of a run that goes on, what it did before.
 
+use super::args::{Args, Arithmetic};
 use super::format::Format;
 use super::outputs::Mark;
 use super::tally::Tally;
-use super::{Args, Arithmetic};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use taffeta::{Precision, Simulation};

@@ -1,6 +1,6 @@
 //! What a run adds up to.
 
-use super::Args;
+use super::args::Args;
 use super::solves::Solves;
 use super::volumes::Volumes;
 use crate::summary::{BodySummary, Energy, PairSummary, Status, Summary};

@@ -136,7 +136,7 @@ fn a_volume_that_could_not_be_kept_is_spoken_of() {
     // One over one and a half is a third less.
     assert!(
         out.contains(
-            "warning: body `ball` was off the volume that it keeps by 33.33 % in frame 6: most likely nodes"
+            "warning: body `ball` was off its target volume by 33.33 % in frame 6: most likely nodes"
         ),
         "{out}"
     );

@@ -3,6 +3,7 @@
 pub mod bench;
 mod constraint;
 mod node_centric;
+mod parts;
 mod spring_centric;
 #[cfg(test)]
 mod tests;
@@ -10,11 +11,13 @@ mod volume;
 
 use constraint::{Constraints, MOST_PRINTED};
 use node_centric::Sheets;
+use parts::GROUP;
+pub use parts::Product;
 use spring_centric::SpringLists;
 use std::sync::Arc;
 use taffeta::extension::{
-    Assembly, Bodies, BodyAssembly, BodySprings, Command, Feature, Features, FrameSums, Fused, GIVEN, Loads,
-    Name, Op, ParticleKernels,
+    Assembly, Bodies, BodyAssembly, BodySprings, Feature, Features, FrameSums, Fused, Loads, Op,
+    ParticleKernels,
 };
 use taffeta::scene::{ConstraintForm, Method};
 use taffeta::taffeta_gpu::{Bindable, Gpu, GpuError, Shader, shaders, wgpu};
@@ -37,9 +40,6 @@ const SHADERS: &[Shader] = shaders!(
     ]
 );
 
-/// Invocations of each workgroup, in both papers.
-const GROUP: usize = 1024;
-
 /// Which kernels of the papers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PaperKernels {
@@ -49,19 +49,6 @@ pub enum PaperKernels {
     SpringCentric,
     /// As S1 prints implicit constraints: eleven kernels, conjugate gradients.
     Constraints(Product),
-}
-
-/// How the matrix J M⁻¹ Jᵀ of S1's constraint solver is multiplied by a vector.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Product {
-    /// As printed: in COO, made by a thread for each two springs, a thread for each entry.
-    Printed,
-    /// In CSR, a thread for each row.
-    Csr,
-    /// In ELLPACK, a thread for each row.
-    Ell,
-    /// Without the matrix: a thread for each node, then one for each spring.
-    MatrixFree,
 }
 
 impl PaperKernels {
@@ -249,14 +236,4 @@ impl Feature for Paper {
             Printed::NodeCentric(_) | Printed::SpringCentric(_) => Ok(()),
         }
     }
-}
-
-/// A kernel that takes loads from where they were summed up, or finds them itself.
-fn with_loads(entry: &'static str, loads_given: bool) -> Name {
-    Name::new(entry).with(if loads_given { GIVEN } else { &[] })
-}
-
-/// What the next kernels write is the state that those before have read.
-fn go_on_in_place<'f>() -> [Command<'f>; 2] {
-    [Command::SwapStates, Command::Label("integrate")]
 }

@@ -1,6 +1,6 @@
 //! What node_centric.wgsl is told of each grid.
 
-use crate::kernels::{go_on_in_place, with_loads};
+use crate::kernels::parts::{go_on_in_place, with_loads};
 use taffeta::extension::{Bodies, BodyAssembly, BodySprings, Command, Dispatch, Groups, Name};
 use taffeta::taffeta_gpu::bytemuck::{Pod, Zeroable};
 use taffeta::taffeta_gpu::{Bindable, Buffer, Gpu, GpuError, Uniforms};

@@ -1,7 +1,7 @@
 //! What spring_centric.wgsl works on: every spring once.
 
+use crate::kernels::parts::{GROUP, go_on_in_place, with_loads};
 use crate::kernels::volume::KeptVolumes;
-use crate::kernels::{GROUP, go_on_in_place, with_loads};
 use taffeta::extension::{Bodies, BodyAssembly, BodySprings, Command, GRID_STEPS, Name};
 use taffeta::springs::SpringList;
 use taffeta::taffeta_gpu::bytemuck::{Pod, Zeroable};

@@ -4,9 +4,9 @@ mod pattern;
 #[cfg(test)]
 mod tests;
 
+use crate::kernels::parts::{GROUP, Product, go_on_in_place, with_loads};
 use crate::kernels::spring_centric::{Spring, SpringLists};
 use crate::kernels::volume::KeptVolumes;
-use crate::kernels::{GROUP, Product, go_on_in_place, with_loads};
 use taffeta::diagnostics::SolverReport;
 use taffeta::extension::{Bodies, Command, Dispatch, Groups, Name};
 use taffeta::taffeta_gpu::bytemuck::{Pod, Zeroable};

@@ -2,10 +2,11 @@
 
 use crate::advice::Advice;
 use crate::scene::body::{ContactOfBody, Range};
+use crate::scene::error::SceneError;
 use crate::scene::validate::attach;
 use crate::scene::validate::check_shape;
 use crate::scene::validate::path::{Checked, Path};
-use crate::scene::validate::{SceneError, check_motion, check_rotation, check_times};
+use crate::scene::validate::{check_motion, check_rotation, check_times};
 use crate::scene::{Body, Internal, Kind, Mass, Mesh, Place, Select, Springs, Volume, VolumeForm, VolumeKey};
 
 pub(crate) fn check(path: &Path, body: &Body) -> Checked {

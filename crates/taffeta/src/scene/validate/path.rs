@@ -1,6 +1,6 @@
 //! Places in a scene, and what may stand there.
 
-use crate::scene::validate::SceneError;
+use crate::scene::error::SceneError;
 use crate::scene::validate::shape::LARGEST_LENGTH;
 
 /// Largest and smallest size of a number: beyond, 32 bits and squares have no room for it.

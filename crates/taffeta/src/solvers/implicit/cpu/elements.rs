@@ -4,36 +4,32 @@ use crate::assembly::Assembly;
 use crate::cpu::column::Column;
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::Kernel;
-use crate::elements::cpu::Linearised;
-use crate::elements::sets::Elements;
 use crate::real::Real;
 use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::implicit::couplings::{
-    Block, Couplings, Springs, Tables, add_mode, block_times, coupling, jacobi_factor, symmetric_part, whole,
+    Block, Couplings, Springs, Tables, add_mode, block_times, symmetric_part, whole,
 };
-use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::columns::{Columns, View};
 use crate::solvers::implicit::cpu::kernels::{FINE, Lanes};
-use crate::solvers::implicit::cpu::setup::own_of_children;
-use crate::solvers::implicit::cpu::tables::{Chunk, Table};
+use crate::solvers::implicit::cpu::tables::{Table, own_of_children};
 use crate::solvers::implicit::implicit::{Symmetric, add_share, block, inverse};
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
 
 /// Numbers of a block.
-const BLOCK: usize = 9;
+pub(super) const BLOCK: usize = 9;
 
 /// Tables, and what is found again in each Newton step.
 pub struct ElementBlocks<T> {
-    tables: Tables,
+    pub(super) tables: Tables,
     /// Whether each body has some.
-    bodies: Vec<bool>,
+    pub(super) bodies: Vec<bool>,
     /// By level: the block of each slot, and what Jacobi's iteration multiplies a diagonal's inverse by.
-    blocks: Vec<Shared<T>>,
-    factors: Vec<Columns<T>>,
+    pub(super) blocks: Vec<Shared<T>>,
+    pub(super) factors: Vec<Columns<T>>,
     /// Of each element: forces [N] where the Newton step starts, and directions [kg^½].
-    forces: Shared<[T; 3]>,
-    directions: Shared<[T; 3]>,
+    pub(super) forces: Shared<[T; 3]>,
+    pub(super) directions: Shared<[T; 3]>,
 }
 
 impl<T: Real> ElementBlocks<T> {
@@ -99,13 +95,13 @@ impl<T: Real> ElementBlocks<T> {
 }
 
 /// Groups of slots of some places.
-fn groups<S: Copy>(couplings: &Couplings<S>, part: &Range<usize>) -> Range<usize> {
+pub(super) fn groups<S: Copy>(couplings: &Couplings<S>, part: &Range<usize>) -> Range<usize> {
     couplings.starts[part.start / LANES] as usize..couplings.starts[part.end / LANES] as usize
 }
 
 /// The block of a slot.
 #[inline(always)]
-fn block_at<T: Real>(blocks: &[T], slot: usize) -> Block<T> {
+pub(super) fn block_at<T: Real>(blocks: &[T], slot: usize) -> Block<T> {
     let (group, lane) = (slot / LANES, slot % LANES);
     std::array::from_fn(|one| blocks[(group * BLOCK + one) * LANES + lane])
 }
@@ -121,9 +117,9 @@ fn put_block<T: Real>(blocks: &mut [T], slot: usize, block: &Block<T>) {
 /// Blocks of a level.
 #[derive(Clone, Copy)]
 pub struct Coupled<'a, T> {
-    starts: &'a [u32],
-    neighbour: &'a [u32],
-    blocks: &'a [T],
+    pub(super) starts: &'a [u32],
+    pub(super) neighbour: &'a [u32],
+    pub(super) blocks: &'a [T],
 }
 
 impl<T: Real> Coupled<'_, T> {
@@ -195,18 +191,18 @@ impl<T: Real> OfChunk<'_, T> {
 }
 
 /// Kernel: blocks and diagonals of a chunk of a coarser level.
-struct Coarsen<'a, T> {
-    part: Range<usize>,
-    couplings: &'a Couplings<(u32, f32)>,
-    children: &'a Weighted,
+pub(super) struct Coarsen<'a, T> {
+    pub(super) part: Range<usize>,
+    pub(super) couplings: &'a Couplings<(u32, f32)>,
+    pub(super) children: &'a Weighted,
     /// Blocks of the finer level, and those of springs behind so many slots of it.
-    finer: &'a [T],
-    springs: &'a [T],
-    slots: usize,
-    finer_own: View<'a, T>,
-    inverse: [&'a mut [T]; 6],
-    own: [&'a mut [T]; 6],
-    blocks: &'a mut [T],
+    pub(super) finer: &'a [T],
+    pub(super) springs: &'a [T],
+    pub(super) slots: usize,
+    pub(super) finer_own: View<'a, T>,
+    pub(super) inverse: [&'a mut [T]; 6],
+    pub(super) own: [&'a mut [T]; 6],
+    pub(super) blocks: &'a mut [T],
 }
 
 impl<T: Real> Kernel for Coarsen<'_, T> {
@@ -249,121 +245,7 @@ impl<T: Real> Coarsen<'_, T> {
 
 /// The block of a spring's slot.
 #[inline(always)]
-fn spring_block<T: Real>(blocks: &[T], slot: usize) -> Block<T> {
+pub(super) fn spring_block<T: Real>(blocks: &[T], slot: usize) -> Block<T> {
     let at = |one: usize| blocks[(slot / LANES * FINE + one) * LANES + slot % LANES];
     whole(&block([at(0), at(1), at(2)], at(3)))
-}
-
-impl<T: Real> ImplicitWorker<'_, '_, T> {
-    /// Finds forces and directions of all elements where the Newton step starts.
-    pub fn linearise(&self) {
-        let (Some(blocks), Some(sets)) =
-            (&self.primal.elements, self.worker.features.get::<Elements<T>>().map(Elements::solved))
-        else {
-            return;
-        };
-        // SAFETY: what was moved was written before a barrier.
-        let moved = unsafe { self.shared.moved.read() };
-        let state: [&[T]; 6] = std::array::from_fn(|axis| moved.column(axis));
-        for (solved, set) in blocks.tables.solved.iter().zip(sets) {
-            let part = self.worker.part(solved.elements.len());
-            let of = |first: usize, each: usize| first + each * part.start..first + each * part.end;
-            // SAFETY: parts of workers do not overlap, and others read after a barrier.
-            let out = unsafe {
-                Linearised {
-                    forces: blocks.forces.write(of(solved.first_force, solved.forces)),
-                    directions: blocks.directions.write(of(solved.first_direction, solved.directions)),
-                }
-            };
-            set.linearise(part, &state, self.h, out);
-        }
-        self.worker.synchronise();
-    }
-
-    /// Finds blocks and diagonals of a chunk of a coarser level.
-    pub fn coarsen_elements(&self, elements: &ElementBlocks<T>, level: usize, chunk: &Chunk) {
-        let part = &chunk.part;
-        let (finer, here) = (&self.shared.levels[level - 1], &self.shared.levels[level]);
-        let couplings = &elements.tables.coarser[level - 1];
-        let slots = groups(couplings, part);
-        // SAFETY: the finer level was found before a barrier; chunks do not overlap.
-        let kernel = unsafe {
-            let finer_blocks = elements.blocks[level - 1].read();
-            Coarsen {
-                part: part.clone(),
-                couplings,
-                children: &self.primal.tables[level].children,
-                slots: if level == 1 { elements.tables.finest.len() } else { usize::MAX },
-                finer: finer_blocks,
-                springs: finer.blocks.read(),
-                finer_own: finer.own.read(),
-                inverse: here.inverse.write(part),
-                own: here.own.write(part),
-                blocks: elements.blocks[level].write(slots.start * BLOCK * LANES..slots.end * BLOCK * LANES),
-            }
-        };
-        self.worker.nodes.level.run(kernel);
-    }
-
-    /// Scales the inverses of all levels so that Jacobi's iteration converges.
-    pub fn scale_jacobi(&mut self) {
-        let Some(elements) = &self.primal.elements else { return };
-        for level in 0..self.primal.tables.len() {
-            self.each(level, |worker, chunk| {
-                if elements.has(chunk.body) {
-                    worker.find_factors(elements, level, chunk);
-                }
-            });
-        }
-        self.worker.synchronise();
-        for level in 0..self.primal.tables.len() {
-            self.each(level, |worker, chunk| {
-                if !elements.has(chunk.body) {
-                    return;
-                }
-                // SAFETY: only this chunk's places; others read after a barrier.
-                let (factors, inverse) = unsafe {
-                    (
-                        elements.factors[level].read(),
-                        worker.shared.levels[level].inverse.write::<6>(&chunk.part),
-                    )
-                };
-                let factors = &factors.column(0)[chunk.part.clone()];
-                for column in inverse {
-                    column.iter_mut().zip(factors).for_each(|(number, &factor)| *number = *number * factor);
-                }
-            });
-        }
-        self.worker.synchronise();
-    }
-
-    fn find_factors(&self, elements: &ElementBlocks<T>, level: usize, chunk: &Chunk) {
-        let (table, here) = (&self.primal.tables[level], &self.shared.levels[level]);
-        // SAFETY: blocks and inverses were found before a barrier; only this chunk's factors.
-        let (inverse, springs, [out]) = unsafe {
-            (here.inverse.read(), here.blocks.read(), elements.factors[level].write::<1>(&chunk.part))
-        };
-        let coupled = elements.coupled(level);
-        for (out, place) in out.iter_mut().zip(chunk.part.clone()) {
-            if level == 0 && elements.tables.forces.row(place).is_empty() {
-                // Springs alone: no more than 2 times the diagonal.
-                *out = T::ONE;
-                continue;
-            }
-            let (own, mut sum): (Symmetric<T>, T) = (inverse.at(place), T::ZERO);
-            let slots = |starts: &[u32], skipped: usize| {
-                let groups = starts[place / LANES] as usize..starts[place / LANES + 1] as usize;
-                groups.skip(skipped).map(move |group| group * LANES + place % LANES)
-            };
-            for slot in slots(&table.slots.starts, 0) {
-                let other = inverse.at(table.slots.neighbour[slot] as usize);
-                sum += coupling(&own, &spring_block(springs, slot), &other);
-            }
-            for slot in slots(coupled.starts, 1) {
-                let other = inverse.at(coupled.neighbour[slot] as usize);
-                sum += coupling(&own, &block_at(coupled.blocks, slot), &other);
-            }
-            *out = jacobi_factor(sum);
-        }
-    }
 }

@@ -5,6 +5,7 @@
 
 mod columns;
 mod conjugate;
+mod couple;
 mod cycle;
 mod elements;
 pub(crate) mod kernels;

@@ -3,11 +3,10 @@
 use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::simd::Kernel;
 use crate::real::Real;
-use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::implicit::cpu::columns::View;
 use crate::solvers::implicit::cpu::elements::OfChunk;
 use crate::solvers::implicit::cpu::kernels::{COARSE, FINE, Lanes, store};
-use crate::solvers::implicit::cpu::tables::Table;
+use crate::solvers::implicit::cpu::tables::{Table, own_of_children};
 use crate::solvers::implicit::implicit::{Stiff, Symmetric, add_share, block, diagonal, inverse};
 use crate::solvers::implicit::slots::NO_EDGE;
 use crate::topology::LANES;
@@ -189,16 +188,6 @@ impl<T: Real> Kernel for Coarsen<'_, T> {
             }
         }
     }
-}
-
-/// What a node's children give it of their diagonals, beside edges and couplings.
-#[inline(always)]
-pub fn own_of_children<T: Real>(children: &Weighted, finer: &View<'_, T>, place: usize) -> Symmetric<T> {
-    let mut own = [T::ZERO; 6];
-    for &(child, weight) in children.row(place) {
-        own = add_share(own, T::from_f64(f64::from(weight)), finer.at(child as usize));
-    }
-    own
 }
 
 impl<T: Real> Coarsen<'_, T> {
