@@ -168,7 +168,7 @@ impl Real for f64 {
 }
 
 /// Angle of (x, y) in 32 bits, within 3 units in the last place, by operations that are exactly rounded everywhere:
-/// the twin of `shared/angle.wgsl`.
+/// the twin of `gpu/wgsl/angle.wgsl`.
 ///
 /// With t in [0, tan π/8] after two reductions, atan t = t + t³ P(t²), P of degree 3 with the least largest relative
 /// error (2·10⁻⁸; exchange method, Remez 1934).

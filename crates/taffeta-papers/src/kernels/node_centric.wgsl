@@ -6,7 +6,7 @@
 // - algorithm 1: the twelve neighbours one by one, in the printed order, read from the buffers, nothing shared;
 // - sec. 3.2: a kernel ends before the next begins, so forces go through a buffer; sizes are uniform variables;
 // - sec. 3.4: contact after time integration.
-// Not from it: the formulas, which are the engine's own (forces/spring.wgsl, integrate/, collision/); the sum, where
+// Not from it: the formulas, which are the engine's own (elements/spring, solvers/explicit, contact/colliders); the sum, where
 // algorithm 1 prints assignments; and x along the columns, where sec. 3.1 has the rows, which only a square allows.
 // Where the paper is silent, what is faster is taken: forces are summed in registers and stored once, contact shares
 // the kernel of time integration.

@@ -6,7 +6,7 @@
 // - table 1 and sec. IV: a buffer of springs with two nodes and a length; one of forces, in which a force is added to by
 //   compare and exchange of unsigned integers, for want of an atomic sum of floats;
 // - algorithm 3: a spring adds its force to the one end and subtracts it from the other.
-// Not from it: the formulas, which are the engine's own (forces/spring.wgsl, integrate/, collision/), and a fourth
+// Not from it: the formulas, which are the engine's own (elements/spring, solvers/explicit, contact/colliders), and a fourth
 // number for each spring, that of its kind, as stiffness differs by kind here. The paper does not say where forces are
 // set back to zero: UpdateNodes() does it, having read them, which takes no further kernel.
 //

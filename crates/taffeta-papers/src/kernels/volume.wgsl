@@ -8,7 +8,7 @@
 // - algorithm 4: a triangle adds its part to the volume by compare and exchange;
 // - algorithm 5: a node loops over its triangles, and looks which of their corners it is;
 // - sec. IV: BuildSystem() adds both sides of eq. 14 the same way, and AccumulateForce() divides them in every thread.
-// Not from it: the formulas, which are the engine's own (constraints/volume.wgsl): in algorithm 4 the printed
+// Not from it: the formulas, which are the engine's own (volume/volume.wgsl): in algorithm 4 the printed
 // normalisation does not give a volume, and eq. 10 is the gradient times -3. Bodies have a number each, where the paper
 // has one body. It does not say where sums are set back to zero: UpdateNodes() does it.
 

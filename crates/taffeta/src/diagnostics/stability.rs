@@ -26,7 +26,7 @@ const ENOUGH: usize = 30_000_000;
 
 /// What h²κ + 2hδ must stay below.
 const ROOM: f64 = 4.0;
-/// The same in air, which in a step may take all of a velocity (forces/air.rs): 2hδ of its own is 2 at most.
+/// The same in air, which in a step may take all of a velocity (elements/aero/aero.rs): 2hδ of its own is 2 at most.
 const ROOM_IN_AIR: f64 = 2.0;
 
 /// Power iteration comes to the largest eigenvalue from below.

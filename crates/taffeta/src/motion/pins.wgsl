@@ -1,6 +1,6 @@
 // Nodes that are moved: by keyframes, or by the program.
 //
-// Motions are evaluated in 64 bits on the host (integrate/keyframes.rs). A sub-step is told the pose at its end and the
+// Motions are evaluated in 64 bits on the host (keyframes.rs). A sub-step is told the pose at its end and the
 // rate at which it was reached, (R₁ − R₀)/h and (s₁ − s₀)/h: in 32 bits, the difference of two rounded places over a
 // short step would be mostly noise.
 

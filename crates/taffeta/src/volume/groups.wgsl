@@ -1,5 +1,5 @@
 // Bodies that keep their volume, a group of 256 nodes for each workgroup. Groups are summed up by halves, and the groups of
-// a body the same way, as the CPU does (cpu/volume.rs): nothing depends on which workgroup comes first, and any number of
+// a body the same way, as the CPU does (cpu.rs): nothing depends on which workgroup comes first, and any number of
 // bodies shares a dispatch.
 
 #import gpu/wgsl/force.wgsl

@@ -1,5 +1,5 @@
 // Springs of a grid, node by node: each node computes its twelve springs, in pairs of an own one and the one that ends
-// at it from the other side, in the order in which the CPU's sweep adds them up (cpu/grid.rs).
+// at it from the other side, in the order in which the CPU's sweep adds them up (cpu_grid.rs).
 
 #import elements/spring/spring.wgsl
 #import memory

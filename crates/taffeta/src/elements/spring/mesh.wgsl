@@ -1,5 +1,5 @@
 // Springs of a mesh, gathered by node from a sliced-ELL table: each node adds up the springs of its row, sixteen nodes
-// side by side (cpu/mesh.rs).
+// side by side (cpu_mesh.rs).
 
 #import elements/spring/spring.wgsl
 #import gpu/wgsl/index.wgsl

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-/// `LevelGroup` of primal.wgsl.
+/// `LevelGroup` of levels.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct LevelGroup {
@@ -13,7 +13,7 @@ pub struct LevelGroup {
     pub groups: u32,
 }
 
-/// `SlotSpring` of primal.wgsl.
+/// `SlotSpring` of levels.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct SlotSpring {
@@ -22,7 +22,7 @@ pub struct SlotSpring {
     pub rest_length: f32,
 }
 
-/// `Parents` of primal.wgsl.
+/// `Parents` of levels.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Parents {
@@ -30,7 +30,7 @@ pub struct Parents {
     pub weights: [f32; 4],
 }
 
-/// `CoarseEdge` of primal.wgsl.
+/// `CoarseEdge` of levels.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct CoarseEdge {
@@ -39,7 +39,7 @@ pub struct CoarseEdge {
     pub count: u32,
 }
 
-/// `Share` of primal.wgsl.
+/// `Share` of levels.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Share {
@@ -47,7 +47,7 @@ pub struct Share {
     pub weight: f32,
 }
 
-/// `Symmetric` of constraints/primal.wgsl.
+/// `Symmetric` of implicit.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Symmetric {
@@ -57,7 +57,7 @@ pub struct Symmetric {
     pub padding: u32,
 }
 
-/// `Diagonal` of primal.wgsl.
+/// `Diagonal` of levels.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Diagonal {
@@ -65,7 +65,7 @@ pub struct Diagonal {
     pub inverse: Symmetric,
 }
 
-/// `Descent` of primal.wgsl.
+/// `Descent` of levels.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Descent {
@@ -78,7 +78,7 @@ pub struct Descent {
     pub beta: f32,
 }
 
-/// `NodeSolve` of primal.wgsl.
+/// `NodeSolve` of levels.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct NodeSolve {
@@ -87,7 +87,7 @@ pub struct NodeSolve {
     pub next: Descent,
 }
 
-/// Sorts of vectors by node in `vectors` of primal.wgsl, in their order.
+/// Sorts of vectors by node in `vectors` of levels.wgsl, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Vector {
     Left,
