@@ -190,7 +190,11 @@ impl Partition {
         let failed = |why| GpuError::Failed { why };
         let mut order = self.order(table, from).map_err(failed)?;
         order.retain(|entry| entry.does_something());
-        debug_assert!(order.len() == 1 || order.iter().all(|entry| entry.steps == 1));
+        if order.len() > 1 && order.iter().any(|entry| entry.steps > 1) {
+            return Err(failed(
+                "a kernel that takes several sub-steps at once stands beside others".to_owned(),
+            ));
+        }
         let mut substep = 0;
         while substep < substeps {
             for entry in &order {
