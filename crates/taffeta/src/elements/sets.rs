@@ -5,7 +5,7 @@ use crate::cpu::backend::Context;
 use crate::cpu::feature::{Feature, Flow};
 use crate::cpu::tile::Tile;
 use crate::cpu::worker::Worker;
-use crate::elements::aero::{self, cpu::AirPanels};
+use crate::elements::aero::{self, cpu::AeroTriangles};
 use crate::elements::cpu::{ByElement, ElementSet};
 use crate::elements::element::List;
 use crate::elements::hinge::{self, hinge::Bending};
@@ -19,7 +19,7 @@ use std::ops::Range;
 fn set<T: Real>(list: &List, places: usize) -> Box<dyn ElementSet<T>> {
     match list.kind.name {
         hinge::NAME => Box::new(ByElement::<T, Bending, 4, 4>::new(list, places)),
-        aero::NAME => Box::new(AirPanels::new(list, places)),
+        aero::NAME => Box::new(AeroTriangles::new(list, places)),
         other => unreachable!("`{other}` is among the kinds of elements and has no driver"),
     }
 }

@@ -18,7 +18,7 @@ use std::ops::Range;
 type Lanes<T> = [T; LANES];
 
 /// Panels, [`LANES`] a block; the last block is filled up with its last panel.
-pub struct AirPanels<T> {
+pub struct AeroTriangles<T> {
     /// Corners by solver index.
     corners: [Vec<u32>; 3],
     /// Number of panels.
@@ -36,7 +36,7 @@ pub struct AirPanels<T> {
     forces: [Shared<T>; 3],
 }
 
-impl<T: Real> AirPanels<T> {
+impl<T: Real> AeroTriangles<T> {
     /// Those of a list that has some, among so many places.
     pub fn new(list: &List, places: usize) -> Self {
         let panels = list.all.nodes.as_chunks::<3>().0;
@@ -61,7 +61,7 @@ impl<T: Real> AirPanels<T> {
     }
 }
 
-impl<T: Real> ElementSet<T> for AirPanels<T> {
+impl<T: Real> ElementSet<T> for AeroTriangles<T> {
     fn name(&self) -> &'static str {
         aero::NAME
     }
@@ -121,7 +121,7 @@ fn side_by_side(by_node: &Csr, slice: usize) -> bool {
 
 /// Kernel: forces of blocks of panels.
 struct Blow<'a, T> {
-    panels: &'a AirPanels<T>,
+    panels: &'a AeroTriangles<T>,
     air: &'a AirNow<T>,
     state: [&'a [T]; 6],
     blocks: Range<usize>,

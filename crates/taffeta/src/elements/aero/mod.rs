@@ -23,7 +23,7 @@ pub const KIND: Kind = Kind {
     record: ("Panel", &["lightness"]),
     kernels: Kernels {
         forces: Kernel {
-            entry: "blow_on_panels",
+            entry: "aero_forces",
             software: 0.0,
             hardware: 64.0,
             why: "sums, products, quotients and roots in the same order; on hardware a fused product turns the normals of small triangles",

@@ -18,7 +18,7 @@ struct Panel {
 const THIRD: f32 = 1.0 / 3.0;
 
 @compute @workgroup_size(256)
-fn blow_on_panels(
+fn aero_forces(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,

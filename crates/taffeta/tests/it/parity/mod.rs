@@ -46,7 +46,7 @@ named_rows! {
     set_up_couplings coarsen_couplings bound_couplings scale_inverses
     solve_joints solve_joint_groups apply_attachments
     clear_cells fill_cells find_self_contacts resolve_self_contacts contact_after_self_collision measure_self_contacts
-    bend_hinges measure_hinges hinge_directions blow_on_panels scale_loads
+    bend_hinges measure_hinges hinge_directions aero_forces scale_loads
     measure_nodes measure_grid_springs measure_mesh_springs measure_volumes
     angle_of spring_factor fold_of external depth_and_normal entry_of respond leave_both multiplier solve_symmetric exchange
     euler corner_force gust_velocity
