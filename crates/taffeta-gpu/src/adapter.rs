@@ -19,6 +19,7 @@ pub struct AdapterInfo {
 
 /// The sort of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Kind {
     /// A card with memory of its own.
     Discrete,
@@ -73,6 +74,7 @@ impl fmt::Display for Kind {
 
 /// Which adapter to open.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Choice {
     /// The best hardware; an error where there is none.
     Best,

@@ -7,6 +7,7 @@
 
 /// Which part of a sub-step an operation belongs to: what times are summed up by, and from where on a GPU can take over.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Stage {
     /// Forces of elements that several nodes share.
     #[default]

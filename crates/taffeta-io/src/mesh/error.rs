@@ -3,6 +3,7 @@ use std::fmt;
 
 /// Why a mesh was refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct MeshError {
     /// The file; empty for a mesh given as data.
     pub file: String,

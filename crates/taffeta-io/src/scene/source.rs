@@ -10,6 +10,7 @@ use taffeta::scene::SceneError;
 /// Why a scene was not loaded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {message}")]
+#[non_exhaustive]
 pub struct LoadError {
     /// Where.
     pub place: Place,

@@ -10,6 +10,7 @@ use crate::scene::{ConstraintForm, Method};
 
 /// Limits of the step.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct StepLimit {
     /// Longest sub-step of the scene [s].
     pub step: f64,

@@ -61,6 +61,7 @@ struct System {
 
 /// The largest stable steps [s] of what is explicit in a scene; infinite if nothing sets one.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct LargestSteps {
     /// As the scene starts.
     pub at_rest: f64,

@@ -27,6 +27,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// What [`Simulation::pin_vertex`] and [`Simulation::apply_force`] asked for the frame to come is not part of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Snapshot {
     /// Arithmetic, and so the width of the numbers in `state`.
     pub precision: Precision,

@@ -13,6 +13,7 @@ use crate::topology::{Edges, Surface};
 
 /// A surface in numbers.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Inspection {
     /// Edges, and the triangles at each.
     pub edges: Edges,
