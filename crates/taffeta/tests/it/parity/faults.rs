@@ -6,10 +6,10 @@ mod primal;
 mod solve;
 mod volumes;
 
+use super::errors;
 use crate::common::gpu;
 use std::cell::Cell;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use taffeta::parity::rows;
 use taffeta::taffeta_gpu::Gpu;
 use twox_hash::XxHash64;
@@ -59,19 +59,10 @@ fn plant(&(name, written, fault): &Fault, gpu: &Gpu) -> Result<(), String> {
 #[test]
 #[ignore = "all faults take minutes: `cargo xtask mutate`"]
 fn planted_faults_are_found() {
-    let (faults, gpu, next) = (chosen(all()), gpu(), AtomicUsize::new(0));
-    let work = || {
-        let mut missed = Vec::new();
-        while let Some(fault) = faults.get(next.fetch_add(1, Ordering::Relaxed)) {
-            println!("{}: `{}` for `{}`", fault.0, fault.2, fault.1);
-            missed.extend(plant(fault, &gpu).err());
-        }
-        missed
-    };
-    let missed: Vec<String> = std::thread::scope(|scope| {
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().flat_map(|worker| worker.join().expect("no text is missing")).collect()
+    let (faults, gpu) = (chosen(all()), gpu());
+    let missed = errors(&faults, |fault| {
+        println!("{}: `{}` for `{}`", fault.0, fault.2, fault.1);
+        plant(fault, &gpu)
     });
     println!("{} faults were planted, {} were found", faults.len(), faults.len() - missed.len());
     assert!(missed.is_empty(), "{}", missed.join("\n"));
