@@ -1,21 +1,23 @@
 //! Values that features keep where they are shared: one of each type.
 
 use std::any::{Any, TypeId};
-use std::collections::HashMap;
 
-/// One value of each type.
+/// One value of each type: a handful, so that a search is faster than a hash.
 #[derive(Default)]
-pub struct Extensions(HashMap<TypeId, Box<dyn Any + Send + Sync>>);
+pub struct Extensions(Vec<(TypeId, Box<dyn Any + Send + Sync>)>);
 
 impl Extensions {
     /// Keeps a value, in place of another one of its type.
     pub fn insert<V: Any + Send + Sync>(&mut self, value: V) {
-        self.0.insert(TypeId::of::<V>(), Box::new(value));
+        match self.place(TypeId::of::<V>()) {
+            Some(place) => self.0[place].1 = Box::new(value),
+            None => self.0.push((TypeId::of::<V>(), Box::new(value))),
+        }
     }
 
     /// The value of a type, if there is one.
     pub fn get<V: Any>(&self) -> Option<&V> {
-        self.0.get(&TypeId::of::<V>())?.downcast_ref()
+        self.0[self.place(TypeId::of::<V>())?].1.downcast_ref()
     }
 
     /// The values of a list; none if there is no list.
@@ -25,7 +27,14 @@ impl Extensions {
 
     /// The value of a type, which is its default if there was none.
     pub fn get_mut<V: Any + Default + Send + Sync>(&mut self) -> &mut V {
-        let value = self.0.entry(TypeId::of::<V>()).or_insert_with(|| Box::new(V::default()));
-        value.downcast_mut().expect("a value is kept by its own type")
+        let place = self.place(TypeId::of::<V>()).unwrap_or_else(|| {
+            self.0.push((TypeId::of::<V>(), Box::new(V::default())));
+            self.0.len() - 1
+        });
+        self.0[place].1.downcast_mut().expect("a value is kept by its own type")
+    }
+
+    fn place(&self, of: TypeId) -> Option<usize> {
+        self.0.iter().position(|&(it, _)| it == of)
     }
 }
