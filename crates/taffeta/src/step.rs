@@ -224,7 +224,6 @@ pub enum Line {
 
 impl Line {
     /// Its passes.
-    #[cfg(any(feature = "gpu", test))]
     pub fn passes(&self) -> &[Pass] {
         match self {
             Self::Once(pass) => std::slice::from_ref(pass),

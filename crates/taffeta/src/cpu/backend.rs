@@ -91,14 +91,15 @@ impl<T: Real> CpuBackend<T> {
         let clock = Instant::now();
         let mut context = Context { assembly: &mut assembly, nodes: &nodes, chunks: &chunks };
         let (workers, largest) = (context.workers(), context.largest_tile());
-        let features = Features::new(make(&mut context)?);
+        let lists = [step::substep(parts), step::frame_end()];
+        let features = Features::new(make(&mut context)?, lists.iter().flatten())?;
         let marks = |plan: &TilePlan| features.iter().fold(Marks::NONE, |all, one| all.and(one.marks(plan)));
         assembly.release();
         Ok(Self {
             marks: nodes.tiles.iter().map(marks).collect::<Vec<_>>().into(),
             scratch: PerWorker::new(workers, |_| Scratch::new(largest)),
             balance: Balance::new(workers, clock.elapsed().as_secs_f64()),
-            program: Program::new(&step::substep(parts), &step::frame_end()),
+            program: Program::new(&lists[0], &lists[1]),
             #[cfg(feature = "gpu")]
             parts: *parts,
             parameters,

@@ -9,7 +9,7 @@ use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
 use crate::real::Real;
 use crate::report::FrameSums;
-use crate::step::{Marks, Op};
+use crate::step::{Line, Marks, Op};
 use std::any::Any;
 use std::ops::Range;
 
@@ -87,13 +87,22 @@ pub struct Features<T> {
 }
 
 impl<T: Real> Features<T> {
-    /// In the order in which they act.
-    pub fn new(all: Vec<Box<dyn Feature<T>>>) -> Self {
+    /// In the order in which they act, for passes of these lists.
+    ///
+    /// # Errors
+    /// Names a pass that none of them carries out.
+    pub fn new<'l>(
+        all: Vec<Box<dyn Feature<T>>>,
+        lists: impl Iterator<Item = &'l Line>,
+    ) -> Result<Self, String> {
         let mut of_op = vec![Vec::new(); Op::COUNT];
         for (index, feature) in all.iter().enumerate() {
             feature.ops().iter().for_each(|&op| of_op[op as usize].push(index));
         }
-        Self { all, of_op }
+        match lists.flat_map(Line::passes).find(|pass| of_op[pass.op as usize].is_empty()) {
+            Some(pass) => Err(format!("no feature carries out the pass {:?}", pass.op)),
+            None => Ok(Self { all, of_op }),
+        }
     }
 
     /// The features that carry out an operation.
