@@ -68,6 +68,45 @@ pub struct VertexTarget {
     pub normal: u64,
 }
 
+#[cfg(feature = "gpu")]
+impl VertexTarget {
+    /// Refuses a buffer that cannot hold the vertices, in words.
+    pub(crate) fn check(&self, vertices: usize) -> Result<(), String> {
+        let Self { buffer, first, stride, normal } = self;
+        if !buffer.usage().contains(taffeta_gpu::wgpu::BufferUsages::STORAGE) {
+            return Err("kernels may not write to the buffer: it needs the usage STORAGE".to_owned());
+        }
+        if [first, stride, normal].iter().any(|bytes| **bytes % 4 != 0) {
+            return Err(format!(
+                "first = {first}, stride = {stride} and normal = {normal} must be multiples of 4 bytes"
+            ));
+        }
+        // A position and a normal have twelve bytes each.
+        if *normal < 12 || normal.saturating_add(12) > *stride {
+            return Err(format!(
+                "a normal {normal} bytes after the position does not fit a stride of {stride} bytes: 12 to stride - 12 \
+                 would do"
+            ));
+        }
+        let end = first.saturating_add(self.bytes(vertices));
+        if end > buffer.size() {
+            return Err(format!(
+                "{vertices} vertices end at byte {end} of a buffer of {} bytes",
+                buffer.size()
+            ));
+        }
+        Ok(())
+    }
+
+    /// From the first vertex to the end of the last one's normal [byte].
+    pub(crate) fn bytes(&self, vertices: usize) -> u64 {
+        match vertices as u64 {
+            0 => 0,
+            some => self.stride.saturating_mul(some - 1).saturating_add(self.normal + 12),
+        }
+    }
+}
+
 /// The state of a body that is drawn, and its coordinates. [`VertexTarget`] has an example.
 #[cfg(feature = "gpu")]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,6 +166,11 @@ pub trait Backend: Send + Sync {
     #[cfg(feature = "gpu")]
     fn make_drawn(&mut self, _body: usize, _nodes: &[u32]) -> Result<bool, Lost> {
         Ok(false)
+    }
+    /// Number of vertices of a body that were made ready.
+    #[cfg(feature = "gpu")]
+    fn drawn_vertices(&self, _body: usize) -> usize {
+        0
     }
     /// Draws the vertices of a body that was made ready.
     #[cfg(feature = "gpu")]

@@ -418,6 +418,10 @@ impl Backend for GpuBackend {
         Ok(self.new_drawn(body, nodes)?)
     }
 
+    fn drawn_vertices(&self, body: usize) -> usize {
+        self.drawn.get(&body).map_or(0, Drawn::vertices)
+    }
+
     fn draw(&mut self, body: usize, target: &VertexTarget, view: &View) -> Result<(), Lost> {
         let Some(index) = self.partition_of(&self.assembly.bodies[body]) else { return Ok(()) };
         self.put_back();

@@ -87,6 +87,11 @@ impl Drawn {
         })
     }
 
+    /// Their number.
+    pub fn vertices(&self) -> usize {
+        self.nodes.len()
+    }
+
     /// Writes the vertices to `target`; `before` has the state before the last frame.
     pub fn draw(
         &mut self,
@@ -127,7 +132,7 @@ impl Drawn {
     fn seen(&self, gpu: &Gpu, target: &VertexTarget) -> Result<Seen, GpuError> {
         let alignment = u64::from(gpu.limits().min_storage_buffer_offset_alignment);
         let offset = target.first / alignment * alignment;
-        let bytes = target.first - offset + target.stride * self.nodes.len() as u64;
+        let bytes = target.first - offset + target.bytes(self.nodes.len());
         if bytes > gpu.largest_binding() {
             let label = "vertices to draw".to_owned();
             return Err(GpuError::TooLarge { what: "buffer", label, bytes, limit: gpu.largest_binding() });

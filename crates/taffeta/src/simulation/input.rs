@@ -104,6 +104,14 @@ pub enum InputError {
     /// The world cannot be so.
     #[error(transparent)]
     World(#[from] SceneError),
+    /// The vertices of the body do not fit where they are to be drawn.
+    #[error("body `{body}` cannot be drawn there: {why}")]
+    VertexTarget {
+        /// Name of the body.
+        body: String,
+        /// Why not, and what would do.
+        why: String,
+    },
     /// The snapshot is of another scene.
     #[error("{0}")]
     Snapshot(String),

@@ -184,10 +184,15 @@ impl Simulation {
     /// comes to the host; what is not finite is not written.
     ///
     /// # Errors
-    /// A GPU may be lost, or not give a kernel that much of the renderer's buffer. The body may be one of another simulation.
+    /// A GPU may be lost, or not give a kernel that much of the renderer's buffer. The body may be one of another simulation, or
+    /// its vertices not fit `target`.
     #[cfg(feature = "gpu")]
     pub fn draw(&mut self, body: BodyHandle, target: &VertexTarget, view: &View) -> Result<(), StepError> {
         let (body, frame) = (self.index_of(body)?, self.frame());
+        let name = || self.bodies[body].name.clone();
+        target
+            .check(self.backend.drawn_vertices(body))
+            .map_err(|why| InputError::VertexTarget { body: name(), why })?;
         self.backend.draw(body, target, view).map_err(|Lost(why)| StepError::Lost { frame, why })
     }
 

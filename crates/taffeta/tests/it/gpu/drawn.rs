@@ -3,6 +3,7 @@
 use super::flag;
 use crate::common::{V, gpu, normals, positions, run};
 use taffeta::scene::{Body, Icosphere, Mass, Mesh, Scene};
+use taffeta::taffeta_gpu::wgpu::{BufferDescriptor, BufferUsages};
 use taffeta::taffeta_gpu::{Buffer, Gpu};
 use taffeta::{Options, Simulation, VertexTarget, View};
 
@@ -95,18 +96,30 @@ fn what_is_not_finite_is_not_drawn() {
 }
 
 #[test]
-fn a_renderer_with_more_vertices_than_a_kernel_can_see_is_refused() {
+fn a_buffer_that_vertices_do_not_fit_is_refused_by_its_numbers() {
     let gpu = gpu();
     let options = Options { gpu: Some(gpu.clone().into()), ..Options::default() };
     let mut simulation = Simulation::new(&flag(), &options).unwrap();
     simulation.make_drawn(simulation.bodies()[0].handle, &[0, 1]).unwrap();
     let (_, target) = renderer(&gpu, 2);
-    let far = VertexTarget { stride: gpu.largest_binding(), ..target };
-    assert!(
-        simulation
-            .draw(simulation.bodies()[0].handle, &far, &HALF)
-            .unwrap_err()
-            .to_string()
-            .contains("vertices to draw")
-    );
+    let body = simulation.bodies()[0].handle;
+    let mut refused = |target: VertexTarget, why: &str| {
+        let error = simulation.draw(body, &target, &HALF).unwrap_err().to_string();
+        assert!(error.starts_with("body `flag` cannot be drawn there: ") && error.contains(why), "{error}");
+    };
+    let bytes = target.buffer.size();
+    refused(VertexTarget { stride: bytes, ..target.clone() }, "2 vertices end at byte");
+    refused(VertexTarget { first: bytes, ..target.clone() }, "2 vertices end at byte");
+    refused(VertexTarget { stride: u64::MAX - 3, ..target.clone() }, "2 vertices end at byte");
+    refused(VertexTarget { normal: 14, ..target.clone() }, "multiples of 4");
+    refused(VertexTarget { normal: 8, ..target.clone() }, "12 to stride - 12");
+    refused(VertexTarget { normal: target.stride, ..target.clone() }, "12 to stride - 12");
+    let descriptor = BufferDescriptor {
+        label: None,
+        size: bytes,
+        usage: BufferUsages::VERTEX | BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    };
+    refused(VertexTarget { buffer: gpu.device().create_buffer(&descriptor), ..target.clone() }, "STORAGE");
+    simulation.draw(body, &target, &HALF).unwrap();
 }
