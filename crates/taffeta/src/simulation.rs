@@ -270,7 +270,7 @@ impl Simulation {
     }
 
     /// Largest stable step at rest [s] of what is explicit, found by power iteration; infinite without springs. Where all
-    /// springs are implicit it is that of hinges and drag, in the primal form of drag alone.
+    /// springs are implicit it is that of other elements and drag, in the primal form of drag alone.
     pub fn largest_stable_step(&self) -> f64 {
         self.limit.at_rest
     }

@@ -4,6 +4,7 @@ use super::Args;
 use super::words::{memory, number};
 use crate::console::{self, grouped};
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::path::Path;
 use taffeta::diagnostics::tension::Tension;
 use taffeta::scene::{ConstraintForm, Method, Seam, Solver};
@@ -25,7 +26,7 @@ struct Report {
     method: Method,
     /// With implicit springs: which equations; null with others.
     form: Option<ConstraintForm>,
-    /// Of what is explicit [s]: springs, hinges and drag; with the method "ice" only hinges and drag, in its primal form drag alone.
+    /// Of what is explicit [s]: springs, other elements and drag; with the method "ice" not springs, in its primal form drag alone.
     /// Null without any.
     largest_stable_step: Option<f64>,
     /// The same however springs are folded [s].
@@ -73,7 +74,9 @@ struct BodyReport {
     springs: Vec<KindCount>,
     /// Nodes of coarser levels, where springs are solved for by multigrid.
     levels: Vec<usize>,
-    hinges: usize,
+    /// Elements beside springs: a key for each kind.
+    #[serde(flatten)]
+    elements: BTreeMap<&'static str, usize>,
     mass: f64,
     closed: bool,
     volume: Option<f64>,
@@ -153,11 +156,11 @@ impl Report {
         let by_nodes = self.form == Some(ConstraintForm::Primal);
         let (what, none) = match self.method {
             Method::Ice if by_nodes => (
-                " (drag: springs and hinges are implicit)",
-                "springs are implicit along and across themselves, and so are hinges; their accuracy is of first order in \
-                 the step",
+                " (drag: springs and other elements are implicit)",
+                "springs are implicit along and across themselves, and so are other elements; their accuracy is of first \
+                 order in the step",
             ),
-            Method::Ice => (" (hinges and drag: springs are implicit)", "springs are implicit"),
+            Method::Ice => (" (other elements and drag: springs are implicit)", "springs are implicit"),
             Method::Acad => (" (springs below the threshold are explicit)", "no spring pulls on a free node"),
             _ => ("", "no spring pulls on a free node"),
         };
@@ -221,7 +224,7 @@ impl BodyReport {
             triangles: body.triangles,
             springs: body.springs.iter().map(|&(kind, count)| KindCount { kind, count }).collect(),
             levels: body.levels.clone(),
-            hinges: body.hinges,
+            elements: body.elements.iter().copied().collect(),
             mass: body.mass,
             closed: body.rest_volume.is_some(),
             volume: body.rest_volume,
@@ -263,8 +266,8 @@ impl BodyReport {
         if self.tethers > 0 {
             lines.push(format!("  tethers: {}", grouped(self.tethers)));
         }
-        if self.hinges > 0 {
-            lines.push(format!("  hinges: {}", grouped(self.hinges)));
+        for (kind, &count) in self.elements.iter().filter(|(_, count)| **count > 0) {
+            lines.push(format!("  {}: {}", kind.replace('_', " "), grouped(count)));
         }
         if let Some(stretch) = self.layers_hold_to {
             lines.push(format!("  self-collision: layers stop each other up to a stretch of {stretch:.2}"));

@@ -24,6 +24,8 @@ pub struct StepLimit {
     pub body: String,
     /// The method of springs, and so which elements are explicit.
     pub method: Method,
+    /// Kinds of explicit elements beside springs that limit the step: `hinges`.
+    pub elements: Vec<&'static str>,
     /// Whether springs are implicit in velocities, and so across themselves, too.
     pub primal: bool,
     /// Whether the step would be stable if they were.
@@ -45,6 +47,9 @@ impl StepLimit {
             Method::Springs | Method::Acad => Explicit::Springs,
         };
         let largest = stability::largest_steps(assembly, explicit);
+        let limiting = assembly.elements().iter().filter(|list| {
+            explicit.has(list) && list.kind.modes.is_some() && !list.bodies[largest.body].is_empty()
+        });
         let by_nodes = || stability::largest_steps(assembly, Explicit::Rest).folded >= step;
         Self {
             step,
@@ -53,6 +58,7 @@ impl StepLimit {
             in_air: (!assembly.elements_of(aero::NAME, largest.body).is_empty()).then_some(largest.in_air),
             body: assembly.bodies[largest.body].name.clone(),
             method,
+            elements: limiting.map(|list| list.kind.name).collect(),
             primal,
             holds_by_nodes: !primal && (largest.folded >= step || by_nodes()),
             max_tension: if primal || method == Method::Springs {
@@ -71,15 +77,16 @@ impl StepLimit {
     /// A warning if the step is too long for what is explicit at rest, or may be when cloth folds.
     fn explicit(&self) -> Option<Warning> {
         let Self { step, at_rest, folded, body, .. } = self;
+        let springs = "folded or slack springs".to_owned();
         let (which, then, loose) = match self.method {
-            Method::Springs => ("", "this run will blow up", "folded or slack springs"),
-            // Drag alone does not depend on folds.
-            Method::Ice if self.primal => (" of drag", "this run will blow up", "folded cloth"),
-            Method::Ice => (" of hinges and drag", "this run will blow up", "folded hinges"),
+            Method::Springs => (String::new(), "this run will blow up", springs),
+            Method::Ice => {
+                (format!(" of {}", self.explicit_parts()), "this run will blow up", self.folded_elements())
+            }
             Method::Acad => (
-                "",
+                String::new(),
                 "springs below the threshold stay explicit, and gain energy until they are constraints",
-                "folded or slack springs, which stay explicit below the threshold,",
+                springs + ", which stay explicit below the threshold,",
             ),
         };
         if step > at_rest {
@@ -119,6 +126,24 @@ impl StepLimit {
         self.in_air.unwrap_or(self.folded)
     }
 
+    /// Explicit elements beside springs, in words.
+    fn names_of_elements(&self) -> String {
+        self.elements.join(" and ").replace('_', " ")
+    }
+
+    /// What is explicit where springs are implicit, in words.
+    fn explicit_parts(&self) -> String {
+        if self.elements.is_empty() { "drag".to_owned() } else { self.names_of_elements() + " and drag" }
+    }
+
+    /// What resists more where it is folded, where springs are implicit. Drag alone does not.
+    fn folded_elements(&self) -> String {
+        format!(
+            "folded {}",
+            if self.elements.is_empty() { "cloth".to_owned() } else { self.names_of_elements() }
+        )
+    }
+
     /// How air reduces the step.
     fn words_on_air(&self) -> String {
         self.in_air
@@ -132,8 +157,8 @@ impl StepLimit {
         let heavier = 1.0 / softer;
         let stiff = "stiffness and damping";
         let what = match self.method {
-            Method::Ice if self.primal => "drag",
-            Method::Ice => &format!("drag and the hinges' {stiff}"),
+            Method::Ice if self.elements.is_empty() => "drag",
+            Method::Ice => &format!("drag and {stiff} of {}", self.names_of_elements()),
             Method::Springs | Method::Acad => stiff,
         };
         self.shorter_step(safe, &format!("multiply {what} by {softer:.1e} or the mass by {heavier:.1e}"))
@@ -165,11 +190,14 @@ impl StepLimit {
         if let Some(cause) = self.too_long_to_hang() {
             Warning { message: format!("Likely cause: {cause}"), ..cause }
         } else if *step > self.longest() {
-            let loose = if self.method == Method::Ice { "hinges" } else { "or slack springs" };
             let why = if step > at_rest {
                 "too long even at rest".to_owned()
             } else if step > folded {
-                format!("too long for folded {loose}")
+                let loose = match self.method {
+                    Method::Ice => self.folded_elements(),
+                    Method::Springs | Method::Acad => "folded or slack springs".to_owned(),
+                };
+                format!("too long for {loose}")
             } else {
                 "too long for a gale".to_owned()
             };
@@ -289,6 +317,7 @@ mod tests {
             in_air: None,
             body: "flag".to_owned(),
             method,
+            elements: vec!["hinges"],
             primal: false,
             holds_by_nodes: method == Method::Springs,
             max_tension: None,

@@ -84,6 +84,13 @@ pub enum Explicit {
     Rest,
 }
 
+impl Explicit {
+    /// Whether elements of a list are among it.
+    pub fn has(self, list: &List) -> bool {
+        self != Self::Rest || list.kind.implicit.is_none()
+    }
+}
+
 /// Finds the largest stable steps of what is explicit in a scene.
 pub fn largest_steps(assembly: &Assembly, explicit: Explicit) -> LargestSteps {
     let drag = assembly.world.drag;
@@ -125,8 +132,7 @@ fn spring(places: &[[f64; 3]], nodes: [u32; 2], k: f64, d: f64) -> Axis {
 impl System {
     fn new(assembly: &Assembly, index: usize, explicit: Explicit) -> Self {
         let body = &assembly.bodies[index];
-        let acts = |list: &&List| explicit != Explicit::Rest || list.kind.implicit.is_none();
-        let elements: Vec<&List> = assembly.elements().iter().filter(acts).collect();
+        let elements: Vec<&List> = assembly.elements().iter().filter(|list| explicit.has(list)).collect();
         match (&body.springs, body.grid_layout) {
             (BodySprings::Grid(along), Some(layout)) => {
                 Self::of_grid((body, index), &elements, along, layout)

@@ -3,7 +3,6 @@
 use crate::assembly::Assembly;
 use crate::attachments::constraints::IS_POINT;
 use crate::contact::nodes::self_contact::SelfContact;
-use crate::elements::hinge;
 use crate::scene::{Mesh, Scene, Shape};
 use crate::simulation::{BodyHandle, ColliderHandle};
 
@@ -33,8 +32,8 @@ pub struct BodyInfo {
     pub springs: Vec<(&'static str, usize)>,
     /// Nodes of its coarser levels, the finest first, where its springs are solved for by multigrid.
     pub levels: Vec<usize>,
-    /// Number of hinges.
-    pub hinges: usize,
+    /// Elements beside springs by kind, with their number: `("hinges", 1920)`.
+    pub elements: Vec<(&'static str, usize)>,
     /// Mass [kg], held nodes included.
     pub mass: f64,
     /// Volume at rest [m³], of a closed body.
@@ -85,7 +84,11 @@ impl BodyInfo {
             triangles: body.triangles(),
             springs: body.spring_counts(),
             levels: coarser.take_while(|&nodes| nodes > 0).collect(),
-            hinges: assembly.elements_of(hinge::NAME, index).len(),
+            elements: assembly
+                .elements()
+                .iter()
+                .map(|list| (list.kind.name, list.bodies[index].len()))
+                .collect(),
             mass: body.mass.iter().sum(),
             rest_volume: body.rest_volume,
             slips_from: body.self_contact().map(SelfContact::slips_from),

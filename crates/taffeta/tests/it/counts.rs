@@ -12,6 +12,10 @@ fn springs(body: Body) -> Vec<(&'static str, usize)> {
     info(body).springs
 }
 
+fn hinges(body: &BodyInfo) -> usize {
+    body.elements.iter().find(|(kind, _)| *kind == "hinges").unwrap().1
+}
+
 fn grid(rows: u32, cols: u32) -> Body {
     let size = [f64::from(cols) - 1.0, f64::from(rows) - 1.0];
     Body::cloth("grid", Mesh::grid(rows, cols, size)).with_mass(Mass::Node(0.1)).structural(1.0, 0.0)
@@ -52,14 +56,14 @@ fn a_closed_surface_has_as_many_bend_springs_and_hinges_as_edges_and_an_open_one
     let ball =
         |body: Body| body.with_mass(Mass::Node(0.1)).structural(1.0, 0.0).bend(1.0, 0.0).hinge(1.0, 0.0);
     let closed = info(ball(Body::cloth("ball", Mesh::Icosphere(Icosphere { radius: 1.0, subdivisions: 3 }))));
-    assert_eq!((closed.nodes, closed.triangles, closed.hinges), (642, 1280, 1920));
+    assert_eq!((closed.nodes, closed.triangles, hinges(&closed)), (642, 1280, 1920));
     assert_eq!(closed.springs, [("structural", 1920), ("bend", 1920)]);
     let tube = Cylinder { radius: 1.0, height: 1.0, segments: 12, rings: 3, capped: false };
     let open = info(ball(Body::cloth("tube", Mesh::Cylinder(tube))));
     // 4 rings of 12, 3 bands of 12 uprights and 12 diagonals; two rims of 12.
-    assert_eq!((open.springs[0], open.hinges), (("structural", 120), 96));
+    assert_eq!((open.springs[0], hinges(&open)), (("structural", 120), 96));
     assert_eq!(open.rest_volume, None);
-    assert_eq!(info(grid(5, 7).hinge(1.0, 0.0)).hinges, 5 * 6 + 7 * 4 + 6 * 4 - 2 * (4 + 6));
+    assert_eq!(hinges(&info(grid(5, 7).hinge(1.0, 0.0))), 5 * 6 + 7 * 4 + 6 * 4 - 2 * (4 + 6));
 }
 
 #[test]
