@@ -21,7 +21,7 @@ impl Assembly {
             let pairs = self.sewn(seam).map_err(|e| e.under(&path))?;
             for &[a, b] in &pairs {
                 if let Some(before) = sewn.insert([a.min(b), a.max(b)], index) {
-                    return Err(SceneError::new(path, self.sewn_twice([a, b], (before, index))));
+                    return Err(SceneError::new(path, self.paired_twice([a, b], (before, index))));
                 }
             }
             all.materials.push(JointMaterial {
@@ -38,7 +38,7 @@ impl Assembly {
         let seams = all.seams as u32;
         all.materials.extend(pins.materials);
         all.points = pins.points;
-        all.exclusions = self.sewn_exclusions(&all);
+        all.exclusions = self.seam_exclusions(&all);
         all.held = self.leave_out_held(&mut all.joints, all.seams);
         all.joints.extend(
             pins.joints
@@ -55,7 +55,7 @@ impl Assembly {
     }
 
     /// The message for two nodes that are sewn to each other more than once.
-    fn sewn_twice(&self, pair: [u32; 2], (before, index): (usize, usize)) -> String {
+    fn paired_twice(&self, pair: [u32; 2], (before, index): (usize, usize)) -> String {
         let [a, b] = pair.map(|node| {
             let body = self.body_of(node);
             format!("vertex {} of body `{}`", body.vertex_of_solver(node as usize - body.first), body.name)
@@ -87,7 +87,7 @@ impl Assembly {
     }
 
     /// Sewn nodes, and each with the neighbours of the other, if both bodies collide with themselves.
-    fn sewn_exclusions(&self, all: &Attachments) -> Vec<[u32; 2]> {
+    fn seam_exclusions(&self, all: &Attachments) -> Vec<[u32; 2]> {
         let body = |node: u32| self.body_of(node);
         let mut exclusions = Vec::new();
         for [a, b] in all.joined() {

@@ -2,7 +2,7 @@
 
 use crate::advice::{Advice, Warning, round_down};
 use crate::assembly::Assembly;
-use crate::elements::aero::build::panels;
+use crate::elements::aero::build::aero_triangles;
 use crate::real::norm;
 use crate::scene::Air;
 
@@ -11,7 +11,7 @@ fn speed(air: &Air) -> f64 {
     norm(air.velocity) + air.gust.map_or(0.0, |gust| gust.speed)
 }
 
-/// The most that wind does to each node [N], by solver index, for a panel at any angle; nothing without air.
+/// The most that wind does to each node [N], by solver index, for a triangle at any angle; nothing without air.
 ///
 /// |f| = ½ ρ A w² s √(C_D² + C_L² (1 − s²)) is at most ½ ρ A w² √(C_D² + C_L²/4).
 pub fn pushes(assembly: &Assembly) -> Vec<f64> {
@@ -19,22 +19,24 @@ pub fn pushes(assembly: &Assembly) -> Vec<f64> {
     let pressure = 0.5 * air.density * speed(air).powi(2) * air.drag.hypot(0.5 * air.lift);
     let mut pushes = vec![0.0; assembly.places];
     for body in &assembly.bodies {
-        for panel in panels(body) {
-            let third = pressure * panel.area / 3.0;
-            panel.corners.iter().for_each(|&corner| pushes[body.first + corner as usize] += third);
+        for triangle in aero_triangles(body) {
+            let third = pressure * triangle.area / 3.0;
+            triangle.corners.iter().for_each(|&corner| pushes[body.first + corner as usize] += third);
         }
     }
     pushes
 }
 
 /// A warning where cloth that is held back feels less of a wind across it than there is: the step is too long for so light a
-/// panel ([`crate::elements::aero::aero`]).
+/// triangle ([`crate::elements::aero::aero`]).
 pub fn weakened(assembly: &Assembly) -> Option<Warning> {
     let air = assembly.world.air.as_ref()?;
     let step = assembly.time.substep(0).1;
-    let of_body = |body| panels(body).into_iter().map(move |panel| (body, panel.lightness * panel.area));
+    let of_body = |body| {
+        aero_triangles(body).into_iter().map(move |triangle| (body, triangle.lightness * triangle.area))
+    };
     let (body, lightest) = assembly.bodies.iter().flat_map(of_body).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    // d of a panel across the wind, in a second.
+    // d of a triangle across the wind, in a second.
     let rate = 0.5 * air.density * air.drag * speed(air) * lightest;
     let d = step * rate;
     (d > 0.5).then(|| {

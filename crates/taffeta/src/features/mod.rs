@@ -105,7 +105,7 @@ pub struct Tables {
     /// Springs that are constraints, or may become some.
     pub constraints: dual::gpu_tables::ConstraintTables,
     /// Springs that are solved for by nodes.
-    pub levelled: implicit::gpu_tables::Levelled,
+    pub multigrid: implicit::gpu_tables::MultigridTables,
     pub attachments: attachments::gpu::AttachmentTables,
     pub self_collision: nodes::gpu::SelfCollisionTables,
 }
@@ -124,7 +124,7 @@ impl Tables {
             loads: load::gpu::LoadTables::new(bodies, &elements),
             pins: motion::gpu::pins(bodies),
             constraints: dual::gpu_tables::ConstraintTables::new(bodies)?,
-            levelled: implicit::gpu_tables::Levelled::new(bodies, &elements)?,
+            multigrid: implicit::gpu_tables::MultigridTables::new(bodies, &elements)?,
             attachments: attachments::gpu::AttachmentTables::new(bodies, volumes.numbers.len()),
             self_collision: nodes::gpu::SelfCollisionTables::new(bodies)?,
             elements,
@@ -136,7 +136,7 @@ impl Tables {
     pub fn parts(&self) -> Parts {
         Parts {
             elements: self.elements.any_explicit(),
-            solved: !self.constraints.is_empty() || !self.levelled.is_empty(),
+            solved: !self.constraints.is_empty() || !self.multigrid.is_empty(),
             volumes: !self.volumes.groups.is_empty(),
             restored: self.volumes.restores(),
             attachments: !self.attachments.lists.is_empty(),
@@ -219,7 +219,7 @@ fn of_gpu(
         None => (
             boxed(explicit::gpu::Particles::new(gpu, patches().as_ref(), places)?),
             [
-                implicit::gpu::Implicit::new(gpu, assembly, &tables.levelled, bodies.places.clone())?
+                implicit::gpu::Implicit::new(gpu, assembly, &tables.multigrid, bodies.places.clone())?
                     .and_then(boxed),
                 dual::gpu::Dual::new(gpu, assembly, &tables.constraints, places)?.and_then(boxed),
             ],

@@ -136,7 +136,7 @@ impl GpuBackend {
     }
 
     /// Keeps the positions of now for what is drawn after the next frame.
-    fn remember_places(&self) -> DispatchList {
+    fn keep_positions(&self) -> DispatchList {
         let mut list = DispatchList::new();
         for (partition, before) in self.partitions.iter().zip(&self.before) {
             if let Some(before) = before {
@@ -162,7 +162,7 @@ impl GpuBackend {
             self.changed = 0..0;
             self.before[index] =
                 Some(self.gpu.buffer("positions before", self.partitions[index].places.len())?);
-            self.gpu.submit(&self.remember_places())?;
+            self.gpu.submit(&self.keep_positions())?;
         }
         Ok(true)
     }
@@ -173,7 +173,7 @@ impl GpuBackend {
         self.changed = 0..0;
         let wanted = self.mirror.take().is_some();
         let mut done = 0;
-        let mut before = self.remember_places();
+        let mut before = self.keep_positions();
         loop {
             let end = substeps.len().min(done + self.at_once());
             let last = end == substeps.len();

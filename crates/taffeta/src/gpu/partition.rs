@@ -24,7 +24,7 @@ pub struct State {
 struct Ready {
     bound: [Bound; 2],
     /// Whether it sees the parameters of a sub-step.
-    is_told: bool,
+    reads_substeps: bool,
 }
 
 /// Records of sub-steps as a dispatch sees them: its own and those after it.
@@ -269,11 +269,11 @@ impl Partition {
             let kernel = kernels.get(name.0, &self.overrides)?;
             let bound = [0, 1].map(|from| self.bind(features, &kernel, from, name.1));
             self.gpu.health()?;
-            let is_told = kernel.bindings().iter().any(|binding| binding.name == "substeps");
-            self.bound.insert(name, Ready { bound, is_told });
+            let reads_substeps = kernel.bindings().iter().any(|binding| binding.name == "substeps");
+            self.bound.insert(name, Ready { bound, reads_substeps });
         }
         let ready = &self.bound[&name];
-        let offset = ready.is_told.then(|| self.substeps.offset(substep));
+        let offset = ready.reads_substeps.then(|| self.substeps.offset(substep));
         Ok((ready.bound[self.current].clone(), offset.into_iter().collect()))
     }
 

@@ -176,22 +176,22 @@ fn levels_are_of_all_sorts() {
     let mut solver = Solver { method: Method::Ice, ..Solver::default() };
     solver.ice.form = ConstraintForm::Primal;
     let fixture = Fixture::with_levels(3, solver, true).expect("a fixture");
-    let levelled = &fixture.tables.levelled;
-    for group in &levelled.groups[0] {
-        let tail = levelled.tail.iter().find(|one| one.solve == group.solve);
+    let multigrid = &fixture.tables.multigrid;
+    for group in &multigrid.groups[0] {
+        let tail = multigrid.tail.iter().find(|one| one.solve == group.solve);
         count.note("several groups", group.groups > 1);
         count.note("a tail of several levels", tail.is_some_and(|tail| tail.groups > 2));
         count.note("a tail of one level", tail.is_some_and(|tail| tail.groups == 1));
     }
-    count.note("several groups of a coarser level", levelled.wide[0].iter().any(|group| group.groups > 1));
-    count.note("a third level", levelled.edges.get(1).is_some_and(|edges| edges.len() > GROUP));
-    for parents in &levelled.parents {
+    count.note("several groups of a coarser level", multigrid.wide[0].iter().any(|group| group.groups > 1));
+    count.note("a third level", multigrid.edges.get(1).is_some_and(|edges| edges.len() > GROUP));
+    for parents in &multigrid.parents {
         let all = parents.weights.iter().filter(|weight| **weight > 0.0).count();
         for (number, what) in ["none", "one", "two", "three", "four"].into_iter().enumerate() {
             count.note(what, all == number);
         }
     }
-    count.note("a slot without a spring", levelled.slot_springs.iter().any(|spring| spring.k == 0.0));
-    count.note("an edge of many", levelled.edges.iter().flatten().any(|edge| edge.count > 4));
+    count.note("a slot without a spring", multigrid.slot_springs.iter().any(|spring| spring.k == 0.0));
+    count.note("an edge of many", multigrid.edges.iter().flatten().any(|edge| edge.count > 4));
     count.check();
 }

@@ -28,7 +28,7 @@ pub struct Case {
 }
 
 /// `Answer` of formulas.wgsl.
-type Answer = [Four; 4];
+type Output = [Four; 4];
 
 const SAME: &str = "the same operations in the same order; hardware may fuse products and sums";
 const NEAR: &str = "as above; where numbers nearly cancel, what hardware rounds otherwise is left";
@@ -104,10 +104,10 @@ fn formula(
     bench: &mut Bench<'_>,
     number: u32,
     cases: &[Case],
-    twin: fn(&Case) -> Answer,
+    twin: fn(&Case) -> Output,
 ) -> Result<(), String> {
     let kernel = bench.kernel(Name::new("formulas"), &[("FORMULA", f64::from(number))])?;
-    let answers: Vec<Answer> = cases.iter().map(twin).collect();
+    let answers: Vec<Output> = cases.iter().map(twin).collect();
     let poison = vec![f32::NAN.to_bits(); 16 * (cases.len() + 1)];
     let arrays = Arrays::from([("cases", words(cases)), ("answers", poison)]);
     let given = Given { arrays: &arrays, records: &[], groups: cases.len().div_ceil(256) };

@@ -30,7 +30,7 @@ struct Case {
 }
 
 /// What it gives; what is left is 0.
-struct Answer {
+struct Output {
     a: vec4f,
     b: vec4f,
     c: vec4f,
@@ -38,17 +38,17 @@ struct Answer {
 }
 
 @group(2) @binding(16) var<storage, read> cases: array<Case>;
-@group(3) @binding(16) var<storage, read_write> answers: array<Answer>;
+@group(3) @binding(16) var<storage, read_write> answers: array<Output>;
 
-fn one_vector(x: vec3f, s: f32) -> Answer {
-    return Answer(vec4f(x, s), vec4f(0.0), vec4f(0.0), vec4f(0.0));
+fn one_vector(x: vec3f, s: f32) -> Output {
+    return Output(vec4f(x, s), vec4f(0.0), vec4f(0.0), vec4f(0.0));
 }
 
-fn numbers(s: f32, t: f32, u: f32) -> Answer {
+fn numbers(s: f32, t: f32, u: f32) -> Output {
     return one_vector(vec3f(s, t, u), 0.0);
 }
 
-fn answer(case_of: Case) -> Answer {
+fn output(case_of: Case) -> Output {
     let a = case_of.a;
     let b = case_of.b;
     switch FORMULA {
@@ -61,7 +61,7 @@ fn answer(case_of: Case) -> Answer {
         }
         case 2u: {
             let fold = fold_of(a, b, case_of.c, case_of.d);
-            return Answer(
+            return Output(
                 vec4f(fold.at_a, fold.theta), vec4f(fold.at_b, hinge_energy(fold, case_of.s, case_of.t)),
                 vec4f(fold.at_c, steepness(fold)), vec4f(fold.at_d, 0.0),
             );
@@ -69,7 +69,7 @@ fn answer(case_of: Case) -> Answer {
         case 3u: {
             let arm = lever(a, b, case_of.c);
             let load = wind_and_drag(a, case_of.t, b);
-            return Answer(vec4f(arm, torque_factor(case_of.s, dot3(arm, arm))), vec4f(load, 0.0), vec4f(0.0), vec4f(0.0));
+            return Output(vec4f(arm, torque_factor(case_of.s, dot3(arm, arm))), vec4f(load, 0.0), vec4f(0.0), vec4f(0.0));
         }
         case 4u: {
             let contact = depth_and_normal(case_of.collider, a);
@@ -78,7 +78,7 @@ fn answer(case_of: Case) -> Answer {
         case 5u: {
             let contact = depth_and_normal(case_of.collider, a);
             let after = respond(ContactState(a, 0u, b), case_of.collider, contact, case_of.s);
-            return Answer(vec4f(after.x, 0.0), vec4f(after.v, 0.0), vec4f(0.0), vec4f(0.0));
+            return Output(vec4f(after.x, 0.0), vec4f(after.v, 0.0), vec4f(0.0), vec4f(0.0));
         }
         case 6u: {
             return one_vector(leave_both(Depth(a, case_of.s), Depth(b, case_of.t)), 0.0);
@@ -94,7 +94,7 @@ fn answer(case_of: Case) -> Answer {
             let material = ContactMaterial(case_of.c.x, case_of.c.y, case_of.c.z);
             let done = exchange(a, b, case_of.s, material, case_of.t, case_of.u);
             let met = combine_materials(material, ContactMaterial(case_of.d.x, case_of.d.y, case_of.d.z));
-            return Answer(
+            return Output(
                 vec4f(done.impulse, 0.0), vec4f(done.shift, 0.0),
                 vec4f(met.thickness, met.friction, met.restitution, 0.0), vec4f(0.0),
             );
@@ -112,11 +112,11 @@ fn answer(case_of: Case) -> Answer {
         case 13u: {
             let found = entry_of(case_of.collider, a, case_of.d);
             let more = vec4f(f32(found.is_one), deepest_in(case_of.collider), 0.0, 0.0);
-            return Answer(vec4f(found.contact.normal, found.contact.depth), more, vec4f(0.0), vec4f(0.0));
+            return Output(vec4f(found.contact.normal, found.contact.depth), more, vec4f(0.0), vec4f(0.0));
         }
         default: {
             let v = new_velocity_of(a, b, case_of.s, case_of.c, case_of.t);
-            return Answer(vec4f(v, 0.0), vec4f(new_position_of(case_of.d, v, case_of.t), 0.0), vec4f(0.0), vec4f(0.0));
+            return Output(vec4f(v, 0.0), vec4f(new_position_of(case_of.d, v, case_of.t), 0.0), vec4f(0.0), vec4f(0.0));
         }
     }
 }
@@ -129,6 +129,6 @@ fn formulas(
 ) {
     let index = workgroup_index(id, counts) * 256u + lane;
     if index < arrayLength(&cases) {
-        answers[index] = answer(cases[index]);
+        answers[index] = output(cases[index]);
     }
 }

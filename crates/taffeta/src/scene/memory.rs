@@ -30,7 +30,7 @@ const SPRING: u64 = 165;
 const VOLUME_NODE: u64 = 60;
 const FACES_OF_NODE: u64 = 250;
 const STRUT: u64 = 175;
-const PANEL: u64 = 100;
+const AERO_TRIANGLE: u64 = 100;
 const CONSTRAINT: u64 = 215;
 const NODE_OF_LEVELS: u64 = 560;
 const SPRING_OF_LEVELS: u64 = 140;
@@ -39,7 +39,7 @@ const SUBSTEP: u64 = 60;
 const POSE: u64 = 200;
 const COLLIDER: u64 = 272;
 const LOAD: u64 = 8;
-const SEWN_PAIR: u64 = 170;
+const SEAM_PAIR: u64 = 170;
 const TETHERED_NODE: u64 = 330;
 
 /// A part of the memory, with words that are made only when they are asked for.
@@ -102,7 +102,7 @@ impl Scene {
     fn air_part<'a>(&'a self, index: usize, body: &Body) -> Part<'a> {
         let triangles = if self.world.air.is_some() { triangles(&body.mesh) } else { 0 };
         Part {
-            bytes: triangles.saturating_mul(PANEL),
+            bytes: triangles.saturating_mul(AERO_TRIANGLE),
             mostly: Box::new(move || {
                 format!("{triangles} triangles of body `{}` in the air", self.body_name(index))
             }),
@@ -154,7 +154,7 @@ impl Scene {
         });
         let pairs = self.seams.iter().map(of_seam).chain(breaking).fold(0_u64, u64::saturating_add);
         Part {
-            bytes: pairs.saturating_mul(SEWN_PAIR),
+            bytes: pairs.saturating_mul(SEAM_PAIR),
             mostly: Box::new(move || format!("the {pairs} joints of seams and of pins that break")),
             remedy: "selections of fewer nodes would do",
             advice: None,
@@ -358,10 +358,10 @@ mod tests {
             scene.memory_needed().bytes
         };
         let more = |body: Body| scene(body.clone(), Some(Air::default())) - scene(body, None);
-        assert_eq!(more(sheet(100)), 2 * 99 * 99 * PANEL);
+        assert_eq!(more(sheet(100)), 2 * 99 * 99 * AERO_TRIANGLE);
         assert_eq!(
             more(Body { mesh: Mesh::Cube(Cube { size: 1.0, divisions: 10 }), ..sheet(2) }),
-            2 * 602 * PANEL
+            2 * 602 * AERO_TRIANGLE
         );
         assert_eq!(more(sheet(1)), 0);
         let endless = Mesh::grid(u32::MAX, u32::MAX, [1.0; 2]);
@@ -375,7 +375,7 @@ mod tests {
         let side = || SeamSide::new("sheet", Select::cols(3, 4));
         let plain = Scene::new("").body(body);
         let sewn = plain.clone().seam(Seam::new(side(), side())).memory_needed();
-        assert_eq!(sewn.bytes - plain.memory_needed().bytes, 200 * SEWN_PAIR);
+        assert_eq!(sewn.bytes - plain.memory_needed().bytes, 200 * SEAM_PAIR);
     }
 
     #[test]

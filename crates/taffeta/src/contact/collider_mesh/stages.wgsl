@@ -72,8 +72,8 @@ fn predict_mesh_contacts(
     }
     let h = substeps[0].h;
     let fall = norm3(substeps[0].gravity) * h * h;
-    let pulls = x.w * gather_constraint_forces(node) * -h;
-    predicted_contacts[node] = deepest_mesh_contact(Approach(x.xyz, fall, new_velocity[node].xyz, h, pulls));
+    let spring_change = x.w * gather_constraint_forces(node) * -h;
+    predicted_contacts[node] = deepest_mesh_contact(Approach(x.xyz, fall, new_velocity[node].xyz, h, spring_change));
 }
 
 /// The same for implicit springs, before predict_contacts_implicit.
@@ -92,7 +92,7 @@ fn predict_mesh_contacts_implicit(
     if x.w > 0.0 {
         let h = substeps[0].h;
         let fall = norm3(substeps[0].gravity) * h * h;
-        let approach = Approach(x.xyz, fall, new_velocity[node].xyz, h, vector_of(PULLED, node));
+        let approach = Approach(x.xyz, fall, new_velocity[node].xyz, h, vector_of(SPRING_CHANGE, node));
         predicted_contacts[node] = deepest_mesh_contact(approach);
     }
 }

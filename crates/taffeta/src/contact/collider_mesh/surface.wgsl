@@ -311,7 +311,7 @@ fn more_facing(best: Outward, collider: Collider, mesh: MeshPart, x: vec3f, boun
 /// Visits all triangles that may be within `bound` [m²]: for the one that faces the position most, or for the sum of
 /// their pseudonormals.
 fn asked_around(
-    start: Outward, collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, bound: f32, is_aslant: bool,
+    start: Outward, collider: Collider, mesh: MeshPart, x: vec3f, found: Nearest, bound: f32, is_grazing: bool,
 ) -> Outward {
     var outward = start;
     var stack: array<u32, 40>;
@@ -322,7 +322,7 @@ fn asked_around(
         let index = stack[waiting];
         if index >= 4u * mesh.width {
             let triangle = index - 4u * mesh.width;
-            if triangle < mesh.count && is_aslant {
+            if triangle < mesh.count && is_grazing {
                 outward = more_facing(outward, collider, mesh, x, bound, triangle);
             } else if triangle < mesh.count {
                 outward = with_pseudonormal(outward, collider, mesh, found, triangle);

@@ -59,7 +59,7 @@ impl Work {
             contacts: vec![Vec::new(); places],
             nearest: vec![f32::FAR; places],
         };
-        let mut nodes = linked_nodes(fixture);
+        let mut nodes = nodes_in_contact(fixture);
         let mut chance = Chance::new(99);
         nodes.sort_by_cached_key(|_| chance.number().to_bits());
         for (node, bucket) in nodes {
@@ -70,7 +70,7 @@ impl Work {
     }
 
     fn find(&mut self, fixture: &Fixture) {
-        let nodes: Vec<u32> = linked_nodes(fixture).into_iter().map(|(node, _)| node).collect();
+        let nodes: Vec<u32> = nodes_in_contact(fixture).into_iter().map(|(node, _)| node).collect();
         for &a in &nodes {
             let exclusions = excluded_nodes(fixture, a);
             let radius = radius(fixture, a);
@@ -127,7 +127,7 @@ fn excluded_nodes(fixture: &Fixture, node: u32) -> Vec<u32> {
 }
 
 /// Nodes whose places are numbers, each with its bucket.
-fn linked_nodes(fixture: &Fixture) -> Vec<(u32, usize)> {
+fn nodes_in_contact(fixture: &Fixture) -> Vec<(u32, usize)> {
     let mask = fixture.tables.self_collision.buckets() as u32 - 1;
     let mut nodes = Vec::new();
     for surface in &fixture.tables.self_collision.surfaces {

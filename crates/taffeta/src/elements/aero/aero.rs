@@ -1,4 +1,4 @@
-//! Lift and drag of a panel: a triangle in a flow of air.
+//! Lift and drag of a triangle in a flow of air.
 //!
 //! With the area A [m²], the unit normal n, the flow w [m/s] (the air's velocity less the mean of the corners'), its
 //! direction ŵ and s = n·ŵ, the sine of the angle of attack, the force is
@@ -18,7 +18,7 @@
 //!   f = (M/h) X ((1 − β) w + β w'),   so   f = (M/h) X (1 + β X)⁻¹ w
 //!   β = 2 − 1/|X|, but from 0 to 1, and ½ − d/|X|² at least,   |X|² = d² + l²
 //!
-//! Up to |X| = ½ that is the formula itself: then what holds cloth back in a wind, and a panel that has come to its last
+//! Up to |X| = ½ that is the formula itself: then what holds cloth back in a wind, and a triangle that has come to its last
 //! speed, bear the right force. From |X| = 1 on it is the flow at the end. Between them half of the flow is left, and for any step
 //! |w'| ≤ |w| and w'·w > 0.
 
@@ -72,15 +72,15 @@ impl<T: Real> AirNow<T> {
         all
     }
 
-    /// Force on each corner [N] of a panel with the normal `twice`, twice its area long [m²], in the flow `w` [m/s].
+    /// Force on each corner [N] of a triangle with the normal `twice`, twice its area long [m²], in the flow `w` [m/s].
     /// `lightness` is 1/M [1/kg]. Without area or flow there is none.
     #[inline(always)]
     pub fn corner_force(&self, twice: [T; 3], w: [T; 3], lightness: T) -> [T; 3] {
         let (area, speed, through) = (dot(twice, twice), dot(w, w), dot(twice, w));
         // Without branches: lanes of a vector compute both and choose.
-        let is_blown_on = (area > T::TINY) & (speed > T::TINY);
+        let is_in_flow = (area > T::TINY) & (speed > T::TINY);
         let root = area.sqrt() * speed.sqrt();
-        let size = if is_blown_on { root } else { T::ONE };
+        let size = if is_in_flow { root } else { T::ONE };
         let sine = through / size;
         let rest = T::ONE - sine * sine;
         let cosine_squared = if rest > T::ZERO { rest } else { T::ZERO };
@@ -92,7 +92,7 @@ impl<T: Real> AirNow<T> {
         let along = drag * d + lift * (turn - sine);
         let across = lift * (speed / size);
         let factor = self.density / left;
-        let factor = if is_blown_on { factor } else { T::ZERO };
+        let factor = if is_in_flow { factor } else { T::ZERO };
         scale(add(scale(w, along), scale(twice, across)), factor)
     }
 }
@@ -121,7 +121,7 @@ mod tests {
         AirNow::new(&Air { density: 1.3, drag: 1.1, lift: 0.9, ..Air::default() }, 0.0, h)
     }
 
-    /// The whole force [N] on a panel of 0.5 m² with that normal, of 2 kg.
+    /// The whole force [N] on a triangle of 0.5 m² with that normal, of 2 kg.
     fn force(h: f64, normal: [f64; 3], w: [f64; 3]) -> [f64; 3] {
         scale(air(h).corner_force(normal, w, 0.5), 3.0)
     }
@@ -143,7 +143,7 @@ mod tests {
     fn at_an_angle_drag_goes_by_its_sine_and_lift_by_sine_and_cosine() {
         for degrees in [5.0_f64, 30.0, 45.0, 60.0, 85.0, 120.0, 175.0, 260.0] {
             let (sine, cosine) = degrees.to_radians().sin_cos();
-            // The angle of attack is that from the flow to the panel, a right angle less to its normal.
+            // The angle of attack is that from the flow to the triangle, a right angle less to its normal.
             let found =
                 force(1e-12, tilted(std::f64::consts::FRAC_PI_2 - degrees.to_radians()), [4.0, 0.0, 0.0]);
             let pressure = 0.5 * 1.3 * 0.5 * 16.0;

@@ -1,8 +1,8 @@
-// Lift and drag of a panel: a triangle in a flow of air (see air.rs for source and derivation).
+// Lift and drag of a triangle in a flow of air (see air.rs for source and derivation).
 //
 //   f = ½ ρ A |w|² (C_D |s| ŵ + C_L s (n − s ŵ))  [N],  s = n·ŵ,
 //
-// with some of the panel's own flow w at the end of the step where that matters, |w|, n and the direction of lift held.
+// with some of the triangle's own flow w at the end of the step where that matters, |w|, n and the direction of lift held.
 
 #import elements/aero/gust.wgsl
 #import gpu/wgsl/vector.wgsl
@@ -41,14 +41,14 @@ fn at_end(d: f32, l_squared: f32) -> f32 {
     return select(1.0, share, share < 1.0);
 }
 
-/// Force on each corner [N] of a panel with the normal `twice`, twice its area long [m²], in the flow `w` [m/s].
+/// Force on each corner [N] of a triangle with the normal `twice`, twice its area long [m²], in the flow `w` [m/s].
 /// `lightness` is 1/M [1/kg]. Without area or flow there is none.
 fn corner_force(air: Air, twice: vec3f, w: vec3f, lightness: f32) -> vec3f {
     let area = dot3(twice, twice);
     let speed = dot3(w, w);
     let through = dot3(twice, w);
-    let is_blown_on = area > TINY && speed > TINY;
-    let size = select(1.0, sqrt(area) * sqrt(speed), is_blown_on);
+    let is_in_flow = area > TINY && speed > TINY;
+    let size = select(1.0, sqrt(area) * sqrt(speed), is_in_flow);
     let sine = through / size;
     let rest = 1.0 - sine * sine;
     let cosine_squared = select(0.0, rest, rest > 0.0);
@@ -61,6 +61,6 @@ fn corner_force(air: Air, twice: vec3f, w: vec3f, lightness: f32) -> vec3f {
     let left = d * d + exposure * lift * turn;
     let along = drag * d + lift * (turn - sine);
     let across = lift * (speed / size);
-    let factor = select(0.0, air.density / left, is_blown_on);
+    let factor = select(0.0, air.density / left, is_in_flow);
     return (w * along + twice * across) * factor;
 }

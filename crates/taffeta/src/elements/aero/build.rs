@@ -12,7 +12,7 @@ use crate::topology::RestShape;
 
 /// A triangle that air acts on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Panel {
+pub struct AeroTriangle {
     /// Corners in solver order within the body.
     pub corners: [u32; 3],
     /// 1/M [1/kg], where M is the mass that moves with it.
@@ -38,27 +38,27 @@ impl<T: Real> Substep<T> {
 /// The triangles of a body that have an area at rest, in the order in which nodes add up their forces.
 ///
 /// M is three times the least share of a corner's mass, shares being by area: then no node has more shares than mass,
-/// whatever the masses, and what slows every panel down by no more than its flow does so to the body. With one mass a
-/// square metre M is the panel's own mass.
-pub fn panels(body: &BodyAssembly) -> Vec<Panel> {
+/// whatever the masses, and what slows every triangle down by no more than its flow does so to the body. With one mass a
+/// square metre M is the triangle's own mass.
+pub fn aero_triangles(body: &BodyAssembly) -> Vec<AeroTriangle> {
     let triangles = triangles(body);
     let mut around = vec![0.0; body.nodes];
     for (corners, area) in &triangles {
         corners.iter().for_each(|&corner| around[corner as usize] += area);
     }
-    let panel = |(corners, area): ([u32; 3], f64)| {
+    let triangle = |(corners, area): ([u32; 3], f64)| {
         let share = |&corner: &u32| body.mass[corner as usize] * area / around[corner as usize];
         let mass = 3.0 * corners.iter().map(share).fold(f64::INFINITY, f64::min);
-        Panel { corners, lightness: 1.0 / mass, area }
+        AeroTriangle { corners, lightness: 1.0 / mass, area }
     };
-    triangles.into_iter().filter(|(_, area)| *area > 0.0).map(panel).collect()
+    triangles.into_iter().filter(|(_, area)| *area > 0.0).map(triangle).collect()
 }
 
-/// The panels of a body as elements; none without air.
+/// The triangles of a body as elements; none without air.
 pub fn described(body: &BodyAssembly, scene: &Scene, _: usize) -> Described {
     let mut all = Described::default();
     if scene.world.air.is_some() {
-        panels(body).iter().for_each(|panel| all.push(&panel.corners, &[panel.lightness]));
+        aero_triangles(body).iter().for_each(|triangle| all.push(&triangle.corners, &[triangle.lightness]));
     }
     all
 }
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn panels_are_the_triangles_that_the_user_knows() {
+    fn aero_triangles_are_the_triangles_that_the_user_knows() {
         let exchanged = Mesh::grid(3, 2051, [1.0, 40.0]);
         for mesh in [Mesh::grid(5, 7, [1.0, 2.0]), exchanged, ball()] {
             let assembly = assembly(Body::cloth("", mesh).with_mass(Mass::Node(0.1)));
@@ -126,7 +126,8 @@ mod tests {
             };
             let of_user = |corners: &[u32; 3]| sorted(corners.map(|n| body.solver_index(n as usize) as u32));
             let mut wanted: Vec<_> = body.user_surface().triangles.iter().map(of_user).collect();
-            let mut found: Vec<_> = panels(body).iter().map(|panel| sorted(panel.corners)).collect();
+            let mut found: Vec<_> =
+                aero_triangles(body).iter().map(|triangle| sorted(triangle.corners)).collect();
             wanted.sort_unstable();
             found.sort_unstable();
             assert_eq!(wanted, found);
@@ -134,12 +135,12 @@ mod tests {
     }
 
     #[test]
-    fn with_one_mass_a_square_metre_a_panel_has_its_own() {
+    fn with_one_mass_a_square_metre_a_triangle_has_its_own() {
         for mesh in [Mesh::grid(4, 6, [0.9, 1.0]), ball()] {
             let assembly = assembly(Body::cloth("", mesh).with_mass(Mass::Area(0.3)));
             let body = &assembly.bodies[0];
-            for panel in panels(body) {
-                assert!((0.3 * area(&body.start, panel.corners) * panel.lightness - 1.0).abs() < 1e-12);
+            for triangle in aero_triangles(body) {
+                assert!((0.3 * area(&body.start, triangle.corners) * triangle.lightness - 1.0).abs() < 1e-12);
             }
         }
     }
@@ -151,7 +152,7 @@ mod tests {
             *mass *= 1.0 + (node % 5) as f64;
         }
         let mut shares = vec![0.0; uneven.places];
-        for Panel { corners, lightness, .. } in panels(&uneven.bodies[0]) {
+        for AeroTriangle { corners, lightness, .. } in aero_triangles(&uneven.bodies[0]) {
             corners.iter().for_each(|&corner| shares[corner as usize] += 1.0 / lightness / 3.0);
         }
         let full = uneven.bodies[0].mass.iter().zip(&shares).map(|(mass, shares)| shares / mass);
@@ -165,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_triangles_has_no_panels_and_without_air_nothing_has() {
+    fn what_has_no_triangles_has_no_aero_triangles_and_without_air_nothing_has() {
         for mesh in [Mesh::chain(5, 1.0), Mesh::grid(1, 9, [1.0, 0.0]), Mesh::grid(9, 1, [0.0, 1.0])] {
             assert_eq!(count(&assembly(Body::cloth("", mesh).with_mass(Mass::Node(0.1)))), 0);
         }

@@ -1,6 +1,6 @@
-//! Air on panels: forces by panel, then gathered by node. A panel pushes its three corners alike, so one vector is kept.
+//! Air on triangles: forces by triangle, then gathered by node. A triangle pushes its three corners alike, so one vector is kept.
 //!
-//! They have a driver of their own: gusts are sampled and forces found in lanes, sixteen panels at a time.
+//! They have a driver of their own: gusts are sampled and forces found in lanes, sixteen triangles at a time.
 
 use crate::cpu::column::Column;
 use crate::cpu::shared::Shared;
@@ -14,46 +14,47 @@ use crate::real::{Real, cross, sub};
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
 
-/// One number for each node of a slice, or panel of a block.
+/// One number for each node of a slice, or triangle of a block.
 type Lanes<T> = [T; LANES];
 
-/// Panels, [`LANES`] a block; the last block is filled up with its last panel.
+/// Triangles, [`LANES`] a block; the last block is filled up with its last triangle.
 pub struct AeroTriangles<T> {
     /// Corners by solver index.
     corners: [Vec<u32>; 3],
-    /// Number of panels.
+    /// Number of triangles.
     #[cfg(feature = "gpu")]
     count: usize,
     /// 1/M [1/kg].
     lightness: Vec<T>,
     /// Whether the corners of a block follow each other, as along the row of a grid.
     in_row: Vec<bool>,
-    /// The panels of each place.
+    /// The triangles of each place.
     by_node: Csr,
-    /// For each slice of places, whether all have as many panels and those of neighbours follow each other.
+    /// For each slice of places, whether all have as many triangles and those of neighbours follow each other.
     side_by_side: Vec<bool>,
-    /// Force on each corner of each panel [N].
+    /// Force on each corner of each triangle [N].
     forces: [Shared<T>; 3],
 }
 
 impl<T: Real> AeroTriangles<T> {
     /// Those of a list that has some, among so many places.
     pub fn new(list: &List, places: usize) -> Self {
-        let panels = list.all.nodes.as_chunks::<3>().0;
-        let last = panels.len() - 1;
-        let by_corner = Csr::corners(places, panels);
+        let aero_triangles = list.all.nodes.as_chunks::<3>().0;
+        let last = aero_triangles.len() - 1;
+        let by_corner = Csr::corners(places, aero_triangles);
         let items = by_corner.items.iter().map(|corner| corner / 3).collect();
         let by_node = Csr { items, ..by_corner };
-        let padded = || (0..panels.len().next_multiple_of(LANES)).map(|panel| panel.min(last));
-        let corners = [0, 1, 2].map(|k| padded().map(|panel| panels[panel][k]).collect::<Vec<_>>());
+        let padded = || (0..aero_triangles.len().next_multiple_of(LANES)).map(|triangle| triangle.min(last));
+        let corners =
+            [0, 1, 2].map(|k| padded().map(|triangle| aero_triangles[triangle][k]).collect::<Vec<_>>());
         let block =
             |block: usize| corners.iter().all(|all| ascends(&all[block * LANES..(block + 1) * LANES]));
         Self {
             #[cfg(feature = "gpu")]
-            count: panels.len(),
+            count: aero_triangles.len(),
             forces: std::array::from_fn(|_| Column::zeros(corners[0].len()).into()),
             in_row: (0..corners[0].len() / LANES).map(block).collect(),
-            lightness: padded().map(|panel| T::from_f64(list.all.numbers[panel])).collect(),
+            lightness: padded().map(|triangle| T::from_f64(list.all.numbers[triangle])).collect(),
             side_by_side: (0..places / LANES).map(|slice| side_by_side(&by_node, slice)).collect(),
             corners,
             by_node,
@@ -72,7 +73,7 @@ impl<T: Real> ElementSet<T> for AeroTriangles<T> {
         let places = blocks.start * LANES..blocks.end * LANES;
         // SAFETY: parts of workers do not overlap, and forces are read only after the barrier.
         let force = self.forces.each_ref().map(|column| unsafe { column.write(places.clone()) });
-        worker.nodes.level.run(Blow { panels: self, air, state: worker.old(), blocks, force });
+        worker.nodes.level.run(AeroForces { aero_triangles: self, air, state: worker.old(), blocks, force });
     }
 
     fn gather(&self, level: SimdLevel, nodes: Range<usize>, sum: &mut [Lanes<T>; 3]) {
@@ -80,12 +81,12 @@ impl<T: Real> ElementSet<T> for AeroTriangles<T> {
         let force = self.forces.each_ref().map(|column| unsafe { column.read() });
         let whole = nodes.start.is_multiple_of(LANES) && nodes.len() == LANES;
         if whole && self.side_by_side[nodes.start / LANES] {
-            return level.run(GatherRows { panels: self.by_node.row(nodes.start), force, sum });
+            return level.run(GatherRows { aero_triangles: self.by_node.row(nodes.start), force, sum });
         }
         for (lane, node) in nodes.enumerate() {
-            for &panel in self.by_node.row(node) {
+            for &triangle in self.by_node.row(node) {
                 for axis in 0..3 {
-                    sum[axis][lane] += force[axis][panel as usize];
+                    sum[axis][lane] += force[axis][triangle as usize];
                 }
             }
         }
@@ -102,7 +103,7 @@ impl<T: Real> ElementSet<T> for AeroTriangles<T> {
     fn forces(&self) -> Vec<[T; 3]> {
         // SAFETY: asked for between frames, when no worker works.
         let force = self.forces.each_ref().map(|column| unsafe { column.read() });
-        (0..self.count).map(|panel| force.map(|column| column[panel])).collect()
+        (0..self.count).map(|triangle| force.map(|column| column[triangle])).collect()
     }
 }
 
@@ -119,37 +120,37 @@ fn side_by_side(by_node: &Csr, slice: usize) -> bool {
     })
 }
 
-/// Kernel: forces of blocks of panels.
-struct Blow<'a, T> {
-    panels: &'a AeroTriangles<T>,
+/// Kernel: forces of blocks of triangles.
+struct AeroForces<'a, T> {
+    aero_triangles: &'a AeroTriangles<T>,
     air: &'a AirNow<T>,
     state: [&'a [T]; 6],
     blocks: Range<usize>,
     force: [&'a mut [T]; 3],
 }
 
-impl<T: Real> Kernel for Blow<'_, T> {
+impl<T: Real> Kernel for AeroForces<'_, T> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Self { panels, air, state, blocks, force: [fx, fy, fz] } = self;
+        let Self { aero_triangles, air, state, blocks, force: [fx, fy, fz] } = self;
         let mut corners = [[[T::ZERO; LANES]; 6]; 3];
         let mut flow = [[T::ZERO; LANES]; 3];
         for (index, block) in blocks.enumerate() {
             let range = block * LANES..(block + 1) * LANES;
-            for (corner, numbers) in corners.iter_mut().zip(&panels.corners) {
-                fetch(state, &numbers[range.clone()], panels.in_row[block], corner);
+            for (corner, numbers) in corners.iter_mut().zip(&aero_triangles.corners) {
+                fetch(state, &numbers[range.clone()], aero_triangles.in_row[block], corner);
             }
             find_flow(air, &corners, &mut flow);
-            let lightness = &panels.lightness[range];
+            let lightness = &aero_triangles.lightness[range];
             let here = index * LANES..(index + 1) * LANES;
             let out = [&mut fx[here.clone()], &mut fy[here.clone()], &mut fz[here]];
-            press(air, &corners, &flow, lightness, out);
+            corner_forces(air, &corners, &flow, lightness, out);
         }
     }
 }
 
-/// State of a corner of each panel of a block.
+/// State of a corner of each triangle of a block.
 #[inline(always)]
 fn fetch<T: Real>(state: [&[T]; 6], nodes: &[u32], in_row: bool, corner: &mut [Lanes<T>; 6]) {
     let first = nodes[0] as usize;
@@ -164,7 +165,7 @@ fn fetch<T: Real>(state: [&[T]; 6], nodes: &[u32], in_row: bool, corner: &mut [L
     }
 }
 
-/// The air's velocity less the mean of the corners', at the panels' centroids.
+/// The air's velocity less the mean of the corners', at the triangles' centroids.
 #[inline(always)]
 fn find_flow<T: Real>(air: &AirNow<T>, corners: &[[Lanes<T>; 6]; 3], flow: &mut [Lanes<T>; 3]) {
     let third = T::from_f64(1.0 / 3.0);
@@ -184,9 +185,9 @@ fn find_flow<T: Real>(air: &AirNow<T>, corners: &[[Lanes<T>; 6]; 3], flow: &mut 
     }
 }
 
-/// The force on each corner of the panels of a block.
+/// The force on each corner of the triangles of a block.
 #[inline(always)]
-fn press<T: Real>(
+fn corner_forces<T: Real>(
     air: &AirNow<T>,
     corners: &[[Lanes<T>; 6]; 3],
     flow: &[Lanes<T>; 3],
@@ -204,10 +205,10 @@ fn press<T: Real>(
     }
 }
 
-/// Kernel: sums over panels that lie side by side, as their nodes do.
+/// Kernel: sums over triangles that lie side by side, as their nodes do.
 struct GatherRows<'a, T> {
     /// Those of the first node.
-    panels: &'a [u32],
+    aero_triangles: &'a [u32],
     force: [&'a [T]; 3],
     sum: &'a mut [Lanes<T>; 3],
 }
@@ -218,8 +219,10 @@ impl<T: Real> Kernel for GatherRows<'_, T> {
     fn run(self) {
         for (sum, force) in self.sum.iter_mut().zip(self.force) {
             let mut total = *sum;
-            for &panel in self.panels {
-                for (total, &force) in total.iter_mut().zip(&force[panel as usize..panel as usize + LANES]) {
+            for &triangle in self.aero_triangles {
+                for (total, &force) in
+                    total.iter_mut().zip(&force[triangle as usize..triangle as usize + LANES])
+                {
                     *total += force;
                 }
             }

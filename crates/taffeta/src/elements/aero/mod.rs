@@ -12,7 +12,7 @@ pub mod gust;
 use crate::elements::element::{Kernel, Kernels, Kind};
 
 /// The name of triangles in the air in reports and shaders.
-pub const NAME: &str = "panels";
+pub const NAME: &str = "aero_triangles";
 
 /// Triangles in the air. They have no energy, and set no step: a step takes no more of a velocity than there is.
 pub const KIND: Kind = Kind {
@@ -20,7 +20,7 @@ pub const KIND: Kind = Kind {
     nodes: 3,
     forces: 1,
     cost: 0,
-    record: ("Panel", &["lightness"]),
+    record: ("AeroTriangle", &["lightness"]),
     kernels: Kernels {
         forces: Kernel {
             entry: "aero_forces",

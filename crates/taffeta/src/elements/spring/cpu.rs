@@ -21,7 +21,7 @@ use crate::topology::LANES;
 pub struct Springs<T> {
     bodies: Vec<BodyRows<T>>,
     /// Stretch from which on springs have their tile wait for a solver, if they do.
-    watch: Option<T>,
+    stretch_limit: Option<T>,
     sweeps: PerWorker<Sweep<T>>,
     /// By tile: energy [J], and the largest stretch.
     sums: Shared<[f64; 2]>,
@@ -60,12 +60,12 @@ impl<T: Real> Springs<T> {
     pub fn new(context: &Context<'_, T>) -> Result<Self, String> {
         let solver = &context.assembly.solver;
         let adaptive = solver.method == Method::Acad && !context.assembly.constraints().is_empty();
-        let watch = adaptive.then(|| T::from_f64(1.0 + solver.acad.threshold));
+        let stretch_limit = adaptive.then(|| T::from_f64(1.0 + solver.acad.threshold));
         let columns = context.nodes.tiles.iter().map(|tile| tile.cols.len()).max().unwrap_or(0);
         Ok(Self {
             bodies: context.assembly.bodies.iter().map(BodyRows::new).collect::<Result<_, _>>()?,
-            watch,
-            sweeps: PerWorker::new(context.workers(), |_| Sweep::new(columns, watch)),
+            stretch_limit,
+            sweeps: PerWorker::new(context.workers(), |_| Sweep::new(columns, stretch_limit)),
             sums: vec![[0.0; 2]; context.nodes.tiles.len()].into(),
         })
     }
@@ -92,12 +92,12 @@ impl<T: Real> Springs<T> {
                 // Those along rings are not watched.
                 let mut is_beyond = *has_rings;
                 for set in &sets[usize::from(*has_rings)..] {
-                    is_beyond |= set.springs(level, plan.units.clone(), old, force, self.watch);
+                    is_beyond |= set.springs(level, plan.units.clone(), old, force, self.stretch_limit);
                 }
                 is_beyond
             }
         };
-        if is_beyond && self.watch.is_some() {
+        if is_beyond && self.stretch_limit.is_some() {
             *tile.marks = tile.marks.and(Marks::SOLVED);
         }
     }

@@ -64,9 +64,9 @@ impl<T: Real> GridSprings<T> {
 pub struct Sweep<T> {
     forces: Column<T>,
     line: usize,
-    /// Squared stretch to watch for, if any; squared lengths of some springs [m²]; which of the last rows own a spring
+    /// Squared limit of the stretch, if any; squared lengths of some springs [m²]; which of the last rows own a spring
     /// beyond it.
-    watch: Option<T>,
+    limit: Option<T>,
     squares: Column<T>,
     beyond: [bool; 3],
     /// What may come next without starting again: (body, first column, row).
@@ -89,11 +89,11 @@ fn line_of(direction: usize, row: isize, axis: usize) -> usize {
 
 impl<T: Real> Sweep<T> {
     /// For strips of up to `cols` columns; watches for springs longer than a multiple of their rest length.
-    pub fn new(cols: usize, watch: Option<T>) -> Self {
+    pub fn new(cols: usize, limit: Option<T>) -> Self {
         let line = cols.next_multiple_of(LANES) + 3 * LANES;
-        let watch = watch.map(|stretch| stretch * stretch);
-        let squares = Column::zeros(if watch.is_some() { BLOCK + LANES } else { 0 });
-        Self { forces: Column::zeros(line * LINES), line, watch, squares, beyond: [false; 3], next: None }
+        let limit = limit.map(|stretch| stretch * stretch);
+        let squares = Column::zeros(if limit.is_some() { BLOCK + LANES } else { 0 });
+        Self { forces: Column::zeros(line * LINES), line, limit, squares, beyond: [false; 3], next: None }
     }
 
     /// Forgets the rows before: the state has changed.
@@ -142,7 +142,7 @@ impl<T: Real> Sweep<T> {
         old: [&[T]; 6],
         force: Option<[&mut [T]; 3]>,
     ) {
-        if self.watch.is_some() {
+        if self.limit.is_some() {
             self.beyond[row % 3] = false;
             level.run(SweepRow::<T, true> { sweep: self, grid, row, cols, old, force });
         } else {
@@ -152,7 +152,7 @@ impl<T: Real> Sweep<T> {
 }
 
 /// Kernel: the springs that a row owns, then, if asked, the forces on its nodes.
-struct SweepRow<'a, T, const WATCH: bool> {
+struct SweepRow<'a, T, const LIMITED: bool> {
     sweep: &'a mut Sweep<T>,
     grid: &'a GridSprings<T>,
     row: usize,
@@ -161,7 +161,7 @@ struct SweepRow<'a, T, const WATCH: bool> {
     force: Option<[&'a mut [T]; 3]>,
 }
 
-impl<T: Real, const WATCH: bool> Kernel for SweepRow<'_, T, WATCH> {
+impl<T: Real, const LIMITED: bool> Kernel for SweepRow<'_, T, LIMITED> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
@@ -175,7 +175,7 @@ impl<T: Real, const WATCH: bool> Kernel for SweepRow<'_, T, WATCH> {
         for start in (first..cols.end).step_by(BLOCK) {
             let owned = start..cols.end.min(start + BLOCK);
             for direction in 0..6 {
-                own_springs::<T, WATCH>(sweep, grid, direction, (row, start - first, &owned), &old);
+                own_springs::<T, LIMITED>(sweep, grid, direction, (row, start - first, &owned), &old);
             }
             for (axis, force) in force.iter_mut().enumerate() {
                 if let Some(force) = force {
@@ -190,7 +190,7 @@ impl<T: Real, const WATCH: bool> Kernel for SweepRow<'_, T, WATCH> {
 
 /// Forces on the first ends of those springs of a row in one direction whose numbers are `owned`.
 #[inline(always)]
-fn own_springs<T: Real, const WATCH: bool>(
+fn own_springs<T: Real, const LIMITED: bool>(
     sweep: &mut Sweep<T>,
     grid: &GridSprings<T>,
     direction: usize,
@@ -202,7 +202,7 @@ fn own_springs<T: Real, const WATCH: bool>(
     // Whole vectors: what lies past the row is computed too, then cleared. The state is padded for that.
     let padded = count.next_multiple_of(LANES);
     let line = sweep.line;
-    let reach = sweep.watch.map_or(T::FAR, |watch| watch * (along.rest_length * along.rest_length));
+    let reach = sweep.limit.map_or(T::FAR, |limit| limit * (along.rest_length * along.rest_length));
     let start = line_of(direction, row as isize, 0) * line;
     let squares = &mut sweep.squares;
     let (x, rest) = sweep.forces[start..start + 3 * line].split_at_mut(line);
@@ -212,8 +212,8 @@ fn own_springs<T: Real, const WATCH: bool>(
         let (a, b) = grid.ends(direction, row);
         let ends = [a + owned.start, b + owned.start];
         let (x, y, z) = (&mut x[..padded], &mut y[..padded], &mut z[..padded]);
-        row_springs::<T, WATCH>(old, ends, x, y, z, squares, along);
-        if WATCH && any_beyond(&squares[..count], reach) {
+        row_springs::<T, LIMITED>(old, ends, x, y, z, squares, along);
+        if LIMITED && any_beyond(&squares[..count], reach) {
             sweep.beyond[row % 3] = true;
         }
     }
@@ -223,7 +223,7 @@ fn own_springs<T: Real, const WATCH: bool>(
 }
 
 #[inline(always)]
-fn row_springs<T: Real, const WATCH: bool>(
+fn row_springs<T: Real, const LIMITED: bool>(
     old: &[&[T]; 6],
     [a, b]: [usize; 2],
     x: &mut [T],
@@ -234,7 +234,7 @@ fn row_springs<T: Real, const WATCH: bool>(
 ) {
     let n = x.len();
     let (y, z) = (&mut y[..n], &mut z[..n]);
-    let squares = &mut squares[..if WATCH { n } else { 0 }];
+    let squares = &mut squares[..if LIMITED { n } else { 0 }];
     let (ax, ay, az) = (&old[0][a..a + n], &old[1][a..a + n], &old[2][a..a + n]);
     let (au, av, aw) = (&old[3][a..a + n], &old[4][a..a + n], &old[5][a..a + n]);
     let (bx, by, bz) = (&old[0][b..b + n], &old[1][b..b + n], &old[2][b..b + n]);
@@ -243,7 +243,7 @@ fn row_springs<T: Real, const WATCH: bool>(
         let d = [bx[i] - ax[i], by[i] - ay[i], bz[i] - az[i]];
         let dv = [bu[i] - au[i], bv[i] - av[i], bw[i] - aw[i]];
         let factor = spring::factor(d, dv, along.k, along.damping, along.rest_length);
-        if WATCH {
+        if LIMITED {
             squares[i] = dot(d, d);
         }
         x[i] = factor * d[0];

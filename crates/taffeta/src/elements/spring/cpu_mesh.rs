@@ -36,21 +36,21 @@ impl<T: Real> GatheredSprings<T> {
     }
 
     /// Adds to `force` [N] the springs of the nodes of `slices`; `old` is the state from the body's first node on. Returns
-    /// whether one of them is longer than `watch` times its rest length, if that is asked.
+    /// whether one of them is longer than `limit` times its rest length, if that is asked.
     pub fn springs(
         &self,
         level: SimdLevel,
         slices: std::ops::Range<usize>,
         old: [&[T]; 6],
         force: &mut [Column<T>; 3],
-        watch: Option<T>,
+        limit: Option<T>,
     ) -> bool {
         // Vector gathers of AVX-512 are slower than AVX2's on the machines measured.
         let level = level.min(SimdLevel::Avx2);
-        match watch {
-            None => level.run(GatherForces::<T, false> { springs: self, slices, old, force, watch: T::FAR }),
-            Some(watch) => {
-                level.run(GatherForces::<T, true> { springs: self, slices, old, force, watch: watch * watch })
+        match limit {
+            None => level.run(GatherForces::<T, false> { springs: self, slices, old, force, limit: T::FAR }),
+            Some(limit) => {
+                level.run(GatherForces::<T, true> { springs: self, slices, old, force, limit: limit * limit })
             }
         }
     }
@@ -76,19 +76,19 @@ impl<T: Real> GatheredSprings<T> {
 }
 
 /// Kernel: forces of some slices; whether a spring's squared stretch is beyond the one watched for.
-struct GatherForces<'a, T, const WATCH: bool> {
+struct GatherForces<'a, T, const LIMITED: bool> {
     springs: &'a GatheredSprings<T>,
     slices: std::ops::Range<usize>,
     old: [&'a [T]; 6],
     force: &'a mut [Column<T>; 3],
-    watch: T,
+    limit: T,
 }
 
-impl<T: Real, const WATCH: bool> Kernel for GatherForces<'_, T, WATCH> {
+impl<T: Real, const LIMITED: bool> Kernel for GatherForces<'_, T, LIMITED> {
     type Output = bool;
     #[inline(always)]
     fn run(self) -> bool {
-        let Self { springs, slices, old, force: [fx, fy, fz], watch } = self;
+        let Self { springs, slices, old, force: [fx, fy, fz], limit } = self;
         let mut over = [T::ZERO; LANES];
         let places = springs.places();
         let [x, y, z, u, v, w] = old;
@@ -100,8 +100,8 @@ impl<T: Real, const WATCH: bool> Kernel for GatherForces<'_, T, WATCH> {
             for (neighbours, rest_lengths) in springs.slice(slice) {
                 gather(&old, neighbours, &mut other);
                 add_springs(springs, &own, &other, rest_lengths, &mut sum);
-                if WATCH {
-                    note_longest(&own, &other, rest_lengths, watch, &mut over);
+                if LIMITED {
+                    note_longest(&own, &other, rest_lengths, limit, &mut over);
                 }
             }
             let here = index * LANES..(index + 1) * LANES;
@@ -113,18 +113,18 @@ impl<T: Real, const WATCH: bool> Kernel for GatherForces<'_, T, WATCH> {
     }
 }
 
-/// Notes by how much a squared length is beyond `watch` times that at rest.
+/// Notes by how much a squared length is beyond `limit` times that at rest.
 #[inline(always)]
 fn note_longest<T: Real>(
     own: &[[T; LANES]; 6],
     other: &[[T; LANES]; 6],
     rest_lengths: &[T; LANES],
-    watch: T,
+    limit: T,
     over: &mut [T; LANES],
 ) {
     for lane in 0..LANES {
         let d = [other[0][lane] - own[0][lane], other[1][lane] - own[1][lane], other[2][lane] - own[2][lane]];
-        let beyond = dot(d, d) - watch * (rest_lengths[lane] * rest_lengths[lane]);
+        let beyond = dot(d, d) - limit * (rest_lengths[lane] * rest_lengths[lane]);
         over[lane] = if beyond > over[lane] { beyond } else { over[lane] };
     }
 }

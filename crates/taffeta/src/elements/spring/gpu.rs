@@ -3,7 +3,9 @@
 use crate::assembly::Assembly;
 use crate::assembly::body::{BodyAssembly, BodySprings, GridDirections};
 use crate::assembly::springs::SpringKind;
-use crate::elements::spring::gpu_layout::{Along, Entry, Grid, IS_RING, NOT_A_MESH, Run, Small, TILE, Tile};
+use crate::elements::spring::gpu_layout::{
+    Along, Entry, Grid, IS_RING, NOT_A_MESH, ResidentMesh, Run, TILE, Tile,
+};
 use crate::gpu::bodies::Bodies;
 use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::{Name, Overrides};
@@ -48,7 +50,7 @@ pub struct SpringTables {
     pub grids: Vec<Grid>,
     pub tiles: Vec<Tile>,
     /// Meshes that keep no volume.
-    pub meshes: Vec<Small>,
+    pub meshes: Vec<ResidentMesh>,
     /// Kinds of springs that a slice has at most; 0: no mesh.
     pub kinds: usize,
     pub runs: Vec<Run>,
@@ -96,7 +98,7 @@ impl SpringTables {
         self.runs.resize(base + slices * self.kinds, none);
         let is_kept = body.volume().is_some();
         if !is_kept {
-            self.meshes.push(Small { first, count: body.places() as u32 });
+            self.meshes.push(ResidentMesh { first, count: body.places() as u32 });
         }
         for (kind, (k, damping, gather)) in body.gathered()?.into_iter().enumerate() {
             let start =

@@ -31,10 +31,10 @@ pub struct Tile {
     pub col: i32,
 }
 
-/// `Small` of mesh_patches.wgsl.
+/// `ResidentMesh` of mesh_patches.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Small {
+pub struct ResidentMesh {
     pub first: u32,
     pub count: u32,
 }

@@ -6,7 +6,7 @@ use crate::contact::nodes::gpu_layout::{ContactMaterial, Surface};
 use crate::elements::KINDS;
 use crate::elements::element::Kind;
 use crate::elements::load::gpu_layout::Load;
-use crate::elements::spring::gpu_layout::{Along, Entry, Grid, Run, Small, Tile};
+use crate::elements::spring::gpu_layout::{Along, Entry, Grid, ResidentMesh, Run, Tile};
 use crate::gpu::drawn::Drawing;
 use crate::gpu::layout::{Air, Gusts};
 use crate::gpu::layout::{Solving, Substep};
@@ -17,7 +17,7 @@ use crate::solvers::dual::gpu_layout::{
 };
 use crate::solvers::explicit::gpu_layout::{Part, Patch};
 use crate::solvers::implicit::gpu_layout::{
-    CoarseEdge, Descent, Diagonal, LevelGroup, NodeSolve, Parents, Share, SlotSpring, Symmetric,
+    CoarseEdge, Diagonal, LevelGroup, NodeSolve, Parents, PcgState, SlotSpring, Symmetric, WeightedIndex,
 };
 use crate::volume::gpu_layout::Chunk;
 use crate::volume::gpu_layout::VolumeGroup;
@@ -44,7 +44,7 @@ macro_rules! named {
 
 named! {
     f32: "f32", u32: "u32", i32: "i32", [f32; 3]: "vec3<f32>", [f32; 4]: "vec4<f32>", [u32; 4]: "vec4<u32>",
-    [u32; 2]: "vec2<u32>", [f32; 2]: "vec2<f32>", Air: "Air", Gusts: "Gusts", Symmetric: "Symmetric", Descent: "Descent",
+    [u32; 2]: "vec2<u32>", [f32; 2]: "vec2<f32>", Air: "Air", Gusts: "Gusts", Symmetric: "Symmetric", PcgState: "PcgState",
     [Along; 6]: "array<Along, 6>", Part: "Part",
     ContactMaterial: "ContactMaterial", Solving: "Solving", CgState: "CgState",
 }
@@ -123,7 +123,7 @@ fn records() -> Vec<Record> {
         record!(Tile { grid, row, col }),
         record!(Part { first_row, first_col, end_row, end_col }),
         record!(Patch { grid, all, inner }),
-        record!(Small { first, count }),
+        record!(ResidentMesh { first, count }),
         record!(Drawing {
             place_x,
             place_y,
@@ -155,10 +155,10 @@ fn records() -> Vec<Record> {
         record!(SlotSpring { k, damping, rest_length }),
         record!(Parents { nodes, weights }),
         record!(CoarseEdge { slots, first, count }),
-        record!(Share { at, weight }),
+        record!(WeightedIndex { at, weight }),
         record!(Symmetric { diagonal, mixed; gap, padding }),
         record!(Diagonal { own, inverse }),
-        record!(Descent { passes, is_done, iterations, whole, error, alpha, beta }),
+        record!(PcgState { passes, is_done, iterations, whole, error, alpha, beta }),
         record!(NodeSolve { before, kept, next }),
         record!(Surface { first, count, cols, high, wide, exclusions, material, cells_a_metre }),
     ];

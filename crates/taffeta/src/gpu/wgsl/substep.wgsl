@@ -54,7 +54,7 @@ struct Substep {
     max_separation: f32,
     /// 0: its place among the records that its dispatch sees.
     own: u32,
-    /// What is on its way around panels.
+    /// What is on its way around triangles.
     @size(128) air: Air,
 }
 

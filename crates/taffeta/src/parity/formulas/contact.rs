@@ -8,7 +8,7 @@ use crate::contact::colliders::shape::{
     BoxNow, CapsuleNow, CylinderNow, OnSolid, PlaneNow, ShapeNow, Solid, SphereNow, entry,
 };
 use crate::contact::nodes::pair::{self, ContactMaterial};
-use crate::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
+use crate::parity::formulas::{Case, Output, by_chance, vector, with_awkward};
 use crate::real::{add, cross, dot, norm, scale};
 
 /// The collider of a case, as the CPU has it.
@@ -170,7 +170,7 @@ impl OnSolid<f32> for Deepest {
     }
 }
 
-pub fn entrance(case: &Case) -> Answer {
+pub fn entrance(case: &Case) -> Output {
     let shape = collider(case).shape;
     let found = shape.convex(Enter([case.a, case.d])).flatten();
     let (depth, normal) = found.unwrap_or((0.0, [0.0; 3]));
@@ -179,7 +179,7 @@ pub fn entrance(case: &Case) -> Answer {
     [vector(normal, depth), vector([is_one, deepest, 0.0], 0.0), [0.0; 4], [0.0; 4]]
 }
 
-pub fn depth(case: &Case) -> Answer {
+pub fn depth(case: &Case) -> Output {
     let (depth, normal) = collider(case).depth_and_normal(case.a).unwrap();
     [vector(normal, depth), [0.0; 4], [0.0; 4], [0.0; 4]]
 }
@@ -208,7 +208,7 @@ pub fn touches(exact: bool) -> Vec<Case> {
     with_awkward(cases, exact, awkward)
 }
 
-pub fn response(case: &Case) -> Answer {
+pub fn response(case: &Case) -> Output {
     let collider = collider(case);
     let contact = collider.surface.contact_at(case.a, collider.depth_and_normal(case.a).unwrap());
     let (x, v) = respond(case.a, case.b, &contact, case.s);
@@ -234,7 +234,7 @@ pub fn wedges(exact: bool) -> Vec<Case> {
     with_awkward(cases, exact, awkward)
 }
 
-pub fn way_out(case: &Case) -> Answer {
+pub fn way_out(case: &Case) -> Output {
     let way = leave_both((case.s, case.a), (case.t, case.b));
     [vector(way, 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
 }
@@ -259,7 +259,7 @@ pub fn exchanges(exact: bool) -> Vec<Case> {
     with_awkward(cases, exact, awkward)
 }
 
-pub fn exchange(case: &Case) -> Answer {
+pub fn exchange(case: &Case) -> Output {
     let material =
         |[thickness, friction, restitution]: [f32; 3]| ContactMaterial { thickness, friction, restitution };
     let done = pair::exchange(case.a, case.b, case.s, &material(case.c), (case.t, case.u));

@@ -5,7 +5,7 @@ use crate::elements::aero::gust::GustNow;
 use crate::elements::hinge::hinge;
 use crate::elements::load::load as external;
 use crate::elements::spring::spring;
-use crate::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
+use crate::parity::formulas::{Case, Output, by_chance, vector, with_awkward};
 use crate::real::{Real, norm, scale};
 use crate::solvers::explicit::euler;
 
@@ -26,12 +26,12 @@ pub fn angles() -> Vec<Case> {
     cases
 }
 
-pub fn angle(case: &Case) -> Answer {
+pub fn angle(case: &Case) -> Output {
     let wrapped = [hinge::wrap(case.s), hinge::wrap(case.t), 0.0];
     [vector(wrapped, Real::atan2(case.s, case.t)), [0.0; 4], [0.0; 4], [0.0; 4]]
 }
 
-/// Panels and flows of about the least size that counts; along each other, and across.
+/// Triangles and flows of about the least size that counts; along each other, and across.
 pub fn blown(exact: bool) -> Vec<Case> {
     let cases = by_chance(12, 300);
     let sizes = [0.0, 1e-20, 0.9e-15, 1e-15, 1.1e-15, 1e-10, 1e3, 1e9];
@@ -49,7 +49,7 @@ pub fn blown(exact: bool) -> Vec<Case> {
     with_awkward(cases, exact, awkward)
 }
 
-pub fn push(case: &Case) -> Answer {
+pub fn push(case: &Case) -> Output {
     let air = AirNow { density: case.s, exposure: case.t, drag: case.u, lift: case.w, ..AirNow::default() };
     [vector(air.corner_force(case.a, case.b, case.c[0]), 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
 }
@@ -67,7 +67,7 @@ pub fn gusts(exact: bool) -> Vec<Case> {
     with_awkward(cases, exact, awkward)
 }
 
-pub fn gust(case: &Case) -> Answer {
+pub fn gust(case: &Case) -> Output {
     let gust = GustNow {
         cells_a_metre: case.s,
         offset: case.b,
@@ -90,7 +90,7 @@ pub fn springs(exact: bool) -> Vec<Case> {
     with_awkward(cases, exact, awkward)
 }
 
-pub fn pull(case: &Case) -> Answer {
+pub fn pull(case: &Case) -> Output {
     let factor = spring::factor(case.a, case.b, case.s, case.t, case.u);
     let numbers = [factor, spring::energy(case.w, case.s, case.u), norm(case.a)];
     [vector(numbers, 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
@@ -127,7 +127,7 @@ pub fn folds(exact: bool) -> Vec<Case> {
     with_awkward(cases, exact, awkward)
 }
 
-pub fn fold(case: &Case) -> Answer {
+pub fn fold(case: &Case) -> Output {
     let corners = [case.a, case.b, case.c, case.d];
     let (theta, gradient) = hinge::angle_and_gradient(corners);
     let [a, b, c, d] = gradient;
@@ -147,14 +147,14 @@ pub fn levers(exact: bool) -> Vec<Case> {
     with_awkward(cases, exact, awkward)
 }
 
-pub fn load(case: &Case) -> Answer {
+pub fn load(case: &Case) -> Output {
     let arm = external::lever(case.a, case.b, case.c);
     let factor = external::torque_factor(case.s, std::iter::once(arm));
     let load = std::array::from_fn(|i| external::wind_and_drag(case.a[i], case.t, case.b[i]));
     [vector(arm, factor), vector(load, 0.0), [0.0; 4], [0.0; 4]]
 }
 
-pub fn step(case: &Case) -> Answer {
+pub fn step(case: &Case) -> Output {
     let v = std::array::from_fn(|i| euler::velocity(case.a[i], case.b[i], case.s, case.c[i], case.t));
     let x = std::array::from_fn(|i| euler::position(case.d[i], v[i], case.t));
     [vector(v, 0.0), vector(x, 0.0), [0.0; 4], [0.0; 4]]

@@ -1,6 +1,6 @@
 //! Volumes that are kept, and the tensors that weights need.
 
-use crate::parity::formulas::{Answer, Case, by_chance, vector, with_awkward};
+use crate::parity::formulas::{Case, Output, by_chance, vector, with_awkward};
 use crate::real::{Real, scale};
 use crate::volume::volume::{self, FLAT, Form};
 
@@ -31,7 +31,7 @@ pub fn multipliers(exact: bool) -> Vec<Case> {
     cases
 }
 
-pub fn lambda(case: &Case) -> Answer {
+pub fn lambda(case: &Case) -> Output {
     let form = Form::ALL.iter().find(|&&form| form as u32 == case.collider.kind).unwrap_or(&Form::Kept);
     let kept = volume::correction(*form, &case.a, case.s, case.t).lambda;
     let projected = volume::projection(&case.a, case.s, <f32 as Real>::PROJECTED);
@@ -64,6 +64,6 @@ pub fn tensors(exact: bool) -> Vec<Case> {
     with_awkward(cases, exact, awkward)
 }
 
-pub fn solution(case: &Case) -> Answer {
+pub fn solution(case: &Case) -> Output {
     [vector(volume::solve(case.a, case.b, case.c), 0.0), [0.0; 4], [0.0; 4], [0.0; 4]]
 }

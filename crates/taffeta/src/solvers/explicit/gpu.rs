@@ -3,7 +3,7 @@
 use crate::contact::colliders::gpu::{Contact, contact_of};
 use crate::elements::load::gpu::{GIVEN, Loads};
 use crate::elements::spring::gpu::Springs;
-use crate::elements::spring::gpu_layout::Small;
+use crate::elements::spring::gpu_layout::ResidentMesh;
 use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::{Name, Overrides};
 use crate::gpu::layout::GROUP;
@@ -34,7 +34,7 @@ pub struct Particles {
     /// Sub-steps that are taken at once on patches; 0: there are none.
     steps: u32,
     patches: Buffer<Patch>,
-    smalls: Buffer<Small>,
+    resident_meshes: Buffer<ResidentMesh>,
     /// Workgroups for one invocation a place.
     groups: usize,
 }
@@ -47,7 +47,7 @@ impl Particles {
         Ok(Self {
             steps: all.steps,
             patches: gpu.buffer_from("patches of grids", &all.grids)?,
-            smalls: gpu.buffer_from("small meshes", &all.meshes)?,
+            resident_meshes: gpu.buffer_from("small meshes", &all.meshes)?,
             groups: places.div_ceil(GROUP),
         })
     }
@@ -84,7 +84,7 @@ impl Particles {
         (self.has_patches() && !given && !pinned).then(|| {
             let commands = vec![
                 Command::run(Name::new("grid_patches"), self.patches.len()),
-                Command::run(Name::new("mesh_patches"), self.smalls.len()),
+                Command::run(Name::new("mesh_patches"), self.resident_meshes.len()),
             ];
             let all = [Op::Loads, Op::Springs, Op::Integrate, Op::Pins, Op::Contact];
             Fused { steps: self.steps, ..Fused::new(&all, commands).named("particles") }
@@ -94,7 +94,7 @@ impl Particles {
 
 impl Feature for Particles {
     fn buffers(&self, _: usize) -> Vec<(&'static str, &dyn Bindable)> {
-        vec![("patches", &self.patches), ("smalls", &self.smalls)]
+        vec![("patches", &self.patches), ("resident_meshes", &self.resident_meshes)]
     }
 
     fn overrides(&self, gpu: &Gpu, overrides: &mut Overrides) {

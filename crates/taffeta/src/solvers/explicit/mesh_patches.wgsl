@@ -12,12 +12,12 @@
 #import resolve_contact
 
 /// A mesh: its first place, and its number of places.
-struct Small {
+struct ResidentMesh {
     first: u32,
     count: u32,
 }
 
-@group(1) @binding(1) var<storage, read> smalls: array<Small>;
+@group(1) @binding(1) var<storage, read> resident_meshes: array<ResidentMesh>;
 
 @compute @workgroup_size(256)
 fn mesh_patches(
@@ -26,10 +26,10 @@ fn mesh_patches(
     @builtin(local_invocation_index) lane: u32,
 ) {
     let index = workgroup_index(id, counts);
-    if index >= arrayLength(&smalls) {
+    if index >= arrayLength(&resident_meshes) {
         return;
     }
-    let small = smalls[index];
+    let small = resident_meshes[index];
     patch_base = small.first;
     for (var place = lane; place < small.count; place += 256u) {
         keep(place, old_position[small.first + place], old_velocity[small.first + place].xyz);

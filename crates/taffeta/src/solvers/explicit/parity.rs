@@ -7,7 +7,7 @@ use crate::diagnostics::normals::normals;
 use crate::elements::load::gpu::GIVEN;
 use crate::elements::load::gpu_layout::{FORCE, Load};
 use crate::elements::load::load as external;
-use crate::elements::spring::gpu_layout::Small;
+use crate::elements::spring::gpu_layout::ResidentMesh;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP};
 use crate::parity::bench::{Bench, Given};
@@ -318,18 +318,20 @@ fn mesh_patches(bench: &mut Bench<'_>) -> Result<(), String> {
     const ROOM: u32 = 16_384 / PATCH_NODE_BYTES;
     let (name, fixtures) = (Name::new("mesh_patches"), fixtures(bench)?);
     let kernel = patch_kernel(bench, name, &fixtures[0], ROOM)?;
-    let smalls = |fixture: &Fixture| -> Vec<Small> {
+    let resident_meshes = |fixture: &Fixture| -> Vec<ResidentMesh> {
         fixture.tables.springs.meshes.iter().copied().filter(|mesh| mesh.count <= ROOM).collect()
     };
     let cases = fixtures.into_iter().map(|fixture| {
         let mut sort = vec![false; fixture.is_node.len()];
-        for small in smalls(&fixture) {
+        for small in resident_meshes(&fixture) {
             sort[small.first as usize..(small.first + small.count) as usize].fill(true);
         }
-        let groups = smalls(&fixture).len();
+        let groups = resident_meshes(&fixture).len();
         (fixture, sort, groups)
     });
-    stepped(bench, name, &kernel, cases, |fixture| vec![("smalls", words(&smalls(fixture)))])
+    stepped(bench, name, &kernel, cases, |fixture| {
+        vec![("resident_meshes", words(&resident_meshes(fixture)))]
+    })
 }
 
 /// A kernel that takes one sub-step on patches with room for some nodes.

@@ -2,7 +2,7 @@
 
 use crate::contact::collider_mesh::tree::WALK_TURNS;
 use crate::elements::spring::gpu::SpringTables;
-use crate::elements::spring::gpu_layout::{Grid, NOT_A_MESH, Run, Small};
+use crate::elements::spring::gpu_layout::{Grid, NOT_A_MESH, ResidentMesh, Run};
 use crate::gpu::layout::{GROUP, SUBSTEPS_SEEN};
 use crate::solvers::explicit::gpu_layout::{OWN, PATCH_NODE_BYTES, Part, Patch};
 use crate::step::Parts;
@@ -17,7 +17,7 @@ const RIMMED_STEPS: u32 = 2;
 #[derive(Default)]
 pub struct Patches {
     pub grids: Vec<Patch>,
-    pub meshes: Vec<Small>,
+    pub meshes: Vec<ResidentMesh>,
     pub steps: u32,
 }
 

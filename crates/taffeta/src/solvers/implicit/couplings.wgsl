@@ -83,8 +83,8 @@ fn level_times(which: u32, node: u32) -> vec3f {
 }
 
 /// What other elements give a node, as `set_up_couplings` has found it.
-fn given_by_elements(node: u32) -> Given {
-    return Given(vector_of(IMPULSE, node), diagonals[node].own);
+fn given_by_elements(node: u32) -> ElementSums {
+    return ElementSums(vector_of(IMPULSE, node), diagonals[node].own);
 }
 
 /// Keeps the sum of all blocks of a node, those of springs among them.

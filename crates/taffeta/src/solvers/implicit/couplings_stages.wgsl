@@ -20,8 +20,8 @@ fn symmetric_part(block: Block) -> Symmetric {
 
 /// The block of a spring's slot.
 fn spring_block(slot: u32) -> Block {
-    let link = spring_blocks[slot];
-    return whole(block_of(link.xyz, link.w));
+    let linear = spring_blocks[slot];
+    return whole(block_of(linear.xyz, linear.w));
 }
 
 /// The block of a mode with directions `a` here and `b` at the other node, taken off.

@@ -8,7 +8,7 @@ use crate::solvers::implicit::couplings::{
 };
 use crate::solvers::implicit::gpu_layout::{Diagonal, LevelGroup, Vector};
 use crate::solvers::implicit::gpu_tables::{ROW, SPRING};
-use crate::solvers::implicit::implicit::{add_share, block, inverse};
+use crate::solvers::implicit::implicit::{add_weighted, block, inverse};
 use crate::solvers::implicit::twin::{Twin, record, six};
 
 /// The arrays that kernels of elements work on beside those of springs.
@@ -61,7 +61,7 @@ impl Twin<'_> {
     }
 
     fn all_sources(&self) -> &[[u32; 2]] {
-        self.fixture.tables.levelled.couplings.as_ref().map_or(&[], |couplings| &couplings.sources)
+        self.fixture.tables.multigrid.couplings.as_ref().map_or(&[], |couplings| &couplings.sources)
     }
 
     /// A sum, and the product of a node's blocks with a vector.
@@ -78,7 +78,7 @@ impl Twin<'_> {
             let [_, _, from, to] = self.work.elements.words[node].map(|word| word as usize);
             let mut impulse = [0.0; 3];
             for [force, _] in &self.all_sources()[from..to] {
-                impulse = add_share(impulse, self.h(), three(self.work.elements.forces[*force as usize]));
+                impulse = add_weighted(impulse, self.h(), three(self.work.elements.forces[*force as usize]));
             }
             let mut all = [0.0; 6];
             for at in self.blocks(node) {
@@ -88,7 +88,7 @@ impl Twin<'_> {
                     block = add_mode(block, a, b);
                 }
                 self.put_block(at, &block);
-                all = add_share(all, 1.0, symmetric_part(&block));
+                all = add_weighted(all, 1.0, symmetric_part(&block));
             }
             self.put(Vector::Impulse, node, impulse);
             self.work.diagonals[node].own = record(all);
@@ -105,7 +105,7 @@ impl Twin<'_> {
         for (node, _) in Self::nodes(groups) {
             let mut own = [0.0; 6];
             for (child, weight) in self.children(node) {
-                own = add_share(own, weight, six(&self.work.diagonals[child].own));
+                own = add_weighted(own, weight, six(&self.work.diagonals[child].own));
             }
             let mut all = [0.0; 6];
             for at in self.blocks(node) {
@@ -116,13 +116,13 @@ impl Twin<'_> {
                     } else {
                         self.block(source as usize)
                     };
-                    sum = add_share(sum, f32::from_bits(weight), finer);
+                    sum = add_weighted(sum, f32::from_bits(weight), finer);
                 }
                 self.put_block(at, &sum);
-                all = add_share(all, 1.0, symmetric_part(&sum));
+                all = add_weighted(all, 1.0, symmetric_part(&sum));
             }
             self.keep_sum(node, all);
-            let diagonal = add_share(own, 1.0, all);
+            let diagonal = add_weighted(own, 1.0, all);
             self.work.diagonals[node] = Diagonal { own: record(own), inverse: record(inverse(&diagonal)) };
         }
     }

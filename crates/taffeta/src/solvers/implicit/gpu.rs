@@ -15,9 +15,10 @@ use crate::report::FrameSums;
 use crate::solvers::dual::gpu::add_statistics;
 use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};
 use crate::solvers::implicit::gpu_layout::{
-    CoarseEdge, Diagonal, LevelGroup, NodeSolve, Parents, Share, SlotSpring, Symmetric, VECTORS, Vector,
+    CoarseEdge, Diagonal, LevelGroup, NodeSolve, Parents, SlotSpring, Symmetric, VECTORS, Vector,
+    WeightedIndex,
 };
-use crate::solvers::implicit::gpu_tables::{CouplingWords, Levelled};
+use crate::solvers::implicit::gpu_tables::{CouplingWords, MultigridTables};
 use crate::step::{Marks, Op, Stage};
 use std::ops::Range;
 use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
@@ -71,8 +72,8 @@ pub struct Implicit {
     slots: Buffer<u32>,
     slot_springs: Buffer<SlotSpring>,
     parents: Buffer<Parents>,
-    children: Buffer<Share>,
-    edge_shares: Buffer<Share>,
+    children: Buffer<WeightedIndex>,
+    edge_weights: Buffer<WeightedIndex>,
     level_sizes: Buffer<u32>,
     spring_blocks: Buffer<Four>,
     coarse_blocks: Buffer<Symmetric>,
@@ -104,13 +105,13 @@ impl Implicit {
     pub fn new(
         gpu: &Gpu,
         assembly: &Assembly,
-        levelled: &Levelled,
+        multigrid: &MultigridTables,
         places: Range<usize>,
     ) -> Result<Option<Self>, GpuError> {
-        if levelled.is_empty() {
+        if multigrid.is_empty() {
             return Ok(None);
         }
-        let Levelled { groups, wide, tail, nodes, slot_counts: [fine, coarse], .. } = levelled;
+        let MultigridTables { groups, wide, tail, nodes, slot_counts: [fine, coarse], .. } = multigrid;
         let part = |groups: &[LevelGroup], edges: &[CoarseEdge]| -> Result<Part, GpuError> {
             Ok(Part {
                 groups: gpu.buffer_from("groups of levels", groups)?,
@@ -118,7 +119,7 @@ impl Implicit {
             })
         };
         let mut parts = vec![part(&groups[0], &[])?];
-        for (groups, edges) in groups[1..].iter().zip(&levelled.edges) {
+        for (groups, edges) in groups[1..].iter().zip(&multigrid.edges) {
             parts.push(part(groups, edges)?);
         }
         for groups in wide.iter().chain([tail]) {
@@ -134,19 +135,19 @@ impl Implicit {
         let sizes: Vec<u32> = cycle.map(|groups| groups.len() as u32).collect();
         Ok(Some(Self {
             parts,
-            slots: gpu.buffer_from("springs by node", &levelled.slots)?,
-            slot_springs: gpu.buffer_from("springs of slots", &levelled.slot_springs)?,
-            parents: gpu.buffer_from("coarser nodes", &levelled.parents)?,
-            children: gpu.buffer_from("finer nodes", &levelled.children)?,
-            edge_shares: gpu.buffer_from("finer edges", &levelled.edge_shares)?,
+            slots: gpu.buffer_from("springs by node", &multigrid.slots)?,
+            slot_springs: gpu.buffer_from("springs of slots", &multigrid.slot_springs)?,
+            parents: gpu.buffer_from("coarser nodes", &multigrid.parents)?,
+            children: gpu.buffer_from("finer nodes", &multigrid.children)?,
+            edge_weights: gpu.buffer_from("finer edges", &multigrid.edge_weights)?,
             level_sizes: gpu.buffer_from("sizes of levels", &sizes)?,
             spring_blocks: gpu.buffer("blocks of springs", *fine)?,
             coarse_blocks: gpu.buffer("blocks of coarser edges", *coarse)?,
-            couplings: levelled.couplings.as_ref().map(couplings).transpose()?,
+            couplings: multigrid.couplings.as_ref().map(couplings).transpose()?,
             diagonals: gpu.buffer("diagonal blocks", *nodes)?,
             vectors: gpu.buffer("vectors of springs", VECTORS * nodes)?,
             predicted_contacts: gpu.buffer("nodes of springs", places.len())?,
-            node_solves: gpu.buffer("systems of springs", levelled.solves)?,
+            node_solves: gpu.buffer("systems of springs", multigrid.solves)?,
             product_sums: gpu.buffer("sums of springs", groups[0].len())?,
             counts: gpu.counts("workgroups of iterations", sizes.len())?,
             statistics: gpu.buffer("what springs take", 1)?,
@@ -157,8 +158,8 @@ impl Implicit {
             solving: Solving::of(&assembly.solver),
             keeps_changes: assembly.solver.ice.warm_start || !assembly.colliders().is_empty(),
             levels: groups.len(),
-            newton_steps: levelled.newton_steps,
-            steps: levelled.iterations.saturating_add(MORE_STEPS),
+            newton_steps: multigrid.newton_steps,
+            steps: multigrid.iterations.saturating_add(MORE_STEPS),
         }))
     }
 
@@ -191,7 +192,7 @@ impl Implicit {
         all.push(run("predict_contacts_implicit", nodes));
         for newton in 0..self.newton_steps {
             if newton > 0 {
-                all.push(run("step_on", nodes));
+                all.push(run("next_newton_step", nodes));
             }
             if self.couplings.is_some() {
                 all.extend(features.get::<Elements>().into_iter().flat_map(|all| all.linearise(&[MOVED])));
@@ -199,9 +200,13 @@ impl Implicit {
             }
             self.set_up_levels(&mut all);
             all.push(run("start_nodes", nodes));
-            self.descend(&mut all);
+            self.iterate(&mut all);
         }
-        all.extend([run("note_descents", 1), run("spring_impulses", nodes), run("push_nodes", nodes)]);
+        all.extend([
+            run("record_implicit_statistics", 1),
+            run("spring_impulses", nodes),
+            run("add_implicit_forces", nodes),
+        ]);
         all
     }
 
@@ -238,30 +243,30 @@ impl Implicit {
     }
 
     /// Conjugate gradients.
-    fn descend<'f>(&'f self, all: &mut Vec<Command<'f>>) {
+    fn iterate<'f>(&'f self, all: &mut Vec<Command<'f>>) {
         let has_tail = !self.parts[self.tail()].groups.is_empty();
         let levels: Vec<(usize, usize)> =
             (1..=self.wide_levels()).map(|level| (self.wide(level), level)).collect();
         for step in 0..self.steps {
             if step % BETWEEN_COUNTS == 0 {
-                all.push(Command::run(Name::new("count_descents"), 1));
+                all.push(Command::run(Name::new("count_open_systems"), 1));
             }
             all.push(self.counted("step_nodes", (0, 0)));
             if step + 1 == self.steps {
                 // Nothing asks for what it leaves.
                 break;
             }
-            all.push(self.counted("left_of_nodes", (0, 0)));
+            all.push(self.counted("residual_of_nodes", (0, 0)));
             for &level in &levels {
-                all.extend([self.counted("restrict_level", level), self.counted("left_of_level", level)]);
+                all.extend([self.counted("restrict_level", level), self.counted("residual_of_level", level)]);
             }
             if has_tail {
                 all.push(self.counted("cycle_tail", (self.tail(), self.levels)));
             }
             for &level in levels.iter().rev() {
-                all.extend([self.counted("follow_level", level), self.counted("smooth_level", level)]);
+                all.extend([self.counted("prolong_level", level), self.counted("smooth_level", level)]);
             }
-            for entry in ["follow_level", "smooth_nodes", "apply_nodes"] {
+            for entry in ["prolong_level", "smooth_nodes", "apply_nodes"] {
                 all.push(self.counted(entry, (0, 0)));
             }
         }
@@ -276,9 +281,9 @@ impl Implicit {
     /// What springs changed of each place's velocity [m/s]; waits for it.
     fn changes(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
         let vectors = self.vectors.read(gpu)?;
-        let first = Vector::Pulled as usize * self.nodes;
-        let pulled = vectors[first..first + self.places.len()].iter();
-        Ok(pulled.flat_map(|&[x, y, z, _]| [x, y, z].map(f64::from)).collect())
+        let first = Vector::SpringChange as usize * self.nodes;
+        let spring_change = vectors[first..first + self.places.len()].iter();
+        Ok(spring_change.flat_map(|&[x, y, z, _]| [x, y, z].map(f64::from)).collect())
     }
 }
 
@@ -293,7 +298,7 @@ impl Feature for Implicit {
             ("slot_springs", &self.slot_springs),
             ("parents", &self.parents),
             ("children", &self.children),
-            ("edge_shares", &self.edge_shares),
+            ("edge_weights", &self.edge_weights),
             ("level_sizes", &self.level_sizes),
             ("spring_blocks", &self.spring_blocks),
             ("coarse_blocks", &self.coarse_blocks),
@@ -356,6 +361,6 @@ impl Feature for Implicit {
         let own = state.warm_start.get(3 * self.places.start..3 * self.places.end).unwrap_or_default();
         let fours: Vec<Four> =
             (own.as_chunks::<3>().0.iter()).map(|&[x, y, z]| [x as f32, y as f32, z as f32, 0.0]).collect();
-        self.vectors.write(gpu, Vector::Pulled as usize * self.nodes, &fours);
+        self.vectors.write(gpu, Vector::SpringChange as usize * self.nodes, &fours);
     }
 }

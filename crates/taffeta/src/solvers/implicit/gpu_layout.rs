@@ -39,10 +39,10 @@ pub struct CoarseEdge {
     pub count: u32,
 }
 
-/// `Share` of levels.wgsl.
+/// `WeightedIndex` of levels.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Share {
+pub struct WeightedIndex {
     pub at: u32,
     pub weight: f32,
 }
@@ -65,10 +65,10 @@ pub struct Diagonal {
     pub inverse: Symmetric,
 }
 
-/// `Descent` of levels.wgsl.
+/// `PcgState` of levels.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct Descent {
+pub struct PcgState {
     pub passes: u32,
     pub is_done: u32,
     pub iterations: u32,
@@ -83,14 +83,14 @@ pub struct Descent {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct NodeSolve {
     pub before: u32,
-    pub kept: Descent,
-    pub next: Descent,
+    pub kept: PcgState,
+    pub next: PcgState,
 }
 
 /// Sorts of vectors by node in `vectors` of levels.wgsl, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Vector {
-    Left,
+    Residual,
     Cycle,
     Cycled,
     Change,
@@ -99,8 +99,8 @@ pub enum Vector {
     Product,
     Impulse,
     Total,
-    Pulled,
+    SpringChange,
 }
 
 /// How many there are.
-pub const VECTORS: usize = Vector::Pulled as usize + 1;
+pub const VECTORS: usize = Vector::SpringChange as usize + 1;

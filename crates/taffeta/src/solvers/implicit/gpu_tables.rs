@@ -7,7 +7,9 @@ use crate::gpu::bodies::Bodies;
 use crate::gpu::layout::{Four, GROUP};
 use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::implicit::couplings::{self, Couplings, Solved, Springs};
-use crate::solvers::implicit::gpu_layout::{CoarseEdge, LevelGroup, Parents, Share, SlotSpring, VECTORS};
+use crate::solvers::implicit::gpu_layout::{
+    CoarseEdge, LevelGroup, Parents, SlotSpring, VECTORS, WeightedIndex,
+};
 use crate::solvers::implicit::levels::Level;
 use crate::solvers::implicit::slots::{NO_EDGE, Slots};
 use crate::solvers::iterations as needed;
@@ -19,7 +21,7 @@ const FEW: usize = GROUP;
 
 /// The levels of some bodies; none where its springs are not solved for by nodes.
 #[derive(Default)]
-pub struct Levelled {
+pub struct MultigridTables {
     /// Groups of all bodies, by level.
     pub groups: Vec<Vec<LevelGroup>>,
     /// Of them those of coarser levels that are in no tail, by level from the first coarser one on.
@@ -35,10 +37,10 @@ pub struct Levelled {
     pub slot_springs: Vec<SlotSpring>,
     pub parents: Vec<Parents>,
     /// Starts, then children.
-    pub children: Vec<Share>,
+    pub children: Vec<WeightedIndex>,
     /// Edges of each coarser level.
     pub edges: Vec<Vec<CoarseEdge>>,
-    pub edge_shares: Vec<Share>,
+    pub edge_weights: Vec<WeightedIndex>,
     /// Blocks of other elements, where some are solved for.
     pub couplings: Option<CouplingWords>,
     /// Number of systems.
@@ -141,7 +143,7 @@ impl Part {
     }
 }
 
-impl Levelled {
+impl MultigridTables {
     /// Whether there is nothing to solve for.
     pub fn is_empty(&self) -> bool {
         self.solves == 0
@@ -172,21 +174,21 @@ impl Levelled {
         let parts: Vec<Part> = std::iter::once(Part::new(&places, &all.ends))
             .chain(coarser.take_while(|part| part.places > 0))
             .collect();
-        let mut levelled = Self {
+        let mut multigrid = Self {
             solves,
             newton_steps: assembly.solver.ice.newton_steps,
             iterations: needed::descents(assembly, bodies.clone()),
             ..Self::default()
         };
-        levelled.list_springs(assembly, &parts[0]);
+        multigrid.list_springs(assembly, &parts[0]);
         if coupled {
-            levelled.edges = vec![Vec::new(); parts.len() - 1];
+            multigrid.edges = vec![Vec::new(); parts.len() - 1];
         } else {
-            levelled.list_edges(&parts, assembly.levels());
+            multigrid.list_edges(&parts, assembly.levels());
         }
-        levelled.lay_out(&parts)?;
-        levelled.follow(&parts, assembly.levels());
-        levelled.cut(&parts);
+        multigrid.lay_out(&parts)?;
+        multigrid.follow(&parts, assembly.levels());
+        multigrid.cut(&parts);
         if let Some(couplings) = couplings::Tables::new(assembly, &bodies, &parts[0].slots, Springs::All) {
             let places: Vec<usize> = parts.iter().map(|part| part.places).collect();
             let mut words = CouplingWords::new(&couplings, &places, elements)?;
@@ -194,9 +196,9 @@ impl Levelled {
             for body in bodies.clone().filter(with_elements) {
                 words.mark(&parts, body - bodies.start);
             }
-            levelled.couplings = Some(words);
+            multigrid.couplings = Some(words);
         }
-        Ok(levelled)
+        Ok(multigrid)
     }
 
     /// What each slot of the finest level is.
@@ -222,9 +224,9 @@ impl Levelled {
             let slot = |source: u32| base_finer + finer.of_edge[source as usize - finer.first_edge][0];
             let mut edges = Vec::with_capacity(here.of_edge.len());
             for (number, slots) in (here.first_edge..).zip(&here.of_edge) {
-                let (first, row) = (self.edge_shares.len() as u32, level.sources.row(number));
-                self.edge_shares
-                    .extend(row.iter().map(|&(source, weight)| Share { at: slot(source), weight }));
+                let (first, row) = (self.edge_weights.len() as u32, level.sources.row(number));
+                self.edge_weights
+                    .extend(row.iter().map(|&(source, weight)| WeightedIndex { at: slot(source), weight }));
                 edges.push(CoarseEdge {
                     slots: slots.map(|slot| base + slot),
                     first,
@@ -281,8 +283,8 @@ impl Levelled {
         self.parents = (0..self.nodes).map(parents).collect();
         let children = rows.transposed(self.nodes);
         let header = self.nodes as u32 + 1;
-        let starts = children.offsets.iter().map(|&start| Share { at: header + start, weight: 0.0 });
-        let items = children.items.iter().map(|&(at, weight)| Share { at, weight });
+        let starts = children.offsets.iter().map(|&start| WeightedIndex { at: header + start, weight: 0.0 });
+        let items = children.items.iter().map(|&(at, weight)| WeightedIndex { at, weight });
         self.children = starts.chain(items).collect();
     }
 
@@ -439,14 +441,14 @@ mod tests {
         Assembly::new(&scene).unwrap()
     }
 
-    fn of(assembly: &Assembly, bodies: Range<usize>) -> Levelled {
+    fn of(assembly: &Assembly, bodies: Range<usize>) -> MultigridTables {
         let bodies = Bodies::new(assembly, bodies);
-        Levelled::new(&bodies, &ElementTables::new(&bodies)).unwrap()
+        MultigridTables::new(&bodies, &ElementTables::new(&bodies)).unwrap()
     }
 
     /// Slots of a node, and the nodes at their other ends.
-    fn slots_of(levelled: &Levelled, node: usize) -> Vec<(usize, usize)> {
-        let slots = &levelled.slots;
+    fn slots_of(multigrid: &MultigridTables, node: usize) -> Vec<(usize, usize)> {
+        let slots = &multigrid.slots;
         let range = slots[1 + node / LANES] as usize + node % LANES..slots[2 + node / LANES] as usize;
         range.step_by(LANES).map(|at| (at, slots[at] as usize)).filter(|&(_, other)| other != node).collect()
     }
@@ -455,49 +457,49 @@ mod tests {
     fn slots_lead_both_ways_on_all_levels_and_edges_know_theirs() {
         let assembly = assembly();
         for bodies in [0..4, 1..3, 2..4] {
-            let levelled = of(&assembly, bodies);
-            let leads = |from: usize, to: usize| slots_of(&levelled, from).iter().any(|slot| slot.1 == to);
-            let mut owner = vec![usize::MAX; levelled.slots.len()];
-            for node in 0..levelled.nodes {
-                for (at, other) in slots_of(&levelled, node) {
+            let multigrid = of(&assembly, bodies);
+            let leads = |from: usize, to: usize| slots_of(&multigrid, from).iter().any(|slot| slot.1 == to);
+            let mut owner = vec![usize::MAX; multigrid.slots.len()];
+            for node in 0..multigrid.nodes {
+                for (at, other) in slots_of(&multigrid, node) {
                     assert!(leads(other, node), "{node} to {other}");
                     owner[at] = node;
                 }
             }
-            for edge in levelled.edges.iter().flatten() {
-                let [a, b] = edge.slots.map(|slot| (slot + levelled.slots[0]) as usize);
-                assert_eq!([owner[a], owner[b]], [levelled.slots[b] as usize, levelled.slots[a] as usize]);
+            for edge in multigrid.edges.iter().flatten() {
+                let [a, b] = edge.slots.map(|slot| (slot + multigrid.slots[0]) as usize);
+                assert_eq!([owner[a], owner[b]], [multigrid.slots[b] as usize, multigrid.slots[a] as usize]);
             }
         }
     }
 
     #[test]
     fn children_are_those_that_follow_a_node() {
-        let levelled = of(&assembly(), 0..4);
+        let multigrid = of(&assembly(), 0..4);
         let mut all = 0;
-        for node in 0..levelled.nodes {
-            let range = levelled.children[node].at as usize..levelled.children[node + 1].at as usize;
-            for child in &levelled.children[range] {
-                let Parents { nodes, weights } = levelled.parents[child.at as usize];
+        for node in 0..multigrid.nodes {
+            let range = multigrid.children[node].at as usize..multigrid.children[node + 1].at as usize;
+            for child in &multigrid.children[range] {
+                let Parents { nodes, weights } = multigrid.parents[child.at as usize];
                 assert!(nodes.iter().zip(weights).any(|one| one == (&(node as u32), child.weight)));
                 all += 1;
             }
         }
-        let followed = levelled.parents.iter().flat_map(|one| one.weights).filter(|weight| *weight > 0.0);
+        let followed = multigrid.parents.iter().flat_map(|one| one.weights).filter(|weight| *weight > 0.0);
         assert_eq!(followed.count(), all);
     }
 
     #[test]
     fn every_node_of_a_level_is_in_one_group_and_levels_of_few_nodes_are_tails() {
-        let levelled = of(&assembly(), 0..4);
+        let multigrid = of(&assembly(), 0..4);
         assert_eq!(
-            (levelled.solves, levelled.wide[0].iter().map(|group| group.count).sum::<u32>()),
+            (multigrid.solves, multigrid.wide[0].iter().map(|group| group.count).sum::<u32>()),
             (3, 21 * 26)
         );
         let count = |groups: &[LevelGroup]| groups.iter().map(|group| group.count).sum::<u32>();
-        let coarser: u32 = levelled.groups[1..].iter().map(|groups| count(groups)).sum();
-        let wide: u32 = levelled.wide.iter().map(|groups| count(groups)).sum();
-        assert_eq!(coarser, wide + count(&levelled.tail));
-        assert!(levelled.tail.iter().all(|group| group.count as usize <= FEW));
+        let coarser: u32 = multigrid.groups[1..].iter().map(|groups| count(groups)).sum();
+        let wide: u32 = multigrid.wide.iter().map(|groups| count(groups)).sum();
+        assert_eq!(coarser, wide + count(&multigrid.tail));
+        assert!(multigrid.tail.iter().all(|group| group.count as usize <= FEW));
     }
 }

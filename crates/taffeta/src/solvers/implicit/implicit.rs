@@ -48,7 +48,7 @@ pub struct Stiff<T> {
 
 /// What a spring contributes: B u = q (q·u) + across·u.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Link<T> {
+pub struct LinearSpring<T> {
     /// q [kg^½].
     pub q: [T; 3],
     /// h² g [kg].
@@ -73,13 +73,13 @@ impl<T: Real> Stiff<T> {
 
     /// The impulse of a spring [N s] along it towards its other end, whose velocity is `dv` [m/s] off.
     #[inline(always)]
-    pub fn impulse(&self, link: &Link<T>, dv: [T; 3]) -> T {
-        link.impulse + self.h * (self.e * dot(dv, link.along))
+    pub fn impulse(&self, spring: &LinearSpring<T>, dv: [T; 3]) -> T {
+        spring.impulse + self.h * (self.e * dot(dv, spring.along))
     }
 
     /// The spring with `d` from its one end to the other [m].
     #[inline(always)]
-    pub fn link(&self, d: [T; 3], rest_length: T) -> Link<T> {
+    pub fn spring(&self, d: [T; 3], rest_length: T) -> LinearSpring<T> {
         let squared = dot(d, d);
         let squared = if squared < T::TINY { T::TINY } else { squared };
         let length = squared.sqrt();
@@ -88,10 +88,10 @@ impl<T: Real> Stiff<T> {
         let across = pull.abs() * inverse;
         let across = self.hh * if across > self.k { self.k } else { across };
         // No less than h e, for the stiffness across is at most k.
-        let left = self.axial - across;
-        let left = if left > T::ZERO { left.sqrt() } else { T::ZERO };
+        let axial = self.axial - across;
+        let axial = if axial > T::ZERO { axial.sqrt() } else { T::ZERO };
         let n = scale(d, inverse);
-        Link { q: scale(n, left), across, along: n, impulse: self.h * pull }
+        LinearSpring { q: scale(n, axial), across, along: n, impulse: self.h * pull }
     }
 }
 
@@ -117,7 +117,7 @@ pub fn edge_times<T: Real>(q: [T; 3], across: T, u: [T; 3]) -> [T; 3] {
 
 /// A sum, and a share of what another node or edge has.
 #[inline(always)]
-pub fn add_share<T: Real, const N: usize>(mut sum: [T; N], weight: T, v: [T; N]) -> [T; N] {
+pub fn add_weighted<T: Real, const N: usize>(mut sum: [T; N], weight: T, v: [T; N]) -> [T; N] {
     for one in 0..N {
         sum[one] += weight * v[one];
     }
@@ -126,8 +126,8 @@ pub fn add_share<T: Real, const N: usize>(mut sum: [T; N], weight: T, v: [T; N])
 
 /// A step of Jacobi's iteration from a vector that leaves this of the right side.
 #[inline(always)]
-pub fn jacobi<T: Real>(inverse: &Symmetric<T>, left: [T; 3]) -> [T; 3] {
-    times(inverse, left.map(|one| T::from_f64(DAMPING) * one))
+pub fn jacobi<T: Real>(inverse: &Symmetric<T>, residual: [T; 3]) -> [T; 3] {
+    times(inverse, residual.map(|one| T::from_f64(DAMPING) * one))
 }
 
 /// The diagonal of a node on the finest level: what coarser levels see of it beside edges, and the inverse of `all`, which its
@@ -160,7 +160,7 @@ pub fn right_side<T: Real>(impulse: [T; 3], mass: T, off: [T; 3]) -> [T; 3] {
 /// What springs change of a node's velocity [m/s]: what was `found`, and where a surface holds it what they alone, `springs`,
 /// press on that.
 #[inline(always)]
-pub fn pulled_by_springs<T: Real>(predicted: &PredictedContact<T>, found: [T; 3], springs: [T; 3]) -> [T; 3] {
+pub fn velocity_change<T: Real>(predicted: &PredictedContact<T>, found: [T; 3], springs: [T; 3]) -> [T; 3] {
     if !predicted.in_contact() {
         return found;
     }
@@ -244,25 +244,25 @@ mod tests {
     #[test]
     fn a_link_is_that_by_hand() {
         // l = 5 along (3, 0, 4), L = 4, k = 10, e = 2, h = 0.5: pull 10, g = 2, h² g = 0.5, h² k + h e = 3.5.
-        let link = Stiff::new(10.0, 2.0, 0.5).link([3.0, 0.0, 4.0], 4.0);
+        let spring = Stiff::new(10.0, 2.0, 0.5).spring([3.0, 0.0, 4.0], 4.0);
         let q = f64::sqrt(3.0);
-        close(&link.q, &[0.6 * q, 0.0, 0.8 * q], 1e-14);
-        close(&[link.across, link.impulse], &[0.5, 5.0], 1e-14);
+        close(&spring.q, &[0.6 * q, 0.0, 0.8 * q], 1e-14);
+        close(&[spring.across, spring.impulse], &[0.5, 5.0], 1e-14);
         // Along n it is h² k + h e, across h² g.
-        let b = block(link.q, link.across);
+        let b = block(spring.q, spring.across);
         close(&times(&b, [0.6, 0.0, 0.8]), &[2.1, 0.0, 2.8], 1e-14);
         close(&times(&b, [0.0, 1.0, 0.0]), &[0.0, 0.5, 0.0], 1e-14);
         // Compressed by as much: the same block but for |l − L|/l.
-        let short = Stiff::new(10.0, 2.0, 0.5).link([3.0, 0.0, 4.0], 6.0);
+        let short = Stiff::new(10.0, 2.0, 0.5).spring([3.0, 0.0, 4.0], 6.0);
         close(&[short.across, short.impulse], &[0.5, -5.0], 1e-14);
     }
 
     #[test]
     fn blocks_stay_positive_where_a_spring_is_crushed_or_nothing() {
         let stiff = Stiff::<f32>::new(1e6, 0.0, 0.016);
-        let crushed = stiff.link([1e-9, 0.0, 0.0], 0.1);
+        let crushed = stiff.spring([1e-9, 0.0, 0.0], 0.1);
         assert!(crushed.q == [0.0; 3] && crushed.across.is_finite() && crushed.across > 0.0);
-        let none = Stiff::<f32>::new(0.0, 0.0, 0.016).link([0.0; 3], 0.0);
+        let none = Stiff::<f32>::new(0.0, 0.0, 0.016).spring([0.0; 3], 0.0);
         assert!(none.q == [0.0; 3] && none.across == 0.0 && none.impulse == 0.0);
     }
 

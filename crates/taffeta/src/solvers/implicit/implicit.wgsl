@@ -19,7 +19,7 @@
 #import gpu/wgsl/vector.wgsl
 
 /// What a spring contributes: B u = q (q·u) + across·u.
-struct SpringLink {
+struct LinearSpring {
     /// q [kg^½].
     q: vec3f,
     /// h² g [kg].
@@ -39,7 +39,7 @@ struct Symmetric {
 const FLOOR: f32 = 16.0;
 
 /// The spring with `d` from its one end to the other [m], of stiffness `k` [N/m] and damping `e` [kg/s] over a step `h` [s].
-fn spring_link(k: f32, e: f32, h: f32, d: vec3f, rest_length: f32) -> SpringLink {
+fn linear_spring(k: f32, e: f32, h: f32, d: vec3f, rest_length: f32) -> LinearSpring {
     let length_squared = dot3(d, d);
     let squared = select(length_squared, TINY, length_squared < TINY);
     let length = sqrt(squared);
@@ -48,18 +48,18 @@ fn spring_link(k: f32, e: f32, h: f32, d: vec3f, rest_length: f32) -> SpringLink
     let taut = abs(pull) * inverse;
     let across = h * h * select(taut, k, taut > k);
     // No less than h e, for the stiffness across is at most k.
-    let left = h * (k * h + e) - across;
+    let axial = h * (k * h + e) - across;
     let n = d * inverse;
-    return SpringLink(n * sqrt(max(left, 0.0)), across, n, pull);
+    return LinearSpring(n * sqrt(max(axial, 0.0)), across, n, pull);
 }
 
 /// A sum, and a spring's block times a vector.
-fn add_link_times(sum: vec3f, q: vec3f, across: f32, u: vec3f) -> vec3f {
+fn add_block_times(sum: vec3f, q: vec3f, across: f32, u: vec3f) -> vec3f {
     return sum + q * dot3(q, u) + across * u;
 }
 
 /// A sum, and a spring's block.
-fn add_link(sum: Symmetric, q: vec3f, across: f32) -> Symmetric {
+fn add_block(sum: Symmetric, q: vec3f, across: f32) -> Symmetric {
     return Symmetric(sum.diagonal + q * q + across, sum.mixed + vec3f(q.x * q.y, q.x * q.z, q.y * q.z));
 }
 

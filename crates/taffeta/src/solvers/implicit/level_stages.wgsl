@@ -8,23 +8,23 @@
 #import solvers/dual/solve.wgsl
 #import solvers/implicit/levels.wgsl
 
-/// What the first step on the finest level has left.
+/// The residual on the finest level, after its first step.
 @compute @workgroup_size(256)
-fn left_of_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+fn residual_of_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let index = counted_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count
         || node_solves[level_groups[index].solve].next.is_done != 0u {
         return;
     }
     let node = level_groups[index].first + lane;
-    let left = vector_of(LEFT, node) - system_times(mass_of(node), CYCLE, node);
-    put_vector(CYCLED, node, filtered(predicted_at(node), left));
+    let residual = vector_of(RESIDUAL, node) - system_times(mass_of(node), CYCLE, node);
+    put_vector(CYCLED, node, filtered(predicted_at(node), residual));
 }
 
 /// The right side of a coarser level, and the first step there.
 fn restrict_to(node: u32) {
     let right = sum_of_children(node);
-    put_vector(LEFT, node, right);
+    put_vector(RESIDUAL, node, right);
     put_vector(CYCLE, node, jacobi_step(node, right));
 }
 
@@ -38,20 +38,20 @@ fn restrict_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_in
     restrict_to(level_groups[index].first + lane);
 }
 
-/// What a vector leaves of a coarser level's right side.
-fn left_on_level(which: u32, node: u32) -> vec3f {
-    return vector_of(LEFT, node) - level_times(which, node);
+/// The residual of a vector on a coarser level.
+fn residual_on_level(which: u32, node: u32) -> vec3f {
+    return vector_of(RESIDUAL, node) - level_times(which, node);
 }
 
 @compute @workgroup_size(256)
-fn left_of_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+fn residual_of_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let index = counted_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count
         || node_solves[level_groups[index].solve].next.is_done != 0u {
         return;
     }
     let node = level_groups[index].first + lane;
-    put_vector(CYCLED, node, left_on_level(CYCLE, node));
+    put_vector(CYCLED, node, residual_on_level(CYCLE, node));
 }
 
 /// All levels of few nodes, one group each, down and up.
@@ -73,7 +73,7 @@ fn cycle_tail(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
         }
         storageBarrier();
         if is_there && level + 1u < group.groups {
-            put_vector(CYCLED, node, left_on_level(CYCLE, node));
+            put_vector(CYCLED, node, residual_on_level(CYCLE, node));
         }
         storageBarrier();
     }
@@ -109,12 +109,12 @@ fn sweep_coarsest(group: LevelGroup, lane: u32) {
 
 /// A step of Jacobi's iteration on a coarser level.
 fn smooth_on_level(before: u32, after: u32, node: u32) {
-    put_vector(after, node, vector_of(before, node) + jacobi_step(node, left_on_level(before, node)));
+    put_vector(after, node, vector_of(before, node) + jacobi_step(node, residual_on_level(before, node)));
 }
 
-/// Adds what nodes of a level follow of the coarser one's answer.
+/// Prolongation: adds to a level the correction of the coarser one.
 @compute @workgroup_size(256)
-fn follow_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+fn prolong_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let index = counted_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count
         || node_solves[level_groups[index].solve].next.is_done != 0u {
@@ -148,6 +148,6 @@ fn smooth_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_inde
         return;
     }
     let node = level_groups[index].first + lane;
-    let left = vector_of(LEFT, node) - system_times(mass_of(node), CYCLE, node);
-    put_vector(CYCLED, node, vector_of(CYCLE, node) + jacobi_step(node, left));
+    let residual = vector_of(RESIDUAL, node) - system_times(mass_of(node), CYCLE, node);
+    put_vector(CYCLED, node, vector_of(CYCLE, node) + jacobi_step(node, residual));
 }

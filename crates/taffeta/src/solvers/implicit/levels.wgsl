@@ -1,5 +1,5 @@
-// Springs that are solved for by nodes, on the device: levels of nodes, 256 for each workgroup, and how far each body's system
-// is. Nodes of all levels have numbers of one sort: places first, then those of each coarser level, bodies one after the other.
+// Implicit springs on the device: multigrid levels of nodes, 256 for each workgroup, and the state of each body's solve.
+// Nodes of all levels have numbers of one sort: places first, then those of each coarser level, bodies one after the other.
 // A body's nodes are in groups of their own, so that any number of bodies shares a dispatch. Kernels of a level find its groups
 // alone in `level_groups`.
 
@@ -39,8 +39,8 @@ struct CoarseEdge {
     count: u32,
 }
 
-/// A share of what is at that place.
-struct Share {
+/// An index and its weight.
+struct WeightedIndex {
     at: u32,
     weight: f32,
 }
@@ -51,8 +51,8 @@ struct Diagonal {
     inverse: Symmetric,
 }
 
-/// How far a system is.
-struct Descent {
+/// State of preconditioned conjugate gradients on a system.
+struct PcgState {
     /// Times that the system was applied.
     passes: u32,
     is_done: u32,
@@ -73,12 +73,12 @@ struct NodeSolve {
     /// Iterations of the Newton steps that are done.
     before: u32,
     /// As products left it, and as steps have found it since.
-    kept: Descent,
-    next: Descent,
+    kept: PcgState,
+    next: PcgState,
 }
 
 /// What elements give a node: impulse [N s], and the sum of their blocks.
-struct Given {
+struct ElementSums {
     impulse: vec3f,
     diagonal: Symmetric,
 }
@@ -93,11 +93,11 @@ struct Given {
 @group(1) @binding(43) var<storage, read> parents: array<Parents>;
 /// For each node where here its children begin, in `at`, and where the last one's end; then children, nodes of the finer
 /// level.
-@group(1) @binding(44) var<storage, read> children: array<Share>;
+@group(1) @binding(44) var<storage, read> children: array<WeightedIndex>;
 /// Edges of one level.
 @group(1) @binding(45) var<storage, read> coarse_edges: array<CoarseEdge>;
 /// Slots of the finer level, counted from its sort's first.
-@group(1) @binding(46) var<storage, read> edge_shares: array<Share>;
+@group(1) @binding(46) var<storage, read> edge_weights: array<WeightedIndex>;
 /// Groups of each level that kernels of the iteration have, those of the tail last.
 @group(1) @binding(47) var<storage, read> level_sizes: array<u32>;
 /// By slot of the finest level: q, and the stiffness across in w.
@@ -115,9 +115,10 @@ struct Given {
 
 /// Number of sorts of vectors.
 const VECTORS: u32 = 10u;
-/// What is left of the right side, as far as nodes yield; mass [kg] in w.
-const LEFT: u32 = 0u;
-/// What the cycle makes of it, by turns; at first, the latter is the changes to start from.
+/// The residual, filtered by what holds nodes; mass [kg] in w.
+const RESIDUAL: u32 = 0u;
+/// The V-cycle's two vectors, by turns: CYCLED is the preconditioned residual after it, and before the first one the initial
+/// guess.
 const CYCLE: u32 = 1u;
 const CYCLED: u32 = 2u;
 /// Change of velocity [m/s] in this Newton step.
@@ -125,14 +126,14 @@ const CHANGE: u32 = 3u;
 /// Direction of the step, and the system times it; while the system is set up, place and velocity that it starts from.
 const DIRECTION: u32 = 4u;
 const DIRECTION_PRODUCT: u32 = 5u;
-/// The system times the cycle's answer; at last, springs' impulses [N s].
+/// The system times the preconditioned residual; at the end, impulses of springs [N s].
 const PRODUCT: u32 = 6u;
 /// Impulse of springs where the Newton step starts [N s].
 const IMPULSE: u32 = 7u;
 /// Change of velocity [m/s], from that without springs to that where the Newton step starts; at first with m |v* − v|² in w.
 const TOTAL: u32 = 8u;
-/// What springs changed of the velocity [m/s] in the last sub-step.
-const PULLED: u32 = 9u;
+/// Change of velocity [m/s] by springs in the last sub-step: the warm start.
+const SPRING_CHANGE: u32 = 9u;
 
 /// Damping of Jacobi's iteration: no eigenvalue of a graph's matrix is beyond 2 by its diagonal.
 const DAMPING: f32 = 0.7;
@@ -161,7 +162,7 @@ fn slots_of(node: u32) -> vec2u {
 
 /// Mass of a node on the finest level [kg].
 fn mass_of(node: u32) -> f32 {
-    return vectors[vector_at(LEFT, node)].w;
+    return vectors[vector_at(RESIDUAL, node)].w;
 }
 
 /// Masses and springs of the finest level times a vector, at a node; nothing holds it.
@@ -171,15 +172,15 @@ fn springs_times(mass: f32, which: u32, node: u32) -> vec3f {
     let range = slots_of(node);
     let first = slots[1];
     for (var at = range.x; at < range.y; at += LANES) {
-        let link = spring_blocks[at - first];
-        sum = add_link_times(sum, link.xyz, link.w, own - vector_of(which, slots[at]));
+        let linear = spring_blocks[at - first];
+        sum = add_block_times(sum, linear.xyz, linear.w, own - vector_of(which, slots[at]));
     }
     return sum;
 }
 
-/// A step of Jacobi's iteration from a vector of which this is left.
-fn jacobi_step(node: u32, left: vec3f) -> vec3f {
-    return times(diagonals[node].inverse, DAMPING * left);
+/// A damped step of Jacobi's iteration for a residual.
+fn jacobi_step(node: u32, residual: vec3f) -> vec3f {
+    return times(diagonals[node].inverse, DAMPING * residual);
 }
 
 /// What a node's children give it of their diagonals, beside edges and couplings.
@@ -192,7 +193,7 @@ fn own_of_children(node: u32) -> Symmetric {
     return own;
 }
 
-/// What children leave of their right sides.
+/// Restriction: the right side of a node, from the residuals of its children.
 fn sum_of_children(node: u32) -> vec3f {
     let last = children[node + 1u].at;
     var sum = vec3f(0.0);

@@ -20,8 +20,8 @@ fn level_times(which: u32, node: u32) -> vec3f {
 }
 
 /// What other elements give a node.
-fn given_by_elements(node: u32) -> Given {
-    return Given(vec3f(0.0), Symmetric(vec3f(0.0), vec3f(0.0)));
+fn given_by_elements(node: u32) -> ElementSums {
+    return ElementSums(vec3f(0.0), Symmetric(vec3f(0.0), vec3f(0.0)));
 }
 
 /// Coarser levels need no sum of a node's blocks.

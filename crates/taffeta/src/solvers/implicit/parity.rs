@@ -13,9 +13,9 @@ use crate::solvers::explicit::parity::kernel_of;
 use crate::solvers::implicit::couplings_twin::{OfElements, any_blocks};
 use crate::solvers::implicit::gpu::COUPLED;
 use crate::solvers::implicit::gpu_layout::{
-    CoarseEdge, Descent, Diagonal, LevelGroup, NodeSolve, Symmetric, Vector,
+    CoarseEdge, Diagonal, LevelGroup, NodeSolve, PcgState, Symmetric, Vector,
 };
-use crate::solvers::implicit::gpu_tables::Levelled;
+use crate::solvers::implicit::gpu_tables::MultigridTables;
 use crate::solvers::implicit::twin::{Twin, Work};
 use taffeta_gpu::bytemuck::Pod;
 use taffeta_gpu::{Access, Kernel};
@@ -23,7 +23,7 @@ use taffeta_gpu::{Access, Kernel};
 const COUNTED: &str = "numbers alone";
 const SAME: &str = "the same operations in the same order; hardware may fuse products and sums";
 const SUMMED: &str =
-    "the same sums by halves; hardware may fuse products and sums, and what is left of them is small";
+    "the same sums by halves; hardware may fuse products and sums, and what is residual of them is small";
 const INVERTED: &str = "the same operations in the same order; hardware may fuse products and sums, and blocks that \
                         are nearly flat are inverted";
 const BORNE: &str = "the same operations in the same order; hardware may fuse products and sums, and what a surface bears \
@@ -34,25 +34,25 @@ pub const ROWS: &[Row] = &[
     row("free_nodes", Tolerance::new(0.0, 64.0, SAME), free),
     row("predict_contacts_implicit", Tolerance::new(0.0, 512.0, SAME), predict_contacts),
     row("predict_mesh_contacts_implicit", Tolerance::new(0.0, 512.0, SAME), predict_mesh_contacts),
-    row("step_on", Tolerance::new(0.0, 64.0, SAME), step_on),
+    row("next_newton_step", Tolerance::new(0.0, 64.0, SAME), next_newton_step),
     row("set_up_nodes", Tolerance::new(0.0, 512.0, INVERTED), set_up),
     row("coarsen_springs", Tolerance::new(0.0, 64.0, SAME), coarsen_springs),
     row("coarsen_edges", Tolerance::new(0.0, 64.0, SAME), coarsen_edges),
     row("coarsen_nodes", Tolerance::new(0.0, 512.0, INVERTED), coarsen_nodes),
     row("start_nodes", Tolerance::new(0.0, 64.0, SUMMED), start),
     row("step_nodes", Tolerance::new(0.0, 64.0, SUMMED), step),
-    row("left_of_nodes", Tolerance::new(0.0, 64.0, SAME), left_of_nodes),
+    row("residual_of_nodes", Tolerance::new(0.0, 64.0, SAME), residual_of_nodes),
     row("restrict_level", Tolerance::new(0.0, 64.0, SAME), restrict),
-    row("left_of_level", Tolerance::new(0.0, 64.0, SAME), left_of_level),
+    row("residual_of_level", Tolerance::new(0.0, 64.0, SAME), residual_of_level),
     row("cycle_tail", Tolerance::new(0.0, 512.0, SAME), tail),
-    row("follow_level", Tolerance::new(0.0, 64.0, SAME), follow),
+    row("prolong_level", Tolerance::new(0.0, 64.0, SAME), follow),
     row("smooth_level", Tolerance::new(0.0, 64.0, SAME), smooth_level),
     row("smooth_nodes", Tolerance::new(0.0, 64.0, SAME), smooth_nodes),
     row("apply_nodes", Tolerance::new(0.0, 64.0, SUMMED), apply),
-    row("count_descents", Tolerance::new(0.0, 0.0, COUNTED), count),
+    row("count_open_systems", Tolerance::new(0.0, 0.0, COUNTED), count),
     row("spring_impulses", Tolerance::new(0.0, 64.0, SAME), impulses),
-    row("push_nodes", Tolerance::new(0.0, 1024.0, BORNE), push),
-    row("note_descents", Tolerance::new(0.0, 8.0, SAME), note),
+    row("add_implicit_forces", Tolerance::new(0.0, 1024.0, BORNE), push),
+    row("record_implicit_statistics", Tolerance::new(0.0, 8.0, SAME), note),
     row("set_up_couplings", Tolerance::new(0.0, 64.0, SAME), set_up_couplings),
     row("coarsen_couplings", Tolerance::new(0.0, 512.0, INVERTED), coarsen_couplings),
     row("bound_couplings", Tolerance::new(0.0, 512.0, SAME), bound_couplings),
@@ -83,9 +83,9 @@ fn solvers() -> [Solver; 2] {
 const CASES: usize = 11;
 
 /// The progress of a system of that case, whose sums are `sums`.
-fn descent(chance: &mut Chance, case: usize, sums: Four, solving: &Solving) -> Descent {
+fn descent(chance: &mut Chance, case: usize, sums: Four, solving: &Solving) -> PcgState {
     let mut number = || chance.number().abs();
-    let mut some = Descent {
+    let mut some = PcgState {
         passes: 5,
         is_done: 0,
         iterations: 3,
@@ -114,18 +114,18 @@ fn descent(chance: &mut Chance, case: usize, sums: Four, solving: &Solving) -> D
 
 /// Arrays by chance; systems at every case of progress.
 fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
-    let (levelled, mut chance) = (&fixture.tables.levelled, Chance::new(17 + shift as u64));
-    let (places, [fine, coarse]) = (fixture.tables.len(), levelled.slot_counts);
+    let (multigrid, mut chance) = (&fixture.tables.multigrid, Chance::new(17 + shift as u64));
+    let (places, [fine, coarse]) = (fixture.tables.len(), multigrid.slot_counts);
     let mut work = Work {
         blocks: (0..fine).map(|_| four(&mut chance, 0.7)).collect(),
         coarse: vec![Symmetric::default(); coarse],
-        diagonals: (0..levelled.nodes).map(|_| some_diagonal(&mut chance)).collect(),
-        vectors: (0..(Vector::Pulled as usize + 1) * levelled.nodes)
+        diagonals: (0..multigrid.nodes).map(|_| some_diagonal(&mut chance)).collect(),
+        vectors: (0..(Vector::SpringChange as usize + 1) * multigrid.nodes)
             .map(|_| four(&mut chance, 1.3))
             .collect(),
         predicted_contacts: vec![ContactRecord { slides: 1.0, ..ContactRecord::default() }; places],
-        solves: vec![NodeSolve::default(); levelled.solves],
-        sums: levelled.groups[0].iter().map(|_| four(&mut chance, 0.9).map(f32::abs)).collect(),
+        solves: vec![NodeSolve::default(); multigrid.solves],
+        sums: multigrid.groups[0].iter().map(|_| four(&mut chance, 0.9).map(f32::abs)).collect(),
         force: fixture.force_fours().iter().map(|&[x, y, z, _]| [x, y, z, 0.0]).collect(),
         new_velocity: fixture.new.velocity.clone(),
         elements: of_elements(fixture, &mut chance),
@@ -134,11 +134,11 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
             SolveStatistics { iterations: 3_000, capped: 0, active_fraction: 1.0, residual: 1e9 },
         ][shift % 2],
     };
-    if levelled.couplings.is_some() {
+    if multigrid.couplings.is_some() {
         // Sums of elements' blocks are never flat; others would be inverted to anything.
         work.diagonals[..places].iter_mut().flat_map(|one| &mut one.own.diagonal).for_each(|one| *one += 1.5);
     }
-    for edge in levelled.edges.iter().flatten() {
+    for edge in multigrid.edges.iter().flatten() {
         let block = symmetric(&mut chance);
         edge.slots.iter().for_each(|&slot| work.coarse[slot as usize] = block);
     }
@@ -159,9 +159,9 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
 /// Blocks, forces and directions by chance, where elements are solved for.
 fn of_elements(fixture: &Fixture, chance: &mut Chance) -> OfElements {
     let tables = &fixture.tables;
-    let Some(couplings) = &tables.levelled.couplings else { return OfElements::default() };
+    let Some(couplings) = &tables.multigrid.couplings else { return OfElements::default() };
     let mut words = couplings.words.clone();
-    any_blocks(&mut words, tables.levelled.nodes, || 0.3 * chance.number());
+    any_blocks(&mut words, tables.multigrid.nodes, || 0.3 * chance.number());
     let mut fours = |count: usize| (0..count).map(|_| four(chance, 0.8)).collect();
     OfElements {
         words,
@@ -189,7 +189,7 @@ fn at_all_cases(twin: &mut Twin<'_>, chance: &mut Chance, shift: usize) {
         let case = (number + shift) % CASES;
         if case == 0 || case == 10 {
             // A system that answers the other way.
-            let groups = twin.fixture.tables.levelled.groups[0].iter().zip(&mut twin.work.sums);
+            let groups = twin.fixture.tables.multigrid.groups[0].iter().zip(&mut twin.work.sums);
             groups.filter(|(group, _)| group.solve as usize == number).for_each(|(_, sum)| sum[1] *= -1.0);
         }
         let sums = twin.body_sums(number);
@@ -206,17 +206,17 @@ fn at_all_cases(twin: &mut Twin<'_>, chance: &mut Chance, shift: usize) {
 }
 
 fn arrays(fixture: &Fixture, work: &Work, groups: &[LevelGroup], edges: &[CoarseEdge]) -> Arrays {
-    let levelled = &fixture.tables.levelled;
+    let multigrid = &fixture.tables.multigrid;
     let mut all = fixture.arrays();
     all.extend([
         ("level_groups", words(groups)),
         ("coarse_edges", words(edges)),
-        ("slots", words(&levelled.slots)),
-        ("slot_springs", words(&levelled.slot_springs)),
-        ("parents", words(&levelled.parents)),
-        ("children", words(&levelled.children)),
-        ("edge_shares", words(&levelled.edge_shares)),
-        ("level_sizes", sizes(levelled)),
+        ("slots", words(&multigrid.slots)),
+        ("slot_springs", words(&multigrid.slot_springs)),
+        ("parents", words(&multigrid.parents)),
+        ("children", words(&multigrid.children)),
+        ("edge_weights", words(&multigrid.edge_weights)),
+        ("level_sizes", sizes(multigrid)),
         ("spring_blocks", words(&work.blocks)),
         ("coarse_blocks", words(&work.coarse)),
         ("diagonals", words(&work.diagonals)),
@@ -224,12 +224,12 @@ fn arrays(fixture: &Fixture, work: &Work, groups: &[LevelGroup], edges: &[Coarse
         ("predicted_contacts", words(&work.predicted_contacts)),
         ("node_solves", words(&work.solves)),
         ("product_sums", words(&work.sums)),
-        ("level_counts", vec![POISON; 3 * sizes(levelled).len()]),
+        ("level_counts", vec![POISON; 3 * sizes(multigrid).len()]),
         ("force", words(&work.force)),
         ("new_velocity", words(&work.new_velocity)),
         ("statistics", words(&[work.statistics])),
     ]);
-    if let Some(couplings) = &levelled.couplings {
+    if let Some(couplings) = &multigrid.couplings {
         all.extend([
             ("couplings", words(&work.elements.words)),
             ("coupling_sources", words(&couplings.sources)),
@@ -241,8 +241,8 @@ fn arrays(fixture: &Fixture, work: &Work, groups: &[LevelGroup], edges: &[Coarse
 }
 
 /// Groups of each level that iterations have.
-fn sizes(levelled: &Levelled) -> Vec<u32> {
-    let all = [&levelled.groups[0]].into_iter().chain(&levelled.wide).chain([&levelled.tail]);
+fn sizes(multigrid: &MultigridTables) -> Vec<u32> {
+    let all = [&multigrid.groups[0]].into_iter().chain(&multigrid.wide).chain([&multigrid.tail]);
     all.map(|groups| groups.len() as u32).collect()
 }
 
@@ -291,7 +291,7 @@ fn all_fours(written: &mut Written<'_>, name: &str, wanted: &[Four]) {
 /// Each sort by itself.
 fn vectors(written: &mut Written<'_>, wanted: &[Four]) {
     let found: Vec<Four> = written.take("vectors");
-    let count = wanted.len() / (Vector::Pulled as usize + 1);
+    let count = wanted.len() / (Vector::SpringChange as usize + 1);
     for (sort, (wanted, found)) in wanted.chunks(count).zip(found.chunks(count)).enumerate() {
         written.compare_fours(&format!("vectors {sort}"), wanted, found);
     }
@@ -321,13 +321,13 @@ fn solves(written: &mut Written<'_>, wanted: &[NodeSolve]) {
     let found: Vec<NodeSolve> = written.take("node_solves");
     let counts = |all: &[NodeSolve]| -> Vec<f32> {
         let of = |s: &NodeSolve| {
-            let count = |d: &Descent| [d.passes, d.is_done, d.iterations].map(|number| number as f32);
+            let count = |d: &PcgState| [d.passes, d.is_done, d.iterations].map(|number| number as f32);
             [&[s.before as f32][..], &count(&s.kept), &count(&s.next)].concat()
         };
         all.iter().flat_map(of).collect()
     };
     written.outcome().copied("node_solves", &counts(wanted), &counts(&found));
-    let numbers = |d: &Descent| [d.whole, d.error, d.alpha, d.beta];
+    let numbers = |d: &PcgState| [d.whole, d.error, d.alpha, d.beta];
     for (wanted, found) in wanted.iter().zip(&found) {
         for (wanted, found) in [(&wanted.kept, &found.kept), (&wanted.next, &found.next)] {
             for (a, b) in numbers(wanted).into_iter().zip(numbers(found)) {
@@ -390,13 +390,13 @@ fn twins_on(
     for (seed, solver) in (1..).zip(solvers()) {
         let fixture = scene(seed, solver.clone(), bench.exact)?;
         let kernel = kernel_of(bench, name, &fixture)?;
-        let (levelled, solving) = (&fixture.tables.levelled, Solving::of(&solver));
+        let (multigrid, solving) = (&fixture.tables.multigrid, Solving::of(&solver));
         let (groups, edges) = match part {
-            Part::Groups(level) => (&levelled.groups[level][..], &[][..]),
-            Part::Edges(level) => (&[][..], &levelled.edges[level - 1][..]),
-            Part::Wide(level) => (&levelled.wide[level - 1][..], &[][..]),
-            Part::Tail => (&levelled.tail[..], &[][..]),
-            Part::One => (&levelled.groups[0][..], &[][..]),
+            Part::Groups(level) => (&multigrid.groups[level][..], &[][..]),
+            Part::Edges(level) => (&[][..], &multigrid.edges[level - 1][..]),
+            Part::Wide(level) => (&multigrid.wide[level - 1][..], &[][..]),
+            Part::Tail => (&multigrid.tail[..], &[][..]),
+            Part::One => (&multigrid.groups[0][..], &[][..]),
         };
         let count = match part {
             Part::One => 1,
@@ -438,8 +438,8 @@ fn predict_mesh_contacts(bench: &mut Bench<'_>) -> Result<(), String> {
     twins_on(bench, (name, scene), Part::Groups(0), |twin, _| twin.predict_mesh_contacts())
 }
 
-fn step_on(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "step_on", Part::Groups(0), |twin, _| twin.step_on())
+fn next_newton_step(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "next_newton_step", Part::Groups(0), |twin, _| twin.next_newton_step())
 }
 
 fn set_up(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -468,16 +468,16 @@ fn step(bench: &mut Bench<'_>) -> Result<(), String> {
     twins(bench, "step_nodes", Part::Groups(0), |twin, _| twin.step())
 }
 
-fn left_of_nodes(bench: &mut Bench<'_>) -> Result<(), String> {
-    both_twins(bench, "left_of_nodes", Part::Groups(0), |twin, groups| twin.leave(groups))
+fn residual_of_nodes(bench: &mut Bench<'_>) -> Result<(), String> {
+    both_twins(bench, "residual_of_nodes", Part::Groups(0), |twin, groups| twin.leave(groups))
 }
 
 fn restrict(bench: &mut Bench<'_>) -> Result<(), String> {
     twins(bench, "restrict_level", Part::Wide(1), |twin, groups| twin.restrict(groups))
 }
 
-fn left_of_level(bench: &mut Bench<'_>) -> Result<(), String> {
-    both_twins(bench, "left_of_level", Part::Wide(1), |twin, groups| twin.leave(groups))
+fn residual_of_level(bench: &mut Bench<'_>) -> Result<(), String> {
+    both_twins(bench, "residual_of_level", Part::Wide(1), |twin, groups| twin.leave(groups))
 }
 
 fn tail(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -485,8 +485,8 @@ fn tail(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn follow(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "follow_level", Part::Wide(1), |twin, groups| twin.follow(groups))?;
-    twins(bench, "follow_level", Part::Groups(0), |twin, groups| twin.follow(groups))
+    twins(bench, "prolong_level", Part::Wide(1), |twin, groups| twin.follow(groups))?;
+    twins(bench, "prolong_level", Part::Groups(0), |twin, groups| twin.follow(groups))
 }
 
 fn smooth_level(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -502,7 +502,7 @@ fn apply(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn count(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "count_descents", Part::One, |_, _| {})
+    twins(bench, "count_open_systems", Part::One, |_, _| {})
 }
 
 fn impulses(bench: &mut Bench<'_>) -> Result<(), String> {
@@ -510,11 +510,11 @@ fn impulses(bench: &mut Bench<'_>) -> Result<(), String> {
 }
 
 fn push(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "push_nodes", Part::Groups(0), |twin, _| twin.push())
+    twins(bench, "add_implicit_forces", Part::Groups(0), |twin, _| twin.push())
 }
 
 fn note(bench: &mut Bench<'_>) -> Result<(), String> {
-    twins(bench, "note_descents", Part::One, |twin, _| twin.note())
+    twins(bench, "record_implicit_statistics", Part::One, |twin, _| twin.note())
 }
 
 fn set_up_couplings(bench: &mut Bench<'_>) -> Result<(), String> {

@@ -33,7 +33,7 @@ fn free_nodes(
 }
 
 /// How a node is held: by a pin, or by the surface that the last sub-step's pulls press it against.
-fn find_contact(node: u32, x: vec4f, free: vec3f, pulls: vec3f) -> ContactRecord {
+fn find_contact(node: u32, x: vec4f, free: vec3f, spring_change: vec3f) -> ContactRecord {
     if !(x.w > 0.0) {
         return contact_record(PredictedContact(vec3f(0.0), 0.0, vec3f(0.0), 0.0), 0u, 0.0);
     }
@@ -41,7 +41,7 @@ fn find_contact(node: u32, x: vec4f, free: vec3f, pulls: vec3f) -> ContactRecord
         return contact_record(no_contact(), 0u, 0.0);
     }
     let h = substeps[0].h;
-    return deepest_contact(Approach(x.xyz, norm3(substeps[0].gravity) * h * h, free, h, pulls), predicted_contacts[node]);
+    return deepest_contact(Approach(x.xyz, norm3(substeps[0].gravity) * h * h, free, h, spring_change), predicted_contacts[node]);
 }
 
 /// What holds each node, and where the first Newton step starts.
@@ -59,37 +59,37 @@ fn predict_contacts_implicit(
     let x = old_position[node];
     let v = old_velocity[node];
     let free = new_velocity[node].xyz;
-    let pulled = vector_of(PULLED, node);
-    let found = find_contact(node, x, free, pulled);
+    let spring_change = vector_of(SPRING_CHANGE, node);
+    let found = find_contact(node, x, free, spring_change);
     predicted_contacts[node] = found;
     let predicted = predicted_in(found);
     let friction = friction_change(predicted);
     // It goes on as it went, or as a surface that holds it wants; pins as they are moved.
     let total = select(vec3f(0.0), filtered(predicted, v.xyz) + (predicted.velocity - friction) - free, x.w > 0.0);
-    let start = select(vec3f(0.0), filtered(predicted, pulled - (total - friction)), substeps[own()].solving.is_warm != 0u);
+    let start = select(vec3f(0.0), filtered(predicted, spring_change - (total - friction)), substeps[own()].solving.is_warm != 0u);
     let off = select(vec3f(0.0), v.xyz - free, x.w > 0.0);
     put_vector(CHANGE, node, vec3f(0.0));
     put_vector(CYCLED, node, start);
-    move_on(node, x.xyz, free, total);
-    vectors[vector_at(LEFT, node)] = vec4f(0.0, 0.0, 0.0, abs(v.w));
+    set_trial_state(node, x.xyz, free, total);
+    vectors[vector_at(RESIDUAL, node)] = vec4f(0.0, 0.0, 0.0, abs(v.w));
     vectors[vector_at(TOTAL, node)] = vec4f(total, abs(v.w) * dot3(off, off));
     if lane == 0u && index == level_groups[index].first_group {
-        let none = Descent(0u, 0u, 0u, 0.0, 0.0, 0.0, 0.0);
+        let none = PcgState(0u, 0u, 0u, 0.0, 0.0, 0.0, 0.0);
         node_solves[level_groups[index].solve] = NodeSolve(0u, none, none);
     }
 }
 
-/// Place and velocity with a change of the velocity `free`.
-fn move_on(node: u32, x: vec3f, free: vec3f, total: vec3f) {
+/// Position and velocity at which the system is linearised: with a change `total` of the velocity `free`.
+fn set_trial_state(node: u32, x: vec3f, free: vec3f, total: vec3f) {
     let velocity = free + total;
     put_vector(TOTAL, node, total);
     put_vector(DIRECTION, node, new_position_of(x, velocity, substeps[0].h));
     put_vector(DIRECTION_PRODUCT, node, velocity);
 }
 
-/// Ends a Newton step that another one follows: that starts from where this one leads.
+/// Begins another Newton step where the last one ends.
 @compute @workgroup_size(256)
-fn step_on(
+fn next_newton_step(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,
@@ -102,30 +102,30 @@ fn step_on(
     let total = vector_of(TOTAL, node) + vector_of(CHANGE, node);
     put_vector(CHANGE, node, vec3f(0.0));
     put_vector(CYCLED, node, vec3f(0.0));
-    move_on(node, old_position[node].xyz, new_velocity[node].xyz, total);
+    set_trial_state(node, old_position[node].xyz, new_velocity[node].xyz, total);
     if lane == 0u && index == level_groups[index].first_group {
         let before = node_solves[level_groups[index].solve];
-        let again = Descent(0u, 0u, 0u, before.next.whole, 0.0, 0.0, 0.0);
+        let again = PcgState(0u, 0u, 0u, before.next.whole, 0.0, 0.0, 0.0);
         node_solves[level_groups[index].solve] = NodeSolve(before.before + before.next.iterations, again, again);
     }
 }
 
 /// Blocks of a node's springs, and their sums.
-fn add_up_springs(node: u32) -> Given {
+fn add_up_springs(node: u32) -> ElementSums {
     let x = vector_of(DIRECTION, node);
     let v = vector_of(DIRECTION_PRODUCT, node);
     let h = substeps[0].h;
-    var sum = Given(vec3f(0.0), Symmetric(vec3f(0.0), vec3f(0.0)));
+    var sum = ElementSums(vec3f(0.0), Symmetric(vec3f(0.0), vec3f(0.0)));
     let range = slots_of(node);
     let first = slots[1];
     for (var at = range.x; at < range.y; at += LANES) {
         let spring = slot_springs[at - first];
         let d = vector_of(DIRECTION, slots[at]) - x;
         let dv = vector_of(DIRECTION_PRODUCT, slots[at]) - v;
-        let link = spring_link(spring.k, spring.damping, h, d, spring.rest_length);
-        spring_blocks[at - first] = vec4f(link.q, link.across);
-        sum.impulse += link.along * (h * (link.pull + spring.damping * dot3(dv, link.along)));
-        sum.diagonal = add_link(sum.diagonal, link.q, link.across);
+        let linear = linear_spring(spring.k, spring.damping, h, d, spring.rest_length);
+        spring_blocks[at - first] = vec4f(linear.q, linear.across);
+        sum.impulse += linear.along * (h * (linear.pull + spring.damping * dot3(dv, linear.along)));
+        sum.diagonal = add_block(sum.diagonal, linear.q, linear.across);
     }
     return sum;
 }
@@ -157,14 +157,14 @@ fn set_up_nodes(
     let node = level_groups[index].first + lane;
     let springs = add_up_springs(node);
     let others = given_by_elements(node);
-    let given = Given(springs.impulse + others.impulse, sum_of(springs.diagonal, others.diagonal));
+    let given = ElementSums(springs.impulse + others.impulse, sum_of(springs.diagonal, others.diagonal));
     keep_sum(node, given.diagonal);
     let mass = mass_of(node);
     let predicted = predicted_at(node);
     let all = Symmetric(given.diagonal.diagonal + mass, given.diagonal.mixed);
     diagonals[node] = diagonal_of(all, mass, predicted);
     put_vector(IMPULSE, node, given.impulse);
-    vectors[vector_at(LEFT, node)] = vec4f(given.impulse - mass * (vector_of(TOTAL, node) - friction_change(predicted)), mass);
+    vectors[vector_at(RESIDUAL, node)] = vec4f(given.impulse - mass * (vector_of(TOTAL, node) - friction_change(predicted)), mass);
 }
 
 /// Blocks of the edges of the first coarser level, in the slots at both ends.
@@ -181,8 +181,8 @@ fn coarsen_springs(
     let edge = coarse_edges[index];
     var sum = Symmetric(vec3f(0.0), vec3f(0.0));
     for (var i = edge.first; i < edge.first + edge.count; i++) {
-        let link = spring_blocks[edge_shares[i].at];
-        sum = sum_of(sum, scaled(block_of(link.xyz, link.w), edge_shares[i].weight));
+        let linear = spring_blocks[edge_weights[i].at];
+        sum = sum_of(sum, scaled(block_of(linear.xyz, linear.w), edge_weights[i].weight));
     }
     coarse_blocks[edge.slots.x] = sum;
     coarse_blocks[edge.slots.y] = sum;
@@ -202,7 +202,7 @@ fn coarsen_edges(
     let edge = coarse_edges[index];
     var sum = Symmetric(vec3f(0.0), vec3f(0.0));
     for (var i = edge.first; i < edge.first + edge.count; i++) {
-        sum = sum_of(sum, scaled(coarse_blocks[edge_shares[i].at], edge_shares[i].weight));
+        sum = sum_of(sum, scaled(coarse_blocks[edge_weights[i].at], edge_weights[i].weight));
     }
     coarse_blocks[edge.slots.x] = sum;
     coarse_blocks[edge.slots.y] = sum;

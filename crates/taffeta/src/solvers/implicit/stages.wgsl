@@ -1,6 +1,6 @@
-// Springs that are solved for by nodes: conjugate gradients on all bodies' systems at once, each with steps of its own,
-// preconditioned by a multigrid cycle. An iteration is a step, the cycle (`level_stages.wgsl`) and a product. Nothing is read
-// back: all iterations that a sub-step may need are written down, and `count_descents` keeps workgroups away when all systems
+// Implicit springs: conjugate gradients on all bodies' systems at once, each with steps of its own, preconditioned by a
+// multigrid V-cycle. An iteration is a step, the cycle (`level_stages.wgsl`) and a product. Nothing is read
+// back: all iterations that a sub-step may need are written down, and `count_open_systems` keeps workgroups away when all systems
 // are done.
 
 #import contact/colliders/predicted_contact.wgsl
@@ -24,8 +24,8 @@ fn sums_of_nodes(group: LevelGroup, lane: u32) -> vec4f {
     return sum_of_rows(lane, own);
 }
 
-/// How far a system is after a product, whose sums these are. `before`: iterations of the Newton steps before.
-fn descended(kept: Descent, sums: vec4f, before: u32) -> Descent {
+/// State of a system after a product, whose sums these are. `before`: iterations of the Newton steps before.
+fn next_pcg_state(kept: PcgState, sums: vec4f, before: u32) -> PcgState {
     var next = kept;
     next.alpha = 0.0;
     next.beta = 0.0;
@@ -56,7 +56,7 @@ fn descended(kept: Descent, sums: vec4f, before: u32) -> Descent {
 }
 
 /// Whether the error is small enough.
-fn is_solved(done: Descent) -> bool {
+fn is_solved(done: PcgState) -> bool {
     return done.error <= substeps[0].solving.tolerance_squared * done.whole || done.error == 0.0;
 }
 
@@ -72,7 +72,7 @@ fn step_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
     if kept.is_done != 0u {
         return;
     }
-    let next = descended(kept, sums_of_nodes(group, lane), node_solves[group.solve].before);
+    let next = next_pcg_state(kept, sums_of_nodes(group, lane), node_solves[group.solve].before);
     if lane == 0u && index == group.first_group {
         node_solves[group.solve].next = next;
     }
@@ -82,31 +82,31 @@ fn step_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
     }
     let node = group.first + lane;
     let mass = mass_of(node);
-    let left = advanced_node(node, next);
-    vectors[vector_at(LEFT, node)] = vec4f(left, mass);
-    put_vector(CYCLE, node, jacobi_step(node, left));
+    let residual = advanced_node(node, next);
+    vectors[vector_at(RESIDUAL, node)] = vec4f(residual, mass);
+    put_vector(CYCLE, node, jacobi_step(node, residual));
 }
 
-/// A node's vectors after the step. Returns what is left of the right side.
-fn advanced_node(node: u32, step: Descent) -> vec3f {
-    let left = vector_of(LEFT, node);
+/// A node's vectors after the step. Returns the residual.
+fn advanced_node(node: u32, step: PcgState) -> vec3f {
+    let residual = vector_of(RESIDUAL, node);
     let product = vector_of(PRODUCT, node);
     let change = vector_of(CHANGE, node);
     if step.passes < 2u {
         put_vector(CHANGE, node, change + step.alpha * vector_of(CYCLED, node));
         put_vector(DIRECTION, node, vec3f(0.0));
         put_vector(DIRECTION_PRODUCT, node, vec3f(0.0));
-        return left - step.alpha * product;
+        return residual - step.alpha * product;
     }
     let direction = vector_of(CYCLED, node) + step.beta * vector_of(DIRECTION, node);
     let direction_product = product + step.beta * vector_of(DIRECTION_PRODUCT, node);
     put_vector(DIRECTION, node, direction);
     put_vector(DIRECTION_PRODUCT, node, direction_product);
     put_vector(CHANGE, node, change + step.alpha * direction);
-    return left - step.alpha * direction_product;
+    return residual - step.alpha * direction_product;
 }
 
-/// The right side as far as nodes yield, and the system times the changes to start from.
+/// The first residual, and the system times the initial guess.
 @compute @workgroup_size(256)
 fn start_nodes(
     @builtin(workgroup_id) id: vec3u,
@@ -135,15 +135,15 @@ fn start_nodes(
 fn started(node: u32) -> vec4f {
     let predicted = predicted_at(node);
     let mass = mass_of(node);
-    let left = filtered(predicted, vector_of(LEFT, node));
-    vectors[vector_at(LEFT, node)] = vec4f(left, mass);
+    let residual = filtered(predicted, vector_of(RESIDUAL, node));
+    vectors[vector_at(RESIDUAL, node)] = vec4f(residual, mass);
     let product = filtered(predicted, system_times(mass, CYCLED, node));
     put_vector(PRODUCT, node, product);
     let start = vector_of(CYCLED, node);
-    return vec4f(dot3(start, left), dot3(start, product), vectors[vector_at(TOTAL, node)].w, 0.0);
+    return vec4f(dot3(start, residual), dot3(start, product), vectors[vector_at(TOTAL, node)].w, 0.0);
 }
 
-/// The system times the cycle's answer, and sums of it.
+/// The system times the preconditioned residual, and sums of it.
 @compute @workgroup_size(256)
 fn apply_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let index = counted_index(id);
@@ -169,17 +169,17 @@ fn apply_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
     }
 }
 
-/// The system times the cycle's answer at a node. Returns what it adds to the sums.
+/// The same at a node. Returns what it adds to the sums.
 fn applied(node: u32) -> vec4f {
     let product = filtered(predicted_at(node), system_times(mass_of(node), CYCLED, node));
     put_vector(PRODUCT, node, product);
-    let answer = vector_of(CYCLED, node);
-    return vec4f(dot3(answer, vector_of(LEFT, node)), dot3(answer, product), 0.0, 0.0);
+    let cycled = vector_of(CYCLED, node);
+    return vec4f(dot3(cycled, vector_of(RESIDUAL, node)), dot3(cycled, product), 0.0, 0.0);
 }
 
 /// Workgroups of the next iterations: none where all systems are done.
 @compute @workgroup_size(256)
-fn count_descents(@builtin(local_invocation_index) lane: u32) {
+fn count_open_systems(@builtin(local_invocation_index) lane: u32) {
     var open = 0u;
     for (var i = lane; i < arrayLength(&node_solves); i += 256u) {
         open += select(0u, 1u, node_solves[i].kept.is_done == 0u);
@@ -208,9 +208,9 @@ fn spring_impulses(
     put_vector(PRODUCT, node, vector_of(IMPULSE, node) - system_times(0.0, CHANGE, node));
 }
 
-/// Adds to the force on each node that of all springs.
+/// Adds the force of implicit springs to that on each node.
 @compute @workgroup_size(256)
-fn push_nodes(
+fn add_implicit_forces(
     @builtin(workgroup_id) id: vec3u,
     @builtin(num_workgroups) counts: vec3u,
     @builtin(local_invocation_index) lane: u32,
@@ -225,19 +225,19 @@ fn push_nodes(
         return;
     }
     let predicted = predicted_at(node);
-    let pulled = pulled_by_springs(node, predicted, inverse_mass);
-    put_vector(PULLED, node, pulled);
-    var change = pulled;
+    let spring_change = velocity_change(node, predicted, inverse_mass);
+    put_vector(SPRING_CHANGE, node, spring_change);
+    var change = spring_change;
     if in_contact(predicted) {
         let free = new_velocity[node].xyz;
         let collider = colliders[substeps[0].first_collider + predicted_contacts[node].collider];
-        change = velocity_after(predicted, free, pulled, collider) - free;
+        change = velocity_after(predicted, free, spring_change, collider) - free;
     }
     force[node] = vec4f(force[node].xyz + change * (mass_of(node) / substeps[0].h), 0.0);
 }
 
 /// What springs change of a node's velocity [m/s]: what was solved for, and what they press on a surface.
-fn pulled_by_springs(node: u32, predicted: PredictedContact, inverse_mass: f32) -> vec3f {
+fn velocity_change(node: u32, predicted: PredictedContact, inverse_mass: f32) -> vec3f {
     let found = vector_of(TOTAL, node) + vector_of(CHANGE, node);
     if !in_contact(predicted) {
         return found;
@@ -250,9 +250,9 @@ fn pulled_by_springs(node: u32, predicted: PredictedContact, inverse_mass: f32) 
     return along + predicted.normal * dot3(springs - along, predicted.normal);
 }
 
-/// Notes for the frame's report what all systems have taken.
+/// Adds iterations and residuals of all systems to the statistics of the frame.
 @compute @workgroup_size(256)
-fn note_descents(@builtin(local_invocation_index) lane: u32) {
+fn record_implicit_statistics(@builtin(local_invocation_index) lane: u32) {
     var capped = 0u;
     var most = vec4f(0.0);
     for (var i = lane; i < arrayLength(&node_solves); i += 256u) {

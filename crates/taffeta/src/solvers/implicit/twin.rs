@@ -15,11 +15,11 @@ use crate::solvers::explicit::euler;
 use crate::solvers::implicit::couplings_twin::OfElements;
 use crate::solvers::implicit::cpu::kernels::Advance;
 use crate::solvers::implicit::gpu_layout::{
-    Descent, Diagonal, LevelGroup, NodeSolve, SlotSpring, Symmetric, Vector,
+    Diagonal, LevelGroup, NodeSolve, PcgState, SlotSpring, Symmetric, Vector,
 };
 use crate::solvers::implicit::implicit::{
-    LAST_PAIRS, Stiff, add_share, block, diagonal, edge_times, inverse, is_solved, jacobi, pulled_by_springs,
-    residual_fraction, right_side, times,
+    LAST_PAIRS, Stiff, add_weighted, block, diagonal, edge_times, inverse, is_solved, jacobi,
+    residual_fraction, right_side, times, velocity_change,
 };
 use crate::topology::LANES;
 use std::slice::from_mut;
@@ -62,12 +62,12 @@ fn sum_of(a: [f32; 6], b: [f32; 6]) -> [f32; 6] {
 }
 
 /// A sum, and a spring's block times a vector: the part along it first.
-fn add_link_times(sum: [f32; 3], [x, y, z, across]: Four, u: [f32; 3]) -> [f32; 3] {
+fn add_block_times(sum: [f32; 3], [x, y, z, across]: Four, u: [f32; 3]) -> [f32; 3] {
     add(add(sum, edge_times([x, y, z], 0.0, u)), edge_times([0.0; 3], across, u))
 }
 
 /// A sum, and a spring's block: the part along it first.
-fn add_link(sum: [f32; 6], q: [f32; 3], across: f32) -> [f32; 6] {
+fn add_block(sum: [f32; 6], q: [f32; 3], across: f32) -> [f32; 6] {
     sum_of(sum_of(sum, block(q, 0.0)), block([0.0; 3], across))
 }
 
@@ -77,7 +77,7 @@ impl Twin<'_> {
     }
 
     fn at(&self, which: Vector, node: usize) -> usize {
-        which as usize * self.fixture.tables.levelled.nodes + node
+        which as usize * self.fixture.tables.multigrid.nodes + node
     }
 
     pub fn get(&self, which: Vector, node: usize) -> [f32; 3] {
@@ -90,7 +90,7 @@ impl Twin<'_> {
     }
 
     fn mass(&self, node: usize) -> f32 {
-        self.work.vectors[self.at(Vector::Left, node)][3]
+        self.work.vectors[self.at(Vector::Residual, node)][3]
     }
 
     fn predicted(&self, node: usize) -> PredictedContact<f32> {
@@ -99,7 +99,7 @@ impl Twin<'_> {
 
     /// Slots of a node among those of its sort, and the nodes that they lead to.
     pub fn slots(&self, node: usize) -> Vec<(usize, usize)> {
-        let slots = &self.fixture.tables.levelled.slots;
+        let slots = &self.fixture.tables.multigrid.slots;
         let slice = node / LANES;
         let first = if node < self.fixture.tables.len() { slots[1] } else { slots[0] } as usize;
         let range = slots[1 + slice] as usize + node % LANES..slots[2 + slice] as usize;
@@ -114,7 +114,7 @@ impl Twin<'_> {
 
     /// Nodes of the finest level.
     pub fn finest(&self) -> Vec<(usize, usize)> {
-        Self::nodes(&self.fixture.tables.levelled.groups[0])
+        Self::nodes(&self.fixture.tables.multigrid.groups[0])
     }
 
     /// Those of some groups whose system is not done.
@@ -139,7 +139,7 @@ impl Twin<'_> {
         Approach {
             position: three(x),
             free,
-            solver_change: self.get(Vector::Pulled, node),
+            solver_change: self.get(Vector::SpringChange, node),
             fall: fall(gravity, h),
             h,
         }
@@ -156,7 +156,7 @@ impl Twin<'_> {
     pub fn predict_contacts(&mut self) {
         for (node, _) in self.finest() {
             let (x, approach) = (self.fixture.old.position[node], self.approach(node));
-            let (free, pulls) = (approach.free, approach.solver_change);
+            let (free, spring_change) = (approach.free, approach.solver_change);
             self.work.predicted_contacts[node] = if x[3] > 0.0 {
                 deepest_contact(
                     self.fixture.substep().colliders(),
@@ -170,16 +170,16 @@ impl Twin<'_> {
             let total = if x[3] > 0.0 { sub(predicted.carried_velocity(v), free) } else { [0.0; 3] };
             let warm = self.solving.is_warm != 0;
             let start = if warm {
-                predicted.filtered(sub(pulls, sub(total, predicted.friction_change())))
+                predicted.filtered(sub(spring_change, sub(total, predicted.friction_change())))
             } else {
                 [0.0; 3]
             };
             self.put(Vector::Change, node, [0.0; 3]);
             self.put(Vector::Cycled, node, start);
-            self.move_on(node, total);
+            self.set_trial_state(node, total);
             let mass = self.fixture.old.velocity[node][3].abs();
-            let [left, at] = [Vector::Left, Vector::Total].map(|which| self.at(which, node));
-            self.work.vectors[left] = [0.0, 0.0, 0.0, mass];
+            let [residual, at] = [Vector::Residual, Vector::Total].map(|which| self.at(which, node));
+            self.work.vectors[residual] = [0.0, 0.0, 0.0, mass];
             let off = if x[3] > 0.0 { sub(v, free) } else { [0.0; 3] };
             self.work.vectors[at][3] = mass * dot(off, off);
         }
@@ -187,7 +187,7 @@ impl Twin<'_> {
     }
 
     /// Place and velocity with a change of the velocity without springs.
-    fn move_on(&mut self, node: usize, total: [f32; 3]) {
+    fn set_trial_state(&mut self, node: usize, total: [f32; 3]) {
         let velocity = add(three(self.work.new_velocity[node]), total);
         let x = three(self.fixture.old.position[node]);
         self.put(Vector::Total, node, total);
@@ -195,15 +195,15 @@ impl Twin<'_> {
         self.put(Vector::DirectionProduct, node, velocity);
     }
 
-    pub fn step_on(&mut self) {
+    pub fn next_newton_step(&mut self) {
         for (node, _) in self.finest() {
             let total = add(self.get(Vector::Total, node), self.get(Vector::Change, node));
             self.put(Vector::Change, node, [0.0; 3]);
             self.put(Vector::Cycled, node, [0.0; 3]);
-            self.move_on(node, total);
+            self.set_trial_state(node, total);
         }
         for solve in &mut self.work.solves {
-            let again = Descent { whole: solve.next.whole, ..Descent::default() };
+            let again = PcgState { whole: solve.next.whole, ..PcgState::default() };
             let before = solve.before + solve.next.iterations;
             *solve = NodeSolve { before, kept: again, next: again };
         }
@@ -226,7 +226,7 @@ impl Twin<'_> {
             let off = sub(self.get(Vector::Total, node), predicted.friction_change());
             let right = right_side(impulse, mass, off);
             let [x, y, z] = right;
-            let at = self.at(Vector::Left, node);
+            let at = self.at(Vector::Residual, node);
             self.work.vectors[at] = [x, y, z, mass];
         }
     }
@@ -237,28 +237,28 @@ impl Twin<'_> {
         let (x, v) = (self.get(Vector::Direction, node), self.get(Vector::DirectionProduct, node));
         let (mut impulse, mut diagonal) = ([0.0; 3], [0.0; 6]);
         for (slot, other) in self.slots(node) {
-            let SlotSpring { k, damping, rest_length } = self.fixture.tables.levelled.slot_springs[slot];
+            let SlotSpring { k, damping, rest_length } = self.fixture.tables.multigrid.slot_springs[slot];
             let d = sub(self.get(Vector::Direction, other), x);
             let dv = sub(self.get(Vector::DirectionProduct, other), v);
             let stiff = Stiff::new(k, damping, h);
-            let link = stiff.link(d, rest_length);
-            let [qx, qy, qz] = link.q;
-            self.work.blocks[slot] = [qx, qy, qz, link.across];
+            let spring = stiff.spring(d, rest_length);
+            let [qx, qy, qz] = spring.q;
+            self.work.blocks[slot] = [qx, qy, qz, spring.across];
             // Drivers may take h out of the sum: the kernel has it so from the first.
             let pull = Stiff { h: 1.0, ..stiff };
-            let given = h * pull.impulse(&pull.link(d, rest_length), dv);
-            impulse = add_share(impulse, given, link.along);
-            diagonal = add_link(diagonal, link.q, link.across);
+            let given = h * pull.impulse(&pull.spring(d, rest_length), dv);
+            impulse = add_weighted(impulse, given, spring.along);
+            diagonal = add_block(diagonal, spring.q, spring.across);
         }
         (impulse, diagonal)
     }
 
     /// Blocks of the edges of a coarser level.
     pub fn coarsen_edges(&mut self, level: usize) {
-        let levelled = &self.fixture.tables.levelled;
-        for edge in &levelled.edges[level - 1] {
+        let multigrid = &self.fixture.tables.multigrid;
+        for edge in &multigrid.edges[level - 1] {
             let mut sum = [0.0; 6];
-            for share in &levelled.edge_shares[edge.first as usize..(edge.first + edge.count) as usize] {
+            for share in &multigrid.edge_weights[edge.first as usize..(edge.first + edge.count) as usize] {
                 let at = share.at as usize;
                 let source = if level == 1 {
                     let [x, y, z, across] = self.work.blocks[at];
@@ -266,7 +266,7 @@ impl Twin<'_> {
                 } else {
                     six(&self.work.coarse[at])
                 };
-                sum = add_share(sum, share.weight, source);
+                sum = add_weighted(sum, share.weight, source);
             }
             edge.slots.iter().for_each(|&slot| self.work.coarse[slot as usize] = record(sum));
         }
@@ -274,16 +274,16 @@ impl Twin<'_> {
 
     /// Children of a node, and how much they follow it.
     pub fn children(&self, node: usize) -> Vec<(usize, f32)> {
-        let children = &self.fixture.tables.levelled.children;
+        let children = &self.fixture.tables.multigrid.children;
         let range = children[node].at as usize..children[node + 1].at as usize;
         children[range].iter().map(|share| (share.at as usize, share.weight)).collect()
     }
 
     pub fn coarsen_nodes(&mut self, level: usize) {
-        for (node, _) in Self::nodes(&self.fixture.tables.levelled.groups[level]) {
+        for (node, _) in Self::nodes(&self.fixture.tables.multigrid.groups[level]) {
             let mut own = [0.0; 6];
             for (child, weight) in self.children(node) {
-                own = add_share(own, weight, six(&self.work.diagonals[child].own));
+                own = add_weighted(own, weight, six(&self.work.diagonals[child].own));
             }
             let add_slot = |all, (slot, _): (usize, usize)| sum_of(all, six(&self.work.coarse[slot]));
             let all = self.slots(node).into_iter().fold(own, add_slot);
@@ -306,7 +306,7 @@ impl Twin<'_> {
     fn springs_times(&self, mass: f32, which: Vector, node: usize) -> [f32; 3] {
         let own = self.get(which, node);
         let add_slot = |sum, (slot, other): (usize, usize)| {
-            add_link_times(sum, self.work.blocks[slot], sub(own, self.get(which, other)))
+            add_block_times(sum, self.work.blocks[slot], sub(own, self.get(which, other)))
         };
         self.slots(node).into_iter().fold(scale(own, mass), add_slot)
     }
@@ -324,17 +324,17 @@ impl Twin<'_> {
         self.slots(node).into_iter().fold(start, add_slot)
     }
 
-    fn jacobi(&self, node: usize, left: [f32; 3]) -> [f32; 3] {
-        jacobi(&six(&self.work.diagonals[node].inverse), left)
+    fn jacobi(&self, node: usize, residual: [f32; 3]) -> [f32; 3] {
+        jacobi(&six(&self.work.diagonals[node].inverse), residual)
     }
 
-    fn is_solved(&self, done: &Descent) -> bool {
+    fn is_solved(&self, done: &PcgState) -> bool {
         is_solved(done.error, done.whole, self.solving.tolerance_squared)
     }
 
-    fn descended(&self, solve: &NodeSolve, [first, second, third, _]: [f32; 4]) -> Descent {
+    fn next_pcg_state(&self, solve: &NodeSolve, [first, second, third, _]: [f32; 4]) -> PcgState {
         let kept = solve.kept;
-        let mut next = Descent { alpha: 0.0, beta: 0.0, ..kept };
+        let mut next = PcgState { alpha: 0.0, beta: 0.0, ..kept };
         if kept.passes < 2 {
             next.alpha = warm_start_factor(first, second);
             next.whole = if kept.whole > 0.0 { kept.whole } else { third };
@@ -356,7 +356,7 @@ impl Twin<'_> {
     }
 
     pub fn body_sums(&self, solve: usize) -> [f32; 4] {
-        let groups = &self.fixture.tables.levelled.groups[0];
+        let groups = &self.fixture.tables.multigrid.groups[0];
         let of_solve = |&group: &usize| groups[group].solve as usize == solve;
         let own: Vec<Four> = (0..groups.len()).filter(of_solve).map(|group| self.work.sums[group]).collect();
         by_lanes(&own)
@@ -366,7 +366,8 @@ impl Twin<'_> {
         let open: Vec<usize> =
             (0..self.work.solves.len()).filter(|&solve| self.work.solves[solve].kept.is_done == 0).collect();
         for &solve in &open {
-            self.work.solves[solve].next = self.descended(&self.work.solves[solve], self.body_sums(solve));
+            self.work.solves[solve].next =
+                self.next_pcg_state(&self.work.solves[solve], self.body_sums(solve));
         }
         for (node, solve) in self.finest() {
             let NodeSolve { kept, next, .. } = self.work.solves[solve];
@@ -377,17 +378,18 @@ impl Twin<'_> {
         }
     }
 
-    fn advance(&mut self, node: usize, step: &Descent) {
+    fn advance(&mut self, node: usize, step: &PcgState) {
         let get = |which| self.get(which, node);
-        let [mut left, product, mut change] = [Vector::Left, Vector::Product, Vector::Change].map(get);
+        let [mut residual, product, mut change] =
+            [Vector::Residual, Vector::Product, Vector::Change].map(get);
         let [mut direction, mut direction_product] = [Vector::Direction, Vector::DirectionProduct].map(get);
         let cycled = self.get(Vector::Cycled, node);
         if step.passes < 2 {
-            change = add_share(change, step.alpha, cycled);
-            left = add_share(left, -step.alpha, product);
+            change = add_weighted(change, step.alpha, cycled);
+            residual = add_weighted(residual, -step.alpha, product);
             (direction, direction_product) = ([0.0; 3], [0.0; 3]);
         } else {
-            let [x, r, p, s] = [&mut change, &mut left, &mut direction, &mut direction_product]
+            let [x, r, p, s] = [&mut change, &mut residual, &mut direction, &mut direction_product]
                 .map(|v| v.each_mut().map(from_mut));
             let [z, w] = [&cycled, &product].map(|v| v.each_ref().map(std::slice::from_ref));
             Advance { alpha: step.alpha, beta: step.beta, x, r, p, s, z, w }.run();
@@ -395,17 +397,17 @@ impl Twin<'_> {
         self.put(Vector::Change, node, change);
         self.put(Vector::Direction, node, direction);
         self.put(Vector::DirectionProduct, node, direction_product);
-        let (mass, at) = (self.mass(node), self.at(Vector::Left, node));
-        self.work.vectors[at] = [left[0], left[1], left[2], mass];
-        self.put(Vector::Cycle, node, self.jacobi(node, left));
+        let (mass, at) = (self.mass(node), self.at(Vector::Residual, node));
+        self.work.vectors[at] = [residual[0], residual[1], residual[2], mass];
+        self.put(Vector::Cycle, node, self.jacobi(node, residual));
     }
 
     fn left_of(&self, which: Vector, node: usize) -> [f32; 3] {
-        let left = self.get(Vector::Left, node);
+        let residual = self.get(Vector::Residual, node);
         if node < self.fixture.tables.len() {
-            sub(left, self.system_times(self.mass(node), which, node))
+            sub(residual, self.system_times(self.mass(node), which, node))
         } else {
-            sub(left, self.level_times(which, node))
+            sub(residual, self.level_times(which, node))
         }
     }
 
@@ -419,8 +421,8 @@ impl Twin<'_> {
     pub fn leave(&mut self, groups: &[LevelGroup]) {
         let nodes = self.open(groups);
         self.all(&nodes, Vector::Cycled, |twin, node| {
-            let left = twin.left_of(Vector::Cycle, node);
-            twin.filtered(node, left)
+            let residual = twin.left_of(Vector::Cycle, node);
+            twin.filtered(node, residual)
         });
     }
 
@@ -435,11 +437,11 @@ impl Twin<'_> {
     }
 
     fn restrict_to(&mut self, nodes: &[usize]) {
-        self.all(nodes, Vector::Left, |twin, node| {
-            let follow = |sum, (child, weight)| add_share(sum, weight, twin.get(Vector::Cycled, child));
+        self.all(nodes, Vector::Residual, |twin, node| {
+            let follow = |sum, (child, weight)| add_weighted(sum, weight, twin.get(Vector::Cycled, child));
             twin.children(node).into_iter().fold([0.0; 3], follow)
         });
-        self.all(nodes, Vector::Cycle, |twin, node| twin.jacobi(node, twin.get(Vector::Left, node)));
+        self.all(nodes, Vector::Cycle, |twin, node| twin.jacobi(node, twin.get(Vector::Residual, node)));
     }
 
     pub fn follow(&mut self, groups: &[LevelGroup]) {
@@ -449,9 +451,9 @@ impl Twin<'_> {
 
     fn follow_to(&mut self, nodes: &[usize]) {
         self.all(nodes, Vector::Cycle, |twin, node| {
-            let parents = twin.fixture.tables.levelled.parents[node];
+            let parents = twin.fixture.tables.multigrid.parents[node];
             let follow = |sum, i: usize| {
-                add_share(sum, parents.weights[i], twin.get(Vector::Cycled, parents.nodes[i] as usize))
+                add_weighted(sum, parents.weights[i], twin.get(Vector::Cycled, parents.nodes[i] as usize))
             };
             let correction = (0..4).fold([0.0; 3], follow);
             add(twin.get(Vector::Cycle, node), twin.filtered(node, correction))
@@ -470,7 +472,7 @@ impl Twin<'_> {
     }
 
     pub fn tail(&mut self) {
-        let tail = self.fixture.tables.levelled.tail.clone();
+        let tail = self.fixture.tables.multigrid.tail.clone();
         for (index, first) in (0..).zip(&tail).filter(|(index, group)| group.first_group == *index) {
             let all = &tail[index as usize..][..first.groups as usize];
             let levels: Vec<Vec<usize>> = all.iter().map(|g| self.open(std::slice::from_ref(g))).collect();
@@ -493,12 +495,12 @@ impl Twin<'_> {
     }
 
     pub fn apply(&mut self) {
-        let groups = self.fixture.tables.levelled.groups[0].clone();
+        let groups = self.fixture.tables.multigrid.groups[0].clone();
         for (index, group) in groups.iter().enumerate() {
             let solve = &mut self.work.solves[group.solve as usize];
             let next = solve.next;
             if index == group.first_group as usize {
-                solve.kept = Descent { passes: next.passes + 1, ..next };
+                solve.kept = PcgState { passes: next.passes + 1, ..next };
             }
             if next.is_done != 0 {
                 continue;
@@ -515,12 +517,12 @@ impl Twin<'_> {
         let product = self.system_times(self.mass(node), Vector::Cycled, node);
         let product = self.predicted(node).filtered(product);
         self.put(Vector::Product, node, product);
-        let (left, answer) = (self.get(Vector::Left, node), self.get(Vector::Cycled, node));
-        [dot(answer, left), dot(answer, product), 0.0, 0.0]
+        let (residual, cycled) = (self.get(Vector::Residual, node), self.get(Vector::Cycled, node));
+        [dot(cycled, residual), dot(cycled, product), 0.0, 0.0]
     }
 
     pub fn start(&mut self) {
-        let groups = self.fixture.tables.levelled.groups[0].clone();
+        let groups = self.fixture.tables.multigrid.groups[0].clone();
         for (index, group) in groups.iter().enumerate() {
             if index == group.first_group as usize {
                 self.work.solves[group.solve as usize].kept.passes = 1;
@@ -535,13 +537,13 @@ impl Twin<'_> {
 
     fn start_at(&mut self, node: usize) -> [f32; 4] {
         let (mass, predicted) = (self.mass(node), self.predicted(node));
-        let left = predicted.filtered(self.get(Vector::Left, node));
-        let at = self.at(Vector::Left, node);
-        self.work.vectors[at] = [left[0], left[1], left[2], mass];
+        let residual = predicted.filtered(self.get(Vector::Residual, node));
+        let at = self.at(Vector::Residual, node);
+        self.work.vectors[at] = [residual[0], residual[1], residual[2], mass];
         let product = predicted.filtered(self.system_times(mass, Vector::Cycled, node));
         self.put(Vector::Product, node, product);
         let (start, off) = (self.get(Vector::Cycled, node), self.at(Vector::Total, node));
-        [dot(start, left), dot(start, product), self.work.vectors[off][3], 0.0]
+        [dot(start, residual), dot(start, product), self.work.vectors[off][3], 0.0]
     }
 
     pub fn impulses(&mut self) {
@@ -559,14 +561,15 @@ impl Twin<'_> {
             }
             let predicted = self.predicted(node);
             let found = add(self.get(Vector::Total, node), self.get(Vector::Change, node));
-            let pulled = pulled_by_springs(&predicted, found, scale(self.get(Vector::Product, node), x[3]));
-            let mut change = pulled;
+            let spring_change =
+                velocity_change(&predicted, found, scale(self.get(Vector::Product, node), x[3]));
+            let mut change = spring_change;
             if predicted.in_contact() {
                 let free = three(self.work.new_velocity[node]);
                 let surface = &self.fixture.substep().colliders()[record.collider as usize].surface;
-                change = predicted.with_contact(free, pulled, surface);
+                change = predicted.with_contact(free, spring_change, surface);
             }
-            self.put(Vector::Pulled, node, pulled);
+            self.put(Vector::SpringChange, node, spring_change);
             let force = scale(change, self.mass(node) / self.h());
             let [x, y, z] = add(three(self.work.force[node]), force);
             self.work.force[node] = [x, y, z, 0.0];
@@ -575,9 +578,9 @@ impl Twin<'_> {
 
     /// Workgroups of the next iterations.
     pub fn counts(&self) -> Vec<u32> {
-        let levelled = &self.fixture.tables.levelled;
+        let multigrid = &self.fixture.tables.multigrid;
         let any = self.work.solves.iter().any(|solve| solve.kept.is_done == 0);
-        let all = [&levelled.groups[0]].into_iter().chain(&levelled.wide).chain([&levelled.tail]);
+        let all = [&multigrid.groups[0]].into_iter().chain(&multigrid.wide).chain([&multigrid.tail]);
         all.flat_map(|groups| {
             let groups = groups.len() as u32;
             [if any { groups } else { 0 }, groups.min(1), 1]

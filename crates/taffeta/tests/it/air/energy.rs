@@ -46,7 +46,7 @@ fn still_air_only_takes_energy_at_any_step() {
 }
 
 #[test]
-fn a_panel_that_is_stopped_is_not_thrown_back() {
+fn a_triangle_that_is_stopped_is_not_thrown_back() {
     for h in [1e-3, 0.1, 10.0] {
         let mut simulation = build(&blown(loose(2, 2).with_mass(Mass::Area(1e-4)), STILL, h));
         let (x, _) = state(&simulation);

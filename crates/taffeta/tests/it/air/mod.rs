@@ -4,8 +4,8 @@ mod bits;
 mod energy;
 mod frame;
 mod oracle;
-mod panel;
 mod step;
+mod triangle;
 
 use crate::common::weightless;
 use taffeta::scene::{Air, Body, Gust, Mass, Mesh, Scene};

@@ -78,7 +78,7 @@ fn a_gpu_takes_over_in_the_wind_at_any_stage() {
 }
 
 #[test]
-fn panels_are_split_with_their_bodies() {
+fn aero_triangles_are_split_with_their_bodies() {
     let scene = gusty();
     let options = Options { gpu: Some(GpuOptions::from(small_gpu(60_000))), ..Options::default() };
     let mut split = Simulation::new(&scene, &options).unwrap();

@@ -15,8 +15,8 @@ const ROUNDINGS: &[(&str, &str)] = &[
     ("let length = sqrt(squared);", "let length = 0.9999999 * sqrt(squared);"),
     ("let inverse = sqrt(inverse_squared);", "let inverse = 1.0000001 * sqrt(inverse_squared);"),
     (
-        "let size = select(1.0, sqrt(area) * sqrt(speed), is_blown_on);",
-        "let size = select(1.0, 1.0000001 * sqrt(area) * sqrt(speed), is_blown_on);",
+        "let size = select(1.0, sqrt(area) * sqrt(speed), is_in_flow);",
+        "let size = select(1.0, 1.0000001 * sqrt(area) * sqrt(speed), is_in_flow);",
     ),
     ("return sum * (1.0 / sqrt(squares));", "return sum * (1.0000001 / sqrt(squares));"),
     ("let inverse = 1.0 / squared;", "let inverse = 0.9999999 / squared;"),

@@ -129,7 +129,7 @@ impl<T: Real> Node<'_, T> {
             return Some(view.surface.resting(now, x, &last, &List(&[])));
         }
         let tree = view.surface.tree(now);
-        let is_anew = if self.is_whole(now, [x; 2]) {
+        let is_rebuilt = if self.is_whole(now, [x; 2]) {
             self.follow(view)
         } else if let Some(far) = tree.far_from(x)
             && far > now.offset + most
@@ -160,7 +160,7 @@ impl<T: Real> Node<'_, T> {
             view.surface.resting(now, x, &found, &tree.around(x, at.squared))
         };
         let lost = tree.lost();
-        if is_anew {
+        if is_rebuilt {
             *self.clear = self.memory.since - contact.depth - lost - lost;
         }
         self.note(view, &closest, lost);

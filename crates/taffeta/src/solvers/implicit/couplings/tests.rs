@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::scene::{Body, ConstraintForm, Icosphere, Mass, Mesh, Method, Scene};
-use crate::solvers::implicit::implicit::{add_share, inverse};
+use crate::solvers::implicit::implicit::{add_weighted, inverse};
 use crate::topology::random::SplitMix64;
 
 /// A matrix, row by row; three rows for each place.
@@ -93,7 +93,7 @@ fn blocks<S: Copy>(level: &Couplings<S>, block: impl Fn(&[S]) -> Block<f64>) -> 
     let mut blocks: Vec<Block<f64>> = (0..level.len()).map(|slot| block(level.sources(slot))).collect();
     for node in nodes_of(level) {
         let all = level.row(node).map(|(slot, _)| symmetric_part(&blocks[slot]));
-        blocks[level.sum_of(node)] = whole(&all.fold([0.0; 6], |sum, one| add_share(sum, 1.0, one)));
+        blocks[level.sum_of(node)] = whole(&all.fold([0.0; 6], |sum, one| add_weighted(sum, 1.0, one)));
     }
     blocks
 }
@@ -184,7 +184,7 @@ fn jacobi_converges_on_coarser_levels_with_its_factor_and_would_not_without() {
         };
         let diagonal = |node: usize| {
             let all = row(node).into_iter().map(|one| symmetric_part(&one.0));
-            inverse(&all.fold([0.0; 6], |sum, one| add_share(sum, 1.0, one)))
+            inverse(&all.fold([0.0; 6], |sum, one| add_weighted(sum, 1.0, one)))
         };
         let inverses: Vec<Symmetric<f64>> = (0..level.places).map(diagonal).collect();
         let bounded = (0..level.places).map(|node| {

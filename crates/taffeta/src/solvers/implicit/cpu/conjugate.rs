@@ -8,9 +8,7 @@ use crate::solvers::implicit::cpu::cycle::slots_of;
 use crate::solvers::implicit::cpu::kernels::{Advance, Apply, FINE, Operator, Own, store};
 use crate::solvers::implicit::cpu::setup::SetUp;
 use crate::solvers::implicit::cpu::tables::Chunk;
-use crate::solvers::implicit::implicit::{
-    Stiff, is_solved, pulled_by_springs, residual_fraction, right_side,
-};
+use crate::solvers::implicit::implicit::{Stiff, is_solved, residual_fraction, right_side, velocity_change};
 use crate::topology::LANES;
 use std::ops::Range;
 
@@ -85,11 +83,11 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 *outer += (self.worker.nodes.mass[place] * off * off).to_f64();
             }
         }
-        self.move_on(chunk, &total);
+        self.set_trial_state(chunk, &total);
     }
 
     /// Places and velocities with the changes of velocity so far.
-    fn move_on(&self, chunk: &Chunk, total: &[&mut [T]; 3]) {
+    fn set_trial_state(&self, chunk: &Chunk, total: &[&mut [T]; 3]) {
         // SAFETY: only this chunk's places; others read after a barrier.
         let moved = unsafe { self.shared.moved.write::<6>(&chunk.part) };
         for (at, place) in chunk.part.clone().enumerate() {
@@ -190,7 +188,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             (vectors.0, vectors.1, shared.right.read(), shared.total.read(), shared.change.read())
         };
         for first in part.clone().step_by(LANES) {
-            let (mut left, mut off) = (right.lanes(first), total.lanes::<3>(first));
+            let (mut residual, mut off) = (right.lanes(first), total.lanes::<3>(first));
             for (lane, predicted) in
                 hold.predicted.get(first..first + LANES).unwrap_or(&[]).iter().enumerate()
             {
@@ -198,12 +196,12 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 (0..3).for_each(|axis| off[axis][lane] -= friction[axis]);
             }
             for lane in 0..LANES {
-                let [impulse, off] = [&left, &off].map(|lanes| [0, 1, 2].map(|axis| lanes[axis][lane]));
+                let [impulse, off] = [&residual, &off].map(|lanes| [0, 1, 2].map(|axis| lanes[axis][lane]));
                 let right = right_side(impulse, self.worker.nodes.mass[first + lane], off);
-                (0..3).for_each(|axis| left[axis][lane] = right[axis]);
+                (0..3).for_each(|axis| residual[axis][lane] = right[axis]);
             }
-            hold.filtered(first, &mut left);
-            store(&mut r, first - part.start, &left);
+            hold.filtered(first, &mut residual);
+            store(&mut r, first - part.start, &residual);
             if warm {
                 let mut before = change.lanes(first);
                 for axis in 0..3 {
@@ -304,15 +302,15 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     fn find_drifts(&mut self) {
         self.each_of_all(0, |worker, chunk| {
             // SAFETY: only this chunk's places, and its own sums.
-            let (left, sums) =
-                unsafe { (worker.shared.levels[0].r.read(), worker.shared.left.item(chunk.number)) };
+            let (residual, sums) =
+                unsafe { (worker.shared.levels[0].r.read(), worker.shared.residual.item(chunk.number)) };
             let hold = worker.hold(0);
             *sums = [0.0; 5];
             for place in chunk.part.clone() {
                 let mass = worker.worker.nodes.mass[place];
                 let moves = hold.inverse_mass[place] > T::ZERO
                     && hold.predicted.get(place).is_none_or(|predicted| !predicted.in_contact());
-                let [x, y, z] = left.at::<3>(place).map(T::to_f64);
+                let [x, y, z] = residual.at::<3>(place).map(T::to_f64);
                 let held = f64::from(u8::from(mass > T::ZERO && !moves));
                 for (sum, number) in sums.iter_mut().zip([x, y, z, mass.to_f64(), held]) {
                     *sum += number;
@@ -322,7 +320,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.worker.synchronise();
         for body in 0..self.scratch.bodies.len() {
             // SAFETY: written before a barrier, and again after another.
-            let all = &unsafe { self.shared.left.read() }[self.primal.tables[0].chunks_of[body].clone()];
+            let all = &unsafe { self.shared.residual.read() }[self.primal.tables[0].chunks_of[body].clone()];
             let mut total = [0.0; 5];
             for sums in all {
                 (0..5).for_each(|one| total[one] += sums[one]);
@@ -396,7 +394,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 }
             }
         }
-        self.move_on(chunk, &total);
+        self.set_trial_state(chunk, &total);
     }
 
     /// What springs change of each node's velocity: what was solved for, and on nodes that a surface holds, what they press.
@@ -424,7 +422,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 if let Some(predicted) = held.get(lane).filter(|predicted| predicted.in_contact()) {
                     let impulse = [0, 1, 2].map(|axis| given[axis][lane] - product[axis][lane]);
                     let springs = scale(impulse, self.worker.nodes.inverse_mass[first + lane]);
-                    after = pulled_by_springs(predicted, after, springs);
+                    after = velocity_change(predicted, after, springs);
                 }
                 for axis in 0..3 {
                     change[axis][at] = after[axis];

@@ -12,7 +12,7 @@ use crate::solvers::implicit::couplings::{
 use crate::solvers::implicit::cpu::columns::{Columns, View};
 use crate::solvers::implicit::cpu::kernels::{FINE, Lanes};
 use crate::solvers::implicit::cpu::tables::{Table, own_of_children};
-use crate::solvers::implicit::implicit::{Symmetric, add_share, block, inverse};
+use crate::solvers::implicit::implicit::{Symmetric, add_weighted, block, inverse};
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
 
@@ -162,7 +162,7 @@ impl<T: Real> OfChunk<'_, T> {
     pub fn set_up(&mut self, node: usize) -> ([T; 3], Symmetric<T>) {
         let (mut impulse, mut diagonal) = ([T::ZERO; 3], [T::ZERO; 6]);
         for &force in self.forces_of.row(node) {
-            impulse = add_share(impulse, self.h, self.forces[force as usize]);
+            impulse = add_weighted(impulse, self.h, self.forces[force as usize]);
         }
         for group in self.couplings.blocks(node / LANES) {
             let mut block = [T::ZERO; BLOCK];
@@ -170,7 +170,7 @@ impl<T: Real> OfChunk<'_, T> {
                 block = add_mode(block, self.directions[a as usize], self.directions[b as usize]);
             }
             self.put(group, node, &block);
-            diagonal = add_share(diagonal, T::ONE, symmetric_part(&block));
+            diagonal = add_weighted(diagonal, T::ONE, symmetric_part(&block));
         }
         (impulse, diagonal)
     }
@@ -217,15 +217,15 @@ impl<T: Real> Kernel for Coarsen<'_, T> {
             for group in self.couplings.blocks(place / LANES) {
                 let mut sum = [T::ZERO; BLOCK];
                 for &(slot, weight) in self.couplings.sources(group * LANES + place % LANES) {
-                    sum = add_share(sum, T::from_f64(f64::from(weight)), self.finer_block(slot as usize));
+                    sum = add_weighted(sum, T::from_f64(f64::from(weight)), self.finer_block(slot as usize));
                 }
                 put_block(self.blocks, at_slot(group), &sum);
-                all = add_share(all, T::ONE, symmetric_part(&sum));
+                all = add_weighted(all, T::ONE, symmetric_part(&sum));
             }
             if !groups.is_empty() {
                 put_block(self.blocks, at_slot(groups.start), &whole(&all));
             }
-            let diagonal = add_share(own, T::ONE, all);
+            let diagonal = add_weighted(own, T::ONE, all);
             let inverse = inverse(&diagonal);
             for one in 0..6 {
                 self.own[one][at] = own[one];

@@ -7,7 +7,7 @@ use crate::real::Real;
 use crate::solvers::implicit::cpu::columns::View;
 use crate::solvers::implicit::cpu::elements::Coupled;
 use crate::solvers::implicit::cpu::tables::PARENTS;
-use crate::solvers::implicit::implicit::{add_share, edge_times, jacobi, times};
+use crate::solvers::implicit::implicit::{add_weighted, edge_times, jacobi, times};
 use crate::topology::LANES;
 use std::ops::Range;
 
@@ -131,11 +131,11 @@ fn add_product<T: Real>(m: &[[T; LANES]; 6], v: &Lanes<T>, sum: &mut Lanes<T>) {
 
 /// Adds a step of Jacobi's iteration, by lanes.
 #[inline(always)]
-fn add_step<T: Real>(inverse: &[[T; LANES]; 6], left: &Lanes<T>, sum: &mut Lanes<T>) {
+fn add_step<T: Real>(inverse: &[[T; LANES]; 6], residual: &Lanes<T>, sum: &mut Lanes<T>) {
     for lane in 0..LANES {
         let m = inverse;
         let matrix = [m[0][lane], m[1][lane], m[2][lane], m[3][lane], m[4][lane], m[5][lane]];
-        let step = jacobi(&matrix, [left[0][lane], left[1][lane], left[2][lane]]);
+        let step = jacobi(&matrix, [residual[0][lane], residual[1][lane], residual[2][lane]]);
         sum[0][lane] += step[0];
         sum[1][lane] += step[1];
         sum[2][lane] += step[2];
@@ -198,14 +198,14 @@ impl<T: Real, const C: usize> Kernel for Residual<'_, T, C> {
     fn run(mut self) {
         for first in self.part.clone().step_by(LANES) {
             let (product, _) = self.operator.slice::<C>(first / LANES, &self.vector);
-            let mut left: Lanes<T> = self.right.lanes(first);
+            let mut residual: Lanes<T> = self.right.lanes(first);
             for axis in 0..3 {
                 for lane in 0..LANES {
-                    left[axis][lane] -= product[axis][lane];
+                    residual[axis][lane] -= product[axis][lane];
                 }
             }
-            self.hold.filtered(first, &mut left);
-            store(&mut self.out, first - self.part.start, &left);
+            self.hold.filtered(first, &mut residual);
+            store(&mut self.out, first - self.part.start, &residual);
         }
     }
 }
@@ -227,13 +227,13 @@ impl<T: Real, const C: usize> Kernel for Smooth<'_, T, C> {
     fn run(mut self) {
         for first in self.part.clone().step_by(LANES) {
             let (product, mut vector) = self.operator.slice::<C>(first / LANES, &self.vector);
-            let mut left: Lanes<T> = self.right.lanes(first);
+            let mut residual: Lanes<T> = self.right.lanes(first);
             for axis in 0..3 {
                 for lane in 0..LANES {
-                    left[axis][lane] -= product[axis][lane];
+                    residual[axis][lane] -= product[axis][lane];
                 }
             }
-            add_step(&self.inverse.lanes(first), &left, &mut vector);
+            add_step(&self.inverse.lanes(first), &residual, &mut vector);
             store(&mut self.out, first - self.part.start, &vector);
         }
     }
@@ -313,7 +313,7 @@ impl<T: Real> Kernel for Interpolate<'_, T> {
             for (lane, (nodes, weights)) in self.parents[first..first + LANES].iter().enumerate() {
                 for (&node, &weight) in nodes.iter().zip(weights) {
                     let own = [sum[0][lane], sum[1][lane], sum[2][lane]];
-                    let all = add_share(own, weight, self.coarser.at::<3>(node as usize));
+                    let all = add_weighted(own, weight, self.coarser.at::<3>(node as usize));
                     (0..3).for_each(|axis| sum[axis][lane] = all[axis]);
                 }
             }

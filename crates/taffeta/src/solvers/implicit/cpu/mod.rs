@@ -88,7 +88,7 @@ struct Work<T> {
     outer: Shared<f64>,
     products: Shared<[f64; 2]>,
     /// By chunk: what is left of momentum, mass, and how many nodes are held.
-    left: Shared<[f64; 5]>,
+    residual: Shared<[f64; 5]>,
 }
 
 /// What a worker keeps.
@@ -184,7 +184,7 @@ impl<T: Real> Work<T> {
             collider: vec![0; held].into(),
             outer: vec![0.0; chunks].into(),
             products: vec![[0.0; 2]; chunks].into(),
-            left: vec![[0.0; 5]; chunks].into(),
+            residual: vec![[0.0; 5]; chunks].into(),
         }
     }
 

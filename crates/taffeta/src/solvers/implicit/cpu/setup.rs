@@ -7,7 +7,7 @@ use crate::solvers::implicit::cpu::columns::View;
 use crate::solvers::implicit::cpu::elements::OfChunk;
 use crate::solvers::implicit::cpu::kernels::{COARSE, FINE, Lanes, store};
 use crate::solvers::implicit::cpu::tables::{Table, own_of_children};
-use crate::solvers::implicit::implicit::{Stiff, Symmetric, add_share, block, diagonal, inverse};
+use crate::solvers::implicit::implicit::{Stiff, Symmetric, add_weighted, block, diagonal, inverse};
 use crate::solvers::implicit::slots::NO_EDGE;
 use crate::topology::LANES;
 use std::ops::Range;
@@ -92,16 +92,16 @@ impl<T: Real> SetUp<'_, T> {
             for lane in 0..LANES {
                 let d = [y[0][lane] - x[0][lane], y[1][lane] - x[1][lane], y[2][lane] - x[2][lane]];
                 let dv = [w[0][lane] - v[0][lane], w[1][lane] - v[1][lane], w[2][lane] - v[2][lane]];
-                let link = stiff[lane].link(d, rest[lane]);
-                let numbers = [link.q[0], link.q[1], link.q[2], link.across];
+                let spring = stiff[lane].spring(d, rest[lane]);
+                let numbers = [spring.q[0], spring.q[1], spring.q[2], spring.across];
                 for (column, number) in blocks.iter_mut().zip(numbers) {
                     column[lane] = number;
                 }
-                let impulse = stiff[lane].impulse(&link, dv);
+                let impulse = stiff[lane].impulse(&spring, dv);
                 for axis in 0..3 {
-                    sum.right[axis][lane] += impulse * link.along[axis];
+                    sum.right[axis][lane] += impulse * spring.along[axis];
                 }
-                for (column, number) in sum.diagonal.iter_mut().zip(block(link.q, link.across)) {
+                for (column, number) in sum.diagonal.iter_mut().zip(block(spring.q, spring.across)) {
                     column[lane] += number;
                 }
             }
@@ -208,7 +208,7 @@ impl<T: Real> Coarsen<'_, T> {
                     std::array::from_fn(|one| blocks[(group * COARSE + one) * LANES + lane])
                 }
             };
-            sum = add_share(sum, T::from_f64(f64::from(weight)), source);
+            sum = add_weighted(sum, T::from_f64(f64::from(weight)), source);
         }
         sum
     }
@@ -230,7 +230,7 @@ impl<T: Real> Kernel for Restrict<'_, T> {
         for place in self.part.clone() {
             let mut sum = [T::ZERO; 3];
             for &(child, weight) in self.table.children.row(place) {
-                sum = add_share(sum, T::from_f64(f64::from(weight)), self.finer.at(child as usize));
+                sum = add_weighted(sum, T::from_f64(f64::from(weight)), self.finer.at(child as usize));
             }
             for (column, number) in out.iter_mut().zip(sum) {
                 column[place - self.part.start] = number;

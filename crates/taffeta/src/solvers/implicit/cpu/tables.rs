@@ -5,7 +5,7 @@ use crate::assembly::body::BodyAssembly;
 use crate::real::Real;
 use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::implicit::cpu::columns::View;
-use crate::solvers::implicit::implicit::{Symmetric, add_share};
+use crate::solvers::implicit::implicit::{Symmetric, add_weighted};
 use crate::solvers::implicit::levels::Level;
 use crate::solvers::implicit::slots::Slots;
 use crate::topology::LANES;
@@ -179,7 +179,7 @@ impl<T: Real> Table<T> {
 pub fn own_of_children<T: Real>(children: &Weighted, finer: &View<'_, T>, place: usize) -> Symmetric<T> {
     let mut own = [T::ZERO; 6];
     for &(child, weight) in children.row(place) {
-        own = add_share(own, T::from_f64(f64::from(weight)), finer.at(child as usize));
+        own = add_weighted(own, T::from_f64(f64::from(weight)), finer.at(child as usize));
     }
     own
 }
