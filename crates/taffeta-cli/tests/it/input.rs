@@ -244,6 +244,7 @@ fn schemas_are_json_and_know_the_contract_s_names() {
     for (format, key) in [("scene", "body"), ("summary", "state_hash")] {
         let (out, _, code) = ending(desk.taffeta(&["schema", format]));
         assert_eq!(code, Some(0));
+        assert!(!out.contains("```"), "{format}: an example in Rust");
         let schema: serde_json::Value = serde_json::from_str(&out).expect("JSON");
         assert!(schema["properties"][key].is_object(), "{key}");
     }

@@ -2,6 +2,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Air around all bodies: lift and drag on each of their triangles, on both sides alike.
+///
+/// ```
+/// use taffeta::scene::{Air, Scene};
+///
+/// // A breeze of 3 m/s along x.
+/// let air = Air { velocity: [3.0, 0.0, 0.0], ..Air::default() };
+/// assert!(air.moves());
+/// let mut scene = Scene::new("in the wind");
+/// scene.world.air = Some(air);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Air {
@@ -26,6 +36,15 @@ impl Default for Air {
 }
 
 /// A field of gusts that drifts with the air.
+///
+/// ```
+/// use taffeta::scene::{Air, Gust};
+///
+/// // Gusts of 1.5 m/s that are half a metre large and last two seconds.
+/// let gust = Gust { speed: 1.5, length: 0.5, period: 2.0, ..Gust::default() };
+/// let air = Air { velocity: [4.0, 0.0, 0.0], gust: Some(gust), ..Air::default() };
+/// assert!(air.moves());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Gust {

@@ -4,6 +4,16 @@ use serde::{Deserialize, Serialize};
 
 /// Nodes sewn to nodes: of two bodies, or of one. The pairs are listed, or the nodes of two selections in their order, or
 /// each node with the nearest one within reach.
+///
+/// ```
+/// use taffeta::scene::{Seam, SeamSide, Select};
+///
+/// // The right edge of a grid of 21 columns is sewn to the left edge of another one, and tears at 5 N.
+/// let sides = [SeamSide::new("left", Select::cols(20, 20)), SeamSide::new("right", Select::cols(0, 0))];
+/// let [from, to] = sides;
+/// let seam = Seam { break_force: Some(5.0), ..Seam::new(from, to).closing(0.0, 0.5, 0.0) };
+/// assert_eq!(seam.close.end, 0.5);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Seam {
@@ -32,6 +42,15 @@ pub struct Seam {
 }
 
 /// One side of a seam.
+///
+/// ```
+/// use taffeta::scene::{SeamSide, Select};
+///
+/// let edge = SeamSide::new("sleeve", Select { boundary: Some(true), ..Select::default() });
+/// assert_eq!(edge.body, "sleeve");
+/// // Any node of the body.
+/// assert!(SeamSide::body("sleeve").select.is_none());
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SeamSide {
@@ -43,6 +62,14 @@ pub struct SeamSide {
 }
 
 /// When a seam closes: the length of each pair goes from the distance at the start to that of the seam, at an even speed.
+///
+/// ```
+/// use taffeta::scene::{Closing, Seam};
+///
+/// // Two nodes that are drawn together in the first half second.
+/// let seam = Seam { close: Closing { start: 0.0, end: 0.5 }, ..Seam::pairs("front", "back", [[0, 0], [1, 1]]) };
+/// assert_eq!(seam.pairs, Some(vec![[0, 0], [1, 1]]));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Closing {
@@ -59,6 +86,18 @@ impl Default for Closing {
 }
 
 /// How far free nodes may go from held ones of their body: by as much as the way along the surface at rest.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Select};
+///
+/// // However weak its springs are, the curtain gets no more than 5 % longer.
+/// let curtain = Body::cloth("curtain", Mesh::grid(30, 20, [1.0, 1.5]))
+///     .with_mass(Mass::Area(0.2))
+///     .structural(5.0, 0.01)
+///     .pin(Select::rows(0, 0))
+///     .tether(0.05);
+/// assert_eq!(curtain.tethers.unwrap().slack, 0.05);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tethers {

@@ -70,6 +70,15 @@ pub struct Body {
 }
 
 /// Contact of nodes with each other.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, SelfCollision};
+///
+/// let touching = SelfCollision { thickness: 0.01, friction: 0.4, ..SelfCollision::default() };
+/// let cloth = Body::cloth("cloth", Mesh::grid(50, 50, [0.5, 0.5])).with_mass(Mass::Area(0.2)).structural(100.0, 0.05);
+/// let cloth = Body { self_collision: Some(touching), ..cloth };
+/// assert_eq!(cloth.self_collision.unwrap().thickness, 0.01);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SelfCollision {
@@ -125,6 +134,14 @@ impl Default for SelfCollision {
 }
 
 /// What a body is.
+///
+/// ```
+/// use taffeta::scene::{Body, Cube, Kind, Mesh};
+///
+/// let cube = Mesh::Cube(Cube { size: 0.2, divisions: 4 });
+/// assert_eq!(Body::cloth("bag", cube.clone()).kind, Kind::Cloth);
+/// assert_eq!(Body::soft("jelly", cube).kind, Kind::Soft);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
@@ -136,6 +153,17 @@ pub enum Kind {
 }
 
 /// The one way in which a body's mass is given.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// use taffeta::{Options, Simulation};
+///
+/// // Cotton of 0.15 kg/m², 2 m by 1 m.
+/// let cloth = Body::cloth("cloth", Mesh::grid(11, 21, [2.0, 1.0])).with_mass(Mass::Area(0.15)).structural(50.0, 0.05);
+/// let simulation = Simulation::new(&Scene::new("").time(0.01, 1e-3).body(cloth), &Options::default())?;
+/// assert!((simulation.bodies()[0].mass - 0.3).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mass {
     /// Of each node [kg].
@@ -149,6 +177,19 @@ pub enum Mass {
 }
 
 /// Placement: scale, then rotate, then translate.
+///
+/// ```
+/// use taffeta::scene::{Collider, Place, Rotation};
+///
+/// // A box of 1 m, turned by 45° about y and one metre up.
+/// let place = Place {
+///     position: [0.0, 1.0, 0.0],
+///     rotation: Some(Rotation { axis: [0.0, 1.0, 0.0], degrees: 45.0 }),
+///     ..Place::default()
+/// };
+/// let table = Collider::cuboid([0.0; 3], [0.5; 3]).placed(place);
+/// assert_eq!(table.place.position[1], 1.0);
+/// ```
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Place {
@@ -166,6 +207,18 @@ pub struct Place {
 }
 
 /// The springs of a body, by kind.
+///
+/// ```
+/// use taffeta::scene::{Body, Hinge, Mass, Mesh, Spring, Springs};
+///
+/// let springs = Springs {
+///     structural: Some(Spring { k: 200.0, d: 0.1 }),
+///     hinge: Some(Hinge { k: 1e-5, d: 1e-7 }),
+///     ..Springs::default()
+/// };
+/// let cloth = Body { springs, ..Body::cloth("cloth", Mesh::grid(20, 20, [1.0, 1.0])) };
+/// assert_eq!(cloth.with_mass(Mass::Area(0.2)).springs.structural.unwrap().k, 200.0);
+/// ```
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Springs {
@@ -187,6 +240,13 @@ pub struct Springs {
 }
 
 /// Stiffness and damping of one kind of spring.
+///
+/// ```
+/// use taffeta::scene::{Body, Mesh, Spring};
+///
+/// let cloth = Body::cloth("cloth", Mesh::grid(20, 20, [1.0, 1.0])).structural(200.0, 0.1);
+/// assert_eq!(cloth.springs.structural, Some(Spring { k: 200.0, d: 0.1 }));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Spring {
@@ -198,6 +258,18 @@ pub struct Spring {
 }
 
 /// Struts between nodes of a soft body, through its inside: `count` of them at random, or those of a file.
+///
+/// ```
+/// use taffeta::scene::{Body, Cube, Internal, Mass, Mesh, Scene};
+/// use taffeta::{Options, Simulation};
+///
+/// let cube = Mesh::Cube(Cube { size: 0.4, divisions: 4 });
+/// let mut jelly = Body::soft("jelly", cube).with_mass(Mass::Volume(500.0)).structural(200.0, 0.2);
+/// jelly.springs.internal = Some(Internal { count: 60, k: 50.0, ..Internal::default() });
+/// let simulation = Simulation::new(&Scene::new("").time(0.01, 1e-3).body(jelly), &Options::default())?;
+/// assert!(simulation.bodies()[0].springs.contains(&("internal", 60)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Internal {
@@ -224,6 +296,13 @@ impl Default for Internal {
 }
 
 /// Dihedral bending at each edge between two triangles: energy ½ k (θ − θ₀)².
+///
+/// ```
+/// use taffeta::scene::{Body, Hinge, Mesh};
+///
+/// let sheet = Body::cloth("sheet", Mesh::grid(20, 20, [0.2, 0.3])).hinge(1e-4, 1e-6);
+/// assert_eq!(sheet.springs.hinge, Some(Hinge { k: 1e-4, d: 1e-6 }));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Hinge {
@@ -301,6 +380,17 @@ impl Pin {
 }
 
 /// A choice of nodes. Where several keys are given, a node must meet them all.
+///
+/// ```
+/// use taffeta::scene::{Bounds, Select};
+///
+/// let corners = Select::nodes([0, 19]);
+/// let top = Select::rows(0, 0);
+/// // The border of a mesh, as far as it lies above 1 m. A node must fit all that is given.
+/// let above = Bounds { min: [-9.0, 1.0, -9.0], max: [9.0, 9.0, 9.0] };
+/// let hem = Select { boundary: Some(true), inside: Some(above), ..Select::default() };
+/// # let _ = (corners, top, hem);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Select {
@@ -325,6 +415,19 @@ pub struct Select {
 }
 
 /// An axis-aligned box.
+///
+/// ```
+/// use taffeta::scene::{Body, Bounds, Mass, Mesh, Scene, Select};
+/// use taffeta::{Options, Simulation};
+///
+/// // Pins the nodes of a sheet from -0.5 m to 0.5 m that lie left of x = -0.45 m.
+/// let left = Bounds { min: [-1.0, -1.0, -1.0], max: [-0.45, 1.0, 1.0] };
+/// let sheet = Body::cloth("sheet", Mesh::grid(5, 11, [1.0, 1.0])).with_mass(Mass::Area(0.2)).structural(50.0, 0.05);
+/// let sheet = sheet.pin(Select { inside: Some(left), ..Select::default() });
+/// let simulation = Simulation::new(&Scene::new("").time(0.01, 1e-3).body(sheet), &Options::default())?;
+/// assert_eq!(simulation.bodies()[0].pinned, 5);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bounds {

@@ -91,6 +91,13 @@ impl Default for Collider {
 }
 
 /// A ball.
+///
+/// ```
+/// use taffeta::scene::{Collider, Shape, Sphere};
+///
+/// let ball = Collider::sphere([0.0, 1.0, 0.0], 0.3);
+/// assert!(matches!(ball.shape(), Some(Shape::Sphere(Sphere { radius: 0.3, .. }))));
+/// ```
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sphere {
@@ -102,6 +109,15 @@ pub struct Sphere {
 }
 
 /// A half-space: everything on the side away from `normal` is solid.
+///
+/// ```
+/// use taffeta::scene::{Collider, Plane, Scene};
+///
+/// // A slope: y = -x.
+/// let slope = Collider { plane: Some(Plane { point: [0.0; 3], normal: [1.0, 1.0, 0.0] }), ..Collider::default() };
+/// Scene::new("slope").collider(slope).validate()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Plane {
@@ -118,6 +134,14 @@ fn up() -> [f64; 3] {
 }
 
 /// A box with its faces along the axes; `place` and `motion` turn it.
+///
+/// ```
+/// use taffeta::scene::{Collider, Cuboid};
+///
+/// // A table top, 1.2 m by 0.8 m and 4 cm thick.
+/// let table = Collider::cuboid([0.0, 0.7, 0.0], [0.6, 0.02, 0.4]);
+/// assert_eq!(table.cuboid, Some(Cuboid { center: [0.0, 0.7, 0.0], half: [0.6, 0.02, 0.4] }));
+/// ```
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cuboid {
@@ -129,6 +153,14 @@ pub struct Cuboid {
 }
 
 /// A round bar.
+///
+/// ```
+/// use taffeta::scene::{Bar, Collider};
+///
+/// // A clothes line, 2 cm thick.
+/// let line = Collider::capsule([-1.0, 1.5, 0.0], [1.0, 1.5, 0.0], 0.01);
+/// assert_eq!(line.capsule, Some(Bar { a: [-1.0, 1.5, 0.0], b: [1.0, 1.5, 0.0], radius: 0.01 }));
+/// ```
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bar {
@@ -142,6 +174,14 @@ pub struct Bar {
 
 /// Ground whose height is given over a rectangle in the xz plane, centred on the origin; solid down to `depth` below its
 /// lowest point.
+///
+/// ```
+/// use taffeta::scene::Collider;
+///
+/// // A ditch across ground of 4 m by 2 m.
+/// let ground = Collider::heightfield([4.0, 2.0], vec![vec![0.0, -0.5, 0.0], vec![0.0, -0.5, 0.0]]);
+/// assert_eq!(ground.heightfield.unwrap().heights[1][1], -0.5);
+/// ```
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Heightfield {
@@ -160,6 +200,18 @@ fn one() -> f64 {
 
 /// Shapes that a mesh takes one after the other: its vertices go straight from one to the next. They stay in the first
 /// until `start`, and in the last when it is over. Velocities come with it.
+///
+/// ```
+/// use taffeta::scene::{Collider, Cube, Mesh, Surface};
+/// use taffeta::topology::shapes;
+///
+/// // A cube of 0.4 m that grows by half within a second.
+/// let cube = Mesh::Cube(Cube { size: 0.4, divisions: 1 });
+/// let nodes: Vec<[f64; 3]> = shapes::surface(&cube).unwrap().nodes;
+/// let grown = nodes.iter().map(|node| node.map(|x| 1.5 * x)).collect();
+/// let growing = Collider::mesh(cube).posed(1.0, vec![nodes, grown]);
+/// assert_eq!(growing.poses.unwrap().nodes.len(), 2);
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Poses {
@@ -185,6 +237,14 @@ impl Default for Poses {
 }
 
 /// The one shape of a collider.
+///
+/// ```
+/// use taffeta::scene::{Collider, Shape};
+///
+/// let ball = Collider::sphere([0.0; 3], 0.5);
+/// assert_eq!(ball.shape().map(|shape| shape.key()), Some("sphere"));
+/// assert!(Collider::default().shape().is_none());
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub enum Shape<'a> {
     /// A ball.

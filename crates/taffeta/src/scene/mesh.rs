@@ -5,6 +5,15 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// Where a body's shape comes from.
+///
+/// ```
+/// use taffeta::scene::{Icosphere, Mesh};
+///
+/// // What is at hand, with its number of nodes.
+/// assert_eq!(Mesh::grid(20, 30, [1.0, 1.5]).nodes(), 600);
+/// assert_eq!(Mesh::chain(10, 1.0).nodes(), 11);
+/// assert_eq!(Mesh::Icosphere(Icosphere { radius: 0.5, subdivisions: 3 }).nodes(), 642);
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -31,6 +40,12 @@ pub enum Mesh {
 }
 
 /// Nodes in the xz plane, centred; row 0 at −z, column 0 at −x, node = row·cols + column.
+///
+/// ```
+/// use taffeta::scene::{Grid, Mesh};
+///
+/// assert!(matches!(Mesh::grid(20, 30, [1.0, 1.5]), Mesh::Grid(Grid { rows: 20, cols: 30, .. })));
+/// ```
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
@@ -43,6 +58,13 @@ pub struct Grid {
 }
 
 /// A subdivided icosahedron.
+///
+/// ```
+/// use taffeta::scene::{Icosphere, Mesh};
+///
+/// // Each subdivision has four times the triangles; nodes: 10·4ⁿ + 2.
+/// assert_eq!(Mesh::Icosphere(Icosphere { radius: 0.2, subdivisions: 4 }).nodes(), 2562);
+/// ```
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Icosphere {
@@ -53,6 +75,13 @@ pub struct Icosphere {
 }
 
 /// A sphere of rings (pole to pole) and segments (around).
+///
+/// ```
+/// use taffeta::scene::{Mesh, UvSphere};
+///
+/// // Two poles, and 7 circles of 16 nodes between 8 rings.
+/// assert_eq!(Mesh::UvSphere(UvSphere { radius: 0.2, rings: 8, segments: 16 }).nodes(), 114);
+/// ```
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UvSphere {
@@ -65,6 +94,14 @@ pub struct UvSphere {
 }
 
 /// A torus about the y axis.
+///
+/// ```
+/// use taffeta::scene::{Mesh, Torus};
+///
+/// // A swim ring of 60 cm, 20 cm thick.
+/// let ring = Mesh::Torus(Torus { major: 0.2, minor: 0.1, rings: 48, segments: 24 });
+/// assert_eq!(ring.nodes(), 48 * 24);
+/// ```
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Torus {
@@ -79,6 +116,12 @@ pub struct Torus {
 }
 
 /// A cube of `divisions`² squares a face.
+///
+/// ```
+/// use taffeta::scene::{Cube, Mesh};
+///
+/// assert_eq!(Mesh::Cube(Cube { size: 1.0, divisions: 8 }).nodes(), 386);
+/// ```
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cube {
@@ -89,6 +132,14 @@ pub struct Cube {
 }
 
 /// A capped cylinder about the y axis.
+///
+/// ```
+/// use taffeta::scene::{Cylinder, Mesh};
+///
+/// // A sleeve: an open tube of 5 circles with 24 nodes each.
+/// let sleeve = Mesh::Cylinder(Cylinder { radius: 0.06, height: 0.5, segments: 24, rings: 4, capped: false });
+/// assert_eq!(sleeve.nodes(), 5 * 24);
+/// ```
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cylinder {
@@ -118,6 +169,15 @@ fn default_capped() -> bool {
 }
 
 /// `links` + 1 nodes along x, centred, node 0 at −x.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Select};
+///
+/// // A rope of 2 m and 0.1 kg that hangs from its first node.
+/// let rope = Body::cloth("rope", Mesh::chain(40, 2.0)).with_mass(Mass::Node(0.1 / 41.0)).structural(2e3, 0.1);
+/// let rope = rope.pin(Select::nodes([0]));
+/// assert_eq!(rope.mesh.nodes(), 41);
+/// ```
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Chain {

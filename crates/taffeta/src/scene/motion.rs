@@ -3,6 +3,15 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A turn about an axis.
+///
+/// ```
+/// use taffeta::glam::{DQuat, DVec3};
+/// use taffeta::scene::Rotation;
+///
+/// let turned = Rotation::from(DQuat::from_axis_angle(DVec3::Y, 0.5));
+/// assert!((turned.degrees - 0.5_f64.to_degrees()).abs() < 1e-12);
+/// assert!(DQuat::from(turned).mul_vec3(DVec3::X).z < 0.0);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Rotation {
@@ -14,6 +23,16 @@ pub struct Rotation {
 
 /// A pose at a time. Between keyframes the motion is linear; before the first it starts from rest at t = 0;
 /// after the last it stays.
+///
+/// ```
+/// use taffeta::scene::{Collider, Keyframe};
+///
+/// // A turntable: half a turn about y within two seconds.
+/// let table = Collider::cuboid([0.0; 3], [0.5, 0.05, 0.5])
+///     .keyframe(Keyframe::translate(0.0, [0.0; 3]))
+///     .keyframe(Keyframe::rotate(2.0, [0.0, 1.0, 0.0], 180.0, [0.0; 3]));
+/// assert_eq!(table.motion.len(), 2);
+/// ```
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Keyframe {

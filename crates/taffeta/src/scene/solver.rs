@@ -2,6 +2,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// How springs are solved.
+///
+/// ```
+/// use taffeta::scene::{ConstraintForm, Ice, Method, Scene, Solver};
+///
+/// // Implicit springs solved for velocities: stable at any step.
+/// let ice = Ice { form: ConstraintForm::Primal, ..Ice::default() };
+/// let solver = Solver { method: Method::Ice, ice, ..Solver::default() };
+/// assert!(solver.is_primal());
+/// let scene = Scene { solver, ..Scene::new("stiff") };
+/// # let _ = scene;
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
@@ -21,6 +32,13 @@ impl Solver {
 }
 
 /// The method for springs.
+///
+/// ```
+/// use taffeta::scene::{Method, Scene};
+///
+/// let scene = Scene::new("stiff cloth at large steps").method(Method::Ice);
+/// assert_eq!(scene.solver.method.name(), "ice");
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -47,6 +65,13 @@ impl Method {
 }
 
 /// Implicit constraint enforcement.
+///
+/// ```
+/// use taffeta::scene::Ice;
+///
+/// let precise = Ice { tolerance: 1e-6, max_iterations: 500, ..Ice::default() };
+/// assert!(precise.tolerance < Ice::default().tolerance);
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Ice {
@@ -78,6 +103,15 @@ impl Default for Ice {
 }
 
 /// Adaptive constraint activation and deactivation.
+///
+/// ```
+/// use taffeta::scene::{Acad, Method, Scene};
+///
+/// // Springs become constraints at a stretch of 5 %.
+/// let mut scene = Scene::new("").method(Method::Acad);
+/// scene.solver.acad = Acad { threshold: 0.05, ..Acad::default() };
+/// assert_eq!(scene.solver.acad.threshold, 0.05);
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Acad {
@@ -102,6 +136,13 @@ impl Default for Acad {
 }
 
 /// Equations of constraints.
+///
+/// ```
+/// use taffeta::scene::ConstraintForm;
+///
+/// assert_eq!(ConstraintForm::Primal.name(), "primal");
+/// assert_eq!(ConstraintForm::default(), ConstraintForm::Compliant);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]

@@ -5,6 +5,17 @@
 ///
 /// `vertices` are what the file has, in the file's order; `nodes` are what is simulated: vertices at one place share
 /// a node. Outputs follow the vertices.
+///
+/// ```
+/// use std::sync::Arc;
+/// use taffeta::scene::{Body, Mass, Mesh, Surface};
+///
+/// // Two triangles of a mesh that your program has.
+/// let nodes = vec![[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.1, 0.0, 0.1], [0.0, 0.0, 0.1]];
+/// let surface = Surface::of_triangles(nodes, vec![[0, 1, 2], [0, 2, 3]]);
+/// let patch = Body::cloth("patch", Mesh::Surface(Arc::new(surface))).with_mass(Mass::Area(0.2)).structural(20.0, 0.01);
+/// assert_eq!(patch.mesh.nodes(), 4);
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Surface {
     /// Places of the vertices [m], in the file's order.
@@ -49,6 +60,15 @@ impl Surface {
 }
 
 /// Faces with any number of corners, one after the other.
+///
+/// ```
+/// use taffeta::scene::Polygons;
+///
+/// let mut faces = Polygons::default();
+/// faces.push(&[0, 1, 2, 3]);
+/// faces.push(&[0, 3, 4]);
+/// assert_eq!(faces.iter().map(<[u32]>::len).collect::<Vec<_>>(), [4, 3]);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Polygons {
     /// Where each face's corners start in `corners`; one more than there are faces, the first is 0. Empty: no faces.
@@ -84,6 +104,14 @@ impl Polygons {
 }
 
 /// Texture coordinates, one index a face corner.
+///
+/// ```
+/// use taffeta::scene::{Surface, Uvs};
+///
+/// let nodes = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+/// let mut surface = Surface::of_triangles(nodes, vec![[0, 1, 2]]);
+/// surface.uvs = Some(Uvs { coords: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], corners: vec![0, 1, 2] });
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Uvs {
     /// Coordinates.

@@ -2,6 +2,16 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// What keeps, or changes, the volume of a soft body.
+///
+/// ```
+/// use taffeta::scene::{Body, Icosphere, Mass, Mesh, Volume};
+///
+/// // A balloon under 500 Pa.
+/// let ball = Mesh::Icosphere(Icosphere { radius: 0.15, subdivisions: 3 });
+/// let balloon = Body::soft("balloon", ball).with_mass(Mass::Area(0.3)).structural(100.0, 0.05);
+/// let balloon = Body { volume: Some(Volume { pressure: Some(500.0), ..Volume::default() }), ..balloon };
+/// assert!(balloon.volume.unwrap().is_pressure());
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Volume {
@@ -22,6 +32,14 @@ pub struct Volume {
 }
 
 /// How a volume is kept.
+///
+/// ```
+/// use taffeta::scene::{Body, Cube, Mesh, VolumeForm};
+///
+/// let cube = Mesh::Cube(Cube { size: 0.2, divisions: 4 });
+/// let jelly = Body::soft("jelly", cube).keep_volume(VolumeForm::Projected);
+/// assert_eq!(jelly.volume.unwrap().form.name(), "projected");
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
@@ -57,6 +75,15 @@ impl VolumeForm {
 }
 
 /// The target, or the pressure, at a time.
+///
+/// ```
+/// use taffeta::scene::{Volume, VolumeKey};
+///
+/// // Breathes in: within two seconds to 1.25 times its volume at rest.
+/// let key = |t, target| VolumeKey { t, target: Some(target), pressure: None };
+/// let lung = Volume { motion: vec![key(0.0, 1.0), key(2.0, 1.25)], ..Volume::default() };
+/// assert!(!lung.is_pressure());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VolumeKey {
@@ -71,6 +98,15 @@ pub struct VolumeKey {
 }
 
 /// A ball in which a body gives way: fully at its centre, not at all from its radius on.
+///
+/// ```
+/// use taffeta::scene::{Volume, VolumeWeights};
+///
+/// // Only nodes within 10 cm of the origin give way.
+/// let weights = VolumeWeights { center: [0.0; 3], radius: 0.1 };
+/// let volume = Volume { weights: Some(weights), ..Volume::default() };
+/// assert_eq!(volume.weights.unwrap().radius, 0.1);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VolumeWeights {

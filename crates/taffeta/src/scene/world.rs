@@ -3,6 +3,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Frames and steps.
+///
+/// ```
+/// use taffeta::scene::Time;
+///
+/// let time = Time { dt: 1.0 / 60.0, max_step: Some(5e-3), ..Time::default() };
+/// // Three sub-steps of 5 ms, and one that takes the rest.
+/// assert_eq!(time.substeps(), 4);
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Time {
@@ -51,6 +59,14 @@ impl Time {
 const SLIVER: f64 = 1e-3;
 
 /// What acts on every node.
+///
+/// ```
+/// use taffeta::scene::{Scene, World};
+///
+/// let moon = World { gravity: [0.0, -1.62, 0.0], ..World::default() };
+/// let scene = Scene { world: moon, ..Scene::new("on the moon") };
+/// assert_eq!(scene.world.drag, 0.0);
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct World {
