@@ -45,6 +45,23 @@ pub enum Advice {
 }
 
 /// What the user should know, and what to change.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// use taffeta::{Advice, Options, Simulation};
+///
+/// // A front end that does what it is advised to.
+/// let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2)).structural(1e4, 0.0);
+/// let mut scene = Scene::new("").time(0.01, 0.01).body(cloth);
+/// let simulation = Simulation::new(&scene, &Options::default())?;
+/// let warning = &simulation.warnings()[0];
+/// assert!(warning.message.starts_with("the step of 1.000e-2 s is longer than the largest stable step"));
+/// if let Some(&Advice::LongestStep(step)) = warning.advice.first() {
+///     scene.time.max_step = Some(step);
+/// }
+/// assert!(Simulation::new(&scene, &Options::default())?.warnings().is_empty());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Warning {
@@ -91,6 +108,15 @@ pub(crate) fn round_down(value: f64) -> f64 {
 }
 
 /// The device cannot run the scene.
+///
+/// ```
+/// use taffeta::{Advice, BuildError, Refusal};
+///
+/// // A program that opens devices itself, and found none.
+/// let error = BuildError::from(Refusal::new("no GPU was found; the CPU would do", [Advice::Cpu]));
+/// assert_eq!(error.to_string(), "no GPU was found; the CPU would do");
+/// assert_eq!(error.advice(), [Advice::Cpu]);
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{message}")]
 #[non_exhaustive]

@@ -6,6 +6,23 @@
 //! its own: what one may fuse is a table that is checked against this list.
 
 /// Which part of a sub-step an operation belongs to: what times are summed up by, and from where on a GPU can take over.
+///
+/// ```
+/// # use taffeta::scene::{Body, Collider, Mass, Mesh, Scene, Select};
+/// # use taffeta::{Options, Simulation};
+/// # let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05).pin(Select::nodes([0])))
+/// #     .collider(Collider::sphere([0.0, -1.0, 0.0], 0.2).named("ball"));
+/// # let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// use taffeta::Stage;
+///
+/// let times = simulation.step_timed()?;
+/// let seconds = |stage: Stage| times.iter().find(|(name, _)| *name == stage.name()).map_or(0.0, |&(_, time)| time);
+/// assert!(seconds(Stage::Springs) > 0.0);
+/// assert_eq!(seconds(Stage::Constraints), 0.0);
+/// assert!(Stage::Springs < Stage::Integrate);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Stage {

@@ -6,6 +6,19 @@ use crate::topology::struts::{given_struts, struts};
 use crate::topology::{Edges, RestShape, Surface};
 
 /// What a spring is for.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// use taffeta::springs::SpringKind;
+///
+/// let cloth = Body::cloth("cloth", Mesh::grid(3, 3, [0.2, 0.2])).with_mass(Mass::Area(0.2));
+/// let scene = Scene::new("").body(cloth.structural(50.0, 0.05).shear(20.0, 0.05));
+/// let lists = taffeta::springs_of(&scene, 0)?;
+/// let diagonals = lists.iter().filter(|list| list.kind == SpringKind::Shear);
+/// assert_eq!(diagonals.map(|list| list.pairs.len()).sum::<usize>(), 8);
+/// assert_eq!(SpringKind::Shear.name(), "shear");
+/// # Ok::<(), taffeta::scene::SceneError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SpringKind {
     /// Grid neighbours; edges of a mesh; links.
@@ -41,6 +54,16 @@ impl SpringKind {
 }
 
 /// The springs of one kind of a body.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Scene};
+///
+/// let chain = Body::cloth("chain", Mesh::chain(2, 1.0)).with_mass(Mass::Whole(0.1)).structural(50.0, 0.05);
+/// let [links] = &taffeta::springs_of(&Scene::new("").body(chain), 0)?[..] else { panic!("one list") };
+/// assert_eq!(links.pairs, [[0, 1], [1, 2]]);
+/// assert_eq!((&links.rest[..], links.k), (&[0.5, 0.5][..], 50.0));
+/// # Ok::<(), taffeta::scene::SceneError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpringList {
     /// What they are for.
@@ -57,6 +80,20 @@ pub struct SpringList {
 
 /// The springs of a mesh, at rest as `rest` says; kinds that the body lacks are left out. The error's
 /// path is from the body: `springs.shear`.
+///
+/// ```
+/// use taffeta::scene::{Spring, Springs};
+/// use taffeta::springs::mesh_springs;
+/// use taffeta::topology::{Edges, RestShape, shapes::grid_surface};
+///
+/// let sheet = grid_surface(2, 2, [0.3, 0.4]);
+/// let edges = Edges::new(4, &sheet.triangles, &[]);
+/// let springs = Springs { structural: Some(Spring { k: 50.0, d: 0.05 }), ..Springs::default() };
+/// let lists = mesh_springs(&springs, &sheet, &edges, &RestShape::of(&sheet, 1.0))?;
+/// let longest = lists[0].rest.iter().copied().fold(0.0, f64::max);
+/// assert!((longest - 0.5).abs() < 1e-12);
+/// # Ok::<(), taffeta::scene::SceneError>(())
+/// ```
 pub fn mesh_springs(
     springs: &Springs,
     surface: &Surface,

@@ -236,6 +236,16 @@ fn digits(value: f64) -> String {
 /// length, with ten times the energy that the start and gravity account for, and growing; weak springs that are
 /// merely pulled apart gain no energy and pass. Or a volume is a hundred times its target, and growing. In a `driven`
 /// scene pins, loads or wind may add energy, too: there it must also be four times that of the frame before.
+///
+/// ```
+/// use taffeta::diagnostics::{FrameReport, advice::runaway};
+///
+/// let start = FrameReport { max_stretch: 1.0, ..FrameReport::default() };
+/// let lost = FrameReport { kinetic: f64::NAN, ..start.clone() };
+/// assert_eq!(runaway(&start, &start, &start, false), None);
+/// let why = runaway(&start, &start, &lost, false);
+/// assert_eq!(why.as_deref(), Some("a position or velocity is no longer a finite number"));
+/// ```
 pub fn runaway(start: &FrameReport, last: &FrameReport, now: &FrameReport, driven: bool) -> Option<String> {
     if !now.is_finite() {
         return Some("a position or velocity is no longer a finite number".into());

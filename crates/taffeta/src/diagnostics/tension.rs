@@ -30,6 +30,20 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// The largest tension relative to the masses, by the weight of hanging bodies and by air.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Method, Scene, Select};
+/// use taffeta::{Options, Simulation};
+///
+/// // A chain of a metre and a kilogram, held at one end: there it carries all but the half link that the pin holds.
+/// let chain = Body::cloth("chain", Mesh::chain(10, 1.0)).with_mass(Mass::Whole(1.0)).structural(1e6, 0.0);
+/// let scene = Scene::new("hangs").time(0.01, 1e-3).body(chain.pin(Select::nodes([0]))).method(Method::Ice);
+/// let simulation = Simulation::new(&scene, &Options::default())?;
+/// let tension = simulation.max_tension().expect("it hangs");
+/// assert!((tension.pull - 0.95 * 9.81).abs() < 1e-4, "{tension:?}");
+/// assert!(tension.growth(1e-3) < 1.0 && tension.growth(1.01 * tension.largest_step()) > 1.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tension {
     /// Name of the body.

@@ -7,6 +7,17 @@ use std::time::Instant;
 use taffeta_gpu::Gpu;
 
 /// Time of a sub-step: so much for each, and so much for each node.
+///
+/// ```no_run
+/// use taffeta::GpuCost;
+/// use taffeta::taffeta_gpu::{Choice, Gpu};
+///
+/// let cost = GpuCost::measure(&Gpu::open(&Choice::from_env())?)?;
+/// // A frame of 33 sub-steps of a sheet of 256 x 256 nodes.
+/// let seconds = 33.0 * (cost.seconds_per_substep + 256.0 * 256.0 * cost.seconds_per_node);
+/// println!("{:.1} ms a frame", 1e3 * seconds);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct GpuCost {
     /// [s]

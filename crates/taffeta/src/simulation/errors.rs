@@ -89,7 +89,25 @@ impl BuildError {
     }
 }
 
-/// Why a frame could not be done, or drawn. [`Diverged`] has an example.
+/// Why a frame could not be done, or drawn.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Scene, Select};
+/// use taffeta::{Advice, Options, Simulation};
+///
+/// // Too stiff for its step. What the error advises holds.
+/// let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2)).structural(1e6, 0.0);
+/// let mut scene = Scene::new("bursts").time(0.01, 0.01).body(cloth.pin(Select::nodes([0])));
+/// let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// simulation.disturb(1e-3, 1);
+/// let error = (0..100).find_map(|_| simulation.step().err()).expect("it bursts");
+/// let [Advice::LongestStep(step), ..] = *error.advice() else { panic!("{error}") };
+/// scene.time.max_step = Some(step);
+/// let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// simulation.disturb(1e-3, 1);
+/// assert_eq!(simulation.advance(10)?.frame, 10);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {

@@ -7,6 +7,20 @@ use crate::scene::{Mesh, Scene, Shape};
 use crate::simulation::{BodyHandle, ColliderHandle};
 
 /// One body of a running scene.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Scene, Select};
+/// use taffeta::{Options, Simulation};
+///
+/// let cloth = Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// let scene = Scene::new("").time(0.01, 1e-3).body(cloth.structural(50.0, 0.05).pin(Select::rows(0, 0)));
+/// let simulation = Simulation::new(&scene, &Options::default())?;
+/// let [cloth] = simulation.bodies() else { panic!("one body") };
+/// assert_eq!((cloth.nodes, cloth.pinned, cloth.triangles), (20, 5, 24));
+/// assert_eq!(cloth.springs, [("structural", 31)]);
+/// assert!((cloth.mass - 0.2 * 0.4 * 0.3).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct BodyInfo {
@@ -45,6 +59,21 @@ pub struct BodyInfo {
 }
 
 /// One collider of a running scene.
+///
+/// ```
+/// use taffeta::scene::{Collider, Cube, Mesh, Scene};
+/// use taffeta::{Options, Simulation};
+/// # let body = taffeta::scene::Body::cloth("cloth", Mesh::grid(4, 5, [0.4, 0.3]));
+/// # let scene = Scene::new("").time(0.01, 1e-3).body(body.with_mass(taffeta::scene::Mass::Area(0.2)).at([0.0, 1.0, 0.0]));
+///
+/// let table = Collider::mesh(Mesh::Cube(Cube { size: 0.5, divisions: 1 })).named("table");
+/// let scene = scene.collider(table).collider(Collider::sphere([0.0, -1.0, 0.0], 0.2));
+/// let simulation = Simulation::new(&scene, &Options::default())?;
+/// let [table, ball] = simulation.colliders() else { panic!("two colliders") };
+/// assert_eq!((table.shape, table.surface), ("mesh", Some((12, true))));
+/// assert_eq!((ball.shape, ball.name.as_str()), ("sphere", "collider1"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct ColliderInfo {

@@ -22,6 +22,21 @@ const KINDS: [SpringKind; 6] = [
 ///
 /// # Errors
 /// Where there is no such body, or the scene cannot be simulated.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// use taffeta::springs_of;
+///
+/// let cloth = Body::cloth("cloth", Mesh::grid(3, 3, [0.2, 0.2])).with_mass(Mass::Area(0.2)).structural(50.0, 0.05);
+/// let scene = Scene::new("").body(cloth);
+/// // Six along z, six along x.
+/// let lists = springs_of(&scene, 0)?;
+/// let lines: Vec<[u32; 2]> = lists.iter().flat_map(|list| &list.pairs).copied().collect();
+/// assert_eq!(lines.len(), 12);
+/// assert!(lines.contains(&[0, 1]) && lines.contains(&[0, 3]));
+/// assert!(springs_of(&scene, 1).is_err());
+/// # Ok::<(), taffeta::scene::SceneError>(())
+/// ```
 pub fn springs_of(scene: &Scene, body: usize) -> Result<Vec<SpringList>, SceneError> {
     scene.validate()?;
     let described = scene.bodies.get(body).ok_or_else(|| {
