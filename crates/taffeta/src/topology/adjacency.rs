@@ -8,6 +8,17 @@ use crate::real::LANES;
 /// ends, each node's entries ascend by neighbour. Each slice is as long as its longest node; what is left is padded
 /// with the node itself (lanes past the end: with the last node) and rest length 0, where the vector between the
 /// ends is zero and so is the force.
+///
+/// ```
+/// use taffeta::topology::{Gather, LANES};
+///
+/// // Two springs in a row: the middle node, 1, has both.
+/// let gather = Gather::new(3, &[[0, 1], [1, 2]], &[0.1, 0.2])?;
+/// let entries = [1, 1 + LANES];
+/// assert_eq!(entries.map(|entry| gather.neighbour[entry]), [0, 2]);
+/// assert_eq!(entries.map(|entry| gather.rest[entry]), [0.1, 0.2]);
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gather {
     /// Entry offset of each slice; one more than there are slices.
@@ -74,6 +85,17 @@ fn too_many() -> String {
 }
 
 /// Items by row (compressed sparse rows).
+///
+/// ```
+/// use taffeta::topology::{Csr, shapes::grid_surface};
+///
+/// // The triangles at a node.
+/// let sheet = grid_surface(2, 3, [0.2, 0.1]);
+/// let corners = Csr::corners(sheet.nodes.len(), &sheet.triangles);
+/// let at_node: Vec<u32> = corners.row(4).iter().map(|corner| corner / 3).collect();
+/// assert_eq!(at_node, [1, 2, 3]);
+/// assert!(at_node.iter().all(|&triangle| sheet.triangles[triangle as usize].contains(&4)));
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Csr {
     /// Where each row starts in `items`; one more than there are rows.

@@ -3,6 +3,19 @@
 use crate::topology::Csr;
 
 /// What open edges make together.
+///
+/// ```
+/// use taffeta::scene::{Cylinder, Mesh};
+/// use taffeta::topology::{Edges, shapes};
+///
+/// // A tube has two ends.
+/// let tube = Cylinder { radius: 0.1, height: 0.3, segments: 12, rings: 3, capped: false };
+/// let tube = shapes::surface(&Mesh::Cylinder(tube))?;
+/// let borders = Edges::new(tube.nodes.len(), &tube.triangles, &[]).borders();
+/// assert_eq!(borders.loops.iter().map(Vec::len).collect::<Vec<_>>(), [12, 12]);
+/// assert_eq!(borders.ends, 0);
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Borders {
     /// Closed loops of nodes, each passing a node once: holes, and the outer border of a sheet. Loops that touch at a

@@ -1,5 +1,18 @@
 //! A tree of boxes over triangles, to find those that are near: leaves along a Hilbert curve, a complete binary tree
 //! above them (after Lauterbach et al., "Fast BVH construction on GPUs", 2009, with equal leaves instead of splits).
+//!
+//! ```
+//! use taffeta::topology::boxes::{around, leaf_order, tree_boxes};
+//! use taffeta::topology::shapes::grid_surface;
+//!
+//! let sheet = grid_surface(5, 9, [0.8, 0.4]);
+//! let corners = |t: u32| sheet.triangles[t as usize].map(|node| sheet.nodes[node as usize]);
+//! let order = leaf_order(&sheet.nodes, &sheet.triangles);
+//! let boxes = tree_boxes(order.iter().map(|&t| around(corners(t))));
+//! // 64 triangles in 16 leaves; the root is around all of them.
+//! assert_eq!(boxes.len(), 2 * 16);
+//! assert_eq!(boxes[1], [[-0.4, 0.0, -0.2], [0.4, 0.0, 0.2]]);
+//! ```
 
 use crate::topology::measure::add_scaled;
 use crate::topology::order::locality_order;

@@ -6,6 +6,17 @@ use crate::topology::{Borders, Csr};
 pub const NONE: u32 = u32::MAX;
 
 /// The undirected edges of a surface, found by sorting.
+///
+/// ```
+/// use taffeta::topology::{Edges, NONE, shapes::grid_surface};
+///
+/// let sheet = grid_surface(2, 3, [0.2, 0.1]);
+/// let edges = Edges::new(sheet.nodes.len(), &sheet.triangles, &sheet.links);
+/// assert_eq!((edges.pairs.len(), edges.boundary_edges(), edges.holes()), (9, 6, 1));
+/// assert!(!edges.is_closed());
+/// let open = edges.triangles.iter().filter(|sides| sides.contains(&NONE));
+/// assert_eq!(open.count(), 6);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Edges {
     /// Ends `[a, b]`, a < b, sorted.

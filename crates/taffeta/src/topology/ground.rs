@@ -7,6 +7,18 @@ use crate::topology::Surface;
 const MOST: usize = 1 << 26;
 
 /// The surface of a block whose top is a height field. The error says what is wrong with it.
+///
+/// ```
+/// use taffeta::scene::Heightfield;
+/// use taffeta::topology::{ground, measure};
+///
+/// let level = Heightfield { size: [2.0, 3.0], heights: vec![vec![0.1; 3]; 2], depth: 0.5 };
+/// let block = ground(&level)?;
+/// assert!((measure::volume(&block.nodes, &block.triangles) - 2.0 * 3.0 * 0.5).abs() < 1e-12);
+/// let error = ground(&Heightfield { heights: vec![vec![0.1; 3]], ..level }).unwrap_err();
+/// assert_eq!(error, "heights are 1 × 3; two rows and columns at least would do");
+/// # Ok::<(), String>(())
+/// ```
 pub fn ground(field: &Heightfield) -> Result<Surface, String> {
     let (rows, cols) = (field.heights.len(), field.heights.first().map_or(0, Vec::len));
     if rows < 2 || cols < 2 {

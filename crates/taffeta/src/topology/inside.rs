@@ -12,6 +12,19 @@ const NAMED: usize = 5;
 const FLAT: f64 = 1e-12;
 
 /// Why a surface has no inside.
+///
+/// ```
+/// use taffeta::scene::{Cube, Mesh};
+/// use taffeta::topology::{Edges, no_inside, shapes};
+///
+/// // A box without half of its lid.
+/// let mut cube = shapes::surface(&Mesh::Cube(Cube { size: 0.2, divisions: 1 }))?;
+/// cube.triangles.pop();
+/// let why = no_inside(&cube, &Edges::new(8, &cube.triangles, &[])).expect("it is open");
+/// assert!(why.to_string().starts_with("a soft body needs a closed surface, and this one has 1 hole, 3 boundary edges"));
+/// assert!(why.fillable);
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NoInside {
     /// What is wrong, in words.
@@ -33,6 +46,18 @@ fn counted(count: usize, what: &str) -> String {
 
 /// Why a surface cannot be a soft body; `None` if it can: it has triangles, each edge has two, which agree on their
 /// sides, and the volume is positive. Edges are named by vertices of the file.
+///
+/// ```
+/// use taffeta::scene::{Cube, Mesh};
+/// use taffeta::topology::{Edges, no_inside, shapes};
+///
+/// let mut cube = shapes::surface(&Mesh::Cube(Cube { size: 1.0, divisions: 1 }))?;
+/// assert_eq!(no_inside(&cube, &Edges::new(8, &cube.triangles, &[])), None);
+/// cube.triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
+/// let why = no_inside(&cube, &Edges::new(8, &cube.triangles, &[])).expect("it is turned");
+/// assert_eq!(why.faults, ["is inside out: its volume is -1.0000e0 m³"]);
+/// # Ok::<(), String>(())
+/// ```
 pub fn no_inside(surface: &Surface, edges: &Edges) -> Option<NoInside> {
     let mut faults = Vec::new();
     let triangles = &surface.triangles;
@@ -84,6 +109,13 @@ fn no_volume(surface: &Surface) -> Option<String> {
 }
 
 /// `vertices 1–3, 4–5, …`: the first of some edges between nodes, by the first vertex of each.
+///
+/// ```
+/// use taffeta::topology::named_edges;
+///
+/// // Nodes 0 to 2 are the file's vertices 7, 3 and 5.
+/// assert_eq!(named_edges(&[7, 3, 5], [[0, 1], [1, 2]].into_iter()), "vertices 3–7, 3–5");
+/// ```
 pub fn named_edges(vertex_of_node: &[u32], mut edges: impl Iterator<Item = [u32; 2]>) -> String {
     let first: Vec<String> = edges
         .by_ref()

@@ -12,6 +12,18 @@ use crate::topology::measure::{area, bounds, length, volume};
 use crate::topology::{Edges, Surface};
 
 /// A surface in numbers.
+///
+/// ```
+/// use taffeta::scene::{Mesh, Torus};
+/// use taffeta::topology::{Inspection, shapes};
+///
+/// let ring = shapes::surface(&Mesh::Torus(Torus { major: 0.3, minor: 0.1, rings: 24, segments: 12 }))?;
+/// let found = Inspection::new(&ring);
+/// assert_eq!((found.genus, found.euler, found.holes), (Some(1), 0, 0));
+/// let volume = found.volume.expect("it is closed");
+/// assert!((volume / (2.0 * 0.3 * (0.1 * std::f64::consts::PI).powi(2)) - 1.0).abs() < 0.1);
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Inspection {

@@ -26,6 +26,17 @@ impl Budget {
 }
 
 /// Pairs of triangles that meet.
+///
+/// ```
+/// use taffeta::topology::self_intersections;
+///
+/// // Two sheets of one triangle each that pass through each other.
+/// let flat = [[0.0, 0.0, 0.0], [0.4, 0.0, 0.0], [0.0, 0.0, 0.4]];
+/// let upright = [[0.1, -0.1, 0.1], [0.1, 0.1, 0.1], [0.1, 0.1, 0.5]];
+/// let found = self_intersections(&[flat, upright].concat(), &[[0, 1, 2], [3, 4, 5]]);
+/// assert_eq!((found.crossing, found.folded), (1, 0));
+/// assert!(found.complete && found.first == [[0, 1]]);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Intersections {
     /// Pairs without a common corner that have a point in common; one that touches counts.
@@ -41,6 +52,16 @@ pub struct Intersections {
 /// Finds all pairs of triangles that meet; all have an area. Corners at exactly one place are common, whether they are
 /// one node or, as where parts only touch, several. Pairs with the same three corners count as folded. The same answer
 /// for any number of threads.
+///
+/// ```
+/// use taffeta::topology::{self_intersections, shapes::grid_surface};
+///
+/// let mut sheet = grid_surface(2, 3, [0.2, 0.1]);
+/// assert_eq!(self_intersections(&sheet.nodes, &sheet.triangles).first.len(), 0);
+/// // The last column is laid upon the first one.
+/// (sheet.nodes[2], sheet.nodes[5]) = (sheet.nodes[0], sheet.nodes[3]);
+/// assert!(self_intersections(&sheet.nodes, &sheet.triangles).folded > 0);
+/// ```
 pub fn self_intersections(nodes: &[[f64; 3]], triangles: &[[u32; 3]]) -> Intersections {
     within(Budget::of(triangles.len()), nodes, triangles)
 }

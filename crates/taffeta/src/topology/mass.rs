@@ -3,6 +3,18 @@
 use crate::scene::{Kind, Mass};
 
 /// What masses are shared out by.
+///
+/// ```
+/// use taffeta::scene::{Kind, Mass};
+/// use taffeta::topology::mass::{Shares, lump};
+///
+/// // Three nodes in a row, the second link twice as long as the first.
+/// let links = ([[0, 1], [1, 2]].as_slice(), [0.1, 0.2].as_slice());
+/// let shares = Shares { nodes: 3, triangles: (&[], &[]), links, volume: 0.0 };
+/// let masses = lump(Mass::Whole(0.06), Kind::Cloth, &shares)?;
+/// assert!(masses.iter().zip([0.01, 0.03, 0.02]).all(|(mass, expected)| (mass - expected).abs() < 1e-12));
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Shares<'a> {
     /// Number of nodes.
@@ -16,6 +28,20 @@ pub struct Shares<'a> {
 }
 
 /// Mass of each node [kg] of a mesh. A body without triangles is lumped by the lengths of its links.
+///
+/// ```
+/// use taffeta::scene::{Kind, Mass};
+/// use taffeta::topology::mass::{Shares, lump};
+/// use taffeta::topology::{RestShape, shapes::grid_surface};
+///
+/// let sheet = grid_surface(4, 5, [0.4, 0.3]);
+/// let areas = RestShape::of(&sheet, 1.0).areas();
+/// let by = Shares { nodes: 20, triangles: (&sheet.triangles, &areas), links: (&[], &[]), volume: 0.0 };
+/// let masses = lump(Mass::Area(0.2), Kind::Cloth, &by)?;
+/// assert!((masses.iter().sum::<f64>() - 0.2 * 0.12).abs() < 1e-12);
+/// assert!(lump(Mass::Volume(1e3), Kind::Cloth, &by).unwrap_err().contains("only closed soft bodies have a volume"));
+/// # Ok::<(), String>(())
+/// ```
 pub fn lump(mass: Mass, kind: Kind, by: &Shares) -> Result<Vec<f64>, String> {
     let (triangles, areas) = by.triangles;
     let whole = match mass {
@@ -55,6 +81,16 @@ fn shares<const N: usize>(nodes: usize, elements: &[[u32; N]], sizes: &[f64]) ->
 
 /// Mass of each node [kg] of a grid, as [`lump`] gives it for the triangles of
 /// [`grid_surface`](super::shapes::grid_surface); `size` as placed [m]. A single row or column is a chain.
+///
+/// ```
+/// use taffeta::scene::Mass;
+/// use taffeta::topology::mass::grid_lump;
+///
+/// // One square of 0.12 kg: two thirds of it to the nodes where the cut ends.
+/// let masses = grid_lump(2, 2, [0.6, 1.0], Mass::Area(0.2))?;
+/// assert!(masses.iter().zip([0.02, 0.04, 0.04, 0.02]).all(|(mass, expected)| (mass - expected).abs() < 1e-12));
+/// # Ok::<(), String>(())
+/// ```
 pub fn grid_lump(rows: u32, cols: u32, size: [f64; 2], mass: Mass) -> Result<Vec<f64>, String> {
     let chain = rows < 2 || cols < 2;
     let whole = match mass {

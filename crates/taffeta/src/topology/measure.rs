@@ -1,4 +1,17 @@
 //! Lengths, areas and volumes of what a mesh holds.
+//!
+//! ```
+//! use taffeta::scene::{Cube, Mesh};
+//! use taffeta::topology::{measure, shapes};
+//!
+//! let cube = shapes::surface(&Mesh::Cube(Cube { size: 0.5, divisions: 1 }))?;
+//! let areas = cube.triangles.iter().map(|triangle| measure::area(&cube.nodes, *triangle));
+//! assert!((areas.sum::<f64>() - 6.0 * 0.25).abs() < 1e-12);
+//! assert!((measure::volume(&cube.nodes, &cube.triangles) - 0.125).abs() < 1e-12);
+//! assert_eq!(measure::bounds(&cube.nodes), [[-0.25; 3], [0.25; 3]]);
+//! assert_eq!(measure::length(&cube.nodes, [0, 1]), 0.5);
+//! # Ok::<(), String>(())
+//! ```
 
 use crate::real;
 

@@ -8,6 +8,16 @@ const BITS: u32 = 21;
 
 /// Order of nodes along a Hilbert curve through their bounding cube at rest: entry `new` is the old index. Nodes
 /// in one cell keep their order.
+///
+/// ```
+/// use taffeta::topology::order::locality_order;
+///
+/// // Corners of a cube: each is next to the one before it.
+/// let corners: Vec<[f64; 3]> = (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(f64::from)).collect();
+/// let order = locality_order(&corners);
+/// let step = |a: u32, b: u32| (0..3).map(|i| (corners[a as usize][i] - corners[b as usize][i]).abs()).sum::<f64>();
+/// assert!(order.windows(2).all(|two| step(two[0], two[1]) == 1.0));
+/// ```
 pub fn locality_order(nodes: &[[f64; 3]]) -> Vec<u32> {
     let [lo, hi] = bounds(nodes);
     let extent = (0..3).map(|i| hi[i] - lo[i]).fold(0.0, f64::max);

@@ -5,6 +5,19 @@ use crate::scene::{Place, Rotation};
 use crate::topology::measure::{bounds, norm};
 
 /// Scale, then rotate, then translate.
+///
+/// ```
+/// use taffeta::scene::Place;
+/// use taffeta::topology::Placement;
+///
+/// // A mesh of centimetres, to be 0.3 m large.
+/// let corners = [[0.0, 0.0, 0.0], [10.0, 60.0, 20.0]];
+/// let place = Place { fit: Some(0.3), position: [1.0, 0.0, 0.0], ..Place::default() };
+/// let placement = Placement::new(&place, &corners).map_err(|(field, message)| format!("{field} {message}"))?;
+/// let top = placement.apply(corners[1]);
+/// assert!((top[0] - 1.05).abs() < 1e-12 && (top[1] - 0.3).abs() < 1e-12);
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// Factor on all lengths, rest lengths among them.
@@ -71,6 +84,14 @@ fn extent(nodes: &[[f64; 3]]) -> f64 {
 
 /// Rows of the matrix of a right-handed turn, R = cos θ I + sin θ [u]× + (1 − cos θ) u uᵀ (Rodrigues 1840);
 /// without an axis the identity.
+///
+/// ```
+/// use taffeta::scene::Rotation;
+/// use taffeta::topology::place::rotation_matrix;
+///
+/// let quarter = rotation_matrix(&Rotation { axis: [0.0, 2.0, 0.0], degrees: 90.0 });
+/// assert_eq!(quarter, [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
+/// ```
 pub fn rotation_matrix(rotation: &Rotation) -> [[f64; 3]; 3] {
     let length = norm(rotation.axis);
     let u = if length > 0.0 { rotation.axis.map(|x| x / length) } else { [0.0; 3] };

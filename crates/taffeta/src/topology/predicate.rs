@@ -8,6 +8,16 @@ use robust::{Coord, Coord3D};
 pub(crate) type Point = [f64; 3];
 
 /// Whether two triangles have a point in common; one that touches counts. Both have an area.
+///
+/// ```
+/// use taffeta::topology::triangles_meet;
+///
+/// let floor = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 0.0, 4.0]];
+/// // Its tip stands upon the floor, or just above.
+/// let tip = |y: f64| [[1.0, y, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 2.0]];
+/// assert!(triangles_meet(floor, tip(0.0)));
+/// assert!(!triangles_meet(floor, tip(1e-60)));
+/// ```
 pub fn triangles_meet(a: [Point; 3], b: [Point; 3]) -> bool {
     if kept_apart(a, b, 0) {
         return false;
@@ -26,6 +36,16 @@ pub fn triangles_meet(a: [Point; 3], b: [Point; 3]) -> bool {
 
 /// Whether two triangles whose first corner is the same point meet beyond it. What two such triangles share is a star
 /// around that corner, so it reaches the edge opposite of it in one of the two.
+///
+/// ```
+/// use taffeta::topology::meet_beyond_corner;
+///
+/// let floor = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 0.0, 4.0]];
+/// let above = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [1.0, 1.0, 2.0]];
+/// let through = [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [1.0, -1.0, 1.0]];
+/// assert!(!meet_beyond_corner(floor, above));
+/// assert!(meet_beyond_corner(floor, through));
+/// ```
 pub fn meet_beyond_corner(a: [Point; 3], b: [Point; 3]) -> bool {
     if kept_apart(a, b, 1) {
         return false;
@@ -39,6 +59,17 @@ pub fn meet_beyond_corner(a: [Point; 3], b: [Point; 3]) -> bool {
 
 /// Whether the triangles (a, b, c) and (a, b, d) overlap beyond their edge: they lie in one plane, c and d at the
 /// same side of the edge.
+///
+/// ```
+/// use taffeta::topology::overlap_beyond_edge;
+///
+/// // Two triangles at an edge: spread out, half open, and folded flat.
+/// let edge = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]];
+/// let folded = |d| overlap_beyond_edge(edge, [0.5, 0.0, 1.0], d);
+/// assert!(!folded([0.5, 0.0, -1.0]));
+/// assert!(!folded([0.5, 1.0, 0.0]));
+/// assert!(folded([0.5, 0.0, 0.8]));
+/// ```
 pub fn overlap_beyond_edge([a, b]: [Point; 2], c: Point, d: Point) -> bool {
     if side([a, b, c], d) != 0 {
         return false;

@@ -7,6 +7,17 @@ use crate::topology::{Edges, Surface};
 const SAME: f64 = 1e-6;
 
 /// The shape of a surface at rest, times a factor.
+///
+/// ```
+/// use taffeta::topology::{Edges, RestShape, shapes::grid_surface};
+///
+/// // Rest lengths of cloth that shrinks to nine tenths.
+/// let sheet = grid_surface(2, 2, [0.3, 0.4]);
+/// let rest = RestShape::of(&sheet, 0.9);
+/// let lengths = rest.edge_lengths(&Edges::new(4, &sheet.triangles, &[]));
+/// assert!(lengths.iter().any(|length| (length - 0.9 * 0.5).abs() < 1e-12), "the diagonal");
+/// assert!((rest.areas().iter().sum::<f64>() - 0.81 * 0.12).abs() < 1e-12);
+/// ```
 pub struct RestShape<'a> {
     surface: &'a Surface,
     factor: f64,

@@ -5,6 +5,18 @@ use crate::topology::{Edges, Surface};
 use std::collections::HashMap;
 
 /// What a selection chooses from: a body at its start.
+///
+/// ```
+/// use taffeta::scene::Select;
+/// use taffeta::topology::{Selectable, select::select};
+///
+/// let (nodes, grid) = ([].as_slice(), Some([4, 5]));
+/// let sheet =
+///     Selectable { nodes, vertices: 20, node_of_vertex: None, split: &[], groups: &[], grid, edges: None };
+/// assert_eq!(select(&Select::rows(0, 0), &sheet), Ok(vec![0, 1, 2, 3, 4]));
+/// let corner = Select { cols: Some([4, 4]), ..Select::rows(3, 3) };
+/// assert_eq!(select(&corner, &sheet), Ok(vec![19]));
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Selectable<'a> {
     /// Places of the nodes in the scene [m]; for a selection without a box, none will do.
@@ -28,6 +40,20 @@ type Refusal = (&'static str, String);
 
 /// The nodes that meet every key of a selection, ascending. The error is (field, message), the field as keys from
 /// the pin or force: `select.rows`.
+///
+/// ```
+/// use taffeta::scene::Select;
+/// use taffeta::topology::{Edges, Selectable, select::select, shapes::grid_surface};
+///
+/// let sheet = grid_surface(3, 3, [0.2, 0.2]);
+/// let edges = Edges::new(9, &sheet.triangles, &[]);
+/// let (nodes, edges, groups) = (&sheet.nodes[..], Some(&edges), &sheet.groups[..]);
+/// let body = Selectable { nodes, vertices: 9, node_of_vertex: None, split: &[], groups, grid: None, edges };
+/// let border = Select { boundary: Some(true), ..Select::default() };
+/// assert_eq!(select(&border, &body), Ok(vec![0, 1, 2, 3, 5, 6, 7, 8]));
+/// let (field, message) = select(&Select::nodes([9]), &body).unwrap_err();
+/// assert_eq!(format!("{field} {message}"), "select.nodes has 9, 0 to 8 would do");
+/// ```
 pub fn select(select: &Select, body: &Selectable) -> Result<Vec<u32>, Refusal> {
     let keys = [
         select.nodes.as_ref().map(|list| body.listed(list)),
@@ -55,6 +81,17 @@ pub fn select(select: &Select, body: &Selectable) -> Result<Vec<u32>, Refusal> {
 
 /// Nodes that no vertex has because its point was split where surfaces touch: each with the node at the same place
 /// that the vertex has, ascending.
+///
+/// ```
+/// use taffeta::topology::{Surface, select::split_nodes};
+///
+/// // The file has one vertex where two triangles touch at their tips: nodes 0 and 3.
+/// let [left, right] = [[[-0.1, 0.0, 0.0], [-0.1, 0.1, 0.0]], [[0.1, 0.0, 0.0], [0.1, 0.1, 0.0]]];
+/// let nodes = [&[[0.0; 3]], &left[..], &[[0.0; 3]], &right[..]].concat();
+/// let node_of_vertex = Some(vec![0, 1, 2, 4, 5]);
+/// let surface = Surface { nodes, node_of_vertex, ..Surface::default() };
+/// assert_eq!(split_nodes(&surface), [[3, 0]]);
+/// ```
 pub fn split_nodes(surface: &Surface) -> Vec<[u32; 2]> {
     let Some(list) = &surface.node_of_vertex else { return Vec::new() };
     let mut used = vec![false; surface.nodes.len()];

@@ -9,6 +9,16 @@ use crate::scene::{Mesh, check_shape};
 use crate::topology::{Polygons, Surface};
 
 /// The surface of a mesh, its sizes checked.
+///
+/// ```
+/// use taffeta::scene::{Icosphere, Mesh};
+/// use taffeta::topology::shapes;
+///
+/// let ball = shapes::surface(&Mesh::Icosphere(Icosphere { radius: 0.1, subdivisions: 2 }))?;
+/// assert_eq!((ball.nodes.len(), ball.triangles.len()), (162, 320));
+/// assert!(shapes::surface(&Mesh::chain(0, 1.0)).unwrap_err().starts_with("mesh.chain.links: is 0"));
+/// # Ok::<(), String>(())
+/// ```
 pub fn surface(mesh: &Mesh) -> Result<Surface, String> {
     check_shape(mesh).map_err(|(field, message)| format!("{field}: {message}"))?;
     Ok(match mesh {

@@ -18,6 +18,20 @@ const PATIENCE: u32 = 100_000;
 /// `count` pairs of nodes `[a, b]`, a < b, sorted: all different, no edges of the surface, the line between them
 /// inside the closed surface, away from it at both ends, and touching no triangle without one of its ends. Chosen
 /// by `seed`; the same on every platform. If there are fewer, the error says how many were found.
+///
+/// ```
+/// use taffeta::scene::{Cube, Mesh};
+/// use taffeta::topology::{Edges, shapes, struts::struts};
+///
+/// // A box of eight nodes has four lines through its inside.
+/// let cube = shapes::surface(&Mesh::Cube(Cube { size: 0.2, divisions: 1 }))?;
+/// let edges = Edges::new(8, &cube.triangles, &[]);
+/// let diagonals = struts(&cube.nodes, &cube.triangles, &edges, 4, 1)?;
+/// assert_eq!(diagonals, [[0, 7], [1, 6], [2, 5], [3, 4]]);
+/// let error = struts(&cube.nodes, &cube.triangles, &edges, 5, 1).unwrap_err();
+/// assert_eq!(error, "5 struts are asked for, 4 were found inside; that many would do");
+/// # Ok::<(), String>(())
+/// ```
 pub fn struts(
     nodes: &[[f64; 3]],
     triangles: &[[u32; 3]],
@@ -74,6 +88,17 @@ pub fn struts(
 
 /// Struts from a file, as pairs of the user's vertices, to pairs of nodes `[a, b]`, a < b, in the order given. The
 /// error is (index of the pair, message).
+///
+/// ```
+/// use taffeta::scene::{Cube, Mesh};
+/// use taffeta::topology::{shapes, struts::given_struts};
+///
+/// let cube = shapes::surface(&Mesh::Cube(Cube { size: 0.2, divisions: 1 }))?;
+/// assert_eq!(given_struts(&[[7, 0], [1, 6]], &cube), Ok(vec![[0, 7], [1, 6]]));
+/// let (index, message) = given_struts(&[[7, 0], [1, 8]], &cube).unwrap_err();
+/// assert_eq!((index, message.as_str()), (1, "strut 1 has vertex 8, 0 to 7 would do"));
+/// # Ok::<(), String>(())
+/// ```
 pub fn given_struts(pairs: &[[u32; 2]], surface: &Surface) -> Result<Vec<[u32; 2]>, (usize, String)> {
     let vertices = surface.vertices.len();
     let mut struts = Vec::with_capacity(pairs.len());

@@ -7,6 +7,20 @@ use crate::topology::inspect::sides::{Sides, next};
 use crate::topology::measure::{bounds, cross, dot, sub};
 
 /// Triangles that hang together by edges.
+///
+/// ```
+/// use taffeta::scene::{Cube, Mesh};
+/// use taffeta::topology::{Inspection, shapes};
+///
+/// // A cube, and beside it a loose triangle.
+/// let mut surface = shapes::surface(&Mesh::Cube(Cube { size: 1.0, divisions: 1 }))?;
+/// surface.nodes.extend([[2.0, 0.0, 0.0], [3.0, 0.0, 0.0], [2.0, 1.0, 0.0]]);
+/// surface.triangles.push([8, 9, 10]);
+/// let [cube, loose] = Inspection::new(&surface).parts[..] else { panic!("two parts") };
+/// assert!(cube.closed && (cube.volume.unwrap_or(0.0) - 1.0).abs() < 1e-12);
+/// assert_eq!((loose.triangles, loose.first, loose.volume), (1, 12, None));
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
     /// Number of triangles.

@@ -7,6 +7,14 @@ use crate::topology::shapes::{from_chain, from_faces};
 /// A grid as the engine sees it, written out: node r·cols + c at x = (c/(cols−1) − ½)·size₀,
 /// z = (r/(rows−1) − ½)·size₁ [m], y = 0; a single row or column lies at 0 and is a chain. Each square is a quad
 /// and the triangles (i0 i2 i1), (i1 i2 i3), where i1 is the next along x and i2 along z; they look to +y.
+///
+/// ```
+/// use taffeta::topology::shapes::grid_surface;
+///
+/// let sheet = grid_surface(2, 3, [0.4, 0.1]);
+/// assert_eq!(sheet.nodes[0], [-0.2, 0.0, -0.05]);
+/// assert_eq!(sheet.triangles, [[0, 3, 1], [1, 3, 4], [1, 4, 2], [2, 4, 5]]);
+/// ```
 pub fn grid_surface(rows: u32, cols: u32, size: [f64; 2]) -> Surface {
     let along = |i: u32, count: u32, size: f64| match count {
         0 | 1 => 0.0,
