@@ -2,7 +2,7 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// Nodes of a slice of [`Gather`]: one vector of 512 bits in f32.
+/// Nodes of a slice of [`Gather`](crate::topology::Gather): one vector of 512 bits in f32.
 pub const LANES: usize = 16;
 
 /// A floating-point number that kernels are written for.

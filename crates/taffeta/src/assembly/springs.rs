@@ -187,6 +187,20 @@ const FAR: f64 = 2.0;
 
 /// A warning if springs start far from their rest lengths, as where two files differ in their unit. `nodes`: places
 /// at the start [m]. Only edges count as pressed: cloth that starts folded has short bend springs.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Scene};
+/// use taffeta::springs::start_warning;
+///
+/// // Links of half a metre, whose nodes start where a file of centimetres has them.
+/// let chain = Body::cloth("chain", Mesh::chain(2, 1.0)).with_mass(Mass::Whole(0.1)).structural(50.0, 0.05);
+/// let links = taffeta::springs_of(&Scene::new("").body(chain), 0)?;
+/// let places = [-50.0, 0.0, 50.0].map(|x| [x, 0.0, 0.0]);
+/// let warning = start_warning(&links, &places).expect("all are stretched");
+/// assert!(warning.starts_with("2 springs start (100.0 % of 2) at more than"), "{warning}");
+/// assert_eq!(start_warning(&links, &places.map(|place| place.map(|x| 0.01 * x))), None);
+/// # Ok::<(), taffeta::scene::SceneError>(())
+/// ```
 pub fn start_warning(lists: &[SpringList], nodes: &[[f64; 3]]) -> Option<String> {
     let (mut all, mut stretched, mut pressed) = (0_usize, 0_usize, 0_usize);
     let (mut longest, mut shortest) = (1.0_f64, 1.0_f64);
@@ -218,6 +232,13 @@ pub fn start_warning(lists: &[SpringList], nodes: &[[f64; 3]]) -> Option<String>
 }
 
 /// Number of springs of a grid, by kind.
+///
+/// ```
+/// use taffeta::springs::{GridCounts, grid_counts};
+///
+/// // A single row is a chain.
+/// assert_eq!(grid_counts(1, 5), GridCounts { structural: 4, shear: 0, bend: 3 });
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GridCounts {
     /// Neighbours: R(C−1) + C(R−1).
@@ -229,6 +250,13 @@ pub struct GridCounts {
 }
 
 /// Number of springs of a grid of `rows` × `cols` nodes, by kind.
+///
+/// ```
+/// use taffeta::springs::grid_counts;
+///
+/// let sheet = grid_counts(32, 32);
+/// assert_eq!((sheet.structural, sheet.shear, sheet.bend), (1984, 1922, 1920));
+/// ```
 pub fn grid_counts(rows: u32, cols: u32) -> GridCounts {
     let [r, c] = [rows, cols].map(u64::from);
     let less = u64::saturating_sub;
