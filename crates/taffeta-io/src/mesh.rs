@@ -40,6 +40,17 @@ use std::path::{Path, PathBuf};
 use taffeta::topology::Surface;
 
 /// How a mesh is read.
+///
+/// ```
+/// use taffeta_io::{MeshFormat, MeshOptions, parse_mesh};
+///
+/// // A tetrahedron without its fourth face.
+/// let open = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\n";
+/// let options = MeshOptions { fill_holes: true, ..MeshOptions::default() };
+/// let surface = parse_mesh(open, MeshFormat::Obj, &options)?;
+/// assert_eq!(surface.triangles.len(), 4);
+/// # Ok::<(), taffeta_io::MeshError>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MeshOptions<'a> {
     /// Close holes whose border passes each of its nodes once, by triangles between the border's nodes.
@@ -51,6 +62,15 @@ pub struct MeshOptions<'a> {
 }
 
 /// Format of a mesh file.
+///
+/// ```
+/// use taffeta_io::MeshFormat;
+///
+/// assert_eq!(MeshFormat::of("models/Bunny.PLY".as_ref())?, MeshFormat::Ply);
+/// let error = MeshFormat::of("bunny.fbx".as_ref()).unwrap_err();
+/// assert!(error.to_string().contains("convert to .obj"));
+/// # Ok::<(), taffeta_io::MeshError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MeshFormat {

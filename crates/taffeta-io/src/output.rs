@@ -40,6 +40,23 @@ use std::path::PathBuf;
 use taffeta::Precision;
 
 /// Whether files are started, or taken up again.
+///
+/// ```
+/// # use taffeta::Precision;
+/// # let folder = tempfile::tempdir()?;
+/// use taffeta_io::output::{Begin, FrameSink, Npy, Positions};
+///
+/// # let path = &folder.path().join("positions.npy");
+/// let mut file = Npy::open(path, 1, Precision::F32, Begin::New)?;
+/// file.frame(0.0, &Positions::F32(&[[0.0, 1.0, 0.0]]))?;
+/// let mark = file.mark();
+/// drop(file); // The run ends here, without `finish`.
+/// let mut file = Box::new(Npy::open(path, 1, Precision::F32, Begin::Again)?);
+/// file.rewind(1, &mark)?;
+/// file.frame(0.1, &Positions::F32(&[[0.0, 0.95, 0.0]]))?;
+/// assert_eq!(std::fs::metadata(&file.finish()?[0])?.len(), 128 + 2 * 12);
+/// # Ok::<(), std::io::Error>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begin {
     /// Empty, whatever was there before.
@@ -52,6 +69,41 @@ pub enum Begin {
 ///
 /// A frame is on its way to the disk when [`frame`](Self::frame) returns, so that a full disk shows at the frame
 /// that it cuts off, and all sinks can be rewound to the frame before.
+///
+/// ```
+/// use std::{io, path::PathBuf};
+/// use taffeta_io::output::{FrameSink, Positions};
+///
+/// /// Remembers the lowest height in each frame [m], and writes nothing.
+/// #[derive(Default)]
+/// struct Lowest(Vec<f32>);
+///
+/// impl FrameSink for Lowest {
+///     fn frame(&mut self, _time: f64, positions: &Positions) -> io::Result<()> {
+///         let Positions::F32(all) = positions else { return Err(io::ErrorKind::Unsupported.into()) };
+///         self.0.push(all.iter().map(|place| place[1]).fold(f32::INFINITY, f32::min));
+///         Ok(())
+///     }
+///     fn mark(&self) -> Vec<u64> {
+///         Vec::new()
+///     }
+///     fn rewind(&mut self, frames: u64, _mark: &[u64]) -> io::Result<()> {
+///         self.0.truncate(frames as usize);
+///         Ok(())
+///     }
+///     fn sync(&mut self) -> io::Result<()> {
+///         Ok(())
+///     }
+///     fn finish(self: Box<Self>) -> io::Result<Vec<PathBuf>> {
+///         Ok(Vec::new())
+///     }
+/// }
+///
+/// let mut lowest = Lowest::default();
+/// lowest.frame(0.0, &Positions::F32(&[[0.0, 1.5, 0.0], [0.1, 0.25, 0.0]]))?;
+/// assert_eq!(lowest.0, [0.25]);
+/// # Ok::<(), io::Error>(())
+/// ```
 pub trait FrameSink {
     /// Adds a frame at `time` [s] with the positions of all vertices of all bodies.
     fn frame(&mut self, time: f64, positions: &Positions) -> io::Result<()>;
@@ -70,6 +122,16 @@ pub trait FrameSink {
 }
 
 /// Positions [m] of all vertices of all bodies, one body after the other.
+///
+/// ```
+/// use taffeta_io::output::Positions;
+///
+/// let places = [[0.0, 1.0, 0.0], [0.1, 1.0, 0.0], [0.0, 2.0, 0.0]];
+/// let all = Positions::F32(&places);
+/// // The second body begins at vertex 2.
+/// assert_eq!(all.slice(2..3).map(|body| body.len()), Some(1));
+/// assert!(all.slice(2..4).is_none());
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub enum Positions<'a> {
     /// In 32 bits.

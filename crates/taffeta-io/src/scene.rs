@@ -24,6 +24,19 @@ use std::path::{Path, PathBuf};
 use taffeta::scene::Scene;
 
 /// A scene, and where each of its values came from.
+///
+/// ```
+/// let text = "
+/// [[body]]
+/// name = 'flag'
+/// mesh.grid = { rows = 20, cols = 30, size = [1.5, 1.0] }
+/// area_density = 0.2
+/// ";
+/// let loaded = taffeta_io::parse_scene(text, "flag.toml", &["body.flag.area_density=0.3".to_owned()])?;
+/// assert_eq!(loaded.scene.bodies[0].area_density, Some(0.3));
+/// assert!(loaded.notes.is_empty());
+/// # Ok::<(), taffeta_io::LoadError>(())
+/// ```
 #[derive(Debug)]
 pub struct Loaded {
     /// The scene; meshes from files are `Mesh::Surface`.
@@ -79,6 +92,20 @@ pub fn load_scene(path: &Path, sets: &[String]) -> Result<Loaded, LoadError> {
 }
 
 /// Loads the files that a scene names; `path` is where the scene itself is, or would be.
+///
+/// ```
+/// # let folder = tempfile::tempdir()?;
+/// std::fs::write(folder.path().join("kite.obj"), "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 3 2\n")?;
+/// let text = "
+/// [[body]]
+/// mesh.file = 'kite.obj'
+/// area_density = 0.05
+/// ";
+/// let mut loaded = taffeta_io::parse_scene(text, "kite.toml", &[])?;
+/// taffeta_io::load_files(&mut loaded, &folder.path().join("kite.toml"))?;
+/// assert_eq!(loaded.scene.bodies[0].mesh.nodes(), 3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn load_files(loaded: &mut Loaded, path: &Path) -> Result<(), LoadError> {
     files::fill(loaded, path)
 }

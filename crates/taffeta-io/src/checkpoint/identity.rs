@@ -8,6 +8,15 @@ use twox_hash::XxHash64;
 
 /// A scene as text, the same for scenes that run the same. Surfaces stand as a hash; title and number of frames are
 /// left out, for a run may go on for longer.
+///
+/// ```
+/// use taffeta::scene::Scene;
+/// use taffeta_io::checkpoint::identity;
+///
+/// let (mut short, mut long) = (Scene::new("first try"), Scene::new("all of it"));
+/// (short.time.frames, long.time.frames) = (60, 600);
+/// assert_eq!(identity(&short), identity(&long));
+/// ```
 pub fn identity(scene: &Scene) -> String {
     let mut plain = scene.clone();
     plain.title = String::new();
@@ -22,6 +31,17 @@ pub fn identity(scene: &Scene) -> String {
 }
 
 /// The first place in which two scenes differ, in words; `None` where they are the same.
+///
+/// ```
+/// use taffeta::scene::Scene;
+/// use taffeta_io::checkpoint::{difference, identity};
+///
+/// let before = Scene::new("on Earth");
+/// let mut now = before.clone();
+/// now.world.gravity = [0.0, -1.62, 0.0];
+/// let what = difference(&identity(&before), &identity(&now));
+/// assert_eq!(what.as_deref(), Some("`world.gravity[1]` was -9.81 and is -1.62"));
+/// ```
 pub fn difference(earlier: &str, now: &str) -> Option<String> {
     if earlier == now {
         return None;

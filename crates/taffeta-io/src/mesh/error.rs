@@ -2,6 +2,15 @@ use std::borrow::Cow;
 use std::fmt;
 
 /// Why a mesh was refused.
+///
+/// ```
+/// use taffeta_io::{MeshFormat, MeshOptions, parse_mesh};
+///
+/// let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n";
+/// let error = parse_mesh(text, MeshFormat::Obj, &MeshOptions::default()).unwrap_err();
+/// assert_eq!(error.line, Some(4));
+/// println!("{error}");
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MeshError {

@@ -16,6 +16,19 @@ use taffeta::topology::{Polygons, Surface, Uvs};
 
 /// Builds a surface from vertices [m] and faces: welds, triangulates, drops what has no area or is there twice, splits,
 /// orients. Says in `repairs` what it did.
+///
+/// ```
+/// use taffeta::topology::Polygons;
+/// use taffeta_io::surface_from;
+///
+/// // A square metre, whose lower edge is a group that pins can select.
+/// let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+/// let mut faces = Polygons::default();
+/// faces.push(&[0, 1, 2, 3]);
+/// let square = surface_from(corners, faces, None, vec![("hem".to_owned(), vec![0, 1])])?;
+/// assert_eq!((square.nodes.len(), square.triangles.len()), (4, 2));
+/// # Ok::<(), taffeta_io::MeshError>(())
+/// ```
 pub fn surface_from(
     vertices: Vec<[f64; 3]>,
     polygons: Polygons,

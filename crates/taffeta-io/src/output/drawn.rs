@@ -5,6 +5,16 @@ use super::uvs::Split;
 use taffeta::topology::Surface;
 
 /// What to draw of a surface.
+///
+/// ```
+/// use taffeta_io::output::Drawn;
+/// use taffeta_io::{MeshFormat, MeshOptions, parse_mesh};
+///
+/// let square = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+/// let drawn = Drawn::of(&parse_mesh(square, MeshFormat::Obj, &MeshOptions::default())?);
+/// assert_eq!((drawn.vertices.len(), drawn.triangles.len()), (4, 2));
+/// # Ok::<(), taffeta_io::MeshError>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawn {
     /// The file's vertex that each vertex to draw is: its own in order, then copies of those at a seam of the texture.

@@ -23,6 +23,20 @@ const VERSION: u32 = 2;
 const EXACT: usize = 1 << 24;
 
 /// A body as it goes into a GLB file.
+///
+/// ```
+/// use taffeta_io::output::{GlbBody, Positions, write_glb};
+/// use taffeta_io::{MeshFormat, MeshOptions, parse_mesh};
+///
+/// # let folder = tempfile::tempdir()?;
+/// let kite = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+/// let surface = parse_mesh(kite, MeshFormat::Obj, &MeshOptions::default())?;
+/// let positions = Positions::F64(&surface.vertices);
+/// let kite = GlbBody { name: "kite", surface: &surface, positions, normals: &[] };
+/// let file = write_glb(&folder.path().join("kite.glb"), &[kite])?;
+/// assert!(std::fs::read(file)?.starts_with(b"glTF"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct GlbBody<'a> {
     /// Its name.

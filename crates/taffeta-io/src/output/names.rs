@@ -3,6 +3,13 @@
 use std::collections::HashSet;
 
 /// Names for files, one a body: what a file system may object to is `_`, repeated names are numbered.
+///
+/// ```
+/// use taffeta_io::output::file_stems;
+///
+/// let names = ["sleeve", "sleeve", "front/left"].map(str::to_owned);
+/// assert_eq!(file_stems(&names), ["sleeve", "sleeve_2", "front_left"]);
+/// ```
 pub fn file_stems(names: &[String]) -> Vec<String> {
     let safe = |name: &String| {
         let stem: String = name
@@ -20,6 +27,13 @@ pub fn file_stems(names: &[String]) -> Vec<String> {
 }
 
 /// USD identifiers, one a body: letters, digits and `_`, not a digit first, repeated names are numbered.
+///
+/// ```
+/// use taffeta_io::output::usd_identifiers;
+///
+/// let names = ["left sleeve", "2nd button"].map(str::to_owned);
+/// assert_eq!(usd_identifiers(&names), ["left_sleeve", "_2nd_button"]);
+/// ```
 pub fn usd_identifiers(names: &[String]) -> Vec<String> {
     let safe = |name: &String| {
         let word: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();

@@ -147,6 +147,17 @@ pub(crate) fn sync_folder(path: &Path) {
 }
 
 /// Refuses a file called `path`, finished or under way, that has less than `length` bytes: a run cannot go on with it.
+///
+/// ```
+/// use taffeta_io::output::check_file;
+///
+/// # let folder = tempfile::tempdir()?;
+/// # let path = &folder.path().join("frames.csv");
+/// std::fs::write(path, "frame,time\n0,0\n")?;
+/// assert!(check_file(path, 15).is_ok());
+/// assert!(check_file(path, 16).is_err());
+/// # Ok::<(), std::io::Error>(())
+/// ```
 pub fn check_file(path: &Path, length: u64) -> io::Result<()> {
     let part = with_suffix(path, ".part");
     let there = if part.exists() { &part } else { path };

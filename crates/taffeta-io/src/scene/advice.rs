@@ -3,6 +3,15 @@
 use taffeta::Advice;
 
 /// The key of a scene that follows a piece of advice, with its value; none where it is not about the scene.
+///
+/// ```
+/// use taffeta::Advice;
+/// use taffeta_io::scene::key_of;
+///
+/// assert_eq!(key_of(&Advice::LongestStep(2.5e-4)).as_deref(), Some("time.max_step = 2.5e-4 or less"));
+/// // A scene does not say what it runs on.
+/// assert_eq!(key_of(&Advice::Cpu), None);
+/// ```
 pub fn key_of(advice: &Advice) -> Option<String> {
     let key = match advice {
         Advice::LongestStep(step) => return Some(format!("time.max_step = {step:e} or less")),
@@ -20,6 +29,14 @@ pub fn key_of(advice: &Advice) -> Option<String> {
 
 /// What to write to follow advice, as the end of a sentence: ` (time.max_step = 1e-3 or less)`. Empty where there is
 /// nothing. `words` are the front end's own, or [`key_of`].
+///
+/// ```
+/// use taffeta::Advice;
+/// use taffeta_io::scene::{hint, key_of};
+///
+/// let end = hint(&[Advice::FillHoles, Advice::Cloth], key_of);
+/// assert_eq!(end, " (fill_holes = true; kind = \"cloth\")");
+/// ```
 pub fn hint(advice: &[Advice], words: impl Fn(&Advice) -> Option<String>) -> String {
     let all: Vec<String> = advice.iter().filter_map(words).collect();
     if all.is_empty() { String::new() } else { format!(" ({})", all.join("; ")) }

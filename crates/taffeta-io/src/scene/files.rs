@@ -136,6 +136,12 @@ fn fill_pairs(
 pub type Pairs = (Vec<[u32; 2]>, Vec<u32>);
 
 /// Reads a list of struts: two node indices a line; `#` starts a comment. Errors call it `file`.
+///
+/// ```
+/// let (pairs, lines) = taffeta_io::read_pairs("# across the belly\n0 17\n4 21\n", "struts.txt")?;
+/// assert_eq!((pairs, lines), (vec![[0, 17], [4, 21]], vec![2, 3]));
+/// # Ok::<(), taffeta_io::LoadError>(())
+/// ```
 pub fn read_pairs(text: &str, file: &str) -> Result<Pairs, LoadError> {
     let (mut pairs, mut lines) = (Vec::new(), Vec::new());
     let mut offset = 0;

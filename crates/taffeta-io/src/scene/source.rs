@@ -8,6 +8,14 @@ use taffeta::BuildError;
 use taffeta::scene::SceneError;
 
 /// Why a scene was not loaded.
+///
+/// ```
+/// use taffeta_io::{Place, parse_scene};
+///
+/// let error = parse_scene("title = 'flag'\n[tim]\ndt = 0.01\n", "flag.toml", &[]).unwrap_err();
+/// assert!(error.message.contains("did you mean `time`?"));
+/// assert_eq!(error.place, Place::At { file: "flag.toml".to_owned(), line: 2, column: 2 });
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{place}: {message}")]
 #[non_exhaustive]
@@ -19,6 +27,14 @@ pub struct LoadError {
 }
 
 /// Where a mistake was written.
+///
+/// ```
+/// use taffeta_io::{Place, parse_scene};
+///
+/// // An override that cannot be applied is named by its text, not by a line of the file.
+/// let error = parse_scene("title = 'flag'", "flag.toml", &["time.dt=fast".to_owned()]).unwrap_err();
+/// assert_eq!(error.place, Place::Set("time.dt=fast".to_owned()));
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Place {
@@ -66,6 +82,21 @@ impl LoadError {
 }
 
 /// The text of a scene and of its overrides, to find where a value was written.
+///
+/// ```
+/// use taffeta::{Options, Simulation};
+///
+/// let text = "
+/// [[body]]
+/// mesh.grid = { rows = 4, cols = 5, size = [0.4, 0.3] }
+/// area_density = -0.2
+/// ";
+/// let loaded = taffeta_io::parse_scene(text, "flag.toml", &[])?;
+/// let Err(error) = Simulation::new(&loaded.scene, &Options::default()) else { panic!("it has no mass") };
+/// let error = loaded.source.explain_build(&error);
+/// assert!(error.to_string().starts_with("flag.toml:4:"));
+/// # Ok::<(), taffeta_io::LoadError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct SceneSource {
     file: String,
