@@ -5,6 +5,15 @@ use std::fmt;
 use crate::GpuError;
 
 /// One way to reach one GPU: a device that is reached by two APIs is there twice.
+///
+/// ```
+/// use taffeta_gpu::{AdapterInfo, Kind};
+///
+/// let (name, api) = ("NVIDIA H200".to_owned(), "vulkan".to_owned());
+/// let info = AdapterInfo { name, kind: Kind::Discrete, api, driver: String::new() };
+/// assert_eq!(info.to_string(), "NVIDIA H200 (vulkan, discrete)");
+/// assert!(!info.is_software());
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterInfo {
     /// The device's name, such as `NVIDIA H200`.
@@ -18,6 +27,14 @@ pub struct AdapterInfo {
 }
 
 /// The sort of a device.
+///
+/// ```
+/// use taffeta_gpu::Kind;
+///
+/// // What is preferred comes first.
+/// assert!(Kind::Discrete < Kind::Integrated && Kind::Integrated < Kind::Software);
+/// assert_eq!(Kind::Discrete.to_string(), "discrete");
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Kind {
@@ -73,6 +90,15 @@ impl fmt::Display for Kind {
 }
 
 /// Which adapter to open.
+///
+/// ```
+/// use taffeta_gpu::Choice;
+///
+/// // A flag of your program, or else what TAFFETA_ADAPTER asks for.
+/// let flag = Some("nvidia".to_owned());
+/// let choice = flag.map_or_else(Choice::from_env, Choice::Named);
+/// assert_eq!(choice, Choice::Named("nvidia".to_owned()));
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Choice {
@@ -134,6 +160,17 @@ fn listed(all: &[AdapterInfo]) -> String {
 }
 
 /// All adapters that there are, hardware first; two calls give the same order.
+///
+/// ```no_run
+/// use taffeta_gpu::{Choice, Gpu, adapters};
+///
+/// for (number, one) in adapters().iter().enumerate() {
+///     println!("{number}: {one}, driver {}", one.driver);
+/// }
+/// let first = Gpu::open(&Choice::Named("0".to_owned()))?;
+/// assert_eq!(first.info(), &adapters()[0]);
+/// # Ok::<(), taffeta_gpu::GpuError>(())
+/// ```
 pub fn adapters() -> Vec<AdapterInfo> {
     found().into_iter().map(|(info, _)| info).collect()
 }

@@ -13,6 +13,36 @@ use crate::{DispatchList, Gpu, GpuError};
 const PIECE: usize = 32 << 20;
 
 /// What a kernel can be bound to by name.
+///
+/// ```no_run
+/// # use taffeta_gpu::{Bindable, Buffer, Choice, DispatchList, Gpu, wgpu};
+/// /// The elements of a buffer from number 64 on: 256 bytes, a multiple of every device's alignment.
+/// struct Rest<'a>(&'a Buffer<f32>);
+///
+/// impl Bindable for Rest<'_> {
+///     fn buffer(&self) -> &wgpu::Buffer {
+///         self.0.raw()
+///     }
+///     fn offset(&self) -> u64 {
+///         256
+///     }
+/// }
+/// # let source = "
+/// #     @group(2) @binding(0) var<storage, read_write> values: array<f32>;
+/// #     @compute @workgroup_size(64) fn twice(@builtin(global_invocation_id) id: vec3u) {
+/// #         if id.x < arrayLength(&values) { values[id.x] *= 2.0; }
+/// #     }";
+/// # let gpu = Gpu::open(&Choice::from_env())?;
+/// # let kernel = gpu.kernel("twice", &[source], "twice", &[])?;
+///
+/// let values = gpu.buffer_from("values", &[1.0_f32; 100])?;
+/// let twice = kernel.bind(&gpu, &[("values", &Rest(&values))]);
+/// let mut list = DispatchList::new();
+/// list.dispatch(&twice, &[], 1);
+/// gpu.submit(&list)?;
+/// assert_eq!(values.read(&gpu)?[63..65], [1.0, 2.0]);
+/// # Ok::<(), taffeta_gpu::GpuError>(())
+/// ```
 pub trait Bindable: Send + Sync {
     /// The buffer.
     fn buffer(&self) -> &wgpu::Buffer;
@@ -29,6 +59,16 @@ pub trait Bindable: Send + Sync {
 }
 
 /// `len` elements of `T` on the GPU, in storage that kernels read and write.
+///
+/// ```no_run
+/// use taffeta_gpu::{Choice, Gpu};
+///
+/// let gpu = Gpu::open(&Choice::from_env())?;
+/// let heights = gpu.buffer::<f32>("heights", 4)?;
+/// heights.write(&gpu, 1, &[0.5, 0.75]);
+/// assert_eq!(heights.read(&gpu)?, [0.0, 0.5, 0.75, 0.0]);
+/// # Ok::<(), taffeta_gpu::GpuError>(())
+/// ```
 pub struct Buffer<T> {
     memory: Allocation,
     len: usize,
@@ -36,6 +76,27 @@ pub struct Buffer<T> {
 }
 
 /// Records of `T` in uniform memory, of which a dispatch is told one by its offset.
+///
+/// ```no_run
+/// use taffeta_gpu::{Choice, DispatchList, Gpu};
+///
+/// let source = "
+///     @group(0) @binding(0) var<uniform> step: vec4f;
+///     @group(2) @binding(0) var<storage, read_write> height: array<f32>;
+///     @compute @workgroup_size(1) fn rise() { height[0] += step.x; }";
+/// let gpu = Gpu::open(&Choice::from_env())?;
+/// let steps = gpu.uniforms::<[f32; 4]>("steps", 2)?;
+/// steps.write(&gpu, &[[0.25, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, 0.0]]);
+/// let height = gpu.buffer::<f32>("height", 1)?;
+/// let rise = gpu.kernel("rise", &[source], "rise", &[])?;
+/// let rise = rise.bind(&gpu, &[("step", &steps), ("height", &height)]);
+/// let mut list = DispatchList::new();
+/// list.dispatch(&rise, &[steps.offset(0)], 1);
+/// list.dispatch(&rise, &[steps.offset(1)], 1);
+/// gpu.submit(&list)?;
+/// assert_eq!(height.read(&gpu)?, [2.25]);
+/// # Ok::<(), taffeta_gpu::GpuError>(())
+/// ```
 pub struct Uniforms<T> {
     memory: Allocation,
     len: usize,
@@ -45,6 +106,26 @@ pub struct Uniforms<T> {
 
 /// Numbers of workgroups along x, y and z, which a kernel writes and
 /// [`DispatchList::dispatch_counted`] reads.
+///
+/// ```no_run
+/// use taffeta_gpu::{Choice, DispatchList, Gpu};
+///
+/// let source = "
+///     @group(2) @binding(0) var<storage, read_write> counts: array<u32>;
+///     @group(2) @binding(1) var<storage, read_write> sum: atomic<u32>;
+///     @compute @workgroup_size(1) fn count() { counts[0] = 5; counts[1] = 1; counts[2] = 1; }
+///     @compute @workgroup_size(1) fn work() { atomicAdd(&sum, 1u); }";
+/// let gpu = Gpu::open(&Choice::from_env())?;
+/// let (counts, sum) = (gpu.counts("counts", 1)?, gpu.buffer::<u32>("sum", 1)?);
+/// let count = gpu.kernel("count", &[source], "count", &[])?.bind(&gpu, &[("counts", &counts)]);
+/// let work = gpu.kernel("work", &[source], "work", &[])?.bind(&gpu, &[("sum", &sum)]);
+/// let mut list = DispatchList::new();
+/// list.dispatch(&count, &[], 1);
+/// list.dispatch_counted(&work, &[], &counts, 0);
+/// gpu.submit(&list)?;
+/// assert_eq!(sum.read(&gpu)?, [5]);
+/// # Ok::<(), taffeta_gpu::GpuError>(())
+/// ```
 pub struct Counts(Buffer<[u32; 3]>);
 
 impl Gpu {

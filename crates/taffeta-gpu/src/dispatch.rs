@@ -5,6 +5,30 @@ use crate::{Buffer, Counts, Gpu, GpuError, ReadBack};
 
 /// Dispatches and copies in the order in which they take effect: each sees what those before it
 /// have written.
+///
+/// ```no_run
+/// # use taffeta_gpu::{Choice, DispatchList, Gpu};
+/// # let source = "
+/// #     @group(2) @binding(0) var<storage, read_write> values: array<f32>;
+/// #     @compute @workgroup_size(64) fn twice(@builtin(global_invocation_id) id: vec3u) {
+/// #         if id.x < arrayLength(&values) { values[id.x] *= 2.0; }
+/// #     }";
+/// # let gpu = Gpu::open(&Choice::from_env())?;
+/// # let kernel = gpu.kernel("twice", &[source], "twice", &[])?;
+/// let (values, earlier) = (gpu.buffer_from("values", &[1.0_f32; 100])?, gpu.buffer("earlier", 100)?);
+/// let twice = kernel.bind(&gpu, &[("values", &values)]);
+/// let mut list = DispatchList::new();
+/// list.copy_buffer(&values, &earlier);
+/// list.stage("double");
+/// list.dispatch(&twice, &[], 2); // Workgroups of 64 for 100 elements.
+/// gpu.submit(&list)?;
+/// if gpu.has_timestamps() {
+///     // The list is submitted again.
+///     let stages = gpu.submit_timed(&list)?;
+///     println!("{} took {:e} s", stages[0].0, stages[0].1);
+/// }
+/// # Ok::<(), taffeta_gpu::GpuError>(())
+/// ```
 #[derive(Default)]
 pub struct DispatchList {
     steps: Vec<Step>,

@@ -1,6 +1,18 @@
 //! What can go wrong on a GPU, in words that say what would do.
 
 /// Why the GPU did not do what was asked.
+///
+/// ```no_run
+/// use taffeta_gpu::{Choice, Gpu, GpuError};
+///
+/// let gpu = match Gpu::open(&Choice::Best) {
+///     Err(GpuError::NoAdapter { .. }) => Gpu::open(&Choice::BestOrSoftware)?,
+///     other => other?,
+/// };
+/// let error = gpu.buffer::<f32>("too much", usize::MAX / 8).err();
+/// assert!(matches!(error, Some(GpuError::TooLarge { limit, .. }) if limit == gpu.largest_binding()));
+/// # Ok::<(), GpuError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {

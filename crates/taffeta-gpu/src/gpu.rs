@@ -8,6 +8,17 @@ use crate::cache::Cache;
 use crate::{AdapterInfo, Choice, GpuError, adapter};
 
 /// A GPU that is open. Cheap to clone: the clones are one device.
+///
+/// ```no_run
+/// use taffeta_gpu::{Choice, Gpu};
+///
+/// let gpu = Gpu::open(&Choice::from_env())?;
+/// println!("{}: a kernel sees up to {} bytes of a buffer", gpu.info(), gpu.largest_binding());
+/// let places = gpu.buffer::<[f32; 4]>("places", 1000)?;
+/// assert_eq!(gpu.memory_used(), places.bytes());
+/// gpu.health()?;
+/// # Ok::<(), taffeta_gpu::GpuError>(())
+/// ```
 #[derive(Clone)]
 pub struct Gpu(Arc<Inner>);
 

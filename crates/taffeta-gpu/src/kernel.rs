@@ -10,6 +10,22 @@ use crate::reflect::{Parsed, Reflection};
 use crate::{Access, Bindable, Binding, Gpu, GpuError};
 
 /// A compute pipeline, and what its source says of it. Cheap to clone.
+///
+/// ```no_run
+/// use taffeta_gpu::{Choice, Gpu};
+///
+/// let source = "
+///     override SIZE: u32 = 64;
+///     @group(2) @binding(0) var<storage, read_write> values: array<f32>;
+///     @compute @workgroup_size(SIZE) fn clear(@builtin(global_invocation_id) id: vec3u) {
+///         if id.x < arrayLength(&values) { values[id.x] = 0.0; }
+///     }";
+/// let gpu = Gpu::open(&Choice::from_env())?;
+/// let kernel = gpu.kernel("clear", &[source], "clear", &[("SIZE", 128.0)])?;
+/// assert_eq!(kernel.workgroup_size(), [128, 1, 1]);
+/// assert_eq!(kernel.bindings()[0].name, "values");
+/// # Ok::<(), taffeta_gpu::GpuError>(())
+/// ```
 #[derive(Clone)]
 pub struct Kernel(Arc<Inner>);
 
@@ -23,6 +39,26 @@ struct Inner {
 }
 
 /// A kernel with the buffers that it works on, which it keeps alive. Cheap to clone.
+///
+/// ```no_run
+/// # use taffeta_gpu::{Choice, DispatchList, Gpu};
+/// # let source = "
+/// #     @group(2) @binding(0) var<storage, read_write> values: array<f32>;
+/// #     @compute @workgroup_size(64) fn twice(@builtin(global_invocation_id) id: vec3u) {
+/// #         if id.x < arrayLength(&values) { values[id.x] *= 2.0; }
+/// #     }";
+/// # let gpu = Gpu::open(&Choice::from_env())?;
+/// let kernel = gpu.kernel("twice", &[source], "twice", &[])?;
+/// let (left, right) = (gpu.buffer_from("left", &[1.0_f32])?, gpu.buffer_from("right", &[3.0_f32])?);
+/// let mut list = DispatchList::new();
+/// for values in [&left, &right] {
+///     // The list keeps what is bound.
+///     list.dispatch(&kernel.bind(&gpu, &[("values", values)]), &[], 1);
+/// }
+/// gpu.submit(&list)?;
+/// assert_eq!((left.read(&gpu)?, right.read(&gpu)?), (vec![2.0], vec![6.0]));
+/// # Ok::<(), taffeta_gpu::GpuError>(())
+/// ```
 #[derive(Clone)]
 pub struct Bound {
     kernel: Arc<Inner>,

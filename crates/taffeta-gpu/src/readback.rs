@@ -15,6 +15,25 @@ use crate::{Gpu, GpuError};
 /// Recorded with [`DispatchList::copy`](crate::DispatchList::copy), submitted, then
 /// [`start`](ReadBack::start)ed and [`take`](ReadBack::take)n. Between start and take nothing may be
 /// copied to it.
+///
+/// ```no_run
+/// use taffeta_gpu::{Choice, DispatchList, Gpu};
+///
+/// let gpu = Gpu::open(&Choice::from_env())?;
+/// let values = gpu.buffer_from("values", &[1.0_f32, 2.0])?;
+/// let staging = gpu.read_back("values", values.len())?;
+/// let mut list = DispatchList::new();
+/// list.copy(&values, &staging);
+/// gpu.submit(&list)?;
+/// staging.start();
+/// while !staging.ready(&gpu) {
+///     // Something else may be done here.
+/// }
+/// let mut read = Vec::new();
+/// staging.take(&gpu, &mut read)?;
+/// assert_eq!(read, [1.0, 2.0]);
+/// # Ok::<(), taffeta_gpu::GpuError>(())
+/// ```
 pub struct ReadBack<T> {
     memory: Allocation,
     len: usize,

@@ -10,6 +10,20 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{AddressSpace, Module, ShaderStage, StorageAccess};
 
 /// A buffer that a kernel uses, as its source declares it.
+///
+/// ```no_run
+/// use taffeta_gpu::{Access, Binding, Choice, Gpu};
+///
+/// let source = "
+///     @group(1) @binding(3) var<storage, read> weights: array<f32, 8>;
+///     @group(2) @binding(0) var<storage, read_write> sum: f32;
+///     @compute @workgroup_size(1) fn add() { sum += weights[7]; }";
+/// let gpu = Gpu::open(&Choice::from_env())?;
+/// let kernel = gpu.kernel("add", &[source], "add", &[])?;
+/// let (name, access) = ("weights".to_owned(), Access::Read);
+/// assert_eq!(kernel.bindings()[0], Binding { name, group: 1, binding: 3, access, size: 32 });
+/// # Ok::<(), taffeta_gpu::GpuError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Binding {
     /// The variable's name.
@@ -25,6 +39,16 @@ pub struct Binding {
 }
 
 /// What a kernel may do with a buffer.
+///
+/// ```
+/// use taffeta_gpu::{Access, Kernel};
+///
+/// /// Names of the buffers that a kernel may change.
+/// fn outputs(kernel: &Kernel) -> impl Iterator<Item = &str> {
+///     let written = kernel.bindings().iter().filter(|one| one.access == Access::ReadWrite);
+///     written.map(|one| one.name.as_str())
+/// }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// `var<uniform>`

@@ -3,6 +3,13 @@
 use std::collections::BTreeMap;
 
 /// A WGSL file: the name by which others import it, and its text.
+///
+/// ```
+/// use taffeta_gpu::{Shader, Shaders};
+///
+/// const SQUARE: Shader = ("square.wgsl", "fn square(x: f32) -> f32 { return x * x; }");
+/// assert_eq!(Shaders::new([SQUARE]).files().count(), 1);
+/// ```
 pub type Shader = (&'static str, &'static str);
 
 /// The files of a folder, by their names below it: `shaders!("springs", ["spring.wgsl", "grid.wgsl"])` are
@@ -17,6 +24,25 @@ macro_rules! shaders {
 /// WGSL files by name. A line `#import springs/spring.wgsl` has the file of that name in the same source, once, however
 /// often it is imported. A name without `.wgsl` stands for a file that is chosen from outside, or by the file that a
 /// source begins with: `#import tile.wgsl as memory`.
+///
+/// ```
+/// use taffeta_gpu::Shaders;
+///
+/// let shaders = Shaders::new([
+///     ("math/square.wgsl", "fn square(x: f32) -> f32 { return x * x; }"),
+///     (
+///         "area.wgsl",
+///         "#import math/square.wgsl
+/// @group(2) @binding(0) var<storage, read_write> area: f32;
+/// @compute @workgroup_size(1)
+/// fn measure() { area = 3.14159 * square(0.25); }",
+///     ),
+/// ]);
+/// assert_eq!(shaders.file_of("measure"), Some("area.wgsl"));
+/// let source = shaders.source("area.wgsl", &[])?;
+/// assert!(source.starts_with("fn square(x: f32)"));
+/// # Ok::<(), String>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Shaders(BTreeMap<&'static str, &'static str>);
 
