@@ -8,6 +8,16 @@ use taffeta::scene::{
 };
 
 /// Cloth: a sheet, garment, chain or shell of this shape. It starts where its transform is.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::{prelude::*, taffeta::scene};
+///
+/// // A sheet of 1.5 m × 1 m, and a rope of two metres.
+/// let sheet = Cloth::grid(20, 30, Vec2::new(1.5, 1.0));
+/// let rope = Cloth(scene::Mesh::chain(50, 2.0));
+/// assert_eq!((sheet.0.nodes(), rope.0.nodes()), (600, 51));
+/// ```
 #[derive(Component, Clone, Debug)]
 #[require(SoftMaterial, Pins, Transform, Visibility, NoFrustumCulling)]
 pub struct Cloth(pub Mesh);
@@ -21,6 +31,20 @@ impl Cloth {
 }
 
 /// A soft body: a closed surface of this shape. It starts where its transform is.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::prelude::*;
+///
+/// fn drop_ball(mut commands: Commands) {
+///     commands.spawn((
+///         SoftBody::ball(0.25, 3),
+///         SoftMaterial::new(Mass::Volume(200.0)).structural(500.0, 0.5).keep_volume(VolumeForm::Corrected),
+///         Transform::from_xyz(0.0, 2.0, 0.0),
+///     ));
+/// }
+/// assert_eq!(SoftBody::ball(0.25, 3).0.nodes(), 642);
+/// ```
 #[derive(Component, Clone, Debug)]
 #[require(SoftMaterial, Pins, Transform, Visibility, NoFrustumCulling)]
 pub struct SoftBody(pub Mesh);
@@ -33,6 +57,18 @@ impl SoftBody {
 }
 
 /// What a body is made of.
+///
+/// ```
+/// use bevy_taffeta::prelude::*;
+///
+/// // Cotton of 0.2 kg/m² that keeps 5 mm from itself.
+/// let cotton = SoftMaterial::new(Mass::Area(0.2))
+///     .structural(50.0, 0.02)
+///     .shear(20.0, 0.02)
+///     .hinge(1e-4, 1e-6)
+///     .collide(0.005);
+/// assert_eq!(cotton.self_collision.map(|contact| contact.thickness), Some(0.005));
+/// ```
 #[derive(Component, Clone, Debug)]
 pub struct SoftMaterial {
     /// Its mass.
@@ -103,10 +139,32 @@ impl SoftMaterial {
 }
 
 /// The nodes of a body that are held.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::prelude::*;
+///
+/// let mut world = World::new();
+/// let hand = world.spawn(Transform::from_xyz(0.7, 1.0, 0.0)).id();
+/// // One corner of a grid with 30 columns stays, the next goes where the hand goes.
+/// let pins = Pins::hold(Select::nodes([0])).and_carry(Select::nodes([29]), hand);
+/// assert_eq!((pins.0[0].by, pins.0[1].by), (None, Some(hand)));
+/// ```
 #[derive(Component, Clone, Debug, Default)]
 pub struct Pins(pub Vec<Pinned>);
 
 /// Nodes that are held: by a pin of the scene format, and by an entity where there is one.
+///
+/// ```
+/// use bevy_taffeta::{Pinned, prelude::*};
+/// use bevy_taffeta::taffeta::scene::{Keyframe, Pin};
+///
+/// // The first row rises by 0.2 m in a second, and lets go of what is pulled harder than 5 N.
+/// let motion = vec![Keyframe::translate(1.0, [0.0, 0.2, 0.0])];
+/// let pin = Pin { select: Select::rows(0, 0), motion, break_force: Some(5.0), ..Pin::default() };
+/// let pins = Pins(vec![Pinned { pin, by: None }]);
+/// assert_eq!(pins.0[0].pin.break_force, Some(5.0));
+/// ```
 #[derive(Clone, Debug)]
 pub struct Pinned {
     /// Which nodes, and how they move by themselves.
@@ -140,6 +198,15 @@ impl Pins {
 }
 
 /// Where a body starts in the coordinates of its transform, as a scene file has it, in 64 bits.
+///
+/// ```
+/// use bevy_taffeta::taffeta::scene::Place;
+/// use bevy_taffeta::{BodyPlace, prelude::*};
+///
+/// // A mesh in centimetres.
+/// let place = BodyPlace(Place { scale: Some(0.01), ..Place::default() });
+/// assert_eq!(place.0.position, [0.0; 3]);
+/// ```
 #[derive(Component, Clone, Debug, Default)]
 pub struct BodyPlace(pub Place);
 

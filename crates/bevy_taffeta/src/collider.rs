@@ -12,6 +12,17 @@ use taffeta_io::output::Drawn;
 /// What bodies of its world cannot enter: a shape in the coordinates of its transform, which it follows. With keyframes of
 /// its own the transform follows them instead. Where poses change the shape of its mesh, the mesh that [`collider_mesh`] makes
 /// changes with it.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::prelude::*;
+///
+/// fn obstacles(mut commands: Commands) {
+///     commands.spawn((SoftCollider::ground().friction(0.5), Transform::from_xyz(0.0, -1.0, 0.0)));
+///     commands.spawn((SoftCollider::sphere(0.3).offset(0.005), Transform::from_xyz(0.0, 0.5, 0.0)));
+/// }
+/// assert_eq!(SoftCollider::ground().friction(0.5).0.friction, 0.5);
+/// ```
 #[derive(Component, Clone, Debug)]
 #[require(Transform, Visibility)]
 pub struct SoftCollider(pub Collider);
@@ -67,6 +78,16 @@ const PLANE: f32 = 10.0;
 
 /// A mesh that shows a collider in the coordinates of its entity: a square of a plane, the points of a convex hull by the
 /// mesh that they are of. `None` where it has not exactly one shape, or its mesh cannot be made.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::{collider_mesh, prelude::*};
+///
+/// let mut meshes = Assets::<Mesh>::default();
+/// let table = SoftCollider::cuboid(Vec3::new(0.5, 0.4, 0.5));
+/// let shown = Mesh3d(meshes.add(collider_mesh(&table.0).expect("it has one shape")));
+/// assert_eq!(meshes.get(&shown.0).map(Mesh::count_vertices), Some(24));
+/// ```
 pub fn collider_mesh(collider: &Collider) -> Option<Mesh> {
     let placed =
         |mesh: Mesh, place: Transform| mesh.transformed_by(place).transformed_by(transform_of(collider, &[]));

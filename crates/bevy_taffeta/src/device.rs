@@ -6,6 +6,17 @@ use bevy::render::renderer::{RenderAdapterInfo, RenderDevice, RenderQueue};
 use taffeta::taffeta_gpu::Gpu;
 
 /// Bevy's device in the engine's hands; nothing until a world has asked for it.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::SharedGpu;
+///
+/// fn tell(gpu: Res<SharedGpu>) {
+///     if let Some(gpu) = gpu.get() {
+///         info!("the GPU {} may hold bodies, in {} bytes so far", gpu.info(), gpu.memory_used());
+///     }
+/// }
+/// ```
 #[derive(Resource, Default, Debug)]
 pub struct SharedGpu(Option<Gpu>);
 

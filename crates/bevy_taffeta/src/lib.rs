@@ -72,11 +72,56 @@ pub mod prelude {
 }
 
 /// Cloth and soft bodies. Needs Bevy's assets, meshes and transforms; without its renderer bodies run on the CPU.
+///
+/// ```
+/// use bevy::mesh::MeshPlugin;
+/// use bevy::prelude::*;
+/// use bevy::time::TimeUpdateStrategy;
+/// use bevy_taffeta::{Running, prelude::*};
+/// use std::time::Duration;
+///
+/// // Without a window, on the CPU: half a second, in thirty frames after the first update.
+/// let mut app = App::new();
+/// app.add_plugins((MinimalPlugins, TransformPlugin, AssetPlugin::default(), MeshPlugin, TaffetaPlugin))
+///     .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(1.0 / 60.0)));
+/// let hung = (Cloth::grid(6, 7, Vec2::new(0.6, 0.5)), Pins::hold(Select::nodes([0, 6])));
+/// app.world_mut().spawn(hung);
+/// app.finish();
+/// (0..=30).for_each(|_| app.update());
+///
+/// let running = app.world_mut().query::<&Running>().single(app.world())?;
+/// assert_eq!(running.simulation().frame(), 30);
+/// let mut places = Vec::new();
+/// running.places(&mut places);
+/// assert!(places[41].y < -0.3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TaffetaPlugin;
 
 /// What the plugin does in each frame, in this order: scenes are spawned in [`PreUpdate`], all else follows the
 /// propagation of transforms in [`PostUpdate`].
+///
+/// ```no_run
+/// use bevy::prelude::*;
+/// use bevy_taffeta::taffeta::glam::DVec3;
+/// use bevy_taffeta::{Running, prelude::*};
+///
+/// /// Lifts the first vertex of all cloth by a newton.
+/// fn lift(mut worlds: Query<&mut Running>, cloth: Query<Entity, With<Cloth>>) {
+///     for mut running in &mut worlds {
+///         for entity in &cloth {
+///             let Some(body) = running.body_of(entity) else { continue };
+///             if let Err(error) = running.simulation_mut().apply_force(body, 0, DVec3::Y) {
+///                 warn!("{error}");
+///             }
+///         }
+///     }
+/// }
+///
+/// let between = lift.after(TaffetaSystems::Build).before(TaffetaSystems::Step);
+/// App::new().add_plugins((DefaultPlugins, TaffetaPlugin)).add_systems(PostUpdate, between).run();
+/// ```
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TaffetaSystems {
     /// Scenes that were loaded become entities.

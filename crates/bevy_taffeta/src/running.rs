@@ -8,6 +8,25 @@ use taffeta::{BodyHandle, Simulation, View};
 use taffeta_io::output::Drawn;
 
 /// The simulation of a [`SoftWorld`](crate::SoftWorld). Remove it to start again from where bodies and colliders are.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::{Running, prelude::*};
+///
+/// fn tell_height(worlds: Query<&Running>, cloth: Single<Entity, With<Cloth>>) {
+///     for running in &worlds {
+///         let mut places = Vec::new();
+///         running.places(&mut places);
+///         let body = running.body_of(*cloth).and_then(|body| running.drawn(body));
+///         let Some(body) = body else { continue };
+///         info!("frame {}: {} m", running.simulation().frame(), places[body.first_vertex].y);
+///     }
+/// }
+///
+/// fn start_again(mut commands: Commands, worlds: Query<Entity, With<Running>>) {
+///     worlds.iter().for_each(|world| drop(commands.entity(world).remove::<Running>()));
+/// }
+/// ```
 #[derive(Component)]
 pub struct Running {
     pub(crate) simulation: Simulation,
@@ -33,6 +52,21 @@ pub struct Running {
 }
 
 /// How long frames of a simulation take.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::Running;
+///
+/// fn tell_times(mut worlds: Query<&mut Running>) {
+///     for mut running in &mut worlds {
+///         running.time_stages(60);
+///         info!("{:.2} ms a frame", 1e3 * running.timing().frame);
+///         for (stage, seconds) in &running.timing().stages {
+///             info!("{stage}: {:.2} ms", 1e3 * seconds);
+///         }
+///     }
+/// }
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Timing {
     /// One frame, as the program waited for it [s]. Where the device is shared only frames with a report are waited for.
@@ -62,6 +96,20 @@ pub struct RunningBody {
 }
 
 /// How a body of a simulation is drawn.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::{DrawnBody, Running};
+///
+/// /// Where the vertices of an entity's mesh are in the world [m].
+/// fn vertices_of(running: &Running, entity: Entity) -> Vec<Vec3> {
+///     let mut places = Vec::new();
+///     running.places(&mut places);
+///     let body = running.drawn_bodies().find(|body| body.entity == entity);
+///     let place = |body: &DrawnBody, &vertex: &u32| places[body.first_vertex + vertex as usize];
+///     body.iter().flat_map(|body| body.mesh.vertices.iter().map(|vertex| place(body, vertex))).collect()
+/// }
+/// ```
 #[derive(Clone, Copy)]
 #[non_exhaustive]
 pub struct DrawnBody<'a> {

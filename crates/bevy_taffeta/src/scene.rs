@@ -12,6 +12,18 @@ use taffeta::scene::{Kind, Scene};
 use taffeta_io::{LoadError, load_files, parse_scene};
 
 /// A scene as it is written in TOML, with the meshes that it names.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::prelude::*;
+/// use bevy_taffeta::taffeta::scene::{Body, Mesh, Scene};
+///
+/// let flag = Body::cloth("flag", Mesh::grid(20, 30, [1.5, 1.0])).with_mass(Mass::Area(0.2));
+/// let scene = SoftScene { scene: Scene::new("flag").body(flag), notes: Vec::new() };
+/// let mut scenes = Assets::default();
+/// let root = SoftSceneRoot(scenes.add(scene));
+/// assert_eq!(scenes.get(&root.0).map(|scene| scene.scene.bodies.len()), Some(1));
+/// ```
 #[derive(Asset, TypePath, Clone, Debug)]
 pub struct SoftScene {
     /// The scene.
@@ -22,12 +34,40 @@ pub struct SoftScene {
 
 /// Reads scenes. What they name is looked for as the program `taffeta` does: beside the scene's file, in `models` and in
 /// `$TAFFETA_MODELS`, among files and not among other sources of assets.
+///
+/// ```no_run
+/// use bevy::prelude::*;
+/// use bevy_taffeta::prelude::*;
+///
+/// // The plugin has the loader: `assets/flag.toml` is loaded by its name.
+/// fn load(mut commands: Commands, assets: Res<AssetServer>) {
+///     commands.spawn(SoftSceneRoot(assets.load("flag.toml")));
+/// }
+/// # App::new().add_plugins((DefaultPlugins, TaffetaPlugin)).add_systems(Startup, load).run();
+/// ```
 #[derive(TypePath, Clone, Debug)]
 pub struct SceneLoader {
     root: PathBuf,
 }
 
 /// Why a scene was not loaded.
+///
+/// ```
+/// use bevy::asset::AssetLoadFailedEvent;
+/// use bevy::prelude::*;
+/// use bevy_taffeta::prelude::*;
+///
+/// fn tell(mut failures: MessageReader<AssetLoadFailedEvent<SoftScene>>) {
+///     for failure in failures.read() {
+///         warn!("{}", failure.error);
+///     }
+/// }
+/// # use bevy_taffeta::{SceneLoadError, taffeta_io::parse_scene};
+///
+/// let error = parse_scene("[[body]]\nmesh.file = 7", "flag.toml", &[]).unwrap_err();
+/// let error = SceneLoadError::from(Box::new(error));
+/// assert!(error.to_string().starts_with("flag.toml:2:"));
+/// ```
 #[derive(Debug, thiserror::Error)]
 pub enum SceneLoadError {
     /// Its bytes did not come.
@@ -76,11 +116,33 @@ impl AssetLoader for SceneLoader {
 }
 
 /// Spawns a scene's bodies and colliders below this entity once it is loaded, and again when it changes.
+///
+/// ```no_run
+/// use bevy::prelude::*;
+/// use bevy_taffeta::prelude::*;
+///
+/// fn load(mut commands: Commands, assets: Res<AssetServer>) {
+///     commands.spawn((SoftSceneRoot(assets.load("flag.toml")), Transform::from_xyz(0.0, 1.0, 0.0)));
+/// }
+/// # App::new().add_plugins((DefaultPlugins, TaffetaPlugin)).add_systems(Startup, load).run();
+/// ```
 #[derive(Component, Clone, Debug)]
 #[require(SceneMaterials, Transform, Visibility)]
 pub struct SoftSceneRoot(pub Handle<SoftScene>);
 
 /// What the bodies and colliders of a scene are drawn with; ways of drawing that are not given are made.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::SceneMaterials;
+///
+/// let mut materials = Assets::<StandardMaterial>::default();
+/// let red = materials.add(Color::srgb(0.7, 0.1, 0.1));
+/// let given = SceneMaterials { bodies: vec![red.clone()], ..default() };
+/// let drawn = given.filled(&mut materials);
+/// assert_eq!(drawn.bodies, [red]);
+/// assert!(drawn.collider.is_some());
+/// ```
 #[derive(Component, Clone, Debug, Default)]
 pub struct SceneMaterials {
     /// Of bodies, by turns.
@@ -90,6 +152,18 @@ pub struct SceneMaterials {
 }
 
 /// Which body, or which collider, of its scene an entity is.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::{FromScene, prelude::*};
+///
+/// /// Makes the first body of a scene heavier than its file says.
+/// fn heavier(mut bodies: Query<(&FromScene, &mut SoftMaterial), Added<FromScene>>) {
+///     for (_, mut material) in bodies.iter_mut().filter(|(from, _)| from.0 == 0) {
+///         material.mass = Mass::Area(0.4);
+///     }
+/// }
+/// ```
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FromScene(pub usize);
 
@@ -127,6 +201,20 @@ impl SceneMaterials {
 
 /// Makes `root` the world of a scene, and spawns its bodies and colliders below it: each an entity with its component, its
 /// name, a mesh (of a body once the simulation is built) and a material.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::taffeta::scene::{Body, Collider, Mesh, Scene};
+/// use bevy_taffeta::{SceneMaterials, prelude::*, spawn_scene};
+///
+/// let flag = Body::cloth("flag", Mesh::grid(20, 30, [1.5, 1.0])).with_mass(Mass::Area(0.2));
+/// let scene = Scene::new("flag").body(flag).collider(Collider::sphere([0.0, -0.5, 0.0], 0.3));
+/// let (mut world, mut meshes) = (World::new(), Assets::default());
+/// let root = world.spawn_empty().id();
+/// spawn_scene(&mut world.commands(), root, &scene, &SceneMaterials::default(), &mut meshes);
+/// world.flush();
+/// assert_eq!(world.get::<Children>(root).map(|children| children.len()), Some(2));
+/// ```
 pub fn spawn_scene(
     commands: &mut Commands,
     root: Entity,

@@ -10,6 +10,18 @@ use taffeta::{BuildError, InputError, StepError};
 
 /// A world cannot go on, for a body has diverged or the device is lost. What was drawn last stays. To start again, remove
 /// [`Running`].
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::{Running, prelude::*};
+///
+/// fn start_again(mut commands: Commands, mut messages: MessageReader<Diverged>) {
+///     for Diverged { world, body, error } in messages.read() {
+///         warn!("{body:?}: {error}");
+///         commands.entity(*world).remove::<Running>();
+///     }
+/// }
+/// ```
 #[derive(Message, Clone, Debug)]
 pub struct Diverged {
     /// The world.
@@ -21,6 +33,26 @@ pub struct Diverged {
 }
 
 /// A world cannot be simulated as it is. If it ran before, it runs on as it was.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::prelude::*;
+///
+/// fn tell(mut messages: MessageReader<Refused>) {
+///     for Refused { world, error, .. } in messages.read() {
+///         warn!("world {world}: {error}");
+///     }
+/// }
+/// # let mut app = App::new();
+/// # app.add_plugins((MinimalPlugins, TransformPlugin, AssetPlugin::default(), TaffetaPlugin));
+/// # app.finish();
+///
+/// // No node has a negative mass.
+/// app.world_mut().spawn((Cloth::grid(6, 7, Vec2::ONE), SoftMaterial::new(Mass::Node(-0.01))));
+/// app.add_systems(Last, tell);
+/// app.update();
+/// assert_eq!(app.world().resource::<Messages<Refused>>().len(), 1);
+/// ```
 #[derive(Message, Clone, Debug)]
 pub struct Refused {
     /// The world.

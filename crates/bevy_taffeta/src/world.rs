@@ -4,6 +4,22 @@ use bevy::prelude::*;
 use taffeta::scene::{Force, Seam, Solver, Time};
 
 /// A simulation of its own: the bodies and colliders below this entity. How long its steps are and how they are solved.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::{prelude::*, taffeta::scene};
+///
+/// /// A room of its own, whose bodies touch none outside of it.
+/// fn room(mut commands: Commands) {
+///     let time = scene::Time { dt: 1.0 / 120.0, max_step: Some(5e-4), ..default() };
+///     let room = (SoftWorld { time, ..default() }, Transform::from_xyz(5.0, 0.0, 0.0));
+///     commands.spawn(room).with_children(|room| {
+///         room.spawn((Cloth::grid(20, 30, Vec2::new(1.5, 1.0)), Transform::from_xyz(0.0, 1.0, 0.0)));
+///         room.spawn(SoftCollider::ground());
+///     });
+/// }
+/// assert_eq!(SoftWorld::default().time.substeps(), 17);
+/// ```
 #[derive(Component, Clone, Debug)]
 #[require(Environment, Playback, RunOn, Transform, Visibility)]
 pub struct SoftWorld {
@@ -26,14 +42,51 @@ impl Default for SoftWorld {
 }
 
 /// The world of all bodies and colliders that are below no other.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::{DefaultWorld, prelude::*};
+///
+/// fn on_the_moon(mut environment: Single<&mut Environment, With<DefaultWorld>>) {
+///     environment.gravity = [0.0, -1.62, 0.0];
+/// }
+/// ```
 #[derive(Component, Clone, Copy, Debug)]
 pub struct DefaultWorld;
 
 /// Gravity, drag, wind and air of a [`SoftWorld`].
+///
+/// ```
+/// use bevy_taffeta::prelude::*;
+/// use bevy_taffeta::taffeta::scene;
+///
+/// // A breeze of 3 m/s along x.
+/// let air = Air { velocity: [3.0, 0.0, 0.0], ..Air::default() };
+/// let mut environment = Environment(scene::World { air: Some(air), ..scene::World::default() });
+/// environment.drag = 1e-4;
+/// assert_eq!(environment.gravity, [0.0, -9.81, 0.0]);
+/// ```
 #[derive(Component, Clone, Debug, Default, Deref, DerefMut)]
 pub struct Environment(pub taffeta::scene::World);
 
 /// When a [`SoftWorld`] runs.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::prelude::*;
+///
+/// fn by_keys(keys: Res<ButtonInput<KeyCode>>, mut worlds: Query<&mut Playback>) {
+///     for mut playback in &mut worlds {
+///         if keys.just_pressed(KeyCode::Space) {
+///             playback.paused = !playback.paused;
+///         }
+///         if keys.just_pressed(KeyCode::KeyN) {
+///             playback.single_frames += 1;
+///         }
+///         playback.speed = if keys.pressed(KeyCode::ShiftLeft) { 0.25 } else { 1.0 };
+///     }
+/// }
+/// ```
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct Playback {
     /// Whether time stands still.
@@ -54,6 +107,16 @@ impl Default for Playback {
 }
 
 /// What a [`SoftWorld`] computes on, and how its bodies come to be drawn.
+///
+/// ```
+/// use bevy::prelude::*;
+/// use bevy_taffeta::{DefaultWorld, DeviceChoice, prelude::*};
+///
+/// fn on_two_threads(mut commands: Commands, world: Single<Entity, With<DefaultWorld>>) {
+///     commands.entity(*world).insert(RunOn { device: DeviceChoice::Cpu, threads: Some(2), ..default() });
+/// }
+/// assert_eq!(RunOn::default().report_every, 120);
+/// ```
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct RunOn {
     /// The device.
@@ -80,6 +143,13 @@ impl Default for RunOn {
 }
 
 /// What to compute on.
+///
+/// ```
+/// use bevy_taffeta::{DeviceChoice, prelude::*};
+///
+/// let on = RunOn { device: DeviceChoice::Gpu, ..RunOn::default() };
+/// assert_ne!(on.device, DeviceChoice::default());
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DeviceChoice {
     /// Bevy's GPU where it is hardware and the scene fits it, else the CPU.
@@ -92,6 +162,14 @@ pub enum DeviceChoice {
 }
 
 /// How bodies come to be drawn.
+///
+/// ```
+/// use bevy_taffeta::{DrawMethod, prelude::*};
+///
+/// // A system reads the meshes of bodies in each frame, so they are to be in the main world.
+/// let on = RunOn { draw: DrawMethod::Copied, ..RunOn::default() };
+/// assert_eq!(on.draw, DrawMethod::Copied);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DrawMethod {
     /// Where the simulation runs on Bevy's GPU, a compute shader writes places and normals to the buffer that Bevy draws.
