@@ -59,7 +59,7 @@ pub struct Collider {
     pub offset: f64,
     /// Coulomb coefficient of friction.
     pub friction: f64,
-    /// Coefficient of restitution, 0 to 1, 0 to 1.
+    /// Coefficient of restitution, 0 to 1.
     pub restitution: f64,
     /// Rigid motion.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -111,12 +111,11 @@ pub struct Sphere {
 /// A half-space: everything on the side away from `normal` is solid.
 ///
 /// ```
-/// use taffeta::scene::{Collider, Plane, Scene};
+/// use taffeta::scene::{Collider, Plane};
 ///
 /// // A slope: y = -x.
 /// let slope = Collider { plane: Some(Plane { point: [0.0; 3], normal: [1.0, 1.0, 0.0] }), ..Collider::default() };
-/// Scene::new("slope").collider(slope).validate()?;
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// assert_eq!(slope.shape().map(|shape| shape.key()), Some("plane"));
 /// ```
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -140,7 +139,7 @@ fn up() -> [f64; 3] {
 ///
 /// // A table top, 1.2 m by 0.8 m and 4 cm thick.
 /// let table = Collider::cuboid([0.0, 0.7, 0.0], [0.6, 0.02, 0.4]);
-/// assert_eq!(table.cuboid, Some(Cuboid { center: [0.0, 0.7, 0.0], half: [0.6, 0.02, 0.4] }));
+/// assert!(matches!(table.cuboid, Some(Cuboid { half: [0.6, 0.02, 0.4], .. })));
 /// ```
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -159,7 +158,7 @@ pub struct Cuboid {
 ///
 /// // A clothes line, 2 cm thick.
 /// let line = Collider::capsule([-1.0, 1.5, 0.0], [1.0, 1.5, 0.0], 0.01);
-/// assert_eq!(line.capsule, Some(Bar { a: [-1.0, 1.5, 0.0], b: [1.0, 1.5, 0.0], radius: 0.01 }));
+/// assert!(matches!(line.capsule, Some(Bar { radius: 0.01, .. })));
 /// ```
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -202,7 +201,7 @@ fn one() -> f64 {
 /// until `start`, and in the last when it is over. Velocities come with it.
 ///
 /// ```
-/// use taffeta::scene::{Collider, Cube, Mesh, Surface};
+/// use taffeta::scene::{Collider, Cube, Mesh};
 /// use taffeta::topology::shapes;
 ///
 /// // A cube of 0.4 m that grows by half within a second.
