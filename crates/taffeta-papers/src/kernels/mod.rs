@@ -183,7 +183,7 @@ fn beyond_grids(assembly: &Assembly) -> Option<String> {
         BodySprings::Mesh(_) => Some(format!("body `{}` is a mesh", body.name)),
         BodySprings::Grid(_) => {
             let elements = assembly.elements().iter().find(|list| !list.bodies[index].is_empty())?;
-            Some(format!("body `{}` has {}", body.name, elements.kind.name))
+            Some(format!("body `{}` has {}", body.name, elements.kind.name.replace('_', " ")))
         }
     };
     let loads = (!assembly.loads().is_empty()).then(|| "the scene has loads".to_owned());

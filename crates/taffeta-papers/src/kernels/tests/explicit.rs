@@ -199,7 +199,7 @@ fn what_the_papers_methods_cannot_do_is_refused() {
     let mut windy = sheets();
     windy.world.air = Some(Air { velocity: [3.0, 0.0, 0.0], ..Air::default() });
     let said = why(&windy, Some(PaperKernels::NodeCentric));
-    assert!(said.contains("and body `wide` has panels"), "{said}");
+    assert!(said.contains("and body `wide` has aero triangles"), "{said}");
     let late = GpuOptions { from: Stage::Springs, ..PaperKernels::SpringCentric.on(gpu()) };
     let said = on(&mesh, late).err().unwrap_or_default();
     assert!(said.contains("the spring-centric kernels of 2023 do whole sub-steps"), "{said}");
