@@ -52,7 +52,9 @@ impl Team {
 /// Times that a waiting worker looks before it yields to other programs, where each worker may have a core of its own.
 const SPINS: u32 = 4096;
 
-/// The barrier of a team. It spins briefly, then yields to other programs.
+/// The barrier of a team. It spins briefly, then yields to other programs. It has cache lines of its own: what workers read
+/// all the time must not share one with what each arrival writes.
+#[repr(align(128))]
 pub struct Barrier {
     workers: usize,
     spins: u32,
