@@ -15,6 +15,13 @@ impl Extensions {
         }
     }
 
+    /// Keeps a list that is not empty: one without items need not be looked at.
+    pub fn insert_list<V: Any + Send + Sync>(&mut self, list: Vec<V>) {
+        if !list.is_empty() {
+            self.insert(list);
+        }
+    }
+
     /// The value of a type, if there is one.
     pub fn get<V: Any>(&self) -> Option<&V> {
         self.0[self.place(TypeId::of::<V>())?].1.downcast_ref()

@@ -52,6 +52,9 @@ pub struct Closing<T>(pub Vec<T>);
 /// How far seams have closed in a sub-step.
 pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut Substep<T>) {
     let materials = assembly.attachments().materials.iter();
+    if materials.len() == 0 {
+        return;
+    }
     let fractions = materials.map(|material| T::from_f64(material.closed_fraction(t + h)));
     substep.extensions.insert(Closing(fractions.collect()));
 }

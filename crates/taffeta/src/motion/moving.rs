@@ -53,7 +53,7 @@ impl Assembly {
 /// The motion of each track over a sub-step.
 pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut Substep<T>) {
     let motion = |track: &Track| Motion::<T>::new(&track.pose(t), &track.pose(t + h), h);
-    substep.extensions.insert::<Vec<_>>(assembly.tracks().iter().map(motion).collect());
+    substep.extensions.insert_list(assembly.tracks().iter().map(motion).collect());
 }
 
 impl<T: Real> Substep<T> {

@@ -46,6 +46,9 @@ pub struct Goals<T>(pub Vec<T>);
 
 /// What volumes are to be in a sub-step.
 pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut Substep<T>) {
+    if assembly.volumes().next().is_none() {
+        return;
+    }
     let goals = assembly.volumes().map(|(_, kept)| T::from_f64(kept.goal(t + h)));
     substep.extensions.insert(Goals(goals.collect()));
 }

@@ -110,7 +110,7 @@ pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut 
     let mut meshes = 0;
     let all: Vec<ColliderNow<T>> =
         assembly.colliders().iter().map(|collider| collider.at(t, h, &mut meshes)).collect();
-    substep.extensions.insert(all);
+    substep.extensions.insert_list(all);
 }
 
 impl<T: Real> Substep<T> {

@@ -40,6 +40,9 @@ pub struct Scales<T>(pub Vec<T>);
 
 /// How much of each load acts in a sub-step.
 pub fn parameters<T: Real>(assembly: &Assembly, [t, _]: [f64; 2], substep: &mut Substep<T>) {
+    if assembly.loads().is_empty() {
+        return;
+    }
     let scale = |load: &Load| T::from_f64(scale_at(&load.scale, t));
     substep.extensions.insert(Scales(assembly.loads().iter().map(scale).collect()));
 }
