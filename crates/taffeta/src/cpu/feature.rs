@@ -131,3 +131,15 @@ impl<T: Real> Features<T> {
         self.all.iter_mut()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step;
+
+    #[test]
+    fn a_pass_that_no_feature_carries_out_is_refused_by_name() {
+        let made = Features::<f64>::new(Vec::new(), step::frame_end().iter());
+        assert_eq!(made.err().as_deref(), Some("no feature carries out the pass MeasureTiles"));
+    }
+}
