@@ -74,7 +74,7 @@ struct BodyReport {
     springs: Vec<KindCount>,
     /// Nodes of coarser levels, where springs are solved for by multigrid.
     levels: Vec<usize>,
-    /// Elements beside springs: a key for each kind.
+    /// Elements beside springs: a key for each kind, in alphabetical order.
     #[serde(flatten)]
     elements: BTreeMap<&'static str, usize>,
     mass: f64,

@@ -28,7 +28,10 @@ pub(crate) fn check(scene: &Scene) -> Checked {
             let all: &mut u64 = elements.entry(kind.key).or_default();
             *all = all.saturating_add(edges_of(body));
             path.key("springs").key(kind.key).demand(*all <= ELEMENTS, || {
-                format!("brings the scene to about {all} of them, {ELEMENTS} are the limit; a coarser mesh would do")
+                format!(
+                    "brings the scene to about {all} elements of this kind, {ELEMENTS} are the limit; a coarser mesh \
+                     would do"
+                )
             })?;
         }
         let struts = body.springs.internal.as_ref().map_or(0, |wish| u64::from(wish.count));

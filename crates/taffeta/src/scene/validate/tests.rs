@@ -117,7 +117,11 @@ fn a_scene_has_no_more_of_anything_than_32_bits_can_number() {
         half(s);
         s.bodies[0].springs.hinge = Some(Hinge::default());
     };
-    refused(hinged, "body[0].springs.hinge", "about 3221225472 of them, 1073741824 are the limit");
+    refused(
+        hinged,
+        "body[0].springs.hinge",
+        "about 3221225472 elements of this kind, 1073741824 are the limit",
+    );
     let struts = |s: &mut Scene| {
         s.bodies[0].kind = Kind::Soft;
         s.bodies[0].springs.internal = Some(Internal { count: u32::MAX, ..Internal::default() });
