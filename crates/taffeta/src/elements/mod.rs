@@ -1,12 +1,15 @@
 //! Elements: what acts between a few neighbouring nodes, or on a node alone.
 
 pub mod aero;
+pub mod bending;
 pub mod cpu;
 pub mod element;
+pub mod fabric;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod hinge;
 pub mod load;
+pub mod membrane;
 #[cfg(feature = "gpu")]
 pub mod parity;
 pub mod sets;
@@ -15,7 +18,7 @@ pub mod spring;
 use element::Kind;
 
 /// All kinds of elements whose forces are found one by one, in the order in which nodes add them up.
-pub const KINDS: [&Kind; 2] = [&hinge::KIND, &aero::KIND];
+pub const KINDS: [&Kind; 4] = [&hinge::KIND, &membrane::KIND, &bending::KIND, &aero::KIND];
 
 /// The kinds of elements that have an energy, in the order of reports.
 ///

@@ -6,9 +6,11 @@ use crate::cpu::feature::{Feature, Flow};
 use crate::cpu::tile::Tile;
 use crate::cpu::worker::Worker;
 use crate::elements::aero::{self, cpu::AeroTriangles};
+use crate::elements::bending::{self, bending::ShapeOperator};
 use crate::elements::cpu::{ByElement, ElementSet};
 use crate::elements::element::List;
 use crate::elements::hinge::{self, hinge::Bending};
+use crate::elements::membrane::{self, membrane::Membrane};
 use crate::real::Real;
 use crate::report::{ElementEnergy, FrameSums};
 use crate::step::Op;
@@ -19,6 +21,8 @@ use std::ops::Range;
 fn set<T: Real>(list: &List, places: usize) -> Box<dyn ElementSet<T>> {
     match list.kind.name {
         hinge::NAME => Box::new(ByElement::<T, Bending, 4, 4>::new(list, places)),
+        membrane::NAME => Box::new(ByElement::<T, Membrane, 3, 10>::new(list, places)),
+        bending::NAME => Box::new(ByElement::<T, ShapeOperator, 6, 13>::new(list, places)),
         aero::NAME => Box::new(AeroTriangles::new(list, places)),
         other => unreachable!("`{other}` is among the kinds of elements and has no driver"),
     }

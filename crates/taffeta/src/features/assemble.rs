@@ -21,6 +21,7 @@ impl Assembly {
         let loads = loads::loads(&assembly.bodies, &scene.forces)?;
         let constraints = Constraints::new(&assembly.bodies, assembly.solver.method);
         let elements: Vec<List> = KINDS.map(|kind| List::new(kind, &assembly.bodies, scene)).into();
+        assembly.bodies.iter_mut().for_each(BodyAssembly::forget_laid);
         assembly.extensions.insert(loads);
         assembly.extensions.insert(elements);
         if assembly.solver.is_primal() {
@@ -46,6 +47,7 @@ impl Assembly {
         if let Some(wish) = &body.volume {
             built.keep_volume(wish).map_err(|e| e.under(&path))?;
         }
+        built.lay_fabric(body).map_err(|e| e.under(&path))?;
         built.enable_contact(body).map_err(|e| e.under(&path))?;
         self.push(built);
         Ok(())

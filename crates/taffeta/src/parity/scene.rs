@@ -2,8 +2,8 @@
 //! of all convex kinds, still and moving.
 
 use crate::scene::{
-    Air, Body, Collider, Force, Gust, Icosphere, Internal, Keyframe, Mass, Mesh, ScaleKey, Scene, Select,
-    Torque,
+    Air, Body, Collider, FabricDamping, Force, Gust, Icosphere, Internal, Keyframe, Mass, Material, Mesh,
+    RestCurvature, ScaleKey, Scene, Select, Torque, Zone,
 };
 
 /// The sheet's edge has pins; its corner at the end of the first row is moved by the program.
@@ -17,7 +17,7 @@ pub fn scene(drag: f64, apart: bool) -> Scene {
     scene.world.wind_force = [0.013, 0.0071, -0.0193];
     scene.world.drag = drag;
     scene.world.air = Some(air());
-    scene.bodies = vec![sheet(), ball(), ribbon(), thread(), pole(), blob(), chain()];
+    scene.bodies = vec![sheet(), ball(), ribbon(), thread(), pole(), blob(), chain(), cape(), sack()];
     scene.forces = forces();
     scene.colliders = colliders(apart);
     scene
@@ -64,7 +64,7 @@ fn ball() -> Body {
         .at([-0.2, 0.3, 0.15])
         .pin(Select::nodes([17, 300]));
     ball.springs.internal = Some(Internal { count: 333, k: 7.9, d: 0.0091, ..Internal::default() });
-    with_elements(ball)
+    ball.with_elements()
 }
 
 fn ribbon() -> Body {
@@ -95,12 +95,40 @@ fn blob() -> Body {
     let blob = Body::cloth("blob", Mesh::Icosphere(Icosphere { radius: 0.29, subdivisions: 2 }))
         .with_mass(Mass::Node(0.0053))
         .structural(47.9, 0.019);
-    with_elements(blob.at([0.25, -0.1, -0.3]))
+    blob.at([0.25, -0.1, -0.3]).with_elements()
 }
 
-/// The body with elements of every kind beside its springs.
-fn with_elements(body: Body) -> Body {
-    Body { springs: body.springs.with_elements(), ..body }
+/// A fabric with borders, a clamp, a limit and a zone of another fabric, whose warp runs askew.
+fn cape() -> Body {
+    let band = Zone { select: Select::rows(3, 6), rest_scale: Some([0.9, 0.95].into()), ..Zone::default() };
+    let material = Material {
+        stretch: Some([23.0, 41.0].into()),
+        shear: Some(7.3),
+        poisson: Some(0.31),
+        bending: Some([0.0021, 0.0037].into()),
+        bending_poisson: Some(0.23),
+        damping: Some(FabricDamping { stretch: 0.0013, bending: 0.0071 }),
+        strain_limit: Some(0.3),
+        warp: Some([0.8, 0.3]),
+        zones: [("band".into(), Zone { strain_limit: Some(0.1), ..band })].into(),
+        ..Material::preset("denim")
+    };
+    let cape = Body::cloth("cape", Mesh::grid(12, 17, [0.71, 0.53])).with_material(material);
+    cape.at([-0.1, 0.3, -0.2]).pin(Select::rows(0, 1))
+}
+
+/// A closed fabric that is round at rest.
+fn sack() -> Body {
+    let material = Material {
+        density: Some(0.17),
+        stretch: Some(29.0.into()),
+        bending: Some(0.0043.into()),
+        damping: Some(FabricDamping { stretch: 0.0017, bending: 0.0059 }),
+        rest_curvature: RestCurvature::Mesh,
+        ..Material::preset("jersey")
+    };
+    let mesh = Mesh::Icosphere(Icosphere { radius: 0.37, subdivisions: 2 });
+    Body::cloth("sack", mesh).with_material(material).at([0.15, 0.2, -0.25])
 }
 
 fn chain() -> Body {

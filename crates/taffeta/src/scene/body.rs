@@ -1,4 +1,4 @@
-use crate::scene::{Keyframe, Mesh, Rotation, Tethers, Volume, VolumeForm};
+use crate::scene::{Keyframe, Material, Mesh, Rotation, Tethers, Volume, VolumeForm};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,7 @@ pub struct Body {
     /// Cloth (any surface) or soft (a closed surface).
     #[serde(default)]
     pub kind: Kind,
-    /// Mass of each node [kg]. Exactly one of the four masses is given.
+    /// Mass of each node [kg]. Exactly one of the four masses is given, or none with a material, which has a density.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node_mass: Option<f64>,
     /// Mass of the whole body [kg], lumped by a third of each triangle's area.
@@ -55,6 +55,9 @@ pub struct Body {
     /// Its springs.
     #[serde(default)]
     pub springs: Springs,
+    /// Its fabric, in place of springs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material: Option<Material>,
     /// What keeps the volume of a soft body; without it nothing does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume: Option<Volume>,
@@ -314,7 +317,7 @@ pub struct Hinge {
 
 /// Elements of one kind that a body has beside springs, for checks and estimates.
 pub(crate) struct ElementsOfBody {
-    /// Where a scene describes them, in `springs`.
+    /// Where a scene describes them.
     pub key: &'static str,
     /// Their numbers, none of which may be negative: name, value, unit.
     pub numbers: Vec<(&'static str, f64, &'static str)>,
@@ -323,22 +326,29 @@ pub(crate) struct ElementsOfBody {
     pub solved_bytes: [u64; 2],
 }
 
-impl Springs {
+impl Body {
     /// Elements beside springs.
     pub(crate) fn elements(&self) -> Vec<ElementsOfBody> {
-        let hinges = self.hinge.map(|Hinge { k, d }| ElementsOfBody {
-            key: "hinge",
+        let hinges = self.springs.hinge.map(|Hinge { k, d }| ElementsOfBody {
+            key: "springs.hinge",
             numbers: vec![("k", k, "N·m/rad"), ("d", d, "N·m·s/rad")],
             bytes: [165, 450],
             solved_bytes: [850, 3000],
         });
-        hinges.into_iter().collect()
+        // Numbers of a fabric have checks of their own.
+        let of_fabric = self.material.iter().flat_map(|_| {
+            [([300, 900], [2200, 6600]), ([300, 900], [2600, 7800])].map(|(bytes, solved_bytes)| {
+                ElementsOfBody { key: "material", numbers: Vec::new(), bytes, solved_bytes }
+            })
+        });
+        hinges.into_iter().chain(of_fabric).collect()
     }
 
-    /// The same springs with some elements of every kind, for comparisons of their kernels.
+    /// The same body with some elements of every kind, for comparisons of their kernels.
     #[cfg(feature = "gpu")]
-    pub(crate) fn with_elements(self) -> Self {
-        Self { hinge: Some(Hinge { k: 0.0031, d: 0.00017 }), ..self }
+    pub(crate) fn with_elements(mut self) -> Self {
+        self.springs.hinge = Some(Hinge { k: 0.0031, d: 0.00017 });
+        self
     }
 }
 
@@ -470,6 +480,7 @@ impl Body {
             stand_in: None,
             place: Place::default(),
             springs: Springs::default(),
+            material: None,
             volume: None,
             self_collision: None,
             pins: Vec::new(),
@@ -524,6 +535,12 @@ impl Body {
         self
     }
 
+    /// Sets the fabric, which stands in place of springs and brings a mass with it.
+    pub fn with_material(mut self, material: Material) -> Self {
+        self.material = Some(material);
+        self
+    }
+
     /// Keeps the volume of a soft body at that of rest.
     pub fn keep_volume(mut self, form: VolumeForm) -> Self {
         self.volume = Some(Volume { form, ..Volume::default() });
@@ -572,6 +589,9 @@ impl Body {
             (None, Some(m), None, None) => Some(Mass::Whole(m)),
             (None, None, Some(m), None) => Some(Mass::Area(m)),
             (None, None, None, Some(m)) => Some(Mass::Volume(m)),
+            (None, None, None, None) => {
+                self.material.as_ref().map(|material| Mass::Area(material.fabric().density))
+            }
             _ => None,
         }
     }

@@ -192,7 +192,7 @@ impl Scene {
 impl Body {
     /// Of nodes, springs and other elements [byte].
     fn mesh_bytes(&self) -> u64 {
-        let of_elements = |by: usize| self.springs.elements().iter().map(|one| one.bytes[by]).sum::<u64>();
+        let of_elements = |by: usize| self.elements().iter().map(|one| one.bytes[by]).sum::<u64>();
         let nodes = self.mesh.nodes();
         let pins = self.moving_nodes().saturating_mul(MOVING_PIN);
         let mesh = match &self.mesh {
@@ -218,7 +218,7 @@ impl Body {
 
     /// Of elements beside springs, where they are solved for [byte].
     fn solved_bytes(&self) -> u64 {
-        let all = self.springs.elements();
+        let all = self.elements();
         let of = |by: usize| all.iter().map(|one| one.solved_bytes[by]).sum::<u64>();
         match &self.mesh {
             Mesh::Grid(_) => self.mesh.nodes().saturating_mul(of(1)),

@@ -5,6 +5,7 @@ mod attach;
 mod body;
 mod collider;
 mod counts;
+mod material;
 mod path;
 mod shape;
 mod surface;

@@ -39,7 +39,7 @@ impl<'a> RestShape<'a> {
     }
 
     /// Places of a triangle's corners [m].
-    fn corners(&self, triangle: usize) -> [[f64; 3]; 3] {
+    pub(crate) fn corners(&self, triangle: usize) -> [[f64; 3]; 3] {
         let corners = match self.given {
             Some(given) => given[triangle],
             None => self.surface.triangles[triangle].map(|node| self.surface.nodes[node as usize]),
@@ -113,6 +113,16 @@ impl<'a> RestShape<'a> {
             }
         }
         places.iter().all(|place| !place[0].is_nan()).then(|| scaled(&places))
+    }
+
+    /// A normal of the plane in which the whole shape lies, if it does.
+    pub(crate) fn plane(&self) -> Option<[f64; 3]> {
+        let all: Vec<_> = (0..self.surface.triangles.len()).map(|t| self.corners(t)).collect();
+        let largest =
+            all.iter().max_by(|a, b| area_of(**a).total_cmp(&area_of(**b))).filter(|_| is_flat(&all))?;
+        let normal = cross(sub(largest[1], largest[0]), sub(largest[2], largest[0]));
+        let size = norm(normal);
+        (size > 0.0).then(|| normal.map(|x| x / size))
     }
 
     /// Volume inside a closed surface [m³]; `None` where the given shape is open or flat.

@@ -5,6 +5,7 @@ use crate::scene::body::{ContactOfBody, Range};
 use crate::scene::error::SceneError;
 use crate::scene::validate::attach;
 use crate::scene::validate::check_shape;
+use crate::scene::validate::material;
 use crate::scene::validate::path::{Checked, Path};
 use crate::scene::validate::{check_motion, check_rotation, check_times};
 use crate::scene::{Body, Internal, Kind, Mass, Mesh, Place, Select, Springs, Volume, VolumeForm, VolumeKey};
@@ -18,6 +19,12 @@ pub(crate) fn check(path: &Path, body: &Body) -> Checked {
     check_file_keys(path, body)?;
     check_place(&path.key("place"), &body.place)?;
     check_springs(&path.key("springs"), &body.springs, body.kind)?;
+    for elements in body.elements() {
+        for (field, number, unit) in elements.numbers {
+            path.key(elements.key).key(field).not_negative(number, unit)?;
+        }
+    }
+    body.material.as_ref().map_or(Ok(()), |one| material::check(&path.key("material"), body, one))?;
     if let Some(volume) = &body.volume {
         check_volume(&path.key("volume"), volume, body.kind)?;
     }
@@ -95,11 +102,6 @@ fn check_springs(path: &Path, springs: &Springs, kind: Kind) -> Result<(), Scene
     let kinds = [("structural", springs.structural), ("shear", springs.shear), ("bend", springs.bend)];
     for (key, spring) in kinds {
         spring.map_or(Ok(()), |spring| stiff(key, spring.k, spring.d, ["N/m", "kg/s"]))?;
-    }
-    for elements in springs.elements() {
-        for (field, number, unit) in elements.numbers {
-            path.key(elements.key).key(field).not_negative(number, unit)?;
-        }
     }
     if let Some(internal) = &springs.internal {
         stiff("internal", internal.k, internal.d, ["N/m", "kg/s"])?;

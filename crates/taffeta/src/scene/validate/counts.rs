@@ -24,10 +24,10 @@ pub(crate) fn check(scene: &Scene) -> Checked {
         path.key("mesh").demand(nodes <= NODES, || {
             format!("brings the scene to {nodes} nodes, {NODES} are the limit; coarser meshes would do")
         })?;
-        for kind in body.springs.elements() {
+        for kind in body.elements() {
             let all: &mut u64 = elements.entry(kind.key).or_default();
             *all = all.saturating_add(edges_of(body));
-            path.key("springs").key(kind.key).demand(*all <= ELEMENTS, || {
+            path.key(kind.key).demand(*all <= ELEMENTS, || {
                 format!(
                     "brings the scene to about {all} elements of this kind, {ELEMENTS} are the limit; a coarser mesh \
                      would do"

@@ -251,7 +251,8 @@ fn finest(
             let nodes = elements[element as usize];
             let base = solved.first_direction + solved.directions * element as usize;
             for mode in (base..base + solved.directions).step_by(nodes.len()) {
-                let others = nodes.iter().enumerate().filter(|&(other, _)| other != corner as usize);
+                // An element may have a node twice, where it is not used: at a border of the fabric.
+                let others = nodes.iter().enumerate().filter(|&(_, &other)| other as usize != node + first);
                 row.extend(others.map(|(other, &node)| {
                     (node - first as u32, [(mode + corner as usize) as u32, (mode + other) as u32])
                 }));

@@ -1,0 +1,134 @@
+//! The shape operators of a body: one for each triangle of a fabric that bends.
+
+use crate::assembly::body::BodyAssembly;
+use crate::elements::element::Described;
+use crate::elements::fabric::{Laid, Triangle};
+use crate::elements::hinge::hinge::{STIFFEST, rest};
+use crate::scene::{Fabric, Scene};
+
+/// A symmetric matrix of three edges.
+type Matrix = [[f64; 3]; 3];
+
+/// An edge of a triangle, seen from it.
+#[derive(Clone, Copy, Default)]
+struct Edge {
+    /// The node on the other side, by the solver's number within the body; none at a border.
+    across: Option<u32>,
+    /// Share of its angle that is the triangle's.
+    share: f64,
+    /// Angle at rest [rad], and the Σ|∇θ|² past which it gets no stiffer [rad²/m²].
+    angle: f64,
+    steepest: f64,
+}
+
+/// The shape operators of a body, if it is of a fabric.
+pub fn bends(body: &BodyAssembly, _: &Scene, _: usize) -> Described {
+    let mut all = Described::default();
+    let Some(laid) = body.laid() else { return all };
+    for (index, triangle) in laid.triangles.iter().enumerate() {
+        let fabric = &laid.fabrics[triangle.fabric];
+        let edges = [0, 1, 2].map(|corner| edge(laid, index, corner));
+        let Some(factor) = factor(triangle, fabric, &edges) else { continue };
+        let [a, b, c] = triangle.nodes;
+        let across = [0, 1, 2].map(|e| edges[e].across.unwrap_or([b, c, a][e]));
+        let [r, s] = [edges.map(|edge| edge.angle), edges.map(|edge| edge.steepest)];
+        let [[l11, _, _], [l21, l22, _], [l31, l32, l33]] = factor;
+        all.push(
+            &[a, b, c, across[0], across[1], across[2]],
+            &[r[0], r[1], r[2], s[0], s[1], s[2], l11, l21, l31, l22, l32, l33, fabric.damping.bending],
+        );
+    }
+    all
+}
+
+/// The edge across from a corner of a triangle.
+fn edge(laid: &Laid, index: usize, corner: usize) -> Edge {
+    let own = &laid.triangles[index];
+    let [from, to] = [1, 2].map(|step| own.user[(corner + step) % 3]);
+    let Ok(found) = laid.edges.pairs.binary_search(&[from.min(to), from.max(to)]) else {
+        return Edge::default();
+    };
+    let Some([a, b, left, right]) = laid.hinges[found] else { return Edge::default() };
+    let [first, second] = laid.edges.triangles[found];
+    let is_left = first as usize == index;
+    let other = &laid.triangles[if is_left { second } else { first } as usize];
+    let apex = other.user.iter().position(|&node| node != from && node != to);
+    let Some(apex) = apex else { return Edge::default() };
+    // As seen along the own edge, which may run from b to a.
+    let own_side = if is_left { left } else { right };
+    let other_side = if is_left { right } else { left };
+    let ends = if from < to { [a, b] } else { [b, a] };
+    let at_rest = rest([ends[0], ends[1], own_side, other_side]);
+    // A triangle that is held does not bend: the angle is between the clamp and the free triangle, all of it the latter's.
+    let share = match (own.is_held, other.is_held) {
+        (true, false) => 0.0,
+        (false, true) => 1.0,
+        _ => 0.5,
+    };
+    Edge {
+        across: Some(other.nodes[apex]),
+        share,
+        angle: if laid.is_curved { at_rest.angle } else { 0.0 },
+        steepest: STIFFEST * at_rest.steepness,
+    }
+}
+
+/// L with M = L Lᵀ, where ½ θᵀ M θ is the energy of a triangle whose edges are folded by θ; nothing where it is 0.
+fn factor(triangle: &Triangle, fabric: &Fabric, edges: &[Edge; 3]) -> Option<Matrix> {
+    let area = triangle.area();
+    // The part of each edge in S, as 11, 22, 12; of an edge at a border as if it had a share, too.
+    let part = |e: usize| {
+        let [from, to] = [1, 2].map(|step| triangle.rest[(e + step) % 3]);
+        let [u, v] = [to[0] - from[0], to[1] - from[1]];
+        let (length, share) = (u.hypot(v), if edges[e].share > 0.0 { edges[e].share } else { 0.5 });
+        let [n1, n2] = [v / length, -u / length];
+        [n1 * n1, n2 * n2, n1 * n2].map(|one| share * length / area * one)
+    };
+    let parts = [0, 1, 2].map(part);
+    let [b11, b12, b22, b66] = fabric.plate();
+    let form = |[p11, p22, p12]: [f64; 3], [q11, q22, q12]: [f64; 3]| {
+        area * (b11 * p11 * q11 + b22 * p22 * q22 + b12 * (p11 * q22 + p22 * q11) + 4.0 * b66 * p12 * q12)
+    };
+    let mut matrix: Matrix = parts.map(|p| parts.map(|q| form(p, q)));
+    // Across a border no moment acts, so that the fold that is missing there is the one of least energy (Schur's complement).
+    for e in (0..3).filter(|&e| edges[e].across.is_none() || edges[e].share == 0.0) {
+        eliminate(&mut matrix, e);
+    }
+    cholesky(&matrix)
+}
+
+/// Leaves an unknown to its least energy.
+fn eliminate(matrix: &mut Matrix, gone: usize) {
+    let (pivot, row) = (matrix[gone][gone], matrix[gone]);
+    for i in 0..3 {
+        for j in 0..3 {
+            if pivot > 0.0 {
+                matrix[i][j] -= row[i] * row[j] / pivot;
+            }
+        }
+    }
+    for i in 0..3 {
+        (matrix[gone][i], matrix[i][gone]) = (0.0, 0.0);
+    }
+}
+
+/// The lower factor of a matrix that is positive semidefinite but for rounding; nothing of what is 0 or no number.
+fn cholesky(matrix: &Matrix) -> Option<Matrix> {
+    let trace: f64 = (0..3).map(|i| matrix[i][i]).sum();
+    if !(trace > 0.0 && trace.is_finite()) {
+        return None;
+    }
+    let mut factor = Matrix::default();
+    for j in 0..3 {
+        let squared = matrix[j][j] - (0..j).map(|k| factor[j][k] * factor[j][k]).sum::<f64>();
+        if squared <= 1e-12 * trace {
+            continue;
+        }
+        factor[j][j] = squared.sqrt();
+        for i in j + 1..3 {
+            let dot: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
+            factor[i][j] = (matrix[i][j] - dot) / factor[j][j];
+        }
+    }
+    Some(factor)
+}

@@ -1,0 +1,234 @@
+//! The membrane of a woven or knitted fabric: orthotropic St. Venant–Kirchhoff on triangles of constant strain.
+//!
+//! With F = [x₁−x₀ x₂−x₀] Dm⁻¹, whose columns are the warp and weft of the rest shape as they are now, and Green's strain
+//! E = ½(FᵀF − I), the energy of a triangle of area A is A/2 (C₁₁E₁₁² + C₂₂E₂₂² + 2 C₁₂E₁₁E₂₂ + G γ²), γ = 2 E₁₂ [J]: Volino,
+//! Magnenat-Thalmann, Faure, "A simple approach to nonlinear tensile stiffness for accurate cloth simulation", 2009. Damping is the
+//! same form of the rates of strain, times a time [s].
+//!
+//! St. Venant–Kirchhoff softens under compression and gives way below a stretch of 0.577. Here the right Cauchy–Green tensor
+//! C = FᵀF is continued below a principal stretch of [`LEAST_STRETCH`] by a straight line in the stretch, in place of its square.
+//! Strain is then a straight line there, too, and the energy of a compression is convex.
+
+use crate::elements::element::{Element, Mode};
+use crate::real::{Real, add, dot, scale, sub};
+
+/// Principal stretch below which strain falls by a straight line.
+pub const LEAST_STRETCH: f64 = 0.8;
+
+/// Squared principal stretch below which a triangle counts as without width, and gives way.
+pub const FLAT: f64 = 1e-4;
+
+/// How many times stiffer a fabric is past its strain limit.
+pub const LIMITED: f64 = 10.0;
+
+/// The Green strain of a fabric without a limit.
+pub const NO_LIMIT: f64 = 1e30;
+
+/// The formula. Its numbers are Dm⁻¹ [1/m] row by row, C₁₁, C₁₂, C₂₂ and G times the area [N·m], the damping time [s], and the
+/// Green strain past which warp and weft are [`LIMITED`] times as stiff.
+pub struct Membrane;
+
+/// The numbers of an element by name.
+#[derive(Clone, Copy, Debug)]
+struct Sheet<T> {
+    /// Dm⁻¹ row by row [1/m].
+    inverse: [T; 4],
+    /// C₁₁, C₁₂, C₂₂, G times the area [N·m].
+    stiffness: [T; 4],
+    /// [s]
+    damping: T,
+    /// Green strain.
+    limit: T,
+}
+
+/// A symmetric tensor in the frame of warp and weft: 11, 22, 12.
+type Tensor<T> = [T; 3];
+
+/// Edge vectors from the first corner to columns of F, or of its rate.
+fn columns<T: Real>(x: [[T; 3]; 3], [a, b, c, d]: [T; 4]) -> [[T; 3]; 2] {
+    let (u, v) = (sub(x[1], x[0]), sub(x[2], x[0]));
+    [add(scale(u, a), scale(v, c)), add(scale(u, b), scale(v, d))]
+}
+
+/// Forces on the corners from what pulls on the columns.
+fn on_corners<T: Real>([warp, weft]: [[T; 3]; 2], [a, b, c, d]: [T; 4]) -> [[T; 3]; 3] {
+    let first = add(scale(warp, a), scale(weft, b));
+    let second = add(scale(warp, c), scale(weft, d));
+    [scale(add(first, second), -T::ONE), first, second]
+}
+
+/// How a squared stretch counts, and the slope of that.
+fn continued<T: Real>(squared: T) -> [T; 2] {
+    let least = T::from_f64(LEAST_STRETCH);
+    if squared >= least * least {
+        return [squared, T::ONE];
+    }
+    let flat = T::from_f64(FLAT);
+    if squared >= flat {
+        let stretch = squared.sqrt();
+        return [(stretch + stretch) * least - least * least, least / stretch];
+    }
+    let stretch = flat.sqrt();
+    let slope = least / stretch;
+    [(stretch + stretch) * least - least * least + slope * (squared - flat), slope]
+}
+
+/// The strain of a triangle, and how it turns with C = FᵀF.
+struct Strain<T> {
+    /// E₁₁, E₂₂, γ.
+    strain: Tensor<T>,
+    /// cos 2φ and sin 2φ of the larger principal stretch's direction, and the slopes of both and between them; nothing where
+    /// strain is Green's.
+    turn: Option<([T; 2], [T; 3])>,
+}
+
+impl<T: Real> Strain<T> {
+    fn of([warp, weft]: [[T; 3]; 2]) -> Self {
+        let (half, least) = (T::from_f64(0.5), T::from_f64(LEAST_STRETCH));
+        let (c11, c22, c12) = (dot(warp, warp), dot(weft, weft), dot(warp, weft));
+        let (mean, apart) = (half * (c11 + c22), half * (c11 - c22));
+        let radius = (apart * apart + c12 * c12).sqrt();
+        if mean - radius >= least * least {
+            return Self { strain: [half * (c11 - T::ONE), half * (c22 - T::ONE), c12], turn: None };
+        }
+        let ([high, at_high], [low, at_low]) = (continued(mean + radius), continued(mean - radius));
+        let between = half * (high - low);
+        let is_round = radius <= T::EPSILON * mean;
+        let direction = if is_round { [T::ONE, T::ZERO] } else { [apart / radius, c12 / radius] };
+        let slope = if is_round { at_low } else { between / radius };
+        let mean = half * (high + low);
+        let [cos, sin] = direction.map(|part| between * part);
+        let strain = [half * (mean + cos - T::ONE), half * (mean - cos - T::ONE), sin];
+        Self { strain, turn: Some((direction, [at_high, at_low, slope])) }
+    }
+
+    /// A tensor by the strain as one by Green's strain: what `tensor : dE` is of the strain's change.
+    fn pulled_back(&self, [t11, t22, t12]: Tensor<T>) -> Tensor<T> {
+        let Some(([cos, sin], [high, low, between])) = self.turn else { return [t11, t22, t12] };
+        let half = T::from_f64(0.5);
+        let (mean, apart) = (half * (t11 + t22), half * (t11 - t22));
+        let along = apart * cos + t12 * sin;
+        let (major, minor) = (high * (mean + along), low * (mean - along));
+        let across = between * (t12 * cos - apart * sin);
+        let (mean, along) = (half * (major + minor), half * (major - minor));
+        let turned = along * cos - across * sin;
+        [mean + turned, mean - turned, along * sin + across * cos]
+    }
+}
+
+impl<T: Real> Sheet<T> {
+    fn new([a, b, c, d, c11, c12, c22, g, damping, limit]: [T; 10]) -> Self {
+        Self { inverse: [a, b, c, d], stiffness: [c11, c12, c22, g], damping, limit }
+    }
+
+    /// Strain past the limit.
+    fn past(&self, strain: T) -> T {
+        if strain > self.limit { strain - self.limit } else { T::ZERO }
+    }
+
+    /// Stress times area [N·m] of a strain.
+    fn stress(&self, [e11, e22, shear]: Tensor<T>) -> Tensor<T> {
+        let ([c11, c12, c22, g], more) = (self.stiffness, T::from_f64(LIMITED - 1.0));
+        [
+            c11 * e11 + c12 * e22 + more * c11 * self.past(e11),
+            c12 * e11 + c22 * e22 + more * c22 * self.past(e22),
+            g * shear,
+        ]
+    }
+
+    /// Stress times area [N·m] of a rate of strain.
+    fn viscous(&self, [e11, e22, shear]: Tensor<T>) -> Tensor<T> {
+        let [c11, c12, c22, g] = self.stiffness;
+        [c11 * e11 + c12 * e22, c12 * e11 + c22 * e22, g * shear].map(|part| self.damping * part)
+    }
+
+    /// Twice the energy [J] of a strain.
+    fn twice_energy(&self, strain: Tensor<T>) -> T {
+        let ([c11, c12, c22, g], more) = (self.stiffness, T::from_f64(LIMITED - 1.0));
+        let ([e11, e22, shear], [p11, p22]) = (strain, [self.past(strain[0]), self.past(strain[1])]);
+        c11 * e11 * e11
+            + c22 * e22 * e22
+            + (c12 + c12) * e11 * e22
+            + g * shear * shear
+            + more * (c11 * p11 * p11 + c22 * p22 * p22)
+    }
+}
+
+/// F times a symmetric tensor.
+fn times<T: Real>([warp, weft]: [[T; 3]; 2], [t11, t22, t12]: Tensor<T>) -> [[T; 3]; 2] {
+    [add(scale(warp, t11), scale(weft, t12)), add(scale(warp, t12), scale(weft, t22))]
+}
+
+impl Element<3, 10> for Membrane {
+    fn forces<T: Real>(x: [[T; 3]; 3], v: [[T; 3]; 3], numbers: [T; 10]) -> [[T; 3]; 3] {
+        let sheet = Sheet::new(numbers);
+        let [warp, weft] = columns(x, sheet.inverse);
+        let [warp_rate, weft_rate] = columns(v, sheet.inverse);
+        let strain = Strain::of([warp, weft]);
+        let rate = [dot(warp, warp_rate), dot(weft, weft_rate), dot(warp, weft_rate) + dot(weft, warp_rate)];
+        let (elastic, viscous) = (strain.pulled_back(sheet.stress(strain.strain)), sheet.viscous(rate));
+        let stress = [0, 1, 2].map(|one| elastic[one] + viscous[one]);
+        on_corners(times([warp, weft], stress), sheet.inverse).map(|force| scale(force, -T::ONE))
+    }
+
+    fn energy<T: Real>(x: [[T; 3]; 3], numbers: [T; 10]) -> T {
+        let sheet = Sheet::new(numbers);
+        let strain = Strain::of(columns(x, sheet.inverse));
+        T::from_f64(0.5) * sheet.twice_energy(strain.strain)
+    }
+
+    /// Three of the material, then three along each principal stress that pulls: a string under tension resists across itself.
+    /// Those of stresses that push are left out, and what is left is positive semidefinite (Teran, Sifakis, Irving, Fedkiw,
+    /// "Robust quasistatic finite elements and flesh simulation", 2005).
+    fn modes<T: Real>(x: [[T; 3]; 3], numbers: [T; 10], mut see: impl FnMut(Mode<T, 3>)) {
+        let sheet = Sheet::new(numbers);
+        let columns = columns(x, sheet.inverse);
+        let strain = Strain::of(columns);
+        let [c11, c12, c22, g] = sheet.stiffness;
+        let [more_11, more_22] = [strain.strain[0], strain.strain[1]]
+            .map(|one| if one > sheet.limit { T::from_f64(LIMITED - 1.0) } else { T::ZERO });
+        let (zero, one) = (T::ZERO, T::ONE);
+        // Past its limit a fabric is that much stiffer, and otherwise as much as at a stretch of 15 %.
+        let has_limit = sheet.limit < T::from_f64(NO_LIMIT);
+        let stiffest = T::from_f64(if has_limit { LIMITED } else { 1.5 });
+        let limited = c11 + more_11 * c11;
+        let (follows, rest) = (c12 / limited, c22 + more_22 * c22 - c12 * c12 / limited);
+        let viscous_rest = c22 - c12 * c12 / c11;
+        let material = [
+            ([one, follows, zero], limited, c11),
+            ([zero, one, zero], rest, viscous_rest),
+            ([zero, zero, one], g, g),
+        ];
+        for (tensor, k, viscous) in material {
+            let directions = on_corners(times(columns, strain.pulled_back(tensor)), sheet.inverse);
+            see(Mode { directions, k, d: sheet.damping * viscous, stiffest });
+        }
+        for (direction, k) in pulling(strain.pulled_back(sheet.stress(strain.strain))) {
+            for axis in 0..3 {
+                let along = direction.map(|part| {
+                    let mut vector = [zero; 3];
+                    vector[axis] = part;
+                    vector
+                });
+                see(Mode { directions: on_corners(along, sheet.inverse), k, d: zero, stiffest: one });
+            }
+        }
+    }
+}
+
+/// Principal directions of a stress, and the stress along them where it pulls, else 0.
+fn pulling<T: Real>([s11, s22, s12]: Tensor<T>) -> [([T; 2], T); 2] {
+    let half = T::from_f64(0.5);
+    let (mean, apart) = (half * (s11 + s22), half * (s11 - s22));
+    let radius = (apart * apart + s12 * s12).sqrt();
+    // (cos φ, sin φ) from the double angle, by the half that does not cancel.
+    let (long, short) = (apart.abs() + radius, s12);
+    let size = (long * long + short * short).sqrt();
+    let [long, short] = if size > T::ZERO { [long / size, short / size] } else { [T::ONE, T::ZERO] };
+    let major = if apart < T::ZERO { [short, long] } else { [long, short] };
+    let positive = |stress: T| if stress > T::ZERO { stress } else { T::ZERO };
+    [(major, positive(mean + radius)), ([-major[1], major[0]], positive(mean - radius))]
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,126 @@
+// Membranes: forces on their corners, directions of their modes, and energies.
+
+#import diagnostics/few.wgsl
+#import elements/directions.wgsl
+#import elements/energies.wgsl
+#import elements/forces.wgsl
+#import elements/membrane/membrane.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+#import memory
+
+/// Corners; Dm⁻¹ row by row [1/m]; C₁₁, C₁₂, C₂₂, G times the area [N·m]; damping time [s]; the Green strain of the limit.
+struct Membrane {
+    corners: array<u32, 3>,
+    inverse_a: f32,
+    inverse_b: f32,
+    inverse_c: f32,
+    inverse_d: f32,
+    c11: f32,
+    c12: f32,
+    c22: f32,
+    g: f32,
+    damping: f32,
+    limit: f32,
+}
+
+@group(1) @binding(50) var<storage, read> membranes: array<Membrane>;
+
+fn sheet_of(one: Membrane) -> Sheet {
+    let inverse = vec4f(one.inverse_a, one.inverse_b, one.inverse_c, one.inverse_d);
+    return Sheet(inverse, vec4f(one.c11, one.c12, one.c22, one.g), one.damping, one.limit);
+}
+
+/// F of an element, now.
+fn columns_at(corners: array<u32, 3>, inverse: vec4f) -> Columns {
+    let first = position_of(corners[0]);
+    return columns_of(position_of(corners[1]) - first, position_of(corners[2]) - first, inverse);
+}
+
+@compute @workgroup_size(256)
+fn pull_membranes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts) * 256u + lane;
+    if index >= arrayLength(&membranes) {
+        return;
+    }
+    let one = membranes[index];
+    let sheet = sheet_of(one);
+    let first = velocity_of(one.corners[0]);
+    let rates =
+        columns_of(velocity_of(one.corners[1]) - first, velocity_of(one.corners[2]) - first, sheet.inverse);
+    let forces = membrane_forces(sheet, columns_at(one.corners, sheet.inverse), rates);
+    element_forces[3u * index] = vec4f(forces.a, 0.0);
+    element_forces[3u * index + 1u] = vec4f(forces.b, 0.0);
+    element_forces[3u * index + 2u] = vec4f(forces.c, 0.0);
+}
+
+/// Keeps the directions of a mode over a step `h` [s]: k [N/m], d [kg/s].
+fn put_mode(at: u32, directions: Three, k: f32, d: f32) {
+    let h = substeps[0].h;
+    let root = sqrt(h * (h * k + d));
+    element_directions[at] = vec4f(directions.a * root, 0.0);
+    element_directions[at + 1u] = vec4f(directions.b * root, 0.0);
+    element_directions[at + 2u] = vec4f(directions.c * root, 0.0);
+}
+
+/// Three modes along a direction in which a stress pulls.
+fn put_pulling(at: u32, direction: vec2f, k: f32, inverse: vec4f) {
+    let x = vec3f(1.0, 0.0, 0.0);
+    let y = vec3f(0.0, 1.0, 0.0);
+    let z = vec3f(0.0, 0.0, 1.0);
+    put_mode(at, on_corners(Columns(direction.x * x, direction.y * x), inverse), k, 0.0);
+    put_mode(at + 3u, on_corners(Columns(direction.x * y, direction.y * y), inverse), k, 0.0);
+    put_mode(at + 6u, on_corners(Columns(direction.x * z, direction.y * z), inverse), k, 0.0);
+}
+
+@compute @workgroup_size(256)
+fn membrane_directions(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts) * 256u + lane;
+    if index >= arrayLength(&membranes) {
+        return;
+    }
+    let sheet = sheet_of(membranes[index]);
+    let f = columns_at(membranes[index].corners, sheet.inverse);
+    let strain = strain_of(f);
+    let c = sheet.stiffness;
+    let limited = c.x + select(0.0, LIMITED - 1.0, strain.strain.x > sheet.limit) * c.x;
+    let follows = c.y / limited;
+    let rest = c.z + select(0.0, LIMITED - 1.0, strain.strain.y > sheet.limit) * c.z - c.y * c.y / limited;
+    let viscous_rest = c.z - c.y * c.y / c.x;
+    let stretched = columns_times(f, pulled_back(strain, vec3f(1.0, follows, 0.0)));
+    let across = columns_times(f, pulled_back(strain, vec3f(0.0, 1.0, 0.0)));
+    let sheared = columns_times(f, pulled_back(strain, vec3f(0.0, 0.0, 1.0)));
+    let at = 27u * index;
+    put_mode(at, on_corners(stretched, sheet.inverse), limited, sheet.damping * c.x);
+    put_mode(at + 3u, on_corners(across, sheet.inverse), rest, sheet.damping * viscous_rest);
+    put_mode(at + 6u, on_corners(sheared, sheet.inverse), c.w, sheet.damping * c.w);
+    let pull = pulling(pulled_back(strain, stress_of(sheet, strain.strain)));
+    put_pulling(at + 9u, pull.xy, pull.z, sheet.inverse);
+    put_pulling(at + 18u, vec2f(-pull.y, pull.x), pull.w, sheet.inverse);
+}
+
+@compute @workgroup_size(256)
+fn measure_membranes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    var found = 0.0;
+    for (var index = id.x * 256u + lane; index < arrayLength(&membranes); index += counts.x * 256u) {
+        let sheet = sheet_of(membranes[index]);
+        found += membrane_energy(sheet, strain_of(columns_at(membranes[index].corners, sheet.inverse)).strain);
+    }
+    let all = gather_few(lane, vec2f(found, 0.0));
+    if lane == 0u {
+        element_energies[id.x] = all.x;
+    }
+}
