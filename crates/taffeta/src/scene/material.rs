@@ -57,7 +57,7 @@ pub struct Material {
     /// Damping in proportion to stiffness.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<FabricDamping>,
-    /// Engineering strain along warp or weft past which the fabric is ten times as stiff.
+    /// Engineering strain along warp or weft past which the fabric is nine times as stiff.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub strain_limit: Option<f64>,
     /// Direction of the warp in the pattern: in texture coordinates, or in columns and rows of a grid. A mesh without texture

@@ -9,6 +9,7 @@ mod contact;
 mod convergence;
 mod counts;
 mod determinism;
+mod fabric;
 mod friction;
 mod gpu;
 mod hands;

@@ -15,11 +15,14 @@ use crate::real::{Real, add, dot, scale, sub};
 /// Principal stretch below which strain falls by a straight line.
 pub const LEAST_STRETCH: f64 = 0.8;
 
-/// Squared principal stretch below which a triangle counts as without width, and gives way.
-pub const FLAT: f64 = 1e-4;
+/// What a squared stretch has more under the root: a triangle without width gives way smoothly.
+pub const FLAT: f64 = 1e-6;
 
-/// How many times stiffer a fabric is past its strain limit.
-pub const LIMITED: f64 = 10.0;
+/// Squared stretch at which the square and the line meet, with one slope.
+pub const LEAST_SQUARED: f64 = LEAST_STRETCH * LEAST_STRETCH - FLAT;
+
+/// How many times stiffer a fabric is past its strain limit: 1 and a power of two, which no compiler can round otherwise.
+pub const LIMITED: f64 = 9.0;
 
 /// The Green strain of a fabric without a limit.
 pub const NO_LIMIT: f64 = 1e30;
@@ -59,18 +62,11 @@ fn on_corners<T: Real>([warp, weft]: [[T; 3]; 2], [a, b, c, d]: [T; 4]) -> [[T; 
 
 /// How a squared stretch counts, and the slope of that.
 fn continued<T: Real>(squared: T) -> [T; 2] {
-    let least = T::from_f64(LEAST_STRETCH);
-    if squared >= least * least {
+    if squared >= T::from_f64(LEAST_SQUARED) {
         return [squared, T::ONE];
     }
-    let flat = T::from_f64(FLAT);
-    if squared >= flat {
-        let stretch = squared.sqrt();
-        return [(stretch + stretch) * least - least * least, least / stretch];
-    }
-    let stretch = flat.sqrt();
-    let slope = least / stretch;
-    [(stretch + stretch) * least - least * least + slope * (squared - flat), slope]
+    let (least, stretch) = (T::from_f64(LEAST_STRETCH), (squared + T::from_f64(FLAT)).sqrt());
+    [(stretch + stretch) * least - T::from_f64(LEAST_SQUARED + FLAT + FLAT), least / stretch]
 }
 
 /// The strain of a triangle, and how it turns with C = FᵀF.
@@ -84,11 +80,11 @@ struct Strain<T> {
 
 impl<T: Real> Strain<T> {
     fn of([warp, weft]: [[T; 3]; 2]) -> Self {
-        let (half, least) = (T::from_f64(0.5), T::from_f64(LEAST_STRETCH));
+        let half = T::from_f64(0.5);
         let (c11, c22, c12) = (dot(warp, warp), dot(weft, weft), dot(warp, weft));
         let (mean, apart) = (half * (c11 + c22), half * (c11 - c22));
         let radius = (apart * apart + c12 * c12).sqrt();
-        if mean - radius >= least * least {
+        if mean - radius >= T::from_f64(LEAST_SQUARED) {
             return Self { strain: [half * (c11 - T::ONE), half * (c22 - T::ONE), c12], turn: None };
         }
         let ([high, at_high], [low, at_low]) = (continued(mean + radius), continued(mean - radius));
@@ -185,14 +181,14 @@ impl Element<3, 10> for Membrane {
         let columns = columns(x, sheet.inverse);
         let strain = Strain::of(columns);
         let [c11, c12, c22, g] = sheet.stiffness;
-        let [more_11, more_22] = [strain.strain[0], strain.strain[1]]
-            .map(|one| if one > sheet.limit { T::from_f64(LIMITED - 1.0) } else { T::ZERO });
+        let limited_by = |strain: T| if strain > sheet.limit { T::from_f64(LIMITED) } else { T::ONE };
+        let [times_11, times_22] = [strain.strain[0], strain.strain[1]].map(limited_by);
         let (zero, one) = (T::ZERO, T::ONE);
         // Past its limit a fabric is that much stiffer, and otherwise as much as at a stretch of 15 %.
         let has_limit = sheet.limit < T::from_f64(NO_LIMIT);
         let stiffest = T::from_f64(if has_limit { LIMITED } else { 1.5 });
-        let limited = c11 + more_11 * c11;
-        let (follows, rest) = (c12 / limited, c22 + more_22 * c22 - c12 * c12 / limited);
+        let limited = times_11 * c11;
+        let (follows, rest) = (c12 / limited, times_22 * c22 - c12 * c12 / limited);
         let viscous_rest = c22 - c12 * c12 / c11;
         let material = [
             ([one, follows, zero], limited, c11),

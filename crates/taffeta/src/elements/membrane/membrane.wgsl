@@ -12,10 +12,13 @@
 
 /// Principal stretch below which strain falls by a straight line.
 const LEAST_STRETCH: f32 = 0.8;
-/// Squared principal stretch below which a triangle counts as without width, and gives way.
-const FLAT_STRETCH: f32 = 1e-4;
-/// How many times stiffer a fabric is past its strain limit.
-const LIMITED: f32 = 10.0;
+/// What a squared stretch has more under the root: a triangle without width gives way smoothly.
+const FLAT_STRETCH: f32 = 1e-6;
+/// Squared stretch at which the square and the line meet, with one slope; what the line is lower by.
+const LEAST_SQUARED: f32 = 0.639999;
+const LINE_OFFSET: f32 = 0.640001;
+/// How many times stiffer a fabric is past its strain limit: 1 and a power of two, which no compiler can round otherwise.
+const LIMITED: f32 = 9.0;
 
 /// Dm⁻¹ row by row [1/m]; C₁₁, C₁₂, C₂₂, G times the area [N·m]; damping time [s]; the Green strain of the limit.
 struct Sheet {
@@ -59,19 +62,11 @@ fn on_corners(pull: Columns, inverse: vec4f) -> Three {
 
 /// How a squared stretch counts, and the slope of that.
 fn continued(squared: f32) -> vec2f {
-    if squared >= LEAST_STRETCH * LEAST_STRETCH {
+    if squared >= LEAST_SQUARED {
         return vec2f(squared, 1.0);
     }
-    if squared >= FLAT_STRETCH {
-        let stretch = sqrt(squared);
-        return vec2f((stretch + stretch) * LEAST_STRETCH - LEAST_STRETCH * LEAST_STRETCH, LEAST_STRETCH / stretch);
-    }
-    let stretch = sqrt(FLAT_STRETCH);
-    let slope = LEAST_STRETCH / stretch;
-    return vec2f(
-        (stretch + stretch) * LEAST_STRETCH - LEAST_STRETCH * LEAST_STRETCH + slope * (squared - FLAT_STRETCH),
-        slope,
-    );
+    let stretch = sqrt(squared + FLAT_STRETCH);
+    return vec2f((stretch + stretch) * LEAST_STRETCH - LINE_OFFSET, LEAST_STRETCH / stretch);
 }
 
 fn strain_of(f: Columns) -> Strain {
@@ -81,7 +76,7 @@ fn strain_of(f: Columns) -> Strain {
     let mean = 0.5 * (c11 + c22);
     let apart = 0.5 * (c11 - c22);
     let radius = sqrt(apart * apart + c12 * c12);
-    if mean - radius >= LEAST_STRETCH * LEAST_STRETCH {
+    if mean - radius >= LEAST_SQUARED {
         return Strain(vec3f(0.5 * (c11 - 1.0), 0.5 * (c22 - 1.0), c12), false, vec2f(0.0), vec3f(0.0));
     }
     let high = continued(mean + radius);

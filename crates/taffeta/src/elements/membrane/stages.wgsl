@@ -92,9 +92,9 @@ fn membrane_directions(
     let f = columns_at(membranes[index].corners, sheet.inverse);
     let strain = strain_of(f);
     let c = sheet.stiffness;
-    let limited = c.x + select(0.0, LIMITED - 1.0, strain.strain.x > sheet.limit) * c.x;
+    let limited = select(1.0, LIMITED, strain.strain.x > sheet.limit) * c.x;
     let follows = c.y / limited;
-    let rest = c.z + select(0.0, LIMITED - 1.0, strain.strain.y > sheet.limit) * c.z - c.y * c.y / limited;
+    let rest = select(1.0, LIMITED, strain.strain.y > sheet.limit) * c.z - c.y * c.y / limited;
     let viscous_rest = c.z - c.y * c.y / c.x;
     let stretched = columns_times(f, pulled_back(strain, vec3f(1.0, follows, 0.0)));
     let across = columns_times(f, pulled_back(strain, vec3f(0.0, 1.0, 0.0)));

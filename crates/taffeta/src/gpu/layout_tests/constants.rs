@@ -20,6 +20,7 @@ use crate::diagnostics::gpu::NODE_SUMS;
 use crate::elements::aero::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::elements::hinge::hinge::STIFFEST;
 use crate::elements::load::gpu_layout::{FORCE, IS_LOAD, TORQUE};
+use crate::elements::membrane::membrane::{FLAT as FLAT_STRETCH, LEAST_SQUARED, LEAST_STRETCH, LIMITED};
 use crate::elements::spring::gpu_layout::{IS_RING, NOT_A_MESH, TILE};
 use crate::gpu::layout::{GROUP, NONE};
 use crate::gpu::layout_tests::{read, sources};
@@ -87,6 +88,11 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("QUARTER_PI", f64::from(FRAC_PI_4)),
         ("ROUNDS", ROUNDS as f64),
         ("STIFFEST", STIFFEST),
+        ("LEAST_STRETCH", f64::from(LEAST_STRETCH as f32)),
+        ("LEAST_SQUARED", f64::from(LEAST_SQUARED as f32)),
+        ("LINE_OFFSET", f64::from((LEAST_SQUARED + FLAT_STRETCH + FLAT_STRETCH) as f32)),
+        ("FLAT_STRETCH", f64::from(FLAT_STRETCH as f32)),
+        ("LIMITED", LIMITED),
         ("STRIDE_X", f64::from(STRIDES[0])),
         ("STRIDE_Y", f64::from(STRIDES[1])),
         ("STRIDE_Z", f64::from(STRIDES[2])),
