@@ -7,6 +7,7 @@ mod gpu;
 mod gpu_check;
 mod info;
 mod limits;
+mod materials;
 mod memory;
 mod reproduce;
 mod run;
@@ -34,6 +35,7 @@ enum Command {
     Reproduce(reproduce::Args),
     Info(info::Args),
     Schema(schema::Args),
+    Materials(materials::Args),
 }
 
 fn main() -> ExitCode {
@@ -47,5 +49,6 @@ fn main() -> ExitCode {
         Command::Reproduce(args) => reproduce::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Schema(args) => schema::run(&args),
+        Command::Materials(args) => materials::run(&args),
     })
 }
