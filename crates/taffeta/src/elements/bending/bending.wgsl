@@ -1,6 +1,6 @@
 // Bending by a shape operator of each triangle, from the fold angles at its three edges.
 //
-// S = 1/A Σ w_e l_e (θ_e − θ₀_e) n_e n_eᵀ, where w_e is the share of an edge that a triangle has: ½ where two bend. The energy is
+// S = Σ (θ_e − θ₀_e) P_e, where P_e [1/m] is what a fold at an edge says of the curvature (curvature.rs). The energy is
 // A/2 (B₁₁S₁₁² + B₂₂S₂₂² + 2 B₁₂S₁₁S₂₂ + 4 B₆₆S₁₂²) [J]: Grinspun, Gingold, Reisman, Zorin, "Computing discrete shape operators on
 // general meshes", 2006. It is a quadratic form of three angles, M, of which an element keeps the factor L with M = L Lᵀ.
 

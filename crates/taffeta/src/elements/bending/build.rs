@@ -1,25 +1,29 @@
 //! The shape operators of a body: one for each triangle of a fabric that bends.
 
 use crate::assembly::body::BodyAssembly;
+use crate::elements::bending::curvature::{Across, of_folds};
 use crate::elements::element::Described;
 use crate::elements::fabric::{Laid, Triangle};
 use crate::elements::hinge::hinge::{STIFFEST, rest};
+use crate::real::{dot, sub};
 use crate::scene::{Fabric, Scene};
 
 /// A symmetric matrix of three edges.
 type Matrix = [[f64; 3]; 3];
 
 /// An edge of a triangle, seen from it.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct Edge {
     /// The node on the other side, by the solver's number within the body; none at a border.
-    across: Option<u32>,
-    /// Share of its angle that is the triangle's.
-    share: f64,
+    node: Option<u32>,
+    across: Across,
     /// Angle at rest [rad], and the Σ|∇θ|² past which it gets no stiffer [rad²/m²].
     angle: f64,
     steepest: f64,
 }
+
+/// An edge without a triangle on its other side.
+const BORDER: Edge = Edge { node: None, across: Across::Border, angle: 0.0, steepest: 0.0 };
 
 /// The shape operators of a body, if it is of a fabric.
 pub fn bends(body: &BodyAssembly, _: &Scene, _: usize) -> Described {
@@ -30,7 +34,7 @@ pub fn bends(body: &BodyAssembly, _: &Scene, _: usize) -> Described {
         let edges = [0, 1, 2].map(|corner| edge(laid, index, corner));
         let Some(factor) = factor(triangle, fabric, &edges) else { continue };
         let [a, b, c] = triangle.nodes;
-        let across = [0, 1, 2].map(|e| edges[e].across.unwrap_or([b, c, a][e]));
+        let across = [0, 1, 2].map(|e| edges[e].node.unwrap_or([b, c, a][e]));
         let [r, s] = [edges.map(|edge| edge.angle), edges.map(|edge| edge.steepest)];
         let [[l11, _, _], [l21, l22, _], [l31, l32, l33]] = factor;
         all.push(
@@ -46,52 +50,52 @@ fn edge(laid: &Laid, index: usize, corner: usize) -> Edge {
     let own = &laid.triangles[index];
     let [from, to] = [1, 2].map(|step| own.user[(corner + step) % 3]);
     let Ok(found) = laid.edges.pairs.binary_search(&[from.min(to), from.max(to)]) else {
-        return Edge::default();
+        return BORDER;
     };
-    let Some([a, b, left, right]) = laid.hinges[found] else { return Edge::default() };
+    let Some([a, b, left, right]) = laid.hinges[found] else { return BORDER };
     let [first, second] = laid.edges.triangles[found];
     let is_left = first as usize == index;
     let other = &laid.triangles[if is_left { second } else { first } as usize];
     let apex = other.user.iter().position(|&node| node != from && node != to);
-    let Some(apex) = apex else { return Edge::default() };
+    let Some(apex) = apex else { return BORDER };
     // As seen along the own edge, which may run from b to a.
     let own_side = if is_left { left } else { right };
     let other_side = if is_left { right } else { left };
     let ends = if from < to { [a, b] } else { [b, a] };
     let at_rest = rest([ends[0], ends[1], own_side, other_side]);
     // A triangle that is held does not bend: the angle is between the clamp and the free triangle, all of it the latter's.
-    let share = match (own.is_held, other.is_held) {
-        (true, false) => 0.0,
-        (false, true) => 1.0,
-        _ => 0.5,
+    let across = match (own.is_held, other.is_held) {
+        (true, false) => Across::Border,
+        (false, true) => Across::Clamp,
+        _ => Across::Triangle(beside(ends, other_side)),
     };
     Edge {
-        across: Some(other.nodes[apex]),
-        share,
+        node: Some(other.nodes[apex]),
+        across,
         angle: if laid.is_curved { at_rest.angle } else { 0.0 },
         steepest: STIFFEST * at_rest.steepness,
     }
 }
 
+/// Where a place is along a line and away from it, in lengths of the line.
+fn beside([from, to]: [[f64; 3]; 2], place: [f64; 3]) -> [f64; 2] {
+    let (line, out) = (sub(to, from), sub(place, from));
+    let squared = dot(line, line);
+    let along = dot(out, line) / squared;
+    [along, (dot(out, out) / squared - along * along).max(0.0).sqrt()]
+}
+
 /// L with M = L Lᵀ, where ½ θᵀ M θ is the energy of a triangle whose edges are folded by θ; nothing where it is 0.
 fn factor(triangle: &Triangle, fabric: &Fabric, edges: &[Edge; 3]) -> Option<Matrix> {
     let area = triangle.area();
-    // The part of each edge in S, as 11, 22, 12; of an edge at a border as if it had a share, too.
-    let part = |e: usize| {
-        let [from, to] = [1, 2].map(|step| triangle.rest[(e + step) % 3]);
-        let [u, v] = [to[0] - from[0], to[1] - from[1]];
-        let (length, share) = (u.hypot(v), if edges[e].share > 0.0 { edges[e].share } else { 0.5 });
-        let [n1, n2] = [v / length, -u / length];
-        [n1 * n1, n2 * n2, n1 * n2].map(|one| share * length / area * one)
-    };
-    let parts = [0, 1, 2].map(part);
+    let parts = of_folds(triangle.rest, edges.map(|edge| edge.across));
     let [b11, b12, b22, b66] = fabric.plate();
     let form = |[p11, p22, p12]: [f64; 3], [q11, q22, q12]: [f64; 3]| {
         area * (b11 * p11 * q11 + b22 * p22 * q22 + b12 * (p11 * q22 + p22 * q11) + 4.0 * b66 * p12 * q12)
     };
     let mut matrix: Matrix = parts.map(|p| parts.map(|q| form(p, q)));
     // Across a border no moment acts, so that the fold that is missing there is the one of least energy (Schur's complement).
-    for e in (0..3).filter(|&e| edges[e].across.is_none() || edges[e].share == 0.0) {
+    for e in (0..3).filter(|&e| edges[e].across == Across::Border) {
         eliminate(&mut matrix, e);
     }
     cholesky(&matrix)

@@ -2,6 +2,7 @@
 
 pub mod bending;
 mod build;
+mod curvature;
 
 use crate::elements::element::{Implicit, Kernel, Kernels, Kind};
 use bending::ShapeOperator;
