@@ -103,17 +103,14 @@ fn factor(triangle: &Triangle, fabric: &Fabric, edges: &[Edge; 3]) -> Option<Mat
 
 /// Leaves an unknown to its least energy.
 fn eliminate(matrix: &mut Matrix, gone: usize) {
-    let (pivot, row) = (matrix[gone][gone], matrix[gone]);
-    for i in 0..3 {
-        for j in 0..3 {
-            if pivot > 0.0 {
-                matrix[i][j] -= row[i] * row[j] / pivot;
-            }
-        }
-    }
-    for i in 0..3 {
-        (matrix[gone][i], matrix[i][gone]) = (0.0, 0.0);
-    }
+    let row = matrix[gone];
+    let pivot = row[gone];
+    let left = |i: usize, j: usize| match (i == gone || j == gone, pivot > 0.0) {
+        (true, _) => 0.0,
+        (false, true) => matrix[i][j] - row[i] * row[j] / pivot,
+        (false, false) => matrix[i][j],
+    };
+    *matrix = [0, 1, 2].map(|i| [0, 1, 2].map(|j| left(i, j)));
 }
 
 /// The lower factor of a matrix that is positive semidefinite but for rounding; nothing of what is 0 or no number.

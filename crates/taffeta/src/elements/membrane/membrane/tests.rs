@@ -119,9 +119,8 @@ fn under_tension_modes_are_the_derivative_of_the_forces() {
             let mut product = [[0.0; 3]; 3];
             Membrane::modes(x, numbers, |mode| {
                 let along: f64 = (0..3).map(|node| dot(mode.directions[node], u[node])).sum();
-                for node in 0..3 {
-                    product[node] = add(product[node], scale(mode.directions[node], mode.k * along));
-                }
+                product =
+                    [0, 1, 2].map(|node| add(product[node], scale(mode.directions[node], mode.k * along)));
             });
             for node in 0..3 {
                 for axis in 0..3 {
