@@ -2,7 +2,6 @@
 
 pub mod look;
 pub mod page;
-pub mod plot;
 pub mod store;
 pub mod table;
 pub mod write;

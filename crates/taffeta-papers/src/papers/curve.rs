@@ -1,8 +1,8 @@
 //! Runs over time, as plots.
 
 use crate::report::page::Plot;
-use crate::report::plot::{Series, linear};
 use crate::runs::behaviour::Point;
+use taffeta_plot::{Series, linear};
 
 /// A run's curve with its name.
 pub type Curve<'a> = (&'a str, Vec<Point>);

@@ -3,9 +3,9 @@
 use crate::contact::{Contact, Rung};
 use crate::report::look::{Look, speed, speeds};
 use crate::report::page::{Plot, Section};
-use crate::report::plot::{Series, log_log};
 use crate::report::table::{Cell, Table};
 use crate::runs::job::{Job, Quick};
+use taffeta_plot::{Series, log_log};
 
 /// Sides of the sheets that S2 has, and of larger ones.
 const SIDES: [u32; 7] = [5, 10, 20, 40, 80, 120, 160];

@@ -6,9 +6,9 @@ use super::run::Run;
 use super::scenes::{CASES, Case, SHEETS};
 use crate::report::look::grouped;
 use crate::report::page::{Plot, Section};
-use crate::report::plot::{Series, log_log};
 use crate::report::store::Kept;
 use crate::report::table::{Cell, Table};
+use taffeta_plot::{Series, log_log};
 
 /// Errors at which methods are compared, and their names.
 const WANTED: [(f64, &str); 3] = [(1e-1, "10 %"), (1e-2, "1 %"), (1e-3, "0.1 %")];

@@ -5,9 +5,9 @@ use crate::kernels::PaperKernels;
 use crate::kernels::bench::{KernelRun, What, Which};
 use crate::report::look::{Look, speed, speeds};
 use crate::report::page::{Plot, Section};
-use crate::report::plot::{Series, log_log};
 use crate::report::table::Cell;
 use crate::runs::job::{Job, Quick};
+use taffeta_plot::{Series, log_log};
 
 /// The run whose machine's limits stand for all.
 pub const LIMITS: &str = "s1-grid-160-1t";

@@ -1,4 +1,4 @@
-//! Lines in a drawing, as SVG.
+//! Lines in a drawing, as SVG: the plots of this workspace's reports.
 
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
@@ -88,14 +88,31 @@ pub fn log_log(title: &str, x: &str, y: &str, series: &[Series]) -> String {
 /// is drawn.
 pub fn linear(title: &str, x: &str, y: &str, series: &[Series], [low, high]: [f64; 2]) -> String {
     let series: Vec<Series> = series.iter().map(|line| line.until(high)).collect();
+    let (across, up) = extent(&series, low);
+    Chart { title, axes: [x, y], series: &series, size: 0, ticks: plain }.drawn(across, up)
+}
+
+/// Draws points, joined by lines, on two linear axes, of which the second has `low`.
+///
+/// ```
+/// use taffeta_plot::{Series, marked};
+///
+/// let line = Series::of("drop of a cantilever", [(1.0, 0.125), (2.0, 0.247)]);
+/// assert!(marked("Cantilever", "load", "drop/reach", &[line], 0.0).starts_with("<svg"));
+/// ```
+pub fn marked(title: &str, x: &str, y: &str, series: &[Series], low: f64) -> String {
+    let (across, up) = extent(series, low);
+    Chart { title, axes: [x, y], series, size: 3, ticks: plain }.drawn(across, up)
+}
+
+/// The axes of lines: from 0 to the right, and from `low`, or below it, up.
+fn extent(series: &[Series], low: f64) -> (Range<f64>, Range<f64>) {
     let numbers = |axis: fn(&Point) -> f64| series.iter().flat_map(|line| &line.points).map(axis);
     let end = numbers(|point| point.at.0).fold(0.0, f64::max);
     let least = numbers(|point| point.at.1).fold(low, f64::min);
     let most = numbers(|point| point.at.1).fold(least, f64::max);
     // Room above, and some where there is nothing.
-    let top = most + 0.06 * (most - least).max(1e-3);
-    let chart = Chart { title, axes: [x, y], series: &series, size: 0, ticks: plain };
-    chart.drawn(0.0..end.max(0.1), least..top)
+    (0.0..end.max(0.1), least..most + 0.06 * (most - least).max(1e-3))
 }
 
 /// What is drawn.
