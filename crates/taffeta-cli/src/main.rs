@@ -13,6 +13,7 @@ mod reproduce;
 mod run;
 mod schema;
 mod summary;
+mod validate;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -36,6 +37,7 @@ enum Command {
     Info(info::Args),
     Schema(schema::Args),
     Materials(materials::Args),
+    Validate(validate::Args),
 }
 
 fn main() -> ExitCode {
@@ -50,5 +52,6 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Schema(args) => schema::run(&args),
         Command::Materials(args) => materials::run(&args),
+        Command::Validate(args) => validate::run(&args),
     })
 }

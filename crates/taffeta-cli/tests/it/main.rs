@@ -11,3 +11,4 @@ mod primal;
 mod readme;
 mod run;
 mod scenes;
+mod validate;
