@@ -109,7 +109,7 @@ fn solver(text: &mut String, random: &mut Random) {
 fn mesh(random: &mut Random) -> (String, bool) {
     let size = random.scale(1e-3, 100.0);
     let [a, b] = [random.whole(3, 9), random.whole(3, 9)];
-    match random.whole(0, 6) {
+    match random.whole(0, 8) {
         0 => (format!("grid = {{ rows = {a}, cols = {b}, size = [{size:?}, {:?}] }}", 2.0 * size), false),
         1 => (format!("chain = {{ links = {a}, length = {size:?} }}"), false),
         2 => (format!("icosphere = {{ radius = {size:?}, subdivisions = {} }}", a % 3), true),
@@ -119,6 +119,12 @@ fn mesh(random: &mut Random) -> (String, bool) {
             (format!("torus = {{ major = {size:?}, minor = {minor:?}, rings = {a}, segments = {b} }}"), true)
         }
         5 => (format!("cube = {{ size = {size:?}, divisions = {a} }}"), true),
+        6 => {
+            let (edge, pattern) = (size / f64::from(a), ["grid", "equilateral"][random.whole(0, 1) as usize]);
+            let sizes = format!("[{size:?}, {:?}]", 0.7 * size);
+            (format!("sheet = {{ size = {sizes}, edge = {edge:?}, pattern = \"{pattern}\" }}"), false)
+        }
+        7 => (format!("disc = {{ radius = {size:?}, edge = {:?} }}", size / f64::from(a)), false),
         _ => (format!("cylinder = {{ radius = {size:?}, height = {:?}, segments = {a} }}", 2.0 * size), true),
     }
 }
@@ -293,6 +299,12 @@ const BEYOND: &[&str] = &[
     "body.a.mesh={ torus = { major = 1.0, minor = 2.0, rings = 3, segments = 3 } }",
     "body.a.mesh={ cylinder = { radius = 1.0, height = 1.0, segments = 4294967295, rings = 4294967295 } }",
     "body.b.mesh={ chain = { links = 4294967295, length = 1.0 } }",
+    "body.b.mesh={ sheet = { size = [1.0, 1.0], edge = 1e-5 } }",
+    "body.b.mesh={ sheet = { size = [1e6, 1e6], edge = 1e-300 } }",
+    "body.b.mesh={ sheet = { size = [1.0, 0.0] } }",
+    "body.b.mesh={ disc = { radius = 1.0, edge = 1e-5 } }",
+    "body.b.mesh={ disc = { radius = 1e6, edge = 1e-9 } }",
+    "body.b.mesh={ disc = { radius = 1.0, edge = -0.1 } }",
     "body.b.mesh.grid.rows=4294967295",
     "body.b.mesh.grid.rows=4294967296",
     "body.b.mesh.grid.rows=-3",

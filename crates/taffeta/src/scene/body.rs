@@ -419,7 +419,7 @@ pub struct Select {
     /// Nodes on an open edge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub boundary: Option<bool>,
-    /// An OBJ group or object, an ASCII STL solid, a glTF node or mesh, or a PLY or glTF vertex attribute above 0.5.
+    /// A side of a sheet (`left`, `right`, `back`, `front`), an OBJ group or object, an ASCII STL solid, a glTF node or mesh, or a PLY or glTF vertex attribute above 0.5.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
 }

@@ -261,12 +261,16 @@ impl Body {
 /// Bytes of a mesh's surface, and its numbers of triangles and edges; by Euler's formula, to within holes and handles.
 fn extent(mesh: &Mesh) -> [u64; 3] {
     const SHAPE_NODE: u64 = 104;
+    const UVS_NODE: u64 = 32;
     let nodes = mesh.nodes();
     match mesh {
         Mesh::Chain(_) => [nodes.saturating_mul(SHAPE_NODE / 2), 0, nodes],
         Mesh::Surface(surface) => {
             let triangles = surface.triangles.len() as u64;
             [bytes_of(surface), triangles, nodes + triangles + surface.links.len() as u64]
+        }
+        Mesh::Sheet(_) | Mesh::Disc(_) => {
+            [SHAPE_NODE + UVS_NODE, 2, 3].map(|each| nodes.saturating_mul(each))
         }
         _ => [SHAPE_NODE, 2, 3].map(|each| nodes.saturating_mul(each)),
     }

@@ -1,4 +1,4 @@
-use crate::scene::Surface;
+use crate::scene::{Disc, Pattern, Sheet, Surface};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -20,6 +20,10 @@ use std::sync::Arc;
 pub enum Mesh {
     /// A rectangle of rows × columns in the xz plane.
     Grid(Grid),
+    /// A flat rectangle of triangles in the xz plane, with texture coordinates.
+    Sheet(Sheet),
+    /// A flat disc of triangles in the xz plane, with texture coordinates.
+    Disc(Disc),
     /// A mesh file: OBJ, PLY, STL, OFF or glTF. The engine reads no files: `taffeta_io::load_scene` does, and puts a `Surface` here.
     File(String),
     /// A sphere from a subdivided icosahedron.
@@ -193,6 +197,11 @@ impl Mesh {
         Self::Grid(Grid { rows, cols, size: size.into().to_array() })
     }
 
+    /// A flat sheet of triangles with equal sides, `size` = extent along x and z [m], `edge` = length of their edges [m], about.
+    pub fn sheet(size: impl Into<DVec2>, edge: f64) -> Self {
+        Self::Sheet(Sheet { size: size.into().to_array(), edge, pattern: Pattern::Equilateral })
+    }
+
     /// A chain of `links` links, `length` [m] in all.
     pub fn chain(links: u32, length: f64) -> Self {
         Self::Chain(Chain { links, length })
@@ -208,6 +217,8 @@ impl Mesh {
         let product = |a: u32, b: u32| u64::from(a) * u64::from(b);
         match self {
             Self::Grid(grid) => product(grid.rows, grid.cols),
+            Self::Sheet(sheet) => sheet.nodes(),
+            Self::Disc(disc) => disc.nodes(),
             Self::File(_) => 0,
             Self::Icosphere(ball) => {
                 10_u64.saturating_mul(4_u64.saturating_pow(ball.subdivisions)).saturating_add(2)

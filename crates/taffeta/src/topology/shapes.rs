@@ -2,6 +2,7 @@
 
 mod flat;
 mod round;
+mod sheet;
 
 pub use flat::grid_surface;
 
@@ -23,6 +24,8 @@ pub fn surface(mesh: &Mesh) -> Result<Surface, String> {
     check_shape(mesh).map_err(|(field, message)| format!("{field}: {message}"))?;
     Ok(match mesh {
         Mesh::Grid(grid) => grid_surface(grid.rows, grid.cols, grid.size),
+        Mesh::Sheet(one) => sheet::sheet(*one),
+        Mesh::Disc(disc) => sheet::disc(*disc),
         Mesh::Icosphere(ball) => round::icosphere(*ball),
         Mesh::UvSphere(ball) => round::uv_sphere(*ball),
         Mesh::Torus(torus) => round::torus(*torus),
@@ -62,7 +65,7 @@ fn from_chain(vertices: Vec<[f64; 3]>) -> Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Body, Cube, Cylinder, Icosphere, Mass, Scene, Torus, UvSphere};
+    use crate::scene::{Body, Cube, Cylinder, Disc, Icosphere, Mass, Pattern, Scene, Torus, UvSphere};
     use crate::topology::{Edges, measure::volume};
     use std::f64::consts::PI;
     use std::sync::Arc;
@@ -155,6 +158,10 @@ mod tests {
             Mesh::Cube(Cube { size: 1.0, divisions: 3 }),
             can(true),
             can(false),
+            Mesh::sheet([1.0, 0.5], 0.1),
+            Mesh::sheet([0.3, 0.55], 0.1),
+            Mesh::Disc(Disc { radius: 0.3, edge: 0.05, pattern: Pattern::Equilateral }),
+            Mesh::Disc(Disc { radius: 0.3, edge: 0.05, pattern: Pattern::Grid }),
         ] {
             assert_eq!(mesh.nodes(), surface(&mesh).unwrap().nodes.len() as u64, "{mesh:?}");
         }
@@ -162,11 +169,12 @@ mod tests {
 
     #[test]
     fn a_shape_and_the_same_as_data_need_about_the_same_memory() {
-        let shape = Mesh::Cube(Cube { size: 1.0, divisions: 50 });
-        let data = Mesh::Surface(Arc::new(surface(&shape).unwrap()));
-        let body = |mesh| Body::cloth("cube", mesh).with_mass(Mass::Node(1.0)).structural(1.0, 0.0);
-        let [shape, data] =
-            [shape, data].map(|mesh| Scene::new("").body(body(mesh)).memory_needed().bytes as f64);
-        assert!((data / shape - 1.0).abs() < 0.05, "{data} and {shape}");
+        for shape in [Mesh::Cube(Cube { size: 1.0, divisions: 50 }), Mesh::sheet([1.0, 1.0], 0.01)] {
+            let data = Mesh::Surface(Arc::new(surface(&shape).unwrap()));
+            let body = |mesh| Body::cloth("body", mesh).with_mass(Mass::Node(1.0)).structural(1.0, 0.0);
+            let [shape, data] =
+                [shape, data].map(|mesh| Scene::new("").body(body(mesh)).memory_needed().bytes as f64);
+            assert!((data / shape - 1.0).abs() < 0.05, "{data} and {shape}");
+        }
     }
 }

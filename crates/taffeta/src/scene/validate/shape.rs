@@ -2,7 +2,7 @@
 
 use crate::scene::validate::path::plain;
 use crate::scene::validate::surface::{MESH_NODES, check_surface};
-use crate::scene::{Cylinder, Grid, Mesh, Torus};
+use crate::scene::{Cylinder, Disc, Grid, Mesh, Sheet, Torus};
 
 /// Where in the body, as keys, and what is wrong.
 type Refusal = (&'static str, String);
@@ -17,6 +17,8 @@ pub(crate) const LARGEST_LENGTH: f64 = 1e6;
 pub(crate) fn check_shape(mesh: &Mesh) -> Result<(), Refusal> {
     match mesh {
         Mesh::Grid(grid) => check_grid(grid),
+        Mesh::Sheet(sheet) => check_sheet(sheet),
+        Mesh::Disc(disc) => check_disc(disc),
         Mesh::File(name) => {
             demand(!name.is_empty(), "mesh.file", || "is empty, the name of a file would do".into())
         }
@@ -62,6 +64,25 @@ fn check_grid(grid: &Grid) -> Result<(), Refusal> {
     countable("mesh.grid", [grid.rows, grid.cols], 1, GRID_NODES)
 }
 
+fn check_sheet(sheet: &Sheet) -> Result<(), Refusal> {
+    sheet.size.iter().try_for_each(|&size| positive("mesh.sheet.size", size))?;
+    check_edge("mesh.sheet.edge", sheet.edge, sheet.size[0].min(sheet.size[1]), "the sheet's shorter side")?;
+    countable("mesh.sheet.edge", [sheet.nodes(), 1], 1, MESH_NODES)
+}
+
+fn check_disc(disc: &Disc) -> Result<(), Refusal> {
+    positive("mesh.disc.radius", disc.radius)?;
+    check_edge("mesh.disc.edge", disc.edge, 0.5 * disc.radius, "half the disc's radius")?;
+    countable("mesh.disc.edge", [disc.nodes(), 1], 1, MESH_NODES)
+}
+
+fn check_edge(field: &'static str, edge: f64, most: f64, name: &str) -> Result<(), Refusal> {
+    positive(field, edge)?;
+    demand(edge <= most, field, || {
+        format!("is {} m, at most {name}, {} m, would do", plain(edge), plain(most))
+    })
+}
+
 fn check_torus(torus: &Torus) -> Result<(), Refusal> {
     positive("mesh.torus.major", torus.major)?;
     positive("mesh.torus.minor", torus.minor)?;
@@ -102,15 +123,20 @@ fn at_least(field: &'static str, value: u32, least: u32) -> Result<(), Refusal> 
 }
 
 /// `factor`·a·b nodes, less than `most`.
-fn countable(field: &'static str, [a, b]: [u32; 2], factor: u128, most: u64) -> Result<(), Refusal> {
-    let nodes = factor * u128::from(a) * u128::from(b);
+fn countable<C: Into<u128>>(
+    field: &'static str,
+    [a, b]: [C; 2],
+    factor: u128,
+    most: u64,
+) -> Result<(), Refusal> {
+    let nodes = factor * a.into() * b.into();
     demand(nodes <= most.into(), field, || format!("makes about {nodes} nodes, {most} are the limit"))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Cube, Icosphere, UvSphere};
+    use crate::scene::{Cube, Icosphere, Pattern, UvSphere};
 
     #[track_caller]
     fn refused(mesh: Mesh, field: &str, words: &str) {
@@ -138,6 +164,16 @@ mod tests {
         refused(Mesh::UvSphere(ball), "mesh.uv_sphere.radius", "is -1 m");
         let torus = Torus { major: 1.0, minor: 1.0, rings: 3, segments: 3 };
         refused(Mesh::Torus(torus), "mesh.torus.minor", "thinner");
+        refused(Mesh::sheet([1.0, -1.0], 0.1), "mesh.sheet.size", "is -1 m, more than 0");
+        refused(Mesh::sheet([1.0, 0.1], 0.2), "mesh.sheet.edge", "at most the sheet's shorter side, 0.1 m");
+        refused(Mesh::sheet([1.0, 1.0], f64::NAN), "mesh.sheet.edge", "NaN m");
+        refused(Mesh::sheet([1.0, 1.0], 1e-300), "mesh.sheet.edge", "are the limit");
+        refused(Mesh::sheet([1e6, 1e6], 0.1), "mesh.sheet.edge", "nodes");
+        let disc = |radius, edge| Mesh::Disc(Disc { radius, edge, pattern: Pattern::Grid });
+        refused(disc(f64::INFINITY, 0.1), "mesh.disc.radius", "inf m");
+        refused(disc(0.1, 0.06), "mesh.disc.edge", "at most half the disc's radius, 0.05 m");
+        refused(disc(1e6, 1e-300), "mesh.disc.edge", "are the limit");
+        assert!(check_shape(&disc(0.1, 0.05)).is_ok());
         refused(Mesh::File(String::new()), "mesh.file", "is empty");
         assert!(check_shape(&Mesh::grid(1, 2, [1.0, 0.0])).is_ok());
     }
