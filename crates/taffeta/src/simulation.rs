@@ -30,6 +30,7 @@ use crate::assembly::body::BodyAssembly;
 use crate::backend::{Backend, FrameInput, Lost};
 use crate::contact::collider_mesh::surface::MeshSurface;
 use crate::diagnostics::advice::StepLimit;
+use crate::diagnostics::culprit::Culprit;
 use crate::diagnostics::digits::too_coarse;
 use crate::diagnostics::normals;
 use crate::diagnostics::tension::Tension;
@@ -283,6 +284,11 @@ impl Simulation {
     /// The same in any flow of air [s]; `None` where air does not act on the body that sets the largest steps.
     pub fn largest_stable_step_in_air(&self) -> Option<f64> {
         self.limit.in_air
+    }
+
+    /// What sets [`Self::largest_stable_step_folded`], or that in air; `None` where nothing does.
+    pub fn largest_step_culprit(&self) -> Option<&Culprit> {
+        self.limit.culprit.as_ref()
     }
 
     /// Where implicit springs are pulled hardest by what hangs in them, as far as that can be told beforehand; `None` for

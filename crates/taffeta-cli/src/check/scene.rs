@@ -6,6 +6,7 @@ use crate::console::{self, grouped};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
+use taffeta::diagnostics::culprit::Culprit;
 use taffeta::diagnostics::tension::Tension;
 use taffeta::scene::{ConstraintForm, Method, Seam, Solver};
 use taffeta::{BodyInfo, ColliderInfo, Options, Simulation};
@@ -33,9 +34,36 @@ struct Report {
     largest_stable_step_folded: Option<f64>,
     /// The same in any flow of air [s]. Null where air does not act on the body that sets it.
     largest_stable_step_in_air: Option<f64>,
+    /// What sets it; null where nothing does.
+    largest_stable_step_set_by: Option<CulpritReport>,
     /// Null with explicit springs, with the form "primal", and where nothing hangs.
     hanging: Option<HangingReport>,
     advice: Vec<String>,
+}
+
+/// What sets the largest stable step.
+#[derive(Serialize)]
+struct CulpritReport {
+    body: String,
+    /// The vertex that moves most in the mode that sets the step.
+    vertex: usize,
+    /// What resists there: `structural springs`, `hinges`, `membranes`, `bends`, `drag`, …
+    what: String,
+    /// `stiffness` or `damping`.
+    quantity: &'static str,
+    /// What the scene gives for it, in `unit`; null for the stiffness of a fabric, which is several numbers.
+    value: Option<f64>,
+    unit: &'static str,
+    /// Its fraction of all that resists in this mode.
+    share: f64,
+    /// Largest step [s] if there were nothing else, and without it; null where the scene's step is not too long, `without` also
+    /// where any step would do.
+    alone: Option<f64>,
+    without: Option<f64>,
+    /// What to multiply it by so that the scene's step is stable; null where the step is not too long, or this would not do.
+    factor: Option<f64>,
+    #[serde(skip)]
+    words: String,
 }
 
 /// Where implicit springs are pulled hardest by what hangs in them.
@@ -132,6 +160,7 @@ impl Report {
             largest_stable_step: finite(simulation.largest_stable_step()),
             largest_stable_step_folded: finite(simulation.largest_stable_step_folded()),
             largest_stable_step_in_air: simulation.largest_stable_step_in_air().and_then(finite),
+            largest_stable_step_set_by: simulation.largest_step_culprit().map(CulpritReport::of),
             hanging: simulation.max_tension().map(|pulled| HangingReport::of(pulled, step)),
             advice: loaded.notes.iter().cloned().chain(console::warnings(simulation)).collect(),
         }
@@ -146,6 +175,7 @@ impl Report {
         lines.push(format!("memory: {}", memory(self.memory_bytes as u64)));
         lines.push(format!("sub-steps a frame: {}, of {:.3e} s", self.substeps, self.step));
         lines.push(self.stable_step());
+        lines.extend(self.largest_stable_step_set_by.iter().map(CulpritReport::words));
         lines.extend(self.hanging.iter().map(HangingReport::words));
         lines.extend(self.advice.iter().map(|advice| format!("advice: {advice}")));
         lines.push("accepted".to_owned());
@@ -172,6 +202,29 @@ impl Report {
             ),
             _ => format!("largest stable step: any; {none}"),
         }
+    }
+}
+
+impl CulpritReport {
+    fn of(culprit: &Culprit) -> Self {
+        Self {
+            body: culprit.body.clone(),
+            vertex: culprit.vertex,
+            what: culprit.name(),
+            quantity: culprit.quantity(),
+            value: culprit.value,
+            unit: culprit.unit(),
+            share: culprit.share,
+            alone: culprit.alone.and_then(finite),
+            without: culprit.without.and_then(finite),
+            factor: culprit.factor,
+            words: culprit.to_string(),
+        }
+    }
+
+    fn words(&self) -> String {
+        let percent = 100.0 * self.share;
+        format!("  set by {}: {percent:.0} % of what resists at vertex {}", self.words, self.vertex)
     }
 }
 

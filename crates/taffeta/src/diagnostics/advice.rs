@@ -2,6 +2,7 @@
 
 use crate::advice::{Advice, Warning, round_down};
 use crate::assembly::Assembly;
+use crate::diagnostics::culprit::Culprit;
 use crate::diagnostics::stability::Explicit;
 use crate::diagnostics::tension::{Tension, max_tension};
 use crate::diagnostics::{FrameReport, stability};
@@ -22,6 +23,8 @@ pub struct StepLimit {
     pub in_air: Option<f64>,
     /// Name of the body that sets them.
     pub body: String,
+    /// What sets it there, if anything does.
+    pub culprit: Option<Culprit>,
     /// The method of springs, and so which elements are explicit.
     pub method: Method,
     /// Kinds of explicit elements beside springs that limit the step: `hinges`.
@@ -46,17 +49,19 @@ impl StepLimit {
             Method::Ice => Explicit::Elements,
             Method::Springs | Method::Acad => Explicit::Springs,
         };
-        let largest = stability::largest_steps(assembly, explicit);
+        let (largest, worst) = stability::largest_steps(assembly, explicit);
         let limiting = assembly.elements().iter().filter(|list| {
             explicit.has(list) && list.kind.modes.is_some() && !list.bodies[largest.body].is_empty()
         });
-        let by_nodes = || stability::largest_steps(assembly, Explicit::Rest).folded >= step;
+        let air = (!assembly.elements_of(aero::NAME, largest.body).is_empty()).then_some(largest.in_air);
+        let by_nodes = || stability::largest_steps(assembly, Explicit::Rest).0.folded >= step;
         Self {
             step,
             at_rest: largest.at_rest,
             folded: largest.folded,
-            in_air: (!assembly.elements_of(aero::NAME, largest.body).is_empty()).then_some(largest.in_air),
+            in_air: air,
             body: assembly.bodies[largest.body].name.clone(),
+            culprit: worst.and_then(|worst| worst.culprit(assembly, (step, air.is_some()))),
             method,
             elements: limiting.map(|list| list.kind.name).collect(),
             primal,
@@ -93,13 +98,15 @@ impl StepLimit {
             let remedy = self.remedy();
             Some(remedy.after(format!(
                 "the step of {step:.3e} s is longer than the largest stable step{which} at rest, {at_rest:.3e} s (body \
-                 `{body}`): {then}"
+                 `{body}`): {then}{}",
+                self.words_on_culprit()
             )))
         } else if step > folded {
             Some(self.remedy().after(format!(
                 "the step of {step:.3e} s holds at rest (largest{which}: {at_rest:.3e} s, body `{body}`), but {loose} \
-                 can need steps down to {folded:.3e} s{}",
-                self.words_on_air()
+                 can need steps down to {folded:.3e} s{}{}",
+                self.words_on_air(),
+                self.words_on_culprit()
             )))
         } else {
             None
@@ -150,9 +157,18 @@ impl StepLimit {
             .map_or_else(String::new, |step| format!(", in a gale {step:.3e} s, for air damps as well"))
     }
 
+    /// What sets the step.
+    fn words_on_culprit(&self) -> String {
+        let words = self.culprit.as_ref().and_then(Culprit::words);
+        words.map_or_else(String::new, |words| format!("; {words}"))
+    }
+
     /// Suggested changes.
     fn remedy(&self) -> Warning {
         let safe = round_down(self.longest());
+        if let Some(one) = self.culprit.as_ref().and_then(Culprit::remedy) {
+            return self.shorter_step(safe, &one);
+        }
         let softer = (safe / self.step).powi(2);
         let heavier = 1.0 / softer;
         let stiff = "stiffness and damping";
@@ -203,8 +219,9 @@ impl StepLimit {
             };
             self.remedy().after(format!(
                 "Likely cause: the step of {step:.3e} s is {why} (largest stable step: {at_rest:.3e} s at rest, \
-                 {folded:.3e} s folded{})",
-                self.words_on_air()
+                 {folded:.3e} s folded{}){}",
+                self.words_on_air(),
+                self.words_on_culprit()
             ))
         } else if self.primal {
             "Springs solved for by nodes hold in any step, so look at forces, wind, pins and colliders (one that moves far in a \
@@ -321,6 +338,7 @@ mod tests {
 
     fn limit(step: f64, method: Method) -> StepLimit {
         StepLimit {
+            culprit: None,
             step,
             at_rest: 0.005,
             folded: 0.0039,

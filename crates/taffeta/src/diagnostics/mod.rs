@@ -2,6 +2,7 @@
 
 pub mod advice;
 pub(crate) mod cpu;
+pub mod culprit;
 pub(crate) mod digits;
 #[cfg(feature = "gpu")]
 pub(crate) mod gpu;

@@ -11,15 +11,15 @@
 
 use crate::assembly::Assembly;
 use crate::assembly::body::{BodyAssembly, BodySprings, GridDirections};
-use crate::assembly::springs::SpringList;
+use crate::assembly::springs::{SpringKind, SpringList};
 use crate::elements::element::{Kind, List};
 use crate::elements::spring::stencil::GRID_STEPS;
 use crate::real::{add, dot, norm, scale, sub};
 use crate::topology::random::SplitMix64;
+use patch::Patch;
 
-/// Rows and columns of a grid that are looked at: its corners and edges, and enough of its middle for the shortest
-/// waves, which are the fastest.
-const PATCH: usize = 48;
+mod parts;
+mod patch;
 
 /// Element visits that a power iteration may take; with millions of springs fewer rounds must do.
 const ENOUGH: usize = 30_000_000;
@@ -29,12 +29,19 @@ const ROOM: f64 = 4.0;
 /// The same in air, which in a step may take all of a velocity (elements/aero/aero.rs): 2hδ of its own is 2 at most.
 const ROOM_IN_AIR: f64 = 2.0;
 
+/// Kinds of the springs in each direction of a grid.
+const GRID_KINDS: [SpringKind; 6] = {
+    use SpringKind::{Bend, Shear, Structural};
+    [Structural, Bend, Structural, Bend, Shear, Shear]
+};
+
 /// Power iteration comes to the largest eigenvalue from below.
 const SAFETY: f64 = 0.995;
 
 /// A spring as it pulls on its ends along a fixed direction.
 #[derive(Clone, Copy)]
 struct Axis {
+    kind: SpringKind,
     nodes: [u32; 2],
     along: [f64; 3],
     k: f64,
@@ -42,7 +49,9 @@ struct Axis {
 }
 
 /// The modes of elements of one kind: so many nodes each, with a direction for each node.
+#[derive(Clone)]
 struct Modes {
+    kind: &'static str,
     width: usize,
     nodes: Vec<u32>,
     directions: Vec<[f64; 3]>,
@@ -51,12 +60,16 @@ struct Modes {
 }
 
 /// A body's elements and inverse masses.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct System {
     springs: Vec<Axis>,
     elements: Vec<Modes>,
     /// 1/√m [kg^-½]; 0 for held nodes.
     root_inverse_mass: Vec<f64>,
+    /// Of each node [kg/s].
+    drag: f64,
+    /// What part of a grid it shows.
+    patch: Option<Patch>,
 }
 
 /// The largest stable steps [s] of what is explicit in a scene; infinite if nothing sets one.
@@ -91,22 +104,27 @@ impl Explicit {
     }
 }
 
-/// Finds the largest stable steps of what is explicit in a scene.
-pub fn largest_steps(assembly: &Assembly, explicit: Explicit) -> LargestSteps {
-    let drag = assembly.world.drag;
+/// The body that sets the largest steps, and its state that does, however springs are folded.
+pub struct Worst {
+    body: usize,
+    system: System,
+    mode: Vec<[f64; 3]>,
+}
+
+/// Finds the largest stable steps of what is explicit in a scene, and what sets them.
+pub fn largest_steps(assembly: &Assembly, explicit: Explicit) -> (LargestSteps, Option<Worst>) {
     let any = f64::INFINITY;
     let none = LargestSteps { at_rest: any, folded: any, in_air: any, body: 0 };
-    (0..assembly.bodies.len()).fold(none, |least, body| {
-        let mut system = System::new(assembly, body, explicit);
-        if explicit != Explicit::Springs {
-            system.springs = Vec::new();
-        }
-        let [at_rest, blown_on] = system.largest_step(drag, Pull::Along);
+    (0..assembly.bodies.len()).fold((none, None), |(least, worst), body| {
+        let system = System::new(assembly, body, explicit);
+        let ([at_rest, blown_on], _) = system.largest_step(Pull::Along);
         if at_rest < least.at_rest {
-            let [folded, in_air] = system.largest_step(drag, Pull::AnyWay);
-            LargestSteps { at_rest, folded: folded.min(at_rest), in_air: in_air.min(blown_on), body }
+            let ([folded, in_air], mode) = system.largest_step(Pull::AnyWay);
+            let steps =
+                LargestSteps { at_rest, folded: folded.min(at_rest), in_air: in_air.min(blown_on), body };
+            (steps, Some(Worst { body, system, mode }))
         } else {
-            least
+            (least, worst)
         }
     })
 }
@@ -120,32 +138,37 @@ enum Pull {
     AnyWay,
 }
 
-fn spring(places: &[[f64; 3]], nodes: [u32; 2], k: f64, d: f64) -> Axis {
+fn spring(places: &[[f64; 3]], kind: SpringKind, nodes: [u32; 2], [k, d]: [f64; 2]) -> Axis {
     let [a, b] = nodes.map(|node| places[node as usize]);
     let along = sub(b, a);
     let length = norm(along);
     // A spring that starts without length may take any direction.
     let along = if length > 0.0 { scale(along, 1.0 / length) } else { [1.0, 0.0, 0.0] };
-    Axis { nodes, along, k, d }
+    Axis { kind, nodes, along, k, d }
 }
 
 impl System {
     fn new(assembly: &Assembly, index: usize, explicit: Explicit) -> Self {
         let body = &assembly.bodies[index];
         let elements: Vec<&List> = assembly.elements().iter().filter(|list| explicit.has(list)).collect();
-        match (&body.springs, body.grid_layout) {
+        let mut system = match (&body.springs, body.grid_layout) {
             (BodySprings::Grid(along), Some(layout)) => {
-                Self::of_grid((body, index), &elements, along, layout)
+                Self::of_grid((body, index), &elements, along, Patch::of(body, index, &elements, layout))
             }
             (BodySprings::Mesh(lists), _) => Self::of_mesh((body, index), &elements, lists),
             (BodySprings::Grid(_), None) => Self::default(),
+        };
+        system.drag = assembly.world.drag;
+        if explicit != Explicit::Springs {
+            system.springs = Vec::new();
         }
+        system
     }
 
     fn of_mesh((body, index): (&BodyAssembly, usize), elements: &[&List], lists: &[SpringList]) -> Self {
         let springs = |list: &SpringList| {
-            let (k, d) = (list.k, list.d);
-            list.pairs.iter().map(|&pair| spring(&body.start, pair, k, d)).collect::<Vec<_>>()
+            let axis = |&pair: &[u32; 2]| spring(&body.start, list.kind, pair, [list.k, list.d]);
+            list.pairs.iter().map(axis).collect::<Vec<_>>()
         };
         let of_list = |list: &&List| {
             let first = body.first as u32;
@@ -156,18 +179,19 @@ impl System {
             springs: lists.iter().flat_map(springs).collect(),
             elements: elements.iter().filter_map(of_list).collect(),
             root_inverse_mass: (0..body.nodes).map(|node| root_inverse_mass(body, node)).collect(),
+            drag: 0.0,
+            patch: None,
         }
     }
 
-    /// The corners of a grid put together to a small one: its fastest waves are as short as two nodes.
+    /// A patch of a grid.
     fn of_grid(
         (body, index): (&BodyAssembly, usize),
         elements: &[&List],
         along: &GridDirections,
-        layout: [usize; 2],
+        patch: Patch,
     ) -> Self {
-        let patch = Patch { all: layout, small: layout.map(|count| count.min(PATCH)) };
-        let [rows, cols] = patch.small;
+        let (layout, [rows, cols]) = (patch.all, patch.small);
         // A grid starts flat and even, so its first nodes show where all of the patch would be.
         let step =
             |node: usize| if node < body.nodes { sub(body.start[node], body.start[0]) } else { [0.0; 3] };
@@ -176,13 +200,13 @@ impl System {
         let places: Vec<[f64; 3]> = (0..rows * cols).map(place).collect();
         let mut springs = Vec::new();
         for n in 0..rows * cols {
-            for (&(rows_down, cols_across), spec) in GRID_STEPS.iter().zip(along) {
+            for ((&(rows_down, cols_across), kind), spec) in GRID_STEPS.iter().zip(GRID_KINDS).zip(along) {
                 let to = ((n / cols) + rows_down, (n % cols).checked_add_signed(cols_across));
                 if let (Some([k, d, _]), (row, Some(col))) = (spec, to)
                     && row < rows
                     && col < cols
                 {
-                    springs.push(spring(&places, [n as u32, (row * cols + col) as u32], *k, *d));
+                    springs.push(spring(&places, kind, [n as u32, (row * cols + col) as u32], [*k, *d]));
                 }
             }
         }
@@ -195,46 +219,9 @@ impl System {
             springs,
             elements: elements.iter().filter_map(of_list).collect(),
             root_inverse_mass: (0..rows * cols).map(|n| root_inverse_mass(body, patch.of_grid(n))).collect(),
+            drag: 0.0,
+            patch: Some(patch),
         }
-    }
-}
-
-/// A small grid that has the corners of another: rows and columns of both.
-#[derive(Clone, Copy)]
-struct Patch {
-    all: [usize; 2],
-    small: [usize; 2],
-}
-
-impl Patch {
-    /// The grid's node of a node of the patch.
-    fn of_grid(&self, node: usize) -> usize {
-        let real = |axis: usize, i: usize| {
-            if i < self.small[axis] / 2 { i } else { i + self.all[axis] - self.small[axis] }
-        };
-        real(0, node / self.small[1]) * self.all[1] + real(1, node % self.small[1])
-    }
-
-    /// How the nodes of an element go over to the patch, if its first row and column are of those that the patch has.
-    fn mover(&self, nodes: &[u32], first: usize) -> Option<impl Fn(u32) -> Option<u32> + use<>> {
-        let Self { all, small } = *self;
-        let place = move |node: u32| {
-            let node = node as usize - first;
-            [node / all[1], node % all[1]]
-        };
-        let mut back = [0; 2];
-        for axis in 0..2 {
-            let least = nodes.iter().map(|&node| place(node)[axis]).min()?;
-            if least >= small[axis] / 2 {
-                back[axis] = all[axis] - small[axis];
-                least.checked_sub(back[axis] + small[axis] / 2)?;
-            }
-        }
-        Some(move |node: u32| {
-            let [row, col] = place(node);
-            let [row, col] = [row - back[0], col - back[1]];
-            (row < small[0] && col < small[1]).then_some((row * small[1] + col) as u32)
-        })
     }
 }
 
@@ -246,8 +233,13 @@ impl Modes {
         elements: impl Iterator<Item = (&'e [u32], &'e [f64], M)>,
     ) -> Option<Self> {
         let visit = kind.modes?;
-        let mut modes =
-            Self { width: kind.nodes, nodes: Vec::new(), directions: Vec::new(), stiffness: Vec::new() };
+        let mut modes = Self {
+            kind: kind.name,
+            width: kind.nodes,
+            nodes: Vec::new(),
+            directions: Vec::new(),
+            stiffness: Vec::new(),
+        };
         for (nodes, numbers, mover) in elements {
             let Some(nodes) = nodes.iter().map(|&node| mover(node)).collect::<Option<Vec<u32>>>() else {
                 continue;
@@ -279,14 +271,18 @@ fn root_inverse_mass(body: &BodyAssembly, node: usize) -> f64 {
 }
 
 impl System {
-    /// The largest step [s], and that in any flow of air, by the same mode.
-    fn largest_step(&self, drag: f64, pull: Pull) -> [f64; 2] {
-        let n = self.root_inverse_mass.len();
+    /// A state without any order.
+    fn any_state(&self) -> Vec<[f64; 3]> {
         let mut random = SplitMix64::new(1);
-        let mut u: Vec<[f64; 3]> = (0..n).map(|_| [(); 3].map(|()| random.unit() - 0.5)).collect();
+        self.root_inverse_mass.iter().map(|_| [(); 3].map(|()| random.unit() - 0.5)).collect()
+    }
+
+    /// The largest step [s], and that in any flow of air, by the same mode; and the mode.
+    fn largest_step(&self, pull: Pull) -> ([f64; 2], Vec<[f64; 3]>) {
+        let mut u = self.any_state();
         let mut steps = [1.0; 2];
         for _ in 0..4 {
-            let mode = self.worst_mode(&mut u, steps[0], (drag, pull));
+            let mode = self.worst_mode(&mut u, steps[0], pull);
             let next = [ROOM, ROOM_IN_AIR].map(|room| step_within(room, mode));
             let settled = next[0].is_infinite() || (next[0] - steps[0]).abs() < 1e-4 * next[0];
             steps = next;
@@ -294,11 +290,11 @@ impl System {
                 break;
             }
         }
-        steps.map(|step| SAFETY * step)
+        (steps.map(|step| SAFETY * step), u)
     }
 
     /// Stiffness and damping of the mode with the largest h²κ + 2hδ, by power iteration from `u`.
-    fn worst_mode(&self, u: &mut Vec<[f64; 3]>, h: f64, kind: (f64, Pull)) -> (f64, f64) {
+    fn worst_mode(&self, u: &mut Vec<[f64; 3]>, h: f64, pull: Pull) -> (f64, f64) {
         let mut last = 0.0;
         let mut rates = (0.0, 0.0);
         let elements: usize = self.elements.iter().map(Modes::len).sum();
@@ -310,7 +306,7 @@ impl System {
             for x in u.iter_mut() {
                 *x = scale(*x, 1.0 / length);
             }
-            let (next, kappa, delta) = self.apply(u, h, kind);
+            let (next, kappa, delta) = self.apply(u, h, pull);
             rates = (kappa, delta);
             *u = next;
             let value = h * h * kappa + 2.0 * h * delta;
@@ -323,7 +319,7 @@ impl System {
     }
 
     /// (h²K + 2hD) u with unit masses, and the shares κ = uᵀKu, δ = uᵀDu.
-    fn apply(&self, u: &[[f64; 3]], h: f64, (drag, pull): (f64, Pull)) -> (Vec<[f64; 3]>, f64, f64) {
+    fn apply(&self, u: &[[f64; 3]], h: f64, pull: Pull) -> (Vec<[f64; 3]>, f64, f64) {
         let mut out = vec![[0.0; 3]; u.len()];
         let w = &self.root_inverse_mass;
         let mut rates = Rates { kappa: 0.0, delta: 0.0 };
@@ -348,7 +344,7 @@ impl System {
         }
         let Rates { kappa, mut delta } = rates;
         for ((out, &x), w) in out.iter_mut().zip(u).zip(w) {
-            let rate = drag * w * w;
+            let rate = self.drag * w * w;
             delta += rate * dot(x, x);
             *out = add(*out, scale(x, 2.0 * h * rate));
         }
