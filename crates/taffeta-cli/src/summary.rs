@@ -44,8 +44,10 @@ pub struct Summary {
     pub momentum: [f64; 3],
     /// Angular momentum about the origin at the end [kg·m²/s].
     pub angular_momentum: [f64; 3],
-    /// Largest stretch l/L of any spring in any frame; 1 without springs.
+    /// Largest stretch l/L of any spring, and of fabric along warp or weft, in any frame; 1 without either.
     pub max_stretch: f64,
+    /// Strain of fabric over all frames; null without fabric.
+    pub strain: Option<Strain>,
     /// The bodies in the scene's order.
     pub bodies: Vec<BodySummary>,
     /// Nodes in contact at the end of the last frame.
@@ -87,6 +89,17 @@ pub struct Energy {
     pub end: f64,
     /// The largest of all frames.
     pub max: f64,
+}
+
+/// Strain of fabric over a run.
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
+pub struct Strain {
+    /// Least and largest engineering strain along the warp of any triangle in any frame.
+    pub warp: [f64; 2],
+    /// The same along the weft.
+    pub weft: [f64; 2],
+    /// Largest shear angle [rad].
+    pub shear: f64,
 }
 
 /// Contact of nodes with each other over a run.

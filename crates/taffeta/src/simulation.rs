@@ -180,7 +180,10 @@ impl Simulation {
 
     fn report_of(&self, sums: FrameSums, frame: u32) -> FrameReport {
         let assembly = self.backend.assembly();
-        let FrameSums { all, elements, volumes, pairs, solver, broken } = sums;
+        let FrameSums { all, elements, strain, volumes, pairs, solver, broken } = sums;
+        let strain = strain.map(|extremes| extremes.strain());
+        let of_fabric = strain.map_or(0.0, |strain| 1.0 + strain.warp[1].max(strain.weft[1]));
+        let max_stretch = all.max_stretch.max(of_fabric);
         let gravity = assembly.world.gravity;
         let time = f64::from(frame) * assembly.time.dt;
         FrameReport {
@@ -192,7 +195,8 @@ impl Simulation {
             elements,
             momentum: all.momentum,
             angular_momentum: all.angular_momentum,
-            max_stretch: if all.max_stretch > 0.0 { all.max_stretch } else { 1.0 },
+            max_stretch: if max_stretch > 0.0 { max_stretch } else { 1.0 },
+            strain,
             contacts: all.contacts,
             volumes,
             volume_targets: assembly.volume_targets(time),

@@ -3,10 +3,10 @@
 use super::args::Args;
 use super::solves::Solves;
 use super::volumes::Volumes;
-use crate::summary::{BodySummary, Energy, PairSummary, Status, Summary};
+use crate::summary::{BodySummary, Energy, PairSummary, Status, Strain, Summary};
 use serde::{Deserialize, Serialize};
 use taffeta::Simulation;
-use taffeta::diagnostics::FrameReport;
+use taffeta::diagnostics::{FabricStrain, FrameReport};
 use taffeta::scene::Scene;
 
 /// Extremes and times over the frames.
@@ -15,6 +15,7 @@ pub struct Tally {
     energy_start: f64,
     energy_max: f64,
     max_stretch: f64,
+    strain: Option<FabricStrain>,
     contacts_max: u64,
     pairs: PairSummary,
     solves: Solves,
@@ -30,6 +31,7 @@ impl Tally {
             energy_start: report.energy(),
             energy_max: report.energy(),
             max_stretch: 0.0,
+            strain: None,
             contacts_max: 0,
             pairs: PairSummary::default(),
             solves: Solves::default(),
@@ -51,6 +53,10 @@ impl Tally {
     fn take(&mut self, report: &FrameReport) {
         self.energy_max = self.energy_max.max(report.energy());
         self.max_stretch = self.max_stretch.max(report.max_stretch);
+        self.strain = match (self.strain, report.strain) {
+            (Some(all), Some(now)) => Some(all.with(&now)),
+            (all, now) => all.or(now),
+        };
         self.contacts_max = self.contacts_max.max(report.contacts);
         self.pairs.take(report);
     }
@@ -89,6 +95,7 @@ impl Tally {
             momentum: last.momentum,
             angular_momentum: last.angular_momentum,
             max_stretch: self.max_stretch,
+            strain: self.strain.map(|FabricStrain { warp, weft, shear, .. }| Strain { warp, weft, shear }),
             bodies: self.bodies(simulation, scene),
             contacts: last.contacts,
             contacts_max: self.contacts_max,
@@ -109,7 +116,7 @@ impl Tally {
         };
         warnings.extend(simulation.bodies().iter().find(slips).map(|body| {
             format!(
-                "a spring was {:.2} times its rest length; from {:.2} on nodes of another layer slip between those of body \
+                "a spring or the fabric was {:.2} times its rest length; from {:.2} on nodes of another layer slip between those of body \
                  `{}`: a larger self_collision.thickness, stiffer springs or a finer mesh would do",
                 self.max_stretch,
                 body.slips_from.unwrap_or_default(),

@@ -4,7 +4,7 @@ use super::Begin;
 use super::part::Part;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use taffeta::diagnostics::{FrameReport, SolverReport, energy_kinds};
+use taffeta::diagnostics::{FabricStrain, FrameReport, SolverReport, energy_kinds};
 
 /// Writes the table of frames.
 ///
@@ -40,7 +40,8 @@ impl FrameTable {
         }
         write!(part, "frame,time,kinetic,gravitational,springs")?;
         energy_kinds().try_for_each(|kind| write!(part, ",{kind}"))?;
-        write!(part, ",energy,px,py,pz,max_stretch,contacts")?;
+        write!(part, ",energy,px,py,pz,max_stretch")?;
+        write!(part, ",warp_min,warp_max,weft_min,weft_max,shear,contacts")?;
         write!(part, ",pairs,nearest_pair,pair_searches,iterations,residual,active_fraction,broken")?;
         for (name, _) in bodies.iter().filter(|(_, closed)| *closed) {
             write!(part, ",{}", quoted(&format!("volume_{name}")))?;
@@ -56,7 +57,14 @@ impl FrameTable {
         let [px, py, pz] = r.momentum;
         write!(self.part, "{},{},{},{},{}", r.frame, r.time, r.kinetic, r.gravitational, r.springs)?;
         energy_kinds().try_for_each(|kind| write!(self.part, ",{}", r.energy_of(kind)))?;
-        write!(self.part, ",{},{px},{py},{pz},{},{}", r.energy(), r.max_stretch, r.contacts)?;
+        write!(self.part, ",{},{px},{py},{pz},{}", r.energy(), r.max_stretch)?;
+        match r.strain {
+            Some(FabricStrain { warp: [a, b], weft: [c, d], shear, .. }) => {
+                write!(self.part, ",{a},{b},{c},{d},{shear}")?;
+            }
+            None => write!(self.part, ",,,,,")?,
+        }
+        write!(self.part, ",{}", r.contacts)?;
         let nearest = r.nearest_pair.map(|share| share.to_string()).unwrap_or_default();
         write!(self.part, ",{},{nearest},{}", r.pairs, r.pair_searches)?;
         let SolverReport { iterations, residual, active_fraction, .. } = r.solver;

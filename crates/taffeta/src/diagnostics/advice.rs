@@ -276,7 +276,7 @@ pub fn runaway(start: &FrameReport, last: &FrameReport, now: &FrameReport, drive
     let growing = now.max_stretch > last.max_stretch && internal(now) > growth * internal(last);
     (now.max_stretch > 20.0 && growing && internal(now) > 10.0 * accounted).then(|| {
         format!(
-            "a spring is {:.1} times its rest length, and the energy of {:.3e} J is more than ten times what the start \
+            "a spring or the fabric is {:.1} times its rest length, and the energy of {:.3e} J is more than ten times what the start \
              and gravity account for ({accounted:.3e} J)",
             now.max_stretch,
             internal(now)

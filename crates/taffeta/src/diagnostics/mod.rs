@@ -14,4 +14,4 @@ pub mod tension;
 pub(crate) mod wind;
 
 pub use crate::elements::energy_kinds;
-pub use crate::report::{ElementEnergy, FrameReport, SolverReport};
+pub use crate::report::{ElementEnergy, FabricStrain, FrameReport, SolverReport};

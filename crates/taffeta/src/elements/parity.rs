@@ -6,6 +6,7 @@ use crate::elements::cpu::Linearised;
 use crate::elements::element::{Kernel, Kind};
 use crate::elements::gpu::KindTables;
 use crate::elements::load::gpu_layout::Load;
+use crate::elements::membrane;
 use crate::elements::sets::Elements;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP};
@@ -16,7 +17,7 @@ use crate::solvers::explicit::parity::{fixtures, kernel_of, scaled_loads};
 
 const SUMMED: &str = "both add up in lanes and by halves; on hardware fused products add up over 642 nodes";
 
-/// Rows of all kinds, and of loads.
+/// Rows of all kinds, of loads, and of the strain of fabric.
 pub fn rows() -> Vec<Row> {
     let kernels = KINDS.into_iter().flat_map(|kind| kind.kernels());
     let of_kinds = kernels.map(|Kernel { entry, software, hardware, why }| Row {
@@ -25,7 +26,7 @@ pub fn rows() -> Vec<Row> {
         tolerance: Tolerance::new(software, hardware, why),
         check: of_kind,
     });
-    of_kinds.chain(LOADS.iter().copied()).collect()
+    of_kinds.chain(LOADS.iter().chain(membrane::parity::ROWS).copied()).collect()
 }
 
 const LOADS: &[Row] = &[Row {

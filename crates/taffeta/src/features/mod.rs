@@ -15,7 +15,7 @@ use crate::cpu::CpuBackend;
 use crate::cpu::backend::Context;
 use crate::cpu::feature::Feature;
 use crate::diagnostics;
-use crate::elements::{self, aero, load, spring};
+use crate::elements::{self, aero, load, membrane, spring};
 use crate::motion;
 use crate::plan::Substep;
 use crate::real::Real;
@@ -74,6 +74,7 @@ fn of_cpu<T: Real>(context: &mut Context<'_, T>) -> Result<Vec<Box<dyn Feature<T
     Ok([
         boxed(load::cpu::Loads::new(context.assembly.loads(), context.workers())),
         elements::sets::Elements::new(context).and_then(boxed),
+        membrane::strain::Strains::new(context).and_then(boxed),
         boxed(springs),
         boxed(motion::cpu::Pins::new(context.assembly.moving_pins())),
         boxed(explicit::cpu::Euler),
@@ -228,6 +229,7 @@ fn of_gpu(
     let all = [
         boxed(load::gpu::Loads::new(gpu, &tables.loads, places)?),
         boxed(elements::gpu::Elements::new(gpu, &tables.elements)?),
+        membrane::gpu::Strains::new(gpu, &tables.elements)?.and_then(boxed),
         boxed(aero::gpu::AirOfSubsteps),
         boxed(spring::gpu::Springs::new(gpu, &tables.springs, places)?),
         boxed(motion::gpu::Pins::new(gpu, &tables.pins)?),

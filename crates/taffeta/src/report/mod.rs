@@ -4,7 +4,7 @@ pub(crate) mod sums;
 
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-pub(crate) use sums::{FrameSums, PairSums, StateSums};
+pub(crate) use sums::{FrameSums, PairSums, StateSums, StrainSums};
 
 /// One frame in numbers.
 ///
@@ -41,8 +41,10 @@ pub struct FrameReport {
     pub momentum: [f64; 3],
     /// Σ m x × v [kg·m²/s], about the origin.
     pub angular_momentum: [f64; 3],
-    /// Largest l/L over all springs; 1 without springs.
+    /// Largest l/L over all springs, and along warp and weft over all fabric; 1 without either.
     pub max_stretch: f64,
+    /// Strain of fabric, where there is some.
+    pub strain: Option<FabricStrain>,
     /// Nodes that touched a collider in the frame's last sub-step.
     pub contacts: u64,
     /// Volume of each body [m³], where it is closed.
@@ -89,6 +91,55 @@ impl ElementEnergy {
     /// Of a kind, in joules.
     pub(crate) fn new(kind: &'static str, energy: f64) -> Self {
         Self { kind: kind.into(), energy }
+    }
+}
+
+/// How far fabric is strained, over all of its triangles.
+///
+/// ```
+/// use taffeta::scene::{Body, Keyframe, Material, Mesh, Scene, Select};
+/// use taffeta::{Options, Simulation};
+///
+/// // A strip of cotton, 20 cm long, is pulled by 1 cm along its warp: a strain of 5 %.
+/// let side = |name: &str| Select { group: Some(name.into()), ..Select::default() };
+/// let strip = Body::cloth("strip", Mesh::sheet([0.2, 0.05], 0.01)).with_material(Material::preset("cotton"));
+/// let pull = vec![Keyframe::translate(0.0, [0.0; 3]), Keyframe::translate(0.1, [0.01, 0.0, 0.0])];
+/// let strip = strip.pin(side("left")).pin_moving(side("right"), pull);
+/// let mut scene = Scene::new("").time(0.01, 0.01).body(strip).method(taffeta::scene::Method::Ice);
+/// scene.solver.ice.form = taffeta::scene::ConstraintForm::Primal;
+/// let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// let strain = simulation.advance(20)?.strain.expect("it is fabric");
+/// assert!(strain.warp[0] > 0.04 && strain.warp[1] < 0.06, "{strain:?}");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FabricStrain {
+    /// Least and largest engineering strain √(2 E₁₁ + 1) − 1 along the warp; below 0 where it is compressed.
+    pub warp: [f64; 2],
+    /// The same along the weft.
+    pub weft: [f64; 2],
+    /// Largest shear angle [rad]: by how much the angle between warp and weft differs from a right angle.
+    pub shear: f64,
+}
+
+impl FabricStrain {
+    /// The extremes of this and another one.
+    ///
+    /// ```
+    /// use taffeta::diagnostics::FabricStrain;
+    ///
+    /// let frames = [0.01, 0.04].map(|warp| FabricStrain { warp: [0.0, warp], ..FabricStrain::default() });
+    /// assert_eq!(frames[0].with(&frames[1]).warp, [0.0, 0.04]);
+    /// ```
+    pub fn with(&self, other: &Self) -> Self {
+        let both = |[low, high]: [f64; 2], [other_low, other_high]: [f64; 2]| {
+            [low.min(other_low), high.max(other_high)]
+        };
+        Self {
+            warp: both(self.warp, other.warp),
+            weft: both(self.weft, other.weft),
+            shear: self.shear.max(other.shear),
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Sums over the state, as backends hand them over.
 
-use crate::report::{ElementEnergy, SolverReport};
+use crate::report::{ElementEnergy, FabricStrain, SolverReport};
 
 /// Sums over the state, or over a part of it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -21,6 +21,11 @@ pub struct StateSums {
     pub contacts: u64,
 }
 
+/// Extremes of a fabric's strain: largest squared stretch along the warp, its negative, the same along the weft, and largest squared
+/// sine of the shear angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrainSums(pub [f64; 5]);
+
 /// What a backend measures at the end of a frame.
 #[derive(Clone, Debug, Default)]
 pub struct FrameSums {
@@ -28,6 +33,8 @@ pub struct FrameSums {
     pub all: StateSums,
     /// Energy of each kind of elements that the scene has.
     pub elements: Vec<ElementEnergy>,
+    /// Strain, where there is fabric.
+    pub strain: Option<StrainSums>,
     /// Volume of each body [m³], where it is closed.
     pub volumes: Vec<Option<f64>>,
     /// Nodes in contact with each other.
@@ -62,6 +69,27 @@ impl FrameSums {
         match self.elements.iter_mut().find(|one| one.kind == kind) {
             Some(one) => one.energy += energy,
             None => self.elements.push(ElementEnergy::new(kind, energy)),
+        }
+    }
+}
+
+impl StrainSums {
+    /// Adds the extremes to those of other parts.
+    pub fn add_to(self, all: &mut Option<Self>) {
+        let so_far = all.get_or_insert(self);
+        for (most, one) in so_far.0.iter_mut().zip(self.0) {
+            *most = if one > *most { one } else { *most };
+        }
+    }
+
+    /// As users read it.
+    pub fn strain(&self) -> FabricStrain {
+        let [warp, least_warp, weft, least_weft, shear] = self.0;
+        let engineering = |squared: f64| squared.max(0.0).sqrt() - 1.0;
+        FabricStrain {
+            warp: [engineering(-least_warp), engineering(warp)],
+            weft: [engineering(-least_weft), engineering(weft)],
+            shear: libm::asin(shear.sqrt().min(1.0)),
         }
     }
 }

@@ -29,4 +29,5 @@ mod snapshot;
 mod split;
 mod stability;
 mod statics;
+mod strain;
 mod volume;

@@ -48,7 +48,7 @@ struct Sheet<T> {
 type Tensor<T> = [T; 3];
 
 /// Edge vectors from the first corner to columns of F, or of its rate.
-fn columns<T: Real>(x: [[T; 3]; 3], [a, b, c, d]: [T; 4]) -> [[T; 3]; 2] {
+pub fn columns<T: Real>(x: [[T; 3]; 3], [a, b, c, d]: [T; 4]) -> [[T; 3]; 2] {
     let (u, v) = (sub(x[1], x[0]), sub(x[2], x[0]));
     [add(scale(u, a), scale(v, c)), add(scale(u, b), scale(v, d))]
 }

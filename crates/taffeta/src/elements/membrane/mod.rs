@@ -1,7 +1,12 @@
 //! How a fabric resists stretch and shear in its plane.
 
 mod build;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod membrane;
+#[cfg(feature = "gpu")]
+pub mod parity;
+pub mod strain;
 
 use crate::elements::element::{Implicit, Kernel, Kernels, Kind};
 use membrane::Membrane;

@@ -25,6 +25,9 @@ struct Membrane {
     limit: f32,
 }
 
+/// The largest number of 32 bits.
+const LARGEST: f32 = 3.40282347e+38;
+
 @group(1) @binding(50) var<storage, read> membranes: array<Membrane>;
 
 fn sheet_of(one: Membrane) -> Sheet {
@@ -122,5 +125,51 @@ fn measure_membranes(
     let all = gather_few(lane, vec2f(found, 0.0));
     if lane == 0u {
         element_energies[id.x] = all.x;
+    }
+}
+
+/// Of each workgroup: the largest squared stretch along the warp, its negative, the same along the weft, and the largest squared
+/// sine of the shear angle.
+@group(3) @binding(9) var<storage, read_write> strains: array<f32>;
+
+var<workgroup> stretches: array<vec4f, 256>;
+var<workgroup> shears: array<f32, 256>;
+
+@compute @workgroup_size(256)
+fn measure_strains(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    var stretch = vec4f(0.0, -LARGEST, 0.0, -LARGEST);
+    var shear = 0.0;
+    for (var index = id.x * 256u + lane; index < arrayLength(&membranes); index += counts.x * 256u) {
+        let one = membranes[index];
+        let f = columns_at(one.corners, vec4f(one.inverse_a, one.inverse_b, one.inverse_c, one.inverse_d));
+        let c11 = dot3(f.warp, f.warp);
+        let c22 = dot3(f.weft, f.weft);
+        let c12 = dot3(f.warp, f.weft);
+        let product = c11 * c22;
+        stretch = max(stretch, vec4f(c11, -c11, c22, -c22));
+        if product > 0.0 {
+            shear = max(shear, c12 * c12 / product);
+        }
+    }
+    stretches[lane] = stretch;
+    shears[lane] = shear;
+    for (var half = 128u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if lane < half {
+            stretches[lane] = max(stretches[lane], stretches[lane + half]);
+            shears[lane] = max(shears[lane], shears[lane + half]);
+        }
+    }
+    if lane == 0u {
+        let all = stretches[0];
+        strains[5u * id.x] = all.x;
+        strains[5u * id.x + 1u] = all.y;
+        strains[5u * id.x + 2u] = all.z;
+        strains[5u * id.x + 3u] = all.w;
+        strains[5u * id.x + 4u] = shears[0];
     }
 }
