@@ -80,6 +80,7 @@ fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshR
         shortest_edge: EdgeReport { length: found.shortest.0, vertices: edge(found.shortest.1) },
         longest_edge: EdgeReport { length: found.longest.0, vertices: edge(found.longest.1) },
         thinnest_triangle: TriangleReport { aspect: found.thinnest.0, vertices: corners(found.thinnest.1) },
+        bending_factors: None,
         memory_bytes: 0,
         repairs: surface.repairs.clone(),
         warnings: Vec::new(),
@@ -94,6 +95,7 @@ fn report(args: &Args, surface: Surface, intersections: &Intersections) -> MeshR
     let surface = Arc::new(surface);
     let mut sample = Sample::new(&report, args.kind, lowest);
     report.memory_bytes = sample.memory(&surface);
+    report.bending_factors = sample.bending(&surface);
     if args.kind != Some(MeshKind::Body) || report.body.accepted {
         sample.measure(&surface);
         report.scene = Some(sample.toml(args));

@@ -60,6 +60,9 @@ pub struct MeshReport {
     pub longest_edge: EdgeReport,
     /// The thinnest triangle.
     pub thinnest_triangle: TriangleReport,
+    /// How stiff the mesh is against bending, by the stiffness of a fabric laid on it: least and largest of all directions, without
+    /// its border; 1 and 1 if it is regular. Null above 200,000 nodes and if no triangle is inside.
+    pub bending_factors: Option<[f64; 2]>,
     /// Memory that building the body takes [byte], roughly.
     pub memory_bytes: u64,
     /// What was repaired on reading, in words.

@@ -1,24 +1,30 @@
-//! A scene to begin with: a body over a floor, with springs that its nodes stand at a usual step.
+//! A scene to begin with: a body over a floor. Cloth is a fabric, solved for implicitly; a soft body has springs that its nodes
+//! stand at a usual step.
 
 use super::report::MeshReport;
 use super::{Args, MeshKind};
 use std::ffi::OsStr;
 use std::sync::Arc;
-use taffeta::scene::{Body, Internal, Mass, Mesh, Scene};
+use taffeta::diagnostics::bending_factors;
+use taffeta::scene::{Body, ConstraintForm, Internal, Mass, Material, Mesh, Method, Scene};
 use taffeta::topology::Surface;
 use taffeta::{Options, Simulation};
 
 /// Usual step [s].
 const STEP: f64 = 0.0005;
-/// Mass per area of cloth [kg/m²].
-const AREA_DENSITY: f64 = 0.2;
+/// Longest step of an implicit fabric [s]: four a frame.
+const FABRIC_STEP: f64 = 0.005;
+/// What cloth is made of.
+const FABRIC: &str = "cotton";
+/// Mass of a soft body [kg].
+const SOFT_MASS: f64 = 1.0;
 /// Most struts inside a soft body: one for each node of most meshes.
 const STRUTS: usize = 10_000;
 /// Nodes up to which the step is measured; for more the body is not built.
 const MANY: usize = 200_000;
 
-/// A body: cloth with springs along its edges and for bending, or a soft body with springs along its edges and struts
-/// inside. All nodes have the same mass, so that no light one needs short steps.
+/// A body: cloth of a fabric, or a soft body with springs along its edges and struts inside. All nodes of the latter have the same
+/// mass, so that no light one needs short steps.
 pub struct Sample {
     soft: bool,
     node_mass: f64,
@@ -38,8 +44,7 @@ impl Sample {
         let soft = kind.map_or(report.body.accepted, |kind| kind == MeshKind::Body);
         let scale = report.unit.as_ref().and_then(|unit| unit.scale);
         let factor = scale.unwrap_or(1.0);
-        let whole = if soft { 1.0 } else { AREA_DENSITY * report.area * factor * factor };
-        let node_mass = one_digit(whole / report.nodes as f64);
+        let node_mass = one_digit(SOFT_MASS / report.nodes as f64);
         let largest = report.extent.into_iter().fold(0.0, f64::max);
         Self {
             soft,
@@ -48,25 +53,45 @@ impl Sample {
             stiffness: stiffness(node_mass),
             struts: if soft && report.nodes <= MANY { report.nodes.min(STRUTS) } else { 0 },
             floor: rounded(factor * (lowest - 0.2 * largest), factor * largest),
-            step: STEP,
+            step: if soft { STEP } else { FABRIC_STEP },
         }
+    }
+
+    /// The body.
+    fn body(&self, surface: &Arc<Surface>) -> Body {
+        let mesh = Mesh::Surface(Arc::clone(surface));
+        let mut body = if self.soft {
+            let (k, d) = (self.stiffness, self.damping());
+            let mut body = Body::soft("", mesh).with_mass(Mass::Node(self.node_mass)).structural(k, d);
+            if self.struts > 0 {
+                let internal = Internal { count: self.struts as u32, k, d, ..Internal::default() };
+                body.springs.internal = Some(internal);
+            }
+            body
+        } else {
+            Body::cloth("", mesh).with_material(Material::preset(FABRIC))
+        };
+        body.place.scale = self.scale;
+        body
     }
 
     /// A scene with this body.
     fn scene(&self, surface: &Arc<Surface>) -> Scene {
-        let mesh = Mesh::Surface(Arc::clone(surface));
-        let body = if self.soft { Body::soft("", mesh) } else { Body::cloth("", mesh) };
-        let (k, d) = (self.stiffness, self.damping());
-        let mut body = body.with_mass(Mass::Node(self.node_mass)).structural(k, d);
-        if self.struts > 0 {
-            let internal = Internal { count: self.struts as u32, k, d, ..Internal::default() };
-            body.springs.internal = Some(internal);
-        }
+        let mut scene = Scene::new("").body(self.body(surface));
         if !self.soft {
-            body = body.bend(0.1 * k, 0.1 * d);
+            scene.solver.method = Method::Ice;
+            scene.solver.ice.form = ConstraintForm::Primal;
         }
-        body.place.scale = self.scale;
-        Scene::new("").body(body)
+        scene
+    }
+
+    /// How true the mesh is to the bending of a fabric; not where there are very many nodes.
+    pub fn bending(&self, surface: &Arc<Surface>) -> Option<[f64; 2]> {
+        let body =
+            Body { place: self.body(surface).place, ..Body::cloth("", Mesh::Surface(Arc::clone(surface))) };
+        let few = surface.nodes.len() <= MANY;
+        let factors = || bending_factors(&body.with_material(Material::preset(FABRIC))).ok().flatten();
+        if few { factors() } else { None }
     }
 
     /// Memory that building the scene takes [byte], roughly.
@@ -77,7 +102,7 @@ impl Sample {
     /// Leaves out struts that have no room, and shortens the step to one of one digit that all nodes stand; not where there
     /// are very many.
     pub fn measure(&mut self, surface: &Arc<Surface>) {
-        if surface.nodes.len() > MANY {
+        if !self.soft || surface.nodes.len() > MANY {
             return;
         }
         let options = Options { threads: Some(1), ..Options::default() };
@@ -105,23 +130,24 @@ impl Sample {
         let body: String = name(args.path.file_stem()).chars().take(25).map(plain).collect();
         // A string of JSON is one of TOML.
         let file = serde_json::Value::from(name(args.path.file_name()));
-        let kind = if self.soft { "soft" } else { "cloth" };
-        let mass = format!("node_mass = {:?}", self.node_mass);
-        let mut lines = vec![
-            format!("[time]\nmax_step = {:?}", self.step),
-            format!("[[body]]\nname = \"{body}\"\nkind = \"{kind}\"\n{mass}\nmesh.file = {file}"),
-        ];
+        let mut lines = vec![format!("[time]\nmax_step = {:?}", self.step)];
+        if !self.soft {
+            lines.push("[solver]\nmethod = \"ice\"\nice.form = \"primal\"".to_owned());
+        }
+        let (kind, mass) = if self.soft {
+            ("soft", format!("node_mass = {:?}", self.node_mass))
+        } else {
+            ("cloth", format!("material.preset = \"{FABRIC}\""))
+        };
+        lines.push(format!("[[body]]\nname = \"{body}\"\nkind = \"{kind}\"\n{mass}\nmesh.file = {file}"));
         lines.extend(args.fill_holes.then(|| "fill_holes = true".to_owned()));
         lines.extend(self.scale.map(|scale| format!("place.scale = {scale}")));
-        let (k, d) = (self.stiffness, one_digit(self.damping()));
-        lines.push(format!("springs.structural = {{ k = {k:?}, d = {d:?} }}"));
-        lines.extend(
-            (self.struts > 0)
-                .then(|| format!("springs.internal = {{ count = {}, k = {k:?}, d = {d:?} }}", self.struts)),
-        );
-        lines.extend((!self.soft).then(|| {
-            format!("springs.bend = {{ k = {:?}, d = {:?} }}", one_digit(0.1 * k), one_digit(0.1 * d))
-        }));
+        if self.soft {
+            let (k, d) = (self.stiffness, one_digit(self.damping()));
+            lines.push(format!("springs.structural = {{ k = {k:?}, d = {d:?} }}"));
+            let struts = || format!("springs.internal = {{ count = {}, k = {k:?}, d = {d:?} }}", self.struts);
+            lines.extend((self.struts > 0).then(struts));
+        }
         lines.push(format!("[[collider]]\nplane = {{ point = [0.0, {:?}, 0.0] }}", self.floor));
         lines.join("\n") + "\n"
     }

@@ -29,6 +29,9 @@ pub fn of(report: &MeshReport, kind: Option<MeshKind>) -> String {
     lines.extend(borders(report));
     lines.extend(components(report));
     lines.extend(size(report));
+    lines.extend(report.bending_factors.map(|[least, largest]| {
+        format!("bending of a fabric on this mesh: {least:.2}–{largest:.2} of the fabric's own")
+    }));
     if report.self_intersections.first.is_empty() {
         let all = if report.self_intersections.complete {
             "none"

@@ -1,6 +1,7 @@
 //! Diagnostics: measurements, stability limits, and advice; the report of a frame.
 
 pub mod advice;
+mod bending;
 pub(crate) mod cpu;
 pub mod culprit;
 pub(crate) mod digits;
@@ -15,3 +16,4 @@ pub(crate) mod wind;
 
 pub use crate::elements::energy_kinds;
 pub use crate::report::{ElementEnergy, FabricStrain, FrameReport, SolverReport};
+pub use bending::bending_factors;

@@ -39,6 +39,17 @@ impl Assembly {
         Ok(assembly)
     }
 
+    /// A body of a scene of its own, with its fabric laid on its triangles, and nothing else.
+    pub fn with_fabric(body: &Body) -> Result<Self, SceneError> {
+        let scene = Scene::new("").body(body.clone());
+        scene.validate()?;
+        let mut assembly = Self::empty(&scene);
+        let mut built = assembly.next_body(0, body)?;
+        built.lay_fabric(body)?;
+        assembly.push(built);
+        Ok(assembly)
+    }
+
     /// Builds a body and adds it.
     fn add_body(&mut self, index: usize, body: &Body, scene: &Scene) -> Result<(), SceneError> {
         let path = format!("body[{index}]");

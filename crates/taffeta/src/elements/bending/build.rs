@@ -1,7 +1,7 @@
 //! The shape operators of a body: one for each triangle of a fabric that bends.
 
 use crate::assembly::body::BodyAssembly;
-use crate::elements::bending::curvature::{Across, of_folds};
+use crate::elements::bending::curvature::{Across, found, of_folds};
 use crate::elements::element::Described;
 use crate::elements::fabric::{Laid, Triangle};
 use crate::elements::hinge::hinge::{STIFFEST, rest};
@@ -43,6 +43,39 @@ pub fn bends(body: &BodyAssembly, _: &Scene, _: usize) -> Described {
         );
     }
     all
+}
+
+/// Directions in which a mesh is bent for its factors.
+const DIRECTIONS: u32 = 36;
+
+/// How stiff a mesh is against bending to a cylinder, by the fabric's own stiffness: least and largest of all directions. Triangles
+/// at borders and clamps, whose stiffness is another matter, are left out; nothing where there are no others.
+pub fn factors(laid: &Laid) -> Option<[f64; 2]> {
+    // Energy of a sheet with rigidity 1, by pairs of curvatures.
+    let mut gram = Matrix::default();
+    let mut all = 0.0;
+    for (index, triangle) in laid.triangles.iter().enumerate() {
+        let across = [0, 1, 2].map(|corner| edge(laid, index, corner).across);
+        let inside = across.iter().all(|across| matches!(across, Across::Triangle(_)));
+        let (area, found) = (triangle.area(), found(triangle.rest, across));
+        if !inside || !found.iter().flatten().all(|part| part.is_finite()) {
+            continue;
+        }
+        all += area;
+        for (row, p) in gram.iter_mut().zip(found) {
+            for (entry, q) in row.iter_mut().zip(found) {
+                *entry += area * (p[0] * q[0] + p[1] * q[1] + 2.0 * p[2] * q[2]);
+            }
+        }
+    }
+    let factor = |direction: u32| {
+        let (sin, cos) = libm::sincos(std::f64::consts::PI * f64::from(direction) / f64::from(DIRECTIONS));
+        let curved = [cos * cos, sin * sin, cos * sin];
+        let energy = |i: usize| (0..3).map(|j| gram[i][j] * curved[i] * curved[j]).sum::<f64>();
+        (0..3).map(energy).sum::<f64>() / all
+    };
+    let widest = |[low, high]: [f64; 2], one: f64| [low.min(one), high.max(one)];
+    (all > 0.0).then(|| (0..DIRECTIONS).map(factor).fold([f64::INFINITY, 0.0], widest))
 }
 
 /// The edge across from a corner of a triangle.

@@ -11,6 +11,9 @@ type Point = [f64; 2];
 /// Curvatures 11, 22, 12 [1/m].
 pub type Curvature = [f64; 3];
 
+/// Curvatures of 1 along 11, 22 and 12.
+const BASIS: [Curvature; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
 /// What is across an edge of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Across {
@@ -31,6 +34,16 @@ pub fn of_folds(corners: [Point; 3], across: [Across; 3]) -> [Curvature; 3] {
     let sums = [0, 1, 2].map(|e| Side::new(corners, e, across[e]).sum());
     let Some(fits) = fits(corners, across) else { return sums };
     [0, 1, 2].map(|e| [0, 1, 2].map(|i| 0.5 * (sums[e][i] + fits[e][i])))
+}
+
+/// The curvatures that are found of quadratic surfaces whose curvature is 1, along 11, 22 and 12.
+pub fn found(corners: [Point; 3], across: [Across; 3]) -> [Curvature; 3] {
+    let parts = of_folds(corners, across);
+    let sides = [0, 1, 2].map(|e| Side::new(corners, e, across[e]));
+    BASIS.map(|surface| {
+        let folds = sides.each_ref().map(|side| side.fold(surface));
+        [0, 1, 2].map(|i| (0..3).map(|e| folds[e] * parts[e][i]).sum())
+    })
 }
 
 /// An edge of a triangle.
@@ -92,8 +105,7 @@ impl Side {
 
 /// The curvatures of quadratic surfaces that are folded by 1 rad at one edge and flat at the others.
 fn fits(corners: [Point; 3], across: [Across; 3]) -> Option<[Curvature; 3]> {
-    let basis = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let folds = [0, 1, 2].map(|e| basis.map(|surface| Side::new(corners, e, across[e]).fold(surface)));
+    let folds = [0, 1, 2].map(|e| BASIS.map(|surface| Side::new(corners, e, across[e]).fold(surface)));
     let cofactor = |i: usize, j: usize| {
         let (a, b, c, d) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
         folds[a][c] * folds[b][d] - folds[a][d] * folds[b][c]

@@ -1,7 +1,7 @@
 //! How a fabric resists bending.
 
 pub mod bending;
-mod build;
+pub mod build;
 mod curvature;
 
 use crate::elements::element::{Implicit, Kernel, Kernels, Kind};
