@@ -30,6 +30,8 @@ pub struct BodyAssembly {
     pub solver_of_node: Option<Vec<u32>>,
     /// Places at the start [m], in solver order.
     pub start: Vec<[f64; 3]>,
+    /// Velocities at the start [m/s], in solver order; none where it starts at rest.
+    pub start_velocity: Vec<[f64; 3]>,
     /// Mass of each node [kg], in solver order.
     pub mass: Vec<f64>,
     /// Whether each node is free, in solver order.
@@ -204,6 +206,7 @@ pub(crate) fn mesh_body(body: &Body, mesh: &Mesh) -> Result<BodyAssembly, SceneE
         grid: None,
         grid_layout: None,
         placement,
+        start_velocity: Vec::new(),
         start: order.iter().map(|&old| placed[old as usize]).collect(),
         free: vec![true; mass.len()],
         mass: order.iter().map(|&old| mass[old as usize]).collect(),

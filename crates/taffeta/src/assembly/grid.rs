@@ -54,6 +54,7 @@ pub(crate) fn build(body: &Body, grid: Grid) -> Result<BodyAssembly, SceneError>
         warnings: Vec::new(),
         edges: None,
         split: Vec::new(),
+        start_velocity: Vec::new(),
         start,
     })
 }

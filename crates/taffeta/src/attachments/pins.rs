@@ -2,11 +2,12 @@
 
 use crate::assembly::Assembly;
 use crate::assembly::body::BodyAssembly;
-use crate::attachments::constraints::{JointMaterial, Point};
+use crate::attachments::constraints::{Attachments, IS_POINT, JointMaterial, Point};
 use crate::motion::keyframes::Track;
 use crate::motion::moving::{MovingPin, MovingPins};
+use crate::real::{add, cross, scale, sub};
 use crate::scene::{Body, Scene, SceneError};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 impl Assembly {
     /// Holds the nodes of pins, and notes those that move: of several motions of a node the last one counts.
@@ -78,4 +79,37 @@ impl Assembly {
             body.start[node - body.first] = moving.tracks[pin.track as usize].pose(0.0).apply(pin.start);
         }
     }
+
+    /// Gives bodies their velocities at the start. Nodes that pins hold, those that break among them, start at rest.
+    pub(crate) fn start_velocities(&mut self, scene: &Scene) {
+        let Self { bodies, extensions, .. } = self;
+        let joints = extensions.get::<Attachments>().map_or(&[][..], |all| &all.joints);
+        let pinned: HashSet<u32> =
+            joints.iter().filter(|joint| joint.ends[1] & IS_POINT != 0).map(|joint| joint.ends[0]).collect();
+        for (body, described) in bodies.iter_mut().zip(&scene.bodies) {
+            let Body { velocity, angular_velocity: spin, .. } = *described;
+            if velocity == [0.0; 3] && spin == [0.0; 3] {
+                continue;
+            }
+            let centre = centre_of_mass(&body.mass, &body.start);
+            let is_free = |local: usize| body.free[local] && !pinned.contains(&((body.first + local) as u32));
+            let of_node = |local: usize| {
+                if is_free(local) {
+                    add(velocity, cross(spin, sub(body.start[local], centre)))
+                } else {
+                    [0.0; 3]
+                }
+            };
+            body.start_velocity = (0..body.nodes).map(of_node).collect();
+        }
+    }
+}
+
+/// Σ m x/Σ m [m].
+fn centre_of_mass(mass: &[f64], places: &[[f64; 3]]) -> [f64; 3] {
+    let (mut sum, mut whole) = ([0.0; 3], 0.0);
+    for (&m, &x) in mass.iter().zip(places) {
+        (sum, whole) = (add(sum, scale(x, m)), whole + m);
+    }
+    sum.map(|c| c / whole)
 }

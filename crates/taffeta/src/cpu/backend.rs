@@ -316,13 +316,14 @@ fn masses<T: Real>(assembly: &Assembly) -> [Column<T>; 2] {
     columns
 }
 
-/// The state at the start: in position, at rest. `lead` separates the two buffers of a state in the cache.
+/// The state at the start. `lead` separates the two buffers of a state in the cache.
 fn start<T: Real>(assembly: &Assembly, lead: usize) -> Fields<T> {
     std::array::from_fn(|axis| {
         let mut column = Column::staggered(padded(assembly), lead + STAGGER * axis);
-        for body in assembly.bodies.iter().filter(|_| axis < 3) {
-            for (local, position) in body.start.iter().enumerate() {
-                column[body.first + local] = T::from_f64(position[axis]);
+        for body in &assembly.bodies {
+            let numbers = if axis < 3 { &body.start } else { &body.start_velocity };
+            for (local, vector) in numbers.iter().enumerate() {
+                column[body.first + local] = T::from_f64(vector[axis % 3]);
             }
         }
         column.into()

@@ -33,6 +33,7 @@ impl Assembly {
         assembly.attach(scene)?;
         assembly.start_pins();
         assembly.start_points();
+        assembly.start_velocities(scene);
         assembly.measure_seams();
         assembly.note_start_contacts();
         assembly.note_starts_inside(scene);
@@ -69,6 +70,7 @@ impl Assembly {
         self.forget_elements();
         for body in &mut self.bodies {
             body.start = Vec::new();
+            body.start_velocity = Vec::new();
             body.mass = Vec::new();
             body.free = Vec::new();
             body.forget_weights();

@@ -51,10 +51,12 @@ impl<'a> Bodies<'a> {
     pub fn state(&self) -> [Vec<Four>; 2] {
         let [mut position, mut velocity] = [0, 1].map(|_| Vec::with_capacity(self.len()));
         for (_, body) in self.iter() {
-            for ((place, &mass), &free) in body.start.iter().zip(&body.mass).zip(&body.free) {
+            let masses = body.mass.iter().zip(&body.free);
+            for (local, (place, (&mass, &free))) in body.start.iter().zip(masses).enumerate() {
                 let [x, y, z] = place.map(|c| c as f32);
                 position.push([x, y, z, if free { (1.0 / mass) as f32 } else { 0.0 }]);
-                velocity.push([0.0, 0.0, 0.0, mass as f32]);
+                let [u, v, w] = body.start_velocity.get(local).copied().unwrap_or_default().map(|c| c as f32);
+                velocity.push([u, v, w, mass as f32]);
             }
             let end = self.local(body.first + body.places()) as usize;
             position.resize(end, [0.0; 4]);

@@ -52,6 +52,12 @@ pub struct Body {
     /// Where it starts.
     #[serde(default)]
     pub place: Place,
+    /// Velocity at the start [m/s]. Nodes that pins hold start at rest.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub velocity: [f64; 3],
+    /// Angular velocity at the start [rad/s], about the body's centre of mass.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub angular_velocity: [f64; 3],
     /// Its springs.
     #[serde(default)]
     pub springs: Springs,
@@ -70,6 +76,10 @@ pub struct Body {
     /// Tethers: limit how far free nodes get from pinned ones, whatever the stiffness of springs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tethers: Option<Tethers>,
+}
+
+fn is_zero(vector: &[f64; 3]) -> bool {
+    *vector == [0.0; 3]
 }
 
 /// Contact of nodes with each other.
@@ -479,6 +489,8 @@ impl Body {
             rest_shape: None,
             stand_in: None,
             place: Place::default(),
+            velocity: [0.0; 3],
+            angular_velocity: [0.0; 3],
             springs: Springs::default(),
             material: None,
             volume: None,
@@ -508,6 +520,18 @@ impl Body {
     /// Sets where it starts [m].
     pub fn at(mut self, position: impl Into<DVec3>) -> Self {
         self.place.position = position.into().to_array();
+        self
+    }
+
+    /// Sets the velocity at the start [m/s].
+    pub fn moving(mut self, velocity: impl Into<DVec3>) -> Self {
+        self.velocity = velocity.into().to_array();
+        self
+    }
+
+    /// Sets the angular velocity at the start [rad/s], about the centre of mass.
+    pub fn spinning(mut self, angular_velocity: impl Into<DVec3>) -> Self {
+        self.angular_velocity = angular_velocity.into().to_array();
         self
     }
 

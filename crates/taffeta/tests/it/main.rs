@@ -28,6 +28,7 @@ mod rooms;
 mod snapshot;
 mod split;
 mod stability;
+mod start;
 mod statics;
 mod strain;
 mod volume;

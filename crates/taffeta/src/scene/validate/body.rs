@@ -18,6 +18,8 @@ pub(crate) fn check(path: &Path, body: &Body) -> Checked {
     }
     check_file_keys(path, body)?;
     check_place(&path.key("place"), &body.place)?;
+    path.key("velocity").rate(&body.velocity, "m/s")?;
+    path.key("angular_velocity").rate(&body.angular_velocity, "rad/s")?;
     check_springs(&path.key("springs"), &body.springs, body.kind)?;
     for elements in body.elements() {
         for (field, number, unit) in elements.numbers {

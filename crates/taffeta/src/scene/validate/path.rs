@@ -6,6 +6,8 @@ use crate::scene::validate::shape::LARGEST_LENGTH;
 /// Largest and smallest size of a number: beyond, 32 bits and squares have no room for it.
 const LARGEST: f64 = 1e15;
 pub(crate) const SMALLEST: f64 = 1e-15;
+/// Largest velocity [m/s], and angular velocity [rad/s], that a body may start with.
+const LARGEST_RATE: f64 = 1e6;
 
 pub(crate) type Checked = Result<(), SceneError>;
 
@@ -77,6 +79,13 @@ impl Path {
         self.finite(place)?;
         let far = place.iter().any(|x| x.abs() > LARGEST_LENGTH);
         self.demand(!far, || format!("is {place:?} m, within ±{LARGEST_LENGTH} m would do"))
+    }
+
+    /// A velocity that a body may start with, in this unit.
+    pub(crate) fn rate(&self, velocity: &[f64], unit: &str) -> Checked {
+        self.finite(velocity)?;
+        let fast = velocity.iter().any(|v| v.abs() > LARGEST_RATE);
+        self.demand(!fast, || format!("is {velocity:?} {unit}, within ±{LARGEST_RATE} {unit} would do"))
     }
 
     /// From 0 to 1.

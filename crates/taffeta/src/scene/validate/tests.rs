@@ -62,6 +62,10 @@ fn numbers_must_be_finite_and_not_below_their_floor() {
     refused(|s| s.world.drag = 1e300, "world.drag", "is 1e300 kg/s, up to 1e15 kg/s");
     refused(|s| s.world.drag = -1.0, "world.drag", "is -1 kg/s, 0 or more");
     refused(|s| s.bodies[0].place.position[2] = f64::INFINITY, "body[0].place.position", "finite");
+    refused(|s| s.bodies[0].velocity[1] = f64::NAN, "body[0].velocity", "finite");
+    refused(|s| s.bodies[0].velocity[1] = 3e8, "body[0].velocity", "300000000.0, 0.0] m/s, within ±1000000 m/s");
+    let spin = |s: &mut Scene| s.bodies[0].angular_velocity[2] = -2e6;
+    refused(spin, "body[0].angular_velocity", "-2000000.0] rad/s, within ±1000000 rad/s");
     let springs = |s: &mut Scene| s.bodies[0].springs.structural = Some(Spring { k: -5.0, d: 0.0 });
     refused(springs, "body[0].springs.structural.k", "is -5 N/m, 0 or more");
     let hinge = |s: &mut Scene| s.bodies[0].springs.hinge = Some(Hinge { k: 1.0, d: f64::NAN });
