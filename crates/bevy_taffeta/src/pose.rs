@@ -50,7 +50,7 @@ impl Rigid {
     /// As the only keyframe: what follows it starts there, and can be moved.
     pub fn keyframe(&self) -> Keyframe {
         let translate = self.shift.to_array();
-        Keyframe { t: 0.0, translate, rotate: Some(self.turn.into()), pivot: [0.0; 3] }
+        Keyframe { translate, rotate: Some(self.turn.into()), ..Keyframe::default() }
     }
 
     /// As a transform.

@@ -1,8 +1,8 @@
-//! Rigid motion by keyframes, for pins and colliders, and scales over time, for loads.
+//! Motion by keyframes: rigid for colliders, affine for pins; and scales over time, for loads.
 
 use crate::scene::{Keyframe, Rotation, ScaleKey};
 
-/// A rigid motion over time: linear between keyframes, from rest at t = 0, staying after the last.
+/// A motion over time: linear between keyframes, from rest at t = 0, staying after the last.
 #[derive(Clone, Debug, Default)]
 pub struct Track {
     keys: Vec<Keyframe>,
@@ -10,10 +10,10 @@ pub struct Track {
     of_user: bool,
 }
 
-/// Where a rigid motion has brought things: x = rotation · (x₀ − pivot) + pivot + translate.
+/// Where a motion has brought things: x = rotation · deform · (x₀ − pivot) + pivot + translate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// Rotation matrix, by rows.
+    /// Rotation matrix, by rows; of pins times the matrix that deforms.
     pub rotation: [[f64; 3]; 3],
     /// Image of the origin [m].
     pub shift: [f64; 3],
@@ -35,7 +35,7 @@ impl Pose {
         self.rotation.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2])
     }
 
-    /// The motion from `before` to `self`: what carries a place from where it was to where it is.
+    /// The rigid motion from `before` to `self`: what carries a place from where it was to where it is.
     pub fn since(&self, before: &Self) -> Self {
         let rotation: [[f64; 3]; 3] = std::array::from_fn(|i| {
             std::array::from_fn(|j| (0..3).map(|k| self.rotation[i][k] * before.rotation[j][k]).sum())
@@ -47,7 +47,7 @@ impl Pose {
         Self { rotation, shift }
     }
 
-    /// Velocity field of the motion from `before` to `self` in `h` seconds, as seen at the end:
+    /// Velocity field of the rigid motion from `before` to `self` in `h` seconds, as seen at the end:
     /// v(x) = spin · x + drift, where x moved from `before`(`self`⁻¹(x)).
     pub fn velocity_from(&self, before: &Self, h: f64) -> ([[f64; 3]; 3], [f64; 3]) {
         let back: [[f64; 3]; 3] = std::array::from_fn(|i| {
@@ -70,7 +70,7 @@ impl Track {
         if all.first().is_some_and(|first| first.t > 0.0) {
             let first = &all[0];
             let rotate = first.rotate.map(|r| Rotation { degrees: 0.0, ..r });
-            all.insert(0, Keyframe { t: 0.0, translate: [0.0; 3], rotate, pivot: first.pivot });
+            all.insert(0, Keyframe { rotate, pivot: first.pivot, ..Keyframe::default() });
         }
         Self { keys: all, of_user: false }
     }
@@ -110,7 +110,12 @@ impl Track {
 fn pose_of(a: &Keyframe, b: &Keyframe, s: f64) -> Pose {
     let mix = |p: [f64; 3], q: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| p[i] + s * (q[i] - p[i])) };
     let (translate, pivot) = (mix(a.translate, b.translate), mix(a.pivot, b.pivot));
-    let rotation = turn_between(a.rotate, b.rotate, s);
+    let mut rotation = turn_between(a.rotate, b.rotate, s);
+    if a.deform.is_some() || b.deform.is_some() {
+        let [p, q] = [a, b].map(|key| key.deform.unwrap_or(Pose::REST.rotation));
+        let deform: [[f64; 3]; 3] = std::array::from_fn(|i| mix(p[i], q[i]));
+        rotation = rotation.map(|row| std::array::from_fn(|j| (0..3).map(|k| row[k] * deform[k][j]).sum()));
+    }
     let moved = rotation.map(|row| row[0] * pivot[0] + row[1] * pivot[1] + row[2] * pivot[2]);
     Pose { rotation, shift: std::array::from_fn(|i| pivot[i] - moved[i] + translate[i]) }
 }
@@ -200,6 +205,23 @@ mod tests {
     }
 
     #[test]
+    fn a_matrix_deforms_before_the_turn_and_leaves_the_pivot_in_place() {
+        let deform = [[3.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0]];
+        let turn = Keyframe::rotate(2.0, [0.0, 1.0, 0.0], 90.0, [1.0, 0.0, 0.0]);
+        let track = Track::new(&[Keyframe { deform: Some(deform), ..turn }]);
+        assert!(near(track.pose(2.0).apply([1.0, 0.0, 0.0]), [1.0, 0.0, 0.0]));
+        // (1, 2, 0) from the pivot becomes (3, 2, 2), and x turns to −z, z to x.
+        assert!(near(track.pose(2.0).apply([2.0, 2.0, 0.0]), [3.0, 2.0, -3.0]));
+        // Half way: (2, 2, 1), turned by 45°.
+        let c = std::f64::consts::FRAC_1_SQRT_2;
+        assert!(near(track.pose(1.0).apply([2.0, 2.0, 0.0]), [1.0 + 3.0 * c, 2.0, -c]));
+        // A key without one goes back.
+        let track =
+            Track::new(&[Keyframe::deform(1.0, deform, [0.0; 3]), Keyframe::translate(2.0, [0.0; 3])]);
+        assert_eq!([1.0, 1.5, 2.0].map(|t| track.pose(t).apply([1.0, 0.0, 0.0])[0]), [3.0, 2.0, 1.0]);
+    }
+
+    #[test]
     fn a_full_turn_passes_the_half_turn() {
         let track = Track::new(&[Keyframe::rotate(1.0, [0.0, 0.0, 1.0], 360.0, [0.0; 3])]);
         assert!(near(track.pose(0.5).apply([1.0, 0.0, 0.0]), [-1.0, 0.0, 0.0]));
@@ -212,6 +234,7 @@ mod tests {
             translate: [1.0, 2.0, 3.0],
             rotate: Some(Rotation { axis: [1.0, 1.0, 0.0], degrees: 50.0 }),
             pivot: [0.3, 0.0, 0.0],
+            deform: None,
         }]);
         let (before, after, h) = (track.pose(0.4), track.pose(0.5), 0.1);
         let (spin, drift) = after.velocity_from(&before, h);

@@ -44,9 +44,12 @@ pub struct Keyframe {
     /// Turn from the start, about `pivot`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotate: Option<Rotation>,
-    /// The point [m] that `rotate` turns about.
+    /// The point [m] that `rotate` turns about, and that `deform` leaves in place.
     #[serde(default)]
     pub pivot: [f64; 3],
+    /// Stretch and shear from the start, row by row, about `pivot`, before `rotate`. For pins alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deform: Option<[[f64; 3]; 3]>,
 }
 
 impl Keyframe {
@@ -59,6 +62,21 @@ impl Keyframe {
     pub fn rotate(t: f64, axis: impl Into<DVec3>, degrees: f64, pivot: impl Into<DVec3>) -> Self {
         let rotate = Some(Rotation { axis: axis.into().to_array(), degrees });
         Self { t, rotate, pivot: pivot.into().to_array(), ..Self::default() }
+    }
+
+    /// Stretch and shear by a matrix, row by row, about `pivot`, reached at time `t` [s]. For pins alone.
+    ///
+    /// ```
+    /// use taffeta::scene::{Body, Keyframe, Material, Mesh, Select};
+    ///
+    /// // The border of a sheet is pulled to 1.1 times its width within a second.
+    /// let pull = Keyframe::deform(1.0, [[1.1, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], [0.0; 3]);
+    /// let border = Select { boundary: Some(true), ..Select::default() };
+    /// let sheet = Body::cloth("sheet", Mesh::grid(20, 20, [0.2, 0.2])).with_material(Material::preset("cotton"));
+    /// let sheet = sheet.pin_moving(border, vec![pull]);
+    /// ```
+    pub fn deform(t: f64, deform: [[f64; 3]; 3], pivot: impl Into<DVec3>) -> Self {
+        Self { t, deform: Some(deform), pivot: pivot.into().to_array(), ..Self::default() }
     }
 }
 

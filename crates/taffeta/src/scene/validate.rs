@@ -12,6 +12,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
+use crate::real::{cross, dot};
 use crate::scene::error::SceneError;
 use crate::scene::{Collider, ConstraintForm, Force, Keyframe, Rotation, Scene, Solver, World};
 pub(crate) use path::plain;
@@ -24,6 +25,8 @@ const MOST_NEWTON_STEPS: u32 = 100;
 
 /// Most sub-steps of a frame.
 const MOST_SUBSTEPS: f64 = 1e6;
+/// Largest number in a matrix that deforms.
+const LARGEST_STRETCH: f64 = 1e3;
 /// Most names in a message.
 const MOST_NAMES: usize = 20;
 
@@ -198,8 +201,23 @@ fn check_motion(path: &Path, motion: &[Keyframe]) -> Checked {
         if let Some(turn) = &key.rotate {
             check_rotation(&path.key("rotate"), turn)?;
         }
+        if let Some(deform) = &key.deform {
+            check_deform(&path.key("deform"), deform)?;
+        }
     }
     Ok(())
+}
+
+/// A matrix that stretches and shears, but turns nothing inside out.
+fn check_deform(path: &Path, deform: &[[f64; 3]; 3]) -> Checked {
+    deform.iter().try_for_each(|row| path.finite(row))?;
+    let large = deform.as_flattened().iter().any(|x| x.abs() > LARGEST_STRETCH);
+    path.demand(!large, || format!("is {deform:?}, numbers up to {LARGEST_STRETCH} would do"))?;
+    let [a, b, c] = *deform;
+    let determinant = dot(a, cross(b, c));
+    path.demand(determinant > 0.0, || {
+        format!("is {deform:?}, whose determinant is {}; one above 0 would do", plain(determinant))
+    })
 }
 
 fn check_rotation(path: &Path, turn: &Rotation) -> Checked {

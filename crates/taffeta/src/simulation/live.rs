@@ -86,7 +86,8 @@ impl Simulation {
             kept = track.goes_on_after(now);
             if !kept {
                 let Pose { rotate, translate } = to;
-                track.go_to(now, Keyframe { t: now + dt, translate, rotate: Some(rotate), pivot: [0.0; 3] });
+                let key = Keyframe { t: now + dt, translate, rotate: Some(rotate), ..Keyframe::default() };
+                track.go_to(now, key);
             }
         });
         if kept {

@@ -13,7 +13,7 @@ fn sheet(k: f64) -> Body {
 /// Half a metre up and a turn, in two frames.
 fn lifted(t: f64, share: f64) -> Keyframe {
     let rotate = Some(Rotation { axis: [0.0, 1.0, 0.0], degrees: 4.0 * share });
-    Keyframe { t, translate: [0.0, 0.03 * share, 0.01 * share], rotate, pivot: [0.0; 3] }
+    Keyframe { t, translate: [0.0, 0.03 * share, 0.01 * share], rotate, ..Keyframe::default() }
 }
 
 fn pose(share: f64) -> Pose {

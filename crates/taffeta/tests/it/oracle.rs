@@ -165,7 +165,7 @@ fn swing(pivot: V) -> (Rigid, Keyframe) {
     let shift = [0.02, 0.01, -0.03];
     let rigid = Rigid { until: 0.03, shift, axis, radians: 40_f64.to_radians(), pivot };
     let rotate = Some(Rotation { axis: [1.0, 2.0, -2.0], degrees: 40.0 });
-    (rigid, Keyframe { t: 0.03, translate: shift, rotate, pivot })
+    (rigid, Keyframe { t: 0.03, translate: shift, rotate, pivot, ..Keyframe::default() })
 }
 
 #[test]

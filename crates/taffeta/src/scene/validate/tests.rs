@@ -56,6 +56,23 @@ fn times_must_lead_forwards() {
 }
 
 #[test]
+fn pins_may_deform_but_turn_nothing_inside_out_and_colliders_keep_their_shape() {
+    let one = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let pulled = |x: f64| Keyframe::deform(1.0, [[x, 0.0, 0.0], one[1], one[2]], [0.0; 3]);
+    let pinned = |x: f64| move |s: &mut Scene| s.bodies[0].pins = vec![pin(vec![pulled(x)])];
+    let at = "body[0].pin[0].motion[0].deform";
+    refused(pinned(-1.0), at, "whose determinant is -1; one above 0");
+    refused(pinned(0.0), at, "whose determinant is 0; one above 0");
+    refused(pinned(f64::NAN), at, "finite");
+    refused(pinned(2e3), at, "numbers up to 1000");
+    let mut good = scene();
+    pinned(1.2)(&mut good);
+    assert_eq!(good.validate(), Ok(()));
+    let moved = |s: &mut Scene| s.colliders[0].motion = vec![pulled(1.2)];
+    refused(moved, "collider[0].motion[0].deform", "is for pins, and a collider");
+}
+
+#[test]
 fn numbers_must_be_finite_and_not_below_their_floor() {
     refused(|s| s.world.gravity[1] = f64::NAN, "world.gravity", "NaN");
     refused(|s| s.world.gravity[1] = 1e300, "world.gravity", "numbers up to 1e15");
@@ -63,7 +80,11 @@ fn numbers_must_be_finite_and_not_below_their_floor() {
     refused(|s| s.world.drag = -1.0, "world.drag", "is -1 kg/s, 0 or more");
     refused(|s| s.bodies[0].place.position[2] = f64::INFINITY, "body[0].place.position", "finite");
     refused(|s| s.bodies[0].velocity[1] = f64::NAN, "body[0].velocity", "finite");
-    refused(|s| s.bodies[0].velocity[1] = 3e8, "body[0].velocity", "300000000.0, 0.0] m/s, within ±1000000 m/s");
+    refused(
+        |s| s.bodies[0].velocity[1] = 3e8,
+        "body[0].velocity",
+        "300000000.0, 0.0] m/s, within ±1000000 m/s",
+    );
     let spin = |s: &mut Scene| s.bodies[0].angular_velocity[2] = -2e6;
     refused(spin, "body[0].angular_velocity", "-2000000.0] rad/s, within ±1000000 rad/s");
     let springs = |s: &mut Scene| s.bodies[0].springs.structural = Some(Spring { k: -5.0, d: 0.0 });
