@@ -40,7 +40,7 @@ impl FrameTable {
         }
         write!(part, "frame,time,kinetic,gravitational,springs")?;
         energy_kinds().try_for_each(|kind| write!(part, ",{kind}"))?;
-        write!(part, ",energy,px,py,pz,max_stretch")?;
+        write!(part, ",energy,px,py,pz,lx,ly,lz,max_stretch")?;
         write!(part, ",warp_min,warp_max,weft_min,weft_max,shear,contacts")?;
         write!(part, ",pairs,nearest_pair,pair_searches,iterations,residual,active_fraction,broken")?;
         for (name, _) in bodies.iter().filter(|(_, closed)| *closed) {
@@ -54,10 +54,10 @@ impl FrameTable {
     /// Adds a frame that took `ms` [ms].
     pub fn row(&mut self, report: &FrameReport, ms: f64) -> io::Result<()> {
         let r = report;
-        let [px, py, pz] = r.momentum;
+        let ([px, py, pz], [lx, ly, lz]) = (r.momentum, r.angular_momentum);
         write!(self.part, "{},{},{},{},{}", r.frame, r.time, r.kinetic, r.gravitational, r.springs)?;
         energy_kinds().try_for_each(|kind| write!(self.part, ",{}", r.energy_of(kind)))?;
-        write!(self.part, ",{},{px},{py},{pz},{}", r.energy(), r.max_stretch)?;
+        write!(self.part, ",{},{px},{py},{pz},{lx},{ly},{lz},{}", r.energy(), r.max_stretch)?;
         match r.strain {
             Some(FabricStrain { warp: [a, b], weft: [c, d], shear, .. }) => {
                 write!(self.part, ",{a},{b},{c},{d},{shear}")?;

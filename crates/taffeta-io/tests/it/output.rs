@@ -163,6 +163,7 @@ fn the_table_has_a_row_a_frame_at_any_time() {
         gravitational: 2.0,
         springs: 0.25,
         momentum: [0.0, -1.0, 0.0],
+        angular_momentum: [2.0, 0.0, -0.5],
         max_stretch: 1.1,
         contacts: 7,
         pairs: 3,
@@ -174,9 +175,9 @@ fn the_table_has_a_row_a_frame_at_any_time() {
         ..FrameReport::default()
     };
     table.row(&report, 1.5).unwrap();
-    let expected = "frame,time,kinetic,gravitational,springs,hinges,membranes,bends,energy,px,py,pz,max_stretch,contacts,\
+    let expected = "frame,time,kinetic,gravitational,springs,hinges,membranes,bends,energy,px,py,pz,lx,ly,lz,max_stretch,contacts,\
                     pairs,nearest_pair,pair_searches,iterations,residual,active_fraction,broken,\"volume_a,b\",ms\n\
-                    1,0.5,1,2,0.25,0,0,0,3.25,0,-1,0,1.1,7,3,0.75,2,12,0.0625,0.5,5,4.5,1.5\n";
+                    1,0.5,1,2,0.25,0,0,0,3.25,0,-1,0,2,0,-0.5,1.1,7,3,0.75,2,12,0.0625,0.5,5,4.5,1.5\n";
     assert_eq!(fs::read_to_string(folder.path().join("frames.csv.part")).unwrap(), expected);
     assert_eq!(fs::read_to_string(table.finish().unwrap()).unwrap(), expected);
 }
