@@ -78,6 +78,8 @@ pub struct Simulation {
     colliders: Vec<ColliderInfo>,
     start: FrameReport,
     report: FrameReport,
+    /// Forces on held nodes in the last frame [N].
+    held: Vec<[f64; 3]>,
     limit: StepLimit,
     warnings: Vec<Warning>,
     input: FrameInput,
@@ -127,6 +129,7 @@ impl Simulation {
             colliders,
             start: FrameReport::default(),
             report: FrameReport::default(),
+            held: Vec::new(),
             limit,
             warnings,
             input: FrameInput::default(),
@@ -180,7 +183,7 @@ impl Simulation {
 
     fn report_of(&self, sums: FrameSums, frame: u32) -> FrameReport {
         let assembly = self.backend.assembly();
-        let FrameSums { all, elements, strain, volumes, pairs, solver, broken } = sums;
+        let FrameSums { all, elements, strain, volumes, pairs, solver, broken, held } = sums;
         let strain = strain.map(|extremes| extremes.strain());
         let of_fabric = strain.map_or(0.0, |strain| 1.0 + strain.warp[1].max(strain.weft[1]));
         let max_stretch = all.max_stretch.max(of_fabric);
@@ -205,6 +208,7 @@ impl Simulation {
             pair_searches: pairs.searches,
             solver,
             broken,
+            reactions: assembly.reactions(time, &held),
         }
     }
 
@@ -372,6 +376,7 @@ impl Simulation {
     fn measure(&mut self) -> Result<(), Lost> {
         self.backend.measure()?;
         let sums = self.backend.sums()?;
+        self.held.clone_from(&sums.held);
         self.report = self.report_of(sums, self.frame());
         self.submitted = (0, false);
         self.start = self.report.clone();

@@ -116,6 +116,8 @@ pub enum Op {
     Multipliers,
     /// Takes up the force that was kept, and adds that of the volume.
     VolumeForces,
+    /// Keeps the forces on nodes that pins hold, of which reactions are made.
+    HeldForces,
     /// New velocity, then new position.
     Integrate,
     /// Puts moving pins where their keyframes, or the user, want them.
@@ -152,7 +154,7 @@ impl Op {
             Self::Rings | Self::Springs => Stage::Springs,
             Self::Predict | Self::Solve | Self::ConstraintForces => Stage::Constraints,
             Self::Gradients | Self::VolumeSums | Self::Multipliers | Self::VolumeForces => Stage::Volumes,
-            Self::Integrate => Stage::Integrate,
+            Self::HeldForces | Self::Integrate => Stage::Integrate,
             Self::Pins => Stage::Pins,
             Self::Contact => Stage::Contact,
             Self::Attachments | Self::ApplyAttachments => Stage::Attach,
@@ -264,6 +266,8 @@ pub struct Parts {
     pub attachments: bool,
     /// Nodes that touch each other.
     pub self_contact: bool,
+    /// Nodes that pins hold, whose forces are kept.
+    pub held: bool,
 }
 
 impl Parts {
@@ -276,7 +280,7 @@ impl Parts {
     /// Every combination of them.
     #[cfg(test)]
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..64).map(|bits: u32| {
+        (0..128).map(|bits: u32| {
             let has = |bit: u32| bits >> bit & 1 == 1;
             Self {
                 elements: has(0),
@@ -285,6 +289,7 @@ impl Parts {
                 restored: has(3),
                 attachments: has(4),
                 self_contact: has(5),
+                held: has(6),
             }
         })
     }
@@ -305,7 +310,7 @@ const fn scene(op: Op, of: Marks, sync: bool) -> Pass {
 
 /// The passes of a sub-step.
 pub fn substep(parts: &Parts) -> Vec<Line> {
-    let Parts { elements, solved, volumes, restored, attachments, self_contact } = *parts;
+    let Parts { elements, solved, volumes, restored, attachments, self_contact, held } = *parts;
     let (none, implicit, waits, volume) = (Marks::NONE, Marks::IMPLICIT, Marks::SOLVED, Marks::VOLUME);
     let mut list = List::default();
 
@@ -319,18 +324,18 @@ pub fn substep(parts: &Parts) -> Vec<Line> {
     list.add_if(solved, tiles(Op::Predict, waits, none));
     // A multiplier needs the forces on all nodes of its body: these tiles wait, too.
     list.add_if(volumes, tiles(Op::VolumeSums, volume, waits));
-    list.move_nodes(none, waits.and(volume));
+    list.move_nodes(held, none, waits.and(volume));
     if solved {
         list.add(scene(Op::Solve, waits, true));
         list.add(tiles(Op::ConstraintForces, waits, none));
         list.add_if(volumes, tiles(Op::Gradients, waits.and(volume), none));
         list.add_if(volumes, tiles(Op::VolumeSums, waits.and(volume), none));
-        list.move_nodes(waits, volume);
+        list.move_nodes(held, waits, volume);
     }
     if volumes {
         list.add(scene(Op::Multipliers, volume, true));
         list.add(tiles(Op::VolumeForces, volume, none));
-        list.move_nodes(volume, none);
+        list.move_nodes(held, volume, none);
     }
 
     // What moves nodes once more has colliders act on them again.
@@ -386,8 +391,9 @@ impl List {
         }
     }
 
-    /// From forces to positions, on some tiles.
-    fn move_nodes(&mut self, with: Marks, without: Marks) {
+    /// From forces to positions, on some tiles; the forces on nodes that are `held` are kept before.
+    fn move_nodes(&mut self, held: bool, with: Marks, without: Marks) {
+        self.add_if(held, tiles(Op::HeldForces, with, without));
         self.add(tiles(Op::Integrate, with, without));
         self.add(tiles(Op::Pins, with, without));
         self.add(tiles(Op::Contact, with, without));
@@ -430,6 +436,9 @@ mod tests {
                 (0..operations.len()).filter(|&at| operations[at] == Op::Integrate).collect();
             assert_eq!(at.len(), 1, "{class:?} of {parts:?}");
             let (before, after) = operations.split_at(at[0]);
+            let kept = before.last() == Some(&Op::HeldForces);
+            let before = if kept { &before[..before.len() - 1] } else { before };
+            assert_eq!(kept, parts.held, "{class:?} of {parts:?}");
             assert!(before.iter().all(|op| op.stage() < Stage::Integrate), "{class:?} of {parts:?}");
             assert!(after.iter().all(|op| op.stage() >= Stage::Integrate), "{class:?} of {parts:?}");
             assert_eq!(after[..3], [Op::Integrate, Op::Pins, Op::Contact], "{class:?} of {parts:?}");
@@ -499,7 +508,7 @@ mod tests {
         for parts in Parts::all() {
             let lines = substep(&parts);
             let has = |op| lines.iter().flat_map(Line::passes).any(|pass| pass.op == op);
-            let Parts { elements, solved, volumes, restored, attachments, self_contact } = parts;
+            let Parts { elements, solved, volumes, restored, attachments, self_contact, held } = parts;
             let wanted = [
                 (Op::Gather, elements),
                 (Op::Solve, solved),
@@ -509,6 +518,7 @@ mod tests {
                 (Op::ApplyAttachments, attachments),
                 (Op::ApplySelfContact, self_contact),
                 (Op::RestoreVolumes, restored),
+                (Op::HeldForces, held),
                 (Op::MeasureTiles, false),
             ];
             for (op, is_there) in wanted {

@@ -40,7 +40,7 @@ impl Outputs {
         let refuse = |error| unwritable(dir, error);
         let bodies = simulation.bodies();
         let columns: Vec<_> =
-            bodies.iter().map(|body| (body.name.clone(), body.rest_volume.is_some())).collect();
+            bodies.iter().map(|body| (body.name.clone(), body.rest_volume.is_some(), body.pins)).collect();
         let mut caches = Vec::new();
         for format in &plan.formats {
             caches.extend(format.caches(plan, simulation, dt).map_err(refuse)?);

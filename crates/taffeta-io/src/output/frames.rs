@@ -18,7 +18,7 @@ use taffeta::diagnostics::{FabricStrain, FrameReport, SolverReport, energy_kinds
 /// use taffeta_io::output::{Begin, FrameTable};
 ///
 /// let path = folder.path().join("frames.csv");
-/// let mut table = FrameTable::open(&path, &[("cloth".to_owned(), false)], Begin::New)?;
+/// let mut table = FrameTable::open(&path, &[("cloth".to_owned(), false, 0)], Begin::New)?;
 /// table.row(simulation.step()?, 0.1)?;
 /// table.finish()?;
 /// assert_eq!(std::fs::read_to_string(path)?.lines().count(), 2);
@@ -26,29 +26,36 @@ use taffeta::diagnostics::{FabricStrain, FrameReport, SolverReport, energy_kinds
 /// ```
 pub struct FrameTable {
     part: Part,
-    /// For each body, whether it has a column for its volume.
-    closed: Vec<bool>,
+    /// For each body, whether it has a column for its volume, and for how many pins it has columns.
+    bodies: Vec<(bool, usize)>,
 }
 
 impl FrameTable {
-    /// Starts the file at `path`, or takes it up. `bodies` are names, and whether the body is closed and has a volume.
-    pub fn open(path: &Path, bodies: &[(String, bool)], begin: Begin) -> io::Result<Self> {
+    /// Starts the file at `path`, or takes it up. `bodies` are names, whether the body is closed and has a volume, and how
+    /// many pins it has.
+    pub fn open(path: &Path, bodies: &[(String, bool, usize)], begin: Begin) -> io::Result<Self> {
         let mut part = Part::open(path, begin)?;
-        let closed = bodies.iter().map(|(_, closed)| *closed).collect();
+        let table =
+            |part| Self { part, bodies: bodies.iter().map(|&(_, closed, pins)| (closed, pins)).collect() };
         if begin == Begin::Again {
-            return Ok(Self { part, closed });
+            return Ok(table(part));
         }
         write!(part, "frame,time,kinetic,gravitational,springs")?;
         energy_kinds().try_for_each(|kind| write!(part, ",{kind}"))?;
         write!(part, ",energy,px,py,pz,lx,ly,lz,max_stretch")?;
         write!(part, ",warp_min,warp_max,weft_min,weft_max,shear,contacts")?;
         write!(part, ",pairs,nearest_pair,pair_searches,iterations,residual,active_fraction,broken")?;
-        for (name, _) in bodies.iter().filter(|(_, closed)| *closed) {
+        for (name, ..) in bodies.iter().filter(|(_, closed, _)| *closed) {
             write!(part, ",{}", quoted(&format!("volume_{name}")))?;
+        }
+        for (name, pin) in bodies.iter().flat_map(|(name, _, pins)| (0..*pins).map(move |pin| (name, pin))) {
+            for axis in ["x", "y", "z"] {
+                write!(part, ",{}", quoted(&format!("reaction_{name}_{pin}_{axis}")))?;
+            }
         }
         writeln!(part, ",ms")?;
         part.flush()?;
-        Ok(Self { part, closed })
+        Ok(table(part))
     }
 
     /// Adds a frame that took `ms` [ms].
@@ -69,10 +76,17 @@ impl FrameTable {
         write!(self.part, ",{},{nearest},{}", r.pairs, r.pair_searches)?;
         let SolverReport { iterations, residual, active_fraction, .. } = r.solver;
         write!(self.part, ",{iterations},{residual},{active_fraction},{}", r.broken)?;
-        for (body, _) in self.closed.iter().enumerate().filter(|(_, closed)| **closed) {
+        for (body, _) in self.bodies.iter().enumerate().filter(|(_, (closed, _))| *closed) {
             match r.volumes.get(body).copied().flatten() {
                 Some(volume) => write!(self.part, ",{volume}")?,
                 None => write!(self.part, ",")?,
+            }
+        }
+        let pins = |(body, &(_, pins)): (usize, &(bool, usize))| (0..pins).map(move |pin| (body, pin));
+        for (body, pin) in self.bodies.iter().enumerate().flat_map(pins) {
+            match r.reaction(body, pin) {
+                Some([x, y, z]) => write!(self.part, ",{x},{y},{z}")?,
+                None => write!(self.part, ",,,")?,
             }
         }
         writeln!(self.part, ",{ms}")?;

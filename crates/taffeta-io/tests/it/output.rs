@@ -2,7 +2,7 @@
 
 use std::fs;
 use taffeta::Precision;
-use taffeta::diagnostics::{FrameReport, SolverReport};
+use taffeta::diagnostics::{FrameReport, PinReaction, SolverReport};
 use taffeta::topology::{Polygons, Surface, Uvs};
 use taffeta_io::output::{Begin, FrameSink, FrameTable, Npy, Pc2, Positions, Usd, write_obj, write_ply};
 use taffeta_io::{MeshOptions, load_mesh};
@@ -154,7 +154,7 @@ fn a_seam_is_kept_at_the_corners_of_a_ply() {
 fn the_table_has_a_row_a_frame_at_any_time() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("frames.csv");
-    let bodies = [("cloth".to_owned(), false), ("a,b".to_owned(), true)];
+    let bodies = [("cloth".to_owned(), false, 2), ("a,b".to_owned(), true, 0)];
     let mut table = FrameTable::open(&path, &bodies, Begin::New).unwrap();
     let report = FrameReport {
         frame: 1,
@@ -172,12 +172,18 @@ fn the_table_has_a_row_a_frame_at_any_time() {
         solver: SolverReport { iterations: 12, residual: 0.0625, active_fraction: 0.5, capped: 1 },
         volumes: vec![None, Some(4.5)],
         broken: 5,
+        reactions: vec![
+            PinReaction { body: 0, pin: 0, force: Some([0.5, 9.0, 0.0]) },
+            PinReaction { body: 0, pin: 1, force: None },
+        ],
         ..FrameReport::default()
     };
     table.row(&report, 1.5).unwrap();
     let expected = "frame,time,kinetic,gravitational,springs,hinges,membranes,bends,energy,px,py,pz,lx,ly,lz,max_stretch,contacts,\
-                    pairs,nearest_pair,pair_searches,iterations,residual,active_fraction,broken,\"volume_a,b\",ms\n\
-                    1,0.5,1,2,0.25,0,0,0,3.25,0,-1,0,2,0,-0.5,1.1,7,3,0.75,2,12,0.0625,0.5,5,4.5,1.5\n";
+                    pairs,nearest_pair,pair_searches,iterations,residual,active_fraction,broken,\"volume_a,b\",\
+                    reaction_cloth_0_x,reaction_cloth_0_y,reaction_cloth_0_z,reaction_cloth_1_x,reaction_cloth_1_y,\
+                    reaction_cloth_1_z,ms\n\
+                    1,0.5,1,2,0.25,0,0,0,3.25,0,-1,0,2,0,-0.5,1.1,7,3,0.75,2,12,0.0625,0.5,5,4.5,0.5,9,0,,,,1.5\n";
     assert_eq!(fs::read_to_string(folder.path().join("frames.csv.part")).unwrap(), expected);
     assert_eq!(fs::read_to_string(table.finish().unwrap()).unwrap(), expected);
 }

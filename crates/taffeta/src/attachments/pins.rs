@@ -3,6 +3,7 @@
 use crate::assembly::Assembly;
 use crate::assembly::body::BodyAssembly;
 use crate::attachments::constraints::{Attachments, IS_POINT, JointMaterial, Point};
+use crate::motion::held::{self, Holders};
 use crate::motion::keyframes::Track;
 use crate::motion::moving::{MovingPin, MovingPins};
 use crate::real::{add, cross, scale, sub};
@@ -20,6 +21,7 @@ impl Assembly {
     ) -> Result<(), SceneError> {
         let mut track_of: Vec<u32> = Vec::new();
         let mut breaking: BTreeMap<usize, (u32, Point)> = BTreeMap::new();
+        let (mut pins, mut holders) = (Vec::new(), Holders::new());
         for (p, pin) in body.pins.iter().enumerate() {
             let chosen = built.select(&pin.select).map_err(|e| e.under(&format!("{path}.pin[{p}]")))?;
             let carrier = pin.collider.as_ref().and_then(|name| scene.collider_named(name));
@@ -41,12 +43,14 @@ impl Assembly {
                     track_of.resize(built.nodes, u32::MAX);
                 }
                 for local in locals {
+                    held::hold(&mut holders, local, p, !track.is_still());
                     built.free[local] = false;
                     if !track.is_still() {
                         track_of[local] = number;
                     }
                 }
             }
+            pins.push(((!track.is_still()).then_some(number as usize), pin.break_force.is_some()));
             if !track.is_still() {
                 let (key, moving) = ((self.bodies.len(), p), self.moving_mut());
                 moving.track_of_pin.insert(key, moving.tracks.len());
@@ -59,6 +63,8 @@ impl Assembly {
             track,
             start: built.start[local],
         }));
+        let index = self.bodies.len();
+        self.held_mut().add(index, built, &pins, &holders);
         // What another pin holds for good stays.
         for (local, (material, point)) in breaking.into_iter().filter(|(local, _)| built.free[*local]) {
             self.attachments_mut().hold((built.first + local) as u32, material, point);

@@ -103,7 +103,7 @@ fn partition(
     let mut parts = tables.parts();
     if options.particles.is_some() {
         // They do both among all else.
-        (parts.solved, parts.volumes, parts.restored) = (false, false, false);
+        (parts.solved, parts.volumes, parts.restored, parts.held) = (false, false, false, false);
     }
     let forces = forces(&tables, options.from > Stage::Elements);
     let features = of_gpu(options, bodies, &tables, &parts, meshes).map_err(|error| error.to_string())?;
@@ -123,8 +123,8 @@ fn forces(tables: &Tables, apart: bool) -> Vec<Four> {
     if !tables.volumes.weights.is_empty() {
         return tables.volumes.forces(tables.len());
     }
-    let Parts { elements, solved, .. } = tables.parts();
-    let waits = apart || elements || solved || !tables.loads.loads.is_empty();
+    let Parts { elements, solved, held, .. } = tables.parts();
+    let waits = apart || elements || solved || held || !tables.loads.loads.is_empty();
     vec![[0.0; 4]; if waits { tables.len() } else { 0 }]
 }
 

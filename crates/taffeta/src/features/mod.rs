@@ -46,6 +46,7 @@ pub fn parts(assembly: &Assembly) -> Parts {
         restored: assembly.volumes().any(|(_, kept)| kept.projects),
         attachments: !assembly.attachments().is_empty(),
         self_contact: assembly.self_colliding().next().is_some(),
+        held: !assembly.held().is_empty(),
     }
 }
 
@@ -77,6 +78,7 @@ fn of_cpu<T: Real>(context: &mut Context<'_, T>) -> Result<Vec<Box<dyn Feature<T
         membrane::strain::Strains::new(context).and_then(boxed),
         boxed(springs),
         boxed(motion::cpu::Pins::new(context.assembly.moving_pins())),
+        motion::held_cpu::HeldForces::new(context.assembly).and_then(boxed),
         boxed(explicit::cpu::Euler),
         boxed(colliders::cpu::Colliders::new(context)),
         volume::cpu::Volumes::new(context).and_then(boxed),
@@ -102,6 +104,7 @@ pub struct Tables {
     pub elements: elements::gpu::ElementTables,
     pub loads: load::gpu::LoadTables,
     pub pins: Vec<Pin>,
+    pub held: motion::held_gpu::HeldTables,
     pub volumes: volume::gpu::VolumeTables,
     /// Springs that are constraints, or may become some.
     pub constraints: dual::gpu_tables::ConstraintTables,
@@ -124,6 +127,7 @@ impl Tables {
             springs: spring::gpu::SpringTables::new(bodies)?,
             loads: load::gpu::LoadTables::new(bodies, &elements),
             pins: motion::gpu::pins(bodies),
+            held: motion::held_gpu::HeldTables::new(bodies),
             constraints: dual::gpu_tables::ConstraintTables::new(bodies)?,
             multigrid: implicit::gpu_tables::MultigridTables::new(bodies, &elements)?,
             attachments: attachments::gpu::AttachmentTables::new(bodies, volumes.numbers.len()),
@@ -142,6 +146,7 @@ impl Tables {
             restored: self.volumes.restores(),
             attachments: !self.attachments.lists.is_empty(),
             self_contact: !self.self_collision.surfaces.is_empty(),
+            held: !self.held.nodes.is_empty(),
         }
     }
 
@@ -240,6 +245,7 @@ fn of_gpu(
     let after = [
         attachments::gpu::Attachments::new(gpu, assembly, &tables.attachments, places)?.and_then(boxed),
         nodes::gpu::NodeContact::new(gpu, &tables.self_collision)?.and_then(boxed),
+        motion::held_gpu::HeldForces::new(gpu, &tables.held)?.filter(|_| parts.held).and_then(boxed),
         boxed(diagnostics::gpu::Measures::new(gpu, places)?),
     ];
     Ok(device::Features::new(all.into_iter().chain(solvers).chain(after).flatten().collect()))

@@ -4,7 +4,7 @@ use crate::gpu::feature::{Command, Dispatch, Features, Groups, Upload};
 use crate::gpu::kernels::{Kernels, Name, Overrides};
 use crate::gpu::layout::{Four, SUBSTEPS_SEEN, Substep};
 use crate::gpu::schedule::{Fused, schedule};
-use crate::step::{self, Line, Marks, Parts, Stage};
+use crate::step::{self, Line, Marks, Op, Parts, Stage};
 use std::collections::HashMap;
 use std::num::NonZeroU64;
 use std::ops::Range;
@@ -69,7 +69,9 @@ pub struct Partition {
     /// Forces by place [N] where they wait between kernels.
     force: Buffer<Four>,
     classes: Vec<Marks>,
+    /// Passes of a sub-step, and of one that keeps the forces on held nodes, where there are any.
     lines: Vec<Line>,
+    keeping: Option<Vec<Line>>,
     overrides: Overrides,
     substeps: Uniforms<Substep>,
     targets: Buffer<f32>,
@@ -92,6 +94,12 @@ fn table(features: &Features, from: Stage) -> Vec<Fused<'_>> {
     features.iter().flat_map(|feature| feature.kernels(features, from)).collect()
 }
 
+/// The name by which the time of an entry is told: that of the entry among others that carries out the same operation.
+fn label_among(others: &[&Fused<'_>], entry: &Fused<'_>) -> &'static str {
+    let op = if entry.operations[0] == Op::HeldForces { Op::Integrate } else { entry.operations[0] };
+    others.iter().find(|other| other.operations.contains(&op)).map_or(entry.label, |other| other.label)
+}
+
 impl Partition {
     /// Takes it to the device.
     pub fn new(gpu: &Gpu, start: Start, features: Features) -> Result<Self, GpuError> {
@@ -107,7 +115,8 @@ impl Partition {
             states: [state()?, state()?],
             current: 0,
             force: gpu.buffer_from("forces", &start.forces)?,
-            lines: step::substep(&start.parts),
+            lines: step::substep(&Parts { held: false, ..start.parts }),
+            keeping: start.parts.held.then(|| step::substep(&start.parts)),
             classes: start.classes,
             overrides,
             substeps: gpu.uniforms("sub-steps", SUBSTEPS_SEEN)?,
@@ -127,13 +136,14 @@ impl Partition {
     /// Takes the parameters of sub-steps to the device.
     pub fn upload(&mut self, upload: &Upload<'_>) -> Result<(), GpuError> {
         let (gpu, substeps) = (&self.gpu, upload.substeps);
+        let alike = self.alike(substeps.len());
         let mut records = vec![Substep::zeroed(); substeps.len()];
         let mut new = false;
         let mut targets = Vec::new();
         for (index, (record, substep)) in records.iter_mut().zip(substeps).enumerate() {
             record.gravity = substep.gravity.map(|c| c as f32);
             record.h = substep.h;
-            record.left = (substeps.len() - index) as u32;
+            record.left = alike.saturating_sub(index).max(1) as u32;
             record.first_goal = targets.len() as u32;
             targets.extend(self.features.iter().flat_map(|feature| feature.targets(substep)));
         }
@@ -165,49 +175,66 @@ impl Partition {
         (from, last): (Stage, bool),
     ) -> Result<(), GpuError> {
         let features = std::mem::take(&mut self.features);
-        let table = table(&features, from);
-        let result = self.record_with(&features, &table, kernels, list, substeps, (from, last));
-        drop(table);
+        let tables = [table(&features, from), table(&features, from.max(Stage::Loads))];
+        let result = self.record_with(&features, &tables, kernels, list, substeps, (from, last));
+        drop(tables);
         self.features = features;
         result
     }
 
-    /// The entries of the table that carry out a sub-step, in their order.
-    fn order<'t, 'f>(&self, table: &'t [Fused<'f>], from: Stage) -> Result<Vec<&'t Fused<'f>>, String> {
-        let order = schedule(&self.lines, &self.classes, table, from)?;
-        Ok(order.into_iter().map(|index| &table[index]).collect())
+    /// The entries of the table that carry out the passes of a sub-step, in their order.
+    fn order<'t, 'f>(
+        &self,
+        lines: &[Line],
+        table: &'t [Fused<'f>],
+        from: Stage,
+    ) -> Result<Vec<&'t Fused<'f>>, GpuError> {
+        let order = schedule(lines, &self.classes, table, from).map_err(|why| GpuError::Failed { why })?;
+        let entries = order.into_iter().map(|index| &table[index]);
+        Ok(entries.filter(|entry| entry.does_something()).collect())
+    }
+
+    /// How many of the first of some sub-steps are alike: the last one keeps forces where any are kept.
+    fn alike(&self, substeps: usize) -> usize {
+        substeps.saturating_sub(usize::from(self.keeping.is_some()))
     }
 
     fn record_with(
         &mut self,
         features: &Features,
-        table: &[Fused<'_>],
+        [table, apart]: &[Vec<Fused<'_>>; 2],
         kernels: &Kernels,
         list: &mut DispatchList,
         substeps: usize,
         (from, last): (Stage, bool),
     ) -> Result<(), GpuError> {
         let failed = |why| GpuError::Failed { why };
-        let mut order = self.order(table, from).map_err(failed)?;
-        order.retain(|entry| entry.does_something());
+        let order = self.order(&self.lines, table, from)?;
         if order.len() > 1 && order.iter().any(|entry| entry.steps > 1) {
             return Err(failed(
                 "a kernel that takes several sub-steps at once stands beside others".to_owned(),
             ));
         }
-        let mut substep = 0;
-        while substep < substeps {
+        let (mut substep, alike) = (0, self.alike(substeps));
+        while substep < alike {
             for entry in &order {
-                self.run(entry, features, kernels, list, substep)?;
+                self.run((entry, entry.label), features, kernels, list, substep)?;
             }
             self.current = 1 - self.current;
             substep += if let [only] = order[..] { only.steps as usize } else { 1 };
+        }
+        if substeps > alike {
+            let lines = self.keeping.as_deref().unwrap_or_default();
+            for entry in self.order(lines, apart, from)? {
+                self.run((entry, label_among(&order, entry)), features, kernels, list, alike)?;
+            }
+            self.current = 1 - self.current;
         }
         if last {
             let order =
                 schedule(&step::frame_end(), &self.classes, table, Stage::default()).map_err(failed)?;
             for index in order {
-                self.run(&table[index], features, kernels, list, 0)?;
+                self.run((&table[index], table[index].label), features, kernels, list, 0)?;
             }
             features.iter().for_each(|feature| feature.copy(list));
         }
@@ -216,13 +243,13 @@ impl Partition {
 
     fn run(
         &mut self,
-        entry: &Fused<'_>,
+        (entry, label): (&Fused<'_>, &'static str),
         features: &Features,
         kernels: &Kernels,
         list: &mut DispatchList,
         substep: usize,
     ) -> Result<(), GpuError> {
-        list.stage(entry.label);
+        list.stage(label);
         for command in &entry.commands {
             match command {
                 Command::SwapStates => self.current = 1 - self.current,

@@ -13,7 +13,7 @@ use crate::step::{Op, Stage};
 use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError, Shader, shaders};
 
 /// Its shaders.
-pub const SHADERS: &[Shader] = shaders!("motion", ["pins.wgsl", "stages.wgsl"]);
+pub const SHADERS: &[Shader] = shaders!("motion", ["held.wgsl", "pins.wgsl", "stages.wgsl"]);
 
 /// The moving pins of some bodies.
 pub fn pins(bodies: &Bodies<'_>) -> Vec<Pin> {

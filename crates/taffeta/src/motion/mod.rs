@@ -5,6 +5,10 @@ pub mod cpu;
 pub mod gpu;
 #[cfg(feature = "gpu")]
 pub mod gpu_layout;
+pub mod held;
+pub mod held_cpu;
+#[cfg(feature = "gpu")]
+pub mod held_gpu;
 pub mod keyframes;
 pub mod moving;
 pub mod pins;

@@ -61,6 +61,34 @@ pub struct FrameReport {
     pub solver: SolverReport,
     /// Joints of seams and pins that are broken at the end of the frame.
     pub broken: u64,
+    /// The reaction of each pin of the scene, body by body.
+    pub reactions: Vec<PinReaction>,
+}
+
+/// The force with which a pin holds its nodes.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Scene, Select};
+/// use taffeta::{Options, Simulation};
+///
+/// // A chain of 0.2 kg hangs from its first node.
+/// let chain = Body::cloth("chain", Mesh::chain(4, 1.0)).with_mass(Mass::Whole(0.2)).structural(50.0, 0.5);
+/// let mut scene = Scene::new("").time(0.1, 1e-3).body(chain.pin(Select::nodes([0])));
+/// scene.world.gravity = [9.81, 0.0, 0.0];
+/// let mut simulation = Simulation::new(&scene, &Options::default())?;
+/// let [pin] = &simulation.advance(100)?.reactions[..] else { panic!("one pin") };
+/// assert!((pin.force.expect("after a frame")[0] + 0.2 * 9.81).abs() < 0.01);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PinReaction {
+    /// Where its body stands in the scene.
+    pub body: usize,
+    /// Where the pin stands among those of the body.
+    pub pin: usize,
+    /// Sum over its nodes of m (a − g) − f in the frame's last sub-step [N], where f are the forces of springs, other elements,
+    /// volumes and loads. Contacts, seams and tethers do not count. None at the start, and for pins that break.
+    pub force: Option<[f64; 3]>,
 }
 
 /// Energy of all elements of one kind.
@@ -180,6 +208,11 @@ impl FrameReport {
     /// Energy of one kind of elements [J]; 0 where the scene has none.
     pub fn energy_of(&self, kind: &str) -> f64 {
         self.elements.iter().find(|one| one.kind == kind).map_or(0.0, |one| one.energy)
+    }
+
+    /// The reaction of a pin of a body, both by their places in the scene [N]; `None` where nothing is known of it.
+    pub fn reaction(&self, body: usize, pin: usize) -> Option<[f64; 3]> {
+        self.reactions.iter().find(|one| (one.body, one.pin) == (body, pin))?.force
     }
 
     /// Energy of all elements but springs [J].

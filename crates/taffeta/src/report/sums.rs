@@ -43,6 +43,8 @@ pub struct FrameSums {
     pub solver: SolverReport,
     /// Joints that are broken.
     pub broken: u64,
+    /// Force on each node that a pin holds, but the pin's own and gravity, in the last sub-step [N]; none if there was none.
+    pub held: Vec<[f64; 3]>,
 }
 
 /// What was found of nodes in contact with each other.

@@ -28,6 +28,7 @@ impl Simulation {
         if frames > 0 {
             let frame = self.report.frame + frames;
             let sums = self.backend.sums().map_err(|Lost(why)| StepError::Lost { frame, why })?;
+            self.held.clone_from(&sums.held);
             let report = self.report_of(sums, frame);
             if let Some(what) = runaway(&self.start, &self.report, &report, driven) {
                 return Err(self.diverged([self.report.frame + 1, frame], what).into());

@@ -2,6 +2,7 @@
 
 use crate::assembly::body::BodyAssembly;
 use crate::simulation::{InputError, Simulation};
+use glam::DVec3;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Tells one simulation of this process from all others.
@@ -153,6 +154,31 @@ impl Simulation {
             return Err(InputError::NoPin { body: info.name.clone(), pin: index, pins: info.pins });
         }
         Ok(PinHandle { body, index: index as u32 })
+    }
+
+    /// The force with which a pin holds its nodes in the last sub-step of the last frame [N], as
+    /// [`PinReaction`](crate::diagnostics::PinReaction) has it. `None` at the start, and for pins that break.
+    ///
+    /// # Errors
+    /// Where the pin is one of another simulation.
+    pub fn reaction(&self, pin: PinHandle) -> Result<Option<DVec3>, InputError> {
+        let body = self.index_of(pin.body())?;
+        Ok(self.report.reaction(body, pin.index()).map(DVec3::from))
+    }
+
+    /// Vertices that a pin holds, and the force on each in the last sub-step of the last frame [N]: what
+    /// [`Self::reaction`] is the sum of. Empty before a frame has run, and for pins that break.
+    ///
+    /// # Errors
+    /// Where the pin is one of another simulation.
+    pub fn vertex_reactions(&self, pin: PinHandle) -> Result<Vec<(usize, DVec3)>, InputError> {
+        let (body, assembly) = (self.index_of(pin.body())?, self.backend.assembly());
+        let forces = assembly.node_reactions(self.report.time, &self.held);
+        let found = &assembly.bodies[body];
+        let all = assembly.held_by(body, pin.index()).filter_map(|(node, index)| {
+            Some((found.vertex_of_solver(node - found.first), DVec3::from(*forces.get(index)?)))
+        });
+        Ok(all.collect())
     }
 
     /// The index of a body of this simulation.

@@ -191,6 +191,7 @@ impl Simulation {
         self.backend.set_solver_state(&snapshot.solver_state());
         self.moved = snapshot.moved.iter().map(|&user| order[user as usize] as u32).collect();
         self.moved.sort_unstable();
+        self.held.clear();
         self.start = snapshot.start.clone();
         self.report = snapshot.report.clone();
         Ok(())

@@ -9,6 +9,7 @@ use crate::gpu::feature::{Command, Feature, Features};
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP};
 use crate::gpu::schedule::Fused;
+use crate::motion::held_gpu::HeldForces;
 use crate::plan::Substep;
 use crate::report::FrameSums;
 use crate::step::{Marks, Op, Stage};
@@ -167,13 +168,24 @@ impl Volumes {
         ]
     }
 
-    /// From multipliers to positions.
-    fn particles<'f>(&'f self, features: &Features) -> Fused<'f> {
+    /// From multipliers to positions; and the same where the forces on held nodes are kept.
+    fn particles<'f>(&'f self, features: &Features) -> Vec<Fused<'f>> {
         let [contact, _] = contact_of(features);
         let name = Name::new("volume_particles").with(contact.choices());
-        let all = [Op::Multipliers, Op::VolumeForces, Op::Integrate, Op::Contact];
-        let operations = if contact == Contact::Later { &all[..3] } else { &all };
-        Fused::new(operations, vec![Command::run(name, self.groups.len())]).on(Marks::VOLUME, Marks::NONE)
+        let mut operations = vec![Op::Multipliers, Op::VolumeForces, Op::Integrate, Op::Contact];
+        if contact == Contact::Later {
+            operations.pop();
+        }
+        let entry = |operations: &[Op], more: Option<Command<'f>>| {
+            let commands = [Command::run(name, self.groups.len())].into_iter().chain(more).collect();
+            Fused::new(operations, commands).on(Marks::VOLUME, Marks::NONE)
+        };
+        let mut all = vec![entry(&operations, None)];
+        if let Some(held) = features.get::<HeldForces>() {
+            operations.insert(2, Op::HeldForces);
+            all.push(entry(&operations, Some(held.command())));
+        }
+        all
     }
 
     /// A round that restores volumes. Nothing is read back, so that all rounds are recorded; on volumes that are restored
@@ -208,7 +220,7 @@ impl Feature for Volumes {
     fn kernels<'f>(&'f self, features: &'f Features, from: Stage) -> Vec<Fused<'f>> {
         let measure = vec![Command::run(Name::new("measure_volumes"), self.chunks.len())];
         let mut all = self.forces(features, from);
-        all.push(self.particles(features));
+        all.extend(self.particles(features));
         all.push(self.round(features));
         all.push(Fused::new(&[Op::MeasureBodies], measure));
         all

@@ -6,6 +6,7 @@ use crate::contact::colliders::gpu::Contact;
 use crate::cpu::CpuBackend;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::Four;
+use crate::motion::held_cpu::HeldForces;
 use crate::parity::bench::{Bench, Given, Written};
 use crate::parity::fixture::{Arrays, Fixture, SUBSTEP, words};
 use crate::parity::row::{Row, Tolerance};
@@ -87,7 +88,7 @@ fn sum_up(fixture: &mut Fixture, operations: &[Op]) -> Found {
 
 /// What bodies that keep their volume, and restore it, have.
 fn volumes() -> Parts {
-    Parts { volumes: true, restored: true, ..Parts::default() }
+    Parts { volumes: true, restored: true, held: true, ..Parts::default() }
 }
 
 /// Lends the state after the sub-step to the CPU, with those who have touched in it.
@@ -247,24 +248,29 @@ fn particles(bench: &mut Bench<'_>) -> Result<(), String> {
     for mut fixture in fixtures {
         let found = sum_up(&mut fixture, &[Op::Loads, Op::Rings, Op::Springs]);
         let Fixture { cpu, substeps, .. } = &mut fixture;
-        let operations = [Op::Multipliers, Op::VolumeForces, Op::Integrate, Op::Contact];
+        let operations = [Op::Multipliers, Op::VolumeForces, Op::HeldForces, Op::Integrate, Op::Contact];
         cpu.passes(&substeps[SUBSTEP], &step::part_of(&volumes(), &operations));
         let start = [poison(&fixture), poison(&fixture)];
         let wanted = after(&mut fixture, start, 0);
         let force = forces_found(&fixture, &forces_and_weights(&fixture, &poison(&fixture)), &found, 0);
         let parts = parts(&fixture, &fixture.old.position, &found, 0);
-        moved(bench, &fixture, &kernel, fixture.arrays(), (&wanted, &force, &parts))?;
+        let mut kept = force.clone();
+        let held = fixture.cpu.feature::<HeldForces<f32>>().expect("bodies have pins");
+        for (place, [x, y, z]) in held.all().filter(|(place, _)| force[*place][0].is_finite()) {
+            kept[place] = [x, y, z, 0.0];
+        }
+        moved(bench, &fixture, &kernel, fixture.arrays(), (&wanted, [&force, &kept], &parts))?;
     }
     Ok(())
 }
 
-/// Runs a kernel that moves nodes, and leaves forces and sums as they are.
+/// Runs a kernel that moves nodes, keeps forces on those that are held, and leaves sums as they are.
 fn moved(
     bench: &mut Bench<'_>,
     fixture: &Fixture,
     kernel: &Kernel,
     mut arrays: Arrays,
-    (wanted, force, parts): (&[Vec<Four>; 2], &[Four], &[Four]),
+    (wanted, [force, kept], parts): (&[Vec<Four>; 2], [&[Four]; 2], &[Four]),
 ) -> Result<(), String> {
     arrays.insert("force", words(force));
     arrays.insert("volume_sums", words(parts));
@@ -272,7 +278,7 @@ fn moved(
     run(bench, fixture, kernel, &arrays, |written| {
         written.fours("new_position", &wanted[0]);
         written.fours("new_velocity", &wanted[1]);
-        compare_forces(written, force, places);
+        compare_forces(written, kept, places);
         compare_parts(written, parts);
     })
 }
@@ -344,7 +350,7 @@ fn restore_with<const N: usize>(
         let mut arrays = fixture.arrays();
         arrays.insert("new_position", words(&fixture.new.position));
         arrays.insert("new_velocity", words(&fixture.new.velocity));
-        moved(bench, &fixture, &kernel, arrays, (&wanted, &force, &parts))?;
+        moved(bench, &fixture, &kernel, arrays, (&wanted, [&force, &force], &parts))?;
     }
     Ok(())
 }

@@ -182,7 +182,12 @@ fn volume_particles(
         let x = old_position[place];
         let v = old_velocity[place];
         let direction = direction_of(group, found.correction, lane, x.xyz, abs(v.w));
-        let after = resolve_contact(integrate(x, v, force[place].xyz + direction * lambda, 0u), Origin(x.xyz, true), 0u);
+        let total = force[place].xyz + direction * lambda;
+        if !(x.w > 0.0) {
+            // What a pin has to hold against.
+            force[place] = vec4f(total, 0.0);
+        }
+        let after = resolve_contact(integrate(x, v, total, 0u), Origin(x.xyz, true), 0u);
         new_position[place] = after.position;
         new_velocity[place] = after.velocity;
     }

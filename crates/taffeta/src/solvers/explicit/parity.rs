@@ -10,6 +10,7 @@ use crate::elements::load::load as external;
 use crate::elements::spring::gpu_layout::ResidentMesh;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP};
+use crate::motion::held_cpu::HeldForces;
 use crate::parity::bench::{Bench, Given};
 use crate::parity::fixture::{Arrays, Fixture, words};
 use crate::parity::row::{Row, Tolerance};
@@ -30,6 +31,7 @@ pub const ROWS: &[Row] = &[
     row("contact_all", "contact_all", Tolerance::new(0.0, 512.0, COLLIDED), contact),
     row("contact_all_meshes", "contact_all", Tolerance::new(0.0, 262_144.0, TURNED), contact_on_meshes),
     row("pins_all", "pins_all", Tolerance::new(0.0, 8.0, SAME), pins),
+    row("keep_held_forces", "keep_held_forces", Tolerance::new(0.0, 0.0, "copies"), held),
     row("loads_all", "loads_all", Tolerance::new(0.0, 16.0, SAME), loads),
     row("grid_springs_all", "grid_springs_all", Tolerance::new(0.0, 32.0, SAME), grid_springs),
     row("mesh_springs_all", "mesh_springs_all", Tolerance::new(0.0, 32.0, SAME), mesh_springs),
@@ -161,6 +163,26 @@ fn pins(bench: &mut Bench<'_>) -> Result<(), String> {
         bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
             written.fours("new_position", &position);
             written.fours("new_velocity", &velocity);
+        })?;
+    }
+    Ok(())
+}
+
+fn held(bench: &mut Bench<'_>) -> Result<(), String> {
+    let fixtures = fixtures(bench)?;
+    let kernel = kernel_of(bench, Name::new("keep_held_forces"), &fixtures[0])?;
+    for mut fixture in fixtures {
+        fixture.on_cpu(&[Op::HeldForces]);
+        let cpu = fixture.cpu.feature::<HeldForces<f32>>().expect("bodies have pins");
+        let wanted: Vec<Four> = cpu.all().map(|(_, force)| written(force)).collect();
+        let mut arrays = fixture.arrays();
+        arrays.insert("force", words(&fixture.force_fours()));
+        arrays.insert("held_nodes", fixture.tables.held.nodes.clone());
+        arrays.insert("held_forces", vec![f32::NAN.to_bits(); 4 * wanted.len()]);
+        let (records, groups) = (fixture.records(), wanted.len().div_ceil(GROUP));
+        bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
+            written.fours("force", &fixture.force_fours());
+            written.fours("held_forces", &wanted);
         })?;
     }
     Ok(())

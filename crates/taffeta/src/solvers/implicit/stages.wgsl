@@ -222,6 +222,8 @@ fn add_implicit_forces(
     let node = level_groups[index].first + lane;
     let inverse_mass = old_position[node].w;
     if !(inverse_mass > 0.0) {
+        // What a pin has to hold against.
+        force[node] = vec4f(force[node].xyz + vector_of(PRODUCT, node) * (1.0 / substeps[0].h), 0.0);
         return;
     }
     let predicted = predicted_at(node);

@@ -557,6 +557,9 @@ impl Twin<'_> {
         for (node, _) in self.finest() {
             let (x, record) = (self.fixture.old.position[node], self.work.predicted_contacts[node]);
             if x[3] <= 0.0 {
+                let force = scale(self.get(Vector::Product, node), 1.0 / self.h());
+                let [x, y, z] = add(three(self.work.force[node]), force);
+                self.work.force[node] = [x, y, z, 0.0];
                 continue;
             }
             let predicted = self.predicted(node);

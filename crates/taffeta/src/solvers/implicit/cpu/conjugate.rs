@@ -401,31 +401,32 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     fn note_changes(&self, chunk: &Chunk, total: &[&mut [T]; 3]) {
         let (shared, part) = (self.shared, &chunk.part);
         // SAFETY: as in `take`.
-        let (change, x, right, predicted) = unsafe {
-            (shared.change.write::<3>(part), shared.x.read(), shared.right.read(), self.hold(0).predicted)
-        };
+        let (change, right, x) =
+            unsafe { (shared.change.write::<3>(part), shared.right.write::<3>(part), shared.x.read()) };
+        let (predicted, inverse_mass) = (self.hold(0).predicted, &self.worker.nodes.inverse_mass);
         let edges = Operator { own: Own::None, ..self.operator(0, chunk.body) };
         for first in part.clone().step_by(LANES) {
             let at = first - part.start;
             let held = predicted.get(first..first + LANES).unwrap_or(&[]);
-            let any = held.iter().any(PredictedContact::in_contact);
+            let pinned = inverse_mass[first..first + LANES].iter().any(|&w| w <= T::ZERO);
+            let any = pinned || held.iter().any(PredictedContact::in_contact);
             let (product, step) = if any {
                 edges.slice::<FINE>(first / LANES, &x)
             } else {
                 ([[T::ZERO; LANES]; 3], x.lanes::<3>(first))
             };
-            let given = right.lanes::<3>(first);
             for lane in 0..LANES {
                 let at = at + lane;
+                let impulse = [0, 1, 2].map(|axis| right[axis][at] - product[axis][lane]);
                 let before = [0, 1, 2].map(|axis| total[axis][at]);
                 let mut after = add(before, [step[0][lane], step[1][lane], step[2][lane]]);
                 if let Some(predicted) = held.get(lane).filter(|predicted| predicted.in_contact()) {
-                    let impulse = [0, 1, 2].map(|axis| given[axis][lane] - product[axis][lane]);
-                    let springs = scale(impulse, self.worker.nodes.inverse_mass[first + lane]);
+                    let springs = scale(impulse, inverse_mass[first + lane]);
                     after = velocity_change(predicted, after, springs);
                 }
                 for axis in 0..3 {
                     change[axis][at] = after[axis];
+                    right[axis][at] = impulse[axis];
                 }
             }
         }

@@ -10,9 +10,14 @@ impl<T: Real> Implicit<T> {
     pub(crate) fn add_changes(&self, tile: &mut Tile<'_, T>) {
         let colliders = self.colliders(tile.substep);
         // SAFETY: found before a barrier.
-        let change = unsafe { self.work.change.read() };
+        let (change, right) = unsafe { (self.work.change.read(), self.work.right.read()) };
         for (at, run) in tile.plan.runs() {
             for place in run.clone() {
+                if tile.nodes.inverse_mass[place] <= T::ZERO {
+                    let impulse: [T; 3] = right.at(place);
+                    tile.add_force(at + place - run.start, scale(impulse, T::ONE / tile.substep.h));
+                    continue;
+                }
                 let mut after: [T; 3] = change.at(place);
                 if !colliders.is_empty() {
                     // SAFETY: as above.
