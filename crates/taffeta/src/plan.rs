@@ -40,8 +40,7 @@ impl<T: Real> Substep<T> {
 /// The sub-steps of the frame that starts at time `start` [s].
 pub fn frame<T: Real>(assembly: &Assembly, start: f64, parameters: Parameters<T>) -> Vec<Substep<T>> {
     let (time, world) = (&assembly.time, &assembly.world);
-    let substep = |index| {
-        let (offset, h) = time.substep(index);
+    let substep = |(offset, h): (f64, f64)| {
         let mut substep = Substep {
             h: T::from_f64(h),
             gravity: world.gravity,
@@ -53,5 +52,13 @@ pub fn frame<T: Real>(assembly: &Assembly, start: f64, parameters: Parameters<T>
         parameters(assembly, [start + offset, h], &mut substep);
         substep
     };
-    (0..time.substeps()).map(substep).collect()
+    let first = if start == 0.0 { assembly.first_share() } else { None };
+    let spans = (0..time.substeps()).flat_map(|index| {
+        let (offset, h) = time.substep(index);
+        match first.filter(|_| index == 0) {
+            Some(share) => vec![(offset, share * h), (offset + share * h, (1.0 - share) * h)],
+            None => vec![(offset, h)],
+        }
+    });
+    spans.map(substep).collect()
 }

@@ -95,7 +95,7 @@ fn solver(text: &mut String, random: &mut Random) {
     let _ = writeln!(text, "ice.tolerance = {:?}", random.scale(1e-12, 0.9));
     let _ = writeln!(text, "ice.max_iterations = {}", random.whole(1, 50));
     if primal {
-        let _ = writeln!(text, "ice.newton_steps = {}", random.whole(1, 3));
+        let _ = writeln!(text, "ice.newton_steps = {}", random.whole(0, 3));
     } else {
         let _ = writeln!(text, "ice.epsilon = {:?}", random.unit());
     }
@@ -265,7 +265,8 @@ const BEYOND: &[&str] = &[
     "solver.ice.max_iterations=0",
     "solver.ice.max_iterations=4294967296",
     "solver.ice.epsilon=-1",
-    "solver.ice.newton_steps=0",
+    "solver.ice.order=0",
+    "solver.ice.order=2",
     "solver.ice.newton_steps=2",
     "solver.ice.newton_steps=4294967296",
     "solver={ method = \"ice\", ice = { form = \"primal\", epsilon = 0.1 } }",

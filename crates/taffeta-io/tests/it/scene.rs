@@ -127,7 +127,7 @@ fn settings_of_a_solver_are_read_with_their_defaults() {
     assert_eq!((ice.ice.tolerance, ice.ice.warm_start, ice.ice.max_iterations), (1e-6, false, 200));
     let (primal, _) = solver("method = \"ice\"\nice = { form = \"primal\", newton_steps = 2 }\n");
     assert_eq!((primal.ice.form, primal.ice.newton_steps), (ConstraintForm::Primal, 2));
-    assert!(primal.is_primal() && plain.ice.newton_steps == 1 && !plain.is_primal());
+    assert!(primal.is_primal() && plain.ice.newton_steps == 0 && !plain.is_primal());
     let (acad, notes) = solver(
         "method = \"acad\"\n[solver.acad]\ntarget = 0.1\nrelease = 0.1\nepsilon = 0.1\n[solver.ice]\nmax_iterations = 9\n",
     );
@@ -162,8 +162,13 @@ fn what_a_solver_cannot_be_is_said_at_its_place() {
     );
     says("ice", "max_iterations = 0", "max_iterations`: is 0, 1 or more would do");
     says("ice", "epsilon = -0.5", "epsilon`: is -0.5, 0 or more would do");
-    says("ice", "newton_steps = 0", "newton_steps`: is 0, 1 to 100 would do");
-    says("ice", "newton_steps = 101", "newton_steps`: is 101, 1 to 100 would do");
+    says("ice", "newton_steps = 101", "newton_steps`: is 101, 0 to 100 would do");
+    says("ice", "order = 3", "order`: is 3, 1 or 2 would do");
+    says(
+        "ice",
+        "order = 2",
+        "order`: is 2, but only the form \"primal\" of the method \"ice\" is of second order in time; 1 would do",
+    );
     says(
         "ice",
         "newton_steps = 2",
@@ -178,8 +183,8 @@ fn what_a_solver_cannot_be_is_said_at_its_place() {
         "s.toml:10:11: `solver.ice.epsilon`: is 0.25, and the form \"primal\" has no compliance to add to; 0 would do"
     );
     assert_eq!(
-        primal("newton_steps = 0"),
-        "s.toml:10:16: `solver.ice.newton_steps`: is 0, 1 to 100 would do"
+        primal("newton_steps = 101"),
+        "s.toml:10:16: `solver.ice.newton_steps`: is 101, 0 to 100 would do"
     );
     let refused = |table: &str, line: &str, words: &str| {
         let error = refused(&at(table, line), &[]);

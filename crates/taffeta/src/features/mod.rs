@@ -58,6 +58,7 @@ pub fn parameters<T: Real>(assembly: &Assembly, span: [f64; 2], substep: &mut Su
     colliders::moving::parameters(assembly, span, substep);
     volume::constraint::parameters(assembly, span, substep);
     attachments::constraints::parameters(assembly, span, substep);
+    implicit::scheme::parameters(assembly, span, substep);
 }
 
 /// A scene on the CPU.

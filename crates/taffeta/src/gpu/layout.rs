@@ -28,7 +28,7 @@ pub struct Substep {
     pub max_separation: f32,
     pub own: u32,
     pub air: Air,
-    pub padding: [u32; 16],
+    pub padding: [u32; 8],
 }
 
 /// `Solving` of substep.wgsl.
@@ -44,7 +44,17 @@ pub struct Solving {
     pub most_iterations: u32,
     pub is_adaptive: u32,
     pub is_warm: u32,
-    pub padding: [u32; 3],
+    pub inner: f32,
+    pub mass: f32,
+    pub outer: f32,
+    pub place_of_velocity: f32,
+    pub place_of_rate: f32,
+    pub velocity_of_rate: f32,
+    pub rate_of_change: f32,
+    pub rate_kept: f32,
+    pub whole: f32,
+    pub is_second: u32,
+    pub padding: u32,
 }
 
 /// Records of sub-steps that a dispatch sees: its own and those after it.

@@ -374,13 +374,13 @@ impl Fixture {
             frame_rate: substep.frame_fraction.1,
             input_forces: self.input.forces.len() as u32,
             pins: self.pins.len() as u32,
-            solving: Solving::of(&self.cpu.assembly().solver),
+            solving: Solving::of(&self.cpu.assembly().solver).stepping(substep.h, substep.scheme()),
             left: (self.substeps.len() - index) as u32,
             first_goal: sum(&|s| s.goals().len() + s.closing().len(), index),
             max_separation: pair::max_separation(f64::from(substep.h)) as f32,
             own: 0,
             air: Air::of(substep.air()),
-            padding: [0; 16],
+            padding: [0; 8],
         };
         self.substeps.iter().enumerate().map(record).collect()
     }

@@ -42,6 +42,7 @@ const AERO_TRIANGLE: u64 = 100;
 const CONSTRAINT: u64 = 215;
 const NODE_OF_LEVELS: u64 = 560;
 const SPRING_OF_LEVELS: u64 = 140;
+const SECOND_ORDER_NODE: u64 = 80;
 const MOVING_PIN: u64 = 40;
 const SUBSTEP: u64 = 60;
 const POSE: u64 = 200;
@@ -123,10 +124,11 @@ impl Scene {
     fn implicit_part(&self, index: usize, nodes: u64, springs: u64) -> Part<'_> {
         let elements = self.bodies[index].solved_bytes();
         let by_nodes = self.solver.is_primal() && (springs > 0 || elements > 0);
+        let more = if self.solver.is_second_order() { SECOND_ORDER_NODE } else { 0 };
         let bytes = match self.solver.method {
             Method::Springs => 0,
             _ if by_nodes => nodes
-                .saturating_mul(NODE_OF_LEVELS)
+                .saturating_mul(NODE_OF_LEVELS + more)
                 .saturating_add(springs.saturating_mul(SPRING_OF_LEVELS))
                 .saturating_add(elements),
             _ => springs.saturating_mul(CONSTRAINT),
@@ -344,15 +346,18 @@ mod tests {
 
     #[test]
     fn springs_that_are_solved_for_by_nodes_take_more_for_each_node() {
-        let scene = |body: Body, form| {
+        let of_order = |body: Body, form, order| {
             let mut scene = Scene::new("").body(body).method(Method::Ice);
-            scene.solver.ice.form = form;
+            (scene.solver.ice.form, scene.solver.ice.order) = (form, order);
             scene.memory_needed()
         };
+        let scene = |body, form| of_order(body, form, 1);
         let body = sheet(100).shear(1.0, 0.0);
         let explicit = needed(body.clone());
+        let second = of_order(body.clone(), ConstraintForm::Primal, 2);
         let of = scene(body, ConstraintForm::Primal);
         assert_eq!(of.bytes - explicit, 10_000 * NODE_OF_LEVELS + 40_000 * SPRING_OF_LEVELS);
+        assert_eq!(second.bytes - of.bytes, 10_000 * SECOND_ORDER_NODE);
         assert_eq!(of.mostly, "the 40000 springs of body `sheet`, solved for by its 10000 nodes");
         // Without springs there is nothing to solve for.
         let bare = Body { springs: Springs::default(), ..sheet(100) };

@@ -106,15 +106,16 @@ impl Scene {
         path.key("epsilon").demand(ice.epsilon == 0.0 || !self.solver.is_primal(), || {
             format!("is {}, and the form \"primal\" has no compliance to add to; 0 would do", ice.epsilon)
         })?;
-        path.key("newton_steps").demand((1..=MOST_NEWTON_STEPS).contains(&ice.newton_steps), || {
-            format!("is {}, 1 to {MOST_NEWTON_STEPS} would do", ice.newton_steps)
+        path.key("newton_steps").demand((..=MOST_NEWTON_STEPS).contains(&ice.newton_steps), || {
+            format!("is {}, 0 to {MOST_NEWTON_STEPS} would do", ice.newton_steps)
         })?;
-        path.key("newton_steps").demand(ice.newton_steps == 1 || self.solver.is_primal(), || {
+        path.key("newton_steps").demand(ice.newton_steps <= 1 || self.solver.is_primal(), || {
             format!(
                 "is {}, but only the form \"primal\" of the method \"ice\" takes Newton steps; 1 would do",
                 ice.newton_steps
             )
         })?;
+        self.check_order()?;
         let path = Path::of("solver.acad");
         path.key("threshold").positive(acad.threshold, "")?;
         for (key, share) in [("release", acad.release), ("target", acad.target)] {
@@ -127,6 +128,22 @@ impl Scene {
             "is \"primal\", a form of the method \"ice\" alone; \"compliant\" would do".to_owned()
         })?;
         path.key("epsilon").not_negative(acad.epsilon, "")
+    }
+
+    /// Second order in time is of the primal form, and of bodies that do not keep their volume: that is of first order.
+    fn check_order(&self) -> Checked {
+        let (path, order) = (Path::of("solver.ice").key("order"), self.solver.ice.order);
+        path.demand((1..=2).contains(&order), || format!("is {order}, 1 or 2 would do"))?;
+        path.demand(order == 1 || self.solver.is_primal(), || {
+            format!(
+                "is {order}, but only the form \"primal\" of the method \"ice\" is of second order in time; 1 would do"
+            )
+        })?;
+        let kept = (0..).zip(&self.bodies).find(|(_, body)| order == 2 && body.volume.is_some());
+        path.demand(kept.is_none(), || {
+            let name = kept.map_or_else(String::new, |(index, _)| self.body_name(index));
+            format!("is 2, but body `{name}` keeps its volume, at first order; 1 would do")
+        })
     }
 
     /// A name is the body's own, and that of its output files. `names` are those of the bodies before.

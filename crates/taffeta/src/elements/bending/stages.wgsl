@@ -106,7 +106,7 @@ fn bend_directions(
     let one = bends[index];
     let plate = plate_of(one);
     let folds = folds_of(positions_at(one.corners), plate.steepest);
-    let h = substeps[0].h;
+    let h = substeps[0].solving.inner;
     let root = sqrt(h * (h + plate.damping));
     let second = vec3f(0.0, plate.others.x, plate.others.y);
     let third = vec3f(0.0, 0.0, plate.others.z);

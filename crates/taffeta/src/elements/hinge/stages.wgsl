@@ -64,7 +64,7 @@ fn hinge_directions(
     let hinge = hinges[index];
     let fold = fold_at(hinge.corners);
     let ratio = hinge_ratio(fold, hinge.rest_steepness);
-    let h = substeps[0].h;
+    let h = substeps[0].solving.inner;
     let root = sqrt(h * (h * (ratio * hinge.k) + ratio * hinge.damping));
     element_directions[4u * index] = vec4f(fold.at_a * root, 0.0);
     element_directions[4u * index + 1u] = vec4f(fold.at_b * root, 0.0);

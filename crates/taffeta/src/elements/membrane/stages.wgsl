@@ -64,7 +64,7 @@ fn pull_membranes(
 
 /// Keeps the directions of a mode over a step `h` [s]: k [N/m], d [kg/s].
 fn put_mode(at: u32, directions: Three, k: f32, d: f32) {
-    let h = substeps[0].h;
+    let h = substeps[0].solving.inner;
     let root = sqrt(h * (h * k + d));
     element_directions[at] = vec4f(directions.a * root, 0.0);
     element_directions[at + 1u] = vec4f(directions.b * root, 0.0);

@@ -91,7 +91,9 @@ fn records() -> Vec<Record> {
             input_forces, pins, solving, left, first_goal, max_separation, own, air; padding
         }),
         record!(Solving {
-            activation, release, aim, epsilon, form, tolerance_squared, most_iterations, is_adaptive, is_warm; padding
+            activation, release, aim, epsilon, form, tolerance_squared, most_iterations, is_adaptive, is_warm,
+            inner, mass, outer, place_of_velocity, place_of_rate, velocity_of_rate, rate_of_change, rate_kept, whole,
+            is_second; padding
         }),
         record!(Collider {
             place,

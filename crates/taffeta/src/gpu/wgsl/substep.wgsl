@@ -18,7 +18,24 @@ struct Solving {
     /// Whether springs act as well, and constraints only where they are too long.
     is_adaptive: u32,
     /// Whether pulls start from those of the last sub-step.
-    @size(16) is_warm: u32,
+    is_warm: u32,
+    /// Of springs by nodes (scheme.rs): the step of their system [s], what masses are multiplied by in it, and the share that
+    /// outer forces have.
+    inner: f32,
+    mass: f32,
+    outer: f32,
+    /// At second order: what the place without velocity has of the velocity [s] and of the acceleration [s²], and what the
+    /// velocity without springs has of the acceleration [s].
+    place_of_velocity: f32,
+    place_of_rate: f32,
+    velocity_of_rate: f32,
+    /// What the next acceleration has of the change of velocity [1/s] and of the last acceleration; the whole step by that of
+    /// the system.
+    rate_of_change: f32,
+    rate_kept: f32,
+    whole: f32,
+    /// Whether it is of second order.
+    @size(8) is_second: u32,
 }
 
 /// One sub-step. Records lie 256 bytes apart: the largest alignment that a device may ask of a dynamic offset.
@@ -55,7 +72,7 @@ struct Substep {
     /// 0: its place among the records that its dispatch sees.
     own: u32,
     /// What is on its way around triangles.
-    @size(128) air: Air,
+    @size(96) air: Air,
 }
 
 /// The sub-step of this dispatch, and those after it.

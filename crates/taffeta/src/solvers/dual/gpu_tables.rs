@@ -54,7 +54,7 @@ impl Solving {
             most_iterations: ice.max_iterations,
             is_adaptive: is_adaptive.into(),
             is_warm: ice.warm_start.into(),
-            padding: [0; 3],
+            ..Self::default()
         }
     }
 }

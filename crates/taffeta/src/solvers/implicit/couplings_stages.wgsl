@@ -55,7 +55,7 @@ fn set_up_couplings(
     let row = couplings[node];
     var impulse = vec3f(0.0);
     for (var i = row.z; i < row.w; i++) {
-        impulse += substeps[0].h * element_forces[coupling_sources[i].x].xyz;
+        impulse += substeps[0].solving.inner * element_forces[coupling_sources[i].x].xyz;
     }
     var all = Symmetric(vec3f(0.0), vec3f(0.0));
     let range = blocks_of(node);

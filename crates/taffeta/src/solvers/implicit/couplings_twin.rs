@@ -78,7 +78,11 @@ impl Twin<'_> {
             let [_, _, from, to] = self.work.elements.words[node].map(|word| word as usize);
             let mut impulse = [0.0; 3];
             for [force, _] in &self.all_sources()[from..to] {
-                impulse = add_weighted(impulse, self.h(), three(self.work.elements.forces[*force as usize]));
+                impulse = add_weighted(
+                    impulse,
+                    self.solving.inner,
+                    three(self.work.elements.forces[*force as usize]),
+                );
             }
             let mut all = [0.0; 6];
             for at in self.blocks(node) {

@@ -34,6 +34,7 @@ pub const SHADERS: &[Shader] = shaders!(
         "levels.wgsl",
         "moved.wgsl",
         "no_couplings.wgsl",
+        "second_order.wgsl",
         "set_up.wgsl",
         "stages.wgsl"
     ]
@@ -96,6 +97,7 @@ pub struct Implicit {
     keeps_changes: bool,
     levels: usize,
     newton_steps: u32,
+    is_second_order: bool,
     /// Steps that are written down for a Newton step.
     steps: u32,
 }
@@ -159,6 +161,7 @@ impl Implicit {
             keeps_changes: assembly.solver.ice.warm_start || !assembly.colliders().is_empty(),
             levels: groups.len(),
             newton_steps: multigrid.newton_steps,
+            is_second_order: assembly.solver.is_second_order(),
             steps: multigrid.iterations.saturating_add(MORE_STEPS),
         }))
     }
@@ -278,12 +281,24 @@ impl Implicit {
         Command::Dispatch(Dispatch { name: self.name(entry), part, groups })
     }
 
-    /// What springs changed of each place's velocity [m/s]; waits for it.
-    fn changes(&self, gpu: &Gpu) -> Result<Vec<f64>, GpuError> {
+    /// What is kept from one sub-step to the next.
+    fn kept(&self) -> impl Iterator<Item = Vector> {
+        let changes = self.keeps_changes.then_some(Vector::SpringChange);
+        changes.into_iter().chain(self.is_second_order.then_some(Vector::Rate))
+    }
+
+    /// Where the numbers of its places are among all that are kept, of the sort `index`.
+    fn own(&self, index: usize) -> Range<usize> {
+        let first = index * self.scene_places;
+        3 * (first + self.places.start)..3 * (first + self.places.end)
+    }
+
+    /// A vector of each place; waits for it.
+    fn numbers(&self, gpu: &Gpu, which: Vector) -> Result<Vec<f64>, GpuError> {
         let vectors = self.vectors.read(gpu)?;
-        let first = Vector::SpringChange as usize * self.nodes;
-        let spring_change = vectors[first..first + self.places.len()].iter();
-        Ok(spring_change.flat_map(|&[x, y, z, _]| [x, y, z].map(f64::from)).collect())
+        let first = which as usize * self.nodes;
+        let all = vectors[first..first + self.places.len()].iter();
+        Ok(all.flat_map(|&[x, y, z, _]| [x, y, z].map(f64::from)).collect())
     }
 }
 
@@ -320,11 +335,19 @@ impl Feature for Implicit {
 
     fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
         let all = [Op::Predict, Op::Solve, Op::ConstraintForces];
-        vec![Fused::new(&all, self.find_changes(features)).on(Marks::SOLVED, Marks::NONE)]
+        let mut table = vec![Fused::new(&all, self.find_changes(features)).on(Marks::SOLVED, Marks::NONE)];
+        if self.is_second_order {
+            // After the kernel that moves all nodes as Euler's step does.
+            let place = vec![Command::run(Name::new("place_implicit_nodes"), self.parts[0].groups.len())];
+            table.push(Fused { writes_state: true, ..Fused::new(&[Op::Integrate], place) });
+        }
+        table
     }
 
-    fn upload(&mut self, _: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
-        records.iter_mut().for_each(|record| record.solving = self.solving);
+    fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
+        for (record, substep) in records.iter_mut().zip(upload.substeps) {
+            record.solving = self.solving.stepping(substep.h, substep.scheme());
+        }
         Ok(false)
     }
 
@@ -347,20 +370,22 @@ impl Feature for Implicit {
     }
 
     fn save(&self, gpu: &Gpu, state: &mut SolverState) {
-        if !self.keeps_changes {
-            return;
-        }
         // Elsewhere springs change nothing.
-        state.warm_start.resize(3 * self.scene_places, 0.0);
-        let own = 3 * self.places.start..3 * self.places.end;
-        let changes = self.changes(gpu).unwrap_or_else(|_| vec![f64::NAN; own.len()]);
-        state.warm_start[own].copy_from_slice(&changes);
+        state.warm_start.resize(3 * self.scene_places * self.kept().count(), 0.0);
+        for (index, kept) in self.kept().enumerate() {
+            let own = self.own(index);
+            let numbers = self.numbers(gpu, kept).unwrap_or_else(|_| vec![f64::NAN; own.len()]);
+            state.warm_start[own].copy_from_slice(&numbers);
+        }
     }
 
     fn load(&self, gpu: &Gpu, state: &SolverState) {
-        let own = state.warm_start.get(3 * self.places.start..3 * self.places.end).unwrap_or_default();
-        let fours: Vec<Four> =
-            (own.as_chunks::<3>().0.iter()).map(|&[x, y, z]| [x as f32, y as f32, z as f32, 0.0]).collect();
-        self.vectors.write(gpu, Vector::SpringChange as usize * self.nodes, &fours);
+        for (index, kept) in self.kept().enumerate() {
+            let own = state.warm_start.get(self.own(index)).unwrap_or_default();
+            let fours: Vec<Four> = (own.as_chunks::<3>().0.iter())
+                .map(|&[x, y, z]| [x as f32, y as f32, z as f32, 0.0])
+                .collect();
+            self.vectors.write(gpu, kept as usize * self.nodes, &fours);
+        }
     }
 }

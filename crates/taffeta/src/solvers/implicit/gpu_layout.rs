@@ -1,5 +1,7 @@
 //! Springs by nodes.
 
+use crate::gpu::layout::Solving;
+use crate::solvers::implicit::scheme::Scheme;
 use bytemuck::{Pod, Zeroable};
 
 /// `LevelGroup` of levels.wgsl.
@@ -100,7 +102,32 @@ pub enum Vector {
     Impulse,
     Total,
     SpringChange,
+    Start,
+    Free,
+    Rate,
 }
 
 /// How many there are.
-pub const VECTORS: usize = Vector::SpringChange as usize + 1;
+pub const VECTORS: usize = Vector::Rate as usize + 1;
+
+impl Solving {
+    /// With the numbers of a sub-step of length `h` [s].
+    pub fn stepping(self, h: f32, scheme: Option<&Scheme<f32>>) -> Self {
+        let Some(scheme) = scheme else {
+            return Self { inner: h, mass: 1.0, outer: 1.0, whole: 1.0, ..self };
+        };
+        Self {
+            inner: scheme.h,
+            mass: scheme.mass,
+            outer: scheme.outer,
+            place_of_velocity: scheme.place[0],
+            place_of_rate: scheme.place[1],
+            velocity_of_rate: scheme.velocity,
+            rate_of_change: scheme.rate[0],
+            rate_kept: scheme.rate[1],
+            whole: scheme.whole,
+            is_second: 1,
+            ..self
+        }
+    }
+}

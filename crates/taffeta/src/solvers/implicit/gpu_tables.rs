@@ -176,7 +176,7 @@ impl MultigridTables {
             .collect();
         let mut multigrid = Self {
             solves,
-            newton_steps: assembly.solver.ice.newton_steps,
+            newton_steps: assembly.solver.ice.newton_steps.max(1),
             iterations: needed::descents(assembly, bodies.clone()),
             ..Self::default()
         };

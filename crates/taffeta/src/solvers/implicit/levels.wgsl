@@ -114,7 +114,7 @@ struct ElementSums {
 @group(3) @binding(46) var<storage, read_write> level_counts: array<u32>;
 
 /// Number of sorts of vectors.
-const VECTORS: u32 = 10u;
+const VECTORS: u32 = 13u;
 /// The residual, filtered by what holds nodes; mass [kg] in w.
 const RESIDUAL: u32 = 0u;
 /// The V-cycle's two vectors, by turns: CYCLED is the preconditioned residual after it, and before the first one the initial
@@ -134,6 +134,11 @@ const IMPULSE: u32 = 7u;
 const TOTAL: u32 = 8u;
 /// Change of velocity [m/s] by springs in the last sub-step: the warm start.
 const SPRING_CHANGE: u32 = 9u;
+/// Where the node comes to without velocity [m], and its velocity without springs [m/s].
+const START: u32 = 10u;
+const FREE: u32 = 11u;
+/// Acceleration [m/s²], at second order.
+const RATE: u32 = 12u;
 
 /// Damping of Jacobi's iteration: no eigenvalue of a graph's matrix is beyond 2 by its diagonal.
 const DAMPING: f32 = 0.7;

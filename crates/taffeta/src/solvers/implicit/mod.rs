@@ -15,6 +15,7 @@ pub mod implicit;
 pub mod levels;
 #[cfg(feature = "gpu")]
 pub mod parity;
+pub mod scheme;
 pub mod slots;
 #[cfg(feature = "gpu")]
 pub mod twin;

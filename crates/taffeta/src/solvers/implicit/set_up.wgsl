@@ -13,6 +13,7 @@
 #import solvers/explicit/euler.wgsl
 #import solvers/implicit/implicit.wgsl
 #import solvers/implicit/levels.wgsl
+#import solvers/implicit/second_order.wgsl
 
 /// Velocities without springs.
 @compute @workgroup_size(256)
@@ -58,32 +59,54 @@ fn predict_contacts_implicit(
     let node = level_groups[index].first + lane;
     let x = old_position[node];
     let v = old_velocity[node];
-    let free = new_velocity[node].xyz;
-    let spring_change = vector_of(SPRING_CHANGE, node);
-    let found = find_contact(node, x, free, spring_change);
+    let before = vector_of(SPRING_CHANGE, node);
+    let found = find_contact(node, x, new_velocity[node].xyz, before);
     predicted_contacts[node] = found;
     let predicted = predicted_in(found);
     let friction = friction_change(predicted);
+    let outside = new_velocity[node].xyz;
+    let free = begun(node, x, v.xyz, outside, predicted);
     // It goes on as it went, or as a surface that holds it wants; pins as they are moved.
     let total = select(vec3f(0.0), filtered(predicted, v.xyz) + (predicted.velocity - friction) - free, x.w > 0.0);
+    let spring_change = before + (outside - free);
     let start = select(vec3f(0.0), filtered(predicted, spring_change - (total - friction)), substeps[own()].solving.is_warm != 0u);
     let off = select(vec3f(0.0), v.xyz - free, x.w > 0.0);
     put_vector(CHANGE, node, vec3f(0.0));
     put_vector(CYCLED, node, start);
-    set_trial_state(node, x.xyz, free, total);
-    vectors[vector_at(RESIDUAL, node)] = vec4f(0.0, 0.0, 0.0, abs(v.w));
-    vectors[vector_at(TOTAL, node)] = vec4f(total, abs(v.w) * dot3(off, off));
+    set_trial_state(node, total);
+    let mass = substeps[0].solving.mass * abs(v.w);
+    vectors[vector_at(RESIDUAL, node)] = vec4f(0.0, 0.0, 0.0, mass);
+    vectors[vector_at(TOTAL, node)] = vec4f(total, mass * dot3(off, off));
     if lane == 0u && index == level_groups[index].first_group {
         let none = PcgState(0u, 0u, 0u, 0.0, 0.0, 0.0, 0.0);
         node_solves[level_groups[index].solve] = NodeSolve(0u, none, none);
     }
 }
 
-/// Position and velocity at which the system is linearised: with a change `total` of the velocity `free`.
-fn set_trial_state(node: u32, x: vec3f, free: vec3f, total: vec3f) {
-    let velocity = free + total;
+/// From where a node's system starts; returns its velocity without springs. Outer forces alone would make it `outside` in
+/// Euler's step.
+fn begun(node: u32, x: vec4f, v: vec3f, outside: vec3f, predicted: PredictedContact) -> vec3f {
+    let scheme = substeps[own()].solving;
+    var start = x.xyz;
+    var free = outside;
+    if !(x.w > 0.0) {
+        start += (substeps[0].h - scheme.inner) * outside;
+        put_vector(RATE, node, vec3f(0.0));
+    } else if scheme.is_second != 0u {
+        let motion = motion_of(predicted, v, vector_of(RATE, node));
+        start += scheme.place_of_velocity * motion.velocity + scheme.place_of_rate * motion.rate;
+        free = motion.velocity + scheme.velocity_of_rate * motion.rate + scheme.outer * (outside - v);
+    }
+    put_vector(START, node, start);
+    put_vector(FREE, node, free);
+    return free;
+}
+
+/// Position and velocity at which the system is linearised: with a change `total` of the velocity without springs.
+fn set_trial_state(node: u32, total: vec3f) {
+    let velocity = vector_of(FREE, node) + total;
     put_vector(TOTAL, node, total);
-    put_vector(DIRECTION, node, new_position_of(x, velocity, substeps[0].h));
+    put_vector(DIRECTION, node, new_position_of(vector_of(START, node), velocity, substeps[0].solving.inner));
     put_vector(DIRECTION_PRODUCT, node, velocity);
 }
 
@@ -102,7 +125,7 @@ fn next_newton_step(
     let total = vector_of(TOTAL, node) + vector_of(CHANGE, node);
     put_vector(CHANGE, node, vec3f(0.0));
     put_vector(CYCLED, node, vec3f(0.0));
-    set_trial_state(node, old_position[node].xyz, new_velocity[node].xyz, total);
+    set_trial_state(node, total);
     if lane == 0u && index == level_groups[index].first_group {
         let before = node_solves[level_groups[index].solve];
         let again = PcgState(0u, 0u, 0u, before.next.whole, 0.0, 0.0, 0.0);
@@ -114,7 +137,7 @@ fn next_newton_step(
 fn add_up_springs(node: u32) -> ElementSums {
     let x = vector_of(DIRECTION, node);
     let v = vector_of(DIRECTION_PRODUCT, node);
-    let h = substeps[0].h;
+    let h = substeps[0].solving.inner;
     var sum = ElementSums(vec3f(0.0), Symmetric(vec3f(0.0), vec3f(0.0)));
     let range = slots_of(node);
     let first = slots[1];

@@ -14,6 +14,7 @@
 #import solvers/dual/distance.wgsl
 #import solvers/dual/solve.wgsl
 #import solvers/implicit/levels.wgsl
+#import solvers/implicit/second_order.wgsl
 
 /// The sums over the nodes of a body.
 fn sums_of_nodes(group: LevelGroup, lane: u32) -> vec4f {
@@ -223,7 +224,7 @@ fn add_implicit_forces(
     let inverse_mass = old_position[node].w;
     if !(inverse_mass > 0.0) {
         // What a pin has to hold against.
-        force[node] = vec4f(force[node].xyz + vector_of(PRODUCT, node) * (1.0 / substeps[0].h), 0.0);
+        force[node] = vec4f(force[node].xyz + vector_of(PRODUCT, node) * (1.0 / substeps[0].solving.inner), 0.0);
         return;
     }
     let predicted = predicted_at(node);
@@ -235,16 +236,50 @@ fn add_implicit_forces(
         let collider = colliders[substeps[0].first_collider + predicted_contacts[node].collider];
         change = velocity_after(predicted, free, spring_change, collider) - free;
     }
-    force[node] = vec4f(force[node].xyz + change * (mass_of(node) / substeps[0].h), 0.0);
+    force[node] = vec4f(force[node].xyz + change * (abs(old_velocity[node].w) / substeps[0].h), 0.0);
+}
+
+/// Keeps the acceleration of a node whose velocity has changed by `found` of that without springs; returns what has changed of
+/// the velocity by outer forces alone.
+fn keep_rate(node: u32, predicted: PredictedContact, found: vec3f) -> vec3f {
+    let scheme = substeps[own()].solving;
+    if scheme.is_second == 0u {
+        return found;
+    }
+    let u = vector_of(FREE, node) + found;
+    let motion = motion_of(predicted, old_velocity[node].xyz, vector_of(RATE, node));
+    let friction = select(vec3f(0.0), friction_change(predicted), in_contact(predicted));
+    let rate = scheme.rate_of_change * (u - friction - motion.velocity) + scheme.rate_kept * motion.rate;
+    put_vector(RATE, node, select(rate, filtered(predicted, rate), in_contact(predicted)));
+    return u - new_velocity[node].xyz;
+}
+
+/// Puts nodes where steps of second order take them.
+@compute @workgroup_size(256)
+fn place_implicit_nodes(
+    @builtin(workgroup_id) id: vec3u,
+    @builtin(num_workgroups) counts: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let index = workgroup_index(id, counts);
+    if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
+        return;
+    }
+    let node = level_groups[index].first + lane;
+    let x = new_position[node];
+    if old_position[node].w > 0.0 && substeps[own()].solving.is_second != 0u {
+        let at = vector_of(START, node) + substeps[0].solving.inner * new_velocity[node].xyz;
+        new_position[node] = vec4f(at, x.w);
+    }
 }
 
 /// What springs change of a node's velocity [m/s]: what was solved for, and what they press on a surface.
 fn velocity_change(node: u32, predicted: PredictedContact, inverse_mass: f32) -> vec3f {
-    let found = vector_of(TOTAL, node) + vector_of(CHANGE, node);
+    let found = keep_rate(node, predicted, vector_of(TOTAL, node) + vector_of(CHANGE, node));
     if !in_contact(predicted) {
         return found;
     }
-    let springs = inverse_mass * vector_of(PRODUCT, node);
+    let springs = (substeps[0].solving.whole * inverse_mass) * vector_of(PRODUCT, node);
     if predicted.slides == 0.0 {
         return springs;
     }

@@ -37,6 +37,7 @@ pub struct Work {
     pub sums: Vec<Four>,
     pub force: Vec<Four>,
     pub new_velocity: Vec<Four>,
+    pub new_position: Vec<Four>,
     pub statistics: SolveStatistics,
     pub elements: OfElements,
 }
@@ -167,7 +168,10 @@ impl Twin<'_> {
                 contact_record(PredictedContact { slides: 0.0, ..PredictedContact::FREE }, 0, true)
             };
             let (predicted, v) = (self.predicted(node), three(self.fixture.old.velocity[node]));
+            let outside = free;
+            let free = self.begin(node, outside);
             let total = if x[3] > 0.0 { sub(predicted.carried_velocity(v), free) } else { [0.0; 3] };
+            let spring_change = add(spring_change, sub(outside, free));
             let warm = self.solving.is_warm != 0;
             let start = if warm {
                 predicted.filtered(sub(spring_change, sub(total, predicted.friction_change())))
@@ -177,7 +181,7 @@ impl Twin<'_> {
             self.put(Vector::Change, node, [0.0; 3]);
             self.put(Vector::Cycled, node, start);
             self.set_trial_state(node, total);
-            let mass = self.fixture.old.velocity[node][3].abs();
+            let mass = self.solving.mass * self.fixture.old.velocity[node][3].abs();
             let [residual, at] = [Vector::Residual, Vector::Total].map(|which| self.at(which, node));
             self.work.vectors[residual] = [0.0, 0.0, 0.0, mass];
             let off = if x[3] > 0.0 { sub(v, free) } else { [0.0; 3] };
@@ -186,12 +190,64 @@ impl Twin<'_> {
         self.work.solves.fill(NodeSolve::default());
     }
 
+    /// From where a node's system starts; returns its velocity without springs, that of outer forces in Euler's step given.
+    fn begin(&mut self, node: usize, outside: [f32; 3]) -> [f32; 3] {
+        let (x, v) = (self.fixture.old.position[node], three(self.fixture.old.velocity[node]));
+        let (h, whole) = (self.solving.inner, self.h());
+        let [mut start, mut free] = [add(three(x), scale(outside, whole - h)), outside];
+        if x[3] > 0.0 {
+            start = three(x);
+            if let Some(scheme) = self.fixture.substep().scheme() {
+                let [b, a] = self.motion(node);
+                start = scheme.base_place(start, b, a);
+                free = scheme.free_velocity(b, a, sub(outside, v));
+            }
+        } else {
+            self.put(Vector::Rate, node, [0.0; 3]);
+        }
+        self.put(Vector::Start, node, start);
+        self.put(Vector::Free, node, free);
+        free
+    }
+
+    /// Velocity and acceleration with which a node goes on.
+    fn motion(&self, node: usize) -> [[f32; 3]; 2] {
+        let (v, a) = (three(self.fixture.old.velocity[node]), self.get(Vector::Rate, node));
+        let predicted = self.predicted(node);
+        if predicted.in_contact() { [predicted.carried_velocity(v), predicted.filtered(a)] } else { [v, a] }
+    }
+
+    /// Keeps the acceleration of a node whose velocity has changed by `found`; returns the change by outer forces and all.
+    fn keep_rate(&mut self, node: usize, found: [f32; 3]) -> [f32; 3] {
+        let Some(&scheme) = self.fixture.substep().scheme() else { return found };
+        let (u, predicted) = (add(self.get(Vector::Free, node), found), self.predicted(node));
+        let [b, a] = self.motion(node);
+        let rate = if predicted.in_contact() {
+            predicted.filtered(scheme.next_rate(sub(u, predicted.friction_change()), b, a))
+        } else {
+            scheme.next_rate(u, b, a)
+        };
+        self.put(Vector::Rate, node, rate);
+        sub(u, three(self.work.new_velocity[node]))
+    }
+
+    pub fn place(&mut self) {
+        for (node, _) in self.finest() {
+            let x = self.work.new_position[node];
+            if self.fixture.old.position[node][3] > 0.0 && self.solving.is_second != 0 {
+                let (start, v) = (self.get(Vector::Start, node), self.work.new_velocity[node]);
+                let at = [0, 1, 2].map(|i| start[i] + self.solving.inner * v[i]);
+                self.work.new_position[node] = [at[0], at[1], at[2], x[3]];
+            }
+        }
+    }
+
     /// Place and velocity with a change of the velocity without springs.
     fn set_trial_state(&mut self, node: usize, total: [f32; 3]) {
-        let velocity = add(three(self.work.new_velocity[node]), total);
-        let x = three(self.fixture.old.position[node]);
+        let velocity = add(self.get(Vector::Free, node), total);
+        let (x, h) = (self.get(Vector::Start, node), self.solving.inner);
         self.put(Vector::Total, node, total);
-        self.put(Vector::Direction, node, [0, 1, 2].map(|i| euler::position(x[i], velocity[i], self.h())));
+        self.put(Vector::Direction, node, [0, 1, 2].map(|i| euler::position(x[i], velocity[i], h)));
         self.put(Vector::DirectionProduct, node, velocity);
     }
 
@@ -233,7 +289,7 @@ impl Twin<'_> {
 
     /// Blocks of a node's springs; their impulse and their sum.
     fn add_up(&mut self, node: usize) -> ([f32; 3], [f32; 6]) {
-        let h = self.h();
+        let h = self.solving.inner;
         let (x, v) = (self.get(Vector::Direction, node), self.get(Vector::DirectionProduct, node));
         let (mut impulse, mut diagonal) = ([0.0; 3], [0.0; 6]);
         for (slot, other) in self.slots(node) {
@@ -557,15 +613,16 @@ impl Twin<'_> {
         for (node, _) in self.finest() {
             let (x, record) = (self.fixture.old.position[node], self.work.predicted_contacts[node]);
             if x[3] <= 0.0 {
-                let force = scale(self.get(Vector::Product, node), 1.0 / self.h());
+                let force = scale(self.get(Vector::Product, node), 1.0 / self.solving.inner);
                 let [x, y, z] = add(three(self.work.force[node]), force);
                 self.work.force[node] = [x, y, z, 0.0];
                 continue;
             }
             let predicted = self.predicted(node);
             let found = add(self.get(Vector::Total, node), self.get(Vector::Change, node));
-            let spring_change =
-                velocity_change(&predicted, found, scale(self.get(Vector::Product, node), x[3]));
+            let found = self.keep_rate(node, found);
+            let springs = scale(self.get(Vector::Product, node), self.solving.whole * x[3]);
+            let spring_change = velocity_change(&predicted, found, springs);
             let mut change = spring_change;
             if predicted.in_contact() {
                 let free = three(self.work.new_velocity[node]);
@@ -573,7 +630,7 @@ impl Twin<'_> {
                 change = predicted.with_contact(free, spring_change, surface);
             }
             self.put(Vector::SpringChange, node, spring_change);
-            let force = scale(change, self.mass(node) / self.h());
+            let force = scale(change, self.fixture.old.velocity[node][3].abs() / self.h());
             let [x, y, z] = add(three(self.work.force[node]), force);
             self.work.force[node] = [x, y, z, 0.0];
         }

@@ -289,6 +289,9 @@ impl Reference {
     /// Adds the pulls of constraints to forces: (J W Jᵀ + D) λ = c + J v*/h. A node that a surface holds is taken to
     /// land on it, and to be moved along it alone, or not at all.
     pub fn constrain(&mut self, f: &mut [V], h: f64) {
+        if self.solver.is_second_order() {
+            return self.constrain_at_second_order(f, h);
+        }
         if self.solver.method == Method::Ice && self.solver.ice.form == ConstraintForm::Primal {
             return self.constrain_by_nodes(f, h);
         }

@@ -8,6 +8,7 @@ pub mod lists;
 pub mod plates;
 pub mod primal;
 pub mod reference;
+pub mod second_order;
 pub mod settled;
 pub mod state;
 

@@ -16,11 +16,11 @@ pub fn unit(s: f64) -> M3 {
     [[s, 0.0, 0.0], [0.0, s, 0.0], [0.0, 0.0, s]]
 }
 
-fn plus(a: M3, b: M3) -> M3 {
+pub fn plus(a: M3, b: M3) -> M3 {
     std::array::from_fn(|i| add(a[i], b[i]))
 }
 
-fn times(a: M3, u: V) -> V {
+pub fn times(a: M3, u: V) -> V {
     std::array::from_fn(|i| dot(a[i], u))
 }
 
@@ -34,7 +34,7 @@ fn transposed(a: M3) -> M3 {
 }
 
 /// n nᵀ.
-fn along(n: V) -> M3 {
+pub fn along(n: V) -> M3 {
     n.map(|s| scale(n, s))
 }
 
@@ -207,7 +207,12 @@ impl Reference {
     /// Linearised where velocities `u` take nodes in `h` [s].
     pub fn linearised(&self, u: &[V], h: f64) -> System {
         let x: Vec<V> = self.x.iter().zip(u).map(|(&x, &u)| add(x, scale(u, h))).collect();
-        let mut matrix = Blocks::diagonal(self.mass.iter().map(|&m| unit(m)));
+        self.linearised_at(&x, u, h, &self.mass)
+    }
+
+    /// Linearised at places `x` that change by `h` times velocities `u`, of nodes with a `mass` each.
+    pub fn linearised_at(&self, x: &[V], u: &[V], h: f64, mass: &[f64]) -> System {
+        let mut matrix = Blocks::diagonal(mass.iter().map(|&m| unit(m)));
         let mut impulses = vec![[0.0; 3]; u.len()];
         for spring in self.springs.iter().filter(|spring| spring.2 + spring.3 > 0.0) {
             let (a, b) = (spring.0, spring.1);

@@ -93,6 +93,9 @@ pub struct Reference {
     pub multipliers: Vec<f64>,
     /// What springs changed of each node's velocity in the last step, where they were solved for by nodes [m/s].
     pub changes: Vec<V>,
+    /// At second order: acceleration of each node [m/s²]; then where nodes come to without velocity [m], and by velocity [s].
+    pub rates: Vec<V>,
+    pub arrive: Option<(Vec<V>, f64)>,
     /// Nodes that met an obstacle in the last step.
     pub touched: u64,
     pub time: f64,
@@ -229,8 +232,17 @@ impl Reference {
         f
     }
 
-    /// Constraints, symplectic Euler, then pins, then contact and the volume.
+    /// A step; at second order the first one is preceded by a short one, which finds accelerations.
     pub fn step(&mut self, h: f64) {
+        if self.solver.is_second_order() && self.time == 0.0 {
+            self.part(h / 64.0);
+            return self.part(h - h / 64.0);
+        }
+        self.part(h);
+    }
+
+    /// Constraints, symplectic Euler, then pins, then contact and the volume.
+    fn part(&mut self, h: f64) {
         self.activate();
         let mut forces = self.forces();
         self.constrain(&mut forces, h);
@@ -239,7 +251,10 @@ impl Reference {
             if !self.held.contains(&n) {
                 self.v[n] = add(self.v[n], scale(add(scale(force, 1.0 / self.mass[n]), self.gravity), h));
             }
-            self.x[n] = add(self.x[n], scale(self.v[n], h));
+            self.x[n] = match &self.arrive {
+                Some((rest, reach)) if !self.held.contains(&n) => add(rest[n], scale(self.v[n], *reach)),
+                _ => add(self.x[n], scale(self.v[n], h)),
+            };
         }
         for &(n, start, path) in &self.pins {
             let [from, to] = [self.time, self.time + h].map(|t| path.apply(start, t));

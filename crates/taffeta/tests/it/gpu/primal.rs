@@ -12,7 +12,48 @@ use taffeta::{GpuOptions, Options, Precision, Simulation};
 fn by_nodes(mut scene: Scene) -> Scene {
     scene.solver.method = Method::Ice;
     scene.solver.ice.form = ConstraintForm::Primal;
+    // A GPU takes no further ones by itself.
+    scene.solver.ice.newton_steps = 1;
     precise(scene)
+}
+
+/// The same at second order in time.
+fn second(scene: Scene) -> Scene {
+    let mut scene = by_nodes(scene);
+    scene.solver.ice.order = 2;
+    scene
+}
+
+#[test]
+fn at_second_order_sheets_fall_and_hang_as_on_the_cpu() {
+    for scene in [second(drop(Method::Ice)), second(hung(Method::Ice)), second(everything_but_volumes())] {
+        let [cpu, gpu] = compare(&scene, 6, 1e-5).map(|simulation| simulation.report().solver);
+        assert!(gpu.iterations > 3 && gpu.iterations.abs_diff(cpu.iterations) < 10, "{cpu:?} {gpu:?}");
+    }
+}
+
+fn everything_but_volumes() -> Scene {
+    let mut scene = everything();
+    scene.bodies.iter_mut().for_each(|body| body.volume = None);
+    scene
+}
+
+#[test]
+fn accelerations_are_part_of_what_is_restored() {
+    let scene = second(hung(Method::Ice));
+    let (mut whole, mut first, mut again, mut cpu) =
+        (on_gpu(&scene), on_gpu(&scene), on_gpu(&scene), build_as(&scene, Precision::F32, 1));
+    run(&mut whole, 5);
+    run(&mut first, 3);
+    let snapshot = first.snapshot();
+    again.restore(&snapshot).unwrap();
+    assert_eq!(again.snapshot(), snapshot);
+    run(&mut again, 2);
+    assert_eq!(whole.state_hash(), again.state_hash());
+    cpu.restore(&snapshot).unwrap();
+    run(&mut cpu, 2);
+    let way = farthest(&positions(&whole), &positions(&cpu));
+    assert!(way < 1e-4, "{way:e} m apart");
 }
 
 #[test]

@@ -104,9 +104,10 @@ fn settings_of_the_form_are_refused_by_their_names() {
         scene.solver.method = method;
         scene_error(taffeta::Simulation::new(&scene, &taffeta::Options::default())).path
     };
-    assert_eq!(refused(newton(0), Method::Ice), "solver.ice.newton_steps");
     assert_eq!(refused(newton(101), Method::Ice), "solver.ice.newton_steps");
     assert_eq!(refused(Ice { epsilon: 0.1, ..newton(1) }, Method::Ice), "solver.ice.epsilon");
+    assert_eq!(refused(Ice { order: 3, ..newton(1) }, Method::Ice), "solver.ice.order");
+    assert_eq!(refused(Ice { order: 2, ..newton(1) }, Method::Acad), "solver.ice.order");
     let by_springs = Ice { form: ConstraintForm::Compliant, ..newton(2) };
     assert_eq!(refused(by_springs, Method::Ice), "solver.ice.newton_steps");
     let mut adaptive = with(Scene::new("").body(cloth(3, 3, [1.0, 1.0])), Ice::default());

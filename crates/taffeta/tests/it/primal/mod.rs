@@ -10,6 +10,7 @@ mod momentum;
 mod oracle;
 mod reference;
 mod rest;
+mod second_order;
 mod sheet;
 
 use crate::common::alike::{chain, with_ice as with};

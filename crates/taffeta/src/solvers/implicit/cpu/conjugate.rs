@@ -1,7 +1,7 @@
-//! Newton steps, and conjugate gradients on all bodies' systems at once, each with steps of its own.
+//! The system of a Newton step, and conjugate gradients on all bodies' systems at once, each with steps of its own.
 
 use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, fall};
-use crate::real::{Real, add, scale};
+use crate::real::{Real, add, dot, scale};
 use crate::solvers::dual::distance::{Conjugate, warm_start_factor};
 use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::cycle::slots_of;
@@ -17,13 +17,15 @@ use std::ops::Range;
 pub struct CgState {
     conjugate: Conjugate<f64>,
     /// What errors are measured by: the larger of Σ m |v* − v|² and the first r·z.
-    whole: f64,
+    pub whole: f64,
     /// r·z of the residual r, by the preconditioner z ≈ A⁻¹ r: about eᵀ A e of the error e.
     error: f64,
     /// In this Newton step, and in all.
     iterations: u32,
     all: u32,
-    done: bool,
+    pub done: bool,
+    /// Σ m δ² of this Newton step.
+    pub moved: f64,
     /// The next step, and the share of the last direction in its own.
     step: (f64, f64),
     /// Velocity [m/s] that the whole body still lacks, where nothing holds it.
@@ -31,32 +33,8 @@ pub struct CgState {
 }
 
 impl<T: Real> ImplicitWorker<'_, '_, T> {
-    /// Finds what springs change of velocities.
-    pub fn solve(&mut self) {
-        let steps = self.primal.ice.newton_steps;
-        self.scratch.bodies.clear();
-        self.scratch.bodies.resize(self.primal.tables[0].bodies.len(), CgState::default());
-        self.soften();
-        self.each(0, Self::begin_step);
-        self.worker.synchronise();
-        for step in 0..steps {
-            self.scratch.bodies.iter_mut().for_each(|body| *body = body.again());
-            self.linearise();
-            self.each(0, Self::set_up);
-            self.worker.synchronise();
-            self.coarsen();
-            self.scale_jacobi();
-            self.start(step == 0);
-            self.iterate();
-            self.find_drifts();
-            self.each_of_all(0, |worker, chunk| worker.take(chunk, step + 1 == steps));
-            self.worker.synchronise();
-        }
-        self.report();
-    }
-
     /// Materials over this sub-step.
-    fn soften(&mut self) {
+    pub fn soften(&mut self) {
         let (materials, h) = (&self.primal.materials, self.h.to_f64());
         self.scratch.stiff.clear();
         self.scratch.stiff.extend(materials.iter().map(|&[k, e]| Stiff::new(k, e, h).rounded()));
@@ -64,15 +42,16 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// From where the first Newton step starts: nodes go on as they went, or as surfaces that hold them want; pins as they
     /// are moved.
-    fn begin_step(&mut self, chunk: &Chunk) {
+    pub fn begin_step(&mut self, chunk: &Chunk) {
         self.predict_contacts(&chunk.part);
+        self.find_base(&chunk.part);
         // SAFETY: only this chunk's places.
         let (total, outer) =
             unsafe { (self.shared.total.write::<3>(&chunk.part), self.shared.outer.item(chunk.number)) };
-        let hold = self.hold(0);
+        let (hold, masses) = (self.hold(0), self.masses());
         *outer = 0.0;
         for (at, place) in chunk.part.clone().enumerate() {
-            let free = self.free_velocity(place);
+            let [_, free] = self.base(place);
             let moves = self.worker.nodes.inverse_mass[place] > T::ZERO;
             let before = if moves { self.worker.old_velocity(place) } else { free };
             let start =
@@ -80,7 +59,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             for axis in 0..3 {
                 total[axis][at] = start[axis] - free[axis];
                 let off = before[axis] - free[axis];
-                *outer += (self.worker.nodes.mass[place] * off * off).to_f64();
+                *outer += (masses[place] * off * off).to_f64();
             }
         }
         self.set_trial_state(chunk, &total);
@@ -91,7 +70,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         // SAFETY: only this chunk's places; others read after a barrier.
         let moved = unsafe { self.shared.moved.write::<6>(&chunk.part) };
         for (at, place) in chunk.part.clone().enumerate() {
-            let (free, before) = (self.free_velocity(place), self.worker.old_position(place));
+            let [before, free] = self.base(place);
             for axis in 0..3 {
                 let velocity = free[axis] + total[axis][at];
                 moved[axis][at] = before[axis] + self.h * velocity;
@@ -101,7 +80,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     }
 
     /// Blocks, diagonals and springs' impulses of a chunk.
-    fn set_up(&mut self, chunk: &Chunk) {
+    pub fn set_up(&mut self, chunk: &Chunk) {
         let (shared, table, part) = (self.shared, &self.primal.tables[0], chunk.part.clone());
         let here = &shared.levels[0];
         // SAFETY: what was moved was written before a barrier; chunks do not overlap.
@@ -115,7 +94,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 stiff: &self.scratch.stiff,
                 places: [0, 1, 2].map(|axis| moved.column(axis)),
                 velocities: [3, 4, 5].map(|axis| moved.column(axis)),
-                mass: &self.worker.nodes.mass,
+                mass: self.masses(),
                 inverse_mass: &self.worker.nodes.inverse_mass,
                 predicted: if self.colliders.is_empty() { &[] } else { shared.predicted.read() },
                 right: shared.right.write(&part),
@@ -133,7 +112,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         if self.colliders.is_empty() {
             return;
         }
-        let (nodes, h) = (self.worker.nodes, self.h);
+        let (nodes, h) = (self.worker.nodes, self.worker.substep.h);
         let fall = T::from_f64(fall(self.worker.substep.gravity, h.to_f64()));
         // SAFETY: chunks do not overlap; what is remembered is written after a barrier.
         let (change, predictions, touched) = unsafe {
@@ -160,14 +139,14 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     }
 
     /// The velocity of a place without springs, which waits where the state after will be.
-    fn free_velocity(&self, place: usize) -> [T; 3] {
+    pub fn free_velocity(&self, place: usize) -> [T; 3] {
         // SAFETY: written before a barrier, and written over after another.
         [0, 1, 2].map(|axis| unsafe { self.worker.next()[axis].read() }[place])
     }
 
     /// Where the iteration starts: in the first Newton step from what springs did in the last sub-step, times what brings it
     /// nearest to the solution in the norm of the system.
-    fn start(&mut self, first: bool) {
+    pub fn start(&mut self, first: bool) {
         let warm = first && self.primal.ice.warm_start;
         self.each(0, |worker, chunk| worker.leave_right(&chunk.part, warm));
         self.worker.synchronise();
@@ -179,6 +158,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// The right side: springs' impulse and inertia. If `warm`, in `t` what would do if springs did as in the last sub-step.
     fn leave_right(&self, part: &Range<usize>, warm: bool) {
         let (shared, here, hold) = (self.shared, &self.shared.levels[0], self.hold(0));
+        let masses = self.masses();
         // SAFETY: only this chunk's places.
         let (mut r, mut t, right, total, change) = unsafe {
             for columns in [shared.x.write::<3>(part), shared.p.write(part), shared.s.write(part)] {
@@ -197,13 +177,13 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             }
             for lane in 0..LANES {
                 let [impulse, off] = [&residual, &off].map(|lanes| [0, 1, 2].map(|axis| lanes[axis][lane]));
-                let right = right_side(impulse, self.worker.nodes.mass[first + lane], off);
+                let right = right_side(impulse, masses[first + lane], off);
                 (0..3).for_each(|axis| residual[axis][lane] = right[axis]);
             }
             hold.filtered(first, &mut residual);
             store(&mut r, first - part.start, &residual);
             if warm {
-                let mut before = change.lanes(first);
+                let mut before = self.changes(&change, first);
                 for axis in 0..3 {
                     for lane in 0..LANES {
                         before[axis][lane] -= off[axis][lane];
@@ -250,7 +230,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.worker.synchronise();
     }
 
-    fn iterate(&mut self) {
+    pub fn iterate(&mut self) {
         while self.scratch.bodies.iter().any(|body| !body.done) {
             self.cycle(0);
             self.each(0, |worker, chunk| {
@@ -299,20 +279,24 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// What iterations have left of each body's momentum. Springs answer nothing to a velocity that is the same everywhere, so
     /// where nothing holds the body that is exactly the rest of the solution in this direction: momentum is kept at any
     /// tolerance.
-    fn find_drifts(&mut self) {
+    pub fn find_drifts(&mut self) {
         self.each_of_all(0, |worker, chunk| {
             // SAFETY: only this chunk's places, and its own sums.
-            let (residual, sums) =
-                unsafe { (worker.shared.levels[0].r.read(), worker.shared.residual.item(chunk.number)) };
-            let hold = worker.hold(0);
-            *sums = [0.0; 5];
+            let (residual, found, sums) = unsafe {
+                let sums = worker.shared.residual.item(chunk.number);
+                (worker.shared.levels[0].r.read(), worker.shared.x.read(), sums)
+            };
+            let (hold, masses) = (worker.hold(0), worker.masses());
+            *sums = [0.0; 6];
             for place in chunk.part.clone() {
-                let mass = worker.worker.nodes.mass[place];
+                let mass = masses[place];
                 let moves = hold.inverse_mass[place] > T::ZERO
                     && hold.predicted.get(place).is_none_or(|predicted| !predicted.in_contact());
                 let [x, y, z] = residual.at::<3>(place).map(T::to_f64);
                 let held = f64::from(u8::from(mass > T::ZERO && !moves));
-                for (sum, number) in sums.iter_mut().zip([x, y, z, mass.to_f64(), held]) {
+                let step: [T; 3] = found.at(place);
+                let moved = (mass * dot(step, step)).to_f64();
+                for (sum, number) in sums.iter_mut().zip([x, y, z, mass.to_f64(), held, moved]) {
                     *sum += number;
                 }
             }
@@ -321,11 +305,12 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         for body in 0..self.scratch.bodies.len() {
             // SAFETY: written before a barrier, and again after another.
             let all = &unsafe { self.shared.residual.read() }[self.primal.tables[0].chunks_of[body].clone()];
-            let mut total = [0.0; 5];
+            let mut total = [0.0; 6];
             for sums in all {
-                (0..5).for_each(|one| total[one] += sums[one]);
+                (0..6).for_each(|one| total[one] += sums[one]);
             }
-            let [x, y, z, mass, held] = total;
+            let [x, y, z, mass, held, moved] = total;
+            self.scratch.bodies[body].moved = moved;
             let free = held == 0.0 && mass > 0.0;
             self.scratch.bodies[body].drift = if free { [x / mass, y / mass, z / mass] } else { [0.0; 3] };
         }
@@ -375,7 +360,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// Takes a Newton step: changes of velocity, and from where the next one starts; at the end what springs do to each
     /// node.
-    fn take(&self, chunk: &Chunk, last: bool) {
+    pub fn take(&self, chunk: &Chunk, last: bool) {
         let (shared, part) = (self.shared, &chunk.part);
         // SAFETY: `x` was found before a barrier; of the others only this chunk's places.
         let (mut total, x) = unsafe { (shared.total.write::<3>(part), shared.x.read()) };
@@ -420,8 +405,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 let impulse = [0, 1, 2].map(|axis| right[axis][at] - product[axis][lane]);
                 let before = [0, 1, 2].map(|axis| total[axis][at]);
                 let mut after = add(before, [step[0][lane], step[1][lane], step[2][lane]]);
-                if let Some(predicted) = held.get(lane).filter(|predicted| predicted.in_contact()) {
-                    let springs = scale(impulse, inverse_mass[first + lane]);
+                let contact = held.get(lane).filter(|predicted| predicted.in_contact());
+                let whole = self.keep_rate(first + lane, &mut after, contact);
+                if let Some(predicted) = contact {
+                    let springs = scale(impulse, whole * inverse_mass[first + lane]);
                     after = velocity_change(predicted, after, springs);
                 }
                 for axis in 0..3 {
@@ -432,7 +419,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         }
     }
 
-    fn report(&mut self) {
+    pub fn report(&mut self) {
         let (report, mut capped) = (&mut self.scratch.report, false);
         for body in &self.scratch.bodies {
             report.residual = report.residual.max(residual_fraction(body.error, body.whole).sqrt());
@@ -449,7 +436,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     }
 
     /// The sums of a body, its chunks in their order.
-    fn product_sums(&self, body: usize) -> [f64; 2] {
+    pub fn product_sums(&self, body: usize) -> [f64; 2] {
         // SAFETY: written before a barrier, and again after another.
         let all = &unsafe { self.shared.products.read() }[self.primal.tables[0].chunks_of[body].clone()];
         all.iter().fold([0.0; 2], |[a, b], sum| [a + sum[0], b + sum[1]])
@@ -463,7 +450,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// Where the sums of a chunk of its share go.
     #[expect(clippy::mut_from_ref, reason = "each chunk is in one worker's share")]
-    fn product_of(&self, chunk: &Chunk) -> &mut [f64; 2] {
+    pub fn product_of(&self, chunk: &Chunk) -> &mut [f64; 2] {
         // SAFETY: each chunk is in one worker's share; others read after a barrier.
         unsafe { self.shared.products.item(chunk.number) }
     }
@@ -471,8 +458,8 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
 impl CgState {
     /// Before a further Newton step.
-    fn again(self) -> Self {
-        Self { whole: self.whole, all: self.all, ..Self::default() }
+    pub fn again(self) -> Self {
+        Self { whole: self.whole, error: self.error, all: self.all, ..Self::default() }
     }
 
     fn is_solved(&self, tolerance: f64) -> bool {

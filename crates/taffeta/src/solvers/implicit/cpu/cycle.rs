@@ -201,11 +201,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
                 neighbour: &table.slots.neighbour,
                 shifts: &table.slots.shifts[body],
                 blocks: here.blocks.read(),
-                own: if level == 0 {
-                    Own::Mass(&self.worker.nodes.mass)
-                } else {
-                    Own::Block(here.own.read())
-                },
+                own: if level == 0 { Own::Mass(self.masses()) } else { Own::Block(here.own.read()) },
                 coupled: self.primal.elements.as_ref().map(|elements| elements.coupled(level)),
             }
         }

@@ -9,6 +9,8 @@ mod couple;
 mod cycle;
 mod elements;
 pub(crate) mod kernels;
+mod newton;
+mod second_order;
 mod setup;
 mod tables;
 mod tile;
@@ -30,9 +32,11 @@ use crate::real::Real;
 use crate::report::{FrameSums, SolverReport};
 use crate::scene::Ice;
 use crate::solvers::implicit::implicit::Stiff;
+use crate::solvers::implicit::scheme::Scheme;
 use crate::solvers::implicit::slots::NO_EDGE;
 use crate::solvers::waiting;
 use crate::step::{Marks, Op};
+use crate::topology::LANES;
 use columns::Columns;
 use elements::ElementBlocks;
 use kernels::{COARSE, FINE};
@@ -79,6 +83,8 @@ struct Work<T> {
     s: Columns<T>,
     /// Springs' impulse where a Newton step starts [N s].
     right: Columns<T>,
+    /// Of second order.
+    history: Option<History<T>>,
     /// Positions and velocities that a Newton step starts from.
     moved: Columns<T>,
     /// By place: how a surface holds it, and which. Empty where there are none.
@@ -87,8 +93,18 @@ struct Work<T> {
     /// By chunk: Σ m |v* − v|²; r·z and z·A z.
     outer: Shared<f64>,
     products: Shared<[f64; 2]>,
-    /// By chunk: what is left of momentum, mass, and how many nodes are held.
-    residual: Shared<[f64; 5]>,
+    /// By chunk: what is left of momentum, mass, how many nodes are held, and Σ m δ².
+    residual: Shared<[f64; 6]>,
+}
+
+/// What steps of second order have beside; of it `rate` is kept from one sub-step to the next.
+struct History<T> {
+    /// Acceleration of each place [m/s²].
+    rate: Columns<T>,
+    /// Where a place without velocity after the sub-step would be [m], and the velocity without springs [m/s].
+    base: Columns<T>,
+    /// Masses of the system [kg].
+    mass: Shared<T>,
 }
 
 /// What a worker keeps.
@@ -128,7 +144,7 @@ impl<T: Real> Implicit<T> {
             ice: assembly.solver.ice.clone(),
             surfaces,
             scratch: PerWorker::new(workers, |_| Scratch::default()),
-            work: Work::new(&tables, surfaces),
+            work: Work::new(&tables, surfaces, assembly.solver.is_second_order()),
             elements,
             tables,
         })
@@ -166,7 +182,7 @@ impl<T: Real> LevelWork<T> {
 
 impl<T: Real> Work<T> {
     /// Room for the system on all levels.
-    fn new(tables: &[Table<T>], surfaces: bool) -> Self {
+    fn new(tables: &[Table<T>], surfaces: bool, second_order: bool) -> Self {
         let (places, margin, chunks) = (tables[0].places, tables[0].margin, tables[0].chunks.len());
         let held = if surfaces { places } else { 0 };
         let columns = |axes| Columns::new(axes, places, margin);
@@ -179,26 +195,33 @@ impl<T: Real> Work<T> {
             p: columns(3),
             s: columns(3),
             right: columns(3),
+            history: second_order.then(|| History {
+                rate: Columns::new(3, places, 0),
+                base: Columns::new(6, places, 0),
+                mass: Column::zeros(places + LANES).into(),
+            }),
             moved: Columns::new(6, places, 0),
             predicted: vec![PredictedContact::FREE; held].into(),
             collider: vec![0; held].into(),
             outer: vec![0.0; chunks].into(),
             products: vec![[0.0; 2]; chunks].into(),
-            residual: vec![[0.0; 5]; chunks].into(),
+            residual: vec![[0.0; 6]; chunks].into(),
         }
     }
 
     fn bytes(&self) -> usize {
         let columns = [&self.change, &self.total, &self.x, &self.p, &self.s, &self.right, &self.moved];
+        let history = |all: &History<T>| all.rate.bytes() + all.base.bytes() + all.mass.bytes();
         self.levels.iter().map(LevelWork::bytes).sum::<usize>()
             + columns.into_iter().map(Columns::bytes).sum::<usize>()
+            + self.history.as_ref().map_or(0, history)
             + self.predicted.len() * (size_of::<PredictedContact<T>>() + 4)
     }
 }
 
 impl<T: Real> Feature<T> for Implicit<T> {
     fn ops(&self) -> &'static [Op] {
-        &[Op::Predict, Op::Solve, Op::ConstraintForces]
+        &[Op::Predict, Op::Solve, Op::ConstraintForces, Op::Integrate]
     }
 
     fn marks(&self, plan: &TilePlan) -> Marks {
@@ -214,7 +237,8 @@ impl<T: Real> Feature<T> for Implicit<T> {
             scratch: unsafe { self.scratch.of(worker.index) },
             alone: worker.workers == 1,
             worker,
-            h: worker.substep.h,
+            h: worker.substep.scheme().map_or(worker.substep.h, |scheme| scheme.h),
+            second: self.work.history.as_ref().zip(worker.substep.scheme()),
             colliders: self.colliders(worker.substep),
             mesh_cache: worker.features.get::<Colliders<T>>().map(|colliders| &colliders.cache),
         }
@@ -223,11 +247,13 @@ impl<T: Real> Feature<T> for Implicit<T> {
     }
 
     fn tile(&self, op: Op, tile: &mut Tile<'_, T>) {
-        if op == Op::Predict {
-            waiting::suspend(tile);
-        } else {
-            waiting::resume(tile);
-            self.add_changes(tile);
+        match op {
+            Op::Predict => waiting::suspend(tile),
+            Op::Integrate => self.place_nodes(tile),
+            _ => {
+                waiting::resume(tile);
+                self.add_changes(tile);
+            }
         }
     }
 
@@ -241,20 +267,37 @@ impl<T: Real> Feature<T> for Implicit<T> {
         }
     }
 
-    /// What springs changed of each place's velocity [m/s], if the solver starts from it or surfaces ask for it.
+    /// What springs changed of each place's velocity [m/s], if the solver starts from it or surfaces ask for it; then the
+    /// accelerations of second order [m/s²].
     fn save(&self, state: &mut SolverState) {
         let asked = self.ice.warm_start || self.surfaces;
-        let places = if asked { self.tables[0].places } else { 0 };
-        // SAFETY: no worker works between frames.
-        let change = unsafe { self.work.change.read() };
-        state.warm_start = (0..places).flat_map(|place| change.at::<3>(place).map(T::to_f64)).collect();
+        let kept = asked.then_some(&self.work.change).into_iter();
+        for columns in kept.chain(self.work.history.as_ref().map(|history| &history.rate)) {
+            // SAFETY: no worker works between frames.
+            let numbers = unsafe { columns.read() };
+            let of = |place| numbers.at::<3>(place).map(T::to_f64);
+            state.warm_start.extend((0..self.tables[0].places).flat_map(of));
+        }
     }
 
     fn load(&mut self, state: &SolverState) {
-        for (place, change) in state.warm_start.as_chunks::<3>().0.iter().enumerate() {
-            for (axis, &number) in change.iter().enumerate() {
-                self.work.change.set(axis, place, T::from_f64(number));
+        let asked = self.ice.warm_start || self.surfaces;
+        let kept = asked.then_some(&mut self.work.change).into_iter();
+        let all = kept.chain(self.work.history.as_mut().map(|history| &mut history.rate));
+        let places = self.tables[0].places.max(1);
+        for (columns, saved) in all.zip(state.warm_start.as_chunks::<3>().0.chunks(places)) {
+            for (place, numbers) in saved.iter().enumerate() {
+                for (axis, &number) in numbers.iter().enumerate() {
+                    columns.set(axis, place, T::from_f64(number));
+                }
             }
+        }
+    }
+
+    /// A node that is set, pinned or freed has no acceleration yet.
+    fn forget(&mut self, node: usize) {
+        if let Some(history) = &mut self.work.history {
+            (0..3).for_each(|axis| history.rate.set(axis, node, T::ZERO));
         }
     }
 
@@ -273,8 +316,10 @@ struct ImplicitWorker<'w, 'a, T> {
     /// Whether it goes on without the others.
     alone: bool,
     worker: &'w Worker<'a, T>,
-    /// Step [s].
+    /// Step of the system [s].
     h: T,
+    /// Of a step of second order.
+    second: Option<(&'w History<T>, &'w Scheme<T>)>,
     colliders: &'w [ColliderNow<T>],
     mesh_cache: Option<&'w MeshCache<T>>,
 }

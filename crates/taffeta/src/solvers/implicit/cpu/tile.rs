@@ -9,13 +9,15 @@ impl<T: Real> Implicit<T> {
     /// Adds to the forces on a tile what makes of its velocities those that were solved for.
     pub(crate) fn add_changes(&self, tile: &mut Tile<'_, T>) {
         let colliders = self.colliders(tile.substep);
+        // That of the system, whose impulses pins hold against.
+        let h = tile.substep.scheme().map_or(tile.substep.h, |scheme| scheme.h);
         // SAFETY: found before a barrier.
         let (change, right) = unsafe { (self.work.change.read(), self.work.right.read()) };
         for (at, run) in tile.plan.runs() {
             for place in run.clone() {
                 if tile.nodes.inverse_mass[place] <= T::ZERO {
                     let impulse: [T; 3] = right.at(place);
-                    tile.add_force(at + place - run.start, scale(impulse, T::ONE / tile.substep.h));
+                    tile.add_force(at + place - run.start, scale(impulse, T::ONE / h));
                     continue;
                 }
                 let mut after: [T; 3] = change.at(place);
