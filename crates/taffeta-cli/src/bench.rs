@@ -3,6 +3,7 @@
 mod acad;
 mod collider;
 mod contact;
+mod fabric;
 mod form;
 mod ice;
 pub mod kernels;
@@ -15,6 +16,7 @@ mod volume;
 use crate::console;
 use crate::run::{Arithmetic, Backend, Device, Work, refuse_precision};
 use clap::ValueEnum;
+use clap::builder::TypedValueParser as _;
 use form::Form;
 use line::Line;
 use measure::Bench;
@@ -30,7 +32,7 @@ pub struct Args {
     #[arg(value_enum, default_value_t = What::Grid)]
     what: What,
     /// Side of the grid in nodes; for mesh: at least that many springs; for volume: triangles of a torus, or at least
-    /// that many of --mesh [default: 160, ice and acad: 34, flag and collider: 100, mesh: 1000000, volume: the dragon, or 20000]
+    /// that many of --mesh [default: 160, ice and acad: 34, flag, fabric and collider: 100, mesh: 1000000, volume: the dragon, or 20000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=20_000_000))]
     n: Option<u32>,
     /// Rows of the grid
@@ -56,13 +58,19 @@ pub struct Args {
     /// For explicit springs on a GPU: which kernels, a line for each [default: best]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = kernels::parser())]
     kernels: Option<Vec<GpuKernels>>,
-    /// For volume: how it is kept; for ice and flag: compliant or primal. A line for each [default: corrected, compliant,
-    /// flag: primal]
+    /// For volume: how it is kept; for ice and flag: compliant or primal; for fabric: primal. A line for each [default:
+    /// corrected, compliant, flag: primal, fabric: explicit]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = form::parser())]
     form: Option<Vec<Form>>,
     /// For mesh and volume: an OBJ, PLY, STL, OFF or glTF file
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
+    /// For fabric: how many times stiffer the warp is than the weft [default: as cotton is]
+    #[arg(long, value_name = "R", value_parser = ratio())]
+    ratio: Option<f64>,
+    /// For fabric: an irregular mesh of as many nodes in place of the grid
+    #[arg(long)]
+    irregular: bool,
     /// Print only the JSON line
     #[arg(long)]
     json: bool,
@@ -82,6 +90,8 @@ enum What {
     Ice,
     /// A stiff sheet that swings from two corners by implicit constraints, at one step a frame
     Flag,
+    /// A cotton flag that swings from two corners; with --form primal at one step a frame
+    Fabric,
     /// Springs that become constraints where they are too long, beside springs alone
     Acad,
     /// A sheet on a ball of triangles beside the same on a sphere, and a skirt on a human
@@ -97,6 +107,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     crate::memory::check(&bench.scene)?;
     match args.what {
         What::Ice | What::Flag => ice::run(args, &bench),
+        What::Fabric => run_fabric(args),
         What::Acad => acad::run(args, &bench),
         What::Collider => collider::run(args, &bench),
         _ => run_scene(args, bench),
@@ -125,6 +136,20 @@ fn run_scene(args: &Args, mut bench: Bench) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Prints a line for each way of solving for a fabric.
+fn run_fabric(args: &Args) -> Result<(), Failure> {
+    let forms =
+        args.form.as_ref().map_or_else(|| vec![None], |forms| forms.iter().copied().map(Some).collect());
+    for form in forms {
+        let mut bench = args.cloth(form).bench();
+        let device =
+            Device::asked(args.backend, || Work::of(&bench.scene, args.threads, args.precision.precision()))?;
+        bench.notes.extend(device.why);
+        print(&measure::run(&bench, args, device.gpu.as_ref())?, args)?;
+    }
+    Ok(())
+}
+
 fn print(line: &Line, args: &Args) -> Result<(), Failure> {
     if !args.json {
         console::say(&line.table())?;
@@ -140,8 +165,11 @@ impl Args {
         if self.mesh.is_some() && !matches!(self.what, What::Mesh | What::Volume) {
             return refused("--mesh is for `bench mesh` and `bench volume`");
         }
+        if (self.ratio.is_some() || self.irregular) && self.what != What::Fabric {
+            return refused("--ratio and --irregular are for `bench fabric`");
+        }
         self.refuse_forms()?;
-        if self.kernels.is_some() && matches!(self.what, What::Ice | What::Flag) {
+        if self.kernels.is_some() && matches!(self.what, What::Ice | What::Flag | What::Fabric) {
             return refused("--kernels is for benches on explicit springs");
         }
         if self.backend == Backend::Gpu {
@@ -156,9 +184,10 @@ impl Args {
         let fits: fn(Form) -> bool = match self.what {
             What::Volume => |form| matches!(form, Form::Volume(_)),
             What::Ice | What::Flag => |form| matches!(form, Form::Ice(_)),
+            What::Fabric => fabric::fits,
             _ => {
                 return Err(Failure::Input(
-                    "--form is for `bench volume`, `bench ice` and `bench flag`".into(),
+                    "--form is for `bench volume`, `bench ice`, `bench flag` and `bench fabric`".into(),
                 ));
             }
         };
@@ -177,21 +206,32 @@ impl Args {
         }
     }
 
-    fn bench(&self) -> Result<Bench, Failure> {
+    /// The fabric of the bench on fabric.
+    fn cloth(&self, form: Option<Form>) -> fabric::Cloth {
+        fabric::Cloth { sides: self.sides(), ratio: self.ratio, is_irregular: self.irregular, form }
+    }
+
+    /// Rows and columns.
+    fn sides(&self) -> [u32; 2] {
         let usual = match self.what {
             What::Ice | What::Acad => ice::SIDE,
-            What::Flag => ice::FLAG_SIDE,
+            What::Flag | What::Fabric => ice::FLAG_SIDE,
             What::Collider => collider::SIDE,
             _ => 160,
         };
         let side = self.n.unwrap_or(usual);
-        let (rows, cols) = (self.rows.unwrap_or(side), self.cols.unwrap_or(side));
+        [self.rows.unwrap_or(side), self.cols.unwrap_or(side)]
+    }
+
+    fn bench(&self) -> Result<Bench, Failure> {
+        let [rows, cols] = self.sides();
         match self.what {
             What::Grid => Ok(scenes::grid(rows, cols)),
             What::Drape => Ok(scenes::drape(rows, cols)),
             What::Contact => Ok(contact::bench(rows, cols)),
             What::Ice => Ok(ice::bench([rows, cols])),
             What::Flag => Ok(ice::flag([rows, cols])),
+            What::Fabric => Ok(self.cloth(None).bench()),
             What::Acad => Ok(acad::bench([rows, cols])),
             What::Collider => Ok(collider::bench([rows, cols])),
             What::Mesh | What::Volume if self.rows.is_some() => Err(Failure::Input(
@@ -201,4 +241,12 @@ impl Args {
             What::Volume => volume::bench(self.mesh.as_deref(), self.n),
         }
     }
+}
+
+/// Takes a ratio of stiffnesses on the command line.
+fn ratio() -> impl clap::builder::TypedValueParser<Value = f64> {
+    clap::builder::NonEmptyStringValueParser::new().try_map(|text| match text.parse::<f64>() {
+        Ok(ratio) if (1e-3..=1e3).contains(&ratio) => Ok(ratio),
+        _ => Err("is a number from 0.001 to 1000"),
+    })
 }

@@ -97,5 +97,8 @@ fn kernels_and_forms_that_do_not_fit_a_bench_are_refused() {
         "bench volume --form primal",
         &["--form primal is not for this bench, which takes corrected, projected"],
     );
-    refused("bench grid --form primal", &["--form is for `bench volume`, `bench ice` and `bench flag`"]);
+    refused(
+        "bench grid --form primal",
+        &["--form is for `bench volume`, `bench ice`, `bench flag` and `bench fabric`"],
+    );
 }
