@@ -78,6 +78,7 @@ impl Real for f32 {
     fn sqrt(self) -> Self {
         f32::sqrt(self)
     }
+    #[inline(always)]
     fn atan2(self, x: Self) -> Self {
         angle(self, x)
     }
@@ -172,6 +173,7 @@ impl Real for f64 {
 ///
 /// With t in [0, tan π/8] after two reductions, atan t = t + t³ P(t²), P of degree 3 with the least largest relative
 /// error (2·10⁻⁸; exchange method, Remez 1934).
+#[inline(always)]
 fn angle(y: f32, x: f32) -> f32 {
     use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
     const TAN_EIGHTH: f32 = 0.414_213_57;

@@ -21,7 +21,14 @@ pub trait Element<const N: usize, const P: usize>: Send + Sync + 'static {
 
     /// Calls `see` for each way in which it resists near positions `x` [m].
     fn modes<T: Real>(x: [[T; 3]; N], numbers: [T; P], see: impl FnMut(Mode<T, N>));
+
+    /// Calls `see` for each way in which it resists alike whatever the direction, as a string under tension resists across itself:
+    /// weights by node, whose sum is 0, and the stiffness k [N/m for weights without a unit], not below 0.
+    fn tensions<T: Real>(_x: [[T; 3]; N], _numbers: [T; P], _see: impl FnMut([T; N], T)) {}
 }
+
+/// Modes of an element that is solved for at most, and ways in which it resists alike in all directions.
+pub const MODES: usize = 3;
 
 /// One way in which an element resists: with a stiffness K = k g gᵀ and a damping D = d g gᵀ, where g has a direction for each
 /// of its nodes.
@@ -40,9 +47,14 @@ pub struct Mode<T, const N: usize> {
 impl<T: Real, const N: usize> Mode<T, N> {
     /// Its directions [kg^½] over a step `h` [s]: g √(h² k + h d), so that their products are what it adds to the matrix of an
     /// implicit step.
+    #[inline(always)]
     pub fn over_step(&self, h: T) -> [[T; 3]; N] {
         let root = (h * (h * self.k + self.d)).sqrt();
-        self.directions.map(|direction| scale(direction, root))
+        let mut all = self.directions;
+        for direction in &mut all {
+            *direction = scale(*direction, root);
+        }
+        all
     }
 }
 
@@ -73,9 +85,12 @@ pub struct Kind {
 
 /// How elements of a kind are solved for.
 pub struct Implicit {
-    /// Modes of an element at most.
+    /// Modes of an element, [`MODES`] at most.
     pub modes: usize,
-    /// Finds their directions over the step, an invocation an element, into `element_directions`: by mode, then by node.
+    /// Whether it has ways in which it resists alike in all directions, no more than modes.
+    pub is_tense: bool,
+    /// Finds directions of modes over the step, an invocation an element, into `element_directions`: by mode, then by node, with
+    /// the weights of what resists alike in all directions as the fourth number.
     pub directions: Kernel,
 }
 
@@ -166,6 +181,14 @@ impl Kind {
             unreachable!("a kind has as many nodes and numbers as its formula");
         };
         E::modes(x, numbers, |mode| see(&mode.directions, [mode.k, mode.d, mode.stiffest]));
+        E::tensions(x, numbers, |weights, k| {
+            for axis in 0..3 {
+                see(
+                    &weights.map(|weight| [0, 1, 2].map(|one| if one == axis { weight } else { 0.0 })),
+                    [k, 0.0, 1.0],
+                );
+            }
+        });
     }
 
     /// All kernels.

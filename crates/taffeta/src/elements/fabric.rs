@@ -41,6 +41,22 @@ impl Triangle {
     }
 }
 
+impl Laid {
+    /// Triangles in the order in which elements are listed: by their first node, so that neighbours are near each other; of each
+    /// row of a grid first those of one half of a square, then those of the other, so that their nodes follow each other.
+    pub fn in_order(&self, body: &BodyAssembly) -> impl Iterator<Item = (usize, &Triangle)> {
+        let place = |triangle: &Triangle| {
+            let first = triangle.nodes.iter().copied().min().unwrap_or(0) as usize;
+            let Some([_, cols]) = body.grid_layout else { return (0, false, first) };
+            let beside = triangle.nodes.iter().filter(|&&node| node as usize / cols == first / cols).count();
+            (first / cols, beside < 2, first)
+        };
+        let mut all: Vec<(usize, &Triangle)> = self.triangles.iter().enumerate().collect();
+        all.sort_by_key(|(_, triangle)| place(triangle));
+        all.into_iter()
+    }
+}
+
 impl BodyAssembly {
     /// Lays the body's fabric on its triangles, where it has one.
     pub fn lay_fabric(&mut self, body: &Body) -> Result<(), SceneError> {

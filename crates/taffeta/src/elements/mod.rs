@@ -3,11 +3,14 @@
 pub mod aero;
 pub mod bending;
 pub mod cpu;
+pub mod directions;
 pub mod element;
 pub mod fabric;
+pub mod gathered;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod hinge;
+pub mod lanes;
 pub mod load;
 pub mod membrane;
 #[cfg(feature = "gpu")]

@@ -2,7 +2,6 @@
 
 use crate::diagnostics::parity::{compare, measured, sums, total};
 use crate::elements::KINDS;
-use crate::elements::cpu::Linearised;
 use crate::elements::element::{Kernel, Kind};
 use crate::elements::gpu::KindTables;
 use crate::elements::load::gpu_layout::Load;
@@ -43,13 +42,13 @@ fn of_kind(bench: &mut Bench<'_>) -> Result<(), String> {
     let kind = kind.ok_or_else(|| format!("no kind of elements has the kernel `{entry}`"))?;
     match &kind.implicit {
         _ if entry == kind.kernels.forces.entry => forces(bench, kind),
-        Some(implicit) if entry == implicit.directions.entry => directions(bench, kind, implicit.modes),
+        Some(implicit) if entry == implicit.directions.entry => directions(bench, kind),
         _ => energies(bench, kind),
     }
 }
 
 /// Directions of the modes of the elements of a kind over a step, on grids and meshes.
-fn directions(bench: &mut Bench<'_>, kind: &Kind, modes: usize) -> Result<(), String> {
+fn directions(bench: &mut Bench<'_>, kind: &Kind) -> Result<(), String> {
     let fixtures = fixtures(bench)?;
     let kernel = kernel_of(bench, Name::new(bench.entry), &fixtures[0])?;
     for mut fixture in fixtures {
@@ -60,17 +59,9 @@ fn directions(bench: &mut Bench<'_>, kind: &Kind, modes: usize) -> Result<(), St
             (if axis < 3 { position } else { velocity }).iter().map(|four| four[axis % 3]).collect()
         };
         let (columns, h) = ([0, 1, 2, 3, 4, 5].map(column), fixture.substep().h);
-        let mut found = [vec![[0.0; 3]; count * kind.nodes], vec![[0.0; 3]; count * kind.nodes * modes]];
-        if let Some(set) = fixture.cpu.feature::<Elements<f32>>().and_then(|all| all.of(kind.name)) {
-            let [forces, directions] = &mut found;
-            set.linearise(
-                0..count,
-                &columns.each_ref().map(Vec::as_slice),
-                h,
-                Linearised { forces, directions },
-            );
-        }
-        let wanted: Vec<Four> = found[1].iter().map(|&[x, y, z]| [x, y, z, 0.0]).collect();
+        let set = fixture.cpu.feature::<Elements<f32>>().and_then(|all| all.of(kind.name));
+        let wanted: Vec<Four> =
+            set.map_or_else(Vec::new, |set| set.listed_directions(&columns.each_ref().map(Vec::as_slice), h));
         let (mut arrays, records) = (fixture.arrays(), fixture.records());
         arrays.insert("element_directions", vec![f32::NAN.to_bits(); 4 * wanted.len()]);
         let groups = count.div_ceil(GROUP);

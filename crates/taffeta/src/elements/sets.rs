@@ -2,7 +2,9 @@
 
 use crate::assembly::Assembly;
 use crate::cpu::backend::Context;
+use crate::cpu::column::Column;
 use crate::cpu::feature::{Feature, Flow};
+use crate::cpu::shared::Shared;
 use crate::cpu::tile::Tile;
 use crate::cpu::worker::Worker;
 use crate::elements::aero::{self, cpu::AeroTriangles};
@@ -28,9 +30,19 @@ fn set<T: Real>(list: &List, places: usize) -> Box<dyn ElementSet<T>> {
     }
 }
 
+/// Blocks that a worker finds at least before it goes on to nodes.
+const STRIDE: usize = 8;
+
 /// All elements of a scene whose forces are found one by one.
 pub struct Elements<T> {
     sets: Vec<Box<dyn ElementSet<T>>>,
+    /// Slices of nodes of which one worker finds the forces of all elements around, by worker. It adds these up while they are in
+    /// its cache.
+    slices: Vec<Vec<u32>>,
+    /// By slice: whether it is among those.
+    is_summed: Vec<bool>,
+    /// Sums of these, by place [N].
+    sums: [Shared<T>; 3],
     /// Those that are solved for, which give no forces of their own.
     solved: Vec<Box<dyn ElementSet<T>>>,
 }
@@ -44,9 +56,63 @@ impl<T: Real> Elements<T> {
                 assembly.elements().iter().filter(|list| !list.is_empty() && list.implicit == implicit);
             lists.map(|list| set(list, assembly.places)).collect()
         };
-        let all = Self { sets: of(false), solved: of(true) };
+        let mut all = Self {
+            sets: of(false),
+            solved: of(true),
+            slices: vec![Vec::new(); context.workers()],
+            is_summed: vec![false; assembly.places.div_ceil(LANES)],
+            sums: [(); 3].map(|()| Vec::new().into()),
+        };
+        if !all.sets.is_empty() {
+            all.share_slices();
+            all.sums = [(); 3].map(|()| Column::zeros(LANES * all.is_summed.len()).into());
+        }
         let any = all.all().next().is_some();
         any.then_some(all)
+    }
+
+    /// Finds which worker can add up the forces on each slice.
+    fn share_slices(&mut self) {
+        let workers = self.slices.len();
+        for slice in 0..self.is_summed.len() {
+            let within = |worker: usize| {
+                self.sets.iter().all(|set| {
+                    let (around, part) = (set.around(slice), part(set.blocks(), worker, workers));
+                    around.is_empty() || (part.start <= around.start && around.end <= part.end)
+                })
+            };
+            let is_alone = self.sets.iter().all(|set| set.around(slice).is_empty());
+            if let Some(worker) = (0..workers).find(|&worker| !is_alone && within(worker)) {
+                self.slices[worker].push(slice as u32);
+                self.is_summed[slice] = true;
+            }
+        }
+    }
+
+    /// Finds forces of a worker's part of all sets, and adds up those on its slices.
+    fn find(&self, worker: &Worker<'_, T>) {
+        assert_eq!(worker.workers, self.slices.len(), "slices are shared among all workers");
+        let parts: Vec<Range<usize>> = self.sets.iter().map(|set| worker.part(set.blocks())).collect();
+        let mut next: Vec<usize> = parts.iter().map(|part| part.start).collect();
+        for &slice in &self.slices[worker.index] {
+            let slice = slice as usize;
+            for ((set, part), next) in self.sets.iter().zip(&parts).zip(&mut next) {
+                if set.around(slice).end > *next {
+                    let to = part.end.min(set.around(slice).end + STRIDE);
+                    set.find(worker, *next..to);
+                    *next = to;
+                }
+            }
+            let (nodes, mut sum) = (slice * LANES..(slice + 1) * LANES, [[T::ZERO; LANES]; 3]);
+            self.sets.iter().for_each(|set| set.gather(worker.nodes.level, nodes.clone(), &mut sum));
+            for (column, sum) in self.sums.iter().zip(&sum) {
+                // SAFETY: each slice is one worker's, and others read after a barrier.
+                unsafe { column.write(nodes.clone()) }.copy_from_slice(sum);
+            }
+        }
+        for ((set, part), next) in self.sets.iter().zip(&parts).zip(next) {
+            set.find(worker, next..part.end);
+        }
     }
 
     /// Those that are solved for, in the order of [`Solved`](crate::solvers::implicit::couplings::Solved).
@@ -76,7 +142,14 @@ impl<T: Real> Elements<T> {
         while start < run.end {
             let nodes = start..run.end.min((start / LANES + 1) * LANES);
             let mut sum = [[T::ZERO; LANES]; 3];
-            self.sets.iter().for_each(|set| set.gather(tile.nodes.level, nodes.clone(), &mut sum));
+            if self.is_summed[start / LANES] {
+                for (column, sum) in self.sums.iter().zip(&mut sum) {
+                    // SAFETY: added up before a barrier, and added up again after the sub-step's last.
+                    sum[..nodes.len()].copy_from_slice(&unsafe { column.read() }[nodes.clone()]);
+                }
+            } else {
+                self.sets.iter().for_each(|set| set.gather(tile.nodes.level, nodes.clone(), &mut sum));
+            }
             let here = at + start - run.start;
             for (column, sum) in tile.scratch.force.iter_mut().zip(&sum) {
                 for (force, &sum) in column[here..here + nodes.len()].iter_mut().zip(sum) {
@@ -88,13 +161,18 @@ impl<T: Real> Elements<T> {
     }
 }
 
+/// A worker's even part of `count` things.
+fn part(count: usize, worker: usize, workers: usize) -> Range<usize> {
+    count * worker / workers..count * (worker + 1) / workers
+}
+
 impl<T: Real> Feature<T> for Elements<T> {
     fn ops(&self) -> &'static [Op] {
         &[Op::Elements, Op::Gather]
     }
 
     fn run(&self, _: Op, worker: &mut Worker<'_, T>) -> Flow {
-        self.sets.iter().for_each(|set| set.find(worker));
+        self.find(worker);
         Flow::Go
     }
 
@@ -111,7 +189,8 @@ impl<T: Real> Feature<T> for Elements<T> {
     }
 
     fn bytes(&self) -> usize {
-        self.all().map(ElementSet::bytes).sum()
+        let sums = self.sums.iter().map(Shared::bytes).sum::<usize>() + 5 * self.is_summed.len();
+        self.all().map(ElementSet::bytes).sum::<usize>() + sums
     }
 }
 

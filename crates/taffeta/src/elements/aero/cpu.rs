@@ -10,6 +10,7 @@ use crate::elements::aero;
 use crate::elements::aero::aero::AirNow;
 use crate::elements::cpu::ElementSet;
 use crate::elements::element::List;
+use crate::elements::gathered::around;
 use crate::real::{Real, cross, sub};
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
@@ -32,6 +33,8 @@ pub struct AeroTriangles<T> {
     by_node: Csr,
     /// For each slice of places, whether all have as many triangles and those of neighbours follow each other.
     side_by_side: Vec<bool>,
+    /// For each slice of places, the blocks of triangles around it.
+    around: Vec<Range<u32>>,
     /// Force on each corner of each triangle [N].
     forces: [Shared<T>; 3],
 }
@@ -56,6 +59,7 @@ impl<T: Real> AeroTriangles<T> {
             in_row: (0..corners[0].len() / LANES).map(block).collect(),
             lightness: padded().map(|triangle| T::from_f64(list.all.numbers[triangle])).collect(),
             side_by_side: (0..places / LANES).map(|slice| side_by_side(&by_node, slice)).collect(),
+            around: around(&by_node, 1),
             corners,
             by_node,
         }
@@ -67,9 +71,17 @@ impl<T: Real> ElementSet<T> for AeroTriangles<T> {
         aero::NAME
     }
 
-    fn find(&self, worker: &Worker<'_, T>) {
+    fn blocks(&self) -> usize {
+        self.in_row.len()
+    }
+
+    fn around(&self, slice: usize) -> Range<usize> {
+        let Range { start, end } = self.around[slice];
+        start as usize..end as usize
+    }
+
+    fn find(&self, worker: &Worker<'_, T>, blocks: Range<usize>) {
         let Some(air) = worker.substep.air() else { return };
-        let blocks = worker.part(self.in_row.len());
         let places = blocks.start * LANES..blocks.end * LANES;
         // SAFETY: parts of workers do not overlap, and forces are read only after the barrier.
         let force = self.forces.each_ref().map(|column| unsafe { column.write(places.clone()) });

@@ -29,7 +29,7 @@ const BORDER: Edge = Edge { node: None, across: Across::Border, angle: 0.0, stee
 pub fn bends(body: &BodyAssembly, _: &Scene, _: usize) -> Described {
     let mut all = Described::default();
     let Some(laid) = body.laid() else { return all };
-    for (index, triangle) in laid.triangles.iter().enumerate() {
+    for (index, triangle) in laid.in_order(body) {
         let fabric = &laid.fabrics[triangle.fabric];
         let edges = [0, 1, 2].map(|corner| edge(laid, index, corner));
         let Some(factor) = factor(triangle, fabric, &edges) else { continue };

@@ -51,6 +51,7 @@ pub const KIND: Kind = Kind {
     modes: Some(Kind::visit::<ShapeOperator, 6, 13>),
     implicit: Some(Implicit {
         modes: 3,
+        is_tense: false,
         directions: Kernel { entry: "bend_directions", software: 0.0, hardware: 8192.0, why: FUSED },
     }),
 };

@@ -13,15 +13,17 @@ pub struct Bending;
 
 /// Fold angle [rad] and its gradient [rad/m] at the four corners: edge a, edge b, opposite in the triangle that
 /// runs a→b, opposite in the other. A triangle without area gives no gradient.
+#[inline(always)]
 pub fn angle_and_gradient<T: Real>(x: [[T; 3]; 4]) -> (T, [[T; 3]; 4]) {
     let [a, b, c, d] = x;
     let edge = sub(b, a);
     let left = cross(edge, sub(c, a));
     let right = cross(sub(d, a), edge);
     let (squared, area_left, area_right) = (dot(edge, edge), dot(left, left), dot(right, right));
-    if !(squared > T::TINY && area_left > T::TINY && area_right > T::TINY) {
-        return (T::ZERO, [[T::ZERO; 3]; 4]);
-    }
+    let has_area = (squared > T::TINY) & (area_left > T::TINY) & (area_right > T::TINY);
+    // Chosen, not branched to, so that compilers can do this for many hinges at a time.
+    let valid = |size: T| if has_area { size } else { T::ONE };
+    let (squared, area_left, area_right) = (valid(squared), valid(area_left), valid(area_right));
     let length = squared.sqrt();
     let sine = dot(cross(left, right), edge) / length;
     let theta = sine.atan2(dot(left, right));
@@ -33,7 +35,9 @@ pub fn angle_and_gradient<T: Real>(x: [[T; 3]; 4]) -> (T, [[T; 3]; 4]) {
     let (along_c, along_d) = (dot(sub(c, a), edge) * inverse, dot(sub(d, a), edge) * inverse);
     let at_b = add(scale(at_c, -along_c), scale(at_d, -along_d));
     let at_a = add(scale(at_c, along_c - T::ONE), scale(at_d, along_d - T::ONE));
-    (theta, [at_a, at_b, at_c, at_d])
+    let some = |number: T| if has_area { number } else { T::ZERO };
+    let some_of = |[x, y, z]: [T; 3]| [some(x), some(y), some(z)];
+    (some(theta), [some_of(at_a), some_of(at_b), some_of(at_c), some_of(at_d)])
 }
 
 /// How much stiffer a hinge may become by its triangles' shape than it is at rest.
@@ -55,6 +59,7 @@ pub fn rest<T: Real>(x: [[T; 3]; 4]) -> Rest<T> {
 }
 
 /// Σ|∇θ|² over the corners [rad²/m²].
+#[inline(always)]
 pub fn steepness<T: Real>(gradient: &[[T; 3]; 4]) -> T {
     let [a, b, c, d] = gradient;
     dot(*a, *a) + dot(*b, *b) + dot(*c, *c) + dot(*d, *d)
@@ -64,53 +69,58 @@ pub fn steepness<T: Real>(gradient: &[[T; 3]; 4]) -> T {
 ///
 /// On triangles that are squashed to slivers |∇θ| grows without bound, and no step would be stable. There the forces
 /// are scaled down so that stiffness and damping along the corners' ways stay within [`STIFFEST`] times those at rest.
+#[inline(always)]
 pub fn forces<T: Real>(x: [[T; 3]; 4], v: [[T; 3]; 4], k: T, damping: T, at_rest: Rest<T>) -> [[T; 3]; 4] {
     let (theta, gradient) = angle_and_gradient(x);
     let rate =
         dot(gradient[0], v[0]) + dot(gradient[1], v[1]) + dot(gradient[2], v[2]) + dot(gradient[3], v[3]);
     let moment = k * wrap(theta - at_rest.angle) + damping * rate;
     let (steep, most) = (steepness(&gradient), T::from_f64(STIFFEST) * at_rest.steepness);
-    let moment = if steep > most { moment * (most / steep) } else { moment };
-    gradient.map(|g| scale(g, -moment))
+    let limited = moment * (most / if steep > most { steep } else { T::ONE });
+    let moment = if steep > most { limited } else { moment };
+    let [a, b, c, d] = gradient;
+    [scale(a, -moment), scale(b, -moment), scale(c, -moment), scale(d, -moment)]
 }
 
 /// Energy ½ k (θ − θ₀)² [J].
+#[inline(always)]
 pub fn energy<T: Real>(x: [[T; 3]; 4], k: T, rest_angle: T) -> T {
     let fold = wrap(angle_and_gradient(x).0 - rest_angle);
     T::from_f64(0.5) * k * fold * fold
 }
 
 impl Element<4, 4> for Bending {
+    #[inline(always)]
     fn forces<T: Real>(x: [[T; 3]; 4], v: [[T; 3]; 4], numbers: [T; 4]) -> [[T; 3]; 4] {
         let [angle, steepness, k, damping] = numbers;
         forces(x, v, k, damping, Rest { angle, steepness })
     }
 
+    #[inline(always)]
     fn energy<T: Real>(x: [[T; 3]; 4], [rest_angle, _, k, _]: [T; 4]) -> T {
         energy(x, k, rest_angle)
     }
 
     /// The hinge as it is, which may be another shape than that at rest.
+    #[inline(always)]
     fn modes<T: Real>(x: [[T; 3]; 4], [_, rest_steepness, k, d]: [T; 4], mut see: impl FnMut(Mode<T, 4>)) {
         let (_, directions) = angle_and_gradient(x);
         let (steep, most) = (steepness(&directions), T::from_f64(STIFFEST) * rest_steepness);
         // A hinge without height cannot move, and neither can one without height at rest.
-        let ratio = if steep > T::ZERO { most / steep } else { T::ZERO };
-        let (now, stiffest) = if ratio > T::ONE { (T::ONE, ratio) } else { (ratio, T::ONE) };
+        let all = most / if steep > T::ZERO { steep } else { T::ONE };
+        let ratio = if steep > T::ZERO { all } else { T::ZERO };
+        let is_flat = ratio > T::ONE;
+        let (now, stiffest) = (if is_flat { T::ONE } else { ratio }, if is_flat { ratio } else { T::ONE });
         see(Mode { directions, k: now * k, d: now * d, stiffest });
     }
 }
 
 /// The difference of two angles, by the shorter way round.
+#[inline(always)]
 pub fn wrap<T: Real>(angle: T) -> T {
     let (pi, turn) = (T::from_f64(std::f64::consts::PI), T::from_f64(std::f64::consts::TAU));
-    if angle > pi {
-        angle - turn
-    } else if angle < -pi {
-        angle + turn
-    } else {
-        angle
-    }
+    let less = if angle > pi { angle - turn } else { angle };
+    if angle < -pi { angle + turn } else { less }
 }
 
 #[cfg(test)]

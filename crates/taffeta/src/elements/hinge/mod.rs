@@ -36,6 +36,7 @@ pub const KIND: Kind = Kind {
     modes: Some(Kind::visit::<Bending, 4, 4>),
     implicit: Some(Implicit {
         modes: 1,
+        is_tense: false,
         directions: Kernel {
             entry: "hinge_directions",
             software: 0.0,

@@ -9,7 +9,7 @@ use crate::scene::Scene;
 pub fn membranes(body: &BodyAssembly, _: &Scene, _: usize) -> Described {
     let mut all = Described::default();
     let Some(laid) = body.laid() else { return all };
-    for triangle in &laid.triangles {
+    for (_, triangle) in laid.in_order(body) {
         let ([a, b, c], area) = (triangle.rest, triangle.area());
         let Some(inverse) = inverse([b[0] - a[0], c[0] - a[0], b[1] - a[1], c[1] - a[1]]) else { continue };
         let fabric = &laid.fabrics[triangle.fabric];

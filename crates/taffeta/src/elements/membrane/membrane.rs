@@ -48,59 +48,82 @@ struct Sheet<T> {
 type Tensor<T> = [T; 3];
 
 /// Edge vectors from the first corner to columns of F, or of its rate.
+#[inline(always)]
 pub fn columns<T: Real>(x: [[T; 3]; 3], [a, b, c, d]: [T; 4]) -> [[T; 3]; 2] {
     let (u, v) = (sub(x[1], x[0]), sub(x[2], x[0]));
     [add(scale(u, a), scale(v, c)), add(scale(u, b), scale(v, d))]
 }
 
 /// Forces on the corners from what pulls on the columns.
+#[inline(always)]
 fn on_corners<T: Real>([warp, weft]: [[T; 3]; 2], [a, b, c, d]: [T; 4]) -> [[T; 3]; 3] {
     let first = add(scale(warp, a), scale(weft, b));
     let second = add(scale(warp, c), scale(weft, d));
     [scale(add(first, second), -T::ONE), first, second]
 }
 
+/// One of two tensors.
+#[inline(always)]
+fn choose<T: Real>(first: bool, one: Tensor<T>, other: Tensor<T>) -> Tensor<T> {
+    [
+        if first { one[0] } else { other[0] },
+        if first { one[1] } else { other[1] },
+        if first { one[2] } else { other[2] },
+    ]
+}
+
 /// How a squared stretch counts, and the slope of that.
+#[inline(always)]
 fn continued<T: Real>(squared: T) -> [T; 2] {
-    if squared >= T::from_f64(LEAST_SQUARED) {
-        return [squared, T::ONE];
-    }
     let (least, stretch) = (T::from_f64(LEAST_STRETCH), (squared + T::from_f64(FLAT)).sqrt());
-    [(stretch + stretch) * least - T::from_f64(LEAST_SQUARED + FLAT + FLAT), least / stretch]
+    let line = [(stretch + stretch) * least - T::from_f64(LEAST_SQUARED + FLAT + FLAT), least / stretch];
+    let is_green = squared >= T::from_f64(LEAST_SQUARED);
+    [if is_green { squared } else { line[0] }, if is_green { T::ONE } else { line[1] }]
 }
 
 /// The strain of a triangle, and how it turns with C = FᵀF.
 struct Strain<T> {
     /// E₁₁, E₂₂, γ.
     strain: Tensor<T>,
-    /// cos 2φ and sin 2φ of the larger principal stretch's direction, and the slopes of both and between them; nothing where
-    /// strain is Green's.
-    turn: Option<([T; 2], [T; 3])>,
+    /// Whether strain is Green's; else how it turns with C: cos 2φ and sin 2φ of the larger principal stretch's direction, and the
+    /// slopes of both and between them.
+    is_green: bool,
+    direction: [T; 2],
+    slopes: [T; 3],
 }
 
 impl<T: Real> Strain<T> {
+    #[inline(always)]
     fn of([warp, weft]: [[T; 3]; 2]) -> Self {
         let half = T::from_f64(0.5);
         let (c11, c22, c12) = (dot(warp, warp), dot(weft, weft), dot(warp, weft));
         let (mean, apart) = (half * (c11 + c22), half * (c11 - c22));
         let radius = (apart * apart + c12 * c12).sqrt();
-        if mean - radius >= T::from_f64(LEAST_SQUARED) {
-            return Self { strain: [half * (c11 - T::ONE), half * (c22 - T::ONE), c12], turn: None };
-        }
+        let is_green = mean - radius >= T::from_f64(LEAST_SQUARED);
+        let green = [half * (c11 - T::ONE), half * (c22 - T::ONE), c12];
+        // Both are computed, and one chosen, so that compilers can do this for many triangles at a time.
         let ([high, at_high], [low, at_low]) = (continued(mean + radius), continued(mean - radius));
         let between = half * (high - low);
         let is_round = radius <= T::EPSILON * mean;
-        let direction = if is_round { [T::ONE, T::ZERO] } else { [apart / radius, c12 / radius] };
-        let slope = if is_round { at_low } else { between / radius };
+        let divisor = if is_round { T::ONE } else { radius };
+        let direction =
+            [if is_round { T::ONE } else { apart / divisor }, if is_round { T::ZERO } else { c12 / divisor }];
+        let slope = if is_round { at_low } else { between / divisor };
         let mean = half * (high + low);
-        let [cos, sin] = direction.map(|part| between * part);
-        let strain = [half * (mean + cos - T::ONE), half * (mean - cos - T::ONE), sin];
-        Self { strain, turn: Some((direction, [at_high, at_low, slope])) }
+        let [cos, sin] = [between * direction[0], between * direction[1]];
+        let straight = [half * (mean + cos - T::ONE), half * (mean - cos - T::ONE), sin];
+        Self {
+            strain: choose(is_green, green, straight),
+            is_green,
+            direction,
+            slopes: [at_high, at_low, slope],
+        }
     }
 
     /// A tensor by the strain as one by Green's strain: what `tensor : dE` is of the strain's change.
+    #[inline(always)]
     fn pulled_back(&self, [t11, t22, t12]: Tensor<T>) -> Tensor<T> {
-        let Some(([cos, sin], [high, low, between])) = self.turn else { return [t11, t22, t12] };
+        let ([cos, sin], [high, low, between]) = (self.direction, self.slopes);
         let half = T::from_f64(0.5);
         let (mean, apart) = (half * (t11 + t22), half * (t11 - t22));
         let along = apart * cos + t12 * sin;
@@ -108,21 +131,24 @@ impl<T: Real> Strain<T> {
         let across = between * (t12 * cos - apart * sin);
         let (mean, along) = (half * (major + minor), half * (major - minor));
         let turned = along * cos - across * sin;
-        [mean + turned, mean - turned, along * sin + across * cos]
+        choose(self.is_green, [t11, t22, t12], [mean + turned, mean - turned, along * sin + across * cos])
     }
 }
 
 impl<T: Real> Sheet<T> {
+    #[inline(always)]
     fn new([a, b, c, d, c11, c12, c22, g, damping, limit]: [T; 10]) -> Self {
         Self { inverse: [a, b, c, d], stiffness: [c11, c12, c22, g], damping, limit }
     }
 
     /// Strain past the limit.
+    #[inline(always)]
     fn past(&self, strain: T) -> T {
         if strain > self.limit { strain - self.limit } else { T::ZERO }
     }
 
     /// Stress times area [N·m] of a strain.
+    #[inline(always)]
     fn stress(&self, [e11, e22, shear]: Tensor<T>) -> Tensor<T> {
         let ([c11, c12, c22, g], more) = (self.stiffness, T::from_f64(LIMITED - 1.0));
         [
@@ -133,12 +159,28 @@ impl<T: Real> Sheet<T> {
     }
 
     /// Stress times area [N·m] of a rate of strain.
+    #[inline(always)]
     fn viscous(&self, [e11, e22, shear]: Tensor<T>) -> Tensor<T> {
         let [c11, c12, c22, g] = self.stiffness;
-        [c11 * e11 + c12 * e22, c12 * e11 + c22 * e22, g * shear].map(|part| self.damping * part)
+        scale([c11 * e11 + c12 * e22, c12 * e11 + c22 * e22, g * shear], self.damping)
+    }
+
+    /// Directions on the corners of what resists a strain, per unit of a tensor.
+    #[inline(always)]
+    fn directions(&self, columns: [[T; 3]; 2], strain: &Strain<T>, tensor: Tensor<T>) -> [[T; 3]; 3] {
+        on_corners(times(columns, strain.pulled_back(tensor)), self.inverse)
+    }
+
+    /// Weights of the corners for what pulls along a direction.
+    #[inline(always)]
+    fn weights(&self, [along, across]: [T; 2]) -> [T; 3] {
+        let [a, b, c, d] = self.inverse;
+        let (first, second) = (along * a + across * b, along * c + across * d);
+        [-(first + second), first, second]
     }
 
     /// Twice the energy [J] of a strain.
+    #[inline(always)]
     fn twice_energy(&self, strain: Tensor<T>) -> T {
         let ([c11, c12, c22, g], more) = (self.stiffness, T::from_f64(LIMITED - 1.0));
         let ([e11, e22, shear], [p11, p22]) = (strain, [self.past(strain[0]), self.past(strain[1])]);
@@ -151,11 +193,13 @@ impl<T: Real> Sheet<T> {
 }
 
 /// F times a symmetric tensor.
+#[inline(always)]
 fn times<T: Real>([warp, weft]: [[T; 3]; 2], [t11, t22, t12]: Tensor<T>) -> [[T; 3]; 2] {
     [add(scale(warp, t11), scale(weft, t12)), add(scale(warp, t12), scale(weft, t22))]
 }
 
 impl Element<3, 10> for Membrane {
+    #[inline(always)]
     fn forces<T: Real>(x: [[T; 3]; 3], v: [[T; 3]; 3], numbers: [T; 10]) -> [[T; 3]; 3] {
         let sheet = Sheet::new(numbers);
         let [warp, weft] = columns(x, sheet.inverse);
@@ -163,56 +207,57 @@ impl Element<3, 10> for Membrane {
         let strain = Strain::of([warp, weft]);
         let rate = [dot(warp, warp_rate), dot(weft, weft_rate), dot(warp, weft_rate) + dot(weft, warp_rate)];
         let (elastic, viscous) = (strain.pulled_back(sheet.stress(strain.strain)), sheet.viscous(rate));
-        let stress = [0, 1, 2].map(|one| elastic[one] + viscous[one]);
-        on_corners(times([warp, weft], stress), sheet.inverse).map(|force| scale(force, -T::ONE))
+        let [a, b, c] = on_corners(times([warp, weft], add(elastic, viscous)), sheet.inverse);
+        [scale(a, -T::ONE), scale(b, -T::ONE), scale(c, -T::ONE)]
     }
 
+    #[inline(always)]
     fn energy<T: Real>(x: [[T; 3]; 3], numbers: [T; 10]) -> T {
         let sheet = Sheet::new(numbers);
         let strain = Strain::of(columns(x, sheet.inverse));
         T::from_f64(0.5) * sheet.twice_energy(strain.strain)
     }
 
-    /// Three of the material, then three along each principal stress that pulls: a string under tension resists across itself.
-    /// Those of stresses that push are left out, and what is left is positive semidefinite (Teran, Sifakis, Irving, Fedkiw,
-    /// "Robust quasistatic finite elements and flesh simulation", 2005).
+    /// Those of the material.
+    #[inline(always)]
     fn modes<T: Real>(x: [[T; 3]; 3], numbers: [T; 10], mut see: impl FnMut(Mode<T, 3>)) {
         let sheet = Sheet::new(numbers);
         let columns = columns(x, sheet.inverse);
         let strain = Strain::of(columns);
         let [c11, c12, c22, g] = sheet.stiffness;
         let limited_by = |strain: T| if strain > sheet.limit { T::from_f64(LIMITED) } else { T::ONE };
-        let [times_11, times_22] = [strain.strain[0], strain.strain[1]].map(limited_by);
         let (zero, one) = (T::ZERO, T::ONE);
         // Past its limit a fabric is that much stiffer, and otherwise as much as at a stretch of 15 %.
         let has_limit = sheet.limit < T::from_f64(NO_LIMIT);
-        let stiffest = T::from_f64(if has_limit { LIMITED } else { 1.5 });
-        let limited = times_11 * c11;
-        let (follows, rest) = (c12 / limited, times_22 * c22 - c12 * c12 / limited);
+        let stiffest = if has_limit { T::from_f64(LIMITED) } else { T::from_f64(1.5) };
+        let limited = limited_by(strain.strain[0]) * c11;
+        let (follows, rest) = (c12 / limited, limited_by(strain.strain[1]) * c22 - c12 * c12 / limited);
         let viscous_rest = c22 - c12 * c12 / c11;
-        let material = [
-            ([one, follows, zero], limited, c11),
-            ([zero, one, zero], rest, viscous_rest),
-            ([zero, zero, one], g, g),
+        let [along, across, sheared] = [
+            sheet.directions(columns, &strain, [one, follows, zero]),
+            sheet.directions(columns, &strain, [zero, one, zero]),
+            sheet.directions(columns, &strain, [zero, zero, one]),
         ];
-        for (tensor, k, viscous) in material {
-            let directions = on_corners(times(columns, strain.pulled_back(tensor)), sheet.inverse);
-            see(Mode { directions, k, d: sheet.damping * viscous, stiffest });
-        }
-        for (direction, k) in pulling(strain.pulled_back(sheet.stress(strain.strain))) {
-            for axis in 0..3 {
-                let along = direction.map(|part| {
-                    let mut vector = [zero; 3];
-                    vector[axis] = part;
-                    vector
-                });
-                see(Mode { directions: on_corners(along, sheet.inverse), k, d: zero, stiffest: one });
-            }
-        }
+        see(Mode { directions: along, k: limited, d: sheet.damping * c11, stiffest });
+        see(Mode { directions: across, k: rest, d: sheet.damping * viscous_rest, stiffest });
+        see(Mode { directions: sheared, k: g, d: sheet.damping * g, stiffest });
+    }
+
+    /// Along each principal stress that pulls: a string under tension resists across itself. Those of stresses that push are left
+    /// out, and what is left is positive semidefinite (Teran, Sifakis, Irving, Fedkiw, "Robust quasistatic finite elements and
+    /// flesh simulation", 2005).
+    #[inline(always)]
+    fn tensions<T: Real>(x: [[T; 3]; 3], numbers: [T; 10], mut see: impl FnMut([T; 3], T)) {
+        let sheet = Sheet::new(numbers);
+        let strain = Strain::of(columns(x, sheet.inverse));
+        let [major, minor] = pulling(strain.pulled_back(sheet.stress(strain.strain)));
+        see(sheet.weights(major.0), major.1);
+        see(sheet.weights(minor.0), minor.1);
     }
 }
 
 /// Principal directions of a stress, and the stress along them where it pulls, else 0.
+#[inline(always)]
 fn pulling<T: Real>([s11, s22, s12]: Tensor<T>) -> [([T; 2], T); 2] {
     let half = T::from_f64(0.5);
     let (mean, apart) = (half * (s11 + s22), half * (s11 - s22));
@@ -220,8 +265,11 @@ fn pulling<T: Real>([s11, s22, s12]: Tensor<T>) -> [([T; 2], T); 2] {
     // (cos φ, sin φ) from the double angle, by the half that does not cancel.
     let (long, short) = (apart.abs() + radius, s12);
     let size = (long * long + short * short).sqrt();
-    let [long, short] = if size > T::ZERO { [long / size, short / size] } else { [T::ONE, T::ZERO] };
-    let major = if apart < T::ZERO { [short, long] } else { [long, short] };
+    let divisor = if size > T::ZERO { size } else { T::ONE };
+    let long = if size > T::ZERO { long / divisor } else { T::ONE };
+    let short = if size > T::ZERO { short / divisor } else { T::ZERO };
+    let is_second = apart < T::ZERO;
+    let major = [if is_second { short } else { long }, if is_second { long } else { short }];
     let positive = |stress: T| if stress > T::ZERO { stress } else { T::ZERO };
     [(major, positive(mean + radius)), ([-major[1], major[0]], positive(mean - radius))]
 }

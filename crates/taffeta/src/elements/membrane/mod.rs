@@ -41,7 +41,8 @@ pub const KIND: Kind = Kind {
     build: build::membranes,
     modes: Some(Kind::visit::<Membrane, 3, 10>),
     implicit: Some(Implicit {
-        modes: 9,
+        modes: 3,
+        is_tense: true,
         directions: Kernel {
             entry: "membrane_directions",
             software: 4.0,

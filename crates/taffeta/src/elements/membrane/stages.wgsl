@@ -62,23 +62,22 @@ fn pull_membranes(
     element_forces[3u * index + 2u] = vec4f(forces.c, 0.0);
 }
 
-/// Keeps the directions of a mode over a step `h` [s]: k [N/m], d [kg/s].
-fn put_mode(at: u32, directions: Three, k: f32, d: f32) {
+/// Keeps the directions of a mode over a step `h` [s]: k [N/m], d [kg/s]; and weights of what resists alike in all directions.
+fn put_mode(at: u32, directions: Three, k: f32, d: f32, alike: vec3f) {
     let h = substeps[0].solving.inner;
     let root = sqrt(h * (h * k + d));
-    element_directions[at] = vec4f(directions.a * root, 0.0);
-    element_directions[at + 1u] = vec4f(directions.b * root, 0.0);
-    element_directions[at + 2u] = vec4f(directions.c * root, 0.0);
+    element_directions[at] = vec4f(directions.a * root, alike.x);
+    element_directions[at + 1u] = vec4f(directions.b * root, alike.y);
+    element_directions[at + 2u] = vec4f(directions.c * root, alike.z);
 }
 
-/// Three modes along a direction in which a stress pulls.
-fn put_pulling(at: u32, direction: vec2f, k: f32, inverse: vec4f) {
-    let x = vec3f(1.0, 0.0, 0.0);
-    let y = vec3f(0.0, 1.0, 0.0);
-    let z = vec3f(0.0, 0.0, 1.0);
-    put_mode(at, on_corners(Columns(direction.x * x, direction.y * x), inverse), k, 0.0);
-    put_mode(at + 3u, on_corners(Columns(direction.x * y, direction.y * y), inverse), k, 0.0);
-    put_mode(at + 6u, on_corners(Columns(direction.x * z, direction.y * z), inverse), k, 0.0);
+/// Weights over the step of what resists across a direction in which a stress `k` pulls.
+fn pulling_weights(direction: vec2f, k: f32, inverse: vec4f) -> vec3f {
+    let h = substeps[0].solving.inner;
+    let root = sqrt(h * (h * k));
+    let first = direction.x * inverse.x + direction.y * inverse.y;
+    let second = direction.x * inverse.z + direction.y * inverse.w;
+    return vec3f(-(first + second), first, second) * root;
 }
 
 @compute @workgroup_size(256)
@@ -102,13 +101,13 @@ fn membrane_directions(
     let stretched = columns_times(f, pulled_back(strain, vec3f(1.0, follows, 0.0)));
     let across = columns_times(f, pulled_back(strain, vec3f(0.0, 1.0, 0.0)));
     let sheared = columns_times(f, pulled_back(strain, vec3f(0.0, 0.0, 1.0)));
-    let at = 27u * index;
-    put_mode(at, on_corners(stretched, sheet.inverse), limited, sheet.damping * c.x);
-    put_mode(at + 3u, on_corners(across, sheet.inverse), rest, sheet.damping * viscous_rest);
-    put_mode(at + 6u, on_corners(sheared, sheet.inverse), c.w, sheet.damping * c.w);
     let pull = pulling(pulled_back(strain, stress_of(sheet, strain.strain)));
-    put_pulling(at + 9u, pull.xy, pull.z, sheet.inverse);
-    put_pulling(at + 18u, vec2f(-pull.y, pull.x), pull.w, sheet.inverse);
+    let major = pulling_weights(pull.xy, pull.z, sheet.inverse);
+    let minor = pulling_weights(vec2f(-pull.y, pull.x), pull.w, sheet.inverse);
+    let at = 9u * index;
+    put_mode(at, on_corners(stretched, sheet.inverse), limited, sheet.damping * c.x, major);
+    put_mode(at + 3u, on_corners(across, sheet.inverse), rest, sheet.damping * viscous_rest, minor);
+    put_mode(at + 6u, on_corners(sheared, sheet.inverse), c.w, sheet.damping * c.w, vec3f(0.0));
 }
 
 @compute @workgroup_size(256)

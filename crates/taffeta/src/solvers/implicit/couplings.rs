@@ -27,6 +27,8 @@ pub struct Couplings<S> {
     pub starts: Vec<u32>,
     /// The other node; the node itself where a slot is there for the slice's longest row alone.
     pub neighbour: Vec<u32>,
+    /// By group: whether the other nodes follow each other, as on a grid.
+    pub in_row: Vec<bool>,
     /// Where the sources of each slot start; one more than there are slots.
     pub offsets: Vec<u32>,
     /// What blocks are made of.
@@ -62,7 +64,13 @@ pub struct Tables {
 
 impl<S> Default for Couplings<S> {
     fn default() -> Self {
-        Self { starts: vec![0], neighbour: Vec::new(), offsets: vec![0], sources: Vec::new() }
+        Self {
+            starts: vec![0],
+            neighbour: Vec::new(),
+            in_row: Vec::new(),
+            offsets: vec![0],
+            sources: Vec::new(),
+        }
     }
 }
 
@@ -104,7 +112,7 @@ impl<S: Copy> Couplings<S> {
 
     /// Adds a slice whose nodes have these sources, each with the node that it leads to. Where it is of a body with elements,
     /// nodes have slots for sums in any case.
-    fn push_slice(&mut self, rows: [Vec<(u32, S)>; LANES], has_elements: bool) {
+    pub(super) fn push_slice(&mut self, rows: [Vec<(u32, S)>; LANES], has_elements: bool) {
         let first = (self.starts.len() - 1) * LANES;
         let rows = rows.map(|mut row| {
             row.sort_by_key(|one| one.0);
@@ -130,6 +138,18 @@ impl<S: Copy> Couplings<S> {
             self.sources.extend(sources.iter().map(|one| one.1));
             self.offsets.push(self.sources.len() as u32);
         }
+        let nodes = &self.neighbour[self.neighbour.len() - LANES..];
+        self.in_row.push((0..).zip(nodes).all(|(lane, &node)| node == nodes[0] + lane));
+    }
+
+    /// Groups before each slice, the other node of each slot, and whether those of a group follow each other.
+    pub fn lists(&self) -> (&[u32], &[u32], &[bool]) {
+        (&self.starts, &self.neighbour, &self.in_row)
+    }
+
+    /// Gives back what only tells what blocks are made of.
+    pub fn forget_sources(&mut self) {
+        (self.sources, self.offsets) = (Vec::new(), Vec::new());
     }
 
     /// Bytes that it takes.
@@ -138,19 +158,17 @@ impl<S: Copy> Couplings<S> {
     }
 }
 
-/// Which springs have blocks on coarser levels.
-#[derive(Clone, Copy, PartialEq)]
-pub enum Springs {
-    /// Those of bodies that have other elements, too.
-    Beside,
-    /// All.
-    All,
-}
-
 impl Tables {
     /// Those of some bodies, whose springs on the finest level are in these slots; none where no element is solved for. Nodes are
     /// counted from the first of the bodies, on each level.
-    pub fn new(assembly: &Assembly, bodies: &Range<usize>, slots: &Slots, springs: Springs) -> Option<Self> {
+    pub fn new(assembly: &Assembly, bodies: &Range<usize>, slots: &Slots) -> Option<Self> {
+        let mut tables = Self::of_finest(assembly, bodies)?;
+        tables.add_coarser(assembly, bodies, slots);
+        Some(tables)
+    }
+
+    /// The same without coarser levels.
+    pub fn of_finest(assembly: &Assembly, bodies: &Range<usize>) -> Option<Self> {
         let solved = solved(assembly, bodies);
         if solved.is_empty() {
             return None;
@@ -174,11 +192,15 @@ impl Tables {
             assembly.has_solved_elements(body)
         };
         let finest = finest((first, places), &corners, has_elements);
-        let mut tables = Self { solved, forces, finest, coarser: Vec::new() };
+        Some(Self { solved, forces, finest, coarser: Vec::new() })
+    }
+
+    fn add_coarser(&mut self, assembly: &Assembly, bodies: &Range<usize>, slots: &Slots) {
+        let (tables, first) = (self, assembly.bodies[bodies.start].first);
+        let last = &assembly.bodies[bodies.end - 1];
         let mut finer = Finer {
-            places: first..first + places,
+            places: first..last.first + last.places(),
             is_plain: (0..bodies.end).map(|body| !assembly.has_solved_elements(body)).collect(),
-            springs,
             slots: slots.of_edge.iter().map(|&slot| tables.finest.len() as u32 + slot).collect(),
             first_edge: assembly.constraints().ends.partition_point(|ends| (ends[0] as usize) < first),
         };
@@ -196,10 +218,10 @@ impl Tables {
             finer.step(level, here, &own);
             tables.coarser.push(own);
         }
-        Some(tables)
     }
 
     /// Number of forces, and of directions.
+    #[cfg(test)]
     pub fn counts(&self) -> [usize; 2] {
         let last = self.solved.last();
         last.map_or([0; 2], |one| {
@@ -280,7 +302,6 @@ struct Finer {
     places: Range<usize>,
     /// By body: whether it has no elements. Its springs are coarsened edge by edge, as where no body has elements, if at all.
     is_plain: Vec<bool>,
-    springs: Springs,
     /// By edge from the first of the bodies on: its slot, where it is one of theirs.
     slots: Vec<u32>,
     first_edge: usize,
@@ -301,8 +322,7 @@ impl Finer {
 
     /// Edges among some places of a coarser level that are made edge by edge.
     fn plain_edges(&self, level: &Level, here: &Range<usize>) -> impl Iterator<Item = (usize, [u32; 2])> {
-        let edges = if self.springs == Springs::All { edges_of(level, here) } else { 0..0 };
-        let all = edges.map(|edge| (edge, level.edges[edge]));
+        let all = edges_of(level, here).map(|edge| (edge, level.edges[edge]));
         all.filter(|(_, ends)| self.is_plain(level, ends[0] as usize))
     }
 
@@ -382,13 +402,15 @@ fn galerkin_row<R: Iterator<Item = (usize, usize)>>(
     row
 }
 
-/// Adds what a mode with directions `a` here and `b` at the other node gives a block.
+/// Adds what a mode with directions `a` here and `b` at the other node gives a block; their fourth numbers are weights of what
+/// resists alike in all directions.
 #[inline(always)]
-pub fn add_mode<T: Real>(mut block: Block<T>, a: [T; 3], b: [T; 3]) -> Block<T> {
+pub fn add_mode<T: Real>(mut block: Block<T>, a: [T; 4], b: [T; 4]) -> Block<T> {
     for row in 0..3 {
         for column in 0..3 {
             block[3 * row + column] -= a[row] * b[column];
         }
+        block[4 * row] -= a[3] * b[3];
     }
     block
 }
@@ -396,7 +418,11 @@ pub fn add_mode<T: Real>(mut block: Block<T>, a: [T; 3], b: [T; 3]) -> Block<T> 
 /// A block times a vector.
 #[inline(always)]
 pub fn block_times<T: Real>(m: &Block<T>, v: [T; 3]) -> [T; 3] {
-    [0, 3, 6].map(|row| m[row] * v[0] + m[row + 1] * v[1] + m[row + 2] * v[2])
+    [
+        m[0] * v[0] + m[1] * v[1] + m[2] * v[2],
+        m[3] * v[0] + m[4] * v[1] + m[5] * v[2],
+        m[6] * v[0] + m[7] * v[1] + m[8] * v[2],
+    ]
 }
 
 /// The symmetric part of a block.
@@ -417,16 +443,23 @@ pub fn whole<T: Real>(m: &Symmetric<T>) -> Block<T> {
 /// tr(D_i⁻¹ B D_j⁻¹ Bᵀ).
 #[inline(always)]
 pub fn coupling<T: Real>(inverse: &Symmetric<T>, block: &Block<T>, other: &Symmetric<T>) -> T {
-    let column = |c: usize| [block[c], block[c + 3], block[c + 6]];
-    let columns = [0, 1, 2].map(|c| times(inverse, column(c)));
-    let rows = [0, 3, 6].map(|r| times(other, [block[r], block[r + 1], block[r + 2]]));
-    let mut trace = T::ZERO;
-    for (row, products) in rows.iter().enumerate() {
-        for (column, &product) in products.iter().enumerate() {
-            trace += columns[column][row] * product;
-        }
-    }
-    if trace > T::ZERO { trace.sqrt() } else { T::ZERO }
+    let first = times(inverse, [block[0], block[3], block[6]]);
+    let second = times(inverse, [block[1], block[4], block[7]]);
+    let third = times(inverse, [block[2], block[5], block[8]]);
+    let x = times(other, [block[0], block[1], block[2]]);
+    let y = times(other, [block[3], block[4], block[5]]);
+    let z = times(other, [block[6], block[7], block[8]]);
+    let trace = first[0] * x[0]
+        + second[0] * x[1]
+        + third[0] * x[2]
+        + first[1] * y[0]
+        + second[1] * y[1]
+        + third[1] * y[2]
+        + first[2] * z[0]
+        + second[2] * z[1]
+        + third[2] * z[2];
+    let root = (if trace > T::ZERO { trace } else { T::ZERO }).sqrt();
+    if trace > T::ZERO { root } else { T::ZERO }
 }
 
 /// What a diagonal's inverse is multiplied by so that Jacobi's iteration converges: with Σ of all [`coupling`]s of a node, the
@@ -435,7 +468,8 @@ pub fn coupling<T: Real>(inverse: &Symmetric<T>, block: &Block<T>, other: &Symme
 pub fn jacobi_factor<T: Real>(couplings: T) -> T {
     let two = T::ONE + T::ONE;
     let all = T::ONE + couplings;
-    if all > two { two / all } else { T::ONE }
+    let less = two / if all > two { all } else { T::ONE };
+    if all > two { less } else { T::ONE }
 }
 
 #[cfg(test)]

@@ -24,9 +24,15 @@ fn spring_block(slot: u32) -> Block {
     return whole(block_of(linear.xyz, linear.w));
 }
 
-/// The block of a mode with directions `a` here and `b` at the other node, taken off.
-fn with_mode(block: Block, a: vec3f, b: vec3f) -> Block {
-    return Block(block.x - a.x * b, block.y - a.y * b, block.z - a.z * b);
+/// The block of a mode with directions `a` here and `b` at the other node, taken off; their fourth numbers are weights of what
+/// resists alike in all directions.
+fn with_mode(block: Block, a: vec4f, b: vec4f) -> Block {
+    let alike = a.w * b.w;
+    return Block(
+        block.x - a.x * b.xyz - vec3f(alike, 0.0, 0.0),
+        block.y - a.y * b.xyz - vec3f(0.0, alike, 0.0),
+        block.z - a.z * b.xyz - vec3f(0.0, 0.0, alike),
+    );
 }
 
 /// A block on the finest level from the directions of its modes.
@@ -35,7 +41,7 @@ fn block_of_modes(at: u32) -> Block {
     let last = couplings[at + 2u * ROW].w;
     for (var i = couplings[at + ROW].w; i < last; i++) {
         let source = coupling_sources[i];
-        block = with_mode(block, element_directions[source.x].xyz, element_directions[source.y].xyz);
+        block = with_mode(block, element_directions[source.x], element_directions[source.y]);
     }
     return block;
 }

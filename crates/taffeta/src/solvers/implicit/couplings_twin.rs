@@ -88,7 +88,7 @@ impl Twin<'_> {
             for at in self.blocks(node) {
                 let mut block = [0.0; 9];
                 for source in self.sources(at) {
-                    let [a, b] = source.map(|one| three(self.work.elements.directions[one as usize]));
+                    let [a, b] = source.map(|one| self.work.elements.directions[one as usize]);
                     block = add_mode(block, a, b);
                 }
                 self.put_block(at, &block);

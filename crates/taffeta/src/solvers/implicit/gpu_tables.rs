@@ -6,7 +6,7 @@ use crate::elements::gpu::{ElementTables, Set};
 use crate::gpu::bodies::Bodies;
 use crate::gpu::layout::{Four, GROUP};
 use crate::solvers::implicit::coarsening::Weighted;
-use crate::solvers::implicit::couplings::{self, Couplings, Solved, Springs};
+use crate::solvers::implicit::couplings::{self, Couplings, Solved};
 use crate::solvers::implicit::gpu_layout::{
     CoarseEdge, LevelGroup, Parents, SlotSpring, VECTORS, WeightedIndex,
 };
@@ -189,7 +189,7 @@ impl MultigridTables {
         multigrid.lay_out(&parts)?;
         multigrid.follow(&parts, assembly.levels());
         multigrid.cut(&parts);
-        if let Some(couplings) = couplings::Tables::new(assembly, &bodies, &parts[0].slots, Springs::All) {
+        if let Some(couplings) = couplings::Tables::new(assembly, &bodies, &parts[0].slots) {
             let places: Vec<usize> = parts.iter().map(|part| part.places).collect();
             let mut words = CouplingWords::new(&couplings, &places, elements)?;
             let with_elements = |body: &usize| assembly.has_solved_elements(*body);

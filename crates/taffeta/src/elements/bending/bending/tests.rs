@@ -115,7 +115,7 @@ fn a_bent_strip_has_the_energy_of_a_beam() {
 fn modes_are_the_energys_second_derivative_at_rest() {
     let mut numbers = MATERIAL;
     let folds = Folds::of(X, [1e9; 3]);
-    numbers[..3].copy_from_slice(&folds.angles);
+    numbers[..3].copy_from_slice(&[folds.a.angle, folds.b.angle, folds.c.angle]);
     let mut chance = SplitMix64::new(1);
     let u: [[f64; 3]; 6] = std::array::from_fn(|_| std::array::from_fn(|_| 2.0 * chance.unit() - 1.0));
     let moved = |by: f64| {

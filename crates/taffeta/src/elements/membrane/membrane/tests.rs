@@ -122,6 +122,10 @@ fn under_tension_modes_are_the_derivative_of_the_forces() {
                 product =
                     [0, 1, 2].map(|node| add(product[node], scale(mode.directions[node], mode.k * along)));
             });
+            Membrane::tensions(x, numbers, |weights, k| {
+                let along = (0..3).fold([0.0; 3], |sum, node| add(sum, scale(u[node], k * weights[node])));
+                product = [0, 1, 2].map(|node| add(product[node], scale(along, weights[node])));
+            });
             for node in 0..3 {
                 for axis in 0..3 {
                     let numeric = -(ahead[node][axis] - behind[node][axis]) / 2e-7;

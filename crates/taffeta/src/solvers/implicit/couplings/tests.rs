@@ -35,7 +35,7 @@ impl Balls {
         let nodes: Vec<_> =
             assembly.bodies.iter().map(|body| (body.first..body.first + body.nodes, false)).collect();
         let slots = Slots::new(assembly.places, ends, &nodes);
-        let tables = Tables::new(&assembly, &(0..2), &slots, Springs::All).unwrap();
+        let tables = Tables::new(&assembly, &(0..2), &slots).unwrap();
         let mut random = SplitMix64::new(7);
         let mut vector = || std::array::from_fn(|_| 0.2 * random.unit() - 0.1);
         let springs: Vec<[f64; 3]> = ends.iter().map(|_| vector()).collect();
@@ -47,7 +47,10 @@ impl Balls {
         let directions = (0..tables.counts()[1] / 4).flat_map(mode).collect();
         let block = |&edge: &u32| match edge {
             NO_EDGE => [0.0; 9],
-            edge => add_mode([0.0; 9], springs[edge as usize], springs[edge as usize].map(|one| -one)),
+            edge => {
+                let [x, y, z] = springs[edge as usize];
+                add_mode([0.0; 9], [x, y, z, 0.0], [-x, -y, -z, 0.0])
+            }
         };
         let springs = slots.edge.iter().map(block).collect();
         Self { assembly, slots, tables, directions, springs }
@@ -57,7 +60,10 @@ impl Balls {
     fn finest(&self) -> Vec<Block<f64>> {
         let finest = &self.tables.finest;
         let mode = |sum, one: &[u32; 2]| {
-            let [here, there] = one.map(|at| self.directions[at as usize]);
+            let [here, there] = one.map(|at| {
+                let [x, y, z] = self.directions[at as usize];
+                [x, y, z, 0.0]
+            });
             add_mode(sum, here, there)
         };
         let mut blocks = blocks(finest, |sources| sources.iter().fold([0.0; 9], mode));

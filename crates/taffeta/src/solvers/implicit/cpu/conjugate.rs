@@ -101,7 +101,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 inverse: here.inverse.write(&part),
                 own: here.own.write(&part),
                 blocks: here.blocks.write(slots_of(table, &part, FINE)),
-                elements: self.primal.elements.as_ref().map(|elements| elements.chunk(&part, self.h)),
+                elements: self.set_up_elements(&part),
             };
             self.worker.nodes.level.run(kernel);
         }

@@ -1,41 +1,62 @@
 //! What a worker finds of elements in each Newton step.
 
-use crate::elements::cpu::Linearised;
+use crate::cpu::simd::Kernel;
+use crate::elements::lanes::{Lanes, lane_of};
 use crate::elements::sets::Elements;
 use crate::real::Real;
-use crate::solvers::implicit::couplings::{coupling, jacobi_factor};
+use crate::solvers::implicit::couplings::{coupling, jacobi_factor, whole};
 use crate::solvers::implicit::cpu::ImplicitWorker;
-use crate::solvers::implicit::cpu::elements::{
-    BLOCK, Coarsen, ElementBlocks, block_at, groups, spring_block,
-};
+use crate::solvers::implicit::cpu::assembled::Sets;
+use crate::solvers::implicit::cpu::columns::View;
+use crate::solvers::implicit::cpu::elements::{BLOCK, Coarsen, Coupled, ElementBlocks, OfChunk, groups};
+use crate::solvers::implicit::cpu::galerkin::Half;
+use crate::solvers::implicit::cpu::kernels::FINE;
 use crate::solvers::implicit::cpu::tables::Chunk;
-use crate::solvers::implicit::implicit::Symmetric;
-use crate::topology::LANES;
+use crate::solvers::implicit::implicit::block;
+use crate::solvers::implicit::slots::Slots;
+use crate::topology::{Csr, LANES};
+use std::ops::Range;
 
 impl<T: Real> ImplicitWorker<'_, '_, T> {
+    /// Elements that are solved for.
+    fn solved_sets(&self) -> &Sets<T> {
+        self.worker.features.get::<Elements<T>>().map_or(&[], Elements::solved)
+    }
+
     /// Finds forces and directions of all elements where the Newton step starts.
     pub fn linearise(&self) {
-        let (Some(blocks), Some(sets)) =
-            (&self.primal.elements, self.worker.features.get::<Elements<T>>().map(Elements::solved))
-        else {
+        if self.primal.elements.is_none() {
             return;
-        };
+        }
         // SAFETY: what was moved was written before a barrier.
         let moved = unsafe { self.shared.moved.read() };
         let state: [&[T]; 6] = std::array::from_fn(|axis| moved.column(axis));
-        for (solved, set) in blocks.tables.solved.iter().zip(sets) {
-            let part = self.worker.part(solved.elements.len());
-            let of = |first: usize, each: usize| first + each * part.start..first + each * part.end;
-            // SAFETY: parts of workers do not overlap, and others read after a barrier.
-            let out = unsafe {
-                Linearised {
-                    forces: blocks.forces.write(of(solved.first_force, solved.forces)),
-                    directions: blocks.directions.write(of(solved.first_direction, solved.directions)),
-                }
-            };
-            set.linearise(part, &state, self.h, out);
+        for set in self.solved_sets() {
+            set.linearise(self.worker.nodes.level, self.worker.part(set.blocks()), &state, self.h);
         }
         self.worker.synchronise();
+    }
+
+    /// What elements give a chunk of the finest level.
+    pub fn set_up_elements(&self, part: &Range<usize>) -> Option<OfChunk<'_, T>> {
+        let elements = self.primal.elements.as_ref()?;
+        Some(elements.chunk(part, self.solved_sets(), self.worker.nodes.level, self.h))
+    }
+
+    /// Finds blocks of A P of a chunk of a level, where P leads to the next coarser one.
+    pub fn multiply_by_weights(&self, elements: &ElementBlocks<T>, level: usize, chunk: &Chunk) {
+        let (part, product) = (chunk.part.clone(), &elements.products[level]);
+        // SAFETY: blocks were found before a barrier; chunks do not overlap.
+        let kernel = unsafe {
+            Half {
+                product,
+                finer: elements.blocks[level].read(),
+                springs: self.shared.levels[level].blocks.read(),
+                out: elements.half.write(product.slots(&part)),
+                part,
+            }
+        };
+        self.worker.nodes.level.run(kernel);
     }
 
     /// Finds blocks and diagonals of a chunk of a coarser level.
@@ -44,16 +65,13 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         let (finer, here) = (&self.shared.levels[level - 1], &self.shared.levels[level]);
         let couplings = &elements.tables.coarser[level - 1];
         let slots = groups(couplings, part);
-        // SAFETY: the finer level was found before a barrier; chunks do not overlap.
+        // SAFETY: the finer level and A P were found before barriers; chunks do not overlap.
         let kernel = unsafe {
-            let finer_blocks = elements.blocks[level - 1].read();
             Coarsen {
                 part: part.clone(),
                 couplings,
                 children: &self.primal.tables[level].children,
-                slots: if level == 1 { elements.tables.finest.len() } else { usize::MAX },
-                finer: finer_blocks,
-                springs: finer.blocks.read(),
+                half: elements.half.read(),
                 finer_own: finer.own.read(),
                 inverse: here.inverse.write(part),
                 own: here.own.write(part),
@@ -98,30 +116,94 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     fn find_factors(&self, elements: &ElementBlocks<T>, level: usize, chunk: &Chunk) {
         let (table, here) = (&self.primal.tables[level], &self.shared.levels[level]);
         // SAFETY: blocks and inverses were found before a barrier; only this chunk's factors.
-        let (inverse, springs, [out]) = unsafe {
-            (here.inverse.read(), here.blocks.read(), elements.factors[level].write::<1>(&chunk.part))
+        let kernel = unsafe {
+            let [out] = elements.factors[level].write::<1>(&chunk.part);
+            FindFactors {
+                part: chunk.part.clone(),
+                inverse: here.inverse.read(),
+                slots: &table.slots,
+                springs: here.blocks.read(),
+                coupled: elements.coupled(level),
+                around: (level == 0).then_some(&elements.tables.forces),
+                out,
+            }
         };
-        let coupled = elements.coupled(level);
-        for (out, place) in out.iter_mut().zip(chunk.part.clone()) {
-            if level == 0 && elements.tables.forces.row(place).is_empty() {
+        self.worker.nodes.level.run(kernel);
+    }
+}
+
+/// Kernel: what inverses are multiplied by, of a chunk.
+struct FindFactors<'a, T> {
+    part: Range<usize>,
+    inverse: View<'a, T>,
+    slots: &'a Slots,
+    springs: &'a [T],
+    coupled: Coupled<'a, T>,
+    /// Forces of elements on each place, of the finest level.
+    around: Option<&'a Csr>,
+    out: &'a mut [T],
+}
+
+impl<T: Real> Kernel for FindFactors<'_, T> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Self { part, inverse, slots, springs, coupled, around, out } = self;
+        for (first, out) in part.step_by(LANES).zip(out.chunks_exact_mut(LANES)) {
+            let slice = first / LANES;
+            let (own, mut sum): ([Lanes<T>; 6], Lanes<T>) = (inverse.lanes(first), [T::ZERO; LANES]);
+            for group in slots.starts[slice] as usize..slots.starts[slice + 1] as usize {
+                let block = spring_lanes(springs, group);
+                add(&inverse, (&own, &block), places(&slots.neighbour, group), false, &mut sum);
+            }
+            let groups = coupled.starts[slice] as usize..coupled.starts[slice + 1] as usize;
+            for group in groups.skip(1) {
+                let block = &coupled.blocks[group * BLOCK * LANES..(group + 1) * BLOCK * LANES];
+                let block = block.as_chunks::<LANES>().0.first_chunk().expect("nine numbers a block");
+                let in_row = coupled.in_row[group];
+                add(&inverse, (&own, block), places(coupled.neighbour, group), in_row, &mut sum);
+            }
+            for (lane, (out, &sum)) in out.iter_mut().zip(&sum).enumerate() {
                 // Springs alone: no more than 2 times the diagonal.
-                *out = T::ONE;
-                continue;
+                let alone = around.is_some_and(|around| around.row(first + lane).is_empty());
+                *out = if alone { T::ONE } else { jacobi_factor(sum) };
             }
-            let (own, mut sum): (Symmetric<T>, T) = (inverse.at(place), T::ZERO);
-            let slots = |starts: &[u32], skipped: usize| {
-                let groups = starts[place / LANES] as usize..starts[place / LANES + 1] as usize;
-                groups.skip(skipped).map(move |group| group * LANES + place % LANES)
-            };
-            for slot in slots(&table.slots.starts, 0) {
-                let other = inverse.at(table.slots.neighbour[slot] as usize);
-                sum += coupling(&own, &spring_block(springs, slot), &other);
-            }
-            for slot in slots(coupled.starts, 1) {
-                let other = inverse.at(coupled.neighbour[slot] as usize);
-                sum += coupling(&own, &block_at(coupled.blocks, slot), &other);
-            }
-            *out = jacobi_factor(sum);
         }
     }
+}
+
+/// Adds couplings of a group of blocks.
+#[inline(always)]
+fn add<T: Real>(
+    inverse: &View<'_, T>,
+    (own, block): (&[Lanes<T>; 6], &[Lanes<T>; BLOCK]),
+    places: &[u32; LANES],
+    in_row: bool,
+    sum: &mut Lanes<T>,
+) {
+    let other: [Lanes<T>; 6] =
+        if in_row { inverse.lanes(places[0] as usize) } else { inverse.gather(places) };
+    for lane in 0..LANES {
+        sum[lane] += coupling(&lane_of(own, lane), &lane_of(block, lane), &lane_of(&other, lane));
+    }
+}
+
+/// The other nodes of a group of slots.
+#[inline(always)]
+fn places(neighbour: &[u32], group: usize) -> &[u32; LANES] {
+    neighbour[group * LANES..].first_chunk().expect("whole groups")
+}
+
+/// The blocks of a group of springs.
+#[inline(always)]
+fn spring_lanes<T: Real>(springs: &[T], group: usize) -> [Lanes<T>; BLOCK] {
+    let numbers = springs[group * FINE * LANES..(group + 1) * FINE * LANES].as_chunks::<LANES>().0;
+    let mut blocks = [[T::ZERO; LANES]; BLOCK];
+    for lane in 0..LANES {
+        let all = whole(&block([numbers[0][lane], numbers[1][lane], numbers[2][lane]], numbers[3][lane]));
+        for one in 0..BLOCK {
+            blocks[one][lane] = all[one];
+        }
+    }
+    blocks
 }

@@ -26,7 +26,16 @@ enum From {
 impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
     /// Finds blocks and diagonals of all levels but the finest, whose own were found before a barrier.
     pub fn coarsen(&mut self) {
-        for level in 1..self.primal.tables.len() {
+        let primal = self.primal;
+        for level in 1..primal.tables.len() {
+            if primal.elements.is_some() {
+                self.each(level - 1, |worker, chunk| {
+                    if let Some(elements) = primal.elements_of(chunk.body) {
+                        worker.multiply_by_weights(elements, level - 1, chunk);
+                    }
+                });
+                self.worker.synchronise();
+            }
             self.each(level, |worker, chunk| {
                 if let Some(elements) = worker.primal.elements_of(chunk.body) {
                     return worker.coarsen_elements(elements, level, chunk);

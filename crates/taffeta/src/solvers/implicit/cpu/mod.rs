@@ -3,11 +3,13 @@
 //! A level is a graph; its nodes are cut into chunks of one body each, which the workers share evenly. Sums are taken by
 //! chunk in sixteen lanes, then chunk by chunk.
 
+mod assembled;
 mod columns;
 mod conjugate;
 mod couple;
 mod cycle;
 mod elements;
+mod galerkin;
 pub(crate) mod kernels;
 mod newton;
 mod second_order;

@@ -113,12 +113,15 @@ impl<T: Real> SetUp<'_, T> {
     #[inline(always)]
     fn add_elements(&mut self, first: usize, slice: &mut Slice<T>) {
         let Some(elements) = &mut self.elements else { return };
-        for lane in 0..LANES {
-            let (impulse, diagonal) = elements.set_up(first + lane);
-            slice.right.iter_mut().zip(impulse).for_each(|(sum, number)| sum[lane] += number);
-            slice.diagonal.iter_mut().zip(diagonal).for_each(|(sum, number)| sum[lane] += number);
-            elements.put_sum(first + lane, &std::array::from_fn(|one| slice.diagonal[one][lane]));
+        let (impulse, diagonal) = elements.set_up(first / LANES);
+        for (sum, numbers) in
+            slice.right.iter_mut().zip(&impulse).chain(slice.diagonal.iter_mut().zip(&diagonal))
+        {
+            for (sum, &number) in sum.iter_mut().zip(numbers) {
+                *sum += number;
+            }
         }
+        elements.put_sum(first / LANES, &slice.diagonal);
     }
 
     /// Diagonal and right side of a slice's nodes, as they are free.

@@ -14,7 +14,7 @@ use std::ops::Range;
 /// Nodes that a node follows at most.
 pub const PARENTS: usize = 4;
 /// Places of a chunk at most.
-const CHUNK: usize = 128;
+pub const CHUNK: usize = 128;
 /// Nodes of a body on its coarsest level up to which that is nearly solved, not only smoothed.
 const FEW: usize = 64;
 /// Places of a level up to which one worker alone goes on from it: meeting takes longer.
