@@ -66,7 +66,8 @@ fn directions(bench: &mut Bench<'_>, kind: &Kind) -> Result<(), String> {
         arrays.insert("element_directions", vec![f32::NAN.to_bits(); 4 * wanted.len()]);
         let groups = count.div_ceil(GROUP);
         bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
-            written.fours("element_directions", &wanted);
+            let found: Vec<Four> = written.take("element_directions");
+            written.compare_fours("element_directions", &wanted, &found);
         })?;
     }
     Ok(())
