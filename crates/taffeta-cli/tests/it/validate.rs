@@ -8,7 +8,8 @@ use std::fs;
 #[test]
 fn cloth_is_as_theory_says() {
     let desk = Desk::with("");
-    let (said, complaints, code) = ending(desk.taffeta(&["validate", "--quick", "--no-gpu", "--out", "report"]));
+    let (said, complaints, code) =
+        ending(desk.taffeta(&["validate", "--quick", "--no-gpu", "--out", "report"]));
     assert_eq!(code, Some(0), "{said}{complaints}");
     assert!(said.contains("cantilever") && said.contains("report.html"), "{said}");
     let report: Value = desk.json("report/report.json");
@@ -29,5 +30,8 @@ fn unknown_tests_are_refused_with_the_names_that_there_are() {
     let desk = Desk::with("");
     let (_, said, code) = ending(desk.taffeta(&["validate", "cantilevers"]));
     assert_eq!(code, Some(2), "{said}");
-    assert!(said.contains("no tests `cantilevers`; cantilever, buckling") && said.contains("would do"), "{said}");
+    assert!(
+        said.contains("no tests `cantilevers`; cantilever, buckling") && said.contains("would do"),
+        "{said}"
+    );
 }

@@ -128,6 +128,8 @@ pub struct Described {
     pub nodes: Vec<u32>,
     /// Numbers, so many an element.
     pub numbers: Vec<f64>,
+    /// What the user should know of them, in words.
+    pub warning: Option<String>,
 }
 
 /// All elements of a kind in a scene, bodies one after the other.
@@ -140,6 +142,8 @@ pub struct List {
     pub bodies: Vec<Range<usize>>,
     /// Whether the scene's solver solves for them.
     pub implicit: bool,
+    /// What the user should know, in words, and of which body.
+    pub warnings: Vec<(usize, String)>,
 }
 
 impl Assembly {
@@ -215,12 +219,14 @@ impl List {
     /// Those of a scene whose bodies these are.
     pub fn new(kind: &'static Kind, bodies: &[BodyAssembly], scene: &Scene) -> Self {
         let implicit = kind.implicit.is_some() && scene.solver.is_primal();
-        let mut list = Self { kind, all: Described::default(), bodies: Vec::new(), implicit };
+        let mut list =
+            Self { kind, all: Described::default(), bodies: Vec::new(), implicit, warnings: Vec::new() };
         for (index, body) in bodies.iter().enumerate() {
             let from = list.len();
             let of_body = (kind.build)(body, scene, index);
             list.all.nodes.extend(of_body.nodes.iter().map(|node| node + body.first as u32));
             list.all.numbers.extend(of_body.numbers);
+            list.warnings.extend(of_body.warning.map(|warning| (index, warning)));
             list.bodies.push(from..list.len());
         }
         list

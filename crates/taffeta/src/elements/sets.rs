@@ -203,8 +203,12 @@ mod tests {
     #[test]
     fn every_kind_of_elements_has_a_driver() {
         for kind in KINDS {
-            let all = Described { nodes: vec![0; kind.nodes], numbers: vec![1.0; kind.numbers()] };
-            let list = List { kind, all, bodies: Vec::new(), implicit: false };
+            let all = Described {
+                nodes: vec![0; kind.nodes],
+                numbers: vec![1.0; kind.numbers()],
+                ..Default::default()
+            };
+            let list = List { kind, all, bodies: Vec::new(), implicit: false, warnings: Vec::new() };
             assert_eq!(set::<f32>(&list, LANES).name(), kind.name);
         }
     }

@@ -20,7 +20,10 @@ impl Assembly {
         }
         let loads = loads::loads(&assembly.bodies, &scene.forces)?;
         let constraints = Constraints::new(&assembly.bodies, assembly.solver.method);
-        let elements: Vec<List> = KINDS.map(|kind| List::new(kind, &assembly.bodies, scene)).into();
+        let mut elements: Vec<List> = KINDS.map(|kind| List::new(kind, &assembly.bodies, scene)).into();
+        for (body, warning) in elements.iter_mut().flat_map(|list| list.warnings.drain(..)) {
+            assembly.bodies[body].warnings.push(warning);
+        }
         assembly.bodies.iter_mut().for_each(BodyAssembly::forget_laid);
         assembly.extensions.insert(loads);
         assembly.extensions.insert(elements);

@@ -1,6 +1,7 @@
 //! The shape operators of a body: one for each triangle of a fabric that bends.
 
 use crate::assembly::body::BodyAssembly;
+use crate::elements::bending::balance::{Plate, balance};
 use crate::elements::bending::curvature::{Across, found, of_folds};
 use crate::elements::element::Described;
 use crate::elements::fabric::{Laid, Triangle};
@@ -9,30 +10,34 @@ use crate::real::{dot, sub};
 use crate::scene::{Fabric, Scene};
 
 /// A symmetric matrix of three edges.
-type Matrix = [[f64; 3]; 3];
+pub type Matrix = [[f64; 3]; 3];
 
 /// An edge of a triangle, seen from it.
 #[derive(Clone, Copy)]
-struct Edge {
+pub struct Edge {
     /// The node on the other side, by the solver's number within the body; none at a border.
     node: Option<u32>,
-    across: Across,
+    /// Three times the triangle on the other side, and which of its edges this is; none at a border.
+    pub beyond: Option<u32>,
+    pub across: Across,
     /// Angle at rest [rad], and the Σ|∇θ|² past which it gets no stiffer [rad²/m²].
     angle: f64,
     steepest: f64,
 }
 
 /// An edge without a triangle on its other side.
-const BORDER: Edge = Edge { node: None, across: Across::Border, angle: 0.0, steepest: 0.0 };
+const BORDER: Edge = Edge { node: None, beyond: None, across: Across::Border, angle: 0.0, steepest: 0.0 };
 
 /// The shape operators of a body, if it is of a fabric.
 pub fn bends(body: &BodyAssembly, _: &Scene, _: usize) -> Described {
     let mut all = Described::default();
     let Some(laid) = body.laid() else { return all };
+    let mut plates = plates(laid);
+    all.warning = balance(laid, &mut plates);
     for (index, triangle) in laid.in_order(body) {
         let fabric = &laid.fabrics[triangle.fabric];
-        let edges = [0, 1, 2].map(|corner| edge(laid, index, corner));
-        let Some(factor) = factor(triangle, fabric, &edges) else { continue };
+        let Plate { matrix, edges } = &plates[index];
+        let Some(factor) = factor(*matrix, edges) else { continue };
         let [a, b, c] = triangle.nodes;
         let across = [0, 1, 2].map(|e| edges[e].node.unwrap_or([b, c, a][e]));
         let [r, s] = [edges.map(|edge| edge.angle), edges.map(|edge| edge.steepest)];
@@ -78,6 +83,15 @@ pub fn factors(laid: &Laid) -> Option<[f64; 2]> {
     (all > 0.0).then(|| (0..DIRECTIONS).map(factor).fold([f64::INFINITY, 0.0], widest))
 }
 
+/// The triangles of a body, each by itself.
+pub fn plates(laid: &Laid) -> Vec<Plate> {
+    let of = |(index, triangle): (usize, &Triangle)| {
+        let edges = [0, 1, 2].map(|corner| edge(laid, index, corner));
+        Plate { matrix: matrix(triangle, &laid.fabrics[triangle.fabric], &edges), edges }
+    };
+    laid.triangles.iter().enumerate().map(of).collect()
+}
+
 /// The edge across from a corner of a triangle.
 fn edge(laid: &Laid, index: usize, corner: usize) -> Edge {
     let own = &laid.triangles[index];
@@ -88,7 +102,8 @@ fn edge(laid: &Laid, index: usize, corner: usize) -> Edge {
     let Some([a, b, left, right]) = laid.hinges[found] else { return BORDER };
     let [first, second] = laid.edges.triangles[found];
     let is_left = first as usize == index;
-    let other = &laid.triangles[if is_left { second } else { first } as usize];
+    let beyond = if is_left { second } else { first };
+    let other = &laid.triangles[beyond as usize];
     let apex = other.user.iter().position(|&node| node != from && node != to);
     let Some(apex) = apex else { return BORDER };
     // As seen along the own edge, which may run from b to a.
@@ -104,6 +119,7 @@ fn edge(laid: &Laid, index: usize, corner: usize) -> Edge {
     };
     Edge {
         node: Some(other.nodes[apex]),
+        beyond: Some(3 * beyond + apex as u32),
         across,
         angle: if laid.is_curved { at_rest.angle } else { 0.0 },
         steepest: STIFFEST * at_rest.steepness,
@@ -118,15 +134,19 @@ fn beside([from, to]: [[f64; 3]; 2], place: [f64; 3]) -> [f64; 2] {
     [along, (dot(out, out) / squared - along * along).max(0.0).sqrt()]
 }
 
-/// L with M = L Lᵀ, where ½ θᵀ M θ is the energy of a triangle whose edges are folded by θ; nothing where it is 0.
-fn factor(triangle: &Triangle, fabric: &Fabric, edges: &[Edge; 3]) -> Option<Matrix> {
+/// M, where ½ θᵀ M θ is the energy of a triangle whose edges are folded by θ.
+fn matrix(triangle: &Triangle, fabric: &Fabric, edges: &[Edge; 3]) -> Matrix {
     let area = triangle.area();
     let parts = of_folds(triangle.rest, edges.map(|edge| edge.across));
     let [b11, b12, b22, b66] = fabric.plate();
     let form = |[p11, p22, p12]: [f64; 3], [q11, q22, q12]: [f64; 3]| {
         area * (b11 * p11 * q11 + b22 * p22 * q22 + b12 * (p11 * q22 + p22 * q11) + 4.0 * b66 * p12 * q12)
     };
-    let mut matrix: Matrix = parts.map(|p| parts.map(|q| form(p, q)));
+    parts.map(|p| parts.map(|q| form(p, q)))
+}
+
+/// L with M = L Lᵀ; nothing where M is 0.
+pub fn factor(mut matrix: Matrix, edges: &[Edge; 3]) -> Option<Matrix> {
     // Across a border no moment acts, so that the fold that is missing there is the one of least energy (Schur's complement).
     for e in (0..3).filter(|&e| edges[e].across == Across::Border) {
         eliminate(&mut matrix, e);
@@ -147,7 +167,7 @@ fn eliminate(matrix: &mut Matrix, gone: usize) {
 }
 
 /// The lower factor of a matrix that is positive semidefinite but for rounding; nothing of what is 0 or no number.
-fn cholesky(matrix: &Matrix) -> Option<Matrix> {
+pub fn cholesky(matrix: &Matrix) -> Option<Matrix> {
     let trace: f64 = (0..3).map(|i| matrix[i][i]).sum();
     if !(trace > 0.0 && trace.is_finite()) {
         return None;

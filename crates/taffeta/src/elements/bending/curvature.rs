@@ -46,20 +46,27 @@ pub fn found(corners: [Point; 3], across: [Across; 3]) -> [Curvature; 3] {
     })
 }
 
+/// The folds at a triangle's edges [rad], by edge, of surfaces with the unit curvatures 11, 22, 12.
+pub fn folds(corners: [Point; 3], across: [Across; 3]) -> [[f64; 3]; 3] {
+    [0, 1, 2].map(|e| BASIS.map(|surface| Side::new(corners, e, across[e]).fold(surface)))
+}
+
 /// An edge of a triangle.
-struct Side {
+pub struct Side {
     corners: [Point; 3],
     /// The corner across from it, and its ends.
     own: Point,
     ends: [Point; 2],
-    length: f64,
+    /// [m].
+    pub length: f64,
     /// Away from the triangle, of length 1.
-    normal: Point,
+    pub normal: Point,
     across: Across,
 }
 
 impl Side {
-    fn new(corners: [Point; 3], e: usize, across: Across) -> Self {
+    /// That across from a corner.
+    pub fn new(corners: [Point; 3], e: usize, across: Across) -> Self {
         let [own, from, to] = [0, 1, 2].map(|step| corners[(e + step) % 3]);
         let along = sub(to, from);
         let length = along[0].hypot(along[1]);
@@ -105,7 +112,7 @@ impl Side {
 
 /// The curvatures of quadratic surfaces that are folded by 1 rad at one edge and flat at the others.
 fn fits(corners: [Point; 3], across: [Across; 3]) -> Option<[Curvature; 3]> {
-    let folds = [0, 1, 2].map(|e| BASIS.map(|surface| Side::new(corners, e, across[e]).fold(surface)));
+    let folds = folds(corners, across);
     let cofactor = |i: usize, j: usize| {
         let (a, b, c, d) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
         folds[a][c] * folds[b][d] - folds[a][d] * folds[b][c]

@@ -1,8 +1,10 @@
 //! How a fabric resists bending.
 
+mod balance;
 pub mod bending;
 pub mod build;
 mod curvature;
+mod system;
 
 use crate::elements::element::{Implicit, Kernel, Kernels, Kind};
 use bending::ShapeOperator;
