@@ -40,7 +40,19 @@ const WHOLE: [usize; 2] = [480, 320];
 const HALF: [usize; 2] = [240, 320];
 const QUARTER: [usize; 2] = [240, 160];
 
-const PICTURES: [Picture; 6] = [
+const PICTURES: [Picture; 7] = [
+    Picture {
+        name: "fabrics",
+        shots: &[
+            Shot::of("flag", 220).with("body.flag.material.preset=silk"),
+            Shot::of("flag", 220).with("body.flag.material.preset=cotton"),
+            Shot::of("flag", 220).with("body.flag.material.preset=denim"),
+            Shot::of("flag", 220).with("body.flag.material.preset=jersey"),
+        ],
+        size: [360, 240],
+        eye: "1.5,1.3,2.35",
+        at: "0,1.47,0",
+    },
     Picture {
         name: "flag",
         shots: &[Shot::of("flag_gusts", 220)],

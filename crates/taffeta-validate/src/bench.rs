@@ -173,6 +173,9 @@ pub struct Variant {
     pub solver: Solver,
 }
 
+/// What a job does.
+pub type Work = dyn Fn(&Bench<'_>) -> Result<Vec<Row>, String> + Send + Sync;
+
 /// A piece of work: a few scenes that depend on each other.
 pub struct Job {
     /// What is done, in a line.
@@ -180,7 +183,7 @@ pub struct Job {
     /// Whether it is left out where there is no GPU.
     pub needs_gpu: bool,
     /// Does it.
-    pub run: Box<dyn Fn(&Bench<'_>) -> Result<Vec<Row>, String> + Send + Sync>,
+    pub run: Box<Work>,
 }
 
 impl Job {

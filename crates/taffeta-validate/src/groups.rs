@@ -11,6 +11,9 @@ mod stick;
 
 use crate::bench::{Extent, Job};
 
+/// The points of a line.
+pub type Curve = fn() -> Vec<(f64, f64)>;
+
 /// Tests that are described and plotted together.
 pub struct Group {
     /// What it is called on the command line.
@@ -24,7 +27,7 @@ pub struct Group {
     /// Whether both axes of its plot are logarithmic.
     pub is_logarithmic: bool,
     /// The line of theory in its plot.
-    pub theory: Option<fn() -> Vec<(f64, f64)>>,
+    pub theory: Option<Curve>,
     /// Its work.
     pub jobs: fn(Extent) -> Vec<Job>,
 }

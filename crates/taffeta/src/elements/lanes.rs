@@ -218,6 +218,7 @@ impl<T: Real, E: Element<N, P>, const N: usize, const P: usize> Kernel for FindF
             blocks.fetch(block, [x, y, z], &mut places);
             blocks.fetch(block, [u, v, w], &mut velocities);
             let numbers = blocks.numbers(block);
+            #[allow(clippy::needless_range_loop, reason = "a lane of many columns")]
             for one in 0..LANES {
                 let forces = E::forces(lane(&places, one), lane(&velocities, one), lane_of(numbers, one));
                 for node in 0..N {
@@ -249,8 +250,8 @@ impl<T: Real, E: Element<N, P>, const N: usize, const P: usize> Kernel for Energ
         for block in 0..self.blocks.len() {
             self.blocks.fetch(block, self.places, &mut places);
             let numbers = self.blocks.numbers(block);
-            for one in 0..LANES {
-                found[one] = E::energy(lane(&places, one), lane_of(numbers, one));
+            for (one, energy) in found.iter_mut().enumerate() {
+                *energy = E::energy(lane(&places, one), lane_of(numbers, one));
             }
             let count = LANES.min(self.blocks.count - block * LANES);
             found[..count].iter().for_each(|energy| sum += energy.to_f64());

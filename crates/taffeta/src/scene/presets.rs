@@ -34,8 +34,9 @@ impl Preset {
 
 const WANG: &str = "H. Wang, J. O'Brien, R. Ramamoorthi, Data-Driven Elastic Models for Cloth, 2011: its first row of stretch, \
                     and its bending samples divided by 4";
-const KES: &str = "typical of measurements by Kawabata's evaluation system; S. Kawabata, The Standardization and Analysis of Hand \
-                   Evaluation, 1980";
+const KES: &str = "an estimate: mass, stretch and shear in the range of measurements by Kawabata's evaluation system (S. Kawabata, The \
+                   Standardization and Analysis of Hand Evaluation, 1980); bending such that Cusick's drape coefficient lies in the band \
+                   of the fabric (docs/models/fabric.md)";
 
 /// A woven fabric: density, stretch, shear, Poisson's ratio, bending, thickness.
 const fn woven(density: f64, stretch: [f64; 2], shear: f64, bending: [f64; 2], thickness: f64) -> Fabric {
@@ -71,13 +72,13 @@ pub const PRESETS: &[Preset] = &[
         name: "cotton",
         title: "plain woven cotton",
         source: KES,
-        fabric: woven(0.150, [2500.0, 1500.0], 60.0, [3.2e-5, 2.2e-5], 4e-4),
+        fabric: woven(0.150, [2500.0, 1500.0], 60.0, [1.6e-5, 1.0e-5], 4e-4),
     },
     Preset {
         name: "silk",
         title: "silk, plain woven",
         source: KES,
-        fabric: woven(0.060, [1500.0, 1000.0], 15.0, [2.0e-6, 1.2e-6], 1.5e-4),
+        fabric: woven(0.060, [1500.0, 1000.0], 15.0, [1.2e-6, 8.0e-7], 1.5e-4),
     },
     Preset {
         name: "wool",
@@ -89,7 +90,7 @@ pub const PRESETS: &[Preset] = &[
         name: "linen",
         title: "plain woven linen",
         source: KES,
-        fabric: woven(0.185, [3500.0, 3000.0], 40.0, [5.0e-5, 4.0e-5], 4.5e-4),
+        fabric: woven(0.185, [3500.0, 3000.0], 40.0, [3.2e-5, 2.4e-5], 4.5e-4),
     },
     Preset {
         name: "denim",

@@ -90,7 +90,7 @@ pub struct Ice {
     pub epsilon: f64,
     /// Whether the solver starts from the constraint forces of the last sub-step (warm start).
     pub warm_start: bool,
-    /// Newton steps in a sub-step, of the form "primal"; 0: one, and on the CPU up to three more where it leaves much.
+    /// Newton steps in a sub-step, of the form "primal"; 0: one, and on the CPU up to three more where it leaves much. A GPU takes one.
     pub newton_steps: u32,
     /// Order of accuracy in time, of the form "primal": 1, or 2, by which swings hardly lose any height.
     pub order: u32,
@@ -104,7 +104,7 @@ impl Default for Ice {
             max_iterations: 200,
             epsilon: 0.0,
             warm_start: true,
-            newton_steps: 0,
+            newton_steps: 1,
             order: 1,
         }
     }

@@ -183,8 +183,8 @@ fn add<T: Real>(
 ) {
     let other: [Lanes<T>; 6] =
         if in_row { inverse.lanes(places[0] as usize) } else { inverse.gather(places) };
-    for lane in 0..LANES {
-        sum[lane] += coupling(&lane_of(own, lane), &lane_of(block, lane), &lane_of(&other, lane));
+    for (lane, sum) in sum.iter_mut().enumerate() {
+        *sum += coupling(&lane_of(own, lane), &lane_of(block, lane), &lane_of(&other, lane));
     }
 }
 
