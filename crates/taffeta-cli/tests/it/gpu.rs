@@ -55,7 +55,7 @@ fn cpu_and_gpu_agree() {
     let read = |name: &str| std::fs::read_to_string(scenes.join(name)).unwrap();
     // The GPU does not keep volumes yet.
     let twist = read("twist_pins.toml").replace("\"corrected\"", "\"none\"");
-    for scene in [SHEET, BALL, &read("flag.toml"), &twist] {
+    for scene in [SHEET, BALL, &read("flag_gusts.toml"), &twist] {
         let desk = Desk::with(scene);
         let (_, err, code) = on_gpu(&desk, "gpu", &["--frames", "3", "--quiet"]);
         assert_eq!(code, Some(0), "{err}");

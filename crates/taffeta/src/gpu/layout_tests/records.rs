@@ -242,7 +242,7 @@ fn a_field_that_is_moved_renamed_left_out_or_of_another_type_is_found() {
         ("    neighbour: u32,", "    neighbor: u32,"),
         ("    rest_steepness: f32,\n", ""),
         ("    row: i32,\n    col: i32,\n}\n\n@group(1)", "    row: u32,\n    col: i32,\n}\n\n@group(1)"),
-        ("@size(128) air: Air", "air: Air"),
+        ("@size(96) air: Air", "air: Air"),
         ("    exposure: f32,\n    /// Coefficients.\n    drag: f32,", "    drag: f32,\n    exposure: f32,"),
         (
             "    material: ContactMaterial,\n    cells_a_metre: f32,",
