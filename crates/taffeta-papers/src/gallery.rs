@@ -44,10 +44,10 @@ const PICTURES: [Picture; 7] = [
     Picture {
         name: "fabrics",
         shots: &[
-            Shot::of("flag", 220).with("body.flag.material.preset=silk"),
-            Shot::of("flag", 220).with("body.flag.material.preset=cotton"),
-            Shot::of("flag", 220).with("body.flag.material.preset=denim"),
-            Shot::of("flag", 220).with("body.flag.material.preset=jersey"),
+            Shot::of("flag_cotton", 220).with("body.flag.material.preset=silk"),
+            Shot::of("flag_cotton", 220).with("body.flag.material.preset=cotton"),
+            Shot::of("flag_cotton", 220).with("body.flag.material.preset=denim"),
+            Shot::of("flag_cotton", 220).with("body.flag.material.preset=jersey"),
         ],
         size: [360, 240],
         eye: "1.5,1.3,2.35",
