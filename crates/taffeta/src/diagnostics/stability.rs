@@ -24,6 +24,9 @@ mod patch;
 /// Element visits that a power iteration may take; with millions of springs fewer rounds must do.
 const ENOUGH: usize = 30_000_000;
 
+/// Steps that are tried one after the other: the worst mode depends on the step, and the largest step on the mode.
+const ROUNDS: usize = 6;
+
 /// What h²κ + 2hδ must stay below.
 const ROOM: f64 = 4.0;
 /// The same in air, which in a step may take all of a velocity (elements/aero/aero.rs): 2hδ of its own is 2 at most.
@@ -279,9 +282,13 @@ impl System {
 
     /// The largest step [s], and that in any flow of air, by the same mode; and the mode.
     fn largest_step(&self, pull: Pull) -> ([f64; 2], Vec<[f64; 3]>) {
-        let mut u = self.any_state();
+        let any = self.any_state();
+        let mut u = any.clone();
         let mut steps = [1.0; 2];
-        for _ in 0..4 {
+        for _ in 0..ROUNDS {
+            // What is fastest at a long step may have nothing of what is fastest at a short one, as waves in the plane of a sheet
+            // have nothing of those across it: iteration would never come from one to the other.
+            u = half_of_each(&u, &any);
             let mode = self.worst_mode(&mut u, steps[0], pull);
             let next = [ROOM, ROOM_IN_AIR].map(|room| step_within(room, mode));
             let settled = next[0].is_infinite() || (next[0] - steps[0]).abs() < 1e-4 * next[0];
@@ -350,6 +357,16 @@ impl System {
         }
         (out, kappa, delta)
     }
+}
+
+/// The sum of two states of the same length.
+fn half_of_each(a: &[[f64; 3]], b: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let inverse_length = |u: &[[f64; 3]]| {
+        let squared: f64 = u.iter().map(|&x| dot(x, x)).sum();
+        if squared > 0.0 { 1.0 / squared.sqrt() } else { 0.0 }
+    };
+    let [of_a, of_b] = [a, b].map(inverse_length);
+    a.iter().zip(b).map(|(&a, &b)| add(scale(a, of_a), scale(b, of_b))).collect()
 }
 
 /// The step [s] at which h²κ + 2hδ comes to `room`; infinite if neither is there.

@@ -118,9 +118,7 @@ fn what_is_too_large_is_named_and_lowering_it_alone_makes_the_step_stable() {
         (planted.change)(&mut scene, factor);
         assert_eq!(warnings(&build(&scene)), [""; 0], "{words}");
         let longest = build(&scene).largest_stable_step_folded();
-        // Of the damping of bends it asks for more than needed, which is known and on the safe side.
-        let is_exact = planted.source != Source::Elements("bends") || !planted.is_damping;
-        assert!(longest < 1.6 * step || !is_exact, "{words}: {longest} s, {step} s was wanted");
+        assert!(longest < 1.6 * step, "{words}: {longest} s, {step} s was wanted");
     }
 }
 
