@@ -30,7 +30,7 @@ fn contact_after_self_collision(
 
 /// Predicted contact of a node with a mesh. Its surface counts as flat around the node.
 fn predict_mesh_contact(collider: Collider, node: Approach) -> Candidate {
-    let contact = mesh_contact(collider, node.position, collider.size + node.h * norm3(node.free) + node.fall);
+    let contact = mesh_contact(collider, node.position, collider.size + node.h * norm3(node.free) + node.reach);
     if contact.depth == -FAR {
         return Candidate(no_contact(), 0.0);
     }
@@ -71,9 +71,9 @@ fn predict_mesh_contacts(
         return;
     }
     let h = substeps[0].h;
-    let fall = norm3(substeps[0].gravity) * h * h;
+    let reach = reach_of(substeps[0].gravity, h);
     let spring_change = x.w * gather_constraint_forces(node) * -h;
-    predicted_contacts[node] = deepest_mesh_contact(Approach(x.xyz, fall, new_velocity[node].xyz, h, spring_change));
+    predicted_contacts[node] = deepest_mesh_contact(Approach(x.xyz, reach, new_velocity[node].xyz, h, spring_change));
 }
 
 /// The same for implicit springs, before predict_contacts_implicit.
@@ -91,8 +91,8 @@ fn predict_mesh_contacts_implicit(
     let x = old_position[node];
     if x.w > 0.0 {
         let h = substeps[0].h;
-        let fall = norm3(substeps[0].gravity) * h * h;
-        let approach = Approach(x.xyz, fall, new_velocity[node].xyz, h, vector_of(SPRING_CHANGE, node));
+        let reach = reach_of(substeps[0].gravity, h);
+        let approach = Approach(x.xyz, reach, new_velocity[node].xyz, h, vector_of(SPRING_CHANGE, node));
         predicted_contacts[node] = deepest_mesh_contact(approach);
     }
 }

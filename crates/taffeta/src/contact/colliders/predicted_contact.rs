@@ -46,8 +46,8 @@ pub struct Approach<T> {
     /// Velocity [m/s] without constraints, and its change by the constraints of the last sub-step.
     pub free: [T; 3],
     pub solver_change: [T; 3],
-    /// Distance that a node falls in a sub-step [m].
-    pub fall: T,
+    /// How far from a surface a node at rest counts as on it [m], by [`reach`].
+    pub reach: T,
     /// Length of the sub-step [s].
     pub h: T,
 }
@@ -59,9 +59,13 @@ pub const STICKS: f64 = 0.95;
 /// one sub-step holds and the next one does not would jitter.
 pub const LEFT_TO_CONTACT: f64 = 0.0625;
 
-/// The distance [m] that a node falls in a sub-step `h` [s].
-pub fn fall<T: Real>(gravity: [T; 3], h: T) -> T {
-    norm(gravity) * h * h
+/// A node so near to a surface touches it [m]: where contact has put it may be off by a rounding.
+pub const TOUCHES: f64 = 1e-6;
+
+/// How far from a surface a node at rest counts as on it [m]: what it falls in a sub-step `h` [s], or [`TOUCHES`].
+pub fn reach<T: Real>(gravity: [T; 3], h: T) -> T {
+    let (fall, touches) = (norm(gravity) * h * h, T::from_f64(TOUCHES));
+    if fall > touches { fall } else { touches }
 }
 
 /// The collider with the deepest contact, by `of`, which gives a depth and a value for each collider. Returns that
@@ -114,7 +118,7 @@ impl<T: Real> PredictedContact<T> {
         let h = node.h;
         let v = add(node.free, node.solver_change);
         let way = -h * dot(node.free, normal);
-        let reach = if way > T::ZERO { way + node.fall } else { node.fall };
+        let reach = if way > T::ZERO { way + node.reach } else { node.reach };
         if !(inside > T::ZERO && -depth <= reach) {
             return None;
         }
@@ -240,7 +244,7 @@ mod tests {
     }
 
     fn approach(y: f64, solver_change: [f64; 3]) -> Approach<f64> {
-        Approach { position: [0.0, y, 0.0], free: [0.0, -0.1, 0.0], solver_change, fall: 1e-3, h: 0.01 }
+        Approach { position: [0.0, y, 0.0], free: [0.0, -0.1, 0.0], solver_change, reach: 1e-3, h: 0.01 }
     }
 
     #[test]
@@ -256,6 +260,15 @@ mod tests {
         assert_eq!(predicted(0.0, [0.06, 0.0, 0.0]).unwrap().1.slides, 1.0);
         // It lands: half a millimetre in 0.01 s.
         assert!((predicted(0.0005, [0.0; 3]).unwrap().1.velocity[1] + 0.05).abs() < 1e-15);
+    }
+
+    #[test]
+    fn without_gravity_a_pressed_node_is_held_though_it_is_a_rounding_above_the_surface() {
+        let reach = reach([0.0; 3], 0.01);
+        let pressed = Approach { free: [0.0; 3], reach, ..approach(1e-8, [0.01, -0.1, 0.0]) };
+        assert_eq!(PredictedContact::of(&floor(0.5), &pressed).unwrap().1.slides, 0.0);
+        let apart = Approach { position: [0.0, 1e-5, 0.0], ..pressed };
+        assert!(PredictedContact::of(&floor(0.5), &apart).is_none());
     }
 
     #[test]

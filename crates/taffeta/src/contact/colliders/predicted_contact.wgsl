@@ -26,8 +26,8 @@ struct PredictedContact {
 struct Approach {
     /// Position at the start of the sub-step [m].
     position: vec3f,
-    /// Distance that a node falls in a sub-step [m].
-    fall: f32,
+    /// How far from a surface a node at rest counts as on it [m].
+    reach: f32,
     /// Velocity [m/s] without constraints, and its change by the constraints of the last sub-step.
     free: vec3f,
     /// Length of the sub-step [s].
@@ -40,6 +40,14 @@ struct Candidate {
     predicted: PredictedContact,
     /// Predicted depth [m]; 0: no contact.
     inside: f32,
+}
+
+/// A node so near to a surface touches it [m].
+const TOUCHES: f32 = 1e-6;
+
+/// How far from a surface a node at rest counts as on it [m]: what it falls in a sub-step `h` [s], or `TOUCHES`.
+fn reach_of(gravity: vec3f, h: f32) -> f32 {
+    return max(norm3(gravity) * h * h, TOUCHES);
 }
 
 /// No contact.
@@ -62,7 +70,7 @@ fn predict_at_surface(collider: Collider, node: Approach, inside: f32, contact: 
     let v = node.free + node.solver_change;
     let normal = contact.normal;
     let way = -h * dot3(node.free, normal);
-    let reach = select(node.fall, way + node.fall, way > 0.0);
+    let reach = select(node.reach, way + node.reach, way > 0.0);
     if !(inside > 0.0 && -contact.depth <= reach) {
         return Candidate(no_contact(), 0.0);
     }

@@ -136,8 +136,8 @@ fn predict_contacts(
     var rate = free / h;
     if substeps[own()].colliders > 0u && substeps[own()].solving.is_adaptive == 0u {
         if x.w > 0.0 {
-            let fall = norm3(substeps[0].gravity) * h * h;
-            let approach = Approach(x.xyz, fall, free, h, x.w * gather_constraint_forces(node) * -h);
+            let reach = reach_of(substeps[0].gravity, h);
+            let approach = Approach(x.xyz, reach, free, h, x.w * gather_constraint_forces(node) * -h);
             predicted_contacts[node] = deepest_contact(approach, predicted_contacts[node]);
         }
         let predicted = predicted_at(node);

@@ -4,7 +4,7 @@
 use crate::backend::Backend;
 use crate::contact::collider_mesh::parity_scene::nearest_of;
 use crate::contact::colliders::moving::ColliderNow;
-use crate::contact::colliders::predicted_contact::{Approach, Depth, PredictedContact, deepest, fall};
+use crate::contact::colliders::predicted_contact::{Approach, Depth, PredictedContact, deepest, reach};
 use crate::contact::colliders::shape::ShapeNow;
 use crate::cpu::simd::Kernel;
 use crate::elements::spring::spring;
@@ -307,7 +307,7 @@ impl Twin<'_> {
             position: three(x),
             free,
             solver_change: pulls,
-            fall: fall(self.fixture.records()[SUBSTEP].gravity, h),
+            reach: reach(self.fixture.records()[SUBSTEP].gravity, h),
             h,
         }
     }

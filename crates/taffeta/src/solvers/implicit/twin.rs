@@ -1,7 +1,7 @@
 //! Drivers that take the CPU's formulas and kernels of springs by nodes through the GPU's arrays, in the order in which the GPU
 //! takes sums.
 
-use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, fall};
+use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, reach};
 use crate::cpu::simd::Kernel;
 use crate::gpu::layout::{Four, GROUP, Solving};
 use crate::parity::fixture::{Fixture, SUBSTEP};
@@ -141,7 +141,7 @@ impl Twin<'_> {
             position: three(x),
             free,
             solver_change: self.get(Vector::SpringChange, node),
-            fall: fall(gravity, h),
+            reach: reach(gravity, h),
             h,
         }
     }

@@ -158,7 +158,7 @@ impl<T: Real> MeshCache<T> {
         let found = deepest(colliders, |collider| match &collider.shape {
             ShapeNow::Mesh(mesh) => {
                 // It does not reach the surface from farther away.
-                let most = approach.h * norm(approach.free) + approach.fall;
+                let most = approach.h * norm(approach.free) + approach.reach;
                 let contact = self.depth(mesh, node, approach.position, most)?;
                 PredictedContact::of_mesh(&collider.surface, approach, contact)
             }

@@ -1,7 +1,7 @@
 //! Conjugate gradients on the systems of all bodies at once; each system has its own steps. An iteration is a pass
 //! over nodes, a pass over rows, and an update of vectors. Workers synchronise after each of them.
 
-use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, fall};
+use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, reach};
 use crate::real::{Real, scale};
 use crate::solvers::dual::cpu::kernels::{
     Advance, Along, Apply, Combine, GatherConstraintForces, Multiply, Product, SetUpRows,
@@ -286,7 +286,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
         let nodes = self.scratch.layout.nodes[chunk].part.clone();
         self.gather_constraint_forces(&nodes, false);
         let h = self.worker.substep.h;
-        let fall = T::from_f64(fall(self.worker.substep.gravity, h.to_f64()));
+        let reach = T::from_f64(reach(self.worker.substep.gravity, h.to_f64()));
         // SAFETY: listed before a barrier; nodes of chunks are different. What waits was written before a barrier.
         let (places, response, predictions, touched) = unsafe {
             (
@@ -305,7 +305,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
                 position: self.worker.old_position(place),
                 free: self.free_velocity(place),
                 solver_change: scale([x, y, z], -h),
-                fall,
+                reach,
                 h,
             };
             let free = self.worker.nodes.inverse_mass[place] > T::ZERO;

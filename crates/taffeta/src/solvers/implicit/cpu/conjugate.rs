@@ -1,6 +1,6 @@
 //! The system of a Newton step, and conjugate gradients on all bodies' systems at once, each with steps of its own.
 
-use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, fall};
+use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, reach};
 use crate::real::{Real, add, dot, scale};
 use crate::solvers::dual::distance::{Conjugate, warm_start_factor};
 use crate::solvers::implicit::cpu::ImplicitWorker;
@@ -113,7 +113,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             return;
         }
         let (nodes, h) = (self.worker.nodes, self.worker.substep.h);
-        let fall = T::from_f64(fall(self.worker.substep.gravity, h.to_f64()));
+        let reach = T::from_f64(reach(self.worker.substep.gravity, h.to_f64()));
         // SAFETY: chunks do not overlap; what is remembered is written after a barrier.
         let (change, predictions, touched) = unsafe {
             (
@@ -127,7 +127,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 position: self.worker.old_position(place),
                 free: self.free_velocity(place),
                 solver_change: change.at(place),
-                fall,
+                reach,
                 h,
             };
             let free = nodes.inverse_mass[place] > T::ZERO;

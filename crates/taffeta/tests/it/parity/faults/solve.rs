@@ -128,7 +128,7 @@ pub const FAULTS: &[Fault] = &[
     ("predict_contacts", "node.position + v * node.h).depth", "node.position).depth"),
     ("predict_contacts", "contact.depth / h;", "contact.depth;"),
     ("predict_contacts", "-contact.depth <= reach", "true"),
-    ("predict_contacts", "select(node.fall, way + node.fall, way > 0.0)", "node.fall"),
+    ("predict_contacts", "select(node.reach, way + node.reach, way > 0.0)", "node.reach"),
     ("predict_contacts", "* gather_constraint_forces(node) * -h", "* gather_constraint_forces(node) * h"),
     ("predict_contacts", "speed <= friction_limit * STICKS && friction_limit > 0.0", "false"),
     ("predict_contacts", "speed <= friction_limit * STICKS", "speed <= friction_limit"),
@@ -136,7 +136,7 @@ pub const FAULTS: &[Fault] = &[
     ("predict_contacts", "normal * landing - direction * friction_limit", "normal * landing"),
     ("predict_contacts", "dot3(surface_v, direction)", "0.0"),
     ("predict_contacts", "select(out, onto, onto < out)", "onto"),
-    ("predict_contacts", "if x.w > 0.0 {\n            let fall", "{\n            let fall"),
+    ("predict_contacts", "if x.w > 0.0 {\n            let reach", "{\n            let reach"),
     (
         "predict_contacts",
         "substeps[own()].colliders > 0u && substeps[own()].solving.is_adaptive == 0u",
