@@ -37,8 +37,8 @@ fn jobs(extent: Extent) -> Vec<Job> {
     };
     for (width, plain, with_poisson) in CRITICAL {
         for (poisson, critical) in [(0.0, plain), (0.3, with_poisson)] {
-            // Four elements across the narrowest.
-            let elements = if width < 0.15 { 40 } else { 20 };
+            // Six elements across the narrowest.
+            let elements = (6.0 / width).round().max(20.0) as usize;
             for &(pattern, turn) in &meshes {
                 if extent == Extent::Quick && width != 0.5 {
                     continue;

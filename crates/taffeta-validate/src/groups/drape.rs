@@ -27,6 +27,8 @@ const DISC: f64 = 0.09;
 const SQUARE: f64 = 2e-4;
 /// Nodes of the meshes.
 const NODES: [usize; 3] = [1000, 2000, 4000];
+/// Height of a wave of the specimen at the start [m]; there are six, one on the other.
+const UNEVEN: f64 = 5e-4;
 /// How far a mesh may be from the mean of all [points].
 const SPREAD: f64 = 3.0;
 
@@ -109,13 +111,13 @@ fn drape(
     ))
 }
 
-/// A disc that is a little uneven, so that it knows where to fold: by a fortieth of a millimetre.
+/// A disc that is uneven by up to 2 mm at its border, as fabrics are, so that it is the same on all meshes where it folds.
 fn uneven([x, z]: [f64; 2]) -> [f64; 3] {
     let (radius, angle) = (x.hypot(z), z.atan2(x));
     let out = (radius - DISC).max(0.0) / (SPECIMEN - DISC);
     let waves = [(2.0, 0.3), (3.0, 1.1), (4.0, 2.3), (5.0, 0.7), (6.0, 1.9), (7.0, 2.9)];
     let height: f64 = waves.into_iter().map(|(count, phase): (f64, f64)| (count * angle + phase).cos()).sum();
-    [x, 1e-5 * out * height, z]
+    [x, UNEVEN * out * height, z]
 }
 
 /// The area [m²] of the shadow on the floor, by squares whose middles are below a triangle.

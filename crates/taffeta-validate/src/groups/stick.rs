@@ -9,7 +9,8 @@ pub const GROUP: Group = Group {
     title: "Stick and slip",
     words: "A strip without weight, clamped upright at its upper end, is pressed onto a plane until its height is H, of a length L. By the \
             elastica (θ″ = −P sin θ + Q cos θ, θ(0) = 0, θ′(1) = 0, ∫ sin θ = 0, ∫ cos θ = H/L) the tip sticks where it touched as long \
-            as Coulomb's μ is at least μ* = Q/P. With 1.1 μ* it must not move by 0.002 L, and with 0.9 μ* it must.",
+            as Coulomb's μ is at least μ* = Q/P. With 1.1 μ* it must not move by 0.002 L, and with 0.9 μ* it must. Below H/L = 0.67 the \
+            elastica dips below the height of its tip: the plane is a ledge that ends 0.005 L beside the tip.",
     axes: ["H/L", "way of the tip/L"],
     is_logarithmic: false,
     theory: None,
@@ -30,6 +31,8 @@ const STEP: f64 = 0.005;
 const SLIPS: f64 = 2e-3;
 /// Drag on the whole strip [kg/s], so that it does not swing.
 const DRAG: f64 = 0.02;
+/// How far beside the tip the plane ends, by length, on the side to which the strip bows.
+const LEDGE: f64 = 5e-3;
 /// Greatest height of the bow at the start, by length.
 const BOW: f64 = 0.02;
 
@@ -84,7 +87,8 @@ fn run(bench: &Bench<'_>, case: Case, height: f64, friction: f64, factor: f64) -
             (height - 1.0) * LENGTH
         )
         + &format!(
-            "[[collider]]\nplane = {{ point = [0.0, 0.0, 0.0] }}\noffset = {offset:?}\nfriction = {:?}\n",
+            "[[collider]]\nbox = {{ center = [{:?}, -0.5, 0.0], half = [0.5, 0.5, 0.5] }}\noffset = {offset:?}\nfriction = {:?}\n",
+            LEDGE * LENGTH - 0.5,
             factor * friction
         );
     let scene = scene.replacen("[time]\n", &format!("[time]\nmax_step = {STEP:?}\n"), 1);
