@@ -3,8 +3,8 @@
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::prelude::*;
 use taffeta::scene::{
-    Body, Grid, Hinge, Mass, Mesh, Pin, Place, Select, SelfCollision, Spring, Springs, Tethers, Volume,
-    VolumeForm,
+    Body, Grid, Hinge, Mass, Material, Mesh, Pin, Place, Select, SelfCollision, Spring, Springs, Tethers,
+    Volume, VolumeForm,
 };
 
 /// Cloth: a sheet, garment, chain or shell of this shape. It starts where its transform is.
@@ -68,6 +68,10 @@ impl SoftBody {
 ///     .hinge(1e-4, 1e-6)
 ///     .collide(0.005);
 /// assert_eq!(cotton.self_collision.map(|contact| contact.thickness), Some(0.005));
+///
+/// // The same by its name, in SI units that do not depend on the mesh; the implicit solver stands steps of a frame.
+/// let cotton = SoftMaterial::preset("cotton");
+/// assert_eq!(cotton.mass, Mass::Area(0.15));
 /// ```
 #[derive(Component, Clone, Debug)]
 pub struct SoftMaterial {
@@ -75,6 +79,8 @@ pub struct SoftMaterial {
     pub mass: Mass,
     /// Its springs.
     pub springs: Springs,
+    /// Its fabric, in place of springs.
+    pub fabric: Option<Material>,
     /// What keeps the volume of a soft body.
     pub volume: Option<Volume>,
     /// Contact of its nodes with each other and with those of other bodies that have this.
@@ -93,7 +99,19 @@ impl Default for SoftMaterial {
 impl SoftMaterial {
     /// A mass without springs.
     pub fn new(mass: Mass) -> Self {
-        Self { mass, springs: Springs::default(), volume: None, self_collision: None, tethers: None }
+        let springs = Springs::default();
+        Self { mass, springs, fabric: None, volume: None, self_collision: None, tethers: None }
+    }
+
+    /// A fabric by its name, as [`PRESETS`](taffeta::scene::PRESETS) lists them.
+    pub fn preset(name: impl Into<String>) -> Self {
+        Self::fabric(Material::preset(name))
+    }
+
+    /// A fabric with its own mass per area.
+    pub fn fabric(fabric: Material) -> Self {
+        let mass = Mass::Area(fabric.fabric().density);
+        Self { fabric: Some(fabric), ..Self::new(mass) }
     }
 
     /// Structural springs (edges on meshes): stiffness [N/m] and damping [kg/s].
@@ -210,26 +228,97 @@ impl Pins {
 #[derive(Component, Clone, Debug, Default)]
 pub struct BodyPlace(pub Place);
 
+/// How a body moves at the start, in the coordinates of its transform; nodes that pins hold start at rest.
+///
+/// ```
+/// use bevy_taffeta::BodyVelocity;
+///
+/// // Thrown, with a spin of a turn a second about the vertical.
+/// let thrown = BodyVelocity { linear: [2.0, 3.0, 0.0], angular: [0.0, std::f64::consts::TAU, 0.0] };
+/// assert_eq!(BodyVelocity::default().linear, [0.0; 3]);
+/// # drop(thrown);
+/// ```
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyVelocity {
+    /// [m/s]
+    pub linear: [f64; 3],
+    /// About the centre of mass [rad/s].
+    pub angular: [f64; 3],
+}
+
+/// The components of a body of a scene.
+#[derive(Bundle)]
+pub struct SceneBody {
+    material: SoftMaterial,
+    pins: Pins,
+    place: BodyPlace,
+    velocity: BodyVelocity,
+}
+
+impl SceneBody {
+    /// Those of a body; `None` where its mass is not given in one way.
+    pub fn of(body: &Body) -> Option<Self> {
+        // All fields by name, so that none is forgotten when the scene format gains one.
+        let Body {
+            name: _,
+            kind: _,
+            node_mass: _,
+            mass: _,
+            area_density: _,
+            density: _,
+            mesh: _,
+            fill_holes: _,
+            rest_shape: _,
+            stand_in: _,
+            place,
+            velocity,
+            angular_velocity,
+            springs,
+            material,
+            volume,
+            self_collision,
+            pins,
+            tethers,
+        } = body;
+        let material = SoftMaterial {
+            mass: body.mass_given()?,
+            springs: springs.clone(),
+            fabric: material.clone(),
+            volume: volume.clone(),
+            self_collision: *self_collision,
+            tethers: *tethers,
+        };
+        Some(Self {
+            material,
+            pins: Pins(pins.iter().map(|pin| Pinned { pin: pin.clone(), by: None }).collect()),
+            place: BodyPlace(place.clone()),
+            velocity: BodyVelocity { linear: *velocity, angular: *angular_velocity },
+        })
+    }
+}
+
 impl SoftMaterial {
     /// What a body of a scene is made of; `None` where its mass is not given in one way.
     pub fn of(body: &Body) -> Option<Self> {
-        Some(Self {
-            mass: body.mass_given()?,
-            springs: body.springs.clone(),
-            volume: body.volume.clone(),
-            self_collision: body.self_collision,
-            tethers: body.tethers,
-        })
+        SceneBody::of(body).map(|body| body.material)
     }
 
     /// A body of a scene that is made of it.
     pub fn put(&self, body: Body) -> Body {
-        Body {
+        let weighed = body.with_mass(self.mass);
+        let mut body = Body {
             springs: self.springs.clone(),
+            material: self.fabric.clone(),
             volume: self.volume.clone(),
             self_collision: self.self_collision,
             tethers: self.tethers,
-            ..body.with_mass(self.mass)
+            ..weighed
+        };
+        // A fabric's own mass is not said twice.
+        let own = body.area_density.take();
+        if own != self.fabric.as_ref().map(|fabric| fabric.fabric().density) {
+            body.area_density = own;
         }
+        body
     }
 }

@@ -1,7 +1,7 @@
 //! Entities become a simulation, and their changes are taken up.
 
 use crate::advice::hint;
-use crate::body::{BodyPlace, Cloth, Pins, SoftBody, SoftMaterial};
+use crate::body::{BodyPlace, BodyVelocity, Cloth, Pins, SoftBody, SoftMaterial};
 use crate::collider::SoftCollider;
 use crate::device::Device;
 use crate::drawn::{BodyMesh, all_places, drawn_of, mesh_of, view_into, viewed};
@@ -12,6 +12,7 @@ use crate::step::Refused;
 use crate::world::{DefaultWorld, DeviceChoice, DrawMethod, Environment, RunOn, SoftWorld};
 use bevy::ecs::query::QueryData;
 use bevy::ecs::system::SystemParam;
+use bevy::math::DVec3;
 use bevy::platform::collections::{HashMap, HashSet};
 use bevy::prelude::*;
 use std::time::Instant;
@@ -28,6 +29,7 @@ pub struct BodyData {
     material: Ref<'static, SoftMaterial>,
     pins: Ref<'static, Pins>,
     place: Option<&'static BodyPlace>,
+    velocity: Option<&'static BodyVelocity>,
     name: Option<&'static Name>,
     from: Option<&'static FromScene>,
     transform: &'static GlobalTransform,
@@ -288,6 +290,9 @@ impl Plan<'_, '_, '_> {
         described.name = body.name.map_or_else(|| format!("body {}", body.entity), Name::to_string);
         described.place =
             place_in_world(&start, &body.place.map_or_else(Place::default, |place| place.0.clone()));
+        let BodyVelocity { linear, angular } = body.velocity.copied().unwrap_or_default();
+        let turned = |vector| (Rigid::of(&start).turn * DVec3::from_array(vector)).to_array();
+        (described.velocity, described.angular_velocity) = (turned(linear), turned(angular));
         let mut carried = Vec::new();
         for (index, pinned) in body.pins.0.iter().enumerate() {
             let mut pin = pinned.pin.clone();

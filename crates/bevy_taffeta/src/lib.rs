@@ -47,7 +47,7 @@ mod shared;
 mod step;
 mod world;
 
-pub use body::{BodyPlace, Cloth, Pinned, Pins, SoftBody, SoftMaterial};
+pub use body::{BodyPlace, BodyVelocity, Cloth, Pinned, Pins, SoftBody, SoftMaterial};
 pub use collider::{SoftCollider, collider_mesh};
 pub use device::SharedGpu;
 pub use running::{DrawnBody, Running, Timing};

@@ -1,6 +1,6 @@
 //! Scenes in our TOML as assets, and what is spawned for one.
 
-use crate::body::{BodyPlace, Cloth, Pinned, Pins, SoftBody, SoftMaterial};
+use crate::body::{Cloth, SceneBody, SoftBody};
 use crate::collider::{SoftCollider, collider_mesh};
 use crate::world::{Environment, SoftWorld};
 use bevy::asset::io::Reader;
@@ -227,20 +227,12 @@ pub fn spawn_scene(
     let settings = SoftWorld { time, solver, forces: forces.clone(), seams: seams.clone() };
     commands.entity(root).insert((settings, Environment(world.clone())));
     for (index, body) in bodies.iter().enumerate() {
-        let Some(material) = SoftMaterial::of(body) else {
+        let Some(made) = SceneBody::of(body) else {
             error!("taffeta: body[{index}] has no mass, or several; exactly one would do");
             continue;
         };
-        let pins = body.pins.iter().map(|pin| Pinned { pin: pin.clone(), by: None }).collect();
         let name = if body.name.is_empty() { format!("body{index}") } else { body.name.clone() };
-        let mut entity = commands.spawn((
-            ChildOf(root),
-            FromScene(index),
-            Name::new(name),
-            material,
-            Pins(pins),
-            BodyPlace(body.place.clone()),
-        ));
+        let mut entity = commands.spawn((ChildOf(root), FromScene(index), Name::new(name), made));
         match body.kind {
             Kind::Cloth => entity.insert(Cloth(body.mesh.clone())),
             Kind::Soft => entity.insert(SoftBody(body.mesh.clone())),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use taffeta_io::program::{self, Failure};
 
-/// A picture of some moments, two in a row.
+/// A picture of some moments, two in a row; three are in one.
 struct Picture {
     name: &'static str,
     shots: &'static [Shot],
@@ -35,30 +35,23 @@ impl Shot {
     }
 }
 
-/// Sizes of a picture, of one of two, and of one of four.
+/// Sizes of a picture, of one of two, of one of three, and of one of four.
 const WHOLE: [usize; 2] = [480, 320];
 const HALF: [usize; 2] = [240, 320];
+const THIRD: [usize; 2] = [320, 240];
 const QUARTER: [usize; 2] = [240, 160];
 
-const PICTURES: [Picture; 7] = [
-    Picture {
-        name: "fabrics",
-        shots: &[
-            Shot::of("flag_cotton", 220).with("body.flag.material.preset=silk"),
-            Shot::of("flag_cotton", 220).with("body.flag.material.preset=cotton"),
-            Shot::of("flag_cotton", 220).with("body.flag.material.preset=denim"),
-            Shot::of("flag_cotton", 220).with("body.flag.material.preset=jersey"),
-        ],
-        size: [360, 240],
-        eye: "1.5,1.3,2.35",
-        at: "0,1.47,0",
-    },
+const PICTURES: [Picture; 6] = [
     Picture {
         name: "flag",
-        shots: &[Shot::of("flag_gusts", 220)],
-        size: WHOLE,
-        eye: "1.5,1.3,2.35",
-        at: "0,1.47,0",
+        shots: &[
+            Shot::of("flag", 230).with("body.flag.material.preset=silk"),
+            Shot::of("flag", 230).with("body.flag.material.preset=cotton"),
+            Shot::of("flag", 230).with("body.flag.material.preset=denim"),
+        ],
+        size: THIRD,
+        eye: "1.3,1.5,1.9",
+        at: "0,1.4,0",
     },
     Picture {
         name: "drape",
@@ -151,11 +144,12 @@ impl Picture {
     fn make(&self, view: &Path) -> Result<String, String> {
         let panels = self.shots.iter().map(|shot| self.shoot(shot, view)).collect::<Result<Vec<_>, _>>()?;
         let [width, height] = self.size;
-        let rows: Vec<Vec<u8>> = panels.chunks(2).map(|row| draw::beside(row, self.size)).collect();
+        let across = if panels.len() == 3 { 3 } else { panels.len().min(2) };
+        let rows: Vec<Vec<u8>> = panels.chunks(across).map(|row| draw::beside(row, self.size)).collect();
         let file = root().join("docs/pictures/gallery").join(self.name).with_extension("png");
         let folder = file.parent().map_or(Ok(()), std::fs::create_dir_all);
         folder.map_err(|error| format!("{}: {error}", file.display()))?;
-        let bytes = draw::png(&rows.concat(), [width * panels.len().min(2), height * rows.len()])
+        let bytes = draw::png(&rows.concat(), [width * across, height * rows.len()])
             .map_err(|error| format!("{}: {error}", file.display()))?;
         std::fs::write(&file, &bytes).map_err(|error| format!("{}: {error}", file.display()))?;
         Ok(format!("docs/pictures/gallery/{}.png: {} KB", self.name, bytes.len() / 1000))

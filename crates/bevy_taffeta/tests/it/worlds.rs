@@ -4,7 +4,7 @@ use crate::common::{FRAME, plain, positions, ready, run, running, set, sheet};
 use bevy::ecs::system::RunSystemOnce;
 use bevy::prelude::*;
 use bevy_taffeta::prelude::*;
-use bevy_taffeta::taffeta::scene::{Keyframe, World};
+use bevy_taffeta::taffeta::scene::{Body, Keyframe, Material, Scene, World};
 use bevy_taffeta::{Running, SceneMaterials, collider_mesh, spawn_scene, taffeta, taffeta_io};
 use std::path::Path;
 
@@ -360,6 +360,30 @@ fn a_scene_file_runs_as_the_engine_runs_it() {
     assert_eq!(ours.state_hash(), simulation.state_hash());
     let mut drawn = app.world_mut().query::<(&Cloth, &Mesh3d, &MeshMaterial3d<StandardMaterial>)>();
     assert_eq!(drawn.iter(app.world()).count(), 1);
+}
+
+#[test]
+fn a_body_of_a_scene_keeps_its_fabric_and_its_velocity() {
+    let cotton = Body::cloth("sheet", taffeta::scene::Mesh::grid(5, 6, [0.5, 0.4]));
+    let cotton = cotton.with_material(Material::preset("cotton"));
+    let thrown = Body { velocity: [1.0, 2.0, 0.0], angular_velocity: [0.0, 3.0, 1.0], ..cotton };
+    let scene = Scene::new("thrown").time(FRAME, 1e-4).body(thrown);
+    let mut simulation = taffeta::Simulation::new(&scene, &default()).expect("a simulation");
+    let mut app = plain();
+    app.add_plugins(TaffetaPlugin);
+    let root = app.world_mut().spawn_empty().id();
+    let spawn = move |mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>| {
+        spawn_scene(&mut commands, root, &scene, &SceneMaterials::default(), &mut meshes);
+    };
+    app.world_mut().run_system_once(spawn).expect("it runs");
+    ready(&mut app);
+    run(&mut app, 5);
+    let running = app.world().get::<Running>(root).expect("it runs");
+    let ours = running.simulation();
+    assert!(ours.frame() >= 5);
+    simulation.advance(ours.frame()).expect("it holds");
+    assert_eq!(ours.state_hash(), simulation.state_hash());
+    assert_eq!(running.scene().bodies[0].area_density, None);
 }
 
 #[test]

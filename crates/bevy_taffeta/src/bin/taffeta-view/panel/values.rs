@@ -4,9 +4,10 @@ use super::fields::{Field, Value, choice, fields, optional, row};
 use bevy_egui::egui::{RichText, Ui};
 use bevy_taffeta::SoftMaterial;
 use bevy_taffeta::taffeta::scene::{
-    Acad, Air, Collider, ConstraintForm, Gust, Hinge, Ice, Internal, Mass, Method, SelfCollision, Solver,
-    Spring, Tethers, Time, Volume, VolumeForm, VolumeWeights, World,
+    Acad, Air, Collider, ConstraintForm, Fabric, Gust, Hinge, Ice, Internal, Mass, Material, Method, PRESETS,
+    SelfCollision, Solver, Spring, Tethers, Time, Volume, VolumeForm, VolumeWeights, World,
 };
+use std::mem;
 
 use Value::{Even, Flag, Log, Seed, Three, Whole};
 
@@ -34,12 +35,13 @@ const GUST: [Field<Gust>; 4] = [
     Field::new("seed", "", Seed(|gust| &mut gust.seed)),
 ];
 
-const ICE: [Field<Ice>; 5] = [
+const ICE: [Field<Ice>; 6] = [
     Field::new("tolerance", "", Log(1e-8, 0.5, |ice| &mut ice.tolerance)),
     Field::new("max_iterations", "", Whole(10_000, |ice| &mut ice.max_iterations)),
     Field::new("epsilon", "", Log(1e-6, 10.0, |ice| &mut ice.epsilon)),
     Field::new("warm_start", "", Flag(|ice| &mut ice.warm_start)),
     Field::new("newton_steps", "", Whole(20, |ice| &mut ice.newton_steps)),
+    Field::new("order", "", Whole(2, |ice| &mut ice.order)),
 ];
 const ACAD: [Field<Acad>; 4] = [
     Field::new("threshold", "", Log(1e-4, 2.0, |acad| &mut acad.threshold)),
@@ -64,6 +66,18 @@ const CHOSEN: [Field<Internal>; 2] = [
 const HINGE: [Field<Hinge>; 2] = [
     Field::new("k", "N·m/rad", Log(1e-8, 10.0, |hinge| &mut hinge.k)),
     Field::new("d", "N·m·s/rad", Log(1e-10, 0.1, |hinge| &mut hinge.d)),
+];
+const FABRIC: [Field<Fabric>; 10] = [
+    Field::new("stretch, warp", "N/m", Log(1.0, 1e5, |fabric| &mut fabric.stretch.warp)),
+    Field::new("stretch, weft", "N/m", Log(1.0, 1e5, |fabric| &mut fabric.stretch.weft)),
+    Field::new("shear", "N/m", Log(0.1, 1e4, |fabric| &mut fabric.shear)),
+    Field::new("poisson", "", Even(-0.9, 0.9, |fabric| &mut fabric.poisson)),
+    Field::new("bending, warp", "N·m", Log(1e-8, 1.0, |fabric| &mut fabric.bending.warp)),
+    Field::new("bending, weft", "N·m", Log(1e-8, 1.0, |fabric| &mut fabric.bending.weft)),
+    Field::new("bending_poisson", "", Even(-0.9, 0.9, |fabric| &mut fabric.bending_poisson)),
+    Field::new("thickness", "m", Log(1e-5, 0.1, |fabric| &mut fabric.thickness)),
+    Field::new("damping, stretch", "s", Log(1e-6, 1.0, |fabric| &mut fabric.damping.stretch)),
+    Field::new("damping, bending", "s", Log(1e-6, 1.0, |fabric| &mut fabric.damping.bending)),
 ];
 const TOUCH: [Field<SelfCollision>; 3] = [
     Field::new("thickness", "m", Log(1e-4, 1.0, |touch| &mut touch.thickness)),
@@ -142,6 +156,15 @@ pub fn material(ui: &mut Ui, material: &mut SoftMaterial) -> bool {
     changed |= optional(ui, "hinge", &mut springs.hinge, Hinge { k: 1e-5, d: 0.0 }, |ui, hinge| {
         fields(ui, &HINGE, hinge)
     });
+    let density =
+        |fabric: &Option<Material>| fabric.as_ref().map(|fabric| Mass::Area(fabric.fabric().density));
+    let before = density(&material.fabric);
+    changed |= optional(ui, "material", &mut material.fabric, Material::default(), fabric);
+    if let Some(now) = density(&material.fabric)
+        && before == Some(material.mass)
+    {
+        material.mass = now;
+    }
     changed |= optional(ui, "volume", &mut material.volume, Volume::default(), volume);
     let touch = &mut material.self_collision;
     changed |= optional(ui, "self_collision", touch, SelfCollision::default(), |ui, touch| {
@@ -162,6 +185,45 @@ fn mass(ui: &mut Ui, mass: &mut Mass) -> bool {
         Mass::Volume(value) => ("density", "kg/m³", value),
     };
     fields(ui, &[Field::new(key, unit, Log(1e-5, 1e4, |mass: &mut f64| mass))], value)
+}
+
+/// `[body.material]`
+fn fabric(ui: &mut Ui, material: &mut Material) -> bool {
+    let presets: Vec<(usize, &str)> = PRESETS.iter().map(|preset| preset.name).enumerate().collect();
+    let before = material.fabric();
+    let named = PRESETS.iter().position(|preset| Some(preset.name) == material.preset.as_deref());
+    let mut chosen = named.unwrap_or(usize::MAX);
+    if choice(ui, "preset", &presets, &mut chosen) {
+        *material = Material { preset: Some(PRESETS[chosen].name.into()), ..mem::take(material) };
+        return true;
+    }
+    let mut now = before;
+    let changed = fields(ui, &FABRIC, &mut now);
+    // What was not changed stays that of the preset.
+    let kept = |number: &mut Option<_>, before, now| {
+        if now != before {
+            *number = Some(now)
+        }
+    };
+    kept(&mut material.shear, before.shear, now.shear);
+    kept(&mut material.poisson, before.poisson, now.poisson);
+    kept(&mut material.bending_poisson, before.bending_poisson, now.bending_poisson);
+    kept(&mut material.thickness, before.thickness, now.thickness);
+    let kept = |pair: &mut Option<_>, before, now| {
+        if now != before {
+            *pair = Some(now)
+        }
+    };
+    kept(&mut material.stretch, before.stretch, now.stretch);
+    kept(&mut material.bending, before.bending, now.bending);
+    if now.damping != before.damping {
+        material.damping = Some(now.damping);
+    }
+    if !material.zones.is_empty() {
+        let words = format!("{} from the file", material.zones.len());
+        row(ui, "zones", |ui| ui.weak(words));
+    }
+    changed
 }
 
 /// `[body.volume]`
