@@ -7,10 +7,10 @@ use crate::specimen::{Case, Plain, body, cases, head, nodes, strip, tip};
 pub const GROUP: Group = Group {
     name: "stick",
     title: "Stick and slip",
-    words: "A strip without weight, clamped upright at its upper end, is pressed onto a plane until its height is H, of a length L. By the \
+    words: "A strip with next to no weight (Γ = 0.008), clamped upright at its upper end, is pressed onto a plane until its height is H, of a length L. By the \
             elastica (θ″ = −P sin θ + Q cos θ, θ(0) = 0, θ′(1) = 0, ∫ sin θ = 0, ∫ cos θ = H/L) the tip sticks where it touched as long \
             as Coulomb's μ is at least μ* = Q/P. With 1.1 μ* it must not move by 0.002 L, and with 0.9 μ* it must. Below H/L = 0.67 the \
-            elastica dips below the height of its tip: the plane is a ledge that ends 0.005 L beside the tip.",
+            elastica dips below the height of its tip: there the plane is a ledge that ends 0.005 L beside it.",
     axes: ["H/L", "way of the tip/L"],
     is_logarithmic: false,
     theory: None,
@@ -31,6 +31,8 @@ const STEP: f64 = 0.005;
 const SLIPS: f64 = 2e-3;
 /// Drag on the whole strip [kg/s], so that it does not swing.
 const DRAG: f64 = 0.02;
+/// H/L below which the elastica dips below its tip.
+const DIPS: f64 = 0.67;
 /// How far beside the tip the plane ends, by length, on the side to which the strip bows.
 const LEDGE: f64 = 5e-3;
 /// Greatest height of the bow at the start, by length.
@@ -75,7 +77,7 @@ fn run(bench: &Bench<'_>, case: Case, height: f64, friction: f64, factor: f64) -
         "A strip that is pressed onto a plane",
         0.02,
         case.solver,
-        &format!("gravity = [0.0, 0.0, 0.0]\ndrag = {:?}", DRAG / flat.nodes.len() as f64),
+        &format!("gravity = [0.0, -1e-3, 0.0]\ndrag = {:?}", DRAG / flat.nodes.len() as f64),
     ) + &body(&variant, &fabric.toml())
         + &format!(
             "[body.place]\nposition = [0.0, {:?}, 0.0]\nrotation = {{ axis = [0.0, 0.0, 1.0], degrees = -90.0 }}\n",
@@ -87,8 +89,8 @@ fn run(bench: &Bench<'_>, case: Case, height: f64, friction: f64, factor: f64) -
             (height - 1.0) * LENGTH
         )
         + &format!(
-            "[[collider]]\nbox = {{ center = [{:?}, -0.5, 0.0], half = [0.5, 0.5, 0.5] }}\noffset = {offset:?}\nfriction = {:?}\n",
-            LEDGE * LENGTH - 0.5,
+            "[[collider]]\n{}\noffset = {offset:?}\nfriction = {:?}\n",
+            floor(height),
             factor * friction
         );
     let scene = scene.replacen("[time]\n", &format!("[time]\nmax_step = {STEP:?}\n"), 1);
@@ -108,6 +110,14 @@ fn run(bench: &Bench<'_>, case: Case, height: f64, friction: f64, factor: f64) -
         // Fails where it does not move as far.
         Row { error: Some((SLIPS - way).max(0.0)), allowed: Some(0.0), unit: "L".into(), ..row }
     })
+}
+
+/// What the strip stands on.
+fn floor(height: f64) -> String {
+    if height > DIPS {
+        return "plane = { point = [0.0, 0.0, 0.0] }".into();
+    }
+    format!("box = {{ center = [{:?}, -0.5, 0.0], half = [0.5, 0.5, 0.5] }}", LEDGE * LENGTH - 0.5)
 }
 
 /// Where a place of the strip is at the start: it has a slight bow, so that it need not snap into one when it is pressed.
