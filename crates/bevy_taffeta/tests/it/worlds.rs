@@ -5,7 +5,7 @@ use bevy::ecs::system::RunSystemOnce;
 use bevy::prelude::*;
 use bevy_taffeta::prelude::*;
 use bevy_taffeta::taffeta::scene::{Body, Keyframe, Material, Scene, World};
-use bevy_taffeta::{Running, SceneMaterials, collider_mesh, spawn_scene, taffeta, taffeta_io};
+use bevy_taffeta::{BodyVelocity, Running, SceneMaterials, collider_mesh, spawn_scene, taffeta, taffeta_io};
 use std::path::Path;
 
 /// An app with a sheet, and that.
@@ -384,6 +384,21 @@ fn a_body_of_a_scene_keeps_its_fabric_and_its_velocity() {
     simulation.advance(ours.frame()).expect("it holds");
     assert_eq!(ours.state_hash(), simulation.state_hash());
     assert_eq!(running.scene().bodies[0].area_density, None);
+}
+
+#[test]
+fn a_body_is_thrown_as_its_transform_is_turned() {
+    let mut app = plain();
+    app.add_plugins(TaffetaPlugin);
+    let velocity = BodyVelocity { linear: [1.0, 0.0, 0.0], angular: [0.0, 2.0, 0.0] };
+    let turned = Transform::from_rotation(Quat::from_rotation_z(std::f32::consts::FRAC_PI_2));
+    app.world_mut().spawn((sheet(), turned, velocity));
+    ready(&mut app);
+    run(&mut app, 1);
+    let body = running(&mut app).scene().bodies[0].clone();
+    let near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+    assert!(near(body.velocity, [0.0, 1.0, 0.0]), "{:?}", body.velocity);
+    assert!(near(body.angular_velocity, [-2.0, 0.0, 0.0]), "{:?}", body.angular_velocity);
 }
 
 #[test]

@@ -111,7 +111,7 @@ fn drape(
     ))
 }
 
-/// A disc that is uneven by up to 2 mm at its border, as fabrics are, so that it is the same on all meshes where it folds.
+/// A disc that is uneven by up to 2.5 mm at its border, as fabrics are, so that it is the same on all meshes where it folds.
 fn uneven([x, z]: [f64; 2]) -> [f64; 3] {
     let (radius, angle) = (x.hypot(z), z.atan2(x));
     let out = (radius - DISC).max(0.0) / (SPECIMEN - DISC);

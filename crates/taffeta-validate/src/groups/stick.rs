@@ -7,7 +7,8 @@ use crate::specimen::{Case, Plain, body, cases, head, nodes, strip, tip};
 pub const GROUP: Group = Group {
     name: "stick",
     title: "Stick and slip",
-    words: "A strip with next to no weight (Γ = 0.008), clamped upright at its upper end, is pressed onto a plane until its height is H, of a length L. By the \
+    words: "A strip with next to no weight (Γ = 0.008), clamped upright at its upper end, is pressed onto a plane until its \
+            height is H, of a length L. By the \
             elastica (θ″ = −P sin θ + Q cos θ, θ(0) = 0, θ′(1) = 0, ∫ sin θ = 0, ∫ cos θ = H/L) the tip sticks where it touched as long \
             as Coulomb's μ is at least μ* = Q/P. With 1.1 μ* it must not move by 0.002 L, and with 0.9 μ* it must. Below H/L = 0.67 the \
             elastica dips below the height of its tip: there the plane is a ledge that ends 0.005 L beside it.",

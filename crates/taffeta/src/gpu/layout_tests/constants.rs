@@ -8,7 +8,7 @@ use crate::contact::colliders::cpu::{GROOVES, ROUNDING_ULPS, ROUNDS};
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::gpu_layout::MESH;
 use crate::contact::colliders::moving::{ColliderNow, ContactSurface};
-use crate::contact::colliders::predicted_contact::{LEFT_TO_CONTACT, STICKS};
+use crate::contact::colliders::predicted_contact::{LEFT_TO_CONTACT, STICKS, TOUCHES};
 use crate::contact::colliders::response::NARROW;
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::colliders::shape::{
@@ -167,6 +167,7 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("GRAZING", mesh::GRAZING),
         ("LOOSE", f64::from((1.0 + tree::SLACK) as f32)),
         ("GROOVES", GROOVES as f64),
+        ("TOUCHES", f64::from(TOUCHES as f32)),
         ("STICKS", f64::from(STICKS as f32)),
         ("LEFT_TO_CONTACT", f64::from(LEFT_TO_CONTACT as f32)),
         ("ROUNDING_ULPS", f64::from(ROUNDING_ULPS as f32)),

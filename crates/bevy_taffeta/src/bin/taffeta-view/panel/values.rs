@@ -7,7 +7,6 @@ use bevy_taffeta::taffeta::scene::{
     Acad, Air, Collider, ConstraintForm, Fabric, Gust, Hinge, Ice, Internal, Mass, Material, Method, PRESETS,
     SelfCollision, Solver, Spring, Tethers, Time, Volume, VolumeForm, VolumeWeights, World,
 };
-use std::mem;
 
 use Value::{Even, Flag, Log, Seed, Three, Whole};
 
@@ -35,13 +34,12 @@ const GUST: [Field<Gust>; 4] = [
     Field::new("seed", "", Seed(|gust| &mut gust.seed)),
 ];
 
-const ICE: [Field<Ice>; 6] = [
+const ICE: [Field<Ice>; 5] = [
     Field::new("tolerance", "", Log(1e-8, 0.5, |ice| &mut ice.tolerance)),
     Field::new("max_iterations", "", Whole(10_000, |ice| &mut ice.max_iterations)),
     Field::new("epsilon", "", Log(1e-6, 10.0, |ice| &mut ice.epsilon)),
     Field::new("warm_start", "", Flag(|ice| &mut ice.warm_start)),
     Field::new("newton_steps", "", Whole(20, |ice| &mut ice.newton_steps)),
-    Field::new("order", "", Whole(2, |ice| &mut ice.order)),
 ];
 const ACAD: [Field<Acad>; 4] = [
     Field::new("threshold", "", Log(1e-4, 2.0, |acad| &mut acad.threshold)),
@@ -100,6 +98,7 @@ const COLLIDER: [Field<Collider>; 3] = [
 
 const METHODS: [(Method, &str); 3] =
     [(Method::Springs, "springs"), (Method::Ice, "ice"), (Method::Acad, "acad")];
+const ORDERS: [(u32, &str); 2] = [(1, "first"), (2, "second")];
 const FORMS: [(ConstraintForm, &str); 2] =
     [(ConstraintForm::Compliant, "compliant"), (ConstraintForm::Primal, "primal")];
 
@@ -127,6 +126,7 @@ pub fn solver(ui: &mut Ui, solver: &mut Solver) -> bool {
         Method::Ice => {
             changed |= choice(ui, "form", &FORMS, &mut solver.ice.form);
             changed |= fields(ui, &ICE, &mut solver.ice);
+            changed |= choice(ui, "order", &ORDERS, &mut solver.ice.order);
         }
         Method::Acad => {
             // What iterates is that of "ice".
@@ -194,36 +194,30 @@ fn fabric(ui: &mut Ui, material: &mut Material) -> bool {
     let named = PRESETS.iter().position(|preset| Some(preset.name) == material.preset.as_deref());
     let mut chosen = named.unwrap_or(usize::MAX);
     if choice(ui, "preset", &presets, &mut chosen) {
-        *material = Material { preset: Some(PRESETS[chosen].name.into()), ..mem::take(material) };
+        material.preset = Some(PRESETS[chosen].name.into());
         return true;
     }
     let mut now = before;
     let changed = fields(ui, &FABRIC, &mut now);
-    // What was not changed stays that of the preset.
-    let kept = |number: &mut Option<_>, before, now| {
-        if now != before {
-            *number = Some(now)
-        }
-    };
-    kept(&mut material.shear, before.shear, now.shear);
-    kept(&mut material.poisson, before.poisson, now.poisson);
-    kept(&mut material.bending_poisson, before.bending_poisson, now.bending_poisson);
-    kept(&mut material.thickness, before.thickness, now.thickness);
-    let kept = |pair: &mut Option<_>, before, now| {
-        if now != before {
-            *pair = Some(now)
-        }
-    };
-    kept(&mut material.stretch, before.stretch, now.stretch);
-    kept(&mut material.bending, before.bending, now.bending);
-    if now.damping != before.damping {
-        material.damping = Some(now.damping);
-    }
+    keep(&mut material.stretch, before.stretch, now.stretch);
+    keep(&mut material.shear, before.shear, now.shear);
+    keep(&mut material.poisson, before.poisson, now.poisson);
+    keep(&mut material.bending, before.bending, now.bending);
+    keep(&mut material.bending_poisson, before.bending_poisson, now.bending_poisson);
+    keep(&mut material.thickness, before.thickness, now.thickness);
+    keep(&mut material.damping, before.damping, now.damping);
     if !material.zones.is_empty() {
         let words = format!("{} from the file", material.zones.len());
         row(ui, "zones", |ui| ui.weak(words));
     }
     changed
+}
+
+/// Takes over a value that was changed; others stay those of the preset.
+fn keep<T: PartialEq>(own: &mut Option<T>, before: T, now: T) {
+    if now != before {
+        *own = Some(now);
+    }
 }
 
 /// `[body.volume]`
