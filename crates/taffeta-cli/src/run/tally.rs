@@ -9,6 +9,11 @@ use taffeta::Simulation;
 use taffeta::diagnostics::{FabricStrain, FrameReport};
 use taffeta::scene::Scene;
 
+/// Engineering strain that no fabric bears: knits reach a third when they land.
+const TOO_FAR: f64 = 0.5;
+/// Newton steps, and the length of a sub-step [s], of which either was enough where one Newton step at 1/60 s was not.
+const FOLLOWS: (u32, f64) = (3, 4e-3);
+
 /// Extremes and times over the frames.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Tally {
@@ -110,6 +115,7 @@ impl Tally {
     pub fn warnings(&self, simulation: &Simulation, scene: &Scene) -> Vec<String> {
         let mut warnings = self.volumes.warnings(scene);
         warnings.extend(self.solves.warning(scene));
+        warnings.extend(self.stretched(scene));
         let slips = |body: &&taffeta::BodyInfo| {
             // From 1 down the body was warned of before.
             body.slips_from.is_some_and(|stretch| stretch > 1.0 && self.max_stretch > stretch)
@@ -124,6 +130,27 @@ impl Tally {
             )
         }));
         warnings
+    }
+
+    /// What to say of a fabric that implicit steps have stretched beyond what fabrics bear.
+    fn stretched(&self, scene: &Scene) -> Option<String> {
+        let strain = self.strain.as_ref()?;
+        let most = strain.warp[1].max(strain.weft[1]);
+        let (ice, step) = (&scene.solver.ice, scene.time.dt / f64::from(scene.time.substeps()));
+        let is_coarse = ice.newton_steps < FOLLOWS.0 && step > FOLLOWS.1;
+        (scene.solver.is_primal() && is_coarse && most > TOO_FAR).then(|| {
+            format!(
+                "a fabric was {:.2} times its rest length: {} in a sub-step of {step:.1e} s may not follow cloth that folds or lands \
+                 quickly; solver.ice.newton_steps = {}, or time.max_step = {}, would do",
+                1.0 + most,
+                match ice.newton_steps {
+                    0 | 1 => "one Newton step".to_owned(),
+                    steps => format!("{steps} Newton steps"),
+                },
+                FOLLOWS.0,
+                FOLLOWS.1
+            )
+        })
     }
 
     fn bodies(&self, simulation: &Simulation, scene: &Scene) -> Vec<BodySummary> {

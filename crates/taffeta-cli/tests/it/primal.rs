@@ -72,3 +72,40 @@ fn a_stiff_flag_gains_no_more_than_wind_and_weight_give_it() {
     assert!(most(&all) - all[0] < 0.02 * given, "{} J more than {} J", most(&all), all[0]);
     assert!(blown.last().unwrap() / 2400.0 > 0.05, "it is blown aside: {}", blown.last().unwrap() / 2400.0);
 }
+
+/// A blanket that falls on a bar.
+const BLANKET: &str = r#"
+[time]
+max_step = 0.0166666667
+frames = 50
+[solver]
+method = "ice"
+ice.form = "primal"
+[[body]]
+name = "towel"
+mesh.sheet = { size = [0.5, 1.0], edge = 0.02 }
+place.position = [0.0, 1.0, 0.0]
+material.preset = "blanket"
+[[collider]]
+capsule = { a = [-0.5, 0.9, 0.0], b = [0.5, 0.9, 0.0], radius = 0.02 }
+friction = 0.6
+"#;
+
+#[test]
+fn a_fabric_that_is_stretched_too_far_is_said_with_what_helps_and_that_helps() {
+    let run = |sets: &[&str]| {
+        let desk = Desk::with(BLANKET);
+        let mut command = desk.taffeta(&["run", "scene.toml", "--out", "o", "--backend", "cpu"]);
+        command.args(sets.iter().flat_map(|set| ["--set", set]));
+        let (out, err, code) = ending(command);
+        assert_eq!(code, Some(0), "{err}");
+        (most(&column(&desk, "max_stretch")), out)
+    };
+    let (stretch, out) = run(&[]);
+    assert!(stretch > 1.5 && out.contains("one Newton step in a sub-step of 1.7e-2 s"), "{stretch}: {out}");
+    for advice in ["solver.ice.newton_steps=3", "time.max_step=0.004"] {
+        assert!(out.contains(&advice.replace('=', " = ")), "{out}");
+        let (stretch, out) = run(&[advice]);
+        assert!(stretch < 1.5 && !out.contains("warning"), "{advice}: {stretch}: {out}");
+    }
+}
