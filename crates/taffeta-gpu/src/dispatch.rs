@@ -3,6 +3,9 @@
 use crate::kernel::Bound;
 use crate::{Buffer, Counts, Gpu, GpuError, ReadBack};
 
+/// Workgroups along x where there are more than one row of them; every device lets a dimension have twice as many.
+pub const GROUPS_IN_ROW: u32 = 32_768;
+
 /// Dispatches and copies in the order in which they take effect: each sees what those before it
 /// have written.
 ///
@@ -90,10 +93,9 @@ impl DispatchList {
 
     /// Runs a kernel in `groups` workgroups.
     ///
-    /// `offsets` choose the records of group 0's uniforms, in the order of their bindings. Where one
-    /// dimension does not hold that many workgroups they are spread over two: the kernel's number of
-    /// a workgroup is then `x + y * counts.x`, and there can be up to a row of them too many, which
-    /// it must let pass.
+    /// `offsets` choose the records of group 0's uniforms, in the order of their bindings. More than
+    /// [`GROUPS_IN_ROW`] workgroups are in rows along y: the number of a workgroup is `x + y * GROUPS_IN_ROW`,
+    /// and there can be up to a row of them too many, which the kernel must let pass.
     ///
     /// # Panics
     /// Where there are more or fewer offsets than uniforms in group 0: a mistake of the caller.
@@ -104,7 +106,7 @@ impl DispatchList {
                 self.push_dispatch(bound, offsets, Groups::Told(groups));
             }
             None => {
-                let limit = u64::from(bound.most_groups()).pow(2);
+                let limit = u64::from(bound.most_groups()) * u64::from(GROUPS_IN_ROW);
                 let label = bound.label().to_owned();
                 self.misfit.get_or_insert(GpuError::TooManyGroups { label, groups, limit });
             }
@@ -222,29 +224,31 @@ impl Run<'_> {
     }
 }
 
-/// `groups` in at most two dimensions of at most `most`.
+/// `groups` in rows of [`GROUPS_IN_ROW`], of which there may be `most`.
 fn fold(groups: u32, most: u32) -> Option<[u32; 2]> {
-    let rows = groups.div_ceil(most).max(1);
-    (rows <= most).then(|| [groups.div_ceil(rows), rows])
+    let rows = groups.div_ceil(GROUPS_IN_ROW);
+    (rows <= most).then(|| [groups.min(GROUPS_IN_ROW), rows])
 }
 
 #[cfg(test)]
 mod tests {
-    use super::fold;
+    use super::*;
 
     #[test]
-    fn groups_are_spread_over_two_dimensions_with_less_than_a_row_too_many() {
-        for groups in [0, 1, 64, 65_535, 65_536, 131_071, 1_000_003, 65_535 * 65_535] {
+    fn workgroups_have_the_number_that_their_place_says() {
+        assert_eq!(fold(64, 65_535), Some([64, 1]));
+        assert_eq!(fold(GROUPS_IN_ROW, 65_535), Some([GROUPS_IN_ROW, 1]));
+        assert_eq!(fold(GROUPS_IN_ROW + 1, 65_535), Some([GROUPS_IN_ROW, 2]));
+        for groups in [0, 1_000_003, 65_535 * GROUPS_IN_ROW] {
             let [x, y] = fold(groups, 65_535).expect("it fits");
-            assert!(x <= 65_535 && y <= 65_535, "{groups}");
-            assert!((0..y).contains(&(x * y - groups)), "{groups}: {x} times {y}");
+            assert!(x * y >= groups && x * y - groups < GROUPS_IN_ROW, "{groups}: {x} times {y}");
         }
     }
 
     #[test]
     fn what_two_dimensions_do_not_hold_is_refused() {
-        assert_eq!(fold(9, 3), Some([3, 3]));
-        assert_eq!(fold(10, 3), None);
+        assert_eq!(fold(3 * GROUPS_IN_ROW, 3), Some([GROUPS_IN_ROW, 3]));
+        assert_eq!(fold(3 * GROUPS_IN_ROW + 1, 3), None);
         assert_eq!(fold(u32::MAX, 65_535), None);
     }
 }

@@ -35,7 +35,7 @@ mod timing;
 pub use adapter::{AdapterInfo, Choice, Kind, adapters};
 pub use buffer::{Bindable, Buffer, Counts, Uniforms};
 pub use bytemuck;
-pub use dispatch::DispatchList;
+pub use dispatch::{DispatchList, GROUPS_IN_ROW};
 pub use error::GpuError;
 pub use gpu::Gpu;
 pub use kernel::{Bound, Kernel};

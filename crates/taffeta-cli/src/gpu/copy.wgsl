@@ -4,12 +4,8 @@
 @group(2) @binding(1) var<storage, read_write> copied_to: array<vec4f>;
 
 @compute @workgroup_size(256)
-fn copy(
-    @builtin(workgroup_id) group: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let index = (group.x + group.y * counts.x) * 256u + local;
+fn copy(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+    let index = (group.x + group.y * 32768u) * 256u + local;
     if index < arrayLength(&copied_to) {
         copied_to[index] = copied_from[index];
     }

@@ -1,6 +1,6 @@
 //! Dispatches reach every workgroup, in the order in which they were recorded.
 
-use taffeta_gpu::{DispatchList, GpuError};
+use taffeta_gpu::{DispatchList, GROUPS_IN_ROW, GpuError};
 
 use crate::{NUMBER, open, run, values};
 
@@ -35,11 +35,11 @@ fn no_workgroups_change_nothing() {
 fn more_workgroups_than_two_dimensions_hold_are_refused_with_the_numbers() {
     let gpu = open();
     let most = gpu.limits().max_compute_workgroups_per_dimension;
-    let Some(groups) = most.checked_mul(most).and_then(|all| all.checked_add(1)) else { return };
+    let Some(groups) = most.checked_mul(GROUPS_IN_ROW).and_then(|all| all.checked_add(1)) else { return };
     let kernel = gpu.kernel("count", &[NUMBER, COUNT], "main", &[]).expect("a kernel");
     let mut list = DispatchList::new();
     list.dispatch(&kernel.bind(&gpu, &[("values", &values(&gpu, &[0]))]), &[], groups);
-    let limit = u64::from(most).pow(2);
+    let limit = u64::from(groups) - 1;
     assert_eq!(gpu.submit(&list), Err(GpuError::TooManyGroups { label: "count".into(), groups, limit }));
     assert_eq!(gpu.health(), Ok(()), "nothing of it reached the device");
 }

@@ -25,12 +25,8 @@
 #import resolve_contact
 
 @compute @workgroup_size(1024)
-fn spring_centric_forces(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 1024u + lane;
+fn spring_centric_forces(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 1024u + lane;
     if index >= arrayLength(&springs) {
         return;
     }
@@ -45,12 +41,8 @@ fn spring_centric_forces(
 
 /// Works in place, as one buffer for positions and one for velocities is all that the paper has.
 @compute @workgroup_size(1024)
-fn spring_centric_update(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = workgroup_index(id, counts) * 1024u + lane;
+fn spring_centric_update(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = workgroup_index(id) * 1024u + lane;
     if node >= arrayLength(&new_position) {
         return;
     }

@@ -71,12 +71,8 @@ fn force_of(node: u32) -> vec3f {
 }
 
 @compute @workgroup_size(1024)
-fn compute_volume(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 1024u + lane;
+fn compute_volume(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 1024u + lane;
     if index >= arrayLength(&kept_triangles) {
         return;
     }
@@ -89,12 +85,8 @@ fn compute_volume(
 }
 
 @compute @workgroup_size(1024)
-fn compute_jacobian(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = workgroup_index(id, counts) * 1024u + lane;
+fn compute_jacobian(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = workgroup_index(id) * 1024u + lane;
     if node >= arrayLength(&old_position) {
         return;
     }
@@ -116,12 +108,8 @@ fn compute_jacobian(
 }
 
 @compute @workgroup_size(1024)
-fn build_system(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = workgroup_index(id, counts) * 1024u + lane;
+fn build_system(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = workgroup_index(id) * 1024u + lane;
     if node >= arrayLength(&old_position) || kept_of_node[node] == NOT_KEPT {
         return;
     }
@@ -136,12 +124,8 @@ fn build_system(
 }
 
 @compute @workgroup_size(1024)
-fn accumulate_force(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = workgroup_index(id, counts) * 1024u + lane;
+fn accumulate_force(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = workgroup_index(id) * 1024u + lane;
     if node >= arrayLength(&kept_of_node) || kept_of_node[node] == NOT_KEPT {
         return;
     }

@@ -71,12 +71,8 @@ fn note_correction(row: u32, correction: JointCorrection) {
 
 /// Solves each joint that shares no free node, and marks those that break.
 @compute @workgroup_size(256)
-fn solve_joints(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let row = node_of(id, counts, lane);
+fn solve_joints(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let row = node_of(id, lane);
     if row >= arrayLength(&joints) {
         return;
     }
@@ -201,12 +197,8 @@ const GROUP_ROUNDS: u32 = 64u;
 
 /// Solves each group of joints, and marks those that break.
 @compute @workgroup_size(256)
-fn solve_joint_groups(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let group = node_of(id, counts, lane);
+fn solve_joint_groups(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let group = node_of(id, lane);
     if group >= joint_groups[0] {
         return;
     }
@@ -300,12 +292,8 @@ fn apply_tethers(x: vec3f, v: vec3f, list: u32) -> Tethered {
 /// Gives nodes that are joined or tethered their new velocities and places, and keeps those that it moves out of colliders
 /// again; the others stay as they are.
 @compute @workgroup_size(256)
-fn apply_attachments(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = node_of(id, counts, lane);
+fn apply_attachments(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = node_of(id, lane);
     if node >= arrayLength(&old_position) {
         return;
     }

@@ -8,12 +8,8 @@
 @group(3) @binding(60) var<storage, read_write> held_forces: array<vec4f>;
 
 @compute @workgroup_size(256)
-fn keep_held_forces(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 256u + lane;
+fn keep_held_forces(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 256u + lane;
     if index < arrayLength(&held_nodes) {
         held_forces[index] = vec4f(force[held_nodes[index]].xyz, 0.0);
     }

@@ -8,12 +8,8 @@
 @group(0) @binding(4) var<storage, read> pins: array<Pin>;
 
 @compute @workgroup_size(256)
-fn pins_all(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 256u + lane;
+fn pins_all(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 256u + lane;
     if index >= substeps[own()].pins {
         return;
     }

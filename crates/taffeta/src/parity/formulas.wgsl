@@ -122,12 +122,8 @@ fn output(case_of: Case) -> Output {
 }
 
 @compute @workgroup_size(256)
-fn formulas(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 256u + lane;
+fn formulas(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 256u + lane;
     if index < arrayLength(&cases) {
         answers[index] = output(cases[index]);
     }

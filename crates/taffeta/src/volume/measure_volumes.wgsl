@@ -21,12 +21,8 @@ struct Chunk {
 
 /// A workgroup for each chunk: Σ (a−o)·((b−o)×(c−o))/6.
 @compute @workgroup_size(256)
-fn measure_volumes(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn measure_volumes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&chunks) {
         return;
     }

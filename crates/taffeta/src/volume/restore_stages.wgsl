@@ -8,12 +8,8 @@
 
 /// Moves nodes that are not in contact so that the volume is restored, and keeps them out of colliders again.
 @compute @workgroup_size(256)
-fn restore_volumes(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn restore_volumes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&volume_groups) {
         return;
     }

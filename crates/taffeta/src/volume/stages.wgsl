@@ -105,12 +105,8 @@ fn pulled_node(group: VolumeGroup, lane: u32, load: vec3f) -> VolumeNode {
 
 /// Wind, drag, springs; gradients and sums.
 @compute @workgroup_size(256)
-fn volume_forces(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn volume_forces(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&volume_groups) {
         return;
     }
@@ -125,12 +121,8 @@ fn volume_forces(
 
 /// The same where loads were summed up beforehand.
 @compute @workgroup_size(256)
-fn volume_forces_given(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn volume_forces_given(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&volume_groups) {
         return;
     }
@@ -145,12 +137,8 @@ fn volume_forces_given(
 
 /// Gradients and sums where all other forces are there.
 @compute @workgroup_size(256)
-fn volume_gradients(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn volume_gradients(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&volume_groups) {
         return;
     }
@@ -165,12 +153,8 @@ fn volume_gradients(
 
 /// The force of the constraint, then the particle stages that are left.
 @compute @workgroup_size(256)
-fn volume_particles(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn volume_particles(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&volume_groups) {
         return;
     }
@@ -195,12 +179,8 @@ fn volume_particles(
 
 /// Gradients and sums over nodes that may still be moved: those that have touched nothing.
 @compute @workgroup_size(256)
-fn measure_kept_volumes(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn measure_kept_volumes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&volume_groups) {
         return;
     }

@@ -48,12 +48,8 @@ fn printed_entry(i: u32, j: u32) -> f32 {
 }
 
 @compute @workgroup_size(256)
-fn fill_csr(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 256u + lane;
+fn fill_csr(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 256u + lane;
     if i >= arrayLength(&springs) {
         return;
     }
@@ -63,12 +59,8 @@ fn fill_csr(
 }
 
 @compute @workgroup_size(256)
-fn spmv_csr(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 256u + lane;
+fn spmv_csr(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 256u + lane;
     if i == 0u {
         start_printed_iteration();
     }
@@ -83,13 +75,9 @@ fn spmv_csr(
 }
 
 @compute @workgroup_size(256)
-fn fill_ell(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn fill_ell(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let m = arrayLength(&springs);
-    let i = workgroup_index(id, counts) * 256u + lane;
+    let i = workgroup_index(id) * 256u + lane;
     if i >= m {
         return;
     }
@@ -101,13 +89,9 @@ fn fill_ell(
 }
 
 @compute @workgroup_size(256)
-fn spmv_ell(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn spmv_ell(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let m = arrayLength(&printed_product);
-    let i = workgroup_index(id, counts) * 256u + lane;
+    let i = workgroup_index(id) * 256u + lane;
     if i == 0u {
         start_printed_iteration();
     }
@@ -122,12 +106,8 @@ fn spmv_ell(
 }
 
 @compute @workgroup_size(256)
-fn gather_printed_nodes(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = workgroup_index(id, counts) * 256u + lane;
+fn gather_printed_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = workgroup_index(id) * 256u + lane;
     if node >= arrayLength(&old_position) {
         return;
     }
@@ -144,12 +124,8 @@ fn gather_printed_nodes(
 }
 
 @compute @workgroup_size(256)
-fn apply_printed_rows(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 256u + lane;
+fn apply_printed_rows(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 256u + lane;
     if i == 0u {
         start_printed_iteration();
     }
@@ -180,12 +156,8 @@ fn printed_group_sum(value: f32, lane: u32) -> f32 {
 }
 
 @compute @workgroup_size(256)
-fn initial_step_by_groups(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 256u + lane;
+fn initial_step_by_groups(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 256u + lane;
     var b = 0.0;
     if i < arrayLength(&printed_lambda) {
         b = printed_rhs[i];
@@ -201,12 +173,8 @@ fn initial_step_by_groups(
 }
 
 @compute @workgroup_size(256)
-fn compute_alpha_by_groups(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 256u + lane;
+fn compute_alpha_by_groups(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 256u + lane;
     var value = 0.0;
     if i < arrayLength(&printed_p) {
         value = printed_p[i] * printed_product[i];
@@ -218,12 +186,8 @@ fn compute_alpha_by_groups(
 }
 
 @compute @workgroup_size(256)
-fn compute_beta_by_groups(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 256u + lane;
+fn compute_beta_by_groups(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 256u + lane;
     var value = 0.0;
     if i < arrayLength(&printed_residual) {
         value = printed_residual[i] * printed_residual[i];

@@ -15,12 +15,8 @@
 #import gpu/wgsl/index.wgsl
 
 @compute @workgroup_size(1024)
-fn initial_step(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 1024u + lane;
+fn initial_step(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 1024u + lane;
     if i >= arrayLength(&printed_lambda) {
         return;
     }
@@ -34,12 +30,8 @@ fn initial_step(
 }
 
 @compute @workgroup_size(1024)
-fn spmv(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let at = workgroup_index(id, counts) * 1024u + lane;
+fn spmv(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let at = workgroup_index(id) * 1024u + lane;
     if at == 0u {
         start_printed_iteration();
     }
@@ -61,24 +53,16 @@ fn spmv(
 }
 
 @compute @workgroup_size(1024)
-fn compute_alpha(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 1024u + lane;
+fn compute_alpha(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 1024u + lane;
     if i < arrayLength(&printed_p) {
         add_to_printed_sum(PRINTED_PAP, printed_p[i] * printed_product[i]);
     }
 }
 
 @compute @workgroup_size(1024)
-fn update_lambda(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 1024u + lane;
+fn update_lambda(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 1024u + lane;
     if i >= arrayLength(&printed_lambda) {
         return;
     }
@@ -88,24 +72,16 @@ fn update_lambda(
 }
 
 @compute @workgroup_size(1024)
-fn compute_beta(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 1024u + lane;
+fn compute_beta(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 1024u + lane;
     if i < arrayLength(&printed_residual) {
         add_to_printed_sum(PRINTED_NEW_RR, printed_residual[i] * printed_residual[i]);
     }
 }
 
 @compute @workgroup_size(1024)
-fn update_p(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 1024u + lane;
+fn update_p(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 1024u + lane;
     if i >= arrayLength(&printed_p) {
         return;
     }

@@ -26,12 +26,8 @@
 #import memory
 
 @compute @workgroup_size(1024)
-fn compute_phi(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 1024u + lane;
+fn compute_phi(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 1024u + lane;
     if i == 0u {
         atomicStore(&printed_nnz, 0u);
         atomicStore(&printed_sums[PRINTED_NEW_RR], 0u);
@@ -53,12 +49,8 @@ fn compute_phi(
 }
 
 @compute @workgroup_size(1024)
-fn compute_vect(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = workgroup_index(id, counts) * 1024u + lane;
+fn compute_vect(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = workgroup_index(id) * 1024u + lane;
     if node >= arrayLength(&old_position) {
         return;
     }
@@ -71,12 +63,8 @@ fn compute_vect(
 }
 
 @compute @workgroup_size(1024)
-fn compute_rhs(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 1024u + lane;
+fn compute_rhs(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 1024u + lane;
     if i >= arrayLength(&printed_phi) {
         return;
     }
@@ -115,12 +103,8 @@ fn spmm(@builtin(global_invocation_id) id: vec3u) {
 
 /// SpMVT: a row of J adds to the nodes at its ends.
 @compute @workgroup_size(1024)
-fn compute_force(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let i = workgroup_index(id, counts) * 1024u + lane;
+fn compute_force(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = workgroup_index(id) * 1024u + lane;
     if i >= arrayLength(&printed_lambda) {
         return;
     }

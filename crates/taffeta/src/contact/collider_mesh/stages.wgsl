@@ -15,12 +15,8 @@
 
 /// Keeps nodes out of colliders again after the response of self-collision.
 @compute @workgroup_size(256)
-fn contact_after_self_collision(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = node_of(id, counts, lane);
+fn contact_after_self_collision(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = node_of(id, lane);
     if node >= arrayLength(&old_position) || contacts_of(node) == 0u {
         return;
     }
@@ -56,12 +52,8 @@ fn deepest_mesh_contact(node: Approach) -> ContactRecord {
 
 /// Predicts contacts with meshes, before predict_contacts.
 @compute @workgroup_size(256)
-fn predict_mesh_contacts(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn predict_mesh_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&node_groups) || lane >= node_groups[index].count {
         return;
     }
@@ -78,12 +70,8 @@ fn predict_mesh_contacts(
 
 /// The same for implicit springs, before predict_contacts_implicit.
 @compute @workgroup_size(256)
-fn predict_mesh_contacts_implicit(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn predict_mesh_contacts_implicit(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }

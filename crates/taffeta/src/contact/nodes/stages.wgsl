@@ -15,12 +15,8 @@
 
 /// Empties all buckets.
 @compute @workgroup_size(256)
-fn clear_cells(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let bucket = node_of(id, counts, lane);
+fn clear_cells(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let bucket = node_of(id, lane);
     if bucket < buckets_in(arrayLength(&contact_work)) {
         contact_work[bucket] = NONE;
     }
@@ -28,12 +24,8 @@ fn clear_cells(
 
 /// Inserts each node into the list of its bucket. A NaN is in no list.
 @compute @workgroup_size(256)
-fn fill_cells(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = node_of(id, counts, lane);
+fn fill_cells(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = node_of(id, lane);
     if node >= arrayLength(&old_position) {
         return;
     }
@@ -51,13 +43,9 @@ fn fill_cells(
 
 /// Counts the contacts of each place, and finds the nearest.
 @compute @workgroup_size(256)
-fn find_self_contacts(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
+fn find_self_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let places = arrayLength(&old_position);
-    let node = node_of(id, counts, lane);
+    let node = node_of(id, lane);
     if node >= places {
         return;
     }
@@ -104,12 +92,8 @@ fn response_from(node: u32, number: u32, other: u32) -> Exchange {
 /// Gives nodes in contact their new velocities and positions, and keeps them out of colliders again. The others do
 /// not change.
 @compute @workgroup_size(256)
-fn resolve_self_contacts(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = node_of(id, counts, lane);
+fn resolve_self_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = node_of(id, lane);
     if node >= arrayLength(&old_position) {
         return;
     }

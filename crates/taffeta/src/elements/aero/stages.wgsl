@@ -18,12 +18,8 @@ struct AeroTriangle {
 const THIRD: f32 = 1.0 / 3.0;
 
 @compute @workgroup_size(256)
-fn aero_forces(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 256u + lane;
+fn aero_forces(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 256u + lane;
     if index >= arrayLength(&aero_triangles) {
         return;
     }

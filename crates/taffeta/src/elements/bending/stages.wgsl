@@ -64,12 +64,8 @@ fn velocities_at(corners: array<u32, 6>) -> Six {
 }
 
 @compute @workgroup_size(256)
-fn bend_triangles(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 256u + lane;
+fn bend_triangles(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 256u + lane;
     if index >= arrayLength(&bends) {
         return;
     }
@@ -94,12 +90,8 @@ fn put_bend(at: u32, directions: Six, root: f32) {
 }
 
 @compute @workgroup_size(256)
-fn bend_directions(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 256u + lane;
+fn bend_directions(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 256u + lane;
     if index >= arrayLength(&bends) {
         return;
     }

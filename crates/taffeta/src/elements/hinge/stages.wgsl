@@ -31,12 +31,8 @@ fn fold_at(corners: array<u32, 4>) -> Fold {
 }
 
 @compute @workgroup_size(256)
-fn bend_hinges(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 256u + lane;
+fn bend_hinges(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 256u + lane;
     if index >= arrayLength(&hinges) {
         return;
     }
@@ -52,12 +48,8 @@ fn bend_hinges(
 }
 
 @compute @workgroup_size(256)
-fn hinge_directions(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 256u + lane;
+fn hinge_directions(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 256u + lane;
     if index >= arrayLength(&hinges) {
         return;
     }

@@ -36,12 +36,8 @@ var<workgroup> lane_sums: array<f32, 256>;
 
 /// A workgroup for each load: what its vector or its levers are multiplied by.
 @compute @workgroup_size(256)
-fn scale_loads(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn scale_loads(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&loads) {
         return;
     }
@@ -100,12 +96,8 @@ fn load_force(index: u32, x: vec3f) -> vec3f {
 }
 
 @compute @workgroup_size(256)
-fn loads_all(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = workgroup_index(id, counts) * 256u + lane;
+fn loads_all(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = workgroup_index(id) * 256u + lane;
     if node >= arrayLength(&old_position) {
         return;
     }

@@ -42,12 +42,8 @@ fn columns_at(corners: array<u32, 3>, inverse: vec4f) -> Columns {
 }
 
 @compute @workgroup_size(256)
-fn pull_membranes(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 256u + lane;
+fn pull_membranes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 256u + lane;
     if index >= arrayLength(&membranes) {
         return;
     }
@@ -81,12 +77,8 @@ fn pulling_weights(direction: vec2f, k: f32, inverse: vec4f) -> vec3f {
 }
 
 @compute @workgroup_size(256)
-fn membrane_directions(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 256u + lane;
+fn membrane_directions(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 256u + lane;
     if index >= arrayLength(&membranes) {
         return;
     }

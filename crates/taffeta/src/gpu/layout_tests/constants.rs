@@ -39,7 +39,6 @@ use taffeta_gpu::wgpu::naga::{Expression, Literal, Module};
 /// Constants that the Rust side has within a function, or not at all.
 const ALONE: &[&str] = &[
     "TAN_EIGHTH",
-    "COUNTED_ROW",
     "FLOOR",
     "DAMPING",
     "ROW",
@@ -118,6 +117,7 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("FEW", f64::from(FEW as f32)),
         ("PROJECTED", f64::from(<f32 as Real>::PROJECTED)),
         ("LANES", LANES as f64),
+        ("GROUPS_IN_ROW", f64::from(taffeta_gpu::GROUPS_IN_ROW)),
         ("EPSILON", f64::from(<f32 as Real>::EPSILON)),
         ("LARGEST", f64::from(f32::MAX)),
         ("COMPLIANT", f64::from(ConstraintForm::Compliant as u32)),

@@ -5,12 +5,16 @@ const NONE: u32 = 0xffffffffu;
 /// Places of a slice, whose lists lie side by side.
 const LANES: u32 = 16u;
 
-/// Workgroups are counted along x, then y: one dimension alone may be too short.
-fn workgroup_index(id: vec3u, counts: vec3u) -> u32 {
-    return id.x + id.y * counts.x;
+/// Workgroups along x; more are in further rows along y, for one dimension may be too short. Those of a dispatch have the same
+/// numbers whether the host has told how many there are or a kernel has counted them.
+const GROUPS_IN_ROW: u32 = 32768u;
+
+/// The number of a workgroup.
+fn workgroup_index(id: vec3u) -> u32 {
+    return id.x + id.y * GROUPS_IN_ROW;
 }
 
 /// The place of an invocation.
-fn node_of(id: vec3u, counts: vec3u, lane: u32) -> u32 {
-    return workgroup_index(id, counts) * 256u + lane;
+fn node_of(id: vec3u, lane: u32) -> u32 {
+    return workgroup_index(id) * 256u + lane;
 }

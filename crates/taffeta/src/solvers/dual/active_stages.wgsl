@@ -20,12 +20,8 @@ fn becomes_active(constraint: Constraint) -> bool {
 
 /// Decides which springs are constraints in this sub-step, and counts those of each group.
 @compute @workgroup_size(256)
-fn mark_active(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn mark_active(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&constraint_groups) {
         return;
     }
@@ -43,12 +39,8 @@ fn mark_active(
 
 /// Lists the active constraints of each body in ascending order: each group counts those of the groups before it.
 @compute @workgroup_size(256)
-fn list_active(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn list_active(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&constraint_groups) {
         return;
     }

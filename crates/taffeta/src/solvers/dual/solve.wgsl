@@ -128,9 +128,6 @@ struct SolveStatistics {
 var<workgroup> row_lanes: array<vec4f, 256>;
 var<workgroup> count_lanes: array<u32, 256>;
 
-/// Workgroups along x where they are counted on the device.
-const COUNTED_ROW: u32 = 32768u;
-
 /// The sum over all lanes: the upper half is added to the lower, repeatedly.
 fn sum_of_rows(lane: u32, own: vec4f) -> vec4f {
     row_lanes[lane] = own;
@@ -193,11 +190,6 @@ fn count_of_lanes(lane: u32, own: u32) -> u32 {
     // The lanes are free for the next count.
     workgroupBarrier();
     return sum;
-}
-
-/// The number of a workgroup where they are counted on the device.
-fn counted_index(id: vec3u) -> u32 {
-    return id.x + id.y * COUNTED_ROW;
 }
 
 /// Where the entries of a node begin, and where the slice of the node ends.

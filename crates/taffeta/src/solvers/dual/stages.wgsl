@@ -21,12 +21,8 @@
 /// Velocities without constraints, and which nodes have any. Springs that are constraints are subtracted from the
 /// force.
 @compute @workgroup_size(256)
-fn free_velocities(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn free_velocities(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&node_groups) || lane >= node_groups[index].count {
         return;
     }
@@ -85,12 +81,8 @@ fn row_of(constraint: Constraint, multiplier: f32) -> SetUp {
 
 /// Sets up the rows of all constraints; inactive ones are 0.
 @compute @workgroup_size(256)
-fn set_up_rows(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn set_up_rows(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&constraint_groups) {
         return;
     }
@@ -117,12 +109,8 @@ fn set_up_rows(
 /// constraints predict no contacts: the forces of the last active ones say too little about the next contacts, and
 /// contact alone is more accurate.
 @compute @workgroup_size(256)
-fn predict_contacts(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn predict_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&node_groups) || lane >= node_groups[index].count {
         return;
     }
@@ -148,12 +136,8 @@ fn predict_contacts(
 
 /// Adds the part of velocities to the right side.
 @compute @workgroup_size(256)
-fn start_rows(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn start_rows(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&constraint_groups) || lane >= constraint_groups[index].count {
         return;
     }
@@ -180,9 +164,9 @@ fn count_systems(@builtin(local_invocation_index) lane: u32) {
     let all = count_of_lanes(lane, open);
     if lane < 2u {
         let groups = select(arrayLength(&node_groups), arrayLength(&constraint_groups), lane == 1u);
-        let across = select(0u, min(groups, COUNTED_ROW), all > 0u);
+        let across = select(0u, min(groups, GROUPS_IN_ROW), all > 0u);
         solve_counts[3u * lane] = across;
-        solve_counts[3u * lane + 1u] = (groups + COUNTED_ROW - 1u) / COUNTED_ROW;
+        solve_counts[3u * lane + 1u] = (groups + GROUPS_IN_ROW - 1u) / GROUPS_IN_ROW;
         solve_counts[3u * lane + 2u] = 1u;
     }
 }
@@ -216,7 +200,7 @@ fn next_state(kept: CgState, sums: vec4f) -> CgState {
 /// Computes the step of each system, and the response of each node to the residual after it.
 @compute @workgroup_size(256)
 fn solve_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = counted_index(id);
+    let index = workgroup_index(id);
     if index >= arrayLength(&node_groups) {
         return;
     }
@@ -251,7 +235,7 @@ fn solve_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
 /// Takes the step, and multiplies the residual by the matrix; at first the warm start.
 @compute @workgroup_size(256)
 fn solve_rows(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = counted_index(id);
+    let index = workgroup_index(id);
     if index >= arrayLength(&constraint_groups) {
         return;
     }
@@ -318,12 +302,8 @@ fn with_contact(node: u32, node_force: vec3f) -> vec3f {
 
 /// Adds all constraint forces to the force on each node.
 @compute @workgroup_size(256)
-fn apply_constraint_forces(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn apply_constraint_forces(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&node_groups) || lane >= node_groups[index].count {
         return;
     }

@@ -45,12 +45,8 @@ fn shrunk(part: Part) -> Part {
 }
 
 @compute @workgroup_size(256)
-fn grid_patches(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn grid_patches(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&patches) {
         return;
     }

@@ -13,12 +13,8 @@
 #import resolve_contact
 
 @compute @workgroup_size(256)
-fn grid_springs_all(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn grid_springs_all(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&tiles) {
         return;
     }
@@ -32,12 +28,8 @@ fn grid_springs_all(
 }
 
 @compute @workgroup_size(256)
-fn grid_particles(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn grid_particles(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&tiles) {
         return;
     }

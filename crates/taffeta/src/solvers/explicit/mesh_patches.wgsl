@@ -20,12 +20,8 @@ struct ResidentMesh {
 @group(1) @binding(1) var<storage, read> resident_meshes: array<ResidentMesh>;
 
 @compute @workgroup_size(256)
-fn mesh_patches(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn mesh_patches(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&resident_meshes) {
         return;
     }

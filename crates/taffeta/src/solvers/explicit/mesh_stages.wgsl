@@ -13,12 +13,8 @@
 #import resolve_contact
 
 @compute @workgroup_size(256)
-fn mesh_springs_all(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = node_of(id, counts, lane);
+fn mesh_springs_all(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = node_of(id, lane);
     if is_of_free_mesh(node) {
         let total = add_mesh_springs(force[node].xyz, node, position_of(node), velocity_of(node));
         force[node] = vec4f(total, 0.0);
@@ -26,12 +22,8 @@ fn mesh_springs_all(
 }
 
 @compute @workgroup_size(256)
-fn mesh_particles(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = node_of(id, counts, lane);
+fn mesh_particles(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = node_of(id, lane);
     if is_of_free_mesh(node) {
         let x = old_position[node];
         let v = old_velocity[node];

@@ -8,12 +8,8 @@
 #import resolve_contact
 
 @compute @workgroup_size(256)
-fn integrate_all(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = node_of(id, counts, lane);
+fn integrate_all(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = node_of(id, lane);
     if node < arrayLength(&old_position) {
         let after = integrate(old_position[node], old_velocity[node], force[node].xyz, 0u);
         new_position[node] = after.position;
@@ -22,12 +18,8 @@ fn integrate_all(
 }
 
 @compute @workgroup_size(256)
-fn contact_all(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let node = node_of(id, counts, lane);
+fn contact_all(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let node = node_of(id, lane);
     if node < arrayLength(&new_position) {
         let after = resolve_contact(Node(new_position[node], new_velocity[node]), Origin(old_position[node].xyz, true), 0u);
         new_position[node] = after.position;

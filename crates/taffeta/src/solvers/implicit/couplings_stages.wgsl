@@ -48,12 +48,8 @@ fn block_of_modes(at: u32) -> Block {
 
 /// Blocks of a node on the finest level, their sum, and the impulse of its elements.
 @compute @workgroup_size(256)
-fn set_up_couplings(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn set_up_couplings(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }
@@ -94,12 +90,8 @@ fn coarser_block(at: u32) -> Block {
 
 /// Blocks and diagonals of a coarser level.
 @compute @workgroup_size(256)
-fn coarsen_couplings(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn coarsen_couplings(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }
@@ -133,12 +125,8 @@ fn coupling_of(inverse: Symmetric, block: Block, other: Symmetric) -> f32 {
 /// What the inverses of diagonals are multiplied by so that Jacobi's iteration converges: with Σ of a node's couplings, the
 /// system is not above 1 + Σ times its diagonal (Gershgorin, by blocks), and may be 2 times it. Into `PRODUCT`.
 @compute @workgroup_size(256)
-fn bound_couplings(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn bound_couplings(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }
@@ -166,12 +154,8 @@ fn bound_couplings(
 
 /// Multiplies the inverses of diagonals by what was found.
 @compute @workgroup_size(256)
-fn scale_inverses(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn scale_inverses(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }

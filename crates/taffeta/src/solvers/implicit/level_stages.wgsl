@@ -11,7 +11,7 @@
 /// The residual on the finest level, after its first step.
 @compute @workgroup_size(256)
 fn residual_of_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = counted_index(id);
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count
         || node_solves[level_groups[index].solve].next.is_done != 0u {
         return;
@@ -30,7 +30,7 @@ fn restrict_to(node: u32) {
 
 @compute @workgroup_size(256)
 fn restrict_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = counted_index(id);
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count
         || node_solves[level_groups[index].solve].next.is_done != 0u {
         return;
@@ -45,7 +45,7 @@ fn residual_on_level(which: u32, node: u32) -> vec3f {
 
 @compute @workgroup_size(256)
 fn residual_of_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = counted_index(id);
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count
         || node_solves[level_groups[index].solve].next.is_done != 0u {
         return;
@@ -57,7 +57,7 @@ fn residual_of_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation
 /// All levels of few nodes, one group each, down and up.
 @compute @workgroup_size(256)
 fn cycle_tail(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = counted_index(id);
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) {
         return;
     }
@@ -115,7 +115,7 @@ fn smooth_on_level(before: u32, after: u32, node: u32) {
 /// Prolongation: adds to a level the correction of the coarser one.
 @compute @workgroup_size(256)
 fn prolong_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = counted_index(id);
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count
         || node_solves[level_groups[index].solve].next.is_done != 0u {
         return;
@@ -131,7 +131,7 @@ fn prolong_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_ind
 
 @compute @workgroup_size(256)
 fn smooth_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = counted_index(id);
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count
         || node_solves[level_groups[index].solve].next.is_done != 0u {
         return;
@@ -142,7 +142,7 @@ fn smooth_level(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_inde
 /// The last step of the cycle.
 @compute @workgroup_size(256)
 fn smooth_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = counted_index(id);
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count
         || node_solves[level_groups[index].solve].next.is_done != 0u {
         return;

@@ -17,12 +17,8 @@
 
 /// Velocities without springs.
 @compute @workgroup_size(256)
-fn free_nodes(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn free_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }
@@ -47,12 +43,8 @@ fn find_contact(node: u32, x: vec4f, free: vec3f, spring_change: vec3f) -> Conta
 
 /// What holds each node, and where the first Newton step starts.
 @compute @workgroup_size(256)
-fn predict_contacts_implicit(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn predict_contacts_implicit(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }
@@ -112,12 +104,8 @@ fn set_trial_state(node: u32, total: vec3f) {
 
 /// Begins another Newton step where the last one ends.
 @compute @workgroup_size(256)
-fn next_newton_step(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn next_newton_step(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }
@@ -168,12 +156,8 @@ fn diagonal_of(all: Symmetric, mass: f32, predicted: PredictedContact) -> Diagon
 
 /// Blocks of springs, diagonals and right side: springs' impulse and inertia.
 @compute @workgroup_size(256)
-fn set_up_nodes(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn set_up_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }
@@ -192,12 +176,8 @@ fn set_up_nodes(
 
 /// Blocks of the edges of the first coarser level, in the slots at both ends.
 @compute @workgroup_size(256)
-fn coarsen_springs(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 256u + lane;
+fn coarsen_springs(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 256u + lane;
     if index >= arrayLength(&coarse_edges) {
         return;
     }
@@ -213,12 +193,8 @@ fn coarsen_springs(
 
 /// Blocks of the edges of another level, in the slots at both ends.
 @compute @workgroup_size(256)
-fn coarsen_edges(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts) * 256u + lane;
+fn coarsen_edges(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id) * 256u + lane;
     if index >= arrayLength(&coarse_edges) {
         return;
     }
@@ -233,12 +209,8 @@ fn coarsen_edges(
 
 /// Diagonals of a coarser level.
 @compute @workgroup_size(256)
-fn coarsen_nodes(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn coarsen_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }

@@ -64,7 +64,7 @@ fn is_solved(done: PcgState) -> bool {
 /// The step of each system, and the first of the cycle after it.
 @compute @workgroup_size(256)
 fn step_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = counted_index(id);
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) {
         return;
     }
@@ -109,12 +109,8 @@ fn advanced_node(node: u32, step: PcgState) -> vec3f {
 
 /// The first residual, and the system times the initial guess.
 @compute @workgroup_size(256)
-fn start_nodes(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn start_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) {
         return;
     }
@@ -147,7 +143,7 @@ fn started(node: u32) -> vec4f {
 /// The system times the preconditioned residual, and sums of it.
 @compute @workgroup_size(256)
 fn apply_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = counted_index(id);
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) {
         return;
     }
@@ -188,20 +184,16 @@ fn count_open_systems(@builtin(local_invocation_index) lane: u32) {
     let all = count_of_lanes(lane, open);
     for (var level = lane; level < arrayLength(&level_sizes); level += 256u) {
         let groups = level_sizes[level];
-        level_counts[3u * level] = select(0u, min(groups, COUNTED_ROW), all > 0u);
-        level_counts[3u * level + 1u] = (groups + COUNTED_ROW - 1u) / COUNTED_ROW;
+        level_counts[3u * level] = select(0u, min(groups, GROUPS_IN_ROW), all > 0u);
+        level_counts[3u * level + 1u] = (groups + GROUPS_IN_ROW - 1u) / GROUPS_IN_ROW;
         level_counts[3u * level + 2u] = 1u;
     }
 }
 
 /// Impulses of springs [N s] with the changes that were found.
 @compute @workgroup_size(256)
-fn spring_impulses(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn spring_impulses(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }
@@ -211,12 +203,8 @@ fn spring_impulses(
 
 /// Adds the force of implicit springs to that on each node.
 @compute @workgroup_size(256)
-fn add_implicit_forces(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn add_implicit_forces(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }
@@ -256,12 +244,8 @@ fn keep_rate(node: u32, predicted: PredictedContact, found: vec3f) -> vec3f {
 
 /// Puts nodes where steps of second order take them.
 @compute @workgroup_size(256)
-fn place_implicit_nodes(
-    @builtin(workgroup_id) id: vec3u,
-    @builtin(num_workgroups) counts: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let index = workgroup_index(id, counts);
+fn place_implicit_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = workgroup_index(id);
     if index >= arrayLength(&level_groups) || lane >= level_groups[index].count {
         return;
     }

@@ -180,8 +180,8 @@ pub const FAULTS: &[Fault] = &[
     ("count_open_systems", "node_solves[i].kept.is_done == 0u", "node_solves[i].kept.is_done != 0u"),
     (
         "count_open_systems",
-        "select(0u, min(groups, COUNTED_ROW), all > 0u);\n        level_counts",
-        "min(groups, COUNTED_ROW);\n        level_counts",
+        "select(0u, min(groups, GROUPS_IN_ROW), all > 0u);\n        level_counts",
+        "min(groups, GROUPS_IN_ROW);\n        level_counts",
     ),
     ("spring_impulses", "system_times(0.0, CHANGE, node)", "system_times(1.0, CHANGE, node)"),
     ("add_implicit_forces", "if !(inverse_mass > 0.0) {", "if false {"),

@@ -47,7 +47,7 @@ pub const FAULTS: &[Fault] = &[
         "solves[i].kept.is_done == 0u && i > 9u",
     ),
     ("count_systems", "lane == 1u);\n        let across", "lane == 0u);\n        let across"),
-    ("count_systems", "select(0u, min(groups, COUNTED_ROW), all > 0u)", "min(groups, COUNTED_ROW)"),
+    ("count_systems", "select(0u, min(groups, GROUPS_IN_ROW), all > 0u)", "min(groups, GROUPS_IN_ROW)"),
     ("solve_nodes", "if kept.passes == 1u {", "if kept.passes <= 2u {"),
     ("solve_nodes", "if kept.passes < 2u {", "if kept.passes < 1u {"),
     (
