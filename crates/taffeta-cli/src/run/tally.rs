@@ -11,8 +11,8 @@ use taffeta::scene::Scene;
 
 /// Engineering strain that no fabric bears: knits reach a third when they land.
 const TOO_FAR: f64 = 0.5;
-/// Newton steps, and the length of a sub-step [s], of which either was enough where one Newton step at 1/60 s was not.
-const FOLLOWS: (u32, f64) = (3, 4e-3);
+/// Length of a sub-step [s] that follows cloth that lands where 1/60 s does not.
+const FOLLOWS: f64 = 4e-3;
 
 /// Extremes and times over the frames.
 #[derive(Clone, Serialize, Deserialize)]
@@ -137,18 +137,16 @@ impl Tally {
         let strain = self.strain.as_ref()?;
         let most = strain.warp[1].max(strain.weft[1]);
         let (ice, step) = (&scene.solver.ice, scene.time.dt / f64::from(scene.time.substeps()));
-        let is_coarse = ice.newton_steps < FOLLOWS.0 && step > FOLLOWS.1;
-        (scene.solver.is_primal() && is_coarse && most > TOO_FAR).then(|| {
+        (scene.solver.is_primal() && step > FOLLOWS && most > TOO_FAR).then(|| {
+            let (steps, advice) = match ice.newton_steps {
+                0 => (String::new(), String::new()),
+                1 => ("one Newton step in ".to_owned(), "solver.ice.newton_steps = 0, or ".to_owned()),
+                n => (format!("{n} Newton steps in "), "solver.ice.newton_steps = 0, or ".to_owned()),
+            };
             format!(
-                "a fabric was {:.2} times its rest length: {} in a sub-step of {step:.1e} s may not follow cloth that folds or lands \
-                 quickly; solver.ice.newton_steps = {}, or time.max_step = {}, would do",
+                "a fabric was {:.2} times its rest length: {steps}a sub-step of {step:.1e} s may not follow cloth that folds or lands \
+                 quickly; {advice}time.max_step = {FOLLOWS} would do",
                 1.0 + most,
-                match ice.newton_steps {
-                    0 | 1 => "one Newton step".to_owned(),
-                    steps => format!("{steps} Newton steps"),
-                },
-                FOLLOWS.0,
-                FOLLOWS.1
             )
         })
     }

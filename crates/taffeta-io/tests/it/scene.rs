@@ -127,7 +127,7 @@ fn settings_of_a_solver_are_read_with_their_defaults() {
     assert_eq!((ice.ice.tolerance, ice.ice.warm_start, ice.ice.max_iterations), (1e-6, false, 200));
     let (primal, _) = solver("method = \"ice\"\nice = { form = \"primal\", newton_steps = 2 }\n");
     assert_eq!((primal.ice.form, primal.ice.newton_steps), (ConstraintForm::Primal, 2));
-    assert!(primal.is_primal() && plain.ice.newton_steps == 1 && !plain.is_primal());
+    assert!(primal.is_primal() && plain.ice.newton_steps == 0 && !plain.is_primal());
     let (acad, notes) = solver(
         "method = \"acad\"\n[solver.acad]\ntarget = 0.1\nrelease = 0.1\nepsilon = 0.1\n[solver.ice]\nmax_iterations = 9\n",
     );

@@ -54,7 +54,7 @@ pub struct Solving {
     pub rate_kept: f32,
     pub whole: f32,
     pub is_second: u32,
-    pub padding: u32,
+    pub is_automatic: u32,
 }
 
 /// Records of sub-steps that a dispatch sees: its own and those after it.

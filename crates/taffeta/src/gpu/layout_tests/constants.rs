@@ -28,7 +28,8 @@ use crate::motion::gpu_layout::MOVED_BY_USER;
 use crate::real::Real;
 use crate::scene::ConstraintForm;
 use crate::solvers::explicit::gpu_layout::{OWN, PATCH_NODE_BYTES};
-use crate::solvers::implicit::gpu_layout::{VECTORS, Vector};
+use crate::solvers::implicit::gpu_layout::{VECTORS, Vector, When};
+use crate::solvers::implicit::implicit::{LEFT, MOST_STEPS};
 use crate::topology::LANES;
 use crate::volume::gpu_layout::{RESTORED, VOLUME_PARTS, WEIGHTED};
 use crate::volume::volume::{FEW, FLAT, Form};
@@ -122,12 +123,18 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("LARGEST", f64::from(f32::MAX)),
         ("COMPLIANT", f64::from(ConstraintForm::Compliant as u32)),
         ("PRINTED_CONSTRAINT", f64::from(ConstraintForm::Printed as u32)),
+        ("MOST_STEPS", f64::from(MOST_STEPS)),
+        ("LEFT", f64::from(LEFT as f32)),
+        ("ITERATED", f64::from(When::Iterated as u32)),
+        ("JUDGED", f64::from(When::Judged as u32)),
+        ("BEGUN", f64::from(When::Begun as u32)),
         ("VECTORS", VECTORS as f64),
         ("RESIDUAL", f64::from(Vector::Residual as u32)),
         ("CYCLE", f64::from(Vector::Cycle as u32)),
         ("START", f64::from(Vector::Start as u32)),
         ("FREE", f64::from(Vector::Free as u32)),
         ("RATE", f64::from(Vector::Rate as u32)),
+        ("GIVEN", f64::from(Vector::Given as u32)),
         ("CYCLED", f64::from(Vector::Cycled as u32)),
         ("CHANGE", f64::from(Vector::Change as u32)),
         ("DIRECTION", f64::from(Vector::Direction as u32)),

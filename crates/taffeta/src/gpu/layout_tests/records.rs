@@ -91,9 +91,26 @@ fn records() -> Vec<Record> {
             input_forces, pins, solving, left, first_goal, max_separation, own, air; padding
         }),
         record!(Solving {
-            activation, release, aim, epsilon, form, tolerance_squared, most_iterations, is_adaptive, is_warm,
-            inner, mass, outer, place_of_velocity, place_of_rate, velocity_of_rate, rate_of_change, rate_kept, whole,
-            is_second; padding
+            activation,
+            release,
+            aim,
+            epsilon,
+            form,
+            tolerance_squared,
+            most_iterations,
+            is_adaptive,
+            is_warm,
+            inner,
+            mass,
+            outer,
+            place_of_velocity,
+            place_of_rate,
+            velocity_of_rate,
+            rate_of_change,
+            rate_kept,
+            whole,
+            is_second,
+            is_automatic
         }),
         record!(Collider {
             place,
@@ -161,7 +178,7 @@ fn records() -> Vec<Record> {
         record!(Symmetric { diagonal, mixed; gap, padding }),
         record!(Diagonal { own, inverse }),
         record!(PcgState { passes, is_done, iterations, whole, error, alpha, beta }),
-        record!(NodeSolve { before, kept, next }),
+        record!(NodeSolve { steps, before, is_met, kept, next }),
         record!(Surface { first, count, cols, high, wide, exclusions, material, cells_a_metre }),
     ];
     of_elements.chain(others).collect()

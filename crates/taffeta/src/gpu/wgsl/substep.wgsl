@@ -34,8 +34,9 @@ struct Solving {
     rate_of_change: f32,
     rate_kept: f32,
     whole: f32,
-    /// Whether it is of second order.
-    @size(8) is_second: u32,
+    /// Whether it is of second order; whether Newton steps are as many as the equations need.
+    is_second: u32,
+    is_automatic: u32,
 }
 
 /// One sub-step. Records lie 256 bytes apart: the largest alignment that a device may ask of a dynamic offset.

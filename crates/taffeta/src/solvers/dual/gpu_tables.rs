@@ -54,6 +54,7 @@ impl Solving {
             most_iterations: ice.max_iterations,
             is_adaptive: is_adaptive.into(),
             is_warm: ice.warm_start.into(),
+            is_automatic: u32::from(ice.newton_steps == 0),
             ..Self::default()
         }
     }

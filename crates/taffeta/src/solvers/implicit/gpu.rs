@@ -12,11 +12,12 @@ use crate::gpu::layout::{Four, GROUP, Solving, Substep};
 use crate::gpu::schedule::Fused;
 use crate::motion::gpu::Pins;
 use crate::report::FrameSums;
+use crate::scene::Ice;
 use crate::solvers::dual::gpu::add_statistics;
 use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};
 use crate::solvers::implicit::gpu_layout::{
-    CoarseEdge, Diagonal, LevelGroup, NodeSolve, Parents, SlotSpring, Symmetric, VECTORS, Vector,
-    WeightedIndex,
+    CoarseEdge, Diagonal, LevelGroup, NodeSolve, Parents, SUMS, SlotSpring, Symmetric, VECTORS, Vector,
+    WeightedIndex, When,
 };
 use crate::solvers::implicit::gpu_tables::{CouplingWords, MultigridTables};
 use crate::step::{Marks, Op, Stage};
@@ -33,6 +34,7 @@ pub const SHADERS: &[Shader] = shaders!(
         "level_stages.wgsl",
         "levels.wgsl",
         "moved.wgsl",
+        "newton.wgsl",
         "no_couplings.wgsl",
         "second_order.wgsl",
         "set_up.wgsl",
@@ -53,6 +55,18 @@ pub const MOVED: Choice = ("memory", "solvers/implicit/moved.wgsl");
 const BETWEEN_COUNTS: u32 = 2;
 /// Steps beside iterations: that which takes the changes to start from.
 const MORE_STEPS: u32 = 1;
+/// Where the solver finds how many Newton steps it takes: iterations from one place where a further one may begin to the next,
+/// how often as many iterations as a step may need are written down, and how often one may wait for its place.
+const BETWEEN_NEWTON_STEPS: u32 = 16;
+const NEEDS: u32 = 3;
+const WAITS: u32 = 2;
+
+/// Steps of conjugate gradients that are written down, where a Newton step may need so many `iterations`.
+fn steps(iterations: u32, ice: &Ice) -> u32 {
+    let further = NEEDS.saturating_mul(iterations).min(ice.max_iterations).max(iterations);
+    let all = if ice.newton_steps == 0 { further + WAITS * BETWEEN_NEWTON_STEPS } else { iterations };
+    all.saturating_add(MORE_STEPS)
+}
 
 /// A level, or a part of one, as kernels see it.
 struct Part {
@@ -75,7 +89,9 @@ pub struct Implicit {
     parents: Buffer<Parents>,
     children: Buffer<WeightedIndex>,
     edge_weights: Buffer<WeightedIndex>,
-    level_sizes: Buffer<u32>,
+    level_sizes: Buffer<[u32; 2]>,
+    /// The same on the host.
+    counted: Vec<[u32; 2]>,
     spring_blocks: Buffer<Four>,
     coarse_blocks: Buffer<Symmetric>,
     /// Blocks of other elements, and what they are made of.
@@ -133,8 +149,8 @@ impl Implicit {
                 sources: gpu.buffer_from("sources of blocks", &words.sources)?,
             })
         };
-        let cycle = [&groups[0]].into_iter().chain(wide).chain([tail]);
-        let sizes: Vec<u32> = cycle.map(|groups| groups.len() as u32).collect();
+        let counted = multigrid.counted();
+        let ice = &assembly.solver.ice;
         Ok(Some(Self {
             parts,
             slots: gpu.buffer_from("springs by node", &multigrid.slots)?,
@@ -142,7 +158,7 @@ impl Implicit {
             parents: gpu.buffer_from("coarser nodes", &multigrid.parents)?,
             children: gpu.buffer_from("finer nodes", &multigrid.children)?,
             edge_weights: gpu.buffer_from("finer edges", &multigrid.edge_weights)?,
-            level_sizes: gpu.buffer_from("sizes of levels", &sizes)?,
+            level_sizes: gpu.buffer_from("sizes of levels", &counted)?,
             spring_blocks: gpu.buffer("blocks of springs", *fine)?,
             coarse_blocks: gpu.buffer("blocks of coarser edges", *coarse)?,
             couplings: multigrid.couplings.as_ref().map(couplings).transpose()?,
@@ -150,19 +166,20 @@ impl Implicit {
             vectors: gpu.buffer("vectors of springs", VECTORS * nodes)?,
             predicted_contacts: gpu.buffer("nodes of springs", places.len())?,
             node_solves: gpu.buffer("systems of springs", multigrid.solves)?,
-            product_sums: gpu.buffer("sums of springs", groups[0].len())?,
-            counts: gpu.counts("workgroups of iterations", sizes.len())?,
+            product_sums: gpu.buffer("sums of springs", SUMS * groups[0].len())?,
+            counts: gpu.counts("workgroups of iterations", counted.len())?,
+            counted,
             statistics: gpu.buffer("what springs take", 1)?,
             read_statistics: gpu.read_back("what springs take", 1)?,
             nodes: *nodes,
             places,
             scene_places: assembly.places,
             solving: Solving::of(&assembly.solver),
-            keeps_changes: assembly.solver.ice.warm_start || !assembly.colliders().is_empty(),
+            keeps_changes: ice.warm_start || !assembly.colliders().is_empty(),
             levels: groups.len(),
-            newton_steps: multigrid.newton_steps,
+            newton_steps: ice.newton_steps,
             is_second_order: assembly.solver.is_second_order(),
-            steps: multigrid.iterations.saturating_add(MORE_STEPS),
+            steps: steps(multigrid.iterations, ice),
         }))
     }
 
@@ -193,17 +210,16 @@ impl Implicit {
             all.push(Command::run(name, nodes));
         }
         all.push(run("predict_contacts_implicit", nodes));
-        for newton in 0..self.newton_steps {
+        if self.is_automatic() {
+            all.push(run("sum_motion", nodes));
+        }
+        for newton in 0..self.newton_steps.max(1) {
             if newton > 0 {
                 all.push(run("next_newton_step", nodes));
             }
-            if self.couplings.is_some() {
-                all.extend(features.get::<Elements>().into_iter().flat_map(|all| all.linearise(&[MOVED])));
-                all.push(run("set_up_couplings", nodes));
-            }
-            self.set_up_levels(&mut all);
-            all.push(run("start_nodes", nodes));
-            self.iterate(&mut all);
+            self.linearise(features, &mut all);
+            self.coarsen(&mut all);
+            self.iterate(features, &mut all);
         }
         all.extend([
             run("record_implicit_statistics", 1),
@@ -213,20 +229,58 @@ impl Implicit {
         all
     }
 
+    /// Whether the solver finds how many Newton steps it takes.
+    fn is_automatic(&self) -> bool {
+        self.newton_steps == 0
+    }
+
+    /// A further Newton step, where one is needed and none is under way.
+    fn go_on<'f>(&'f self, features: &'f Features, all: &mut Vec<Command<'f>>) {
+        let nodes = self.parts[0].groups.len();
+        let mut judged = vec![
+            Command::run(self.name("spring_impulses"), nodes),
+            Command::run(Name::new("next_newton_step"), nodes),
+        ];
+        self.linearise(features, &mut judged);
+        judged.extend(["measure_left", "judge_systems"].map(|entry| Command::run(Name::new(entry), nodes)));
+        let mut begun = Vec::new();
+        self.coarsen(&mut begun);
+        all.push(Command::run(Name::new("count_next_step"), 1));
+        all.extend(judged.into_iter().map(|command| self.when(When::Judged, command)));
+        all.push(Command::run(Name::new("count_unmet"), 1));
+        all.extend(begun.into_iter().map(|command| self.when(When::Begun, command)));
+    }
+
+    /// A command in as many workgroups as are counted for it. What is not counted runs in any case, and does no harm.
+    fn when<'f>(&'f self, when: When, command: Command<'f>) -> Command<'f> {
+        let Command::Dispatch(Dispatch { name, part, groups: Groups::Linear(groups) }) = command else {
+            return command;
+        };
+        let counted = self.counted.iter().position(|&one| one == [groups as u32, when as u32]);
+        let groups = counted.map_or(Groups::Linear(groups), |index| Groups::Counted(&self.counts, index));
+        Command::Dispatch(Dispatch { name, part, groups })
+    }
+
     /// A kernel that may import the choice of a system.
     fn name(&self, entry: &'static str) -> Name {
         let name = Name::new(entry);
         if self.couplings.is_some() { name.with(&[COUPLED]) } else { name }
     }
 
-    /// Blocks and diagonals of all levels.
-    fn set_up_levels<'f>(&'f self, all: &mut Vec<Command<'f>>) {
-        for (level, part) in self.parts[..self.levels].iter().enumerate() {
+    /// Forces, blocks and diagonals of the finest level.
+    fn linearise<'f>(&'f self, features: &'f Features, all: &mut Vec<Command<'f>>) {
+        let nodes = self.parts[0].groups.len();
+        if self.couplings.is_some() {
+            all.extend(features.get::<Elements>().into_iter().flat_map(|all| all.linearise(&[MOVED])));
+            all.push(Command::run(Name::new("set_up_couplings"), nodes));
+        }
+        all.push(Command::run(self.name("set_up_nodes"), nodes));
+    }
+
+    /// Blocks and diagonals of coarser levels, and what iterations start from.
+    fn coarsen<'f>(&'f self, all: &mut Vec<Command<'f>>) {
+        for (level, part) in self.parts[..self.levels].iter().enumerate().skip(1) {
             let (groups, edges) = (part.groups.len(), part.edges.len().div_ceil(GROUP));
-            if level == 0 {
-                all.push(Command::run(self.name("set_up_nodes"), groups));
-                continue;
-            }
             if self.couplings.is_some() {
                 all.push(Command::run_part(Name::new("coarsen_couplings"), level, groups));
                 continue;
@@ -243,14 +297,18 @@ impl Implicit {
             };
             all.extend(of_all("bound_couplings").chain(of_all("scale_inverses")));
         }
+        all.push(Command::run(self.name("start_nodes"), self.parts[0].groups.len()));
     }
 
     /// Conjugate gradients.
-    fn iterate<'f>(&'f self, all: &mut Vec<Command<'f>>) {
+    fn iterate<'f>(&'f self, features: &'f Features, all: &mut Vec<Command<'f>>) {
         let has_tail = !self.parts[self.tail()].groups.is_empty();
         let levels: Vec<(usize, usize)> =
             (1..=self.wide_levels()).map(|level| (self.wide(level), level)).collect();
         for step in 0..self.steps {
+            if self.is_automatic() && step > 0 && step % BETWEEN_NEWTON_STEPS == 0 {
+                self.go_on(features, all);
+            }
             if step % BETWEEN_COUNTS == 0 {
                 all.push(Command::run(Name::new("count_open_systems"), 1));
             }
@@ -366,7 +424,10 @@ impl Feature for Implicit {
     fn dispatches(&self) -> usize {
         let of_step = 6 + 4 * self.wide_levels();
         let of_elements = if self.couplings.is_some() { 1 + 2 * KINDS.len() + 2 * self.levels } else { 0 };
-        (self.newton_steps as usize) * (self.steps as usize * of_step + 3 * self.levels + of_elements)
+        let set_up = 6 + 3 * self.levels + of_elements;
+        let further = if self.is_automatic() { self.steps / BETWEEN_NEWTON_STEPS } else { 0 };
+        let of_iterations = self.steps as usize * of_step + further as usize * set_up;
+        self.newton_steps.max(1) as usize * (of_iterations + set_up)
     }
 
     fn save(&self, gpu: &Gpu, state: &mut SolverState) {

@@ -84,9 +84,25 @@ pub struct PcgState {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct NodeSolve {
+    pub steps: u32,
     pub before: u32,
+    pub is_met: u32,
     pub kept: PcgState,
     pub next: PcgState,
+}
+
+/// Sorts of sums by group of nodes in `product_sums`.
+pub const SUMS: usize = 3;
+
+/// When workgroups run that are counted, as in levels.wgsl.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum When {
+    /// In iterations.
+    Iterated,
+    /// In a further Newton step until it is judged.
+    Judged,
+    /// In the rest of it.
+    Begun,
 }
 
 /// Sorts of vectors by node in `vectors` of levels.wgsl, in their order.
@@ -105,10 +121,11 @@ pub enum Vector {
     Start,
     Free,
     Rate,
+    Given,
 }
 
 /// How many there are.
-pub const VECTORS: usize = Vector::Rate as usize + 1;
+pub const VECTORS: usize = Vector::Given as usize + 1;
 
 impl Solving {
     /// With the numbers of a sub-step of length `h` [s].

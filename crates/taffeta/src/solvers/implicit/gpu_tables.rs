@@ -8,7 +8,7 @@ use crate::gpu::layout::{Four, GROUP};
 use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::implicit::couplings::{self, Couplings, Solved};
 use crate::solvers::implicit::gpu_layout::{
-    CoarseEdge, LevelGroup, Parents, SlotSpring, VECTORS, WeightedIndex,
+    CoarseEdge, LevelGroup, Parents, SlotSpring, VECTORS, WeightedIndex, When,
 };
 use crate::solvers::implicit::levels::Level;
 use crate::solvers::implicit::slots::{NO_EDGE, Slots};
@@ -45,7 +45,8 @@ pub struct MultigridTables {
     pub couplings: Option<CouplingWords>,
     /// Number of systems.
     pub solves: usize,
-    pub newton_steps: u32,
+    /// Workgroups of the kernels that linearise elements, where a further Newton step may follow.
+    linearised: Vec<u32>,
     /// Iterations of each that they need at most.
     pub iterations: u32,
 }
@@ -70,6 +71,12 @@ struct Part {
     slots: Slots,
     /// Slots of each edge.
     of_edge: Vec<[u32; 2]>,
+}
+
+/// Workgroups of each kind of elements that are solved for.
+fn linearised(elements: &ElementTables) -> Vec<u32> {
+    let sets = elements.kinds.iter().map(|tables| &tables.set).filter(|set| set.is_solved_for());
+    sets.map(|set| set.range.len().div_ceil(GROUP) as u32).collect()
 }
 
 /// Bytes of the arrays that a body needs to be solved for by nodes, and what they hold.
@@ -149,6 +156,27 @@ impl MultigridTables {
         self.solves == 0
     }
 
+    /// What is counted on the device: workgroups, and when they run. First those of iterations, by level, tails last.
+    pub fn counted(&self) -> Vec<[u32; 2]> {
+        let cycle = [&self.groups[0]].into_iter().chain(&self.wide).chain([&self.tail]);
+        let mut all: Vec<[u32; 2]> =
+            cycle.map(|groups| [groups.len() as u32, When::Iterated as u32]).collect();
+        let finest = self.groups[0].len() as u32;
+        let levels = self.groups.iter().map(|groups| groups.len() as u32);
+        let edges = self.edges.iter().map(|edges| edges.len().div_ceil(GROUP) as u32);
+        let judged = [finest].into_iter().chain(self.linearised.iter().copied());
+        let further = judged
+            .map(|one| [one, When::Judged as u32])
+            .chain(levels.chain(edges).map(|one| [one, When::Begun as u32]));
+        for one in further.filter(|one| one[0] > 0) {
+            // Those of the same size share their count.
+            if !all.contains(&one) {
+                all.push(one);
+            }
+        }
+        all
+    }
+
     /// The levels of some bodies.
     pub fn new(bodies: &Bodies<'_>, elements: &ElementTables) -> Result<Self, String> {
         let (assembly, bodies) = (bodies.assembly, bodies.range.clone());
@@ -176,7 +204,7 @@ impl MultigridTables {
             .collect();
         let mut multigrid = Self {
             solves,
-            newton_steps: assembly.solver.ice.newton_steps.max(1),
+            linearised: linearised(elements),
             iterations: needed::descents(assembly, bodies.clone()),
             ..Self::default()
         };

@@ -31,6 +31,12 @@ const DAMPING: f64 = 0.7;
 /// Pairs of steps of Jacobi's iteration on the coarsest level of a body.
 pub const LAST_PAIRS: usize = 4;
 
+/// Newton steps in a sub-step at most, where the scene leaves their number to the solver.
+pub const MOST_STEPS: u32 = 8;
+
+/// Energy that Newton steps may leave, relative to that of the motion.
+pub const LEFT: f64 = 0.1;
+
 /// A material over a step h [s].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stiff<T> {
@@ -171,6 +177,20 @@ pub fn velocity_change<T: Real>(predicted: &PredictedContact<T>, found: [T; 3], 
     add(along, scale(predicted.normal, dot(sub(springs, along), predicted.normal)))
 }
 
+/// The motion of a body, twice its energy [J]: `off`, Σ m |v* − v|², which is what outer forces do in the sub-step, and what
+/// Σ m |v|² = `squares` is about the mean velocity, by the momentum Σ m v [N s] and the mass Σ m [kg].
+pub fn motion<T: Real>([off, squares]: [T; 2], momentum: [T; 3], mass: T) -> T {
+    let mean = if mass > T::ZERO { dot(momentum, momentum) / mass } else { T::ZERO };
+    off + (squares - mean)
+}
+
+/// Whether a residual r, with `left` = Σ rᵀ D⁻¹ r by the diagonal blocks D, asks for another Newton step. It is about twice the
+/// energy that the last step has left in springs and elements that have turned since they were linearised. What is no number
+/// asks for none: steps do not make one of it.
+pub fn leaves_much<T: Real>(left: T, motion: T) -> bool {
+    left > T::from_f64(LEFT) * motion
+}
+
 /// Whether an error is small enough by what errors are measured by.
 pub fn is_solved<T: Real>(error: T, whole: T, tolerance_squared: T) -> bool {
     error <= tolerance_squared * whole || error == T::ZERO
@@ -280,6 +300,18 @@ mod tests {
         close(&times(&among, mt), &t, 1e-12);
         assert_eq!(inverse(&[0.0; 6]), [0.0; 6]);
         close(&held(&m, n), &block(n, 0.0).map(|one| one * dot(n, times(&m, n))), 1e-15);
+    }
+
+    #[test]
+    fn a_motion_is_the_same_however_fast_all_of_it_goes() {
+        // 1 kg and 3 kg, apart at 2 m/s: Σ m |v − v̄|² = ¾ · 2². Outer forces change 0.1 m/s of either.
+        let of = |all: f64| {
+            let (v, w) = ([all, 0.0, 0.0], [all + 2.0, 0.0, 0.0]);
+            motion([4.0 * 0.01, dot(v, v) + 3.0 * dot(w, w)], add(v, scale(w, 3.0)), 4.0)
+        };
+        close(&[of(0.0), of(-7.0)], &[3.04; 2], 1e-12);
+        assert_eq!(motion([0.0; 2], [0.0; 3], 0.0), 0.0);
+        assert!(leaves_much(0.31, of(0.0)) && !leaves_much(0.3, of(0.0)) && !leaves_much(f64::NAN, 1.0));
     }
 
     #[test]

@@ -70,8 +70,10 @@ struct PcgState {
 
 /// The system of a body.
 struct NodeSolve {
-    /// Iterations of the Newton steps that are done.
+    /// Newton steps that are done, and their iterations; whether the equations are met, so that no other step follows.
+    steps: u32,
     before: u32,
+    is_met: u32,
     /// As products left it, and as steps have found it since.
     kept: PcgState,
     next: PcgState,
@@ -98,8 +100,8 @@ struct ElementSums {
 @group(1) @binding(45) var<storage, read> coarse_edges: array<CoarseEdge>;
 /// Slots of the finer level, counted from its sort's first.
 @group(1) @binding(46) var<storage, read> edge_weights: array<WeightedIndex>;
-/// Groups of each level that kernels of the iteration have, those of the tail last.
-@group(1) @binding(47) var<storage, read> level_sizes: array<u32>;
+/// What is counted: how many workgroups there are, and when they run. First by level those of iterations, those of the tail last.
+@group(1) @binding(47) var<storage, read> level_sizes: array<vec2u>;
 /// By slot of the finest level: q, and the stiffness across in w.
 @group(3) @binding(40) var<storage, read_write> spring_blocks: array<vec4f>;
 /// By slot of coarser levels.
@@ -108,13 +110,14 @@ struct ElementSums {
 /// Vectors by node, one sort behind the other.
 @group(3) @binding(43) var<storage, read_write> vectors: array<vec4f>;
 @group(3) @binding(44) var<storage, read_write> node_solves: array<NodeSolve>;
-/// Of each group: z·r and z·A z; at first, with the changes z to start from, and then Σ m |v* − v|².
+/// Of each group: z·r and z·A z; at first, with the changes z to start from, and then Σ m |v* − v|². Behind those of all groups
+/// two more sorts, the motion (newton.wgsl).
 @group(3) @binding(45) var<storage, read_write> product_sums: array<vec4f>;
-/// Workgroups of the next iterations, by level, those of the tail last; three words each.
+/// Workgroups of what comes next, as in `level_sizes`; three words each.
 @group(3) @binding(46) var<storage, read_write> level_counts: array<u32>;
 
 /// Number of sorts of vectors.
-const VECTORS: u32 = 13u;
+const VECTORS: u32 = 14u;
 /// The residual, filtered by what holds nodes; mass [kg] in w.
 const RESIDUAL: u32 = 0u;
 /// The V-cycle's two vectors, by turns: CYCLED is the preconditioned residual after it, and before the first one the initial
@@ -126,7 +129,7 @@ const CHANGE: u32 = 3u;
 /// Direction of the step, and the system times it; while the system is set up, place and velocity that it starts from.
 const DIRECTION: u32 = 4u;
 const DIRECTION_PRODUCT: u32 = 5u;
-/// The system times the preconditioned residual; at the end, impulses of springs [N s].
+/// The system times the preconditioned residual.
 const PRODUCT: u32 = 6u;
 /// Impulse of springs where the Newton step starts [N s].
 const IMPULSE: u32 = 7u;
@@ -139,11 +142,30 @@ const START: u32 = 10u;
 const FREE: u32 = 11u;
 /// Acceleration [m/s²], at second order.
 const RATE: u32 = 12u;
+/// Impulse of springs with what the Newton step changes [N s].
+const GIVEN: u32 = 13u;
+
+/// When workgroups run that are counted: in iterations; in a further Newton step until it is judged; in the rest of it.
+const ITERATED: u32 = 0u;
+const JUDGED: u32 = 1u;
+const BEGUN: u32 = 2u;
 
 /// Damping of Jacobi's iteration: no eigenvalue of a graph's matrix is beyond 2 by its diagonal.
 const DAMPING: f32 = 0.7;
 /// Steps of Jacobi's iteration on the coarsest level, by two.
 const SWEEPS: u32 = 4u;
+
+/// Workgroups of one sort: all or none.
+fn put_counts(lane: u32, when: u32, any: bool) {
+    for (var i = lane; i < arrayLength(&level_sizes); i += 256u) {
+        if level_sizes[i].y == when {
+            let groups = level_sizes[i].x;
+            level_counts[3u * i] = select(0u, min(groups, GROUPS_IN_ROW), any);
+            level_counts[3u * i + 1u] = (groups + GROUPS_IN_ROW - 1u) / GROUPS_IN_ROW;
+            level_counts[3u * i + 2u] = 1u;
+        }
+    }
+}
 
 /// Where a vector's number of a node is.
 fn vector_at(which: u32, node: u32) -> u32 {

@@ -13,9 +13,9 @@ use crate::solvers::explicit::parity::kernel_of;
 use crate::solvers::implicit::couplings_twin::{OfElements, any_blocks};
 use crate::solvers::implicit::gpu::COUPLED;
 use crate::solvers::implicit::gpu_layout::{
-    CoarseEdge, Diagonal, LevelGroup, NodeSolve, PcgState, Symmetric, VECTORS,
+    CoarseEdge, Diagonal, LevelGroup, NodeSolve, PcgState, SUMS, Symmetric, VECTORS,
 };
-use crate::solvers::implicit::gpu_tables::MultigridTables;
+use crate::solvers::implicit::implicit::MOST_STEPS;
 use crate::solvers::implicit::twin::{Twin, Work};
 use taffeta_gpu::bytemuck::Pod;
 use taffeta_gpu::{Access, Kernel};
@@ -35,6 +35,11 @@ pub const ROWS: &[Row] = &[
     row("predict_contacts_implicit", Tolerance::new(1.0, 512.0, SAME), predict_contacts),
     row("predict_mesh_contacts_implicit", Tolerance::new(0.0, 512.0, SAME), predict_mesh_contacts),
     row("next_newton_step", Tolerance::new(0.0, 64.0, SAME), next_newton_step),
+    row("sum_motion", Tolerance::new(0.0, 64.0, SUMMED), sum_motion),
+    row("measure_left", Tolerance::new(0.0, 64.0, SUMMED), measure_left),
+    row("judge_systems", Tolerance::new(0.0, 64.0, SUMMED), judge),
+    row("count_next_step", Tolerance::new(0.0, 0.0, COUNTED), count_next_step),
+    row("count_unmet", Tolerance::new(0.0, 0.0, COUNTED), count_unmet),
     row("set_up_nodes", Tolerance::new(0.0, 512.0, INVERTED), set_up),
     row("coarsen_springs", Tolerance::new(0.0, 64.0, SAME), coarsen_springs),
     row("coarsen_edges", Tolerance::new(0.0, 64.0, SAME), coarsen_edges),
@@ -72,17 +77,18 @@ const fn row(
 const POISON: u32 = 0x7fff_fff1;
 
 fn solvers() -> [Solver; 3] {
-    [(true, 1), (false, 1), (true, 2)].map(|(warm, order)| {
+    [(true, 1, 0), (false, 1, 1), (true, 2, 0)].map(|(warm, order, newton_steps)| {
         let mut solver = Solver { method: Method::Ice, ..Solver::default() };
         solver.ice.form = ConstraintForm::Primal;
-        solver.ice.order = order;
+        (solver.ice.order, solver.ice.newton_steps) = (order, newton_steps);
         (solver.ice.max_iterations, solver.ice.tolerance, solver.ice.warm_start) = (9, 0.03125, warm);
         solver
     })
 }
 
-/// Cases of a system's progress.
+/// Cases of a system's progress, and of all systems' when they are done.
 const CASES: usize = 11;
+const DONE: usize = 4;
 
 /// The progress of a system of that case, whose sums are `sums`.
 fn descent(chance: &mut Chance, case: usize, sums: Four, solving: &Solving) -> PcgState {
@@ -125,7 +131,7 @@ fn work(fixture: &Fixture, solving: &Solving, shift: usize) -> Work {
         vectors: (0..VECTORS * multigrid.nodes).map(|_| four(&mut chance, 1.3)).collect(),
         predicted_contacts: vec![ContactRecord { slides: 1.0, ..ContactRecord::default() }; places],
         solves: vec![NodeSolve::default(); multigrid.solves],
-        sums: multigrid.groups[0].iter().map(|_| four(&mut chance, 0.9).map(f32::abs)).collect(),
+        sums: (0..SUMS * multigrid.groups[0].len()).map(|_| four(&mut chance, 0.9).map(f32::abs)).collect(),
         force: fixture.force_fours().iter().map(|&[x, y, z, _]| [x, y, z, 0.0]).collect(),
         new_velocity: fixture.new.velocity.clone(),
         new_position: fixture.new.position.clone(),
@@ -186,6 +192,17 @@ fn some_diagonal(chance: &mut Chance) -> Diagonal {
 
 fn at_all_cases(twin: &mut Twin<'_>, chance: &mut Chance, shift: usize) {
     let solving = twin.solving;
+    let groups = &twin.fixture.tables.multigrid.groups[0];
+    for (at, group) in groups.iter().enumerate() {
+        // Motions of all sorts: larger than what is left, smaller, none; none without a mass.
+        let (momentum, squares) = (groups.len() + at, 2 * groups.len() + at);
+        match (group.solve as usize + shift) % 4 {
+            0 => twin.work.sums[squares][1] *= 64.0,
+            1 => twin.work.sums[momentum][3] = 0.0,
+            2 => twin.work.sums[momentum] = [0.0, 0.0, 0.0, 1.0],
+            _ => {}
+        }
+    }
     for number in 0..twin.work.solves.len() {
         let case = (number + shift) % CASES;
         if case == 0 || case == 10 {
@@ -195,13 +212,20 @@ fn at_all_cases(twin: &mut Twin<'_>, chance: &mut Chance, shift: usize) {
         }
         let sums = twin.body_sums(number);
         let solve = &mut twin.work.solves[number];
-        solve.before = (shift % 3) as u32;
+        solve.before = if (number + shift) % 5 == 4 { solving.most_iterations } else { (shift % 3) as u32 };
+        (solve.steps, solve.is_met) = ((shift % 3) as u32, u32::from((number + shift) % 4 == 1));
         solve.kept = descent(chance, case, sums, &solving);
         solve.next = descent(chance, (case + 4) % CASES, [0.5; 4], &solving);
-        if shift + 1 == CASES {
-            // All are done, as well as they can be.
-            solve.kept.is_done = 1;
-            (solve.next.error, solve.next.whole) = if number == 0 { (0.0, 0.0) } else { (0.125, 200.0) };
+        let Some(case) = (shift + 1).checked_sub(CASES) else { continue };
+        // All are done, as well as they can be: one may go on; none need; none may; one has gone on.
+        solve.kept.is_done = u32::from(case < 3 || number != 1);
+        (solve.next.error, solve.next.whole) = if number == 0 { (0.0, 0.0) } else { (0.125, 200.0) };
+        (solve.steps, solve.is_met) = (MOST_STEPS - 2 + u32::from(case == 2), 1);
+        if case % 3 != 1 && number == 1 || case == 2 {
+            solve.is_met = 0;
+        }
+        if case == 3 {
+            solve.kept.passes = 0;
         }
     }
 }
@@ -217,7 +241,7 @@ fn arrays(fixture: &Fixture, work: &Work, groups: &[LevelGroup], edges: &[Coarse
         ("parents", words(&multigrid.parents)),
         ("children", words(&multigrid.children)),
         ("edge_weights", words(&multigrid.edge_weights)),
-        ("level_sizes", sizes(multigrid)),
+        ("level_sizes", words(&multigrid.counted())),
         ("spring_blocks", words(&work.blocks)),
         ("coarse_blocks", words(&work.coarse)),
         ("diagonals", words(&work.diagonals)),
@@ -225,7 +249,7 @@ fn arrays(fixture: &Fixture, work: &Work, groups: &[LevelGroup], edges: &[Coarse
         ("predicted_contacts", words(&work.predicted_contacts)),
         ("node_solves", words(&work.solves)),
         ("product_sums", words(&work.sums)),
-        ("level_counts", vec![POISON; 3 * sizes(multigrid).len()]),
+        ("level_counts", vec![POISON; 3 * multigrid.counted().len()]),
         ("force", words(&work.force)),
         ("new_velocity", words(&work.new_velocity)),
         ("new_position", words(&work.new_position)),
@@ -240,12 +264,6 @@ fn arrays(fixture: &Fixture, work: &Work, groups: &[LevelGroup], edges: &[Coarse
         ]);
     }
     all
-}
-
-/// Groups of each level that iterations have.
-fn sizes(multigrid: &MultigridTables) -> Vec<u32> {
-    let all = [&multigrid.groups[0]].into_iter().chain(&multigrid.wide).chain([&multigrid.tail]);
-    all.map(|groups| groups.len() as u32).collect()
 }
 
 /// Compares all that a kernel may write.
@@ -325,7 +343,8 @@ fn solves(written: &mut Written<'_>, wanted: &[NodeSolve]) {
     let counts = |all: &[NodeSolve]| -> Vec<f32> {
         let of = |s: &NodeSolve| {
             let count = |d: &PcgState| [d.passes, d.is_done, d.iterations].map(|number| number as f32);
-            [&[s.before as f32][..], &count(&s.kept), &count(&s.next)].concat()
+            let own = [s.steps, s.before, s.is_met].map(|number| number as f32);
+            [own, count(&s.kept), count(&s.next)].concat()
         };
         all.iter().flat_map(of).collect()
     };
@@ -409,11 +428,11 @@ fn twins_on(
         if count == 0 {
             return Err(format!("the scene has no such part for `{}`", name.entry));
         }
-        for shift in 0..CASES {
+        for shift in 0..CASES + DONE - 1 {
             let start = work(&fixture, &solving, shift);
             let mut twin = Twin { fixture: &fixture, solving, work: start.clone() };
             run(&mut twin, groups);
-            let counts = twin.counts();
+            let counts = twin.counts(name.entry, POISON);
             let none = [CoarseEdge { slots: [0; 2], first: 0, count: 0 }];
             let edges = if edges.is_empty() { &none[..] } else { edges };
             let no_group = [LevelGroup { first: 0, count: 0, solve: 0, first_group: 0, groups: 0 }];
@@ -443,6 +462,26 @@ fn predict_mesh_contacts(bench: &mut Bench<'_>) -> Result<(), String> {
 
 fn next_newton_step(bench: &mut Bench<'_>) -> Result<(), String> {
     twins(bench, "next_newton_step", Part::Groups(0), |twin, _| twin.next_newton_step())
+}
+
+fn sum_motion(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "sum_motion", Part::Groups(0), |twin, _| twin.sum_motion())
+}
+
+fn measure_left(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "measure_left", Part::Groups(0), |twin, _| twin.measure_left())
+}
+
+fn judge(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "judge_systems", Part::Groups(0), |twin, _| twin.judge())
+}
+
+fn count_next_step(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "count_next_step", Part::One, |_, _| {})
+}
+
+fn count_unmet(bench: &mut Bench<'_>) -> Result<(), String> {
+    twins(bench, "count_unmet", Part::One, |_, _| {})
 }
 
 fn set_up(bench: &mut Bench<'_>) -> Result<(), String> {

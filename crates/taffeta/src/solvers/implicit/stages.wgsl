@@ -51,7 +51,8 @@ fn next_pcg_state(kept: PcgState, sums: vec4f, before: u32) -> PcgState {
     next.alpha = step.alpha;
     next.beta = step.beta;
     // The step that was found with the error is taken all the same.
-    let is_last = is_solved(next) || next.iterations == substeps[0].solving.most_iterations;
+    let all = next.iterations + select(0u, before, substeps[0].solving.is_automatic != 0u);
+    let is_last = is_solved(next) || all == substeps[0].solving.most_iterations;
     next.is_done = select(0u, 1u, is_last);
     return next;
 }
@@ -115,8 +116,9 @@ fn start_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
         return;
     }
     let group = level_groups[index];
-    if lane == 0u && index == group.first_group {
+    if lane == 0u && index == group.first_group && node_solves[group.solve].is_met == 0u {
         node_solves[group.solve].kept.passes = 1u;
+        node_solves[group.solve].kept.error = 0.0;
     }
     var terms = vec4f(0.0);
     if lane < group.count {
@@ -181,16 +183,11 @@ fn count_open_systems(@builtin(local_invocation_index) lane: u32) {
     for (var i = lane; i < arrayLength(&node_solves); i += 256u) {
         open += select(0u, 1u, node_solves[i].kept.is_done == 0u);
     }
-    let all = count_of_lanes(lane, open);
-    for (var level = lane; level < arrayLength(&level_sizes); level += 256u) {
-        let groups = level_sizes[level];
-        level_counts[3u * level] = select(0u, min(groups, GROUPS_IN_ROW), all > 0u);
-        level_counts[3u * level + 1u] = (groups + GROUPS_IN_ROW - 1u) / GROUPS_IN_ROW;
-        level_counts[3u * level + 2u] = 1u;
-    }
+    put_counts(lane, ITERATED, count_of_lanes(lane, open) > 0u);
 }
 
-/// Impulses of springs [N s] with the changes that were found.
+/// Impulses of springs [N s] with the changes that a Newton step found. Those of a body that takes no further one stay: with
+/// them, as the system has them, all of momentum is there.
 @compute @workgroup_size(256)
 fn spring_impulses(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let index = workgroup_index(id);
@@ -198,7 +195,9 @@ fn spring_impulses(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_i
         return;
     }
     let node = level_groups[index].first + lane;
-    put_vector(PRODUCT, node, vector_of(IMPULSE, node) - system_times(0.0, CHANGE, node));
+    if node_solves[level_groups[index].solve].is_met == 0u {
+        put_vector(GIVEN, node, vector_of(IMPULSE, node) - system_times(0.0, CHANGE, node));
+    }
 }
 
 /// Adds the force of implicit springs to that on each node.
@@ -212,7 +211,7 @@ fn add_implicit_forces(@builtin(workgroup_id) id: vec3u, @builtin(local_invocati
     let inverse_mass = old_position[node].w;
     if !(inverse_mass > 0.0) {
         // What a pin has to hold against.
-        force[node] = vec4f(force[node].xyz + vector_of(PRODUCT, node) * (1.0 / substeps[0].solving.inner), 0.0);
+        force[node] = vec4f(force[node].xyz + vector_of(GIVEN, node) * (1.0 / substeps[0].solving.inner), 0.0);
         return;
     }
     let predicted = predicted_at(node);
@@ -263,7 +262,7 @@ fn velocity_change(node: u32, predicted: PredictedContact, inverse_mass: f32) ->
     if !in_contact(predicted) {
         return found;
     }
-    let springs = (substeps[0].solving.whole * inverse_mass) * vector_of(PRODUCT, node);
+    let springs = (substeps[0].solving.whole * inverse_mass) * vector_of(GIVEN, node);
     if predicted.slides == 0.0 {
         return springs;
     }

@@ -15,11 +15,11 @@ use crate::solvers::explicit::euler;
 use crate::solvers::implicit::couplings_twin::OfElements;
 use crate::solvers::implicit::cpu::kernels::Advance;
 use crate::solvers::implicit::gpu_layout::{
-    Diagonal, LevelGroup, NodeSolve, PcgState, SlotSpring, Symmetric, Vector,
+    Diagonal, LevelGroup, NodeSolve, PcgState, SlotSpring, Symmetric, Vector, When,
 };
 use crate::solvers::implicit::implicit::{
-    LAST_PAIRS, Stiff, add_weighted, block, diagonal, edge_times, inverse, is_solved, jacobi,
-    residual_fraction, right_side, times, velocity_change,
+    LAST_PAIRS, MOST_STEPS, Stiff, add_weighted, block, diagonal, edge_times, inverse, is_solved, jacobi,
+    leaves_much, motion, residual_fraction, right_side, times, velocity_change,
 };
 use crate::topology::LANES;
 use std::slice::from_mut;
@@ -259,9 +259,56 @@ impl Twin<'_> {
             self.set_trial_state(node, total);
         }
         for solve in &mut self.work.solves {
-            let again = PcgState { whole: solve.next.whole, ..PcgState::default() };
-            let before = solve.before + solve.next.iterations;
-            *solve = NodeSolve { before, kept: again, next: again };
+            let PcgState { whole, error, iterations, .. } = solve.next;
+            let again = PcgState { is_done: solve.is_met, whole, error, ..PcgState::default() };
+            let (steps, before) = (solve.steps + 1, solve.before + iterations);
+            *solve = NodeSolve { steps, before, kept: again, next: again, ..*solve };
+        }
+    }
+
+    /// What a term of each node adds up to in each group, of one sort.
+    fn add_up_groups(&mut self, sort: usize, term: impl Fn(&Self, usize) -> Four) {
+        let groups = self.fixture.tables.multigrid.groups[0].clone();
+        for (index, group) in groups.iter().enumerate() {
+            let mut lanes = vec![[0.0; 4]; GROUP];
+            for (lane, own) in lanes.iter_mut().enumerate().take(group.count as usize) {
+                *own = term(self, group.first as usize + lane);
+            }
+            self.work.sums[sort * groups.len() + index] = by_halves(lanes);
+        }
+    }
+
+    pub fn sum_motion(&mut self) {
+        let v = |twin: &Self, node: usize| {
+            let is_free = twin.fixture.old.position[node][3] > 0.0;
+            if is_free { three(twin.fixture.old.velocity[node]) } else { twin.get(Vector::Free, node) }
+        };
+        self.add_up_groups(1, |twin, node| {
+            let (mass, [x, y, z]) = (twin.mass(node), v(twin, node));
+            [mass * x, mass * y, mass * z, mass]
+        });
+        self.add_up_groups(2, |twin, node| {
+            let (mass, off) = (twin.mass(node), twin.work.vectors[twin.at(Vector::Total, node)][3]);
+            [mass * dot(v(twin, node), v(twin, node)), off, 0.0, 0.0]
+        });
+    }
+
+    pub fn measure_left(&mut self) {
+        self.add_up_groups(0, |twin, node| {
+            let residual = twin.predicted(node).filtered(twin.get(Vector::Residual, node));
+            [dot(residual, times(&six(&twin.work.diagonals[node].inverse), residual)), 0.0, 0.0, 0.0]
+        });
+    }
+
+    pub fn judge(&mut self) {
+        let groups = self.fixture.tables.multigrid.groups[0].len();
+        for number in 0..self.work.solves.len() {
+            let [left, momentum, squares] = [0, 1, 2].map(|sort| self.sums_of(number, sort * groups));
+            let motion = motion([squares[1], squares[0]], three(momentum), momentum[3]);
+            let solve = &mut self.work.solves[number];
+            let may = solve.before < self.solving.most_iterations;
+            solve.is_met = u32::from(!(may && leaves_much(left[0], motion)));
+            (solve.kept.is_done, solve.next.is_done) = (solve.is_met, solve.is_met);
         }
     }
 
@@ -406,16 +453,21 @@ impl Twin<'_> {
             return next;
         }
         (next.iterations, next.alpha, next.beta) = (kept.iterations + 1, step.alpha, step.beta);
-        let is_last = self.is_solved(&next) || next.iterations == self.solving.most_iterations;
+        let before = if self.solving.is_automatic != 0 { solve.before } else { 0 };
+        let is_last = self.is_solved(&next) || before + next.iterations == self.solving.most_iterations;
         next.is_done = is_last.into();
         next
     }
 
     pub fn body_sums(&self, solve: usize) -> [f32; 4] {
-        let groups = &self.fixture.tables.multigrid.groups[0];
-        let of_solve = |&group: &usize| groups[group].solve as usize == solve;
-        let own: Vec<Four> = (0..groups.len()).filter(of_solve).map(|group| self.work.sums[group]).collect();
-        by_lanes(&own)
+        self.sums_of(solve, 0)
+    }
+
+    /// The sums over a body of the sort that begins `from` there.
+    fn sums_of(&self, solve: usize, from: usize) -> Four {
+        let groups = (from..).zip(&self.fixture.tables.multigrid.groups[0]);
+        let own = groups.filter(|(_, group)| group.solve as usize == solve);
+        by_lanes(&own.map(|(at, _)| self.work.sums[at]).collect::<Vec<Four>>())
     }
 
     pub fn step(&mut self) {
@@ -580,8 +632,9 @@ impl Twin<'_> {
     pub fn start(&mut self) {
         let groups = self.fixture.tables.multigrid.groups[0].clone();
         for (index, group) in groups.iter().enumerate() {
-            if index == group.first_group as usize {
-                self.work.solves[group.solve as usize].kept.passes = 1;
+            let solve = &mut self.work.solves[group.solve as usize];
+            if index == group.first_group as usize && solve.is_met == 0 {
+                (solve.kept.passes, solve.kept.error) = (1, 0.0);
             }
             let mut lanes = vec![[0.0; 4]; GROUP];
             for (lane, terms) in lanes.iter_mut().enumerate().take(group.count as usize) {
@@ -603,8 +656,9 @@ impl Twin<'_> {
     }
 
     pub fn impulses(&mut self) {
-        let nodes: Vec<usize> = self.finest().into_iter().map(|(node, _)| node).collect();
-        self.all(&nodes, Vector::Product, |twin, node| {
+        let is_open = |&(_, solve): &(usize, usize)| self.work.solves[solve].is_met == 0;
+        let nodes: Vec<usize> = self.finest().into_iter().filter(is_open).map(|(node, _)| node).collect();
+        self.all(&nodes, Vector::Given, |twin, node| {
             sub(twin.get(Vector::Impulse, node), twin.system_times(0.0, Vector::Change, node))
         });
     }
@@ -613,7 +667,7 @@ impl Twin<'_> {
         for (node, _) in self.finest() {
             let (x, record) = (self.fixture.old.position[node], self.work.predicted_contacts[node]);
             if x[3] <= 0.0 {
-                let force = scale(self.get(Vector::Product, node), 1.0 / self.solving.inner);
+                let force = scale(self.get(Vector::Given, node), 1.0 / self.solving.inner);
                 let [x, y, z] = add(three(self.work.force[node]), force);
                 self.work.force[node] = [x, y, z, 0.0];
                 continue;
@@ -621,7 +675,7 @@ impl Twin<'_> {
             let predicted = self.predicted(node);
             let found = add(self.get(Vector::Total, node), self.get(Vector::Change, node));
             let found = self.keep_rate(node, found);
-            let springs = scale(self.get(Vector::Product, node), self.solving.whole * x[3]);
+            let springs = scale(self.get(Vector::Given, node), self.solving.whole * x[3]);
             let spring_change = velocity_change(&predicted, found, springs);
             let mut change = spring_change;
             if predicted.in_contact() {
@@ -636,16 +690,27 @@ impl Twin<'_> {
         }
     }
 
-    /// Workgroups of the next iterations.
-    pub fn counts(&self) -> Vec<u32> {
-        let multigrid = &self.fixture.tables.multigrid;
-        let any = self.work.solves.iter().any(|solve| solve.kept.is_done == 0);
-        let all = [&multigrid.groups[0]].into_iter().chain(&multigrid.wide).chain([&multigrid.tail]);
-        all.flat_map(|groups| {
-            let groups = groups.len() as u32;
-            [if any { groups } else { 0 }, groups.min(1), 1]
-        })
-        .collect()
+    /// Workgroups that a kernel counts; those of other times stay as they are.
+    pub fn counts(&self, entry: &str, other: u32) -> Vec<u32> {
+        let solves = &self.work.solves;
+        let is_open = |solve: &NodeSolve| solve.kept.is_done == 0;
+        let any_open = solves.iter().any(is_open);
+        let (when, any) = match entry {
+            "count_next_step" => {
+                let waits = |solve: &NodeSolve| solve.is_met == 0 && solve.steps + 1 < MOST_STEPS;
+                (When::Judged, !any_open && solves.iter().any(waits))
+            }
+            "count_unmet" => {
+                (When::Begun, solves.iter().any(|solve| is_open(solve) && solve.kept.passes == 0))
+            }
+            _ => (When::Iterated, any_open),
+        };
+        let all = self.fixture.tables.multigrid.counted();
+        all.into_iter()
+            .flat_map(|[groups, at]| {
+                if at == when as u32 { [if any { groups } else { 0 }, groups.min(1), 1] } else { [other; 3] }
+            })
+            .collect()
     }
 
     pub fn note(&mut self) {

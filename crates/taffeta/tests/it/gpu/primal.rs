@@ -12,8 +12,6 @@ use taffeta::{GpuOptions, Options, Precision, Simulation};
 fn by_nodes(mut scene: Scene) -> Scene {
     scene.solver.method = Method::Ice;
     scene.solver.ice.form = ConstraintForm::Primal;
-    // A GPU takes no further ones by itself.
-    scene.solver.ice.newton_steps = 1;
     precise(scene)
 }
 
@@ -94,6 +92,28 @@ fn newton_steps_are_those_of_the_cpu() {
     let mut scene = by_nodes(drop(Method::Ice));
     scene.solver.ice.newton_steps = 3;
     compare(&scene, 12, 2e-5);
+}
+
+/// A flag that starts flat needs many of them, a sheet beside it one.
+#[test]
+fn newton_steps_are_as_many_as_a_body_needs_as_on_the_cpu() {
+    let flag = Body::cloth("flag", Mesh::grid(20, 30, [1.5, 1.0])).with_mass(Mass::Node(5e-4));
+    let calm = Body::cloth("calm", Mesh::grid(12, 10, [0.5, 0.5])).with_mass(Mass::Node(0.01));
+    let scene = Scene::new("flags")
+        .time(1.0 / 60.0, 1.0 / 60.0)
+        .body(flag.structural(1e5, 0.1).shear(1e5, 0.1).bend(1e5, 0.1).pin(Select::nodes([0, 570])))
+        .body(calm.structural(1e3, 0.1).shear(1e3, 0.1).pin(Select::rows(0, 0)).at([3.0, 0.0, 0.0]));
+    let one = |mut scene: Scene| {
+        scene.solver.ice.newton_steps = 1;
+        scene
+    };
+    let [cpu, gpu] = compare(&by_nodes(scene.clone()), 3, 1e-4);
+    let mut once = build_as(&one(by_nodes(scene)), Precision::F32, 1);
+    run(&mut once, 3);
+    let way = farthest(&positions(&gpu)[..600], &positions(&once)[..600]);
+    assert!(way > 2e-3, "one step goes elsewhere: {way:e} m");
+    let [cpu, gpu, once] = [cpu, gpu, once].map(|simulation| simulation.report().solver.iterations);
+    assert!(cpu.abs_diff(gpu) < 10 && gpu > 3 * once / 2, "{cpu} {gpu} {once}");
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod energy;
 mod forms;
 mod iterations;
 mod momentum;
+mod newton;
 mod oracle;
 mod reference;
 mod rest;

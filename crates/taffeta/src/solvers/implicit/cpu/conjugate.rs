@@ -1,7 +1,7 @@
 //! The system of a Newton step, and conjugate gradients on all bodies' systems at once, each with steps of its own.
 
 use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, reach};
-use crate::real::{Real, add, dot, scale};
+use crate::real::{Real, scale};
 use crate::solvers::dual::distance::{Conjugate, warm_start_factor};
 use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::cycle::slots_of;
@@ -17,15 +17,15 @@ use std::ops::Range;
 pub struct CgState {
     conjugate: Conjugate<f64>,
     /// What errors are measured by: the larger of Σ m |v* − v|² and the first r·z.
-    pub whole: f64,
+    whole: f64,
     /// r·z of the residual r, by the preconditioner z ≈ A⁻¹ r: about eᵀ A e of the error e.
     error: f64,
     /// In this Newton step, and in all.
     iterations: u32,
-    all: u32,
+    pub all: u32,
     pub done: bool,
-    /// Σ m δ² of this Newton step.
-    pub moved: f64,
+    /// Whether its equations are met, so that it takes no further Newton step.
+    pub met: bool,
     /// The next step, and the share of the last direction in its own.
     step: (f64, f64),
     /// Velocity [m/s] that the whole body still lacks, where nothing holds it.
@@ -49,7 +49,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         let (total, outer) =
             unsafe { (self.shared.total.write::<3>(&chunk.part), self.shared.outer.item(chunk.number)) };
         let (hold, masses) = (self.hold(0), self.masses());
-        *outer = 0.0;
+        *outer = [0.0; 6];
         for (at, place) in chunk.part.clone().enumerate() {
             let [_, free] = self.base(place);
             let moves = self.worker.nodes.inverse_mass[place] > T::ZERO;
@@ -59,8 +59,11 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             for axis in 0..3 {
                 total[axis][at] = start[axis] - free[axis];
                 let off = before[axis] - free[axis];
-                *outer += (masses[place] * off * off).to_f64();
+                outer[0] += (masses[place] * off * off).to_f64();
+                outer[1] += (masses[place] * before[axis] * before[axis]).to_f64();
+                outer[2 + axis] += (masses[place] * before[axis]).to_f64();
             }
+            outer[5] += masses[place].to_f64();
         }
         self.set_trial_state(chunk, &total);
     }
@@ -252,10 +255,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 continue;
             }
             let [gamma, delta] = self.product_sums(index);
-            let outer = self.outer_sum(index);
+            let [off, ..] = self.outer_sums(index);
             let body = &mut self.scratch.bodies[index];
             if body.all == 0 {
-                body.whole = gamma.max(outer);
+                body.whole = gamma.max(off);
             }
             body.error = gamma;
             match body.conjugate.step(gamma, delta) {
@@ -272,7 +275,8 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     fn judge(&mut self) {
         let ice = &self.primal.ice;
         for body in &mut self.scratch.bodies {
-            body.done |= body.is_solved(ice.tolerance) || body.iterations == ice.max_iterations;
+            let iterations = if ice.newton_steps == 0 { body.all } else { body.iterations };
+            body.done |= body.is_solved(ice.tolerance) || iterations == ice.max_iterations;
         }
     }
 
@@ -282,21 +286,17 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
     pub fn find_drifts(&mut self) {
         self.each_of_all(0, |worker, chunk| {
             // SAFETY: only this chunk's places, and its own sums.
-            let (residual, found, sums) = unsafe {
-                let sums = worker.shared.residual.item(chunk.number);
-                (worker.shared.levels[0].r.read(), worker.shared.x.read(), sums)
-            };
+            let (residual, sums) =
+                unsafe { (worker.shared.levels[0].r.read(), worker.shared.residual.item(chunk.number)) };
             let (hold, masses) = (worker.hold(0), worker.masses());
-            *sums = [0.0; 6];
+            *sums = [0.0; 5];
             for place in chunk.part.clone() {
                 let mass = masses[place];
                 let moves = hold.inverse_mass[place] > T::ZERO
                     && hold.predicted.get(place).is_none_or(|predicted| !predicted.in_contact());
                 let [x, y, z] = residual.at::<3>(place).map(T::to_f64);
                 let held = f64::from(u8::from(mass > T::ZERO && !moves));
-                let step: [T; 3] = found.at(place);
-                let moved = (mass * dot(step, step)).to_f64();
-                for (sum, number) in sums.iter_mut().zip([x, y, z, mass.to_f64(), held, moved]) {
+                for (sum, number) in sums.iter_mut().zip([x, y, z, mass.to_f64(), held]) {
                     *sum += number;
                 }
             }
@@ -305,14 +305,14 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         for body in 0..self.scratch.bodies.len() {
             // SAFETY: written before a barrier, and again after another.
             let all = &unsafe { self.shared.residual.read() }[self.primal.tables[0].chunks_of[body].clone()];
-            let mut total = [0.0; 6];
+            let mut total = [0.0; 5];
             for sums in all {
-                (0..6).for_each(|one| total[one] += sums[one]);
+                (0..5).for_each(|one| total[one] += sums[one]);
             }
-            let [x, y, z, mass, held, moved] = total;
-            self.scratch.bodies[body].moved = moved;
+            let [x, y, z, mass, held] = total;
             let free = held == 0.0 && mass > 0.0;
-            self.scratch.bodies[body].drift = if free { [x / mass, y / mass, z / mass] } else { [0.0; 3] };
+            let body = &mut self.scratch.bodies[body];
+            body.drift = if free && !body.met { [x / mass, y / mass, z / mass] } else { [0.0; 3] };
         }
     }
 
@@ -358,63 +358,69 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.worker.nodes.level.run(kernel)
     }
 
-    /// Takes a Newton step: changes of velocity, and from where the next one starts; at the end what springs do to each
-    /// node.
-    pub fn take(&self, chunk: &Chunk, last: bool) {
-        let (shared, part) = (self.shared, &chunk.part);
-        // SAFETY: `x` was found before a barrier; of the others only this chunk's places.
-        let (mut total, x) = unsafe { (shared.total.write::<3>(part), shared.x.read()) };
-        for (column, drift) in total.iter_mut().zip(self.scratch.bodies[chunk.body].drift) {
-            column.iter_mut().for_each(|number| *number += T::from_f64(drift));
-        }
-        if last {
-            self.note_changes(chunk, &total);
+    /// Takes a Newton step: changes of velocity, from where the next one starts, and the impulses that springs then have.
+    pub fn take(&self, chunk: &Chunk) {
+        let (shared, part, body) = (self.shared, &chunk.part, &self.scratch.bodies[chunk.body]);
+        if body.met {
             return;
         }
+        self.note_impulses(chunk);
+        // SAFETY: `x` was found before a barrier; of the others only this chunk's places.
+        let (total, x) = unsafe { (shared.total.write::<3>(part), shared.x.read()) };
         for first in part.clone().step_by(LANES) {
             let (at, step) = (first - part.start, x.lanes::<3>(first));
             for axis in 0..3 {
+                let drift = T::from_f64(body.drift[axis]);
                 for lane in 0..LANES {
-                    total[axis][at + lane] += step[axis][lane];
+                    total[axis][at + lane] = total[axis][at + lane] + drift + step[axis][lane];
                 }
             }
         }
         self.set_trial_state(chunk, &total);
     }
 
-    /// What springs change of each node's velocity: what was solved for, and on nodes that a surface holds, what they press.
-    fn note_changes(&self, chunk: &Chunk, total: &[&mut [T]; 3]) {
+    /// Impulses of springs [N s] on nodes that something holds, as the system has them: with those all of momentum is there,
+    /// whatever a Newton step leaves.
+    fn note_impulses(&self, chunk: &Chunk) {
         let (shared, part) = (self.shared, &chunk.part);
         // SAFETY: as in `take`.
-        let (change, right, x) =
-            unsafe { (shared.change.write::<3>(part), shared.right.write::<3>(part), shared.x.read()) };
+        let (mut impulse, right, x) =
+            unsafe { (shared.impulse.write::<3>(part), shared.right.read(), shared.x.read()) };
         let (predicted, inverse_mass) = (self.hold(0).predicted, &self.worker.nodes.inverse_mass);
         let edges = Operator { own: Own::None, ..self.operator(0, chunk.body) };
         for first in part.clone().step_by(LANES) {
-            let at = first - part.start;
             let held = predicted.get(first..first + LANES).unwrap_or(&[]);
             let pinned = inverse_mass[first..first + LANES].iter().any(|&w| w <= T::ZERO);
-            let any = pinned || held.iter().any(PredictedContact::in_contact);
-            let (product, step) = if any {
-                edges.slice::<FINE>(first / LANES, &x)
-            } else {
-                ([[T::ZERO; LANES]; 3], x.lanes::<3>(first))
-            };
-            for lane in 0..LANES {
-                let at = at + lane;
-                let impulse = [0, 1, 2].map(|axis| right[axis][at] - product[axis][lane]);
-                let before = [0, 1, 2].map(|axis| total[axis][at]);
-                let mut after = add(before, [step[0][lane], step[1][lane], step[2][lane]]);
-                let contact = held.get(lane).filter(|predicted| predicted.in_contact());
-                let whole = self.keep_rate(first + lane, &mut after, contact);
-                if let Some(predicted) = contact {
-                    let springs = scale(impulse, whole * inverse_mass[first + lane]);
-                    after = velocity_change(predicted, after, springs);
-                }
+            if pinned || held.iter().any(PredictedContact::in_contact) {
+                let (product, _) = edges.slice::<FINE>(first / LANES, &x);
+                let mut given: [[T; LANES]; 3] = right.lanes(first);
                 for axis in 0..3 {
-                    change[axis][at] = after[axis];
-                    right[axis][at] = impulse[axis];
+                    for lane in 0..LANES {
+                        given[axis][lane] -= product[axis][lane];
+                    }
                 }
+                store(&mut impulse, first - part.start, &given);
+            }
+        }
+    }
+
+    /// What springs change of each node's velocity: what was solved for, and on nodes that a surface holds, what they press.
+    pub fn note_changes(&self, chunk: &Chunk) {
+        let (shared, part) = (self.shared, &chunk.part);
+        // SAFETY: only this chunk's places.
+        let (change, total, impulse) =
+            unsafe { (shared.change.write::<3>(part), shared.total.read(), shared.impulse.read()) };
+        let (predicted, inverse_mass) = (self.hold(0).predicted, &self.worker.nodes.inverse_mass);
+        for (at, place) in part.clone().enumerate() {
+            let mut after: [T; 3] = total.at(place);
+            let contact = predicted.get(place).filter(|predicted| predicted.in_contact());
+            let whole = self.keep_rate(place, &mut after, contact);
+            if let Some(predicted) = contact {
+                let springs = scale(impulse.at(place), whole * inverse_mass[place]);
+                after = velocity_change(predicted, after, springs);
+            }
+            for axis in 0..3 {
+                change[axis][at] = after[axis];
             }
         }
     }
@@ -442,10 +448,11 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         all.iter().fold([0.0; 2], |[a, b], sum| [a + sum[0], b + sum[1]])
     }
 
-    fn outer_sum(&self, body: usize) -> f64 {
+    /// Σ m |v* − v|², Σ m |v|², Σ m v and Σ m of a body.
+    pub fn outer_sums(&self, body: usize) -> [f64; 6] {
         // SAFETY: as above.
         let all = &unsafe { self.shared.outer.read() }[self.primal.tables[0].chunks_of[body].clone()];
-        all.iter().sum()
+        all.iter().fold([0.0; 6], |sum, one| std::array::from_fn(|i| sum[i] + one[i]))
     }
 
     /// Where the sums of a chunk of its share go.
@@ -459,7 +466,8 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 impl CgState {
     /// Before a further Newton step.
     pub fn again(self) -> Self {
-        Self { whole: self.whole, error: self.error, all: self.all, ..Self::default() }
+        let Self { whole, error, all, met, .. } = self;
+        Self { whole, error, all, met, done: met, ..Self::default() }
     }
 
     fn is_solved(&self, tolerance: f64) -> bool {

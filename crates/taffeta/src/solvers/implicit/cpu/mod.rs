@@ -83,8 +83,9 @@ struct Work<T> {
     x: Columns<T>,
     p: Columns<T>,
     s: Columns<T>,
-    /// Springs' impulse where a Newton step starts [N s].
+    /// Springs' impulse where a Newton step starts, and with what it changes on nodes that something holds [N s].
     right: Columns<T>,
+    impulse: Columns<T>,
     /// Of second order.
     history: Option<History<T>>,
     /// Positions and velocities that a Newton step starts from.
@@ -92,11 +93,11 @@ struct Work<T> {
     /// By place: how a surface holds it, and which. Empty where there are none.
     predicted: Shared<PredictedContact<T>>,
     collider: Shared<u32>,
-    /// By chunk: Σ m |v* − v|²; r·z and z·A z.
-    outer: Shared<f64>,
+    /// By chunk: Σ m |v* − v|², Σ m |v|², Σ m v and Σ m; r·z and z·A z.
+    outer: Shared<[f64; 6]>,
     products: Shared<[f64; 2]>,
-    /// By chunk: what is left of momentum, mass, how many nodes are held, and Σ m δ².
-    residual: Shared<[f64; 6]>,
+    /// By chunk: what is left of momentum, mass, and how many nodes are held.
+    residual: Shared<[f64; 5]>,
 }
 
 /// What steps of second order have beside; of it `rate` is kept from one sub-step to the next.
@@ -197,6 +198,7 @@ impl<T: Real> Work<T> {
             p: columns(3),
             s: columns(3),
             right: columns(3),
+            impulse: Columns::new(3, places, 0),
             history: second_order.then(|| History {
                 rate: Columns::new(3, places, 0),
                 base: Columns::new(6, places, 0),
@@ -205,14 +207,15 @@ impl<T: Real> Work<T> {
             moved: Columns::new(6, places, 0),
             predicted: vec![PredictedContact::FREE; held].into(),
             collider: vec![0; held].into(),
-            outer: vec![0.0; chunks].into(),
+            outer: vec![[0.0; 6]; chunks].into(),
             products: vec![[0.0; 2]; chunks].into(),
-            residual: vec![[0.0; 6]; chunks].into(),
+            residual: vec![[0.0; 5]; chunks].into(),
         }
     }
 
     fn bytes(&self) -> usize {
-        let columns = [&self.change, &self.total, &self.x, &self.p, &self.s, &self.right, &self.moved];
+        let columns =
+            [&self.change, &self.total, &self.x, &self.p, &self.s, &self.right, &self.impulse, &self.moved];
         let history = |all: &History<T>| all.rate.bytes() + all.base.bytes() + all.mass.bytes();
         self.levels.iter().map(LevelWork::bytes).sum::<usize>()
             + columns.into_iter().map(Columns::bytes).sum::<usize>()

@@ -3,16 +3,7 @@
 use crate::real::{Real, dot};
 use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::conjugate::CgState;
-use crate::solvers::implicit::implicit::times;
-
-/// Most Newton steps that are taken where the scene does not say how many.
-const MOST_STEPS: u32 = 4;
-
-/// Share of what errors are measured by, in Σ m δ², from which on a step may have left much.
-const FAR: f64 = 0.25;
-
-/// Residual of the equations after a step, relative to what errors are measured by, from which on another one follows.
-const LEFT: f64 = 0.7;
+use crate::solvers::implicit::implicit::{MOST_STEPS, leaves_much, motion, times};
 
 impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// Finds what springs change of velocities.
@@ -26,22 +17,20 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.soften();
         self.each(0, Self::begin_step);
         self.worker.synchronise();
-        for step in 1.. {
+        for step in 1..=most {
             self.scratch.bodies.iter_mut().for_each(|body| *body = body.again());
             self.linearise();
             self.each(0, Self::set_up);
             self.worker.synchronise();
-            let mut is_last = step > least && self.is_enough();
-            if !is_last {
-                self.step(step == 1);
-                is_last = step == most || (step >= least && !self.went_far());
-            }
-            self.each_of_all(0, |worker, chunk| worker.take(chunk, is_last));
-            self.worker.synchronise();
-            if is_last {
+            if step > least && self.is_enough() {
                 break;
             }
+            self.step(step == 1);
+            self.each_of_all(0, |worker, chunk| worker.take(chunk));
+            self.worker.synchronise();
         }
+        self.each_of_all(0, |worker, chunk| worker.note_changes(chunk));
+        self.worker.synchronise();
         self.report();
     }
 
@@ -54,12 +43,8 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.find_drifts();
     }
 
-    /// Whether a step went so far on some body that it may have left much.
-    fn went_far(&self) -> bool {
-        self.scratch.bodies.iter().any(|body| body.moved > FAR * body.whole)
-    }
-
-    /// Whether the equations are met well enough where the last step went; a body on which they are takes no further one.
+    /// Whether the equations are met well enough where the last step went; a body on which they are takes no further one, nor
+    /// does one that has no iterations left.
     fn is_enough(&mut self) -> bool {
         self.start(false);
         self.each(0, |worker, chunk| {
@@ -75,13 +60,14 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         });
         self.worker.synchronise();
         for index in 0..self.scratch.bodies.len() {
-            let [left, _] = self.product_sums(index);
+            let ([left, _], [off, squares, x, y, z, mass]) =
+                (self.product_sums(index), self.outer_sums(index));
             let body = &mut self.scratch.bodies[index];
-            // What is no number is not made one by further steps.
-            let is_much = left > LEFT * LEFT * body.whole;
-            body.done = !is_much;
+            let may = body.all < self.primal.ice.max_iterations;
+            body.met |= !(may && leaves_much(left, motion([off, squares], [x, y, z], mass)));
+            body.done = body.met;
         }
         self.worker.synchronise();
-        self.scratch.bodies.iter().all(|body| body.done)
+        self.scratch.bodies.iter().all(|body| body.met)
     }
 }

@@ -12,11 +12,11 @@ impl<T: Real> Implicit<T> {
         // That of the system, whose impulses pins hold against.
         let h = tile.substep.scheme().map_or(tile.substep.h, |scheme| scheme.h);
         // SAFETY: found before a barrier.
-        let (change, right) = unsafe { (self.work.change.read(), self.work.right.read()) };
+        let (change, impulse) = unsafe { (self.work.change.read(), self.work.impulse.read()) };
         for (at, run) in tile.plan.runs() {
             for place in run.clone() {
                 if tile.nodes.inverse_mass[place] <= T::ZERO {
-                    let impulse: [T; 3] = right.at(place);
+                    let impulse: [T; 3] = impulse.at(place);
                     tile.add_force(at + place - run.start, scale(impulse, T::ONE / h));
                     continue;
                 }

@@ -1,0 +1,67 @@
+//! Newton steps: as many as a sub-step needs.
+
+use super::{newton, with};
+use crate::common::{build, positions, run};
+use taffeta::Simulation;
+use taffeta::scene::{Body, Ice, Mass, Mesh, Scene, Select};
+
+/// A flag of springs of 1 MN/m that starts level, held by two corners: flat, it has no stiffness against its weight.
+fn flag() -> Body {
+    let flag = Body::cloth("flag", Mesh::grid(20, 30, [1.5, 1.0])).with_mass(Mass::Node(5e-4));
+    flag.structural(1e6, 0.1).shear(1e6, 0.1).bend(1e6, 0.1).pin(Select::nodes([0, 570]))
+}
+
+/// A sheet that swings a little.
+fn calm() -> Body {
+    let sheet = Body::cloth("calm", Mesh::grid(12, 10, [0.5, 0.5])).with_mass(Mass::Node(0.01));
+    let sheet = sheet.structural(1e3, 0.1).shear(1e3, 0.1).pin(Select::rows(0, 0)).at([3.0, 0.0, 0.0]);
+    Body { place: crate::common::turned([1.0, 0.0, 0.0], 89.0, [3.0, 0.0, 0.0]), ..sheet }
+}
+
+fn scene(bodies: impl IntoIterator<Item = Body>, ice: Ice) -> Simulation {
+    let scene = Scene::new("flags").time(1.0 / 60.0, 1.0 / 60.0);
+    build(&with(bodies.into_iter().fold(scene, Scene::body), ice))
+}
+
+/// Greatest energy above that of the start, by the range of energies, in 30 frames.
+fn gain(ice: Ice) -> f64 {
+    let mut flag = scene([flag()], ice);
+    let start = flag.report().energy();
+    let [mut least, mut most] = [start; 2];
+    for _ in 0..30 {
+        run(&mut flag, 1);
+        let now = flag.report().energy();
+        (least, most) = (least.min(now), most.max(now));
+    }
+    (most - start) / (start - least)
+}
+
+#[test]
+fn what_starts_flat_gains_no_energy_where_one_step_gives_it_some() {
+    let [one, automatic] = [newton(1), newton(0)].map(gain);
+    assert!(one > 0.1 && automatic < 1e-6, "{one}, {automatic}");
+    assert_eq!(Ice::default().newton_steps, 0, "it is the default");
+}
+
+#[test]
+fn calm_cloth_takes_one_step_whatever_other_bodies_take() {
+    let [mut automatic, mut one] = [newton(0), newton(1)].map(|ice| scene([calm()], ice));
+    let mut beside = scene([flag(), calm()], newton(0));
+    for simulation in [&mut automatic, &mut one, &mut beside] {
+        run(simulation, 20);
+    }
+    assert_eq!(automatic.state_hash(), one.state_hash());
+    assert_eq!(positions(&beside)[600..], positions(&automatic)[..]);
+}
+
+#[test]
+fn steps_of_their_own_number_share_the_iterations() {
+    let few = |newton_steps| Ice { max_iterations: 12, tolerance: 1e-9, ..newton(newton_steps) };
+    let iterations = |newton_steps| {
+        let mut flag = scene([flag()], few(newton_steps));
+        run(&mut flag, 3);
+        flag.report().solver.iterations
+    };
+    let [one, three, automatic] = [1, 3, 0].map(iterations);
+    assert!(one == 12 && three > 24 && automatic == 12, "{one}, {three}, {automatic}");
+}
