@@ -9,6 +9,9 @@ use crate::diagnostics::{FrameReport, stability};
 use crate::elements::aero;
 use crate::scene::{ConstraintForm, Method};
 
+/// A factor on stiffness that makes another cloth of it: where something else helps, it is no advice.
+const OTHER_CLOTH: f64 = 0.01;
+
 /// Limits of the step.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -167,9 +170,12 @@ impl StepLimit {
     fn remedy(&self) -> Warning {
         let safe = round_down(self.longest());
         if let Some(one) = self.culprit.as_ref().and_then(Culprit::remedy) {
-            return self.shorter_step(safe, &one);
+            return self.shorter_step(safe, Some(&one));
         }
         let softer = (safe / self.step).powi(2);
+        if self.holds_by_nodes && softer < OTHER_CLOTH {
+            return self.shorter_step(safe, None);
+        }
         let heavier = 1.0 / softer;
         let stiff = "stiffness and damping";
         let what = match self.method {
@@ -177,19 +183,24 @@ impl StepLimit {
             Method::Ice => &format!("drag and {stiff} of {}", self.names_of_elements()),
             Method::Springs | Method::Acad => stiff,
         };
-        self.shorter_step(safe, &format!("multiply {what} by {softer:.1e} or the mass by {heavier:.1e}"))
+        let other = format!("multiply {what} by {softer:.1e} or the mass by {heavier:.1e}");
+        self.shorter_step(safe, Some(&other))
     }
 
     /// Suggested changes if transverse waves grow. Mass does not help, unless the load is wind: the weight grows with
     /// it.
     fn remedy_to_hang(&self, pulled: &Tension) -> Warning {
         let safe = round_down(pulled.largest_step());
-        self.shorter_step(safe, "add stiff bend springs (on a grid also shear springs), which share the pull")
+        self.shorter_step(
+            safe,
+            Some("add stiff bend springs (on a grid also shear springs), which share the pull"),
+        )
     }
 
     /// A step of `safe` [s], something else, or springs that are solved for by nodes where that would do.
-    fn shorter_step(&self, safe: f64, or: &str) -> Warning {
-        let message = format!("take sub-steps of {safe:e} s or less, or {or}");
+    fn shorter_step(&self, safe: f64, other: Option<&str>) -> Warning {
+        let or = other.map_or_else(String::new, |other| format!(", or {other}"));
+        let message = format!("take sub-steps of {safe:e} s or less{or}");
         let shorter = Advice::LongestStep(safe);
         if self.holds_by_nodes {
             let message =
@@ -316,6 +327,9 @@ mod tests {
         let named = |one: &Warning| one.advice.contains(&Advice::SolveByNodes);
         let springs = limit(0.01, Method::Springs);
         assert!(said(&springs).iter().all(named) && said(&springs).len() == 2);
+        // Springs a million times softer are no answer where another form is one.
+        let multiplied = |limit: &StepLimit| said(limit)[0].message.contains("multiply");
+        assert!(multiplied(&springs) && !multiplied(&StepLimit { step: 1.0, ..springs.clone() }));
         let hinges = StepLimit { holds_by_nodes: false, ..springs };
         assert!(!said(&hinges).iter().any(named));
         let primal = StepLimit { primal: true, ..limit(0.001, Method::Ice) }.after().message;

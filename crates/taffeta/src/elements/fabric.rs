@@ -77,6 +77,7 @@ impl BodyAssembly {
                     .into(),
             );
         }
+        self.warnings.extend(material.unusual());
         let triangle = |(index, user): (usize, &[u32; 3])| {
             let (zone, factor) = zones[index];
             let rest = frames.flattened(index).map(|[u, v]| [u * factor.warp, v * factor.weft]);

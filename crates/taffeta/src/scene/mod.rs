@@ -17,6 +17,7 @@ mod presets;
 mod sheet;
 mod solver;
 mod surface;
+mod unusual;
 mod validate;
 mod volume;
 mod world;

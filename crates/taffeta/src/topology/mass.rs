@@ -119,7 +119,9 @@ fn sixths(r: u32, c: u32, rows: u32, cols: u32) -> u32 {
 }
 
 fn no_area() -> String {
-    "`area_density` is given, but the body has no area; `mass` or `node_mass` would do".into()
+    "a mass per area is given (`area_density`, or the density of a fabric), but the body has no area; a grid of 2 rows and \
+     columns or more, or `mass` with springs, would do"
+        .into()
 }
 
 fn no_volume() -> String {
