@@ -157,8 +157,10 @@ impl Section {
         for row in worst.iter().copied().chain(more) {
             let [expected, ours, error, allowed] = cells(row);
             let verdict = if row.passed() { "" } else { "**failed** " };
+            let note =
+                if row.passed() || row.note.is_empty() { String::new() } else { format!(" ({})", row.note) };
             text += &format!(
-                "| {verdict}{} | {expected} | {ours} | {error} | {allowed} | {} | {} |\n",
+                "| {verdict}{}{note} | {expected} | {ours} | {error} | {allowed} | {} | {} |\n",
                 row.quantity, row.mesh, row.solver
             );
         }

@@ -70,12 +70,24 @@ fn in_band(preset: &taffeta::scene::Preset, mean: f64, of: &Row) -> Option<Row> 
     let row = Row { ours: mean, plot: None, mesh: "mean of all".into(), ..of.clone() }
         .near(expected, 0.0, "points");
     let quantity = format!("drape coefficient of {}, in {low} to {high} [%]", preset.name);
-    Some(Row { quantity, note: String::new(), ..row })
+    let note = if preset.name == "denim" { DENIM } else { "" };
+    Some(Row { quantity, note: note.into(), ..row })
 }
 
 /// Least and largest drape coefficients of fabrics in the literature [%].
 const BANDS: [(&str, f64, f64); 4] =
     [("silk", 20.0, 40.0), ("cotton", 60.0, 76.0), ("wool", 40.0, 70.0), ("denim", 70.0, 90.0)];
+
+/// Why denim fails.
+const DENIM: &str = "the bending that Wang and others measured on their denim is less than that of the denims of the band";
+
+/// Drag by mass [1/s], which brings a specimen to rest and changes nothing of where that is.
+const DRAG: f64 = 2.0;
+
+/// Mass by area of a preset [kg/m²].
+fn area_density(name: &str) -> f64 {
+    PRESETS.iter().find(|preset| preset.name == name).map_or(0.0, |preset| preset.fabric.density)
+}
 
 /// Lets a specimen drape: its coefficient [%] and its folds.
 fn drape(
@@ -94,7 +106,10 @@ fn drape(
     let held = mesh.select(|[x, y]| x.hypot(y) < DISC + 1e-6);
     let material =
         format!("[body.material]\npreset = \"{preset}\"\ndamping = {{ stretch = 1e-3, bending = 1e-2 }}\n");
-    let scene = head(&format!("Drape of {preset}"), 0.02, case.solver, "").replace("1e-5", "1e-3")
+    // Relative to what gravity does in a step, a tolerance of 1e-3 leaves enough for silk to wander for ever.
+    let drag = DRAG * area_density(preset) * PI * SPECIMEN * SPECIMEN / mesh.nodes.len() as f64;
+    let scene = head(&format!("Drape of {preset}"), 0.02, case.solver, &format!("drag = {drag:?}"))
+        .replace("1e-5", "1e-4")
         + &body(&variant, &material)
         + &pin(&held);
     let mut running = bench.start(&variant, &scene)?;

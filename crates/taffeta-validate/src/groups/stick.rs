@@ -11,7 +11,9 @@ pub const GROUP: Group = Group {
             height is H, of a length L. By the \
             elastica (θ″ = −P sin θ + Q cos θ, θ(0) = 0, θ′(1) = 0, ∫ sin θ = 0, ∫ cos θ = H/L) the tip sticks where it touched as long \
             as Coulomb's μ is at least μ* = Q/P. With 1.1 μ* it must not move by 0.002 L, and with 0.9 μ* it must. Below H/L = 0.67 the \
-            elastica dips below the height of its tip: there the plane is a ledge that ends 0.005 L beside it.",
+            elastica dips below the height of its tip: there the plane is a ledge that ends 0.005 L beside it. Which nodes stick is \
+            decided once in a sub-step, from what pulled in the last one; so tips may creep below the limit, and rows that fail say \
+            how far.",
     axes: ["H/L", "way of the tip/L"],
     is_logarithmic: false,
     theory: None,
