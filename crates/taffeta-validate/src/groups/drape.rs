@@ -79,7 +79,8 @@ const BANDS: [(&str, f64, f64); 4] =
     [("silk", 20.0, 40.0), ("cotton", 60.0, 76.0), ("wool", 40.0, 70.0), ("denim", 70.0, 90.0)];
 
 /// Why denim fails.
-const DENIM: &str = "the bending that Wang and others measured on their denim is less than that of the denims of the band";
+const DENIM: &str =
+    "the bending that Wang and others measured on their denim is less than that of the denims of the band";
 
 /// Drag by mass [1/s], which brings a specimen to rest and changes nothing of where that is.
 const DRAG: f64 = 2.0;

@@ -116,7 +116,9 @@ fn what_is_too_large_is_named_and_lowering_it_alone_makes_the_step_stable() {
         // The advice is taken, and does. It is no more than needed by far.
         let factor = culprit.factor.unwrap();
         (planted.change)(&mut scene, factor);
-        assert_eq!(warnings(&build(&scene)), [""; 0], "{words}");
+        // A stiff zone of a test may be stiffer than fabrics.
+        let still = warnings(&build(&scene)).into_iter().filter(|said| said.contains("stable step"));
+        assert_eq!(still.collect::<Vec<_>>(), [""; 0], "{words}");
         let longest = build(&scene).largest_stable_step_folded();
         assert!(longest < 1.6 * step, "{words}: {longest} s, {step} s was wanted");
     }
@@ -131,7 +133,11 @@ fn where_two_are_too_large_all_must_be_lowered() {
     assert_eq!((culprit.part.source, culprit.part.is_damping), (Source::Elements("hinges"), true));
     assert!(culprit.factor.is_none() && culprit.without.is_some_and(|step| step < 0.1));
     let said = warnings(&simulation).join("\n");
-    assert!(said.contains("multiply stiffness and damping by"), "{said}");
+    // Of a cloth a million times softer nothing is said: another form would do.
+    assert!(
+        said.contains("primal form") && !said.contains("lower the") && !said.contains("multiply"),
+        "{said}"
+    );
 }
 
 #[test]
