@@ -224,7 +224,8 @@ fn at_all_cases(twin: &mut Twin<'_>, chance: &mut Chance, shift: usize) {
         if case % 3 != 1 && number == 1 || case == 2 {
             solve.is_met = 0;
         }
-        if case == 3 {
+        if case % 2 == 1 {
+            // As the next Newton step begins.
             solve.kept.passes = 0;
         }
     }
