@@ -79,6 +79,39 @@ fn kind(shape: ShapeNow<f32>) -> f64 {
 }
 
 fn twins() -> BTreeMap<&'static str, f64> {
+    shared().into_iter().chain(of_solvers()).collect()
+}
+
+/// Of the implicit solvers.
+fn of_solvers() -> BTreeMap<&'static str, f64> {
+    BTreeMap::from([
+        ("COMPLIANT", f64::from(ConstraintForm::Compliant as u32)),
+        ("PRINTED_CONSTRAINT", f64::from(ConstraintForm::Printed as u32)),
+        ("MOST_STEPS", f64::from(MOST_STEPS)),
+        ("LEFT", f64::from(LEFT as f32)),
+        ("ITERATED", f64::from(When::Iterated as u32)),
+        ("JUDGED", f64::from(When::Judged as u32)),
+        ("BEGUN", f64::from(When::Begun as u32)),
+        ("VECTORS", VECTORS as f64),
+        ("RESIDUAL", f64::from(Vector::Residual as u32)),
+        ("CYCLE", f64::from(Vector::Cycle as u32)),
+        ("START", f64::from(Vector::Start as u32)),
+        ("FREE", f64::from(Vector::Free as u32)),
+        ("RATE", f64::from(Vector::Rate as u32)),
+        ("GIVEN", f64::from(Vector::Given as u32)),
+        ("CYCLED", f64::from(Vector::Cycled as u32)),
+        ("CHANGE", f64::from(Vector::Change as u32)),
+        ("DIRECTION", f64::from(Vector::Direction as u32)),
+        ("DIRECTION_PRODUCT", f64::from(Vector::DirectionProduct as u32)),
+        ("PRODUCT", f64::from(Vector::Product as u32)),
+        ("IMPULSE", f64::from(Vector::Impulse as u32)),
+        ("TOTAL", f64::from(Vector::Total as u32)),
+        ("SPRING_CHANGE", f64::from(Vector::SpringChange as u32)),
+    ])
+}
+
+/// Of the rest.
+fn shared() -> BTreeMap<&'static str, f64> {
     let zero = [0.0; 3];
     BTreeMap::from([
         ("TINY", f64::from(<f32 as Real>::TINY)),
@@ -121,28 +154,6 @@ fn twins() -> BTreeMap<&'static str, f64> {
         ("GROUPS_IN_ROW", f64::from(taffeta_gpu::GROUPS_IN_ROW)),
         ("EPSILON", f64::from(<f32 as Real>::EPSILON)),
         ("LARGEST", f64::from(f32::MAX)),
-        ("COMPLIANT", f64::from(ConstraintForm::Compliant as u32)),
-        ("PRINTED_CONSTRAINT", f64::from(ConstraintForm::Printed as u32)),
-        ("MOST_STEPS", f64::from(MOST_STEPS)),
-        ("LEFT", f64::from(LEFT as f32)),
-        ("ITERATED", f64::from(When::Iterated as u32)),
-        ("JUDGED", f64::from(When::Judged as u32)),
-        ("BEGUN", f64::from(When::Begun as u32)),
-        ("VECTORS", VECTORS as f64),
-        ("RESIDUAL", f64::from(Vector::Residual as u32)),
-        ("CYCLE", f64::from(Vector::Cycle as u32)),
-        ("START", f64::from(Vector::Start as u32)),
-        ("FREE", f64::from(Vector::Free as u32)),
-        ("RATE", f64::from(Vector::Rate as u32)),
-        ("GIVEN", f64::from(Vector::Given as u32)),
-        ("CYCLED", f64::from(Vector::Cycled as u32)),
-        ("CHANGE", f64::from(Vector::Change as u32)),
-        ("DIRECTION", f64::from(Vector::Direction as u32)),
-        ("DIRECTION_PRODUCT", f64::from(Vector::DirectionProduct as u32)),
-        ("PRODUCT", f64::from(Vector::Product as u32)),
-        ("IMPULSE", f64::from(Vector::Impulse as u32)),
-        ("TOTAL", f64::from(Vector::Total as u32)),
-        ("SPRING_CHANGE", f64::from(Vector::SpringChange as u32)),
         ("NONE", f64::from(NONE)),
         ("GROUP_ROUNDS", GROUP_ROUNDS as f64),
         ("JOINT_FIELDS", FIELDS as f64),

@@ -6,7 +6,7 @@ const NONE: u32 = 0xffffffffu;
 const LANES: u32 = 16u;
 
 /// Workgroups along x; more are in further rows along y, for one dimension may be too short. Those of a dispatch have the same
-/// numbers whether the host has told how many there are or a kernel has counted them.
+/// numbers whether the host gives their count or a kernel does.
 const GROUPS_IN_ROW: u32 = 32768u;
 
 /// The number of a workgroup.

@@ -251,14 +251,16 @@ impl Implicit {
         all.extend(begun.into_iter().map(|command| self.when(When::Begun, command)));
     }
 
-    /// A command in as many workgroups as are counted for it. What is not counted runs in any case, and does no harm.
+    /// A command in as many workgroups as are counted for it; of no workgroups it stays as it is.
     fn when<'f>(&'f self, when: When, command: Command<'f>) -> Command<'f> {
-        let Command::Dispatch(Dispatch { name, part, groups: Groups::Linear(groups) }) = command else {
-            return command;
-        };
-        let counted = self.counted.iter().position(|&one| one == [groups as u32, when as u32]);
-        let groups = counted.map_or(Groups::Linear(groups), |index| Groups::Counted(&self.counts, index));
-        Command::Dispatch(Dispatch { name, part, groups })
+        match command {
+            Command::Dispatch(Dispatch { name, part, groups: Groups::Linear(groups) }) if groups > 0 => {
+                let counted = self.counted.iter().position(|&one| one == [groups as u32, when as u32]);
+                let index = counted.expect("MultigridTables::counted lists what a further step runs");
+                Command::Dispatch(Dispatch { name, part, groups: Groups::Counted(&self.counts, index) })
+            }
+            other => other,
+        }
     }
 
     /// A kernel that may import the choice of a system.

@@ -1,4 +1,4 @@
-// Springs by nodes: one Newton step of implicit Euler.
+// Springs by nodes: Newton steps of implicit Euler.
 //
 // Source: Baraff and Witkin, "Large Steps in Cloth Simulation", SIGGRAPH 1998, eq. 16, here for u = v⁺; the stiffness across
 // a spring by its absolute value after Chen, Liu, Levin, Zheng, Kim, "Stabler Neo-Hookean Simulation: Absolute Eigenvalue

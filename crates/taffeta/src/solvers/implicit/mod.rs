@@ -14,6 +14,8 @@ pub mod gpu_tables;
 pub mod implicit;
 pub mod levels;
 #[cfg(feature = "gpu")]
+mod newton_twin;
+#[cfg(feature = "gpu")]
 pub mod parity;
 pub mod scheme;
 pub mod slots;

@@ -15,11 +15,11 @@ use crate::solvers::explicit::euler;
 use crate::solvers::implicit::couplings_twin::OfElements;
 use crate::solvers::implicit::cpu::kernels::Advance;
 use crate::solvers::implicit::gpu_layout::{
-    Diagonal, LevelGroup, NodeSolve, PcgState, SlotSpring, Symmetric, Vector, When,
+    Diagonal, LevelGroup, NodeSolve, PcgState, SlotSpring, Symmetric, Vector,
 };
 use crate::solvers::implicit::implicit::{
-    LAST_PAIRS, MOST_STEPS, Stiff, add_weighted, block, diagonal, edge_times, inverse, is_solved, jacobi,
-    leaves_much, motion, residual_fraction, right_side, times, velocity_change,
+    LAST_PAIRS, Stiff, add_weighted, block, diagonal, edge_times, inverse, is_solved, jacobi,
+    residual_fraction, right_side, times, velocity_change,
 };
 use crate::topology::LANES;
 use std::slice::from_mut;
@@ -77,7 +77,7 @@ impl Twin<'_> {
         self.fixture.substep().h
     }
 
-    fn at(&self, which: Vector, node: usize) -> usize {
+    pub(super) fn at(&self, which: Vector, node: usize) -> usize {
         which as usize * self.fixture.tables.multigrid.nodes + node
     }
 
@@ -90,11 +90,11 @@ impl Twin<'_> {
         self.work.vectors[at] = [x, y, z, 0.0];
     }
 
-    fn mass(&self, node: usize) -> f32 {
+    pub(super) fn mass(&self, node: usize) -> f32 {
         self.work.vectors[self.at(Vector::Residual, node)][3]
     }
 
-    fn predicted(&self, node: usize) -> PredictedContact<f32> {
+    pub(super) fn predicted(&self, node: usize) -> PredictedContact<f32> {
         predicted_in(&self.work.predicted_contacts[node])
     }
 
@@ -243,73 +243,12 @@ impl Twin<'_> {
     }
 
     /// Place and velocity with a change of the velocity without springs.
-    fn set_trial_state(&mut self, node: usize, total: [f32; 3]) {
+    pub(super) fn set_trial_state(&mut self, node: usize, total: [f32; 3]) {
         let velocity = add(self.get(Vector::Free, node), total);
         let (x, h) = (self.get(Vector::Start, node), self.solving.inner);
         self.put(Vector::Total, node, total);
         self.put(Vector::Direction, node, [0, 1, 2].map(|i| euler::position(x[i], velocity[i], h)));
         self.put(Vector::DirectionProduct, node, velocity);
-    }
-
-    pub fn next_newton_step(&mut self) {
-        for (node, _) in self.finest() {
-            let total = add(self.get(Vector::Total, node), self.get(Vector::Change, node));
-            self.put(Vector::Change, node, [0.0; 3]);
-            self.put(Vector::Cycled, node, [0.0; 3]);
-            self.set_trial_state(node, total);
-        }
-        for solve in &mut self.work.solves {
-            let PcgState { whole, error, iterations, .. } = solve.next;
-            let again = PcgState { is_done: solve.is_met, whole, error, ..PcgState::default() };
-            let (steps, before) = (solve.steps + 1, solve.before + iterations);
-            *solve = NodeSolve { steps, before, kept: again, next: again, ..*solve };
-        }
-    }
-
-    /// What a term of each node adds up to in each group, of one sort.
-    fn add_up_groups(&mut self, sort: usize, term: impl Fn(&Self, usize) -> Four) {
-        let groups = self.fixture.tables.multigrid.groups[0].clone();
-        for (index, group) in groups.iter().enumerate() {
-            let mut lanes = vec![[0.0; 4]; GROUP];
-            for (lane, own) in lanes.iter_mut().enumerate().take(group.count as usize) {
-                *own = term(self, group.first as usize + lane);
-            }
-            self.work.sums[sort * groups.len() + index] = by_halves(lanes);
-        }
-    }
-
-    pub fn sum_motion(&mut self) {
-        let v = |twin: &Self, node: usize| {
-            let is_free = twin.fixture.old.position[node][3] > 0.0;
-            if is_free { three(twin.fixture.old.velocity[node]) } else { twin.get(Vector::Free, node) }
-        };
-        self.add_up_groups(1, |twin, node| {
-            let (mass, [x, y, z]) = (twin.mass(node), v(twin, node));
-            [mass * x, mass * y, mass * z, mass]
-        });
-        self.add_up_groups(2, |twin, node| {
-            let (mass, off) = (twin.mass(node), twin.work.vectors[twin.at(Vector::Total, node)][3]);
-            [mass * dot(v(twin, node), v(twin, node)), off, 0.0, 0.0]
-        });
-    }
-
-    pub fn measure_left(&mut self) {
-        self.add_up_groups(0, |twin, node| {
-            let residual = twin.predicted(node).filtered(twin.get(Vector::Residual, node));
-            [dot(residual, times(&six(&twin.work.diagonals[node].inverse), residual)), 0.0, 0.0, 0.0]
-        });
-    }
-
-    pub fn judge(&mut self) {
-        let groups = self.fixture.tables.multigrid.groups[0].len();
-        for number in 0..self.work.solves.len() {
-            let [left, momentum, squares] = [0, 1, 2].map(|sort| self.sums_of(number, sort * groups));
-            let motion = motion([squares[1], squares[0]], three(momentum), momentum[3]);
-            let solve = &mut self.work.solves[number];
-            let may = solve.before < self.solving.most_iterations;
-            solve.is_met = u32::from(!(may && leaves_much(left[0], motion)));
-            (solve.kept.is_done, solve.next.is_done) = (solve.is_met, solve.is_met);
-        }
     }
 
     pub fn set_up(&mut self) {
@@ -464,7 +403,7 @@ impl Twin<'_> {
     }
 
     /// The sums over a body of the sort that begins `from` there.
-    fn sums_of(&self, solve: usize, from: usize) -> Four {
+    pub(super) fn sums_of(&self, solve: usize, from: usize) -> Four {
         let groups = (from..).zip(&self.fixture.tables.multigrid.groups[0]);
         let own = groups.filter(|(_, group)| group.solve as usize == solve);
         by_lanes(&own.map(|(at, _)| self.work.sums[at]).collect::<Vec<Four>>())
@@ -688,29 +627,6 @@ impl Twin<'_> {
             let [x, y, z] = add(three(self.work.force[node]), force);
             self.work.force[node] = [x, y, z, 0.0];
         }
-    }
-
-    /// Workgroups that a kernel counts; those of other times stay as they are.
-    pub fn counts(&self, entry: &str, other: u32) -> Vec<u32> {
-        let solves = &self.work.solves;
-        let is_open = |solve: &NodeSolve| solve.kept.is_done == 0;
-        let any_open = solves.iter().any(is_open);
-        let (when, any) = match entry {
-            "count_next_step" => {
-                let waits = |solve: &NodeSolve| solve.is_met == 0 && solve.steps + 1 < MOST_STEPS;
-                (When::Judged, !any_open && solves.iter().any(waits))
-            }
-            "count_unmet" => {
-                (When::Begun, solves.iter().any(|solve| is_open(solve) && solve.kept.passes == 0))
-            }
-            _ => (When::Iterated, any_open),
-        };
-        let all = self.fixture.tables.multigrid.counted();
-        all.into_iter()
-            .flat_map(|[groups, at]| {
-                if at == when as u32 { [if any { groups } else { 0 }, groups.min(1), 1] } else { [other; 3] }
-            })
-            .collect()
     }
 
     pub fn note(&mut self) {

@@ -255,11 +255,11 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
                 continue;
             }
             let [gamma, delta] = self.product_sums(index);
-            let [off, ..] = self.outer_sums(index);
-            let body = &mut self.scratch.bodies[index];
-            if body.all == 0 {
-                body.whole = gamma.max(off);
+            if self.scratch.bodies[index].all == 0 {
+                let [off, ..] = self.outer_sums(index);
+                self.scratch.bodies[index].whole = gamma.max(off);
             }
+            let body = &mut self.scratch.bodies[index];
             body.error = gamma;
             match body.conjugate.step(gamma, delta) {
                 Some(step) => {
