@@ -138,11 +138,12 @@ impl Tally {
         let most = strain.warp[1].max(strain.weft[1]);
         let (ice, step) = (&scene.solver.ice, scene.time.dt / f64::from(scene.time.substeps()));
         (scene.solver.is_primal() && step > FOLLOWS && most > TOO_FAR).then(|| {
-            let (steps, advice) = match ice.newton_steps {
-                0 => (String::new(), String::new()),
-                1 => ("one Newton step in ".to_owned(), "solver.ice.newton_steps = 0, or ".to_owned()),
-                n => (format!("{n} Newton steps in "), "solver.ice.newton_steps = 0, or ".to_owned()),
+            let steps = match ice.newton_steps {
+                0 => String::new(),
+                1 => "one Newton step in ".to_owned(),
+                steps => format!("{steps} Newton steps in "),
             };
+            let advice = if ice.newton_steps > 0 { "solver.ice.newton_steps = 0, or " } else { "" };
             format!(
                 "a fabric was {:.2} times its rest length: {steps}a sub-step of {step:.1e} s may not follow cloth that folds or lands \
                  quickly; {advice}time.max_step = {FOLLOWS} would do",

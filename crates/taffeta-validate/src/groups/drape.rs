@@ -5,7 +5,7 @@ use crate::flat::{Flat, Lattice, Pattern};
 use crate::groups::Group;
 use crate::specimen::{Case, body, head, pin};
 use std::f64::consts::PI;
-use taffeta::scene::PRESETS;
+use taffeta::scene::{PRESETS, Preset};
 
 pub const GROUP: Group = Group {
     name: "drape",
@@ -33,7 +33,7 @@ const UNEVEN: f64 = 5e-4;
 const SPREAD: f64 = 3.0;
 
 fn jobs(extent: Extent) -> Vec<Job> {
-    let job = |preset: &'static taffeta::scene::Preset| {
+    let job = |preset: &'static Preset| {
         Job::new(preset.name, move |bench| {
             let meshes: Vec<(Pattern, usize)> = match extent {
                 Extent::Quick => vec![(Pattern::Equilateral, NODES[0])],
@@ -43,7 +43,7 @@ fn jobs(extent: Extent) -> Vec<Job> {
             };
             let mut rows = Vec::new();
             for (pattern, nodes) in meshes {
-                let (found, folds, variant, note) = drape(bench, preset.name, pattern, nodes)?;
+                let (found, folds, variant, note) = drape(bench, preset, pattern, nodes)?;
                 let row = Row::new(
                     format!("drape coefficient of {}, {folds} folds [%]", preset.name),
                     found,
@@ -64,7 +64,7 @@ fn jobs(extent: Extent) -> Vec<Job> {
 }
 
 /// The mean of all meshes beside the band of the literature.
-fn in_band(preset: &taffeta::scene::Preset, mean: f64, of: &Row) -> Option<Row> {
+fn in_band(preset: &Preset, mean: f64, of: &Row) -> Option<Row> {
     let (_, low, high) = BANDS.into_iter().find(|(name, ..)| *name == preset.name)?;
     let expected = mean.clamp(low, high);
     let row = Row { ours: mean, plot: None, mesh: "mean of all".into(), ..of.clone() }
@@ -85,15 +85,10 @@ const DENIM: &str =
 /// Drag by mass [1/s], which brings a specimen to rest and changes nothing of where that is.
 const DRAG: f64 = 2.0;
 
-/// Mass by area of a preset [kg/m²].
-fn area_density(name: &str) -> f64 {
-    PRESETS.iter().find(|preset| preset.name == name).map_or(0.0, |preset| preset.fabric.density)
-}
-
 /// Lets a specimen drape: its coefficient [%] and its folds.
 fn drape(
     bench: &Bench<'_>,
-    preset: &str,
+    preset: &Preset,
     pattern: Pattern,
     nodes: usize,
 ) -> Result<(f64, usize, crate::bench::Variant, &'static str), String> {
@@ -102,14 +97,15 @@ fn drape(
     let edge = if pattern == Pattern::Grid { cell.sqrt() } else { (cell / 0.75_f64.sqrt()).sqrt() };
     let mesh = Flat::disc(SPECIMEN, &[DISC], Lattice { pattern, edge, turn: 0.0 });
     let case = Case::new(pattern, 0.0, nodes);
-    let variant = case.variant(&format!("drape-{preset}"));
+    let variant = case.variant(&format!("drape-{}", preset.name));
     bench.write(&format!("{}.obj", variant.name), &mesh.placed(uneven))?;
     let held = mesh.select(|[x, y]| x.hypot(y) < DISC + 1e-6);
+    let name = preset.name;
     let material =
-        format!("[body.material]\npreset = \"{preset}\"\ndamping = {{ stretch = 1e-3, bending = 1e-2 }}\n");
+        format!("[body.material]\npreset = \"{name}\"\ndamping = {{ stretch = 1e-3, bending = 1e-2 }}\n");
     // Relative to what gravity does in a step, a tolerance of 1e-3 leaves enough for silk to wander for ever.
-    let drag = DRAG * area_density(preset) * PI * SPECIMEN * SPECIMEN / mesh.nodes.len() as f64;
-    let scene = head(&format!("Drape of {preset}"), 0.02, case.solver, &format!("drag = {drag:?}"))
+    let drag = DRAG * preset.fabric.density * PI * SPECIMEN * SPECIMEN / mesh.nodes.len() as f64;
+    let scene = head(&format!("Drape of {name}"), 0.02, case.solver, &format!("drag = {drag:?}"))
         .replace("1e-5", "1e-4")
         + &body(&variant, &material)
         + &pin(&held);
