@@ -191,6 +191,14 @@ fn angle(y: f32, x: f32) -> f32 {
     if y < 0.0 { -angle } else { angle }
 }
 
+/// The difference of two angles, by the shorter way round.
+#[inline(always)]
+pub fn wrap<T: Real>(angle: T) -> T {
+    let (pi, turn) = (T::from_f64(std::f64::consts::PI), T::from_f64(std::f64::consts::TAU));
+    let less = if angle > pi { angle - turn } else { angle };
+    if angle < -pi { angle + turn } else { less }
+}
+
 /// Scalar product.
 #[inline(always)]
 pub fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {

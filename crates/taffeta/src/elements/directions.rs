@@ -3,7 +3,7 @@
 use crate::cpu::column::Column;
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::Kernel;
-use crate::elements::element::{Element, Kind, MODES};
+use crate::elements::element::{Element, Kind, MODES, TENSIONS};
 use crate::elements::lanes::{FindForces, Lanes, STAGGER, lane, lane_of, none, put};
 use crate::real::Real;
 use crate::topology::LANES;
@@ -162,24 +162,22 @@ impl<T: Real, E: Element<N, P>, const N: usize, const P: usize> Kernel for Linea
                         found[node][axis][one] = forces[node][axis];
                     }
                 }
-                let mut mode = 0;
-                E::modes(x, numbers, |found| {
-                    let directions = found.over_step(h);
+                let (found, tensions) = (E::modes(x, numbers), E::tensions(x, numbers));
+                for mode in 0..MODES {
+                    let directions = found[mode].over_step(h);
                     for node in 0..N {
                         for axis in 0..3 {
                             modes[mode][node][axis][one] = directions[node][axis];
                         }
                     }
-                    mode += 1;
-                });
-                let mut tension = 0;
-                E::tensions(x, numbers, |weights, k| {
+                }
+                for tension in 0..TENSIONS {
+                    let (weights, k) = tensions[tension];
                     let root = (h * (h * k)).sqrt();
                     for node in 0..N {
                         modes[tension][node][3][one] = weights[node] * root;
                     }
-                    tension += 1;
-                });
+                }
             }
             put(&mut out, at, &found);
             for (out, found) in directions.iter_mut().zip(&modes) {

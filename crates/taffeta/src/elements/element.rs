@@ -19,16 +19,22 @@ pub trait Element<const N: usize, const P: usize>: Send + Sync + 'static {
     /// Energy [J].
     fn energy<T: Real>(x: [[T; 3]; N], numbers: [T; P]) -> T;
 
-    /// Calls `see` for each way in which it resists near positions `x` [m].
-    fn modes<T: Real>(x: [[T; 3]; N], numbers: [T; P], see: impl FnMut(Mode<T, N>));
+    /// The ways in which it resists near positions `x` [m]; those beyond what its kind has are [`Mode::NONE`].
+    fn modes<T: Real>(x: [[T; 3]; N], numbers: [T; P]) -> [Mode<T, N>; MODES];
 
-    /// Calls `see` for each way in which it resists alike whatever the direction, as a string under tension resists across itself:
-    /// weights by node, whose sum is 0, and the stiffness k [N/m for weights without a unit], not below 0.
-    fn tensions<T: Real>(_x: [[T; 3]; N], _numbers: [T; P], _see: impl FnMut([T; N], T)) {}
+    /// The ways in which it resists alike whatever the direction, as a string under tension resists across itself: weights by node,
+    /// whose sum is 0, and the stiffness k [N/m for weights without a unit], not below 0.
+    #[inline(always)]
+    fn tensions<T: Real>(_x: [[T; 3]; N], _numbers: [T; P]) -> [([T; N], T); TENSIONS] {
+        [([T::ZERO; N], T::ZERO); TENSIONS]
+    }
 }
 
-/// Modes of an element that is solved for at most, and ways in which it resists alike in all directions.
+/// Modes of an element at most.
 pub const MODES: usize = 3;
+
+/// Ways in which an element resists alike in all directions, at most.
+pub const TENSIONS: usize = 2;
 
 /// One way in which an element resists: with a stiffness K = k g gᵀ and a damping D = d g gᵀ, where g has a direction for each
 /// of its nodes.
@@ -45,6 +51,9 @@ pub struct Mode<T, const N: usize> {
 }
 
 impl<T: Real, const N: usize> Mode<T, N> {
+    /// One that resists nothing.
+    pub const NONE: Self = Self { directions: [[T::ZERO; 3]; N], k: T::ZERO, d: T::ZERO, stiffest: T::ONE };
+
     /// Its directions [kg^½] over a step `h` [s]: g √(h² k + h d), so that their products are what it adds to the matrix of an
     /// implicit step.
     #[inline(always)]
@@ -184,15 +193,17 @@ impl Kind {
         let (Ok(x), Ok(numbers)) = (x.try_into(), numbers.try_into()) else {
             unreachable!("a kind has as many nodes and numbers as its formula");
         };
-        E::modes(x, numbers, |mode| see(&mode.directions, [mode.k, mode.d, mode.stiffest]));
-        E::tensions(x, numbers, |weights, k| {
+        for mode in E::modes(x, numbers).iter().filter(|mode| mode.k != 0.0 || mode.d != 0.0) {
+            see(&mode.directions, [mode.k, mode.d, mode.stiffest]);
+        }
+        for (weights, k) in E::tensions(x, numbers).into_iter().filter(|tension| tension.1 != 0.0) {
             for axis in 0..3 {
                 see(
                     &weights.map(|weight| [0, 1, 2].map(|one| if one == axis { weight } else { 0.0 })),
                     [k, 0.0, 1.0],
                 );
             }
-        });
+        }
     }
 
     /// All kernels.

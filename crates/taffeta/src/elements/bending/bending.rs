@@ -6,20 +6,25 @@
 //! Woinowsky-Krieger, "Theory of Plates and Shells", 1959, §85. It is a quadratic form of three angles, M, of which an element keeps the
 //! factor L with M = L Lᵀ. A hinge of each edge alone would be 2.2 to 3 times too stiff across the diagonals of a grid.
 
-use crate::elements::element::{Element, Mode};
-use crate::elements::hinge::hinge::{angle_and_gradient, steepness, wrap};
-use crate::real::{Real, add, dot, scale};
+use crate::elements::element::{Element, MODES, Mode};
+use crate::real::{Real, add, cross, dot, scale, sub, wrap};
 
 /// The formula. Its nodes are the corners, then those across from each; where no triangle is, the next corner. Its numbers are the
 /// angles at rest [rad]; for each edge the Σ|∇θ|² [rad²/m²] past which it gets no stiffer; L [(N·m)^½] by columns, 11, 21, 31, 22, 32,
 /// 33; and the damping time [s].
 pub struct ShapeOperator;
 
-/// A fold: its angle, and the gradient of that at both ends of the edge and at the nodes at either side.
+/// A fold, and the triangle on its other side. The gradient of its angle is along the normals of both triangles.
 #[derive(Clone, Copy)]
 struct Fold<T> {
     angle: T,
-    gradient: [[T; 3]; 4],
+    /// Squared length of the edge [m²], and one over its length [1/m]: 0 where a triangle has no area.
+    squared: T,
+    inverse: T,
+    /// Normal of the triangle on the other side, over its square [1/m²].
+    normal: [T; 3],
+    /// The second end's share in where that triangle's height stands on the edge, times the squared length [m²].
+    foot: T,
     /// Σ|∇θ|² [rad²/m²].
     steep: T,
     /// What the gradient is multiplied by: less than 1 on triangles that are squashed to slivers, where no step would be stable
@@ -27,25 +32,77 @@ struct Fold<T> {
     factor: T,
 }
 
-impl<T: Real> Fold<T> {
+/// The triangle of an element: its normal, one over the square of that, and whether it has an area.
+#[derive(Clone, Copy)]
+struct Own<T> {
+    normal: [T; 3],
+    inverse: T,
+    has_area: bool,
+}
+
+impl<T: Real> Own<T> {
     #[inline(always)]
-    fn of(a: [T; 3], b: [T; 3], c: [T; 3], d: [T; 3], steepest: T) -> Self {
-        let (angle, gradient) = angle_and_gradient([a, b, c, d]);
-        let steep = steepness(&gradient);
+    fn of(normal: [T; 3]) -> Self {
+        let squared = dot(normal, normal);
+        let has_area = squared > T::TINY;
+        Self { normal, inverse: T::ONE / if has_area { squared } else { T::ONE }, has_area }
+    }
+}
+
+impl<T: Real> Fold<T> {
+    /// At an edge, with `far` from its first end to the node on the other side. `feet`: shares of its first and second end in
+    /// where the triangle's own height stands, times the squared length [m²].
+    #[inline(always)]
+    fn of(own: &Own<T>, edge: [T; 3], far: [T; 3], feet: [T; 2], steepest: T) -> Self {
+        let normal = cross(far, edge);
+        let (squared, area, foot) = (dot(edge, edge), dot(normal, normal), dot(far, edge));
+        let has_area = own.has_area & (squared > T::TINY) & (area > T::TINY);
+        // Chosen, not branched to, so that compilers can do this for many folds at a time.
+        let valid = |size: T| if has_area { size } else { T::ONE };
+        let length = valid(squared).sqrt();
+        let inverse = T::ONE / length;
+        let over_area = T::ONE / valid(area);
+        let (sine, cosine) = (-(dot(own.normal, far) * length), dot(own.normal, normal));
+        let angle = sine.atan2(cosine);
+        let rest = squared - foot;
+        let at_ends = (feet[0] * feet[0] + feet[1] * feet[1]) * own.inverse
+            + (foot * foot + rest * rest) * over_area
+            + T::from_f64(2.0) * (cosine * own.inverse) * ((feet[0] * rest + feet[1] * foot) * over_area);
+        let steep = squared * (own.inverse + over_area) + at_ends * (inverse * inverse);
+        let steep = if has_area { steep } else { T::ZERO };
         let less = (steepest / if steep > steepest { steep } else { T::ONE }).sqrt();
-        Self { angle, gradient, steep, factor: if steep > steepest { less } else { T::ONE } }
+        Self {
+            angle: if has_area { angle } else { T::ZERO },
+            squared,
+            inverse: if has_area { inverse } else { T::ZERO },
+            normal: scale(normal, over_area),
+            foot,
+            steep,
+            factor: if steep > steepest { less } else { T::ONE },
+        }
     }
 
-    /// How fast the angle changes [rad/s].
+    /// How fast the angle changes, times the edge's length, where its second end and the far node move like this beside the first,
+    /// and the triangle itself does not move [m/s].
     #[inline(always)]
-    fn rate(&self, a: [T; 3], b: [T; 3], c: [T; 3], d: [T; 3]) -> T {
-        let [at_a, at_b, at_c, at_d] = self.gradient;
-        dot(at_a, a) + dot(at_b, b) + dot(at_c, c) + dot(at_d, d)
+    fn rate(&self, second: [T; 3], far: [T; 3]) -> T {
+        self.foot * dot(self.normal, second) - self.squared * dot(self.normal, far)
+    }
+
+    /// What a number that is divided by the edge's length gives its first and second end and the far node.
+    #[inline(always)]
+    fn share(&self, number: T) -> [[T; 3]; 3] {
+        [(self.squared - self.foot) * number, self.foot * number, -(self.squared * number)]
+            .map(|along| scale(self.normal, along))
     }
 }
 
 /// The folds at the edges across from each corner.
 struct Folds<T> {
+    /// Normal of the triangle, over its square [1/m²].
+    normal: [T; 3],
+    /// Shares of corners in where heights stand, times squared lengths [m²]: less the products of the edges that meet in c, a, b.
+    feet: [T; 3],
     a: Fold<T>,
     b: Fold<T>,
     c: Fold<T>,
@@ -54,20 +111,29 @@ struct Folds<T> {
 impl<T: Real> Folds<T> {
     #[inline(always)]
     fn of(x: [[T; 3]; 6], steepest: [T; 3]) -> Self {
+        let (a, b, c) = (sub(x[2], x[1]), sub(x[0], x[2]), sub(x[1], x[0]));
+        let own = Own::of(cross(c, a));
+        let [at_c, at_a, at_b] = [-dot(a, b), -dot(b, c), -dot(c, a)];
         Self {
-            a: Fold::of(x[1], x[2], x[0], x[3], steepest[0]),
-            b: Fold::of(x[2], x[0], x[1], x[4], steepest[1]),
-            c: Fold::of(x[0], x[1], x[2], x[5], steepest[2]),
+            normal: scale(own.normal, own.inverse),
+            feet: [at_c, at_a, at_b],
+            a: Fold::of(&own, a, sub(x[3], x[1]), [at_c, at_b], steepest[0]),
+            b: Fold::of(&own, b, sub(x[4], x[2]), [at_a, at_c], steepest[1]),
+            c: Fold::of(&own, c, sub(x[5], x[0]), [at_b, at_a], steepest[2]),
         }
     }
 
     /// How fast the angles change [rad/s].
     #[inline(always)]
     fn rates(&self, v: [[T; 3]; 6]) -> [T; 3] {
+        let (a, b, c) = (sub(v[2], v[1]), sub(v[0], v[2]), sub(v[1], v[0]));
+        let [at_c, at_a, at_b] = self.feet;
+        let along = |to: [T; 3]| dot(self.normal, to);
+        let (by_c, by_a, by_b) = (at_c * along(c), at_a * along(a), at_b * along(b));
         [
-            self.a.rate(v[1], v[2], v[0], v[3]),
-            self.b.rate(v[2], v[0], v[1], v[4]),
-            self.c.rate(v[0], v[1], v[2], v[5]),
+            self.a.inverse * (by_c - by_b + self.a.rate(a, sub(v[3], v[1]))),
+            self.b.inverse * (by_a - by_c + self.b.rate(b, sub(v[4], v[2]))),
+            self.c.inverse * (by_b - by_a + self.c.rate(c, sub(v[5], v[0]))),
         ]
     }
 
@@ -86,15 +152,14 @@ impl<T: Real> Folds<T> {
     /// Sum of the edges' gradients, each times a number.
     #[inline(always)]
     fn sum(&self, [x, y, z]: [T; 3]) -> [[T; 3]; 6] {
-        let (a, b, c) = (&self.a.gradient, &self.b.gradient, &self.c.gradient);
-        [
-            add(add(scale(a[2], x), scale(b[1], y)), scale(c[0], z)),
-            add(add(scale(a[0], x), scale(b[2], y)), scale(c[1], z)),
-            add(add(scale(a[1], x), scale(b[0], y)), scale(c[2], z)),
-            scale(a[3], x),
-            scale(b[3], y),
-            scale(c[3], z),
-        ]
+        let (x, y, z) = (self.a.inverse * x, self.b.inverse * y, self.c.inverse * z);
+        let [at_c, at_a, at_b] = self.feet;
+        // Between corners: from a to b, from b to c, from c to a.
+        let (ab, bc, ca) = (at_c * (y - x), at_a * (z - y), at_b * (x - z));
+        let own = [ab - ca, bc - ab, ca - bc].map(|along| scale(self.normal, along));
+        let ([a_b, a_c, d], [b_c, b_a, e], [c_a, c_b, f]) =
+            (self.a.share(x), self.b.share(y), self.c.share(z));
+        [add(own[0], add(b_a, c_a)), add(own[1], add(c_b, a_b)), add(own[2], add(a_c, b_c)), d, e, f]
     }
 
     /// The mode of a column of L.
@@ -172,13 +237,15 @@ impl Element<6, 13> for ShapeOperator {
 
     /// One for each column of L; what a change of the gradients adds is left out (Gauss–Newton).
     #[inline(always)]
-    fn modes<T: Real>(x: [[T; 3]; 6], numbers: [T; 13], mut see: impl FnMut(Mode<T, 6>)) {
+    fn modes<T: Real>(x: [[T; 3]; 6], numbers: [T; 13]) -> [Mode<T, 6>; MODES] {
         let plate = Plate::new(numbers);
         let folds = Folds::of(x, plate.steepest);
         let ([d, e, f], zero) = (plate.others, T::ZERO);
-        see(folds.mode(&plate, plate.first));
-        see(folds.mode(&plate, [zero, d, e]));
-        see(folds.mode(&plate, [zero, zero, f]));
+        [
+            folds.mode(&plate, plate.first),
+            folds.mode(&plate, [zero, d, e]),
+            folds.mode(&plate, [zero, zero, f]),
+        ]
     }
 }
 

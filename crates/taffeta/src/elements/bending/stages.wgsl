@@ -98,13 +98,14 @@ fn bend_directions(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_i
     let one = bends[index];
     let plate = plate_of(one);
     let folds = folds_of(positions_at(one.corners), plate.steepest);
+    let factors = factors_of(folds);
     let h = substeps[0].solving.inner;
     let root = sqrt(h * (h + plate.damping));
     let second = vec3f(0.0, plate.others.x, plate.others.y);
     let third = vec3f(0.0, 0.0, plate.others.z);
-    put_bend(18u * index, sum_of_folds(folds, folds.factors * plate.first), root);
-    put_bend(18u * index + 6u, sum_of_folds(folds, folds.factors * second), root);
-    put_bend(18u * index + 12u, sum_of_folds(folds, folds.factors * third), root);
+    put_bend(18u * index, sum_of_folds(folds, factors * plate.first), root);
+    put_bend(18u * index + 6u, sum_of_folds(folds, factors * second), root);
+    put_bend(18u * index + 12u, sum_of_folds(folds, factors * third), root);
 }
 
 @compute @workgroup_size(256)

@@ -5,8 +5,8 @@
 //! Fedkiw, "Simulation of Clothing with Folds and Wrinkles", 2003, sec. 4, and Tamstorf, Grinspun, "Discrete
 //! bending forces and their Jacobians", 2013. Damping [N·m·s/rad] opposes dθ/dt.
 
-use crate::elements::element::{Element, Mode};
-use crate::real::{Real, add, cross, dot, scale, sub};
+use crate::elements::element::{Element, MODES, Mode};
+use crate::real::{Real, add, cross, dot, scale, sub, wrap};
 
 /// The formula, with the numbers of [`Rest`], k and damping.
 pub struct Bending;
@@ -103,7 +103,7 @@ impl Element<4, 4> for Bending {
 
     /// The hinge as it is, which may be another shape than that at rest.
     #[inline(always)]
-    fn modes<T: Real>(x: [[T; 3]; 4], [_, rest_steepness, k, d]: [T; 4], mut see: impl FnMut(Mode<T, 4>)) {
+    fn modes<T: Real>(x: [[T; 3]; 4], [_, rest_steepness, k, d]: [T; 4]) -> [Mode<T, 4>; MODES] {
         let (_, directions) = angle_and_gradient(x);
         let (steep, most) = (steepness(&directions), T::from_f64(STIFFEST) * rest_steepness);
         // A hinge without height cannot move, and neither can one without height at rest.
@@ -111,16 +111,8 @@ impl Element<4, 4> for Bending {
         let ratio = if steep > T::ZERO { all } else { T::ZERO };
         let is_flat = ratio > T::ONE;
         let (now, stiffest) = (if is_flat { T::ONE } else { ratio }, if is_flat { ratio } else { T::ONE });
-        see(Mode { directions, k: now * k, d: now * d, stiffest });
+        [Mode { directions, k: now * k, d: now * d, stiffest }, Mode::NONE, Mode::NONE]
     }
-}
-
-/// The difference of two angles, by the shorter way round.
-#[inline(always)]
-pub fn wrap<T: Real>(angle: T) -> T {
-    let (pi, turn) = (T::from_f64(std::f64::consts::PI), T::from_f64(std::f64::consts::TAU));
-    let less = if angle > pi { angle - turn } else { angle };
-    if angle < -pi { angle + turn } else { less }
 }
 
 #[cfg(test)]

@@ -54,17 +54,6 @@ fn steepness(fold: Fold) -> f32 {
         + dot3(fold.at_d, fold.at_d);
 }
 
-/// The difference of two angles, by the shorter way round.
-fn wrap(angle: f32) -> f32 {
-    if angle > PI {
-        return angle - 2.0 * PI;
-    }
-    if angle < -PI {
-        return angle + 2.0 * PI;
-    }
-    return angle;
-}
-
 /// k (θ − θ₀) + d dθ/dt [N·m]: the force on a corner is this times −∇θ.
 ///
 /// On triangles that are squashed to slivers |∇θ| grows without bound, and no step would be stable. There the moment

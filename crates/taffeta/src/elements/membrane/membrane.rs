@@ -9,7 +9,7 @@
 //! C = FᵀF is continued below a principal stretch of [`LEAST_STRETCH`] by a straight line in the stretch, in place of its square.
 //! Strain is then a straight line there, too, and the energy of a compression is convex.
 
-use crate::elements::element::{Element, Mode};
+use crate::elements::element::{Element, MODES, Mode, TENSIONS};
 use crate::real::{Real, add, dot, scale, sub};
 
 /// Principal stretch below which strain falls by a straight line.
@@ -220,7 +220,7 @@ impl Element<3, 10> for Membrane {
 
     /// Those of the material.
     #[inline(always)]
-    fn modes<T: Real>(x: [[T; 3]; 3], numbers: [T; 10], mut see: impl FnMut(Mode<T, 3>)) {
+    fn modes<T: Real>(x: [[T; 3]; 3], numbers: [T; 10]) -> [Mode<T, 3>; MODES] {
         let sheet = Sheet::new(numbers);
         let columns = columns(x, sheet.inverse);
         let strain = Strain::of(columns);
@@ -238,21 +238,22 @@ impl Element<3, 10> for Membrane {
             sheet.directions(columns, &strain, [zero, one, zero]),
             sheet.directions(columns, &strain, [zero, zero, one]),
         ];
-        see(Mode { directions: along, k: limited, d: sheet.damping * c11, stiffest });
-        see(Mode { directions: across, k: rest, d: sheet.damping * viscous_rest, stiffest });
-        see(Mode { directions: sheared, k: g, d: sheet.damping * g, stiffest });
+        [
+            Mode { directions: along, k: limited, d: sheet.damping * c11, stiffest },
+            Mode { directions: across, k: rest, d: sheet.damping * viscous_rest, stiffest },
+            Mode { directions: sheared, k: g, d: sheet.damping * g, stiffest },
+        ]
     }
 
     /// Along each principal stress that pulls: a string under tension resists across itself. Those of stresses that push are left
     /// out, and what is left is positive semidefinite (Teran, Sifakis, Irving, Fedkiw, "Robust quasistatic finite elements and
     /// flesh simulation", 2005).
     #[inline(always)]
-    fn tensions<T: Real>(x: [[T; 3]; 3], numbers: [T; 10], mut see: impl FnMut([T; 3], T)) {
+    fn tensions<T: Real>(x: [[T; 3]; 3], numbers: [T; 10]) -> [([T; 3], T); TENSIONS] {
         let sheet = Sheet::new(numbers);
         let strain = Strain::of(columns(x, sheet.inverse));
-        let [major, minor] = pulling(strain.pulled_back(sheet.stress(strain.strain)));
-        see(sheet.weights(major.0), major.1);
-        see(sheet.weights(minor.0), minor.1);
+        let principal = pulling(strain.pulled_back(sheet.stress(strain.strain)));
+        principal.map(|(direction, stress)| (sheet.weights(direction), stress))
     }
 }
 

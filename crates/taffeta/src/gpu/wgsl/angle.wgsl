@@ -24,3 +24,14 @@ fn angle_of(y: f32, x: f32) -> f32 {
     angle = select(angle, PI - angle, x < 0.0);
     return select(angle, -angle, y < 0.0);
 }
+
+/// The difference of two angles, by the shorter way round.
+fn wrap(angle: f32) -> f32 {
+    if angle > PI {
+        return angle - 2.0 * PI;
+    }
+    if angle < -PI {
+        return angle + 2.0 * PI;
+    }
+    return angle;
+}

@@ -6,7 +6,7 @@ use crate::elements::hinge::hinge;
 use crate::elements::load::load as external;
 use crate::elements::spring::spring;
 use crate::parity::formulas::{Case, Output, by_chance, vector, with_awkward};
-use crate::real::{Real, norm, scale};
+use crate::real::{Real, norm, scale, wrap};
 use crate::solvers::explicit::euler;
 
 /// All octants and sizes, the seams between them, and half a turn and more to wrap.
@@ -27,7 +27,7 @@ pub fn angles() -> Vec<Case> {
 }
 
 pub fn angle(case: &Case) -> Output {
-    let wrapped = [hinge::wrap(case.s), hinge::wrap(case.t), 0.0];
+    let wrapped = [wrap(case.s), wrap(case.t), 0.0];
     [vector(wrapped, Real::atan2(case.s, case.t)), [0.0; 4], [0.0; 4], [0.0; 4]]
 }
 

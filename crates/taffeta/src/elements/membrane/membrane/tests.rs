@@ -117,15 +117,15 @@ fn under_tension_modes_are_the_derivative_of_the_forces() {
             };
             let (ahead, behind) = (moved(1e-7), moved(-1e-7));
             let mut product = [[0.0; 3]; 3];
-            Membrane::modes(x, numbers, |mode| {
+            for mode in Membrane::modes(x, numbers) {
                 let along: f64 = (0..3).map(|node| dot(mode.directions[node], u[node])).sum();
                 product =
                     [0, 1, 2].map(|node| add(product[node], scale(mode.directions[node], mode.k * along)));
-            });
-            Membrane::tensions(x, numbers, |weights, k| {
+            }
+            for (weights, k) in Membrane::tensions(x, numbers) {
                 let along = (0..3).fold([0.0; 3], |sum, node| add(sum, scale(u[node], k * weights[node])));
                 product = [0, 1, 2].map(|node| add(product[node], scale(along, weights[node])));
-            });
+            }
             for node in 0..3 {
                 for axis in 0..3 {
                     let numeric = -(ahead[node][axis] - behind[node][axis]) / 2e-7;
@@ -142,8 +142,8 @@ fn a_triangle_without_area_gives_no_nan() {
     for x in [[[0.1; 3]; 3], [[0.0; 3], [0.3, 0.0, 0.0], [0.6, 0.0, 0.0]]] {
         let force = Membrane::forces(x, REST, numbers(TENSOR, 0.01, NO_LIMIT));
         assert!(force.iter().flatten().all(|part| part.is_finite()));
-        Membrane::modes(x, numbers(TENSOR, 0.01, NO_LIMIT), |mode| {
+        for mode in Membrane::modes(x, numbers(TENSOR, 0.01, NO_LIMIT)) {
             assert!(mode.directions.iter().flatten().all(|part| part.is_finite()) && mode.k >= 0.0);
-        });
+        }
     }
 }
