@@ -8,6 +8,7 @@ pub mod clock;
 pub mod column;
 pub mod feature;
 pub mod lanes;
+pub mod places;
 #[cfg(feature = "gpu")]
 pub mod separate;
 pub mod shared;

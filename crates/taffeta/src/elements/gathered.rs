@@ -1,7 +1,8 @@
 //! Forces of elements added up by node, sixteen nodes at a time.
 
+use crate::cpu::places::{Groups, Places};
 use crate::cpu::simd::Kernel;
-use crate::elements::lanes::{Forces, Lanes, ascends};
+use crate::elements::lanes::{Forces, Lanes};
 use crate::real::Real;
 use crate::topology::{Csr, LANES};
 use std::ops::Range;
@@ -10,9 +11,7 @@ use std::ops::Range;
 pub struct Gathered {
     /// Groups before each slice; one more than there are slices.
     starts: Vec<u32>,
-    places: Vec<[u32; LANES]>,
-    /// Whether the places of a group follow each other.
-    in_row: Vec<bool>,
+    places: Groups,
     /// By slice: blocks of elements, from the first to the last.
     around: Vec<Range<u32>>,
 }
@@ -34,7 +33,7 @@ impl Gathered {
     /// Of `by_node`: for each place N·element + node.
     pub fn new<T: Real, const N: usize>(by_node: &Csr, forces: &Forces<T, N>, blocks: usize) -> Self {
         let around = around(by_node, N);
-        let mut all = Self { starts: vec![0], places: Vec::new(), in_row: Vec::new(), around };
+        let mut all = Self { starts: vec![0], places: Groups::default(), around };
         for slice in (0..by_node.rows()).step_by(LANES) {
             let row =
                 |lane: usize| if slice + lane < by_node.rows() { by_node.row(slice + lane) } else { &[] };
@@ -44,9 +43,7 @@ impl Gathered {
                     Some(&corner) => forces.place(corner as usize / N, corner as usize % N) as u32,
                     None => forces.nowhere(blocks),
                 };
-                let group: [u32; LANES] = std::array::from_fn(place);
-                all.in_row.push(ascends(&group));
-                all.places.push(group);
+                all.places.push(std::array::from_fn(place));
             }
             all.starts.push(all.places.len() as u32);
         }
@@ -61,7 +58,7 @@ impl Gathered {
 
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
-        12 * self.starts.len() + (4 * LANES + 1) * self.places.len()
+        12 * self.starts.len() + self.places.bytes()
     }
 }
 
@@ -85,17 +82,20 @@ impl<T: Real> Kernel for Gather<'_, T> {
         let Self { gathered, slice, forces, stride, sum: out } = self;
         let mut sum = *out;
         let groups = gathered.starts[slice] as usize..gathered.starts[slice + 1] as usize;
-        for (places, &in_row) in gathered.places[groups.clone()].iter().zip(&gathered.in_row[groups]) {
+        for group in groups {
+            let places = gathered.places.places(group);
             for (axis, sum) in sum.iter_mut().enumerate() {
                 let column = &forces[axis * stride..];
-                if in_row {
-                    let first = places[0] as usize;
-                    for (sum, &force) in sum.iter_mut().zip(&column[first..first + LANES]) {
-                        *sum += force;
+                match places {
+                    Places::Run(first) => {
+                        for (sum, &force) in sum.iter_mut().zip(&column[first..first + LANES]) {
+                            *sum += force;
+                        }
                     }
-                } else {
-                    for (sum, &place) in sum.iter_mut().zip(places) {
-                        *sum += column[place as usize];
+                    Places::List(places) => {
+                        for (sum, &place) in sum.iter_mut().zip(places) {
+                            *sum += column[place as usize];
+                        }
                     }
                 }
             }

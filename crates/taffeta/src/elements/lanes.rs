@@ -1,6 +1,7 @@
 //! Elements in lanes: sixteen at a time, a column for each number, so that formulas are plain loops over lanes.
 
 use crate::cpu::column::Column;
+use crate::cpu::places::Groups;
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::Kernel;
 use crate::elements::element::{Element, List};
@@ -24,10 +25,8 @@ pub const STAGGER: usize = 5;
 pub struct Blocks<T, const N: usize, const P: usize> {
     /// Number of elements.
     pub count: usize,
-    /// Nodes by solver index.
-    nodes: Vec<[[u32; LANES]; N]>,
-    /// Whether the nodes of a block follow each other, as along the row of a grid.
-    in_row: Vec<bool>,
+    /// Nodes by solver index: by block, then by node of an element.
+    nodes: Groups,
     /// Numbers of blocks, those that are alike once; and which are those of each block.
     numbers: Vec<[Lanes<T>; P]>,
     which: Vec<u32>,
@@ -37,20 +36,14 @@ impl<T: Real, const N: usize, const P: usize> Blocks<T, N, P> {
     /// Those of a list.
     pub fn new(list: &List) -> Self {
         let (nodes, numbers) = (list.all.nodes.as_chunks::<N>().0, list.all.numbers.as_chunks::<P>().0);
-        let mut blocks = Self {
-            count: nodes.len(),
-            nodes: Vec::new(),
-            in_row: Vec::new(),
-            numbers: Vec::new(),
-            which: Vec::new(),
-        };
+        let mut blocks =
+            Self { count: nodes.len(), nodes: Groups::default(), numbers: Vec::new(), which: Vec::new() };
         let mut known = HashMap::new();
         for start in (0..nodes.len()).step_by(LANES) {
             let element = |lane: usize| (start + lane).min(nodes.len() - 1);
-            let of_block: [[u32; LANES]; N] =
-                std::array::from_fn(|node| std::array::from_fn(|lane| nodes[element(lane)][node]));
-            blocks.in_row.push(of_block.iter().all(|lanes| ascends(lanes)));
-            blocks.nodes.push(of_block);
+            for node in 0..N {
+                blocks.nodes.push(std::array::from_fn(|lane| nodes[element(lane)][node]));
+            }
             let of_block = std::array::from_fn(|one| {
                 std::array::from_fn(|lane| T::from_f64(numbers[element(lane)][one]))
             });
@@ -76,7 +69,7 @@ impl<T: Real, const N: usize, const P: usize> Blocks<T, N, P> {
 
     /// Number of blocks.
     pub fn len(&self) -> usize {
-        self.nodes.len()
+        self.which.len()
     }
 
     /// Numbers of the elements of a block.
@@ -88,23 +81,17 @@ impl<T: Real, const N: usize, const P: usize> Blocks<T, N, P> {
     /// Three columns at the nodes of a block's elements.
     #[inline(always)]
     pub fn fetch(&self, block: usize, columns: [&[T]; 3], all: &mut Vectors<T, N>) {
-        for (vectors, nodes) in all.iter_mut().zip(&self.nodes[block]) {
+        for (node, vectors) in all.iter_mut().enumerate() {
+            let places = self.nodes.places(N * block + node);
             for (lanes, column) in vectors.iter_mut().zip(columns) {
-                if self.in_row[block] {
-                    let first = nodes[0] as usize;
-                    lanes.copy_from_slice(&column[first..first + LANES]);
-                } else {
-                    for (lane, &node) in lanes.iter_mut().zip(nodes) {
-                        *lane = column[node as usize];
-                    }
-                }
+                places.fetch(column, lanes);
             }
         }
     }
 
     /// Bytes that they take.
     pub fn bytes(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.numbers[..]) + 5 * self.nodes.len()
+        self.nodes.bytes() + size_of_val(&self.numbers[..]) + size_of_val(&self.which[..])
     }
 }
 
@@ -128,11 +115,6 @@ pub fn lane_of<T: Real, const P: usize>(all: &[Lanes<T>; P], lane: usize) -> [T;
         *one = lanes[lane];
     }
     one
-}
-
-/// Whether each number is one more than that before it.
-pub fn ascends(numbers: &[u32]) -> bool {
-    numbers.windows(2).all(|pair| pair[0].checked_add(1) == Some(pair[1]))
 }
 
 /// Forces on the nodes of elements [N]: a column for each node and axis.

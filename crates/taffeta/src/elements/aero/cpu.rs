@@ -3,6 +3,7 @@
 //! They have a driver of their own: gusts are sampled and forces found in lanes, sixteen triangles at a time.
 
 use crate::cpu::column::Column;
+use crate::cpu::places::Groups;
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::{Kernel, SimdLevel};
 use crate::cpu::worker::Worker;
@@ -20,15 +21,13 @@ type Lanes<T> = [T; LANES];
 
 /// Triangles, [`LANES`] a block; the last block is filled up with its last triangle.
 pub struct AeroTriangles<T> {
-    /// Corners by solver index.
-    corners: [Vec<u32>; 3],
+    /// Corners by solver index, by block and then by corner.
+    corners: Groups,
     /// Number of triangles.
     #[cfg(feature = "gpu")]
     count: usize,
     /// 1/M [1/kg].
     lightness: Vec<T>,
-    /// Whether the corners of a block follow each other, as along the row of a grid.
-    in_row: Vec<bool>,
     /// The triangles of each place.
     by_node: Csr,
     /// For each slice of places, whether all have as many triangles and those of neighbours follow each other.
@@ -48,15 +47,15 @@ impl<T: Real> AeroTriangles<T> {
         let items = by_corner.items.iter().map(|corner| corner / 3).collect();
         let by_node = Csr { items, ..by_corner };
         let padded = || (0..aero_triangles.len().next_multiple_of(LANES)).map(|triangle| triangle.min(last));
-        let corners =
-            [0, 1, 2].map(|k| padded().map(|triangle| aero_triangles[triangle][k]).collect::<Vec<_>>());
-        let block =
-            |block: usize| corners.iter().all(|all| ascends(&all[block * LANES..(block + 1) * LANES]));
+        let mut corners = Groups::default();
+        for first in (0..aero_triangles.len()).step_by(LANES) {
+            let triangle = |lane: usize| aero_triangles[(first + lane).min(last)];
+            (0..3).for_each(|corner| corners.push(std::array::from_fn(|lane| triangle(lane)[corner])));
+        }
         Self {
             #[cfg(feature = "gpu")]
             count: aero_triangles.len(),
-            forces: std::array::from_fn(|_| Column::zeros(corners[0].len()).into()),
-            in_row: (0..corners[0].len() / LANES).map(block).collect(),
+            forces: std::array::from_fn(|_| Column::zeros(padded().len()).into()),
             lightness: padded().map(|triangle| T::from_f64(list.all.numbers[triangle])).collect(),
             side_by_side: (0..places / LANES).map(|slice| side_by_side(&by_node, slice)).collect(),
             around: around(&by_node, 1),
@@ -72,7 +71,7 @@ impl<T: Real> ElementSet<T> for AeroTriangles<T> {
     }
 
     fn blocks(&self) -> usize {
-        self.in_row.len()
+        self.lightness.len() / LANES
     }
 
     fn around(&self, slice: usize) -> Range<usize> {
@@ -105,9 +104,9 @@ impl<T: Real> ElementSet<T> for AeroTriangles<T> {
     }
 
     fn bytes(&self) -> usize {
-        self.lightness.len() * (12 + 4 * size_of::<T>())
+        4 * self.lightness.len() * size_of::<T>()
+            + self.corners.bytes()
             + 4 * (self.by_node.items.len() + self.by_node.offsets.len())
-            + self.in_row.len()
             + self.side_by_side.len()
     }
 
@@ -117,11 +116,6 @@ impl<T: Real> ElementSet<T> for AeroTriangles<T> {
         let force = self.forces.each_ref().map(|column| unsafe { column.read() });
         (0..self.count).map(|triangle| force.map(|column| column[triangle])).collect()
     }
-}
-
-/// Whether each number is one more than that before it.
-fn ascends(numbers: &[u32]) -> bool {
-    numbers.windows(2).all(|pair| pair[0].checked_add(1) == Some(pair[1]))
 }
 
 fn side_by_side(by_node: &Csr, slice: usize) -> bool {
@@ -150,29 +144,15 @@ impl<T: Real> Kernel for AeroForces<'_, T> {
         let mut flow = [[T::ZERO; LANES]; 3];
         for (index, block) in blocks.enumerate() {
             let range = block * LANES..(block + 1) * LANES;
-            for (corner, numbers) in corners.iter_mut().zip(&aero_triangles.corners) {
-                fetch(state, &numbers[range.clone()], aero_triangles.in_row[block], corner);
+            for (corner, lanes) in corners.iter_mut().enumerate() {
+                let places = aero_triangles.corners.places(3 * block + corner);
+                lanes.iter_mut().zip(state).for_each(|(lanes, column)| places.fetch(column, lanes));
             }
             find_flow(air, &corners, &mut flow);
             let lightness = &aero_triangles.lightness[range];
             let here = index * LANES..(index + 1) * LANES;
             let out = [&mut fx[here.clone()], &mut fy[here.clone()], &mut fz[here]];
             corner_forces(air, &corners, &flow, lightness, out);
-        }
-    }
-}
-
-/// State of a corner of each triangle of a block.
-#[inline(always)]
-fn fetch<T: Real>(state: [&[T]; 6], nodes: &[u32], in_row: bool, corner: &mut [Lanes<T>; 6]) {
-    let first = nodes[0] as usize;
-    for (lanes, column) in corner.iter_mut().zip(state) {
-        if in_row {
-            lanes.copy_from_slice(&column[first..first + LANES]);
-        } else {
-            for (lane, &node) in lanes.iter_mut().zip(nodes) {
-                *lane = column[node as usize];
-            }
         }
     }
 }

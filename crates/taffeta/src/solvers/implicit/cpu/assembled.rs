@@ -1,15 +1,19 @@
 //! Blocks of the finest level, from the directions of elements' modes: sixteen nodes at a time.
 
 use crate::assembly::Assembly;
+use crate::cpu::places::{Groups, Places};
 use crate::elements::cpu::ElementSet;
 use crate::elements::directions::{DirectionLayout, NUMBERS};
-use crate::elements::lanes::{Lanes, ascends};
+use crate::elements::lanes::Lanes;
 use crate::real::Real;
 use crate::solvers::implicit::couplings::{Solved, Tables};
 use crate::topology::LANES;
 
 /// Kinds of elements that are solved for.
 pub type Sets<T> = [Box<dyn ElementSet<T>>];
+
+/// Lanes that are added up at a time: their nine numbers stay in the registers of AVX2.
+const HALF: usize = LANES / 2;
 
 /// Kinds of elements at most.
 const KINDS: usize = crate::elements::KINDS.len();
@@ -29,21 +33,15 @@ pub unsafe fn directions<T: Real>(sets: &Sets<T>) -> KindDirections<'_, T> {
     })
 }
 
-/// What each block of a group of slots gets of one element.
-struct Source {
-    /// Which kind, of all lanes.
-    kind: usize,
-    /// Where directions of the first mode are, here and at the other node.
-    places: [[u32; LANES]; 2],
-    /// Whether those of neighbouring lanes follow each other.
-    in_row: bool,
-}
-
-/// What the blocks of the finest level are made of.
+/// What the blocks of the finest level are made of: each block of a group of slots gets something of each of some elements.
+#[derive(Default)]
 pub struct Assembled {
     /// By group: where its sources start; one more than there are groups.
     offsets: Vec<u32>,
-    sources: Vec<Source>,
+    /// By source: which kind the elements of all lanes are of.
+    kinds: Vec<u8>,
+    /// By source: where directions of the first mode are, here and at the other node.
+    places: Groups,
 }
 
 impl Assembled {
@@ -53,7 +51,7 @@ impl Assembled {
         let layout =
             |solved: &Solved| DirectionLayout::new(lists[solved.list].kind, lists[solved.list].len());
         let layouts: Vec<DirectionLayout> = tables.solved.iter().filter_map(layout).collect();
-        let mut all = Self { offsets: vec![0], sources: Vec::new() };
+        let mut all = Self { offsets: vec![0], ..Self::default() };
         for group in 0..tables.finest.len() / LANES {
             for (kind, (solved, layout)) in tables.solved.iter().zip(&layouts).enumerate() {
                 let of_lane = |lane: usize| -> Vec<[u32; 2]> {
@@ -65,64 +63,103 @@ impl Assembled {
                 for one in 0..most {
                     let none = [layout.nowhere; 2];
                     let place = |end: usize, lane: usize| lanes[lane].get(one).unwrap_or(&none)[end];
-                    let places = [0, 1].map(|end| std::array::from_fn(|lane| place(end, lane)));
-                    all.sources.push(Source { kind, in_row: places.iter().all(|one| ascends(one)), places });
+                    all.kinds.push(kind as u8);
+                    for end in 0..2 {
+                        all.places.push(std::array::from_fn(|lane| place(end, lane)));
+                    }
                 }
             }
-            all.offsets.push(all.sources.len() as u32);
+            all.offsets.push(all.kinds.len() as u32);
         }
         all
     }
 
-    /// Adds to the blocks of a group what elements give them.
+    /// The blocks of a group.
     #[inline(always)]
-    pub fn block<T: Real>(&self, group: usize, kinds: &KindDirections<'_, T>, block: &mut [Lanes<T>; 9]) {
-        let range = self.offsets[group] as usize..self.offsets[group + 1] as usize;
-        let (mut a, mut b) = ([[T::ZERO; LANES]; NUMBERS], [[T::ZERO; LANES]; NUMBERS]);
-        for source in &self.sources[range] {
-            let Some((columns, layout)) = &kinds[source.kind] else { continue };
-            for mode in 0..layout.modes {
-                let from = mode * layout.mode();
-                let numbers = if layout.is_tense { NUMBERS } else { 3 };
-                for axis in 0..numbers {
-                    let column = &columns[from + axis * layout.stride..];
-                    source.fetch(column, 0, &mut a[axis]);
-                    source.fetch(column, 1, &mut b[axis]);
-                }
-                for row in 0..3 {
-                    for column in 0..3 {
-                        for lane in 0..LANES {
-                            block[3 * row + column][lane] -= a[row][lane] * b[column][lane];
-                        }
+    pub fn block<T: Real>(&self, group: usize, kinds: &KindDirections<'_, T>) -> [Lanes<T>; 9] {
+        let sources = self.offsets[group] as usize..self.offsets[group + 1] as usize;
+        let mut block = [[T::ZERO; LANES]; 9];
+        for half in 0..LANES / HALF {
+            let mut sum = [[T::ZERO; HALF]; 9];
+            for source in sources.clone() {
+                let Some(kind) = &kinds[usize::from(self.kinds[source])] else { continue };
+                let ends = [0, 1].map(|end| self.places.places(2 * source + end));
+                // Loops of their own, so that compilers keep sums in registers and load whole vectors where they can.
+                match (kind.1.is_tense, ends) {
+                    (true, [Places::Run(a), Places::Run(b)]) => {
+                        subtract::<T, NUMBERS>(kind, |end, column| run([a, b][end], half, column), &mut sum);
                     }
-                    if layout.is_tense {
-                        for lane in 0..LANES {
-                            block[4 * row][lane] -= a[3][lane] * b[3][lane];
-                        }
+                    (false, [Places::Run(a), Places::Run(b)]) => {
+                        subtract::<T, 3>(kind, |end, column| run([a, b][end], half, column), &mut sum);
+                    }
+                    (true, ends) => {
+                        subtract::<T, NUMBERS>(kind, |end, column| some(ends[end], half, column), &mut sum);
+                    }
+                    (false, ends) => {
+                        subtract::<T, 3>(kind, |end, column| some(ends[end], half, column), &mut sum);
                     }
                 }
             }
+            for (lanes, sum) in block.iter_mut().zip(&sum) {
+                lanes[half * HALF..(half + 1) * HALF].copy_from_slice(sum);
+            }
         }
+        block
     }
 
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
-        4 * self.offsets.len() + size_of_val(&self.sources[..])
+        4 * self.offsets.len() + self.kinds.len() + self.places.bytes()
     }
 }
 
-impl Source {
-    /// A number of each lane's direction, at one end.
-    #[inline(always)]
-    fn fetch<T: Real>(&self, column: &[T], end: usize, lanes: &mut Lanes<T>) {
-        let places = &self.places[end];
-        if self.in_row {
-            let first = places[0] as usize;
-            lanes.copy_from_slice(&column[first..first + LANES]);
-        } else {
-            for (lane, &place) in lanes.iter_mut().zip(places) {
+/// Subtracts from half of the lanes of a block the products of the directions at both ends, of all modes of a kind. `N` numbers make
+/// a direction; `fetch` has those of an end of a column.
+#[inline(always)]
+fn subtract<T: Real, const N: usize>(
+    (columns, layout): &(&[T], DirectionLayout),
+    fetch: impl Fn(usize, &[T]) -> [T; HALF],
+    sum: &mut [[T; HALF]; 9],
+) {
+    for mode in 0..layout.modes {
+        let (mut a, mut b) = ([[T::ZERO; HALF]; N], [[T::ZERO; HALF]; N]);
+        for axis in 0..N {
+            let column = &columns[mode * layout.mode() + axis * layout.stride..];
+            a[axis] = fetch(0, column);
+            b[axis] = fetch(1, column);
+        }
+        for row in 0..3 {
+            for column in 0..3 {
+                for lane in 0..HALF {
+                    sum[3 * row + column][lane] -= a[row][lane] * b[column][lane];
+                }
+            }
+            if N == NUMBERS {
+                for lane in 0..HALF {
+                    sum[4 * row][lane] -= a[N - 1][lane] * b[N - 1][lane];
+                }
+            }
+        }
+    }
+}
+
+/// Half of the lanes of a run of places.
+#[inline(always)]
+fn run<T: Real>(first: usize, half: usize, column: &[T]) -> [T; HALF] {
+    *column[first + half * HALF..].first_chunk().expect("zeros follow the last direction")
+}
+
+/// Half of the lanes of any places.
+#[inline(always)]
+fn some<T: Real>(places: Places<'_>, half: usize, column: &[T]) -> [T; HALF] {
+    match places {
+        Places::Run(first) => run(first, half, column),
+        Places::List(places) => {
+            let mut lanes = [T::ZERO; HALF];
+            for (lane, &place) in lanes.iter_mut().zip(&places[half * HALF..]) {
                 *lane = column[place as usize];
             }
+            lanes
         }
     }
 }

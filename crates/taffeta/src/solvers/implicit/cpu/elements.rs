@@ -194,8 +194,7 @@ impl<T: Real> OfChunk<'_, T> {
     pub fn set_up(&mut self, slice: usize) -> (Lanes<T>, [[T; LANES]; 6]) {
         let mut diagonal = [[T::ZERO; LANES]; 6];
         for group in self.couplings.blocks(slice) {
-            let mut block = [[T::ZERO; LANES]; BLOCK];
-            self.assembled.block(group, &self.directions, &mut block);
+            let block = self.assembled.block(group, &self.directions);
             add_symmetric_part(&block, &mut diagonal);
             self.put(group, &block);
         }
