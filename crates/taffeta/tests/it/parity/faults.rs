@@ -1,5 +1,6 @@
 //! Faults in the sources of kernels, each of which a row must find. `cargo xtask mutate` plants them.
 
+mod fabric;
 mod nodes;
 mod pairs;
 mod primal;
@@ -18,7 +19,8 @@ use twox_hash::XxHash64;
 type Fault = (&'static str, &'static str, &'static str);
 
 fn all() -> Vec<&'static Fault> {
-    let lists = [nodes::FAULTS, volumes::FAULTS, solve::FAULTS, primal::FAULTS, pairs::FAULTS];
+    let lists =
+        [nodes::FAULTS, fabric::FAULTS, volumes::FAULTS, solve::FAULTS, primal::FAULTS, pairs::FAULTS];
     lists.into_iter().flatten().collect()
 }
 
