@@ -41,9 +41,8 @@ impl<T: Real, const N: usize, const P: usize> Blocks<T, N, P> {
         let mut known = HashMap::new();
         for start in (0..nodes.len()).step_by(LANES) {
             let element = |lane: usize| (start + lane).min(nodes.len() - 1);
-            for node in 0..N {
-                blocks.nodes.push(std::array::from_fn(|lane| nodes[element(lane)][node]));
-            }
+            let lanes = |node: usize| std::array::from_fn(|lane| nodes[element(lane)][node]);
+            (0..N).for_each(|node| blocks.nodes.push(lanes(node)));
             let of_block = std::array::from_fn(|one| {
                 std::array::from_fn(|lane| T::from_f64(numbers[element(lane)][one]))
             });
