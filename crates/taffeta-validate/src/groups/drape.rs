@@ -177,3 +177,29 @@ fn folds(mesh: &Flat, places: &[[f64; 3]]) -> usize {
     };
     (2..=16).max_by(|&a, &b| amplitude(a).total_cmp(&amplitude(b))).unwrap_or(0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The kept report and the presets' ranges are two copies of the same numbers. The report has the worst of each number of folds.
+    #[test]
+    fn presets_have_the_drape_that_the_kept_report_has() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/results/validate/report.md");
+        let report = std::fs::read_to_string(path).unwrap();
+        for preset in PRESETS {
+            let name = format!("drape coefficient of {}, ", preset.name);
+            let of_mesh = |line: &&str| line.contains(&name) && line.contains(" folds [%]");
+            let ours = |line: &str| -> f64 { line.split('|').nth(3).unwrap().trim().parse().unwrap() };
+            let [low, high] = preset.drape;
+            let found: Vec<f64> = report.lines().filter(of_mesh).map(ours).collect();
+            let is_end = |&one: &f64| (one - low).abs() < 0.06 || (one - high).abs() < 0.06;
+            assert!(found.iter().any(is_end), "{}: {found:?} %", preset.name);
+            assert!(
+                found.iter().all(|one| (low - 0.06..high + 0.06).contains(one)),
+                "{}: {found:?} %",
+                preset.name
+            );
+        }
+    }
+}
