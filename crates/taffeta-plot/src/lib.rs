@@ -9,8 +9,8 @@ use std::ops::Range;
 const SIZE: (u32, u32) = (820, 440);
 const NAMES: u32 = 190;
 const FONT: &str = "sans-serif";
-/// Colours of lines in their order; for people who confuse red and green too (Okabe and Ito 2008).
-pub const COLORS: [RGBColor; 8] = [
+/// Colours of lines in their order; for people who confuse red and green too (Okabe and Ito 2008), and two more.
+pub const COLORS: [RGBColor; 10] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -19,6 +19,8 @@ pub const COLORS: [RGBColor; 8] = [
     RGBColor(86, 180, 233),
     RGBColor(0, 0, 0),
     RGBColor(130, 130, 130),
+    RGBColor(140, 80, 20),
+    RGBColor(110, 60, 190),
 ];
 
 /// A line through points, in their order.
@@ -54,6 +56,11 @@ impl Series {
     /// Through points without labels.
     pub fn of(name: impl Into<String>, points: impl IntoIterator<Item = (f64, f64)>) -> Self {
         points.into_iter().fold(Self::new(name), |series, at| series.point(at, ""))
+    }
+
+    /// Whether its points go from left to right.
+    fn ascends(&self) -> bool {
+        self.points.windows(2).all(|pair| pair[0].at.0 <= pair[1].at.0)
     }
 
     /// As far as a logarithm takes it.
@@ -92,7 +99,7 @@ pub fn linear(title: &str, x: &str, y: &str, series: &[Series], [low, high]: [f6
     Chart { title, axes: [x, y], series: &series, size: 0, ticks: plain }.drawn(across, up)
 }
 
-/// Draws points, joined by lines, on two linear axes, of which the second has `low`.
+/// Draws points on two linear axes, of which the second has `low`. Those that go from left to right are joined by lines.
 ///
 /// ```
 /// use taffeta_plot::{Series, marked};
@@ -164,8 +171,12 @@ impl Chart<'_> {
             .filter(|(line, _)| !line.points.is_empty())
             .collect();
         for &(series, color) in colored.iter().rev() {
-            let line = LineSeries::new(series.points.iter().map(|point| point.at), color.stroke_width(2));
-            chart.draw_series(line.point_size(self.size))?;
+            let (at, style) = (series.points.iter().map(|point| point.at), color.stroke_width(2));
+            if self.size > 0 && !series.ascends() {
+                chart.draw_series(at.map(|at| Circle::new(at, self.size, style)))?;
+            } else {
+                chart.draw_series(LineSeries::new(at, style).point_size(self.size))?;
+            }
             let style = (FONT, 12).into_font().color(&color);
             let label = |point: &Point| {
                 EmptyElement::at(point.at) + Text::new(point.label.clone(), (6, -12), style.clone())
@@ -239,6 +250,17 @@ mod tests {
         assert!(!svg.contains("none<") && !svg.contains("zero") && !svg.contains("NaN"));
         assert!(svg.contains("#D55E00") && !svg.contains("#0072B2"), "{svg}");
         assert!(log_log("", "", "", &[]).contains("</svg>"));
+    }
+
+    #[test]
+    fn points_that_go_to_and_fro_are_not_joined() {
+        let svg =
+            |last: f64| marked("", "", "", &[Series::of("a", [(1.0, 1.0), (2.0, 2.0), (last, 3.0)])], 0.0);
+        let lines =
+            |svg: &str| svg.lines().filter(|l| l.contains("polyline") && l.contains("#0072B2")).count();
+        // The name has a line of its own.
+        assert_eq!((lines(&svg(3.0)), lines(&svg(0.0))), (2, 1));
+        assert_eq!(svg(0.0).matches("<circle").count(), 3);
     }
 
     #[test]

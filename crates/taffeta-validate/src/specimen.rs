@@ -95,9 +95,9 @@ impl Case {
         Lattice { pattern: self.pattern, edge: length / self.elements as f64, turn: self.turn }
     }
 
-    /// Its line in a plot over the number of elements.
+    /// What its points are called in a plot: those of all turns are alike.
     pub fn line(&self) -> String {
-        format!("{} at {}°, {}", self.pattern, self.turn, self.solver.slug())
+        format!("{}, {}", self.pattern, self.solver.slug())
     }
 
     /// Its place in a test: names of files and words.

@@ -61,7 +61,7 @@ fn run(bench: &Bench<'_>, case: Case, width: f64, poisson: f64, critical: f64) -
     let found = (low * high).sqrt();
     let variant = case.variant(&format!("buckling-{width}-{poisson}"));
     let row = Row::new(format!("Γ* at w/L = {width}, ν = {poisson}"), found, &variant).within(critical, 5.0);
-    Ok(vec![if poisson == 0.0 { row.at(variant.mesh, width) } else { row }])
+    Ok(vec![if poisson == 0.0 { row.at(case.line(), width) } else { row }])
 }
 
 /// Whether a bulge grows at a load.

@@ -53,12 +53,8 @@ fn at_load(bench: &Bench<'_>, case: Case, load: f64) -> Result<Row, String> {
     let row = Row::new(format!("drop/reach at Γ = {load}"), found, &case.variant(&name));
     let allowed = 40.0 / case.elements as f64;
     let row = row.within(theory::drop_by_reach(load), allowed).noting(note);
-    // One line a mesh in the plot, of those that users would take.
-    Ok(if case.elements == 20 {
-        row.at(format!("{}, {}", case.variant("").mesh, case.solver.slug()), load)
-    } else {
-        row
-    })
+    // In the plot are the meshes that users would take.
+    Ok(if case.elements == 20 { row.at(case.line(), load) } else { row })
 }
 
 /// The angle of the chord that a tester reads off.

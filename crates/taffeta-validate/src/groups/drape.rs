@@ -49,7 +49,7 @@ fn jobs(extent: Extent) -> Vec<Job> {
                     found,
                     &variant,
                 );
-                rows.push(row.at(format!("{}, {pattern}", preset.name), nodes as f64).noting(note));
+                rows.push(row.at(preset.name, nodes as f64).noting(note));
             }
             let mean = rows.iter().map(|row| row.ours).sum::<f64>() / rows.len() as f64;
             for row in &mut rows {
