@@ -56,6 +56,8 @@ pub struct Summary {
     pub contacts_max: u64,
     /// Contact of nodes with each other.
     pub pairs: PairSummary,
+    /// Edges that pass through triangles; null where they were not counted (`--verify-contact`).
+    pub intersections: Option<IntersectionSummary>,
     /// The solver of constraints.
     pub solver: SolverSummary,
     /// 64-bit hash of positions then velocities where the run ended, 16 hexadecimal digits; null where the GPU was lost,
@@ -73,6 +75,8 @@ pub enum Status {
     Done,
     /// A frame failed; those before it are there.
     Diverged,
+    /// A frame had surfaces that pass through each other, and the run was to stop there; the frames up to it are there.
+    Intersected,
     /// The user stopped it; the frames until then are there.
     Interrupted,
     /// A file could not be written, for the disk was full or is gone, or the GPU was lost; the frames until then are
@@ -114,6 +118,18 @@ pub struct PairSummary {
     pub nearest: Option<f64>,
     /// Times that neighbours were searched for.
     pub searches: u64,
+}
+
+/// Edges that pass through triangles over a run.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct IntersectionSummary {
+    /// Pairs of an edge and a triangle in the last frame.
+    #[serde(rename = "final")]
+    pub end: u64,
+    /// Most of them in any frame.
+    pub max: u64,
+    /// The last frame that has any; null where none has.
+    pub last_frame: Option<u32>,
 }
 
 /// One body of a run.

@@ -7,6 +7,7 @@ mod frames;
 mod handles;
 mod info;
 mod input;
+mod intersections;
 mod live;
 mod options;
 mod seen;
@@ -18,6 +19,7 @@ pub use errors::{BuildError, Diverged, StepError};
 pub use handles::{BodyHandle, ColliderHandle, PinHandle};
 pub use info::{BodyInfo, ColliderInfo};
 pub use input::InputError;
+pub use intersections::Intersections;
 pub use live::Pose;
 pub use options::{Options, Precision};
 pub use snapshot::Snapshot;
@@ -89,6 +91,8 @@ pub struct Simulation {
     pinned: Vec<u32>,
     /// Triangles of colliders, once somebody asks how far nodes are from them.
     surfaces: OnceLock<Vec<MeshSurface<f64>>>,
+    /// Triangles of bodies and colliders, once somebody asks where they intersect.
+    triangles: OnceLock<intersections::Triangles>,
     /// Frames that were submitted and not polled yet, and whether more than gravity drives the scene in them.
     submitted: (u32, bool),
 }
@@ -136,6 +140,7 @@ impl Simulation {
             moved: Vec::new(),
             pinned: Vec::new(),
             surfaces: OnceLock::new(),
+            triangles: OnceLock::new(),
             submitted: (0, false),
         };
         simulation.measure().map_err(|Lost(why)| BuildError::Lost(why))?;

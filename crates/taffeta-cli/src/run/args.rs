@@ -3,6 +3,7 @@
 use super::format::Format;
 use clap::ValueEnum;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use taffeta::{Precision, Stage};
 
@@ -35,6 +36,9 @@ pub struct Args {
     /// Write a checkpoint every N frames
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) checkpoint_every: Option<u32>,
+    /// Count in every frame where surfaces pass through each other, by exact arithmetic; `stop` ends the run at the first
+    #[arg(long, value_name = "HOW", value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "count")]
+    pub(super) verify_contact: Option<Verify>,
     /// Resume from a checkpoint of the same scene, or from that in a folder of results
     #[arg(long, value_name = "FILE")]
     pub(super) resume: Option<PathBuf>,
@@ -58,6 +62,15 @@ pub enum Backend {
     Cpu,
     /// A GPU; TAFFETA_ADAPTER chooses among several
     Gpu,
+}
+
+/// What to do where surfaces pass through each other.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+pub enum Verify {
+    /// Go on
+    Count,
+    /// Stop, with exit code 1
+    Stop,
 }
 
 /// Arithmetic of a run.

@@ -1,9 +1,11 @@
 //! The frames of a run, its checkpoints, and the ways in which it ends.
 
+use super::args::Verify;
 use super::outputs::{self, Mark, Outputs};
 use super::plan::Plan;
 use super::progress::Progress;
 use super::tally::Tally;
+use crate::console::counted;
 use crate::summary::Status;
 use std::io;
 use std::path::PathBuf;
@@ -29,6 +31,8 @@ pub enum Ending {
     Done,
     Diverged(StepError),
     Interrupted,
+    /// Surfaces pass through each other, in words, and the run was to stop there.
+    Intersected(String),
     /// A file could not be written.
     Failed(io::Error),
     /// The device does not answer any more, and the state that it had is gone.
@@ -57,6 +61,7 @@ impl Ending {
             Self::Done => Status::Done,
             Self::Diverged(_) => Status::Diverged,
             Self::Interrupted => Status::Interrupted,
+            Self::Intersected(_) => Status::Intersected,
             Self::Failed(_) | Self::Lost(_) => Status::Failed,
         }
     }
@@ -102,7 +107,7 @@ impl<'a> Job<'a> {
         let progress = Progress::new(self.simulation.frame(), self.plan.end, quiet);
         if self.outputs.frames() == 0 {
             self.simulation.fetch()?;
-            self.outputs.frame(&self.simulation, 0.0)?;
+            self.keep(0.0)?;
         }
         while self.simulation.frame() < self.plan.end {
             if stop.load(Ordering::Relaxed) {
@@ -120,12 +125,28 @@ impl<'a> Job<'a> {
         // A device that is lost now must not be seen in the files.
         self.simulation.fetch()?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
-        self.outputs.frame(&self.simulation, ms)?;
         self.tally.add(self.simulation.report(), ms);
+        self.keep(ms)?;
         if self.plan.every.is_some_and(|every| self.simulation.frame().is_multiple_of(every)) {
             self.save()?;
         }
         Ok(ms)
+    }
+
+    /// Puts the frame, which took `ms` [ms], into the files.
+    fn keep(&mut self, ms: f64) -> Result<(), Ending> {
+        let found = self.plan.verify.map(|_| self.simulation.intersections());
+        self.outputs.frame(&self.simulation, found.as_ref().map(|found| found.pairs), ms)?;
+        let Some(found) = found else { return Ok(()) };
+        let frame = self.simulation.frame();
+        self.tally.intersections(frame, found.pairs);
+        match (self.plan.verify, found.first) {
+            (Some(Verify::Stop), Some(first)) => Err(Ending::Intersected(format!(
+                "frame {frame} has {}: {first}",
+                counted(found.pairs as usize, "intersection", "intersections")
+            ))),
+            _ => Ok(()),
+        }
     }
 
     /// Writes a checkpoint, unless there is one of this frame. The results are on the disk before it says so.

@@ -60,14 +60,14 @@ impl Outputs {
         Ok(outputs)
     }
 
-    /// Adds the simulation's frame, which took `ms` [ms].
-    pub fn frame(&mut self, simulation: &Simulation, ms: f64) -> io::Result<()> {
+    /// Adds the simulation's frame, with the number of its intersections where they are counted, which took `ms` [ms].
+    pub fn frame(&mut self, simulation: &Simulation, intersections: Option<u64>, ms: f64) -> io::Result<()> {
         self.positions.fill(simulation);
         let time = simulation.report().time;
         for cache in &mut self.caches {
             cache.frame(time, &self.positions.view())?;
         }
-        self.table.row(simulation.report(), ms)?;
+        self.table.row(simulation.report(), intersections, ms)?;
         self.mark = self.here(self.mark.frames + 1);
         Ok(())
     }

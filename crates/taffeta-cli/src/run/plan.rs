@@ -1,6 +1,6 @@
 //! What a run does: what the user asked for, and, of a run that goes on, what it did before.
 
-use super::args::{Args, Arithmetic};
+use super::args::{Args, Arithmetic, Verify};
 use super::format::Format;
 use super::outputs::Mark;
 use super::tally::Tally;
@@ -29,6 +29,8 @@ pub struct Record {
     pub end: u32,
     /// Frames between checkpoints.
     pub every: Option<u32>,
+    /// Whether intersections are counted.
+    pub verify: Option<Verify>,
     /// Where its files end.
     pub mark: Mark,
     /// What it adds up to so far.
@@ -57,6 +59,8 @@ pub struct Plan {
     pub end: u32,
     /// Frames between checkpoints; `None`: a checkpoint only where the user stops the run.
     pub every: Option<u32>,
+    /// Whether intersections are counted.
+    pub verify: Option<Verify>,
     /// Full paths of the files that the scene was read from.
     pub inputs: Vec<PathBuf>,
     /// Where the run goes on.
@@ -89,6 +93,7 @@ impl Plan {
             frames,
             end: frames.unwrap_or(loaded.scene.time.frames),
             every: args.checkpoint_every.or(record.every),
+            verify: args.verify_contact.or(record.verify),
             inputs: loaded.files.clone(),
             earlier: Some(earlier),
         };
@@ -106,6 +111,7 @@ impl Plan {
             frames: args.frames,
             end: args.frames.unwrap_or(loaded.scene.time.frames),
             every: args.checkpoint_every,
+            verify: args.verify_contact,
             inputs: loaded.files.clone(),
             earlier: None,
         }
@@ -204,6 +210,7 @@ impl Plan {
             frames: self.frames,
             end: self.end,
             every: self.every,
+            verify: self.verify,
             mark: mark.clone(),
             tally: tally.clone(),
             backend: simulation.backend().to_owned(),

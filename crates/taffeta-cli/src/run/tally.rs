@@ -3,7 +3,7 @@
 use super::args::Args;
 use super::solves::Solves;
 use super::volumes::Volumes;
-use crate::summary::{BodySummary, Energy, PairSummary, Status, Strain, Summary};
+use crate::summary::{BodySummary, Energy, IntersectionSummary, PairSummary, Status, Strain, Summary};
 use serde::{Deserialize, Serialize};
 use taffeta::Simulation;
 use taffeta::diagnostics::{FabricStrain, FrameReport};
@@ -23,6 +23,7 @@ pub struct Tally {
     strain: Option<FabricStrain>,
     contacts_max: u64,
     pairs: PairSummary,
+    intersections: Option<IntersectionSummary>,
     solves: Solves,
     volumes: Volumes,
     ms: Vec<f64>,
@@ -39,6 +40,7 @@ impl Tally {
             strain: None,
             contacts_max: 0,
             pairs: PairSummary::default(),
+            intersections: None,
             solves: Solves::default(),
             volumes: Volumes::new(simulation),
             ms: Vec::new(),
@@ -53,6 +55,13 @@ impl Tally {
         self.volumes.add(report);
         self.solves.add(report);
         self.ms.push(ms);
+    }
+
+    /// The number of intersections in a frame.
+    pub fn intersections(&mut self, frame: u32, pairs: u64) {
+        let all = self.intersections.get_or_insert_default();
+        (all.end, all.max) = (pairs, all.max.max(pairs));
+        all.last_frame = if pairs > 0 { Some(frame) } else { all.last_frame };
     }
 
     fn take(&mut self, report: &FrameReport) {
@@ -105,6 +114,7 @@ impl Tally {
             contacts: last.contacts,
             contacts_max: self.contacts_max,
             pairs: self.pairs,
+            intersections: self.intersections,
             solver: self.solves.summary(),
             state_hash: (!lost).then(|| format!("{:016x}", simulation.state_hash())),
             files: Vec::new(),
@@ -116,6 +126,7 @@ impl Tally {
         let mut warnings = self.volumes.warnings(scene);
         warnings.extend(self.solves.warning(scene));
         warnings.extend(self.stretched(scene));
+        warnings.extend(self.intersected());
         let slips = |body: &&taffeta::BodyInfo| {
             // From 1 down the body was warned of before.
             body.slips_from.is_some_and(|stretch| stretch > 1.0 && self.max_stretch > stretch)
@@ -130,6 +141,15 @@ impl Tally {
             )
         }));
         warnings
+    }
+
+    /// What to say of surfaces that passed through each other.
+    fn intersected(&self) -> Option<String> {
+        let IntersectionSummary { end, max, last_frame } = self.intersections?;
+        let frame = last_frame?;
+        let last =
+            if end > 0 { format!("{end} in the last frame") } else { format!("the last in frame {frame}") };
+        Some(format!("surfaces passed through each other: {max} edges and triangles at most, {last}"))
     }
 
     /// What to say of a fabric that implicit steps have stretched beyond what fabrics bear.

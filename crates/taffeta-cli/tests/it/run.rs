@@ -334,3 +334,61 @@ fn what_the_solver_of_constraints_did_is_told_and_an_early_stop_is_warned_of() {
     assert_eq!(solver["mean_active_fraction"].as_f64(), Some(active.iter().sum::<f64>() / 4.0));
     assert!(out.contains(&format!("up to {} % of the springs constraints", (1e2 * most).ceil())), "{out}");
 }
+
+/// A small sheet that falls edge first through one that is held.
+const PASSING: &str = r#"
+[time]
+dt = 0.02
+max_step = 0.002
+frames = 12
+[[body]]
+name = "held"
+node_mass = 0.01
+mesh.grid = { rows = 3, cols = 3, size = [0.4, 0.4] }
+[body.springs]
+structural = { k = 100.0, d = 0.05 }
+[[body.pin]]
+select = { rows = [0, 2] }
+[[body]]
+name = "falls"
+node_mass = 0.01
+mesh.grid = { rows = 3, cols = 3, size = [0.2, 0.2] }
+place = { position = [0.03, 0.2, 0.02], rotation = { axis = [1.0, 0.0, 0.0], degrees = 80.0 } }
+[body.springs]
+structural = { k = 100.0, d = 0.05 }
+"#;
+
+#[test]
+fn intersections_are_counted_where_they_are_asked_for() {
+    let desk = Desk::with(PASSING);
+    let words = ["run", "scene.toml", "--out", "o", "--verify-contact"];
+    let (out, err, code) = ending(desk.taffeta(&words));
+    assert_eq!(code, Some(0), "{err}");
+    assert!(out.contains("warning: surfaces passed through each other: "), "{out}");
+    let table = std::fs::read_to_string(desk.path("o/frames.csv")).unwrap();
+    let column = table.lines().next().unwrap().split(',').position(|name| name == "intersections").unwrap();
+    let counted: Vec<u64> =
+        table.lines().skip(1).map(|row| row.split(',').nth(column).unwrap().parse().unwrap()).collect();
+    assert!(counted[0] == 0 && counted.iter().any(|&pairs| pairs > 0), "{counted:?}");
+    let all = &desk.json("o/summary.json")["intersections"];
+    assert_eq!(all["max"].as_u64(), counted.iter().copied().max());
+    assert_eq!(all["final"].as_u64(), counted.last().copied());
+    assert_eq!(all["last_frame"].as_u64(), counted.iter().rposition(|&pairs| pairs > 0).map(|at| at as u64));
+}
+
+#[test]
+fn a_run_may_stop_at_the_first_intersection() {
+    let desk = Desk::with(PASSING);
+    let words = ["run", "scene.toml", "--out", "o", "--verify-contact=stop", "--quiet"];
+    let (_, err, code) = ending(desk.taffeta(&words));
+    assert_eq!(code, Some(1), "{err}");
+    assert!(err.contains("intersection") && err.contains("body `held`"), "{err}");
+    let summary = desk.json("o/summary.json");
+    assert_eq!(summary["status"], "intersected");
+    let frame = summary["frames"].as_u64().expect("a number");
+    assert!(err.contains(&format!("frame {frame} has ")) && frame < 12, "{err}");
+    assert_eq!(summary["intersections"]["last_frame"].as_u64(), Some(frame));
+    // Who does not ask pays nothing and is told nothing.
+    desk.taffeta(&["run", "scene.toml", "--out", "p", "--quiet"]).assert().success();
+    assert!(desk.json("p/summary.json")["intersections"].is_null());
+}

@@ -19,7 +19,7 @@ use taffeta::diagnostics::{FabricStrain, FrameReport, SolverReport, energy_kinds
 ///
 /// let path = folder.path().join("frames.csv");
 /// let mut table = FrameTable::open(&path, &[("cloth".to_owned(), false, 0)], Begin::New)?;
-/// table.row(simulation.step()?, 0.1)?;
+/// table.row(simulation.step()?, None, 0.1)?;
 /// table.finish()?;
 /// assert_eq!(std::fs::read_to_string(path)?.lines().count(), 2);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -44,7 +44,10 @@ impl FrameTable {
         energy_kinds().try_for_each(|kind| write!(part, ",{kind}"))?;
         write!(part, ",energy,px,py,pz,lx,ly,lz,max_stretch")?;
         write!(part, ",warp_min,warp_max,weft_min,weft_max,shear,contacts")?;
-        write!(part, ",pairs,nearest_pair,pair_searches,iterations,residual,active_fraction,broken")?;
+        write!(
+            part,
+            ",pairs,nearest_pair,pair_searches,intersections,iterations,residual,active_fraction,broken"
+        )?;
         for (name, ..) in bodies.iter().filter(|(_, closed, _)| *closed) {
             write!(part, ",{}", quoted(&format!("volume_{name}")))?;
         }
@@ -58,8 +61,8 @@ impl FrameTable {
         Ok(table(part))
     }
 
-    /// Adds a frame that took `ms` [ms].
-    pub fn row(&mut self, report: &FrameReport, ms: f64) -> io::Result<()> {
+    /// Adds a frame that took `ms` [ms], and the number of its intersections where they were counted.
+    pub fn row(&mut self, report: &FrameReport, intersections: Option<u64>, ms: f64) -> io::Result<()> {
         let r = report;
         let ([px, py, pz], [lx, ly, lz]) = (r.momentum, r.angular_momentum);
         write!(self.part, "{},{},{},{},{}", r.frame, r.time, r.kinetic, r.gravitational, r.springs)?;
@@ -74,6 +77,8 @@ impl FrameTable {
         write!(self.part, ",{}", r.contacts)?;
         let nearest = r.nearest_pair.map(|share| share.to_string()).unwrap_or_default();
         write!(self.part, ",{},{nearest},{}", r.pairs, r.pair_searches)?;
+        let intersections = intersections.map(|pairs| pairs.to_string()).unwrap_or_default();
+        write!(self.part, ",{intersections}")?;
         let SolverReport { iterations, residual, active_fraction, .. } = r.solver;
         write!(self.part, ",{iterations},{residual},{active_fraction},{}", r.broken)?;
         for (body, _) in self.bodies.iter().enumerate().filter(|(_, (closed, _))| *closed) {

@@ -34,6 +34,12 @@ pub fn triangles_meet(a: [Point; 3], b: [Point; 3]) -> bool {
     !apart(b_from_a) && (any(a, a_from_b, b) || any(b, b_from_a, a))
 }
 
+/// Whether a segment has a point in common with a triangle that has an area; one that touches counts. The ends of the segment
+/// are no corners of the triangle.
+pub(crate) fn segment_meets_triangle(ends: [Point; 2], triangle: [Point; 3]) -> bool {
+    crosses(ends, ends.map(|p| side(triangle, p)), triangle)
+}
+
 /// Whether two triangles whose first corner is the same point meet beyond it. What two such triangles share is a star
 /// around that corner, so it reaches the edge opposite of it in one of the two.
 ///

@@ -157,6 +157,14 @@ impl MovingCollider {
         }
     }
 
+    /// Corners of a box at the start [m], towards + along its edges where bits 0, 1, 2 of their number are set.
+    pub fn box_corners(&self) -> Option<[[f64; 3]; 8]> {
+        let Form::Box { center, axes, half } = &self.form else { return None };
+        let to = |corner: usize, axis: usize| if corner >> axis & 1 == 1 { half[axis] } else { -half[axis] };
+        let corner = |k: usize| (0..3).fold(*center, |x, axis| add(x, scale(axes[axis], to(k, axis))));
+        Some(std::array::from_fn(corner))
+    }
+
     /// Its rigid motion.
     pub fn track(&self) -> &Track {
         &self.track

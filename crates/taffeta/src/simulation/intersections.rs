@@ -1,0 +1,142 @@
+//! Where surfaces pass through each other, found exactly.
+
+use crate::contact::colliders::moving::MovingCollider;
+use crate::simulation::Simulation;
+use crate::topology::{Piercing, piercings};
+
+/// Edges of bodies and colliders that pass through triangles where they must not.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, Rotation, Scene};
+/// use taffeta::{Options, Simulation};
+///
+/// // A sheet that lies, and one that hangs through it.
+/// let lies = Body::cloth("lies", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
+/// let mut hangs = Body { name: "hangs".into(), ..lies.clone() };
+/// hangs.place.rotation = Rotation { axis: [1.0, 0.0, 0.0], degrees: 80.0 };
+/// let simulation = Simulation::new(&Scene::new("").time(0.01, 1e-3).body(lies).body(hangs), &Options::default())?;
+/// let found = simulation.intersections();
+/// assert!(found.pairs > 0 && found.complete);
+/// assert!(found.first.expect("a pair").contains("body `hangs`"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Intersections {
+    /// Pairs of an edge and a triangle without a common corner that have a point in common.
+    pub pairs: u64,
+    /// The first of them in words: body, vertices.
+    pub first: Option<String>,
+    /// Whether all pairs were looked at; a tangle of millions is not counted to the end.
+    pub complete: bool,
+}
+
+/// The triangles of a scene.
+#[derive(Default)]
+pub(crate) struct Triangles {
+    /// By places in the list of all corners: nodes of all bodies by the user's numbers, then corners of colliders.
+    corners: Vec<[u32; 3]>,
+    /// Whose first corner is where: bodies, then colliders with triangles by their places in the scene.
+    bodies: Vec<u32>,
+    colliders: Vec<(usize, u32)>,
+    /// How many of the triangles are of bodies, which come first.
+    of_bodies: u32,
+}
+
+impl Simulation {
+    /// Counts where bodies pass through themselves, each other and the triangles of colliders (meshes, convex hulls, height
+    /// fields, boxes), by exact arithmetic on the positions as they are. It shares no code with the contacts of the
+    /// simulation, so it can check them. Nodes keep their distance from round colliders, which are not looked at.
+    pub fn intersections(&self) -> Intersections {
+        let triangles = self.triangles.get_or_init(|| self.list_triangles());
+        let nodes = self.corners();
+        let of_a_body = |pair: [u32; 2]| pair[0] < triangles.of_bodies || pair[1] < triangles.of_bodies;
+        let found = piercings(&nodes, &triangles.corners, of_a_body);
+        Intersections {
+            pairs: found.pairs,
+            first: found.first.map(|Piercing { edge, triangle }| {
+                format!(
+                    "the edge of {} and the triangle of {}",
+                    self.words(triangles, &edge),
+                    self.words(triangles, &triangle)
+                )
+            }),
+            complete: found.complete,
+        }
+    }
+
+    fn list_triangles(&self) -> Triangles {
+        let assembly = self.backend.assembly();
+        let (mut all, mut first) = (Triangles::default(), 0);
+        for body in &assembly.bodies {
+            all.bodies.push(first);
+            all.corners.extend(body.user_surface().triangles.iter().map(|t| t.map(|node| first + node)));
+            first += body.nodes as u32;
+        }
+        all.of_bodies = all.corners.len() as u32;
+        for (index, collider) in assembly.colliders().iter().enumerate() {
+            let Some((nodes, triangles)) = collider.surface_at(0.0) else { continue };
+            all.colliders.push((index, first));
+            all.corners.extend(triangles.iter().map(|t| t.map(|node| first + node)));
+            first += nodes.len() as u32;
+        }
+        all
+    }
+
+    /// Positions of all corners [m].
+    fn corners(&self) -> Vec<[f64; 3]> {
+        let assembly = self.backend.assembly();
+        let mut nodes: Vec<[f64; 3]> =
+            self.user_order().into_iter().map(|node| self.backend.position(node)).collect();
+        let now = f64::from(self.frame()) * self.dt();
+        let surfaces = assembly.colliders().iter().filter_map(|collider| collider.surface_at(now));
+        surfaces.for_each(|(corners, _)| nodes.extend(corners));
+        nodes
+    }
+
+    /// Corners in words.
+    fn words(&self, all: &Triangles, corners: &[u32]) -> String {
+        let first = corners[0];
+        let named = |numbers: Vec<usize>| {
+            let words: Vec<String> = numbers.iter().map(usize::to_string).collect();
+            words.join(", ")
+        };
+        if let Some(&(index, from)) = all.colliders.iter().rev().find(|(_, from)| *from <= first) {
+            let numbers = corners.iter().map(|corner| (corner - from) as usize).collect();
+            return format!("corners {} of collider `{}`", named(numbers), self.colliders[index].name);
+        }
+        let index = all.bodies.iter().rposition(|from| *from <= first).unwrap_or_default();
+        let body = &self.backend.assembly().bodies[index];
+        let vertex = |node: usize| body.vertex_of_solver(body.solver_local(node));
+        let numbers = corners.iter().map(|corner| vertex((corner - all.bodies[index]) as usize)).collect();
+        format!("vertices {} of body `{}`", named(numbers), body.name)
+    }
+}
+
+impl MovingCollider {
+    /// Corners [m] at time `t` [s] and triangles; `None` where it has none.
+    fn surface_at(&self, t: f64) -> Option<(Vec<[f64; 3]>, Vec<[u32; 3]>)> {
+        let pose = self.track().pose(t);
+        if let Some(mesh) = self.mesh() {
+            return Some((mesh.nodes(t).iter().map(|&x| pose.apply(x)).collect(), mesh.triangles.clone()));
+        }
+        let corners = self.box_corners()?.map(|x| pose.apply(x));
+        Some((corners.to_vec(), BOX.to_vec()))
+    }
+}
+
+/// Triangles of a box, whose corner number k lies towards +x, +y, +z where bits 0, 1, 2 of k are set.
+const BOX: [[u32; 3]; 12] = [
+    [0, 2, 1],
+    [1, 2, 3],
+    [4, 5, 6],
+    [5, 7, 6],
+    [0, 1, 4],
+    [1, 5, 4],
+    [2, 6, 3],
+    [3, 6, 7],
+    [0, 4, 2],
+    [2, 4, 6],
+    [1, 3, 5],
+    [3, 7, 5],
+];
