@@ -24,6 +24,19 @@ pub struct SolverState {
     pub active: Vec<bool>,
     /// Whether each joint of [`crate::attachments::constraints::Attachments`] is whole; empty if none can break.
     pub joints: Vec<bool>,
+    /// Forces of contacts between surfaces, those of vertices with triangles first, each kind ascending by pair.
+    pub contacts: Vec<ContactForce>,
+}
+
+/// The force of a contact between surfaces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactForce {
+    /// 0: a vertex and a triangle; 1: two edges.
+    pub kind: u8,
+    /// Their numbers.
+    pub pair: [u32; 2],
+    /// On the first [N].
+    pub force: [f64; 3],
 }
 
 /// The device of a backend.

@@ -532,9 +532,10 @@ fn backend(
 }
 
 /// Threads of this machine that gain something for a scene. An element costs as much as some nodes with their springs, a
-/// constraint with the iterations about it as much as some more.
+/// constraint with the iterations about it, or a triangle with its contacts, as much as some more.
 fn useful_threads(assembly: &Assembly) -> usize {
     let all = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let elements: usize = assembly.elements().iter().map(|list| list.kind.cost * list.len()).sum();
-    all.min((assembly.places + elements + 4 * assembly.constraints().len()) / 4096)
+    let surfaces = assembly.surfaces().map_or(0, |surfaces| 8 * surfaces.triangles.len());
+    all.min((assembly.places + elements + surfaces + 4 * assembly.constraints().len()) / 4096)
 }

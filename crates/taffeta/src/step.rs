@@ -49,13 +49,15 @@ pub enum Stage {
     Pairs,
     /// Nodes moved to restore volumes, and colliders again.
     Project,
+    /// Nodes held back so that surfaces do not meet.
+    Filter,
     /// Sums over the state.
     Diagnose,
 }
 
 impl Stage {
     /// All of them, in order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Elements,
         Self::Loads,
         Self::Springs,
@@ -67,6 +69,7 @@ impl Stage {
         Self::Attach,
         Self::Pairs,
         Self::Project,
+        Self::Filter,
         Self::Diagnose,
     ];
 
@@ -84,6 +87,7 @@ impl Stage {
             Self::Attach => "attach",
             Self::Pairs => "pairs",
             Self::Project => "project",
+            Self::Filter => "filter",
             Self::Diagnose => "diagnose",
         }
     }
@@ -132,10 +136,20 @@ pub enum Op {
     SelfContact,
     /// Does it.
     ApplySelfContact,
+    /// Finds which surfaces touch each other.
+    SurfaceContacts,
+    /// Finds the impulses that keep them apart; the rounds end when there are none, or enough were made.
+    SurfaceImpulses,
+    /// Has them act.
+    ApplySurfaceImpulses,
     /// Measures the volumes that are restored by moving nodes; the rounds end when none is off.
     MeasureVolumes,
     /// Moves nodes that touch nothing so that the volume is restored.
     RestoreVolumes,
+    /// Finds how far nodes may go before surfaces meet; the rounds end when all have gone as far as they want or may.
+    SurfaceFilter,
+    /// Holds back who would go farther.
+    ApplySurfaceFilter,
     /// Sums over nodes and springs, tile by tile.
     MeasureTiles,
     /// Sums over bodies.
@@ -159,7 +173,9 @@ impl Op {
             Self::Contact => Stage::Contact,
             Self::Attachments | Self::ApplyAttachments => Stage::Attach,
             Self::SelfContact | Self::ApplySelfContact => Stage::Pairs,
+            Self::SurfaceContacts | Self::SurfaceImpulses | Self::ApplySurfaceImpulses => Stage::Pairs,
             Self::MeasureVolumes | Self::RestoreVolumes => Stage::Project,
+            Self::SurfaceFilter | Self::ApplySurfaceFilter => Stage::Filter,
             Self::MeasureTiles | Self::MeasureBodies => Stage::Diagnose,
         }
     }
@@ -266,6 +282,8 @@ pub struct Parts {
     pub attachments: bool,
     /// Nodes that touch each other.
     pub self_contact: bool,
+    /// Surfaces that touch each other.
+    pub surface_contact: bool,
     /// Nodes that pins hold, whose forces are kept.
     pub held: bool,
 }
@@ -274,13 +292,13 @@ impl Parts {
     /// Whether a node's motion depends on its neighbours and colliders alone.
     #[cfg(feature = "gpu")]
     pub const fn are_local(&self) -> bool {
-        !(self.solved || self.volumes || self.attachments || self.self_contact)
+        !(self.solved || self.volumes || self.attachments || self.self_contact || self.surface_contact)
     }
 
     /// Every combination of them.
     #[cfg(test)]
     pub fn all() -> impl Iterator<Item = Self> {
-        (0..128).map(|bits: u32| {
+        (0..256).map(|bits: u32| {
             let has = |bit: u32| bits >> bit & 1 == 1;
             Self {
                 elements: has(0),
@@ -290,6 +308,7 @@ impl Parts {
                 attachments: has(4),
                 self_contact: has(5),
                 held: has(6),
+                surface_contact: has(7),
             }
         })
     }
@@ -297,6 +316,12 @@ impl Parts {
 
 /// Most times that a sub-step moves nodes to restore volumes.
 pub const PROJECTIONS: usize = 5;
+
+/// Most rounds of impulses between surfaces in a sub-step: a first guess, corrections, and the look that ends them.
+pub const IMPULSES: usize = 12;
+
+/// Most rounds in which a sub-step has nodes go where they would end.
+pub const FILTERS: usize = 64;
 
 /// On tiles with some marks and without others.
 const fn tiles(op: Op, with: Marks, without: Marks) -> Pass {
@@ -310,7 +335,8 @@ const fn scene(op: Op, of: Marks, sync: bool) -> Pass {
 
 /// The passes of a sub-step.
 pub fn substep(parts: &Parts) -> Vec<Line> {
-    let Parts { elements, solved, volumes, restored, attachments, self_contact, held } = *parts;
+    let Parts { elements, solved, volumes, restored, attachments, self_contact, surface_contact, held } =
+        *parts;
     let (none, implicit, waits, volume) = (Marks::NONE, Marks::IMPLICIT, Marks::SOLVED, Marks::VOLUME);
     let mut list = List::default();
 
@@ -349,6 +375,15 @@ pub fn substep(parts: &Parts) -> Vec<Line> {
         list.add(tiles(Op::ApplySelfContact, Marks::MOVED, none));
         list.add(tiles(Op::Contact, Marks::MOVED, none));
     }
+    if surface_contact {
+        list.add(scene(Op::SurfaceContacts, none, true));
+        let round = [
+            scene(Op::SurfaceImpulses, none, true),
+            tiles(Op::ApplySurfaceImpulses, Marks::MOVED, none),
+            tiles(Op::Contact, Marks::MOVED, none),
+        ];
+        list.0.push(Line::Rounds(IMPULSES, round.to_vec()));
+    }
     if restored {
         // Contact has changed volumes; what touches nothing gives them back, and may touch something then.
         let round = [
@@ -357,6 +392,11 @@ pub fn substep(parts: &Parts) -> Vec<Line> {
             tiles(Op::Contact, volume.and(Marks::MOVED), none),
         ];
         list.0.push(Line::Rounds(PROJECTIONS, round.to_vec()));
+    }
+    if surface_contact {
+        // Nothing moves nodes after it: what it holds apart stays apart.
+        let round = [scene(Op::SurfaceFilter, none, true), tiles(Op::ApplySurfaceFilter, Marks::MOVED, none)];
+        list.0.push(Line::Rounds(FILTERS, round.to_vec()));
     }
     list.0
 }
@@ -475,7 +515,13 @@ mod tests {
 
     #[test]
     fn colliders_act_after_all_that_moves_nodes() {
-        let moves = [Op::Integrate, Op::ApplyAttachments, Op::ApplySelfContact, Op::RestoreVolumes];
+        let moves = [
+            Op::Integrate,
+            Op::ApplyAttachments,
+            Op::ApplySelfContact,
+            Op::ApplySurfaceImpulses,
+            Op::RestoreVolumes,
+        ];
         for lines in Parts::all().map(|parts| substep(&parts)) {
             let passes: Vec<&Pass> = lines.iter().flat_map(Line::passes).collect();
             for (at, pass) in passes.iter().enumerate().filter(|(_, pass)| moves.contains(&pass.op)) {
@@ -494,6 +540,7 @@ mod tests {
                 let wanted = match pass.op {
                     // They read forces, or the state after, of nodes anywhere.
                     Op::Solve | Op::Multipliers | Op::Attachments | Op::MeasureVolumes => true,
+                    Op::SurfaceContacts | Op::SurfaceImpulses | Op::SurfaceFilter => true,
                     // What elements have found on other workers.
                     Op::Loads => parts.elements,
                     _ => false,
@@ -508,7 +555,16 @@ mod tests {
         for parts in Parts::all() {
             let lines = substep(&parts);
             let has = |op| lines.iter().flat_map(Line::passes).any(|pass| pass.op == op);
-            let Parts { elements, solved, volumes, restored, attachments, self_contact, held } = parts;
+            let Parts {
+                elements,
+                solved,
+                volumes,
+                restored,
+                attachments,
+                self_contact,
+                surface_contact,
+                held,
+            } = parts;
             let wanted = [
                 (Op::Gather, elements),
                 (Op::Solve, solved),
@@ -517,6 +573,8 @@ mod tests {
                 (Op::Gradients, solved && volumes),
                 (Op::ApplyAttachments, attachments),
                 (Op::ApplySelfContact, self_contact),
+                (Op::ApplySurfaceImpulses, surface_contact),
+                (Op::ApplySurfaceFilter, surface_contact),
                 (Op::RestoreVolumes, restored),
                 (Op::HeldForces, held),
                 (Op::MeasureTiles, false),

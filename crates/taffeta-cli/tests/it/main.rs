@@ -2,7 +2,9 @@
 
 mod check_mesh;
 mod checkpoint;
+
 mod constraints;
+mod contact_scenes;
 mod desk;
 mod gpu;
 mod gpu_check;

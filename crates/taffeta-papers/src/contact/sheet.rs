@@ -1,6 +1,6 @@
 //! S2's demo in any size: a sheet held at one edge falls on a ball, on the floor below it and on itself.
 
-use taffeta::scene::{Body, Collider, Mass, Mesh, Scene, Select, SelfCollision};
+use taffeta::scene::{Body, Collider, ContactForm, Mass, Mesh, Scene, Select, SelfCollision};
 use taffeta::{Options, Simulation};
 
 /// One frame [s] and its longest sub-step [s]: 34 sub-steps.
@@ -75,7 +75,11 @@ impl Sheet {
             .bend(bend.0, bend.1)
             .at([0.0, 0.4 * edge, 0.0])
             .pin(Select { rows: Some([0, 0]), ..Select::default() });
-        sheet.self_collision = Some(SelfCollision { thickness: THICKNESS, friction: 0.2, restitution: 0.0 });
+        sheet.self_collision = Some(SelfCollision {
+            form: ContactForm::Nodes,
+            thickness: THICKNESS,
+            ..SelfCollision::default()
+        });
         let (center, radius) = self.ball();
         let ball = Collider::sphere(center, radius).offset(OFFSET).friction(0.3);
         let floor = [0.0, self.lowest() - OFFSET, 0.0];

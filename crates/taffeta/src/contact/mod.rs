@@ -1,22 +1,26 @@
-//! Contact: of nodes with colliders, with meshes among them, and with each other.
+//! Contact: of nodes with colliders, with meshes among them, and with each other, and of surfaces.
 
 pub mod collider_mesh;
 pub mod colliders;
 pub mod nodes;
+pub mod triangles;
 
 use crate::assembly::Assembly;
 use crate::assembly::body::BodyAssembly;
-use crate::scene::{Body, SceneError};
+use crate::scene::{Body, ContactForm, SceneError};
 
 impl BodyAssembly {
     /// Where a scene describes the contacts that it finds beside those with colliders, if it finds any.
     pub fn contact_key(&self) -> Option<&'static str> {
-        self.self_contact().is_some().then_some("self_collision")
+        (self.self_contact().is_some() || self.surface_contact().is_some()).then_some("self_collision")
     }
 
     /// Enables what the description asks for. Springs are known.
     pub(crate) fn enable_contact(&mut self, body: &Body) -> Result<(), SceneError> {
-        body.self_collision.as_ref().map_or(Ok(()), |wish| self.enable_self_collision(wish))
+        body.self_collision.as_ref().map_or(Ok(()), |wish| match wish.form {
+            ContactForm::Nodes => self.enable_self_collision(wish),
+            ContactForm::Triangles => self.enable_surface_contact(wish),
+        })
     }
 }
 

@@ -21,7 +21,7 @@ static OPS: LazyLock<Vec<Op>> = LazyLock::new(|| {
 
 const BODIES: usize = 13;
 const SUBSTEPS: usize = 2;
-/// Rounds after which no volume is off.
+/// Rounds after which nothing is left to do.
 const ROUNDS: usize = 3;
 
 /// What bodies may be: solved for never, where springs are too long, or always; with a volume or without.
@@ -73,7 +73,8 @@ impl Feature<f32> for Recorder {
     fn run(&self, op: Op, worker: &mut Worker<'_, f32>) -> Flow {
         let round = self.note(Call { worker: worker.index, op: Some(op), tile: None });
         worker.mark_moved(|tile| moves(op, tile));
-        if op == Op::MeasureVolumes && round == ROUNDS { Flow::Done } else { Flow::Go }
+        let ends = [Op::MeasureVolumes, Op::SurfaceImpulses, Op::SurfaceFilter].contains(&op);
+        if ends && round == ROUNDS { Flow::Done } else { Flow::Go }
     }
 
     fn tile(&self, op: Op, tile: &mut Tile<'_, f32>) {

@@ -10,7 +10,7 @@ mod refusals;
 use crate::advice::Refusal;
 use crate::assembly::Assembly;
 use crate::attachments;
-use crate::contact::{colliders, nodes};
+use crate::contact::{colliders, nodes, triangles};
 use crate::cpu::CpuBackend;
 use crate::cpu::backend::Context;
 use crate::cpu::feature::Feature;
@@ -46,6 +46,7 @@ pub fn parts(assembly: &Assembly) -> Parts {
         restored: assembly.volumes().any(|(_, kept)| kept.projects),
         attachments: !assembly.attachments().is_empty(),
         self_contact: assembly.self_colliding().next().is_some(),
+        surface_contact: assembly.surfaces().is_some(),
         held: !assembly.held().is_empty(),
     }
 }
@@ -56,6 +57,7 @@ pub fn parameters<T: Real>(assembly: &Assembly, span: [f64; 2], substep: &mut Su
     aero::build::parameters(assembly, span, substep);
     motion::moving::parameters(assembly, span, substep);
     colliders::moving::parameters(assembly, span, substep);
+    triangles::surfaces::parameters(assembly, span, substep);
     volume::constraint::parameters(assembly, span, substep);
     attachments::constraints::parameters(assembly, span, substep);
     implicit::scheme::parameters(assembly, span, substep);
@@ -87,6 +89,7 @@ fn of_cpu<T: Real>(context: &mut Context<'_, T>) -> Result<Vec<Box<dyn Feature<T
         dual::cpu::Dual::new(context).and_then(boxed),
         attachments::cpu::Attachments::new(context).and_then(boxed),
         nodes::cpu::NodeContact::new(context).and_then(boxed),
+        triangles::cpu::TriangleContact::new(context).and_then(boxed),
         boxed(diagnostics::cpu::Measures::new(context)),
     ]
     .into_iter()
@@ -147,6 +150,7 @@ impl Tables {
             restored: self.volumes.restores(),
             attachments: !self.attachments.lists.is_empty(),
             self_contact: !self.self_collision.surfaces.is_empty(),
+            surface_contact: false,
             held: !self.held.nodes.is_empty(),
         }
     }

@@ -56,6 +56,18 @@ pub fn refuse_large_meshes(gpu: &Gpu, bytes: usize) -> Result<(), Refusal> {
     Err(Refusal::new(message, [Advice::Cpu]))
 }
 
+/// Refuses contact between triangles.
+pub fn refuse_surfaces(assembly: &Assembly) -> Result<(), Refusal> {
+    let Some(body) = assembly.bodies.iter().find(|body| body.surface_contact().is_some()) else {
+        return Ok(());
+    };
+    let message = format!(
+        "body `{}` has self_collision.form = \"triangles\", which does not run on a GPU yet; the CPU, or \"nodes\" would do",
+        body.name
+    );
+    Err(Refusal::new(message, [Advice::Cpu]))
+}
+
 /// Refuses to take over a scene with volumes behind the stage in which bodies are summed up, and one whose nodes touch each
 /// other behind that in which they are found.
 pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), Refusal> {

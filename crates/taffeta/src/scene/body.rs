@@ -82,7 +82,18 @@ fn is_zero(vector: &[f64; 3]) -> bool {
     *vector == [0.0; 3]
 }
 
-/// Contact of nodes with each other.
+/// What touches what in a body's contact with itself and others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ContactForm {
+    /// Vertices touch triangles, and edges touch edges; what starts apart never passes through.
+    Triangles,
+    /// Nodes touch nodes: for meshes whose edges are about as long as the thickness.
+    #[default]
+    Nodes,
+}
+
+/// Contact of a body with itself, and with others that have it in the same form.
 ///
 /// ```
 /// use taffeta::scene::{Body, Mass, Mesh, SelfCollision};
@@ -95,11 +106,13 @@ fn is_zero(vector: &[f64; 3]) -> bool {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SelfCollision {
-    /// Distance that is kept between nodes [m]; between those of two bodies it is the mean of both.
+    /// What touches what.
+    pub form: ContactForm,
+    /// Distance that is kept [m]; between two bodies it is the mean of both.
     pub thickness: f64,
     /// Coulomb coefficient; between two bodies the geometric mean.
     pub friction: f64,
-    /// Coefficient of restitution, 0 to 1; between two bodies the larger one.
+    /// Coefficient of restitution, 0 to 1; between two bodies the larger one. Between triangles it is 0.
     pub restitution: f64,
 }
 
@@ -126,23 +139,24 @@ pub(crate) enum Range {
 impl Body {
     /// Contacts that it finds beside those with colliders.
     pub(crate) fn contacts(&self) -> Vec<ContactOfBody> {
-        let nodes =
-            self.self_collision.map(|SelfCollision { thickness, friction, restitution }| ContactOfBody {
+        let nodes = self.self_collision.map(|SelfCollision { form, thickness, friction, restitution }| {
+            ContactOfBody {
                 key: "self_collision",
                 numbers: vec![
                     ("thickness", thickness, Range::Positive("m")),
                     ("friction", friction, Range::NotNegative("")),
                     ("restitution", restitution, Range::Share),
                 ],
-                bytes: 250,
-            });
+                bytes: if form == ContactForm::Nodes { 250 } else { 4000 },
+            }
+        });
         nodes.into_iter().collect()
     }
 }
 
 impl Default for SelfCollision {
     fn default() -> Self {
-        Self { thickness: 0.01, friction: 0.2, restitution: 0.0 }
+        Self { form: ContactForm::default(), thickness: 0.01, friction: 0.2, restitution: 0.0 }
     }
 }
 

@@ -1,6 +1,5 @@
 //! Where surfaces pass through each other, found exactly.
 
-use crate::contact::colliders::moving::MovingCollider;
 use crate::simulation::Simulation;
 use crate::topology::{Piercing, piercings};
 
@@ -75,10 +74,10 @@ impl Simulation {
         }
         all.of_bodies = all.corners.len() as u32;
         for (index, collider) in assembly.colliders().iter().enumerate() {
-            let Some((nodes, triangles)) = collider.surface_at(0.0) else { continue };
+            let Some(faces) = collider.faces() else { continue };
             all.colliders.push((index, first));
-            all.corners.extend(triangles.iter().map(|t| t.map(|node| first + node)));
-            first += nodes.len() as u32;
+            all.corners.extend(faces.iter().map(|t| t.map(|node| first + node)));
+            first += collider.corners(0.0).len() as u32;
         }
         all
     }
@@ -89,8 +88,7 @@ impl Simulation {
         let mut nodes: Vec<[f64; 3]> =
             self.user_order().into_iter().map(|node| self.backend.position(node)).collect();
         let now = f64::from(self.frame()) * self.dt();
-        let surfaces = assembly.colliders().iter().filter_map(|collider| collider.surface_at(now));
-        surfaces.for_each(|(corners, _)| nodes.extend(corners));
+        nodes.extend(assembly.colliders().iter().flat_map(|collider| collider.corners(now)));
         nodes
     }
 
@@ -112,31 +110,3 @@ impl Simulation {
         format!("vertices {} of body `{}`", named(numbers), body.name)
     }
 }
-
-impl MovingCollider {
-    /// Corners [m] at time `t` [s] and triangles; `None` where it has none.
-    fn surface_at(&self, t: f64) -> Option<(Vec<[f64; 3]>, Vec<[u32; 3]>)> {
-        let pose = self.track().pose(t);
-        if let Some(mesh) = self.mesh() {
-            return Some((mesh.nodes(t).iter().map(|&x| pose.apply(x)).collect(), mesh.triangles.clone()));
-        }
-        let corners = self.box_corners()?.map(|x| pose.apply(x));
-        Some((corners.to_vec(), BOX.to_vec()))
-    }
-}
-
-/// Triangles of a box, whose corner number k lies towards +x, +y, +z where bits 0, 1, 2 of k are set.
-const BOX: [[u32; 3]; 12] = [
-    [0, 2, 1],
-    [1, 2, 3],
-    [4, 5, 6],
-    [5, 7, 6],
-    [0, 1, 4],
-    [1, 5, 4],
-    [2, 6, 3],
-    [3, 6, 7],
-    [0, 4, 2],
-    [2, 4, 6],
-    [1, 3, 5],
-    [3, 7, 5],
-];

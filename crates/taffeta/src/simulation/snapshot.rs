@@ -1,6 +1,6 @@
 //! Snapshots: the state of a simulation between two frames, to stop a run and continue it.
 
-use crate::backend::SolverState;
+use crate::backend::{ContactForce, SolverState};
 use crate::report::FrameReport;
 use crate::simulation::{InputError, Precision, Simulation};
 use serde::{Deserialize, Serialize};
@@ -47,12 +47,14 @@ pub struct Snapshot {
     pub adaptive: u64,
     /// Number of joints, if some may break; 0 if none can.
     pub joints: u64,
+    /// Number of contacts between surfaces that carry a force.
+    pub contacts: u64,
     /// Positions [m], then velocities [m/s] of all nodes in user order, little endian. Kept apart when serialized.
     #[serde(skip)]
     pub state: Vec<u8>,
     /// Pulls of constraints [N], little endian, then for each that comes and goes a bit that says whether it is there, the
-    /// lowest of each byte first, then the same for each joint; all in an order that the scene alone decides. Kept apart
-    /// when serialized.
+    /// lowest of each byte first, then the same for each joint, all in an order that the scene alone decides; then contacts.
+    /// Kept apart when serialized.
     #[serde(skip)]
     pub constraints: Vec<u8>,
 }
@@ -66,7 +68,8 @@ impl Snapshot {
     /// Bytes that the pulls and the bits of `constraints` take.
     pub fn constraint_bytes(&self) -> Option<u64> {
         let bits = self.adaptive.div_ceil(8).checked_add(self.joints.div_ceil(8))?;
-        self.pulls.checked_mul(self.precision.bytes() as u64)?.checked_add(bits)
+        let contacts = self.contacts.checked_mul(CONTACT as u64)?;
+        self.pulls.checked_mul(self.precision.bytes() as u64)?.checked_add(bits)?.checked_add(contacts)
     }
 
     /// Three numbers of the state from `index` on.
@@ -79,26 +82,46 @@ impl Snapshot {
         let [pulls, adaptive, joints] = [self.pulls, self.adaptive, self.joints].map(|count| count as usize);
         let (active, there) =
             self.constraints[pulls * self.precision.bytes()..].split_at(adaptive.div_ceil(8));
+        let (there, contacts) = there.split_at(joints.div_ceil(8));
         let bit = |bits: &[u8], index: usize| bits[index / 8] >> (index % 8) & 1 == 1;
         SolverState {
             warm_start: (0..pulls).map(|index| self.precision.number(&self.constraints, index)).collect(),
             active: (0..adaptive).map(|index| bit(active, index)).collect(),
             joints: (0..joints).map(|index| bit(there, index)).collect(),
+            contacts: contacts.as_chunks().0.iter().map(contact).collect(),
         }
     }
 
     /// Stores the state of the solvers.
     fn note(&mut self, state: &SolverState) {
-        let SolverState { warm_start, active, joints } = state;
-        [self.pulls, self.adaptive, self.joints] =
-            [warm_start.len(), active.len(), joints.len()].map(|count| count as u64);
+        let SolverState { warm_start, active, joints, contacts } = state;
+        [self.pulls, self.adaptive, self.joints, self.contacts] =
+            [warm_start.len(), active.len(), joints.len(), contacts.len()].map(|count| count as u64);
         let mut bytes =
             Vec::with_capacity(warm_start.len() * self.precision.bytes() + active.len().div_ceil(8));
         warm_start.iter().for_each(|&number| self.precision.append(number, &mut bytes));
         let byte = |bits: &[bool]| bits.iter().rev().fold(0, |byte, &bit| byte << 1 | u8::from(bit));
         bytes.extend(active.chunks(8).chain(joints.chunks(8)).map(byte));
+        bytes.extend(contacts.iter().flat_map(contact_bytes));
         self.constraints = bytes;
     }
+}
+
+/// Bytes of a contact: its kind, its pair, its force.
+const CONTACT: usize = 1 + 2 * 4 + 3 * 8;
+
+fn contact(bytes: &[u8; CONTACT]) -> ContactForce {
+    ContactForce {
+        kind: bytes[0],
+        pair: [0, 1].map(|index| u32::from_le_bytes(chunk(&bytes[1..], index))),
+        force: [0, 1, 2].map(|index| f64::from_le_bytes(chunk(&bytes[9..], index))),
+    }
+}
+
+fn contact_bytes(contact: &ContactForce) -> Vec<u8> {
+    let ContactForce { kind, pair, force } = contact;
+    let pair = pair.iter().flat_map(|number| number.to_le_bytes());
+    std::iter::once(*kind).chain(pair).chain(force.iter().flat_map(|number| number.to_le_bytes())).collect()
 }
 
 fn chunk<const N: usize>(bytes: &[u8], index: usize) -> [u8; N] {
@@ -164,6 +187,7 @@ impl Simulation {
             pulls: 0,
             adaptive: 0,
             joints: 0,
+            contacts: 0,
             state,
             constraints: Vec::new(),
         };
@@ -228,7 +252,7 @@ impl Simulation {
 
     /// Whether it has the state of this scene's solvers.
     fn check_state(&self, snapshot: &Snapshot) -> Result<(), String> {
-        let SolverState { warm_start, active, joints } = self.backend.solver_state();
+        let SolverState { warm_start, active, joints, .. } = self.backend.solver_state();
         let counts = [
             ("pulls of constraints", snapshot.pulls, warm_start.len()),
             ("constraints that come and go", snapshot.adaptive, active.len()),
@@ -242,8 +266,12 @@ impl Simulation {
                 (snapshot.constraints.len(), warm_start.len().max(active.len()).max(joints.len()));
             return Err(format!("what its {count} constraints remember has {bytes} bytes"));
         }
-        match snapshot.precision.not_finite(&snapshot.constraints, warm_start.len()) {
-            Some(index) => Err(format!("its constraint {index} has a pull that is not finite")),
+        if let Some(index) = snapshot.precision.not_finite(&snapshot.constraints, warm_start.len()) {
+            return Err(format!("its constraint {index} has a pull that is not finite"));
+        }
+        let not_finite = |one: &ContactForce| one.force.iter().any(|number| !number.is_finite());
+        match snapshot.solver_state().contacts.iter().position(not_finite) {
+            Some(index) => Err(format!("its contact {index} has a force that is not finite")),
             None => Ok(()),
         }
     }

@@ -32,4 +32,5 @@ mod stability;
 mod start;
 mod statics;
 mod strain;
+mod surfaces;
 mod volume;

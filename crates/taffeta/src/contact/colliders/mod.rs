@@ -1,6 +1,7 @@
 //! Contact of nodes with colliders.
 
 pub mod cpu;
+pub mod faces;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 #[cfg(feature = "gpu")]

@@ -144,6 +144,16 @@ impl MovingCollider {
         })
     }
 
+    /// Distance kept between its surface and nodes [m].
+    pub fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    /// Coulomb coefficient.
+    pub fn friction(&self) -> f64 {
+        self.friction
+    }
+
     /// Whether it has keyframes, or poses.
     pub fn moves(&self) -> bool {
         !self.track.is_still() || self.mesh().is_some_and(|mesh| mesh.deforms())

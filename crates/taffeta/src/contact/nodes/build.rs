@@ -17,16 +17,10 @@ const MAX_EXCLUSIONS: usize = 1024;
 impl BodyAssembly {
     /// Enables self-collision of the body, whose springs are known.
     pub(crate) fn enable_self_collision(&mut self, wish: &SelfCollision) -> Result<(), SceneError> {
-        let reach = std::f64::consts::FRAC_PI_2 * wish.thickness;
+        let exclusions = exclusions(self, wish.thickness)?;
         let edges = edges(self);
         let lengths = || edges.iter().map(|pair| measure::length(&self.start, *pair));
-        let (longest, mean) =
-            (lengths().fold(0.0, f64::max), lengths().sum::<f64>() / edges.len().max(1) as f64);
-        let exclusions = match self.grid_layout {
-            Some(layout) => of_grid(self, layout, reach),
-            None => of_mesh(self, &edges, reach),
-        }
-        .ok_or_else(|| too_thick(wish.thickness, mean))?;
+        let longest = lengths().fold(0.0, f64::max);
         if wish.thickness < GAP * longest {
             self.warnings.push(format!(
                 "self_collision.thickness is {} m, less than 0.71 times its longest edge of {longest:.4} m: nodes of another \
@@ -43,6 +37,20 @@ impl BodyAssembly {
         self.extensions.insert(SelfContact { surface, exclusions, longest });
         Ok(())
     }
+}
+
+/// Nodes of a body that are neighbours along its surface: closer than the length of a fold whose layers are a thickness apart.
+pub(crate) fn exclusions(body: &BodyAssembly, thickness: f64) -> Result<Exclusions, SceneError> {
+    let reach = std::f64::consts::FRAC_PI_2 * thickness;
+    let edges = edges(body);
+    let found = match body.grid_layout {
+        Some(layout) => of_grid(body, layout, reach),
+        None => of_mesh(body, &edges, reach),
+    };
+    found.ok_or_else(|| {
+        let length = edges.iter().map(|pair| measure::length(&body.start, *pair)).sum::<f64>();
+        too_thick(thickness, length / edges.len().max(1) as f64)
+    })
 }
 
 fn too_thick(thickness: f64, edge: f64) -> SceneError {

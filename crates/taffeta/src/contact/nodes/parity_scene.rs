@@ -17,7 +17,10 @@ const THICKNESS: f32 = 0.0625;
 
 fn touching(name: &str, mesh: Mesh, [thickness, friction, restitution]: [f64; 3]) -> Body {
     let body = Body::cloth(name, mesh).with_mass(Mass::Node(0.0137)).structural(29.0, 0.011);
-    Body { self_collision: Some(SelfCollision { thickness, friction, restitution }), ..body }
+    Body {
+        self_collision: Some(SelfCollision { thickness, friction, restitution, ..SelfCollision::default() }),
+        ..body
+    }
 }
 
 /// Grids with wide neighbourhoods and narrow ones, of one row too, meshes, one whose nodes are crowded, and two that touch

@@ -41,11 +41,11 @@ fn cloud(name: &str, places: &[V], mass: f64, touch: SelfCollision) -> Body {
 
 /// How nodes touch.
 fn touch(thickness: f64, friction: f64, restitution: f64) -> SelfCollision {
-    SelfCollision { thickness, friction, restitution }
+    SelfCollision { thickness, friction, restitution, ..SelfCollision::default() }
 }
 
 /// Velocities of all nodes [m/s].
-fn velocities(simulation: &Simulation) -> Vec<V> {
+pub fn velocities(simulation: &Simulation) -> Vec<V> {
     let snapshot = simulation.snapshot();
     let numbers: Vec<f64> = match snapshot.precision {
         Precision::F64 => {
@@ -59,7 +59,7 @@ fn velocities(simulation: &Simulation) -> Vec<V> {
 }
 
 /// Gives the first nodes these velocities [m/s].
-fn set_velocities(simulation: &mut Simulation, given: &[V]) {
+pub fn set_velocities(simulation: &mut Simulation, given: &[V]) {
     let mut all = velocities(simulation);
     all[..given.len()].copy_from_slice(given);
     let mut snapshot = simulation.snapshot();

@@ -1,0 +1,50 @@
+//! Scenes of contact between triangles: frame by frame the exact test finds nothing that passes through.
+
+use std::path::{Path, PathBuf};
+use taffeta::{Options, Simulation};
+
+/// Scenes, and as many frames as a test has time for. The whole of each is run by hand with `--verify-contact=stop`.
+const SCENES: [(&str, u32); 6] = [
+    ("coarse_fine", 45),
+    ("corner_drag", 100),
+    ("knot", 70),
+    ("spike", 45),
+    ("stack", 8),
+    ("twist_tube", 50),
+];
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/contact")
+}
+
+#[test]
+fn nothing_passes_through_in_any_frame() {
+    for (name, frames) in SCENES {
+        let loaded = taffeta_io::load_scene(&folder().join(name).with_extension("toml"), &[]);
+        let scene = loaded.unwrap_or_else(|error| panic!("{name}: {error}")).scene;
+        let options = Options { threads: Some(2), ..Options::default() };
+        let mut simulation =
+            Simulation::new(&scene, &options).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let mut touched = 0;
+        for frame in 0..=frames {
+            if frame > 0 {
+                simulation.step().unwrap_or_else(|error| panic!("{name}: {error}"));
+            }
+            let found = simulation.intersections();
+            assert_eq!((found.pairs, found.complete), (0, true), "{name}, frame {frame}: {:?}", found.first);
+            touched += simulation.report().pairs;
+        }
+        assert!(touched > 30, "{name} has contacts: {touched}");
+    }
+}
+
+#[test]
+fn every_scene_is_tested() {
+    let entries =
+        std::fs::read_dir(folder()).expect("the scenes").map(|entry| entry.expect("an entry").path());
+    let scenes = entries.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    let mut names: Vec<String> =
+        scenes.map(|path| path.file_stem().expect("a name").to_string_lossy().into_owned()).collect();
+    names.sort();
+    assert_eq!(names, SCENES.map(|(name, _)| name));
+}

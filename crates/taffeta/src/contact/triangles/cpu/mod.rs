@@ -1,0 +1,323 @@
+//! Contact of surfaces on the CPU.
+
+mod contacts;
+mod hold;
+mod lanes;
+mod motion;
+mod pairs;
+mod rounds;
+mod tree;
+
+use crate::assembly::Assembly;
+use crate::backend::{ContactForce, SolverState};
+use crate::contact::triangles::cpu::contacts::{Active, Mail};
+use crate::contact::triangles::cpu::motion::Motion;
+use crate::contact::triangles::cpu::pairs::{Boxes, List, Search};
+use crate::contact::triangles::surfaces::{Kind, Surfaces};
+use crate::cpu::backend::Context;
+use crate::cpu::feature::{Feature, Flow};
+use crate::cpu::shared::{PerWorker, Shared};
+use crate::cpu::tile::Tile;
+use crate::cpu::tiles::TilePlan;
+use crate::cpu::worker::Worker;
+use crate::real::{Real, add, scale};
+use crate::report::FrameSums;
+use crate::step::Op;
+use std::ops::Range;
+use std::sync::atomic::AtomicU64;
+
+/// Contact of surfaces.
+pub struct TriangleContact<T> {
+    surfaces: Surfaces,
+    /// The longest sub-step [s].
+    longest: T,
+    /// The tile of each place, and the worker of each tile.
+    tile_of: Vec<u32>,
+    worker_of: Vec<u32>,
+    boxes: Boxes<T>,
+    mail: Mail<T>,
+    /// For each place, the number of its contacts.
+    counts: Shared<u32>,
+    /// For each place, the part of its motion that it may make, as the bits of a number from 0 to 1.
+    parts: Vec<AtomicU64>,
+    /// Where nodes and corners of colliders are before the sub-step, or the round of the filter, and after it [m].
+    before: [Shared<T>; 3],
+    after: [Shared<T>; 3],
+    /// Where nodes would end that need several rounds of the filter [m], and their velocities there [m/s].
+    target: [Shared<T>; 6],
+    /// What each worker has found.
+    motion: Shared<Motion>,
+    found: Shared<Found>,
+    scratch: PerWorker<Scratch<T>>,
+}
+
+/// What a worker has found in a sub-step.
+#[derive(Clone, Copy, Debug, Default)]
+struct Found {
+    contacts: u64,
+    /// Least distance of a contact relative to its thickness, 1 without.
+    nearest: f64,
+    /// The farthest that a contact would sink in, relative to its thickness, before each of the last two rounds.
+    sinks: [f64; 2],
+    /// Nodes that the filter has held back.
+    held: u64,
+    /// Pairs without a plane between them.
+    together: u64,
+}
+
+/// The memory of a worker.
+struct Scratch<T> {
+    search: Search<T>,
+    lists: [List<T>; 2],
+    contacts: Vec<Active<T>>,
+    /// Nodes in contact, tile by tile, and the place of each among them.
+    touched: Vec<Touched<T>>,
+    slot: Vec<u32>,
+    /// Nodes that the next pass moves, tile by tile, and where those of each of the worker's tiles begin.
+    responses: Vec<(u32, [T; 6])>,
+    tiles: Vec<usize>,
+    /// How far nodes have moved since the search, how far they may, and by how much in the last sub-step [m]; and the motion
+    /// that is not counted yet.
+    travelled: f64,
+    margin: f64,
+    stride: f64,
+    /// The stride for which pairs were looked at in this sub-step [m].
+    seen: f64,
+    motion: Motion,
+    searches: u64,
+    /// Which round of impulses, and of the filter, is next.
+    round: usize,
+    stage: FilterRound,
+}
+
+/// Rounds of the filter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FilterRound {
+    First,
+    More,
+    Over,
+}
+
+/// A node in contact.
+struct Touched<T> {
+    node: u32,
+    /// Its state before contact.
+    base: [T; 6],
+    /// Sum of what removes old overlaps [kg·m], and of impulses [N·s].
+    push: [T; 3],
+    sum: [T; 3],
+}
+
+const NO_SLOT: u32 = u32::MAX;
+
+impl Found {
+    fn take_filter(&mut self, found: Self) {
+        (self.held, self.together) = (self.held.max(found.held), self.together.max(found.together));
+    }
+}
+
+impl<T: Real> Scratch<T> {
+    fn new(places: usize) -> Self {
+        Self {
+            search: Search::default(),
+            lists: Kind::ALL.map(List::new),
+            contacts: Vec::new(),
+            touched: Vec::new(),
+            slot: vec![NO_SLOT; places],
+            responses: Vec::new(),
+            tiles: Vec::new(),
+            travelled: 0.0,
+            margin: 0.0,
+            stride: 0.0,
+            seen: 0.0,
+            motion: Motion::NONE,
+            searches: 0,
+            round: 0,
+            stage: FilterRound::Over,
+        }
+    }
+
+    /// Keeps the forces for the next sub-step. That of a sub-step of `h` counts by its part of the longest one [s]: what is
+    /// left of a frame may be too short to tell a force.
+    fn note_forces(&mut self, h: T, longest: T) {
+        let old = (T::ONE - h / longest).max(T::ZERO);
+        for one in &self.contacts {
+            let force = &mut self.lists[one.list].forces[one.pair];
+            *force = add(scale(*force, old), scale(one.impulse, T::ONE / h.max(longest)));
+        }
+    }
+
+    /// Has the next sub-step search.
+    fn forget(&mut self) {
+        (self.margin, self.motion) = (0.0, Motion::NONE);
+    }
+}
+
+impl<T: Real> TriangleContact<T> {
+    /// Contact of a scene's surfaces; `None` in a scene without.
+    pub fn new(context: &mut Context<'_, T>) -> Option<Self> {
+        let surfaces = std::mem::take(context.assembly.surfaces_mut()?);
+        let (places, workers) = (context.assembly.places, context.workers());
+        let with_corners = || -> [Shared<T>; 3] {
+            std::array::from_fn(|axis| {
+                let corners = surfaces.corners().iter().map(|x| T::from_f64(x[axis]));
+                std::iter::repeat_n(T::ZERO, places).chain(corners).collect::<Vec<T>>().into()
+            })
+        };
+        let mut all = Self {
+            longest: T::from_f64(context.assembly.time.longest_step()),
+            tile_of: vec![0; places],
+            worker_of: Vec::new(),
+            boxes: Boxes::new(&surfaces),
+            mail: Mail::new(workers),
+            counts: vec![0; surfaces.all_places()].into(),
+            parts: std::iter::repeat_with(|| AtomicU64::new(1_f64.to_bits())).take(places).collect(),
+            before: with_corners(),
+            after: with_corners(),
+            target: std::array::from_fn(|_| vec![T::ZERO; places].into()),
+            motion: vec![Motion::NONE; workers].into(),
+            found: vec![Found::default(); workers].into(),
+            scratch: PerWorker::new(workers, |_| Scratch::new(places)),
+            surfaces,
+        };
+        all.share(&context.nodes.tiles, context.chunks);
+        Some(all)
+    }
+
+    /// Notes who has which tile.
+    fn share(&mut self, tiles: &[TilePlan], chunks: &[Range<usize>]) {
+        for (number, plan) in tiles.iter().enumerate() {
+            plan.runs().for_each(|(_, run)| self.tile_of[run].fill(number as u32));
+        }
+        self.worker_of = vec![0; tiles.len()];
+        for (worker, chunk) in chunks.iter().enumerate() {
+            self.worker_of[chunk.clone()].fill(worker as u32);
+        }
+    }
+
+    fn worker_of(&self, node: u32) -> usize {
+        self.worker_of[self.tile_of[node as usize] as usize] as usize
+    }
+
+    #[expect(clippy::mut_from_ref, reason = "each worker asks for its own alone")]
+    fn scratch(&self, worker: &Worker<'_, T>) -> &mut Scratch<T> {
+        // SAFETY: each worker has its own, and one reference at a time.
+        unsafe { self.scratch.of(worker.index) }
+    }
+
+    /// The worker that lists the pairs of a vertex or an edge, of so many workers.
+    fn lister(&self, kind: usize, owner: u32, workers: usize) -> usize {
+        let starts = [&self.surfaces.vertices_of, &self.surfaces.edges_of][kind];
+        let leaf = starts.partition_point(|&start| start <= owner).saturating_sub(1);
+        let leaves = self.surfaces.leaves();
+        (0..workers).rfind(|worker| leaves * worker / workers <= leaf).unwrap_or(0)
+    }
+
+    /// State after the sub-step.
+    fn state<'w>(&self, worker: &Worker<'w, T>) -> [&'w [T]; 6] {
+        // SAFETY: all have written their nodes before a barrier, and change them again after another.
+        worker.next().each_ref().map(|column| unsafe { column.read() })
+    }
+}
+
+fn positions<T>([x, y, z, ..]: [&[T]; 6]) -> [&[T]; 3] {
+    [x, y, z]
+}
+
+fn read<T: Real>(columns: &[Shared<T>; 3]) -> [&[T]; 3] {
+    // SAFETY: written before a barrier, and again after another.
+    columns.each_ref().map(|column| unsafe { column.read() })
+}
+
+impl<T: Real> Feature<T> for TriangleContact<T> {
+    fn ops(&self) -> &'static [Op] {
+        &[
+            Op::SurfaceContacts,
+            Op::SurfaceImpulses,
+            Op::ApplySurfaceImpulses,
+            Op::SurfaceFilter,
+            Op::ApplySurfaceFilter,
+        ]
+    }
+
+    fn run(&self, op: Op, worker: &mut Worker<'_, T>) -> Flow {
+        match op {
+            Op::SurfaceContacts => {
+                self.find(worker);
+                Flow::Go
+            }
+            Op::SurfaceImpulses => self.round(worker),
+            _ => self.filter(worker),
+        }
+    }
+
+    fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
+        // SAFETY: each worker has its own, and asks once.
+        let scratch = unsafe { self.scratch.of(tile.worker) };
+        let responses = &scratch.responses[scratch.tiles[tile.number]..scratch.tiles[tile.number + 1]];
+        tile.move_nodes(responses.iter().map(|(node, state)| (*node as usize, state)));
+    }
+
+    fn measure(&mut self, _: [&[T]; 6], substeps: usize, sums: &mut FrameSums) {
+        let searches = self.scratch.iter_mut().map(|scratch| std::mem::take(&mut scratch.searches)).max();
+        if substeps == 0 {
+            return;
+        }
+        for found in self.found.get_mut() {
+            sums.pairs.pairs += found.contacts;
+            sums.pairs.nearest = sums.pairs.nearest.min(found.nearest);
+        }
+        sums.pairs.searches += searches.unwrap_or(0);
+    }
+
+    fn forget(&mut self, _: usize) {
+        self.scratch.iter_mut().for_each(Scratch::forget);
+    }
+
+    fn redistribute(&mut self, _: &Assembly, tiles: &[TilePlan], chunks: &[Range<usize>]) {
+        self.share(tiles, chunks);
+        self.counts.get_mut().fill(0);
+        for scratch in self.scratch.iter_mut() {
+            scratch.touched.clear();
+            scratch.slot.fill(NO_SLOT);
+        }
+    }
+
+    fn save(&self, state: &mut SolverState) {
+        let workers = self.found.len();
+        for kind in 0..2 {
+            for worker in 0..workers {
+                // SAFETY: no worker works between frames.
+                let list = &unsafe { self.scratch.of(worker) }.lists[kind];
+                state.contacts.extend(list.carried().map(|(pair, force)| ContactForce {
+                    kind: kind as u8,
+                    pair,
+                    force: force.map(T::to_f64),
+                }));
+            }
+        }
+    }
+
+    fn load(&mut self, state: &SolverState) {
+        let workers = self.found.len();
+        let mut lists: Vec<[List<T>; 2]> = (0..workers).map(|_| Kind::ALL.map(List::new)).collect();
+        for &ContactForce { kind, pair, force } in &state.contacts {
+            let kind = usize::from(kind).min(1);
+            let list = &mut lists[self.lister(kind, pair[0], workers)][kind];
+            list.keys.push(pair);
+            list.forces.push(force.map(T::from_f64));
+        }
+        for (scratch, lists) in self.scratch.iter_mut().zip(lists) {
+            scratch.lists = lists;
+            scratch.contacts.clear();
+            scratch.forget();
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        8 * self.parts.len()
+            + 4 * (self.tile_of.len() + self.worker_of.len())
+            + self.boxes.bytes()
+            + self.counts.bytes()
+    }
+}

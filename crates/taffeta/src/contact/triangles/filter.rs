@@ -1,0 +1,242 @@
+//! The filter that keeps surfaces from passing through each other: the motion of the nodes of a pair ends before a plane
+//! between its sides.
+//!
+//! Source: Chen et al., "Divide and Truncate", 2026, section 4 (Planar-DAT). The plane is put between the nodes as they are
+//! projected on the normal, not between the closest points: so it separates them whatever the rounding of the normal.
+
+use crate::contact::triangles::closest::Pair;
+use crate::real::{Real, dot, norm, scale};
+
+/// Part of its distance to the plane that a node may use up.
+pub const SHARE: f64 = 0.85;
+/// Least part of the gap that a side gets.
+const LEAST: f64 = 0.05;
+/// The least distance to the plane that is kept, relative to the extent of a pair. In 32 bits the normal of sides that are d
+/// apart is off by about 2e-7 extent / d, and it must not tilt the plane into a side: that is 1 % of d here.
+const SLENDER: f64 = 4e-3;
+/// The least distance that is kept is at most this part of the thickness.
+const THIN: f64 = 0.25;
+/// The least distance to the plane that is kept, in units in the last place of positions.
+const DIGITS: f64 = 16.0;
+
+/// What a pair lets its nodes do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits<T> {
+    /// Part of its motion that each node may make, 0 to 1.
+    pub parts: [T; 4],
+    /// Whether a plane separates the sides. Where they touch or cross, nothing is limited.
+    pub apart: bool,
+}
+
+/// The limits of a pair. `x` are its nodes before, relative to one of them [m], `moves`
+/// their motion [m], `apart` the vector between closest points from the second side to the first [m], `thickness` that of
+/// the pair [m], `far` the largest coordinate of the scene [m], and `fixed`
+/// says which sides are of colliders, which move as they must.
+#[inline(always)]
+pub fn limits<T: Real, P: Pair>(
+    x: [[T; 3]; 4],
+    moves: [[T; 3]; 4],
+    apart: [T; 3],
+    (thickness, far): (T, T),
+    fixed: [bool; 2],
+) -> Limits<T> {
+    let length = norm(apart);
+    let normal = scale(apart, T::ONE / if length > T::TINY { length } else { T::ONE });
+    let at = [dot(normal, x[0]), dot(normal, x[1]), dot(normal, x[2]), dot(normal, x[3])];
+    // Motion towards the other side.
+    let mut towards = [T::ZERO; 4];
+    let (mut low, mut high) = (at[0], at[3]);
+    let (mut of_first, mut of_second) = (T::ZERO, T::ZERO);
+    let mut extent = T::ZERO;
+    for i in 0..4 {
+        let way = dot(normal, moves[i]);
+        if i < P::FIRST {
+            towards[i] = -way;
+            low = if at[i] < low { at[i] } else { low };
+            of_first = if of_first > -way { of_first } else { -way };
+        } else {
+            towards[i] = way;
+            high = if at[i] > high { at[i] } else { high };
+            of_second = if of_second > way { of_second } else { way };
+        }
+        for along in x[i] {
+            let along = along.abs();
+            extent = if along > extent { along } else { extent };
+        }
+    }
+    let gap = low - high;
+    let sum = of_first + of_second;
+    let share =
+        if sum > T::ZERO { of_second } else { T::ONE } / if sum > T::ZERO { sum } else { T::from_f64(2.0) };
+    let (least, most) = (T::from_f64(LEAST), T::from_f64(1.0 - LEAST));
+    let share = if share > least { share } else { least };
+    let share = if share < most { share } else { most };
+    // A side that moves as it must gets the room for it, as far as there is some.
+    let one = T::ONE / if gap > T::ZERO { gap } else { T::ONE };
+    let (needs_first, needs_second) = (T::ONE - of_first * one, of_second * one);
+    let share = if fixed[0] && needs_first < share { needs_first } else { share };
+    let share = if fixed[1] && needs_second > share { needs_second } else { share };
+    let level = high + share * gap;
+    let slender = T::from_f64(SLENDER) * extent + T::from_f64(DIGITS) * T::EPSILON * far;
+    let thin = T::from_f64(THIN) * thickness;
+    let floor = if slender < thin { slender } else { thin };
+    let separated = gap > T::ZERO;
+    let mut parts = [T::ONE; 4];
+    for i in 0..4 {
+        let room = if i < P::FIRST { at[i] - level } else { level - at[i] };
+        let kept = if room < floor { room } else { floor };
+        let left = room * T::from_f64(1.0 - SHARE);
+        let allowed = room - if kept > left { kept } else { left };
+        let held = separated && towards[i] > allowed;
+        let allowed = if allowed > T::ZERO { allowed } else { T::ZERO };
+        let part = allowed / if held { towards[i] } else { T::ONE };
+        parts[i] = if held { part } else { T::ONE };
+    }
+    Limits { parts, apart: separated }
+}
+
+/// Distance up to which pairs may be limited where nodes go up to `most` [m] and no edge is longer than `edge` [m]. A side
+/// that stands still leaves the other 0.95 of the gap, of which it may use 0.85.
+pub fn reach(most: f64, edge: f64) -> f64 {
+    most / (SHARE * (1.0 - LEAST)) * 2.0 + 2.0 * SLENDER * edge / (1.0 - LEAST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::triangles::closest::{EdgeEdge, Pair, VertexTriangle};
+    use crate::real::{add, sub};
+    use crate::topology::random::SplitMix64;
+
+    const THICK: f64 = 0.1;
+
+    fn held<P: Pair>(x: [[f64; 3]; 4], moves: [[f64; 3]; 4]) -> Limits<f64> {
+        limits::<f64, P>(x, moves, P::closest(x).apart, (THICK, 1.0), [false; 2])
+    }
+
+    /// A vertex 0.1 above the middle of a triangle.
+    fn above() -> [[f64; 3]; 4] {
+        [[0.3, 0.1, 0.3], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    }
+
+    #[test]
+    fn motion_along_the_plane_and_away_from_it_is_free() {
+        let aside = [[3.0, 0.0, -2.0], [-4.0, 0.0, 1.0], [0.0; 3], [0.0, 0.0, 9.0]];
+        assert_eq!(held::<VertexTriangle>(above(), aside).parts, [1.0; 4]);
+        let apart = [[0.0, 5.0, 0.0], [0.0, -3.0, 0.0], [0.0, -3.0, 0.0], [0.0, -3.0, 0.0]];
+        assert_eq!(held::<VertexTriangle>(above(), apart).parts, [1.0; 4]);
+        // One side flees faster than the other follows: only who follows is held, for the other may be held by a third.
+        let chased = [[0.0, -0.3, 0.0], [0.0, -3.0, 0.0], [0.0, -3.0, 0.0], [0.0, -3.0, 0.0]];
+        let parts = held::<VertexTriangle>(above(), chased).parts;
+        assert!(parts[0] < 1.0 && parts[1..] == [1.0; 3], "{parts:?}");
+    }
+
+    #[test]
+    fn sides_share_the_gap_by_their_motion_and_keep_a_part_of_it() {
+        let down = |by: f64| [0.0, -by, 0.0];
+        let mut x = above();
+        x[0][1] = 0.4;
+        let alone = held::<VertexTriangle>(x, [down(1.0), [0.0; 3], [0.0; 3], [0.0; 3]]);
+        assert!((alone.parts[0] - SHARE * 0.95 * 0.4).abs() < 1e-12, "{alone:?}");
+        let up = [0.0, 1.0, 0.0];
+        let both = held::<VertexTriangle>(x, [down(3.0), up, up, up]);
+        assert!((both.parts[0] * 3.0 - SHARE * 0.75 * 0.4).abs() < 1e-12, "{both:?}");
+        assert!((both.parts[1] - SHARE * 0.25 * 0.4).abs() < 1e-12, "{both:?}");
+    }
+
+    #[test]
+    fn nearer_than_the_least_distance_nobody_comes_closer() {
+        let mut x = above();
+        x[0][1] = 1e-3;
+        let parts = held::<VertexTriangle>(x, [[1.0, -1e-6, 0.0], [0.0; 3], [0.0; 3], [0.0; 3]]).parts;
+        assert_eq!(parts, [0.0, 1.0, 1.0, 1.0]);
+        x[0][1] = 0.0;
+        let touching = held::<VertexTriangle>(x, [[1.0, -1e-6, 0.0]; 4]);
+        assert_eq!((touching.parts, touching.apart), ([1.0; 4], false));
+    }
+
+    #[test]
+    fn what_must_move_pushes_the_plane_ahead_of_it() {
+        let up = |by: f64| [0.0, by, 0.0];
+        let rise = |by: f64, down: f64| {
+            let x = above();
+            let moves = [up(-down), up(by), up(by), up(by)];
+            limits::<f64, VertexTriangle>(
+                x,
+                moves,
+                VertexTriangle::closest(x).apart,
+                (THICK, 1.0),
+                [false, true],
+            )
+        };
+        // The plane is 0.06 above the triangle, where this ends.
+        let found = rise(0.06, 0.3);
+        assert!((found.parts[0] * 0.3 - SHARE * 0.04).abs() < 1e-12, "{found:?}");
+        // It comes past the vertex: who goes on against it goes nowhere.
+        assert!(rise(0.2, 0.3).parts[0] <= 0.0);
+    }
+
+    /// Pairs that are driven at random, in 32 bits and far from the origin, never meet: a plane parts them before and after
+    /// every step, so it parts them in between.
+    fn never_meet<P: Pair>(seed: u64, offset: f32) {
+        let mut random = SplitMix64::new(seed);
+        let mut unit = || random.unit() as f32;
+        for _ in 0..300 {
+            let mut x: [[f32; 3]; 4] =
+                std::array::from_fn(|_| std::array::from_fn(|_| offset + unit() * 0.04));
+            let relative = |x: [[f32; 3]; 4]| x.map(|one| sub(one, x[3]));
+            let distance = |x: [[f32; 3]; 4]| norm(P::closest(relative(x)).apart);
+            if distance(x) < 1e-3 {
+                continue;
+            }
+            for _ in 0..60 {
+                let drive = unit() * 0.1;
+                let moves: [[f32; 3]; 4] =
+                    std::array::from_fn(|_| std::array::from_fn(|_| drive * (unit() - 0.5)));
+                let apart = P::closest(relative(x)).apart;
+                let found = limits::<f32, P>(relative(x), moves, apart, (0.005, offset + 0.1), [false; 2]);
+                assert!(found.apart, "{x:?}");
+                let to: [[f32; 3]; 4] = std::array::from_fn(|i| add(x[i], scale(moves[i], found.parts[i])));
+                let along =
+                    |x: [f32; 3]| (0..3).map(|axis| f64::from(apart[axis]) * f64::from(x[axis])).sum::<f64>();
+                let [low, high] =
+                    [&to[..P::FIRST], &to[P::FIRST..]].map(|side| side.iter().map(|&x| along(x)));
+                let (low, high) = (low.fold(f64::INFINITY, f64::min), high.fold(f64::NEG_INFINITY, f64::max));
+                let (before, after) = (
+                    x[..P::FIRST].iter().map(|&x| along(x)).fold(f64::INFINITY, f64::min),
+                    x[P::FIRST..].iter().map(|&x| along(x)).fold(f64::NEG_INFINITY, f64::max),
+                );
+                // One plane has the first side above it before and after, and the second below.
+                assert!(low.min(before) > high.max(after) || low > high && before > after, "{x:?} {to:?}");
+                x = to;
+            }
+        }
+    }
+
+    #[test]
+    fn pairs_that_are_driven_against_each_other_never_meet() {
+        for (seed, offset) in [(1, 0.0), (2, 1.0), (3, 30.0)] {
+            never_meet::<VertexTriangle>(seed, offset);
+            never_meet::<EdgeEdge>(seed, offset);
+        }
+    }
+
+    #[test]
+    fn who_is_farther_apart_than_the_reach_is_free() {
+        let mut random = SplitMix64::new(9);
+        let mut limited = 0;
+        for _ in 0..20_000 {
+            let x = crate::contact::triangles::closest::tests::four(&mut random);
+            let most = random.unit() * 0.5;
+            let moves: [[f64; 3]; 4] = std::array::from_fn(|_| {
+                let way: [f64; 3] = std::array::from_fn(|_| random.unit() - 0.5);
+                scale(way, most / norm(way))
+            });
+            let distance = norm(VertexTriangle::closest(x).apart);
+            let is_free = held::<VertexTriangle>(x, moves).parts == [1.0; 4];
+            limited += u32::from(!is_free);
+            assert!(is_free || distance < reach(most, 4.0), "{distance} {most}");
+        }
+        assert!(limited > 1000, "{limited}");
+    }
+}

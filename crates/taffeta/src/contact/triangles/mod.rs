@@ -1,0 +1,11 @@
+//! Contact of surfaces: of vertices with triangles and of edges with edges.
+//!
+//! In a sub-step the pairs that may meet are found where it begins ([`surfaces`], [`closest`]). Those that would end nearer
+//! than their thickness get impulses ([`impulse`]), found in rounds in which colliders take part. At its end a filter
+//! ([`filter`]) stops nodes before a plane between the sides of their pairs, so that nothing that starts apart ever meets.
+
+pub mod closest;
+pub mod cpu;
+pub mod filter;
+pub mod impulse;
+pub mod surfaces;
