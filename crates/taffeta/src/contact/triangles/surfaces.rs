@@ -12,7 +12,7 @@ use crate::plan::Substep;
 use crate::real::{Real, norm};
 use crate::scene::{ContactForm, SceneError, SelfCollision};
 use crate::topology::boxes::leaf_order;
-use crate::topology::{Csr, measure};
+use crate::topology::{Csr, Piercing, measure, piercings};
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
@@ -198,7 +198,25 @@ impl Assembly {
         let order = leaf_order(&all.start, &triangles);
         all.triangles = order.into_iter().map(|triangle| triangles[triangle as usize]).collect();
         all.own();
+        self.note_piercings(&all);
         self.extensions.insert(all);
+    }
+
+    /// Warns of surfaces that start through each other.
+    fn note_piercings(&mut self, all: &Surfaces) {
+        let of_a_body = |triangle: u32| (all.triangles[triangle as usize][0] as usize) < all.places;
+        let found = piercings(&all.start, &all.triangles, |pair| pair.into_iter().any(of_a_body));
+        let Some(Piercing { edge, triangle }) = found.first else { return };
+        let ends =
+            if (edge[0] as usize) < all.places { [edge[0], edge[1]] } else { [triangle[0], triangle[1]] };
+        let index = self.bodies.partition_point(|body| body.first <= ends[0] as usize) - 1;
+        let body = &mut self.bodies[index];
+        let [a, b] = ends.map(|node| body.vertex_of_solver(node as usize - body.first));
+        body.warnings.push(format!(
+            "surfaces start through each other: {} pairs of an edge and a triangle, one of them at its vertices {a} and {b}; contact \
+             between triangles keeps apart what starts apart, and does not untangle this",
+            found.pairs
+        ));
     }
 }
 

@@ -57,7 +57,7 @@ impl<T: Real> TriangleContact<T> {
         Flow::Go
     }
 
-    /// Corners of colliders have gone all their way in the first round.
+    /// Corners of colliders stay where they are: they have gone all their way in the first round, or do not move.
     pub(super) fn rest_corners(&self, worker: &Worker<'_, T>) {
         for place in self.corners_of(worker) {
             for (before, after) in self.before.iter().zip(&self.after) {

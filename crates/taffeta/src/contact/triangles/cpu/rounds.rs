@@ -17,6 +17,9 @@ impl<T: Real> TriangleContact<T> {
         self.add_travel(self.scratch(worker));
         let moving = worker.substep.extensions.get::<Corners<T>>();
         let corners = moving.map(|corners| [&corners.before[..], &corners.after[..]]);
+        if moving.is_none() {
+            self.rest_corners(worker);
+        }
         self.set(worker, &self.before, positions(worker.old()), corners.map(|both| both[0]));
         self.set(worker, &self.after, positions(self.state(worker)), corners.map(|both| both[1]));
         let motion = self.motion(worker, &self.after);
