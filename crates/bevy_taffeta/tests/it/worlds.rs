@@ -6,7 +6,7 @@ use bevy::prelude::*;
 use bevy_taffeta::prelude::*;
 use bevy_taffeta::taffeta::scene::{Body, Keyframe, Material, Scene, World};
 use bevy_taffeta::{BodyVelocity, Running, SceneMaterials, collider_mesh, spawn_scene, taffeta, taffeta_io};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// An app with a sheet, and that.
 fn with_sheet() -> (App, Entity) {
@@ -404,8 +404,12 @@ fn a_body_is_thrown_as_its_transform_is_turned() {
 #[test]
 fn every_body_and_collider_of_every_scene_is_an_entity_that_can_be_seen() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let files = |folder: &Path| -> Vec<PathBuf> {
+        let files = std::fs::read_dir(folder).expect("scenes").map(|file| file.expect("a file").path());
+        files.filter(|file| file.extension().is_some_and(|extension| extension == "toml")).collect()
+    };
     let mut count = 0;
-    for file in std::fs::read_dir(folder).expect("scenes").map(|file| file.expect("a file").path()) {
+    for file in files(&folder).into_iter().chain(files(&folder.join("contact"))) {
         let scene = taffeta_io::load_scene(&file, &[]).expect("a scene").scene;
         let mut app = plain();
         let root = app.world_mut().spawn_empty().id();
