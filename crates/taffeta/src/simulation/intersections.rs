@@ -12,7 +12,7 @@ use crate::topology::{Piercing, piercings};
 /// // A sheet that lies, and one that hangs through it.
 /// let lies = Body::cloth("lies", Mesh::grid(4, 5, [0.4, 0.3])).with_mass(Mass::Area(0.2));
 /// let mut hangs = Body { name: "hangs".into(), ..lies.clone() };
-/// hangs.place.rotation = Rotation { axis: [1.0, 0.0, 0.0], degrees: 80.0 };
+/// hangs.place.rotation = Some(Rotation { axis: [1.0, 0.0, 0.0], degrees: 80.0 });
 /// let simulation = Simulation::new(&Scene::new("").time(0.01, 1e-3).body(lies).body(hangs), &Options::default())?;
 /// let found = simulation.intersections();
 /// assert!(found.pairs > 0 && found.complete);
