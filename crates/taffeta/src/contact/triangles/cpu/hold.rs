@@ -1,6 +1,6 @@
 //! The filter: how far each node may go.
 
-use super::{FilterRound, Found, TriangleContact, positions, read};
+use super::{FilterRound, TriangleContact, positions, read};
 use crate::contact::triangles::cpu::lanes::{Limit, gather};
 use crate::cpu::feature::Flow;
 use crate::cpu::shared::Shared;
@@ -45,14 +45,14 @@ impl<T: Real> TriangleContact<T> {
         self.cover(worker, base, stride);
         let scratch = self.scratch(worker);
         let seen = is_first && searches == scratch.searches && stride <= scratch.seen;
-        let mut found = self.limit(worker, base, (stride, seen), motion.far);
+        self.limit(worker, base, (stride, seen), motion.far);
         worker.synchronise();
         let scratch = self.scratch(worker);
         scratch.stage = if is_far { FilterRound::More } else { FilterRound::Over };
-        found.held = self.hold(worker, old, is_far || !is_first);
+        let held = self.hold(worker, old, is_far || !is_first);
         scratch.motion = motion;
         // SAFETY: its own; all read after the next barrier.
-        unsafe { self.found.item(worker.index) }.take_filter(found);
+        unsafe { self.found.item(worker.index) }.held += held;
         self.list_by_tile(worker);
         Flow::Go
     }
@@ -103,12 +103,11 @@ impl<T: Real> TriangleContact<T> {
         base: [&[T]; 3],
         (stride, seen): (f64, bool),
         far: f64,
-    ) -> Found {
+    ) {
         let scratch = self.scratch(worker);
         let (after, level, far) = (read(&self.after), worker.nodes.level, T::from_f64(far));
         let places = self.surfaces.places as u32;
-        let mut found = Found::default();
-        let (mut parts, mut apart) = ([[T::ONE; LANES]; 4], [T::ONE; LANES]);
+        let mut parts = [[T::ONE; LANES]; 4];
         let near = T::from_f64(stride);
         for list in &mut scratch.lists {
             if !seen {
@@ -118,13 +117,11 @@ impl<T: Real> TriangleContact<T> {
             list.awake.retain(|(_, distance)| *distance <= near);
             for sixteen in list.awake.chunks(LANES) {
                 let nodes = gather(sixteen.iter().map(|(pair, _)| &list.nodes[*pair as usize]));
-                let (kind, parts, apart) = (list.kind, &mut parts, &mut apart);
+                let (kind, parts) = (list.kind, &mut parts);
                 let thickness = thickness(sixteen, &list.materials);
                 let fixed = std::array::from_fn(|lane| [nodes[0][lane] >= places, nodes[3][lane] >= places]);
                 let nodes = &nodes;
-                level.run(Limit { kind, nodes, before: base, after, thickness, fixed, far, parts, apart });
-                let apart = &apart[..sixteen.len()];
-                found.together += apart.iter().filter(|apart| **apart == T::ZERO).count() as u64;
+                level.run(Limit { kind, nodes, before: base, after, thickness, fixed, far, parts });
                 for (nodes, parts) in nodes.iter().zip(&*parts) {
                     let held =
                         nodes.iter().zip(parts).filter(|(node, part)| **node < places && **part < T::ONE);
@@ -135,7 +132,6 @@ impl<T: Real> TriangleContact<T> {
                 }
             }
         }
-        found
     }
 
     /// Lists the nodes that are held back, with their state; where nodes go in several rounds, all of them. Returns how many

@@ -179,8 +179,6 @@ pub struct Limit<'a, T> {
     pub far: T,
     /// For each node the part of its motion.
     pub parts: &'a mut [Lanes<T>; 4],
-    /// 1 for each pair that has a plane, else 0.
-    pub apart: &'a mut Lanes<T>,
 }
 
 impl<T: Real> Kernel for Limit<'_, T> {
@@ -202,7 +200,7 @@ impl<T: Real> Limit<'_, T> {
         let mut after = [[[T::ZERO; LANES]; 3]; 4];
         fetch(self.before, self.nodes, &mut before);
         fetch(self.after, self.nodes, &mut after);
-        let Self { thickness, fixed, far, parts, apart, .. } = self;
+        let Self { thickness, fixed, far, parts, .. } = self;
         for at in 0..LANES {
             let (from, to) = (lane(&before, at), lane(&after, at));
             let moves = [sub(to[0], from[0]), sub(to[1], from[1]), sub(to[2], from[2]), sub(to[3], from[3])];
@@ -211,7 +209,6 @@ impl<T: Real> Limit<'_, T> {
             for (lanes, part) in parts.iter_mut().zip(found.parts) {
                 lanes[at] = part;
             }
-            apart[at] = if found.apart { T::ONE } else { T::ZERO };
         }
     }
 }

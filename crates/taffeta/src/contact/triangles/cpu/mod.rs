@@ -61,8 +61,6 @@ struct Found {
     sinks: [f64; 2],
     /// Nodes that the filter has held back.
     held: u64,
-    /// Pairs without a plane between them.
-    together: u64,
 }
 
 /// The memory of a worker.
@@ -109,12 +107,6 @@ struct Touched<T> {
 }
 
 const NO_SLOT: u32 = u32::MAX;
-
-impl Found {
-    fn take_filter(&mut self, found: Self) {
-        (self.held, self.together) = (self.held.max(found.held), self.together.max(found.together));
-    }
-}
 
 impl<T: Real> Scratch<T> {
     fn new(places: usize) -> Self {
