@@ -10,7 +10,7 @@ const SCENES: [(&str, u32); 6] = [
     ("knot", 70),
     ("spike", 45),
     ("stack", 8),
-    ("twist_tube", 50),
+    ("twist_tube", 80),
 ];
 
 fn folder() -> PathBuf {
