@@ -388,7 +388,7 @@ fn a_run_may_stop_at_the_first_intersection() {
     let frame = summary["frames"].as_u64().expect("a number");
     assert!(err.contains(&format!("frame {frame} has ")) && frame < 12, "{err}");
     assert_eq!(summary["intersections"]["last_frame"].as_u64(), Some(frame));
-    // Who does not ask pays nothing and is told nothing.
+    // Without the option nothing is counted.
     desk.taffeta(&["run", "scene.toml", "--out", "p", "--quiet"]).assert().success();
     assert!(desk.json("p/summary.json")["intersections"].is_null());
 }

@@ -203,25 +203,23 @@ fn fast_cloth_flies_freely_and_still_stops_at_what_is_in_its_way() {
     for (x, v) in positions(&simulation).iter().zip(velocities(&simulation)) {
         assert!((x[2].abs() - 1.0).abs() < 0.06 && (v[2] + 60.0).abs() < 1e-3, "{x:?} {v:?}");
     }
-    // A metre a step, at a sheet half a metre away.
+    // Three centimetres a step, at a sheet half a metre away: beyond it half a frame later, if nothing held it.
     let mut held = sheet("held", [20, 20], [0.0; 3], 0.3).pin(Select::nodes([0, 19, 380, 399]));
     held.place = turned([1.0, 0.0, 0.0], 90.0, [0.0, 0.0, -0.5]);
     let mut flies = sheet("flies", [6, 6], [0.0; 3], 0.3);
     flies.place = turned([1.0, 0.0, 0.0], 60.0, [0.0; 3]);
-    let mut scene = Scene::new("").time(1.0 / 60.0, 1.0 / 60.0 / 4.0).body(held).body(flies);
+    let mut scene = Scene::new("").time(1.0 / 60.0, 5e-4).body(held).body(flies);
     scene.world.gravity = [0.0; 3];
     let mut simulation = build(&scene);
     let mut given = vec![[0.0; 3]; 400];
     given.extend([[0.0, 0.0, -60.0]; 36]);
     set_velocities(&mut simulation, &given);
-    for _ in 0..4 {
-        if simulation.step().is_err() {
-            return;
-        }
+    for _ in 0..2 {
+        simulation.step().unwrap();
         assert_eq!(simulation.intersections().pairs, 0);
     }
-    let deepest = positions(&simulation)[400..].iter().map(|x| x[2]).fold(f64::INFINITY, f64::min);
-    assert!(deepest > -3.0, "it is caught: {deepest}");
+    let fastest = velocities(&simulation)[400..].iter().map(|v| -v[2]).fold(0.0, f64::max);
+    assert!(fastest < 50.0, "it is caught: {fastest}");
 }
 
 /// A box that stands on a corner, below the middle of a sheet; `rise` is where it has gone after half a second [m].
@@ -347,13 +345,13 @@ fn what_cannot_be_is_refused_in_words() {
 }
 
 #[test]
-fn surfaces_that_start_through_each_other_are_told() {
+fn surfaces_that_start_through_each_other_are_warned_of() {
     let mut other = sheet("other", [6, 6], [0.0; 3], 0.3);
     other.place = turned([1.0, 0.0, 0.0], 70.0, [0.003, 0.0, 0.002]);
     let simulation = build(&Scene::new("").body(sheet("one", [6, 6], [0.0; 3], 0.3)).body(other));
     let pairs = simulation.intersections().pairs;
-    let told = warnings(&simulation);
+    let all = warnings(&simulation);
     let wanted = format!("surfaces start through each other: {pairs} pairs");
-    assert!(pairs > 0 && told.iter().any(|warning| warning.contains(&wanted)), "{told:?}");
+    assert!(pairs > 0 && all.iter().any(|warning| warning.contains(&wanted)), "{all:?}");
     assert!(warnings(&build(&mixed())).iter().all(|warning| !warning.contains("through each other")));
 }

@@ -95,10 +95,11 @@ pub fn limits<T: Real, P: Pair>(
     Limits { parts, apart: separated }
 }
 
-/// Distance up to which pairs may be limited where nodes go up to `most` [m] and no edge is longer than `edge` [m]. A side
-/// that stands still leaves the other 0.95 of the gap, of which it may use 0.85.
-pub fn reach(most: f64, edge: f64) -> f64 {
-    most / (SHARE * (1.0 - LEAST)) * 2.0 + 2.0 * SLENDER * edge / (1.0 - LEAST)
+/// Distance up to which pairs may be limited where nodes go up to `most` [m], no pair is thicker than `thickness` [m], and no
+/// edge longer than `edge` [m]. A side that stands still leaves the other 0.95 of the gap, of which it may use 0.85.
+pub fn reach(most: f64, thickness: f64, edge: f64) -> f64 {
+    let floor = (SLENDER * edge).min(THIN * thickness);
+    2.0 * most / (SHARE * (1.0 - LEAST)) + 2.0 * floor / (1.0 - LEAST)
 }
 
 #[cfg(test)]
@@ -235,7 +236,7 @@ mod tests {
             let distance = norm(VertexTriangle::closest(x).apart);
             let is_free = held::<VertexTriangle>(x, moves).parts == [1.0; 4];
             limited += u32::from(!is_free);
-            assert!(is_free || distance < reach(most, 4.0), "{distance} {most}");
+            assert!(is_free || distance < reach(most, THICK, 4.0), "{distance} {most}");
         }
         assert!(limited > 1000, "{limited}");
     }

@@ -14,7 +14,6 @@ use crate::scene::{ContactForm, SceneError, SelfCollision};
 use crate::topology::boxes::leaf_order;
 use crate::topology::{Csr, Piercing, measure, piercings};
 use std::collections::{HashMap, HashSet};
-use std::ops::Range;
 
 /// Triangles of a leaf.
 pub const LEAF: usize = 8;
@@ -50,8 +49,6 @@ pub struct Surfaces {
     pub places: usize,
     /// How many of the surfaces are of bodies, which come first.
     soft: usize,
-    /// Colliders with triangles, by their places in the scene, and where their corners are.
-    colliders: Vec<(usize, Range<usize>)>,
     /// Corners by place, leaf after leaf.
     pub triangles: Vec<[u32; 3]>,
     /// Edges and vertices by place, each in the leaf of its first triangle.
@@ -60,10 +57,12 @@ pub struct Surfaces {
     /// Where those of each leaf begin, and where the last end.
     pub edges_of: Vec<u32>,
     pub vertices_of: Vec<u32>,
-    /// Mean length of an edge at the start [m].
+    /// Mean length of the bodies' edges at the start [m].
     pub mean_edge: f64,
-    /// The longest one [m].
+    /// The longest edge, of colliders too [m].
     pub longest_edge: f64,
+    /// Largest thickness of a pair [m].
+    pub thickest: f64,
     /// Bodies by the number of their surface, with the neighbours of their nodes.
     bodies: Vec<Neighbours>,
     /// Places at the start [m].
@@ -192,9 +191,10 @@ impl Assembly {
         for [a, b] in self.attachments().joined() {
             all.join(a, b);
         }
-        for (index, collider) in self.colliders().iter().enumerate() {
-            triangles.extend(all.add_collider(index, collider));
+        for collider in self.colliders() {
+            triangles.extend(all.add_collider(collider));
         }
+        all.thickest = all.materials.iter().map(|[thickness, _]| *thickness).fold(0.0, f64::max);
         let order = leaf_order(&all.start, &triangles);
         all.triangles = order.into_iter().map(|triangle| triangles[triangle as usize]).collect();
         all.own();
@@ -222,7 +222,7 @@ impl Assembly {
 
 impl Surfaces {
     /// Adds a collider; its triangles, none if it is round.
-    fn add_collider(&mut self, index: usize, collider: &MovingCollider) -> Vec<[u32; 3]> {
+    fn add_collider(&mut self, collider: &MovingCollider) -> Vec<[u32; 3]> {
         let Some(faces) = collider.faces() else { return Vec::new() };
         let (first, corners) = (self.start.len(), collider.corners(0.0));
         let number = self.materials.len() as u32;
@@ -230,7 +230,6 @@ impl Surfaces {
         self.surface_of.extend(corners.iter().map(|_| number));
         self.held.extend(corners.iter().map(|_| true));
         self.start.extend(corners);
-        self.colliders.push((index, first..self.start.len()));
         faces.iter().map(|face| face.map(|corner| first as u32 + corner)).collect()
     }
 
@@ -252,7 +251,7 @@ impl Surfaces {
     /// Gives each edge and each vertex to the leaf of its first triangle.
     fn own(&mut self) {
         let (mut edges, mut vertices) = (HashSet::new(), HashSet::new());
-        let mut length = 0.0;
+        let (mut length, mut count) = (0.0, 0);
         for leaf in self.triangles.chunks(LEAF) {
             self.edges_of.push(self.edges.len() as u32);
             self.vertices_of.push(self.vertices.len() as u32);
@@ -262,7 +261,9 @@ impl Surfaces {
                     if edges.insert(pair) {
                         self.edges.push(pair);
                         let one = measure::length(&self.start, pair);
-                        length += one;
+                        if (pair[0] as usize) < self.places {
+                            (length, count) = (length + one, count + 1);
+                        }
                         self.longest_edge = self.longest_edge.max(one);
                     }
                 }
@@ -271,17 +272,12 @@ impl Surfaces {
         }
         self.edges_of.push(self.edges.len() as u32);
         self.vertices_of.push(self.vertices.len() as u32);
-        self.mean_edge = length / self.edges.len() as f64;
+        self.mean_edge = length / f64::from(count);
     }
 
     /// Number of leaves.
     pub fn leaves(&self) -> usize {
         self.vertices_of.len() - 1
-    }
-
-    /// Largest thickness of a pair [m].
-    pub fn thickest(&self) -> f64 {
-        self.materials.iter().map(|[thickness, _]| *thickness).fold(0.0, f64::max)
     }
 
     /// The nodes of a pair: `[vertex, triangle]`, or `[edge, edge]`, by their numbers.

@@ -49,8 +49,8 @@ impl<T: Real> TriangleContact<T> {
         worker.synchronise();
         let scratch = self.scratch(worker);
         scratch.stage = if is_far { FilterRound::More } else { FilterRound::Over };
-        let held = self.hold(worker, old, is_far || !is_first);
         scratch.motion = motion;
+        let held = self.hold(worker, old, is_far || !is_first);
         // SAFETY: its own; all read after the next barrier.
         unsafe { self.found.item(worker.index) }.held += held;
         self.list_by_tile(worker);
@@ -68,7 +68,7 @@ impl<T: Real> TriangleContact<T> {
     }
 
     /// Has nodes go at most `cap` [m] towards where they would end.
-    pub(super) fn go_part(&self, worker: &Worker<'_, T>, is_first: bool, cap: f64) {
+    fn go_part(&self, worker: &Worker<'_, T>, is_first: bool, cap: f64) {
         let cap = T::from_f64(cap);
         let next = worker.next();
         let get = |columns: &[Shared<T>], place: usize| -> [T; 3] {
@@ -97,13 +97,7 @@ impl<T: Real> TriangleContact<T> {
     }
 
     /// Finds the part of its motion from `base` that each node may make. Whether all pairs that matter were `seen` there.
-    pub(super) fn limit(
-        &self,
-        worker: &Worker<'_, T>,
-        base: [&[T]; 3],
-        (stride, seen): (f64, bool),
-        far: f64,
-    ) {
+    fn limit(&self, worker: &Worker<'_, T>, base: [&[T]; 3], (stride, seen): (f64, bool), far: f64) {
         let scratch = self.scratch(worker);
         let (after, level, far) = (read(&self.after), worker.nodes.level, T::from_f64(far));
         let places = self.surfaces.places as u32;
@@ -136,7 +130,7 @@ impl<T: Real> TriangleContact<T> {
 
     /// Lists the nodes that are held back, with their state; where nodes go in several rounds, all of them. Returns how many
     /// are held back.
-    pub(super) fn hold(&self, worker: &Worker<'_, T>, old: [&[T]; 3], in_rounds: bool) -> u64 {
+    fn hold(&self, worker: &Worker<'_, T>, old: [&[T]; 3], in_rounds: bool) -> u64 {
         let scratch = self.scratch(worker);
         let (base, next, h) = (read(&self.before), self.state(worker), worker.substep.h);
         scratch.responses.clear();

@@ -55,7 +55,7 @@ pub struct TriangleContact<T> {
 #[derive(Clone, Copy, Debug, Default)]
 struct Found {
     contacts: u64,
-    /// Least distance of a contact relative to its thickness, 1 without.
+    /// Least distance of a contact relative to its thickness; infinite without.
     nearest: f64,
     /// The farthest that a contact would sink in, relative to its thickness, before each of the last two rounds.
     sinks: [f64; 2],
@@ -311,5 +311,6 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
             + 4 * (self.tile_of.len() + self.worker_of.len())
             + self.boxes.bytes()
             + self.counts.bytes()
+            + self.before.iter().chain(&self.after).chain(&self.target).map(Shared::bytes).sum::<usize>()
     }
 }

@@ -126,12 +126,13 @@ impl<T: Real> TriangleContact<T> {
 
     /// The longest way that nodes go in one round of the filter [m].
     pub(super) fn cap(&self) -> f64 {
-        self.surfaces.thickest().max(self.surfaces.mean_edge)
+        self.surfaces.thickest.max(self.surfaces.mean_edge)
     }
 
     /// How much nearer than their thickness pairs must be listed for such a motion, which is cut at the longest way [m].
     pub(super) fn reach(&self, motion: &Motion) -> f64 {
-        reach(motion.most().min(self.cap()), STRETCH * self.surfaces.longest_edge)
+        let surfaces = &self.surfaces;
+        reach(motion.most().min(self.cap()), surfaces.thickest, STRETCH * surfaces.longest_edge)
     }
 
     /// Makes sure that all pairs are listed that are nearer than their thickness and `stride` [m] when nodes are at `x`. All

@@ -144,7 +144,7 @@ impl<T: Real> Search<T> {
         let leaves = unsafe { place.boxes.leaves.read() };
         self.tree.build(leaves);
         for list in lists {
-            let old = List { kind: list.kind, ..std::mem::replace(list, List::new(list.kind)) };
+            let old = std::mem::replace(list, List::new(list.kind));
             let mut carried = old.carried().peekable();
             for leaf in place.own.clone() {
                 self.look(place, leaf, list.kind, &leaves[leaf]);
@@ -162,7 +162,7 @@ impl<T: Real> Search<T> {
     /// Finds what is near the primitives of a leaf.
     fn look(&mut self, place: &Place<'_, T>, leaf: usize, kind: Kind, of_leaf: &Box3<T>) {
         let Place { surfaces, boxes, x, margin, .. } = place;
-        let reach = *margin + T::from_f64(KEEPS * surfaces.thickest());
+        let reach = *margin + T::from_f64(KEEPS * surfaces.thickest);
         let own = primitives(surfaces, kind, leaf);
         if self.near.len() < own.len() {
             self.near.resize(own.len(), Vec::new());
@@ -216,7 +216,7 @@ impl<T: Real> List<T> {
         carried: &mut Peekable<impl Iterator<Item = ([u32; 2], [T; 3])>>,
     ) {
         let keeps = T::from_f64(KEEPS);
-        let most = place.margin + keeps * T::from_f64(place.surfaces.thickest());
+        let most = place.margin + keeps * T::from_f64(place.surfaces.thickest);
         for sixteen in found.chunks(LANES) {
             let nodes = gather(sixteen.iter().map(|(_, nodes)| nodes));
             let (kind, x) = (self.kind, place.x);

@@ -1,6 +1,6 @@
 //! Contacts of a sub-step, and the rounds in which their impulses are found.
 
-use super::{FilterRound, Found, NO_SLOT, Touched, TriangleContact, positions, read};
+use super::{FilterRound, Found, NO_SLOT, Scratch, Touched, TriangleContact, positions, read};
 use crate::contact::triangles::cpu::contacts::{Active, Columns, What};
 use crate::contact::triangles::cpu::lanes::motion;
 use crate::contact::triangles::surfaces::Corners;
@@ -60,7 +60,7 @@ impl<T: Real> TriangleContact<T> {
     }
 
     /// Counts the contacts of a worker's nodes, and keeps the state of these.
-    pub(super) fn take_nodes(&self, worker: &Worker<'_, T>) {
+    fn take_nodes(&self, worker: &Worker<'_, T>) {
         let scratch = self.scratch(worker);
         for one in scratch.touched.drain(..) {
             scratch.slot[one.node as usize] = NO_SLOT;
@@ -103,7 +103,7 @@ impl<T: Real> TriangleContact<T> {
             return Flow::Done;
         }
         if scratch.round == 0 {
-            self.start(worker, h);
+            self.start(worker, scratch, h);
         } else {
             let state = self.state(worker);
             let (before, after) = (read(&self.before), read(&self.after));
@@ -144,14 +144,13 @@ impl<T: Real> TriangleContact<T> {
                 std::array::from_fn(|axis| base[axis] + if axis < 3 { way[axis] } else { change[axis - 3] });
             scratch.responses.push((*node, state));
         }
-        self.list_by_tile(worker);
         scratch.round += 1;
+        self.list_by_tile(worker);
         Flow::Go
     }
 
     /// The first guess: impulses of the last sub-step, and what old overlaps ask for.
-    pub(super) fn start(&self, worker: &Worker<'_, T>, h: T) {
-        let scratch = self.scratch(worker);
+    fn start(&self, worker: &Worker<'_, T>, scratch: &mut Scratch<T>, h: T) {
         // SAFETY: written before a barrier, and again after another.
         let counts = unsafe { self.counts.read() };
         let w = &worker.nodes.inverse_mass;

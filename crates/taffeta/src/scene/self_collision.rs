@@ -1,0 +1,42 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What touches what in a body's contact with itself and others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ContactForm {
+    /// Vertices touch triangles, and edges touch edges; what starts apart never passes through.
+    Triangles,
+    /// Nodes touch nodes: for meshes whose edges are about as long as the thickness.
+    #[default]
+    Nodes,
+}
+
+/// Contact of a body with itself, and with others that have it in the same form.
+///
+/// ```
+/// use taffeta::scene::{Body, Mass, Mesh, SelfCollision};
+///
+/// let touching = SelfCollision { thickness: 0.01, friction: 0.4, ..SelfCollision::default() };
+/// let cloth = Body::cloth("cloth", Mesh::grid(50, 50, [0.5, 0.5])).with_mass(Mass::Area(0.2)).structural(100.0, 0.05);
+/// let cloth = Body { self_collision: Some(touching), ..cloth };
+/// assert_eq!(cloth.self_collision.unwrap().thickness, 0.01);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SelfCollision {
+    /// What touches what.
+    pub form: ContactForm,
+    /// Distance that is kept [m]; between two bodies it is the mean of both.
+    pub thickness: f64,
+    /// Coulomb coefficient; between two bodies the geometric mean.
+    pub friction: f64,
+    /// Coefficient of restitution, 0 to 1; between two bodies the larger one. Between triangles it is 0.
+    pub restitution: f64,
+}
+
+impl Default for SelfCollision {
+    fn default() -> Self {
+        Self { form: ContactForm::default(), thickness: 0.01, friction: 0.2, restitution: 0.0 }
+    }
+}
