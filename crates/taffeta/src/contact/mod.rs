@@ -1,5 +1,6 @@
 //! Contact: of nodes with colliders, with meshes among them, and with each other, and of surfaces.
 
+pub mod clusters;
 pub mod collider_mesh;
 pub mod colliders;
 pub mod nodes;

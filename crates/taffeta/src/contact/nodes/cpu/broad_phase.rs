@@ -1,7 +1,7 @@
 //! The broad phase: pairs of groups that are near each other, and pairs of clusters of two groups.
 
-use crate::contact::nodes::cpu::motion_bounds::{ClusterPair, Distances, GroupPair};
-use crate::contact::nodes::cpu::tree::{Fill, Query};
+use crate::contact::clusters::bounds::{ClusterPair, Distances, GroupPair};
+use crate::contact::clusters::tree::{Fill, Query};
 use crate::contact::nodes::cpu::{ContactScratch, ContactWorker};
 use crate::real::Real;
 use std::ops::Range;

@@ -14,15 +14,16 @@ mod broad_phase;
 mod clusters;
 mod contact_list;
 mod exclusion_masks;
-mod motion_bounds;
 mod narrow_phase;
 mod response;
 #[cfg(test)]
 mod tests;
-mod tree;
 
 use crate::assembly::Assembly;
 use crate::assembly::body::BodyAssembly;
+use crate::contact::clusters::bounds::{ClusterPair, GroupPair};
+use crate::contact::clusters::packed::{GROUP, Packed};
+use crate::contact::clusters::tree::{Boxes, Tree};
 use crate::contact::nodes::pair::{self, ContactMaterial};
 use crate::cpu::backend::Context;
 use crate::cpu::feature::{Feature, Flow};
@@ -36,12 +37,10 @@ use crate::report::{FrameSums, PairSums};
 use crate::step::Op;
 use crate::topology::LANES;
 use crate::topology::boxes::{Bounds, NOWHERE, join};
-use clusters::{Cluster, GROUP, Pack, Packed, clusters};
+use clusters::{Cluster, Pack, clusters};
 use contact_list::ContactList;
 use exclusion_masks::ExclusionMasks;
-use motion_bounds::{ClusterPair, GroupPair};
 use std::ops::Range;
-use tree::{Boxes, Tree};
 
 /// Self-collision of nodes with a thickness.
 pub struct NodeContact<T> {

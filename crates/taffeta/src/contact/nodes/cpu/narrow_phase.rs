@@ -1,8 +1,11 @@
 //! The narrow phase: which nodes are in contact.
 
-use crate::contact::nodes::cpu::motion_bounds::{ClusterPair, GroupPair, InContact, Least, is_over};
+use crate::contact::clusters::bounds::{ClusterPair, GroupPair, is_over};
+use crate::contact::clusters::packed::Packed;
+use crate::contact::nodes::cpu::exclusion_masks::Mask;
 use crate::contact::nodes::cpu::{ContactWorker, Found};
-use crate::real::Real;
+use crate::cpu::simd::Kernel;
+use crate::real::{Real, dot, sub};
 use crate::topology::LANES;
 
 impl<T: Real> ContactWorker<'_, T> {
@@ -93,4 +96,66 @@ impl<T: Real> ContactWorker<'_, T> {
             }
         }
     }
+}
+
+/// Kernel: least squared distance of nodes of two clusters that may collide [m²].
+struct Least<'a, T> {
+    packed: [&'a Packed<T>; 2],
+    mask: &'a Mask,
+}
+
+impl<T: Real> Kernel for Least<'_, T> {
+    type Output = T;
+    #[inline(always)]
+    fn run(self) -> T {
+        let mask = self.mask.map(u32::from);
+        let mut least = [T::FAR; LANES];
+        for row in 0..LANES {
+            let squared = squares(self.packed, row);
+            for lane in 0..LANES {
+                let nearer = squared[lane] < least[lane] && mask[lane] & (1 << row) == 0;
+                least[lane] = if nearer { squared[lane] } else { least[lane] };
+            }
+        }
+        least.into_iter().fold(T::FAR, |all, one| if one < all { one } else { all })
+    }
+}
+
+/// Kernel: pairs of nodes of two clusters that are closer than `reach` [m].
+struct InContact<'a, T> {
+    packed: [&'a Packed<T>; 2],
+    mask: &'a Mask,
+    reach: T,
+}
+
+impl<T: Real> Kernel for InContact<'_, T> {
+    /// By lane of the first, one bit for each lane of the second.
+    type Output = [u16; LANES];
+    #[inline(always)]
+    fn run(self) -> [u16; LANES] {
+        let (mask, reach) = (self.mask.map(u32::from), self.reach * self.reach);
+        let mut in_contact = [0_u16; LANES];
+        for (row, in_contact) in in_contact.iter_mut().enumerate() {
+            let squared = squares(self.packed, row);
+            let mut bits = 0_u32;
+            for lane in 0..LANES {
+                let near = squared[lane] < reach && mask[lane] & (1 << row) == 0;
+                bits |= u32::from(near) << lane;
+            }
+            *in_contact = bits as u16;
+        }
+        in_contact
+    }
+}
+
+/// Squared distances of a node of the first cluster from those of the second [m²].
+#[inline(always)]
+fn squares<T: Real>([a, b]: [&Packed<T>; 2], row: usize) -> [T; LANES] {
+    let own = a.0.each_ref().map(|axis| axis[row]);
+    let mut squared = [T::ZERO; LANES];
+    for (lane, squared) in squared.iter_mut().enumerate() {
+        let d = sub(own, [b.0[0][lane], b.0[1][lane], b.0[2][lane]]);
+        *squared = dot(d, d);
+    }
+    squared
 }

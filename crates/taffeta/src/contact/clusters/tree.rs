@@ -3,7 +3,7 @@
 //!
 //! Each worker has a tree of its own groups, whose shape follows from their number.
 
-use crate::contact::nodes::cpu::clusters::{GROUP, Packed};
+use crate::contact::clusters::packed::{GROUP, Packed};
 use crate::cpu::simd::Kernel;
 use crate::real::Real;
 use crate::topology::LANES;
