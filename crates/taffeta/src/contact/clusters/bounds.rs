@@ -10,8 +10,8 @@ use crate::contact::clusters::tree::{Boxes, squared_distance};
 use crate::cpu::simd::Kernel;
 use crate::real::{Real, dot, sub};
 
-/// A pair of groups.
-pub struct GroupPair {
+/// A pair of groups, with pairs of their clusters.
+pub struct GroupPair<P> {
     /// The groups, the second not before the first.
     pub groups: [u32; 2],
     /// Bound of the relative motion of their nodes since the search [m].
@@ -21,7 +21,7 @@ pub struct GroupPair {
     /// The motion at which clusters outside the list may have come near each other [m].
     pub fresh: f64,
     /// Pairs of clusters that are near each other, ascending.
-    pub pairs: Vec<ClusterPair>,
+    pub pairs: Vec<P>,
 }
 
 /// A pair of clusters.
@@ -39,9 +39,9 @@ pub struct ClusterPair {
     pub due: f64,
 }
 
-impl GroupPair {
+impl<P> GroupPair<P> {
     /// A pair at the time of a search, with an empty list.
-    pub fn new(groups: [u32; 2], pairs: Vec<ClusterPair>) -> Self {
+    pub fn new(groups: [u32; 2], pairs: Vec<P>) -> Self {
         Self { groups, travelled: 0.0, due: 0.0, fresh: 0.0, pairs }
     }
 

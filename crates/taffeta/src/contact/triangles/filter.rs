@@ -3,6 +3,10 @@
 //!
 //! Source: Chen et al., "Divide and Truncate", 2026, section 4 (Planar-DAT). The plane is put between the nodes as they are
 //! projected on the normal, not between the closest points: so it separates them whatever the rounding of the normal.
+//!
+//! Ours is a plane that moves: where all four nodes go all their way, and are still apart along the normal at its end, nothing
+//! is limited, for a plane that goes along separates them. So cloth that flies fast does not hold itself up. Where a node is
+//! held back, its pairs are limited by planes that stand still, which hold for any part of the way of any node.
 
 use crate::contact::triangles::closest::Pair;
 use crate::real::{Real, dot, norm, scale};
@@ -19,6 +23,9 @@ const THIN: f64 = 0.25;
 /// The least distance to the plane that is kept, in units in the last place of positions.
 const DIGITS: f64 = 16.0;
 
+/// Part of the gap that must be left for a plane that goes along, beside twice the least distance.
+const LEFT: f64 = 1.0 - SHARE;
+
 /// What a pair lets its nodes do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits<T> {
@@ -30,8 +37,8 @@ pub struct Limits<T> {
 
 /// The limits of a pair. `x` are its nodes before, relative to one of them [m], `moves`
 /// their motion [m], `apart` the vector between closest points from the second side to the first [m], `thickness` that of
-/// the pair [m], `far` the largest coordinate of the scene [m], and `fixed`
-/// says which sides are of colliders, which move as they must.
+/// the pair [m], `far` the largest coordinate of the scene [m], and `fixed` says which sides are of colliders, which move as
+/// they must. `together` allows a plane that goes along: if all nodes go all their way.
 #[inline(always)]
 pub fn limits<T: Real, P: Pair>(
     x: [[T; 3]; 4],
@@ -39,6 +46,7 @@ pub fn limits<T: Real, P: Pair>(
     apart: [T; 3],
     (thickness, far): (T, T),
     fixed: [bool; 2],
+    together: bool,
 ) -> Limits<T> {
     let length = norm(apart);
     let normal = scale(apart, T::ONE / if length > T::TINY { length } else { T::ONE });
@@ -46,6 +54,7 @@ pub fn limits<T: Real, P: Pair>(
     // Motion towards the other side.
     let mut towards = [T::ZERO; 4];
     let (mut low, mut high) = (at[0], at[3]);
+    let (mut low_end, mut high_end) = (at[0] + dot(normal, moves[0]), at[3] + dot(normal, moves[3]));
     let (mut of_first, mut of_second) = (T::ZERO, T::ZERO);
     let mut extent = T::ZERO;
     for i in 0..4 {
@@ -53,10 +62,12 @@ pub fn limits<T: Real, P: Pair>(
         if i < P::FIRST {
             towards[i] = -way;
             low = if at[i] < low { at[i] } else { low };
+            low_end = if at[i] + way < low_end { at[i] + way } else { low_end };
             of_first = if of_first > -way { of_first } else { -way };
         } else {
             towards[i] = way;
             high = if at[i] > high { at[i] } else { high };
+            high_end = if at[i] + way > high_end { at[i] + way } else { high_end };
             of_second = if of_second > way { of_second } else { way };
         }
         for along in x[i] {
@@ -81,13 +92,15 @@ pub fn limits<T: Real, P: Pair>(
     let thin = T::from_f64(THIN) * thickness;
     let floor = if slender < thin { slender } else { thin };
     let separated = gap > T::ZERO;
+    let left = T::from_f64(LEFT) * gap + T::from_f64(2.0) * floor;
+    let limited = separated && !(together && low_end - high_end >= left);
     let mut parts = [T::ONE; 4];
     for i in 0..4 {
         let room = if i < P::FIRST { at[i] - level } else { level - at[i] };
         let kept = if room < floor { room } else { floor };
-        let left = room * T::from_f64(1.0 - SHARE);
+        let left = room * T::from_f64(LEFT);
         let allowed = room - if kept > left { kept } else { left };
-        let held = separated && towards[i] > allowed;
+        let held = limited && towards[i] > allowed;
         let allowed = if allowed > T::ZERO { allowed } else { T::ZERO };
         let part = allowed / if held { towards[i] } else { T::ONE };
         parts[i] = if held { part } else { T::ONE };
@@ -95,10 +108,17 @@ pub fn limits<T: Real, P: Pair>(
     Limits { parts, apart: separated }
 }
 
-/// Distance up to which pairs may be limited where nodes go up to `most` [m], no pair is thicker than `thickness` [m], and no
-/// edge longer than `edge` [m]. A side that stands still leaves the other 0.95 of the gap, of which it may use 0.85.
-pub fn reach(most: f64, thickness: f64, edge: f64) -> f64 {
-    let floor = (SLENDER * edge).min(THIN * thickness);
+/// Distance beyond 1.05 times their thickness up to which pairs may be limited whose sides come nearer by up to `approach` [m], if
+/// all nodes go all their way: twice the least distance is no more than half the thickness.
+pub fn reach_together(approach: f64) -> f64 {
+    approach / SHARE
+}
+
+/// Distance up to which pairs may be limited where nodes go up to `most` [m], no pair is thicker than `thickness` [m], no edge
+/// longer than `edge` [m], and the last place of coordinates is worth `digit` [m]. A side that stands still leaves the other 0.95
+/// of the gap, of which it may use 0.85.
+pub fn reach(most: f64, thickness: f64, edge: f64, digit: f64) -> f64 {
+    let floor = (SLENDER * edge + DIGITS * digit).min(THIN * thickness);
     2.0 * most / (SHARE * (1.0 - LEAST)) + 2.0 * floor / (1.0 - LEAST)
 }
 
@@ -112,7 +132,7 @@ mod tests {
     const THICK: f64 = 0.1;
 
     fn held<P: Pair>(x: [[f64; 3]; 4], moves: [[f64; 3]; 4]) -> Limits<f64> {
-        limits::<f64, P>(x, moves, P::closest(x).apart, (THICK, 1.0), [false; 2])
+        limits::<f64, P>(x, moves, P::closest(x).apart, (THICK, 1.0), [false; 2], false)
     }
 
     /// A vertex 0.1 above the middle of a triangle.
@@ -130,6 +150,25 @@ mod tests {
         let chased = [[0.0, -0.3, 0.0], [0.0, -3.0, 0.0], [0.0, -3.0, 0.0], [0.0, -3.0, 0.0]];
         let parts = held::<VertexTriangle>(above(), chased).parts;
         assert!(parts[0] < 1.0 && parts[1..] == [1.0; 3], "{parts:?}");
+    }
+
+    #[test]
+    fn who_goes_together_is_free_unless_they_end_too_near() {
+        let x = above();
+        let parts = |down: f64| {
+            let moves = [[0.0, -3.0 - down, 0.0], [0.2, -3.0, 0.0], [0.2, -3.0, 0.0], [0.2, -3.0, 0.0]];
+            let apart = VertexTriangle::closest(x).apart;
+            limits::<f64, VertexTriangle>(x, moves, apart, (THICK, 1.0), [false; 2], true).parts
+        };
+        assert_eq!(parts(0.0), [1.0; 4]);
+        // Of 0.1, 0.015 must be left, and twice the least distance of sides whose extent is 1.
+        let left = 0.015 + 2.0 * SLENDER;
+        assert_eq!(parts(0.1 - left - 1e-6), [1.0; 4]);
+        let late = parts(0.1 - left + 1e-6);
+        assert!(
+            late[0] < 0.1 && late[1..] == [1.0; 3],
+            "a plane that stands still holds the follower: {late:?}"
+        );
     }
 
     #[test]
@@ -168,6 +207,7 @@ mod tests {
                 VertexTriangle::closest(x).apart,
                 (THICK, 1.0),
                 [false, true],
+                false,
             )
         };
         // The plane is 0.06 above the triangle, where this ends.
@@ -195,7 +235,8 @@ mod tests {
                 let moves: [[f32; 3]; 4] =
                     std::array::from_fn(|_| std::array::from_fn(|_| drive * (unit() - 0.5)));
                 let apart = P::closest(relative(x)).apart;
-                let found = limits::<f32, P>(relative(x), moves, apart, (0.005, offset + 0.1), [false; 2]);
+                let (thickness, together) = ((0.005, offset + 0.1), unit() < 0.5);
+                let found = limits::<f32, P>(relative(x), moves, apart, thickness, [false; 2], together);
                 assert!(found.apart, "{x:?}");
                 let to: [[f32; 3]; 4] = std::array::from_fn(|i| add(x[i], scale(moves[i], found.parts[i])));
                 let along =
@@ -223,6 +264,26 @@ mod tests {
     }
 
     #[test]
+    fn who_goes_together_and_is_farther_apart_than_the_reach_is_free() {
+        let mut random = SplitMix64::new(4);
+        let mut limited = 0;
+        for _ in 0..20_000 {
+            let x = crate::contact::triangles::closest::tests::four(&mut random);
+            let (common, most) = ([0, 1, 2].map(|_| random.unit() - 0.5), 0.2 * random.unit());
+            let moves: [[f64; 3]; 4] = std::array::from_fn(|_| {
+                let way: [f64; 3] = std::array::from_fn(|_| random.unit() - 0.5);
+                add(common, scale(way, 0.5 * most / norm(way)))
+            });
+            let apart = EdgeEdge::closest(x).apart;
+            let found = limits::<f64, EdgeEdge>(x, moves, apart, (THICK, 1.0), [false; 2], true);
+            let is_free = found.parts == [1.0; 4];
+            limited += u32::from(!is_free);
+            assert!(is_free || norm(apart) < 1.05 * THICK + reach_together(most), "{x:?} {moves:?}");
+        }
+        assert!(limited > 300, "{limited}");
+    }
+
+    #[test]
     fn who_is_farther_apart_than_the_reach_is_free() {
         let mut random = SplitMix64::new(9);
         let mut limited = 0;
@@ -236,7 +297,7 @@ mod tests {
             let distance = norm(VertexTriangle::closest(x).apart);
             let is_free = held::<VertexTriangle>(x, moves).parts == [1.0; 4];
             limited += u32::from(!is_free);
-            assert!(is_free || distance < reach(most, THICK, 4.0), "{distance} {most}");
+            assert!(is_free || distance < reach(most, THICK, 4.0, 0.0), "{distance} {most}");
         }
         assert!(limited > 1000, "{limited}");
     }

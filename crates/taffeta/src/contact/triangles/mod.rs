@@ -8,4 +8,5 @@ pub mod closest;
 pub mod cpu;
 pub mod filter;
 pub mod impulse;
+pub mod leaves;
 pub mod surfaces;

@@ -71,7 +71,7 @@ impl<T: Real> ContactWorker<'_, T> {
     }
 
     /// Lists the clusters of two groups that are near each other.
-    pub(crate) fn list_cluster_pairs(&mut self, groups: &mut GroupPair) {
+    pub(crate) fn list_cluster_pairs(&mut self, groups: &mut GroupPair<ClusterPair>) {
         let (packed, moved) = self.clusters();
         let [first, second] = groups.groups.map(|group| self.setup.groups[group as usize].clone());
         let squared = &mut self.scratch.squared;

@@ -121,7 +121,7 @@ struct ContactScratch<T> {
     /// Searches in this frame.
     searches: u64,
     /// Pairs of groups, one of which is this worker's.
-    group_pairs: Vec<GroupPair>,
+    group_pairs: Vec<GroupPair<ClusterPair>>,
     /// Empty lists, for reuse.
     spare: Vec<Vec<ClusterPair>>,
     /// Groups near one group.

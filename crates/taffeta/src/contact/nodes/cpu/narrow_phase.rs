@@ -44,7 +44,7 @@ impl<T: Real> ContactWorker<'_, T> {
 
     /// Checks the pairs of clusters of two groups that are due. Returns the least squared distance of nodes in
     /// contact, relative to their contact distance.
-    fn narrow_phase(&mut self, groups: &mut GroupPair) -> T {
+    fn narrow_phase(&mut self, groups: &mut GroupPair<ClusterPair>) -> T {
         if is_over(groups.travelled, groups.fresh) {
             self.list_cluster_pairs(groups);
         }

@@ -1,18 +1,64 @@
 //! The contacts of a worker in a sub-step, and what is exchanged with other workers about their nodes.
 
-use crate::contact::triangles::cpu::lanes::{See, Seen, gather};
-use crate::contact::triangles::cpu::pairs::List;
-use crate::contact::triangles::impulse::{Contact, KEEPS};
+use crate::contact::clusters::packed::GROUP;
+use crate::contact::triangles::cpu::narrow_phase::{Candidate, Way};
+use crate::contact::triangles::impulse::Contact;
+use crate::contact::triangles::surfaces::{Kind, Surfaces};
 use crate::cpu::shared::Shared;
-use crate::cpu::simd::SimdLevel;
 use crate::real::{Real, add, scale, sub};
-use crate::topology::LANES;
+
+/// Where a contact stands among all: contacts are listed and summed in this order, whoever has found them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Order {
+    groups: [u32; 2],
+    leaves: [u32; 2],
+    local: (Way, u8, u8),
+}
+
+impl Order {
+    /// That of a pair of primitives of two leaves.
+    pub fn new(leaves: [u32; 2], Candidate { way, one, other }: Candidate) -> Self {
+        Self { groups: leaves.map(|leaf| leaf / GROUP as u32), leaves, local: (way, one, other) }
+    }
+
+    /// That of a pair of a kind, by the numbers of its primitives.
+    pub fn of_key(surfaces: &Surfaces, kind: Kind, key: [u32; 2]) -> Self {
+        let [one, other] = surfaces.leaves_of(kind, key);
+        let local = |leaf: usize, what: usize, number: u32| {
+            number.wrapping_sub(surfaces.leaves[leaf].first[what]) as u8
+        };
+        let (leaves, way, one, other) = match kind {
+            Kind::EdgeEdge => ([one, other], Way::EdgeEdge, local(one, 1, key[0]), local(other, 1, key[1])),
+            Kind::VertexTriangle if one <= other => {
+                ([one, other], Way::VertexTriangle, local(one, 2, key[0]), local(other, 0, key[1]))
+            }
+            Kind::VertexTriangle => {
+                ([other, one], Way::TriangleVertex, local(other, 0, key[1]), local(one, 2, key[0]))
+            }
+        };
+        Self::new(leaves.map(|leaf| leaf as u32), Candidate { way, one, other })
+    }
+
+    /// The leaf whose worker lists it.
+    pub fn leaf(&self) -> usize {
+        self.leaves[0] as usize
+    }
+}
+
+/// The force of a contact, which the next sub-step starts from.
+#[derive(Clone, Copy, Debug)]
+pub struct Carried<T> {
+    pub order: Order,
+    pub kind: Kind,
+    /// Both primitives by their numbers.
+    pub key: [u32; 2],
+    /// On the first side [N].
+    pub force: [T; 3],
+}
 
 /// A contact, with its nodes.
 pub struct Active<T> {
-    /// The list, and the pair in it.
-    pub list: usize,
-    pub pair: usize,
+    pub carried: Carried<T>,
     pub nodes: [u32; 4],
     pub weights: [T; 4],
     pub contact: Contact<T>,
@@ -26,66 +72,6 @@ impl<T: Real> Active<T> {
         let anchor = v(self.nodes[3]);
         let of = |node: usize| scale(sub(v(self.nodes[node]), anchor), self.weights[node]);
         add(of(0), add(of(1), of(2)))
-    }
-}
-
-/// The columns that pairs are seen in.
-#[derive(Clone, Copy)]
-pub struct Columns<'a, T> {
-    pub before: [&'a [T]; 3],
-    pub after: [&'a [T]; 3],
-    pub level: SimdLevel,
-    /// The sub-step [s].
-    pub h: T,
-    /// How far nodes have moved since the search, and how much nearer they may come in this sub-step [m].
-    pub travelled: f64,
-    pub stride: f64,
-}
-
-impl<T: Real> List<T> {
-    /// Looks at all pairs that are awake, and adds the contacts among them.
-    pub fn find(&mut self, number: usize, columns: &Columns<'_, T>, found: &mut Vec<Active<T>>) {
-        self.wake(columns.travelled + columns.stride);
-        let mut awake = std::mem::take(&mut self.awake);
-        for sixteen in awake.chunks_mut(LANES) {
-            let nodes = gather(sixteen.iter().map(|(pair, _)| &self.nodes[*pair as usize]));
-            let Columns { before, after, .. } = *columns;
-            let seen = columns.level.run(See { kind: self.kind, nodes: &nodes, before, after });
-            for (lane, (pair, distance)) in sixteen.iter_mut().enumerate() {
-                *distance = seen.distance[lane];
-                let pair = *pair as usize;
-                let thickness = self.materials[pair][0];
-                let slack = *distance - T::from_f64(KEEPS) * thickness;
-                self.wakes[pair] = columns.travelled + slack.to_f64() * (1.0 - 1e-5);
-                let carries = self.forces[pair] != [T::ZERO; 3];
-                let keeps = if carries { T::from_f64(KEEPS) } else { T::ONE };
-                if seen.then[lane] < keeps * thickness && *distance > T::ZERO {
-                    found.push(self.active(number, (lane, pair), &seen, columns.h));
-                } else {
-                    self.forces[pair] = [T::ZERO; 3];
-                }
-            }
-        }
-        self.awake = awake;
-    }
-
-    fn active(&self, list: usize, (lane, pair): (usize, usize), seen: &Seen<T>, h: T) -> Active<T> {
-        let ([thickness, friction], distance) = (self.materials[pair], seen.distance[lane]);
-        Active {
-            list,
-            pair,
-            nodes: self.nodes[pair],
-            weights: seen.weights.map(|lanes| lanes[lane]),
-            contact: Contact {
-                normal: seen.apart.map(|lanes| lanes[lane] / distance),
-                gap: distance - thickness,
-                thickness,
-                friction,
-                advance: T::ZERO,
-                mobility: T::ZERO,
-            },
-            impulse: scale(self.forces[pair], h),
-        }
     }
 }
 
@@ -103,7 +89,7 @@ pub struct Part<T> {
 /// What workers tell each other about contacts: which nodes take part, and what acts on them.
 pub struct Mail<T> {
     workers: usize,
-    /// For each kind of pairs, and from each worker to each.
+    /// From each worker to each.
     parts: Shared<Vec<Part<T>>>,
     /// For each worker's contacts: what removes old overlaps [kg·m], and the impulse [N·s].
     pushes: Shared<Vec<[T; 3]>>,
@@ -116,7 +102,7 @@ impl<T: Real> Mail<T> {
         let vectors = || vec![Vec::new(); workers].into();
         Self {
             workers,
-            parts: vec![Vec::new(); 2 * workers * workers].into(),
+            parts: vec![Vec::new(); workers * workers].into(),
             pushes: vectors(),
             impulses: vectors(),
         }
@@ -133,17 +119,17 @@ impl<T: Real> Mail<T> {
         places: u32,
         worker: impl Fn(u32) -> usize,
     ) {
-        let index = |kind: usize, to: usize| (kind * self.workers + from) * self.workers + to;
-        for (kind, to) in (0..2).flat_map(|kind| (0..self.workers).map(move |to| (kind, to))) {
+        let index = |to: usize| from * self.workers + to;
+        for to in 0..self.workers {
             // SAFETY: the caller's promise.
-            unsafe { self.parts.item(index(kind, to)) }.clear();
+            unsafe { self.parts.item(index(to)) }.clear();
         }
         for (number, contact) in (0..).zip(contacts) {
             for (&node, &weight) in contact.nodes.iter().zip(&contact.weights) {
                 if weight != T::ZERO && node < places {
                     let to = if self.workers > 1 { worker(node) } else { 0 };
                     // SAFETY: as above.
-                    let parts = unsafe { self.parts.item(index(contact.list, to)) };
+                    let parts = unsafe { self.parts.item(index(to)) };
                     parts.push(Part { node, contact: number, weight });
                 }
             }
@@ -155,9 +141,9 @@ impl<T: Real> Mail<T> {
     /// # Safety
     /// `to` is the worker that calls, after a barrier that follows the sending.
     pub unsafe fn each_part(&self, to: usize, mut job: impl FnMut(&mut Part<T>)) {
-        for sent in 0..2 * self.workers {
+        for from in 0..self.workers {
             // SAFETY: the caller's promise.
-            unsafe { self.parts.item(sent * self.workers + to) }.iter_mut().for_each(&mut job);
+            unsafe { self.parts.item(from * self.workers + to) }.iter_mut().for_each(&mut job);
         }
     }
 
@@ -180,11 +166,9 @@ impl<T: Real> Mail<T> {
     pub unsafe fn sum(&self, what: What, to: usize, mut add: impl FnMut(usize, [T; 3])) {
         // SAFETY: the caller's promise.
         let (parts, vectors) = unsafe { (self.parts.read(), self.vectors(what).read()) };
-        for kind in 0..2 {
-            for (from, vectors) in vectors.iter().enumerate() {
-                for part in &parts[(kind * self.workers + from) * self.workers + to] {
-                    add(part.node as usize, scale(vectors[part.contact as usize], part.weight));
-                }
+        for (from, vectors) in vectors.iter().enumerate() {
+            for part in &parts[from * self.workers + to] {
+                add(part.node as usize, scale(vectors[part.contact as usize], part.weight));
             }
         }
     }

@@ -1,13 +1,21 @@
 //! The filter: how far each node may go.
 
 use super::{FilterRound, TriangleContact, positions, read};
-use crate::contact::triangles::cpu::lanes::{Limit, gather};
+use crate::contact::triangles::cpu::lanes::Limit;
+use crate::contact::triangles::cpu::motion::Motion;
+use crate::contact::triangles::cpu::narrow_phase::{Look, Sixteen, by_sixteen};
+use crate::contact::triangles::filter::{SHARE, reach};
 use crate::cpu::feature::Flow;
-use crate::cpu::shared::Shared;
+use crate::cpu::simd::SimdLevel;
 use crate::cpu::worker::Worker;
-use crate::real::{Real, add, dot, scale, sub};
+use crate::real::{Real, add, scale, sub};
 use crate::topology::LANES;
 use std::sync::atomic::Ordering;
+
+/// Stretch up to which the filter keeps its least distance of edges.
+const STRETCH: f64 = 2.0;
+/// How often nodes that are held back may hold back others before planes of all pairs stand still.
+const JAMS: u32 = 16;
 
 impl<T: Real> TriangleContact<T> {
     /// A round of the filter: nodes go towards where they would end, and stop where they might meet something. Who goes far
@@ -19,151 +27,201 @@ impl<T: Real> TriangleContact<T> {
             worker.mark_moved(|_| false);
             return Flow::Done;
         }
-        if is_first {
+        let ends = if is_first {
             scratch.note_forces(worker.substep.h, self.longest);
+            positions(self.state(worker))
         } else {
-            self.add_travel(scratch);
-        }
-        let old = positions(worker.old());
-        let next = positions(self.state(worker));
-        if is_first {
-            self.set(worker, &self.after, next, None);
-        } else {
-            self.set(worker, &self.before, next, None);
-            self.rest_corners(worker);
-        }
+            self.go_on(worker);
+            self.target()
+        };
+        let motion = self.measure_motion(worker, ends);
         let cap = self.cap();
-        let mut motion = self.motion(worker, if is_first { &self.after[..] } else { &self.target[..3] });
-        let is_far = motion.most() > cap;
-        if is_far || !is_first {
+        let is_far = motion.most > cap;
+        let in_rounds = is_far || !is_first;
+        if in_rounds {
             self.go_part(worker, is_first, cap);
-            motion.bound(cap);
         }
-        let stride = self.reach(&motion);
-        let searches = self.scratch(worker).searches;
-        let base = read(&self.before);
-        self.cover(worker, base, stride);
-        let scratch = self.scratch(worker);
-        let seen = is_first && searches == scratch.searches && stride <= scratch.seen;
-        self.limit(worker, base, (stride, seen), motion.far);
+        if in_rounds || 2.0 * motion.change > SHARE * self.leaves.allowance {
+            self.look(worker, None);
+        }
+        self.limit_close(worker, motion.far);
         worker.synchronise();
+        let motion = Motion { most: motion.most.min(cap), ..motion };
+        let any = self.limit_around_held(worker, &motion);
         let scratch = self.scratch(worker);
         scratch.stage = if is_far { FilterRound::More } else { FilterRound::Over };
-        scratch.motion = motion;
-        let held = self.hold(worker, old, is_far || !is_first);
-        // SAFETY: its own; all read after the next barrier.
-        unsafe { self.found.item(worker.index) }.held += held;
+        scratch.responses.clear();
+        if any || in_rounds {
+            self.hold(worker, in_rounds);
+        }
         self.list_by_tile(worker);
         Flow::Go
     }
 
-    /// Corners of colliders stay where they are: they have gone all their way in the first round, or do not move.
-    pub(super) fn rest_corners(&self, worker: &Worker<'_, T>) {
-        for place in self.corners_of(worker) {
-            for (before, after) in self.before.iter().zip(&self.after) {
-                // SAFETY: its own corners; others read after a barrier.
-                unsafe { *before.item(place) = *after.item(place) };
-            }
+    /// Limits the ways of the nodes of all pairs that come near each other, if all nodes go all their way.
+    fn limit_close(&self, worker: &Worker<'_, T>, far: f64) {
+        let mut limited = false;
+        for sixteen in self.scratch(worker).close.iter().flat_map(|close| by_sixteen(close)) {
+            limited |= self.limit(worker, &sixteen, (far, true));
         }
+        // SAFETY: its own; all read after the next barrier.
+        unsafe { self.found.item(worker.index) }.held = u64::from(limited);
     }
 
-    /// Has nodes go at most `cap` [m] towards where they would end.
-    fn go_part(&self, worker: &Worker<'_, T>, is_first: bool, cap: f64) {
-        let cap = T::from_f64(cap);
-        let next = worker.next();
-        let get = |columns: &[Shared<T>], place: usize| -> [T; 3] {
-            // SAFETY: a worker's own place; others read after a barrier.
-            std::array::from_fn(|axis| unsafe { *columns[axis].item(place) })
-        };
-        let put = |columns: &[Shared<T>], place: usize, x: [T; 3]| {
-            for (column, x) in columns.iter().zip(x) {
-                // SAFETY: as above.
-                unsafe { *column.item(place) = x };
-            }
-        };
-        self.each_place(worker, |place| {
-            if is_first {
-                put(&self.target[..3], place, get(&next[..3], place));
-                put(&self.target[3..], place, get(&next[3..], place));
-            }
-            let (from, target) = (get(&self.before, place), get(&self.target[..3], place));
-            let way = sub(target, from);
-            let length = dot(way, way).sqrt();
-            let to = if length > cap { add(from, scale(way, cap / length)) } else { target };
-            put(&next[..3], place, to);
-            put(&self.after, place, to);
-        });
-        worker.synchronise();
-    }
-
-    /// Finds the part of its motion from `base` that each node may make. Whether all pairs that matter were `seen` there.
-    fn limit(&self, worker: &Worker<'_, T>, base: [&[T]; 3], (stride, seen): (f64, bool), far: f64) {
-        let scratch = self.scratch(worker);
-        let (after, level, far) = (read(&self.after), worker.nodes.level, T::from_f64(far));
+    /// Limits the ways of the nodes of up to sixteen pairs. Returns whether any node is limited.
+    fn limit(
+        &self,
+        worker: &Worker<'_, T>,
+        Sixteen { kind, count, nodes, thickness, .. }: &Sixteen<T>,
+        (far, together): (f64, bool),
+    ) -> bool {
         let places = self.surfaces.places as u32;
+        let (before, after, far) = (read(&self.before), read(&self.after), T::from_f64(far));
+        let fixed = std::array::from_fn(|lane| [nodes[0][lane] >= places, nodes[3][lane] >= places]);
         let mut parts = [[T::ONE; LANES]; 4];
-        let near = T::from_f64(stride);
-        for list in &mut scratch.lists {
-            if !seen {
-                list.wake(scratch.travelled + stride);
-            }
-            // A pair that is farther apart than that limits nobody.
-            list.awake.retain(|(_, distance)| *distance <= near);
-            for sixteen in list.awake.chunks(LANES) {
-                let nodes = gather(sixteen.iter().map(|(pair, _)| &list.nodes[*pair as usize]));
-                let (kind, parts) = (list.kind, &mut parts);
-                let thickness = thickness(sixteen, &list.materials);
-                let fixed = std::array::from_fn(|lane| [nodes[0][lane] >= places, nodes[3][lane] >= places]);
-                let nodes = &nodes;
-                level.run(Limit { kind, nodes, before: base, after, thickness, fixed, far, parts });
-                for (nodes, parts) in nodes.iter().zip(&*parts) {
-                    let held =
-                        nodes.iter().zip(parts).filter(|(node, part)| **node < places && **part < T::ONE);
-                    for (node, part) in held {
-                        // The order of bits is that of the numbers, for none is below zero.
-                        self.parts[*node as usize].fetch_min(part.to_f64().to_bits(), Ordering::Relaxed);
-                    }
+        worker.nodes.level.run(Limit {
+            kind: *kind,
+            nodes,
+            before,
+            after,
+            thickness: *thickness,
+            fixed,
+            far,
+            together,
+            parts: &mut parts,
+        });
+        let mut any = false;
+        for (nodes, parts) in nodes.iter().zip(&parts) {
+            for (&node, &part) in nodes.iter().zip(parts).take(*count) {
+                if part < T::ONE && node < places {
+                    // The order of bits is that of the numbers, for none is below zero.
+                    self.parts[node as usize].fetch_min(part.to_f64().to_bits(), Ordering::Relaxed);
+                    any = true;
                 }
             }
         }
+        any
     }
 
-    /// Lists the nodes that are held back, with their state; where nodes go in several rounds, all of them. Returns how many
-    /// are held back.
-    fn hold(&self, worker: &Worker<'_, T>, old: [&[T]; 3], in_rounds: bool) -> u64 {
-        let scratch = self.scratch(worker);
-        let (base, next, h) = (read(&self.before), self.state(worker), worker.substep.h);
-        scratch.responses.clear();
-        let mut held = 0;
-        self.each_place(worker, |place| {
-            let part = T::from_f64(f64::from_bits(self.parts[place].load(Ordering::Relaxed)));
-            held += u64::from(part < T::ONE);
-            if part >= T::ONE && !in_rounds {
-                return;
+    /// Limits the ways of nodes around those that are held back: planes that go along hold only for who goes all the way.
+    /// What this holds back may hold back others in turn. Returns whether any is.
+    fn limit_around_held(&self, worker: &Worker<'_, T>, motion: &Motion) -> bool {
+        for jam in 0..=JAMS {
+            let scratch = self.scratch(worker);
+            // SAFETY: written before a barrier, and again after another.
+            let any = unsafe { self.found.read() }.iter().any(|found| found.held > 0);
+            if !any {
+                return jam > 0;
             }
-            self.parts[place].store(1_f64.to_bits(), Ordering::Relaxed);
-            let from = base.map(|column| column[place]);
-            let wanted = [next[0][place], next[1][place], next[2][place]];
-            let to = if part < T::ONE { add(from, scale(sub(wanted, from), part)) } else { wanted };
-            // SAFETY: its own place.
-            let target: [T; 6] = std::array::from_fn(|axis| unsafe { *self.target[axis].item(place) });
-            let arrives = in_rounds && to == [target[0], target[1], target[2]];
-            let v = if arrives {
-                [target[3], target[4], target[5]]
-            } else {
-                sub(to, old.map(|column| column[place])).map(|way| way / h)
-            };
-            scratch.responses.push((place as u32, [to[0], to[1], to[2], v[0], v[1], v[2]]));
-        });
-        held
+            scratch.stamp += 1;
+            let held = self.mark_held(worker, jam == 0, scratch.stamp);
+            worker.synchronise();
+            // SAFETY: its own; all read after the next barrier.
+            unsafe { self.found.item(worker.index) }.held = held;
+            worker.synchronise();
+            // SAFETY: as above.
+            let any = unsafe { self.found.read() }.iter().any(|found| found.held > 0);
+            worker.synchronise();
+            let limited = any && self.limit_around(worker, motion, jam == JAMS);
+            // SAFETY: as above.
+            unsafe { self.found.item(worker.index) }.held = u64::from(limited);
+            worker.synchronise();
+        }
+        true
     }
-}
 
-/// Thickness of up to sixteen pairs [m].
-fn thickness<T: Real>(pairs: &[(u32, T)], materials: &[[T; 2]]) -> [T; LANES] {
-    let mut all = [T::ZERO; LANES];
-    for (one, (pair, _)) in all.iter_mut().zip(pairs) {
-        *one = materials[*pair as usize][0];
+    /// Marks a worker's nodes that are held back and were not before, and their leaves. Returns how many they are.
+    fn mark_held(&self, worker: &Worker<'_, T>, is_first: bool, stamp: u64) -> u64 {
+        let scratch = self.scratch(worker);
+        if is_first {
+            scratch.first_stamp = stamp;
+        }
+        let mut count = 0;
+        self.each_run(worker, |run| {
+            for place in run {
+                let is_held = self.parts[place].load(Ordering::Relaxed) < 1_f64.to_bits();
+                if is_held && self.held[place].load(Ordering::Relaxed) < scratch.first_stamp {
+                    self.held[place].store(stamp, Ordering::Relaxed);
+                    for &leaf in self.leaves_by_place.of(place) {
+                        self.marks[leaf as usize].store(stamp, Ordering::Relaxed);
+                    }
+                    count += 1;
+                }
+            }
+        });
+        count
     }
-    all
+
+    /// Limits the ways of all pairs with a node that was marked last, or of `all` pairs. Returns whether any node is limited.
+    fn limit_around(&self, worker: &Worker<'_, T>, motion: &Motion, all: bool) -> bool {
+        let scratch = self.scratch(worker);
+        let (surfaces, level, stamp) = (&self.surfaces, worker.nodes.level, scratch.stamp);
+        let digit = T::EPSILON.to_f64() * motion.far;
+        let edge = STRETCH * surfaces.longest_edge;
+        let reach_of = |most: f64| reach(most, surfaces.thickest, edge, digit);
+        let most = reach_of(motion.most.max(motion.corners));
+        let is_marked = |leaf: usize| all || self.marks[leaf].load(Ordering::Relaxed) == stamp;
+        let is_held = |node: u32| {
+            all || (node as usize) < surfaces.places
+                && self.held[node as usize].load(Ordering::Relaxed) == stamp
+        };
+        let (pairs, memory) = (&mut scratch.pairs, &mut scratch.memory);
+        self.leaves.cover(worker.index, pairs, surfaces, (level, most), || worker.synchronise());
+        let mut any = false;
+        self.leaves.each_marked(pairs, surfaces, (level, most), is_marked, |pair| {
+            let reach = T::from_f64(reach_of(self.leaves.longest_way(pair.leaves)));
+            self.look_at(pair.leaves, pair.ring, level).list(reach, memory);
+            memory.close.retain(|close| close.nodes.iter().any(|&node| is_held(node)));
+            for sixteen in by_sixteen(&memory.close) {
+                any |= self.limit(worker, &sixteen, (motion.far, false));
+            }
+        });
+        any
+    }
+
+    /// Two leaves to look at.
+    pub(super) fn look_at(&self, leaves: [u32; 2], ring: u32, level: SimdLevel) -> Look<'_, T> {
+        let packed = self.leaves.packed();
+        let both = leaves.map(|leaf| &self.surfaces.leaves[leaf as usize]);
+        let [thickness, friction] =
+            self.surfaces.material(both.map(|leaf| leaf.surface)).unwrap_or_default().map(T::from_f64);
+        Look {
+            leaves: both,
+            is_one: leaves[0] == leaves[1],
+            packed: leaves.map(|leaf| &packed[leaf as usize]),
+            ring: (ring > 0).then(|| self.surfaces.rings.ring(ring)),
+            thickness,
+            friction,
+            start: self.start.each_ref().map(|column| &column[..]),
+            level,
+        }
+    }
+
+    /// Lists the nodes that are held back, with their state; where nodes go in several rounds, all of them.
+    fn hold(&self, worker: &Worker<'_, T>, in_rounds: bool) {
+        let scratch = self.scratch(worker);
+        let old = positions(worker.old());
+        let (base, next, h) = (read(&self.before), self.state(worker), worker.substep.h);
+        self.each_run(worker, |run| {
+            for place in run {
+                let part = T::from_f64(f64::from_bits(self.parts[place].load(Ordering::Relaxed)));
+                if part >= T::ONE && !in_rounds {
+                    continue;
+                }
+                self.parts[place].store(1_f64.to_bits(), Ordering::Relaxed);
+                let from = base.map(|column| column[place]);
+                let wanted = [next[0][place], next[1][place], next[2][place]];
+                let to = if part < T::ONE { add(from, scale(sub(wanted, from), part)) } else { wanted };
+                // SAFETY: its own place.
+                let target: [T; 6] = std::array::from_fn(|axis| unsafe { *self.target[axis].item(place) });
+                let arrives = in_rounds && to == [target[0], target[1], target[2]];
+                let v = if arrives {
+                    [target[3], target[4], target[5]]
+                } else {
+                    sub(to, old.map(|column| column[place])).map(|way| way / h)
+                };
+                scratch.responses.push((place as u32, [to[0], to[1], to[2], v[0], v[1], v[2]]));
+            }
+        });
+    }
 }

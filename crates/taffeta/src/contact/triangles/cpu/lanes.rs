@@ -177,6 +177,8 @@ pub struct Limit<'a, T> {
     pub fixed: Lanes<[bool; 2]>,
     /// The largest coordinate [m].
     pub far: T,
+    /// Whether all their nodes go all their way.
+    pub together: bool,
     /// For each node the part of its motion.
     pub parts: &'a mut [Lanes<T>; 4],
 }
@@ -200,12 +202,13 @@ impl<T: Real> Limit<'_, T> {
         let mut after = [[[T::ZERO; LANES]; 3]; 4];
         fetch(self.before, self.nodes, &mut before);
         fetch(self.after, self.nodes, &mut after);
-        let Self { thickness, fixed, far, parts, .. } = self;
+        let Self { thickness, fixed, far, together, parts, .. } = self;
         for at in 0..LANES {
             let (from, to) = (lane(&before, at), lane(&after, at));
             let moves = [sub(to[0], from[0]), sub(to[1], from[1]), sub(to[2], from[2]), sub(to[3], from[3])];
             let x = relative(from);
-            let found = limits::<T, P>(x, moves, P::closest(x).apart, (thickness[at], far), fixed[at]);
+            let apart = P::closest(x).apart;
+            let found = limits::<T, P>(x, moves, apart, (thickness[at], far), fixed[at], together);
             for (lanes, part) in parts.iter_mut().zip(found.parts) {
                 lanes[at] = part;
             }

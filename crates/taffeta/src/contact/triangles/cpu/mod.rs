@@ -1,18 +1,21 @@
 //! Contact of surfaces on the CPU.
 
+mod broad_phase;
 mod contacts;
 mod hold;
 mod lanes;
 mod motion;
-mod pairs;
+mod narrow_phase;
+mod pose;
 mod rounds;
-mod tree;
 
 use crate::assembly::Assembly;
 use crate::backend::{ContactForce, SolverState};
-use crate::contact::triangles::cpu::contacts::{Active, Mail};
+use crate::contact::triangles::cpu::broad_phase::{Leaves, Pairs};
+use crate::contact::triangles::cpu::contacts::{Active, Carried, Mail, Order};
 use crate::contact::triangles::cpu::motion::Motion;
-use crate::contact::triangles::cpu::pairs::{Boxes, List, Search};
+use crate::contact::triangles::cpu::narrow_phase::{Close, Memory};
+use crate::contact::triangles::leaves::Lists;
 use crate::contact::triangles::surfaces::{Kind, Surfaces};
 use crate::cpu::backend::Context;
 use crate::cpu::feature::{Feature, Flow};
@@ -34,12 +37,18 @@ pub struct TriangleContact<T> {
     /// The tile of each place, and the worker of each tile.
     tile_of: Vec<u32>,
     worker_of: Vec<u32>,
-    boxes: Boxes<T>,
+    /// Positions at the start [m], by axis.
+    start: [Vec<T>; 3],
+    leaves: Leaves<T>,
+    leaves_by_place: Lists,
     mail: Mail<T>,
     /// For each place, the number of its contacts.
     counts: Shared<u32>,
     /// For each place, the part of its motion that it may make, as the bits of a number from 0 to 1.
     parts: Vec<AtomicU64>,
+    /// When each place was last held back, and when each leaf last had such a place: by a number that only grows.
+    held: Vec<AtomicU64>,
+    marks: Vec<AtomicU64>,
     /// Where nodes and corners of colliders are before the sub-step, or the round of the filter, and after it [m].
     before: [Shared<T>; 3],
     after: [Shared<T>; 3],
@@ -59,30 +68,27 @@ struct Found {
     nearest: f64,
     /// The farthest that a contact would sink in, relative to its thickness, before each of the last two rounds.
     sinks: [f64; 2],
-    /// Nodes that the filter has held back.
+    /// Nodes that the filter has held back lately.
     held: u64,
 }
 
 /// The memory of a worker.
 struct Scratch<T> {
-    search: Search<T>,
-    lists: [List<T>; 2],
+    pairs: Pairs<T>,
+    memory: Memory<T>,
+    /// Pairs that come near, by kind, and contacts. The forces of the last sub-step.
+    close: [Vec<Close<T>>; 2],
     contacts: Vec<Active<T>>,
+    carried: Vec<Carried<T>>,
     /// Nodes in contact, tile by tile, and the place of each among them.
     touched: Vec<Touched<T>>,
     slot: Vec<u32>,
     /// Nodes that the next pass moves, tile by tile, and where those of each of the worker's tiles begin.
     responses: Vec<(u32, [T; 6])>,
     tiles: Vec<usize>,
-    /// How far nodes have moved since the search, how far they may, and by how much in the last sub-step [m]; and the motion
-    /// that is not counted yet.
-    travelled: f64,
-    margin: f64,
-    stride: f64,
-    /// The stride for which pairs were looked at in this sub-step [m].
-    seen: f64,
-    motion: Motion,
-    searches: u64,
+    /// What marks nodes that are held back, and what marked the first in this round of the filter.
+    stamp: u64,
+    first_stamp: u64,
     /// Which round of impulses, and of the filter, is next.
     round: usize,
     stage: FilterRound,
@@ -111,19 +117,17 @@ const NO_SLOT: u32 = u32::MAX;
 impl<T: Real> Scratch<T> {
     fn new(places: usize) -> Self {
         Self {
-            search: Search::default(),
-            lists: Kind::ALL.map(List::new),
+            pairs: Pairs::new(),
+            memory: Memory::new(),
+            close: [Vec::new(), Vec::new()],
             contacts: Vec::new(),
+            carried: Vec::new(),
             touched: Vec::new(),
             slot: vec![NO_SLOT; places],
             responses: Vec::new(),
             tiles: Vec::new(),
-            travelled: 0.0,
-            margin: 0.0,
-            stride: 0.0,
-            seen: 0.0,
-            motion: Motion::NONE,
-            searches: 0,
+            stamp: 0,
+            first_stamp: 0,
             round: 0,
             stage: FilterRound::Over,
         }
@@ -133,15 +137,13 @@ impl<T: Real> Scratch<T> {
     /// left of a frame may be too short to tell a force.
     fn note_forces(&mut self, h: T, longest: T) {
         let old = (T::ONE - h / longest).max(T::ZERO);
-        for one in &self.contacts {
-            let force = &mut self.lists[one.list].forces[one.pair];
-            *force = add(scale(*force, old), scale(one.impulse, T::ONE / h.max(longest)));
+        self.carried.clear();
+        for Active { carried, impulse, .. } in &self.contacts {
+            let force = add(scale(carried.force, old), scale(*impulse, T::ONE / h.max(longest)));
+            if force != [T::ZERO; 3] {
+                self.carried.push(Carried { force, ..*carried });
+            }
         }
-    }
-
-    /// Has the next sub-step search.
-    fn forget(&mut self) {
-        (self.margin, self.motion) = (0.0, Motion::NONE);
     }
 }
 
@@ -160,14 +162,18 @@ impl<T: Real> TriangleContact<T> {
             longest: T::from_f64(context.assembly.time.longest_step()),
             tile_of: vec![0; places],
             worker_of: Vec::new(),
-            boxes: Boxes::new(&surfaces),
+            start: std::array::from_fn(|axis| surfaces.start.iter().map(|x| T::from_f64(x[axis])).collect()),
+            leaves: Leaves::new(&surfaces, workers),
+            leaves_by_place: surfaces.leaves_by_place(),
             mail: Mail::new(workers),
             counts: vec![0; surfaces.all_places()].into(),
-            parts: std::iter::repeat_with(|| AtomicU64::new(1_f64.to_bits())).take(places).collect(),
+            parts: atomics(places, 1_f64.to_bits()),
+            held: atomics(places, 0),
+            marks: atomics(surfaces.leaves.len(), 0),
             before: with_corners(),
             after: with_corners(),
             target: std::array::from_fn(|_| vec![T::ZERO; places].into()),
-            motion: vec![Motion::NONE; workers].into(),
+            motion: vec![Motion::default(); workers].into(),
             found: vec![Found::default(); workers].into(),
             scratch: PerWorker::new(workers, |_| Scratch::new(places)),
             surfaces,
@@ -197,12 +203,10 @@ impl<T: Real> TriangleContact<T> {
         unsafe { self.scratch.of(worker.index) }
     }
 
-    /// The worker that lists the pairs of a vertex or an edge, of so many workers.
-    fn lister(&self, kind: usize, owner: u32, workers: usize) -> usize {
-        let starts = [&self.surfaces.vertices_of, &self.surfaces.edges_of][kind];
-        let leaf = starts.partition_point(|&start| start <= owner).saturating_sub(1);
-        let leaves = self.surfaces.leaves();
-        (0..workers).rfind(|worker| leaves * worker / workers <= leaf).unwrap_or(0)
+    /// Where nodes would end [m].
+    fn target(&self) -> [&[T]; 3] {
+        // SAFETY: written before a barrier, and again after another.
+        std::array::from_fn(|axis| unsafe { self.target[axis].read() })
     }
 
     /// State after the sub-step.
@@ -210,6 +214,10 @@ impl<T: Real> TriangleContact<T> {
         // SAFETY: all have written their nodes before a barrier, and change them again after another.
         worker.next().each_ref().map(|column| unsafe { column.read() })
     }
+}
+
+fn atomics(count: usize, value: u64) -> Vec<AtomicU64> {
+    std::iter::repeat_with(|| AtomicU64::new(value)).take(count).collect()
 }
 
 fn positions<T>([x, y, z, ..]: [&[T]; 6]) -> [&[T]; 3] {
@@ -251,7 +259,8 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn measure(&mut self, _: [&[T]; 6], substeps: usize, sums: &mut FrameSums) {
-        let searches = self.scratch.iter_mut().map(|scratch| std::mem::take(&mut scratch.searches)).max();
+        let searches =
+            self.scratch.iter_mut().map(|scratch| std::mem::take(&mut scratch.pairs.searches)).max();
         if substeps == 0 {
             return;
         }
@@ -263,7 +272,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn forget(&mut self, _: usize) {
-        self.scratch.iter_mut().for_each(Scratch::forget);
+        self.scratch.iter_mut().for_each(|scratch| scratch.pairs.forget());
     }
 
     fn redistribute(&mut self, _: &Assembly, tiles: &[TilePlan], chunks: &[Range<usize>]) {
@@ -276,40 +285,46 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn save(&self, state: &mut SolverState) {
-        let workers = self.found.len();
-        for kind in 0..2 {
-            for worker in 0..workers {
-                // SAFETY: no worker works between frames.
-                let list = &unsafe { self.scratch.of(worker) }.lists[kind];
-                state.contacts.extend(list.carried().map(|(pair, force)| ContactForce {
-                    kind: kind as u8,
-                    pair,
-                    force: force.map(T::to_f64),
-                }));
-            }
+        for worker in 0..self.found.len() {
+            // SAFETY: no worker works between frames.
+            let carried = &unsafe { self.scratch.of(worker) }.carried;
+            state.contacts.extend(carried.iter().map(|one| ContactForce {
+                kind: one.kind as u8,
+                pair: one.key,
+                force: one.force.map(T::to_f64),
+            }));
         }
     }
 
     fn load(&mut self, state: &SolverState) {
-        let workers = self.found.len();
-        let mut lists: Vec<[List<T>; 2]> = (0..workers).map(|_| Kind::ALL.map(List::new)).collect();
-        for &ContactForce { kind, pair, force } in &state.contacts {
-            let kind = usize::from(kind).min(1);
-            let list = &mut lists[self.lister(kind, pair[0], workers)][kind];
-            list.keys.push(pair);
-            list.forces.push(force.map(T::from_f64));
-        }
-        for (scratch, lists) in self.scratch.iter_mut().zip(lists) {
-            scratch.lists = lists;
+        for scratch in self.scratch.iter_mut() {
+            scratch.carried.clear();
             scratch.contacts.clear();
-            scratch.forget();
+            scratch.pairs.forget();
+        }
+        let mut all: Vec<Carried<T>> = Vec::with_capacity(state.contacts.len());
+        for &ContactForce { kind, pair, force } in &state.contacts {
+            let kind = Kind::ALL[usize::from(kind).min(1)];
+            let order = Order::of_key(&self.surfaces, kind, pair);
+            all.push(Carried { order, kind, key: pair, force: force.map(T::from_f64) });
+        }
+        all.sort_unstable_by_key(|one| one.order);
+        for one in all {
+            let worker = self.leaves.worker_of(one.order.leaf());
+            if let Some(scratch) = self.scratch.iter_mut().nth(worker) {
+                scratch.carried.push(one);
+            }
         }
     }
 
     fn bytes(&self) -> usize {
-        8 * self.parts.len()
+        8 * (self.parts.len() + self.held.len() + self.marks.len())
             + 4 * (self.tile_of.len() + self.worker_of.len())
-            + self.boxes.bytes()
+            + self.start.iter().map(|column| size_of_val(&column[..])).sum::<usize>()
+            + size_of_val(&self.surfaces.leaves[..])
+            + self.surfaces.rings.bytes()
+            + self.leaves.bytes()
+            + self.leaves_by_place.bytes()
             + self.counts.bytes()
             + self.before.iter().chain(&self.after).chain(&self.target).map(Shared::bytes).sum::<usize>()
     }

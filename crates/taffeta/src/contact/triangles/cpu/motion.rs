@@ -1,94 +1,185 @@
-//! How far nodes move, and whether all pairs are listed that this may bring together.
+//! Where nodes of surfaces are before and after a sub-step, or a round of the filter.
 
-use super::{Scratch, TriangleContact};
-use crate::contact::triangles::cpu::pairs::Place;
-use crate::contact::triangles::filter::reach;
+use super::{TriangleContact, positions};
 use crate::cpu::shared::Shared;
+use crate::cpu::simd::Kernel;
 use crate::cpu::worker::Worker;
-use crate::real::Real;
+use crate::real::{Real, add, dot, scale, sub};
+use crate::topology::LANES;
 use std::ops::Range;
 
-/// Stretch up to which the filter keeps its least distance of edges.
-const STRETCH: f64 = 2.0;
-/// Least and largest distance that nodes may move between two searches, relative to the mean edge, and for how many sub-steps
-/// a search is to last.
-const BUDGET: [f64; 2] = [0.05, 0.4];
-const STEPS: f64 = 24.0;
-
-/// How far nodes move.
-#[derive(Clone, Copy, Debug)]
+/// How far nodes go.
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {
-    /// Largest squared distance [m²].
-    most: f64,
-    /// Extremes by axis [m].
-    low: [f64; 3],
-    high: [f64; 3],
+    /// The longest way of a node, and of a corner of a collider [m].
+    pub most: f64,
+    pub corners: f64,
+    /// The longest way from where it was to go before impulses [m].
+    pub change: f64,
     /// Largest coordinate [m].
     pub far: f64,
 }
 
 impl Motion {
-    pub const NONE: Self =
-        Self { most: 0.0, low: [f64::INFINITY; 3], high: [f64::NEG_INFINITY; 3], far: 0.0 };
-
-    pub fn add(&mut self, way: [f64; 3]) {
-        self.most = self.most.max(way.iter().map(|x| x * x).sum());
-        for ((low, high), way) in self.low.iter_mut().zip(&mut self.high).zip(way) {
-            (*low, *high) = (low.min(way), high.max(way));
-        }
-    }
-
-    pub fn join(self, other: Self) -> Self {
+    fn join(self, other: Self) -> Self {
         Self {
             most: self.most.max(other.most),
-            low: std::array::from_fn(|axis| self.low[axis].min(other.low[axis])),
-            high: std::array::from_fn(|axis| self.high[axis].max(other.high[axis])),
+            corners: self.corners.max(other.corners),
+            change: self.change.max(other.change),
             far: self.far.max(other.far),
         }
     }
+}
 
-    /// The same where no node goes more than `cap` [m] of its way.
-    pub fn bound(&mut self, cap: f64) {
-        self.most = self.most.min(cap * cap);
-        for axis in 0..3 {
-            self.low[axis] = self.low[axis].clamp(-cap, 0.0);
-            self.high[axis] = self.high[axis].clamp(0.0, cap);
+/// Kernel: copies positions, and measures them.
+struct Measure<'a, T> {
+    /// Where nodes begin, and where they end [m].
+    base: [&'a [T]; 3],
+    ends: [&'a [T]; 3],
+    /// Where they were to end; where they end, after it [m].
+    after: [&'a mut [T]; 3],
+}
+
+impl<T: Real> Kernel for Measure<'_, T> {
+    /// The longest way, the longest one from where they were to end, both squared [m²], and the largest coordinate [m].
+    type Output = [T; 3];
+
+    #[inline(always)]
+    fn run(self) -> [T; 3] {
+        let Self { base, ends, after: [x, y, z] } = self;
+        let count = x.len();
+        let mut most = [[T::ZERO; LANES]; 3];
+        let mut first = 0;
+        while first < count {
+            let lanes = LANES.min(count - first);
+            for lane in 0..lanes {
+                let at = first + lane;
+                let from = [base[0][at], base[1][at], base[2][at]];
+                let to = [ends[0][at], ends[1][at], ends[2][at]];
+                let (way, change) = (sub(to, from), sub(to, [x[at], y[at], z[at]]));
+                (x[at], y[at], z[at]) = (to[0], to[1], to[2]);
+                let (way, change) = (dot(way, way), dot(change, change));
+                let far = from[0].abs().max(from[1].abs()).max(from[2].abs());
+                most[0][lane] = if way > most[0][lane] { way } else { most[0][lane] };
+                most[1][lane] = if change > most[1][lane] { change } else { most[1][lane] };
+                most[2][lane] = if far > most[2][lane] { far } else { most[2][lane] };
+            }
+            first += LANES;
         }
-    }
-
-    /// Largest motion of any node [m].
-    pub fn most(&self) -> f64 {
-        self.most.sqrt() * (1.0 + 1e-5)
-    }
-
-    /// Bound of the relative motion of any two nodes [m], where some may have been held back.
-    pub fn extent(&self, held: bool) -> f64 {
-        let (low, high) = if held { (0.0, 0.0) } else { (f64::INFINITY, f64::NEG_INFINITY) };
-        let along = |axis: usize| (self.high[axis].max(high) - self.low[axis].min(low)).max(0.0);
-        (0..3).map(|axis| along(axis) * along(axis)).sum::<f64>().sqrt() * (1.0 + 1e-5)
+        let mut all = [T::ZERO; 3];
+        for which in 0..3 {
+            for lane in most[which] {
+                all[which] = if lane > all[which] { lane } else { all[which] };
+            }
+        }
+        all
     }
 }
 
 impl<T: Real> TriangleContact<T> {
-    /// How all nodes of surfaces move to some positions, and corners of colliders to where they will be. All workers call it.
-    pub(super) fn motion(&self, worker: &Worker<'_, T>, to: &[Shared<T>]) -> Motion {
-        let mut own = Motion::NONE;
-        let mut note = |place: usize, to: &[Shared<T>]| {
-            // SAFETY: a worker's own place, or corner.
-            let at = |columns: &[Shared<T>], axis: usize| unsafe { *columns[axis].item(place) }.to_f64();
-            let from: [f64; 3] = std::array::from_fn(|axis| at(&self.before, axis));
-            own.add(std::array::from_fn(|axis| at(to, axis) - from[axis]));
-            own.far = from.iter().fold(own.far, |far, x| far.max(x.abs()));
-        };
-        self.each_place(worker, |place| note(place, to));
-        self.corners_of(worker).for_each(|place| note(place, &self.after));
+    /// Sets where a worker's nodes are before and after the sub-step, and its corners of colliders where some move.
+    pub(super) fn take(&self, worker: &Worker<'_, T>, corners: Option<[&[[T; 3]]; 2]>) {
+        let (old, next) = (positions(worker.old()), positions(self.state(worker)));
+        self.each_run(worker, |run| {
+            for axis in 0..3 {
+                // SAFETY: its own places; others read after a barrier.
+                unsafe {
+                    self.before[axis].write(run.clone()).copy_from_slice(&old[axis][run.clone()]);
+                    self.after[axis].write(run.clone()).copy_from_slice(&next[axis][run.clone()]);
+                }
+            }
+        });
+        let Some(both) = corners else { return self.rest_corners(worker) };
+        for place in self.corners_of(worker) {
+            for (columns, corners) in [&self.before, &self.after].into_iter().zip(both) {
+                if let Some(x) = corners.get(place - self.surfaces.places) {
+                    self.put(columns, place, *x);
+                }
+            }
+        }
+    }
+
+    /// Sets where a worker's nodes end, and measures the motion of all. All workers call it.
+    pub(super) fn measure_motion(&self, worker: &Worker<'_, T>, ends: [&[T]; 3]) -> Motion {
+        let mut own = Motion::default();
+        self.each_run(worker, |run| {
+            // SAFETY: its own places; others read after a barrier.
+            let [base, after] = unsafe {
+                [&self.before, &self.after]
+                    .map(|columns| columns.each_ref().map(|one| one.write(run.clone())))
+            };
+            let base = base.map(|column| &*column);
+            let ends = ends.map(|column| &column[run.clone()]);
+            let [most, change, far] = worker.nodes.level.run(Measure { base, ends, after });
+            let length = |squared: T| squared.to_f64().sqrt() * (1.0 + 1e-5);
+            let motion =
+                Motion { most: length(most), change: length(change), far: far.to_f64(), ..Motion::default() };
+            own = own.join(motion);
+        });
+        for place in self.corners_of(worker) {
+            let (from, to) = (self.get(&self.before, place), self.get(&self.after, place));
+            let way = sub(to, from).map(T::to_f64);
+            own.corners = own.corners.max(dot(way, way).sqrt());
+            own.far = from.iter().fold(own.far, |far, x| far.max(x.abs().to_f64()));
+        }
         // SAFETY: its own; all read after the barrier, and write again after another one.
         *unsafe { self.motion.item(worker.index) } = own;
         worker.synchronise();
         // SAFETY: as above.
-        let all = unsafe { self.motion.read() }.iter().fold(Motion::NONE, |all, one| all.join(*one));
+        unsafe { self.motion.read() }.iter().fold(Motion::default(), |all, one| all.join(*one))
+    }
+
+    /// Has nodes go at most `cap` [m] towards where they would end. Sets where they go from in later rounds.
+    pub(super) fn go_part(&self, worker: &Worker<'_, T>, is_first: bool, cap: f64) {
+        let cap = T::from_f64(cap);
+        let next = worker.next();
+        self.each_run(worker, |run| {
+            for place in run {
+                if is_first {
+                    self.put(&self.target[..3], place, self.get(&next[..3], place));
+                    self.put(&self.target[3..], place, self.get(&next[3..], place));
+                }
+                let (from, target) = (self.get(&self.before, place), self.get(&self.target[..3], place));
+                let way = sub(target, from);
+                let length = dot(way, way).sqrt();
+                let to = if length > cap { add(from, scale(way, cap / length)) } else { target };
+                self.put(&next[..3], place, to);
+                self.put(&self.after, place, to);
+            }
+        });
         worker.synchronise();
-        all
+    }
+
+    /// Starts another round of the filter where the last one has ended.
+    pub(super) fn go_on(&self, worker: &Worker<'_, T>) {
+        let next = positions(self.state(worker));
+        self.each_run(worker, |run| {
+            for axis in 0..3 {
+                // SAFETY: its own places; others read after a barrier.
+                let before = unsafe { self.before[axis].write(run.clone()) };
+                before.copy_from_slice(&next[axis][run.clone()]);
+            }
+        });
+        self.rest_corners(worker);
+    }
+
+    /// Corners of colliders stay where they are: they have gone all their way in the first round, or do not move.
+    fn rest_corners(&self, worker: &Worker<'_, T>) {
+        for place in self.corners_of(worker) {
+            self.put(&self.before, place, self.get(&self.after, place));
+        }
+    }
+
+    fn get(&self, columns: &[Shared<T>], place: usize) -> [T; 3] {
+        // SAFETY: a worker's own place, or corner; others read after a barrier.
+        std::array::from_fn(|axis| unsafe { *columns[axis].item(place) })
+    }
+
+    fn put(&self, columns: &[Shared<T>], place: usize, x: [T; 3]) {
+        for (column, x) in columns.iter().zip(x) {
+            // SAFETY: as above.
+            unsafe { *column.item(place) = x };
+        }
     }
 
     /// The places of a worker's share of the corners of colliders.
@@ -97,77 +188,16 @@ impl<T: Real> TriangleContact<T> {
         self.surfaces.places + own.start..self.surfaces.places + own.end
     }
 
-    /// Sets positions of a worker's places, and of its corners of colliders if some move.
-    pub(super) fn set(
-        &self,
-        worker: &Worker<'_, T>,
-        columns: &[Shared<T>; 3],
-        x: [&[T]; 3],
-        corners: Option<&[[T; 3]]>,
-    ) {
-        // SAFETY: its own places and corners; others read after a barrier.
-        let put = |axis: usize, place: usize, x: T| unsafe { *columns[axis].item(place) = x };
-        self.each_place(worker, |place| (0..3).for_each(|axis| put(axis, place, x[axis][place])));
-        for place in corners.map_or(0..0, |_| self.corners_of(worker)) {
-            if let Some(x) = corners.and_then(|corners| corners.get(place - self.surfaces.places)) {
-                (0..3).for_each(|axis| put(axis, place, x[axis]));
-            }
-        }
-    }
-
-    /// Does something with each of a worker's places that has a surface.
-    pub(super) fn each_place(&self, worker: &Worker<'_, T>, mut job: impl FnMut(usize)) {
+    /// Does something with each run of a worker's places that have a surface.
+    pub(super) fn each_run(&self, worker: &Worker<'_, T>, mut job: impl FnMut(Range<usize>)) {
+        let has_surface = |run: &Range<usize>| self.surfaces.surface_of[run.start] != u32::MAX;
         for tile in &worker.nodes.tiles[worker.tiles.clone()] {
-            for (_, run) in tile.runs() {
-                run.filter(|&place| self.surfaces.surface_of[place] != u32::MAX).for_each(&mut job);
-            }
+            tile.runs().map(|(_, run)| run).filter(has_surface).for_each(&mut job);
         }
     }
 
     /// The longest way that nodes go in one round of the filter [m].
     pub(super) fn cap(&self) -> f64 {
         self.surfaces.thickest.max(self.surfaces.mean_edge)
-    }
-
-    /// How much nearer than their thickness pairs must be listed for such a motion, which is cut at the longest way [m].
-    pub(super) fn reach(&self, motion: &Motion) -> f64 {
-        let surfaces = &self.surfaces;
-        reach(motion.most().min(self.cap()), surfaces.thickest, STRETCH * surfaces.longest_edge)
-    }
-
-    /// Makes sure that all pairs are listed that are nearer than their thickness and `stride` [m] when nodes are at `x`. All
-    /// workers call it.
-    pub(super) fn cover(&self, worker: &Worker<'_, T>, x: [&[T]; 3], stride: f64) {
-        let scratch = self.scratch(worker);
-        let fits = scratch.travelled + stride < scratch.margin;
-        if fits {
-            return;
-        }
-        let own = worker.part(self.surfaces.leaves());
-        // SAFETY: its own leaves; all read after the barrier.
-        unsafe { self.boxes.set(&self.surfaces, own.clone(), x) };
-        worker.synchronise();
-        scratch.travelled = 0.0;
-        let [least, most] = BUDGET.map(|share| share * self.surfaces.mean_edge);
-        scratch.margin = (stride + (STEPS * scratch.stride).clamp(least, most)) * (1.0 + 1e-3);
-        scratch.searches += 1;
-        let place = Place {
-            surfaces: &self.surfaces,
-            boxes: &self.boxes,
-            x,
-            own,
-            margin: T::from_f64(scratch.margin),
-            level: worker.nodes.level,
-        };
-        scratch.search.run(&place, &mut scratch.lists);
-        worker.synchronise();
-    }
-
-    /// Adds the motion of the last round of the filter to what nodes have moved since the search.
-    pub(super) fn add_travel(&self, scratch: &mut Scratch<T>) {
-        // SAFETY: written before a barrier, and again after another.
-        let held = unsafe { self.found.read() }.iter().any(|found| found.held > 0);
-        scratch.stride = std::mem::replace(&mut scratch.motion, Motion::NONE).extent(held);
-        scratch.travelled += scratch.stride;
     }
 }

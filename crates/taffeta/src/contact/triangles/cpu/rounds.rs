@@ -1,45 +1,66 @@
 //! Contacts of a sub-step, and the rounds in which their impulses are found.
 
-use super::{FilterRound, Found, NO_SLOT, Scratch, Touched, TriangleContact, positions, read};
-use crate::contact::triangles::cpu::contacts::{Active, Columns, What};
-use crate::contact::triangles::cpu::lanes::motion;
+use super::{FilterRound, Found, NO_SLOT, Scratch, Touched, TriangleContact, read};
+use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked, Wanted};
+use crate::contact::triangles::cpu::contacts::{Active, Carried, Order, What};
+use crate::contact::triangles::cpu::lanes::{Distances, See, Seen, motion};
+use crate::contact::triangles::cpu::narrow_phase::{Close, Look, Memory, by_sixteen};
+use crate::contact::triangles::impulse::{Contact, KEEPS};
 use crate::contact::triangles::surfaces::Corners;
 use crate::cpu::feature::Flow;
 use crate::cpu::worker::Worker;
 use crate::real::{Real, add, dot, scale};
+use std::ops::Range;
 
 /// How far a contact may sink in by a sub-step, relative to its thickness, before another round corrects impulses.
 const SINKS: f64 = 0.01;
+/// How far beyond contact pairs are listed, beside twice what the sub-step needs, relative to the mean edge: at least, at most.
+const LISTED: [f64; 2] = [0.1, 1.0];
+/// Looks that a list is to serve: it is longer if it serves fewer, and shorter if it serves more.
+const LOOKS: Range<u32> = 8..64;
+
+impl<T: Real> Look<'_, T> {
+    /// A pair as a contact, if it would end nearer than its thickness. One that carries a force remains one a little longer.
+    fn contact(
+        &self,
+        (seen, lane): (&Seen<T>, usize),
+        close: &Close<T>,
+        (order, force): (Order, [T; 3]),
+        h: T,
+    ) -> Option<Active<T>> {
+        let (distance, thickness) = (seen.distance[lane], close.thickness);
+        let keeps = if force == [T::ZERO; 3] { T::ONE } else { T::from_f64(KEEPS) };
+        if !(seen.then[lane] < keeps * thickness && distance > T::ZERO) {
+            return None;
+        }
+        let key = close.candidate.key(self.leaves);
+        Some(Active {
+            carried: Carried { order, kind: close.kind(), key, force },
+            nodes: close.nodes,
+            weights: seen.weights.map(|lanes| lanes[lane]),
+            contact: Contact {
+                normal: seen.apart.map(|lanes| lanes[lane] / distance),
+                gap: distance - thickness,
+                thickness,
+                friction: self.friction,
+                advance: T::ZERO,
+                mobility: T::ZERO,
+            },
+            impulse: scale(force, h),
+        })
+    }
+}
 
 impl<T: Real> TriangleContact<T> {
     /// Finds the contacts of the sub-step.
     pub(super) fn find(&self, worker: &mut Worker<'_, T>) {
-        self.add_travel(self.scratch(worker));
         let moving = worker.substep.extensions.get::<Corners<T>>();
-        let corners = moving.map(|corners| [&corners.before[..], &corners.after[..]]);
-        if moving.is_none() {
-            self.rest_corners(worker);
-        }
-        self.set(worker, &self.before, positions(worker.old()), corners.map(|both| both[0]));
-        self.set(worker, &self.after, positions(self.state(worker)), corners.map(|both| both[1]));
-        let motion = self.motion(worker, &self.after);
-        let (before, after) = (read(&self.before), read(&self.after));
-        let stride = self.reach(&motion);
-        self.cover(worker, before, stride);
+        self.take(worker, moving.map(|corners| [&corners.before[..], &corners.after[..]]));
+        worker.synchronise();
+        self.scratch(worker).contacts.clear();
+        self.look(worker, Some(worker.substep.h));
         let scratch = self.scratch(worker);
-        (scratch.round, scratch.stage, scratch.seen) = (0, FilterRound::First, stride);
-        scratch.contacts.clear();
-        let columns = Columns {
-            before,
-            after,
-            level: worker.nodes.level,
-            h: worker.substep.h,
-            travelled: scratch.travelled,
-            stride,
-        };
-        for (number, list) in scratch.lists.iter_mut().enumerate() {
-            list.find(number, &columns, &mut scratch.contacts);
-        }
+        (scratch.round, scratch.stage) = (0, FilterRound::First);
         let nearest = scratch.contacts.iter().map(|one| {
             let Active { contact, .. } = one;
             ((contact.gap + contact.thickness) / contact.thickness).to_f64()
@@ -57,6 +78,84 @@ impl<T: Real> TriangleContact<T> {
         }
         worker.synchronise();
         self.take_nodes(worker);
+    }
+
+    /// Finds the pairs that come near each other in the sub-step, and its contacts, if its length is given [s].
+    pub(super) fn look(&self, worker: &Worker<'_, T>, h: Option<T>) {
+        let (before, after, level) = (read(&self.before), read(&self.after), worker.nodes.level);
+        let (index, surfaces) = (worker.index, &self.surfaces);
+        self.leaves.follow(index, surfaces, [before, after], level);
+        worker.synchronise();
+        let Scratch { pairs, memory, close, contacts, carried, .. } = self.scratch(worker);
+        self.leaves.advance(index, pairs, surfaces, level, || worker.synchronise());
+        close.iter_mut().for_each(Vec::clear);
+        let mut carried = carried.iter().peekable();
+        self.leaves.each_due(pairs, surfaces, level, |pair, wanted| {
+            let look = self.look_at(pair.leaves, pair.ring, level);
+            let looked = self.renew(pair, &look, wanted, memory);
+            let mut nearest = looked.others;
+            for sixteen in &pair.list {
+                let (kind, nodes) = (sixteen.kind, &sixteen.nodes);
+                let left = sixteen.left(level.run(Distances { kind, nodes, x: before }));
+                let least = left[..sixteen.count].iter().copied().fold(f64::INFINITY, f64::min);
+                nearest = nearest.min(least);
+                if least >= wanted.needs {
+                    continue;
+                }
+                let seen = h.map(|_| level.run(See { kind, nodes, before, after }));
+                for lane in (0..sixteen.count).filter(|&lane| left[lane] < wanted.needs) {
+                    let one = sixteen.pair(lane);
+                    close[kind as usize].push(one);
+                    if let (Some(seen), Some(h)) = (&seen, h) {
+                        let order = Order::new(pair.leaves, one.candidate);
+                        while carried.next_if(|carried| carried.order < order).is_some() {}
+                        let carried = carried.next_if(|carried| carried.order == order);
+                        let force = carried.map_or([T::ZERO; 3], |carried| carried.force);
+                        contacts.extend(look.contact((seen, lane), &one, (order, force), h));
+                    }
+                }
+            }
+            Looked { nearest, ..looked }
+        });
+    }
+
+    /// Lists the pairs of two leaves anew if others may have come near.
+    fn renew(
+        &self,
+        pair: &mut LeafPair<T>,
+        look: &Look<'_, T>,
+        Wanted { needs, others }: Wanted,
+        memory: &mut Memory<T>,
+    ) -> Looked {
+        if others > needs {
+            pair.looks += 1;
+            return Looked { nearest: others, others };
+        }
+        let [least, most] = LISTED.map(|share| share * self.surfaces.mean_edge);
+        pair.margin = match pair.looks {
+            looks if looks < LOOKS.start => (2.0 * pair.margin).clamp(least, most),
+            looks if looks >= LOOKS.end => (0.5 * pair.margin).clamp(least, most),
+            _ => pair.margin,
+        };
+        pair.looks = 0;
+        let (thickness, to) = (KEEPS * look.thickness.to_f64(), 2.0 * needs + pair.margin);
+        let mut others = look.list(T::from_f64(thickness + to), memory) - thickness;
+        let Memory { close, kept, .. } = memory;
+        kept.clear();
+        for sixteen in by_sixteen(close) {
+            let (kind, nodes, x) = (sixteen.kind, &sixteen.nodes, read(&self.before));
+            let left = sixteen.left(look.level.run(Distances { kind, nodes, x }));
+            for (lane, &left) in left[..sixteen.count].iter().enumerate() {
+                if left < to {
+                    kept.push(sixteen.pair(lane));
+                } else {
+                    others = others.min(left);
+                }
+            }
+        }
+        pair.list.clear();
+        pair.list.extend(by_sixteen(kept));
+        Looked { nearest: others, others }
     }
 
     /// Counts the contacts of a worker's nodes, and keeps the state of these.
