@@ -301,6 +301,8 @@ pub struct Sixteen<T> {
     /// Nodes of each; the last pair fills the lanes that are left.
     pub nodes: Places,
     pub thickness: Lanes<T>,
+    /// Whether some came near when they were last looked at.
+    pub any_close: bool,
     candidates: [Candidate; LANES],
 }
 
@@ -313,6 +315,7 @@ impl<T: Real> Sixteen<T> {
             count: pairs.len(),
             nodes: gather(pairs.iter().map(|close| &close.nodes)),
             thickness: [thickness; LANES],
+            any_close: false,
             candidates: [candidate; LANES],
         };
         for (lane, close) in pairs.iter().enumerate() {

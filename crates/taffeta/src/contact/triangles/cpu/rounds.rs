@@ -94,15 +94,22 @@ impl<T: Real> TriangleContact<T> {
             let look = self.look_at(pair.leaves, pair.ring, level);
             let looked = self.renew(pair, &look, wanted, memory);
             let mut nearest = looked.others;
-            for sixteen in &pair.list {
+            for sixteen in &mut pair.list {
                 let (kind, nodes) = (sixteen.kind, &sixteen.nodes);
-                let left = sixteen.left(level.run(Distances { kind, nodes, x: before }));
+                let see = || level.run(See { kind, nodes, before, after });
+                // Where some were close they are likely to be so again.
+                let seen = (sixteen.any_close && h.is_some()).then(see);
+                let distances = seen
+                    .as_ref()
+                    .map_or_else(|| level.run(Distances { kind, nodes, x: before }), |seen| seen.distance);
+                let left = sixteen.left(distances);
                 let least = left[..sixteen.count].iter().copied().fold(f64::INFINITY, f64::min);
                 nearest = nearest.min(least);
-                if least >= wanted.needs {
+                sixteen.any_close = least < wanted.needs;
+                if !sixteen.any_close {
                     continue;
                 }
-                let seen = h.map(|_| level.run(See { kind, nodes, before, after }));
+                let seen = seen.or_else(|| h.map(|_| see()));
                 for lane in (0..sixteen.count).filter(|&lane| left[lane] < wanted.needs) {
                     let one = sixteen.pair(lane);
                     close[kind as usize].push(one);
