@@ -23,6 +23,7 @@ mod oracle;
 mod pairs;
 mod parity;
 mod primal;
+mod random_surfaces;
 mod reactions;
 mod rest_shape;
 mod rooms;

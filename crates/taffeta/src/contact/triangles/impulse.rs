@@ -17,6 +17,22 @@ const RELEASE: f64 = 0.02;
 /// A contact that carried an impulse remains one up to this distance, relative to the thickness.
 pub const KEEPS: f64 = 1.05;
 
+/// A node gets at most so many times the velocity by which sides approach each other. A contact next to a pinned node could
+/// otherwise be kept only by a lever: the free node of the smallest weight would fly off.
+const LEVER: f64 = 2.0;
+
+/// How much the relative velocity of a contact changes by an impulse [1/kg]. For each of its nodes: the size of its weight, and
+/// the inverse of the contact's part of its mass [1/kg].
+pub fn mobility<T: Real>(nodes: [(T, T); 4]) -> T {
+    let (mut sum, mut most) = (T::ZERO, T::ZERO);
+    for (weight, inverse_mass) in nodes {
+        let alone = weight * inverse_mass;
+        sum += weight * alone;
+        most = if alone > most { alone } else { most };
+    }
+    sum.max(most / T::from_f64(LEVER))
+}
+
 /// What is known of a contact in a sub-step.
 #[derive(Clone, Copy, Debug)]
 pub struct Contact<T> {
@@ -29,7 +45,7 @@ pub struct Contact<T> {
     pub friction: T,
     /// How far a collider comes nearer in the sub-step [m].
     pub advance: T,
-    /// How much the relative velocity changes by an impulse, as the contact's part of its nodes' masses has it [1/kg].
+    /// How much the relative velocity changes by an impulse [1/kg]: see [`mobility`].
     pub mobility: T,
 }
 
@@ -98,6 +114,17 @@ mod tests {
     /// Relative velocity after an impulse.
     fn after(velocity: [f64; 3], impulse: [f64; 3]) -> [f64; 3] {
         add(velocity, scale(impulse, 2.0))
+    }
+
+    #[test]
+    fn no_node_gets_more_than_twice_the_velocity_of_an_approach() {
+        // A vertex above a triangle, one above an edge, and one close to a corner that is pinned.
+        assert!((mobility([(1.0, 1.0), (0.25, 1.0), (0.25, 1.0), (0.5, 1.0)]) - 1.375).abs() < 1e-12);
+        assert_eq!(mobility([(1.0, 0.0), (0.5, 2.0), (0.5, 2.0), (0.0, 2.0)]), 1.0);
+        let near_a_pin = [(1.0, 0.0), (0.9, 0.0), (0.05, 3.0), (0.05, 3.0)];
+        let change = 0.05 * 3.0 / mobility(near_a_pin);
+        assert!((change - 2.0).abs() < 1e-12, "{change}");
+        assert_eq!(mobility([(1.0, 0.0); 4]), 0.0);
     }
 
     #[test]

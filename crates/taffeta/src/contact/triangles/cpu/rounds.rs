@@ -5,7 +5,7 @@ use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked, Wanted};
 use crate::contact::triangles::cpu::contacts::{Active, Carried, Order, What};
 use crate::contact::triangles::cpu::lanes::{Distances, See, Seen, motion};
 use crate::contact::triangles::cpu::narrow_phase::{Close, Look, Memory, by_sixteen};
-use crate::contact::triangles::impulse::{Contact, KEEPS};
+use crate::contact::triangles::impulse::{Contact, KEEPS, mobility};
 use crate::contact::triangles::surfaces::Corners;
 use crate::cpu::feature::Flow;
 use crate::cpu::worker::Worker;
@@ -263,10 +263,11 @@ impl<T: Real> TriangleContact<T> {
         let (before, after) = (read(&self.before), read(&self.after));
         let w = |place: usize| if place < self.surfaces.places { w[place] } else { T::ZERO };
         for one in &mut scratch.contacts {
-            one.contact.mobility = (0..4).fold(T::ZERO, |sum, node| {
+            let parts = [0, 1, 2, 3].map(|node| {
                 let (weight, place) = (one.weights[node], one.nodes[node] as usize);
-                sum + weight * weight * w(place) * T::from_f64(f64::from(counts[place]))
+                (weight.abs(), w(place) * T::from_f64(f64::from(counts[place])))
             });
+            one.contact.mobility = mobility(parts);
             one.impulse = one.contact.start(one.impulse);
             let moved = (0..4).fold([T::ZERO; 3], |sum, node| match one.nodes[node] as usize {
                 place if place < self.surfaces.places => sum,

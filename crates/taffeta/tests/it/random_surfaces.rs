@@ -1,0 +1,194 @@
+//! Small scenes of contact between triangles, made up at random: what starts apart is apart in every frame.
+
+use crate::common::{V, add, build_as, norm, positions, scale, sub, turned};
+use crate::pairs::{set_velocities, velocities};
+use taffeta::scene::{
+    Body, Collider, ConstraintForm, ContactForm, Cuboid, Cylinder, Icosphere, Keyframe, Mass, Material, Mesh,
+    Method, Pin, Scene, Select, SelfCollision,
+};
+use taffeta::{Precision, Simulation};
+
+/// Scenes that are tried; `TAFFETA_RANDOM_SCENES` asks for another number.
+const SCENES: u64 = 200;
+const FRAMES: u32 = 12;
+
+/// Numbers in no order (SplitMix64: Steele et al. 2014).
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn range(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    fn below(&mut self, count: u32) -> u32 {
+        (self.unit() * f64::from(count)) as u32
+    }
+
+    fn vector(&mut self, size: f64) -> V {
+        [0, 1, 2].map(|_| self.range(-size, size))
+    }
+}
+
+fn touching(body: Body, random: &mut Random) -> Body {
+    let (thickness, friction) = (random.range(0.002, 0.008), random.range(0.0, 0.8));
+    let touch = SelfCollision { form: ContactForm::Triangles, thickness, friction, restitution: 0.0 };
+    Body { self_collision: Some(touch), ..body }
+}
+
+/// A sheet or a ball around the origin, as springs or as a fabric.
+fn body(random: &mut Random, name: &str, fabric: bool) -> Body {
+    if random.below(5) == 0 {
+        let mesh = Mesh::Icosphere(Icosphere {
+            radius: random.range(0.03, 0.06),
+            subdivisions: 1 + random.below(2),
+        });
+        let ball = Body::soft(name, mesh).with_mass(Mass::Whole(random.range(0.02, 0.1)));
+        return ball.structural(random.range(30.0, 150.0), 0.02);
+    }
+    let nodes = [0, 1].map(|_| 4 + random.below(7));
+    let spacing = random.range(0.012, 0.03);
+    let size = nodes.map(|n| f64::from(n - 1) * spacing);
+    let cloth = Body::cloth(name, Mesh::grid(nodes[0], nodes[1], size));
+    let mut cloth = if fabric {
+        cloth.with_material(Material::preset(["silk", "cotton", "denim"][random.below(3) as usize]))
+    } else {
+        cloth.with_mass(Mass::Node(8e-5)).structural(40.0, 0.004).shear(20.0, 0.004).bend(2.0, 1e-3)
+    };
+    let corners = [0, nodes[1] - 1, (nodes[0] - 1) * nodes[1], nodes[0] * nodes[1] - 1];
+    if random.below(3) == 0 {
+        let held = &corners[..1 + random.below(4) as usize];
+        let mut pin = Pin { select: Select::nodes(held.to_vec()), ..Pin::default() };
+        if random.below(2) == 0 {
+            pin.motion = vec![Keyframe::translate(0.2, random.vector(0.05))];
+        }
+        cloth.pins = vec![pin];
+    }
+    cloth
+}
+
+/// A collider around the origin.
+fn collider(random: &mut Random) -> Collider {
+    let mut collider = match random.below(4) {
+        0 => Collider::sphere([0.0; 3], random.range(0.03, 0.08)),
+        1 => {
+            let needle = Cylinder {
+                radius: random.range(0.001, 0.01),
+                height: random.range(0.1, 0.3),
+                segments: 6,
+                rings: 1,
+                capped: true,
+            };
+            Collider::mesh(Mesh::Cylinder(needle))
+        }
+        2 => Collider::mesh(Mesh::Icosphere(Icosphere { radius: random.range(0.03, 0.08), subdivisions: 1 })),
+        _ => {
+            let half = [0, 1, 2].map(|_| random.range(0.02, 0.08));
+            Collider { cuboid: Some(Cuboid { center: [0.0; 3], half }), ..Collider::default() }
+        }
+    };
+    collider.offset = random.range(0.002, 0.006);
+    collider.friction = random.range(0.0, 0.8);
+    collider
+}
+
+/// A scene, with the speed at which its bodies fly at each other [m/s].
+fn scene(seed: u64, moves: bool) -> (Scene, f64) {
+    let mut random = Random(seed);
+    let fabric = random.below(2) == 0;
+    let step = if fabric { [1.0 / 60.0, 1.0 / 240.0][random.below(2) as usize] } else { 5e-4 };
+    let mut scene = Scene::new(format!("{seed}")).time(1.0 / 60.0, step);
+    if fabric {
+        scene = scene.method(Method::Ice);
+        scene.solver.ice.form = ConstraintForm::Primal;
+    }
+    let mut at = [0.0, 0.16, 0.0];
+    for name in ["a", "b", "c"].iter().take(1 + random.below(3) as usize) {
+        let mut body = touching(body(&mut random, name, fabric), &mut random);
+        body.velocity = [0.0, -1.0, 0.0];
+        body.place = turned(add(random.vector(1.0), [0.0, 0.1, 0.0]), random.range(0.0, 180.0), at);
+        at = add(at, add(random.vector(0.03), [0.0, random.range(0.06, 0.25), 0.0]));
+        scene = scene.body(body);
+    }
+    if random.below(3) > 0 {
+        let mut collider = collider(&mut random);
+        collider.place =
+            turned(add(random.vector(1.0), [0.0, 0.1, 0.0]), random.range(0.0, 180.0), random.vector(0.03));
+        if moves {
+            collider.motion = vec![Keyframe::translate(0.2, random.vector(0.1))];
+        }
+        scene = scene.collider(collider);
+    }
+    if random.below(2) == 0 {
+        scene = scene.collider(Collider::plane([0.0, -0.1, 0.0], [0.0, 1.0, 0.0]));
+    }
+    (scene, random.range(0.0, 15.0))
+}
+
+/// Has the free nodes of a scene fly towards the middle, some faster than others [m/s].
+fn implode(simulation: &mut Simulation, speed: f64) {
+    let (x, v) = (positions(simulation), velocities(simulation));
+    let middle = scale(x.iter().fold([0.0; 3], |sum, &x| add(sum, x)), 1.0 / x.len() as f64);
+    let given: Vec<V> = (x.iter().zip(v))
+        .map(|(&x, v)| {
+            let way = sub(middle, x);
+            let speed = speed * (1.0 + 0.5 * (40.0 * x[0]).sin()) / norm(way).max(0.05);
+            // All that is free begins with some velocity.
+            if v == [0.0; 3] { v } else { scale(way, speed) }
+        })
+        .collect();
+    set_velocities(simulation, &given);
+}
+
+/// Runs a scene; `None` if it does not start apart.
+fn first_crossing(seed: u64, moves: bool) -> Option<Result<(), String>> {
+    let (scene, speed) = scene(seed, moves);
+    let mut simulation = build_as(&scene, Precision::F32, 1);
+    if simulation.intersections().pairs > 0 {
+        return None;
+    }
+    implode(&mut simulation, speed);
+    for frame in 1..=FRAMES {
+        if let Err(error) = simulation.step() {
+            return Some(Err(format!("frame {frame}: {error}")));
+        }
+        let found = simulation.intersections();
+        if found.pairs > 0 {
+            return Some(Err(format!(
+                "frame {frame}: {found:?}, stretch {}",
+                simulation.report().max_stretch
+            )));
+        }
+    }
+    Some(Ok(()))
+}
+
+fn try_all(moves: bool) {
+    let asked = std::env::var("TAFFETA_RANDOM_SCENES").ok().and_then(|count| count.parse().ok());
+    let (mut apart, mut wrong) = (0, Vec::new());
+    for seed in 0..asked.unwrap_or(SCENES) {
+        match first_crossing(seed, moves) {
+            None => {}
+            Some(Ok(())) => apart += 1,
+            Some(Err(what)) => wrong.push(format!("{seed}: {what}")),
+        }
+    }
+    assert!(wrong.is_empty(), "{apart} scenes are right, and {} are not:\n{}", wrong.len(), wrong.join("\n"));
+    assert!(apart > 60, "{apart} scenes start apart");
+}
+
+#[test]
+fn scenes_that_start_apart_stay_so() {
+    try_all(false);
+}
+
+#[test]
+fn scenes_with_moving_colliders_that_start_apart_stay_so() {
+    try_all(true);
+}
