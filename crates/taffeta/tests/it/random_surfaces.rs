@@ -9,7 +9,7 @@ use taffeta::scene::{
 use taffeta::{Precision, Simulation};
 
 /// Scenes that are tried; `TAFFETA_RANDOM_SCENES` asks for another number.
-const SCENES: u64 = 200;
+const SCENES: u64 = 60;
 const FRAMES: u32 = 12;
 
 /// Numbers in no order (SplitMix64: Steele et al. 2014).
@@ -121,7 +121,10 @@ fn scene(seed: u64, moves: bool) -> (Scene, f64) {
         collider.place =
             turned(add(random.vector(1.0), [0.0, 0.1, 0.0]), random.range(0.0, 180.0), random.vector(0.03));
         if moves {
-            collider.motion = vec![Keyframe::translate(0.2, random.vector(0.1))];
+            let turn =
+                Keyframe::rotate(0.2, random.vector(1.0), random.range(0.0, 120.0), random.vector(0.05));
+            let shift = Keyframe::translate(0.2, random.vector(0.1));
+            collider.motion = vec![Keyframe { rotate: turn.rotate, pivot: turn.pivot, ..shift }];
         }
         scene = scene.collider(collider);
     }
@@ -180,7 +183,7 @@ fn try_all(moves: bool) {
         }
     }
     assert!(wrong.is_empty(), "{apart} scenes are right, and {} are not:\n{}", wrong.len(), wrong.join("\n"));
-    assert!(apart > 60, "{apart} scenes start apart");
+    assert!(apart > 30, "{apart} scenes start apart");
 }
 
 #[test]

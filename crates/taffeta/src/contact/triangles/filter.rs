@@ -9,7 +9,7 @@
 //! held back, its pairs are limited by planes that stand still, which hold for any part of the way of any node.
 
 use crate::contact::triangles::closest::Pair;
-use crate::real::{Real, dot, norm, scale};
+use crate::real::{Real, add, dot, norm, scale};
 
 /// Part of its distance to the plane that a node may use up.
 pub const SHARE: f64 = 0.85;
@@ -26,6 +26,9 @@ const DIGITS: f64 = 16.0;
 /// Part of the gap that must be left for a plane that goes along, beside twice the least distance.
 const LEFT: f64 = 1.0 - SHARE;
 
+/// Part of the thickness that a collider which moves leaves to what is in its way.
+const KEPT: f64 = 0.5;
+
 /// What a pair lets its nodes do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits<T> {
@@ -37,15 +40,14 @@ pub struct Limits<T> {
 
 /// The limits of a pair. `x` are its nodes before, relative to one of them [m], `moves`
 /// their motion [m], `apart` the vector between closest points from the second side to the first [m], `thickness` that of
-/// the pair [m], `far` the largest coordinate of the scene [m], and `fixed` says which sides are of colliders, which move as
-/// they must. `together` allows a plane that goes along: if all nodes go all their way.
+/// the pair [m], and `far` the largest coordinate of the scene [m]. `together` allows a plane that goes along: if all nodes go
+/// all their way.
 #[inline(always)]
 pub fn limits<T: Real, P: Pair>(
     x: [[T; 3]; 4],
     moves: [[T; 3]; 4],
     apart: [T; 3],
     (thickness, far): (T, T),
-    fixed: [bool; 2],
     together: bool,
 ) -> Limits<T> {
     let length = norm(apart);
@@ -82,15 +84,8 @@ pub fn limits<T: Real, P: Pair>(
     let (least, most) = (T::from_f64(LEAST), T::from_f64(1.0 - LEAST));
     let share = if share > least { share } else { least };
     let share = if share < most { share } else { most };
-    // A side that moves as it must gets the room for it, as far as there is some.
-    let one = T::ONE / if gap > T::ZERO { gap } else { T::ONE };
-    let (needs_first, needs_second) = (T::ONE - of_first * one, of_second * one);
-    let share = if fixed[0] && needs_first < share { needs_first } else { share };
-    let share = if fixed[1] && needs_second > share { needs_second } else { share };
     let level = high + share * gap;
-    let slender = T::from_f64(SLENDER) * extent + T::from_f64(DIGITS) * T::EPSILON * far;
-    let thin = T::from_f64(THIN) * thickness;
-    let floor = if slender < thin { slender } else { thin };
+    let floor = floor(extent, thickness, far);
     let separated = gap > T::ZERO;
     let left = T::from_f64(LEFT) * gap + T::from_f64(2.0) * floor;
     let limited = separated && !(together && low_end - high_end >= left);
@@ -106,6 +101,38 @@ pub fn limits<T: Real, P: Pair>(
         parts[i] = if held { part } else { T::ONE };
     }
     Limits { parts, apart: separated }
+}
+
+/// The least distance to the plane that is kept [m].
+#[inline(always)]
+fn floor<T: Real>(extent: T, thickness: T, far: T) -> T {
+    let slender = T::from_f64(SLENDER) * extent + T::from_f64(DIGITS) * T::EPSILON * far;
+    let thin = T::from_f64(THIN) * thickness;
+    if slender < thin { slender } else { thin }
+}
+
+/// Whether the sides of a pair, given as for [`limits`], end as far apart along their normal as they must for a plane that goes
+/// along; and not much nearer than they were if they are nearer than a part of their thickness.
+pub fn ends_apart<T: Real, P: Pair>(
+    x: [[T; 3]; 4],
+    moves: [[T; 3]; 4],
+    apart: [T; 3],
+    (thickness, far): (T, T),
+) -> bool {
+    let length = norm(apart);
+    let normal = scale(apart, T::ONE / if length > T::TINY { length } else { T::ONE });
+    let gap = |at: [T; 4]| {
+        let low = at[..P::FIRST].iter().fold(T::FAR, |low, &at| if at < low { at } else { low });
+        let high = at[P::FIRST..].iter().fold(-T::FAR, |high, &at| if at > high { at } else { high });
+        low - high
+    };
+    let [before, after] = [x.map(|x| dot(normal, x)), [0, 1, 2, 3].map(|i| dot(normal, add(x[i], moves[i])))];
+    let extent = x.iter().flatten().fold(T::ZERO, |most, x| most.max(x.abs()));
+    let (before, after) = (gap(before), gap(after));
+    let least = T::from_f64(LEFT) * before + T::from_f64(2.0) * floor(extent, thickness, far);
+    let wanted = least.max(T::from_f64(KEPT) * thickness);
+    let all = T::from_f64(1.0 - LEFT) * before;
+    before <= T::ZERO || after >= if all < wanted { all } else { wanted }
 }
 
 /// Distance beyond 1.05 times their thickness up to which pairs may be limited whose sides come nearer by up to `approach` [m], if
@@ -126,13 +153,13 @@ pub fn reach(most: f64, thickness: f64, edge: f64, digit: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::contact::triangles::closest::{EdgeEdge, Pair, VertexTriangle};
-    use crate::real::{add, sub};
+    use crate::real::sub;
     use crate::topology::random::SplitMix64;
 
     const THICK: f64 = 0.1;
 
     fn held<P: Pair>(x: [[f64; 3]; 4], moves: [[f64; 3]; 4]) -> Limits<f64> {
-        limits::<f64, P>(x, moves, P::closest(x).apart, (THICK, 1.0), [false; 2], false)
+        limits::<f64, P>(x, moves, P::closest(x).apart, (THICK, 1.0), false)
     }
 
     /// A vertex 0.1 above the middle of a triangle.
@@ -158,7 +185,7 @@ mod tests {
         let parts = |down: f64| {
             let moves = [[0.0, -3.0 - down, 0.0], [0.2, -3.0, 0.0], [0.2, -3.0, 0.0], [0.2, -3.0, 0.0]];
             let apart = VertexTriangle::closest(x).apart;
-            limits::<f64, VertexTriangle>(x, moves, apart, (THICK, 1.0), [false; 2], true).parts
+            limits::<f64, VertexTriangle>(x, moves, apart, (THICK, 1.0), true).parts
         };
         assert_eq!(parts(0.0), [1.0; 4]);
         // Of 0.1, 0.015 must be left, and twice the least distance of sides whose extent is 1.
@@ -196,25 +223,28 @@ mod tests {
     }
 
     #[test]
-    fn what_must_move_pushes_the_plane_ahead_of_it() {
-        let up = |by: f64| [0.0, by, 0.0];
-        let rise = |by: f64, down: f64| {
-            let x = above();
-            let moves = [up(-down), up(by), up(by), up(by)];
-            limits::<f64, VertexTriangle>(
-                x,
-                moves,
-                VertexTriangle::closest(x).apart,
-                (THICK, 1.0),
-                [false, true],
-                false,
-            )
+    fn what_ends_apart_is_what_a_plane_that_goes_along_allows() {
+        let mut random = SplitMix64::new(8);
+        let mut apart = 0;
+        for _ in 0..20_000 {
+            let x = crate::contact::triangles::closest::tests::four(&mut random);
+            let moves = [[0.0; 3]; 4].map(|way| way.map(|_: f64| 0.2 * (random.unit() - 0.5)));
+            let between = EdgeEdge::closest(x).apart;
+            let ends = ends_apart::<f64, EdgeEdge>(x, moves, between, (THICK, 1.0));
+            let found = limits::<f64, EdgeEdge>(x, moves, between, (THICK, 1.0), true);
+            apart += u32::from(ends);
+            // Who is nearer than the least distance already only must not come nearer.
+            assert!(!ends || norm(between) < 0.05 || found.parts == [1.0; 4], "{x:?} {moves:?}");
+        }
+        assert!((10_000..19_900).contains(&apart), "{apart}");
+        // Nearer than half the thickness, it must stay about as far.
+        let mut x = above();
+        x[0][1] = 0.04;
+        let apart = |down: f64| {
+            let moves = [[0.0, -down, 0.0], [0.0; 3], [0.0; 3], [0.0; 3]];
+            ends_apart::<f64, VertexTriangle>(x, moves, VertexTriangle::closest(x).apart, (THICK, 1.0))
         };
-        // The plane is 0.06 above the triangle, where this ends.
-        let found = rise(0.06, 0.3);
-        assert!((found.parts[0] * 0.3 - SHARE * 0.04).abs() < 1e-12, "{found:?}");
-        // It comes past the vertex: who goes on against it goes nowhere.
-        assert!(rise(0.2, 0.3).parts[0] <= 0.0);
+        assert!(apart(0.0059) && !apart(0.0061));
     }
 
     /// Pairs that are driven at random, in 32 bits and far from the origin, never meet: a plane parts them before and after
@@ -236,7 +266,7 @@ mod tests {
                     std::array::from_fn(|_| std::array::from_fn(|_| drive * (unit() - 0.5)));
                 let apart = P::closest(relative(x)).apart;
                 let (thickness, together) = ((0.005, offset + 0.1), unit() < 0.5);
-                let found = limits::<f32, P>(relative(x), moves, apart, thickness, [false; 2], together);
+                let found = limits::<f32, P>(relative(x), moves, apart, thickness, together);
                 assert!(found.apart, "{x:?}");
                 let to: [[f32; 3]; 4] = std::array::from_fn(|i| add(x[i], scale(moves[i], found.parts[i])));
                 let along =
@@ -275,7 +305,7 @@ mod tests {
                 add(common, scale(way, 0.5 * most / norm(way)))
             });
             let apart = EdgeEdge::closest(x).apart;
-            let found = limits::<f64, EdgeEdge>(x, moves, apart, (THICK, 1.0), [false; 2], true);
+            let found = limits::<f64, EdgeEdge>(x, moves, apart, (THICK, 1.0), true);
             let is_free = found.parts == [1.0; 4];
             limited += u32::from(!is_free);
             assert!(is_free || norm(apart) < 1.05 * THICK + reach_together(most), "{x:?} {moves:?}");

@@ -58,8 +58,9 @@ pub struct Surfaces {
     pub mean_edge: f64,
     /// The longest edge, of colliders too [m].
     pub longest_edge: f64,
-    /// Largest thickness of a pair [m].
+    /// Largest thickness of a pair, and the least one of two surfaces [m].
     pub thickest: f64,
+    pub thinnest: f64,
     /// Places at the start [m].
     pub start: Vec<[f64; 3]>,
 }
@@ -156,6 +157,7 @@ impl Assembly {
         }
         listed.held.resize(all.start.len(), true);
         all.thickest = all.materials.iter().map(|[thickness, _]| *thickness).fold(0.0, f64::max);
+        all.thinnest = all.least_thickness();
         let mut order = leaf_order(&all.start, &triangles);
         order.sort_by_key(|&triangle| all.surface_of[triangles[triangle as usize][0] as usize]);
         all.triangles = order.into_iter().map(|triangle| triangles[triangle as usize]).collect();
@@ -242,6 +244,16 @@ impl Surfaces {
             }
         });
         self.rings = rings;
+    }
+
+    /// The least thickness of two surfaces [m].
+    fn least_thickness(&self) -> f64 {
+        let all = 0..self.materials.len() as u32;
+        let pairs = all.clone().flat_map(|a| all.clone().map(move |b| [a, b]));
+        pairs
+            .filter_map(|pair| self.material(pair))
+            .map(|[thickness, _]| thickness)
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// Thickness [m] and friction of pairs of two surfaces; `None` if both are of colliders.

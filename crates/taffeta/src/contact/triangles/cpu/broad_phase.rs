@@ -91,6 +91,8 @@ pub struct Pairs<T> {
     /// Bound of the relative motion of all nodes since the last search, and in the sub-step to come [m].
     travelled: f64,
     step: f64,
+    /// How much nearer than by that nodes may come, besides [m].
+    pub extra: f64,
     /// Sub-steps since the last search, and searches in this frame.
     rest: u32,
     pub searches: u64,
@@ -106,6 +108,7 @@ impl<T: Real> Pairs<T> {
             margin: 0.0,
             travelled: 0.0,
             step: 0.0,
+            extra: 0.0,
             rest: 0,
             searches: 0,
             groups: Vec::new(),
@@ -235,7 +238,7 @@ impl<T: Real> Leaves<T> {
             let [a, b] = groups.groups.map(|group| balls[group as usize][0]);
             groups.travelled += approach(&a, &b);
         }
-        let reach = reach_together(pairs.step) + self.allowance;
+        let reach = reach_together(pairs.step) + self.allowance + pairs.extra;
         self.cover(worker, pairs, surfaces, (level, reach), synchronise);
     }
 
@@ -331,7 +334,7 @@ impl<T: Real> Leaves<T> {
         let mut all = std::mem::take(&mut pairs.groups);
         for groups in &mut all {
             let [a, b] = groups.groups.map(|group| balls[group as usize][1]);
-            let needs = self.needs(&a, &b);
+            let needs = self.needs(&a, &b) + pairs.extra;
             if !is_over(groups.travelled + needs, groups.due) {
                 continue;
             }
@@ -346,7 +349,7 @@ impl<T: Real> Leaves<T> {
                     let changed = pair.then.changed(a, b);
                     let left = pair.nearest - changed;
                     let [of_a, of_b] = pair.leaves.map(|leaf| &steps[leaf as usize]);
-                    let needs = self.needs(of_a, of_b);
+                    let needs = self.needs(of_a, of_b) + pairs.extra;
                     if left > needs {
                         pair.due = travelled + left;
                     } else {

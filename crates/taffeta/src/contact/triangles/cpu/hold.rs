@@ -8,7 +8,7 @@ use crate::contact::triangles::filter::{SHARE, reach};
 use crate::cpu::feature::Flow;
 use crate::cpu::simd::SimdLevel;
 use crate::cpu::worker::Worker;
-use crate::real::{Real, add, scale, sub};
+use crate::real::{Real, add, dot, scale, sub};
 use crate::topology::LANES;
 use std::sync::atomic::Ordering;
 
@@ -16,33 +16,40 @@ use std::sync::atomic::Ordering;
 const STRETCH: f64 = 2.0;
 /// How often nodes that are held back may hold back others before planes of all pairs stand still.
 const JAMS: u32 = 16;
+/// The rounds end when no node that has not arrived gets farther by this, relative to the longest way of a round.
+const PROGRESS: f64 = 0.02;
 
 impl<T: Real> TriangleContact<T> {
     /// A round of the filter: nodes go towards where they would end, and stop where they might meet something. Who goes far
     /// goes in several rounds.
     pub(super) fn filter(&self, worker: &mut Worker<'_, T>) -> Flow {
         let scratch = self.scratch(worker);
-        let is_first = scratch.stage == FilterRound::First;
-        if scratch.stage == FilterRound::Over {
+        let (is_first, cap) = (scratch.stage == FilterRound::First, self.cap());
+        // SAFETY: written before a barrier, and again after another.
+        let progress = unsafe { self.found.read() }.iter().map(|found| found.progress).fold(0.0, f64::max);
+        let is_stuck = scratch.stage == FilterRound::More && progress < PROGRESS * cap;
+        if is_stuck || scratch.stage == FilterRound::Over {
+            scratch.stage = FilterRound::Over;
             worker.mark_moved(|_| false);
             return Flow::Done;
         }
+        let mut is_carried = false;
         let ends = if is_first {
             scratch.note_forces(worker.substep.h, self.longest);
+            is_carried = self.carry(worker);
             positions(self.state(worker))
         } else {
             self.go_on(worker);
             self.target()
         };
         let motion = self.measure_motion(worker, ends);
-        let cap = self.cap();
         let is_far = motion.most > cap;
         let in_rounds = is_far || !is_first;
         if in_rounds {
             self.go_part(worker, is_first, cap);
         }
-        if in_rounds || 2.0 * motion.change > SHARE * self.leaves.allowance {
-            self.look(worker, None);
+        if in_rounds || is_carried || 2.0 * motion.change > SHARE * self.leaves.allowance {
+            self.look(worker, None, 0.0);
         }
         self.limit_close(worker, motion.far);
         worker.synchronise();
@@ -77,7 +84,6 @@ impl<T: Real> TriangleContact<T> {
     ) -> bool {
         let places = self.surfaces.places as u32;
         let (before, after, far) = (read(&self.before), read(&self.after), T::from_f64(far));
-        let fixed = std::array::from_fn(|lane| [nodes[0][lane] >= places, nodes[3][lane] >= places]);
         let mut parts = [[T::ONE; LANES]; 4];
         worker.nodes.level.run(Limit {
             kind: *kind,
@@ -85,7 +91,6 @@ impl<T: Real> TriangleContact<T> {
             before,
             after,
             thickness: *thickness,
-            fixed,
             far,
             together,
             parts: &mut parts,
@@ -159,7 +164,7 @@ impl<T: Real> TriangleContact<T> {
         let digit = T::EPSILON.to_f64() * motion.far;
         let edge = STRETCH * surfaces.longest_edge;
         let reach_of = |most: f64| reach(most, surfaces.thickest, edge, digit);
-        let most = reach_of(motion.most.max(motion.corners));
+        let most = reach_of(motion.most);
         let is_marked = |leaf: usize| all || self.marks[leaf].load(Ordering::Relaxed) == stamp;
         let is_held = |node: u32| {
             all || (node as usize) < surfaces.places
@@ -202,6 +207,7 @@ impl<T: Real> TriangleContact<T> {
         let scratch = self.scratch(worker);
         let old = positions(worker.old());
         let (base, next, h) = (read(&self.before), self.state(worker), worker.substep.h);
+        let mut progress = T::ZERO;
         self.each_run(worker, |run| {
             for place in run {
                 let part = T::from_f64(f64::from_bits(self.parts[place].load(Ordering::Relaxed)));
@@ -215,6 +221,10 @@ impl<T: Real> TriangleContact<T> {
                 // SAFETY: its own place.
                 let target: [T; 6] = std::array::from_fn(|axis| unsafe { *self.target[axis].item(place) });
                 let arrives = in_rounds && to == [target[0], target[1], target[2]];
+                if !arrives {
+                    let way = sub(to, from);
+                    progress = progress.max(dot(way, way));
+                }
                 let v = if arrives {
                     [target[3], target[4], target[5]]
                 } else {
@@ -223,5 +233,7 @@ impl<T: Real> TriangleContact<T> {
                 scratch.responses.push((place as u32, [to[0], to[1], to[2], v[0], v[1], v[2]]));
             }
         });
+        // SAFETY: its own; all read after a barrier.
+        unsafe { self.found.item(worker.index) }.progress = progress.sqrt().to_f64();
     }
 }

@@ -173,8 +173,6 @@ pub struct Limit<'a, T> {
     pub after: [&'a [T]; 3],
     /// Thickness of each pair [m].
     pub thickness: Lanes<T>,
-    /// Whether each pair's sides are of colliders.
-    pub fixed: Lanes<[bool; 2]>,
     /// The largest coordinate [m].
     pub far: T,
     /// Whether all their nodes go all their way.
@@ -202,13 +200,13 @@ impl<T: Real> Limit<'_, T> {
         let mut after = [[[T::ZERO; LANES]; 3]; 4];
         fetch(self.before, self.nodes, &mut before);
         fetch(self.after, self.nodes, &mut after);
-        let Self { thickness, fixed, far, together, parts, .. } = self;
+        let Self { thickness, far, together, parts, .. } = self;
         for at in 0..LANES {
             let (from, to) = (lane(&before, at), lane(&after, at));
             let moves = [sub(to[0], from[0]), sub(to[1], from[1]), sub(to[2], from[2]), sub(to[3], from[3])];
             let x = relative(from);
             let apart = P::closest(x).apart;
-            let found = limits::<T, P>(x, moves, apart, (thickness[at], far), fixed[at], together);
+            let found = limits::<T, P>(x, moves, apart, (thickness[at], far), together);
             for (lanes, part) in parts.iter_mut().zip(found.parts) {
                 lanes[at] = part;
             }

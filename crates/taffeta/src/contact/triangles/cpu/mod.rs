@@ -1,6 +1,7 @@
 //! Contact of surfaces on the CPU.
 
 mod broad_phase;
+mod carry;
 mod contacts;
 mod hold;
 mod lanes;
@@ -12,6 +13,7 @@ mod rounds;
 use crate::assembly::Assembly;
 use crate::backend::{ContactForce, SolverState};
 use crate::contact::triangles::cpu::broad_phase::{Leaves, Pairs};
+use crate::contact::triangles::cpu::carry::Push;
 use crate::contact::triangles::cpu::contacts::{Active, Carried, Mail, Order};
 use crate::contact::triangles::cpu::motion::Motion;
 use crate::contact::triangles::cpu::narrow_phase::{Close, Memory};
@@ -42,6 +44,8 @@ pub struct TriangleContact<T> {
     leaves: Leaves<T>,
     leaves_by_place: Lists,
     mail: Mail<T>,
+    /// By kind of pair, and from each worker to each.
+    pushes: Shared<Vec<Push<T>>>,
     /// For each place, the number of its contacts.
     counts: Shared<u32>,
     /// For each place, the part of its motion that it may make, as the bits of a number from 0 to 1.
@@ -68,8 +72,10 @@ struct Found {
     nearest: f64,
     /// The farthest that a contact would sink in, relative to its thickness, before each of the last two rounds.
     sinks: [f64; 2],
-    /// Nodes that the filter has held back lately.
+    /// Nodes that the filter has held back, or nodes that are pushed, lately.
     held: u64,
+    /// The longest way in the last round of the filter of a node that has not arrived [m].
+    progress: f64,
 }
 
 /// The memory of a worker.
@@ -166,6 +172,7 @@ impl<T: Real> TriangleContact<T> {
             leaves: Leaves::new(&surfaces, workers),
             leaves_by_place: surfaces.leaves_by_place(),
             mail: Mail::new(workers),
+            pushes: vec![Vec::new(); 2 * workers * workers].into(),
             counts: vec![0; surfaces.all_places()].into(),
             parts: atomics(places, 1_f64.to_bits()),
             held: atomics(places, 0),

@@ -117,11 +117,13 @@ impl<T: Real> TriangleContact<T> {
             own = own.join(motion);
         });
         for place in self.corners_of(worker) {
-            let (from, to) = (self.get(&self.before, place), self.get(&self.after, place));
-            let way = sub(to, from).map(T::to_f64);
-            own.corners = own.corners.max(dot(way, way).sqrt());
-            own.far = from.iter().fold(own.far, |far, x| far.max(x.abs().to_f64()));
+            own.far = self.get(&self.before, place).iter().fold(own.far, |far, x| far.max(x.abs().to_f64()));
         }
+        self.join(worker, own)
+    }
+
+    /// The motion of all workers. All call it, and again only after a barrier.
+    pub(super) fn join(&self, worker: &Worker<'_, T>, own: Motion) -> Motion {
         // SAFETY: its own; all read after the barrier, and write again after another one.
         *unsafe { self.motion.item(worker.index) } = own;
         worker.synchronise();
@@ -164,18 +166,18 @@ impl<T: Real> TriangleContact<T> {
     }
 
     /// Corners of colliders stay where they are: they have gone all their way in the first round, or do not move.
-    fn rest_corners(&self, worker: &Worker<'_, T>) {
+    pub(super) fn rest_corners(&self, worker: &Worker<'_, T>) {
         for place in self.corners_of(worker) {
             self.put(&self.before, place, self.get(&self.after, place));
         }
     }
 
-    fn get(&self, columns: &[Shared<T>], place: usize) -> [T; 3] {
+    pub(super) fn get(&self, columns: &[Shared<T>], place: usize) -> [T; 3] {
         // SAFETY: a worker's own place, or corner; others read after a barrier.
         std::array::from_fn(|axis| unsafe { *columns[axis].item(place) })
     }
 
-    fn put(&self, columns: &[Shared<T>], place: usize, x: [T; 3]) {
+    pub(super) fn put(&self, columns: &[Shared<T>], place: usize, x: [T; 3]) {
         for (column, x) in columns.iter().zip(x) {
             // SAFETY: as above.
             unsafe { *column.item(place) = x };

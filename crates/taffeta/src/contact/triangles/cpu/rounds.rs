@@ -58,7 +58,7 @@ impl<T: Real> TriangleContact<T> {
         self.take(worker, moving.map(|corners| [&corners.before[..], &corners.after[..]]));
         worker.synchronise();
         self.scratch(worker).contacts.clear();
-        self.look(worker, Some(worker.substep.h));
+        self.look(worker, Some(worker.substep.h), 0.0);
         let scratch = self.scratch(worker);
         (scratch.round, scratch.stage) = (0, FilterRound::First);
         let nearest = scratch.contacts.iter().map(|one| {
@@ -80,13 +80,15 @@ impl<T: Real> TriangleContact<T> {
         self.take_nodes(worker);
     }
 
-    /// Finds the pairs that come near each other in the sub-step, and its contacts, if its length is given [s].
-    pub(super) fn look(&self, worker: &Worker<'_, T>, h: Option<T>) {
+    /// Finds the pairs that come near each other in the sub-step, by up to `extra` [m] more than nodes say; and its contacts, if
+    /// its length is given [s].
+    pub(super) fn look(&self, worker: &Worker<'_, T>, h: Option<T>, extra: f64) {
         let (before, after, level) = (read(&self.before), read(&self.after), worker.nodes.level);
         let (index, surfaces) = (worker.index, &self.surfaces);
         self.leaves.follow(index, surfaces, [before, after], level);
         worker.synchronise();
         let Scratch { pairs, memory, close, contacts, carried, .. } = self.scratch(worker);
+        pairs.extra = extra;
         self.leaves.advance(index, pairs, surfaces, level, || worker.synchronise());
         close.iter_mut().for_each(Vec::clear);
         let mut carried = carried.iter().peekable();
