@@ -3,10 +3,9 @@
 use super::{FilterRound, TriangleContact, positions, read};
 use crate::contact::triangles::cpu::lanes::Limit;
 use crate::contact::triangles::cpu::motion::Motion;
-use crate::contact::triangles::cpu::narrow_phase::{Look, Sixteen, by_sixteen};
+use crate::contact::triangles::cpu::narrow_phase::{Sixteen, by_sixteen};
 use crate::contact::triangles::filter::{SHARE, reach};
 use crate::cpu::feature::Flow;
-use crate::cpu::simd::SimdLevel;
 use crate::cpu::worker::Worker;
 use crate::real::{Real, add, dot, scale, sub};
 use crate::topology::LANES;
@@ -175,31 +174,13 @@ impl<T: Real> TriangleContact<T> {
         let mut any = false;
         self.leaves.each_marked(pairs, surfaces, (level, most), is_marked, |pair| {
             let reach = T::from_f64(reach_of(self.leaves.longest_way(pair.leaves)));
-            self.look_at(pair.leaves, pair.ring, level).list(reach, memory);
+            self.look_at(pair, level).list(reach, memory);
             memory.close.retain(|close| close.nodes.iter().any(|&node| is_held(node)));
             for sixteen in by_sixteen(&memory.close) {
                 any |= self.limit(worker, &sixteen, (motion.far, false));
             }
         });
         any
-    }
-
-    /// Two leaves to look at.
-    pub(super) fn look_at(&self, leaves: [u32; 2], ring: u32, level: SimdLevel) -> Look<'_, T> {
-        let packed = self.leaves.packed();
-        let both = leaves.map(|leaf| &self.surfaces.leaves[leaf as usize]);
-        let [thickness, friction] =
-            self.surfaces.material(both.map(|leaf| leaf.surface)).unwrap_or_default().map(T::from_f64);
-        Look {
-            leaves: both,
-            is_one: leaves[0] == leaves[1],
-            packed: leaves.map(|leaf| &packed[leaf as usize]),
-            ring: (ring > 0).then(|| self.surfaces.rings.ring(ring)),
-            thickness,
-            friction,
-            start: self.start.each_ref().map(|column| &column[..]),
-            level,
-        }
     }
 
     /// Lists the nodes that are held back, with their state; where nodes go in several rounds, all of them.

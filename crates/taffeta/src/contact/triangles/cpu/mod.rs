@@ -9,6 +9,8 @@ mod motion;
 mod narrow_phase;
 mod pose;
 mod rounds;
+#[cfg(test)]
+mod tests;
 
 use crate::assembly::Assembly;
 use crate::backend::{ContactForce, SolverState};

@@ -1,13 +1,15 @@
 //! The narrow phase: the vertices and triangles, and the edges, of two leaves that are near each other.
 
 use crate::contact::clusters::packed::Packed;
+use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked, Wanted};
 use crate::contact::triangles::cpu::lanes::{Distances, Lanes, Places, gather};
 use crate::contact::triangles::impulse::KEEPS;
 use crate::contact::triangles::leaves::{EDGES, Leaf, Mask, Ring};
-use crate::contact::triangles::surfaces::{Kind, NEIGHBOURS};
+use crate::contact::triangles::surfaces::{Kind, NEIGHBOURS, Surfaces};
 use crate::cpu::simd::{Kernel, SimdLevel};
 use crate::real::Real;
 use crate::topology::LANES;
+use std::ops::Range;
 
 /// What a pair of primitives of two leaves is: in the order in which pairs are listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -376,7 +378,74 @@ pub struct Look<'a, T> {
     pub level: SimdLevel,
 }
 
-impl<T: Real> Look<'_, T> {
+/// How far beyond contact pairs are listed, beside twice what the sub-step needs, relative to the mean edge: at least, at most.
+const LISTED: [f64; 2] = [0.1, 1.0];
+/// Looks that a list is to serve: it is longer if it serves fewer, and shorter if it serves more.
+const LOOKS: Range<u32> = 8..64;
+
+impl<'a, T: Real> Look<'a, T> {
+    /// At two leaves, whose nodes are where `packed` has them and began at `start` [m].
+    pub fn new(
+        pair: &LeafPair<T>,
+        surfaces: &'a Surfaces,
+        (packed, start): (&'a [Packed<T>], [&'a [T]; 3]),
+        level: SimdLevel,
+    ) -> Self {
+        let leaves = pair.leaves.map(|leaf| &surfaces.leaves[leaf as usize]);
+        let [thickness, friction] =
+            surfaces.material(leaves.map(|leaf| leaf.surface)).unwrap_or_default().map(T::from_f64);
+        Self {
+            leaves,
+            is_one: pair.leaves[0] == pair.leaves[1],
+            packed: pair.leaves.map(|leaf| &packed[leaf as usize]),
+            ring: (pair.ring > 0).then(|| surfaces.rings.ring(pair.ring)),
+            thickness,
+            friction,
+            start,
+            level,
+        }
+    }
+
+    /// Lists the pairs that are near contact anew if others may have come near. `x` are all positions, and `edge` is the mean edge
+    /// [m].
+    pub fn renew(
+        &self,
+        pair: &mut LeafPair<T>,
+        Wanted { needs, others }: Wanted,
+        (x, edge): ([&[T]; 3], f64),
+        memory: &mut Memory<T>,
+    ) -> Looked {
+        if others > needs {
+            pair.looks += 1;
+            return Looked { nearest: others, others };
+        }
+        let [least, most] = LISTED.map(|share| share * edge);
+        pair.margin = match pair.looks {
+            looks if looks < LOOKS.start => (2.0 * pair.margin).clamp(least, most),
+            looks if looks >= LOOKS.end => (0.5 * pair.margin).clamp(least, most),
+            _ => pair.margin,
+        };
+        pair.looks = 0;
+        let (thickness, to) = (KEEPS * self.thickness.to_f64(), 2.0 * needs + pair.margin);
+        let mut others = self.list(T::from_f64(thickness + to), memory) - thickness;
+        let Memory { close, kept, .. } = memory;
+        kept.clear();
+        for sixteen in by_sixteen(close) {
+            let (kind, nodes) = (sixteen.kind, &sixteen.nodes);
+            let left = sixteen.left(self.level.run(Distances { kind, nodes, x }));
+            for (lane, &left) in left[..sixteen.count].iter().enumerate() {
+                if left < to {
+                    kept.push(sixteen.pair(lane));
+                } else {
+                    others = others.min(left);
+                }
+            }
+        }
+        pair.list.clear();
+        pair.list.extend(by_sixteen(kept));
+        Looked { nearest: others, others }
+    }
+
     /// Lists all pairs that are nearer than `reach` [m], and some that are not. Returns a bound of the distance of all others
     /// [m].
     pub fn list(&self, reach: T, Memory { found, close, .. }: &mut Memory<T>) -> f64 {

@@ -1,24 +1,19 @@
 //! Contacts of a sub-step, and the rounds in which their impulses are found.
 
 use super::{FilterRound, Found, NO_SLOT, Scratch, Touched, TriangleContact, read};
-use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked, Wanted};
+use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked};
 use crate::contact::triangles::cpu::contacts::{Active, Carried, Order, What};
 use crate::contact::triangles::cpu::lanes::{Distances, See, Seen, motion};
-use crate::contact::triangles::cpu::narrow_phase::{Close, Look, Memory, by_sixteen};
+use crate::contact::triangles::cpu::narrow_phase::{Close, Look};
 use crate::contact::triangles::impulse::{Contact, KEEPS, mobility};
 use crate::contact::triangles::surfaces::Corners;
 use crate::cpu::feature::Flow;
+use crate::cpu::simd::SimdLevel;
 use crate::cpu::worker::Worker;
 use crate::real::{Real, add, dot, scale};
-use std::ops::Range;
 
 /// How far a contact may sink in by a sub-step, relative to its thickness, before another round corrects impulses.
 const SINKS: f64 = 0.01;
-/// How far beyond contact pairs are listed, beside twice what the sub-step needs, relative to the mean edge: at least, at most.
-const LISTED: [f64; 2] = [0.1, 1.0];
-/// Looks that a list is to serve: it is longer if it serves fewer, and shorter if it serves more.
-const LOOKS: Range<u32> = 8..64;
-
 impl<T: Real> Look<'_, T> {
     /// A pair as a contact, if it would end nearer than its thickness. One that carries a force remains one a little longer.
     fn contact(
@@ -93,8 +88,8 @@ impl<T: Real> TriangleContact<T> {
         close.iter_mut().for_each(Vec::clear);
         let mut carried = carried.iter().peekable();
         self.leaves.each_due(pairs, surfaces, level, |pair, wanted| {
-            let look = self.look_at(pair.leaves, pair.ring, level);
-            let looked = self.renew(pair, &look, wanted, memory);
+            let look = self.look_at(pair, level);
+            let looked = look.renew(pair, wanted, (before, surfaces.mean_edge), memory);
             let mut nearest = looked.others;
             for sixteen in &mut pair.list {
                 let (kind, nodes) = (sixteen.kind, &sixteen.nodes);
@@ -128,43 +123,10 @@ impl<T: Real> TriangleContact<T> {
         });
     }
 
-    /// Lists the pairs of two leaves anew if others may have come near.
-    fn renew(
-        &self,
-        pair: &mut LeafPair<T>,
-        look: &Look<'_, T>,
-        Wanted { needs, others }: Wanted,
-        memory: &mut Memory<T>,
-    ) -> Looked {
-        if others > needs {
-            pair.looks += 1;
-            return Looked { nearest: others, others };
-        }
-        let [least, most] = LISTED.map(|share| share * self.surfaces.mean_edge);
-        pair.margin = match pair.looks {
-            looks if looks < LOOKS.start => (2.0 * pair.margin).clamp(least, most),
-            looks if looks >= LOOKS.end => (0.5 * pair.margin).clamp(least, most),
-            _ => pair.margin,
-        };
-        pair.looks = 0;
-        let (thickness, to) = (KEEPS * look.thickness.to_f64(), 2.0 * needs + pair.margin);
-        let mut others = look.list(T::from_f64(thickness + to), memory) - thickness;
-        let Memory { close, kept, .. } = memory;
-        kept.clear();
-        for sixteen in by_sixteen(close) {
-            let (kind, nodes, x) = (sixteen.kind, &sixteen.nodes, read(&self.before));
-            let left = sixteen.left(look.level.run(Distances { kind, nodes, x }));
-            for (lane, &left) in left[..sixteen.count].iter().enumerate() {
-                if left < to {
-                    kept.push(sixteen.pair(lane));
-                } else {
-                    others = others.min(left);
-                }
-            }
-        }
-        pair.list.clear();
-        pair.list.extend(by_sixteen(kept));
-        Looked { nearest: others, others }
+    /// Two leaves to look at.
+    pub(super) fn look_at(&self, pair: &LeafPair<T>, level: SimdLevel) -> Look<'_, T> {
+        let start = self.start.each_ref().map(|column| &column[..]);
+        Look::new(pair, &self.surfaces, (self.leaves.packed(), start), level)
     }
 
     /// Counts the contacts of a worker's nodes, and keeps the state of these.
