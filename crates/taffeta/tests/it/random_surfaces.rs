@@ -9,8 +9,8 @@ use taffeta::scene::{
 use taffeta::{Precision, Simulation};
 
 /// Scenes that are tried; `TAFFETA_RANDOM_SCENES` asks for another number.
-const SCENES: u64 = 60;
-const FRAMES: u32 = 12;
+const SCENES: u64 = 100;
+const FRAMES: u32 = 8;
 
 /// Numbers in no order (SplitMix64: Steele et al. 2014).
 struct Random(u64);
@@ -43,7 +43,7 @@ fn touching(body: Body, random: &mut Random) -> Body {
 }
 
 /// A sheet or a ball around the origin, as springs or as a fabric.
-fn body(random: &mut Random, name: &str, fabric: bool) -> Body {
+fn body(random: &mut Random, name: &str, fabric: bool, pinned: bool) -> Body {
     if random.below(5) == 0 {
         let mesh = Mesh::Icosphere(Icosphere {
             radius: random.range(0.03, 0.06),
@@ -61,15 +61,14 @@ fn body(random: &mut Random, name: &str, fabric: bool) -> Body {
     } else {
         cloth.with_mass(Mass::Node(8e-5)).structural(40.0, 0.004).shear(20.0, 0.004).bend(2.0, 1e-3)
     };
-    let corners = [0, nodes[1] - 1, (nodes[0] - 1) * nodes[1], nodes[0] * nodes[1] - 1];
-    if random.below(3) == 0 {
-        let held = &corners[..1 + random.below(4) as usize];
-        let mut pin = Pin { select: Select::nodes(held.to_vec()), ..Pin::default() };
-        if random.below(2) == 0 {
-            pin.motion = vec![Keyframe::translate(0.2, random.vector(0.05))];
-        }
-        cloth.pins = vec![pin];
+    // What is pinned cannot give way to a collider, nor to others that are pinned.
+    if !pinned {
+        return cloth;
     }
+    let corners = [0, nodes[1] - 1, (nodes[0] - 1) * nodes[1], nodes[0] * nodes[1] - 1];
+    let held = &corners[..1 + random.below(4) as usize];
+    let motion = vec![Keyframe::translate(0.2, random.vector(0.05))];
+    cloth.pins = vec![Pin { select: Select::nodes(held.to_vec()), motion, ..Pin::default() }];
     cloth
 }
 
@@ -108,15 +107,17 @@ fn scene(seed: u64, moves: bool) -> (Scene, f64) {
         scene = scene.method(Method::Ice);
         scene.solver.ice.form = ConstraintForm::Primal;
     }
+    let (with_collider, pinned) = (random.below(3) > 0, random.below(2) == 0);
     let mut at = [0.0, 0.16, 0.0];
     for name in ["a", "b", "c"].iter().take(1 + random.below(3) as usize) {
-        let mut body = touching(body(&mut random, name, fabric), &mut random);
+        let pinned = *name == "a" && pinned && !with_collider;
+        let mut body = touching(body(&mut random, name, fabric, pinned), &mut random);
         body.velocity = [0.0, -1.0, 0.0];
         body.place = turned(add(random.vector(1.0), [0.0, 0.1, 0.0]), random.range(0.0, 180.0), at);
         at = add(at, add(random.vector(0.03), [0.0, random.range(0.06, 0.25), 0.0]));
         scene = scene.body(body);
     }
-    if random.below(3) > 0 {
+    if with_collider {
         let mut collider = collider(&mut random);
         collider.place =
             turned(add(random.vector(1.0), [0.0, 0.1, 0.0]), random.range(0.0, 180.0), random.vector(0.03));
@@ -131,7 +132,8 @@ fn scene(seed: u64, moves: bool) -> (Scene, f64) {
     if random.below(2) == 0 {
         scene = scene.collider(Collider::plane([0.0, -0.1, 0.0], [0.0, 1.0, 0.0]));
     }
-    (scene, random.range(0.0, 15.0))
+    // So that no node goes farther than some edges in a step: contact that comes after implicit springs would stretch these.
+    (scene, random.range(0.0, (0.06 / step).min(15.0)))
 }
 
 /// Has the free nodes of a scene fly towards the middle, some faster than others [m/s].
@@ -183,7 +185,7 @@ fn try_all(moves: bool) {
         }
     }
     assert!(wrong.is_empty(), "{apart} scenes are right, and {} are not:\n{}", wrong.len(), wrong.join("\n"));
-    assert!(apart > 30, "{apart} scenes start apart");
+    assert!(apart > 60, "{apart} scenes start apart");
 }
 
 #[test]
