@@ -284,7 +284,7 @@ impl SceneBody {
             springs: springs.clone(),
             fabric: material.clone(),
             volume: volume.clone(),
-            self_collision: *self_collision,
+            self_collision: self_collision.clone(),
             tethers: *tethers,
         };
         Some(Self {
@@ -309,7 +309,7 @@ impl SoftMaterial {
             springs: self.springs.clone(),
             material: self.fabric.clone(),
             volume: self.volume.clone(),
-            self_collision: self.self_collision,
+            self_collision: self.self_collision.clone(),
             tethers: self.tethers,
             ..weighed
         };

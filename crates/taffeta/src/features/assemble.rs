@@ -38,7 +38,7 @@ impl Assembly {
         assembly.start_points();
         assembly.start_velocities(scene);
         assembly.measure_seams();
-        assembly.add_surfaces();
+        assembly.add_surfaces(scene);
         assembly.note_start_contacts();
         assembly.note_starts_inside(scene);
         Ok(assembly)

@@ -107,17 +107,17 @@ pub(crate) enum Range {
 impl Body {
     /// Contacts that it finds beside those with colliders.
     pub(crate) fn contacts(&self) -> Vec<ContactOfBody> {
-        let nodes = self.self_collision.map(|SelfCollision { form, thickness, friction, restitution }| {
-            ContactOfBody {
+        let nodes = self.self_collision.as_ref().map(
+            |SelfCollision { form, thickness, friction, restitution, .. }| ContactOfBody {
                 key: "self_collision",
                 numbers: vec![
-                    ("thickness", thickness, Range::Positive("m")),
-                    ("friction", friction, Range::NotNegative("")),
-                    ("restitution", restitution, Range::Share),
+                    ("thickness", *thickness, Range::Positive("m")),
+                    ("friction", *friction, Range::NotNegative("")),
+                    ("restitution", *restitution, Range::Share),
                 ],
-                bytes: if form == ContactForm::Nodes { 250 } else { 4000 },
-            }
-        });
+                bytes: if *form == ContactForm::Nodes { 250 } else { 4000 },
+            },
+        );
         nodes.into_iter().collect()
     }
 }

@@ -20,9 +20,9 @@ pub enum ContactForm {
 /// let touching = SelfCollision { thickness: 0.01, friction: 0.4, ..SelfCollision::default() };
 /// let cloth = Body::cloth("cloth", Mesh::grid(50, 50, [0.5, 0.5])).with_mass(Mass::Area(0.2)).structural(100.0, 0.05);
 /// let cloth = Body { self_collision: Some(touching), ..cloth };
-/// assert_eq!(cloth.self_collision.unwrap().thickness, 0.01);
+/// assert_eq!(cloth.self_collision.unwrap().friction, 0.4);
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SelfCollision {
     /// What touches what.
@@ -33,10 +33,31 @@ pub struct SelfCollision {
     pub friction: f64,
     /// Coefficient of restitution, 0 to 1; between two bodies the larger one. Between triangles it is 0.
     pub restitution: f64,
+    /// Between triangles: names of the only other bodies that it touches; empty: all that have contact of this form. Two bodies
+    /// touch if each of them may touch the other.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub with: Vec<String>,
+    /// Between triangles: names of other bodies that it does not touch.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub without: Vec<String>,
+}
+
+impl SelfCollision {
+    /// Whether the body may touch another one of this name.
+    pub(crate) fn may_touch(&self, other: &String) -> bool {
+        (self.with.is_empty() || self.with.contains(other)) && !self.without.contains(other)
+    }
 }
 
 impl Default for SelfCollision {
     fn default() -> Self {
-        Self { form: ContactForm::default(), thickness: 0.01, friction: 0.2, restitution: 0.0 }
+        Self {
+            form: ContactForm::default(),
+            thickness: 0.01,
+            friction: 0.2,
+            restitution: 0.0,
+            with: Vec::new(),
+            without: Vec::new(),
+        }
     }
 }

@@ -5,6 +5,7 @@ mod attach;
 mod body;
 mod collider;
 mod counts;
+mod layers;
 mod material;
 mod path;
 mod shape;
@@ -42,6 +43,9 @@ impl Scene {
         for (i, body) in self.bodies.iter().enumerate() {
             self.check_name(i, &mut names)?;
             body::check(&Path::item("body", i), body)?;
+        }
+        for (i, body) in self.bodies.iter().enumerate() {
+            layers::check(self, i, body, &names)?;
         }
         counts::check(self)?;
         for (i, collider) in self.colliders.iter().enumerate() {

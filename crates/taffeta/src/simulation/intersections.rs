@@ -38,19 +38,28 @@ pub(crate) struct Triangles {
     /// Whose first corner is where: bodies, then colliders with triangles by their places in the scene.
     bodies: Vec<u32>,
     colliders: Vec<(usize, u32)>,
-    /// How many of the triangles are of bodies, which come first.
-    of_bodies: u32,
+    /// The body of each triangle of one; these come first.
+    of_bodies: Vec<u32>,
 }
 
 impl Simulation {
     /// Counts where bodies pass through themselves, each other and the triangles of colliders (meshes, convex hulls, height
     /// fields, boxes), by exact arithmetic on the positions as they are. It shares no code with the contacts of the
-    /// simulation, so it can check them. Nodes keep their distance from round colliders, which are not looked at.
+    /// simulation, so it can check them. Nodes keep their distance from round colliders, which are not looked at; nor are two
+    /// bodies that do not touch each other by [`SelfCollision::with`](crate::scene::SelfCollision::with) or `without`.
     pub fn intersections(&self) -> Intersections {
         let triangles = self.triangles.get_or_init(|| self.list_triangles());
         let nodes = self.corners();
-        let of_a_body = |pair: [u32; 2]| pair[0] < triangles.of_bodies || pair[1] < triangles.of_bodies;
-        let found = piercings(&nodes, &triangles.corners, of_a_body);
+        let apart = self.backend.assembly().apart();
+        let counts = |pair: [u32; 2]| {
+            let bodies =
+                pair.map(|triangle| triangles.of_bodies.get(triangle as usize).map(|&body| body as usize));
+            match bodies {
+                [Some(a), Some(b)] => apart.is_none_or(|apart| !apart.0.contains(&[a.min(b), a.max(b)])),
+                [a, b] => a.is_some() || b.is_some(),
+            }
+        };
+        let found = piercings(&nodes, &triangles.corners, counts);
         Intersections {
             pairs: found.pairs,
             first: found.first.map(|Piercing { edge, triangle }| {
@@ -68,11 +77,12 @@ impl Simulation {
         let assembly = self.backend.assembly();
         let (mut all, mut first) = (Triangles::default(), 0);
         for body in &assembly.bodies {
+            let number = all.bodies.len() as u32;
             all.bodies.push(first);
+            all.of_bodies.extend(body.user_surface().triangles.iter().map(|_| number));
             all.corners.extend(body.user_surface().triangles.iter().map(|t| t.map(|node| first + node)));
             first += body.nodes as u32;
         }
-        all.of_bodies = all.corners.len() as u32;
         for (index, collider) in assembly.colliders().iter().enumerate() {
             let Some(faces) = collider.faces() else { continue };
             all.colliders.push((index, first));

@@ -38,7 +38,8 @@ impl Random {
 
 fn touching(body: Body, random: &mut Random) -> Body {
     let (thickness, friction) = (random.range(0.002, 0.008), random.range(0.0, 0.8));
-    let touch = SelfCollision { form: ContactForm::Triangles, thickness, friction, restitution: 0.0 };
+    let touch =
+        SelfCollision { form: ContactForm::Triangles, thickness, friction, ..SelfCollision::default() };
     Body { self_collision: Some(touch), ..body }
 }
 

@@ -12,7 +12,12 @@ use taffeta::{Precision, Simulation};
 const THICK: f64 = 0.005;
 
 fn touching(body: Body, friction: f64) -> Body {
-    let touch = SelfCollision { form: ContactForm::Triangles, thickness: THICK, friction, restitution: 0.0 };
+    let touch = SelfCollision {
+        form: ContactForm::Triangles,
+        thickness: THICK,
+        friction,
+        ..SelfCollision::default()
+    };
     Body { self_collision: Some(touch), ..body }
 }
 
@@ -354,4 +359,57 @@ fn surfaces_that_start_through_each_other_are_warned_of() {
     let wanted = format!("surfaces start through each other: {pairs} pairs");
     assert!(pairs > 0 && all.iter().any(|warning| warning.contains(&wanted)), "{all:?}");
     assert!(warnings(&build(&mixed())).iter().all(|warning| !warning.contains("through each other")));
+}
+
+/// A sheet above another one, and one above both, each as far down as nothing holds it.
+fn layers(change: impl Fn(&mut [Body; 3])) -> [f64; 3] {
+    let sheet = |name: &str, up: f64| sheet(name, [6, 6], [0.0, up, 0.0], 0.3);
+    let mut bodies = [sheet("low", 0.0), sheet("middle", 0.012), sheet("top", 0.024)];
+    bodies[0].pins = vec![Pin { select: Select::nodes((0..36).collect::<Vec<_>>()), ..Pin::default() }];
+    change(&mut bodies);
+    let mut scene = Scene::new("layers").time(1.0 / 60.0, 5e-4);
+    scene.bodies = bodies.into();
+    let mut simulation = build(&scene);
+    run_free(&mut simulation, 20, "layers");
+    let x = positions(&simulation);
+    [0, 1, 2].map(|layer| x[36 * layer..36 * (layer + 1)].iter().map(|x| x[1]).sum::<f64>() / 36.0)
+}
+
+#[test]
+fn bodies_touch_those_that_they_are_to_touch() {
+    let touch = |body: &mut Body| body.self_collision.take().expect("it touches");
+    let name = |name: &str| vec![name.to_string()];
+    let [_, middle, top] = layers(|_| ());
+    assert!((0.004..0.006).contains(&middle) && (0.008..0.012).contains(&top), "{middle} {top}");
+    // The top one falls through the middle one, which its list leaves out, onto the low one: none of that counts as wrong.
+    let [_, middle, top] = layers(|bodies| {
+        bodies[2].self_collision = Some(SelfCollision { with: name("low"), ..touch(&mut bodies[2]) });
+    });
+    assert!((0.004..0.006).contains(&middle) && (0.004..0.006).contains(&top), "{middle} {top}");
+    // It is enough if one of two does not touch the other.
+    let [_, middle, top] = layers(|bodies| {
+        bodies[0].self_collision = Some(SelfCollision { without: name("middle"), ..touch(&mut bodies[0]) });
+    });
+    assert!(middle < -0.1 && (0.004..0.006).contains(&top), "{middle} {top}");
+}
+
+#[test]
+fn whom_a_body_touches_is_checked() {
+    let refused = |change: &dyn Fn(&mut SelfCollision)| {
+        let mut one = sheet("one", [4, 4], [0.0; 3], 0.3);
+        change(one.self_collision.as_mut().expect("it touches"));
+        let other = Body { self_collision: None, ..sheet("other", [4, 4], [0.0, 0.1, 0.0], 0.3) };
+        let scene = Scene::new("").time(0.01, 5e-4).body(one).body(other);
+        crate::common::scene_error(Simulation::new(&scene, &taffeta::Options::default())).to_string()
+    };
+    let list = |name: &str| vec![name.to_string()];
+    let unknown = refused(&|touch| touch.with = list("otter"));
+    assert!(
+        unknown.contains("body[0].self_collision.with") && unknown.contains("no body `otter`"),
+        "{unknown}"
+    );
+    assert!(refused(&|touch| touch.without = list("one")).contains("itself"));
+    assert!(refused(&|touch| touch.with = list("other")).contains("no contact between triangles"));
+    let nodes = refused(&|touch| (touch.form, touch.with) = (ContactForm::Nodes, list("other")));
+    assert!(nodes.contains("form = \"triangles\""), "{nodes}");
 }

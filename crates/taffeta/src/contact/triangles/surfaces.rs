@@ -9,10 +9,10 @@ use crate::contact::triangles::closest::{EdgeEdge, Pair, VertexTriangle};
 use crate::contact::triangles::leaves::{Cut, Leaf, Rings};
 use crate::plan::Substep;
 use crate::real::Real;
-use crate::scene::{ContactForm, SceneError, SelfCollision};
+use crate::scene::{ContactForm, Scene, SceneError, SelfCollision};
 use crate::topology::boxes::leaf_order;
 use crate::topology::{Piercing, measure, piercings};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// A body, a vertex or a triangle that is none.
 const NONE: u32 = u32::MAX;
@@ -63,7 +63,13 @@ pub struct Surfaces {
     pub thinnest: f64,
     /// Places at the start [m].
     pub start: Vec<[f64; 3]>,
+    /// Surfaces of two bodies that do not touch, the lower number first.
+    apart: HashSet<[u32; 2]>,
 }
+
+/// Bodies of a scene that have contact of this form and do not touch each other, by their numbers, the lower one first.
+#[derive(Clone, Debug, Default)]
+pub struct Apart(pub HashSet<[usize; 2]>);
 
 /// What is known of surfaces while they are listed.
 #[derive(Default)]
@@ -135,16 +141,25 @@ impl Assembly {
         Some(self.extensions.get_mut())
     }
 
+    /// Bodies that do not touch, though they have contact of this form.
+    pub fn apart(&self) -> Option<&Apart> {
+        self.extensions.get()
+    }
+
     /// Lists the surfaces of all bodies that have contact of this form.
-    pub(crate) fn add_surfaces(&mut self) {
+    pub(crate) fn add_surfaces(&mut self, scene: &Scene) {
+        let apart = apart(scene);
         let places = self.places;
         let mut all = Surfaces { surface_of: vec![NONE; places], places, ..Surfaces::default() };
         let mut listed = Listed { held: vec![true; places], ..Listed::default() };
         let mut triangles = Vec::new();
         all.start = vec![[0.0; 3]; places];
+        let mut numbers = Vec::new();
         for body in &self.bodies {
+            numbers.push(all.materials.len() as u32);
             triangles.extend(all.add_body(body, &mut listed));
         }
+        all.apart = apart.0.iter().map(|pair| pair.map(|body| numbers[body])).collect();
         if triangles.is_empty() {
             return;
         }
@@ -164,12 +179,13 @@ impl Assembly {
         all.cut(&listed);
         self.note_piercings(&all);
         self.extensions.insert(all);
+        self.extensions.insert(apart);
     }
 
     /// Warns of surfaces that start through each other.
     fn note_piercings(&mut self, all: &Surfaces) {
-        let of_a_body = |triangle: u32| (all.triangles[triangle as usize][0] as usize) < all.places;
-        let found = piercings(&all.start, &all.triangles, |pair| pair.into_iter().any(of_a_body));
+        let surface = |triangle: u32| all.surface_of[all.triangles[triangle as usize][0] as usize];
+        let found = piercings(&all.start, &all.triangles, |pair| all.material(pair.map(surface)).is_some());
         let Some(Piercing { edge, triangle }) = found.first else { return };
         let ends =
             if (edge[0] as usize) < all.places { [edge[0], edge[1]] } else { [triangle[0], triangle[1]] };
@@ -256,8 +272,11 @@ impl Surfaces {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Thickness [m] and friction of pairs of two surfaces; `None` if both are of colliders.
+    /// Thickness [m] and friction of pairs of two surfaces; `None` if both are of colliders, or do not touch.
     pub fn material(&self, surfaces: [u32; 2]) -> Option<[f64; 2]> {
+        if self.apart.contains(&[surfaces[0].min(surfaces[1]), surfaces[0].max(surfaces[1])]) {
+            return None;
+        }
         let [of_a, of_b] = surfaces.map(|number| self.materials[number as usize]);
         match surfaces.map(|number| number as usize >= self.soft) {
             [true, true] => None,
@@ -269,6 +288,23 @@ impl Surfaces {
             }
         }
     }
+}
+
+/// The bodies that do not touch each other because one is not to touch the other.
+fn apart(scene: &Scene) -> Apart {
+    let wish = |body: usize| {
+        scene.bodies[body].self_collision.as_ref().filter(|wish| wish.form == ContactForm::Triangles)
+    };
+    let count = scene.bodies.len();
+    let named =
+        |body: usize| wish(body).is_some_and(|wish| !wish.with.is_empty() || !wish.without.is_empty());
+    let with_lists = (0..count).filter(|&body| named(body));
+    let pairs = with_lists.flat_map(|one| (0..count).map(move |other| [one, other]));
+    let may_touch = |one: usize, other: usize| {
+        wish(one).is_none_or(|wish| one == other || wish.may_touch(&scene.body_name(other)))
+    };
+    let apart = pairs.filter(|&[one, other]| wish(other).is_some() && !may_touch(one, other));
+    Apart(apart.map(|[one, other]| [one.min(other), one.max(other)]).collect())
 }
 
 impl Listed {

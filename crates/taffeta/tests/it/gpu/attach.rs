@@ -72,7 +72,7 @@ fn a_soft_curtain_hangs_in_its_tethers_as_on_the_cpu() {
 fn soft_bodies_and_cloth_that_touches_others_are_sewn_as_on_the_cpu() {
     let ball = with(kept(VolumeForm::Projected), soft("ball", 2, [0.0, 0.3, 0.0]));
     let touching = SelfCollision { thickness: 0.03, ..SelfCollision::default() };
-    let sheet = Body { self_collision: Some(touching), ..panel("sheet", 13) };
+    let sheet = Body { self_collision: Some(touching.clone()), ..panel("sheet", 13) };
     let scene = Scene::new("soft")
         .body(ball)
         .body(sheet.at([0.0, -0.1, 0.0]).pin(Select::cols(0, 0)))

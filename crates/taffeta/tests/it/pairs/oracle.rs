@@ -8,7 +8,7 @@ const H: f64 = 0.002;
 const GRAVITY: V = [0.3, -2.0, 0.1];
 
 /// A node of the second opinion.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct Node {
     x: V,
     v: V,
@@ -74,10 +74,10 @@ fn nodes_do_to_each_other_what_plain_loops_say() {
         for (name, mass, thickness) in [("light", 0.02, 0.08), ("heavy", 0.3, 0.12)] {
             let how = touch(thickness, friction, e);
             let x: Vec<V> = (0..60).map(|_| std::array::from_fn(|_| 0.4 * number())).collect();
-            scene = scene.body(cloud(name, &x, mass, how));
+            scene = scene.body(cloud(name, &x, mass, how.clone()));
             nodes.extend(x.into_iter().map(|x| {
                 let v = std::array::from_fn(|axis| 3.0 * (0.2 - x[axis]) + number() - 0.5);
-                Node { x, v, mass, how }
+                Node { x, v, mass, how: how.clone() }
             }));
         }
         let mut simulation = build(&scene);

@@ -32,13 +32,13 @@ impl Meeting {
             held: [false; 2],
             x: [[-0.051, 0.0, 0.0], [0.051, 0.0, 0.0]],
             v: [[3.0, 0.0, 0.0], [-2.0, 0.0, 0.0]],
-            how: [touch(THICKNESS, friction, restitution); 2],
+            how: [(); 2].map(|()| touch(THICKNESS, friction, restitution)),
         }
     }
 
     fn scene(&self) -> Scene {
         let body = |i: usize| -> Body {
-            let body = cloud(["first", "second"][i], &[self.x[i]], self.mass[i], self.how[i]);
+            let body = cloud(["first", "second"][i], &[self.x[i]], self.mass[i], self.how[i].clone());
             if self.held[i] { body.pin(taffeta::scene::Select::nodes([0])) } else { body }
         };
         weightless("two", STEP, STEP).body(body(0)).body(body(1))

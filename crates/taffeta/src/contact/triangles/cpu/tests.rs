@@ -20,8 +20,7 @@ type Key = (u8, [u32; 4], u64);
 
 fn surfaces() -> Surfaces {
     let touching = |body: Body, thickness: f64| {
-        let touch =
-            SelfCollision { form: ContactForm::Triangles, thickness, friction: 0.1, restitution: 0.0 };
+        let touch = SelfCollision { form: ContactForm::Triangles, thickness, ..SelfCollision::default() };
         let mut body = Body { self_collision: Some(touch), ..body };
         body.place.rotation = Some(Rotation { axis: [0.3, 1.0, -0.2], degrees: 4000.0 * thickness });
         body.with_mass(Mass::Node(0.1)).structural(10.0, 0.0)
