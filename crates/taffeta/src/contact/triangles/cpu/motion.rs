@@ -52,8 +52,7 @@ impl<T: Real> Kernel for Measure<'_, T> {
         let mut first = 0;
         while first < count {
             let lanes = LANES.min(count - first);
-            for lane in 0..lanes {
-                let at = first + lane;
+            for (lane, at) in (first..first + lanes).enumerate() {
                 let from = [base[0][at], base[1][at], base[2][at]];
                 let to = [ends[0][at], ends[1][at], ends[2][at]];
                 let (way, change) = (sub(to, from), sub(to, [x[at], y[at], z[at]]));
@@ -156,10 +155,10 @@ impl<T: Real> TriangleContact<T> {
     pub(super) fn go_on(&self, worker: &Worker<'_, T>) {
         let next = positions(self.state(worker));
         self.each_run(worker, |run| {
-            for axis in 0..3 {
+            for (before, next) in self.before.iter().zip(next) {
                 // SAFETY: its own places; others read after a barrier.
-                let before = unsafe { self.before[axis].write(run.clone()) };
-                before.copy_from_slice(&next[axis][run.clone()]);
+                let before = unsafe { before.write(run.clone()) };
+                before.copy_from_slice(&next[run.clone()]);
             }
         });
         self.rest_corners(worker);

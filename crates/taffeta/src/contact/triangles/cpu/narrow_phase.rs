@@ -140,9 +140,8 @@ impl<T: Real, const N: usize> BoxList<T, N> {
                 squared += square_of_gap(low, high, around[0][axis], around[1][axis]);
             }
             if squared < reach * reach {
-                for axis in 0..3 {
-                    (all.least[axis][all.count], all.most[axis][all.count]) =
-                        (of_one[0][axis], of_one[1][axis]);
+                for (axis, (low, high)) in of_one[0].into_iter().zip(of_one[1]).enumerate() {
+                    (all.least[axis][all.count], all.most[axis][all.count]) = (low, high);
                 }
                 all.numbers[all.count] = number as u8;
                 all.count += 1;
@@ -164,9 +163,9 @@ impl<T: Real, const N: usize> BoxList<T, N> {
         let mut squared = [T::ZERO; LANES];
         for axis in 0..3 {
             let (low, high) = (others.least[axis][one], others.most[axis][one]);
-            for lane in 0..LANES {
+            for (lane, squared) in squared.iter_mut().enumerate() {
                 let (least, most) = (self.least[axis][first + lane], self.most[axis][first + lane]);
-                squared[lane] += square_of_gap(least, most, low, high);
+                *squared += square_of_gap(least, most, low, high);
             }
         }
         let mut near = 0;
@@ -254,8 +253,8 @@ impl<T: Real> Kernel for Near<'_, T> {
 #[inline(always)]
 fn box_of<T: Real>(packed: &Packed<T>) -> Box3<T> {
     let mut all = [[T::ZERO; 3]; 2];
-    for axis in 0..3 {
-        let (mut least, mut most) = (packed.0[axis], packed.0[axis]);
+    for (axis, x) in packed.0.iter().enumerate() {
+        let (mut least, mut most) = (*x, *x);
         let mut half = LANES / 2;
         while half > 0 {
             for lane in 0..half {

@@ -36,20 +36,20 @@ impl<T: Real> Pose<T> {
         self.origin = at(a);
         self.axes = axes(sub(at(b), self.origin), sub(at(c), self.origin));
         let (mut far, mut moved) = ([T::ZERO; LANES], [T::ZERO; LANES]);
-        for axis in 0..3 {
+        for (axis, local) in local.iter_mut().enumerate() {
             let [x, y, z] = self.axes[axis];
             for lane in 0..LANES {
                 let way = sub([now[0][lane], now[1][lane], now[2][lane]], self.origin);
                 let along = way[0] * x + way[1] * y + way[2] * z;
-                let by = along - local[axis][lane];
+                let by = along - local[lane];
                 far[lane] += along * along;
                 moved[lane] += by * by;
-                local[axis][lane] = along;
+                local[lane] = along;
             }
         }
         let mut lost = false;
-        for lane in 0..LANES {
-            let is_known = moved[lane] < T::FAR;
+        for moved in &moved {
+            let is_known = *moved < T::FAR;
             lost |= !is_known;
         }
         let mut half = LANES / 2;
@@ -103,8 +103,8 @@ impl<T: Real> Then<T> {
         let (origin, axes) = seen_from(a, b);
         let by = sub(origin, self.origin);
         let mut turned = T::ZERO;
-        for axis in 0..3 {
-            let by = sub(axes[axis], self.axes[axis]);
+        for (now, then) in axes.into_iter().zip(self.axes) {
+            let by = sub(now, then);
             turned += dot(by, by);
         }
         let by = dot(by, by).sqrt().to_f64() + (turned.sqrt() * b.radius).to_f64();
