@@ -269,15 +269,20 @@ fn a_needle_stays_between_the_nodes_of_a_sheet_and_below_it() {
     run_free(&mut simulation, 40, "on a needle");
 }
 
-/// Cloth on cloth and on a soft ring, some of it at rest and some fast.
+/// Cloth on cloth and on a soft ring, some of it at rest and some fast, and a box that pushes its way in.
 fn mixed() -> Scene {
     let ring = Mesh::Torus(Torus { major: 0.08, minor: 0.03, rings: 16, segments: 8 });
     let ring =
         Body::soft("ring", ring).with_mass(Mass::Whole(0.1)).structural(100.0, 0.05).at([0.0, 0.05, 0.0]);
     let mut lid = sheet("lid", [16, 18], [0.0; 3], 0.3);
     lid.place = turned([0.2, 1.0, 0.0], 20.0, [0.0, 0.13, 0.0]);
+    let cuboid = Some(Cuboid { center: [0.3, 0.05, 0.0], half: [0.03; 3] });
+    let turn = Keyframe::rotate(0.15, [0.2, 1.0, 0.4], 70.0, [0.3, 0.05, 0.0]);
+    let motion = vec![Keyframe { translate: [-0.25, 0.06, 0.02], ..turn }];
+    let pushes = Collider { cuboid, motion, offset: 0.004, ..Collider::default() };
     Scene::new("mixed")
         .time(0.01, 5e-4)
+        .collider(pushes)
         .body(touching(ring, 0.5))
         .body(lid)
         .body(sheet("top", [15, 12], [0.01, 0.17, 0.02], 0.2))
