@@ -6,29 +6,23 @@ use taffeta::scene::{
     Body, Collider, ConstraintForm, ContactForm, Cuboid, Cylinder, Icosphere, Keyframe, Mass, Material, Mesh,
     Method, Pin, Scene, Select, SelfCollision,
 };
+use taffeta::topology::random::SplitMix64;
 use taffeta::{Precision, Simulation};
 
 /// Scenes that are tried; `TAFFETA_RANDOM_SCENES` asks for another number.
 const SCENES: u64 = 100;
 const FRAMES: u32 = 8;
 
-/// Numbers in no order (SplitMix64: Steele et al. 2014).
-struct Random(u64);
+/// Numbers in no order.
+struct Random(SplitMix64);
 
 impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
     fn range(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
+        low + (high - low) * self.0.unit()
     }
 
     fn below(&mut self, count: u32) -> u32 {
-        (self.unit() * f64::from(count)) as u32
+        (self.0.unit() * f64::from(count)) as u32
     }
 
     fn vector(&mut self, size: f64) -> V {
@@ -100,7 +94,7 @@ fn collider(random: &mut Random) -> Collider {
 
 /// A scene, with the speed at which its bodies fly at each other [m/s].
 fn scene(seed: u64, moves: bool) -> (Scene, f64) {
-    let mut random = Random(seed);
+    let mut random = Random(SplitMix64::new(seed));
     let fabric = random.below(2) == 0;
     let step = if fabric { [1.0 / 60.0, 1.0 / 240.0][random.below(2) as usize] } else { 5e-4 };
     let mut scene = Scene::new(format!("{seed}")).time(1.0 / 60.0, step);

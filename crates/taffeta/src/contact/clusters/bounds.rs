@@ -49,10 +49,16 @@ impl<P> GroupPair<P> {
     #[inline]
     pub fn is_due(&mut self, balls: &[[f64; 4]]) -> bool {
         let [a, b] = self.groups.map(|group| &balls[group as usize]);
-        let off = sub([a[0], a[1], a[2]], [b[0], b[1], b[2]]);
-        self.travelled += dot(off, off).sqrt() + a[3] + b[3];
+        self.travelled += approach(a, b);
         is_over(self.travelled, self.due)
     }
+}
+
+/// How much nearer nodes come to each other, at most, that move as two balls say [m].
+#[inline]
+pub fn approach(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+    let off = sub([a[0], a[1], a[2]], [b[0], b[1], b[2]]);
+    dot(off, off).sqrt() + a[3] + b[3]
 }
 
 /// Whether a due distance has been reached. A NaN has reached it.

@@ -2,5 +2,6 @@
 //! far they move: what finds the nodes, or the triangles, that may touch.
 
 pub mod bounds;
+pub mod margin;
 pub mod packed;
 pub mod tree;

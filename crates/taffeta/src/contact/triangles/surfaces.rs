@@ -264,12 +264,9 @@ impl Surfaces {
 
     /// The least thickness of two surfaces [m].
     fn least_thickness(&self) -> f64 {
-        let all = 0..self.materials.len() as u32;
-        let pairs = all.clone().flat_map(|a| all.clone().map(move |b| [a, b]));
-        pairs
-            .filter_map(|pair| self.material(pair))
-            .map(|[thickness, _]| thickness)
-            .fold(f64::INFINITY, f64::min)
+        let least = |some: &[[f64; 2]]| some.iter().map(|[own, _]| *own).fold(f64::INFINITY, f64::min);
+        let (bodies, colliders) = self.materials.split_at(self.soft);
+        least(bodies).min((OFFSET * least(colliders)).max(LEAST * least(bodies)))
     }
 
     /// Thickness [m] and friction of pairs of two surfaces; `None` if both are of colliders, or do not touch.

@@ -4,34 +4,14 @@ use crate::contact::clusters::bounds::{ClusterPair, Distances, GroupPair};
 use crate::contact::clusters::tree::{Fill, Query};
 use crate::contact::nodes::cpu::{ContactScratch, ContactWorker};
 use crate::real::Real;
-use std::ops::Range;
 
-/// Margin of a search, relative to the mean diagonal of a group: the first one, the least, the most.
-const MARGIN: [f64; 3] = [0.6, 0.3, 3.0];
-/// Sub-steps between searches. With fewer the margin grows, with more it shrinks.
-const REST: Range<u32> = 16..64;
 /// Distance up to which clusters are listed, relative to the mean diagonal of a cluster.
 const LISTED: f64 = 0.5;
 
 impl<T: Real> ContactWorker<'_, T> {
-    /// Chooses the margin of a search. It is wider if searches are frequent.
-    fn choose_margin(&mut self) {
-        let [first, least, most] =
-            MARGIN.map(|factor| factor * self.setup.diagonals[1].max(self.setup.widest));
-        let scratch = &mut *self.scratch;
-        scratch.margin = match scratch.margin {
-            margin if margin <= 0.0 => first,
-            margin if scratch.rest < REST.start => (margin * 1.25).min(most),
-            margin if scratch.rest >= REST.end => (margin * 0.8).max(least),
-            margin => margin,
-        };
-        (scratch.travelled, scratch.rest) = (0.0, 0);
-        scratch.searches += 1;
-    }
-
     /// Finds the pairs of groups that are near each other; `synchronise` waits for all workers.
     pub fn search(&mut self, synchronise: impl Fn()) {
-        self.choose_margin();
+        self.scratch.search.choose(self.setup.diagonals[1].max(self.setup.widest), 0.0);
         let (tree, own) = (self.tree(), self.own());
         // SAFETY: these are this worker's own; others read them after the next barrier.
         let (moved, boxes) =
@@ -55,7 +35,7 @@ impl<T: Real> ContactWorker<'_, T> {
         let boxes = unsafe { self.shared.boxes.read() };
         let own = self.tree();
         let bound = &own.bound(boxes, group);
-        let wide = T::from_f64(self.scratch.margin + self.setup.widest);
+        let wide = T::from_f64(self.scratch.search.margin() + self.setup.widest);
         let ContactScratch { group_pairs, spare, around, stack, .. } = &mut *self.scratch;
         for tree in &self.setup.trees {
             around.clear();

@@ -22,6 +22,7 @@ mod tests;
 use crate::assembly::Assembly;
 use crate::assembly::body::BodyAssembly;
 use crate::contact::clusters::bounds::{ClusterPair, GroupPair};
+use crate::contact::clusters::margin::{Margin, extent};
 use crate::contact::clusters::packed::{GROUP, Packed};
 use crate::contact::clusters::tree::{Boxes, Tree};
 use crate::contact::nodes::pair::{self, ContactMaterial};
@@ -32,7 +33,7 @@ use crate::cpu::simd::SimdLevel;
 use crate::cpu::tile::{Fields, Tile};
 use crate::cpu::tiles::TilePlan;
 use crate::cpu::worker::Worker;
-use crate::real::{Real, dot, sub};
+use crate::real::Real;
 use crate::report::{FrameSums, PairSums};
 use crate::step::Op;
 use crate::topology::LANES;
@@ -112,14 +113,8 @@ impl Default for Found {
 
 /// The scratch memory of a worker.
 struct ContactScratch<T> {
-    /// Margin of the last search [m]; 0: there was none.
-    margin: f64,
-    /// Bound of the relative motion of all nodes since the last search [m].
-    travelled: f64,
-    /// Sub-steps since the last search.
-    rest: u32,
-    /// Searches in this frame.
-    searches: u64,
+    /// What is left of the last search.
+    search: Margin,
     /// Pairs of groups, one of which is this worker's.
     group_pairs: Vec<GroupPair<ClusterPair>>,
     /// Empty lists, for reuse.
@@ -242,12 +237,6 @@ fn diagonal(assembly: &Assembly, clusters: &[Cluster]) -> f64 {
     extent(nodes.map(|node| [body.start[node - body.first]; 2]).fold(NOWHERE, join))
 }
 
-/// Diagonal of bounds.
-fn extent([least, most]: Bounds) -> f64 {
-    let along = sub(most, least);
-    dot(along, along).sqrt()
-}
-
 impl<T: Real> ContactWork<T> {
     /// Memory for the pairs of a scene.
     fn new(setup: &ContactSetup<T>, workers: usize) -> Self {
@@ -341,7 +330,8 @@ impl<T: Real> Feature<T> for NodeContact<T> {
     fn measure(&mut self, _: [&[T]; 6], substeps: usize, sums: &mut FrameSums) {
         let found = if substeps > 0 { self.work.found() } else { Found::default() };
         // All workers have searched equally often.
-        let searches = self.scratch.iter_mut().map(|scratch| std::mem::take(&mut scratch.searches)).max();
+        let searches =
+            self.scratch.iter_mut().map(|scratch| std::mem::take(&mut scratch.search.searches)).max();
         sums.pairs =
             PairSums { pairs: found.ends / 2, nearest: found.nearest, searches: searches.unwrap_or(0) };
     }
@@ -365,10 +355,7 @@ impl<T: Real> ContactScratch<T> {
     /// For a worker with so many tiles.
     pub fn new(places: usize, tiles: usize) -> Self {
         Self {
-            margin: 0.0,
-            travelled: 0.0,
-            rest: 0,
-            searches: 0,
+            search: Margin::default(),
             group_pairs: Vec::new(),
             spare: Vec::new(),
             around: Vec::new(),
@@ -447,12 +434,9 @@ impl<'a, T: Real> ContactWorker<'a, T> {
     pub fn is_stale(&mut self) -> bool {
         // SAFETY: written before a barrier, and again after the sub-step's last.
         let motion = unsafe { self.shared.motion.read() };
-        let scratch = &mut *self.scratch;
-        scratch.travelled += extent(motion.iter().copied().fold(NOWHERE, join));
-        scratch.rest += 1;
-        // With a margin for rounding; a NaN is stale.
-        let is_fresh = scratch.travelled < scratch.margin * 0.999;
-        !is_fresh
+        let search = &mut self.scratch.search;
+        search.add(motion.iter().copied().fold(NOWHERE, join));
+        !search.covers(0.0)
     }
 
     /// Whether any nodes are in contact.

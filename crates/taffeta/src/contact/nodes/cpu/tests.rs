@@ -4,6 +4,7 @@ use crate::contact::nodes::cpu::*;
 use crate::cpu::column::Column;
 use crate::cpu::team::Team;
 use crate::cpu::tiles;
+use crate::real::{dot, sub};
 use crate::scene::{Body, Icosphere, Mass, Mesh, Scene};
 use std::collections::BTreeSet;
 use std::sync::Mutex;
@@ -140,8 +141,8 @@ fn found<T: Real>(
         });
         let mut ends = BTreeSet::new();
         for (scratch, chunk) in scratch.iter().zip(&chunks) {
-            let ContactScratch { contact_list, searches: more, .. } = &*scratch.lock().unwrap();
-            searches = *more;
+            let ContactScratch { contact_list, search, .. } = &*scratch.lock().unwrap();
+            searches = search.searches;
             for tile in 0..chunk.len() {
                 for number in contact_list.of_tile(tile) {
                     let (node, others) = (contact_list.owners()[number], contact_list.others(number));

@@ -4,7 +4,8 @@
 //! pair of groups lists its pairs of leaves that are near, and each pair of leaves is looked at when it may have come near
 //! contact. So what is found does not depend on when a search was made.
 
-use crate::contact::clusters::bounds::{Distances, GroupPair, is_over};
+use crate::contact::clusters::bounds::{Distances, GroupPair, approach, is_over};
+use crate::contact::clusters::margin::{Margin, extent};
 use crate::contact::clusters::packed::{GROUP, Packed, about, motion};
 use crate::contact::clusters::tree::{Boxes, Fill, Query, Tree};
 use crate::contact::triangles::cpu::narrow_phase::Sixteen;
@@ -15,15 +16,11 @@ use crate::contact::triangles::leaves::Leaf;
 use crate::contact::triangles::surfaces::Surfaces;
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::{Kernel, SimdLevel};
-use crate::real::{Real, dot, sub};
+use crate::real::{Real, dot};
 use crate::topology::LANES;
 use crate::topology::boxes::{Bounds, NOWHERE, around, join};
 use std::ops::Range;
 
-/// Margin of a search, relative to the mean diagonal of a group: the first one, the least, the most.
-const MARGIN: [f64; 3] = [0.6, 0.3, 3.0];
-/// Sub-steps between searches. With fewer the margin grows, with more it shrinks.
-const REST: Range<u32> = 16..64;
 /// Distance up to which leaves are listed, relative to the mean diagonal of a leaf.
 const LISTED: f64 = 0.5;
 /// How much nearer than it would pairs may come by impulses before they are looked at again, relative to the mean edge.
@@ -86,16 +83,9 @@ pub struct Looked {
 
 /// What a worker knows of pairs of its leaves, and of those with later ones.
 pub struct Pairs<T> {
-    /// Margin of the last search [m]; 0: there was none.
-    margin: f64,
-    /// Bound of the relative motion of all nodes since the last search, and in the sub-step to come [m].
-    travelled: f64,
-    step: f64,
-    /// How much nearer than by that nodes may come, besides [m].
+    pub search: Margin,
+    /// How much nearer pairs may come than nodes say, besides [m].
     pub extra: f64,
-    /// Sub-steps since the last search, and searches in this frame.
-    rest: u32,
-    pub searches: u64,
     groups: Vec<GroupPair<LeafPair<T>>>,
     around: Vec<u32>,
     stack: Vec<(usize, usize)>,
@@ -105,12 +95,8 @@ pub struct Pairs<T> {
 impl<T: Real> Pairs<T> {
     pub fn new() -> Self {
         Self {
-            margin: 0.0,
-            travelled: 0.0,
-            step: 0.0,
+            search: Margin::default(),
             extra: 0.0,
-            rest: 0,
-            searches: 0,
             groups: Vec::new(),
             around: Vec::new(),
             stack: Vec::new(),
@@ -118,9 +104,10 @@ impl<T: Real> Pairs<T> {
         }
     }
 
-    /// Has the next sub-step search.
+    /// Has the next sub-step search, and look at all.
     pub fn forget(&mut self) {
-        self.margin = 0.0;
+        self.search.forget();
+        self.groups.clear();
     }
 }
 
@@ -152,11 +139,16 @@ impl<T: Real> Leaves<T> {
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
         self.packed.bytes()
-            + self.packed.bytes()
+            + self.local.bytes()
             + self.poses.bytes()
             + self.steps.bytes()
             + self.balls.bytes()
             + self.boxes.bytes()
+    }
+
+    /// Forgets how far nodes have moved: some may have been lost.
+    pub fn forget(&mut self) {
+        self.poses.get_mut().fill(Pose::NONE);
     }
 
     /// Number of leaves.
@@ -218,8 +210,8 @@ impl<T: Real> Leaves<T> {
         *unsafe { self.motion.item(worker) } = motion;
     }
 
-    /// Makes sure that all pairs of groups are listed that may come into contact in the sub-step to come, or are nearer than
-    /// `reach` [m] beyond contact. All workers call it, after a barrier that follows [`Self::follow`]; `synchronise` is one.
+    /// Makes sure that all pairs of groups are listed that may come into contact in the sub-step to come. All workers call it,
+    /// after a barrier that follows [`Self::follow`]; `synchronise` is one.
     pub fn advance(
         &self,
         worker: usize,
@@ -230,25 +222,18 @@ impl<T: Real> Leaves<T> {
     ) {
         // SAFETY: written before a barrier, and again after another.
         let (motion, balls) = unsafe { (self.motion.read(), self.balls.read()) };
-        let all = |which: usize| extent(motion.iter().fold(NOWHERE, |all, one| join(all, one[which])));
-        pairs.travelled += all(0);
-        pairs.step = all(1);
-        pairs.rest += 1;
+        let all = |which: usize| motion.iter().fold(NOWHERE, |all, one| join(all, one[which]));
+        pairs.search.add(all(0));
         for groups in &mut pairs.groups {
             let [a, b] = groups.groups.map(|group| balls[group as usize][0]);
             groups.travelled += approach(&a, &b);
         }
-        let reach = reach_together(pairs.step) + self.allowance + pairs.extra;
+        let reach = reach_together(extent(all(1))) + self.allowance + pairs.extra;
         self.cover(worker, pairs, surfaces, (level, reach), synchronise);
     }
 
-    /// Whether all pairs of groups are listed that are nearer than `reach` [m] beyond contact.
-    fn covers(&self, pairs: &Pairs<T>, reach: f64) -> bool {
-        // With a margin for rounding; a NaN is stale.
-        pairs.travelled + reach < pairs.margin * 0.999
-    }
-
-    /// The same, and lists them if they are not. All workers call it.
+    /// Makes sure that all pairs of groups are listed that are nearer than `reach` [m] beyond contact, and keeps what is known of
+    /// those that were. All workers call it.
     pub fn cover(
         &self,
         worker: usize,
@@ -257,22 +242,11 @@ impl<T: Real> Leaves<T> {
         (level, reach): (SimdLevel, f64),
         synchronise: impl Fn(),
     ) {
-        if !self.covers(pairs, reach) {
-            self.search(worker, pairs, surfaces, (level, reach), synchronise);
+        if pairs.search.covers(reach) {
+            return;
         }
-    }
-
-    /// Lists the pairs of groups that are near each other, and keeps what is known of those that were. All workers call it.
-    fn search(
-        &self,
-        worker: usize,
-        pairs: &mut Pairs<T>,
-        surfaces: &Surfaces,
-        (level, reach): (SimdLevel, f64),
-        synchronise: impl Fn(),
-    ) {
         let widest = KEEPS * surfaces.thickest;
-        self.choose_margin(pairs, widest, reach);
+        pairs.search.choose(self.diagonals[1].max(widest), reach);
         let tree = &self.trees[worker];
         let own = self.leaves_of(tree.groups.clone());
         // SAFETY: its own; others read it after the next barrier, and it is written again after another.
@@ -280,10 +254,10 @@ impl<T: Real> Leaves<T> {
         level.run(Fill { tree, packed: &self.packed()[own], boxes });
         synchronise();
         let mut old = std::mem::take(&mut pairs.groups).into_iter().peekable();
-        let Pairs { groups, around, stack, .. } = pairs;
+        let Pairs { groups, around, stack, search, .. } = pairs;
         // SAFETY: written before the barrier, and again after another.
         let boxes = unsafe { self.boxes.read() };
-        let wide = T::from_f64(pairs.margin + widest);
+        let wide = T::from_f64(search.margin() + widest);
         for group in tree.groups.clone() {
             let bound = &tree.bound(boxes, group);
             around.clear();
@@ -302,22 +276,6 @@ impl<T: Real> Leaves<T> {
         }
         // Nobody writes boxes again before all have read them.
         synchronise();
-    }
-
-    /// Chooses the margin of a search. It is wider if searches are frequent.
-    fn choose_margin(&self, pairs: &mut Pairs<T>, widest: f64, reach: f64) {
-        let [first, least, most] = MARGIN.map(|factor| factor * self.diagonals[1].max(widest));
-        let margin = match pairs.margin {
-            margin if margin <= 0.0 => first,
-            margin if pairs.rest < REST.start => (margin * 1.25).min(most),
-            margin if pairs.rest >= REST.end => (margin * 0.8).max(least),
-            margin => margin,
-        };
-        // At least as much again as it must cover now; what is lost is near nothing.
-        let wanted = if reach < f64::INFINITY { 2.0 * reach } else { most };
-        pairs.margin = if wanted > margin { wanted } else { margin };
-        (pairs.travelled, pairs.rest) = (0.0, 0);
-        pairs.searches += 1;
     }
 
     /// Calls `look` with each pair of leaves that may come into contact in the sub-step to come, ascending.
@@ -450,19 +408,6 @@ impl<T: Real> Leaves<T> {
         }
         groups.fresh = groups.travelled + beyond.sqrt().to_f64() * (1.0 - 1e-5) - widest;
     }
-}
-
-/// How much nearer nodes come to each other, at most, that move as two balls say [m].
-#[inline]
-fn approach(a: &[f64; 4], b: &[f64; 4]) -> f64 {
-    let off = sub([a[0], a[1], a[2]], [b[0], b[1], b[2]]);
-    dot(off, off).sqrt() + a[3] + b[3]
-}
-
-/// Diagonal of bounds.
-fn extent([least, most]: Bounds) -> f64 {
-    let along = sub(most, least);
-    dot(along, along).sqrt()
 }
 
 /// Mean diagonal of the boxes around so many leaves of bodies at the start [m].

@@ -269,7 +269,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
 
     fn measure(&mut self, _: [&[T]; 6], substeps: usize, sums: &mut FrameSums) {
         let searches =
-            self.scratch.iter_mut().map(|scratch| std::mem::take(&mut scratch.pairs.searches)).max();
+            self.scratch.iter_mut().map(|scratch| std::mem::take(&mut scratch.pairs.search.searches)).max();
         if substeps == 0 {
             return;
         }
@@ -281,6 +281,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn forget(&mut self, _: usize) {
+        self.leaves.forget();
         self.scratch.iter_mut().for_each(|scratch| scratch.pairs.forget());
     }
 
@@ -306,10 +307,10 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn load(&mut self, state: &SolverState) {
+        self.forget(0);
         for scratch in self.scratch.iter_mut() {
             scratch.carried.clear();
             scratch.contacts.clear();
-            scratch.pairs.forget();
         }
         let mut all: Vec<Carried<T>> = Vec::with_capacity(state.contacts.len());
         for &ContactForce { kind, pair, force } in &state.contacts {

@@ -405,7 +405,7 @@ impl<'a, T: Real> Look<'a, T> {
         }
     }
 
-    /// Lists the pairs that are near contact anew if others may have come near. `x` are all positions, and `edge` is the mean edge
+    /// Lists the pairs that are near contact again if others may have come near. `x` are all positions, and `edge` is the mean edge
     /// [m].
     pub fn renew(
         &self,

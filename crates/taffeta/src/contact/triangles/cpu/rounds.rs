@@ -14,6 +14,7 @@ use crate::real::{Real, add, dot, scale};
 
 /// How far a contact may sink in by a sub-step, relative to its thickness, before another round corrects impulses.
 const SINKS: f64 = 0.01;
+
 impl<T: Real> Look<'_, T> {
     /// A pair as a contact, if it would end nearer than its thickness. One that carries a force remains one a little longer.
     fn contact(

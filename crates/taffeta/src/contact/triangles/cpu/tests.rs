@@ -66,7 +66,7 @@ fn key<T: Real>(close: &Close<T>) -> Key {
     (close.kind() as u8, close.nodes, close.thickness.to_f64().to_bits())
 }
 
-/// The pairs that matter in each step, as one worker finds them; in each step anew if it `forgets`.
+/// The pairs that matter in each step, as one worker finds them; from nothing in each step if it `forgets`.
 fn found<T: Real>(
     surfaces: &Surfaces,
     steps: &[Vec<[f64; 3]>],
@@ -120,13 +120,13 @@ fn how_far<T: Real>(close: &Close<T>, x: [[T; 3]; 4]) -> f64 {
 fn finds_the_same<T: Real>() {
     let surfaces = surfaces();
     let steps = motion(&surfaces);
-    let (found_anew, all_looks) = found::<T>(&surfaces, &steps, true);
+    let (found_afresh, all_looks) = found::<T>(&surfaces, &steps, true);
     let (found, looks) = found::<T>(&surfaces, &steps, false);
     let total: usize = found.iter().map(BTreeSet::len).sum();
     assert!(total > 10_000 && found.iter().all(|step| !step.is_empty()), "{total}");
     assert!(looks < all_looks, "{looks} of {all_looks}");
-    for (step, (found, anew)) in found.iter().zip(&found_anew).enumerate() {
-        assert_eq!(found, anew, "step {step}");
+    for (step, (found, afresh)) in found.iter().zip(&found_afresh).enumerate() {
+        assert_eq!(found, afresh, "step {step}");
     }
 }
 
