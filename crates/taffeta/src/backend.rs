@@ -26,6 +26,8 @@ pub struct SolverState {
     pub joints: Vec<bool>,
     /// Forces of contacts between surfaces, those of vertices with triangles first, each kind ascending by pair.
     pub contacts: Vec<ContactForce>,
+    /// Whether surfaces may pass through each other, and are to be untangled.
+    pub is_tangled: bool,
 }
 
 /// The force of a contact between surfaces.

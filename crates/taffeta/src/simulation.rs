@@ -188,7 +188,7 @@ impl Simulation {
 
     fn report_of(&self, sums: FrameSums, frame: u32) -> FrameReport {
         let assembly = self.backend.assembly();
-        let FrameSums { all, elements, strain, volumes, pairs, solver, broken, held } = sums;
+        let FrameSums { all, elements, strain, volumes, pairs, intersections, solver, broken, held } = sums;
         let strain = strain.map(|extremes| extremes.strain());
         let of_fabric = strain.map_or(0.0, |strain| 1.0 + strain.warp[1].max(strain.weft[1]));
         let max_stretch = all.max_stretch.max(of_fabric);
@@ -211,6 +211,7 @@ impl Simulation {
             pairs: pairs.pairs,
             nearest_pair: (pairs.pairs > 0).then_some(pairs.nearest),
             pair_searches: pairs.searches,
+            intersections,
             solver,
             broken,
             reactions: assembly.reactions(time, &held),

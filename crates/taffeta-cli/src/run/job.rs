@@ -136,10 +136,14 @@ impl<'a> Job<'a> {
     /// Puts the frame, which took `ms` [ms], into the files.
     fn keep(&mut self, ms: f64) -> Result<(), Ending> {
         let found = self.plan.verify.map(|_| self.simulation.intersections());
-        self.outputs.frame(&self.simulation, found.as_ref().map(|found| found.pairs), ms)?;
-        let Some(found) = found else { return Ok(()) };
+        // While surfaces are pulled apart the simulation counts them itself.
+        let pairs = found.as_ref().map(|found| found.pairs).or(self.simulation.report().intersections);
+        self.outputs.frame(&self.simulation, pairs, ms)?;
         let frame = self.simulation.frame();
-        self.tally.intersections(frame, found.pairs);
+        if let Some(pairs) = pairs {
+            self.tally.intersections(frame, pairs);
+        }
+        let Some(found) = found else { return Ok(()) };
         match (self.plan.verify, found.first) {
             (Some(Verify::Stop), Some(first)) => Err(Ending::Intersected(format!(
                 "frame {frame} has {}: {first}",

@@ -202,6 +202,11 @@ impl<T: Real> CpuBackend<T> {
 impl<T: Real> Backend for CpuBackend<T> {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
         self.input = input;
+        // SAFETY: no worker works between frames.
+        let state = self.states[self.current].each_ref().map(|column| unsafe { column.read() });
+        for feature in self.features.iter_mut() {
+            feature.prepare(&self.assembly, start, state);
+        }
         let substeps = plan::frame(&self.assembly, start, self.parameters);
         self.run(&substeps);
         Ok(())
@@ -237,6 +242,9 @@ impl<T: Real> Backend for CpuBackend<T> {
     }
 
     fn set(&mut self, node: usize, position: [f64; 3], velocity: [f64; 3]) {
+        if position != self.position(node) {
+            self.features.iter_mut().for_each(|feature| feature.relocate());
+        }
         let state = position.into_iter().chain(velocity);
         for (column, number) in self.states[self.current].iter_mut().zip(state) {
             column.get_mut()[node] = T::from_f64(number);

@@ -53,11 +53,17 @@ pub trait Feature<T: Real>: Any + Send + Sync {
     #[cfg(feature = "gpu")]
     fn end_apart(&self, _tile: &Tile<'_, T>, _between: &mut Between<T>) {}
 
+    /// Called before each frame, which starts at time `start` [s] with `state`.
+    fn prepare(&mut self, _assembly: &Assembly, _start: f64, _state: [&[T]; 6]) {}
+
     /// Adds its measurements of the frame that ends with `state`, after so many sub-steps.
     fn measure(&mut self, _state: [&[T]; 6], _substeps: usize, _sums: &mut FrameSums) {}
 
     /// Called when a node has been set from outside, pinned or unpinned.
     fn forget(&mut self, _node: usize) {}
+
+    /// Called when nodes have been put elsewhere from outside, past what may have been in the way.
+    fn relocate(&mut self) {}
 
     /// Whether its work is not evenly distributed over nodes, so that tiles are redistributed now and then.
     fn has_uneven_work(&self) -> bool {

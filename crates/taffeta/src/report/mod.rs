@@ -57,6 +57,10 @@ pub struct FrameReport {
     pub nearest_pair: Option<f64>,
     /// Times that neighbours were searched for in the frame. It may depend on the number of threads; nothing else does.
     pub pair_searches: u64,
+    /// Pairs of an edge and a triangle that have a point in common, while surfaces that start through each other are being pulled
+    /// apart, and in the first frame in which they are free; not counted otherwise.
+    /// [`Simulation::intersections`](crate::Simulation::intersections) counts them at any time.
+    pub intersections: Option<u64>,
     /// What the solver of constraints did; all zero where there are none.
     pub solver: SolverReport,
     /// Joints of seams and pins that are broken at the end of the frame.

@@ -39,6 +39,8 @@ pub struct FrameSums {
     pub volumes: Vec<Option<f64>>,
     /// Nodes in contact with each other.
     pub pairs: PairSums,
+    /// Pairs of an edge and a triangle that intersect, if surfaces are being untangled.
+    pub intersections: Option<u64>,
     /// What the solver of constraints did.
     pub solver: SolverReport,
     /// Joints that are broken.

@@ -49,6 +49,9 @@ pub struct Snapshot {
     pub joints: u64,
     /// Number of contacts between surfaces that carry a force.
     pub contacts: u64,
+    /// Whether surfaces that pass through each other are being pulled apart.
+    #[serde(default)]
+    pub is_tangled: bool,
     /// Positions [m], then velocities [m/s] of all nodes in user order, little endian. Kept apart when serialized.
     #[serde(skip)]
     pub state: Vec<u8>,
@@ -89,12 +92,14 @@ impl Snapshot {
             active: (0..adaptive).map(|index| bit(active, index)).collect(),
             joints: (0..joints).map(|index| bit(there, index)).collect(),
             contacts: contacts.as_chunks().0.iter().map(contact).collect(),
+            is_tangled: self.is_tangled,
         }
     }
 
     /// Stores the state of the solvers.
     fn note(&mut self, state: &SolverState) {
-        let SolverState { warm_start, active, joints, contacts } = state;
+        let SolverState { warm_start, active, joints, contacts, is_tangled } = state;
+        self.is_tangled = *is_tangled;
         [self.pulls, self.adaptive, self.joints, self.contacts] =
             [warm_start.len(), active.len(), joints.len(), contacts.len()].map(|count| count as u64);
         let mut bytes =
@@ -188,6 +193,7 @@ impl Simulation {
             adaptive: 0,
             joints: 0,
             contacts: 0,
+            is_tangled: false,
             state,
             constraints: Vec::new(),
         };

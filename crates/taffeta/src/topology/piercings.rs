@@ -47,21 +47,51 @@ pub fn piercings(
     triangles: &[[u32; 3]],
     counts: impl Fn([u32; 2]) -> bool + Sync,
 ) -> Piercings {
-    let owned = owned_edges(triangles);
-    let look = |found: &mut Piercings, pair: [u32; 2]| {
-        if counts(pair) {
-            let [t, u] = pair.map(|i| i as usize);
-            found.look(nodes, owned[t], triangles[t], triangles[u]);
-            found.look(nodes, owned[u], triangles[u], triangles[t]);
-        }
+    let note = |found: &mut Piercings, edge: [u32; 2], triangle: u32| {
+        found.pairs += 1;
+        let pair = Piercing { triangle: triangles[triangle as usize], edge };
+        found.first = Some(found.first.map_or(pair, |first| first.min(pair)));
     };
-    let budget = Budget { all: MOST, leaf: MOST, ..Budget::of(triangles.len()) };
     let mut all = Piercings::default();
-    all.complete = near_pairs(budget, nodes, triangles, look, |found: Piercings| {
+    all.complete = each_piercing(nodes, triangles, (counts, note), |found: Piercings| {
         all.pairs += found.pairs;
         all.first = all.first.into_iter().chain(found.first).min();
     });
     all
+}
+
+/// Lists the pairs that [`piercings`] counts, ascending: an edge with its lower end first, and the number of a triangle.
+pub(crate) fn list_piercings(
+    nodes: &[Point],
+    triangles: &[[u32; 3]],
+    counts: impl Fn([u32; 2]) -> bool + Sync,
+) -> Vec<([u32; 2], u32)> {
+    let note = |found: &mut Vec<([u32; 2], u32)>, edge: [u32; 2], triangle: u32| found.push((edge, triangle));
+    let mut all = Vec::new();
+    each_piercing(nodes, triangles, (counts, note), |found: Vec<_>| all.extend(found));
+    all.sort_unstable();
+    all
+}
+
+/// Notes each pair of an edge and a triangle, by its number, in what is found in a part of the scene, and takes part after
+/// part. Returns whether all pairs were looked at.
+fn each_piercing<F: Default + Send>(
+    nodes: &[Point],
+    triangles: &[[u32; 3]],
+    (counts, note): (impl Fn([u32; 2]) -> bool + Sync, impl Fn(&mut F, [u32; 2], u32) + Sync),
+    take: impl FnMut(F),
+) -> bool {
+    let owned = owned_edges(triangles);
+    let look = |found: &mut F, pair: [u32; 2]| {
+        if counts(pair) {
+            for [of, with] in [pair, [pair[1], pair[0]]] {
+                let corners = [of, with].map(|triangle| triangles[triangle as usize]);
+                each_pierced(nodes, owned[of as usize], corners, |edge| note(found, edge, with));
+            }
+        }
+    };
+    let budget = Budget { all: MOST, leaf: MOST, ..Budget::of(triangles.len()) };
+    near_pairs(budget, nodes, triangles, look, take)
 }
 
 /// For each triangle, which of its edges are looked at with it: each edge once.
@@ -71,19 +101,19 @@ fn owned_edges(triangles: &[[u32; 3]]) -> Vec<[bool; 3]> {
     triangles.iter().map(|&[a, b, c]| [own(a, b), own(b, c), own(c, a)]).collect()
 }
 
-impl Piercings {
-    /// The owned edges of one triangle with another triangle.
-    fn look(&mut self, nodes: &[Point], owned: [bool; 3], of: [u32; 3], triangle: [u32; 3]) {
-        let at = |node: u32| nodes[node as usize];
-        let corners = triangle.map(at);
-        for (a, b) in (0..3).filter(|&i| owned[i]).map(|i| (of[i], of[(i + 1) % 3])) {
-            let ends = [at(a), at(b)];
-            if ends.iter().any(|end| corners.contains(end)) || !segment_meets_triangle(ends, corners) {
-                continue;
-            }
-            self.pairs += 1;
-            let pair = Piercing { triangle, edge: [a.min(b), a.max(b)] };
-            self.first = Some(self.first.map_or(pair, |first| first.min(pair)));
+/// Calls `note` with the owned edges of one triangle that pierce another one.
+fn each_pierced(
+    nodes: &[Point],
+    owned: [bool; 3],
+    [of, triangle]: [[u32; 3]; 2],
+    mut note: impl FnMut([u32; 2]),
+) {
+    let at = |node: u32| nodes[node as usize];
+    let corners = triangle.map(at);
+    for (a, b) in (0..3).filter(|&i| owned[i]).map(|i| (of[i], of[(i + 1) % 3])) {
+        let ends = [at(a), at(b)];
+        if !ends.iter().any(|end| corners.contains(end)) && segment_meets_triangle(ends, corners) {
+            note([a.min(b), a.max(b)]);
         }
     }
 }

@@ -148,7 +148,12 @@ fn flat_axis([a, b, c]: [Point; 3]) -> Option<(usize, i8)> {
     (0..3).map(|axis| (axis, turn_along(axis, a, b, c))).find(|(_, turn)| *turn != 0)
 }
 
-/// Side of a triangle's plane on which a point lies; 0: in the plane.
+/// Side of a triangle's plane on which a point lies: 1 where its normal points, a to b to c by the right hand; 0: in the plane.
+pub(crate) fn side_of_triangle(triangle: [Point; 3], point: Point) -> i8 {
+    -side(triangle, point)
+}
+
+/// Side of a triangle's plane on which a point lies, -1 where its normal points; 0: in the plane.
 fn side(triangle: [Point; 3], point: Point) -> i8 {
     let [a, b, c] = triangle.map(coord);
     sign(robust::orient3d(a, b, c, coord(point)))

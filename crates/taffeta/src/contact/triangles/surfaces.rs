@@ -8,7 +8,7 @@ use crate::contact::nodes::self_contact::Exclusions;
 use crate::contact::triangles::closest::{EdgeEdge, Pair, VertexTriangle};
 use crate::contact::triangles::leaves::{Cut, Leaf, Rings};
 use crate::plan::Substep;
-use crate::real::Real;
+use crate::real::{Real, cross, dot};
 use crate::scene::{ContactForm, Scene, SceneError, SelfCollision};
 use crate::topology::boxes::leaf_order;
 use crate::topology::{Piercing, measure, piercings};
@@ -65,6 +65,10 @@ pub struct Surfaces {
     pub start: Vec<[f64; 3]>,
     /// Surfaces of two bodies that do not touch, the lower number first.
     apart: HashSet<[u32; 2]>,
+    /// On which side of the triangles of each collider outside is, 1 where their normals point or -1; 0 if it is not closed.
+    outsides: Vec<i64>,
+    /// Whether some start through each other.
+    pub start_tangled: bool,
 }
 
 /// Bodies of a scene that have contact of this form and do not touch each other, by their numbers, the lower one first.
@@ -177,26 +181,27 @@ impl Assembly {
         order.sort_by_key(|&triangle| all.surface_of[triangles[triangle as usize][0] as usize]);
         all.triangles = order.into_iter().map(|triangle| triangles[triangle as usize]).collect();
         all.cut(&listed);
-        self.note_piercings(&all);
+        all.start_tangled = self.note_piercings(&all);
         self.extensions.insert(all);
         self.extensions.insert(apart);
     }
 
-    /// Warns of surfaces that start through each other.
-    fn note_piercings(&mut self, all: &Surfaces) {
+    /// Warns of surfaces that start through each other. Returns whether there are any.
+    fn note_piercings(&mut self, all: &Surfaces) -> bool {
         let surface = |triangle: u32| all.surface_of[all.triangles[triangle as usize][0] as usize];
         let found = piercings(&all.start, &all.triangles, |pair| all.material(pair.map(surface)).is_some());
-        let Some(Piercing { edge, triangle }) = found.first else { return };
+        let Some(Piercing { edge, triangle }) = found.first else { return false };
         let ends =
             if (edge[0] as usize) < all.places { [edge[0], edge[1]] } else { [triangle[0], triangle[1]] };
         let index = self.bodies.partition_point(|body| body.first <= ends[0] as usize) - 1;
         let body = &mut self.bodies[index];
         let [a, b] = ends.map(|node| body.vertex_of_solver(node as usize - body.first));
         body.warnings.push(format!(
-            "surfaces start through each other: {} pairs of an edge and a triangle, one of them at its vertices {a} and {b}; contact \
-             between triangles keeps apart what starts apart, and does not untangle this",
+            "surfaces start through each other: {} pairs of an edge and a triangle, one of them at its vertices {a} and {b}; they \
+             are pulled apart while the scene runs, and until then `intersections` in frames.csv counts them",
             found.pairs
         ));
+        true
     }
 }
 
@@ -227,8 +232,25 @@ impl Surfaces {
         let number = self.materials.len() as u32;
         self.materials.push([collider.offset(), collider.friction()]);
         self.surface_of.extend(corners.iter().map(|_| number));
+        self.outsides.push(outside(faces, &corners));
         self.start.extend(corners);
         faces.iter().map(|face| face.map(|corner| first as u32 + corner)).collect()
+    }
+
+    /// On which side of the triangles of a surface outside is, 1 where their normals point or -1, if it is that of a closed
+    /// collider.
+    pub fn outside(&self, surface: u32) -> Option<i64> {
+        let collider = (surface as usize).checked_sub(self.soft)?;
+        self.outsides.get(collider).copied().filter(|&side| side != 0)
+    }
+
+    /// Nodes of bodies that never give way, by place.
+    pub fn held_nodes(&self) -> HashSet<u32> {
+        let held = self.leaves.iter().flat_map(|leaf| {
+            let lanes = leaf.own().iter().enumerate();
+            lanes.filter(|(lane, _)| leaf.held >> lane & 1 == 1).map(|(_, &node)| node)
+        });
+        held.filter(|&node| (node as usize) < self.places).collect()
     }
 
     /// Number of places, those of corners of colliders among them.
@@ -287,6 +309,24 @@ impl Surfaces {
     }
 }
 
+/// On which side of triangles outside is, 1 where their normals point or -1; 0 if they do not close a surface.
+fn outside(triangles: &[[u32; 3]], x: &[[f64; 3]]) -> i64 {
+    let mut open = HashSet::new();
+    for &[a, b, c] in triangles {
+        for [from, to] in [[a, b], [b, c], [c, a]] {
+            if !open.remove(&[to, from]) && !open.insert([from, to]) {
+                return 0;
+            }
+        }
+    }
+    let corners = |triangle: &[u32; 3]| triangle.map(|corner| x[corner as usize]);
+    let volume: f64 = triangles.iter().map(corners).map(|[a, b, c]| dot(a, cross(b, c))).sum();
+    match open.is_empty() {
+        true => i64::from(volume > 0.0) - i64::from(volume < 0.0),
+        false => 0,
+    }
+}
+
 /// The bodies that do not touch each other because one is not to touch the other.
 fn apart(scene: &Scene) -> Apart {
     let wish = |body: usize| {
@@ -317,14 +357,20 @@ pub struct Corners<T> {
     pub after: Vec<[T; 3]>,
 }
 
+/// Where corners of all colliders are at a time [m], in the order of their places.
+pub fn corners_at(assembly: &Assembly, time: f64) -> impl Iterator<Item = [f64; 3]> {
+    let with_faces = assembly.colliders().iter().filter(|collider| collider.faces().is_some());
+    with_faces.flat_map(move |collider| collider.corners(time))
+}
+
 /// Where corners of colliders are, in a scene in which some move.
 pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut Substep<T>) {
-    let with_faces = || assembly.colliders().iter().filter(|collider| collider.faces().is_some());
+    let moves = |collider: &MovingCollider| collider.faces().is_some() && collider.moves();
     if assembly.bodies.iter().all(|body| body.surface_contact().is_none())
-        || !with_faces().any(MovingCollider::moves)
+        || !assembly.colliders().iter().any(moves)
     {
         return;
     }
-    let at = |t: f64| with_faces().flat_map(|one| one.corners(t)).map(|x| x.map(T::from_f64)).collect();
+    let at = |t: f64| corners_at(assembly, t).map(|x| x.map(T::from_f64)).collect();
     substep.extensions.insert(Corners::<T> { before: at(t), after: at(t + h) });
 }

@@ -3,8 +3,9 @@
 use super::{FilterRound, TriangleContact, positions, read};
 use crate::contact::triangles::cpu::lanes::Limit;
 use crate::contact::triangles::cpu::motion::Motion;
-use crate::contact::triangles::cpu::narrow_phase::{Sixteen, by_sixteen};
+use crate::contact::triangles::cpu::narrow_phase::{Close, Sixteen, by_sixteen};
 use crate::contact::triangles::filter::{SHARE, reach};
+use crate::contact::triangles::tangle::Rule;
 use crate::cpu::feature::Flow;
 use crate::cpu::worker::Worker;
 use crate::real::{Real, add, dot, scale, sub};
@@ -175,7 +176,10 @@ impl<T: Real> TriangleContact<T> {
         self.leaves.each_marked(pairs, surfaces, (level, most), is_marked, |pair| {
             let reach = T::from_f64(reach_of(self.leaves.longest_way(pair.leaves)));
             self.look_at(pair, level).list(reach, memory);
-            memory.close.retain(|close| close.nodes.iter().any(|&node| is_held(node)));
+            let is_kept = |close: &Close<T>| {
+                close.nodes.iter().any(|&node| is_held(node)) && self.rule(close) == Rule::Apart
+            };
+            memory.close.retain(is_kept);
             for sixteen in by_sixteen(&memory.close) {
                 any |= self.limit(worker, &sixteen, (motion.far, false));
             }

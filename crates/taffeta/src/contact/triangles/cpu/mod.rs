@@ -11,6 +11,7 @@ mod pose;
 mod rounds;
 #[cfg(test)]
 mod tests;
+mod untangle;
 
 use crate::assembly::Assembly;
 use crate::backend::{ContactForce, SolverState};
@@ -21,6 +22,7 @@ use crate::contact::triangles::cpu::motion::Motion;
 use crate::contact::triangles::cpu::narrow_phase::{Close, Memory};
 use crate::contact::triangles::leaves::Lists;
 use crate::contact::triangles::surfaces::{Kind, Surfaces};
+use crate::contact::triangles::tangle::Tangle;
 use crate::cpu::backend::Context;
 use crate::cpu::feature::{Feature, Flow};
 use crate::cpu::shared::{PerWorker, Shared};
@@ -64,6 +66,12 @@ pub struct TriangleContact<T> {
     motion: Shared<Motion>,
     found: Shared<Found>,
     scratch: PerWorker<Scratch<T>>,
+    /// How surfaces pass through each other, where they do.
+    tangle: Option<Tangle>,
+    /// Whether they may; then it is looked for at the end of each frame, until none does. And whether it must be looked for
+    /// before the next frame, too: nodes have been put elsewhere.
+    is_tangled: bool,
+    is_stale: bool,
 }
 
 /// What a worker has found in a sub-step.
@@ -121,6 +129,8 @@ struct Touched<T> {
 }
 
 const NO_SLOT: u32 = u32::MAX;
+/// The key of contacts that pull surfaces apart: what they carry is not kept.
+const NO_KEY: [u32; 2] = [u32::MAX; 2];
 
 impl<T: Real> Scratch<T> {
     fn new(places: usize) -> Self {
@@ -148,7 +158,7 @@ impl<T: Real> Scratch<T> {
         self.carried.clear();
         for Active { carried, impulse, .. } in &self.contacts {
             let force = add(scale(carried.force, old), scale(*impulse, T::ONE / h.max(longest)));
-            if force != [T::ZERO; 3] {
+            if force != [T::ZERO; 3] && carried.key != NO_KEY {
                 self.carried.push(Carried { force, ..*carried });
             }
         }
@@ -185,6 +195,9 @@ impl<T: Real> TriangleContact<T> {
             motion: vec![Motion::default(); workers].into(),
             found: vec![Found::default(); workers].into(),
             scratch: PerWorker::new(workers, |_| Scratch::new(places)),
+            tangle: None,
+            is_tangled: surfaces.start_tangled,
+            is_stale: false,
             surfaces,
         };
         all.share(&context.nodes.tiles, context.chunks);
@@ -267,7 +280,18 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
         tile.move_nodes(responses.iter().map(|(node, state)| (*node as usize, state)));
     }
 
-    fn measure(&mut self, _: [&[T]; 6], substeps: usize, sums: &mut FrameSums) {
+    fn prepare(&mut self, assembly: &Assembly, start: f64, state: [&[T]; 6]) {
+        if std::mem::take(&mut self.is_stale) {
+            self.set_corners(assembly, start);
+            self.find_tangle(state);
+        }
+    }
+
+    fn measure(&mut self, state: [&[T]; 6], substeps: usize, sums: &mut FrameSums) {
+        if self.is_tangled {
+            self.find_tangle(state);
+            sums.intersections = Some(self.tangle.as_ref().map_or(0, |tangle| tangle.pairs));
+        }
         let searches =
             self.scratch.iter_mut().map(|scratch| std::mem::take(&mut scratch.pairs.search.searches)).max();
         if substeps == 0 {
@@ -285,6 +309,10 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
         self.scratch.iter_mut().for_each(|scratch| scratch.pairs.forget());
     }
 
+    fn relocate(&mut self) {
+        (self.is_tangled, self.is_stale) = (true, true);
+    }
+
     fn redistribute(&mut self, _: &Assembly, tiles: &[TilePlan], chunks: &[Range<usize>]) {
         self.share(tiles, chunks);
         self.counts.get_mut().fill(0);
@@ -295,6 +323,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn save(&self, state: &mut SolverState) {
+        state.is_tangled = self.is_tangled;
         for worker in 0..self.found.len() {
             // SAFETY: no worker works between frames.
             let carried = &unsafe { self.scratch.of(worker) }.carried;
@@ -308,6 +337,8 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
 
     fn load(&mut self, state: &SolverState) {
         self.forget(0);
+        (self.is_tangled, self.is_stale) = (state.is_tangled, state.is_tangled);
+        self.tangle = None;
         for scratch in self.scratch.iter_mut() {
             scratch.carried.clear();
             scratch.contacts.clear();

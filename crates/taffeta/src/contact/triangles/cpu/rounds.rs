@@ -7,6 +7,7 @@ use crate::contact::triangles::cpu::lanes::{Distances, See, Seen, motion};
 use crate::contact::triangles::cpu::narrow_phase::{Close, Look};
 use crate::contact::triangles::impulse::{Contact, KEEPS, mobility};
 use crate::contact::triangles::surfaces::Corners;
+use crate::contact::triangles::tangle::Rule;
 use crate::cpu::feature::Flow;
 use crate::cpu::simd::SimdLevel;
 use crate::cpu::worker::Worker;
@@ -54,6 +55,7 @@ impl<T: Real> TriangleContact<T> {
         self.take(worker, moving.map(|corners| [&corners.before[..], &corners.after[..]]));
         worker.synchronise();
         self.scratch(worker).contacts.clear();
+        self.pull(worker);
         self.look(worker, Some(worker.substep.h), 0.0);
         let scratch = self.scratch(worker);
         (scratch.round, scratch.stage) = (0, FilterRound::First);
@@ -110,13 +112,23 @@ impl<T: Real> TriangleContact<T> {
                 let seen = seen.or_else(|| h.map(|_| see()));
                 for lane in (0..sixteen.count).filter(|&lane| left[lane] < wanted.needs) {
                     let one = sixteen.pair(lane);
-                    close[kind as usize].push(one);
+                    let rule = self.rule(&one);
+                    if rule == Rule::Apart {
+                        close[kind as usize].push(one);
+                    }
                     if let (Some(seen), Some(h)) = (&seen, h) {
                         let order = Order::new(pair.leaves, one.candidate);
                         while carried.next_if(|carried| carried.order < order).is_some() {}
                         let carried = carried.next_if(|carried| carried.order == order);
                         let force = carried.map_or([T::ZERO; 3], |carried| carried.force);
-                        contacts.extend(look.contact((seen, lane), &one, (order, force), h));
+                        contacts.extend(match rule {
+                            Rule::Apart => look.contact((seen, lane), &one, (order, force), h),
+                            Rule::Through { above } => {
+                                let weights = seen.weights.map(|lanes| lanes[lane]);
+                                look.back(before, (&one, weights), (order, force), (above, h))
+                            }
+                            Rule::Ignored => None,
+                        });
                     }
                 }
             }

@@ -1,0 +1,430 @@
+//! Surfaces that pass through each other: which nodes are on the wrong side, and which way they have to go.
+//!
+//! Where two surfaces pass through each other there is a line, and each of them has one side of it where it belongs. There its
+//! heavier part is. The nodes on the other side are astray: they go back through the other surface, row by row, and the line
+//! moves along both surfaces until it leaves them. Nodes away from the line are on the side of the nearest node next to it, so
+//! that lines need not end at a border. After Baraff, Witkin, Kass, "Untangling Cloth", 2003, who need lines that cut off a part.
+//!
+//! It all follows from positions alone, and sides are decided by exact arithmetic.
+
+use crate::contact::triangles::surfaces::{Kind, Surfaces};
+use crate::real::{add, cross, dot, norm, scale, sub};
+use crate::topology::{list_piercings, side_of_triangle};
+use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
+
+/// How unevenly the parts of a surface beside a line may weigh where the shape of the line chooses between them: their
+/// difference relative to their sum.
+const CHOICE: f64 = 0.5;
+
+/// Surfaces that pass through each other.
+pub struct Tangle {
+    /// Pairs of an edge and a triangle that have a point in common.
+    pub pairs: u64,
+    /// By place.
+    knots: Vec<Knot>,
+    /// What moves the lines.
+    pub pulls: Vec<Pull>,
+}
+
+/// What a node has to do with lines. Each has a bit; more lines than there are bits share them. A line has two sides that
+/// pass through each other: a node is of the one or of the other.
+#[derive(Clone, Copy, Debug, Default)]
+struct Knot {
+    /// Whose nearest line it is.
+    of: [u32; 2],
+    /// At the end of an edge that pierces the other surface, or at a triangle that is pierced.
+    next: [u32; 2],
+    /// On the wrong side of the other surface.
+    astray: [u32; 2],
+    /// Whether it belongs above the other surface, where the triangles' normals point.
+    above: [u32; 2],
+}
+
+/// The end of an edge that pierces a triangle, to go back through it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pull {
+    /// The end, by place.
+    pub node: u32,
+    /// Corners of the triangle, by place, and their weights where the edge pierces.
+    pub triangle: [u32; 3],
+    pub weights: [f64; 3],
+    /// Unit normal of the triangle on the side to which it goes.
+    pub direction: [f64; 3],
+}
+
+/// What becomes of two primitives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// They keep their distance.
+    Apart,
+    /// They do not act on each other.
+    Ignored,
+    /// The vertex goes to the side of the triangle where its normal points (above), or to the other.
+    Through { above: bool },
+}
+
+impl Tangle {
+    /// Of surfaces whose nodes and corners of colliders are at `x` [m]; `None` if none passes through another.
+    pub fn of(surfaces: &Surfaces, x: &[[f64; 3]]) -> Option<Self> {
+        let surface = |triangle: u32| surfaces.surface_of[surfaces.triangles[triangle as usize][0] as usize];
+        let touch = |pair: [u32; 2]| surfaces.material(pair.map(surface)).is_some();
+        let cuts = list_piercings(x, &surfaces.triangles, touch);
+        if cuts.is_empty() {
+            return None;
+        }
+        let pairs = cuts.len() as u64;
+        let look = Look { surfaces, x, beside: beside(surfaces, &cuts) };
+        let mut by_pair: BTreeMap<[u32; 2], Vec<Cut>> = BTreeMap::new();
+        for (edge, triangle) in cuts {
+            let (a, b) = (surfaces.surface_of[edge[0] as usize], surface(triangle));
+            let sides = edge.map(|node| look.side_of(triangle, node));
+            by_pair.entry([a.min(b), a.max(b)]).or_default().push(Cut { edge, triangle, sides, trace: 0 });
+        }
+        let mut all = Self { pairs, knots: vec![Knot::default(); x.len()], pulls: Vec::new() };
+        let mut first = 0;
+        for (pair, cuts) in by_pair {
+            let lines = look.lines(cuts);
+            let count = lines.len();
+            all.add(&look, pair, lines, first);
+            first += count;
+        }
+        Some(all)
+    }
+
+    /// Adds the lines of two surfaces, or of one with itself.
+    fn add(&mut self, look: &Look<'_>, pair: [u32; 2], mut lines: Vec<Line>, first: usize) {
+        let labels = look.label(pair, &lines);
+        let weights = look.weigh(pair, &labels);
+        lines.iter_mut().enumerate().for_each(|(number, line)| look.choose(line, number, &weights));
+        let bit = |line: usize| 1_u32 << ((first + line) % u32::BITS as usize);
+        for (number, line) in lines.iter().enumerate() {
+            for cut in &line.cuts {
+                let corners = &look.surfaces.triangles[cut.triangle as usize];
+                for (nodes, trace) in [(&cut.edge[..], cut.trace), (&corners[..], 1 - cut.trace)] {
+                    for &node in nodes {
+                        self.knots[node as usize].next[trace] |= bit(number);
+                    }
+                }
+                self.pulls.extend(look.pull(cut, line.belongs[cut.trace]));
+            }
+        }
+        for (node, label) in labels {
+            let (knot, belongs) = (&mut self.knots[node as usize], lines[label.line].belongs[label.trace]);
+            let (bit, trace) = (bit(label.line), label.trace);
+            knot.of[trace] |= bit;
+            if i64::from(label.side) * belongs < 0 {
+                knot.astray[trace] |= bit;
+                knot.above[trace] |= if belongs > 0 { bit } else { 0 };
+            }
+        }
+    }
+
+    /// What becomes of a pair of this kind, given by its nodes.
+    pub fn rule(&self, kind: Kind, nodes: [u32; 4]) -> Rule {
+        let knots = nodes.map(|node| self.knots[node as usize]);
+        let (one, other) = knots.split_at(kind.first());
+        let [one, other] =
+            [one, other].map(|some| some.iter().fold(Knot::default(), |all, knot| all.with(knot)));
+        let meet = |of_one: [u32; 2], of_other: [u32; 2]| {
+            (0..2).any(|trace| of_one[trace] & of_other[1 - trace] != 0)
+        };
+        let (goes, is_passed) = (meet(one.astray, other.all()), meet(one.all(), other.astray));
+        match kind {
+            Kind::VertexTriangle if goes => {
+                let above = |trace: usize| one.astray[trace] & one.above[trace] & other.all()[1 - trace] != 0;
+                Rule::Through { above: above(0) || above(1) }
+            }
+            Kind::EdgeEdge if goes || meet(one.next, other.next) => Rule::Ignored,
+            _ if is_passed => Rule::Ignored,
+            _ => Rule::Apart,
+        }
+    }
+}
+
+impl Knot {
+    /// What one of two nodes has to do with lines.
+    fn with(&self, other: &Self) -> Self {
+        let or = |a: [u32; 2], b: [u32; 2]| [a[0] | b[0], a[1] | b[1]];
+        Self {
+            of: or(self.of, other.of),
+            next: or(self.next, other.next),
+            astray: or(self.astray, other.astray),
+            above: or(self.above, other.above),
+        }
+    }
+
+    fn all(&self) -> [u32; 2] {
+        [self.of[0] | self.next[0], self.of[1] | self.next[1]]
+    }
+}
+
+/// An edge that pierces a triangle.
+#[derive(Clone, Copy, Debug)]
+struct Cut {
+    edge: [u32; 2],
+    /// The number of the triangle.
+    triangle: u32,
+    /// On which side of it the ends of the edge are.
+    sides: [i8; 2],
+    /// Which of the two sides of its line the edge is of.
+    trace: usize,
+}
+
+/// Where surfaces pass through each other: edges and triangles from one triangle to the next.
+struct Line {
+    cuts: Vec<Cut>,
+    /// Where each of its two sides belongs: above the other, 1, or below, -1; 0 if the other is to give way alone.
+    belongs: [i64; 2],
+}
+
+/// What a node is a part of: the nearest line, by its number, of which of its two sides, and whether it is above the other one.
+#[derive(Clone, Copy, Debug)]
+struct Label {
+    line: usize,
+    trace: usize,
+    side: i8,
+}
+
+/// Surfaces, and where their nodes and corners are [m].
+struct Look<'a> {
+    surfaces: &'a Surfaces,
+    x: &'a [[f64; 3]],
+    /// Triangles at edges that pierce others.
+    beside: HashMap<[u32; 2], Vec<u32>>,
+}
+
+/// The triangles at edges that pierce others.
+fn beside(surfaces: &Surfaces, cuts: &[([u32; 2], u32)]) -> HashMap<[u32; 2], Vec<u32>> {
+    let mut all: HashMap<[u32; 2], Vec<u32>> = cuts.iter().map(|(edge, _)| (*edge, Vec::new())).collect();
+    for (number, &[a, b, c]) in (0..).zip(&surfaces.triangles) {
+        for [from, to] in [[a, b], [b, c], [c, a]] {
+            if let Some(list) = all.get_mut(&[from.min(to), from.max(to)]) {
+                list.push(number);
+            }
+        }
+    }
+    all
+}
+
+impl Look<'_> {
+    fn side_of(&self, triangle: u32, node: u32) -> i8 {
+        let corners = self.surfaces.triangles[triangle as usize].map(|corner| self.x[corner as usize]);
+        side_of_triangle(corners, self.x[node as usize])
+    }
+
+    /// Sorts cuts into lines. A line goes on from each cut to the others of the same two triangles.
+    fn lines(&self, mut cuts: Vec<Cut>) -> Vec<Line> {
+        // The first cut of each pair of triangles, and whether its edge is of the lower one.
+        let mut firsts: HashMap<[u32; 2], (usize, bool)> = HashMap::new();
+        let mut roots = Roots((0..cuts.len()).map(|cut| (cut, false)).collect());
+        for (number, cut) in cuts.iter().enumerate() {
+            for &of_edge in &self.beside[&cut.edge] {
+                let is_lower = of_edge < cut.triangle;
+                let key = [of_edge.min(cut.triangle), of_edge.max(cut.triangle)];
+                let &mut (first, was_lower) = firsts.entry(key).or_insert((number, is_lower));
+                roots.join(first, number, was_lower != is_lower);
+            }
+        }
+        let mut lines: BTreeMap<usize, Line> = BTreeMap::new();
+        for (number, cut) in cuts.iter_mut().enumerate() {
+            let (root, is_other) = roots.find(number);
+            cut.trace = usize::from(is_other);
+            let line = lines.entry(root).or_insert(Line { cuts: Vec::new(), belongs: [0; 2] });
+            line.cuts.push(*cut);
+        }
+        lines.into_values().collect()
+    }
+
+    /// Labels the nodes of two surfaces, or of one: those at cut edges, and all others as the nearest of them.
+    fn label(&self, pair: [u32; 2], lines: &[Line]) -> BTreeMap<u32, Label> {
+        let (mut labels, mut open) = (BTreeMap::new(), VecDeque::new());
+        let mut cut_edges = HashSet::new();
+        for (line, cut) in
+            lines.iter().enumerate().flat_map(|(line, of)| of.cuts.iter().map(move |cut| (line, cut)))
+        {
+            cut_edges.insert(cut.edge);
+            for (&node, &side) in cut.edge.iter().zip(&cut.sides).filter(|(_, side)| **side != 0) {
+                labels.entry(node).or_insert_with(|| {
+                    open.push_back(node);
+                    Label { line, trace: cut.trace, side }
+                });
+            }
+        }
+        let neighbours = self.neighbours(pair, &cut_edges);
+        while let Some(node) = open.pop_front() {
+            let label = labels[&node];
+            for &other in neighbours.get(&node).into_iter().flatten() {
+                labels.entry(other).or_insert_with(|| {
+                    open.push_back(other);
+                    label
+                });
+            }
+        }
+        labels
+    }
+
+    /// The neighbours of each node along edges that are not cut.
+    fn neighbours(&self, pair: [u32; 2], cut: &HashSet<[u32; 2]>) -> HashMap<u32, Vec<u32>> {
+        let mut all: HashMap<u32, Vec<u32>> = HashMap::new();
+        let of_pair = |edge: &&[u32; 2]| pair.contains(&self.surfaces.surface_of[edge[0] as usize]);
+        for &[a, b] in self.surfaces.edges.iter().filter(of_pair).filter(|edge| !cut.contains(*edge)) {
+            all.entry(a).or_default().push(b);
+            all.entry(b).or_default().push(a);
+        }
+        all
+    }
+
+    /// The weights of the nodes beside lines. A node that is held counts as all others together, for it cannot give way.
+    fn weigh(&self, pair: [u32; 2], labels: &BTreeMap<u32, Label>) -> Weights {
+        let mut weights = Weights::default();
+        let held = self.surfaces.held_nodes();
+        for (&node, &Label { line, trace, side }) in labels {
+            let weight = if held.contains(&node) { labels.len() } else { 1 };
+            let of_side = usize::from(side < 0);
+            weights.of_lines.entry((line, trace)).or_default()[of_side] += weight;
+            if pair[0] != pair[1] {
+                weights.of_surfaces.entry(self.surfaces.surface_of[node as usize]).or_default()[of_side] +=
+                    weight;
+            }
+        }
+        weights
+    }
+
+    /// Chooses where both sides of a line belong: not into a closed collider; where most of the surface is; if that is not clear,
+    /// where most is beside the line; and if that is not, either, where the line's shape has it.
+    fn choose(&self, line: &mut Line, number: usize, weights: &Weights) {
+        let is_border = |cut: &&Cut| self.beside[&cut.edge].len() == 1;
+        let borders =
+            [0, 1].map(|trace| line.cuts.iter().filter(|cut| cut.trace == trace).filter(is_border).count());
+        let mut costs = [f64::INFINITY; 2];
+        for trace in 0..2 {
+            // A tip that goes through the middle of a surface moves alone.
+            if borders[trace] == 0 && borders[1 - trace] > 0 {
+                continue;
+            }
+            let surfaces = [trace, 1 - trace].map(|trace| line.surface(self, trace));
+            if let Some(outside) = self.surfaces.outside(surfaces[1]) {
+                line.belongs[trace] = outside;
+                continue;
+            }
+            let of_line = weights.of_lines.get(&(number, trace)).copied().unwrap_or_default();
+            let of_surface = weights.of_surfaces.get(&surfaces[0]).copied().unwrap_or(of_line);
+            let is_clear = unevenness(of_surface) < CHOICE && unevenness(of_line) >= CHOICE;
+            let [above, below] = if is_clear { of_line } else { of_surface };
+            line.belongs[trace] = if above >= below { 1 } else { -1 };
+            costs[trace] = unevenness([above, below]);
+        }
+        let cheapest = usize::from(costs[1] < costs[0]);
+        if costs[cheapest] < CHOICE && line.is_wide(self) {
+            line.belongs[cheapest] *= -1;
+        }
+    }
+
+    /// From the middle of those of some nodes, each with its side of the other surface, that are where they belong to the middle
+    /// of those that are astray [m].
+    fn way_astray(&self, belongs: i64, nodes: impl Iterator<Item = (u32, i8)> + Clone) -> [f64; 3] {
+        let middle = |is_astray: bool| {
+            let some = nodes.clone().filter(|(_, side)| (i64::from(*side) * belongs < 0) == is_astray);
+            let (sum, count) = some.fold(([0.0; 3], 0.0), |(sum, count), (node, _)| {
+                (add(sum, self.x[node as usize]), count + 1.0)
+            });
+            (count > 0.0).then(|| scale(sum, 1.0 / count))
+        };
+        match [middle(false), middle(true)] {
+            [Some(from), Some(to)] => sub(to, from),
+            _ => [0.0; 3],
+        }
+    }
+
+    /// Leads the end of an edge that is astray back through the triangle. The edge belongs above it, 1, or below, -1.
+    fn pull(&self, cut: &Cut, belongs: i64) -> Option<Pull> {
+        let end = (0..2).find(|&end| i64::from(cut.sides[end]) * belongs < 0)?;
+        let triangle = self.surfaces.triangles[cut.triangle as usize];
+        let [a, b, c] = triangle.map(|node| self.x[node as usize]);
+        let normal = cross(sub(b, a), sub(c, a));
+        let squared = dot(normal, normal);
+        let [start, end_at] = [cut.edge[1 - end], cut.edge[end]].map(|node| self.x[node as usize]);
+        let [above, below] = [start, end_at].map(|x| dot(normal, sub(x, a)).abs());
+        if squared <= 0.0 || above + below <= 0.0 {
+            return None;
+        }
+        let point = add(start, scale(sub(end_at, start), above / (above + below)));
+        let weight =
+            |from: [f64; 3], to: [f64; 3]| dot(normal, cross(sub(to, from), sub(point, from))) / squared;
+        let weights = [weight(b, c), weight(c, a), weight(a, b)].map(|weight| weight.clamp(0.0, 1.0));
+        let sum: f64 = weights.iter().sum();
+        Some(Pull {
+            node: cut.edge[end],
+            triangle,
+            weights: weights.map(|weight| weight / sum.max(f64::MIN_POSITIVE)),
+            direction: scale(normal, belongs as f64 / norm(normal)),
+        })
+    }
+}
+
+/// Weights above and below the other surface: beside each line by its two sides, and of each of two surfaces.
+#[derive(Default)]
+struct Weights {
+    of_lines: HashMap<(usize, usize), [usize; 2]>,
+    of_surfaces: HashMap<u32, [usize; 2]>,
+}
+
+/// The difference of two weights relative to their sum.
+fn unevenness(weights: [usize; 2]) -> f64 {
+    let [one, other] = weights.map(|weight| weight as f64);
+    (one - other).abs() / (one + other).max(1.0)
+}
+
+impl Line {
+    /// The surface of one of its two sides.
+    fn surface(&self, look: &Look<'_>, trace: usize) -> u32 {
+        let node = self.cuts.first().map_or(0, |cut| match cut.trace == trace {
+            true => cut.edge[0],
+            false => look.surfaces.triangles[cut.triangle as usize][0],
+        });
+        look.surfaces.surface_of[node as usize]
+    }
+
+    /// Two surfaces cross each other with four wedges between them. What is astray should be on both sides of a narrow one: to
+    /// close a wide one is a long way.
+    fn is_wide(&self, look: &Look<'_>) -> bool {
+        let mut sides: HashMap<u32, i8> = HashMap::new();
+        for cut in &self.cuts {
+            sides.extend(cut.edge.into_iter().zip(cut.sides));
+        }
+        let (mut narrow, mut all) = (0, 0);
+        for cut in &self.cuts {
+            let of_edge = cut.edge.into_iter().zip(cut.sides);
+            let corners = look.surfaces.triangles[cut.triangle as usize];
+            let of_corners = corners.into_iter().filter_map(|node| Some((node, *sides.get(&node)?)));
+            let along = look.way_astray(self.belongs[cut.trace], of_edge);
+            let across = look.way_astray(self.belongs[1 - cut.trace], of_corners);
+            let cosine = dot(along, across);
+            narrow += i64::from(cosine > 0.0) - i64::from(cosine < 0.0);
+            all += i64::from(cosine != 0.0);
+        }
+        2 * narrow < -all
+    }
+}
+
+/// Cuts that are of one line: for each another one, and whether its edge is of the other side. The lowest is the root.
+struct Roots(Vec<(usize, bool)>);
+
+impl Roots {
+    fn find(&mut self, cut: usize) -> (usize, bool) {
+        let (mut at, mut is_other) = (cut, false);
+        while self.0[at].0 != at {
+            is_other ^= self.0[at].1;
+            at = self.0[at].0;
+        }
+        self.0[cut] = (at, is_other);
+        (at, is_other)
+    }
+
+    fn join(&mut self, one: usize, other: usize, is_other: bool) {
+        let ((a, of_a), (b, of_b)) = (self.find(one), self.find(other));
+        if a != b {
+            self.0[a.max(b)] = (a.min(b), is_other ^ of_a ^ of_b);
+        }
+    }
+}
