@@ -92,8 +92,15 @@ fn collider(random: &mut Random) -> Collider {
     collider
 }
 
+/// Where bodies start: one above the other, or through each other.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Start {
+    Apart,
+    Tangled,
+}
+
 /// A scene, with the speed at which its bodies fly at each other [m/s].
-fn scene(seed: u64, moves: bool) -> (Scene, f64) {
+fn scene(seed: u64, moves: bool, start: Start) -> (Scene, f64) {
     let mut random = Random(SplitMix64::new(seed));
     let fabric = random.below(2) == 0;
     let step = if fabric { [1.0 / 60.0, 1.0 / 240.0][random.below(2) as usize] } else { 5e-4 };
@@ -109,7 +116,8 @@ fn scene(seed: u64, moves: bool) -> (Scene, f64) {
         let mut body = touching(body(&mut random, name, fabric, pinned), &mut random);
         body.velocity = [0.0, -1.0, 0.0];
         body.place = turned(add(random.vector(1.0), [0.0, 0.1, 0.0]), random.range(0.0, 180.0), at);
-        at = add(at, add(random.vector(0.03), [0.0, random.range(0.06, 0.25), 0.0]));
+        let up = if start == Start::Tangled { 0.02 } else { random.range(0.06, 0.25) };
+        at = add(at, add(random.vector(0.03), [0.0, up, 0.0]));
         scene = scene.body(body);
     }
     if with_collider {
@@ -148,7 +156,7 @@ fn implode(simulation: &mut Simulation, speed: f64) {
 
 /// Runs a scene; `None` if it does not start apart.
 fn first_crossing(seed: u64, moves: bool) -> Option<Result<(), String>> {
-    let (scene, speed) = scene(seed, moves);
+    let (scene, speed) = scene(seed, moves, Start::Apart);
     let mut simulation = build_as(&scene, Precision::F32, 1);
     if simulation.intersections().pairs > 0 {
         return None;
@@ -191,4 +199,51 @@ fn scenes_that_start_apart_stay_so() {
 #[test]
 fn scenes_with_moving_colliders_that_start_apart_stay_so() {
     try_all(true);
+}
+
+/// Runs a scene until nothing intersects; the frame, and how many intersections are left, `None` if it starts free.
+fn frees(seed: u64) -> Option<(u32, u64)> {
+    let (scene, _) = scene(seed, false, Start::Tangled);
+    let mut simulation = build_as(&scene, Precision::F32, 1);
+    let start = simulation.intersections().pairs;
+    if let Ok(only) = std::env::var("ONLY") {
+        if only.parse() != Ok(seed) {
+            return None;
+        }
+        eprintln!("{scene:#?}");
+    }
+    if start == 0 {
+        return None;
+    }
+    let mut last = 0;
+    for frame in 1..=60 {
+        if let Err(error) = simulation.step() {
+            eprintln!("{seed}: {start} {error}");
+            return Some((60, 9999));
+        }
+        let now = simulation.intersections().pairs;
+        let said = simulation.report().intersections;
+        if now != said.unwrap_or(0) {
+            eprintln!("{seed}: oracle {now} said {said:?}");
+        }
+        if now > 0 {
+            last = frame;
+        }
+    }
+    eprintln!(
+        "{seed}: bodies {} colliders {} start {start}, last {last} of {} stretch {}",
+        scene.bodies.len(),
+        scene.colliders.len(),
+        simulation.intersections().pairs,
+        simulation.report().max_stretch
+    );
+    Some((last, simulation.intersections().pairs))
+}
+
+#[test]
+fn scenes_that_start_tangled_come_free() {
+    let asked = std::env::var("TAFFETA_RANDOM_SCENES").ok().and_then(|count| count.parse().ok());
+    let all: Vec<_> = (0..asked.unwrap_or(SCENES)).filter_map(frees).collect();
+    let free = all.iter().filter(|(_, pairs)| *pairs == 0).count();
+    assert!(free == all.len(), "{free} of {}", all.len());
 }

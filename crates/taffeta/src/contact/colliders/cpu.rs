@@ -1,8 +1,10 @@
 //! Contact of a run of nodes with all colliders, one collider after the other over the whole run.
 
+use crate::assembly::Assembly;
 use crate::backend::SolverState;
 use crate::contact::collider_mesh::cache::MeshCache;
 use crate::contact::collider_mesh::surface::MeshNow;
+use crate::contact::colliders::lift::Lift;
 use crate::contact::colliders::moving::{ColliderNow, ContactSurface};
 use crate::contact::colliders::response::{leave_both, respond};
 use crate::contact::colliders::rigid::Rigid;
@@ -31,6 +33,10 @@ pub struct Colliders<T> {
     carried: Vec<[u32; 2]>,
     /// Whether the joint of each of them is broken.
     released: Shared<bool>,
+    /// Nodes that are led out of colliders, ascending: these ignore them until they are out. And whether there may be some:
+    /// then they are looked for before each frame.
+    pub lifts: Vec<Lift>,
+    is_lifting: bool,
     /// For each place of a body that keeps its volume: whether it has touched a collider in this sub-step. Empty if
     /// no body does.
     in_contact: Shared<bool>,
@@ -61,6 +67,8 @@ impl<T: Real> Colliders<T> {
             scratch: PerWorker::new(context.workers(), scratch),
             released: vec![false; carried.len()].into(),
             carried,
+            lifts: Vec::new(),
+            is_lifting: assembly.leads_out(),
             in_contact: vec![false; if keeps_volumes { assembly.places } else { 0 }].into(),
             contacts: vec![0; context.nodes.tiles.len()].into(),
         }
@@ -108,7 +116,9 @@ impl<T: Real> Colliders<T> {
         let mut inverse_mass = &tile.nodes.inverse_mass[run.clone()];
         let first = self.carried.partition_point(|&[node, _]| (node as usize) < run.start);
         let end = self.carried.partition_point(|&[node, _]| (node as usize) < run.end);
-        if first < end {
+        let lifts = self.lifts.partition_point(|lift| (lift.node as usize) < run.start)
+            ..self.lifts.partition_point(|lift| (lift.node as usize) < run.end);
+        if first < end || !lifts.is_empty() {
             alone.clear();
             alone.extend_from_slice(inverse_mass);
             for index in first..end {
@@ -116,6 +126,9 @@ impl<T: Real> Colliders<T> {
                 if !*unsafe { self.released.item(index) } {
                     alone[self.carried[index][0] as usize - run.start] = T::ZERO;
                 }
+            }
+            for lift in &self.lifts[lifts] {
+                alone[lift.node as usize - run.start] = T::ZERO;
             }
             inverse_mass = alone;
         }
@@ -194,6 +207,18 @@ impl<T: Real> Feature<T> for Colliders<T> {
         *unsafe { self.contacts.item(tile.index) } += contacts;
     }
 
+    fn prepare(&mut self, assembly: &Assembly, start: f64, state: [&[T]; 6]) {
+        if self.is_lifting {
+            let x = |node: usize| [0, 1, 2].map(|axis| state[axis][node].to_f64());
+            self.lifts = assembly.lifts(start, &x);
+            self.is_lifting = !self.lifts.is_empty();
+        }
+    }
+
+    fn relocate(&mut self) {
+        self.is_lifting = true;
+    }
+
     fn measure(&mut self, _: [&[T]; 6], _: usize, sums: &mut FrameSums) {
         sums.all.contacts = self.contacts.get_mut().iter().sum();
     }
@@ -202,7 +227,13 @@ impl<T: Real> Feature<T> for Colliders<T> {
         self.cache.forget(node);
     }
 
+    fn save(&self, state: &mut SolverState) {
+        state.is_tangled |= self.is_lifting;
+    }
+
     fn load(&mut self, state: &SolverState) {
+        self.is_lifting = state.is_tangled;
+        self.lifts.clear();
         for (&[_, joint], released) in self.carried.iter().zip(self.released.get_mut()) {
             *released = state.joints.get(joint as usize) == Some(&false);
         }

@@ -6,6 +6,7 @@ pub mod faces;
 pub mod gpu;
 #[cfg(feature = "gpu")]
 pub mod gpu_layout;
+pub mod lift;
 pub mod moving;
 pub mod predicted_contact;
 pub mod response;

@@ -12,8 +12,8 @@ use std::collections::HashSet;
 /// Tolerance for rounding [m].
 const ROUNDING: f64 = 1e-9;
 
-/// A collider at the start.
-struct Start {
+/// How deep positions are in a collider as it is at some time.
+pub(super) struct Depth {
     now: ColliderNow<f64>,
     /// Its triangles, if it has some.
     surface: Option<MeshSurface<f64>>,
@@ -25,19 +25,16 @@ impl Assembly {
     /// which may stretch springs. Nodes that a collider carries are ignored.
     pub(crate) fn note_starts_inside(&mut self, scene: &Scene) {
         let mut meshes = 0;
-        let attachments = self.attachments();
-        let joints = attachments.joints.iter().filter(|joint| attachments.is_carried(joint));
-        let carried: HashSet<usize> = joints.map(|joint| joint.ends[0] as usize).collect();
+        let carried = self.carried();
         let Self { bodies, extensions, .. } = self;
         let colliders = extensions.list::<MovingCollider>();
-        for (index, (collider, described)) in colliders.iter().zip(&scene.colliders).enumerate() {
-            let surface = collider.mesh().map(|mesh| mesh.surface());
-            let start = Start { now: collider.at(-1.0, 1.0, &mut meshes), surface, offset: described.offset };
+        for (index, collider) in colliders.iter().enumerate() {
+            let start = Depth::of(collider, 0.0, &mut meshes);
             let name = scene.collider_name(index);
             for body in bodies.iter_mut() {
                 let depth = |local: usize| {
                     let meets = body.free[local] && !carried.contains(&(body.first + local));
-                    if meets { start.depth(body.start[local]) } else { f64::NEG_INFINITY }
+                    if meets { start.at(body.start[local]) } else { f64::NEG_INFINITY }
                 };
                 let (mut inside, mut near) = (Deep::default(), Deep::default());
                 for (local, depth) in (0..body.nodes).map(|local| (local, depth(local))) {
@@ -97,10 +94,25 @@ impl Deep {
     }
 }
 
-impl Start {
+impl Assembly {
+    /// Nodes that a collider carries, by solver index.
+    pub(super) fn carried(&self) -> HashSet<usize> {
+        let attachments = self.attachments();
+        let joints = attachments.joints.iter().filter(|joint| attachments.is_carried(joint));
+        joints.map(|joint| joint.ends[0] as usize).collect()
+    }
+}
+
+impl Depth {
+    /// In a collider at a time [s]. Meshes are counted in `meshes`.
+    pub(super) fn of(collider: &MovingCollider, time: f64, meshes: &mut u32) -> Self {
+        let surface = collider.mesh().map(|mesh| mesh.surface());
+        Self { now: collider.at(time - 1.0, 1.0, meshes), surface, offset: collider.offset() }
+    }
+
     /// Depth of a position behind the surface itself [m]; below 0 in front of it. Nothing is behind a sheet. Beyond
     /// the offset, any number below that.
-    fn depth(&self, x: [f64; 3]) -> f64 {
+    pub(super) fn at(&self, x: [f64; 3]) -> f64 {
         let depth = match (&self.now.shape, &self.surface) {
             (ShapeNow::Mesh(mesh), Some(surface)) => {
                 let place = mesh.local(x);

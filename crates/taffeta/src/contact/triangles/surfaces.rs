@@ -182,6 +182,10 @@ impl Assembly {
         all.triangles = order.into_iter().map(|triangle| triangles[triangle as usize]).collect();
         all.cut(&listed);
         all.start_tangled = self.note_piercings(&all);
+        let with_surface =
+            self.bodies.iter().enumerate().filter(|(_, body)| body.surface_contact().is_some());
+        let with_surface: Vec<usize> = with_surface.map(|(body, _)| body).collect();
+        self.lead_out(&with_surface);
         self.extensions.insert(all);
         self.extensions.insert(apart);
     }

@@ -344,11 +344,12 @@ impl Look<'_> {
         let normal = cross(sub(b, a), sub(c, a));
         let squared = dot(normal, normal);
         let [start, end_at] = [cut.edge[1 - end], cut.edge[end]].map(|node| self.x[node as usize]);
-        let [above, below] = [start, end_at].map(|x| dot(normal, sub(x, a)).abs());
-        if squared <= 0.0 || above + below <= 0.0 {
+        let [from, to] = [start, end_at].map(|x| dot(normal, sub(x, a)) * belongs as f64);
+        // Of a fold that it passes, the triangles the other way round do not lead it.
+        if squared <= 0.0 || to >= 0.0 || from < 0.0 {
             return None;
         }
-        let point = add(start, scale(sub(end_at, start), above / (above + below)));
+        let point = add(start, scale(sub(end_at, start), from / (from - to)));
         let weight =
             |from: [f64; 3], to: [f64; 3]| dot(normal, cross(sub(to, from), sub(point, from))) / squared;
         let weights = [weight(b, c), weight(c, a), weight(a, b)].map(|weight| weight.clamp(0.0, 1.0));

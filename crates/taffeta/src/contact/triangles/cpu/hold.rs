@@ -4,6 +4,7 @@ use super::{FilterRound, TriangleContact, positions, read};
 use crate::contact::triangles::cpu::lanes::Limit;
 use crate::contact::triangles::cpu::motion::Motion;
 use crate::contact::triangles::cpu::narrow_phase::{Close, Sixteen, by_sixteen};
+use crate::contact::triangles::cpu::untangle::lifts;
 use crate::contact::triangles::filter::{SHARE, reach};
 use crate::contact::triangles::tangle::Rule;
 use crate::cpu::feature::Flow;
@@ -170,6 +171,7 @@ impl<T: Real> TriangleContact<T> {
             all || (node as usize) < surfaces.places
                 && self.held[node as usize].load(Ordering::Relaxed) == stamp
         };
+        let lifts = lifts(worker);
         let (pairs, memory) = (&mut scratch.pairs, &mut scratch.memory);
         self.leaves.cover(worker.index, pairs, surfaces, (level, most), || worker.synchronise());
         let mut any = false;
@@ -177,7 +179,7 @@ impl<T: Real> TriangleContact<T> {
             let reach = T::from_f64(reach_of(self.leaves.longest_way(pair.leaves)));
             self.look_at(pair, level).list(reach, memory);
             let is_kept = |close: &Close<T>| {
-                close.nodes.iter().any(|&node| is_held(node)) && self.rule(close) == Rule::Apart
+                close.nodes.iter().any(|&node| is_held(node)) && self.rule(lifts, close) == Rule::Apart
             };
             memory.close.retain(is_kept);
             for sixteen in by_sixteen(&memory.close) {

@@ -173,7 +173,12 @@ impl<T: Real> TriangleContact<T> {
         let with_corners = || -> [Shared<T>; 3] {
             std::array::from_fn(|axis| {
                 let corners = surfaces.corners().iter().map(|x| T::from_f64(x[axis]));
-                std::iter::repeat_n(T::ZERO, places).chain(corners).collect::<Vec<T>>().into()
+                // The last one stands still.
+                std::iter::repeat_n(T::ZERO, places)
+                    .chain(corners)
+                    .chain([T::ZERO])
+                    .collect::<Vec<T>>()
+                    .into()
             })
         };
         let mut all = Self {
@@ -185,7 +190,7 @@ impl<T: Real> TriangleContact<T> {
             leaves_by_place: surfaces.leaves_by_place(),
             mail: Mail::new(workers),
             pushes: vec![Vec::new(); 2 * workers * workers].into(),
-            counts: vec![0; surfaces.all_places()].into(),
+            counts: vec![0; surfaces.all_places() + 1].into(),
             parts: atomics(places, 1_f64.to_bits()),
             held: atomics(places, 0),
             marks: atomics(surfaces.leaves.len(), 0),
@@ -323,7 +328,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn save(&self, state: &mut SolverState) {
-        state.is_tangled = self.is_tangled;
+        state.is_tangled |= self.is_tangled;
         for worker in 0..self.found.len() {
             // SAFETY: no worker works between frames.
             let carried = &unsafe { self.scratch.of(worker) }.carried;

@@ -5,6 +5,7 @@ use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked};
 use crate::contact::triangles::cpu::contacts::{Active, Carried, Order, What};
 use crate::contact::triangles::cpu::lanes::{Distances, See, Seen, motion};
 use crate::contact::triangles::cpu::narrow_phase::{Close, Look};
+use crate::contact::triangles::cpu::untangle::lifts;
 use crate::contact::triangles::impulse::{Contact, KEEPS, mobility};
 use crate::contact::triangles::surfaces::Corners;
 use crate::contact::triangles::tangle::Rule;
@@ -85,6 +86,7 @@ impl<T: Real> TriangleContact<T> {
         let (index, surfaces) = (worker.index, &self.surfaces);
         self.leaves.follow(index, surfaces, [before, after], level);
         worker.synchronise();
+        let lifts = lifts(worker);
         let Scratch { pairs, memory, close, contacts, carried, .. } = self.scratch(worker);
         pairs.extra = extra;
         self.leaves.advance(index, pairs, surfaces, level, || worker.synchronise());
@@ -112,7 +114,7 @@ impl<T: Real> TriangleContact<T> {
                 let seen = seen.or_else(|| h.map(|_| see()));
                 for lane in (0..sixteen.count).filter(|&lane| left[lane] < wanted.needs) {
                     let one = sixteen.pair(lane);
-                    let rule = self.rule(&one);
+                    let rule = self.rule(lifts, &one);
                     if rule == Rule::Apart {
                         close[kind as usize].push(one);
                     }

@@ -2,6 +2,8 @@
 
 use super::{NO_KEY, TriangleContact, read};
 use crate::assembly::Assembly;
+use crate::contact::colliders::cpu::Colliders;
+use crate::contact::colliders::lift::Lift;
 use crate::contact::triangles::cpu::contacts::{Active, Carried, Order};
 use crate::contact::triangles::cpu::narrow_phase::{Candidate, Close, Look, Way};
 use crate::contact::triangles::impulse::Contact;
@@ -33,19 +35,44 @@ impl<T: Real> TriangleContact<T> {
         self.is_tangled = self.tangle.is_some();
     }
 
-    /// What becomes of a pair.
+    /// What becomes of a pair. `lifts` are the nodes that are led out of colliders.
     #[inline]
-    pub(super) fn rule(&self, pair: &Close<T>) -> Rule {
+    pub(super) fn rule(&self, lifts: &[Lift], pair: &Close<T>) -> Rule {
+        if !lifts.is_empty() && self.is_lifted_out(lifts, pair.nodes) {
+            return Rule::Ignored;
+        }
         let of = |tangle: &Tangle| tangle.rule(pair.kind(), pair.nodes);
         self.tangle.as_ref().map_or(Rule::Apart, of)
     }
 
+    /// Whether some nodes are corners of colliders, and others are led out of these.
+    fn is_lifted_out(&self, lifts: &[Lift], nodes: [u32; 4]) -> bool {
+        let is_lifted = |node: &u32| lifts.binary_search_by_key(node, |lift| lift.node).is_ok();
+        nodes.iter().any(|&node| node as usize >= self.surfaces.places) && nodes.iter().any(is_lifted)
+    }
+
     /// Adds contacts that move lines of intersection to those of the first worker, whose contacts come first.
     pub(super) fn pull(&self, worker: &Worker<'_, T>) {
-        let Some(tangle) = self.tangle.as_ref().filter(|_| worker.index == 0) else { return };
-        let x = read(&self.before);
+        if worker.index > 0 {
+            return;
+        }
+        let (x, lifts) = (read(&self.before), lifts(worker));
         let contacts = &mut self.scratch(worker).contacts;
-        contacts.extend(tangle.pulls.iter().map(|pull| self.pulled(pull, x)));
+        let pulls = self.tangle.iter().flat_map(|tangle| &tangle.pulls).filter(|pull| {
+            let [a, b, c] = pull.triangle;
+            !self.is_lifted_out(lifts, [pull.node, a, b, c])
+        });
+        contacts.extend(pulls.map(|pull| self.pulled(pull, x)));
+        contacts.extend(lifts.iter().map(|lift| self.lifted(lift)));
+    }
+
+    /// A node that is led out of a collider, as a contact with what stands still.
+    fn lifted(&self, lift: &Lift) -> Active<T> {
+        let edge = self.surfaces.mean_edge;
+        let [one, zero] = [T::ONE, T::ZERO];
+        let contact = [lift.way.map(T::from_f64), [T::from_f64(-2.0 * edge), T::from_f64(edge), zero]];
+        let still = self.surfaces.all_places() as u32;
+        leads([lift.node, still, still, still], [one, -one, zero, zero], contact)
     }
 
     /// A pull as a contact.
@@ -59,22 +86,31 @@ impl<T: Real> TriangleContact<T> {
         let at = |node: u32| x.map(|column| column[node as usize]);
         let apart = (0..3)
             .fold([T::ZERO; 3], |sum, node| add(sum, scale(sub(at(nodes[node]), at(c)), weights[node])));
-        let none = Order::new([0; 2], Candidate { way: Way::VertexTriangle, one: 0, other: 0 });
-        Active {
-            carried: Carried { order: none, kind: Kind::VertexTriangle, key: NO_KEY, force: [T::ZERO; 3] },
-            nodes,
-            weights,
-            contact: Contact {
-                normal,
-                gap: dot(normal, apart) - T::from_f64(thickness),
-                // It goes as fast as a contact of this thickness separates.
-                thickness: T::from_f64(thickness.max(self.surfaces.mean_edge)),
-                friction: T::ZERO,
-                advance: T::ZERO,
-                mobility: T::ZERO,
-            },
-            impulse: [T::ZERO; 3],
-        }
+        // It goes as fast as a contact of this thickness separates.
+        let size = T::from_f64(thickness.max(self.surfaces.mean_edge));
+        leads(nodes, weights, [normal, [dot(normal, apart) - T::from_f64(thickness), size, T::ZERO]])
+    }
+}
+
+/// The nodes that are led out of colliders.
+pub(super) fn lifts<'w, T: Real>(worker: &Worker<'w, T>) -> &'w [Lift] {
+    worker.features.get::<Colliders<T>>().map_or(&[], |colliders| &colliders.lifts)
+}
+
+/// A contact that leads nodes where they belong, and keeps no force: its normal; its gap [m], thickness [m] and friction.
+fn leads<T: Real>(
+    nodes: [u32; 4],
+    weights: [T; 4],
+    [normal, [gap, thickness, friction]]: [[T; 3]; 2],
+) -> Active<T> {
+    let order = Order::new([0; 2], Candidate { way: Way::VertexTriangle, one: 0, other: 0 });
+    let zero = T::ZERO;
+    Active {
+        carried: Carried { order, kind: Kind::VertexTriangle, key: NO_KEY, force: [zero; 3] },
+        nodes,
+        weights,
+        contact: Contact { normal, gap, thickness, friction, advance: zero, mobility: zero },
+        impulse: [zero; 3],
     }
 }
 
