@@ -34,4 +34,5 @@ mod start;
 mod statics;
 mod strain;
 mod surfaces;
+mod tangled;
 mod volume;

@@ -47,6 +47,11 @@ impl Assembly {
         self.extensions.get::<LedOut>().map_or(&[], |led| &led.0)
     }
 
+    /// The first node of each of these bodies.
+    pub(super) fn first_nodes_led_out(&self) -> Vec<usize> {
+        self.led_out().iter().map(|(body, _)| self.bodies[*body].first).collect()
+    }
+
     /// Whether nodes of some bodies are led out of colliders.
     pub fn leads_out(&self) -> bool {
         !self.led_out().is_empty()

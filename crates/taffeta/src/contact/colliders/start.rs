@@ -26,6 +26,7 @@ impl Assembly {
     pub(crate) fn note_starts_inside(&mut self, scene: &Scene) {
         let mut meshes = 0;
         let carried = self.carried();
+        let led_out = self.first_nodes_led_out();
         let Self { bodies, extensions, .. } = self;
         let colliders = extensions.list::<MovingCollider>();
         for (index, collider) in colliders.iter().enumerate() {
@@ -46,8 +47,17 @@ impl Assembly {
                 }
                 let said = [
                     inside.said("inside", &name, |worst| body.vertex_of_solver(worst)).map(|words| {
-                        words + " deep; nodes that start inside are moved to the surface in the first sub-step, \
-                                 and the springs that this stretches throw the body: another place would do"
+                        words
+                            + match led_out.contains(&body.first) {
+                                true => {
+                                    " deep; they are led out while the scene runs, all that hang together to one side: another \
+                                     place would spare the cloth that"
+                                }
+                                false => {
+                                    " deep; nodes that start inside are moved to the surface in the first sub-step, and the \
+                                     springs that this stretches throw the body: another place would do"
+                                }
+                            }
                     }),
                     near.said("within the offset of", &name, |worst| body.vertex_of_solver(worst)).map(|words| {
                         words + &format!(
