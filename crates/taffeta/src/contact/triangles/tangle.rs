@@ -15,6 +15,10 @@ use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 /// How unevenly the parts of a surface beside a line may weigh where the shape of the line chooses between them: their
 /// difference relative to their sum.
 const CHOICE: f64 = 0.5;
+/// Surfaces are layers if their normals agree so far where they cross, as a cosine, or are against each other.
+const LAYERS: f64 = 0.7;
+/// Surfaces that cross each other more steeply than with this cosine have no narrow wedge.
+const STEEP: f64 = 0.2;
 
 /// Surfaces that pass through each other.
 pub struct Tangle {
@@ -94,7 +98,8 @@ impl Tangle {
     /// Adds the lines of two surfaces, or of one with itself.
     fn add(&mut self, look: &Look<'_>, pair: [u32; 2], mut lines: Vec<Line>, first: usize) {
         let labels = look.label(pair, &lines);
-        let weights = look.weigh(pair, &labels);
+        let mut weights = look.weigh(pair, &labels);
+        weights.find_order(pair, &lines, look);
         lines.iter_mut().enumerate().for_each(|(number, line)| look.choose(line, number, &weights));
         let bit = |line: usize| 1_u32 << ((first + line) % u32::BITS as usize);
         for (number, line) in lines.iter().enumerate() {
@@ -309,8 +314,9 @@ impl Look<'_> {
             }
             let of_line = weights.of_lines.get(&(number, trace)).copied().unwrap_or_default();
             let of_surface = weights.of_surfaces.get(&surfaces[0]).copied().unwrap_or(of_line);
-            let is_clear = unevenness(of_surface) < CHOICE && unevenness(of_line) >= CHOICE;
-            let [above, below] = if is_clear { of_line } else { of_surface };
+            let is_alone =
+                !weights.are_layers && unevenness(of_surface) < CHOICE && unevenness(of_line) >= CHOICE;
+            let [above, below] = if is_alone { of_line } else { of_surface };
             line.belongs[trace] = if above >= below { 1 } else { -1 };
             costs[trace] = unevenness([above, below]);
         }
@@ -320,20 +326,10 @@ impl Look<'_> {
         }
     }
 
-    /// From the middle of those of some nodes, each with its side of the other surface, that are where they belong to the middle
-    /// of those that are astray [m].
-    fn way_astray(&self, belongs: i64, nodes: impl Iterator<Item = (u32, i8)> + Clone) -> [f64; 3] {
-        let middle = |is_astray: bool| {
-            let some = nodes.clone().filter(|(_, side)| (i64::from(*side) * belongs < 0) == is_astray);
-            let (sum, count) = some.fold(([0.0; 3], 0.0), |(sum, count), (node, _)| {
-                (add(sum, self.x[node as usize]), count + 1.0)
-            });
-            (count > 0.0).then(|| scale(sum, 1.0 / count))
-        };
-        match [middle(false), middle(true)] {
-            [Some(from), Some(to)] => sub(to, from),
-            _ => [0.0; 3],
-        }
+    /// The area vector of a triangle [m²], twice as long.
+    fn normal(&self, triangle: u32) -> [f64; 3] {
+        let [a, b, c] = self.surfaces.triangles[triangle as usize].map(|node| self.x[node as usize]);
+        cross(sub(b, a), sub(c, a))
     }
 
     /// Leads the end of an edge that is astray back through the triangle. The edge belongs above it, 1, or below, -1.
@@ -341,7 +337,7 @@ impl Look<'_> {
         let end = (0..2).find(|&end| i64::from(cut.sides[end]) * belongs < 0)?;
         let triangle = self.surfaces.triangles[cut.triangle as usize];
         let [a, b, c] = triangle.map(|node| self.x[node as usize]);
-        let normal = cross(sub(b, a), sub(c, a));
+        let normal = self.normal(cut.triangle);
         let squared = dot(normal, normal);
         let [start, end_at] = [cut.edge[1 - end], cut.edge[end]].map(|node| self.x[node as usize]);
         let [from, to] = [start, end_at].map(|x| dot(normal, sub(x, a)) * belongs as f64);
@@ -368,6 +364,27 @@ impl Look<'_> {
 struct Weights {
     of_lines: HashMap<(usize, usize), [usize; 2]>,
     of_surfaces: HashMap<u32, [usize; 2]>,
+    /// Whether the surfaces lie on each other: then one is above the other wherever they cross.
+    are_layers: bool,
+}
+
+impl Weights {
+    /// Finds out whether two surfaces are layers. What is above of the one then weighs as what is below of the other, or above it
+    /// where their normals are against each other.
+    fn find_order(&mut self, [a, b]: [u32; 2], lines: &[Line], look: &Look<'_>) {
+        let [agree, all] =
+            lines.iter().map(|line| line.agreement(look)).fold([0.0; 2], |[s, t], [u, v]| [s + u, t + v]);
+        let (Some(&of_a), Some(&of_b)) = (self.of_surfaces.get(&a), self.of_surfaces.get(&b)) else { return };
+        self.are_layers = agree.abs() > LAYERS * all;
+        if self.are_layers {
+            let order = |[above, below]: [usize; 2], other: [usize; 2]| {
+                let [with_above, with_below] = if agree > 0.0 { [other[1], other[0]] } else { other };
+                [above + with_above, below + with_below]
+            };
+            self.of_surfaces.insert(a, order(of_a, of_b));
+            self.of_surfaces.insert(b, order(of_b, of_a));
+        }
+    }
 }
 
 /// The difference of two weights relative to their sum.
@@ -386,25 +403,26 @@ impl Line {
         look.surfaces.surface_of[node as usize]
     }
 
+    /// How far the normals of both surfaces agree: the sum of their products, and what it would be at most [m⁴].
+    fn agreement(&self, look: &Look<'_>) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for cut in &self.cuts {
+            let of_triangle = look.normal(cut.triangle);
+            for &beside in &look.beside[&cut.edge] {
+                let of_edge = look.normal(beside);
+                sums[0] += dot(of_edge, of_triangle);
+                sums[1] += norm(of_edge) * norm(of_triangle);
+            }
+        }
+        sums
+    }
+
     /// Two surfaces cross each other with four wedges between them. What is astray should be on both sides of a narrow one: to
-    /// close a wide one is a long way.
+    /// close a wide one is a long way. It is a narrow one if each belongs above the other and their normals are against each other,
+    /// or one above and one below and their normals agree.
     fn is_wide(&self, look: &Look<'_>) -> bool {
-        let mut sides: HashMap<u32, i8> = HashMap::new();
-        for cut in &self.cuts {
-            sides.extend(cut.edge.into_iter().zip(cut.sides));
-        }
-        let (mut narrow, mut all) = (0, 0);
-        for cut in &self.cuts {
-            let of_edge = cut.edge.into_iter().zip(cut.sides);
-            let corners = look.surfaces.triangles[cut.triangle as usize];
-            let of_corners = corners.into_iter().filter_map(|node| Some((node, *sides.get(&node)?)));
-            let along = look.way_astray(self.belongs[cut.trace], of_edge);
-            let across = look.way_astray(self.belongs[1 - cut.trace], of_corners);
-            let cosine = dot(along, across);
-            narrow += i64::from(cosine > 0.0) - i64::from(cosine < 0.0);
-            all += i64::from(cosine != 0.0);
-        }
-        2 * narrow < -all
+        let [agree, all] = self.agreement(look);
+        agree * (self.belongs[0] * self.belongs[1]) as f64 > STEEP * all
     }
 }
 
