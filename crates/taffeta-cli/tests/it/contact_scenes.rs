@@ -13,6 +13,9 @@ const SCENES: [(&str, u32); 6] = [
     ("twist_tube", 80),
 ];
 
+/// Scenes that start tangled, and the frame from which on they are free.
+const TANGLED: [(&str, u32); 1] = [("layered", 20)];
+
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/contact")
 }
@@ -39,6 +42,23 @@ fn nothing_passes_through_in_any_frame() {
 }
 
 #[test]
+fn what_starts_tangled_comes_free_and_stays_so() {
+    for (name, frames) in TANGLED {
+        let loaded = taffeta_io::load_scene(&folder().join(name).with_extension("toml"), &[]);
+        let scene = loaded.unwrap_or_else(|error| panic!("{name}: {error}")).scene;
+        let options = Options { threads: Some(2), ..Options::default() };
+        let mut simulation =
+            Simulation::new(&scene, &options).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert!(simulation.intersections().pairs > 100, "{name} starts tangled");
+        for frame in 1..=frames + 20 {
+            simulation.step().unwrap_or_else(|error| panic!("{name}: {error}"));
+            let found = simulation.intersections();
+            assert!(frame < frames || found.pairs == 0, "{name}, frame {frame}: {:?}", found.first);
+        }
+    }
+}
+
+#[test]
 fn every_scene_is_tested() {
     let entries =
         std::fs::read_dir(folder()).expect("the scenes").map(|entry| entry.expect("an entry").path());
@@ -46,5 +66,7 @@ fn every_scene_is_tested() {
     let mut names: Vec<String> =
         scenes.map(|path| path.file_stem().expect("a name").to_string_lossy().into_owned()).collect();
     names.sort();
-    assert_eq!(names, SCENES.map(|(name, _)| name));
+    let mut tested: Vec<&str> = SCENES.iter().chain(&TANGLED).map(|(name, _)| *name).collect();
+    tested.sort_unstable();
+    assert_eq!(names, tested);
 }
