@@ -39,6 +39,13 @@ impl Order {
         Self::new(leaves.map(|leaf| leaf as u32), Candidate { way, one, other })
     }
 
+    /// Its nodes by place.
+    pub fn nodes(&self, surfaces: &Surfaces) -> [u32; 4] {
+        let (way, one, other) = self.local;
+        let leaves = self.leaves.map(|leaf| &surfaces.leaves[leaf as usize]);
+        Candidate { way, one, other }.nodes(leaves)
+    }
+
     /// The leaf whose worker lists it.
     pub fn leaf(&self) -> usize {
         self.leaves[0] as usize

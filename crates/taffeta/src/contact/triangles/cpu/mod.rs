@@ -5,6 +5,7 @@ mod carry;
 mod contacts;
 mod hold;
 mod lanes;
+mod loads;
 mod motion;
 mod narrow_phase;
 mod pose;
@@ -18,6 +19,7 @@ use crate::backend::{ContactForce, SolverState};
 use crate::contact::triangles::cpu::broad_phase::{Leaves, Pairs};
 use crate::contact::triangles::cpu::carry::Push;
 use crate::contact::triangles::cpu::contacts::{Active, Carried, Mail, Order};
+use crate::contact::triangles::cpu::loads::Load;
 use crate::contact::triangles::cpu::motion::Motion;
 use crate::contact::triangles::cpu::narrow_phase::{Close, Memory};
 use crate::contact::triangles::leaves::Lists;
@@ -50,6 +52,9 @@ pub struct TriangleContact<T> {
     mail: Mail<T>,
     /// By kind of pair, and from each worker to each.
     pushes: Shared<Vec<Push<T>>>,
+    /// Whether steps are implicit, so that forces of contacts are among their loads. From each worker to each: these.
+    is_implicit: bool,
+    loads: Shared<Vec<Load<T>>>,
     /// For each place, the number of its contacts.
     counts: Shared<u32>,
     /// For each place, the part of its motion that it may make, as the bits of a number from 0 to 1.
@@ -96,6 +101,8 @@ struct Scratch<T> {
     close: [Vec<Close<T>>; 2],
     contacts: Vec<Active<T>>,
     carried: Vec<Carried<T>>,
+    /// Forces of the last sub-step on nodes, ascending.
+    loads: Vec<Load<T>>,
     /// Nodes in contact, tile by tile, and the place of each among them.
     touched: Vec<Touched<T>>,
     slot: Vec<u32>,
@@ -123,8 +130,9 @@ struct Touched<T> {
     node: u32,
     /// Its state before contact.
     base: [T; 6],
-    /// Sum of what removes old overlaps [kg·m], and of impulses [N·s].
+    /// Sum of what removes old overlaps [kg·m], of impulses that the step has had as loads, and of impulses [N·s].
     push: [T; 3],
+    loaded: [T; 3],
     sum: [T; 3],
 }
 
@@ -140,6 +148,7 @@ impl<T: Real> Scratch<T> {
             close: [Vec::new(), Vec::new()],
             contacts: Vec::new(),
             carried: Vec::new(),
+            loads: Vec::new(),
             touched: Vec::new(),
             slot: vec![NO_SLOT; places],
             responses: Vec::new(),
@@ -190,6 +199,8 @@ impl<T: Real> TriangleContact<T> {
             leaves_by_place: surfaces.leaves_by_place(),
             mail: Mail::new(workers),
             pushes: vec![Vec::new(); 2 * workers * workers].into(),
+            is_implicit: context.assembly.solver.is_primal(),
+            loads: vec![Vec::new(); workers * workers].into(),
             counts: vec![0; surfaces.all_places() + 1].into(),
             parts: atomics(places, 1_f64.to_bits()),
             held: atomics(places, 0),
@@ -259,6 +270,8 @@ fn read<T: Real>(columns: &[Shared<T>; 3]) -> [&[T]; 3] {
 impl<T: Real> Feature<T> for TriangleContact<T> {
     fn ops(&self) -> &'static [Op] {
         &[
+            Op::Elements,
+            Op::Loads,
             Op::SurfaceContacts,
             Op::SurfaceImpulses,
             Op::ApplySurfaceImpulses,
@@ -269,6 +282,12 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
 
     fn run(&self, op: Op, worker: &mut Worker<'_, T>) -> Flow {
         match op {
+            Op::Elements => {
+                if self.has_loads() {
+                    self.find_loads(worker);
+                }
+                Flow::Go
+            }
             Op::SurfaceContacts => {
                 self.find(worker);
                 Flow::Go
@@ -278,7 +297,13 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
         }
     }
 
-    fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
+    fn tile(&self, op: Op, tile: &mut Tile<'_, T>) {
+        if op == Op::Loads {
+            if self.has_loads() {
+                self.add_loads(tile);
+            }
+            return;
+        }
         // SAFETY: each worker has its own, and asks once.
         let scratch = unsafe { self.scratch.of(tile.worker) };
         let responses = &scratch.responses[scratch.tiles[tile.number]..scratch.tiles[tile.number + 1]];
@@ -288,7 +313,9 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     fn prepare(&mut self, assembly: &Assembly, start: f64, state: [&[T]; 6]) {
         if std::mem::take(&mut self.is_stale) {
             self.set_corners(assembly, start);
-            self.find_tangle(state);
+            if self.is_tangled {
+                self.find_tangle(state);
+            }
         }
     }
 
@@ -342,7 +369,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
 
     fn load(&mut self, state: &SolverState) {
         self.forget(0);
-        (self.is_tangled, self.is_stale) = (state.is_tangled, state.is_tangled);
+        (self.is_tangled, self.is_stale) = (state.is_tangled, true);
         self.tangle = None;
         for scratch in self.scratch.iter_mut() {
             scratch.carried.clear();

@@ -5,14 +5,14 @@ use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked};
 use crate::contact::triangles::cpu::contacts::{Active, Carried, Order, What};
 use crate::contact::triangles::cpu::lanes::{Distances, See, Seen, motion};
 use crate::contact::triangles::cpu::narrow_phase::{Close, Look};
-use crate::contact::triangles::cpu::untangle::lifts;
+use crate::contact::triangles::cpu::untangle::{back, lifts};
 use crate::contact::triangles::impulse::{Contact, KEEPS, mobility};
 use crate::contact::triangles::surfaces::Corners;
 use crate::contact::triangles::tangle::Rule;
 use crate::cpu::feature::Flow;
 use crate::cpu::simd::SimdLevel;
 use crate::cpu::worker::Worker;
-use crate::real::{Real, add, dot, scale};
+use crate::real::{Real, add, dot, scale, sub};
 
 /// How far a contact may sink in by a sub-step, relative to its thickness, before another round corrects impulses.
 const SINKS: f64 = 0.01;
@@ -127,7 +127,7 @@ impl<T: Real> TriangleContact<T> {
                             Rule::Apart => look.contact((seen, lane), &one, (order, force), h),
                             Rule::Through { above } => {
                                 let weights = seen.weights.map(|lanes| lanes[lane]);
-                                look.back(before, (&one, weights), (order, force), (above, h))
+                                back(before, &one, weights, above)
                             }
                             Rule::Ignored => None,
                         });
@@ -161,7 +161,7 @@ impl<T: Real> TriangleContact<T> {
                 if *count == 0 {
                     let base = state.map(|column| column[place]);
                     let (node, zero) = (part.node, [T::ZERO; 3]);
-                    scratch.touched.push(Touched { node, base, push: zero, sum: zero });
+                    scratch.touched.push(Touched { node, base, push: zero, loaded: zero, sum: zero });
                 }
                 *count += 1;
             });
@@ -219,11 +219,14 @@ impl<T: Real> TriangleContact<T> {
         let more = |node: usize, vector| touched[node].sum = add(touched[node].sum, vector);
         // SAFETY: as above.
         unsafe { self.mail.sum(What::Impulses, worker.index, more) };
+        if scratch.round == 0 && self.has_loads() {
+            touched.iter_mut().for_each(|one| one.loaded = one.sum);
+        }
         let w = &worker.nodes.inverse_mass;
         scratch.responses.clear();
-        for Touched { node, base, push, sum } in &scratch.touched {
+        for Touched { node, base, push, loaded, sum } in &scratch.touched {
             let w = w[*node as usize];
-            let change = scale(*sum, w);
+            let change = scale(sub(*sum, *loaded), w);
             let way = add(scale(change, h), scale(*push, w));
             let state =
                 std::array::from_fn(|axis| base[axis] + if axis < 3 { way[axis] } else { change[axis - 3] });

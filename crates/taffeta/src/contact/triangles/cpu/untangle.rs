@@ -5,7 +5,7 @@ use crate::assembly::Assembly;
 use crate::contact::colliders::cpu::Colliders;
 use crate::contact::colliders::lift::Lift;
 use crate::contact::triangles::cpu::contacts::{Active, Carried, Order};
-use crate::contact::triangles::cpu::narrow_phase::{Candidate, Close, Look, Way};
+use crate::contact::triangles::cpu::narrow_phase::{Candidate, Close, Way};
 use crate::contact::triangles::impulse::Contact;
 use crate::contact::triangles::surfaces::{Kind, corners_at};
 use crate::contact::triangles::tangle::{Pull, Rule, Tangle};
@@ -114,37 +114,22 @@ fn leads<T: Real>(
     }
 }
 
-impl<T: Real> Look<'_, T> {
-    /// A vertex on the wrong side of a triangle, or just back, as a contact that leads it to the side where it belongs: where
-    /// the normal points (above), or the other.
-    pub(super) fn back(
-        &self,
-        x: [&[T]; 3],
-        (pair, weights): (&Close<T>, [T; 4]),
-        (order, force): (Order, [T; 3]),
-        (above, h): (bool, T),
-    ) -> Option<Active<T>> {
-        let at = |node: u32| x.map(|column| column[node as usize]);
-        let [v, a, b, c] = pair.nodes.map(at);
-        let normal = cross(sub(b, a), sub(c, a));
-        let length = norm(normal);
-        if length <= T::TINY {
-            return None;
-        }
-        let normal = scale(normal, if above { T::ONE } else { -T::ONE } / length);
-        Some(Active {
-            carried: Carried { order, kind: pair.kind(), key: pair.candidate.key(self.leaves), force },
-            nodes: pair.nodes,
-            weights,
-            contact: Contact {
-                normal,
-                gap: dot(normal, sub(v, a)) - pair.thickness,
-                thickness: pair.thickness,
-                friction: T::ZERO,
-                advance: T::ZERO,
-                mobility: T::ZERO,
-            },
-            impulse: scale(force, h),
-        })
+/// A vertex on the wrong side of a triangle, or just back, as a contact that leads it to the side where it belongs: where the
+/// normal points (above), or the other. `x` are all positions [m], and `weights` those of the closest points.
+pub(super) fn back<T: Real>(
+    x: [&[T]; 3],
+    pair: &Close<T>,
+    weights: [T; 4],
+    above: bool,
+) -> Option<Active<T>> {
+    let at = |node: u32| x.map(|column| column[node as usize]);
+    let [v, a, b, c] = pair.nodes.map(at);
+    let normal = cross(sub(b, a), sub(c, a));
+    let length = norm(normal);
+    if length <= T::TINY {
+        return None;
     }
+    let normal = scale(normal, if above { T::ONE } else { -T::ONE } / length);
+    let gap = dot(normal, sub(v, a)) - pair.thickness;
+    Some(leads(pair.nodes, weights, [normal, [gap, pair.thickness, T::ZERO]]))
 }
