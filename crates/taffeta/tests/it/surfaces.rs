@@ -104,6 +104,26 @@ fn implicit_steps_of_any_length_keep_cloth_apart() {
 }
 
 #[test]
+fn a_weight_lies_in_a_hammock_that_is_solved_for() {
+    let mut hammock = fabric("hammock", [13, 13], [0.0; 3]);
+    hammock = hammock.pin(Select::rows(0, 0)).pin(Select::rows(12, 12));
+    let mut weight = fabric("weight", [4, 4], [0.003, 0.006, 0.002]);
+    weight.material.as_mut().expect("a fabric").density = Some(20.0);
+    let mut scene = implicit(Scene::new("hammock").body(hammock).body(weight), 1.0 / 240.0);
+    scene.world.drag = 5e-4;
+    let mut simulation = build(&scene);
+    let mut most = 0.0_f64;
+    for _ in 0..60 {
+        run_free(&mut simulation, 1, "hammock");
+        most = most.max(simulation.report().max_stretch);
+    }
+    // Where the solver knows nothing of what lies on it, impulses after it stretch the fabric to more than twice its length.
+    assert!(most < 1.6, "{most}");
+    let lowest = positions(&simulation)[169..].iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
+    assert!(lowest > -0.1, "the hammock holds it: {lowest}");
+}
+
+#[test]
 fn a_fine_sheet_does_not_slip_through_the_triangles_of_a_coarse_one() {
     // Corners of the fine one come down in the middle of triangles, and the coarse one's nodes between its own.
     let mut coarse = Body::cloth("coarse", Mesh::grid(3, 3, [0.4, 0.4])).with_mass(Mass::Node(2e-3));
