@@ -20,14 +20,17 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/contact")
 }
 
+fn built(name: &str) -> Simulation {
+    let loaded = taffeta_io::load_scene(&folder().join(name).with_extension("toml"), &[]);
+    let scene = loaded.unwrap_or_else(|error| panic!("{name}: {error}")).scene;
+    let options = Options { threads: Some(2), ..Options::default() };
+    Simulation::new(&scene, &options).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
 #[test]
 fn nothing_passes_through_in_any_frame() {
     for (name, frames) in SCENES {
-        let loaded = taffeta_io::load_scene(&folder().join(name).with_extension("toml"), &[]);
-        let scene = loaded.unwrap_or_else(|error| panic!("{name}: {error}")).scene;
-        let options = Options { threads: Some(2), ..Options::default() };
-        let mut simulation =
-            Simulation::new(&scene, &options).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let mut simulation = built(name);
         let mut touched = 0;
         for frame in 0..=frames {
             if frame > 0 {
@@ -44,11 +47,7 @@ fn nothing_passes_through_in_any_frame() {
 #[test]
 fn what_starts_tangled_comes_free_and_stays_so() {
     for (name, frames) in TANGLED {
-        let loaded = taffeta_io::load_scene(&folder().join(name).with_extension("toml"), &[]);
-        let scene = loaded.unwrap_or_else(|error| panic!("{name}: {error}")).scene;
-        let options = Options { threads: Some(2), ..Options::default() };
-        let mut simulation =
-            Simulation::new(&scene, &options).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let mut simulation = built(name);
         assert!(simulation.intersections().pairs > 100, "{name} starts tangled");
         for frame in 1..=frames + 20 {
             simulation.step().unwrap_or_else(|error| panic!("{name}: {error}"));

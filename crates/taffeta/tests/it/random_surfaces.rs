@@ -201,7 +201,7 @@ fn scenes_with_moving_colliders_that_start_apart_stay_so() {
     try_all(true);
 }
 
-/// Whether a scene that starts tangled comes free in half a second and stays so; `None` if it starts free.
+/// Whether a scene that starts tangled is free after 40 frames; `None` if it starts free.
 fn comes_free(seed: u64) -> Option<bool> {
     let (scene, _) = scene(seed, false, Start::Tangled);
     let mut simulation = build_as(&scene, Precision::F32, 1);

@@ -357,6 +357,18 @@ fn a_restored_simulation_goes_on_bit_by_bit() {
 }
 
 #[test]
+fn a_thickness_in_millimetres_is_warned_of() {
+    let said = |thickness: f64| {
+        let mut one = sheet("one", [8, 8], [0.0; 3], 0.3);
+        one.self_collision.as_mut().expect("it touches").thickness = thickness;
+        let words = crate::common::warnings(&build(&Scene::new("").time(0.01, 5e-4).body(one)));
+        words.iter().any(|words| words.contains("thickness is 3 m") && words.contains("mm are divided"))
+    };
+    assert!(said(3.0));
+    assert!(!said(0.003));
+}
+
+#[test]
 fn what_cannot_be_is_refused_in_words() {
     let refused = |scene: &Scene| match Simulation::new(scene, &taffeta::Options::default()) {
         Ok(_) => panic!("it was accepted"),

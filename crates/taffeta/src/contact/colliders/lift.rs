@@ -1,7 +1,7 @@
 //! Cloth that starts through a collider: which way out all its nodes take that are inside.
 //!
 //! Each node on its own would take the shortest way, and a sheet that starts across a box would be torn over it. Nodes that hang
-//! together take one way: along the sheet's normal, to the side on which the deepest is out first. Contact leaves them alone
+//! together take one way: along the sheet's normal, to the side on which all of them are out first. Contact leaves them alone
 //! until they are out.
 
 use crate::assembly::Assembly;

@@ -2,6 +2,7 @@
 
 use crate::assembly::Assembly;
 use crate::assembly::body::BodyAssembly;
+use crate::contact::clusters::margin::extent;
 use crate::contact::colliders::moving::MovingCollider;
 use crate::contact::nodes::build::exclusions;
 use crate::contact::nodes::self_contact::Exclusions;
@@ -9,8 +10,8 @@ use crate::contact::triangles::closest::{EdgeEdge, Pair, VertexTriangle};
 use crate::contact::triangles::leaves::{Cut, Leaf, Rings};
 use crate::plan::Substep;
 use crate::real::{Real, cross, dot};
-use crate::scene::{ContactForm, Scene, SceneError, SelfCollision};
-use crate::topology::boxes::leaf_order;
+use crate::scene::{ContactForm, Scene, SceneError, SelfCollision, plain};
+use crate::topology::boxes::{around, leaf_order};
 use crate::topology::{Piercing, measure, piercings};
 use std::collections::{HashMap, HashSet};
 
@@ -127,6 +128,14 @@ impl BodyAssembly {
             return Err(SceneError::new("self_collision.restitution", message));
         }
         let neighbours = exclusions(self, wish.thickness)?;
+        let across = extent(around(self.start.iter().copied()));
+        if wish.thickness > across {
+            self.warnings.push(format!(
+                "self_collision.thickness is {} m, and all of the body is {across:.3} m across: whatever comes near it touches all of \
+                 it; 0.002 to 0.005 m is usual for cloth (mm are divided by 1000)",
+                plain(wish.thickness)
+            ));
+        }
         let SelfCollision { thickness, friction, .. } = *wish;
         self.extensions.insert(SurfaceContact { thickness, friction, neighbours });
         Ok(())
