@@ -224,7 +224,11 @@ fn a_checkpoint_that_does_not_fit_is_refused_with_the_reason() {
     refused(b"PK\x03\x04 something else entirely, long enough", &[], "not a checkpoint of taffeta");
     let mut older = good.clone();
     older[8..12].copy_from_slice(&0_u32.to_le_bytes());
-    refused(&older, &[], "written by an older program, in version 0 of the format; this one reads version 9");
+    refused(
+        &older,
+        &[],
+        "written by an older program, in version 0 of the format; this one reads version 10",
+    );
     older[8] = 99;
     refused(&older, &[], "written by a newer program");
     let stiffer = ["--set", "body.sheet.springs.structural.k=101"];

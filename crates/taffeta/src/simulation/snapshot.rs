@@ -50,7 +50,6 @@ pub struct Snapshot {
     /// Number of contacts between surfaces that carry a force.
     pub contacts: u64,
     /// Whether surfaces that pass through each other are being pulled apart.
-    #[serde(default)]
     pub is_tangled: bool,
     /// Positions [m], then velocities [m/s] of all nodes in user order, little endian. Kept apart when serialized.
     #[serde(skip)]
