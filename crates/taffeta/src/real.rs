@@ -229,6 +229,19 @@ pub fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// A symmetric matrix: xx, yy, zz, xy, xz, yz.
+pub type Symmetric<T> = [T; 6];
+
+/// A matrix times a vector.
+#[inline(always)]
+pub fn times<T: Real>(m: &Symmetric<T>, v: [T; 3]) -> [T; 3] {
+    [
+        m[0] * v[0] + m[3] * v[1] + m[4] * v[2],
+        m[3] * v[0] + m[1] * v[1] + m[5] * v[2],
+        m[4] * v[0] + m[5] * v[1] + m[2] * v[2],
+    ]
+}
+
 /// Area between three corners [m²].
 pub fn area<T: Real>([a, b, c]: [[T; 3]; 3]) -> T {
     T::from_f64(0.5) * norm(cross(sub(b, a), sub(c, a)))

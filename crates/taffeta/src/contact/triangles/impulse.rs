@@ -19,7 +19,7 @@ pub const KEEPS: f64 = 1.05;
 
 /// A node gets at most so many times the velocity by which sides approach each other. A contact next to a pinned node could
 /// otherwise be kept only by a lever: the free node of the smallest weight would fly off.
-const LEVER: f64 = 2.0;
+pub const LEVER: f64 = 2.0;
 
 /// How much the relative velocity of a contact changes by an impulse [1/kg]. For each of its nodes: the size of its weight, and
 /// the inverse of the contact's part of its mass [1/kg].
@@ -43,10 +43,18 @@ pub struct Contact<T> {
     /// Thickness [m], Coulomb coefficient.
     pub thickness: T,
     pub friction: T,
+    /// How much friction [N·s] there is beside that: what the solver of an implicit step has left of it.
+    pub grip: T,
     /// How far a collider comes nearer in the sub-step [m].
     pub advance: T,
     /// How much the relative velocity changes by an impulse [1/kg]: see [`mobility`].
     pub mobility: T,
+}
+
+/// What an impulse along a normal leaves of friction [N·s].
+pub fn grip<T: Real>(impulse: [T; 3], normal: [T; 3], friction: T) -> T {
+    let along = dot(impulse, normal);
+    (friction * along - norm(sub(impulse, scale(normal, along)))).max(T::ZERO)
 }
 
 impl<T: Real> Contact<T> {
@@ -94,7 +102,7 @@ impl<T: Real> Contact<T> {
     /// Normal and tangential parts put together, the tangential one no longer than friction allows.
     #[inline(always)]
     fn in_cone(&self, normal: T, across: [T; 3]) -> [T; 3] {
-        let (length, most) = (norm(across), self.friction * normal);
+        let (length, most) = (norm(across), self.friction * normal + self.grip);
         let kept = if length > most { most / length } else { T::ONE };
         add(scale(self.normal, normal), scale(across, kept))
     }
@@ -108,7 +116,15 @@ mod tests {
 
     fn contact(gap: f64, friction: f64) -> Contact<f64> {
         // Two nodes of 1 kg.
-        Contact { normal: [0.0, 1.0, 0.0], gap, thickness: 0.01, friction, advance: 0.0, mobility: 2.0 }
+        Contact {
+            normal: [0.0, 1.0, 0.0],
+            gap,
+            thickness: 0.01,
+            friction,
+            grip: 0.0,
+            advance: 0.0,
+            mobility: 2.0,
+        }
     }
 
     /// Relative velocity after an impulse.
@@ -150,6 +166,8 @@ mod tests {
         assert_eq!(contact(0.0, 0.5).correct([0.0; 3], v, H), [-0.5, 1.0, 0.0], "it slides");
         assert_eq!(contact(0.0, 2.0).correct([0.0; 3], v, H), [-1.5, 1.0, 0.0], "it sticks");
         assert_eq!(contact(0.0, 0.5).start([4.0, 2.0, 0.0]), [1.0, 2.0, 0.0]);
+        let pressed = Contact { grip: 0.25, ..contact(0.0, 0.5) };
+        assert_eq!(pressed.correct([0.0; 3], v, H), [-0.75, 1.0, 0.0], "what is pressed already holds, too");
     }
 
     #[test]

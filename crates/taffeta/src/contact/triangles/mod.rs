@@ -10,5 +10,6 @@ pub mod cpu;
 pub mod filter;
 pub mod impulse;
 pub mod leaves;
+pub mod solved;
 pub mod surfaces;
 pub mod tangle;

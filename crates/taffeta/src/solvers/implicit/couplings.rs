@@ -8,9 +8,9 @@
 //! of a node's blocks.
 
 use crate::assembly::Assembly;
-use crate::real::Real;
+use crate::real::{Real, Symmetric, times};
 use crate::solvers::implicit::coarsening::Weighted;
-use crate::solvers::implicit::implicit::{Symmetric, times};
+
 use crate::solvers::implicit::levels::Level;
 use crate::solvers::implicit::slots::{NO_EDGE, Slots};
 use crate::topology::{Csr, LANES};

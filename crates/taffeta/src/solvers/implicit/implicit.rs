@@ -20,7 +20,7 @@
 //! turning springs as well as two do from rest.
 
 use crate::contact::colliders::predicted_contact::PredictedContact;
-use crate::real::{Real, add, dot, scale, sub};
+use crate::real::{Real, Symmetric, add, dot, scale, sub, times};
 
 /// Share of the diagonal that is added to a diagonal block before it is inverted, in units of the last place.
 const FLOOR: f64 = 16.0;
@@ -99,19 +99,6 @@ impl<T: Real> Stiff<T> {
         let n = scale(d, inverse);
         LinearSpring { q: scale(n, axial), across, along: n, impulse: self.h * pull }
     }
-}
-
-/// A symmetric matrix: xx, yy, zz, xy, xz, yz.
-pub type Symmetric<T> = [T; 6];
-
-/// A matrix times a vector.
-#[inline(always)]
-pub fn times<T: Real>(m: &Symmetric<T>, v: [T; 3]) -> [T; 3] {
-    [
-        m[0] * v[0] + m[3] * v[1] + m[4] * v[2],
-        m[3] * v[0] + m[1] * v[1] + m[5] * v[2],
-        m[4] * v[0] + m[5] * v[1] + m[2] * v[2],
-    ]
 }
 
 /// B u of a spring.

@@ -1,10 +1,10 @@
 //! Drivers that take the CPU's formulas of Newton steps through the GPU's arrays.
 
 use crate::gpu::layout::{Four, GROUP};
-use crate::real::{add, dot};
+use crate::real::{add, dot, times};
 use crate::solvers::dual::twin::{by_halves, three};
 use crate::solvers::implicit::gpu_layout::{NodeSolve, PcgState, Vector, When};
-use crate::solvers::implicit::implicit::{MOST_STEPS, leaves_much, motion, times};
+use crate::solvers::implicit::implicit::{MOST_STEPS, leaves_much, motion};
 use crate::solvers::implicit::twin::{Twin, six};
 
 impl Twin<'_> {

@@ -5,7 +5,7 @@ use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, r
 use crate::cpu::simd::Kernel;
 use crate::gpu::layout::{Four, GROUP, Solving};
 use crate::parity::fixture::{Fixture, SUBSTEP};
-use crate::real::{add, dot, scale, sub};
+use crate::real::{add, dot, scale, sub, times};
 use crate::solvers::dual::distance::{Conjugate, warm_start_factor};
 use crate::solvers::dual::gpu_layout::{ContactRecord, SolveStatistics};
 use crate::solvers::dual::twin::{
@@ -19,7 +19,7 @@ use crate::solvers::implicit::gpu_layout::{
 };
 use crate::solvers::implicit::implicit::{
     LAST_PAIRS, Stiff, add_weighted, block, diagonal, edge_times, inverse, is_solved, jacobi,
-    residual_fraction, right_side, times, velocity_change,
+    residual_fraction, right_side, velocity_change,
 };
 use crate::topology::LANES;
 use std::slice::from_mut;

@@ -39,13 +39,6 @@ impl Order {
         Self::new(leaves.map(|leaf| leaf as u32), Candidate { way, one, other })
     }
 
-    /// Its nodes by place.
-    pub fn nodes(&self, surfaces: &Surfaces) -> [u32; 4] {
-        let (way, one, other) = self.local;
-        let leaves = self.leaves.map(|leaf| &surfaces.leaves[leaf as usize]);
-        Candidate { way, one, other }.nodes(leaves)
-    }
-
     /// The leaf whose worker lists it.
     pub fn leaf(&self) -> usize {
         self.leaves[0] as usize
@@ -61,6 +54,8 @@ pub struct Carried<T> {
     pub key: [u32; 2],
     /// On the first side [N].
     pub force: [T; 3],
+    /// The impulse that the solver of an implicit sub-step has given it [N·s].
+    pub solved: [T; 3],
 }
 
 /// A contact, with its nodes.
@@ -69,7 +64,7 @@ pub struct Active<T> {
     pub nodes: [u32; 4],
     pub weights: [T; 4],
     pub contact: Contact<T>,
-    /// Impulse on the first side [N·s].
+    /// Impulse on the first side, beside that of the solver [N·s].
     pub impulse: [T; 3],
 }
 

@@ -5,11 +5,11 @@ mod carry;
 mod contacts;
 mod hold;
 mod lanes;
-mod loads;
 mod motion;
 mod narrow_phase;
 mod pose;
 mod rounds;
+pub mod solved;
 #[cfg(test)]
 mod tests;
 mod untangle;
@@ -19,10 +19,11 @@ use crate::backend::{ContactForce, SolverState};
 use crate::contact::triangles::cpu::broad_phase::{Leaves, Pairs};
 use crate::contact::triangles::cpu::carry::Push;
 use crate::contact::triangles::cpu::contacts::{Active, Carried, Mail, Order};
-use crate::contact::triangles::cpu::loads::Load;
 use crate::contact::triangles::cpu::motion::Motion;
 use crate::contact::triangles::cpu::narrow_phase::{Close, Memory};
+use crate::contact::triangles::cpu::solved::Solved;
 use crate::contact::triangles::leaves::Lists;
+use crate::contact::triangles::solved::sustained;
 use crate::contact::triangles::surfaces::{Kind, Surfaces};
 use crate::contact::triangles::tangle::Tangle;
 use crate::cpu::backend::Context;
@@ -52,9 +53,9 @@ pub struct TriangleContact<T> {
     mail: Mail<T>,
     /// By kind of pair, and from each worker to each.
     pushes: Shared<Vec<Push<T>>>,
-    /// Whether steps are implicit, so that forces of contacts are among their loads. From each worker to each: these.
+    /// Whether steps are implicit, so that contacts are part of their systems.
     is_implicit: bool,
-    loads: Shared<Vec<Load<T>>>,
+    solved: Solved<T>,
     /// For each place, the number of its contacts.
     counts: Shared<u32>,
     /// For each place, the part of its motion that it may make, as the bits of a number from 0 to 1.
@@ -101,8 +102,6 @@ struct Scratch<T> {
     close: [Vec<Close<T>>; 2],
     contacts: Vec<Active<T>>,
     carried: Vec<Carried<T>>,
-    /// Forces of the last sub-step on nodes, ascending.
-    loads: Vec<Load<T>>,
     /// Nodes in contact, tile by tile, and the place of each among them.
     touched: Vec<Touched<T>>,
     slot: Vec<u32>,
@@ -130,9 +129,8 @@ struct Touched<T> {
     node: u32,
     /// Its state before contact.
     base: [T; 6],
-    /// Sum of what removes old overlaps [kg·m], of impulses that the step has had as loads, and of impulses [N·s].
+    /// Sum of what removes old overlaps [kg·m], and of impulses [N·s].
     push: [T; 3],
-    loaded: [T; 3],
     sum: [T; 3],
 }
 
@@ -148,7 +146,6 @@ impl<T: Real> Scratch<T> {
             close: [Vec::new(), Vec::new()],
             contacts: Vec::new(),
             carried: Vec::new(),
-            loads: Vec::new(),
             touched: Vec::new(),
             slot: vec![NO_SLOT; places],
             responses: Vec::new(),
@@ -162,13 +159,17 @@ impl<T: Real> Scratch<T> {
 
     /// Keeps the forces for the next sub-step. That of a sub-step of `h` counts by its part of the longest one [s]: what is
     /// left of a frame may be too short to tell a force.
-    fn note_forces(&mut self, h: T, longest: T) {
+    fn note_forces(&mut self, h: T, longest: T, is_solved: bool) {
         let old = (T::ONE - h / longest).max(T::ZERO);
         self.carried.clear();
         for Active { carried, impulse, .. } in &self.contacts {
-            let force = add(scale(carried.force, old), scale(*impulse, T::ONE / h.max(longest)));
+            let (last, impulse) = (carried.force, add(carried.solved, *impulse));
+            let mut force = add(scale(last, old), scale(impulse, T::ONE / h.max(longest)));
+            if is_solved {
+                force = sustained(force, last);
+            }
             if force != [T::ZERO; 3] && carried.key != NO_KEY {
-                self.carried.push(Carried { force, ..*carried });
+                self.carried.push(Carried { force, solved: [T::ZERO; 3], ..*carried });
             }
         }
     }
@@ -200,7 +201,7 @@ impl<T: Real> TriangleContact<T> {
             mail: Mail::new(workers),
             pushes: vec![Vec::new(); 2 * workers * workers].into(),
             is_implicit: context.assembly.solver.is_primal(),
-            loads: vec![Vec::new(); workers * workers].into(),
+            solved: Solved::new(workers, if context.assembly.solver.is_primal() { places } else { 0 }),
             counts: vec![0; surfaces.all_places() + 1].into(),
             parts: atomics(places, 1_f64.to_bits()),
             held: atomics(places, 0),
@@ -270,8 +271,6 @@ fn read<T: Real>(columns: &[Shared<T>; 3]) -> [&[T]; 3] {
 impl<T: Real> Feature<T> for TriangleContact<T> {
     fn ops(&self) -> &'static [Op] {
         &[
-            Op::Elements,
-            Op::Loads,
             Op::SurfaceContacts,
             Op::SurfaceImpulses,
             Op::ApplySurfaceImpulses,
@@ -282,12 +281,6 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
 
     fn run(&self, op: Op, worker: &mut Worker<'_, T>) -> Flow {
         match op {
-            Op::Elements => {
-                if self.has_loads() {
-                    self.find_loads(worker);
-                }
-                Flow::Go
-            }
             Op::SurfaceContacts => {
                 self.find(worker);
                 Flow::Go
@@ -297,13 +290,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
         }
     }
 
-    fn tile(&self, op: Op, tile: &mut Tile<'_, T>) {
-        if op == Op::Loads {
-            if self.has_loads() {
-                self.add_loads(tile);
-            }
-            return;
-        }
+    fn tile(&self, _: Op, tile: &mut Tile<'_, T>) {
         // SAFETY: each worker has its own, and asks once.
         let scratch = unsafe { self.scratch.of(tile.worker) };
         let responses = &scratch.responses[scratch.tiles[tile.number]..scratch.tiles[tile.number + 1]];
@@ -379,7 +366,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
         for &ContactForce { kind, pair, force } in &state.contacts {
             let kind = Kind::ALL[usize::from(kind).min(1)];
             let order = Order::of_key(&self.surfaces, kind, pair);
-            all.push(Carried { order, kind, key: pair, force: force.map(T::from_f64) });
+            all.push(Carried { order, kind, key: pair, force: force.map(T::from_f64), solved: [T::ZERO; 3] });
         }
         all.sort_unstable_by_key(|one| one.order);
         for one in all {
@@ -399,6 +386,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
             + self.leaves.bytes()
             + self.leaves_by_place.bytes()
             + self.counts.bytes()
+            + self.solved.bytes()
             + self.before.iter().chain(&self.after).chain(&self.target).map(Shared::bytes).sum::<usize>()
     }
 }

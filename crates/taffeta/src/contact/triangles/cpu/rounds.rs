@@ -6,45 +6,49 @@ use crate::contact::triangles::cpu::contacts::{Active, Carried, Order, What};
 use crate::contact::triangles::cpu::lanes::{Distances, See, Seen, motion};
 use crate::contact::triangles::cpu::narrow_phase::{Close, Look};
 use crate::contact::triangles::cpu::untangle::{back, lifts};
-use crate::contact::triangles::impulse::{Contact, KEEPS, mobility};
+use crate::contact::triangles::impulse::{Contact, KEEPS, grip, mobility};
 use crate::contact::triangles::surfaces::Corners;
 use crate::contact::triangles::tangle::Rule;
 use crate::cpu::feature::Flow;
 use crate::cpu::simd::SimdLevel;
 use crate::cpu::worker::Worker;
-use crate::real::{Real, add, dot, scale, sub};
+use crate::real::{Real, add, dot, scale};
 
 /// How far a contact may sink in by a sub-step, relative to its thickness, before another round corrects impulses.
 const SINKS: f64 = 0.01;
 
 impl<T: Real> Look<'_, T> {
-    /// A pair as a contact, if it would end nearer than its thickness. One that carries a force remains one a little longer.
+    /// A pair as a contact, if it would end nearer than `within` times its thickness. One that carries a force remains one a little
+    /// longer; it starts from what the force does in a time of `warm` [s].
     fn contact(
         &self,
         (seen, lane): (&Seen<T>, usize),
         close: &Close<T>,
-        (order, force): (Order, [T; 3]),
-        h: T,
+        (order, [force, solved]): (Order, [[T; 3]; 2]),
+        (warm, within): (T, T),
     ) -> Option<Active<T>> {
         let (distance, thickness) = (seen.distance[lane], close.thickness);
-        let keeps = if force == [T::ZERO; 3] { T::ONE } else { T::from_f64(KEEPS) };
+        let is_new = [force, solved] == [[T::ZERO; 3]; 2];
+        let keeps = if is_new { within } else { within.max(T::from_f64(KEEPS)) };
         if !(seen.then[lane] < keeps * thickness && distance > T::ZERO) {
             return None;
         }
         let key = close.candidate.key(self.leaves);
+        let normal = seen.apart.map(|lanes| lanes[lane] / distance);
         Some(Active {
-            carried: Carried { order, kind: close.kind(), key, force },
+            carried: Carried { order, kind: close.kind(), key, force, solved },
             nodes: close.nodes,
             weights: seen.weights.map(|lanes| lanes[lane]),
             contact: Contact {
-                normal: seen.apart.map(|lanes| lanes[lane] / distance),
+                normal,
                 gap: distance - thickness,
                 thickness,
                 friction: self.friction,
+                grip: grip(solved, normal, self.friction),
                 advance: T::ZERO,
                 mobility: T::ZERO,
             },
-            impulse: scale(force, h),
+            impulse: scale(force, warm),
         })
     }
 }
@@ -57,7 +61,9 @@ impl<T: Real> TriangleContact<T> {
         worker.synchronise();
         self.scratch(worker).contacts.clear();
         self.pull(worker);
-        self.look(worker, Some(worker.substep.h), 0.0);
+        // What the solver has given is there already.
+        let warm = if self.is_solved() { T::ZERO } else { worker.substep.h };
+        self.look(worker, Some((warm, T::ONE)), 0.0);
         let scratch = self.scratch(worker);
         (scratch.round, scratch.stage) = (0, FilterRound::First);
         let nearest = scratch.contacts.iter().map(|one| {
@@ -79,9 +85,9 @@ impl<T: Real> TriangleContact<T> {
         self.take_nodes(worker);
     }
 
-    /// Finds the pairs that come near each other in the sub-step, by up to `extra` [m] more than nodes say; and its contacts, if
-    /// its length is given [s].
-    pub(super) fn look(&self, worker: &Worker<'_, T>, h: Option<T>, extra: f64) {
+    /// Finds the pairs that come near each other in the sub-step, by up to `extra` [m] more than nodes say; and its
+    /// contacts, if asked: the time in which they start from their forces [s], and how near they are, by their thickness.
+    pub(super) fn look(&self, worker: &Worker<'_, T>, contact: Option<(T, T)>, extra: f64) {
         let (before, after, level) = (read(&self.before), read(&self.after), worker.nodes.level);
         let (index, surfaces) = (worker.index, &self.surfaces);
         self.leaves.follow(index, surfaces, [before, after], level);
@@ -100,7 +106,7 @@ impl<T: Real> TriangleContact<T> {
                 let (kind, nodes) = (sixteen.kind, &sixteen.nodes);
                 let see = || level.run(See { kind, nodes, before, after });
                 // Where some were close they are likely to be so again.
-                let seen = (sixteen.any_close && h.is_some()).then(see);
+                let seen = (sixteen.any_close && contact.is_some()).then(see);
                 let distances = seen
                     .as_ref()
                     .map_or_else(|| level.run(Distances { kind, nodes, x: before }), |seen| seen.distance);
@@ -111,20 +117,21 @@ impl<T: Real> TriangleContact<T> {
                 if !sixteen.any_close {
                     continue;
                 }
-                let seen = seen.or_else(|| h.map(|_| see()));
+                let seen = seen.or_else(|| contact.map(|_| see()));
                 for lane in (0..sixteen.count).filter(|&lane| left[lane] < wanted.needs) {
                     let one = sixteen.pair(lane);
                     let rule = self.rule(lifts, &one);
                     if rule == Rule::Apart {
                         close[kind as usize].push(one);
                     }
-                    if let (Some(seen), Some(h)) = (&seen, h) {
+                    if let (Some(seen), Some(limits)) = (&seen, contact) {
                         let order = Order::new(pair.leaves, one.candidate);
                         while carried.next_if(|carried| carried.order < order).is_some() {}
                         let carried = carried.next_if(|carried| carried.order == order);
-                        let force = carried.map_or([T::ZERO; 3], |carried| carried.force);
+                        let last =
+                            carried.map_or([[T::ZERO; 3]; 2], |carried| [carried.force, carried.solved]);
                         contacts.extend(match rule {
-                            Rule::Apart => look.contact((seen, lane), &one, (order, force), h),
+                            Rule::Apart => look.contact((seen, lane), &one, (order, last), limits),
                             Rule::Through { above } => {
                                 let weights = seen.weights.map(|lanes| lanes[lane]);
                                 back(before, &one, weights, above)
@@ -161,7 +168,7 @@ impl<T: Real> TriangleContact<T> {
                 if *count == 0 {
                     let base = state.map(|column| column[place]);
                     let (node, zero) = (part.node, [T::ZERO; 3]);
-                    scratch.touched.push(Touched { node, base, push: zero, loaded: zero, sum: zero });
+                    scratch.touched.push(Touched { node, base, push: zero, sum: zero });
                 }
                 *count += 1;
             });
@@ -219,14 +226,11 @@ impl<T: Real> TriangleContact<T> {
         let more = |node: usize, vector| touched[node].sum = add(touched[node].sum, vector);
         // SAFETY: as above.
         unsafe { self.mail.sum(What::Impulses, worker.index, more) };
-        if scratch.round == 0 && self.has_loads() {
-            touched.iter_mut().for_each(|one| one.loaded = one.sum);
-        }
         let w = &worker.nodes.inverse_mass;
         scratch.responses.clear();
-        for Touched { node, base, push, loaded, sum } in &scratch.touched {
+        for Touched { node, base, push, sum } in &scratch.touched {
             let w = w[*node as usize];
-            let change = scale(sub(*sum, *loaded), w);
+            let change = scale(*sum, w);
             let way = add(scale(change, h), scale(*push, w));
             let state =
                 std::array::from_fn(|axis| base[axis] + if axis < 3 { way[axis] } else { change[axis - 3] });

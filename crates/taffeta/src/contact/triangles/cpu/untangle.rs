@@ -106,10 +106,16 @@ fn leads<T: Real>(
     let order = Order::new([0; 2], Candidate { way: Way::VertexTriangle, one: 0, other: 0 });
     let zero = T::ZERO;
     Active {
-        carried: Carried { order, kind: Kind::VertexTriangle, key: NO_KEY, force: [zero; 3] },
+        carried: Carried {
+            order,
+            kind: Kind::VertexTriangle,
+            key: NO_KEY,
+            force: [zero; 3],
+            solved: [zero; 3],
+        },
         nodes,
         weights,
-        contact: Contact { normal, gap, thickness, friction, advance: zero, mobility: zero },
+        contact: Contact { normal, gap, thickness, friction, grip: zero, advance: zero, mobility: zero },
         impulse: [zero; 3],
     }
 }

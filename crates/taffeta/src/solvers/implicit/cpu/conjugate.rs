@@ -3,11 +3,11 @@
 use crate::contact::colliders::predicted_contact::{Approach, PredictedContact, reach};
 use crate::real::{Real, scale};
 use crate::solvers::dual::distance::{Conjugate, warm_start_factor};
-use crate::solvers::implicit::cpu::ImplicitWorker;
-use crate::solvers::implicit::cpu::cycle::slots_of;
+use crate::solvers::implicit::cpu::cycle::{Product, slots_of};
 use crate::solvers::implicit::cpu::kernels::{Advance, Apply, FINE, Operator, Own, store};
 use crate::solvers::implicit::cpu::setup::SetUp;
 use crate::solvers::implicit::cpu::tables::Chunk;
+use crate::solvers::implicit::cpu::{ImplicitWorker, Scratch};
 use crate::solvers::implicit::implicit::{Stiff, is_solved, residual_fraction, right_side, velocity_change};
 use crate::topology::LANES;
 use std::ops::Range;
@@ -29,7 +29,7 @@ pub struct CgState {
     /// The next step, and the share of the last direction in its own.
     step: (f64, f64),
     /// Velocity [m/s] that the whole body still lacks, where nothing holds it.
-    drift: [f64; 3],
+    pub drift: [f64; 3],
 }
 
 impl<T: Real> ImplicitWorker<'_, '_, T> {
@@ -208,8 +208,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         });
         self.worker.synchronise();
         let share = |[along, curvature]: [f64; 2]| T::from_f64(warm_start_factor(along, curvature));
-        let shares: Vec<T> =
-            (0..self.scratch.bodies.len()).map(|body| share(self.product_sums(body))).collect();
+        let shares: Vec<T> = self.product_sums().into_iter().map(share).collect();
         self.each(0, |worker, chunk| {
             let (here, part) = (&worker.shared.levels[0], &chunk.part);
             // SAFETY: only this chunk's places.
@@ -250,16 +249,14 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// The next step of each body.
     fn find_steps(&mut self) {
-        for index in 0..self.scratch.bodies.len() {
-            if self.is_done(index) {
+        let sums = self.product_sums().into_iter().zip(self.outer_sums());
+        for (body, ([gamma, delta], [off, ..])) in self.scratch.bodies.iter_mut().zip(sums) {
+            if body.done {
                 continue;
             }
-            let [gamma, delta] = self.product_sums(index);
-            if self.scratch.bodies[index].all == 0 {
-                let [off, ..] = self.outer_sums(index);
-                self.scratch.bodies[index].whole = gamma.max(off);
+            if body.all == 0 {
+                body.whole = gamma.max(off);
             }
-            let body = &mut self.scratch.bodies[index];
             body.error = gamma;
             match body.conjugate.step(gamma, delta) {
                 Some(step) => {
@@ -302,16 +299,11 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             }
         });
         self.worker.synchronise();
-        for body in 0..self.scratch.bodies.len() {
-            // SAFETY: written before a barrier, and again after another.
-            let all = &unsafe { self.shared.residual.read() }[self.primal.tables[0].chunks_of[body].clone()];
-            let mut total = [0.0; 5];
-            for sums in all {
-                (0..5).for_each(|one| total[one] += sums[one]);
-            }
-            let [x, y, z, mass, held] = total;
-            let free = held == 0.0 && mass > 0.0;
-            let body = &mut self.scratch.bodies[body];
+        // SAFETY: written before a barrier, and again after another.
+        let sums = self.sums(unsafe { self.shared.residual.read() });
+        let Scratch { bodies, joined, .. } = &mut *self.scratch;
+        for (index, (body, [x, y, z, mass, held])) in bodies.iter_mut().zip(sums).enumerate() {
+            let free = held == 0.0 && mass > 0.0 && !joined.is_held(index);
             body.drift = if free && !body.met { [x / mass, y / mass, z / mass] } else { [0.0; 3] };
         }
     }
@@ -348,7 +340,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         let kernel = unsafe {
             Apply {
                 part: chunk.part.clone(),
-                operator: self.operator(0, chunk.body),
+                operator: self.operator(0, Product::System, chunk.body),
                 hold: self.hold(0),
                 vector: vector.read(),
                 other: other.read(),
@@ -387,7 +379,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         let (mut impulse, right, x) =
             unsafe { (shared.impulse.write::<3>(part), shared.right.read(), shared.x.read()) };
         let (predicted, inverse_mass) = (self.hold(0).predicted, &self.worker.nodes.inverse_mass);
-        let edges = Operator { own: Own::None, ..self.operator(0, chunk.body) };
+        let edges = Operator { own: Own::None, ..self.operator(0, Product::System, chunk.body) };
         for first in part.clone().step_by(LANES) {
             let held = predicted.get(first..first + LANES).unwrap_or(&[]);
             let pinned = inverse_mass[first..first + LANES].iter().any(|&w| w <= T::ZERO);
@@ -441,18 +433,25 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.scratch.bodies.get(body).is_some_and(|body| body.done)
     }
 
-    /// The sums of a body, its chunks in their order.
-    pub fn product_sums(&self, body: usize) -> [f64; 2] {
-        // SAFETY: written before a barrier, and again after another.
-        let all = &unsafe { self.shared.products.read() }[self.primal.tables[0].chunks_of[body].clone()];
-        all.iter().fold([0.0; 2], |[a, b], sum| [a + sum[0], b + sum[1]])
+    /// The sums of each body and what it is joined with: chunks in their order, then bodies.
+    fn sums<const N: usize>(&self, chunks: &[[f64; N]]) -> Vec<[f64; N]> {
+        let of_body = |own: &Range<usize>| {
+            let all = &chunks[own.clone()];
+            all.iter().fold([0.0; N], |sum, one| std::array::from_fn(|i| sum[i] + one[i]))
+        };
+        self.scratch.joined.together(self.primal.tables[0].chunks_of.iter().map(of_body).collect())
     }
 
-    /// Σ m |v* − v|², Σ m |v|², Σ m v and Σ m of a body.
-    pub fn outer_sums(&self, body: usize) -> [f64; 6] {
+    /// Those of products.
+    pub fn product_sums(&self) -> Vec<[f64; 2]> {
+        // SAFETY: written before a barrier, and again after another.
+        self.sums(unsafe { self.shared.products.read() })
+    }
+
+    /// Σ m |v* − v|², Σ m |v|², Σ m v and Σ m.
+    pub fn outer_sums(&self) -> Vec<[f64; 6]> {
         // SAFETY: as above.
-        let all = &unsafe { self.shared.outer.read() }[self.primal.tables[0].chunks_of[body].clone()];
-        all.iter().fold([0.0; 6], |sum, one| std::array::from_fn(|i| sum[i] + one[i]))
+        self.sums(unsafe { self.shared.outer.read() })
     }
 
     /// Where the sums of a chunk of its share go.

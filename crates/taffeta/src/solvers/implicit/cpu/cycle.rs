@@ -23,6 +23,13 @@ enum From {
     T,
 }
 
+/// What a product with the matrix is for.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Product {
+    System,
+    Cycle,
+}
+
 impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
     /// Finds blocks and diagonals of all levels but the finest, whose own were found before a barrier.
     pub fn coarsen(&mut self) {
@@ -104,7 +111,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
         let kernel = unsafe {
             Residual::<T, C> {
                 part: chunk.part.clone(),
-                operator: self.operator(level, chunk.body),
+                operator: self.operator(level, Product::Cycle, chunk.body),
                 hold: self.hold(level),
                 right: here.r.read(),
                 vector: here.z.read(),
@@ -190,7 +197,7 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
         let kernel = unsafe {
             Smooth::<T, C> {
                 part: part.clone(),
-                operator: self.operator(level, body),
+                operator: self.operator(level, Product::Cycle, body),
                 inverse: here.inverse.read(),
                 right: here.r.read(),
                 vector: vector.read(),
@@ -200,8 +207,11 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
         self.worker.nodes.level.run(kernel);
     }
 
-    /// The matrix of a level.
-    pub fn operator(&self, level: usize, body: usize) -> Operator<'_, T> {
+    /// The matrix of a level, for a product. Bodies of one level are nearly solved one by one: what joins them is no part of
+    /// their cycle.
+    pub fn operator(&self, level: usize, product: Product, body: usize) -> Operator<'_, T> {
+        let in_cycle = product == Product::Cycle;
+        let is_joined = level == 0 && !(in_cycle && self.primal.tables[0].ends[body]);
         let (table, here) = (&self.primal.tables[level], &self.shared.levels[level]);
         // SAFETY: blocks and diagonals were found before a barrier.
         unsafe {
@@ -212,6 +222,10 @@ impl<'w, 'a, T: Real> ImplicitWorker<'w, 'a, T> {
                 blocks: here.blocks.read(),
                 own: if level == 0 { Own::Mass(self.masses()) } else { Own::Block(here.own.read()) },
                 coupled: self.primal.elements.as_ref().map(|elements| elements.coupled(level)),
+                contacts: self
+                    .contacts
+                    .filter(|_| is_joined)
+                    .map(|contacts| contacts.solved_blocks(in_cycle)),
             }
         }
     }

@@ -1,13 +1,14 @@
 //! Passes of the multigrid cycle over the nodes of a chunk.
 
 use crate::contact::colliders::predicted_contact::PredictedContact;
+use crate::contact::triangles::cpu::solved::ContactBlocks;
 use crate::cpu::simd::Kernel;
 use crate::cpu::sums::Sums;
-use crate::real::Real;
+use crate::real::{Real, times};
 use crate::solvers::implicit::cpu::columns::View;
 use crate::solvers::implicit::cpu::elements::Coupled;
 use crate::solvers::implicit::cpu::tables::PARENTS;
-use crate::solvers::implicit::implicit::{add_weighted, edge_times, jacobi, times};
+use crate::solvers::implicit::implicit::{add_weighted, edge_times, jacobi};
 use crate::topology::LANES;
 use std::ops::Range;
 
@@ -27,6 +28,8 @@ pub struct Operator<'a, T> {
     pub own: Own<'a, T>,
     /// Blocks of other elements.
     pub coupled: Option<Coupled<'a, T>>,
+    /// Contacts of surfaces.
+    pub contacts: Option<ContactBlocks<'a, T>>,
 }
 
 /// What is on the diagonal beside edges.
@@ -65,6 +68,9 @@ impl<T: Real> Operator<'_, T> {
         }
         if let Some(coupled) = &self.coupled {
             coupled.add_product(slice, vector, &own, &mut sum);
+        }
+        if let Some(contacts) = &self.contacts {
+            contacts.add_product(slice, |place| vector.at(place), &mut sum);
         }
         (sum, own)
     }

@@ -6,6 +6,7 @@
 mod assembled;
 mod columns;
 mod conjugate;
+mod contacts;
 mod couple;
 mod cycle;
 mod elements;
@@ -22,6 +23,7 @@ use crate::contact::collider_mesh::cache::MeshCache;
 use crate::contact::colliders::cpu::Colliders;
 use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::colliders::predicted_contact::PredictedContact;
+use crate::contact::triangles::cpu::TriangleContact;
 use crate::cpu::backend::Context;
 use crate::cpu::column::Column;
 use crate::cpu::feature::{Feature, Flow};
@@ -40,6 +42,7 @@ use crate::solvers::waiting;
 use crate::step::{Marks, Op};
 use crate::topology::LANES;
 use columns::Columns;
+use contacts::{Joined, Places};
 use elements::ElementBlocks;
 use kernels::{COARSE, FINE};
 use tables::Table;
@@ -59,6 +62,7 @@ pub struct Implicit<T> {
     work: Work<T>,
     /// Other elements that are solved for.
     elements: Option<ElementBlocks<T>>,
+    places: Places,
 }
 
 /// A level's vectors and matrix.
@@ -117,6 +121,7 @@ struct Scratch<T> {
     stiff: Vec<Stiff<T>>,
     /// How far each body's system is.
     bodies: Vec<conjugate::CgState>,
+    joined: Joined,
     /// What the frame's report is to say.
     report: SolverReport,
 }
@@ -149,6 +154,7 @@ impl<T: Real> Implicit<T> {
             scratch: PerWorker::new(workers, |_| Scratch::default()),
             work: Work::new(&tables, surfaces, assembly.solver.is_second_order()),
             elements,
+            places: Places::new(&tables[0], workers),
             tables,
         })
     }
@@ -245,6 +251,7 @@ impl<T: Real> Feature<T> for Implicit<T> {
             h: worker.substep.scheme().map_or(worker.substep.h, |scheme| scheme.h),
             second: self.work.history.as_ref().zip(worker.substep.scheme()),
             colliders: self.colliders(worker.substep),
+            contacts: worker.features.get::<TriangleContact<T>>().filter(|contacts| contacts.is_solved()),
             mesh_cache: worker.features.get::<Colliders<T>>().map(|colliders| &colliders.cache),
         }
         .solve();
@@ -309,7 +316,7 @@ impl<T: Real> Feature<T> for Implicit<T> {
     fn bytes(&self) -> usize {
         let tables: usize = self.tables.iter().map(Table::bytes).sum();
         let elements = self.elements.as_ref().map_or(0, ElementBlocks::bytes);
-        tables + self.rest.len() * (size_of::<T>() + 4) + self.work.bytes() + elements
+        tables + self.rest.len() * (size_of::<T>() + 4) + self.work.bytes() + elements + self.places.bytes()
     }
 }
 
@@ -327,4 +334,6 @@ struct ImplicitWorker<'w, 'a, T> {
     second: Option<(&'w History<T>, &'w Scheme<T>)>,
     colliders: &'w [ColliderNow<T>],
     mesh_cache: Option<&'w MeshCache<T>>,
+    /// Contacts of surfaces, where they are part of the system.
+    contacts: Option<&'w TriangleContact<T>>,
 }

@@ -1,9 +1,9 @@
 //! Newton steps: as many as the scene says, or as the equations need.
 
-use crate::real::{Real, dot};
+use crate::real::{Real, dot, times};
 use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::conjugate::CgState;
-use crate::solvers::implicit::implicit::{MOST_STEPS, leaves_much, motion, times};
+use crate::solvers::implicit::implicit::{MOST_STEPS, leaves_much, motion};
 
 impl<T: Real> ImplicitWorker<'_, '_, T> {
     /// Finds what springs change of velocities.
@@ -17,19 +17,23 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.soften();
         self.each(0, Self::begin_step);
         self.worker.synchronise();
+        self.find_contacts();
         for step in 1..=most {
             self.scratch.bodies.iter_mut().for_each(|body| *body = body.again());
             self.linearise();
             self.each(0, Self::set_up);
             self.worker.synchronise();
+            self.add_contacts(step == 1);
             if step > least && self.is_enough() {
                 break;
             }
             self.step(step == 1);
             self.each_of_all(0, |worker, chunk| worker.take(chunk));
+            self.note_contacts();
             self.worker.synchronise();
         }
         self.each_of_all(0, |worker, chunk| worker.note_changes(chunk));
+        self.keep_contacts();
         self.worker.synchronise();
         self.report();
     }
@@ -59,10 +63,8 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             *worker.product_of(chunk) = [sum, 0.0];
         });
         self.worker.synchronise();
-        for index in 0..self.scratch.bodies.len() {
-            let ([left, _], [off, squares, x, y, z, mass]) =
-                (self.product_sums(index), self.outer_sums(index));
-            let body = &mut self.scratch.bodies[index];
+        let sums = self.product_sums().into_iter().zip(self.outer_sums());
+        for (body, ([left, _], [off, squares, x, y, z, mass])) in self.scratch.bodies.iter_mut().zip(sums) {
             let may = body.all < self.primal.ice.max_iterations;
             body.met |= !(may && leaves_much(left, motion([off, squares], [x, y, z], mass)));
             body.done = body.met;

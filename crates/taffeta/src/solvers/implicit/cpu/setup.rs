@@ -2,12 +2,12 @@
 
 use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::simd::Kernel;
-use crate::real::Real;
+use crate::real::{Real, Symmetric};
 use crate::solvers::implicit::cpu::columns::View;
 use crate::solvers::implicit::cpu::elements::OfChunk;
 use crate::solvers::implicit::cpu::kernels::{COARSE, FINE, Lanes, store};
 use crate::solvers::implicit::cpu::tables::{Table, own_of_children};
-use crate::solvers::implicit::implicit::{Stiff, Symmetric, add_weighted, block, diagonal, inverse};
+use crate::solvers::implicit::implicit::{Stiff, add_weighted, block, diagonal, inverse};
 use crate::solvers::implicit::slots::NO_EDGE;
 use crate::topology::LANES;
 use std::ops::Range;

@@ -2,10 +2,10 @@
 
 use crate::assembly::Assembly;
 use crate::assembly::body::BodyAssembly;
-use crate::real::Real;
+use crate::real::{Real, Symmetric};
 use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::implicit::cpu::columns::View;
-use crate::solvers::implicit::implicit::{Symmetric, add_weighted};
+use crate::solvers::implicit::implicit::add_weighted;
 use crate::solvers::implicit::levels::Level;
 use crate::solvers::implicit::slots::Slots;
 use crate::topology::LANES;

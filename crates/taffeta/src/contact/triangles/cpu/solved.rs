@@ -1,0 +1,335 @@
+//! Contacts as part of an implicit step: found where nodes would go, listed by slices of nodes for the products of a solver,
+//! and kept for the rounds after it.
+
+use super::{NO_KEY, Scratch, TriangleContact, positions};
+use crate::contact::triangles::cpu::contacts::Carried;
+use crate::contact::triangles::solved::SolvedContact;
+use crate::contact::triangles::surfaces::Corners;
+use crate::cpu::shared::Shared;
+use crate::cpu::worker::Worker;
+use crate::real::{Real, Symmetric, add, dot, scale, sub};
+use crate::topology::LANES;
+use std::ops::Range;
+
+/// Pairs that are nearer than this, relative to their thickness, may become contacts while the solver runs. Those from farther
+/// away meet by the rounds after it: where they would meet is not known well enough before.
+const NEAR: f64 = 1.25;
+/// No body: what is no part of the system.
+pub const NO_BODY: u32 = u32::MAX;
+
+/// The system that contacts become part of.
+pub struct System<'a, T> {
+    /// By place: its body, or [`NO_BODY`].
+    pub bodies: &'a [u32],
+    /// The first place of each worker's share.
+    pub shares: &'a [u32],
+    /// By body: whether it has more than one level.
+    pub goes_on: &'a [bool],
+    /// Where nodes would be [m], and their velocities [m/s], by axis.
+    pub moved: [&'a [T]; 6],
+    /// Step [s].
+    pub h: T,
+}
+
+/// A node of a contact: the contact by the worker that has found it.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    place: u32,
+    worker: u32,
+    contact: u32,
+    corner: u32,
+}
+
+/// Which of whose rows are those of a slice of nodes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Slice {
+    worker: u32,
+    rows: [u32; 2],
+}
+
+/// The contacts of a sub-step in the system.
+pub struct Solved<T> {
+    /// By worker: those that it has found.
+    contacts: Shared<Vec<SolvedContact<T>>>,
+    /// From each worker to each: their nodes. By worker: those of its share, ascending.
+    sent: Shared<Vec<Row>>,
+    rows: Shared<Vec<Row>>,
+    slices: Shared<Slice>,
+    /// By worker: bodies that contacts join; with [`NO_BODY`], those that they hold.
+    links: Shared<Vec<[u32; 2]>>,
+}
+
+/// What contacts add to the products of a system.
+#[derive(Clone, Copy)]
+pub struct ContactBlocks<'a, T> {
+    contacts: &'a [Vec<SolvedContact<T>>],
+    rows: &'a [Vec<Row>],
+    slices: &'a [Slice],
+    places: usize,
+    /// Whether it is a product of the multigrid cycle.
+    in_cycle: bool,
+}
+
+impl<T: Real> Solved<T> {
+    /// For so many workers, and nodes of so many places.
+    pub fn new(workers: usize, places: usize) -> Self {
+        Self {
+            contacts: vec![Vec::new(); workers].into(),
+            sent: vec![Vec::new(); workers * workers].into(),
+            rows: vec![Vec::new(); workers].into(),
+            slices: vec![Slice::default(); places.div_ceil(LANES)].into(),
+            links: vec![Vec::new(); workers].into(),
+        }
+    }
+
+    /// Bytes that it takes, but for its lists.
+    pub fn bytes(&self) -> usize {
+        self.slices.bytes()
+    }
+
+    #[expect(clippy::mut_from_ref, reason = "each worker asks for its own alone")]
+    fn own(&self, worker: &Worker<'_, T>) -> &mut Vec<SolvedContact<T>> {
+        // SAFETY: its own; others read them after a barrier.
+        unsafe { self.contacts.item(worker.index) }
+    }
+}
+
+impl<T: Real> ContactBlocks<'_, T> {
+    /// Adds what contacts take back of a vector, on a slice of nodes. `at` is the vector by place.
+    #[inline(always)]
+    pub fn add_product(&self, slice: usize, at: impl Fn(usize) -> [T; 3], sum: &mut [[T; LANES]; 3]) {
+        let Slice { worker, rows: [from, to] } = self.slices[slice];
+        if from == to {
+            return;
+        }
+        let of = |place: u32| if (place as usize) < self.places { at(place as usize) } else { [T::ZERO; 3] };
+        for row in &self.rows[worker as usize][from as usize..to as usize] {
+            let one = &self.contacts[row.worker as usize][row.contact as usize];
+            if one.along > T::ZERO && (one.in_cycle || !self.in_cycle) {
+                let taken = scale(one.times(one.relative(of)), one.weights[row.corner as usize]);
+                for axis in 0..3 {
+                    sum[axis][row.place as usize % LANES] += taken[axis];
+                }
+            }
+        }
+    }
+}
+
+impl<T: Real> TriangleContact<T> {
+    /// Whether contacts are part of an implicit step. Those of surfaces that come apart change too fast.
+    pub fn is_solved(&self) -> bool {
+        self.is_implicit && self.tangle.is_none()
+    }
+
+    /// Finds the contacts that may come about. All workers call it.
+    pub fn find_solved(&self, worker: &Worker<'_, T>, system: &System<'_, T>) {
+        self.take_start(worker);
+        worker.synchronise();
+        let scratch = self.scratch(worker);
+        scratch.contacts.clear();
+        let beyond = (NEAR - 1.0) * self.surfaces.thickest;
+        self.look(worker, Some((T::ZERO, T::from_f64(NEAR))), beyond);
+        let own = self.solved.own(worker);
+        own.clear();
+        own.extend(scratch.contacts.iter().map(|one| SolvedContact {
+            nodes: one.nodes,
+            weights: one.weights,
+            normal: one.contact.normal,
+            gap: one.contact.gap,
+            friction: one.contact.friction,
+            first: scale(one.carried.force, system.h),
+            body: NO_BODY,
+            stiffness: T::ZERO,
+            impulse: [T::ZERO; 3],
+            along: T::ZERO,
+            across: T::ZERO,
+            applied: [T::ZERO; 3],
+            in_cycle: false,
+        }));
+        self.send_rows(worker, system);
+        worker.synchronise();
+        self.take_rows(worker, system);
+        worker.synchronise();
+    }
+
+    /// Sets where a worker's nodes and corners are.
+    fn take_start(&self, worker: &Worker<'_, T>) {
+        let old = positions(worker.old());
+        let corners = worker.substep.extensions.get::<Corners<T>>();
+        for columns in [&self.before, &self.after] {
+            self.each_run(worker, |run| {
+                for (column, old) in columns.iter().zip(old) {
+                    // SAFETY: its own places; others read after a barrier.
+                    unsafe { column.write(run.clone()) }.copy_from_slice(&old[run.clone()]);
+                }
+            });
+            for place in self.corners_of(worker) {
+                let at = corners.and_then(|corners| corners.before.get(place - self.surfaces.places));
+                self.put(columns, place, at.copied().unwrap_or_else(|| self.get(&self.after, place)));
+            }
+        }
+    }
+
+    /// Sends the nodes of a worker's contacts to whoever has them, and notes which bodies these join.
+    fn send_rows(&self, worker: &Worker<'_, T>, system: &System<'_, T>) {
+        let (workers, places) = (self.found.len(), self.surfaces.places);
+        // SAFETY: its own; others read them after the next barrier.
+        let links = unsafe { self.solved.links.item(worker.index) };
+        links.clear();
+        for to in 0..workers {
+            // SAFETY: as above.
+            unsafe { self.solved.sent.item(worker.index * workers + to) }.clear();
+        }
+        for (number, one) in (0..).zip(self.solved.own(worker)) {
+            let corners = (0..4).filter(|&corner| one.weights[corner] != T::ZERO);
+            let bodies = corners.clone().map(|corner| system.bodies.get(one.nodes[corner] as usize).copied());
+            if bodies.clone().any(|body| body == Some(NO_BODY)) {
+                continue;
+            }
+            let Some(first) = bodies.clone().flatten().next() else { continue };
+            one.body = first;
+            one.in_cycle = bodies.clone().flatten().all(|body| system.goes_on[body as usize]);
+            for other in bodies.map(|body| body.unwrap_or(NO_BODY)).filter(|&body| body != first) {
+                if links.last() != Some(&[first, other]) {
+                    links.push([first, other]);
+                }
+            }
+            for corner in corners.filter(|&corner| (one.nodes[corner] as usize) < places) {
+                let place = one.nodes[corner];
+                let to = system.shares.partition_point(|&first| first <= place) - 1;
+                // SAFETY: as above.
+                unsafe { self.solved.sent.item(worker.index * workers + to) }.push(Row {
+                    place,
+                    worker: worker.index as u32,
+                    contact: number,
+                    corner: corner as u32,
+                });
+            }
+        }
+    }
+
+    /// Lists the nodes of a worker's share by slices.
+    fn take_rows(&self, worker: &Worker<'_, T>, system: &System<'_, T>) {
+        let workers = self.found.len();
+        // SAFETY: its own mail, sent before a barrier; its own rows and slices, which others read after the next one.
+        let rows = unsafe { self.solved.rows.item(worker.index) };
+        rows.clear();
+        for from in 0..workers {
+            // SAFETY: as above.
+            rows.extend_from_slice(unsafe { self.solved.sent.item(from * workers + worker.index) });
+        }
+        // A stable sort: the sums of a node are in the order of contacts, whoever has found them.
+        rows.sort_by_key(|row| row.place);
+        let first = |share: usize| {
+            system.shares.get(share).map_or(self.solved.slices.len(), |&place| place as usize / LANES)
+        };
+        let own = first(worker.index)..first(worker.index + 1);
+        let mut from = 0;
+        for number in own {
+            let to = from + rows[from..].partition_point(|row| row.place as usize / LANES <= number);
+            // SAFETY: as above.
+            *unsafe { self.solved.slices.item(number) } =
+                Slice { worker: worker.index as u32, rows: [from as u32, to as u32] };
+            from = to;
+        }
+    }
+
+    /// Pairs of bodies that contacts join; with [`NO_BODY`], bodies that they hold. Known after [`Self::find_solved`].
+    pub fn solved_links(&self) -> impl Iterator<Item = [u32; 2]> {
+        // SAFETY: written before a barrier, and again after another.
+        unsafe { self.solved.links.read() }.iter().flatten().copied()
+    }
+
+    /// What contacts add to products, of the multigrid cycle or of the system itself.
+    pub fn solved_blocks(&self, in_cycle: bool) -> ContactBlocks<'_, T> {
+        let Solved { contacts, rows, slices, .. } = &self.solved;
+        // SAFETY: written before a barrier, and again after another.
+        unsafe {
+            ContactBlocks {
+                contacts: contacts.read(),
+                rows: rows.read(),
+                slices: slices.read(),
+                places: self.surfaces.places,
+                in_cycle,
+            }
+        }
+    }
+
+    /// Finds the impulses of a worker's contacts where a Newton step starts, but for those of bodies that take none. `inverse`:
+    /// the inverse of the diagonal block of a place [1/kg].
+    pub fn linearise_solved(
+        &self,
+        worker: &Worker<'_, T>,
+        system: &System<'_, T>,
+        (is_first, is_met): (bool, impl Fn(usize) -> bool),
+        inverse: impl Fn(usize) -> Symmetric<T>,
+    ) {
+        let corners = worker.substep.extensions.get::<Corners<T>>();
+        let corner_way = |corner: usize| {
+            let at = |all: &[[T; 3]]| all.get(corner).copied();
+            let ends = corners.and_then(|all| at(&all.before).zip(at(&all.after)));
+            ends.map_or([T::ZERO; 3], |(from, to)| sub(to, from))
+        };
+        let places = self.surfaces.places;
+        let (old, moved, step) = (positions(worker.old()), system.moved, worker.substep.h);
+        let way = |node: u32| match node as usize {
+            place if place < places => [0, 1, 2].map(|axis| moved[axis][place] - old[axis][place]),
+            corner => corner_way(corner - places),
+        };
+        let velocity = |node: u32| match node as usize {
+            place if place < places => [3, 4, 5].map(|axis| moved[axis][place]),
+            corner => corner_way(corner - places).map(|way| way / step),
+        };
+        for one in self.solved.own(worker).iter_mut() {
+            if one.body == NO_BODY || is_met(one.body as usize) {
+                continue;
+            }
+            if is_first {
+                one.stiffen(|node| match node as usize {
+                    place if place < places => (worker.nodes.inverse_mass[place], inverse(place)),
+                    _ => (T::ZERO, [T::ZERO; 6]),
+                });
+            }
+            let gap = one.gap + dot(one.relative(way), one.normal);
+            one.linearise(gap, one.relative(velocity), system.h);
+        }
+    }
+
+    /// Calls `job` with each contact of the nodes of some places, whole slices, the place and which of the contact's nodes it is.
+    pub fn each_solved(&self, part: &Range<usize>, mut job: impl FnMut(usize, &SolvedContact<T>, usize)) {
+        let ContactBlocks { contacts, rows, slices, .. } = self.solved_blocks(false);
+        for slice in &slices[part.start / LANES..part.end / LANES] {
+            for row in &rows[slice.worker as usize][slice.rows[0] as usize..slice.rows[1] as usize] {
+                let one = &contacts[row.worker as usize][row.contact as usize];
+                job(row.place as usize, one, row.corner as usize);
+            }
+        }
+    }
+
+    /// Notes what impulses have become by a Newton step that changes velocities by `step` [m/s].
+    pub fn apply_solved(
+        &self,
+        worker: &Worker<'_, T>,
+        is_met: impl Fn(usize) -> bool,
+        step: impl Fn(usize) -> [T; 3],
+    ) {
+        let places = self.surfaces.places;
+        let of = |node: u32| if (node as usize) < places { step(node as usize) } else { [T::ZERO; 3] };
+        for one in self.solved.own(worker).iter_mut() {
+            if one.body != NO_BODY && !is_met(one.body as usize) {
+                one.applied = add(one.impulse, scale(one.times(one.relative(of)), -T::ONE));
+            }
+        }
+    }
+
+    /// Tells the rounds after the solver which impulses it has found.
+    pub fn keep_solved(&self, worker: &Worker<'_, T>) {
+        let Scratch { contacts, carried, .. } = self.scratch(worker);
+        carried.clear();
+        for (active, solved) in contacts.iter().zip(self.solved.own(worker).iter()) {
+            if solved.applied != [T::ZERO; 3] && active.carried.key != NO_KEY {
+                carried.push(Carried { solved: solved.applied, ..active.carried });
+            }
+        }
+    }
+}
