@@ -113,12 +113,14 @@ fn a_weight_lies_in_a_hammock_that_is_solved_for() {
     scene.world.drag = 5e-4;
     let mut simulation = build(&scene);
     let mut most = 0.0_f64;
-    for _ in 0..60 {
+    for _ in 0..90 {
         run_free(&mut simulation, 1, "hammock");
         most = most.max(simulation.report().max_stretch);
     }
     // Where the solver knows nothing of what lies on it, impulses after it stretch the fabric to more than twice its length.
-    assert!(most < 1.6, "{most}");
+    assert!(most < 1.1, "{most}");
+    let fastest = velocities(&simulation).iter().flatten().fold(0.0_f64, |most, v| most.max(v.abs()));
+    assert!(fastest < 5e-3, "{fastest}");
     let lowest = positions(&simulation)[169..].iter().map(|x| x[1]).fold(f64::INFINITY, f64::min);
     assert!(lowest > -0.1, "the hammock holds it: {lowest}");
 }
@@ -191,6 +193,33 @@ fn a_collision_keeps_momentum_and_wins_no_energy() {
         energy = report.energy();
     }
     assert!(touched > 50, "{touched}");
+    assert_eq!(simulation.intersections().pairs, 0);
+}
+
+#[test]
+fn a_collision_that_is_solved_for_keeps_momentum_and_wins_no_energy() {
+    let mut high = fabric("high", [8, 8], [0.0; 3]);
+    high.place = turned([0.3, 1.0, 0.2], 25.0, [0.02, 0.02, 0.01]);
+    let mut scene = implicit(Scene::new("").body(fabric("low", [8, 8], [0.0; 3])).body(high), 1.0 / 240.0);
+    scene.world.gravity = [0.0; 3];
+    let mut simulation = build_as(&scene, Precision::F64, 2);
+    let given: Vec<V> =
+        (0..128).map(|node| if node < 64 { [0.1, 0.0, 0.0] } else { [-0.2, -0.8, 0.1] }).collect();
+    set_velocities(&mut simulation, &given);
+    let mut first = None;
+    let (mut touched, mut least) = (0, f64::INFINITY);
+    for _ in 0..20 {
+        run(&mut simulation, 1);
+        let report = simulation.report();
+        touched += report.pairs;
+        let (before, energy) = *first.get_or_insert((report.momentum, report.energy()));
+        let off = (0..3).map(|axis| (report.momentum[axis] - before[axis]).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-12, "{:?} {before:?}", report.momentum);
+        // Impulses after the solver stretch a little what they move.
+        assert!(report.energy() < least + 0.01 * energy, "{} after {least}", report.energy());
+        least = least.min(report.energy());
+    }
+    assert!(touched > 20, "{touched}");
     assert_eq!(simulation.intersections().pairs, 0);
 }
 
@@ -309,18 +338,37 @@ fn mixed() -> Scene {
         .collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]))
 }
 
+/// Fabrics that are solved for: two lie on a third, which is pinned, one flies beside them, and a box pushes its way in.
+fn solved() -> Scene {
+    let hammock = fabric("hammock", [22, 20], [0.0; 3]).pin(Select::rows(0, 0)).pin(Select::rows(21, 21));
+    let cuboid = Some(Cuboid { center: [0.2, 0.05, 0.0], half: [0.03; 3] });
+    let turn = Keyframe::rotate(0.15, [0.2, 1.0, 0.4], 70.0, [0.2, 0.05, 0.0]);
+    let motion = vec![Keyframe { translate: [-0.2, -0.02, 0.02], ..turn }];
+    let pushes = Collider { cuboid, motion, offset: 0.004, ..Collider::default() };
+    let scene = Scene::new("solved")
+        .body(hammock)
+        .body(fabric("low", [6, 5], [0.01, 0.006, 0.02]))
+        .body(fabric("high", [4, 4], [0.0, 0.012, 0.01]))
+        .body(fabric("beside", [3, 3], [0.4, 0.0, 0.0]))
+        .collider(pushes);
+    implicit(scene, 1.0 / 120.0)
+}
+
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
-    for precision in [Precision::F32, Precision::F64] {
+    for (scene, precision) in [mixed(), solved()]
+        .into_iter()
+        .flat_map(|scene| [Precision::F32, Precision::F64].map(|precision| (scene.clone(), precision)))
+    {
         let hash = |threads| {
-            let mut simulation = build_as(&mixed(), precision, threads);
+            let mut simulation = build_as(&scene, precision, threads);
             run(&mut simulation, 15);
             assert!(simulation.report().pairs > 20, "{}", simulation.report().pairs);
             (simulation.state_hash(), simulation.report().pairs, simulation.report().nearest_pair)
         };
         let one = hash(1);
         for threads in [2, 3, 8] {
-            assert_eq!(hash(threads), one, "{precision}, {threads} threads");
+            assert_eq!(hash(threads), one, "{}, {precision}, {threads} threads", scene.title);
         }
     }
 }
@@ -328,31 +376,35 @@ fn any_number_of_threads_gives_the_same_bits() {
 #[test]
 #[ignore = "run by the test of vector instructions, in processes of their own"]
 fn hashes_of_surfaces() {
-    for precision in [Precision::F32, Precision::F64] {
-        let mut simulation = build_as(&mixed(), precision, 2);
-        run(&mut simulation, 15);
-        println!("hash|{:016x}", simulation.state_hash());
+    for scene in [mixed(), solved()] {
+        for precision in [Precision::F32, Precision::F64] {
+            let mut simulation = build_as(&scene, precision, 2);
+            run(&mut simulation, 15);
+            println!("hash|{:016x}", simulation.state_hash());
+        }
     }
 }
 
 #[test]
 fn any_vector_instructions_give_the_same_bits() {
-    levels::assert_same("surfaces::hashes_of_surfaces", 2);
+    levels::assert_same("surfaces::hashes_of_surfaces", 4);
 }
 
 #[test]
 fn a_restored_simulation_goes_on_bit_by_bit() {
-    let mut whole = build(&mixed());
-    run(&mut whole, 14);
-    let snapshot = whole.snapshot();
-    assert!(snapshot.contacts > 20, "{}", snapshot.contacts);
-    run(&mut whole, 6);
-    for threads in [1, 3] {
-        let mut again = build_as(&mixed(), Precision::F32, threads);
-        again.restore(&snapshot).unwrap();
-        assert_eq!(again.snapshot(), snapshot, "what is restored is what was taken");
-        run(&mut again, 6);
-        assert_eq!(again.state_hash(), whole.state_hash(), "{threads} threads");
+    for scene in [mixed(), solved()] {
+        let mut whole = build(&scene);
+        run(&mut whole, 14);
+        let snapshot = whole.snapshot();
+        assert!(snapshot.contacts > 20, "{}", snapshot.contacts);
+        run(&mut whole, 6);
+        for threads in [1, 3] {
+            let mut again = build_as(&scene, Precision::F32, threads);
+            again.restore(&snapshot).unwrap();
+            assert_eq!(again.snapshot(), snapshot, "what is restored is what was taken");
+            run(&mut again, 6);
+            assert_eq!(again.state_hash(), whole.state_hash(), "{}, {threads} threads", scene.title);
+        }
     }
 }
 
