@@ -201,24 +201,18 @@ fn scenes_with_moving_colliders_that_start_apart_stay_so() {
     try_all(true);
 }
 
-/// Whether a scene that starts tangled is free after 40 frames; `None` if it starts free.
+/// Whether a scene that starts tangled is free within 60 frames; `None` if it starts free.
 fn comes_free(seed: u64) -> Option<bool> {
     let (scene, _) = scene(seed, false, Start::Tangled);
     let mut simulation = build_as(&scene, Precision::F32, 1);
-    (simulation.intersections().pairs > 0).then(|| {
-        for _ in 0..40 {
-            if simulation.step().is_err() {
-                return false;
-            }
-        }
-        simulation.intersections().pairs == 0
-    })
+    (simulation.intersections().pairs > 0)
+        .then(|| (0..60).any(|_| simulation.step().is_ok() && simulation.intersections().pairs == 0))
 }
 
 #[test]
 fn nine_of_ten_scenes_that_start_tangled_come_free() {
     let asked = std::env::var("TAFFETA_RANDOM_SCENES").ok().and_then(|count| count.parse().ok());
-    let all: Vec<bool> = (0..asked.unwrap_or(SCENES / 3)).filter_map(comes_free).collect();
+    let all: Vec<bool> = (0..asked.unwrap_or(SCENES / 2)).filter_map(comes_free).collect();
     let free = all.iter().filter(|free| **free).count();
     assert!(10 * free >= 9 * all.len(), "{free} of {}", all.len());
 }

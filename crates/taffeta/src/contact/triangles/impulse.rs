@@ -87,14 +87,20 @@ impl<T: Real> Contact<T> {
         if self.mobility > T::ZERO { way } else { T::ZERO }
     }
 
+    /// How far an overlap of earlier sub-steps is removed in this one [m].
+    #[inline(always)]
+    pub fn lead(&self, h: T) -> T {
+        let missing = (-self.gap - T::from_f64(SLOP) * self.thickness).max(T::ZERO) * T::from_f64(FIRM);
+        let most = self.thickness * h / T::from_f64(RELEASE);
+        if missing < most { missing } else { most }
+    }
+
     /// The change of relative position by which an overlap of earlier sub-steps is removed, times the contact's mass [kg·m].
     #[inline(always)]
     pub fn push(&self, h: T) -> [T; 3] {
-        let missing = (-self.gap - T::from_f64(SLOP) * self.thickness).max(T::ZERO) * T::from_f64(FIRM);
-        let most = self.thickness * h / T::from_f64(RELEASE);
-        let way = if missing < most { missing } else { most };
+        let way = self.lead(h);
         // Who is in the way of a collider goes along with it.
-        let way = if missing > T::ZERO { way + self.advance } else { T::ZERO };
+        let way = if way > T::ZERO { way + self.advance } else { T::ZERO };
         let by = T::ONE / if self.mobility > T::ZERO { self.mobility } else { T::ONE };
         scale(self.normal, if self.mobility > T::ZERO { way * by } else { T::ZERO })
     }

@@ -32,6 +32,8 @@ pub struct SolvedContact<T> {
     pub normal: [T; 3],
     /// Distance of the sides less their thickness where the sub-step begins [m].
     pub gap: T,
+    /// How far an old overlap is to be removed in the sub-step [m].
+    pub lead: T,
     /// Coulomb coefficient.
     pub friction: T,
     /// λ [N·s].
@@ -72,7 +74,7 @@ impl<T: Real> SolvedContact<T> {
     /// Finds the impulse where the gap would become `gap` [m] in a step of `h` [s], at this relative velocity [m/s].
     pub fn linearise(&mut self, gap: T, velocity: [T; 3], h: T) {
         let (n, kappa) = (self.normal, self.stiffness);
-        let least = if self.gap < T::ZERO { self.gap } else { T::ZERO };
+        let least = self.lead + if self.gap < T::ZERO { self.gap } else { T::ZERO };
         let along = dot(self.first, n);
         let pressed = along + kappa * ((least - gap) / h);
         let pressed = if kappa > T::ZERO { pressed.max(T::ZERO) } else { T::ZERO };
@@ -157,6 +159,7 @@ mod tests {
             weights: [1.0, -third, -third, -third],
             normal: [0.0, 1.0, 0.0],
             gap,
+            lead: 0.0,
             friction: 0.5,
             first,
             body: 0,

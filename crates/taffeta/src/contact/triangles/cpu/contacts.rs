@@ -54,8 +54,8 @@ pub struct Carried<T> {
     pub key: [u32; 2],
     /// On the first side [N].
     pub force: [T; 3],
-    /// The impulse that the solver of an implicit sub-step has given it [N·s].
-    pub solved: [T; 3],
+    /// The impulse that the solver of an implicit sub-step has given it [N·s], if it is part of the system.
+    pub solved: Option<[T; 3]>,
 }
 
 /// A contact, with its nodes.

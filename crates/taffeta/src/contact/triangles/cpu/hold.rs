@@ -36,7 +36,7 @@ impl<T: Real> TriangleContact<T> {
         }
         let mut is_carried = false;
         let ends = if is_first {
-            scratch.note_forces(worker.substep.h, self.longest, self.is_solved());
+            scratch.note_forces(worker.substep.h, self.longest);
             is_carried = self.carry(worker);
             positions(self.state(worker))
         } else {

@@ -53,8 +53,6 @@ pub struct TriangleContact<T> {
     mail: Mail<T>,
     /// By kind of pair, and from each worker to each.
     pushes: Shared<Vec<Push<T>>>,
-    /// Whether steps are implicit, so that contacts are part of their systems.
-    is_implicit: bool,
     solved: Solved<T>,
     /// For each place, the number of its contacts.
     counts: Shared<u32>,
@@ -102,6 +100,8 @@ struct Scratch<T> {
     close: [Vec<Close<T>>; 2],
     contacts: Vec<Active<T>>,
     carried: Vec<Carried<T>>,
+    /// Whether the solver of this sub-step has found impulses.
+    is_solved: bool,
     /// Nodes in contact, tile by tile, and the place of each among them.
     touched: Vec<Touched<T>>,
     slot: Vec<u32>,
@@ -146,6 +146,7 @@ impl<T: Real> Scratch<T> {
             close: [Vec::new(), Vec::new()],
             contacts: Vec::new(),
             carried: Vec::new(),
+            is_solved: false,
             touched: Vec::new(),
             slot: vec![NO_SLOT; places],
             responses: Vec::new(),
@@ -159,19 +160,20 @@ impl<T: Real> Scratch<T> {
 
     /// Keeps the forces for the next sub-step. That of a sub-step of `h` counts by its part of the longest one [s]: what is
     /// left of a frame may be too short to tell a force.
-    fn note_forces(&mut self, h: T, longest: T, is_solved: bool) {
+    fn note_forces(&mut self, h: T, longest: T) {
         let old = (T::ONE - h / longest).max(T::ZERO);
         self.carried.clear();
         for Active { carried, impulse, .. } in &self.contacts {
-            let (last, impulse) = (carried.force, add(carried.solved, *impulse));
+            let (last, impulse) = (carried.force, add(carried.solved.unwrap_or_default(), *impulse));
             let mut force = add(scale(last, old), scale(impulse, T::ONE / h.max(longest)));
-            if is_solved {
+            if self.is_solved {
                 force = sustained(force, last);
             }
             if force != [T::ZERO; 3] && carried.key != NO_KEY {
-                self.carried.push(Carried { force, solved: [T::ZERO; 3], ..*carried });
+                self.carried.push(Carried { force, solved: None, ..*carried });
             }
         }
+        self.is_solved = false;
     }
 }
 
@@ -200,7 +202,6 @@ impl<T: Real> TriangleContact<T> {
             leaves_by_place: surfaces.leaves_by_place(),
             mail: Mail::new(workers),
             pushes: vec![Vec::new(); 2 * workers * workers].into(),
-            is_implicit: context.assembly.solver.is_primal(),
             solved: Solved::new(workers, if context.assembly.solver.is_primal() { places } else { 0 }),
             counts: vec![0; surfaces.all_places() + 1].into(),
             parts: atomics(places, 1_f64.to_bits()),
@@ -366,7 +367,7 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
         for &ContactForce { kind, pair, force } in &state.contacts {
             let kind = Kind::ALL[usize::from(kind).min(1)];
             let order = Order::of_key(&self.surfaces, kind, pair);
-            all.push(Carried { order, kind, key: pair, force: force.map(T::from_f64), solved: [T::ZERO; 3] });
+            all.push(Carried { order, kind, key: pair, force: force.map(T::from_f64), solved: None });
         }
         all.sort_unstable_by_key(|one| one.order);
         for one in all {

@@ -17,19 +17,29 @@ use crate::real::{Real, add, dot, scale};
 /// How far a contact may sink in by a sub-step, relative to its thickness, before another round corrects impulses.
 const SINKS: f64 = 0.01;
 
+/// Which contacts are looked for.
+#[derive(Clone, Copy)]
+pub(super) struct Asked<T> {
+    /// The sub-step [s].
+    pub h: T,
+    /// How near they end, relative to their thickness.
+    pub within: T,
+    /// Whether those are among them that lead back what passes through a surface.
+    pub leads: bool,
+}
+
 impl<T: Real> Look<'_, T> {
-    /// A pair as a contact, if it would end nearer than `within` times its thickness. One that carries a force remains one a little
-    /// longer; it starts from what the force does in a time of `warm` [s].
+    /// A pair as a contact, if it would end as near as is asked. One that carries a force remains one a little longer.
     fn contact(
         &self,
         (seen, lane): (&Seen<T>, usize),
         close: &Close<T>,
-        (order, [force, solved]): (Order, [[T; 3]; 2]),
-        (warm, within): (T, T),
+        (order, force, solved): (Order, [T; 3], Option<[T; 3]>),
+        asked: &Asked<T>,
     ) -> Option<Active<T>> {
         let (distance, thickness) = (seen.distance[lane], close.thickness);
-        let is_new = [force, solved] == [[T::ZERO; 3]; 2];
-        let keeps = if is_new { within } else { within.max(T::from_f64(KEEPS)) };
+        let is_new = force == [T::ZERO; 3] && solved.is_none();
+        let keeps = if is_new { asked.within } else { asked.within.max(T::from_f64(KEEPS)) };
         if !(seen.then[lane] < keeps * thickness && distance > T::ZERO) {
             return None;
         }
@@ -44,11 +54,12 @@ impl<T: Real> Look<'_, T> {
                 gap: distance - thickness,
                 thickness,
                 friction: self.friction,
-                grip: grip(solved, normal, self.friction),
+                grip: solved.map_or(T::ZERO, |solved| grip(solved, normal, self.friction)),
                 advance: T::ZERO,
                 mobility: T::ZERO,
             },
-            impulse: scale(force, warm),
+            // What the solver has given is there already.
+            impulse: scale(force, if solved.is_some() { T::ZERO } else { asked.h }),
         })
     }
 }
@@ -60,10 +71,14 @@ impl<T: Real> TriangleContact<T> {
         self.take(worker, moving.map(|corners| [&corners.before[..], &corners.after[..]]));
         worker.synchronise();
         self.scratch(worker).contacts.clear();
-        self.pull(worker);
-        // What the solver has given is there already.
-        let warm = if self.is_solved() { T::ZERO } else { worker.substep.h };
-        self.look(worker, Some((warm, T::ONE)), 0.0);
+        self.lead_out(worker);
+        // In an implicit step the solver leads back what passes through a surface.
+        let leads = !self.scratch(worker).is_solved;
+        if leads {
+            self.pull(worker);
+        }
+        let asked = Asked { h: worker.substep.h, within: T::ONE, leads };
+        self.look(worker, Some(asked), 0.0);
         let scratch = self.scratch(worker);
         (scratch.round, scratch.stage) = (0, FilterRound::First);
         let nearest = scratch.contacts.iter().map(|one| {
@@ -85,9 +100,9 @@ impl<T: Real> TriangleContact<T> {
         self.take_nodes(worker);
     }
 
-    /// Finds the pairs that come near each other in the sub-step, by up to `extra` [m] more than nodes say; and its
-    /// contacts, if asked: the time in which they start from their forces [s], and how near they are, by their thickness.
-    pub(super) fn look(&self, worker: &Worker<'_, T>, contact: Option<(T, T)>, extra: f64) {
+    /// Finds the pairs that come near each other in the sub-step, by up to `extra` [m] more than nodes say; and the
+    /// contacts that are asked for.
+    pub(super) fn look(&self, worker: &Worker<'_, T>, asked: Option<Asked<T>>, extra: f64) {
         let (before, after, level) = (read(&self.before), read(&self.after), worker.nodes.level);
         let (index, surfaces) = (worker.index, &self.surfaces);
         self.leaves.follow(index, surfaces, [before, after], level);
@@ -106,7 +121,7 @@ impl<T: Real> TriangleContact<T> {
                 let (kind, nodes) = (sixteen.kind, &sixteen.nodes);
                 let see = || level.run(See { kind, nodes, before, after });
                 // Where some were close they are likely to be so again.
-                let seen = (sixteen.any_close && contact.is_some()).then(see);
+                let seen = (sixteen.any_close && asked.is_some()).then(see);
                 let distances = seen
                     .as_ref()
                     .map_or_else(|| level.run(Distances { kind, nodes, x: before }), |seen| seen.distance);
@@ -117,26 +132,26 @@ impl<T: Real> TriangleContact<T> {
                 if !sixteen.any_close {
                     continue;
                 }
-                let seen = seen.or_else(|| contact.map(|_| see()));
+                let seen = seen.or_else(|| asked.map(|_| see()));
                 for lane in (0..sixteen.count).filter(|&lane| left[lane] < wanted.needs) {
                     let one = sixteen.pair(lane);
                     let rule = self.rule(lifts, &one);
                     if rule == Rule::Apart {
                         close[kind as usize].push(one);
                     }
-                    if let (Some(seen), Some(limits)) = (&seen, contact) {
+                    if let (Some(seen), Some(asked)) = (&seen, &asked) {
                         let order = Order::new(pair.leaves, one.candidate);
                         while carried.next_if(|carried| carried.order < order).is_some() {}
                         let carried = carried.next_if(|carried| carried.order == order);
-                        let last =
-                            carried.map_or([[T::ZERO; 3]; 2], |carried| [carried.force, carried.solved]);
+                        let force = carried.map_or([T::ZERO; 3], |carried| carried.force);
+                        let last = (order, force, carried.and_then(|carried| carried.solved));
                         contacts.extend(match rule {
-                            Rule::Apart => look.contact((seen, lane), &one, (order, last), limits),
-                            Rule::Through { above } => {
+                            Rule::Apart => look.contact((seen, lane), &one, last, asked),
+                            Rule::Through { above } if asked.leads => {
                                 let weights = seen.weights.map(|lanes| lanes[lane]);
                                 back(before, &one, weights, above)
                             }
-                            Rule::Ignored => None,
+                            Rule::Through { .. } | Rule::Ignored => None,
                         });
                     }
                 }

@@ -1,6 +1,7 @@
 //! Contacts as part of an implicit step: found where nodes would go, listed by slices of nodes for the products of a solver,
 //! and kept for the rounds after it.
 
+use super::rounds::Asked;
 use super::{NO_KEY, Scratch, TriangleContact, positions};
 use crate::contact::triangles::cpu::contacts::Carried;
 use crate::contact::triangles::solved::SolvedContact;
@@ -116,19 +117,18 @@ impl<T: Real> ContactBlocks<'_, T> {
 }
 
 impl<T: Real> TriangleContact<T> {
-    /// Whether contacts are part of an implicit step. Those of surfaces that come apart change too fast.
-    pub fn is_solved(&self) -> bool {
-        self.is_implicit && self.tangle.is_none()
-    }
-
     /// Finds the contacts that may come about. All workers call it.
     pub fn find_solved(&self, worker: &Worker<'_, T>, system: &System<'_, T>) {
         self.take_start(worker);
         worker.synchronise();
         let scratch = self.scratch(worker);
+        scratch.is_solved = true;
         scratch.contacts.clear();
+        self.pull(worker);
+        self.lead_out(worker);
         let beyond = (NEAR - 1.0) * self.surfaces.thickest;
-        self.look(worker, Some((T::ZERO, T::from_f64(NEAR))), beyond);
+        let asked = Asked { h: worker.substep.h, within: T::from_f64(NEAR), leads: true };
+        self.look(worker, Some(asked), beyond);
         let own = self.solved.own(worker);
         own.clear();
         own.extend(scratch.contacts.iter().map(|one| SolvedContact {
@@ -136,6 +136,7 @@ impl<T: Real> TriangleContact<T> {
             weights: one.weights,
             normal: one.contact.normal,
             gap: one.contact.gap,
+            lead: if one.carried.key == NO_KEY { one.contact.lead(worker.substep.h) } else { T::ZERO },
             friction: one.contact.friction,
             first: scale(one.carried.force, system.h),
             body: NO_BODY,
@@ -326,9 +327,11 @@ impl<T: Real> TriangleContact<T> {
     pub fn keep_solved(&self, worker: &Worker<'_, T>) {
         let Scratch { contacts, carried, .. } = self.scratch(worker);
         carried.clear();
-        for (active, solved) in contacts.iter().zip(self.solved.own(worker).iter()) {
-            if solved.applied != [T::ZERO; 3] && active.carried.key != NO_KEY {
-                carried.push(Carried { solved: solved.applied, ..active.carried });
+        for (active, one) in contacts.iter().zip(self.solved.own(worker).iter()) {
+            let solved = (one.body != NO_BODY).then_some(one.applied);
+            let acts = solved.unwrap_or(active.carried.force) != [T::ZERO; 3];
+            if acts && active.carried.key != NO_KEY {
+                carried.push(Carried { solved, ..active.carried });
             }
         }
     }

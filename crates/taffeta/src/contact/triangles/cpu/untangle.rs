@@ -63,7 +63,14 @@ impl<T: Real> TriangleContact<T> {
             !self.is_lifted_out(lifts, [pull.node, a, b, c])
         });
         contacts.extend(pulls.map(|pull| self.pulled(pull, x)));
-        contacts.extend(lifts.iter().map(|lift| self.lifted(lift)));
+    }
+
+    /// Adds contacts that lead nodes out of colliders to those of the first worker.
+    pub(super) fn lead_out(&self, worker: &Worker<'_, T>) {
+        if worker.index == 0 {
+            let led = lifts(worker).iter().map(|lift| self.lifted(lift));
+            self.scratch(worker).contacts.extend(led);
+        }
     }
 
     /// A node that is led out of a collider, as a contact with what stands still.
@@ -106,13 +113,7 @@ fn leads<T: Real>(
     let order = Order::new([0; 2], Candidate { way: Way::VertexTriangle, one: 0, other: 0 });
     let zero = T::ZERO;
     Active {
-        carried: Carried {
-            order,
-            kind: Kind::VertexTriangle,
-            key: NO_KEY,
-            force: [zero; 3],
-            solved: [zero; 3],
-        },
+        carried: Carried { order, kind: Kind::VertexTriangle, key: NO_KEY, force: [zero; 3], solved: None },
         nodes,
         weights,
         contact: Contact { normal, gap, thickness, friction, grip: zero, advance: zero, mobility: zero },

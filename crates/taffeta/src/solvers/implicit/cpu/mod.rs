@@ -251,7 +251,7 @@ impl<T: Real> Feature<T> for Implicit<T> {
             h: worker.substep.scheme().map_or(worker.substep.h, |scheme| scheme.h),
             second: self.work.history.as_ref().zip(worker.substep.scheme()),
             colliders: self.colliders(worker.substep),
-            contacts: worker.features.get::<TriangleContact<T>>().filter(|contacts| contacts.is_solved()),
+            contacts: worker.features.get(),
             mesh_cache: worker.features.get::<Colliders<T>>().map(|colliders| &colliders.cache),
         }
         .solve();
@@ -334,6 +334,6 @@ struct ImplicitWorker<'w, 'a, T> {
     second: Option<(&'w History<T>, &'w Scheme<T>)>,
     colliders: &'w [ColliderNow<T>],
     mesh_cache: Option<&'w MeshCache<T>>,
-    /// Contacts of surfaces, where they are part of the system.
+    /// Contacts of surfaces.
     contacts: Option<&'w TriangleContact<T>>,
 }
