@@ -51,6 +51,8 @@ pub struct SolvedContact<T> {
     pub applied: [T; 3],
     /// Whether the multigrid cycle knows of it.
     pub in_cycle: bool,
+    /// Whether one of its sides cannot move, so that coarser levels know of it, too.
+    pub is_held: bool,
 }
 
 impl<T: Real> SolvedContact<T> {
@@ -59,13 +61,16 @@ impl<T: Real> SolvedContact<T> {
     /// end.
     pub fn stiffen(&mut self, of: impl Fn(u32) -> (T, Symmetric<T>)) {
         let (mut sum, mut most, mut alone) = (T::ZERO, T::ZERO, T::ZERO);
+        let mut moves = [false; 2];
         for (&node, &weight) in self.nodes.iter().zip(&self.weights) {
             let (inverse_mass, block) = of(node);
             let by_impulse = times(&block, self.normal);
             sum += weight * weight * dot(self.normal, by_impulse);
             most = most.max(weight.abs() * norm(by_impulse));
             alone += weight * weight * inverse_mass;
+            moves[usize::from(weight < T::ZERO)] |= weight * inverse_mass != T::ZERO;
         }
+        self.is_held = moves != [true; 2];
         let compliance = sum.max(most / T::from_f64(LEVER));
         let gives_way = compliance * T::from_f64(STIFF) > alone && alone > T::ZERO;
         self.stiffness = if gives_way { T::from_f64(STIFFNESS) / compliance } else { T::ZERO };
@@ -102,6 +107,14 @@ impl<T: Real> SolvedContact<T> {
         let anchor = of(self.nodes[3]);
         let part = |node: usize| scale(sub(of(self.nodes[node]), anchor), self.weights[node]);
         add(part(0), add(part(1), part(2)))
+    }
+
+    /// What it adds to the diagonal block of one of its nodes, as [`Self::soften`] does to the inverse.
+    pub fn share(&self, corner: usize) -> Symmetric<T> {
+        let (weight, [x, y, z]) = (self.weights[corner].abs(), self.normal);
+        let (across, more) = (weight * self.across, weight * (self.along - self.across));
+        let outer = [x * x, y * y, z * z, x * y, x * z, y * z];
+        std::array::from_fn(|one| more * outer[one] + if one < 3 { across } else { T::ZERO })
     }
 
     /// The inverse of a diagonal block with its share of the contact: no eigenvalue of the contact's part of the matrix is
@@ -169,6 +182,7 @@ mod tests {
             across: 0.0,
             applied: [0.0; 3],
             in_cycle: true,
+            is_held: false,
         };
         one.stiffen(|node| of_mass(if node == 0 { 1.0 } else { 3.0 }));
         one
@@ -244,6 +258,8 @@ mod tests {
                     let before = 1e3;
                     let all = one.soften(corner, &[1.0 / before, 1.0 / before, 1.0 / before, 0.0, 0.0, 0.0]);
                     let at = v[corner] * v[corner];
+                    let share = one.share(corner);
+                    assert!((1.0 / all[1] - before - share[1]).abs() < 1e-9 * before);
                     (1.0 / all[1] - before) * at + (1.0 / all[2] - before) * 0.04 * at
                 })
                 .sum();

@@ -146,6 +146,7 @@ impl<T: Real> TriangleContact<T> {
             across: T::ZERO,
             applied: [T::ZERO; 3],
             in_cycle: false,
+            is_held: false,
         }));
         self.send_rows(worker, system);
         worker.synchronise();

@@ -131,15 +131,21 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     fn add_contacts_of(&self, contacts: &TriangleContact<T>, chunk: &Chunk) {
         let part = &chunk.part;
+        let here = &self.shared.levels[0];
         // SAFETY: only this chunk's places.
-        let (right, inverse) =
-            unsafe { (self.shared.right.write::<3>(part), self.shared.levels[0].inverse.write::<6>(part)) };
+        let (right, inverse, own) = unsafe {
+            (self.shared.right.write::<3>(part), here.inverse.write::<6>(part), here.own.write::<6>(part))
+        };
         contacts.each_solved(part, |place, contact, corner| {
             let at = place - part.start;
             let impulse = scale(contact.impulse, contact.weights[corner]);
             let all = contact.soften(corner, &std::array::from_fn(|one| inverse[one][at]));
-            (0..3).for_each(|axis| right[axis][at] = right[axis][at] + impulse[axis]);
+            (0..3).for_each(|axis| right[axis][at] += impulse[axis]);
             (0..6).for_each(|one| inverse[one][at] = all[one]);
+            if contact.is_held {
+                let share = contact.share(corner);
+                (0..6).for_each(|one| own[one][at] += share[one]);
+            }
         });
     }
 
