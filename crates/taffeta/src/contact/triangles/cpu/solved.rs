@@ -1,5 +1,5 @@
-//! Contacts as part of an implicit step: found where nodes would go, listed by slices of nodes for the products of a solver,
-//! and kept for the rounds after it.
+//! Contacts as part of an implicit step: found where nodes are before it, listed by slices of nodes for the products of a
+//! solver, and kept for the rounds after it.
 
 use super::rounds::Asked;
 use super::{NO_KEY, Scratch, TriangleContact, positions};

@@ -249,13 +249,14 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
 
     /// The next step of each body.
     fn find_steps(&mut self) {
-        let sums = self.product_sums().into_iter().zip(self.outer_sums());
-        for (body, ([gamma, delta], [off, ..])) in self.scratch.bodies.iter_mut().zip(sums) {
+        let sums = self.product_sums();
+        let Scratch { bodies, outer, .. } = &mut *self.scratch;
+        for ((body, [gamma, delta]), [off, ..]) in bodies.iter_mut().zip(sums).zip(outer) {
             if body.done {
                 continue;
             }
             if body.all == 0 {
-                body.whole = gamma.max(off);
+                body.whole = gamma.max(*off);
             }
             body.error = gamma;
             match body.conjugate.step(gamma, delta) {
@@ -448,10 +449,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.sums(unsafe { self.shared.products.read() })
     }
 
-    /// Σ m |v* − v|², Σ m |v|², Σ m v and Σ m.
-    pub fn outer_sums(&self) -> Vec<[f64; 6]> {
+    /// Sums up the motion of each body and what it is joined with.
+    pub fn sum_motion(&mut self) {
         // SAFETY: as above.
-        self.sums(unsafe { self.shared.outer.read() })
+        self.scratch.outer = self.sums(unsafe { self.shared.outer.read() });
     }
 
     /// Where the sums of a chunk of its share go.

@@ -122,6 +122,8 @@ struct Scratch<T> {
     /// How far each body's system is.
     bodies: Vec<conjugate::CgState>,
     joined: Joined,
+    /// Of each: Σ m |v* − v|², Σ m |v|², Σ m v and Σ m.
+    outer: Vec<[f64; 6]>,
     /// What the frame's report is to say.
     report: SolverReport,
 }

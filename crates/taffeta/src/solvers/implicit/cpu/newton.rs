@@ -1,8 +1,8 @@
 //! Newton steps: as many as the scene says, or as the equations need.
 
 use crate::real::{Real, dot, times};
-use crate::solvers::implicit::cpu::ImplicitWorker;
 use crate::solvers::implicit::cpu::conjugate::CgState;
+use crate::solvers::implicit::cpu::{ImplicitWorker, Scratch};
 use crate::solvers::implicit::implicit::{MOST_STEPS, leaves_much, motion};
 
 impl<T: Real> ImplicitWorker<'_, '_, T> {
@@ -18,6 +18,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
         self.each(0, Self::begin_step);
         self.worker.synchronise();
         self.find_contacts();
+        self.sum_motion();
         for step in 1..=most {
             self.scratch.bodies.iter_mut().for_each(|body| *body = body.again());
             self.linearise();
@@ -63,8 +64,10 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             *worker.product_of(chunk) = [sum, 0.0];
         });
         self.worker.synchronise();
-        let sums = self.product_sums().into_iter().zip(self.outer_sums());
-        for (body, ([left, _], [off, squares, x, y, z, mass])) in self.scratch.bodies.iter_mut().zip(sums) {
+        let sums = self.product_sums();
+        let Scratch { bodies, outer, .. } = &mut *self.scratch;
+        for ((body, [left, _]), &mut [off, squares, x, y, z, mass]) in bodies.iter_mut().zip(sums).zip(outer)
+        {
             let may = body.all < self.primal.ice.max_iterations;
             body.met |= !(may && leaves_much(left, motion([off, squares], [x, y, z], mass)));
             body.done = body.met;
