@@ -86,7 +86,8 @@ pub fn edge_edge<T: Real>(x: [[T; 3]; 4]) -> Closest<T> {
     let t = part(b * s + f, e);
     let s = part(b * t - c, a);
     let t = part(b * s + f, e);
-    let apart = add(between, sub(scale(first, s), scale(second, t)));
+    // One product after the other, as some compilers of GPUs order them anyway.
+    let apart = sub(add(between, scale(first, s)), scale(second, t));
     Closest { weights: [T::ONE - s, s, t - T::ONE, -t], apart }
 }
 

@@ -14,20 +14,29 @@ use crate::real::{Real, add, dot, norm, scale};
 /// Part of its distance to the plane that a node may use up.
 pub const SHARE: f64 = 0.85;
 /// Least part of the gap that a side gets.
-const LEAST: f64 = 0.05;
+pub const LEAST: f64 = 0.05;
 /// The least distance to the plane that is kept, relative to the extent of a pair. In 32 bits the normal of sides that are d
 /// apart is off by about 2e-7 extent / d, and it must not tilt the plane into a side: that is 1 % of d here.
-const SLENDER: f64 = 4e-3;
+pub const SLENDER: f64 = 4e-3;
 /// The least distance that is kept is at most this part of the thickness.
-const THIN: f64 = 0.25;
+pub const THIN: f64 = 0.25;
 /// The least distance to the plane that is kept, in units in the last place of positions.
-const DIGITS: f64 = 16.0;
+pub const DIGITS: f64 = 16.0;
 
 /// Part of the gap that must be left for a plane that goes along, beside twice the least distance.
-const LEFT: f64 = 1.0 - SHARE;
+pub const LEFT: f64 = 1.0 - SHARE;
 
 /// Part of the thickness that a collider which moves leaves to what is in its way.
 const KEPT: f64 = 0.5;
+
+/// Stretch up to which the filter keeps its least distance of edges.
+pub const STRETCH: f64 = 2.0;
+/// How often nodes that are held back may hold back others before planes of all pairs stand still.
+pub const JAMS: u32 = 4;
+/// The rounds of a sub-step end when no node that has not arrived gets farther by this, relative to the longest way of a round.
+pub const PROGRESS: f64 = 0.02;
+/// How much nearer than it would pairs may come by impulses before they are looked at again, relative to the mean edge.
+pub const ALLOWANCE: f64 = 0.02;
 
 /// What a pair lets its nodes do.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,6 +142,11 @@ pub fn ends_apart<T: Real, P: Pair>(
     let wanted = least.max(T::from_f64(KEPT) * thickness);
     let all = T::from_f64(1.0 - LEFT) * before;
     before <= T::ZERO || after >= if all < wanted { all } else { wanted }
+}
+
+/// A bound of a way by its squared length in 32 bits [m].
+pub fn bound_of(squared: f64) -> f64 {
+    squared.sqrt() * (1.0 + 1e-5)
 }
 
 /// Distance beyond 1.05 times their thickness up to which pairs may be limited whose sides come nearer by up to `approach` [m], if

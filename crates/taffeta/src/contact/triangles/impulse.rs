@@ -9,13 +9,16 @@
 use crate::real::{Real, add, dot, norm, scale, sub};
 
 /// Part of an old overlap that is removed in a sub-step, by position alone.
-const FIRM: f64 = 0.2;
+pub const FIRM: f64 = 0.2;
 /// Overlap that stays, relative to the thickness: with none at all contacts would come and go at rest.
-const SLOP: f64 = 0.01;
+pub const SLOP: f64 = 0.01;
 /// Shortest time in which a contact separates by its thickness [s].
-const RELEASE: f64 = 0.02;
+pub const RELEASE: f64 = 0.02;
 /// A contact that carried an impulse remains one up to this distance, relative to the thickness.
 pub const KEEPS: f64 = 1.05;
+
+/// How far a contact may sink in by a sub-step, relative to its thickness, before another round corrects impulses.
+pub const SINKS: f64 = 0.01;
 
 /// A node gets at most so many times the velocity by which sides approach each other. A contact next to a pinned node could
 /// otherwise be kept only by a lever: the free node of the smallest weight would fly off.

@@ -1,7 +1,7 @@
 //! Leaves: a few triangles of one surface that are near each other, with their nodes, and what is known of pairs of nodes of
 //! two leaves.
 
-use crate::contact::triangles::surfaces::{Kind, Surfaces};
+use crate::contact::triangles::surfaces::Surfaces;
 use crate::real::{cross, norm, sub};
 use crate::topology::LANES;
 use std::collections::HashSet;
@@ -49,11 +49,11 @@ pub struct Ring {
 #[derive(Default)]
 pub struct Rings {
     /// Where the row of each leaf begins, and where the last ends.
-    starts: Vec<u32>,
+    pub starts: Vec<u32>,
     /// Second leaves, not before the first, ascending, with where their ring is.
-    rows: Vec<(u32, u32)>,
+    pub rows: Vec<(u32, u32)>,
     /// All of them; the first is empty.
-    rings: Vec<Ring>,
+    pub rings: Vec<Ring>,
 }
 
 impl Leaf {
@@ -162,15 +162,9 @@ impl Cut {
 }
 
 impl Surfaces {
-    /// The leaf of a pair's first and second primitive, by their numbers.
-    pub fn leaves_of(&self, kind: Kind, [one, other]: [u32; 2]) -> [usize; 2] {
-        let leaf = |what: usize, number: u32| {
-            self.leaves.partition_point(|leaf| leaf.first[what] <= number).saturating_sub(1)
-        };
-        match kind {
-            Kind::VertexTriangle => [leaf(2, one), leaf(0, other)],
-            Kind::EdgeEdge => [leaf(1, one), leaf(1, other)],
-        }
+    /// The first triangle, edge and vertex of each leaf.
+    pub fn firsts(&self) -> Vec<[u32; 3]> {
+        self.leaves.iter().map(|leaf| leaf.first).collect()
     }
 
     /// The leaves of each place.

@@ -10,6 +10,7 @@ pub mod cpu;
 pub mod filter;
 pub mod impulse;
 pub mod leaves;
+pub mod order;
 pub mod solved;
 pub mod surfaces;
 pub mod tangle;

@@ -106,7 +106,7 @@ impl<T: Real> SolvedContact<T> {
     pub fn relative(&self, of: impl Fn(u32) -> [T; 3]) -> [T; 3] {
         let anchor = of(self.nodes[3]);
         let part = |node: usize| scale(sub(of(self.nodes[node]), anchor), self.weights[node]);
-        add(part(0), add(part(1), part(2)))
+        add(add(part(0), part(1)), part(2))
     }
 
     /// What it adds to the diagonal block of one of its nodes, as [`Self::soften`] does to the inverse.

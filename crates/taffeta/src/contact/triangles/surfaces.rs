@@ -271,6 +271,11 @@ impl Surfaces {
         self.start.len()
     }
 
+    /// The longest way that nodes go in one round of the filter [m].
+    pub fn longest_way(&self) -> f64 {
+        self.thickest.max(self.mean_edge)
+    }
+
     /// Corners of colliders at the start [m].
     pub fn corners(&self) -> &[[f64; 3]] {
         &self.start[self.places..]

@@ -10,7 +10,7 @@ use crate::contact::clusters::packed::{GROUP, Packed, about, motion};
 use crate::contact::clusters::tree::{Boxes, Fill, Query, Tree};
 use crate::contact::triangles::cpu::narrow_phase::Sixteen;
 use crate::contact::triangles::cpu::pose::{Pose, Then};
-use crate::contact::triangles::filter::reach_together;
+use crate::contact::triangles::filter::{ALLOWANCE, reach_together};
 use crate::contact::triangles::impulse::KEEPS;
 use crate::contact::triangles::leaves::Leaf;
 use crate::contact::triangles::surfaces::Surfaces;
@@ -23,8 +23,6 @@ use std::ops::Range;
 
 /// Distance up to which leaves are listed, relative to the mean diagonal of a leaf.
 const LISTED: f64 = 0.5;
-/// How much nearer than it would pairs may come by impulses before they are looked at again, relative to the mean edge.
-const ALLOWANCE: f64 = 0.02;
 
 /// What workers know of the leaves.
 pub struct Leaves<T> {

@@ -1,49 +1,10 @@
 //! The contacts of a worker in a sub-step, and what is exchanged with other workers about their nodes.
 
-use crate::contact::clusters::packed::GROUP;
-use crate::contact::triangles::cpu::narrow_phase::{Candidate, Way};
 use crate::contact::triangles::impulse::Contact;
-use crate::contact::triangles::surfaces::{Kind, Surfaces};
+use crate::contact::triangles::order::Order;
+use crate::contact::triangles::surfaces::Kind;
 use crate::cpu::shared::Shared;
 use crate::real::{Real, add, scale, sub};
-
-/// Where a contact stands among all: contacts are listed and summed in this order, whoever has found them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Order {
-    groups: [u32; 2],
-    leaves: [u32; 2],
-    local: (Way, u8, u8),
-}
-
-impl Order {
-    /// That of a pair of primitives of two leaves.
-    pub fn new(leaves: [u32; 2], Candidate { way, one, other }: Candidate) -> Self {
-        Self { groups: leaves.map(|leaf| leaf / GROUP as u32), leaves, local: (way, one, other) }
-    }
-
-    /// That of a pair of a kind, by the numbers of its primitives.
-    pub fn of_key(surfaces: &Surfaces, kind: Kind, key: [u32; 2]) -> Self {
-        let [one, other] = surfaces.leaves_of(kind, key);
-        let local = |leaf: usize, what: usize, number: u32| {
-            number.wrapping_sub(surfaces.leaves[leaf].first[what]) as u8
-        };
-        let (leaves, way, one, other) = match kind {
-            Kind::EdgeEdge => ([one, other], Way::EdgeEdge, local(one, 1, key[0]), local(other, 1, key[1])),
-            Kind::VertexTriangle if one <= other => {
-                ([one, other], Way::VertexTriangle, local(one, 2, key[0]), local(other, 0, key[1]))
-            }
-            Kind::VertexTriangle => {
-                ([other, one], Way::TriangleVertex, local(other, 0, key[1]), local(one, 2, key[0]))
-            }
-        };
-        Self::new(leaves.map(|leaf| leaf as u32), Candidate { way, one, other })
-    }
-
-    /// The leaf whose worker lists it.
-    pub fn leaf(&self) -> usize {
-        self.leaves[0] as usize
-    }
-}
 
 /// The force of a contact, which the next sub-step starts from.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +34,7 @@ impl<T: Real> Active<T> {
     pub fn velocity(&self, v: impl Fn(u32) -> [T; 3]) -> [T; 3] {
         let anchor = v(self.nodes[3]);
         let of = |node: usize| scale(sub(v(self.nodes[node]), anchor), self.weights[node]);
-        add(of(0), add(of(1), of(2)))
+        add(add(of(0), of(1)), of(2))
     }
 }
 

@@ -5,7 +5,7 @@ use crate::contact::triangles::cpu::lanes::Limit;
 use crate::contact::triangles::cpu::motion::Motion;
 use crate::contact::triangles::cpu::narrow_phase::{Close, Sixteen, by_sixteen};
 use crate::contact::triangles::cpu::untangle::lifts;
-use crate::contact::triangles::filter::{SHARE, reach};
+use crate::contact::triangles::filter::{JAMS, PROGRESS, SHARE, STRETCH, reach};
 use crate::contact::triangles::tangle::Rule;
 use crate::cpu::feature::Flow;
 use crate::cpu::worker::Worker;
@@ -13,19 +13,12 @@ use crate::real::{Real, add, dot, scale, sub};
 use crate::topology::LANES;
 use std::sync::atomic::Ordering;
 
-/// Stretch up to which the filter keeps its least distance of edges.
-const STRETCH: f64 = 2.0;
-/// How often nodes that are held back may hold back others before planes of all pairs stand still.
-const JAMS: u32 = 16;
-/// The rounds end when no node that has not arrived gets farther by this, relative to the longest way of a round.
-const PROGRESS: f64 = 0.02;
-
 impl<T: Real> TriangleContact<T> {
     /// A round of the filter: nodes go towards where they would end, and stop where they might meet something. Who goes far
     /// goes in several rounds.
     pub(super) fn filter(&self, worker: &mut Worker<'_, T>) -> Flow {
         let scratch = self.scratch(worker);
-        let (is_first, cap) = (scratch.stage == FilterRound::First, self.cap());
+        let (is_first, cap) = (scratch.stage == FilterRound::First, self.surfaces.longest_way());
         // SAFETY: written before a barrier, and again after another.
         let progress = unsafe { self.found.read() }.iter().map(|found| found.progress).fold(0.0, f64::max);
         let is_stuck = scratch.stage == FilterRound::More && progress < PROGRESS * cap;
@@ -176,7 +169,9 @@ impl<T: Real> TriangleContact<T> {
         self.leaves.cover(worker.index, pairs, surfaces, (level, most), || worker.synchronise());
         let mut any = false;
         self.leaves.each_marked(pairs, surfaces, (level, most), is_marked, |pair| {
-            let reach = T::from_f64(reach_of(self.leaves.longest_way(pair.leaves)));
+            // Ways may have changed by the allowance since they were bounded.
+            let way = self.leaves.longest_way(pair.leaves) + self.leaves.allowance;
+            let reach = T::from_f64(reach_of(way));
             self.look_at(pair, level).list(reach, memory);
             let is_kept = |close: &Close<T>| {
                 close.nodes.iter().any(|&node| is_held(node)) && self.rule(lifts, close) == Rule::Apart

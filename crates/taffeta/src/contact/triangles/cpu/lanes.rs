@@ -115,7 +115,7 @@ impl<T: Real> See<'_, T> {
             let by = T::ONE / if distance > T::TINY { distance } else { T::ONE };
             let ends = relative(lane(&after, at));
             let [w, u, v, _] = found.weights;
-            let then = add(scale(ends[0], w), add(scale(ends[1], u), scale(ends[2], v)));
+            let then = add(add(scale(ends[0], w), scale(ends[1], u)), scale(ends[2], v));
             for node in 0..4 {
                 seen.weights[node][at] = found.weights[node];
             }

@@ -18,11 +18,12 @@ use crate::assembly::Assembly;
 use crate::backend::{ContactForce, SolverState};
 use crate::contact::triangles::cpu::broad_phase::{Leaves, Pairs};
 use crate::contact::triangles::cpu::carry::Push;
-use crate::contact::triangles::cpu::contacts::{Active, Carried, Mail, Order};
+use crate::contact::triangles::cpu::contacts::{Active, Carried, Mail};
 use crate::contact::triangles::cpu::motion::Motion;
 use crate::contact::triangles::cpu::narrow_phase::{Close, Memory};
 use crate::contact::triangles::cpu::solved::Solved;
 use crate::contact::triangles::leaves::Lists;
+use crate::contact::triangles::order::Order;
 use crate::contact::triangles::solved::sustained;
 use crate::contact::triangles::surfaces::{Kind, Surfaces};
 use crate::contact::triangles::tangle::Tangle;
@@ -364,9 +365,10 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
             scratch.contacts.clear();
         }
         let mut all: Vec<Carried<T>> = Vec::with_capacity(state.contacts.len());
+        let firsts = self.surfaces.firsts();
         for &ContactForce { kind, pair, force } in &state.contacts {
             let kind = Kind::ALL[usize::from(kind).min(1)];
-            let order = Order::of_key(&self.surfaces, kind, pair);
+            let order = Order::of_key(&firsts, kind, pair);
             all.push(Carried { order, kind, key: pair, force: force.map(T::from_f64), solved: None });
         }
         all.sort_unstable_by_key(|one| one.order);

@@ -1,6 +1,7 @@
 //! Where nodes of surfaces are before and after a sub-step, or a round of the filter.
 
 use super::{TriangleContact, positions};
+use crate::contact::triangles::filter::bound_of;
 use crate::cpu::shared::Shared;
 use crate::cpu::simd::Kernel;
 use crate::cpu::worker::Worker;
@@ -110,7 +111,7 @@ impl<T: Real> TriangleContact<T> {
             let base = base.map(|column| &*column);
             let ends = ends.map(|column| &column[run.clone()]);
             let [most, change, far] = worker.nodes.level.run(Measure { base, ends, after });
-            let length = |squared: T| squared.to_f64().sqrt() * (1.0 + 1e-5);
+            let length = |squared: T| bound_of(squared.to_f64());
             let motion =
                 Motion { most: length(most), change: length(change), far: far.to_f64(), ..Motion::default() };
             own = own.join(motion);
@@ -195,10 +196,5 @@ impl<T: Real> TriangleContact<T> {
         for tile in &worker.nodes.tiles[worker.tiles.clone()] {
             tile.runs().map(|(_, run)| run).filter(has_surface).for_each(&mut job);
         }
-    }
-
-    /// The longest way that nodes go in one round of the filter [m].
-    pub(super) fn cap(&self) -> f64 {
-        self.surfaces.thickest.max(self.surfaces.mean_edge)
     }
 }

@@ -5,50 +5,14 @@ use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked, Wanted};
 use crate::contact::triangles::cpu::lanes::{Distances, Lanes, Places, gather};
 use crate::contact::triangles::impulse::KEEPS;
 use crate::contact::triangles::leaves::{EDGES, Leaf, Mask, Ring};
+use crate::contact::triangles::order::{Candidate, Way};
 use crate::contact::triangles::surfaces::{Kind, NEIGHBOURS, Surfaces};
 use crate::cpu::simd::{Kernel, SimdLevel};
 use crate::real::Real;
 use crate::topology::LANES;
 use std::ops::Range;
 
-/// What a pair of primitives of two leaves is: in the order in which pairs are listed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Way {
-    /// A vertex of the first leaf and a triangle of the second.
-    VertexTriangle,
-    /// A triangle of the first leaf and a vertex of the second.
-    TriangleVertex,
-    EdgeEdge,
-}
-
-/// A pair of primitives, by their numbers in the first and the second leaf.
-#[derive(Clone, Copy, Debug)]
-pub struct Candidate {
-    pub way: Way,
-    pub one: u8,
-    pub other: u8,
-}
-
-impl Way {
-    pub fn kind(self) -> Kind {
-        match self {
-            Self::VertexTriangle | Self::TriangleVertex => Kind::VertexTriangle,
-            Self::EdgeEdge => Kind::EdgeEdge,
-        }
-    }
-}
-
 impl Candidate {
-    /// Both primitives by their numbers among those of all surfaces, in the order of their kind of pair.
-    pub fn key(&self, [a, b]: [&Leaf; 2]) -> [u32; 2] {
-        let [one, other] = [u32::from(self.one), u32::from(self.other)];
-        match self.way {
-            Way::VertexTriangle => [a.first[2] + one, b.first[0] + other],
-            Way::TriangleVertex => [b.first[2] + other, a.first[0] + one],
-            Way::EdgeEdge => [a.first[1] + one, b.first[1] + other],
-        }
-    }
-
     /// The lanes of its nodes in its two leaves.
     fn lanes<'a>(&self, [a, b]: [&'a Leaf; 2]) -> [&'a [u8]; 2] {
         let [one, other] = [usize::from(self.one), usize::from(self.other)];

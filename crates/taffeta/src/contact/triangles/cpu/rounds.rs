@@ -2,20 +2,18 @@
 
 use super::{FilterRound, Found, NO_SLOT, Scratch, Touched, TriangleContact, read};
 use crate::contact::triangles::cpu::broad_phase::{LeafPair, Looked};
-use crate::contact::triangles::cpu::contacts::{Active, Carried, Order, What};
+use crate::contact::triangles::cpu::contacts::{Active, Carried, What};
 use crate::contact::triangles::cpu::lanes::{Distances, See, Seen, motion};
 use crate::contact::triangles::cpu::narrow_phase::{Close, Look};
 use crate::contact::triangles::cpu::untangle::{back, lifts};
-use crate::contact::triangles::impulse::{Contact, KEEPS, grip, mobility};
+use crate::contact::triangles::impulse::{Contact, KEEPS, SINKS, grip, mobility};
+use crate::contact::triangles::order::Order;
 use crate::contact::triangles::surfaces::Corners;
 use crate::contact::triangles::tangle::Rule;
 use crate::cpu::feature::Flow;
 use crate::cpu::simd::SimdLevel;
 use crate::cpu::worker::Worker;
 use crate::real::{Real, add, dot, scale};
-
-/// How far a contact may sink in by a sub-step, relative to its thickness, before another round corrects impulses.
-const SINKS: f64 = 0.01;
 
 /// Which contacts are looked for.
 #[derive(Clone, Copy)]
@@ -43,7 +41,7 @@ impl<T: Real> Look<'_, T> {
         if !(seen.then[lane] < keeps * thickness && distance > T::ZERO) {
             return None;
         }
-        let key = close.candidate.key(self.leaves);
+        let key = close.candidate.key(self.leaves.map(|leaf| leaf.first));
         let normal = seen.apart.map(|lanes| lanes[lane] / distance);
         Some(Active {
             carried: Carried { order, kind: close.kind(), key, force, solved },
@@ -83,7 +81,7 @@ impl<T: Real> TriangleContact<T> {
         (scratch.round, scratch.stage) = (0, FilterRound::First);
         let nearest = scratch.contacts.iter().map(|one| {
             let Active { contact, .. } = one;
-            ((contact.gap + contact.thickness) / contact.thickness).to_f64()
+            (T::ONE + contact.gap / contact.thickness).max(T::ZERO).to_f64()
         });
         let found = Found {
             contacts: scratch.contacts.len() as u64,
@@ -246,9 +244,11 @@ impl<T: Real> TriangleContact<T> {
         for Touched { node, base, push, sum } in &scratch.touched {
             let w = w[*node as usize];
             let change = scale(*sum, w);
-            let way = add(scale(change, h), scale(*push, w));
-            let state =
-                std::array::from_fn(|axis| base[axis] + if axis < 3 { way[axis] } else { change[axis - 3] });
+            let (way, push) = (scale(change, h), scale(*push, w));
+            let state = std::array::from_fn(|axis| match axis {
+                0..3 => base[axis] + way[axis] + push[axis],
+                _ => base[axis] + change[axis - 3],
+            });
             scratch.responses.push((*node, state));
         }
         scratch.round += 1;
