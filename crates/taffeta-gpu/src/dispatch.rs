@@ -1,7 +1,7 @@
 //! Lists of dispatches and copies, recorded once and submitted as often as wanted.
 
 use crate::kernel::Bound;
-use crate::{Buffer, Counts, Gpu, GpuError, ReadBack};
+use crate::{Bindable, Buffer, Counts, Gpu, GpuError, ReadBack};
 
 /// Workgroups along x where there are more than one row of them; every device lets a dimension have twice as many.
 pub const GROUPS_IN_ROW: u32 = 32_768;
@@ -161,6 +161,12 @@ impl DispatchList {
     /// Copies the first elements, as many as both have.
     pub fn copy_buffer<T>(&mut self, from: &Buffer<T>, to: &Buffer<T>) {
         self.push_copy::<T>(from.raw(), to.raw(), from.len().min(to.len()));
+    }
+
+    /// Copies all bytes of one buffer to another, as many as both have.
+    pub fn copy_all(&mut self, from: &dyn Bindable, to: &dyn Bindable) {
+        let (from, to) = (from.buffer(), to.buffer());
+        self.push_copy::<u8>(from, to, from.size().min(to.size()) as usize);
     }
 
     fn push_copy<T>(&mut self, from: &wgpu::Buffer, to: &wgpu::Buffer, count: usize) {

@@ -241,6 +241,10 @@ impl Feature for Attachments {
         Ok(())
     }
 
+    fn lasting(&self) -> Vec<&dyn Bindable> {
+        vec![&self.broken]
+    }
+
     fn save(&self, gpu: &Gpu, state: &mut SolverState) {
         if self.scene_joints == 0 {
             return;
@@ -251,8 +255,9 @@ impl Feature for Attachments {
         self.numbers.iter().zip(broken).for_each(|(&number, broken)| state.joints[number] = broken == 0);
     }
 
-    fn load(&self, gpu: &Gpu, state: &SolverState) {
+    fn load(&mut self, gpu: &Gpu, state: &SolverState) -> bool {
         let broken = |&number: &usize| u32::from(state.joints.get(number) == Some(&false));
         self.broken.write(gpu, 0, &self.numbers.iter().map(broken).collect::<Vec<_>>());
+        false
     }
 }

@@ -116,6 +116,7 @@ pub struct Tables {
     pub multigrid: implicit::gpu_tables::MultigridTables,
     pub attachments: attachments::gpu::AttachmentTables,
     pub self_collision: nodes::gpu::SelfCollisionTables,
+    pub surfaces: triangles::gpu_tables::SurfaceTables,
 }
 
 #[cfg(feature = "gpu")]
@@ -136,6 +137,7 @@ impl Tables {
             multigrid: implicit::gpu_tables::MultigridTables::new(bodies, &elements)?,
             attachments: attachments::gpu::AttachmentTables::new(bodies, volumes.numbers.len()),
             self_collision: nodes::gpu::SelfCollisionTables::new(bodies)?,
+            surfaces: triangles::gpu_tables::SurfaceTables::new(bodies),
             elements,
             volumes,
         })
@@ -150,7 +152,7 @@ impl Tables {
             restored: self.volumes.restores(),
             attachments: !self.attachments.lists.is_empty(),
             self_contact: !self.self_collision.surfaces.is_empty(),
-            surface_contact: false,
+            surface_contact: !self.surfaces.is_empty(),
             held: !self.held.nodes.is_empty(),
         }
     }
@@ -182,6 +184,7 @@ pub fn shaders() -> Shaders {
         dual::gpu::SHADERS,
         attachments::gpu::SHADERS,
         nodes::gpu::SHADERS,
+        triangles::gpu::SHADERS,
         diagnostics::gpu::SHADERS,
     ];
     let of_kinds = KINDS.iter().map(|kind| kind.shaders);
@@ -208,6 +211,7 @@ fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
 #[cfg(feature = "gpu")]
 fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
     nodes::gpu::check_together(assembly, partitions, limit)?;
+    triangles::gpu::check_together(assembly, partitions, limit)?;
     attachments::gpu::check_together(assembly, partitions, limit)
 }
 
@@ -250,6 +254,7 @@ fn of_gpu(
     let after = [
         attachments::gpu::Attachments::new(gpu, assembly, &tables.attachments, places)?.and_then(boxed),
         nodes::gpu::NodeContact::new(gpu, &tables.self_collision)?.and_then(boxed),
+        triangles::gpu::TriangleContact::new(gpu, &tables.surfaces)?.and_then(boxed),
         motion::held_gpu::HeldForces::new(gpu, &tables.held)?.filter(|_| parts.held).and_then(boxed),
         boxed(diagnostics::gpu::Measures::new(gpu, places)?),
     ];

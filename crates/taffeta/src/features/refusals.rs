@@ -4,6 +4,7 @@ use crate::advice::{Advice, Refusal, Warning};
 use crate::assembly::Assembly;
 use crate::contact::collider_mesh::surface::MeshShape;
 use crate::contact::collider_mesh::tree::WALK_TURNS;
+use crate::contact::colliders::moving::MovingCollider;
 use crate::gpu::partition::Partition;
 use crate::solvers::explicit::gpu::Particles;
 use crate::solvers::explicit::patches;
@@ -56,13 +57,30 @@ pub fn refuse_large_meshes(gpu: &Gpu, bytes: usize) -> Result<(), Refusal> {
     Err(Refusal::new(message, [Advice::Cpu]))
 }
 
-/// Refuses contact between triangles.
-pub fn refuse_surfaces(assembly: &Assembly) -> Result<(), Refusal> {
+/// Refuses what contact between triangles cannot do on a GPU yet.
+pub fn refuse_surfaces(from: Stage, assembly: &Assembly) -> Result<(), Refusal> {
+    let Some(surfaces) = assembly.surfaces() else { return Ok(()) };
     let Some(body) = assembly.bodies.iter().find(|body| body.surface_contact().is_some()) else {
         return Ok(());
     };
+    let start = |node: usize| surfaces.start[node];
+    let moves = |collider: &MovingCollider| collider.faces().is_some() && collider.moves();
+    let why = if assembly.solver.is_primal() {
+        "with implicit steps"
+    } else if assembly.colliders().iter().any(moves) {
+        "beside colliders that move"
+    } else if surfaces.start_tangled {
+        "where surfaces start through each other"
+    } else if !assembly.lifts(0.0, &start).is_empty() {
+        "where nodes start inside colliders"
+    } else if from > Stage::Elements {
+        "in a part of a sub-step"
+    } else {
+        return Ok(());
+    };
     let message = format!(
-        "body `{}` has self_collision.form = \"triangles\", which does not run on a GPU yet; the CPU, or \"nodes\" would do",
+        "body `{}` has self_collision.form = \"triangles\", which does not run on a GPU yet {why}; the CPU, or \"nodes\" \
+         would do",
         body.name
     );
     Err(Refusal::new(message, [Advice::Cpu]))

@@ -6,6 +6,7 @@ use crate::assembly::body::BodyAssembly;
 use crate::backend::{Backend, Device, FrameInput, Lost, SolverState, VertexTarget, View};
 use crate::cpu::CpuBackend;
 use crate::cpu::between::Between;
+use crate::gpu::backup::Backup;
 use crate::gpu::drawn::Drawn;
 use crate::gpu::feature::Upload;
 use crate::gpu::kernels::Kernels;
@@ -169,9 +170,39 @@ impl GpuBackend {
 
     fn run(&mut self, substeps: &[plan::Substep<f32>], input: &FrameInput) -> Result<(), GpuError> {
         self.put_back();
-        self.start_frame();
         self.changed = 0..0;
         let wanted = self.mirror.take().is_some();
+        let may_repeat = |one: &Partition| one.features.iter().any(|feature| feature.may_repeat());
+        if !self.partitions.iter().any(may_repeat) {
+            return self.run_once(substeps, input, wanted);
+        }
+        let backup = self.partitions.iter().map(|partition| Backup::of(&self.gpu, partition));
+        let backup = backup.collect::<Result<Vec<_>, _>>()?;
+        loop {
+            let times = self.times.clone();
+            self.run_once(substeps, input, wanted)?;
+            let mut is_short = false;
+            for feature in self.partitions.iter_mut().flat_map(|partition| partition.features.iter_mut()) {
+                is_short |= feature.is_short(&self.gpu)?;
+            }
+            if !is_short {
+                return Ok(());
+            }
+            self.times = times;
+            for (partition, backup) in self.partitions.iter_mut().zip(&backup) {
+                backup.restore(&self.gpu, partition)?;
+                partition.grow()?;
+            }
+        }
+    }
+
+    fn run_once(
+        &mut self,
+        substeps: &[plan::Substep<f32>],
+        input: &FrameInput,
+        wanted: bool,
+    ) -> Result<(), GpuError> {
+        self.start_frame();
         let mut done = 0;
         let mut before = self.keep_positions();
         loop {
@@ -405,9 +436,7 @@ impl Backend for GpuBackend {
     }
 
     fn set_solver_state(&mut self, from: &SolverState) {
-        for feature in self.partitions.iter().flat_map(|partition| partition.features.iter()) {
-            feature.load(&self.gpu, from);
-        }
+        self.partitions.iter_mut().for_each(|partition| partition.load(from));
     }
 
     fn normals(&self, body: usize) -> Option<Vec<[f32; 3]>> {

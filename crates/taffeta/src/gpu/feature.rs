@@ -117,11 +117,33 @@ pub trait Feature: Any + Send + Sync {
         0
     }
 
+    /// Whether a frame may have too little room for what it finds, so that it is repeated with more.
+    fn may_repeat(&self) -> bool {
+        false
+    }
+
+    /// Buffers whose contents last from one frame to the next, beside the state.
+    fn lasting(&self) -> Vec<&dyn Bindable> {
+        Vec::new()
+    }
+
+    /// Whether the last frame had too little room; waits for it.
+    fn is_short(&mut self, _gpu: &Gpu) -> Result<bool, GpuError> {
+        Ok(false)
+    }
+
+    /// Takes as much room as that frame needed, as far as it came. The state is that before it.
+    fn grow(&mut self, _gpu: &Gpu) -> Result<(), GpuError> {
+        Ok(())
+    }
+
     /// Adds what it knows from one sub-step to the next; waits for it.
     fn save(&self, _gpu: &Gpu, _state: &mut SolverState) {}
 
-    /// Takes back what [`Self::save`] gave.
-    fn load(&self, _gpu: &Gpu, _state: &SolverState) {}
+    /// Takes back what [`Self::save`] gave. Returns whether any of its buffers is another one than before.
+    fn load(&mut self, _gpu: &Gpu, _state: &SolverState) -> bool {
+        false
+    }
 }
 
 /// The features of a partition.

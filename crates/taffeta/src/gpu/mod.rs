@@ -1,6 +1,7 @@
 //! The backend on the GPU: memory and scheduling. Formulas are in the stages' own folders, as `.wgsl` beside the Rust.
 
 pub mod backend;
+pub mod backup;
 pub mod bodies;
 pub mod boundary;
 pub mod drawn;

@@ -1,5 +1,6 @@
 //! Some whole bodies on the device: their state, their features, and how a frame of them is recorded.
 
+use crate::backend::SolverState;
 use crate::gpu::feature::{Command, Dispatch, Features, Groups, Upload};
 use crate::gpu::kernels::{Kernels, Name, Overrides};
 use crate::gpu::layout::{Four, SUBSTEPS_SEEN, Substep};
@@ -320,6 +321,24 @@ impl Partition {
         ];
         let others = features.iter().flat_map(|feature| feature.buffers(part));
         kernel.bind(&self.gpu, &own.into_iter().chain(others).collect::<Vec<_>>())
+    }
+
+    /// Gives its features the room that a frame did not have.
+    pub fn grow(&mut self) -> Result<(), GpuError> {
+        self.bound.clear();
+        let mut features = self.features.iter_mut();
+        features.try_for_each(|feature| feature.grow(&self.gpu))
+    }
+
+    /// Has its features take back what they know from one sub-step to the next.
+    pub fn load(&mut self, state: &SolverState) {
+        let mut new = false;
+        for feature in self.features.iter_mut() {
+            new |= feature.load(&self.gpu, state);
+        }
+        if new {
+            self.bound.clear();
+        }
     }
 
     /// Puts forces by place where later kernels look for them.

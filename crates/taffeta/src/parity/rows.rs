@@ -1,6 +1,6 @@
 //! The list of all comparisons, and of what they must cover.
 
-use crate::contact::nodes;
+use crate::contact::{nodes, triangles};
 use crate::elements;
 use crate::features::shaders;
 use crate::gpu::kernels::Name;
@@ -20,6 +20,7 @@ pub fn rows() -> Vec<Row> {
         implicit::parity::ROWS,
         attachments::parity::ROWS,
         nodes::parity::ROWS,
+        triangles::parity::ROWS,
         &elements::parity::rows(),
         diagnostics::parity::ROWS,
         formulas::ROWS,

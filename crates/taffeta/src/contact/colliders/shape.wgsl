@@ -44,8 +44,6 @@ const CAPSULE: u32 = 3u;
 const CYLINDER: u32 = 4u;
 const MESH: u32 = 5u;
 
-/// A length beyond all scenes [m].
-const FAR: f32 = 1e30;
 /// Steps of Newton's method on the way into a solid: faces and edges take one each, round ones double their digits.
 const ENTRIES: u32 = 12u;
 

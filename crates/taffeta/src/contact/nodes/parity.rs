@@ -171,7 +171,7 @@ fn numbers(words: &[u32]) -> Vec<f32> {
     words.iter().flat_map(|word| [(word >> 16) as f32, (word & 0xffff) as f32]).collect()
 }
 
-fn same(written: &mut Written<'_>, name: &str, wanted: &[u32], found: &[u32]) {
+pub fn same(written: &mut Written<'_>, name: &str, wanted: &[u32], found: &[u32]) {
     written.outcome().copied(name, &numbers(wanted), &numbers(found));
 }
 
@@ -262,7 +262,16 @@ fn parted(fixture: &mut Fixture, contacts: &[u32]) -> ([Vec<Four>; 2], State) {
         x[..3].copy_from_slice(&after[..3]);
         v[..3].copy_from_slice(&after[3..]);
     }
-    // Colliders act on the way that they have parted, and have not moved meanwhile.
+    let moved = std::mem::replace(&mut fixture.new, start.clone());
+    let after = collided_again(fixture, moved.clone(), |place| contacts[place] > 0);
+    ([after.position, after.velocity], moved)
+}
+
+/// The state after some nodes have been moved from the state after the sub-step, and colliders have acted on them again. The others
+/// are as they were.
+pub fn collided_again(fixture: &mut Fixture, moved: State, is_moved: impl Fn(usize) -> bool) -> State {
+    // Colliders act on the way that they have moved, and have not moved meanwhile.
+    let start = std::mem::replace(&mut fixture.new, moved);
     let old = std::mem::replace(&mut fixture.old, start.clone());
     let colliders = fixture.substeps[SUBSTEP].colliders().to_vec();
     for collider in fixture.substeps[SUBSTEP].colliders_mut() {
@@ -273,16 +282,16 @@ fn parted(fixture: &mut Fixture, contacts: &[u32]) -> ([Vec<Four>; 2], State) {
     *fixture.substeps[SUBSTEP].colliders_mut() = colliders;
     fixture.old = old;
     fixture.put_old();
-    let moved = std::mem::replace(&mut fixture.new, start.clone());
-    for (place, &count) in contacts.iter().enumerate() {
-        if count == 0 {
+    for place in 0..start.position.len() {
+        if !is_moved(place) {
             after.position[place] = start.position[place];
             after.velocity[place] = start.velocity[place];
         } else if start.velocity[place][3] < 0.0 {
             after.velocity[place][3] = -after.velocity[place][3].abs();
         }
     }
-    ([after.position, after.velocity], moved)
+    fixture.new = start;
+    after
 }
 
 /// On states after resolve_self_contacts, in scenes with meshes.

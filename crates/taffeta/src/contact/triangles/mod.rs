@@ -8,9 +8,21 @@
 pub mod closest;
 pub mod cpu;
 pub mod filter;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+#[cfg(feature = "gpu")]
+pub mod gpu_layout;
+#[cfg(feature = "gpu")]
+pub mod gpu_tables;
 pub mod impulse;
 pub mod leaves;
 pub mod order;
+#[cfg(feature = "gpu")]
+pub mod parity;
 pub mod solved;
 pub mod surfaces;
 pub mod tangle;
+#[cfg(feature = "gpu")]
+mod twin;
+#[cfg(feature = "gpu")]
+mod twin_count;

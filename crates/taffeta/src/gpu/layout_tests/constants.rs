@@ -16,6 +16,9 @@ use crate::contact::colliders::shape::{
 };
 use crate::contact::nodes::gpu_layout::FARTHEST;
 use crate::contact::nodes::pair::FIRM;
+use crate::contact::triangles::gpu_layout::{LOOSE_REACH, WORDS};
+use crate::contact::triangles::surfaces::NEIGHBOURS;
+use crate::contact::triangles::{filter, impulse};
 use crate::diagnostics::gpu::NODE_SUMS;
 use crate::elements::aero::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::elements::hinge::hinge::STIFFEST;
@@ -30,6 +33,7 @@ use crate::scene::ConstraintForm;
 use crate::solvers::explicit::gpu_layout::{OWN, PATCH_NODE_BYTES};
 use crate::solvers::implicit::gpu_layout::{VECTORS, Vector, When};
 use crate::solvers::implicit::implicit::{LEFT, MOST_STEPS};
+use crate::step::FILTERS;
 use crate::topology::LANES;
 use crate::volume::gpu_layout::{RESTORED, VOLUME_PARTS, WEIGHTED};
 use crate::volume::volume::{FEW, FLAT, Form};
@@ -51,6 +55,7 @@ const ALONE: &[&str] = &[
     "JOINT_AR",
     "JOINT_AP",
     "JOINT_LINE",
+    "ZERO",
 ];
 
 /// The numbers of a source's constants.
@@ -79,7 +84,33 @@ fn kind(shape: ShapeNow<f32>) -> f64 {
 }
 
 fn twins() -> BTreeMap<&'static str, f64> {
-    shared().into_iter().chain(of_solvers()).collect()
+    shared().into_iter().chain(of_solvers()).chain(of_surfaces()).collect()
+}
+
+/// Of contact of surfaces.
+fn of_surfaces() -> BTreeMap<&'static str, f64> {
+    let words = WORDS.iter().map(|&(name, number)| (name, number as f64));
+    let lengths = [
+        ("SHARE", filter::SHARE),
+        ("MOST_OF_GAP", filter::SHARE * (1.0 - filter::LEAST)),
+        ("LEAST_SHARE", filter::LEAST),
+        ("MOST_SHARE", 1.0 - filter::LEAST),
+        ("PLANE_LEFT", filter::LEFT),
+        ("SLENDER", filter::SLENDER),
+        ("DIGITS", filter::DIGITS),
+        ("THIN", filter::THIN),
+        ("CONTACT_FIRM", impulse::FIRM),
+        ("SLOP", impulse::SLOP),
+        ("RELEASE", impulse::RELEASE),
+        ("KEEPS", impulse::KEEPS),
+        ("LEVER", impulse::LEVER),
+        ("MOST_SINKING", impulse::SINKS),
+        ("NEIGHBOURS", NEIGHBOURS),
+        ("LOOSE_REACH", LOOSE_REACH),
+        ("JAMS", f64::from(filter::JAMS)),
+        ("MOST_FILTER_ROUNDS", FILTERS as f64),
+    ];
+    words.chain(lengths.map(|(name, number)| (name, f64::from(number as f32)))).collect()
 }
 
 /// Of the implicit solvers.

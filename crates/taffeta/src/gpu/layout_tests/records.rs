@@ -3,6 +3,7 @@
 use crate::attachments::gpu_layout::Joint;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::nodes::gpu_layout::{ContactMaterial, Surface};
+use crate::contact::triangles::gpu_layout::SurfaceContact;
 use crate::elements::KINDS;
 use crate::elements::element::Kind;
 use crate::elements::load::gpu_layout::Load;
@@ -43,7 +44,7 @@ macro_rules! named {
 }
 
 named! {
-    f32: "f32", u32: "u32", i32: "i32", [f32; 3]: "vec3<f32>", [f32; 4]: "vec4<f32>", [u32; 4]: "vec4<u32>",
+    f32: "f32", u32: "u32", i32: "i32", [f32; 3]: "vec3<f32>", [f32; 4]: "vec4<f32>", [u32; 4]: "vec4<u32>", [u32; 3]: "vec3<u32>",
     [u32; 2]: "vec2<u32>", [f32; 2]: "vec2<f32>", Air: "Air", Gusts: "Gusts", Symmetric: "Symmetric", PcgState: "PcgState",
     [Along; 6]: "array<Along, 6>", Part: "Part",
     ContactMaterial: "ContactMaterial", Solving: "Solving", CgState: "CgState",
@@ -161,6 +162,9 @@ fn records() -> Vec<Record> {
         record!(VolumeGroup { first, count, gradients, origin, first_group, groups, goal, form, flags }),
         record!(Chunk { origin, first, count }),
         record!(ContactMaterial { thickness, friction, restitution }),
+        record!(SurfaceContact {
+            nodes, weights, normal, gap, impulse, mobility, force, thickness, order, friction, push; padding
+        }),
         record!(Joint { point, track, a, b, start, end, compliance, break_force, closing, grouped }),
         record!(Constraint { a, b, k, damping, rest_length, is_active }),
         record!(ConstraintGroup { first, count, solve, first_group, groups }),

@@ -4,6 +4,8 @@
 const TINY: f32 = 1e-30;
 /// Distance from 1 to the next number.
 const EPSILON: f32 = 1.1920929e-7;
+/// A length beyond all scenes [m].
+const FAR: f32 = 1e30;
 
 fn dot3(a: vec3f, b: vec3f) -> f32 {
     return a.x * b.x + a.y * b.y + a.z * b.z;

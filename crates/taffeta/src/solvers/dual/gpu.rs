@@ -209,6 +209,10 @@ impl Feature for Dual {
         2 * self.passes as usize
     }
 
+    fn lasting(&self) -> Vec<&dyn Bindable> {
+        vec![&self.constraints, &self.rows, &self.row_scales]
+    }
+
     fn save(&self, gpu: &Gpu, state: &mut SolverState) {
         let count = self.constraints.len();
         let unknown = |_| (vec![f64::NAN; count], vec![false; count]);
@@ -217,11 +221,12 @@ impl Feature for Dual {
         state.active.extend(if self.is_adaptive { active } else { Vec::new() });
     }
 
-    fn load(&self, gpu: &Gpu, state: &SolverState) {
+    fn load(&mut self, gpu: &Gpu, state: &SolverState) -> bool {
         let pulls = state.warm_start.get(self.numbers.clone()).unwrap_or_default();
         let active = state.active.get(self.numbers.clone()).unwrap_or_default();
         // If the device is lost, the next frame that is submitted reports it.
         let _ = self.set_state(gpu, pulls, active);
+        false
     }
 }
 

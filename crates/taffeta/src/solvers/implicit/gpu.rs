@@ -442,7 +442,7 @@ impl Feature for Implicit {
         }
     }
 
-    fn load(&self, gpu: &Gpu, state: &SolverState) {
+    fn load(&mut self, gpu: &Gpu, state: &SolverState) -> bool {
         for (index, kept) in self.kept().enumerate() {
             let own = state.warm_start.get(self.own(index)).unwrap_or_default();
             let fours: Vec<Four> = (own.as_chunks::<3>().0.iter())
@@ -450,5 +450,6 @@ impl Feature for Implicit {
                 .collect();
             self.vectors.write(gpu, kept as usize * self.nodes, &fours);
         }
+        false
     }
 }

@@ -7,6 +7,7 @@ mod constraints;
 mod drawn;
 mod pairs;
 mod primal;
+mod surfaces;
 
 use crate::common::{build_as, farthest, gpu, near, normals, own_gpu, positions, run};
 use taffeta::scene::{

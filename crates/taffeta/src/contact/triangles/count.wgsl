@@ -1,0 +1,172 @@
+// How many workgroups the commands of contact run in, and what comes next.
+
+#import contact/triangles/surfaces.wgsl
+#import gpu/wgsl/index.wgsl
+
+// What is counted.
+const COUNT_PAIRS: u32 = 0u;
+const COUNT_CONTACTS: u32 = 1u;
+const COUNT_ROUND: u32 = 2u;
+const COUNT_WAYS: u32 = 3u;
+const COUNT_HELD: u32 = 4u;
+const COUNT_FILTER_ROUND: u32 = 5u;
+
+// Commands that run in as many workgroups as are counted: three words each. Boxes have one for each level.
+const ON_PAIRS: u32 = 0u;
+const ON_CONTACTS: u32 = 1u;
+const ON_TOUCHED: u32 = 2u;
+const ON_ROUND_CONTACTS: u32 = 3u;
+const ON_ROUND_TOUCHED: u32 = 4u;
+const ON_MEASURE: u32 = 5u;
+const ON_PART: u32 = 6u;
+const ON_MARK: u32 = 7u;
+const ON_HOLD: u32 = 8u;
+const ON_LIST: u32 = 9u;
+const ON_BOXES: u32 = 10u;
+
+/// How far a contact may sink in by a sub-step, relative to its thickness, before another round corrects impulses.
+const MOST_SINKING: f32 = 0.01;
+/// Rounds of the filter at most.
+const MOST_FILTER_ROUNDS: u32 = 64u;
+/// How often nodes that are held back may hold back others before planes of all pairs stand still.
+const JAMS: u32 = 4u;
+
+/// Workgroups of a command, in rows as dispatches have them.
+fn put_groups(command: u32, groups: u32) {
+    surface_counts[3u * command] = min(groups, GROUPS_IN_ROW);
+    surface_counts[3u * command + 1u] = (groups + GROUPS_IN_ROW - 1u) / GROUPS_IN_ROW;
+    surface_counts[3u * command + 2u] = 1u;
+}
+
+/// Workgroups with an invocation for each of some.
+fn put_each(command: u32, count: u32) {
+    put_groups(command, (count + 255u) / 256u);
+}
+
+fn put_boxes(is_on: bool) {
+    for (var level = 0u; level <= table(TOP_LEVEL); level++) {
+        put_each(ON_BOXES + level, select(0u, table(LEVEL_BOXES + 2u * level + 1u), is_on));
+    }
+}
+
+/// Notes what a list needs, and that there was too little room.
+fn check_room(list: u32, room: u32, most: u32, flag: u32) -> u32 {
+    let wanted = counted(list);
+    atomicMax(&surface_work[most], wanted);
+    if wanted > room {
+        atomicOr(&surface_work[SHORT], flag);
+    }
+    set_counted(list, min(wanted, room));
+    return min(wanted, room);
+}
+
+fn count_contacts() {
+    let contacts = check_room(CONTACTS, table(CONTACT_ROOM), MOST_CONTACTS, 2u);
+    put_each(ON_CONTACTS, contacts);
+    put_each(ON_ROUND_CONTACTS, contacts);
+    put_each(ON_TOUCHED, counted(TOUCHED));
+    put_each(ON_ROUND_TOUCHED, counted(TOUCHED));
+    set_counted(FORCES, 0u);
+    set_counted(IS_ACTIVE, 1u);
+}
+
+/// Whether there is another round of impulses: the first correction, and then as long as contacts would sink in.
+fn count_round() {
+    let round = counted(ROUND);
+    let sinks = bitcast<f32>(counted(SINKS));
+    if round >= 1u && !(sinks > MOST_SINKING) {
+        put_groups(ON_ROUND_CONTACTS, 0u);
+        put_groups(ON_ROUND_TOUCHED, 0u);
+    }
+    set_counted(SINKS, 0u);
+    set_counted(ROUND, round + 1u);
+}
+
+/// Ways are measured: whether they are gone in parts, and which pairs are to be listed again.
+fn count_ways() {
+    let round = counted(FILTER_ROUND);
+    let is_active = counted(IS_ACTIVE) != 0u;
+    if round == 0u {
+        // The forces of this sub-step are those of the next one.
+        set_counted(IS_ODD, 1u - counted(IS_ODD));
+    }
+    let is_far = bitcast<f32>(counted(WAY)) > length_of(SQUARED_WAY);
+    let in_rounds = is_active && (is_far || round > 0u);
+    let is_changed = bitcast<f32>(counted(CHANGE_OF_WAY)) > length_of(SQUARED_CHANGE);
+    let again = is_active && (in_rounds || is_changed);
+    let places = table(NODE_PLACES);
+    put_each(ON_PART, select(0u, places, in_rounds));
+    put_boxes(again);
+    put_each(ON_LIST, select(0u, table(LEAF_COUNT), again));
+    put_each(ON_MARK, select(0u, places, is_active));
+    put_groups(ON_HOLD, 0u);
+    set_counted(IN_ROUNDS, select(0u, 1u, in_rounds));
+    set_counted(LISTED, NEAR);
+    set_counted(JAM, round * STAMPS);
+    if again || !is_active {
+        set_counted(PAIRS, 0u);
+    }
+}
+
+/// Nodes are held back: those around them are limited by planes that stand still.
+fn count_held() {
+    let any = counted(HELD) > 0u;
+    let jam = counted(JAM) % STAMPS;
+    if jam == 0u && counted(IS_ACTIVE) != 0u && (any || counted(IN_ROUNDS) != 0u) {
+        put_each(ON_HOLD, table(NODE_PLACES));
+    }
+    put_each(ON_LIST, select(0u, table(LEAF_COUNT), any));
+    if !any {
+        put_groups(ON_MARK, 0u);
+    }
+    set_counted(LISTED, select(AROUND, ALL, jam == JAMS));
+    set_counted(JAM, counted(JAM) + 1u);
+    set_counted(HELD, 0u);
+    set_counted(PAIRS, 0u);
+}
+
+/// A round of the filter is over: there is another one if nodes have a way left, and get on.
+fn count_filter_round() {
+    let is_far = bitcast<f32>(counted(WAY)) > length_of(SQUARED_WAY);
+    let gets_on = !(bitcast<f32>(counted(PROGRESS)) < length_of(SQUARED_PROGRESS));
+    let wanted = counted(IS_ACTIVE) != 0u && is_far && gets_on;
+    let next = counted(FILTER_ROUND) + 1u;
+    let another = wanted && next < table(ROUND_ROOM);
+    if wanted && !another && next < MOST_FILTER_ROUNDS {
+        atomicOr(&surface_work[SHORT], 4u);
+    }
+    set_counted(FILTER_ROUND, next);
+    set_counted(IS_ACTIVE, select(0u, 1u, another));
+    put_each(ON_MEASURE, select(0u, table(ALL_PLACES), another));
+    set_counted(WAY, 0u);
+    set_counted(CHANGE_OF_WAY, 0u);
+    set_counted(FARTHEST_PLACE, 0u);
+    set_counted(PROGRESS, 0u);
+}
+
+@compute @workgroup_size(256)
+fn count_surfaces(@builtin(local_invocation_index) lane: u32) {
+    if lane > 0u {
+        return;
+    }
+    switch surface_part[0] {
+        case COUNT_PAIRS: {
+            put_groups(ON_PAIRS, check_room(PAIRS, table(PAIR_ROOM), MOST_PAIRS, 1u));
+        }
+        case COUNT_CONTACTS: {
+            count_contacts();
+        }
+        case COUNT_ROUND: {
+            count_round();
+        }
+        case COUNT_WAYS: {
+            count_ways();
+        }
+        case COUNT_HELD: {
+            count_held();
+        }
+        default: {
+            count_filter_round();
+        }
+    }
+}

@@ -1,0 +1,385 @@
+//! Contact of surfaces on the GPU.
+//!
+//! Lists are filled by counting up, and sorted where their order matters. How many workgroups look at them is counted on the device
+//! ([`count.wgsl`](SHADERS)), so that a frame needs no read-back in between. A list that is too short says so at the end of the
+//! frame, and the frame is repeated with more room.
+
+use crate::advice::{Advice, Refusal};
+use crate::assembly::Assembly;
+use crate::backend::{ContactForce, SolverState};
+use crate::contact::colliders::gpu::contact_of;
+use crate::contact::triangles::filter::JAMS;
+use crate::contact::triangles::gpu_layout::{self as layout, LEVELS, SurfaceContact};
+use crate::contact::triangles::gpu_tables::{Room, SurfaceTables};
+use crate::contact::triangles::order::{Candidate, Order, Way};
+use crate::contact::triangles::surfaces::Kind;
+use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
+use crate::gpu::kernels::Name;
+use crate::gpu::layout::{Four, GROUP, NONE, Substep};
+use crate::gpu::schedule::Fused;
+use crate::report::FrameSums;
+use crate::step::{FILTERS, Op, Stage};
+use std::ops::Range;
+use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBack, Shader, shaders};
+
+/// Its shaders.
+pub const SHADERS: &[Shader] = shaders!(
+    "contact/triangles",
+    [
+        "closest.wgsl",
+        "count.wgsl",
+        "filter.wgsl",
+        "find.wgsl",
+        "hold.wgsl",
+        "impulse.wgsl",
+        "rounds.wgsl",
+        "surfaces.wgsl"
+    ]
+);
+
+/// Bits of `SHORT`.
+const SHORT_OF_PAIRS: u32 = 1;
+const SHORT_OF_CONTACTS: u32 = 2;
+const SHORT_OF_ROUNDS: u32 = 4;
+
+/// Refuses surfaces in several partitions.
+pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
+    let has_surface = |index: &usize| assembly.bodies[*index].surface_contact().is_some();
+    let mut with = partitions.iter().filter_map(|bodies| bodies.clone().find(has_surface));
+    let (Some(one), Some(other)) = (with.next(), with.next()) else { return Ok(()) };
+    let message = format!(
+        "bodies `{}` and `{}` have self_collision and may touch each other, and the GPU does not give a kernel enough to hold \
+         both: {limit} bytes in one piece; the CPU or coarser meshes would do",
+        assembly.bodies[one].name, assembly.bodies[other].name
+    );
+    Err(Refusal::new(message, [Advice::Cpu]))
+}
+
+/// Contact of surfaces on the device.
+pub struct TriangleContact {
+    tables: SurfaceTables,
+    room: Room,
+    words: Buffer<u32>,
+    /// For each level of boxes, and each thing that is counted, its number.
+    parts: Vec<Buffer<u32>>,
+    places: Buffer<Four>,
+    boxes: Buffer<Four>,
+    lists: Lists,
+    counts: Counts,
+    /// What is counted, for the report, and for what was too little.
+    read: [ReadBack<u32>; 2],
+    /// What the last frame has counted.
+    counted: Vec<u32>,
+    /// Sub-steps of the frame: each searches.
+    substeps: u64,
+}
+
+/// Lists that grow.
+struct Lists {
+    pairs: Buffer<[u32; 4]>,
+    contacts: Buffer<SurfaceContact>,
+    forces: Buffer<[u32; 4]>,
+    work: Buffer<u32>,
+}
+
+impl Lists {
+    fn new(gpu: &Gpu, tables: &SurfaceTables, room: Room) -> Result<Self, GpuError> {
+        let lists = Self {
+            pairs: gpu.buffer("pairs of leaves", room.pairs)?,
+            contacts: gpu.buffer("contacts of surfaces", room.contacts)?,
+            forces: gpu.buffer("forces of contacts", 2 * room.contacts)?,
+            work: gpu.buffer("lists of contacts", tables.work(room))?,
+        };
+        lists.put_forces(gpu, tables, room, &[]);
+        Ok(lists)
+    }
+
+    /// Puts the forces of the last sub-step where the next one looks for them.
+    fn put_forces(&self, gpu: &Gpu, tables: &SurfaceTables, room: Room, forces: &[(Order, [f32; 3])]) {
+        let buckets = tables.buckets();
+        let mut first = vec![NONE; 2 * buckets];
+        let (mut next, mut words) = (Vec::new(), Vec::new());
+        for (number, (order, force)) in (0..).zip(forces) {
+            let order = order_words(order);
+            let bucket = bucket_of(order, buckets);
+            next.push(std::mem::replace(&mut first[bucket], number));
+            let [x, y, z] = force.map(f32::to_bits);
+            words.extend([[order[0], order[1], order[2], 0], [x, y, z, 0]]);
+        }
+        let [next_at, first_at] = tables.force_lists(room);
+        self.forces.write(gpu, 0, &words);
+        self.work.write(gpu, next_at, &next);
+        self.work.write(gpu, first_at, &first);
+        let mut counted = [0; layout::LISTS];
+        counted[layout::FORCES] = forces.len() as u32;
+        self.work.write(gpu, 0, &counted);
+    }
+}
+
+/// As kernels have it: both leaves, and what it is in them.
+fn order_words(order: &Order) -> [u32; 3] {
+    let Candidate { way, one, other } = order.pair;
+    [order.leaves[0], order.leaves[1], (way as u32) << 16 | u32::from(one) << 8 | u32::from(other)]
+}
+
+pub fn order_of([a, b, pair]: [u32; 3]) -> Order {
+    let way = match pair >> 16 {
+        0 => Way::VertexTriangle,
+        1 => Way::TriangleVertex,
+        _ => Way::EdgeEdge,
+    };
+    Order::new([a, b], Candidate { way, one: (pair >> 8) as u8, other: pair as u8 })
+}
+
+/// `bucket_of` of surfaces.wgsl.
+pub fn bucket_of([a, b, pair]: [u32; 3], buckets: usize) -> usize {
+    let mixed = a.wrapping_mul(0x9e37_79b1) ^ b.wrapping_mul(0x85eb_ca6b) ^ pair.wrapping_mul(0xc2b2_ae35);
+    (mixed ^ mixed >> 15) as usize & (buckets - 1)
+}
+
+impl TriangleContact {
+    /// Takes tables to the device; `None` where there are no surfaces.
+    pub fn new(gpu: &Gpu, tables: &SurfaceTables) -> Result<Option<Self>, GpuError> {
+        if tables.is_empty() {
+            return Ok(None);
+        }
+        let (mut tables, room) = (tables.clone(), tables.room());
+        tables.put_room(room);
+        let part = |number: u32| gpu.buffer_from("part of a command", &[number]);
+        let words = || gpu.read_back("counted of surfaces", layout::LISTS);
+        Ok(Some(Self {
+            words: gpu.buffer_from("surfaces", &tables.words)?,
+            parts: (0..LEVELS as u32).map(part).collect::<Result<_, _>>()?,
+            places: gpu.buffer_from("places of surfaces", &tables.start())?,
+            boxes: gpu.buffer("boxes of surfaces", 4 * tables.boxes())?,
+            lists: Lists::new(gpu, &tables, room)?,
+            counts: gpu.counts("workgroups of contact", layout::ON_BOXES + LEVELS)?,
+            read: [words()?, words()?],
+            counted: Vec::new(),
+            substeps: 0,
+            tables,
+            room,
+        }))
+    }
+
+    /// A kernel with an invocation for each of some.
+    fn each(&self, entry: &'static str, count: usize) -> Command<'_> {
+        Command::run(Name::new(entry), count.div_ceil(GROUP))
+    }
+
+    fn count(&self, what: usize) -> Command<'_> {
+        Command::run_part(Name::new("count_surfaces"), what, 1)
+    }
+
+    /// A kernel in as many workgroups as are counted.
+    fn counted(&self, name: Name, on: usize) -> Command<'_> {
+        self.counted_part(name, 0, on)
+    }
+
+    fn counted_part(&self, name: Name, part: usize, on: usize) -> Command<'_> {
+        Command::Dispatch(Dispatch { name, part, groups: Groups::Counted(&self.counts, on) })
+    }
+
+    /// Lists pairs of leaves, and finds contacts.
+    fn find(&self) -> Vec<Command<'_>> {
+        let leaves = self.tables.leaves();
+        let all = self.tables.all_places().max(leaves).max(self.tables.buckets());
+        let mut commands = vec![self.each("take_places", all), self.each("bound_leaves", leaves)];
+        for (level, [_, count]) in self.tables.levels.iter().enumerate().skip(1) {
+            commands.push(Command::run_part(Name::new("bound_level"), level, count.div_ceil(GROUP)));
+        }
+        let counted = |entry, on| self.counted(Name::new(entry), on);
+        commands.extend([
+            self.each("list_leaf_pairs", leaves),
+            self.count(layout::COUNT_PAIRS),
+            counted("find_surface_contacts", layout::ON_PAIRS),
+            self.count(layout::COUNT_CONTACTS),
+            counted("place_parts", layout::ON_TOUCHED),
+            counted("fill_parts", layout::ON_CONTACTS),
+            counted("sort_parts", layout::ON_CONTACTS),
+        ]);
+        commands
+    }
+
+    /// A round of impulses.
+    fn round(&self, features: &Features) -> Vec<Command<'_>> {
+        let [_, contact] = contact_of(features);
+        let apply = Name::new("apply_impulses").with(contact.choices());
+        vec![
+            self.counted(Name::new("correct_impulses"), layout::ON_ROUND_CONTACTS),
+            self.counted(apply, layout::ON_ROUND_TOUCHED),
+            self.count(layout::COUNT_ROUND),
+        ]
+    }
+
+    /// All rounds of the filter that are written down.
+    fn filter(&self) -> Vec<Command<'_>> {
+        let counted = |entry, on| self.counted(Name::new(entry), on);
+        let mut commands = vec![counted("note_forces", layout::ON_CONTACTS)];
+        for round in 0..self.room.rounds {
+            commands.push(match round {
+                0 => self.each("measure_ways", self.tables.all_places()),
+                _ => counted("measure_ways", layout::ON_MEASURE),
+            });
+            commands.extend([
+                self.count(layout::COUNT_WAYS),
+                counted("go_part", layout::ON_PART),
+                counted("bound_leaves", layout::ON_BOXES),
+            ]);
+            for level in 1..self.tables.levels.len() {
+                commands.push(self.counted_part(Name::new("bound_level"), level, layout::ON_BOXES + level));
+            }
+            let limit = || {
+                [
+                    counted("list_leaf_pairs", layout::ON_LIST),
+                    self.count(layout::COUNT_PAIRS),
+                    counted("limit_ways", layout::ON_PAIRS),
+                ]
+            };
+            commands.extend(limit());
+            for _ in 0..=JAMS {
+                commands.extend([counted("mark_held", layout::ON_MARK), self.count(layout::COUNT_HELD)]);
+                commands.extend(limit());
+            }
+            commands.extend([counted("hold_back", layout::ON_HOLD), self.count(layout::COUNT_FILTER_ROUND)]);
+        }
+        commands
+    }
+
+    /// Makes lists of this length, with the forces of the last sub-step.
+    fn give_room(&mut self, gpu: &Gpu, room: Room, forces: &[(Order, [f32; 3])]) -> Result<(), GpuError> {
+        self.lists = Lists::new(gpu, &self.tables, room)?;
+        self.room = room;
+        self.tables.put_room(room);
+        self.words.write(gpu, 0, &self.tables.words[..layout::HEADER]);
+        self.lists.put_forces(gpu, &self.tables, room, forces);
+        Ok(())
+    }
+
+    /// The forces of the last sub-step, in the order of contacts; waits for them. If the device is lost, the next frame that is
+    /// submitted reports it.
+    fn forces(&self, gpu: &Gpu) -> Vec<(Order, [f32; 3])> {
+        let counted = self.lists.work.read(gpu).unwrap_or_default();
+        let count = counted.get(layout::FORCES).map_or(0, |&count| count as usize);
+        let words = self.lists.forces.read(gpu).unwrap_or_default();
+        let force = |pair: &[[u32; 4]]| {
+            let [[a, b, pair, _], [x, y, z, _]] = [pair[0], pair[1]];
+            (order_of([a, b, pair]), [x, y, z].map(f32::from_bits))
+        };
+        let mut all: Vec<_> = words.chunks_exact(2).take(count).map(force).collect();
+        all.sort_unstable_by_key(|(order, _)| *order);
+        all
+    }
+}
+
+impl Feature for TriangleContact {
+    fn buffers(&self, part: usize) -> Vec<(&'static str, &dyn Bindable)> {
+        vec![
+            ("surface_tables", &self.words),
+            ("surface_part", &self.parts[part.min(LEVELS - 1)]),
+            ("surface_places", &self.places),
+            ("surface_boxes", &self.boxes),
+            ("surface_pairs", &self.lists.pairs),
+            ("surface_contacts", &self.lists.contacts),
+            ("surface_forces", &self.lists.forces),
+            ("surface_work", &self.lists.work),
+            ("surface_counts", &self.counts),
+        ]
+    }
+
+    fn kernels<'f>(&'f self, features: &'f Features, _: Stage) -> Vec<Fused<'f>> {
+        let keep = vec![self.each("keep_places", self.tables.places())];
+        let round = [Op::SurfaceImpulses, Op::ApplySurfaceImpulses, Op::Contact];
+        let filter = [Op::SurfaceFilter, Op::ApplySurfaceFilter].repeat(FILTERS);
+        vec![
+            Fused::new(&[Op::Elements], keep),
+            Fused::new(&[Op::SurfaceContacts], self.find()),
+            Fused::new(&round, self.round(features)),
+            Fused::new(&filter, self.filter()),
+        ]
+    }
+
+    fn upload(&mut self, upload: &Upload<'_>, _: &mut [Substep]) -> Result<bool, GpuError> {
+        self.substeps += upload.substeps.len() as u64;
+        Ok(false)
+    }
+
+    fn start_frame(&mut self, gpu: &Gpu) {
+        self.substeps = 0;
+        self.lists.work.write(gpu, layout::SHORT, &[0; 3]);
+    }
+
+    fn copy(&self, list: &mut DispatchList) {
+        self.read.iter().for_each(|read| list.copy(&self.lists.work, read));
+    }
+
+    fn measure(&self, gpu: &Gpu, sums: &mut FrameSums) -> Result<(), GpuError> {
+        let mut counted = Vec::new();
+        self.read[0].take(gpu, &mut counted)?;
+        if self.substeps == 0 || counted.len() < layout::LISTS {
+            // The sums are those of another frame.
+            return Ok(());
+        }
+        sums.pairs.searches += self.substeps;
+        sums.pairs.pairs += u64::from(counted[layout::CONTACTS]);
+        if counted[layout::CONTACTS] > 0 {
+            let nearest = f64::from(f32::from_bits(counted[layout::NEAREST]));
+            sums.pairs.nearest = sums.pairs.nearest.min(nearest);
+        }
+        Ok(())
+    }
+
+    fn dispatches(&self) -> usize {
+        self.find().len() + self.filter().len() + 3 * crate::step::IMPULSES
+    }
+
+    fn may_repeat(&self) -> bool {
+        true
+    }
+
+    fn lasting(&self) -> Vec<&dyn Bindable> {
+        vec![&self.lists.forces, &self.lists.work]
+    }
+
+    fn is_short(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
+        self.read[1].take(gpu, &mut self.counted)?;
+        Ok(self.counted.get(layout::SHORT).is_some_and(|&short| short > 0))
+    }
+
+    fn grow(&mut self, gpu: &Gpu) -> Result<(), GpuError> {
+        let [short, pairs, contacts] =
+            [layout::SHORT, layout::MOST_PAIRS, layout::MOST_CONTACTS].map(|word| self.counted[word]);
+        let wider = |room: usize, wanted: u32| room.max(wanted as usize) + (wanted / 2) as usize;
+        let Room { pairs: pair_room, contacts: contact_room, rounds } = self.room;
+        let room = Room {
+            pairs: if short & SHORT_OF_PAIRS != 0 { wider(pair_room, pairs) } else { pair_room },
+            contacts: if short & SHORT_OF_CONTACTS != 0 {
+                wider(contact_room, contacts)
+            } else {
+                contact_room
+            },
+            rounds: if short & SHORT_OF_ROUNDS != 0 { (4 * rounds).min(FILTERS) } else { rounds },
+        };
+        let forces = self.forces(gpu);
+        self.give_room(gpu, room, &forces)
+    }
+
+    fn save(&self, gpu: &Gpu, state: &mut SolverState) {
+        state.contacts.extend(self.forces(gpu).into_iter().map(|(order, force)| {
+            let firsts = order.leaves.map(|leaf| self.tables.firsts[leaf as usize]);
+            let (kind, pair) = (order.pair.way.kind() as u8, order.pair.key(firsts));
+            ContactForce { kind, pair, force: force.map(f64::from) }
+        }));
+    }
+
+    fn load(&mut self, gpu: &Gpu, state: &SolverState) -> bool {
+        let force = |one: &ContactForce| {
+            let kind = Kind::ALL[usize::from(one.kind).min(1)];
+            (Order::of_key(&self.tables.firsts, kind, one.pair), one.force.map(|force| force as f32))
+        };
+        let all: Vec<_> = state.contacts.iter().map(force).collect();
+        let room = Room { contacts: self.room.contacts.max(all.len()), ..self.room };
+        // If there is no memory for them, the next frame that is submitted says so.
+        self.give_room(gpu, room, &all).is_ok()
+    }
+}

@@ -1,0 +1,137 @@
+//! Records of contact of surfaces as kernels see them.
+
+use bytemuck::{Pod, Zeroable};
+
+/// `SurfaceContact` of impulse.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct SurfaceContact {
+    pub nodes: [u32; 4],
+    pub weights: [f32; 4],
+    pub normal: [f32; 3],
+    pub gap: f32,
+    pub impulse: [f32; 3],
+    pub mobility: f32,
+    pub force: [f32; 3],
+    pub thickness: f32,
+    pub order: [u32; 3],
+    pub friction: f32,
+    pub push: f32,
+    pub padding: [f32; 3],
+}
+
+/// Numbers that kernels know by the same names.
+macro_rules! words {
+    ($($(#[$doc:meta])* $name:ident = $value:expr;)*) => {
+        $($(#[$doc])* pub const $name: usize = $value;)*
+        /// All of them.
+        #[cfg(test)]
+        pub const WORDS: &[(&str, usize)] = &[$((stringify!($name), $name)),*];
+    };
+}
+
+words! {
+    // Of the header of the tables.
+    NODE_PLACES = 0;
+    ALL_PLACES = 1;
+    LEAF_COUNT = 2;
+    TOP_LEVEL = 3;
+    LEVEL_BOXES = 4;
+    LEAVES_AT = 16;
+    ROWS_AT = 17;
+    ROW_ITEMS_AT = 18;
+    RINGS_AT = 19;
+    MATERIALS_AT = 20;
+    SURFACE_COUNT = 21;
+    LEAVES_OF_AT = 22;
+    LEAF_ITEMS_AT = 23;
+    START_AT = 24;
+    HAS_SURFACE_AT = 25;
+    PAIR_ROOM = 26;
+    CONTACT_ROOM = 27;
+    BUCKETS = 28;
+    LONGEST_STEP = 29;
+    LONGEST_WAY = 30;
+    SQUARED_WAY = 31;
+    SQUARED_PROGRESS = 32;
+    SQUARED_CHANGE = 33;
+    ALLOWANCE = 34;
+    THICKEST = 35;
+    LONGEST_EDGE = 36;
+    ROUND_ROOM = 37;
+    // Of a leaf.
+    LEAF_WORDS = 56;
+    LEAF_NODES = 16;
+    LEAF_SURFACE = 17;
+    LEAF_HELD = 18;
+    LEAF_COUNTS = 19;
+    LEAF_TRIANGLES = 20;
+    LEAF_EDGES = 28;
+    LEAF_VERTICES = 52;
+    LEAF_GROUP = 16;
+    // Arrays of places.
+    AT_START = 0;
+    BEFORE = 1;
+    AFTER = 2;
+    BASE_VELOCITY = 3;
+    PUSH = 4;
+    TARGET = 5;
+    TARGET_VELOCITY = 6;
+    // What is counted.
+    PAIRS = 0;
+    CONTACTS = 1;
+    TOUCHED = 2;
+    PARTS = 3;
+    FORCES = 4;
+    SINKS = 5;
+    NEAREST = 6;
+    WAY = 7;
+    CHANGE_OF_WAY = 8;
+    FARTHEST_PLACE = 9;
+    PROGRESS = 10;
+    HELD = 11;
+    ROUND = 12;
+    IS_ACTIVE = 13;
+    FILTER_ROUND = 14;
+    JAM = 15;
+    LISTED = 16;
+    IN_ROUNDS = 17;
+    IS_ODD = 18;
+    SHORT = 19;
+    MOST_PAIRS = 20;
+    MOST_CONTACTS = 21;
+    LISTS = 32;
+    STAMPS = 8;
+    // Which pairs of leaves are listed.
+    NEAR = 0;
+    AROUND = 1;
+    ALL = 2;
+    // What is counted by a command.
+    COUNT_PAIRS = 0;
+    COUNT_CONTACTS = 1;
+    COUNT_ROUND = 2;
+    COUNT_WAYS = 3;
+    COUNT_HELD = 4;
+    COUNT_FILTER_ROUND = 5;
+    // Commands that run in as many workgroups as are counted.
+    ON_PAIRS = 0;
+    ON_CONTACTS = 1;
+    ON_TOUCHED = 2;
+    ON_ROUND_CONTACTS = 3;
+    ON_ROUND_TOUCHED = 4;
+    ON_MEASURE = 5;
+    ON_PART = 6;
+    ON_MARK = 7;
+    ON_HOLD = 8;
+    ON_LIST = 9;
+    ON_BOXES = 10;
+}
+
+/// Words of the header.
+pub const HEADER: usize = 40;
+/// Arrays of places.
+pub const PLACE_ARRAYS: usize = 7;
+/// Levels of boxes at most: sixteen times more leaves each.
+pub const LEVELS: usize = 6;
+/// What bounds are multiplied by, for rounding.
+pub const LOOSE_REACH: f64 = 1.0001;

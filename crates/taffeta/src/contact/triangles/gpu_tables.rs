@@ -1,0 +1,272 @@
+//! Tables of surfaces for the GPU, on the host.
+
+use crate::contact::triangles::filter::{ALLOWANCE, PROGRESS, SHARE, STRETCH, bound_of};
+use crate::contact::triangles::gpu_layout as layout;
+use crate::contact::triangles::leaves::{Leaf, Mask};
+use crate::contact::triangles::surfaces::Surfaces;
+use crate::gpu::bodies::Bodies;
+use crate::gpu::layout::Four;
+use crate::step::FILTERS;
+
+/// Room for pairs of leaves, by leaf, and for contacts, by vertex, at the start; rounds of the filter that are written down.
+const PAIRS_A_LEAF: usize = 16;
+const CONTACTS_A_VERTEX: usize = 2;
+const ROUNDS: usize = 1;
+
+/// How long lists are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Room {
+    /// Pairs of leaves.
+    pub pairs: usize,
+    pub contacts: usize,
+    /// Rounds of the filter that are written down.
+    pub rounds: usize,
+}
+
+/// All that kernels know of surfaces before the first sub-step.
+#[derive(Clone, Default)]
+pub struct SurfaceTables {
+    /// As `surface_tables` of surfaces.wgsl.
+    pub words: Vec<u32>,
+    /// Places before and after a sub-step that are not those of nodes: corners of colliders [m].
+    corners: Vec<[f32; 3]>,
+    /// Places of nodes.
+    places: usize,
+    leaves: usize,
+    vertices: usize,
+    /// The first box of each level, and how many it has.
+    pub levels: Vec<[usize; 2]>,
+    /// The first triangle, edge and vertex of each leaf, by which contacts are told.
+    pub firsts: Vec<[u32; 3]>,
+}
+
+impl SurfaceTables {
+    /// The tables of some bodies; empty if they have no contact of this form.
+    pub fn new(bodies: &Bodies<'_>) -> Self {
+        let Some(surfaces) = bodies.assembly.surfaces() else { return Self::default() };
+        let is_here = |place: &u32| *place as usize >= surfaces.places || bodies.has(*place);
+        if !surfaces.leaves.iter().all(|leaf| is_here(&leaf.nodes[0])) {
+            return Self::default();
+        }
+        let mut all = Self {
+            words: vec![0; layout::HEADER],
+            corners: surfaces.corners().iter().map(|x| x.map(|x| x as f32)).collect(),
+            places: bodies.len(),
+            leaves: surfaces.leaves.len(),
+            vertices: surfaces.vertices.len(),
+            levels: levels(surfaces.leaves.len()),
+            firsts: surfaces.firsts(),
+        };
+        all.put_sizes(surfaces, bodies.assembly.time.longest_step());
+        let local = |place: u32| match place as usize {
+            place if place < surfaces.places => bodies.local(place),
+            place => (place - surfaces.places + bodies.len()) as u32,
+        };
+        all.add(layout::LEAVES_AT, surfaces.leaves.iter().flat_map(|leaf| leaf_words(leaf, local)));
+        let rings = &surfaces.rings;
+        all.add(layout::ROWS_AT, rings.starts.iter().copied());
+        all.add(layout::ROW_ITEMS_AT, rings.rows.iter().flat_map(|&(leaf, ring)| [leaf, ring]));
+        let of_ring = rings.rings.iter().flat_map(|ring| [mask_words(&ring.same), mask_words(&ring.near)]);
+        all.add(layout::RINGS_AT, of_ring.flatten());
+        all.add(layout::MATERIALS_AT, materials(surfaces));
+        all.add_places(surfaces, bodies);
+        all
+    }
+
+    /// Whether there is no contact of surfaces.
+    pub fn is_empty(&self) -> bool {
+        self.words.is_empty()
+    }
+
+    /// Places, those of corners of colliders among them.
+    pub fn all_places(&self) -> usize {
+        self.places + self.corners.len()
+    }
+
+    /// Number of leaves.
+    pub fn leaves(&self) -> usize {
+        self.leaves
+    }
+
+    /// Places of nodes.
+    pub fn places(&self) -> usize {
+        self.places
+    }
+
+    /// Buckets of forces, a power of two.
+    pub fn buckets(&self) -> usize {
+        (2 * self.vertices).next_power_of_two().max(64)
+    }
+
+    /// Room at the start.
+    pub fn room(&self) -> Room {
+        Room {
+            pairs: PAIRS_A_LEAF * self.leaves,
+            contacts: CONTACTS_A_VERTEX * self.vertices,
+            rounds: ROUNDS,
+        }
+    }
+
+    /// Notes how much room there is.
+    pub fn put_room(&mut self, room: Room) {
+        self.words[layout::PAIR_ROOM] = room.pairs as u32;
+        self.words[layout::CONTACT_ROOM] = room.contacts as u32;
+        self.words[layout::ROUND_ROOM] = room.rounds as u32;
+    }
+
+    /// Words of `surface_work`.
+    pub fn work(&self, room: Room) -> usize {
+        self.marks_end() + 9 * room.contacts + 2 * self.buckets()
+    }
+
+    fn marks_end(&self) -> usize {
+        layout::LISTS + 6 * self.all_places() + self.leaves
+    }
+
+    /// Where the list of the next forces in buckets begins in it, and where that of the first ones.
+    pub fn force_lists(&self, room: Room) -> [usize; 2] {
+        [8, 9].map(|lists| self.marks_end() + lists * room.contacts)
+    }
+
+    /// `surface_places` at the start: corners of colliders are where they stay.
+    pub fn start(&self) -> Vec<Four> {
+        let mut all = vec![[0.0; 4]; layout::PLACE_ARRAYS * self.all_places()];
+        for array in [layout::BEFORE, layout::AFTER] {
+            let first = array * self.all_places() + self.places;
+            for (place, [x, y, z]) in all[first..].iter_mut().zip(&self.corners) {
+                *place = [*x, *y, *z, 0.0];
+            }
+        }
+        all
+    }
+
+    /// Boxes of all levels.
+    pub fn boxes(&self) -> usize {
+        self.levels.iter().map(|[_, count]| count).sum()
+    }
+
+    fn put_sizes(&mut self, surfaces: &Surfaces, longest: f64) {
+        let mut put = |word: usize, number: usize| self.words[word] = number as u32;
+        put(layout::NODE_PLACES, self.places);
+        put(layout::ALL_PLACES, self.places + self.corners.len());
+        put(layout::LEAF_COUNT, self.leaves);
+        put(layout::TOP_LEVEL, self.levels.len() - 1);
+        for (level, [first, count]) in self.levels.iter().enumerate() {
+            put(layout::LEVEL_BOXES + 2 * level, *first);
+            put(layout::LEVEL_BOXES + 2 * level + 1, *count);
+        }
+        put(layout::SURFACE_COUNT, surfaces.materials.len());
+        put(layout::BUCKETS, (2 * self.vertices).next_power_of_two().max(64));
+        let cap = surfaces.longest_way();
+        let allowance = ALLOWANCE * surfaces.mean_edge;
+        let change = 0.5 * SHARE * allowance;
+        let lengths = [
+            (layout::LONGEST_STEP, longest as f32),
+            (layout::LONGEST_WAY, cap as f32),
+            (layout::SQUARED_WAY, last_within(|squared| bound_of(squared.into()) > cap)),
+            (
+                layout::SQUARED_PROGRESS,
+                last_within(|squared| f64::from(squared.sqrt()) >= PROGRESS * cap).next_up(),
+            ),
+            (layout::SQUARED_CHANGE, (change * change * 0.999) as f32),
+            (layout::ALLOWANCE, allowance as f32),
+            (layout::THICKEST, surfaces.thickest as f32),
+            (layout::LONGEST_EDGE, (STRETCH * surfaces.longest_edge) as f32),
+        ];
+        for (word, length) in lengths {
+            self.words[word] = length.to_bits();
+        }
+    }
+
+    /// Adds a table, and notes where it begins.
+    fn add(&mut self, word: usize, words: impl Iterator<Item = u32>) {
+        self.words[word] = self.words.len() as u32;
+        self.words.extend(words);
+    }
+
+    /// Adds what is known of places: their leaves, where they were at the start, and whether they have a surface.
+    fn add_places(&mut self, surfaces: &Surfaces, bodies: &Bodies<'_>) {
+        let scene_place = |place: usize| match place {
+            place if place < bodies.len() => bodies.places.start + place,
+            corner => corner - bodies.len() + surfaces.places,
+        };
+        let places: Vec<usize> = (0..self.all_places()).map(scene_place).collect();
+        let lists = surfaces.leaves_by_place();
+        let starts = places.iter().scan(0, |end, &place| {
+            let start = *end;
+            *end += lists.of(place).len() as u32;
+            Some(start)
+        });
+        let mut starts: Vec<u32> = starts.collect();
+        let items: Vec<u32> = places.iter().flat_map(|&place| lists.of(place)).copied().collect();
+        starts.push(items.len() as u32);
+        self.add(layout::LEAVES_OF_AT, starts.into_iter());
+        self.add(layout::LEAF_ITEMS_AT, items.into_iter());
+        let start = |&place: &usize| surfaces.start[place].map(|x| (x as f32).to_bits());
+        self.add(layout::START_AT, places.iter().flat_map(start));
+        let has_surface = |&place: &usize| u32::from(surfaces.surface_of[place] != u32::MAX);
+        self.add(layout::HAS_SURFACE_AT, places.iter().map(has_surface));
+    }
+}
+
+/// The first box of each level, and how many it has: those of leaves, then each around up to sixteen.
+fn levels(leaves: usize) -> Vec<[usize; 2]> {
+    let mut all = vec![[0, leaves]];
+    while let Some(&[first, count]) = all.last().filter(|[_, count]| *count > 1) {
+        all.push([first + count, count.div_ceil(layout::LEAF_GROUP)]);
+    }
+    all
+}
+
+/// The largest number for which a condition that holds from some number on does not hold.
+fn last_within(holds: impl Fn(f32) -> bool) -> f32 {
+    // Bits of positive numbers have the order of the numbers.
+    let (mut low, mut high) = (0, f32::MAX.to_bits());
+    while low + 1 < high {
+        let middle = low + (high - low) / 2;
+        if holds(f32::from_bits(middle)) { high = middle } else { low = middle }
+    }
+    f32::from_bits(low)
+}
+
+/// The words of a leaf.
+fn leaf_words(leaf: &Leaf, local: impl Fn(u32) -> u32) -> [u32; layout::LEAF_WORDS] {
+    let mut all = [0; layout::LEAF_WORDS];
+    for (word, &node) in all.iter_mut().zip(&leaf.nodes) {
+        *word = local(node);
+    }
+    all[layout::LEAF_NODES] = leaf.count as u32;
+    all[layout::LEAF_SURFACE] = leaf.surface;
+    all[layout::LEAF_HELD] = u32::from(leaf.held);
+    all[layout::LEAF_COUNTS] = packed(leaf.counts.map(|count| count as u8));
+    for (word, &triangle) in all[layout::LEAF_TRIANGLES..].iter_mut().zip(&leaf.triangles) {
+        *word = packed(triangle);
+    }
+    for (word, &[a, b]) in all[layout::LEAF_EDGES..].iter_mut().zip(&leaf.edges) {
+        *word = packed([a, b, 0]);
+    }
+    for (word, four) in all[layout::LEAF_VERTICES..].iter_mut().zip(leaf.vertices.chunks(4)) {
+        *word = (0..).zip(four).map(|(at, &lane)| u32::from(lane) << (8 * at)).sum();
+    }
+    all
+}
+
+fn packed([a, b, c]: [u8; 3]) -> u32 {
+    u32::from(a) | u32::from(b) << 8 | u32::from(c) << 16
+}
+
+/// Two lanes a word.
+fn mask_words(mask: &Mask) -> impl Iterator<Item = u32> + '_ {
+    mask.chunks(2).map(|two| u32::from(two[0]) | u32::from(two[1]) << 16)
+}
+
+/// Thickness and friction of all pairs of surfaces; the thickness is below zero where they do not touch.
+fn materials(surfaces: &Surfaces) -> impl Iterator<Item = u32> + '_ {
+    let count = surfaces.materials.len() as u32;
+    let pairs = (0..count).flat_map(move |a| (0..count).map(move |b| [a, b]));
+    pairs.flat_map(|pair| {
+        surfaces.material(pair).unwrap_or([-1.0, 0.0]).map(|number| (number as f32).to_bits())
+    })
+}
+
+const _: () = assert!(ROUNDS <= FILTERS);

@@ -1,0 +1,123 @@
+// The filter: how far each node may go.
+
+#import contact/triangles/surfaces.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+
+var<workgroup> most_lanes: array<vec3f, 256>;
+
+/// The largest of each lane's numbers; the first lane has them.
+fn most_of_lanes(lane: u32, own: vec3f) -> vec3f {
+    most_lanes[lane] = own;
+    for (var half = 128u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if lane < half {
+            most_lanes[lane] = max(most_lanes[lane], most_lanes[lane + half]);
+        }
+    }
+    return most_lanes[lane];
+}
+
+/// Sets where nodes end, and measures their motion. A later round of the filter begins where the last one ended.
+@compute @workgroup_size(256)
+fn measure_ways(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let place = node_of(id, lane);
+    var found = vec3f(0.0);
+    if place < table(ALL_PLACES) && has_surface(place) {
+        let is_later = counted(FILTER_ROUND) > 0u;
+        let is_node = place < table(NODE_PLACES);
+        if is_node && is_later {
+            put_place(BEFORE, place, new_position[place].xyz);
+        }
+        let start = place_at(BEFORE, place);
+        let size = abs(start);
+        found.z = max(size.x, max(size.y, size.z));
+        if is_node {
+            let to = select(new_position[place].xyz, place_at(TARGET, place), is_later);
+            let way = to - start;
+            let change = to - place_at(AFTER, place);
+            put_place(AFTER, place, to);
+            found.x = dot3(way, way);
+            found.y = dot3(change, change);
+        }
+    }
+    let most = most_of_lanes(lane, found);
+    if lane == 0u {
+        atomicMax(&surface_work[WAY], bitcast<u32>(most.x));
+        atomicMax(&surface_work[CHANGE_OF_WAY], bitcast<u32>(most.y));
+        atomicMax(&surface_work[FARTHEST_PLACE], bitcast<u32>(most.z));
+    }
+}
+
+/// Has nodes that go far go a part of their way, and keeps where they would end.
+@compute @workgroup_size(256)
+fn go_part(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let place = node_of(id, lane);
+    if place >= table(NODE_PLACES) || !has_surface(place) {
+        return;
+    }
+    if counted(FILTER_ROUND) == 0u {
+        put_place(TARGET, place, new_position[place].xyz);
+        put_place(TARGET_VELOCITY, place, new_velocity[place].xyz);
+    }
+    let start = place_at(BEFORE, place);
+    let target_place = place_at(TARGET, place);
+    let way = target_place - start;
+    let length = norm3(way);
+    let most = length_of(LONGEST_WAY);
+    let is_far = length > most;
+    let to = select(target_place, start + way * (most / select(1.0, length, is_far)), is_far);
+    new_position[place] = vec4f(to, new_position[place].w);
+    put_place(AFTER, place, to);
+}
+
+/// Marks nodes that the filter holds back and did not before, and their leaves.
+@compute @workgroup_size(256)
+fn mark_held(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let place = node_of(id, lane);
+    if place >= table(NODE_PLACES) || !has_surface(place) {
+        return;
+    }
+    let stamp = counted(JAM) + 1u;
+    let is_held = bitcast<f32>(counted(limit_at(place))) < 1.0;
+    if !is_held || counted(held_at(place)) > counted(FILTER_ROUND) * STAMPS {
+        return;
+    }
+    set_counted(held_at(place), stamp);
+    let starts = table(LEAVES_OF_AT) + place;
+    for (var i = surface_tables[starts]; i < surface_tables[starts + 1u]; i++) {
+        set_counted(mark_at(surface_tables[table(LEAF_ITEMS_AT) + i]), stamp);
+    }
+    atomicAdd(&surface_work[HELD], 1u);
+}
+
+/// Holds back nodes; where nodes go in several rounds, all of them.
+@compute @workgroup_size(256)
+fn hold_back(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let place = node_of(id, lane);
+    var progress = 0.0;
+    if place < table(NODE_PLACES) && has_surface(place) {
+        let in_rounds = counted(IN_ROUNDS) != 0u;
+        let part = bitcast<f32>(counted(limit_at(place)));
+        if part < 1.0 || in_rounds {
+            set_counted(limit_at(place), bitcast<u32>(1.0));
+            let start = place_at(BEFORE, place);
+            let wanted = new_position[place].xyz;
+            let to = select(wanted, start + (wanted - start) * part, part < 1.0);
+            let arrives = in_rounds && all(to == place_at(TARGET, place));
+            let way = to - start;
+            progress = select(dot3(way, way), 0.0, arrives);
+            let velocity = select(
+                (to - place_at(AT_START, place)) / substeps[0].h, place_at(TARGET_VELOCITY, place), arrives,
+            );
+            new_position[place] = vec4f(to, new_position[place].w);
+            new_velocity[place] = vec4f(velocity, new_velocity[place].w);
+        }
+    }
+    let most = most_of_lanes(lane, vec3f(progress, 0.0, 0.0));
+    if lane == 0u {
+        atomicMax(&surface_work[PROGRESS], bitcast<u32>(most.x));
+    }
+}

@@ -1,0 +1,603 @@
+//! Rows of surfaces that touch each other.
+
+use crate::assembly::Assembly;
+use crate::backend::FrameInput;
+use crate::contact::colliders::gpu::Contact;
+use crate::contact::nodes::parity::{collided_again, same};
+use crate::contact::triangles::gpu::{bucket_of, order_of};
+use crate::contact::triangles::gpu_layout::{self as layout, LEVELS, SurfaceContact};
+use crate::contact::triangles::gpu_tables::Room;
+use crate::contact::triangles::twin::Twin;
+use crate::features::Tables;
+use crate::gpu::kernels::Name;
+use crate::gpu::layout::Four;
+use crate::parity::bench::{Bench, Given, Written};
+use crate::parity::fixture::{Chance, Fixture, State, words};
+use crate::parity::row::{Row, Tolerance};
+use crate::real::add;
+use crate::scene::{Body, Collider, ContactForm, Icosphere, Mass, Mesh, Scene, Select, SelfCollision};
+use crate::solvers::explicit::parity::kernel_of;
+use taffeta_gpu::bytemuck::Pod;
+
+const COPIED: &str = "numbers alone";
+const MOVED: &str = "the same operations in the same order; hardware may fuse products and sums";
+const FOUND: &str = "as above; closest points of pairs that are nearly parallel are where rounding puts them";
+
+/// One row for each kernel.
+pub const ROWS: &[Row] = &[
+    row("keep_places", 0.0, COPIED, |bench| {
+        each(bench, "keep_places", &[Before::Keep], |twin, fixture| twin.keep_places(&fixture.old.position))
+    }),
+    row("take_places", 0.0, COPIED, |bench| {
+        each(bench, "take_places", &[Before::Take], |twin, _| twin.take_places())
+    }),
+    row("bound_leaves", 0.0, COPIED, |bench| {
+        each(bench, "bound_leaves", &[Before::Bounds], |twin, _| twin.bound_leaves())
+    }),
+    row("bound_level", 0.0, COPIED, |bench| {
+        each(bench, "bound_level", &[Before::Levels], |twin, _| twin.bound_level())
+    }),
+    row("list_leaf_pairs", 0.0, COPIED, list),
+    row("find_surface_contacts", 4096.0, FOUND, |bench| {
+        each(bench, "find_surface_contacts", &[Before::Find], |twin, _| twin.find_surface_contacts())
+    }),
+    row("place_parts", 0.0, COPIED, |bench| {
+        each(bench, "place_parts", &[Before::Place], |twin, _| twin.place_parts())
+    }),
+    row("fill_parts", 0.0, COPIED, |bench| {
+        each(bench, "fill_parts", &[Before::Fill], |twin, _| twin.fill_parts())
+    }),
+    row("sort_parts", 0.0, COPIED, |bench| {
+        each(bench, "sort_parts", &[Before::Sort], |twin, _| twin.sort_parts())
+    }),
+    row("correct_impulses", 512.0, MOVED, |bench| {
+        each(bench, "correct_impulses", &[Before::FirstImpulses, Before::Impulses], |twin, _| {
+            twin.correct_impulses()
+        })
+    }),
+    row("apply_impulses", 512.0, MOVED, |bench| {
+        each(bench, "apply_impulses", &[Before::FirstApply, Before::Apply], apply)
+    }),
+    row("note_forces", 64.0, MOVED, |bench| {
+        each(bench, "note_forces", &[Before::Forces], |twin, _| twin.note_forces())
+    }),
+    row("measure_ways", 64.0, MOVED, |bench| {
+        each(bench, "measure_ways", &[Before::Measure, Before::NextRound], |twin, _| twin.measure_ways())
+    }),
+    row("go_part", 64.0, MOVED, |bench| {
+        each(bench, "go_part", &[Before::Part, Before::NextRound], |twin, _| twin.go_part())
+    }),
+    row("limit_ways", 4096.0, FOUND, |bench| {
+        each(bench, "limit_ways", &[Before::Limits, Before::LimitsAround, Before::LimitsOfAll], |twin, _| {
+            twin.limit_ways()
+        })
+    }),
+    row("mark_held", 0.0, COPIED, |bench| {
+        each(bench, "mark_held", &[Before::LimitsAround, Before::NextRound], |twin, _| twin.mark_held())
+    }),
+    row("hold_back", 64.0, MOVED, |bench| {
+        each(bench, "hold_back", &[Before::LimitsAround, Before::NextRound], |twin, _| twin.hold_back())
+    }),
+    row("count_surfaces", 0.0, COPIED, count),
+];
+
+const fn row(
+    name: &'static str,
+    hardware: f64,
+    why: &'static str,
+    check: fn(&mut Bench<'_>) -> Result<(), String>,
+) -> Row {
+    Row { name, entry: name, tolerance: Tolerance::new(0.0, hardware, why), check }
+}
+
+/// Where nodes are that are not [m].
+const NOWHERE: f32 = 9.0;
+/// Room for pairs of leaves, and for contacts.
+const ROOM: u32 = 30_000;
+
+/// Sheets one above the other, coarse and fine, a ball among them, and a box.
+fn assembly() -> Result<Assembly, String> {
+    let touching = |name: &str, mesh: Mesh, [thickness, friction]: [f64; 2]| Body {
+        self_collision: Some(SelfCollision {
+            form: ContactForm::Triangles,
+            thickness,
+            friction,
+            ..SelfCollision::default()
+        }),
+        ..Body::cloth(name, mesh).with_mass(Mass::Node(0.0137)).structural(29.0, 0.011)
+    };
+    let ball = Mesh::Icosphere(Icosphere { radius: 0.11, subdivisions: 2 });
+    let apart = Body::cloth("apart", Mesh::grid(3, 5, [0.2, 0.1])).with_mass(Mass::Node(0.01));
+    let mut scene = Scene::new("surfaces")
+        .collider(Collider::plane([0.0, -0.07, 0.0], [0.03, 1.0, 0.02]).friction(0.4))
+        .collider(Collider::cuboid([0.1, -0.05, 0.05], [0.07, 0.03, 0.05]).friction(0.3).offset(0.017))
+        .time(0.0173, 0.0041);
+    scene.bodies = vec![
+        touching("coarse", Mesh::grid(9, 7, [0.4, 0.3]), [0.0213, 0.31]).pin(Select::rows(0, 1)),
+        apart.structural(29.0, 0.011).at([0.0, 1.0, 0.0]),
+        touching("fine", Mesh::grid(13, 17, [0.3, 0.3]), [0.0171, 0.43]).at([0.0, 0.031, 0.0]),
+        touching("ball", ball, [0.0191, 0.0]).at([0.03, 0.13, 0.02]),
+    ];
+    Assembly::new(&scene).map_err(|error| error.to_string())
+}
+
+/// Nodes near their start, some of which go far.
+fn fixture(seed: u64) -> Result<Fixture, String> {
+    let states = |chance: &mut Chance, tables: &Tables, _: &_| {
+        let mut old = State::default();
+        let mut new = State::default();
+        for (place, (&[x, y, z, w], &[.., mass])) in tables.position.iter().zip(&tables.velocity).enumerate()
+        {
+            let start = add([x, y, z], chance.three(0.007));
+            let way = chance.three(if place % 11 == 0 { 0.07 } else { 0.006 });
+            let [u, v, t] = chance.three(1.7);
+            let mass = if place % 7 == 3 { -mass } else { mass };
+            let end = add(start, way);
+            old.position.push([start[0], start[1], start[2], w]);
+            new.position.push([end[0], end[1], end[2], w]);
+            old.velocity.push([NOWHERE, NOWHERE, NOWHERE, mass]);
+            new.velocity.push([u, v, t, mass]);
+        }
+        [old, new]
+    };
+    Fixture::drawn(assembly()?, &mut Chance::new(seed), states, |_| FrameInput::default())
+}
+
+/// Which kernel of a sub-step is next.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+enum Before {
+    Keep,
+    Take,
+    Bounds,
+    Levels,
+    List,
+    Find,
+    Place,
+    Fill,
+    Sort,
+    FirstImpulses,
+    FirstApply,
+    Impulses,
+    Apply,
+    Forces,
+    Measure,
+    Part,
+    Limits,
+    LimitsAround,
+    LimitsOfAll,
+    NextRound,
+}
+
+impl Twin {
+    /// The arrays before a sub-step.
+    fn of(fixture: &Fixture, seed: u64) -> Self {
+        let mut tables = fixture.tables.surfaces.clone();
+        let room = Room { pairs: ROOM as usize, contacts: ROOM as usize, rounds: 3 };
+        tables.put_room(room);
+        let mut chance = Chance::new(seed);
+        let mut vector = || {
+            let [x, y, z] = chance.three(0.3);
+            [x, y, z, 0.0]
+        };
+        let mut places = tables.start();
+        for place in places.iter_mut().filter(|place| **place == [0.0; 4]) {
+            *place = vector();
+        }
+        Self {
+            part: 1,
+            places,
+            boxes: vec![[0.0; 4]; 4 * tables.boxes()],
+            pairs: vec![[0; 4]; room.pairs],
+            contacts: vec![SurfaceContact::default(); room.contacts],
+            forces: vec![[0; 4]; 2 * room.contacts],
+            work: vec![0; tables.work(room)],
+            counts: vec![7; 3 * (layout::ON_BOXES + LEVELS)],
+            position: fixture.new.position.clone(),
+            velocity: fixture.new.velocity.clone(),
+            h: fixture.substep().h,
+            tables: tables.words,
+        }
+    }
+
+    /// The arrays before a kernel.
+    fn before(kernel: Before, fixture: &mut Fixture) -> Self {
+        let (mut twin, is_past) = (Self::of(fixture, kernel as u64), |one: Before| one < kernel);
+        if is_past(Before::Keep) {
+            twin.keep_places(&fixture.old.position);
+        }
+        if is_past(Before::Take) {
+            twin.take_places();
+        }
+        if is_past(Before::Bounds) {
+            twin.bound_leaves();
+        }
+        if is_past(Before::Levels) {
+            (1..=twin.tables[layout::TOP_LEVEL]).for_each(|level| {
+                twin.part = level;
+                twin.bound_level();
+            });
+        }
+        if is_past(Before::List) {
+            twin.list_leaf_pairs();
+            twin.put_forces();
+        }
+        if is_past(Before::Find) {
+            twin.find_surface_contacts();
+        }
+        if is_past(Before::Place) {
+            twin.place_parts();
+        }
+        if is_past(Before::Fill) {
+            twin.fill_parts();
+        }
+        if is_past(Before::Sort) {
+            twin.sort_parts();
+        }
+        twin.go_through_rounds(kernel, fixture);
+        twin.go_through_filter(kernel);
+        twin
+    }
+
+    /// The same in the rounds of impulses.
+    fn go_through_rounds(&mut self, kernel: Before, fixture: &mut Fixture) {
+        for (round, impulses, apply_them) in
+            [(0, Before::FirstImpulses, Before::FirstApply), (1, Before::Impulses, Before::Apply)]
+        {
+            if impulses <= kernel {
+                self.work[layout::ROUND] = round;
+            }
+            if impulses < kernel {
+                self.correct_impulses();
+            }
+            if apply_them < kernel {
+                apply(self, fixture);
+            }
+        }
+    }
+
+    /// The same in the filter. In a later round of it some nodes are held back already.
+    fn go_through_filter(&mut self, kernel: Before) {
+        if Before::Forces <= kernel {
+            self.work[layout::FORCES] = 0;
+        }
+        if Before::Forces < kernel {
+            self.note_forces();
+        }
+        if Before::Measure < kernel {
+            self.measure_ways();
+            self.work[layout::IS_ACTIVE] = 1;
+        }
+        if Before::Limits < kernel {
+            self.limit_ways();
+            self.mark_held();
+            self.work[layout::JAM] = 1;
+            for place in (0..self.tables[layout::NODE_PLACES] as usize).step_by(5) {
+                let at = self.list(3) + place;
+                self.work[at] = self.work[at].min(0.37_f32.to_bits());
+            }
+        }
+        self.work[layout::LISTED] = match kernel {
+            Before::LimitsAround => layout::AROUND,
+            Before::LimitsOfAll => layout::ALL,
+            _ => layout::NEAR,
+        } as u32;
+        if kernel == Before::NextRound {
+            (self.work[layout::FILTER_ROUND], self.work[layout::IN_ROUNDS]) = (1, 1);
+            self.work[layout::JAM] = layout::STAMPS as u32;
+        }
+    }
+
+    /// Gives some pairs a force in the last sub-step.
+    fn put_forces(&mut self) {
+        let mut other = self.clone();
+        other.find_surface_contacts();
+        let buckets = self.tables[layout::BUCKETS] as usize;
+        let [_, _, next, first] = self.lists_of_contacts();
+        self.work[first..first + 2 * buckets].fill(u32::MAX);
+        self.work[layout::FORCES] = 0;
+        for one in other.contacts[..other.work[layout::CONTACTS] as usize].iter().step_by(3) {
+            let at = self.work[layout::FORCES] as usize;
+            let [a, b, pair] = one.order;
+            let force =
+                [0.3 * one.normal[0] + 0.05, 0.4 * one.normal[1], 0.2 * one.normal[2]].map(f32::to_bits);
+            self.forces[2 * at] = [a, b, pair, 0];
+            self.forces[2 * at + 1] = [force[0], force[1], force[2], 0];
+            let bucket = first + bucket_of(one.order, buckets);
+            self.work[next + at] = std::mem::replace(&mut self.work[bucket], at as u32);
+            self.work[layout::FORCES] += 1;
+        }
+    }
+
+    /// Puts lists that are filled in any order into one order, and what only says where these stand.
+    fn normalise(&mut self) {
+        let count = |twin: &Self, word: usize| twin.work[word] as usize;
+        let contacts = count(self, layout::CONTACTS);
+        let mut numbers: Vec<usize> = (0..contacts).collect();
+        numbers.sort_by_key(|&number| order_of(self.contacts[number].order));
+        let sorted: Vec<_> = numbers.iter().map(|&number| self.contacts[number]).collect();
+        self.contacts[..contacts].copy_from_slice(&sorted);
+        let touched = self.list(5);
+        let all_touched = touched..touched + count(self, layout::TOUCHED);
+        self.work[all_touched].sort_unstable();
+        let [parts, _, next, first] = self.lists_of_contacts();
+        for node in 0..self.tables[layout::NODE_PLACES] as usize {
+            let start = parts + count(self, self.list(1) + node);
+            let end = start + count(self, self.list(2) + node);
+            if end <= self.work.len() {
+                self.work[start..end].sort_unstable();
+            }
+        }
+        let forces = count(self, layout::FORCES);
+        let mut pairs: Vec<_> =
+            self.forces[..2 * forces].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+        pairs.sort_unstable();
+        // Each force is in the list of its bucket.
+        let heads = first..first + 2 * self.tables[layout::BUCKETS] as usize;
+        let mut chained = 0;
+        for at in heads {
+            let mut number = self.work[at];
+            while number != u32::MAX && chained <= 2 * forces {
+                chained += 1;
+                number = self.work[next + number as usize];
+            }
+            self.work[at] = 0;
+        }
+        self.work[first] = chained as u32;
+        self.work[next..next + forces].fill(0);
+        for (at, [order, force]) in pairs.into_iter().enumerate() {
+            (self.forces[2 * at], self.forces[2 * at + 1]) = (order, force);
+        }
+    }
+}
+
+/// Nodes in contact go where impulses lead them, and colliders act on them again.
+fn apply(twin: &mut Twin, fixture: &mut Fixture) {
+    fixture.new = State { position: twin.position.clone(), velocity: twin.velocity.clone() };
+    let (mut moved, states) = (fixture.new.clone(), twin.apply_impulses());
+    let mut is_moved = vec![false; moved.position.len()];
+    for (node, state) in states {
+        moved.position[node][..3].copy_from_slice(&state[..3]);
+        moved.velocity[node][..3].copy_from_slice(&state[3..]);
+        is_moved[node] = true;
+    }
+    let after = collided_again(fixture, moved, |place| is_moved[place]);
+    (twin.position, twin.velocity) = (after.position, after.velocity);
+}
+
+/// Runs a kernel, where it is next in a sub-step, and compares what it and its twin have made of the arrays.
+fn each(
+    bench: &mut Bench<'_>,
+    entry: &'static str,
+    stages: &[Before],
+    work: impl Fn(&mut Twin, &mut Fixture),
+) -> Result<(), String> {
+    for &stage in stages {
+        let mut fixture = fixture(31 + stage as u64)?;
+        let twin = Twin::before(stage, &mut fixture);
+        run(bench, entry, &mut fixture, twin, &work)?;
+    }
+    Ok(())
+}
+
+fn run(
+    bench: &mut Bench<'_>,
+    entry: &'static str,
+    fixture: &mut Fixture,
+    twin: Twin,
+    work: impl Fn(&mut Twin, &mut Fixture),
+) -> Result<(), String> {
+    let kernel = kernel_of(bench, Name::new(entry).with(Contact::Solids.choices()), fixture)?;
+    let mut arrays = fixture.arrays();
+    for (name, words) in [
+        ("surface_tables", twin.tables.clone()),
+        ("surface_part", vec![twin.part]),
+        ("surface_places", words(&twin.places)),
+        ("surface_boxes", words(&twin.boxes)),
+        ("surface_pairs", words(&twin.pairs)),
+        ("surface_contacts", words(&twin.contacts)),
+        ("surface_forces", words(&twin.forces)),
+        ("surface_work", twin.work.clone()),
+        ("surface_counts", twin.counts.clone()),
+        ("new_position", words(&twin.position)),
+        ("new_velocity", words(&twin.velocity)),
+    ] {
+        arrays.insert(name, words);
+    }
+    let mut wanted = twin.clone();
+    work(&mut wanted, fixture);
+    // Kernels of leaf pairs have a workgroup for each of these.
+    let groups = match entry {
+        "count_surfaces" => 1,
+        _ => (twin.work[layout::PAIRS] as usize).max(twin.work.len() / 256),
+    };
+    let records = fixture.records();
+    bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
+        compare(written, twin, wanted);
+    })
+}
+
+/// Takes an array that a kernel may have written.
+fn taken<T: Pod>(written: &mut Written<'_>, name: &str, to: &mut Vec<T>) {
+    let found = written.take::<T>(name);
+    if !found.is_empty() {
+        *to = found;
+    }
+}
+
+/// Compares arrays, of which the kernel has written some and left the others as they were in `found`.
+fn compare(written: &mut Written<'_>, mut found: Twin, mut wanted: Twin) {
+    taken(written, "surface_places", &mut found.places);
+    taken(written, "surface_boxes", &mut found.boxes);
+    taken(written, "surface_pairs", &mut found.pairs);
+    taken(written, "surface_contacts", &mut found.contacts);
+    taken(written, "surface_forces", &mut found.forces);
+    taken(written, "surface_work", &mut found.work);
+    taken(written, "surface_counts", &mut found.counts);
+    taken(written, "new_position", &mut found.position);
+    taken(written, "new_velocity", &mut found.velocity);
+    found.normalise();
+    wanted.normalise();
+    let fours = |written: &mut Written<'_>, name: &str, wanted: &[Four], found: &[Four]| {
+        written.compare_fours(name, wanted, found);
+    };
+    fours(written, "places", &wanted.places, &found.places);
+    fours(written, "boxes", &wanted.boxes, &found.boxes);
+    fours(written, "new_position", &wanted.position, &found.position);
+    fours(written, "new_velocity", &wanted.velocity, &found.velocity);
+    same(written, "surface_pairs", wanted.pairs.as_flattened(), found.pairs.as_flattened());
+    same(written, "surface_counts", &wanted.counts, &found.counts);
+    let floats = |all: &[SurfaceContact], which: usize| -> Vec<f32> {
+        let of_one = |one: &SurfaceContact| match which {
+            0 => one.weights.to_vec(),
+            1 => one.normal.to_vec(),
+            2 => vec![one.gap, one.thickness],
+            3 => one.impulse.to_vec(),
+            4 => one.force.to_vec(),
+            5 => vec![one.mobility],
+            6 => vec![one.push],
+            _ => vec![one.friction],
+        };
+        all.iter().flat_map(of_one).collect()
+    };
+    for (which, name) in
+        ["weights", "normals", "gaps", "impulses", "forces", "mobility", "pushes", "friction"]
+            .iter()
+            .enumerate()
+    {
+        written.outcome().compare(name, &floats(&wanted.contacts, which), &floats(&found.contacts, which));
+    }
+    let whole = |all: &[SurfaceContact]| -> Vec<u32> {
+        all.iter().flat_map(|one| one.nodes.into_iter().chain(one.order)).collect()
+    };
+    same(written, "contacts", &whole(&wanted.contacts), &whole(&found.contacts));
+    let force = |all: &[[u32; 4]]| -> Vec<f32> {
+        all.chunks_exact(2).flat_map(|pair| pair[1]).map(f32::from_bits).collect()
+    };
+    written.outcome().compare("last forces", &force(&wanted.forces), &force(&found.forces));
+    compare_work(written, &wanted, &found);
+}
+
+/// Compares what is counted: numbers, and the bits of lengths.
+fn compare_work(written: &mut Written<'_>, wanted: &Twin, found: &Twin) {
+    let limits = wanted.list(3)..wanted.list(4);
+    let lengths = [
+        layout::SINKS,
+        layout::NEAREST,
+        layout::WAY,
+        layout::CHANGE_OF_WAY,
+        layout::FARTHEST_PLACE,
+        layout::PROGRESS,
+    ];
+    for word in lengths {
+        let [wanted, found] = [wanted, found].map(|twin| [f32::from_bits(twin.work[word])]);
+        written.outcome().compare(&format!("length {word}"), &wanted, &found);
+    }
+    let [parts, of_found] = [wanted, found]
+        .map(|twin| twin.work[limits.clone()].iter().map(|&bits| f32::from_bits(bits)).collect::<Vec<_>>());
+    written.outcome().compare("limits", &parts, &of_found);
+    let numbers = |twin: &Twin| {
+        let mut all = twin.work.clone();
+        lengths.iter().for_each(|&word| all[word] = 0);
+        all[limits.clone()].fill(0);
+        all
+    };
+    same(written, "surface_work", &numbers(wanted), &numbers(found));
+}
+
+/// Pairs of leaves that matter are listed, each once, and none that are far apart.
+fn list(bench: &mut Bench<'_>) -> Result<(), String> {
+    let kinds = [
+        (layout::NEAR, Before::List),
+        (layout::AROUND, Before::LimitsAround),
+        (layout::ALL, Before::LimitsOfAll),
+    ];
+    for (kind, stage) in kinds {
+        let mut fixture = fixture(41 + kind as u64)?;
+        let mut twin = Twin::before(stage, &mut fixture);
+        (twin.work[layout::PAIRS], twin.work[layout::LISTED]) = (0, kind as u32);
+        let kernel = kernel_of(bench, Name::new("list_leaf_pairs"), &fixture)?;
+        let mut arrays = fixture.arrays();
+        arrays.insert("surface_tables", twin.tables.clone());
+        arrays.insert("surface_boxes", words(&twin.boxes));
+        arrays.insert("surface_pairs", words(&twin.pairs));
+        arrays.insert("surface_work", twin.work.clone());
+        let (records, groups) = (fixture.records(), 4);
+        bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
+            let boxes: Vec<Four> = written.take("surface_boxes");
+            written.compare_fours("surface_boxes", &twin.boxes, &boxes);
+            let pairs: Vec<[u32; 4]> = written.take("surface_pairs");
+            let work: Vec<u32> = written.take("surface_work");
+            let mut listed: Vec<[u32; 3]> =
+                pairs[..work[layout::PAIRS] as usize].iter().map(|&[a, b, ring, _]| [a, b, ring]).collect();
+            listed.sort_unstable();
+            let [least, most] = twin.listed_pairs();
+            // What is neither listed for certain nor certainly not is taken as it is.
+            listed.retain(|pair| !most.contains(pair) || least.contains(pair));
+            same(written, &format!("pairs of kind {kind}"), least.as_flattened(), listed.as_flattened());
+            let apart = |word: usize| word != layout::PAIRS;
+            let rest = |all: &[u32]| {
+                (0..all.len()).filter(|&word| apart(word)).map(|word| all[word]).collect::<Vec<_>>()
+            };
+            same(written, "surface_work", &rest(&twin.work), &rest(&work));
+        })?;
+    }
+    Ok(())
+}
+
+/// All that is counted, with numbers on both sides of what is asked.
+fn count(bench: &mut Bench<'_>) -> Result<(), String> {
+    let cases: &[(usize, &[(usize, u32)])] = &[
+        (layout::COUNT_PAIRS, &[(layout::PAIRS, ROOM - 1)]),
+        (layout::COUNT_PAIRS, &[(layout::PAIRS, ROOM + 1), (layout::MOST_PAIRS, ROOM + 100)]),
+        (layout::COUNT_CONTACTS, &[(layout::CONTACTS, 257), (layout::TOUCHED, 256), (layout::FORCES, 9)]),
+        (layout::COUNT_CONTACTS, &[(layout::CONTACTS, ROOM + 77), (layout::TOUCHED, 0), (layout::SHORT, 1)]),
+        (layout::COUNT_ROUND, &[(layout::ROUND, 0)]),
+        (layout::COUNT_ROUND, &[(layout::ROUND, 1), (layout::SINKS, 0.011_f32.to_bits())]),
+        (layout::COUNT_ROUND, &[(layout::ROUND, 4), (layout::SINKS, 0.01_f32.to_bits())]),
+        (layout::COUNT_WAYS, &[(layout::IS_ACTIVE, 1)]),
+        (
+            layout::COUNT_WAYS,
+            &[(layout::IS_ACTIVE, 1), (layout::CHANGE_OF_WAY, 0.1_f32.to_bits()), (layout::IS_ODD, 1)],
+        ),
+        (layout::COUNT_WAYS, &[(layout::IS_ACTIVE, 1), (layout::WAY, 0.1_f32.to_bits())]),
+        (layout::COUNT_WAYS, &[(layout::IS_ACTIVE, 1), (layout::FILTER_ROUND, 2)]),
+        (
+            layout::COUNT_WAYS,
+            &[(layout::IS_ACTIVE, 0), (layout::FILTER_ROUND, 2), (layout::WAY, 0.1_f32.to_bits())],
+        ),
+        (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 1), (layout::HELD, 3)]),
+        (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 1), (layout::HELD, 3), (layout::JAM, 12)]),
+        (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 1), (layout::IN_ROUNDS, 1)]),
+        (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 0), (layout::IN_ROUNDS, 1)]),
+        (
+            layout::COUNT_FILTER_ROUND,
+            &[
+                (layout::IS_ACTIVE, 1),
+                (layout::WAY, 0.1_f32.to_bits()),
+                (layout::PROGRESS, 0.1_f32.to_bits()),
+            ],
+        ),
+        (layout::COUNT_FILTER_ROUND, &[(layout::IS_ACTIVE, 1), (layout::WAY, 0.1_f32.to_bits())]),
+        (layout::COUNT_FILTER_ROUND, &[(layout::IS_ACTIVE, 1), (layout::PROGRESS, 0.1_f32.to_bits())]),
+        (
+            layout::COUNT_FILTER_ROUND,
+            &[
+                (layout::IS_ACTIVE, 1),
+                (layout::WAY, 0.1_f32.to_bits()),
+                (layout::PROGRESS, 0.1_f32.to_bits()),
+                (layout::FILTER_ROUND, 2),
+            ],
+        ),
+    ];
+    for (part, numbers) in cases {
+        let mut fixture = fixture(51)?;
+        let mut twin = Twin::of(&fixture, 5);
+        twin.part = *part as u32;
+        (twin.work[layout::PAIRS], twin.work[layout::MOST_CONTACTS]) = (17, 5);
+        for &(word, number) in *numbers {
+            twin.work[word] = number;
+        }
+        run(bench, "count_surfaces", &mut fixture, twin, |twin, _| twin.count_surfaces())?;
+    }
+    Ok(())
+}

@@ -1,0 +1,241 @@
+// What kernels know of surfaces: leaves of triangles, their places, boxes around them, and what is counted on the way.
+//
+// Lists are filled in any order, by a number that is counted up. Whatever is summed is sorted before, so that nothing depends on
+// that order. A list that is too short counts on: the host reads what it would have needed, and repeats the frame.
+
+#import contact/triangles/impulse.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/vector.wgsl
+
+/// All that is constant: a header, then the tables that it names.
+@group(1) @binding(70) var<storage, read> surface_tables: array<u32>;
+/// What a command of several is about: a level of boxes, or what is counted.
+@group(1) @binding(71) var<storage, read> surface_part: array<u32>;
+/// Vectors of places, one array of all of them after the other.
+@group(3) @binding(70) var<storage, read_write> surface_places: array<vec4f>;
+/// Of each leaf, and of boxes of sixteen: the least and the largest corner before, and of the motion.
+@group(3) @binding(71) var<storage, read_write> surface_boxes: array<vec4f>;
+/// Pairs of leaves that are near each other: both, their ring, and the distance up to which their triangles matter, as bits.
+@group(3) @binding(72) var<storage, read_write> surface_pairs: array<vec4u>;
+@group(3) @binding(73) var<storage, read_write> surface_contacts: array<SurfaceContact>;
+/// Forces of the last sub-step: the order of their contact, then the force [N] as bits.
+@group(3) @binding(74) var<storage, read_write> surface_forces: array<vec4u>;
+/// What is counted, and lists of numbers.
+@group(3) @binding(75) var<storage, read_write> surface_work: array<atomic<u32>>;
+/// Workgroups of commands that are counted.
+@group(3) @binding(76) var<storage, read_write> surface_counts: array<u32>;
+
+// The header of the tables: numbers of places of nodes, of all places, of leaves, of levels of boxes; the first box and the number
+// of boxes of each level; where tables and lists begin.
+const NODE_PLACES: u32 = 0u;
+const ALL_PLACES: u32 = 1u;
+const LEAF_COUNT: u32 = 2u;
+const TOP_LEVEL: u32 = 3u;
+const LEVEL_BOXES: u32 = 4u;
+const LEAVES_AT: u32 = 16u;
+const ROWS_AT: u32 = 17u;
+const ROW_ITEMS_AT: u32 = 18u;
+const RINGS_AT: u32 = 19u;
+const MATERIALS_AT: u32 = 20u;
+const SURFACE_COUNT: u32 = 21u;
+const LEAVES_OF_AT: u32 = 22u;
+const LEAF_ITEMS_AT: u32 = 23u;
+const START_AT: u32 = 24u;
+const HAS_SURFACE_AT: u32 = 25u;
+const PAIR_ROOM: u32 = 26u;
+const CONTACT_ROOM: u32 = 27u;
+const BUCKETS: u32 = 28u;
+// Lengths and times, as bits: the longest sub-step [s]; the longest way of a round of the filter [m], and the largest squared way
+// that is not longer [m²]; squared ways below which a node makes no progress, and from which on pairs are listed again [m²]; how
+// much nearer pairs may come by impulses, the largest thickness, the longest edge [m].
+const LONGEST_STEP: u32 = 29u;
+const LONGEST_WAY: u32 = 30u;
+const SQUARED_WAY: u32 = 31u;
+const SQUARED_PROGRESS: u32 = 32u;
+const SQUARED_CHANGE: u32 = 33u;
+const ALLOWANCE: u32 = 34u;
+const THICKEST: u32 = 35u;
+const LONGEST_EDGE: u32 = 36u;
+/// Rounds of the filter that are written down.
+const ROUND_ROOM: u32 = 37u;
+/// 0, as bits.
+const ZERO: u32 = 38u;
+
+// Words of a leaf: its nodes, their number, its surface, the lanes that are held, the numbers of its triangles, edges and vertices;
+// then these by lanes, a triangle, an edge or four vertices a word.
+const LEAF_WORDS: u32 = 56u;
+const LEAF_NODES: u32 = 16u;
+const LEAF_SURFACE: u32 = 17u;
+const LEAF_HELD: u32 = 18u;
+const LEAF_COUNTS: u32 = 19u;
+const LEAF_TRIANGLES: u32 = 20u;
+const LEAF_EDGES: u32 = 28u;
+const LEAF_VERTICES: u32 = 52u;
+/// Leaves of a group, which stand together in the order of contacts; also the boxes of a box.
+const LEAF_GROUP: u32 = 16u;
+
+// Arrays of places: where nodes were where the sub-step began, are before it or the round of the filter, and are after it; the
+// velocity before contact; what removes old overlaps; where nodes would end, and the velocity there.
+const AT_START: u32 = 0u;
+const BEFORE: u32 = 1u;
+const AFTER: u32 = 2u;
+const BASE_VELOCITY: u32 = 3u;
+const PUSH: u32 = 4u;
+const TARGET: u32 = 5u;
+const TARGET_VELOCITY: u32 = 6u;
+
+// What is counted, in the first words of `surface_work`.
+const PAIRS: u32 = 0u;
+const CONTACTS: u32 = 1u;
+const TOUCHED: u32 = 2u;
+const PARTS: u32 = 3u;
+const FORCES: u32 = 4u;
+const SINKS: u32 = 5u;
+const NEAREST: u32 = 6u;
+const WAY: u32 = 7u;
+const CHANGE_OF_WAY: u32 = 8u;
+const FARTHEST_PLACE: u32 = 9u;
+const PROGRESS: u32 = 10u;
+const HELD: u32 = 11u;
+const ROUND: u32 = 12u;
+const IS_ACTIVE: u32 = 13u;
+const FILTER_ROUND: u32 = 14u;
+const JAM: u32 = 15u;
+const LISTED: u32 = 16u;
+const IN_ROUNDS: u32 = 17u;
+const IS_ODD: u32 = 18u;
+/// What was too little in the frame: room for pairs, for contacts, rounds of the filter; and what was needed at most.
+const SHORT: u32 = 19u;
+const MOST_PAIRS: u32 = 20u;
+const MOST_CONTACTS: u32 = 21u;
+/// Lists of numbers begin here.
+const LISTS: u32 = 32u;
+
+// Which pairs are listed: all that may come near each other; those around leaves that were marked last; all within reach.
+const NEAR: u32 = 0u;
+const AROUND: u32 = 1u;
+const ALL: u32 = 2u;
+
+/// Numbers that mark what is held back, in a round of the filter.
+const STAMPS: u32 = 8u;
+
+fn table(word: u32) -> u32 {
+    return surface_tables[word];
+}
+
+fn length_of(word: u32) -> f32 {
+    return bitcast<f32>(surface_tables[word]);
+}
+
+fn place_at(array: u32, place: u32) -> vec3f {
+    return surface_places[array * table(ALL_PLACES) + place].xyz;
+}
+
+fn put_place(array: u32, place: u32, x: vec3f) {
+    surface_places[array * table(ALL_PLACES) + place] = vec4f(x, 0.0);
+}
+
+fn counted(word: u32) -> u32 {
+    return atomicLoad(&surface_work[word]);
+}
+
+fn set_counted(word: u32, value: u32) {
+    atomicStore(&surface_work[word], value);
+}
+
+// Lists of numbers by place: contacts, where the list of these begins and how many are in it yet, the part of the way that
+// the filter leaves, and when it held the node back.
+fn count_at(place: u32) -> u32 {
+    return LISTS + place;
+}
+
+fn list_start_at(place: u32) -> u32 {
+    return LISTS + table(ALL_PLACES) + place;
+}
+
+fn filled_at(place: u32) -> u32 {
+    return LISTS + 2u * table(ALL_PLACES) + place;
+}
+
+fn limit_at(place: u32) -> u32 {
+    return LISTS + 3u * table(ALL_PLACES) + place;
+}
+
+fn held_at(place: u32) -> u32 {
+    return LISTS + 4u * table(ALL_PLACES) + place;
+}
+
+/// Nodes in contact, in any order.
+fn touched_at(number: u32) -> u32 {
+    return LISTS + 5u * table(ALL_PLACES) + number;
+}
+
+/// When a leaf had a node last that was held back.
+fn mark_at(leaf: u32) -> u32 {
+    return LISTS + 6u * table(ALL_PLACES) + leaf;
+}
+
+fn after_marks() -> u32 {
+    return mark_at(0u) + table(LEAF_COUNT);
+}
+
+/// The parts of nodes in contacts, in any order: four times the contact, and which of its nodes. Then the same, sorted.
+fn part_at(number: u32) -> u32 {
+    return after_marks() + number;
+}
+
+fn sorted_part_at(number: u32) -> u32 {
+    return after_marks() + 4u * table(CONTACT_ROOM) + number;
+}
+
+/// The force after one in its bucket.
+fn next_force_at(number: u32) -> u32 {
+    return after_marks() + 8u * table(CONTACT_ROOM) + number;
+}
+
+/// The first force of a bucket, by turns.
+fn first_force_at(is_odd: u32, bucket: u32) -> u32 {
+    return after_marks() + 9u * table(CONTACT_ROOM) + is_odd * table(BUCKETS) + bucket;
+}
+
+/// The bucket of a contact by its order.
+fn bucket_of(order: vec3u) -> u32 {
+    var mixed = order.x * 0x9e3779b1u ^ order.y * 0x85ebca6bu ^ order.z * 0xc2b2ae35u;
+    mixed ^= mixed >> 15u;
+    return mixed & (table(BUCKETS) - 1u);
+}
+
+/// Whether a contact stands before another one in the order in which they are summed up.
+fn is_before(a: vec3u, b: vec3u) -> bool {
+    let groups_a = a.xy / LEAF_GROUP;
+    let groups_b = b.xy / LEAF_GROUP;
+    if groups_a.x != groups_b.x {
+        return groups_a.x < groups_b.x;
+    }
+    if groups_a.y != groups_b.y {
+        return groups_a.y < groups_b.y;
+    }
+    if a.x != b.x {
+        return a.x < b.x;
+    }
+    if a.y != b.y {
+        return a.y < b.y;
+    }
+    return a.z < b.z;
+}
+
+/// A word of a leaf.
+fn leaf_word(leaf: u32, word: u32) -> u32 {
+    return surface_tables[table(LEAVES_AT) + leaf * LEAF_WORDS + word];
+}
+
+/// Thickness [m] and friction of pairs of two surfaces; the thickness is below zero if they do not touch.
+fn material_of(a: u32, b: u32) -> vec2f {
+    let at = table(MATERIALS_AT) + 2u * (a * table(SURFACE_COUNT) + b);
+    return vec2f(bitcast<f32>(surface_tables[at]), bitcast<f32>(surface_tables[at + 1u]));
+}
+
+/// Whether a place has a surface.
+fn has_surface(place: u32) -> bool {
+    return surface_tables[table(HAS_SURFACE_AT) + place] != 0u;
+}

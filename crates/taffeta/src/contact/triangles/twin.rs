@@ -1,0 +1,649 @@
+//! Contact of surfaces on the device's arrays, one number after the other: what rows compare kernels with.
+
+use crate::contact::triangles::closest::{Closest, EdgeEdge, Pair, VertexTriangle};
+use crate::contact::triangles::filter::{limits, reach, reach_together};
+use crate::contact::triangles::gpu::{bucket_of, order_of};
+use crate::contact::triangles::gpu_layout::{self as layout, SurfaceContact};
+use crate::contact::triangles::impulse::{Contact, KEEPS, mobility};
+use crate::contact::triangles::surfaces::NEIGHBOURS;
+use crate::gpu::layout::{Four, NONE};
+use crate::real::{Real, add, dot, norm, scale, sub};
+
+/// All arrays that kernels of contact share.
+#[derive(Clone)]
+pub struct Twin {
+    pub tables: Vec<u32>,
+    pub part: u32,
+    pub places: Vec<Four>,
+    pub boxes: Vec<Four>,
+    pub pairs: Vec<[u32; 4]>,
+    pub contacts: Vec<SurfaceContact>,
+    pub forces: Vec<[u32; 4]>,
+    pub work: Vec<u32>,
+    pub counts: Vec<u32>,
+    /// Position and inverse mass, velocity and mass, after the sub-step.
+    pub position: Vec<Four>,
+    pub velocity: Vec<Four>,
+    /// The sub-step [s].
+    pub h: f32,
+}
+
+/// A pair of primitives of two leaves.
+struct Candidate {
+    /// The leaf of each node, and its lane.
+    lanes: [(usize, usize); 4],
+    /// Nodes of the first side, of those of `lanes`.
+    first: usize,
+    order: u32,
+}
+
+type Four3 = [[f32; 3]; 4];
+
+impl Twin {
+    pub fn table(&self, word: usize) -> usize {
+        self.tables[word] as usize
+    }
+
+    pub fn length(&self, word: usize) -> f32 {
+        f32::from_bits(self.tables[word])
+    }
+
+    pub fn place(&self, array: usize, place: usize) -> [f32; 3] {
+        let [x, y, z, _] = self.places[array * self.table(layout::ALL_PLACES) + place];
+        [x, y, z]
+    }
+
+    fn put(&mut self, array: usize, place: usize, [x, y, z]: [f32; 3]) {
+        let at = array * self.table(layout::ALL_PLACES) + place;
+        self.places[at] = [x, y, z, 0.0];
+    }
+
+    pub fn number(&self, word: usize) -> f32 {
+        f32::from_bits(self.work[word])
+    }
+
+    pub fn nodes(&self) -> usize {
+        self.table(layout::NODE_PLACES)
+    }
+
+    pub fn leaves(&self) -> usize {
+        self.table(layout::LEAF_COUNT)
+    }
+
+    /// Where a list of numbers by place begins.
+    pub fn list(&self, number: usize) -> usize {
+        layout::LISTS + number * self.table(layout::ALL_PLACES)
+    }
+
+    fn after_marks(&self) -> usize {
+        self.list(6) + self.leaves()
+    }
+
+    /// Where the lists by contact begin: parts, sorted parts, and the forces after others; then the first ones by bucket.
+    pub fn lists_of_contacts(&self) -> [usize; 4] {
+        [0, 4, 8, 9].map(|lists| self.after_marks() + lists * self.table(layout::CONTACT_ROOM))
+    }
+
+    fn first_force(&self, is_odd: u32, bucket: usize) -> usize {
+        self.lists_of_contacts()[3] + is_odd as usize * self.table(layout::BUCKETS) + bucket
+    }
+
+    fn leaf(&self, leaf: usize) -> &[u32] {
+        let at = self.table(layout::LEAVES_AT) + leaf * layout::LEAF_WORDS;
+        &self.tables[at..at + layout::LEAF_WORDS]
+    }
+
+    fn has_surface(&self, place: usize) -> bool {
+        self.tables[self.table(layout::HAS_SURFACE_AT) + place] != 0
+    }
+
+    fn material(&self, a: usize, b: usize) -> [f32; 2] {
+        let [a, b] = [a, b].map(|leaf| self.leaf(leaf)[layout::LEAF_SURFACE] as usize);
+        let at = self.table(layout::MATERIALS_AT) + 2 * (a * self.table(layout::SURFACE_COUNT) + b);
+        [at, at + 1].map(|at| f32::from_bits(self.tables[at]))
+    }
+
+    pub fn keep_places(&mut self, old: &[Four]) {
+        for (place, &[x, y, z, _]) in old.iter().take(self.nodes()).enumerate() {
+            self.put(layout::AT_START, place, [x, y, z]);
+        }
+    }
+
+    pub fn take_places(&mut self) {
+        for word in (0..layout::SHORT).filter(|&word| word != layout::FORCES && word != layout::IS_ODD) {
+            self.work[word] = 0;
+        }
+        self.work[layout::NEAREST] = f32::FAR.to_bits();
+        for place in 0..self.nodes() {
+            let three = |[x, y, z, _]: Four| [x, y, z];
+            self.put(layout::BEFORE, place, self.place(layout::AT_START, place));
+            self.put(layout::AFTER, place, three(self.position[place]));
+            self.put(layout::BASE_VELOCITY, place, three(self.velocity[place]));
+            for (list, value) in [(0, 0), (2, 0), (3, 1_f32.to_bits()), (4, 0)] {
+                let at = self.list(list) + place;
+                self.work[at] = value;
+            }
+        }
+        let (marks, leaves, buckets) = (self.list(6), self.leaves(), self.table(layout::BUCKETS));
+        let first = self.first_force(1 - self.work[layout::IS_ODD], 0);
+        self.work[marks..marks + leaves].fill(0);
+        self.work[first..first + buckets].fill(NONE);
+    }
+
+    /// The box around some, each with its corners and those of its motion.
+    fn bound(&mut self, number: usize, all: impl Iterator<Item = [[f32; 3]; 4]>) {
+        let mut bounds = [[f32::FAR; 3], [-f32::FAR; 3], [f32::FAR; 3], [-f32::FAR; 3]];
+        for one in all {
+            for (which, (bound, one)) in bounds.iter_mut().zip(one).enumerate() {
+                for (bound, one) in bound.iter_mut().zip(one) {
+                    *bound = if which % 2 == 0 { bound.min(one) } else { bound.max(one) };
+                }
+            }
+        }
+        for (which, [x, y, z]) in bounds.into_iter().enumerate() {
+            self.boxes[4 * number + which] = [x, y, z, 0.0];
+        }
+    }
+
+    pub fn bound_leaves(&mut self) {
+        for leaf in 0..self.leaves() {
+            let words = self.leaf(leaf);
+            let own = &words[..words[layout::LEAF_NODES] as usize];
+            let around: Vec<_> = own
+                .iter()
+                .map(|&node| {
+                    let x = self.place(layout::BEFORE, node as usize);
+                    let way = sub(self.place(layout::AFTER, node as usize), x);
+                    [x, x, way, way]
+                })
+                .collect();
+            self.bound(leaf, around.into_iter());
+        }
+    }
+
+    pub fn bound_level(&mut self) {
+        let level = self.part as usize;
+        let [first, count] = [0, 1].map(|word| self.table(layout::LEVEL_BOXES + 2 * level + word));
+        let [below, below_count] = [0, 1].map(|word| self.table(layout::LEVEL_BOXES + 2 * level - 2 + word));
+        for number in 0..count {
+            let end = below_count.min((number + 1) * layout::LEAF_GROUP);
+            let of = |number: usize| self.box_of(below + number);
+            let around: Vec<_> = (number * layout::LEAF_GROUP..end).map(of).collect();
+            self.bound(first + number, around.into_iter());
+        }
+    }
+
+    fn box_of(&self, number: usize) -> [[f32; 3]; 4] {
+        std::array::from_fn(|which| {
+            let [x, y, z, _] = self.boxes[4 * number + which];
+            [x, y, z]
+        })
+    }
+
+    /// How far from each other triangles of two leaves matter [m].
+    fn reach(&self, a: usize, b: usize) -> f32 {
+        let [of_a, of_b] = [a, b].map(|leaf| self.box_of(leaf));
+        let allowance = self.length(layout::ALLOWANCE);
+        if self.work[layout::LISTED] == layout::NEAR as u32 {
+            let approach: [f32; 3] = std::array::from_fn(|axis| {
+                (of_a[3][axis] - of_b[2][axis]).max(of_b[3][axis] - of_a[2][axis])
+            });
+            let needs = reach_together(f64::from(norm(approach))) as f32 + allowance;
+            return (KEEPS as f32 * self.material(a, b)[0] + needs) * layout::LOOSE_REACH as f32;
+        }
+        let way = |bounds: [[f32; 3]; 4]| -> f32 {
+            norm(std::array::from_fn(|axis| bounds[2][axis].abs().max(bounds[3][axis].abs())))
+        };
+        let most = way(of_a).max(way(of_b)) + allowance;
+        let digit = f32::EPSILON * self.number(layout::FARTHEST_PLACE);
+        let [thickest, longest] =
+            [layout::THICKEST, layout::LONGEST_EDGE].map(|word| f64::from(self.length(word)));
+        reach(most.into(), thickest, longest, digit.into()) as f32 * layout::LOOSE_REACH as f32
+    }
+
+    /// Pairs of leaves that are listed for certain, and those that may be: how they are bounded is rounded one way or another.
+    pub fn listed_pairs(&self) -> [Vec<[u32; 3]>; 2] {
+        let mut all = [Vec::new(), Vec::new()];
+        let marks = self.list(6);
+        let is_marked = |leaf: usize| self.work[marks + leaf] == self.work[layout::JAM];
+        for a in 0..self.leaves() {
+            for b in a..self.leaves() {
+                let is_asked =
+                    self.work[layout::LISTED] != layout::AROUND as u32 || is_marked(a) || is_marked(b);
+                if !is_asked || self.material(a, b)[0] < 0.0 {
+                    continue;
+                }
+                let [of_a, of_b] = [a, b].map(|leaf| self.box_of(leaf));
+                let gap: [f32; 3] = std::array::from_fn(|axis| {
+                    (of_a[0][axis] - of_b[1][axis]).max(of_b[0][axis] - of_a[1][axis]).max(0.0)
+                });
+                let reach = self.reach(a, b);
+                let pair = [a as u32, b as u32, self.ring(a, b)];
+                for (list, share) in all.iter_mut().zip([0.9999, 1.0001]) {
+                    if norm(gap) < share * reach {
+                        list.push(pair);
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    /// Lists pairs of leaves as a kernel may.
+    pub fn list_leaf_pairs(&mut self) {
+        let [_, all] = self.listed_pairs();
+        self.work[layout::PAIRS] = all.len() as u32;
+        for (at, [a, b, ring]) in all.into_iter().enumerate() {
+            let reach = self.reach(a as usize, b as usize);
+            self.pairs[at] = [a, b, ring, reach.to_bits()];
+        }
+    }
+
+    fn ring(&self, a: usize, b: usize) -> u32 {
+        let rows = self.table(layout::ROWS_AT) + a;
+        let items = self.table(layout::ROW_ITEMS_AT);
+        let row = self.tables[rows] as usize..self.tables[rows + 1] as usize;
+        let mut found = row.map(|at| [self.tables[items + 2 * at], self.tables[items + 2 * at + 1]]);
+        found.find(|[leaf, _]| *leaf == b as u32).map_or(0, |[_, ring]| ring)
+    }
+
+    /// All pairs of primitives of two leaves.
+    fn candidates(&self, a: usize, b: usize) -> Vec<Candidate> {
+        let byte = |word: u32, at: usize| (word >> (8 * at) & 255) as usize;
+        let primitives = |leaf: usize| {
+            let words = self.leaf(leaf);
+            let [triangles, edges, vertices] = [0, 1, 2].map(|what| byte(words[layout::LEAF_COUNTS], what));
+            let lanes = |first: usize, count: usize, size: usize| -> Vec<Vec<usize>> {
+                (0..count).map(|one| (0..size).map(|at| byte(words[first + one], at)).collect()).collect()
+            };
+            let vertex = |one: usize| vec![byte(words[layout::LEAF_VERTICES + one / 4], one % 4)];
+            [
+                lanes(layout::LEAF_TRIANGLES, triangles, 3),
+                lanes(layout::LEAF_EDGES, edges, 2),
+                (0..vertices).map(vertex).collect(),
+            ]
+        };
+        let [of_a, of_b] = [primitives(a), primitives(b)];
+        let mut all = Vec::new();
+        let mut add =
+            |way: u32, (one, first): (usize, &Vec<usize>), (other, second): (usize, &Vec<usize>)| {
+                let mut lanes: Vec<(usize, usize)> = Vec::new();
+                lanes.extend(first.iter().map(|&lane| (a, lane)));
+                lanes.extend(second.iter().map(|&lane| (b, lane)));
+                if way == 1 {
+                    lanes.rotate_right(1);
+                }
+                let lanes = [lanes[0], lanes[1], lanes[2], lanes[3]];
+                let first = if way == 2 { 2 } else { 1 };
+                all.push(Candidate { lanes, first, order: way << 16 | (one as u32) << 8 | other as u32 });
+            };
+        let numbered = |all: &[Vec<usize>]| all.iter().cloned().enumerate().collect::<Vec<_>>();
+        for (way, [first, second]) in [[2, 0], [0, 2], [1, 1]].into_iter().enumerate() {
+            for (one, lanes) in &numbered(&of_a[first]) {
+                for (other, lanes_b) in &numbered(&of_b[second]) {
+                    if a != b || way == 0 || way == 2 && other > one {
+                        add(way as u32, (*one, lanes), (*other, lanes_b));
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    /// Whether any two nodes of a candidate's sides are in a mask of a ring.
+    fn is_in_ring(&self, one: &Candidate, [.., ring, _]: [u32; 4], mask: usize) -> bool {
+        let words = self.table(layout::RINGS_AT) + 16 * ring as usize + mask;
+        let is_in = |i: usize, j: usize| self.tables[words + i / 2] >> (16 * (i % 2)) >> j & 1 == 1;
+        let (first, second) = one.lanes.split_at(one.first);
+        let (rows, others) = if one.order >> 16 == 1 { (second, first) } else { (first, second) };
+        ring > 0 && rows.iter().any(|&(_, i)| others.iter().any(|&(_, j)| is_in(i, j)))
+    }
+
+    fn node(&self, (leaf, lane): (usize, usize)) -> usize {
+        self.leaf(leaf)[lane] as usize
+    }
+
+    /// Pairs of primitives of two leaves that can touch, with their nodes and their thickness.
+    fn touching(&self, pair: [u32; 4]) -> Vec<(Candidate, [usize; 4], f32)> {
+        let [a, b] = [pair[0] as usize, pair[1] as usize];
+        let is_held = |&(leaf, lane): &(usize, usize)| self.leaf(leaf)[layout::LEAF_HELD] >> lane & 1 == 1;
+        let all = self.candidates(a, b).into_iter();
+        let may = |one: &Candidate| !self.is_in_ring(one, pair, 0) && !one.lanes.iter().all(is_held);
+        all.filter(may)
+            .map(|one| {
+                let nodes = one.lanes.map(|lane| self.node(lane));
+                let [thickness, _] = self.material(a, b);
+                let start = |node: usize| -> [f32; 3] {
+                    let at = self.table(layout::START_AT) + 3 * node;
+                    std::array::from_fn(|axis| f32::from_bits(self.tables[at + axis]))
+                };
+                let most = norm(closest(relative(nodes.map(start)), one.first).apart) * NEIGHBOURS as f32;
+                let is_near = self.is_in_ring(&one, pair, 8);
+                (one, nodes, if is_near && most < thickness { most } else { thickness })
+            })
+            .collect()
+    }
+
+    /// The force of a contact in the last sub-step [N].
+    fn last_force(&self, order: [u32; 3]) -> [f32; 3] {
+        let count = self.work[layout::FORCES] as usize;
+        let mut all = self.forces.chunks_exact(2).take(count);
+        let found = all.find(|force| force[0][..3] == order);
+        found.map_or([0.0; 3], |force| [force[1][0], force[1][1], force[1][2]].map(f32::from_bits))
+    }
+
+    pub fn find_surface_contacts(&mut self) {
+        for at in 0..self.work[layout::PAIRS] as usize {
+            let pair = self.pairs[at];
+            for (one, nodes, thickness) in self.touching(pair) {
+                let [x, ends] = [layout::BEFORE, layout::AFTER]
+                    .map(|array| relative(nodes.map(|node| self.place(array, node))));
+                let Closest { weights, apart } = closest(x, one.first);
+                let distance = norm(apart);
+                let by = 1.0 / if distance > f32::TINY { distance } else { 1.0 };
+                let then = add(
+                    add(scale(ends[0], weights[0]), scale(ends[1], weights[1])),
+                    scale(ends[2], weights[2]),
+                );
+                let along = dot(then, scale(apart, by));
+                let order = [pair[0], pair[1], one.order];
+                let force = self.last_force(order);
+                let keeps = if force == [0.0; 3] { 1.0 } else { KEEPS as f32 };
+                if along < keeps * thickness && distance > 0.0 {
+                    self.add_contact(SurfaceContact {
+                        nodes: nodes.map(|node| node as u32),
+                        weights,
+                        normal: apart.map(|x| x / distance),
+                        gap: distance - thickness,
+                        impulse: scale(force, self.h),
+                        force,
+                        thickness,
+                        order,
+                        friction: self.material(pair[0] as usize, pair[1] as usize)[1],
+                        ..SurfaceContact::default()
+                    });
+                }
+            }
+        }
+    }
+
+    fn add_contact(&mut self, one: SurfaceContact) {
+        let nearest = (1.0 + one.gap / one.thickness).max(0.0);
+        self.work[layout::NEAREST] = self.work[layout::NEAREST].min(nearest.to_bits());
+        let number = self.work[layout::CONTACTS] as usize;
+        self.work[layout::CONTACTS] += 1;
+        self.contacts[number] = one;
+        for (&node, &weight) in one.nodes.iter().zip(&one.weights) {
+            if weight != 0.0 && (node as usize) < self.nodes() {
+                let at = self.list(0) + node as usize;
+                self.work[at] += 1;
+                if self.work[at] == 1 {
+                    let touched = self.list(5) + self.work[layout::TOUCHED] as usize;
+                    self.work[touched] = node;
+                    self.work[layout::TOUCHED] += 1;
+                }
+            }
+        }
+    }
+
+    pub fn limit_ways(&mut self) {
+        let (kind, far) = (self.work[layout::LISTED] as usize, self.number(layout::FARTHEST_PLACE));
+        for at in 0..self.work[layout::PAIRS] as usize {
+            for (one, nodes, thickness) in self.touching(self.pairs[at]) {
+                let is_held = |&node: &usize| {
+                    node < self.nodes() && self.work[self.list(4) + node] == self.work[layout::JAM]
+                };
+                if kind == layout::AROUND && !nodes.iter().any(is_held) {
+                    continue;
+                }
+                let [x, ends] =
+                    [layout::BEFORE, layout::AFTER].map(|array| nodes.map(|node| self.place(array, node)));
+                let moves: Four3 = std::array::from_fn(|i| sub(ends[i], x[i]));
+                let x = relative(x);
+                let (apart, together) = (closest(x, one.first).apart, kind == layout::NEAR);
+                let found = match one.first {
+                    1 => limits::<f32, VertexTriangle>(x, moves, apart, (thickness, far), together),
+                    _ => limits::<f32, EdgeEdge>(x, moves, apart, (thickness, far), together),
+                };
+                for (node, part) in nodes.into_iter().zip(found.parts) {
+                    let at = self.list(3) + node;
+                    if node < self.nodes() && part < 1.0 {
+                        self.work[at] = self.work[at].min(part.to_bits());
+                    }
+                }
+            }
+        }
+    }
+
+    pub fn place_parts(&mut self) {
+        for number in 0..self.work[layout::TOUCHED] as usize {
+            let node = self.work[self.list(5) + number] as usize;
+            let at = self.list(1) + node;
+            self.work[at] = self.work[layout::PARTS];
+            self.work[layout::PARTS] += self.work[self.list(0) + node];
+        }
+    }
+
+    /// Parts of nodes in contacts: the node, and the part.
+    fn parts(&self) -> Vec<(usize, u32)> {
+        let contacts = self.contacts[..self.work[layout::CONTACTS] as usize].iter();
+        let parts = contacts.enumerate().flat_map(|(number, one)| {
+            let corners = one.nodes.into_iter().zip(one.weights).enumerate();
+            corners
+                .filter(|(_, (_, weight))| *weight != 0.0)
+                .map(move |(corner, (node, _))| (node as usize, (4 * number + corner) as u32))
+        });
+        parts.filter(|(node, _)| *node < self.nodes()).collect()
+    }
+
+    pub fn fill_parts(&mut self) {
+        for (node, part) in self.parts() {
+            let filled = self.list(2) + node;
+            let at =
+                self.lists_of_contacts()[0] + (self.work[self.list(1) + node] + self.work[filled]) as usize;
+            self.work[at] = part;
+            self.work[filled] += 1;
+        }
+    }
+
+    pub fn sort_parts(&mut self) {
+        let mut parts = self.parts();
+        parts.sort_by_key(|&(node, part)| (node, order_of(self.contacts[part as usize / 4].order)));
+        for of_node in parts.chunk_by(|a, b| a.0 == b.0) {
+            let first = self.lists_of_contacts()[1] + self.work[self.list(1) + of_node[0].0] as usize;
+            for (at, (_, part)) in of_node.iter().enumerate() {
+                self.work[first + at] = *part;
+            }
+        }
+    }
+
+    /// As the formulas take it.
+    fn formula(&self, one: &SurfaceContact) -> Contact<f32> {
+        Contact {
+            normal: one.normal,
+            gap: one.gap,
+            thickness: one.thickness,
+            friction: one.friction,
+            grip: 0.0,
+            advance: 0.0,
+            mobility: one.mobility,
+        }
+    }
+
+    fn velocity_at(&self, place: usize) -> [f32; 3] {
+        if place < self.nodes() {
+            let [u, v, w, _] = self.velocity[place];
+            return [u, v, w];
+        }
+        sub(self.place(layout::AFTER, place), self.place(layout::BEFORE, place)).map(|way| way / self.h)
+    }
+
+    pub fn correct_impulses(&mut self) {
+        for number in 0..self.work[layout::CONTACTS] as usize {
+            let mut one = self.contacts[number];
+            if self.work[layout::ROUND] == 0 {
+                let part = |corner: usize| {
+                    let (node, weight) = (one.nodes[corner] as usize, one.weights[corner].abs());
+                    let count = if node < self.nodes() { self.work[self.list(0) + node] as f32 } else { 0.0 };
+                    (weight, if node < self.nodes() { self.position[node][3] * count } else { 0.0 })
+                };
+                one.mobility = mobility([0, 1, 2, 3].map(part));
+                let formula = self.formula(&one);
+                one.impulse = formula.start(one.impulse);
+                let by = 1.0 / if one.mobility > 0.0 { one.mobility } else { 1.0 };
+                one.push = if one.mobility > 0.0 { formula.lead(self.h) * by } else { 0.0 };
+            } else {
+                let v = one.nodes.map(|node| self.velocity_at(node as usize));
+                let part = |corner: usize| scale(sub(v[corner], v[3]), one.weights[corner]);
+                let velocity = add(add(part(0), part(1)), part(2));
+                let formula = self.formula(&one);
+                let sinks = formula.sinks(velocity, self.h).max(0.0);
+                self.work[layout::SINKS] = self.work[layout::SINKS].max(sinks.to_bits());
+                one.impulse = formula.correct(one.impulse, velocity, self.h);
+            }
+            self.contacts[number] = one;
+        }
+    }
+
+    /// Where impulses have nodes go, by place; colliders act on that.
+    pub fn apply_impulses(&mut self) -> Vec<(usize, [f32; 6])> {
+        let (mut all, is_first) = (Vec::new(), self.work[layout::ROUND] == 0);
+        for number in 0..self.work[layout::TOUCHED] as usize {
+            let node = self.work[self.list(5) + number] as usize;
+            let start = self.lists_of_contacts()[1] + self.work[self.list(1) + node] as usize;
+            let parts = start..start + self.work[self.list(0) + node] as usize;
+            let mut push = if is_first { [0.0; 3] } else { self.place(layout::PUSH, node) };
+            let mut sum = [0.0; 3];
+            for part in parts.map(|at| self.work[at] as usize) {
+                let one = &self.contacts[part / 4];
+                sum = add(sum, scale(one.impulse, one.weights[part % 4]));
+                if is_first {
+                    push = add(push, scale(scale(one.normal, one.push), one.weights[part % 4]));
+                }
+            }
+            self.put(layout::PUSH, node, push);
+            let w = self.position[node][3];
+            let change = scale(sum, w);
+            let x = add(add(self.place(layout::AFTER, node), scale(change, self.h)), scale(push, w));
+            let v = add(self.place(layout::BASE_VELOCITY, node), change);
+            all.push((node, [x[0], x[1], x[2], v[0], v[1], v[2]]));
+        }
+        all
+    }
+
+    pub fn note_forces(&mut self) {
+        let (h, longest) = (self.h, self.length(layout::LONGEST_STEP));
+        let old = (1.0 - h / longest).max(0.0);
+        for number in 0..self.work[layout::CONTACTS] as usize {
+            let one = self.contacts[number];
+            let force = add(scale(one.force, old), scale(one.impulse, 1.0 / h.max(longest)));
+            if force == [0.0; 3] {
+                continue;
+            }
+            let at = self.work[layout::FORCES] as usize;
+            self.work[layout::FORCES] += 1;
+            let [a, b, pair] = one.order;
+            let [x, y, z] = force.map(f32::to_bits);
+            (self.forces[2 * at], self.forces[2 * at + 1]) = ([a, b, pair, 0], [x, y, z, 0]);
+            let bucket = bucket_of(one.order, self.table(layout::BUCKETS));
+            let first = self.first_force(1 - self.work[layout::IS_ODD], bucket);
+            let next = self.lists_of_contacts()[2] + at;
+            self.work[next] = std::mem::replace(&mut self.work[first], at as u32);
+        }
+    }
+
+    pub fn measure_ways(&mut self) {
+        let is_later = self.work[layout::FILTER_ROUND] > 0;
+        for place in
+            (0..self.table(layout::ALL_PLACES)).filter(|&place| self.has_surface(place)).collect::<Vec<_>>()
+        {
+            let [x, y, z, _] = self.position.get(place).copied().unwrap_or_default();
+            let is_node = place < self.nodes();
+            if is_node && is_later {
+                self.put(layout::BEFORE, place, [x, y, z]);
+            }
+            let start = self.place(layout::BEFORE, place);
+            let most =
+                |work: &mut [u32], word: usize, value: f32| work[word] = work[word].max(value.to_bits());
+            start.iter().for_each(|x| most(&mut self.work, layout::FARTHEST_PLACE, x.abs()));
+            if is_node {
+                let to = if is_later { self.place(layout::TARGET, place) } else { [x, y, z] };
+                let (way, change) = (sub(to, start), sub(to, self.place(layout::AFTER, place)));
+                self.put(layout::AFTER, place, to);
+                most(&mut self.work, layout::WAY, dot(way, way));
+                most(&mut self.work, layout::CHANGE_OF_WAY, dot(change, change));
+            }
+        }
+    }
+
+    fn surface_nodes(&self) -> Vec<usize> {
+        (0..self.nodes()).filter(|&place| self.has_surface(place)).collect()
+    }
+
+    pub fn go_part(&mut self) {
+        let most = self.length(layout::LONGEST_WAY);
+        for place in self.surface_nodes() {
+            let ([x, y, z, w], [u, v, t, _]) = (self.position[place], self.velocity[place]);
+            if self.work[layout::FILTER_ROUND] == 0 {
+                self.put(layout::TARGET, place, [x, y, z]);
+                self.put(layout::TARGET_VELOCITY, place, [u, v, t]);
+            }
+            let (start, target) = (self.place(layout::BEFORE, place), self.place(layout::TARGET, place));
+            let way = sub(target, start);
+            let length = norm(way);
+            let to = if length > most { add(start, scale(way, most / length)) } else { target };
+            self.position[place] = [to[0], to[1], to[2], w];
+            self.put(layout::AFTER, place, to);
+        }
+    }
+
+    pub fn mark_held(&mut self) {
+        let (stamp, marks) = (self.work[layout::JAM] + 1, self.list(6));
+        for place in self.surface_nodes() {
+            let (part, held) = (self.number(self.list(3) + place), self.list(4) + place);
+            if part < 1.0 && self.work[held] <= self.work[layout::FILTER_ROUND] * layout::STAMPS as u32 {
+                self.work[held] = stamp;
+                let starts = self.table(layout::LEAVES_OF_AT) + place;
+                for at in self.tables[starts]..self.tables[starts + 1] {
+                    let leaf = self.tables[self.table(layout::LEAF_ITEMS_AT) + at as usize];
+                    self.work[marks + leaf as usize] = stamp;
+                }
+                self.work[layout::HELD] += 1;
+            }
+        }
+    }
+
+    pub fn hold_back(&mut self) {
+        let in_rounds = self.work[layout::IN_ROUNDS] != 0;
+        for place in self.surface_nodes() {
+            let at = self.list(3) + place;
+            let part = self.number(at);
+            if part >= 1.0 && !in_rounds {
+                continue;
+            }
+            self.work[at] = 1_f32.to_bits();
+            let [x, y, z, w] = self.position[place];
+            let (start, wanted) = (self.place(layout::BEFORE, place), [x, y, z]);
+            let to = if part < 1.0 { add(start, scale(sub(wanted, start), part)) } else { wanted };
+            let arrives = in_rounds && to == self.place(layout::TARGET, place);
+            let velocity = if arrives {
+                self.place(layout::TARGET_VELOCITY, place)
+            } else {
+                let way = sub(to, start);
+                self.work[layout::PROGRESS] = self.work[layout::PROGRESS].max(dot(way, way).to_bits());
+                sub(to, self.place(layout::AT_START, place)).map(|way| way / self.h)
+            };
+            self.position[place] = [to[0], to[1], to[2], w];
+            self.velocity[place] = [velocity[0], velocity[1], velocity[2], self.velocity[place][3]];
+        }
+    }
+}
+
+/// Positions relative to the last.
+fn relative(x: Four3) -> Four3 {
+    x.map(|one| sub(one, x[3]))
+}
+
+fn closest(x: Four3, first: usize) -> Closest<f32> {
+    if first == 1 { VertexTriangle::closest(x) } else { EdgeEdge::closest(x) }
+}

@@ -1,0 +1,118 @@
+//! What is counted of contact of surfaces, as rows compare it: count.wgsl one number after the other.
+
+use crate::contact::triangles::filter::JAMS;
+use crate::contact::triangles::gpu_layout as layout;
+use crate::contact::triangles::impulse::SINKS;
+use crate::contact::triangles::twin::Twin;
+use crate::gpu::layout::GROUP;
+use crate::step::FILTERS;
+use taffeta_gpu::GROUPS_IN_ROW;
+
+impl Twin {
+    /// Workgroups of a command.
+    fn put_groups(&mut self, on: usize, groups: usize) {
+        let groups = groups as u32;
+        let three = [groups.min(GROUPS_IN_ROW), groups.div_ceil(GROUPS_IN_ROW), 1];
+        self.counts[3 * on..3 * on + 3].copy_from_slice(&three);
+    }
+
+    fn put_each(&mut self, on: usize, count: usize, is_on: bool) {
+        self.put_groups(on, if is_on { count.div_ceil(GROUP) } else { 0 });
+    }
+
+    fn check_room(&mut self, list: usize, room: usize, most: usize, flag: u32) -> usize {
+        let wanted = self.work[list];
+        self.work[most] = self.work[most].max(wanted);
+        self.work[layout::SHORT] |= if wanted > self.tables[room] { flag } else { 0 };
+        self.work[list] = wanted.min(self.tables[room]);
+        self.work[list] as usize
+    }
+
+    pub fn count_surfaces(&mut self) {
+        match self.part as usize {
+            layout::COUNT_PAIRS => {
+                let pairs = self.check_room(layout::PAIRS, layout::PAIR_ROOM, layout::MOST_PAIRS, 1);
+                self.put_groups(layout::ON_PAIRS, pairs);
+            }
+            layout::COUNT_CONTACTS => {
+                let contacts =
+                    self.check_room(layout::CONTACTS, layout::CONTACT_ROOM, layout::MOST_CONTACTS, 2);
+                let touched = self.work[layout::TOUCHED] as usize;
+                for (on, count) in [
+                    (layout::ON_CONTACTS, contacts),
+                    (layout::ON_ROUND_CONTACTS, contacts),
+                    (layout::ON_TOUCHED, touched),
+                    (layout::ON_ROUND_TOUCHED, touched),
+                ] {
+                    self.put_each(on, count, true);
+                }
+                (self.work[layout::FORCES], self.work[layout::IS_ACTIVE]) = (0, 1);
+            }
+            layout::COUNT_ROUND => {
+                if self.work[layout::ROUND] >= 1 && self.number(layout::SINKS) <= SINKS as f32 {
+                    self.put_groups(layout::ON_ROUND_CONTACTS, 0);
+                    self.put_groups(layout::ON_ROUND_TOUCHED, 0);
+                }
+                self.work[layout::SINKS] = 0;
+                self.work[layout::ROUND] += 1;
+            }
+            layout::COUNT_WAYS => self.count_ways(),
+            layout::COUNT_HELD => self.count_held(),
+            _ => self.count_filter_round(),
+        }
+    }
+
+    fn count_ways(&mut self) {
+        let (round, is_active) = (self.work[layout::FILTER_ROUND], self.work[layout::IS_ACTIVE] != 0);
+        if round == 0 {
+            self.work[layout::IS_ODD] = 1 - self.work[layout::IS_ODD];
+        }
+        let is_far = self.number(layout::WAY) > self.length(layout::SQUARED_WAY);
+        let in_rounds = is_active && (is_far || round > 0);
+        let is_changed = self.number(layout::CHANGE_OF_WAY) > self.length(layout::SQUARED_CHANGE);
+        let again = is_active && (in_rounds || is_changed);
+        self.put_each(layout::ON_PART, self.nodes(), in_rounds);
+        for level in 0..=self.table(layout::TOP_LEVEL) {
+            self.put_each(layout::ON_BOXES + level, self.table(layout::LEVEL_BOXES + 2 * level + 1), again);
+        }
+        self.put_each(layout::ON_LIST, self.leaves(), again);
+        self.put_each(layout::ON_MARK, self.nodes(), is_active);
+        self.put_groups(layout::ON_HOLD, 0);
+        self.work[layout::IN_ROUNDS] = u32::from(in_rounds);
+        self.work[layout::LISTED] = layout::NEAR as u32;
+        self.work[layout::JAM] = round * layout::STAMPS as u32;
+        if again || !is_active {
+            self.work[layout::PAIRS] = 0;
+        }
+    }
+
+    fn count_held(&mut self) {
+        let (any, jam) = (self.work[layout::HELD] > 0, self.work[layout::JAM] % layout::STAMPS as u32);
+        if jam == 0 && self.work[layout::IS_ACTIVE] != 0 && (any || self.work[layout::IN_ROUNDS] != 0) {
+            self.put_each(layout::ON_HOLD, self.nodes(), true);
+        }
+        self.put_each(layout::ON_LIST, self.leaves(), any);
+        if !any {
+            self.put_groups(layout::ON_MARK, 0);
+        }
+        self.work[layout::LISTED] = if jam == JAMS { layout::ALL } else { layout::AROUND } as u32;
+        self.work[layout::JAM] += 1;
+        (self.work[layout::HELD], self.work[layout::PAIRS]) = (0, 0);
+    }
+
+    fn count_filter_round(&mut self) {
+        let is_far = self.number(layout::WAY) > self.length(layout::SQUARED_WAY);
+        let gets_on = self.number(layout::PROGRESS) >= self.length(layout::SQUARED_PROGRESS);
+        let wanted = self.work[layout::IS_ACTIVE] != 0 && is_far && gets_on;
+        let next = self.work[layout::FILTER_ROUND] + 1;
+        let another = wanted && next < self.tables[layout::ROUND_ROOM];
+        if wanted && !another && (next as usize) < FILTERS {
+            self.work[layout::SHORT] |= 4;
+        }
+        (self.work[layout::FILTER_ROUND], self.work[layout::IS_ACTIVE]) = (next, u32::from(another));
+        self.put_each(layout::ON_MEASURE, self.table(layout::ALL_PLACES), another);
+        for word in [layout::WAY, layout::CHANGE_OF_WAY, layout::FARTHEST_PLACE, layout::PROGRESS] {
+            self.work[word] = 0;
+        }
+    }
+}

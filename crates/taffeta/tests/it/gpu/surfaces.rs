@@ -1,0 +1,139 @@
+//! Scenes in which surfaces touch each other, on the GPU against the same on the CPU.
+
+use super::{STEP, kept, on_gpu, soft, with};
+use crate::common::{build_as, farthest, gpu, positions, run};
+use taffeta::scene::{
+    Body, Collider, ConstraintForm, ContactForm, Icosphere, Keyframe, Mass, Mesh, Method, Scene, Seam,
+    SeamSide, Select, SelfCollision, VolumeForm,
+};
+use taffeta::{Options, Precision, Simulation};
+
+fn touch(body: Body, thickness: f64) -> Body {
+    let form = ContactForm::Triangles;
+    let wish = SelfCollision { form, thickness, friction: 0.3, ..SelfCollision::default() };
+    Body { self_collision: Some(wish), ..body }
+}
+
+fn touching(name: &str, mesh: Mesh, thickness: f64) -> Body {
+    let is_grid = matches!(mesh, Mesh::Grid(_));
+    let body = Body::cloth(name, mesh).with_mass(Mass::Node(0.002)).structural(20.0, 0.01);
+    touch(if is_grid { body.shear(8.0, 0.005) } else { body }, thickness)
+}
+
+fn sheet(count: u32, side: f64) -> Mesh {
+    Mesh::grid(count, count, [side, side])
+}
+
+/// A sheet and a ball that fall onto a sheet which is held, and a box below them.
+fn heap() -> Scene {
+    let ball = Mesh::Icosphere(Icosphere { radius: 0.05, subdivisions: 2 });
+    let held = touching("held", sheet(9, 0.3), 0.01).pin(Select::cols(0, 0)).pin(Select::cols(8, 8));
+    Scene::new("heap")
+        .body(held)
+        .body(touching("fine", sheet(13, 0.2), 0.008).at([0.01, 0.02, 0.03]))
+        .body(touching("ball", ball, 0.01).at([0.0, 0.075, 0.0]))
+        .collider(Collider::plane([0.0, -0.06, 0.0], [0.0, 1.0, 0.0]).friction(0.4))
+        .collider(Collider::cuboid([0.05, -0.06, 0.0], [0.02, 0.03, 0.02]).friction(0.3).offset(0.004))
+        .time(1.0 / 60.0, STEP)
+}
+
+/// Runs both, and returns the most contacts in a frame.
+fn are_alike(cpu: &mut Simulation, gpu: &mut Simulation, frames: usize) -> u64 {
+    let mut most = 0;
+    for frame in 1..=frames {
+        run(cpu, 1);
+        run(gpu, 1);
+        let (a, b) = (cpu.report(), gpu.report());
+        assert_eq!((a.pairs, a.nearest_pair), (b.pairs, b.nearest_pair), "frame {frame}");
+        assert_eq!(farthest(&positions(cpu), &positions(gpu)), 0.0, "frame {frame}");
+        assert_eq!(cpu.state_hash(), gpu.state_hash(), "frame {frame}");
+        most = most.max(a.pairs);
+    }
+    most
+}
+
+fn both(scene: &Scene) -> (Simulation, Simulation) {
+    (build_as(scene, Precision::F32, 1), on_gpu(scene))
+}
+
+#[test]
+fn surfaces_touch_each_other_as_on_the_cpu() {
+    let (mut cpu, mut gpu) = both(&heap());
+    // More than there is room for at the start, so frames are repeated.
+    let most = are_alike(&mut cpu, &mut gpu, 13);
+    assert!(most > 3000 && cpu.report().contacts > 10, "{most} {}", cpu.report().contacts);
+    gpu.disturb(1e-3, 1);
+    let still = gpu.report();
+    assert_eq!((still.pairs, still.nearest_pair), (0, None));
+}
+
+/// What flies fast goes in several rounds of the filter, which hold back some nodes.
+#[test]
+fn cloth_that_is_thrown_is_held_back_as_on_the_cpu() {
+    let thrown = touching("thrown", sheet(9, 0.12), 0.006).at([0.0, 0.1, 0.0]).moving([0.3, -14.0, 0.2]);
+    let held = touching("held", sheet(11, 0.25), 0.006).pin(Select::rows(0, 0)).pin(Select::rows(10, 10));
+    let scene = Scene::new("thrown")
+        .body(held)
+        .body(thrown)
+        .collider(Collider::cuboid([0.02, -0.05, 0.01], [0.01, 0.03, 0.01]).offset(0.004))
+        .time(STEP, STEP / 2.0);
+    let (mut cpu, mut gpu) = both(&scene);
+    assert!(are_alike(&mut cpu, &mut gpu, 8) > 100);
+}
+
+#[test]
+fn contact_goes_on_from_a_snapshot_on_the_other_backend() {
+    let (mut cpu, mut gpu) = both(&heap());
+    run(&mut cpu, 7);
+    run(&mut gpu, 7);
+    let [of_cpu, of_gpu] = [&cpu, &gpu].map(Simulation::snapshot);
+    assert!(of_cpu.contacts > 100, "{}", of_cpu.contacts);
+    assert_eq!(of_cpu.contacts, of_gpu.contacts);
+    let (mut other_cpu, mut other_gpu) = both(&heap());
+    other_cpu.restore(&of_gpu).expect("it fits");
+    other_gpu.restore(&of_cpu).expect("it fits");
+    are_alike(&mut other_cpu, &mut other_gpu, 2);
+    run(&mut cpu, 2);
+    assert_eq!(cpu.state_hash(), other_gpu.state_hash());
+}
+
+#[test]
+fn meshes_volumes_and_seams_stand_beside_contact_as_on_the_cpu() {
+    let ball = |radius| Mesh::Icosphere(Icosphere { radius, subdivisions: 1 });
+    let pillow = touch(with(kept(VolumeForm::Projected), soft("pillow", 1, [0.0, 0.43, 0.0])), 0.03);
+    let mut scene = Scene::new("beside")
+        .body(pillow)
+        .body(touching("left", sheet(7, 0.3), 0.02).at([-0.16, 0.66, 0.0]))
+        .body(touching("right", sheet(7, 0.3), 0.02).at([0.16, 0.66, 0.0]))
+        .collider(Collider::mesh(ball(0.2)).friction(0.4).offset(0.01))
+        .time(1.0 / 60.0, STEP);
+    let edge = |name: &str, col: u32| SeamSide::new(name, Select::cols(col, col));
+    scene = scene.seam(Seam::new(edge("left", 6), edge("right", 0)));
+    let (mut cpu, mut gpu) = both(&scene);
+    let most = are_alike(&mut cpu, &mut gpu, 10);
+    assert!(most > 50 && cpu.report().contacts > 0, "{most} {}", cpu.report().contacts);
+}
+
+#[test]
+fn what_does_not_run_on_a_gpu_yet_is_refused_in_words() {
+    let refused = |scene: &Scene| -> String {
+        let options = Options { gpu: Some(gpu().into()), ..Options::default() };
+        Simulation::new(scene, &options).err().map_or("accepted".to_owned(), |error| error.to_string())
+    };
+    let mut implicit = heap();
+    implicit.solver.method = Method::Ice;
+    implicit.solver.ice.form = ConstraintForm::Primal;
+    let turns = Keyframe::rotate(1.0, [0.0, 1.0, 0.0], 90.0, [0.0; 3]);
+    let moving = heap().collider(Collider::cuboid([0.0, -0.3, 0.0], [0.1; 3]).keyframe(turns));
+    let crossed = heap().body(touching("crossed", sheet(5, 0.2), 0.01).at([0.0, 0.02, 0.0]));
+    let inside = heap().collider(Collider::sphere([0.0, 0.0, 0.1], 0.05));
+    for (scene, why) in [
+        (implicit, "with implicit steps"),
+        (moving, "beside colliders that move"),
+        (crossed, "where surfaces start through each other"),
+        (inside, "where nodes start inside colliders"),
+    ] {
+        let words = refused(&scene);
+        assert!(words.contains(why) && words.contains("the CPU, or \"nodes\" would do"), "{why}: {words}");
+    }
+}
