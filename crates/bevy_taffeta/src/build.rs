@@ -251,8 +251,9 @@ impl Plan<'_, '_, '_> {
 
     /// The scene without bodies and colliders.
     fn settings(&self) -> Scene {
-        let SoftWorld { time, solver, forces, seams } = SoftWorld::clone(&self.world.world);
-        Scene { time, world: self.world.environment.0.clone(), solver, forces, seams, ..Scene::default() }
+        let SoftWorld { time, solver, forces, seams, frictions } = SoftWorld::clone(&self.world.world);
+        let world = self.world.environment.0.clone();
+        Scene { time, world, solver, forces, seams, frictions, ..Scene::default() }
     }
 
     /// Adds colliders to the scene. One that follows keyframes has left the place that these count from.

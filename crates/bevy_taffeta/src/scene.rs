@@ -222,9 +222,10 @@ pub fn spawn_scene(
     drawn: &SceneMaterials,
     meshes: &mut Assets<Mesh>,
 ) {
-    let Scene { time, world, solver, bodies, colliders, forces, seams, .. } = scene;
+    let Scene { time, world, solver, bodies, colliders, forces, seams, frictions, .. } = scene;
     let (time, solver) = (time.clone(), solver.clone());
-    let settings = SoftWorld { time, solver, forces: forces.clone(), seams: seams.clone() };
+    let (forces, seams, frictions) = (forces.clone(), seams.clone(), frictions.clone());
+    let settings = SoftWorld { time, solver, forces, seams, frictions };
     commands.entity(root).insert((settings, Environment(world.clone())));
     for (index, body) in bodies.iter().enumerate() {
         let Some(made) = SceneBody::of(body) else {

@@ -1,7 +1,7 @@
 //! A simulation's settings: what acts in it, how it is solved, when it runs and on what.
 
 use bevy::prelude::*;
-use taffeta::scene::{Force, Seam, Solver, Time};
+use taffeta::scene::{Force, Friction, Seam, Solver, Time};
 
 /// A simulation of its own: the bodies and colliders below this entity. How long its steps are and how they are solved.
 ///
@@ -31,13 +31,15 @@ pub struct SoftWorld {
     pub forces: Vec<Force>,
     /// Nodes sewn to nodes, of bodies by name.
     pub seams: Vec<Seam>,
+    /// Friction of pairs of bodies, and of bodies and colliders, by name.
+    pub frictions: Vec<Friction>,
 }
 
 impl Default for SoftWorld {
     /// Sixty frames a second, in sub-steps of a millisecond.
     fn default() -> Self {
         let time = Time { max_step: Some(1e-3), ..Time::default() };
-        Self { time, solver: Solver::default(), forces: Vec::new(), seams: Vec::new() }
+        Self { time, solver: Solver::default(), forces: Vec::new(), seams: Vec::new(), frictions: Vec::new() }
     }
 }
 

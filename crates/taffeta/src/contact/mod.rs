@@ -3,6 +3,7 @@
 pub mod clusters;
 pub mod collider_mesh;
 pub mod colliders;
+pub mod friction;
 pub mod nodes;
 pub mod triangles;
 

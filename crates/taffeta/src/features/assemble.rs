@@ -15,6 +15,7 @@ impl Assembly {
         scene.validate()?;
         let mut assembly = Self::empty(scene);
         assembly.add_colliders(scene)?;
+        assembly.add_frictions(scene);
         for (index, body) in scene.bodies.iter().enumerate() {
             assembly.add_body(index, body, scene)?;
         }

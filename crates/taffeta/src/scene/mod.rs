@@ -9,6 +9,7 @@ mod body;
 mod collider;
 mod error;
 mod force;
+mod friction;
 mod material;
 mod memory;
 mod mesh;
@@ -29,6 +30,7 @@ pub use body::*;
 pub use collider::{Bar, Collider, Cuboid, Heightfield, Plane, Poses, Shape, Sphere};
 pub use error::SceneError;
 pub use force::{Force, ScaleKey, Torque};
+pub use friction::Friction;
 pub use material::{Fabric, FabricDamping, Material, RestCurvature, WarpWeft, Zone};
 pub use memory::MemoryNeeded;
 pub use mesh::{Chain, Cube, Cylinder, Grid, Icosphere, Mesh, Torus, UvSphere};
@@ -38,7 +40,7 @@ pub use self_collision::*;
 pub use sheet::{Disc, Pattern, Sheet};
 pub use solver::{Acad, ConstraintForm, Ice, Method, Solver};
 pub use surface::{Polygons, Surface, Uvs};
-pub(crate) use validate::{LARGEST_LENGTH, check_shape, plain};
+pub(crate) use validate::{LARGEST_LENGTH, Side, check_shape, plain};
 pub use volume::{Volume, VolumeForm, VolumeKey, VolumeWeights};
 pub use world::{Time, World};
 
@@ -81,6 +83,9 @@ pub struct Scene {
     /// Nodes sewn to nodes.
     #[serde(rename = "seam", skip_serializing_if = "Vec::is_empty")]
     pub seams: Vec<Seam>,
+    /// Friction of pairs of bodies, and of bodies and colliders.
+    #[serde(rename = "friction", skip_serializing_if = "Vec::is_empty")]
+    pub frictions: Vec<Friction>,
 }
 
 impl Scene {
@@ -110,6 +115,12 @@ impl Scene {
     /// Adds a seam.
     pub fn seam(mut self, seam: Seam) -> Self {
         self.seams.push(seam);
+        self
+    }
+
+    /// Sets the friction of two bodies, or of a body and a collider, by their names.
+    pub fn friction_between(mut self, one: impl Into<String>, other: impl Into<String>, value: f64) -> Self {
+        self.frictions.push(Friction { between: [one.into(), other.into()], value });
         self
     }
 

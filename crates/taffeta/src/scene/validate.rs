@@ -5,6 +5,7 @@ mod attach;
 mod body;
 mod collider;
 mod counts;
+mod friction;
 mod layers;
 mod material;
 mod path;
@@ -16,6 +17,7 @@ mod tests;
 use crate::real::{cross, dot};
 use crate::scene::error::SceneError;
 use crate::scene::{Collider, ConstraintForm, Force, Keyframe, Rotation, Scene, Solver, World};
+pub(crate) use friction::Side;
 pub(crate) use path::plain;
 use path::{Checked, Path};
 pub(crate) use shape::{LARGEST_LENGTH, check_shape};
@@ -58,7 +60,7 @@ impl Scene {
         for (i, seam) in self.seams.iter().enumerate() {
             attach::check_seam(self, &Path::item("seam", i), seam, &names)?;
         }
-        Ok(())
+        friction::check(self)
     }
 
     /// Name of a body: its own or, without one, `body0`, `body1`, … by its place in the scene.

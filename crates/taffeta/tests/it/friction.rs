@@ -1,8 +1,10 @@
 //! Coulomb friction and restitution against the numbers of a block on a slope and a ball on a floor.
 
 use crate::common::{build, build_as, farthest, near, norm, positions, run, scale, sub, turned};
-use taffeta::Precision;
-use taffeta::scene::{Body, Collider, Keyframe, Mass, Mesh, Scene};
+use taffeta::scene::{
+    Body, Collider, ConstraintForm, ContactForm, Keyframe, Mass, Mesh, Method, Scene, Select, SelfCollision,
+};
+use taffeta::{Precision, Simulation};
 
 const G: f64 = 9.81;
 
@@ -54,6 +56,70 @@ fn a_patch_slides_down_a_slope_with_g_sine_less_mu_cosine() {
             near("off the slope", moved[0] * sin + moved[1] * cos, 0.0, 1e-12);
         }
         near("speed", norm(simulation.report().momentum) / 0.6, a, 1e-9);
+    }
+}
+
+/// The mean way of a body's nodes along x and y [m].
+fn mean_way(simulation: &Simulation, start: &[[f64; 3]], first: usize) -> [f64; 2] {
+    let all = positions(simulation);
+    [0, 1].map(|axis| (first..first + 20).map(|node| all[node][axis] - start[node][axis]).sum::<f64>() / 20.0)
+}
+
+#[test]
+fn a_pair_has_the_friction_that_the_scene_gives_it() {
+    let (sin, cos) = 20_f64.to_radians().sin_cos();
+    for form in [None, Some(ConstraintForm::Compliant), Some(ConstraintForm::Primal)] {
+        // Both would stick by the friction of the slope.
+        let mut scene = incline(0.5);
+        let mut other = scene.bodies[0].clone();
+        other.name = "other".into();
+        other.place.position[2] += 1.0;
+        scene = scene.body(other);
+        scene.colliders[0].name = "slope".into();
+        scene = scene.friction_between("slope", "other", 0.2);
+        if let Some(form) = form {
+            (scene.solver.method, scene.solver.ice.form) = (Method::Ice, form);
+        }
+        let mut simulation = build(&scene);
+        let start = positions(&simulation);
+        run(&mut simulation, 100);
+        let [stuck, slid] = [0, 20].map(|first| {
+            let [x, y] = mean_way(&simulation, &start, first);
+            x * cos - y * sin
+        });
+        let way = 0.5 * G * (sin - 0.2 * cos);
+        assert!(stuck.abs() < 1e-6, "{form:?}: {stuck} m");
+        assert!((slid - way).abs() < 2e-3 * way, "{form:?}: {slid} m of {way} m");
+    }
+}
+
+#[test]
+fn two_bodies_have_the_friction_that_the_scene_gives_them() {
+    let (sin, cos) = 20_f64.to_radians().sin_cos();
+    let touching = |body: Body| {
+        let form = ContactForm::Triangles;
+        let wish = SelfCollision { form, thickness: 0.01, friction: 0.8, ..SelfCollision::default() };
+        Body { self_collision: Some(wish), ..body }
+    };
+    let floor =
+        Body::cloth("floor", Mesh::grid(9, 9, [3.0, 3.0])).with_mass(Mass::Node(0.03)).structural(100.0, 0.1);
+    let mut scene = Scene::new("tilted")
+        .time(0.01, 0.001)
+        .body(touching(patch()).at([0.0, 0.01, 0.0]))
+        .body(touching(floor.pin(Select::rows(0, 8))));
+    scene.world.gravity = [G * sin, -G * cos, 0.0];
+    for (pair, friction) in [(None, 0.8), (Some(0.2), 0.2), (Some(0.0), 0.0)] {
+        let mut scene = scene.clone();
+        if let Some(friction) = pair {
+            scene = scene.friction_between("floor", "patch", friction);
+        }
+        let mut simulation = build(&scene);
+        let start = positions(&simulation);
+        run(&mut simulation, 50);
+        let [way, fall] = mean_way(&simulation, &start, 0);
+        let wanted = 0.125 * G * f64::max(sin - friction * cos, 0.0);
+        assert!((way - wanted).abs() < 0.03 * wanted + 2e-3, "{pair:?}: {way} m of {wanted} m");
+        assert!(fall.abs() < 2e-3, "{pair:?}: {fall} m");
     }
 }
 

@@ -12,6 +12,7 @@ use crate::plan::Substep;
 use crate::real::{Real, add, dot, norm, scale, sub};
 use crate::scene::{self, Collider, Scene, SceneError, Shape};
 use crate::topology::Placement;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A bar with a shorter axis than this is a ball [m].
@@ -110,13 +111,41 @@ pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut 
     let mut meshes = 0;
     let all: Vec<ColliderNow<T>> =
         assembly.colliders().iter().map(|collider| collider.at(t, h, &mut meshes)).collect();
+    substep.extensions.insert_list(as_bodies_meet(assembly, &all));
     substep.extensions.insert_list(all);
+}
+
+/// Colliders as some bodies meet them that have a friction of their own with some.
+struct Met<T> {
+    /// Places of the body.
+    places: Range<usize>,
+    colliders: Vec<ColliderNow<T>>,
+}
+
+fn as_bodies_meet<T: Real>(assembly: &Assembly, all: &[ColliderNow<T>]) -> Vec<Met<T>> {
+    let frictions = assembly.frictions();
+    let of_body = |body: usize| {
+        let mut colliders = all.to_vec();
+        for (index, collider) in colliders.iter_mut().enumerate() {
+            let own = frictions.of_collider(body, index).map(T::from_f64);
+            collider.surface.friction = own.unwrap_or(collider.surface.friction);
+        }
+        let first = assembly.bodies[body].first;
+        Met { places: first..first + assembly.bodies[body].places(), colliders }
+    };
+    frictions.bodies_with_colliders().into_iter().map(of_body).collect()
 }
 
 impl<T: Real> Substep<T> {
     /// Colliders at its end.
     pub fn colliders(&self) -> &[ColliderNow<T>] {
         self.extensions.list()
+    }
+
+    /// The same as the node at a place meets them.
+    pub fn colliders_at(&self, place: usize) -> &[ColliderNow<T>] {
+        let own = self.extensions.list::<Met<T>>().iter().find(|met| met.places.contains(&place));
+        own.map_or_else(|| self.colliders(), |met| &met.colliders)
     }
 
     /// The same, to change them.

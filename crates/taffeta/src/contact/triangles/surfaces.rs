@@ -66,6 +66,8 @@ pub struct Surfaces {
     pub start: Vec<[f64; 3]>,
     /// Surfaces of two bodies that do not touch, the lower number first.
     apart: HashSet<[u32; 2]>,
+    /// Friction of pairs of surfaces that the scene names, the lower number first.
+    frictions: HashMap<[u32; 2], f64>,
     /// On which side of the triangles of each collider outside is, 1 where their normals point or -1; 0 if it is not closed.
     outsides: Vec<i64>,
     /// Whether some start through each other.
@@ -180,9 +182,12 @@ impl Assembly {
         for [a, b] in self.attachments().joined() {
             listed.join(a, b);
         }
+        let mut of_colliders = Vec::new();
         for collider in self.colliders() {
+            of_colliders.push(all.materials.len() as u32);
             triangles.extend(all.add_collider(collider));
         }
+        all.frictions = self.frictions_of(&numbers, &of_colliders);
         listed.held.resize(all.start.len(), true);
         all.thickest = all.materials.iter().map(|[thickness, _]| *thickness).fold(0.0, f64::max);
         all.thinnest = all.least_thickness();
@@ -197,6 +202,23 @@ impl Assembly {
         self.lead_out(&with_surface);
         self.extensions.insert(all);
         self.extensions.insert(apart);
+    }
+
+    /// The friction of pairs of surfaces that the scene names, by the surfaces of bodies and colliders.
+    fn frictions_of(&self, bodies: &[u32], colliders: &[u32]) -> HashMap<[u32; 2], f64> {
+        let (named, mut all) = (self.frictions(), HashMap::new());
+        let has_surface = |body: usize| self.bodies[body].surface_contact().is_some();
+        let has_faces = |collider: usize| self.colliders()[collider].faces().is_some();
+        for (a, &of_a) in bodies.iter().enumerate().filter(|&(a, _)| has_surface(a)) {
+            for (b, &of_b) in bodies.iter().enumerate().skip(a).filter(|&(b, _)| has_surface(b)) {
+                all.extend(named.of_bodies(a, b).map(|friction| ([of_a, of_b], friction)));
+            }
+            let with_faces = colliders.iter().enumerate().filter(|&(collider, _)| has_faces(collider));
+            for (collider, &of_collider) in with_faces {
+                all.extend(named.of_collider(a, collider).map(|friction| ([of_a, of_collider], friction)));
+            }
+        }
+        all
     }
 
     /// Warns of surfaces that start through each other. Returns whether there are any.
@@ -311,9 +333,16 @@ impl Surfaces {
 
     /// Thickness [m] and friction of pairs of two surfaces; `None` if both are of colliders, or do not touch.
     pub fn material(&self, surfaces: [u32; 2]) -> Option<[f64; 2]> {
-        if self.apart.contains(&[surfaces[0].min(surfaces[1]), surfaces[0].max(surfaces[1])]) {
+        let pair = [surfaces[0].min(surfaces[1]), surfaces[0].max(surfaces[1])];
+        if self.apart.contains(&pair) {
             return None;
         }
+        let [thickness, friction] = self.material_of_both(surfaces)?;
+        Some([thickness, self.frictions.get(&pair).copied().unwrap_or(friction)])
+    }
+
+    /// The same by both sides alone.
+    fn material_of_both(&self, surfaces: [u32; 2]) -> Option<[f64; 2]> {
         let [of_a, of_b] = surfaces.map(|number| self.materials[number as usize]);
         match surfaces.map(|number| number as usize >= self.soft) {
             [true, true] => None,

@@ -173,6 +173,36 @@ fn names_are_unique_and_fit_for_files() {
 }
 
 #[test]
+fn friction_is_of_two_that_touch_each_other_and_said_once() {
+    let between = |one: &str, other: &str, value: f64| {
+        let [one, other] = [one, other].map(str::to_owned);
+        move |s: &mut Scene| {
+            s.colliders.truncate(1);
+            s.colliders.push(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).named("floor"));
+            s.frictions.push(Friction { between: [one, other], value });
+        }
+    };
+    refused(
+        between("flag", "flor", 0.1),
+        "friction[0].between",
+        "names `flor`, and there is no body or collider",
+    );
+    refused(between("flag", "flor", 0.1), "friction[0].between", "`flag`, `collider0`, `floor` would do");
+    refused(between("floor", "flag", -0.1), "friction[0].value", "is -0.1, 0 or more");
+    refused(between("floor", "collider0", 0.1), "friction[0].between", "names two colliders");
+    refused(
+        between("flag", "flag", 0.1),
+        "friction[0].between",
+        "names `flag`, which has no contact between triangles",
+    );
+    let twice = |s: &mut Scene| {
+        between("flag", "floor", 0.1)(s);
+        s.frictions.push(Friction { between: ["floor".into(), "flag".into()], value: 0.2 });
+    };
+    refused(twice, "friction[1].between", "which friction[0] has already");
+}
+
+#[test]
 fn colliders_have_one_shape_and_coefficients_in_range() {
     refused(|s| s.colliders[0].plane = Some(Plane::default()), "collider[0]", "more than one shape");
     refused(|s| s.colliders[0].sphere = None, "collider[0]", "no shape");

@@ -1,6 +1,5 @@
 //! Constraint forces on a tile.
 
-use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::tile::Tile;
 use crate::real::Real;
@@ -11,11 +10,10 @@ use crate::solvers::waiting;
 impl<T: Real> Dual<T> {
     /// Adds constraint forces to the forces on a tile.
     pub(crate) fn add_constraint_forces(&self, tile: &mut Tile<'_, T>) {
-        let colliders = self.colliders(tile.substep);
         for (at, run) in tile.plan.runs() {
             if !self.adaptive {
                 for place in run.clone() {
-                    self.add_node_forces(tile, colliders, (at + place - run.start, place), place);
+                    self.add_node_forces(tile, (at + place - run.start, place), place);
                 }
                 continue;
             }
@@ -29,39 +27,27 @@ impl<T: Real> Dual<T> {
             let (from, to) = (within(run.start), within(run.end));
             for (&place, node) in places[from..to].iter().zip(nodes.start + from..) {
                 let place = place as usize;
-                self.add_node_forces(tile, colliders, (at + place - run.start, place), node);
+                self.add_node_forces(tile, (at + place - run.start, place), node);
             }
         }
     }
 
     /// Adds the constraint forces at a node of the system to the `at`-th force of a tile.
-    fn add_node_forces(
-        &self,
-        tile: &mut Tile<'_, T>,
-        colliders: &[ColliderNow<T>],
-        (at, place): (usize, usize),
-        node: usize,
-    ) {
+    fn add_node_forces(&self, tile: &mut Tile<'_, T>, (at, place): (usize, usize), node: usize) {
         let work = &self.work;
         // SAFETY: listed, and found, before a barrier.
         let (span, entries, row_forces) =
             unsafe { (work.spans.read()[node], work.entries.read(), work.row_forces.read()) };
         let [x, y, z, _] = gather(&entries[span[0] as usize..span[1] as usize], row_forces).0;
         let mut force = [-x, -y, -z];
-        if !colliders.is_empty() {
-            force = self.force_in_contact(tile, colliders, (place, node), force);
+        if self.surfaces {
+            force = self.force_in_contact(tile, (place, node), force);
         }
         tile.add_force(at, force);
     }
 
     /// The constraint force on a node in contact.
-    fn force_in_contact(
-        &self,
-        tile: &Tile<'_, T>,
-        colliders: &[ColliderNow<T>],
-        (place, node): (usize, usize),
-        force: [T; 3],
-    ) -> [T; 3] {
+    fn force_in_contact(&self, tile: &Tile<'_, T>, (place, node): (usize, usize), force: [T; 3]) -> [T; 3] {
         // SAFETY: found before a barrier.
         let (predicted, collider): (&PredictedContact<T>, _) =
             unsafe { (&self.work.predicted.read()[node], self.work.collider.read()[node]) };
@@ -69,7 +55,7 @@ impl<T: Real> Dual<T> {
             return force;
         }
         let kick = tile.substep.h * tile.nodes.inverse_mass[place];
-        let surface = &colliders[collider as usize].surface;
+        let surface = &tile.substep.colliders_at(place)[collider as usize].surface;
         predicted.force_with_contact(waiting::free_velocity(tile, place), force, kick, surface)
     }
 }
