@@ -237,6 +237,9 @@ var<workgroup> leaf_words: array<u32, 112>;
 var<workgroup> ring_words: array<u32, 16>;
 var<workgroup> before: array<vec3f, 32>;
 var<workgroup> after: array<vec3f, 32>;
+/// Vertices, triangles and edges of each that are near the box around the other, in any order: how many, and their numbers.
+var<workgroup> near_counts: array<atomic<u32>, 6>;
+var<workgroup> near_numbers: array<u32, 96>;
 
 /// A pair of a vertex and a triangle, or of two edges, of two leaves: its nodes by lanes, those of the second leaf from 16 on; which
 /// lanes of each leaf are among them; how many are its first side, and what it is in the order of contacts.
@@ -262,6 +265,47 @@ fn load_leaves(pair: vec4u, lane: u32) {
         after[lane] = place_at(AFTER, node);
     }
     workgroupBarrier();
+    if lane < 96u {
+        list_near(lane / 48u, lane % 48u, select(pair.x, pair.y, lane < 48u), bitcast<f32>(pair.w));
+    }
+    workgroupBarrier();
+}
+
+/// Where the numbers of a leaf's vertices (0), triangles (1) and edges (2) begin.
+fn near_at(second: u32, kind: u32) -> u32 {
+    return 48u * second + select(8u + 8u * kind, 0u, kind == 0u);
+}
+
+/// Lists a vertex, a triangle or an edge of a leaf, if it is near the box around another leaf.
+fn list_near(second: u32, slot: u32, other: u32, reach: f32) {
+    let counts = counts_in(second);
+    let kind = select(select(2u, 1u, slot < 24u), 0u, slot < 16u);
+    let number = slot - near_at(0u, kind);
+    if number >= select(select(counts.y, counts.x, kind == 1u), counts.z, kind == 0u) {
+        return;
+    }
+    var lanes = vec3u(vertex_in(second, number % 16u));
+    if kind == 1u {
+        lanes = triangle_in(second, number);
+    } else if kind == 2u {
+        lanes = edge_in(second, number).xyy;
+    }
+    lanes += 16u * second;
+    let low = min(before[lanes.x], min(before[lanes.y], before[lanes.z]));
+    let high = max(before[lanes.x], max(before[lanes.y], before[lanes.z]));
+    let gap = max(max(surface_boxes[4u * other].xyz - high, low - surface_boxes[4u * other + 1u].xyz), vec3f(0.0));
+    if dot3(gap, gap) < reach * reach {
+        near_numbers[near_at(second, kind) + atomicAdd(&near_counts[3u * second + kind], 1u)] = number;
+    }
+}
+
+/// One of them.
+fn near_number(second: u32, kind: u32, index: u32) -> u32 {
+    return near_numbers[near_at(second, kind) + index];
+}
+
+fn near_count(second: u32, kind: u32) -> u32 {
+    return atomicLoad(&near_counts[3u * second + kind]);
 }
 
 /// How many triangles, edges and vertices a leaf has, the first or the second.
@@ -286,19 +330,20 @@ fn edge_in(second: u32, number: u32) -> vec2u {
     return vec2u(packed & 255u, packed >> 8u);
 }
 
-/// Number of pairs of two leaves, which may be one.
+/// Number of pairs of two leaves, which may be one: of what is near.
 fn candidate_count(is_one: bool) -> vec3u {
-    let a = counts_in(0u);
-    let b = counts_in(1u);
-    return vec3u(a.z * b.x, select(a.x * b.z, 0u, is_one), a.y * b.y);
+    return vec3u(
+        near_count(0u, 0u) * near_count(1u, 1u),
+        select(near_count(0u, 1u) * near_count(1u, 0u), 0u, is_one),
+        near_count(0u, 2u) * near_count(1u, 2u),
+    );
 }
 
 /// A pair by its number.
 fn candidate(number: u32, counts: vec3u) -> Candidate {
-    let b = counts_in(1u);
     if number < counts.x {
-        let one = number / b.x;
-        let other = number % b.x;
+        let one = near_number(0u, 0u, number / near_count(1u, 1u));
+        let other = near_number(1u, 1u, number % near_count(1u, 1u));
         let v = vertex_in(0u, one);
         let t = triangle_in(1u, other);
         return Candidate(
@@ -306,8 +351,8 @@ fn candidate(number: u32, counts: vec3u) -> Candidate {
         );
     }
     if number < counts.x + counts.y {
-        let one = (number - counts.x) / b.z;
-        let other = (number - counts.x) % b.z;
+        let one = near_number(0u, 1u, (number - counts.x) / near_count(1u, 0u));
+        let other = near_number(1u, 0u, (number - counts.x) % near_count(1u, 0u));
         let t = triangle_in(0u, one);
         let v = vertex_in(1u, other);
         return Candidate(
@@ -315,8 +360,8 @@ fn candidate(number: u32, counts: vec3u) -> Candidate {
             (1u << 16u) | (one << 8u) | other,
         );
     }
-    let one = (number - counts.x - counts.y) / b.y;
-    let other = (number - counts.x - counts.y) % b.y;
+    let one = near_number(0u, 2u, (number - counts.x - counts.y) / near_count(1u, 2u));
+    let other = near_number(1u, 2u, (number - counts.x - counts.y) % near_count(1u, 2u));
     let e = edge_in(0u, one);
     let f = edge_in(1u, other);
     return Candidate(

@@ -93,7 +93,7 @@ const fn row(
 /// Where nodes are that are not [m].
 const NOWHERE: f32 = 9.0;
 /// Room for pairs of leaves, and for contacts.
-const ROOM: u32 = 30_000;
+const ROOM: u32 = 16_000;
 
 /// Sheets one above the other, coarse and fine, a ball among them, and a box.
 fn assembly() -> Result<Assembly, String> {

@@ -35,6 +35,7 @@ fn heap() -> Scene {
         .collider(Collider::plane([0.0, -0.06, 0.0], [0.0, 1.0, 0.0]).friction(0.4))
         .collider(Collider::cuboid([0.05, -0.06, 0.0], [0.02, 0.03, 0.02]).friction(0.3).offset(0.004))
         .time(1.0 / 60.0, STEP)
+        .friction_between("held", "fine", 0.7)
 }
 
 /// Runs both, and returns the most contacts in a frame.
@@ -127,6 +128,8 @@ fn what_does_not_run_on_a_gpu_yet_is_refused_in_words() {
     let moving = heap().collider(Collider::cuboid([0.0, -0.3, 0.0], [0.1; 3]).keyframe(turns));
     let crossed = heap().body(touching("crossed", sheet(5, 0.2), 0.01).at([0.0, 0.02, 0.0]));
     let inside = heap().collider(Collider::sphere([0.0, 0.0, 0.1], 0.05));
+    let slippery = heap().friction_between("ball", "collider0", 0.0);
+    assert!(refused(&slippery).contains("body `ball` has a friction of its own with a collider"));
     for (scene, why) in [
         (implicit, "with implicit steps"),
         (moving, "beside colliders that move"),
