@@ -203,6 +203,7 @@ fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
         dual::gpu_tables::arrays(assembly, body),
         implicit::gpu_tables::arrays(assembly, body),
         nodes::gpu::arrays(assembly, body),
+        triangles::gpu::arrays(assembly, body),
     ]
     .concat()
 }

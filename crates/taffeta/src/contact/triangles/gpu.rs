@@ -42,6 +42,13 @@ const SHORT_OF_PAIRS: u32 = 1;
 const SHORT_OF_CONTACTS: u32 = 2;
 const SHORT_OF_ROUNDS: u32 = 4;
 
+/// Bytes of the arrays that a body with a surface needs, and their contents.
+pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
+    let body = &assembly.bodies[body];
+    let bytes = (layout::PLACE_ARRAYS * size_of::<Four>() * body.places()) as u64;
+    body.surface_contact().map_or(Vec::new(), |_| vec![(bytes, "places of surfaces")])
+}
+
 /// Refuses surfaces in several partitions.
 pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
     let has_surface = |index: &usize| assembly.bodies[*index].surface_contact().is_some();
