@@ -5,6 +5,7 @@ mod nodes;
 mod pairs;
 mod primal;
 mod solve;
+mod surfaces;
 mod volumes;
 
 use super::errors;
@@ -19,8 +20,15 @@ use twox_hash::XxHash64;
 type Fault = (&'static str, &'static str, &'static str);
 
 fn all() -> Vec<&'static Fault> {
-    let lists =
-        [nodes::FAULTS, fabric::FAULTS, volumes::FAULTS, solve::FAULTS, primal::FAULTS, pairs::FAULTS];
+    let lists = [
+        nodes::FAULTS,
+        fabric::FAULTS,
+        volumes::FAULTS,
+        solve::FAULTS,
+        primal::FAULTS,
+        pairs::FAULTS,
+        surfaces::FAULTS,
+    ];
     lists.into_iter().flatten().collect()
 }
 
