@@ -113,7 +113,8 @@ fn assembly() -> Result<Assembly, String> {
         .collider(Collider::cuboid([0.1, -0.05, 0.05], [0.07, 0.03, 0.05]).friction(0.3).offset(0.017))
         .time(0.0173, 0.0041);
     scene.bodies = vec![
-        touching("coarse", Mesh::grid(7, 6, [0.33, 0.28]), [0.0213, 0.31]).pin(Select::rows(0, 1)),
+        touching("coarse", Mesh::grid(7, 6, [0.33, 0.28]), [0.0213, 0.31])
+            .pin(Select::nodes((0..42).filter(|node| node % 3 > 0).collect::<Vec<_>>())),
         apart.structural(29.0, 0.011).at([0.0, 1.0, 0.0]),
         touching("fine", Mesh::grid(8, 10, [0.17, 0.22]), [0.0171, 0.43]).at([0.0, 0.031, 0.0]),
         touching("ball", ball, [0.0191, 0.0]).at([0.03, 0.1, 0.02]),
@@ -197,6 +198,13 @@ impl Twin {
             h: fixture.substep().h,
             tables: tables.words,
         }
+        .with_odd_lists()
+    }
+
+    /// The forces of the last sub-step are in the second lists.
+    fn with_odd_lists(mut self) -> Self {
+        self.work[layout::IS_ODD] = 1;
+        self
     }
 
     /// The arrays before a kernel.
@@ -281,15 +289,37 @@ impl Twin {
             Before::LimitsOfAll => layout::ALL,
             _ => layout::NEAR,
         } as u32;
+        if kernel == Before::LimitsOfAll {
+            self.work[layout::JAM] = 2;
+        }
         if kernel == Before::NextRound {
             (self.work[layout::FILTER_ROUND], self.work[layout::IN_ROUNDS]) = (1, 1);
             self.work[layout::JAM] = layout::STAMPS as u32;
+            // Some arrive, and none is where it was at the start of the sub-step.
+            for place in 0..self.tables[layout::NODE_PLACES] as usize {
+                let [x, y, z, _] = self.position[place];
+                self.put(
+                    layout::BEFORE,
+                    place,
+                    add(self.place(layout::AT_START, place), [1e-3, -2e-3, 1e-3]),
+                );
+                if place % 2 == 0 {
+                    self.put(layout::TARGET, place, [x, y, z]);
+                }
+            }
         }
     }
 
     /// Gives some pairs a force in the last sub-step.
     fn put_forces(&mut self) {
+        // Some have come so far apart that only those with a force remain contacts.
         let mut other = self.clone();
+        let materials = other.tables[layout::MATERIALS_AT] as usize;
+        let count = (other.tables[layout::SURFACE_COUNT] as usize).pow(2);
+        for pair in 0..count {
+            let thickness = &mut other.tables[materials + 2 * pair];
+            *thickness = (1.05 * f32::from_bits(*thickness)).to_bits();
+        }
         other.find_surface_contacts();
         let buckets = self.tables[layout::BUCKETS] as usize;
         let [_, _, next, first] = self.lists_of_contacts();
@@ -302,47 +332,47 @@ impl Twin {
                 [0.3 * one.normal[0] + 0.05, 0.4 * one.normal[1], 0.2 * one.normal[2]].map(f32::to_bits);
             self.forces[2 * at] = [a, b, pair, 0];
             self.forces[2 * at + 1] = [force[0], force[1], force[2], 0];
-            let bucket = first + bucket_of(one.order, buckets);
+            let bucket = first + buckets + bucket_of(one.order, buckets);
             self.work[next + at] = std::mem::replace(&mut self.work[bucket], at as u32);
             self.work[layout::FORCES] += 1;
         }
     }
 
-    /// Puts lists that are filled in any order into one order, and what only says where these stand.
+    /// Puts lists that are filled in any order into one order, and what only says where these stand. A kernel at fault may count on.
     fn normalise(&mut self) {
         let count = |twin: &Self, word: usize| twin.work[word] as usize;
-        let contacts = count(self, layout::CONTACTS);
+        let contacts = count(self, layout::CONTACTS).min(self.contacts.len());
         let mut numbers: Vec<usize> = (0..contacts).collect();
         numbers.sort_by_key(|&number| order_of(self.contacts[number].order));
         let sorted: Vec<_> = numbers.iter().map(|&number| self.contacts[number]).collect();
         self.contacts[..contacts].copy_from_slice(&sorted);
         let touched = self.list(5);
-        let all_touched = touched..touched + count(self, layout::TOUCHED);
+        let all_touched = touched..self.list(6).min(touched + count(self, layout::TOUCHED));
         self.work[all_touched].sort_unstable();
         let [parts, _, next, first] = self.lists_of_contacts();
         for node in 0..self.tables[layout::NODE_PLACES] as usize {
-            let start = parts + count(self, self.list(1) + node);
-            let end = start + count(self, self.list(2) + node);
-            if end <= self.work.len() {
-                self.work[start..end].sort_unstable();
-            }
+            let start = (parts + count(self, self.list(1) + node)).min(next);
+            let end = (start + count(self, self.list(2) + node)).min(next);
+            self.work[start..end].sort_unstable();
         }
-        let forces = count(self, layout::FORCES);
+        let forces = count(self, layout::FORCES).min(self.forces.len() / 2);
         let mut pairs: Vec<_> =
             self.forces[..2 * forces].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
         pairs.sort_unstable();
         // Each force is in the list of its bucket.
-        let heads = first..first + 2 * self.tables[layout::BUCKETS] as usize;
-        let mut chained = 0;
-        for at in heads {
-            let mut number = self.work[at];
-            while number != u32::MAX && chained <= 2 * forces {
-                chained += 1;
-                number = self.work[next + number as usize];
+        let buckets = self.tables[layout::BUCKETS] as usize;
+        for heads in [first..first + buckets, first + buckets..first + 2 * buckets] {
+            let mut chained = 0;
+            for at in heads.clone() {
+                let mut number = self.work[at];
+                while number != u32::MAX && chained <= 2 * forces {
+                    chained += 1;
+                    number = self.work.get(next + number as usize).copied().unwrap_or(u32::MAX);
+                }
+                self.work[at] = 0;
             }
-            self.work[at] = 0;
+            self.work[heads.start] = chained as u32;
         }
-        self.work[first] = chained as u32;
         self.work[next..next + forces].fill(0);
         for (at, [order, force]) in pairs.into_iter().enumerate() {
             (self.forces[2 * at], self.forces[2 * at + 1]) = (order, force);
@@ -527,8 +557,11 @@ fn list(bench: &mut Bench<'_>) -> Result<(), String> {
             written.compare_fours("surface_boxes", &twin.boxes, &boxes);
             let pairs: Vec<[u32; 4]> = written.take("surface_pairs");
             let work: Vec<u32> = written.take("surface_work");
-            let mut listed: Vec<[u32; 3]> =
-                pairs[..work[layout::PAIRS] as usize].iter().map(|&[a, b, ring, _]| [a, b, ring]).collect();
+            let mut listed: Vec<[u32; 3]> = pairs
+                .iter()
+                .take(work[layout::PAIRS] as usize)
+                .map(|&[a, b, ring, _]| [a, b, ring])
+                .collect();
             listed.sort_unstable();
             let [least, most] = twin.listed_pairs();
             // What is neither listed for certain nor certainly not is taken as it is.
@@ -547,7 +580,7 @@ fn list(bench: &mut Bench<'_>) -> Result<(), String> {
 /// All that is counted, with numbers on both sides of what is asked.
 fn count(bench: &mut Bench<'_>) -> Result<(), String> {
     let cases: &[(usize, &[(usize, u32)])] = &[
-        (layout::COUNT_PAIRS, &[(layout::PAIRS, ROOM - 1)]),
+        (layout::COUNT_PAIRS, &[(layout::PAIRS, ROOM)]),
         (layout::COUNT_PAIRS, &[(layout::PAIRS, ROOM + 1), (layout::MOST_PAIRS, ROOM + 100)]),
         (layout::COUNT_CONTACTS, &[(layout::CONTACTS, 257), (layout::TOUCHED, 256), (layout::FORCES, 9)]),
         (layout::COUNT_CONTACTS, &[(layout::CONTACTS, ROOM + 77), (layout::TOUCHED, 0), (layout::SHORT, 1)]),

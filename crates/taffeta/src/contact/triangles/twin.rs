@@ -53,7 +53,7 @@ impl Twin {
         [x, y, z]
     }
 
-    fn put(&mut self, array: usize, place: usize, [x, y, z]: [f32; 3]) {
+    pub fn put(&mut self, array: usize, place: usize, [x, y, z]: [f32; 3]) {
         let at = array * self.table(layout::ALL_PLACES) + place;
         self.places[at] = [x, y, z, 0.0];
     }

@@ -45,7 +45,7 @@ pub const FAULTS: &[Fault] = &[
     (
         "find_surface_contacts",
         "(one.order & 255u) <= ((one.order >> 8u) & 255u)",
-        "(one.order & 255u) < ((one.order >> 8u) & 255u)",
+        "(one.order & 255u) == ((one.order >> 8u) & 255u)",
     ),
     (
         "find_surface_contacts",
@@ -109,11 +109,7 @@ pub const FAULTS: &[Fault] = &[
         "var push = select(place_at(PUSH, node), vec3f(0.0), is_first);",
         "var push = vec3f(0.0);",
     ),
-    (
-        "apply_impulses",
-        "resolve_contact_again(node, x, v, moved_to,",
-        "resolve_contact_again(node, vec4f(moved_to, x.w), v, moved_to,",
-    ),
+    ("apply_impulses", "place_at(BASE_VELOCITY, node) + change)", "place_at(BASE_VELOCITY, node))"),
     ("note_forces", "let old = max(1.0 - h / longest, 0.0);", "let old = 1.0;"),
     (
         "note_forces",
@@ -126,7 +122,7 @@ pub const FAULTS: &[Fault] = &[
         "let change = to - place_at(BEFORE, place);",
     ),
     ("measure_ways", "if is_node && is_later {", "if is_node {"),
-    ("measure_ways", "found.z = max(size.x, max(size.y, size.z));", "found.z = max(size.x, size.y);"),
+    ("measure_ways", "found.z = max(size.x, max(size.y, size.z));", "found.z = size.y;"),
     ("go_part", "let is_far = length > most;", "let is_far = true;"),
     (
         "go_part",
