@@ -7,6 +7,8 @@ pub mod friction;
 pub mod nodes;
 pub mod triangles;
 
+#[cfg(feature = "gpu")]
+use crate::advice::{Advice, Refusal};
 use crate::assembly::Assembly;
 use crate::assembly::body::BodyAssembly;
 use crate::scene::{Body, ContactForm, SceneError};
@@ -31,4 +33,22 @@ impl Assembly {
     pub(crate) fn note_start_contacts(&mut self) {
         self.note_close_nodes();
     }
+}
+
+/// Refuses bodies that may touch each other and are in several partitions of a GPU. `touches` says which bodies touch others.
+#[cfg(feature = "gpu")]
+fn check_in_one_piece(
+    assembly: &Assembly,
+    partitions: &[std::ops::Range<usize>],
+    limit: u64,
+    touches: impl Fn(usize) -> bool,
+) -> Result<(), Refusal> {
+    let mut with = partitions.iter().filter_map(|bodies| bodies.clone().find(|&body| touches(body)));
+    let (Some(one), Some(other)) = (with.next(), with.next()) else { return Ok(()) };
+    let message = format!(
+        "bodies `{}` and `{}` have self_collision and may touch each other, and the GPU does not give a kernel enough to hold \
+         both: {limit} bytes in one piece; the CPU or coarser meshes would do",
+        assembly.bodies[one].name, assembly.bodies[other].name
+    );
+    Err(Refusal::new(message, [Advice::Cpu]))
 }

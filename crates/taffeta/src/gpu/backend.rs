@@ -56,6 +56,8 @@ pub struct GpuBackend {
     failure_hint: Option<Warning>,
     /// Positions of each partition before the last frame, where something of it is drawn.
     before: Vec<Option<Buffer<Four>>>,
+    /// What the frame starts from in each partition, where it may be repeated.
+    backups: Vec<Backup>,
 }
 
 impl From<GpuError> for Lost {
@@ -83,6 +85,7 @@ impl GpuBackend {
         assembly.release();
         let normals = Mutex::new(AllNormals::new(kernels.clone()));
         let before = partitions.iter().map(|_| None).collect();
+        let backups = partitions.iter().map(|_| Backup::default()).collect();
         let mut backend = Self {
             gpu,
             from: options.from,
@@ -100,6 +103,7 @@ impl GpuBackend {
             normals,
             drawn: HashMap::new(),
             before,
+            backups,
         };
         // What the driver refuses is known before the first frame.
         let substeps = plan::frame(&backend.assembly, 0.0, parameters);
@@ -176,8 +180,9 @@ impl GpuBackend {
         if !self.partitions.iter().any(may_repeat) {
             return self.run_once(substeps, input, wanted);
         }
-        let backup = self.partitions.iter().map(|partition| Backup::of(&self.gpu, partition));
-        let backup = backup.collect::<Result<Vec<_>, _>>()?;
+        for (backup, partition) in self.backups.iter_mut().zip(&self.partitions) {
+            backup.keep(&self.gpu, partition)?;
+        }
         loop {
             let times = self.times.clone();
             self.run_once(substeps, input, wanted)?;
@@ -189,7 +194,7 @@ impl GpuBackend {
                 return Ok(());
             }
             self.times = times;
-            for (partition, backup) in self.partitions.iter_mut().zip(&backup) {
+            for (partition, backup) in self.partitions.iter_mut().zip(&self.backups) {
                 backup.restore(&self.gpu, partition)?;
                 partition.grow()?;
             }

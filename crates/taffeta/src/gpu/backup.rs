@@ -4,6 +4,7 @@ use crate::gpu::partition::Partition;
 use taffeta_gpu::{Bindable, Buffer, DispatchList, Gpu, GpuError};
 
 /// The state of a partition, and what else lasts from one frame to the next.
+#[derive(Default)]
 pub struct Backup {
     /// Which of the two states was that of now.
     current: usize,
@@ -17,27 +18,30 @@ fn lasting(partition: &Partition, current: usize) -> Vec<&dyn Bindable> {
     [&state.position as &dyn Bindable, &state.velocity].into_iter().chain(of_features).collect()
 }
 
+fn words(buffer: &dyn Bindable) -> usize {
+    (buffer.buffer().size() / 4) as usize
+}
+
 impl Backup {
-    /// Of the state of now.
-    pub fn of(gpu: &Gpu, partition: &Partition) -> Result<Self, GpuError> {
-        let (current, mut list) = (partition.current, DispatchList::new());
-        let copy = |from: &dyn Bindable| {
-            let words = gpu.buffer("what a frame starts from", (from.buffer().size() / 4) as usize)?;
-            list.copy_all(from, &words);
-            Ok(words)
-        };
-        let words = lasting(partition, current).into_iter().map(copy).collect::<Result<_, GpuError>>()?;
-        gpu.submit(&list)?;
-        Ok(Self { current, words })
+    /// Keeps the state of now. Memory is asked for where buffers have another length than before.
+    pub fn keep(&mut self, gpu: &Gpu, partition: &Partition) -> Result<(), GpuError> {
+        self.current = partition.current;
+        let from = lasting(partition, self.current);
+        let lengths = from.iter().map(|&buffer| words(buffer));
+        if !lengths.clone().eq(self.words.iter().map(Buffer::len)) {
+            let new = lengths.map(|length| gpu.buffer("what a frame starts from", length));
+            self.words = new.collect::<Result<_, _>>()?;
+        }
+        let mut list = DispatchList::new();
+        from.into_iter().zip(&self.words).for_each(|(from, to)| list.copy_all(from, to));
+        gpu.submit(&list)
     }
 
     /// Puts it back.
     pub fn restore(&self, gpu: &Gpu, partition: &mut Partition) -> Result<(), GpuError> {
         partition.current = self.current;
-        let mut list = DispatchList::new();
-        for (words, to) in self.words.iter().zip(lasting(partition, self.current)) {
-            list.copy_all(words, to);
-        }
+        let (mut list, to) = (DispatchList::new(), lasting(partition, self.current));
+        self.words.iter().zip(to).for_each(|(from, to)| list.copy_all(from, to));
         gpu.submit(&list)
     }
 }

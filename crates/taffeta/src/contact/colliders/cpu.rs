@@ -134,7 +134,7 @@ impl<T: Real> Colliders<T> {
         }
         let contacts = Contact {
             level: tile.nodes.level,
-            colliders: tile.substep.colliders_at(run.start),
+            colliders: tile.substep.met_colliders().at(run.start),
             cache: &self.cache,
             run: run.clone(),
             inverse_mass,

@@ -115,14 +115,37 @@ pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut 
     substep.extensions.insert_list(all);
 }
 
-/// Colliders as some bodies meet them that have a friction of their own with some.
-struct Met<T> {
+/// Colliders as a body meets them that has a friction of its own with some.
+struct OfBody<T> {
     /// Places of the body.
     places: Range<usize>,
     colliders: Vec<ColliderNow<T>>,
 }
 
-fn as_bodies_meet<T: Real>(assembly: &Assembly, all: &[ColliderNow<T>]) -> Vec<Met<T>> {
+/// Colliders as nodes meet them.
+#[derive(Clone, Copy)]
+pub struct MetColliders<'s, T> {
+    all: &'s [ColliderNow<T>],
+    of_bodies: &'s [OfBody<T>],
+}
+
+impl<'s, T> MetColliders<'s, T> {
+    /// None.
+    pub const NONE: Self = Self { all: &[], of_bodies: &[] };
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    /// As the node at a place meets them.
+    pub fn at(&self, place: usize) -> &'s [ColliderNow<T>] {
+        let own = self.of_bodies.iter().find(|own| own.places.contains(&place));
+        own.map_or(self.all, |own| &own.colliders)
+    }
+}
+
+fn as_bodies_meet<T: Real>(assembly: &Assembly, all: &[ColliderNow<T>]) -> Vec<OfBody<T>> {
     let frictions = assembly.frictions();
     let of_body = |body: usize| {
         let mut colliders = all.to_vec();
@@ -131,7 +154,7 @@ fn as_bodies_meet<T: Real>(assembly: &Assembly, all: &[ColliderNow<T>]) -> Vec<M
             collider.surface.friction = own.unwrap_or(collider.surface.friction);
         }
         let first = assembly.bodies[body].first;
-        Met { places: first..first + assembly.bodies[body].places(), colliders }
+        OfBody { places: first..first + assembly.bodies[body].places(), colliders }
     };
     frictions.bodies_with_colliders().into_iter().map(of_body).collect()
 }
@@ -142,10 +165,9 @@ impl<T: Real> Substep<T> {
         self.extensions.list()
     }
 
-    /// The same as the node at a place meets them.
-    pub fn colliders_at(&self, place: usize) -> &[ColliderNow<T>] {
-        let own = self.extensions.list::<Met<T>>().iter().find(|met| met.places.contains(&place));
-        own.map_or_else(|| self.colliders(), |met| &met.colliders)
+    /// The same, as each node meets them.
+    pub fn met_colliders(&self) -> MetColliders<'_, T> {
+        MetColliders { all: self.colliders(), of_bodies: self.extensions.list() }
     }
 
     /// The same, to change them.

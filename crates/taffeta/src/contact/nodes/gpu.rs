@@ -1,7 +1,8 @@
 //! Self-collision on the GPU.
 
-use crate::advice::{Advice, Refusal};
+use crate::advice::Refusal;
 use crate::assembly::Assembly;
+use crate::contact::check_in_one_piece;
 use crate::contact::colliders::gpu::Contact;
 use crate::contact::colliders::gpu::{Colliders, contact_of};
 use crate::contact::nodes::gpu_layout::{ContactMaterial, Surface};
@@ -44,15 +45,8 @@ pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
 
 /// Refuses self-colliding bodies in several partitions.
 pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
-    let collides = |index: &usize| assembly.bodies[*index].self_contact().is_some();
-    let mut with = partitions.iter().filter_map(|bodies| bodies.clone().find(collides));
-    let (Some(one), Some(other)) = (with.next(), with.next()) else { return Ok(()) };
-    let message = format!(
-        "bodies `{}` and `{}` have self_collision and may touch each other, and the GPU does not give a kernel enough to hold \
-         both: {limit} bytes in one piece; the CPU or coarser meshes would do",
-        assembly.bodies[one].name, assembly.bodies[other].name
-    );
-    Err(Refusal::new(message, [Advice::Cpu]))
+    let collides = |index: usize| assembly.bodies[index].self_contact().is_some();
+    check_in_one_piece(assembly, partitions, limit, collides)
 }
 
 /// Tables of self-collision, on the host.

@@ -405,6 +405,12 @@ fn are_near(x: array<vec3f, 4>, first: u32, reach: f32) -> bool {
     return dot3(gap, gap) < reach * reach;
 }
 
+/// Whether a candidate of two leaves is near enough, and may touch. Of two edges of one leaf only the later one is looked at.
+fn matters(one: Candidate, pair: vec4u) -> bool {
+    let is_again = pair.x == pair.y && one.first == 2u && (one.order & 255u) <= ((one.order >> 8u) & 255u);
+    return !is_again && are_near(four_before(one.lanes), one.first, bitcast<f32>(pair.w)) && may_touch(one, pair.z > 0u);
+}
+
 /// Nodes of a pair by place.
 fn nodes_of(lanes: vec4u) -> vec4u {
     let at = lanes + select(vec4u(0u), vec4u(LEAF_WORDS - 16u), lanes >= vec4u(16u));
@@ -447,19 +453,14 @@ fn find_surface_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invoca
     let is_there = index == workgroup_index(id);
     let pair = surface_pairs[index];
     load_leaves(pair, lane);
-    let is_one = pair.x == pair.y;
-    let counts = candidate_count(is_one);
+    let counts = candidate_count(pair.x == pair.y);
     let material = material_of(leaf_words[LEAF_SURFACE], leaf_words[LEAF_WORDS + LEAF_SURFACE]);
     let count = select(0u, counts.x + counts.y + counts.z, is_there);
     for (var number = lane; number < count; number += 256u) {
         let one = candidate(number, counts);
-        // Of two edges of one leaf only the later one.
-        let is_again = is_one && one.first == 2u && (one.order & 255u) <= ((one.order >> 8u) & 255u);
-        let x = four_before(one.lanes);
-        if is_again || !are_near(x, one.first, bitcast<f32>(pair.w)) || !may_touch(one, pair.z > 0u) {
-            continue;
+        if matters(one, pair) {
+            add_contact(one, four_before(one.lanes), vec3u(pair.xy, one.order), material, pair.z > 0u);
         }
-        add_contact(one, x, vec3u(pair.xy, one.order), material, pair.z > 0u);
     }
 }
 
@@ -505,25 +506,19 @@ fn limit_ways(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
     let is_there = index == workgroup_index(id);
     let pair = surface_pairs[index];
     load_leaves(pair, lane);
-    let is_one = pair.x == pair.y;
-    let counts = candidate_count(is_one);
+    let counts = candidate_count(pair.x == pair.y);
     let material = material_of(leaf_words[LEAF_SURFACE], leaf_words[LEAF_WORDS + LEAF_SURFACE]);
     let kind = counted(LISTED);
     let far = bitcast<f32>(counted(FARTHEST_PLACE));
     let count = select(0u, counts.x + counts.y + counts.z, is_there);
     for (var number = lane; number < count; number += 256u) {
         let one = candidate(number, counts);
-        let is_again = is_one && one.first == 2u && (one.order & 255u) <= ((one.order >> 8u) & 255u);
-        let x = four_before(one.lanes);
-        if is_again || !are_near(x, one.first, bitcast<f32>(pair.w)) || !may_touch(one, pair.z > 0u) {
-            continue;
-        }
         let nodes = nodes_of(one.lanes);
-        if kind == AROUND && !any_held(nodes) {
+        if !matters(one, pair) || (kind == AROUND && !any_held(nodes)) {
             continue;
         }
         let thickness = thickness_of(one, material.x, pair.z > 0u);
-        limit_nodes(one, nodes, x, thickness, far, kind == NEAR);
+        limit_nodes(one, nodes, four_before(one.lanes), thickness, far, kind == NEAR);
     }
 }
 

@@ -4,9 +4,10 @@
 //! ([`count.wgsl`](SHADERS)), so that a frame needs no read-back in between. A list that is too short says so at the end of the
 //! frame, and the frame is repeated with more room.
 
-use crate::advice::{Advice, Refusal};
+use crate::advice::Refusal;
 use crate::assembly::Assembly;
 use crate::backend::{ContactForce, SolverState};
+use crate::contact::check_in_one_piece;
 use crate::contact::colliders::gpu::contact_of;
 use crate::contact::triangles::filter::JAMS;
 use crate::contact::triangles::gpu_layout::{self as layout, LEVELS, SurfaceContact};
@@ -51,15 +52,8 @@ pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
 
 /// Refuses surfaces in several partitions.
 pub fn check_together(assembly: &Assembly, partitions: &[Range<usize>], limit: u64) -> Result<(), Refusal> {
-    let has_surface = |index: &usize| assembly.bodies[*index].surface_contact().is_some();
-    let mut with = partitions.iter().filter_map(|bodies| bodies.clone().find(has_surface));
-    let (Some(one), Some(other)) = (with.next(), with.next()) else { return Ok(()) };
-    let message = format!(
-        "bodies `{}` and `{}` have self_collision and may touch each other, and the GPU does not give a kernel enough to hold \
-         both: {limit} bytes in one piece; the CPU or coarser meshes would do",
-        assembly.bodies[one].name, assembly.bodies[other].name
-    );
-    Err(Refusal::new(message, [Advice::Cpu]))
+    let has_surface = |index: usize| assembly.bodies[index].surface_contact().is_some();
+    check_in_one_piece(assembly, partitions, limit, has_surface)
 }
 
 /// Contact of surfaces on the device.
@@ -73,8 +67,7 @@ pub struct TriangleContact {
     boxes: Buffer<Four>,
     lists: Lists,
     counts: Counts,
-    /// What is counted, for the report, and for what was too little.
-    read: [ReadBack<u32>; 2],
+    read: ReadBack<u32>,
     /// What the last frame has counted.
     counted: Vec<u32>,
     /// Sub-steps of the frame: each searches.
@@ -90,14 +83,20 @@ struct Lists {
 }
 
 impl Lists {
-    fn new(gpu: &Gpu, tables: &SurfaceTables, room: Room) -> Result<Self, GpuError> {
+    /// With the forces of the last sub-step.
+    fn new(
+        gpu: &Gpu,
+        tables: &SurfaceTables,
+        room: Room,
+        forces: &[(Order, [f32; 3])],
+    ) -> Result<Self, GpuError> {
         let lists = Self {
             pairs: gpu.buffer("pairs of leaves", room.pairs)?,
             contacts: gpu.buffer("contacts of surfaces", room.contacts)?,
             forces: gpu.buffer("forces of contacts", 2 * room.contacts)?,
             work: gpu.buffer("lists of contacts", tables.work(room))?,
         };
-        lists.put_forces(gpu, tables, room, &[]);
+        lists.put_forces(gpu, tables, room, forces);
         Ok(lists)
     }
 
@@ -153,15 +152,14 @@ impl TriangleContact {
         let (mut tables, room) = (tables.clone(), tables.room());
         tables.put_room(room);
         let part = |number: u32| gpu.buffer_from("part of a command", &[number]);
-        let words = || gpu.read_back("counted of surfaces", layout::LISTS);
         Ok(Some(Self {
             words: gpu.buffer_from("surfaces", &tables.words)?,
             parts: (0..LEVELS as u32).map(part).collect::<Result<_, _>>()?,
             places: gpu.buffer_from("places of surfaces", &tables.start())?,
             boxes: gpu.buffer("boxes of surfaces", 4 * tables.boxes())?,
-            lists: Lists::new(gpu, &tables, room)?,
+            lists: Lists::new(gpu, &tables, room, &[])?,
             counts: gpu.counts("workgroups of contact", layout::ON_BOXES + LEVELS)?,
-            read: [words()?, words()?],
+            read: gpu.read_back("counted of surfaces", layout::LISTS)?,
             counted: Vec::new(),
             substeps: 0,
             tables,
@@ -255,11 +253,10 @@ impl TriangleContact {
 
     /// Makes lists of this length, with the forces of the last sub-step.
     fn give_room(&mut self, gpu: &Gpu, room: Room, forces: &[(Order, [f32; 3])]) -> Result<(), GpuError> {
-        self.lists = Lists::new(gpu, &self.tables, room)?;
+        self.lists = Lists::new(gpu, &self.tables, room, forces)?;
         self.room = room;
         self.tables.put_room(room);
         self.words.write(gpu, 0, &self.tables.words[..layout::HEADER]);
-        self.lists.put_forces(gpu, &self.tables, room, forces);
         Ok(())
     }
 
@@ -317,20 +314,19 @@ impl Feature for TriangleContact {
     }
 
     fn copy(&self, list: &mut DispatchList) {
-        self.read.iter().for_each(|read| list.copy(&self.lists.work, read));
+        list.copy(&self.lists.work, &self.read);
     }
 
-    fn measure(&self, gpu: &Gpu, sums: &mut FrameSums) -> Result<(), GpuError> {
-        let mut counted = Vec::new();
-        self.read[0].take(gpu, &mut counted)?;
-        if self.substeps == 0 || counted.len() < layout::LISTS {
+    fn measure(&self, _: &Gpu, sums: &mut FrameSums) -> Result<(), GpuError> {
+        let counted = |word: usize| self.counted.get(word).copied().unwrap_or(0);
+        if self.substeps == 0 {
             // The sums are those of another frame.
             return Ok(());
         }
         sums.pairs.searches += self.substeps;
-        sums.pairs.pairs += u64::from(counted[layout::CONTACTS]);
-        if counted[layout::CONTACTS] > 0 {
-            let nearest = f64::from(f32::from_bits(counted[layout::NEAREST]));
+        sums.pairs.pairs += u64::from(counted(layout::CONTACTS));
+        if counted(layout::CONTACTS) > 0 {
+            let nearest = f64::from(f32::from_bits(counted(layout::NEAREST)));
             sums.pairs.nearest = sums.pairs.nearest.min(nearest);
         }
         Ok(())
@@ -349,7 +345,7 @@ impl Feature for TriangleContact {
     }
 
     fn is_short(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
-        self.read[1].take(gpu, &mut self.counted)?;
+        self.read.take(gpu, &mut self.counted)?;
         Ok(self.counted.get(layout::SHORT).is_some_and(|&short| short > 0))
     }
 

@@ -36,7 +36,7 @@ pub struct SurfaceTables {
     vertices: usize,
     /// The first box of each level, and how many it has.
     pub levels: Vec<[usize; 2]>,
-    /// The first triangle, edge and vertex of each leaf, by which contacts are told.
+    /// The first triangle, edge and vertex of each leaf, by which snapshots name contacts.
     pub firsts: Vec<[u32; 3]>,
 }
 
@@ -146,6 +146,7 @@ impl SurfaceTables {
     }
 
     fn put_sizes(&mut self, surfaces: &Surfaces, longest: f64) {
+        let buckets = self.buckets();
         let mut put = |word: usize, number: usize| self.words[word] = number as u32;
         put(layout::NODE_PLACES, self.places);
         put(layout::ALL_PLACES, self.places + self.corners.len());
@@ -156,7 +157,7 @@ impl SurfaceTables {
             put(layout::LEVEL_BOXES + 2 * level + 1, *count);
         }
         put(layout::SURFACE_COUNT, surfaces.materials.len());
-        put(layout::BUCKETS, (2 * self.vertices).next_power_of_two().max(64));
+        put(layout::BUCKETS, buckets);
         let cap = surfaces.longest_way();
         let allowance = ALLOWANCE * surfaces.mean_edge;
         let change = 0.5 * SHARE * allowance;

@@ -19,6 +19,8 @@ pub mod leaves;
 pub mod order;
 #[cfg(feature = "gpu")]
 pub mod parity;
+#[cfg(feature = "gpu")]
+mod parity_scene;
 pub mod solved;
 pub mod surfaces;
 pub mod tangle;
@@ -26,3 +28,5 @@ pub mod tangle;
 mod twin;
 #[cfg(feature = "gpu")]
 mod twin_count;
+#[cfg(feature = "gpu")]
+mod twin_find;

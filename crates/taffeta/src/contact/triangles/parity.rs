@@ -1,21 +1,18 @@
 //! Rows of surfaces that touch each other.
 
-use crate::assembly::Assembly;
-use crate::backend::FrameInput;
 use crate::contact::colliders::gpu::Contact;
 use crate::contact::nodes::parity::{collided_again, same};
 use crate::contact::triangles::gpu::{bucket_of, order_of};
 use crate::contact::triangles::gpu_layout::{self as layout, LEVELS, SurfaceContact};
 use crate::contact::triangles::gpu_tables::Room;
+use crate::contact::triangles::parity_scene::fixture;
 use crate::contact::triangles::twin::Twin;
-use crate::features::Tables;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::Four;
 use crate::parity::bench::{Bench, Given, Written};
 use crate::parity::fixture::{Chance, Fixture, State, words};
 use crate::parity::row::{Row, Tolerance};
 use crate::real::add;
-use crate::scene::{Body, Collider, ContactForm, Icosphere, Mass, Mesh, Scene, Select, SelfCollision};
 use crate::solvers::explicit::parity::kernel_of;
 use taffeta_gpu::bytemuck::Pod;
 
@@ -90,59 +87,8 @@ const fn row(
     Row { name, entry: name, tolerance: Tolerance::new(0.0, hardware, why), check }
 }
 
-/// Where nodes are that are not [m].
-const NOWHERE: f32 = 9.0;
 /// Room for pairs of leaves, and for contacts.
 const ROOM: u32 = 6_000;
-
-/// Sheets one above the other, coarse and fine, a ball among them, and a box.
-fn assembly() -> Result<Assembly, String> {
-    let touching = |name: &str, mesh: Mesh, [thickness, friction]: [f64; 2]| Body {
-        self_collision: Some(SelfCollision {
-            form: ContactForm::Triangles,
-            thickness,
-            friction,
-            ..SelfCollision::default()
-        }),
-        ..Body::cloth(name, mesh).with_mass(Mass::Node(0.0137)).structural(29.0, 0.011)
-    };
-    let ball = Mesh::Icosphere(Icosphere { radius: 0.07, subdivisions: 1 });
-    let apart = Body::cloth("apart", Mesh::grid(3, 5, [0.2, 0.1])).with_mass(Mass::Node(0.01));
-    let mut scene = Scene::new("surfaces")
-        .collider(Collider::plane([0.0, -0.07, 0.0], [0.03, 1.0, 0.02]).friction(0.4))
-        .collider(Collider::cuboid([0.1, -0.05, 0.05], [0.07, 0.03, 0.05]).friction(0.3).offset(0.017))
-        .time(0.0173, 0.0041);
-    scene.bodies = vec![
-        touching("coarse", Mesh::grid(7, 6, [0.33, 0.28]), [0.0213, 0.31])
-            .pin(Select::nodes((0..42).filter(|node| node % 3 > 0).collect::<Vec<_>>())),
-        apart.structural(29.0, 0.011).at([0.0, 1.0, 0.0]),
-        touching("fine", Mesh::grid(8, 10, [0.17, 0.22]), [0.0171, 0.43]).at([0.0, 0.031, 0.0]),
-        touching("ball", ball, [0.0191, 0.0]).at([0.03, 0.1, 0.02]),
-    ];
-    Assembly::new(&scene).map_err(|error| error.to_string())
-}
-
-/// Nodes near their start, some of which go far.
-fn fixture(seed: u64) -> Result<Fixture, String> {
-    let states = |chance: &mut Chance, tables: &Tables, _: &_| {
-        let mut old = State::default();
-        let mut new = State::default();
-        for (place, (&[x, y, z, w], &[.., mass])) in tables.position.iter().zip(&tables.velocity).enumerate()
-        {
-            let start = add([x, y, z], chance.three(0.007));
-            let way = chance.three(if place % 11 == 0 { 0.07 } else { 0.006 });
-            let [u, v, t] = chance.three(1.7);
-            let mass = if place % 7 == 3 { -mass } else { mass };
-            let end = add(start, way);
-            old.position.push([start[0], start[1], start[2], w]);
-            new.position.push([end[0], end[1], end[2], w]);
-            old.velocity.push([NOWHERE, NOWHERE, NOWHERE, mass]);
-            new.velocity.push([u, v, t, mass]);
-        }
-        [old, new]
-    };
-    Fixture::drawn(assembly()?, &mut Chance::new(seed), states, |_| FrameInput::default())
-}
 
 /// Which kernel of a sub-step is next.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]

@@ -310,7 +310,7 @@ impl<'w, T: Real> SolveWorker<'w, '_, T> {
             };
             let free = self.worker.nodes.inverse_mass[place] > T::ZERO;
             (*predicted, *collider) = match self.mesh_cache.filter(|_| free) {
-                Some(cache) => cache.predict(self.worker.substep.colliders_at(place), place, &approach),
+                Some(cache) => cache.predict(self.colliders.at(place), place, &approach),
                 None => (PredictedContact::FREE, 0),
             };
         }

@@ -13,7 +13,7 @@ mod tile;
 use crate::backend::SolverState;
 use crate::contact::collider_mesh::cache::MeshCache;
 use crate::contact::colliders::cpu::Colliders;
-use crate::contact::colliders::moving::ColliderNow;
+use crate::contact::colliders::moving::MetColliders;
 use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::cpu::backend::Context;
 use crate::cpu::feature::{Feature, Flow};
@@ -151,8 +151,8 @@ impl<T: Real> Dual<T> {
     }
 
     /// Colliders whose contacts are predicted.
-    fn colliders<'s>(&self, substep: &'s Substep<T>) -> &'s [ColliderNow<T>] {
-        if self.surfaces { substep.colliders() } else { &[] }
+    fn colliders<'s>(&self, substep: &'s Substep<T>) -> MetColliders<'s, T> {
+        if self.surfaces { substep.met_colliders() } else { MetColliders::NONE }
     }
 }
 
@@ -291,6 +291,6 @@ struct SolveWorker<'w, 'a, T> {
     shared: &'w Work<T>,
     scratch: &'w mut SolveScratch<T>,
     worker: &'w Worker<'a, T>,
-    colliders: &'w [ColliderNow<T>],
+    colliders: MetColliders<'w, T>,
     mesh_cache: Option<&'w MeshCache<T>>,
 }

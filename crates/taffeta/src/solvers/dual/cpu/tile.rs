@@ -55,7 +55,7 @@ impl<T: Real> Dual<T> {
             return force;
         }
         let kick = tile.substep.h * tile.nodes.inverse_mass[place];
-        let surface = &tile.substep.colliders_at(place)[collider as usize].surface;
+        let surface = &self.colliders(tile.substep).at(place)[collider as usize].surface;
         predicted.force_with_contact(waiting::free_velocity(tile, place), force, kick, surface)
     }
 }

@@ -135,7 +135,7 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             };
             let free = nodes.inverse_mass[place] > T::ZERO;
             (*predicted, *collider) = match self.mesh_cache.filter(|_| free) {
-                Some(cache) => cache.predict(self.worker.substep.colliders_at(place), place, &approach),
+                Some(cache) => cache.predict(self.colliders.at(place), place, &approach),
                 None => (PredictedContact::FREE, 0),
             };
         }

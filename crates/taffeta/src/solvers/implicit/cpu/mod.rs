@@ -21,7 +21,7 @@ mod tile;
 use crate::backend::SolverState;
 use crate::contact::collider_mesh::cache::MeshCache;
 use crate::contact::colliders::cpu::Colliders;
-use crate::contact::colliders::moving::ColliderNow;
+use crate::contact::colliders::moving::MetColliders;
 use crate::contact::colliders::predicted_contact::PredictedContact;
 use crate::contact::triangles::cpu::TriangleContact;
 use crate::cpu::backend::Context;
@@ -167,8 +167,8 @@ impl<T: Real> Implicit<T> {
     }
 
     /// Colliders that hold nodes while springs are solved for.
-    fn colliders<'s>(&self, substep: &'s Substep<T>) -> &'s [ColliderNow<T>] {
-        if self.surfaces { substep.colliders() } else { &[] }
+    fn colliders<'s>(&self, substep: &'s Substep<T>) -> MetColliders<'s, T> {
+        if self.surfaces { substep.met_colliders() } else { MetColliders::NONE }
     }
 }
 
@@ -334,7 +334,7 @@ struct ImplicitWorker<'w, 'a, T> {
     h: T,
     /// Of a step of second order.
     second: Option<(&'w History<T>, &'w Scheme<T>)>,
-    colliders: &'w [ColliderNow<T>],
+    colliders: MetColliders<'w, T>,
     mesh_cache: Option<&'w MeshCache<T>>,
     /// Contacts of surfaces.
     contacts: Option<&'w TriangleContact<T>>,

@@ -8,6 +8,7 @@ use crate::solvers::waiting;
 impl<T: Real> Implicit<T> {
     /// Adds to the forces on a tile what makes of its velocities those that were solved for.
     pub(crate) fn add_changes(&self, tile: &mut Tile<'_, T>) {
+        let colliders = self.colliders(tile.substep);
         // That of the system, whose impulses pins hold against.
         let h = tile.substep.scheme().map_or(tile.substep.h, |scheme| scheme.h);
         // SAFETY: found before a barrier.
@@ -20,12 +21,12 @@ impl<T: Real> Implicit<T> {
                     continue;
                 }
                 let mut after: [T; 3] = change.at(place);
-                if self.surfaces {
+                if !colliders.is_empty() {
                     // SAFETY: as above.
                     let (predicted, collider) =
                         unsafe { (&self.work.predicted.read()[place], self.work.collider.read()[place]) };
                     if predicted.in_contact() {
-                        let surface = &tile.substep.colliders_at(place)[collider as usize].surface;
+                        let surface = &colliders.at(place)[collider as usize].surface;
                         after = predicted.with_contact(waiting::free_velocity(tile, place), after, surface);
                     }
                 }

@@ -137,7 +137,7 @@ pub const FAULTS: &[Fault] = &[
     ),
     ("limit_ways", "let left = room * PLANE_LEFT;", "let left = 0.0;"),
     ("limit_ways", "return select(thin, slender, slender < thin);", "return thin;"),
-    ("limit_ways", "if kind == AROUND && !any_held(nodes) {", "if !any_held(nodes) {"),
+    ("limit_ways", "(kind == AROUND && !any_held(nodes))", "!any_held(nodes)"),
     ("limit_ways", "apart, thickness, far, together);", "apart, thickness, far, true);"),
     ("mark_held", "> counted(FILTER_ROUND) * STAMPS", "> STAMPS"),
     ("mark_held", "let is_held = bitcast<f32>(counted(limit_at(place))) < 1.0;", "let is_held = true;"),

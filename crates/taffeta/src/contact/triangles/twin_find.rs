@@ -1,0 +1,266 @@
+//! Which triangles come near each other, as rows compare it: find.wgsl one number after the other.
+
+use crate::contact::triangles::closest::{Closest, EdgeEdge, Pair, VertexTriangle};
+use crate::contact::triangles::filter::{limits, reach, reach_together};
+use crate::contact::triangles::gpu_layout::{self as layout, SurfaceContact};
+use crate::contact::triangles::impulse::KEEPS;
+use crate::contact::triangles::surfaces::NEIGHBOURS;
+use crate::contact::triangles::twin::Twin;
+use crate::real::{Real, add, dot, norm, scale, sub};
+
+/// A pair of primitives of two leaves.
+struct Candidate {
+    /// The leaf of each node, and its lane.
+    lanes: [(usize, usize); 4],
+    /// Nodes of the first side, of those of `lanes`.
+    first: usize,
+    order: u32,
+}
+
+type Four3 = [[f32; 3]; 4];
+
+impl Twin {
+    /// How far from each other triangles of two leaves matter [m].
+    fn reach(&self, a: usize, b: usize) -> f32 {
+        let [of_a, of_b] = [a, b].map(|leaf| self.box_of(leaf));
+        let allowance = self.length(layout::ALLOWANCE);
+        if self.work[layout::LISTED] == layout::NEAR as u32 {
+            let approach: [f32; 3] = std::array::from_fn(|axis| {
+                (of_a[3][axis] - of_b[2][axis]).max(of_b[3][axis] - of_a[2][axis])
+            });
+            let needs = reach_together(f64::from(norm(approach))) as f32 + allowance;
+            return (KEEPS as f32 * self.material(a, b)[0] + needs) * layout::LOOSE_REACH as f32;
+        }
+        let way = |bounds: [[f32; 3]; 4]| -> f32 {
+            norm(std::array::from_fn(|axis| bounds[2][axis].abs().max(bounds[3][axis].abs())))
+        };
+        let most = way(of_a).max(way(of_b)) + allowance;
+        let digit = f32::EPSILON * self.number(layout::FARTHEST_PLACE);
+        let [thickest, longest] =
+            [layout::THICKEST, layout::LONGEST_EDGE].map(|word| f64::from(self.length(word)));
+        reach(most.into(), thickest, longest, digit.into()) as f32 * layout::LOOSE_REACH as f32
+    }
+
+    /// Pairs of leaves that are listed for certain, and those that may be: how they are bounded is rounded one way or another.
+    pub fn listed_pairs(&self) -> [Vec<[u32; 3]>; 2] {
+        let mut all = [Vec::new(), Vec::new()];
+        let marks = self.list(6);
+        let is_marked = |leaf: usize| self.work[marks + leaf] == self.work[layout::JAM];
+        for a in 0..self.leaves() {
+            for b in a..self.leaves() {
+                let is_asked =
+                    self.work[layout::LISTED] != layout::AROUND as u32 || is_marked(a) || is_marked(b);
+                if !is_asked || self.material(a, b)[0] < 0.0 {
+                    continue;
+                }
+                let [of_a, of_b] = [a, b].map(|leaf| self.box_of(leaf));
+                let gap: [f32; 3] = std::array::from_fn(|axis| {
+                    (of_a[0][axis] - of_b[1][axis]).max(of_b[0][axis] - of_a[1][axis]).max(0.0)
+                });
+                let reach = self.reach(a, b);
+                let pair = [a as u32, b as u32, self.ring(a, b)];
+                for (list, share) in all.iter_mut().zip([0.9999, 1.0001]) {
+                    if norm(gap) < share * reach {
+                        list.push(pair);
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    /// Lists pairs of leaves as a kernel may.
+    pub fn list_leaf_pairs(&mut self) {
+        let [_, all] = self.listed_pairs();
+        self.work[layout::PAIRS] = all.len() as u32;
+        for (at, [a, b, ring]) in all.into_iter().enumerate() {
+            let reach = self.reach(a as usize, b as usize);
+            self.pairs[at] = [a, b, ring, reach.to_bits()];
+        }
+    }
+
+    fn ring(&self, a: usize, b: usize) -> u32 {
+        let rows = self.table(layout::ROWS_AT) + a;
+        let items = self.table(layout::ROW_ITEMS_AT);
+        let row = self.tables[rows] as usize..self.tables[rows + 1] as usize;
+        let mut found = row.map(|at| [self.tables[items + 2 * at], self.tables[items + 2 * at + 1]]);
+        found.find(|[leaf, _]| *leaf == b as u32).map_or(0, |[_, ring]| ring)
+    }
+
+    /// All pairs of primitives of two leaves.
+    fn candidates(&self, a: usize, b: usize) -> Vec<Candidate> {
+        let byte = |word: u32, at: usize| (word >> (8 * at) & 255) as usize;
+        let primitives = |leaf: usize| {
+            let words = self.leaf(leaf);
+            let [triangles, edges, vertices] = [0, 1, 2].map(|what| byte(words[layout::LEAF_COUNTS], what));
+            let lanes = |first: usize, count: usize, size: usize| -> Vec<Vec<usize>> {
+                (0..count).map(|one| (0..size).map(|at| byte(words[first + one], at)).collect()).collect()
+            };
+            let vertex = |one: usize| vec![byte(words[layout::LEAF_VERTICES + one / 4], one % 4)];
+            [
+                lanes(layout::LEAF_TRIANGLES, triangles, 3),
+                lanes(layout::LEAF_EDGES, edges, 2),
+                (0..vertices).map(vertex).collect(),
+            ]
+        };
+        let [of_a, of_b] = [primitives(a), primitives(b)];
+        let mut all = Vec::new();
+        let mut add =
+            |way: u32, (one, first): (usize, &Vec<usize>), (other, second): (usize, &Vec<usize>)| {
+                let mut lanes: Vec<(usize, usize)> = Vec::new();
+                lanes.extend(first.iter().map(|&lane| (a, lane)));
+                lanes.extend(second.iter().map(|&lane| (b, lane)));
+                if way == 1 {
+                    lanes.rotate_right(1);
+                }
+                let lanes = [lanes[0], lanes[1], lanes[2], lanes[3]];
+                let first = if way == 2 { 2 } else { 1 };
+                all.push(Candidate { lanes, first, order: way << 16 | (one as u32) << 8 | other as u32 });
+            };
+        let numbered = |all: &[Vec<usize>]| all.iter().cloned().enumerate().collect::<Vec<_>>();
+        for (way, [first, second]) in [[2, 0], [0, 2], [1, 1]].into_iter().enumerate() {
+            for (one, lanes) in &numbered(&of_a[first]) {
+                for (other, lanes_b) in &numbered(&of_b[second]) {
+                    if a != b || way == 0 || way == 2 && other > one {
+                        add(way as u32, (*one, lanes), (*other, lanes_b));
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    /// Whether any two nodes of a candidate's sides are in a mask of a ring.
+    fn is_in_ring(&self, one: &Candidate, [.., ring, _]: [u32; 4], mask: usize) -> bool {
+        let words = self.table(layout::RINGS_AT) + 16 * ring as usize + mask;
+        let is_in = |i: usize, j: usize| self.tables[words + i / 2] >> (16 * (i % 2)) >> j & 1 == 1;
+        let (first, second) = one.lanes.split_at(one.first);
+        let (rows, others) = if one.order >> 16 == 1 { (second, first) } else { (first, second) };
+        ring > 0 && rows.iter().any(|&(_, i)| others.iter().any(|&(_, j)| is_in(i, j)))
+    }
+
+    fn node(&self, (leaf, lane): (usize, usize)) -> usize {
+        self.leaf(leaf)[lane] as usize
+    }
+
+    /// Pairs of primitives of two leaves that can touch, with their nodes and their thickness.
+    fn touching(&self, pair: [u32; 4]) -> Vec<(Candidate, [usize; 4], f32)> {
+        let [a, b] = [pair[0] as usize, pair[1] as usize];
+        let is_held = |&(leaf, lane): &(usize, usize)| self.leaf(leaf)[layout::LEAF_HELD] >> lane & 1 == 1;
+        let all = self.candidates(a, b).into_iter();
+        let may = |one: &Candidate| !self.is_in_ring(one, pair, 0) && !one.lanes.iter().all(is_held);
+        all.filter(may)
+            .map(|one| {
+                let nodes = one.lanes.map(|lane| self.node(lane));
+                let [thickness, _] = self.material(a, b);
+                let start = |node: usize| -> [f32; 3] {
+                    let at = self.table(layout::START_AT) + 3 * node;
+                    std::array::from_fn(|axis| f32::from_bits(self.tables[at + axis]))
+                };
+                let most = norm(closest(relative(nodes.map(start)), one.first).apart) * NEIGHBOURS as f32;
+                let is_near = self.is_in_ring(&one, pair, 8);
+                (one, nodes, if is_near && most < thickness { most } else { thickness })
+            })
+            .collect()
+    }
+
+    /// The force of a contact in the last sub-step [N].
+    fn last_force(&self, order: [u32; 3]) -> [f32; 3] {
+        let count = self.work[layout::FORCES] as usize;
+        let mut all = self.forces.chunks_exact(2).take(count);
+        let found = all.find(|force| force[0][..3] == order);
+        found.map_or([0.0; 3], |force| [force[1][0], force[1][1], force[1][2]].map(f32::from_bits))
+    }
+
+    pub fn find_surface_contacts(&mut self) {
+        for at in 0..self.work[layout::PAIRS] as usize {
+            let pair = self.pairs[at];
+            for (one, nodes, thickness) in self.touching(pair) {
+                let [x, ends] = [layout::BEFORE, layout::AFTER]
+                    .map(|array| relative(nodes.map(|node| self.place(array, node))));
+                let Closest { weights, apart } = closest(x, one.first);
+                let distance = norm(apart);
+                let by = 1.0 / if distance > f32::TINY { distance } else { 1.0 };
+                let then = add(
+                    add(scale(ends[0], weights[0]), scale(ends[1], weights[1])),
+                    scale(ends[2], weights[2]),
+                );
+                let along = dot(then, scale(apart, by));
+                let order = [pair[0], pair[1], one.order];
+                let force = self.last_force(order);
+                let keeps = if force == [0.0; 3] { 1.0 } else { KEEPS as f32 };
+                if along < keeps * thickness && distance > 0.0 {
+                    self.add_contact(SurfaceContact {
+                        nodes: nodes.map(|node| node as u32),
+                        weights,
+                        normal: apart.map(|x| x / distance),
+                        gap: distance - thickness,
+                        impulse: scale(force, self.h),
+                        force,
+                        thickness,
+                        order,
+                        friction: self.material(pair[0] as usize, pair[1] as usize)[1],
+                        ..SurfaceContact::default()
+                    });
+                }
+            }
+        }
+    }
+
+    fn add_contact(&mut self, one: SurfaceContact) {
+        let nearest = (1.0 + one.gap / one.thickness).max(0.0);
+        self.work[layout::NEAREST] = self.work[layout::NEAREST].min(nearest.to_bits());
+        let number = self.work[layout::CONTACTS] as usize;
+        self.work[layout::CONTACTS] += 1;
+        self.contacts[number] = one;
+        for (&node, &weight) in one.nodes.iter().zip(&one.weights) {
+            if weight != 0.0 && (node as usize) < self.nodes() {
+                let at = self.list(0) + node as usize;
+                self.work[at] += 1;
+                if self.work[at] == 1 {
+                    let touched = self.list(5) + self.work[layout::TOUCHED] as usize;
+                    self.work[touched] = node;
+                    self.work[layout::TOUCHED] += 1;
+                }
+            }
+        }
+    }
+
+    pub fn limit_ways(&mut self) {
+        let (kind, far) = (self.work[layout::LISTED] as usize, self.number(layout::FARTHEST_PLACE));
+        for at in 0..self.work[layout::PAIRS] as usize {
+            for (one, nodes, thickness) in self.touching(self.pairs[at]) {
+                let is_held = |&node: &usize| {
+                    node < self.nodes() && self.work[self.list(4) + node] == self.work[layout::JAM]
+                };
+                if kind == layout::AROUND && !nodes.iter().any(is_held) {
+                    continue;
+                }
+                let [x, ends] =
+                    [layout::BEFORE, layout::AFTER].map(|array| nodes.map(|node| self.place(array, node)));
+                let moves: Four3 = std::array::from_fn(|i| sub(ends[i], x[i]));
+                let x = relative(x);
+                let (apart, together) = (closest(x, one.first).apart, kind == layout::NEAR);
+                let found = match one.first {
+                    1 => limits::<f32, VertexTriangle>(x, moves, apart, (thickness, far), together),
+                    _ => limits::<f32, EdgeEdge>(x, moves, apart, (thickness, far), together),
+                };
+                for (node, part) in nodes.into_iter().zip(found.parts) {
+                    let at = self.list(3) + node;
+                    if node < self.nodes() && part < 1.0 {
+                        self.work[at] = self.work[at].min(part.to_bits());
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Positions relative to the last.
+fn relative(x: Four3) -> Four3 {
+    x.map(|one| sub(one, x[3]))
+}
+
+fn closest(x: Four3, first: usize) -> Closest<f32> {
+    if first == 1 { VertexTriangle::closest(x) } else { EdgeEdge::closest(x) }
+}
