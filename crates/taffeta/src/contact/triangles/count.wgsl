@@ -29,7 +29,7 @@ const MOST_SINKING: f32 = 0.01;
 /// Rounds of the filter at most.
 const MOST_FILTER_ROUNDS: u32 = 64u;
 /// How often nodes that are held back may hold back others before planes of all pairs stand still.
-const JAMS: u32 = 4u;
+const JAMS: u32 = 16u;
 
 /// Workgroups of a command, in rows as dispatches have them.
 fn put_groups(command: u32, groups: u32) {
@@ -110,8 +110,12 @@ fn count_ways() {
 
 /// Nodes are held back: those around them are limited by planes that stand still.
 fn count_held() {
-    let any = counted(HELD) > 0u;
     let jam = counted(JAM) % STAMPS;
+    let is_written = jam < table(JAM_ROOM);
+    if counted(HELD) > 0u && !is_written {
+        atomicOr(&surface_work[SHORT], 8u);
+    }
+    let any = counted(HELD) > 0u && is_written;
     if jam == 0u && counted(IS_ACTIVE) != 0u && (any || counted(IN_ROUNDS) != 0u) {
         put_each(ON_HOLD, table(NODE_PLACES));
     }

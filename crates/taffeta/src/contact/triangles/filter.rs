@@ -32,7 +32,7 @@ const KEPT: f64 = 0.5;
 /// Stretch up to which the filter keeps its least distance of edges.
 pub const STRETCH: f64 = 2.0;
 /// How often nodes that are held back may hold back others before planes of all pairs stand still.
-pub const JAMS: u32 = 4;
+pub const JAMS: u32 = 16;
 /// The rounds of a sub-step end when no node that has not arrived gets farther by this, relative to the longest way of a round.
 pub const PROGRESS: f64 = 0.02;
 /// How much nearer than it would pairs may come by impulses before they are looked at again, relative to the mean edge.

@@ -42,6 +42,10 @@ pub const SHADERS: &[Shader] = shaders!(
 const SHORT_OF_PAIRS: u32 = 1;
 const SHORT_OF_CONTACTS: u32 = 2;
 const SHORT_OF_ROUNDS: u32 = 4;
+const SHORT_OF_JAMS: u32 = 8;
+
+/// How often nodes that are held back may hold back others; the last time all planes stand still.
+const MOST_JAMS: usize = JAMS as usize + 1;
 
 /// Bytes of the arrays that a body with a surface needs, and their contents.
 pub fn arrays(assembly: &Assembly, body: usize) -> Vec<(u64, &'static str)> {
@@ -242,9 +246,13 @@ impl TriangleContact {
                 ]
             };
             commands.extend(limit());
-            for _ in 0..=JAMS {
-                commands.extend([counted("mark_held", layout::ON_MARK), self.count(layout::COUNT_HELD)]);
-                commands.extend(limit());
+            let mark = || [counted("mark_held", layout::ON_MARK), self.count(layout::COUNT_HELD)];
+            for _ in 0..self.room.jams {
+                commands.extend(mark().into_iter().chain(limit()));
+            }
+            if self.room.jams < MOST_JAMS {
+                // Whether that was enough.
+                commands.extend(mark());
             }
             commands.extend([counted("hold_back", layout::ON_HOLD), self.count(layout::COUNT_FILTER_ROUND)]);
         }
@@ -353,7 +361,7 @@ impl Feature for TriangleContact {
         let [short, pairs, contacts] =
             [layout::SHORT, layout::MOST_PAIRS, layout::MOST_CONTACTS].map(|word| self.counted[word]);
         let wider = |room: usize, wanted: u32| room.max(wanted as usize) + (wanted / 2) as usize;
-        let Room { pairs: pair_room, contacts: contact_room, rounds } = self.room;
+        let Room { pairs: pair_room, contacts: contact_room, rounds, jams } = self.room;
         let room = Room {
             pairs: if short & SHORT_OF_PAIRS != 0 { wider(pair_room, pairs) } else { pair_room },
             contacts: if short & SHORT_OF_CONTACTS != 0 {
@@ -362,6 +370,7 @@ impl Feature for TriangleContact {
                 contact_room
             },
             rounds: if short & SHORT_OF_ROUNDS != 0 { (4 * rounds).min(FILTERS) } else { rounds },
+            jams: if short & SHORT_OF_JAMS != 0 { (4 * jams).min(MOST_JAMS) } else { jams },
         };
         let forces = self.forces(gpu);
         self.give_room(gpu, room, &forces)

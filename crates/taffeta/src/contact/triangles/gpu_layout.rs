@@ -59,6 +59,7 @@ words! {
     THICKEST = 35;
     LONGEST_EDGE = 36;
     ROUND_ROOM = 37;
+    JAM_ROOM = 39;
     // Of a leaf.
     LEAF_WORDS = 56;
     LEAF_NODES = 16;
@@ -101,7 +102,7 @@ words! {
     MOST_PAIRS = 20;
     MOST_CONTACTS = 21;
     LISTS = 32;
-    STAMPS = 8;
+    STAMPS = 32;
     // Which pairs of leaves are listed.
     NEAR = 0;
     AROUND = 1;

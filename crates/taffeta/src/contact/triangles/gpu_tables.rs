@@ -12,6 +12,8 @@ use crate::step::FILTERS;
 const PAIRS_A_LEAF: usize = 16;
 const CONTACTS_A_VERTEX: usize = 2;
 const ROUNDS: usize = 1;
+/// How often nodes that are held back may hold back others, as is written down at the start.
+const JAMS_WRITTEN: usize = 4;
 
 /// How long lists are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +23,8 @@ pub struct Room {
     pub contacts: usize,
     /// Rounds of the filter that are written down.
     pub rounds: usize,
+    /// How often nodes that are held back may hold back others.
+    pub jams: usize,
 }
 
 /// All that kernels know of surfaces before the first sub-step.
@@ -104,6 +108,7 @@ impl SurfaceTables {
             pairs: PAIRS_A_LEAF * self.leaves,
             contacts: CONTACTS_A_VERTEX * self.vertices,
             rounds: ROUNDS,
+            jams: JAMS_WRITTEN,
         }
     }
 
@@ -112,6 +117,7 @@ impl SurfaceTables {
         self.words[layout::PAIR_ROOM] = room.pairs as u32;
         self.words[layout::CONTACT_ROOM] = room.contacts as u32;
         self.words[layout::ROUND_ROOM] = room.rounds as u32;
+        self.words[layout::JAM_ROOM] = room.jams as u32;
     }
 
     /// Words of `surface_work`.

@@ -119,7 +119,7 @@ impl Twin {
     /// The arrays before a sub-step.
     fn of(fixture: &Fixture, seed: u64) -> Self {
         let mut tables = fixture.tables.surfaces.clone();
-        let room = Room { pairs: ROOM as usize, contacts: ROOM as usize, rounds: 3 };
+        let room = Room { pairs: ROOM as usize, contacts: ROOM as usize, rounds: 3, jams: 17 };
         tables.put_room(room);
         let mut chance = Chance::new(seed);
         let mut vector = || {
@@ -545,7 +545,8 @@ fn count(bench: &mut Bench<'_>) -> Result<(), String> {
             &[(layout::IS_ACTIVE, 0), (layout::FILTER_ROUND, 2), (layout::WAY, 0.1_f32.to_bits())],
         ),
         (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 1), (layout::HELD, 3)]),
-        (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 1), (layout::HELD, 3), (layout::JAM, 12)]),
+        (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 1), (layout::HELD, 3), (layout::JAM, 48)]),
+        (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 1), (layout::HELD, 3), (layout::JAM, 49)]),
         (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 1), (layout::IN_ROUNDS, 1)]),
         (layout::COUNT_HELD, &[(layout::IS_ACTIVE, 0), (layout::IN_ROUNDS, 1)]),
         (

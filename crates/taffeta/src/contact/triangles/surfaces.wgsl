@@ -58,6 +58,8 @@ const THICKEST: u32 = 35u;
 const LONGEST_EDGE: u32 = 36u;
 /// Rounds of the filter that are written down.
 const ROUND_ROOM: u32 = 37u;
+/// How often nodes that are held back may hold back others, as is written down.
+const JAM_ROOM: u32 = 39u;
 /// 0, as bits.
 const ZERO: u32 = 38u;
 
@@ -117,7 +119,7 @@ const AROUND: u32 = 1u;
 const ALL: u32 = 2u;
 
 /// Numbers that mark what is held back, in a round of the filter.
-const STAMPS: u32 = 8u;
+const STAMPS: u32 = 32u;
 
 fn table(word: u32) -> u32 {
     return surface_tables[word];

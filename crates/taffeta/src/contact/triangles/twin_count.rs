@@ -87,7 +87,10 @@ impl Twin {
     }
 
     fn count_held(&mut self) {
-        let (any, jam) = (self.work[layout::HELD] > 0, self.work[layout::JAM] % layout::STAMPS as u32);
+        let jam = self.work[layout::JAM] % layout::STAMPS as u32;
+        let is_written = jam < self.tables[layout::JAM_ROOM];
+        let any = self.work[layout::HELD] > 0 && is_written;
+        self.work[layout::SHORT] |= if self.work[layout::HELD] > 0 && !is_written { 8 } else { 0 };
         if jam == 0 && self.work[layout::IS_ACTIVE] != 0 && (any || self.work[layout::IN_ROUNDS] != 0) {
             self.put_each(layout::ON_HOLD, self.nodes(), true);
         }

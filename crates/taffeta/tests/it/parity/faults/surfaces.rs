@@ -152,6 +152,7 @@ pub const FAULTS: &[Fault] = &[
     ),
     ("count_surfaces", "select(AROUND, ALL, jam == JAMS)", "AROUND"),
     ("count_surfaces", "let another = wanted && next < table(ROUND_ROOM);", "let another = wanted;"),
+    ("count_surfaces", "let is_written = jam < table(JAM_ROOM);", "let is_written = true;"),
     ("count_surfaces", "if wanted > room {", "if wanted >= room {"),
     (
         "count_surfaces",
