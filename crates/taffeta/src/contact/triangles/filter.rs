@@ -9,7 +9,7 @@
 //! held back, its pairs are limited by planes that stand still, which hold for any part of the way of any node.
 
 use crate::contact::triangles::closest::Pair;
-use crate::real::{Real, add, dot, norm, scale};
+use crate::real::{Real, dot, norm, scale};
 
 /// Part of its distance to the plane that a node may use up.
 pub const SHARE: f64 = 0.85;
@@ -27,7 +27,7 @@ pub const DIGITS: f64 = 16.0;
 pub const LEFT: f64 = 1.0 - SHARE;
 
 /// Part of the thickness that a collider which moves leaves to what is in its way.
-const KEPT: f64 = 0.5;
+pub const ROOM_BEFORE: f64 = 0.5;
 
 /// Stretch up to which the filter keeps its least distance of edges.
 pub const STRETCH: f64 = 2.0;
@@ -120,14 +120,15 @@ fn floor<T: Real>(extent: T, thickness: T, far: T) -> T {
     if slender < thin { slender } else { thin }
 }
 
-/// Whether the sides of a pair, given as for [`limits`], end as far apart along their normal as they must for a plane that goes
-/// along; and not much nearer than they were if they are nearer than a part of their thickness.
-pub fn ends_apart<T: Real, P: Pair>(
+/// Where the first side of a pair, given as for [`limits`], must go [m] so that its sides end as far apart along their normal as a
+/// plane that goes along needs, and not much nearer than they were if they are nearer than a part of their thickness. `None` if
+/// they do without it.
+pub fn push_apart<T: Real, P: Pair>(
     x: [[T; 3]; 4],
     moves: [[T; 3]; 4],
     apart: [T; 3],
     (thickness, far): (T, T),
-) -> bool {
+) -> Option<[T; 3]> {
     let length = norm(apart);
     let normal = scale(apart, T::ONE / if length > T::TINY { length } else { T::ONE });
     let gap = |at: [T; 4]| {
@@ -135,13 +136,18 @@ pub fn ends_apart<T: Real, P: Pair>(
         let high = at[P::FIRST..].iter().fold(-T::FAR, |high, &at| if at > high { at } else { high });
         low - high
     };
-    let [before, after] = [x.map(|x| dot(normal, x)), [0, 1, 2, 3].map(|i| dot(normal, add(x[i], moves[i])))];
+    let before = x.map(|x| dot(normal, x));
+    let after = [0, 1, 2, 3].map(|i| before[i] + dot(normal, moves[i]));
     let extent = x.iter().flatten().fold(T::ZERO, |most, x| most.max(x.abs()));
     let (before, after) = (gap(before), gap(after));
     let least = T::from_f64(LEFT) * before + T::from_f64(2.0) * floor(extent, thickness, far);
-    let wanted = least.max(T::from_f64(KEPT) * thickness);
-    let all = T::from_f64(1.0 - LEFT) * before;
-    before <= T::ZERO || after >= if all < wanted { all } else { wanted }
+    let kept = T::from_f64(ROOM_BEFORE) * thickness;
+    let wanted = if least > kept { least } else { kept };
+    let as_before = T::from_f64(SHARE) * before;
+    let wanted = if as_before < wanted { as_before } else { wanted };
+    // It goes a little farther than it must, so that once is enough.
+    let missing = wanted / T::from_f64(SHARE) - after;
+    (before > T::ZERO && after < wanted).then(|| scale(normal, missing))
 }
 
 /// A bound of a way by its squared length in 32 bits [m].
@@ -167,7 +173,7 @@ pub fn reach(most: f64, thickness: f64, edge: f64, digit: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::contact::triangles::closest::{EdgeEdge, Pair, VertexTriangle};
-    use crate::real::sub;
+    use crate::real::{add, sub};
     use crate::topology::random::SplitMix64;
 
     const THICK: f64 = 0.1;
@@ -244,9 +250,15 @@ mod tests {
             let x = crate::contact::triangles::closest::tests::four(&mut random);
             let moves = [[0.0; 3]; 4].map(|way| way.map(|_: f64| 0.2 * (random.unit() - 0.5)));
             let between = EdgeEdge::closest(x).apart;
-            let ends = ends_apart::<f64, EdgeEdge>(x, moves, between, (THICK, 1.0));
+            let push = push_apart::<f64, EdgeEdge>(x, moves, between, (THICK, 1.0));
+            let ends = push.is_none();
             let found = limits::<f64, EdgeEdge>(x, moves, between, (THICK, 1.0), true);
             apart += u32::from(ends);
+            if let Some(push) = push {
+                let pushed = [add(moves[0], push), add(moves[1], push), moves[2], moves[3]];
+                let again = push_apart::<f64, EdgeEdge>(x, pushed, between, (THICK, 1.0));
+                assert_eq!(again, None, "once is enough: {x:?} {moves:?}");
+            }
             // Who is nearer than the least distance already only must not come nearer.
             assert!(!ends || norm(between) < 0.05 || found.parts == [1.0; 4], "{x:?} {moves:?}");
         }
@@ -256,7 +268,8 @@ mod tests {
         x[0][1] = 0.04;
         let apart = |down: f64| {
             let moves = [[0.0, -down, 0.0], [0.0; 3], [0.0; 3], [0.0; 3]];
-            ends_apart::<f64, VertexTriangle>(x, moves, VertexTriangle::closest(x).apart, (THICK, 1.0))
+            push_apart::<f64, VertexTriangle>(x, moves, VertexTriangle::closest(x).apart, (THICK, 1.0))
+                .is_none()
         };
         assert!(apart(0.0059) && !apart(0.0061));
     }

@@ -3,8 +3,10 @@
 //! In a sub-step the pairs that may meet are found where it begins ([`surfaces`], [`closest`]). Those that would end nearer
 //! than their thickness get impulses ([`impulse`]), found in rounds in which colliders take part. At its end a filter
 //! ([`filter`]) stops nodes before a plane between the sides of their pairs, so that nothing that starts apart ever meets.
-//! What starts through something else is led back first ([`tangle`]).
+//! Before it, what is in the way of colliders that move goes along with them ([`carry`]). What starts through something else is
+//! led back first ([`tangle`]).
 
+pub mod carry;
 pub mod closest;
 pub mod cpu;
 pub mod filter;

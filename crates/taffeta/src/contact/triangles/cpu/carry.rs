@@ -1,27 +1,19 @@
-//! Colliders that move: what is in their way goes along, before nodes go where they would end.
-//!
-//! A collider goes all its way, so a plane between it and cloth that stands still may not exist. Here its motion is made first,
-//! in parts, with all nodes at rest but those in its way: these go as the nearest point of the collider goes, and push others
-//! in their way in turn. Afterwards colliders are at rest, and the filter keeps nodes apart from them as from all else. Only
-//! what is pinned, or between two colliders, cannot give way.
+//! Colliders that move, on the CPU.
 
 use super::{TriangleContact, read};
+use crate::contact::triangles::carry::{
+    PUSHES, farther, go_on, longest_push, longest_way, parts_of, reach_of_pushes,
+};
 use crate::contact::triangles::closest::{Closest, EdgeEdge, Pair, VertexTriangle};
 use crate::contact::triangles::cpu::motion::Motion;
 use crate::contact::triangles::cpu::narrow_phase::Close;
-use crate::contact::triangles::filter::{ends_apart, reach_together};
+use crate::contact::triangles::filter::push_apart;
 use crate::contact::triangles::surfaces::{Corners, Kind};
 use crate::cpu::worker::Worker;
 use crate::real::{Real, add, dot, scale, sub};
 
 /// A node, and the way that it is pushed [m].
 pub type Push<T> = (u32, [T; 3]);
-
-/// How far corners go in one part of their motion, relative to the least thickness, and how many parts there are at most.
-const PART: f64 = 0.5;
-const PARTS: f64 = 64.0;
-/// How often nodes that are pushed push others in one part.
-const ROUNDS: usize = 64;
 
 impl<T: Real> TriangleContact<T> {
     /// Moves the corners of colliders all their way, and what is in their way with them. All workers call it. Returns whether
@@ -32,15 +24,16 @@ impl<T: Real> TriangleContact<T> {
         if most <= 0.0 {
             return false;
         }
-        let parts = (most / (PART * self.surfaces.thinnest)).ceil().clamp(1.0, PARTS);
-        for part in 0..parts as usize {
-            self.go_part_of_corners(worker, corners, [part, part + 1].map(|part| part as f64 / parts));
+        let parts = parts_of(most, self.surfaces.thinnest);
+        for part in 0..parts {
+            let ends = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
+            self.go_part_of_corners(worker, corners, ends);
             worker.synchronise();
-            self.look(worker, None, reach_together(most / parts));
-            for _ in 0..ROUNDS {
+            self.look(worker, None, reach_of_pushes(most, parts));
+            for _ in 0..PUSHES {
                 self.send_pushes(worker, T::from_f64(far));
                 worker.synchronise();
-                let moved = self.take_pushes(worker);
+                let moved = self.take_pushes(worker, T::from_f64(longest_push(most, parts)));
                 // SAFETY: its own; all read after the barrier, and it is written again after another.
                 unsafe { self.found.item(worker.index) }.held = u64::from(moved);
                 worker.synchronise();
@@ -62,9 +55,7 @@ impl<T: Real> TriangleContact<T> {
     /// How far corners go, and the largest coordinate.
     fn measure_corners(&self, worker: &Worker<'_, T>, corners: &Corners<T>) -> Motion {
         let own = worker.part(corners.before.len().min(corners.after.len()));
-        let ways = own.map(|corner| sub(corners.after[corner], corners.before[corner]));
-        let squared = ways.map(|way| dot(way, way).to_f64()).fold(0.0, f64::max);
-        let mut motion = Motion { corners: squared.sqrt(), ..Motion::default() };
+        let mut motion = Motion { corners: longest_way(corners, own), ..Motion::default() };
         let mut note = |place: usize| {
             motion.far =
                 self.get(&self.before, place).iter().fold(motion.far, |far, x| far.max(x.abs().to_f64()));
@@ -89,7 +80,11 @@ impl<T: Real> TriangleContact<T> {
             }
         }
         self.each_run(worker, |run| {
-            run.for_each(|place| self.put(&self.after, place, self.get(&self.before, place)));
+            for place in run {
+                self.put(&self.after, place, self.get(&self.before, place));
+                self.put(&self.target, place, [T::ZERO; 3]);
+                self.put(&self.target[3..], place, [T::ZERO; 3]);
+            }
         });
     }
 
@@ -121,7 +116,7 @@ impl<T: Real> TriangleContact<T> {
         }
     }
 
-    /// The nodes of a pair that are in the way of the other side, and the way that this goes.
+    /// The nodes of a pair that are in the way of the other side, and where they are to go [m].
     fn pushed<'c, P: Pair>(&self, close: &'c Close<T>, far: T) -> Option<(&'c [u32], [T; 3])> {
         let (before, after) = (read(&self.before), read(&self.after));
         let at = |columns: [&[T]; 3], node: u32| columns.map(|column| column[node as usize]);
@@ -132,35 +127,45 @@ impl<T: Real> TriangleContact<T> {
             return None;
         }
         let Closest { weights, apart } = P::closest(x);
-        if ends_apart::<T, P>(x, moves, apart, (close.thickness, far)) {
-            return None;
-        }
+        let push = push_apart::<T, P>(x, moves, apart, (close.thickness, far))?;
         let way = |nodes: std::ops::Range<usize>, sign: T| {
             nodes.fold([T::ZERO; 3], |sum, node| add(sum, scale(moves[node], sign * weights[node])))
         };
         let (first, second) = (way(0..P::FIRST, T::ONE), way(P::FIRST..4, -T::ONE));
         let (one, other) = close.nodes.split_at(P::FIRST);
-        Some(if -dot(first, apart) > dot(second, apart) { (other, first) } else { (one, second) })
+        let first_drives = -dot(first, apart) > dot(second, apart);
+        Some(if first_drives { (other, scale(push, -T::ONE)) } else { (one, push) })
     }
 
-    /// Has a worker's nodes go the longest way that was sent to each. Returns whether any goes farther than before.
-    fn take_pushes(&self, worker: &Worker<'_, T>) -> bool {
+    /// Has a worker's nodes go on along each axis by the most that was sent to each, up to `most` [m] in all. Returns whether
+    /// any does.
+    fn take_pushes(&self, worker: &Worker<'_, T>, most: T) -> bool {
         let workers = self.found.len();
-        let mut any = false;
         for kind in 0..Kind::ALL.len() {
             for from in 0..workers {
                 // SAFETY: its own mail, sent before a barrier.
                 let pushes = unsafe { self.pushes.item((kind * workers + from) * workers + worker.index) };
-                for &(node, way) in pushes.iter() {
-                    let from = self.get(&self.before, node as usize);
-                    let now = sub(self.get(&self.after, node as usize), from);
-                    if dot(way, way) > dot(now, now) {
-                        self.put(&self.after, node as usize, add(from, way));
-                        any = true;
-                    }
+                for &(node, push) in pushes.iter() {
+                    let now = self.get(&self.target[3..], node as usize);
+                    self.put(&self.target[3..], node as usize, farther(now, push));
                 }
             }
         }
+        let mut any = false;
+        self.each_run(worker, |run| {
+            for place in run {
+                let push = self.get(&self.target[3..], place);
+                if push == [T::ZERO; 3] {
+                    continue;
+                }
+                self.put(&self.target[3..], place, [T::ZERO; 3]);
+                let way = self.get(&self.target[..3], place);
+                let new = go_on(way, push, most);
+                any = any || new != way;
+                self.put(&self.target[..3], place, new);
+                self.put(&self.after, place, add(self.get(&self.before, place), new));
+            }
+        });
         any
     }
 }

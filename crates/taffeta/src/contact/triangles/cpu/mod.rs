@@ -65,7 +65,8 @@ pub struct TriangleContact<T> {
     /// Where nodes and corners of colliders are before the sub-step, or the round of the filter, and after it [m].
     before: [Shared<T>; 3],
     after: [Shared<T>; 3],
-    /// Where nodes would end that need several rounds of the filter [m], and their velocities there [m/s].
+    /// Where nodes would end that need several rounds of the filter [m], and their velocities there [m/s]. Before the filter:
+    /// how far colliders have pushed them, and what this round adds [m].
     target: [Shared<T>; 6],
     /// What each worker has found.
     motion: Shared<Motion>,
