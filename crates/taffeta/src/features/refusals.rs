@@ -4,7 +4,6 @@ use crate::advice::{Advice, Refusal, Warning};
 use crate::assembly::Assembly;
 use crate::contact::collider_mesh::surface::MeshShape;
 use crate::contact::collider_mesh::tree::WALK_TURNS;
-use crate::contact::colliders::moving::MovingCollider;
 use crate::gpu::partition::Partition;
 use crate::solvers::explicit::gpu::Particles;
 use crate::solvers::explicit::patches;
@@ -74,11 +73,8 @@ pub fn refuse_surfaces(from: Stage, assembly: &Assembly) -> Result<(), Refusal> 
         return Ok(());
     };
     let start = |node: usize| surfaces.start[node];
-    let moves = |collider: &MovingCollider| collider.faces().is_some() && collider.moves();
     let why = if assembly.solver.is_primal() {
         "with implicit steps"
-    } else if assembly.colliders().iter().any(moves) {
-        "beside colliders that move"
     } else if surfaces.start_tangled {
         "where surfaces start through each other"
     } else if !assembly.lifts(0.0, &start).is_empty() {

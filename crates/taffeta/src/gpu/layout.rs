@@ -28,7 +28,11 @@ pub struct Substep {
     pub max_separation: f32,
     pub own: u32,
     pub air: Air,
-    pub padding: [u32; 8],
+    pub first_corner: u32,
+    pub corner_parts: u32,
+    pub corner_reach: f32,
+    pub longest_push: f32,
+    pub padding: [u32; 4],
 }
 
 /// `Solving` of substep.wgsl.

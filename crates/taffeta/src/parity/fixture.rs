@@ -312,6 +312,7 @@ impl Fixture {
             ("colliders", words(&self.colliders())),
             // An array cannot be empty.
             ("mesh_data", if self.meshes.1.is_empty() { vec![0; 4] } else { words(&self.meshes.1) }),
+            ("surface_corners", words(&self.corners())),
             ("motions", words(&self.motions())),
             ("scales", words(&self.scales())),
             ("goals", words(&self.goals())),
@@ -338,6 +339,11 @@ impl Fixture {
             .flat_map(|substep| substep.colliders())
             .map(|now| self.meshes.0.record(now))
             .collect()
+    }
+
+    fn corners(&self) -> Vec<Four> {
+        let of = |substep: &plan::Substep<f32>| self.tables.surfaces.corners_moved(substep).corners;
+        self.substeps.iter().flat_map(of).collect()
     }
 
     fn motions(&self) -> Vec<Motion> {
@@ -380,7 +386,11 @@ impl Fixture {
             max_separation: pair::max_separation(f64::from(substep.h)) as f32,
             own: 0,
             air: Air::of(substep.air()),
-            padding: [0; 8],
+            first_corner: sum(&|s| self.tables.surfaces.corners_moved(s).corners.len(), index),
+            corner_parts: self.tables.surfaces.corners_moved(substep).parts,
+            corner_reach: self.tables.surfaces.corners_moved(substep).reach,
+            longest_push: self.tables.surfaces.corners_moved(substep).longest_push,
+            padding: [0; 4],
         };
         self.substeps.iter().enumerate().map(record).collect()
     }

@@ -2,6 +2,7 @@
 
 #import contact/triangles/surfaces.wgsl
 #import gpu/wgsl/index.wgsl
+#import gpu/wgsl/substep.wgsl
 
 // What is counted.
 const COUNT_PAIRS: u32 = 0u;
@@ -10,6 +11,9 @@ const COUNT_ROUND: u32 = 2u;
 const COUNT_WAYS: u32 = 3u;
 const COUNT_HELD: u32 = 4u;
 const COUNT_FILTER_ROUND: u32 = 5u;
+const COUNT_PART: u32 = 6u;
+const COUNT_CARRIED: u32 = 7u;
+const COUNT_PUSHES: u32 = 8u;
 
 // Commands that run in as many workgroups as are counted: three words each. Boxes have one for each level.
 const ON_PAIRS: u32 = 0u;
@@ -22,7 +26,10 @@ const ON_PART: u32 = 6u;
 const ON_MARK: u32 = 7u;
 const ON_HOLD: u32 = 8u;
 const ON_LIST: u32 = 9u;
-const ON_BOXES: u32 = 10u;
+const ON_CORNERS: u32 = 10u;
+const ON_PUSH: u32 = 11u;
+const ON_TAKE: u32 = 12u;
+const ON_BOXES: u32 = 13u;
 
 /// How far a contact may sink in by a sub-step, relative to its thickness, before another round corrects impulses.
 const MOST_SINKING: f32 = 0.01;
@@ -30,6 +37,8 @@ const MOST_SINKING: f32 = 0.01;
 const MOST_FILTER_ROUNDS: u32 = 64u;
 /// How often nodes that are held back may hold back others before planes of all pairs stand still.
 const JAMS: u32 = 16u;
+/// How often nodes that are pushed may push others in a part of the motion of colliders.
+const PUSHES: u32 = 64u;
 
 /// Workgroups of a command, in rows as dispatches have them.
 fn put_groups(command: u32, groups: u32) {
@@ -93,7 +102,8 @@ fn count_ways() {
     let is_far = bitcast<f32>(counted(WAY)) > length_of(SQUARED_WAY);
     let in_rounds = is_active && (is_far || round > 0u);
     let is_changed = bitcast<f32>(counted(CHANGE_OF_WAY)) > length_of(SQUARED_CHANGE);
-    let again = is_active && (in_rounds || is_changed);
+    let is_carried = round == 0u && substeps[own()].corner_parts > 0u;
+    let again = is_active && (in_rounds || is_changed || is_carried);
     let places = table(NODE_PLACES);
     put_each(ON_PART, select(0u, places, in_rounds));
     put_boxes(again);
@@ -148,6 +158,52 @@ fn count_filter_round() {
     set_counted(PROGRESS, 0u);
 }
 
+/// Another part of the motion of colliders begins; after the last one they are at rest.
+fn count_part() {
+    let part = counted(CORNER_PART);
+    let parts = substeps[own()].corner_parts;
+    let goes_on = part < parts;
+    put_each(ON_CORNERS, select(0u, table(ALL_PLACES), goes_on || part == parts && parts > 0u));
+    put_boxes(goes_on);
+    put_each(ON_LIST, select(0u, table(LEAF_COUNT), goes_on));
+    set_counted(LISTED, CARRIED);
+    if goes_on {
+        set_counted(PAIRS, 0u);
+    } else {
+        // It is measured again where nodes are now.
+        set_counted(FARTHEST_PLACE, 0u);
+    }
+    set_counted(CORNER_PART, part + 1u);
+}
+
+/// The pairs around colliders are listed: those in the way are pushed.
+fn count_carried() {
+    let goes_on = counted(CORNER_PART) <= substeps[own()].corner_parts;
+    var pairs = 0u;
+    if goes_on {
+        pairs = check_room(PAIRS, table(PAIR_ROOM), MOST_PAIRS, 1u);
+    }
+    put_groups(ON_PUSH, pairs);
+    put_each(ON_TAKE, select(0u, table(NODE_PLACES), goes_on));
+    set_counted(PUSH_ROUND, 0u);
+    set_counted(PUSHED, 0u);
+}
+
+/// Nodes are pushed: they may push others.
+fn count_pushes() {
+    let next = counted(PUSH_ROUND) + 1u;
+    let any = counted(PUSHED) > 0u;
+    if any && next == table(PUSH_ROOM) && next < PUSHES {
+        atomicOr(&surface_work[SHORT], 16u);
+    }
+    if !any {
+        put_groups(ON_PUSH, 0u);
+        put_groups(ON_TAKE, 0u);
+    }
+    set_counted(PUSH_ROUND, next);
+    set_counted(PUSHED, 0u);
+}
+
 @compute @workgroup_size(256)
 fn count_surfaces(@builtin(local_invocation_index) lane: u32) {
     if lane > 0u {
@@ -168,6 +224,15 @@ fn count_surfaces(@builtin(local_invocation_index) lane: u32) {
         }
         case COUNT_HELD: {
             count_held();
+        }
+        case COUNT_PART: {
+            count_part();
+        }
+        case COUNT_CARRIED: {
+            count_carried();
+        }
+        case COUNT_PUSHES: {
+            count_pushes();
         }
         default: {
             count_filter_round();

@@ -7,6 +7,10 @@ const LEAST_SHARE: f32 = 0.05;
 const MOST_SHARE: f32 = 0.95;
 /// Part of the gap that is left.
 const PLANE_LEFT: f32 = 0.15;
+/// Part of the gap that may be used up.
+const MOST_USED: f32 = 0.85;
+/// Part of the thickness that a collider which moves leaves to what is in its way.
+const ROOM_BEFORE: f32 = 0.5;
 /// The least distance to the plane: relative to the extent of a pair, in units in the last place, and at most relative to the
 /// thickness.
 const SLENDER: f32 = 4e-3;
@@ -18,6 +22,45 @@ fn floor_of(extent: f32, thickness: f32, far: f32) -> f32 {
     let slender = SLENDER * extent + DIGITS * EPSILON * far;
     let thin = THIN * thickness;
     return select(thin, slender, slender < thin);
+}
+
+/// Where the first side of a pair, given as for `limits_of`, must go [m] so that its sides end as far apart along their normal as a
+/// plane that goes along needs, and not much nearer than they were if they are nearer than a part of their thickness. 0 if they do
+/// without it.
+fn push_apart(
+    x: array<vec3f, 4>,
+    moves: array<vec3f, 4>,
+    first: u32,
+    apart: vec3f,
+    thickness: f32,
+    far: f32,
+) -> vec3f {
+    let length = norm3(apart);
+    let normal = apart * (1.0 / select(1.0, length, length > TINY));
+    var low = FAR;
+    var high = -FAR;
+    var low_end = FAR;
+    var high_end = -FAR;
+    var extent = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let is_first = i < first;
+        let at = dot3(normal, x[i]);
+        let end = at + dot3(normal, moves[i]);
+        low = select(low, at, is_first && at < low);
+        low_end = select(low_end, end, is_first && end < low_end);
+        high = select(high, at, !is_first && at > high);
+        high_end = select(high_end, end, !is_first && end > high_end);
+        let size = abs(x[i]);
+        extent = max(extent, max(size.x, max(size.y, size.z)));
+    }
+    let before = low - high;
+    let after = low_end - high_end;
+    let least = PLANE_LEFT * before + 2.0 * floor_of(extent, thickness, far);
+    let as_before = MOST_USED * before;
+    let wanted = min(as_before, max(least, ROOM_BEFORE * thickness));
+    // It goes a little farther than it must, so that once is enough.
+    let missing = wanted / MOST_USED - after;
+    return select(vec3f(0.0), normal * missing, before > 0.0 && after < wanted);
 }
 
 /// The part of its motion that each node of a pair may make. `x` are its nodes before, relative to one of them [m], `moves` their

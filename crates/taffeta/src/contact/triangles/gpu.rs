@@ -9,14 +9,16 @@ use crate::assembly::Assembly;
 use crate::backend::{ContactForce, SolverState};
 use crate::contact::check_in_one_piece;
 use crate::contact::colliders::gpu::contact_of;
+use crate::contact::triangles::carry::PUSHES;
 use crate::contact::triangles::filter::JAMS;
 use crate::contact::triangles::gpu_layout::{self as layout, LEVELS, SurfaceContact};
-use crate::contact::triangles::gpu_tables::{Room, SurfaceTables};
+use crate::contact::triangles::gpu_tables::{CornersMoved, Room, SurfaceTables};
 use crate::contact::triangles::order::{Candidate, Order, Way};
 use crate::contact::triangles::surfaces::Kind;
 use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, NONE, Substep};
+use crate::gpu::partition::fill;
 use crate::gpu::schedule::Fused;
 use crate::report::FrameSums;
 use crate::step::{FILTERS, Op, Stage};
@@ -27,22 +29,29 @@ use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBac
 pub const SHADERS: &[Shader] = shaders!(
     "contact/triangles",
     [
+        "carry.wgsl",
         "closest.wgsl",
         "count.wgsl",
         "filter.wgsl",
         "find.wgsl",
         "hold.wgsl",
         "impulse.wgsl",
+        "leaf_pairs.wgsl",
+        "most.wgsl",
         "rounds.wgsl",
         "surfaces.wgsl"
     ]
 );
+
+/// Numbers of parts of commands: levels of boxes, and what is counted.
+const PARTS: usize = if LEVELS > layout::COUNT_PUSHES { LEVELS } else { layout::COUNT_PUSHES + 1 };
 
 /// Bits of `SHORT`.
 const SHORT_OF_PAIRS: u32 = 1;
 const SHORT_OF_CONTACTS: u32 = 2;
 const SHORT_OF_ROUNDS: u32 = 4;
 const SHORT_OF_JAMS: u32 = 8;
+const SHORT_OF_PUSHES: u32 = 16;
 
 /// How often nodes that are held back may hold back others; the last time all planes stand still.
 const MOST_JAMS: usize = JAMS as usize + 1;
@@ -68,6 +77,8 @@ pub struct TriangleContact {
     /// For each level of boxes, and each thing that is counted, its number.
     parts: Vec<Buffer<u32>>,
     places: Buffer<Four>,
+    /// Corners of colliders that move, of all sub-steps that are handed over.
+    corners: Buffer<Four>,
     boxes: Buffer<Four>,
     lists: Lists,
     counts: Counts,
@@ -158,8 +169,9 @@ impl TriangleContact {
         let part = |number: u32| gpu.buffer_from("part of a command", &[number]);
         Ok(Some(Self {
             words: gpu.buffer_from("surfaces", &tables.words)?,
-            parts: (0..LEVELS as u32).map(part).collect::<Result<_, _>>()?,
+            parts: (0..PARTS as u32).map(part).collect::<Result<_, _>>()?,
             places: gpu.buffer_from("places of surfaces", &tables.start())?,
+            corners: gpu.buffer("corners of colliders", 1)?,
             boxes: gpu.buffer("boxes of surfaces", 4 * tables.boxes())?,
             lists: Lists::new(gpu, &tables, room, &[])?,
             counts: gpu.counts("workgroups of contact", layout::ON_BOXES + LEVELS)?,
@@ -221,34 +233,59 @@ impl TriangleContact {
         ]
     }
 
+    /// Boxes around all leaves, and then a list of pairs of leaves, if they are counted.
+    fn list(&self) -> Vec<Command<'_>> {
+        let mut commands = vec![self.counted(Name::new("bound_leaves"), layout::ON_BOXES)];
+        for level in 1..self.tables.levels.len() {
+            commands.push(self.counted_part(Name::new("bound_level"), level, layout::ON_BOXES + level));
+        }
+        commands.push(self.counted(Name::new("list_leaf_pairs"), layout::ON_LIST));
+        commands
+    }
+
+    /// Colliders that move carry what is in their way, in all parts that are written down.
+    fn carry(&self) -> Vec<Command<'_>> {
+        if self.room.parts == 0 {
+            return Vec::new();
+        }
+        let counted = |entry, on| self.counted(Name::new(entry), on);
+        let part = || [self.count(layout::COUNT_PART), counted("advance_corners", layout::ON_CORNERS)];
+        let mut commands = vec![self.each("measure_places", self.tables.all_places())];
+        for _ in 0..self.room.parts {
+            commands.extend(part());
+            commands.extend(self.list());
+            commands.push(self.count(layout::COUNT_CARRIED));
+            for _ in 0..self.room.pushes {
+                commands.extend([
+                    counted("push_nodes", layout::ON_PUSH),
+                    counted("take_pushes", layout::ON_TAKE),
+                    self.count(layout::COUNT_PUSHES),
+                ]);
+            }
+        }
+        commands.extend(part());
+        commands
+    }
+
     /// All rounds of the filter that are written down.
     fn filter(&self) -> Vec<Command<'_>> {
         let counted = |entry, on| self.counted(Name::new(entry), on);
         let mut commands = vec![counted("note_forces", layout::ON_CONTACTS)];
+        commands.extend(self.carry());
         for round in 0..self.room.rounds {
             commands.push(match round {
                 0 => self.each("measure_ways", self.tables.all_places()),
                 _ => counted("measure_ways", layout::ON_MEASURE),
             });
-            commands.extend([
-                self.count(layout::COUNT_WAYS),
-                counted("go_part", layout::ON_PART),
-                counted("bound_leaves", layout::ON_BOXES),
-            ]);
-            for level in 1..self.tables.levels.len() {
-                commands.push(self.counted_part(Name::new("bound_level"), level, layout::ON_BOXES + level));
-            }
-            let limit = || {
-                [
-                    counted("list_leaf_pairs", layout::ON_LIST),
-                    self.count(layout::COUNT_PAIRS),
-                    counted("limit_ways", layout::ON_PAIRS),
-                ]
-            };
+            commands.extend([self.count(layout::COUNT_WAYS), counted("go_part", layout::ON_PART)]);
+            commands.extend(self.list());
+            let limit = || [self.count(layout::COUNT_PAIRS), counted("limit_ways", layout::ON_PAIRS)];
             commands.extend(limit());
             let mark = || [counted("mark_held", layout::ON_MARK), self.count(layout::COUNT_HELD)];
             for _ in 0..self.room.jams {
-                commands.extend(mark().into_iter().chain(limit()));
+                commands.extend(mark());
+                commands.push(counted("list_leaf_pairs", layout::ON_LIST));
+                commands.extend(limit());
             }
             if self.room.jams < MOST_JAMS {
                 // Whether that was enough.
@@ -288,8 +325,9 @@ impl Feature for TriangleContact {
     fn buffers(&self, part: usize) -> Vec<(&'static str, &dyn Bindable)> {
         vec![
             ("surface_tables", &self.words),
-            ("surface_part", &self.parts[part.min(LEVELS - 1)]),
+            ("surface_part", &self.parts[part.min(PARTS - 1)]),
             ("surface_places", &self.places),
+            ("surface_corners", &self.corners),
             ("surface_boxes", &self.boxes),
             ("surface_pairs", &self.lists.pairs),
             ("surface_contacts", &self.lists.contacts),
@@ -311,9 +349,22 @@ impl Feature for TriangleContact {
         ]
     }
 
-    fn upload(&mut self, upload: &Upload<'_>, _: &mut [Substep]) -> Result<bool, GpuError> {
+    fn bytes(&self, assembly: &Assembly) -> usize {
+        if assembly.colliders_move() { 2 * self.tables.corners() * size_of::<Four>() } else { 0 }
+    }
+
+    fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
         self.substeps += upload.substeps.len() as u64;
-        Ok(false)
+        let mut all: Vec<Four> = Vec::new();
+        self.room.parts = 0;
+        for (record, substep) in records.iter_mut().zip(upload.substeps) {
+            let CornersMoved { parts, reach, longest_push, corners } = self.tables.corners_moved(substep);
+            (record.corner_parts, record.corner_reach, record.longest_push) = (parts, reach, longest_push);
+            record.first_corner = if corners.is_empty() { NONE } else { all.len() as u32 };
+            self.room.parts = self.room.parts.max(parts as usize);
+            all.extend(corners);
+        }
+        fill(upload.gpu, "corners of colliders", &mut self.corners, &all)
     }
 
     fn start_frame(&mut self, gpu: &Gpu) {
@@ -361,7 +412,7 @@ impl Feature for TriangleContact {
         let [short, pairs, contacts] =
             [layout::SHORT, layout::MOST_PAIRS, layout::MOST_CONTACTS].map(|word| self.counted[word]);
         let wider = |room: usize, wanted: u32| room.max(wanted as usize) + (wanted / 2) as usize;
-        let Room { pairs: pair_room, contacts: contact_room, rounds, jams } = self.room;
+        let Room { pairs: pair_room, contacts: contact_room, rounds, jams, parts, pushes } = self.room;
         let room = Room {
             pairs: if short & SHORT_OF_PAIRS != 0 { wider(pair_room, pairs) } else { pair_room },
             contacts: if short & SHORT_OF_CONTACTS != 0 {
@@ -371,6 +422,8 @@ impl Feature for TriangleContact {
             },
             rounds: if short & SHORT_OF_ROUNDS != 0 { (4 * rounds).min(FILTERS) } else { rounds },
             jams: if short & SHORT_OF_JAMS != 0 { (4 * jams).min(MOST_JAMS) } else { jams },
+            parts,
+            pushes: if short & SHORT_OF_PUSHES != 0 { (4 * pushes).min(PUSHES) } else { pushes },
         };
         let forces = self.forces(gpu);
         self.give_room(gpu, room, &forces)

@@ -60,6 +60,7 @@ words! {
     LONGEST_EDGE = 36;
     ROUND_ROOM = 37;
     JAM_ROOM = 39;
+    PUSH_ROOM = 40;
     // Of a leaf.
     LEAF_WORDS = 56;
     LEAF_NODES = 16;
@@ -98,15 +99,19 @@ words! {
     LISTED = 16;
     IN_ROUNDS = 17;
     IS_ODD = 18;
-    SHORT = 19;
-    MOST_PAIRS = 20;
-    MOST_CONTACTS = 21;
+    CORNER_PART = 19;
+    PUSHED = 20;
+    PUSH_ROUND = 21;
+    SHORT = 22;
+    MOST_PAIRS = 23;
+    MOST_CONTACTS = 24;
     LISTS = 32;
     STAMPS = 32;
     // Which pairs of leaves are listed.
     NEAR = 0;
     AROUND = 1;
     ALL = 2;
+    CARRIED = 3;
     // What is counted by a command.
     COUNT_PAIRS = 0;
     COUNT_CONTACTS = 1;
@@ -114,6 +119,9 @@ words! {
     COUNT_WAYS = 3;
     COUNT_HELD = 4;
     COUNT_FILTER_ROUND = 5;
+    COUNT_PART = 6;
+    COUNT_CARRIED = 7;
+    COUNT_PUSHES = 8;
     // Commands that run in as many workgroups as are counted.
     ON_PAIRS = 0;
     ON_CONTACTS = 1;
@@ -125,11 +133,14 @@ words! {
     ON_MARK = 7;
     ON_HOLD = 8;
     ON_LIST = 9;
-    ON_BOXES = 10;
+    ON_CORNERS = 10;
+    ON_PUSH = 11;
+    ON_TAKE = 12;
+    ON_BOXES = 13;
 }
 
 /// Words of the header.
-pub const HEADER: usize = 40;
+pub const HEADER: usize = 41;
 /// Arrays of places.
 pub const PLACE_ARRAYS: usize = 7;
 /// Levels of boxes at most: sixteen times more leaves each.

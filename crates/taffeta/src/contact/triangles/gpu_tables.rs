@@ -1,11 +1,13 @@
 //! Tables of surfaces for the GPU, on the host.
 
+use crate::contact::triangles::carry::{longest_push, longest_way, parts_of, reach_of_pushes};
 use crate::contact::triangles::filter::{ALLOWANCE, PROGRESS, SHARE, STRETCH, bound_of};
 use crate::contact::triangles::gpu_layout as layout;
 use crate::contact::triangles::leaves::{Leaf, Mask};
-use crate::contact::triangles::surfaces::Surfaces;
+use crate::contact::triangles::surfaces::{Corners, Surfaces};
 use crate::gpu::bodies::Bodies;
 use crate::gpu::layout::Four;
+use crate::plan::Substep;
 use crate::step::FILTERS;
 
 /// Room for pairs of leaves, by leaf, and for contacts, by vertex, at the start; rounds of the filter that are written down.
@@ -14,6 +16,8 @@ const CONTACTS_A_VERTEX: usize = 2;
 const ROUNDS: usize = 1;
 /// How often nodes that are held back may hold back others, as is written down at the start.
 const JAMS_WRITTEN: usize = 4;
+/// How often nodes that are pushed may push others, as is written down at the start.
+const PUSHES_WRITTEN: usize = 4;
 
 /// How long lists are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +29,22 @@ pub struct Room {
     pub rounds: usize,
     /// How often nodes that are held back may hold back others.
     pub jams: usize,
+    /// Parts of the motion of colliders that are written down, and how often nodes that are pushed may push others in each.
+    pub parts: usize,
+    pub pushes: usize,
+}
+
+/// Where corners of colliders go in a sub-step.
+#[derive(Clone, Debug, Default)]
+pub struct CornersMoved {
+    /// In how many parts; 0 if they stand still.
+    pub parts: u32,
+    /// How much nearer than by their motion in one of them pairs may come [m].
+    pub reach: f32,
+    /// The longest way along each axis that nodes are pushed in one of them [m].
+    pub longest_push: f32,
+    /// Where they are at its start, and then at its end [m]; empty where no collider ever moves.
+    pub corners: Vec<Four>,
 }
 
 /// All that kernels know of surfaces before the first sub-step.
@@ -38,6 +58,8 @@ pub struct SurfaceTables {
     places: usize,
     leaves: usize,
     vertices: usize,
+    /// The least thickness of two surfaces [m].
+    thinnest: f64,
     /// The first box of each level, and how many it has.
     pub levels: Vec<[usize; 2]>,
     /// The first triangle, edge and vertex of each leaf, by which snapshots name contacts.
@@ -58,6 +80,7 @@ impl SurfaceTables {
             places: bodies.len(),
             leaves: surfaces.leaves.len(),
             vertices: surfaces.vertices.len(),
+            thinnest: surfaces.thinnest,
             levels: levels(surfaces.leaves.len()),
             firsts: surfaces.firsts(),
         };
@@ -109,7 +132,28 @@ impl SurfaceTables {
             contacts: CONTACTS_A_VERTEX * self.vertices,
             rounds: ROUNDS,
             jams: JAMS_WRITTEN,
+            parts: 0,
+            pushes: PUSHES_WRITTEN,
         }
+    }
+
+    /// Where corners of colliders go in a sub-step.
+    pub fn corners_moved(&self, substep: &Substep<f32>) -> CornersMoved {
+        let Some(corners) = substep.extensions.get::<Corners<f32>>() else { return CornersMoved::default() };
+        let most = longest_way(corners, 0..corners.before.len().min(corners.after.len()));
+        let parts = parts_of(most, self.thinnest);
+        let by_parts = |length: fn(f64, u32) -> f64| if parts > 0 { length(most, parts) as f32 } else { 0.0 };
+        CornersMoved {
+            parts,
+            reach: by_parts(reach_of_pushes),
+            longest_push: by_parts(longest_push),
+            corners: corners.before.iter().chain(&corners.after).map(|&[x, y, z]| [x, y, z, 0.0]).collect(),
+        }
+    }
+
+    /// Corners of colliders.
+    pub fn corners(&self) -> usize {
+        self.corners.len()
     }
 
     /// Notes how much room there is.
@@ -118,6 +162,7 @@ impl SurfaceTables {
         self.words[layout::CONTACT_ROOM] = room.contacts as u32;
         self.words[layout::ROUND_ROOM] = room.rounds as u32;
         self.words[layout::JAM_ROOM] = room.jams as u32;
+        self.words[layout::PUSH_ROOM] = room.pushes as u32;
     }
 
     /// Words of `surface_work`.

@@ -80,10 +80,12 @@ fn sinks_by(one: SurfaceContact, velocity: vec3f, h: f32) -> f32 {
     return select(0.0, way, one.mobility > 0.0);
 }
 
-/// What removes an overlap of earlier sub-steps, along the normal [kg·m].
-fn push_of(one: SurfaceContact, mobility: f32, h: f32) -> f32 {
+/// What removes an overlap of earlier sub-steps, along the normal [kg·m], where a collider comes nearer by `advance` [m]: who is in its
+/// way goes along with it.
+fn push_of(one: SurfaceContact, mobility: f32, h: f32, advance: f32) -> f32 {
     let missing = max(-one.gap - SLOP * one.thickness, 0.0) * CONTACT_FIRM;
     let most = one.thickness * h / RELEASE;
-    let way = select(most, missing, missing < most);
+    let lead = select(most, missing, missing < most);
+    let way = select(lead, lead + advance, lead > 0.0);
     return select(0.0, way * mass_by(mobility), mobility > 0.0);
 }

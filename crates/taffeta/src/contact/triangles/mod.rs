@@ -23,11 +23,15 @@ pub mod order;
 pub mod parity;
 #[cfg(feature = "gpu")]
 mod parity_scene;
+#[cfg(feature = "gpu")]
+mod parity_stages;
 pub mod solved;
 pub mod surfaces;
 pub mod tangle;
 #[cfg(feature = "gpu")]
 mod twin;
+#[cfg(feature = "gpu")]
+mod twin_carry;
 #[cfg(feature = "gpu")]
 mod twin_count;
 #[cfg(feature = "gpu")]

@@ -2,17 +2,17 @@
 
 use crate::contact::colliders::gpu::Contact;
 use crate::contact::nodes::parity::{collided_again, same};
-use crate::contact::triangles::gpu::{bucket_of, order_of};
-use crate::contact::triangles::gpu_layout::{self as layout, LEVELS, SurfaceContact};
-use crate::contact::triangles::gpu_tables::Room;
+use crate::contact::triangles::gpu::order_of;
+use crate::contact::triangles::gpu_layout::{self as layout, SurfaceContact};
 use crate::contact::triangles::parity_scene::fixture;
+use crate::contact::triangles::parity_stages::{Before, ROOM};
 use crate::contact::triangles::twin::Twin;
+use crate::contact::triangles::twin_carry::way_of;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::Four;
 use crate::parity::bench::{Bench, Given, Written};
-use crate::parity::fixture::{Chance, Fixture, State, words};
+use crate::parity::fixture::{Fixture, State, words};
 use crate::parity::row::{Row, Tolerance};
-use crate::real::add;
 use crate::solvers::explicit::parity::kernel_of;
 use taffeta_gpu::bytemuck::Pod;
 
@@ -58,6 +58,20 @@ pub const ROWS: &[Row] = &[
     row("note_forces", 64.0, MOVED, |bench| {
         each(bench, "note_forces", &[Before::Forces], |twin, _| twin.note_forces())
     }),
+    row("measure_places", 0.0, COPIED, |bench| {
+        each(bench, "measure_places", &[Before::Far], |twin, _| twin.measure_places())
+    }),
+    row("advance_corners", 64.0, MOVED, |bench| {
+        each(bench, "advance_corners", &[Before::Corners, Before::NextCorners, Before::AtRest], |twin, _| {
+            twin.advance_corners()
+        })
+    }),
+    row("push_nodes", 4096.0, FOUND, |bench| {
+        each(bench, "push_nodes", &[Before::Push, Before::NextPush], |twin, _| twin.push_nodes())
+    }),
+    row("take_pushes", 64.0, MOVED, |bench| {
+        each(bench, "take_pushes", &[Before::TakePushes], |twin, _| twin.take_pushes())
+    }),
     row("measure_ways", 64.0, MOVED, |bench| {
         each(bench, "measure_ways", &[Before::Measure, Before::NextRound], |twin, _| twin.measure_ways())
     }),
@@ -87,203 +101,7 @@ const fn row(
     Row { name, entry: name, tolerance: Tolerance::new(0.0, hardware, why), check }
 }
 
-/// Room for pairs of leaves, and for contacts.
-const ROOM: u32 = 6_000;
-
-/// Which kernel of a sub-step is next.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-enum Before {
-    Keep,
-    Take,
-    Bounds,
-    Levels,
-    List,
-    Find,
-    Place,
-    Fill,
-    Sort,
-    FirstImpulses,
-    FirstApply,
-    Impulses,
-    Apply,
-    Forces,
-    Measure,
-    Part,
-    Limits,
-    LimitsAround,
-    LimitsOfAll,
-    NextRound,
-}
-
 impl Twin {
-    /// The arrays before a sub-step.
-    fn of(fixture: &Fixture, seed: u64) -> Self {
-        let mut tables = fixture.tables.surfaces.clone();
-        let room = Room { pairs: ROOM as usize, contacts: ROOM as usize, rounds: 3, jams: 17 };
-        tables.put_room(room);
-        let mut chance = Chance::new(seed);
-        let mut vector = || {
-            let [x, y, z] = chance.three(0.3);
-            [x, y, z, 0.0]
-        };
-        let mut places = tables.start();
-        for place in places.iter_mut().filter(|place| **place == [0.0; 4]) {
-            *place = vector();
-        }
-        Self {
-            part: 1,
-            places,
-            boxes: vec![[0.0; 4]; 4 * tables.boxes()],
-            pairs: vec![[0; 4]; room.pairs],
-            contacts: vec![SurfaceContact::default(); room.contacts],
-            forces: vec![[0; 4]; 2 * room.contacts],
-            work: vec![0; tables.work(room)],
-            counts: vec![7; 3 * (layout::ON_BOXES + LEVELS)],
-            position: fixture.new.position.clone(),
-            velocity: fixture.new.velocity.clone(),
-            h: fixture.substep().h,
-            tables: tables.words,
-        }
-        .with_odd_lists()
-    }
-
-    /// The forces of the last sub-step are in the second lists.
-    fn with_odd_lists(mut self) -> Self {
-        self.work[layout::IS_ODD] = 1;
-        self
-    }
-
-    /// The arrays before a kernel.
-    fn before(kernel: Before, fixture: &mut Fixture) -> Self {
-        let (mut twin, is_past) = (Self::of(fixture, kernel as u64), |one: Before| one < kernel);
-        if is_past(Before::Keep) {
-            twin.keep_places(&fixture.old.position);
-        }
-        if is_past(Before::Take) {
-            twin.take_places();
-        }
-        if is_past(Before::Bounds) {
-            twin.bound_leaves();
-        }
-        if is_past(Before::Levels) {
-            (1..=twin.tables[layout::TOP_LEVEL]).for_each(|level| {
-                twin.part = level;
-                twin.bound_level();
-            });
-        }
-        if is_past(Before::List) {
-            twin.list_leaf_pairs();
-            twin.put_forces();
-        }
-        if is_past(Before::Find) {
-            twin.find_surface_contacts();
-        }
-        if is_past(Before::Place) {
-            twin.place_parts();
-        }
-        if is_past(Before::Fill) {
-            twin.fill_parts();
-        }
-        if is_past(Before::Sort) {
-            twin.sort_parts();
-        }
-        twin.go_through_rounds(kernel, fixture);
-        twin.go_through_filter(kernel);
-        twin
-    }
-
-    /// The same in the rounds of impulses.
-    fn go_through_rounds(&mut self, kernel: Before, fixture: &mut Fixture) {
-        for (round, impulses, apply_them) in
-            [(0, Before::FirstImpulses, Before::FirstApply), (1, Before::Impulses, Before::Apply)]
-        {
-            if impulses <= kernel {
-                self.work[layout::ROUND] = round;
-            }
-            if impulses < kernel {
-                self.correct_impulses();
-            }
-            if apply_them < kernel {
-                apply(self, fixture);
-            }
-        }
-    }
-
-    /// The same in the filter. In a later round of it some nodes are held back already.
-    fn go_through_filter(&mut self, kernel: Before) {
-        if Before::Forces <= kernel {
-            self.work[layout::FORCES] = 0;
-        }
-        if Before::Forces < kernel {
-            self.note_forces();
-        }
-        if Before::Measure < kernel {
-            self.measure_ways();
-            self.work[layout::IS_ACTIVE] = 1;
-        }
-        if Before::Limits < kernel {
-            self.limit_ways();
-            self.mark_held();
-            self.work[layout::JAM] = 1;
-            for place in (0..self.tables[layout::NODE_PLACES] as usize).step_by(5) {
-                let at = self.list(3) + place;
-                self.work[at] = self.work[at].min(0.37_f32.to_bits());
-            }
-        }
-        self.work[layout::LISTED] = match kernel {
-            Before::LimitsAround => layout::AROUND,
-            Before::LimitsOfAll => layout::ALL,
-            _ => layout::NEAR,
-        } as u32;
-        if kernel == Before::LimitsOfAll {
-            self.work[layout::JAM] = 2;
-        }
-        if kernel == Before::NextRound {
-            (self.work[layout::FILTER_ROUND], self.work[layout::IN_ROUNDS]) = (1, 1);
-            self.work[layout::JAM] = layout::STAMPS as u32;
-            // Some arrive, and none is where it was at the start of the sub-step.
-            for place in 0..self.tables[layout::NODE_PLACES] as usize {
-                let [x, y, z, _] = self.position[place];
-                self.put(
-                    layout::BEFORE,
-                    place,
-                    add(self.place(layout::AT_START, place), [1e-3, -2e-3, 1e-3]),
-                );
-                if place % 2 == 0 {
-                    self.put(layout::TARGET, place, [x, y, z]);
-                }
-            }
-        }
-    }
-
-    /// Gives some pairs a force in the last sub-step.
-    fn put_forces(&mut self) {
-        // Some have come so far apart that only those with a force remain contacts.
-        let mut other = self.clone();
-        let materials = other.tables[layout::MATERIALS_AT] as usize;
-        let count = (other.tables[layout::SURFACE_COUNT] as usize).pow(2);
-        for pair in 0..count {
-            let thickness = &mut other.tables[materials + 2 * pair];
-            *thickness = (1.05 * f32::from_bits(*thickness)).to_bits();
-        }
-        other.find_surface_contacts();
-        let buckets = self.tables[layout::BUCKETS] as usize;
-        let [_, _, next, first] = self.lists_of_contacts();
-        self.work[first..first + 2 * buckets].fill(u32::MAX);
-        self.work[layout::FORCES] = 0;
-        for one in other.contacts[..other.work[layout::CONTACTS] as usize].iter().step_by(3) {
-            let at = self.work[layout::FORCES] as usize;
-            let [a, b, pair] = one.order;
-            let force =
-                [0.3 * one.normal[0] + 0.05, 0.4 * one.normal[1], 0.2 * one.normal[2]].map(f32::to_bits);
-            self.forces[2 * at] = [a, b, pair, 0];
-            self.forces[2 * at + 1] = [force[0], force[1], force[2], 0];
-            let bucket = first + buckets + bucket_of(one.order, buckets);
-            self.work[next + at] = std::mem::replace(&mut self.work[bucket], at as u32);
-            self.work[layout::FORCES] += 1;
-        }
-    }
-
     /// Puts lists that are filled in any order into one order, and what only says where these stand. A kernel at fault may count on.
     fn normalise(&mut self) {
         let count = |twin: &Self, word: usize| twin.work[word] as usize;
@@ -327,7 +145,7 @@ impl Twin {
 }
 
 /// Nodes in contact go where impulses lead them, and colliders act on them again.
-fn apply(twin: &mut Twin, fixture: &mut Fixture) {
+pub fn apply(twin: &mut Twin, fixture: &mut Fixture) {
     fixture.new = State { position: twin.position.clone(), velocity: twin.velocity.clone() };
     let (mut moved, states) = (fixture.new.clone(), twin.apply_impulses());
     let mut is_moved = vec![false; moved.position.len()];
@@ -471,10 +289,20 @@ fn compare_work(written: &mut Written<'_>, wanted: &Twin, found: &Twin) {
     let [parts, of_found] = [wanted, found]
         .map(|twin| twin.work[limits.clone()].iter().map(|&bits| f32::from_bits(bits)).collect::<Vec<_>>());
     written.outcome().compare("limits", &parts, &of_found);
+    // Where colliders push nodes, the first lists are keys of ways.
+    let ways = if wanted.work[layout::LISTED] == layout::CARRIED as u32 {
+        wanted.list(0)..wanted.list(3)
+    } else {
+        0..0
+    };
+    let [pushes, of_found] = [wanted, found]
+        .map(|twin| twin.work[ways.clone()].iter().map(|&key| way_of(key)).collect::<Vec<_>>());
+    written.outcome().compare("pushes", &pushes, &of_found);
     let numbers = |twin: &Twin| {
         let mut all = twin.work.clone();
         lengths.iter().for_each(|&word| all[word] = 0);
         all[limits.clone()].fill(0);
+        all[ways.clone()].fill(0);
         all
     };
     same(written, "surface_work", &numbers(wanted), &numbers(found));
@@ -486,6 +314,7 @@ fn list(bench: &mut Bench<'_>) -> Result<(), String> {
         (layout::NEAR, Before::List),
         (layout::AROUND, Before::LimitsAround),
         (layout::ALL, Before::LimitsOfAll),
+        (layout::CARRIED, Before::Push),
     ];
     for (kind, stage) in kinds {
         let mut fixture = fixture(41 + kind as u64)?;
@@ -540,6 +369,16 @@ fn count(bench: &mut Bench<'_>) -> Result<(), String> {
         ),
         (layout::COUNT_WAYS, &[(layout::IS_ACTIVE, 1), (layout::WAY, 0.1_f32.to_bits())]),
         (layout::COUNT_WAYS, &[(layout::IS_ACTIVE, 1), (layout::FILTER_ROUND, 2)]),
+        (layout::COUNT_PART, &[]),
+        (layout::COUNT_PART, &[(layout::CORNER_PART, 1), (layout::FARTHEST_PLACE, 1_f32.to_bits())]),
+        (layout::COUNT_PART, &[(layout::CORNER_PART, 2), (layout::FARTHEST_PLACE, 1_f32.to_bits())]),
+        (layout::COUNT_PART, &[(layout::CORNER_PART, 3)]),
+        (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PUSH_ROUND, 3), (layout::PUSHED, 1)]),
+        (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PAIRS, ROOM + 1)]),
+        (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 3)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 5)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 6)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 6)]),
         (
             layout::COUNT_WAYS,
             &[(layout::IS_ACTIVE, 0), (layout::FILTER_ROUND, 2), (layout::WAY, 0.1_f32.to_bits())],

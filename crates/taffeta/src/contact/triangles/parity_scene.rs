@@ -5,7 +5,9 @@ use crate::backend::FrameInput;
 use crate::features::Tables;
 use crate::parity::fixture::{Chance, Fixture, State};
 use crate::real::add;
-use crate::scene::{Body, Collider, ContactForm, Icosphere, Mass, Mesh, Scene, Select, SelfCollision};
+use crate::scene::{
+    Body, Collider, ContactForm, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision,
+};
 
 /// Where nodes are that are not [m].
 const NOWHERE: f32 = 9.0;
@@ -23,9 +25,14 @@ fn assembly() -> Result<Assembly, String> {
     };
     let ball = Mesh::Icosphere(Icosphere { radius: 0.07, subdivisions: 1 });
     let apart = Body::cloth("apart", Mesh::grid(3, 5, [0.2, 0.1])).with_mass(Mass::Node(0.01));
+    // In each sub-step it goes up by more than half the least thickness.
+    let middle = [0.1, -0.066, 0.05];
+    let way =
+        Keyframe { translate: [0.03, 0.3, 0.02], ..Keyframe::rotate(0.1, [0.3, 0.2, 1.0], 20.0, middle) };
+    let moving = Collider::cuboid(middle, [0.07, 0.03, 0.05]).keyframe(way);
     let mut scene = Scene::new("surfaces")
         .collider(Collider::plane([0.0, -0.07, 0.0], [0.03, 1.0, 0.02]).friction(0.4))
-        .collider(Collider::cuboid([0.1, -0.05, 0.05], [0.07, 0.03, 0.05]).friction(0.3).offset(0.017))
+        .collider(moving.friction(0.3).offset(0.017))
         .time(0.0173, 0.0041);
     scene.bodies = vec![
         touching("coarse", Mesh::grid(7, 6, [0.33, 0.28]), [0.0213, 0.31])

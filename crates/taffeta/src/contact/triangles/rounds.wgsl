@@ -79,6 +79,18 @@ fn velocity_at(place: u32) -> vec3f {
     return (place_at(AFTER, place) - place_at(BEFORE, place)) / substeps[0].h;
 }
 
+/// How far a collider comes nearer in the sub-step [m].
+fn advance_of(one: SurfaceContact) -> f32 {
+    var moved = vec3f(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let place = one.nodes[i];
+        if place >= table(NODE_PLACES) {
+            moved += (place_at(AFTER, place) - place_at(BEFORE, place)) * one.weights[i];
+        }
+    }
+    return max(-dot3(one.normal, moved), 0.0);
+}
+
 /// Corrects impulses for the velocities that those of the round before gave; the first ones are guesses.
 @compute @workgroup_size(256)
 fn correct_impulses(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
@@ -94,7 +106,7 @@ fn correct_impulses(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_
         let mobility = mobility_by(abs(one.weights), inverse);
         surface_contacts[number].mobility = mobility;
         surface_contacts[number].impulse = first_impulse(one);
-        surface_contacts[number].push = push_of(one, mobility, h);
+        surface_contacts[number].push = push_of(one, mobility, h, advance_of(one));
         return;
     }
     let anchor = velocity_at(nodes.w);

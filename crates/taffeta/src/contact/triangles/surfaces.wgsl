@@ -11,6 +11,8 @@
 @group(1) @binding(70) var<storage, read> surface_tables: array<u32>;
 /// What a command of several is about: a level of boxes, or what is counted.
 @group(1) @binding(71) var<storage, read> surface_part: array<u32>;
+/// Corners of colliders that move, at the start and at the end of each sub-step.
+@group(1) @binding(72) var<storage, read> surface_corners: array<vec4f>;
 /// Vectors of places, one array of all of them after the other.
 @group(3) @binding(70) var<storage, read_write> surface_places: array<vec4f>;
 /// Of each leaf, and of boxes of sixteen: the least and the largest corner before, and of the motion.
@@ -62,6 +64,8 @@ const ROUND_ROOM: u32 = 37u;
 const JAM_ROOM: u32 = 39u;
 /// 0, as bits.
 const ZERO: u32 = 38u;
+/// How often nodes that are pushed may push others, as is written down.
+const PUSH_ROOM: u32 = 40u;
 
 // Words of a leaf: its nodes, their number, its surface, the lanes that are held, the numbers of its triangles, edges and vertices;
 // then these by lanes, a triangle, an edge or four vertices a word.
@@ -77,7 +81,8 @@ const LEAF_VERTICES: u32 = 52u;
 const LEAF_GROUP: u32 = 16u;
 
 // Arrays of places: where nodes were where the sub-step began, are before it or the round of the filter, and are after it; the
-// velocity before contact; what removes old overlaps; where nodes would end, and the velocity there.
+// velocity before contact; what removes old overlaps; where nodes would end, and before the filter how far colliders have pushed
+// them; the velocity there.
 const AT_START: u32 = 0u;
 const BEFORE: u32 = 1u;
 const AFTER: u32 = 2u;
@@ -106,17 +111,24 @@ const JAM: u32 = 15u;
 const LISTED: u32 = 16u;
 const IN_ROUNDS: u32 = 17u;
 const IS_ODD: u32 = 18u;
-/// What was too little in the frame: room for pairs, for contacts, rounds of the filter; and what was needed at most.
-const SHORT: u32 = 19u;
-const MOST_PAIRS: u32 = 20u;
-const MOST_CONTACTS: u32 = 21u;
+/// Parts of the motion of colliders that have begun; whether a node goes farther by a push; rounds of pushes in the part.
+const CORNER_PART: u32 = 19u;
+const PUSHED: u32 = 20u;
+const PUSH_ROUND: u32 = 21u;
+/// What was too little in the frame: room for pairs, for contacts, rounds of the filter, of jams, of pushes; and what was needed at
+/// most.
+const SHORT: u32 = 22u;
+const MOST_PAIRS: u32 = 23u;
+const MOST_CONTACTS: u32 = 24u;
 /// Lists of numbers begin here.
 const LISTS: u32 = 32u;
 
-// Which pairs are listed: all that may come near each other; those around leaves that were marked last; all within reach.
+// Which pairs are listed: all that may come near each other; those around leaves that were marked last; all within reach; all that
+// may come near each other where colliders push nodes.
 const NEAR: u32 = 0u;
 const AROUND: u32 = 1u;
 const ALL: u32 = 2u;
+const CARRIED: u32 = 3u;
 
 /// Numbers that mark what is held back, in a round of the filter.
 const STAMPS: u32 = 32u;
@@ -165,6 +177,11 @@ fn limit_at(place: u32) -> u32 {
 
 fn held_at(place: u32) -> u32 {
     return LISTS + 4u * table(ALL_PLACES) + place;
+}
+
+/// How far a round pushes a node along an axis, as a key (carry.wgsl). Contacts have found their impulses before.
+fn push_at(axis: u32, place: u32) -> u32 {
+    return LISTS + axis * table(ALL_PLACES) + place;
 }
 
 /// Nodes in contact, in any order.

@@ -2,6 +2,7 @@
 
 use crate::contact::triangles::gpu::{bucket_of, order_of};
 use crate::contact::triangles::gpu_layout::{self as layout, SurfaceContact};
+use crate::contact::triangles::gpu_tables::CornersMoved;
 use crate::contact::triangles::impulse::{Contact, mobility};
 use crate::gpu::layout::{Four, NONE};
 use crate::real::{Real, add, dot, norm, scale, sub};
@@ -23,6 +24,8 @@ pub struct Twin {
     pub velocity: Vec<Four>,
     /// The sub-step [s].
     pub h: f32,
+    /// Where corners of colliders go in it.
+    pub corners: CornersMoved,
 }
 
 impl Twin {
@@ -79,7 +82,7 @@ impl Twin {
         &self.tables[at..at + layout::LEAF_WORDS]
     }
 
-    fn has_surface(&self, place: usize) -> bool {
+    pub fn has_surface(&self, place: usize) -> bool {
         self.tables[self.table(layout::HAS_SURFACE_AT) + place] != 0
     }
 
@@ -108,6 +111,13 @@ impl Twin {
             for (list, value) in [(0, 0), (2, 0), (3, 1_f32.to_bits()), (4, 0)] {
                 let at = self.list(list) + place;
                 self.work[at] = value;
+            }
+        }
+        if !self.corners.corners.is_empty() {
+            for place in self.nodes()..self.table(layout::ALL_PLACES) {
+                let [start, end] = self.corner_ends(place);
+                self.put(layout::BEFORE, place, start);
+                self.put(layout::AFTER, place, end);
             }
         }
         let (marks, leaves, buckets) = (self.list(6), self.leaves(), self.table(layout::BUCKETS));
@@ -210,13 +220,21 @@ impl Twin {
 
     /// As the formulas take it.
     fn formula(&self, one: &SurfaceContact) -> Contact<f32> {
+        let moved = |corner: usize| match one.nodes[corner] as usize {
+            place if place < self.nodes() => [0.0; 3],
+            place => {
+                let way = sub(self.place(layout::AFTER, place), self.place(layout::BEFORE, place));
+                scale(way, one.weights[corner])
+            }
+        };
+        let moved = (0..4).map(moved).fold([0.0; 3], add);
         Contact {
             normal: one.normal,
             gap: one.gap,
             thickness: one.thickness,
             friction: one.friction,
             grip: 0.0,
-            advance: 0.0,
+            advance: (-dot(one.normal, moved)).max(0.0),
             mobility: one.mobility,
         }
     }
@@ -242,7 +260,9 @@ impl Twin {
                 let formula = self.formula(&one);
                 one.impulse = formula.start(one.impulse);
                 let by = 1.0 / if one.mobility > 0.0 { one.mobility } else { 1.0 };
-                one.push = if one.mobility > 0.0 { formula.lead(self.h) * by } else { 0.0 };
+                let lead = formula.lead(self.h);
+                let way = if lead > 0.0 { lead + formula.advance } else { 0.0 };
+                one.push = if one.mobility > 0.0 { way * by } else { 0.0 };
             } else {
                 let v = one.nodes.map(|node| self.velocity_at(node as usize));
                 let part = |corner: usize| scale(sub(v[corner], v[3]), one.weights[corner]);
@@ -327,7 +347,7 @@ impl Twin {
         }
     }
 
-    fn surface_nodes(&self) -> Vec<usize> {
+    pub fn surface_nodes(&self) -> Vec<usize> {
         (0..self.nodes()).filter(|&place| self.has_surface(place)).collect()
     }
 

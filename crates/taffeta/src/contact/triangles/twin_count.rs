@@ -1,5 +1,6 @@
 //! What is counted of contact of surfaces, as rows compare it: count.wgsl one number after the other.
 
+use crate::contact::triangles::carry::PUSHES;
 use crate::contact::triangles::filter::JAMS;
 use crate::contact::triangles::gpu_layout as layout;
 use crate::contact::triangles::impulse::SINKS;
@@ -58,8 +59,52 @@ impl Twin {
             }
             layout::COUNT_WAYS => self.count_ways(),
             layout::COUNT_HELD => self.count_held(),
+            layout::COUNT_PART => self.count_part(),
+            layout::COUNT_CARRIED => self.count_carried(),
+            layout::COUNT_PUSHES => self.count_pushes(),
             _ => self.count_filter_round(),
         }
+    }
+
+    fn put_boxes(&mut self, is_on: bool) {
+        for level in 0..=self.table(layout::TOP_LEVEL) {
+            self.put_each(layout::ON_BOXES + level, self.table(layout::LEVEL_BOXES + 2 * level + 1), is_on);
+        }
+    }
+
+    fn count_part(&mut self) {
+        let (part, parts) = (self.work[layout::CORNER_PART], self.corners.parts);
+        let goes_on = part < parts;
+        let moves = parts > 0 && part <= parts;
+        self.put_each(layout::ON_CORNERS, self.table(layout::ALL_PLACES), moves);
+        self.put_boxes(goes_on);
+        self.put_each(layout::ON_LIST, self.leaves(), goes_on);
+        self.work[layout::LISTED] = layout::CARRIED as u32;
+        self.work[if goes_on { layout::PAIRS } else { layout::FARTHEST_PLACE }] = 0;
+        self.work[layout::CORNER_PART] = part + 1;
+    }
+
+    fn count_carried(&mut self) {
+        let goes_on = self.work[layout::CORNER_PART] <= self.corners.parts;
+        let pairs = if goes_on {
+            self.check_room(layout::PAIRS, layout::PAIR_ROOM, layout::MOST_PAIRS, 1)
+        } else {
+            0
+        };
+        self.put_groups(layout::ON_PUSH, pairs);
+        self.put_each(layout::ON_TAKE, self.nodes(), goes_on);
+        (self.work[layout::PUSH_ROUND], self.work[layout::PUSHED]) = (0, 0);
+    }
+
+    fn count_pushes(&mut self) {
+        let next = self.work[layout::PUSH_ROUND] + 1;
+        if self.work[layout::PUSHED] == 0 {
+            self.put_groups(layout::ON_PUSH, 0);
+            self.put_groups(layout::ON_TAKE, 0);
+        } else if next == self.tables[layout::PUSH_ROOM] && (next as usize) < PUSHES {
+            self.work[layout::SHORT] |= 16;
+        }
+        (self.work[layout::PUSH_ROUND], self.work[layout::PUSHED]) = (next, 0);
     }
 
     fn count_ways(&mut self) {
@@ -70,11 +115,10 @@ impl Twin {
         let is_far = self.number(layout::WAY) > self.length(layout::SQUARED_WAY);
         let in_rounds = is_active && (is_far || round > 0);
         let is_changed = self.number(layout::CHANGE_OF_WAY) > self.length(layout::SQUARED_CHANGE);
-        let again = is_active && (in_rounds || is_changed);
+        let is_carried = round == 0 && self.corners.parts > 0;
+        let again = is_active && (in_rounds || is_changed || is_carried);
         self.put_each(layout::ON_PART, self.nodes(), in_rounds);
-        for level in 0..=self.table(layout::TOP_LEVEL) {
-            self.put_each(layout::ON_BOXES + level, self.table(layout::LEVEL_BOXES + 2 * level + 1), again);
-        }
+        self.put_boxes(again);
         self.put_each(layout::ON_LIST, self.leaves(), again);
         self.put_each(layout::ON_MARK, self.nodes(), is_active);
         self.put_groups(layout::ON_HOLD, 0);

@@ -9,26 +9,28 @@ use crate::contact::triangles::twin::Twin;
 use crate::real::{Real, add, dot, norm, scale, sub};
 
 /// A pair of primitives of two leaves.
-struct Candidate {
+pub struct Candidate {
     /// The leaf of each node, and its lane.
-    lanes: [(usize, usize); 4],
+    pub lanes: [(usize, usize); 4],
     /// Nodes of the first side, of those of `lanes`.
-    first: usize,
+    pub first: usize,
     order: u32,
 }
 
-type Four3 = [[f32; 3]; 4];
+pub type Four3 = [[f32; 3]; 4];
 
 impl Twin {
     /// How far from each other triangles of two leaves matter [m].
     fn reach(&self, a: usize, b: usize) -> f32 {
         let [of_a, of_b] = [a, b].map(|leaf| self.box_of(leaf));
         let allowance = self.length(layout::ALLOWANCE);
-        if self.work[layout::LISTED] == layout::NEAR as u32 {
+        let listed = self.work[layout::LISTED] as usize;
+        if listed == layout::NEAR || listed == layout::CARRIED {
             let approach: [f32; 3] = std::array::from_fn(|axis| {
                 (of_a[3][axis] - of_b[2][axis]).max(of_b[3][axis] - of_a[2][axis])
             });
-            let needs = reach_together(f64::from(norm(approach))) as f32 + allowance;
+            let by_pushes = if listed == layout::CARRIED { self.corners.reach } else { 0.0 };
+            let needs = reach_together(f64::from(norm(approach))) as f32 + allowance + by_pushes;
             return (KEEPS as f32 * self.material(a, b)[0] + needs) * layout::LOOSE_REACH as f32;
         }
         let way = |bounds: [[f32; 3]; 4]| -> f32 {
@@ -144,7 +146,7 @@ impl Twin {
     }
 
     /// Pairs of primitives of two leaves that can touch, with their nodes and their thickness.
-    fn touching(&self, pair: [u32; 4]) -> Vec<(Candidate, [usize; 4], f32)> {
+    pub fn touching(&self, pair: [u32; 4]) -> Vec<(Candidate, [usize; 4], f32)> {
         let [a, b] = [pair[0] as usize, pair[1] as usize];
         let is_held = |&(leaf, lane): &(usize, usize)| self.leaf(leaf)[layout::LEAF_HELD] >> lane & 1 == 1;
         let all = self.candidates(a, b).into_iter();
@@ -257,10 +259,10 @@ impl Twin {
 }
 
 /// Positions relative to the last.
-fn relative(x: Four3) -> Four3 {
+pub fn relative(x: Four3) -> Four3 {
     x.map(|one| sub(one, x[3]))
 }
 
-fn closest(x: Four3, first: usize) -> Closest<f32> {
+pub fn closest(x: Four3, first: usize) -> Closest<f32> {
     if first == 1 { VertexTriangle::closest(x) } else { EdgeEdge::closest(x) }
 }

@@ -18,7 +18,7 @@ use crate::contact::nodes::gpu_layout::FARTHEST;
 use crate::contact::nodes::pair::FIRM;
 use crate::contact::triangles::gpu_layout::{LOOSE_REACH, WORDS};
 use crate::contact::triangles::surfaces::NEIGHBOURS;
-use crate::contact::triangles::{filter, impulse};
+use crate::contact::triangles::{carry, filter, impulse};
 use crate::diagnostics::gpu::NODE_SUMS;
 use crate::elements::aero::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::elements::hinge::hinge::STIFFEST;
@@ -92,6 +92,9 @@ fn of_surfaces() -> BTreeMap<&'static str, f64> {
     let words = WORDS.iter().map(|&(name, number)| (name, number as f64));
     let lengths = [
         ("SHARE", filter::SHARE),
+        ("MOST_USED", filter::SHARE),
+        ("ROOM_BEFORE", filter::ROOM_BEFORE),
+        ("PUSHES", carry::PUSHES as f64),
         ("MOST_OF_GAP", filter::SHARE * (1.0 - filter::LEAST)),
         ("LEAST_SHARE", filter::LEAST),
         ("MOST_SHARE", 1.0 - filter::LEAST),

@@ -73,7 +73,15 @@ struct Substep {
     /// 0: its place among the records that its dispatch sees.
     own: u32,
     /// What is on its way around triangles.
-    @size(96) air: Air,
+    air: Air,
+    /// Corners of colliders: those at its start from here on, and then those at its end; none where no collider ever moves.
+    first_corner: u32,
+    /// In how many parts they go: 0 if they stand still.
+    corner_parts: u32,
+    /// How much nearer than by their motion in one of them pairs may come [m].
+    corner_reach: f32,
+    /// The longest way along each axis that nodes are pushed in one of them [m].
+    @size(20) longest_push: f32,
 }
 
 /// The sub-step of this dispatch, and those after it.

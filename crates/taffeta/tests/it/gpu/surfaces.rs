@@ -6,7 +6,7 @@ use taffeta::scene::{
     Body, Collider, ConstraintForm, ContactForm, Icosphere, Keyframe, Mass, Mesh, Method, Scene, Seam,
     SeamSide, Select, SelfCollision, VolumeForm,
 };
-use taffeta::{Options, Precision, Simulation};
+use taffeta::{Options, Pose, Precision, Simulation};
 
 fn touch(body: Body, thickness: f64) -> Body {
     let form = ContactForm::Triangles;
@@ -115,6 +115,67 @@ fn meshes_volumes_and_seams_stand_beside_contact_as_on_the_cpu() {
     assert!(most > 50 && cpu.report().contacts > 0, "{most} {}", cpu.report().contacts);
 }
 
+/// Sheets one above the other, below which a box comes up and a spike turns.
+fn pushed() -> Scene {
+    let layer = |name: &str, y: f64| touching(name, sheet(9, 0.3), 0.006).at([0.0, y, 0.0]);
+    let up = Keyframe {
+        translate: [0.01, 0.06, 0.0],
+        ..Keyframe::rotate(0.1, [0.2, 1.0, 0.1], 20.0, [0.0, -0.05, 0.0])
+    };
+    let turns = Keyframe::rotate(0.1, [0.0, 0.0, 1.0], 60.0, [0.1, 0.0, 0.1]);
+    let spike = Mesh::Icosphere(Icosphere { radius: 0.02, subdivisions: 0 });
+    let mut spike = Collider::mesh(spike).offset(0.003).keyframe(turns);
+    spike.place.position = [0.05, -0.03, 0.1];
+    Scene::new("pushed")
+        .body(layer("held", 0.0).pin(Select::cols(0, 0)).pin(Select::cols(8, 8)))
+        .body(layer("middle", 0.008))
+        .body(layer("top", 0.016))
+        .collider(
+            Collider::cuboid([0.0, -0.05, 0.0], [0.04, 0.035, 0.05]).offset(0.004).friction(0.5).keyframe(up),
+        )
+        .collider(spike)
+        .time(1.0 / 60.0, STEP)
+}
+
+/// What is in the way of a collider goes along with it, in several parts of its motion, and pushes what is above.
+#[test]
+fn colliders_that_move_carry_cloth_as_on_the_cpu() {
+    let (mut cpu, mut gpu) = both(&pushed());
+    assert!(are_alike(&mut cpu, &mut gpu, 9) > 300);
+    assert_eq!(cpu.intersections().pairs, 0);
+    // Where it has come to rest, and in a snapshot of that.
+    let [of_cpu, of_gpu] = [&cpu, &gpu].map(Simulation::snapshot);
+    let (mut other_cpu, mut other_gpu) = both(&pushed());
+    other_cpu.restore(&of_gpu).expect("it fits");
+    other_gpu.restore(&of_cpu).expect("it fits");
+    are_alike(&mut other_cpu, &mut other_gpu, 2);
+    run(&mut cpu, 2);
+    assert_eq!(cpu.state_hash(), other_gpu.state_hash());
+}
+
+#[test]
+fn a_collider_that_a_program_moves_carries_cloth_as_on_the_cpu() {
+    let scene = Scene::new("lifted")
+        .body(touching("held", sheet(9, 0.3), 0.006).pin(Select::cols(0, 0)).pin(Select::cols(8, 8)))
+        .body(touching("top", sheet(9, 0.3), 0.006).at([0.0, 0.008, 0.0]))
+        .collider(Collider::cuboid([0.0, -0.05, 0.0], [0.05, 0.04, 0.05]).offset(0.004).named("lift"))
+        .time(1.0 / 60.0, STEP);
+    let lift = |simulation: &mut Simulation, by: f64| {
+        let lift = simulation.collider("lift").expect("its name");
+        simulation
+            .move_collider(lift, Pose { translate: [0.0, by, 0.0], ..Pose::default() })
+            .expect("finite");
+    };
+    let (mut cpu, mut gpu) = both(&scene);
+    are_alike(&mut cpu, &mut gpu, 1);
+    for frame in 1..4 {
+        lift(&mut cpu, 0.03 * f64::from(frame));
+        lift(&mut gpu, 0.03 * f64::from(frame));
+        are_alike(&mut cpu, &mut gpu, 1);
+    }
+    assert!(are_alike(&mut cpu, &mut gpu, 1) > 100);
+}
+
 #[test]
 fn what_does_not_run_on_a_gpu_yet_is_refused_in_words() {
     let refused = |scene: &Scene| -> String {
@@ -124,15 +185,12 @@ fn what_does_not_run_on_a_gpu_yet_is_refused_in_words() {
     let mut implicit = heap();
     implicit.solver.method = Method::Ice;
     implicit.solver.ice.form = ConstraintForm::Primal;
-    let turns = Keyframe::rotate(1.0, [0.0, 1.0, 0.0], 90.0, [0.0; 3]);
-    let moving = heap().collider(Collider::cuboid([0.0, -0.3, 0.0], [0.1; 3]).keyframe(turns));
     let crossed = heap().body(touching("crossed", sheet(5, 0.2), 0.01).at([0.0, 0.02, 0.0]));
     let inside = heap().collider(Collider::sphere([0.0, 0.0, 0.1], 0.05));
     let slippery = heap().friction_between("ball", "collider0", 0.0);
     assert!(refused(&slippery).contains("body `ball` has a friction of its own with a collider"));
     for (scene, why) in [
         (implicit, "with implicit steps"),
-        (moving, "beside colliders that move"),
         (crossed, "where surfaces start through each other"),
         (inside, "where nodes start inside colliders"),
     ] {

@@ -1,0 +1,144 @@
+// Colliders that move: what is in their way goes along, before nodes go where they would end.
+
+#import contact/triangles/closest.wgsl
+#import contact/triangles/filter.wgsl
+#import contact/triangles/leaf_pairs.wgsl
+#import contact/triangles/most.wgsl
+#import contact/triangles/surfaces.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/state.wgsl
+#import gpu/wgsl/substep.wgsl
+#import gpu/wgsl/vector.wgsl
+
+/// Measures how far from the origin places are.
+@compute @workgroup_size(256)
+fn measure_places(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let place = node_of(id, lane);
+    var far = 0.0;
+    if place < table(ALL_PLACES) && has_surface(place) {
+        let size = abs(place_at(BEFORE, place));
+        far = max(size.x, max(size.y, size.z));
+    }
+    let most = most_of_lanes(lane, vec3f(far, 0.0, 0.0));
+    if lane == 0u {
+        atomicMax(&surface_work[FARTHEST_PLACE], bitcast<u32>(most.x));
+    }
+}
+
+/// Sets corners of colliders where they are at both ends of a part of their motion. Nodes are at rest where they have been pushed.
+@compute @workgroup_size(256)
+fn advance_corners(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let place = node_of(id, lane);
+    if place >= table(ALL_PLACES) || !has_surface(place) {
+        return;
+    }
+    let part = counted(CORNER_PART) - 1u;
+    let parts = substeps[own()].corner_parts;
+    if place < table(NODE_PLACES) {
+        let x = place_at(select(AFTER, BEFORE, part == 0u), place);
+        put_place(BEFORE, place, x);
+        put_place(AFTER, place, x);
+        put_place(TARGET, place, vec3f(0.0));
+        for (var axis = 0u; axis < 3u; axis++) {
+            set_counted(push_at(axis, place), 0u);
+        }
+        return;
+    }
+    let corner = place - table(NODE_PLACES);
+    let first = substeps[own()].first_corner;
+    let start = surface_corners[first + corner].xyz;
+    let end = surface_corners[first + table(ALL_PLACES) - table(NODE_PLACES) + corner].xyz;
+    let way = end - start;
+    let ends = vec2f(f32(part), f32(part + 1u)) / f32(parts);
+    put_place(BEFORE, place, select(end, start + way * ends.x, part < parts));
+    put_place(AFTER, place, select(end, start + way * ends.y, part + 1u < parts));
+}
+
+/// A component of a push as a number that is larger for a longer way, and for one towards + of two that are as long.
+fn push_key(way: f32) -> u32 {
+    return (bitcast<u32>(abs(way)) << 1u) | select(0u, 1u, way > 0.0);
+}
+
+fn way_of(key: u32) -> f32 {
+    let length = bitcast<f32>(key >> 1u);
+    return select(-length, length, (key & 1u) == 1u);
+}
+
+/// Pushes the nodes of all pairs of two leaves that would come too near: those of the side that the other drives.
+@compute @workgroup_size(256)
+fn push_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let index = min(workgroup_index(id), counted(PAIRS) - 1u);
+    let is_there = index == workgroup_index(id);
+    let pair = surface_pairs[index];
+    load_leaves(pair, lane);
+    let counts = candidate_count(pair.x == pair.y);
+    let material = material_of(leaf_words[LEAF_SURFACE], leaf_words[LEAF_WORDS + LEAF_SURFACE]);
+    let count = select(0u, counts.x + counts.y + counts.z, is_there);
+    for (var number = lane; number < count; number += 256u) {
+        let one = candidate(number, counts);
+        if matters(one, pair) {
+            push_side(one, thickness_of(one, material.x, pair.z > 0u));
+        }
+    }
+}
+
+fn push_side(one: Candidate, thickness: f32) {
+    let x = four_before(one.lanes);
+    let ends = four_after(one.lanes);
+    let moves = array<vec3f, 4>(ends[0] - x[0], ends[1] - x[1], ends[2] - x[2], ends[3] - x[3]);
+    if all(max(max(abs(moves[0]), abs(moves[1])), max(abs(moves[2]), abs(moves[3]))) == vec3f(0.0)) {
+        return;
+    }
+    let start = relative_to_last(x, length_of(ZERO));
+    let found = closest_of(start, one.first);
+    let far = bitcast<f32>(counted(FARTHEST_PLACE));
+    let push = push_apart(start, moves, one.first, found.apart, thickness, far);
+    if all(push == vec3f(0.0)) {
+        return;
+    }
+    var of_first = vec3f(0.0);
+    var of_second = vec3f(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        if i < one.first {
+            of_first += moves[i] * found.weights[i];
+        } else {
+            of_second += moves[i] * -found.weights[i];
+        }
+    }
+    let first_drives = -dot3(of_first, found.apart) > dot3(of_second, found.apart);
+    let nodes = nodes_of(one.lanes);
+    for (var i = 0u; i < 4u; i++) {
+        if (i < one.first) != first_drives && nodes[i] < table(NODE_PLACES) && new_position[nodes[i]].w > 0.0 {
+            push_node(nodes[i], select(push, -push, first_drives));
+        }
+    }
+}
+
+fn push_node(node: u32, push: vec3f) {
+    for (var axis = 0u; axis < 3u; axis++) {
+        atomicMax(&surface_work[push_at(axis, node)], push_key(push[axis]));
+    }
+}
+
+/// Has nodes go on along each axis by the most that was sent to them.
+@compute @workgroup_size(256)
+fn take_pushes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let place = node_of(id, lane);
+    if place >= table(NODE_PLACES) || !has_surface(place) {
+        return;
+    }
+    let push = vec3f(
+        way_of(counted(push_at(0u, place))), way_of(counted(push_at(1u, place))), way_of(counted(push_at(2u, place))),
+    );
+    for (var axis = 0u; axis < 3u; axis++) {
+        set_counted(push_at(axis, place), 0u);
+    }
+    let way = place_at(TARGET, place);
+    let most = vec3f(substeps[own()].longest_push);
+    let new_way = max(min(way + push, most), -most);
+    if any(new_way != way) {
+        set_counted(PUSHED, 1u);
+    }
+    put_place(TARGET, place, new_way);
+    put_place(AFTER, place, place_at(BEFORE, place) + new_way);
+}

@@ -1,0 +1,261 @@
+//! The arrays of contact of surfaces before each kernel, as rows compare them.
+
+use crate::contact::triangles::gpu::bucket_of;
+use crate::contact::triangles::gpu_layout::{self as layout, LEVELS, SurfaceContact};
+use crate::contact::triangles::gpu_tables::Room;
+use crate::contact::triangles::parity::apply;
+use crate::contact::triangles::twin::Twin;
+use crate::parity::fixture::{Chance, Fixture};
+use crate::real::add;
+
+/// Room for pairs of leaves, and for contacts.
+pub const ROOM: u32 = 6_000;
+
+/// Which kernel of a sub-step is next.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub enum Before {
+    Keep,
+    Take,
+    Bounds,
+    Levels,
+    List,
+    Find,
+    Place,
+    Fill,
+    Sort,
+    FirstImpulses,
+    FirstApply,
+    Impulses,
+    Apply,
+    Forces,
+    Far,
+    Corners,
+    Push,
+    TakePushes,
+    NextPush,
+    NextCorners,
+    AtRest,
+    Measure,
+    Part,
+    Limits,
+    LimitsAround,
+    LimitsOfAll,
+    NextRound,
+}
+
+impl Twin {
+    /// The arrays before a sub-step.
+    pub fn of(fixture: &Fixture, seed: u64) -> Self {
+        let mut tables = fixture.tables.surfaces.clone();
+        let room =
+            Room { pairs: ROOM as usize, contacts: ROOM as usize, rounds: 3, jams: 17, parts: 2, pushes: 7 };
+        tables.put_room(room);
+        let mut chance = Chance::new(seed);
+        let mut vector = || {
+            let [x, y, z] = chance.three(0.3);
+            [x, y, z, 0.0]
+        };
+        let mut places = tables.start();
+        for place in places.iter_mut().filter(|place| **place == [0.0; 4]) {
+            *place = vector();
+        }
+        Self {
+            part: 1,
+            places,
+            boxes: vec![[0.0; 4]; 4 * tables.boxes()],
+            pairs: vec![[0; 4]; room.pairs],
+            contacts: vec![SurfaceContact::default(); room.contacts],
+            forces: vec![[0; 4]; 2 * room.contacts],
+            work: vec![0; tables.work(room)],
+            counts: vec![7; 3 * (layout::ON_BOXES + LEVELS)],
+            position: fixture.new.position.clone(),
+            velocity: fixture.new.velocity.clone(),
+            h: fixture.substep().h,
+            corners: tables.corners_moved(fixture.substep()),
+            tables: tables.words,
+        }
+        .with_odd_lists()
+    }
+
+    /// The forces of the last sub-step are in the second lists.
+    fn with_odd_lists(mut self) -> Self {
+        self.work[layout::IS_ODD] = 1;
+        self
+    }
+
+    /// The arrays before a kernel.
+    pub fn before(kernel: Before, fixture: &mut Fixture) -> Self {
+        let (mut twin, is_past) = (Self::of(fixture, kernel as u64), |one: Before| one < kernel);
+        if is_past(Before::Keep) {
+            twin.keep_places(&fixture.old.position);
+        }
+        if is_past(Before::Take) {
+            twin.take_places();
+        }
+        if is_past(Before::Bounds) {
+            twin.bound_leaves();
+        }
+        if is_past(Before::Levels) {
+            twin.bound_levels();
+        }
+        if is_past(Before::List) {
+            twin.list_leaf_pairs();
+            twin.put_forces();
+        }
+        if is_past(Before::Find) {
+            twin.find_surface_contacts();
+        }
+        if is_past(Before::Place) {
+            twin.place_parts();
+        }
+        if is_past(Before::Fill) {
+            twin.fill_parts();
+        }
+        if is_past(Before::Sort) {
+            twin.sort_parts();
+        }
+        twin.go_through_rounds(kernel, fixture);
+        twin.go_through_filter(kernel);
+        twin
+    }
+
+    /// The same in the rounds of impulses.
+    fn go_through_rounds(&mut self, kernel: Before, fixture: &mut Fixture) {
+        for (round, impulses, apply_them) in
+            [(0, Before::FirstImpulses, Before::FirstApply), (1, Before::Impulses, Before::Apply)]
+        {
+            if impulses <= kernel {
+                self.work[layout::ROUND] = round;
+            }
+            if impulses < kernel {
+                self.correct_impulses();
+            }
+            if apply_them < kernel {
+                apply(self, fixture);
+            }
+        }
+    }
+
+    fn bound_levels(&mut self) {
+        for level in 1..=self.tables[layout::TOP_LEVEL] {
+            self.part = level;
+            self.bound_level();
+        }
+    }
+
+    /// The same where colliders carry what is in their way.
+    fn go_through_carry(&mut self, kernel: Before) {
+        if Before::Far < kernel {
+            self.measure_places();
+            self.work[layout::CORNER_PART] = 1;
+        }
+        if Before::Corners < kernel {
+            self.advance_corners();
+            self.bound_leaves();
+            self.bound_levels();
+            self.work[layout::LISTED] = layout::CARRIED as u32;
+            self.list_leaf_pairs();
+        }
+        for (push, take) in [(Before::Push, Before::TakePushes), (Before::NextPush, Before::NextPush)] {
+            if push < kernel {
+                self.work[layout::PUSHED] = 0;
+                self.push_nodes();
+            }
+            if take < kernel {
+                self.take_pushes();
+            }
+        }
+        if kernel == Before::TakePushes {
+            // Some have been pushed before, and some as far as they may be.
+            let most = self.corners.longest_push;
+            for place in (0..self.table(layout::NODE_PLACES)).step_by(3) {
+                self.put(layout::TARGET, place, [0.3 * most, 0.9 * most, -most]);
+            }
+        }
+        match kernel {
+            Before::NextPush => self.work[layout::PUSHED] = 0,
+            Before::NextCorners => self.work[layout::CORNER_PART] = 2,
+            Before::AtRest => self.work[layout::CORNER_PART] = self.corners.parts + 1,
+            _ => {}
+        }
+    }
+
+    /// The same in the filter. In a later round of it some nodes are held back already.
+    fn go_through_filter(&mut self, kernel: Before) {
+        if Before::Forces <= kernel {
+            self.work[layout::FORCES] = 0;
+        }
+        if Before::Forces < kernel {
+            self.note_forces();
+        }
+        if (Before::Far..Before::Measure).contains(&kernel) {
+            self.go_through_carry(kernel);
+            return;
+        }
+        if Before::Measure < kernel {
+            self.measure_ways();
+            self.work[layout::IS_ACTIVE] = 1;
+        }
+        if Before::Limits < kernel {
+            self.limit_ways();
+            self.mark_held();
+            self.work[layout::JAM] = 1;
+            for place in (0..self.tables[layout::NODE_PLACES] as usize).step_by(5) {
+                let at = self.list(3) + place;
+                self.work[at] = self.work[at].min(0.37_f32.to_bits());
+            }
+        }
+        self.work[layout::LISTED] = match kernel {
+            Before::LimitsAround => layout::AROUND,
+            Before::LimitsOfAll => layout::ALL,
+            _ => layout::NEAR,
+        } as u32;
+        if kernel == Before::LimitsOfAll {
+            self.work[layout::JAM] = 2;
+        }
+        if kernel == Before::NextRound {
+            (self.work[layout::FILTER_ROUND], self.work[layout::IN_ROUNDS]) = (1, 1);
+            self.work[layout::JAM] = layout::STAMPS as u32;
+            // Some arrive, and none is where it was at the start of the sub-step.
+            for place in 0..self.tables[layout::NODE_PLACES] as usize {
+                let [x, y, z, _] = self.position[place];
+                self.put(
+                    layout::BEFORE,
+                    place,
+                    add(self.place(layout::AT_START, place), [1e-3, -2e-3, 1e-3]),
+                );
+                if place % 2 == 0 {
+                    self.put(layout::TARGET, place, [x, y, z]);
+                }
+            }
+        }
+    }
+
+    /// Gives some pairs a force in the last sub-step.
+    fn put_forces(&mut self) {
+        // Some have come so far apart that only those with a force remain contacts.
+        let mut other = self.clone();
+        let materials = other.tables[layout::MATERIALS_AT] as usize;
+        let count = (other.tables[layout::SURFACE_COUNT] as usize).pow(2);
+        for pair in 0..count {
+            let thickness = &mut other.tables[materials + 2 * pair];
+            *thickness = (1.05 * f32::from_bits(*thickness)).to_bits();
+        }
+        other.find_surface_contacts();
+        let buckets = self.tables[layout::BUCKETS] as usize;
+        let [_, _, next, first] = self.lists_of_contacts();
+        self.work[first..first + 2 * buckets].fill(u32::MAX);
+        self.work[layout::FORCES] = 0;
+        for one in other.contacts[..other.work[layout::CONTACTS] as usize].iter().step_by(3) {
+            let at = self.work[layout::FORCES] as usize;
+            let [a, b, pair] = one.order;
+            let force =
+                [0.3 * one.normal[0] + 0.05, 0.4 * one.normal[1], 0.2 * one.normal[2]].map(f32::to_bits);
+            self.forces[2 * at] = [a, b, pair, 0];
+            self.forces[2 * at + 1] = [force[0], force[1], force[2], 0];
+            let bucket = first + buckets + bucket_of(one.order, buckets);
+            self.work[next + at] = std::mem::replace(&mut self.work[bucket], at as u32);
+            self.work[layout::FORCES] += 1;
+        }
+    }
+}
