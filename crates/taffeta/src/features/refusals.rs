@@ -75,8 +75,6 @@ pub fn refuse_surfaces(from: Stage, assembly: &Assembly) -> Result<(), Refusal> 
     let start = |node: usize| surfaces.start[node];
     let why = if assembly.solver.is_primal() {
         "with implicit steps"
-    } else if surfaces.start_tangled {
-        "where surfaces start through each other"
     } else if !assembly.lifts(0.0, &start).is_empty() {
         "where nodes start inside colliders"
     } else if from > Stage::Elements {

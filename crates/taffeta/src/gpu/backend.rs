@@ -8,7 +8,7 @@ use crate::cpu::CpuBackend;
 use crate::cpu::between::Between;
 use crate::gpu::backup::Backup;
 use crate::gpu::drawn::Drawn;
-use crate::gpu::feature::Upload;
+use crate::gpu::feature::{Seen, Upload};
 use crate::gpu::kernels::Kernels;
 use crate::gpu::layout::Four;
 use crate::gpu::mirror::{Landing, Mirror};
@@ -172,7 +172,35 @@ impl GpuBackend {
         Ok(true)
     }
 
-    fn run(&mut self, substeps: &[plan::Substep<f32>], input: &FrameInput) -> Result<(), GpuError> {
+    fn run(
+        &mut self,
+        start: Option<f64>,
+        substeps: &[plan::Substep<f32>],
+        input: &FrameInput,
+    ) -> Result<(), GpuError> {
+        self.run_to_its_end(start, substeps, input)?;
+        self.see(None)
+    }
+
+    /// Shows features that look where nodes are: at a time [s] before a frame, or after one.
+    fn see(&mut self, time: Option<f64>) -> Result<(), GpuError> {
+        if !self.partitions.iter().any(|partition| partition.looks(time.is_some())) {
+            return Ok(());
+        }
+        let position = self.mirror().position.clone();
+        let seen = Seen { gpu: &self.gpu, assembly: &self.assembly, time, position: &position };
+        self.partitions.iter_mut().try_for_each(|partition| partition.see(&seen))
+    }
+
+    fn run_to_its_end(
+        &mut self,
+        start: Option<f64>,
+        substeps: &[plan::Substep<f32>],
+        input: &FrameInput,
+    ) -> Result<(), GpuError> {
+        if start.is_some() {
+            self.see(start)?;
+        }
         self.put_back();
         self.changed = 0..0;
         let wanted = self.mirror.take().is_some();
@@ -350,11 +378,11 @@ fn three([x, y, z, _]: Four) -> [f64; 3] {
 impl Backend for GpuBackend {
     fn frame(&mut self, start: f64, input: FrameInput) -> Result<(), Lost> {
         let substeps = plan::frame(&self.assembly, start, self.parameters);
-        Ok(self.run(&substeps, &input)?)
+        Ok(self.run(Some(start), &substeps, &input)?)
     }
 
     fn measure(&mut self) -> Result<(), Lost> {
-        Ok(self.run(&[], &FrameInput::default())?)
+        Ok(self.run(None, &[], &FrameInput::default())?)
     }
 
     fn sums(&mut self) -> Result<FrameSums, Lost> {
@@ -391,6 +419,10 @@ impl Backend for GpuBackend {
     }
 
     fn set(&mut self, node: usize, position: [f64; 3], velocity: [f64; 3]) {
+        if position != self.position(node) {
+            let features = self.partitions.iter_mut().flat_map(|partition| partition.features.iter_mut());
+            features.for_each(|feature| feature.relocate());
+        }
         if let Some((x, v)) = self.change(node) {
             for axis in 0..3 {
                 x[axis] = position[axis] as f32;

@@ -4,7 +4,7 @@ use crate::assembly::Assembly;
 use crate::backend::{FrameInput, SolverState};
 use crate::cpu::CpuBackend;
 use crate::gpu::kernels::{Name, Overrides};
-use crate::gpu::layout::Substep;
+use crate::gpu::layout::{Four, Substep};
 use crate::gpu::schedule::Fused;
 use crate::plan;
 use crate::report::FrameSums;
@@ -69,6 +69,18 @@ pub struct Upload<'u> {
     pub places: Range<usize>,
 }
 
+/// Where nodes are between two frames.
+pub struct Seen<'s> {
+    /// The device.
+    pub gpu: &'s Gpu,
+    /// The scene.
+    pub assembly: &'s Assembly,
+    /// The time [s] before a frame; none after one.
+    pub time: Option<f64>,
+    /// Positions [m] of all places of the scene.
+    pub position: &'s [Four],
+}
+
 /// A feature on the GPU, of one partition of the scene.
 pub trait Feature: Any + Send + Sync {
     /// Its buffers by their names in the shaders. Where they are cut into parts, those of one part.
@@ -110,6 +122,19 @@ pub trait Feature: Any + Send + Sync {
     /// Adds what it has measured; waits for it.
     fn measure(&self, _gpu: &Gpu, _sums: &mut FrameSums) -> Result<(), GpuError> {
         Ok(())
+    }
+
+    /// Something was put elsewhere by hand.
+    fn relocate(&mut self) {}
+
+    /// Whether it is to see where nodes are before the next frame, or after the last.
+    fn looks(&self, _before: bool) -> bool {
+        false
+    }
+
+    /// Sees where nodes are, if it looks. Returns whether any of its buffers is another one than before.
+    fn see(&mut self, _seen: &Seen<'_>) -> Result<bool, GpuError> {
+        Ok(false)
     }
 
     /// Dispatches of a sub-step, where they are many.

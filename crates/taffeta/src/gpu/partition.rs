@@ -1,7 +1,7 @@
 //! Some whole bodies on the device: their state, their features, and how a frame of them is recorded.
 
 use crate::backend::SolverState;
-use crate::gpu::feature::{Command, Dispatch, Features, Groups, Upload};
+use crate::gpu::feature::{Command, Dispatch, Features, Groups, Seen, Upload};
 use crate::gpu::kernels::{Kernels, Name, Overrides};
 use crate::gpu::layout::{Four, SUBSTEPS_SEEN, Substep};
 use crate::gpu::schedule::{Fused, schedule};
@@ -29,9 +29,9 @@ struct Ready {
 }
 
 /// Records of sub-steps as a dispatch sees them: its own and those after it.
-struct Seen<'a>(&'a Uniforms<Substep>);
+struct Window<'a>(&'a Uniforms<Substep>);
 
-impl Bindable for Seen<'_> {
+impl Bindable for Window<'_> {
     fn buffer(&self) -> &taffeta_gpu::wgpu::Buffer {
         self.0.buffer()
     }
@@ -308,7 +308,7 @@ impl Partition {
     /// Binds a kernel to all buffers by their names in the shaders, with the state read from `from`.
     fn bind(&self, features: &Features, kernel: &Kernel, from: usize, part: usize) -> Bound {
         let [old, new] = [&self.states[from], &self.states[1 - from]];
-        let seen = Seen(&self.substeps);
+        let seen = Window(&self.substeps);
         let own: [(&str, &dyn Bindable); 8] = [
             ("substeps", &seen),
             ("goals", &self.targets),
@@ -328,6 +328,23 @@ impl Partition {
         self.bound.clear();
         let mut features = self.features.iter_mut();
         features.try_for_each(|feature| feature.grow(&self.gpu))
+    }
+
+    /// Whether any of its features is to see where nodes are before the next frame, or after the last.
+    pub fn looks(&self, before: bool) -> bool {
+        self.features.iter().any(|feature| feature.looks(before))
+    }
+
+    /// Shows its features where nodes are.
+    pub fn see(&mut self, seen: &Seen<'_>) -> Result<(), GpuError> {
+        let mut new = false;
+        for feature in self.features.iter_mut().filter(|feature| feature.looks(seen.time.is_some())) {
+            new |= feature.see(seen)?;
+        }
+        if new {
+            self.bound.clear();
+        }
+        Ok(())
     }
 
     /// Has its features take back what they know from one sub-step to the next.

@@ -5,6 +5,7 @@
 #import contact/triangles/leaf_pairs.wgsl
 #import contact/triangles/most.wgsl
 #import contact/triangles/surfaces.wgsl
+#import contact/triangles/tangle.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
 #import gpu/wgsl/substep.wgsl
@@ -76,7 +77,7 @@ fn push_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
     let count = select(0u, counts.x + counts.y + counts.z, is_there);
     for (var number = lane; number < count; number += 256u) {
         let one = candidate(number, counts);
-        if matters(one, pair) {
+        if matters(one, pair) && rule_of(nodes_of(one.lanes), one.first) == APART {
             push_side(one, thickness_of(one, material.x, pair.z > 0u));
         }
     }

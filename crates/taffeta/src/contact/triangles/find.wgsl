@@ -1,10 +1,12 @@
 // Which triangles may come near each other, and which of their vertices and edges are in contact.
 
+#import contact/triangles/add.wgsl
 #import contact/triangles/closest.wgsl
 #import contact/triangles/filter.wgsl
 #import contact/triangles/impulse.wgsl
 #import contact/triangles/leaf_pairs.wgsl
 #import contact/triangles/surfaces.wgsl
+#import contact/triangles/tangle.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
 #import gpu/wgsl/substep.wgsl
@@ -263,8 +265,15 @@ fn find_surface_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invoca
     let count = select(0u, counts.x + counts.y + counts.z, is_there);
     for (var number = lane; number < count; number += 256u) {
         let one = candidate(number, counts);
-        if matters(one, pair) {
-            add_contact(one, four_before(one.lanes), vec3u(pair.xy, one.order), material, pair.z > 0u);
+        if !matters(one, pair) {
+            continue;
+        }
+        let rule = rule_of(nodes_of(one.lanes), one.first);
+        let order = vec3u(pair.xy, one.order);
+        if rule == APART {
+            add_contact(one, four_before(one.lanes), order, material, pair.z > 0u);
+        } else if rule != IGNORED {
+            lead_back(one, four_before(one.lanes), order, thickness_of(one, material.x, pair.z > 0u), rule == ABOVE);
         }
     }
 }
@@ -284,23 +293,23 @@ fn add_contact(one: Candidate, x: array<vec3f, 4>, order: vec3u, material: vec2f
     if all(force == vec3f(0.0)) && !(along < thickness) {
         return;
     }
-    let gap = distance - thickness;
-    // Bits of positive numbers have the order of the numbers.
-    atomicMin(&surface_work[NEAREST], bitcast<u32>(max(1.0 + gap / thickness, 0.0)));
-    let number = atomicAdd(&surface_work[CONTACTS], 1u);
-    if number >= table(CONTACT_ROOM) {
+    put_contact(SurfaceContact(
+        nodes_of(one.lanes), found.weights, found.apart / distance, distance - thickness, force * substeps[0].h, 0.0, force,
+        thickness, order, material.y, 0.0, 0u,
+    ));
+}
+
+/// Adds a vertex on the wrong side of a triangle, or just back, as a contact that leads it to the side where it belongs.
+fn lead_back(one: Candidate, x: array<vec3f, 4>, order: vec3u, thickness: f32, above: bool) {
+    let found = closest_of(relative_to_last(x, length_of(ZERO)), one.first);
+    let normal = cross3(x[2] - x[1], x[3] - x[1]);
+    let length = norm3(normal);
+    if !(norm3(found.apart) < KEEPS * thickness) || length <= TINY {
         return;
     }
-    let nodes = nodes_of(one.lanes);
-    surface_contacts[number] = SurfaceContact(
-        nodes, found.weights, found.apart / distance, gap, force * substeps[0].h, 0.0, force, thickness, order,
-        material.y, 0.0,
-    );
-    for (var i = 0u; i < 4u; i++) {
-        if found.weights[i] != 0.0 && nodes[i] < table(NODE_PLACES) && atomicAdd(&surface_work[count_at(nodes[i])], 1u) == 0u {
-            set_counted(touched_at(atomicAdd(&surface_work[TOUCHED], 1u)), nodes[i]);
-        }
-    }
+    let towards = normal * (select(-1.0, 1.0, above) / length);
+    let gap = dot3(towards, x[0] - x[1]) - thickness;
+    add_lead(nodes_of(one.lanes), found.weights, towards, vec2f(gap, thickness), order);
 }
 
 /// The limits of the nodes of all pairs of two leaves: of those that come near each other, if all nodes go all their way; of those
@@ -319,7 +328,7 @@ fn limit_ways(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
     for (var number = lane; number < count; number += 256u) {
         let one = candidate(number, counts);
         let nodes = nodes_of(one.lanes);
-        if !matters(one, pair) || (kind == AROUND && !any_held(nodes)) {
+        if !matters(one, pair) || (kind == AROUND && !any_held(nodes)) || rule_of(nodes, one.first) != APART {
             continue;
         }
         let thickness = thickness_of(one, material.x, pair.z > 0u);

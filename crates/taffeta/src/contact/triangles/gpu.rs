@@ -14,8 +14,9 @@ use crate::contact::triangles::filter::JAMS;
 use crate::contact::triangles::gpu_layout::{self as layout, LEVELS, SurfaceContact};
 use crate::contact::triangles::gpu_tables::{CornersMoved, Room, SurfaceTables};
 use crate::contact::triangles::order::{Candidate, Order, Way};
-use crate::contact::triangles::surfaces::Kind;
-use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
+use crate::contact::triangles::surfaces::{Kind, corners_at};
+use crate::contact::triangles::tangle::Tangle;
+use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Seen, Upload};
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, GROUP, NONE, Substep};
 use crate::gpu::partition::fill;
@@ -29,6 +30,7 @@ use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBac
 pub const SHADERS: &[Shader] = shaders!(
     "contact/triangles",
     [
+        "add.wgsl",
         "carry.wgsl",
         "closest.wgsl",
         "count.wgsl",
@@ -38,8 +40,10 @@ pub const SHADERS: &[Shader] = shaders!(
         "impulse.wgsl",
         "leaf_pairs.wgsl",
         "most.wgsl",
+        "pull.wgsl",
         "rounds.wgsl",
-        "surfaces.wgsl"
+        "surfaces.wgsl",
+        "tangle.wgsl"
     ]
 );
 
@@ -80,6 +84,15 @@ pub struct TriangleContact {
     /// Corners of colliders that move, of all sub-steps that are handed over.
     corners: Buffer<Four>,
     boxes: Buffer<Four>,
+    /// Where surfaces pass through each other.
+    knots: Buffer<u32>,
+    /// Whether they may; then it is looked for after each frame, until none does. Whether it must be looked for before the next
+    /// frame, too: nodes have been put elsewhere. How many edges pierce triangles, if it was looked for after the last frame.
+    is_tangled: bool,
+    is_stale: bool,
+    intersections: Option<u64>,
+    /// Where corners of colliders are [m].
+    corners_now: Vec<[f32; 3]>,
     lists: Lists,
     counts: Counts,
     read: ReadBack<u32>,
@@ -173,6 +186,11 @@ impl TriangleContact {
             places: gpu.buffer_from("places of surfaces", &tables.start())?,
             corners: gpu.buffer("corners of colliders", 1)?,
             boxes: gpu.buffer("boxes of surfaces", 4 * tables.boxes())?,
+            knots: gpu.buffer("surfaces that pass through each other", 1)?,
+            is_tangled: tables.start_tangled,
+            is_stale: false,
+            intersections: None,
+            corners_now: tables.corners.clone(),
             lists: Lists::new(gpu, &tables, room, &[])?,
             counts: gpu.counts("workgroups of contact", layout::ON_BOXES + LEVELS)?,
             read: gpu.read_back("counted of surfaces", layout::LISTS)?,
@@ -214,6 +232,11 @@ impl TriangleContact {
             self.each("list_leaf_pairs", leaves),
             self.count(layout::COUNT_PAIRS),
             counted("find_surface_contacts", layout::ON_PAIRS),
+        ]);
+        if self.tables.pulls() > 0 {
+            commands.push(self.each("add_pulls", self.tables.pulls()));
+        }
+        commands.extend([
             self.count(layout::COUNT_CONTACTS),
             counted("place_parts", layout::ON_TOUCHED),
             counted("fill_parts", layout::ON_CONTACTS),
@@ -328,6 +351,7 @@ impl Feature for TriangleContact {
             ("surface_part", &self.parts[part.min(PARTS - 1)]),
             ("surface_places", &self.places),
             ("surface_corners", &self.corners),
+            ("surface_knots", &self.knots),
             ("surface_boxes", &self.boxes),
             ("surface_pairs", &self.lists.pairs),
             ("surface_contacts", &self.lists.contacts),
@@ -350,7 +374,7 @@ impl Feature for TriangleContact {
     }
 
     fn bytes(&self, assembly: &Assembly) -> usize {
-        if assembly.colliders_move() { 2 * self.tables.corners() * size_of::<Four>() } else { 0 }
+        if assembly.colliders_move() { 2 * self.tables.corners.len() * size_of::<Four>() } else { 0 }
     }
 
     fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
@@ -364,11 +388,16 @@ impl Feature for TriangleContact {
             self.room.parts = self.room.parts.max(parts as usize);
             all.extend(corners);
         }
+        let corners = self.corners_now.len();
+        if all.len() >= corners {
+            self.corners_now = all[all.len() - corners..].iter().map(|&[x, y, z, _]| [x, y, z]).collect();
+        }
         fill(upload.gpu, "corners of colliders", &mut self.corners, &all)
     }
 
     fn start_frame(&mut self, gpu: &Gpu) {
         self.substeps = 0;
+        self.intersections = None;
         self.lists.work.write(gpu, layout::SHORT, &[0; 3]);
     }
 
@@ -378,6 +407,9 @@ impl Feature for TriangleContact {
 
     fn measure(&self, _: &Gpu, sums: &mut FrameSums) -> Result<(), GpuError> {
         let counted = |word: usize| self.counted.get(word).copied().unwrap_or(0);
+        if self.intersections.is_some() {
+            sums.intersections = self.intersections;
+        }
         if self.substeps == 0 {
             // The sums are those of another frame.
             return Ok(());
@@ -389,6 +421,32 @@ impl Feature for TriangleContact {
             sums.pairs.nearest = sums.pairs.nearest.min(nearest);
         }
         Ok(())
+    }
+
+    fn relocate(&mut self) {
+        (self.is_tangled, self.is_stale) = (true, true);
+    }
+
+    fn looks(&self, before: bool) -> bool {
+        if before { self.is_stale } else { self.is_tangled }
+    }
+
+    fn see(&mut self, seen: &Seen<'_>) -> Result<bool, GpuError> {
+        if let Some(time) = seen.time {
+            self.is_stale = false;
+            self.corners_now = corners_at(seen.assembly, time).map(|x| x.map(|x| x as f32)).collect();
+        }
+        let Some(surfaces) = seen.assembly.surfaces() else { return Ok(false) };
+        let nodes = seen.position.iter().map(|&[x, y, z, _]| [x, y, z]);
+        let all: Vec<_> = nodes.chain(self.corners_now.iter().copied()).map(|x| x.map(f64::from)).collect();
+        let tangle = if self.is_tangled { Tangle::of(surfaces, &all) } else { None };
+        self.is_tangled = tangle.is_some();
+        if seen.time.is_none() {
+            self.intersections = Some(tangle.as_ref().map_or(0, |tangle| tangle.pairs));
+        }
+        let knots = self.tables.put_tangle(tangle.as_ref(), surfaces);
+        self.words.write(seen.gpu, 0, &self.tables.words[..layout::HEADER]);
+        fill(seen.gpu, "surfaces that pass through each other", &mut self.knots, &knots)
     }
 
     fn dispatches(&self) -> usize {
@@ -430,6 +488,7 @@ impl Feature for TriangleContact {
     }
 
     fn save(&self, gpu: &Gpu, state: &mut SolverState) {
+        state.is_tangled |= self.is_tangled;
         state.contacts.extend(self.forces(gpu).into_iter().map(|(order, force)| {
             let firsts = order.leaves.map(|leaf| self.tables.firsts[leaf as usize]);
             let (kind, pair) = (order.pair.way.kind() as u8, order.pair.key(firsts));
@@ -438,6 +497,7 @@ impl Feature for TriangleContact {
     }
 
     fn load(&mut self, gpu: &Gpu, state: &SolverState) -> bool {
+        (self.is_tangled, self.is_stale) = (state.is_tangled, true);
         let force = |one: &ContactForce| {
             let kind = Kind::ALL[usize::from(one.kind).min(1)];
             (Order::of_key(&self.tables.firsts, kind, one.pair), one.force.map(|force| force as f32))

@@ -17,7 +17,8 @@ pub struct SurfaceContact {
     pub order: [u32; 3],
     pub friction: f32,
     pub push: f32,
-    pub padding: [f32; 3],
+    pub leads: u32,
+    pub padding: [f32; 2],
 }
 
 /// Numbers that kernels know by the same names.
@@ -61,6 +62,8 @@ words! {
     ROUND_ROOM = 37;
     JAM_ROOM = 39;
     PUSH_ROOM = 40;
+    IS_TANGLED = 41;
+    PULL_COUNT = 42;
     // Of a leaf.
     LEAF_WORDS = 56;
     LEAF_NODES = 16;
@@ -79,6 +82,17 @@ words! {
     PUSH = 4;
     TARGET = 5;
     TARGET_VELOCITY = 6;
+    // Of a place, and of a pull, where surfaces pass through each other.
+    KNOT_WORDS = 8;
+    KNOT_OF = 0;
+    KNOT_NEXT = 2;
+    KNOT_ASTRAY = 4;
+    KNOT_ABOVE = 6;
+    PULL_WORDS = 16;
+    PULL_WEIGHTS = 4;
+    PULL_DIRECTION = 8;
+    PULL_THICKNESS = 11;
+    PULL_SIZE = 12;
     // What is counted.
     PAIRS = 0;
     CONTACTS = 1;
@@ -140,7 +154,7 @@ words! {
 }
 
 /// Words of the header.
-pub const HEADER: usize = 41;
+pub const HEADER: usize = 43;
 /// Arrays of places.
 pub const PLACE_ARRAYS: usize = 7;
 /// Levels of boxes at most: sixteen times more leaves each.

@@ -5,6 +5,7 @@ use crate::contact::triangles::filter::{ALLOWANCE, PROGRESS, SHARE, STRETCH, bou
 use crate::contact::triangles::gpu_layout as layout;
 use crate::contact::triangles::leaves::{Leaf, Mask};
 use crate::contact::triangles::surfaces::{Corners, Surfaces};
+use crate::contact::triangles::tangle::{Knot, Pull, Tangle};
 use crate::gpu::bodies::Bodies;
 use crate::gpu::layout::Four;
 use crate::plan::Substep;
@@ -53,13 +54,17 @@ pub struct SurfaceTables {
     /// As `surface_tables` of surfaces.wgsl.
     pub words: Vec<u32>,
     /// Places before and after a sub-step that are not those of nodes: corners of colliders [m].
-    corners: Vec<[f32; 3]>,
+    pub corners: Vec<[f32; 3]>,
     /// Places of nodes.
     places: usize,
     leaves: usize,
     vertices: usize,
     /// The least thickness of two surfaces [m].
     thinnest: f64,
+    /// Whether some surfaces start through each other.
+    pub start_tangled: bool,
+    /// The first of the places of nodes among those of the scene.
+    first: usize,
     /// The first box of each level, and how many it has.
     pub levels: Vec<[usize; 2]>,
     /// The first triangle, edge and vertex of each leaf, by which snapshots name contacts.
@@ -81,6 +86,8 @@ impl SurfaceTables {
             leaves: surfaces.leaves.len(),
             vertices: surfaces.vertices.len(),
             thinnest: surfaces.thinnest,
+            start_tangled: surfaces.start_tangled,
+            first: bodies.places.start,
             levels: levels(surfaces.leaves.len()),
             firsts: surfaces.firsts(),
         };
@@ -151,9 +158,26 @@ impl SurfaceTables {
         }
     }
 
-    /// Corners of colliders.
-    pub fn corners(&self) -> usize {
-        self.corners.len()
+    /// Notes how surfaces pass through each other, and gives what kernels know of it: `surface_knots`.
+    pub fn put_tangle(&mut self, tangle: Option<&Tangle>, surfaces: &Surfaces) -> Vec<u32> {
+        let pulls = tangle.map_or(&[][..], |tangle| &tangle.pulls);
+        self.words[layout::IS_TANGLED] = u32::from(tangle.is_some());
+        self.words[layout::PULL_COUNT] = pulls.len() as u32;
+        let Some(tangle) = tangle else { return Vec::new() };
+        let (knots, first) = (tangle.knots(), self.first);
+        let own = knots[first..first + self.places].iter().chain(&knots[surfaces.places..]);
+        let mut words: Vec<u32> = own.flat_map(knot_words).collect();
+        let local = |place: u32| match place as usize {
+            place if place < surfaces.places => (place - first) as u32,
+            corner => (corner - surfaces.places + self.places) as u32,
+        };
+        words.extend(pulls.iter().flat_map(|pull| pull_words(pull, surfaces, local)));
+        words
+    }
+
+    /// Pulls that lead surfaces back.
+    pub fn pulls(&self) -> usize {
+        self.words[layout::PULL_COUNT] as usize
     }
 
     /// Notes how much room there is.
@@ -301,6 +325,35 @@ fn leaf_words(leaf: &Leaf, local: impl Fn(u32) -> u32) -> [u32; layout::LEAF_WOR
         *word = (0..).zip(four).map(|(at, &lane)| u32::from(lane) << (8 * at)).sum();
     }
     all
+}
+
+fn knot_words(knot: &Knot) -> [u32; layout::KNOT_WORDS] {
+    let Knot { of, next, astray, above } = *knot;
+    let mut words = [0; layout::KNOT_WORDS];
+    for (at, two) in [
+        (layout::KNOT_OF, of),
+        (layout::KNOT_NEXT, next),
+        (layout::KNOT_ASTRAY, astray),
+        (layout::KNOT_ABOVE, above),
+    ] {
+        words[at..at + 2].copy_from_slice(&two);
+    }
+    words
+}
+
+fn pull_words(pull: &Pull, surfaces: &Surfaces, local: impl Fn(u32) -> u32) -> [u32; layout::PULL_WORDS] {
+    let mut words = [0; layout::PULL_WORDS];
+    let [a, b, c] = pull.triangle;
+    words[..4].copy_from_slice(&[pull.node, a, b, c].map(local));
+    let mut put = |at: usize, numbers: &[f64]| {
+        for (word, number) in words[at..].iter_mut().zip(numbers) {
+            *word = (*number as f32).to_bits();
+        }
+    };
+    put(layout::PULL_WEIGHTS, &pull.weights_of_nodes());
+    put(layout::PULL_DIRECTION, &pull.direction);
+    put(layout::PULL_THICKNESS, &surfaces.thickness_of_pull(pull));
+    words
 }
 
 fn packed([a, b, c]: [u8; 3]) -> u32 {

@@ -32,6 +32,8 @@ struct SurfaceContact {
     friction: f32,
     /// What removes old overlaps, along the normal [kg·m].
     push: f32,
+    /// 1: it leads back what passes through a surface, and keeps no force.
+    leads: u32,
 }
 
 /// The mobility of a contact: for each of its nodes the size of its weight, and the inverse of the contact's part of its mass [1/kg].

@@ -9,7 +9,7 @@ use crate::contact::triangles::parity_stages::{Before, ROOM};
 use crate::contact::triangles::twin::Twin;
 use crate::contact::triangles::twin_carry::way_of;
 use crate::gpu::kernels::Name;
-use crate::gpu::layout::Four;
+use crate::gpu::layout::{Four, NONE};
 use crate::parity::bench::{Bench, Given, Written};
 use crate::parity::fixture::{Fixture, State, words};
 use crate::parity::row::{Row, Tolerance};
@@ -37,6 +37,9 @@ pub const ROWS: &[Row] = &[
     row("list_leaf_pairs", 0.0, COPIED, list),
     row("find_surface_contacts", 4096.0, FOUND, |bench| {
         each(bench, "find_surface_contacts", &[Before::Find], |twin, _| twin.find_surface_contacts())
+    }),
+    row("add_pulls", 64.0, MOVED, |bench| {
+        each(bench, "add_pulls", &[Before::Pulls], |twin, _| twin.add_pulls())
     }),
     row("place_parts", 0.0, COPIED, |bench| {
         each(bench, "place_parts", &[Before::Place], |twin, _| twin.place_parts())
@@ -107,7 +110,10 @@ impl Twin {
         let count = |twin: &Self, word: usize| twin.work[word] as usize;
         let contacts = count(self, layout::CONTACTS).min(self.contacts.len());
         let mut numbers: Vec<usize> = (0..contacts).collect();
-        numbers.sort_by_key(|&number| order_of(self.contacts[number].order));
+        numbers.sort_by_key(|&number| {
+            let order = self.contacts[number].order;
+            (order[0] != NONE, order_of(order))
+        });
         let sorted: Vec<_> = numbers.iter().map(|&number| self.contacts[number]).collect();
         self.contacts[..contacts].copy_from_slice(&sorted);
         let touched = self.list(5);
@@ -185,6 +191,7 @@ fn run(
     for (name, words) in [
         ("surface_tables", twin.tables.clone()),
         ("surface_part", vec![twin.part]),
+        ("surface_knots", twin.knots.clone()),
         ("surface_places", words(&twin.places)),
         ("surface_boxes", words(&twin.boxes)),
         ("surface_pairs", words(&twin.pairs)),
@@ -261,7 +268,7 @@ fn compare(written: &mut Written<'_>, mut found: Twin, mut wanted: Twin) {
         written.outcome().compare(name, &floats(&wanted.contacts, which), &floats(&found.contacts, which));
     }
     let whole = |all: &[SurfaceContact]| -> Vec<u32> {
-        all.iter().flat_map(|one| one.nodes.into_iter().chain(one.order)).collect()
+        all.iter().flat_map(|one| one.nodes.into_iter().chain(one.order).chain([one.leads])).collect()
     };
     same(written, "contacts", &whole(&wanted.contacts), &whole(&found.contacts));
     let force = |all: &[[u32; 4]]| -> Vec<f32> {

@@ -28,7 +28,7 @@ fn assembly() -> Result<Assembly, String> {
     // In each sub-step it goes up by more than half the least thickness.
     let middle = [0.1, -0.066, 0.05];
     let way =
-        Keyframe { translate: [0.03, 0.3, 0.02], ..Keyframe::rotate(0.1, [0.3, 0.2, 1.0], 20.0, middle) };
+        Keyframe { translate: [0.03, 0.3, 0.02], ..Keyframe::rotate(0.1, [0.3, 0.2, -1.0], 40.0, middle) };
     let moving = Collider::cuboid(middle, [0.07, 0.03, 0.05]).keyframe(way);
     let mut scene = Scene::new("surfaces")
         .collider(Collider::plane([0.0, -0.07, 0.0], [0.03, 1.0, 0.02]).friction(0.4))

@@ -20,6 +20,7 @@ pub enum Before {
     Levels,
     List,
     Find,
+    Pulls,
     Place,
     Fill,
     Sort,
@@ -72,9 +73,32 @@ impl Twin {
             velocity: fixture.new.velocity.clone(),
             h: fixture.substep().h,
             corners: tables.corners_moved(fixture.substep()),
+            knots: Vec::new(),
             tables: tables.words,
         }
+        .with_tangle()
         .with_odd_lists()
+    }
+
+    /// Some places have to do with lines, and some pulls lead others.
+    fn with_tangle(mut self) -> Self {
+        let places = self.tables[layout::ALL_PLACES];
+        for place in 0..places {
+            let bits = place.wrapping_mul(2_654_435_761) >> 7;
+            let lines = |shift: u32| [bits >> shift & 3, bits >> (shift + 2) & 3];
+            let of = lines(0);
+            let both = |[a, b]: [u32; 2]| [a & of[0], b & of[1]];
+            let knot = [of, both(lines(4)), both(lines(8)), lines(12)];
+            let words = knot.into_iter().flatten();
+            self.knots.extend(words.map(|word| if place % 4 == 1 { word } else { 0 }));
+        }
+        (self.tables[layout::IS_TANGLED], self.tables[layout::PULL_COUNT]) = (1, 7);
+        for pull in 0..7 {
+            let nodes = [7 * pull, 43 + 2 * pull, 57 + pull, places - 1 - pull % 3];
+            let numbers = [1.0, -0.2, -0.5, -0.3, 0.48, 0.64, 0.6, 0.013, 0.027 + pull as f32, 0.0, 0.0, 0.0];
+            self.knots.extend(nodes.into_iter().chain(numbers.map(f32::to_bits)));
+        }
+        self
     }
 
     /// The forces of the last sub-step are in the second lists.
@@ -104,6 +128,9 @@ impl Twin {
         }
         if is_past(Before::Find) {
             twin.find_surface_contacts();
+        }
+        if is_past(Before::Pulls) {
+            twin.add_pulls();
         }
         if is_past(Before::Place) {
             twin.place_parts();

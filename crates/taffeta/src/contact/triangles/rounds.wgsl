@@ -159,7 +159,7 @@ fn note_forces(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
     let longest = length_of(LONGEST_STEP);
     let old = max(1.0 - h / longest, 0.0);
     let force = one.force * old + one.impulse * (1.0 / max(h, longest));
-    if all(force == vec3f(0.0)) {
+    if all(force == vec3f(0.0)) || one.leads != 0u {
         return;
     }
     let number = atomicAdd(&surface_work[FORCES], 1u);

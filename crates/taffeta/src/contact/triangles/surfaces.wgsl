@@ -13,6 +13,9 @@
 @group(1) @binding(71) var<storage, read> surface_part: array<u32>;
 /// Corners of colliders that move, at the start and at the end of each sub-step.
 @group(1) @binding(72) var<storage, read> surface_corners: array<vec4f>;
+/// Where surfaces pass through each other: what each place has to do with that, eight words each; then what pulls them apart,
+/// sixteen words each (pull.wgsl).
+@group(1) @binding(73) var<storage, read> surface_knots: array<u32>;
 /// Vectors of places, one array of all of them after the other.
 @group(3) @binding(70) var<storage, read_write> surface_places: array<vec4f>;
 /// Of each leaf, and of boxes of sixteen: the least and the largest corner before, and of the motion.
@@ -66,6 +69,9 @@ const JAM_ROOM: u32 = 39u;
 const ZERO: u32 = 38u;
 /// How often nodes that are pushed may push others, as is written down.
 const PUSH_ROOM: u32 = 40u;
+/// Whether surfaces pass through each other, and how many pulls lead them back.
+const IS_TANGLED: u32 = 41u;
+const PULL_COUNT: u32 = 42u;
 
 // Words of a leaf: its nodes, their number, its surface, the lanes that are held, the numbers of its triangles, edges and vertices;
 // then these by lanes, a triangle, an edge or four vertices a word.
@@ -226,8 +232,9 @@ fn bucket_of(order: vec3u) -> u32 {
 
 /// Whether a contact stands before another one in the order in which they are summed up.
 fn is_before(a: vec3u, b: vec3u) -> bool {
-    let groups_a = a.xy / LEAF_GROUP;
-    let groups_b = b.xy / LEAF_GROUP;
+    // Pulls, which have no leaf, come first.
+    let groups_a = (a.xy + LEAF_GROUP) / LEAF_GROUP;
+    let groups_b = (b.xy + LEAF_GROUP) / LEAF_GROUP;
     if groups_a.x != groups_b.x {
         return groups_a.x < groups_b.x;
     }

@@ -33,15 +33,15 @@ pub struct Tangle {
 /// What a node has to do with lines. Each has a bit; more lines than there are bits share them. A line has two sides that
 /// pass through each other: a node is of the one or of the other.
 #[derive(Clone, Copy, Debug, Default)]
-struct Knot {
+pub struct Knot {
     /// Whose nearest line it is.
-    of: [u32; 2],
+    pub of: [u32; 2],
     /// At the end of an edge that pierces the other surface, or at a triangle that is pierced.
-    next: [u32; 2],
+    pub next: [u32; 2],
     /// On the wrong side of the other surface.
-    astray: [u32; 2],
+    pub astray: [u32; 2],
     /// Whether it belongs above the other surface, where the triangles' normals point.
-    above: [u32; 2],
+    pub above: [u32; 2],
 }
 
 /// The end of an edge that pierces a triangle, to go back through it.
@@ -54,6 +54,23 @@ pub struct Pull {
     pub weights: [f64; 3],
     /// Unit normal of the triangle on the side to which it goes.
     pub direction: [f64; 3],
+}
+
+impl Pull {
+    /// The weights of its node and of the corners of its triangle in the vector that is to point where it goes.
+    pub fn weights_of_nodes(&self) -> [f64; 4] {
+        [1.0, -self.weights[0], -self.weights[1], -self.weights[2]]
+    }
+}
+
+impl Surfaces {
+    /// The thickness of the surfaces of a pull, and that of its contact: it goes as fast as a contact of this thickness
+    /// separates [m].
+    pub fn thickness_of_pull(&self, pull: &Pull) -> [f64; 2] {
+        let surfaces = [pull.node, pull.triangle[0]].map(|node| self.surface_of[node as usize]);
+        let [thickness, _] = self.material(surfaces).unwrap_or_default();
+        [thickness, thickness.max(self.mean_edge)]
+    }
 }
 
 /// What becomes of two primitives.
@@ -126,7 +143,19 @@ impl Tangle {
 
     /// What becomes of a pair of this kind, given by its nodes.
     pub fn rule(&self, kind: Kind, nodes: [u32; 4]) -> Rule {
-        let knots = nodes.map(|node| self.knots[node as usize]);
+        Rule::of(kind, nodes.map(|node| self.knots[node as usize]))
+    }
+
+    /// What each place has to do with lines.
+    #[cfg(feature = "gpu")]
+    pub fn knots(&self) -> &[Knot] {
+        &self.knots
+    }
+}
+
+impl Rule {
+    /// What becomes of a pair of this kind, whose nodes have to do with lines.
+    pub fn of(kind: Kind, knots: [Knot; 4]) -> Self {
         let (one, other) = knots.split_at(kind.first());
         let [one, other] =
             [one, other].map(|some| some.iter().fold(Knot::default(), |all, knot| all.with(knot)));

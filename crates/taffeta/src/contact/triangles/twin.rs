@@ -11,6 +11,8 @@ use crate::real::{Real, add, dot, norm, scale, sub};
 #[derive(Clone)]
 pub struct Twin {
     pub tables: Vec<u32>,
+    /// How surfaces pass through each other.
+    pub knots: Vec<u32>,
     pub part: u32,
     pub places: Vec<Four>,
     pub boxes: Vec<Four>,
@@ -209,7 +211,9 @@ impl Twin {
 
     pub fn sort_parts(&mut self) {
         let mut parts = self.parts();
-        parts.sort_by_key(|&(node, part)| (node, order_of(self.contacts[part as usize / 4].order)));
+        let order = |part: u32| self.contacts[part as usize / 4].order;
+        // Pulls, which have no leaf, come first.
+        parts.sort_by_key(|&(node, part)| (node, order(part)[0] != NONE, order_of(order(part))));
         for of_node in parts.chunk_by(|a, b| a.0 == b.0) {
             let first = self.lists_of_contacts()[1] + self.work[self.list(1) + of_node[0].0] as usize;
             for (at, (_, part)) in of_node.iter().enumerate() {
@@ -308,7 +312,7 @@ impl Twin {
         for number in 0..self.work[layout::CONTACTS] as usize {
             let one = self.contacts[number];
             let force = add(scale(one.force, old), scale(one.impulse, 1.0 / h.max(longest)));
-            if force == [0.0; 3] {
+            if force == [0.0; 3] || one.leads != 0 {
                 continue;
             }
             let at = self.work[layout::FORCES] as usize;

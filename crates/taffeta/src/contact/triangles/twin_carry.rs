@@ -4,6 +4,7 @@ use crate::contact::triangles::carry::{farther, go_on};
 use crate::contact::triangles::closest::{EdgeEdge, VertexTriangle};
 use crate::contact::triangles::filter::push_apart;
 use crate::contact::triangles::gpu_layout as layout;
+use crate::contact::triangles::tangle::Rule;
 use crate::contact::triangles::twin::Twin;
 use crate::contact::triangles::twin_find::{Four3, closest, relative};
 use crate::real::{add, dot, scale, sub};
@@ -60,6 +61,9 @@ impl Twin {
         let far = self.number(layout::FARTHEST_PLACE);
         for at in 0..self.work[layout::PAIRS] as usize {
             for (one, nodes, thickness) in self.touching(self.pairs[at]) {
+                if self.rule(nodes, one.first) != Rule::Apart {
+                    continue;
+                }
                 let [x, ends] =
                     [layout::BEFORE, layout::AFTER].map(|array| nodes.map(|node| self.place(array, node)));
                 let moves: Four3 = std::array::from_fn(|i| sub(ends[i], x[i]));

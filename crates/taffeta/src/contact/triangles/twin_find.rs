@@ -4,9 +4,11 @@ use crate::contact::triangles::closest::{Closest, EdgeEdge, Pair, VertexTriangle
 use crate::contact::triangles::filter::{limits, reach, reach_together};
 use crate::contact::triangles::gpu_layout::{self as layout, SurfaceContact};
 use crate::contact::triangles::impulse::KEEPS;
-use crate::contact::triangles::surfaces::NEIGHBOURS;
+use crate::contact::triangles::surfaces::{Kind, NEIGHBOURS};
+use crate::contact::triangles::tangle::{Knot, Rule};
 use crate::contact::triangles::twin::Twin;
-use crate::real::{Real, add, dot, norm, scale, sub};
+use crate::gpu::layout::NONE;
+use crate::real::{Real, add, cross, dot, norm, scale, sub};
 
 /// A pair of primitives of two leaves.
 pub struct Candidate {
@@ -181,6 +183,15 @@ impl Twin {
                 let [x, ends] = [layout::BEFORE, layout::AFTER]
                     .map(|array| relative(nodes.map(|node| self.place(array, node))));
                 let Closest { weights, apart } = closest(x, one.first);
+                let order = [pair[0], pair[1], one.order];
+                match self.rule(nodes, one.first) {
+                    Rule::Apart => {}
+                    Rule::Ignored => continue,
+                    Rule::Through { above } => {
+                        self.lead_back(nodes, weights, (norm(apart), thickness), above, order);
+                        continue;
+                    }
+                }
                 let distance = norm(apart);
                 let by = 1.0 / if distance > f32::TINY { distance } else { 1.0 };
                 let then = add(
@@ -188,7 +199,6 @@ impl Twin {
                     scale(ends[2], weights[2]),
                 );
                 let along = dot(then, scale(apart, by));
-                let order = [pair[0], pair[1], one.order];
                 let force = self.last_force(order);
                 let keeps = if force == [0.0; 3] { 1.0 } else { KEEPS as f32 };
                 if along < keeps * thickness && distance > 0.0 {
@@ -206,6 +216,77 @@ impl Twin {
                     });
                 }
             }
+        }
+    }
+
+    /// What becomes of a pair whose surfaces may pass through each other.
+    pub fn rule(&self, nodes: [usize; 4], first: usize) -> Rule {
+        let two = |node: usize, word: usize| {
+            [0, 1].map(|trace| self.knots[layout::KNOT_WORDS * node + word + trace])
+        };
+        let knot = |node: usize| Knot {
+            of: two(node, layout::KNOT_OF),
+            next: two(node, layout::KNOT_NEXT),
+            astray: two(node, layout::KNOT_ASTRAY),
+            above: two(node, layout::KNOT_ABOVE),
+        };
+        Rule::of(if first == 1 { Kind::VertexTriangle } else { Kind::EdgeEdge }, nodes.map(knot))
+    }
+
+    fn lead_back(
+        &mut self,
+        nodes: [usize; 4],
+        weights: [f32; 4],
+        (distance, thickness): (f32, f32),
+        above: bool,
+        order: [u32; 3],
+    ) {
+        let [v, a, b, c] = nodes.map(|node| self.place(layout::BEFORE, node));
+        let normal = cross(sub(b, a), sub(c, a));
+        if distance < KEEPS as f32 * thickness && norm(normal) > f32::TINY {
+            let normal = scale(normal, if above { 1.0 } else { -1.0 } / norm(normal));
+            let gap = dot(normal, sub(v, a)) - thickness;
+            self.add_lead(nodes, weights, normal, [gap, thickness], order);
+        }
+    }
+
+    fn add_lead(
+        &mut self,
+        nodes: [usize; 4],
+        weights: [f32; 4],
+        normal: [f32; 3],
+        [gap, thickness]: [f32; 2],
+        order: [u32; 3],
+    ) {
+        self.add_contact(SurfaceContact {
+            nodes: nodes.map(|node| node as u32),
+            weights,
+            normal,
+            gap,
+            thickness,
+            order,
+            leads: 1,
+            ..SurfaceContact::default()
+        });
+    }
+
+    pub fn add_pulls(&mut self) {
+        for pull in 0..self.table(layout::PULL_COUNT) {
+            let first = layout::KNOT_WORDS * self.table(layout::ALL_PLACES) + layout::PULL_WORDS * pull;
+            let nodes = [0, 1, 2, 3].map(|at| self.knots[first + at] as usize);
+            let number = |at: usize| f32::from_bits(self.knots[first + at]);
+            let weights = [0, 1, 2, 3].map(|at| number(layout::PULL_WEIGHTS + at));
+            let normal = [0, 1, 2].map(|at| number(layout::PULL_DIRECTION + at));
+            let x = relative(nodes.map(|node| self.place(layout::BEFORE, node)));
+            let apart = (0..3).fold([0.0; 3], |sum, i| add(sum, scale(x[i], weights[i])));
+            let gap = dot(normal, apart) - number(layout::PULL_THICKNESS);
+            self.add_lead(
+                nodes,
+                weights,
+                normal,
+                [gap, number(layout::PULL_SIZE)],
+                [NONE, NONE, pull as u32],
+            );
         }
     }
 
@@ -235,7 +316,8 @@ impl Twin {
                 let is_held = |&node: &usize| {
                     node < self.nodes() && self.work[self.list(4) + node] == self.work[layout::JAM]
                 };
-                if kind == layout::AROUND && !nodes.iter().any(is_held) {
+                let is_asked = kind != layout::AROUND || nodes.iter().any(is_held);
+                if !is_asked || self.rule(nodes, one.first) != Rule::Apart {
                     continue;
                 }
                 let [x, ends] =

@@ -56,6 +56,10 @@ const ALONE: &[&str] = &[
     "JOINT_AP",
     "JOINT_LINE",
     "ZERO",
+    "APART",
+    "IGNORED",
+    "BELOW",
+    "ABOVE",
 ];
 
 /// The numbers of a source's constants.

@@ -164,7 +164,7 @@ fn records() -> Vec<Record> {
         record!(Chunk { origin, first, count }),
         record!(ContactMaterial { thickness, friction, restitution }),
         record!(SurfaceContact {
-            nodes, weights, normal, gap, impulse, mobility, force, thickness, order, friction, push; padding
+            nodes, weights, normal, gap, impulse, mobility, force, thickness, order, friction, push, leads; padding
         }),
         record!(Joint { point, track, a, b, start, end, compliance, break_force, closing, grouped }),
         record!(Constraint { a, b, k, damping, rest_length, is_active }),

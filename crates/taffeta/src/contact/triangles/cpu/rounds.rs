@@ -147,7 +147,9 @@ impl<T: Real> TriangleContact<T> {
                             Rule::Apart => look.contact((seen, lane), &one, last, asked),
                             Rule::Through { above } if asked.leads => {
                                 let weights = seen.weights.map(|lanes| lanes[lane]);
-                                back(before, &one, weights, above)
+                                let most = asked.within.max(T::from_f64(KEEPS)) * one.thickness;
+                                let is_near = seen.distance[lane] < most;
+                                if is_near { back(before, &one, weights, above) } else { None }
                             }
                             Rule::Through { .. } | Rule::Ignored => None,
                         });

@@ -87,16 +87,13 @@ impl<T: Real> TriangleContact<T> {
     fn pulled(&self, pull: &Pull, x: [&[T]; 3]) -> Active<T> {
         let [a, b, c] = pull.triangle;
         let nodes = [pull.node, a, b, c];
-        let surfaces = [pull.node, a].map(|node| self.surfaces.surface_of[node as usize]);
-        let [thickness, _] = self.surfaces.material(surfaces).unwrap_or_default();
-        let weights = [1.0, -pull.weights[0], -pull.weights[1], -pull.weights[2]].map(T::from_f64);
+        let [thickness, size] = self.surfaces.thickness_of_pull(pull).map(T::from_f64);
+        let weights = pull.weights_of_nodes().map(T::from_f64);
         let normal = pull.direction.map(T::from_f64);
         let at = |node: u32| x.map(|column| column[node as usize]);
         let apart = (0..3)
             .fold([T::ZERO; 3], |sum, node| add(sum, scale(sub(at(nodes[node]), at(c)), weights[node])));
-        // It goes as fast as a contact of this thickness separates.
-        let size = T::from_f64(thickness.max(self.surfaces.mean_edge));
-        leads(nodes, weights, [normal, [dot(normal, apart) - T::from_f64(thickness), size, T::ZERO]])
+        leads(nodes, weights, [normal, [dot(normal, apart) - thickness, size, T::ZERO]])
     }
 }
 
