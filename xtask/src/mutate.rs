@@ -1,7 +1,8 @@
-//! `cargo xtask mutate`: plants faults in the sources of kernels and sees that the parity rows find them.
+//! `cargo xtask mutate`: plants faults in the sources of kernels and sees that the parity rows find them, and runs many scenes that
+//! are made up at random.
 
 use crate::{program, test, vulkan};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 /// The test that plants them, in the engine's program of tests, and the one that rounds otherwise in each row.
 const TESTS: [&str; 2] = [
@@ -10,6 +11,10 @@ const TESTS: [&str; 2] = [
 ];
 /// What chooses among the faults and rows there.
 const CHOICE: &str = "TAFFETA_FAULTS";
+/// Tests of scenes that are made up at random, and what says how many scenes each of them tries: more than 10,000 that start apart
+/// in all.
+const SCENES: &str = "random_surfaces::";
+const COUNT: (&str, &str) = ("TAFFETA_RANDOM_SCENES", "3400");
 /// Faults, and rows, of a sample in `cargo xtask test`.
 const SAMPLE: usize = 20;
 
@@ -36,7 +41,8 @@ pub fn run(words: &[&str]) -> ExitCode {
     let result = parse(words).and_then(|choice| {
         vulkan::provide()?;
         let built = test::build(&test::CORE)?;
-        plant(&built, &choice)
+        plant(&built, &choice)?;
+        if choice == Choice::All { try_scenes(&built) } else { Ok(()) }
     });
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -53,7 +59,7 @@ pub fn sample(built: &test::Built, seed: Option<&str>) -> Result<(), String> {
 }
 
 fn plant(built: &test::Built, choice: &Choice) -> Result<(), String> {
-    let mut command = built.tests("taffeta", "it").ok_or("the engine's tests were not built")?.command();
+    let mut command = engine_tests(built)?;
     command.args(["--ignored", "--exact", "--nocapture"]).args(TESTS);
     match choice {
         Choice::All => {
@@ -65,7 +71,21 @@ fn plant(built: &test::Built, choice: &Choice) -> Result<(), String> {
             command.env(CHOICE, format!("{count} {seed}"));
         }
     }
-    let status = vulkan::quiet(&mut command).status().map_err(|error| format!("mutate: {error}"))?;
+    finish(&mut command)
+}
+
+/// Runs scenes of contact between surfaces that are made up at random.
+fn try_scenes(built: &test::Built) -> Result<(), String> {
+    let mut command = engine_tests(built)?;
+    finish(command.arg(SCENES).env(COUNT.0, COUNT.1))
+}
+
+fn engine_tests(built: &test::Built) -> Result<Command, String> {
+    Ok(built.tests("taffeta", "it").ok_or("the engine's tests were not built")?.command())
+}
+
+fn finish(command: &mut Command) -> Result<(), String> {
+    let status = vulkan::quiet(command).status().map_err(|error| format!("mutate: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("mutate: {status}")) }
 }
 
