@@ -1,6 +1,7 @@
 //! Small scenes of contact between triangles, made up at random: what starts apart is apart in every frame.
 
 use crate::common::{V, add, build_as, norm, positions, scale, sub, turned};
+use crate::gpu::on_gpu;
 use crate::pairs::{set_velocities, velocities};
 use taffeta::scene::{
     Body, Collider, ConstraintForm, ContactForm, Cuboid, Cylinder, Icosphere, Keyframe, Mass, Material, Mesh,
@@ -226,9 +227,13 @@ fn first_crossing((scene, speed): (Scene, f64)) -> Option<Result<(), String>> {
     Some(Ok(()))
 }
 
+/// The number of scenes that is asked for.
+fn asked() -> Option<u64> {
+    std::env::var("TAFFETA_RANDOM_SCENES").ok().and_then(|count| count.parse().ok())
+}
+
 fn try_all(count: u64, scene: impl Fn(u64) -> (Scene, f64)) {
-    let asked = std::env::var("TAFFETA_RANDOM_SCENES").ok().and_then(|count| count.parse().ok());
-    let count = asked.unwrap_or(count);
+    let count = asked().unwrap_or(count);
     let (mut apart, mut wrong) = (0, Vec::new());
     for seed in 0..count {
         match first_crossing(scene(seed)) {
@@ -267,8 +272,35 @@ fn comes_free(seed: u64) -> Option<bool> {
 
 #[test]
 fn nine_of_ten_scenes_that_start_tangled_come_free() {
-    let asked = std::env::var("TAFFETA_RANDOM_SCENES").ok().and_then(|count| count.parse().ok());
-    let all: Vec<bool> = (0..asked.unwrap_or(SCENES / 2)).filter_map(comes_free).collect();
+    let all: Vec<bool> = (0..asked().unwrap_or(SCENES / 2)).filter_map(comes_free).collect();
     let free = all.iter().filter(|free| **free).count();
     assert!(10 * free >= 9 * all.len(), "{free} of {}", all.len());
+}
+
+/// Scenes of springs at random, apart or not, with colliders that move or not.
+#[test]
+fn a_gpu_has_the_same_bits() {
+    // A software adapter takes half a minute for three scenes.
+    for seed in 0..asked().map_or(1, |count| count / 1000) {
+        let of_springs = |start: Start| {
+            let mut all = (10 * seed..).map(|seed| scene(seed, seed % 3 > 0, start));
+            all.find(|(scene, _)| scene.solver.method != Method::Ice).expect("half of them are")
+        };
+        let kinds = [of_springs(Start::Apart), of_springs(Start::Tangled), (stack(seed), 0.0)];
+        for (scene, speed) in kinds {
+            let mut both = [build_as(&scene, Precision::F32, 1), on_gpu(&scene)];
+            for simulation in &mut both {
+                if speed > 0.0 {
+                    implode(simulation, speed);
+                }
+            }
+            for frame in 1..=2 {
+                let [cpu, gpu] = &mut both;
+                cpu.step().expect("a stable scene");
+                gpu.step().expect("the same");
+                assert_eq!(cpu.state_hash(), gpu.state_hash(), "{}, frame {frame}", scene.title);
+                assert_eq!(cpu.report().intersections, gpu.report().intersections, "{}", scene.title);
+            }
+        }
+    }
 }

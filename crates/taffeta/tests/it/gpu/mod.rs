@@ -20,7 +20,7 @@ use taffeta::{Advice, GpuKernels, GpuOptions, Options, Precision, Simulation, St
 /// A sub-step [s] as long as springs here bear: on a software device each takes as much time, whatever its length.
 const STEP: f64 = 1.0 / 240.0;
 
-fn on_gpu(scene: &Scene) -> Simulation {
+pub fn on_gpu(scene: &Scene) -> Simulation {
     let options = Options { gpu: Some(gpu().into()), ..Options::default() };
     Simulation::new(scene, &options).unwrap_or_else(|error| panic!("{}: {error}", scene.title))
 }
