@@ -81,7 +81,7 @@ pub struct TriangleContact {
     /// For each level of boxes, and each thing that is counted, its number.
     parts: Vec<Buffer<u32>>,
     places: Buffer<Four>,
-    /// Corners of colliders that move, of all sub-steps that are handed over.
+    /// Corners of colliders in all sub-steps that are handed over, where some move.
     corners: Buffer<Four>,
     boxes: Buffer<Four>,
     /// Where surfaces pass through each other.

@@ -11,7 +11,7 @@
 @group(1) @binding(70) var<storage, read> surface_tables: array<u32>;
 /// What a command of several is about: a level of boxes, or what is counted.
 @group(1) @binding(71) var<storage, read> surface_part: array<u32>;
-/// Corners of colliders that move, at the start and at the end of each sub-step.
+/// Corners of colliders at the start and at the end of each sub-step, where some move.
 @group(1) @binding(72) var<storage, read> surface_corners: array<vec4f>;
 /// Where surfaces pass through each other: what each place has to do with that, eight words each; then what pulls them apart,
 /// sixteen words each (pull.wgsl).
