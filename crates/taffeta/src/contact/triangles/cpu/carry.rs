@@ -11,6 +11,7 @@ use crate::contact::triangles::filter::push_apart;
 use crate::contact::triangles::surfaces::{Corners, Kind};
 use crate::cpu::worker::Worker;
 use crate::real::{Real, add, dot, scale, sub};
+use std::sync::atomic::Ordering;
 
 /// A node, and the way that it is pushed [m].
 pub type Push<T> = (u32, [T; 3]);
@@ -30,19 +31,24 @@ impl<T: Real> TriangleContact<T> {
             self.go_part_of_corners(worker, corners, ends);
             worker.synchronise();
             self.look(worker, None, reach_of_pushes(most, parts));
+            let mut is_jammed = true;
             for _ in 0..PUSHES {
-                self.send_pushes(worker, T::from_f64(far));
+                let asked = self.send_pushes(worker, T::from_f64(far));
                 worker.synchronise();
                 let moved = self.take_pushes(worker, T::from_f64(longest_push(most, parts)));
                 // SAFETY: its own; all read after the barrier, and it is written again after another.
-                unsafe { self.found.item(worker.index) }.held = u64::from(moved);
+                unsafe { self.found.item(worker.index) }.held = u64::from(moved) << 1 | u64::from(asked);
                 worker.synchronise();
                 // SAFETY: as above.
-                let any = unsafe { self.found.read() }.iter().any(|found| found.held > 0);
+                let all = unsafe { self.found.read() }.iter().fold(0, |all, found| all | found.held);
                 worker.synchronise();
-                if !any {
+                if all & 2 == 0 {
+                    is_jammed = all & 1 != 0;
                     break;
                 }
+            }
+            if is_jammed {
+                self.is_jammed.store(true, Ordering::Relaxed);
             }
             self.each_run(worker, |run| {
                 run.for_each(|place| self.put(&self.before, place, self.get(&self.after, place)));
@@ -88,9 +94,10 @@ impl<T: Real> TriangleContact<T> {
         });
     }
 
-    /// Sends ways to the nodes of all pairs that would come too near: those of the side that drives the other.
-    fn send_pushes(&self, worker: &Worker<'_, T>, far: T) {
-        let workers = self.found.len();
+    /// Sends pushes to the nodes of all pairs that would come too near: those of the side that the other drives. Returns whether
+    /// there is any such pair.
+    fn send_pushes(&self, worker: &Worker<'_, T>, far: T) -> bool {
+        let (workers, mut any) = (self.found.len(), false);
         for kind in Kind::ALL {
             for to in 0..workers {
                 // SAFETY: its own; others read them after the next barrier.
@@ -102,6 +109,7 @@ impl<T: Real> TriangleContact<T> {
                     Kind::EdgeEdge => self.pushed::<EdgeEdge>(close, far),
                 };
                 let Some((nodes, way)) = pushed else { continue };
+                any = true;
                 for &node in nodes.iter().filter(|&&node| (node as usize) < self.surfaces.places) {
                     if worker.nodes.inverse_mass[node as usize] > T::ZERO {
                         let to = self.worker_of(node);
@@ -114,6 +122,7 @@ impl<T: Real> TriangleContact<T> {
                 }
             }
         }
+        any
     }
 
     /// The nodes of a pair that are in the way of the other side, and where they are to go [m].
