@@ -11,8 +11,7 @@ const TESTS: [&str; 2] = [
 ];
 /// What chooses among the faults and rows there.
 const CHOICE: &str = "TAFFETA_FAULTS";
-/// Tests of scenes that are made up at random, and what says how many scenes each of them tries: more than 10,000 that start apart
-/// in all.
+/// Tests of scenes that are made up at random, and what says how many scenes each of them makes up: more than 10,000 in all.
 const SCENES: &str = "random_surfaces::";
 const COUNT: (&str, &str) = ("TAFFETA_RANDOM_SCENES", "3400");
 /// Faults, and rows, of a sample in `cargo xtask test`.

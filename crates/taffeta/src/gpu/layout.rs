@@ -30,9 +30,8 @@ pub struct Substep {
     pub air: Air,
     pub first_corner: u32,
     pub corner_parts: u32,
-    pub corner_reach: f32,
     pub longest_push: f32,
-    pub padding: [u32; 4],
+    pub padding: [u32; 5],
 }
 
 /// `Solving` of substep.wgsl.

@@ -9,6 +9,7 @@ use crate::contact::collider_mesh::surface::MeshSurface;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::colliders::shape::ShapeNow;
 use crate::contact::nodes::pair;
+use crate::contact::triangles::gpu_tables::CornersMoved;
 use crate::cpu::CpuBackend;
 use crate::cpu::between::Between;
 use crate::elements::gpu::KindTables;
@@ -297,6 +298,7 @@ impl Fixture {
     pub fn arrays(&self) -> Arrays {
         let (tables, places) = (&self.tables, self.is_node.len());
         let poison = |words: usize| vec![f32::NAN.to_bits(); words];
+        let corners: Vec<Four> = self.corners().into_iter().flat_map(|moved| moved.corners).collect();
         let input_forces: Vec<Four> = self.input.forces.iter().map(four_of_input).collect();
         let of_elements = self.tables.elements.kinds.iter().map(|one| (one.set.kind.name, one.words.clone()));
         let mut arrays = Arrays::from([
@@ -312,7 +314,7 @@ impl Fixture {
             ("colliders", words(&self.colliders())),
             // An array cannot be empty.
             ("mesh_data", if self.meshes.1.is_empty() { vec![0; 4] } else { words(&self.meshes.1) }),
-            ("surface_corners", words(&self.corners())),
+            ("surface_corners", words(&corners)),
             ("motions", words(&self.motions())),
             ("scales", words(&self.scales())),
             ("goals", words(&self.goals())),
@@ -341,9 +343,9 @@ impl Fixture {
             .collect()
     }
 
-    fn corners(&self) -> Vec<Four> {
-        let of = |substep: &plan::Substep<f32>| self.tables.surfaces.corners_moved(substep).corners;
-        self.substeps.iter().flat_map(of).collect()
+    /// Where corners of colliders go in each sub-step.
+    fn corners(&self) -> Vec<CornersMoved> {
+        self.substeps.iter().map(|substep| self.tables.surfaces.corners_moved(substep)).collect()
     }
 
     fn motions(&self) -> Vec<Motion> {
@@ -367,6 +369,7 @@ impl Fixture {
         let sum = |count: &dyn Fn(&plan::Substep<f32>) -> usize, index: usize| -> u32 {
             self.substeps[..index].iter().map(count).sum::<usize>() as u32
         };
+        let corners = self.corners();
         let record = |(index, substep): (usize, &plan::Substep<f32>)| Substep {
             gravity: world.gravity.map(|c| c as f32),
             h: substep.h,
@@ -386,11 +389,10 @@ impl Fixture {
             max_separation: pair::max_separation(f64::from(substep.h)) as f32,
             own: 0,
             air: Air::of(substep.air()),
-            first_corner: sum(&|s| self.tables.surfaces.corners_moved(s).corners.len(), index),
-            corner_parts: self.tables.surfaces.corners_moved(substep).parts,
-            corner_reach: self.tables.surfaces.corners_moved(substep).reach,
-            longest_push: self.tables.surfaces.corners_moved(substep).longest_push,
-            padding: [0; 4],
+            first_corner: corners[..index].iter().map(|moved| moved.corners.len() as u32).sum(),
+            corner_parts: corners[index].parts,
+            longest_push: corners[index].longest_push,
+            padding: [0; 5],
         };
         self.substeps.iter().enumerate().map(record).collect()
     }

@@ -34,9 +34,9 @@ pub fn longest_push(most: f64, parts: u32) -> f64 {
     LONGEST * most / f64::from(parts)
 }
 
-/// How much nearer than by their own motion pairs may come in one of these parts by pushes [m]: both sides may be pushed.
-pub fn reach_of_pushes(most: f64, parts: u32) -> f64 {
-    reach_together(2.0 * 3_f64.sqrt() * longest_push(most, parts))
+/// How much nearer than by their own motion pairs may come by pushes up to `longest` along each axis [m]: both sides may be pushed.
+pub fn reach_of_pushes(longest: f64) -> f64 {
+    reach_together(2.0 * 3_f64.sqrt() * longest)
 }
 
 /// What two pushes [m] come to: along each axis the longer one, and of two that are as long that towards +. So their order does

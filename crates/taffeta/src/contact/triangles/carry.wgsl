@@ -68,17 +68,12 @@ fn way_of(key: u32) -> f32 {
 /// Pushes the nodes of all pairs of two leaves that would come too near: those of the side that the other drives.
 @compute @workgroup_size(256)
 fn push_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = min(workgroup_index(id), counted(PAIRS) - 1u);
-    let is_there = index == workgroup_index(id);
-    let pair = surface_pairs[index];
-    load_leaves(pair, lane);
-    let counts = candidate_count(pair.x == pair.y);
-    let material = material_of(leaf_words[LEAF_SURFACE], leaf_words[LEAF_WORDS + LEAF_SURFACE]);
-    let count = select(0u, counts.x + counts.y + counts.z, is_there);
-    for (var number = lane; number < count; number += 256u) {
-        let one = candidate(number, counts);
+    let leaves = load_leaves(id, lane);
+    let pair = leaves.pair;
+    for (var number = lane; number < leaves.count; number += 256u) {
+        let one = candidate(number, leaves.counts);
         if matters(one, pair) && rule_of(nodes_of(one.lanes), one.first) == APART {
-            push_side(one, thickness_of(one, material.x, pair.z > 0u));
+            push_side(one, thickness_of(one, leaves.material.x, pair.z > 0u));
         }
     }
 }

@@ -7,8 +7,8 @@ const LEAST_SHARE: f32 = 0.05;
 const MOST_SHARE: f32 = 0.95;
 /// Part of the gap that is left.
 const PLANE_LEFT: f32 = 0.15;
-/// Part of the gap that may be used up.
-const MOST_USED: f32 = 0.85;
+/// Part of its distance to the plane that a node may use up.
+const SHARE: f32 = 0.85;
 /// Part of the thickness that a collider which moves leaves to what is in its way.
 const ROOM_BEFORE: f32 = 0.5;
 /// The least distance to the plane: relative to the extent of a pair, in units in the last place, and at most relative to the
@@ -56,10 +56,10 @@ fn push_apart(
     let before = low - high;
     let after = low_end - high_end;
     let least = PLANE_LEFT * before + 2.0 * floor_of(extent, thickness, far);
-    let as_before = MOST_USED * before;
+    let as_before = SHARE * before;
     let wanted = min(as_before, max(least, ROOM_BEFORE * thickness));
     // It goes a little farther than it must, so that once is enough.
-    let missing = wanted / MOST_USED - after;
+    let missing = wanted / SHARE - after;
     return select(vec3f(0.0), normal * missing, before > 0.0 && after < wanted);
 }
 

@@ -12,9 +12,10 @@
 #import gpu/wgsl/substep.wgsl
 #import gpu/wgsl/vector.wgsl
 
-/// Part of its distance to the plane that a node may use up, and that times the largest part of the gap.
-const SHARE: f32 = 0.85;
+/// Part of its distance to the plane that a node may use up, times the largest part of the gap.
 const MOST_OF_GAP: f32 = 0.8075;
+/// How much nearer pairs may come by pushes where no push is longer than 1 along any axis.
+const PUSH_REACH: f32 = 4.0754137;
 /// What bounds are multiplied by, for rounding.
 const LOOSE_REACH: f32 = 1.0001;
 
@@ -142,7 +143,7 @@ fn reach_of(seeker: Seeker, box_at: u32, thickness: f32) -> f32 {
     let most = surface_boxes[box_at + 3u].xyz;
     if seeker.kind == NEAR || seeker.kind == CARRIED {
         let approach = norm3(max(seeker.most - least, most - seeker.least));
-        let by_pushes = select(0.0, substeps[own()].corner_reach, seeker.kind == CARRIED);
+        let by_pushes = select(0.0, PUSH_REACH * substeps[own()].longest_push, seeker.kind == CARRIED);
         return (KEEPS * thickness + approach / SHARE + length_of(ALLOWANCE) + by_pushes) * LOOSE_REACH;
     }
     let way = max(seeker.way, longest_way(least, most)) + length_of(ALLOWANCE);
@@ -256,24 +257,19 @@ fn last_force(order: vec3u) -> vec3f {
 /// The contacts of two leaves.
 @compute @workgroup_size(256)
 fn find_surface_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = min(workgroup_index(id), counted(PAIRS) - 1u);
-    let is_there = index == workgroup_index(id);
-    let pair = surface_pairs[index];
-    load_leaves(pair, lane);
-    let counts = candidate_count(pair.x == pair.y);
-    let material = material_of(leaf_words[LEAF_SURFACE], leaf_words[LEAF_WORDS + LEAF_SURFACE]);
-    let count = select(0u, counts.x + counts.y + counts.z, is_there);
-    for (var number = lane; number < count; number += 256u) {
-        let one = candidate(number, counts);
+    let leaves = load_leaves(id, lane);
+    let pair = leaves.pair;
+    for (var number = lane; number < leaves.count; number += 256u) {
+        let one = candidate(number, leaves.counts);
         if !matters(one, pair) {
             continue;
         }
         let rule = rule_of(nodes_of(one.lanes), one.first);
         let order = vec3u(pair.xy, one.order);
         if rule == APART {
-            add_contact(one, four_before(one.lanes), order, material, pair.z > 0u);
+            add_contact(one, four_before(one.lanes), order, leaves.material, pair.z > 0u);
         } else if rule != IGNORED {
-            lead_back(one, four_before(one.lanes), order, thickness_of(one, material.x, pair.z > 0u), rule == ABOVE);
+            lead_back(one, four_before(one.lanes), order, thickness_of(one, leaves.material.x, pair.z > 0u), rule == ABOVE);
         }
     }
 }
@@ -316,22 +312,17 @@ fn lead_back(one: Candidate, x: array<vec3f, 4>, order: vec3u, thickness: f32, a
 /// around nodes that are held back, by planes that stand still.
 @compute @workgroup_size(256)
 fn limit_ways(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let index = min(workgroup_index(id), counted(PAIRS) - 1u);
-    let is_there = index == workgroup_index(id);
-    let pair = surface_pairs[index];
-    load_leaves(pair, lane);
-    let counts = candidate_count(pair.x == pair.y);
-    let material = material_of(leaf_words[LEAF_SURFACE], leaf_words[LEAF_WORDS + LEAF_SURFACE]);
+    let leaves = load_leaves(id, lane);
+    let pair = leaves.pair;
     let kind = counted(LISTED);
     let far = bitcast<f32>(counted(FARTHEST_PLACE));
-    let count = select(0u, counts.x + counts.y + counts.z, is_there);
-    for (var number = lane; number < count; number += 256u) {
-        let one = candidate(number, counts);
+    for (var number = lane; number < leaves.count; number += 256u) {
+        let one = candidate(number, leaves.counts);
         let nodes = nodes_of(one.lanes);
         if !matters(one, pair) || (kind == AROUND && !any_held(nodes)) || rule_of(nodes, one.first) != APART {
             continue;
         }
-        let thickness = thickness_of(one, material.x, pair.z > 0u);
+        let thickness = thickness_of(one, leaves.material.x, pair.z > 0u);
         limit_nodes(one, nodes, four_before(one.lanes), thickness, far, kind == NEAR);
     }
 }

@@ -382,8 +382,8 @@ impl Feature for TriangleContact {
         let mut all: Vec<Four> = Vec::new();
         self.room.parts = 0;
         for (record, substep) in records.iter_mut().zip(upload.substeps) {
-            let CornersMoved { parts, reach, longest_push, corners } = self.tables.corners_moved(substep);
-            (record.corner_parts, record.corner_reach, record.longest_push) = (parts, reach, longest_push);
+            let CornersMoved { parts, longest_push, corners } = self.tables.corners_moved(substep);
+            (record.corner_parts, record.longest_push) = (parts, longest_push);
             record.first_corner = if corners.is_empty() { NONE } else { all.len() as u32 };
             self.room.parts = self.room.parts.max(parts as usize);
             all.extend(corners);

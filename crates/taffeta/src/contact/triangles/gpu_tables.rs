@@ -1,6 +1,6 @@
 //! Tables of surfaces for the GPU, on the host.
 
-use crate::contact::triangles::carry::{longest_push, longest_way, parts_of, reach_of_pushes};
+use crate::contact::triangles::carry::{longest_push, longest_way, parts_of};
 use crate::contact::triangles::filter::{ALLOWANCE, PROGRESS, SHARE, STRETCH, bound_of};
 use crate::contact::triangles::gpu_layout as layout;
 use crate::contact::triangles::leaves::{Leaf, Mask};
@@ -40,8 +40,6 @@ pub struct Room {
 pub struct CornersMoved {
     /// In how many parts; 0 if they stand still.
     pub parts: u32,
-    /// How much nearer than by their motion in one of them pairs may come [m].
-    pub reach: f32,
     /// The longest way along each axis that nodes are pushed in one of them [m].
     pub longest_push: f32,
     /// Where they are at its start, and then at its end [m]; empty where no collider ever moves.
@@ -149,11 +147,9 @@ impl SurfaceTables {
         let Some(corners) = substep.extensions.get::<Corners<f32>>() else { return CornersMoved::default() };
         let most = longest_way(corners, 0..corners.before.len().min(corners.after.len()));
         let parts = parts_of(most, self.thinnest);
-        let by_parts = |length: fn(f64, u32) -> f64| if parts > 0 { length(most, parts) as f32 } else { 0.0 };
         CornersMoved {
             parts,
-            reach: by_parts(reach_of_pushes),
-            longest_push: by_parts(longest_push),
+            longest_push: if parts > 0 { longest_push(most, parts) as f32 } else { 0.0 },
             corners: corners.before.iter().chain(&corners.after).map(|&[x, y, z]| [x, y, z, 0.0]).collect(),
         }
     }

@@ -2,6 +2,7 @@
 
 #import contact/triangles/closest.wgsl
 #import contact/triangles/surfaces.wgsl
+#import gpu/wgsl/index.wgsl
 #import gpu/wgsl/vector.wgsl
 
 /// Thickness of neighbours along the surface, at most, relative to their distance at the start.
@@ -25,8 +26,19 @@ struct Candidate {
     order: u32,
 }
 
-/// Loads two leaves. All invocations of the workgroup call it.
-fn load_leaves(pair: vec4u, lane: u32) {
+/// A pair of leaves, the numbers of its pairs of each kind, thickness and friction, and how many pairs there are to look at.
+struct LeafPair {
+    pair: vec4u,
+    counts: vec3u,
+    material: vec2f,
+    count: u32,
+}
+
+/// Loads the pair of leaves of a workgroup. All its invocations call it; those in rows of workgroups beyond the last pair look at
+/// none.
+fn load_leaves(id: vec3u, lane: u32) -> LeafPair {
+    let index = min(workgroup_index(id), counted(PAIRS) - 1u);
+    let pair = surface_pairs[index];
     if lane < 112u {
         let leaf = select(pair.x, pair.y, lane >= LEAF_WORDS);
         leaf_words[lane] = leaf_word(leaf, lane % LEAF_WORDS);
@@ -44,6 +56,10 @@ fn load_leaves(pair: vec4u, lane: u32) {
         list_near(lane / 48u, lane % 48u, select(pair.x, pair.y, lane < 48u), bitcast<f32>(pair.w));
     }
     workgroupBarrier();
+    let counts = candidate_count(pair.x == pair.y);
+    let material = material_of(leaf_words[LEAF_SURFACE], leaf_words[LEAF_WORDS + LEAF_SURFACE]);
+    let count = select(0u, counts.x + counts.y + counts.z, index == workgroup_index(id));
+    return LeafPair(pair, counts, material, count);
 }
 
 /// Where the numbers of a leaf's vertices (0), triangles (1) and edges (2) begin.

@@ -383,7 +383,7 @@ fn count(bench: &mut Bench<'_>) -> Result<(), String> {
         (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PUSH_ROUND, 3), (layout::PUSHED, 1)]),
         (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PAIRS, ROOM + 1)]),
         (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 3)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 5)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ASKED, 1), (layout::PUSH_ROUND, 5)]),
         (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 6)]),
         (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 6)]),
         (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 3), (layout::PUSH_ASKED, 1)]),

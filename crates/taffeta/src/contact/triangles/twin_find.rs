@@ -1,5 +1,6 @@
 //! Which triangles come near each other, as rows compare it: find.wgsl one number after the other.
 
+use crate::contact::triangles::carry::reach_of_pushes;
 use crate::contact::triangles::closest::{Closest, EdgeEdge, Pair, VertexTriangle};
 use crate::contact::triangles::filter::{limits, reach, reach_together};
 use crate::contact::triangles::gpu_layout::{self as layout, SurfaceContact};
@@ -31,7 +32,10 @@ impl Twin {
             let approach: [f32; 3] = std::array::from_fn(|axis| {
                 (of_a[3][axis] - of_b[2][axis]).max(of_b[3][axis] - of_a[2][axis])
             });
-            let by_pushes = if listed == layout::CARRIED { self.corners.reach } else { 0.0 };
+            let by_pushes = match listed {
+                layout::CARRIED => reach_of_pushes(self.corners.longest_push.into()) as f32,
+                _ => 0.0,
+            };
             let needs = reach_together(f64::from(norm(approach))) as f32 + allowance + by_pushes;
             return (KEEPS as f32 * self.material(a, b)[0] + needs) * layout::LOOSE_REACH as f32;
         }

@@ -96,9 +96,9 @@ fn of_surfaces() -> BTreeMap<&'static str, f64> {
     let words = WORDS.iter().map(|&(name, number)| (name, number as f64));
     let lengths = [
         ("SHARE", filter::SHARE),
-        ("MOST_USED", filter::SHARE),
         ("ROOM_BEFORE", filter::ROOM_BEFORE),
         ("PUSHES", carry::PUSHES as f64),
+        ("PUSH_REACH", f64::from(carry::reach_of_pushes(1.0) as f32)),
         ("MOST_OF_GAP", filter::SHARE * (1.0 - filter::LEAST)),
         ("LEAST_SHARE", filter::LEAST),
         ("MOST_SHARE", 1.0 - filter::LEAST),

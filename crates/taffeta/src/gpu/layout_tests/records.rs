@@ -90,7 +90,7 @@ fn records() -> Vec<Record> {
         record!(Substep {
             gravity, h, wind, drag, first_collider, colliders, first_motion, first_scale, frame_fraction, frame_rate,
             input_forces, pins, solving, left, first_goal, max_separation, own, air, first_corner,
-            corner_parts, corner_reach, longest_push; padding
+            corner_parts, longest_push; padding
         }),
         record!(Solving {
             activation,
@@ -167,6 +167,13 @@ fn records() -> Vec<Record> {
             nodes, weights, normal, gap, impulse, mobility, force, thickness, order, friction, push, leads; padding
         }),
         record!(Joint { point, track, a, b, start, end, compliance, break_force, closing, grouped }),
+        record!(Surface { first, count, cols, high, wide, exclusions, material, cells_a_metre }),
+    ];
+    of_elements.chain(others).chain(records_of_solvers()).collect()
+}
+
+fn records_of_solvers() -> Vec<Record> {
+    vec![
         record!(Constraint { a, b, k, damping, rest_length, is_active }),
         record!(ConstraintGroup { first, count, solve, first_group, groups }),
         record!(NodeGroup { first, count, solve, first_group, is_first }),
@@ -184,9 +191,7 @@ fn records() -> Vec<Record> {
         record!(Diagonal { own, inverse }),
         record!(PcgState { passes, is_done, iterations, whole, error, alpha, beta }),
         record!(NodeSolve { steps, before, is_met, kept, next }),
-        record!(Surface { first, count, cols, high, wide, exclusions, material, cells_a_metre }),
-    ];
-    of_elements.chain(others).collect()
+    ]
 }
 
 /// The structs within a type.
@@ -264,7 +269,7 @@ fn a_field_that_is_moved_renamed_left_out_or_of_another_type_is_found() {
         ("    neighbour: u32,", "    neighbor: u32,"),
         ("    rest_steepness: f32,\n", ""),
         ("    row: i32,\n    col: i32,\n}\n\n@group(1)", "    row: u32,\n    col: i32,\n}\n\n@group(1)"),
-        ("@size(20) longest_push: f32", "longest_push: f32"),
+        ("@size(24) longest_push: f32", "longest_push: f32"),
         ("    exposure: f32,\n    /// Coefficients.\n    drag: f32,", "    drag: f32,\n    exposure: f32,"),
         (
             "    material: ContactMaterial,\n    cells_a_metre: f32,",

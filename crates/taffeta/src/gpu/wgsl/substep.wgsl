@@ -78,10 +78,8 @@ struct Substep {
     first_corner: u32,
     /// In how many parts they go: 0 if they stand still.
     corner_parts: u32,
-    /// How much nearer than by their motion in one of them pairs may come [m].
-    corner_reach: f32,
     /// The longest way along each axis that nodes are pushed in one of them [m].
-    @size(20) longest_push: f32,
+    @size(24) longest_push: f32,
 }
 
 /// The sub-step of this dispatch, and those after it.

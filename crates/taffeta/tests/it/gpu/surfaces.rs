@@ -53,6 +53,16 @@ fn are_alike(cpu: &mut Simulation, gpu: &mut Simulation, frames: usize) -> u64 {
     most
 }
 
+/// Goes on from the snapshot of the other backend in each, and from its own on the CPU, as far.
+fn go_on_from_snapshots(scene: &Scene, cpu: &mut Simulation, gpu: &Simulation) {
+    let (mut other_cpu, mut other_gpu) = both(scene);
+    other_cpu.restore(&gpu.snapshot()).expect("it fits");
+    other_gpu.restore(&cpu.snapshot()).expect("it fits");
+    are_alike(&mut other_cpu, &mut other_gpu, 2);
+    run(cpu, 2);
+    assert_eq!(cpu.state_hash(), other_gpu.state_hash());
+}
+
 fn both(scene: &Scene) -> (Simulation, Simulation) {
     (build_as(scene, Precision::F32, 1), on_gpu(scene))
 }
@@ -90,12 +100,7 @@ fn contact_goes_on_from_a_snapshot_on_the_other_backend() {
     let [of_cpu, of_gpu] = [&cpu, &gpu].map(Simulation::snapshot);
     assert!(of_cpu.contacts > 100, "{}", of_cpu.contacts);
     assert_eq!(of_cpu.contacts, of_gpu.contacts);
-    let (mut other_cpu, mut other_gpu) = both(&heap());
-    other_cpu.restore(&of_gpu).expect("it fits");
-    other_gpu.restore(&of_cpu).expect("it fits");
-    are_alike(&mut other_cpu, &mut other_gpu, 2);
-    run(&mut cpu, 2);
-    assert_eq!(cpu.state_hash(), other_gpu.state_hash());
+    go_on_from_snapshots(&heap(), &mut cpu, &gpu);
 }
 
 #[test]
@@ -144,13 +149,7 @@ fn colliders_that_move_carry_cloth_as_on_the_cpu() {
     assert!(are_alike(&mut cpu, &mut gpu, 9) > 300);
     assert_eq!(cpu.intersections().pairs, 0);
     // Where it has come to rest, and in a snapshot of that.
-    let [of_cpu, of_gpu] = [&cpu, &gpu].map(Simulation::snapshot);
-    let (mut other_cpu, mut other_gpu) = both(&pushed());
-    other_cpu.restore(&of_gpu).expect("it fits");
-    other_gpu.restore(&of_cpu).expect("it fits");
-    are_alike(&mut other_cpu, &mut other_gpu, 2);
-    run(&mut cpu, 2);
-    assert_eq!(cpu.state_hash(), other_gpu.state_hash());
+    go_on_from_snapshots(&pushed(), &mut cpu, &gpu);
 }
 
 #[test]
@@ -202,14 +201,9 @@ fn surfaces_that_start_through_each_other_come_apart_as_on_the_cpu() {
     assert!(counts(&cpu, &gpu).is_some_and(|count| count > 20), "{:?}", cpu.report().intersections);
     are_alike(&mut cpu, &mut gpu, 4);
     assert!(counts(&cpu, &gpu).is_some_and(|count| count > 0), "{:?}", cpu.report().intersections);
-    let [of_cpu, of_gpu] = [&cpu, &gpu].map(Simulation::snapshot);
-    assert!(of_gpu.is_tangled);
-    let (mut other_cpu, mut other_gpu) = both(&crossed());
-    other_cpu.restore(&of_gpu).expect("it fits");
-    other_gpu.restore(&of_cpu).expect("it fits");
-    are_alike(&mut other_cpu, &mut other_gpu, 2);
-    are_alike(&mut cpu, &mut gpu, 2);
-    assert_eq!(cpu.state_hash(), other_gpu.state_hash());
+    assert!(gpu.snapshot().is_tangled);
+    go_on_from_snapshots(&crossed(), &mut cpu, &gpu);
+    run(&mut gpu, 2);
     while counts(&cpu, &gpu).is_some() && cpu.frame() < 40 {
         are_alike(&mut cpu, &mut gpu, 1);
     }

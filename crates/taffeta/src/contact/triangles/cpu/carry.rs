@@ -26,16 +26,17 @@ impl<T: Real> TriangleContact<T> {
             return false;
         }
         let parts = parts_of(most, self.surfaces.thinnest);
+        let longest = longest_push(most, parts);
         for part in 0..parts {
             let ends = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
             self.go_part_of_corners(worker, corners, ends);
             worker.synchronise();
-            self.look(worker, None, reach_of_pushes(most, parts));
+            self.look(worker, None, reach_of_pushes(longest));
             let mut is_jammed = true;
             for _ in 0..PUSHES {
                 let asked = self.send_pushes(worker, T::from_f64(far));
                 worker.synchronise();
-                let moved = self.take_pushes(worker, T::from_f64(longest_push(most, parts)));
+                let moved = self.take_pushes(worker, T::from_f64(longest));
                 // SAFETY: its own; all read after the barrier, and it is written again after another.
                 unsafe { self.found.item(worker.index) }.held = u64::from(moved) << 1 | u64::from(asked);
                 worker.synchronise();
@@ -149,32 +150,32 @@ impl<T: Real> TriangleContact<T> {
     /// Has a worker's nodes go on along each axis by the most that was sent to each, up to `most` [m] in all. Returns whether
     /// any does.
     fn take_pushes(&self, worker: &Worker<'_, T>, most: T) -> bool {
-        let workers = self.found.len();
-        for kind in 0..Kind::ALL.len() {
-            for from in 0..workers {
-                // SAFETY: its own mail, sent before a barrier.
-                let pushes = unsafe { self.pushes.item((kind * workers + from) * workers + worker.index) };
-                for &(node, push) in pushes.iter() {
-                    let now = self.get(&self.target[3..], node as usize);
-                    self.put(&self.target[3..], node as usize, farther(now, push));
-                }
-            }
-        }
         let mut any = false;
-        self.each_run(worker, |run| {
-            for place in run {
-                let push = self.get(&self.target[3..], place);
-                if push == [T::ZERO; 3] {
-                    continue;
-                }
-                self.put(&self.target[3..], place, [T::ZERO; 3]);
-                let way = self.get(&self.target[..3], place);
-                let new = go_on(way, push, most);
-                any = any || new != way;
-                self.put(&self.target[..3], place, new);
-                self.put(&self.after, place, add(self.get(&self.before, place), new));
-            }
+        self.each_push(worker, |node, push| {
+            let now = self.get(&self.target[3..], node);
+            self.put(&self.target[3..], node, farther(now, push));
+        });
+        self.each_push(worker, |node, _| {
+            // Of several pushes the first takes all.
+            let push = self.get(&self.target[3..], node);
+            self.put(&self.target[3..], node, [T::ZERO; 3]);
+            let way = self.get(&self.target[..3], node);
+            let new = go_on(way, push, most);
+            any = any || new != way;
+            self.put(&self.target[..3], node, new);
+            self.put(&self.after, node, add(self.get(&self.before, node), new));
         });
         any
+    }
+
+    /// Does something with each push that was sent to a worker's nodes.
+    fn each_push(&self, worker: &Worker<'_, T>, mut job: impl FnMut(usize, [T; 3])) {
+        let workers = self.found.len();
+        for mail in (0..Kind::ALL.len() * workers).map(|from| from * workers + worker.index) {
+            // SAFETY: its own mail, sent before a barrier.
+            for &(node, push) in unsafe { self.pushes.item(mail) }.iter() {
+                job(node as usize, push);
+            }
+        }
     }
 }
