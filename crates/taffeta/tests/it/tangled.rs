@@ -3,8 +3,8 @@
 use crate::common::{V, build_as, positions, run, turned, warnings};
 use std::f64::consts::TAU;
 use taffeta::scene::{
-    Body, Collider, ConstraintForm, ContactForm, Cuboid, Cylinder, Icosphere, Keyframe, Mass, Material, Mesh,
-    Method, Place, Scene, Select, SelfCollision,
+    Body, Collider, ConstraintForm, ContactForm, Cuboid, Cylinder, Icosphere, Mass, Material, Mesh, Method,
+    Place, Scene, Select, SelfCollision,
 };
 use taffeta::{Precision, Simulation};
 
@@ -213,27 +213,4 @@ fn surfaces_that_start_through_each_other_are_warned_of() {
     assert_eq!(apart.report().intersections, None);
     let words = warnings(&build(&across(half_box()))).join("\n");
     assert!(words.contains("inside collider") && words.contains("led out"), "{words}");
-}
-
-/// A sheet that is held along a line, and a box that comes up through it and goes back.
-fn pierced() -> Scene {
-    let held = sheet("held", 11, at([0.0; 3])).pin(Select::rows(5, 5));
-    let key = |t: f64, y: f64| Keyframe::translate(t, [0.0, y, 0.0]);
-    let goes = Collider::cuboid([0.033, -0.05, 0.004], [0.03, 0.03, 0.02]).offset(0.003);
-    scene(vec![held]).collider(goes.keyframe(key(0.1, 0.04)).keyframe(key(0.2, 0.0)))
-}
-
-/// What cannot give way to a collider is pierced; where free nodes are in its way that is noticed, and it comes free when it can.
-#[test]
-fn what_a_collider_has_pierced_comes_free() {
-    let mut simulation = build(&pierced());
-    let (mut most, mut counted) = (0, 0);
-    for _ in 0..40 {
-        run(&mut simulation, 1);
-        most = most.max(simulation.intersections().pairs);
-        counted = counted.max(simulation.report().intersections.unwrap_or(0));
-    }
-    assert!(most > 5 && counted > 5, "{most} {counted}");
-    assert_eq!(simulation.intersections().pairs, 0);
-    assert_eq!(simulation.report().intersections, None);
 }

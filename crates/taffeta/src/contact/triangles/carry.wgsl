@@ -92,7 +92,6 @@ fn push_side(one: Candidate, thickness: f32) {
     if all(push == vec3f(0.0)) {
         return;
     }
-    set_counted(PUSH_ASKED, 1u);
     var of_first = vec3f(0.0);
     var of_second = vec3f(0.0);
     for (var i = 0u; i < 4u; i++) {

@@ -187,7 +187,6 @@ fn count_carried() {
     put_each(ON_TAKE, select(0u, table(NODE_PLACES), goes_on));
     set_counted(PUSH_ROUND, 0u);
     set_counted(PUSHED, 0u);
-    set_counted(PUSH_ASKED, 0u);
 }
 
 /// Nodes are pushed: they may push others.
@@ -197,16 +196,12 @@ fn count_pushes() {
     if any && next == table(PUSH_ROOM) && next < PUSHES {
         atomicOr(&surface_work[SHORT], 16u);
     }
-    if select(counted(PUSH_ASKED) > 0u, next == PUSHES, any) {
-        set_counted(JAMMED, 1u);
-    }
     if !any {
         put_groups(ON_PUSH, 0u);
         put_groups(ON_TAKE, 0u);
     }
     set_counted(PUSH_ROUND, next);
     set_counted(PUSHED, 0u);
-    set_counted(PUSH_ASKED, 0u);
 }
 
 @compute @workgroup_size(256)

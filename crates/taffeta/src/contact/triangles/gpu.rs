@@ -398,7 +398,7 @@ impl Feature for TriangleContact {
     fn start_frame(&mut self, gpu: &Gpu) {
         self.substeps = 0;
         self.intersections = None;
-        self.lists.work.write(gpu, layout::SHORT, &[0; 4]);
+        self.lists.work.write(gpu, layout::SHORT, &[0; 3]);
     }
 
     fn copy(&self, list: &mut DispatchList) {
@@ -463,10 +463,7 @@ impl Feature for TriangleContact {
 
     fn is_short(&mut self, gpu: &Gpu) -> Result<bool, GpuError> {
         self.read.take(gpu, &mut self.counted)?;
-        let counted = |word: usize| self.counted.get(word).is_some_and(|&count| count > 0);
-        // What could not give way may be pierced.
-        self.is_tangled |= counted(layout::JAMMED);
-        Ok(counted(layout::SHORT))
+        Ok(self.counted.get(layout::SHORT).is_some_and(|&short| short > 0))
     }
 
     fn grow(&mut self, gpu: &Gpu) -> Result<(), GpuError> {

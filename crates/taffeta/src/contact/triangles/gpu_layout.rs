@@ -116,11 +116,9 @@ words! {
     CORNER_PART = 19;
     PUSHED = 20;
     PUSH_ROUND = 21;
-    PUSH_ASKED = 22;
-    SHORT = 23;
-    MOST_PAIRS = 24;
-    MOST_CONTACTS = 25;
-    JAMMED = 26;
+    SHORT = 22;
+    MOST_PAIRS = 23;
+    MOST_CONTACTS = 24;
     LISTS = 32;
     STAMPS = 32;
     // Which pairs of leaves are listed.

@@ -383,11 +383,9 @@ fn count(bench: &mut Bench<'_>) -> Result<(), String> {
         (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PUSH_ROUND, 3), (layout::PUSHED, 1)]),
         (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 2), (layout::PAIRS, ROOM + 1)]),
         (layout::COUNT_CARRIED, &[(layout::CORNER_PART, 3)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ASKED, 1), (layout::PUSH_ROUND, 5)]),
+        (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 5)]),
         (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 6)]),
         (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 6)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 3), (layout::PUSH_ASKED, 1)]),
-        (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 63), (layout::PUSH_ASKED, 1), (layout::PUSHED, 1)]),
         (
             layout::COUNT_WAYS,
             &[(layout::IS_ACTIVE, 0), (layout::FILTER_ROUND, 2), (layout::WAY, 0.1_f32.to_bits())],

@@ -121,15 +121,11 @@ const IS_ODD: u32 = 18u;
 const CORNER_PART: u32 = 19u;
 const PUSHED: u32 = 20u;
 const PUSH_ROUND: u32 = 21u;
-/// Whether any pair asks for a push in this round.
-const PUSH_ASKED: u32 = 22u;
 /// What was too little in the frame: room for pairs, for contacts, rounds of the filter, of jams, of pushes; and what was needed at
 /// most.
-const SHORT: u32 = 23u;
-const MOST_PAIRS: u32 = 24u;
-const MOST_CONTACTS: u32 = 25u;
-/// Whether something was in the way of a collider in the frame that could not give way.
-const JAMMED: u32 = 26u;
+const SHORT: u32 = 22u;
+const MOST_PAIRS: u32 = 23u;
+const MOST_CONTACTS: u32 = 24u;
 /// Lists of numbers begin here.
 const LISTS: u32 = 32u;
 

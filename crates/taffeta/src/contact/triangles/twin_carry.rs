@@ -74,7 +74,6 @@ impl Twin {
                     _ => push_apart::<f32, EdgeEdge>(x, moves, found.apart, (thickness, far)),
                 };
                 let Some(push) = push.filter(|_| moves != [[0.0; 3]; 4]) else { continue };
-                self.work[layout::PUSH_ASKED] = 1;
                 let moved = |i: usize| scale(moves[i], found.weights[i]);
                 let first = (0..one.first).map(moved).fold([0.0; 3], add);
                 let second = (one.first..4).map(moved).fold([0.0; 3], sub);

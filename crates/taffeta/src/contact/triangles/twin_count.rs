@@ -93,9 +93,7 @@ impl Twin {
         };
         self.put_groups(layout::ON_PUSH, pairs);
         self.put_each(layout::ON_TAKE, self.nodes(), goes_on);
-        for word in [layout::PUSH_ROUND, layout::PUSHED, layout::PUSH_ASKED] {
-            self.work[word] = 0;
-        }
+        (self.work[layout::PUSH_ROUND], self.work[layout::PUSHED]) = (0, 0);
     }
 
     fn count_pushes(&mut self) {
@@ -106,13 +104,7 @@ impl Twin {
         } else if next == self.tables[layout::PUSH_ROOM] && (next as usize) < PUSHES {
             self.work[layout::SHORT] |= 16;
         }
-        let is_jammed = match self.work[layout::PUSHED] {
-            0 => self.work[layout::PUSH_ASKED] > 0,
-            _ => next as usize == PUSHES,
-        };
-        self.work[layout::JAMMED] |= u32::from(is_jammed);
         (self.work[layout::PUSH_ROUND], self.work[layout::PUSHED]) = (next, 0);
-        self.work[layout::PUSH_ASKED] = 0;
     }
 
     fn count_ways(&mut self) {

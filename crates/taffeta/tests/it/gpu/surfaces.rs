@@ -214,25 +214,6 @@ fn surfaces_that_start_through_each_other_come_apart_as_on_the_cpu() {
     assert!(counts(&cpu, &gpu).is_some_and(|count| count > 0), "{:?}", cpu.report().intersections);
 }
 
-/// What cannot give way to a collider is pierced, and led apart from the next frame on.
-#[test]
-fn what_a_collider_pierces_is_led_apart_as_on_the_cpu() {
-    let up = Keyframe::translate(0.03, [0.0, 0.04, 0.0]);
-    let middle: Vec<u32> = (0..49).filter(|node| node / 7 == 3).collect();
-    let scene = Scene::new("pierced")
-        .body(touching("held", sheet(7, 0.12), 0.004).pin(Select::nodes(middle)))
-        .collider(Collider::cuboid([0.02, -0.035, 0.0], [0.03, 0.03, 0.02]).offset(0.003).keyframe(up))
-        .time(1.0 / 60.0, STEP);
-    let (mut cpu, mut gpu) = both(&scene);
-    let mut most = 0;
-    for _ in 0..6 {
-        are_alike(&mut cpu, &mut gpu, 1);
-        assert_eq!(cpu.report().intersections, gpu.report().intersections);
-        most = most.max(cpu.report().intersections.unwrap_or(0));
-    }
-    assert!(most > 0, "{most}");
-}
-
 #[test]
 fn what_does_not_run_on_a_gpu_yet_is_refused_in_words() {
     let refused = |scene: &Scene| -> String {

@@ -11,7 +11,6 @@ use crate::contact::triangles::filter::push_apart;
 use crate::contact::triangles::surfaces::{Corners, Kind};
 use crate::cpu::worker::Worker;
 use crate::real::{Real, add, dot, scale, sub};
-use std::sync::atomic::Ordering;
 
 /// A node, and the way that it is pushed [m].
 pub type Push<T> = (u32, [T; 3]);
@@ -32,24 +31,19 @@ impl<T: Real> TriangleContact<T> {
             self.go_part_of_corners(worker, corners, ends);
             worker.synchronise();
             self.look(worker, None, reach_of_pushes(longest));
-            let mut is_jammed = true;
             for _ in 0..PUSHES {
-                let asked = self.send_pushes(worker, T::from_f64(far));
+                self.send_pushes(worker, T::from_f64(far));
                 worker.synchronise();
                 let moved = self.take_pushes(worker, T::from_f64(longest));
                 // SAFETY: its own; all read after the barrier, and it is written again after another.
-                unsafe { self.found.item(worker.index) }.held = u64::from(moved) << 1 | u64::from(asked);
+                unsafe { self.found.item(worker.index) }.held = u64::from(moved);
                 worker.synchronise();
                 // SAFETY: as above.
-                let all = unsafe { self.found.read() }.iter().fold(0, |all, found| all | found.held);
+                let any = unsafe { self.found.read() }.iter().any(|found| found.held > 0);
                 worker.synchronise();
-                if all & 2 == 0 {
-                    is_jammed = all & 1 != 0;
+                if !any {
                     break;
                 }
-            }
-            if is_jammed {
-                self.is_jammed.store(true, Ordering::Relaxed);
             }
             self.each_run(worker, |run| {
                 run.for_each(|place| self.put(&self.before, place, self.get(&self.after, place)));
@@ -95,10 +89,9 @@ impl<T: Real> TriangleContact<T> {
         });
     }
 
-    /// Sends pushes to the nodes of all pairs that would come too near: those of the side that the other drives. Returns whether
-    /// there is any such pair.
-    fn send_pushes(&self, worker: &Worker<'_, T>, far: T) -> bool {
-        let (workers, mut any) = (self.found.len(), false);
+    /// Sends ways to the nodes of all pairs that would come too near: those of the side that drives the other.
+    fn send_pushes(&self, worker: &Worker<'_, T>, far: T) {
+        let workers = self.found.len();
         for kind in Kind::ALL {
             for to in 0..workers {
                 // SAFETY: its own; others read them after the next barrier.
@@ -110,7 +103,6 @@ impl<T: Real> TriangleContact<T> {
                     Kind::EdgeEdge => self.pushed::<EdgeEdge>(close, far),
                 };
                 let Some((nodes, way)) = pushed else { continue };
-                any = true;
                 for &node in nodes.iter().filter(|&&node| (node as usize) < self.surfaces.places) {
                     if worker.nodes.inverse_mass[node as usize] > T::ZERO {
                         let to = self.worker_of(node);
@@ -123,7 +115,6 @@ impl<T: Real> TriangleContact<T> {
                 }
             }
         }
-        any
     }
 
     /// The nodes of a pair that are in the way of the other side, and where they are to go [m].

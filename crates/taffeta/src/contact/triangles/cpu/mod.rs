@@ -37,7 +37,7 @@ use crate::real::{Real, add, scale};
 use crate::report::FrameSums;
 use crate::step::Op;
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicU64};
+use std::sync::atomic::AtomicU64;
 
 /// Contact of surfaces.
 pub struct TriangleContact<T> {
@@ -78,8 +78,6 @@ pub struct TriangleContact<T> {
     /// before the next frame, too: nodes have been put elsewhere.
     is_tangled: bool,
     is_stale: bool,
-    /// Whether something was in the way of a collider in this frame that could not give way.
-    is_jammed: AtomicBool,
 }
 
 /// What a worker has found in a sub-step.
@@ -220,7 +218,6 @@ impl<T: Real> TriangleContact<T> {
             tangle: None,
             is_tangled: surfaces.start_tangled,
             is_stale: false,
-            is_jammed: AtomicBool::new(false),
             surfaces,
         };
         all.share(&context.nodes.tiles, context.chunks);
@@ -313,8 +310,6 @@ impl<T: Real> Feature<T> for TriangleContact<T> {
     }
 
     fn measure(&mut self, state: [&[T]; 6], substeps: usize, sums: &mut FrameSums) {
-        // What could not give way may be pierced.
-        self.is_tangled |= std::mem::take(self.is_jammed.get_mut());
         if self.is_tangled {
             self.find_tangle(state);
             sums.intersections = Some(self.tangle.as_ref().map_or(0, |tangle| tangle.pairs));

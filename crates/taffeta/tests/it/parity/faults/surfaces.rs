@@ -225,15 +225,4 @@ pub const FAULTS: &[Fault] = &[
     ("add_pulls", "vec3u(NONE, NONE, pull)", "vec3u(0u, 0u, pull)"),
     ("note_forces", " || one.leads != 0u", ""),
     ("sort_parts", "(a.xy + LEAF_GROUP) / LEAF_GROUP", "a.xy / LEAF_GROUP"),
-    ("push_nodes", "set_counted(PUSH_ASKED, 1u);", ""),
-    (
-        "count_surfaces",
-        "if select(counted(PUSH_ASKED) > 0u, next == PUSHES, any) {",
-        "if counted(PUSH_ASKED) > 0u && !any {",
-    ),
-    (
-        "count_surfaces",
-        "if select(counted(PUSH_ASKED) > 0u, next == PUSHES, any) {",
-        "if counted(PUSH_ASKED) > 0u {",
-    ),
 ];
