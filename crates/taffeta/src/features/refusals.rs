@@ -73,9 +73,7 @@ pub fn refuse_surfaces(from: Stage, assembly: &Assembly) -> Result<(), Refusal> 
         return Ok(());
     };
     let start = |node: usize| surfaces.start[node];
-    let why = if assembly.solver.is_primal() {
-        "with implicit steps"
-    } else if !assembly.lifts(0.0, &start).is_empty() {
+    let why = if !assembly.lifts(0.0, &start).is_empty() {
         "where nodes start inside colliders"
     } else if from > Stage::Elements {
         "in a part of a sub-step"

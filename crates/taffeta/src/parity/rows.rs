@@ -18,6 +18,7 @@ pub fn rows() -> Vec<Row> {
         volume::parity::ROWS,
         dual::parity::ROWS,
         implicit::parity::ROWS,
+        implicit::contacts_parity::ROWS,
         attachments::parity::ROWS,
         nodes::parity::ROWS,
         triangles::parity::ROWS,

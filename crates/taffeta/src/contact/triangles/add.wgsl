@@ -22,6 +22,6 @@ fn put_contact(one: SurfaceContact) {
 /// Adds a contact that leads nodes where they belong: their weights, its normal, and its gap and thickness [m].
 fn add_lead(nodes: vec4u, weights: vec4f, normal: vec3f, lengths: vec2f, order: vec3u) {
     put_contact(SurfaceContact(
-        nodes, weights, normal, lengths.x, vec3f(0.0), 0.0, vec3f(0.0), lengths.y, order, 0.0, 0.0, 1u,
+        nodes, weights, normal, lengths.x, vec3f(0.0), 0.0, vec3f(0.0), lengths.y, order, 0.0, vec3f(0.0), 0.0, 1u, 0.0,
     ));
 }

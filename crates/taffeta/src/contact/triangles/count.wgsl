@@ -14,6 +14,7 @@ const COUNT_FILTER_ROUND: u32 = 5u;
 const COUNT_PART: u32 = 6u;
 const COUNT_CARRIED: u32 = 7u;
 const COUNT_PUSHES: u32 = 8u;
+const COUNT_SOLVED: u32 = 9u;
 
 // Commands that run in as many workgroups as are counted: three words each. Boxes have one for each level.
 const ON_PAIRS: u32 = 0u;
@@ -233,6 +234,10 @@ fn count_surfaces(@builtin(local_invocation_index) lane: u32) {
         }
         case COUNT_PUSHES: {
             count_pushes();
+        }
+        case COUNT_SOLVED: {
+            // Contacts are looked for again, and start from what the solver has found.
+            set_counted(IS_ODD, 1u - counted(IS_ODD));
         }
         default: {
             count_filter_round();

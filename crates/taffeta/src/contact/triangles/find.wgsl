@@ -16,6 +16,8 @@
 const MOST_OF_GAP: f32 = 0.8075;
 /// How much nearer pairs may come by pushes where no push is longer than 1 along any axis.
 const PUSH_REACH: f32 = 4.0754137;
+/// Pairs that are nearer than this, relative to their thickness, may become contacts while a system is solved for.
+const NEARBY: f32 = 1.25;
 /// What bounds are multiplied by, for rounding.
 const LOOSE_REACH: f32 = 1.0001;
 
@@ -28,10 +30,8 @@ fn keep_places(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
     }
 }
 
-/// Takes up the state after the sub-step without contact, and where corners of colliders go, and empties lists.
-@compute @workgroup_size(256)
-fn take_places(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let number = node_of(id, lane);
+/// Empties lists, each invocation what has its number; then pairs of this kind are listed.
+fn empty_lists(number: u32, kind: u32) {
     if number == 0u {
         for (var word = 0u; word < SHORT; word++) {
             if word != FORCES && word != IS_ODD {
@@ -39,28 +39,69 @@ fn take_places(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
             }
         }
         set_counted(NEAREST, bitcast<u32>(FAR));
+        set_counted(LISTED, kind);
     }
     if number < table(NODE_PLACES) {
-        put_place(BEFORE, number, place_at(AT_START, number));
-        put_place(AFTER, number, new_position[number].xyz);
-        put_place(BASE_VELOCITY, number, new_velocity[number].xyz);
         set_counted(count_at(number), 0u);
         set_counted(filled_at(number), 0u);
         set_counted(limit_at(number), bitcast<u32>(1.0));
         set_counted(held_at(number), 0u);
-    }
-    let corner = number - table(NODE_PLACES);
-    let corners = table(ALL_PLACES) - table(NODE_PLACES);
-    let first = substeps[own()].first_corner;
-    if first != NONE && number >= table(NODE_PLACES) && corner < corners {
-        put_place(BEFORE, number, surface_corners[first + corner].xyz);
-        put_place(AFTER, number, surface_corners[first + corners + corner].xyz);
     }
     if number < table(LEAF_COUNT) {
         set_counted(mark_at(number), 0u);
     }
     if number < table(BUCKETS) {
         set_counted(first_force_at(1u - counted(IS_ODD), number), NONE);
+    }
+}
+
+/// Where the corners of colliders are at the start of the sub-step, and then at its end; NONE if none ever moves, or a place has none.
+fn corner_ends(number: u32) -> vec2u {
+    let corners = table(ALL_PLACES) - table(NODE_PLACES);
+    let first = substeps[own()].first_corner;
+    if first == NONE || number < table(NODE_PLACES) || number >= table(ALL_PLACES) {
+        return vec2u(NONE);
+    }
+    let at = first + number - table(NODE_PLACES);
+    return vec2u(at, at + corners);
+}
+
+/// Takes up the state after the sub-step without contact, and where corners of colliders go.
+@compute @workgroup_size(256)
+fn take_places(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let number = node_of(id, lane);
+    empty_lists(number, NEAR);
+    if number < table(NODE_PLACES) {
+        put_place(BEFORE, number, place_at(AT_START, number));
+        put_place(AFTER, number, new_position[number].xyz);
+        put_place(BASE_VELOCITY, number, new_velocity[number].xyz);
+    }
+    let ends = corner_ends(number);
+    if ends.x != NONE {
+        put_place(BEFORE, number, surface_corners[ends.x].xyz);
+        put_place(AFTER, number, surface_corners[ends.y].xyz);
+    }
+}
+
+/// Takes up the state before the sub-step, where contacts are looked for that the solver is to know of.
+@compute @workgroup_size(256)
+fn take_start(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let number = node_of(id, lane);
+    empty_lists(number, SOLVED);
+    if number < table(NODE_PLACES) {
+        put_place(BEFORE, number, place_at(AT_START, number));
+        put_place(AFTER, number, place_at(AT_START, number));
+    } else if number < table(ALL_PLACES) {
+        let ends = corner_ends(number);
+        if ends.x != NONE {
+            put_place(BEFORE, number, surface_corners[ends.x].xyz);
+        }
+        let start = place_at(BEFORE, number);
+        put_place(AFTER, number, start);
+        put_place(TARGET, number, start);
+        if ends.x != NONE {
+            put_place(TARGET, number, surface_corners[ends.y].xyz);
+        }
     }
 }
 
@@ -141,10 +182,11 @@ fn longest_way(least: vec3f, most: vec3f) -> f32 {
 fn reach_of(seeker: Seeker, box_at: u32, thickness: f32) -> f32 {
     let least = surface_boxes[box_at + 2u].xyz;
     let most = surface_boxes[box_at + 3u].xyz;
-    if seeker.kind == NEAR || seeker.kind == CARRIED {
+    if seeker.kind == NEAR || seeker.kind == CARRIED || seeker.kind == SOLVED {
         let approach = norm3(max(seeker.most - least, most - seeker.least));
         let by_pushes = select(0.0, PUSH_REACH * substeps[own()].longest_push, seeker.kind == CARRIED);
-        return (KEEPS * thickness + approach / SHARE + length_of(ALLOWANCE) + by_pushes) * LOOSE_REACH;
+        let by_solver = select(0.0, (NEARBY - 1.0) * length_of(THICKEST), seeker.kind == SOLVED);
+        return (KEEPS * thickness + approach / SHARE + length_of(ALLOWANCE) + by_pushes + by_solver) * LOOSE_REACH;
     }
     let way = max(seeker.way, longest_way(least, most)) + length_of(ALLOWANCE);
     let far = bitcast<f32>(counted(FARTHEST_PLACE));
@@ -242,16 +284,25 @@ fn list_leaf_pairs(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_i
     }
 }
 
-/// The force that a contact had in the last sub-step [N].
-fn last_force(order: vec3u) -> vec3f {
+/// What a contact had before: the force in the last sub-step [N], and the impulse that the solver has given it in this one [N·s], if
+/// it has.
+struct LastForce {
+    force: vec3f,
+    solved: vec3f,
+    is_solved: bool,
+}
+
+fn last_force(order: vec3u) -> LastForce {
     var number = counted(first_force_at(counted(IS_ODD), bucket_of(order)));
     while number != NONE {
-        if all(surface_forces[2u * number].xyz == order) {
-            return bitcast<vec3f>(surface_forces[2u * number + 1u].xyz);
+        let record = surface_forces[3u * number];
+        if all(record.xyz == order) {
+            let force = bitcast<vec3f>(surface_forces[3u * number + 1u].xyz);
+            return LastForce(force, bitcast<vec3f>(surface_forces[3u * number + 2u].xyz), record.w != 0u);
         }
         number = counted(next_force_at(number));
     }
-    return vec3f(0.0);
+    return LastForce(vec3f(0.0), vec3f(0.0), false);
 }
 
 /// The contacts of two leaves.
@@ -259,6 +310,8 @@ fn last_force(order: vec3u) -> vec3f {
 fn find_surface_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let leaves = load_leaves(id, lane);
     let pair = leaves.pair;
+    let for_solver = counted(LISTED) == SOLVED;
+    let within = select(1.0, NEARBY, for_solver);
     for (var number = lane; number < leaves.count; number += 256u) {
         let one = candidate(number, leaves.counts);
         if !matters(one, pair) {
@@ -267,40 +320,48 @@ fn find_surface_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invoca
         let rule = rule_of(nodes_of(one.lanes), one.first);
         let order = vec3u(pair.xy, one.order);
         if rule == APART {
-            add_contact(one, four_before(one.lanes), order, leaves.material, pair.z > 0u);
-        } else if rule != IGNORED {
-            lead_back(one, four_before(one.lanes), order, thickness_of(one, leaves.material.x, pair.z > 0u), rule == ABOVE);
+            add_contact(one, order, leaves.material, pair.z > 0u, within);
+        } else if rule != IGNORED && (for_solver || table(IS_SOLVED) == 0u) {
+            // In an implicit step the solver leads back what passes through a surface.
+            lead_back(one, order, thickness_of(one, leaves.material.x, pair.z > 0u), rule == ABOVE, within);
         }
     }
 }
 
-/// Adds a pair to the contacts, if it would end nearer than its thickness. One that carried a force remains one a little longer.
-fn add_contact(one: Candidate, x: array<vec3f, 4>, order: vec3u, material: vec2f, has_ring: bool) {
+/// Adds a pair to the contacts, if it would end as near as is asked, relative to its thickness. One that carried a force remains one a
+/// little longer.
+fn add_contact(one: Candidate, order: vec3u, material: vec2f, has_ring: bool, within: f32) {
+    let x = four_before(one.lanes);
     let found = closest_of(relative_to_last(x, length_of(ZERO)), one.first);
     let distance = norm3(found.apart);
     let ends = relative_to_last(four_after(one.lanes), length_of(ZERO));
     let then = ends[0] * found.weights.x + ends[1] * found.weights.y + ends[2] * found.weights.z;
     let along = dot3(then, found.apart * (1.0 / select(1.0, distance, distance > TINY)));
     let thickness = thickness_of(one, material.x, has_ring);
-    if !(along < KEEPS * thickness && distance > 0.0) {
+    if !(along < max(within, KEEPS) * thickness && distance > 0.0) {
         return;
     }
-    let force = last_force(order);
-    if all(force == vec3f(0.0)) && !(along < thickness) {
+    let last = last_force(order);
+    if all(last.force == vec3f(0.0)) && !last.is_solved && !(along < within * thickness) {
         return;
     }
+    let normal = found.apart / distance;
+    let grip = select(0.0, grip_of(last.solved, normal, material.y), last.is_solved);
+    // What the solver has given is there already.
+    let impulse = last.force * select(substeps[0].h, 0.0, last.is_solved);
     put_contact(SurfaceContact(
-        nodes_of(one.lanes), found.weights, found.apart / distance, distance - thickness, force * substeps[0].h, 0.0, force,
-        thickness, order, material.y, 0.0, 0u,
+        nodes_of(one.lanes), found.weights, normal, distance - thickness, impulse, 0.0, last.force, thickness, order, material.y,
+        last.solved, 0.0, 0u, grip,
     ));
 }
 
 /// Adds a vertex on the wrong side of a triangle, or just back, as a contact that leads it to the side where it belongs.
-fn lead_back(one: Candidate, x: array<vec3f, 4>, order: vec3u, thickness: f32, above: bool) {
+fn lead_back(one: Candidate, order: vec3u, thickness: f32, above: bool, within: f32) {
+    let x = four_before(one.lanes);
     let found = closest_of(relative_to_last(x, length_of(ZERO)), one.first);
     let normal = cross3(x[2] - x[1], x[3] - x[1]);
     let length = norm3(normal);
-    if !(norm3(found.apart) < KEEPS * thickness) || length <= TINY {
+    if !(norm3(found.apart) < max(within, KEEPS) * thickness) || length <= TINY {
         return;
     }
     let towards = normal * (select(-1.0, 1.0, above) / length);

@@ -11,7 +11,9 @@ use crate::contact::check_in_one_piece;
 use crate::contact::colliders::gpu::contact_of;
 use crate::contact::triangles::carry::PUSHES;
 use crate::contact::triangles::filter::JAMS;
-use crate::contact::triangles::gpu_layout::{self as layout, LEVELS, SurfaceContact};
+use crate::contact::triangles::gpu_layout::{
+    self as layout, FORCE_RECORDS, LEVELS, SolvedContact, SurfaceContact,
+};
 use crate::contact::triangles::gpu_tables::{CornersMoved, Room, SurfaceTables};
 use crate::contact::triangles::order::{Candidate, Order, Way};
 use crate::contact::triangles::surfaces::{Kind, corners_at};
@@ -42,13 +44,14 @@ pub const SHADERS: &[Shader] = shaders!(
         "most.wgsl",
         "pull.wgsl",
         "rounds.wgsl",
+        "solved.wgsl",
         "surfaces.wgsl",
         "tangle.wgsl"
     ]
 );
 
 /// Numbers of parts of commands: levels of boxes, and what is counted.
-const PARTS: usize = if LEVELS > layout::COUNT_PUSHES { LEVELS } else { layout::COUNT_PUSHES + 1 };
+const PARTS: usize = if LEVELS > layout::COUNT_SOLVED { LEVELS } else { layout::COUNT_SOLVED + 1 };
 
 /// Bits of `SHORT`.
 const SHORT_OF_PAIRS: u32 = 1;
@@ -106,6 +109,7 @@ pub struct TriangleContact {
 struct Lists {
     pairs: Buffer<[u32; 4]>,
     contacts: Buffer<SurfaceContact>,
+    solved: Buffer<SolvedContact>,
     forces: Buffer<[u32; 4]>,
     work: Buffer<u32>,
 }
@@ -121,7 +125,8 @@ impl Lists {
         let lists = Self {
             pairs: gpu.buffer("pairs of leaves", room.pairs)?,
             contacts: gpu.buffer("contacts of surfaces", room.contacts)?,
-            forces: gpu.buffer("forces of contacts", 2 * room.contacts)?,
+            solved: gpu.buffer("contacts in systems", if tables.is_solved { room.contacts } else { 1 })?,
+            forces: gpu.buffer("forces of contacts", FORCE_RECORDS * room.contacts)?,
             work: gpu.buffer("lists of contacts", tables.work(room))?,
         };
         lists.put_forces(gpu, tables, room, forces);
@@ -138,7 +143,7 @@ impl Lists {
             let bucket = bucket_of(order, buckets);
             next.push(std::mem::replace(&mut first[bucket], number));
             let [x, y, z] = force.map(f32::to_bits);
-            words.extend([[order[0], order[1], order[2], 0], [x, y, z, 0]]);
+            words.extend([[order[0], order[1], order[2], 0], [x, y, z, 0], [0; 4]]);
         }
         let [next_at, first_at] = tables.force_lists(room);
         self.forces.write(gpu, 0, &words);
@@ -219,11 +224,12 @@ impl TriangleContact {
         Command::Dispatch(Dispatch { name, part, groups: Groups::Counted(&self.counts, on) })
     }
 
-    /// Lists pairs of leaves, and finds contacts.
-    fn find(&self) -> Vec<Command<'_>> {
+    /// Lists pairs of leaves, and finds contacts, where `take` has put what there is; those too which lead back what passes through a
+    /// surface, if these are asked for.
+    fn find(&self, take: &'static str, leads: bool) -> Vec<Command<'_>> {
         let leaves = self.tables.leaves();
         let all = self.tables.all_places().max(leaves).max(self.tables.buckets());
-        let mut commands = vec![self.each("take_places", all), self.each("bound_leaves", leaves)];
+        let mut commands = vec![self.each(take, all), self.each("bound_leaves", leaves)];
         for (level, [_, count]) in self.tables.levels.iter().enumerate().skip(1) {
             commands.push(Command::run_part(Name::new("bound_level"), level, count.div_ceil(GROUP)));
         }
@@ -233,7 +239,7 @@ impl TriangleContact {
             self.count(layout::COUNT_PAIRS),
             counted("find_surface_contacts", layout::ON_PAIRS),
         ]);
-        if self.tables.pulls() > 0 {
+        if leads && self.tables.pulls() > 0 {
             commands.push(self.each("add_pulls", self.tables.pulls()));
         }
         commands.extend([
@@ -243,6 +249,21 @@ impl TriangleContact {
             counted("sort_parts", layout::ON_CONTACTS),
         ]);
         commands
+    }
+
+    /// Finds the contacts that may come about while a system is solved for.
+    pub fn find_for_solver(&self) -> Vec<Command<'_>> {
+        self.find("take_start", true)
+    }
+
+    /// A kernel with an invocation for each of them.
+    pub fn each_for_solver(&self, entry: &'static str) -> Command<'_> {
+        self.counted(Name::new(entry), layout::ON_CONTACTS)
+    }
+
+    /// Keeps what a solver has found, for the rounds after it.
+    pub fn keep_solved(&self) -> Vec<Command<'_>> {
+        vec![self.each_for_solver("keep_solved"), self.count(layout::COUNT_SOLVED)]
     }
 
     /// A round of impulses.
@@ -334,11 +355,11 @@ impl TriangleContact {
         let counted = self.lists.work.read(gpu).unwrap_or_default();
         let count = counted.get(layout::FORCES).map_or(0, |&count| count as usize);
         let words = self.lists.forces.read(gpu).unwrap_or_default();
-        let force = |pair: &[[u32; 4]]| {
-            let [[a, b, pair, _], [x, y, z, _]] = [pair[0], pair[1]];
+        let force = |records: &[[u32; 4]]| {
+            let [[a, b, pair, _], [x, y, z, _]] = [records[0], records[1]];
             (order_of([a, b, pair]), [x, y, z].map(f32::from_bits))
         };
-        let mut all: Vec<_> = words.chunks_exact(2).take(count).map(force).collect();
+        let mut all: Vec<_> = words.chunks_exact(FORCE_RECORDS).take(count).map(force).collect();
         all.sort_unstable_by_key(|(order, _)| *order);
         all
     }
@@ -355,6 +376,7 @@ impl Feature for TriangleContact {
             ("surface_boxes", &self.boxes),
             ("surface_pairs", &self.lists.pairs),
             ("surface_contacts", &self.lists.contacts),
+            ("solved_contacts", &self.lists.solved),
             ("surface_forces", &self.lists.forces),
             ("surface_work", &self.lists.work),
             ("surface_counts", &self.counts),
@@ -367,7 +389,7 @@ impl Feature for TriangleContact {
         let filter = [Op::SurfaceFilter, Op::ApplySurfaceFilter].repeat(FILTERS);
         vec![
             Fused::new(&[Op::Elements], keep),
-            Fused::new(&[Op::SurfaceContacts], self.find()),
+            Fused::new(&[Op::SurfaceContacts], self.find("take_places", !self.tables.is_solved)),
             Fused::new(&round, self.round(features)),
             Fused::new(&filter, self.filter()),
         ]
@@ -450,7 +472,7 @@ impl Feature for TriangleContact {
     }
 
     fn dispatches(&self) -> usize {
-        self.find().len() + self.filter().len() + 3 * crate::step::IMPULSES
+        self.find("take_places", true).len() + self.filter().len() + 3 * crate::step::IMPULSES
     }
 
     fn may_repeat(&self) -> bool {

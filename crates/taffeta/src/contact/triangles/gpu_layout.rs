@@ -16,9 +16,31 @@ pub struct SurfaceContact {
     pub thickness: f32,
     pub order: [u32; 3],
     pub friction: f32,
+    pub solved: [f32; 3],
     pub push: f32,
     pub leads: u32,
+    pub grip: f32,
     pub padding: [f32; 2],
+}
+
+/// `SolvedContact` of solved.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct SolvedContact {
+    pub nodes: [u32; 4],
+    pub weights: [f32; 4],
+    pub normal: [f32; 3],
+    pub gap: f32,
+    pub first: [f32; 3],
+    pub lead: f32,
+    pub impulse: [f32; 3],
+    pub along: f32,
+    pub applied: [f32; 3],
+    pub across: f32,
+    pub friction: f32,
+    pub stiffness: f32,
+    pub system: u32,
+    pub is_held: u32,
 }
 
 /// Numbers that kernels know by the same names.
@@ -64,6 +86,7 @@ words! {
     PUSH_ROOM = 40;
     IS_TANGLED = 41;
     PULL_COUNT = 42;
+    IS_SOLVED = 43;
     // Of a leaf.
     LEAF_WORDS = 56;
     LEAF_NODES = 16;
@@ -126,6 +149,7 @@ words! {
     AROUND = 1;
     ALL = 2;
     CARRIED = 3;
+    SOLVED = 4;
     // What is counted by a command.
     COUNT_PAIRS = 0;
     COUNT_CONTACTS = 1;
@@ -136,6 +160,7 @@ words! {
     COUNT_PART = 6;
     COUNT_CARRIED = 7;
     COUNT_PUSHES = 8;
+    COUNT_SOLVED = 9;
     // Commands that run in as many workgroups as are counted.
     ON_PAIRS = 0;
     ON_CONTACTS = 1;
@@ -154,10 +179,12 @@ words! {
 }
 
 /// Words of the header.
-pub const HEADER: usize = 43;
+pub const HEADER: usize = 44;
 /// Arrays of places.
 pub const PLACE_ARRAYS: usize = 7;
 /// Levels of boxes at most: sixteen times more leaves each.
 pub const LEVELS: usize = 6;
+/// Records of `surface_forces` for each contact.
+pub const FORCE_RECORDS: usize = 3;
 /// What bounds are multiplied by, for rounding.
 pub const LOOSE_REACH: f64 = 1.0001;

@@ -61,6 +61,8 @@ pub struct SurfaceTables {
     thinnest: f64,
     /// Whether some surfaces start through each other.
     pub start_tangled: bool,
+    /// Whether contacts are part of systems that are solved for by nodes.
+    pub is_solved: bool,
     /// The first of the places of nodes among those of the scene.
     first: usize,
     /// The first box of each level, and how many it has.
@@ -85,6 +87,7 @@ impl SurfaceTables {
             vertices: surfaces.vertices.len(),
             thinnest: surfaces.thinnest,
             start_tangled: surfaces.start_tangled,
+            is_solved: is_solved(bodies),
             first: bodies.places.start,
             levels: levels(surfaces.leaves.len()),
             firsts: surfaces.firsts(),
@@ -217,6 +220,7 @@ impl SurfaceTables {
     }
 
     fn put_sizes(&mut self, surfaces: &Surfaces, longest: f64) {
+        let is_solved = self.is_solved;
         let buckets = self.buckets();
         let mut put = |word: usize, number: usize| self.words[word] = number as u32;
         put(layout::NODE_PLACES, self.places);
@@ -228,6 +232,7 @@ impl SurfaceTables {
             put(layout::LEVEL_BOXES + 2 * level + 1, *count);
         }
         put(layout::SURFACE_COUNT, surfaces.materials.len());
+        put(layout::IS_SOLVED, usize::from(is_solved));
         put(layout::BUCKETS, buckets);
         let cap = surfaces.longest_way();
         let allowance = ALLOWANCE * surfaces.mean_edge;
@@ -279,6 +284,11 @@ impl SurfaceTables {
         let has_surface = |&place: &usize| u32::from(surfaces.surface_of[place] != u32::MAX);
         self.add(layout::HAS_SURFACE_AT, places.iter().map(has_surface));
     }
+}
+
+/// Whether some bodies have systems that are solved for by nodes.
+fn is_solved(Bodies { assembly, range, .. }: &Bodies<'_>) -> bool {
+    assembly.solver.is_primal() && range.clone().any(|body| assembly.is_solved_for(body))
 }
 
 /// The first box of each level, and how many it has: those of leaves, then each around up to sixteen.

@@ -30,10 +30,20 @@ struct SurfaceContact {
     /// Its two leaves, and what it is in them.
     order: vec3u,
     friction: f32,
+    /// The impulse that the solver of an implicit sub-step has given it [N·s].
+    solved: vec3f,
     /// What removes old overlaps, along the normal [kg·m].
     push: f32,
     /// 1: it leads back what passes through a surface, and keeps no force.
     leads: u32,
+    /// How much friction [N·s] there is beside that of its impulse: what the solver has left of it.
+    grip: f32,
+}
+
+/// What an impulse along a normal leaves of friction [N·s].
+fn grip_of(impulse: vec3f, normal: vec3f, friction: f32) -> f32 {
+    let along = dot3(impulse, normal);
+    return max(friction * along - norm3(impulse - normal * along), 0.0);
 }
 
 /// The mobility of a contact: for each of its nodes the size of its weight, and the inverse of the contact's part of its mass [1/kg].
@@ -48,7 +58,7 @@ fn mobility_by(weights: vec4f, inverse_mass: vec4f) -> f32 {
 /// Normal and tangential parts put together, the tangential one no longer than friction allows.
 fn in_cone(one: SurfaceContact, normal: f32, across: vec3f) -> vec3f {
     let length = norm3(across);
-    let most = one.friction * normal;
+    let most = one.friction * normal + one.grip;
     let kept = select(1.0, most / select(1.0, length, length > most), length > most);
     return one.normal * normal + across * kept;
 }
@@ -82,12 +92,17 @@ fn sinks_by(one: SurfaceContact, velocity: vec3f, h: f32) -> f32 {
     return select(0.0, way, one.mobility > 0.0);
 }
 
+/// How far an overlap of earlier sub-steps is removed in this one [m].
+fn lead_of(one: SurfaceContact, h: f32) -> f32 {
+    let missing = max(-one.gap - SLOP * one.thickness, 0.0) * CONTACT_FIRM;
+    let most = one.thickness * h / RELEASE;
+    return select(most, missing, missing < most);
+}
+
 /// What removes an overlap of earlier sub-steps, along the normal [kg·m], where a collider comes nearer by `advance` [m]: who is in its
 /// way goes along with it.
 fn push_of(one: SurfaceContact, mobility: f32, h: f32, advance: f32) -> f32 {
-    let missing = max(-one.gap - SLOP * one.thickness, 0.0) * CONTACT_FIRM;
-    let most = one.thickness * h / RELEASE;
-    let lead = select(most, missing, missing < most);
+    let lead = lead_of(one, h);
     let way = select(lead, lead + advance, lead > 0.0);
     return select(0.0, way * mass_by(mobility), mobility > 0.0);
 }

@@ -22,14 +22,14 @@ pub mod order;
 #[cfg(feature = "gpu")]
 pub mod parity;
 #[cfg(feature = "gpu")]
-mod parity_scene;
+pub mod parity_scene;
 #[cfg(feature = "gpu")]
-mod parity_stages;
+pub mod parity_stages;
 pub mod solved;
 pub mod surfaces;
 pub mod tangle;
 #[cfg(feature = "gpu")]
-mod twin;
+pub mod twin;
 #[cfg(feature = "gpu")]
 mod twin_carry;
 #[cfg(feature = "gpu")]

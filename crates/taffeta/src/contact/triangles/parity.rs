@@ -3,15 +3,15 @@
 use crate::contact::colliders::gpu::Contact;
 use crate::contact::nodes::parity::{collided_again, same};
 use crate::contact::triangles::gpu::order_of;
-use crate::contact::triangles::gpu_layout::{self as layout, SurfaceContact};
+use crate::contact::triangles::gpu_layout::{self as layout, FORCE_RECORDS, SolvedContact, SurfaceContact};
 use crate::contact::triangles::parity_scene::fixture;
-use crate::contact::triangles::parity_stages::{Before, ROOM};
+use crate::contact::triangles::parity_stages::{Before, ROOM, Solving};
 use crate::contact::triangles::twin::Twin;
 use crate::contact::triangles::twin_carry::way_of;
 use crate::gpu::kernels::Name;
 use crate::gpu::layout::{Four, NONE};
 use crate::parity::bench::{Bench, Given, Written};
-use crate::parity::fixture::{Fixture, State, words};
+use crate::parity::fixture::{Arrays, Fixture, State, words};
 use crate::parity::row::{Row, Tolerance};
 use crate::solvers::explicit::parity::kernel_of;
 use taffeta_gpu::bytemuck::Pod;
@@ -35,8 +35,16 @@ pub const ROWS: &[Row] = &[
         each(bench, "bound_level", &[Before::Levels], |twin, _| twin.bound_level())
     }),
     row("list_leaf_pairs", 0.0, COPIED, list),
+    row("take_start", 0.0, COPIED, |bench| {
+        while_solving(bench, "take_start", &[Solving::Take], Twin::take_start)
+    }),
     row("find_surface_contacts", 4096.0, FOUND, |bench| {
-        each(bench, "find_surface_contacts", &[Before::Find], |twin, _| twin.find_surface_contacts())
+        each(bench, "find_surface_contacts", &[Before::Find], |twin, _| twin.find_surface_contacts())?;
+        let stages = [Solving::Find, Solving::FindAgain];
+        while_solving(bench, "find_surface_contacts", &stages, Twin::find_surface_contacts)
+    }),
+    row("keep_solved", 0.0, COPIED, |bench| {
+        while_solving(bench, "keep_solved", &[Solving::Keep], Twin::keep_solved)
     }),
     row("add_pulls", 64.0, MOVED, |bench| {
         each(bench, "add_pulls", &[Before::Pulls], |twin, _| twin.add_pulls())
@@ -53,13 +61,15 @@ pub const ROWS: &[Row] = &[
     row("correct_impulses", 512.0, MOVED, |bench| {
         each(bench, "correct_impulses", &[Before::FirstImpulses, Before::Impulses], |twin, _| {
             twin.correct_impulses()
-        })
+        })?;
+        while_solving(bench, "correct_impulses", &[Solving::Impulses], Twin::correct_impulses)
     }),
     row("apply_impulses", 512.0, MOVED, |bench| {
         each(bench, "apply_impulses", &[Before::FirstApply, Before::Apply], apply)
     }),
     row("note_forces", 64.0, MOVED, |bench| {
-        each(bench, "note_forces", &[Before::Forces], |twin, _| twin.note_forces())
+        each(bench, "note_forces", &[Before::Forces], |twin, _| twin.note_forces())?;
+        while_solving(bench, "note_forces", &[Solving::Forces], Twin::note_forces)
     }),
     row("measure_places", 0.0, COPIED, |bench| {
         each(bench, "measure_places", &[Before::Far], |twin, _| twin.measure_places())
@@ -105,6 +115,23 @@ const fn row(
 }
 
 impl Twin {
+    /// Puts its arrays among those that kernels are given, but for the state.
+    pub fn put_arrays(&self, arrays: &mut Arrays) {
+        arrays.extend([
+            ("surface_tables", self.tables.clone()),
+            ("surface_part", vec![self.part]),
+            ("surface_knots", self.knots.clone()),
+            ("surface_places", words(&self.places)),
+            ("surface_boxes", words(&self.boxes)),
+            ("surface_pairs", words(&self.pairs)),
+            ("surface_contacts", words(&self.contacts)),
+            ("solved_contacts", words(&self.solved)),
+            ("surface_forces", words(&self.forces)),
+            ("surface_work", self.work.clone()),
+            ("surface_counts", self.counts.clone()),
+        ]);
+    }
+
     /// Puts lists that are filled in any order into one order, and what only says where these stand. A kernel at fault may count on.
     fn normalise(&mut self) {
         let count = |twin: &Self, word: usize| twin.work[word] as usize;
@@ -114,8 +141,11 @@ impl Twin {
             let order = self.contacts[number].order;
             (order[0] != NONE, order_of(order))
         });
-        let sorted: Vec<_> = numbers.iter().map(|&number| self.contacts[number]).collect();
-        self.contacts[..contacts].copy_from_slice(&sorted);
+        let sorted: Vec<_> =
+            numbers.iter().map(|&number| (self.contacts[number], self.solved[number])).collect();
+        for (at, sorted) in sorted.into_iter().enumerate() {
+            (self.contacts[at], self.solved[at]) = sorted;
+        }
         let touched = self.list(5);
         let all_touched = touched..self.list(6).min(touched + count(self, layout::TOUCHED));
         self.work[all_touched].sort_unstable();
@@ -125,9 +155,9 @@ impl Twin {
             let end = (start + count(self, self.list(2) + node)).min(next);
             self.work[start..end].sort_unstable();
         }
-        let forces = count(self, layout::FORCES).min(self.forces.len() / 2);
+        let forces = count(self, layout::FORCES).min(self.forces.len() / FORCE_RECORDS);
         let mut pairs: Vec<_> =
-            self.forces[..2 * forces].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+            self.forces[..FORCE_RECORDS * forces].chunks_exact(FORCE_RECORDS).map(<[_]>::to_vec).collect();
         pairs.sort_unstable();
         // Each force is in the list of its bucket.
         let buckets = self.tables[layout::BUCKETS] as usize;
@@ -144,8 +174,8 @@ impl Twin {
             self.work[heads.start] = chained as u32;
         }
         self.work[next..next + forces].fill(0);
-        for (at, [order, force]) in pairs.into_iter().enumerate() {
-            (self.forces[2 * at], self.forces[2 * at + 1]) = (order, force);
+        for (to, records) in self.forces.chunks_exact_mut(FORCE_RECORDS).zip(pairs) {
+            to.copy_from_slice(&records);
         }
     }
 }
@@ -179,6 +209,21 @@ fn each(
     Ok(())
 }
 
+/// The same where contacts are part of a system.
+fn while_solving(
+    bench: &mut Bench<'_>,
+    entry: &'static str,
+    stages: &[Solving],
+    work: fn(&mut Twin),
+) -> Result<(), String> {
+    for &stage in stages {
+        let mut fixture = fixture(71 + stage as u64)?;
+        let twin = Twin::while_solving(stage, &fixture);
+        run(bench, entry, &mut fixture, twin, |twin, _| work(twin))?;
+    }
+    Ok(())
+}
+
 fn run(
     bench: &mut Bench<'_>,
     entry: &'static str,
@@ -188,22 +233,9 @@ fn run(
 ) -> Result<(), String> {
     let kernel = kernel_of(bench, Name::new(entry).with(Contact::Solids.choices()), fixture)?;
     let mut arrays = fixture.arrays();
-    for (name, words) in [
-        ("surface_tables", twin.tables.clone()),
-        ("surface_part", vec![twin.part]),
-        ("surface_knots", twin.knots.clone()),
-        ("surface_places", words(&twin.places)),
-        ("surface_boxes", words(&twin.boxes)),
-        ("surface_pairs", words(&twin.pairs)),
-        ("surface_contacts", words(&twin.contacts)),
-        ("surface_forces", words(&twin.forces)),
-        ("surface_work", twin.work.clone()),
-        ("surface_counts", twin.counts.clone()),
-        ("new_position", words(&twin.position)),
-        ("new_velocity", words(&twin.velocity)),
-    ] {
-        arrays.insert(name, words);
-    }
+    twin.put_arrays(&mut arrays);
+    arrays.insert("new_position", words(&twin.position));
+    arrays.insert("new_velocity", words(&twin.velocity));
     let mut wanted = twin.clone();
     work(&mut wanted, fixture);
     // Kernels of leaf pairs have a workgroup for each of these.
@@ -226,11 +258,12 @@ fn taken<T: Pod>(written: &mut Written<'_>, name: &str, to: &mut Vec<T>) {
 }
 
 /// Compares arrays, of which the kernel has written some and left the others as they were in `found`.
-fn compare(written: &mut Written<'_>, mut found: Twin, mut wanted: Twin) {
+pub fn compare(written: &mut Written<'_>, mut found: Twin, mut wanted: Twin) {
     taken(written, "surface_places", &mut found.places);
     taken(written, "surface_boxes", &mut found.boxes);
     taken(written, "surface_pairs", &mut found.pairs);
     taken(written, "surface_contacts", &mut found.contacts);
+    taken(written, "solved_contacts", &mut found.solved);
     taken(written, "surface_forces", &mut found.forces);
     taken(written, "surface_work", &mut found.work);
     taken(written, "surface_counts", &mut found.counts);
@@ -256,14 +289,18 @@ fn compare(written: &mut Written<'_>, mut found: Twin, mut wanted: Twin) {
             4 => one.force.to_vec(),
             5 => vec![one.mobility],
             6 => vec![one.push],
+            7 => one.solved.to_vec(),
+            8 => vec![one.grip],
             _ => vec![one.friction],
         };
         all.iter().flat_map(of_one).collect()
     };
-    for (which, name) in
-        ["weights", "normals", "gaps", "impulses", "forces", "mobility", "pushes", "friction"]
-            .iter()
-            .enumerate()
+    for (which, name) in [
+        "weights", "normals", "gaps", "impulses", "forces", "mobility", "pushes", "solved", "grip",
+        "friction",
+    ]
+    .iter()
+    .enumerate()
     {
         written.outcome().compare(name, &floats(&wanted.contacts, which), &floats(&found.contacts, which));
     }
@@ -271,11 +308,43 @@ fn compare(written: &mut Written<'_>, mut found: Twin, mut wanted: Twin) {
         all.iter().flat_map(|one| one.nodes.into_iter().chain(one.order).chain([one.leads])).collect()
     };
     same(written, "contacts", &whole(&wanted.contacts), &whole(&found.contacts));
-    let force = |all: &[[u32; 4]]| -> Vec<f32> {
-        all.chunks_exact(2).flat_map(|pair| pair[1]).map(f32::from_bits).collect()
+    compare_solved(written, &wanted.solved, &found.solved);
+    let orders =
+        |all: &[[u32; 4]]| -> Vec<u32> { all.iter().step_by(FORCE_RECORDS).flatten().copied().collect() };
+    same(written, "orders of forces", &orders(&wanted.forces), &orders(&found.forces));
+    let vectors = |all: &[[u32; 4]]| -> Vec<f32> {
+        let of_one = |records: &[[u32; 4]]| records[1..].as_flattened().to_vec();
+        all.chunks_exact(FORCE_RECORDS).flat_map(of_one).map(f32::from_bits).collect()
     };
-    written.outcome().compare("last forces", &force(&wanted.forces), &force(&found.forces));
+    written.outcome().compare("last forces", &vectors(&wanted.forces), &vectors(&found.forces));
     compare_work(written, &wanted, &found);
+}
+
+/// Compares contacts as systems know them.
+fn compare_solved(written: &mut Written<'_>, wanted: &[SolvedContact], found: &[SolvedContact]) {
+    let whole = |all: &[SolvedContact]| -> Vec<u32> {
+        all.iter().flat_map(|one| one.nodes.into_iter().chain([one.system, one.is_held])).collect()
+    };
+    same(written, "contacts of systems", &whole(wanted), &whole(found));
+    let numbers = |one: &SolvedContact, which: usize| -> Vec<f32> {
+        match which {
+            0 => one.weights.to_vec(),
+            1 => one.normal.to_vec(),
+            2 => vec![one.gap, one.lead],
+            3 => one.first.to_vec(),
+            4 => one.impulse.to_vec(),
+            5 => one.applied.to_vec(),
+            6 => vec![one.along, one.across, one.stiffness],
+            _ => vec![one.friction],
+        }
+    };
+    // Each by itself: those of contacts that give way and of others have little in common.
+    for (wanted, found) in wanted.iter().zip(found) {
+        for which in 0..8 {
+            let name = format!("contacts of systems, {which}");
+            written.outcome().compare(&name, &numbers(wanted, which), &numbers(found, which));
+        }
+    }
 }
 
 /// Compares what is counted: numbers, and the bits of lengths.
@@ -317,15 +386,15 @@ fn compare_work(written: &mut Written<'_>, wanted: &Twin, found: &Twin) {
 
 /// Pairs of leaves that matter are listed, each once, and none that are far apart.
 fn list(bench: &mut Bench<'_>) -> Result<(), String> {
-    let kinds = [
-        (layout::NEAR, Before::List),
-        (layout::AROUND, Before::LimitsAround),
-        (layout::ALL, Before::LimitsOfAll),
-        (layout::CARRIED, Before::Push),
-    ];
-    for (kind, stage) in kinds {
+    // By kind, the last one while a system is solved for.
+    let stages =
+        [Some(Before::List), Some(Before::LimitsAround), Some(Before::LimitsOfAll), Some(Before::Push), None];
+    for (kind, stage) in stages.into_iter().enumerate() {
         let mut fixture = fixture(41 + kind as u64)?;
-        let mut twin = Twin::before(stage, &mut fixture);
+        let mut twin = match stage {
+            Some(stage) => Twin::before(stage, &mut fixture),
+            None => Twin::while_solving(Solving::Find, &fixture),
+        };
         (twin.work[layout::PAIRS], twin.work[layout::LISTED]) = (0, kind as u32);
         let kernel = kernel_of(bench, Name::new("list_leaf_pairs"), &fixture)?;
         let mut arrays = fixture.arrays();
@@ -386,6 +455,8 @@ fn count(bench: &mut Bench<'_>) -> Result<(), String> {
         (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 5)]),
         (layout::COUNT_PUSHES, &[(layout::PUSHED, 1), (layout::PUSH_ROUND, 6)]),
         (layout::COUNT_PUSHES, &[(layout::PUSH_ROUND, 6)]),
+        (layout::COUNT_SOLVED, &[(layout::IS_ODD, 0)]),
+        (layout::COUNT_SOLVED, &[(layout::IS_ODD, 1)]),
         (
             layout::COUNT_WAYS,
             &[(layout::IS_ACTIVE, 0), (layout::FILTER_ROUND, 2), (layout::WAY, 0.1_f32.to_bits())],

@@ -6,14 +6,14 @@ use crate::features::Tables;
 use crate::parity::fixture::{Chance, Fixture, State};
 use crate::real::add;
 use crate::scene::{
-    Body, Collider, ContactForm, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision,
+    Body, Collider, ContactForm, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision, Solver,
 };
 
 /// Where nodes are that are not [m].
 const NOWHERE: f32 = 9.0;
 
-/// Sheets one above the other, coarse and fine, a ball among them, and a box.
-fn assembly() -> Result<Assembly, String> {
+/// Sheets one above the other, coarse and fine, so far from each other [m], a ball among them, and a box.
+fn assembly(solver: Solver, between: f64) -> Result<Assembly, String> {
     let touching = |name: &str, mesh: Mesh, [thickness, friction]: [f64; 2]| Body {
         self_collision: Some(SelfCollision {
             form: ContactForm::Triangles,
@@ -38,14 +38,20 @@ fn assembly() -> Result<Assembly, String> {
         touching("coarse", Mesh::grid(7, 6, [0.33, 0.28]), [0.0213, 0.31])
             .pin(Select::nodes((0..42).filter(|node| node % 3 > 0).collect::<Vec<_>>())),
         apart.structural(29.0, 0.011).at([0.0, 1.0, 0.0]),
-        touching("fine", Mesh::grid(8, 10, [0.17, 0.22]), [0.0171, 0.43]).at([0.0, 0.031, 0.0]),
+        touching("fine", Mesh::grid(8, 10, [0.17, 0.22]), [0.0171, 0.43]).at([0.0, between, 0.0]),
         touching("ball", ball, [0.0191, 0.0]).at([0.03, 0.1, 0.02]),
     ];
+    scene.solver = solver;
     Assembly::new(&scene).map_err(|error| error.to_string())
 }
 
 /// Nodes near their start, some of which go far.
 pub fn fixture(seed: u64) -> Result<Fixture, String> {
+    fixture_with(seed, Solver::default(), 0.031)
+}
+
+/// The same with a solver, and with sheets so far from each other [m].
+pub fn fixture_with(seed: u64, solver: Solver, between: f64) -> Result<Fixture, String> {
     let states = |chance: &mut Chance, tables: &Tables, _: &_| {
         let mut old = State::default();
         let mut new = State::default();
@@ -63,5 +69,5 @@ pub fn fixture(seed: u64) -> Result<Fixture, String> {
         }
         [old, new]
     };
-    Fixture::drawn(assembly()?, &mut Chance::new(seed), states, |_| FrameInput::default())
+    Fixture::drawn(assembly(solver, between)?, &mut Chance::new(seed), states, |_| FrameInput::default())
 }

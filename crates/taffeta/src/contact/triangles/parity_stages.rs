@@ -1,10 +1,12 @@
 //! The arrays of contact of surfaces before each kernel, as rows compare them.
 
-use crate::contact::triangles::gpu::bucket_of;
-use crate::contact::triangles::gpu_layout::{self as layout, LEVELS, SurfaceContact};
+use crate::contact::triangles::gpu_layout::{
+    self as layout, FORCE_RECORDS, LEVELS, SolvedContact, SurfaceContact,
+};
 use crate::contact::triangles::gpu_tables::Room;
 use crate::contact::triangles::parity::apply;
 use crate::contact::triangles::twin::Twin;
+use crate::gpu::layout::NONE;
 use crate::parity::fixture::{Chance, Fixture};
 use crate::real::add;
 
@@ -44,6 +46,17 @@ pub enum Before {
     NextRound,
 }
 
+/// Which kernel is next in a sub-step whose contacts are part of a system.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub enum Solving {
+    Take,
+    Find,
+    Keep,
+    FindAgain,
+    Impulses,
+    Forces,
+}
+
 impl Twin {
     /// The arrays before a sub-step.
     pub fn of(fixture: &Fixture, seed: u64) -> Self {
@@ -66,7 +79,8 @@ impl Twin {
             boxes: vec![[0.0; 4]; 4 * tables.boxes()],
             pairs: vec![[0; 4]; room.pairs],
             contacts: vec![SurfaceContact::default(); room.contacts],
-            forces: vec![[0; 4]; 2 * room.contacts],
+            solved: vec![SolvedContact::default(); room.contacts],
+            forces: vec![[0; 4]; FORCE_RECORDS * room.contacts],
             work: vec![0; tables.work(room)],
             counts: vec![7; 3 * (layout::ON_BOXES + LEVELS)],
             position: fixture.new.position.clone(),
@@ -144,6 +158,58 @@ impl Twin {
         twin.go_through_rounds(kernel, fixture);
         twin.go_through_filter(kernel);
         twin
+    }
+
+    /// The arrays before a kernel, where contacts are part of a system.
+    pub fn while_solving(kernel: Solving, fixture: &Fixture) -> Self {
+        let (mut twin, is_past) = (Self::of(fixture, 70 + kernel as u64), |one: Solving| one < kernel);
+        twin.tables[layout::IS_SOLVED] = 1;
+        twin.keep_places(&fixture.old.position);
+        if is_past(Solving::Take) {
+            twin.take_start();
+            twin.list_pairs_of_start();
+        }
+        if is_past(Solving::Find) {
+            twin.find_surface_contacts();
+            twin.add_pulls();
+            twin.solve_for_impulses(kernel as u64);
+        }
+        if is_past(Solving::Keep) {
+            twin.keep_solved();
+            twin.solved.fill(SolvedContact::default());
+            twin.work[layout::IS_ODD] = 1 - twin.work[layout::IS_ODD];
+            twin.take_places();
+            twin.bound_leaves();
+            twin.bound_levels();
+            twin.list_leaf_pairs();
+        }
+        if is_past(Solving::FindAgain) {
+            twin.find_surface_contacts();
+            twin.correct_impulses();
+            twin.work[layout::ROUND] = 1;
+        }
+        if is_past(Solving::Impulses) {
+            twin.correct_impulses();
+            twin.work[layout::FORCES] = 0;
+        }
+        twin
+    }
+
+    fn list_pairs_of_start(&mut self) {
+        self.bound_leaves();
+        self.bound_levels();
+        self.list_leaf_pairs();
+        self.put_forces();
+    }
+
+    /// Gives contacts impulses as a solver might: some are none of its own, and some do not act.
+    fn solve_for_impulses(&mut self, seed: u64) {
+        let mut chance = Chance::new(seed);
+        self.work[layout::FORCES] = 0;
+        for (number, one) in self.solved.iter_mut().enumerate() {
+            one.system = if number % 3 == 0 { NONE } else { number as u32 % 4 };
+            one.applied = if number % 5 == 0 { [0.0; 3] } else { chance.three(0.02) };
+        }
     }
 
     /// The same in the rounds of impulses.
@@ -270,19 +336,15 @@ impl Twin {
         }
         other.find_surface_contacts();
         let buckets = self.tables[layout::BUCKETS] as usize;
-        let [_, _, next, first] = self.lists_of_contacts();
+        let first = self.lists_of_contacts()[3];
         self.work[first..first + 2 * buckets].fill(u32::MAX);
         self.work[layout::FORCES] = 0;
         for one in other.contacts[..other.work[layout::CONTACTS] as usize].iter().step_by(3) {
-            let at = self.work[layout::FORCES] as usize;
-            let [a, b, pair] = one.order;
-            let force =
-                [0.3 * one.normal[0] + 0.05, 0.4 * one.normal[1], 0.2 * one.normal[2]].map(f32::to_bits);
-            self.forces[2 * at] = [a, b, pair, 0];
-            self.forces[2 * at + 1] = [force[0], force[1], force[2], 0];
-            let bucket = first + buckets + bucket_of(one.order, buckets);
-            self.work[next + at] = std::mem::replace(&mut self.work[bucket], at as u32);
-            self.work[layout::FORCES] += 1;
+            let force = [0.3 * one.normal[0] + 0.05, 0.4 * one.normal[1], 0.2 * one.normal[2]];
+            // As if it were the list of the next sub-step.
+            self.work[layout::IS_ODD] = 0;
+            self.keep_force(one.order, force, None);
+            self.work[layout::IS_ODD] = 1;
         }
     }
 }

@@ -2,6 +2,7 @@
 
 #import contact/colliders/resolve_contact_again.wgsl
 #import contact/triangles/impulse.wgsl
+#import contact/triangles/solved.wgsl
 #import contact/triangles/surfaces.wgsl
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
@@ -158,13 +159,35 @@ fn note_forces(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index
     let h = substeps[0].h;
     let longest = length_of(LONGEST_STEP);
     let old = max(1.0 - h / longest, 0.0);
-    let force = one.force * old + one.impulse * (1.0 / max(h, longest));
-    if all(force == vec3f(0.0)) || one.leads != 0u {
+    var force = one.force * old + (one.solved + one.impulse) * (1.0 / max(h, longest));
+    if table(IS_SOLVED) != 0u {
+        force = sustained(force, one.force);
+    }
+    if any(force != vec3f(0.0)) && one.leads == 0u {
+        keep_force(one.order, force, vec3f(0.0), false);
+    }
+}
+
+fn keep_force(order: vec3u, force: vec3f, solved: vec3f, is_solved: bool) {
+    let number = atomicAdd(&surface_work[FORCES], 1u);
+    surface_forces[3u * number] = vec4u(order, select(0u, 1u, is_solved));
+    surface_forces[3u * number + 1u] = vec4u(bitcast<vec3u>(force), 0u);
+    surface_forces[3u * number + 2u] = vec4u(bitcast<vec3u>(solved), 0u);
+    let next = atomicExchange(&surface_work[first_force_at(1u - counted(IS_ODD), bucket_of(order))], number);
+    set_counted(next_force_at(number), next);
+}
+
+/// Keeps the impulses that the solver has found, for the rounds after it.
+@compute @workgroup_size(256)
+fn keep_solved(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let contact = node_of(id, lane);
+    if contact >= counted(CONTACTS) || surface_contacts[contact].leads != 0u {
         return;
     }
-    let number = atomicAdd(&surface_work[FORCES], 1u);
-    surface_forces[2u * number] = vec4u(one.order, 0u);
-    surface_forces[2u * number + 1u] = vec4u(bitcast<vec3u>(force), 0u);
-    let next = atomicExchange(&surface_work[first_force_at(1u - counted(IS_ODD), bucket_of(one.order))], number);
-    set_counted(next_force_at(number), next);
+    let force = surface_contacts[contact].force;
+    let is_solved = solved_contacts[contact].system != NONE;
+    let solved = select(vec3f(0.0), solved_contacts[contact].applied, is_solved);
+    if any(select(force, solved, is_solved) != vec3f(0.0)) {
+        keep_force(surface_contacts[contact].order, force, solved, is_solved);
+    }
 }

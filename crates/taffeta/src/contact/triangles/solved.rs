@@ -15,12 +15,15 @@
 use crate::contact::triangles::impulse::LEVER;
 use crate::real::{Real, Symmetric, add, cross, dot, norm, scale, sub, times};
 
+/// Pairs that are nearer than this, relative to their thickness, may become contacts while the solver runs. Those from farther
+/// away meet by the rounds after it: where they would meet is not known well enough before.
+pub const NEAR: f64 = 1.25;
 /// κ, relative to the mass that the diagonal of the system makes of a contact.
-const STIFFNESS: f64 = 4.0;
+pub const STIFFNESS: f64 = 4.0;
 /// Share of a force that the sub-step after the first starts from.
-const NEW: f64 = 0.125;
+pub const NEW: f64 = 0.125;
 /// A contact whose nodes are so many times as hard to move as alone is none of the system.
-const STIFF: f64 = 256.0;
+pub const STIFF: f64 = 256.0;
 
 /// A contact that may come about in a sub-step.
 #[derive(Clone, Copy, Debug)]
@@ -109,12 +112,15 @@ impl<T: Real> SolvedContact<T> {
         add(add(part(0), part(1)), part(2))
     }
 
-    /// What it adds to the diagonal block of one of its nodes, as [`Self::soften`] does to the inverse.
-    pub fn share(&self, corner: usize) -> Symmetric<T> {
+    /// The diagonal block of one of its nodes with its share of the contact, as [`Self::soften`] has the inverse.
+    pub fn stiffened_block(&self, corner: usize, block: &Symmetric<T>) -> Symmetric<T> {
         let (weight, [x, y, z]) = (self.weights[corner].abs(), self.normal);
         let (across, more) = (weight * self.across, weight * (self.along - self.across));
         let outer = [x * x, y * y, z * z, x * y, x * z, y * z];
-        std::array::from_fn(|one| more * outer[one] + if one < 3 { across } else { T::ZERO })
+        std::array::from_fn(|one| {
+            let sum = block[one] + more * outer[one];
+            if one < 3 { sum + across } else { sum }
+        })
     }
 
     /// The inverse of a diagonal block with its share of the contact: no eigenvalue of the contact's part of the matrix is
@@ -258,7 +264,7 @@ mod tests {
                     let before = 1e3;
                     let all = one.soften(corner, &[1.0 / before, 1.0 / before, 1.0 / before, 0.0, 0.0, 0.0]);
                     let at = v[corner] * v[corner];
-                    let share = one.share(corner);
+                    let share = one.stiffened_block(corner, &[0.0; 6]);
                     assert!((1.0 / all[1] - before - share[1]).abs() < 1e-9 * before);
                     (1.0 / all[1] - before) * at + (1.0 / all[2] - before) * 0.04 * at
                 })

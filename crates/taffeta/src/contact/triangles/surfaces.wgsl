@@ -23,7 +23,8 @@
 /// Pairs of leaves that are near each other: both, their ring, and the distance up to which their triangles matter, as bits.
 @group(3) @binding(72) var<storage, read_write> surface_pairs: array<vec4u>;
 @group(3) @binding(73) var<storage, read_write> surface_contacts: array<SurfaceContact>;
-/// Forces of the last sub-step: the order of their contact, then the force [N] as bits.
+/// Forces of the last sub-step, three records each: the order of their contact, and 1 if the solver of this one has given it an
+/// impulse; the force [N]; that impulse [N·s], as bits.
 @group(3) @binding(74) var<storage, read_write> surface_forces: array<vec4u>;
 /// What is counted, and lists of numbers.
 @group(3) @binding(75) var<storage, read_write> surface_work: array<atomic<u32>>;
@@ -72,6 +73,8 @@ const PUSH_ROOM: u32 = 40u;
 /// Whether surfaces pass through each other, and how many pulls lead them back.
 const IS_TANGLED: u32 = 41u;
 const PULL_COUNT: u32 = 42u;
+/// Whether contacts are part of a system that is solved for.
+const IS_SOLVED: u32 = 43u;
 
 // Words of a leaf: its nodes, their number, its surface, the lanes that are held, the numbers of its triangles, edges and vertices;
 // then these by lanes, a triangle, an edge or four vertices a word.
@@ -88,7 +91,7 @@ const LEAF_GROUP: u32 = 16u;
 
 // Arrays of places: where nodes were where the sub-step began, are before it or the round of the filter, and are after it; the
 // velocity before contact; what removes old overlaps; where nodes would end, and before the filter how far colliders have pushed
-// them; the velocity there.
+// them, and as long as a system is solved for where corners of colliders go; the velocity there.
 const AT_START: u32 = 0u;
 const BEFORE: u32 = 1u;
 const AFTER: u32 = 2u;
@@ -130,11 +133,12 @@ const MOST_CONTACTS: u32 = 24u;
 const LISTS: u32 = 32u;
 
 // Which pairs are listed: all that may come near each other; those around leaves that were marked last; all within reach; all that
-// may come near each other where colliders push nodes.
+// may come near each other where colliders push nodes; all that may while a system is solved for.
 const NEAR: u32 = 0u;
 const AROUND: u32 = 1u;
 const ALL: u32 = 2u;
 const CARRIED: u32 = 3u;
+const SOLVED: u32 = 4u;
 
 /// Numbers that mark what is held back, in a round of the filter.
 const STAMPS: u32 = 32u;

@@ -1,9 +1,10 @@
 //! Contact of surfaces on the device's arrays, one number after the other: what rows compare kernels with.
 
 use crate::contact::triangles::gpu::{bucket_of, order_of};
-use crate::contact::triangles::gpu_layout::{self as layout, SurfaceContact};
+use crate::contact::triangles::gpu_layout::{self as layout, FORCE_RECORDS, SolvedContact, SurfaceContact};
 use crate::contact::triangles::gpu_tables::CornersMoved;
 use crate::contact::triangles::impulse::{Contact, mobility};
+use crate::contact::triangles::solved::sustained;
 use crate::gpu::layout::{Four, NONE};
 use crate::real::{Real, add, dot, norm, scale, sub};
 
@@ -18,6 +19,8 @@ pub struct Twin {
     pub boxes: Vec<Four>,
     pub pairs: Vec<[u32; 4]>,
     pub contacts: Vec<SurfaceContact>,
+    /// The same as systems know them.
+    pub solved: Vec<SolvedContact>,
     pub forces: Vec<[u32; 4]>,
     pub work: Vec<u32>,
     pub counts: Vec<u32>,
@@ -100,20 +103,32 @@ impl Twin {
         }
     }
 
-    pub fn take_places(&mut self) {
+    /// Empties lists; then pairs of this kind are listed.
+    fn empty_lists(&mut self, kind: usize) {
         for word in (0..layout::SHORT).filter(|&word| word != layout::FORCES && word != layout::IS_ODD) {
             self.work[word] = 0;
         }
         self.work[layout::NEAREST] = f32::FAR.to_bits();
+        self.work[layout::LISTED] = kind as u32;
         for place in 0..self.nodes() {
-            let three = |[x, y, z, _]: Four| [x, y, z];
-            self.put(layout::BEFORE, place, self.place(layout::AT_START, place));
-            self.put(layout::AFTER, place, three(self.position[place]));
-            self.put(layout::BASE_VELOCITY, place, three(self.velocity[place]));
             for (list, value) in [(0, 0), (2, 0), (3, 1_f32.to_bits()), (4, 0)] {
                 let at = self.list(list) + place;
                 self.work[at] = value;
             }
+        }
+        let (marks, leaves, buckets) = (self.list(6), self.leaves(), self.table(layout::BUCKETS));
+        let first = self.first_force(1 - self.work[layout::IS_ODD], 0);
+        self.work[marks..marks + leaves].fill(0);
+        self.work[first..first + buckets].fill(NONE);
+    }
+
+    pub fn take_places(&mut self) {
+        self.empty_lists(layout::NEAR);
+        let three = |[x, y, z, _]: Four| [x, y, z];
+        for place in 0..self.nodes() {
+            self.put(layout::BEFORE, place, self.place(layout::AT_START, place));
+            self.put(layout::AFTER, place, three(self.position[place]));
+            self.put(layout::BASE_VELOCITY, place, three(self.velocity[place]));
         }
         if !self.corners.corners.is_empty() {
             for place in self.nodes()..self.table(layout::ALL_PLACES) {
@@ -122,10 +137,22 @@ impl Twin {
                 self.put(layout::AFTER, place, end);
             }
         }
-        let (marks, leaves, buckets) = (self.list(6), self.leaves(), self.table(layout::BUCKETS));
-        let first = self.first_force(1 - self.work[layout::IS_ODD], 0);
-        self.work[marks..marks + leaves].fill(0);
-        self.work[first..first + buckets].fill(NONE);
+    }
+
+    pub fn take_start(&mut self) {
+        self.empty_lists(layout::SOLVED);
+        for place in 0..self.table(layout::ALL_PLACES) {
+            let at = if place < self.nodes() { layout::AT_START } else { layout::BEFORE };
+            let mut ends = [self.place(at, place); 2];
+            if place >= self.nodes() && !self.corners.corners.is_empty() {
+                ends = self.corner_ends(place);
+            }
+            self.put(layout::BEFORE, place, ends[0]);
+            self.put(layout::AFTER, place, ends[0]);
+            if place >= self.nodes() {
+                self.put(layout::TARGET, place, ends[1]);
+            }
+        }
     }
 
     /// The box around some, each with its corners and those of its motion.
@@ -223,7 +250,7 @@ impl Twin {
     }
 
     /// As the formulas take it.
-    fn formula(&self, one: &SurfaceContact) -> Contact<f32> {
+    pub fn formula(&self, one: &SurfaceContact) -> Contact<f32> {
         let moved = |corner: usize| match one.nodes[corner] as usize {
             place if place < self.nodes() => [0.0; 3],
             place => {
@@ -237,7 +264,7 @@ impl Twin {
             gap: one.gap,
             thickness: one.thickness,
             friction: one.friction,
-            grip: 0.0,
+            grip: one.grip,
             advance: (-dot(one.normal, moved)).max(0.0),
             mobility: one.mobility,
         }
@@ -311,19 +338,39 @@ impl Twin {
         let old = (1.0 - h / longest).max(0.0);
         for number in 0..self.work[layout::CONTACTS] as usize {
             let one = self.contacts[number];
-            let force = add(scale(one.force, old), scale(one.impulse, 1.0 / h.max(longest)));
-            if force == [0.0; 3] || one.leads != 0 {
-                continue;
+            let given = scale(add(one.solved, one.impulse), 1.0 / h.max(longest));
+            let mut force = add(scale(one.force, old), given);
+            if self.tables[layout::IS_SOLVED] != 0 {
+                force = sustained(force, one.force);
             }
-            let at = self.work[layout::FORCES] as usize;
-            self.work[layout::FORCES] += 1;
-            let [a, b, pair] = one.order;
-            let [x, y, z] = force.map(f32::to_bits);
-            (self.forces[2 * at], self.forces[2 * at + 1]) = ([a, b, pair, 0], [x, y, z, 0]);
-            let bucket = bucket_of(one.order, self.table(layout::BUCKETS));
-            let first = self.first_force(1 - self.work[layout::IS_ODD], bucket);
-            let next = self.lists_of_contacts()[2] + at;
-            self.work[next] = std::mem::replace(&mut self.work[first], at as u32);
+            if force != [0.0; 3] && one.leads == 0 {
+                self.keep_force(one.order, force, None);
+            }
+        }
+    }
+
+    /// Puts a force into the list, with the impulse of the solver if it has given one.
+    pub fn keep_force(&mut self, order: [u32; 3], force: [f32; 3], solved: Option<[f32; 3]>) {
+        let at = self.work[layout::FORCES] as usize;
+        self.work[layout::FORCES] += 1;
+        let [a, b, pair] = order;
+        let vector = |v: [f32; 3]| [v[0].to_bits(), v[1].to_bits(), v[2].to_bits(), 0];
+        let records =
+            [[a, b, pair, solved.is_some().into()], vector(force), vector(solved.unwrap_or_default())];
+        self.forces[FORCE_RECORDS * at..][..FORCE_RECORDS].copy_from_slice(&records);
+        let bucket = bucket_of(order, self.table(layout::BUCKETS));
+        let first = self.first_force(1 - self.work[layout::IS_ODD], bucket);
+        let next = self.lists_of_contacts()[2] + at;
+        self.work[next] = std::mem::replace(&mut self.work[first], at as u32);
+    }
+
+    pub fn keep_solved(&mut self) {
+        for number in 0..self.work[layout::CONTACTS] as usize {
+            let (one, in_system) = (self.contacts[number], self.solved[number]);
+            let solved = (in_system.system != NONE).then_some(in_system.applied);
+            if one.leads == 0 && solved.unwrap_or(one.force) != [0.0; 3] {
+                self.keep_force(one.order, one.force, solved);
+            }
         }
     }
 

@@ -62,6 +62,7 @@ impl Twin {
             layout::COUNT_PART => self.count_part(),
             layout::COUNT_CARRIED => self.count_carried(),
             layout::COUNT_PUSHES => self.count_pushes(),
+            layout::COUNT_SOLVED => self.work[layout::IS_ODD] = 1 - self.work[layout::IS_ODD],
             _ => self.count_filter_round(),
         }
     }

@@ -3,8 +3,9 @@
 use crate::contact::triangles::carry::reach_of_pushes;
 use crate::contact::triangles::closest::{Closest, EdgeEdge, Pair, VertexTriangle};
 use crate::contact::triangles::filter::{limits, reach, reach_together};
-use crate::contact::triangles::gpu_layout::{self as layout, SurfaceContact};
-use crate::contact::triangles::impulse::KEEPS;
+use crate::contact::triangles::gpu_layout::{self as layout, FORCE_RECORDS, SurfaceContact};
+use crate::contact::triangles::impulse::{KEEPS, grip};
+use crate::contact::triangles::solved::NEAR;
 use crate::contact::triangles::surfaces::{Kind, NEIGHBOURS};
 use crate::contact::triangles::tangle::{Knot, Rule};
 use crate::contact::triangles::twin::Twin;
@@ -28,7 +29,7 @@ impl Twin {
         let [of_a, of_b] = [a, b].map(|leaf| self.box_of(leaf));
         let allowance = self.length(layout::ALLOWANCE);
         let listed = self.work[layout::LISTED] as usize;
-        if listed == layout::NEAR || listed == layout::CARRIED {
+        if [layout::NEAR, layout::CARRIED, layout::SOLVED].contains(&listed) {
             let approach: [f32; 3] = std::array::from_fn(|axis| {
                 (of_a[3][axis] - of_b[2][axis]).max(of_b[3][axis] - of_a[2][axis])
             });
@@ -36,7 +37,11 @@ impl Twin {
                 layout::CARRIED => reach_of_pushes(self.corners.longest_push.into()) as f32,
                 _ => 0.0,
             };
-            let needs = reach_together(f64::from(norm(approach))) as f32 + allowance + by_pushes;
+            let by_solver = match listed {
+                layout::SOLVED => (NEAR as f32 - 1.0) * self.length(layout::THICKEST),
+                _ => 0.0,
+            };
+            let needs = reach_together(f64::from(norm(approach))) as f32 + allowance + by_pushes + by_solver;
             return (KEEPS as f32 * self.material(a, b)[0] + needs) * layout::LOOSE_REACH as f32;
         }
         let way = |bounds: [[f32; 3]; 4]| -> f32 {
@@ -172,15 +177,21 @@ impl Twin {
             .collect()
     }
 
-    /// The force of a contact in the last sub-step [N].
-    fn last_force(&self, order: [u32; 3]) -> [f32; 3] {
+    /// The force of a contact in the last sub-step [N], and the impulse that the solver has given it in this one [N·s].
+    fn last_force(&self, order: [u32; 3]) -> ([f32; 3], Option<[f32; 3]>) {
         let count = self.work[layout::FORCES] as usize;
-        let mut all = self.forces.chunks_exact(2).take(count);
-        let found = all.find(|force| force[0][..3] == order);
-        found.map_or([0.0; 3], |force| [force[1][0], force[1][1], force[1][2]].map(f32::from_bits))
+        let mut all = self.forces.chunks_exact(FORCE_RECORDS).take(count);
+        let found = all.find(|records| records[0][..3] == order);
+        let vector = |[x, y, z, _]: [u32; 4]| [x, y, z].map(f32::from_bits);
+        let solved = |records: &[[u32; 4]]| (records[0][3] != 0).then_some(vector(records[2]));
+        found.map_or(([0.0; 3], None), |records| (vector(records[1]), solved(records)))
     }
 
     pub fn find_surface_contacts(&mut self) {
+        let for_solver = self.work[layout::LISTED] == layout::SOLVED as u32;
+        let leads = for_solver || self.tables[layout::IS_SOLVED] == 0;
+        let within = if for_solver { NEAR as f32 } else { 1.0 };
+        let most = within.max(KEEPS as f32);
         for at in 0..self.work[layout::PAIRS] as usize {
             let pair = self.pairs[at];
             for (one, nodes, thickness) in self.touching(pair) {
@@ -192,7 +203,9 @@ impl Twin {
                     Rule::Apart => {}
                     Rule::Ignored => continue,
                     Rule::Through { above } => {
-                        self.lead_back(nodes, weights, (norm(apart), thickness), above, order);
+                        if leads && norm(apart) < most * thickness {
+                            self.lead_back(nodes, weights, thickness, above, order);
+                        }
                         continue;
                     }
                 }
@@ -203,19 +216,23 @@ impl Twin {
                     scale(ends[2], weights[2]),
                 );
                 let along = dot(then, scale(apart, by));
-                let force = self.last_force(order);
-                let keeps = if force == [0.0; 3] { 1.0 } else { KEEPS as f32 };
+                let (force, solved) = self.last_force(order);
+                let keeps = if force == [0.0; 3] && solved.is_none() { within } else { most };
                 if along < keeps * thickness && distance > 0.0 {
+                    let friction = self.material(pair[0] as usize, pair[1] as usize)[1];
+                    let normal = apart.map(|x| x / distance);
                     self.add_contact(SurfaceContact {
                         nodes: nodes.map(|node| node as u32),
                         weights,
-                        normal: apart.map(|x| x / distance),
+                        normal,
                         gap: distance - thickness,
-                        impulse: scale(force, self.h),
+                        impulse: scale(force, if solved.is_some() { 0.0 } else { self.h }),
+                        solved: solved.unwrap_or_default(),
+                        grip: solved.map_or(0.0, |solved| grip(solved, normal, friction)),
                         force,
                         thickness,
                         order,
-                        friction: self.material(pair[0] as usize, pair[1] as usize)[1],
+                        friction,
                         ..SurfaceContact::default()
                     });
                 }
@@ -241,13 +258,13 @@ impl Twin {
         &mut self,
         nodes: [usize; 4],
         weights: [f32; 4],
-        (distance, thickness): (f32, f32),
+        thickness: f32,
         above: bool,
         order: [u32; 3],
     ) {
         let [v, a, b, c] = nodes.map(|node| self.place(layout::BEFORE, node));
         let normal = cross(sub(b, a), sub(c, a));
-        if distance < KEEPS as f32 * thickness && norm(normal) > f32::TINY {
+        if norm(normal) > f32::TINY {
             let normal = scale(normal, if above { 1.0 } else { -1.0 } / norm(normal));
             let gap = dot(normal, sub(v, a)) - thickness;
             self.add_lead(nodes, weights, normal, [gap, thickness], order);

@@ -18,7 +18,7 @@ use crate::contact::nodes::gpu_layout::FARTHEST;
 use crate::contact::nodes::pair::FIRM;
 use crate::contact::triangles::gpu_layout::{LOOSE_REACH, WORDS};
 use crate::contact::triangles::surfaces::NEIGHBOURS;
-use crate::contact::triangles::{carry, filter, impulse};
+use crate::contact::triangles::{carry, filter, impulse, solved};
 use crate::diagnostics::gpu::NODE_SUMS;
 use crate::elements::aero::gust::{FARTHEST_CELL, MIDDLE, STRIDES, VALUES};
 use crate::elements::hinge::hinge::STIFFEST;
@@ -111,6 +111,10 @@ fn of_surfaces() -> BTreeMap<&'static str, f64> {
         ("RELEASE", impulse::RELEASE),
         ("KEEPS", impulse::KEEPS),
         ("LEVER", impulse::LEVER),
+        ("NEARBY", solved::NEAR),
+        ("STIFFNESS", solved::STIFFNESS),
+        ("NEW", solved::NEW),
+        ("STIFF", solved::STIFF),
         ("MOST_SINKING", impulse::SINKS),
         ("NEIGHBOURS", NEIGHBOURS),
         ("LOOSE_REACH", LOOSE_REACH),
@@ -137,6 +141,7 @@ fn of_solvers() -> BTreeMap<&'static str, f64> {
         ("FREE", f64::from(Vector::Free as u32)),
         ("RATE", f64::from(Vector::Rate as u32)),
         ("GIVEN", f64::from(Vector::Given as u32)),
+        ("TAKEN", f64::from(Vector::Taken as u32)),
         ("CYCLED", f64::from(Vector::Cycled as u32)),
         ("CHANGE", f64::from(Vector::Change as u32)),
         ("DIRECTION", f64::from(Vector::Direction as u32)),

@@ -3,7 +3,7 @@
 use crate::attachments::gpu_layout::Joint;
 use crate::contact::colliders::gpu_layout::Collider;
 use crate::contact::nodes::gpu_layout::{ContactMaterial, Surface};
-use crate::contact::triangles::gpu_layout::SurfaceContact;
+use crate::contact::triangles::gpu_layout::{SolvedContact, SurfaceContact};
 use crate::elements::KINDS;
 use crate::elements::element::Kind;
 use crate::elements::load::gpu_layout::Load;
@@ -164,7 +164,36 @@ fn records() -> Vec<Record> {
         record!(Chunk { origin, first, count }),
         record!(ContactMaterial { thickness, friction, restitution }),
         record!(SurfaceContact {
-            nodes, weights, normal, gap, impulse, mobility, force, thickness, order, friction, push, leads; padding
+            nodes,
+            weights,
+            normal,
+            gap,
+            impulse,
+            mobility,
+            force,
+            thickness,
+            order,
+            friction,
+            solved,
+            push,
+            leads,
+            grip; padding
+        }),
+        record!(SolvedContact {
+            nodes,
+            weights,
+            normal,
+            gap,
+            first,
+            lead,
+            impulse,
+            along,
+            applied,
+            across,
+            friction,
+            stiffness,
+            system,
+            is_held
         }),
         record!(Joint { point, track, a, b, start, end, compliance, break_force, closing, grouped }),
         record!(Surface { first, count, cols, high, wide, exclusions, material, cells_a_metre }),
@@ -190,7 +219,7 @@ fn records_of_solvers() -> Vec<Record> {
         record!(Symmetric { diagonal, mixed; gap, padding }),
         record!(Diagonal { own, inverse }),
         record!(PcgState { passes, is_done, iterations, whole, error, alpha, beta }),
-        record!(NodeSolve { steps, before, is_met, kept, next }),
+        record!(NodeSolve { steps, before, is_met, first, kept, next }),
     ]
 }
 

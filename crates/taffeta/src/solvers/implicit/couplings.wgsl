@@ -4,6 +4,7 @@
 // mode add up to 0, so do the blocks of a row, and the product at node i is Σ B (u_i − u_j) with B = −g_i g_jᵀ. On coarser levels
 // blocks are those of the Galerkin product, and springs are among them.
 
+#import contacts
 #import solvers/implicit/levels.wgsl
 
 /// For each node on all levels where here its first slot is, 0 where it has none, and how many blocks; then on the finest level where in
@@ -73,7 +74,8 @@ fn add_coupled(start: vec3f, which: u32, node: u32, own: vec3f) -> vec3f {
 
 /// The finest level's system times a vector, at a node; nothing holds it.
 fn system_times(mass: f32, which: u32, node: u32) -> vec3f {
-    return add_coupled(springs_times(mass, which, node), which, node, vector_of(which, node));
+    let all = add_coupled(springs_times(mass, which, node), which, node, vector_of(which, node));
+    return all + taken_by_contacts(node);
 }
 
 /// A coarser level's system times a vector, at a node.

@@ -4,6 +4,7 @@ use crate::assembly::Assembly;
 use crate::backend::SolverState;
 use crate::contact::colliders::gpu::Colliders;
 use crate::contact::colliders::gpu::Contact;
+use crate::contact::triangles::gpu::TriangleContact;
 use crate::elements::KINDS;
 use crate::elements::gpu::Elements;
 use crate::gpu::feature::{Command, Dispatch, Feature, Features, Groups, Upload};
@@ -28,6 +29,7 @@ use taffeta_gpu::{Bindable, Buffer, Counts, DispatchList, Gpu, GpuError, ReadBac
 pub const SHADERS: &[Shader] = shaders!(
     "solvers/implicit",
     [
+        "contacts.wgsl",
         "couplings.wgsl",
         "couplings_stages.wgsl",
         "implicit.wgsl",
@@ -35,18 +37,26 @@ pub const SHADERS: &[Shader] = shaders!(
         "levels.wgsl",
         "moved.wgsl",
         "newton.wgsl",
+        "no_contacts.wgsl",
         "no_couplings.wgsl",
         "second_order.wgsl",
         "set_up.wgsl",
-        "stages.wgsl"
+        "stages.wgsl",
+        "with_contacts.wgsl"
     ]
 );
 
 /// What kernels import, where they have no other choice: a system of springs alone.
-pub const DEFAULTS: &[Shader] = &[("couplings", "#import solvers/implicit/no_couplings.wgsl\n")];
+pub const DEFAULTS: &[Shader] = &[
+    ("contacts", "#import solvers/implicit/no_contacts.wgsl\n"),
+    ("couplings", "#import solvers/implicit/no_couplings.wgsl\n"),
+];
 
 /// For kernels of a system of springs and other elements.
 pub const COUPLED: Choice = ("couplings", "solvers/implicit/couplings.wgsl");
+
+/// For kernels of a system that contacts of surfaces are part of.
+pub const CONTACTS: Choice = ("contacts", "solvers/implicit/with_contacts.wgsl");
 
 /// For kernels of elements where the Newton step starts.
 pub const MOVED: Choice = ("memory", "solvers/implicit/moved.wgsl");
@@ -80,6 +90,12 @@ struct CouplingBuffers {
     sources: Buffer<[u32; 2]>,
 }
 
+/// Which systems bodies have, and which of them contacts join.
+struct JoinedBuffers {
+    systems: Buffer<u32>,
+    joins: Buffer<u32>,
+}
+
 /// Springs that are integrated implicitly, on the device.
 pub struct Implicit {
     /// All groups and edges of each level; those that iterations have on coarser levels; tails.
@@ -96,6 +112,8 @@ pub struct Implicit {
     coarse_blocks: Buffer<Symmetric>,
     /// Blocks of other elements, and what they are made of.
     couplings: Option<CouplingBuffers>,
+    /// Which systems contacts of surfaces join, if there are some.
+    joined: Option<JoinedBuffers>,
     diagonals: Buffer<Diagonal>,
     vectors: Buffer<Four>,
     predicted_contacts: Buffer<ContactRecord>,
@@ -149,6 +167,12 @@ impl Implicit {
                 sources: gpu.buffer_from("sources of blocks", &words.sources)?,
             })
         };
+        let joined = || -> Result<_, GpuError> {
+            Ok(JoinedBuffers {
+                systems: gpu.buffer_from("systems of nodes", &multigrid.systems(places.len()))?,
+                joins: gpu.buffer("joined systems", multigrid.solves)?,
+            })
+        };
         let counted = multigrid.counted();
         let ice = &assembly.solver.ice;
         Ok(Some(Self {
@@ -162,6 +186,7 @@ impl Implicit {
             spring_blocks: gpu.buffer("blocks of springs", *fine)?,
             coarse_blocks: gpu.buffer("blocks of coarser edges", *coarse)?,
             couplings: multigrid.couplings.as_ref().map(couplings).transpose()?,
+            joined: assembly.surfaces().is_some().then(joined).transpose()?,
             diagonals: gpu.buffer("diagonal blocks", *nodes)?,
             vectors: gpu.buffer("vectors of springs", VECTORS * nodes)?,
             predicted_contacts: gpu.buffer("nodes of springs", places.len())?,
@@ -210,6 +235,9 @@ impl Implicit {
             all.push(Command::run(name, nodes));
         }
         all.push(run("predict_contacts_implicit", nodes));
+        if let Some(contacts) = self.contacts(features) {
+            all.extend(self.find_contacts(contacts));
+        }
         if self.is_automatic() {
             all.push(run("sum_motion", nodes));
         }
@@ -221,10 +249,31 @@ impl Implicit {
             self.coarsen(&mut all);
             self.iterate(features, &mut all);
         }
+        if let Some(contacts) = self.contacts(features) {
+            all.extend([run("multiply_change", nodes), contacts.each_for_solver("apply_contacts")]);
+            all.extend(contacts.keep_solved());
+        }
         all.extend([
             run("record_implicit_statistics", 1),
             run("spring_impulses", nodes),
             run("add_implicit_forces", nodes),
+        ]);
+        all
+    }
+
+    /// Contacts of surfaces, if they are part of the system.
+    fn contacts<'f>(&self, features: &'f Features) -> Option<&'f TriangleContact> {
+        features.get::<TriangleContact>().filter(|_| self.joined.is_some())
+    }
+
+    /// Finds the contacts that may come about in the sub-step, and which systems they join.
+    fn find_contacts<'f>(&self, contacts: &'f TriangleContact) -> Vec<Command<'f>> {
+        let systems = self.node_solves.len().div_ceil(GROUP);
+        let mut all = contacts.find_for_solver();
+        all.extend([
+            Command::run(Name::new("part_systems"), systems),
+            contacts.each_for_solver("take_contacts"),
+            Command::run(Name::new("name_systems"), systems),
         ]);
         all
     }
@@ -237,12 +286,15 @@ impl Implicit {
     /// A further Newton step, where one is needed and none is under way.
     fn go_on<'f>(&'f self, features: &'f Features, all: &mut Vec<Command<'f>>) {
         let nodes = self.parts[0].groups.len();
-        let mut judged = vec![
-            Command::run(self.name("spring_impulses"), nodes),
-            Command::run(Name::new("next_newton_step"), nodes),
-        ];
+        let mut judged = Vec::new();
+        if self.joined.is_some() {
+            judged.push(Command::run(Name::new("multiply_change"), nodes));
+        }
+        judged.extend(
+            ["spring_impulses", "next_newton_step"].map(|entry| Command::run(self.name(entry), nodes)),
+        );
         self.linearise(features, &mut judged);
-        judged.extend(["measure_left", "judge_systems"].map(|entry| Command::run(Name::new(entry), nodes)));
+        judged.extend(["measure_left", "judge_systems"].map(|entry| Command::run(self.name(entry), nodes)));
         let mut begun = Vec::new();
         self.coarsen(&mut begun);
         all.push(Command::run(Name::new("count_next_step"), 1));
@@ -263,10 +315,13 @@ impl Implicit {
         }
     }
 
-    /// A kernel that may import the choice of a system.
+    /// A kernel that may import what a system is made of.
     fn name(&self, entry: &'static str) -> Name {
-        let name = Name::new(entry);
-        if self.couplings.is_some() { name.with(&[COUPLED]) } else { name }
+        let mut name = Name::new(entry);
+        if self.couplings.is_some() {
+            name = name.with(&[COUPLED]);
+        }
+        if self.joined.is_some() { name.with(&[CONTACTS]) } else { name }
     }
 
     /// Forces, blocks and diagonals of the finest level.
@@ -277,6 +332,10 @@ impl Implicit {
             all.push(Command::run(Name::new("set_up_couplings"), nodes));
         }
         all.push(Command::run(self.name("set_up_nodes"), nodes));
+        if let Some(contacts) = self.contacts(features) {
+            all.push(contacts.each_for_solver("linearise_contacts"));
+            all.push(Command::run(Name::new("add_contacts"), nodes));
+        }
     }
 
     /// Blocks and diagonals of coarser levels, and what iterations start from.
@@ -299,7 +358,11 @@ impl Implicit {
             };
             all.extend(of_all("bound_couplings").chain(of_all("scale_inverses")));
         }
-        all.push(Command::run(self.name("start_nodes"), self.parts[0].groups.len()));
+        let nodes = self.parts[0].groups.len();
+        if self.joined.is_some() {
+            all.push(Command::run(Name::new("multiply_cycled"), nodes));
+        }
+        all.push(Command::run(self.name("start_nodes"), nodes));
     }
 
     /// Conjugate gradients.
@@ -319,7 +382,7 @@ impl Implicit {
                 // Nothing asks for what it leaves.
                 break;
             }
-            all.push(self.counted("residual_of_nodes", (0, 0)));
+            all.extend(self.multiplied("multiply_cycle", "residual_of_nodes"));
             for &level in &levels {
                 all.extend([self.counted("restrict_level", level), self.counted("residual_of_level", level)]);
             }
@@ -329,10 +392,16 @@ impl Implicit {
             for &level in levels.iter().rev() {
                 all.extend([self.counted("prolong_level", level), self.counted("smooth_level", level)]);
             }
-            for entry in ["prolong_level", "smooth_nodes", "apply_nodes"] {
-                all.push(self.counted(entry, (0, 0)));
-            }
+            all.push(self.counted("prolong_level", (0, 0)));
+            all.extend(self.multiplied("multiply_cycle", "smooth_nodes"));
+            all.extend(self.multiplied("multiply_cycled", "apply_nodes"));
         }
+    }
+
+    /// A kernel that needs a product with contacts, if there are some, and then that product before it.
+    fn multiplied(&self, product: &'static str, entry: &'static str) -> impl Iterator<Item = Command<'_>> {
+        let product = self.joined.is_some().then_some(product);
+        product.into_iter().chain([entry]).map(|entry| self.counted(entry, (0, 0)))
     }
 
     /// A kernel on a part of a level, in as many workgroups as were counted for it.
@@ -385,6 +454,10 @@ impl Feature for Implicit {
             ("level_counts", &self.counts),
             ("statistics", &self.statistics),
         ];
+        if let Some(JoinedBuffers { systems, joins }) = &self.joined {
+            let both: [(&'static str, &dyn Bindable); 2] = [("systems", systems), ("joins", joins)];
+            all.extend(both);
+        }
         if let Some(CouplingBuffers { blocks, sources }) = &self.couplings {
             let both: [(&'static str, &dyn Bindable); 2] =
                 [("couplings", blocks), ("coupling_sources", sources)];
@@ -424,12 +497,17 @@ impl Feature for Implicit {
     }
 
     fn dispatches(&self) -> usize {
-        let of_step = 6 + 4 * self.wide_levels();
+        let of_contacts = if self.joined.is_some() { 3 } else { 0 };
+        let of_step = 6 + of_contacts + 4 * self.wide_levels();
         let of_elements = if self.couplings.is_some() { 1 + 2 * KINDS.len() + 2 * self.levels } else { 0 };
-        let set_up = 6 + 3 * self.levels + of_elements;
+        let set_up = 6 + 2 * of_contacts + 3 * self.levels + of_elements;
         let further = if self.is_automatic() { self.steps / BETWEEN_NEWTON_STEPS } else { 0 };
         let of_iterations = self.steps as usize * of_step + further as usize * set_up;
         self.newton_steps.max(1) as usize * (of_iterations + set_up)
+    }
+
+    fn lasting(&self) -> Vec<&dyn Bindable> {
+        vec![&self.vectors]
     }
 
     fn save(&self, gpu: &Gpu, state: &mut SolverState) {

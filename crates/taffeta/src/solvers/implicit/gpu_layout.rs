@@ -87,6 +87,7 @@ pub struct NodeSolve {
     pub steps: u32,
     pub before: u32,
     pub is_met: u32,
+    pub first: u32,
     pub kept: PcgState,
     pub next: PcgState,
 }
@@ -122,10 +123,11 @@ pub enum Vector {
     Free,
     Rate,
     Given,
+    Taken,
 }
 
 /// How many there are.
-pub const VECTORS: usize = Vector::Given as usize + 1;
+pub const VECTORS: usize = Vector::Taken as usize + 1;
 
 impl Solving {
     /// With the numbers of a sub-step of length `h` [s].

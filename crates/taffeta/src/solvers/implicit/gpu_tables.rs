@@ -4,7 +4,7 @@ use crate::assembly::Assembly;
 use crate::assembly::body::BodyAssembly;
 use crate::elements::gpu::{ElementTables, Set};
 use crate::gpu::bodies::Bodies;
-use crate::gpu::layout::{Four, GROUP};
+use crate::gpu::layout::{Four, GROUP, NONE};
 use crate::solvers::implicit::coarsening::Weighted;
 use crate::solvers::implicit::couplings::{self, Couplings, Solved};
 use crate::solvers::implicit::gpu_layout::{
@@ -154,6 +154,15 @@ impl MultigridTables {
     /// Whether there is nothing to solve for.
     pub fn is_empty(&self) -> bool {
         self.solves == 0
+    }
+
+    /// By place, of which there are so many, which of the systems its body has; NONE without.
+    pub fn systems(&self, places: usize) -> Vec<u32> {
+        let mut all = vec![NONE; places];
+        for group in self.groups.iter().flatten().filter(|group| (group.first as usize) < places) {
+            all[group.first as usize..(group.first + group.count) as usize].fill(group.solve);
+        }
+        all
     }
 
     /// What is counted on the device: workgroups, and when they run. First those of iterations, by level, tails last.

@@ -74,6 +74,8 @@ struct NodeSolve {
     steps: u32,
     before: u32,
     is_met: u32,
+    /// The first of the systems that contacts join with it.
+    first: u32,
     /// As products left it, and as steps have found it since.
     kept: PcgState,
     next: PcgState,
@@ -117,7 +119,7 @@ struct ElementSums {
 @group(3) @binding(46) var<storage, read_write> level_counts: array<u32>;
 
 /// Number of sorts of vectors.
-const VECTORS: u32 = 14u;
+const VECTORS: u32 = 15u;
 /// The residual, filtered by what holds nodes; mass [kg] in w.
 const RESIDUAL: u32 = 0u;
 /// The V-cycle's two vectors, by turns: CYCLED is the preconditioned residual after it, and before the first one the initial
@@ -144,6 +146,8 @@ const FREE: u32 = 11u;
 const RATE: u32 = 12u;
 /// Impulse of springs with what the Newton step changes [N s].
 const GIVEN: u32 = 13u;
+/// What contacts of surfaces take back of a vector.
+const TAKEN: u32 = 14u;
 
 /// When workgroups run that are counted: in iterations; in a further Newton step until it is judged; in the rest of it.
 const ITERATED: u32 = 0u;

@@ -1,10 +1,16 @@
 //! An implicit step whose unknowns are the nodes' velocities, solved with multigrid.
 
 pub mod coarsening;
+#[cfg(feature = "gpu")]
+pub mod contacts_parity;
+#[cfg(feature = "gpu")]
+mod contacts_twin;
 pub mod couplings;
 #[cfg(feature = "gpu")]
 mod couplings_twin;
 pub mod cpu;
+#[cfg(feature = "gpu")]
+mod cycle_twin;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 #[cfg(feature = "gpu")]
@@ -17,6 +23,8 @@ pub mod levels;
 mod newton_twin;
 #[cfg(feature = "gpu")]
 pub mod parity;
+#[cfg(feature = "gpu")]
+mod parity_work;
 pub mod scheme;
 pub mod slots;
 #[cfg(feature = "gpu")]

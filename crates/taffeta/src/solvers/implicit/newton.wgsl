@@ -2,6 +2,7 @@
 // iterations; as many workgroups run as are counted here, none as long as an iteration is under way and when all equations are
 // met.
 
+#import contacts
 #import gpu/wgsl/index.wgsl
 #import gpu/wgsl/state.wgsl
 #import gpu/wgsl/substep.wgsl
@@ -60,13 +61,9 @@ fn measure_left(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_inde
     }
 }
 
-/// The sums over the nodes of a body of one sort: 0 those of products, 1 and 2 those of the motion.
+/// The sums over the nodes of a system of one sort: 0 those of products, 1 and 2 those of the motion.
 fn sums_of_sort(group: LevelGroup, sort: u32, lane: u32) -> vec4f {
-    var own = vec4f(0.0);
-    for (var i = lane; i < group.groups; i += 256u) {
-        own += product_sums[sort * arrayLength(&level_groups) + group.first_group + i];
-    }
-    let sum = sum_of_rows(lane, own);
+    let sum = sum_of_rows(lane, sums_of_lane(group, sort, lane));
     // The lanes are free for the next sum.
     workgroupBarrier();
     return sum;

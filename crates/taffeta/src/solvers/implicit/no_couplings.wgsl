@@ -1,10 +1,11 @@
 // The system where springs alone are solved for.
 
+#import contacts
 #import solvers/implicit/levels.wgsl
 
 /// The finest level's system times a vector, at a node; nothing holds it.
 fn system_times(mass: f32, which: u32, node: u32) -> vec3f {
-    return springs_times(mass, which, node);
+    return springs_times(mass, which, node) + taken_by_contacts(node);
 }
 
 /// A coarser level's system times a vector, at a node.

@@ -71,7 +71,8 @@ fn predict_contacts_implicit(@builtin(workgroup_id) id: vec3u, @builtin(local_in
     vectors[vector_at(TOTAL, node)] = vec4f(total, mass * dot3(off, off));
     if lane == 0u && index == level_groups[index].first_group {
         let none = PcgState(0u, 0u, 0u, 0.0, 0.0, 0.0, 0.0);
-        node_solves[level_groups[index].solve] = NodeSolve(0u, 0u, 0u, none, none);
+        let solve = level_groups[index].solve;
+        node_solves[solve] = NodeSolve(0u, 0u, 0u, solve, none, none);
     }
 }
 
@@ -118,7 +119,7 @@ fn next_newton_step(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_
         let last = node_solves[level_groups[index].solve];
         let again = PcgState(0u, last.is_met, 0u, last.next.whole, last.next.error, 0.0, 0.0);
         let before = last.before + last.next.iterations;
-        node_solves[level_groups[index].solve] = NodeSolve(last.steps + 1u, before, last.is_met, again, again);
+        node_solves[level_groups[index].solve] = NodeSolve(last.steps + 1u, before, last.is_met, last.first, again, again);
     }
 }
 

@@ -5,6 +5,7 @@
 
 #import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
+#import contacts
 #import couplings
 #import gpu/wgsl/force.wgsl
 #import gpu/wgsl/index.wgsl
@@ -15,15 +16,6 @@
 #import solvers/dual/solve.wgsl
 #import solvers/implicit/levels.wgsl
 #import solvers/implicit/second_order.wgsl
-
-/// The sums over the nodes of a body.
-fn sums_of_nodes(group: LevelGroup, lane: u32) -> vec4f {
-    var own = vec4f(0.0);
-    for (var i = lane; i < group.groups; i += 256u) {
-        own += product_sums[group.first_group + i];
-    }
-    return sum_of_rows(lane, own);
-}
 
 /// State of a system after a product, whose sums these are. `before`: iterations of the Newton steps before.
 fn next_pcg_state(kept: PcgState, sums: vec4f, before: u32) -> PcgState {
@@ -74,7 +66,7 @@ fn step_nodes(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index)
     if kept.is_done != 0u {
         return;
     }
-    let next = next_pcg_state(kept, sums_of_nodes(group, lane), node_solves[group.solve].before);
+    let next = next_pcg_state(kept, sum_of_rows(lane, sums_of_lane(group, 0u, lane)), node_solves[group.solve].before);
     if lane == 0u && index == group.first_group {
         node_solves[group.solve].next = next;
     }

@@ -18,8 +18,8 @@ use crate::solvers::implicit::gpu_layout::{
     Diagonal, LevelGroup, NodeSolve, PcgState, SlotSpring, Symmetric, Vector,
 };
 use crate::solvers::implicit::implicit::{
-    LAST_PAIRS, Stiff, add_weighted, block, diagonal, edge_times, inverse, is_solved, jacobi,
-    residual_fraction, right_side, velocity_change,
+    Stiff, add_weighted, block, diagonal, edge_times, inverse, is_solved, jacobi, residual_fraction,
+    right_side, velocity_change,
 };
 use crate::topology::LANES;
 use std::slice::from_mut;
@@ -46,6 +46,8 @@ pub struct Work {
 pub struct Twin<'a> {
     pub fixture: &'a Fixture,
     pub solving: Solving,
+    /// Whether contacts of surfaces are part of the systems, and join them.
+    pub in_contact: bool,
     pub work: Work,
 }
 
@@ -119,7 +121,7 @@ impl Twin<'_> {
     }
 
     /// Those of some groups whose system is not done.
-    fn open(&self, groups: &[LevelGroup]) -> Vec<usize> {
+    pub(super) fn open(&self, groups: &[LevelGroup]) -> Vec<usize> {
         let is_open = |&(_, solve): &(usize, usize)| self.work.solves[solve].next.is_done == 0;
         Self::nodes(groups).into_iter().filter(is_open).map(|(node, _)| node).collect()
     }
@@ -187,7 +189,9 @@ impl Twin<'_> {
             let off = if x[3] > 0.0 { sub(v, free) } else { [0.0; 3] };
             self.work.vectors[at][3] = mass * dot(off, off);
         }
-        self.work.solves.fill(NodeSolve::default());
+        for (number, solve) in (0..).zip(&mut self.work.solves) {
+            *solve = NodeSolve { first: number, ..NodeSolve::default() };
+        }
     }
 
     /// From where a node's system starts; returns its velocity without springs, that of outer forces in Euler's step given.
@@ -339,9 +343,10 @@ impl Twin<'_> {
     }
 
     /// The finest level's system times a vector.
-    fn system_times(&self, mass: f32, which: Vector, node: usize) -> [f32; 3] {
+    pub(super) fn system_times(&self, mass: f32, which: Vector, node: usize) -> [f32; 3] {
         let springs = self.springs_times(mass, which, node);
-        if self.is_coupled() { self.add_coupled(springs, which, node) } else { springs }
+        let all = if self.is_coupled() { self.add_coupled(springs, which, node) } else { springs };
+        if self.in_contact { add(all, self.get(Vector::Taken, node)) } else { all }
     }
 
     /// Masses and springs of the finest level times a vector.
@@ -354,7 +359,7 @@ impl Twin<'_> {
     }
 
     /// A coarser level's system times a vector.
-    fn level_times(&self, which: Vector, node: usize) -> [f32; 3] {
+    pub(super) fn level_times(&self, which: Vector, node: usize) -> [f32; 3] {
         let own = self.get(which, node);
         let add_slot = |sum, (slot, other): (usize, usize)| {
             add(sum, times(&six(&self.work.coarse[slot]), sub(own, self.get(which, other))))
@@ -366,7 +371,7 @@ impl Twin<'_> {
         self.slots(node).into_iter().fold(start, add_slot)
     }
 
-    fn jacobi(&self, node: usize, residual: [f32; 3]) -> [f32; 3] {
+    pub(super) fn jacobi(&self, node: usize, residual: [f32; 3]) -> [f32; 3] {
         jacobi(&six(&self.work.diagonals[node].inverse), residual)
     }
 
@@ -402,9 +407,15 @@ impl Twin<'_> {
         self.sums_of(solve, 0)
     }
 
-    /// The sums over a body of the sort that begins `from` there.
+    /// The sums over a system of the sort that begins `from` there.
     pub(super) fn sums_of(&self, solve: usize, from: usize) -> Four {
         let groups = (from..).zip(&self.fixture.tables.multigrid.groups[0]);
+        if self.in_contact {
+            let first = |solve: usize| self.work.solves[solve].first;
+            let joined = |group: &LevelGroup| first(group.solve as usize) == first(solve);
+            let of = |(at, group)| if joined(group) { self.work.sums[at] } else { [0.0; 4] };
+            return by_lanes(&groups.map(of).collect::<Vec<Four>>());
+        }
         let own = groups.filter(|(_, group)| group.solve as usize == solve);
         by_lanes(&own.map(|(at, _)| self.work.sums[at]).collect::<Vec<Four>>())
     }
@@ -447,98 +458,6 @@ impl Twin<'_> {
         let (mass, at) = (self.mass(node), self.at(Vector::Residual, node));
         self.work.vectors[at] = [residual[0], residual[1], residual[2], mass];
         self.put(Vector::Cycle, node, self.jacobi(node, residual));
-    }
-
-    fn left_of(&self, which: Vector, node: usize) -> [f32; 3] {
-        let residual = self.get(Vector::Residual, node);
-        if node < self.fixture.tables.len() {
-            sub(residual, self.system_times(self.mass(node), which, node))
-        } else {
-            sub(residual, self.level_times(which, node))
-        }
-    }
-
-    /// Does something for each node, of which it gives all before it takes any.
-    fn all(&mut self, nodes: &[usize], which: Vector, of: impl Fn(&Self, usize) -> [f32; 3]) {
-        let found: Vec<[f32; 3]> = nodes.iter().map(|&node| of(self, node)).collect();
-        nodes.iter().zip(found).for_each(|(&node, v)| self.put(which, node, v));
-    }
-
-    /// What the first step leaves.
-    pub fn leave(&mut self, groups: &[LevelGroup]) {
-        let nodes = self.open(groups);
-        self.all(&nodes, Vector::Cycled, |twin, node| {
-            let residual = twin.left_of(Vector::Cycle, node);
-            twin.filtered(node, residual)
-        });
-    }
-
-    /// A vector as far as a node yields.
-    fn filtered(&self, node: usize, v: [f32; 3]) -> [f32; 3] {
-        if node < self.fixture.tables.len() { self.predicted(node).filtered(v) } else { v }
-    }
-
-    pub fn restrict(&mut self, groups: &[LevelGroup]) {
-        let nodes = self.open(groups);
-        self.restrict_to(&nodes);
-    }
-
-    fn restrict_to(&mut self, nodes: &[usize]) {
-        self.all(nodes, Vector::Residual, |twin, node| {
-            let follow = |sum, (child, weight)| add_weighted(sum, weight, twin.get(Vector::Cycled, child));
-            twin.children(node).into_iter().fold([0.0; 3], follow)
-        });
-        self.all(nodes, Vector::Cycle, |twin, node| twin.jacobi(node, twin.get(Vector::Residual, node)));
-    }
-
-    pub fn follow(&mut self, groups: &[LevelGroup]) {
-        let nodes = self.open(groups);
-        self.follow_to(&nodes);
-    }
-
-    fn follow_to(&mut self, nodes: &[usize]) {
-        self.all(nodes, Vector::Cycle, |twin, node| {
-            let parents = twin.fixture.tables.multigrid.parents[node];
-            let follow = |sum, i: usize| {
-                add_weighted(sum, parents.weights[i], twin.get(Vector::Cycled, parents.nodes[i] as usize))
-            };
-            let correction = (0..4).fold([0.0; 3], follow);
-            add(twin.get(Vector::Cycle, node), twin.filtered(node, correction))
-        });
-    }
-
-    pub fn smooth(&mut self, groups: &[LevelGroup]) {
-        let nodes = self.open(groups);
-        self.smooth_to(&nodes, [Vector::Cycle, Vector::Cycled]);
-    }
-
-    fn smooth_to(&mut self, nodes: &[usize], [from, to]: [Vector; 2]) {
-        self.all(nodes, to, |twin, node| {
-            add(twin.get(from, node), twin.jacobi(node, twin.left_of(from, node)))
-        });
-    }
-
-    pub fn tail(&mut self) {
-        let tail = self.fixture.tables.multigrid.tail.clone();
-        for (index, first) in (0..).zip(&tail).filter(|(index, group)| group.first_group == *index) {
-            let all = &tail[index as usize..][..first.groups as usize];
-            let levels: Vec<Vec<usize>> = all.iter().map(|g| self.open(std::slice::from_ref(g))).collect();
-            for (level, nodes) in levels.iter().enumerate() {
-                self.restrict_to(nodes);
-                if level + 1 < levels.len() {
-                    self.all(nodes, Vector::Cycled, |twin, node| twin.left_of(Vector::Cycle, node));
-                }
-            }
-            let Some((coarsest, others)) = levels.split_last() else { continue };
-            for sweep in 0..2 * LAST_PAIRS - 1 {
-                let turns = [Vector::Cycle, Vector::Cycled];
-                self.smooth_to(coarsest, if sweep % 2 == 0 { turns } else { [turns[1], turns[0]] });
-            }
-            for nodes in others.iter().rev() {
-                self.follow_to(nodes);
-                self.smooth_to(nodes, [Vector::Cycle, Vector::Cycled]);
-            }
-        }
     }
 
     pub fn apply(&mut self) {

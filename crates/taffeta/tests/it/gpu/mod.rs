@@ -8,6 +8,7 @@ mod drawn;
 mod pairs;
 mod primal;
 mod surfaces;
+mod surfaces_implicit;
 
 use crate::common::{build_as, farthest, gpu, near, normals, own_gpu, positions, run};
 use taffeta::scene::{

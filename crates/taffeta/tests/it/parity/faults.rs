@@ -5,6 +5,7 @@ mod nodes;
 mod pairs;
 mod primal;
 mod solve;
+mod solved;
 mod surfaces;
 mod volumes;
 
@@ -28,6 +29,7 @@ fn all() -> Vec<&'static Fault> {
         primal::FAULTS,
         pairs::FAULTS,
         surfaces::FAULTS,
+        solved::FAULTS,
     ];
     lists.into_iter().flatten().collect()
 }

@@ -4,7 +4,7 @@
 use super::rounds::Asked;
 use super::{NO_KEY, Scratch, TriangleContact, positions};
 use crate::contact::triangles::cpu::contacts::Carried;
-use crate::contact::triangles::solved::SolvedContact;
+use crate::contact::triangles::solved::{NEAR, SolvedContact};
 use crate::contact::triangles::surfaces::Corners;
 use crate::cpu::shared::Shared;
 use crate::cpu::worker::Worker;
@@ -12,9 +12,6 @@ use crate::real::{Real, Symmetric, add, dot, scale, sub};
 use crate::topology::LANES;
 use std::ops::Range;
 
-/// Pairs that are nearer than this, relative to their thickness, may become contacts while the solver runs. Those from farther
-/// away meet by the rounds after it: where they would meet is not known well enough before.
-const NEAR: f64 = 1.25;
 /// No body: what is no part of the system.
 pub const NO_BODY: u32 = u32::MAX;
 

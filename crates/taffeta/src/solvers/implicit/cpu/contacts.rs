@@ -143,8 +143,8 @@ impl<T: Real> ImplicitWorker<'_, '_, T> {
             (0..3).for_each(|axis| right[axis][at] += impulse[axis]);
             (0..6).for_each(|one| inverse[one][at] = all[one]);
             if contact.is_held {
-                let share = contact.share(corner);
-                (0..6).for_each(|one| own[one][at] += share[one]);
+                let all = contact.stiffened_block(corner, &std::array::from_fn(|one| own[one][at]));
+                (0..6).for_each(|one| own[one][at] = all[one]);
             }
         });
     }

@@ -53,7 +53,9 @@ pub const FAULTS: &[Fault] = &[
         "let off = select(vec3f(0.0), v.xyz - free, x.w > 0.0);",
         "let off = total;",
     ),
-    ("predict_contacts_implicit", "NodeSolve(0u, 0u, 0u, none", "NodeSolve(0u, 1u, 0u, none"),
+    ("predict_contacts_implicit", "NodeSolve(0u, 0u, 0u, solve", "NodeSolve(0u, 1u, 0u, solve"),
+    ("predict_contacts_implicit", "NodeSolve(0u, 0u, 0u, solve", "NodeSolve(0u, 0u, 0u, 0u"),
+    ("next_newton_step", "last.is_met, last.first", "last.is_met, 0u"),
     (
         "next_newton_step",
         "vector_of(TOTAL, node) + vector_of(CHANGE, node);\n    put",

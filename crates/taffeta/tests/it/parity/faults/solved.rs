@@ -1,0 +1,63 @@
+//! In contacts of surfaces that are part of the systems of bodies.
+
+use super::Fault;
+
+pub const FAULTS: &[Fault] = &[
+    ("part_systems", "atomicStore(&joins[system], system);", "atomicStore(&joins[system], system / 2u);"),
+    (
+        "name_systems",
+        "node_solves[system].first = first_of(system);",
+        "node_solves[system].first = joins[system];",
+    ),
+    ("take_contacts", "is_part = is_part && systems[place] != NONE;", "is_part = true;"),
+    ("take_contacts", "system = min(system, systems[place]);", "system = systems[place];"),
+    ("take_contacts", "join(system, systems[place]);", ""),
+    (
+        "take_contacts",
+        "select(0.0, lead_of(one, substeps[0].h), one.leads != 0u)",
+        "lead_of(one, substeps[0].h)",
+    ),
+    ("take_contacts", "one.force * substeps[0].solving.inner", "one.force * 2.0 * substeps[0].h"),
+    ("linearise_contacts", "if solve.is_met != 0u || solve.kept.passes != 0u {", "if solve.is_met != 0u {"),
+    (
+        "linearise_contacts",
+        "if solve.is_met != 0u || solve.kept.passes != 0u {",
+        "if solve.kept.passes != 0u {",
+    ),
+    ("linearise_contacts", "if solve.steps == 0u {", "if true {"),
+    ("linearise_contacts", "abs(weight) * norm3(by_impulse)", "norm3(by_impulse)"),
+    ("linearise_contacts", "compliance * STIFF > alone && alone > 0.0", "alone > 0.0"),
+    ("linearise_contacts", "select(1u, 0u, first_moves && second_moves)", "select(1u, 0u, first_moves)"),
+    ("linearise_contacts", "one.lead + min(one.gap, 0.0)", "one.lead + one.gap"),
+    ("linearise_contacts", "slip * kappa - (one.first - n * along)", "slip * kappa"),
+    (
+        "linearise_contacts",
+        "found.across = select(0.0, kappa * part, acts);",
+        "found.across = select(0.0, kappa, acts);",
+    ),
+    ("linearise_contacts", "found.applied = found.impulse;", ""),
+    (
+        "linearise_contacts",
+        "place_at(TARGET, place) - place_at(BEFORE, place)",
+        "place_at(AFTER, place) - place_at(BEFORE, place)",
+    ),
+    ("linearise_contacts", "one.gap + dot3(way, one.normal)", "one.gap"),
+    ("add_contacts", "all.inverse = softened(one, part % 4u, all.inverse);", ""),
+    ("add_contacts", "if one.is_held != 0u {", "if true {"),
+    ("add_contacts", "weight * (one.along - one.across)", "weight * one.along"),
+    ("add_contacts", "inverse_with(all, cross3(n, first), weight * one.across)", "all"),
+    ("add_contacts", "impulse += one.impulse * one.weights[part % 4u];", "impulse += one.impulse;"),
+    ("multiply_cycle", ".next.is_done == 0u", ".next.is_done != 5u"),
+    ("multiply_cycle", "multiply(CYCLE, ", "multiply(CYCLED, "),
+    ("multiply_cycled", "(velocity - along) * one.across", "velocity * one.across"),
+    ("multiply_change", "put_vector(TAKEN, node, sum);", "put_vector(TAKEN, node, -sum);"),
+    ("apply_contacts", " && node_solves[one.system].is_met == 0u", ""),
+    ("apply_contacts", "one.impulse - taken_of(one, CHANGE)", "one.applied - taken_of(one, CHANGE)"),
+    ("step_nodes", "if node_solves[level_groups[i].solve].first == first {", "if true {"),
+    ("judge_systems", "let first = node_solves[group.solve].first;", "let first = group.solve;"),
+    ("start_nodes", "return vector_of(TAKEN, node);", "return vec3f(0.0);"),
+    ("apply_nodes", "return vector_of(TAKEN, node);", "return vec3f(0.0);"),
+    ("residual_of_nodes", "return vector_of(TAKEN, node);", "return vec3f(0.0);"),
+    ("smooth_nodes", "return vector_of(TAKEN, node);", "return vec3f(0.0);"),
+    ("spring_impulses", "return vector_of(TAKEN, node);", "return vec3f(0.0);"),
+];
