@@ -172,14 +172,17 @@ fn tight_tubes_over_a_ball_and_each_other_are_led_out_by_the_solver() {
         let tube = Cylinder { radius, height: 0.2, segments, rings: 8, capped: false };
         Body { place, ..Body::cloth(name, Mesh::Cylinder(tube)) }
     };
-    let shirt = tube("shirt", 0.1, 24, at([0.0, 0.02, 0.0]));
-    let jacket = tube("jacket", 0.103, 20, turned([1.0, 0.0, 0.3], 4.0, [0.003, 0.03, 0.002]));
-    let ball = Mesh::Icosphere(Icosphere { radius: 0.102, subdivisions: 3 });
-    let torso = Collider { mesh: Some(ball), offset: 0.004, ..Collider::default() };
-    let scene = implicit(scene(vec![shirt, jacket]).collider(torso), 4);
-    let simulation = comes_free(&scene, 30, "tubes");
-    // With impulses after the solver alone they take 40 frames.
-    assert!(simulation.report().max_stretch < 1.15, "{}", simulation.report().max_stretch);
+    // Nodes took the side of the nearest line for theirs once: then two in three of such tubes never came free.
+    for shift in [0.0, 2e-5, 7e-5] {
+        let shirt = tube("shirt", 0.1, 24, at([0.0, 0.02, 0.0]));
+        let jacket = tube("jacket", 0.103, 20, turned([1.0, 0.0, 0.3], 4.0, [0.003 + shift, 0.03, 0.002]));
+        let ball = Mesh::Icosphere(Icosphere { radius: 0.102, subdivisions: 3 });
+        let torso = Collider { mesh: Some(ball), offset: 0.004, ..Collider::default() };
+        let scene = implicit(scene(vec![shirt, jacket]).collider(torso), 4);
+        let simulation = comes_free(&scene, 10, "tubes");
+        // With impulses after the solver alone they take 40 frames.
+        assert!(simulation.report().max_stretch < 1.15, "{}", simulation.report().max_stretch);
+    }
 }
 
 #[test]

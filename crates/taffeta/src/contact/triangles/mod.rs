@@ -25,6 +25,7 @@ pub mod parity;
 pub mod parity_scene;
 #[cfg(feature = "gpu")]
 pub mod parity_stages;
+mod sides;
 pub mod solved;
 pub mod surfaces;
 pub mod tangle;

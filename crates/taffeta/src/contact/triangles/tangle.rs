@@ -2,11 +2,12 @@
 //!
 //! Where two surfaces pass through each other there is a line, and each of them has one side of it where it belongs. There its
 //! heavier part is. The nodes on the other side are astray: they go back through the other surface, row by row, and the line
-//! moves along both surfaces until it leaves them. Nodes away from the line are on the side of the nearest node next to it, so
-//! that lines need not end at a border. After Baraff, Witkin, Kass, "Untangling Cloth", 2003, who need lines that cut off a part.
+//! moves along both surfaces until it leaves them. Nodes away from the line are on the side of the nearest triangle of the other
+//! surface, if it is near, and else on that of the nearest node next to the line, so that lines need not end at a border. After Baraff, Witkin, Kass, "Untangling Cloth", 2003, who need lines that cut off a part.
 //!
 //! It all follows from positions alone, and sides are decided by exact arithmetic.
 
+use crate::contact::triangles::sides::Near;
 use crate::contact::triangles::surfaces::{Kind, Surfaces};
 use crate::real::{add, cross, dot, norm, scale, sub};
 use crate::topology::{list_piercings, side_of_triangle};
@@ -15,6 +16,8 @@ use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 /// How unevenly the parts of a surface beside a line may weigh where the shape of the line chooses between them: their
 /// difference relative to their sum.
 const CHOICE: f64 = 0.5;
+/// How near nodes must be to another surface to be on the side of it where they are, relative to the mean edge.
+const SEEN: f64 = 2.0;
 /// Surfaces are layers if their normals agree so far where they cross, as a cosine, or are against each other.
 const LAYERS: f64 = 0.7;
 /// Surfaces that cross each other more steeply than with this cosine have no narrow wedge.
@@ -284,17 +287,40 @@ impl Look<'_> {
                 });
             }
         }
+        let at_lines = open.len();
+        let mut order: Vec<u32> = open.iter().copied().collect();
         let neighbours = self.neighbours(pair, &cut_edges);
         while let Some(node) = open.pop_front() {
             let label = labels[&node];
             for &other in neighbours.get(&node).into_iter().flatten() {
                 labels.entry(other).or_insert_with(|| {
                     open.push_back(other);
+                    order.push(other);
                     label
                 });
             }
         }
+        if pair[0] != pair[1] {
+            self.see_sides(pair, &mut labels, &order[at_lines..]);
+        }
         labels
+    }
+
+    /// Nodes that are near the other surface are on the side of it where they are.
+    fn see_sides(&self, [a, b]: [u32; 2], labels: &mut BTreeMap<u32, Label>, nodes: &[u32]) {
+        let Surfaces { surface_of, triangles, mean_edge, .. } = self.surfaces;
+        let of = |surface: u32| {
+            let own = move |triangle: &&[u32; 3]| surface_of[triangle[0] as usize] == surface;
+            Near::new(self.x, SEEN * mean_edge, triangles.iter().filter(own).copied())
+        };
+        let others = [of(b), of(a)];
+        for node in nodes {
+            let other = &others[usize::from(surface_of[*node as usize] == b)];
+            let side = other.side_of(*node);
+            if let Some(label) = labels.get_mut(node).filter(|_| side != 0) {
+                label.side = side;
+            }
+        }
     }
 
     /// The neighbours of each node along edges that are not cut.
