@@ -149,7 +149,8 @@ impl SoftMaterial {
         self
     }
 
-    /// Lets nodes touch each other, and those of other bodies that do so, at a distance of `thickness` [m].
+    /// Has the body collide with itself, and with others that do so, at a distance of `thickness` [m]: what starts apart never
+    /// passes through.
     pub fn collide(mut self, thickness: f64) -> Self {
         self.self_collision = Some(SelfCollision { thickness, ..SelfCollision::default() });
         self

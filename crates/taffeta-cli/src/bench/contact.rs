@@ -2,7 +2,7 @@
 
 use super::measure::Bench;
 use super::scenes::FRAME;
-use taffeta::scene::{Body, Collider, Mass, Mesh, Scene, Select, SelfCollision};
+use taffeta::scene::{Body, Collider, ContactForm, Mass, Mesh, Scene, Select, SelfCollision};
 
 /// Between neighbours [m].
 const SPACING: f64 = 0.025;
@@ -29,7 +29,8 @@ pub fn bench(rows: u32, cols: u32) -> Bench {
         .bend(bend.0, bend.1)
         .at([0.0, 0.4 * side, 0.0])
         .pin(Select { rows: Some([0, 0]), ..Select::default() });
-    sheet.self_collision = Some(SelfCollision { thickness: THICKNESS, ..SelfCollision::default() });
+    sheet.self_collision =
+        Some(SelfCollision { form: ContactForm::Nodes, thickness: THICKNESS, ..SelfCollision::default() });
     let ball = Collider::sphere([0.0, 0.18 * side, 0.05 * side], 0.18 * side).offset(0.02).friction(0.3);
     let floor = Collider::plane([0.0, -0.05 * side, 0.0], [0.0, 1.0, 0.0]).offset(0.02).friction(0.5);
     let mut scene =

@@ -107,8 +107,8 @@ fn kept() -> Scene {
 
 /// A sheet that falls onto one that is held at its edges.
 fn touching() -> Scene {
-    let low = sheet(24, 24, [0.6, 0.6]).collide(0.03);
-    let high = Body { name: "high".to_owned(), ..sheet(20, 20, [0.45, 0.45]) }.collide(0.025);
+    let low = sheet(24, 24, [0.6, 0.6]).collide_nodes(0.03);
+    let high = Body { name: "high".to_owned(), ..sheet(20, 20, [0.45, 0.45]) }.collide_nodes(0.025);
     Scene::new("sheets that touch")
         .body(low.pin(Select::cols(0, 0)).pin(Select::cols(23, 23)))
         .body(high.at([0.007, 0.03, 0.011]))

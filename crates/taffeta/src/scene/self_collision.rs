@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 #[serde(rename_all = "lowercase")]
 pub enum ContactForm {
     /// Vertices touch triangles, and edges touch edges; what starts apart never passes through.
+    #[default]
     Triangles,
     /// Nodes touch nodes: for meshes whose edges are about as long as the thickness.
-    #[default]
     Nodes,
 }
 

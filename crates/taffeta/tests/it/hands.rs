@@ -194,7 +194,7 @@ fn vertices_keep_the_meshs_own_order_whatever_order_the_solver_has() {
 
 #[test]
 fn a_frame_that_is_timed_is_the_same_and_its_stages_take_no_longer_than_all_of_it() {
-    let scene = Scene::new("").time(DT, 0.001).body(grid(Select::nodes([0])).collide(0.02));
+    let scene = Scene::new("").time(DT, 0.001).body(grid(Select::nodes([0])).collide_nodes(0.02));
     for threads in [1, 2] {
         let [mut timed, mut other] =
             [0; 2].map(|_| crate::common::build_as(&scene, taffeta::Precision::F32, threads));

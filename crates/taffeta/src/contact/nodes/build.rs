@@ -278,7 +278,7 @@ mod tests {
     fn assembly(mesh: Mesh, thickness: f64) -> Result<Assembly, SceneError> {
         let body =
             Body::cloth("cloth", mesh).with_mass(Mass::Node(0.1)).structural(10.0, 0.0).shear(10.0, 0.0);
-        Assembly::new(&Scene::new("").body(body.collide(thickness)).time(0.01, 0.001))
+        Assembly::new(&Scene::new("").body(body.collide_nodes(thickness)).time(0.01, 0.001))
     }
 
     fn excluded(assembly: &Assembly, local: usize) -> Vec<usize> {
@@ -310,7 +310,7 @@ mod tests {
         let ball = |thickness| {
             let mesh = Mesh::Icosphere(Icosphere { radius: 1.0, subdivisions: 3 });
             let body = Body::soft("ball", mesh).with_mass(Mass::Node(0.1)).structural(10.0, 0.0);
-            Assembly::new(&Scene::new("").body(body.collide(thickness)).time(0.01, 0.001)).unwrap()
+            Assembly::new(&Scene::new("").body(body.collide_nodes(thickness)).time(0.01, 0.001)).unwrap()
         };
         let of = |assembly: &Assembly| (0..642).map(|i| excluded(assembly, i).len()).collect::<Vec<_>>();
         // Edges are 0.138 m to 0.165 m long.
@@ -326,7 +326,7 @@ mod tests {
     fn sheets_that_start_in_contact_are_told() {
         let sheet = |name: &str, y: f64| {
             let body = Body::cloth(name, Mesh::grid(11, 11, [1.0, 1.0])).with_mass(Mass::Node(0.1));
-            body.structural(10.0, 0.0).collide(0.09).at([0.0, y, 0.0])
+            body.structural(10.0, 0.0).collide_nodes(0.09).at([0.0, y, 0.0])
         };
         let warnings = |y: f64| {
             let scene = Scene::new("").body(sheet("low", 0.0)).body(sheet("high", y)).time(0.01, 0.001);

@@ -8,7 +8,9 @@ use crate::cpu::CpuBackend;
 use crate::features::Tables;
 use crate::gpu::layout::Four;
 use crate::parity::fixture::{Chance, Fixture, State};
-use crate::scene::{Body, Collider, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision};
+use crate::scene::{
+    Body, Collider, ContactForm, Icosphere, Keyframe, Mass, Mesh, Scene, Select, SelfCollision,
+};
 
 /// Nodes are within a cube of twice this edge [m].
 const ROOM: f32 = 0.27;
@@ -18,7 +20,13 @@ const THICKNESS: f32 = 0.0625;
 fn touching(name: &str, mesh: Mesh, [thickness, friction, restitution]: [f64; 3]) -> Body {
     let body = Body::cloth(name, mesh).with_mass(Mass::Node(0.0137)).structural(29.0, 0.011);
     Body {
-        self_collision: Some(SelfCollision { thickness, friction, restitution, ..SelfCollision::default() }),
+        self_collision: Some(SelfCollision {
+            form: ContactForm::Nodes,
+            thickness,
+            friction,
+            restitution,
+            ..SelfCollision::default()
+        }),
         ..body
     }
 }

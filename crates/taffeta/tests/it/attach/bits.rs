@@ -11,11 +11,12 @@ fn scene() -> Scene {
     let edge = |name: &str, col| SeamSide::new(name, Select::cols(col, col));
     let motion = vec![Keyframe::translate(1.0, [-0.2, 0.0, 0.0])];
     let breaking = Pin { select: Select::cols(0, 2), break_force: Some(0.35), motion, ..Pin::default() };
-    let mut left = panel("left", 33, [-0.26, 0.0, 0.0]).pin(Select::nodes([0])).tether(0.02).collide(0.012);
+    let mut left =
+        panel("left", 33, [-0.26, 0.0, 0.0]).pin(Select::nodes([0])).tether(0.02).collide_nodes(0.012);
     left.pins.push(breaking);
     Scene::new("sewn")
         .body(left)
-        .body(panel("right", 33, [0.26, 0.0, 0.0]).collide(0.012))
+        .body(panel("right", 33, [0.26, 0.0, 0.0]).collide_nodes(0.012))
         .body(panel("third", 33, [0.27, 0.05, 0.0]))
         .seam(
             Seam { break_force: Some(0.2), ..Seam::new(edge("left", 32), edge("right", 0)) }

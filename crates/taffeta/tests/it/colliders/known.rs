@@ -13,7 +13,7 @@ fn scene() -> Scene {
         .with_mass(Mass::Node(0.005))
         .structural(60.0, 0.05)
         .shear(40.0, 0.03)
-        .collide(0.03);
+        .collide_nodes(0.03);
     let ball = Mesh::Icosphere(Icosphere { radius: 0.2, subdivisions: 3 });
     let ball =
         Body::soft("ball", ball).with_mass(Mass::Whole(0.5)).structural(80.0, 0.05).at([0.1, 0.6, 0.1]);
@@ -27,7 +27,7 @@ fn scene() -> Scene {
     Scene::new("known")
         .time(0.01, 0.002)
         .body(cloth)
-        .body(ball.keep_volume(VolumeForm::Projected).collide(0.03))
+        .body(ball.keep_volume(VolumeForm::Projected).collide_nodes(0.03))
         .collider(Collider::mesh(Mesh::grid(9, 9, [3.0, 3.0])))
         .collider(Collider::mesh(ring).keyframe(Keyframe::rotate(
             0.5,

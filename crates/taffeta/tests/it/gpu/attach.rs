@@ -3,7 +3,8 @@
 use super::{STEP, kept, on_gpu, soft, with};
 use crate::common::{build_as, farthest, gpu, positions, run, turned};
 use taffeta::scene::{
-    Body, Collider, Keyframe, Mass, Mesh, Pin, Scene, Seam, SeamSide, Select, SelfCollision, VolumeForm,
+    Body, Collider, ContactForm, Keyframe, Mass, Mesh, Pin, Scene, Seam, SeamSide, Select, SelfCollision,
+    VolumeForm,
 };
 use taffeta::{GpuKernels, GpuOptions, Options, Precision, Simulation, Stage};
 
@@ -71,7 +72,7 @@ fn a_soft_curtain_hangs_in_its_tethers_as_on_the_cpu() {
 #[test]
 fn soft_bodies_and_cloth_that_touches_others_are_sewn_as_on_the_cpu() {
     let ball = with(kept(VolumeForm::Projected), soft("ball", 2, [0.0, 0.3, 0.0]));
-    let touching = SelfCollision { thickness: 0.03, ..SelfCollision::default() };
+    let touching = SelfCollision { form: ContactForm::Nodes, thickness: 0.03, ..SelfCollision::default() };
     let sheet = Body { self_collision: Some(touching.clone()), ..panel("sheet", 13) };
     let scene = Scene::new("soft")
         .body(ball)
@@ -128,7 +129,7 @@ fn what_is_broken_goes_from_one_to_the_other() {
 
 #[test]
 fn what_a_gpu_does_not_do_is_refused_with_words() {
-    let touching = |name: &str| panel(name, 5).collide(0.01);
+    let touching = |name: &str| panel(name, 5).collide_nodes(0.01);
     let scene = Scene::new("").body(touching("a")).body(touching("b")).seam(Seam::pairs("a", "b", [[0, 0]]));
     let refused = from(&scene, Stage::Elements).err().expect("it is refused");
     assert!(refused.contains("bodies `a` and `b` are sewn together and have self_collision"), "{refused}");

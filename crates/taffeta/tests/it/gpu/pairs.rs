@@ -19,14 +19,15 @@ pub fn heap() -> Scene {
     let ball = Mesh::Icosphere(Icosphere { radius: 0.05, subdivisions: 2 });
     let sheet = |side| Mesh::grid(17, 19, [side, 0.36]);
     let fold = vec![Keyframe::rotate(0.12, [0.0, 0.0, 1.0], 170.0, [0.6, 0.0, 0.0])];
-    let folded = cloth("folded", Mesh::grid(25, 25, [0.5, 0.5])).at([0.6, 0.012, 0.0]).collide(0.018);
-    let mut low = cloth("low", sheet(0.36)).collide(0.02).pin(Select::cols(0, 0)).pin(Select::cols(18, 18));
+    let folded = cloth("folded", Mesh::grid(25, 25, [0.5, 0.5])).at([0.6, 0.012, 0.0]).collide_nodes(0.018);
+    let mut low =
+        cloth("low", sheet(0.36)).collide_nodes(0.02).pin(Select::cols(0, 0)).pin(Select::cols(18, 18));
     low.self_collision.as_mut().unwrap().friction = 0.5;
     Scene::new("heap")
         .body(low.at([0.0, 0.1, 0.0]))
         .body(cloth("shell", ball.clone()).at([2.0, 0.1, 0.0]))
-        .body(cloth("high", sheet(0.3)).collide(0.017).at([0.01, 0.118, 0.02]))
-        .body(cloth("ball", ball).collide(0.022).at([0.0, 0.19, 0.0]))
+        .body(cloth("high", sheet(0.3)).collide_nodes(0.017).at([0.01, 0.118, 0.02]))
+        .body(cloth("ball", ball).collide_nodes(0.022).at([0.0, 0.19, 0.0]))
         .body(folded.pin_moving(Select::cols(24, 24), fold))
         .collider(Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).friction(0.4).offset(0.0))
         .time(1.0 / 60.0, STEP)
@@ -56,9 +57,9 @@ fn nodes_touch_each_other_as_on_the_cpu() {
 #[test]
 fn bodies_that_keep_their_volume_touch_each_other_as_on_the_cpu() {
     let touching = |form, subdivisions, place| {
-        with(kept(form), soft(&format!("{form:?} {subdivisions}"), subdivisions, place)).collide(0.11)
+        with(kept(form), soft(&format!("{form:?} {subdivisions}"), subdivisions, place)).collide_nodes(0.11)
     };
-    let sheet = cloth("sheet", Mesh::grid(13, 13, [0.8, 0.8])).collide(0.06).at([0.0, 0.52, 0.0]);
+    let sheet = cloth("sheet", Mesh::grid(13, 13, [0.8, 0.8])).collide_nodes(0.06).at([0.0, 0.52, 0.0]);
     let scene = Scene::new("soft")
         .body(touching(VolumeForm::Projected, 2, [0.0, 0.2, 0.0]))
         .body(touching(VolumeForm::Corrected, 2, [0.46, 0.25, 0.1]))
@@ -101,7 +102,7 @@ fn a_heap_in_one_cell_is_slow_and_not_wrong() {
     let nodes: Vec<[f64; 3]> = (0..1020).map(place).collect();
     let surface = Surface::of_triangles(nodes, triangles);
     let scene = Scene::new("heap in a cell")
-        .body(cloth("heap", Mesh::Surface(Arc::new(surface))).collide(0.02))
+        .body(cloth("heap", Mesh::Surface(Arc::new(surface))).collide_nodes(0.02))
         .time(1e-3, 1e-3);
     let (mut cpu, mut on_gpu) = (build_as(&scene, Precision::F32, 1), on_gpu(&scene));
     run(&mut cpu, 1);
@@ -161,8 +162,9 @@ fn bodies_that_touch_each_other_are_not_split() {
 
 #[test]
 fn sheets_that_touch_are_not_cut_into_tiles() {
-    let scene =
-        Scene::new("sheet").body(cloth("sheet", Mesh::grid(9, 9, [0.3, 0.3])).collide(0.03)).time(0.01, 1e-3);
+    let scene = Scene::new("sheet")
+        .body(cloth("sheet", Mesh::grid(9, 9, [0.3, 0.3])).collide_nodes(0.03))
+        .time(0.01, 1e-3);
     let options = GpuOptions { kernels: GpuKernels::Tiled, ..gpu().into() };
     let error = Simulation::new(&scene, &Options { gpu: Some(options), ..Options::default() }).err();
     assert!(error.unwrap().to_string().contains("without self_collision"));

@@ -14,7 +14,7 @@ fn scene() -> Scene {
     let ball = Body::soft("ball", ball)
         .with_mass(Mass::Whole(0.3))
         .structural(40.0, 0.05)
-        .collide(0.016)
+        .collide_nodes(0.016)
         .at([0.1, 0.25, 0.1]);
     Scene::new("heap")
         .body(sheet("low", 33, 0.02, 0.018).at([0.0, 0.11, 0.0]).pin(Select::nodes([0])))

@@ -71,7 +71,7 @@ fn soft_bodies_pile_up_and_keep_their_volume() {
             .with_mass(Mass::Whole(0.3))
             .structural(60.0, 0.05)
             .keep_volume(VolumeForm::Corrected)
-            .collide(0.015)
+            .collide_nodes(0.015)
             .at(at)
     };
     let wall = |x: f64, z: f64| Collider::plane([-0.15 * x, 0.0, -0.15 * z], [x, 0.0, z]).offset(0.0);

@@ -11,7 +11,7 @@ mod two;
 
 use crate::common::{V, positions};
 use std::sync::Arc;
-use taffeta::scene::{Body, Mass, Mesh, Select, SelfCollision};
+use taffeta::scene::{Body, ContactForm, Mass, Mesh, Select, SelfCollision};
 use taffeta::topology::Surface;
 use taffeta::{Precision, Simulation};
 
@@ -41,7 +41,7 @@ fn cloud(name: &str, places: &[V], mass: f64, touch: SelfCollision) -> Body {
 
 /// How nodes touch.
 fn touch(thickness: f64, friction: f64, restitution: f64) -> SelfCollision {
-    SelfCollision { thickness, friction, restitution, ..SelfCollision::default() }
+    SelfCollision { form: ContactForm::Nodes, thickness, friction, restitution, ..SelfCollision::default() }
 }
 
 /// Velocities of all nodes [m/s].

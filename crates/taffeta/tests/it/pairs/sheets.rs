@@ -14,7 +14,7 @@ pub fn sheet(name: &str, nodes: u32, spacing: f64, thickness: f64) -> Body {
         .structural(20.0, 0.01)
         .shear(10.0, 0.005)
         .bend(1.0, 0.001)
-        .collide(thickness)
+        .collide_nodes(thickness)
 }
 
 /// Two sheets dropped on a ball.

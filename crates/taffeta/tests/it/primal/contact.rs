@@ -100,7 +100,7 @@ fn a_ball_that_a_plate_presses_stays_between_them_and_keeps_its_volume() {
 #[test]
 fn sheets_that_touch_each_other_stay_apart() {
     let lower = Body::cloth("lower", Mesh::grid(14, 14, [0.65, 0.65])).with_mass(Mass::Node(0.01));
-    let stiff = |body: Body| body.structural(5e3, 0.05).shear(5e3, 0.05).bend(500.0, 0.0).collide(0.05);
+    let stiff = |body: Body| body.structural(5e3, 0.05).shear(5e3, 0.05).bend(500.0, 0.0).collide_nodes(0.05);
     let upper = Body { name: "upper".into(), ..lower.clone() };
     let floor = Collider::plane([0.0; 3], [0.0, 1.0, 0.0]).offset(0.0).friction(0.3);
     let scene = Scene::new("stack").time(0.01, 0.002);

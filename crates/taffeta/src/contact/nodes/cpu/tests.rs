@@ -14,12 +14,12 @@ const STEPS: usize = 60;
 /// Grids of all kinds of edges, a mesh, and a chain, with different thickness.
 fn assembly() -> Assembly {
     let cloth = |mesh, thickness: f64| {
-        Body::cloth("", mesh).with_mass(Mass::Node(0.1)).structural(10.0, 0.0).collide(thickness)
+        Body::cloth("", mesh).with_mass(Mass::Node(0.1)).structural(10.0, 0.0).collide_nodes(thickness)
     };
     let ball = Body::soft("", Mesh::Icosphere(Icosphere { radius: 0.4, subdivisions: 2 }))
         .with_mass(Mass::Node(0.1))
         .structural(10.0, 0.0)
-        .collide(0.06);
+        .collide_nodes(0.06);
     let free = Body::cloth("", Mesh::grid(9, 9, [0.1, 0.1])).with_mass(Mass::Node(0.1));
     let scene = Scene::new("")
         .body(cloth(Mesh::grid(23, 13, [1.2, 2.2]), 0.1))
