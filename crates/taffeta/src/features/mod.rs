@@ -249,7 +249,7 @@ fn of_gpu(
         boxed(spring::gpu::Springs::new(gpu, &tables.springs, places)?),
         boxed(motion::gpu::Pins::new(gpu, &tables.pins)?),
         particles,
-        boxed(colliders::gpu::Colliders::new(gpu, meshes, data, places)?),
+        boxed(colliders::gpu::Colliders::new(gpu, (meshes, data), assembly, bodies.places.clone())?),
         boxed(volume::gpu::Volumes::new(gpu, &tables.volumes)?),
     ];
     let after = [

@@ -66,31 +66,19 @@ pub fn refuse_frictions(assembly: &Assembly) -> Result<(), Refusal> {
     Err(Refusal::new(message, [Advice::Cpu]))
 }
 
-/// Refuses what contact between triangles cannot do on a GPU yet.
-pub fn refuse_surfaces(from: Stage, assembly: &Assembly) -> Result<(), Refusal> {
-    let Some(surfaces) = assembly.surfaces() else { return Ok(()) };
-    let Some(body) = assembly.bodies.iter().find(|body| body.surface_contact().is_some()) else {
-        return Ok(());
-    };
-    let start = |node: usize| surfaces.start[node];
-    let why = if !assembly.lifts(0.0, &start).is_empty() {
-        "where nodes start inside colliders"
-    } else if from > Stage::Elements {
-        "in a part of a sub-step"
-    } else {
-        return Ok(());
-    };
-    let message = format!(
-        "body `{}` has self_collision.form = \"triangles\", which does not run on a GPU yet {why}; the CPU, or \"nodes\" \
-         would do",
-        body.name
-    );
-    Err(Refusal::new(message, [Advice::Cpu]))
-}
-
-/// Refuses to take over a scene with volumes behind the stage in which bodies are summed up, and one whose nodes touch each
-/// other behind that in which they are found.
+/// Refuses to take over a scene with volumes behind the stage in which bodies are summed up, one whose nodes touch each
+/// other behind that in which they are found, and one whose surfaces do in a part of a sub-step.
 pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), Refusal> {
+    let surface = assembly.bodies.iter().find(|body| body.surface_contact().is_some());
+    if let Some(body) = surface.filter(|_| from > Stage::Elements) {
+        return Err(format!(
+            "body `{}` has self_collision.form = \"triangles\", and a GPU takes over such scenes at stage `{}`, not at `{}`",
+            body.name,
+            Stage::Elements.name(),
+            from.name()
+        )
+        .into());
+    }
     let contact = assembly.bodies.iter().find_map(|body| Some((body, body.contact_key()?)));
     if let Some((body, key)) = contact.filter(|_| from > Stage::Pairs) {
         return Err(format!(

@@ -31,7 +31,8 @@ pub struct Substep {
     pub first_corner: u32,
     pub corner_parts: u32,
     pub longest_push: f32,
-    pub padding: [u32; 5],
+    pub led_out: u32,
+    pub padding: [u32; 4],
 }
 
 /// `Solving` of substep.wgsl.

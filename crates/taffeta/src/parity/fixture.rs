@@ -19,7 +19,7 @@ use crate::features;
 use crate::features::Tables;
 use crate::gpu::bodies::Bodies;
 use crate::gpu::layout::Air;
-use crate::gpu::layout::{Four, GROUP, Solving, Substep};
+use crate::gpu::layout::{Four, GROUP, NONE, Solving, Substep};
 use crate::motion::gpu_layout::{MOVED_BY_USER, Motion, Pin};
 use crate::parity::scene::{CEILING, CENTER, FLOOR, ON_THE_AXIS, middle, scene, wide_sheet};
 use crate::plan;
@@ -392,7 +392,8 @@ impl Fixture {
             first_corner: corners[..index].iter().map(|moved| moved.corners.len() as u32).sum(),
             corner_parts: corners[index].parts,
             longest_push: corners[index].longest_push,
-            padding: [0; 5],
+            led_out: NONE,
+            padding: [0; 4],
         };
         self.substeps.iter().enumerate().map(record).collect()
     }

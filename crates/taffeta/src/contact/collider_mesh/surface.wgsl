@@ -4,13 +4,25 @@
 #import contact/collider_mesh/triangle.wgsl
 #import contact/colliders/response.wgsl
 #import contact/colliders/shape.wgsl
+#import gpu/wgsl/index.wgsl
+#import gpu/wgsl/substep.wgsl
 #import gpu/wgsl/vector.wgsl
 
 /// All meshes, in fours. For each interval between poses: where its triangles are, its nodes at both ends, and its
 /// boxes; then the number of triangles, that of leaves (a power of two), whether it is solid, and the squared
 /// rounding error [m²]; then where the nodes of the pose before are. Triangles are corners in xyz, nodes are
-/// positions [m], boxes are lower and upper corners [m]: box 1 is the root, 2i and 2i + 1 are the halves of box i.
+/// positions [m], boxes are lower and upper corners [m]: box 1 is the root, 2i and 2i + 1 are the halves of box i. Behind all of
+/// them, which nodes are led out of colliders, a bit each.
 @group(1) @binding(30) var<storage, read> mesh_data: array<vec4u>;
+
+/// Whether a node is led out of colliders, which do not act on it then.
+fn is_led_out(place: u32) -> bool {
+    let first = substeps[own()].led_out;
+    if first == NONE {
+        return false;
+    }
+    return ((mesh_data[first + place / 128u][(place / 32u) % 4u] >> (place % 32u)) & 1u) != 0u;
+}
 
 /// The header of one collider.
 struct MeshPart {

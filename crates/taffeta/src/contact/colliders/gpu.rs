@@ -1,15 +1,18 @@
 //! Colliders on the GPU.
 
 use crate::assembly::Assembly;
+use crate::backend::SolverState;
 use crate::contact::collider_mesh::gpu::{ColliderMeshes, Words};
 use crate::contact::collider_mesh::tree::WALK_TURNS;
 use crate::contact::colliders::gpu_layout::Collider;
-use crate::gpu::feature::{Command, Feature, Features, Upload};
+use crate::contact::colliders::lift::Lift;
+use crate::gpu::feature::{Command, Feature, Features, Seen, Upload};
 use crate::gpu::kernels::{Choice, Name, Overrides};
-use crate::gpu::layout::{GROUP, Substep};
+use crate::gpu::layout::{GROUP, NONE, Substep};
 use crate::gpu::partition::fill;
 use crate::gpu::schedule::Fused;
 use crate::step::{Op, Stage};
+use std::ops::Range;
 use taffeta_gpu::{Bindable, Buffer, Gpu, GpuError, Shader, shaders};
 
 /// Its shaders.
@@ -25,6 +28,9 @@ pub const SHADERS: &[Shader] = shaders!(
         "defer_contact.wgsl"
     ]
 );
+
+/// Nodes for which four words have a bit each.
+const BITS: usize = 128;
 
 /// The default imports of kernels: they resolve contact with solids, and no collider is a mesh.
 pub const DEFAULTS: &[Shader] = &[
@@ -59,35 +65,77 @@ pub struct Colliders {
     colliders: Buffer<Collider>,
     meshes: ColliderMeshes,
     mesh_data: Buffer<Words>,
-    /// Workgroups, with one invocation for each place.
+    /// Its places among those of the scene; workgroups, with one invocation for each.
+    places: Range<usize>,
     groups: usize,
+    /// Where it stands in `mesh_data` which nodes are led out of colliders, if some may be. Whether any are, and whether it must be
+    /// looked for before the next frame.
+    led_out_at: Option<usize>,
+    any_led_out: bool,
+    is_lifting: bool,
 }
 
 impl Colliders {
     /// Uploads the meshes among the colliders.
-    pub fn new(gpu: &Gpu, meshes: &ColliderMeshes, data: &[Words], places: usize) -> Result<Self, GpuError> {
+    pub fn new(
+        gpu: &Gpu,
+        (meshes, data): (&ColliderMeshes, &[Words]),
+        assembly: &Assembly,
+        places: Range<usize>,
+    ) -> Result<Self, GpuError> {
+        let leads_out = assembly.leads_out() && !assembly.colliders().is_empty();
+        let bits = if leads_out { places.len().div_ceil(BITS) } else { 0 };
+        let data = [data, &vec![[0; 4]; bits]].concat();
         Ok(Self {
             colliders: gpu.buffer("colliders", 1)?,
             meshes: meshes.clone(),
-            mesh_data: gpu.buffer_from("meshes of colliders", data)?,
-            groups: places.div_ceil(GROUP),
+            mesh_data: gpu.buffer_from("meshes of colliders", &data)?,
+            groups: places.len().div_ceil(GROUP),
+            places,
+            led_out_at: leads_out.then_some(data.len() - bits),
+            any_led_out: false,
+            is_lifting: leads_out,
         })
     }
 
-    /// Whether some colliders are meshes. Contact is a kernel of its own then.
+    /// Whether some colliders are meshes.
     pub fn has_meshes(&self) -> bool {
         self.meshes.any()
     }
 
+    /// Whether contact is a kernel of its own: some colliders are meshes, or do not act on all nodes.
+    fn is_apart(&self) -> bool {
+        self.has_meshes() || self.led_out_at.is_some()
+    }
+
     /// How kernels without a buffer for triangles handle colliders.
     pub fn fused(&self) -> Contact {
-        if self.has_meshes() { Contact::Later } else { Contact::Solids }
+        if self.is_apart() { Contact::Later } else { Contact::Solids }
     }
 
     /// How kernels with a buffer for triangles handle colliders.
     pub fn whole(&self) -> Contact {
-        if self.has_meshes() { Contact::Meshes } else { Contact::Solids }
+        if self.is_apart() { Contact::Meshes } else { Contact::Solids }
     }
+
+    /// Which of its nodes are led out, a bit each.
+    fn bits(&self, lifts: &[Lift]) -> Vec<Words> {
+        let mut bits = vec![[0; 4]; self.places.len().div_ceil(BITS)];
+        for node in lifts.iter().map(|lift| lift.node as usize).filter(|node| self.places.contains(node)) {
+            let place = node - self.places.start;
+            bits[place / BITS][place % BITS / 32] |= 1 << (place % 32);
+        }
+        bits
+    }
+}
+
+/// The nodes that are led out of colliders at a time [s].
+pub fn lifts(seen: &Seen<'_>, time: f64) -> Vec<Lift> {
+    let x = |node: usize| {
+        let [x, y, z, _] = seen.position[node];
+        [x, y, z].map(f64::from)
+    };
+    seen.assembly.lifts(time, &x)
 }
 
 /// How kernels of a partition without a buffer for triangles handle colliders, and how those with one do.
@@ -117,6 +165,8 @@ impl Feature for Colliders {
     }
 
     fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
+        let led_out = self.led_out_at.filter(|_| self.any_led_out).map_or(NONE, |at| at as u32);
+        records.iter_mut().for_each(|record| record.led_out = led_out);
         let is_still = !upload.assembly.colliders_move();
         let mut all: Vec<Collider> = Vec::new();
         for (record, substep) in records.iter_mut().zip(upload.substeps) {
@@ -128,5 +178,31 @@ impl Feature for Colliders {
             all.extend(substep.colliders().iter().map(|now| self.meshes.record(now)));
         }
         fill(upload.gpu, "colliders", &mut self.colliders, &all)
+    }
+
+    fn relocate(&mut self) {
+        self.is_lifting = self.led_out_at.is_some();
+    }
+
+    fn looks(&self, before: bool) -> bool {
+        before && self.is_lifting
+    }
+
+    fn see(&mut self, seen: &Seen<'_>) -> Result<bool, GpuError> {
+        let (Some(time), Some(at)) = (seen.time, self.led_out_at) else { return Ok(false) };
+        let lifts = lifts(seen, time);
+        self.mesh_data.write(seen.gpu, at, &self.bits(&lifts));
+        self.any_led_out = !lifts.is_empty();
+        self.is_lifting = self.any_led_out;
+        Ok(false)
+    }
+
+    fn save(&self, _: &Gpu, state: &mut SolverState) {
+        state.is_tangled |= self.is_lifting;
+    }
+
+    fn load(&mut self, _: &Gpu, state: &SolverState) -> bool {
+        (self.is_lifting, self.any_led_out) = (state.is_tangled && self.led_out_at.is_some(), false);
+        false
     }
 }

@@ -23,6 +23,12 @@ pub struct Lift {
     pub way: [f64; 3],
 }
 
+/// Whether some nodes are corners of colliders, which come from `places` on, and others are led out of these.
+pub fn are_led_apart(lifts: &[Lift], places: usize, nodes: [u32; 4]) -> bool {
+    let is_led = |node: &u32| lifts.binary_search_by_key(node, |lift| lift.node).is_ok();
+    nodes.iter().any(|&node| node as usize >= places) && nodes.iter().any(is_led)
+}
+
 /// A sheet has one normal if the sum of those of its triangles is at least this part of the sum of their lengths.
 const EVEN: f64 = 0.5;
 /// A way out that is longer than the shortest by no more than this is as good.

@@ -8,7 +8,8 @@ use crate::advice::Refusal;
 use crate::assembly::Assembly;
 use crate::backend::{ContactForce, SolverState};
 use crate::contact::check_in_one_piece;
-use crate::contact::colliders::gpu::contact_of;
+use crate::contact::colliders::gpu::{contact_of, lifts};
+use crate::contact::colliders::lift::Lift;
 use crate::contact::triangles::carry::PUSHES;
 use crate::contact::triangles::filter::JAMS;
 use crate::contact::triangles::gpu_layout::{
@@ -94,6 +95,9 @@ pub struct TriangleContact {
     is_tangled: bool,
     is_stale: bool,
     intersections: Option<u64>,
+    /// Nodes that are led out of colliders, and whether there may be some before the next frame.
+    lifts: Vec<Lift>,
+    is_lifting: bool,
     /// Where corners of colliders are [m].
     corners_now: Vec<[f32; 3]>,
     lists: Lists,
@@ -195,7 +199,9 @@ impl TriangleContact {
             is_tangled: tables.start_tangled,
             is_stale: false,
             intersections: None,
-            corners_now: tables.corners.clone(),
+            lifts: Vec::new(),
+            is_lifting: tables.leads_out,
+            corners_now: tables.corners[..tables.corners.len() - 1].to_vec(),
             lists: Lists::new(gpu, &tables, room, &[])?,
             counts: gpu.counts("workgroups of contact", layout::ON_BOXES + LEVELS)?,
             read: gpu.read_back("counted of surfaces", layout::LISTS)?,
@@ -224,9 +230,8 @@ impl TriangleContact {
         Command::Dispatch(Dispatch { name, part, groups: Groups::Counted(&self.counts, on) })
     }
 
-    /// Lists pairs of leaves, and finds contacts, where `take` has put what there is; those too which lead back what passes through a
-    /// surface, if these are asked for.
-    fn find(&self, take: &'static str, leads: bool) -> Vec<Command<'_>> {
+    /// Lists pairs of leaves, and finds contacts, where `take` has put what there is.
+    fn find(&self, take: &'static str) -> Vec<Command<'_>> {
         let leaves = self.tables.leaves();
         let all = self.tables.all_places().max(leaves).max(self.tables.buckets());
         let mut commands = vec![self.each(take, all), self.each("bound_leaves", leaves)];
@@ -239,7 +244,7 @@ impl TriangleContact {
             self.count(layout::COUNT_PAIRS),
             counted("find_surface_contacts", layout::ON_PAIRS),
         ]);
-        if leads && self.tables.pulls() > 0 {
+        if self.tables.pulls() > 0 {
             commands.push(self.each("add_pulls", self.tables.pulls()));
         }
         commands.extend([
@@ -253,7 +258,7 @@ impl TriangleContact {
 
     /// Finds the contacts that may come about while a system is solved for.
     pub fn find_for_solver(&self) -> Vec<Command<'_>> {
-        self.find("take_start", true)
+        self.find("take_start")
     }
 
     /// A kernel with an invocation for each of them.
@@ -389,7 +394,7 @@ impl Feature for TriangleContact {
         let filter = [Op::SurfaceFilter, Op::ApplySurfaceFilter].repeat(FILTERS);
         vec![
             Fused::new(&[Op::Elements], keep),
-            Fused::new(&[Op::SurfaceContacts], self.find("take_places", !self.tables.is_solved)),
+            Fused::new(&[Op::SurfaceContacts], self.find("take_places")),
             Fused::new(&round, self.round(features)),
             Fused::new(&filter, self.filter()),
         ]
@@ -410,9 +415,9 @@ impl Feature for TriangleContact {
             self.room.parts = self.room.parts.max(parts as usize);
             all.extend(corners);
         }
-        let corners = self.corners_now.len();
-        if all.len() >= corners {
-            self.corners_now = all[all.len() - corners..].iter().map(|&[x, y, z, _]| [x, y, z]).collect();
+        if let Some(last) = all.len().checked_sub(self.tables.corners.len()) {
+            let corners = all[last..].iter().take(self.corners_now.len());
+            self.corners_now = corners.map(|&[x, y, z, _]| [x, y, z]).collect();
         }
         fill(upload.gpu, "corners of colliders", &mut self.corners, &all)
     }
@@ -446,17 +451,19 @@ impl Feature for TriangleContact {
     }
 
     fn relocate(&mut self) {
-        (self.is_tangled, self.is_stale) = (true, true);
+        (self.is_tangled, self.is_stale, self.is_lifting) = (true, true, self.tables.leads_out);
     }
 
     fn looks(&self, before: bool) -> bool {
-        if before { self.is_stale } else { self.is_tangled }
+        if before { self.is_stale || self.is_lifting } else { self.is_tangled }
     }
 
     fn see(&mut self, seen: &Seen<'_>) -> Result<bool, GpuError> {
         if let Some(time) = seen.time {
             self.is_stale = false;
             self.corners_now = corners_at(seen.assembly, time).map(|x| x.map(|x| x as f32)).collect();
+            self.lifts = if self.is_lifting { lifts(seen, time) } else { Vec::new() };
+            self.is_lifting = !self.lifts.is_empty();
         }
         let Some(surfaces) = seen.assembly.surfaces() else { return Ok(false) };
         let nodes = seen.position.iter().map(|&[x, y, z, _]| [x, y, z]);
@@ -466,13 +473,13 @@ impl Feature for TriangleContact {
         if seen.time.is_none() {
             self.intersections = Some(tangle.as_ref().map_or(0, |tangle| tangle.pairs));
         }
-        let knots = self.tables.put_tangle(tangle.as_ref(), surfaces);
+        let knots = self.tables.put_tangle(tangle.as_ref(), &self.lifts, surfaces);
         self.words.write(seen.gpu, 0, &self.tables.words[..layout::HEADER]);
         fill(seen.gpu, "surfaces that pass through each other", &mut self.knots, &knots)
     }
 
     fn dispatches(&self) -> usize {
-        self.find("take_places", true).len() + self.filter().len() + 3 * crate::step::IMPULSES
+        self.find("take_places").len() + self.filter().len() + 3 * crate::step::IMPULSES
     }
 
     fn may_repeat(&self) -> bool {
@@ -510,7 +517,7 @@ impl Feature for TriangleContact {
     }
 
     fn save(&self, gpu: &Gpu, state: &mut SolverState) {
-        state.is_tangled |= self.is_tangled;
+        state.is_tangled |= self.is_tangled || self.is_lifting;
         state.contacts.extend(self.forces(gpu).into_iter().map(|(order, force)| {
             let firsts = order.leaves.map(|leaf| self.tables.firsts[leaf as usize]);
             let (kind, pair) = (order.pair.way.kind() as u8, order.pair.key(firsts));
@@ -520,6 +527,7 @@ impl Feature for TriangleContact {
 
     fn load(&mut self, gpu: &Gpu, state: &SolverState) -> bool {
         (self.is_tangled, self.is_stale) = (state.is_tangled, true);
+        self.is_lifting = state.is_tangled && self.tables.leads_out;
         let force = |one: &ContactForce| {
             let kind = Kind::ALL[usize::from(one.kind).min(1)];
             (Order::of_key(&self.tables.firsts, kind, one.pair), one.force.map(|force| force as f32))

@@ -106,16 +106,18 @@ words! {
     TARGET = 5;
     TARGET_VELOCITY = 6;
     // Of a place, and of a pull, where surfaces pass through each other.
-    KNOT_WORDS = 8;
+    KNOT_WORDS = 9;
     KNOT_OF = 0;
     KNOT_NEXT = 2;
     KNOT_ASTRAY = 4;
     KNOT_ABOVE = 6;
+    KNOT_LED = 8;
     PULL_WORDS = 16;
     PULL_WEIGHTS = 4;
     PULL_DIRECTION = 8;
     PULL_THICKNESS = 11;
     PULL_SIZE = 12;
+    PULL_LED = 13;
     // What is counted.
     PAIRS = 0;
     CONTACTS = 1;

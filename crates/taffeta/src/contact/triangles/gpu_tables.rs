@@ -1,5 +1,6 @@
 //! Tables of surfaces for the GPU, on the host.
 
+use crate::contact::colliders::lift::{Lift, are_led_apart};
 use crate::contact::triangles::carry::{longest_push, longest_way, parts_of};
 use crate::contact::triangles::filter::{ALLOWANCE, PROGRESS, SHARE, STRETCH, bound_of};
 use crate::contact::triangles::gpu_layout as layout;
@@ -19,6 +20,9 @@ const ROUNDS: usize = 1;
 const JAMS_WRITTEN: usize = 4;
 /// How often nodes that are pushed may push others, as is written down at the start.
 const PUSHES_WRITTEN: usize = 4;
+
+/// Where a place stands that is no node's and no corner's.
+const STILL: [f32; 3] = [0.0; 3];
 
 /// How long lists are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +55,7 @@ pub struct CornersMoved {
 pub struct SurfaceTables {
     /// As `surface_tables` of surfaces.wgsl.
     pub words: Vec<u32>,
-    /// Places before and after a sub-step that are not those of nodes: corners of colliders [m].
+    /// Places before and after a sub-step that are not those of nodes: corners of colliders [m], and then one that always stands still.
     pub corners: Vec<[f32; 3]>,
     /// Places of nodes.
     places: usize,
@@ -63,6 +67,8 @@ pub struct SurfaceTables {
     pub start_tangled: bool,
     /// Whether contacts are part of systems that are solved for by nodes.
     pub is_solved: bool,
+    /// Whether nodes may be led out of colliders.
+    pub leads_out: bool,
     /// The first of the places of nodes among those of the scene.
     first: usize,
     /// The first box of each level, and how many it has.
@@ -81,13 +87,14 @@ impl SurfaceTables {
         }
         let mut all = Self {
             words: vec![0; layout::HEADER],
-            corners: surfaces.corners().iter().map(|x| x.map(|x| x as f32)).collect(),
+            corners: surfaces.corners().iter().map(|x| x.map(|x| x as f32)).chain([STILL]).collect(),
             places: bodies.len(),
             leaves: surfaces.leaves.len(),
             vertices: surfaces.vertices.len(),
             thinnest: surfaces.thinnest,
             start_tangled: surfaces.start_tangled,
             is_solved: is_solved(bodies),
+            leads_out: bodies.assembly.leads_out() && !bodies.assembly.colliders().is_empty(),
             first: bodies.places.start,
             levels: levels(surfaces.leaves.len()),
             firsts: surfaces.firsts(),
@@ -153,23 +160,42 @@ impl SurfaceTables {
         CornersMoved {
             parts,
             longest_push: if parts > 0 { longest_push(most, parts) as f32 } else { 0.0 },
-            corners: corners.before.iter().chain(&corners.after).map(|&[x, y, z]| [x, y, z, 0.0]).collect(),
+            corners: [&corners.before, &corners.after]
+                .into_iter()
+                .flat_map(|corners| corners.iter().chain([&STILL]).map(|&[x, y, z]| [x, y, z, 0.0]))
+                .collect(),
         }
     }
 
-    /// Notes how surfaces pass through each other, and gives what kernels know of it: `surface_knots`.
-    pub fn put_tangle(&mut self, tangle: Option<&Tangle>, surfaces: &Surfaces) -> Vec<u32> {
-        let pulls = tangle.map_or(&[][..], |tangle| &tangle.pulls);
-        self.words[layout::IS_TANGLED] = u32::from(tangle.is_some());
-        self.words[layout::PULL_COUNT] = pulls.len() as u32;
-        let Some(tangle) = tangle else { return Vec::new() };
-        let (knots, first) = (tangle.knots(), self.first);
-        let own = knots[first..first + self.places].iter().chain(&knots[surfaces.places..]);
-        let mut words: Vec<u32> = own.flat_map(knot_words).collect();
+    /// Notes how surfaces pass through each other, and which nodes are led out of colliders, and gives what kernels know of it:
+    /// `surface_knots`.
+    pub fn put_tangle(&mut self, tangle: Option<&Tangle>, lifts: &[Lift], surfaces: &Surfaces) -> Vec<u32> {
+        let first = self.first;
+        let all_pulls = tangle.map_or(&[][..], |tangle| &tangle.pulls).iter();
+        let is_free = |pull: &&Pull| {
+            let [a, b, c] = pull.triangle;
+            !are_led_apart(lifts, surfaces.places, [pull.node, a, b, c])
+        };
+        let pulls: Vec<&Pull> = all_pulls.filter(is_free).collect();
+        let is_here = |lift: &&Lift| (first..first + self.places).contains(&(lift.node as usize));
+        let led: Vec<&Lift> = lifts.iter().filter(is_here).collect();
+        self.words[layout::IS_TANGLED] = u32::from(tangle.is_some() || !led.is_empty());
+        self.words[layout::PULL_COUNT] = (led.len() + pulls.len()) as u32;
+        if self.words[layout::IS_TANGLED] == 0 {
+            return Vec::new();
+        }
+        let knot = |place: usize| tangle.map_or(Knot::default(), |tangle| tangle.knots()[place]);
+        let own = (first..first + self.places).chain(surfaces.places..surfaces.all_places()).map(knot);
+        let mut words: Vec<u32> = own.chain([Knot::default()]).flat_map(|knot| knot_words(&knot)).collect();
         let local = |place: u32| match place as usize {
             place if place < surfaces.places => (place - first) as u32,
             corner => (corner - surfaces.places + self.places) as u32,
         };
+        for lift in &led {
+            words[layout::KNOT_WORDS * local(lift.node) as usize + layout::KNOT_LED] = 1;
+        }
+        let still = (self.all_places() - 1) as u32;
+        words.extend(led.iter().flat_map(|lift| lift_words(lift, surfaces, [local(lift.node), still])));
         words.extend(pulls.iter().flat_map(|pull| pull_words(pull, surfaces, local)));
         words
     }
@@ -263,11 +289,8 @@ impl SurfaceTables {
 
     /// Adds what is known of places: their leaves, where they were at the start, and whether they have a surface.
     fn add_places(&mut self, surfaces: &Surfaces, bodies: &Bodies<'_>) {
-        let scene_place = |place: usize| match place {
-            place if place < bodies.len() => bodies.places.start + place,
-            corner => corner - bodies.len() + surfaces.places,
-        };
-        let places: Vec<usize> = (0..self.all_places()).map(scene_place).collect();
+        let corners = surfaces.places..surfaces.all_places();
+        let places: Vec<usize> = bodies.places.clone().chain(corners).collect();
         let lists = surfaces.leaves_by_place();
         let starts = places.iter().scan(0, |end, &place| {
             let start = *end;
@@ -276,13 +299,14 @@ impl SurfaceTables {
         });
         let mut starts: Vec<u32> = starts.collect();
         let items: Vec<u32> = places.iter().flat_map(|&place| lists.of(place)).copied().collect();
-        starts.push(items.len() as u32);
+        // What always stands still has none.
+        starts.extend([items.len() as u32; 2]);
         self.add(layout::LEAVES_OF_AT, starts.into_iter());
         self.add(layout::LEAF_ITEMS_AT, items.into_iter());
         let start = |&place: &usize| surfaces.start[place].map(|x| (x as f32).to_bits());
-        self.add(layout::START_AT, places.iter().flat_map(start));
+        self.add(layout::START_AT, places.iter().flat_map(start).chain([0; 3]));
         let has_surface = |&place: &usize| u32::from(surfaces.surface_of[place] != u32::MAX);
-        self.add(layout::HAS_SURFACE_AT, places.iter().map(has_surface));
+        self.add(layout::HAS_SURFACE_AT, places.iter().map(has_surface).chain([0]));
     }
 }
 
@@ -348,17 +372,35 @@ fn knot_words(knot: &Knot) -> [u32; layout::KNOT_WORDS] {
 }
 
 fn pull_words(pull: &Pull, surfaces: &Surfaces, local: impl Fn(u32) -> u32) -> [u32; layout::PULL_WORDS] {
-    let mut words = [0; layout::PULL_WORDS];
     let [a, b, c] = pull.triangle;
-    words[..4].copy_from_slice(&[pull.node, a, b, c].map(local));
+    let nodes = [pull.node, a, b, c].map(local);
+    words_of(nodes, pull.weights_of_nodes(), pull.direction, surfaces.thickness_of_pull(pull))
+}
+
+/// A node that is led out of a collider, as a contact with what stands still.
+fn lift_words(lift: &Lift, surfaces: &Surfaces, [node, still]: [u32; 2]) -> [u32; layout::PULL_WORDS] {
+    let [gap, thickness] = surfaces.gap_of_lift();
+    let mut words = words_of([node, still, still, still], [1.0, -1.0, 0.0, 0.0], lift.way, [-gap, thickness]);
+    words[layout::PULL_LED] = 1;
+    words
+}
+
+fn words_of(
+    nodes: [u32; 4],
+    weights: [f64; 4],
+    direction: [f64; 3],
+    lengths: [f64; 2],
+) -> [u32; layout::PULL_WORDS] {
+    let mut words = [0; layout::PULL_WORDS];
+    words[..4].copy_from_slice(&nodes);
     let mut put = |at: usize, numbers: &[f64]| {
         for (word, number) in words[at..].iter_mut().zip(numbers) {
             *word = (*number as f32).to_bits();
         }
     };
-    put(layout::PULL_WEIGHTS, &pull.weights_of_nodes());
-    put(layout::PULL_DIRECTION, &pull.direction);
-    put(layout::PULL_THICKNESS, &surfaces.thickness_of_pull(pull));
+    put(layout::PULL_WEIGHTS, &weights);
+    put(layout::PULL_DIRECTION, &direction);
+    put(layout::PULL_THICKNESS, &lengths);
     words
 }
 

@@ -47,7 +47,8 @@ pub const ROWS: &[Row] = &[
         while_solving(bench, "keep_solved", &[Solving::Keep], Twin::keep_solved)
     }),
     row("add_pulls", 64.0, MOVED, |bench| {
-        each(bench, "add_pulls", &[Before::Pulls], |twin, _| twin.add_pulls())
+        each(bench, "add_pulls", &[Before::Pulls], |twin, _| twin.add_pulls())?;
+        while_solving(bench, "add_pulls", &[Solving::Find, Solving::FindAgain], Twin::add_pulls)
     }),
     row("place_parts", 0.0, COPIED, |bench| {
         each(bench, "place_parts", &[Before::Place], |twin, _| twin.place_parts())

@@ -105,12 +105,16 @@ impl Twin {
             let knot = [of, both(lines(4)), both(lines(8)), lines(12)];
             let words = knot.into_iter().flatten();
             self.knots.extend(words.map(|word| if place % 4 == 1 { word } else { 0 }));
+            // Whether it is led out of colliders.
+            self.knots.push(u32::from(place % 12 == 2 && place < self.tables[layout::NODE_PLACES]));
         }
         (self.tables[layout::IS_TANGLED], self.tables[layout::PULL_COUNT]) = (1, 7);
         for pull in 0..7 {
             let nodes = [7 * pull, 43 + 2 * pull, 57 + pull, places - 1 - pull % 3];
             let numbers = [1.0, -0.2, -0.5, -0.3, 0.48, 0.64, 0.6, 0.013, 0.027 + pull as f32, 0.0, 0.0, 0.0];
-            self.knots.extend(nodes.into_iter().chain(numbers.map(f32::to_bits)));
+            let mut numbers = numbers.map(f32::to_bits);
+            numbers[layout::PULL_LED - layout::PULL_WEIGHTS] = u32::from(pull % 3 == 0);
+            self.knots.extend(nodes.into_iter().chain(numbers));
         }
         self
     }

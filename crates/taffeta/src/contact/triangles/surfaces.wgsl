@@ -13,7 +13,7 @@
 @group(1) @binding(71) var<storage, read> surface_part: array<u32>;
 /// Corners of colliders at the start and at the end of each sub-step, where some move.
 @group(1) @binding(72) var<storage, read> surface_corners: array<vec4f>;
-/// Where surfaces pass through each other: what each place has to do with that, eight words each; then what pulls them apart,
+/// Where surfaces pass through each other, or nodes are led out of colliders: what each place has to do with that, nine words each; then what pulls them apart,
 /// sixteen words each (pull.wgsl).
 @group(1) @binding(73) var<storage, read> surface_knots: array<u32>;
 /// Vectors of places, one array of all of them after the other.

@@ -74,6 +74,11 @@ impl Surfaces {
         let [thickness, _] = self.material(surfaces).unwrap_or_default();
         [thickness, thickness.max(self.mean_edge)]
     }
+
+    /// The gap and the thickness of a contact that leads a node out of a collider [m].
+    pub fn gap_of_lift(&self) -> [f64; 2] {
+        [-2.0 * self.mean_edge, self.mean_edge]
+    }
 }
 
 /// What becomes of two primitives.

@@ -10,12 +10,13 @@ const BELOW: u32 = 2u;
 const ABOVE: u32 = 3u;
 
 // Words of a place: whose nearest line it is, next to which it is, from which it is astray, and whether it belongs above the other
-// surface there; each for both sides of lines, a bit for each line.
-const KNOT_WORDS: u32 = 8u;
+// surface there; each for both sides of lines, a bit for each line. Then whether it is led out of colliders.
+const KNOT_WORDS: u32 = 9u;
 const KNOT_OF: u32 = 0u;
 const KNOT_NEXT: u32 = 2u;
 const KNOT_ASTRAY: u32 = 4u;
 const KNOT_ABOVE: u32 = 6u;
+const KNOT_LED: u32 = 8u;
 
 /// Words of one of the sides of a pair.
 fn knots_of(nodes: vec4u, first: u32, second: bool, word: u32) -> vec2u {
@@ -34,10 +35,22 @@ fn meet(one: vec2u, other: vec2u) -> bool {
     return any((one & other.yx) != vec2u(0u));
 }
 
+/// Whether some nodes are corners of colliders, and others are led out of these.
+fn are_led_apart(nodes: vec4u) -> bool {
+    var is_led = false;
+    for (var i = 0u; i < 4u; i++) {
+        is_led = is_led || surface_knots[KNOT_WORDS * nodes[i] + KNOT_LED] != 0u;
+    }
+    return is_led && any(nodes >= vec4u(table(NODE_PLACES)));
+}
+
 /// What becomes of a pair, of whose nodes so many are its first side.
 fn rule_of(nodes: vec4u, first: u32) -> u32 {
     if table(IS_TANGLED) == 0u {
         return APART;
+    }
+    if are_led_apart(nodes) {
+        return IGNORED;
     }
     let next = knots_of(nodes, first, false, KNOT_NEXT);
     let other_next = knots_of(nodes, first, true, KNOT_NEXT);

@@ -251,6 +251,10 @@ impl Twin {
             astray: two(node, layout::KNOT_ASTRAY),
             above: two(node, layout::KNOT_ABOVE),
         };
+        let is_led = |node: &usize| self.knots[layout::KNOT_WORDS * node + layout::KNOT_LED] != 0;
+        if nodes.iter().any(is_led) && nodes.iter().any(|node| *node >= self.nodes()) {
+            return Rule::Ignored;
+        }
         Rule::of(if first == 1 { Kind::VertexTriangle } else { Kind::EdgeEdge }, nodes.map(knot))
     }
 
@@ -296,11 +300,16 @@ impl Twin {
             let first = layout::KNOT_WORDS * self.table(layout::ALL_PLACES) + layout::PULL_WORDS * pull;
             let nodes = [0, 1, 2, 3].map(|at| self.knots[first + at] as usize);
             let number = |at: usize| f32::from_bits(self.knots[first + at]);
+            let is_led = self.knots[first + layout::PULL_LED] != 0;
+            let solves = self.work[layout::LISTED] == layout::SOLVED as u32;
+            if !is_led && self.tables[layout::IS_SOLVED] != 0 && !solves {
+                continue;
+            }
             let weights = [0, 1, 2, 3].map(|at| number(layout::PULL_WEIGHTS + at));
             let normal = [0, 1, 2].map(|at| number(layout::PULL_DIRECTION + at));
             let x = relative(nodes.map(|node| self.place(layout::BEFORE, node)));
             let apart = (0..3).fold([0.0; 3], |sum, i| add(sum, scale(x[i], weights[i])));
-            let gap = dot(normal, apart) - number(layout::PULL_THICKNESS);
+            let gap = if is_led { 0.0 } else { dot(normal, apart) } - number(layout::PULL_THICKNESS);
             self.add_lead(
                 nodes,
                 weights,

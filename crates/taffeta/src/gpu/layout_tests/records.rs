@@ -90,7 +90,7 @@ fn records() -> Vec<Record> {
         record!(Substep {
             gravity, h, wind, drag, first_collider, colliders, first_motion, first_scale, frame_fraction, frame_rate,
             input_forces, pins, solving, left, first_goal, max_separation, own, air, first_corner,
-            corner_parts, longest_push; padding
+            corner_parts, longest_push, led_out; padding
         }),
         record!(Solving {
             activation,
@@ -298,7 +298,7 @@ fn a_field_that_is_moved_renamed_left_out_or_of_another_type_is_found() {
         ("    neighbour: u32,", "    neighbor: u32,"),
         ("    rest_steepness: f32,\n", ""),
         ("    row: i32,\n    col: i32,\n}\n\n@group(1)", "    row: u32,\n    col: i32,\n}\n\n@group(1)"),
-        ("@size(24) longest_push: f32", "longest_push: f32"),
+        ("@size(20) led_out: u32", "led_out: u32"),
         ("    exposure: f32,\n    /// Coefficients.\n    drag: f32,", "    drag: f32,\n    exposure: f32,"),
         (
             "    material: ContactMaterial,\n    cells_a_metre: f32,",

@@ -79,7 +79,9 @@ struct Substep {
     /// In how many parts they go: 0 if they stand still.
     corner_parts: u32,
     /// The longest way along each axis that nodes are pushed in one of them [m].
-    @size(24) longest_push: f32,
+    longest_push: f32,
+    /// Where in `mesh_data` it stands which nodes are led out of colliders, a bit each; NONE if none are.
+    @size(20) led_out: u32,
 }
 
 /// The sub-step of this dispatch, and those after it.

@@ -112,7 +112,32 @@ fn contact_on_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
         substep.colliders_mut().retain(|collider| collider.shape.mesh().is_some());
     }
     let fixtures = [Fixture::with_meshes(31, bench.exact)?, meshes_alone];
-    contact_with(bench, name, fixtures, &[usize::MAX, 2])
+    contact_with(bench, name, fixtures, &[usize::MAX, 2])?;
+    contact_of_others(bench, name, Fixture::with_meshes(33, bench.exact)?)
+}
+
+/// Colliders leave alone what is led out of them.
+fn contact_of_others(bench: &mut Bench<'_>, name: Name, mut fixture: Fixture) -> Result<(), String> {
+    let kernel = kernel_of(bench, name, &fixture)?;
+    let (_, mut after) = fixture.on_cpu(&[Op::Contact]);
+    let (mut arrays, mut records) = (fixture.arrays(), fixture.records());
+    arrays.insert("new_position", words(&fixture.new.position));
+    arrays.insert("new_velocity", words(&fixture.new.velocity));
+    let places = fixture.new.position.len();
+    let mut bits = vec![0_u32; places.div_ceil(32).next_multiple_of(4)];
+    for place in (0..places).filter(|place| place % 3 == 1) {
+        bits[place / 32] |= 1 << (place % 32);
+        (after.position[place], after.velocity[place]) =
+            (fixture.new.position[place], fixture.new.velocity[place]);
+    }
+    let data = arrays.entry("mesh_data").or_default();
+    records.iter_mut().for_each(|record| record.led_out = data.len() as u32 / 4);
+    data.extend(bits);
+    let groups = fixture.place_groups();
+    bench.run(&kernel, &Given { arrays: &arrays, records: &records, groups }, |written| {
+        written.fours("new_position", &after.position);
+        written.fours("new_velocity", &after.velocity);
+    })
 }
 
 /// With all colliders, and with so many of them.

@@ -220,10 +220,38 @@ fn what_does_not_run_on_a_gpu_yet_is_refused_in_words() {
         let options = Options { gpu: Some(gpu().into()), ..Options::default() };
         Simulation::new(scene, &options).err().map_or("accepted".to_owned(), |error| error.to_string())
     };
-    let inside = heap().collider(Collider::sphere([0.0, 0.0, 0.1], 0.05));
     let slippery = heap().friction_between("ball", "collider0", 0.0);
     assert!(refused(&slippery).contains("body `ball` has a friction of its own with a collider"));
-    let words = refused(&inside);
-    let why = "where nodes start inside colliders; the CPU, or \"nodes\" would do";
-    assert!(words.contains(why), "{words}");
+}
+
+/// A sheet across a ball and a box, another one above them, and a plane below.
+fn across() -> Scene {
+    let spike = Mesh::Icosphere(Icosphere { radius: 0.03, subdivisions: 1 });
+    let mut spike = Collider::mesh(spike).offset(0.003);
+    spike.place.position = [-0.08, 0.0, 0.06];
+    Scene::new("across")
+        .body(touching("across", sheet(13, 0.3), 0.006))
+        .body(touching("above", sheet(9, 0.2), 0.006).at([0.0, 0.05, 0.0]))
+        .collider(Collider::cuboid([0.06, 0.004, 0.02], [0.04, 0.03, 0.04]).offset(0.004).friction(0.3))
+        .collider(Collider::sphere([-0.05, -0.005, -0.08], 0.04).offset(0.004))
+        .collider(spike)
+        .collider(Collider::plane([0.0, -0.06, 0.0], [0.0, 1.0, 0.0]))
+        .time(1.0 / 60.0, STEP)
+}
+
+/// Nodes inside colliders leave them together, which leave them alone; so do those that a program puts there.
+#[test]
+fn cloth_that_starts_across_colliders_leaves_them_as_on_the_cpu() {
+    let (mut cpu, mut gpu) = both(&across());
+    assert!(cpu.intersections().pairs > 20);
+    are_alike(&mut cpu, &mut gpu, 3);
+    go_on_from_snapshots(&across(), &mut cpu, &gpu);
+    run(&mut gpu, 2);
+    while cpu.report().intersections.is_some() && cpu.frame() < 40 {
+        are_alike(&mut cpu, &mut gpu, 1);
+    }
+    assert_eq!((cpu.intersections().pairs, gpu.snapshot().is_tangled), (0, false), "frame {}", cpu.frame());
+    cpu.disturb(0.03, 1);
+    gpu.disturb(0.03, 1);
+    are_alike(&mut cpu, &mut gpu, 2);
 }

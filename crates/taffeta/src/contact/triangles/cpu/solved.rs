@@ -121,8 +121,8 @@ impl<T: Real> TriangleContact<T> {
         let scratch = self.scratch(worker);
         scratch.is_solved = true;
         scratch.contacts.clear();
-        self.pull(worker);
         self.lead_out(worker);
+        self.pull(worker);
         let beyond = (NEAR - 1.0) * self.surfaces.thickest;
         let asked = Asked { h: worker.substep.h, within: T::from_f64(NEAR), leads: true };
         self.look(worker, Some(asked), beyond);

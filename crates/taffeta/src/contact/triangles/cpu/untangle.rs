@@ -3,7 +3,7 @@
 use super::{NO_KEY, TriangleContact, read};
 use crate::assembly::Assembly;
 use crate::contact::colliders::cpu::Colliders;
-use crate::contact::colliders::lift::Lift;
+use crate::contact::colliders::lift::{Lift, are_led_apart};
 use crate::contact::triangles::cpu::contacts::{Active, Carried};
 use crate::contact::triangles::cpu::narrow_phase::Close;
 use crate::contact::triangles::impulse::Contact;
@@ -48,8 +48,7 @@ impl<T: Real> TriangleContact<T> {
 
     /// Whether some nodes are corners of colliders, and others are led out of these.
     fn is_lifted_out(&self, lifts: &[Lift], nodes: [u32; 4]) -> bool {
-        let is_lifted = |node: &u32| lifts.binary_search_by_key(node, |lift| lift.node).is_ok();
-        nodes.iter().any(|&node| node as usize >= self.surfaces.places) && nodes.iter().any(is_lifted)
+        are_led_apart(lifts, self.surfaces.places, nodes)
     }
 
     /// Adds contacts that move lines of intersection to those of the first worker, whose contacts come first.
@@ -76,9 +75,9 @@ impl<T: Real> TriangleContact<T> {
 
     /// A node that is led out of a collider, as a contact with what stands still.
     fn lifted(&self, lift: &Lift) -> Active<T> {
-        let edge = self.surfaces.mean_edge;
+        let [gap, thickness] = self.surfaces.gap_of_lift().map(T::from_f64);
         let [one, zero] = [T::ONE, T::ZERO];
-        let contact = [lift.way.map(T::from_f64), [T::from_f64(-2.0 * edge), T::from_f64(edge), zero]];
+        let contact = [lift.way.map(T::from_f64), [gap, thickness, zero]];
         let still = self.surfaces.all_places() as u32;
         leads([lift.node, still, still, still], [one, -one, zero, zero], contact)
     }
