@@ -40,16 +40,20 @@ fn the_flag_hangs_at_its_pole_and_flies_with_the_wind() {
 #[test]
 fn the_balls_keep_their_distance_and_their_volume_and_stay_above_the_ground() {
     let mut app = example(balls::balls);
-    run(&mut app, 90);
+    let mut nearest = f64::INFINITY;
+    for _ in 0..90 {
+        run(&mut app, 1);
+        let running = running(&mut app);
+        nearest = nearest.min(running.simulation().report().nearest_pair.unwrap_or(f64::INFINITY));
+    }
+    // Surfaces are parted in every sub-step, and pressed together again by the balls above.
+    assert!(nearest > 0.8 && nearest < 1.05, "nearest: {nearest} of the thickness");
     let places = positions(&mut app);
     assert_eq!(places.len(), 13 * 162);
     let lowest = places.iter().map(|x| x.y).fold(f32::INFINITY, f32::min);
     assert!((lowest - 0.01).abs() < 1e-4, "the ground's offset is 0.01 m: {lowest}");
     let running = running(&mut app);
     let simulation = running.simulation();
-    // Surfaces are parted in every sub-step, and pressed together again by the balls above.
-    let nearest = simulation.report().nearest_pair.expect("they touch");
-    assert!(nearest > 0.8 && nearest < 1.05, "nearest: {nearest} of the thickness");
     assert_eq!(simulation.intersections().pairs, 0);
     for (body, volume) in simulation.bodies().iter().zip(&simulation.report().volumes) {
         let share = volume.unwrap_or(0.0) / body.rest_volume.unwrap_or(1.0);
