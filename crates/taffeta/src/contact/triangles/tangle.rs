@@ -7,7 +7,7 @@
 //!
 //! It all follows from positions alone, and sides are decided by exact arithmetic.
 
-use crate::contact::triangles::sides::Near;
+use crate::contact::triangles::sides::sides;
 use crate::contact::triangles::surfaces::{Kind, Surfaces};
 use crate::real::{add, cross, dot, norm, scale, sub};
 use crate::topology::{list_piercings, side_of_triangle};
@@ -314,16 +314,15 @@ impl Look<'_> {
     /// Nodes that are near the other surface are on the side of it where they are.
     fn see_sides(&self, [a, b]: [u32; 2], labels: &mut BTreeMap<u32, Label>, nodes: &[u32]) {
         let Surfaces { surface_of, triangles, mean_edge, .. } = self.surfaces;
-        let of = |surface: u32| {
-            let own = move |triangle: &&[u32; 3]| surface_of[triangle[0] as usize] == surface;
-            Near::new(self.x, SEEN * mean_edge, triangles.iter().filter(own).copied())
-        };
-        let others = [of(b), of(a)];
-        for node in nodes {
-            let other = &others[usize::from(surface_of[*node as usize] == b)];
-            let side = other.side_of(*node);
-            if let Some(label) = labels.get_mut(node).filter(|_| side != 0) {
-                label.side = side;
+        for (one, other) in [(a, b), (b, a)] {
+            let is_of = |surface: u32| move |node: u32| surface_of[node as usize] == surface;
+            let own: Vec<u32> = nodes.iter().copied().filter(|&node| is_of(one)(node)).collect();
+            let others = triangles.iter().filter(|triangle| is_of(other)(triangle[0])).copied();
+            let sides = sides(self.x, SEEN * mean_edge, &own, others);
+            for (node, side) in own.iter().zip(sides).filter(|(_, side)| *side != 0) {
+                if let Some(label) = labels.get_mut(node) {
+                    label.side = side;
+                }
             }
         }
     }
