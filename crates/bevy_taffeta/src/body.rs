@@ -83,7 +83,7 @@ pub struct SoftMaterial {
     pub fabric: Option<Material>,
     /// What keeps the volume of a soft body.
     pub volume: Option<Volume>,
-    /// Contact of its nodes with each other and with those of other bodies that have this.
+    /// Contact with itself, and with other bodies that have this.
     pub self_collision: Option<SelfCollision>,
     /// What keeps free nodes near held ones.
     pub tethers: Option<Tethers>,

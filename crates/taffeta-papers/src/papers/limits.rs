@@ -64,7 +64,7 @@ const ITEMS: [[&str; 4]; 20] = [
         "S1 § 3",
         "no self-collision",
         "done",
-        "of nodes, as S2 has it: `docs/models/contact.md`; of triangles: not yet",
+        "between triangles, and of nodes, as S2 has it: `docs/models/contact.md`",
     ],
     [
         "S1 § 5",

@@ -235,8 +235,13 @@ fn of_gpu(
         None => (
             boxed(explicit::gpu::Particles::new(gpu, patches().as_ref(), places)?),
             [
-                implicit::gpu::Implicit::new(gpu, assembly, &tables.multigrid, bodies.places.clone())?
-                    .and_then(boxed),
+                implicit::gpu::Implicit::new(
+                    gpu,
+                    assembly,
+                    (&tables.multigrid, !tables.surfaces.is_empty()),
+                    bodies.places.clone(),
+                )?
+                .and_then(boxed),
                 dual::gpu::Dual::new(gpu, assembly, &tables.constraints, places)?.and_then(boxed),
             ],
         ),

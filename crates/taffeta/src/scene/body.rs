@@ -69,7 +69,7 @@ pub struct Body {
     /// What keeps the volume of a soft body; without it nothing does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub volume: Option<Volume>,
-    /// Contact of its nodes with each other, and with those of other bodies that have this.
+    /// Contact with itself, and with other bodies that have this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub self_collision: Option<SelfCollision>,
     /// Pins: nodes that stay in place, follow keyframes or follow a collider.

@@ -83,7 +83,7 @@ impl Colliders {
         assembly: &Assembly,
         places: Range<usize>,
     ) -> Result<Self, GpuError> {
-        let leads_out = assembly.leads_out() && !assembly.colliders().is_empty();
+        let leads_out = assembly.leads_out();
         let bits = if leads_out { places.len().div_ceil(BITS) } else { 0 };
         let data = [data, &vec![[0; 4]; bits]].concat();
         Ok(Self {

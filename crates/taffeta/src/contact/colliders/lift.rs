@@ -58,9 +58,9 @@ impl Assembly {
         self.led_out().iter().map(|(body, _)| self.bodies[*body].first).collect()
     }
 
-    /// Whether nodes of some bodies are led out of colliders.
+    /// Whether nodes of some bodies may be led out of colliders.
     pub fn leads_out(&self) -> bool {
-        !self.led_out().is_empty()
+        !self.led_out().is_empty() && !self.colliders().is_empty()
     }
 
     /// The nodes of these that are inside colliders at a time [s], each way out by node, ascending. `x` are the positions [m].

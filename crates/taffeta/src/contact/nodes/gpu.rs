@@ -4,7 +4,7 @@ use crate::advice::Refusal;
 use crate::assembly::Assembly;
 use crate::contact::check_in_one_piece;
 use crate::contact::colliders::gpu::Contact;
-use crate::contact::colliders::gpu::{Colliders, contact_of};
+use crate::contact::colliders::gpu::contact_of;
 use crate::contact::nodes::gpu_layout::{ContactMaterial, Surface};
 use crate::contact::nodes::pair;
 use crate::contact::nodes::self_contact::Exclusions;
@@ -175,7 +175,7 @@ impl NodeContact {
             run("find_self_contacts", self.groups),
             Command::run(Name::new("resolve_self_contacts").with(contact.choices()), self.groups),
         ];
-        if features.get::<Colliders>().is_some_and(Colliders::has_meshes) {
+        if contact == Contact::Later {
             let name = Name::new("contact_after_self_collision").with(Contact::Meshes.choices());
             all.push(Command::run(name, self.groups));
         }

@@ -92,6 +92,7 @@ pub struct TriangleContact {
     knots: Buffer<u32>,
     /// Whether they may; then it is looked for after each frame, until none does. Whether it must be looked for before the next
     /// frame, too: nodes have been put elsewhere. How many edges pierce triangles, if it was looked for after the last frame.
+    tangle: Option<Tangle>,
     is_tangled: bool,
     is_stale: bool,
     intersections: Option<u64>,
@@ -196,6 +197,7 @@ impl TriangleContact {
             corners: gpu.buffer("corners of colliders", 1)?,
             boxes: gpu.buffer("boxes of surfaces", 4 * tables.boxes())?,
             knots: gpu.buffer("surfaces that pass through each other", 1)?,
+            tangle: None,
             is_tangled: tables.start_tangled,
             is_stale: false,
             intersections: None,
@@ -459,21 +461,25 @@ impl Feature for TriangleContact {
     }
 
     fn see(&mut self, seen: &Seen<'_>) -> Result<bool, GpuError> {
+        let mut is_asked = seen.time.is_none();
         if let Some(time) = seen.time {
-            self.is_stale = false;
+            is_asked = std::mem::take(&mut self.is_stale);
             self.corners_now = corners_at(seen.assembly, time).map(|x| x.map(|x| x as f32)).collect();
             self.lifts = if self.is_lifting { lifts(seen, time) } else { Vec::new() };
             self.is_lifting = !self.lifts.is_empty();
         }
         let Some(surfaces) = seen.assembly.surfaces() else { return Ok(false) };
-        let nodes = seen.position.iter().map(|&[x, y, z, _]| [x, y, z]);
-        let all: Vec<_> = nodes.chain(self.corners_now.iter().copied()).map(|x| x.map(f64::from)).collect();
-        let tangle = if self.is_tangled { Tangle::of(surfaces, &all) } else { None };
-        self.is_tangled = tangle.is_some();
-        if seen.time.is_none() {
-            self.intersections = Some(tangle.as_ref().map_or(0, |tangle| tangle.pairs));
+        if is_asked {
+            let nodes = seen.position.iter().map(|&[x, y, z, _]| [x, y, z]);
+            let all: Vec<_> =
+                nodes.chain(self.corners_now.iter().copied()).map(|x| x.map(f64::from)).collect();
+            self.tangle = if self.is_tangled { Tangle::of(surfaces, &all) } else { None };
+            self.is_tangled = self.tangle.is_some();
         }
-        let knots = self.tables.put_tangle(tangle.as_ref(), &self.lifts, surfaces);
+        if seen.time.is_none() {
+            self.intersections = Some(self.tangle.as_ref().map_or(0, |tangle| tangle.pairs));
+        }
+        let knots = self.tables.put_tangle(self.tangle.as_ref(), &self.lifts, surfaces);
         self.words.write(seen.gpu, 0, &self.tables.words[..layout::HEADER]);
         fill(seen.gpu, "surfaces that pass through each other", &mut self.knots, &knots)
     }
@@ -517,7 +523,7 @@ impl Feature for TriangleContact {
     }
 
     fn save(&self, gpu: &Gpu, state: &mut SolverState) {
-        state.is_tangled |= self.is_tangled || self.is_lifting;
+        state.is_tangled |= self.is_tangled;
         state.contacts.extend(self.forces(gpu).into_iter().map(|(order, force)| {
             let firsts = order.leaves.map(|leaf| self.tables.firsts[leaf as usize]);
             let (kind, pair) = (order.pair.way.kind() as u8, order.pair.key(firsts));
@@ -528,6 +534,7 @@ impl Feature for TriangleContact {
     fn load(&mut self, gpu: &Gpu, state: &SolverState) -> bool {
         (self.is_tangled, self.is_stale) = (state.is_tangled, true);
         self.is_lifting = state.is_tangled && self.tables.leads_out;
+        self.lifts.clear();
         let force = |one: &ContactForce| {
             let kind = Kind::ALL[usize::from(one.kind).min(1)];
             (Order::of_key(&self.tables.firsts, kind, one.pair), one.force.map(|force| force as f32))

@@ -94,7 +94,7 @@ impl SurfaceTables {
             thinnest: surfaces.thinnest,
             start_tangled: surfaces.start_tangled,
             is_solved: is_solved(bodies),
-            leads_out: bodies.assembly.leads_out() && !bodies.assembly.colliders().is_empty(),
+            leads_out: bodies.assembly.leads_out(),
             first: bodies.places.start,
             levels: levels(surfaces.leaves.len()),
             firsts: surfaces.firsts(),

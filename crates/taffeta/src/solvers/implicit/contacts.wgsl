@@ -29,6 +29,8 @@ fn first_of(system: u32) -> u32 {
     var first = system;
     var next = atomicLoad(&joins[first]);
     while next != first {
+        // The way there is shorter the next time.
+        atomicMin(&joins[first], atomicLoad(&joins[next]));
         first = next;
         next = atomicLoad(&joins[first]);
     }

@@ -137,11 +137,12 @@ pub struct Implicit {
 }
 
 impl Implicit {
-    /// Takes tables to the device; `None` where nothing is solved for.
+    /// Takes tables to the device; `None` where nothing is solved for. `in_contact`: whether some of these bodies have contact of
+    /// surfaces.
     pub fn new(
         gpu: &Gpu,
         assembly: &Assembly,
-        multigrid: &MultigridTables,
+        (multigrid, in_contact): (&MultigridTables, bool),
         places: Range<usize>,
     ) -> Result<Option<Self>, GpuError> {
         if multigrid.is_empty() {
@@ -186,10 +187,10 @@ impl Implicit {
             spring_blocks: gpu.buffer("blocks of springs", *fine)?,
             coarse_blocks: gpu.buffer("blocks of coarser edges", *coarse)?,
             couplings: multigrid.couplings.as_ref().map(couplings).transpose()?,
-            joined: assembly.surfaces().is_some().then(joined).transpose()?,
+            joined: in_contact.then(joined).transpose()?,
             diagonals: gpu.buffer("diagonal blocks", *nodes)?,
             vectors: gpu.buffer("vectors of springs", VECTORS * nodes)?,
-            predicted_contacts: gpu.buffer("nodes of springs", places.len())?,
+            predicted_contacts: gpu.buffer("nodes of springs", multigrid.finest)?,
             node_solves: gpu.buffer("systems of springs", multigrid.solves)?,
             product_sums: gpu.buffer("sums of springs", SUMS * groups[0].len())?,
             counts: gpu.counts("workgroups of iterations", counted.len())?,
@@ -303,7 +304,8 @@ impl Implicit {
         all.extend(begun.into_iter().map(|command| self.when(When::Begun, command)));
     }
 
-    /// A command in as many workgroups as are counted for it; of no workgroups it stays as it is.
+    /// A command in as many workgroups as are counted for it; of no workgroups it stays as it is. So do those of contacts, which are
+    /// counted by themselves: they find out by the state of a system whether its next step begins.
     fn when<'f>(&'f self, when: When, command: Command<'f>) -> Command<'f> {
         match command {
             Command::Dispatch(Dispatch { name, part, groups: Groups::Linear(groups) }) if groups > 0 => {

@@ -28,7 +28,8 @@ pub struct MultigridTables {
     pub wide: Vec<Vec<LevelGroup>>,
     /// Levels of few nodes, a group each.
     pub tail: Vec<LevelGroup>,
-    /// Number of nodes on all levels.
+    /// Number of nodes on the finest level, and on all.
+    pub finest: usize,
     pub nodes: usize,
     /// Slots of the finest level, and of all others.
     pub slot_counts: [usize; 2],
@@ -159,7 +160,7 @@ impl MultigridTables {
     /// By place, of which there are so many, which of the systems its body has; NONE without.
     pub fn systems(&self, places: usize) -> Vec<u32> {
         let mut all = vec![NONE; places];
-        for group in self.groups.iter().flatten().filter(|group| (group.first as usize) < places) {
+        for group in self.groups.first().into_iter().flatten() {
             all[group.first as usize..(group.first + group.count) as usize].fill(group.solve);
         }
         all
@@ -277,7 +278,7 @@ impl MultigridTables {
 
     /// Slots of all levels in one array.
     fn lay_out(&mut self, parts: &[Part]) -> Result<(), String> {
-        self.nodes = parts.iter().map(|part| part.places).sum();
+        (self.finest, self.nodes) = (parts[0].places, parts.iter().map(|part| part.places).sum());
         self.slot_counts = [parts[0].count(), parts[1..].iter().map(Part::count).sum()];
         let header = self.nodes / LANES + 2;
         if u32::try_from(header + self.slot_counts.iter().sum::<usize>()).is_err() {

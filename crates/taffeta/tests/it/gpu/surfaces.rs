@@ -255,3 +255,22 @@ fn cloth_that_starts_across_colliders_leaves_them_as_on_the_cpu() {
     gpu.disturb(0.03, 1);
     are_alike(&mut cpu, &mut gpu, 2);
 }
+
+/// One body touches by triangles, another one by nodes: both lie on a ball.
+#[test]
+fn both_forms_of_contact_stand_beside_each_other_as_on_the_cpu() {
+    let folded = Body { self_collision: None, ..touching("folded", sheet(25, 0.5), 0.01) };
+    let scene = Scene::new("forms")
+        .body(touching("triangles", sheet(9, 0.25), 0.008).at([0.0, 0.11, 0.0]))
+        .body(folded.clone().collide_nodes(0.018).at([0.0, 0.13, 0.1]))
+        .body(Body { name: "upper".into(), ..folded.collide_nodes(0.018) }.at([0.0, 0.142, 0.1]))
+        .collider(Collider::sphere([0.0; 3], 0.1).offset(0.004).friction(0.3))
+        .time(1.0 / 60.0, STEP);
+    let (mut cpu, mut gpu) = both(&scene);
+    for frame in 1..=8 {
+        run(&mut cpu, 1);
+        run(&mut gpu, 1);
+        assert_eq!(farthest(&positions(&cpu), &positions(&gpu)), 0.0, "frame {frame}");
+    }
+    assert!(cpu.report().contacts > 20 && cpu.report().pairs > 0, "{:?}", cpu.report());
+}

@@ -1,12 +1,12 @@
 //! Contacts of surfaces that are part of an implicit step, on the GPU against the same on the CPU. Both take iterations of their own
 //! on the way to the same velocities: places agree as far as the solver's tolerance goes, and as the contacts that follow allow.
 
-use super::on_gpu;
 use super::surfaces::{crossed, heap, pushed, sheet, touch};
-use crate::common::{add, build_as, farthest, near, norm, positions, run, sub};
+use super::{on_gpu, small_gpu};
+use crate::common::{add, build_as, farthest, near, norm, positions, run, sub, turned};
 use crate::pairs::{set_velocities, velocities};
 use taffeta::scene::{Body, ConstraintForm, Mass, Material, Method, Scene, Select};
-use taffeta::{Precision, Simulation};
+use taffeta::{GpuOptions, Options, Precision, Simulation};
 
 /// A scene whose springs are solved for by nodes, with such steps.
 fn by_nodes(scene: Scene, step: f64) -> Scene {
@@ -170,5 +170,32 @@ fn a_run_repeats_itself_and_goes_on_from_a_snapshot() {
     cpu.restore(&snapshot).expect("it fits");
     run(&mut cpu, 2);
     let way = farthest(&positions(&whole), &positions(&cpu));
+    assert!(way < 2e-4, "{way:e} m apart");
+}
+
+/// A body that is not solved for has no part in any system, wherever it stands among the others; nor have bodies on which nothing acts
+/// but their own springs, in pieces of memory of their own.
+#[test]
+fn bodies_without_contact_or_springs_stand_beside_it() {
+    let held = (0..81).collect::<Vec<_>>();
+    let wall = touch(Body::cloth("wall", sheet(9, 0.3)).with_mass(Mass::Node(0.01)), 0.008);
+    let falls = fabric("falls", 15, 0.2, "cotton");
+    let scene = by_nodes(
+        Scene::new("beside")
+            .body(Body { place: turned([0.1, 1.0, 0.05], 17.0, [0.0, 0.02, 0.0]), ..falls })
+            .body(wall.pin(Select::nodes(held))),
+        1.0 / 120.0,
+    );
+    let (most, [_, gpu]) = are_near(&scene, 5, 2e-4);
+    assert!(most > 30 && gpu.intersections().pairs == 0, "{most}");
+    let alone = Body::cloth("alone", sheet(100, 1.0)).with_mass(Mass::Node(1e-3)).structural(50.0, 0.01);
+    let scene = scene.body(alone.at([2.0, 0.0, 0.0]));
+    let options = GpuOptions::from(small_gpu(3_400_000));
+    let mut split = Simulation::new(&scene, &Options { gpu: Some(options), ..Options::default() }).unwrap();
+    let mut whole = on_gpu(&scene);
+    run(&mut split, 4);
+    run(&mut whole, 4);
+    assert!(split.report().pairs > 30, "{:?}", split.report());
+    let way = farthest(&positions(&split), &positions(&whole));
     assert!(way < 2e-4, "{way:e} m apart");
 }
