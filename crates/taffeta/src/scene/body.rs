@@ -547,20 +547,6 @@ impl Body {
         self
     }
 
-    /// Has the body collide with itself, and with others that do so, at a distance of `thickness` [m]: its vertices and edges
-    /// touch triangles and edges, and what starts apart never passes through.
-    pub fn collide(mut self, thickness: f64) -> Self {
-        self.self_collision = Some(SelfCollision { thickness, ..SelfCollision::default() });
-        self
-    }
-
-    /// The same between nodes alone: faster, for meshes whose edges are about as long as the thickness.
-    pub fn collide_nodes(mut self, thickness: f64) -> Self {
-        let form = ContactForm::Nodes;
-        self.self_collision = Some(SelfCollision { form, thickness, ..SelfCollision::default() });
-        self
-    }
-
     /// Holds nodes where they are.
     pub fn pin(self, select: Select) -> Self {
         self.pin_moving(select, Vec::new())
