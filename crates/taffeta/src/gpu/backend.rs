@@ -6,6 +6,7 @@ use crate::assembly::body::BodyAssembly;
 use crate::backend::{Backend, Device, FrameInput, Lost, SolverState, VertexTarget, View};
 use crate::cpu::CpuBackend;
 use crate::cpu::between::Between;
+use crate::extensions::Extensions;
 use crate::gpu::backup::Backup;
 use crate::gpu::drawn::Drawn;
 use crate::gpu::feature::{Seen, Upload};
@@ -188,8 +189,9 @@ impl GpuBackend {
             return Ok(());
         }
         let position = self.mirror().position.clone();
-        let seen = Seen { gpu: &self.gpu, assembly: &self.assembly, time, position: &position };
-        self.partitions.iter_mut().try_for_each(|partition| partition.see(&seen))
+        let found = Extensions::default();
+        let mut seen = Seen { gpu: &self.gpu, assembly: &self.assembly, time, position: &position, found };
+        self.partitions.iter_mut().try_for_each(|partition| partition.see(&mut seen))
     }
 
     fn run_to_its_end(

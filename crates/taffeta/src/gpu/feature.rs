@@ -3,6 +3,7 @@
 use crate::assembly::Assembly;
 use crate::backend::{FrameInput, SolverState};
 use crate::cpu::CpuBackend;
+use crate::extensions::Extensions;
 use crate::gpu::kernels::{Name, Overrides};
 use crate::gpu::layout::{Four, Substep};
 use crate::gpu::schedule::Fused;
@@ -79,6 +80,8 @@ pub struct Seen<'s> {
     pub time: Option<f64>,
     /// Positions [m] of all places of the scene.
     pub position: &'s [Four],
+    /// What features have found there, for those after them.
+    pub found: Extensions,
 }
 
 /// A feature on the GPU, of one partition of the scene.
@@ -133,7 +136,7 @@ pub trait Feature: Any + Send + Sync {
     }
 
     /// Sees where nodes are, if it looks. Returns whether any of its buffers is another one than before.
-    fn see(&mut self, _seen: &Seen<'_>) -> Result<bool, GpuError> {
+    fn see(&mut self, _seen: &mut Seen<'_>) -> Result<bool, GpuError> {
         Ok(false)
     }
 

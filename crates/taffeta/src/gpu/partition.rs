@@ -336,9 +336,10 @@ impl Partition {
     }
 
     /// Shows its features where nodes are.
-    pub fn see(&mut self, seen: &Seen<'_>) -> Result<(), GpuError> {
+    pub fn see(&mut self, seen: &mut Seen<'_>) -> Result<(), GpuError> {
         let mut new = false;
-        for feature in self.features.iter_mut().filter(|feature| feature.looks(seen.time.is_some())) {
+        let before = seen.time.is_some();
+        for feature in self.features.iter_mut().filter(|feature| feature.looks(before)) {
             new |= feature.see(seen)?;
         }
         if new {

@@ -68,10 +68,9 @@ pub struct Colliders {
     /// Its places among those of the scene; workgroups, with one invocation for each.
     places: Range<usize>,
     groups: usize,
-    /// Where it stands in `mesh_data` which nodes are led out of colliders, if some may be. Whether any are, and whether it must be
-    /// looked for before the next frame.
+    /// Where it stands in `mesh_data` which nodes are led out of colliders, if some may be. Whether some are; then it is looked for
+    /// before each frame.
     led_out_at: Option<usize>,
-    any_led_out: bool,
     is_lifting: bool,
 }
 
@@ -93,7 +92,6 @@ impl Colliders {
             groups: places.len().div_ceil(GROUP),
             places,
             led_out_at: leads_out.then_some(data.len() - bits),
-            any_led_out: false,
             is_lifting: leads_out,
         })
     }
@@ -129,15 +127,6 @@ impl Colliders {
     }
 }
 
-/// The nodes that are led out of colliders at a time [s].
-pub fn lifts(seen: &Seen<'_>, time: f64) -> Vec<Lift> {
-    let x = |node: usize| {
-        let [x, y, z, _] = seen.position[node];
-        [x, y, z].map(f64::from)
-    };
-    seen.assembly.lifts(time, &x)
-}
-
 /// How kernels of a partition without a buffer for triangles handle colliders, and how those with one do.
 pub fn contact_of(features: &Features) -> [Contact; 2] {
     features.get::<Colliders>().map_or([Contact::Solids; 2], |all| [all.fused(), all.whole()])
@@ -165,7 +154,7 @@ impl Feature for Colliders {
     }
 
     fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
-        let led_out = self.led_out_at.filter(|_| self.any_led_out).map_or(NONE, |at| at as u32);
+        let led_out = self.led_out_at.filter(|_| self.is_lifting).map_or(NONE, |at| at as u32);
         records.iter_mut().for_each(|record| record.led_out = led_out);
         let is_still = !upload.assembly.colliders_move();
         let mut all: Vec<Collider> = Vec::new();
@@ -188,12 +177,20 @@ impl Feature for Colliders {
         before && self.is_lifting
     }
 
-    fn see(&mut self, seen: &Seen<'_>) -> Result<bool, GpuError> {
+    fn see(&mut self, seen: &mut Seen<'_>) -> Result<bool, GpuError> {
         let (Some(time), Some(at)) = (seen.time, self.led_out_at) else { return Ok(false) };
-        let lifts = lifts(seen, time);
-        self.mesh_data.write(seen.gpu, at, &self.bits(&lifts));
-        self.any_led_out = !lifts.is_empty();
-        self.is_lifting = self.any_led_out;
+        if seen.found.get::<Vec<Lift>>().is_none() {
+            // Those of the whole scene: other partitions need not look for them again.
+            let x = |node: usize| {
+                let [x, y, z, _] = seen.position[node];
+                [x, y, z].map(f64::from)
+            };
+            let lifts = seen.assembly.lifts(time, &x);
+            seen.found.insert(lifts);
+        }
+        let lifts = seen.found.list::<Lift>();
+        self.mesh_data.write(seen.gpu, at, &self.bits(lifts));
+        self.is_lifting = !lifts.is_empty();
         Ok(false)
     }
 
@@ -202,7 +199,7 @@ impl Feature for Colliders {
     }
 
     fn load(&mut self, _: &Gpu, state: &SolverState) -> bool {
-        (self.is_lifting, self.any_led_out) = (state.is_tangled && self.led_out_at.is_some(), false);
+        self.is_lifting = state.is_tangled && self.led_out_at.is_some();
         false
     }
 }

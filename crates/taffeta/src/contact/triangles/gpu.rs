@@ -8,7 +8,7 @@ use crate::advice::Refusal;
 use crate::assembly::Assembly;
 use crate::backend::{ContactForce, SolverState};
 use crate::contact::check_in_one_piece;
-use crate::contact::colliders::gpu::{contact_of, lifts};
+use crate::contact::colliders::gpu::contact_of;
 use crate::contact::colliders::lift::Lift;
 use crate::contact::triangles::carry::PUSHES;
 use crate::contact::triangles::filter::JAMS;
@@ -90,15 +90,14 @@ pub struct TriangleContact {
     boxes: Buffer<Four>,
     /// Where surfaces pass through each other.
     knots: Buffer<u32>,
+    tangle: Option<Tangle>,
     /// Whether they may; then it is looked for after each frame, until none does. Whether it must be looked for before the next
     /// frame, too: nodes have been put elsewhere. How many edges pierce triangles, if it was looked for after the last frame.
-    tangle: Option<Tangle>,
     is_tangled: bool,
     is_stale: bool,
     intersections: Option<u64>,
-    /// Nodes that are led out of colliders, and whether there may be some before the next frame.
+    /// Nodes that are led out of colliders.
     lifts: Vec<Lift>,
-    is_lifting: bool,
     /// Where corners of colliders are [m].
     corners_now: Vec<[f32; 3]>,
     lists: Lists,
@@ -199,10 +198,10 @@ impl TriangleContact {
             knots: gpu.buffer("surfaces that pass through each other", 1)?,
             tangle: None,
             is_tangled: tables.start_tangled,
-            is_stale: false,
+            // Colliders look who is led out of them.
+            is_stale: tables.leads_out,
             intersections: None,
             lifts: Vec::new(),
-            is_lifting: tables.leads_out,
             corners_now: tables.corners[..tables.corners.len() - 1].to_vec(),
             lists: Lists::new(gpu, &tables, room, &[])?,
             counts: gpu.counts("workgroups of contact", layout::ON_BOXES + LEVELS)?,
@@ -453,20 +452,20 @@ impl Feature for TriangleContact {
     }
 
     fn relocate(&mut self) {
-        (self.is_tangled, self.is_stale, self.is_lifting) = (true, true, self.tables.leads_out);
+        (self.is_tangled, self.is_stale) = (true, true);
     }
 
     fn looks(&self, before: bool) -> bool {
-        if before { self.is_stale || self.is_lifting } else { self.is_tangled }
+        if before { self.is_stale || !self.lifts.is_empty() } else { self.is_tangled }
     }
 
-    fn see(&mut self, seen: &Seen<'_>) -> Result<bool, GpuError> {
+    fn see(&mut self, seen: &mut Seen<'_>) -> Result<bool, GpuError> {
         let mut is_asked = seen.time.is_none();
         if let Some(time) = seen.time {
             is_asked = std::mem::take(&mut self.is_stale);
             self.corners_now = corners_at(seen.assembly, time).map(|x| x.map(|x| x as f32)).collect();
-            self.lifts = if self.is_lifting { lifts(seen, time) } else { Vec::new() };
-            self.is_lifting = !self.lifts.is_empty();
+            // Colliders have looked for them.
+            self.lifts = seen.found.list::<Lift>().to_vec();
         }
         let Some(surfaces) = seen.assembly.surfaces() else { return Ok(false) };
         if is_asked {
@@ -533,7 +532,6 @@ impl Feature for TriangleContact {
 
     fn load(&mut self, gpu: &Gpu, state: &SolverState) -> bool {
         (self.is_tangled, self.is_stale) = (state.is_tangled, true);
-        self.is_lifting = state.is_tangled && self.tables.leads_out;
         self.lifts.clear();
         let force = |one: &ContactForce| {
             let kind = Kind::ALL[usize::from(one.kind).min(1)];
