@@ -97,7 +97,7 @@ mod tests {
         for triangles in [[[0, 1, 2], [3, 4, 5]], [[3, 4, 5], [0, 1, 2]]] {
             assert_eq!(sides(&x, 0.5, &[6], triangles.into_iter()), [-1]);
         }
-        // A wedge whose edge is along z, both of whose sides have their outside out: that which faces the node counts.
+        // At the edge of a wedge that side counts which faces the node: the other one has it on the wrong side.
         let wedge = [[0.0; 3], [0.0, 0.0, 9.0], [-9.0, 1.0, 0.0], [-9.0, -1.0, 0.0]];
         let x = [&wedge[..], &[[0.01, 0.1, 3.0], [0.01, -0.1, 3.0]]].concat();
         for triangles in [[[0, 1, 2], [1, 0, 3]], [[1, 0, 3], [0, 1, 2]]] {

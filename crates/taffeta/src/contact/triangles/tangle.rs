@@ -2,10 +2,11 @@
 //!
 //! Where two surfaces pass through each other there is a line, and each of them has one side of it where it belongs. There its
 //! heavier part is. The nodes on the other side are astray: they go back through the other surface, row by row, and the line
-//! moves along both surfaces until it leaves them. Nodes away from the line are on the side of the nearest triangle of the other
-//! surface, if it is near, and else on that of the nearest node next to the line, so that lines need not end at a border. After Baraff, Witkin, Kass, "Untangling Cloth", 2003, who need lines that cut off a part.
+//! moves along both surfaces until it leaves them. Nodes away from the line are on the side of the nearest triangle of another
+//! body, if it is near, and else on that of the nearest node next to the line, so that lines need not end at a border. After Baraff,
+//! Witkin, Kass, "Untangling Cloth", 2003, who need lines that cut off a part.
 //!
-//! It all follows from positions alone, and sides are decided by exact arithmetic.
+//! It all follows from positions alone. Sides next to lines are decided by exact arithmetic.
 
 use crate::contact::triangles::sides::sides;
 use crate::contact::triangles::surfaces::{Kind, Surfaces};
@@ -292,21 +293,20 @@ impl Look<'_> {
                 });
             }
         }
-        let at_lines = open.len();
-        let mut order: Vec<u32> = open.iter().copied().collect();
+        let at_lines: HashSet<u32> = open.iter().copied().collect();
         let neighbours = self.neighbours(pair, &cut_edges);
         while let Some(node) = open.pop_front() {
             let label = labels[&node];
             for &other in neighbours.get(&node).into_iter().flatten() {
                 labels.entry(other).or_insert_with(|| {
                     open.push_back(other);
-                    order.push(other);
                     label
                 });
             }
         }
         if pair[0] != pair[1] {
-            self.see_sides(pair, &mut labels, &order[at_lines..]);
+            let others: Vec<u32> = labels.keys().copied().filter(|node| !at_lines.contains(node)).collect();
+            self.see_sides(pair, &mut labels, &others);
         }
         labels
     }
