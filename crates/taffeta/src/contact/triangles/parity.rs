@@ -16,8 +16,8 @@ use crate::parity::row::{Row, Tolerance};
 use crate::solvers::explicit::parity::kernel_of;
 use taffeta_gpu::bytemuck::Pod;
 
-const COPIED: &str = "numbers alone";
-const MOVED: &str = "the same operations in the same order; hardware may fuse products and sums";
+pub const COPIED: &str = "numbers alone";
+pub const MOVED: &str = "the same operations in the same order; hardware may fuse products and sums";
 const FOUND: &str = "as above; closest points of pairs that are nearly parallel are where rounding puts them";
 
 /// One row for each kernel.
@@ -106,7 +106,7 @@ pub const ROWS: &[Row] = &[
     row("count_surfaces", 0.0, COPIED, count),
 ];
 
-const fn row(
+pub const fn row(
     name: &'static str,
     hardware: f64,
     why: &'static str,

@@ -114,27 +114,6 @@ fn records() -> Vec<Record> {
             is_second,
             is_automatic
         }),
-        record!(Collider {
-            place,
-            size,
-            spin_x,
-            friction,
-            spin_y,
-            restitution,
-            spin_z,
-            kind,
-            drift,
-            mesh,
-            axis_u,
-            u,
-            axis_v,
-            v,
-            axis_w,
-            w,
-            carry_x,
-            carry_y,
-            carry_z
-        }),
         record!(Air { velocity, density, exposure, drag, lift, gusts; gap }),
         record!(Gusts { offset, cells_a_metre, keys, weights }),
         record!(Motion { x, y, z, rate_x, rate_y, rate_z }),
@@ -162,6 +141,34 @@ fn records() -> Vec<Record> {
         record!(Load { vector, kind, about, torque, first, count, factor; padding }),
         record!(VolumeGroup { first, count, gradients, origin, first_group, groups, goal, form, flags }),
         record!(Chunk { origin, first, count }),
+        record!(Joint { point, track, a, b, start, end, compliance, break_force, closing, grouped }),
+    ];
+    of_elements.chain(others).chain(records_of_contact()).chain(records_of_solvers()).collect()
+}
+
+fn records_of_contact() -> Vec<Record> {
+    vec![
+        record!(Collider {
+            place,
+            size,
+            spin_x,
+            friction,
+            spin_y,
+            restitution,
+            spin_z,
+            kind,
+            drift,
+            mesh,
+            axis_u,
+            u,
+            axis_v,
+            v,
+            axis_w,
+            w,
+            carry_x,
+            carry_y,
+            carry_z
+        }),
         record!(ContactMaterial { thickness, friction, restitution }),
         record!(SurfaceContact {
             nodes,
@@ -195,10 +202,8 @@ fn records() -> Vec<Record> {
             system,
             is_held
         }),
-        record!(Joint { point, track, a, b, start, end, compliance, break_force, closing, grouped }),
         record!(Surface { first, count, cols, high, wide, exclusions, material, cells_a_metre }),
-    ];
-    of_elements.chain(others).chain(records_of_solvers()).collect()
+    ]
 }
 
 fn records_of_solvers() -> Vec<Record> {

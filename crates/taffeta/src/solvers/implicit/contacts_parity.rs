@@ -1,6 +1,7 @@
 //! Rows of contacts of surfaces that are part of the systems of bodies.
 
-use crate::contact::triangles::parity::compare as compare_surfaces;
+use crate::contact::triangles::gpu_layout::AT_START;
+use crate::contact::triangles::parity::{COPIED, MOVED, compare as compare_surfaces, row};
 use crate::contact::triangles::parity_scene::fixture_with;
 use crate::contact::triangles::parity_stages::Solving;
 use crate::contact::triangles::twin::Twin as Surfaces;
@@ -8,7 +9,7 @@ use crate::gpu::kernels::Name;
 use crate::gpu::layout::NONE;
 use crate::parity::bench::{Bench, Given};
 use crate::parity::fixture::{Chance, Fixture, SUBSTEP};
-use crate::parity::row::{Row, Tolerance};
+use crate::parity::row::Row;
 use crate::real::add;
 use crate::scene::{ConstraintForm, Method, Solver};
 use crate::solvers::explicit::parity::kernel_of;
@@ -16,9 +17,6 @@ use crate::solvers::implicit::contacts_twin::{ContactTwin, first_of};
 use crate::solvers::implicit::gpu_layout::{Diagonal, NodeSolve, PcgState, Vector};
 use crate::solvers::implicit::parity_work::{POISON, arrays, compare, work};
 use crate::solvers::implicit::twin::{Twin, record};
-
-const COPIED: &str = "numbers alone";
-const MOVED: &str = "the same operations in the same order; hardware may fuse products and sums";
 
 /// One row for each kernel.
 pub const ROWS: &[Row] = &[
@@ -40,15 +38,6 @@ pub const ROWS: &[Row] = &[
     }),
     row("apply_contacts", 512.0, MOVED, |bench| each(bench, "apply_contacts", |twin| twin.apply())),
 ];
-
-const fn row(
-    name: &'static str,
-    hardware: f64,
-    why: &'static str,
-    check: fn(&mut Bench<'_>) -> Result<(), String>,
-) -> Row {
-    Row { name, entry: name, tolerance: Tolerance::new(0.0, hardware, why), check }
-}
 
 /// Cases of what systems are about.
 const CASES: usize = 4;
@@ -95,7 +84,7 @@ impl ContactTwin<'_> {
             if case % CASES == 3 && self.systems[place] as usize == bodies - 1 {
                 self.systems[place] = NONE;
             }
-            let start = self.surfaces.place(crate::contact::triangles::gpu_layout::AT_START, place);
+            let start = self.surfaces.place(AT_START, place);
             self.solve.put(Vector::Direction, place, add(start, chance.three(0.004)));
             self.solve.put(Vector::DirectionProduct, place, chance.three(0.8));
             let [x, y, z] = chance.three(9.0).map(|x| 40.0 + x);
