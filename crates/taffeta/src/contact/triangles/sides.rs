@@ -99,7 +99,7 @@ mod tests {
         }
         // At the edge of a wedge that side counts which faces the node: the other one has it on the wrong side.
         let wedge = [[0.0; 3], [0.0, 0.0, 9.0], [-9.0, 1.0, 0.0], [-9.0, -1.0, 0.0]];
-        let x = [&wedge[..], &[[0.01, 0.1, 3.0], [0.01, -0.1, 3.0]]].concat();
+        let x = [&wedge[..], &[[0.03, 0.1, 3.0], [0.03, -0.1, 3.0]]].concat();
         for triangles in [[[0, 1, 2], [1, 0, 3]], [[1, 0, 3], [0, 1, 2]]] {
             let outside = sides(&x, 0.5, &[4, 5], triangles.into_iter());
             assert!(outside[0] != 0 && outside[0] == outside[1], "{outside:?}");
