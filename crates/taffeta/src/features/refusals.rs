@@ -56,16 +56,6 @@ pub fn refuse_large_meshes(gpu: &Gpu, bytes: usize) -> Result<(), Refusal> {
     Err(Refusal::new(message, [Advice::Cpu]))
 }
 
-/// Refuses friction of a body with a collider that is not the collider's own.
-pub fn refuse_frictions(assembly: &Assembly) -> Result<(), Refusal> {
-    let Some(&body) = assembly.frictions().bodies_with_colliders().first() else { return Ok(()) };
-    let message = format!(
-        "body `{}` has a friction of its own with a collider ([[friction]]), which does not run on a GPU yet; the CPU would do",
-        assembly.bodies[body].name
-    );
-    Err(Refusal::new(message, [Advice::Cpu]))
-}
-
 /// Refuses to take over a scene with volumes behind the stage in which bodies are summed up, one whose nodes touch each
 /// other behind that in which they are found, and one whose surfaces do in a part of a sub-step.
 pub fn refuse_late(from: Stage, assembly: &Assembly) -> Result<(), Refusal> {

@@ -32,7 +32,8 @@ pub struct Substep {
     pub corner_parts: u32,
     pub longest_push: f32,
     pub led_out: u32,
-    pub padding: [u32; 4],
+    pub bodies_apart: u32,
+    pub padding: [u32; 3],
 }
 
 /// `Solving` of substep.wgsl.

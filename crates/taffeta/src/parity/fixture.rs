@@ -153,8 +153,10 @@ impl Fixture {
     pub fn with_mesh_apart(number: usize) -> Result<Self, String> {
         let mut fixture = Self::of(&among_meshes(scene(0.0087, true)), 40 + number as u64, false)?;
         for substep in &mut fixture.substeps {
-            let meshes = substep.colliders().iter().filter(|collider| collider.shape.mesh().is_some());
-            *substep.colliders_mut() = meshes.copied().skip(number).take(1).collect();
+            let meshes =
+                (0..).zip(substep.colliders()).filter(|(_, collider)| collider.shape.mesh().is_some());
+            let index = meshes.map(|(index, _)| index).nth(number);
+            substep.edit_colliders(|all| *all = index.into_iter().map(|index| all[index]).collect());
         }
         fixture.leave_surfaces();
         fixture.put_old();
@@ -335,12 +337,12 @@ impl Fixture {
         arrays
     }
 
+    fn met(&self, substep: &plan::Substep<f32>) -> Vec<Collider> {
+        self.meshes.0.records(substep.met_colliders(), &(0..self.tables.len()))
+    }
+
     fn colliders(&self) -> Vec<Collider> {
-        self.substeps
-            .iter()
-            .flat_map(|substep| substep.colliders())
-            .map(|now| self.meshes.0.record(now))
-            .collect()
+        self.substeps.iter().flat_map(|substep| self.met(substep)).collect()
     }
 
     /// Where corners of colliders go in each sub-step.
@@ -375,7 +377,7 @@ impl Fixture {
             h: substep.h,
             wind: world.wind_force.map(|c| c as f32),
             drag: world.drag as f32,
-            first_collider: sum(&|s| s.colliders().len(), index),
+            first_collider: sum(&|s| self.met(s).len(), index),
             colliders: substep.colliders().len() as u32,
             first_motion: sum(&|s| s.motions().len(), index),
             first_scale: sum(&|s| s.scales().len(), index),
@@ -393,7 +395,8 @@ impl Fixture {
             corner_parts: corners[index].parts,
             longest_push: corners[index].longest_push,
             led_out: NONE,
-            padding: [0; 4],
+            bodies_apart: substep.met_colliders().apart().len() as u32,
+            padding: [0; 3],
         };
         self.substeps.iter().enumerate().map(record).collect()
     }
@@ -403,6 +406,12 @@ impl Fixture {
 const NEAR: f32 = 0.05;
 
 fn among_meshes(mut scene: Scene) -> Scene {
+    let slips =
+        [("ball", 0, 0.91), ("ball", 1, 0.11), ("sheet", 2, 0.0), ("blob", 1, 0.17), ("cape", 3, 0.81)];
+    let solids = scene.colliders.len();
+    for (body, mesh, value) in slips {
+        scene = scene.friction_between(body, format!("collider{}", solids + mesh), value);
+    }
     scene.colliders.extend(parity_scene::colliders());
     scene
 }

@@ -20,7 +20,18 @@ pub fn scene(drag: f64, apart: bool) -> Scene {
     scene.bodies = vec![sheet(), ball(), ribbon(), thread(), pole(), blob(), chain(), cape(), sack()];
     scene.forces = forces();
     scene.colliders = colliders(apart);
-    scene
+    let slips = [
+        ("sheet", 1, 0.71),
+        ("ball", 1, 0.13),
+        ("ball", 3, 1.7),
+        ("ribbon", 6, 0.21),
+        ("blob", 0, 0.0),
+        ("blob", 1, 0.37),
+        ("cape", 0, 0.0),
+    ];
+    slips.into_iter().fold(scene, |scene, (body, collider, value)| {
+        scene.friction_between(body, format!("collider{collider}"), value)
+    })
 }
 
 /// Gusts smaller than bodies.

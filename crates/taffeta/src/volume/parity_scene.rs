@@ -80,7 +80,9 @@ fn assembly(drag: f64, meshes: bool) -> Result<Assembly, String> {
     let mut scene = Scene::new("volumes")
         .collider(Collider::plane([0.0, 0.02, 0.0], [0.03, 1.0, 0.02]).friction(0.4).restitution(0.2))
         .collider(Collider::sphere([0.9, 0.65, 0.1], 0.11).friction(0.3).keyframe(rising))
-        .time(0.0173, 0.0041);
+        .time(0.0173, 0.0041)
+        .friction_between("corrected", "collider0", 0.05)
+        .friction_between("touched", "collider0", 0.9);
     if meshes {
         scene.colliders.extend(meshes_by_chance::colliders());
     }

@@ -171,7 +171,7 @@ fn volume_particles(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_
             // What a pin has to hold against.
             force[place] = vec4f(total, 0.0);
         }
-        let after = resolve_contact(integrate(x, v, total, 0u), Origin(x.xyz, true), 0u);
+        let after = resolve_contact(place, integrate(x, v, total, 0u), Origin(x.xyz, true), 0u);
         new_position[place] = after.position;
         new_velocity[place] = after.velocity;
     }

@@ -4,7 +4,9 @@
 use crate::assembly::Assembly;
 use crate::contact::collider_mesh::surface::MeshShape;
 use crate::contact::colliders::gpu_layout::Collider;
-use crate::contact::colliders::moving::ColliderNow;
+use crate::contact::colliders::moving::{ColliderNow, MetColliders};
+use bytemuck::Zeroable;
+use std::ops::Range;
 use std::sync::Arc;
 use taffeta_gpu::{Shader, shaders};
 
@@ -39,8 +41,20 @@ impl ColliderMeshes {
         !self.parts.is_empty()
     }
 
+    /// The records of a sub-step's colliders as the nodes of some places meet them: `first_met` of met.wgsl.
+    pub fn records(&self, met: MetColliders<'_, f32>, places: &Range<usize>) -> Vec<Collider> {
+        let mut all: Vec<Collider> = met.all().iter().map(|now| self.record(now)).collect();
+        for own in met.apart() {
+            let [first, end] = [own.places.start, own.places.end]
+                .map(|place| (place.clamp(places.start, places.end) - places.start) as u32);
+            all.push(Collider { kind: first, mesh: end - first, ..Collider::zeroed() });
+            all.extend(own.colliders.iter().map(|now| self.record(now)));
+        }
+        all
+    }
+
     /// The record of a collider.
-    pub fn record(&self, now: &ColliderNow<f32>) -> Collider {
+    fn record(&self, now: &ColliderNow<f32>) -> Collider {
         let mut record = Collider::from(now);
         if let Some(mesh) = now.shape.mesh() {
             let parts = &self.parts[mesh.index as usize];

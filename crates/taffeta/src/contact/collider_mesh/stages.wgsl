@@ -2,6 +2,7 @@
 // left for triangles.
 
 #import contact/collider_mesh/surface.wgsl as meshes
+#import contact/colliders/met.wgsl
 #import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
 #import contact/colliders/resolve_contact_again.wgsl
@@ -34,10 +35,10 @@ fn predict_mesh_contact(collider: Collider, node: Approach) -> Candidate {
     return predict_at_surface(collider, node, inside, Depth(contact.normal, contact.depth), contact.velocity);
 }
 
-/// The deepest predicted contact of a node with a mesh.
-fn deepest_mesh_contact(node: Approach) -> ContactRecord {
+/// The deepest predicted contact of the node at a place with a mesh.
+fn deepest_mesh_contact(place: u32, node: Approach) -> ContactRecord {
     var found = contact_record(no_contact(), 0u, 0.0);
-    let first = substeps[0].first_collider;
+    let first = first_met(place, 0u);
     for (var i = 0u; i < substeps[own()].colliders; i++) {
         let collider = colliders[first + i];
         if collider.kind == MESH {
@@ -65,7 +66,7 @@ fn predict_mesh_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invoca
     let h = substeps[0].h;
     let reach = reach_of(substeps[0].gravity, h);
     let spring_change = x.w * gather_constraint_forces(node) * -h;
-    predicted_contacts[node] = deepest_mesh_contact(Approach(x.xyz, reach, new_velocity[node].xyz, h, spring_change));
+    predicted_contacts[node] = deepest_mesh_contact(node, Approach(x.xyz, reach, new_velocity[node].xyz, h, spring_change));
 }
 
 /// The same for implicit springs, before predict_contacts_implicit.
@@ -81,6 +82,6 @@ fn predict_mesh_contacts_implicit(@builtin(workgroup_id) id: vec3u, @builtin(loc
         let h = substeps[0].h;
         let reach = reach_of(substeps[0].gravity, h);
         let approach = Approach(x.xyz, reach, new_velocity[node].xyz, h, vector_of(SPRING_CHANGE, node));
-        predicted_contacts[node] = deepest_mesh_contact(approach);
+        predicted_contacts[node] = deepest_mesh_contact(node, approach);
     }
 }

@@ -3,6 +3,6 @@
 #import contact/colliders/response.wgsl
 #import solvers/explicit/node.wgsl
 
-fn resolve_contact(node: Node, origin: Origin, substep: u32) -> Node {
+fn resolve_contact(_place: u32, node: Node, origin: Origin, substep: u32) -> Node {
     return node;
 }

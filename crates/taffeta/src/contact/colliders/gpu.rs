@@ -20,6 +20,7 @@ pub const SHADERS: &[Shader] = shaders!(
     "contact/colliders",
     [
         "contact.wgsl",
+        "met.wgsl",
         "predicted_contact.wgsl",
         "response.wgsl",
         "shape.wgsl",
@@ -150,7 +151,9 @@ impl Feature for Colliders {
     }
 
     fn bytes(&self, assembly: &Assembly) -> usize {
-        if assembly.colliders_move() { assembly.colliders().len() * size_of::<Collider>() } else { 0 }
+        let lists = 1 + assembly.frictions().bodies_with_colliders().len();
+        let records = lists * (assembly.colliders().len() + 1);
+        if assembly.colliders_move() { records * size_of::<Collider>() } else { 0 }
     }
 
     fn upload(&mut self, upload: &Upload<'_>, records: &mut [Substep]) -> Result<bool, GpuError> {
@@ -159,12 +162,14 @@ impl Feature for Colliders {
         let is_still = !upload.assembly.colliders_move();
         let mut all: Vec<Collider> = Vec::new();
         for (record, substep) in records.iter_mut().zip(upload.substeps) {
-            record.colliders = substep.colliders().len() as u32;
+            let met = substep.met_colliders();
+            record.colliders = met.all().len() as u32;
+            record.bodies_apart = met.apart().len() as u32;
             if is_still && !all.is_empty() {
                 continue;
             }
             record.first_collider = all.len() as u32;
-            all.extend(substep.colliders().iter().map(|now| self.meshes.record(now)));
+            all.extend(self.meshes.records(met, &self.places));
         }
         fill(upload.gpu, "colliders", &mut self.colliders, &all)
     }

@@ -116,10 +116,10 @@ pub fn parameters<T: Real>(assembly: &Assembly, [t, h]: [f64; 2], substep: &mut 
 }
 
 /// Colliders as a body meets them that has a friction of its own with some.
-struct OfBody<T> {
+pub struct OfBody<T> {
     /// Places of the body.
-    places: Range<usize>,
-    colliders: Vec<ColliderNow<T>>,
+    pub places: Range<usize>,
+    pub colliders: Vec<ColliderNow<T>>,
 }
 
 /// Colliders as nodes meet them.
@@ -136,6 +136,18 @@ impl<'s, T> MetColliders<'s, T> {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
+    }
+
+    /// As most bodies meet them.
+    #[cfg(feature = "gpu")]
+    pub fn all(&self) -> &'s [ColliderNow<T>] {
+        self.all
+    }
+
+    /// Bodies that meet them in a way of their own.
+    #[cfg(feature = "gpu")]
+    pub fn apart(&self) -> &'s [OfBody<T>] {
+        self.of_bodies
     }
 
     /// As the node at a place meets them.
@@ -170,10 +182,11 @@ impl<T: Real> Substep<T> {
         MetColliders { all: self.colliders(), of_bodies: self.extensions.list() }
     }
 
-    /// The same, to change them.
+    /// Changes them, in each way that they are met.
     #[cfg(feature = "gpu")]
-    pub fn colliders_mut(&mut self) -> &mut Vec<ColliderNow<T>> {
-        self.extensions.get_mut()
+    pub fn edit_colliders(&mut self, edit: impl Fn(&mut Vec<ColliderNow<T>>)) {
+        edit(self.extensions.get_mut());
+        self.extensions.get_mut::<Vec<OfBody<T>>>().iter_mut().for_each(|own| edit(&mut own.colliders));
     }
 }
 

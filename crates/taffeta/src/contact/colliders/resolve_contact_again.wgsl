@@ -12,7 +12,7 @@ fn resolve_contact_again(place: u32, x: vec4f, v: vec4f, moved_to: vec3f, veloci
     let moved = Node(vec4f(moved_to, x.w), vec4f(velocity, abs(v.w)));
     var after = moved;
     if !is_led_out(place) {
-        after = resolve_contact(moved, Origin(x.xyz, false), 0u);
+        after = resolve_contact(place, moved, Origin(x.xyz, false), 0u);
     }
     let mass = select(after.velocity.w, -abs(v.w), v.w < 0.0);
     new_position[place] = after.position;

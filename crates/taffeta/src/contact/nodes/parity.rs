@@ -2,6 +2,7 @@
 
 use crate::backend::Backend;
 use crate::contact::colliders::gpu::Contact;
+use crate::contact::colliders::moving::ColliderNow;
 use crate::contact::colliders::rigid::Rigid;
 use crate::contact::nodes::cells;
 use crate::contact::nodes::gpu_layout::FARTHEST;
@@ -273,13 +274,16 @@ pub fn collided_again(fixture: &mut Fixture, moved: State, is_moved: impl Fn(usi
     // Colliders act on the way that they have moved, and have not moved meanwhile.
     let start = std::mem::replace(&mut fixture.new, moved);
     let old = std::mem::replace(&mut fixture.old, start.clone());
-    let colliders = fixture.substeps[SUBSTEP].colliders().to_vec();
-    for collider in fixture.substeps[SUBSTEP].colliders_mut() {
-        collider.surface.carry = Rigid::rest();
-    }
+    let carries: Vec<_> =
+        fixture.substep().colliders().iter().map(|collider| collider.surface.carry).collect();
+    let carry = |fixture: &mut Fixture, by: &dyn Fn(usize) -> Rigid<f32>| {
+        let each = |(index, collider): (usize, &mut ColliderNow<f32>)| collider.surface.carry = by(index);
+        fixture.substeps[SUBSTEP].edit_colliders(|all| all.iter_mut().enumerate().for_each(each));
+    };
+    carry(fixture, &|_| Rigid::rest());
     fixture.put_old();
     let (_, mut after) = fixture.on_cpu(&[Op::Contact]);
-    *fixture.substeps[SUBSTEP].colliders_mut() = colliders;
+    carry(fixture, &|index| carries[index]);
     fixture.old = old;
     fixture.put_old();
     for place in 0..start.position.len() {

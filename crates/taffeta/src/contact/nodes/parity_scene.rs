@@ -56,7 +56,9 @@ fn assembly(meshes: bool) -> Result<Assembly, String> {
     let mut scene = Scene::new("pairs")
         .collider(Collider::plane([0.0, -0.13, 0.0], [0.03, 1.0, 0.02]).friction(0.4).restitution(0.2))
         .collider(Collider::sphere([0.2, 0.15, 0.1], 0.11).friction(0.3).keyframe(rising))
-        .time(0.0173, 0.0041);
+        .time(0.0173, 0.0041)
+        .friction_between("fine", "collider0", 0.9)
+        .friction_between("ball", "collider0", 0.0);
     if meshes {
         scene.colliders.extend(meshes_by_chance::colliders());
     }

@@ -90,7 +90,7 @@ fn records() -> Vec<Record> {
         record!(Substep {
             gravity, h, wind, drag, first_collider, colliders, first_motion, first_scale, frame_fraction, frame_rate,
             input_forces, pins, solving, left, first_goal, max_separation, own, air, first_corner,
-            corner_parts, longest_push, led_out; padding
+            corner_parts, longest_push, led_out, bodies_apart; padding
         }),
         record!(Solving {
             activation,
@@ -303,7 +303,7 @@ fn a_field_that_is_moved_renamed_left_out_or_of_another_type_is_found() {
         ("    neighbour: u32,", "    neighbor: u32,"),
         ("    rest_steepness: f32,\n", ""),
         ("    row: i32,\n    col: i32,\n}\n\n@group(1)", "    row: u32,\n    col: i32,\n}\n\n@group(1)"),
-        ("@size(20) led_out: u32", "led_out: u32"),
+        ("    bodies_apart: u32,\n", ""),
         ("    exposure: f32,\n    /// Coefficients.\n    drag: f32,", "    drag: f32,\n    exposure: f32,"),
         (
             "    material: ContactMaterial,\n    cells_a_metre: f32,",

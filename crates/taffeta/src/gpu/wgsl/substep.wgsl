@@ -81,7 +81,9 @@ struct Substep {
     /// The longest way along each axis that nodes are pushed in one of them [m].
     longest_push: f32,
     /// Where in `mesh_data` it stands which nodes are led out of colliders, a bit each; NONE if none are.
-    @size(20) led_out: u32,
+    led_out: u32,
+    /// Bodies that meet colliders with a friction of their own.
+    bodies_apart: u32,
 }
 
 /// The sub-step of this dispatch, and those after it.

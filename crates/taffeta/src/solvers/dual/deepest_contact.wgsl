@@ -1,19 +1,20 @@
 // The deepest predicted contact of a node.
 
+#import contact/colliders/met.wgsl
 #import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
 #import gpu/wgsl/substep.wgsl
 #import solvers/dual/solve.wgsl
 
-/// The predicted contact of a node: of several colliders, the deepest. Contacts with meshes are in `before`.
-fn deepest_contact(node: Approach, before: ContactRecord) -> ContactRecord {
+/// The predicted contact of the node at a place: of several colliders, the deepest. Contacts with meshes are in `before`.
+fn deepest_contact(place: u32, node: Approach, before: ContactRecord) -> ContactRecord {
     var found = contact_record(no_contact(), 0u, 0.0);
     var deepest = 0.0;
     if before.inside > 0.0 {
         found = before;
         deepest = before.inside;
     }
-    let first = substeps[0].first_collider;
+    let first = first_met(place, 0u);
     for (var i = 0u; i < substeps[own()].colliders; i++) {
         let collider = colliders[first + i];
         if collider.kind == MESH {

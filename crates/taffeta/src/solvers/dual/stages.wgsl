@@ -4,6 +4,7 @@
 // Nothing is read back: all iterations that a sub-step may need are recorded, and `count_systems` sets the workgroups
 // to zero when all systems have converged.
 
+#import contact/colliders/met.wgsl
 #import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
 #import elements/spring/spring.wgsl
@@ -126,7 +127,7 @@ fn predict_contacts(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_
         if x.w > 0.0 {
             let reach = reach_of(substeps[0].gravity, h);
             let approach = Approach(x.xyz, reach, free, h, x.w * gather_constraint_forces(node) * -h);
-            predicted_contacts[node] = deepest_contact(approach, predicted_contacts[node]);
+            predicted_contacts[node] = deepest_contact(node, approach, predicted_contacts[node]);
         }
         let predicted = predicted_at(node);
         rate = filtered(predicted, rate) + predicted.velocity * (1.0 / h);
@@ -295,7 +296,7 @@ fn with_contact(node: u32, node_force: vec3f) -> vec3f {
     let x = old_position[node];
     let free = new_velocity[node].xyz;
     let kick = substeps[0].h * x.w;
-    let collider = colliders[substeps[0].first_collider + predicted_contacts[node].collider];
+    let collider = colliders[first_met(node, 0u) + predicted_contacts[node].collider];
     let after = velocity_after(predicted, free, node_force * kick, collider);
     return (after - free) * (1.0 / kick);
 }

@@ -118,8 +118,8 @@ pub fn deepest_contact(
 }
 
 /// The mesh that will hold a node, as kernels keep it.
-pub fn deepest_mesh_contact(fixture: &Fixture, approach: &Approach<f32>) -> ContactRecord {
-    let found = deepest(fixture.substep().colliders(), |collider| {
+pub fn deepest_mesh_contact(fixture: &Fixture, node: usize, approach: &Approach<f32>) -> ContactRecord {
+    let found = deepest(fixture.substep().met_colliders().at(node), |collider| {
         predict_mesh_contact(fixture, collider, approach).map(|found| (found.0, found))
     });
     found.map_or(contact_record(PredictedContact::FREE, 0, true), |((inside, predicted), index)| {
@@ -321,7 +321,7 @@ impl Twin<'_> {
                 && self.solving.is_adaptive == 0
             {
                 self.work.predicted_contacts[node] =
-                    deepest_mesh_contact(self.fixture, &self.approach(node, &incident[node]));
+                    deepest_mesh_contact(self.fixture, node, &self.approach(node, &incident[node]));
             }
         }
     }
@@ -337,7 +337,7 @@ impl Twin<'_> {
             let mut rate = free.map(|c| c / h);
             if held && x[3] > 0.0 {
                 let approach = self.approach(node, &incident[node]);
-                let colliders = self.fixture.substep().colliders();
+                let colliders = self.fixture.substep().met_colliders().at(node);
                 self.work.predicted_contacts[node] =
                     deepest_contact(colliders, &approach, &self.work.predicted_contacts[node]);
             }
@@ -481,7 +481,7 @@ impl Twin<'_> {
     /// The force of pulls on a node with what a surface does about it.
     fn with_contact(&self, node: usize, record: &ContactRecord, pull: [f32; 3]) -> [f32; 3] {
         let (x, free) = (self.fixture.old.position[node], three(self.work.new_velocity[node]));
-        let surface = &self.fixture.substep().colliders()[record.collider as usize].surface;
+        let surface = &self.fixture.substep().met_colliders().at(node)[record.collider as usize].surface;
         predicted_in(record).force_with_contact(free, pull, self.h() * x[3], surface)
     }
 

@@ -75,7 +75,8 @@ fn grid_patches(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_inde
                     grid_springs(Cell(row, col, place, width), node.position.xyz, node.velocity.xyz);
                 let total = load_on(0u, node.velocity.xyz, substep) + springs;
                 let moved = integrate(node.position, node.velocity, total, substep);
-                after[i] = resolve_contact(moved, Origin(node.position.xyz, true), substep);
+                let at = this_grid.first + u32(row * this_grid.cols + col);
+                after[i] = resolve_contact(at, moved, Origin(node.position.xyz, true), substep);
             }
         }
         workgroupBarrier();

@@ -42,7 +42,7 @@ fn mesh_patches(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_inde
                 let total =
                     add_mesh_springs(load, small.first + place, node.position.xyz, node.velocity.xyz);
                 let moved = integrate(node.position, node.velocity, total, substep);
-                after[i] = resolve_contact(moved, Origin(node.position.xyz, true), substep);
+                after[i] = resolve_contact(small.first + place, moved, Origin(node.position.xyz, true), substep);
             }
         }
         workgroupBarrier();

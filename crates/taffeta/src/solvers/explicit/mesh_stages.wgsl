@@ -28,7 +28,7 @@ fn mesh_particles(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_in
         let x = old_position[node];
         let v = old_velocity[node];
         let total = add_mesh_springs(load_on(node, v.xyz, 0u), node, x.xyz, v.xyz);
-        let after = resolve_contact(integrate(x, v, total, 0u), Origin(x.xyz, true), 0u);
+        let after = resolve_contact(node, integrate(x, v, total, 0u), Origin(x.xyz, true), 0u);
         new_position[node] = after.position;
         new_velocity[node] = after.velocity;
     }

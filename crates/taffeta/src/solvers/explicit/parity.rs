@@ -109,7 +109,7 @@ fn contact_on_meshes(bench: &mut Bench<'_>) -> Result<(), String> {
     }
     let mut meshes_alone = Fixture::with_meshes(32, bench.exact)?;
     for substep in &mut meshes_alone.substeps {
-        substep.colliders_mut().retain(|collider| collider.shape.mesh().is_some());
+        substep.edit_colliders(|all| all.retain(|collider| collider.shape.mesh().is_some()));
     }
     let fixtures = [Fixture::with_meshes(31, bench.exact)?, meshes_alone];
     contact_with(bench, name, fixtures, &[usize::MAX, 2])?;
@@ -150,7 +150,10 @@ fn contact_with<const N: usize>(
     let kernel = kernel_of(bench, name, &fixtures[0])?;
     for mut fixture in fixtures {
         for &colliders in numbers {
-            fixture.substeps.iter_mut().for_each(|substep| substep.colliders_mut().truncate(colliders));
+            fixture
+                .substeps
+                .iter_mut()
+                .for_each(|substep| substep.edit_colliders(|all| all.truncate(colliders)));
             let (_, after) = fixture.on_cpu(&[Op::Contact]);
             let mut arrays = fixture.arrays();
             arrays.insert("new_position", words(&fixture.new.position));

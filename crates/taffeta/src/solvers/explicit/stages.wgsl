@@ -22,7 +22,7 @@ fn integrate_all(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_ind
 fn contact_all(@builtin(workgroup_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let node = node_of(id, lane);
     if node < arrayLength(&new_position) && !is_led_out(node) {
-        let after = resolve_contact(Node(new_position[node], new_velocity[node]), Origin(old_position[node].xyz, true), 0u);
+        let after = resolve_contact(node, Node(new_position[node], new_velocity[node]), Origin(old_position[node].xyz, true), 0u);
         new_position[node] = after.position;
         new_velocity[node] = after.velocity;
     }

@@ -38,7 +38,8 @@ fn find_contact(node: u32, x: vec4f, free: vec3f, spring_change: vec3f) -> Conta
         return contact_record(no_contact(), 0u, 0.0);
     }
     let h = substeps[0].h;
-    return deepest_contact(Approach(x.xyz, reach_of(substeps[0].gravity, h), free, h, spring_change), predicted_contacts[node]);
+    let approach = Approach(x.xyz, reach_of(substeps[0].gravity, h), free, h, spring_change);
+    return deepest_contact(node, approach, predicted_contacts[node]);
 }
 
 /// What holds each node, and where the first Newton step starts.

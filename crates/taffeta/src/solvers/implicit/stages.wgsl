@@ -3,6 +3,7 @@
 // back: all iterations that a sub-step may need are written down, and `count_open_systems` keeps workgroups away when all systems
 // are done.
 
+#import contact/colliders/met.wgsl
 #import contact/colliders/predicted_contact.wgsl
 #import contact/colliders/shape.wgsl
 #import contacts
@@ -212,7 +213,7 @@ fn add_implicit_forces(@builtin(workgroup_id) id: vec3u, @builtin(local_invocati
     var change = spring_change;
     if in_contact(predicted) {
         let free = new_velocity[node].xyz;
-        let collider = colliders[substeps[0].first_collider + predicted_contacts[node].collider];
+        let collider = colliders[first_met(node, 0u) + predicted_contacts[node].collider];
         change = velocity_after(predicted, free, spring_change, collider) - free;
     }
     force[node] = vec4f(force[node].xyz + change * (abs(old_velocity[node].w) / substeps[0].h), 0.0);

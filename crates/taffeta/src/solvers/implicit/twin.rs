@@ -151,7 +151,8 @@ impl Twin<'_> {
     pub fn predict_mesh_contacts(&mut self) {
         for (node, _) in self.finest() {
             if self.fixture.old.position[node][3] > 0.0 {
-                self.work.predicted_contacts[node] = deepest_mesh_contact(self.fixture, &self.approach(node));
+                self.work.predicted_contacts[node] =
+                    deepest_mesh_contact(self.fixture, node, &self.approach(node));
             }
         }
     }
@@ -162,7 +163,7 @@ impl Twin<'_> {
             let (free, spring_change) = (approach.free, approach.solver_change);
             self.work.predicted_contacts[node] = if x[3] > 0.0 {
                 deepest_contact(
-                    self.fixture.substep().colliders(),
+                    self.fixture.substep().met_colliders().at(node),
                     &approach,
                     &self.work.predicted_contacts[node],
                 )
@@ -538,7 +539,8 @@ impl Twin<'_> {
             let mut change = spring_change;
             if predicted.in_contact() {
                 let free = three(self.work.new_velocity[node]);
-                let surface = &self.fixture.substep().colliders()[record.collider as usize].surface;
+                let surface =
+                    &self.fixture.substep().met_colliders().at(node)[record.collider as usize].surface;
                 change = predicted.with_contact(free, spring_change, surface);
             }
             self.put(Vector::SpringChange, node, spring_change);

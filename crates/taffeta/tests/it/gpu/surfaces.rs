@@ -1,12 +1,12 @@
 //! Scenes in which surfaces touch each other, on the GPU against the same on the CPU.
 
 use super::{STEP, kept, on_gpu, soft, with};
-use crate::common::{build_as, farthest, gpu, positions, run};
+use crate::common::{build_as, farthest, positions, run};
 use taffeta::scene::{
     Body, Collider, ContactForm, Icosphere, Keyframe, Mass, Mesh, Rotation, Scene, Seam, SeamSide, Select,
     SelfCollision, VolumeForm,
 };
-use taffeta::{Options, Pose, Precision, Simulation};
+use taffeta::{Pose, Precision, Simulation};
 
 pub fn touch(body: Body, thickness: f64) -> Body {
     let form = ContactForm::Triangles;
@@ -36,6 +36,7 @@ pub fn heap() -> Scene {
         .collider(Collider::cuboid([0.05, -0.06, 0.0], [0.02, 0.03, 0.02]).friction(0.3).offset(0.004))
         .time(1.0 / 60.0, STEP)
         .friction_between("held", "fine", 0.7)
+        .friction_between("ball", "collider0", 0.0)
 }
 
 /// Runs both, and returns the most contacts in a frame.
@@ -212,16 +213,6 @@ fn surfaces_that_start_through_each_other_come_apart_as_on_the_cpu() {
     gpu.disturb(0.006, 1);
     are_alike(&mut cpu, &mut gpu, 1);
     assert!(counts(&cpu, &gpu).is_some_and(|count| count > 0), "{:?}", cpu.report().intersections);
-}
-
-#[test]
-fn what_does_not_run_on_a_gpu_yet_is_refused_in_words() {
-    let refused = |scene: &Scene| -> String {
-        let options = Options { gpu: Some(gpu().into()), ..Options::default() };
-        Simulation::new(scene, &options).err().map_or("accepted".to_owned(), |error| error.to_string())
-    };
-    let slippery = heap().friction_between("ball", "collider0", 0.0);
-    assert!(refused(&slippery).contains("body `ball` has a friction of its own with a collider"));
 }
 
 /// A sheet across a ball and a box, another one above them, and a plane below.

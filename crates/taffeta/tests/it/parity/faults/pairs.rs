@@ -83,7 +83,7 @@ pub const FAULTS: &[Fault] = &[
     ("resolve_self_contacts", "substeps[0].max_separation", "1.0"),
     ("resolve_self_contacts", "let a = min(node, other);", "let a = node;"),
     ("resolve_self_contacts", "if contacts_of(node) == 0u {", "if false {"),
-    ("resolve_self_contacts", "resolve_contact(moved, Origin(x.xyz, false), 0u)", "moved"),
+    ("resolve_self_contacts", "resolve_contact(place, moved, Origin(x.xyz, false), 0u)", "moved"),
     ("resolve_self_contacts", "select(after.velocity.w, -abs(v.w), v.w < 0.0)", "after.velocity.w"),
     ("exchange", "let is_separated = distance > 0.0;", "let is_separated = distance >= 0.0;"),
     ("exchange", "select(limit, way, way < limit)", "way"),
